@@ -1,0 +1,34 @@
+# The warnings that every target of ours is compiled with, and the directory its includes start at.
+# CWM_SANITIZE (a list: address, undefined, thread) is set by the presets asan and tsan.
+set(CWM_SANITIZE "" CACHE STRING "Sanitizers, comma separated, as in -fsanitize=")
+option(CWM_WERROR "Warnings are errors" OFF)
+
+add_library(cwm_options INTERFACE)
+target_include_directories(cwm_options INTERFACE ${PROJECT_SOURCE_DIR})
+target_compile_options(cwm_options INTERFACE -Wall -Wextra -Wpedantic -Wno-psabi
+                       $<$<BOOL:${CWM_WERROR}>:-Werror>)
+if(CWM_SANITIZE)
+  target_compile_options(cwm_options INTERFACE -fsanitize=${CWM_SANITIZE} -fno-omit-frame-pointer
+                         -fno-sanitize-recover=all)
+  target_link_options(cwm_options INTERFACE -fsanitize=${CWM_SANITIZE})
+endif()
+
+# cwm_library(NAME SOURCES... ): a static library with the project's options.
+function(cwm_library name)
+  add_library(${name} STATIC ${ARGN})
+  target_link_libraries(${name} PUBLIC cwm_options)
+endfunction()
+
+# cwm_test(NAME SOURCES a.cc ... LINK targets... [LABELS labels...]): one GoogleTest binary; each
+# binary is one entry of ctest, run from the source directory. A test that needs outside data skips itself by name.
+function(cwm_test name)
+  cmake_parse_arguments(TEST "" "TIMEOUT" "SOURCES;LINK;LABELS;ARGS" ${ARGN})
+  add_executable(${name} ${TEST_SOURCES})
+  target_link_libraries(${name} PRIVATE cwm_options ${TEST_LINK} GTest::gmock GTest::gtest_main)
+  set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
+  add_test(NAME ${name} COMMAND ${name} ${TEST_ARGS} WORKING_DIRECTORY ${PROJECT_SOURCE_DIR})
+  if(NOT TEST_TIMEOUT)
+    set(TEST_TIMEOUT 300)
+  endif()
+  set_tests_properties(${name} PROPERTIES LABELS "${TEST_LABELS}" TIMEOUT ${TEST_TIMEOUT})
+endfunction()

@@ -1,0 +1,39 @@
+// Simple polygons in the plane, metres.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "collision/geometry/pose.h"
+
+namespace cwm {
+
+// A simple (not self-intersecting) polygon, without the first vertex repeated at the end.
+using Polygon = std::vector<Vector2>;
+
+// Positive when the vertices run counter-clockwise.
+double SignedArea_m2(const Polygon& polygon);
+
+// The even-odd rule; a point on the border may count either way.
+bool Contains(const Polygon& polygon, const Vector2& point);
+
+// The point of the border nearest to `point`.
+Vector2 NearestOnBorder(const Polygon& polygon, const Vector2& point);
+
+// True when no two edges cross or touch except neighbours at their common vertex.
+bool IsSimple(const Polygon& polygon);
+
+// Counter-clockwise hull (Andrew's monotone chain), without collinear vertices. Fewer than three
+// vertices when the points lie on a line.
+Polygon ConvexHull(std::vector<Vector2> points);
+
+// Partition of an outline with holes into convex counter-clockwise pieces that cover it exactly and
+// overlap only at borders: ear clipping with bridged holes, then merged (Hertel and Mehlhorn 1983).
+// Empty when the input is not simple or a hole is not strictly inside.
+std::vector<Polygon> ConvexPieces(const Polygon& outline, const std::vector<Polygon>& holes);
+
+// Triangles as corners, same cover as above.
+std::vector<std::array<Vector2, 3>> Triangulate(const Polygon& outline,
+                                                const std::vector<Polygon>& holes);
+
+}  // namespace cwm

@@ -1,0 +1,114 @@
+// The closed set of shapes that the world is made of. A shape is its dimensions alone, in a
+// canonical frame; where it is, is told by a pose beside it (`Placed`). The set is closed on
+// purpose: a new shape breaks the build everywhere that it matters.
+#pragma once
+
+#include <memory>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+#include "collision/geometry/polygon.h"
+#include "collision/geometry/pose.h"
+#include "collision/geometry/triangle_mesh.h"
+
+namespace cwm {
+
+// Centred at the origin.
+struct Sphere {
+  double radius_m = 0;
+  friend bool operator==(const Sphere&, const Sphere&) = default;
+};
+
+// Centred at the origin, edges along the axes.
+struct Box {
+  Vector3 size_m = Vector3::Zero();
+  friend bool operator==(const Box&, const Box&) = default;
+};
+
+// Centred at the origin, axis z.
+struct Cylinder {
+  double radius_m = 0;
+  double length_m = 0;
+  friend bool operator==(const Cylinder&, const Cylinder&) = default;
+};
+
+// Axis z, centred: the bottom disc lies at z = -length/2, the top disc at z = +length/2. A cup is a
+// truncated cone; a top radius of 0 is an apex. At least one radius is positive; the top may be the
+// wider one.
+struct Cone {
+  double radius_bottom_m = 0;
+  double radius_top_m = 0;
+  double length_m = 0;
+  friend bool operator==(const Cone&, const Cone&) = default;
+};
+
+// All points within `radius_m` of the segment on z from -length/2 to +length/2.
+struct Capsule {
+  double radius_m = 0;
+  double length_m = 0;  // between the two centres
+  friend bool operator==(const Capsule&, const Capsule&) = default;
+};
+
+// Solid where z <= 0.
+struct HalfSpace {
+  friend bool operator==(const HalfSpace&, const HalfSpace&) = default;
+};
+
+// A slab with a polygonal outline and holes in the xy plane: solid for -thickness <= z <= 0. A
+// support's top is z = 0.
+struct Plate {
+  Polygon outline;
+  std::vector<Polygon> holes;
+  double thickness_m = 0;
+  friend bool operator==(const Plate&, const Plate&) = default;
+};
+
+// A convex polyhedron, as its watertight outward-wound hull. Shared and immutable.
+struct Convex {
+  std::shared_ptr<const TriangleMesh> hull;
+  friend bool operator==(const Convex& a, const Convex& b);
+};
+
+// An arbitrary mesh: solid if watertight, otherwise a surface without an inside. Shared and
+// immutable.
+struct Mesh {
+  std::shared_ptr<const TriangleMesh> mesh;
+  bool watertight = false;  // IsWatertight(*mesh), computed once by MakeMesh
+  friend bool operator==(const Mesh& a, const Mesh& b);
+};
+
+Mesh MakeMesh(TriangleMesh mesh);
+
+using Shape = std::variant<Sphere, Box, Cylinder, Cone, Capsule, HalfSpace, Plate, Convex, Mesh>;
+
+// The alternatives in the order of the variant: ShapeKind(shape.index()).
+enum class ShapeKind {
+  kSphere,
+  kBox,
+  kCylinder,
+  kCone,
+  kCapsule,
+  kHalfSpace,
+  kPlate,
+  kConvex,
+  kMesh
+};
+inline constexpr int kShapeKindCount = 9;
+
+inline ShapeKind KindOf(const Shape& shape) { return static_cast<ShapeKind>(shape.index()); }
+
+// "sphere", "box", "cylinder", "cone", "capsule", "half_space", "plate", "convex", "mesh".
+std::string_view NameOf(ShapeKind kind);
+
+// Every kind but plate (holes, concave outline) and mesh.
+bool IsConvex(ShapeKind kind);
+
+// A shape S placed in a frame F.
+template <class S = Shape>
+struct Placed {
+  Pose X_FS = Pose::Identity();
+  S shape;
+};
+
+}  // namespace cwm

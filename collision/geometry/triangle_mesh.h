@@ -1,0 +1,33 @@
+// Indexed triangle meshes.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "collision/geometry/pose.h"
+
+namespace cwm {
+
+// Triangles wind counter-clockwise seen from outside (or from the side of the sensor, for an open
+// surface): the normal of (a, b, c) is (b - a) x (c - a).
+struct TriangleMesh {
+  using Triangle = std::array<std::uint32_t, 3>;
+  std::vector<Vector3> vertices;  // metres
+  std::vector<Triangle> triangles;
+
+  friend bool operator==(const TriangleMesh&, const TriangleMesh&) = default;
+};
+
+// True when every edge is shared by exactly two triangles that run through it in opposite
+// directions: the mesh then bounds a volume and "inside" has a meaning.
+bool IsWatertight(const TriangleMesh& mesh);
+
+// Volume by the divergence theorem; positive for an outward-wound watertight mesh.
+double SignedVolume_m3(const TriangleMesh& mesh);
+
+// The convex hull of points as an outward-wound mesh, by quickhull with exactness up to
+// 1e-12 of the extent. Empty when the points span no volume.
+TriangleMesh ConvexHull3(const std::vector<Vector3>& points);
+
+}  // namespace cwm

@@ -1,0 +1,29 @@
+// What a client may not send: the rules that every shape and mesh obeys inside.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "collision/geometry/shape.h"
+
+namespace cwm {
+
+// One broken rule, in words that an error to the user is made of.
+struct Violation {
+  std::string field;  // path below the shape, e.g. "radius_m", "outline[3].x", "triangles[17]"
+  std::string value;  // as given, e.g. "-0.1", "nan"
+  std::string rule;   // e.g. "must be positive and finite"
+};
+
+// Largest coordinate or dimension accepted anywhere, metres. Beyond it, squares lose the last
+// micrometre in double precision.
+inline constexpr double kLargestCoordinate_m = 1e6;
+
+// The first broken rule of the shape, or nothing. Dimensions must be positive, finite and at most
+// kLargestCoordinate_m; outlines simple with at least three vertices; meshes have at least one
+// triangle, indices in range, finite vertices and no triangle that uses a vertex twice; hulls are
+// watertight and convex.
+std::optional<Violation> FindViolation(const Shape& shape);
+std::optional<Violation> FindViolation(const TriangleMesh& mesh);
+
+}  // namespace cwm

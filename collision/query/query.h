@@ -1,0 +1,111 @@
+// Questions to one snapshot of the world, in batches: a body of shapes at many poses. Answers lie
+// in columns. The same snapshot and question give the same bytes on any thread; ties break by
+// object name, then part.
+//
+// Margins: distance and depth are geometric, margins never enter them. A state collides when the
+// distance of some pair is strictly less than the margin of the object plus the margin of the
+// request.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <span>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "collision/kernels/pair_answer.h"
+#include "collision/world/world_snapshot.h"
+
+namespace cwm::collision {
+
+// What asks: parts fixed in a body frame B, prepared once for the whole batch.
+struct QueryBody {
+  std::shared_ptr<const PreparedModel> geometry;
+  std::string
+      self;  // name of the world object that asks: it is left out of the world; empty for shapes
+};
+QueryBody BodyFromShapes(std::vector<Placed<>> shapes);
+QueryBody BodyFromObject(const WorldObject& object);
+
+enum class EngineChoice { kAuto, kExact, kFcl, kBullet };
+// Which parts of world objects count: HYBRID is shapes and surfaces and handles.
+enum class Representation { kHybrid, kShapes, kSurfaces };
+
+struct QueryOptions {
+  EngineChoice engine = EngineChoice::kAuto;
+  Representation representation = Representation::kHybrid;
+  double margin_m = 0;
+  // Objects farther than this are not reported by GetDistances.
+  double max_distance_m = std::numeric_limits<double>::infinity();
+  int max_results = 1;              // nearest objects per row of GetDistances
+  int max_contacts = 16;            // per row of GetContacts
+  std::vector<std::string> ignore;  // names of objects that the question leaves out
+  // Work stops here and the completed prefix is returned.
+  std::optional<std::chrono::steady_clock::time_point> give_up_at;
+};
+
+enum class Verdict : std::uint8_t { kNotComputed, kFree, kCollision, kOutOfLimits, kUndecided };
+
+// One byte a row; for a row in collision the pair that told.
+struct CollisionColumns {
+  std::vector<Verdict> verdict;
+  std::vector<std::int32_t> object;     // into snapshot.objects(); -1 where no pair is named
+  std::vector<std::int32_t> body_part;  // into the body's parts
+  std::vector<std::int32_t> object_part;
+  std::vector<Trust> trust;
+  std::size_t completed = 0;  // rows answered
+};
+
+// Answers of row i lie at [row_begin[i], row_begin[i + 1]).
+struct PairColumns {
+  std::vector<std::uint32_t> row_begin;  // completed + 1 entries
+  std::vector<double> distance_m;
+  std::vector<double> point_body;    // x y z, on the query body, world frame
+  std::vector<double> point_object;  // x y z, on the world object
+  std::vector<double> normal;        // x y z, unit, from the body to the object
+  std::vector<std::int32_t> object;  // into snapshot.objects()
+  std::vector<std::int32_t> body_part;
+  std::vector<std::int32_t> object_part;
+  std::vector<Trust> trust;
+  std::vector<double> bound_m;
+  std::size_t completed = 0;
+};
+
+struct RayColumns {
+  std::vector<std::uint8_t> hit;  // 0 or 1 a row; the other columns hold zeros where 0
+  std::vector<double> distance_m;
+  std::vector<double> normal;  // x y z, outward
+  std::vector<std::int32_t> object;
+  std::vector<std::int32_t> object_part;
+  std::size_t completed = 0;
+};
+
+// The three poll `stop` every few rows; a stopped call returns Cancelled. Unimplemented when the
+// chosen engine cannot answer a pair that comes up: the message names engine, object, part and the
+// two kinds. kAuto always answers.
+absl::StatusOr<CollisionColumns> CheckCollisions(const WorldSnapshot& world, const QueryBody& body,
+                                                 std::span<const Pose> X_WB,
+                                                 const QueryOptions& options,
+                                                 std::stop_token stop = {});
+absl::StatusOr<PairColumns> GetDistances(const WorldSnapshot& world, const QueryBody& body,
+                                         std::span<const Pose> X_WB, const QueryOptions& options,
+                                         std::stop_token stop = {});
+// Contacts are pairs with distance below the margin, deepest first within a row.
+absl::StatusOr<PairColumns> GetContacts(const WorldSnapshot& world, const QueryBody& body,
+                                        std::span<const Pose> X_WB, const QueryOptions& options,
+                                        std::stop_token stop = {});
+
+// Always by the exact kernels.
+struct RayRow {
+  Vector3 origin;
+  Vector3 direction;  // unit
+  double max_distance_m = std::numeric_limits<double>::infinity();
+};
+absl::StatusOr<RayColumns> CastRays(const WorldSnapshot& world, std::span<const RayRow> rays,
+                                    const QueryOptions& options, std::stop_token stop = {});
+
+}  // namespace cwm::collision

@@ -1,0 +1,72 @@
+// One object of the world: immutable values. Moving it makes a new WorldObject that shares the
+// model and its prepared geometry; a new model makes a new geometry revision.
+#pragma once
+
+#include <compare>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "collision/engines/engine.h"
+#include "collision/geometry/hybrid_model.h"
+
+namespace cwm::collision {
+
+// Counts the atomic changes of one world, from 0 (empty, never changed).
+struct Revision {
+  std::int64_t value = 0;
+  friend auto operator<=>(const Revision&, const Revision&) = default;
+};
+
+enum class ObjectKind { kSupport, kObject, kResidual, kUnseen, kUser };
+enum class Owner { kPerception, kUser };
+enum class ObjectState { kConfirmed, kOccluded, kLost };
+
+std::string_view NameOf(ObjectKind kind);    // "SUPPORT" ...
+std::string_view NameOf(Owner owner);        // "PERCEPTION", "USER"
+std::string_view NameOf(ObjectState state);  // "CONFIRMED" ...
+
+// Where a collision part comes from in its model.
+enum class PartSource { kShape, kSurface, kHandle };
+
+// One part of a model, ready for every engine.
+struct PreparedPart {
+  PartSource source = PartSource::kShape;
+  int index = 0;                 // into the model's shapes, surfaces or handles
+  Pose X_OP = Pose::Identity();  // the part in the object's frame
+  Shape shape;
+  Aabb bounds_O;  // tight, object's frame
+  PreparedShape engines;
+};
+
+// A hybrid model with its geometry prepared for each engine. Immutable, shared by all revisions
+// that hold it.
+struct PreparedModel {
+  std::shared_ptr<const HybridModel> model;
+  std::vector<PreparedPart>
+      parts;  // shapes, then surfaces, then handles, each in the model's order
+};
+
+// Heavy: builds trees and hulls. Call it without any lock held.
+std::shared_ptr<const PreparedModel> Prepare(std::shared_ptr<const HybridModel> model);
+
+struct WorldObject {
+  std::string name;  // unique in its world
+  std::string uid;   // unique for ever; a name that is removed and put again gets a new one
+  ObjectKind kind = ObjectKind::kUser;
+  Owner owner = Owner::kUser;
+  ObjectState state = ObjectState::kConfirmed;
+  Pose X_WO = Pose::Identity();
+  std::shared_ptr<const PreparedModel> geometry;
+  std::string supported_by;  // name of the support or object that carries it; may be empty
+  double margin_m = 0;
+  Revision create_revision;
+  Revision geometry_revision;  // last change of the model
+  Revision pose_revision;      // last change of the pose
+
+  const HybridModel& model() const { return *geometry->model; }
+};
+
+}  // namespace cwm::collision

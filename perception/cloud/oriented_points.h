@@ -1,0 +1,24 @@
+// Finite points with normals, in one frame: what the interpreter hands to the modeler.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <vector>
+
+#include "collision/geometry/pose.h"
+
+namespace cwm::perception {
+
+// Structure of arrays, all of one length. Frame W (up is z) unless said otherwise.
+struct OrientedPoints {
+  std::vector<Eigen::Vector3f> points;     // metres
+  std::vector<Eigen::Vector3f> normals;    // unit, towards the sensor; zero where unknown
+  std::vector<float> sigma_m;              // one standard deviation of the range noise at the point
+  std::vector<float> normal_sigma_rad;     // one standard deviation of the normal's angle
+  std::vector<std::uint32_t> cloud_index;  // index of the point in the PointCloud
+  Vector3 viewpoint = Vector3::Zero();     // position of the sensor
+
+  std::size_t size() const { return points.size(); }
+};
+
+}  // namespace cwm::perception

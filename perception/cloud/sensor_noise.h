@@ -1,0 +1,36 @@
+// Noise of range sensors: every threshold of perception follows from it, and the virtual scanner
+// draws from it.
+#pragma once
+
+#include <string_view>
+
+#include "collision/geometry/pose.h"
+
+namespace cwm::perception {
+
+enum class SensorModel { kKinect, kRealSense, kTimeOfFlight, kTiltingLaser, kConstant };
+
+struct SensorNoise {
+  SensorModel model = SensorModel::kKinect;
+  double constant_sigma_m = 0.002;  // used by kConstant alone
+
+  // One standard deviation along the ray, metres, at depth z (distance along the optical axis) and
+  // incidence angle theta (between ray and surface normal).
+  //   kKinect        0.0012 + 0.0019 (z - 0.4)^2; beyond 60 degrees + 0.0001/sqrt(z) theta^2 /
+  //   (pi/2 - theta)^2
+  //                  (Nguyen, Izadi and Lovell 2012)
+  //   kRealSense     0.1 pixel of disparity at 640 pixels over 90 degrees and 50 mm baseline
+  //   kTimeOfFlight  0.01 z
+  //   kTiltingLaser  max(0.018, 0.0015 + 0.0006 range), Hokuyo UTM-30LX
+  double AxialSigma_m(double depth_m, double incidence_rad = 0) const;
+
+  // One standard deviation across the ray, metres (Kinect: 0.8 + 0.035 theta / (pi/2 - theta)
+  // pixels, f = 525).
+  double LateralSigma_m(double depth_m, double incidence_rad = 0) const;
+};
+
+// Neighbouring residuals are correlated (mOSD tables: 0.72 / 0.59 / 0.39 / 0.11 at 1 / 2 / 4 / 8
+// pixels along rows), so n points carry the information of n / kPointsPerIndependentSample.
+inline constexpr double kPointsPerIndependentSample = 12;
+
+}  // namespace cwm::perception

@@ -1,0 +1,27 @@
+// Surfaces for points that no shape explains: resampled by moving least squares, then triangulated
+// by an advancing front of local projections (paper, section V; Marton, Rusu and Beetz, "On Fast
+// Surface Reconstruction Methods for Large and Noisy Point Clouds", ICRA 2009).
+#pragma once
+
+#include <vector>
+
+#include "collision/geometry/hybrid_model.h"
+#include "perception/cloud/oriented_points.h"
+
+namespace cwm::perception {
+
+struct SurfaceOptions {
+  double spacing_m = 0.004;   // distance between vertices after thinning
+  int max_triangles = 20000;  // per call; the spacing is widened until it holds
+};
+
+struct Surface {
+  TriangleMesh mesh;  // validated: no degenerate triangle, normals towards the viewpoint, no NaN
+  std::vector<std::uint32_t> explained;  // input points within max(10 mm, 3 sigma) of the mesh
+};
+
+// Points that end up in no triangle (fewer than three, isolated) are covered by small triangles of
+// their own of the size of the spacing, so that no finite point is lost to collision checking.
+Surface ReconstructSurface(const OrientedPoints& points, const SurfaceOptions& options);
+
+}  // namespace cwm::perception
