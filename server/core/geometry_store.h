@@ -1,0 +1,57 @@
+// Blobs by content: meshes and label images, named by the SHA-256 of their bytes, so that none
+// travels twice.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include "absl/status/statusor.h"
+#include "collision/geometry/triangle_mesh.h"
+
+namespace cwm::server {
+
+enum class BlobFormat { kMeshF64, kLabelsU32 };
+
+struct Blob {
+  BlobFormat format = BlobFormat::kMeshF64;
+  std::string bytes;
+  std::shared_ptr<const TriangleMesh> mesh;  // decoded, for kMeshF64
+};
+
+// Lower-case hex.
+std::string Sha256Hex(std::string_view bytes);
+
+// kMeshF64: uint32 vertex_count, uint32 triangle_count, vertices 3 x f64, triangles 3 x uint32,
+// little-endian.
+std::string EncodeMesh(const TriangleMesh& mesh);
+// The hash of a mesh's encoding without keeping the encoding; cached by the mesh's address while it
+// lives.
+std::string HashOf(const std::shared_ptr<const TriangleMesh>& mesh);
+
+// Thread safe. Blobs that clients or ingests stored are kept while an object of a kept revision
+// uses their mesh, and otherwise the most recently used ones within a byte limit.
+class GeometryStore {
+ public:
+  explicit GeometryStore(std::int64_t max_bytes);
+  ~GeometryStore();
+
+  struct Stored {
+    std::string hash;
+    bool already_known = false;
+  };
+  // InvalidArgument when a mesh blob is malformed or breaks a rule (indices, finite, triangles):
+  // names field, value, rule. ResourceExhausted when it can never fit.
+  absl::StatusOr<Stored> Put(BlobFormat format, std::string bytes);
+  // Makes the mesh of an object readable by its hash; holds it weakly.
+  std::string Offer(const std::shared_ptr<const TriangleMesh>& mesh);
+  // NotFound GEOMETRY_UNKNOWN.
+  absl::StatusOr<std::shared_ptr<const Blob>> Get(std::string_view hash) const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace cwm::server

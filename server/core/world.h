@@ -1,0 +1,123 @@
+// One world: its snapshots, its writer's turn, its events. Readers take a snapshot (one pointer)
+// and never wait for a writer's work; writers take turns; a change is published whole or not at
+// all.
+#pragma once
+
+#include <chrono>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <stop_token>
+#include <string>
+#include <variant>
+
+#include "absl/status/statusor.h"
+#include "collision/world/world_snapshot.h"
+#include "server/core/limits.h"
+#include "server/core/watch.h"
+
+namespace cwm::server {
+
+using SnapshotPtr = std::shared_ptr<const collision::WorldSnapshot>;
+using Clock = std::chrono::steady_clock;
+
+// Which revision a question is about.
+struct Latest {};
+struct AtLeast {
+  collision::Revision revision;
+};
+struct Exactly {
+  collision::Revision revision;
+};
+using RevisionRule = std::variant<Latest, AtLeast, Exactly>;
+
+struct WriteOptions {
+  std::optional<collision::Revision> expected_revision;  // else Aborted REVISION_MISMATCH
+  std::string request_id;                                // empty: no protection against retries
+  std::string request_digest;  // of the request's content, compared on a retry
+};
+
+struct WriteOutcome {
+  collision::Revision revision;  // of the world after the write (unchanged when it had no effect)
+  bool replayed = false;         // a retry: this is the first reply
+};
+
+class World {
+ public:
+  World(std::string name, std::string uid, Retention retention);
+  ~World();
+
+  const std::string& name() const;
+  const std::string& uid() const;
+
+  // Never blocks on a writer's work.
+  SnapshotPtr Snapshot() const;
+  // AtLeast waits for the revision until `deadline` (DeadlineExceeded) or `stop` (Cancelled);
+  // Exactly answers OutOfRange REVISION_COMPACTED for one no longer kept and REVISION_IN_FUTURE for
+  // one not yet made.
+  absl::StatusOr<SnapshotPtr> At(const RevisionRule& rule, Clock::time_point deadline,
+                                 std::stop_token stop) const;
+
+  // Applies the changes to the latest snapshot, all or nothing.
+  absl::StatusOr<WriteOutcome> Apply(std::span<const collision::Change> changes,
+                                     const WriteOptions& options);
+
+  // For changes that are made from the latest snapshot (ingest): takes the writer's turn, calls
+  // `make` with it and applies what it returns. `make` runs under the turn and must be short.
+  absl::StatusOr<WriteOutcome> Update(
+      const std::function<absl::StatusOr<std::vector<collision::Change>>(const SnapshotPtr&)>& make,
+      const WriteOptions& options);
+
+  // The next free name "<stem>_<n>" in this world, e.g. object_7; never given twice. Only under the
+  // writer's turn (in `make`).
+  std::string NextName(const std::string& stem);
+
+  // The sensor's first estimated pose is kept until one is given.
+  std::optional<Pose> SensorPose(const std::string& sensor) const;
+  void KeepSensorPose(const std::string& sensor, const Pose& X_WC);
+
+  // Time of the last scan that saw the object; does not make a revision.
+  void MarkObserved(std::span<const std::string> names, std::chrono::system_clock::time_point when);
+  std::optional<std::chrono::system_clock::time_point> LastObserved(const std::string& name) const;
+
+  // Starts a watch; see watch.h. OutOfRange REVISION_COMPACTED / REVISION_IN_FUTURE.
+  absl::StatusOr<std::unique_ptr<WatchCursor>> Watch(const WatchOptions& options,
+                                                     std::function<void()> wake);
+
+  collision::Revision oldest_exact() const;
+  collision::Revision oldest_watch() const;
+
+  // Ends all watches and refuses writes with NotFound WORLD_DELETED; snapshots that readers hold
+  // stay good.
+  void Close();
+
+ private:
+  struct State;
+  std::shared_ptr<State> state_;
+};
+
+// All worlds of the server. Thread safe. The empty name means "default".
+class WorldRegistry {
+ public:
+  WorldRegistry(Limits limits, Retention retention);
+  ~WorldRegistry();
+
+  // InvalidArgument for a bad name (letters, digits, _ - . 1 to 128 characters), ResourceExhausted
+  // for too many.
+  absl::StatusOr<std::shared_ptr<World>> FindOrCreate(const std::string& name);
+  // NotFound WORLD_UNKNOWN. A non-empty `uid` that differs is FailedPrecondition WORLD_REPLACED.
+  absl::StatusOr<std::shared_ptr<World>> Find(const std::string& name,
+                                              const std::string& uid = "") const;
+  std::vector<std::shared_ptr<World>> List() const;  // by name
+  absl::StatusOr<std::shared_ptr<World>> Delete(const std::string& name,
+                                                const std::string& uid = "");
+  // Ends all watches with a last bookmark, for shutting down.
+  void Drain();
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace cwm::server
