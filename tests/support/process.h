@@ -1,0 +1,53 @@
+// Runs the real binaries as a user's shell would.
+#pragma once
+
+#include <sys/types.h>
+
+#include <string>
+#include <vector>
+
+namespace cwm::testing {
+
+struct Finished {
+  int exit_code = -1;  // -1: killed by a signal
+  std::string out;
+  std::string err;
+};
+
+// Runs a program to its end with `input` on its stdin.
+Finished Run(const std::vector<std::string>& arguments, const std::string& input = "");
+
+// A directory that goes with its owner.
+class ScratchDirectory {
+ public:
+  ScratchDirectory();
+  ~ScratchDirectory();
+  ScratchDirectory(const ScratchDirectory&) = delete;
+  ScratchDirectory& operator=(const ScratchDirectory&) = delete;
+  std::string operator/(const std::string& name) const { return path_ + "/" + name; }
+  const std::string& path() const { return path_; }
+
+ private:
+  std::string path_;
+};
+
+// A program running in the background; SIGTERM and wait at the end.
+class Background {
+ public:
+  Background(const std::vector<std::string>& arguments, const std::string& log_path);
+  ~Background();
+  Background(const Background&) = delete;
+  Background& operator=(const Background&) = delete;
+
+  bool Running() const;
+  // Exit code after SIGTERM; -1 when it had to be killed.
+  int Stop(int seconds = 15);
+  void Signal(int signal) const;
+  double ResidentMebibytes() const;
+  pid_t pid() const { return pid_; }
+
+ private:
+  pid_t pid_ = -1;
+};
+
+}  // namespace cwm::testing
