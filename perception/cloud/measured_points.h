@@ -1,0 +1,34 @@
+// The finite points of a cloud, ready for the scene interpreter.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "perception/cloud/oriented_points.h"
+#include "perception/cloud/point_cloud.h"
+#include "perception/cloud/sensor_noise.h"
+
+namespace cwm::perception {
+
+struct MeasuredPoints {
+  OrientedPoints oriented;  // the finite points in the cloud's order; frame C at first
+  // Of an organised cloud, else empty: the image of indices into `oriented`, row-major, kNoReturn
+  // where there is no finite point.
+  std::vector<std::int32_t> image;
+  int width = 0;
+  int height = 0;
+  float pixel_angle_rad = 0;  // between the rays of neighbouring pixels, the median over the image
+
+  static constexpr std::int32_t kNoReturn = -1;
+  bool organised() const { return !image.empty(); }
+};
+
+// Checks the cloud and collects its finite points with their noise; normals are those of the cloud
+// where it has valid ones (made unit, not turned), else zero. A cloud that claims to be organised
+// but whose rays do not run as in an image (shuffled points) is treated as not organised.
+// InvalidArgument when the cloud's layout contradicts itself, no point is finite, or a finite
+// coordinate lies beyond kLargestCoordinate_m.
+absl::StatusOr<MeasuredPoints> CollectMeasured(const PointCloud& cloud, const SensorNoise& noise);
+
+}  // namespace cwm::perception

@@ -1,0 +1,16 @@
+// Loops over independent pieces of work on a few threads.
+#pragma once
+
+#include <cstddef>
+#include <functional>
+
+namespace cwm::perception {
+
+// Calls body(begin, end) for consecutive ranges of [0, count), on at most `max_threads` threads,
+// and returns when all are done. Ranges are handed out in order but run in any order: a body must
+// write only what belongs to its own range, and then the result does not depend on the number of
+// threads.
+void ParallelFor(std::size_t count, std::size_t range_size, int max_threads,
+                 const std::function<void(std::size_t begin, std::size_t end)>& body);
+
+}  // namespace cwm::perception

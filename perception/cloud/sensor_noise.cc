@@ -1,0 +1,73 @@
+#include "perception/cloud/sensor_noise.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace cwm::perception {
+namespace {
+
+constexpr double kKinectFocal_px = 525;
+constexpr double kHalfPi = std::numbers::pi / 2;
+// Nguyen's terms diverge at grazing incidence; no sensor returns a point beyond this angle.
+constexpr double kLargestIncidence_rad = 85 * std::numbers::pi / 180;
+constexpr double kSteepIncidence_rad = 60 * std::numbers::pi / 180;
+
+double Clamped(double incidence_rad) {
+  return std::clamp(std::abs(incidence_rad), 0.0, kLargestIncidence_rad);
+}
+
+double KinectAxialSigma_m(double z, double incidence_rad) {
+  const double theta = Clamped(incidence_rad);
+  double sigma = 0.0012 + 0.0019 * (z - 0.4) * (z - 0.4);
+  if (theta > kSteepIncidence_rad) {
+    sigma += 0.0001 / std::sqrt(std::max(z, 0.1)) * theta * theta / (kHalfPi - theta);
+  }
+  return sigma;
+}
+
+double KinectLateralSigma_m(double z, double incidence_rad) {
+  const double theta = Clamped(incidence_rad);
+  return (0.8 + 0.035 * theta / (kHalfPi - theta)) * z / kKinectFocal_px;
+}
+
+// 640 pixels over 90 degrees: f = (W / 2) / tan 45 degrees.
+constexpr double kRealSenseFocal_px = 320;
+
+}  // namespace
+
+double SensorNoise::AxialSigma_m(double depth_m, double incidence_rad) const {
+  const double z = std::max(depth_m, 0.0);
+  switch (model) {
+    case SensorModel::kKinect:
+      return KinectAxialSigma_m(z, incidence_rad);
+    case SensorModel::kRealSense:
+      return std::max(1e-4, z * z * 0.1 / (kRealSenseFocal_px * 0.05));
+    case SensorModel::kTimeOfFlight:
+      return std::max(1e-4, 0.01 * z);
+    case SensorModel::kTiltingLaser:
+      return std::max(0.018, 0.0015 + 0.0006 * z);
+    case SensorModel::kConstant:
+      return constant_sigma_m;
+  }
+  return constant_sigma_m;
+}
+
+double SensorNoise::LateralSigma_m(double depth_m, double incidence_rad) const {
+  const double z = std::max(depth_m, 0.0);
+  switch (model) {
+    case SensorModel::kKinect:
+      return KinectLateralSigma_m(z, incidence_rad);
+    case SensorModel::kRealSense:
+      return 0.5 * z / kRealSenseFocal_px;  // half a pixel: what block matching resolves
+    case SensorModel::kTimeOfFlight:
+      return 0.5 * z / kKinectFocal_px;  // half a pixel of a sensor of similar resolution
+    case SensorModel::kTiltingLaser:
+      return 0.001 * z;  // 0.05 to 0.1 degrees of jitter per line
+    case SensorModel::kConstant:
+      return constant_sigma_m;
+  }
+  return constant_sigma_m;
+}
+
+}  // namespace cwm::perception

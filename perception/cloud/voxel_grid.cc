@@ -1,0 +1,156 @@
+#include "perception/cloud/voxel_grid.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <limits>
+
+namespace cwm::perception {
+namespace {
+
+constexpr int kBitsPerAxis = 21;
+constexpr float kCellsPerAxis = static_cast<float>((1 << kBitsPerAxis) - 2);
+
+// Spreads the low 21 bits so that two zero bits follow each.
+std::uint64_t Spread(std::uint64_t v) {
+  v &= 0x1fffff;
+  v = (v | v << 32) & 0x1f00000000ffffULL;
+  v = (v | v << 16) & 0x1f0000ff0000ffULL;
+  v = (v | v << 8) & 0x100f00f00f00f00fULL;
+  v = (v | v << 4) & 0x10c30c30c30c30c3ULL;
+  return (v | v << 2) & 0x1249249249249249ULL;
+}
+
+std::uint64_t MortonKey(const VoxelGrid::Cell& cell) {
+  return Spread(static_cast<std::uint64_t>(cell.x())) |
+         Spread(static_cast<std::uint64_t>(cell.y())) << 1 |
+         Spread(static_cast<std::uint64_t>(cell.z())) << 2;
+}
+
+struct KeyedPoint {
+  std::uint64_t key;
+  std::uint32_t point;
+};
+
+// Stable radix sort by key, 11 bits a pass, only as many passes as the largest key needs.
+void SortByKey(std::vector<KeyedPoint>& items) {
+  constexpr int kDigitBits = 11;
+  constexpr std::size_t kDigits = 1 << kDigitBits;
+  std::uint64_t all = 0;
+  for (const KeyedPoint& item : items) all |= item.key;
+  std::vector<KeyedPoint> other(items.size());
+  for (int shift = 0; shift < 64 && all >> shift; shift += kDigitBits) {
+    std::array<std::size_t, kDigits + 1> start{};
+    for (const KeyedPoint& item : items) ++start[(item.key >> shift & (kDigits - 1)) + 1];
+    for (std::size_t d = 0; d < kDigits; ++d) start[d + 1] += start[d];
+    for (const KeyedPoint& item : items) other[start[item.key >> shift & (kDigits - 1)]++] = item;
+    items.swap(other);
+  }
+}
+
+}  // namespace
+
+void Moments::Add(const Eigen::Vector3f& p) {
+  sum += p;
+  products[0] += p.x() * p.x();
+  products[1] += p.x() * p.y();
+  products[2] += p.x() * p.z();
+  products[3] += p.y() * p.y();
+  products[4] += p.y() * p.z();
+  products[5] += p.z() * p.z();
+  ++count;
+}
+
+void Moments::Add(const Moments& other, const Eigen::Vector3f& o) {
+  const Eigen::Vector3f& s = other.sum;
+  const float n = static_cast<float>(other.count);
+  products[0] += other.products[0] + 2 * o.x() * s.x() + n * o.x() * o.x();
+  products[1] += other.products[1] + o.x() * s.y() + o.y() * s.x() + n * o.x() * o.y();
+  products[2] += other.products[2] + o.x() * s.z() + o.z() * s.x() + n * o.x() * o.z();
+  products[3] += other.products[3] + 2 * o.y() * s.y() + n * o.y() * o.y();
+  products[4] += other.products[4] + o.y() * s.z() + o.z() * s.y() + n * o.y() * o.z();
+  products[5] += other.products[5] + 2 * o.z() * s.z() + n * o.z() * o.z();
+  sum += s + n * o;
+  count += other.count;
+}
+
+Eigen::Matrix3f Moments::Covariance() const {
+  const float n = static_cast<float>(count);
+  const Eigen::Vector3f m = sum / n;
+  Eigen::Matrix3f c;
+  c << products[0], products[1], products[2], products[1], products[3], products[4], products[2],
+      products[4], products[5];
+  return c / n - m * m.transpose();
+}
+
+VoxelGrid VoxelGrid::Build(std::span<const Eigen::Vector3f> points, float edge_m) {
+  VoxelGrid grid;
+  if (points.empty()) return grid;
+  Eigen::Vector3f low = points[0], high = points[0];
+  for (const Eigen::Vector3f& p : points) {
+    low = low.cwiseMin(p);
+    high = high.cwiseMax(p);
+  }
+  grid.edge_m_ = edge_m;
+  while ((high - low).maxCoeff() / grid.edge_m_ > kCellsPerAxis) grid.edge_m_ *= 2;
+  grid.origin_ = low;
+  std::vector<KeyedPoint> keyed(points.size());
+  const float per_edge = 1 / grid.edge_m_;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Cell cell = ((points[i] - low) * per_edge).array().floor().cast<int>();
+    keyed[i] = {MortonKey(cell), static_cast<std::uint32_t>(i)};
+  }
+  SortByKey(keyed);
+  grid.order_.resize(points.size());
+  grid.cell_of_point_.resize(points.size());
+  for (std::size_t i = 0; i < keyed.size(); ++i) {
+    const Eigen::Vector3f& p = points[keyed[i].point];
+    if (i == 0 || keyed[i].key != keyed[i - 1].key) {
+      grid.first_.push_back(static_cast<std::uint32_t>(i));
+      grid.cells_.push_back(((p - low) * per_edge).array().floor().cast<int>());
+      grid.moments_.emplace_back();
+    }
+    grid.moments_.back().Add(p - grid.Center(grid.cells_.size() - 1));
+    grid.order_[i] = keyed[i].point;
+    grid.cell_of_point_[keyed[i].point] = static_cast<std::uint32_t>(grid.cells_.size() - 1);
+  }
+  grid.first_.push_back(static_cast<std::uint32_t>(points.size()));
+  grid.IndexCells();
+  return grid;
+}
+
+Eigen::Vector3f VoxelGrid::Center(std::size_t i) const {
+  return origin_ + edge_m_ * (cells_[i].cast<float>() + Eigen::Vector3f::Constant(0.5f));
+}
+
+std::span<const std::uint32_t> VoxelGrid::PointsOf(std::size_t i) const {
+  return {order_.data() + first_[i], order_.data() + first_[i + 1]};
+}
+
+std::size_t VoxelGrid::Slot(const Cell& cell) const {
+  // Fibonacci hashing of a mix of the coordinates.
+  std::uint64_t h = static_cast<std::uint32_t>(cell.x());
+  h = h * 0x9e3779b97f4a7c15ULL + static_cast<std::uint32_t>(cell.y());
+  h = h * 0x9e3779b97f4a7c15ULL + static_cast<std::uint32_t>(cell.z());
+  h *= 0x9e3779b97f4a7c15ULL;
+  return (h >> 32) & (slots_.size() - 1);
+}
+
+void VoxelGrid::IndexCells() {
+  slots_.assign(std::bit_ceil(2 * cells_.size()), kNone);
+  for (std::size_t i = 0; i < cells_.size(); ++i) {
+    std::size_t slot = Slot(cells_[i]);
+    while (slots_[slot] != kNone) slot = (slot + 1) & (slots_.size() - 1);
+    slots_[slot] = static_cast<std::int32_t>(i);
+  }
+}
+
+std::int32_t VoxelGrid::Find(const Cell& cell) const {
+  if (slots_.empty()) return kNone;
+  for (std::size_t slot = Slot(cell);; slot = (slot + 1) & (slots_.size() - 1)) {
+    const std::int32_t found = slots_[slot];
+    if (found == kNone || cells_[static_cast<std::size_t>(found)] == cell) return found;
+  }
+}
+
+}  // namespace cwm::perception

@@ -1,0 +1,63 @@
+// One fixed spatial decomposition of a cloud (paper, section IV): cells on sorted Morton keys with
+// the sums of their points, which serve downsampling, centroids, covariances and neighbour lookup.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace cwm::perception {
+
+// First and second moments of points about an origin that the owner states.
+struct Moments {
+  Eigen::Vector3f sum = Eigen::Vector3f::Zero();
+  std::array<float, 6> products{};  // sums of xx xy xz yy yz zz
+  std::uint32_t count = 0;
+
+  void Add(const Eigen::Vector3f& p);
+  // Adds moments that were taken about an origin that lies at `offset` from this one's.
+  void Add(const Moments& other, const Eigen::Vector3f& offset);
+  Eigen::Vector3f Mean() const { return sum / static_cast<float>(count); }
+  Eigen::Matrix3f Covariance() const;  // about the mean; count must be positive
+};
+
+// Immutable once built. Cells are ordered by Morton key, so that neighbours in space are mostly
+// neighbours in memory, and points within a cell keep their order.
+class VoxelGrid {
+ public:
+  using Cell = Eigen::Vector3i;
+  static constexpr std::int32_t kNone = -1;
+
+  // All points must be finite. The edge is doubled until the extent fits 2^21 cells per axis (4 mm
+  // cells: 8 km). Linear time in the points, however many share one place.
+  static VoxelGrid Build(std::span<const Eigen::Vector3f> points, float edge_m);
+
+  std::size_t size() const { return cells_.size(); }  // occupied cells
+  float edge_m() const { return edge_m_; }
+  const Cell& cell(std::size_t i) const { return cells_[i]; }
+  Eigen::Vector3f Center(std::size_t i) const;
+  const Moments& moments(std::size_t i) const { return moments_[i]; }  // about Center(i)
+  Eigen::Vector3f Centroid(std::size_t i) const { return Center(i) + moments_[i].Mean(); }
+  std::span<const std::uint32_t> PointsOf(std::size_t i) const;
+  std::uint32_t CellOfPoint(std::size_t point) const { return cell_of_point_[point]; }
+
+  // Index of the occupied cell at these coordinates, or kNone.
+  std::int32_t Find(const Cell& cell) const;
+
+ private:
+  Eigen::Vector3f origin_ = Eigen::Vector3f::Zero();
+  float edge_m_ = 1;
+  std::vector<Cell> cells_;
+  std::vector<Moments> moments_;
+  std::vector<std::uint32_t> first_;          // per cell and one more: where its points begin
+  std::vector<std::uint32_t> order_;          // points sorted by cell
+  std::vector<std::uint32_t> cell_of_point_;  // per point
+  std::vector<std::int32_t> slots_;           // open addressing, a power of two
+
+  std::size_t Slot(const Cell& cell) const;
+  void IndexCells();
+};
+
+}  // namespace cwm::perception
