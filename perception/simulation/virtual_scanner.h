@@ -45,19 +45,26 @@ struct ScanOptions {
   std::uint64_t seed = 1;
 };
 
-// Noise: axial and lateral draws as spatially correlated fields (exponential, 4 pixels along rows,
-// 2 along columns), a slow warp of 1.3 mm rms, mixed pixels at depth edges, random drop-outs (1.5
-// %) and drop-outs from 70 degrees of incidence to none left at 85.
+// `noiseless` returns where the rays of the pixels meet the surfaces, to the precision of a float.
+// Otherwise: axial and lateral draws as spatially correlated fields (exponential, 4 pixels along
+// rows, 2 along columns; the lateral one displaces the ray, so that edges are ragged and slanted
+// surfaces noisier), for Kinect and RealSense a slow warp of 1.3 mm rms besides, for Kinect the
+// shadow of its projector; mixed pixels at depth edges (object -1: they lie on none), random
+// drop-outs (1.5 %) and drop-outs from 70 degrees of incidence to none left at 85. Surfaces deeper
+// than 10 m return nothing. The camera is at least one pixel large and its focal length positive.
+// Same seed, same bytes.
 SimulatedCloud Scan(const SimulatedScene& scene, const PinholeCamera& camera,
                     const ScanOptions& options);
 
-// The scene of the demo: a kitchen counter with boxes, cans, a ball, a cup and a mug with a handle;
-// and a camera that sees it from 0.9 m at 45 degrees.
+// The scene of the demo: a kitchen counter on its cabinet, before a wall, with boxes, cans, a ball,
+// a cup and a mug with a handle; and a camera that sees it from 0.9 m at 45 degrees. World: floor
+// at z = 0, top of the counter at z = 0.9.
 SimulatedScene KitchenCounter();
 PinholeCamera KitchenCamera();
 
-// A random table with `object_count` boxes, cylinders, spheres and cups that do not touch each
-// other.
+// A random table (object 0) with `object_count` boxes, cylinders, spheres and cups, each of one
+// part, that do not touch each other, in view of KitchenCamera. Fewer when the table is full (about
+// 15).
 SimulatedScene RandomTable(std::uint64_t seed, int object_count);
 
 }  // namespace cwm::perception

@@ -1,0 +1,27 @@
+// Random numbers whose bytes depend on the seed alone: the distributions of the standard library
+// are left to its implementation, these are not.
+#pragma once
+
+#include <cstdint>
+
+namespace cwm::perception {
+
+// SplitMix64 (Steele, Lea and Flood, "Fast Splittable Pseudorandom Number Generators", 2014).
+// Different streams of one seed are independent.
+class RandomDraws {
+ public:
+  RandomDraws(std::uint64_t seed, std::uint64_t stream);
+
+  double Uniform();  // [0, 1)
+  double Uniform(double low, double high) { return low + (high - low) * Uniform(); }
+  double Normal();  // mean 0, standard deviation 1 (Box and Muller 1958)
+
+ private:
+  std::uint64_t Next();
+
+  std::uint64_t state_;
+  double spare_normal_ = 0;
+  bool has_spare_ = false;
+};
+
+}  // namespace cwm::perception

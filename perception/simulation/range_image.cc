@@ -1,0 +1,120 @@
+#include "perception/simulation/range_image.h"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+#include "collision/geometry/aabb.h"
+#include "perception/simulation/ray_casting.h"
+
+namespace cwm::perception {
+namespace {
+
+// Pixels [u_begin, u_end) x [v_begin, v_end).
+struct ScreenBounds {
+  int u_begin = 0;
+  int u_end = 0;
+  int v_begin = 0;
+  int v_end = 0;
+};
+
+constexpr double kNearestDepth_m = 0.01;  // projections are bounded from here on
+
+int ClampedPixel(double px, int size) {
+  return static_cast<int>(std::clamp(px, 0.0, static_cast<double>(size)));
+}
+
+ScreenBounds Project(const Aabb& bounds_C, const PinholeCamera& camera) {
+  const ScreenBounds whole{.u_end = camera.width, .v_end = camera.height};
+  if (bounds_C.max().z() <= 0) return {};
+  const bool bounded = bounds_C.min().allFinite() && bounds_C.max().allFinite();
+  if (!bounded || bounds_C.min().z() < kNearestDepth_m) return whole;
+  Eigen::AlignedBox2d pixels;
+  for (int corner = 0; corner < 8; ++corner) {
+    const Vector3 p = bounds_C.corner(static_cast<Aabb::CornerType>(corner));
+    pixels.extend(Vector2(camera.focal_px * p.x() / p.z() + camera.center_x_px,
+                          camera.focal_px * p.y() / p.z() + camera.center_y_px));
+  }
+  return {.u_begin = ClampedPixel(std::ceil(pixels.min().x()), camera.width),
+          .u_end = ClampedPixel(std::floor(pixels.max().x()) + 1, camera.width),
+          .v_begin = ClampedPixel(std::ceil(pixels.min().y()), camera.height),
+          .v_end = ClampedPixel(std::floor(pixels.max().y()) + 1, camera.height)};
+}
+
+struct PartId {
+  std::int32_t object = 0;
+  std::int32_t part = 0;
+};
+
+// `cast` answers where a ray of frame S meets the surface; S is placed at X_CS.
+template <class Cast>
+void Draw(PartId id, const Pose& X_CS, const Aabb& bounds_C, const PinholeCamera& camera,
+          const Cast& cast, RangeImage& image) {
+  const ScreenBounds screen = Project(bounds_C, camera);
+  const Pose X_SC = X_CS.inverse();
+  Ray ray_S{.origin = X_SC.translation()};
+  for (int v = screen.v_begin; v < screen.v_end; ++v) {
+    for (int u = screen.u_begin; u < screen.u_end; ++u) {
+      // The direction has depth 1, so t is the depth.
+      ray_S.direction = X_SC.linear() * RayDirection(camera, u, v);
+      const std::optional<RayHit> hit = cast(ray_S);
+      if (!hit || hit->t > kLargestDepth_m) continue;
+      Sighting& pixel = image.pixels[static_cast<std::size_t>(v) * image.width + u];
+      if (pixel.seen() && pixel.depth_m <= hit->t) continue;
+      pixel = {.depth_m = hit->t,
+               .normal_C = (X_CS.linear() * hit->normal).cast<float>(),
+               .object = id.object,
+               .part = id.part};
+    }
+  }
+}
+
+void DrawTriangles(PartId id, const TriangleMesh& mesh, const Pose& X_CS,
+                   const PinholeCamera& camera, RangeImage& image) {
+  for (const TriangleMesh::Triangle& triangle : mesh.triangles) {
+    const Vector3& a = mesh.vertices[triangle[0]];
+    const Vector3& b = mesh.vertices[triangle[1]];
+    const Vector3& c = mesh.vertices[triangle[2]];
+    Aabb bounds_C(X_CS * a);
+    bounds_C.extend(X_CS * b).extend(X_CS * c);
+    Draw(
+        id, X_CS, bounds_C, camera, [&](const Ray& ray) { return CastRay(a, b, c, ray); }, image);
+  }
+}
+
+void DrawPart(PartId id, const Shape& shape, const Pose& X_CS, const PinholeCamera& camera,
+              RangeImage& image) {
+  if (const Mesh* mesh = std::get_if<Mesh>(&shape)) {
+    DrawTriangles(id, *mesh->mesh, X_CS, camera, image);
+  } else if (const Convex* convex = std::get_if<Convex>(&shape)) {
+    DrawTriangles(id, *convex->hull, X_CS, camera, image);
+  } else {
+    Draw(
+        id, X_CS, TightBounds(shape, X_CS), camera,
+        [&](const Ray& ray) { return CastRay(shape, ray); }, image);
+  }
+}
+
+}  // namespace
+
+Vector3 RayDirection(const PinholeCamera& camera, double u_px, double v_px) {
+  return {(u_px - camera.center_x_px) / camera.focal_px,
+          (v_px - camera.center_y_px) / camera.focal_px, 1};
+}
+
+RangeImage Render(const SimulatedScene& scene, const PinholeCamera& camera) {
+  RangeImage image{.width = camera.width, .height = camera.height, .pixels = {}};
+  image.pixels.resize(static_cast<std::size_t>(camera.width) * camera.height);
+  const Pose X_CW = camera.X_WC.inverse();
+  for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+    const SimulatedObject& object = scene.objects[i];
+    for (std::size_t j = 0; j < object.parts.size(); ++j) {
+      const PartId id{.object = static_cast<std::int32_t>(i), .part = static_cast<std::int32_t>(j)};
+      const Pose X_CS = X_CW * object.X_WO * object.parts[j].X_FS;
+      DrawPart(id, object.parts[j].shape, X_CS, camera, image);
+    }
+  }
+  return image;
+}
+
+}  // namespace cwm::perception

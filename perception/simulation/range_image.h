@@ -1,0 +1,39 @@
+// What an ideal camera sees: the first surface along the ray of every pixel.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "perception/simulation/virtual_scanner.h"
+
+namespace cwm::perception {
+
+struct Sighting {
+  double depth_m = 0;                                  // along the optical axis
+  Eigen::Vector3f normal_C = Eigen::Vector3f::Zero();  // unit, towards the camera
+  std::int32_t object = -1;                            // -1: nothing within range
+  std::int32_t part = -1;
+
+  bool seen() const { return object >= 0; }
+};
+
+// Row-major, as wide and high as the camera.
+struct RangeImage {
+  int width = 0;
+  int height = 0;
+  std::vector<Sighting> pixels;
+
+  bool contains(int u, int v) const { return u >= 0 && u < width && v >= 0 && v < height; }
+  const Sighting& at(int u, int v) const { return pixels[static_cast<std::size_t>(v) * width + u]; }
+};
+
+// Farther surfaces return nothing: the range of the sensors modelled here, but for the lasers.
+inline constexpr double kLargestDepth_m = 10;
+
+// Direction of the ray through a pixel in C, of depth 1.
+Vector3 RayDirection(const PinholeCamera& camera, double u_px, double v_px);
+
+// One depth test per pixel inside the screen bounds of each part (of each triangle, for meshes).
+RangeImage Render(const SimulatedScene& scene, const PinholeCamera& camera);
+
+}  // namespace cwm::perception
