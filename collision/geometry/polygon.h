@@ -17,11 +17,15 @@ double SignedArea_m2(const Polygon& polygon);
 // The even-odd rule; a point on the border may count either way.
 bool Contains(const Polygon& polygon, const Vector2& point);
 
-// The point of the border nearest to `point`.
+// The point of the border nearest to `point`. The polygon has at least one vertex.
 Vector2 NearestOnBorder(const Polygon& polygon, const Vector2& point);
 
 // True when no two edges cross or touch except neighbours at their common vertex.
 bool IsSimple(const Polygon& polygon);
+
+// True when outline and holes are simple, every hole lies strictly inside the outline, and no two
+// holes touch, cross or contain each other.
+bool IsSimpleRegion(const Polygon& outline, const std::vector<Polygon>& holes);
 
 // Counter-clockwise hull (Andrew's monotone chain), without collinear vertices. Fewer than three
 // vertices when the points lie on a line.
@@ -32,8 +36,13 @@ Polygon ConvexHull(std::vector<Vector2> points);
 // Empty when the input is not simple or a hole is not strictly inside.
 std::vector<Polygon> ConvexPieces(const Polygon& outline, const std::vector<Polygon>& holes);
 
-// Triangles as corners, same cover as above.
+// Counter-clockwise triangles as corners, same cover as above.
 std::vector<std::array<Vector2, 3>> Triangulate(const Polygon& outline,
                                                 const std::vector<Polygon>& holes);
+
+// The same triangles as indices into the vertices of the outline followed by those of each hole.
+// Every vertex is used, so neighbouring triangles share whole edges.
+std::vector<std::array<int, 3>> TriangulateIndices(const Polygon& outline,
+                                                   const std::vector<Polygon>& holes);
 
 }  // namespace cwm

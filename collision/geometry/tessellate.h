@@ -5,9 +5,15 @@
 
 namespace cwm {
 
-// A watertight outward-wound mesh of the shape in its own frame, its vertices on the surface (an
-// inscribed mesh); round parts deviate from the surface by at most `max_deviation_m`. A half-space
-// becomes a square of 20 m by 20 m and 1 m depth.
+// Segments of a full circle. The upper limit bounds the memory that a huge shape may ask for; it
+// holds the default deviation up to a radius of 6.6 m (3.3 m for spheres and capsules).
+inline constexpr int kMinSegments = 8;
+inline constexpr int kMaxSegments = 256;
+
+// An outward-wound mesh of the shape in its own frame, its vertices on the surface (an inscribed
+// mesh) and watertight; round parts deviate from the surface by at most `max_deviation_m`, as far
+// as kMaxSegments allows. A half-space becomes a square of 20 m by 20 m and 1 m depth. Hulls and
+// meshes are returned as they are, so that an open mesh stays open.
 TriangleMesh Tessellate(const Shape& shape, double max_deviation_m = 5e-4);
 
 }  // namespace cwm

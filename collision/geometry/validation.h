@@ -19,10 +19,17 @@ struct Violation {
 // micrometre in double precision.
 inline constexpr double kLargestCoordinate_m = 1e6;
 
-// The first broken rule of the shape, or nothing. Dimensions must be positive, finite and at most
-// kLargestCoordinate_m; outlines simple with at least three vertices; meshes have at least one
-// triangle, indices in range, finite vertices and no triangle that uses a vertex twice; hulls are
-// watertight and convex.
+// Smallest dimension accepted, metres: a nanometre. Below it, squares of squares underflow.
+inline constexpr double kSmallestDimension_m = 1e-9;
+
+// Support mappings of a hull are linear in its vertices; more detail belongs into a mesh.
+inline constexpr int kMostHullTriangles = 16384;
+
+// The first broken rule of the shape, or nothing. Dimensions must be finite and between
+// kSmallestDimension_m and kLargestCoordinate_m (one radius of a cone may be 0); outlines simple
+// with at least three vertices; meshes have at least one triangle, indices in range, finite
+// vertices and no triangle that uses a vertex twice; hulls are watertight, outward-wound and convex
+// up to the rounding of single-precision coordinates.
 std::optional<Violation> FindViolation(const Shape& shape);
 std::optional<Violation> FindViolation(const TriangleMesh& mesh);
 

@@ -1,0 +1,54 @@
+#include "collision/geometry/shape.h"
+
+#include <utility>
+
+namespace cwm {
+namespace {
+
+// Shared meshes are compared by content, and by address first since most copies are shared.
+bool SameMesh(const std::shared_ptr<const TriangleMesh>& a,
+              const std::shared_ptr<const TriangleMesh>& b) {
+  return a == b || (a != nullptr && b != nullptr && *a == *b);
+}
+
+}  // namespace
+
+bool operator==(const Convex& a, const Convex& b) { return SameMesh(a.hull, b.hull); }
+
+bool operator==(const Mesh& a, const Mesh& b) {
+  return a.watertight == b.watertight && SameMesh(a.mesh, b.mesh);
+}
+
+Mesh MakeMesh(TriangleMesh mesh) {
+  auto shared = std::make_shared<const TriangleMesh>(std::move(mesh));
+  const bool watertight = IsWatertight(*shared);
+  return {.mesh = std::move(shared), .watertight = watertight};
+}
+
+std::string_view NameOf(ShapeKind kind) {
+  switch (kind) {
+    case ShapeKind::kSphere:
+      return "sphere";
+    case ShapeKind::kBox:
+      return "box";
+    case ShapeKind::kCylinder:
+      return "cylinder";
+    case ShapeKind::kCone:
+      return "cone";
+    case ShapeKind::kCapsule:
+      return "capsule";
+    case ShapeKind::kHalfSpace:
+      return "half_space";
+    case ShapeKind::kPlate:
+      return "plate";
+    case ShapeKind::kConvex:
+      return "convex";
+    case ShapeKind::kMesh:
+      return "mesh";
+  }
+  return "unknown";
+}
+
+bool IsConvex(ShapeKind kind) { return kind != ShapeKind::kPlate && kind != ShapeKind::kMesh; }
+
+}  // namespace cwm

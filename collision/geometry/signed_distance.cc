@@ -1,0 +1,203 @@
+#include "collision/geometry/signed_distance.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "collision/geometry/segment.h"
+
+namespace cwm {
+namespace {
+
+// Nearer to a sharp edge than this share of the shape's size, the direction away from it is lost in
+// rounding (2^-52 of the size, some operations later) and a face's normal is used instead.
+constexpr double kRoundoff = 1e-15;
+
+// A solid of revolution about z is its profile in the half plane (radial, z); these carry an answer
+// from there to space.
+struct ProfilePoint {
+  double signed_distance_m;
+  Vector2 nearest;  // radial, z
+  Vector2 normal;
+};
+
+struct RadialFrame {
+  double radial;
+  Vector2 direction;  // unit, in the xy plane; x on the axis, where every direction is valid
+};
+
+RadialFrame RadialFrameOf(const Vector3& p) {
+  const double radial = std::hypot(p.x(), p.y());
+  if (!(radial > 0)) return {0, Vector2::UnitX()};
+  return {radial, Vector2(p.x() / radial, p.y() / radial)};
+}
+
+SurfacePoint Revolve(const ProfilePoint& profile, const Vector2& direction) {
+  const auto lift = [&direction](const Vector2& v) {
+    return Vector3(v.x() * direction.x(), v.x() * direction.y(), v.y());
+  };
+  return {profile.signed_distance_m, lift(profile.nearest), lift(profile.normal).normalized()};
+}
+
+// The solid |x_i| <= half_i, in any number of dimensions.
+template <class Vector>
+struct BoxPoint {
+  double signed_distance_m;
+  Vector nearest, normal;
+};
+
+template <class Vector>
+BoxPoint<Vector> NearestOnBox(const Vector& half, const Vector& p) {
+  const Vector nearest = p.cwiseMax(-half).cwiseMin(half);
+  const Vector offset = p - nearest;
+  const double distance = offset.norm();
+  if (distance > kRoundoff * half.maxCoeff()) return {distance, nearest, offset / distance};
+  Eigen::Index axis;
+  const double depth = (half - p.cwiseAbs()).minCoeff(&axis);
+  Vector normal = Vector::Zero(), on_face = nearest;
+  normal[axis] = std::copysign(1.0, p[axis]);
+  on_face[axis] = std::copysign(half[axis], p[axis]);
+  return {-depth, on_face, normal};
+}
+
+// One straight side of a profile, with the solid on the left of a to b.
+struct Side {
+  Vector2 a, b;
+  Vector2 Outward() const { return Vector2(b.y() - a.y(), a.x() - b.x()).normalized(); }
+};
+
+ProfilePoint NearestOnConeProfile(const Cone& cone, const Vector2& p) {
+  const double half = 0.5 * cone.length_m;
+  const Vector2 bottom(cone.radius_bottom_m, -half), top(cone.radius_top_m, half);
+  const std::array<Side, 3> sides = {Side{Vector2(0, -half), bottom}, Side{bottom, top},
+                                     Side{top, Vector2(0, half)}};
+  const std::array<Vector2, 3> outward = {Vector2(0, -1), sides[1].Outward(), Vector2(0, 1)};
+  int best = -1;
+  Vector2 best_nearest = Vector2::Zero();
+  double best_distance = 0;
+  bool inside = true;
+  for (int i = 0; i < 3; ++i) {
+    inside = inside && (p - sides[i].b).dot(outward[i]) <= 0;
+    if (i != 1 && sides[i].a == sides[i].b) continue;  // an apex has no disc
+    const Vector2 nearest = NearestOnSegment(sides[i].a, sides[i].b, p);
+    const double distance = (p - nearest).norm();
+    if (best >= 0 && distance >= best_distance) continue;
+    best = i;
+    best_nearest = nearest;
+    best_distance = distance;
+  }
+  const double plane_distance = (p - sides[best].b).dot(outward[best]);
+  if (inside) return {plane_distance, best_nearest, outward[best]};
+  const double size = std::max({cone.radius_bottom_m, cone.radius_top_m, half});
+  if (best_distance <= kRoundoff * size) return {best_distance, best_nearest, outward[best]};
+  return {best_distance, best_nearest, (p - best_nearest) / best_distance};
+}
+
+// The border of a plate's outline or holes nearest to a point, and the direction away from the
+// solid there.
+struct BorderPoint {
+  double signed_distance_m = std::numeric_limits<double>::infinity();
+  Vector2 nearest = Vector2::Zero();
+  Vector2 normal = Vector2::UnitX();
+};
+
+// Unit normal of the ring's edge nearest to a point on it, away from the solid.
+Vector2 OutwardOnBorder(const Polygon& ring, bool is_hole, const Vector2& point) {
+  Vector2 along = Vector2::UnitX();
+  double best = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0, j = ring.size() - 1; i < ring.size(); j = i++) {
+    const double distance = (NearestOnSegment(ring[j], ring[i], point) - point).squaredNorm();
+    if (distance >= best) continue;
+    best = distance;
+    along = (ring[i] - ring[j]).normalized();
+  }
+  const Vector2 right(along.y(), -along.x());
+  return (SignedArea_m2(ring) > 0) != is_hole ? right : Vector2(-right);
+}
+
+BorderPoint NearestOnPlateBorder(const Plate& plate, const Vector2& p) {
+  bool inside = Contains(plate.outline, p);
+  const Polygon* nearest_ring = &plate.outline;
+  Vector2 nearest = NearestOnBorder(plate.outline, p);
+  for (const Polygon& hole : plate.holes) {
+    inside = inside && !Contains(hole, p);
+    const Vector2 candidate = NearestOnBorder(hole, p);
+    if ((candidate - p).squaredNorm() >= (nearest - p).squaredNorm()) continue;
+    nearest = candidate;
+    nearest_ring = &hole;
+  }
+  const double distance = (p - nearest).norm();
+  const double sign = inside ? -1 : 1;
+  if (distance > kRoundoff * nearest.cwiseAbs().maxCoeff()) {
+    return {sign * distance, nearest, sign * (p - nearest) / distance};
+  }
+  return {sign * distance, nearest,
+          OutwardOnBorder(*nearest_ring, nearest_ring != &plate.outline, nearest)};
+}
+
+}  // namespace
+
+SurfacePoint NearestSurfacePoint(const Sphere& sphere, const Vector3& p) {
+  const double norm = p.norm();
+  const Vector3 normal = norm > 0 ? Vector3(p / norm) : Vector3::UnitZ();
+  return {norm - sphere.radius_m, sphere.radius_m * normal, normal};
+}
+
+SurfacePoint NearestSurfacePoint(const Box& box, const Vector3& p) {
+  const BoxPoint<Vector3> at = NearestOnBox<Vector3>(0.5 * box.size_m, p);
+  return {at.signed_distance_m, at.nearest, at.normal};
+}
+
+SurfacePoint NearestSurfacePoint(const Cylinder& cylinder, const Vector3& p) {
+  const RadialFrame frame = RadialFrameOf(p);
+  const BoxPoint<Vector2> at = NearestOnBox<Vector2>(
+      Vector2(cylinder.radius_m, 0.5 * cylinder.length_m), Vector2(frame.radial, p.z()));
+  return Revolve({at.signed_distance_m, at.nearest, at.normal}, frame.direction);
+}
+
+SurfacePoint NearestSurfacePoint(const Cone& cone, const Vector3& p) {
+  const RadialFrame frame = RadialFrameOf(p);
+  return Revolve(NearestOnConeProfile(cone, Vector2(frame.radial, p.z())), frame.direction);
+}
+
+SurfacePoint NearestSurfacePoint(const Capsule& capsule, const Vector3& p) {
+  const double half = 0.5 * capsule.length_m;
+  const Vector3 core(0, 0, std::clamp(p.z(), -half, half));
+  const Vector3 offset = p - core;
+  const double norm = offset.norm();
+  // On the core every radial direction is valid.
+  const Vector3 normal = norm > 0 ? Vector3(offset / norm) : Vector3::UnitX();
+  return {norm - capsule.radius_m, core + capsule.radius_m * normal, normal};
+}
+
+SurfacePoint NearestSurfacePoint(const HalfSpace&, const Vector3& p) {
+  return {p.z(), Vector3(p.x(), p.y(), 0), Vector3::UnitZ()};
+}
+
+SurfacePoint NearestSurfacePoint(const Plate& plate, const Vector3& p) {
+  const BorderPoint border = NearestOnPlateBorder(plate, p.head<2>());
+  // The plate is the product of its outline and the interval [-thickness, 0].
+  const bool upper = p.z() >= -0.5 * plate.thickness_m;
+  const double face_z = upper ? 0 : -plate.thickness_m;
+  const double face_distance = upper ? p.z() : -plate.thickness_m - p.z();
+  const Vector3 face_normal(0, 0, upper ? 1 : -1);
+  const Vector3 side_normal(border.normal.x(), border.normal.y(), 0);
+  if (border.signed_distance_m <= face_distance && border.signed_distance_m <= 0) {
+    return {face_distance, Vector3(p.x(), p.y(), face_z), face_normal};
+  }
+  if (face_distance <= 0) {
+    return {border.signed_distance_m, Vector3(border.nearest.x(), border.nearest.y(), p.z()),
+            side_normal};
+  }
+  const double distance = std::hypot(border.signed_distance_m, face_distance);
+  const Vector3 normal =
+      (border.signed_distance_m * side_normal + face_distance * face_normal) / distance;
+  return {distance, Vector3(border.nearest.x(), border.nearest.y(), face_z), normal};
+}
+
+SurfacePoint NearestSurfacePoint(const Shape& shape, const Vector3& p) {
+  return std::visit([&p](const auto& s) { return NearestSurfacePoint(s, p); }, shape);
+}
+
+}  // namespace cwm

@@ -1,0 +1,71 @@
+// Signed distances to solids made of triangles.
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "collision/geometry/signed_distance.h"
+#include "collision/geometry/triangle.h"
+#include "collision/geometry/winding.h"
+
+namespace cwm {
+namespace {
+
+struct NearestTriangle {
+  double distance = std::numeric_limits<double>::infinity();
+  Vector3 nearest = Vector3::Zero();
+  Vector3 face_normal = Vector3::UnitZ();
+};
+
+std::array<Vector3, 3> Corners(const TriangleMesh& mesh, const TriangleMesh::Triangle& t) {
+  return {mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]]};
+}
+
+// Shares the direction to the surface with all that is not on it, where the face's normal rules.
+Vector3 NormalAt(const NearestTriangle& at, const Vector3& p, double sign) {
+  const Vector3 offset = p - at.nearest;
+  const double size = std::max(p.cwiseAbs().maxCoeff(), at.nearest.cwiseAbs().maxCoeff());
+  // Ten rounding errors of the coordinates: below, the difference is noise.
+  if (at.distance <= 2e-15 * size) return at.face_normal;
+  return sign * offset / at.distance;
+}
+
+}  // namespace
+
+SurfacePoint NearestSurfacePoint(const Convex& convex, const Vector3& p) {
+  const TriangleMesh& hull = *convex.hull;
+  NearestTriangle outside;
+  double highest_plane = -std::numeric_limits<double>::infinity();
+  Vector3 highest_normal = Vector3::UnitZ();
+  for (const TriangleMesh::Triangle& t : hull.triangles) {
+    const auto [a, b, c] = Corners(hull, t);
+    const Vector3 normal = TriangleNormal(a, b, c);
+    const double plane_distance = normal.dot(p - a);
+    if (plane_distance > highest_plane) {
+      highest_plane = plane_distance;
+      highest_normal = normal;
+    }
+    if (plane_distance <= 0) continue;  // a face seen from behind is never the nearest
+    const Vector3 nearest = NearestOnTriangle(a, b, c, p);
+    const double distance = (p - nearest).norm();
+    if (distance < outside.distance) outside = {distance, nearest, normal};
+  }
+  if (highest_plane <= 0) {
+    return {highest_plane, p - highest_plane * highest_normal, highest_normal};
+  }
+  return {outside.distance, outside.nearest, NormalAt(outside, p, 1.0)};
+}
+
+SurfacePoint NearestSurfacePoint(const Mesh& mesh, const Vector3& p) {
+  NearestTriangle best;
+  for (const TriangleMesh::Triangle& t : mesh.mesh->triangles) {
+    const auto [a, b, c] = Corners(*mesh.mesh, t);
+    const Vector3 nearest = NearestOnTriangle(a, b, c, p);
+    const double distance = (p - nearest).norm();
+    if (distance < best.distance) best = {distance, nearest, TriangleNormal(a, b, c)};
+  }
+  const bool inside = mesh.watertight && WindingNumber(*mesh.mesh, p) > 0.5;
+  const double sign = inside ? -1 : 1;
+  return {sign * best.distance, best.nearest, NormalAt(best, p, sign)};
+}
+
+}  // namespace cwm

@@ -1,0 +1,199 @@
+#include "collision/geometry/validation.h"
+
+#include <cmath>
+#include <cstdio>
+
+#include "collision/geometry/triangle.h"
+
+namespace cwm {
+namespace {
+
+using MaybeViolation = std::optional<Violation>;
+
+std::string Text(double value) {
+  if (std::isnan(value)) return "nan";
+  char buffer[32];
+  std::snprintf(buffer, sizeof buffer, "%.9g", value);
+  return buffer;
+}
+
+std::string Indexed(const char* name, std::size_t index) {
+  return std::string(name) + "[" + std::to_string(index) + "]";
+}
+
+MaybeViolation CheckDimension(const char* field, double value) {
+  if (!(value > 0) || !std::isfinite(value)) {
+    return Violation{field, Text(value), "must be positive and finite"};
+  }
+  if (value < kSmallestDimension_m) return Violation{field, Text(value), "must be at least 1e-9 m"};
+  if (value > kLargestCoordinate_m) return Violation{field, Text(value), "must be at most 1e6 m"};
+  return std::nullopt;
+}
+
+MaybeViolation CheckCoordinate(const std::string& field, double value) {
+  if (!std::isfinite(value)) return Violation{field, Text(value), "must be finite"};
+  if (std::abs(value) > kLargestCoordinate_m) {
+    return Violation{field, Text(value), "must be within 1e6 m of the origin"};
+  }
+  return std::nullopt;
+}
+
+MaybeViolation CheckRing(const std::string& field, const Polygon& ring) {
+  if (ring.size() < 3) {
+    return Violation{field, std::to_string(ring.size()) + " vertices",
+                     "must have at least 3 vertices"};
+  }
+  for (std::size_t i = 0; i < ring.size(); ++i) {
+    const std::string vertex = Indexed(field.c_str(), i);
+    if (auto v = CheckCoordinate(vertex + ".x", ring[i].x())) return v;
+    if (auto v = CheckCoordinate(vertex + ".y", ring[i].y())) return v;
+  }
+  if (!IsSimple(ring)) {
+    return Violation{field, std::to_string(ring.size()) + " vertices",
+                     "must be a simple polygon: no edge may cross or touch another, nor have zero "
+                     "length"};
+  }
+  return std::nullopt;
+}
+
+MaybeViolation CheckTriangle(const TriangleMesh& mesh, std::size_t index) {
+  const TriangleMesh::Triangle& t = mesh.triangles[index];
+  const std::string value =
+      std::to_string(t[0]) + " " + std::to_string(t[1]) + " " + std::to_string(t[2]);
+  for (const std::uint32_t i : t) {
+    if (i < mesh.vertices.size()) continue;
+    return Violation{Indexed("triangles", index), value,
+                     "must index one of the " + std::to_string(mesh.vertices.size()) + " vertices"};
+  }
+  if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0]) {
+    return Violation{Indexed("triangles", index), value, "must use three different vertices"};
+  }
+  return std::nullopt;
+}
+
+// The smallest height of a triangle.
+double LeastHeight(const Vector3& a, const Vector3& b, const Vector3& c) {
+  const double longest = std::max({(b - a).norm(), (c - b).norm(), (a - c).norm()});
+  return longest > 0 ? (b - a).cross(c - a).norm() / longest : 0;
+}
+
+// Single-precision vertices are off by 2^-24 of the extent; the plane of a triangle of height h
+// turns by that over h, which lifts the far end of the hull by the product with the extent. Twice
+// that for both ends.
+double PlaneTolerance(double extent, double height) {
+  constexpr double kRounding = 0x1p-23;
+  return kRounding * extent * (1.0 + extent / height);
+}
+
+MaybeViolation CheckConvexity(const TriangleMesh& hull) {
+  Eigen::AlignedBox3d bounds;
+  for (const Vector3& p : hull.vertices) bounds.extend(p);
+  const double extent = bounds.diagonal().norm();
+  for (std::size_t i = 0; i < hull.triangles.size(); ++i) {
+    const TriangleMesh::Triangle& t = hull.triangles[i];
+    const Vector3 &a = hull.vertices[t[0]], &b = hull.vertices[t[1]], &c = hull.vertices[t[2]];
+    const double height = LeastHeight(a, b, c);
+    if (!(height > 0)) continue;  // no plane of its own
+    const double tolerance = PlaneTolerance(extent, height);
+    const Vector3 normal = TriangleNormal(a, b, c);
+    for (const Vector3& p : hull.vertices) {
+      const double beyond = normal.dot(p - a);
+      if (beyond <= tolerance) continue;
+      return Violation{Indexed("triangles", i), "a vertex " + Text(beyond) + " m in front of it",
+                       "must have every vertex of the convex hull behind it"};
+    }
+  }
+  return std::nullopt;
+}
+
+MaybeViolation CheckHull(const TriangleMesh& hull) {
+  if (auto v = FindViolation(hull)) return v;
+  const std::string count = std::to_string(hull.triangles.size()) + " triangles";
+  if (hull.triangles.size() > static_cast<std::size_t>(kMostHullTriangles)) {
+    return Violation{"hull", count, "must have at most 16384 triangles; send a mesh instead"};
+  }
+  if (!IsWatertight(hull)) {
+    return Violation{"hull", count, "must be watertight: each edge shared by two triangles"};
+  }
+  const double volume_m3 = SignedVolume_m3(hull);
+  if (!(volume_m3 > 0)) {
+    return Violation{"hull", Text(volume_m3) + " m^3",
+                     "must be wound counter-clockwise seen from outside and hold a volume"};
+  }
+  return CheckConvexity(hull);
+}
+
+struct Finder {
+  MaybeViolation operator()(const Sphere& s) const {
+    return CheckDimension("radius_m", s.radius_m);
+  }
+  MaybeViolation operator()(const Box& s) const {
+    if (auto v = CheckDimension("size_x_m", s.size_m.x())) return v;
+    if (auto v = CheckDimension("size_y_m", s.size_m.y())) return v;
+    return CheckDimension("size_z_m", s.size_m.z());
+  }
+  MaybeViolation operator()(const Cylinder& s) const {
+    if (auto v = CheckDimension("radius_m", s.radius_m)) return v;
+    return CheckDimension("length_m", s.length_m);
+  }
+  MaybeViolation operator()(const Cone& s) const {
+    if (s.radius_bottom_m == 0 && s.radius_top_m == 0) {
+      return Violation{"radius_bottom_m", "0", "must be positive where radius_top_m is 0"};
+    }
+    if (s.radius_bottom_m != 0) {
+      if (auto v = CheckDimension("radius_bottom_m", s.radius_bottom_m)) return v;
+    }
+    if (s.radius_top_m != 0) {
+      if (auto v = CheckDimension("radius_top_m", s.radius_top_m)) return v;
+    }
+    return CheckDimension("length_m", s.length_m);
+  }
+  MaybeViolation operator()(const Capsule& s) const {
+    if (auto v = CheckDimension("radius_m", s.radius_m)) return v;
+    return CheckDimension("length_m", s.length_m);
+  }
+  MaybeViolation operator()(const HalfSpace&) const { return std::nullopt; }
+  MaybeViolation operator()(const Plate& s) const {
+    if (auto v = CheckDimension("thickness_m", s.thickness_m)) return v;
+    if (auto v = CheckRing("outline", s.outline)) return v;
+    for (std::size_t i = 0; i < s.holes.size(); ++i) {
+      if (auto v = CheckRing(Indexed("holes", i), s.holes[i])) return v;
+    }
+    if (IsSimpleRegion(s.outline, s.holes)) return std::nullopt;
+    return Violation{"holes", std::to_string(s.holes.size()) + " holes",
+                     "must lie strictly inside the outline and apart from each other"};
+  }
+  MaybeViolation operator()(const Convex& s) const {
+    if (s.hull == nullptr) return Violation{"hull", "absent", "must be given"};
+    return CheckHull(*s.hull);
+  }
+  MaybeViolation operator()(const Mesh& s) const {
+    if (s.mesh == nullptr) return Violation{"mesh", "absent", "must be given"};
+    return FindViolation(*s.mesh);
+  }
+};
+
+}  // namespace
+
+MaybeViolation FindViolation(const Shape& shape) { return std::visit(Finder{}, shape); }
+
+MaybeViolation FindViolation(const TriangleMesh& mesh) {
+  for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
+    const Vector3& p = mesh.vertices[i];
+    if (p.allFinite() && p.cwiseAbs().maxCoeff() <= kLargestCoordinate_m) continue;
+    const std::string vertex = Indexed("vertices", i);
+    for (int axis = 0; axis < 3; ++axis) {
+      const char* const component[] = {".x", ".y", ".z"};
+      if (auto v = CheckCoordinate(vertex + component[axis], p[axis])) return v;
+    }
+  }
+  if (mesh.triangles.empty()) {
+    return Violation{"triangles", "0 triangles", "must have at least one triangle"};
+  }
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+    if (auto v = CheckTriangle(mesh, i)) return v;
+  }
+  return std::nullopt;
+}
+
+}  // namespace cwm
