@@ -1,0 +1,168 @@
+#include "perception/scene/pieces.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <queue>
+#include <tuple>
+
+#include "perception/cloud/parallel_for.h"
+
+namespace cwm::perception {
+namespace {
+
+using Eigen::Vector3f;
+
+constexpr float kDegree = std::numbers::pi_v<float> / 180;
+constexpr float kConcave_rad = 20 * kDegree;  // measured on the mOSD learn scenes
+// A support's nodes: max(15 degrees, 3 standard deviations of the normal).
+constexpr float kSupportNormalGate_rad = 15 * kDegree;
+constexpr float kNormalGate_sigma = 3;
+constexpr std::uint32_t kSmallestSeed_nodes = 40;
+
+// sin of the angle by which the surface turns towards the viewer from a to b: positive is concave.
+float Concavity_rad(const OrientedPoints& nodes, std::size_t a, std::size_t b) {
+  const Vector3f d = (nodes.points[b] - nodes.points[a]).normalized();
+  return std::asin(std::clamp(nodes.normals[a].dot(d), -1.0f, 1.0f)) -
+         std::asin(std::clamp(nodes.normals[b].dot(d), -1.0f, 1.0f));
+}
+
+std::vector<char> ConcaveCreases(const SurfaceGraph& graph, int max_threads) {
+  std::vector<char> crease(graph.size(), 0);
+  const OrientedPoints& nodes = graph.nodes();
+  ParallelFor(graph.size(), 4096, max_threads, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      graph.ForEachOppositePair(i, [&](std::size_t a, std::size_t b) {
+        if (nodes.normals[a].isZero() || nodes.normals[b].isZero()) return;
+        if (Concavity_rad(nodes, a, b) > kConcave_rad) crease[i] = 1;
+      });
+    }
+  });
+  return crease;
+}
+
+enum class Relation : char { kFree, kBand, kOn };  // to the nearest support
+
+struct SupportRelation {
+  std::vector<Relation> relation;
+  std::vector<std::int32_t> support;  // for kBand and kOn
+};
+
+// Which support's plane each node lies on, looked up by its coarse cell.
+SupportRelation RelateToSupports(const SurfaceGraph& graph, const CoarseCloud& coarse,
+                                 const std::vector<SupportPlane>& supports) {
+  SupportRelation out{std::vector<Relation>(graph.size(), Relation::kFree),
+                      std::vector<std::int32_t>(graph.size(), kNoPiece)};
+  const OrientedPoints& nodes = graph.nodes();
+  std::vector<char> near(coarse.grid.size());
+  for (std::size_t s = 0; s < supports.size(); ++s) {
+    std::fill(near.begin(), near.end(), 0);
+    for (std::uint32_t c : supports[s].cells) {
+      for (int n = 0; n < 125; ++n) {
+        const VoxelGrid::Cell d(n % 5 - 2, n / 5 % 5 - 2, n / 25 - 2);
+        const std::int32_t other = coarse.grid.Find(coarse.grid.cell(c) + d);
+        if (other >= 0) near[static_cast<std::size_t>(other)] = 1;
+      }
+    }
+    const Vector3f up = supports[s].plane.normal.cast<float>();
+    for (std::size_t i = 0; i < graph.size(); ++i) {
+      if (!near[coarse.grid.CellOfPoint(i)] || out.relation[i] == Relation::kOn) continue;
+      const double height = supports[s].plane.Height_m(nodes.points[i]);
+      if (std::abs(height) > kPlaneGate_sigma * nodes.sigma_m[i]) continue;
+      const float gate =
+          std::max(kSupportNormalGate_rad, kNormalGate_sigma * nodes.normal_sigma_rad[i]);
+      const bool level = std::abs(nodes.normals[i].dot(up)) >= std::cos(std::min(gate, 1.5f));
+      out.relation[i] = level ? Relation::kOn : Relation::kBand;
+      out.support[i] = static_cast<std::int32_t>(s);
+    }
+  }
+  return out;
+}
+
+// Connected nodes that may seed a piece get one label each; too small sets stay unlabelled.
+void SeedPieces(const SurfaceGraph& graph, const std::vector<char>& may_seed, Pieces& pieces) {
+  std::vector<char> visited(graph.size(), 0);
+  std::vector<std::size_t> members;
+  for (std::size_t start = 0; start < graph.size(); ++start) {
+    if (visited[start] || !may_seed[start]) continue;
+    members.assign(1, start);
+    visited[start] = 1;
+    std::uint64_t weight = 0;
+    for (std::size_t k = 0; k < members.size(); ++k) {
+      weight += graph.weight(members[k]);
+      graph.ForEachLinked(members[k], [&](std::size_t other) {
+        if (visited[other] || !may_seed[other]) return;
+        visited[other] = 1;
+        members.push_back(other);
+      });
+    }
+    if (weight < kSmallestSeed_nodes) continue;
+    for (std::size_t i : members) pieces.of_node[i] = pieces.piece_count;
+    ++pieces.piece_count;
+  }
+}
+
+struct Claim {
+  float cost;  // distance of the node from the anchor's plane, in sigma
+  std::uint32_t node, anchor;
+  std::int32_t piece;
+  bool operator>(const Claim& other) const {
+    return std::tie(cost, node, piece) > std::tie(other.cost, other.node, other.piece);
+  }
+};
+
+// Labelled nodes claim their unlabelled neighbours; the node goes to the piece whose surface,
+// prolonged from where the claim started, passes nearest to it.
+void GrowPieces(const SurfaceGraph& graph, const std::vector<SupportPlane>& supports,
+                Pieces& pieces) {
+  const OrientedPoints& nodes = graph.nodes();
+  std::priority_queue<Claim, std::vector<Claim>, std::greater<>> claims;
+  auto claim_around = [&](std::size_t from, std::uint32_t anchor, std::int32_t piece) {
+    graph.ForEachLinked(from, [&](std::size_t to) {
+      if (pieces.of_node[to] != kNoPiece) return;
+      float distance;
+      if (piece < pieces.support_count) {
+        distance = static_cast<float>(
+            supports[static_cast<std::size_t>(piece)].plane.Height_m(nodes.points[to]));
+      } else {
+        distance = nodes.normals[anchor].dot(nodes.points[to] - nodes.points[anchor]);
+      }
+      claims.push(
+          {std::abs(distance) / nodes.sigma_m[to], static_cast<std::uint32_t>(to), anchor, piece});
+    });
+  };
+  for (std::size_t i = 0; i < graph.size(); ++i) {
+    if (pieces.of_node[i] == kNoPiece) continue;
+    claim_around(i, static_cast<std::uint32_t>(i), pieces.of_node[i]);
+  }
+  while (!claims.empty()) {
+    const Claim claim = claims.top();
+    claims.pop();
+    if (pieces.of_node[claim.node] != kNoPiece) continue;
+    pieces.of_node[claim.node] = claim.piece;
+    claim_around(claim.node, claim.anchor, claim.piece);
+  }
+}
+
+}  // namespace
+
+Pieces CutIntoPieces(const SurfaceGraph& graph, const CoarseCloud& coarse,
+                     const std::vector<SupportPlane>& supports, int max_threads) {
+  Pieces pieces;
+  pieces.of_node.assign(graph.size(), kNoPiece);
+  pieces.support_count = static_cast<std::int32_t>(supports.size());
+  pieces.piece_count = pieces.support_count;
+  const std::vector<char> crease = ConcaveCreases(graph, max_threads);
+  const SupportRelation to_support = RelateToSupports(graph, coarse, supports);
+  std::vector<char> may_seed(graph.size(), 0);
+  for (std::size_t i = 0; i < graph.size(); ++i) {
+    if (crease[i]) continue;
+    if (to_support.relation[i] == Relation::kOn) pieces.of_node[i] = to_support.support[i];
+    may_seed[i] = to_support.relation[i] == Relation::kFree && !graph.nodes().normals[i].isZero();
+  }
+  SeedPieces(graph, may_seed, pieces);
+  GrowPieces(graph, supports, pieces);
+  return pieces;
+}
+
+}  // namespace cwm::perception

@@ -1,0 +1,27 @@
+// The first cut: every node of the measured surface goes to a support or to a piece that no concave
+// crease and no depth jump runs through.
+#pragma once
+
+#include <cstdint>
+#include <stop_token>
+#include <vector>
+
+#include "perception/scene/support_planes.h"
+#include "perception/scene/surface_graph.h"
+
+namespace cwm::perception {
+
+inline constexpr std::int32_t kNoPiece = -1;
+
+struct Pieces {
+  // Per node: 0 .. support_count - 1 a support, support_count .. piece_count - 1 a piece of
+  // something else, or kNoPiece where too little hangs together to be anything.
+  std::vector<std::int32_t> of_node;
+  std::int32_t support_count = 0;
+  std::int32_t piece_count = 0;  // supports included
+};
+
+Pieces CutIntoPieces(const SurfaceGraph& graph, const CoarseCloud& coarse,
+                     const std::vector<SupportPlane>& supports, int max_threads);
+
+}  // namespace cwm::perception

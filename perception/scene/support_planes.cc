@@ -1,0 +1,210 @@
+#include "perception/scene/support_planes.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <span>
+
+#include "perception/cloud/downsample.h"
+#include "perception/cloud/parallel_for.h"
+
+namespace cwm::perception {
+namespace {
+
+using Eigen::Vector3f;
+
+constexpr double kDegree = std::numbers::pi / 180;
+// Cells of 8 sigma average the noise of a cell's plane to below the gate; not below 15 mm, where a
+// table of a square metre has 4 000 cells.
+constexpr float kCoarseCell_sigma = 8;
+constexpr float kSmallestCoarseCell_m = 0.015f;
+constexpr double kMostTilt_rad = 12 * kDegree;      // of a cell's normal against up
+constexpr double kSmoothTurn_rad = 10 * kDegree;    // between neighbouring cells of one surface
+constexpr double kCoplanarAngle_rad = 3 * kDegree;  // pieces of one support
+constexpr double kCoplanarGap_m = 0.01;
+// A place that cannot hold an object of 15 x 15 cm is not worth being a support of its own.
+constexpr double kSmallestSupport_m2 = 0.0225;
+// What rises less than this above a support twice its size is an object's top, not a shelf.
+constexpr double kHighestObjectTop_m = 0.4;
+constexpr double kObjectTopShare = 0.5;
+constexpr double kLeastUpComponent = 0.17;  // 10 degrees above the optical axis's plane
+constexpr double kLeastPlaneShare = 0.02;   // of all cells: smaller planes do not tell up
+
+float Median(std::vector<float> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+// Connected sets of eligible cells; `joined(a, b)` decides for neighbours. Largest first.
+template <class Eligible, class Joined>
+std::vector<std::vector<std::uint32_t>> Cluster(const CoarseCloud& coarse, Eligible&& eligible,
+                                                Joined&& joined) {
+  std::vector<char> visited(coarse.cells.size(), 0);
+  std::vector<std::vector<std::uint32_t>> clusters;
+  for (std::uint32_t start = 0; start < coarse.cells.size(); ++start) {
+    if (visited[start] || !eligible(start)) continue;
+    std::vector<std::uint32_t> members{start};
+    visited[start] = 1;
+    for (std::size_t k = 0; k < members.size(); ++k) {
+      VoxelGrid::Cell d;
+      for (int n = 0; n < 27; ++n) {
+        d = {n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1};
+        const std::int32_t found = coarse.grid.Find(coarse.grid.cell(members[k]) + d);
+        if (found < 0) continue;
+        const auto other = static_cast<std::uint32_t>(found);
+        if (visited[other] || !eligible(other) || !joined(members[k], other)) continue;
+        visited[other] = 1;
+        members.push_back(other);
+      }
+    }
+    std::sort(members.begin(), members.end());
+    clusters.push_back(std::move(members));
+  }
+  std::stable_sort(clusters.begin(), clusters.end(),
+                   [](const auto& a, const auto& b) { return a.size() > b.size(); });
+  return clusters;
+}
+
+// A cell of a plane covers about its face; seen at a slant it is the same.
+double Area_m2(const CoarseCloud& coarse, std::size_t cells) {
+  return static_cast<double>(cells) * coarse.grid.edge_m() * coarse.grid.edge_m();
+}
+
+std::vector<SupportPlane> PlanesOfCluster(const CoarseCloud& coarse,
+                                          std::vector<std::uint32_t> members) {
+  std::vector<SupportPlane> planes;
+  while (Area_m2(coarse, members.size()) >= kSmallestSupport_m2 / 2) {
+    const std::optional<Plane> plane = FitPlane(coarse.cells, members, members[0]);
+    if (!plane) break;
+    std::vector<std::uint32_t> inliers = Inliers(*plane, coarse.cells, members);
+    if (Area_m2(coarse, inliers.size()) < kSmallestSupport_m2 / 2) break;
+    std::vector<std::uint32_t> rest;
+    std::set_difference(members.begin(), members.end(), inliers.begin(), inliers.end(),
+                        std::back_inserter(rest));
+    const double area = Area_m2(coarse, inliers.size());
+    planes.push_back({*plane, std::move(inliers), area});
+    members = std::move(rest);
+  }
+  return planes;
+}
+
+Vector3 MeanPoint(const CoarseCloud& coarse, std::span<const std::uint32_t> cells) {
+  Vector3 sum = Vector3::Zero();
+  for (std::uint32_t c : cells) sum += coarse.cells.points[c].cast<double>();
+  return sum / static_cast<double>(cells.size());
+}
+
+// Coplanar: normals within 3 degrees, and each other's middle within 1 cm of the plane, or within
+// what 3 degrees of tilt can make of the distance between the middles, whichever is less strict up
+// to 3 sigma.
+bool AreCoplanar(const CoarseCloud& coarse, const SupportPlane& a, const SupportPlane& b) {
+  if (a.plane.normal.dot(b.plane.normal) < std::cos(kCoplanarAngle_rad)) return false;
+  const double gap_ab = a.plane.Height_m(MeanPoint(coarse, b.cells));
+  return std::abs(gap_ab) <= kCoplanarGap_m;  // the larger plane judges: it is known better
+}
+
+std::vector<SupportPlane> MergeCoplanar(const CoarseCloud& coarse,
+                                        std::vector<SupportPlane> planes) {
+  std::vector<SupportPlane> merged;
+  for (SupportPlane& plane : planes) {
+    const auto same = std::find_if(merged.begin(), merged.end(), [&](const SupportPlane& m) {
+      return AreCoplanar(coarse, m, plane);
+    });
+    if (same == merged.end()) {
+      merged.push_back(std::move(plane));
+      continue;
+    }
+    std::vector<std::uint32_t> all;
+    std::set_union(same->cells.begin(), same->cells.end(), plane.cells.begin(), plane.cells.end(),
+                   std::back_inserter(all));
+    same->plane = RefinePlane(same->plane, coarse.cells, all).value_or(same->plane);
+    same->area_m2 += plane.area_m2;
+    same->cells = std::move(all);
+  }
+  return merged;
+}
+
+// Whether the patch lies over the support, within its extent, low enough to be part of an object.
+bool IsObjectTop(const CoarseCloud& coarse, const SupportPlane& patch,
+                 const SupportPlane& support) {
+  const Vector3 middle = MeanPoint(coarse, patch.cells);
+  const double height = support.plane.Height_m(middle);
+  if (height < 0 || height > kHighestObjectTop_m) return false;
+  if (patch.area_m2 > kObjectTopShare * support.area_m2) return false;
+  Eigen::AlignedBox3d bounds;
+  for (std::uint32_t c : support.cells) bounds.extend(coarse.cells.points[c].cast<double>());
+  const Vector3 below = middle - height * support.plane.normal;
+  return bounds.squaredExteriorDistance(below) < 0.1 * 0.1;
+}
+
+}  // namespace
+
+CoarseCloud MakeCoarseCloud(const OrientedPoints& nodes) {
+  const float edge = std::max(kSmallestCoarseCell_m, kCoarseCell_sigma * Median(nodes.sigma_m));
+  CoarseCloud coarse{VoxelGrid::Build(nodes.points, edge), {}};
+  coarse.cells = Downsample(nodes, coarse.grid);
+  return coarse;
+}
+
+std::optional<Vector3> EstimateUp(const CoarseCloud& coarse, bool optical_frame) {
+  const float turn_cos = static_cast<float>(std::cos(kSmoothTurn_rad));
+  const std::vector<Vector3f>& normals = coarse.cells.normals;
+  const auto clusters = Cluster(
+      coarse, [&](std::uint32_t c) { return !normals[c].isZero(); },
+      [&](std::uint32_t a, std::uint32_t b) { return normals[a].dot(normals[b]) >= turn_cos; });
+  std::optional<Vector3> likely, possible;
+  double likely_area = 0, possible_area = 0;
+  const double least = kLeastPlaneShare * static_cast<double>(coarse.cells.size());
+  for (const auto& cluster : clusters) {
+    if (static_cast<double>(cluster.size()) < least || cluster.size() < 3) break;
+    const std::optional<Plane> plane = FitPlane(coarse.cells, cluster, cluster[0]);
+    if (!plane) continue;
+    const auto area = static_cast<double>(Inliers(*plane, coarse.cells, cluster).size());
+    const bool is_likely = !optical_frame || -plane->normal.y() >= kLeastUpComponent;
+    if (is_likely && area > likely_area) likely = plane->normal, likely_area = area;
+    if (area > possible_area) possible = plane->normal, possible_area = area;
+  }
+  return likely ? likely : possible;
+}
+
+std::vector<SupportPlane> FindSupportPlanes(const CoarseCloud& coarse, const Vector3& up,
+                                            int max_threads) {
+  CoarseCloud const* cloud = &coarse;
+  CoarseCloud flipped = coarse;  // up first: given normals may point anywhere
+  const Vector3f up_f = up.cast<float>();
+  for (Vector3f& n : flipped.cells.normals) {
+    if (n.dot(up_f) < 0) n = -n;
+  }
+  cloud = &flipped;
+  const float tilt_cos = static_cast<float>(std::cos(kMostTilt_rad));
+  const float step = static_cast<float>(std::tan(kMostTilt_rad));
+  const auto clusters = Cluster(
+      *cloud, [&](std::uint32_t c) { return cloud->cells.normals[c].dot(up_f) >= tilt_cos; },
+      [&](std::uint32_t a, std::uint32_t b) {
+        const Vector3f d = cloud->cells.points[a] - cloud->cells.points[b];
+        const float gate =
+            kPlaneGate_sigma * std::max(cloud->cells.sigma_m[a], cloud->cells.sigma_m[b]);
+        return std::abs(d.dot(up_f)) <= gate + step * d.norm();
+      });
+  std::vector<std::vector<SupportPlane>> found(clusters.size());
+  ParallelFor(clusters.size(), 1, max_threads, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) found[k] = PlanesOfCluster(*cloud, clusters[k]);
+  });
+  std::vector<SupportPlane> planes;
+  for (auto& some : found) std::move(some.begin(), some.end(), std::back_inserter(planes));
+  auto larger = [](const SupportPlane& a, const SupportPlane& b) { return a.area_m2 > b.area_m2; };
+  std::stable_sort(planes.begin(), planes.end(), larger);
+  planes = MergeCoplanar(*cloud, std::move(planes));
+  std::stable_sort(planes.begin(), planes.end(), larger);
+  std::vector<SupportPlane> supports;
+  for (SupportPlane& plane : planes) {
+    const bool is_top = std::any_of(supports.begin(), supports.end(), [&](const SupportPlane& s) {
+      return IsObjectTop(*cloud, plane, s);
+    });
+    if (!is_top && plane.area_m2 >= kSmallestSupport_m2) supports.push_back(std::move(plane));
+  }
+  return supports;
+}
+
+}  // namespace cwm::perception

@@ -1,0 +1,38 @@
+// Up, and the horizontal planes that things stand on (paper, section III steps 2 to 4).
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "perception/cloud/measured_points.h"
+#include "perception/cloud/voxel_grid.h"
+#include "perception/scene/plane_fit.h"
+
+namespace cwm::perception {
+
+// The downsampled cloud that supports are searched in.
+struct CoarseCloud {
+  VoxelGrid grid;        // over the graph's nodes
+  OrientedPoints cells;  // one per cell
+};
+CoarseCloud MakeCoarseCloud(const OrientedPoints& nodes);
+
+// The normal of the largest plane in the view that can be a support, unit. Of an optical frame
+// (organised clouds: z forward, y down) such a normal has a component along -y; planes that show
+// none are taken only when there is no other. Nothing when the cloud shows no plane.
+std::optional<Vector3> EstimateUp(const CoarseCloud& coarse, bool optical_frame);
+
+// A plane with `up . normal` > 0 and the cells that lie on it.
+struct SupportPlane {
+  Plane plane;
+  std::vector<std::uint32_t> cells;  // of the coarse grid, ascending
+  double area_m2 = 0;                // of those cells
+};
+
+// Candidates of normal within kMostTilt_rad of up, clustered by connectivity and height, with a
+// robust plane in each, in parallel. Coplanar pieces (3 degrees, 1 cm) are one support. Small level
+// patches over a larger support are tops of objects, not supports. Largest first.
+std::vector<SupportPlane> FindSupportPlanes(const CoarseCloud& coarse, const Vector3& up,
+                                            int max_threads);
+
+}  // namespace cwm::perception

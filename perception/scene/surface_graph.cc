@@ -1,0 +1,106 @@
+#include "perception/scene/surface_graph.h"
+
+#include <algorithm>
+
+#include "perception/cloud/downsample.h"
+#include "perception/cloud/normals.h"
+#include "perception/cloud/parallel_for.h"
+
+namespace cwm::perception {
+namespace {
+
+std::vector<float> Ranges(const OrientedPoints& nodes) {
+  std::vector<float> range_m(nodes.size());
+  const Eigen::Vector3f viewpoint = nodes.viewpoint.cast<float>();
+  for (std::size_t i = 0; i < nodes.size(); ++i) range_m[i] = (nodes.points[i] - viewpoint).norm();
+  return range_m;
+}
+
+}  // namespace
+
+SurfaceGraph SurfaceGraph::OfImage(const MeasuredPoints& measured) {
+  SurfaceGraph graph;
+  graph.measured_ = &measured;
+  graph.nodes_ = &measured.oriented;
+  graph.range_m_ = Ranges(measured.oriented);
+  return graph;
+}
+
+SurfaceGraph SurfaceGraph::OfGrid(const OrientedPoints& points, const VoxelGrid& grid,
+                                  int max_threads) {
+  SurfaceGraph graph;
+  graph.grid_ = &grid;
+  graph.own_nodes_ = std::make_shared<OrientedPoints>(Downsample(points, grid));
+  graph.nodes_ = graph.own_nodes_.get();
+  graph.range_m_ = Ranges(*graph.nodes_);
+  graph.LinkCells(max_threads);
+  return graph;
+}
+
+std::int32_t SurfaceGraph::AtPixel(int row, int column) const {
+  if (row < 0 || column < 0 || row >= measured_->height || column >= measured_->width) {
+    return MeasuredPoints::kNoReturn;
+  }
+  return measured_
+      ->image[static_cast<std::size_t>(row) * static_cast<std::size_t>(measured_->width) +
+              static_cast<std::size_t>(column)];
+}
+
+int SurfaceGraph::Reach_px(std::size_t node) const {
+  const float reach = kNormalRadius_sigma * nodes_->sigma_m[node] /
+                      std::max(range_m_[node] * measured_->pixel_angle_rad, 1e-6f);
+  return static_cast<int>(std::clamp(reach, 2.0f, 64.0f));
+}
+
+void SurfaceGraph::LinkCells(int max_threads) {
+  // Opposite partners lie two to three cells away: two cells are one normal neighbourhood's radius
+  // when the cells are built for it (see CellEdge_m).
+  struct Found {
+    std::vector<std::uint32_t> links;
+    std::vector<std::array<std::uint32_t, 2>> pairs;
+  };
+  std::vector<Found> found(size());
+  auto link = [&](std::size_t c) {
+    std::vector<std::uint32_t> around;
+    VoxelGrid::Cell d;
+    for (d.z() = -3; d.z() <= 3; ++d.z()) {
+      for (d.y() = -3; d.y() <= 3; ++d.y()) {
+        for (d.x() = -3; d.x() <= 3; ++d.x()) {
+          const std::int32_t other = grid_->Find(grid_->cell(c) + d);
+          const int ring = d.cwiseAbs().maxCoeff();
+          if (other < 0 || ring == 0) continue;
+          if (ring == 1) found[c].links.push_back(static_cast<std::uint32_t>(other));
+          const float distance =
+              (nodes_->points[static_cast<std::size_t>(other)] - nodes_->points[c]).norm();
+          if (distance > 1.9f * grid_->edge_m() && distance < 3.1f * grid_->edge_m()) {
+            around.push_back(static_cast<std::uint32_t>(other));
+          }
+        }
+      }
+    }
+    // The best opposite of each: nearest to straight across, at least 150 degrees apart.
+    for (std::uint32_t a : around) {
+      const Eigen::Vector3f da = (nodes_->points[a] - nodes_->points[c]).normalized();
+      float best = -0.866f;
+      std::uint32_t opposite = a;
+      for (std::uint32_t b : around) {
+        const float cosine = da.dot((nodes_->points[b] - nodes_->points[c]).normalized());
+        if (cosine < best) best = cosine, opposite = b;
+      }
+      if (opposite > a) found[c].pairs.push_back({a, opposite});
+    }
+  };
+  ParallelFor(size(), 256, max_threads, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t c = begin; c < end; ++c) link(c);
+  });
+  for (const Found& f : found) {
+    first_link_.push_back(static_cast<std::uint32_t>(links_.size()));
+    first_pair_.push_back(static_cast<std::uint32_t>(pairs_.size()));
+    links_.insert(links_.end(), f.links.begin(), f.links.end());
+    pairs_.insert(pairs_.end(), f.pairs.begin(), f.pairs.end());
+  }
+  first_link_.push_back(static_cast<std::uint32_t>(links_.size()));
+  first_pair_.push_back(static_cast<std::uint32_t>(pairs_.size()));
+}
+
+}  // namespace cwm::perception
