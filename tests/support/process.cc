@@ -24,8 +24,8 @@ std::string Slurp(const std::string& path) {
 }
 
 // Streams go through files: no pipe can fill up and block either side.
-pid_t Spawn(const std::vector<std::string>& arguments, const std::string& in, const std::string& out,
-            const std::string& err) {
+pid_t Spawn(const std::vector<std::string>& arguments, const std::string& in,
+            const std::string& out, const std::string& err) {
   std::vector<char*> argv;
   for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
   argv.push_back(nullptr);
@@ -46,7 +46,7 @@ pid_t Spawn(const std::vector<std::string>& arguments, const std::string& in, co
 
 }  // namespace
 
-Finished Run(const std::vector<std::string>& arguments, const std::string& input) {
+Finished RunProgram(const std::vector<std::string>& arguments, const std::string& input) {
   const ScratchDirectory scratch;
   std::ofstream(scratch / "in", std::ios::binary) << input;
   const pid_t pid = Spawn(arguments, scratch / "in", scratch / "out", scratch / "err");

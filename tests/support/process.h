@@ -15,7 +15,7 @@ struct Finished {
 };
 
 // Runs a program to its end with `input` on its stdin.
-Finished Run(const std::vector<std::string>& arguments, const std::string& input = "");
+Finished RunProgram(const std::vector<std::string>& arguments, const std::string& input = "");
 
 // A directory that goes with its owner.
 class ScratchDirectory {

@@ -1,0 +1,66 @@
+#include "tests/benchmarks/report.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+namespace cwm::benchmarks {
+
+void Report::Add(Figure figure) { figures_.push_back(std::move(figure)); }
+
+void Report::Detail(const std::string& text) {
+  std::printf("%s\n", text.c_str());
+  std::fflush(stdout);
+}
+
+void Report::Print() const {
+  std::printf("\n%-32s %12s %-8s %-26s %12s %8s\n", "key", "value", "unit", "rival", "rival value",
+              "ratio");
+  for (const Figure& figure : figures_) {
+    std::printf("%-32s %12.4g %-8s %-26s", figure.key.c_str(), figure.value, figure.unit.c_str(),
+                figure.rival.empty() ? "-" : figure.rival.c_str());
+    if (figure.rival_value) std::printf(" %12.4g", *figure.rival_value);
+    if (figure.ratio) std::printf(" %8.2f", *figure.ratio);
+    std::printf("\n    %s\n", figure.how.c_str());
+  }
+}
+
+void Report::WriteJson(const std::string& path) const {
+  using nlohmann::json;
+  json rows = json::array();
+  if (std::ifstream before(path); before) {
+    const json old = json::parse(before, nullptr, /*allow_exceptions=*/false);
+    for (const json& row : old.is_array() ? old : json::array()) {
+      const bool replaced =
+          std::any_of(figures_.begin(), figures_.end(),
+                      [&](const Figure& figure) { return row.value("key", "") == figure.key; });
+      if (!replaced) rows.push_back(row);
+    }
+  }
+  for (const Figure& figure : figures_) {
+    rows.push_back({{"key", figure.key},
+                    {"value", figure.value},
+                    {"unit", figure.unit},
+                    {"rival", figure.rival.empty() ? json() : json(figure.rival)},
+                    {"rival_value", figure.rival_value ? json(*figure.rival_value) : json()},
+                    {"ratio", figure.ratio ? json(*figure.ratio) : json()},
+                    {"how", figure.how}});
+  }
+  std::ofstream(path) << rows.dump(2) << "\n";
+}
+
+double Median(std::vector<double> values) { return Quantile(std::move(values), 0.5); }
+
+double Quantile(std::vector<double> values, double p) {
+  if (values.empty()) return std::nan("");
+  const auto rank = static_cast<std::size_t>(std::ceil(p * static_cast<double>(values.size())));
+  const std::size_t index = std::clamp<std::size_t>(rank, 1, values.size()) - 1;
+  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(index),
+                   values.end());
+  return values[index];
+}
+
+}  // namespace cwm::benchmarks

@@ -1,0 +1,39 @@
+// What a benchmark prints and what it leaves behind for machines.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace cwm::benchmarks {
+
+// One figure, beside a rival's figure of the same run where there is one.
+struct Figure {
+  std::string key;
+  double value = 0;
+  std::string unit;
+  std::string rival;                  // empty: none
+  std::optional<double> rival_value;  // in the same unit
+  std::optional<double> ratio;        // rival_value / value for times, as `how` says
+  std::string how;                    // what was measured, so that a stranger could repeat it
+};
+
+class Report {
+ public:
+  void Add(Figure figure);
+  // A line of the table that is not a figure of its own: details beside the keys.
+  void Detail(const std::string& text);
+  void Print() const;
+  // Writes the figures as a JSON array, replacing those of the same keys in a file that is there
+  // already.
+  void WriteJson(const std::string& path) const;
+
+ private:
+  std::vector<Figure> figures_;
+};
+
+double Median(std::vector<double> values);
+// The p-th quantile, 0 <= p <= 1, nearest rank.
+double Quantile(std::vector<double> values, double p);
+
+}  // namespace cwm::benchmarks

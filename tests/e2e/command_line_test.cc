@@ -1,0 +1,155 @@
+// Every command, as a user types it.
+#include <algorithm>
+#include <fstream>
+
+#include "tests/e2e/server_fixture.h"
+
+namespace cwm::testing {
+namespace {
+
+using nlohmann::json;
+
+class CommandLine : public ServerTest {
+ protected:
+  void SetUp() override {
+    ServerTest::SetUp();
+    ASSERT_EQ(Cwm({"put", "crate", "--box", "1,1,1", "--at", "0,0,0"}).exit_code, 0);
+  }
+};
+
+TEST_F(CommandLine, KnownAnswersComeBackFromEveryEngineThatKnowsThePair) {
+  // Unit box; a sphere of 0.25 m at 0.2 m and 1 m along x.
+  for (const char* engine : {"auto", "exact", "fcl", "bullet"}) {
+    SCOPED_TRACE(engine);
+    const json far = CwmJson({"distance", "--sphere", "0.25", "--at", "1,0,0", "--engine", engine});
+    EXPECT_NEAR(far["rows"][0]["answers"][0].at("distance_m").get<double>(), 0.25, 1e-6);
+    EXPECT_NEAR(far["rows"][0]["answers"][0].at("normal").at("x").get<double>(), -1, 1e-6);
+  }
+  const json deep = CwmJson({"distance", "--sphere", "0.25", "--at", "0.2,0,0"});
+  EXPECT_NEAR(deep["rows"][0]["answers"][0].at("distance_m").get<double>(), -0.55, 1e-12);
+  EXPECT_EQ(deep["rows"][0]["answers"][0].at("object"), "crate");
+  EXPECT_EQ(deep["rows"][0]["answers"][0].at("trust"), "TRUST_EXACT");
+}
+
+TEST_F(CommandLine, CheckSaysFreeOrCollisionAndCanExitWithIt) {
+  const json both =
+      CwmJson({"check", "--sphere", "0.1"}, "{\"at\": [0, 0, 0]}\n{\"at\": [2, 0, 0]}\n");
+  EXPECT_EQ(both["rows"][0].at("verdict"), "VERDICT_COLLISION");
+  EXPECT_EQ(both["rows"][0].at("object"), "crate");
+  EXPECT_EQ(both["rows"][1].at("verdict"), "VERDICT_FREE");
+  EXPECT_EQ(Cwm({"check", "--sphere", "0.1", "--at", "0,0,0", "--exit-code"}).exit_code, 10);
+  EXPECT_EQ(Cwm({"check", "--sphere", "0.1", "--at", "2,0,0", "--exit-code"}).exit_code, 0);
+  // Strictly less than the margin: 1.4 m from the box's face minus the radius.
+  EXPECT_EQ(Cwm({"check", "--sphere", "0.1", "--at", "2,0,0", "--margin", "1.41", "--exit-code"})
+                .exit_code,
+            10);
+  EXPECT_EQ(Cwm({"check", "--sphere", "0.1", "--at", "2,0,0", "--margin", "1.39", "--exit-code"})
+                .exit_code,
+            0);
+}
+
+TEST_F(CommandLine, ContactsAndRaysMeetTheCrate) {
+  const json contacts = CwmJson({"contacts", "--sphere", "0.25", "--at", "0.7,0,0"});
+  EXPECT_NEAR(contacts["rows"][0]["answers"][0].at("distance_m").get<double>(), -0.05, 1e-12);
+  const json ray = CwmJson({"ray", "--from", "3,0,0", "--direction", "-1,0,0"});
+  EXPECT_TRUE(ray["rows"][0].at("hit").get<bool>());
+  EXPECT_NEAR(ray["rows"][0].at("distance_m").get<double>(), 2.5, 1e-12);
+  EXPECT_NEAR(ray["rows"][0].at("normal").at("x").get<double>(), 1, 1e-12);
+  const json miss = CwmJson({"ray", "--from", "3,0,2", "--direction", "-1,0,0"});
+  EXPECT_FALSE(miss["rows"][0].at("hit").get<bool>());
+  EXPECT_FALSE(miss["rows"][0].contains("distance_m")) << "what is unknown is absent";
+}
+
+TEST_F(CommandLine, PlacesCanBeNamedByAnObject) {
+  const json above = CwmJson({"distance", "--sphere", "0.1", "--at", "crate+0,0,1"});
+  EXPECT_NEAR(above["rows"][0]["answers"][0].at("distance_m").get<double>(), 0.4, 1e-12);
+}
+
+TEST_F(CommandLine, AMoveTouchesThePoseAlone) {
+  const json before = CwmJson({"get", "crate"}).at("object");
+  ASSERT_EQ(Cwm({"move", "crate", "--at", "0,0,5"}).exit_code, 0);
+  const json after = CwmJson({"get", "crate"}).at("object");
+  EXPECT_EQ(after.at("geometry_revision"), before.at("geometry_revision"));
+  EXPECT_EQ(after.at("pose_revision"), "2");
+  EXPECT_EQ(after.at("uid"), before.at("uid"));
+  // The pinned revision goes on answering as it did.
+  const json then = CwmJson({"distance", "--sphere", "0.1", "--at", "0,0,1", "--at-revision", "1"});
+  EXPECT_NEAR(then["rows"][0]["answers"][0].at("distance_m").get<double>(), 0.4, 1e-12);
+  EXPECT_EQ(then.at("revision"), "1");
+}
+
+TEST_F(CommandLine, TablesAreForPeopleAndJsonIsForPrograms) {
+  const Finished table = Cwm({"objects"});
+  EXPECT_EQ(table.exit_code, 0);
+  EXPECT_NE(table.out.find("crate"), std::string::npos);
+  EXPECT_EQ(table.out.find('\033'), std::string::npos) << "no colour where it is not a terminal";
+  const Finished lines = Cwm({"-o", "ndjson", "objects"});
+  EXPECT_EQ(std::count(lines.out.begin(), lines.out.end(), '\n'), 1);
+  EXPECT_EQ(json::parse(lines.out).at("name"), "crate");
+}
+
+TEST_F(CommandLine, StatusAndInfoNameVersionsAndEngines) {
+  EXPECT_NE(Cwm({"status"}).out.find("default"), std::string::npos);
+  const json info = CwmJson({"info"});
+  EXPECT_EQ(info.at("engines").size(), 3U);
+  EXPECT_EQ(info.at("limits").at("max_batch_rows"), "65536");
+}
+
+TEST_F(CommandLine, CallReachesAnyMethodThroughReflection) {
+  const json worlds = CwmJson({"call", "cwm.v1.WorldService/ListWorlds", "{}"});
+  EXPECT_EQ(worlds.at("worlds").at(0).at("name"), "default");
+  const Finished unknown = Cwm({"call", "cwm.v1.WorldService/Fly", "{}"});
+  EXPECT_NE(unknown.exit_code, 0);
+  EXPECT_NE(unknown.err.find("Fly"), std::string::npos) << unknown.err;
+}
+
+TEST_F(CommandLine, SegmentWritesTheSamePointsWithLabels) {
+  const std::string cloud = Simulate("kitchen", {"--scene", "kitchen", "--seed", "1"});
+  const std::string labelled = scratch() / "labelled.pcd";
+  ASSERT_EQ(Cwm({"segment", cloud, labelled}).exit_code, 0);
+  std::ifstream file(labelled, std::ios::binary);
+  std::string line, fields, points;
+  while (std::getline(file, line) && line.rfind("DATA", 0) != 0) {
+    if (line.rfind("FIELDS", 0) == 0) fields = line;
+    if (line.rfind("POINTS", 0) == 0) points = line;
+  }
+  EXPECT_NE(fields.find("label"), std::string::npos) << fields;
+  EXPECT_EQ(points, "POINTS 307200");
+}
+
+TEST_F(CommandLine, AMeshGoesInAndComesBack) {
+  std::ofstream(scratch() / "tetrahedron.ply")
+      << "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty "
+         "float z\n"
+         "element face 4\nproperty list uchar int vertex_indices\nend_header\n"
+         "0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n";
+  ASSERT_EQ(
+      Cwm({"put", "wedge", "--mesh", scratch() / "tetrahedron.ply", "--at", "5,0,0"}).exit_code, 0);
+  const json inside = CwmJson({"check", "--sphere", "0.01", "--at", "5.1,0.1,0.1"});
+  EXPECT_EQ(inside["rows"][0].at("verdict"), "VERDICT_COLLISION") << "closed geometry contains";
+  ASSERT_EQ(Cwm({"get", "wedge", "--mesh", scratch() / "back.ply"}).exit_code, 0);
+  std::ifstream back(scratch() / "back.ply");
+  std::string magic;
+  std::getline(back, magic);
+  EXPECT_EQ(magic, "ply");
+}
+
+TEST_F(CommandLine, ExpectedRevisionAndRequestIdsGuardWriters) {
+  const std::string put =
+      R"({"expected_revision": "1", "request_id": "r1", "changes": [{"put": {"object":
+      {"name": "x", "shapes": [{"sphere": {"radius_m": 0.1}}]}}}]})";
+  EXPECT_EQ(CwmJson({"call", "cwm.v1.WorldService/ApplyChanges", put}).at("revision"), "2");
+  EXPECT_EQ(CwmJson({"call", "cwm.v1.WorldService/ApplyChanges", put}).at("revision"), "2")
+      << "a retry gets the first reply";
+  std::string other = put;
+  other.replace(other.find("0.1"), 3, "0.2");
+  EXPECT_EQ(Cwm({"call", "cwm.v1.WorldService/ApplyChanges", other}).exit_code, 4)
+      << "other content under the same id";
+  other.replace(other.find("r1"), 2, "r2");
+  const Finished stale = Cwm({"call", "cwm.v1.WorldService/ApplyChanges", other});
+  EXPECT_EQ(stale.exit_code, 4);
+  EXPECT_NE(stale.err.find("REVISION_MISMATCH"), std::string::npos) << stale.err;
+}
+
+}  // namespace
+}  // namespace cwm::testing

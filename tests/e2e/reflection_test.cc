@@ -1,0 +1,64 @@
+// Tools that were not written here must be able to use the server: buf, through reflection.
+#include <filesystem>
+
+#include "tests/e2e/server_fixture.h"
+
+namespace cwm::testing {
+namespace {
+
+constexpr char kBuf[] = "proto/node_modules/.bin/buf";  // installed by ./dev test
+
+TEST(Protos, AreCleanUnderBufLint) {
+  ASSERT_TRUE(std::filesystem::exists(kBuf)) << "buf is missing: ./dev setup test installs it";
+  const Finished lint = RunProgram({kBuf, "lint", "proto"});
+  EXPECT_EQ(lint.exit_code, 0) << lint.out << lint.err;
+}
+
+class Reflection : public ServerTest {
+ protected:
+  Finished BufCurl(const std::string& method, const std::string& request) const {
+    return RunProgram({kBuf, "curl", "--protocol", "grpc", "--http2-prior-knowledge",
+                       "--unix-socket", address().substr(5), "--reflect-protocol", "grpc-v1alpha",
+                       "-d", request, "http://localhost/" + method});
+  }
+};
+
+TEST_F(Reflection, ListsEveryService) {
+  const Finished run = RunProgram({kBuf, "curl", "--protocol", "grpc", "--http2-prior-knowledge",
+                                   "--unix-socket", address().substr(5), "--reflect-protocol",
+                                   "grpc-v1alpha", "--list-services", "http://localhost"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  for (const char* service :
+       {"cwm.v1.PerceptionService", "cwm.v1.WorldService", "cwm.v1.QueryService",
+        "cwm.v1.AdminService", "grpc.health.v1.Health"}) {
+    EXPECT_NE(run.out.find(service), std::string::npos) << service << " not in " << run.out;
+  }
+}
+
+TEST_F(Reflection, CallsTheServices) {
+  const Finished put =
+      BufCurl("cwm.v1.WorldService/ApplyChanges", R"({"changes": [{"put": {"object": {
+      "name": "ball", "shapes": [{"sphere": {"radiusM": 0.1}}]}}}]})");
+  ASSERT_EQ(put.exit_code, 0) << put.err;
+  EXPECT_EQ(nlohmann::json::parse(put.out).at("revision"), "1");
+
+  const Finished distance = BufCurl("cwm.v1.QueryService/GetDistances", R"({
+      "subject": {"shapes": {"shapes": [{"sphere": {"radiusM": 0.1}}], "xWorldBody": {"data":
+        "AAAAAAAA8D8AAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAA8D8="}}},
+      "options": {"resultForm": "RESULT_FORM_ROWS"}})");  // one pose: 1 m along x
+  ASSERT_EQ(distance.exit_code, 0) << distance.err;
+  const nlohmann::json answer = nlohmann::json::parse(distance.out)["rows"][0]["answers"][0];
+  EXPECT_NEAR(answer.at("distanceM").get<double>(), 0.8, 1e-12);
+  EXPECT_EQ(answer.at("object"), "ball");
+
+  const Finished info = BufCurl("cwm.v1.AdminService/GetServerInfo", "{}");
+  ASSERT_EQ(info.exit_code, 0) << info.err;
+  EXPECT_EQ(nlohmann::json::parse(info.out)["engines"].size(), 3U);
+
+  const Finished health = BufCurl("grpc.health.v1.Health/Check", "{}");
+  ASSERT_EQ(health.exit_code, 0) << health.err;
+  EXPECT_EQ(nlohmann::json::parse(health.out).at("status"), "SERVING");
+}
+
+}  // namespace
+}  // namespace cwm::testing

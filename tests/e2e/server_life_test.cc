@@ -1,0 +1,103 @@
+// Starting, stopping and sharing a machine with others.
+#include <signal.h>
+#include <sys/stat.h>
+
+#include <chrono>
+#include <fstream>
+#include <thread>
+
+#include "tests/e2e/server_fixture.h"
+
+namespace cwm::testing {
+namespace {
+
+using nlohmann::json;
+
+class ServerLife : public ServerTest {};
+
+TEST_F(ServerLife, SocketIsThereForItsOwnerAlone) {
+  struct stat info = {};
+  ASSERT_EQ(stat(address().substr(5).c_str(), &info), 0);
+  EXPECT_EQ(info.st_mode & 077, 0U);
+}
+
+TEST_F(ServerLife, ASecondServerOnTheSameSocketIsRefused) {
+  const Finished second = RunProgram({Program("cwm-server"), "--listen", address()});
+  EXPECT_NE(second.exit_code, 0);
+  EXPECT_NE(second.err.find("cwm.sock"), std::string::npos) << second.err;
+  EXPECT_EQ(Cwm({"status"}).exit_code, 0) << "the first one must not have been disturbed";
+}
+
+TEST_F(ServerLife, ASocketLeftBehindByACrashIsTakenOver) {
+  const ScratchDirectory other;
+  const std::string socket = "unix:" + other / "left.sock";
+  {
+    Background crashing({Program("cwm-server"), "--listen", socket}, other / "log");
+    for (int i = 0;
+         i < 200 && RunProgram({Program("cwm"), "--addr", socket, "status"}).exit_code != 0; ++i) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(25));
+    }
+    crashing.Signal(SIGKILL);
+  }
+  Background next({Program("cwm-server"), "--listen", socket}, other / "log");
+  int exit_code = 1;
+  for (int i = 0; i < 200 && exit_code != 0; ++i) {
+    exit_code = RunProgram({Program("cwm"), "--addr", socket, "status"}).exit_code;
+    std::this_thread::sleep_for(std::chrono::milliseconds(25));
+  }
+  EXPECT_EQ(exit_code, 0);
+  EXPECT_EQ(next.Stop(), 0);
+}
+
+TEST_F(ServerLife, WithoutAServerTheExitCodeSaysUnavailable) {
+  const Finished run =
+      RunProgram({Program("cwm"), "--addr", "unix:" + scratch() / "nobody.sock", "status"});
+  EXPECT_EQ(run.exit_code, 2);
+  EXPECT_NE(run.err.find("nobody.sock"), std::string::npos) << run.err;
+}
+
+TEST_F(ServerLife, AWatchSeesEveryChangeInOrderAndResumes) {
+  ASSERT_EQ(Cwm({"put", "a", "--sphere", "0.1", "--at", "0,0,1"}).exit_code, 0);
+  Background watch({Program("cwm"), "--addr", address(), "-o", "ndjson", "watch"},
+                   scratch() / "watch.log");
+  const auto lines = [&](const std::string& path) {
+    std::ifstream file(path);
+    std::vector<json> steps;
+    for (std::string line; std::getline(file, line);) {
+      json step = json::parse(line, nullptr, false);
+      if (!step.is_discarded()) steps.push_back(std::move(step));
+    }
+    return steps;
+  };
+  const auto wait_for = [&](const std::string& path, std::int64_t revision) {
+    for (int i = 0; i < 400; ++i) {
+      const auto steps = lines(path);
+      if (!steps.empty() && std::stoll(steps.back().at("revision").get<std::string>()) >= revision)
+        return true;
+      std::this_thread::sleep_for(std::chrono::milliseconds(25));
+    }
+    return false;
+  };
+  ASSERT_TRUE(wait_for(scratch() / "watch.log", 1));
+  ASSERT_EQ(Cwm({"put", "b", "--box", "0.1,0.1,0.1", "--at", "1,0,1"}).exit_code, 0);
+  ASSERT_EQ(Cwm({"move", "a", "--at", "0,0,2"}).exit_code, 0);
+  ASSERT_EQ(Cwm({"remove", "b"}).exit_code, 0);
+  ASSERT_TRUE(wait_for(scratch() / "watch.log", 4));
+  std::int64_t last = 0;
+  for (const json& step : lines(scratch() / "watch.log")) {
+    const std::int64_t revision = std::stoll(step.at("revision").get<std::string>());
+    EXPECT_GE(revision, last);
+    last = revision;
+  }
+  watch.Stop();
+
+  Background resumed({Program("cwm"), "--addr", address(), "-o", "ndjson", "watch", "--from", "2"},
+                     scratch() / "resumed.log");
+  ASSERT_TRUE(wait_for(scratch() / "resumed.log", 4));
+  const json first = lines(scratch() / "resumed.log").front();
+  EXPECT_EQ(first.at("revision"), "3");
+  EXPECT_EQ(first.at("events").at("events").at(0).at("move").at("name"), "a");
+}
+
+}  // namespace
+}  // namespace cwm::testing

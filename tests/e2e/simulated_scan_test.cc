@@ -1,0 +1,113 @@
+// A virtual Kinect scans scenes whose truth is known; the server must find what stands there.
+#include <cmath>
+#include <map>
+
+#include "tests/e2e/server_fixture.h"
+
+namespace cwm::testing {
+namespace {
+
+using nlohmann::json;
+
+struct Position {
+  double x, y, z;
+};
+
+Position PositionOf(const json& pose) {
+  return {pose.at("tx_m"), pose.at("ty_m"), pose.at("tz_m")};
+}
+
+// A found object stands where a true one stands when the centres of their bounds are within this,
+// horizontally: half the side of the smallest object of the scene.
+constexpr double kSamePlace_m = 0.03;
+
+// The centre of an object's bounds in the world. The server's bounds are in the object's frame.
+Position CentreOf(const json& object) {
+  const Position o = PositionOf(object.at("x_world_object"));
+  const json& pose = object.at("x_world_object");
+  const Position c = PositionOf(object.at("bounds").at("x_object_box"));
+  const double x = pose.at("qx"), y = pose.at("qy"), z = pose.at("qz"), w = pose.at("qw");
+  const double tx = 2 * (y * c.z - z * c.y), ty = 2 * (z * c.x - x * c.z),
+               tz = 2 * (x * c.y - y * c.x);
+  return {o.x + c.x + w * tx + y * tz - z * ty, o.y + c.y + w * ty + z * tx - x * tz,
+          o.z + c.z + w * tz + x * ty - y * tx};
+}
+
+double Horizontal_m(const Position& a, const Position& b) {
+  return std::hypot(a.x - b.x, a.y - b.y);
+}
+
+class SimulatedScan : public ServerTest {};
+
+TEST_F(SimulatedScan, KitchenIsFoundAsItStands) {
+  const std::string cloud = Simulate("kitchen", {"--scene", "kitchen", "--seed", "3"});
+  const json truth = Truth("kitchen");
+  const json ingest =
+      CwmJson({"ingest", cloud, "--x-world-sensor", PoseArgument(truth.at("x_world_sensor"))});
+  ASSERT_TRUE(ingest.is_object());
+  EXPECT_EQ(ingest.at("report").at("points_in"), "307200");
+
+  // Supports: the counter top, at its height.
+  std::vector<json> true_objects;
+  double counter_z = 0;
+  for (const json& object : truth.at("objects")) {
+    if (object.at("is_support").get<bool>()) {
+      counter_z = object.at("top_z_m");
+    } else if (object.at("visible_points").get<int>() >= 300) {
+      true_objects.push_back(object);
+    }
+  }
+  ASSERT_EQ(ingest.at("supports").size(), 1U);
+  // The plane's height is the mean of ten thousands of correlated points: well below one sigma at 1
+  // m (1.9 mm).
+  EXPECT_NEAR(PositionOf(ingest["supports"][0]["x_world_object"]).z, counter_z, 0.003);
+
+  // Objects: each true one has one found at its place, and nothing else stands there.
+  std::size_t found_objects = 0;
+  for (const json& found : ingest.at("objects"))
+    found_objects += found.at("kind") == "OBJECT_KIND_OBJECT";
+  EXPECT_EQ(found_objects, true_objects.size());
+  for (const json& expected : true_objects) {
+    const Position place = PositionOf(expected.at("centre"));
+    int here = 0;
+    for (const json& found : ingest.at("objects")) {
+      if (found.at("kind") != "OBJECT_KIND_OBJECT") continue;
+      if (Horizontal_m(CentreOf(found), place) > kSamePlace_m) continue;
+      ++here;
+      EXPECT_EQ(found.at("supported_by"), ingest["supports"][0].at("name"));
+      ASSERT_FALSE(found.at("shapes").empty()) << expected.at("name");
+      const json& part = found["shapes"][0];
+      const std::string shape = expected.at("main_shape");
+      ASSERT_TRUE(part.contains(shape)) << expected.at("name") << " was found as " << part.dump();
+      if (shape == "sphere" || shape == "cylinder") {
+        // p95 of the radius error that shapes at this distance are meant to have.
+        EXPECT_NEAR(part[shape].at("radius_m").get<double>(), expected.at("radius_m").get<double>(),
+                    0.0025)
+            << expected.at("name");
+      }
+    }
+    EXPECT_EQ(here, 1) << expected.at("name");
+  }
+}
+
+TEST_F(SimulatedScan, EveryFinitePointIsAccountedFor) {
+  const std::string cloud = Simulate("table", {"--scene", "table", "--seed", "5"});
+  const json report = CwmJson({"ingest", cloud}).at("report");
+  const auto count = [&](const char* key) { return std::stoll(report.at(key).get<std::string>()); };
+  EXPECT_GT(count("points_finite"), 0);
+  EXPECT_LE(count("points_rejected"),
+            count("points_finite") / 200);  // isolated mixed pixels: 0.5 %
+  // What is neither explained nor rejected lies within no tolerance of any surface: at most 0.1 %.
+  EXPECT_GE(count("points_explained") + count("points_rejected"),
+            count("points_finite") * 999 / 1000);
+}
+
+TEST_F(SimulatedScan, LabelsNameTheTrueObjects) {
+  const std::string cloud = Simulate("kitchen", {"--scene", "kitchen", "--seed", "4"});
+  const Finished segment = Cwm({"segment", cloud, scratch() / "labelled.pcd"});
+  ASSERT_EQ(segment.exit_code, 0) << segment.err;
+  EXPECT_EQ(RevisionOf("default"), -1) << "segmenting must not make or change a world";
+}
+
+}  // namespace
+}  // namespace cwm::testing
