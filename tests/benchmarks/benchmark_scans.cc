@@ -1,0 +1,48 @@
+#include "tests/benchmarks/benchmark_scans.h"
+
+#include <cstring>
+
+#include "clients/formats/cloud_reader.h"
+#include "perception/simulation/virtual_scanner.h"
+#include "tests/support/outside_data.h"
+
+namespace cwm::benchmarks {
+namespace {
+
+constexpr int kRealScans = 45;
+constexpr int kStride = 5;
+
+perception::PointCloud ToPointCloud(const formats::CloudFile& whole) {
+  const formats::CloudFile file = formats::Select(whole, {"x", "y", "z"});
+  perception::PointCloud cloud;
+  cloud.width = static_cast<int>(file.width);
+  cloud.height = static_cast<int>(file.height);
+  cloud.points.resize(static_cast<std::size_t>(file.size()));
+  static_assert(sizeof(Eigen::Vector3f) == 3 * sizeof(float));
+  std::memcpy(cloud.points.data(), file.bytes.data(),
+              cloud.points.size() * sizeof(Eigen::Vector3f));
+  return cloud;
+}
+
+}  // namespace
+
+BenchmarkScans LoadBenchmarkScans() {
+  BenchmarkScans scans;
+  if (const auto directory = testing::OutsideData("mosd/learn")) {
+    for (int i = 0; i < kRealScans; i += kStride) {
+      const auto file = formats::ReadCloud(*directory + "/learn" + std::to_string(i) + ".pcd");
+      if (file.ok()) scans.clouds.push_back(ToPointCloud(*file));
+    }
+    scans.source = "every fifth of the 45 labelled Kinect scans (mosd/learn)";
+  } else {
+    for (std::uint64_t seed = 0; seed < kRealScans / kStride; ++seed) {
+      scans.clouds.push_back(perception::Scan(perception::RandomTable(seed, 8),
+                                              perception::KitchenCamera(), {.seed = seed})
+                                 .cloud);
+    }
+    scans.source = "nine random tables of the virtual scanner (no mosd/learn in CWM_DATA)";
+  }
+  return scans;
+}
+
+}  // namespace cwm::benchmarks

@@ -1,0 +1,19 @@
+// The scans that benchmarks run on: real ones where they are at hand, else the virtual scanner's.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "perception/cloud/point_cloud.h"
+
+namespace cwm::benchmarks {
+
+struct BenchmarkScans {
+  std::vector<perception::PointCloud> clouds;  // 640 x 480
+  std::string source;                          // in words, for the table
+};
+
+// Every fifth of the labelled Kinect scans (mosd/learn in CWM_DATA), or nine random tables.
+BenchmarkScans LoadBenchmarkScans();
+
+}  // namespace cwm::benchmarks
