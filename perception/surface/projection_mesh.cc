@@ -1,0 +1,100 @@
+#include "perception/surface/projection_mesh.h"
+
+#include <pcl/console/print.h>
+#include <pcl/point_types.h>
+#include <pcl/search/kdtree.h>
+#include <pcl/surface/gp3.h>
+#include <pcl/surface/mls.h>
+#include <pcl/surface/impl/gp3.hpp>
+#include <pcl/surface/impl/mls.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace cwm::perception {
+namespace {
+
+// About 30 neighbours of evenly spaced vertices: 5 for each of the 6 coefficients of a quadric.
+constexpr double kSmoothingRadius = 3;
+constexpr int kPolynomialOrder = 2;
+// An edge may be this much longer than the distance to the nearest vertex. Evenly spaced vertices
+// are 0.6 to 2 spacings apart.
+constexpr double kLongestToNearest = 3.0;
+constexpr int kMostNeighbors =
+    60;  // within the longest edge, of vertices 0.6 spacings apart or more
+constexpr double kLargestFold_rad = std::numbers::pi / 3;     // between normals along an edge
+constexpr double kSmallestAngle_rad = std::numbers::pi / 18;  // wished for, not guaranteed
+constexpr double kLargestAngle_rad = 2 * std::numbers::pi / 3;
+
+using Cloud = pcl::PointCloud<pcl::PointNormal>;
+
+Cloud::Ptr Smooth(const std::vector<Eigen::Vector3f>& vertices, double spacing_m) {
+  const auto input = std::make_shared<pcl::PointCloud<pcl::PointXYZ>>();
+  for (const Eigen::Vector3f& p : vertices) input->emplace_back(p.x(), p.y(), p.z());
+  pcl::MovingLeastSquares<pcl::PointXYZ, pcl::PointNormal> mls;
+  mls.setInputCloud(input);
+  mls.setSearchMethod(std::make_shared<pcl::search::KdTree<pcl::PointXYZ>>());
+  mls.setSearchRadius(kSmoothingRadius * spacing_m);
+  mls.setPolynomialOrder(kPolynomialOrder);
+  mls.setComputeNormals(true);
+  Cloud smoothed;
+  mls.process(smoothed);
+  // Vertices with fewer than three neighbours are left out by the library. They stay as they are.
+  const auto result = std::make_shared<Cloud>();
+  for (const Eigen::Vector3f& p : vertices) {
+    result->emplace_back(p.x(), p.y(), p.z(), 0.F, 0.F, 1.F);
+  }
+  const pcl::Indices& source = mls.getCorrespondingIndices()->indices;
+  for (std::size_t i = 0; i < smoothed.size() && i < source.size(); ++i) {
+    const Eigen::Vector3f moved = smoothed[i].getVector3fMap() - vertices[source[i]];
+    const Eigen::Vector3f normal = smoothed[i].getNormalVector3fMap();
+    if (!(normal.squaredNorm() > 0.5F && normal.squaredNorm() < 2)) continue;  // also when NaN
+    (*result)[source[i]].getNormalVector3fMap() = normal.normalized();
+    // A quadric through few or nearly collinear neighbours may run anywhere.
+    if (moved.norm() < spacing_m) (*result)[source[i]].getVector3fMap() += moved;
+  }
+  return result;
+}
+
+std::vector<pcl::Vertices> Triangulate(const Cloud::Ptr& cloud, double spacing_m) {
+  pcl::GreedyProjectionTriangulation<pcl::PointNormal> front;
+  front.setInputCloud(cloud);
+  front.setSearchMethod(std::make_shared<pcl::search::KdTree<pcl::PointNormal>>());
+  front.setSearchRadius(kLongestEdge * spacing_m);
+  front.setMu(kLongestToNearest);
+  front.setMaximumNearestNeighbors(kMostNeighbors);
+  front.setMaximumSurfaceAngle(kLargestFold_rad);
+  front.setMinimumAngle(kSmallestAngle_rad);
+  front.setMaximumAngle(kLargestAngle_rad);
+  front.setNormalConsistency(false);
+  std::vector<pcl::Vertices> polygons;
+  front.reconstruct(polygons);
+  return polygons;
+}
+
+}  // namespace
+
+ProjectionMesh MeshByProjection(const std::vector<Eigen::Vector3f>& vertices, double spacing_m) {
+  ProjectionMesh mesh{.vertices = vertices, .triangles = {}};
+  if (vertices.size() < 3) return mesh;
+  // The library speaks to stderr about each vertex that it leaves at a border.
+  pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS);
+  const Cloud::Ptr smoothed = Smooth(vertices, spacing_m);
+  for (std::size_t i = 0; i < vertices.size(); ++i) {
+    mesh.vertices[i] = (*smoothed)[i].getVector3fMap();
+  }
+  for (const pcl::Vertices& polygon : Triangulate(smoothed, spacing_m)) {
+    const bool valid = polygon.vertices.size() == 3 &&
+                       std::all_of(polygon.vertices.begin(), polygon.vertices.end(), [&](auto v) {
+                         return static_cast<std::size_t>(v) < vertices.size();
+                       });
+    if (!valid) continue;
+    mesh.triangles.push_back({static_cast<std::uint32_t>(polygon.vertices[0]),
+                              static_cast<std::uint32_t>(polygon.vertices[1]),
+                              static_cast<std::uint32_t>(polygon.vertices[2])});
+  }
+  return mesh;
+}
+
+}  // namespace cwm::perception

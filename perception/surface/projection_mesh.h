@@ -1,0 +1,23 @@
+// Smoothing by moving least squares and triangulation by an advancing front of local projections:
+// the only place that calls PCL.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <vector>
+
+namespace cwm::perception {
+
+struct ProjectionMesh {
+  std::vector<Eigen::Vector3f> vertices;  // the given ones, smoothed; same number and order
+  std::vector<std::array<std::uint32_t, 3>> triangles;  // as the front found them: of any winding,
+                                                        // some of them slivers, possibly repeated
+};
+
+// `vertices` are evenly spaced, about `spacing_m` apart. No vertex moves by more than the spacing.
+// No edge is longer than kLongestEdge spacings. No triangles for fewer than three vertices.
+inline constexpr double kLongestEdge = 3.5;  // bridges the gap that one missing vertex leaves
+ProjectionMesh MeshByProjection(const std::vector<Eigen::Vector3f>& vertices, double spacing_m);
+
+}  // namespace cwm::perception

@@ -1,0 +1,201 @@
+#include "perception/surface/surface_reconstruction.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <set>
+#include <span>
+#include <utility>
+
+#include "collision/geometry/triangle.h"
+#include "perception/surface/projection_mesh.h"
+#include "perception/surface/thinning.h"
+
+namespace cwm::perception {
+namespace {
+
+// Coverage of perception.md's kind: a point is explained within max(10 mm, 3 sigma) of a surface.
+constexpr double kTolerance_m = 0.010;
+constexpr double kToleranceSigmas = 3;
+// A sliver's altitude over its longest edge. The front wishes for angles of 10 degrees, whose
+// altitude is at least sin 10 = 0.17 of an edge; what is much thinner is an accident.
+constexpr double kThinnestAltitude = 0.08;
+// Cells of this edge have a diagonal of the tolerance: one small triangle explains all in them.
+constexpr double kLonelyCell_m = kTolerance_m / std::numbers::sqrt3;
+constexpr double kSmallestSpacing_m = 0.0005;  // below the noise of any range sensor
+constexpr double kWidening = 1.3;              // of the spacing while there are too many triangles
+
+double Tolerance_m(const OrientedPoints& points, std::size_t i) {
+  const double sigma_m = i < points.sigma_m.size() ? points.sigma_m[i] : 0;
+  return std::max(kTolerance_m, kToleranceSigmas * sigma_m);
+}
+
+bool IsSliver(const Vector3& a, const Vector3& b, const Vector3& c) {
+  const double longest_squared =
+      std::max({(b - a).squaredNorm(), (c - b).squaredNorm(), (a - c).squaredNorm()});
+  // Twice the area is altitude times edge.
+  return (b - a).cross(c - a).norm() < kThinnestAltitude * longest_squared;
+}
+
+// Triangles of the front, less slivers and repetitions, wound towards the viewpoint.
+TriangleMesh Clean(const ProjectionMesh& front, const Vector3& viewpoint) {
+  TriangleMesh mesh;
+  for (const Eigen::Vector3f& p : front.vertices) mesh.vertices.push_back(p.cast<double>());
+  std::set<TriangleMesh::Triangle> known;
+  for (TriangleMesh::Triangle triangle : front.triangles) {
+    TriangleMesh::Triangle key = triangle;
+    std::sort(key.begin(), key.end());
+    const Vector3& a = mesh.vertices[triangle[0]];
+    const Vector3& b = mesh.vertices[triangle[1]];
+    const Vector3& c = mesh.vertices[triangle[2]];
+    if (IsSliver(a, b, c) || !known.insert(key).second) continue;
+    if ((b - a).cross(c - a).dot(viewpoint - a) < 0) std::swap(triangle[1], triangle[2]);
+    mesh.triangles.push_back(triangle);
+  }
+  return mesh;
+}
+
+// Which triangles meet at each vertex.
+std::vector<std::vector<std::uint32_t>> Fans(const TriangleMesh& mesh) {
+  std::vector<std::vector<std::uint32_t>> fans(mesh.vertices.size());
+  for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
+    for (const std::uint32_t vertex : mesh.triangles[i]) fans[vertex].push_back(i);
+  }
+  return fans;
+}
+
+// Answers whether a point lies near the mesh. Looks at the triangles around the vertices of the
+// point's cell first and of the cells beside it then: what is near lies there.
+class NearMesh {
+ public:
+  NearMesh(const TriangleMesh& mesh, const ThinnedPoints& thinned)
+      : mesh_(mesh), thinned_(thinned), fans_(Fans(mesh)) {}
+
+  bool Explains(std::uint32_t cell, const Vector3& p, double tolerance_m) const {
+    const VoxelGrid& grid = thinned_.grid;
+    if (FanReaches(cell, p, tolerance_m)) return true;
+    for (int x = -1; x <= 1; ++x) {
+      for (int y = -1; y <= 1; ++y) {
+        for (int z = -1; z <= 1; ++z) {
+          const std::int32_t other = grid.Find(grid.cell(cell) + VoxelGrid::Cell(x, y, z));
+          if (other == VoxelGrid::kNone || other == static_cast<std::int32_t>(cell)) continue;
+          if (FanReaches(other, p, tolerance_m)) return true;
+        }
+      }
+    }
+    return false;
+  }
+
+ private:
+  bool FanReaches(std::uint32_t cell, const Vector3& p, double tolerance_m) const {
+    const auto& fan = fans_[thinned_.vertex_of_cell[cell]];
+    return std::any_of(fan.begin(), fan.end(), [&](std::uint32_t i) {
+      const auto& [a, b, c] = mesh_.triangles[i];
+      const Vector3 nearest =
+          NearestOnTriangle(mesh_.vertices[a], mesh_.vertices[b], mesh_.vertices[c], p);
+      return (nearest - p).norm() <= tolerance_m;
+    });
+  }
+
+  const TriangleMesh& mesh_;
+  const ThinnedPoints& thinned_;
+  std::vector<std::vector<std::uint32_t>> fans_;
+};
+
+// An equilateral triangle around `center` that faces the viewpoint.
+std::array<Vector3, 3> SmallTriangle(const Vector3& center, double radius_m,
+                                     const Vector3& viewpoint) {
+  const Vector3 towards = viewpoint - center;
+  const Matrix3 basis =
+      BasisFromZ(towards.norm() > 0 ? Vector3(towards.normalized()) : Vector3::UnitZ());
+  std::array<Vector3, 3> corners;
+  for (int i = 0; i < 3; ++i) {
+    const double angle_rad = 2 * std::numbers::pi * i / 3;
+    corners[i] = center + radius_m * (std::cos(angle_rad) * basis.col(0) +
+                                      std::sin(angle_rad) * basis.col(1));
+  }
+  return corners;
+}
+
+struct Cover {
+  const OrientedPoints& points;
+  double spacing_m = 0;
+};
+
+// Covers points that lie near no triangle by small triangles of their own, one per cell.
+void CoverLonely(const Cover& cover, const std::vector<std::uint32_t>& lonely, Surface& surface) {
+  std::vector<Eigen::Vector3f> positions;
+  for (const std::uint32_t i : lonely) positions.push_back(cover.points.points[i]);
+  if (positions.empty()) return;
+  const double edge_m = std::max(kLonelyCell_m, cover.spacing_m);
+  const VoxelGrid grid = VoxelGrid::Build(positions, static_cast<float>(edge_m));
+  for (std::size_t cell = 0; cell < grid.size(); ++cell) {
+    const auto corners = SmallTriangle(grid.Centroid(cell).cast<double>(), 0.5 * cover.spacing_m,
+                                       cover.points.viewpoint);
+    const auto first = static_cast<std::uint32_t>(surface.mesh.vertices.size());
+    surface.mesh.vertices.insert(surface.mesh.vertices.end(), corners.begin(), corners.end());
+    surface.mesh.triangles.push_back({first, first + 1, first + 2});
+    for (const std::uint32_t member : grid.PointsOf(cell)) {
+      const Vector3 p = positions[member].cast<double>();
+      const double distance_m =
+          (NearestOnTriangle(corners[0], corners[1], corners[2], p) - p).norm();
+      if (distance_m <= Tolerance_m(cover.points, lonely[member])) {
+        surface.explained.push_back(lonely[member]);
+      }
+    }
+  }
+}
+
+void DropUnusedVertices(TriangleMesh& mesh) {
+  constexpr std::uint32_t kUnused = ~0U;
+  std::vector<std::uint32_t> renamed(mesh.vertices.size(), kUnused);
+  std::vector<Vector3> used;
+  for (TriangleMesh::Triangle& triangle : mesh.triangles) {
+    for (std::uint32_t& vertex : triangle) {
+      if (renamed[vertex] == kUnused) {
+        renamed[vertex] = static_cast<std::uint32_t>(used.size());
+        used.push_back(mesh.vertices[vertex]);
+      }
+      vertex = renamed[vertex];
+    }
+  }
+  mesh.vertices = std::move(used);
+}
+
+Surface Complete(const OrientedPoints& points, const ThinnedPoints& thinned, TriangleMesh mesh) {
+  Surface surface{.mesh = std::move(mesh), .explained = {}};
+  std::vector<std::uint32_t> lonely;
+  const NearMesh near_mesh(surface.mesh, thinned);
+  for (std::uint32_t i = 0; i < points.size(); ++i) {
+    const bool explained = near_mesh.Explains(
+        thinned.grid.CellOfPoint(i), points.points[i].cast<double>(), Tolerance_m(points, i));
+    (explained ? surface.explained : lonely).push_back(i);
+  }
+  CoverLonely({.points = points, .spacing_m = thinned.grid.edge_m()}, lonely, surface);
+  std::sort(surface.explained.begin(), surface.explained.end());
+  DropUnusedVertices(surface.mesh);
+  return surface;
+}
+
+}  // namespace
+
+Surface ReconstructSurface(const OrientedPoints& points, const SurfaceOptions& options) {
+  if (points.points.empty()) return {};
+  const std::size_t most = std::max(options.max_triangles, 1);
+  double spacing_m = std::max(kSmallestSpacing_m, options.spacing_m);
+  while (true) {
+    const ThinnedPoints thinned = Thin(points.points, static_cast<float>(spacing_m));
+    // A surface has about two triangles per vertex; points that form none have one each. So there
+    // is no need to triangulate before the vertices are few enough.
+    if (thinned.vertices.size() <= most) {
+      Surface surface = Complete(
+          points, thinned,
+          Clean(MeshByProjection(thinned.vertices, thinned.grid.edge_m()), points.viewpoint));
+      if (surface.mesh.triangles.size() <= most) return surface;
+    }
+    spacing_m = kWidening * thinned.grid.edge_m();
+  }
+}
+
+}  // namespace cwm::perception

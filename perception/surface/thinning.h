@@ -1,0 +1,24 @@
+// Points thinned to an even spacing, so that triangles between them are well shaped.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "perception/cloud/voxel_grid.h"
+
+namespace cwm::perception {
+
+// No two vertices are nearer than kClosestVertices times the grid's edge.
+inline constexpr float kClosestVertices = 0.6F;  // a cell's centroid may lie close to its border
+
+struct ThinnedPoints {
+  VoxelGrid grid;                            // over the points
+  std::vector<Eigen::Vector3f> vertices;     // centroids of cells
+  std::vector<std::int32_t> vertex_of_cell;  // its own centroid, or the kept one next to it
+};
+
+ThinnedPoints Thin(std::span<const Eigen::Vector3f> points, float spacing_m);
+
+}  // namespace cwm::perception
