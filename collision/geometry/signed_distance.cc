@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "collision/geometry/revolved_profile.h"
 #include "collision/geometry/segment.h"
 
 namespace cwm {
@@ -13,86 +14,6 @@ namespace {
 // Nearer to a sharp edge than this share of the shape's size, the direction away from it is lost in
 // rounding (2^-52 of the size, some operations later) and a face's normal is used instead.
 constexpr double kRoundoff = 1e-15;
-
-// A solid of revolution about z is its profile in the half plane (radial, z); these carry an answer
-// from there to space.
-struct ProfilePoint {
-  double signed_distance_m;
-  Vector2 nearest;  // radial, z
-  Vector2 normal;
-};
-
-struct RadialFrame {
-  double radial;
-  Vector2 direction;  // unit, in the xy plane; x on the axis, where every direction is valid
-};
-
-RadialFrame RadialFrameOf(const Vector3& p) {
-  const double radial = std::hypot(p.x(), p.y());
-  if (!(radial > 0)) return {0, Vector2::UnitX()};
-  return {radial, Vector2(p.x() / radial, p.y() / radial)};
-}
-
-SurfacePoint Revolve(const ProfilePoint& profile, const Vector2& direction) {
-  const auto lift = [&direction](const Vector2& v) {
-    return Vector3(v.x() * direction.x(), v.x() * direction.y(), v.y());
-  };
-  return {profile.signed_distance_m, lift(profile.nearest), lift(profile.normal).normalized()};
-}
-
-// The solid |x_i| <= half_i, in any number of dimensions.
-template <class Vector>
-struct BoxPoint {
-  double signed_distance_m;
-  Vector nearest, normal;
-};
-
-template <class Vector>
-BoxPoint<Vector> NearestOnBox(const Vector& half, const Vector& p) {
-  const Vector nearest = p.cwiseMax(-half).cwiseMin(half);
-  const Vector offset = p - nearest;
-  const double distance = offset.norm();
-  if (distance > kRoundoff * half.maxCoeff()) return {distance, nearest, offset / distance};
-  Eigen::Index axis;
-  const double depth = (half - p.cwiseAbs()).minCoeff(&axis);
-  Vector normal = Vector::Zero(), on_face = nearest;
-  normal[axis] = std::copysign(1.0, p[axis]);
-  on_face[axis] = std::copysign(half[axis], p[axis]);
-  return {-depth, on_face, normal};
-}
-
-// One straight side of a profile, with the solid on the left of a to b.
-struct Side {
-  Vector2 a, b;
-  Vector2 Outward() const { return Vector2(b.y() - a.y(), a.x() - b.x()).normalized(); }
-};
-
-ProfilePoint NearestOnConeProfile(const Cone& cone, const Vector2& p) {
-  const double half = 0.5 * cone.length_m;
-  const Vector2 bottom(cone.radius_bottom_m, -half), top(cone.radius_top_m, half);
-  const std::array<Side, 3> sides = {Side{Vector2(0, -half), bottom}, Side{bottom, top},
-                                     Side{top, Vector2(0, half)}};
-  const std::array<Vector2, 3> outward = {Vector2(0, -1), sides[1].Outward(), Vector2(0, 1)};
-  int best = -1;
-  Vector2 best_nearest = Vector2::Zero();
-  double best_distance = 0;
-  bool inside = true;
-  for (int i = 0; i < 3; ++i) {
-    inside = inside && (p - sides[i].b).dot(outward[i]) <= 0;
-    if (i != 1 && sides[i].a == sides[i].b) continue;  // an apex has no disc
-    const Vector2 nearest = NearestOnSegment(sides[i].a, sides[i].b, p);
-    const double distance = (p - nearest).norm();
-    if (best >= 0 && distance >= best_distance) continue;
-    best = i;
-    best_nearest = nearest;
-    best_distance = distance;
-  }
-  const double plane_distance = (p - sides[best].b).dot(outward[best]);
-  if (inside) return {plane_distance, best_nearest, outward[best]};
-  const double size = std::max({cone.radius_bottom_m, cone.radius_top_m, half});
-  if (best_distance <= kRoundoff * size) return {best_distance, best_nearest, outward[best]};
-  return {best_distance, best_nearest, (p - best_nearest) / best_distance};
-}
 
 // The border of a plate's outline or holes nearest to a point, and the direction away from the
 // solid there.
@@ -145,20 +66,28 @@ SurfacePoint NearestSurfacePoint(const Sphere& sphere, const Vector3& p) {
 }
 
 SurfacePoint NearestSurfacePoint(const Box& box, const Vector3& p) {
-  const BoxPoint<Vector3> at = NearestOnBox<Vector3>(0.5 * box.size_m, p);
-  return {at.signed_distance_m, at.nearest, at.normal};
+  const Vector3 half = 0.5 * box.size_m;
+  const Vector3 nearest = p.cwiseMax(-half).cwiseMin(half);
+  const Vector3 offset = p - nearest;
+  const double distance = offset.norm();
+  if (distance > kRoundoff * half.maxCoeff()) return {distance, nearest, offset / distance};
+  Eigen::Index axis;
+  const double depth = (half - p.cwiseAbs()).minCoeff(&axis);
+  Vector3 normal = Vector3::Zero(), on_face = nearest;
+  normal[axis] = std::copysign(1.0, p[axis]);
+  on_face[axis] = std::copysign(half[axis], p[axis]);
+  return {-depth, on_face, normal};
 }
 
 SurfacePoint NearestSurfacePoint(const Cylinder& cylinder, const Vector3& p) {
-  const RadialFrame frame = RadialFrameOf(p);
-  const BoxPoint<Vector2> at = NearestOnBox<Vector2>(
-      Vector2(cylinder.radius_m, 0.5 * cylinder.length_m), Vector2(frame.radial, p.z()));
-  return Revolve({at.signed_distance_m, at.nearest, at.normal}, frame.direction);
+  return NearestSurfacePoint(Cone{cylinder.radius_m, cylinder.radius_m, cylinder.length_m}, p);
 }
 
 SurfacePoint NearestSurfacePoint(const Cone& cone, const Vector3& p) {
-  const RadialFrame frame = RadialFrameOf(p);
-  return Revolve(NearestOnConeProfile(cone, Vector2(frame.radial, p.z())), frame.direction);
+  const double half = 0.5 * cone.length_m;
+  const std::array<Vector2, 4> profile = {Vector2(0, -half), Vector2(cone.radius_bottom_m, -half),
+                                          Vector2(cone.radius_top_m, half), Vector2(0, half)};
+  return NearestOnRevolvedProfile(profile, p).surface;
 }
 
 SurfacePoint NearestSurfacePoint(const Capsule& capsule, const Vector3& p) {
