@@ -40,7 +40,7 @@ struct SimulatedCloud {
 };
 
 struct ScanOptions {
-  SensorNoise noise;
+  SensorNoise noise = {};
   bool noiseless = false;
   std::uint64_t seed = 1;
 };
