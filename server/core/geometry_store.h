@@ -9,6 +9,7 @@
 
 #include "absl/status/statusor.h"
 #include "collision/geometry/triangle_mesh.h"
+#include "server/core/limits.h"
 
 namespace cwm::server {
 
@@ -26,6 +27,9 @@ std::string Sha256Hex(std::string_view bytes);
 // kMeshF64: uint32 vertex_count, uint32 triangle_count, vertices 3 x f64, triangles 3 x uint32,
 // little-endian.
 std::string EncodeMesh(const TriangleMesh& mesh);
+// InvalidArgument INVALID_FIELD when the bytes are not such an encoding, or the mesh breaks a rule
+// of validation.h (indices, finite, at least one triangle).
+absl::StatusOr<TriangleMesh> DecodeMesh(std::string_view bytes);
 // The hash of a mesh's encoding without keeping the encoding; cached by the mesh's address while it
 // lives.
 std::string HashOf(const std::shared_ptr<const TriangleMesh>& mesh);
@@ -34,7 +38,9 @@ std::string HashOf(const std::shared_ptr<const TriangleMesh>& mesh);
 // uses their mesh, and otherwise the most recently used ones within a byte limit.
 class GeometryStore {
  public:
-  explicit GeometryStore(std::int64_t max_bytes);
+  // `max_bytes` limits the memory of blobs that no object uses: their bytes and decoded meshes.
+  explicit GeometryStore(std::int64_t max_bytes,
+                         std::int64_t max_triangles = Limits{}.max_mesh_triangles);
   ~GeometryStore();
 
   struct Stored {
@@ -42,7 +48,7 @@ class GeometryStore {
     bool already_known = false;
   };
   // InvalidArgument when a mesh blob is malformed or breaks a rule (indices, finite, triangles):
-  // names field, value, rule. ResourceExhausted when it can never fit.
+  // names field, value, rule. ResourceExhausted GEOMETRY_TOO_LARGE when it can never fit.
   absl::StatusOr<Stored> Put(BlobFormat format, std::string bytes);
   // Makes the mesh of an object readable by its hash; holds it weakly.
   std::string Offer(const std::shared_ptr<const TriangleMesh>& mesh);

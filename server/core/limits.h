@@ -6,6 +6,8 @@
 
 namespace cwm::server {
 
+using Clock = std::chrono::steady_clock;  // of deadlines and ages
+
 struct Limits {
   std::int64_t max_message_bytes = 16 << 20;
   std::int64_t max_chunk_bytes = 1 << 20;
@@ -23,11 +25,20 @@ struct Limits {
                                     << 30;  // blobs that clients wrote and no object holds yet
 };
 
+// Per world. Whatever is reached first ends the keeping; the newest snapshot and the newest
+// revision's events are always kept.
 struct Retention {
   std::int64_t exact_snapshots = 256;
-  std::int64_t watch_events = 65'536;
+  // 256 snapshots of 10 000 objects are 370 MB of pointers and trees: room for them, no more.
+  std::int64_t snapshot_bytes = std::int64_t{512} << 20;
+  std::int64_t watch_events = 65'536;  // changed objects, summed over revisions
+  std::int64_t watch_bytes = std::int64_t{256} << 20;
   std::chrono::seconds watch_time = std::chrono::minutes(5);
   std::chrono::seconds request_id_time = std::chrono::minutes(10);
+  // 437 writes a second for ten minutes; at about 200 bytes each, 50 MB.
+  std::int64_t request_ids = 262'144;
+  // Whole ingest replies for retries: some 50 of a 640 x 480 cloud (1.2 MB of labels).
+  std::int64_t reply_bytes = std::int64_t{64} << 20;
 };
 
 }  // namespace cwm::server

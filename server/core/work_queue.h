@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <string>
@@ -23,11 +24,13 @@ class WorkQueue {
   ~WorkQueue();  // Drains
 
   // False when the queue is full or draining: the caller answers RESOURCE_EXHAUSTED with a retry
-  // time.
+  // time. An empty function must not be pushed.
   bool TryPush(std::function<void()> task);
-  // Refuses new tasks and waits for the rest.
+  // Refuses new tasks and waits for the rest, which are done. Never from one of its own tasks.
   void Drain();
   std::size_t waiting() const;
+  // Tasks that ended in an exception: it is swallowed, so that one bad task never ends the server.
+  std::int64_t failed() const;
 
  private:
   struct State;

@@ -19,8 +19,7 @@
 
 namespace cwm::server {
 
-using SnapshotPtr = std::shared_ptr<const collision::WorldSnapshot>;
-using Clock = std::chrono::steady_clock;
+struct IngestOutcome;  // ingest.h
 
 // Which revision a question is about.
 struct Latest {};
@@ -41,11 +40,15 @@ struct WriteOptions {
 struct WriteOutcome {
   collision::Revision revision;  // of the world after the write (unchanged when it had no effect)
   bool replayed = false;         // a retry: this is the first reply
+  SnapshotPtr snapshot;          // the world at `revision`; nullptr when replayed
+  std::shared_ptr<const IngestOutcome> ingest;  // the first reply of a replayed ingest
 };
 
 class World {
  public:
-  World(std::string name, std::string uid, Retention retention);
+  // `now` tells ages; tests pass their own.
+  World(std::string name, std::string uid, Retention retention,
+        std::function<Clock::time_point()> now = Clock::now);
   ~World();
 
   const std::string& name() const;
@@ -53,27 +56,37 @@ class World {
 
   // Never blocks on a writer's work.
   SnapshotPtr Snapshot() const;
-  // AtLeast waits for the revision until `deadline` (DeadlineExceeded) or `stop` (Cancelled);
-  // Exactly answers OutOfRange REVISION_COMPACTED for one no longer kept and REVISION_IN_FUTURE for
-  // one not yet made.
+  // AtLeast waits for the revision until `deadline` (DeadlineExceeded), `stop` (Cancelled) or the
+  // world's end (NotFound WORLD_DELETED); Exactly answers OutOfRange REVISION_COMPACTED for one no
+  // longer kept and REVISION_IN_FUTURE for one not yet made.
   absl::StatusOr<SnapshotPtr> At(const RevisionRule& rule, Clock::time_point deadline,
                                  std::stop_token stop) const;
 
-  // Applies the changes to the latest snapshot, all or nothing.
+  // Applies the changes to the latest snapshot, all or nothing. NotFound OBJECT_UNKNOWN, Aborted
+  // REVISION_MISMATCH or OBJECT_REVISION_MISMATCH (expected_revision, actual_revision in the
+  // metadata), FailedPrecondition REQUEST_ID_REUSED, InvalidArgument INVALID_FIELD ("changes[i]").
   absl::StatusOr<WriteOutcome> Apply(std::span<const collision::Change> changes,
                                      const WriteOptions& options);
 
   // For changes that are made from the latest snapshot (ingest): takes the writer's turn, calls
-  // `make` with it and applies what it returns. `make` runs under the turn and must be short.
-  absl::StatusOr<WriteOutcome> Update(
-      const std::function<absl::StatusOr<std::vector<collision::Change>>(const SnapshotPtr&)>& make,
-      const WriteOptions& options);
+  // `make` with it and applies what it returns. `make` runs under the turn and must be short; it
+  // is not called for a replay or a revision that does not match. `reply`, if any, makes what
+  // retries of the same request_id get as `ingest`; it runs under the turn, once written.
+  using MakeChanges =
+      std::function<absl::StatusOr<std::vector<collision::Change>>(const SnapshotPtr&)>;
+  using MakeReply = std::function<std::shared_ptr<const IngestOutcome>(const WriteOutcome&)>;
+  absl::StatusOr<WriteOutcome> Update(const MakeChanges& make, const WriteOptions& options,
+                                      const MakeReply& reply = {});
+
+  // What Update would answer before it calls `make`: an error, the first reply of a retry, or
+  // nothing. Saves the work of a write that cannot be.
+  absl::StatusOr<std::optional<WriteOutcome>> Precheck(const WriteOptions& options) const;
 
   // The next free name "<stem>_<n>" in this world, e.g. object_7; never given twice. Only under the
   // writer's turn (in `make`).
   std::string NextName(const std::string& stem);
 
-  // The sensor's first estimated pose is kept until one is given.
+  // The sensor's first estimated pose is kept until one is given. Keep replaces.
   std::optional<Pose> SensorPose(const std::string& sensor) const;
   void KeepSensorPose(const std::string& sensor, const Pose& X_WC);
 
@@ -81,7 +94,8 @@ class World {
   void MarkObserved(std::span<const std::string> names, std::chrono::system_clock::time_point when);
   std::optional<std::chrono::system_clock::time_point> LastObserved(const std::string& name) const;
 
-  // Starts a watch; see watch.h. OutOfRange REVISION_COMPACTED / REVISION_IN_FUTURE.
+  // Starts a watch; see watch.h. OutOfRange REVISION_COMPACTED / REVISION_IN_FUTURE, NotFound
+  // WORLD_DELETED, Unavailable SERVER_DRAINING.
   absl::StatusOr<std::unique_ptr<WatchCursor>> Watch(const WatchOptions& options,
                                                      std::function<void()> wake);
 
@@ -91,16 +105,19 @@ class World {
   // Ends all watches and refuses writes with NotFound WORLD_DELETED; snapshots that readers hold
   // stay good.
   void Close();
+  // Ends all watches with a last bookmark, for shutting down. Writes under way still finish.
+  void Drain();
 
  private:
   struct State;
-  std::shared_ptr<State> state_;
+  std::unique_ptr<State> state_;
 };
 
 // All worlds of the server. Thread safe. The empty name means "default".
 class WorldRegistry {
  public:
-  WorldRegistry(Limits limits, Retention retention);
+  WorldRegistry(Limits limits, Retention retention,
+                std::function<Clock::time_point()> now = Clock::now);
   ~WorldRegistry();
 
   // InvalidArgument for a bad name (letters, digits, _ - . 1 to 128 characters), ResourceExhausted

@@ -1,0 +1,22 @@
+// What a snapshot or an object costs in memory, to the nearest factor of two: for the caps on
+// history. Cheap: counts parts and triangles, touches no geometry.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "collision/world/world_snapshot.h"
+
+namespace cwm::server {
+
+// The object with all its geometry.
+std::int64_t ApproximateBytes(const collision::WorldObject& object);
+
+// The snapshot itself: pointers and tree, without the objects, which snapshots share.
+std::int64_t ApproximateOwnBytes(const collision::WorldSnapshot& snapshot);
+
+// What a revision took out of the world: memory that from then on history alone holds. An object
+// that only moved shares its geometry with its successor and counts without it.
+std::int64_t ApproximateSupersededBytes(std::span<const collision::ObjectDelta> deltas);
+
+}  // namespace cwm::server

@@ -1,0 +1,305 @@
+#include "server/core/geometry_store.h"
+
+#include <openssl/evp.h>
+
+#include <array>
+#include <bit>
+#include <cstring>
+#include <list>
+#include <mutex>
+#include <unordered_map>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "collision/geometry/validation.h"
+#include "server/core/error.h"
+
+namespace cwm::server {
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "blobs are copied as they lie in memory");
+static_assert(sizeof(Vector3) == 3 * sizeof(double));
+static_assert(sizeof(TriangleMesh::Triangle) == 3 * sizeof(std::uint32_t));
+
+using MeshHeader = std::array<std::uint32_t, 2>;  // vertex_count, triangle_count
+
+class Sha256 {
+ public:
+  Sha256() : context_(EVP_MD_CTX_new()) { EVP_DigestInit_ex(context_, EVP_sha256(), nullptr); }
+  ~Sha256() { EVP_MD_CTX_free(context_); }
+  Sha256(const Sha256&) = delete;
+  Sha256& operator=(const Sha256&) = delete;
+
+  void Add(const void* data, std::size_t size) { EVP_DigestUpdate(context_, data, size); }
+
+  std::string Hex() {
+    std::array<unsigned char, EVP_MAX_MD_SIZE> digest;
+    unsigned int size = 0;
+    EVP_DigestFinal_ex(context_, digest.data(), &size);
+    static constexpr char kDigits[] = "0123456789abcdef";
+    std::string hex;
+    for (unsigned int i = 0; i < size; ++i) {
+      hex.push_back(kDigits[digest[i] >> 4]);
+      hex.push_back(kDigits[digest[i] & 15]);
+    }
+    return hex;
+  }
+
+ private:
+  EVP_MD_CTX* context_;
+};
+
+// The pieces of a mesh's encoding, in order: one definition of the format for bytes and for hashes.
+template <class Sink>
+void ForEachPiece(const TriangleMesh& mesh, const Sink& sink) {
+  const MeshHeader header = {static_cast<std::uint32_t>(mesh.vertices.size()),
+                             static_cast<std::uint32_t>(mesh.triangles.size())};
+  sink(header.data(), sizeof(header));
+  sink(mesh.vertices.data(), mesh.vertices.size() * sizeof(Vector3));
+  sink(mesh.triangles.data(), mesh.triangles.size() * sizeof(TriangleMesh::Triangle));
+}
+
+std::string HashOfEncoding(const TriangleMesh& mesh) {
+  Sha256 sha;
+  ForEachPiece(mesh, [&](const void* data, std::size_t size) { sha.Add(data, size); });
+  return sha.Hex();
+}
+
+// Hashes of living meshes by address. An entry is good while its weak pointer still leads to the
+// mesh: an address that is used again does not.
+class HashCache {
+ public:
+  std::string Find(const std::shared_ptr<const TriangleMesh>& mesh) {
+    std::lock_guard lock(mutex_);
+    const auto found = entries_.find(mesh.get());
+    if (found == entries_.end() || found->second.mesh.lock() != mesh) return {};
+    return found->second.hash;
+  }
+
+  void Keep(const std::shared_ptr<const TriangleMesh>& mesh, const std::string& hash) {
+    std::lock_guard lock(mutex_);
+    if (entries_.size() >= purge_at_) {
+      std::erase_if(entries_, [](const auto& entry) { return entry.second.mesh.expired(); });
+      purge_at_ = 2 * entries_.size() + kFirstPurge;  // amortised: one look per insertion
+    }
+    entries_[mesh.get()] = {mesh, hash};
+  }
+
+ private:
+  static constexpr std::size_t kFirstPurge = 256;  // below it, dead entries cost nothing
+  struct Entry {
+    std::weak_ptr<const TriangleMesh> mesh;
+    std::string hash;
+  };
+  std::mutex mutex_;
+  std::unordered_map<const TriangleMesh*, Entry> entries_;
+  std::size_t purge_at_ = kFirstPurge;
+};
+
+absl::Status TooLarge(std::string_view what, std::size_t size, std::int64_t limit) {
+  return MakeError(absl::StatusCode::kResourceExhausted,
+                   absl::StrCat("geometry: ", absl::string_view(what.data(), what.size()), " is ",
+                                size, ", must be at most ", limit),
+                   {.reason = "GEOMETRY_TOO_LARGE",
+                    .fields = {},
+                    .metadata = {{"limit", std::to_string(limit)}},
+                    .retry_after_s = {}});
+}
+
+// The counts that a mesh blob claims; InvalidArgument when its size does not bear them out.
+absl::StatusOr<MeshHeader> ReadMeshHeader(std::string_view bytes) {
+  MeshHeader header;
+  if (bytes.size() < sizeof(header)) {
+    return InvalidField("mesh", absl::StrCat("has ", bytes.size(), " bytes, must have at least ",
+                                             sizeof(header), " for its header"));
+  }
+  std::memcpy(header.data(), bytes.data(), sizeof(header));
+  const std::uint64_t expected = sizeof(header) + std::uint64_t{header[0]} * sizeof(Vector3) +
+                                 std::uint64_t{header[1]} * sizeof(TriangleMesh::Triangle);
+  if (bytes.size() != expected) {
+    return InvalidField("mesh",
+                        absl::StrCat("has ", bytes.size(), " bytes, must have ", expected, " for ",
+                                     header[0], " vertices and ", header[1], " triangles"));
+  }
+  return header;
+}
+
+}  // namespace
+
+std::string Sha256Hex(std::string_view bytes) {
+  Sha256 sha;
+  sha.Add(bytes.data(), bytes.size());
+  return sha.Hex();
+}
+
+std::string EncodeMesh(const TriangleMesh& mesh) {
+  std::string bytes;
+  ForEachPiece(mesh, [&](const void* data, std::size_t size) {
+    bytes.append(static_cast<const char*>(data), size);
+  });
+  return bytes;
+}
+
+absl::StatusOr<TriangleMesh> DecodeMesh(std::string_view bytes) {
+  const absl::StatusOr<MeshHeader> header = ReadMeshHeader(bytes);
+  if (!header.ok()) return header.status();
+  TriangleMesh mesh;
+  mesh.vertices.resize((*header)[0]);
+  mesh.triangles.resize((*header)[1]);
+  const std::size_t vertex_bytes = mesh.vertices.size() * sizeof(Vector3);
+  const char* data = bytes.data() + sizeof(MeshHeader);
+  if (vertex_bytes > 0) {
+    std::memcpy(static_cast<void*>(mesh.vertices.data()), data, vertex_bytes);
+  }
+  if (!mesh.triangles.empty()) {
+    std::memcpy(mesh.triangles.data(), data + vertex_bytes,
+                mesh.triangles.size() * sizeof(TriangleMesh::Triangle));
+  }
+  if (const std::optional<Violation> violation = FindViolation(mesh)) {
+    return InvalidField("mesh." + violation->field,
+                        "is " + violation->value + ", " + violation->rule);
+  }
+  return mesh;
+}
+
+std::string HashOf(const std::shared_ptr<const TriangleMesh>& mesh) {
+  static HashCache& cache = *new HashCache;  // lives as long as the process
+  std::string hash = cache.Find(mesh);
+  if (hash.empty()) {
+    hash = HashOfEncoding(*mesh);
+    cache.Keep(mesh, hash);
+  }
+  return hash;
+}
+
+struct GeometryStore::State {
+  struct Entry {
+    std::shared_ptr<const Blob> blob;        // held while recently used, else null
+    std::weak_ptr<const TriangleMesh> mesh;  // leads to the mesh while an object uses it
+    std::list<std::string>::iterator used;   // into `recent`, where blob is set
+    bool dead() const { return blob == nullptr && mesh.expired(); }
+  };
+
+  const std::int64_t max_bytes;
+  const std::int64_t max_triangles;
+  mutable std::mutex mutex;
+  std::unordered_map<std::string, Entry> entries;  // by hash
+  std::list<std::string> recent;                   // hashes of held blobs, newest first
+  std::int64_t held_bytes = 0;
+  std::size_t purge_at = 1024;  // dead entries below this number cost nothing worth a look
+
+  // A decoded mesh takes about the room of its bytes.
+  static std::int64_t Cost(const Blob& blob) {
+    return static_cast<std::int64_t>(blob.bytes.size()) * (blob.mesh == nullptr ? 1 : 2);
+  }
+
+  // What is let go is moved out, to be freed after the lock.
+  using Freed = std::vector<std::shared_ptr<const Blob>>;
+
+  Freed Hold(const std::string& hash, std::shared_ptr<const Blob> blob) {
+    Entry& entry = entries[hash];
+    recent.push_front(hash);
+    entry.used = recent.begin();
+    entry.mesh = blob->mesh;
+    held_bytes += Cost(*blob);
+    entry.blob = std::move(blob);
+    return Shrink();
+  }
+
+  Freed Shrink() {
+    Freed freed;
+    while (held_bytes > max_bytes && recent.size() > 1) {
+      const auto oldest = entries.find(recent.back());
+      held_bytes -= Cost(*oldest->second.blob);
+      freed.push_back(std::move(oldest->second.blob));
+      oldest->second.blob = nullptr;
+      recent.pop_back();
+      if (oldest->second.mesh.expired()) entries.erase(oldest);  // labels
+    }
+    if (entries.size() >= purge_at) {
+      std::erase_if(entries, [](const auto& entry) { return entry.second.dead(); });
+      purge_at = 2 * entries.size() + 1024;
+    }
+    return freed;
+  }
+
+  // The entry of the hash when its bytes can be had, marked as used; else null.
+  const Entry* Touch(const std::string& hash) {
+    const auto found = entries.find(hash);
+    if (found == entries.end() || found->second.dead()) return nullptr;
+    if (found->second.blob != nullptr) {
+      recent.splice(recent.begin(), recent, found->second.used);
+    }
+    return &found->second;
+  }
+};
+
+GeometryStore::GeometryStore(std::int64_t max_bytes, std::int64_t max_triangles)
+    : state_(new State{.max_bytes = max_bytes,
+                       .max_triangles = max_triangles,
+                       .mutex = {},
+                       .entries = {},
+                       .recent = {}}) {}
+GeometryStore::~GeometryStore() = default;
+
+absl::StatusOr<GeometryStore::Stored> GeometryStore::Put(BlobFormat format, std::string bytes) {
+  auto blob = std::make_shared<Blob>();
+  blob->format = format;
+  if (format == BlobFormat::kMeshF64) {
+    const absl::StatusOr<MeshHeader> header = ReadMeshHeader(bytes);
+    if (!header.ok()) return header.status();
+    if ((*header)[1] > state_->max_triangles) {
+      return TooLarge("triangle_count", (*header)[1], state_->max_triangles);
+    }
+    absl::StatusOr<TriangleMesh> mesh = DecodeMesh(bytes);
+    if (!mesh.ok()) return mesh.status();
+    blob->mesh = std::make_shared<const TriangleMesh>(*std::move(mesh));
+  } else if (bytes.size() % sizeof(std::uint32_t) != 0) {
+    return InvalidField("labels",
+                        absl::StrCat("has ", bytes.size(), " bytes, must be a multiple of 4"));
+  }
+  blob->bytes = std::move(bytes);
+  if (State::Cost(*blob) > state_->max_bytes) {
+    return TooLarge("total_bytes", blob->bytes.size(), state_->max_bytes);
+  }
+  const std::string hash = Sha256Hex(blob->bytes);
+  State::Freed freed;
+  std::lock_guard lock(state_->mutex);
+  const State::Entry* known = state_->Touch(hash);
+  const Stored stored{.hash = hash, .already_known = known != nullptr};
+  // What was known by a living mesh alone is held from now on: its writer will ask for it.
+  if (known == nullptr || known->blob == nullptr) freed = state_->Hold(hash, std::move(blob));
+  return stored;
+}
+
+std::string GeometryStore::Offer(const std::shared_ptr<const TriangleMesh>& mesh) {
+  const std::string hash = HashOf(mesh);
+  std::lock_guard lock(state_->mutex);
+  State::Entry& entry = state_->entries[hash];
+  if (entry.mesh.expired()) entry.mesh = mesh;
+  return hash;
+}
+
+absl::StatusOr<std::shared_ptr<const Blob>> GeometryStore::Get(std::string_view hash) const {
+  const std::string key(hash);
+  std::shared_ptr<const TriangleMesh> mesh;
+  {
+    std::lock_guard lock(state_->mutex);
+    if (const State::Entry* entry = state_->Touch(key); entry != nullptr) {
+      if (entry->blob != nullptr) return entry->blob;
+      mesh = entry->mesh.lock();
+    }
+  }
+  if (mesh == nullptr) {
+    return MakeError(absl::StatusCode::kNotFound,
+                     absl::StrCat("hash: no geometry \"", key, "\" is known"),
+                     {.reason = "GEOMETRY_UNKNOWN",
+                      .fields = {},
+                      .metadata = {{"hash", key}},
+                      .retry_after_s = {}});
+  }
+  return std::make_shared<const Blob>(
+      Blob{.format = BlobFormat::kMeshF64, .bytes = EncodeMesh(*mesh), .mesh = mesh});
+}
+
+}  // namespace cwm::server

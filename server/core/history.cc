@@ -1,0 +1,113 @@
+#include "server/core/history.h"
+
+#include <map>
+#include <string>
+#include <utility>
+
+#include "server/core/approximate_bytes.h"
+
+namespace cwm::server {
+
+using collision::ObjectDelta;
+using collision::Revision;
+
+History::History(Retention retention, SnapshotPtr first) : retention_(retention) {
+  snapshot_bytes_ = ApproximateOwnBytes(*first);
+  snapshots_.push_back({std::move(first), snapshot_bytes_});
+}
+
+History::Forgotten History::Append(SnapshotPtr next, EventPtr event) {
+  const std::int64_t superseded = ApproximateSupersededBytes(event->deltas);
+  snapshots_.back().bytes += superseded;
+  const std::int64_t own = ApproximateOwnBytes(*next);
+  snapshots_.push_back({std::move(next), own});
+  snapshot_bytes_ += superseded + own;
+
+  const auto deltas = static_cast<std::int64_t>(event->deltas.size());
+  const std::int64_t event_bytes = static_cast<std::int64_t>(sizeof(Event)) + superseded +
+                                   deltas * static_cast<std::int64_t>(sizeof(ObjectDelta));
+  event_bytes_ += event_bytes;
+  event_deltas_ += deltas;
+  const Clock::time_point now = event->when;
+  events_.push_back({std::move(event), event_bytes});
+
+  Forgotten forgotten = Expire(now);
+  ShrinkSnapshots(forgotten);
+  ShrinkEvents(forgotten);
+  return forgotten;
+}
+
+History::Forgotten History::Expire(Clock::time_point now) {
+  Forgotten forgotten;
+  while (!events_.empty() && events_.front().event->when + retention_.watch_time < now) {
+    DropOldestEvent(forgotten);
+  }
+  return forgotten;
+}
+
+void History::ShrinkSnapshots(Forgotten& forgotten) {
+  while (snapshots_.size() > 1 &&
+         (static_cast<std::int64_t>(snapshots_.size()) > retention_.exact_snapshots ||
+          snapshot_bytes_ > retention_.snapshot_bytes)) {
+    snapshot_bytes_ -= snapshots_.front().bytes;
+    forgotten.snapshots.push_back(std::move(snapshots_.front().snapshot));
+    snapshots_.pop_front();
+  }
+}
+
+void History::ShrinkEvents(Forgotten& forgotten) {
+  while (events_.size() > 1 &&
+         (event_deltas_ > retention_.watch_events || event_bytes_ > retention_.watch_bytes)) {
+    DropOldestEvent(forgotten);
+  }
+}
+
+void History::DropOldestEvent(Forgotten& forgotten) {
+  event_bytes_ -= events_.front().bytes;
+  event_deltas_ -= static_cast<std::int64_t>(events_.front().event->deltas.size());
+  forgotten.events.push_back(std::move(events_.front().event));
+  events_.pop_front();
+}
+
+Revision History::oldest_watch() const {
+  return events_.empty() ? latest() : Revision{events_.front().event->revision.value - 1};
+}
+
+SnapshotPtr History::SnapshotAt(Revision revision) const {
+  if (revision < oldest_exact() || revision > latest()) return nullptr;
+  return snapshots_[static_cast<std::size_t>(revision.value - oldest_exact().value)].snapshot;
+}
+
+EventPtr History::EventAt(Revision revision) const {
+  if (revision <= oldest_watch() || revision > latest()) return nullptr;
+  return events_[static_cast<std::size_t>(revision.value - oldest_watch().value - 1)].event;
+}
+
+std::vector<EventPtr> History::EventsAfter(Revision revision) const {
+  std::vector<EventPtr> events;
+  for (Revision r{revision.value + 1}; r <= latest(); ++r.value) {
+    if (EventPtr event = EventAt(r); event != nullptr) events.push_back(std::move(event));
+  }
+  return events;
+}
+
+SnapshotPtr Undo(const collision::WorldSnapshot& latest, const std::vector<EventPtr>& events,
+                 Revision revision) {
+  std::map<std::string, collision::WorldObjectPtr> by_name;
+  for (const collision::WorldObjectPtr& object : latest.objects()) by_name[object->name] = object;
+  for (auto event = events.rbegin(); event != events.rend(); ++event) {
+    for (const ObjectDelta& delta : (*event)->deltas) {
+      if (delta.before == nullptr) {
+        by_name.erase(delta.after->name);
+      } else {
+        by_name[delta.before->name] = delta.before;
+      }
+    }
+  }
+  std::vector<collision::WorldObjectPtr> objects;
+  objects.reserve(by_name.size());
+  for (auto& [name, object] : by_name) objects.push_back(std::move(object));
+  return std::make_shared<const collision::WorldSnapshot>(revision, std::move(objects));
+}
+
+}  // namespace cwm::server

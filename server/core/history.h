@@ -1,0 +1,79 @@
+// What one world remembers of its past: the last exact snapshots, and the log of events that
+// watches read. Values and limits only: not thread safe, no clock of its own.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <vector>
+
+#include "collision/world/world_snapshot.h"
+#include "server/core/limits.h"
+#include "server/core/watch.h"
+
+namespace cwm::server {
+
+// Everything that one revision changed, by object name.
+struct Event {
+  collision::Revision revision;
+  Clock::time_point when;
+  std::vector<collision::ObjectDelta> deltas;
+};
+using EventPtr = std::shared_ptr<const Event>;
+
+class History {
+ public:
+  // What fell out: to be freed by the caller, after its locks.
+  struct Forgotten {
+    std::vector<SnapshotPtr> snapshots;
+    std::vector<EventPtr> events;
+  };
+
+  History(Retention retention, SnapshotPtr first);
+
+  // `next` is the snapshot that `event` led to, one revision after the latest.
+  Forgotten Append(SnapshotPtr next, EventPtr event);
+  // Forgets events that are older than the watch time.
+  Forgotten Expire(Clock::time_point now);
+
+  collision::Revision latest() const { return snapshots_.back().snapshot->revision(); }
+  collision::Revision oldest_exact() const { return snapshots_.front().snapshot->revision(); }
+  // A watch can resume from here: all later events are kept.
+  collision::Revision oldest_watch() const;
+
+  // nullptr when it is not kept, or not yet made.
+  SnapshotPtr SnapshotAt(collision::Revision revision) const;
+  // The event that made the revision; nullptr likewise.
+  EventPtr EventAt(collision::Revision revision) const;
+  // The world at a revision from oldest_watch() on, though its snapshot is no longer kept: the
+  // events after it, to be undone from the latest.
+  std::vector<EventPtr> EventsAfter(collision::Revision revision) const;
+
+ private:
+  struct KeptSnapshot {
+    SnapshotPtr snapshot;
+    std::int64_t bytes = 0;  // its own, and of the objects that the next revision took out
+  };
+  struct KeptEvent {
+    EventPtr event;
+    std::int64_t bytes = 0;
+  };
+
+  void ShrinkSnapshots(Forgotten& forgotten);
+  void ShrinkEvents(Forgotten& forgotten);
+  void DropOldestEvent(Forgotten& forgotten);
+
+  Retention retention_;
+  std::deque<KeptSnapshot> snapshots_;  // consecutive revisions, never empty
+  std::deque<KeptEvent> events_;        // consecutive revisions up to the latest
+  std::int64_t snapshot_bytes_ = 0;
+  std::int64_t event_bytes_ = 0;
+  std::int64_t event_deltas_ = 0;
+};
+
+// The snapshot before `events` (in order), made by undoing them from `latest`.
+SnapshotPtr Undo(const collision::WorldSnapshot& latest, const std::vector<EventPtr>& events,
+                 collision::Revision revision);
+
+}  // namespace cwm::server

@@ -1,0 +1,122 @@
+#include "server/core/request_memory.h"
+
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "server/core/approximate_bytes.h"
+#include "server/core/error.h"
+#include "server/core/ingest.h"
+
+namespace cwm::server {
+namespace {
+
+// A UUID is 36 characters; four of them leave room for prefixes.
+constexpr std::size_t kLongestRequestId = 128;
+// Ids are freed one by one as they age; a second frees hundreds at the rate that fills the memory.
+constexpr double kRetryAfter_s = 1;
+
+std::int64_t BytesOf(const IngestOutcome& outcome) {
+  std::int64_t bytes = static_cast<std::int64_t>(sizeof(outcome)) +
+                       static_cast<std::int64_t>(outcome.labels.size() * sizeof(std::uint32_t));
+  // The world may let go of them while the reply holds them.
+  for (const auto& support : outcome.supports) bytes += ApproximateBytes(*support);
+  for (const auto& object : outcome.objects) bytes += ApproximateBytes(*object);
+  return bytes;
+}
+
+absl::Status Reused(const std::string& id) {
+  return MakeError(absl::StatusCode::kFailedPrecondition,
+                   absl::StrCat("request_id: \"", id, "\" was used before for other content"),
+                   {.reason = "REQUEST_ID_REUSED",
+                    .fields = {},
+                    .metadata = {{"request_id", id}},
+                    .retry_after_s = {}});
+}
+
+absl::Status ReplyCompacted(const std::string& id, collision::Revision revision) {
+  return MakeError(absl::StatusCode::kOutOfRange,
+                   absl::StrCat("request_id: \"", id, "\" was ingested at revision ",
+                                revision.value, ", its reply is no longer kept"),
+                   {.reason = "REPLY_COMPACTED",
+                    .fields = {},
+                    .metadata = {{"request_id", id}, {"revision", std::to_string(revision.value)}},
+                    .retry_after_s = {}});
+}
+
+absl::Status Exhausted(std::int64_t limit) {
+  return MakeError(absl::StatusCode::kResourceExhausted,
+                   absl::StrCat("request_id: ", limit, " are remembered, must be at most ", limit),
+                   {.reason = "REQUEST_IDS_EXHAUSTED",
+                    .fields = {},
+                    .metadata = {{"limit", std::to_string(limit)}},
+                    .retry_after_s = kRetryAfter_s});
+}
+
+}  // namespace
+
+absl::StatusOr<std::optional<WriteOutcome>> RequestMemory::Find(const WriteOptions& options,
+                                                                Clock::time_point now) {
+  const std::string& id = options.request_id;
+  if (id.empty()) return std::nullopt;
+  if (id.size() > kLongestRequestId) {
+    return InvalidField(
+        "request_id",
+        absl::StrCat("has ", id.size(), " characters, must have at most ", kLongestRequestId));
+  }
+  Expire(now);
+  const auto found = records_.find(id);
+  if (found == records_.end()) {
+    if (static_cast<std::int64_t>(records_.size()) >= retention_.request_ids) {
+      return Exhausted(retention_.request_ids);
+    }
+    return std::nullopt;
+  }
+  const Record& record = found->second;
+  if (record.digest != options.request_digest) return Reused(id);
+  if (record.was_ingest && record.reply == nullptr) return ReplyCompacted(id, record.revision);
+  return WriteOutcome{
+      .revision = record.revision, .replayed = true, .snapshot = {}, .ingest = record.reply};
+}
+
+void RequestMemory::Remember(const WriteOptions& options, const WriteOutcome& outcome,
+                             std::shared_ptr<const IngestOutcome> reply, Clock::time_point now) {
+  const std::string& id = options.request_id;
+  if (id.empty()) return;
+  by_age_.push_back(id);
+  Record& record = records_[id];
+  record = {.digest = options.request_digest,
+            .revision = outcome.revision,
+            .when = now,
+            .was_ingest = reply != nullptr,
+            .reply = std::move(reply),
+            .reply_bytes = 0};
+  if (!record.was_ingest) return;
+  record.reply_bytes = BytesOf(*record.reply);
+  reply_bytes_ += record.reply_bytes;
+  replies_by_age_.push_back(id);
+  while (reply_bytes_ > retention_.reply_bytes && !replies_by_age_.empty()) {
+    ForgetReply(records_.at(replies_by_age_.front()));
+    replies_by_age_.pop_front();
+  }
+}
+
+void RequestMemory::Expire(Clock::time_point now) {
+  while (!by_age_.empty()) {
+    const auto oldest = records_.find(by_age_.front());
+    if (oldest->second.when + retention_.request_id_time >= now) return;
+    if (!replies_by_age_.empty() && replies_by_age_.front() == by_age_.front()) {
+      ForgetReply(oldest->second);
+      replies_by_age_.pop_front();
+    }
+    records_.erase(oldest);
+    by_age_.pop_front();
+  }
+}
+
+void RequestMemory::ForgetReply(Record& record) {
+  reply_bytes_ -= record.reply_bytes;
+  record.reply_bytes = 0;
+  record.reply = nullptr;
+}
+
+}  // namespace cwm::server

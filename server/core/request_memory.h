@@ -1,0 +1,55 @@
+// Which writes were made under which request_id, so that a retry gets the first reply and changes
+// nothing. Not thread safe: belongs to the writer's turn.
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <optional>
+#include <string>
+#include <unordered_map>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "server/core/limits.h"
+#include "server/core/world.h"
+
+namespace cwm::server {
+
+class RequestMemory {
+ public:
+  explicit RequestMemory(Retention retention) : retention_(retention) {}
+
+  // The first reply, when the options' request_id was used before; nothing when it is new or empty.
+  // FailedPrecondition REQUEST_ID_REUSED when it was used for other content; OutOfRange
+  // REPLY_COMPACTED when it was an ingest whose reply is no longer kept (metadata: revision);
+  // ResourceExhausted REQUEST_IDS_EXHAUSTED when one more cannot be remembered; InvalidArgument for
+  // an id that is too long.
+  absl::StatusOr<std::optional<WriteOutcome>> Find(const WriteOptions& options,
+                                                   Clock::time_point now);
+
+  // After a write that succeeded, with or without effect. No-op for an empty request_id.
+  void Remember(const WriteOptions& options, const WriteOutcome& outcome,
+                std::shared_ptr<const IngestOutcome> reply, Clock::time_point now);
+
+ private:
+  struct Record {
+    std::string digest;
+    collision::Revision revision;
+    Clock::time_point when;
+    bool was_ingest = false;
+    std::shared_ptr<const IngestOutcome> reply;  // nullptr once forgotten
+    std::int64_t reply_bytes = 0;
+  };
+
+  void Expire(Clock::time_point now);
+  void ForgetReply(Record& record);
+
+  Retention retention_;
+  std::unordered_map<std::string, Record> records_;  // by request_id
+  std::deque<std::string> by_age_;                   // all ids, oldest first
+  std::deque<std::string> replies_by_age_;           // ids of ingests, oldest first
+  std::int64_t reply_bytes_ = 0;
+};
+
+}  // namespace cwm::server

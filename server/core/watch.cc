@@ -1,0 +1,142 @@
+#include "server/core/watch.h"
+
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "server/core/error.h"
+#include "server/core/world_feed.h"
+
+namespace cwm::server {
+namespace {
+
+using collision::Revision;
+
+absl::Status TooSlow(Revision position, Revision oldest) {
+  return MakeError(absl::StatusCode::kResourceExhausted,
+                   absl::StrCat("the watch has read up to revision ", position.value,
+                                ", events are kept from ", oldest.value, " on: start anew"),
+                   {.reason = "WATCH_TOO_SLOW",
+                    .fields = {},
+                    .metadata = {{"position", std::to_string(position.value)},
+                                 {"oldest_revision", std::to_string(oldest.value)}},
+                    .retry_after_s = {}});
+}
+
+// What both modes share: the subscription, the initial state and the end.
+class Cursor : public WatchCursor {
+ public:
+  Cursor(std::shared_ptr<WorldFeed> feed, WorldFeed::Start start, const WatchOptions& options)
+      : feed_(std::move(feed)),
+        subscription_(std::move(start.subscription)),
+        position_(options.from_revision.value_or(start.latest->revision())) {
+    if (!options.from_revision.has_value()) initial_ = std::move(start.latest);
+  }
+  ~Cursor() override { feed_->Unsubscribe(subscription_); }
+
+  absl::StatusOr<std::optional<WatchStep>> Next() final {
+    if (initial_ != nullptr) {
+      return WatchStep{.what = WatchStep::What::kInitialState,
+                       .revision = position_,
+                       .snapshot = std::exchange(initial_, nullptr),
+                       .deltas = {},
+                       .last = false};
+    }
+    if (said_last_) return std::nullopt;
+    return NextChange();
+  }
+
+  Revision position() const final { return position_; }
+
+ protected:
+  virtual absl::StatusOr<std::optional<WatchStep>> NextChange() = 0;
+
+  WorldFeed& feed() { return *feed_; }
+
+  std::optional<WatchStep> Advance(Revision revision, std::vector<collision::ObjectDelta> deltas) {
+    position_ = revision;
+    const auto what = deltas.empty() ? WatchStep::What::kBookmark : WatchStep::What::kEvents;
+    return WatchStep{.what = what,
+                     .revision = revision,
+                     .snapshot = {},
+                     .deltas = std::move(deltas),
+                     .last = false};
+  }
+
+  // The reader has all there is.
+  absl::StatusOr<std::optional<WatchStep>> UpToDate(Ending ending) {
+    if (ending == Ending::kDeleted) return WorldDeleted();
+    if (ending == Ending::kNone) return std::nullopt;
+    said_last_ = true;
+    return WatchStep{.what = WatchStep::What::kBookmark,
+                     .revision = position_,
+                     .snapshot = {},
+                     .deltas = {},
+                     .last = true};
+  }
+
+ private:
+  std::shared_ptr<WorldFeed> feed_;
+  std::shared_ptr<const WorldFeed::Wake> subscription_;
+  SnapshotPtr initial_;  // not delivered yet
+  Revision position_;
+  bool said_last_ = false;
+};
+
+// Walks the log, one revision a step.
+class LosslessCursor final : public Cursor {
+ public:
+  using Cursor::Cursor;
+
+ private:
+  absl::StatusOr<std::optional<WatchStep>> NextChange() override {
+    const WorldFeed::Look look = feed().LookAfter(position());
+    if (look.event != nullptr) return Advance(look.event->revision, look.event->deltas);
+    if (look.compacted) return TooSlow(position(), look.oldest_watch);
+    return UpToDate(look.ending);
+  }
+};
+
+// Compares what was delivered last with the latest: needs no log, so it can never be too slow.
+class CoalescedCursor final : public Cursor {
+ public:
+  CoalescedCursor(std::shared_ptr<WorldFeed> feed, WorldFeed::Start start,
+                  const WatchOptions& options)
+      : Cursor(std::move(feed), start, options), delivered_(Delivered(start, options)) {}
+
+ private:
+  static SnapshotPtr Delivered(const WorldFeed::Start& start, const WatchOptions& options) {
+    if (!options.from_revision.has_value()) return start.latest;
+    if (start.from != nullptr) return start.from;
+    return Undo(*start.latest, start.missed, *options.from_revision);
+  }
+
+  absl::StatusOr<std::optional<WatchStep>> NextChange() override {
+    const Ending ending = feed().ending();  // before the latest: what came before it is delivered
+    SnapshotPtr latest = feed().Latest();
+    if (latest->revision() == position()) return UpToDate(ending);
+    std::vector<collision::ObjectDelta> deltas = collision::Difference(*delivered_, *latest);
+    const Revision revision = latest->revision();
+    delivered_ = std::move(latest);
+    return Advance(revision, std::move(deltas));
+  }
+
+  SnapshotPtr delivered_;
+};
+
+}  // namespace
+
+absl::StatusOr<std::unique_ptr<WatchCursor>> StartWatch(std::shared_ptr<WorldFeed> feed,
+                                                        const WatchOptions& options,
+                                                        WorldFeed::Wake wake) {
+  absl::StatusOr<WorldFeed::Start> start = feed->Subscribe(options, std::move(wake));
+  if (!start.ok()) return start.status();
+  std::unique_ptr<WatchCursor> cursor;
+  if (options.mode == WatchMode::kCoalesced) {
+    cursor = std::make_unique<CoalescedCursor>(std::move(feed), *std::move(start), options);
+  } else {
+    cursor = std::make_unique<LosslessCursor>(std::move(feed), *std::move(start), options);
+  }
+  return cursor;
+}
+
+}  // namespace cwm::server

@@ -1,0 +1,104 @@
+#include "server/core/work_queue.h"
+
+#include <pthread.h>
+#include <sys/resource.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <condition_variable>
+#include <cstdint>
+#include <deque>
+#include <mutex>
+#include <thread>
+#include <utility>
+#include <vector>
+
+namespace cwm::server {
+namespace {
+
+// Linux shows at most 15 characters of a thread's name.
+constexpr std::size_t kThreadNameLength = 15;
+
+void NameAndRankThisThread(const WorkQueueOptions& options) {
+  pthread_setname_np(pthread_self(), options.name.substr(0, kThreadNameLength).c_str());
+  if (options.nice == 0) return;
+  // On Linux the nice value belongs to the thread. A refusal (raising priority without the right
+  // to) leaves the default, which is slower for others but never wrong.
+  setpriority(PRIO_PROCESS, static_cast<id_t>(syscall(SYS_gettid)), options.nice);
+}
+
+}  // namespace
+
+struct WorkQueue::State {
+  WorkQueueOptions options;
+  mutable std::mutex mutex;
+  std::condition_variable work_or_drain;
+  std::deque<std::function<void()>> tasks;
+  bool draining = false;
+  std::atomic<std::int64_t> failed{0};
+  std::mutex join_mutex;  // several may drain at once
+  std::vector<std::thread> threads;
+
+  // The next task, or nothing when draining and empty.
+  std::function<void()> Take() {
+    std::unique_lock lock(mutex);
+    work_or_drain.wait(lock, [this] { return draining || !tasks.empty(); });
+    if (tasks.empty()) return nullptr;
+    std::function<void()> task = std::move(tasks.front());
+    tasks.pop_front();
+    return task;
+  }
+
+  void Serve() {
+    NameAndRankThisThread(options);
+    while (std::function<void()> task = Take()) {
+      try {
+        task();
+      } catch (...) {  // one bad task must not end the server
+        failed.fetch_add(1, std::memory_order_relaxed);
+      }
+    }
+  }
+};
+
+WorkQueue::WorkQueue(WorkQueueOptions options) : state_(std::make_unique<State>()) {
+  state_->options = std::move(options);
+  state_->threads.reserve(static_cast<std::size_t>(state_->options.threads));
+  for (int i = 0; i < state_->options.threads; ++i) {
+    state_->threads.emplace_back([state = state_.get()] { state->Serve(); });
+  }
+}
+
+WorkQueue::~WorkQueue() { Drain(); }
+
+bool WorkQueue::TryPush(std::function<void()> task) {
+  {
+    std::lock_guard lock(state_->mutex);
+    if (state_->draining || state_->tasks.size() >= state_->options.capacity) return false;
+    state_->tasks.push_back(std::move(task));
+  }
+  state_->work_or_drain.notify_one();
+  return true;
+}
+
+void WorkQueue::Drain() {
+  {
+    std::lock_guard lock(state_->mutex);
+    state_->draining = true;
+  }
+  state_->work_or_drain.notify_all();
+  std::lock_guard lock(state_->join_mutex);
+  for (std::thread& thread : state_->threads) {
+    if (thread.joinable()) thread.join();
+  }
+}
+
+std::size_t WorkQueue::waiting() const {
+  std::lock_guard lock(state_->mutex);
+  return state_->tasks.size();
+}
+
+std::int64_t WorkQueue::failed() const { return state_->failed.load(std::memory_order_relaxed); }
+
+}  // namespace cwm::server

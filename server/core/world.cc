@@ -1,0 +1,253 @@
+#include "server/core/world.h"
+
+#include <algorithm>
+#include <charconv>
+#include <mutex>
+#include <string_view>
+#include <unordered_map>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "server/core/error.h"
+#include "server/core/request_memory.h"
+#include "server/core/world_feed.h"
+
+namespace cwm::server {
+namespace {
+
+using collision::Change;
+using collision::Revision;
+
+const std::string& NameOf(const Change& change) {
+  return std::visit([](const auto& what) -> const std::string& { return what.name; }, change.what);
+}
+
+absl::Status RevisionMismatch(Revision expected, Revision actual) {
+  return MakeError(
+      absl::StatusCode::kAborted,
+      absl::StrCat("expected_revision: is ", expected.value, ", the world is at ", actual.value),
+      {.reason = "REVISION_MISMATCH",
+       .fields = {},
+       .metadata = {{"expected_revision", std::to_string(expected.value)},
+                    {"actual_revision", std::to_string(actual.value)}},
+       .retry_after_s = {}});
+}
+
+// collision::Apply tells which change it refused as "changes[12]: ..."; nothing when it does not.
+std::optional<std::size_t> RefusedIndex(const absl::Status& status) {
+  constexpr std::string_view kPrefix = "changes[";
+  const std::string_view message(status.message().data(), status.message().size());
+  if (message.substr(0, kPrefix.size()) != kPrefix) return std::nullopt;
+  std::size_t index = 0;
+  const auto [end, error] =
+      std::from_chars(message.data() + kPrefix.size(), message.data() + message.size(), index);
+  if (error != std::errc()) return std::nullopt;
+  return index;
+}
+
+// Gives the plain statuses of collision::Apply their reasons and details.
+absl::Status Explain(const absl::Status& status, const SnapshotPtr& base,
+                     std::span<const Change> changes) {
+  const std::optional<std::size_t> index = RefusedIndex(status);
+  const Change* change = index && *index < changes.size() ? &changes[*index] : nullptr;
+  ErrorDetails details;
+  if (change != nullptr) {
+    details.metadata["change_index"] = std::to_string(*index);
+    details.metadata["object"] = NameOf(*change);
+  }
+  if (status.code() == absl::StatusCode::kNotFound) {
+    details.reason = "OBJECT_UNKNOWN";
+  } else if (status.code() == absl::StatusCode::kAborted) {
+    details.reason = "OBJECT_REVISION_MISMATCH";
+    if (change != nullptr && change->expected_object_revision.has_value()) {
+      details.metadata["expected_revision"] =
+          std::to_string(change->expected_object_revision->value);
+      const collision::WorldObjectPtr object = base->Find(NameOf(*change));
+      if (object != nullptr) {  // absent: there is no such object
+        details.metadata["actual_revision"] = std::to_string(object->latest_revision().value);
+      }
+    }
+  } else {
+    details.reason = "INVALID_FIELD";
+    const std::string message(status.message());
+    const std::size_t colon = message.find(": ");
+    if (change != nullptr && colon != std::string::npos) {
+      details.fields.push_back({message.substr(0, colon), message.substr(colon + 2)});
+    }
+  }
+  return MakeError(status.code(), std::string(status.message()), std::move(details));
+}
+
+}  // namespace
+
+struct World::State {
+  const std::string name;
+  const std::string uid;
+  const std::function<Clock::time_point()> now;
+  const std::shared_ptr<WorldFeed> feed;
+
+  std::mutex turn;                                            // the writers'
+  RequestMemory requests;                                     // under the turn
+  std::unordered_map<std::string, std::int64_t> last_number;  // of NextName; under the turn
+
+  mutable std::mutex sensors_mutex;
+  std::unordered_map<std::string, Pose> sensor_poses;
+
+  mutable std::mutex observed_mutex;
+  std::unordered_map<std::string, std::chrono::system_clock::time_point> observed;
+
+  // Under the turn.
+  absl::StatusOr<std::optional<WriteOutcome>> Precheck(const WriteOptions& options) {
+    if (feed->ending() == Ending::kDeleted) return WorldDeleted();
+    absl::StatusOr<std::optional<WriteOutcome>> first = requests.Find(options, now());
+    if (!first.ok() || first->has_value()) return first;
+    const Revision latest = feed->Latest()->revision();
+    if (options.expected_revision.has_value() && *options.expected_revision != latest) {
+      return RevisionMismatch(*options.expected_revision, latest);
+    }
+    return std::nullopt;
+  }
+
+  // Under the turn.
+  absl::StatusOr<WriteOutcome> Write(const MakeChanges& make, const WriteOptions& options,
+                                     const MakeReply& reply, WorldFeed::Aftermath& aftermath) {
+    absl::StatusOr<std::optional<WriteOutcome>> decided = Precheck(options);
+    if (!decided.ok()) return decided.status();
+    if (decided->has_value()) return **std::move(decided);
+
+    const SnapshotPtr base = feed->Latest();
+    absl::StatusOr<std::vector<Change>> changes = make(base);
+    if (!changes.ok()) return changes.status();
+    absl::StatusOr<SnapshotPtr> next = collision::Apply(base, *changes);
+    if (!next.ok()) return Explain(next.status(), base, *changes);
+
+    WriteOutcome outcome{
+        .revision = (*next)->revision(), .replayed = false, .snapshot = *next, .ingest = {}};
+    if (*next != base) aftermath = Publish(*base, *std::move(next));
+    if (!options.request_id.empty()) {
+      requests.Remember(options, outcome, reply ? reply(outcome) : nullptr, now());
+    }
+    return outcome;
+  }
+
+  WorldFeed::Aftermath Publish(const collision::WorldSnapshot& base, SnapshotPtr next) {
+    std::vector<collision::ObjectDelta> deltas = collision::Difference(base, *next);
+    {
+      std::lock_guard lock(observed_mutex);
+      for (const collision::ObjectDelta& delta : deltas) {
+        if (delta.after == nullptr) observed.erase(delta.before->name);
+      }
+    }
+    return feed->Publish(std::move(next), std::move(deltas));
+  }
+};
+
+World::World(std::string name, std::string uid, Retention retention,
+             std::function<Clock::time_point()> now)
+    : state_(new State{.name = std::move(name),
+                       .uid = std::move(uid),
+                       .now = now,
+                       .feed = std::make_shared<WorldFeed>(retention, now),
+                       .turn = {},
+                       .requests = RequestMemory(retention),
+                       .last_number = {},
+                       .sensors_mutex = {},
+                       .sensor_poses = {},
+                       .observed_mutex = {},
+                       .observed = {}}) {}
+
+World::~World() = default;
+
+const std::string& World::name() const { return state_->name; }
+const std::string& World::uid() const { return state_->uid; }
+SnapshotPtr World::Snapshot() const { return state_->feed->Latest(); }
+
+absl::StatusOr<SnapshotPtr> World::At(const RevisionRule& rule, Clock::time_point deadline,
+                                      std::stop_token stop) const {
+  return state_->feed->At(rule, deadline, std::move(stop));
+}
+
+absl::StatusOr<WriteOutcome> World::Apply(std::span<const Change> changes,
+                                          const WriteOptions& options) {
+  return Update(
+      [changes](const SnapshotPtr&) { return std::vector<Change>(changes.begin(), changes.end()); },
+      options);
+}
+
+absl::StatusOr<WriteOutcome> World::Update(const MakeChanges& make, const WriteOptions& options,
+                                           const MakeReply& reply) {
+  WorldFeed::Aftermath aftermath;
+  absl::StatusOr<WriteOutcome> outcome = [&] {
+    std::lock_guard turn(state_->turn);
+    return state_->Write(make, options, reply, aftermath);
+  }();
+  aftermath.Finish();
+  return outcome;
+}
+
+absl::StatusOr<std::optional<WriteOutcome>> World::Precheck(const WriteOptions& options) const {
+  std::lock_guard turn(state_->turn);
+  return state_->Precheck(options);
+}
+
+std::string World::NextName(const std::string& stem) {
+  const SnapshotPtr latest = Snapshot();
+  std::int64_t& number = state_->last_number[stem];
+  std::string name;
+  do {  // a user may have taken some of them
+    name = absl::StrCat(stem, "_", ++number);
+  } while (latest->Find(name) != nullptr);
+  return name;
+}
+
+std::optional<Pose> World::SensorPose(const std::string& sensor) const {
+  std::lock_guard lock(state_->sensors_mutex);
+  const auto found = state_->sensor_poses.find(sensor);
+  if (found == state_->sensor_poses.end()) return std::nullopt;
+  return found->second;
+}
+
+void World::KeepSensorPose(const std::string& sensor, const Pose& X_WC) {
+  std::lock_guard lock(state_->sensors_mutex);
+  state_->sensor_poses[sensor] = X_WC;
+}
+
+void World::MarkObserved(std::span<const std::string> names,
+                         std::chrono::system_clock::time_point when) {
+  const SnapshotPtr latest = Snapshot();
+  std::lock_guard lock(state_->observed_mutex);
+  for (const std::string& name : names) {
+    if (latest->Find(name) == nullptr) continue;
+    auto& last = state_->observed[name];
+    last = std::max(last, when);  // scans may arrive out of order
+  }
+}
+
+std::optional<std::chrono::system_clock::time_point> World::LastObserved(
+    const std::string& name) const {
+  std::lock_guard lock(state_->observed_mutex);
+  const auto found = state_->observed.find(name);
+  if (found == state_->observed.end()) return std::nullopt;
+  return found->second;
+}
+
+absl::StatusOr<std::unique_ptr<WatchCursor>> World::Watch(const WatchOptions& options,
+                                                          std::function<void()> wake) {
+  return StartWatch(state_->feed, options, std::move(wake));
+}
+
+Revision World::oldest_exact() const { return state_->feed->oldest_exact(); }
+Revision World::oldest_watch() const { return state_->feed->oldest_watch(); }
+
+void World::Close() {
+  WorldFeed::Aftermath aftermath;
+  {
+    std::lock_guard turn(state_->turn);  // a write under way is published before the end
+    aftermath = state_->feed->End(Ending::kDeleted);
+  }
+  aftermath.Finish();
+}
+
+void World::Drain() { state_->feed->End(Ending::kDraining).Finish(); }
+
+}  // namespace cwm::server

@@ -1,0 +1,188 @@
+#include "server/core/world_feed.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "server/core/error.h"
+
+namespace cwm::server {
+namespace {
+
+using collision::Revision;
+using collision::WorldSnapshot;
+
+absl::Status Compacted(Revision wanted, Revision oldest, Revision latest) {
+  return MakeError(
+      absl::StatusCode::kOutOfRange,
+      absl::StrCat("revision: ", wanted.value, " is no longer kept, the oldest is ", oldest.value),
+      {.reason = "REVISION_COMPACTED",
+       .fields = {},
+       .metadata = {{"oldest_revision", std::to_string(oldest.value)},
+                    {"latest_revision", std::to_string(latest.value)}},
+       .retry_after_s = {}});
+}
+
+absl::Status InFuture(Revision wanted, Revision latest) {
+  return MakeError(
+      absl::StatusCode::kOutOfRange,
+      absl::StrCat("revision: ", wanted.value, " is not made yet, the latest is ", latest.value),
+      {.reason = "REVISION_IN_FUTURE",
+       .fields = {},
+       .metadata = {{"latest_revision", std::to_string(latest.value)}},
+       .retry_after_s = {}});
+}
+
+}  // namespace
+
+absl::Status WorldDeleted() {
+  return MakeError(absl::StatusCode::kNotFound, "world: it was deleted",
+                   {.reason = "WORLD_DELETED", .fields = {}, .metadata = {}, .retry_after_s = {}});
+}
+
+absl::Status ServerDraining() {
+  return MakeError(
+      absl::StatusCode::kUnavailable, "the server is shutting down",
+      {.reason = "SERVER_DRAINING", .fields = {}, .metadata = {}, .retry_after_s = {}});
+}
+
+void WorldFeed::Aftermath::Finish() const {
+  for (const auto& wake : wakes) (*wake)();
+}
+
+WorldFeed::WorldFeed(Retention retention, std::function<Clock::time_point()> now)
+    : now_(std::move(now)),
+      latest_(std::make_shared<const WorldSnapshot>()),
+      history_(retention, latest_) {}
+
+SnapshotPtr WorldFeed::Latest() const {
+  std::lock_guard lock(latest_mutex_);
+  return latest_;
+}
+
+Ending WorldFeed::ending() const {
+  std::lock_guard lock(mutex_);
+  return ending_;
+}
+
+absl::StatusOr<SnapshotPtr> WorldFeed::At(const RevisionRule& rule, Clock::time_point deadline,
+                                          std::stop_token stop) const {
+  if (const auto* exactly = std::get_if<Exactly>(&rule)) return Exact(exactly->revision);
+  if (const auto* at_least = std::get_if<AtLeast>(&rule)) {
+    return WaitFor(at_least->revision, deadline, std::move(stop));
+  }
+  return Latest();
+}
+
+absl::StatusOr<SnapshotPtr> WorldFeed::Exact(Revision revision) const {
+  std::lock_guard lock(mutex_);
+  if (revision > history_.latest()) return InFuture(revision, history_.latest());
+  SnapshotPtr snapshot = history_.SnapshotAt(revision);
+  if (snapshot == nullptr) return Compacted(revision, history_.oldest_exact(), history_.latest());
+  return snapshot;
+}
+
+absl::StatusOr<SnapshotPtr> WorldFeed::WaitFor(Revision revision, Clock::time_point deadline,
+                                               std::stop_token stop) const {
+  if (SnapshotPtr latest = Latest(); latest->revision() >= revision) return latest;
+  std::unique_lock lock(mutex_);
+  published_or_ended_.wait_until(lock, stop, deadline, [&] {
+    return history_.latest() >= revision || ending_ == Ending::kDeleted;
+  });
+  if (history_.latest() >= revision) return history_.SnapshotAt(history_.latest());
+  if (ending_ == Ending::kDeleted) return WorldDeleted();
+  if (stop.stop_requested()) return absl::CancelledError("the caller went away");
+  return MakeError(absl::StatusCode::kDeadlineExceeded,
+                   absl::StrCat("revision: ", revision.value, " was not reached, the latest is ",
+                                history_.latest().value),
+                   {.reason = "REVISION_IN_FUTURE",
+                    .fields = {},
+                    .metadata = {{"latest_revision", std::to_string(history_.latest().value)}},
+                    .retry_after_s = {}});
+}
+
+Revision WorldFeed::oldest_exact() const {
+  std::lock_guard lock(mutex_);
+  return history_.oldest_exact();
+}
+
+Revision WorldFeed::oldest_watch() {
+  History::Forgotten forgotten;  // freed after the lock
+  const Clock::time_point now = now_();
+  std::lock_guard lock(mutex_);
+  forgotten = history_.Expire(now);
+  return history_.oldest_watch();
+}
+
+WorldFeed::Aftermath WorldFeed::Publish(SnapshotPtr next,
+                                        std::vector<collision::ObjectDelta> deltas) {
+  auto event = std::make_shared<const Event>(Event{next->revision(), now_(), std::move(deltas)});
+  Aftermath aftermath;
+  {
+    std::lock_guard lock(mutex_);
+    // History first: whoever sees the new snapshot finds its revision and its event.
+    aftermath.forgotten = history_.Append(next, std::move(event));
+    aftermath.wakes = subscriptions_;
+    std::lock_guard latest_lock(latest_mutex_);
+    latest_.swap(next);  // the old pointer goes when the locks are gone
+  }
+  published_or_ended_.notify_all();
+  return aftermath;
+}
+
+WorldFeed::Aftermath WorldFeed::End(Ending ending) {
+  Aftermath aftermath;
+  {
+    std::lock_guard lock(mutex_);
+    if (ending_ != Ending::kDeleted) ending_ = ending;
+    aftermath.wakes = subscriptions_;
+  }
+  published_or_ended_.notify_all();
+  return aftermath;
+}
+
+absl::Status WorldFeed::CheckResume(Revision from) const {
+  if (from > history_.latest()) return InFuture(from, history_.latest());
+  if (from < history_.oldest_watch()) {
+    return Compacted(from, history_.oldest_watch(), history_.latest());
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<WorldFeed::Start> WorldFeed::Subscribe(const WatchOptions& options, Wake wake) {
+  Start start;
+  start.subscription = std::make_shared<const Wake>(std::move(wake));
+  const Clock::time_point now = now_();
+  History::Forgotten forgotten;  // freed after the lock
+  std::lock_guard lock(mutex_);
+  if (ending_ == Ending::kDeleted) return WorldDeleted();
+  if (ending_ == Ending::kDraining) return ServerDraining();
+  forgotten = history_.Expire(now);
+  start.latest = history_.SnapshotAt(history_.latest());
+  if (options.from_revision.has_value()) {
+    const absl::Status resumable = CheckResume(*options.from_revision);
+    if (!resumable.ok()) return resumable;
+    start.from = history_.SnapshotAt(*options.from_revision);
+    if (start.from == nullptr) start.missed = history_.EventsAfter(*options.from_revision);
+  }
+  subscriptions_.push_back(start.subscription);
+  return start;
+}
+
+void WorldFeed::Unsubscribe(const std::shared_ptr<const Wake>& subscription) {
+  std::lock_guard lock(mutex_);
+  std::erase(subscriptions_, subscription);
+}
+
+WorldFeed::Look WorldFeed::LookAfter(Revision position) const {
+  std::lock_guard lock(mutex_);
+  const Revision next{position.value + 1};
+  Look look{.event = history_.EventAt(next),
+            .compacted = false,
+            .oldest_watch = history_.oldest_watch(),
+            .ending = ending_};
+  look.compacted = look.event == nullptr && next <= history_.latest();
+  return look;
+}
+
+}  // namespace cwm::server
