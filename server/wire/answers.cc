@@ -1,0 +1,218 @@
+#include "server/wire/answers.h"
+
+#include <algorithm>
+#include <bit>
+#include <cstring>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "server/wire/poses.h"
+
+namespace cwm::server {
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "columns are written as they lie");
+
+constexpr std::int32_t kNoObject = -1;
+
+v1::Verdict ToProto(collision::Verdict verdict) {
+  switch (verdict) {
+    case collision::Verdict::kNotComputed:
+      return v1::VERDICT_NOT_COMPUTED;
+    case collision::Verdict::kFree:
+      return v1::VERDICT_FREE;
+    case collision::Verdict::kCollision:
+      return v1::VERDICT_COLLISION;
+    case collision::Verdict::kOutOfLimits:
+      return v1::VERDICT_OUT_OF_LIMITS;
+    case collision::Verdict::kUndecided:
+      return v1::VERDICT_UNDECIDED;
+  }
+  return v1::VERDICT_UNSPECIFIED;
+}
+
+v1::Trust ToProto(collision::Trust trust) {
+  switch (trust) {
+    case collision::Trust::kExact:
+      return v1::TRUST_EXACT;
+    case collision::Trust::kBounded:
+      return v1::TRUST_BOUNDED;
+    case collision::Trust::kSurfaceOnly:
+      return v1::TRUST_SURFACE_ONLY;
+    case collision::Trust::kDegraded:
+      return v1::TRUST_DEGRADED;
+  }
+  return v1::TRUST_UNSPECIFIED;
+}
+
+template <class Number>
+std::string Bytes(const std::vector<Number>& values) {
+  return std::string(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(Number));
+}
+
+std::string Scalars(const std::vector<double>& values, Precision precision) {
+  if (precision == Precision::kDouble) return Bytes(values);
+  std::string bytes(values.size() * sizeof(float), '\0');
+  char* out = bytes.data();
+  for (const double value : values) {
+    const auto single = static_cast<float>(value);
+    std::memcpy(out, &single, sizeof(single));
+    out += sizeof(single);
+  }
+  return bytes;
+}
+
+template <class Enum>
+std::string EnumBytes(const std::vector<Enum>& values) {
+  std::string bytes(values.size(), '\0');
+  std::transform(values.begin(), values.end(), bytes.begin(),
+                 [](Enum value) { return static_cast<char>(ToProto(value)); });
+  return bytes;
+}
+
+v1::Vector3 VectorAt(const std::vector<double>& values, std::size_t i) {
+  return server::ToProto(Vector3(values[3 * i], values[3 * i + 1], values[3 * i + 2]));
+}
+
+// Writes the head of a reply and translates indices of the snapshot to indices of its `objects`.
+template <class Response>
+std::vector<std::int32_t> SetObjects(const std::vector<std::int32_t>& snapshot_indices,
+                                     std::size_t completed, const AnswerContext& context,
+                                     Response* response) {
+  response->set_world_uid(context.world_uid);
+  response->set_revision(context.snapshot.revision().value);
+  response->set_completed_count(static_cast<std::int64_t>(completed));
+  const auto& objects = context.snapshot.objects();
+  std::vector<std::int32_t> reply_index(objects.size(), kNoObject);
+  for (const std::int32_t index : snapshot_indices) {
+    if (index != kNoObject) reply_index[index] = 0;
+  }
+  std::int32_t count = 0;
+  for (std::size_t i = 0; i < objects.size(); ++i) {
+    if (reply_index[i] == kNoObject) continue;
+    reply_index[i] = count++;
+    v1::ObjectRef* ref = response->add_objects();
+    ref->set_name(objects[i]->name);
+    ref->set_uid(objects[i]->uid);
+  }
+  std::vector<std::int32_t> translated(snapshot_indices.size());
+  for (std::size_t i = 0; i < translated.size(); ++i) {
+    const std::int32_t index = snapshot_indices[i];
+    translated[i] = index == kNoObject ? kNoObject : reply_index[index];
+  }
+  return translated;
+}
+
+template <class Response>
+void SetColumns(const collision::PairColumns& answers, const std::vector<std::int32_t>& objects,
+                Precision precision, Response* response) {
+  v1::PairColumns* columns = response->mutable_columns();
+  columns->set_scalar(precision == Precision::kSingle ? v1::SCALAR_F32 : v1::SCALAR_F64);
+  columns->set_row_begin(Bytes(answers.row_begin));
+  columns->set_distance_m(Scalars(answers.distance_m, precision));
+  columns->set_point_body(Scalars(answers.point_body, precision));
+  columns->set_point_object(Scalars(answers.point_object, precision));
+  columns->set_normal(Scalars(answers.normal, precision));
+  columns->set_object_index(Bytes(objects));
+  columns->set_body_part(Bytes(answers.body_part));
+  columns->set_object_part(Bytes(answers.object_part));
+  columns->set_trust(EnumBytes(answers.trust));
+  const bool all_exact = std::all_of(answers.trust.begin(), answers.trust.end(),
+                                     [](auto trust) { return trust == collision::Trust::kExact; });
+  if (!all_exact) columns->set_bound_m(Scalars(answers.bound_m, precision));
+}
+
+v1::PairRow PairRowAt(const collision::PairColumns& answers, std::size_t i,
+                      const collision::WorldSnapshot& snapshot) {
+  v1::PairRow row;
+  row.set_distance_m(answers.distance_m[i]);
+  *row.mutable_point_body() = VectorAt(answers.point_body, i);
+  *row.mutable_point_object() = VectorAt(answers.point_object, i);
+  *row.mutable_normal() = VectorAt(answers.normal, i);
+  row.set_object(snapshot.objects()[answers.object[i]]->name);
+  row.set_body_part(answers.body_part[i]);
+  row.set_object_part(answers.object_part[i]);
+  row.set_trust(ToProto(answers.trust[i]));
+  if (answers.trust[i] == collision::Trust::kBounded) row.set_bound_m(answers.bound_m[i]);
+  return row;
+}
+
+template <class Response>
+void SetPairs(const collision::PairColumns& answers, const AnswerContext& context,
+              Response* response) {
+  const auto objects = SetObjects(answers.object, answers.completed, context, response);
+  if (context.form == Form::kColumns) {
+    return SetColumns(answers, objects, context.precision, response);
+  }
+  for (std::size_t row = 0; row < answers.completed; ++row) {
+    v1::PairRows* rows = response->add_rows();
+    for (std::uint32_t i = answers.row_begin[row]; i < answers.row_begin[row + 1]; ++i) {
+      *rows->add_answers() = PairRowAt(answers, i, context.snapshot);
+    }
+  }
+}
+
+}  // namespace
+
+void ToProto(const collision::PairColumns& answers, const AnswerContext& context,
+             v1::GetDistancesResponse* response) {
+  SetPairs(answers, context, response);
+}
+
+void ToProto(const collision::PairColumns& answers, const AnswerContext& context,
+             v1::GetContactsResponse* response) {
+  SetPairs(answers, context, response);
+}
+
+void ToProto(const collision::CollisionColumns& answers, const AnswerContext& context,
+             v1::CheckCollisionsResponse* response) {
+  const auto objects = SetObjects(answers.object, answers.completed, context, response);
+  if (context.form == Form::kColumns) {
+    response->set_verdicts(EnumBytes(answers.verdict));
+    response->set_object_index(Bytes(objects));
+    response->set_body_part(Bytes(answers.body_part));
+    response->set_object_part(Bytes(answers.object_part));
+    return;
+  }
+  for (std::size_t i = 0; i < answers.completed; ++i) {
+    v1::CollisionRow* row = response->add_rows();
+    row->set_verdict(ToProto(answers.verdict[i]));
+    if (answers.object[i] == kNoObject) continue;
+    row->set_object(context.snapshot.objects()[answers.object[i]]->name);
+    row->set_body_part(answers.body_part[i]);
+    row->set_object_part(answers.object_part[i]);
+  }
+}
+
+void ToProto(const collision::RayColumns& answers, std::span<const collision::RayRow> rays,
+             const AnswerContext& context, v1::CastRaysResponse* response) {
+  // Rows without a hit name no object, whatever their other columns hold.
+  std::vector<std::int32_t> hit_objects = answers.object;
+  for (std::size_t i = 0; i < hit_objects.size(); ++i) {
+    if (answers.hit[i] == 0) hit_objects[i] = kNoObject;
+  }
+  const auto objects = SetObjects(hit_objects, answers.completed, context, response);
+  if (context.form == Form::kColumns) {
+    response->set_scalar(context.precision == Precision::kSingle ? v1::SCALAR_F32 : v1::SCALAR_F64);
+    response->set_hit(Bytes(answers.hit));
+    response->set_distance_m(Scalars(answers.distance_m, context.precision));
+    response->set_normal(Scalars(answers.normal, context.precision));
+    response->set_object_index(Bytes(objects));
+    response->set_object_part(Bytes(answers.object_part));
+    return;
+  }
+  for (std::size_t i = 0; i < answers.completed; ++i) {
+    v1::RayRow* row = response->add_rows();
+    row->set_hit(answers.hit[i] != 0);
+    if (answers.hit[i] == 0) continue;
+    row->set_distance_m(answers.distance_m[i]);
+    *row->mutable_point() =
+        server::ToProto(Vector3(rays[i].origin + answers.distance_m[i] * rays[i].direction));
+    *row->mutable_normal() = VectorAt(answers.normal, i);
+    row->set_object(context.snapshot.objects()[answers.object[i]]->name);
+    row->set_object_part(answers.object_part[i]);
+  }
+}
+
+}  // namespace cwm::server

@@ -1,0 +1,28 @@
+// Answer columns onto the wire: as bytes, column by column, or as messages row by row. Objects are
+// named by an index into the reply's own list, ordered by name, of those that answers mention.
+#pragma once
+
+#include "collision/query/query.h"
+#include "cwm/v1/query.pb.h"
+#include "server/wire/questions.h"
+
+namespace cwm::server {
+
+struct AnswerContext {
+  std::string world_uid;
+  const collision::WorldSnapshot& snapshot;
+  Form form = Form::kColumns;
+  Precision precision = Precision::kDouble;
+};
+
+void ToProto(const collision::CollisionColumns& answers, const AnswerContext& context,
+             v1::CheckCollisionsResponse* response);
+void ToProto(const collision::PairColumns& answers, const AnswerContext& context,
+             v1::GetDistancesResponse* response);
+void ToProto(const collision::PairColumns& answers, const AnswerContext& context,
+             v1::GetContactsResponse* response);
+// `rays` are the rows that were asked, for the points of rows.
+void ToProto(const collision::RayColumns& answers, std::span<const collision::RayRow> rays,
+             const AnswerContext& context, v1::CastRaysResponse* response);
+
+}  // namespace cwm::server

@@ -1,0 +1,129 @@
+// The changes that clients may ask for; declared in objects.h.
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "server/wire/numbers.h"
+#include "server/wire/objects.h"
+#include "server/wire/poses.h"
+#include "server/wire/shapes.h"
+
+namespace cwm::server {
+namespace {
+
+// Parts of one object: every question visits each of them.
+constexpr int kMaxParts = 4'096;
+
+absl::StatusOr<std::shared_ptr<const HybridModel>> ModelOf(const v1::Object& object,
+                                                           const GeometryStore& store,
+                                                           const FieldPath& path) {
+  const int parts = object.shapes_size() + object.surfaces_size();
+  if (parts == 0) return path.Field("shapes").Error("is empty, must hold a shape or surfaces one");
+  if (parts > kMaxParts) {
+    return path.Field("shapes").Error(
+        absl::StrCat("and surfaces hold ", parts, " parts, must hold at most ", kMaxParts));
+  }
+  auto model = std::make_shared<HybridModel>();
+  for (int i = 0; i < object.shapes_size(); ++i) {
+    auto part = FromProto(object.shapes(i), store, path.Item("shapes", i));
+    if (!part.ok()) return part.status();
+    model->shapes.push_back(*std::move(part));
+  }
+  for (int i = 0; i < object.surfaces_size(); ++i) {
+    auto part = FromProto(object.surfaces(i), store, path.Item("surfaces", i));
+    if (!part.ok()) return part.status();
+    model->surfaces.push_back(*std::move(part));
+  }
+  return model;
+}
+
+absl::StatusOr<collision::PutObject> PutOf(const v1::Object& object, const GeometryStore& store,
+                                           const FieldPath& path) {
+  collision::PutObject put;
+  if (auto status = CheckName(object.name(), path.Field("name")); !status.ok()) return status;
+  put.name = object.name();
+  auto kind = FromProto(object.kind(), collision::ObjectKind::kUser, path.Field("kind"));
+  if (!kind.ok()) return kind.status();
+  put.kind = *kind;
+  if (object.has_x_world_object()) {
+    auto X_WO = FromProto(object.x_world_object(), path.Field("x_world_object"));
+    if (!X_WO.ok()) return X_WO.status();
+    put.X_WO = *X_WO;
+  }
+  if (auto status = CheckLength(object.margin_m(), path.Field("margin_m")); !status.ok()) {
+    return status;
+  }
+  put.margin_m = object.margin_m();
+  if (!object.supported_by().empty()) {
+    const FieldPath field = path.Field("supported_by");
+    if (auto status = CheckName(object.supported_by(), field); !status.ok()) return status;
+    put.supported_by = object.supported_by();
+  }
+  auto model = ModelOf(object, store, path);
+  if (!model.ok()) return model.status();
+  put.geometry = collision::Prepare(*std::move(model));
+  return put;
+}
+
+absl::StatusOr<collision::MoveObject> MoveOf(const v1::MoveObject& move, const FieldPath& path) {
+  if (auto status = CheckName(move.name(), path.Field("name")); !status.ok()) return status;
+  const FieldPath pose_path = path.Field("x_world_object");
+  if (!move.has_x_world_object()) return pose_path.Error("is absent, must be given");
+  auto X_WO = FromProto(move.x_world_object(), pose_path);
+  if (!X_WO.ok()) return X_WO.status();
+  return collision::MoveObject{.name = move.name(), .X_WO = *X_WO};
+}
+
+absl::StatusOr<collision::Change> ChangeOf(const v1::Change& change, const GeometryStore& store,
+                                           const FieldPath& path) {
+  collision::Change result;
+  switch (change.what_case()) {
+    case v1::Change::kPut: {
+      const FieldPath put_path = path.Field("put");
+      auto put = PutOf(change.put().object(), store, put_path.Field("object"));
+      if (!put.ok()) return put.status();
+      result.what = *std::move(put);
+      break;
+    }
+    case v1::Change::kMove: {
+      auto move = MoveOf(change.move(), path.Field("move"));
+      if (!move.ok()) return move.status();
+      result.what = *std::move(move);
+      break;
+    }
+    case v1::Change::kRemove: {
+      const FieldPath remove_path = path.Field("remove");
+      auto status = CheckName(change.remove().name(), remove_path.Field("name"));
+      if (!status.ok()) return status;
+      result.what = collision::RemoveObject{change.remove().name()};
+      break;
+    }
+    case v1::Change::WHAT_NOT_SET:
+      return path.Field("what").Error("is absent, must be one of put, move, remove");
+  }
+  if (change.has_expected_object_revision()) {
+    result.expected_object_revision = collision::Revision{change.expected_object_revision()};
+  }
+  return result;
+}
+
+}  // namespace
+
+absl::StatusOr<std::vector<collision::Change>> FromProto(
+    const google::protobuf::RepeatedPtrField<v1::Change>& changes, const Limits& limits,
+    const GeometryStore& store, const FieldPath& path) {
+  if (changes.empty()) return path.Field("changes").Error("is empty, must hold a change");
+  if (changes.size() > limits.max_changes) {
+    return path.Field("changes").Error(
+        absl::StrCat("holds ", changes.size(), ", must hold at most ", limits.max_changes));
+  }
+  std::vector<collision::Change> result;
+  result.reserve(changes.size());
+  for (int i = 0; i < changes.size(); ++i) {
+    auto change = ChangeOf(changes[i], store, path.Item("changes", i));
+    if (!change.ok()) return change.status();
+    result.push_back(*std::move(change));
+  }
+  return result;
+}
+
+}  // namespace cwm::server

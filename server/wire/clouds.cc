@@ -1,0 +1,316 @@
+#include "server/wire/clouds.h"
+
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "server/wire/numbers.h"
+#include "server/wire/objects.h"
+#include "server/wire/poses.h"
+#include "server/wire/times.h"
+
+namespace cwm::server {
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "cloud bytes are read as they lie");
+
+// Drivers pad points to 16, 32 or 48 bytes; LiDARs with many channels stay below 256.
+constexpr int kMostPointBytes = 1'024;
+constexpr int kMostFields = 256;
+// A constant sigma above a metre is no range sensor.
+constexpr double kLargestSigma_m = 1;
+constexpr std::array<std::string_view, 3> kCoordinates = {"x", "y", "z"};
+constexpr std::array<std::string_view, 3> kNormals = {"normal_x", "normal_y", "normal_z"};
+
+int SizeOf(v1::FieldType type) {
+  switch (type) {
+    case v1::FIELD_TYPE_U8:
+    case v1::FIELD_TYPE_I8:
+      return 1;
+    case v1::FIELD_TYPE_U16:
+    case v1::FIELD_TYPE_I16:
+      return 2;
+    case v1::FIELD_TYPE_F32:
+    case v1::FIELD_TYPE_U32:
+    case v1::FIELD_TYPE_I32:
+      return 4;
+    case v1::FIELD_TYPE_F64:
+      return 8;
+    default:
+      return 0;
+  }
+}
+
+absl::Status CheckField(const v1::CloudField& field, int point_step, const FieldPath& path) {
+  const int size = SizeOf(field.type());
+  if (size == 0) {
+    return path.Field("type").Error(
+        absl::StrCat("is ", static_cast<int>(field.type()), ", must be a known FieldType"));
+  }
+  return CheckRange(field.offset(), {0, point_step - size}, path.Field("offset"));
+}
+
+// The three fields of these names, nothing when none is there; an error when they are incomplete,
+// twice or not floating point.
+absl::StatusOr<std::optional<VectorField>> FindVector(const v1::CloudLayout& layout,
+                                                      const std::array<std::string_view, 3>& names,
+                                                      const FieldPath& path) {
+  std::array<std::optional<ScalarField>, 3> found;
+  for (int i = 0; i < layout.fields_size(); ++i) {
+    const v1::CloudField& field = layout.fields(i);
+    for (int axis = 0; axis < 3; ++axis) {
+      if (field.name() != names[axis]) continue;
+      const FieldPath field_path = path.Item("fields", i);
+      if (found[axis].has_value()) {
+        return field_path.Field("name").Error(
+            absl::StrCat("is ", field.name(), ", must occur once"));
+      }
+      if (field.type() != v1::FIELD_TYPE_F32 && field.type() != v1::FIELD_TYPE_F64) {
+        return field_path.Field("type").Error(
+            absl::StrCat("is ", v1::FieldType_Name(field.type()), " for ", field.name(),
+                         ", must be FIELD_TYPE_F32 or FIELD_TYPE_F64"));
+      }
+      found[axis] = ScalarField{field.offset(), field.type() == v1::FIELD_TYPE_F64};
+    }
+  }
+  if (!found[0] || !found[1] || !found[2]) return std::nullopt;
+  return VectorField{*found[0], *found[1], *found[2]};
+}
+
+absl::StatusOr<CloudLayout> LayoutOf(const v1::CloudLayout& layout, const FieldPath& path) {
+  auto status = CheckRange(layout.point_step(), {1, kMostPointBytes}, path.Field("point_step"));
+  if (!status.ok()) return status;
+  if (layout.fields_size() > kMostFields) {
+    return path.Field("fields").Error(
+        absl::StrCat("holds ", layout.fields_size(), ", must hold at most ", kMostFields));
+  }
+  for (int i = 0; i < layout.fields_size(); ++i) {
+    status = CheckField(layout.fields(i), layout.point_step(), path.Item("fields", i));
+    if (!status.ok()) return status;
+  }
+  auto xyz = FindVector(layout, kCoordinates, path);
+  if (!xyz.ok()) return xyz.status();
+  if (!xyz->has_value()) return path.Field("fields").Error("must hold x, y and z");
+  auto normal = FindVector(layout, kNormals, path);
+  if (!normal.ok()) return normal.status();
+  return CloudLayout{.point_step = layout.point_step(), .xyz = **xyz, .normal = *normal};
+}
+
+absl::Status CheckCounts(const v1::IngestCloudHeader& header, const Limits& limits,
+                         const FieldPath& path) {
+  auto status =
+      CheckRange(header.point_count(), {1, limits.max_cloud_points}, path.Field("point_count"));
+  if (!status.ok()) return status;
+  const std::int64_t expected = header.point_count() * header.layout().point_step();
+  if (header.total_bytes() != expected) {
+    return path.Field("total_bytes")
+        .Error(absl::StrCat("is ", header.total_bytes(), ", must be ", expected,
+                            " (point_count * point_step)"));
+  }
+  if (header.width() < 0 || header.height() < 0) {
+    return path.Field(header.width() < 0 ? "width" : "height").Error("is negative, must not be");
+  }
+  const std::int64_t pixels = static_cast<std::int64_t>(header.width()) * header.height();
+  if (header.height() > 1 && pixels != header.point_count()) {
+    return path.Field("height").Error(
+        absl::StrCat("is ", header.height(), " at a width of ", header.width(),
+                     ", their product must be point_count (", header.point_count(), ")"));
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<perception::SensorNoise> NoiseOf(const v1::SensorModel& model,
+                                                const FieldPath& path) {
+  perception::SensorNoise noise;
+  switch (model.kind()) {
+    case v1::SensorModel::KIND_UNSPECIFIED:
+    case v1::SensorModel::KIND_KINECT:
+      noise.model = perception::SensorModel::kKinect;
+      return noise;
+    case v1::SensorModel::KIND_REALSENSE:
+      noise.model = perception::SensorModel::kRealSense;
+      return noise;
+    case v1::SensorModel::KIND_TIME_OF_FLIGHT:
+      noise.model = perception::SensorModel::kTimeOfFlight;
+      return noise;
+    case v1::SensorModel::KIND_TILTING_LASER:
+      noise.model = perception::SensorModel::kTiltingLaser;
+      return noise;
+    case v1::SensorModel::KIND_CONSTANT:
+      break;
+    default:
+      return path.Field("kind").Error(absl::StrCat("is ", static_cast<int>(model.kind()),
+                                                   ", must be a known SensorModel.Kind"));
+  }
+  if (!(model.sigma_m() > 0 && model.sigma_m() <= kLargestSigma_m)) {
+    return path.Field("sigma_m").Error(
+        absl::StrCat("is ", model.sigma_m(), ", must be positive and at most ", kLargestSigma_m));
+  }
+  noise.model = perception::SensorModel::kConstant;
+  noise.constant_sigma_m = model.sigma_m();
+  return noise;
+}
+
+absl::StatusOr<perception::InterpretOptions> InterpretOptionsOf(const v1::IngestCloudHeader& header,
+                                                                const FieldPath& path) {
+  perception::InterpretOptions options;
+  auto noise = NoiseOf(header.sensor_model(), path.Field("sensor_model"));
+  if (!noise.ok()) return noise.status();
+  options.noise = *noise;
+  if (header.has_x_world_sensor()) {
+    auto X_WC = FromProto(header.x_world_sensor(), path.Field("x_world_sensor"));
+    if (!X_WC.ok()) return X_WC.status();
+    options.X_WC = *X_WC;
+  }
+  if (header.has_up()) {
+    auto up_C = FromProto(header.up(), path.Field("up"));
+    if (!up_C.ok()) return up_C.status();
+    if (!(up_C->stableNorm() > 0)) {
+      return path.Field("up").Error("has length 0, must have a positive length");
+    }
+    options.up_C = *up_C;
+  }
+  return options;
+}
+
+absl::StatusOr<IngestMode> ModeOf(v1::IngestMode mode, const FieldPath& path) {
+  switch (mode) {
+    case v1::INGEST_MODE_UNSPECIFIED:
+    case v1::INGEST_MODE_UPDATE:
+      return IngestMode::kUpdate;
+    case v1::INGEST_MODE_ADD:
+      return IngestMode::kAdd;
+    case v1::INGEST_MODE_SEGMENT_ONLY:
+      return IngestMode::kSegmentOnly;
+    default:
+      return path.Error(
+          absl::StrCat("is ", static_cast<int>(mode), ", must be a known IngestMode"));
+  }
+}
+
+absl::StatusOr<IngestRequest> RequestOf(const v1::IngestCloudHeader& header,
+                                        const FieldPath& path) {
+  constexpr std::int64_t kMostIdBytes = 128;
+  IngestRequest request;
+  auto status = CheckTextLength(header.sensor(), kMostIdBytes, path.Field("sensor"));
+  if (!status.ok()) return status;
+  status = CheckTextLength(header.request_id(), kMostIdBytes, path.Field("request_id"));
+  if (!status.ok()) return status;
+  request.sensor = header.sensor();
+  request.write.request_id = header.request_id();
+  auto options = InterpretOptionsOf(header, path);
+  if (!options.ok()) return options.status();
+  request.options = *options;
+  auto mode = ModeOf(header.mode(), path.Field("mode"));
+  if (!mode.ok()) return mode.status();
+  request.mode = *mode;
+  request.frame_stamp = std::chrono::system_clock::now();
+  if (header.has_frame_stamp()) {
+    auto stamp = FromProto(header.frame_stamp(), path.Field("frame_stamp"));
+    if (!stamp.ok()) return stamp.status();
+    request.frame_stamp = *stamp;
+  }
+  return request;
+}
+
+}  // namespace
+
+absl::StatusOr<CloudPlan> FromProto(const v1::IngestCloudHeader& header, const Limits& limits,
+                                    const FieldPath& path) {
+  auto layout = LayoutOf(header.layout(), path.Field("layout"));
+  if (!layout.ok()) return layout.status();
+  if (auto status = CheckCounts(header, limits, path); !status.ok()) return status;
+  auto request = RequestOf(header, path);
+  if (!request.ok()) return request.status();
+  CloudPlan plan{.world = header.world(),
+                 .layout = *layout,
+                 .point_count = header.point_count(),
+                 .total_bytes = header.total_bytes(),
+                 .request = *std::move(request),
+                 .time_budget = std::nullopt,
+                 .want_point_labels = header.want_point_labels()};
+  const bool organised = header.height() > 1;
+  plan.request.cloud.width = organised ? header.width() : static_cast<int>(header.point_count());
+  plan.request.cloud.height = organised ? header.height() : 1;
+  if (header.has_time_budget()) {
+    auto budget = FromProto(header.time_budget(), path.Field("time_budget"));
+    if (!budget.ok()) return budget.status();
+    plan.time_budget = *budget;
+  }
+  return plan;
+}
+
+namespace {
+
+double ReadScalar(const char* point, const ScalarField& field) {
+  if (field.is_double) {
+    double value;
+    std::memcpy(&value, point + field.offset, sizeof(value));
+    return value;
+  }
+  float value;
+  std::memcpy(&value, point + field.offset, sizeof(value));
+  return value;
+}
+
+// Three F32 in a row are copied as they lie.
+bool IsPacked(const VectorField& field) {
+  for (int axis = 0; axis < 3; ++axis) {
+    const int expected = field[0].offset + axis * static_cast<int>(sizeof(float));
+    if (field[axis].is_double || field[axis].offset != expected) return false;
+  }
+  return true;
+}
+
+void ReadPacked(std::string_view bytes, int step, int offset, std::vector<Eigen::Vector3f>& out) {
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    std::memcpy(out[i].data(), bytes.data() + i * step + offset, 3 * sizeof(float));
+  }
+}
+
+void ReadVectors(std::string_view bytes, int step, const VectorField& field,
+                 std::vector<Eigen::Vector3f>& out) {
+  if (IsPacked(field)) return ReadPacked(bytes, step, field[0].offset, out);
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    for (int axis = 0; axis < 3; ++axis) {
+      out[i][axis] = static_cast<float>(ReadScalar(bytes.data() + i * step, field[axis]));
+    }
+  }
+}
+
+absl::Status CheckPrecision(const CloudPlan& plan, std::string_view bytes) {
+  for (int axis = 0; axis < 3; ++axis) {
+    const ScalarField& field = plan.layout.xyz[axis];
+    if (!field.is_double) continue;
+    for (std::int64_t i = 0; i < plan.point_count; ++i) {
+      const double value = ReadScalar(bytes.data() + i * plan.layout.point_step, field);
+      if (!std::isfinite(value) || std::abs(value) <= kFarthestPoint_m) continue;
+      const std::string name = absl::StrCat("point ", i, ".", std::string(kCoordinates[axis]));
+      return FieldPath().Field(name).Error(
+          absl::StrCat("is ", value, ", must be within ", kFarthestPoint_m,
+                       " m of the sensor: coordinates are in its frame, give the offset in "
+                       "x_world_sensor"));
+    }
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+absl::StatusOr<perception::PointCloud> DecodeCloud(const CloudPlan& plan, std::string_view bytes) {
+  if (auto status = CheckPrecision(plan, bytes); !status.ok()) return status;
+  perception::PointCloud cloud;
+  cloud.width = plan.request.cloud.width;
+  cloud.height = plan.request.cloud.height;
+  cloud.points.resize(plan.point_count);
+  ReadVectors(bytes, plan.layout.point_step, plan.layout.xyz, cloud.points);
+  if (plan.layout.normal.has_value()) {
+    cloud.normals.resize(plan.point_count);
+    ReadVectors(bytes, plan.layout.point_step, *plan.layout.normal, cloud.normals);
+  }
+  return cloud;
+}
+
+}  // namespace cwm::server

@@ -1,0 +1,70 @@
+// Clouds as they travel: a header that is judged before any data, bytes in the sensor's layout, and
+// the reply.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "cwm/v1/perception.pb.h"
+#include "perception/cloud/point_cloud.h"
+#include "server/core/geometry_store.h"
+#include "server/core/ingest.h"
+#include "server/core/limits.h"
+#include "server/wire/field_path.h"
+
+namespace cwm::server {
+
+// Coordinates are in the sensor's frame and held in single precision: within this distance of the
+// sensor its spacing is at most 0.25 mm, below the noise of every sensor at a hundredth of it. F64
+// coordinates beyond are refused rather than rounded: a map's offset belongs into x_world_sensor,
+// which stays in double precision.
+inline constexpr double kFarthestPoint_m = 4096;
+
+// Where a number lies within a point.
+struct ScalarField {
+  int offset = 0;
+  bool is_double = false;  // F64, else F32
+};
+using VectorField = std::array<ScalarField, 3>;
+
+struct CloudLayout {
+  int point_step = 0;
+  VectorField xyz;
+  std::optional<VectorField> normal;
+};
+
+// A judged header.
+struct CloudPlan {
+  std::string world;
+  CloudLayout layout;
+  std::int64_t point_count = 0;
+  std::int64_t total_bytes = 0;
+  IngestRequest request;  // everything but the points and the digest of the write
+  std::optional<std::chrono::nanoseconds> time_budget;
+  bool want_point_labels = false;
+};
+
+// Refuses what is over the limits or contradicts itself (count, step, total, width and height)
+// before a byte of data.
+absl::StatusOr<CloudPlan> FromProto(const v1::IngestCloudHeader& header, const Limits& limits,
+                                    const FieldPath& path);
+
+// Precondition: bytes.size() == plan.total_bytes. Non-finite coordinates are kept (no return).
+// "header.layout point 17: x is ..." for an F64 coordinate beyond kFarthestPoint_m.
+absl::StatusOr<perception::PointCloud> DecodeCloud(const CloudPlan& plan, std::string_view bytes);
+
+struct IngestReply {
+  const IngestOutcome& outcome;
+  const World& world;
+  bool want_point_labels = false;
+};
+// Labels above limits.max_inline_bytes are put into the store and named by their hash.
+absl::Status ToProto(const IngestReply& reply, const Limits& limits, GeometryStore& store,
+                     v1::IngestCloudResponse* response);
+
+}  // namespace cwm::server

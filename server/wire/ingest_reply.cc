@@ -1,0 +1,86 @@
+// The reply to an ingest; declared in clouds.h.
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "server/wire/clouds.h"
+#include "server/wire/objects.h"
+#include "server/wire/poses.h"
+
+namespace cwm::server {
+namespace {
+
+void SetNames(const std::vector<std::string>& names,
+              google::protobuf::RepeatedPtrField<std::string>* proto) {
+  proto->Assign(names.begin(), names.end());
+}
+
+void SetReport(const perception::InterpretReport& report, v1::IngestCloudResponse* response) {
+  v1::IngestReport* proto = response->mutable_report();
+  proto->set_points_in(static_cast<std::int64_t>(report.points_in));
+  proto->set_points_finite(static_cast<std::int64_t>(report.points_finite));
+  proto->set_points_explained(static_cast<std::int64_t>(report.points_explained));
+  proto->set_points_rejected(static_cast<std::int64_t>(report.points_rejected));
+  SetNames(report.warnings, proto->mutable_warnings());
+  for (const perception::StageTime& time : report.stages) {
+    v1::StageTime* stage = response->add_stages();
+    stage->set_stage(time.stage);
+    stage->set_elapsed_ms(time.elapsed_ms);
+  }
+}
+
+void SetChanges(const IngestOutcome& outcome, v1::IngestChanges* changes) {
+  SetNames(outcome.added, changes->mutable_added());
+  SetNames(outcome.moved, changes->mutable_moved());
+  SetNames(outcome.replaced, changes->mutable_replaced());
+  SetNames(outcome.removed, changes->mutable_removed());
+  SetNames(outcome.kept, changes->mutable_kept());
+  SetNames(outcome.occluded, changes->mutable_occluded());
+}
+
+void SetObjects(const IngestReply& reply, GeometryStore& store, v1::IngestCloudResponse* response) {
+  const IngestOutcome& outcome = reply.outcome;
+  for (std::size_t i = 0; i < outcome.supports.size(); ++i) {
+    const collision::WorldObject& support = *outcome.supports[i];
+    v1::Object* proto = response->add_supports();
+    *proto = ToProto(support, View::kFull, reply.world.LastObserved(support.name), store);
+    if (i < outcome.support_reachable.size() && outcome.support_reachable[i].has_value()) {
+      proto->set_reachable(*outcome.support_reachable[i]);
+    }
+  }
+  for (const collision::WorldObjectPtr& object : outcome.objects) {
+    v1::Object* proto = response->add_objects();  // stays empty where a user's object explains it
+    if (object == nullptr) continue;
+    *proto = ToProto(*object, View::kFull, reply.world.LastObserved(object->name), store);
+  }
+}
+
+absl::Status SetLabels(const std::vector<std::uint32_t>& labels, const Limits& limits,
+                       GeometryStore& store, v1::IngestCloudResponse* response) {
+  std::string bytes(reinterpret_cast<const char*>(labels.data()),
+                    labels.size() * sizeof(std::uint32_t));
+  if (static_cast<std::int64_t>(bytes.size()) <= limits.max_inline_bytes) {
+    response->set_labels(std::move(bytes));
+    return absl::OkStatus();
+  }
+  auto stored = store.Put(BlobFormat::kLabelsU32, std::move(bytes));
+  if (!stored.ok()) return stored.status();
+  response->set_labels_hash(stored->hash);
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+absl::Status ToProto(const IngestReply& reply, const Limits& limits, GeometryStore& store,
+                     v1::IngestCloudResponse* response) {
+  response->set_world_uid(reply.world.uid());
+  response->set_revision(reply.outcome.revision.value);
+  *response->mutable_x_world_sensor() = ToProto(reply.outcome.X_WC);
+  SetReport(reply.outcome.report, response);
+  SetObjects(reply, store, response);
+  SetChanges(reply.outcome, response->mutable_changes());
+  if (!reply.want_point_labels) return absl::OkStatus();
+  return SetLabels(reply.outcome.labels, limits, store, response);
+}
+
+}  // namespace cwm::server

@@ -1,0 +1,22 @@
+// The rules that single numbers of a request obey.
+#pragma once
+
+#include "absl/status/status.h"
+#include "server/wire/field_path.h"
+
+namespace cwm::server {
+
+// Finite and at most kLargestCoordinate_m in magnitude.
+absl::Status CheckCoordinate(double value, const FieldPath& path);
+// Finite, not negative, at most kLargestCoordinate_m.
+absl::Status CheckLength(double value, const FieldPath& path);
+
+struct IntRange {
+  std::int64_t least;
+  std::int64_t most;
+};
+absl::Status CheckRange(std::int64_t value, IntRange range, const FieldPath& path);
+absl::Status CheckTextLength(const std::string& text, std::int64_t most_bytes,
+                             const FieldPath& path);
+
+}  // namespace cwm::server

@@ -1,0 +1,44 @@
+// World objects as replies and events show them, and what clients may put.
+#pragma once
+
+#include <chrono>
+#include <optional>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "collision/world/world_object.h"
+#include "collision/world/world_snapshot.h"
+#include "cwm/v1/world.pb.h"
+#include "server/core/geometry_store.h"
+#include "server/core/limits.h"
+#include "server/core/world.h"
+#include "server/wire/field_path.h"
+
+namespace cwm::server {
+
+v1::ObjectKind ToProto(collision::ObjectKind kind);
+v1::Owner ToProto(collision::Owner owner);
+v1::ObjectState ToProto(collision::ObjectState state);
+// `unspecified` is what the zero value means there.
+absl::StatusOr<collision::ObjectKind> FromProto(v1::ObjectKind kind,
+                                                collision::ObjectKind unspecified,
+                                                const FieldPath& path);
+
+enum class View { kBasic, kShapes, kFull };
+absl::StatusOr<View> FromProto(v1::ObjectView view, View unspecified, const FieldPath& path);
+
+// `last_observed` is known to the world, not to the object. Bounds are in the object's frame.
+v1::Object ToProto(const collision::WorldObject& object, View view,
+                   std::optional<std::chrono::system_clock::time_point> last_observed,
+                   GeometryStore& store);
+
+// All changes, with their geometry prepared for every engine (heavy: no lock may be held). At most
+// limits.max_changes.
+absl::StatusOr<std::vector<collision::Change>> FromProto(
+    const google::protobuf::RepeatedPtrField<v1::Change>& changes, const Limits& limits,
+    const GeometryStore& store, const FieldPath& path);
+
+// The rule for names of objects, see collision::IsValidName.
+absl::Status CheckName(const std::string& name, const FieldPath& path);
+
+}  // namespace cwm::server

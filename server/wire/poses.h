@@ -1,0 +1,37 @@
+// Vectors and rigid transforms, single and in bulk rows.
+#pragma once
+
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "collision/geometry/pose.h"
+#include "collision/query/query.h"
+#include "cwm/v1/geometry.pb.h"
+#include "cwm/v1/query.pb.h"
+#include "server/wire/field_path.h"
+
+namespace cwm::server {
+
+// A quaternion may be this far off unit length; it is normalised. Wide enough for single precision
+// and for six printed digits, narrow enough to tell a wrong order or a forgotten component.
+inline constexpr double kQuaternionTolerance = 1e-3;
+
+absl::StatusOr<Vector3> FromProto(const v1::Vector3& vector, const FieldPath& path);
+v1::Vector3 ToProto(const Vector3& vector);
+
+absl::StatusOr<Pose> FromProto(const v1::Pose& pose, const FieldPath& path);
+v1::Pose ToProto(const Pose& pose);  // w >= 0
+
+// A refusal of a row refuses the batch: "<path>.data row 17: qx..qw has length 0.9, must be 1
+// within 1e-3". At most `max_rows`.
+absl::StatusOr<std::vector<Pose>> FromProto(const v1::PoseRows& rows, std::int64_t max_rows,
+                                            const FieldPath& path);
+// Points as poses without rotation.
+absl::StatusOr<std::vector<Pose>> FromProto(const v1::Subject::Points& points,
+                                            std::int64_t max_rows, const FieldPath& path);
+// Directions of any positive length, normalised.
+absl::StatusOr<std::vector<collision::RayRow>> FromProto(const v1::RayRows& rays,
+                                                         std::int64_t max_rows,
+                                                         const FieldPath& path);
+
+}  // namespace cwm::server

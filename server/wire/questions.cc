@@ -1,0 +1,210 @@
+#include "server/wire/questions.h"
+
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "server/core/error.h"
+#include "server/wire/numbers.h"
+#include "server/wire/objects.h"
+#include "server/wire/poses.h"
+#include "server/wire/shapes.h"
+#include "server/wire/times.h"
+
+namespace cwm::server {
+namespace {
+
+constexpr int kMaxResults = 64;
+constexpr int kMaxContacts = 1'024;
+constexpr int kDefaultContacts = 16;
+constexpr int kMaxIgnored = 65'536;
+
+template <class Enum>
+absl::Status UnknownValue(Enum value, std::string_view type, const FieldPath& path) {
+  return path.Error(
+      absl::StrCat("is ", static_cast<int>(value), ", must be a known ", std::string(type)));
+}
+
+absl::StatusOr<collision::EngineChoice> FromProto(v1::Engine engine, const FieldPath& path) {
+  switch (engine) {
+    case v1::ENGINE_UNSPECIFIED:
+    case v1::ENGINE_AUTO:
+      return collision::EngineChoice::kAuto;
+    case v1::ENGINE_EXACT:
+      return collision::EngineChoice::kExact;
+    case v1::ENGINE_FCL:
+      return collision::EngineChoice::kFcl;
+    case v1::ENGINE_BULLET:
+      return collision::EngineChoice::kBullet;
+    default:
+      return UnknownValue(engine, "Engine", path);
+  }
+}
+
+absl::StatusOr<collision::Representation> FromProto(v1::Representation representation,
+                                                    const FieldPath& path) {
+  switch (representation) {
+    case v1::REPRESENTATION_UNSPECIFIED:
+    case v1::REPRESENTATION_HYBRID:
+      return collision::Representation::kHybrid;
+    case v1::REPRESENTATION_SHAPES:
+      return collision::Representation::kShapes;
+    case v1::REPRESENTATION_SURFACES:
+      return collision::Representation::kSurfaces;
+    default:
+      return UnknownValue(representation, "Representation", path);
+  }
+}
+
+// Count with a default for 0.
+absl::StatusOr<int> CountOf(int given, int otherwise, int most, const FieldPath& path) {
+  if (auto status = CheckRange(given, {0, most}, path); !status.ok()) return status;
+  return given == 0 ? otherwise : given;
+}
+
+absl::Status SetForm(const v1::QueryOptions& options, const FieldPath& path,
+                     QuestionOptions& result) {
+  if (!v1::ResultForm_IsValid(options.result_form())) {
+    return UnknownValue(options.result_form(), "ResultForm", path.Field("result_form"));
+  }
+  if (!v1::Scalar_IsValid(options.scalar())) {
+    return UnknownValue(options.scalar(), "Scalar", path.Field("scalar"));
+  }
+  result.form = options.result_form() == v1::RESULT_FORM_ROWS ? Form::kRows : Form::kColumns;
+  result.precision = options.scalar() == v1::SCALAR_F32 ? Precision::kSingle : Precision::kDouble;
+  return absl::OkStatus();
+}
+
+absl::Status SetQuery(const v1::QueryOptions& options, const FieldPath& path,
+                      collision::QueryOptions& query) {
+  auto engine = FromProto(options.engine(), path.Field("engine"));
+  if (!engine.ok()) return engine.status();
+  query.engine = *engine;
+  auto representation = FromProto(options.representation(), path.Field("representation"));
+  if (!representation.ok()) return representation.status();
+  query.representation = *representation;
+  auto status = CheckLength(options.margin_m(), path.Field("margin_m"));
+  if (!status.ok()) return status;
+  query.margin_m = options.margin_m();
+  if (options.has_max_distance_m()) {
+    status = CheckLength(options.max_distance_m(), path.Field("max_distance_m"));
+    if (!status.ok()) return status;
+    query.max_distance_m = options.max_distance_m();
+  }
+  auto results = CountOf(options.max_results(), 1, kMaxResults, path.Field("max_results"));
+  if (!results.ok()) return results.status();
+  query.max_results = *results;
+  auto contacts =
+      CountOf(options.max_contacts(), kDefaultContacts, kMaxContacts, path.Field("max_contacts"));
+  if (!contacts.ok()) return contacts.status();
+  query.max_contacts = *contacts;
+  status = CheckRange(options.ignore_size(), {0, kMaxIgnored}, path.Field("ignore"));
+  if (!status.ok()) return status;
+  query.ignore.assign(options.ignore().begin(), options.ignore().end());
+  return absl::OkStatus();
+}
+
+absl::StatusOr<Question> ShapesQuestion(const v1::Subject::Shapes& shapes,
+                                        const QuestionSource& source, const FieldPath& path) {
+  auto status = CheckRange(shapes.shapes_size(), {1, kMaxBodyShapes}, path.Field("shapes"));
+  if (!status.ok()) return status;
+  std::vector<Placed<>> parts;
+  parts.reserve(shapes.shapes_size());
+  for (int i = 0; i < shapes.shapes_size(); ++i) {
+    auto part = FromProto(shapes.shapes(i), source.store, path.Item("shapes", i));
+    if (!part.ok()) return part.status();
+    parts.push_back(*std::move(part));
+  }
+  auto rows =
+      FromProto(shapes.x_world_body(), source.limits.max_batch_rows, path.Field("x_world_body"));
+  if (!rows.ok()) return rows.status();
+  return Question{collision::BodyFromShapes(std::move(parts)), *std::move(rows)};
+}
+
+absl::StatusOr<Question> ObjectQuestion(const v1::Subject::WorldObject& subject,
+                                        const QuestionSource& source, const FieldPath& path) {
+  if (auto status = CheckName(subject.name(), path.Field("name")); !status.ok()) return status;
+  const collision::WorldObjectPtr object = source.snapshot.Find(subject.name());
+  if (object == nullptr) return UnknownObject(subject.name());
+  if (subject.x_world_object().data().empty()) {
+    return Question{collision::BodyFromObject(*object), {object->X_WO}};
+  }
+  auto rows = FromProto(subject.x_world_object(), source.limits.max_batch_rows,
+                        path.Field("x_world_object"));
+  if (!rows.ok()) return rows.status();
+  return Question{collision::BodyFromObject(*object), *std::move(rows)};
+}
+
+absl::StatusOr<Question> PointsQuestion(const v1::Subject::Points& points,
+                                        const QuestionSource& source, const FieldPath& path) {
+  auto rows = FromProto(points, source.limits.max_batch_rows, path);
+  if (!rows.ok()) return rows.status();
+  return Question{collision::BodyFromShapes({Placed<>{Pose::Identity(), Sphere{kPointRadius_m}}}),
+                  *std::move(rows)};
+}
+
+}  // namespace
+
+absl::StatusOr<RevisionRule> FromProto(const v1::AtRevision& rule, const FieldPath& path) {
+  switch (rule.revision_case()) {
+    case v1::AtRevision::kLatest:
+    case v1::AtRevision::REVISION_NOT_SET:
+      return Latest{};
+    case v1::AtRevision::kAtLeast:
+      if (rule.at_least() < 0) return path.Field("at_least").Error("is negative, must not be");
+      return AtLeast{{rule.at_least()}};
+    case v1::AtRevision::kExact:
+      if (rule.exact() < 0) return path.Field("exact").Error("is negative, must not be");
+      return Exactly{{rule.exact()}};
+  }
+  return Latest{};
+}
+
+absl::StatusOr<QuestionOptions> FromProto(const v1::QueryOptions& options, const FieldPath& path) {
+  QuestionOptions result;
+  auto rule = FromProto(options.at_revision(), path.Field("at_revision"));
+  if (!rule.ok()) return rule.status();
+  result.at_revision = *rule;
+  result.world_uid = options.world_uid();
+  if (auto status = SetQuery(options, path, result.query); !status.ok()) return status;
+  if (auto status = SetForm(options, path, result); !status.ok()) return status;
+  if (options.has_time_budget()) {
+    auto budget = FromProto(options.time_budget(), path.Field("time_budget"));
+    if (!budget.ok()) return budget.status();
+    result.time_budget = *budget;
+  }
+  return result;
+}
+
+absl::StatusOr<Question> FromProto(const v1::Subject& subject, const QuestionSource& source,
+                                   const FieldPath& path) {
+  switch (subject.what_case()) {
+    case v1::Subject::kShapes:
+      return ShapesQuestion(subject.shapes(), source, path.Field("shapes"));
+    case v1::Subject::kObject:
+      return ObjectQuestion(subject.object(), source, path.Field("object"));
+    case v1::Subject::kPoints:
+      return PointsQuestion(subject.points(), source, path.Field("points"));
+    case v1::Subject::WHAT_NOT_SET:
+      break;
+  }
+  return path.Field("what").Error("is absent, must be one of shapes, object, points");
+}
+
+absl::Status CheckForm(Form form, std::size_t row_count, const Limits& limits) {
+  if (form == Form::kColumns) return absl::OkStatus();
+  if (static_cast<std::int64_t>(row_count) <= limits.max_rows_as_messages) return absl::OkStatus();
+  return InvalidField(
+      "options.result_form",
+      absl::StrCat("is RESULT_FORM_ROWS for ", row_count,
+                   " rows, must be RESULT_FORM_COLUMNS above ", limits.max_rows_as_messages));
+}
+
+absl::Status UnknownObject(const std::string& name) {
+  return MakeError(absl::StatusCode::kNotFound, absl::StrCat("no object is named \"", name, "\""),
+                   {.reason = "OBJECT_UNKNOWN",
+                    .fields = {},
+                    .metadata = {{"object", name}},
+                    .retry_after_s = std::nullopt});
+}
+
+}  // namespace cwm::server

@@ -1,0 +1,58 @@
+// What a batch asks: the body or points, the rows, the options.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "collision/query/query.h"
+#include "cwm/v1/query.pb.h"
+#include "server/core/geometry_store.h"
+#include "server/core/limits.h"
+#include "server/core/world.h"
+#include "server/wire/field_path.h"
+
+namespace cwm::server {
+
+// AtLeast and Exactly must not be negative.
+absl::StatusOr<RevisionRule> FromProto(const v1::AtRevision& rule, const FieldPath& path);
+
+// Precision of answer columns.
+enum class Precision { kSingle, kDouble };
+enum class Form { kColumns, kRows };
+
+struct QuestionOptions {
+  RevisionRule at_revision;
+  std::string world_uid;
+  collision::QueryOptions query;  // give_up_at is left to the caller, who knows the deadline
+  std::optional<std::chrono::nanoseconds> time_budget;
+  Form form = Form::kColumns;
+  Precision precision = Precision::kDouble;
+};
+absl::StatusOr<QuestionOptions> FromProto(const v1::QueryOptions& options, const FieldPath& path);
+
+// Shapes of a body, at most kMaxBodyShapes: each row asks about every one of them.
+inline constexpr int kMaxBodyShapes = 1'024;
+// A point is asked about as a ball of this radius: below what an answer may be off (1e-7 m).
+inline constexpr double kPointRadius_m = 1e-9;
+
+struct Question {
+  collision::QueryBody body;
+  std::vector<Pose> X_WB;
+};
+struct QuestionSource {
+  const collision::WorldSnapshot& snapshot;  // for a subject that is a world object
+  const GeometryStore& store;
+  const Limits& limits;
+};
+// NotFound OBJECT_UNKNOWN for a subject that is not in the snapshot.
+absl::StatusOr<Question> FromProto(const v1::Subject& subject, const QuestionSource& source,
+                                   const FieldPath& path);
+
+// RESULT_FORM_ROWS is for at most limits.max_rows_as_messages rows.
+absl::Status CheckForm(Form form, std::size_t row_count, const Limits& limits);
+
+absl::Status UnknownObject(const std::string& name);
+
+}  // namespace cwm::server

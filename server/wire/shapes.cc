@@ -1,0 +1,277 @@
+#include "server/wire/shapes.h"
+
+#include <string>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "collision/geometry/coefficients.h"
+#include "collision/geometry/validation.h"
+#include "server/core/error.h"
+#include "server/wire/numbers.h"
+#include "server/wire/poses.h"
+
+namespace cwm::server {
+namespace {
+
+template <class... Cases>
+struct Overloaded : Cases... {
+  using Cases::operator()...;
+};
+template <class... Cases>
+Overloaded(Cases...) -> Overloaded<Cases...>;
+
+Polygon FromProto(const v1::Polygon& polygon) {
+  Polygon vertices;
+  vertices.reserve(polygon.vertices_size());
+  for (const v1::Vector2& vertex : polygon.vertices())
+    vertices.emplace_back(vertex.x(), vertex.y());
+  return vertices;
+}
+
+void SetPolygon(const Polygon& polygon, v1::Polygon* proto) {
+  for (const Vector2& vertex : polygon) {
+    v1::Vector2* added = proto->add_vertices();
+    added->set_x(vertex.x());
+    added->set_y(vertex.y());
+  }
+}
+
+// An error that names the field of the hash.
+absl::StatusOr<std::shared_ptr<const TriangleMesh>> FindMesh(const std::string& hash,
+                                                             const GeometryStore& store,
+                                                             const FieldPath& path) {
+  const FieldPath hash_path = path.Field("hash");
+  if (hash.empty()) return hash_path.Error("is empty, must name a mesh stored by WriteGeometry");
+  auto blob = store.Get(hash);
+  if (!blob.ok()) {
+    ErrorDetails details = DetailsOf(blob.status());
+    details.fields.push_back(
+        {hash_path.str(), absl::StrCat("is ", hash, ", names nothing stored")});
+    return MakeError(blob.status().code(),
+                     absl::StrCat(hash_path.str(), ": is ", hash, ", names nothing stored"),
+                     std::move(details));
+  }
+  if ((*blob)->mesh == nullptr) {
+    return hash_path.Error(absl::StrCat("is ", hash, ", must name a mesh, names another format"));
+  }
+  return (*blob)->mesh;
+}
+
+absl::StatusOr<Shape> HullOf(const v1::Convex& convex, const GeometryStore& store,
+                             const FieldPath& path) {
+  auto mesh = FindMesh(convex.hash(), store, path);
+  if (!mesh.ok()) return mesh.status();
+  const std::size_t count = (*mesh)->vertices.size();
+  if (count > kMaxHullInputVertices) {
+    return path.Field("hash").Error(absl::StrCat("names a mesh of ", count,
+                                                 " vertices, must have at most ",
+                                                 kMaxHullInputVertices, " for a hull"));
+  }
+  TriangleMesh hull = ConvexHull3((*mesh)->vertices);
+  if (hull.triangles.empty()) {
+    return path.Field("hash").Error("names a mesh whose vertices span no volume, must span one");
+  }
+  Shape shape = Convex{std::make_shared<const TriangleMesh>(std::move(hull))};
+  if (const auto violation = FindViolation(shape)) {
+    return path.Field("hash").Error(
+        absl::StrCat("names a mesh whose hull has ", violation->value, ", ", violation->rule));
+  }
+  return shape;
+}
+
+absl::StatusOr<Shape> MeshOf(const v1::Mesh& mesh, const GeometryStore& store,
+                             const FieldPath& path) {
+  auto found = FindMesh(mesh.hash(), store, path);
+  if (!found.ok()) return found.status();
+  const bool watertight = IsWatertight(**found);
+  return Shape(Mesh{.mesh = *std::move(found), .watertight = watertight});
+}
+
+Shape PlateOf(const v1::Plate& plate) {
+  Plate shape{
+      .outline = FromProto(plate.outline()), .holes = {}, .thickness_m = plate.thickness_m()};
+  for (const v1::Polygon& hole : plate.holes()) shape.holes.push_back(FromProto(hole));
+  return shape;
+}
+
+// The rules speak of "outline[3].x" and "holes[1][3].x", the messages have a field `vertices`
+// between.
+std::string MessageField(std::string field) {
+  if (const auto at = field.find("]["); at != std::string::npos) field.insert(at + 1, ".vertices");
+  constexpr std::string_view kOutline = "outline";
+  if (field.starts_with("outline[")) field.insert(kOutline.size(), ".vertices");
+  return field;
+}
+
+// Checks the rules of shapes; `name` is the alternative of the oneof.
+absl::StatusOr<Shape> Checked(Shape shape, const FieldPath& path) {
+  const std::string_view name = NameOf(KindOf(shape));
+  if (const auto violation = FindViolation(shape)) {
+    const std::string field = MessageField(violation->field);
+    return path.Field(name).Field(field).Error(
+        absl::StrCat("is ", violation->value, ", ", violation->rule));
+  }
+  return shape;
+}
+
+// `M` is any message with the oneof `shape`.
+template <class M>
+absl::StatusOr<Shape> ShapeOf(const M& m, const GeometryStore& store, const FieldPath& path) {
+  switch (m.shape_case()) {
+    case M::kSphere:
+      return Checked(Sphere{m.sphere().radius_m()}, path);
+    case M::kBox:
+      return Checked(Box{{m.box().size_x_m(), m.box().size_y_m(), m.box().size_z_m()}}, path);
+    case M::kCylinder:
+      return Checked(Cylinder{m.cylinder().radius_m(), m.cylinder().length_m()}, path);
+    case M::kCone:
+      return Checked(Cone{m.cone().radius_bottom_m(), m.cone().radius_top_m(), m.cone().length_m()},
+                     path);
+    case M::kCapsule:
+      return Checked(Capsule{m.capsule().radius_m(), m.capsule().length_m()}, path);
+    case M::kHalfSpace:
+      return Shape(HalfSpace{});
+    case M::kPlate:
+      return Checked(PlateOf(m.plate()), path);
+    case M::kConvex:
+      return HullOf(m.convex(), store, path.Field("convex"));
+    case M::kMesh:
+      return MeshOf(m.mesh(), store, path.Field("mesh"));
+    case M::SHAPE_NOT_SET:
+      break;
+  }
+  return path.Field("shape").Error(
+      "is absent, must be one of sphere, box, cylinder, cone, capsule, half_space, plate, convex, "
+      "mesh");
+}
+
+template <class M>
+void SetShape(const Shape& shape, GeometryStore& store, M* m) {
+  std::visit(
+      Overloaded{
+          [m](const Sphere& s) { m->mutable_sphere()->set_radius_m(s.radius_m); },
+          [m](const Box& s) {
+            m->mutable_box()->set_size_x_m(s.size_m.x());
+            m->mutable_box()->set_size_y_m(s.size_m.y());
+            m->mutable_box()->set_size_z_m(s.size_m.z());
+          },
+          [m](const Cylinder& s) {
+            m->mutable_cylinder()->set_radius_m(s.radius_m);
+            m->mutable_cylinder()->set_length_m(s.length_m);
+          },
+          [m](const Cone& s) {
+            m->mutable_cone()->set_radius_bottom_m(s.radius_bottom_m);
+            m->mutable_cone()->set_radius_top_m(s.radius_top_m);
+            m->mutable_cone()->set_length_m(s.length_m);
+          },
+          [m](const Capsule& s) {
+            m->mutable_capsule()->set_radius_m(s.radius_m);
+            m->mutable_capsule()->set_length_m(s.length_m);
+          },
+          [m](const HalfSpace&) { m->mutable_half_space(); },
+          [m](const Plate& s) {
+            SetPolygon(s.outline, m->mutable_plate()->mutable_outline());
+            for (const Polygon& hole : s.holes) SetPolygon(hole, m->mutable_plate()->add_holes());
+            m->mutable_plate()->set_thickness_m(s.thickness_m);
+          },
+          [m, &store](const Convex& s) { m->mutable_convex()->set_hash(store.Offer(s.hull)); },
+          [m, &store](const Mesh& s) { m->mutable_mesh()->set_hash(store.Offer(s.mesh)); },
+      },
+      shape);
+}
+
+v1::FitQuality FitToProto(const FitQuality& fit) {
+  v1::FitQuality proto;
+  proto.set_rms_m(fit.rms_m);
+  proto.set_max_residual_m(fit.max_residual_m);
+  proto.set_inlier_count(fit.inlier_count);
+  proto.set_inlier_ratio(fit.inlier_ratio);
+  proto.set_observed_fraction(fit.observed_fraction);
+  proto.mutable_parameter_sigma()->Assign(fit.parameter_sigma.begin(), fit.parameter_sigma.end());
+  return proto;
+}
+
+// Identity when absent.
+absl::StatusOr<Pose> OptionalPose(bool given, const v1::Pose& pose, const FieldPath& path) {
+  if (!given) return Pose::Identity();
+  return FromProto(pose, path);
+}
+
+}  // namespace
+
+absl::StatusOr<Placed<>> FromProto(const v1::PlacedShape& placed, const GeometryStore& store,
+                                   const FieldPath& path) {
+  auto X_BS =
+      OptionalPose(placed.has_x_body_shape(), placed.x_body_shape(), path.Field("x_body_shape"));
+  if (!X_BS.ok()) return X_BS.status();
+  auto shape = ShapeOf(placed, store, path);
+  if (!shape.ok()) return shape.status();
+  return Placed<>{*X_BS, *std::move(shape)};
+}
+
+absl::StatusOr<ShapePart> FromProto(const v1::ShapePart& part, const GeometryStore& store,
+                                    const FieldPath& path) {
+  auto X_OS =
+      OptionalPose(part.has_x_object_shape(), part.x_object_shape(), path.Field("x_object_shape"));
+  if (!X_OS.ok()) return X_OS.status();
+  auto shape = ShapeOf(part, store, path);
+  if (!shape.ok()) return shape.status();
+  if (!v1::PartRole_IsValid(part.role())) {
+    return path.Field("role").Error(absl::StrCat(
+        "is ", static_cast<int>(part.role()), ", must be PART_ROLE_FITTED or PART_ROLE_COMPLETED"));
+  }
+  return ShapePart{
+      .X_OS = *X_OS,
+      .shape = *std::move(shape),
+      .role = part.role() == v1::PART_ROLE_COMPLETED ? PartRole::kCompleted : PartRole::kFitted,
+      .fit = std::nullopt};
+}
+
+absl::StatusOr<SurfacePart> FromProto(const v1::SurfacePart& part, const GeometryStore& store,
+                                      const FieldPath& path) {
+  auto mesh = FindMesh(part.hash(), store, path);
+  if (!mesh.ok()) return mesh.status();
+  const bool watertight = IsWatertight(**mesh);
+  return SurfacePart{.surface = {.mesh = *std::move(mesh), .watertight = watertight},
+                     .point_count = 0};
+}
+
+v1::PlacedShape ToProto(const Placed<>& placed, GeometryStore& store) {
+  v1::PlacedShape proto;
+  *proto.mutable_x_body_shape() = ToProto(placed.X_FS);
+  SetShape(placed.shape, store, &proto);
+  return proto;
+}
+
+v1::ShapePart ToProto(const ShapePart& part, GeometryStore& store) {
+  v1::ShapePart proto;
+  *proto.mutable_x_object_shape() = ToProto(part.X_OS);
+  SetShape(part.shape, store, &proto);
+  proto.set_role(part.role == PartRole::kCompleted ? v1::PART_ROLE_COMPLETED
+                                                   : v1::PART_ROLE_FITTED);
+  const std::vector<double> coefficients = Coefficients(part.shape, part.X_OS);
+  proto.mutable_coefficients()->Assign(coefficients.begin(), coefficients.end());
+  if (part.fit.has_value()) *proto.mutable_fit() = FitToProto(*part.fit);
+  return proto;
+}
+
+v1::SurfacePart ToProto(const SurfacePart& part, GeometryStore& store) {
+  v1::SurfacePart proto;
+  proto.set_hash(store.Offer(part.surface.mesh));
+  proto.set_vertex_count(static_cast<std::int64_t>(part.surface.mesh->vertices.size()));
+  proto.set_triangle_count(static_cast<std::int64_t>(part.surface.mesh->triangles.size()));
+  proto.set_watertight(part.surface.watertight);
+  proto.set_point_count(part.point_count);
+  return proto;
+}
+
+v1::OrientedBox ToProto(const Placed<Box>& box) {
+  v1::OrientedBox proto;
+  *proto.mutable_x_object_box() = ToProto(box.X_FS);
+  proto.mutable_box()->set_size_x_m(box.shape.size_m.x());
+  proto.mutable_box()->set_size_y_m(box.shape.size_m.y());
+  proto.mutable_box()->set_size_z_m(box.shape.size_m.z());
+  return proto;
+}
+
+}  // namespace cwm::server

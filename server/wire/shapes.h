@@ -1,0 +1,35 @@
+// Shapes: dimensions as they are, meshes by the hash of their bytes.
+#pragma once
+
+#include <optional>
+
+#include "absl/status/statusor.h"
+#include "collision/geometry/hybrid_model.h"
+#include "collision/geometry/shape.h"
+#include "cwm/v1/geometry.pb.h"
+#include "cwm/v1/world.pb.h"
+#include "server/core/geometry_store.h"
+#include "server/wire/field_path.h"
+
+namespace cwm::server {
+
+// A Convex is the hull of a named mesh, made here: more vertices than this take too long within a
+// request (quickhull: about 20 ms on two cores for as many).
+inline constexpr std::size_t kMaxHullInputVertices = 65'536;
+
+// Names the first broken rule, e.g. "shapes[0].box.size_x_m: is -0.1, must be ...". NotFound
+// GEOMETRY_UNKNOWN for a hash that the store does not know.
+absl::StatusOr<Placed<>> FromProto(const v1::PlacedShape& placed, const GeometryStore& store,
+                                   const FieldPath& path);
+absl::StatusOr<ShapePart> FromProto(const v1::ShapePart& part, const GeometryStore& store,
+                                    const FieldPath& path);
+absl::StatusOr<SurfacePart> FromProto(const v1::SurfacePart& part, const GeometryStore& store,
+                                      const FieldPath& path);
+
+// Meshes become readable by their hash (`store.Offer`). The hash of a Convex is that of its hull.
+v1::PlacedShape ToProto(const Placed<>& placed, GeometryStore& store);
+v1::ShapePart ToProto(const ShapePart& part, GeometryStore& store);
+v1::SurfacePart ToProto(const SurfacePart& part, GeometryStore& store);
+v1::OrientedBox ToProto(const Placed<Box>& box);
+
+}  // namespace cwm::server

@@ -1,0 +1,74 @@
+#include "server/wire/watch_events.h"
+
+#include "server/wire/poses.h"
+
+namespace cwm::server {
+namespace {
+
+// The default receive limit of gRPC's clients is 4 MiB; a quarter of it leaves room for one large
+// object.
+constexpr std::size_t kPieceBytes = 1 << 20;
+
+v1::Object ObjectMessage(const collision::WorldObject& object, const WatchContext& context) {
+  return ToProto(object, context.view, context.world.LastObserved(object.name), context.store);
+}
+
+bool OnlyMoved(const collision::WorldObject& before, const collision::WorldObject& after) {
+  return before.uid == after.uid && before.geometry_revision == after.geometry_revision &&
+         before.pose_revision != after.pose_revision && before.kind == after.kind &&
+         before.owner == after.owner && before.state == after.state &&
+         before.supported_by == after.supported_by && before.margin_m == after.margin_m;
+}
+
+void SetEvent(const collision::ObjectDelta& delta, const WatchContext& context,
+              v1::ObjectEvent* event) {
+  if (delta.after == nullptr) {
+    event->set_remove(delta.before->name);
+  } else if (delta.before != nullptr && OnlyMoved(*delta.before, *delta.after)) {
+    event->mutable_move()->set_name(delta.after->name);
+    *event->mutable_move()->mutable_x_world_object() = ToProto(delta.after->X_WO);
+    event->set_pose_revision(delta.after->pose_revision.value);
+  } else {
+    *event->mutable_put() = ObjectMessage(*delta.after, context);
+  }
+}
+
+v1::WatchWorldResponse Message(collision::Revision revision, const World& world) {
+  v1::WatchWorldResponse message;
+  message.set_world_uid(world.uid());
+  message.set_revision(revision.value);
+  return message;
+}
+
+}  // namespace
+
+v1::WatchWorldResponse InitialStatePiece(const collision::WorldSnapshot& snapshot,
+                                         const WatchContext& context, std::size_t* next) {
+  v1::WatchWorldResponse message = Message(snapshot.revision(), context.world);
+  v1::WatchWorldResponse::InitialState* state = message.mutable_initial_state();
+  std::size_t bytes = 0;
+  while (*next < snapshot.objects().size() && bytes < kPieceBytes) {
+    v1::Object* object = state->add_objects();
+    *object = ObjectMessage(*snapshot.objects()[*next], context);
+    bytes += object->ByteSizeLong();
+    ++*next;
+  }
+  state->set_initial_state_done(*next == snapshot.objects().size());
+  return message;
+}
+
+v1::WatchWorldResponse EventsMessage(const WatchStep& step, const WatchContext& context) {
+  v1::WatchWorldResponse message = Message(step.revision, context.world);
+  for (const collision::ObjectDelta& delta : step.deltas) {
+    SetEvent(delta, context, message.mutable_events()->add_events());
+  }
+  return message;
+}
+
+v1::WatchWorldResponse BookmarkMessage(collision::Revision revision, const World& world) {
+  v1::WatchWorldResponse message = Message(revision, world);
+  message.mutable_bookmark();
+  return message;
+}
+
+}  // namespace cwm::server

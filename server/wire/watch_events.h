@@ -1,0 +1,32 @@
+// Steps of a watch as messages.
+#pragma once
+
+#include <cstddef>
+#include <functional>
+
+#include "cwm/v1/world.pb.h"
+#include "server/core/geometry_store.h"
+#include "server/core/watch.h"
+#include "server/core/world.h"
+#include "server/wire/objects.h"
+
+namespace cwm::server {
+
+struct WatchContext {
+  const World& world;
+  View view = View::kShapes;
+  GeometryStore& store;
+};
+
+// Objects [*next, ...) of the initial state, as many as fit into about a mebibyte; moves *next on.
+// The message that reaches the last object says initial_state_done.
+v1::WatchWorldResponse InitialStatePiece(const collision::WorldSnapshot& snapshot,
+                                         const WatchContext& context, std::size_t* next);
+
+// One message for all deltas of the step, whatever its size: a revision is never split. A delta is
+// a move when nothing but the pose differs.
+v1::WatchWorldResponse EventsMessage(const WatchStep& step, const WatchContext& context);
+
+v1::WatchWorldResponse BookmarkMessage(collision::Revision revision, const World& world);
+
+}  // namespace cwm::server
