@@ -57,9 +57,11 @@ class Engine {
                                 double max_distance_m) const = 0;
 
   // Contacts are answers with distance_m < max_distance_m, deepest first, appended to `contacts`,
-  // at most `max_count` of them; at least one when Distance is below max_distance_m.
+  // at most `max_count` of them; at least one when Distance is below max_distance_m. Here: that
+  // one, which is what every engine can say reliably (FCL gives one per primitive pair, Bullet's
+  // grow over frames in a persistent manifold).
   virtual void Contacts(const PlacedGeometry& a, const PlacedGeometry& b, double max_distance_m,
-                        int max_count, std::vector<PairDistance>& contacts) const = 0;
+                        int max_count, std::vector<PairDistance>& contacts) const;
 };
 
 // The three engines, living as long as the process.

@@ -2,6 +2,7 @@
 // model and its prepared geometry; a new model makes a new geometry revision.
 #pragma once
 
+#include <algorithm>
 #include <compare>
 #include <cstdint>
 #include <memory>
@@ -41,6 +42,13 @@ struct PreparedPart {
   PreparedShape engines;
 };
 
+// A part where its object is now: what broadphase and engines read, computed when the object is put
+// or moved and not once per question.
+struct PlacedPart {
+  Pose X_WP = Pose::Identity();
+  Aabb bounds_W;  // tight
+};
+
 // A hybrid model with its geometry prepared for each engine. Immutable, shared by all revisions
 // that hold it.
 struct PreparedModel {
@@ -49,7 +57,9 @@ struct PreparedModel {
       parts;  // shapes, then surfaces, then handles, each in the model's order
 };
 
-// Heavy: builds trees and hulls. Call it without any lock held.
+// Heavy: builds trees and hulls. Call it without any lock held. Surfaces without triangles make no
+// part; a handle without triangles is its bounding box. `model` is not null and its shapes are
+// valid (FindViolation).
 std::shared_ptr<const PreparedModel> Prepare(std::shared_ptr<const HybridModel> model);
 
 struct WorldObject {
@@ -66,7 +76,21 @@ struct WorldObject {
   Revision geometry_revision;  // last change of the model
   Revision pose_revision;      // last change of the pose
 
+  // Follow from X_WO and geometry; set by Place.
+  std::vector<PlacedPart> parts_W;  // one per part of the geometry
+  Aabb bounds_W;                    // around all of them; empty without parts
+
   const HybridModel& model() const { return *geometry->model; }
+
+  // What a writer states as `expected_object_revision`.
+  Revision latest_revision() const { return std::max(geometry_revision, pose_revision); }
 };
+
+// The object with its parts placed at its pose, ready for a snapshot.
+std::shared_ptr<const WorldObject> Place(WorldObject object);
+
+// The rule for names of objects, which travel in file names, tables and URLs: 1 to 128 letters,
+// digits and "_-./".
+bool IsValidName(std::string_view name);
 
 }  // namespace cwm::collision

@@ -22,6 +22,7 @@ class WorldSnapshot {
  public:
   // The empty world at revision 0.
   WorldSnapshot() = default;
+  // Objects made by Place, ordered by name.
   WorldSnapshot(Revision revision, std::vector<WorldObjectPtr> objects_by_name);
 
   Revision revision() const { return revision_; }
@@ -39,7 +40,7 @@ class WorldSnapshot {
 };
 
 // Adds or replaces the object of that name. A put over an object that is equal in all fields has no
-// effect.
+// effect; an equal model keeps the geometry revision even when it was prepared again.
 struct PutObject {
   std::string name;
   ObjectKind kind = ObjectKind::kUser;
@@ -60,14 +61,16 @@ struct RemoveObject {
 
 struct Change {
   std::variant<PutObject, MoveObject, RemoveObject> what;
-  // The object's latest revision (pose or geometry) as its writer knew it; another one aborts the
-  // whole list.
+  // WorldObject::latest_revision() before this list, as its writer knew it; another one, or no such
+  // object, aborts the whole list.
   std::optional<Revision> expected_object_revision;
 };
 
 // Applies all changes in order or none. Returns the new snapshot at base.revision() + 1; the base
 // itself when nothing has an effect. NotFound names a missing object, Aborted a revision that does
-// not match; both name the index of the change.
+// not match, InvalidArgument a name, pose, margin or geometry that no world may hold; all name the
+// index of the change. Cost: the changes, and one pointer and one box per object; geometry is
+// shared, never touched.
 absl::StatusOr<std::shared_ptr<const WorldSnapshot>> Apply(
     const std::shared_ptr<const WorldSnapshot>& base, std::span<const Change> changes);
 
@@ -76,6 +79,7 @@ struct ObjectDelta {
   WorldObjectPtr before;  // nullptr: added
   WorldObjectPtr after;   // nullptr: removed
 };
+// Ordered by name. An object that was removed and put again is two deltas, removed first.
 std::vector<ObjectDelta> Difference(const WorldSnapshot& before, const WorldSnapshot& after);
 
 }  // namespace cwm::collision

@@ -105,7 +105,7 @@ TEST(BoundsTree, TouchingBoxesCount) {
 }
 
 TEST(BoundsTree, HoldsUnboundedBoxesAndLeavesEmptyOnesOut) {
-  const Aabb below({-kInfinity, -kInfinity, -kInfinity}, {kInfinity, kInfinity, 0});
+  const Aabb below(Vector3::Constant(-kInfinity), Vector3(kInfinity, kInfinity, 0));
   const std::vector<Aabb> boxes = {Cube({0, 0, 1}, 0.1), below, Aabb()};
   const BoundsTree tree(boxes);
   EXPECT_EQ(tree.size(), 3u);

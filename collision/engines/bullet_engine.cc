@@ -1,0 +1,214 @@
+#include "collision/engines/bullet_engine.h"
+
+#include <BulletCollision/CollisionShapes/btTriangleShape.h>
+#include <BulletCollision/NarrowPhaseCollision/btGjkEpaPenetrationDepthSolver.h>
+#include <BulletCollision/NarrowPhaseCollision/btGjkPairDetector.h>
+#include <BulletCollision/NarrowPhaseCollision/btPointCollector.h>
+
+#include <cmath>
+#include <optional>
+
+#include "collision/engines/bullet_geometry.h"
+#include "collision/engines/piecewise.h"
+#include "collision/engines/trust_table.h"
+
+namespace cwm::collision {
+namespace {
+
+constexpr Ability N = Ability::kNothing;
+constexpr Ability A = Ability::kAll;
+
+constexpr TrustTable kTable = {{
+    //                 sph box cyl con cap half pla cvx mesh
+    /* sphere     */ {{A, A, A, A, A, A, A, A, A}},
+    /* box        */ {{A, A, A, A, A, A, A, A, A}},
+    /* cylinder   */ {{A, A, A, A, A, A, A, A, A}},
+    /* cone       */ {{A, A, A, A, A, A, A, A, A}},
+    /* capsule    */ {{A, A, A, A, A, A, A, A, A}},
+    /* half-space */ {{A, A, A, A, A, N, A, A, N}},
+    /* plate      */ {{A, A, A, A, A, A, A, A, A}},
+    /* convex     */ {{A, A, A, A, A, A, A, A, A}},
+    /* mesh       */ {{A, A, A, A, A, N, A, A, N}},
+}};
+static_assert(IsSymmetric(kTable));
+
+// Worst error of a separated distance seen against the exact kernels (contract suite), rounded up.
+constexpr double kSeparatedBound_m = 1e-6;
+
+// Gaps below this are left to the depth solver, whose sign is not reliable: touching.
+constexpr double kTouching_m = 1e-9;
+
+struct BulletForm final : EngineGeometry {
+  explicit BulletForm(const Shape& s) : kind(KindOf(s)), shape(MakeBulletShape(s)) {
+    if (kind == ShapeKind::kHalfSpace) return;
+    solid.emplace(s);
+    if (kind != ShapeKind::kMesh) exact = PrepareExact(s);
+  }
+  ShapeKind kind;
+  BulletShape shape;
+  std::optional<Solid> solid;                  // all but half-spaces
+  std::shared_ptr<const ExactGeometry> exact;  // answers where Bullet gives none; not for meshes
+};
+
+const BulletForm& FormOf(const PlacedGeometry& placed) {
+  return static_cast<const BulletForm&>(placed.geometry);
+}
+
+// Nothing when Bullet finds no answer.
+std::optional<PairDistance> AskBullet(const btConvexShape& a, const btTransform& X_WA,
+                                      const btConvexShape& b, const btTransform& X_WB) {
+  btVoronoiSimplexSolver simplex;
+  btGjkEpaPenetrationDepthSolver depth;
+  btGjkPairDetector detector(&a, &b, &simplex, &depth);
+  btGjkPairDetector::ClosestPointInput input;
+  input.m_transformA = X_WA;
+  input.m_transformB = X_WB;
+  btPointCollector found;
+  detector.getClosestPoints(input, found, nullptr);
+  if (!found.m_hasResult || !std::isfinite(found.m_distance)) return std::nullopt;
+  PairDistance answer{.distance_m = found.m_distance,
+                      .point_b = FromBullet(found.m_pointInWorld),
+                      .normal = -FromBullet(found.m_normalOnBInWorld)};
+  const double length = answer.normal.norm();
+  if (!(std::abs(length - 1) < 1e-3)) return std::nullopt;  // a degenerate direction
+  answer.normal /= length;
+  answer.point_a = answer.point_b - answer.distance_m * answer.normal;
+  return answer;
+}
+
+// The kernels, where Bullet has failed on two convex shapes.
+PairDistance WithoutBullet(const BulletForm& a, const Pose& X_WA, const BulletForm& b,
+                           const Pose& X_WB) {
+  if (ExactSupports(a.kind, b.kind)) return ExactDistance({*a.exact, X_WA}, {*b.exact, X_WB});
+  PairDistance answer = OverlapBound(*a.solid, X_WA, *b.solid, X_WB);
+  answer.trust = Trust::kDegraded;
+  return answer;
+}
+
+PairDistance ConvexDistance(const BulletForm& a, const Pose& X_WA, const BulletForm& b,
+                            const Pose& X_WB) {
+  bool failed = false;
+  const std::size_t count_a = a.shape.pieces.size();
+  const std::size_t count_b = b.shape.pieces.size();
+  PairDistance answer = LeastOverPieces(count_a, count_b, [&](std::size_t i, std::size_t j) {
+    const BulletPiece& piece_a = a.shape.pieces[i];
+    const BulletPiece& piece_b = b.shape.pieces[j];
+    const auto piece = AskBullet(*piece_a.shape, ToBullet(X_WA * piece_a.X_SP), *piece_b.shape,
+                                 ToBullet(X_WB * piece_b.X_SP));
+    failed = failed || !piece.has_value();
+    return piece.value_or(PairDistance{});
+  });
+  if (failed) return WithoutBullet(a, X_WA, b, X_WB);
+  answer.bound_m = a.shape.bound_m + b.shape.bound_m + kSeparatedBound_m;
+  answer.trust = answer.distance_m > kTouching_m ? Trust::kBounded : Trust::kDegraded;
+  if (answer.distance_m < 0 && count_a * count_b > 1) {
+    WidenToUnion(answer, OverlapBound(*a.solid, X_WA, *b.solid, X_WB));
+  }
+  return answer;
+}
+
+// A plane needs no search: the support point against it decides. Exact up to the pieces.
+PairDistance HalfSpaceDistance(const BulletForm& a, const Pose& X_WA, const Pose& X_WH) {
+  const Vector3 normal_W = X_WH.linear().col(2);
+  PairDistance answer = LeastOverPieces(a.shape.pieces.size(), 1, [&](std::size_t i, std::size_t) {
+    const BulletPiece& piece = a.shape.pieces[i];
+    const Pose X_WP = X_WA * piece.X_SP;
+    const Vector3 down_P = X_WP.linear().transpose() * -normal_W;
+    PairDistance lowest;
+    lowest.point_a = X_WP * FromBullet(piece.shape->localGetSupportingVertex(ToBullet(down_P)));
+    lowest.distance_m = normal_W.dot(lowest.point_a - X_WH.translation());
+    return lowest;
+  });
+  answer.normal = -normal_W;
+  answer.point_b = answer.point_a + answer.distance_m * answer.normal;
+  answer.bound_m = a.shape.bound_m;
+  answer.trust = answer.bound_m > 0 ? Trust::kBounded : Trust::kExact;
+  return answer;
+}
+
+// Bullet's walk over triangles, asking the convex piece about each.
+class NearestTriangle final : public btTriangleCallback {
+ public:
+  NearestTriangle(const btConvexShape& piece, const btTransform& X_WP, const btTransform& X_WM)
+      : piece_(piece), X_WP_(X_WP), X_WM_(X_WM) {}
+
+  void processTriangle(btVector3* corners, int, int) override {
+    btTriangleShape triangle(corners[0], corners[1], corners[2]);
+    triangle.setMargin(0);
+    const auto answer = AskBullet(piece_, X_WP_, triangle, X_WM_);
+    if (answer.has_value() && answer->distance_m < nearest.distance_m) nearest = *answer;
+  }
+
+  PairDistance nearest{.distance_m = std::numeric_limits<double>::infinity()};
+
+ private:
+  const btConvexShape& piece_;
+  const btTransform& X_WP_;
+  const btTransform& X_WM_;
+};
+
+// Triangles within a reach of the piece, which doubles until the nearest lies within it.
+PairDistance NearestOnMesh(const BulletPiece& piece, const Pose& X_WA, const BulletMesh& mesh,
+                           const Pose& X_WM, double max_distance_m) {
+  const Pose X_WP = X_WA * piece.X_SP;
+  const btTransform X_WP_bt = ToBullet(X_WP);
+  const btTransform X_WM_bt = ToBullet(X_WM);
+  btVector3 low, high, mesh_low, mesh_high;
+  piece.shape->getAabb(ToBullet(X_WM.inverse(Eigen::Isometry) * X_WP), low, high);
+  mesh.shape->getAabb(btTransform::getIdentity(), mesh_low, mesh_high);
+  const double farthest_m = (high - low).length() + (mesh_high - mesh_low).length() +
+                            (0.5 * (low + high) - 0.5 * (mesh_low + mesh_high)).length();
+  const double limit_m = std::min(max_distance_m, farthest_m);
+  double reach_m = std::min(limit_m, 1e-3 + 0.1 * (high - low).length());
+  while (true) {
+    NearestTriangle search(*piece.shape, X_WP_bt, X_WM_bt);
+    const btVector3 reach(reach_m, reach_m, reach_m);
+    mesh.shape->processAllTriangles(&search, low - reach, high + reach);
+    if (search.nearest.distance_m <= reach_m || reach_m >= limit_m) return search.nearest;
+    reach_m = std::min(limit_m, std::max({2 * reach_m, kTouching_m}));
+  }
+}
+
+PairDistance MeshDistance(const BulletForm& a, const Pose& X_WA, const BulletForm& m,
+                          const Pose& X_WM, double max_distance_m) {
+  if (OneHoldsPartOfOther(*a.solid, X_WA, *m.solid, X_WM)) {
+    return OverlapBound(*a.solid, X_WA, *m.solid, X_WM);
+  }
+  PairDistance answer = LeastOverPieces(a.shape.pieces.size(), 1, [&](std::size_t i, std::size_t) {
+    return NearestOnMesh(a.shape.pieces[i], X_WA, *m.shape.mesh, X_WM, max_distance_m);
+  });
+  if (answer.distance_m <= 0) return OverlapBound(*a.solid, X_WA, *m.solid, X_WM);
+  answer.bound_m = a.shape.bound_m + kSeparatedBound_m;
+  answer.trust = m.solid->is_open() ? Trust::kSurfaceOnly : Trust::kBounded;
+  return answer;
+}
+
+}  // namespace
+
+bool BulletEngine::Supports(ShapeKind a, ShapeKind b, Question question) const {
+  return Allows(kTable, a, b, question);
+}
+
+std::shared_ptr<const EngineGeometry> BulletEngine::Prepare(const Shape& shape) const {
+  return std::make_shared<const BulletForm>(shape);
+}
+
+bool BulletEngine::Collides(const PlacedGeometry& a, const PlacedGeometry& b) const {
+  return Distance(a, b, 0).distance_m < 0;
+}
+
+PairDistance BulletEngine::Distance(const PlacedGeometry& a, const PlacedGeometry& b,
+                                    double max_distance_m) const {
+  const auto rank = [](ShapeKind kind) {  // the one that needs special treatment comes second
+    return kind == ShapeKind::kMesh || kind == ShapeKind::kHalfSpace ? kShapeKindCount
+                                                                     : static_cast<int>(kind);
+  };
+  if (rank(a.kind) > rank(b.kind)) return Swapped(Distance(b, a, max_distance_m));
+  if (b.kind == ShapeKind::kMesh) {
+    return MeshDistance(FormOf(a), a.X_WS, FormOf(b), b.X_WS, max_distance_m);
+  }
+  if (b.kind == ShapeKind::kHalfSpace) return HalfSpaceDistance(FormOf(a), a.X_WS, b.X_WS);
+  return ConvexDistance(FormOf(a), a.X_WS, FormOf(b), b.X_WS);
+}
+
+}  // namespace cwm::collision

@@ -1,0 +1,59 @@
+#include "collision/engines/engine.h"
+
+#include "collision/engines/bullet_engine.h"
+#include "collision/engines/exact_engine.h"
+#include "collision/engines/fcl_engine.h"
+
+namespace cwm::collision {
+
+std::string_view NameOf(EngineKind kind) {
+  switch (kind) {
+    case EngineKind::kExact:
+      return "EXACT";
+    case EngineKind::kFcl:
+      return "FCL";
+    case EngineKind::kBullet:
+      return "BULLET";
+  }
+  return "?";
+}
+
+void Engine::Contacts(const PlacedGeometry& a, const PlacedGeometry& b, double max_distance_m,
+                      int max_count, std::vector<PairDistance>& contacts) const {
+  if (max_count < 1) return;
+  const PairDistance deepest = Distance(a, b, max_distance_m);
+  if (deepest.distance_m < max_distance_m) contacts.push_back(deepest);
+}
+
+const Engine& GetEngine(EngineKind kind) {
+  static const ExactEngine exact;
+  static const FclEngine fcl;
+  static const BulletEngine bullet;
+  switch (kind) {
+    case EngineKind::kFcl:
+      return fcl;
+    case EngineKind::kBullet:
+      return bullet;
+    case EngineKind::kExact:
+      break;
+  }
+  return exact;
+}
+
+PreparedShape PrepareForAll(const Shape& shape) {
+  PreparedShape prepared;
+  for (int i = 0; i < kEngineCount; ++i) {
+    prepared[i] = GetEngine(static_cast<EngineKind>(i)).Prepare(shape);
+  }
+  return prepared;
+}
+
+const Engine* BestEngine(ShapeKind a, ShapeKind b, Question question) {
+  for (const EngineKind kind : {EngineKind::kExact, EngineKind::kFcl, EngineKind::kBullet}) {
+    const Engine& engine = GetEngine(kind);
+    if (engine.Supports(a, b, question)) return &engine;
+  }
+  return nullptr;
+}
+
+}  // namespace cwm::collision

@@ -1,0 +1,38 @@
+#include "collision/engines/exact_engine.h"
+
+#include <utility>
+
+namespace cwm::collision {
+namespace {
+
+struct ExactForm final : EngineGeometry {
+  explicit ExactForm(std::shared_ptr<const ExactGeometry> g) : geometry(std::move(g)) {}
+  std::shared_ptr<const ExactGeometry> geometry;
+};
+
+PlacedExact Placed(const EngineGeometry& geometry, const Pose& X_WS) {
+  return {*static_cast<const ExactForm&>(geometry).geometry, X_WS};
+}
+
+}  // namespace
+
+bool ExactEngine::Supports(ShapeKind a, ShapeKind b, Question) const { return ExactSupports(a, b); }
+
+std::shared_ptr<const EngineGeometry> ExactEngine::Prepare(const Shape& shape) const {
+  return std::make_shared<const ExactForm>(PrepareExact(shape));
+}
+
+bool ExactEngine::Collides(const PlacedGeometry& a, const PlacedGeometry& b) const {
+  return Distance(a, b, 0).distance_m < 0;
+}
+
+PairDistance ExactEngine::Distance(const PlacedGeometry& a, const PlacedGeometry& b,
+                                   double max_distance_m) const {
+  return ExactDistance(Placed(a.geometry, a.X_WS), Placed(b.geometry, b.X_WS), max_distance_m);
+}
+
+std::optional<RayHit> CastRay(const EngineGeometry& exact, const Pose& X_WS, const Ray& ray) {
+  return ExactRay(Placed(exact, X_WS), ray);
+}
+
+}  // namespace cwm::collision

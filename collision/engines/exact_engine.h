@@ -1,0 +1,24 @@
+// The exact kernels as an engine.
+#pragma once
+
+#include <optional>
+
+#include "collision/engines/engine.h"
+#include "collision/kernels/exact.h"
+
+namespace cwm::collision {
+
+class ExactEngine final : public Engine {
+ public:
+  EngineKind kind() const override { return EngineKind::kExact; }
+  bool Supports(ShapeKind a, ShapeKind b, Question question) const override;
+  std::shared_ptr<const EngineGeometry> Prepare(const Shape& shape) const override;
+  bool Collides(const PlacedGeometry& a, const PlacedGeometry& b) const override;
+  PairDistance Distance(const PlacedGeometry& a, const PlacedGeometry& b,
+                        double max_distance_m) const override;
+};
+
+// First hit of a ray with a geometry that ExactEngine prepared, in the frame of X_WS.
+std::optional<RayHit> CastRay(const EngineGeometry& exact, const Pose& X_WS, const Ray& ray);
+
+}  // namespace cwm::collision

@@ -1,0 +1,14 @@
+// When two models say the same, so that a put of what the world already holds has no effect.
+#pragma once
+
+#include "collision/geometry/hybrid_model.h"
+
+namespace cwm::collision {
+
+// Equal to the last bit in all that a reader can see. Meshes are compared by content.
+bool SameModel(const HybridModel& a, const HybridModel& b);
+
+// Bitwise equal poses.
+bool SamePose(const Pose& X_A, const Pose& X_B);
+
+}  // namespace cwm::collision
