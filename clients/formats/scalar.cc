@@ -1,0 +1,77 @@
+#include "clients/formats/scalar.h"
+
+#include <bit>
+#include <charconv>
+#include <cstdint>
+#include <cstring>
+
+namespace cwm::formats {
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "bytes are copied as they lie in memory");
+
+// Calls `f` with a value of the C++ type that `type` stands for.
+template <class F>
+auto Visit(Scalar type, F&& f) {
+  switch (type) {
+    case Scalar::kI8:
+      return f(std::int8_t{});
+    case Scalar::kU8:
+      return f(std::uint8_t{});
+    case Scalar::kI16:
+      return f(std::int16_t{});
+    case Scalar::kU16:
+      return f(std::uint16_t{});
+    case Scalar::kI32:
+      return f(std::int32_t{});
+    case Scalar::kU32:
+      return f(std::uint32_t{});
+    case Scalar::kI64:
+      return f(std::int64_t{});
+    case Scalar::kU64:
+      return f(std::uint64_t{});
+    case Scalar::kF32:
+      return f(float{});
+    case Scalar::kF64:
+      break;
+  }
+  return f(double{});
+}
+
+}  // namespace
+
+std::size_t SizeOf(Scalar type) {
+  return Visit(type, [](auto zero) { return sizeof(zero); });
+}
+
+std::string_view NameOf(Scalar type) {
+  constexpr std::string_view kNames[] = {"int8",   "uint8", "int16",  "uint16",  "int32",
+                                         "uint32", "int64", "uint64", "float32", "float64"};
+  return kNames[static_cast<int>(type)];
+}
+
+bool ParseScalar(std::string_view text, Scalar type, char* bytes) {
+  if (text.size() > 1 && text[0] == '+' && text[1] != '-') text.remove_prefix(1);
+  return Visit(type, [&](auto value) {
+    const char* end = text.data() + text.size();
+    const auto [stop, error] = std::from_chars(text.data(), end, value);
+    if (error != std::errc() || stop != end) return false;
+    std::memcpy(bytes, &value, sizeof(value));
+    return true;
+  });
+}
+
+double ToDouble(const char* bytes, Scalar type) {
+  return Visit(type, [&](auto value) {
+    std::memcpy(&value, bytes, sizeof(value));
+    return static_cast<double>(value);
+  });
+}
+
+std::string FormatNumber(double value) {
+  char text[32];  // the longest shortest form, -2.2250738585072014e-308, has 24 characters
+  const auto [end, error] = std::to_chars(text, text + sizeof(text), value);
+  return error == std::errc() ? std::string(text, end) : std::string();
+}
+
+}  // namespace cwm::formats

@@ -1,0 +1,28 @@
+// The number types that cloud and mesh files are made of, and their strict text form.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+
+namespace cwm::formats {
+
+enum class Scalar { kI8, kU8, kI16, kU16, kI32, kU32, kI64, kU64, kF32, kF64 };
+
+std::size_t SizeOf(Scalar type);
+
+// "int8", "uint32", "float64", ...
+std::string_view NameOf(Scalar type);
+
+// Writes the number that the whole of `text` spells, as little-endian bytes of the type. False when
+// it is no number or out of the type's range. "nan" and "inf" are numbers of the float types alone;
+// never depends on the locale.
+[[nodiscard]] bool ParseScalar(std::string_view text, Scalar type, char* bytes);
+
+// The number in little-endian bytes of the type. 64-bit integers may lose their last bits.
+double ToDouble(const char* bytes, Scalar type);
+
+// The shortest text that reads back as the same number.
+std::string FormatNumber(double value);
+
+}  // namespace cwm::formats

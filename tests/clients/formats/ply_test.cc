@@ -1,0 +1,174 @@
+#include "clients/formats/ply.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <string>
+
+namespace cwm::formats {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+const char kVertex[] = "property float x\nproperty float y\nproperty float z\n";
+const char kFace[] = "property list uchar int vertex_indices\n";
+
+std::string Ply(const std::string& format, const std::string& elements, const std::string& data) {
+  return "ply\nformat " + format + " 1.0\ncomment by hand\n" + elements + "end_header\n" + data;
+}
+
+std::string Square(const std::string& faces) {
+  return Ply("ascii", std::string("element vertex 4\n") + kVertex + "element face 1\n" + kFace,
+             "0 0 0\n1 0 0\n1 1 0\n0 1 0\n" + faces);
+}
+
+double At(const CloudFile& cloud, std::size_t point, const std::string& field) {
+  const CloudField& f = *cloud.Find(field);
+  return ToDouble(&cloud.bytes[point * cloud.point_step + f.offset], f.type);
+}
+
+TEST(Ply, ReadsVerticesWithNormalsAndColoursAsACloud) {
+  const auto cloud = ParsePlyCloud(
+      Ply("ascii",
+          std::string("element vertex 2\n") + kVertex +
+              "property double nx\nproperty double ny\nproperty double nz\nproperty uchar red\n",
+          "1 2 3 0 0 1 255\n4 5 nan 0 1 0 7\n"),
+      "a.ply");
+  ASSERT_TRUE(cloud.ok()) << cloud.status();
+  EXPECT_EQ(cloud->size(), 2);
+  EXPECT_EQ(At(*cloud, 0, "x"), 1);
+  EXPECT_EQ(At(*cloud, 0, "normal_z"), 1);
+  EXPECT_EQ(At(*cloud, 1, "red"), 7);
+  EXPECT_TRUE(std::isnan(At(*cloud, 1, "z")));
+}
+
+TEST(Ply, ReadsBothByteOrdersAlike) {
+  const std::string elements =
+      std::string("element vertex 1\n") + kVertex + "property short intensity\n";
+  const float xyz[3] = {1.5f, -2.25f, 1e-3f};
+  std::string little(reinterpret_cast<const char*>(xyz), sizeof(xyz));
+  little += std::string("\x02\x01", 2);
+  std::string big;
+  for (int i = 0; i < 3; ++i) {
+    for (int b = 3; b >= 0; --b) big += little[4 * i + b];
+  }
+  big += std::string("\x01\x02", 2);
+  const auto a = ParsePlyCloud(Ply("binary_little_endian", elements, little), "little.ply");
+  const auto b = ParsePlyCloud(Ply("binary_big_endian", elements, big), "big.ply");
+  ASSERT_TRUE(a.ok()) << a.status();
+  ASSERT_TRUE(b.ok()) << b.status();
+  EXPECT_EQ(a->bytes, little);
+  EXPECT_EQ(b->bytes, little);
+  EXPECT_EQ(At(*b, 0, "intensity"), 258);
+}
+
+TEST(Ply, SplitsPolygonsIntoFansAndSkipsOtherElements) {
+  const auto mesh =
+      ParsePlyMesh(Ply("ascii",
+                       std::string("element edge 1\nproperty int a\nproperty list uchar int rest\n"
+                                   "element vertex 4\n") +
+                           kVertex + "element face 1\nproperty uchar colour\n" + kFace,
+                       "5 2 8 9\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n17 4 0 1 2 3\n"),
+                   "fan.ply");
+  ASSERT_TRUE(mesh.ok()) << mesh.status();
+  using Triangles = std::vector<std::array<std::uint32_t, 3>>;
+  EXPECT_EQ(mesh->triangles, (Triangles{{0, 1, 2}, {0, 2, 3}}));
+}
+
+TEST(Ply, MeshesSurviveARoundTripToTheLastBit) {
+  const MeshFile mesh{.vertices = {{0.1, 1.0 / 3, -1e-300}, {1, 2, 3}, {4, 5, 6}},
+                      .triangles = {{0, 1, 2}, {2, 1, 0}}};
+  const auto back = ParsePlyMesh(FormatPlyMesh(mesh), "round.ply");
+  ASSERT_TRUE(back.ok()) << back.status();
+  EXPECT_EQ(*back, mesh);
+}
+
+TEST(Ply, FailsCleanlyWhenCutAtAnyByte) {
+  const MeshFile mesh{.vertices = {{0, 1, 2}, {1, 2, 3}, {4, 5, 6}}, .triangles = {{0, 1, 2}}};
+  const std::string binary = FormatPlyMesh(mesh);
+  for (std::size_t size = 0; size < binary.size(); ++size) {
+    ASSERT_EQ(ParsePlyMesh(binary.substr(0, size), "cut.ply").status().code(),
+              absl::StatusCode::kInvalidArgument)
+        << "cut at " << size;
+  }
+  const std::string text = Square("3 0 1 2");
+  for (std::size_t size = 0; size < text.size(); ++size) {
+    ASSERT_EQ(ParsePlyMesh(text.substr(0, size), "cut.ply").status().code(),
+              absl::StatusCode::kInvalidArgument)
+        << "cut at " << size;
+  }
+}
+
+struct Lie {
+  const char* name;
+  std::string text;
+  const char* field;
+  const char* rule;
+};
+
+class HostilePly : public ::testing::TestWithParam<Lie> {};
+
+TEST_P(HostilePly, IsRefusedNamingFileFieldAndRule) {
+  const auto mesh = ParsePlyMesh(GetParam().text, "hostile.ply");
+  ASSERT_EQ(mesh.status().code(), absl::StatusCode::kInvalidArgument) << mesh.status();
+  EXPECT_THAT(
+      std::string(mesh.status().message()),
+      AllOf(HasSubstr("hostile.ply: "), HasSubstr(GetParam().field), HasSubstr(GetParam().rule)));
+}
+
+std::string Vertices(const std::string& count) {
+  return "element vertex " + count + "\n" + kVertex;
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Lies, HostilePly,
+    ::testing::Values(
+        Lie{"Magic", "plx\n", "first line is plx", "must be \"ply\""},
+        Lie{"NoFormat", "ply\nelement vertex 0\nproperty float x\nend_header\n", "format",
+            "is missing"},
+        Lie{"UnknownFormat", Ply("middle_endian", Vertices("0"), ""), "format is middle_endian",
+            "must be, once, ascii"},
+        Lie{"NegativeCount", Ply("ascii", Vertices("-1"), ""), "count of element vertex is -1",
+            "at least 0"},
+        Lie{"CountOutOfRange", Ply("ascii", Vertices("99999999999999999999"), ""),
+            "count of element vertex is 9999", "must be an integer"},
+        Lie{"CountLargerThanData",
+            Ply("binary_little_endian", Vertices("1000000000000"), "123456789012"),
+            "count of element vertex is 1000000000000", "12 bytes are left"},
+        Lie{"TooMuchData", Square("3 0 1 2\n5 5"), "data is", "must end with the last element"},
+        Lie{"UnknownType", Ply("ascii", "element vertex 1\nproperty real x\n", "1"),
+            "property x is real", "must be one of PLY"},
+        Lie{"FloatCountsAList",
+            Ply("ascii", "element face 1\nproperty list float int vertex_indices\n", "1"),
+            "vertex_indices is float", "an integer where it counts"},
+        Lie{"PropertyTwice",
+            Ply("ascii", "element vertex 1\nproperty float x\nproperty float x\n", "1 2"),
+            "property is x", "must not appear twice"},
+        Lie{"PropertyWithoutElement", Ply("ascii", "property float x\n", ""), "property",
+            "must follow an element"},
+        Lie{"ElementWithoutProperty", Ply("ascii", "element vertex 1\n", "1"), "element vertex",
+            "at least one property"},
+        Lie{"NoZ", Ply("ascii", "element vertex 1\nproperty float x\nproperty float y\n", "1 2"),
+            "property z", "is missing"},
+        Lie{"NoVertices", Ply("ascii", "element other 1\nproperty float x\n", "1"),
+            "element vertex", "is missing"},
+        Lie{"ListInVertex", Ply("ascii", "element vertex 1\nproperty list uchar float x\n", "1 2"),
+            "property is x", "must not be a list"},
+        Lie{"NoFaces", Ply("ascii", Vertices("1"), "1 2 3"), "element face", "at least one face"},
+        Lie{"TwoCorners", Square("2 0 1"), "length of vertex_indices is 2", "at least 3"},
+        Lie{"LongFace", Square("200 0 1 2"), "length of vertex_indices is 200",
+            "no more than the data holds"},
+        Lie{"IndexTooLarge", Square("3 0 1 4"), "face corner 2 is 4", "one of 4 vertices"},
+        Lie{"NegativeIndex", Square("3 0 -1 2"), "face corner 1 is -1", "one of 4 vertices"},
+        Lie{"NotANumber", Square("3 0 one 2"), "face 0 property vertex_indices", "of type int32"},
+        Lie{"VertexNotFinite",
+            Ply("ascii", Vertices("3") + "element face 1\n" + kFace,
+                "0 0 0\n1 inf 0\n1 1 0\n3 0 1 2"),
+            "vertex 1 y", "must be a finite number"}),
+    [](const ::testing::TestParamInfo<Lie>& info) { return std::string(info.param.name); });
+
+}  // namespace
+}  // namespace cwm::formats
