@@ -21,7 +21,7 @@ struct IngestRequest {
   std::string sensor;
   perception::InterpretOptions options;  // X_WC set when the sensor's pose was given
   IngestMode mode = IngestMode::kUpdate;
-  std::chrono::system_clock::time_point frame_stamp;
+  std::chrono::system_clock::time_point frame_stamp;  // the clock's epoch: not known, now
   WriteOptions write;
 };
 
@@ -29,13 +29,15 @@ struct IngestOutcome {
   collision::Revision revision;
   Pose X_WC = Pose::Identity();
   perception::InterpretReport report;
-  // The world's objects behind the labels: supports, then objects in label order; provisional ones
-  // for kSegmentOnly.
+  // The world's objects behind the labels: supports, then objects in label order. Provisional ones
+  // (of no world: uid empty, geometry with a model but no parts) for kSegmentOnly, and with an
+  // empty name for what a user's geometry explains, of which nothing is made.
   std::vector<collision::WorldObjectPtr> supports;
   std::vector<collision::WorldObjectPtr> objects;
   std::vector<std::optional<bool>> support_reachable;  // one per support
   std::vector<std::uint32_t> labels;
-  std::vector<std::string> added, moved, replaced, removed, kept, occluded;  // names
+  // Names. Kept are those that the scan showed; what lies outside its view is not told.
+  std::vector<std::string> added, moved, replaced, removed, kept, occluded;
 };
 
 // The interpreter is passed in, so that the core links no PCL and is tested on its own: it is
@@ -43,6 +45,10 @@ struct IngestOutcome {
 using Interpreter = std::function<absl::StatusOr<perception::SceneInterpretation>(
     const perception::PointCloud&, const perception::InterpretOptions&, std::stop_token)>;
 
+// At most one revision; none when nothing changed. InvalidArgument from the interpreter; the errors
+// of World::Update; Cancelled when stopped, with nothing written; Aborted SENSOR_POSE_CHANGED when
+// the sensor's pose was given anew again and again meanwhile. The sensor's pose is kept in the
+// world: a given one replaces, an estimated one stays until one is given.
 absl::StatusOr<IngestOutcome> Ingest(World& world, const IngestRequest& request,
                                      const Interpreter& interpret, std::stop_token stop);
 

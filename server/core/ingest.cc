@@ -1,0 +1,245 @@
+#include "server/core/ingest.h"
+
+#include <map>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "server/core/error.h"
+#include "server/core/ingest_plan.h"
+
+namespace cwm::server {
+namespace {
+
+using collision::WorldObjectPtr;
+using perception::SceneInterpretation;
+
+// How often the scan is matched with no lock held before it takes the writer's turn for it: under a
+// stream of other writes it must come to an end all the same.
+constexpr int kOptimisticTries = 3;
+// How often a scan is interpreted anew because its sensor got another pose meanwhile: the first
+// scan of a sensor may lose once to another first scan, and once to a given pose.
+constexpr int kInterpretTries = 3;
+constexpr std::size_t kLongestSensorName = 128;  // as for worlds and objects
+
+absl::Status Cancelled() { return absl::CancelledError("ingest: the caller went away"); }
+
+bool SamePose(const Pose& a, const Pose& b) { return a.matrix() == b.matrix(); }
+
+// An object that is in no world: what a scan showed, under a name of its own. Its geometry has the
+// model alone, prepared for no engine.
+WorldObjectPtr Provisional(std::string name, const Detections& detections, int d,
+                           std::string supported_by) {
+  collision::WorldObject object;
+  object.name = std::move(name);
+  object.kind = detections.kind(d);
+  object.owner = collision::Owner::kPerception;
+  object.X_WO = detections.X_WO(d);
+  object.geometry = std::make_shared<const collision::PreparedModel>(
+      collision::PreparedModel{.model = detections.model(d), .parts = {}});
+  object.supported_by = std::move(supported_by);
+  return collision::Place(std::move(object));
+}
+
+class IngestRun {
+ public:
+  IngestRun(World& world, const IngestRequest& request, SceneInterpretation scene,
+            std::optional<Pose> assumed_X_WC, std::stop_token stop)
+      : world_(world),
+        request_(request),
+        scene_(std::move(scene)),
+        assumed_X_WC_(std::move(assumed_X_WC)),
+        stop_(std::move(stop)),
+        detections_(scene_),
+        geometry_(detections_) {}
+
+  IngestOutcome SegmentOnly() {
+    const SnapshotPtr snapshot = world_.Snapshot();
+    IngestOutcome outcome = Start(snapshot->revision());
+    std::map<std::string, int> numbers;
+    std::vector<std::string> names;
+    for (int d = 0; d < detections_.size(); ++d) {
+      const std::string stem = StemOf(detections_.kind(d));
+      names.push_back(absl::StrCat(stem, "_", ++numbers[stem]));
+      const int supporter = detections_.supported_by(d);
+      Append(outcome, d,
+             Provisional(names.back(), detections_, d,
+                         supporter < 0 ? "" : names[static_cast<std::size_t>(supporter)]));
+    }
+    return outcome;
+  }
+
+  // Nothing when the sensor got another pose since the scan was interpreted.
+  absl::StatusOr<std::optional<IngestOutcome>> Write() {
+    for (int attempt = 1;; ++attempt) {
+      match_ = MatchScene(world_.Snapshot(), scene_, request_.cloud, request_.options.noise);
+      const absl::Status prepared = geometry_.PrepareFor(match_, request_.mode, stop_);
+      if (!prepared.ok()) return prepared;
+      refusal_ = Refusal::kNone;
+      absl::StatusOr<WriteOutcome> written = world_.Update(
+          [&](const SnapshotPtr& latest) {
+            return Changes(latest,
+                           attempt < kOptimisticTries ? IfStale::kRefuse : IfStale::kMatchAgain);
+          },
+          request_.write,
+          [&](const WriteOutcome& done) {
+            return std::make_shared<const IngestOutcome>(Outcome(done));
+          });
+      if (refusal_ == Refusal::kOtherPose) return std::nullopt;
+      if (refusal_ == Refusal::kStale) continue;
+      if (!written.ok()) return written.status();
+      if (written->replayed) return Replayed(*written);
+      const bool stamped = request_.frame_stamp != std::chrono::system_clock::time_point();
+      world_.MarkObserved(Seen(),
+                          stamped ? request_.frame_stamp : std::chrono::system_clock::now());
+      return Outcome(*written);
+    }
+  }
+
+  static absl::StatusOr<IngestOutcome> Replayed(const WriteOutcome& first) {
+    if (first.ingest != nullptr) return *first.ingest;
+    // The id was given to other changes whose digest happens to be the same.
+    return MakeError(
+        absl::StatusCode::kFailedPrecondition,
+        "request_id: was used before for changes, not for a scan",
+        {.reason = "REQUEST_ID_REUSED", .fields = {}, .metadata = {}, .retry_after_s = {}});
+  }
+
+ private:
+  enum class IfStale { kRefuse, kMatchAgain };
+  enum class Refusal { kNone, kStale, kOtherPose };
+
+  // Under the writer's turn.
+  absl::StatusOr<std::vector<collision::Change>> Changes(const SnapshotPtr& latest,
+                                                         IfStale if_stale) {
+    if (!request_.options.X_WC.has_value()) {
+      const std::optional<Pose> kept = world_.SensorPose(request_.sensor);
+      if (kept.has_value() && !(assumed_X_WC_.has_value() && SamePose(*kept, *assumed_X_WC_))) {
+        refusal_ = Refusal::kOtherPose;
+        return absl::AbortedError("the sensor got another pose");
+      }
+    }
+    if (latest != match_.snapshot) {
+      if (if_stale == IfStale::kRefuse) {
+        refusal_ = Refusal::kStale;
+        return absl::AbortedError("the world moved on");
+      }
+      match_ = MatchScene(latest, scene_, request_.cloud, request_.options.noise);
+    }
+    absl::StatusOr<IngestPlan> plan =
+        PlanIngest(match_, detections_, request_.mode, geometry_,
+                   [&](const std::string& stem) { return world_.NextName(stem); });
+    if (!plan.ok()) return plan.status();
+    plan_ = *std::move(plan);
+    KeepPose();
+    return plan_.changes;
+  }
+
+  void KeepPose() {
+    if (request_.options.X_WC.has_value()) {
+      world_.KeepSensorPose(request_.sensor, *request_.options.X_WC);
+    } else if (!assumed_X_WC_.has_value()) {
+      world_.KeepSensorPose(request_.sensor, scene_.X_WC);
+    }
+  }
+
+  IngestOutcome Start(collision::Revision revision) const {
+    IngestOutcome outcome;
+    outcome.revision = revision;
+    outcome.X_WC = scene_.X_WC;
+    outcome.report = scene_.report;
+    outcome.labels = scene_.labels;
+    for (const perception::DetectedSupport& support : scene_.supports) {
+      outcome.support_reachable.push_back(support.reachable);
+    }
+    return outcome;
+  }
+
+  void Append(IngestOutcome& outcome, int d, WorldObjectPtr object) const {
+    (d < detections_.supports() ? outcome.supports : outcome.objects).push_back(std::move(object));
+  }
+
+  IngestOutcome Outcome(const WriteOutcome& written) const {
+    IngestOutcome outcome = Start(written.revision);
+    for (int d = 0; d < detections_.size(); ++d) {
+      const std::string& name = plan_.names[static_cast<std::size_t>(d)];
+      WorldObjectPtr object = name.empty() ? nullptr : written.snapshot->Find(name);
+      Append(outcome, d, object != nullptr ? object : Provisional(name, detections_, d, ""));
+    }
+    outcome.added = plan_.added;
+    outcome.moved = plan_.moved;
+    outcome.replaced = plan_.replaced;
+    outcome.removed = plan_.removed;
+    outcome.kept = plan_.kept;
+    outcome.occluded = plan_.occluded;
+    return outcome;
+  }
+
+  std::vector<std::string> Seen() const {
+    std::vector<std::string> seen;
+    for (const auto* names : {&plan_.added, &plan_.moved, &plan_.replaced, &plan_.kept}) {
+      seen.insert(seen.end(), names->begin(), names->end());
+    }
+    return seen;
+  }
+
+  World& world_;
+  const IngestRequest& request_;
+  const SceneInterpretation scene_;
+  const std::optional<Pose> assumed_X_WC_;  // given or kept when the scan was interpreted
+  const std::stop_token stop_;
+  const Detections detections_;
+  DetectionGeometry geometry_;
+  SceneMatch match_;
+  IngestPlan plan_;
+  Refusal refusal_ = Refusal::kNone;
+};
+
+absl::StatusOr<SceneInterpretation> InterpretWith(const std::optional<Pose>& X_WC,
+                                                  const IngestRequest& request,
+                                                  const Interpreter& interpret,
+                                                  const std::stop_token& stop) {
+  perception::InterpretOptions options = request.options;
+  options.X_WC = X_WC;
+  absl::StatusOr<SceneInterpretation> scene = interpret(request.cloud, options, stop);
+  if (scene.ok() && stop.stop_requested()) return Cancelled();
+  return scene;
+}
+
+absl::Status CheckSensorName(const std::string& sensor) {
+  if (sensor.size() <= kLongestSensorName) return absl::OkStatus();
+  return InvalidField(
+      "sensor",
+      absl::StrCat("has ", sensor.size(), " characters, must have at most ", kLongestSensorName));
+}
+
+}  // namespace
+
+absl::StatusOr<IngestOutcome> Ingest(World& world, const IngestRequest& request,
+                                     const Interpreter& interpret, std::stop_token stop) {
+  if (const absl::Status valid = CheckSensorName(request.sensor); !valid.ok()) return valid;
+  if (request.mode != IngestMode::kSegmentOnly) {
+    absl::StatusOr<std::optional<WriteOutcome>> decided = world.Precheck(request.write);
+    if (!decided.ok()) return decided.status();
+    if (decided->has_value()) return IngestRun::Replayed(**decided);
+  }
+  for (int attempt = 1; attempt <= kInterpretTries; ++attempt) {
+    const std::optional<Pose> X_WC =
+        request.options.X_WC.has_value() ? request.options.X_WC : world.SensorPose(request.sensor);
+    absl::StatusOr<SceneInterpretation> scene = InterpretWith(X_WC, request, interpret, stop);
+    if (!scene.ok()) return scene.status();
+    IngestRun run(world, request, *std::move(scene), X_WC, stop);
+    if (request.mode == IngestMode::kSegmentOnly) return run.SegmentOnly();
+    absl::StatusOr<std::optional<IngestOutcome>> outcome = run.Write();
+    if (!outcome.ok()) return outcome.status();
+    if (outcome->has_value()) return **std::move(outcome);
+  }
+  return MakeError(absl::StatusCode::kAborted,
+                   absl::StrCat("sensor: the pose of \"", request.sensor,
+                                "\" changes faster than scans are interpreted"),
+                   {.reason = "SENSOR_POSE_CHANGED",
+                    .fields = {},
+                    .metadata = {{"sensor", request.sensor}},
+                    .retry_after_s = {}});
+}
+
+}  // namespace cwm::server

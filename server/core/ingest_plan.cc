@@ -1,0 +1,309 @@
+#include "server/core/ingest_plan.h"
+
+#include <algorithm>
+#include <set>
+#include <utility>
+
+#include "absl/status/status.h"
+#include "absl/strings/str_cat.h"
+
+namespace cwm::server {
+namespace {
+
+using collision::Change;
+using collision::ObjectKind;
+using collision::ObjectState;
+using collision::Owner;
+using collision::PutObject;
+using collision::WorldObject;
+using collision::WorldObjectPtr;
+using perception::Association;
+using What = Association::What;
+
+perception::KnownObject ToKnown(const WorldObject& object) {
+  using Kind = perception::KnownObject::Kind;
+  Kind kind = Kind::kObject;
+  if (object.kind == ObjectKind::kSupport) kind = Kind::kSupport;
+  if (object.kind == ObjectKind::kResidual) kind = Kind::kResidual;
+  return {.name = object.name,
+          .kind = kind,
+          .owned_by_user = object.owner == Owner::kUser,
+          .X_WO = object.X_WO,
+          .model = object.geometry->model};
+}
+
+PutObject Restate(const WorldObject& object) {
+  return {.name = object.name,
+          .kind = object.kind,
+          .owner = object.owner,
+          .state = object.state,
+          .X_WO = object.X_WO,
+          .geometry = object.geometry,
+          .supported_by = object.supported_by,
+          .margin_m = object.margin_m};
+}
+
+// What an association comes to in a mode: adding a view takes nothing away.
+What InMode(What what, IngestMode mode) {
+  if (mode != IngestMode::kAdd) return what;
+  if (what == What::kMove || what == What::kRemove || what == What::kOcclude) return What::kKeep;
+  return what;
+}
+
+class Planner {
+ public:
+  Planner(const SceneMatch& match, const Detections& detections, IngestMode mode,
+          DetectionGeometry& geometry)
+      : match_(match), detections_(detections), mode_(mode), geometry_(geometry) {}
+
+  absl::StatusOr<IngestPlan> Plan(const std::function<std::string(const std::string&)>& next_name) {
+    if (const absl::Status covered = OrderByDetection(); !covered.ok()) return covered;
+    NameDetections(next_name);
+    CollectRemoved();
+    for (int d = 0; d < detections_.size(); ++d) PlanDetection(d);
+    for (const Association& association : match_.associations) {
+      if (detections_.Of(association) < 0) PlanUnseen(association);
+    }
+    return std::move(plan_);
+  }
+
+ private:
+  // Finds the one association of each detection, and checks all indices: they come from another
+  // room.
+  absl::Status OrderByDetection() {
+    by_detection_.assign(static_cast<std::size_t>(detections_.size()), nullptr);
+    for (const Association& association : match_.associations) {
+      const int d = detections_.Of(association);
+      const bool known_needed =
+          association.what != What::kAdd && association.what != What::kExplained;
+      if (association.known >= static_cast<int>(match_.known.size()) ||
+          (known_needed && association.known < 0) || d >= detections_.size() ||
+          (d >= 0 && by_detection_[static_cast<std::size_t>(d)] != nullptr) ||
+          (d < 0 && !known_needed)) {
+        return absl::InternalError("ingest: an association contradicts the scene");
+      }
+      if (d >= 0) by_detection_[static_cast<std::size_t>(d)] = &association;
+    }
+    if (std::count(by_detection_.begin(), by_detection_.end(), nullptr) > 0) {
+      return absl::InternalError("ingest: a detection has no association");
+    }
+    return absl::OkStatus();
+  }
+
+  const Association& AssociationOf(int d) const {
+    return *by_detection_[static_cast<std::size_t>(d)];
+  }
+  const WorldObject* KnownOf(const Association& association) const {
+    return association.known < 0 ? nullptr
+                                 : match_.known[static_cast<std::size_t>(association.known)].get();
+  }
+  static bool OwnedByUser(const WorldObject* known) {
+    return known != nullptr && known->owner == Owner::kUser;
+  }
+
+  void NameDetections(const std::function<std::string(const std::string&)>& next_name) {
+    for (int d = 0; d < detections_.size(); ++d) {
+      const Association& association = AssociationOf(d);
+      if (const WorldObject* known = KnownOf(association); known != nullptr) {
+        plan_.names.push_back(known->name);
+      } else if (association.what == What::kAdd) {
+        plan_.names.push_back(next_name(StemOf(detections_.kind(d))));
+      } else {
+        plan_.names.emplace_back();
+      }
+    }
+  }
+
+  void CollectRemoved() {
+    for (const Association& association : match_.associations) {
+      const WorldObject* known = KnownOf(association);
+      if (InMode(association.what, mode_) == What::kRemove && !OwnedByUser(known)) {
+        removed_.insert(known->name);
+      }
+    }
+  }
+
+  // The name of what carries the detection, as the scan shows it.
+  std::string SeenSupporter(int d) const {
+    const int supporter = detections_.supported_by(d);
+    return supporter < 0 ? "" : plan_.names[static_cast<std::size_t>(supporter)];
+  }
+
+  void PlanDetection(int d) {
+    const Association& association = AssociationOf(d);
+    const WorldObject* known = KnownOf(association);
+    if (association.what == What::kExplained || OwnedByUser(known)) return;
+    switch (InMode(association.what, mode_)) {
+      case What::kAdd:
+        Add(d);
+        return;
+      case What::kReplace:
+        Replace(*known, d);
+        return;
+      case What::kMove:
+        Move(*known, d, association.X_WO);
+        return;
+      default:
+        Keep(*known, d);
+        return;
+    }
+  }
+
+  void Add(int d) {
+    const std::string& name = plan_.names[static_cast<std::size_t>(d)];
+    plan_.added.push_back(name);
+    Emit(PutObject{.name = name,
+                   .kind = detections_.kind(d),
+                   .owner = Owner::kPerception,
+                   .state = ObjectState::kConfirmed,
+                   .X_WO = detections_.X_WO(d),
+                   .geometry = geometry_.Of(d),
+                   .supported_by = SeenSupporter(d),
+                   .margin_m = 0});
+  }
+
+  void Replace(const WorldObject& known, int d) {
+    plan_.replaced.push_back(known.name);
+    PutObject put = Restate(known);
+    put.kind = detections_.kind(d);
+    put.state = ObjectState::kConfirmed;
+    put.X_WO = detections_.X_WO(d);
+    put.geometry = geometry_.Of(d);
+    put.supported_by = SeenSupporter(d);
+    Emit(std::move(put));
+  }
+
+  void Move(const WorldObject& known, int d, const Pose& X_WO) {
+    plan_.moved.push_back(known.name);
+    PutObject put = Restate(known);
+    put.state = ObjectState::kConfirmed;
+    put.X_WO = X_WO;
+    put.supported_by = SeenSupporter(d);
+    Emit(std::move(put));
+  }
+
+  void Keep(const WorldObject& known, int d) {
+    plan_.kept.push_back(known.name);
+    EmitState(known, ObjectState::kConfirmed, SeenSupporter(d));
+  }
+
+  // Known objects that the scan shows nothing of.
+  void PlanUnseen(const Association& association) {
+    const WorldObject& known = *KnownOf(association);
+    if (OwnedByUser(&known)) return;
+    switch (InMode(association.what, mode_)) {
+      case What::kRemove:
+        plan_.removed.push_back(known.name);
+        plan_.changes.push_back({collision::RemoveObject{known.name}, std::nullopt});
+        return;
+      case What::kOcclude:
+        plan_.occluded.push_back(known.name);
+        EmitState(known, ObjectState::kOccluded, "");
+        return;
+      default:
+        EmitState(known, known.state, "");
+        return;
+    }
+  }
+
+  // An object that stays where it is. What carries it is corrected only where that went away.
+  void EmitState(const WorldObject& known, ObjectState state, const std::string& seen_supporter) {
+    const bool bereft = removed_.count(known.supported_by) > 0;
+    if (known.state == state && !bereft) return;
+    PutObject put = Restate(known);
+    put.state = state;
+    if (bereft) put.supported_by = seen_supporter;
+    Emit(std::move(put));
+  }
+
+  void Emit(PutObject put) { plan_.changes.push_back({std::move(put), std::nullopt}); }
+
+  const SceneMatch& match_;
+  const Detections& detections_;
+  const IngestMode mode_;
+  DetectionGeometry& geometry_;
+  std::vector<const Association*> by_detection_;
+  std::set<std::string> removed_;
+  IngestPlan plan_;
+};
+
+}  // namespace
+
+int Detections::Of(const Association& association) const {
+  if (association.support >= 0) return association.support;
+  return association.object < 0 ? -1 : supports() + association.object;
+}
+
+const Pose& Detections::X_WO(int detection) const {
+  return detection < supports()
+             ? scene_.supports[static_cast<std::size_t>(detection)].X_WO
+             : scene_.objects[static_cast<std::size_t>(detection - supports())].X_WO;
+}
+
+const std::shared_ptr<const HybridModel>& Detections::model(int detection) const {
+  return detection < supports()
+             ? scene_.supports[static_cast<std::size_t>(detection)].model
+             : scene_.objects[static_cast<std::size_t>(detection - supports())].model;
+}
+
+ObjectKind Detections::kind(int detection) const {
+  if (detection < supports()) return ObjectKind::kSupport;
+  const auto kind = scene_.objects[static_cast<std::size_t>(detection - supports())].kind;
+  return kind == perception::DetectedKind::kResidual ? ObjectKind::kResidual : ObjectKind::kObject;
+}
+
+int Detections::supported_by(int detection) const {
+  if (detection < supports()) return -1;
+  return scene_.objects[static_cast<std::size_t>(detection - supports())].supported_by;
+}
+
+SceneMatch MatchScene(SnapshotPtr snapshot, const perception::SceneInterpretation& scene,
+                      const perception::PointCloud& cloud, const perception::SensorNoise& noise) {
+  SceneMatch match;
+  std::vector<perception::KnownObject> known;
+  for (const WorldObjectPtr& object : snapshot->objects()) {
+    if (object->kind == ObjectKind::kUnseen) continue;  // space, not a thing
+    known.push_back(ToKnown(*object));
+    match.known.push_back(object);
+  }
+  match.snapshot = std::move(snapshot);
+  match.associations = perception::Associate(known, scene, cloud, noise);
+  return match;
+}
+
+std::shared_ptr<const collision::PreparedModel> DetectionGeometry::Of(int detection) {
+  auto& prepared = prepared_[static_cast<std::size_t>(detection)];
+  if (prepared == nullptr) prepared = collision::Prepare(detections_.model(detection));
+  return prepared;
+}
+
+absl::Status DetectionGeometry::PrepareFor(const SceneMatch& match, IngestMode mode,
+                                           const std::stop_token& stop) {
+  for (const Association& association : match.associations) {
+    if (stop.stop_requested()) return absl::CancelledError("ingest: the caller went away");
+    const What what = InMode(association.what, mode);
+    const int d = detections_.Of(association);
+    if ((what == What::kAdd || what == What::kReplace) && d >= 0 && d < detections_.size()) Of(d);
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<IngestPlan> PlanIngest(
+    const SceneMatch& match, const Detections& detections, IngestMode mode,
+    DetectionGeometry& geometry,
+    const std::function<std::string(const std::string& stem)>& next_name) {
+  return Planner(match, detections, mode, geometry).Plan(next_name);
+}
+
+std::string StemOf(ObjectKind kind) {
+  switch (kind) {
+    case ObjectKind::kSupport:
+      return "support";
+    case ObjectKind::kResidual:
+      return "residual";
+    default:
+      return "object";
+  }
+}
+
+}  // namespace cwm::server

@@ -1,0 +1,83 @@
+// From one interpreted scan to one list of changes: what to put, move and remove so that the world
+// shows what the sensor saw, and touches nothing else.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "collision/world/world_snapshot.h"
+#include "perception/interpret_scene.h"
+#include "perception/track/association.h"
+#include "server/core/ingest.h"
+
+namespace cwm::server {
+
+// A scene's detections under one index: its supports, then its objects.
+class Detections {
+ public:
+  explicit Detections(const perception::SceneInterpretation& scene) : scene_(scene) {}
+
+  int supports() const { return static_cast<int>(scene_.supports.size()); }
+  int size() const { return supports() + static_cast<int>(scene_.objects.size()); }
+  // The association's detection, or -1 when it is about a known object alone.
+  int Of(const perception::Association& association) const;
+
+  const Pose& X_WO(int detection) const;
+  const std::shared_ptr<const HybridModel>& model(int detection) const;
+  collision::ObjectKind kind(int detection) const;
+  // The detection that carries this one, or -1.
+  int supported_by(int detection) const;
+
+ private:
+  const perception::SceneInterpretation& scene_;
+};
+
+// The scan against one snapshot.
+struct SceneMatch {
+  SnapshotPtr snapshot;
+  std::vector<collision::WorldObjectPtr> known;  // what the associations' `known` means
+  std::vector<perception::Association> associations;
+};
+SceneMatch MatchScene(SnapshotPtr snapshot, const perception::SceneInterpretation& scene,
+                      const perception::PointCloud& cloud, const perception::SensorNoise& noise);
+
+// The engines' geometry of detections, each prepared when first asked for and kept.
+class DetectionGeometry {
+ public:
+  explicit DetectionGeometry(Detections detections)
+      : detections_(detections), prepared_(static_cast<std::size_t>(detections.size())) {}
+
+  std::shared_ptr<const collision::PreparedModel> Of(int detection);
+  // Prepares what the match adds or replaces; heavy, so without any lock held. Cancelled when
+  // stopped.
+  absl::Status PrepareFor(const SceneMatch& match, IngestMode mode, const std::stop_token& stop);
+
+ private:
+  Detections detections_;
+  std::vector<std::shared_ptr<const collision::PreparedModel>> prepared_;
+};
+
+struct IngestPlan {
+  std::vector<collision::Change> changes;
+  // The world's object behind each detection. Empty where the user's geometry explains it.
+  std::vector<std::string> names;
+  std::vector<std::string> added, moved, replaced, removed, kept, occluded;
+};
+
+// Names the new and lists the changes. `next_name` gives the next free name of a stem. Internal
+// when the associations do not cover the scene. In IngestMode::kAdd nothing is moved, removed or
+// marked as occluded. A user's object is never changed, whatever the associations say.
+absl::StatusOr<IngestPlan> PlanIngest(
+    const SceneMatch& match, const Detections& detections, IngestMode mode,
+    DetectionGeometry& geometry,
+    const std::function<std::string(const std::string& stem)>& next_name);
+
+// "support", "object" or "residual": what names of new objects begin with.
+std::string StemOf(collision::ObjectKind kind);
+
+}  // namespace cwm::server
