@@ -1,0 +1,275 @@
+#include "perception/scene/regions.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numeric>
+#include <optional>
+#include <set>
+#include <utility>
+
+namespace cwm::perception {
+namespace {
+
+using Eigen::Vector3f;
+
+constexpr double kOverhang_m = 0.03;       // beyond the outline, and still over the support
+constexpr double kLeastShareOver = 0.5;    // of a region's nodes
+constexpr double kFootHeight_m = 0.02;     // plus 3 sigma: the lowest points stand on the support
+constexpr double kLowestQuantile = 0.02;   // fewer points may be noise
+constexpr double kFootprintCell_m = 0.01;  // the paper's octree leaves
+constexpr double kMostRejectedShare = 0.005;
+constexpr std::size_t kMostResiduals = 256;  // more of them share the last one
+
+// Sets of numbers that belong together.
+class DisjointSets {
+ public:
+  explicit DisjointSets(std::size_t count) : parent_(count) {
+    std::iota(parent_.begin(), parent_.end(), std::size_t{0});
+  }
+  std::size_t Root(std::size_t i) {
+    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
+    return i;
+  }
+  void Join(std::size_t a, std::size_t b) {
+    a = Root(a), b = Root(b);
+    parent_[std::max(a, b)] = std::min(a, b);
+  }
+
+ private:
+  std::vector<std::size_t> parent_;
+};
+
+using NodeList = std::vector<std::uint32_t>;
+
+std::vector<NodeList> NodesOfRegions(const SurfaceGraph& graph, const Pieces& pieces,
+                                     const std::vector<std::int32_t>& object_of_piece) {
+  const auto piece_count = static_cast<std::size_t>(pieces.piece_count);
+  DisjointSets sets(piece_count);
+  std::map<std::int32_t, std::size_t> first_of_object;
+  for (auto p = static_cast<std::size_t>(pieces.support_count); p < piece_count; ++p) {
+    sets.Join(first_of_object.try_emplace(object_of_piece[p], p).first->second, p);
+  }
+  for (std::size_t i = 0; i < graph.size(); ++i) {
+    const std::int32_t a = pieces.of_node[i];
+    if (a < pieces.support_count) continue;
+    graph.ForEachLinked(i, [&](std::size_t j) {
+      const std::int32_t b = pieces.of_node[j];
+      if (b >= pieces.support_count && a < b) {
+        sets.Join(static_cast<std::size_t>(a), static_cast<std::size_t>(b));
+      }
+    });
+  }
+  std::vector<NodeList> by_root(piece_count);
+  for (std::size_t i = 0; i < graph.size(); ++i) {
+    const std::int32_t p = pieces.of_node[i];
+    if (p < pieces.support_count) continue;
+    by_root[sets.Root(static_cast<std::size_t>(p))].push_back(static_cast<std::uint32_t>(i));
+  }
+  std::erase_if(by_root, [](const NodeList& nodes) { return nodes.empty(); });
+  return by_root;
+}
+
+// One support as the regions above it see it.
+class Floor {
+ public:
+  Floor(const SurfaceGraph& graph, const CoarseCloud& coarse, const SupportPlane& support,
+        const Placed<Plate>& plate, const SightMap& sight)
+      : graph_(graph), plate_(plate), sight_(sight), X_SL_(plate.X_FS.inverse(Eigen::Isometry)) {
+    for (std::uint32_t c : support.cells) occupied_.insert(CellOf(Local(coarse.cells.points[c])));
+    reach_ = static_cast<int>(std::ceil(coarse.grid.edge_m() / kFootprintCell_m));
+  }
+
+  bool Carries(const NodeList& region) const {
+    const std::vector<std::size_t> over = NodesOver(region);
+    if (static_cast<double>(over.size()) < kLeastShareOver * static_cast<double>(region.size())) {
+      return false;
+    }
+    return StandsOrIsHidden(over) && Footprint_m2(over) >= kSmallestFootprint_m2;
+  }
+
+ private:
+  using FootprintCell = std::pair<int, int>;
+
+  Vector3 Local(const Vector3f& p) const { return X_SL_ * p.cast<double>(); }
+  FootprintCell CellOf(const Vector3& local) const {
+    return {static_cast<int>(std::floor(local.x() / kFootprintCell_m)),
+            static_cast<int>(std::floor(local.y() / kFootprintCell_m))};
+  }
+
+  std::vector<std::size_t> NodesOver(const NodeList& region) const {
+    std::vector<std::size_t> over;
+    std::map<FootprintCell, bool> inside;  // per cell: the outline is asked once
+    for (std::uint32_t i : region) {
+      const Vector3 local = Local(graph_.nodes().points[i]);
+      if (local.z() < -kPlaneGate_sigma * graph_.nodes().sigma_m[i]) continue;
+      const auto [cell, is_new] = inside.try_emplace(CellOf(local), false);
+      if (is_new) {
+        cell->second =
+            OutsideOutline_m(plate_, graph_.nodes().points[i].cast<double>()) <= kOverhang_m;
+      }
+      if (cell->second) over.push_back(i);
+    }
+    return over;
+  }
+
+  // The lowest points touch the support, or nobody can see whether what they belong to does.
+  bool StandsOrIsHidden(const std::vector<std::size_t>& over) const {
+    std::vector<std::pair<double, std::size_t>> heights;
+    for (std::size_t i : over) heights.emplace_back(Local(graph_.nodes().points[i]).z(), i);
+    const auto low = heights.begin() + static_cast<std::ptrdiff_t>(
+                                           kLowestQuantile * static_cast<double>(heights.size()));
+    std::nth_element(heights.begin(), low, heights.end());
+    const auto [height, node] = *low;
+    const float sigma = graph_.nodes().sigma_m[node];
+    if (height <= kFootHeight_m + kPlaneGate_sigma * sigma) return true;
+    const Vector3f up = plate_.X_FS.linear().col(2).cast<float>();
+    for (const float share : {0.25f, 0.5f, 0.75f}) {
+      const Vector3f below = graph_.nodes().points[node] - share * static_cast<float>(height) * up;
+      const Sight seen = sight_.Look(below, LargestJump_m(sigma));
+      if (seen == Sight::kSeenThrough) return false;
+    }
+    return true;
+  }
+
+  // Area of the region's projection that lies on cells of the support, or right beside them: the
+  // support below an object is hidden by it.
+  double Footprint_m2(const std::vector<std::size_t>& over) const {
+    std::set<FootprintCell> cells;
+    for (std::size_t i : over) cells.insert(CellOf(Local(graph_.nodes().points[i])));
+    std::size_t shared = 0;
+    for (const FootprintCell& cell : cells) {
+      bool touches = false;
+      for (int dx = -reach_; dx <= reach_ && !touches; ++dx) {
+        for (int dy = -reach_; dy <= reach_ && !touches; ++dy) {
+          touches = occupied_.contains({cell.first + dx, cell.second + dy});
+        }
+      }
+      shared += touches;
+    }
+    return static_cast<double>(shared) * kFootprintCell_m * kFootprintCell_m;
+  }
+
+  const SurfaceGraph& graph_;
+  const Placed<Plate>& plate_;
+  const SightMap& sight_;
+  Pose X_SL_;
+  std::set<FootprintCell> occupied_;
+  int reach_ = 1;
+};
+
+// The highest support that carries the region, or -1.
+std::int32_t SupportOf(const NodeList& region, const std::vector<Floor>& floors,
+                       const std::vector<Placed<Plate>>& plates) {
+  std::int32_t best = -1;
+  for (std::size_t s = 0; s < floors.size(); ++s) {
+    if (!floors[s].Carries(region)) continue;
+    const double height = plates[s].X_FS.translation().z();
+    if (best < 0 || height > plates[static_cast<std::size_t>(best)].X_FS.translation().z()) {
+      best = static_cast<std::int32_t>(s);
+    }
+  }
+  return best;
+}
+
+void AppendObjects(const NodeList& region, std::int32_t support, const Pieces& pieces,
+                   const std::vector<std::int32_t>& object_of_piece,
+                   std::vector<Segment>& objects) {
+  std::map<std::int32_t, Segment> by_object;
+  for (std::uint32_t i : region) {
+    const auto piece = static_cast<std::size_t>(pieces.of_node[i]);
+    Segment& segment = by_object[object_of_piece[piece]];
+    segment.supported_by = support;
+    segment.nodes.push_back(i);
+  }
+  for (auto& [object, segment] : by_object) objects.push_back(std::move(segment));
+}
+
+// Nodes in no piece, grouped by neighbourhood in the coarse grid, largest group first.
+std::vector<NodeList> GroupsOfStray(const CoarseCloud& coarse, const Pieces& pieces) {
+  std::map<std::uint32_t, std::size_t> group_of_cell;
+  NodeList stray;
+  for (std::size_t i = 0; i < pieces.of_node.size(); ++i) {
+    if (pieces.of_node[i] != kNoPiece) continue;
+    stray.push_back(static_cast<std::uint32_t>(i));
+    group_of_cell.try_emplace(coarse.grid.CellOfPoint(i), group_of_cell.size());
+  }
+  DisjointSets sets(group_of_cell.size());
+  for (const auto& [c, group] : group_of_cell) {
+    for (int n = 0; n < 27; ++n) {
+      const VoxelGrid::Cell d(n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1);
+      const std::int32_t other = coarse.grid.Find(coarse.grid.cell(c) + d);
+      if (other < 0) continue;
+      const auto found = group_of_cell.find(static_cast<std::uint32_t>(other));
+      if (found != group_of_cell.end()) sets.Join(group, found->second);
+    }
+  }
+  std::vector<NodeList> groups(group_of_cell.size());
+  for (std::uint32_t i : stray) {
+    groups[sets.Root(group_of_cell[coarse.grid.CellOfPoint(i)])].push_back(i);
+  }
+  std::erase_if(groups, [](const NodeList& nodes) { return nodes.empty(); });
+  std::stable_sort(groups.begin(), groups.end(),
+                   [](const NodeList& a, const NodeList& b) { return a.size() > b.size(); });
+  return groups;
+}
+
+void KeepOrReject(const SurfaceGraph& graph, std::vector<NodeList> stray,
+                  std::vector<Segment>& residuals, NodeList& rejected) {
+  std::uint64_t all = 0;
+  for (std::size_t i = 0; i < graph.size(); ++i) all += graph.weight(i);
+  const auto may_reject = static_cast<std::uint64_t>(kMostRejectedShare * static_cast<double>(all));
+  std::uint64_t rejected_weight = 0;
+  for (auto group = stray.rbegin(); group != stray.rend(); ++group) {  // smallest first
+    std::uint64_t weight = 0;
+    for (std::uint32_t i : *group) weight += graph.weight(i);
+    if (rejected_weight + weight <= may_reject) {
+      rejected_weight += weight;
+      rejected.insert(rejected.end(), group->begin(), group->end());
+    } else {
+      residuals.push_back({std::move(*group), -1});
+    }
+  }
+  std::sort(rejected.begin(), rejected.end());
+}
+
+void LimitResiduals(std::vector<Segment>& residuals) {
+  if (residuals.size() <= kMostResiduals) return;
+  NodeList& last = residuals[kMostResiduals - 1].nodes;
+  for (std::size_t k = kMostResiduals; k < residuals.size(); ++k) {
+    last.insert(last.end(), residuals[k].nodes.begin(), residuals[k].nodes.end());
+  }
+  std::sort(last.begin(), last.end());
+  residuals.resize(kMostResiduals);
+}
+
+}  // namespace
+
+Regions FormRegions(const SurfaceGraph& graph, const CoarseCloud& coarse, const Pieces& pieces,
+                    const std::vector<std::int32_t>& object_of_piece,
+                    const std::vector<SupportPlane>& supports,
+                    const std::vector<Placed<Plate>>& plates, const SightMap& sight) {
+  std::vector<Floor> floors;
+  for (std::size_t s = 0; s < supports.size(); ++s) {
+    floors.emplace_back(graph, coarse, supports[s], plates[s], sight);
+  }
+  Regions out;
+  std::vector<Segment> residuals;
+  for (NodeList& region : NodesOfRegions(graph, pieces, object_of_piece)) {
+    const std::int32_t support = SupportOf(region, floors, plates);
+    if (support >= 0) {
+      AppendObjects(region, support, pieces, object_of_piece, out.segments);
+    } else {
+      residuals.push_back({std::move(region), -1});
+    }
+  }
+  KeepOrReject(graph, GroupsOfStray(coarse, pieces), residuals, out.rejected);
+  auto larger = [](const Segment& a, const Segment& b) { return a.nodes.size() > b.nodes.size(); };
+  std::stable_sort(out.segments.begin(), out.segments.end(), larger);
+  std::stable_sort(residuals.begin(), residuals.end(), larger);
+  LimitResiduals(residuals);
+  std::move(residuals.begin(), residuals.end(), std::back_inserter(out.segments));
+  return out;
+}
+
+}  // namespace cwm::perception

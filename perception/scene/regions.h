@@ -1,0 +1,38 @@
+// From pieces to things: which connected regions stand on a support (paper, section IV, figure 5),
+// which objects they consist of, and what is left over.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "perception/scene/pieces.h"
+#include "perception/scene/sight_map.h"
+#include "perception/scene/support_polygon.h"
+
+namespace cwm::perception {
+
+// Everything that is not a support. Nodes ascending.
+struct Segment {
+  std::vector<std::uint32_t> nodes;
+  std::int32_t supported_by = -1;  // -1: residual geometry
+};
+
+struct Regions {
+  std::vector<Segment> segments;        // objects, largest first, then residuals, largest first
+  std::vector<std::uint32_t> rejected;  // nodes that belong to nothing
+};
+
+// `object_of_piece` joins pieces to objects (equal values; entries of supports are not read). A
+// region of linked pieces stands on a support when most of it lies over the support's outline, it
+// reaches down to it or its foot is hidden, and its footprint on the support's cells is at least
+// kSmallestFootprint_m2. Linked pieces that stand on nothing become one residual each. Nodes in no
+// piece are rejected as long as they are at most 0.5 % of the points; beyond that the larger
+// sets of them become residuals too.
+Regions FormRegions(const SurfaceGraph& graph, const CoarseCloud& coarse, const Pieces& pieces,
+                    const std::vector<std::int32_t>& object_of_piece,
+                    const std::vector<SupportPlane>& supports,
+                    const std::vector<Placed<Plate>>& plates, const SightMap& sight);
+
+inline constexpr double kSmallestFootprint_m2 = 2e-4;  // a spray can's rim seen from the front
+
+}  // namespace cwm::perception

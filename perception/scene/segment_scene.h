@@ -1,0 +1,49 @@
+// SCENE INTERPRETER (paper, sections III and IV): a cloud becomes supports, objects and leftovers.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <stop_token>
+#include <string_view>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "collision/geometry/shape.h"
+#include "perception/cloud/measured_points.h"
+#include "perception/scene/plane_fit.h"
+
+namespace cwm::perception {
+
+struct SegmentOptions {
+  std::optional<Matrix3> R_LC;  // orientation of the sensor in the level frame, where known; else
+  std::optional<Vector3> up_C;  // any positive length; else up is estimated
+  int max_threads = 2;
+  std::function<void(std::string_view stage)> stage_done = [](std::string_view) {};
+};
+
+struct SegmentedSupport {
+  Placed<Plate> plate;                // in the level frame
+  std::vector<std::uint32_t> points;  // indices into SegmentedScene::points, ascending
+};
+
+struct SegmentedThing {
+  std::int32_t supported_by = -1;  // index into supports; -1: residual geometry
+  std::vector<std::uint32_t> points;
+};
+
+// The level frame L has the sensor as its origin and up as its z: coordinates stay small however
+// far from the world's origin the sensor is.
+struct SegmentedScene {
+  Matrix3 R_LC = Matrix3::Identity();
+  bool up_known = true;  // false: the cloud shows no plane that could tell
+  OrientedPoints points;
+  std::vector<SegmentedSupport> supports;  // largest first
+  std::vector<SegmentedThing> things;      // objects, largest first, then residuals
+  std::vector<std::uint32_t> rejected;
+};
+
+// Cancelled when stopped. Same input, same bytes on any number of threads.
+absl::StatusOr<SegmentedScene> SegmentScene(MeasuredPoints measured, const SegmentOptions& options,
+                                            std::stop_token stop);
+
+}  // namespace cwm::perception

@@ -1,0 +1,35 @@
+// What the sensor saw in each direction: tells places that are hidden from places that are empty.
+#pragma once
+
+#include <vector>
+
+#include "perception/cloud/oriented_points.h"
+
+namespace cwm::perception {
+
+enum class Sight {
+  kSeenThrough,  // the ray went on behind the place: nothing is there
+  kOnSurface,    // the ray ended there
+  kHidden,       // the ray ended before
+  kNoReturn      // nothing came back in that direction
+};
+
+// Nearest range per direction, on a square map of the sphere around the viewpoint (octahedral
+// projection: no pole, no trigonometry). Works for images, scans and shuffled clouds alike.
+class SightMap {
+ public:
+  // `pitch_rad` is the size of a cell of directions: about two pixels, so that few cells stay
+  // empty.
+  SightMap(const OrientedPoints& points, float pitch_rad);
+
+  Sight Look(const Eigen::Vector3f& place, float tolerance_m) const;
+
+ private:
+  std::size_t CellOf(const Eigen::Vector3f& direction) const;
+
+  Eigen::Vector3f viewpoint_;
+  int cells_per_side_;
+  std::vector<float> nearest_m_;  // infinity where nothing was seen
+};
+
+}  // namespace cwm::perception
