@@ -1,0 +1,127 @@
+#include "collision/query/body_search.h"
+
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+
+namespace cwm::collision {
+namespace {
+
+const Engine* Chosen(EngineChoice choice, ShapeKind a, ShapeKind b, Question question) {
+  const auto if_supported = [&](EngineKind kind) {
+    const Engine& engine = GetEngine(kind);
+    return engine.Supports(a, b, question) ? &engine : nullptr;
+  };
+  switch (choice) {
+    case EngineChoice::kExact:
+      return if_supported(EngineKind::kExact);
+    case EngineChoice::kFcl:
+      return if_supported(EngineKind::kFcl);
+    case EngineChoice::kBullet:
+      return if_supported(EngineKind::kBullet);
+    case EngineChoice::kAuto:
+      break;
+  }
+  return BestEngine(a, b, question);
+}
+
+std::string_view NameOf(EngineChoice choice) {
+  switch (choice) {
+    case EngineChoice::kExact:
+      return collision::NameOf(EngineKind::kExact);
+    case EngineChoice::kFcl:
+      return collision::NameOf(EngineKind::kFcl);
+    case EngineChoice::kBullet:
+      return collision::NameOf(EngineKind::kBullet);
+    case EngineChoice::kAuto:
+      break;
+  }
+  return "AUTO";
+}
+
+std::string_view NameOf(PartSource source) {
+  switch (source) {
+    case PartSource::kSurface:
+      return "surfaces";
+    case PartSource::kHandle:
+      return "handles";
+    case PartSource::kShape:
+      break;
+  }
+  return "shapes";
+}
+
+// Bounds of bounds: not tight, but independent of the number of vertices.
+Aabb BoundsOfBox(const Aabb& box_O, const Pose& X_WO) {
+  const Vector3 centre_W = X_WO * box_O.center();
+  const Vector3 reach = X_WO.linear().cwiseAbs() * (0.5 * box_O.sizes());
+  return {centre_W - reach, centre_W + reach};
+}
+
+}  // namespace
+
+bool IsOpenMesh(const Shape& shape) {
+  const auto* mesh = std::get_if<Mesh>(&shape);
+  return mesh != nullptr && !mesh->watertight;
+}
+
+BodySearch::BodySearch(const WorldSnapshot& world, const QueryBody& body,
+                       const QueryOptions& options, std::stop_token stop)
+    : world_(world),
+      filter_(world, options, body.self),
+      choice_(options.engine),
+      interrupt_(std::move(stop), options.give_up_at) {
+  for (int a = 0; a < kShapeKindCount; ++a) {
+    for (int b = 0; b < kShapeKindCount; ++b) {
+      const auto kind_a = static_cast<ShapeKind>(a);
+      const auto kind_b = static_cast<ShapeKind>(b);
+      engines_[0][a][b] = Chosen(choice_, kind_a, kind_b, Question::kCollides);
+      engines_[1][a][b] = Chosen(choice_, kind_a, kind_b, Question::kDistance);
+    }
+  }
+  parts_.reserve(body.geometry->parts.size());
+  for (const PreparedPart& part : body.geometry->parts) {
+    const ShapeKind kind = KindOf(part.shape);
+    const bool many_vertices =
+        kind == ShapeKind::kMesh || kind == ShapeKind::kConvex || kind == ShapeKind::kPlate;
+    parts_.push_back({.part = &part,
+                      .kind = kind,
+                      .cheap_bounds = !many_vertices,
+                      .open_mesh = IsOpenMesh(part.shape),
+                      .X_WP = Pose::Identity(),
+                      .bounds_W = Aabb()});
+  }
+}
+
+void BodySearch::PlaceBody(const Pose& X_WB) {
+  bounds_W_.setEmpty();
+  for (BodyPart& mine : parts_) {
+    mine.X_WP = X_WB * mine.part->X_OP;
+    mine.bounds_W = mine.cheap_bounds ? TightBounds(mine.part->shape, mine.X_WP)
+                                      : BoundsOfBox(mine.part->bounds_O, X_WB);
+    bounds_W_.extend(mine.bounds_W);
+  }
+}
+
+void BodySearch::RefusePair(const PairId& id, Question question) {
+  const WorldObject& object = *world_.objects()[id.object];
+  const PreparedPart& theirs = object.geometry->parts[id.object_part];
+  // Debian's absl knows std::string, not std::string_view.
+  const auto text = [](std::string_view name) { return std::string(name); };
+  status_ = absl::UnimplementedError(
+      absl::StrCat("engine ", text(NameOf(choice_)), " does not answer ",
+                   question == Question::kCollides ? "collision" : "distance", " of ",
+                   text(cwm::NameOf(parts_[id.body_part].kind)), " (body part ", id.body_part,
+                   ") and ", text(cwm::NameOf(KindOf(theirs.shape))), " (object '", object.name,
+                   "', ", text(NameOf(theirs.source)), "[", theirs.index, "])"));
+}
+
+absl::Status BodySearch::Finish() const {
+  if (!status_.ok()) return status_;
+  if (interrupt_.reason() == Interrupt::Reason::kStopped) {
+    return absl::CancelledError("the question was cancelled");
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace cwm::collision

@@ -1,0 +1,115 @@
+// The walk that collisions, distances and contacts share: one row's body against the parts of one
+// object, through broadphase bounds, filter and the table of trust. Margins and limits come in as
+// distances; engines see placed geometries only.
+#pragma once
+
+#include <array>
+#include <limits>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "collision/query/interrupt.h"
+#include "collision/query/query.h"
+#include "collision/query/world_filter.h"
+
+namespace cwm::collision {
+
+// Where an answer comes from. Ordered as ties break: object name, then body part, then object part.
+struct PairId {
+  std::int32_t object = -1;
+  std::int32_t body_part = -1;
+  std::int32_t object_part = -1;
+  friend auto operator<=>(const PairId&, const PairId&) = default;
+};
+
+// One per call, used by one thread; allocates at construction alone.
+class BodySearch {
+ public:
+  // A pair that is about to be asked.
+  struct Pair {
+    PairId id;
+    const Engine& engine;
+    PlacedGeometry body;
+    PlacedGeometry object;
+    bool has_open_mesh;
+  };
+
+  BodySearch(const WorldSnapshot& world, const QueryBody& body, const QueryOptions& options,
+             std::stop_token stop);
+
+  // Puts the body where the row has it.
+  void PlaceBody(const Pose& X_WB);
+  const Aabb& body_bounds_W() const { return bounds_W_; }
+
+  // Calls visit(pair) for the pairs of parts of the body and of the object whose
+  // bounds are within `reach_m`, for which `question` has an engine; visit returns the reach that
+  // still matters. Ends early when the batch must.
+  template <class Visit>
+  void ForEachPair(std::size_t object, double reach_m, Question question, Visit&& visit);
+
+  bool Skips(std::size_t object) const { return filter_.Skips(object); }
+  const WorldSnapshot& world() const { return world_; }
+
+  // Whether the row at hand is void: interrupted, or an engine had no answer.
+  bool ended() const { return !status_.ok() || interrupt_.reason() != Interrupt::Reason::kNone; }
+  // To be asked before each row.
+  bool MustEnd() { return !status_.ok() || interrupt_.After(1); }
+  // Of the whole call: OK when the rows so far are the answer.
+  absl::Status Finish() const;
+
+ private:
+  struct BodyPart {
+    const PreparedPart* part;
+    ShapeKind kind;
+    bool cheap_bounds;  // tight bounds take a handful of operations
+    bool open_mesh;
+    Pose X_WP;
+    Aabb bounds_W;
+  };
+  using EngineTable = std::array<std::array<const Engine*, kShapeKindCount>, kShapeKindCount>;
+
+  void RefusePair(const PairId& id, Question question);
+
+  const WorldSnapshot& world_;
+  WorldFilter filter_;
+  EngineChoice choice_;
+  std::array<EngineTable, 2> engines_;  // by Question: kCollides, kDistance
+  std::vector<BodyPart> parts_;
+  Aabb bounds_W_;
+  Interrupt interrupt_;
+  absl::Status status_;
+};
+
+bool IsOpenMesh(const Shape& shape);
+
+template <class Visit>
+void BodySearch::ForEachPair(std::size_t object, double reach_m, Question question, Visit&& visit) {
+  const WorldObject& other = *world_.objects()[object];
+  const EngineTable& engines = engines_[question == Question::kCollides ? 0 : 1];
+  for (std::size_t b = 0; b < parts_.size(); ++b) {
+    const BodyPart& mine = parts_[b];
+    for (std::size_t o = 0; o < other.parts_W.size(); ++o) {
+      const PlacedPart& placed = other.parts_W[o];
+      const double squared_m2 = SquaredDistance_m2(mine.bounds_W, placed.bounds_W);
+      if (reach_m < 0 || squared_m2 > reach_m * reach_m) continue;
+      const PreparedPart& theirs = other.geometry->parts[o];
+      if (filter_.Skips(theirs.source)) continue;
+      const PairId id{static_cast<std::int32_t>(object), static_cast<std::int32_t>(b),
+                      static_cast<std::int32_t>(o)};
+      const ShapeKind kind = KindOf(theirs.shape);
+      const Engine* engine = engines[static_cast<int>(mine.kind)][static_cast<int>(kind)];
+      if (engine == nullptr) return RefusePair(id, question);
+      const int slot = static_cast<int>(engine->kind());
+      reach_m = visit(Pair{id,
+                           *engine,
+                           {mine.kind, *mine.part->engines[slot], mine.X_WP},
+                           {kind, *theirs.engines[slot], placed.X_WP},
+                           mine.open_mesh || IsOpenMesh(theirs.shape)});
+      // Meshes take up to tens of microseconds, everything else less than one or two.
+      const bool heavy = mine.kind == ShapeKind::kMesh || kind == ShapeKind::kMesh;
+      if (interrupt_.After(heavy ? 64 : 1)) return;
+    }
+  }
+}
+
+}  // namespace cwm::collision

@@ -1,0 +1,84 @@
+#include <optional>
+#include <utility>
+
+#include "collision/engines/exact_engine.h"
+#include "collision/query/interrupt.h"
+#include "collision/query/query.h"
+#include "collision/query/world_filter.h"
+
+namespace cwm::collision {
+namespace {
+
+struct NearestHit {
+  RayHit hit;
+  std::int32_t object = -1;
+  std::int32_t part = -1;
+};
+
+// Keeps the nearest hit of the ray with the parts of one object; equally near ones go to the object
+// that comes first by name, then to the first part.
+void HitObject(const WorldSnapshot& world, const WorldFilter& filter, const RayRow& ray,
+               std::int32_t index, Interrupt& interrupt, std::optional<NearestHit>& nearest) {
+  const WorldObject& object = *world.objects()[index];
+  const SlabRay slabs(ray.origin, ray.direction);
+  for (std::size_t k = 0; k < object.parts_W.size(); ++k) {
+    const PreparedPart& part = object.geometry->parts[k];
+    const PlacedPart& placed = object.parts_W[k];
+    if (filter.Skips(part.source)) continue;
+    const double limit_m = nearest.has_value() ? nearest->hit.distance_m : ray.max_distance_m;
+    const double entry_m = slabs.Entry_m(placed.bounds_W);
+    if (entry_m > limit_m || std::isinf(entry_m)) continue;
+    const auto hit = CastRay(*part.engines[static_cast<int>(EngineKind::kExact)], placed.X_WP,
+                             {ray.origin, ray.direction, limit_m});
+    if (interrupt.After(1)) return;
+    if (!hit.has_value() || hit->distance_m > limit_m) continue;
+    const bool nearer = !nearest.has_value() || hit->distance_m < nearest->hit.distance_m ||
+                        index < nearest->object;
+    if (nearer) nearest = {.hit = *hit, .object = index, .part = static_cast<std::int32_t>(k)};
+  }
+}
+
+void AppendRow(RayColumns& columns, const std::optional<NearestHit>& nearest) {
+  const NearestHit row =
+      nearest.value_or(NearestHit{{.distance_m = 0, .normal = Vector3::Zero()}, 0, 0});
+  columns.hit.push_back(nearest.has_value() ? 1 : 0);
+  columns.distance_m.push_back(row.hit.distance_m);
+  columns.normal.insert(columns.normal.end(), row.hit.normal.begin(), row.hit.normal.end());
+  columns.object.push_back(row.object);
+  columns.object_part.push_back(row.part);
+  ++columns.completed;
+}
+
+}  // namespace
+
+absl::StatusOr<RayColumns> CastRays(const WorldSnapshot& world, std::span<const RayRow> rays,
+                                    const QueryOptions& options, std::stop_token stop) {
+  const WorldFilter filter(world, options, /*self=*/"");
+  Interrupt interrupt(std::move(stop), options.give_up_at);
+  RayColumns columns;
+  columns.hit.reserve(rays.size());
+  columns.distance_m.reserve(rays.size());
+  columns.normal.reserve(3 * rays.size());
+  columns.object.reserve(rays.size());
+  columns.object_part.reserve(rays.size());
+  for (const RayRow& ray : rays) {
+    if (interrupt.After(1)) break;
+    std::optional<NearestHit> nearest;
+    world.bounds().ForEachOnRay(
+        ray.origin, ray.direction, ray.max_distance_m, [&](std::uint32_t i, double) {
+          if (!filter.Skips(i)) {
+            HitObject(world, filter, ray, static_cast<std::int32_t>(i), interrupt, nearest);
+          }
+          if (interrupt.reason() != Interrupt::Reason::kNone) return -1.0;
+          return nearest.has_value() ? nearest->hit.distance_m : ray.max_distance_m;
+        });
+    if (interrupt.reason() != Interrupt::Reason::kNone) break;
+    AppendRow(columns, nearest);
+  }
+  if (interrupt.reason() == Interrupt::Reason::kStopped) {
+    return absl::CancelledError("the question was cancelled");
+  }
+  return columns;
+}
+
+}  // namespace cwm::collision

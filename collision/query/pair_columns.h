@@ -1,0 +1,57 @@
+// How rows of pairs are gathered and written into columns.
+#pragma once
+
+#include <algorithm>
+#include <vector>
+
+#include "collision/query/body_search.h"
+#include "collision/query/query.h"
+
+namespace cwm::collision {
+
+struct FoundPair {
+  PairDistance answer;
+  PairId id;
+
+  // Nearest (deepest) first; ties by object name, then part.
+  friend bool operator<(const FoundPair& a, const FoundPair& b) {
+    if (a.answer.distance_m != b.answer.distance_m) {
+      return a.answer.distance_m < b.answer.distance_m;
+    }
+    return a.id < b.id;
+  }
+};
+
+// Keeps the first `capacity` pairs of a row in order.
+class BestPairs {
+ public:
+  explicit BestPairs(int capacity) : capacity_(static_cast<std::size_t>(std::max(0, capacity))) {}
+
+  void Clear() { pairs_.clear(); }
+  bool is_full() const { return pairs_.size() >= capacity_; }
+  // The distance that a further pair must not exceed to get in.
+  double Limit_m(double otherwise_m) const {
+    if (!is_full()) return otherwise_m;
+    return pairs_.empty() ? -std::numeric_limits<double>::infinity()
+                          : pairs_.back().answer.distance_m;
+  }
+  void Add(const FoundPair& pair) {
+    if (is_full()) {
+      if (pairs_.empty() || !(pair < pairs_.back())) return;
+      pairs_.pop_back();
+    }
+    pairs_.insert(std::upper_bound(pairs_.begin(), pairs_.end(), pair), pair);
+  }
+  const std::vector<FoundPair>& pairs() const { return pairs_; }
+
+ private:
+  std::size_t capacity_;
+  std::vector<FoundPair> pairs_;
+};
+
+void Reserve(PairColumns& columns, std::size_t rows, std::size_t pairs_per_row);
+
+// Appends the pairs of a finished row.
+void AppendRow(PairColumns& columns, const std::vector<FoundPair>& pairs);
+
+}  // namespace cwm::collision

@@ -1,0 +1,22 @@
+#include <utility>
+
+#include "collision/query/query.h"
+
+namespace cwm::collision {
+
+QueryBody BodyFromShapes(std::vector<Placed<>> shapes) {
+  auto model = std::make_shared<HybridModel>();
+  for (Placed<>& placed : shapes) {
+    model->shapes.push_back({.X_OS = placed.X_FS,
+                             .shape = std::move(placed.shape),
+                             .role = PartRole::kFitted,
+                             .fit = std::nullopt});
+  }
+  return {.geometry = Prepare(std::move(model)), .self = ""};
+}
+
+QueryBody BodyFromObject(const WorldObject& object) {
+  return {.geometry = object.geometry, .self = object.name};
+}
+
+}  // namespace cwm::collision

@@ -1,0 +1,36 @@
+// What of the world a question counts: objects but the ignored ones and the one that asks, parts of
+// the chosen representation.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "collision/query/query.h"
+
+namespace cwm::collision {
+
+class WorldFilter {
+ public:
+  // `self` may be empty. Names of no object have no effect.
+  WorldFilter(const WorldSnapshot& world, const QueryOptions& options, const std::string& self);
+
+  bool Skips(std::size_t object) const { return !skipped_.empty() && skipped_[object] != 0; }
+  bool Skips(PartSource source) const {
+    switch (representation_) {
+      case Representation::kShapes:
+        return source != PartSource::kShape;
+      case Representation::kSurfaces:
+        return source == PartSource::kShape;
+      case Representation::kHybrid:
+        break;
+    }
+    return false;
+  }
+
+ private:
+  std::vector<std::uint8_t> skipped_;  // empty: none
+  Representation representation_;
+};
+
+}  // namespace cwm::collision
