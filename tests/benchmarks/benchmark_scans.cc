@@ -12,16 +12,27 @@ namespace {
 constexpr int kRealScans = 45;
 constexpr int kStride = 5;
 
-perception::PointCloud ToPointCloud(const formats::CloudFile& whole) {
-  const formats::CloudFile file = formats::Select(whole, {"x", "y", "z"});
+static_assert(sizeof(Eigen::Vector3f) == 3 * sizeof(float));
+
+perception::PointCloud ToPointCloud(const formats::CloudFile& file) {
   perception::PointCloud cloud;
   cloud.width = static_cast<int>(file.width);
   cloud.height = static_cast<int>(file.height);
   cloud.points.resize(static_cast<std::size_t>(file.size()));
-  static_assert(sizeof(Eigen::Vector3f) == 3 * sizeof(float));
   std::memcpy(cloud.points.data(), file.bytes.data(),
               cloud.points.size() * sizeof(Eigen::Vector3f));
   return cloud;
+}
+
+formats::CloudFile ToFile(const perception::PointCloud& cloud) {
+  formats::CloudFile file;
+  file.fields = {{.name = "x"}, {.name = "y"}, {.name = "z"}};
+  file.point_step = formats::LayOut(file.fields);
+  file.width = cloud.width;
+  file.height = cloud.height;
+  file.bytes.resize(cloud.points.size() * sizeof(Eigen::Vector3f));
+  std::memcpy(file.bytes.data(), cloud.points.data(), file.bytes.size());
+  return file;
 }
 
 }  // namespace
@@ -31,7 +42,9 @@ BenchmarkScans LoadBenchmarkScans() {
   if (const auto directory = testing::OutsideData("mosd/learn")) {
     for (int i = 0; i < kRealScans; i += kStride) {
       const auto file = formats::ReadCloud(*directory + "/learn" + std::to_string(i) + ".pcd");
-      if (file.ok()) scans.clouds.push_back(ToPointCloud(*file));
+      if (!file.ok()) continue;
+      scans.files.push_back(formats::Select(*file, {"x", "y", "z"}));
+      scans.clouds.push_back(ToPointCloud(scans.files.back()));
     }
     scans.source = "every fifth of the 45 labelled Kinect scans (mosd/learn)";
   } else {
@@ -39,6 +52,7 @@ BenchmarkScans LoadBenchmarkScans() {
       scans.clouds.push_back(perception::Scan(perception::RandomTable(seed, 8),
                                               perception::KitchenCamera(), {.seed = seed})
                                  .cloud);
+      scans.files.push_back(ToFile(scans.clouds.back()));
     }
     scans.source = "nine random tables of the virtual scanner (no mosd/learn in CWM_DATA)";
   }

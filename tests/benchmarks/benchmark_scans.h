@@ -4,12 +4,14 @@
 #include <string>
 #include <vector>
 
+#include "clients/formats/cloud_file.h"
 #include "perception/cloud/point_cloud.h"
 
 namespace cwm::benchmarks {
 
 struct BenchmarkScans {
   std::vector<perception::PointCloud> clouds;  // 640 x 480
+  std::vector<formats::CloudFile> files;       // the same, x y z alone, as a client uploads them
   std::string source;                          // in words, for the table
 };
 

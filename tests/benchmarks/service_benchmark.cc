@@ -9,15 +9,13 @@
 #include <thread>
 #include <vector>
 
+#include "clients/cpp/cloud_upload.h"
+#include "clients/cpp/connection.h"
 #include "collision/query/query.h"
-#include "cwm/v1/perception.grpc.pb.h"
-#include "cwm/v1/query.grpc.pb.h"
-#include "cwm/v1/world.grpc.pb.h"
 #include "tests/benchmarks/benchmark_scans.h"
 #include "tests/benchmarks/benchmark_world.h"
 #include "tests/benchmarks/benchmarks.h"
-#include "tests/benchmarks/cloud_upload.h"
-#include "tests/support/process.h"
+#include "tests/benchmarks/running_server.h"
 
 namespace cwm::benchmarks {
 namespace {
@@ -25,71 +23,6 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 double Seconds(Clock::duration duration) { return std::chrono::duration<double>(duration).count(); }
-
-// A server of its own, the benchmark world in its world "default".
-class RunningServer {
- public:
-  explicit RunningServer(const std::string& program)
-      : address_("unix:" + scratch_ / "cwm.sock"),
-        process_({program, "--listen", address_}, scratch_ / "server.log") {
-    grpc::ChannelArguments arguments;
-    arguments.SetMaxReceiveMessageSize(16 << 20);
-    channel_ = grpc::CreateCustomChannel(address_, grpc::InsecureChannelCredentials(), arguments);
-    up_ = channel_->WaitForConnected(std::chrono::system_clock::now() + std::chrono::seconds(10));
-    if (up_) up_ = PutBenchmarkWorld();
-  }
-
-  bool up() const { return up_; }
-  const std::shared_ptr<grpc::Channel>& channel() const { return channel_; }
-  double ResidentMebibytes() const { return process_.ResidentMebibytes(); }
-
- private:
-  static void SetPose(const Pose& X, v1::Pose* out) {
-    const Quaternion q(X.linear());
-    out->set_tx_m(X.translation().x());
-    out->set_ty_m(X.translation().y());
-    out->set_tz_m(X.translation().z());
-    out->set_qx(q.x());
-    out->set_qy(q.y());
-    out->set_qz(q.z());
-    out->set_qw(q.w());
-  }
-
-  static void SetShape(const Shape& shape, v1::ShapePart* part) {
-    if (const auto* box = std::get_if<Box>(&shape)) {
-      part->mutable_box()->set_size_x_m(box->size_m.x());
-      part->mutable_box()->set_size_y_m(box->size_m.y());
-      part->mutable_box()->set_size_z_m(box->size_m.z());
-    } else if (const auto* cylinder = std::get_if<Cylinder>(&shape)) {
-      part->mutable_cylinder()->set_radius_m(cylinder->radius_m);
-      part->mutable_cylinder()->set_length_m(cylinder->length_m);
-    } else if (const auto* sphere = std::get_if<Sphere>(&shape)) {
-      part->mutable_sphere()->set_radius_m(sphere->radius_m);
-    } else if (const auto* capsule = std::get_if<Capsule>(&shape)) {
-      part->mutable_capsule()->set_radius_m(capsule->radius_m);
-      part->mutable_capsule()->set_length_m(capsule->length_m);
-    }
-  }
-
-  bool PutBenchmarkWorld() {
-    v1::ApplyChangesRequest request;
-    for (const Placed<>& placed : BenchmarkShapes()) {
-      v1::Object* object = request.add_changes()->mutable_put()->mutable_object();
-      object->set_name("object_" + std::to_string(request.changes_size() - 1));
-      SetPose(placed.X_FS, object->mutable_x_world_object());
-      SetShape(placed.shape, object->add_shapes());
-    }
-    grpc::ClientContext context;
-    v1::ApplyChangesResponse response;
-    return v1::WorldService::NewStub(channel_)->ApplyChanges(&context, request, &response).ok();
-  }
-
-  testing::ScratchDirectory scratch_;
-  std::string address_;
-  testing::Background process_;
-  std::shared_ptr<grpc::Channel> channel_;
-  bool up_ = false;
-};
 
 v1::GetDistancesRequest GripperAt(const std::vector<Pose>& poses) {
   v1::GetDistancesRequest request;
@@ -118,7 +51,7 @@ struct StreamRate {
 
 // One batch in flight on one stream, for a second.
 StreamRate MeasureStream(const RunningServer& server, int batch, double seconds) {
-  const auto stub = v1::QueryService::NewStub(server.channel());
+  const auto stub = &server.connection().queries();
   grpc::ClientContext context;
   const auto stream = stub->StreamQueries(&context);
   v1::StreamQueriesRequest request;
@@ -187,7 +120,7 @@ void MeasureTransport(const RunningServer& server, Report& report) {
 
 std::vector<double> QueryLatencies_ms(const RunningServer& server, const std::atomic<bool>& stop,
                                       double at_least_s) {
-  const auto stub = v1::QueryService::NewStub(server.channel());
+  const auto stub = &server.connection().queries();
   const v1::GetDistancesRequest request = GripperAt(RandomPoses(100, 11));
   std::vector<double> latencies;
   const Clock::time_point start = Clock::now();
@@ -212,8 +145,11 @@ void MeasureQueriesDuringIngest(const RunningServer& server, const BenchmarkScan
     stop = false;
     std::vector<double> loud;
     std::thread asking([&] { loud = QueryLatencies_ms(server, stop, 0); });
-    for (const perception::PointCloud& cloud : scans.clouds) {
-      UploadCloud(server.channel(), cloud, "during_queries");
+    for (const formats::CloudFile& file : scans.files) {
+      v1::IngestCloudHeader header;
+      header.set_world("during_queries");
+      if (!client::IngestCloud(server.connection(), header, file).ok())
+        report.Detail("an ingest failed");
     }
     stop = true;
     asking.join();
@@ -239,24 +175,28 @@ void MeasureQueriesDuringIngest(const RunningServer& server, const BenchmarkScan
 void MeasureScan(const RunningServer& server, const BenchmarkScans& scans, Report& report) {
   std::vector<double> whole_ms, after_last_byte_ms;
   for (int round = 0; round < 3; ++round) {
-    int number = 0;
-    for (const perception::PointCloud& cloud : scans.clouds) {
-      const UploadTimes times =
-          UploadCloud(server.channel(), cloud,
-                      "scan_" + std::to_string(round) + "_" + std::to_string(number++));
-      if (!times.ok) {
-        report.Detail("an ingest failed: " + times.error);
+    for (std::size_t i = 0; i < scans.files.size(); ++i) {
+      v1::IngestCloudHeader header;
+      header.set_world("scan_" + std::to_string(round) + "_" + std::to_string(i));
+      const Clock::time_point start = Clock::now();
+      Clock::time_point last_byte = start;
+      const auto reply =
+          client::IngestCloud(server.connection(), header, scans.files[i],
+                              [&](std::int64_t, std::int64_t) { last_byte = Clock::now(); });
+      const Clock::time_point end = Clock::now();
+      if (!reply.ok()) {
+        report.Detail("an ingest failed: " + std::string(reply.status().message()));
         continue;
       }
-      whole_ms.push_back(times.whole_ms);
-      after_last_byte_ms.push_back(times.after_last_byte_ms);
+      whole_ms.push_back(Seconds(end - start) * 1e3);
+      after_last_byte_ms.push_back(Seconds(end - last_byte) * 1e3);
     }
   }
-  char text[200];
+  char text[240];
   std::snprintf(text, sizeof(text),
                 "IngestCloud of 640 x 480, new worlds: whole call median %.1f ms p95 %.1f ms; from "
-                "the last byte in %.1f ms; "
-                "server holds %.0f MiB afterwards",
+                "the last byte sent "
+                "median %.1f ms; server holds %.0f MiB afterwards",
                 Median(whole_ms), Quantile(whole_ms, 0.95), Median(after_last_byte_ms),
                 server.ResidentMebibytes());
   report.Detail(text);
@@ -274,7 +214,7 @@ void MeasureScan(const RunningServer& server, const BenchmarkScans& scans, Repor
 }  // namespace
 
 void MeasureService(Report& report) {
-  const RunningServer server(ServerProgram());
+  const RunningServer server;
   if (!server.up()) {
     report.Detail("the server did not come up: no figures of the service");
     return;

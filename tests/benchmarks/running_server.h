@@ -1,0 +1,27 @@
+// A cwm-server of its own with the benchmark world in its world "default".
+#pragma once
+
+#include <string>
+
+#include "clients/cpp/connection.h"
+#include "tests/support/process.h"
+
+namespace cwm::benchmarks {
+
+class RunningServer {
+ public:
+  // Starts the cwm-server beside this benchmark; up() tells whether it answers.
+  RunningServer();
+
+  bool up() const { return up_; }
+  const client::Connection& connection() const { return connection_; }
+  double ResidentMebibytes() const { return process_.ResidentMebibytes(); }
+
+ private:
+  testing::ScratchDirectory scratch_;
+  testing::Background process_;
+  client::Connection connection_;
+  bool up_ = false;
+};
+
+}  // namespace cwm::benchmarks
