@@ -1,6 +1,6 @@
 // Exact signed distances between pairs of solid shapes: closed forms where one exists, else GJK for
 // the distance and an exact or iterative search for the least translation. Double precision,
-// deterministic, no allocation for the closed forms; thread safe (pure functions).
+// deterministic, no allocation; thread safe (pure functions).
 #pragma once
 
 #include <limits>
@@ -22,12 +22,26 @@ struct PlacedExact {
   const Pose& X_FS;
 };
 
-// True when the pair has an exact kernel.
+// True when the pair has an exact kernel: every pair but two half-spaces, which overlap without
+// end unless they face each other.
 bool ExactSupports(ShapeKind a, ShapeKind b);
 
 // Signed distance of A and B in frame F. When the distance is known to exceed `max_distance_m` the
 // search may stop: the distance returned is then some lower bound > max_distance_m and the
 // witnesses are not meaningful.
+//
+// Separated pairs are kExact. Overlapping ones:
+// * two convex shapes, or a half-space and anything: the least translation that parts them, kExact;
+//   kBounded only for round shapes that nearly share an axis, where the search runs out of work;
+// * a plate of several convex pieces: the depth of the deepest pair of pieces. The least
+//   translation is at least that and at most the depth of the convex hulls: kBounded by the
+//   difference, kExact where there is none;
+// * a watertight mesh: penetrating, depth not known but for bounds. The answer is the largest depth
+//   of a pair of triangles (or a triangle and the convex shape, or of a point that lies inside);
+//   the least translation is at least that and at most the depth of the mesh's box: kBounded by the
+//   difference. Containment counts as penetration, either way round;
+// * an open mesh: kSurfaceOnly, the same without an inside and without a bound.
+// Precondition: ExactSupports; else the answer is kDegraded (see ExactSupports).
 PairDistance ExactDistance(const PlacedExact& a, const PlacedExact& b,
                            double max_distance_m = std::numeric_limits<double>::infinity());
 

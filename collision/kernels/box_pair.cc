@@ -1,0 +1,64 @@
+#include <cmath>
+#include <limits>
+
+#include "collision/kernels/closed_forms.h"
+
+namespace cwm::collision {
+namespace {
+
+// Edges of which the cross product is shorter count as parallel: a face's axis then parts the boxes
+// as well, up to this share of their size.
+constexpr double kParallelSine = 1e-11;
+
+// An edge axis must beat the faces by this share of the size, so that rounding cannot turn the
+// normal of face contacts.
+constexpr double kFacePreference = 1e-13;
+
+class LeastOverlap {
+ public:
+  LeastOverlap(const Box& a, const Box& b, const Pose& X_AB)
+      : half_a_(0.5 * a.size_m),
+        half_b_(0.5 * b.size_m),
+        R_AB_(X_AB.linear()),
+        p_AB_(X_AB.translation()),
+        size_(half_a_.maxCoeff() + half_b_.maxCoeff()) {}
+
+  BoxOverlap Run() {
+    for (int i = 0; i < 3; ++i) {
+      Consider(Vector3::Unit(i), 0);
+      Consider(R_AB_.col(i), kFacePreference * size_);
+    }
+    for (int i = 0; i < 3; ++i) {
+      for (int j = 0; j < 3; ++j) {
+        const Vector3 axis = Vector3::Unit(i).cross(R_AB_.col(j));
+        const double sine = axis.norm();
+        if (sine > kParallelSine) Consider(axis / sine, kFacePreference * size_);
+      }
+    }
+    return best_;
+  }
+
+ private:
+  void Consider(const Vector3& axis, double handicap) {
+    const double reach =
+        half_a_.dot(axis.cwiseAbs()) + half_b_.dot((R_AB_.transpose() * axis).cwiseAbs());
+    const double offset = axis.dot(p_AB_);
+    const double depth = reach - std::abs(offset);
+    if (!(depth < best_.depth_m - handicap)) return;
+    best_ = {depth, offset < 0 ? Vector3(-axis) : axis};
+  }
+
+  const Vector3 half_a_, half_b_;
+  const Matrix3 R_AB_;
+  const Vector3 p_AB_;
+  const double size_;
+  BoxOverlap best_{std::numeric_limits<double>::infinity(), Vector3::UnitZ()};
+};
+
+}  // namespace
+
+BoxOverlap LeastBoxOverlap(const Box& a, const Box& b, const Pose& X_AB) {
+  return LeastOverlap(a, b, X_AB).Run();
+}
+
+}  // namespace cwm::collision

@@ -1,0 +1,32 @@
+// Pairs with a solid that is not convex: plates as convex pieces, meshes as triangles.
+#pragma once
+
+#include "collision/kernels/exact_geometry.h"
+#include "collision/kernels/pair_answer.h"
+
+namespace cwm::collision {
+
+// A half-space as A and anything bounded as B, in the frame of A. Exact, also as the least
+// translation; kSurfaceOnly for an open mesh.
+PairDistance HalfSpaceToAny(const ExactGeometry& b, const Pose& X_AB);
+
+// Both made of convex pieces, at least one of several, in the frame of A. Exact when separated;
+// else the depth of the deepest pair of pieces: at most the least translation, and kBounded by the
+// depth of the convex hulls, which is at least that.
+PairDistance PiecesToPieces(const ExactGeometry& a, const ExactGeometry& b, const Pose& X_AB,
+                            double max_distance_m);
+
+// A mesh as A and convex pieces as B, in the frame of A.
+PairDistance MeshToPieces(const ExactGeometry& a, const ExactGeometry& b, const Pose& X_AB,
+                          double max_distance_m);
+
+// Two meshes, in the frame of A.
+PairDistance MeshToMesh(const ExactGeometry& a, const ExactGeometry& b, const Pose& X_AB,
+                        double max_distance_m);
+
+// Labels a penetrating answer of parts whose depth is at most the true one: kBounded by the depth
+// of the convex enclosures, kExact where that leaves nothing open, kSurfaceOnly with an open mesh.
+PairDistance WithDepthBound(const PairDistance& deepest_part, const ExactGeometry& a,
+                            const ExactGeometry& b, const Pose& X_AB);
+
+}  // namespace cwm::collision

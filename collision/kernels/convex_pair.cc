@@ -1,0 +1,136 @@
+#include "collision/kernels/convex_pair.h"
+
+#include <cmath>
+
+#include "collision/geometry/signed_distance.h"
+#include "collision/kernels/closed_forms.h"
+#include "collision/kernels/gjk.h"
+#include "collision/kernels/penetration.h"
+
+namespace cwm::collision {
+namespace {
+
+// What kExact promises, see pair_answer.h.
+constexpr double kExactTolerance_m = 1e-7;
+
+PairDistance Penetrating(const CoreDifference& difference) {
+  const Penetration found = FindPenetration(difference);
+  PairDistance answer{.distance_m = -found.depth_m,
+                      .point_a = found.point_a,
+                      .point_b = found.point_b,
+                      .normal = found.normal};
+  if (found.bound_m > kExactTolerance_m) {
+    answer.trust = Trust::kBounded;
+    answer.bound_m = found.bound_m;
+  }
+  return answer;
+}
+
+SurfacePoint NearestOnCore(const ConvexCore& shape, const Vector3& p) {
+  if (const auto* box = std::get_if<Box>(&shape.core)) return NearestSurfacePoint(*box, p);
+  if (const auto* cylinder = std::get_if<Cylinder>(&shape.core)) {
+    return NearestSurfacePoint(*cylinder, p);
+  }
+  if (const auto* cone = std::get_if<Cone>(&shape.core)) return NearestSurfacePoint(*cone, p);
+  const auto* segment = std::get_if<SegmentCore>(&shape.core);
+  return NearestSurfacePoint(Capsule{0, segment != nullptr ? 2 * segment->half_length_m : 0}, p);
+}
+
+// A point as B: the nearest point of A's surface tells all.
+PairDistance CoreToPoint(const ConvexCore& a, const Vector3& p) {
+  const SurfacePoint at = NearestOnCore(a, p);
+  return {at.signed_distance_m, p - at.signed_distance_m * at.normal, p, at.normal};
+}
+
+bool IsPoint(const ConvexCore& shape) { return std::holds_alternative<PointCore>(shape.core); }
+bool HasVertices(const ConvexCore& s) { return std::holds_alternative<VertexCore>(s.core); }
+
+PairDistance BoxToBox(const ConvexCore& a, const ConvexCore& b, const Pose& X_AB,
+                      double max_distance_m) {
+  const BoxOverlap overlap = LeastBoxOverlap(std::get<Box>(a.core), std::get<Box>(b.core), X_AB);
+  if (-overlap.depth_m > max_distance_m) return BeyondLimit(-overlap.depth_m);
+  const CoreDifference difference(a, b, X_AB);
+  const GjkAnswer gjk = GjkDistance(difference, max_distance_m);
+  if (gjk.outcome == GjkOutcome::kBeyond) return BeyondLimit(gjk.distance_m);
+  if (gjk.outcome == GjkOutcome::kSeparated) {
+    return {gjk.distance_m, gjk.point_a, gjk.point_b, gjk.normal};
+  }
+  PairDistance answer{.distance_m = -overlap.depth_m, .normal = overlap.normal};
+  // Parted by a little more than the depth, the nearest points are those that touch last.
+  const double gap_m = a.extent_m;
+  Pose X_AB_parted = X_AB;
+  X_AB_parted.translation() += (overlap.depth_m + gap_m) * overlap.normal;
+  answer.point_a = GjkDistance(CoreDifference(a, b, X_AB_parted)).point_a;
+  answer.point_b = answer.point_a - overlap.depth_m * overlap.normal;
+  return answer;
+}
+
+}  // namespace
+
+PairDistance Swapped(const PairDistance& answer) {
+  PairDistance swapped = answer;
+  swapped.point_a = answer.point_b;
+  swapped.point_b = answer.point_a;
+  swapped.normal = -answer.normal;
+  return swapped;
+}
+
+PairDistance InFrame(const Pose& X_FA, const PairDistance& answer) {
+  PairDistance moved = answer;
+  moved.point_a = X_FA * answer.point_a;
+  moved.point_b = X_FA * answer.point_b;
+  moved.normal = X_FA.linear() * answer.normal;
+  return moved;
+}
+
+PairDistance BeyondLimit(double lower_bound_m) { return {.distance_m = lower_bound_m}; }
+
+PairDistance JustBeyond(double max_distance_m) {
+  return BeyondLimit(std::nextafter(max_distance_m, std::numeric_limits<double>::infinity()));
+}
+
+PairDistance IterativeConvexDistance(const ConvexCore& a, const ConvexCore& b, const Pose& X_AB,
+                                     double max_distance_m) {
+  const CoreDifference difference(a, b, X_AB);
+  const double radii = a.radius_m + b.radius_m;
+  const GjkAnswer gjk = GjkDistance(difference, max_distance_m + radii);
+  switch (gjk.outcome) {
+    case GjkOutcome::kBeyond:
+      return BeyondLimit(gjk.distance_m - radii);
+    case GjkOutcome::kSeparated:
+      return WithRadii({gjk.distance_m, gjk.point_a, gjk.point_b, gjk.normal}, a.radius_m,
+                       b.radius_m);
+    case GjkOutcome::kTouching:
+      break;
+  }
+  return WithRadii(Penetrating(difference), a.radius_m, b.radius_m);
+}
+
+PairDistance ConvexDistance(const ConvexCore& a, const ConvexCore& b, const Pose& X_AB,
+                            double max_distance_m) {
+  if (IsPoint(b) && !HasVertices(a)) {
+    return WithRadii(CoreToPoint(a, X_AB.translation()), a.radius_m, b.radius_m);
+  }
+  const auto* box_a = std::get_if<Box>(&a.core);
+  const auto* segment_a = std::get_if<SegmentCore>(&a.core);
+  const auto* segment_b = std::get_if<SegmentCore>(&b.core);
+  if (segment_a != nullptr && segment_b != nullptr) {
+    return CapsuleToCapsule({a.radius_m, 2 * segment_a->half_length_m},
+                            {b.radius_m, 2 * segment_b->half_length_m}, X_AB);
+  }
+  if (box_a != nullptr && segment_b != nullptr) {
+    return BoxToCapsule(*box_a, {b.radius_m, 2 * segment_b->half_length_m}, X_AB);
+  }
+  if (box_a != nullptr && std::holds_alternative<Box>(b.core)) {
+    return BoxToBox(a, b, X_AB, max_distance_m);
+  }
+  const bool b_needs_swap = (IsPoint(a) && !HasVertices(b)) ||
+                            (segment_a != nullptr && std::holds_alternative<Box>(b.core));
+  if (b_needs_swap) {
+    return Swapped(InFrame(X_AB, ConvexDistance(b, a, X_AB.inverse(), max_distance_m)));
+  }
+  if (IsRevolved(a) && IsRevolved(b) && AxesAreParallel(X_AB)) return CoaxialRevolved(a, b, X_AB);
+  return IterativeConvexDistance(a, b, X_AB, max_distance_m);
+}
+
+}  // namespace cwm::collision

@@ -1,0 +1,89 @@
+#include "collision/kernels/exact.h"
+
+#include "collision/geometry/signed_distance.h"
+#include "collision/geometry/validation.h"
+#include "collision/kernels/closed_forms.h"
+#include "collision/kernels/compound_pair.h"
+#include "collision/kernels/convex_pair.h"
+#include "collision/kernels/ray.h"
+
+namespace cwm::collision {
+namespace {
+
+// Kinds of kernels, in the order in which they take the role of A.
+enum class Family { kHalfSpace, kMesh, kPieces };
+
+Family FamilyOf(const ExactGeometry& geometry) {
+  if (geometry.kind() == ShapeKind::kHalfSpace) return Family::kHalfSpace;
+  return geometry.kind() == ShapeKind::kMesh ? Family::kMesh : Family::kPieces;
+}
+
+// Two half-spaces part along their normals when they face each other; else they overlap without
+// end, which the largest coordinate stands for.
+PairDistance HalfSpaceToHalfSpace(const Pose& X_AB) {
+  const Vector3 normal_b = X_AB.linear().col(2), p = X_AB.translation();
+  PairDistance answer{.distance_m = -kLargestCoordinate_m, .trust = Trust::kDegraded};
+  if (normal_b == Vector3(-Vector3::UnitZ())) answer.distance_m = p.z();
+  answer.point_a = Vector3(p.x(), p.y(), 0);
+  answer.point_b = answer.point_a + answer.distance_m * answer.normal;
+  return answer;
+}
+
+// A plate of several pieces and a sphere: the nearest point of the plate is exact for a separated
+// sphere and never more than the least translation for another one.
+PairDistance PlateToSphere(const ExactGeometry& a, const ExactGeometry& b, const Pose& X_AB) {
+  const Vector3 centre = X_AB.translation();
+  const SurfacePoint at = NearestSurfacePoint(std::get<Plate>(a.shape()), centre);
+  const PairDistance core{at.signed_distance_m, centre - at.signed_distance_m * at.normal, centre,
+                          at.normal};
+  const PairDistance answer = WithRadii(core, 0, b.pieces().front().radius_m);
+  return answer.distance_m < 0 ? WithDepthBound(answer, a, b, X_AB) : answer;
+}
+
+// FamilyOf(a) <= FamilyOf(b); in the frame of A.
+PairDistance OrderedDistance(const ExactGeometry& a, const ExactGeometry& b, const Pose& X_AB,
+                             double max_distance_m) {
+  if (FamilyOf(a) == Family::kHalfSpace) {
+    if (FamilyOf(b) == Family::kHalfSpace) return HalfSpaceToHalfSpace(X_AB);
+    return HalfSpaceToAny(b, X_AB);
+  }
+  if (FamilyOf(a) == Family::kMesh) {
+    return FamilyOf(b) == Family::kMesh ? MeshToMesh(a, b, X_AB, max_distance_m)
+                                        : MeshToPieces(a, b, X_AB, max_distance_m);
+  }
+  if (a.pieces().size() == 1 && b.pieces().size() == 1) {
+    return ConvexDistance(a.pieces().front(), b.pieces().front(), X_AB, max_distance_m);
+  }
+  if (b.kind() == ShapeKind::kSphere) return PlateToSphere(a, b, X_AB);
+  if (a.kind() == ShapeKind::kSphere) {
+    return Swapped(InFrame(X_AB, PlateToSphere(b, a, X_AB.inverse())));
+  }
+  return PiecesToPieces(a, b, X_AB, max_distance_m);
+}
+
+}  // namespace
+
+bool ExactSupports(ShapeKind a, ShapeKind b) {
+  return a != ShapeKind::kHalfSpace || b != ShapeKind::kHalfSpace;
+}
+
+PairDistance ExactDistance(const PlacedExact& a, const PlacedExact& b, double max_distance_m) {
+  const Pose X_AB = a.X_FS.inverse() * b.X_FS;
+  if (FamilyOf(a.geometry) <= FamilyOf(b.geometry)) {
+    return InFrame(a.X_FS, OrderedDistance(a.geometry, b.geometry, X_AB, max_distance_m));
+  }
+  const Pose X_BA = X_AB.inverse();
+  return Swapped(InFrame(b.X_FS, OrderedDistance(b.geometry, a.geometry, X_BA, max_distance_m)));
+}
+
+std::optional<RayHit> ExactRay(const PlacedExact& shape, const Ray& ray) {
+  const Pose X_SF = shape.X_FS.inverse();
+  const Ray ray_S{X_SF * ray.origin, X_SF.linear() * ray.direction, ray.max_distance_m};
+  std::optional<RayHit> hit = shape.geometry.tree() != nullptr
+                                  ? shape.geometry.tree()->CastRay(ray_S)
+                                  : CastRay(shape.geometry.shape(), ray_S);
+  if (hit) hit->normal = shape.X_FS.linear() * hit->normal;
+  return hit;
+}
+
+}  // namespace cwm::collision

@@ -1,0 +1,63 @@
+#include "collision/kernels/exact_geometry.h"
+
+#include <utility>
+
+namespace cwm::collision {
+namespace {
+
+std::vector<Vector3> Prism(const Polygon& outline, double thickness_m) {
+  std::vector<Vector3> vertices;
+  vertices.reserve(2 * outline.size());
+  for (const double z : {0.0, -thickness_m}) {
+    for (const Vector2& p : outline) vertices.emplace_back(p.x(), p.y(), z);
+  }
+  return vertices;
+}
+
+Aabb BoundsOf(const std::vector<Vector3>& points) {
+  Aabb bounds;
+  for (const Vector3& p : points) bounds.extend(p);
+  return bounds;
+}
+
+}  // namespace
+
+ExactGeometry::ExactGeometry(const Shape& shape) : shape_(shape) {
+  if (const auto* plate = std::get_if<Plate>(&shape_)) {
+    AddPlate(*plate);
+  } else if (const auto* mesh = std::get_if<Mesh>(&shape_)) {
+    AddMesh(*mesh);
+  } else if (kind() != ShapeKind::kHalfSpace) {
+    pieces_.push_back(CoreOf(shape_));
+    piece_bounds_.push_back(TightBounds(shape_, Pose::Identity()));
+  }
+}
+
+void ExactGeometry::AddPlate(const Plate& plate) {
+  for (const Polygon& piece : ConvexPieces(plate.outline, plate.holes)) {
+    prisms_.push_back(Prism(piece, plate.thickness_m));
+  }
+  for (const std::vector<Vector3>& prism : prisms_) {
+    pieces_.push_back(CoreOf(std::span(prism)));
+    piece_bounds_.push_back(BoundsOf(prism));
+  }
+  enclosing_prism_ = Prism(ConvexHull(plate.outline), plate.thickness_m);
+  enclosure_ = CoreOf(std::span(std::as_const(enclosing_prism_)));
+}
+
+void ExactGeometry::AddMesh(const Mesh& mesh) {
+  tree_.emplace(*mesh.mesh);
+  enclosure_ = CoreOf(Box{tree_->bounds().sizes()});
+  X_SE_.translation() = tree_->bounds().center();
+}
+
+bool ExactGeometry::IsOpen() const {
+  const auto* mesh = std::get_if<Mesh>(&shape_);
+  return mesh != nullptr && !mesh->watertight;
+}
+
+std::shared_ptr<const ExactGeometry> PrepareExact(const Shape& shape) {
+  return std::make_shared<const ExactGeometry>(shape);
+}
+
+}  // namespace cwm::collision

@@ -1,0 +1,51 @@
+// What the exact kernels keep of a shape: see PrepareExact.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "collision/geometry/aabb.h"
+#include "collision/kernels/convex_core.h"
+#include "collision/kernels/triangle_tree.h"
+
+namespace cwm::collision {
+
+// Immutable. Cores refer to vertices that live here or in the shape, hence neither copy nor move.
+class ExactGeometry {
+ public:
+  explicit ExactGeometry(const Shape& shape);
+  ExactGeometry(const ExactGeometry&) = delete;
+  ExactGeometry& operator=(const ExactGeometry&) = delete;
+
+  ShapeKind kind() const { return KindOf(shape_); }
+  const Shape& shape() const { return shape_; }
+
+  // The convex parts that cover the solid: one for a convex shape, prisms for a plate, none for a
+  // half-space or mesh.
+  const std::vector<ConvexCore>& pieces() const { return pieces_; }
+  const std::vector<Aabb>& piece_bounds() const { return piece_bounds_; }
+
+  // A convex solid around the whole: the plate's hull, the mesh's box. Only for these two.
+  const ConvexCore& enclosure() const { return enclosure_; }
+  const Pose& X_SE() const { return X_SE_; }  // where the enclosure lies in the shape's frame
+
+  // Present for meshes only.
+  const TriangleTree* tree() const { return tree_ ? &*tree_ : nullptr; }
+  bool IsOpen() const;
+
+ private:
+  void AddPlate(const Plate& plate);
+  void AddMesh(const Mesh& mesh);
+
+  const Shape shape_;
+  std::vector<std::vector<Vector3>> prisms_;
+  std::vector<Vector3> enclosing_prism_;
+  std::vector<ConvexCore> pieces_;
+  std::vector<Aabb> piece_bounds_;
+  ConvexCore enclosure_;
+  Pose X_SE_ = Pose::Identity();
+  std::optional<TriangleTree> tree_;
+};
+
+}  // namespace cwm::collision

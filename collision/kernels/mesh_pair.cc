@@ -1,0 +1,175 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "collision/kernels/closed_forms.h"
+#include "collision/kernels/compound_pair.h"
+#include "collision/kernels/convex_pair.h"
+
+namespace cwm::collision {
+namespace {
+
+// Overlapping pairs of triangles whose depth is looked at. The depth is a bound in any case, and a
+// mesh deep in another one has as many such pairs as triangles.
+constexpr int kMostDepths = 64;
+
+// The best answer so far of a search that first looks for the nearest triangle and, once one
+// overlaps, for the deepest.
+class Best {
+ public:
+  explicit Best(double max_distance_m) : max_distance_m_(max_distance_m) {}
+
+  // Returns the distance that still matters; negative when nothing but overlap does.
+  double Offer(const PairDistance& answer) {
+    if (answer.distance_m < answer_.distance_m) answer_ = answer;
+    if (answer.distance_m < 0) ++overlaps_;
+    return limit_m();
+  }
+
+  double limit_m() const { return std::min(answer_.distance_m, max_distance_m_); }
+  bool IsDone() const { return overlaps_ >= kMostDepths; }
+  const PairDistance& answer() const { return answer_; }
+  bool IsOverlapping() const { return answer_.distance_m < 0; }
+
+ private:
+  const double max_distance_m_;
+  int overlaps_ = 0;
+  PairDistance answer_{.distance_m = std::numeric_limits<double>::infinity()};
+};
+
+// Both answers are in the frame of the mesh; the triangle is A.
+PairDistance TriangleToConvex(const TriangleCorners& triangle, const ConvexCore& b,
+                              const Pose& X_AB, double limit_m) {
+  const ConvexCore core = CoreOf(std::span<const Vector3>(triangle.corners));
+  return IterativeConvexDistance(core, b, X_AB, std::max(limit_m, 0.0));
+}
+
+Aabb BoundsIn(const Aabb& bounds_B, const Pose& X_AB) { return bounds_B.transformed(X_AB); }
+
+// A sphere by the point of the mesh nearest to its centre. Inside or not, the centre must move at
+// least as far as the answer says.
+PairDistance MeshToSphere(const ExactGeometry& a, const Sphere& sphere, const Vector3& centre,
+                          double max_distance_m) {
+  const bool inside = !a.IsOpen() && a.tree()->Encloses(centre);
+  const double reach =
+      inside ? std::numeric_limits<double>::infinity() : max_distance_m + sphere.radius_m;
+  const TriangleTree::Nearest nearest = a.tree()->NearestPoint(centre, reach);
+  if (!(nearest.distance_m < reach)) return JustBeyond(max_distance_m);
+  const Vector3 offset = centre - nearest.point;
+  Vector3 normal = nearest.face_normal;
+  if (nearest.distance_m > 0) normal = (inside ? -offset : offset) / nearest.distance_m;
+  const double distance = inside ? -nearest.distance_m : nearest.distance_m;
+  return {distance - sphere.radius_m, nearest.point, centre - sphere.radius_m * normal,
+          normal.normalized()};
+}
+
+// A piece that touches no triangle but lies inside: its centre must cross the surface, all of it
+// must.
+PairDistance Enclosed(const ExactGeometry& a, const Vector3& centre) {
+  return MeshToSphere(a, Sphere{0}, centre, 0);
+}
+
+}  // namespace
+
+PairDistance MeshToPieces(const ExactGeometry& a, const ExactGeometry& b, const Pose& X_AB,
+                          double max_distance_m) {
+  const TriangleTree& tree = *a.tree();
+  if (const auto* sphere = std::get_if<Sphere>(&b.shape())) {
+    PairDistance answer = MeshToSphere(a, *sphere, X_AB.translation(), max_distance_m);
+    if (answer.distance_m < 0) return WithDepthBound(answer, a, b, X_AB);
+    if (a.IsOpen()) answer.trust = Trust::kSurfaceOnly;
+    return answer;
+  }
+  Best best(max_distance_m);
+  for (std::size_t j = 0; j < b.pieces().size(); ++j) {
+    const ConvexCore& piece = b.pieces()[j];
+    const Vector3 centre = X_AB * piece.centre;
+    tree.ForEachNear(BoundsIn(b.piece_bounds()[j], X_AB), best.limit_m(),
+                     [&](const TriangleCorners& triangle, std::int32_t) {
+                       if (best.IsDone()) return -1.0;
+                       return best.Offer(TriangleToConvex(triangle, piece, X_AB, best.limit_m()));
+                     });
+    if (!a.IsOpen() && tree.Encloses(centre)) best.Offer(Enclosed(a, centre));
+  }
+  PairDistance answer = best.answer();
+  if (answer.distance_m > max_distance_m) return JustBeyond(max_distance_m);
+  if (answer.distance_m < 0) return WithDepthBound(answer, a, b, X_AB);
+  if (a.IsOpen()) answer.trust = Trust::kSurfaceOnly;
+  return answer;
+}
+
+namespace {
+
+// Two trees at once: the larger node is opened.
+class DualSearch {
+ public:
+  DualSearch(const TriangleTree& a, const TriangleTree& b, const Pose& X_AB, Best& best)
+      : a_(a), b_(b), X_AB_(X_AB), best_(best) {}
+
+  void Run() { Visit(0, 0, Gap(0, 0)); }
+
+ private:
+  const TriangleTree::Node& NodeA(std::int32_t i) const {
+    return a_.nodes()[static_cast<std::size_t>(i)];
+  }
+  const TriangleTree::Node& NodeB(std::int32_t i) const {
+    return b_.nodes()[static_cast<std::size_t>(i)];
+  }
+  double Gap(std::int32_t i, std::int32_t j) const {
+    return BoxGap_m(NodeA(i).bounds, BoundsIn(NodeB(j).bounds, X_AB_));
+  }
+
+  void Visit(std::int32_t i, std::int32_t j, double gap) {
+    if (best_.IsDone() || gap > std::max(best_.limit_m(), 0.0)) return;
+    const TriangleTree::Node &a = NodeA(i), &b = NodeB(j);
+    if (a.count > 0 && b.count > 0) return VisitLeaves(a, b);
+    const bool open_a =
+        b.count > 0 || (a.count == 0 && a.bounds.sizes().norm() >= b.bounds.sizes().norm());
+    const std::array<std::array<std::int32_t, 2>, 2> next = {
+        std::array<std::int32_t, 2>{open_a ? i + 1 : i, open_a ? j : j + 1},
+        std::array<std::int32_t, 2>{open_a ? a.right : i, open_a ? j : b.right}};
+    const double first = Gap(next[0][0], next[0][1]), second = Gap(next[1][0], next[1][1]);
+    const std::size_t near = second < first ? 1 : 0;
+    Visit(next[near][0], next[near][1], std::min(first, second));
+    Visit(next[1 - near][0], next[1 - near][1], std::max(first, second));
+  }
+
+  void VisitLeaves(const TriangleTree::Node& a, const TriangleTree::Node& b) {
+    for (std::int32_t j = b.first; j < b.first + b.count; ++j) {
+      const ConvexCore core = CoreOf(std::span<const Vector3>(b_.triangle(j).corners));
+      for (std::int32_t i = a.first; i < a.first + a.count && !best_.IsDone(); ++i) {
+        best_.Offer(TriangleToConvex(a_.triangle(i), core, X_AB_, best_.limit_m()));
+      }
+    }
+  }
+
+  const TriangleTree& a_;
+  const TriangleTree& b_;
+  const Pose& X_AB_;
+  Best& best_;
+};
+
+}  // namespace
+
+PairDistance MeshToMesh(const ExactGeometry& a, const ExactGeometry& b, const Pose& X_AB,
+                        double max_distance_m) {
+  Best best(max_distance_m);
+  DualSearch(*a.tree(), *b.tree(), X_AB, best).Run();
+  const Vector3 on_b = X_AB * b.tree()->triangle(0).corners[0];
+  const Vector3 on_a = a.tree()->triangle(0).corners[0];
+  // Surfaces that do not cross: one corner tells whether one lies inside of the other.
+  if (!best.IsOverlapping() && !a.IsOpen() && a.tree()->Encloses(on_b)) {
+    best.Offer(Enclosed(a, on_b));
+  }
+  const Vector3 on_a_B = X_AB.inverse() * on_a;
+  if (!best.IsOverlapping() && !b.IsOpen() && b.tree()->Encloses(on_a_B)) {
+    best.Offer(Swapped(InFrame(X_AB, Enclosed(b, on_a_B))));
+  }
+  PairDistance answer = best.answer();
+  if (answer.distance_m > max_distance_m) return JustBeyond(max_distance_m);
+  if (answer.distance_m < 0) return WithDepthBound(answer, a, b, X_AB);
+  if (a.IsOpen() || b.IsOpen()) answer.trust = Trust::kSurfaceOnly;
+  return answer;
+}
+
+}  // namespace cwm::collision

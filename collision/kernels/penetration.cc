@@ -1,0 +1,119 @@
+#include "collision/kernels/penetration.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include "collision/kernels/expanding_polytope.h"
+
+namespace cwm::collision {
+namespace {
+
+// Upper and lower bound closer than this share of the extent are called equal: 1e-8 m for 10 m.
+constexpr double kGapShare = 1e-9;
+
+// D flatter than this share of its extent is a polygon or less, and its depth is 0.
+constexpr double kFlatShare = 1e-13;
+
+using Vertex = CoreDifference::Vertex;
+
+class Search {
+ public:
+  explicit Search(const CoreDifference& difference)
+      : difference_(difference), size_(difference.extent_m()), polytope_(kFlatShare * size_) {}
+
+  Penetration Run() {
+    best_.depth_m = std::numeric_limits<double>::infinity();
+    if (!Start()) return best_;
+    double lower_bound = 0;
+    while (!polytope_.IsFull()) {
+      const int face = polytope_.NearestFace();
+      if (face < 0) break;
+      lower_bound = polytope_.OffsetOf(face);
+      if (lower_bound >= best_.depth_m - kGapShare * size_) break;
+      const Vertex vertex = difference_.Support(polytope_.NormalOf(face));
+      const double height = vertex.w.dot(polytope_.NormalOf(face));
+      if (height < best_.depth_m) Improve(face, height);
+      if (height - lower_bound <= kGapShare * size_ || !polytope_.Expand(face, vertex)) {
+        polytope_.Close(face);
+      }
+    }
+    best_.bound_m = std::max(best_.depth_m - lower_bound, 0.0);
+    return best_;
+  }
+
+ private:
+  void Improve(int face, double height) {
+    best_.depth_m = height;
+    best_.normal = polytope_.NormalOf(face);
+    const Vertex foot = polytope_.NearestOnFace(face);
+    // The foot lies on D up to the gap; shared by both witnesses, the rest vanishes.
+    const Vector3 error = foot.w - height * best_.normal;
+    best_.point_a = foot.a - 0.5 * error;
+    best_.point_b = best_.point_a - height * best_.normal;
+  }
+
+  // A first tetrahedron of vertices of D that lie far apart; false when D is flat, with the answer
+  // in best_.
+  bool Start() {
+    std::array<Vertex, 6> far;
+    for (int i = 0; i < 3; ++i) {
+      far[static_cast<std::size_t>(2 * i)] = difference_.Support(Vector3::Unit(i));
+      far[static_cast<std::size_t>(2 * i + 1)] = difference_.Support(-Vector3::Unit(i));
+    }
+    Vertex a = far[0], b = far[1];
+    for (std::size_t i = 2; i < 6; i += 2) {
+      if ((far[i].w - far[i + 1].w).norm() <= (a.w - b.w).norm()) continue;
+      a = far[i];
+      b = far[i + 1];
+    }
+    const Vector3 line = b.w - a.w;
+    if (!(line.norm() > kFlatShare * size_)) return Flat(a, Vector3::UnitZ());
+    const Vector3 u = BasisFromZ(line.normalized()).col(0), v = u.cross(line.normalized());
+    const std::optional<Vertex> c = FarthestOff(a, std::array<Vector3, 4>{u, v, u + v, u - v});
+    if (!c) return Flat(a, u);
+    const Vector3 n = line.cross(c->w - a.w).normalized();
+    const std::optional<Vertex> d = FarthestOff(a, std::array<Vector3, 1>{n});
+    if (!d) return Flat(a, n);
+    polytope_.Start({a, b, *c, *d});
+    return true;
+  }
+
+  template <std::size_t n>
+  std::optional<Vertex> FarthestOff(const Vertex& from, const std::array<Vector3, n>& directions) {
+    std::optional<Vertex> farthest;
+    double most = kFlatShare * size_;
+    for (const Vector3& direction : directions) {
+      for (const double sign : {1.0, -1.0}) {
+        const Vertex vertex = difference_.Support(sign * direction);
+        const double height = sign * (vertex.w - from.w).dot(direction) / direction.norm();
+        if (height <= most) continue;
+        most = height;
+        farthest = vertex;
+      }
+    }
+    return farthest;
+  }
+
+  // D has no extent along `normal`, and parting along it is free.
+  bool Flat(const Vertex& vertex, const Vector3& normal) {
+    best_.depth_m = vertex.w.dot(normal);
+    best_.normal = normal;
+    best_.point_a = vertex.a;
+    best_.point_b = best_.point_a - best_.depth_m * normal;
+    return false;
+  }
+
+  const CoreDifference& difference_;
+  const double size_;
+  ExpandingPolytope polytope_;
+  Penetration best_;
+};
+
+}  // namespace
+
+Penetration FindPenetration(const CoreDifference& difference) { return Search(difference).Run(); }
+
+}  // namespace cwm::collision

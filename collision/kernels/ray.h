@@ -1,0 +1,14 @@
+// Rays against the shapes that have a formula, in the shape's frame.
+#pragma once
+
+#include <optional>
+
+#include "collision/kernels/exact.h"
+
+namespace cwm::collision {
+
+// The first point of the surface at a distance in [0, ray.max_distance_m], from outside or inside.
+// Meshes are hit through their tree (TriangleTree::CastRay); here they are missed.
+std::optional<RayHit> CastRay(const Shape& shape, const Ray& ray);
+
+}  // namespace cwm::collision

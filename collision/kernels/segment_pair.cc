@@ -1,0 +1,142 @@
+#include "collision/kernels/segment_pair.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "collision/geometry/segment.h"
+
+namespace cwm::collision {
+namespace {
+
+// Points nearer than this share of the extent tell no direction (see kTouchingShare in gjk.h; here
+// the formulas keep more digits).
+constexpr double kMeetingShare = 1e-13;
+
+struct NearestPair {
+  Vector3 on_a, on_b;
+  double squared() const { return (on_b - on_a).squaredNorm(); }
+};
+
+// Where both feet of the common perpendicular lie inside, they are nearest; else an end point is.
+// All are tried, so that nearly parallel segments lose no digits.
+NearestPair NearestPoints(const Segment& a, const Segment& b) {
+  std::array<NearestPair, 5> candidates = {NearestPair{a.a, NearestOnSegment(b.a, b.b, a.a)},
+                                           NearestPair{a.b, NearestOnSegment(b.a, b.b, a.b)},
+                                           NearestPair{NearestOnSegment(a.a, a.b, b.a), b.a},
+                                           NearestPair{NearestOnSegment(a.a, a.b, b.b), b.b}};
+  const Vector3 u = a.b - a.a, v = b.b - b.a, w = b.a - a.a;
+  const Vector3 n = u.cross(v);
+  const double nn = n.squaredNorm();
+  std::size_t count = 4;
+  if (nn > 0) {
+    const double s = w.cross(v).dot(n) / nn, t = w.cross(u).dot(n) / nn;
+    if (s > 0 && s < 1 && t > 0 && t < 1) candidates[count++] = {a.a + s * u, b.a + t * v};
+  }
+  return *std::min_element(
+      candidates.begin(), candidates.begin() + static_cast<std::ptrdiff_t>(count),
+      [](const NearestPair& x, const NearestPair& y) { return x.squared() < y.squared(); });
+}
+
+// A direction in which two crossing segments part at no cost, turned towards the middle of B.
+Vector3 ParticularNormal(const Segment& a, const Segment& b) {
+  const Vector3 u = a.b - a.a, v = b.b - b.a;
+  Vector3 n = u.cross(v);
+  if (n.norm() <= kMeetingShare * u.norm() * v.norm()) {
+    const Vector3& longer = u.norm() > v.norm() ? u : v;
+    return longer.norm() > 0 ? Vector3(BasisFromZ(longer.normalized()).col(0)) : Vector3::UnitZ();
+  }
+  n.normalize();
+  return n.dot(b.a + b.b - a.a - a.b) < 0 ? Vector3(-n) : n;
+}
+
+Vector3 Clamp(const Vector3& p, const Vector3& half) { return p.cwiseMax(-half).cwiseMin(half); }
+
+// Half of the derivative of the squared distance to the box along a segment; it never falls.
+double Slope(const Vector3& half, const Segment& segment, double t) {
+  const Vector3 along = segment.b - segment.a, p = segment.a + t * along;
+  return (p - Clamp(p, half)).dot(along);
+}
+
+// The place on the segment that is nearest to the box: where the slope changes sign. Between the
+// places where the segment crosses the planes of the faces, the slope is linear.
+double NearestPlace(const Vector3& half, const Segment& segment) {
+  const Vector3 along = segment.b - segment.a;
+  double low = 0, high = 1;
+  if (Slope(half, segment, low) >= 0) return low;
+  if (Slope(half, segment, high) <= 0) return high;
+  for (int axis = 0; axis < 3; ++axis) {
+    if (along[axis] == 0) continue;
+    for (const double face : {-half[axis], half[axis]}) {
+      const double t = (face - segment.a[axis]) / along[axis];
+      if (!(t > low && t < high)) continue;
+      (Slope(half, segment, t) < 0 ? low : high) = t;
+    }
+  }
+  const double at_low = Slope(half, segment, low), at_high = Slope(half, segment, high);
+  if (!(at_high > at_low)) return low;
+  return std::clamp(low - at_low * (high - low) / (at_high - at_low), low, high);
+}
+
+// The least translation of a segment that enters a box: the faces of their sum are those of the box
+// and those that an edge and the segment span.
+PairDistance SegmentInBox(const Vector3& half, const Segment& segment) {
+  const Vector3 along = segment.b - segment.a, middle = 0.5 * (segment.a + segment.b);
+  const double length = along.norm();
+  PairDistance best{.distance_m = -std::numeric_limits<double>::infinity()};
+  const auto consider = [&](const Vector3& axis, double handicap) {
+    const Vector3 n = axis.dot(middle) < 0 ? Vector3(-axis) : axis;
+    const double reach = half.dot(n.cwiseAbs()) + 0.5 * std::abs(along.dot(n));
+    const double distance = n.dot(middle) - reach;
+    if (distance <= best.distance_m + handicap) return;
+    best.distance_m = distance;
+    best.normal = n;
+  };
+  for (int i = 0; i < 3; ++i) consider(Vector3::Unit(i), 0);
+  for (int i = 0; i < 3; ++i) {
+    const Vector3 axis = along.cross(Vector3::Unit(i));
+    if (axis.norm() <= kMeetingShare * length || !(length > 0)) continue;
+    // A face is preferred to an edge of equal depth.
+    consider(axis.normalized(), kMeetingShare * half.maxCoeff());
+  }
+  // Parted by a little more than the depth, the nearest points are those that touch last.
+  const double gap = half.maxCoeff();
+  const Vector3 shift = (gap - best.distance_m) * best.normal;
+  const Segment parted{segment.a + shift, segment.b + shift};
+  const double place = NearestPlace(half, parted);
+  best.point_a = Clamp(parted.a + place * (parted.b - parted.a), half);
+  best.point_b = best.point_a + best.distance_m * best.normal;
+  return best;
+}
+
+}  // namespace
+
+PairDistance SegmentToSegment(const Segment& a, const Segment& b) {
+  const NearestPair nearest = NearestPoints(a, b);
+  const double size = (a.b - a.a).norm() + (b.b - b.a).norm();
+  const double distance = std::sqrt(nearest.squared());
+  PairDistance answer{.point_a = nearest.on_a, .point_b = nearest.on_b};
+  if (distance > kMeetingShare * size) {
+    answer.distance_m = distance;
+    answer.normal = (nearest.on_b - nearest.on_a) / distance;
+  } else {
+    answer.normal = ParticularNormal(a, b);
+    answer.point_b = answer.point_a;
+  }
+  return answer;
+}
+
+PairDistance BoxToSegment(const Box& box, const Segment& segment) {
+  const Vector3 half = 0.5 * box.size_m;
+  const double place = NearestPlace(half, segment);
+  const Vector3 on_segment = segment.a + place * (segment.b - segment.a);
+  const Vector3 on_box = Clamp(on_segment, half);
+  const double distance = (on_segment - on_box).norm();
+  if (distance > kMeetingShare * half.maxCoeff()) {
+    return {distance, on_box, on_segment, (on_segment - on_box) / distance};
+  }
+  return SegmentInBox(half, segment);
+}
+
+}  // namespace cwm::collision

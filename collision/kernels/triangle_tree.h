@@ -1,0 +1,107 @@
+// A tree of boxes over the triangles of a mesh, in the mesh's frame.
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <vector>
+
+#include "collision/geometry/aabb.h"
+#include "collision/geometry/signed_distance.h"
+#include "collision/kernels/exact.h"
+
+namespace cwm::collision {
+
+struct TriangleCorners {
+  std::array<Vector3, 3> corners;
+  Vector3 Normal() const;
+};
+
+// Distance of two boxes, 0 when they overlap.
+double BoxGap_m(const Aabb& a, const Aabb& b);
+
+// Immutable; the triangles are copied in the order of the tree.
+class TriangleTree {
+ public:
+  // Boxes of the nodes: children of node i are i + 1 and `right`, or triangles [first, first +
+  // count) when count is not 0.
+  struct Node {
+    Aabb bounds;
+    std::int32_t right = 0;
+    std::int32_t first = 0;
+    std::int32_t count = 0;
+  };
+
+  // At least one triangle.
+  explicit TriangleTree(const TriangleMesh& mesh);
+
+  const std::vector<Node>& nodes() const { return nodes_; }
+  const TriangleCorners& triangle(std::int32_t index) const {
+    return triangles_[static_cast<std::size_t>(index)];
+  }
+  const Aabb& bounds() const { return nodes_.front().bounds; }
+  const std::vector<TriangleCorners>& triangles() const { return triangles_; }
+
+  // Visits triangles that may be within a distance of a box, near subtrees first: visit(triangle,
+  // index) returns the distance that still matters from then on; a negative one ends the search at
+  // triangles whose bounds do not overlap the box.
+  template <class Visit>
+  void ForEachNear(const Aabb& box, double max_distance_m, Visit&& visit) const;
+
+  // The nearest point of the triangles; `signed_distance_m` is positive on the side of its normal.
+  struct Nearest {
+    double distance_m = std::numeric_limits<double>::infinity();
+    Vector3 point = Vector3::Zero();
+    Vector3 face_normal = Vector3::UnitZ();
+  };
+  Nearest NearestPoint(const Vector3& p, double max_distance_m) const;
+
+  // The first triangle hit by a ray, either side.
+  std::optional<RayHit> CastRay(const Ray& ray) const;
+
+  // Whether a point is inside of a watertight mesh: by the crossings of a ray, or by the winding
+  // number where the ray passes too near to an edge to be sure.
+  bool Encloses(const Vector3& p) const;
+
+ private:
+  std::int32_t Build(std::int32_t first, std::int32_t count);
+  bool EnclosesByWinding(const Vector3& p) const;
+
+  std::vector<TriangleCorners> triangles_;
+  std::vector<Node> nodes_;
+};
+
+// A tree over the middle of the longest side is at most twice as deep as a balanced one; 32-bit
+// counts keep that below.
+inline constexpr int kTreeStack = 128;
+
+template <class Visit>
+void TriangleTree::ForEachNear(const Aabb& box, double max_distance_m, Visit&& visit) const {
+  struct Entry {
+    std::int32_t node;
+    double gap;
+  };
+  std::array<Entry, kTreeStack> stack;
+  std::size_t size = 0;
+  double limit = max_distance_m;
+  stack[size++] = {0, BoxGap_m(bounds(), box)};
+  while (size > 0) {
+    const Entry entry = stack[--size];
+    if (entry.gap > std::max(limit, 0.0)) continue;
+    const Node& node = nodes_[static_cast<std::size_t>(entry.node)];
+    if (node.count > 0) {
+      for (std::int32_t i = node.first; i < node.first + node.count; ++i) {
+        limit = visit(triangle(i), i);
+      }
+      continue;
+    }
+    Entry left{entry.node + 1, 0}, right{node.right, 0};
+    left.gap = BoxGap_m(nodes_[static_cast<std::size_t>(left.node)].bounds, box);
+    right.gap = BoxGap_m(nodes_[static_cast<std::size_t>(right.node)].bounds, box);
+    if (left.gap < right.gap) std::swap(left, right);
+    stack[size++] = left;  // the nearer one comes off first
+    stack[size++] = right;
+  }
+}
+
+}  // namespace cwm::collision
