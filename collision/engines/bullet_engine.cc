@@ -7,10 +7,12 @@
 
 #include <cmath>
 #include <optional>
+#include <utility>
 
 #include "collision/engines/bullet_geometry.h"
 #include "collision/engines/piecewise.h"
 #include "collision/engines/trust_table.h"
+#include "collision/kernels/exact_geometry.h"
 
 namespace cwm::collision {
 namespace {
@@ -39,15 +41,13 @@ constexpr double kSeparatedBound_m = 1e-6;
 constexpr double kTouching_m = 1e-9;
 
 struct BulletForm final : EngineGeometry {
-  explicit BulletForm(const Shape& s) : kind(KindOf(s)), shape(MakeBulletShape(s)) {
-    if (kind == ShapeKind::kHalfSpace) return;
-    solid.emplace(s);
-    if (kind != ShapeKind::kMesh) exact = PrepareExact(s);
+  explicit BulletForm(std::shared_ptr<const ExactGeometry> exact)
+      : kind(exact->kind()), shape(MakeBulletShape(exact->shape())) {
+    if (kind != ShapeKind::kHalfSpace) solid.emplace(std::move(exact));
   }
   ShapeKind kind;
   BulletShape shape;
-  std::optional<Solid> solid;                  // all but half-spaces
-  std::shared_ptr<const ExactGeometry> exact;  // answers where Bullet gives none; not for meshes
+  std::optional<Solid> solid;  // all but half-spaces
 };
 
 const BulletForm& FormOf(const PlacedGeometry& placed) {
@@ -79,7 +79,8 @@ std::optional<PairDistance> AskBullet(const btConvexShape& a, const btTransform&
 // The kernels, where Bullet has failed on two convex shapes.
 PairDistance WithoutBullet(const BulletForm& a, const Pose& X_WA, const BulletForm& b,
                            const Pose& X_WB) {
-  if (ExactSupports(a.kind, b.kind)) return ExactDistance({*a.exact, X_WA}, {*b.exact, X_WB});
+  if (ExactSupports(a.kind, b.kind))
+    return ExactDistance({a.solid->exact(), X_WA}, {b.solid->exact(), X_WB});
   PairDistance answer = OverlapBound(*a.solid, X_WA, *b.solid, X_WB);
   answer.trust = Trust::kDegraded;
   return answer;
@@ -189,8 +190,9 @@ bool BulletEngine::Supports(ShapeKind a, ShapeKind b, Question question) const {
   return Allows(kTable, a, b, question);
 }
 
-std::shared_ptr<const EngineGeometry> BulletEngine::Prepare(const Shape& shape) const {
-  return std::make_shared<const BulletForm>(shape);
+std::shared_ptr<const EngineGeometry> BulletEngine::PrepareFrom(
+    std::shared_ptr<const ExactGeometry> exact) const {
+  return std::make_shared<const BulletForm>(std::move(exact));
 }
 
 bool BulletEngine::Collides(const PlacedGeometry& a, const PlacedGeometry& b) const {

@@ -40,10 +40,15 @@ const Engine& GetEngine(EngineKind kind) {
   return exact;
 }
 
+std::shared_ptr<const EngineGeometry> Engine::Prepare(const Shape& shape) const {
+  return PrepareFrom(PrepareExact(shape));
+}
+
 PreparedShape PrepareForAll(const Shape& shape) {
+  const std::shared_ptr<const ExactGeometry> exact = PrepareExact(shape);
   PreparedShape prepared;
   for (int i = 0; i < kEngineCount; ++i) {
-    prepared[i] = GetEngine(static_cast<EngineKind>(i)).Prepare(shape);
+    prepared[i] = GetEngine(static_cast<EngineKind>(i)).PrepareFrom(exact);
   }
   return prepared;
 }

@@ -15,6 +15,8 @@
 
 namespace cwm::collision {
 
+class ExactGeometry;  // kernels/exact.h
+
 enum class EngineKind { kExact, kFcl, kBullet };
 inline constexpr int kEngineCount = 3;
 std::string_view NameOf(EngineKind kind);  // "EXACT", "FCL", "BULLET"
@@ -44,8 +46,12 @@ class Engine {
   // Whether this engine answers `question` for the pair, in either order.
   virtual bool Supports(ShapeKind a, ShapeKind b, Question question) const = 0;
 
-  // Whole and valid shapes only (FindViolation); never null.
-  virtual std::shared_ptr<const EngineGeometry> Prepare(const Shape& shape) const = 0;
+  // Whole and valid shapes only (FindViolation); never null. Heavy for meshes.
+  std::shared_ptr<const EngineGeometry> Prepare(const Shape& shape) const;
+  // The same from the kernels' form of the shape, which all engines share: containment and fallback
+  // come from it.
+  virtual std::shared_ptr<const EngineGeometry> PrepareFrom(
+      std::shared_ptr<const ExactGeometry> exact) const = 0;
 
   // Precondition of the three: Supports(a.kind, b.kind, question). `Collides` is true when the
   // solids overlap (distance < 0; touching within 1e-9 m may count either way); containment in a
@@ -72,7 +78,8 @@ using PreparedShape = std::array<std::shared_ptr<const EngineGeometry>, kEngineC
 PreparedShape PrepareForAll(const Shape& shape);
 
 // The engine that `AUTO` uses for the pair: exact kernels first, then whichever the table of trust
-// names. nullptr when none answers the pair.
+// names. nullptr when none answers the pair, which is the case for two half-spaces alone (their
+// depth is infinite unless they face each other exactly).
 const Engine* BestEngine(ShapeKind a, ShapeKind b, Question question);
 
 }  // namespace cwm::collision

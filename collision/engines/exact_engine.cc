@@ -18,8 +18,9 @@ PlacedExact Placed(const EngineGeometry& geometry, const Pose& X_WS) {
 
 bool ExactEngine::Supports(ShapeKind a, ShapeKind b, Question) const { return ExactSupports(a, b); }
 
-std::shared_ptr<const EngineGeometry> ExactEngine::Prepare(const Shape& shape) const {
-  return std::make_shared<const ExactForm>(PrepareExact(shape));
+std::shared_ptr<const EngineGeometry> ExactEngine::PrepareFrom(
+    std::shared_ptr<const ExactGeometry> exact) const {
+  return std::make_shared<const ExactForm>(std::move(exact));
 }
 
 bool ExactEngine::Collides(const PlacedGeometry& a, const PlacedGeometry& b) const {

@@ -11,6 +11,7 @@
 #include "collision/engines/fcl_geometry.h"
 #include "collision/engines/piecewise.h"
 #include "collision/engines/trust_table.h"
+#include "collision/kernels/exact_geometry.h"
 
 namespace cwm::collision {
 namespace {
@@ -46,15 +47,13 @@ constexpr double kSeparatedBound_m = 1e-6;
 constexpr double kTouching_m = 1e-9;
 
 struct FclForm final : EngineGeometry {
-  explicit FclForm(const Shape& s) : kind(KindOf(s)), shape(MakeFclShape(s)) {
-    if (kind == ShapeKind::kHalfSpace) return;
-    solid.emplace(s);
-    if (kind != ShapeKind::kMesh) exact = PrepareExact(s);
+  explicit FclForm(std::shared_ptr<const ExactGeometry> exact)
+      : kind(exact->kind()), shape(MakeFclShape(exact->shape())) {
+    if (kind != ShapeKind::kHalfSpace) solid.emplace(std::move(exact));
   }
   ShapeKind kind;
   FclShape shape;
-  std::optional<Solid> solid;                  // all but half-spaces
-  std::shared_ptr<const ExactGeometry> exact;  // answers where FCL's depth fails; not for meshes
+  std::optional<Solid> solid;  // all but half-spaces
 };
 
 const FclForm& FormOf(const PlacedGeometry& placed) {
@@ -136,7 +135,7 @@ class ConvexPair {
 
   PairDistance WithoutFcl() const {
     if (ExactSupports(a_.kind, b_.kind))
-      return ExactDistance({*a_.exact, X_WA_}, {*b_.exact, X_WB_});
+      return ExactDistance({a_.solid->exact(), X_WA_}, {b_.solid->exact(), X_WB_});
     PairDistance answer = OverlapBound(*a_.solid, X_WA_, *b_.solid, X_WB_);
     answer.trust = Trust::kDegraded;
     return answer;
@@ -174,8 +173,9 @@ bool FclEngine::Supports(ShapeKind a, ShapeKind b, Question question) const {
   return Allows(kTable, a, b, question);
 }
 
-std::shared_ptr<const EngineGeometry> FclEngine::Prepare(const Shape& shape) const {
-  return std::make_shared<const FclForm>(shape);
+std::shared_ptr<const EngineGeometry> FclEngine::PrepareFrom(
+    std::shared_ptr<const ExactGeometry> exact) const {
+  return std::make_shared<const FclForm>(std::move(exact));
 }
 
 bool FclEngine::Collides(const PlacedGeometry& a, const PlacedGeometry& b) const {

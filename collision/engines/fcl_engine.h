@@ -18,7 +18,8 @@ class FclEngine final : public Engine {
  public:
   EngineKind kind() const override { return EngineKind::kFcl; }
   bool Supports(ShapeKind a, ShapeKind b, Question question) const override;
-  std::shared_ptr<const EngineGeometry> Prepare(const Shape& shape) const override;
+  std::shared_ptr<const EngineGeometry> PrepareFrom(
+      std::shared_ptr<const ExactGeometry> exact) const override;
   bool Collides(const PlacedGeometry& a, const PlacedGeometry& b) const override;
   PairDistance Distance(const PlacedGeometry& a, const PlacedGeometry& b,
                         double max_distance_m) const override;

@@ -86,7 +86,7 @@ struct RayColumns {
 
 // The three poll `stop` every few rows; a stopped call returns Cancelled. Unimplemented when the
 // chosen engine cannot answer a pair that comes up: the message names engine, object, part and the
-// two kinds. kAuto always answers.
+// two kinds. kAuto answers all but a half-space asked of a half-space.
 absl::StatusOr<CollisionColumns> CheckCollisions(const WorldSnapshot& world, const QueryBody& body,
                                                  std::span<const Pose> X_WB,
                                                  const QueryOptions& options,

@@ -1,0 +1,245 @@
+#include "collision/world/world_snapshot.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <numbers>
+
+namespace cwm::collision {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using SnapshotPtr = std::shared_ptr<const WorldSnapshot>;
+
+std::shared_ptr<const PreparedModel> ModelOf(Shape shape) {
+  auto model = std::make_shared<HybridModel>();
+  model->shapes.push_back(
+      {.X_OS = Pose::Identity(), .shape = std::move(shape), .role = PartRole::kFitted, .fit = {}});
+  return Prepare(std::move(model));
+}
+
+PutObject Put(const std::string& name, Shape shape, const Pose& X_WO = Pose::Identity()) {
+  PutObject put;
+  put.name = name;
+  put.X_WO = X_WO;
+  put.geometry = ModelOf(std::move(shape));
+  return put;
+}
+
+Change Of(PutObject put) { return {.what = std::move(put), .expected_object_revision = {}}; }
+Change Move(const std::string& name, double x_m) {
+  return {.what = MoveObject{name, MakeTranslation(x_m, 0, 0)}, .expected_object_revision = {}};
+}
+Change Remove(const std::string& name) {
+  return {.what = RemoveObject{name}, .expected_object_revision = {}};
+}
+
+SnapshotPtr MustApply(const SnapshotPtr& base, const std::vector<Change>& changes) {
+  auto next = Apply(base, changes);
+  EXPECT_TRUE(next.ok()) << next.status();
+  return next.ok() ? *next : base;
+}
+
+SnapshotPtr Empty() { return std::make_shared<const WorldSnapshot>(); }
+
+std::vector<std::string> Names(const WorldSnapshot& world) {
+  std::vector<std::string> names;
+  for (const auto& object : world.objects()) names.push_back(object->name);
+  return names;
+}
+
+TEST(Apply, OrdersObjectsByNameAndCountsOneRevision) {
+  const auto world = MustApply(Empty(), {Of(Put("cup", Sphere{0.1})), Of(Put("box", Sphere{0.1})),
+                                         Of(Put("a/b.c-d_1", Sphere{0.1}))});
+  EXPECT_EQ(world->revision(), Revision{1});
+  EXPECT_THAT(Names(*world), ElementsAre("a/b.c-d_1", "box", "cup"));
+  EXPECT_EQ(world->Find("cup")->name, "cup");
+  EXPECT_EQ(world->Find("cu"), nullptr);
+  EXPECT_EQ(world->Find("cupp"), nullptr);
+}
+
+TEST(Apply, LeavesTheBaseAsItWas) {
+  const auto before = MustApply(Empty(), {Of(Put("cup", Sphere{0.1}))});
+  const auto object = before->Find("cup");
+  MustApply(before, {Move("cup", 3), Of(Put("new", Sphere{1}))});
+  EXPECT_THAT(Names(*before), ElementsAre("cup"));
+  EXPECT_EQ(before->Find("cup"), object);
+  EXPECT_EQ(object->X_WO.translation(), Vector3::Zero());
+}
+
+TEST(Apply, AMoveChangesThePoseRevisionAloneAndSharesTheGeometry) {
+  const auto before = MustApply(Empty(), {Of(Put("cup", Sphere{0.1})), Of(Put("pot", Sphere{1}))});
+  const auto after = MustApply(before, {Move("cup", 3)});
+  const auto cup = after->Find("cup");
+  EXPECT_EQ(cup->geometry, before->Find("cup")->geometry);
+  EXPECT_EQ(cup->uid, before->Find("cup")->uid);
+  EXPECT_EQ(cup->create_revision, Revision{1});
+  EXPECT_EQ(cup->geometry_revision, Revision{1});
+  EXPECT_EQ(cup->pose_revision, Revision{2});
+  EXPECT_NEAR(cup->bounds_W.min().x(), 2.9, 1e-12);
+  EXPECT_EQ(after->Find("pot"), before->Find("pot"));  // the very same value
+}
+
+TEST(Apply, AReplacedModelChangesTheGeometryRevisionAlone) {
+  const auto before = MustApply(Empty(), {Of(Put("cup", Sphere{0.1}))});
+  const auto after = MustApply(before, {Of(Put("cup", Sphere{0.2}))});
+  EXPECT_EQ(after->Find("cup")->geometry_revision, Revision{2});
+  EXPECT_EQ(after->Find("cup")->pose_revision, Revision{1});
+  EXPECT_EQ(after->Find("cup")->uid, before->Find("cup")->uid);
+  EXPECT_NEAR(after->Find("cup")->bounds_W.max().x(), 0.2, 1e-12);
+}
+
+TEST(Apply, WhatHasNoEffectReturnsTheBaseItself) {
+  const auto world = MustApply(Empty(), {Of(Put("cup", Sphere{0.1}))});
+  EXPECT_EQ(MustApply(world, {}), world);
+  EXPECT_EQ(MustApply(world, {Move("cup", 0)}), world);
+  EXPECT_EQ(MustApply(world, {Of(Put("cup", Sphere{0.1}))}), world);  // equal, prepared anew
+  EXPECT_EQ(MustApply(world, {Move("cup", 1), Move("cup", 0)}), world);
+  EXPECT_EQ(MustApply(world, {Of(Put("new", Sphere{1})), Remove("new")}), world);
+}
+
+TEST(Apply, APutThatDiffersInOneAttributeHasAnEffect) {
+  const auto world = MustApply(Empty(), {Of(Put("cup", Sphere{0.1}))});
+  for (const auto& alter : std::vector<std::function<void(PutObject&)>>{
+           [](PutObject& p) { p.margin_m = 0.01; }, [](PutObject& p) { p.supported_by = "table"; },
+           [](PutObject& p) { p.state = ObjectState::kOccluded; },
+           [](PutObject& p) { p.owner = Owner::kPerception; },
+           [](PutObject& p) { p.kind = ObjectKind::kObject; }}) {
+    PutObject put = Put("cup", Sphere{0.1});
+    alter(put);
+    const auto next = MustApply(world, {Of(put)});
+    EXPECT_NE(next, world);
+    EXPECT_EQ(next->Find("cup")->latest_revision(), Revision{1});
+  }
+}
+
+TEST(Apply, ANameThatIsRemovedAndPutAgainIsAnotherObject) {
+  const auto first = MustApply(Empty(), {Of(Put("cup", Sphere{0.1}))});
+  const auto again = MustApply(first, {Remove("cup"), Of(Put("cup", Sphere{0.1}))});
+  EXPECT_NE(again, first);
+  EXPECT_NE(again->Find("cup")->uid, first->Find("cup")->uid);
+  EXPECT_EQ(again->Find("cup")->create_revision, Revision{2});
+}
+
+TEST(Apply, RefusesTheWholeListAndNamesTheBadChange) {
+  const auto world = MustApply(Empty(), {Of(Put("cup", Sphere{0.1}))});
+  const std::vector<Change> changes = {Of(Put("new", Sphere{1})), Move("cup", 1), Move("nil", 1)};
+  const auto next = Apply(world, changes);
+  EXPECT_EQ(next.status().code(), absl::StatusCode::kNotFound);
+  EXPECT_THAT(std::string(next.status().message()), HasSubstr("changes[2]"));
+  EXPECT_THAT(std::string(next.status().message()), HasSubstr("'nil'"));
+  EXPECT_THAT(Names(*world), ElementsAre("cup"));
+}
+
+TEST(Apply, SeesEarlierChangesOfTheSameList) {
+  EXPECT_EQ(Apply(Empty(), std::vector{Of(Put("a", Sphere{1})), Remove("a"), Move("a", 1)})
+                .status()
+                .code(),
+            absl::StatusCode::kNotFound);
+  const auto world = MustApply(Empty(), {Of(Put("a", Sphere{1})), Move("a", 2)});
+  EXPECT_EQ(world->Find("a")->X_WO.translation().x(), 2);
+}
+
+TEST(Apply, ARevisionThatDoesNotMatchAborts) {
+  const auto world = MustApply(Empty(), {Of(Put("cup", Sphere{0.1}))});
+  const auto moved = MustApply(world, {Move("cup", 1)});
+  Change change = Move("cup", 2);
+  change.expected_object_revision = Revision{1};
+  const auto refused = Apply(moved, std::vector{change});
+  EXPECT_EQ(refused.status().code(), absl::StatusCode::kAborted);
+  EXPECT_THAT(std::string(refused.status().message()), HasSubstr("changes[0]"));
+  change.expected_object_revision = Revision{2};
+  EXPECT_EQ(MustApply(moved, {change})->revision(), Revision{3});
+  Change on_missing = Of(Put("none", Sphere{1}));
+  on_missing.expected_object_revision = Revision{1};
+  EXPECT_EQ(Apply(moved, std::vector{on_missing}).status().code(), absl::StatusCode::kAborted);
+}
+
+TEST(Apply, RefusesWhatNoWorldMayHold) {
+  const auto refused = [](PutObject put) {
+    return Apply(Empty(), std::vector{Of(std::move(put))}).status().code() ==
+           absl::StatusCode::kInvalidArgument;
+  };
+  EXPECT_TRUE(refused(Put("", Sphere{1})));
+  EXPECT_TRUE(refused(Put("a b", Sphere{1})));
+  EXPECT_TRUE(refused(Put("caf\xc3\xa9", Sphere{1})));
+  EXPECT_TRUE(refused(Put(std::string(129, 'a'), Sphere{1})));
+  EXPECT_FALSE(refused(Put(std::string(128, 'a'), Sphere{1})));
+  EXPECT_TRUE(refused(Put("a", Sphere{1}, MakeTranslation(std::nan(""), 0, 0))));
+  EXPECT_TRUE(refused(Put("a", Sphere{1}, MakeTranslation(1e30, 0, 0))));
+  Pose sheared = Pose::Identity();
+  sheared.linear()(0, 1) = 0.1;
+  EXPECT_TRUE(refused(Put("a", Sphere{1}, sheared)));
+  PutObject negative_margin = Put("a", Sphere{1});
+  negative_margin.margin_m = -1;
+  EXPECT_TRUE(refused(negative_margin));
+  PutObject no_geometry = Put("a", Sphere{1});
+  no_geometry.geometry = nullptr;
+  EXPECT_TRUE(refused(no_geometry));
+}
+
+TEST(Difference, NamesWhatWasAddedMovedReplacedAndRemoved) {
+  const auto before = MustApply(Empty(), {Of(Put("gone", Sphere{1})), Of(Put("moved", Sphere{1})),
+                                          Of(Put("same", Sphere{1})), Of(Put("twin", Sphere{1}))});
+  const auto after = MustApply(before, {Remove("gone"), Move("moved", 2), Of(Put("new", Sphere{1})),
+                                        Remove("twin"), Of(Put("twin", Sphere{1}))});
+  const auto deltas = Difference(*before, *after);
+  ASSERT_EQ(deltas.size(), 5u);
+  EXPECT_EQ(deltas[0].before->name, "gone");
+  EXPECT_EQ(deltas[0].after, nullptr);
+  EXPECT_EQ(deltas[1].before, before->Find("moved"));
+  EXPECT_EQ(deltas[1].after, after->Find("moved"));
+  EXPECT_EQ(deltas[2].before, nullptr);
+  EXPECT_EQ(deltas[2].after->name, "new");
+  EXPECT_EQ(deltas[3].before, before->Find("twin"));
+  EXPECT_EQ(deltas[3].after, nullptr);
+  EXPECT_EQ(deltas[4].before, nullptr);
+  EXPECT_EQ(deltas[4].after, after->Find("twin"));
+  EXPECT_TRUE(Difference(*after, *after).empty());
+}
+
+TEST(WorldObject, BoundsOfATiltedSlabAreTight) {
+  // A slab of 2 m x 1 m x 0.02 m tilted by one degree: FCL's bounding sphere makes it 2.236 m high.
+  const double tilt_rad = std::numbers::pi / 180;
+  const Pose X_WO = MakePose({0, 0, 0}, Quaternion(Eigen::AngleAxisd(tilt_rad, Vector3::UnitX())));
+  const auto world = MustApply(Empty(), {Of(Put("slab", Box{{2, 1, 0.02}}, X_WO))});
+  const double expected_m = std::sin(tilt_rad) * 1 + std::cos(tilt_rad) * 0.02;
+  EXPECT_NEAR(world->Find("slab")->bounds_W.sizes().z(), expected_m, 1e-12);
+  EXPECT_LT(expected_m, 0.038);
+}
+
+TEST(Prepare, MakesAPartOfEachShapeSurfaceAndHandle) {
+  const Mesh triangle =
+      MakeMesh({.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, .triangles = {{0, 1, 2}}});
+  auto model = std::make_shared<HybridModel>();
+  model->shapes.push_back({.X_OS = MakeTranslation(1, 0, 0),
+                           .shape = Sphere{0.5},
+                           .role = PartRole::kFitted,
+                           .fit = {}});
+  model->surfaces = {{.surface = MakeMesh({}), .point_count = 0},
+                     {.surface = triangle, .point_count = 3}};
+  Handle with_surface;
+  with_surface.surface = triangle;
+  Handle bare;
+  bare.bounds = {.X_FS = MakeTranslation(0, 2, 0), .shape = Box{{0.1, 0.2, 0.3}}};
+  model->handles = {with_surface, bare};
+  const auto prepared = Prepare(model);
+  ASSERT_EQ(prepared->parts.size(), 4u);
+  EXPECT_EQ(prepared->parts[0].source, PartSource::kShape);
+  EXPECT_NEAR(prepared->parts[0].bounds_O.min().x(), 0.5, 1e-12);
+  EXPECT_EQ(prepared->parts[1].source, PartSource::kSurface);
+  EXPECT_EQ(prepared->parts[1].index, 1);  // the empty surface makes no part
+  EXPECT_EQ(prepared->parts[2].source, PartSource::kHandle);
+  EXPECT_EQ(KindOf(prepared->parts[2].shape), ShapeKind::kMesh);
+  EXPECT_EQ(prepared->parts[3].index, 1);
+  EXPECT_EQ(KindOf(prepared->parts[3].shape), ShapeKind::kBox);
+  for (const auto& part : prepared->parts) {
+    for (const auto& form : part.engines) EXPECT_NE(form, nullptr);
+  }
+}
+
+}  // namespace
+}  // namespace cwm::collision
