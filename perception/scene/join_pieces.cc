@@ -1,12 +1,68 @@
 #include "perception/scene/join_pieces.h"
 
-#include <numeric>
+#include <algorithm>
+
+#include "perception/scene/disjoint_sets.h"
+#include "perception/scene/join_hidden.h"
+#include "perception/scene/join_vessels.h"
+#include "perception/scene/piece_views.h"
 
 namespace cwm::perception {
+namespace {
 
-std::vector<std::int32_t> JoinPieces(const SurfaceGraph&, const Pieces& pieces, const SightMap&) {
-  std::vector<std::int32_t> object_of_piece(static_cast<std::size_t>(pieces.piece_count));
-  std::iota(object_of_piece.begin(), object_of_piece.end(), 0);
+constexpr double kScrap_m2 = 2e-4;          // smaller pieces are nothing of their own
+constexpr double kAttachedPart_m2 = 25e-4;  // visible area of a handle or a knob
+constexpr double kAttachedShare = 0.2;      // of what it is attached to
+constexpr float kLevelBorder = 0.6f;        // mean n . up of a face that things rest on
+constexpr double kMostSupportShare = 0.1;   // of a handle's border
+
+struct Neighbour {
+  std::size_t piece = 0;
+  int links = 0;
+  float level = 0;
+};
+
+// A scrap goes to its longest border; a small part on the side of something that reaches no support
+// is a handle of it, while one on top of something rests there.
+void JoinSmallParts(const PieceViews& views, std::int32_t support_count, DisjointSets& objects) {
+  for (std::size_t p = 0; p < views.pieces.size(); ++p) {
+    const PieceView& piece = views.pieces[p];
+    if (piece.sample.empty() || piece.area_m2 > kAttachedPart_m2) continue;
+    Neighbour best;
+    int all = 0, to_support = 0;
+    const auto id = static_cast<std::int32_t>(p);
+    for (auto it = views.borders.lower_bound({id, 0}); it != views.borders.end(); ++it) {
+      if (it->first.first != id) break;
+      all += it->second.links;
+      if (it->first.second < support_count) {
+        to_support += it->second.links;
+      } else if (it->second.links > best.links) {
+        best = {static_cast<std::size_t>(it->first.second), it->second.links,
+                it->second.level_links / static_cast<float>(it->second.links)};
+      }
+    }
+    if (best.links == 0) continue;
+    const bool scrap = piece.area_m2 <= kScrap_m2;
+    const bool attached = piece.area_m2 <= kAttachedShare * views.pieces[best.piece].area_m2 &&
+                          to_support <= kMostSupportShare * all && best.level < kLevelBorder;
+    if (scrap || attached) objects.Join(p, best.piece);
+  }
+}
+
+}  // namespace
+
+std::vector<std::int32_t> JoinPieces(const SurfaceGraph& graph, const Pieces& pieces,
+                                     const SightMap& sight) {
+  const auto count = static_cast<std::size_t>(pieces.piece_count);
+  DisjointSets objects(count);
+  const PieceViews views = ViewPieces(graph, pieces);
+  JoinVessels(graph.nodes(), views, objects);
+  JoinAcrossOccluders(graph.nodes(), pieces, views, sight, objects);
+  JoinSmallParts(views, pieces.support_count, objects);
+  std::vector<std::int32_t> object_of_piece(count);
+  for (std::size_t p = 0; p < count; ++p) {
+    object_of_piece[p] = static_cast<std::int32_t>(objects.Root(p));
+  }
   return object_of_piece;
 }
 

@@ -18,6 +18,8 @@ constexpr float kConcave_rad = 20 * kDegree;  // measured on the mOSD learn scen
 // A support's nodes: max(15 degrees, 3 standard deviations of the normal).
 constexpr float kSupportNormalGate_rad = 15 * kDegree;
 constexpr float kNormalGate_sigma = 3;
+constexpr float kWarp_sigma = 6;    // of a table in the corners of mOSD views
+constexpr float kFlatShare = 0.9f;  // the rest may be mixed pixels
 constexpr std::uint32_t kSmallestSeed_nodes = 40;
 
 // sin of the angle by which the surface turns towards the viewer from a to b: positive is concave.
@@ -144,6 +146,43 @@ void GrowPieces(const SurfaceGraph& graph, const std::vector<SupportPlane>& supp
   }
 }
 
+// Pieces that nowhere rise (or sink) above what noise and warp of the sensor can make of a support
+// are part of it; the numbers of the others close up.
+void AbsorbFlatPieces(const SurfaceGraph& graph, const std::vector<SupportPlane>& supports,
+                      Pieces& pieces) {
+  const OrientedPoints& nodes = graph.nodes();
+  std::vector<std::int32_t> carrier(static_cast<std::size_t>(pieces.piece_count), kNoPiece);
+  for (std::size_t i = 0; i < graph.size(); ++i) {
+    const std::int32_t a = pieces.of_node[i];
+    if (a < pieces.support_count) continue;
+    graph.ForEachLinked(i, [&](std::size_t j) {
+      const std::int32_t b = pieces.of_node[j];
+      if (b != kNoPiece && b < pieces.support_count) carrier[static_cast<std::size_t>(a)] = b;
+    });
+  }
+  std::vector<std::uint32_t> all(carrier.size(), 0), flat(carrier.size(), 0);
+  for (std::size_t i = 0; i < graph.size(); ++i) {
+    const std::int32_t a = pieces.of_node[i];
+    if (a < pieces.support_count) continue;
+    const auto p = static_cast<std::size_t>(a);
+    ++all[p];
+    if (carrier[p] == kNoPiece) continue;
+    const Plane& plane = supports[static_cast<std::size_t>(carrier[p])].plane;
+    flat[p] += std::abs(plane.Height_m(nodes.points[i])) <= kWarp_sigma * nodes.sigma_m[i];
+  }
+  std::vector<std::int32_t> renamed(carrier.size());
+  std::int32_t next = pieces.support_count;
+  for (std::size_t p = 0; p < renamed.size(); ++p) {
+    const bool is_support = p < static_cast<std::size_t>(pieces.support_count);
+    const bool absorbed = !is_support && flat[p] >= kFlatShare * all[p] && carrier[p] != kNoPiece;
+    renamed[p] = is_support ? static_cast<std::int32_t>(p) : absorbed ? carrier[p] : next++;
+  }
+  for (std::int32_t& p : pieces.of_node) {
+    if (p != kNoPiece) p = renamed[static_cast<std::size_t>(p)];
+  }
+  pieces.piece_count = next;
+}
+
 }  // namespace
 
 Pieces CutIntoPieces(const SurfaceGraph& graph, const CoarseCloud& coarse,
@@ -162,6 +201,7 @@ Pieces CutIntoPieces(const SurfaceGraph& graph, const CoarseCloud& coarse,
   }
   SeedPieces(graph, may_seed, pieces);
   GrowPieces(graph, supports, pieces);
+  AbsorbFlatPieces(graph, supports, pieces);
   return pieces;
 }
 

@@ -3,10 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <numeric>
 #include <optional>
 #include <set>
 #include <utility>
+
+#include "perception/scene/disjoint_sets.h"
 
 namespace cwm::perception {
 namespace {
@@ -20,25 +21,6 @@ constexpr double kLowestQuantile = 0.02;   // fewer points may be noise
 constexpr double kFootprintCell_m = 0.01;  // the paper's octree leaves
 constexpr double kMostRejectedShare = 0.005;
 constexpr std::size_t kMostResiduals = 256;  // more of them share the last one
-
-// Sets of numbers that belong together.
-class DisjointSets {
- public:
-  explicit DisjointSets(std::size_t count) : parent_(count) {
-    std::iota(parent_.begin(), parent_.end(), std::size_t{0});
-  }
-  std::size_t Root(std::size_t i) {
-    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
-    return i;
-  }
-  void Join(std::size_t a, std::size_t b) {
-    a = Root(a), b = Root(b);
-    parent_[std::max(a, b)] = std::min(a, b);
-  }
-
- private:
-  std::vector<std::size_t> parent_;
-};
 
 using NodeList = std::vector<std::uint32_t>;
 

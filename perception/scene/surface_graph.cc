@@ -46,6 +46,15 @@ std::int32_t SurfaceGraph::AtPixel(int row, int column) const {
               static_cast<std::size_t>(column)];
 }
 
+double SurfaceGraph::area_m2(std::size_t node) const {
+  if (grid_) return double{grid_->edge_m()} * grid_->edge_m();
+  // A pixel's cone widens with the range and is cut at the angle of incidence, 80 degrees at most.
+  const Eigen::Vector3f ray = nodes_->points[node] - nodes_->viewpoint.cast<float>();
+  const double side = double{range_m_[node]} * measured_->pixel_angle_rad;
+  const double cosine = std::abs(nodes_->normals[node].dot(ray)) / std::max(range_m_[node], 1e-6f);
+  return side * side / std::max(cosine, 0.17);
+}
+
 int SurfaceGraph::Reach_px(std::size_t node) const {
   const float reach = kNormalRadius_sigma * nodes_->sigma_m[node] /
                       std::max(range_m_[node] * measured_->pixel_angle_rad, 1e-6f);

@@ -32,6 +32,9 @@ class SurfaceGraph {
   // Measured points behind a node (1 for pixels).
   std::uint32_t weight(std::size_t node) const { return grid_ ? grid_->moments(node).count : 1; }
 
+  // Of the surface that a node stands for, metres^2.
+  double area_m2(std::size_t node) const;
+
   // f(other) for the nodes right beside this one on the same surface.
   template <class F>
   void ForEachLinked(std::size_t node, F&& f) const;

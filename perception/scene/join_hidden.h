@@ -1,0 +1,16 @@
+// Parts of one solid that an occluder separates in the view are one object.
+#pragma once
+
+#include "perception/scene/disjoint_sets.h"
+#include "perception/scene/piece_views.h"
+#include "perception/scene/sight_map.h"
+
+namespace cwm::perception {
+
+// Joins two pieces when one plane (3 degrees, 3 sigma) or one cylinder explains a good part of
+// both, and nothing that was seen contradicts that their surface continues from one to the other:
+// every place between them lies behind something nearer, or on one of them.
+void JoinAcrossOccluders(const OrientedPoints& nodes, const Pieces& pieces, const PieceViews& views,
+                         const SightMap& sight, DisjointSets& objects);
+
+}  // namespace cwm::perception

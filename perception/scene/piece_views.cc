@@ -1,0 +1,52 @@
+#include "perception/scene/piece_views.h"
+
+#include <algorithm>
+
+namespace cwm::perception {
+namespace {
+
+double Quantile(std::vector<float>& values, double share) {
+  const auto at =
+      values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
+}
+
+PieceView ViewPiece(const SurfaceGraph& graph, const std::vector<std::uint32_t>& nodes) {
+  PieceView view;
+  if (nodes.empty()) return view;
+  const std::size_t stride = (nodes.size() + kMostSamples - 1) / kMostSamples;
+  std::vector<float> heights;
+  for (std::size_t k = 0; k < nodes.size(); k += stride) {
+    view.sample.push_back(nodes[k]);
+    heights.push_back(graph.nodes().points[nodes[k]].z());
+    view.bounds.extend(graph.nodes().points[nodes[k]].cast<double>());
+  }
+  for (std::uint32_t i : nodes) view.area_m2 += graph.area_m2(i);
+  view.low_z_m = Quantile(heights, 0.02);
+  view.high_z_m = Quantile(heights, 0.98);
+  return view;
+}
+
+}  // namespace
+
+PieceViews ViewPieces(const SurfaceGraph& graph, const Pieces& pieces) {
+  PieceViews views;
+  std::vector<std::vector<std::uint32_t>> nodes(static_cast<std::size_t>(pieces.piece_count));
+  for (std::size_t i = 0; i < graph.size(); ++i) {
+    const std::int32_t a = pieces.of_node[i];
+    if (a < pieces.support_count) continue;
+    nodes[static_cast<std::size_t>(a)].push_back(static_cast<std::uint32_t>(i));
+    graph.ForEachLinked(i, [&](std::size_t j) {
+      const std::int32_t b = pieces.of_node[j];
+      if (b == kNoPiece || b == a) return;
+      Border& border = views.borders[{a, b}];
+      ++border.links;
+      border.level_links += std::max(0.0f, graph.nodes().normals[j].z());
+    });
+  }
+  for (const auto& members : nodes) views.pieces.push_back(ViewPiece(graph, members));
+  return views;
+}
+
+}  // namespace cwm::perception

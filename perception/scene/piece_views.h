@@ -1,0 +1,38 @@
+// What the tests for joining look at: few, evenly spread points of each piece, and who touches
+// whom.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <utility>
+#include <vector>
+
+#include "perception/scene/pieces.h"
+#include "perception/scene/surface_graph.h"
+
+namespace cwm::perception {
+
+struct PieceView {
+  std::vector<std::uint32_t> sample;  // nodes, at most kMostSamples, evenly spread
+  double area_m2 = 0;
+  double low_z_m = 0, high_z_m = 0;  // 2nd and 98th percentile of height
+  Eigen::AlignedBox3d bounds;
+};
+
+// The contact of two pieces, seen from the first.
+struct Border {
+  int links = 0;
+  float level_links = 0;  // sum over links of how level the second piece is there (n . up, if > 0)
+};
+
+struct PieceViews {
+  std::vector<PieceView> pieces;                                    // per piece; empty for supports
+  std::map<std::pair<std::int32_t, std::int32_t>, Border> borders;  // ordered pairs, both ways
+};
+
+inline constexpr std::size_t kMostSamples = 400;
+
+// Up is the z of the graph's frame.
+PieceViews ViewPieces(const SurfaceGraph& graph, const Pieces& pieces);
+
+}  // namespace cwm::perception

@@ -1,0 +1,89 @@
+#include "perception/scene/revolution.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+namespace cwm::perception {
+namespace {
+
+constexpr double kLeastSteepness = 0.35;  // horizontal part of a normal that has a direction
+constexpr double kMostMiss_sin = 0.3;     // 17 degrees: three standard deviations of a normal
+// (a - sin a cos a) / (a + sin a cos a) for an arc of +-a: 30 degrees. Faces of boxes that fan out
+// by chance fail the agreement.
+constexpr double kLeastFan = 0.1;
+constexpr std::size_t kLeastMembers = 20;
+constexpr int kRounds = 4;
+
+struct Ray {
+  Vector2 from, direction;  // direction is unit
+};
+
+std::vector<Ray> SteepRays(const OrientedPoints& points, std::span<const std::uint32_t> members) {
+  std::vector<Ray> rays;
+  for (std::uint32_t i : members) {
+    const Vector2 n = points.normals[i].head<2>().cast<double>();
+    const double steepness = n.norm();
+    if (steepness < kLeastSteepness) continue;
+    rays.push_back({points.points[i].head<2>().cast<double>(), n / steepness});
+  }
+  return rays;
+}
+
+// sin of the angle between the ray and the line to the axis.
+double Miss_sin(const Ray& ray, const Vector2& axis) {
+  const Vector2 to = ray.from - axis;
+  const double distance = to.norm();
+  if (distance < 1e-6) return 0;
+  return std::abs(to.x() * ray.direction.y() - to.y() * ray.direction.x()) / distance;
+}
+
+}  // namespace
+
+Revolution JudgeRevolution(const OrientedPoints& points, std::span<const std::uint32_t> members,
+                           const Vector2& axis) {
+  Revolution out{.axis = axis};
+  const std::vector<Ray> rays = SteepRays(points, members);
+  if (members.empty() || rays.empty()) return out;
+  std::vector<double> distances;
+  double agreeing = 0, outward = 0;
+  for (const Ray& ray : rays) {
+    distances.push_back((ray.from - axis).norm());
+    if (Miss_sin(ray, axis) > kMostMiss_sin) continue;
+    agreeing += 1;
+    outward += (ray.from - axis).dot(ray.direction) > 0;
+  }
+  const auto p90 = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() * 9 / 10);
+  std::nth_element(distances.begin(), p90, distances.end());
+  out.radius_m = *p90;
+  out.steep = static_cast<double>(rays.size()) / static_cast<double>(members.size());
+  out.agreement = agreeing / static_cast<double>(rays.size());
+  out.outward = agreeing > 0 ? outward / agreeing : 0;
+  return out;
+}
+
+std::optional<Revolution> FitRevolution(const OrientedPoints& points,
+                                        std::span<const std::uint32_t> members) {
+  const std::vector<Ray> rays = SteepRays(points, members);
+  if (rays.size() < kLeastMembers) return std::nullopt;
+  Vector2 axis = Vector2::Zero();
+  for (int round = 0; round < kRounds; ++round) {
+    Eigen::Matrix2d sum = Eigen::Matrix2d::Zero();
+    Vector2 right = Vector2::Zero();
+    for (const Ray& ray : rays) {
+      if (round > 0 && Miss_sin(ray, axis) > kMostMiss_sin) continue;
+      const Eigen::Matrix2d across =
+          Eigen::Matrix2d::Identity() - ray.direction * ray.direction.transpose();
+      sum += across;
+      right += across * ray.from;
+    }
+    Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver;
+    solver.computeDirect(sum);
+    if (solver.eigenvalues()(0) < kLeastFan * solver.eigenvalues()(1)) return std::nullopt;
+    axis = sum.inverse() * right;
+  }
+  return JudgeRevolution(points, members, axis);
+}
+
+}  // namespace cwm::perception
