@@ -1,0 +1,67 @@
+// cwm-server: the application behind gRPC, until a signal ends it.
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+
+#include <csignal>
+#include <cstdio>
+#include <string>
+
+#include "perception/interpret_scene.h"
+#include "server/options.h"
+#include "server/rpc/server.h"
+
+namespace {
+
+// Within the 10 s that a stop may take, with room for freeing memory.
+constexpr auto kGrace = std::chrono::seconds(8);
+
+// Blocks the signals that end the server, in this thread and in all that it will start.
+sigset_t BlockEndingSignals() {
+  sigset_t signals;
+  sigemptyset(&signals);
+  sigaddset(&signals, SIGINT);
+  sigaddset(&signals, SIGTERM);
+  pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+  std::signal(SIGPIPE, SIG_IGN);
+  return signals;
+}
+
+void LogToStderr(const std::string& level) {
+  spdlog::set_default_logger(spdlog::stderr_color_mt("cwm-server"));
+  spdlog::set_level(spdlog::level::from_str(level));
+}
+
+std::string Joined(const std::vector<std::string>& addresses) {
+  std::string text;
+  for (const std::string& address : addresses) text += (text.empty() ? "" : ", ") + address;
+  return text;
+}
+
+int Run(const cwm::server::Options& options) {
+  constexpr int kUnavailableExitCode = 2;
+  const sigset_t signals = BlockEndingSignals();
+  cwm::server::Application application{
+      .limits = {}, .retention = {}, .interpret = cwm::perception::InterpretScene};
+  auto server = cwm::server::Server::Start(application, options.listen);
+  if (!server.ok()) {
+    spdlog::error("{}", std::string(server.status().message()));
+    return kUnavailableExitCode;
+  }
+  std::fprintf(stderr, "cwm-server %s listens on %s\n", CWM_VERSION,
+               Joined((*server)->addresses()).c_str());
+  int signal = 0;
+  sigwait(&signals, &signal);
+  spdlog::info("signal {}: finishing what is under way", signal);
+  (*server)->Stop(kGrace);
+  spdlog::info("stopped");
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const auto parsed = cwm::server::ParseOptions(argc, argv);
+  if (!parsed.options) return parsed.exit_code;
+  LogToStderr(parsed.options->log_level);
+  return Run(*parsed.options);
+}

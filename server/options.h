@@ -1,0 +1,26 @@
+// What the server is told on its command line.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace cwm::server {
+
+struct Options {
+  std::vector<std::string> listen;
+  std::string log_level = "info";
+};
+
+// "$CWM_ADDR, else unix:${XDG_RUNTIME_DIR:-/tmp}/cwm-$UID.sock": the same rule as the clients'.
+std::string DefaultAddress();
+
+// The exit code instead, when there is nothing to run: help, version, or a mistake (said on
+// stderr).
+struct ParsedOptions {
+  std::optional<Options> options;
+  int exit_code = 0;
+};
+ParsedOptions ParseOptions(int argc, const char* const* argv);
+
+}  // namespace cwm::server

@@ -1,0 +1,56 @@
+#include "server/rpc/admin_service.h"
+
+#include <string>
+
+#include "collision/engines/engine_version.h"
+#include "server/rpc/call.h"
+
+namespace cwm::server {
+namespace {
+
+v1::Limits ToProto(const Limits& limits) {
+  v1::Limits proto;
+  proto.set_max_message_bytes(limits.max_message_bytes);
+  proto.set_max_chunk_bytes(limits.max_chunk_bytes);
+  proto.set_max_cloud_points(limits.max_cloud_points);
+  proto.set_max_mesh_triangles(limits.max_mesh_triangles);
+  proto.set_max_batch_rows(limits.max_batch_rows);
+  proto.set_max_rows_as_messages(limits.max_rows_as_messages);
+  proto.set_max_watchers(limits.max_watchers);
+  proto.set_max_metadata_bytes(limits.max_metadata_bytes);
+  proto.set_max_streams(limits.max_streams);
+  return proto;
+}
+
+v1::Retention ToProto(const Retention& retention) {
+  v1::Retention proto;
+  proto.set_exact_snapshots(retention.exact_snapshots);
+  proto.set_watch_events(retention.watch_events);
+  proto.set_watch_seconds(std::chrono::duration<double>(retention.watch_time).count());
+  proto.set_request_id_seconds(std::chrono::duration<double>(retention.request_id_time).count());
+  return proto;
+}
+
+}  // namespace
+
+grpc::ServerUnaryReactor* AdminService::GetServerInfo(grpc::CallbackServerContext* context,
+                                                      const v1::GetServerInfoRequest*,
+                                                      v1::GetServerInfoResponse* response) {
+  return StartUnary(context, runtime_, runtime_.control, [this, response](const CallContext&) {
+    response->set_version(CWM_VERSION);
+    *response->mutable_limits() = ToProto(runtime_.application.limits);
+    *response->mutable_retention() = ToProto(runtime_.application.retention);
+    for (int i = 0; i < collision::kEngineCount; ++i) {
+      const auto kind = static_cast<collision::EngineKind>(i);
+      v1::EngineInfo* engine = response->add_engines();
+      engine->set_name(std::string(collision::NameOf(kind)));
+      engine->set_version(kind == collision::EngineKind::kExact ? CWM_VERSION
+                                                                : collision::EngineVersion(kind));
+    }
+    response->set_uptime_s(std::chrono::duration<double>(Clock::now() - started_).count());
+    response->set_store("memory");
+    return absl::OkStatus();
+  });
+}
+
+}  // namespace cwm::server

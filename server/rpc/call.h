@@ -1,0 +1,48 @@
+// One call as the services see it: its time, its cancellation, and unary calls whose work a queue
+// does.
+#pragma once
+
+#include <grpcpp/grpcpp.h>
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <stop_token>
+#include <string>
+
+#include "absl/status/status.h"
+#include "server/rpc/runtime.h"
+
+namespace cwm::server {
+
+struct CallContext {
+  Clock::time_point deadline = Clock::time_point::max();  // max: none
+  std::stop_token stop;
+};
+
+// The call's deadline on the steady clock.
+Clock::time_point DeadlineOf(const grpc::CallbackServerContext& context);
+
+// When work has to give up to answer with what it has: the smaller of the budget and 0.9 of the
+// remaining deadline. Nothing without either.
+std::optional<Clock::time_point> GiveUpAt(std::optional<std::chrono::nanoseconds> time_budget,
+                                          Clock::time_point deadline);
+
+// A revision that the world has to reach before the work can begin.
+struct RevisionToAwait {
+  std::shared_ptr<World> world;
+  collision::Revision revision;
+};
+
+using CallWork = std::function<absl::Status(const CallContext&)>;
+
+// Runs `work`; an exception that got this far (memory, a foreign library) becomes a status.
+absl::Status RunGuarded(const CallWork& work, const CallContext& call);
+
+// Hands `work` to the queue and finishes the call with its status. A full queue is
+// RESOURCE_EXHAUSTED at once.
+grpc::ServerUnaryReactor* StartUnary(grpc::CallbackServerContext* context, Runtime& runtime,
+                                     WorkQueue& queue, CallWork work,
+                                     std::optional<RevisionToAwait> await = std::nullopt);
+
+}  // namespace cwm::server

@@ -1,0 +1,57 @@
+// Blobs by their hash, out and in, in chunks.
+#pragma once
+
+#include <grpcpp/grpcpp.h>
+
+#include <memory>
+#include <optional>
+#include <stop_token>
+
+#include "cwm/v1/world.grpc.pb.h"
+#include "server/rpc/call.h"
+#include "server/rpc/upload.h"
+
+namespace cwm::server {
+
+// Both delete themselves when gRPC is done with them.
+class ReadGeometryCall final : public grpc::ServerWriteReactor<v1::ReadGeometryResponse> {
+ public:
+  ReadGeometryCall(Runtime& runtime, const v1::ReadGeometryRequest& request);
+
+ private:
+  void OnWriteDone(bool ok) override;
+  void OnDone() override { delete this; }
+
+  void Open(const std::string& hash);
+  void WriteNext();
+
+  Runtime& runtime_;
+  std::shared_ptr<const Blob> blob_;
+  std::size_t offset_ = 0;
+  v1::ReadGeometryResponse message_;
+};
+
+class WriteGeometryCall final : public grpc::ServerReadReactor<v1::WriteGeometryRequest> {
+ public:
+  WriteGeometryCall(Runtime& runtime, v1::WriteGeometryResponse* response);
+
+ private:
+  void OnReadDone(bool ok) override;
+  void OnCancel() override { stop_.request_stop(); }
+  void OnDone() override { delete this; }
+
+  absl::Status Take(const v1::WriteGeometryRequest& message);
+  absl::Status TakeHeader(const v1::WriteGeometryRequest::Header& header);
+  absl::Status CheckEnd() const;
+  void Enqueue();
+  absl::Status Store();
+
+  Runtime& runtime_;
+  v1::WriteGeometryResponse* const response_;
+  std::stop_source stop_;
+  v1::WriteGeometryRequest message_;
+  v1::WriteGeometryRequest::Header header_;
+  std::optional<Upload> upload_;  // once the header came
+};
+
+}  // namespace cwm::server

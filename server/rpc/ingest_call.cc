@@ -1,0 +1,171 @@
+#include "server/rpc/ingest_call.h"
+
+#include <atomic>
+#include <memory>
+#include <utility>
+
+#include "absl/strings/ascii.h"
+#include "absl/strings/str_cat.h"
+#include "server/core/error.h"
+#include "server/rpc/status_conversion.h"
+#include "server/wire/crc32c.h"
+
+namespace cwm::server {
+namespace {
+
+absl::Status OutOfTime() {
+  return MakeError(
+      absl::StatusCode::kDeadlineExceeded,
+      "header.time_budget was spent before the cloud was understood",
+      {.reason = "TIME_BUDGET_SPENT", .fields = {}, .metadata = {}, .retry_after_s = {}});
+}
+
+// A retry has the same digest: all that the client sent but the id itself.
+std::string DigestOf(v1::IngestCloudHeader header, const std::string& bytes) {
+  header.clear_request_id();
+  return Sha256Hex(header.SerializeAsString() + Sha256Hex(bytes));
+}
+
+// Requests the stop when the budget is spent, and remembers that it did.
+class BudgetGuard {
+ public:
+  BudgetGuard(Timer& timer, std::optional<std::chrono::nanoseconds> budget, std::stop_source stop)
+      : spent_(std::make_shared<std::atomic<bool>>(false)) {
+    if (!budget) return;
+    timer.After(*budget, [spent = spent_, stop]() mutable {
+      *spent = true;
+      stop.request_stop();
+    });
+  }
+  bool spent() const { return *spent_; }
+
+ private:
+  std::shared_ptr<std::atomic<bool>> spent_;
+};
+
+}  // namespace
+
+IngestCall::IngestCall(grpc::CallbackServerContext* context, Runtime& runtime,
+                       v1::IngestCloudResponse* response)
+    : runtime_(runtime), response_(response), call_{DeadlineOf(*context), stop_.get_token()} {
+  if (runtime_.draining()) {
+    Finish(ToGrpcStatus(Draining()));
+  } else {
+    StartRead(&message_);
+  }
+}
+
+void IngestCall::OnReadDone(bool ok) {
+  const absl::Status status = ok ? Take(message_) : CheckEnd();
+  if (!status.ok()) return Finish(ToGrpcStatus(status));
+  if (!ok) return Enqueue();
+  StartRead(&message_);
+}
+
+absl::Status IngestCall::Take(const v1::IngestCloudRequest& message) {
+  if (finished_) return InvalidField("what", "came after finish, nothing may");
+  switch (message.what_case()) {
+    case v1::IngestCloudRequest::kHeader:
+      return TakeHeader(message.header());
+    case v1::IngestCloudRequest::kChunk:
+      return TakeChunk(message.chunk());
+    case v1::IngestCloudRequest::kFinish:
+      return TakeFinish(message.finish());
+    case v1::IngestCloudRequest::WHAT_NOT_SET:
+      break;
+  }
+  return InvalidField("what", "is absent, must be one of header, chunk, finish");
+}
+
+absl::Status IngestCall::TakeHeader(const v1::IngestCloudHeader& header) {
+  if (plan_) return InvalidField("header", "came twice, must come once");
+  auto plan = FromProto(header, runtime_.application.limits, FieldPath().Field("header"));
+  if (!plan.ok()) return plan.status();
+  if (plan->total_bytes > kMaxUploadBytes) {
+    return InvalidField("header.total_bytes", absl::StrCat("is ", plan->total_bytes,
+                                                           ", must be at most ", kMaxUploadBytes));
+  }
+  header_ = header;
+  plan_ = *std::move(plan);
+  upload_.emplace(plan_->total_bytes, runtime_);
+  return absl::OkStatus();
+}
+
+absl::Status IngestCall::TakeChunk(const v1::CloudChunk& chunk) {
+  if (!plan_) return InvalidField("chunk", "came before the header, must come after it");
+  const FieldPath root;
+  const FieldPath path = root.Field("chunk");
+  if (auto status = upload_->Append(chunk.offset(), chunk.data(), path); !status.ok()) {
+    return status;
+  }
+  const std::uint32_t crc = Crc32c(chunk.data());
+  if (crc == chunk.crc32c()) return absl::OkStatus();
+  return path.Field("crc32c").Error(absl::StrCat("is ", chunk.crc32c(), " at offset ",
+                                                 chunk.offset(), ", must be ", crc,
+                                                 " (CRC-32C of data)"));
+}
+
+absl::Status IngestCall::TakeFinish(const v1::CloudFinish& finish) {
+  const FieldPath root;
+  if (!plan_) return root.Field("finish").Error("came before the header, must come after it");
+  if (auto status = upload_->CheckComplete(root.Field("finish")); !status.ok()) return status;
+  sha256_ = absl::AsciiStrToLower(finish.sha256());
+  finished_ = true;
+  return absl::OkStatus();
+}
+
+// The client sends no more: it is done, or gone.
+absl::Status IngestCall::CheckEnd() const {
+  if (call_.stop.stop_requested()) return CallCancelled();
+  if (!plan_) return InvalidField("header", "is absent, must come first");
+  if (!finished_) {
+    return InvalidField("finish", absl::StrCat("is absent after ", upload_->bytes().size(),
+                                               " bytes, must come last"));
+  }
+  return absl::OkStatus();
+}
+
+void IngestCall::Enqueue() {
+  const auto work = [this] {
+    const CallWork guarded = [this](const CallContext&) { return Work(); };
+    Finish(ToGrpcStatus(RunGuarded(guarded, call_)));  // *this may be gone after it
+  };
+  if (runtime_.ingest.TryPush(work)) return;
+  Finish(ToGrpcStatus(Overloaded("too many clouds wait", "QUEUE_FULL")));
+}
+
+absl::StatusOr<IngestRequest> IngestCall::MakeRequest() {
+  const std::string& bytes = upload_->bytes();
+  if (!sha256_.empty()) {
+    const std::string actual = Sha256Hex(bytes);
+    if (actual != sha256_) {
+      return InvalidField("finish.sha256", absl::StrCat("is ", sha256_, ", must be ", actual,
+                                                        " (SHA-256 of all bytes)"));
+    }
+  }
+  IngestRequest request = plan_->request;
+  if (!request.write.request_id.empty()) request.write.request_digest = DigestOf(header_, bytes);
+  auto cloud = DecodeCloud(*plan_, bytes);
+  if (!cloud.ok()) return cloud.status();
+  request.cloud = *std::move(cloud);
+  return request;
+}
+
+absl::Status IngestCall::Work() {
+  if (call_.stop.stop_requested()) return CallCancelled();
+  Application& application = runtime_.application;
+  auto request = MakeRequest();
+  if (!request.ok()) return request.status();
+  upload_.reset();  // its bytes are in the cloud now
+  auto world = application.worlds.FindOrCreate(plan_->world);
+  if (!world.ok()) return world.status();
+  const BudgetGuard budget(runtime_.timer, plan_->time_budget, stop_);
+  auto outcome = Ingest(**world, *request, application.interpret, call_.stop);
+  if (!outcome.ok()) {
+    return absl::IsCancelled(outcome.status()) && budget.spent() ? OutOfTime() : outcome.status();
+  }
+  return ToProto({*outcome, **world, plan_->want_point_labels}, application.limits,
+                 application.geometry, response_);
+}
+
+}  // namespace cwm::server

@@ -1,0 +1,49 @@
+// One upload of a cloud: header, chunks, finish, then the work.
+#pragma once
+
+#include <grpcpp/grpcpp.h>
+
+#include <memory>
+#include <stop_token>
+
+#include "cwm/v1/perception.grpc.pb.h"
+#include "server/rpc/call.h"
+#include "server/rpc/upload.h"
+#include "server/wire/clouds.h"
+
+namespace cwm::server {
+
+// Deletes itself when gRPC is done with it. Reads happen one at a time; once the last has come, the
+// ingest queue's task owns the call.
+class IngestCall final : public grpc::ServerReadReactor<v1::IngestCloudRequest> {
+ public:
+  IngestCall(grpc::CallbackServerContext* context, Runtime& runtime,
+             v1::IngestCloudResponse* response);
+
+ private:
+  void OnReadDone(bool ok) override;
+  void OnCancel() override { stop_.request_stop(); }
+  void OnDone() override { delete this; }
+
+  absl::Status Take(const v1::IngestCloudRequest& message);
+  absl::Status TakeHeader(const v1::IngestCloudHeader& header);
+  absl::Status TakeChunk(const v1::CloudChunk& chunk);
+  absl::Status TakeFinish(const v1::CloudFinish& finish);
+  absl::Status CheckEnd() const;
+  void Enqueue();
+  absl::Status Work();
+  absl::StatusOr<IngestRequest> MakeRequest();
+
+  Runtime& runtime_;
+  v1::IngestCloudResponse* const response_;
+  CallContext call_;
+  std::stop_source stop_;
+  v1::IngestCloudRequest message_;
+  v1::IngestCloudHeader header_;
+  std::optional<CloudPlan> plan_;  // once the header came
+  std::optional<Upload> upload_;
+  std::string sha256_;
+  bool finished_ = false;  // the finish message came
+};
+
+}  // namespace cwm::server

@@ -1,0 +1,101 @@
+#include "server/rpc/listen_address.h"
+
+#include <arpa/inet.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <optional>
+#include <string_view>
+
+#include "absl/strings/numbers.h"
+#include "absl/strings/str_cat.h"
+
+namespace cwm::server {
+namespace {
+
+constexpr std::string_view kUnixPrefix = "unix:";
+
+// The path of "unix:PATH".
+std::optional<std::string> SocketPath(const std::string& address) {
+  if (!address.starts_with(kUnixPrefix)) return std::nullopt;
+  return address.substr(kUnixPrefix.size());
+}
+
+bool IsLoopback(const std::string& host) {
+  if (host == "localhost" || host == "[::1]") return true;
+  in_addr parsed{};
+  if (inet_pton(AF_INET, host.c_str(), &parsed) != 1) return false;
+  constexpr std::uint32_t kLoopbackNet = 127;
+  return (ntohl(parsed.s_addr) >> 24) == kLoopbackNet;
+}
+
+sockaddr_un SocketAddress(const std::string& path) {
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  std::memcpy(address.sun_path, path.data(), path.size());
+  return address;
+}
+
+bool SomebodyAnswers(const std::string& path) {
+  const int fd = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  if (fd < 0) return false;
+  const sockaddr_un address = SocketAddress(path);
+  const int result = connect(fd, reinterpret_cast<const sockaddr*>(&address), sizeof(address));
+  const int error = result == 0 ? 0 : errno;
+  close(fd);
+  // A full backlog (EAGAIN) is somebody too.
+  return error != ECONNREFUSED && error != ENOENT;
+}
+
+}  // namespace
+
+absl::StatusOr<std::string> CheckListenAddress(const std::string& address) {
+  if (const auto path = SocketPath(address)) {
+    if (!path->empty() && path->size() < sizeof(sockaddr_un::sun_path)) return address;
+    return absl::InvalidArgumentError(absl::StrCat("--listen ", address, ": the path has ",
+                                                   path->size(), " bytes, must have 1 to ",
+                                                   sizeof(sockaddr_un::sun_path) - 1));
+  }
+  const std::size_t colon = address.rfind(':');
+  int port = 0;
+  if (colon == std::string::npos || !absl::SimpleAtoi(address.substr(colon + 1), &port) ||
+      port < 0 || port > 65535) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("--listen ", address, ": must be unix:PATH or HOST:PORT"));
+  }
+  const std::string host = address.substr(0, colon);
+  if (!IsLoopback(host)) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("--listen ", address, ": ", host.empty() ? "every interface" : host,
+                     " is not loopback and the server does not speak TLS yet: listen on unix:PATH, "
+                     "127.0.0.1:PORT or [::1]:PORT, and forward from there (ssh -L)"));
+  }
+  return address;
+}
+
+absl::Status ClearStaleSocket(const std::string& address) {
+  const auto path = SocketPath(address);
+  if (!path) return absl::OkStatus();
+  struct stat info {};
+  if (lstat(path->c_str(), &info) != 0) return absl::OkStatus();  // nothing there
+  if (!S_ISSOCK(info.st_mode)) {
+    return absl::FailedPreconditionError(
+        absl::StrCat("--listen ", address, ": the path exists and is no socket"));
+  }
+  if (SomebodyAnswers(*path)) {
+    return absl::AlreadyExistsError(
+        absl::StrCat("--listen ", address, ": a server is running there already"));
+  }
+  unlink(path->c_str());
+  return absl::OkStatus();
+}
+
+void RemoveSocket(const std::string& address) {
+  if (const auto path = SocketPath(address)) unlink(path->c_str());
+}
+
+}  // namespace cwm::server

@@ -1,0 +1,115 @@
+#include "server/rpc/query_answers.h"
+
+#include <memory>
+#include <utility>
+
+#include "server/wire/answers.h"
+#include "server/wire/poses.h"
+#include "server/wire/questions.h"
+
+namespace cwm::server {
+namespace {
+
+// What every question has in common once it is understood.
+struct Asked {
+  std::shared_ptr<World> world;
+  SnapshotPtr snapshot;
+  QuestionOptions options;
+
+  AnswerContext Context() const {
+    return {world->uid(), *snapshot, options.form, options.precision};
+  }
+};
+
+absl::StatusOr<SnapshotPtr> SnapshotOf(const World& world, const RevisionRule& rule,
+                                       const CallContext& call, HeldSnapshot* held) {
+  const auto* exactly = std::get_if<Exactly>(&rule);
+  if (held != nullptr && exactly != nullptr && held->snapshot != nullptr &&
+      held->world_uid == world.uid() && held->snapshot->revision() == exactly->revision) {
+    return held->snapshot;
+  }
+  auto snapshot = world.At(rule, call.deadline, call.stop);
+  if (snapshot.ok() && held != nullptr) *held = {world.uid(), *snapshot};
+  return snapshot;
+}
+
+template <class Request>
+absl::StatusOr<Asked> Understand(Runtime& runtime, const Request& request, const CallContext& call,
+                                 HeldSnapshot* held) {
+  auto options = FromProto(request.options(), FieldPath().Field("options"));
+  if (!options.ok()) return options.status();
+  auto world = runtime.application.worlds.Find(request.world(), options->world_uid);
+  if (!world.ok()) return world.status();
+  auto snapshot = SnapshotOf(**world, options->at_revision, call, held);
+  if (!snapshot.ok()) return snapshot.status();
+  options->query.give_up_at = GiveUpAt(options->time_budget, call.deadline);
+  return Asked{*std::move(world), *std::move(snapshot), *std::move(options)};
+}
+
+// `ask` is one of the questions about a body at poses.
+template <class Ask, class Request, class Response>
+absl::Status AnswerBody(Runtime& runtime, const Request& request, const CallContext& call,
+                        HeldSnapshot* held, Ask ask, Response* response) {
+  auto asked = Understand(runtime, request, call, held);
+  if (!asked.ok()) return asked.status();
+  const Application& application = runtime.application;
+  auto question =
+      FromProto(request.subject(), {*asked->snapshot, application.geometry, application.limits},
+                FieldPath().Field("subject"));
+  if (!question.ok()) return question.status();
+  auto status = CheckForm(asked->options.form, question->X_WB.size(), application.limits);
+  if (!status.ok()) return status;
+  auto answers =
+      ask(*asked->snapshot, question->body, question->X_WB, asked->options.query, call.stop);
+  if (!answers.ok()) return answers.status();
+  ToProto(*answers, asked->Context(), response);
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+absl::Status Answer(Runtime& runtime, const v1::CheckCollisionsRequest& request,
+                    const CallContext& call, HeldSnapshot* held,
+                    v1::CheckCollisionsResponse* response) {
+  return AnswerBody(runtime, request, call, held, collision::CheckCollisions, response);
+}
+
+absl::Status Answer(Runtime& runtime, const v1::GetDistancesRequest& request,
+                    const CallContext& call, HeldSnapshot* held,
+                    v1::GetDistancesResponse* response) {
+  return AnswerBody(runtime, request, call, held, collision::GetDistances, response);
+}
+
+absl::Status Answer(Runtime& runtime, const v1::GetContactsRequest& request,
+                    const CallContext& call, HeldSnapshot* held,
+                    v1::GetContactsResponse* response) {
+  return AnswerBody(runtime, request, call, held, collision::GetContacts, response);
+}
+
+absl::Status Answer(Runtime& runtime, const v1::CastRaysRequest& request, const CallContext& call,
+                    HeldSnapshot* held, v1::CastRaysResponse* response) {
+  auto asked = Understand(runtime, request, call, held);
+  if (!asked.ok()) return asked.status();
+  const Limits& limits = runtime.application.limits;
+  auto rays = FromProto(request.rays(), limits.max_batch_rows, FieldPath().Field("rays"));
+  if (!rays.ok()) return rays.status();
+  if (auto status = CheckForm(asked->options.form, rays->size(), limits); !status.ok()) {
+    return status;
+  }
+  for (collision::RayRow& ray : *rays) ray.max_distance_m = asked->options.query.max_distance_m;
+  auto answers = collision::CastRays(*asked->snapshot, *rays, asked->options.query, call.stop);
+  if (!answers.ok()) return answers.status();
+  ToProto(*answers, *rays, asked->Context(), response);
+  return absl::OkStatus();
+}
+
+std::optional<RevisionToAwait> WhatToAwait(const Runtime& runtime, const std::string& world,
+                                           const v1::AtRevision& rule) {
+  if (!rule.has_at_least()) return std::nullopt;
+  auto found = runtime.application.worlds.Find(world);
+  const collision::Revision revision{rule.at_least()};
+  if (!found.ok() || (*found)->Snapshot()->revision() >= revision) return std::nullopt;
+  return RevisionToAwait{*std::move(found), revision};
+}
+
+}  // namespace cwm::server

@@ -1,0 +1,38 @@
+// From a question on the wire to its answer on the wire, for the unary calls and for the stream:
+// one snapshot, one batch.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "absl/status/status.h"
+#include "cwm/v1/query.pb.h"
+#include "server/rpc/call.h"
+
+namespace cwm::server {
+
+// The snapshot that a stream answered from last: it stays askable by its exact revision while the
+// stream lives, even when the world no longer keeps it.
+struct HeldSnapshot {
+  std::string world_uid;
+  SnapshotPtr snapshot;
+};
+
+// `held` may be null. Errors leave the response in an unspecified state.
+absl::Status Answer(Runtime& runtime, const v1::CheckCollisionsRequest& request,
+                    const CallContext& call, HeldSnapshot* held,
+                    v1::CheckCollisionsResponse* response);
+absl::Status Answer(Runtime& runtime, const v1::GetDistancesRequest& request,
+                    const CallContext& call, HeldSnapshot* held,
+                    v1::GetDistancesResponse* response);
+absl::Status Answer(Runtime& runtime, const v1::GetContactsRequest& request,
+                    const CallContext& call, HeldSnapshot* held, v1::GetContactsResponse* response);
+absl::Status Answer(Runtime& runtime, const v1::CastRaysRequest& request, const CallContext& call,
+                    HeldSnapshot* held, v1::CastRaysResponse* response);
+
+// What AtRevision.at_least still has to wait for. Nothing when it is there, or when the world is
+// unknown (the answer then says so).
+std::optional<RevisionToAwait> WhatToAwait(const Runtime& runtime, const std::string& world,
+                                           const v1::AtRevision& rule);
+
+}  // namespace cwm::server

@@ -1,0 +1,58 @@
+#include "server/rpc/query_service.h"
+
+#include "server/rpc/call.h"
+#include "server/rpc/query_answers.h"
+#include "server/rpc/stream_queries_call.h"
+
+namespace cwm::server {
+namespace {
+
+template <class Request, class Response>
+grpc::ServerUnaryReactor* StartQuery(grpc::CallbackServerContext* context, Runtime& runtime,
+                                     const Request* request, Response* response) {
+  const auto work = [&runtime, request, response](const CallContext& call) {
+    return Answer(runtime, *request, call, nullptr, response);
+  };
+  return StartUnary(context, runtime, runtime.query, work,
+                    WhatToAwait(runtime, request->world(), request->options().at_revision()));
+}
+
+}  // namespace
+
+QueryService::QueryService(Runtime& runtime) : runtime_(runtime) {
+  SetMessageAllocatorFor_CheckCollisions(&check_messages_);
+  SetMessageAllocatorFor_GetDistances(&distance_messages_);
+  SetMessageAllocatorFor_GetContacts(&contact_messages_);
+  SetMessageAllocatorFor_CastRays(&ray_messages_);
+}
+
+grpc::ServerUnaryReactor* QueryService::CheckCollisions(grpc::CallbackServerContext* context,
+                                                        const v1::CheckCollisionsRequest* request,
+                                                        v1::CheckCollisionsResponse* response) {
+  return StartQuery(context, runtime_, request, response);
+}
+
+grpc::ServerUnaryReactor* QueryService::GetDistances(grpc::CallbackServerContext* context,
+                                                     const v1::GetDistancesRequest* request,
+                                                     v1::GetDistancesResponse* response) {
+  return StartQuery(context, runtime_, request, response);
+}
+
+grpc::ServerUnaryReactor* QueryService::GetContacts(grpc::CallbackServerContext* context,
+                                                    const v1::GetContactsRequest* request,
+                                                    v1::GetContactsResponse* response) {
+  return StartQuery(context, runtime_, request, response);
+}
+
+grpc::ServerUnaryReactor* QueryService::CastRays(grpc::CallbackServerContext* context,
+                                                 const v1::CastRaysRequest* request,
+                                                 v1::CastRaysResponse* response) {
+  return StartQuery(context, runtime_, request, response);
+}
+
+grpc::ServerBidiReactor<v1::StreamQueriesRequest, v1::StreamQueriesResponse>*
+QueryService::StreamQueries(grpc::CallbackServerContext* context) {
+  return StreamQueriesCall::Start(context, runtime_);
+}
+
+}  // namespace cwm::server

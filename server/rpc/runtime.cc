@@ -1,0 +1,100 @@
+#include "server/rpc/runtime.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "server/rpc/status_conversion.h"
+
+namespace cwm::server {
+namespace {
+
+// A wait looks again this often: well below the 10 ms within which a deadline has to end it.
+constexpr auto kPollPeriod = std::chrono::milliseconds(5);
+constexpr std::int64_t kMaxWaits = 256;
+
+// Queued work holds its request: at 16 MiB a message these bound the memory.
+constexpr std::size_t kQueryCapacity = 64;
+constexpr std::size_t kIngestCapacity = 8;
+constexpr std::size_t kControlCapacity = 64;
+
+}  // namespace
+
+bool Quota::TryTake(std::int64_t amount) {
+  std::int64_t taken = taken_;
+  do {
+    if (taken + amount > most_) return false;
+  } while (!taken_.compare_exchange_weak(taken, taken + amount));
+  return true;
+}
+
+struct Runtime::RevisionWait {
+  std::shared_ptr<World> world;
+  collision::Revision revision;
+  Clock::time_point deadline;
+  std::stop_token stop;
+  Then then;
+};
+
+Runtime::Runtime(Application& application_in)
+    : application(application_in),
+      watchers(application.limits.max_watchers),
+      streams(application.limits.max_streams),
+      query({.name = "query", .threads = 2, .capacity = kQueryCapacity, .nice = 0}),
+      ingest({.name = "ingest", .threads = 1, .capacity = kIngestCapacity, .nice = 10}),
+      control({.name = "control", .threads = 2, .capacity = kControlCapacity, .nice = 0}),
+      // Each watch has one task waiting at most, so that none is ever refused.
+      watch({.name = "watch",
+             .threads = 1,
+             .capacity = static_cast<std::size_t>(application.limits.max_watchers) + 1,
+             .nice = 0}),
+      waits_(kMaxWaits) {}
+
+Runtime::~Runtime() = default;
+
+void Runtime::WhenReached(std::shared_ptr<World> world, collision::Revision revision,
+                          Clock::time_point deadline, std::stop_token stop, Then then) {
+  if (!waits_.TryTake()) {
+    return then(Overloaded("too many calls wait for a revision", "TOO_MANY_WAITS"));
+  }
+  Poll(std::make_shared<RevisionWait>(
+      RevisionWait{std::move(world), revision, deadline, std::move(stop), std::move(then)}));
+}
+
+void Runtime::Poll(std::shared_ptr<RevisionWait> wait) {
+  const auto now = Clock::now();
+  const auto snapshot = wait->world->At(AtLeast{wait->revision}, now, wait->stop);
+  const bool not_yet = absl::IsDeadlineExceeded(snapshot.status()) && now < wait->deadline;
+  if (not_yet && !draining_) {
+    timer.After(kPollPeriod, [this, wait = std::move(wait)] { Poll(wait); });
+    return;
+  }
+  waits_.GiveBack();
+  wait->then(not_yet ? Draining() : snapshot.status());
+}
+
+void Runtime::AddDrainable(std::weak_ptr<Drainable> stream) {
+  {
+    const std::lock_guard lock(mutex_);
+    std::erase_if(streams_under_way_, [](const auto& known) { return known.expired(); });
+    streams_under_way_.push_back(stream);
+  }
+  // Drain may just have taken its look.
+  if (draining_) {
+    if (const auto living = stream.lock()) living->Drain();
+  }
+}
+
+void Runtime::Drain() {
+  draining_ = true;
+  application.worlds.Drain();
+  std::vector<std::weak_ptr<Drainable>> under_way;
+  {
+    const std::lock_guard lock(mutex_);
+    under_way.swap(streams_under_way_);
+  }
+  for (const auto& stream : under_way) {
+    if (const auto living = stream.lock()) living->Drain();
+  }
+}
+
+}  // namespace cwm::server

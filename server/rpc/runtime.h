@@ -1,0 +1,96 @@
+// What the services share: the application, the queues that do the work, and what is going on right
+// now.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <stop_token>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "server/core/geometry_store.h"
+#include "server/core/ingest.h"
+#include "server/core/limits.h"
+#include "server/core/work_queue.h"
+#include "server/core/world.h"
+#include "server/rpc/timer.h"
+
+namespace cwm::server {
+
+// The application behind every transport.
+struct Application {
+  Limits limits;
+  Retention retention;
+  Interpreter interpret;
+  WorldRegistry worlds{limits, retention};
+  GeometryStore geometry{limits.max_geometry_bytes};
+};
+
+// Counts what may only be so many.
+class Quota {
+ public:
+  explicit Quota(std::int64_t most) : most_(most) {}
+
+  bool TryTake(std::int64_t amount = 1);
+  void GiveBack(std::int64_t amount = 1) { taken_ -= amount; }
+  std::int64_t taken() const { return taken_; }
+  std::int64_t most() const { return most_; }
+
+ private:
+  const std::int64_t most_;
+  std::atomic<std::int64_t> taken_ = 0;
+};
+
+// A stream without an end of its own, which a draining server ends.
+class Drainable {
+ public:
+  virtual ~Drainable() = default;
+  virtual void Drain() = 0;  // thread safe, does not block
+};
+
+// Bytes of uploads under way, all together: three clouds of 20 M points at 32 bytes.
+inline constexpr std::int64_t kMaxUploadBytes = std::int64_t{2} << 30;
+
+// Thread safe.
+class Runtime {
+ public:
+  explicit Runtime(Application& application);
+  ~Runtime();
+
+  Application& application;
+  Timer timer;
+  Quota watchers;
+  Quota streams;
+  Quota upload_bytes{kMaxUploadBytes};
+
+  // One queue per class of work. Queries have the machine's two cores; ingests yield to them.
+  WorkQueue query;
+  WorkQueue ingest;
+  WorkQueue control;
+  WorkQueue watch;
+
+  // Calls `then` from some thread, once: with OK as soon as the world has the revision, else with
+  // the world's end, DeadlineExceeded or Cancelled. Blocks nobody.
+  using Then = std::function<void(const absl::Status&)>;
+  void WhenReached(std::shared_ptr<World> world, collision::Revision revision,
+                   Clock::time_point deadline, std::stop_token stop, Then then);
+
+  // Ends streams now and uploads to come; watches get their last bookmark.
+  void Drain();
+  bool draining() const { return draining_; }
+  void AddDrainable(std::weak_ptr<Drainable> stream);
+
+ private:
+  struct RevisionWait;
+  void Poll(std::shared_ptr<RevisionWait> wait);
+
+  std::atomic<bool> draining_ = false;
+  Quota waits_;
+  std::mutex mutex_;
+  std::vector<std::weak_ptr<Drainable>> streams_under_way_;
+};
+
+}  // namespace cwm::server

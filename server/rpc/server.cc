@@ -1,0 +1,137 @@
+#include "server/rpc/server.h"
+
+#include <grpcpp/ext/proto_server_reflection_plugin.h>
+#include <grpcpp/grpcpp.h>
+#include <grpcpp/health_check_service_interface.h>
+#include <sys/stat.h>
+
+#include <mutex>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "server/rpc/admin_service.h"
+#include "server/rpc/listen_address.h"
+#include "server/rpc/perception_service.h"
+#include "server/rpc/query_service.h"
+#include "server/rpc/world_service.h"
+
+namespace cwm::server {
+namespace {
+
+// An idle watch is noticed as dead within 40 s; clients may ping every 10 s, also without calls.
+constexpr int kKeepaliveTime_ms = 30'000;
+constexpr int kKeepaliveTimeout_ms = 10'000;
+constexpr int kClientPingPeriod_ms = 10'000;
+
+void SetChannelArguments(const Limits& limits, grpc::ServerBuilder& builder) {
+  builder.SetMaxReceiveMessageSize(static_cast<int>(limits.max_message_bytes));
+  builder.AddChannelArgument(GRPC_ARG_MAX_METADATA_SIZE,
+                             static_cast<int>(limits.max_metadata_bytes));
+  builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIME_MS, kKeepaliveTime_ms);
+  builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, kKeepaliveTimeout_ms);
+  builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_PERMIT_WITHOUT_CALLS, 1);
+  builder.AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS,
+                             kClientPingPeriod_ms);
+  // Two servers on one port would share its clients between two different worlds.
+  builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);
+}
+
+// Sockets that are made while it lives are the user's alone.
+class PrivateUmask {
+ public:
+  PrivateUmask() : before_(umask(0177)) {}
+  ~PrivateUmask() { umask(before_); }
+  PrivateUmask(const PrivateUmask&) = delete;
+  PrivateUmask& operator=(const PrivateUmask&) = delete;
+
+ private:
+  const mode_t before_;
+};
+
+struct BoundAddress {
+  std::string address;
+  int port = 0;  // 0 for a Unix socket, and for one that could not be bound
+};
+
+bool IsUnix(const std::string& address) { return address.starts_with("unix:"); }
+
+// What a client dials: the port that was picked in the place of 0.
+std::string Dialable(const BoundAddress& bound) {
+  if (IsUnix(bound.address)) return bound.address;
+  return absl::StrCat(bound.address.substr(0, bound.address.rfind(':') + 1), bound.port);
+}
+
+}  // namespace
+
+struct Server::State {
+  explicit State(Application& application) : runtime(application) {}
+
+  absl::Status Start(const std::vector<std::string>& listen);
+
+  Runtime runtime;
+  AdminService admin{runtime};
+  PerceptionService perception{runtime};
+  QueryService query{runtime};
+  WorldService world{runtime};
+  std::vector<std::string> addresses;
+  std::unique_ptr<grpc::Server> grpc;  // last: ends before what it calls
+};
+
+absl::Status Server::State::Start(const std::vector<std::string>& listen) {
+  grpc::EnableDefaultHealthCheckService(true);
+  grpc::reflection::InitProtoReflectionServerBuilderPlugin();
+  grpc::ServerBuilder builder;
+  SetChannelArguments(runtime.application.limits, builder);
+  std::vector<BoundAddress> bound(listen.size());
+  for (std::size_t i = 0; i < listen.size(); ++i) {
+    auto address = CheckListenAddress(listen[i]);
+    if (!address.ok()) return address.status();
+    if (auto status = ClearStaleSocket(*address); !status.ok()) return status;
+    bound[i].address = *address;
+    builder.AddListeningPort(*address, grpc::InsecureServerCredentials(), &bound[i].port);
+  }
+  for (grpc::Service* service :
+       std::initializer_list<grpc::Service*>{&admin, &perception, &query, &world}) {
+    builder.RegisterService(service);
+  }
+  {
+    const PrivateUmask umask;
+    grpc = builder.BuildAndStart();
+  }
+  if (grpc == nullptr) {
+    return absl::UnavailableError(
+        "cannot listen on all of the addresses: is one in use, or its folder missing?");
+  }
+  for (const BoundAddress& address : bound) addresses.push_back(Dialable(address));
+  grpc->GetHealthCheckService()->SetServingStatus(true);
+  for (const char* name : {"cwm.v1.AdminService", "cwm.v1.PerceptionService", "cwm.v1.QueryService",
+                           "cwm.v1.WorldService"}) {
+    grpc->GetHealthCheckService()->SetServingStatus(name, true);
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<std::unique_ptr<Server>> Server::Start(Application& application,
+                                                      const std::vector<std::string>& listen) {
+  auto state = std::make_unique<State>(application);
+  if (auto status = state->Start(listen); !status.ok()) return status;
+  return std::unique_ptr<Server>(new Server(std::move(state)));
+}
+
+Server::Server(std::unique_ptr<State> state) : state_(std::move(state)) {}
+
+Server::~Server() { Stop(std::chrono::milliseconds(0)); }
+
+const std::vector<std::string>& Server::addresses() const { return state_->addresses; }
+
+void Server::Stop(std::chrono::milliseconds grace) {
+  if (state_->grpc == nullptr) return;
+  state_->grpc->GetHealthCheckService()->SetServingStatus(false);
+  state_->runtime.Drain();
+  state_->grpc->Shutdown(std::chrono::system_clock::now() + grace);
+  state_->grpc->Wait();
+  state_->grpc = nullptr;
+  for (const std::string& address : state_->addresses) RemoveSocket(address);
+}
+
+}  // namespace cwm::server

@@ -1,0 +1,36 @@
+// The gRPC server: all services on the given addresses, until it is drained.
+#pragma once
+
+#include <chrono>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "server/rpc/runtime.h"
+
+namespace cwm::server {
+
+class Server {
+ public:
+  // Listens on each of "unix:PATH" or "HOST:PORT" (see listen_address.h; port 0 picks one); sockets
+  // are the user's alone (mode 0600; sets the process's umask for a moment, so start it before
+  // other threads make files). `application` outlives the server.
+  static absl::StatusOr<std::unique_ptr<Server>> Start(Application& application,
+                                                       const std::vector<std::string>& listen);
+  ~Server();  // Stop(0)
+
+  // As a client takes them.
+  const std::vector<std::string>& addresses() const;
+
+  // Health says NOT_SERVING, no new upload begins, watches end with a bookmark, streams end, calls
+  // under way finish; what is not done after `grace` is cancelled. Returns when all has ended.
+  void Stop(std::chrono::milliseconds grace);
+
+ private:
+  struct State;
+  explicit Server(std::unique_ptr<State> state);
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace cwm::server

@@ -1,0 +1,45 @@
+#include "server/rpc/upload.h"
+
+#include <algorithm>
+
+#include "absl/strings/str_cat.h"
+#include "server/rpc/status_conversion.h"
+
+namespace cwm::server {
+
+absl::Status Upload::Append(std::int64_t offset, const std::string& data, const FieldPath& path) {
+  const auto size = static_cast<std::int64_t>(data.size());
+  const auto received = static_cast<std::int64_t>(bytes_.size());
+  const std::int64_t max_chunk = runtime_.application.limits.max_chunk_bytes;
+  if (size == 0 || size > max_chunk) {
+    return path.Field("data").Error(
+        absl::StrCat("has ", size, " bytes, must have 1 to ", max_chunk));
+  }
+  if (offset != received) {
+    const char* const what = offset < received ? "came before" : "leaves a gap";
+    return path.Field("offset").Error(absl::StrCat("is ", offset, " (", what, "), must be ",
+                                                   received, ": chunks come once and in order"));
+  }
+  if (size > total_bytes_ - received) {
+    return path.Field("data").Error(absl::StrCat("goes to byte ", received + size,
+                                                 ", must end at total_bytes (", total_bytes_, ")"));
+  }
+  if (!runtime_.upload_bytes.TryTake(size)) {
+    return Overloaded("too many bytes are being uploaded", "UPLOADS_FULL");
+  }
+  taken_bytes_ += size;
+  if (bytes_.capacity() < bytes_.size() + data.size()) {
+    bytes_.reserve(std::min<std::size_t>(total_bytes_, 2 * (bytes_.size() + data.size())));
+  }
+  bytes_ += data;
+  return absl::OkStatus();
+}
+
+absl::Status Upload::CheckComplete(const FieldPath& path) const {
+  const auto received = static_cast<std::int64_t>(bytes_.size());
+  if (received == total_bytes_) return absl::OkStatus();
+  return path.Error(absl::StrCat("came after ", received, " bytes, must come after all ",
+                                 total_bytes_, " of the header"));
+}
+
+}  // namespace cwm::server

@@ -1,0 +1,178 @@
+#include "server/rpc/watch_call.h"
+
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "server/rpc/call.h"
+#include "server/rpc/status_conversion.h"
+#include "server/wire/watch_events.h"
+
+namespace cwm::server {
+namespace {
+
+// An idle watch says this often how far it has come.
+constexpr auto kBookmarkPeriod = std::chrono::seconds(5);
+
+absl::StatusOr<WatchOptions> OptionsOf(const v1::WatchWorldRequest& request) {
+  const FieldPath root;
+  WatchOptions options;
+  if (!v1::WatchMode_IsValid(request.mode())) {
+    return root.Field("mode").Error(
+        absl::StrCat("is ", static_cast<int>(request.mode()), ", must be a known WatchMode"));
+  }
+  if (request.mode() == v1::WATCH_MODE_COALESCED) options.mode = WatchMode::kCoalesced;
+  if (!request.has_from_revision()) return options;
+  if (request.from_revision() < 0) {
+    return root.Field("from_revision").Error("is negative, must not be");
+  }
+  options.from_revision = collision::Revision{request.from_revision()};
+  return options;
+}
+
+}  // namespace
+
+WatchCall* WatchCall::Start(Runtime& runtime, const v1::WatchWorldRequest& request) {
+  const std::shared_ptr<WatchCall> call(new WatchCall(runtime, request));
+  call->self_ = call;
+  call->counted_ = runtime.watchers.TryTake();
+  if (call->counted_) {
+    call->EnqueuePump();
+  } else {
+    call->End(Overloaded(absl::StrCat("there are ", runtime.watchers.most(), " watchers already"),
+                         "TOO_MANY_WATCHERS"));
+  }
+  return call.get();
+}
+
+WatchCall::WatchCall(Runtime& runtime, const v1::WatchWorldRequest& request)
+    : runtime_(runtime), request_(request) {}
+
+void WatchCall::Wake() {
+  {
+    const std::lock_guard lock(mutex_);
+    look_again_ = true;
+    if (turn_taken_) return;
+    turn_taken_ = true;
+  }
+  EnqueuePump();
+}
+
+void WatchCall::WakeWhenIdle() {
+  runtime_.timer.After(kBookmarkPeriod, [weak = weak_from_this()] {
+    const auto call = weak.lock();
+    if (call == nullptr) return;
+    call->Wake();
+    call->WakeWhenIdle();
+  });
+}
+
+// Only the holder of the turn calls it.
+void WatchCall::EnqueuePump() {
+  if (runtime_.watch.TryPush([self = shared_from_this()] { self->Pump(); })) return;
+  End(Draining());
+}
+
+void WatchCall::Pump() {
+  const CallWork work = [this](const CallContext&) {
+    for (;;) {
+      auto has_message = NextMessage();
+      if (!has_message.ok()) return has_message.status();
+      if (*has_message) {
+        last_sent_ = Clock::now();
+        StartWrite(&message_);
+        return absl::OkStatus();
+      }
+      if (ReturnTurn()) return absl::OkStatus();
+    }
+  };
+  const absl::Status status = RunGuarded(work, {});
+  if (!status.ok()) End(status);
+}
+
+absl::Status WatchCall::Open() {
+  const FieldPath root;
+  auto view = FromProto(request_.view(), View::kShapes, root.Field("view"));
+  if (!view.ok()) return view.status();
+  view_ = *view;
+  auto options = OptionsOf(request_);
+  if (!options.ok()) return options.status();
+  auto world = runtime_.application.worlds.Find(request_.world(), request_.world_uid());
+  if (!world.ok()) return world.status();
+  world_ = *std::move(world);
+  auto cursor = world_->Watch(*options, [weak = weak_from_this()] {
+    if (const auto call = weak.lock()) call->Wake();
+  });
+  if (!cursor.ok()) return cursor.status();
+  cursor_ = *std::move(cursor);
+  WakeWhenIdle();
+  return absl::OkStatus();
+}
+
+absl::StatusOr<bool> WatchCall::NextMessage() {
+  {
+    const std::lock_guard lock(mutex_);
+    look_again_ = false;
+    if (cancelled_) return CallCancelled();
+  }
+  if (cursor_ == nullptr) {
+    if (auto status = Open(); !status.ok()) return status;
+  }
+  const WatchContext context{*world_, view_, runtime_.application.geometry};
+  if (initial_ == nullptr) {
+    auto step = cursor_->Next();
+    if (!step.ok()) return step.status();
+    if (!step->has_value()) {
+      if (Clock::now() - last_sent_ < kBookmarkPeriod) return false;
+      message_ = BookmarkMessage(cursor_->position(), *world_);
+      return true;
+    }
+    last_ = (*step)->last;
+    if ((*step)->what == WatchStep::What::kEvents) {
+      message_ = EventsMessage(**step, context);
+      return true;
+    }
+    if ((*step)->what == WatchStep::What::kBookmark) {
+      message_ = BookmarkMessage((*step)->revision, *world_);
+      return true;
+    }
+    initial_ = (*step)->snapshot;
+    next_object_ = 0;
+  }
+  message_ = InitialStatePiece(*initial_, context, &next_object_);
+  if (message_.initial_state().initial_state_done()) initial_ = nullptr;
+  return true;
+}
+
+// False when something happened meanwhile: the holder looks again.
+bool WatchCall::ReturnTurn() {
+  const std::lock_guard lock(mutex_);
+  if (look_again_ || cancelled_) return false;
+  turn_taken_ = false;
+  return true;
+}
+
+void WatchCall::OnWriteDone(bool ok) {
+  if (!ok) return End(CallCancelled());
+  if (last_ && initial_ == nullptr) return End(Draining());
+  EnqueuePump();
+}
+
+void WatchCall::OnCancel() {
+  {
+    const std::lock_guard lock(mutex_);
+    cancelled_ = true;
+    if (turn_taken_) return;  // its holder sees it
+    turn_taken_ = true;
+  }
+  End(CallCancelled());
+}
+
+// Keeps the turn for ever: nothing else happens to this call.
+void WatchCall::End(const absl::Status& status) { Finish(ToGrpcStatus(status)); }
+
+void WatchCall::OnDone() {
+  if (counted_) runtime_.watchers.GiveBack();
+  self_.reset();  // *this may be gone after it
+}
+
+}  // namespace cwm::server

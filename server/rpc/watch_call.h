@@ -1,0 +1,61 @@
+// One watch of a world: a cursor is read on the watch queue whenever it may have something new.
+#pragma once
+
+#include <grpcpp/grpcpp.h>
+
+#include <memory>
+#include <mutex>
+
+#include "cwm/v1/world.grpc.pb.h"
+#include "server/rpc/runtime.h"
+#include "server/wire/objects.h"
+
+namespace cwm::server {
+
+// At any time at most one holder has the turn: a task on the watch queue, or a message being
+// written. Only the holder touches the cursor, writes or finishes.
+class WatchCall final : public grpc::ServerWriteReactor<v1::WatchWorldResponse>,
+                        public std::enable_shared_from_this<WatchCall> {
+ public:
+  static WatchCall* Start(Runtime& runtime, const v1::WatchWorldRequest& request);
+
+ private:
+  WatchCall(Runtime& runtime, const v1::WatchWorldRequest& request);
+
+  void OnWriteDone(bool ok) override;
+  void OnCancel() override;
+  void OnDone() override;
+
+  // Takes the turn if it is free, else has its holder look again.
+  void Wake();
+  void WakeWhenIdle();
+  void EnqueuePump();
+  void Pump();
+  absl::Status Open();
+  // Fills message_; false when there is nothing to send now.
+  absl::StatusOr<bool> NextMessage();
+  bool ReturnTurn();
+  void End(const absl::Status& status);
+
+  Runtime& runtime_;
+  const v1::WatchWorldRequest request_;
+  std::shared_ptr<WatchCall> self_;  // until OnDone
+  bool counted_ = false;             // in the quota of watchers
+
+  // The holder's.
+  View view_ = View::kShapes;
+  std::shared_ptr<World> world_;
+  std::unique_ptr<WatchCursor> cursor_;
+  SnapshotPtr initial_;  // being sent
+  std::size_t next_object_ = 0;
+  bool last_ = false;  // message_ is the last
+  v1::WatchWorldResponse message_;
+  Clock::time_point last_sent_ = Clock::now();
+
+  std::mutex mutex_;
+  bool turn_taken_ = true;  // by Start
+  bool look_again_ = false;
+  bool cancelled_ = false;
+};
+
+}  // namespace cwm::server
