@@ -34,8 +34,8 @@ constexpr TrustTable kTable = {{
 }};
 static_assert(IsSymmetric(kTable));
 
-// Worst error of a separated distance seen against the exact kernels (contract suite), rounded up.
-constexpr double kSeparatedBound_m = 1e-6;
+// Bullet's witnesses lie off the surfaces by at most this: seen 1e-9 against the exact kernels.
+constexpr double kWitnessBound_m = 1e-6;
 
 // Gaps below this are left to the depth solver, whose sign is not reliable: touching.
 constexpr double kTouching_m = 1e-9;
@@ -54,7 +54,17 @@ const BulletForm& FormOf(const PlacedGeometry& placed) {
   return static_cast<const BulletForm&>(placed.geometry);
 }
 
-// Nothing when Bullet finds no answer.
+// How far apart the two lie along a unit direction from A to B: no distance is less, no depth more.
+double ExtentGap_m(const btConvexShape& a, const btTransform& X_WA, const btConvexShape& b,
+                   const btTransform& X_WB, const btVector3& direction) {
+  const btVector3 in_a = X_WA.getBasis().transpose() * direction;
+  const btVector3 in_b = X_WB.getBasis().transpose() * -direction;
+  return (X_WB * b.localGetSupportingVertex(in_b) - X_WA * a.localGetSupportingVertex(in_a))
+      .dot(direction);
+}
+
+// Nothing when Bullet finds no answer, or one that its own normal refutes: without margins it calls
+// some overlaps a gap. Otherwise bounded by that normal where separated.
 std::optional<PairDistance> AskBullet(const btConvexShape& a, const btTransform& X_WA,
                                       const btConvexShape& b, const btTransform& X_WB) {
   btVoronoiSimplexSolver simplex;
@@ -66,13 +76,17 @@ std::optional<PairDistance> AskBullet(const btConvexShape& a, const btTransform&
   btPointCollector found;
   detector.getClosestPoints(input, found, nullptr);
   if (!found.m_hasResult || !std::isfinite(found.m_distance)) return std::nullopt;
+  const double length = found.m_normalOnBInWorld.length();
+  if (!(std::abs(length - 1) < 1e-3)) return std::nullopt;  // a degenerate direction
+  const btVector3 normal = found.m_normalOnBInWorld / -length;
+  const double gap_m = ExtentGap_m(a, X_WA, b, X_WB, normal);
+  if (found.m_distance > kTouching_m && gap_m <= 0) return std::nullopt;
   PairDistance answer{.distance_m = found.m_distance,
                       .point_b = FromBullet(found.m_pointInWorld),
-                      .normal = -FromBullet(found.m_normalOnBInWorld)};
-  const double length = answer.normal.norm();
-  if (!(std::abs(length - 1) < 1e-3)) return std::nullopt;  // a degenerate direction
-  answer.normal /= length;
+                      .normal = FromBullet(normal)};
   answer.point_a = answer.point_b - answer.distance_m * answer.normal;
+  answer.bound_m = std::max(0.0, answer.distance_m - gap_m) + kWitnessBound_m;
+  answer.trust = answer.distance_m > kTouching_m ? Trust::kBounded : Trust::kDegraded;
   return answer;
 }
 
@@ -100,8 +114,7 @@ PairDistance ConvexDistance(const BulletForm& a, const Pose& X_WA, const BulletF
     return piece.value_or(PairDistance{});
   });
   if (failed) return WithoutBullet(a, X_WA, b, X_WB);
-  answer.bound_m = a.shape.bound_m + b.shape.bound_m + kSeparatedBound_m;
-  answer.trust = answer.distance_m > kTouching_m ? Trust::kBounded : Trust::kDegraded;
+  answer.bound_m += a.shape.bound_m + b.shape.bound_m;
   if (answer.distance_m < 0 && count_a * count_b > 1) {
     WidenToUnion(answer, OverlapBound(*a.solid, X_WA, *b.solid, X_WB));
   }
@@ -179,7 +192,7 @@ PairDistance MeshDistance(const BulletForm& a, const Pose& X_WA, const BulletFor
     return NearestOnMesh(a.shape.pieces[i], X_WA, *m.shape.mesh, X_WM, max_distance_m);
   });
   if (answer.distance_m <= 0) return OverlapBound(*a.solid, X_WA, *m.solid, X_WM);
-  answer.bound_m = a.shape.bound_m + kSeparatedBound_m;
+  answer.bound_m += a.shape.bound_m;
   answer.trust = m.solid->is_open() ? Trust::kSurfaceOnly : Trust::kBounded;
   return answer;
 }

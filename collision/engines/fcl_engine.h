@@ -1,12 +1,14 @@
-// FCL 0.7.0 behind a whitelist. It answers what the exact kernels do not (convex and mesh pairs)
-// and serves as a referee for the rest. What was found wrong in it, and is walled off here:
+// FCL 0.7.0 behind a whitelist: a referee for yes and no and for separated distance. What was found
+// wrong in it, and is walled off here:
 //   - pairs without a solver jump through a null pointer (Box-Halfspace distance, Convex-Plane):
 //     the table of trust never passes them on;
+//   - signed distance (EPA) throws near touching, and where it does not, an assertion may end the
+//     process (Debian builds the library with assertions on): never asked. What FCL finds
+//     overlapping is measured by the exact kernels;
+//   - unsigned distance of what overlaps is -1, of overlapping meshes 0: it counts only where it is
+//     positive;
 //   - collide() measures depth along the centre ray, up to 100 % too deep: yes and no only;
-//   - unsigned distance of overlapping spheres is -1, signed distance of overlapping meshes is 0:
-//     unsigned distance counts only where it is positive;
-//   - signed distance throws near touching: caught, and the exact kernels or a bound answer;
-//   - meshes are surfaces: containment is tested beside it;
+//   - meshes are surfaces: containment is tested beside them, their depth is a bound;
 //   - computeAABB takes the bounding sphere: broadphase/ is our own.
 #pragma once
 

@@ -38,11 +38,4 @@ inline void WidenToUnion(PairDistance& answer, const PairDistance& overlap_bound
   answer.trust = std::max(answer.trust, Trust::kBounded);
 }
 
-// A direction from A to B where the witnesses are too near to tell one (touching).
-inline Vector3 DirectionBetween(const Vector3& centre_a, const Vector3& centre_b) {
-  const Vector3 d = centre_b - centre_a;
-  const double length = d.norm();
-  return length > 0 ? Vector3(d / length) : Vector3(Vector3::UnitZ());
-}
-
 }  // namespace cwm::collision
