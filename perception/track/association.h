@@ -30,7 +30,8 @@ struct Association {
     kAdd,       // new
     kRemove,    // rays pass through where it was
     kOcclude,   // hidden now: stays, its state becomes OCCLUDED
-    kExplained  // detected, but a user's object explains it: nothing is made of it
+    kExplained  // detected, but a user's object explains it, or known objects that are still there
+                // do (this scan was cut into other pieces): nothing is made of it
   };
   What what = What::kKeep;
   int known = -1;                // index into known; -1 for kAdd and kExplained
@@ -40,7 +41,10 @@ struct Association {
 };
 
 // Every known object that the user does not own, and every support and object of the scene, appears
-// exactly once. Known objects outside the sensor's view are kept.
+// exactly once. Known objects outside the sensor's view are kept. A kKeep without support and
+// object is one for which nothing was detected, but rays end on it or say nothing of it. For all
+// but kMove, X_WO is the known pose (identity where nothing is known). Deterministic; ties go by
+// name.
 std::vector<Association> Associate(const std::vector<KnownObject>& known,
                                    const SceneInterpretation& scene, const PointCloud& cloud,
                                    const SensorNoise& noise);

@@ -1,0 +1,106 @@
+#include "perception/track/alignment.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+namespace cwm::perception {
+namespace {
+
+constexpr int kIterations = 20;
+constexpr double kGateShrink = 0.8;  // per iteration: from 30 mm to 7 mm in seven
+// Of the weight that all points together give to one direction. A direction that less than a
+// thousandth of them determine moves slowly: noise does not turn a can.
+constexpr double kDamping = 0.001;
+
+using Vector6 = Eigen::Matrix<double, 6, 1>;
+using Matrix6 = Eigen::Matrix<double, 6, 6>;
+
+struct Normals {
+  Matrix6 information = Matrix6::Zero();
+  Vector6 pull = Vector6::Zero();
+  double weight = 0;
+};
+
+struct Lever {
+  Vector3 center_W = Vector3::Zero();
+  double length_m = 1;  // makes turns comparable to shifts
+};
+
+Lever LeverOf(const std::vector<Eigen::Vector3f>& points_W) {
+  Lever lever;
+  for (const Eigen::Vector3f& p : points_W) lever.center_W += p.cast<double>();
+  lever.center_W /= static_cast<double>(points_W.size());
+  double squares = 0;
+  for (const Eigen::Vector3f& p : points_W) {
+    squares += (p.cast<double>() - lever.center_W).squaredNorm();
+  }
+  lever.length_m = std::max(0.001, std::sqrt(squares / static_cast<double>(points_W.size())));
+  return lever;
+}
+
+Normals Linearise(const std::vector<Eigen::Vector3f>& points_W, const ModelSurface& surface,
+                  const Pose& X_WO, const Lever& lever, double gate_m) {
+  Normals sums;
+  const Pose X_OW = X_WO.inverse();
+  for (const Eigen::Vector3f& point : points_W) {
+    const Vector3 p_W = point.cast<double>();
+    const auto nearest = surface.Nearest(X_OW * p_W);
+    if (!nearest || std::abs(nearest->signed_distance_m) >= gate_m) continue;
+    const double share = nearest->signed_distance_m / gate_m;
+    const double weight = (1 - share * share) * (1 - share * share);  // Tukey's biweight
+    const Vector3 normal_W = X_WO.linear() * nearest->normal;
+    Vector6 row;  // how the distance shrinks when the object shifts and turns about the centre
+    row << normal_W, (p_W - lever.center_W).cross(normal_W) / lever.length_m;
+    sums.information += weight * row * row.transpose();
+    sums.pull += weight * nearest->signed_distance_m * row;
+    sums.weight += weight;
+  }
+  return sums;
+}
+
+Pose Moved(const Pose& X_WO, const Vector6& step, const Lever& lever) {
+  const Vector3 turn = step.tail<3>() / lever.length_m;
+  const double angle_rad = turn.norm();
+  Pose moved = X_WO;
+  moved.translation() += step.head<3>();
+  if (angle_rad == 0) return moved;
+  const Matrix3 rotation = Eigen::AngleAxisd(angle_rad, turn / angle_rad).toRotationMatrix();
+  const Vector3 arm = X_WO.translation() - lever.center_W;
+  moved.translation() = lever.center_W + rotation * arm + step.head<3>();
+  // Through a quaternion, so that rounding does not pile up.
+  moved.linear() = Quaternion(rotation * X_WO.linear()).normalized().toRotationMatrix();
+  return moved;
+}
+
+}  // namespace
+
+double MeanDistance_m(const std::vector<Eigen::Vector3f>& points_W, const ModelSurface& surface,
+                      const Pose& X_WO) {
+  const Pose X_OW = X_WO.inverse();
+  double sum_m = 0;
+  for (const Eigen::Vector3f& p : points_W) {
+    const auto nearest = surface.Nearest(X_OW * p.cast<double>());
+    const double distance_m = nearest ? std::abs(nearest->signed_distance_m) : kAlignmentReach_m;
+    sum_m += std::min(distance_m, kAlignmentReach_m);
+  }
+  return sum_m / static_cast<double>(points_W.size());
+}
+
+Pose Align(const std::vector<Eigen::Vector3f>& points_W, const ModelSurface& surface,
+           const Pose& X_WO_guess, double gate_m) {
+  if (points_W.empty()) return X_WO_guess;
+  const Lever lever = LeverOf(points_W);
+  Pose X_WO = X_WO_guess;
+  double current_gate_m = std::max(gate_m, kAlignmentReach_m);
+  for (int i = 0; i < kIterations; ++i) {
+    const Normals sums = Linearise(points_W, surface, X_WO, lever, current_gate_m);
+    if (!(sums.weight > 0)) return X_WO;
+    const Matrix6 damped = sums.information + kDamping * sums.weight * Matrix6::Identity();
+    X_WO = Moved(X_WO, damped.ldlt().solve(sums.pull), lever);
+    current_gate_m = std::max(gate_m, kGateShrink * current_gate_m);
+  }
+  return X_WO;
+}
+
+}  // namespace cwm::perception

@@ -1,0 +1,56 @@
+// The surface of a known object's model, prepared for two questions: how far is a point from it,
+// and where are samples of it.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <optional>
+#include <unordered_map>
+#include <vector>
+
+#include "collision/geometry/aabb.h"
+#include "collision/geometry/hybrid_model.h"
+#include "collision/geometry/signed_distance.h"
+
+namespace cwm::perception {
+
+// A point of a surface in the object's frame, standing for an area of it.
+struct SurfaceSample {
+  Vector3 p_O = Vector3::Zero();
+  Vector3 normal_O = Vector3::UnitZ();  // outward
+  bool two_sided = false;               // of an open mesh: either side may be seen
+};
+
+// Immutable. Distances are exact; the triangles of all meshes lie in a hash of cells, so that a
+// question costs the same for a large mesh as for a small one.
+class ModelSurface {
+ public:
+  // Distances beyond `reach_m` (positive) are not looked for in meshes. The model must outlive
+  // this.
+  ModelSurface(const HybridModel& model, double reach_m);
+
+  // The nearest point over all parts, by unsigned distance. Nothing when only meshes could be near
+  // and none is within reach.
+  std::optional<SurfacePoint> Nearest(const Vector3& p_O) const;
+
+  // Samples evenly over all parts, about `count` of them. Deterministic.
+  std::vector<SurfaceSample> Samples(int count) const;
+
+ private:
+  struct MeshTriangle {
+    Vector3 a, b, c;
+  };
+
+  void AddMesh(const TriangleMesh& mesh, const Pose& X_OM);
+  void AddTriangle(const MeshTriangle& triangle);
+  static std::int64_t Key(const Eigen::Vector3i& cell);
+  Eigen::Vector3i CellOf(const Vector3& p_O) const;
+
+  const HybridModel& model_;
+  double reach_m_;
+  std::vector<MeshTriangle> triangles_;
+  std::vector<std::uint32_t> large_;  // triangles that would fill too many cells
+  std::unordered_map<std::int64_t, std::vector<std::uint32_t>> cells_;
+};
+
+}  // namespace cwm::perception

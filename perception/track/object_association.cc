@@ -1,0 +1,191 @@
+#include "perception/track/object_association.h"
+
+#include <algorithm>
+#include <map>
+#include <string>
+#include <utility>
+
+#include "perception/track/alignment.h"
+#include "perception/track/object_evidence.h"
+#include "perception/track/ray_judgement.h"
+#include "perception/track/relocation.h"
+
+namespace cwm::perception {
+namespace {
+
+using What = Association::What;
+
+// A known object that explains less of a detection is beside it, not in its place.
+constexpr double kSamePlaceShare = 0.25;
+
+struct Pair {
+  int known = 0;     // into KnownEvidence
+  int detected = 0;  // into DetectedEvidence
+  double score = 0;
+};
+
+// The steps take known objects and detections off the lists, the surest first.
+class ObjectMatcher {
+ public:
+  ObjectMatcher(const std::vector<KnownObject>& known, const SceneInterpretation& scene,
+                const ScanEvidence& scan)
+      : objects_(known), scan_(scan), evidence_(known, scene, scan) {
+    known_taken_.assign(evidence_.known.size(), 0);
+    detected_taken_.assign(evidence_.detected.size(), 0);
+  }
+
+  std::vector<Association> Match() {
+    ExplainByUsers();
+    KeepUnchanged();
+    ExplainPieces();
+    MoveDisplaced();
+    ReplaceChanged();
+    AddNew();
+    JudgeUnseen();
+    return std::move(result_);
+  }
+
+ private:
+  void Take(What what, const Pair& pair, const Pose& X_WO) {
+    known_taken_[pair.known] = detected_taken_[pair.detected] = 1;
+    result_.push_back({.what = what,
+                       .known = evidence_.known[pair.known].index,
+                       .object = evidence_.detected[pair.detected].index,
+                       .X_WO = X_WO});
+  }
+
+  void TakeDetected(What what, int detected) {
+    detected_taken_[detected] = 1;
+    result_.push_back({.what = what, .object = evidence_.detected[detected].index});
+  }
+
+  const std::string& NameOf(int known) const { return objects_[evidence_.known[known].index].name; }
+
+  // Best first; ties by name, then by the order of the scene.
+  void Sort(std::vector<Pair>& pairs) const {
+    std::sort(pairs.begin(), pairs.end(), [&](const Pair& a, const Pair& b) {
+      if (a.score != b.score) return a.score > b.score;
+      if (a.known != b.known) return NameOf(a.known) < NameOf(b.known);
+      return a.detected < b.detected;
+    });
+  }
+
+  template <class Use>
+  void ForFreePairs(std::vector<Pair> pairs, const Use& use) {
+    Sort(pairs);
+    for (const Pair& pair : pairs) {
+      if (!known_taken_[pair.known] && !detected_taken_[pair.detected]) use(pair);
+    }
+  }
+
+  void ExplainByUsers() {
+    for (int d = 0; d < DetectedCount(); ++d) {
+      if (evidence_.UserShare(d) >= kExplainedShare) TakeDetected(What::kExplained, d);
+    }
+  }
+
+  void KeepUnchanged() {
+    std::vector<Pair> pairs;
+    for (int k = 0; k < KnownCount(); ++k) {
+      for (int d = 0; d < DetectedCount(); ++d) {
+        const PlacedFit* fit = evidence_.FitInPlace(k, d);
+        if (fit == nullptr || !evidence_.IsAsGoodAsDetected(*fit, d)) continue;
+        pairs.push_back({k, d, fit->Score()});
+      }
+    }
+    ForFreePairs(std::move(pairs), [&](const Pair& pair) {
+      Take(What::kKeep, pair, evidence_.known[pair.known].X_WO);
+    });
+  }
+
+  // What known objects that are still there explain together makes nothing new: this scan was
+  // merely cut into other pieces.
+  void ExplainPieces() {
+    for (int d = 0; d < DetectedCount(); ++d) {
+      if (detected_taken_[d]) continue;
+      if (evidence_.StandingShare(d) >= kExplainedShare) TakeDetected(What::kExplained, d);
+    }
+  }
+
+  bool MayHaveMoved(int k, int d) const {
+    const KnownEvidence& known = evidence_.known[k];
+    if (known.kind != KnownObject::Kind::kObject ||
+        evidence_.detected[d].kind != DetectedKind::kObject) {
+      return false;
+    }
+    const PlacedFit* fit = evidence_.FitInPlace(k, d);
+    const bool overlaps = fit != nullptr && fit->explained_share > 0;
+    return overlaps || JudgeByRays(known.sights) == What::kRemove;
+  }
+
+  void MoveDisplaced() {
+    std::vector<Pair> pairs;
+    std::vector<Pose> poses;
+    for (int k = 0; k < KnownCount(); ++k) {
+      if (known_taken_[k]) continue;
+      for (int d = 0; d < DetectedCount(); ++d) {
+        if (detected_taken_[d] || !MayHaveMoved(k, d)) continue;
+        const auto place = Relocate(evidence_, k, d, scan_);
+        if (!place) continue;
+        pairs.push_back({k, d, place->fit.Score()});
+        moved_[{k, d}] = place->X_WO;
+      }
+    }
+    ForFreePairs(std::move(pairs), [&](const Pair& pair) {
+      const Pose& X_WO = moved_.at({pair.known, pair.detected});
+      const Pose& X_WO_old = evidence_.known[pair.known].X_WO;
+      const bool at_rest = evidence_.LargestShift_m(pair.known, X_WO) < kSmallestMove_m;
+      Take(at_rest ? What::kKeep : What::kMove, pair, at_rest ? X_WO_old : X_WO);
+    });
+  }
+
+  void ReplaceChanged() {
+    std::vector<Pair> pairs;
+    for (int k = 0; k < KnownCount(); ++k) {
+      for (int d = 0; d < DetectedCount(); ++d) {
+        const PlacedFit* fit = evidence_.FitInPlace(k, d);
+        if (fit == nullptr || fit->explained_share < kSamePlaceShare) continue;
+        pairs.push_back({k, d, fit->Score()});
+      }
+    }
+    ForFreePairs(std::move(pairs), [&](const Pair& pair) {
+      Take(What::kReplace, pair, evidence_.known[pair.known].X_WO);
+    });
+  }
+
+  void AddNew() {
+    for (int d = 0; d < DetectedCount(); ++d) {
+      if (!detected_taken_[d]) TakeDetected(What::kAdd, d);
+    }
+  }
+
+  void JudgeUnseen() {
+    for (int k = 0; k < KnownCount(); ++k) {
+      if (known_taken_[k]) continue;
+      const KnownEvidence& known = evidence_.known[k];
+      result_.push_back(
+          {.what = JudgeByRays(known.sights), .known = known.index, .X_WO = known.X_WO});
+    }
+  }
+
+  int KnownCount() const { return static_cast<int>(evidence_.known.size()); }
+  int DetectedCount() const { return static_cast<int>(evidence_.detected.size()); }
+
+  const std::vector<KnownObject>& objects_;
+  const ScanEvidence& scan_;
+  ObjectEvidence evidence_;
+  std::vector<char> known_taken_;
+  std::vector<char> detected_taken_;
+  std::map<std::pair<int, int>, Pose> moved_;
+  std::vector<Association> result_;
+};
+
+}  // namespace
+
+std::vector<Association> AssociateObjects(const std::vector<KnownObject>& known,
+                                          const SceneInterpretation& scene,
+                                          const ScanEvidence& scan) {
+  return ObjectMatcher(known, scene, scan).Match();
+}
+
+}  // namespace cwm::perception

@@ -1,0 +1,217 @@
+#include "perception/track/object_evidence.h"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <utility>
+
+#include "perception/track/alignment.h"
+#include "perception/track/ray_judgement.h"
+
+namespace cwm::perception {
+namespace {
+
+// Shares to about 5 percent.
+constexpr int kSampleCount = 400;
+// Points are thinned to 4 mm: a seen surface has one within twice that, beside the noise.
+constexpr double kPointDistance_m = 0.008;
+// The detection's own model is fitted to these very points; a known one may explain a tenth less.
+constexpr double kOwnAdvantage = 0.1;
+constexpr double kFewestExplained = 0.25;
+// Completed parts may reach a little into seen free space.
+constexpr double kThroughShare = 0.25;
+constexpr double kSmallestReach_m = 0.01;
+
+const HybridModel& ModelOrEmpty(const std::shared_ptr<const HybridModel>& model) {
+  static const HybridModel kEmpty;
+  return model ? *model : kEmpty;
+}
+
+void Merge(const std::vector<char>& mask, std::vector<char>& into) {
+  for (std::size_t i = 0; i < mask.size(); ++i) into[i] |= mask[i];
+}
+
+Aabb Inflated(const Aabb& bounds, double by_m) {
+  return {bounds.min() - Vector3::Constant(by_m), bounds.max() + Vector3::Constant(by_m)};
+}
+
+}  // namespace
+
+ObjectEvidence::ObjectEvidence(const std::vector<KnownObject>& known_objects,
+                               const SceneInterpretation& scene, const ScanEvidence& scan)
+    : scan_(scan), reach_m_(kSmallestReach_m) {
+  for (const DetectedSupport& support : scene.supports) {
+    const Aabb bounds = TightBounds(ModelOrEmpty(support.model), Pose::Identity());
+    supports_.push_back(
+        {.X_OW = support.X_WO.inverse(),
+         .area = {Vector2(bounds.min().head<2>()), Vector2(bounds.max().head<2>())}});
+  }
+  for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+    AddDetected(scene.objects[i], static_cast<int>(i));
+  }
+  for (std::size_t i = 0; i < known_objects.size(); ++i) {
+    const KnownObject& object = known_objects[i];
+    if (object.owned_by_user || object.kind == KnownObject::Kind::kSupport) continue;
+    AddKnown(object, static_cast<int>(i));
+  }
+  MarkUsers(known_objects);
+  MarkStanding(known_objects);
+}
+
+void ObjectEvidence::AddDetected(const DetectedObject& object, int index) {
+  const HybridModel& model = ModelOrEmpty(object.model);
+  const ModelSurface surface(model, kAlignmentReach_m);
+  const std::vector<SurfaceSample> samples = surface.Samples(kSampleCount);
+  std::vector<Eigen::Vector3f> points_W;
+  for (const Eigen::Vector3f& p : object.points_W) {
+    if (p.allFinite()) points_W.push_back(p);
+  }
+  if (points_W.empty()) {  // a detection without points is known by its surface
+    for (const SurfaceSample& sample : samples) {
+      if (scan_.FacesSensor(sample, object.X_WO)) {
+        points_W.push_back((object.X_WO * sample.p_O).cast<float>());
+      }
+    }
+  }
+  DetectedPoints points = scan_.Index(std::move(points_W));
+  for (const double gate_m : points.gates_m) reach_m_ = std::max(reach_m_, gate_m);
+  for (const double tolerance_m : points.tolerances_m) reach_m_ = std::max(reach_m_, tolerance_m);
+  const auto own = Explained(points.points_W, points.gates_m, surface, object.X_WO);
+  detected.push_back({.index = index,
+                      .kind = object.kind,
+                      .X_WO = object.X_WO,
+                      .model = &model,
+                      .points = std::move(points),
+                      .own_share = ShareOf(own),
+                      .own_through_share = SightsOf(samples, object.X_WO).ThroughShare()});
+}
+
+void ObjectEvidence::AddKnown(const KnownObject& object, int index) {
+  const HybridModel& model = ModelOrEmpty(object.model);
+  const int k = static_cast<int>(known.size());
+  known.push_back({.index = index,
+                   .kind = object.kind,
+                   .X_WO = object.X_WO,
+                   .model = &model,
+                   .surface = ModelSurface(model, reach_m_),
+                   .samples = {},
+                   .sights = {}});
+  KnownEvidence& added = known.back();
+  added.samples = added.surface.Samples(kSampleCount);
+  added.sights = SightsOf(added.samples, object.X_WO);
+  const Aabb bounds_W = Inflated(TightBounds(model, object.X_WO), reach_m_);
+  for (int d = 0; d < static_cast<int>(detected.size()); ++d) {
+    const DetectedPoints& points = detected[d].points;
+    if (!bounds_W.intersects(points.bounds_W)) continue;
+    in_place_[{k, d}] = {
+        .fit = FitAt(k, object.X_WO, d),
+        .explained = Explained(points.points_W, points.gates_m, added.surface, object.X_WO)};
+  }
+}
+
+// A support that is part of the scan lies behind many samples near an object's foot, so close that
+// rays seem to hit them: these say nothing of the object.
+bool ObjectEvidence::OnSupport(const Vector3& p_W) const {
+  const double tolerance_m = scan_.Tolerance_m(p_W);
+  return std::any_of(supports_.begin(), supports_.end(), [&](const SupportFace& face) {
+    const Vector3 p = face.X_OW * p_W;
+    return std::abs(p.z()) <= tolerance_m && face.area.contains(Vector2(p.head<2>()));
+  });
+}
+
+SightCounts ObjectEvidence::SightsOf(const std::vector<SurfaceSample>& samples,
+                                     const Pose& X_WO) const {
+  SightCounts above;
+  SightCounts all;
+  for (const SurfaceSample& sample : samples) {
+    if (!scan_.FacesSensor(sample, X_WO)) continue;
+    const Vector3 p_W = X_WO * sample.p_O;
+    const Sight sight = scan_.Look(p_W);
+    all.Add(sight);
+    if (!OnSupport(p_W)) above.Add(sight);
+  }
+  return above.informed() > 0 ? above : all;  // all of something very flat lies on its support
+}
+
+PlacedFit ObjectEvidence::FitAt(int k, const Pose& X_WO, int d) const {
+  const KnownEvidence& object = known[k];
+  const DetectedPoints& points = detected[d].points;
+  PlacedFit fit{
+      .explained_share = ShareOf(Explained(points.points_W, points.gates_m, object.surface, X_WO)),
+      .covered_share = 0,
+      .through_share = SightsOf(object.samples, X_WO).ThroughShare()};
+  std::vector<char> covered;
+  for (const SurfaceSample& sample : object.samples) {
+    const Vector3 p_W = X_WO * sample.p_O;
+    if (!scan_.FacesSensor(sample, X_WO) || scan_.Look(p_W) != Sight::kHit) continue;
+    covered.push_back(points.AnyWithin(p_W, std::max(kPointDistance_m, scan_.Gate_m(p_W))));
+  }
+  fit.covered_share = ShareOf(covered);
+  return fit;
+}
+
+const PlacedFit* ObjectEvidence::FitInPlace(int k, int d) const {
+  const auto found = in_place_.find({k, d});
+  return found == in_place_.end() ? nullptr : &found->second.fit;
+}
+
+bool ObjectEvidence::IsAsGoodAsDetected(const PlacedFit& fit, int d) const {
+  const DetectedEvidence& detection = detected[d];
+  const double as_own = std::max(detection.own_share - kOwnAdvantage,
+                                 std::min(detection.own_share, kFewestExplained));
+  return fit.explained_share > 0 && fit.explained_share >= std::min(kExplainedShare, as_own) &&
+         fit.through_share <= std::max(kThroughShare, detection.own_through_share + kOwnAdvantage);
+}
+
+void ObjectEvidence::MarkUsers(const std::vector<KnownObject>& objects) {
+  for (const DetectedEvidence& detection : detected) {
+    by_users_.emplace_back(detection.points.points_W.size(), 0);
+  }
+  for (const KnownObject& object : objects) {
+    if (!object.owned_by_user) continue;
+    const HybridModel& model = ModelOrEmpty(object.model);
+    const ModelSurface surface(model, reach_m_);
+    const Aabb bounds_W = Inflated(TightBounds(model, object.X_WO), reach_m_);
+    for (std::size_t d = 0; d < detected.size(); ++d) {
+      const DetectedPoints& points = detected[d].points;
+      if (!bounds_W.intersects(points.bounds_W)) continue;
+      Merge(Explained(points.points_W, points.tolerances_m, surface, object.X_WO), by_users_[d]);
+    }
+  }
+}
+
+void ObjectEvidence::MarkStanding(const std::vector<KnownObject>& objects) {
+  by_standing_ = by_users_;
+  for (const auto& [pair, in_place] : in_place_) {
+    if (JudgeByRays(known[pair.first].sights) != Association::What::kKeep) continue;
+    Merge(in_place.explained, by_standing_[pair.second]);
+  }
+  // What is left over of a support explains residual geometry, but no flat object that lies on it.
+  for (const KnownObject& object : objects) {
+    if (object.owned_by_user || object.kind != KnownObject::Kind::kSupport) continue;
+    const HybridModel& model = ModelOrEmpty(object.model);
+    const ModelSurface surface(model, reach_m_);
+    const Aabb bounds_W = Inflated(TightBounds(model, object.X_WO), reach_m_);
+    for (std::size_t d = 0; d < detected.size(); ++d) {
+      const DetectedPoints& points = detected[d].points;
+      const bool residual = detected[d].kind == DetectedKind::kResidual;
+      if (!residual || !bounds_W.intersects(points.bounds_W)) continue;
+      Merge(Explained(points.points_W, points.gates_m, surface, object.X_WO), by_standing_[d]);
+    }
+  }
+}
+
+double ObjectEvidence::UserShare(int d) const { return ShareOf(by_users_[d]); }
+
+double ObjectEvidence::StandingShare(int d) const { return ShareOf(by_standing_[d]); }
+
+double ObjectEvidence::LargestShift_m(int k, const Pose& X_WO) const {
+  double largest_m = 0;
+  for (const SurfaceSample& sample : known[k].samples) {
+    const Vector3 shift = X_WO * sample.p_O - known[k].X_WO * sample.p_O;
+    largest_m = std::max(largest_m, shift.norm());
+  }
+  return largest_m;
+}
+
+}  // namespace cwm::perception

@@ -1,0 +1,100 @@
+// Every known object against every detection of a scan: who explains whose points, and what rays
+// say.
+#pragma once
+
+#include <map>
+#include <utility>
+#include <vector>
+
+#include "perception/track/association.h"
+#include "perception/track/model_surface.h"
+#include "perception/track/scan_evidence.h"
+
+namespace cwm::perception {
+
+// A detection of which this share is explained by what is known already is nothing new.
+inline constexpr double kExplainedShare = 0.8;
+
+// Smaller displacements may be the warp of two scans: 3 * sqrt(2) * 1.3 mm.
+inline constexpr double kSmallestMove_m = 0.0055;
+
+// A known object that the user does not own and that is no support.
+struct KnownEvidence {
+  int index = 0;  // into the list of known objects
+  KnownObject::Kind kind = KnownObject::Kind::kObject;
+  Pose X_WO = Pose::Identity();
+  const HybridModel* model = nullptr;  // never null
+  ModelSurface surface;
+  std::vector<SurfaceSample> samples;
+  SightCounts sights;  // at X_WO
+};
+
+struct DetectedEvidence {
+  int index = 0;  // into the scene's objects
+  DetectedKind kind = DetectedKind::kObject;
+  Pose X_WO = Pose::Identity();
+  const HybridModel* model = nullptr;  // never null
+  DetectedPoints points;
+  double own_share = 0;          // of its points that its own model explains
+  double own_through_share = 0;  // of the visible part of its own model
+};
+
+// A known object's model at some place against a detection.
+struct PlacedFit {
+  double explained_share = 0;  // of the detection's points
+  double covered_share = 0;    // of the model's seen surface, by the detection's points
+  double through_share = 0;    // of the model's visible surface, by rays
+
+  // Like intersection over union: the smaller share of the two counts. An object of which little is
+  // seen still scores above none.
+  double Score() const { return explained_share * (0.1 + covered_share); }
+};
+
+class ObjectEvidence {
+ public:
+  // All arguments must outlive this.
+  ObjectEvidence(const std::vector<KnownObject>& known, const SceneInterpretation& scene,
+                 const ScanEvidence& scan);
+
+  std::vector<KnownEvidence> known;
+  std::vector<DetectedEvidence> detected;
+
+  // The known object where it was; null when it is far away from the detection.
+  const PlacedFit* FitInPlace(int k, int d) const;
+  PlacedFit FitAt(int k, const Pose& X_WO, int d) const;
+
+  // The known model explains the detection within noise, or at least about as well as the model
+  // that was made of the detection itself: there is no reason for another model.
+  bool IsAsGoodAsDetected(const PlacedFit& fit, int d) const;
+
+  double UserShare(int d) const;      // of d's points, explained by users' objects
+  double StandingShare(int d) const;  // by users' and by known objects that are still there
+  // Of any sampled point of the surface, between the old place and this one.
+  double LargestShift_m(int k, const Pose& X_WO) const;
+
+ private:
+  struct SupportFace {
+    Pose X_OW = Pose::Identity();
+    Eigen::AlignedBox2d area;
+  };
+  struct InPlace {
+    PlacedFit fit;
+    std::vector<char> explained;  // per point of the detection
+  };
+
+  void AddDetected(const DetectedObject& object, int index);
+  void AddKnown(const KnownObject& object, int index);
+  void MarkUsers(const std::vector<KnownObject>& objects);
+  void MarkStanding(const std::vector<KnownObject>& objects);
+  bool OnSupport(const Vector3& p_W) const;
+  SightCounts SightsOf(const std::vector<SurfaceSample>& samples, const Pose& X_WO) const;
+
+  const ScanEvidence& scan_;
+  std::vector<SupportFace> supports_;
+  double reach_m_ = 0;  // the largest gate or tolerance of all points
+  std::map<std::pair<int, int>, InPlace> in_place_;
+  std::vector<std::vector<char>> by_users_;     // per detection, per point
+  std::vector<std::vector<char>> by_standing_;  // per detection, per point
+};
+
+}  // namespace cwm::perception

@@ -1,0 +1,108 @@
+#include "perception/track/relocation.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
+#include <vector>
+
+#include "perception/track/alignment.h"
+
+namespace cwm::perception {
+namespace {
+
+constexpr int kTurns = 12;   // guesses about the vertical, 30 degrees apart
+constexpr int kRefined = 3;  // of the guesses, the nearest ones
+constexpr int kAlignedPoints = 300;
+// Of the model's seen surface at the new place the detection must cover this much.
+constexpr double kFewestCovered = 0.5;
+// Turned guesses must score better than the known orientation by this much: noise does not spin a
+// can.
+constexpr double kTurnMargin = 0.03;
+// Objects of other radii are other objects: five times the p95 of a fitted radius under Kinect
+// noise.
+constexpr double kRadiusTolerance_m = 0.008;
+// Sizes of bounds may differ by this factor: parts of one object are hidden now and then.
+constexpr double kSizeFactor = 2;
+
+std::vector<Eigen::Vector3f> Subsample(const std::vector<Eigen::Vector3f>& points) {
+  const std::size_t step = std::max<std::size_t>(1, points.size() / kAlignedPoints);
+  std::vector<Eigen::Vector3f> some;
+  for (std::size_t i = 0; i < points.size(); i += step) some.push_back(points[i]);
+  return some;
+}
+
+// The radius of the model's main shape where it is round.
+std::optional<double> MainRadius_m(const HybridModel& model) {
+  const ShapePart* main = nullptr;
+  int most_inliers = -1;
+  for (const ShapePart& part : model.shapes) {
+    const int inliers = part.fit ? part.fit->inlier_count : 0;
+    if (inliers <= most_inliers) continue;
+    most_inliers = inliers;
+    main = &part;
+  }
+  if (main == nullptr) return std::nullopt;
+  if (const auto* sphere = std::get_if<Sphere>(&main->shape)) return sphere->radius_m;
+  if (const auto* cylinder = std::get_if<Cylinder>(&main->shape)) return cylinder->radius_m;
+  return std::nullopt;
+}
+
+bool SizesAgree(const HybridModel& known, const HybridModel& detected) {
+  const auto known_m = MainRadius_m(known);
+  const auto detected_m = MainRadius_m(detected);
+  if (known_m && detected_m && std::abs(*known_m - *detected_m) > kRadiusTolerance_m) return false;
+  const double size_m = TightBounds(known, Pose::Identity()).diagonal().norm();
+  const double other_m = TightBounds(detected, Pose::Identity()).diagonal().norm();
+  return size_m < kSizeFactor * other_m && other_m < kSizeFactor * size_m;
+}
+
+// The known orientation turned about the vertical, standing in the middle of the detection's
+// bounds; then the detection's own frame, which follows the same rules as the known one did.
+std::vector<Pose> Guesses(const KnownEvidence& known, const DetectedEvidence& detected) {
+  const Aabb target = TightBounds(*detected.model, detected.X_WO);
+  std::vector<Pose> guesses;
+  for (int i = 0; i < kTurns; ++i) {
+    const double angle_rad = 2 * std::numbers::pi * i / kTurns;
+    Pose X_WO = known.X_WO;
+    X_WO.linear() = Eigen::AngleAxisd(angle_rad, Vector3::UnitZ()) * known.X_WO.linear();
+    const Aabb bounds = TightBounds(*known.model, X_WO);
+    Vector3 shift = target.center() - bounds.center();
+    shift.z() = target.min().z() - bounds.min().z();
+    X_WO.translation() += shift;
+    guesses.push_back(X_WO);
+  }
+  guesses.push_back(detected.X_WO);
+  return guesses;
+}
+
+}  // namespace
+
+std::optional<Relocation> Relocate(const ObjectEvidence& evidence, int k, int d,
+                                   const ScanEvidence& scan) {
+  const KnownEvidence& known = evidence.known[k];
+  const DetectedEvidence& detected = evidence.detected[d];
+  if (detected.points.points_W.empty() || !SizesAgree(*known.model, *detected.model)) {
+    return std::nullopt;
+  }
+  const ModelSurface surface(*known.model, kAlignmentReach_m);
+  const std::vector<Eigen::Vector3f> points_W = Subsample(detected.points.points_W);
+  const double gate_m = scan.Gate_m(detected.X_WO.translation());
+  std::vector<std::pair<double, Pose>> ranked;
+  for (const Pose& guess : Guesses(known, detected)) {
+    ranked.emplace_back(MeanDistance_m(points_W, surface, guess), guess);
+  }
+  // The known orientation is always tried, and first.
+  std::stable_sort(ranked.begin() + 1, ranked.end(),
+                   [](const auto& a, const auto& b) { return a.first < b.first; });
+  std::optional<Relocation> best;
+  for (int i = 0; i <= kRefined; ++i) {
+    const Pose X_WO = Align(points_W, surface, ranked[i].second, gate_m);
+    const PlacedFit fit = evidence.FitAt(k, X_WO, d);
+    if (!evidence.IsAsGoodAsDetected(fit, d) || fit.covered_share < kFewestCovered) continue;
+    if (!best || fit.Score() > best->fit.Score() + kTurnMargin) best = {X_WO, fit};
+  }
+  return best;
+}
+
+}  // namespace cwm::perception

@@ -1,0 +1,58 @@
+// What one scan says about a surface: which points it explains, and which of it rays see, miss or
+// pass through.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "collision/geometry/aabb.h"
+#include "perception/cloud/sensor_noise.h"
+#include "perception/cloud/voxel_grid.h"
+#include "perception/track/model_surface.h"
+#include "perception/track/range_view.h"
+
+namespace cwm::perception {
+
+// Measured points of one detection, indexed by place. Finite.
+struct DetectedPoints {
+  std::vector<Eigen::Vector3f> points_W;
+  std::vector<double> gates_m;       // per point: ScanEvidence::Gate_m
+  std::vector<double> tolerances_m;  // per point: ScanEvidence::Tolerance_m
+  VoxelGrid grid;
+  Aabb bounds_W;
+
+  bool AnyWithin(const Vector3& p_W, double distance_m) const;  // at most the grid's edge
+};
+
+// Immutable: one cloud, seen from one place.
+class ScanEvidence {
+ public:
+  ScanEvidence(const PointCloud& cloud, const Pose& X_WC, const SensorNoise& noise);
+
+  // Two measurements of one surface agree within this distance: three standard deviations of the
+  // noise of the one and of the slow warp of both.
+  double Gate_m(const Vector3& p_W) const;
+  // Within it a surface explains a point: max(10 mm, 3 sigma).
+  double Tolerance_m(const Vector3& p_W) const;
+
+  DetectedPoints Index(std::vector<Eigen::Vector3f> points_W) const;
+
+  bool FacesSensor(const SurfaceSample& sample, const Pose& X_WO) const;
+  Sight Look(const Vector3& p_W) const;
+
+ private:
+  Pose X_CW_;
+  Vector3 viewpoint_W_;
+  SensorNoise noise_;
+  RangeView view_;
+};
+
+// Per point: lies within its distance `within_m` of the surface placed at X_WO.
+std::vector<char> Explained(const std::vector<Eigen::Vector3f>& points_W,
+                            const std::vector<double>& within_m, const ModelSurface& surface,
+                            const Pose& X_WO);
+
+// Share of non-zero entries; 0 of none.
+double ShareOf(const std::vector<char>& mask);
+
+}  // namespace cwm::perception

@@ -1,0 +1,175 @@
+#include "perception/track/support_association.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <string>
+
+#include "perception/track/alignment.h"
+#include "perception/track/ray_judgement.h"
+
+namespace cwm::perception {
+namespace {
+
+using What = Association::What;
+
+constexpr double kSamplesAcross = 24;  // some hundred over a face: shares to a few percent
+// Of the smaller one's face: less is two tables that meet at a corner.
+constexpr double kSmallestOverlap = 0.3;
+constexpr double kExplainedShare = 0.8;
+// A support that is seen to be this much larger, and to hold all of the known one, replaces it.
+// The same view seen again differs by a few percent at the border.
+constexpr double kGrowth = 0.25;
+constexpr double kHeldShare = 0.8;
+// Rays through this much of what is visible of the face, more than through the detected one's own.
+constexpr double kShrinkage = 0.25;
+
+// The face of a support, sampled.
+struct Face {
+  int index = 0;  // into known, or into the scene's supports
+  Pose X_WP = Pose::Identity();
+  const Plate* plate = nullptr;
+  std::vector<Vector3> samples_W;
+  bool taken = false;
+};
+
+bool OnFace(const Plate& plate, const Vector2& p) {
+  return Contains(plate.outline, p) &&
+         std::none_of(plate.holes.begin(), plate.holes.end(),
+                      [&](const Polygon& hole) { return Contains(hole, p); });
+}
+
+std::optional<Face> FaceOf(int index, const Pose& X_WO, const HybridModel* model) {
+  if (model == nullptr) return std::nullopt;
+  for (const ShapePart& part : model->shapes) {
+    const Plate* plate = std::get_if<Plate>(&part.shape);
+    if (plate == nullptr) continue;
+    Face face{.index = index, .X_WP = X_WO * part.X_OS, .plate = plate, .samples_W = {}};
+    Eigen::AlignedBox2d bounds;
+    for (const Vector2& p : plate->outline) bounds.extend(p);
+    for (double u = 0.5; u < kSamplesAcross; ++u) {
+      for (double v = 0.5; v < kSamplesAcross; ++v) {
+        const Vector2 p =
+            bounds.min() + bounds.sizes().cwiseProduct(Vector2(u, v)) / kSamplesAcross;
+        if (OnFace(*plate, p)) face.samples_W.push_back(face.X_WP * Vector3(p.x(), p.y(), 0));
+      }
+    }
+    return face;
+  }
+  return std::nullopt;
+}
+
+// Share of the samples of `a` that lie in the face of `b`.
+double Within(const Face& a, const Face& b, const ScanEvidence& scan) {
+  if (a.samples_W.empty()) return 0;
+  const Pose X_PW = b.X_WP.inverse();
+  const auto count = std::count_if(a.samples_W.begin(), a.samples_W.end(), [&](const Vector3& p_W) {
+    const Vector3 p = X_PW * p_W;
+    return std::abs(p.z()) <= scan.Tolerance_m(p_W) && OnFace(*b.plate, p.head<2>());
+  });
+  return static_cast<double>(count) / static_cast<double>(a.samples_W.size());
+}
+
+SightCounts SightsOf(const Face& face, const ScanEvidence& scan) {
+  SightCounts counts;
+  for (const Vector3& p_W : face.samples_W) counts.Add(scan.Look(p_W));
+  return counts;
+}
+
+struct Match {
+  Face* known = nullptr;
+  Face* detected = nullptr;
+  double known_within = 0;     // share of the known face in the detected one
+  double detected_within = 0;  // and the other way round
+};
+
+What Judge(const Match& match, const ScanEvidence& scan) {
+  const bool grown = match.known_within >= kHeldShare && match.detected_within < 1 / (1 + kGrowth);
+  const double allowed = kShrinkage + SightsOf(*match.detected, scan).ThroughShare();
+  const bool shrunk = SightsOf(*match.known, scan).ThroughShare() > allowed;
+  return grown || shrunk ? What::kReplace : What::kKeep;
+}
+
+double UserExplains(const Face& face, const std::vector<KnownObject>& known,
+                    const ScanEvidence& scan) {
+  std::vector<char> explained(face.samples_W.size(), 0);
+  for (const KnownObject& object : known) {
+    if (!object.owned_by_user || object.model == nullptr) continue;
+    const ModelSurface surface(*object.model, kAlignmentReach_m);
+    const Pose X_OW = object.X_WO.inverse();
+    for (std::size_t i = 0; i < face.samples_W.size(); ++i) {
+      const Vector3& p_W = face.samples_W[i];
+      const auto nearest = surface.Nearest(X_OW * p_W);
+      explained[i] |= nearest && std::abs(nearest->signed_distance_m) <= scan.Tolerance_m(p_W);
+    }
+  }
+  return ShareOf(explained);
+}
+
+std::vector<Match> FindMatches(std::vector<Face>& known, std::vector<Face>& detected,
+                               const std::vector<KnownObject>& objects, const ScanEvidence& scan) {
+  std::vector<Match> matches;
+  for (Face& a : known) {
+    for (Face& b : detected) {
+      const Match match{&a, &b, Within(a, b, scan), Within(b, a, scan)};
+      if (std::max(match.known_within, match.detected_within) >= kSmallestOverlap) {
+        matches.push_back(match);
+      }
+    }
+  }
+  std::stable_sort(matches.begin(), matches.end(), [&](const Match& a, const Match& b) {
+    const double score_a = a.known_within + a.detected_within;
+    const double score_b = b.known_within + b.detected_within;
+    if (score_a != score_b) return score_a > score_b;
+    return objects[a.known->index].name < objects[b.known->index].name;
+  });
+  return matches;
+}
+
+}  // namespace
+
+std::vector<Association> AssociateSupports(const std::vector<KnownObject>& known,
+                                           const SceneInterpretation& scene,
+                                           const ScanEvidence& scan) {
+  std::vector<Association> result;
+  std::vector<Face> known_faces;
+  std::vector<Face> faces;
+  for (int i = 0; i < static_cast<int>(known.size()); ++i) {
+    if (known[i].owned_by_user || known[i].kind != KnownObject::Kind::kSupport) continue;
+    const auto face = FaceOf(i, known[i].X_WO, known[i].model.get());
+    known_faces.push_back(face.value_or(Face{.index = i, .samples_W = {}}));
+  }
+  for (int i = 0; i < static_cast<int>(scene.supports.size()); ++i) {
+    auto face = FaceOf(i, scene.supports[i].X_WO, scene.supports[i].model.get());
+    faces.push_back(face.value_or(Face{.index = i, .samples_W = {}}));
+    if (UserExplains(faces.back(), known, scan) < kExplainedShare) continue;
+    faces.back().taken = true;
+    result.push_back({.what = What::kExplained, .support = i});
+  }
+  const std::vector<Match> matches = FindMatches(known_faces, faces, known, scan);
+  for (const Match& match : matches) {
+    if (match.known->taken || match.detected->taken) continue;
+    match.known->taken = match.detected->taken = true;
+    result.push_back({.what = Judge(match, scan),
+                      .known = match.known->index,
+                      .support = match.detected->index,
+                      .X_WO = known[match.known->index].X_WO});
+  }
+  for (Face& face : faces) {
+    if (face.taken) continue;
+    // A piece of a known support that was seen in two pieces this time makes nothing new.
+    const bool is_piece = std::any_of(matches.begin(), matches.end(), [&](const Match& match) {
+      return match.detected == &face && match.detected_within >= kExplainedShare;
+    });
+    result.push_back({.what = is_piece ? What::kExplained : What::kAdd, .support = face.index});
+  }
+  for (const Face& face : known_faces) {
+    if (face.taken) continue;
+    result.push_back({.what = JudgeByRays(SightsOf(face, scan)),
+                      .known = face.index,
+                      .X_WO = known[face.index].X_WO});
+  }
+  return result;
+}
+
+}  // namespace cwm::perception
