@@ -99,11 +99,9 @@ absl::Status MakeError(absl::StatusCode code, std::string message, ErrorDetails 
 
 absl::Status InvalidField(std::string field, std::string description) {
   std::string message = absl::StrCat(field, ": ", description);
-  return MakeError(absl::StatusCode::kInvalidArgument, std::move(message),
-                   {.reason = "INVALID_FIELD",
-                    .fields = {{std::move(field), std::move(description)}},
-                    .metadata = {},
-                    .retry_after_s = {}});
+  return MakeError(
+      absl::StatusCode::kInvalidArgument, std::move(message),
+      {.reason = "INVALID_FIELD", .fields = {{std::move(field), std::move(description)}}});
 }
 
 ErrorDetails DetailsOf(const absl::Status& status) {

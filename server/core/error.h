@@ -20,9 +20,9 @@ struct FieldError {
 
 struct ErrorDetails {
   std::string reason;  // UPPER_SNAKE, e.g. "REVISION_MISMATCH", stable for programs
-  std::vector<FieldError> fields;
-  std::map<std::string, std::string> metadata;
-  std::optional<double> retry_after_s;  // overload
+  std::vector<FieldError> fields = {};
+  std::map<std::string, std::string> metadata = {};
+  std::optional<double> retry_after_s = {};  // overload
 };
 
 absl::Status MakeError(absl::StatusCode code, std::string message, ErrorDetails details);

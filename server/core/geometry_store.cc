@@ -97,13 +97,11 @@ class HashCache {
 };
 
 absl::Status TooLarge(std::string_view what, std::size_t size, std::int64_t limit) {
-  return MakeError(absl::StatusCode::kResourceExhausted,
-                   absl::StrCat("geometry: ", absl::string_view(what.data(), what.size()), " is ",
-                                size, ", must be at most ", limit),
-                   {.reason = "GEOMETRY_TOO_LARGE",
-                    .fields = {},
-                    .metadata = {{"limit", std::to_string(limit)}},
-                    .retry_after_s = {}});
+  return MakeError(
+      absl::StatusCode::kResourceExhausted,
+      absl::StrCat("geometry: ", absl::string_view(what.data(), what.size()), " is ", size,
+                   ", must be at most ", limit),
+      {.reason = "GEOMETRY_TOO_LARGE", .metadata = {{"limit", std::to_string(limit)}}});
 }
 
 // The counts that a mesh blob claims; InvalidArgument when its size does not bear them out.
@@ -156,8 +154,8 @@ absl::StatusOr<TriangleMesh> DecodeMesh(std::string_view bytes) {
                 mesh.triangles.size() * sizeof(TriangleMesh::Triangle));
   }
   if (const std::optional<Violation> violation = FindViolation(mesh)) {
-    return InvalidField("mesh." + violation->field,
-                        "is " + violation->value + ", " + violation->rule);
+    return InvalidField(absl::StrCat("mesh.", violation->field),
+                        absl::StrCat("is ", violation->value, ", ", violation->rule));
   }
   return mesh;
 }
@@ -293,10 +291,7 @@ absl::StatusOr<std::shared_ptr<const Blob>> GeometryStore::Get(std::string_view 
   if (mesh == nullptr) {
     return MakeError(absl::StatusCode::kNotFound,
                      absl::StrCat("hash: no geometry \"", key, "\" is known"),
-                     {.reason = "GEOMETRY_UNKNOWN",
-                      .fields = {},
-                      .metadata = {{"hash", key}},
-                      .retry_after_s = {}});
+                     {.reason = "GEOMETRY_UNKNOWN", .metadata = {{"hash", key}}});
   }
   return std::make_shared<const Blob>(
       Blob{.format = BlobFormat::kMeshF64, .bytes = EncodeMesh(*mesh), .mesh = mesh});

@@ -96,11 +96,13 @@ SnapshotPtr Undo(const collision::WorldSnapshot& latest, const std::vector<Event
   std::map<std::string, collision::WorldObjectPtr> by_name;
   for (const collision::WorldObjectPtr& object : latest.objects()) by_name[object->name] = object;
   for (auto event = events.rbegin(); event != events.rend(); ++event) {
-    for (const ObjectDelta& delta : (*event)->deltas) {
-      if (delta.before == nullptr) {
-        by_name.erase(delta.after->name);
+    const std::vector<ObjectDelta>& deltas = (*event)->deltas;
+    // Backwards: an object that was made anew is a removal followed by an addition.
+    for (auto delta = deltas.rbegin(); delta != deltas.rend(); ++delta) {
+      if (delta->before == nullptr) {
+        by_name.erase(delta->after->name);
       } else {
-        by_name[delta.before->name] = delta.before;
+        by_name[delta->before->name] = delta->before;
       }
     }
   }

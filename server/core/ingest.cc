@@ -98,10 +98,9 @@ class IngestRun {
   static absl::StatusOr<IngestOutcome> Replayed(const WriteOutcome& first) {
     if (first.ingest != nullptr) return *first.ingest;
     // The id was given to other changes whose digest happens to be the same.
-    return MakeError(
-        absl::StatusCode::kFailedPrecondition,
-        "request_id: was used before for changes, not for a scan",
-        {.reason = "REQUEST_ID_REUSED", .fields = {}, .metadata = {}, .retry_after_s = {}});
+    return MakeError(absl::StatusCode::kFailedPrecondition,
+                     "request_id: was used before for changes, not for a scan",
+                     {.reason = "REQUEST_ID_REUSED"});
   }
 
  private:
@@ -236,10 +235,7 @@ absl::StatusOr<IngestOutcome> Ingest(World& world, const IngestRequest& request,
   return MakeError(absl::StatusCode::kAborted,
                    absl::StrCat("sensor: the pose of \"", request.sensor,
                                 "\" changes faster than scans are interpreted"),
-                   {.reason = "SENSOR_POSE_CHANGED",
-                    .fields = {},
-                    .metadata = {{"sensor", request.sensor}},
-                    .retry_after_s = {}});
+                   {.reason = "SENSOR_POSE_CHANGED", .metadata = {{"sensor", request.sensor}}});
 }
 
 }  // namespace cwm::server

@@ -27,27 +27,22 @@ std::int64_t BytesOf(const IngestOutcome& outcome) {
 absl::Status Reused(const std::string& id) {
   return MakeError(absl::StatusCode::kFailedPrecondition,
                    absl::StrCat("request_id: \"", id, "\" was used before for other content"),
-                   {.reason = "REQUEST_ID_REUSED",
-                    .fields = {},
-                    .metadata = {{"request_id", id}},
-                    .retry_after_s = {}});
+                   {.reason = "REQUEST_ID_REUSED", .metadata = {{"request_id", id}}});
 }
 
 absl::Status ReplyCompacted(const std::string& id, collision::Revision revision) {
-  return MakeError(absl::StatusCode::kOutOfRange,
-                   absl::StrCat("request_id: \"", id, "\" was ingested at revision ",
-                                revision.value, ", its reply is no longer kept"),
-                   {.reason = "REPLY_COMPACTED",
-                    .fields = {},
-                    .metadata = {{"request_id", id}, {"revision", std::to_string(revision.value)}},
-                    .retry_after_s = {}});
+  return MakeError(
+      absl::StatusCode::kOutOfRange,
+      absl::StrCat("request_id: \"", id, "\" was ingested at revision ", revision.value,
+                   ", its reply is no longer kept"),
+      {.reason = "REPLY_COMPACTED",
+       .metadata = {{"request_id", id}, {"revision", std::to_string(revision.value)}}});
 }
 
 absl::Status Exhausted(std::int64_t limit) {
   return MakeError(absl::StatusCode::kResourceExhausted,
                    absl::StrCat("request_id: ", limit, " are remembered, must be at most ", limit),
                    {.reason = "REQUEST_IDS_EXHAUSTED",
-                    .fields = {},
                     .metadata = {{"limit", std::to_string(limit)}},
                     .retry_after_s = kRetryAfter_s});
 }
@@ -74,8 +69,7 @@ absl::StatusOr<std::optional<WriteOutcome>> RequestMemory::Find(const WriteOptio
   const Record& record = found->second;
   if (record.digest != options.request_digest) return Reused(id);
   if (record.was_ingest && record.reply == nullptr) return ReplyCompacted(id, record.revision);
-  return WriteOutcome{
-      .revision = record.revision, .replayed = true, .snapshot = {}, .ingest = record.reply};
+  return WriteOutcome{.revision = record.revision, .replayed = true, .ingest = record.reply};
 }
 
 void RequestMemory::Remember(const WriteOptions& options, const WriteOutcome& outcome,

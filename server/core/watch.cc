@@ -16,10 +16,8 @@ absl::Status TooSlow(Revision position, Revision oldest) {
                    absl::StrCat("the watch has read up to revision ", position.value,
                                 ", events are kept from ", oldest.value, " on: start anew"),
                    {.reason = "WATCH_TOO_SLOW",
-                    .fields = {},
                     .metadata = {{"position", std::to_string(position.value)},
-                                 {"oldest_revision", std::to_string(oldest.value)}},
-                    .retry_after_s = {}});
+                                 {"oldest_revision", std::to_string(oldest.value)}}});
 }
 
 // What both modes share: the subscription, the initial state and the end.
@@ -38,7 +36,6 @@ class Cursor : public WatchCursor {
       return WatchStep{.what = WatchStep::What::kInitialState,
                        .revision = position_,
                        .snapshot = std::exchange(initial_, nullptr),
-                       .deltas = {},
                        .last = false};
     }
     if (said_last_) return std::nullopt;
@@ -55,11 +52,8 @@ class Cursor : public WatchCursor {
   std::optional<WatchStep> Advance(Revision revision, std::vector<collision::ObjectDelta> deltas) {
     position_ = revision;
     const auto what = deltas.empty() ? WatchStep::What::kBookmark : WatchStep::What::kEvents;
-    return WatchStep{.what = what,
-                     .revision = revision,
-                     .snapshot = {},
-                     .deltas = std::move(deltas),
-                     .last = false};
+    return WatchStep{
+        .what = what, .revision = revision, .deltas = std::move(deltas), .last = false};
   }
 
   // The reader has all there is.
@@ -67,11 +61,7 @@ class Cursor : public WatchCursor {
     if (ending == Ending::kDeleted) return WorldDeleted();
     if (ending == Ending::kNone) return std::nullopt;
     said_last_ = true;
-    return WatchStep{.what = WatchStep::What::kBookmark,
-                     .revision = position_,
-                     .snapshot = {},
-                     .deltas = {},
-                     .last = true};
+    return WatchStep{.what = WatchStep::What::kBookmark, .revision = position_, .last = true};
   }
 
  private:

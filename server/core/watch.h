@@ -16,7 +16,7 @@ using SnapshotPtr = std::shared_ptr<const collision::WorldSnapshot>;
 enum class WatchMode { kLossless, kCoalesced };
 
 struct WatchOptions {
-  std::optional<collision::Revision> from_revision;  // absent: initial state first
+  std::optional<collision::Revision> from_revision = {};  // absent: initial state first
   WatchMode mode = WatchMode::kLossless;
 };
 
@@ -26,9 +26,10 @@ struct WatchStep {
   What what = What::kBookmark;
   collision::Revision revision;  // everything up to it has been delivered, this step included
   // kInitialState: the whole world in `snapshot`. kEvents: what changed, deltas of one revision
-  // (lossless) or of all since the last step (coalesced), by object name.
-  SnapshotPtr snapshot;
-  std::vector<collision::ObjectDelta> deltas;
+  // (lossless) or of all since the last step (coalesced), by object name; an object that was made
+  // anew under its name is a removal followed by an addition.
+  SnapshotPtr snapshot = {};
+  std::vector<collision::ObjectDelta> deltas = {};
   bool last = false;  // the world or the server is closing: no step follows
 };
 

@@ -27,10 +27,8 @@ absl::Status RevisionMismatch(Revision expected, Revision actual) {
       absl::StatusCode::kAborted,
       absl::StrCat("expected_revision: is ", expected.value, ", the world is at ", actual.value),
       {.reason = "REVISION_MISMATCH",
-       .fields = {},
        .metadata = {{"expected_revision", std::to_string(expected.value)},
-                    {"actual_revision", std::to_string(actual.value)}},
-       .retry_after_s = {}});
+                    {"actual_revision", std::to_string(actual.value)}}});
 }
 
 // collision::Apply tells which change it refused as "changes[12]: ..."; nothing when it does not.
@@ -121,8 +119,7 @@ struct World::State {
     absl::StatusOr<SnapshotPtr> next = collision::Apply(base, *changes);
     if (!next.ok()) return Explain(next.status(), base, *changes);
 
-    WriteOutcome outcome{
-        .revision = (*next)->revision(), .replayed = false, .snapshot = *next, .ingest = {}};
+    WriteOutcome outcome{.revision = (*next)->revision(), .replayed = false, .snapshot = *next};
     if (*next != base) aftermath = Publish(*base, *std::move(next));
     if (!options.request_id.empty()) {
       requests.Remember(options, outcome, reply ? reply(outcome) : nullptr, now());

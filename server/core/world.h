@@ -32,16 +32,16 @@ struct Exactly {
 using RevisionRule = std::variant<Latest, AtLeast, Exactly>;
 
 struct WriteOptions {
-  std::optional<collision::Revision> expected_revision;  // else Aborted REVISION_MISMATCH
-  std::string request_id;                                // empty: no protection against retries
-  std::string request_digest;  // of the request's content, compared on a retry
+  std::optional<collision::Revision> expected_revision = {};  // else Aborted REVISION_MISMATCH
+  std::string request_id = {};      // empty: no protection against retries
+  std::string request_digest = {};  // of the request's content, compared on a retry
 };
 
 struct WriteOutcome {
   collision::Revision revision;  // of the world after the write (unchanged when it had no effect)
   bool replayed = false;         // a retry: this is the first reply
-  SnapshotPtr snapshot;          // the world at `revision`; nullptr when replayed
-  std::shared_ptr<const IngestOutcome> ingest;  // the first reply of a replayed ingest
+  SnapshotPtr snapshot = {};     // the world at `revision`; nullptr when replayed
+  std::shared_ptr<const IngestOutcome> ingest = {};  // the first reply of a replayed ingest
 };
 
 class World {

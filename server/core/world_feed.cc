@@ -17,10 +17,8 @@ absl::Status Compacted(Revision wanted, Revision oldest, Revision latest) {
       absl::StatusCode::kOutOfRange,
       absl::StrCat("revision: ", wanted.value, " is no longer kept, the oldest is ", oldest.value),
       {.reason = "REVISION_COMPACTED",
-       .fields = {},
        .metadata = {{"oldest_revision", std::to_string(oldest.value)},
-                    {"latest_revision", std::to_string(latest.value)}},
-       .retry_after_s = {}});
+                    {"latest_revision", std::to_string(latest.value)}}});
 }
 
 absl::Status InFuture(Revision wanted, Revision latest) {
@@ -28,22 +26,19 @@ absl::Status InFuture(Revision wanted, Revision latest) {
       absl::StatusCode::kOutOfRange,
       absl::StrCat("revision: ", wanted.value, " is not made yet, the latest is ", latest.value),
       {.reason = "REVISION_IN_FUTURE",
-       .fields = {},
-       .metadata = {{"latest_revision", std::to_string(latest.value)}},
-       .retry_after_s = {}});
+       .metadata = {{"latest_revision", std::to_string(latest.value)}}});
 }
 
 }  // namespace
 
 absl::Status WorldDeleted() {
   return MakeError(absl::StatusCode::kNotFound, "world: it was deleted",
-                   {.reason = "WORLD_DELETED", .fields = {}, .metadata = {}, .retry_after_s = {}});
+                   {.reason = "WORLD_DELETED"});
 }
 
 absl::Status ServerDraining() {
-  return MakeError(
-      absl::StatusCode::kUnavailable, "the server is shutting down",
-      {.reason = "SERVER_DRAINING", .fields = {}, .metadata = {}, .retry_after_s = {}});
+  return MakeError(absl::StatusCode::kUnavailable, "the server is shutting down",
+                   {.reason = "SERVER_DRAINING"});
 }
 
 void WorldFeed::Aftermath::Finish() const {
@@ -96,9 +91,7 @@ absl::StatusOr<SnapshotPtr> WorldFeed::WaitFor(Revision revision, Clock::time_po
                    absl::StrCat("revision: ", revision.value, " was not reached, the latest is ",
                                 history_.latest().value),
                    {.reason = "REVISION_IN_FUTURE",
-                    .fields = {},
-                    .metadata = {{"latest_revision", std::to_string(history_.latest().value)}},
-                    .retry_after_s = {}});
+                    .metadata = {{"latest_revision", std::to_string(history_.latest().value)}}});
 }
 
 Revision WorldFeed::oldest_exact() const {

@@ -59,19 +59,14 @@ struct WorldRegistry::State {
     if (found == worlds.end()) {
       return MakeError(absl::StatusCode::kNotFound,
                        absl::StrCat("world: there is no \"", Resolve(name), "\""),
-                       {.reason = "WORLD_UNKNOWN",
-                        .fields = {},
-                        .metadata = {{"world", Resolve(name)}},
-                        .retry_after_s = {}});
+                       {.reason = "WORLD_UNKNOWN", .metadata = {{"world", Resolve(name)}}});
     }
     if (!uid.empty() && uid != found->second->uid()) {
       return MakeError(absl::StatusCode::kFailedPrecondition,
                        absl::StrCat("world_uid: is \"", uid, "\", the world \"", Resolve(name),
                                     "\" is now \"", found->second->uid(), "\""),
                        {.reason = "WORLD_REPLACED",
-                        .fields = {},
-                        .metadata = {{"expected_uid", uid}, {"actual_uid", found->second->uid()}},
-                        .retry_after_s = {}});
+                        .metadata = {{"expected_uid", uid}, {"actual_uid", found->second->uid()}}});
     }
     return found->second;
   }
@@ -97,9 +92,7 @@ absl::StatusOr<std::shared_ptr<World>> WorldRegistry::FindOrCreate(const std::st
                      absl::StrCat("world: there are ", state_->worlds.size(), ", must be at most ",
                                   state_->limits.max_worlds),
                      {.reason = "TOO_MANY_WORLDS",
-                      .fields = {},
-                      .metadata = {{"limit", std::to_string(state_->limits.max_worlds)}},
-                      .retry_after_s = {}});
+                      .metadata = {{"limit", std::to_string(state_->limits.max_worlds)}}});
   }
   auto world = std::make_shared<World>(Resolve(name), RandomUid(), state_->retention, state_->now);
   if (state_->draining) world->Drain();

@@ -1,0 +1,173 @@
+#include "server/core/geometry_store.h"
+
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <limits>
+
+#include "server/core/error.h"
+
+namespace cwm::server {
+namespace {
+
+constexpr std::int64_t kRoomy = 1 << 20;
+
+TriangleMesh Tetrahedron(double edge_m = 1) {
+  TriangleMesh mesh;
+  mesh.vertices = {{0, 0, 0}, {edge_m, 0, 0}, {0, edge_m, 0}, {0, 0, edge_m}};
+  mesh.triangles = {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}};
+  return mesh;
+}
+
+std::string Labels(std::size_t count) { return std::string(4 * count, '\1'); }
+
+// FIPS 180-2, appendix B.1, and the hash of the empty message.
+TEST(Sha256, MatchesThePublishedDigests) {
+  EXPECT_EQ(Sha256Hex("abc"), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
+  EXPECT_EQ(Sha256Hex(""), "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855");
+}
+
+TEST(MeshEncoding, LiesAsDocumented) {
+  const std::string bytes = EncodeMesh(Tetrahedron());
+  ASSERT_EQ(bytes.size(), 8u + 4 * 24 + 4 * 12);
+  EXPECT_EQ(bytes.substr(0, 8), std::string("\4\0\0\0\4\0\0\0", 8));
+  double x_of_second = 0;
+  std::memcpy(&x_of_second, bytes.data() + 8 + 24, sizeof(double));
+  EXPECT_EQ(x_of_second, 1);
+  EXPECT_EQ(bytes.substr(8 + 4 * 24, 12), std::string("\0\0\0\0\2\0\0\0\1\0\0\0", 12));
+}
+
+TEST(MeshEncoding, IsUndoneByDecoding) {
+  const auto decoded = DecodeMesh(EncodeMesh(Tetrahedron()));
+  ASSERT_TRUE(decoded.ok()) << decoded.status();
+  EXPECT_EQ(*decoded, Tetrahedron());
+}
+
+TEST(MeshEncoding, HashIsThatOfTheBytes) {
+  const auto mesh = std::make_shared<const TriangleMesh>(Tetrahedron());
+  EXPECT_EQ(HashOf(mesh), Sha256Hex(EncodeMesh(*mesh)));
+  EXPECT_EQ(HashOf(mesh), HashOf(std::make_shared<const TriangleMesh>(Tetrahedron())));
+}
+
+// Allocators hand the address of a mesh that died to the next one.
+TEST(MeshEncoding, HashOfAnAddressUsedAgainIsThatOfTheNewMesh) {
+  for (int i = 1; i <= 1000; ++i) {
+    const auto mesh = std::make_shared<const TriangleMesh>(Tetrahedron(i));
+    ASSERT_EQ(HashOf(mesh), Sha256Hex(EncodeMesh(*mesh)));
+  }
+}
+
+TEST(GeometryStore, StoresTheSameBytesOnce) {
+  GeometryStore store(kRoomy);
+  const std::string bytes = EncodeMesh(Tetrahedron());
+  const auto first = store.Put(BlobFormat::kMeshF64, bytes);
+  const auto second = store.Put(BlobFormat::kMeshF64, bytes);
+  ASSERT_TRUE(first.ok() && second.ok());
+  EXPECT_FALSE(first->already_known);
+  EXPECT_TRUE(second->already_known);
+  EXPECT_EQ(first->hash, second->hash);
+  EXPECT_EQ(first->hash, Sha256Hex(bytes));
+  const auto blob = store.Get(first->hash);
+  ASSERT_TRUE(blob.ok());
+  EXPECT_EQ((*blob)->bytes, bytes);
+  EXPECT_EQ(*(*blob)->mesh, Tetrahedron());
+}
+
+TEST(GeometryStore, RefusesMalformedMeshesByName) {
+  TriangleMesh bad_index = Tetrahedron();
+  bad_index.triangles[2][1] = 4;
+  TriangleMesh not_finite = Tetrahedron();
+  not_finite.vertices[1].y() = std::numeric_limits<double>::quiet_NaN();
+  TriangleMesh none = Tetrahedron();
+  none.triangles.clear();
+  TriangleMesh twice = Tetrahedron();
+  twice.triangles[0] = {1, 1, 2};
+  std::string lying = EncodeMesh(Tetrahedron());
+  lying[0] = '\5';  // one vertex more than there is
+  std::string huge = EncodeMesh(Tetrahedron());
+  huge.replace(0, 8, std::string(8, '\xff'));
+  const std::string whole = EncodeMesh(Tetrahedron());
+  GeometryStore store(kRoomy);
+  for (const std::string& bytes :
+       {std::string(), std::string(7, '\0'), whole.substr(0, whole.size() - 1), whole + "x", lying,
+        huge, EncodeMesh(bad_index), EncodeMesh(not_finite), EncodeMesh(none), EncodeMesh(twice)}) {
+    const auto stored = store.Put(BlobFormat::kMeshF64, bytes);
+    ASSERT_EQ(stored.status().code(), absl::StatusCode::kInvalidArgument) << stored.status();
+    const ErrorDetails details = DetailsOf(stored.status());
+    EXPECT_EQ(details.reason, "INVALID_FIELD");
+    ASSERT_EQ(details.fields.size(), 1u);
+    EXPECT_EQ(details.fields[0].field.substr(0, 4), "mesh");
+    EXPECT_FALSE(store.Get(Sha256Hex(bytes)).ok());
+  }
+}
+
+TEST(GeometryStore, RefusesLabelsThatAreNoNumbers) {
+  GeometryStore store(kRoomy);
+  const auto stored = store.Put(BlobFormat::kLabelsU32, "12345");
+  EXPECT_EQ(DetailsOf(stored.status()).reason, "INVALID_FIELD");
+}
+
+TEST(GeometryStore, RefusesWhatCanNeverFit) {
+  GeometryStore small(100, /*max_triangles=*/3);
+  const auto bytes = small.Put(BlobFormat::kLabelsU32, Labels(26));
+  EXPECT_EQ(bytes.status().code(), absl::StatusCode::kResourceExhausted);
+  EXPECT_EQ(DetailsOf(bytes.status()).reason, "GEOMETRY_TOO_LARGE");
+  EXPECT_TRUE(small.Put(BlobFormat::kLabelsU32, Labels(25)).ok());
+  const auto triangles = small.Put(BlobFormat::kMeshF64, EncodeMesh(Tetrahedron()));
+  EXPECT_EQ(triangles.status().code(), absl::StatusCode::kResourceExhausted);
+}
+
+TEST(GeometryStore, UnknownHashesAreNotFound) {
+  GeometryStore store(kRoomy);
+  const auto blob = store.Get("abc");
+  EXPECT_EQ(blob.status().code(), absl::StatusCode::kNotFound);
+  EXPECT_EQ(DetailsOf(blob.status()).reason, "GEOMETRY_UNKNOWN");
+  EXPECT_EQ(DetailsOf(blob.status()).metadata.at("hash"), "abc");
+}
+
+TEST(GeometryStore, LetsGoOfTheLeastRecentlyUsed) {
+  GeometryStore store(4 * 30);
+  const std::string a = store.Put(BlobFormat::kLabelsU32, Labels(10))->hash;
+  const std::string b = store.Put(BlobFormat::kLabelsU32, Labels(11))->hash;
+  ASSERT_TRUE(store.Get(a).ok());  // now b is the oldest
+  const std::string c = store.Put(BlobFormat::kLabelsU32, Labels(12))->hash;
+  EXPECT_TRUE(store.Get(a).ok());
+  EXPECT_FALSE(store.Get(b).ok());
+  EXPECT_TRUE(store.Get(c).ok());
+}
+
+TEST(GeometryStore, KeepsTheMeshesThatObjectsUse) {
+  GeometryStore store(600);  // room for one tetrahedron: bytes and mesh, 304 each
+  const std::string hash = store.Put(BlobFormat::kMeshF64, EncodeMesh(Tetrahedron()))->hash;
+  std::shared_ptr<const TriangleMesh> used = (*store.Get(hash))->mesh;
+  const std::string other = store.Put(BlobFormat::kMeshF64, EncodeMesh(Tetrahedron(2)))->hash;
+  EXPECT_TRUE(store.Get(other).ok());
+  const auto blob = store.Get(hash);
+  ASSERT_TRUE(blob.ok());
+  EXPECT_EQ((*blob)->mesh, used);
+  EXPECT_EQ(Sha256Hex((*blob)->bytes), hash);
+}
+
+TEST(GeometryStore, ForgetsAMeshWithItsLastUser) {
+  GeometryStore store(kRoomy);
+  auto mesh = std::make_shared<const TriangleMesh>(Tetrahedron(3));
+  const std::string hash = store.Offer(mesh);
+  ASSERT_TRUE(store.Get(hash).ok());
+  EXPECT_EQ((*store.Get(hash))->bytes, EncodeMesh(*mesh));
+  mesh.reset();
+  EXPECT_FALSE(store.Get(hash).ok());
+}
+
+// A client that writes what an object happens to use will ask for it after the object is gone.
+TEST(GeometryStore, HoldsWhatWasWrittenThoughItWasOfferedBefore) {
+  GeometryStore store(kRoomy);
+  auto mesh = std::make_shared<const TriangleMesh>(Tetrahedron(4));
+  store.Offer(mesh);
+  const auto stored = store.Put(BlobFormat::kMeshF64, EncodeMesh(*mesh));
+  EXPECT_TRUE(stored->already_known);
+  mesh.reset();
+  EXPECT_TRUE(store.Get(stored->hash).ok());
+}
+
+}  // namespace
+}  // namespace cwm::server

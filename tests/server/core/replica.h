@@ -1,0 +1,75 @@
+// A copy of a world kept by watching it: the oracle of watches. Checks each step as it comes.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "collision/world/world_snapshot.h"
+#include "server/core/watch.h"
+
+namespace cwm::server {
+
+class Replica {
+ public:
+  Replica() = default;
+  explicit Replica(const collision::WorldSnapshot& start) { Reset(start); }
+
+  // Reads until there is nothing more; the status that ended the watch, if one did.
+  absl::Status ReadAll(WatchCursor& watch) {
+    while (true) {
+      const auto step = watch.Next();
+      if (!step.ok()) return step.status();
+      if (!step->has_value()) return absl::OkStatus();
+      Take(**step);
+      EXPECT_EQ(watch.position(), revision_);
+    }
+  }
+
+  void Take(const WatchStep& step) {
+    if (step.what == WatchStep::What::kInitialState) {
+      Reset(*step.snapshot);
+      return;
+    }
+    if (step.what == WatchStep::What::kEvents || !step.last) {
+      EXPECT_GT(step.revision, revision_) << "ordered and unique";
+    }
+    revision_ = step.revision;
+    std::string previous;
+    for (const collision::ObjectDelta& delta : step.deltas) {
+      const std::string& name = (delta.before ? delta.before : delta.after)->name;
+      EXPECT_TRUE(previous < name || (previous == name && delta.before == nullptr))
+          << "one delta an object, by name; two where it was made anew: " << name;
+      previous = name;
+      const auto found = objects_.find(name);
+      const auto before = found == objects_.end() ? nullptr : found->second;
+      EXPECT_EQ(before, delta.before) << "no event between was lost: " << name;
+      if (delta.after == nullptr) {
+        objects_.erase(name);
+      } else {
+        objects_[name] = delta.after;
+      }
+    }
+  }
+
+  collision::Revision revision() const { return revision_; }
+  std::vector<collision::WorldObjectPtr> objects() const {
+    std::vector<collision::WorldObjectPtr> objects;
+    for (const auto& [name, object] : objects_) objects.push_back(object);
+    return objects;
+  }
+
+ private:
+  void Reset(const collision::WorldSnapshot& snapshot) {
+    revision_ = snapshot.revision();
+    objects_.clear();
+    for (const auto& object : snapshot.objects()) objects_[object->name] = object;
+  }
+
+  collision::Revision revision_;
+  std::map<std::string, collision::WorldObjectPtr> objects_;
+};
+
+}  // namespace cwm::server

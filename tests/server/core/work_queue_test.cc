@@ -1,0 +1,66 @@
+#include "server/core/work_queue.h"
+
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <future>
+#include <stdexcept>
+#include <thread>
+
+namespace cwm::server {
+namespace {
+
+TEST(WorkQueue, DrainingFinishesWhatWasAccepted) {
+  std::atomic<int> done{0};
+  WorkQueue queue({.name = "test", .threads = 2, .capacity = 100});
+  for (int i = 0; i < 100; ++i) ASSERT_TRUE(queue.TryPush([&] { ++done; }));
+  queue.Drain();
+  EXPECT_EQ(done, 100);
+  EXPECT_EQ(queue.waiting(), 0u);
+  EXPECT_FALSE(queue.TryPush([&] { ++done; }));
+  queue.Drain();  // again is harmless
+  EXPECT_EQ(done, 100);
+}
+
+TEST(WorkQueue, RefusesWhenFull) {
+  std::promise<void> started;
+  std::promise<void> release;
+  WorkQueue queue({.name = "test", .threads = 1, .capacity = 2});
+  ASSERT_TRUE(queue.TryPush([&] {
+    started.set_value();
+    release.get_future().wait();
+  }));
+  started.get_future().wait();
+  EXPECT_TRUE(queue.TryPush([] {}));
+  EXPECT_TRUE(queue.TryPush([] {}));
+  EXPECT_FALSE(queue.TryPush([] {}));
+  EXPECT_EQ(queue.waiting(), 2u);
+  release.set_value();
+  queue.Drain();
+}
+
+TEST(WorkQueue, SurvivesATaskThatThrows) {
+  WorkQueue queue({.name = "test", .threads = 1, .capacity = 4});
+  std::promise<void> after;
+  ASSERT_TRUE(queue.TryPush([] { throw std::runtime_error("one bad task"); }));
+  ASSERT_TRUE(queue.TryPush([&] { after.set_value(); }));
+  after.get_future().wait();
+  EXPECT_EQ(queue.failed(), 1);
+}
+
+TEST(WorkQueue, LowersThePriorityOfItsOwnThreadsAlone) {
+  const int before = getpriority(PRIO_PROCESS, static_cast<id_t>(syscall(SYS_gettid)));
+  std::promise<int> inside;
+  WorkQueue queue({.name = "low priority queue", .threads = 1, .capacity = 1, .nice = 10});
+  ASSERT_TRUE(queue.TryPush([&] {
+    inside.set_value(getpriority(PRIO_PROCESS, static_cast<id_t>(syscall(SYS_gettid))));
+  }));
+  EXPECT_EQ(inside.get_future().get(), 10);
+  EXPECT_EQ(getpriority(PRIO_PROCESS, static_cast<id_t>(syscall(SYS_gettid))), before);
+}
+
+}  // namespace
+}  // namespace cwm::server
