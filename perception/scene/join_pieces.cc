@@ -51,19 +51,31 @@ void JoinSmallParts(const PieceViews& views, std::int32_t support_count, Disjoin
 
 }  // namespace
 
-std::vector<std::int32_t> JoinPieces(const SurfaceGraph& graph, const Pieces& pieces,
-                                     const SightMap& sight) {
+Pieces JoinPieces(const SurfaceGraph& graph, Pieces pieces, const SightMap& sight) {
   const auto count = static_cast<std::size_t>(pieces.piece_count);
   DisjointSets objects(count);
   const PieceViews views = ViewPieces(graph, pieces);
   JoinVessels(graph.nodes(), views, objects);
   JoinAcrossOccluders(graph.nodes(), pieces, views, sight, objects);
   JoinSmallParts(views, pieces.support_count, objects);
-  std::vector<std::int32_t> object_of_piece(count);
-  for (std::size_t p = 0; p < count; ++p) {
-    object_of_piece[p] = static_cast<std::int32_t>(objects.Root(p));
+  // Patches that nothing claimed return to their support.
+  std::vector<std::size_t> members(count, 0);
+  for (std::size_t p = 0; p < count; ++p) ++members[objects.Root(p)];
+  for (const auto& [patch, support] : pieces.patch_of) {
+    const auto p = static_cast<std::size_t>(patch);
+    if (members[objects.Root(p)] == 1) objects.Join(p, static_cast<std::size_t>(support));
   }
-  return object_of_piece;
+  std::vector<std::int32_t> number(count);
+  std::int32_t next = 0;
+  for (std::size_t p = 0; p < count; ++p) {
+    number[p] = objects.Root(p) == p ? next++ : number[objects.Root(p)];
+  }
+  for (std::int32_t& p : pieces.of_node) {
+    if (p != kNoPiece) p = number[static_cast<std::size_t>(p)];
+  }
+  pieces.piece_count = next;
+  pieces.patch_of.clear();
+  return pieces;
 }
 
 }  // namespace cwm::perception

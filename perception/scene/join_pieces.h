@@ -11,9 +11,7 @@
 
 namespace cwm::perception {
 
-// Per piece the object that it belongs to: the smallest number among the object's pieces. Supports
-// are objects of their own.
-std::vector<std::int32_t> JoinPieces(const SurfaceGraph& graph, const Pieces& pieces,
-                                     const SightMap& sight);
+// The same nodes with pieces that are whole objects.
+Pieces JoinPieces(const SurfaceGraph& graph, Pieces pieces, const SightMap& sight);
 
 }  // namespace cwm::perception

@@ -18,8 +18,11 @@ constexpr float kConcave_rad = 20 * kDegree;  // measured on the mOSD learn scen
 // A support's nodes: max(15 degrees, 3 standard deviations of the normal).
 constexpr float kSupportNormalGate_rad = 15 * kDegree;
 constexpr float kNormalGate_sigma = 3;
-constexpr float kWarp_sigma = 6;    // of a table in the corners of mOSD views
-constexpr float kFlatShare = 0.9f;  // the rest may be mixed pixels
+// Of a table in the corners of mOSD views: 15 mm at 0.6 m.
+constexpr float kMostWarp_sigma = 12;
+constexpr float kWarp_sigma = 6;           // of a table in the corners of mOSD views
+constexpr double kLargestPatch_m2 = 0.04;  // the floor of a pot of 22 cm
+constexpr float kFlatShare = 0.9f;         // the rest may be mixed pixels
 constexpr std::uint32_t kSmallestSeed_nodes = 40;
 
 // sin of the angle by which the surface turns towards the viewer from a to b: positive is concave.
@@ -41,6 +44,12 @@ std::vector<char> ConcaveCreases(const SurfaceGraph& graph, int max_threads) {
     }
   });
   return crease;
+}
+
+bool IsLevel(const OrientedPoints& nodes, std::size_t i, const Vector3f& up) {
+  const float gate =
+      std::max(kSupportNormalGate_rad, kNormalGate_sigma * nodes.normal_sigma_rad[i]);
+  return std::abs(nodes.normals[i].dot(up)) >= std::cos(std::min(gate, 1.5f));
 }
 
 enum class Relation : char { kFree, kBand, kOn };  // to the nearest support
@@ -71,14 +80,37 @@ SupportRelation RelateToSupports(const SurfaceGraph& graph, const CoarseCloud& c
       if (!near[coarse.grid.CellOfPoint(i)] || out.relation[i] == Relation::kOn) continue;
       const double height = supports[s].plane.Height_m(nodes.points[i]);
       if (std::abs(height) > kPlaneGate_sigma * nodes.sigma_m[i]) continue;
-      const float gate =
-          std::max(kSupportNormalGate_rad, kNormalGate_sigma * nodes.normal_sigma_rad[i]);
-      const bool level = std::abs(nodes.normals[i].dot(up)) >= std::cos(std::min(gate, 1.5f));
-      out.relation[i] = level ? Relation::kOn : Relation::kBand;
+      out.relation[i] = IsLevel(nodes, i, up) ? Relation::kOn : Relation::kBand;
       out.support[i] = static_cast<std::int32_t>(s);
     }
   }
   return out;
+}
+
+// A support seen by a real sensor is warped: level nodes that continue it evenly belong to it as
+// far as kMostWarp_sigma, beyond its 3 sigma. Steps and slopes end it.
+void FollowWarp(const SurfaceGraph& graph, const std::vector<SupportPlane>& supports,
+                const std::vector<char>& crease, SupportRelation& to_support) {
+  const OrientedPoints& nodes = graph.nodes();
+  std::vector<std::size_t> front;
+  for (std::size_t i = 0; i < graph.size(); ++i) {
+    if (to_support.relation[i] == Relation::kOn && !crease[i]) front.push_back(i);
+  }
+  for (std::size_t k = 0; k < front.size(); ++k) {
+    const std::size_t i = front[k];
+    const Plane& plane = supports[static_cast<std::size_t>(to_support.support[i])].plane;
+    const double height = plane.Height_m(nodes.points[i]);
+    graph.ForEachLinked(i, [&](std::size_t j) {
+      if (to_support.relation[j] != Relation::kFree || crease[j]) return;
+      const double other = plane.Height_m(nodes.points[j]);
+      if (std::abs(other) > kMostWarp_sigma * nodes.sigma_m[j]) return;
+      if (std::abs(other - height) > nodes.sigma_m[j]) return;
+      if (!IsLevel(nodes, j, plane.normal.cast<float>())) return;
+      to_support.relation[j] = Relation::kOn;
+      to_support.support[j] = to_support.support[i];
+      front.push_back(j);
+    });
+  }
 }
 
 // Connected nodes that may seed a piece get one label each; too small sets stay unlabelled.
@@ -101,6 +133,36 @@ void SeedPieces(const SurfaceGraph& graph, const std::vector<char>& may_seed, Pi
     if (weight < kSmallestSeed_nodes) continue;
     for (std::size_t i : members) pieces.of_node[i] = pieces.piece_count;
     ++pieces.piece_count;
+  }
+}
+
+// Patches of a support that hang together with none of its larger part: seen through a handle, or
+// really the floor of a vessel that stands on it. They become pieces that remember their support.
+void SeparatePatches(const SurfaceGraph& graph, Pieces& pieces) {
+  std::vector<std::int32_t> patch(graph.size(), kNoPiece);
+  std::vector<std::vector<std::uint32_t>> patches;
+  for (std::size_t start = 0; start < graph.size(); ++start) {
+    const std::int32_t support = pieces.of_node[start];
+    if (support == kNoPiece || support >= pieces.support_count || patch[start] >= 0) continue;
+    const auto id = static_cast<std::int32_t>(patches.size());
+    std::vector<std::uint32_t> members{static_cast<std::uint32_t>(start)};
+    patch[start] = id;
+    for (std::size_t k = 0; k < members.size(); ++k) {
+      graph.ForEachLinked(members[k], [&](std::size_t j) {
+        if (patch[j] >= 0 || pieces.of_node[j] != support) return;
+        patch[j] = id;
+        members.push_back(static_cast<std::uint32_t>(j));
+      });
+    }
+    patches.push_back(std::move(members));
+  }
+  for (const auto& members : patches) {
+    double area = 0;
+    for (std::uint32_t i : members) area += graph.area_m2(i);
+    if (area > kLargestPatch_m2 || members.size() < kSmallestSeed_nodes) continue;
+    const std::int32_t support = pieces.of_node[members[0]];
+    for (std::uint32_t i : members) pieces.of_node[i] = pieces.piece_count;
+    pieces.patch_of.emplace(pieces.piece_count++, support);
   }
 }
 
@@ -168,7 +230,9 @@ void AbsorbFlatPieces(const SurfaceGraph& graph, const std::vector<SupportPlane>
     ++all[p];
     if (carrier[p] == kNoPiece) continue;
     const Plane& plane = supports[static_cast<std::size_t>(carrier[p])].plane;
-    flat[p] += std::abs(plane.Height_m(nodes.points[i])) <= kWarp_sigma * nodes.sigma_m[i];
+    // Nothing stands below a support: there, all that warp can do is believed to be warp.
+    const double height_sigma = plane.Height_m(nodes.points[i]) / nodes.sigma_m[i];
+    flat[p] += height_sigma <= kWarp_sigma && height_sigma >= -kMostWarp_sigma;
   }
   std::vector<std::int32_t> renamed(carrier.size());
   std::int32_t next = pieces.support_count;
@@ -192,7 +256,8 @@ Pieces CutIntoPieces(const SurfaceGraph& graph, const CoarseCloud& coarse,
   pieces.support_count = static_cast<std::int32_t>(supports.size());
   pieces.piece_count = pieces.support_count;
   const std::vector<char> crease = ConcaveCreases(graph, max_threads);
-  const SupportRelation to_support = RelateToSupports(graph, coarse, supports);
+  SupportRelation to_support = RelateToSupports(graph, coarse, supports);
+  FollowWarp(graph, supports, crease, to_support);
   std::vector<char> may_seed(graph.size(), 0);
   for (std::size_t i = 0; i < graph.size(); ++i) {
     if (crease[i]) continue;
@@ -202,6 +267,7 @@ Pieces CutIntoPieces(const SurfaceGraph& graph, const CoarseCloud& coarse,
   SeedPieces(graph, may_seed, pieces);
   GrowPieces(graph, supports, pieces);
   AbsorbFlatPieces(graph, supports, pieces);
+  SeparatePatches(graph, pieces);
   return pieces;
 }
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <stop_token>
 #include <vector>
 
@@ -19,6 +20,9 @@ struct Pieces {
   std::vector<std::int32_t> of_node;
   std::int32_t support_count = 0;
   std::int32_t piece_count = 0;  // supports included
+  // Pieces that lie on a support's plane and are separated from its larger part: the support. They
+  // belong to it unless a vessel claims them for its floor.
+  std::map<std::int32_t, std::int32_t> patch_of;
 };
 
 Pieces CutIntoPieces(const SurfaceGraph& graph, const CoarseCloud& coarse,

@@ -24,14 +24,9 @@ constexpr std::size_t kMostResiduals = 256;  // more of them share the last one
 
 using NodeList = std::vector<std::uint32_t>;
 
-std::vector<NodeList> NodesOfRegions(const SurfaceGraph& graph, const Pieces& pieces,
-                                     const std::vector<std::int32_t>& object_of_piece) {
+std::vector<NodeList> NodesOfRegions(const SurfaceGraph& graph, const Pieces& pieces) {
   const auto piece_count = static_cast<std::size_t>(pieces.piece_count);
   DisjointSets sets(piece_count);
-  std::map<std::int32_t, std::size_t> first_of_object;
-  for (auto p = static_cast<std::size_t>(pieces.support_count); p < piece_count; ++p) {
-    sets.Join(first_of_object.try_emplace(object_of_piece[p], p).first->second, p);
-  }
   for (std::size_t i = 0; i < graph.size(); ++i) {
     const std::int32_t a = pieces.of_node[i];
     if (a < pieces.support_count) continue;
@@ -155,12 +150,10 @@ std::int32_t SupportOf(const NodeList& region, const std::vector<Floor>& floors,
 }
 
 void AppendObjects(const NodeList& region, std::int32_t support, const Pieces& pieces,
-                   const std::vector<std::int32_t>& object_of_piece,
                    std::vector<Segment>& objects) {
   std::map<std::int32_t, Segment> by_object;
   for (std::uint32_t i : region) {
-    const auto piece = static_cast<std::size_t>(pieces.of_node[i]);
-    Segment& segment = by_object[object_of_piece[piece]];
+    Segment& segment = by_object[pieces.of_node[i]];
     segment.supported_by = support;
     segment.nodes.push_back(i);
   }
@@ -228,7 +221,6 @@ void LimitResiduals(std::vector<Segment>& residuals) {
 }  // namespace
 
 Regions FormRegions(const SurfaceGraph& graph, const CoarseCloud& coarse, const Pieces& pieces,
-                    const std::vector<std::int32_t>& object_of_piece,
                     const std::vector<SupportPlane>& supports,
                     const std::vector<Placed<Plate>>& plates, const SightMap& sight) {
   std::vector<Floor> floors;
@@ -237,10 +229,10 @@ Regions FormRegions(const SurfaceGraph& graph, const CoarseCloud& coarse, const 
   }
   Regions out;
   std::vector<Segment> residuals;
-  for (NodeList& region : NodesOfRegions(graph, pieces, object_of_piece)) {
+  for (NodeList& region : NodesOfRegions(graph, pieces)) {
     const std::int32_t support = SupportOf(region, floors, plates);
     if (support >= 0) {
-      AppendObjects(region, support, pieces, object_of_piece, out.segments);
+      AppendObjects(region, support, pieces, out.segments);
     } else {
       residuals.push_back({std::move(region), -1});
     }

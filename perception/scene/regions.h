@@ -22,14 +22,12 @@ struct Regions {
   std::vector<std::uint32_t> rejected;  // nodes that belong to nothing
 };
 
-// `object_of_piece` joins pieces to objects (equal values; entries of supports are not read). A
-// region of linked pieces stands on a support when most of it lies over the support's outline, it
-// reaches down to it or its foot is hidden, and its footprint on the support's cells is at least
-// kSmallestFootprint_m2. Linked pieces that stand on nothing become one residual each. Nodes in no
-// piece are rejected as long as they are at most 0.5 % of the points; beyond that the larger
-// sets of them become residuals too.
+// Each piece is one object (JoinPieces). A region of linked pieces stands on a support when most of
+// it lies over the support's outline, it reaches down to it or its foot is hidden, and its
+// footprint on the support's cells is at least kSmallestFootprint_m2. Linked pieces that stand on
+// nothing become one residual each. Nodes in no piece are rejected as long as they are at most 0.5
+// % of the points; beyond that the larger sets of them become residuals too.
 Regions FormRegions(const SurfaceGraph& graph, const CoarseCloud& coarse, const Pieces& pieces,
-                    const std::vector<std::int32_t>& object_of_piece,
                     const std::vector<SupportPlane>& supports,
                     const std::vector<Placed<Plate>>& plates, const SightMap& sight);
 

@@ -161,7 +161,7 @@ absl::StatusOr<SegmentedScene> SegmentScene(MeasuredPoints measured, const Segme
   if (stop.stop_requested()) return cancelled();
 
   // Step 5: what stands on them.
-  const Pieces pieces = CutIntoPieces(graph, coarse, built.planes, options.max_threads);
+  Pieces pieces = CutIntoPieces(graph, coarse, built.planes, options.max_threads);
   options.stage_done("clusters");
   if (stop.stop_requested()) return cancelled();
   const float pitch =
@@ -169,9 +169,8 @@ absl::StatusOr<SegmentedScene> SegmentScene(MeasuredPoints measured, const Segme
           ? 2 * measured.pixel_angle_rad
           : 2 * grid->edge_m() / std::max(0.1f, static_cast<float>(MeanPoint(points).norm()));
   const SightMap sight(graph.nodes(), pitch);
-  const std::vector<std::int32_t> object_of_piece = JoinPieces(graph, pieces, sight);
-  Regions regions =
-      FormRegions(graph, coarse, pieces, object_of_piece, built.planes, built.plates, sight);
+  pieces = JoinPieces(graph, std::move(pieces), sight);
+  Regions regions = FormRegions(graph, coarse, pieces, built.planes, built.plates, sight);
   options.stage_done("split");
 
   const NodePoints node_points(grid ? &*grid : nullptr);
