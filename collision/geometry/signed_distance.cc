@@ -12,8 +12,9 @@ namespace cwm {
 namespace {
 
 // Nearer to a sharp edge than this share of the shape's size, the direction away from it is lost in
-// rounding (2^-52 of the size, some operations later) and a face's normal is used instead.
-constexpr double kRoundoff = 1e-15;
+// the rounding of poses (2^-52 of coordinates that may be a hundred sizes) and a face's normal is
+// used instead.
+constexpr double kRoundoff = 1e-13;
 
 // The border of a plate's outline or holes nearest to a point, and the direction away from the
 // solid there.
@@ -37,6 +38,12 @@ Vector2 OutwardOnBorder(const Polygon& ring, bool is_hole, const Vector2& point)
   return (SignedArea_m2(ring) > 0) != is_hole ? right : Vector2(-right);
 }
 
+double SizeOf(const Plate& plate) {
+  double size = plate.thickness_m;
+  for (const Vector2& p : plate.outline) size = std::max(size, p.cwiseAbs().maxCoeff());
+  return size;
+}
+
 BorderPoint NearestOnPlateBorder(const Plate& plate, const Vector2& p) {
   bool inside = Contains(plate.outline, p);
   const Polygon* nearest_ring = &plate.outline;
@@ -50,7 +57,7 @@ BorderPoint NearestOnPlateBorder(const Plate& plate, const Vector2& p) {
   }
   const double distance = (p - nearest).norm();
   const double sign = inside ? -1 : 1;
-  if (distance > kRoundoff * nearest.cwiseAbs().maxCoeff()) {
+  if (distance > kRoundoff * SizeOf(plate)) {
     return {sign * distance, nearest, sign * (p - nearest) / distance};
   }
   return {sign * distance, nearest,
@@ -121,7 +128,10 @@ SurfacePoint NearestSurfacePoint(const Plate& plate, const Vector3& p) {
   }
   const double distance = std::hypot(border.signed_distance_m, face_distance);
   const Vector3 normal =
-      (border.signed_distance_m * side_normal + face_distance * face_normal) / distance;
+      distance > kRoundoff * SizeOf(plate)
+          ? Vector3((border.signed_distance_m * side_normal + face_distance * face_normal) /
+                    distance)
+          : face_normal;
   return {distance, Vector3(border.nearest.x(), border.nearest.y(), face_z), normal};
 }
 

@@ -24,8 +24,8 @@ std::array<Vector3, 3> Corners(const TriangleMesh& mesh, const TriangleMesh::Tri
 Vector3 NormalAt(const NearestTriangle& at, const Vector3& p, double sign) {
   const Vector3 offset = p - at.nearest;
   const double size = std::max(p.cwiseAbs().maxCoeff(), at.nearest.cwiseAbs().maxCoeff());
-  // Ten rounding errors of the coordinates: below, the difference is noise.
-  if (at.distance <= 2e-15 * size) return at.face_normal;
+  // Below, the difference is made of the rounding of poses.
+  if (at.distance <= 1e-13 * size) return at.face_normal;
   return sign * offset / at.distance;
 }
 

@@ -66,6 +66,13 @@ class CoreDifference {
     return {a - b, a};
   }
 
+  // D after B has moved by `offset`, in the frame of A.
+  CoreDifference Moved(const Vector3& offset) const {
+    CoreDifference moved = *this;
+    moved.p_AB_ += offset;
+    return moved;
+  }
+
   // From inside of B to inside of A.
   Vector3 CentreOffset() const { return a_.centre - (R_AB_ * b_.centre + p_AB_); }
 
@@ -75,8 +82,8 @@ class CoreDifference {
  private:
   const ConvexCore& a_;
   const ConvexCore& b_;
-  const Matrix3 R_AB_;
-  const Vector3 p_AB_;
+  Matrix3 R_AB_;
+  Vector3 p_AB_;
 };
 
 }  // namespace cwm::collision

@@ -56,11 +56,7 @@ PairDistance BoxToBox(const ConvexCore& a, const ConvexCore& b, const Pose& X_AB
     return {gjk.distance_m, gjk.point_a, gjk.point_b, gjk.normal};
   }
   PairDistance answer{.distance_m = -overlap.depth_m, .normal = overlap.normal};
-  // Parted by a little more than the depth, the nearest points are those that touch last.
-  const double gap_m = a.extent_m;
-  Pose X_AB_parted = X_AB;
-  X_AB_parted.translation() += (overlap.depth_m + gap_m) * overlap.normal;
-  answer.point_a = GjkDistance(CoreDifference(a, b, X_AB_parted)).point_a;
+  answer.point_a = LastTouchOnA(difference, overlap.depth_m, overlap.normal);
   answer.point_b = answer.point_a - overlap.depth_m * overlap.normal;
   return answer;
 }

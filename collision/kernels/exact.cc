@@ -29,15 +29,16 @@ PairDistance HalfSpaceToHalfSpace(const Pose& X_AB) {
   return answer;
 }
 
-// A plate of several pieces and a sphere: the nearest point of the plate is exact for a separated
-// sphere and never more than the least translation for another one.
+// The nearest point of a plate is exact for a separated sphere and never more than the least
+// translation for another one; exact again where the plate is convex.
 PairDistance PlateToSphere(const ExactGeometry& a, const ExactGeometry& b, const Pose& X_AB) {
   const Vector3 centre = X_AB.translation();
   const SurfacePoint at = NearestSurfacePoint(std::get<Plate>(a.shape()), centre);
   const PairDistance core{at.signed_distance_m, centre - at.signed_distance_m * at.normal, centre,
                           at.normal};
   const PairDistance answer = WithRadii(core, 0, b.pieces().front().radius_m);
-  return answer.distance_m < 0 ? WithDepthBound(answer, a, b, X_AB) : answer;
+  const bool is_bound = answer.distance_m < 0 && a.pieces().size() > 1;
+  return is_bound ? WithDepthBound(answer, a, b, X_AB) : answer;
 }
 
 // FamilyOf(a) <= FamilyOf(b); in the frame of A.
@@ -51,12 +52,14 @@ PairDistance OrderedDistance(const ExactGeometry& a, const ExactGeometry& b, con
     return FamilyOf(b) == Family::kMesh ? MeshToMesh(a, b, X_AB, max_distance_m)
                                         : MeshToPieces(a, b, X_AB, max_distance_m);
   }
+  if (a.kind() == ShapeKind::kPlate && b.kind() == ShapeKind::kSphere) {
+    return PlateToSphere(a, b, X_AB);
+  }
+  if (a.kind() == ShapeKind::kSphere && b.kind() == ShapeKind::kPlate) {
+    return Swapped(InFrame(X_AB, PlateToSphere(b, a, X_AB.inverse())));
+  }
   if (a.pieces().size() == 1 && b.pieces().size() == 1) {
     return ConvexDistance(a.pieces().front(), b.pieces().front(), X_AB, max_distance_m);
-  }
-  if (b.kind() == ShapeKind::kSphere) return PlateToSphere(a, b, X_AB);
-  if (a.kind() == ShapeKind::kSphere) {
-    return Swapped(InFrame(X_AB, PlateToSphere(b, a, X_AB.inverse())));
   }
   return PiecesToPieces(a, b, X_AB, max_distance_m);
 }

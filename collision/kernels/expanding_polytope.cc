@@ -4,8 +4,6 @@
 #include <limits>
 #include <utility>
 
-#include "collision/kernels/simplex.h"
-
 namespace cwm::collision {
 
 void ExpandingPolytope::Start(const std::array<Vertex, 4>& corners) {
@@ -50,19 +48,6 @@ int ExpandingPolytope::NearestFace() const {
     if (best < 0 || face.offset < faces_[Index(best)].offset) best = i;
   }
   return best;
-}
-
-ExpandingPolytope::Vertex ExpandingPolytope::NearestOnFace(int index) const {
-  const Face& face = faces_[Index(index)];
-  const SimplexFeature feature = NearestToOrigin(
-      {W(face.corners[0]), W(face.corners[1]), W(face.corners[2]), Vector3::Zero()}, 3);
-  Vertex point{Vector3::Zero(), Vector3::Zero()};
-  for (int i = 0; i < feature.count; ++i) {
-    const Vertex& corner = vertices_[Index(face.corners[Index(feature.index[Index(i)])])];
-    point.w += feature.weight[Index(i)] * corner.w;
-    point.a += feature.weight[Index(i)] * corner.a;
-  }
-  return point;
 }
 
 // A face without area has no side of its own and goes with its neighbours.

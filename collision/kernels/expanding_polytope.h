@@ -24,9 +24,6 @@ class ExpandingPolytope {
   double OffsetOf(int face) const { return faces_[Index(face)].offset; }
   const Vector3& NormalOf(int face) const { return faces_[Index(face)].normal; }
 
-  // The point of the face nearest to the origin.
-  Vertex NearestOnFace(int face) const;
-
   // Takes a face out of the search: nothing better lies beyond it.
   void Close(int face) { faces_[Index(face)].state = FaceState::kClosed; }
 

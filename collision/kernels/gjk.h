@@ -30,4 +30,9 @@ inline constexpr double kTouchingShare = 1e-9;
 GjkAnswer GjkDistance(const CoreDifference& difference,
                       double max_distance_m = std::numeric_limits<double>::infinity());
 
+// The point of A that B touches last when it is moved by `depth_m` along `normal` and so parts from
+// A: the witness of a penetration, in the frame of A. B is moved a little farther, where the
+// nearest points are plain.
+Vector3 LastTouchOnA(const CoreDifference& difference, double depth_m, const Vector3& normal);
+
 }  // namespace cwm::collision

@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "collision/kernels/expanding_polytope.h"
+#include "collision/kernels/gjk.h"
 
 namespace cwm::collision {
 namespace {
@@ -26,7 +27,7 @@ class Search {
 
   Penetration Run() {
     best_.depth_m = std::numeric_limits<double>::infinity();
-    if (!Start()) return best_;
+    if (!Start()) return WithWitnesses();
     double lower_bound = 0;
     while (!polytope_.IsFull()) {
       const int face = polytope_.NearestFace();
@@ -41,18 +42,20 @@ class Search {
       }
     }
     best_.bound_m = std::max(best_.depth_m - lower_bound, 0.0);
-    return best_;
+    return WithWitnesses();
   }
 
  private:
+  Penetration WithWitnesses() const {
+    Penetration answer = best_;
+    answer.point_a = LastTouchOnA(difference_, best_.depth_m, best_.normal);
+    answer.point_b = answer.point_a - best_.depth_m * best_.normal;
+    return answer;
+  }
+
   void Improve(int face, double height) {
     best_.depth_m = height;
     best_.normal = polytope_.NormalOf(face);
-    const Vertex foot = polytope_.NearestOnFace(face);
-    // The foot lies on D up to the gap; shared by both witnesses, the rest vanishes.
-    const Vector3 error = foot.w - height * best_.normal;
-    best_.point_a = foot.a - 0.5 * error;
-    best_.point_b = best_.point_a - height * best_.normal;
   }
 
   // A first tetrahedron of vertices of D that lie far apart; false when D is flat, with the answer
@@ -101,8 +104,6 @@ class Search {
   bool Flat(const Vertex& vertex, const Vector3& normal) {
     best_.depth_m = vertex.w.dot(normal);
     best_.normal = normal;
-    best_.point_a = vertex.a;
-    best_.point_b = best_.point_a - best_.depth_m * normal;
     return false;
   }
 

@@ -1,9 +1,14 @@
 #include "collision/kernels/simplex.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace cwm::collision {
 namespace {
+
+// Of a determinant of three vectors, as a share of the product of their lengths: a dozen rounding
+// errors of double.
+constexpr double kRounding = 4e-15;
 
 using Corners = std::array<Vector3, 4>;
 
@@ -64,11 +69,16 @@ SimplexFeature OnTetrahedron(const Corners& corners) {
   SimplexFeature best;
   bool outside = false;
   for (const auto& [i, j, k, opposite] : kFaces) {
-    const Vector3 n = (corners[j] - corners[i]).cross(corners[k] - corners[i]);
-    const double origin_side = -n.dot(corners[i]);
-    const double inner_side = n.dot(corners[opposite] - corners[i]);
-    // A flat tetrahedron has no inner side: all of its faces are candidates then.
-    if (origin_side * inner_side > 0) continue;
+    const Vector3 u = corners[j] - corners[i], v = corners[k] - corners[i];
+    const Vector3 w = corners[opposite] - corners[i];
+    const Vector3 n = u.cross(v);
+    const double origin_side = -n.dot(corners[i]), inner_side = n.dot(w);
+    // Sides that are made of rounding prove nothing: the face stays a candidate, and all four of a
+    // flat tetrahedron do.
+    const double area = u.norm() * v.norm();
+    const bool is_sure = std::abs(origin_side) > kRounding * area * corners[i].norm() &&
+                         std::abs(inner_side) > kRounding * area * w.norm();
+    if (is_sure && (origin_side > 0) == (inner_side > 0)) continue;
     const SimplexFeature feature = OnTriangle(corners, i, j, k);
     if (!outside || feature.distance_squared < best.distance_squared) best = feature;
     outside = true;
