@@ -5,6 +5,7 @@
 #include <BulletCollision/NarrowPhaseCollision/btGjkPairDetector.h>
 #include <BulletCollision/NarrowPhaseCollision/btPointCollector.h>
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
 #include <utility>
@@ -150,10 +151,12 @@ class NearestTriangle final : public btTriangleCallback {
     btTriangleShape triangle(corners[0], corners[1], corners[2]);
     triangle.setMargin(0);
     const auto answer = AskBullet(piece_, X_WP_, triangle, X_WM_);
+    failed = failed || !answer.has_value();
     if (answer.has_value() && answer->distance_m < nearest.distance_m) nearest = *answer;
   }
 
   PairDistance nearest{.distance_m = std::numeric_limits<double>::infinity()};
+  bool failed = false;  // a triangle without an answer might be the nearest
 
  private:
   const btConvexShape& piece_;
@@ -161,9 +164,11 @@ class NearestTriangle final : public btTriangleCallback {
   const btTransform& X_WM_;
 };
 
-// Triangles within a reach of the piece, which doubles until the nearest lies within it.
-PairDistance NearestOnMesh(const BulletPiece& piece, const Pose& X_WA, const BulletMesh& mesh,
-                           const Pose& X_WM, double max_distance_m) {
+// Triangles within a reach of the piece, which doubles until the nearest lies within it. Nothing
+// where Bullet has no answer for one of them.
+std::optional<PairDistance> NearestOnMesh(const BulletPiece& piece, const Pose& X_WA,
+                                          const BulletMesh& mesh, const Pose& X_WM,
+                                          double max_distance_m) {
   const Pose X_WP = X_WA * piece.X_SP;
   const btTransform X_WP_bt = ToBullet(X_WP);
   const btTransform X_WM_bt = ToBullet(X_WM);
@@ -172,12 +177,13 @@ PairDistance NearestOnMesh(const BulletPiece& piece, const Pose& X_WA, const Bul
   mesh.shape->getAabb(btTransform::getIdentity(), mesh_low, mesh_high);
   const double farthest_m = (high - low).length() + (mesh_high - mesh_low).length() +
                             (0.5 * (low + high) - 0.5 * (mesh_low + mesh_high)).length();
-  const double limit_m = std::min(max_distance_m, farthest_m);
+  const double limit_m = std::clamp(max_distance_m, 0.0, farthest_m);
   double reach_m = std::min(limit_m, 1e-3 + 0.1 * (high - low).length());
   while (true) {
     NearestTriangle search(*piece.shape, X_WP_bt, X_WM_bt);
     const btVector3 reach(reach_m, reach_m, reach_m);
     mesh.shape->processAllTriangles(&search, low - reach, high + reach);
+    if (search.failed) return std::nullopt;
     if (search.nearest.distance_m <= reach_m || reach_m >= limit_m) return search.nearest;
     reach_m = std::min(limit_m, std::max({2 * reach_m, kTouching_m}));
   }
@@ -188,9 +194,14 @@ PairDistance MeshDistance(const BulletForm& a, const Pose& X_WA, const BulletFor
   if (OneHoldsPartOfOther(*a.solid, X_WA, *m.solid, X_WM)) {
     return OverlapBound(*a.solid, X_WA, *m.solid, X_WM);
   }
+  bool failed = false;
   PairDistance answer = LeastOverPieces(a.shape.pieces.size(), 1, [&](std::size_t i, std::size_t) {
-    return NearestOnMesh(a.shape.pieces[i], X_WA, *m.shape.mesh, X_WM, max_distance_m);
+    const auto nearest =
+        NearestOnMesh(a.shape.pieces[i], X_WA, *m.shape.mesh, X_WM, max_distance_m);
+    failed = failed || !nearest.has_value();
+    return nearest.value_or(PairDistance{});
   });
+  if (failed) return WithoutBullet(a, X_WA, m, X_WM);
   if (answer.distance_m <= 0) return OverlapBound(*a.solid, X_WA, *m.solid, X_WM);
   answer.bound_m += a.shape.bound_m;
   answer.trust = m.solid->is_open() ? Trust::kSurfaceOnly : Trust::kBounded;

@@ -1,0 +1,105 @@
+#include "collision/engines/engine.h"
+
+#include <gtest/gtest.h>
+
+#include "collision/engines/convex_pieces.h"
+#include "collision/engines/solid.h"
+#include "collision/geometry/signed_distance.h"
+#include "tests/contract/catalogue.h"
+
+namespace cwm::collision {
+namespace {
+
+TEST(Engine, SupportsIsSymmetric) {
+  for (const EngineKind kind : {EngineKind::kExact, EngineKind::kFcl, EngineKind::kBullet}) {
+    const Engine& engine = GetEngine(kind);
+    EXPECT_EQ(engine.kind(), kind);
+    for (int a = 0; a < kShapeKindCount; ++a) {
+      for (int b = 0; b < kShapeKindCount; ++b) {
+        for (const Question q : {Question::kCollides, Question::kDistance, Question::kContacts}) {
+          EXPECT_EQ(engine.Supports(ShapeKind(a), ShapeKind(b), q),
+                    engine.Supports(ShapeKind(b), ShapeKind(a), q));
+        }
+      }
+    }
+  }
+}
+
+TEST(Engine, AutoAnswersAllButTwoHalfSpaces) {
+  for (int a = 0; a < kShapeKindCount; ++a) {
+    for (int b = 0; b < kShapeKindCount; ++b) {
+      const bool half_spaces =
+          ShapeKind(a) == ShapeKind::kHalfSpace && ShapeKind(b) == ShapeKind::kHalfSpace;
+      for (const Question q : {Question::kCollides, Question::kDistance, Question::kContacts}) {
+        EXPECT_EQ(BestEngine(ShapeKind(a), ShapeKind(b), q) == nullptr, half_spaces);
+      }
+    }
+  }
+}
+
+TEST(Engine, PreparesEveryShapeForAll) {
+  for (const CatalogueShape& entry : Catalogue()) {
+    for (const auto& form : PrepareForAll(entry.shape)) EXPECT_NE(form, nullptr) << entry.name;
+  }
+}
+
+TEST(ConvexPieces, ContainATruncatedConeWithinTheirBound) {
+  const Cone cup{0.04, 0.07, 0.12};
+  const ConvexPieceSet set = CircumscribedPieces(cup);
+  ASSERT_EQ(set.hulls.size(), 1u);
+  EXPECT_LT(set.bound_m, 1e-4);
+  const Convex hull{std::make_shared<const TriangleMesh>(set.hulls[0])};
+  for (const Vector3& v : set.hulls[0].vertices) {
+    EXPECT_LE(SignedDistance_m(Shape(cup), v), set.bound_m + 1e-12);
+  }
+  for (int i = 0; i < 360; ++i) {  // the rims lie inside the hull
+    const double angle = 0.0174532925 * i;
+    const Vector3 on_top(0.07 * std::cos(angle), 0.07 * std::sin(angle), 0.06);
+    EXPECT_LE(SignedDistance_m(Shape(hull), on_top), 1e-12);
+  }
+}
+
+TEST(ConvexPieces, CoverAPlateWithAHole) {
+  const Plate plate{.outline = {{0, 0}, {2, 0}, {2, 2}, {0, 2}},
+                    .holes = {{{0.5, 0.5}, {1.5, 0.5}, {1.5, 1.5}, {0.5, 1.5}}},
+                    .thickness_m = 0.1};
+  double volume_m3 = 0;
+  for (const TriangleMesh& hull : CircumscribedPieces(plate).hulls) {
+    volume_m3 += SignedVolume_m3(hull);
+  }
+  EXPECT_NEAR(volume_m3, (4 - 1) * 0.1, 1e-9);
+}
+
+TEST(Solid, ABoxMeshHoldsTheComponentOfAnotherThatLiesInside) {
+  // Two separate cubes in one mesh, one inside the large cube and one far away.
+  TriangleMesh two = BoxMesh({0.1, 0.1, 0.1});
+  const TriangleMesh far = BoxMesh({0.1, 0.1, 0.1});
+  const auto offset = static_cast<std::uint32_t>(two.vertices.size());
+  for (const Vector3& v : far.vertices) two.vertices.push_back(v + Vector3(9, 0, 0));
+  for (auto t : far.triangles)
+    two.triangles.push_back({t[0] + offset, t[1] + offset, t[2] + offset});
+  const Solid pair(PrepareExact(MakeMesh(two)));
+  const Solid large(PrepareExact(MakeMesh(BoxMesh({1, 1, 1}))));
+  const Pose I = Pose::Identity();
+  EXPECT_EQ(pair.points().size(), 2u);
+  EXPECT_TRUE(OneHoldsPartOfOther(pair, I, large, I));
+  EXPECT_TRUE(OneHoldsPartOfOther(large, I, pair, MakeTranslation(-9, 0, 0)));
+  EXPECT_FALSE(OneHoldsPartOfOther(large, I, pair, MakeTranslation(-4, 0, 0)));
+}
+
+TEST(Solid, ContainsAgreesWithTheSignedDistance) {
+  std::mt19937 random(5);
+  for (const CatalogueShape& entry : Catalogue()) {
+    if (KindOf(entry.shape) == ShapeKind::kHalfSpace) continue;
+    const Solid solid(PrepareExact(entry.shape));
+    for (int i = 0; i < 300; ++i) {
+      const Vector3 p = RandomPose(random, 0.15).translation();
+      const double distance_m = SignedDistance_m(entry.shape, p);
+      if (std::abs(distance_m) < 1e-9) continue;
+      EXPECT_EQ(solid.Contains(p), distance_m < 0) << entry.name;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace cwm::collision

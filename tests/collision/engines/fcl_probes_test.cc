@@ -1,0 +1,144 @@
+// Every trap found in FCL 0.7.0, asked through the engine that walls it off.
+#include <gtest/gtest.h>
+
+#include <numbers>
+
+#include "collision/engines/engine.h"
+#include "tests/contract/catalogue.h"
+
+namespace cwm::collision {
+namespace {
+
+const Engine& Fcl() { return GetEngine(EngineKind::kFcl); }
+
+PairDistance Distance(const Shape& a, const Pose& X_WA, const Shape& b, const Pose& X_WB) {
+  const PlacedShape placed_a = Place(Fcl(), a, X_WA);
+  const PlacedShape placed_b = Place(Fcl(), b, X_WB);
+  return Fcl().Distance(placed_a.get(), placed_b.get(), 1e3);
+}
+
+bool Collides(const Shape& a, const Pose& X_WA, const Shape& b, const Pose& X_WB) {
+  const PlacedShape placed_a = Place(Fcl(), a, X_WA);
+  const PlacedShape placed_b = Place(Fcl(), b, X_WB);
+  return Fcl().Collides(placed_a.get(), placed_b.get());
+}
+
+const Pose kOrigin = Pose::Identity();
+
+TEST(FclProbe, DistanceToAHalfSpaceWouldCrashAndIsNotInTheTable) {
+  for (int kind = 0; kind < kShapeKindCount; ++kind) {
+    const auto k = static_cast<ShapeKind>(kind);
+    EXPECT_FALSE(Fcl().Supports(k, ShapeKind::kHalfSpace, Question::kDistance));
+    EXPECT_FALSE(Fcl().Supports(ShapeKind::kHalfSpace, k, Question::kDistance));
+    EXPECT_FALSE(Fcl().Supports(k, ShapeKind::kHalfSpace, Question::kContacts));
+  }
+}
+
+TEST(FclProbe, AConvexHullAgainstAHalfSpaceIsYesOrNoWithoutACrash) {
+  const Convex hull{std::make_shared<const TriangleMesh>(BoxMesh({0.2, 0.2, 0.2}))};
+  EXPECT_TRUE(Fcl().Supports(ShapeKind::kConvex, ShapeKind::kHalfSpace, Question::kCollides));
+  EXPECT_TRUE(Collides(hull, MakeTranslation(0, 0, 0.099), HalfSpace{}, kOrigin));
+  EXPECT_FALSE(Collides(hull, MakeTranslation(0, 0, 0.101), HalfSpace{}, kOrigin));
+  EXPECT_TRUE(Collides(hull, MakeTranslation(5, 7, -3), HalfSpace{}, kOrigin));  // deep below
+}
+
+TEST(FclProbe, AConeAgainstAHalfSpaceIsWrongAndIsNotInTheTable) {
+  EXPECT_FALSE(Fcl().Supports(ShapeKind::kCone, ShapeKind::kHalfSpace, Question::kCollides));
+}
+
+TEST(FclProbe, TwoSpheresThatOverlapHaveTheDepthOfTheirOverlap) {
+  const PairDistance answer =
+      Distance(Sphere{0.05}, kOrigin, Sphere{0.05}, MakeTranslation(0.098, 0, 0));
+  EXPECT_NEAR(answer.distance_m, -0.002, 1e-12);  // unsigned -1, signed -0.001999991
+  EXPECT_NEAR(answer.normal.x(), 1, 1e-12);
+}
+
+TEST(FclProbe, TwoOverlappingCubeMeshesPenetrateAndSayThatTheDepthIsABound) {
+  const Mesh cube = MakeMesh(BoxMesh({1, 1, 1}));
+  const PairDistance answer = Distance(cube, kOrigin, cube, MakeTranslation(0.5, 0.1, 0.05));
+  EXPECT_LT(answer.distance_m, 0);  // FCL: 0
+  EXPECT_EQ(answer.trust, Trust::kBounded);
+  EXPECT_LE(std::abs(answer.distance_m + 0.5), answer.bound_m + 1e-9);
+  EXPECT_TRUE(Collides(cube, kOrigin, cube, MakeTranslation(0.5, 0.1, 0.05)));
+}
+
+TEST(FclProbe, ASmallMeshInsideALargeOneCollides) {
+  const Mesh small = MakeMesh(BoxMesh({0.1, 0.1, 0.1}));
+  const Mesh large = MakeMesh(BoxMesh({1, 1, 1}));
+  const Pose inside = MakeTranslation(0.1, -0.2, 0.05);
+  EXPECT_TRUE(Collides(small, inside, large, kOrigin));
+  EXPECT_TRUE(Collides(large, kOrigin, small, inside));
+  EXPECT_LT(Distance(small, inside, large, kOrigin).distance_m, 0);
+  EXPECT_FALSE(Collides(small, MakeTranslation(0.7, 0, 0), large, kOrigin));
+}
+
+TEST(FclProbe, APrimitiveInsideAClosedMeshCollidesAndAMeshInsideAPrimitiveToo) {
+  const Mesh cube = MakeMesh(BoxMesh({1, 1, 1}));
+  EXPECT_TRUE(Collides(Sphere{0.1}, kOrigin, cube, kOrigin));
+  EXPECT_TRUE(Collides(cube, kOrigin, Sphere{5}, kOrigin));
+  EXPECT_LT(Distance(Cylinder{0.1, 0.1}, kOrigin, cube, kOrigin).distance_m, 0);
+}
+
+TEST(FclProbe, AnOpenMeshHasNoInside) {
+  TriangleMesh lidless = BoxMesh({1, 1, 1});
+  lidless.triangles.pop_back();
+  const Mesh open = MakeMesh(std::move(lidless));
+  ASSERT_FALSE(open.watertight);
+  EXPECT_FALSE(Collides(Sphere{0.1}, kOrigin, open, kOrigin));
+  const PairDistance answer = Distance(Sphere{0.1}, kOrigin, open, kOrigin);
+  EXPECT_NEAR(answer.distance_m, 0.4, 1e-4);
+  EXPECT_EQ(answer.trust, Trust::kSurfaceOnly);
+}
+
+// collide() measures depth along the centre ray: 2 mm wrong on a 2 mm overlap of cylinders.
+TEST(FclProbe, CrossedCylindersHaveTheLeastDepth) {
+  const Pose lying = MakePose(
+      {0.02, 0.098, 0.03}, Quaternion(Eigen::AngleAxisd(std::numbers::pi / 2, Vector3::UnitX())) *
+                               Quaternion(Eigen::AngleAxisd(0.5, Vector3::UnitY())));
+  const PairDistance fcl = Distance(Cylinder{0.05, 0.4}, kOrigin, Cylinder{0.05, 0.1}, lying);
+  const Engine& exact = GetEngine(EngineKind::kExact);
+  const PlacedShape a = Place(exact, Cylinder{0.05, 0.4}, kOrigin);
+  const PlacedShape b = Place(exact, Cylinder{0.05, 0.1}, lying);
+  EXPECT_LT(fcl.distance_m, 0);
+  EXPECT_NEAR(fcl.distance_m, exact.Distance(a.get(), b.get(), 1e3).distance_m, 1e-9);
+}
+
+// Signed distance ends the process by an assertion on some overlaps of rotated boxes and hulls.
+TEST(FclProbe, DeepAndTouchingOverlapsAreAnsweredWithoutAnAssertion) {
+  std::mt19937 random(4);
+  for (const CatalogueShape& a : Catalogue()) {
+    for (const CatalogueShape& b : Catalogue()) {
+      if (!Fcl().Supports(KindOf(a.shape), KindOf(b.shape), Question::kDistance)) continue;
+      for (int i = 0; i < 20; ++i) {
+        const Pose X_WA = RandomPose(random, 0.01);
+        EXPECT_LE(Distance(a.shape, X_WA, b.shape, RandomPose(random, 0.01)).distance_m, 0.2);
+        EXPECT_LE(Distance(a.shape, X_WA, b.shape, X_WA).distance_m, 0.2);  // concentric
+      }
+    }
+  }
+}
+
+// FCL gives the witness on the mesh first, and those of a sphere in frames of their own.
+TEST(FclProbe, WitnessesOnAMeshBelongToTheMesh) {
+  const Mesh cube = MakeMesh(BoxMesh({1, 1, 1}));
+  const Pose X_WM = MakeTranslation(3, 0, 0);
+  for (const Shape& shape : {Shape(Sphere{0.25}), Shape(Box{{0.5, 0.5, 0.5}})}) {
+    const PairDistance answer = Distance(shape, kOrigin, cube, X_WM);
+    EXPECT_NEAR(answer.point_a.x(), 0.25, 1e-9);
+    EXPECT_NEAR(answer.point_b.x(), 2.5, 1e-9);
+    EXPECT_NEAR(answer.normal.x(), 1, 1e-9);
+    EXPECT_NEAR(Distance(cube, X_WM, shape, kOrigin).point_a.x(), 2.5, 1e-9);
+  }
+}
+
+TEST(FclProbe, ATruncatedConeIsBoundedByItsPieces) {
+  const PairDistance answer =
+      Distance(Cone{0.04, 0.07, 0.12}, kOrigin, Sphere{0.05}, MakeTranslation(0.2, 0, 0.06));
+  EXPECT_EQ(answer.trust, Trust::kBounded);
+  EXPECT_GT(answer.bound_m, 1e-5);
+  EXPECT_LT(answer.bound_m, 2e-4);
+  EXPECT_LE(std::abs(answer.distance_m - (0.2 - 0.05 - 0.07)), answer.bound_m);
+}
+
+}  // namespace
+}  // namespace cwm::collision

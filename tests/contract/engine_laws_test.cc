@@ -1,0 +1,211 @@
+// Laws that every engine obeys on every pair that its table of trust admits.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "collision/geometry/signed_distance.h"
+#include "tests/contract/catalogue.h"
+#include "tests/contract/oracle.h"
+
+namespace cwm::collision {
+namespace {
+
+constexpr int kPlacements = 60;
+constexpr double kFar_m = 1e3;
+
+// Agreement that an answer claims: kExact means 1e-7 (pair_answer.h); the rest states its bound.
+constexpr double kExact_m = 1e-7;
+double Tolerance_m(const PairDistance& answer) { return kExact_m + answer.bound_m; }
+
+// Iterative solvers turn a distance right to 1e-9 into witnesses right to its square root.
+constexpr double kWitness_m = 2e-4;
+
+struct Case {
+  EngineKind engine;
+  const CatalogueShape* a;
+  const CatalogueShape* b;
+};
+
+std::vector<Case> AllCases() {
+  std::vector<Case> cases;
+  for (const EngineKind engine : {EngineKind::kExact, EngineKind::kFcl, EngineKind::kBullet}) {
+    for (const CatalogueShape& a : Catalogue()) {
+      for (const CatalogueShape& b : Catalogue()) {
+        if (GetEngine(engine).Supports(KindOf(a.shape), KindOf(b.shape), Question::kDistance)) {
+          cases.push_back({engine, &a, &b});
+        }
+      }
+    }
+  }
+  return cases;
+}
+
+std::string NameOfCase(const testing::TestParamInfo<Case>& info) {
+  return std::string(NameOf(info.param.engine)) + info.param.a->name + info.param.b->name;
+}
+
+class EngineLaws : public testing::TestWithParam<Case> {
+ protected:
+  EngineLaws()
+      : engine_(GetEngine(GetParam().engine)),
+        a_(Place(engine_, GetParam().a->shape, Pose::Identity())),
+        b_(Place(engine_, GetParam().b->shape, Pose::Identity())) {}
+
+  // The next placement, near enough that about half of them overlap.
+  void Next() {
+    a_.X_WS = RandomPose(random_, 0.3);
+    b_.X_WS = RandomPose(random_, GetParam().a->size_m + GetParam().b->size_m);
+    b_.X_WS.translation() += a_.X_WS.translation();
+  }
+  PairDistance Ask() const { return engine_.Distance(a_.get(), b_.get(), kFar_m); }
+
+  std::mt19937 random_{20};
+  const Engine& engine_;
+  PlacedShape a_;
+  PlacedShape b_;
+};
+
+TEST_P(EngineLaws, AnAnswerIsWellFormed) {
+  for (int i = 0; i < kPlacements; ++i) {
+    Next();
+    const PairDistance answer = Ask();
+    ASSERT_TRUE(std::isfinite(answer.distance_m));
+    EXPECT_NEAR(answer.normal.norm(), 1, 1e-9);
+    EXPECT_LT((answer.point_b - answer.point_a - answer.distance_m * answer.normal).norm(), 1e-7)
+        << answer.distance_m;
+    EXPECT_GE(answer.bound_m, 0);
+    if (answer.trust == Trust::kExact) {
+      EXPECT_EQ(answer.bound_m, 0);
+    }
+  }
+}
+
+TEST_P(EngineLaws, SwappingThePairReversesTheAnswer) {
+  for (int i = 0; i < kPlacements; ++i) {
+    Next();
+    const PairDistance ab = Ask();
+    const PairDistance ba = engine_.Distance(b_.get(), a_.get(), kFar_m);
+    if (ab.trust == Trust::kDegraded) continue;
+    EXPECT_NEAR(ab.distance_m, ba.distance_m, Tolerance_m(ab) + Tolerance_m(ba));
+  }
+}
+
+TEST_P(EngineLaws, ARigidMotionOfBothChangesNothing) {
+  for (int i = 0; i < kPlacements; ++i) {
+    Next();
+    const PairDistance before = Ask();
+    const Pose X = RandomPose(random_, 1.0);
+    a_.X_WS = X * a_.X_WS;
+    b_.X_WS = X * b_.X_WS;
+    const PairDistance after = Ask();
+    if (before.trust == Trust::kDegraded || after.trust == Trust::kDegraded) continue;
+    EXPECT_NEAR(before.distance_m, after.distance_m, Tolerance_m(before) + Tolerance_m(after));
+  }
+}
+
+TEST_P(EngineLaws, CollidesMeansNegativeDistance) {
+  for (int i = 0; i < kPlacements; ++i) {
+    Next();
+    const PairDistance answer = Ask();
+    if (answer.trust == Trust::kDegraded && answer.distance_m > 0) continue;
+    // Away from touching: where a bound on depth reaches 0, the sign still tells.
+    const double bound_m = answer.distance_m > 0 ? answer.bound_m : 0;
+    if (std::abs(answer.distance_m) < 2e-4 + bound_m) continue;
+    EXPECT_EQ(engine_.Collides(a_.get(), b_.get()), answer.distance_m < 0) << answer.distance_m;
+  }
+}
+
+TEST_P(EngineLaws, ADistanceLimitIsRespected) {
+  for (int i = 0; i < kPlacements; ++i) {
+    Next();
+    const PairDistance answer = Ask();
+    if (answer.distance_m <= 0) continue;
+    const double below_m = 0.5 * answer.distance_m;
+    EXPECT_GT(engine_.Distance(a_.get(), b_.get(), below_m).distance_m, below_m);
+    const double above_m = 1.5 * answer.distance_m + Tolerance_m(answer);
+    const PairDistance limited = engine_.Distance(a_.get(), b_.get(), above_m);
+    EXPECT_NEAR(limited.distance_m, answer.distance_m, 2 * Tolerance_m(answer));
+  }
+}
+
+TEST_P(EngineLaws, ContactsContainTheDeepest) {
+  for (int i = 0; i < kPlacements; ++i) {
+    Next();
+    const PairDistance answer = Ask();
+    std::vector<PairDistance> contacts;
+    const double margin_m = answer.distance_m + 0.01;
+    engine_.Contacts(a_.get(), b_.get(), margin_m, 4, contacts);
+    ASSERT_GE(contacts.size(), 1u);
+    EXPECT_LE(contacts.size(), 4u);
+    EXPECT_NEAR(contacts[0].distance_m, answer.distance_m, Tolerance_m(answer));
+    contacts.clear();
+    engine_.Contacts(a_.get(), b_.get(), answer.distance_m - 0.01 - answer.bound_m, 4, contacts);
+    EXPECT_TRUE(contacts.empty());
+  }
+}
+
+TEST_P(EngineLaws, SeparatedWitnessesLieOnTheSurfaces) {
+  for (int i = 0; i < kPlacements; ++i) {
+    Next();
+    const PairDistance answer = Ask();
+    if (answer.distance_m <= 0 || answer.trust == Trust::kDegraded) continue;
+    for (const auto& [placed, shape, point] :
+         {std::tuple(&a_, &GetParam().a->shape, &answer.point_a),
+          std::tuple(&b_, &GetParam().b->shape, &answer.point_b)}) {
+      const double off_m = SignedDistance_m(*shape, placed->X_WS.inverse() * *point);
+      EXPECT_NEAR(off_m, 0, kWitness_m + answer.bound_m);
+    }
+  }
+}
+
+// For convex shapes an answer can be proven: its normal is a direction along which they lie that
+// far apart.
+TEST_P(EngineLaws, TheNormalProvesTheDistanceOfConvexShapes) {
+  const Shape& a = GetParam().a->shape;
+  const Shape& b = GetParam().b->shape;
+  if (!HasExtent(a) || !HasExtent(b)) GTEST_SKIP() << "not convex, or unbounded";
+  for (int i = 0; i < kPlacements; ++i) {
+    Next();
+    const PairDistance answer = Ask();
+    if (answer.trust == Trust::kDegraded) continue;
+    const double gap_m = Gap_m(a, a_.X_WS, b, b_.X_WS, answer.normal);
+    EXPECT_NEAR(gap_m, answer.distance_m, 1e-6 + 2 * answer.bound_m);
+  }
+}
+
+// No direction separates overlapping convex shapes by less than their depth, nor separated ones by
+// more than their distance.
+TEST_P(EngineLaws, NoOtherDirectionRefutesTheAnswer) {
+  const Shape& a = GetParam().a->shape;
+  const Shape& b = GetParam().b->shape;
+  if (!HasExtent(a) || !HasExtent(b)) GTEST_SKIP() << "not convex, or unbounded";
+  std::normal_distribution<double> normal;
+  for (int i = 0; i < kPlacements; ++i) {
+    Next();
+    const PairDistance answer = Ask();
+    if (answer.trust == Trust::kDegraded) continue;
+    for (int k = 0; k < 200; ++k) {
+      Vector3 direction(normal(random_), normal(random_), normal(random_));
+      if (k % 2 == 1) direction = answer.normal + 0.1 * direction;  // around the answer's own
+      const double gap_m = Gap_m(a, a_.X_WS, b, b_.X_WS, direction.normalized());
+      EXPECT_LE(gap_m, answer.distance_m + Tolerance_m(answer));
+    }
+  }
+}
+
+TEST_P(EngineLaws, MovingByTheDepthAlongTheNormalSeparates) {
+  for (int i = 0; i < kPlacements; ++i) {
+    Next();
+    const PairDistance answer = Ask();
+    if (answer.distance_m >= 0 || answer.trust != Trust::kExact) continue;
+    b_.X_WS.translation() -= answer.distance_m * answer.normal;
+    const PairDistance after = Ask();
+    EXPECT_NEAR(after.distance_m, 0, 1e-6 + after.bound_m);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(AllPairs, EngineLaws, testing::ValuesIn(AllCases()), NameOfCase);
+
+}  // namespace
+}  // namespace cwm::collision
