@@ -1,0 +1,54 @@
+#include "perception/model/extraction.h"
+
+#include <cmath>
+
+#include "perception/model/candidate_list.h"
+#include "perception/model/model_selection.h"
+#include "perception/model/shape_search.h"
+
+namespace cwm::perception {
+namespace {
+
+// Caps of work. A cluttered table of a dozen boxes has 36 faces; refusals cost as much as shapes.
+constexpr int kMostShapes = 64;
+constexpr int kMostRefusals = 48;
+
+std::vector<std::uint32_t> OnAndBeside(const ShapeFit& fit, const FitContext& c,
+                                       const std::vector<char>& available) {
+  std::vector<std::uint32_t> taken = fit.inliers;
+  for (std::uint32_t i : c.connectivity.Beside(fit.inliers)) {
+    if (available[i] && std::abs(Distance_m(fit.model, c.points.p[i])) <= c.points.gate_m[i]) {
+      taken.push_back(i);
+    }
+  }
+  return taken;
+}
+
+}  // namespace
+
+Extraction ExtractShapes(const FitContext& context, std::stop_token stop) {
+  Extraction out;
+  CandidateList candidates(context.points, context.connectivity, context.options.seed);
+  ShapeSearch search(context.points, context.octree, candidates, context.options);
+  int refusals = 0;
+  while (!stop.stop_requested()) {
+    const std::optional<Candidate> leader = search.Next();
+    if (!leader) break;
+    if (std::optional<ShapeFit> fit = SelectModel(*leader, candidates, context)) {
+      candidates.Remove(OnAndBeside(*fit, context, candidates.available()));
+      out.fits.push_back(*std::move(fit));
+    } else {
+      candidates.Refuse(*leader);
+      ++refusals;
+    }
+    if (static_cast<int>(out.fits.size()) < kMostShapes && refusals < kMostRefusals) continue;
+    out.notes.push_back("shape search ended at its cap of shapes; the rest becomes surfaces");
+    break;
+  }
+  if (search.capped()) {
+    out.notes.push_back("shape search ended at its cap of draws; small shapes may be missed");
+  }
+  return out;
+}
+
+}  // namespace cwm::perception

@@ -1,0 +1,47 @@
+#include "perception/model/free_space.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "collision/geometry/aabb.h"
+#include "collision/geometry/signed_distance.h"
+
+namespace cwm::perception {
+namespace {
+
+constexpr std::size_t kRays = 600;
+constexpr int kMostSteps = 24;
+
+// The deepest place of the segment in the solid is found by steps of what is known to be free of
+// deeper places: the signed distance changes by at most the length of a step.
+bool RunsDeep(const Solid& solid, const Pose& X_SM, const Vector3& sensor, const Vector3& p,
+              double depth_m, double reach_m) {
+  const Vector3 to_sensor = (sensor - p).normalized();
+  const double length_m = std::min((sensor - p).norm(), reach_m);
+  double t = 0;
+  for (int step = 0; step < kMostSteps && t < length_m; ++step) {
+    const double signed_m = SignedDistance_m(solid.shape, X_SM * (p + t * to_sensor));
+    if (signed_m < -depth_m) return true;
+    t += std::max(signed_m + depth_m, 0.002);
+  }
+  return false;
+}
+
+}  // namespace
+
+Contradiction FindContradiction(const Solid& solid, const ModelPoints& points) {
+  const Pose X_SM = solid.X_MS.inverse();
+  const Aabb bounds = TightBounds(solid.shape, solid.X_MS);
+  const std::size_t stride = std::max<std::size_t>(1, points.size() / kRays);
+  Contradiction found;
+  for (std::size_t i = 0; i < points.size(); i += stride) {
+    ++found.looked;
+    const double depth_m = std::max(kMostDepth_m, points.gate_m[i]);
+    // From the point, no farther than the other side of the solid.
+    const double reach_m = (points.p[i] - bounds.center()).norm() + 0.5 * bounds.diagonal().norm();
+    found.rays += RunsDeep(solid, X_SM, points.viewpoint, points.p[i], depth_m, reach_m) ? 1 : 0;
+  }
+  return found;
+}
+
+}  // namespace cwm::perception

@@ -1,0 +1,19 @@
+// Whether a solid fills space that rays were seen to cross.
+#pragma once
+
+#include "perception/model/solid.h"
+
+namespace cwm::perception {
+
+// Rays from the sensor to the points that run deeper than this in a solid contradict it.
+inline constexpr double kMostDepth_m = 0.01;
+
+// Of the points, how many were measured through the solid: their ray, or they themselves, lie more
+// than kMostDepth_m (or 3 sigma) inside.
+struct Contradiction {
+  std::size_t rays = 0;    // that contradict
+  std::size_t looked = 0;  // at
+};
+Contradiction FindContradiction(const Solid& solid, const ModelPoints& points);
+
+}  // namespace cwm::perception

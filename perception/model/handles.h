@@ -1,0 +1,16 @@
+// Handles: clusters that grow from a shape's surface (paper, section V). No geometric model is
+// fitted: "handle geometry can vary greatly".
+#pragma once
+
+#include <vector>
+
+#include "perception/model/object_modeler.h"
+
+namespace cwm::perception {
+
+// Clusters of unexplained points that begin at a solid's surface, are fairly large, elongated and
+// slim. Their points are labelled in `part_of_point` as in ObjectModel.
+std::vector<Handle> FindHandles(const OrientedPoints& points, const std::vector<ShapePart>& solids,
+                                double spacing_m, std::vector<std::int32_t>& part_of_point);
+
+}  // namespace cwm::perception

@@ -1,0 +1,115 @@
+#include "perception/model/model_points.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace cwm::perception {
+namespace {
+
+constexpr double kLeastNormalGate_rad = 15 * std::numbers::pi / 180;
+constexpr double kMostNormalGate_rad = 45 * std::numbers::pi / 180;
+constexpr double kNormalGate_sigma = 3;
+constexpr int kMortonLevels = 10;  // of 8 children each: cells of 1/1024 of the extent
+// A point without a stated noise still needs a gate.
+constexpr double kLeastSigma_m = 1e-4;
+
+std::uint32_t Spread(std::uint32_t x) {  // bits 0..9 to every third bit
+  x = (x | x << 16) & 0x030000ffU;
+  x = (x | x << 8) & 0x0300f00fU;
+  x = (x | x << 4) & 0x030c30c3U;
+  x = (x | x << 2) & 0x09249249U;
+  return x;
+}
+
+struct KeyedPoint {
+  std::uint32_t key = 0;
+  std::uint32_t index = 0;
+  friend bool operator<(const KeyedPoint& a, const KeyedPoint& b) {
+    return a.key != b.key ? a.key < b.key : a.index < b.index;
+  }
+};
+
+std::vector<std::uint32_t> UsablePoints(const OrientedPoints& points) {
+  std::vector<std::uint32_t> usable;
+  usable.reserve(points.size());
+  for (std::uint32_t i = 0; i < points.size(); ++i) {
+    if (points.points[i].allFinite() && std::abs(points.normals[i].squaredNorm() - 1) < 0.1f) {
+      usable.push_back(i);
+    }
+  }
+  return usable;
+}
+
+std::vector<KeyedPoint> SortByMorton(const OrientedPoints& points,
+                                     const std::vector<std::uint32_t>& usable) {
+  Eigen::AlignedBox3f bounds;
+  for (std::uint32_t i : usable) bounds.extend(points.points[i]);
+  const float extent = std::max(bounds.sizes().maxCoeff(), 1e-6f);
+  const float scale = static_cast<float>((1 << kMortonLevels) - 1) / extent;
+  std::vector<KeyedPoint> keyed;
+  keyed.reserve(usable.size());
+  for (std::uint32_t i : usable) {
+    const Eigen::Vector3f q = (points.points[i] - bounds.min()) * scale;
+    const auto cell = [&q](int axis) { return Spread(static_cast<std::uint32_t>(q[axis])); };
+    keyed.push_back({cell(0) | cell(1) << 1 | cell(2) << 2, i});
+  }
+  std::sort(keyed.begin(), keyed.end());
+  return keyed;
+}
+
+double MedianSpacing_m(const ModelPoints& points) {
+  if (points.size() < 2) return 0;
+  std::vector<double> gaps;
+  gaps.reserve(points.size() - 1);
+  for (std::size_t i = 1; i < points.size(); ++i) {
+    gaps.push_back((points.p[i] - points.p[i - 1]).norm());
+  }
+  const auto middle = gaps.begin() + static_cast<std::ptrdiff_t>(gaps.size() / 2);
+  std::nth_element(gaps.begin(), middle, gaps.end());
+  return *middle;
+}
+
+}  // namespace
+
+double NormalGate_cos(double normal_sigma_rad) {
+  const double gate_rad = kNormalGate_sigma * normal_sigma_rad;
+  return std::cos(std::clamp(gate_rad, kLeastNormalGate_rad, kMostNormalGate_rad));
+}
+
+ModelPoints ThinForSearch(const OrientedPoints& points, std::size_t most_points) {
+  ModelPoints out;
+  const std::vector<std::uint32_t> usable = UsablePoints(points);
+  if (usable.empty()) return out;
+  const std::vector<KeyedPoint> keyed = SortByMorton(points, usable);
+  const std::size_t stride = (keyed.size() + most_points - 1) / most_points;
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (const KeyedPoint& k : keyed) sum += points.points[k.index].cast<double>();
+  out.origin_W = sum / static_cast<double>(keyed.size());
+  out.viewpoint = points.viewpoint - out.origin_W;
+  out.weight = static_cast<double>(stride);
+  for (std::size_t k = 0; k < keyed.size(); k += stride) {
+    const std::uint32_t i = keyed[k].index;
+    const double sigma_m = std::max<double>(points.sigma_m[i], kLeastSigma_m);
+    out.p.push_back(points.points[i].cast<double>() - out.origin_W);
+    out.n.push_back(points.normals[i].cast<double>().normalized());
+    out.sigma_m.push_back(sigma_m);
+    out.gate_m.push_back(kDistanceGate_sigma * sigma_m);
+    out.min_cos.push_back(NormalGate_cos(points.normal_sigma_rad[i]));
+    out.key.push_back(keyed[k].key);
+    out.index.push_back(i);
+  }
+  out.widest_gate_m = *std::max_element(out.gate_m.begin(), out.gate_m.end());
+  out.spacing_m = MedianSpacing_m(out);
+  return out;
+}
+
+std::vector<std::uint32_t> Thinned(std::span<const std::uint32_t> indices, std::size_t most) {
+  const std::size_t stride = (indices.size() + most - 1) / std::max<std::size_t>(most, 1);
+  if (stride <= 1) return {indices.begin(), indices.end()};
+  std::vector<std::uint32_t> out;
+  for (std::size_t k = 0; k < indices.size(); k += stride) out.push_back(indices[k]);
+  return out;
+}
+
+}  // namespace cwm::perception

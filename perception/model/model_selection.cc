@@ -1,0 +1,276 @@
+#include "perception/model/model_selection.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "perception/model/solid.h"
+
+namespace cwm::perception {
+namespace {
+
+constexpr double kLeastGain = 0.95;      // of the rms, by one more parameter
+constexpr double kLeastSlope_sigma = 3;  // of cones, else they are cylinders
+constexpr std::size_t kFanPoints = 120;  // for initial guesses from all normals
+constexpr double kOverlap = 0.3;         // of a candidate's points, to be a rival on this region
+constexpr int kMostFaces = 3;            // of a box, in one view
+constexpr std::size_t kFaceSeeds = 40;   // starting points for the faces of a region
+
+CurvedEvidence EvidenceOf(double radius_m, double arc_rad) {
+  const double half = std::min(0.5 * arc_rad, 0.5 * std::numbers::pi);
+  return {.radius_m = radius_m,
+          .arc_rad = arc_rad,
+          .chord_m = 2 * radius_m * std::sin(half),
+          .sagitta_m = radius_m * (1 - std::cos(half))};
+}
+
+bool HoldsLimits(const ShapeFit& fit, const FitContext& c) {
+  double sigma_m = 0;
+  for (std::uint32_t i : fit.inliers) sigma_m += c.points.sigma_m[i];
+  sigma_m /= static_cast<double>(fit.inliers.size());
+  const double samples = c.IndependentSamples(fit.inliers.size());
+  if (const auto* sphere = std::get_if<SphereModel>(&fit.model)) {
+    return IsSignificant(MeasureEvidence(*sphere, fit, c), sigma_m, samples);
+  }
+  if (const auto* cylinder = std::get_if<CylinderModel>(&fit.model)) {
+    return IsSignificant(MeasureEvidence(cylinder->AsCone(), fit, c), sigma_m, samples);
+  }
+  if (const auto* cone = std::get_if<ConeModel>(&fit.model)) {
+    return IsSignificant(MeasureEvidence(*cone, fit, c), sigma_m, samples);
+  }
+  return true;
+}
+
+// Directions in which normals vary least: the axis of a cylinder (about zero) or of a cone (about
+// their mean).
+enum class FanCenter { kZero, kMean };
+Vector3 AxisOfFan(const std::vector<SamplePoint>& fan, FanCenter center) {
+  Vector3 mean = Vector3::Zero();
+  Matrix3 products = Matrix3::Zero();
+  for (const SamplePoint& s : fan) {
+    mean += s.n / static_cast<double>(fan.size());
+    products += s.n * s.n.transpose() / static_cast<double>(fan.size());
+  }
+  if (center == FanCenter::kMean) products -= mean * mean.transpose();
+  return Eigen::SelfAdjointEigenSolver<Matrix3>(products).eigenvectors().col(0);
+}
+
+PlaneModel MeanPlane(const std::vector<SamplePoint>& fan) {
+  PlaneModel plane;
+  Vector3 normal = Vector3::Zero();
+  for (const SamplePoint& s : fan) {
+    plane.point += s.p / static_cast<double>(fan.size());
+    normal += s.n;
+  }
+  if (normal.norm() > 1e-6) plane.normal = normal.normalized();
+  return plane;
+}
+
+std::vector<SamplePoint> FanOf(const std::vector<std::uint32_t>& inliers, const FitContext& c) {
+  std::vector<SamplePoint> fan;
+  for (std::uint32_t i : Thinned(inliers, kFanPoints))
+    fan.push_back({c.points.p[i], c.points.n[i]});
+  return fan;
+}
+
+// The best-scored candidates of other kinds that lie mostly on the leader's points.
+std::vector<AnyModel> OverlappingCandidates(const Candidate& leader, const CandidateList& list,
+                                            const FitContext& c) {
+  std::vector<char> on_leader(c.points.size(), 0);
+  for (std::uint32_t i : leader.inliers) on_leader[i] = 1;
+  const Candidate* best[std::variant_size_v<AnyModel>] = {};
+  for (const Candidate& candidate : list.candidates()) {
+    const std::size_t kind = candidate.model.index();
+    if (kind == leader.model.index()) continue;
+    if (best[kind] != nullptr && best[kind]->score >= candidate.score) continue;
+    std::size_t shared = 0;
+    for (std::uint32_t i : candidate.inliers) shared += on_leader[i] ? 1 : 0;
+    if (static_cast<double>(shared) >= kOverlap * static_cast<double>(candidate.inliers.size())) {
+      best[kind] = &candidate;
+    }
+  }
+  std::vector<AnyModel> models;
+  for (const Candidate* candidate : best) {
+    if (candidate != nullptr) models.push_back(candidate->model);
+  }
+  return models;
+}
+
+std::vector<AnyModel> Proposals(const Candidate& leader, const CandidateList& list,
+                                const FitContext& c) {
+  std::vector<AnyModel> models;
+  models.push_back(leader.model);
+  const std::vector<SamplePoint> fan = FanOf(leader.inliers, c);
+  if (c.options.search_planes && !IsPlane(leader.model)) models.push_back(MeanPlane(fan));
+  if (c.options.search_spheres) {
+    if (const auto sphere = SphereModel::FromSample(fan)) models.push_back(*sphere);
+  }
+  if (c.options.search_cylinders) {
+    const auto cylinder = CylinderModel::AroundAxis(fan, AxisOfFan(fan, FanCenter::kZero));
+    if (cylinder) models.push_back(*cylinder);
+  }
+  if (c.options.search_cones) {
+    const auto cone = ConeModel::AroundAxis(fan, AxisOfFan(fan, FanCenter::kMean));
+    if (cone) models.push_back(*cone);
+  }
+  for (AnyModel& model : OverlappingCandidates(leader, list, c)) models.push_back(model);
+  return models;
+}
+
+// One fit per kind, the one with the most inliers.
+std::vector<ShapeFit> FitRivals(const Candidate& leader, const CandidateList& list,
+                                const FitContext& c) {
+  std::vector<std::optional<ShapeFit>> best(std::variant_size_v<AnyModel>);
+  const auto keep = [&best](std::optional<ShapeFit> fit) {
+    if (!fit) return;
+    std::optional<ShapeFit>& slot = best[fit->model.index()];
+    if (!slot || fit->inliers.size() > slot->inliers.size()) slot = std::move(fit);
+  };
+  for (const AnyModel& model : Proposals(leader, list, c)) {
+    keep(FitShape(model, c, list.available()));
+  }
+  if (const std::optional<ShapeFit>& fit = best[AnyModel(CylinderModel()).index()];
+      fit && c.options.search_cones) {
+    keep(FitShape(std::get<CylinderModel>(fit->model).AsCone(), c, list.available()));
+  }
+  std::vector<ShapeFit> rivals;
+  for (std::optional<ShapeFit>& fit : best) {
+    if (fit && HoldsLimits(*fit, c)) rivals.push_back(std::move(*fit));
+  }
+  return rivals;
+}
+
+std::vector<std::uint32_t> UnionOfInliers(const std::vector<ShapeFit>& rivals) {
+  std::vector<std::uint32_t> all;
+  for (const ShapeFit& fit : rivals) {
+    all.insert(all.end(), fit.inliers.begin(), fit.inliers.end());
+  }
+  std::sort(all.begin(), all.end());
+  all.erase(std::unique(all.begin(), all.end()), all.end());
+  return all;
+}
+
+// The plane through one of the listed points that most of them lie on, refined on those.
+std::optional<PlaneModel> LargestFace(const std::vector<std::uint32_t>& listed,
+                                      const FitContext& c) {
+  std::vector<std::uint32_t> best;
+  PlaneModel plane;
+  for (std::uint32_t seed : Thinned(listed, kFaceSeeds)) {
+    const PlaneModel trial{.point = c.points.p[seed], .normal = c.points.n[seed]};
+    std::vector<std::uint32_t> inliers;
+    for (std::uint32_t i : listed) {
+      if (IsInlier(trial, c.points, i)) inliers.push_back(i);
+    }
+    if (inliers.size() > best.size()) best = std::move(inliers), plane = trial;
+  }
+  const auto refined = Refine(plane, c.points, best, RefineOptions{.noise = c.noise});
+  if (!refined) return std::nullopt;
+  return refined->model;
+}
+
+std::vector<PlaneModel> FacesOf(const std::vector<std::uint32_t>& listed, const FitContext& c) {
+  std::vector<PlaneModel> faces;
+  std::vector<std::uint32_t> rest = Thinned(listed, 500);
+  while (static_cast<int>(faces.size()) < kMostFaces && rest.size() >= 10) {
+    const std::optional<PlaneModel> face = LargestFace(rest, c);
+    if (!face) break;
+    faces.push_back(*face);
+    std::erase_if(rest, [&](std::uint32_t i) { return IsInlier(*face, c.points, i); });
+  }
+  return faces;
+}
+
+// Whether two or three planes explain the region better than the curved shape.
+bool FacesExplainBetter(const ShapeFit& curved, const std::vector<std::uint32_t>& region,
+                        const FitContext& c) {
+  const double rival = EvaluateCriterion(curved.model, c, region).value;
+  std::vector<PlaneModel> faces = FacesOf(region, c);
+  for (; faces.size() >= 2; faces.pop_back()) {
+    if (EvaluateCriterion(faces, c, region).value < rival) return true;
+  }
+  return false;
+}
+
+bool SlopeIsSignificant(const ShapeFit& cone) {
+  const double slope = std::get<ConeModel>(cone.model).slope;
+  return std::abs(slope) > kLeastSlope_sigma * std::sqrt(cone.covariance(5, 5));
+}
+
+// The index of the best rival; rivals are in the order of their degrees of freedom.
+std::size_t BestOf(const std::vector<ShapeFit>& rivals, const std::vector<std::uint32_t>& region,
+                   const FitContext& c) {
+  std::size_t best = 0;
+  Criterion best_value = EvaluateCriterion(rivals[0].model, c, region);
+  for (std::size_t k = 1; k < rivals.size(); ++k) {
+    const Criterion value = EvaluateCriterion(rivals[k].model, c, region);
+    if (value.value < best_value.value && value.rms_sigma < kLeastGain * best_value.rms_sigma) {
+      best = k, best_value = value;
+    }
+  }
+  return best;
+}
+
+}  // namespace
+
+CurvedEvidence MeasureEvidence(const SphereModel& sphere, const ShapeFit& fit,
+                               const FitContext& context) {
+  Vector3 middle = Vector3::Zero();
+  for (std::uint32_t i : fit.inliers) middle += sphere.Normal(context.points.p[i]);
+  if (!(middle.norm() > 0)) return EvidenceOf(sphere.radius_m, std::numbers::pi);
+  middle.normalize();
+  std::vector<double> angles;
+  for (std::uint32_t i : fit.inliers) {
+    const double cosine = middle.dot(sphere.Normal(context.points.p[i]));
+    angles.push_back(std::acos(std::clamp(cosine, -1.0, 1.0)));
+  }
+  return EvidenceOf(sphere.radius_m, 2 * Quantile(std::move(angles), 0.95));
+}
+
+CurvedEvidence MeasureEvidence(const ConeModel& cone, const ShapeFit& fit,
+                               const FitContext& context) {
+  Vector3 middle = Vector3::Zero();
+  for (std::uint32_t i : fit.inliers) {
+    const Vector3 x = context.points.p[i] - cone.point;
+    middle += (x - cone.axis.dot(x) * cone.axis).normalized();
+  }
+  if (!(middle.norm() > 0)) return EvidenceOf(cone.radius_m, std::numbers::pi);
+  middle.normalize();
+  const Vector3 aside = cone.axis.cross(middle);
+  std::vector<double> angles;
+  for (std::uint32_t i : fit.inliers) {
+    const Vector3 x = context.points.p[i] - cone.point;
+    angles.push_back(std::atan2(aside.dot(x), middle.dot(x)));
+  }
+  return EvidenceOf(cone.radius_m, Quantile(angles, 0.97) - Quantile(angles, 0.03));
+}
+
+bool IsSignificant(const CurvedEvidence& e, double sigma_m, double independent_samples) {
+  const double flat_curvature =
+      4 * 26.8 * sigma_m / (std::sqrt(std::max(1.0, independent_samples)) * e.chord_m * e.chord_m);
+  return 1 / e.radius_m > flat_curvature && e.sagitta_m > 0.001 + 0.5 * sigma_m &&
+         e.arc_rad >= kLeastArc_rad;
+}
+
+std::optional<ShapeFit> SelectModel(const Candidate& leader, const CandidateList& candidates,
+                                    const FitContext& context) {
+  std::vector<ShapeFit> rivals = FitRivals(leader, candidates, context);
+  while (!rivals.empty()) {
+    const std::vector<std::uint32_t> region = UnionOfInliers(rivals);
+    const std::size_t best = BestOf(rivals, region, context);
+    const bool curved = !IsPlane(rivals[best].model);
+    if (!curved || !context.options.search_planes ||
+        !FacesExplainBetter(rivals[best], rivals[best].inliers, context)) {
+      std::optional<ShapeFit> finished = FinishFit(rivals[best], context, candidates.available());
+      const bool is_cone = finished && std::holds_alternative<ConeModel>(finished->model);
+      if (finished && HoldsLimits(*finished, context) &&
+          (!is_cone || SlopeIsSignificant(*finished))) {
+        return finished;
+      }
+    }
+    rivals.erase(rivals.begin() + static_cast<std::ptrdiff_t>(best));
+  }
+  return std::nullopt;
+}
+
+}  // namespace cwm::perception

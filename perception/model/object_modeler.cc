@@ -1,0 +1,65 @@
+#include "perception/model/object_modeler.h"
+
+#include <algorithm>
+
+#include "perception/model/explain.h"
+#include "perception/model/extraction.h"
+#include "perception/model/handles.h"
+#include "perception/model/solid_assembly.h"
+
+namespace cwm::perception {
+namespace {
+
+// Points that are searched. Neighbouring pixels err together, so the search loses little: a face of
+// 60 measured points keeps 20 of them in an object of 12 000.
+constexpr std::size_t kSearchPoints = 4000;
+// Of a whole scene without clusters, every shape must keep that many points too.
+constexpr std::size_t kPointsPerSearchPoint = 4;
+
+std::size_t SearchPoints(std::size_t count) {
+  return std::max(kSearchPoints, count / kPointsPerSearchPoint);
+}
+
+Ground GroundOf(const std::optional<Pose>& X_WSupport, const Vector3& origin_W) {
+  if (!X_WSupport) return {};
+  return {.known = true,
+          .up = X_WSupport->linear().col(2),
+          .point = X_WSupport->translation() - origin_W};
+}
+
+std::vector<ShapePart> InWorld(std::vector<Solid> solids, const Vector3& origin_W) {
+  std::vector<ShapePart> parts;
+  for (Solid& solid : solids) {
+    ShapePart part;
+    part.X_OS = Eigen::Translation3d(origin_W) * solid.X_MS;
+    part.shape = std::move(solid.shape);
+    part.fit = FitQuality();
+    part.fit->parameter_sigma = std::move(solid.parameter_sigma);
+    parts.push_back(std::move(part));
+  }
+  return parts;
+}
+
+}  // namespace
+
+ObjectModel ModelObject(const OrientedPoints& points, const std::optional<Pose>& X_WSupport,
+                        const SensorNoise& noise, const ModelerOptions& options,
+                        std::stop_token stop) {
+  ObjectModel model;
+  model.part_of_point.assign(points.size(), kUnexplained);
+  const ModelPoints searched = ThinForSearch(points, SearchPoints(points.size()));
+  if (static_cast<double>(searched.size()) * searched.weight < options.min_inliers) return model;
+  const Octree octree(searched);
+  const Connectivity connectivity(searched);
+  const Ground ground = GroundOf(X_WSupport, searched.origin_W);
+  const FitContext context{searched, octree, connectivity, noise, options, ground.up};
+  Assembly assembly = AssembleSolids(ExtractShapes(context, stop), context, ground);
+  model.notes = std::move(assembly.notes);
+  model.shapes = InWorld(std::move(assembly.solids), searched.origin_W);
+  model.part_of_point = ExplainPoints(points, model.shapes);
+  MeasureQuality(points, model.part_of_point, searched.spacing_m, model.shapes);
+  model.handles = FindHandles(points, model.shapes, searched.spacing_m, model.part_of_point);
+  return model;
+}
+
+}  // namespace cwm::perception

@@ -1,0 +1,142 @@
+#include "perception/model/plane_solid.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <set>
+
+#include "collision/geometry/coefficients.h"
+#include "collision/geometry/polygon.h"
+#include "perception/model/box_solid.h"
+
+namespace cwm::perception {
+namespace {
+
+constexpr double kRectangleFill = 0.85;  // a disc fills 0.79 of its square
+constexpr double kOutlineFill = 0.55;    // of the hull's cells that hold points
+constexpr double kCellSpacings = 2.5;
+
+struct Rectangle {
+  Vector2 x = Vector2::UnitX();  // unit, one of its edges
+  Eigen::AlignedBox2d bounds;    // along x and its left normal
+  double area_m2() const { return bounds.volume(); }
+};
+
+Rectangle BoundsAlong(const Polygon& hull, const Vector2& x) {
+  Rectangle r{x, {}};
+  for (const Vector2& p : hull) r.bounds.extend(Vector2(x.dot(p), x.x() * p.y() - x.y() * p.x()));
+  return r;
+}
+
+// The smallest rectangle around a convex polygon has an edge along one of its edges (Freeman and
+// Shapira 1975).
+Rectangle SmallestRectangle(const Polygon& hull) {
+  Rectangle best;
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t k = 0; k < hull.size(); ++k) {
+    const Vector2 edge = hull[(k + 1) % hull.size()] - hull[k];
+    if (!(edge.norm() > 0)) continue;
+    const Rectangle r = BoundsAlong(hull, edge.normalized());
+    if (r.area_m2() < least) best = r, least = r.area_m2();
+  }
+  return best;
+}
+
+double FilledArea_m2(const std::vector<Vector2>& points, double cell_m) {
+  std::set<std::pair<long, long>> cells;
+  for (const Vector2& p : points) {
+    cells.emplace(std::lround(p.x() / cell_m), std::lround(p.y() / cell_m));
+  }
+  return static_cast<double>(cells.size()) * cell_m * cell_m;
+}
+
+// How far behind the face the solid reaches.
+double Thickness_m(const PlaneModel& plane, const Ground& ground) {
+  if (!ground.known || plane.normal.dot(ground.up) < std::cos(kSameDirection_rad)) {
+    return kLoneThickness_m;
+  }
+  const double height_m = ground.Height_m(plane.point);
+  return height_m > 0 && height_m < kLowLevel_m ? height_m : kLoneThickness_m;
+}
+
+// Moves the lower side of an upright face to the ground where it ends just above, and never below.
+void StandOnGround(const Matrix3& face, const PlaneModel& plane, const Ground& ground,
+                   Eigen::AlignedBox2d& bounds) {
+  for (int k = 0; k < 2; ++k) {
+    const double up = face.col(k).dot(ground.up);
+    if (!ground.known || std::abs(up) < std::cos(kSameDirection_rad)) continue;
+    const double ground_m = -ground.Height_m(plane.point) / up;
+    if (up > 0 && bounds.min()(k) < ground_m + kStandingGap_m) bounds.min()(k) = ground_m;
+    if (up < 0 && bounds.max()(k) > ground_m - kStandingGap_m) bounds.max()(k) = ground_m;
+  }
+}
+
+Solid BoxBehind(const Matrix3& face, const PlaneModel& plane, const Eigen::AlignedBox2d& bounds,
+                double thickness_m) {
+  const Vector3 size(bounds.sizes().x(), bounds.sizes().y(), thickness_m);
+  const Vector2 middle = bounds.center();
+  Solid solid;
+  solid.X_MS.linear() = CanonicalBoxAxes(face);
+  solid.X_MS.translation() = plane.point + middle.x() * face.col(0) + middle.y() * face.col(1) -
+                             0.5 * thickness_m * plane.normal;
+  // The sizes follow their axes.
+  solid.shape = Box{.size_m = (solid.X_MS.linear().transpose() * face).cwiseAbs() * size};
+  return solid;
+}
+
+std::vector<double> PlaneSigmas(const ShapeFit& fit, const PlaneModel& plane,
+                                const Vector3& origin_W) {
+  if (fit.covariance.rows() != PlaneModel::kParameterCount) return {};
+  // n moves by the tilts, d = -n . p by them and by the shift along the normal.
+  const Matrix3 basis = BasisFromZ(plane.normal);
+  Eigen::Matrix<double, 4, 3> jacobian;
+  jacobian.topLeftCorner<3, 2>() = basis.leftCols<2>();
+  jacobian.topRightCorner<3, 1>().setZero();
+  const Vector3 point_W = origin_W + plane.point;
+  jacobian.row(3) << -basis.col(0).dot(point_W), -basis.col(1).dot(point_W), -1;
+  const Eigen::Vector4d variance = (jacobian * fit.covariance * jacobian.transpose()).diagonal();
+  std::vector<double> sigma;
+  for (double v : variance) sigma.push_back(std::sqrt(std::max(0.0, v)));
+  return sigma;
+}
+
+}  // namespace
+
+std::optional<Solid> MakePlaneSolid(const ShapeFit& fit, const FitContext& context,
+                                    const Ground& ground) {
+  const auto& plane = std::get<PlaneModel>(fit.model);
+  Matrix3 face = BasisFromZ(plane.normal);
+  std::vector<Vector2> flat;
+  for (std::uint32_t i : fit.inliers) {
+    const Vector3 x = context.points.p[i] - plane.point;
+    flat.emplace_back(face.col(0).dot(x), face.col(1).dot(x));
+  }
+  const Polygon hull = ConvexHull(flat);
+  if (hull.size() < 3) return std::nullopt;
+  const double hull_area = SignedArea_m2(hull);
+  if (FilledArea_m2(flat, kCellSpacings * context.points.spacing_m) < kOutlineFill * hull_area) {
+    return std::nullopt;
+  }
+  const double thickness_m = Thickness_m(plane, ground);
+  const Rectangle rectangle = SmallestRectangle(hull);
+  Solid solid;
+  if (hull_area >= kRectangleFill * rectangle.area_m2()) {
+    const Vector3 x = rectangle.x.x() * face.col(0) + rectangle.x.y() * face.col(1);
+    face.col(0) = x;
+    face.col(1) = plane.normal.cross(x);
+    Eigen::AlignedBox2d bounds = rectangle.bounds;
+    StandOnGround(face, plane, ground, bounds);
+    if (!(bounds.sizes().minCoeff() > 0)) return std::nullopt;
+    solid = BoxBehind(face, plane, bounds, thickness_m);
+  } else {
+    solid.X_MS.linear() = face;
+    solid.X_MS.translation() = plane.point;
+    solid.shape = Plate{.outline = hull, .holes = {}, .thickness_m = thickness_m};
+    solid.parameter_sigma = PlaneSigmas(fit, plane, context.points.origin_W);
+  }
+  solid.inliers = fit.inliers;
+  if (ground.known && LowestHeight_m(solid, ground) < -0.003) return std::nullopt;
+  return solid;
+}
+
+}  // namespace cwm::perception

@@ -1,0 +1,21 @@
+// A face without partners becomes a thin solid behind what was seen.
+#pragma once
+
+#include <optional>
+
+#include "perception/model/solid.h"
+
+namespace cwm::perception {
+
+// A lone face is this thick where nothing tells how thick it is: enough for a collision checker not
+// to step through, too little to invent an object. Level faces close above the ground reach it.
+inline constexpr double kLoneThickness_m = 0.005;
+inline constexpr double kLowLevel_m = 0.06;  // books, plates, lids
+
+// A box where the outline is about a rectangle, else a plate over its convex hull; the top (seen)
+// face where it was measured. Nothing where the points do not fill their outline: such a face is
+// better meshed.
+std::optional<Solid> MakePlaneSolid(const ShapeFit& fit, const FitContext& context,
+                                    const Ground& ground);
+
+}  // namespace cwm::perception

@@ -1,0 +1,186 @@
+#include "perception/model/round_solid.h"
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+
+#include "collision/geometry/coefficients.h"
+
+namespace cwm::perception {
+namespace {
+
+constexpr double kCapSlack_m = 0.015;     // between a cap and the last inliers of the wall
+constexpr double kDerivativeStep = 1e-6;  // metres or radians
+
+// Heights along the axis, relative to the cone's point.
+struct Ends {
+  double bottom_m = 0;
+  double top_m = 0;
+};
+
+struct PlacedSolid {
+  Pose X_MS;
+  Shape shape;
+};
+
+PlacedSolid Place(const SphereModel& m, const Ends&) {
+  Pose X = Pose::Identity();
+  X.translation() = m.center;
+  return {X, Sphere{.radius_m = m.radius_m}};
+}
+
+Pose OnAxis(const ConeModel& m, const Ends& ends) {
+  Pose X = Pose::Identity();
+  X.linear() = BasisFromZ(m.axis);
+  X.translation() = m.point + 0.5 * (ends.bottom_m + ends.top_m) * m.axis;
+  return X;
+}
+
+PlacedSolid Place(const CylinderModel& m, const Ends& ends) {
+  return {OnAxis(m.AsCone(), ends),
+          Cylinder{.radius_m = m.radius_m, .length_m = ends.top_m - ends.bottom_m}};
+}
+
+PlacedSolid Place(const ConeModel& m, const Ends& ends) {
+  return {OnAxis(m, ends), Cone{.radius_bottom_m = std::max(0.0, m.RadiusAt_m(ends.bottom_m)),
+                                .radius_top_m = std::max(0.0, m.RadiusAt_m(ends.top_m)),
+                                .length_m = ends.top_m - ends.bottom_m}};
+}
+
+// Standard deviations of the coefficients that users know, propagated from the local parameters.
+template <ShapeModel M>
+std::vector<double> CoefficientSigmas(const M& model, const Ends& ends,
+                                      const Eigen::MatrixXd& covariance) {
+  const auto coefficients = [&](const M& m) {
+    const PlacedSolid placed = Place(m, ends);
+    return Coefficients(placed.shape, placed.X_MS);
+  };
+  const std::vector<double> at = coefficients(model);
+  if (covariance.rows() != M::kParameterCount || at.empty()) return {};
+  Eigen::MatrixXd jacobian(at.size(), M::kParameterCount);
+  for (int k = 0; k < M::kParameterCount; ++k) {
+    typename M::Parameters step = M::Parameters::Zero();
+    step(k) = kDerivativeStep;
+    const std::vector<double> moved = coefficients(model.Moved(step));
+    if (moved.size() != at.size()) return {};
+    for (std::size_t row = 0; row < at.size(); ++row) {
+      jacobian(static_cast<Eigen::Index>(row), k) = (moved[row] - at[row]) / kDerivativeStep;
+    }
+  }
+  const Eigen::VectorXd variance = (jacobian * covariance * jacobian.transpose()).diagonal();
+  std::vector<double> sigma;
+  for (double v : variance) sigma.push_back(std::sqrt(std::max(0.0, v)));
+  return sigma;
+}
+
+ConeModel AsCone(const CylinderModel& m) { return m.AsCone(); }
+ConeModel AsCone(const ConeModel& m) { return m; }
+
+// A disc across the wall's end: normal to the axis, facing away from the wall, within its radius.
+bool IsCap(const PlaneModel& plane, const ShapeFit& disc, const ConeModel& wall, const Ends& ends,
+           const FitContext& c, double& height_m) {
+  const double along = plane.normal.dot(wall.axis);
+  if (std::abs(along) < std::cos(kSameDirection_rad)) return false;
+  // Where the axis meets the plane.
+  height_m = plane.normal.dot(plane.point - wall.point) / along;
+  const double end_m = along > 0 ? ends.top_m : ends.bottom_m;
+  if (std::abs(height_m - end_m) > kCapSlack_m) return false;
+  double off_axis_m = 0;
+  for (std::uint32_t i : disc.inliers) {
+    const Vector3 x = c.points.p[i] - wall.point;
+    off_axis_m = std::max(off_axis_m, (x - wall.axis.dot(x) * wall.axis).norm());
+  }
+  return off_axis_m <= wall.RadiusAt_m(height_m) + kCapSlack_m;
+}
+
+void ApplyCaps(const ConeModel& wall, const std::vector<ShapeFit>& fits, const FitContext& c,
+               Ends& ends, std::vector<char>& used, std::vector<std::uint32_t>& inliers) {
+  const Ends of_wall = ends;
+  for (std::size_t k = 0; k < fits.size(); ++k) {
+    const auto* plane = std::get_if<PlaneModel>(&fits[k].model);
+    double height_m = 0;
+    if (plane == nullptr || used[k] || !IsCap(*plane, fits[k], wall, of_wall, c, height_m))
+      continue;
+    (plane->normal.dot(wall.axis) > 0 ? ends.top_m : ends.bottom_m) = height_m;
+    used[k] = 1;
+    inliers.insert(inliers.end(), fits[k].inliers.begin(), fits[k].inliers.end());
+  }
+}
+
+// Upright solids end on the ground when they end just above it, and never below.
+void StandOnGround(const ConeModel& wall, const Ground& ground, Ends& ends) {
+  if (!ground.known || wall.axis.dot(ground.up) < std::cos(kSameDirection_rad)) return;
+  const double ground_m = -ground.Height_m(wall.point) / wall.axis.dot(ground.up);
+  // An inclined foot touches with its lower rim.
+  const double tilt_sine = wall.axis.cross(ground.up).norm();
+  const double foot_m = ground_m + std::abs(wall.RadiusAt_m(ground_m)) * tilt_sine;
+  if (ends.bottom_m < foot_m || ends.bottom_m - foot_m < kStandingGap_m) ends.bottom_m = foot_m;
+}
+
+// Solids that sink into the ground by no more than noise are lifted; deeper ones are not what
+// they seem.
+bool LiftAboveGround(Solid& solid, const Ground& ground, double sigma_m) {
+  if (!ground.known) return true;
+  const double depth_m = -LowestHeight_m(solid, ground);
+  if (depth_m <= 0) return true;
+  if (depth_m > 0.003 + kDistanceGate_sigma * sigma_m) return false;
+  solid.X_MS.translation() += depth_m * ground.up;
+  return true;
+}
+
+double MeanSigma_m(const ShapeFit& fit, const FitContext& c) {
+  double sum = 0;
+  for (std::uint32_t i : fit.inliers) sum += c.points.sigma_m[i];
+  return sum / static_cast<double>(fit.inliers.size());
+}
+
+std::optional<Solid> MakeSphere(const SphereModel& sphere, const ShapeFit& fit, const FitContext& c,
+                                const Ground& ground) {
+  if (sphere.side == SeenFrom::kInside) return std::nullopt;
+  const PlacedSolid placed = Place(sphere, {});
+  Solid solid{placed.X_MS, placed.shape, fit.inliers,
+              CoefficientSigmas(sphere, {}, fit.covariance)};
+  if (!LiftAboveGround(solid, ground, MeanSigma_m(fit, c))) return std::nullopt;
+  return solid;
+}
+
+template <class Axial>
+std::optional<Solid> MakeAxial(const Axial& model, const ShapeFit& fit,
+                               const std::vector<ShapeFit>& fits, const FitContext& c,
+                               const Ground& ground, std::vector<char>& used) {
+  if (model.side == SeenFrom::kInside) return std::nullopt;
+  const ConeModel wall = AsCone(model);
+  const Interval extent = ExtentAlong(wall.axis, c.points, fit.inliers);
+  const double origin_m = wall.axis.dot(wall.point);
+  Ends ends{extent.low_m - origin_m, extent.high_m - origin_m};
+  Solid solid;
+  solid.inliers = fit.inliers;
+  ApplyCaps(wall, fits, c, ends, used, solid.inliers);
+  StandOnGround(wall, ground, ends);
+  if (!(ends.top_m - ends.bottom_m > c.options.min_radius_m)) return std::nullopt;
+  const PlacedSolid placed = Place(model, ends);
+  solid.X_MS = placed.X_MS;
+  solid.shape = placed.shape;
+  solid.parameter_sigma = CoefficientSigmas(model, ends, fit.covariance);
+  if (!LiftAboveGround(solid, ground, MeanSigma_m(fit, c))) return std::nullopt;
+  return solid;
+}
+
+}  // namespace
+
+std::optional<Solid> MakeRoundSolid(const ShapeFit& fit, const std::vector<ShapeFit>& fits,
+                                    const FitContext& context, const Ground& ground,
+                                    std::vector<char>& used) {
+  if (const auto* sphere = std::get_if<SphereModel>(&fit.model)) {
+    return MakeSphere(*sphere, fit, context, ground);
+  }
+  if (const auto* cylinder = std::get_if<CylinderModel>(&fit.model)) {
+    return MakeAxial(*cylinder, fit, fits, context, ground, used);
+  }
+  if (const auto* cone = std::get_if<ConeModel>(&fit.model)) {
+    return MakeAxial(*cone, fit, fits, context, ground, used);
+  }
+  return std::nullopt;
+}
+
+}  // namespace cwm::perception

@@ -1,0 +1,64 @@
+// A model fitted to the points that it explains.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "perception/model/connectivity.h"
+#include "perception/model/object_modeler.h"
+#include "perception/model/octree.h"
+#include "perception/model/refine.h"
+
+namespace cwm::perception {
+
+// Unit axis turned by the written rule, so that a second scan flips no frame: up; if level (within
+// 1 degree), to +x; if that too, to +y.
+Vector3 CanonicalAxis(const Vector3& axis, const Vector3& up);
+
+// What fits are made from; everything outlives them.
+struct FitContext {
+  const ModelPoints& points;
+  const Octree& octree;
+  const Connectivity& connectivity;
+  const SensorNoise& noise;
+  const ModelerOptions& options;
+  Vector3 up = Vector3::UnitZ();  // unit
+
+  // Independent samples behind `count` model points (neighbouring residuals are correlated).
+  double IndependentSamples(std::size_t count) const {
+    return static_cast<double>(count) * points.weight / kPointsPerIndependentSample;
+  }
+};
+
+struct ShapeFit {
+  AnyModel model;
+  std::vector<std::uint32_t> inliers;  // model points, one connected component, ascending
+  Eigen::MatrixXd covariance;          // of the local parameters; empty before FinishFit
+};
+
+// Alternates inlier selection among the available points (one flag each) with refinement of the
+// orthogonal residuals, from `start`. Cones begin with a stricter gate (paper, section V). Nothing
+// when fewer than min_inliers measured points are left, or a radius leaves its limits.
+std::optional<ShapeFit> FitShape(const AnyModel& start, const FitContext& context,
+                                 const std::vector<char>& available);
+
+// The last refinement, of the residual along the sensor's ray; an axis or normal within 3 degrees
+// of up is made to point up when the criterion allows it. Sets the covariance. Nothing when
+// the result breaks the limits of FitShape.
+std::optional<ShapeFit> FinishFit(const ShapeFit& fit, const FitContext& context,
+                                  const std::vector<char>& available);
+
+// (n_eff / n) sum min(residual^2 / sigma^2, 9) over the listed points plus k ln n_eff; points whose
+// normal contradicts the model count as far away. Smaller is better.
+struct Criterion {
+  double value = 0;
+  double rms_sigma = 0;  // root of the mean truncated square
+};
+Criterion EvaluateCriterion(const AnyModel& model, const FitContext& context,
+                            const std::vector<std::uint32_t>& listed);
+// For several planes at once, each point counting for the nearest that agrees with its normal.
+Criterion EvaluateCriterion(const std::vector<PlaneModel>& planes, const FitContext& context,
+                            const std::vector<std::uint32_t>& listed);
+
+}  // namespace cwm::perception

@@ -1,0 +1,64 @@
+// What a shape must offer to be searched for and refined (paper, section V: "a common interface, so
+// they can be easily enabled and disabled and new models can easily be added"). A model is an
+// unbounded surface; what enters the world is the bounded solid that is made of it.
+#pragma once
+
+#include <Eigen/Core>
+#include <concepts>
+#include <optional>
+#include <span>
+
+#include "collision/geometry/pose.h"
+
+namespace cwm::perception {
+
+// A measured point and its unit normal, turned to the sensor.
+struct SamplePoint {
+  Vector3 p = Vector3::Zero();
+  Vector3 n = Vector3::Zero();
+};
+
+// An axis-aligned box as the cells of the octree have it.
+struct CellBounds {
+  Vector3 center = Vector3::Zero();
+  Vector3 half_m = Vector3::Zero();
+};
+
+// Curved surfaces are seen from outside (a can) or from inside (the inner wall of a bowl): the
+// normals that the sensor sees are the outward ones of the solid, or their opposites.
+enum class SeenFrom { kOutside, kInside };
+
+inline double SignOf(SeenFrom side) { return side == SeenFrom::kOutside ? 1.0 : -1.0; }
+
+// The contract of a shape model M:
+//   kSampleSize      points of a minimal sample, FromSample's input
+//   kParameterCount  degrees of freedom, k of the selection criterion
+//   kFirstTilt       index of the two parameters that tilt the axis or normal; -1 without a
+//   direction FromSample       the surface through a minimal sample; nothing when it defines none
+//   Distance_m       signed orthogonal distance to the unbounded surface, positive outside
+//   Normal           unit gradient of Distance_m at p; where there is none, a valid one of the
+//   surface FacingSign       +1 where the normals that the sensor sees are Normal(), -1 where its
+//   opposites Gradient         of Distance_m by the local parameters, at the current ones Moved the
+//   surface after a small step of the local parameters MayReach         false only if no point of
+//   the box is within `gate_m` of the surface:
+//                    conservative, so that pruning loses nothing
+//   Centred          the same surface with its reference point moved to the foot of `p`, where its
+//                    parameters are least correlated
+template <class M>
+concept ShapeModel = requires(const M m, const Vector3 p, const CellBounds box, double gate_m,
+                              const typename M::Parameters step,
+                              std::span<const SamplePoint> sample) {
+  requires std::same_as<decltype(M::kSampleSize), const int>;
+  requires std::same_as<decltype(M::kParameterCount), const int>;
+  requires std::same_as<decltype(M::kFirstTilt), const int>;
+  { M::FromSample(sample) } -> std::same_as<std::optional<M>>;
+  { m.Distance_m(p) } -> std::same_as<double>;
+  { m.Normal(p) } -> std::same_as<Vector3>;
+  { m.FacingSign() } -> std::same_as<double>;
+  { m.Gradient(p) } -> std::same_as<typename M::Parameters>;
+  { m.Moved(step) } -> std::same_as<M>;
+  { m.MayReach(box, gate_m) } -> std::same_as<bool>;
+  { m.Centred(p) } -> std::same_as<M>;
+};
+
+}  // namespace cwm::perception

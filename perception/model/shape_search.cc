@@ -1,0 +1,109 @@
+#include "perception/model/shape_search.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <type_traits>
+#include <vector>
+
+#include "perception/model/random_index.h"
+
+namespace cwm::perception {
+namespace {
+
+constexpr int kDrawsPerLook = 32;  // between two looks at the leader
+// Draws for one object. A cluster of 300 000 points without any shape of 60 asks for a third of it.
+constexpr std::int64_t kMostDraws = 60000;
+// A draw that starts on a shape finds it when the cell has a good size for it (one level of three)
+// and the sample's noise lets it pass its tests (half of them; measured on simulated scans).
+constexpr double kDrawSucceeds = 1.0 / 6;
+constexpr std::uint32_t kLeastCellPoints = 4;
+constexpr int kAttempts = 4;  // to hit an available point of a cell
+
+}  // namespace
+
+ShapeSearch::ShapeSearch(const ModelPoints& points, const Octree& octree, CandidateList& candidates,
+                         const ModelerOptions& options)
+    : points_(points),
+      octree_(octree),
+      candidates_(candidates),
+      options_(options),
+      random_(options.seed),
+      draws_left_(kMostDraws) {}
+
+std::optional<Candidate> ShapeSearch::Next() {
+  const double enough = -std::log(options_.missed_shape_probability);
+  const double least = options_.min_inliers / points_.weight;
+  double expected_hits_per_point = 0;  // of the draws so far
+  while (static_cast<double>(candidates_.available_count()) >= least) {
+    const Candidate* leader = candidates_.Leader();
+    if (leader && static_cast<double>(leader->inliers.size()) < least) leader = nullptr;
+    const double sought = leader ? static_cast<double>(leader->inliers.size()) : least;
+    // P(missed) of a shape of `sought` points is at most exp(-expected hits).
+    if (expected_hits_per_point * sought >= enough) {
+      return leader ? std::optional<Candidate>(*leader) : std::nullopt;
+    }
+    if (draws_left_ < kDrawsPerLook) {
+      capped_ = true;
+      return leader ? std::optional<Candidate>(*leader) : std::nullopt;
+    }
+    for (int k = 0; k < kDrawsPerLook; ++k) Draw();
+    draws_left_ -= kDrawsPerLook;
+    expected_hits_per_point +=
+        kDrawsPerLook * kDrawSucceeds / static_cast<double>(candidates_.available_count());
+  }
+  return std::nullopt;
+}
+
+void ShapeSearch::Draw() {
+  const std::vector<char>& available = candidates_.available();
+  std::uint32_t first = 0;
+  do {  // ends: Next() draws only while points are available
+    first = static_cast<std::uint32_t>(RandomIndex(random_, points_.size()));
+  } while (!available[first]);
+  std::vector<std::uint32_t> cells = octree_.CellsAround(first);
+  while (cells.size() > 1) {
+    const Octree::Node& smallest = octree_.nodes()[cells.front()];
+    if (smallest.end - smallest.begin >= kLeastCellPoints) break;
+    cells.erase(cells.begin());
+  }
+  const Octree::Node& cell = octree_.nodes()[cells[RandomIndex(random_, cells.size())]];
+  std::array<std::uint32_t, 4> drawn{first, first, first, first};
+  for (std::size_t k = 1; k < drawn.size(); ++k) {
+    bool found = false;
+    for (int attempt = 0; attempt < kAttempts && !found; ++attempt) {
+      drawn[k] =
+          cell.begin + static_cast<std::uint32_t>(RandomIndex(random_, cell.end - cell.begin));
+      found = available[drawn[k]] &&
+              std::find(drawn.begin(), drawn.begin() + static_cast<std::ptrdiff_t>(k), drawn[k]) ==
+                  drawn.begin() + static_cast<std::ptrdiff_t>(k);
+    }
+    if (!found) return;
+  }
+  const std::span<const std::uint32_t> sample(drawn.data(), 3);
+  if (options_.search_planes) Propose<PlaneModel>(sample, drawn[3]);
+  if (options_.search_spheres) Propose<SphereModel>(sample, drawn[3]);
+  if (options_.search_cylinders) Propose<CylinderModel>(sample, drawn[3]);
+  if (options_.search_cones) Propose<ConeModel>(sample, drawn[3]);
+}
+
+template <ShapeModel M>
+void ShapeSearch::Propose(std::span<const std::uint32_t> sample, std::uint32_t tester) {
+  std::array<SamplePoint, M::kSampleSize> minimal;
+  for (std::size_t k = 0; k < minimal.size(); ++k) {
+    minimal[k] = {points_.p[sample[k]], points_.n[sample[k]]};
+  }
+  const std::optional<M> model = M::FromSample(minimal);
+  if (!model) return;
+  if constexpr (!std::is_same_v<M, PlaneModel>) {
+    if (!(model->radius_m >= options_.min_radius_m && model->radius_m <= options_.max_radius_m)) {
+      return;
+    }
+  }
+  for (std::size_t k = 0; k < minimal.size(); ++k) {
+    if (!IsInlier(*model, points_, sample[k])) return;
+  }
+  if (IsInlier(*model, points_, tester)) candidates_.Add(*model);
+}
+
+}  // namespace cwm::perception

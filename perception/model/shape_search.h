@@ -1,0 +1,44 @@
+// RMSAC: the randomised search for the next shape that explains many points (paper, section V).
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <random>
+
+#include "perception/model/candidate_list.h"
+#include "perception/model/object_modeler.h"
+#include "perception/model/octree.h"
+
+namespace cwm::perception {
+
+// Minimal samples are drawn inside one cell of a random level of the octree around a random point.
+// A model must agree with its own sample and with one more point of the cell (the T(1,1) test)
+// before it becomes a candidate.
+class ShapeSearch {
+ public:
+  // `points`, `octree` and `candidates` must outlive the search.
+  ShapeSearch(const ModelPoints& points, const Octree& octree, CandidateList& candidates,
+              const ModelerOptions& options);
+
+  // Draws until a shape better than the best candidate is missed with less than the probability
+  // options.missed_shape_probability, or the same holds for any shape of min_inliers points and
+  // there is none. Draws are counted afresh on every call.
+  std::optional<Candidate> Next();
+
+  bool capped() const { return capped_; }  // the work ran out before the probability was reached
+
+ private:
+  void Draw();
+  template <ShapeModel M>
+  void Propose(std::span<const std::uint32_t> sample, std::uint32_t tester);
+
+  const ModelPoints& points_;
+  const Octree& octree_;
+  CandidateList& candidates_;
+  const ModelerOptions& options_;
+  std::mt19937_64 random_;
+  std::int64_t draws_left_;
+  bool capped_ = false;
+};
+
+}  // namespace cwm::perception

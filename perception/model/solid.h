@@ -1,0 +1,53 @@
+// Bounded solids made of fitted surfaces: what enters the world.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "collision/geometry/hybrid_model.h"
+#include "perception/model/shape_fit.h"
+
+namespace cwm::perception {
+
+// Everything in the frame of the model points: parallel to W, origin at ModelPoints::origin_W.
+struct Solid {
+  Pose X_MS = Pose::Identity();
+  Shape shape;
+  std::vector<std::uint32_t> inliers;   // model points
+  std::vector<double> parameter_sigma;  // of Coefficients(shape, X_MS); empty where unknown
+};
+
+// The plane that the object stands on, in the frame of the model points.
+struct Ground {
+  bool known = false;
+  Vector3 up = Vector3::UnitZ();    // unit
+  Vector3 point = Vector3::Zero();  // on it
+
+  double Height_m(const Vector3& p) const { return up.dot(p - point); }
+};
+
+// Directions count as equal within this: orthogonal faces, caps, upright axes. The noise of a
+// face of 60 points turns its normal by 3 to 4 degrees.
+inline constexpr double kSameDirection_rad = 8 * 3.14159265358979323846 / 180;
+
+// A solid that ends above its support by less than this stands on it: the band above a support is
+// given to the support (3 sigma), and the rim at the foot is often lost.
+inline constexpr double kStandingGap_m = 0.03;
+
+// Lowest point of a convex solid or plate along -up.
+double LowestHeight_m(const Solid& solid, const Ground& ground);
+
+// The share `share` of the values lies below the result. Empty: 0.
+double Quantile(std::vector<double> values, double share);
+
+// Interval that holds the projections of the listed points on a unit direction, without the
+// outermost 1 % on either side: ragged edges.
+struct Interval {
+  double low_m = 0, high_m = 0;
+  double length_m() const { return high_m - low_m; }
+};
+Interval ExtentAlong(const Vector3& direction, const ModelPoints& points,
+                     const std::vector<std::uint32_t>& listed);
+
+}  // namespace cwm::perception
