@@ -31,10 +31,11 @@ class Quickhull {
   // Nothing when the points span no volume or rounding broke the topology.
   std::optional<TriangleMesh> Run() {
     if (!BuildSimplex()) return std::nullopt;
-    for (std::size_t i = 0; i < faces_.size(); ++i) {
-      while (faces_[i].alive && !faces_[i].outside.empty()) {
-        if (!AddPoint(static_cast<int>(i))) return std::nullopt;
-      }
+    while (!pending_.empty()) {
+      const int face = pending_.back();
+      pending_.pop_back();
+      if (!F(face).alive || F(face).outside.empty()) continue;
+      if (!AddPoint(face)) return std::nullopt;
     }
     if (!IsLocallyConvex()) return std::nullopt;
     TriangleMesh mesh = Extract();
@@ -96,15 +97,20 @@ class Quickhull {
     return face;
   }
 
-  // Gives each point to the first face from `first` on that it lies beyond; points beyond none are
-  // inside and forgotten.
-  void Distribute(const std::vector<int>& candidates, std::size_t first) {
-    for (const int index : candidates) {
-      for (std::size_t f = first; f < faces_.size(); ++f) {
-        if (Height(faces_[f], P(index)) <= tolerance_) continue;
+  // Gives each point to a face that it lies beyond, new faces first: among coplanar faces a point
+  // may lose a face that it saw and see only old ones. Points beyond none are inside and forgotten.
+  void Distribute(const std::vector<int>& candidates, std::size_t first_new) {
+    const auto take = [this](int index, std::size_t from, std::size_t to) {
+      for (std::size_t f = from; f < to; ++f) {
+        if (!faces_[f].alive || Height(faces_[f], P(index)) <= tolerance_) continue;
+        if (faces_[f].outside.empty()) pending_.push_back(static_cast<int>(f));
         faces_[f].outside.push_back(index);
-        break;
+        return true;
       }
+      return false;
+    };
+    for (const int index : candidates) {
+      if (!take(index, first_new, faces_.size())) take(index, 0, first_new);
     }
   }
 
@@ -128,7 +134,9 @@ class Quickhull {
       stack.pop_back();
       removed.push_back(at);
       for (const int next : F(at).neighbours) {
-        if (!F(next).alive || Height(F(next), eye) <= tolerance_) continue;
+        // A face in one plane with the eye goes too: kept, its edges could line up with the eye
+        // and raise faces without area.
+        if (!F(next).alive || Height(F(next), eye) < -tolerance_) continue;
         F(next).alive = false;
         stack.push_back(next);
       }
@@ -200,6 +208,7 @@ class Quickhull {
   const std::vector<Vector3>& points_;
   const double tolerance_;
   std::vector<Face> faces_;
+  std::vector<int> pending_;  // faces with points outside, some of them gone meanwhile
 };
 
 }  // namespace

@@ -8,9 +8,9 @@ namespace cwm {
 namespace {
 
 // Nearer to a sharp edge than this share of the shape's size, the direction away from it is lost in
-// the rounding of poses (2^-52 of coordinates that may be a hundred sizes) and a face's normal is
-// used instead.
-constexpr double kRoundoff = 1e-13;
+// the rounding of poses (2^-52 of coordinates that may be thousands of sizes) and a face's normal
+// is used instead.
+constexpr double kRoundoff = 1e-11;
 
 struct ProfilePoint {
   double signed_distance_m;

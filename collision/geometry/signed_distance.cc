@@ -12,9 +12,9 @@ namespace cwm {
 namespace {
 
 // Nearer to a sharp edge than this share of the shape's size, the direction away from it is lost in
-// the rounding of poses (2^-52 of coordinates that may be a hundred sizes) and a face's normal is
-// used instead.
-constexpr double kRoundoff = 1e-13;
+// the rounding of poses (2^-52 of coordinates that may be thousands of sizes) and a face's normal
+// is used instead.
+constexpr double kRoundoff = 1e-11;
 
 // The border of a plate's outline or holes nearest to a point, and the direction away from the
 // solid there.

@@ -1,4 +1,5 @@
 // Signed distances to solids made of triangles.
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
@@ -25,7 +26,7 @@ Vector3 NormalAt(const NearestTriangle& at, const Vector3& p, double sign) {
   const Vector3 offset = p - at.nearest;
   const double size = std::max(p.cwiseAbs().maxCoeff(), at.nearest.cwiseAbs().maxCoeff());
   // Below, the difference is made of the rounding of poses.
-  if (at.distance <= 1e-13 * size) return at.face_normal;
+  if (at.distance <= 1e-11 * size) return at.face_normal;
   return sign * offset / at.distance;
 }
 
@@ -33,6 +34,10 @@ Vector3 NormalAt(const NearestTriangle& at, const Vector3& p, double sign) {
 
 SurfacePoint NearestSurfacePoint(const Convex& convex, const Vector3& p) {
   const TriangleMesh& hull = *convex.hull;
+  double size = p.cwiseAbs().maxCoeff();
+  for (const Vector3& v : hull.vertices) size = std::max(size, v.cwiseAbs().maxCoeff());
+  // Coplanar triangles differ by rounding: a point this near to a plane may lie on either side.
+  const double tolerance = 1e-14 * size;
   NearestTriangle outside;
   double highest_plane = -std::numeric_limits<double>::infinity();
   Vector3 highest_normal = Vector3::UnitZ();
@@ -44,12 +49,12 @@ SurfacePoint NearestSurfacePoint(const Convex& convex, const Vector3& p) {
       highest_plane = plane_distance;
       highest_normal = normal;
     }
-    if (plane_distance <= 0) continue;  // a face seen from behind is never the nearest
+    if (plane_distance < -tolerance) continue;  // a face seen from behind is never the nearest
     const Vector3 nearest = NearestOnTriangle(a, b, c, p);
     const double distance = (p - nearest).norm();
     if (distance < outside.distance) outside = {distance, nearest, normal};
   }
-  if (highest_plane <= 0) {
+  if (highest_plane <= tolerance) {
     return {highest_plane, p - highest_plane * highest_normal, highest_normal};
   }
   return {outside.distance, outside.nearest, NormalAt(outside, p, 1.0)};

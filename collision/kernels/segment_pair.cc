@@ -16,6 +16,7 @@ constexpr double kMeetingShare = 1e-13;
 
 struct NearestPair {
   Vector3 on_a, on_b;
+  bool is_crossing = false;  // both inside of their segments, on the common perpendicular
   double squared() const { return (on_b - on_a).squaredNorm(); }
 };
 
@@ -32,7 +33,7 @@ NearestPair NearestPoints(const Segment& a, const Segment& b) {
   std::size_t count = 4;
   if (nn > 0) {
     const double s = w.cross(v).dot(n) / nn, t = w.cross(u).dot(n) / nn;
-    if (s > 0 && s < 1 && t > 0 && t < 1) candidates[count++] = {a.a + s * u, b.a + t * v};
+    if (s > 0 && s < 1 && t > 0 && t < 1) candidates[count++] = {a.a + s * u, b.a + t * v, true};
   }
   return *std::min_element(
       candidates.begin(), candidates.begin() + static_cast<std::ptrdiff_t>(count),
@@ -120,6 +121,11 @@ PairDistance SegmentToSegment(const Segment& a, const Segment& b) {
   if (distance > kMeetingShare * size) {
     answer.distance_m = distance;
     answer.normal = (nearest.on_b - nearest.on_a) / distance;
+    if (nearest.is_crossing) {
+      // The common perpendicular itself keeps its digits when the gap has lost them.
+      const Vector3 n = (a.b - a.a).cross(b.b - b.a).normalized();
+      answer.normal = n.dot(answer.normal) < 0 ? Vector3(-n) : n;
+    }
   } else {
     answer.normal = ParticularNormal(a, b);
     answer.point_b = answer.point_a;

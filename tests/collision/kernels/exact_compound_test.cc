@@ -1,0 +1,138 @@
+// Plates with holes, meshes open and closed, and rays.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <utility>
+
+#include "collision/geometry/signed_distance.h"
+#include "collision/geometry/tessellate.h"
+#include "collision/kernels/exact.h"
+#include "tests/collision/kernels/random_pairs.h"
+
+namespace cwm::collision {
+namespace {
+
+PairDistance Solve(const Shape& a, const Pose& X_FA, const Shape& b, const Pose& X_FB) {
+  const auto exact_a = PrepareExact(a), exact_b = PrepareExact(b);
+  return ExactDistance({*exact_a, X_FA}, {*exact_b, X_FB});
+}
+
+const Pose kHere = Pose::Identity();
+const Plate kFrame{{{-1, -1}, {1, -1}, {1, 1}, {-1, 1}},
+                   {{{-0.5, -0.5}, {0.5, -0.5}, {0.5, 0.5}, {-0.5, 0.5}}},
+                   0.1};
+
+TEST(ExactPlate, LetsABoxThroughItsHole) {
+  const PairDistance answer = Solve(kFrame, kHere, Box{{0.8, 0.8, 1}}, MakeTranslation(0, 0, 0));
+  EXPECT_NEAR(answer.distance_m, 0.1, 1e-12);
+  EXPECT_EQ(answer.trust, Trust::kExact);
+}
+
+TEST(ExactPlate, StopsABoxThatIsWiderThanItsHole) {
+  const PairDistance answer =
+      Solve(kFrame, kHere, Box{{1.2, 0.2, 0.5}}, MakeTranslation(0, 0, 0.24));
+  EXPECT_NEAR(answer.distance_m, -0.01, 1e-9);
+  EXPECT_NEAR(answer.normal.z(), 1, 1e-9);
+  EXPECT_EQ(answer.trust, Trust::kExact);  // pieces and hull part by the same translation
+}
+
+TEST(ExactPlate, StatesABoundWhereOnlyPiecesAreKnown) {
+  const PairDistance answer =
+      Solve(Box{{0.2, 0.2, 0.5}}, MakeTranslation(0.45, 0, 0), kFrame, kHere);
+  EXPECT_NEAR(answer.distance_m, -0.05, 1e-9);
+  EXPECT_EQ(answer.trust, Trust::kBounded);
+  EXPECT_GT(answer.bound_m, 0.1);
+}
+
+TEST(ExactMesh, AgreesWithTheSolidThatItTessellates) {
+  // Boxes are tessellated without deviation, so both must agree to rounding when apart.
+  RandomPairs random(3);
+  for (int k = 0; k < 300; ++k) {
+    const ShapeKind kinds[] = {ShapeKind::kSphere, ShapeKind::kBox,     ShapeKind::kCylinder,
+                               ShapeKind::kCone,   ShapeKind::kCapsule, ShapeKind::kConvex,
+                               ShapeKind::kPlate};
+    const PosedPair pair = random.Pair(ShapeKind::kBox, kinds[k % 7]);
+    const Mesh mesh = MakeMesh(Tessellate(pair.a));
+    ASSERT_TRUE(mesh.watertight);
+    const PairDistance solid = Solve(pair.a, pair.X_FA, pair.b, pair.X_FB);
+    const PairDistance answer = Solve(mesh, pair.X_FA, pair.b, pair.X_FB);
+    const double tolerance_m = 1e-8 * SizeOf(pair);
+    ASSERT_EQ(answer.distance_m > tolerance_m, solid.distance_m > tolerance_m) << k;
+    if (solid.distance_m > tolerance_m) {
+      ASSERT_NEAR(answer.distance_m, solid.distance_m, tolerance_m) << k;
+      continue;
+    }
+    // The true depth lies between the answer and its bound.
+    ASSERT_LE(-answer.distance_m, -solid.distance_m + tolerance_m) << k;
+    ASSERT_GE(-answer.distance_m + answer.bound_m, -solid.distance_m - tolerance_m) << k;
+  }
+}
+
+TEST(ExactMesh, HoldsWhatLiesInside) {
+  const Mesh room = MakeMesh(Tessellate(Box{{2, 2, 2}}));
+  const Mesh crate = MakeMesh(Tessellate(Box{{0.2, 0.2, 0.2}}));
+  for (const Shape& inner :
+       {Shape(Sphere{0.1}), Shape(Box{{0.2, 0.2, 0.2}}), Shape(Capsule{0.1, 0.2}), Shape(crate)}) {
+    const PairDistance answer = Solve(room, kHere, inner, MakeTranslation(0.3, 0, 0));
+    EXPECT_LT(answer.distance_m, -0.5) << NameOf(KindOf(inner));
+    EXPECT_LE(answer.bound_m, 2.0);  // no farther than across the room
+    EXPECT_LT(Solve(inner, MakeTranslation(0.3, 0, 0), room, kHere).distance_m, -0.5);
+  }
+}
+
+TEST(ExactMesh, HasNoInsideWhenOpen) {
+  TriangleMesh open = Tessellate(Box{{2, 2, 2}});
+  open.triangles.pop_back();
+  const PairDistance answer = Solve(MakeMesh(open), kHere, Sphere{0.1}, kHere);
+  EXPECT_NEAR(answer.distance_m, 0.9, 1e-12);
+  EXPECT_EQ(answer.trust, Trust::kSurfaceOnly);
+}
+
+TEST(ExactMesh, MeetsMeshesAndHalfSpaces) {
+  const Mesh crate = MakeMesh(Tessellate(Box{{1, 1, 1}}));
+  EXPECT_NEAR(Solve(crate, kHere, crate, MakeTranslation(1.5, 0.2, 0)).distance_m, 0.5, 1e-12);
+  EXPECT_LT(Solve(crate, kHere, crate, MakeTranslation(0.9, 0.2, 0)).distance_m, 0);
+  EXPECT_NEAR(Solve(crate, MakeTranslation(0, 0, 0.3), HalfSpace{}, kHere).distance_m, -0.2, 1e-12);
+}
+
+TEST(ExactRay, MeetsTheSurfaceFromOutsideAndInside) {
+  RandomPairs random(11);
+  std::vector<Shape> shapes = {kFrame, MakeMesh(Tessellate(Capsule{0.3, 0.4}))};
+  for (const ShapeKind kind : {ShapeKind::kSphere, ShapeKind::kBox, ShapeKind::kCylinder,
+                               ShapeKind::kCone, ShapeKind::kCapsule, ShapeKind::kConvex}) {
+    for (int i = 0; i < 20; ++i) shapes.push_back(random.ConvexShape(kind));
+  }
+  for (const Shape& shape : shapes) {
+    const auto exact = PrepareExact(shape);
+    const Pose X_FS = random.AnyPose(2);
+    const double size = SizeOf({shape, shape});
+    for (int k = 0; k < 30; ++k) {
+      const Vector3 origin = X_FS * Vector3(0.4 * size * random.Uniform(0, 1) * random.Direction());
+      const Ray ray{origin, random.Direction()};
+      const Pose X_SF = X_FS.inverse();
+      const double start = SignedDistance_m(shape, X_SF * origin);
+      const std::optional<RayHit> hit = ExactRay({*exact, X_FS}, ray);
+      // Marching by the distance reaches the first surface and never steps over it.
+      double t = 0, distance = std::abs(start);
+      for (int step = 0; step < 3000 && t < 4 * size && distance > 1e-10 * size; ++step) {
+        t += distance;
+        distance = std::abs(SignedDistance_m(shape, X_SF * (origin + t * ray.direction)));
+      }
+      const bool marched_in = distance <= 1e-10 * size;
+      if (!hit) {
+        EXPECT_FALSE(marched_in && start < 0) << NameOf(KindOf(shape));
+        continue;
+      }
+      const Vector3 at = X_SF * Vector3(origin + hit->distance_m * ray.direction);
+      EXPECT_LE(std::abs(SignedDistance_m(shape, at)), 1e-9 * size) << NameOf(KindOf(shape));
+      EXPECT_NEAR(hit->normal.norm(), 1, 1e-12);
+      // Grazing rays march for ever; no march ends behind the hit.
+      EXPECT_LE(t, hit->distance_m + 1e-6 * size) << NameOf(KindOf(shape));
+      if (std::abs(hit->normal.dot(ray.direction)) < 1e-2) continue;
+      EXPECT_EQ(hit->normal.dot(ray.direction) > 0, start < 0) << NameOf(KindOf(shape));
+    }
+  }
+}
+
+}  // namespace
+}  // namespace cwm::collision

@@ -1,0 +1,35 @@
+// Random shapes in poses that hurt: far, near, kissing, sunk into each other, parallel, aligned.
+#pragma once
+
+#include <random>
+
+#include "tests/collision/kernels/pair_oracle.h"
+
+namespace cwm::collision {
+
+class RandomPairs {
+ public:
+  explicit RandomPairs(unsigned seed) : random_(seed) {}
+
+  double Uniform(double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(random_);
+  }
+  int Index(int count) { return std::uniform_int_distribution<int>(0, count - 1)(random_); }
+
+  // Dimensions are spread evenly over the orders of magnitude from 1 mm to 10 m, or all alike.
+  double Dimension();
+  Shape ConvexShape(ShapeKind kind);
+  Vector3 Direction();
+  // Any rotation, one of the 24 of the cube, or one of these turned by 1e-4 to 1e-14 rad.
+  Matrix3 Rotation();
+  Pose AnyPose(double reach_m);
+
+  // A is placed anywhere, B within twice of both sizes, often aligned with A.
+  PosedPair Pair(ShapeKind a, ShapeKind b);
+
+ private:
+  std::mt19937_64 random_;
+  double scale_m_ = 1;
+};
+
+}  // namespace cwm::collision
