@@ -39,7 +39,8 @@ class IngestPlanTest : public ::testing::Test {
     PutObject users = Perceived("users", ObjectKind::kUser, "");
     users.owner = Owner::kUser;
     Apply({{box, {}}, {Perceived("table", ObjectKind::kSupport, ""), {}}, {users, {}}});
-    scene.supports.push_back({.X_WO = MakeTranslation(0, 0, 1), .model = BoxModel(1)});
+    scene.supports.push_back(
+        {.X_WO = MakeTranslation(0, 0, 1), .model = BoxModel(1), .reachable = {}});
     scene.objects.push_back({.X_WO = MakeTranslation(0, 0, 2),
                              .model = BoxModel(0.2),
                              .supported_by = 0,

@@ -32,10 +32,16 @@ TEST(GeometryStoreRace, WritersReadersAndObjectsShareOneStore) {
         const auto mesh = std::make_shared<const TriangleMesh>(Triangle(1 + (n + t) % 10));
         const std::string bytes = EncodeMesh(*mesh);
         const std::string hash = n % 2 == 0 ? store.Offer(mesh) : HashOf(mesh);
-        if (n % 2 == 1) ASSERT_TRUE(store.Put(BlobFormat::kMeshF64, bytes).ok());
+        if (n % 2 == 1) {
+          ASSERT_TRUE(store.Put(BlobFormat::kMeshF64, bytes).ok());
+        }
         const auto blob = store.Get(hash);
-        if (n % 2 == 0) ASSERT_TRUE(blob.ok()) << "an object holds the mesh";
-        if (blob.ok()) ASSERT_EQ((*blob)->bytes, bytes);
+        if (n % 2 == 0) {
+          ASSERT_TRUE(blob.ok()) << "an object holds the mesh";
+        }
+        if (blob.ok()) {
+          ASSERT_EQ((*blob)->bytes, bytes);
+        }
       }
     });
   }

@@ -149,7 +149,9 @@ TEST(WorldRace, ReadersSeeWholeChangesAndRevisionsThatOnlyGrow) {
       const auto a = snapshot->Find("a");
       const auto b = snapshot->Find("b");
       ASSERT_EQ(a == nullptr, b == nullptr);
-      if (a != nullptr) ASSERT_EQ(a->X_WO.translation(), b->X_WO.translation());
+      if (a != nullptr) {
+        ASSERT_EQ(a->X_WO.translation(), b->X_WO.translation());
+      }
       // What was seen can be had by its revision: nothing is published before it is in the history.
       const auto exact = world.At(Exactly{last}, Clock::time_point::max(), {});
       if (exact.ok()) {
@@ -298,14 +300,18 @@ TEST(WorldRace, WorldsMayBeMadeFoundAndDeletedAtOnce) {
       const auto world = registry.FindOrCreate("w");
       ASSERT_TRUE(world.ok());
       const auto outcome = (*world)->Apply(std::vector{Put(absl::StrCat("o", i), n + 1)}, {});
-      if (!outcome.ok()) EXPECT_EQ(DetailsOf(outcome.status()).reason, "WORLD_DELETED");
+      if (!outcome.ok()) {
+        EXPECT_EQ(DetailsOf(outcome.status()).reason, "WORLD_DELETED");
+      }
       EXPECT_LE(registry.List().size(), 1u);
     }
   });
   auto deleter = Race(1, barrier, [&](int) {
     for (int n = 0; n < 100; ++n) {
       const auto deleted = registry.Delete("w");
-      if (!deleted.ok()) EXPECT_EQ(DetailsOf(deleted.status()).reason, "WORLD_UNKNOWN");
+      if (!deleted.ok()) {
+        EXPECT_EQ(DetailsOf(deleted.status()).reason, "WORLD_UNKNOWN");
+      }
     }
   });
   Join(users);

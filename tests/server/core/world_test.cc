@@ -131,7 +131,7 @@ TEST_F(WorldTest, OtherContentUnderARequestIdIsRefused) {
 
 TEST_F(WorldTest, AFailedFirstTryIsNotRemembered) {
   const WriteOptions options{.request_id = "r1", .request_digest = "d"};
-  Refused({Move("a", 1)}, options);
+  EXPECT_EQ(Refused({Move("a", 1)}, options).code(), absl::StatusCode::kNotFound);
   MustApply({Put("a")});
   const WriteOutcome second = MustApply({Move("a", 1)}, options);
   EXPECT_FALSE(second.replayed);
