@@ -1,0 +1,26 @@
+// Options that every change to the world has.
+#pragma once
+
+#include <CLI/App.hpp>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "clients/cli/session.h"
+#include "cwm/v1/world.pb.h"
+
+namespace cwm::cli {
+
+struct ChangeArguments {
+  std::optional<std::int64_t> expected_revision;
+  std::string request_id;
+};
+
+void AddChangeOptions(CLI::App& command, ChangeArguments& change);
+
+// Applies the changes, all or none, and prints the revision; `done` is what a table says first.
+absl::Status Apply(Session& session, const ChangeArguments& arguments,
+                   const std::vector<cwm::v1::Change>& changes, const std::string& done);
+
+}  // namespace cwm::cli

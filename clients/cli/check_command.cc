@@ -1,0 +1,82 @@
+// cwm check
+#include <memory>
+#include <ostream>
+
+#include "absl/strings/str_cat.h"
+#include "clients/cli/commands.h"
+#include "clients/cli/enum_names.h"
+#include "clients/cli/question_arguments.h"
+#include "clients/cli/table.h"
+
+namespace cwm::cli {
+namespace {
+
+namespace pb = cwm::v1;
+
+struct CheckArguments {
+  BodyArguments body;
+  QuestionArguments question;
+  bool exit_code = false;
+};
+
+void PrintVerdicts(const pb::CheckCollisionsResponse& response, Session& session) {
+  std::vector<TableRow> lines;
+  for (const pb::CollisionRow& row : response.rows()) {
+    lines.push_back({{absl::StrCat(lines.size()), ShortName(row.verdict()), row.object(),
+                      row.has_object_part() ? absl::StrCat(row.object_part()) : "",
+                      row.has_body_part() ? absl::StrCat(row.body_part()) : ""}});
+  }
+  PrintTable({{"ROW", Align::kRight},
+              {"VERDICT"},
+              {"OBJECT"},
+              {"OBJECT PART", Align::kRight},
+              {"BODY PART", Align::kRight}},
+             lines, session.color() ? TableStyle::kColor : TableStyle::kPlain, session.streams.out);
+}
+
+absl::Status Check(Session& session, const CheckArguments& arguments) {
+  const auto options = ToOptions(arguments.question);
+  if (!options.ok()) return options.status();
+  const auto subjects = ReadSubjects(arguments.body, session.streams);
+  if (!subjects.ok()) return subjects.status();
+  const auto answer = AskAll<pb::CheckCollisionsRequest, pb::CheckCollisionsResponse>(
+      session, &pb::QueryService::Stub::CheckCollisions, *subjects, *options);
+  if (!answer.ok()) return answer.status();
+  for (const pb::CollisionRow& row : answer->rows()) {
+    session.found_collision |= arguments.exit_code && row.verdict() == pb::VERDICT_COLLISION;
+  }
+  session.PrintList(
+      *answer,
+      [&] {
+        for (const pb::CollisionRow& row : answer->rows()) session.PrintLine(row);
+      },
+      [&] {
+        PrintVerdicts(*answer, session);
+        session.streams.out << Footer(answer->revision(), answer->completed_count(),
+                                      RowCount(*subjects))
+                            << "\n";
+      });
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+void AddCheckCommand(CommandLine& line) {
+  const auto arguments = std::make_shared<CheckArguments>();
+  CLI::App& command =
+      AddCommand(line,
+                 {"check",
+                  "whether a body is in collision: free, collision or undecided for each pose",
+                  {"cwm check --box 0.1,0.08,0.2 --at 0.4,0,0.3 --margin 0.01",
+                   "cwm check --object mug --at 0.5,0.1,0.2 --exit-code && echo free",
+                   "cwm check --sphere 0.05 --at - -o ndjson < poses.jsonl"},
+                  "Collision means that the distance is less than the margin. Many questions: JSON "
+                  "lines on stdin,\n"
+                  "see `cwm distance --help`."},
+                 [arguments](Session& session) { return Check(session, *arguments); });
+  AddBodyOptions(command, arguments->body);
+  AddQuestionOptions(command, arguments->question);
+  command.add_flag("--exit-code", arguments->exit_code, "end with 10 when any row is in collision");
+}
+
+}  // namespace cwm::cli

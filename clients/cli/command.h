@@ -1,0 +1,34 @@
+// How a command hangs into the command line.
+#pragma once
+
+#include <CLI/App.hpp>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "clients/cli/session.h"
+
+namespace cwm::cli {
+
+struct CommandText {
+  std::string name;
+  std::string summary;                // one line, shown in the list of commands
+  std::vector<std::string> examples;  // shown first by --help
+  std::string details = {};           // after the examples
+};
+
+// The application with the commands' actions and what came of them.
+struct CommandLine {
+  CLI::App app;
+  Session& session;
+  std::string command = {};  // the one that ran
+  absl::Status result = absl::OkStatus();
+};
+
+// Adds a command whose action runs once its options are parsed. The options' storage must live as
+// long as the action: commands share it with them.
+CLI::App& AddCommand(CommandLine& line, const CommandText& text,
+                     std::function<absl::Status(Session&)> action);
+
+}  // namespace cwm::cli

@@ -1,0 +1,21 @@
+// Every command, in the order of the help.
+#pragma once
+
+#include "clients/cli/command.h"
+
+namespace cwm::cli {
+
+void AddStatusCommands(CommandLine& line);  // status, info
+void AddSegmentCommand(CommandLine& line);  // segment
+void AddIngestCommand(CommandLine& line);   // ingest
+void AddObjectCommands(CommandLine& line);  // objects, get
+void AddPutCommand(CommandLine& line);      // put
+void AddChangeCommands(CommandLine& line);  // move, remove
+void AddImportCommand(CommandLine& line);   // import
+void AddPairCommands(CommandLine& line);    // distance, contacts
+void AddCheckCommand(CommandLine& line);    // check
+void AddRayCommand(CommandLine& line);      // ray
+void AddWatchCommand(CommandLine& line);    // watch
+void AddCallCommand(CommandLine& line);     // call
+
+}  // namespace cwm::cli

@@ -1,0 +1,83 @@
+// cwm ingest
+#include <memory>
+#include <ostream>
+
+#include "clients/cli/commands.h"
+#include "clients/cli/exit_code.h"
+#include "clients/cli/scan_arguments.h"
+#include "clients/cli/scan_report.h"
+#include "clients/formats/cloud_reader.h"
+
+namespace cwm::cli {
+namespace {
+
+struct IngestArguments {
+  std::vector<std::string> files;
+  ScanArguments scan;
+  std::string labels;
+  std::string request_id;
+  bool add = false;
+};
+
+absl::Status IngestFile(Session& session, const IngestArguments& arguments,
+                        const cwm::v1::IngestCloudHeader& header, const std::string& file) {
+  const auto cloud = formats::ReadCloud(file);
+  if (!cloud.ok()) return cloud.status();
+  auto response = SendScan(session, header, *cloud, file);
+  if (!response.ok()) return response.status();
+  if (!arguments.labels.empty()) {
+    absl::Status written = WriteLabelled(session, *response, *cloud, arguments.labels);
+    if (!written.ok()) return written;
+    response->clear_labels();  // they are in the file
+  }
+  session.Print(*response, [&] {
+    if (arguments.files.size() > 1) session.streams.out << file << "\n";
+    PrintScanReport(*response, session.color() ? TableStyle::kColor : TableStyle::kPlain,
+                    session.streams.out);
+    if (arguments.files.size() > 1) session.streams.out << "\n";
+  });
+  session.streams.out.flush();
+  return absl::OkStatus();
+}
+
+absl::Status Ingest(Session& session, const IngestArguments& arguments) {
+  if (arguments.files.size() > 1 && !(arguments.labels.empty() && arguments.request_id.empty())) {
+    return UsageError("--labels and --request-id belong to one FILE");
+  }
+  auto header = ToHeader(arguments.scan, session);
+  if (!header.ok()) return header.status();
+  header->set_mode(arguments.add ? cwm::v1::INGEST_MODE_ADD : cwm::v1::INGEST_MODE_UPDATE);
+  header->set_want_point_labels(!arguments.labels.empty());
+  header->set_request_id(arguments.request_id);
+  for (const std::string& file : arguments.files) {
+    if (absl::Status status = IngestFile(session, arguments, *header, file); !status.ok()) {
+      return status;
+    }
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+void AddIngestCommand(CommandLine& line) {
+  const auto arguments = std::make_shared<IngestArguments>();
+  CLI::App& command = AddCommand(
+      line,
+      {"ingest",
+       "scans into the world: what is seen is added, moved, replaced or removed",
+       {"cwm ingest scan.pcd", "cwm ingest scan1.pcd scan2.pcd --world kitchen --up 0,-1,0",
+        "cwm ingest scan.ply --x-world-sensor 0,0,1.2,1,0,0,0 --labels labelled.pcd -o json"},
+       "Files are PCD or PLY in the sensor's frame, metres. Several are sent one after another, "
+       "and the\n"
+       "first that fails ends it."},
+      [arguments](Session& session) { return Ingest(session, *arguments); });
+  command.add_option("FILE", arguments->files, "PCD or PLY files")->required();
+  AddScanOptions(command, arguments->scan);
+  command.add_option("--labels", arguments->labels, "write the labelled cloud to this PCD file")
+      ->type_name("OUT.pcd");
+  command.add_flag("--add", arguments->add, "only add: nothing is removed or moved");
+  command.add_option("--request-id", arguments->request_id, "a retry under it is done once")
+      ->type_name("ID");
+}
+
+}  // namespace cwm::cli

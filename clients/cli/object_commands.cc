@@ -1,0 +1,184 @@
+// cwm objects, cwm get
+#include <CLI/Validators.hpp>
+#include <memory>
+#include <ostream>
+
+#include "absl/strings/str_cat.h"
+#include "clients/cli/commands.h"
+#include "clients/cli/enum_names.h"
+#include "clients/cli/mesh_frames.h"
+#include "clients/cli/number_list.h"
+#include "clients/cli/object_table.h"
+#include "clients/cli/question_arguments.h"
+#include "clients/cpp/geometry_transfer.h"
+#include "clients/formats/file_bytes.h"
+#include "clients/formats/ply.h"
+
+namespace cwm::cli {
+namespace {
+
+namespace pb = cwm::v1;
+
+struct ListArguments {
+  std::vector<pb::ObjectKind> kinds;
+  std::string prefix, within, at_revision;
+};
+
+struct GetArguments {
+  std::string name, at_revision, mesh;
+};
+
+TableStyle StyleOf(const Session& session) {
+  return session.color() ? TableStyle::kColor : TableStyle::kPlain;
+}
+
+absl::StatusOr<pb::ListObjectsRequest> ToRequest(const ListArguments& arguments,
+                                                 const Session& session) {
+  pb::ListObjectsRequest request;
+  request.set_world(session.world);
+  request.set_view(pb::OBJECT_VIEW_FULL);
+  request.set_name_prefix(arguments.prefix);
+  for (const pb::ObjectKind kind : arguments.kinds) request.add_kinds(kind);
+  const auto revision = ParseRevision(arguments.at_revision);
+  if (!revision.ok()) return revision.status();
+  *request.mutable_at_revision() = *revision;
+  if (arguments.within.empty()) return request;
+  const auto box =
+      ParseNumbers(arguments.within, {"--within", "xmin,ymin,zmin,xmax,ymax,zmax (m)", 6});
+  if (!box.ok()) return box.status();
+  pb::Vector3& min = *request.mutable_within()->mutable_min();
+  pb::Vector3& max = *request.mutable_within()->mutable_max();
+  min.set_x((*box)[0]);
+  min.set_y((*box)[1]);
+  min.set_z((*box)[2]);
+  max.set_x((*box)[3]);
+  max.set_y((*box)[4]);
+  max.set_z((*box)[5]);
+  return request;
+}
+
+// All pages as one reply.
+absl::StatusOr<pb::ListObjectsResponse> ListAll(Session& session, pb::ListObjectsRequest request) {
+  const client::Connection& connection = session.connection();
+  pb::ListObjectsResponse all;
+  do {
+    const auto page =
+        connection.Call(&pb::WorldService::Stub::ListObjects, connection.worlds(), request);
+    if (!page.ok()) return page.status();
+    request.set_page_token(page->next_page_token());
+    all.MergeFrom(*page);
+  } while (!request.page_token().empty());
+  all.clear_next_page_token();
+  return all;
+}
+
+absl::Status List(Session& session, const ListArguments& arguments) {
+  const auto request = ToRequest(arguments, session);
+  if (!request.ok()) return request.status();
+  const auto response = ListAll(session, *request);
+  if (!response.ok()) return response.status();
+  session.PrintList(
+      *response,
+      [&] {
+        for (const pb::Object& object : response->objects()) session.PrintLine(object);
+      },
+      [&] {
+        PrintObjects(response->objects(), StyleOf(session), session.streams.out);
+        session.streams.out << "revision " << response->revision() << "\n";
+      });
+  return absl::OkStatus();
+}
+
+// Every mesh of the object in the world's frame, each in its place.
+absl::StatusOr<formats::MeshFile> MeshOf(const client::Connection& connection,
+                                         const pb::Object& object) {
+  struct Piece {
+    std::string hash;
+    const pb::Pose* x_object_piece;  // null: identity
+  };
+  std::vector<Piece> pieces;
+  for (const pb::SurfacePart& surface : object.surfaces())
+    pieces.push_back({surface.hash(), nullptr});
+  for (const pb::Handle& handle : object.handles()) {
+    if (!handle.hash().empty()) pieces.push_back({handle.hash(), nullptr});
+  }
+  for (const pb::ShapePart& part : object.shapes()) {
+    const std::string hash = part.has_mesh() ? part.mesh().hash() : part.convex().hash();
+    if (!hash.empty())
+      pieces.push_back({hash, part.has_x_object_shape() ? &part.x_object_shape() : nullptr});
+  }
+  if (pieces.empty()) {
+    return absl::NotFoundError(
+        absl::StrCat(object.name(), " has no mesh: it is made of shapes alone"));
+  }
+  formats::MeshFile all;
+  for (const Piece& piece : pieces) {
+    const auto blob = client::ReadGeometry(connection, piece.hash);
+    if (!blob.ok()) return blob.status();
+    auto mesh = client::DecodeMesh(blob->bytes);
+    if (!mesh.ok()) return mesh.status();
+    Append(piece.x_object_piece == nullptr ? *mesh : Transformed(*piece.x_object_piece, *mesh),
+           all);
+  }
+  return Transformed(object.x_world_object(), std::move(all));
+}
+
+absl::Status Get(Session& session, const GetArguments& arguments) {
+  const client::Connection& connection = session.connection();
+  pb::GetObjectRequest request;
+  request.set_world(session.world);
+  request.set_name(arguments.name);
+  const auto revision = ParseRevision(arguments.at_revision);
+  if (!revision.ok()) return revision.status();
+  *request.mutable_at_revision() = *revision;
+  const auto response =
+      connection.Call(&pb::WorldService::Stub::GetObject, connection.worlds(), request);
+  if (!response.ok()) return response.status();
+  if (!arguments.mesh.empty()) {
+    const auto mesh = MeshOf(connection, response->object());
+    if (!mesh.ok()) return mesh.status();
+    const auto written = formats::WriteFileBytes(arguments.mesh, formats::FormatPlyMesh(*mesh));
+    if (!written.ok()) return written;
+  }
+  session.Print(*response, [&] {
+    PrintObjectDetails(response->object(), StyleOf(session), session.streams.out);
+    session.streams.out << "revision " << response->revision() << "\n";
+  });
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+void AddObjectCommands(CommandLine& line) {
+  const auto list = std::make_shared<ListArguments>();
+  CLI::App& objects = AddCommand(
+      line,
+      {"objects",
+       "the objects of the world: shapes, coefficients, how well they fit",
+       {"cwm objects", "cwm objects --kind support", "cwm objects -o ndjson | jq -r .name"}},
+      [list](Session& session) { return List(session, *list); });
+  objects
+      .add_option("--kind", list->kinds, "support, object, residual, unseen or user; repeatable")
+      ->transform(CLI::CheckedTransformer(ShortNames<pb::ObjectKind>()).description(""))
+      ->allow_extra_args(false)
+      ->type_name("KIND");
+  objects.add_option("--prefix", list->prefix, "names that start so")->type_name("TEXT");
+  objects.add_option("--within", list->within, "objects that touch this region (m)")
+      ->type_name("XMIN,YMIN,ZMIN,XMAX,YMAX,ZMAX");
+  AddRevisionOption(objects, list->at_revision);
+
+  const auto get = std::make_shared<GetArguments>();
+  CLI::App& command = AddCommand(
+      line,
+      {"get",
+       "everything about one object",
+       {"cwm get mug", "cwm get mug -o json", "cwm get mug --mesh mug.ply"},
+       "--mesh writes the object's surfaces, handles and meshes as one PLY, in the world's frame."},
+      [get](Session& session) { return Get(session, *get); });
+  command.add_option("NAME", get->name, "of the object")->required();
+  command.add_option("--mesh", get->mesh, "write its meshes to this PLY file")
+      ->type_name("OUT.ply");
+  AddRevisionOption(command, get->at_revision);
+}
+
+}  // namespace cwm::cli

@@ -1,0 +1,166 @@
+#include "clients/cli/object_table.h"
+
+#include <google/protobuf/util/time_util.h>
+
+#include <ostream>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
+#include "clients/cli/enum_names.h"
+#include "clients/cli/quantity.h"
+
+namespace cwm::cli {
+namespace {
+
+namespace pb = cwm::v1;
+
+const std::vector<Column>& Columns() {
+  static const std::vector<Column> kColumns = {{"LABEL", Align::kRight},
+                                               {"NAME"},
+                                               {"KIND"},
+                                               {"SHAPE"},
+                                               {"RMS", Align::kRight},
+                                               {"INLIERS", Align::kRight},
+                                               {"OBSERVED", Align::kRight},
+                                               {"POINTS", Align::kRight},
+                                               {"SIZE"},
+                                               {"ON"},
+                                               {"POSITION m"}};
+  return kColumns;
+}
+
+std::string CoefficientText(const pb::ShapePart& part) {
+  if (part.coefficients().empty()) return "";
+  return absl::StrCat("coefficients ",
+                      absl::StrJoin(part.coefficients(), " ", [](std::string* out, double value) {
+                        absl::StrAppend(out, Fixed(value, 4));
+                      }));
+}
+
+std::vector<std::string> FitCells(const pb::ShapePart& part) {
+  if (part.role() == pb::PART_ROLE_COMPLETED) return {"completed", "", ""};
+  if (!part.has_fit()) return {"", "", ""};
+  return {Length(part.fit().rms_m()), absl::StrCat(part.fit().inlier_count()),
+          Percent(part.fit().observed_fraction())};
+}
+
+// What an object is made of besides its shapes.
+std::string SurfaceText(const pb::Object& object) {
+  std::int64_t triangles = 0;
+  for (const auto& surface : object.surfaces()) triangles += surface.triangle_count();
+  std::string text;
+  if (triangles > 0) absl::StrAppend(&text, "mesh of ", triangles, " triangles");
+  if (!object.handles().empty()) {
+    absl::StrAppend(&text, text.empty() ? "" : ", ", object.handles_size(),
+                    object.handles_size() == 1 ? " handle" : " handles");
+  }
+  return text;
+}
+
+std::string Position(const pb::Pose& pose) {
+  return absl::StrCat(Fixed(pose.tx_m(), 3), " ", Fixed(pose.ty_m(), 3), " ",
+                      Fixed(pose.tz_m(), 3));
+}
+
+// Lines of an object: the first names it.
+void AddRows(const LabelledObject& labelled, std::vector<TableRow>& rows) {
+  const pb::Object& object = *labelled.object;
+  const std::size_t first = rows.size();
+  for (const pb::ShapePart& part : object.shapes()) {
+    std::vector<std::string> cells = {"", "", "", ShapeText(part)};
+    for (std::string& cell : FitCells(part)) cells.push_back(std::move(cell));
+    cells.resize(Columns().size());
+    rows.push_back({cells, CoefficientText(part)});
+  }
+  if (const std::string surface = SurfaceText(object); !surface.empty()) {
+    rows.push_back({{"", "", "", surface, "", "", "", "", "", "", ""}});
+  }
+  if (rows.size() == first) rows.push_back({std::vector<std::string>(Columns().size())});
+  std::vector<std::string>& cells = rows[first].cells;
+  if (labelled.label >= 0) cells[0] = absl::StrCat(labelled.label);
+  cells[1] = object.name();
+  cells[2] = ShortName(object.kind());
+  if (object.state() == pb::OBJECT_STATE_OCCLUDED || object.state() == pb::OBJECT_STATE_LOST) {
+    absl::StrAppend(&cells[2], " (", ShortName(object.state()), ")");
+  }
+  if (object.point_count() > 0) cells[7] = absl::StrCat(object.point_count());
+  if (object.has_bounds()) cells[8] = Size(object.bounds().box());
+  cells[9] = object.supported_by();
+  cells[10] = Position(object.x_world_object());
+}
+
+void PrintLine(const std::string& name, const std::string& value, std::ostream& out) {
+  if (!value.empty()) out << name << std::string(14 - name.size(), ' ') << value << "\n";
+}
+
+}  // namespace
+
+std::string ShapeText(const pb::ShapePart& part) {
+  switch (part.shape_case()) {
+    case pb::ShapePart::kSphere:
+      return absl::StrCat("sphere r ", Length(part.sphere().radius_m()));
+    case pb::ShapePart::kBox:
+      return absl::StrCat("box ", Size(part.box()));
+    case pb::ShapePart::kCylinder:
+      return absl::StrCat("cylinder r ", Length(part.cylinder().radius_m()), ", l ",
+                          Length(part.cylinder().length_m()));
+    case pb::ShapePart::kCone:
+      return absl::StrCat("cone r ", Length(part.cone().radius_bottom_m()), " to ",
+                          Length(part.cone().radius_top_m()), ", l ",
+                          Length(part.cone().length_m()));
+    case pb::ShapePart::kCapsule:
+      return absl::StrCat("capsule r ", Length(part.capsule().radius_m()), ", l ",
+                          Length(part.capsule().length_m()));
+    case pb::ShapePart::kHalfSpace:
+      return "half space";
+    case pb::ShapePart::kPlate:
+      return absl::StrCat("plate of ", part.plate().outline().vertices_size(), " corners, ",
+                          Length(part.plate().thickness_m()), " thick");
+    case pb::ShapePart::kConvex:
+      return "convex";
+    case pb::ShapePart::kMesh:
+      return "mesh";
+    case pb::ShapePart::SHAPE_NOT_SET:
+      break;
+  }
+  return "";
+}
+
+void PrintObjects(const std::vector<LabelledObject>& objects, TableStyle style, std::ostream& out) {
+  std::vector<TableRow> rows;
+  for (const LabelledObject& object : objects) AddRows(object, rows);
+  if (rows.empty()) {
+    out << "no objects\n";
+    return;
+  }
+  PrintTable(Columns(), rows, style, out);
+}
+
+void PrintObjects(const google::protobuf::RepeatedPtrField<pb::Object>& objects, TableStyle style,
+                  std::ostream& out) {
+  std::vector<LabelledObject> unlabelled;
+  for (const pb::Object& object : objects) unlabelled.push_back({&object});
+  PrintObjects(unlabelled, style, out);
+}
+
+void PrintObjectDetails(const pb::Object& object, TableStyle style, std::ostream& out) {
+  PrintObjects(std::vector<LabelledObject>{{&object}}, style, out);
+  out << "\n";
+  PrintLine("uid", object.uid(), out);
+  PrintLine("owner", ShortName(object.owner()), out);
+  PrintLine("state", ShortName(object.state()), out);
+  PrintLine("pose", PoseText(object.x_world_object()), out);
+  PrintLine("attached to", object.attached_to(), out);
+  if (object.margin_m() != 0) PrintLine("margin", Length(object.margin_m()), out);
+  if (object.has_reachable()) PrintLine("reachable", object.reachable() ? "yes" : "no", out);
+  if (object.has_last_observed()) {
+    PrintLine("last observed", google::protobuf::util::TimeUtil::ToString(object.last_observed()),
+              out);
+  }
+  PrintLine("revisions",
+            absl::StrCat("created ", object.create_revision(), ", geometry ",
+                         object.geometry_revision(), ", pose ", object.pose_revision()),
+            out);
+}
+
+}  // namespace cwm::cli

@@ -1,0 +1,120 @@
+// cwm distance, cwm contacts
+#include <memory>
+#include <ostream>
+
+#include "absl/strings/str_cat.h"
+#include "clients/cli/commands.h"
+#include "clients/cli/enum_names.h"
+#include "clients/cli/quantity.h"
+#include "clients/cli/question_arguments.h"
+#include "clients/cli/table.h"
+
+namespace cwm::cli {
+namespace {
+
+namespace pb = cwm::v1;
+
+struct PairArguments {
+  BodyArguments body;
+  QuestionArguments question;
+};
+
+std::string TrustText(const pb::PairRow& pair) {
+  const std::string trust = ShortName(pair.trust());
+  return pair.has_bound_m() ? absl::StrCat(trust, " to ", Length(pair.bound_m())) : trust;
+}
+
+void PrintPairs(const google::protobuf::RepeatedPtrField<pb::PairRows>& rows, Session& session) {
+  std::vector<TableRow> lines;
+  for (int row = 0; row < rows.size(); ++row) {
+    if (rows[row].answers().empty()) {
+      lines.push_back({{absl::StrCat(row), "none", "", "", "", "", "", ""}});
+    }
+    for (const pb::PairRow& pair : rows[row].answers()) {
+      lines.push_back({{absl::StrCat(row), pair.object(), absl::StrCat(pair.object_part()),
+                        Fixed(1000 * pair.distance_m(), 3), Vector(pair.point_body()),
+                        Vector(pair.point_object()), Vector(pair.normal()), TrustText(pair)}});
+    }
+  }
+  PrintTable({{"ROW", Align::kRight},
+              {"OBJECT"},
+              {"PART", Align::kRight},
+              {"DISTANCE mm", Align::kRight},
+              {"POINT ON BODY m"},
+              {"POINT ON OBJECT m"},
+              {"NORMAL"},
+              {"TRUST"}},
+             lines, session.color() ? TableStyle::kColor : TableStyle::kPlain, session.streams.out);
+}
+
+template <class Request, class Response, class Method>
+absl::Status Ask(Session& session, const PairArguments& arguments, Method method) {
+  const auto options = ToOptions(arguments.question);
+  if (!options.ok()) return options.status();
+  const auto subjects = ReadSubjects(arguments.body, session.streams);
+  if (!subjects.ok()) return subjects.status();
+  const auto answer = AskAll<Request, Response>(session, method, *subjects, *options);
+  if (!answer.ok()) return answer.status();
+  session.PrintList(
+      *answer,
+      [&] {
+        for (const pb::PairRows& row : answer->rows()) session.PrintLine(row);
+      },
+      [&] {
+        PrintPairs(answer->rows(), session);
+        session.streams.out << Footer(answer->revision(), answer->completed_count(),
+                                      RowCount(*subjects))
+                            << "\n";
+      });
+  return absl::OkStatus();
+}
+
+constexpr char kLines[] =
+    "Many questions: JSON lines on stdin, {\"box\": [x, y, z], \"at\": [x, y, z, qx, qy, qz, qw]}; "
+    "\"at\"\n"
+    "may hold several poses. With a shape and --at -, each line is {\"at\": ...} or a pose as an "
+    "array.\n"
+    "All rows are answered from one revision. -o ndjson prints one line a row.";
+
+}  // namespace
+
+void AddPairCommands(CommandLine& line) {
+  const auto distance = std::make_shared<PairArguments>();
+  CLI::App& distances = AddCommand(
+      line,
+      {"distance",
+       "signed distance to the nearest objects, with points and normal",
+       {"cwm distance --box 0.1,0.08,0.2 --at 0.4,0,0.3",
+        "cwm distance --object mug --max-results 3",
+        "printf '[0.4,0,0.3]\\n[0.5,0,0.3]\\n' | cwm distance --sphere 0.05 --at - -o ndjson"},
+       kLines},
+      [distance](Session& session) {
+        return Ask<pb::GetDistancesRequest, pb::GetDistancesResponse>(
+            session, *distance, &pb::QueryService::Stub::GetDistances);
+      });
+  AddBodyOptions(distances, distance->body);
+  AddQuestionOptions(distances, distance->question);
+  distances
+      .add_option("--max-results", distance->question.max_results,
+                  "nearest objects a row; default 1")
+      ->type_name("N");
+
+  const auto contact = std::make_shared<PairArguments>();
+  CLI::App& contacts = AddCommand(
+      line,
+      {"contacts",
+       "where a body touches or penetrates the world",
+       {"cwm contacts --sphere 0.05 --at 0.4,0,0.02", "cwm contacts --object mug --margin 0.005"},
+       kLines},
+      [contact](Session& session) {
+        return Ask<pb::GetContactsRequest, pb::GetContactsResponse>(
+            session, *contact, &pb::QueryService::Stub::GetContacts);
+      });
+  AddBodyOptions(contacts, contact->body);
+  AddQuestionOptions(contacts, contact->question);
+  contacts
+      .add_option("--max-contacts", contact->question.max_contacts, "contacts a row; default 16")
+      ->type_name("N");
+}
+
+}  // namespace cwm::cli

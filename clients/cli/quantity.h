@@ -1,0 +1,25 @@
+// Numbers with their units, as tables show them.
+#pragma once
+
+#include <string>
+
+#include "cwm/v1/geometry.pb.h"
+
+namespace cwm::cli {
+
+// "35.2 mm" below a metre, "1.250 m" from there on.
+std::string Length(double length_m);
+// "0.250 x 0.100 x 0.040 m", all in one unit.
+std::string Size(const cwm::v1::Box& box);
+// "0.412 -0.100 0.051": metres by the column's title, or without unit for directions.
+std::string Vector(const cwm::v1::Vector3& vector);
+// "0.412 -0.100 0.051 m", and the angle and axis of the rotation when there is one: "30.0 deg about
+// 0.000 0.000 1.000".
+std::string PoseText(const cwm::v1::Pose& pose);
+// "97.5 %"
+std::string Percent(double ratio);
+std::string Fixed(double value, int decimals);
+// "12.4 MB"
+std::string Bytes(double bytes);
+
+}  // namespace cwm::cli

@@ -1,0 +1,102 @@
+#include "clients/cli/question_arguments.h"
+
+#include <CLI/Validators.hpp>
+#include <cmath>
+
+#include "absl/strings/numbers.h"
+#include "absl/strings/str_cat.h"
+#include "clients/cli/enum_names.h"
+#include "clients/cli/exit_code.h"
+
+namespace cwm::cli {
+namespace {
+
+namespace pb = cwm::v1;
+
+google::protobuf::Duration ToDuration(double seconds) {
+  google::protobuf::Duration duration;
+  duration.set_seconds(static_cast<std::int64_t>(std::floor(seconds)));
+  duration.set_nanos(static_cast<std::int32_t>((seconds - std::floor(seconds)) * 1e9));
+  return duration;
+}
+
+}  // namespace
+
+void AddRevisionOption(CLI::App& command, std::string& at_revision) {
+  command.add_option("--at-revision", at_revision, "latest (default), N (exactly), N+ (at least)")
+      ->type_name("REV");
+}
+
+void AddQuestionOptions(CLI::App& command, QuestionArguments& question) {
+  command.add_option("--engine", question.engine, "auto (default), exact, fcl or bullet")
+      ->transform(
+          CLI::CheckedTransformer(ShortNames<pb::Engine>(), CLI::ignore_case).description(""))
+      ->type_name("ENGINE");
+  command
+      .add_option("--representation", question.representation,
+                  "of the objects: hybrid (default), shapes or surfaces")
+      ->transform(CLI::CheckedTransformer(ShortNames<pb::Representation>(), CLI::ignore_case)
+                      .description(""))
+      ->type_name("REP");
+  command.add_option("--margin", question.margin_m, "collision means nearer than this (m)")
+      ->type_name("M");
+  command.add_option("--max-distance", question.max_distance_m, "leave out what is farther (m)")
+      ->type_name("M");
+  command.add_option("--ignore", question.ignore, "leave this object out; may be repeated")
+      ->allow_extra_args(false)
+      ->type_name("NAME");
+  command.add_option("--time-budget", question.time_budget_s, "answer what is done by then (s)")
+      ->check(CLI::PositiveNumber.description(""))
+      ->type_name("S");
+  AddRevisionOption(command, question.at_revision);
+}
+
+absl::StatusOr<pb::AtRevision> ParseRevision(const std::string& text) {
+  pb::AtRevision revision;
+  if (text.empty() || text == "latest") {
+    revision.set_latest(true);
+    return revision;
+  }
+  const bool at_least = text.back() == '+';
+  std::int64_t number = 0;
+  if (!absl::SimpleAtoi(text.substr(0, text.size() - (at_least ? 1 : 0)), &number) || number < 0) {
+    return UsageError(
+        absl::StrCat("--at-revision: \"", text, "\" must be latest, N (exactly) or N+ (at least)"));
+  }
+  if (at_least) {
+    revision.set_at_least(number);
+  } else {
+    revision.set_exact(number);
+  }
+  return revision;
+}
+
+absl::StatusOr<pb::QueryOptions> ToOptions(const QuestionArguments& question) {
+  const auto revision = ParseRevision(question.at_revision);
+  if (!revision.ok()) return revision.status();
+  pb::QueryOptions options;
+  *options.mutable_at_revision() = *revision;
+  options.set_engine(question.engine);
+  options.set_representation(question.representation);
+  options.set_margin_m(question.margin_m);
+  if (question.max_distance_m) options.set_max_distance_m(*question.max_distance_m);
+  options.set_max_results(question.max_results);
+  options.set_max_contacts(question.max_contacts);
+  for (const std::string& name : question.ignore) options.add_ignore(name);
+  if (question.time_budget_s) *options.mutable_time_budget() = ToDuration(*question.time_budget_s);
+  options.set_result_form(pb::RESULT_FORM_ROWS);
+  return options;
+}
+
+std::string Footer(std::int64_t revision, std::int64_t completed, std::size_t asked) {
+  return absl::StrCat("revision ", revision, ", ", completed, " of ", asked,
+                      asked == 1 ? " row" : " rows");
+}
+
+std::size_t RowCount(const std::vector<pb::Subject>& subjects) {
+  std::size_t rows = 0;
+  for (const pb::Subject& subject : subjects) rows += RowCount(subject);
+  return rows;
+}
+
+}  // namespace cwm::cli

@@ -1,0 +1,67 @@
+// Options that every question to the world has.
+#pragma once
+
+#include <CLI/App.hpp>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "clients/cli/body_arguments.h"
+#include "cwm/v1/query.pb.h"
+
+namespace cwm::cli {
+
+struct QuestionArguments {
+  std::string at_revision;  // "latest", "N" (exact) or "N+" (at least)
+  cwm::v1::Engine engine = cwm::v1::ENGINE_UNSPECIFIED;
+  cwm::v1::Representation representation = cwm::v1::REPRESENTATION_UNSPECIFIED;
+  double margin_m = 0;
+  std::optional<double> max_distance_m;
+  int max_results = 0;
+  int max_contacts = 0;
+  std::vector<std::string> ignore;
+  std::optional<double> time_budget_s;
+};
+
+void AddQuestionOptions(CLI::App& command, QuestionArguments& question);
+void AddRevisionOption(CLI::App& command, std::string& at_revision);
+
+// A usage error for anything but "", "latest", "N" and "N+".
+absl::StatusOr<cwm::v1::AtRevision> ParseRevision(const std::string& text);
+
+// With answers as rows, so that JSON is readable.
+absl::StatusOr<cwm::v1::QueryOptions> ToOptions(const QuestionArguments& question);
+
+// Asks `method` about every subject and returns the answers as one: rows after rows. All are
+// answered from the revision that the first was answered from.
+template <class Request, class Response, class Method>
+absl::StatusOr<Response> AskAll(Session& session, Method method,
+                                const std::vector<cwm::v1::Subject>& subjects,
+                                cwm::v1::QueryOptions options) {
+  Response all;
+  std::int64_t completed = 0;
+  for (const cwm::v1::Subject& subject : subjects) {
+    Request request;
+    request.set_world(session.world);
+    *request.mutable_subject() = subject;
+    *request.mutable_options() = options;
+    const auto answer = session.connection().Call(method, session.connection().queries(), request);
+    if (!answer.ok()) return answer.status();
+    all.MergeFrom(*answer);
+    completed += answer->completed_count();
+    options.mutable_at_revision()->set_exact(answer->revision());
+    options.set_world_uid(answer->world_uid());
+    if (answer->completed_count() < static_cast<std::int64_t>(RowCount(subject))) break;
+  }
+  all.set_completed_count(completed);  // a prefix of all rows
+  return all;
+}
+
+// "revision 7, 3 of 5 rows" under a table.
+std::string Footer(std::int64_t revision, std::int64_t completed, std::size_t asked);
+std::size_t RowCount(const std::vector<cwm::v1::Subject>& subjects);
+
+}  // namespace cwm::cli

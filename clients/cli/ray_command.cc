@@ -1,0 +1,176 @@
+// cwm ray
+#include <algorithm>
+#include <istream>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <ostream>
+
+#include "absl/strings/str_cat.h"
+#include "clients/cli/commands.h"
+#include "clients/cli/exit_code.h"
+#include "clients/cli/number_list.h"
+#include "clients/cli/quantity.h"
+#include "clients/cli/question_arguments.h"
+#include "clients/cli/table.h"
+
+namespace cwm::cli {
+namespace {
+
+namespace pb = cwm::v1;
+using Json = nlohmann::json;
+
+struct RayArguments {
+  std::string from, direction, to;
+  QuestionArguments question;
+};
+
+client::RayRow Ray(const pb::Vector3& from, const pb::Vector3& direction) {
+  return {from.x(), from.y(), from.z(), direction.x(), direction.y(), direction.z()};
+}
+
+absl::StatusOr<client::RayRow> RayOnTheLine(const RayArguments& arguments) {
+  if (arguments.from.empty() || arguments.direction.empty() == arguments.to.empty()) {
+    return UsageError("--from and one of --direction and --to, or JSON lines on stdin");
+  }
+  const auto from = ParseVector(arguments.from, "--from");
+  if (!from.ok()) return from.status();
+  if (!arguments.direction.empty()) {
+    const auto direction = ParseVector(arguments.direction, "--direction");
+    if (!direction.ok()) return direction.status();
+    return Ray(*from, *direction);
+  }
+  auto to = ParseVector(arguments.to, "--to");
+  if (!to.ok()) return to.status();
+  to->set_x(to->x() - from->x());
+  to->set_y(to->y() - from->y());
+  to->set_z(to->z() - from->z());
+  return Ray(*from, *to);
+}
+
+// "from" or "direction" of a line: three numbers.
+bool ReadVector(const Json& line, const char* name, double* values) {
+  if (!line.is_object() || !line.contains(name)) return false;
+  const Json& list = line[name];
+  if (!list.is_array() || list.size() != 3) return false;
+  for (std::size_t i = 0; i < 3; ++i) {
+    if (!list[i].is_number()) return false;
+    values[i] = list[i].get<double>();
+  }
+  return true;
+}
+
+absl::StatusOr<std::vector<client::RayRow>> RaysOnStdin(std::istream& in) {
+  std::vector<client::RayRow> rays;
+  std::string text;
+  for (int number = 1; std::getline(in, text); ++number) {
+    if (text.find_first_not_of(" \t\r") == std::string::npos) continue;
+    const Json line = Json::parse(text, nullptr, /*allow_exceptions=*/false);
+    client::RayRow ray{};
+    const bool good = ReadVector(line, "from", ray.data()) &&
+                      ReadVector(line, "direction", ray.data() + 3) && line.size() == 2;
+    if (!good) {
+      return absl::InvalidArgumentError(absl::StrCat(
+          "stdin line ", number, ": must be {\"from\": [x, y, z], \"direction\": [x, y, z]}"));
+    }
+    rays.push_back(ray);
+  }
+  if (rays.empty()) return absl::InvalidArgumentError("stdin holds no ray: one JSON object a line");
+  return rays;
+}
+
+absl::StatusOr<std::vector<client::RayRow>> ReadRays(const RayArguments& arguments,
+                                                     const Streams& streams) {
+  const bool on_the_line =
+      !arguments.from.empty() || !arguments.direction.empty() || !arguments.to.empty();
+  if (!on_the_line && !streams.in_is_terminal) return RaysOnStdin(streams.in);
+  const auto ray = RayOnTheLine(arguments);
+  if (!ray.ok()) return ray.status();
+  return std::vector<client::RayRow>{*ray};
+}
+
+void PrintHits(const pb::CastRaysResponse& response, Session& session) {
+  std::vector<TableRow> lines;
+  for (const pb::RayRow& row : response.rows()) {
+    const std::string number = absl::StrCat(lines.size());
+    if (!row.hit()) {
+      lines.push_back({{number, "none", "", "", "", ""}});
+      continue;
+    }
+    lines.push_back(
+        {{number, row.object(), absl::StrCat(row.object_part()), Fixed(1000 * row.distance_m(), 3),
+          Vector(row.point()), Vector(row.normal())}});
+  }
+  PrintTable({{"ROW", Align::kRight},
+              {"OBJECT"},
+              {"PART", Align::kRight},
+              {"DISTANCE mm", Align::kRight},
+              {"POINT m"},
+              {"NORMAL"}},
+             lines, session.color() ? TableStyle::kColor : TableStyle::kPlain, session.streams.out);
+}
+
+absl::StatusOr<pb::CastRaysResponse> Cast(Session& session, const std::vector<client::RayRow>& rays,
+                                          pb::QueryOptions options) {
+  pb::CastRaysResponse all;
+  std::int64_t completed = 0;
+  for (std::size_t begin = 0; begin < rays.size(); begin += kMaxRows) {
+    const std::size_t end = std::min(begin + kMaxRows, rays.size());
+    pb::CastRaysRequest request;
+    request.set_world(session.world);
+    request.mutable_rays()->set_scalar(pb::SCALAR_F64);
+    request.mutable_rays()->set_data(
+        client::RowBytes(std::vector<client::RayRow>(&rays[begin], &rays[begin] + (end - begin))));
+    *request.mutable_options() = options;
+    const auto answer = session.connection().Call(&pb::QueryService::Stub::CastRays,
+                                                  session.connection().queries(), request);
+    if (!answer.ok()) return answer.status();
+    all.MergeFrom(*answer);
+    completed += answer->completed_count();
+    if (answer->completed_count() < static_cast<std::int64_t>(end - begin)) break;
+    options.mutable_at_revision()->set_exact(answer->revision());
+    options.set_world_uid(answer->world_uid());
+  }
+  all.set_completed_count(completed);
+  return all;
+}
+
+absl::Status RayCommand(Session& session, const RayArguments& arguments) {
+  const auto options = ToOptions(arguments.question);
+  if (!options.ok()) return options.status();
+  const auto rays = ReadRays(arguments, session.streams);
+  if (!rays.ok()) return rays.status();
+  const auto answer = Cast(session, *rays, *options);
+  if (!answer.ok()) return answer.status();
+  session.PrintList(
+      *answer,
+      [&] {
+        for (const pb::RayRow& row : answer->rows()) session.PrintLine(row);
+      },
+      [&] {
+        PrintHits(*answer, session);
+        session.streams.out << Footer(answer->revision(), answer->completed_count(), rays->size())
+                            << "\n";
+      });
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+void AddRayCommand(CommandLine& line) {
+  const auto arguments = std::make_shared<RayArguments>();
+  CLI::App& command = AddCommand(
+      line,
+      {"ray",
+       "what a ray hits first, where, and the outward normal there",
+       {"cwm ray --from 0.4,0,1 --direction 0,0,-1", "cwm ray --from 0,0,1 --to 0.4,0,0 -o json",
+        "echo '{\"from\": [0,0,1], \"direction\": [0,0,-1]}' | cwm ray -o ndjson"}},
+      [arguments](Session& session) { return RayCommand(session, *arguments); });
+  command.add_option("--from", arguments->from, "origin (m)")->type_name("X,Y,Z");
+  command.add_option("--direction", arguments->direction, "direction, any length")
+      ->type_name("X,Y,Z");
+  command.add_option("--to", arguments->to, "a point that the ray goes through (m)")
+      ->type_name("X,Y,Z");
+  AddQuestionOptions(command, arguments->question);
+}
+
+}  // namespace cwm::cli

@@ -1,0 +1,111 @@
+#include "clients/cli/run.h"
+
+#include <CLI/Error.hpp>
+#include <CLI/Formatter.hpp>
+#include <CLI/Validators.hpp>
+#include <algorithm>
+#include <cstdlib>
+#include <map>
+#include <ostream>
+
+#include "clients/cli/commands.h"
+#include "clients/cli/error_report.h"
+
+namespace cwm::cli {
+namespace {
+
+constexpr char kDescription[] =
+    "cwm: asks and feeds a collision world model server\n\n"
+    "Examples:\n"
+    "  cwm ingest scan.pcd                               a scan into the world\n"
+    "  cwm objects                                       what is there\n"
+    "  cwm distance --box 0.1,0.08,0.2 --at 0.4,0,0.3    how far a gripper is from it\n"
+    "  cwm ray --from 0,0,1 --direction 0,0,-1 -o json   one answer for a program\n\n"
+    "Exit codes: 0 done, 1 usage, 2 unavailable, 3 not found, 4 revision conflict, 5 deadline or\n"
+    "cancelled, 6 permission, 7 resource exhausted, 8 bad input, 10 in collision with "
+    "--exit-code,\n"
+    "70 anything else.";
+
+// In the list of commands each is one line; its examples come with its own --help.
+class ShortListFormatter : public CLI::Formatter {
+ public:
+  std::string make_subcommand(const CLI::App* command) const override {
+    const std::string description = command->get_description();
+    const std::string summary = description.substr(0, description.find('\n'));
+    std::string name = "  " + command->get_name();
+    name.resize(std::max<std::size_t>(name.size() + 1, 14), ' ');
+    return name + summary + "\n";
+  }
+};
+
+void AddGlobalOptions(CLI::App& app, Session& session) {
+  static const std::map<std::string, OutputForm> kForms = {
+      {"table", OutputForm::kTable}, {"json", OutputForm::kJson}, {"ndjson", OutputForm::kNdjson}};
+  app.add_option("--addr", session.address, "unix:PATH or HOST:PORT of the server")
+      ->envname("CWM_ADDR")
+      ->type_name("ADDR");
+  app.add_option("-w,--world", session.world, "the world; default: \"default\"")->type_name("NAME");
+  app.add_option("-o,--output", session.form, "table (default), json or ndjson")
+      ->transform(CLI::CheckedTransformer(kForms).description(""))
+      ->type_name("FORM");
+  app.add_option("--deadline", session.deadline_s,
+                 "seconds that a call may take; default: no limit")
+      ->check(CLI::PositiveNumber.description(""))
+      ->type_name("S");
+}
+
+void AddCommands(CommandLine& line) {
+  AddStatusCommands(line);
+  AddSegmentCommand(line);
+  AddIngestCommand(line);
+  AddObjectCommands(line);
+  AddPutCommand(line);
+  AddChangeCommands(line);
+  AddImportCommand(line);
+  AddPairCommands(line);
+  AddCheckCommand(line);
+  AddRayCommand(line);
+  AddWatchCommand(line);
+  AddCallCommand(line);
+  line.app.require_subcommand(1);
+}
+
+// Help and version are no errors; they are data, on stdout.
+ExitCode Explain(const CommandLine& line, const CLI::ParseError& error) {
+  const Streams& streams = line.session.streams;
+  if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success)) {
+    line.app.exit(error, streams.out, streams.err);
+    return ExitCode::kDone;
+  }
+  const auto chosen = line.app.get_subcommands();
+  const std::string command = chosen.empty() ? "" : chosen.front()->get_name();
+  ReportError(UsageError(error.what()), {command, ""}, streams.err);
+  return ExitCode::kUsage;
+}
+
+}  // namespace
+
+ExitCode Run(const std::vector<std::string>& arguments, Streams streams) {
+  Session session{.streams = streams};
+  const char* no_color = std::getenv("NO_COLOR");  // https://no-color.org
+  session.no_color = no_color != nullptr && *no_color != '\0';
+  CommandLine line{.app = CLI::App(kDescription, "cwm"), .session = session};
+  line.app.formatter(std::make_shared<ShortListFormatter>());
+  AddGlobalOptions(line.app, session);
+  AddCommands(line);
+  try {  // CLI11 reports by exceptions; they end here
+    line.app.parse(std::vector<std::string>(arguments.rbegin(), arguments.rend()));
+  } catch (const CLI::ParseError& error) {
+    return Explain(line, error);
+  }
+  streams.out.flush();
+  if (!line.result.ok()) {
+    const std::string address =
+        session.address.empty() ? client::DefaultAddress() : session.address;
+    ReportError(line.result, {line.command, address}, streams.err);
+    return ExitCodeOf(line.result);
+  }
+  return session.found_collision ? ExitCode::kCollision : ExitCode::kDone;
+}
+
+}  // namespace cwm::cli

@@ -1,0 +1,15 @@
+// The whole command line, streams passed in.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "clients/cli/exit_code.h"
+#include "clients/cli/session.h"
+
+namespace cwm::cli {
+
+// Arguments without the program's name; the environment gives CWM_ADDR and NO_COLOR.
+ExitCode Run(const std::vector<std::string>& arguments, Streams streams);
+
+}  // namespace cwm::cli

@@ -1,0 +1,37 @@
+// Options about a scan: where the sensor is and how noisy.
+#pragma once
+
+#include <CLI/App.hpp>
+#include <string>
+
+#include "absl/status/statusor.h"
+#include "clients/cli/session.h"
+#include "clients/formats/cloud_file.h"
+#include "cwm/v1/perception.pb.h"
+
+namespace cwm::cli {
+
+struct ScanArguments {
+  std::string x_world_sensor;  // empty: estimated
+  std::string up = "auto";
+  std::string sensor_model;  // empty: kinect
+  std::string sensor;
+};
+
+void AddScanOptions(CLI::App& command, ScanArguments& scan);
+
+// World, sensor pose, up and noise. A usage error where they are not understood.
+absl::StatusOr<cwm::v1::IngestCloudHeader> ToHeader(const ScanArguments& scan,
+                                                    const Session& session);
+
+// A cloud of the file's geometry through the server, with progress on a terminal.
+absl::StatusOr<cwm::v1::IngestCloudResponse> SendScan(Session& session,
+                                                      const cwm::v1::IngestCloudHeader& header,
+                                                      const formats::CloudFile& cloud,
+                                                      const std::string& file);
+
+// Writes the cloud with the labels of the response as a compressed PCD.
+absl::Status WriteLabelled(Session& session, const cwm::v1::IngestCloudResponse& response,
+                           const formats::CloudFile& cloud, const std::string& path);
+
+}  // namespace cwm::cli

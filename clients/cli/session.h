@@ -1,0 +1,60 @@
+// What every command works with: the streams of the process, the global options, the connection.
+#pragma once
+
+#include <google/protobuf/message.h>
+
+#include <functional>
+#include <iosfwd>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "clients/cpp/connection.h"
+
+namespace cwm::cli {
+
+// Data goes to `out`; errors, warnings and progress to `err`.
+struct Streams {
+  std::istream& in;
+  std::ostream& out;
+  std::ostream& err;
+  bool in_is_terminal = false;
+  bool out_is_terminal = false;
+  bool err_is_terminal = false;
+};
+
+enum class OutputForm {
+  kTable,   // for people; the default
+  kJson,    // the protobuf JSON of the response, snake_case, defaults printed
+  kNdjson,  // one line for each element: object, row, event
+};
+
+struct Session {
+  Streams streams;
+  std::string address;
+  std::string world;
+  OutputForm form = OutputForm::kTable;
+  std::optional<double> deadline_s;
+  bool no_color = false;
+  // Set by commands that answer by exit code (check --exit-code).
+  bool found_collision = false;
+
+  // Opened by the first use.
+  const client::Connection& connection();
+
+  bool color() const { return streams.out_is_terminal && !no_color; }
+
+  // A response in the form asked for: JSON, or `table` called.
+  void Print(const google::protobuf::Message& response, const std::function<void()>& table);
+  // The same for a list: with NDJSON, `lines` prints the elements.
+  void PrintList(const google::protobuf::Message& response, const std::function<void()>& lines,
+                 const std::function<void()>& table);
+  // One line of NDJSON.
+  void PrintLine(const google::protobuf::Message& element);
+  void Warn(const std::string& warning);
+
+ private:
+  std::unique_ptr<client::Connection> connection_;
+};
+
+}  // namespace cwm::cli

@@ -1,0 +1,124 @@
+// cwm status, cwm info
+#include <nlohmann/json.hpp>
+#include <ostream>
+
+#include "absl/strings/str_cat.h"
+#include "clients/cli/commands.h"
+#include "clients/cli/message_json.h"
+#include "clients/cli/proto/health.grpc.pb.h"
+#include "clients/cli/quantity.h"
+#include "clients/cli/table.h"
+
+namespace cwm::cli {
+namespace {
+
+namespace pb = cwm::v1;
+using Json = nlohmann::ordered_json;
+
+TableStyle StyleOf(const Session& session) {
+  return session.color() ? TableStyle::kColor : TableStyle::kPlain;
+}
+
+// "SERVING", "NOT_SERVING", or "UNKNOWN" from a server without health checking.
+absl::StatusOr<std::string> Health(Session& session) {
+  namespace health = grpc::health::v1;
+  const auto stub = health::Health::NewStub(session.connection().channel());
+  const auto answer =
+      session.connection().Call(&health::Health::Stub::Check, *stub, health::HealthCheckRequest());
+  if (absl::IsUnimplemented(answer.status())) return "UNKNOWN";
+  if (!answer.ok()) return answer.status();
+  return health::HealthCheckResponse::ServingStatus_Name(answer->status());
+}
+
+void PrintStatus(const std::string& health, const pb::GetServerInfoResponse& info,
+                 const pb::ListWorldsResponse& worlds, Session& session) {
+  std::ostream& out = session.streams.out;
+  out << "server  " << session.connection().address() << "  " << health << "  version "
+      << info.version() << ", up " << Fixed(info.uptime_s(), 0) << " s\n";
+  if (worlds.worlds().empty()) {
+    out << "no worlds yet: `cwm ingest scan.pcd` makes one\n";
+    return;
+  }
+  std::vector<TableRow> rows;
+  for (const pb::World& world : worlds.worlds()) {
+    rows.push_back({{world.name(), absl::StrCat(world.revision()),
+                     absl::StrCat(world.object_count()), world.world_uid()}});
+  }
+  PrintTable({{"WORLD"}, {"REVISION", Align::kRight}, {"OBJECTS", Align::kRight}, {"UID"}}, rows,
+             StyleOf(session), out);
+}
+
+absl::Status Status(Session& session) {
+  const client::Connection& connection = session.connection();
+  const auto health = Health(session);
+  if (!health.ok()) return health.status();
+  const auto info = connection.Call(&pb::AdminService::Stub::GetServerInfo, connection.admin(),
+                                    pb::GetServerInfoRequest());
+  if (!info.ok()) return info.status();
+  const auto worlds = connection.Call(&pb::WorldService::Stub::ListWorlds, connection.worlds(),
+                                      pb::ListWorldsRequest());
+  if (!worlds.ok()) return worlds.status();
+  if (session.form == OutputForm::kTable) {
+    PrintStatus(*health, *info, *worlds, session);
+    return absl::OkStatus();
+  }
+  // Three replies in one object.
+  Json json = {{"address", connection.address()}, {"health", *health}};
+  json["server_info"] = Json::parse(ToJson(*info, JsonSpacing::kOneLine));
+  json["worlds"] = Json::parse(ToJson(*worlds, JsonSpacing::kOneLine))["worlds"];
+  session.streams.out << json.dump(session.form == OutputForm::kJson ? 1 : -1) << "\n";
+  return absl::OkStatus();
+}
+
+void PrintInfo(const pb::GetServerInfoResponse& info, Session& session) {
+  std::ostream& out = session.streams.out;
+  out << "version " << info.version() << ", store " << info.store() << ", up "
+      << Fixed(info.uptime_s(), 0) << " s\n\n";
+  std::vector<TableRow> rows;
+  for (const pb::EngineInfo& engine : info.engines()) {
+    rows.push_back({{engine.name(), engine.version()}});
+  }
+  PrintTable({{"ENGINE"}, {"VERSION"}}, rows, StyleOf(session), out);
+  const pb::Limits& limits = info.limits();
+  const pb::Retention& retention = info.retention();
+  const auto bytes = [](std::int64_t size) { return Bytes(static_cast<double>(size)); };
+  out << "\n";
+  PrintTable({{"LIMIT"}, {"VALUE", Align::kRight}},
+             {{{"message", bytes(limits.max_message_bytes())}},
+              {{"chunk", bytes(limits.max_chunk_bytes())}},
+              {{"cloud points", absl::StrCat(limits.max_cloud_points())}},
+              {{"mesh triangles", absl::StrCat(limits.max_mesh_triangles())}},
+              {{"rows in a batch", absl::StrCat(limits.max_batch_rows())}},
+              {{"rows as messages", absl::StrCat(limits.max_rows_as_messages())}},
+              {{"watchers", absl::StrCat(limits.max_watchers())}},
+              {{"streams", absl::StrCat(limits.max_streams())}},
+              {{"metadata", bytes(limits.max_metadata_bytes())}},
+              {{"exact snapshots kept", absl::StrCat(retention.exact_snapshots())}},
+              {{"watch events kept", absl::StrCat(retention.watch_events())}},
+              {{"watch events kept for", Fixed(retention.watch_seconds(), 0) + " s"}},
+              {{"request ids kept for", Fixed(retention.request_id_seconds(), 0) + " s"}}},
+             StyleOf(session), out);
+}
+
+absl::Status Info(Session& session) {
+  const client::Connection& connection = session.connection();
+  const auto info = connection.Call(&pb::AdminService::Stub::GetServerInfo, connection.admin(),
+                                    pb::GetServerInfoRequest());
+  if (!info.ok()) return info.status();
+  session.Print(*info, [&] { PrintInfo(*info, session); });
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+void AddStatusCommands(CommandLine& line) {
+  AddCommand(line,
+             {"status",
+              "whether the server serves, and its worlds",
+              {"cwm status", "cwm status --addr localhost:50051 -o json"}},
+             Status);
+  AddCommand(line, {"info", "versions, engines, limits and retention of the server", {"cwm info"}},
+             Info);
+}
+
+}  // namespace cwm::cli

@@ -1,0 +1,109 @@
+// cwm watch
+#include <memory>
+#include <optional>
+#include <ostream>
+
+#include "absl/strings/str_cat.h"
+#include "clients/cli/commands.h"
+#include "clients/cli/enum_names.h"
+#include "clients/cli/object_table.h"
+#include "clients/cli/quantity.h"
+
+namespace cwm::cli {
+namespace {
+
+namespace pb = cwm::v1;
+
+struct WatchArguments {
+  std::optional<std::int64_t> from;
+  std::int64_t count = 0;  // of messages; 0: no limit
+  bool once = false;
+  bool coalesced = false;
+};
+
+void PrintObject(const pb::Object& object, std::int64_t revision, const char* what,
+                 std::ostream& out) {
+  out << revision << "  " << what << "  " << object.name() << "  " << ShortName(object.kind());
+  for (const pb::ShapePart& part : object.shapes()) out << "  " << ShapeText(part);
+  out << "  at " << PoseText(object.x_world_object()) << "\n";
+}
+
+void PrintEvent(const pb::ObjectEvent& event, std::int64_t revision, std::ostream& out) {
+  switch (event.event_case()) {
+    case pb::ObjectEvent::kPut:
+      return PrintObject(event.put(), revision, "put   ", out);
+    case pb::ObjectEvent::kMove:
+      out << revision << "  move    " << event.move().name() << "  to "
+          << PoseText(event.move().x_world_object()) << "\n";
+      return;
+    case pb::ObjectEvent::kRemove:
+      out << revision << "  remove  " << event.remove() << "\n";
+      return;
+    case pb::ObjectEvent::EVENT_NOT_SET:
+      return;
+  }
+}
+
+void PrintMessage(const pb::WatchWorldResponse& message, std::ostream& out) {
+  for (const pb::Object& object : message.initial_state().objects()) {
+    PrintObject(object, message.revision(), "is    ", out);
+  }
+  if (message.initial_state().initial_state_done()) {
+    out << message.revision() << "  that is the world; its changes follow\n";
+  }
+  for (const pb::ObjectEvent& event : message.events().events()) {
+    PrintEvent(event, message.revision(), out);
+  }
+}
+
+absl::Status Watch(Session& session, const WatchArguments& arguments) {
+  pb::WatchWorldRequest request;
+  request.set_world(session.world);
+  request.set_mode(arguments.coalesced ? pb::WATCH_MODE_COALESCED : pb::WATCH_MODE_LOSSLESS);
+  if (arguments.from) request.set_from_revision(*arguments.from);
+  grpc::ClientContext context;
+  session.connection().Prepare(context);
+  const auto reader = session.connection().worlds().WatchWorld(&context, request);
+  pb::WatchWorldResponse message;
+  std::int64_t messages = 0;
+  bool ended_here = false;
+  while (!ended_here && session.streams.out && reader->Read(&message)) {
+    if (session.form == OutputForm::kTable) {
+      PrintMessage(message, session.streams.out);
+    } else {
+      session.PrintLine(message);
+    }
+    session.streams.out.flush();
+    ended_here = ++messages == arguments.count ||
+                 (arguments.once && message.initial_state().initial_state_done());
+  }
+  if (ended_here || !session.streams.out) {
+    context.TryCancel();
+    reader->Finish();
+    return absl::OkStatus();
+  }
+  return client::FromGrpc(reader->Finish());
+}
+
+}  // namespace
+
+void AddWatchCommand(CommandLine& line) {
+  const auto arguments = std::make_shared<WatchArguments>();
+  CLI::App& command =
+      AddCommand(line,
+                 {"watch",
+                  "the world as it is, then every change in the order of revisions",
+                  {"cwm watch", "cwm watch --from 41 -o ndjson", "cwm watch --once -o ndjson"},
+                  "One line a change; -o json and -o ndjson print one message a line. With --from "
+                  "N only what came\n"
+                  "after revision N. Ends with the server, at --deadline, --count or --once."},
+                 [arguments](Session& session) { return Watch(session, *arguments); });
+  command.add_option("--from", arguments->from, "resume after this revision")
+      ->type_name("REVISION");
+  command.add_option("--count", arguments->count, "end after this many messages")->type_name("N");
+  command.add_flag("--once", arguments->once, "end when the world has been printed");
+  command.add_flag("--coalesced", arguments->coalesced,
+                   "only the newest state of each object, for slow readers");
+}
+
+}  // namespace cwm::cli

@@ -1,0 +1,53 @@
+#include "clients/cpp/connection.h"
+
+#include <grpcpp/create_channel.h>
+#include <grpcpp/security/credentials.h>
+#include <grpcpp/support/channel_arguments.h>
+#include <unistd.h>
+
+#include <cstdlib>
+
+#include "absl/strings/str_cat.h"
+
+namespace cwm::client {
+namespace {
+
+// The server's own limit (GetServerInfo.limits.max_message_bytes).
+constexpr int kMaxMessageBytes = 16 << 20;
+// The server answers pings of idle watches; 30 s notices a lost peer without waking a laptop much.
+constexpr int kKeepaliveMs = 30'000;
+
+grpc::ChannelArguments Arguments() {
+  grpc::ChannelArguments arguments;
+  arguments.SetMaxReceiveMessageSize(kMaxMessageBytes);
+  arguments.SetMaxSendMessageSize(kMaxMessageBytes);
+  arguments.SetInt(GRPC_ARG_KEEPALIVE_TIME_MS, kKeepaliveMs);
+  // A proxy is for the web, not for a socket beside us.
+  arguments.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);
+  return arguments;
+}
+
+}  // namespace
+
+std::string DefaultAddress() {
+  const char* folder = std::getenv("XDG_RUNTIME_DIR");
+  return absl::StrCat("unix:", folder == nullptr || *folder == '\0' ? "/tmp" : folder, "/cwm-",
+                      ::getuid(), ".sock");
+}
+
+Connection::Connection(ConnectOptions options)
+    : options_(std::move(options)),
+      channel_(grpc::CreateCustomChannel(options_.address, grpc::InsecureChannelCredentials(),
+                                         Arguments())),
+      worlds_(cwm::v1::WorldService::NewStub(channel_)),
+      perception_(cwm::v1::PerceptionService::NewStub(channel_)),
+      queries_(cwm::v1::QueryService::NewStub(channel_)),
+      admin_(cwm::v1::AdminService::NewStub(channel_)) {}
+
+void Connection::Prepare(grpc::ClientContext& context) const {
+  if (options_.deadline) {
+    context.set_deadline(std::chrono::system_clock::now() + *options_.deadline);
+  }
+}
+
+}  // namespace cwm::client

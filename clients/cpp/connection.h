@@ -1,0 +1,74 @@
+// One connection to a server and the services behind it.
+#pragma once
+
+#include <grpcpp/channel.h>
+#include <grpcpp/client_context.h>
+
+#include <chrono>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "absl/status/statusor.h"
+#include "clients/cpp/call_error.h"
+#include "cwm/v1/admin.grpc.pb.h"
+#include "cwm/v1/perception.grpc.pb.h"
+#include "cwm/v1/query.grpc.pb.h"
+#include "cwm/v1/world.grpc.pb.h"
+
+namespace cwm::client {
+
+// "unix:$XDG_RUNTIME_DIR/cwm-UID.sock", with /tmp where XDG_RUNTIME_DIR is not set: where the
+// server listens when nobody says otherwise.
+std::string DefaultAddress();
+
+// The most bytes of one chunk of an upload (GetServerInfo.limits.max_chunk_bytes).
+inline constexpr std::int64_t kChunkBytes = 1 << 20;
+
+struct ConnectOptions {
+  std::string address = DefaultAddress();  // "unix:PATH" or "HOST:PORT"
+  // For every unary call and upload; absent: none.
+  std::optional<std::chrono::milliseconds> deadline;
+};
+
+// Cheap to make: the network is touched by the first call. Thread-safe.
+class Connection {
+ public:
+  explicit Connection(ConnectOptions options);
+
+  const std::string& address() const { return options_.address; }
+  const std::shared_ptr<grpc::Channel>& channel() const { return channel_; }
+
+  cwm::v1::WorldService::Stub& worlds() const { return *worlds_; }
+  cwm::v1::PerceptionService::Stub& perception() const { return *perception_; }
+  cwm::v1::QueryService::Stub& queries() const { return *queries_; }
+  cwm::v1::AdminService::Stub& admin() const { return *admin_; }
+
+  // Sets the deadline of the options.
+  void Prepare(grpc::ClientContext& context) const;
+
+  // One unary call:
+  //   connection.Call(&WorldService::Stub::GetObject, connection.worlds(), request)
+  template <class Stub, class Request, class Response>
+  absl::StatusOr<Response> Call(grpc::Status (Stub::*method)(grpc::ClientContext*, const Request&,
+                                                             Response*),
+                                Stub& stub, const Request& request) const {
+    grpc::ClientContext context;
+    Prepare(context);
+    Response response;
+    const grpc::Status status = (stub.*method)(&context, request, &response);
+    if (!status.ok()) return FromGrpc(status);
+    return response;
+  }
+
+ private:
+  ConnectOptions options_;
+  std::shared_ptr<grpc::Channel> channel_;
+  std::unique_ptr<cwm::v1::WorldService::Stub> worlds_;
+  std::unique_ptr<cwm::v1::PerceptionService::Stub> perception_;
+  std::unique_ptr<cwm::v1::QueryService::Stub> queries_;
+  std::unique_ptr<cwm::v1::AdminService::Stub> admin_;
+};
+
+}  // namespace cwm::client

@@ -1,0 +1,30 @@
+// Blobs (meshes, labels) to and from the server, named by their SHA-256.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "absl/status/statusor.h"
+#include "clients/cpp/connection.h"
+#include "clients/formats/mesh_file.h"
+
+namespace cwm::client {
+
+struct Blob {
+  cwm::v1::GeometryFormat format = cwm::v1::GEOMETRY_FORMAT_MESH_F64;
+  std::string bytes;
+};
+
+// DATA_LOSS when what arrives is not what the hash names.
+absl::StatusOr<Blob> ReadGeometry(const Connection& connection, const std::string& hash);
+
+// Stores the blob and returns its hash; bytes that the server has already are sent once more and
+// stored once.
+absl::StatusOr<std::string> WriteGeometry(const Connection& connection, const Blob& blob);
+
+// GEOMETRY_FORMAT_MESH_F64.
+std::string EncodeMesh(const formats::MeshFile& mesh);
+// INVALID_ARGUMENT when the bytes are no such mesh.
+absl::StatusOr<formats::MeshFile> DecodeMesh(std::string_view bytes);
+
+}  // namespace cwm::client

@@ -1,0 +1,21 @@
+// What one says on the command line to change a scene.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "collision/geometry/pose.h"
+#include "perception/simulation/virtual_scanner.h"
+
+namespace cwm::simulator {
+
+struct Edits {
+  std::vector<std::string> without;  // names
+  std::vector<std::string> moves;    // "NAME=dx,dy,dz", metres along the world's axes
+};
+
+// INVALID_ARGUMENT naming the edit when it is not understood; NOT_FOUND lists the scene's names.
+absl::Status ApplyEdits(const Edits& edits, perception::SimulatedScene& scene);
+
+}  // namespace cwm::simulator

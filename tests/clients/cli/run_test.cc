@@ -1,0 +1,122 @@
+#include "clients/cli/run.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <sstream>
+
+namespace cwm::cli {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+struct Outcome {
+  ExitCode code;
+  std::string out, err;
+};
+
+// Nobody listens there.
+constexpr char kNobody[] = "unix:no-such-folder/no-such.sock";
+
+Outcome RunWith(std::vector<std::string> arguments, const std::string& in = "") {
+  std::istringstream input(in);
+  std::ostringstream out, err;
+  arguments.insert(arguments.begin(), {"--addr", kNobody});
+  const ExitCode code = Run(arguments, {.in = input, .out = out, .err = err});
+  return {code, out.str(), err.str()};
+}
+
+TEST(Run, PrintsHelpOnStdoutWithExamplesFirst) {
+  const Outcome help = RunWith({"--help"});
+  EXPECT_EQ(help.code, ExitCode::kDone);
+  EXPECT_LT(help.out.find("Examples:"), help.out.find("Usage"));
+  for (const char* command :
+       {"status", "segment", "ingest", "objects", "get", "put", "move", "remove", "import",
+        "distance", "contacts", "check", "ray", "watch", "call"}) {
+    EXPECT_THAT(help.out, HasSubstr(std::string("  ") + command + " "));
+  }
+  EXPECT_EQ(help.err, "");
+  const Outcome one = RunWith({"distance", "--help"});
+  EXPECT_EQ(one.code, ExitCode::kDone);
+  EXPECT_LT(one.out.find("cwm distance --box"), one.out.find("--engine"));
+}
+
+TEST(Run, EndsWithUsageOnMistakesOfTheCommandLine) {
+  const std::vector<std::vector<std::string>> mistakes = {
+      {},
+      {"fly"},
+      {"objects", "--kind", "spoon"},
+      {"objects", "-o", "xml"},
+      {"distance", "--box", "1,2", "--at", "0,0,0"},
+      {"distance", "--box", "1,2,x", "--at", "0,0,0"},
+      {"distance", "--box", "1,2,3"},
+      {"distance", "--box", "1,2,3", "--sphere", "1", "--at", "0,0,0"},
+      {"distance", "--box", "1,2,3", "--object", "cup", "--at", "0,0,0"},
+      {"distance", "--sphere", "1", "--at", "0,0"},
+      {"distance", "--sphere", "1", "--at", "0,0,0", "--engine", "magic"},
+      {"distance", "--sphere", "1", "--at", "0,0,0", "--at-revision", "yesterday"},
+      {"ray", "--from", "0,0,0"},
+      {"ray", "--from", "0,0,0", "--to", "1,1,1", "--direction", "1,0,0"},
+      {"move", "cup"},
+      {"put", "cup"},
+      {"segment", "in.pcd"},
+      {"status", "--deadline", "-1"},
+      {"ingest", "a.pcd", "b.pcd", "--labels", "out.pcd"},
+      {"ingest", "a.pcd", "--sensor-model", "sonar"},
+  };
+  for (const auto& mistake : mistakes) {
+    const Outcome outcome = RunWith(mistake);
+    EXPECT_EQ(outcome.code, ExitCode::kUsage) << ::testing::PrintToString(mistake) << outcome.err;
+    EXPECT_THAT(outcome.err, AllOf(HasSubstr("cwm: usage: "), HasSubstr("hint: ")));
+    EXPECT_EQ(outcome.out, "");
+  }
+}
+
+TEST(Run, SaysThatNoServerListensAndWhatToDo) {
+  for (const std::vector<std::string>& command : std::vector<std::vector<std::string>>{
+           {"status"},
+           {"info"},
+           {"objects"},
+           {"get", "cup"},
+           {"remove", "cup"},
+           {"move", "cup", "--by", "-0.1,0,0"},
+           {"put", "cup", "--cone", "0.03,0.04,0.1", "--at", "-0.1,0,0"},
+           {"distance", "--sphere", "0.1", "--at", "-1,-2,-3", "--at", "0,0,1,0,0,0,1"},
+           {"check", "--object", "cup"},
+           {"contacts", "--capsule", "0.1,0.2", "--at", "0,0,0", "-o", "json"},
+           {"ray", "--from", "-1,0,0", "--direction", "-1,0,0"},
+           {"watch"},
+           {"call", "GetServerInfo"}}) {
+    const Outcome outcome = RunWith(command);
+    EXPECT_EQ(outcome.code, ExitCode::kUnavailable)
+        << ::testing::PrintToString(command) << outcome.err;
+    EXPECT_THAT(outcome.err, AllOf(HasSubstr("cwm: server unavailable"), HasSubstr(kNobody),
+                                   HasSubstr("cwm-server")));
+    EXPECT_EQ(outcome.out, "");
+  }
+}
+
+TEST(Run, TellsBadFilesFromMissingOnes) {
+  EXPECT_EQ(RunWith({"ingest", "no-such-file.pcd"}).code, ExitCode::kNotFound);
+  EXPECT_EQ(RunWith({"import", "no-such-file.yaml"}).code, ExitCode::kNotFound);
+  const Outcome folder = RunWith({"ingest", "/"});
+  EXPECT_EQ(folder.code, ExitCode::kBadInput);
+  EXPECT_THAT(folder.err, HasSubstr("not a regular file"));
+}
+
+TEST(Run, NamesTheLineOfStdinThatIsWrong) {
+  const Outcome outcome =
+      RunWith({"distance"}, "{\"sphere\": 0.1, \"at\": [0, 0, 0]}\n{\"sphere\": 0.1}\n");
+  EXPECT_EQ(outcome.code, ExitCode::kBadInput);
+  EXPECT_THAT(outcome.err, HasSubstr("stdin line 2: \"at\" is missing"));
+}
+
+TEST(Run, WritesNoColourWhenNotOnATerminal) {
+  EXPECT_THAT(RunWith({"--help"}).out, Not(HasSubstr("\033")));
+  EXPECT_THAT(RunWith({"status"}).err, Not(HasSubstr("\033")));
+}
+
+}  // namespace
+}  // namespace cwm::cli
