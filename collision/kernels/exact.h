@@ -32,14 +32,15 @@ bool ExactSupports(ShapeKind a, ShapeKind b);
 //
 // Separated pairs are kExact. Overlapping ones:
 // * two convex shapes, or a half-space and anything: the least translation that parts them, kExact;
-//   kBounded only for round shapes that nearly share an axis, where the search runs out of work;
+//   kBounded where the search with a cylinder or cone runs out of work with more than 1e-7 m open;
 // * a plate of several convex pieces: the depth of the deepest pair of pieces. The least
 //   translation is at least that and at most the depth of the convex hulls: kBounded by the
 //   difference, kExact where there is none;
 // * a watertight mesh: penetrating, depth not known but for bounds. The answer is the largest depth
-//   of a pair of triangles (or a triangle and the convex shape, or of a point that lies inside);
-//   the least translation is at least that and at most the depth of the mesh's box: kBounded by the
-//   difference. Containment counts as penetration, either way round;
+//   among the first 64 overlapping pairs of triangles (or of a triangle and the convex shape), or
+//   of a point that lies inside; the least translation is at least that and at most the depth of
+//   the mesh's box: kBounded by the difference. Containment counts as penetration, either way
+//   round;
 // * an open mesh: kSurfaceOnly, the same without an inside and without a bound.
 // Precondition: ExactSupports; else the answer is kDegraded (see ExactSupports).
 PairDistance ExactDistance(const PlacedExact& a, const PlacedExact& b,

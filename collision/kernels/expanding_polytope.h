@@ -35,7 +35,7 @@ class ExpandingPolytope {
   bool IsFull() const { return vertex_count_ == kMaxVertices; }
 
  private:
-  // Enough for the gap of 1e-9 on every pair of the fuzz test but those that share an axis.
+  // A budget of about 100 kB on the stack; round cores can exhaust it (README.md).
   static constexpr int kMaxVertices = 384;
   static constexpr int kMaxFaces = 2 * kMaxVertices;  // Euler: 2 V - 4
 

@@ -9,8 +9,8 @@
 namespace cwm::collision {
 namespace {
 
-// Round cores converge linearly; the worst pair of the fuzz test takes about half of this. What is
-// left open then is told apart from touching by the best point found so far.
+// A budget, not measured: round cores converge linearly, and what is left open then is answered by
+// the best point found so far.
 constexpr int kMaxIterations = 128;
 
 // Upper and lower bound of the distance agree to this share of it: a few roundings of double.

@@ -16,8 +16,8 @@ struct Penetration {
 };
 
 // For cores that meet or nearly so (GjkOutcome::kTouching). The answer is always a translation that
-// parts the cores; how far from the least one it may be is proven by `bound_m`: 1e-9 of the extent,
-// except for round cores that nearly share an axis, where a budget of work ends the search.
+// parts the cores; how far from the least one it may be is told by `bound_m`: 1e-9 of the extent,
+// more where a round core exhausts the budget of work or rounding stops the growth.
 //
 // The expanding polytope algorithm (van den Bergen 2001) as branch and bound: a polytope inside of
 // D = A - B gives lower bounds, the support of D along the normals of its faces gives upper ones.

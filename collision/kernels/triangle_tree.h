@@ -71,8 +71,8 @@ class TriangleTree {
   std::vector<Node> nodes_;
 };
 
-// A tree over the middle of the longest side is at most twice as deep as a balanced one; 32-bit
-// counts keep that below.
+// Splits at the median halve the count, so 32-bit counts make at most 32 levels; one entry waits
+// per level.
 inline constexpr int kTreeStack = 128;
 
 template <class Visit>
