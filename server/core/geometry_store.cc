@@ -2,6 +2,7 @@
 
 #include <openssl/evp.h>
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cstring>
@@ -172,11 +173,30 @@ std::string HashOf(const std::shared_ptr<const TriangleMesh>& mesh) {
 
 struct GeometryStore::State {
   struct Entry {
-    std::shared_ptr<const Blob> blob;        // held while recently used, else null
-    std::weak_ptr<const TriangleMesh> mesh;  // leads to the mesh while an object uses it
-    std::list<std::string>::iterator used;   // into `recent`, where blob is set
-    bool dead() const { return blob == nullptr && mesh.expired(); }
+    using WeakMesh = std::weak_ptr<const TriangleMesh>;
+
+    std::shared_ptr<const Blob> blob;       // held while recently used, else null
+    std::list<std::string>::iterator used;  // into `recent`, where blob is set
+    std::vector<WeakMesh> meshes;           // equal ones that objects use; mostly one
+
+    void Add(const std::shared_ptr<const TriangleMesh>& mesh) {
+      std::erase_if(meshes, [](const WeakMesh& weak) { return weak.expired(); });
+      const auto is_it = [&](const WeakMesh& weak) { return weak.lock() == mesh; };
+      if (mesh != nullptr && std::none_of(meshes.begin(), meshes.end(), is_it)) {
+        meshes.push_back(mesh);
+      }
+    }
+    // nullptr when no object uses one any more.
+    std::shared_ptr<const TriangleMesh> LivingMesh() const {
+      for (const WeakMesh& weak : meshes) {
+        if (auto mesh = weak.lock(); mesh != nullptr) return mesh;
+      }
+      return nullptr;
+    }
+    bool dead() const { return blob == nullptr && LivingMesh() == nullptr; }
   };
+
+  static constexpr std::size_t kFirstPurge = 1024;  // below it, dead entries are a few 100 kB
 
   const std::int64_t max_bytes;
   const std::int64_t max_triangles;
@@ -184,7 +204,7 @@ struct GeometryStore::State {
   std::unordered_map<std::string, Entry> entries;  // by hash
   std::list<std::string> recent;                   // hashes of held blobs, newest first
   std::int64_t held_bytes = 0;
-  std::size_t purge_at = 1024;  // dead entries below this number cost nothing worth a look
+  std::size_t purge_at = kFirstPurge;
 
   // A decoded mesh takes about the room of its bytes.
   static std::int64_t Cost(const Blob& blob) {
@@ -198,7 +218,7 @@ struct GeometryStore::State {
     Entry& entry = entries[hash];
     recent.push_front(hash);
     entry.used = recent.begin();
-    entry.mesh = blob->mesh;
+    entry.Add(blob->mesh);
     held_bytes += Cost(*blob);
     entry.blob = std::move(blob);
     return Shrink();
@@ -212,13 +232,16 @@ struct GeometryStore::State {
       freed.push_back(std::move(oldest->second.blob));
       oldest->second.blob = nullptr;
       recent.pop_back();
-      if (oldest->second.mesh.expired()) entries.erase(oldest);  // labels
     }
-    if (entries.size() >= purge_at) {
-      std::erase_if(entries, [](const auto& entry) { return entry.second.dead(); });
-      purge_at = 2 * entries.size() + 1024;
-    }
+    PurgeDead();
     return freed;
+  }
+
+  // Amortised: one look per insertion.
+  void PurgeDead() {
+    if (entries.size() < purge_at) return;
+    std::erase_if(entries, [](const auto& entry) { return entry.second.dead(); });
+    purge_at = 2 * entries.size() + kFirstPurge;
   }
 
   // The entry of the hash when its bytes can be had, marked as used; else null.
@@ -273,8 +296,8 @@ absl::StatusOr<GeometryStore::Stored> GeometryStore::Put(BlobFormat format, std:
 std::string GeometryStore::Offer(const std::shared_ptr<const TriangleMesh>& mesh) {
   const std::string hash = HashOf(mesh);
   std::lock_guard lock(state_->mutex);
-  State::Entry& entry = state_->entries[hash];
-  if (entry.mesh.expired()) entry.mesh = mesh;
+  state_->entries[hash].Add(mesh);
+  state_->PurgeDead();
   return hash;
 }
 
@@ -285,7 +308,7 @@ absl::StatusOr<std::shared_ptr<const Blob>> GeometryStore::Get(std::string_view 
     std::lock_guard lock(state_->mutex);
     if (const State::Entry* entry = state_->Touch(key); entry != nullptr) {
       if (entry->blob != nullptr) return entry->blob;
-      mesh = entry->mesh.lock();
+      mesh = entry->LivingMesh();
     }
   }
   if (mesh == nullptr) {

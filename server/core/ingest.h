@@ -31,7 +31,8 @@ struct IngestOutcome {
   perception::InterpretReport report;
   // The world's objects behind the labels: supports, then objects in label order. Provisional ones
   // (of no world: uid empty, geometry with a model but no parts) for kSegmentOnly, and with an
-  // empty name for what a user's geometry explains, of which nothing is made.
+  // empty name for what known geometry explains already (a user's, or a piece of a known object),
+  // of which nothing is made.
   std::vector<collision::WorldObjectPtr> supports;
   std::vector<collision::WorldObjectPtr> objects;
   std::vector<std::optional<bool>> support_reachable;  // one per support

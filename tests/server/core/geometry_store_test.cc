@@ -158,6 +158,18 @@ TEST(GeometryStore, ForgetsAMeshWithItsLastUser) {
   EXPECT_FALSE(store.Get(hash).ok());
 }
 
+TEST(GeometryStore, KnowsAMeshWhileAnyOfItsEqualsLives) {
+  GeometryStore store(kRoomy);
+  auto first = std::make_shared<const TriangleMesh>(Tetrahedron(5));
+  auto second = std::make_shared<const TriangleMesh>(Tetrahedron(5));
+  const std::string hash = store.Offer(first);
+  EXPECT_EQ(store.Offer(second), hash);
+  first.reset();
+  EXPECT_TRUE(store.Get(hash).ok());
+  second.reset();
+  EXPECT_FALSE(store.Get(hash).ok());
+}
+
 // A client that writes what an object happens to use will ask for it after the object is gone.
 TEST(GeometryStore, HoldsWhatWasWrittenThoughItWasOfferedBefore) {
   GeometryStore store(kRoomy);
