@@ -37,11 +37,15 @@ class Search {
       const Vertex vertex = difference_.Support(polytope_.NormalOf(face));
       const double height = vertex.w.dot(polytope_.NormalOf(face));
       if (height < best_.depth_m) Improve(face, height);
-      if (height - lower_bound <= kGapShare * size_ || !polytope_.Expand(face, vertex)) {
+      if (height - lower_bound <= kGapShare * size_) {
+        polytope_.Close(face);
+      } else if (!polytope_.Expand(face, vertex)) {
+        // Rounding forbids to look further here: what this face left open stays in the bound.
+        abandoned_ = std::min(abandoned_, lower_bound);
         polytope_.Close(face);
       }
     }
-    best_.bound_m = std::max(best_.depth_m - lower_bound, 0.0);
+    best_.bound_m = std::max(best_.depth_m - std::min(lower_bound, abandoned_), 0.0);
     return WithWitnesses();
   }
 
@@ -111,6 +115,7 @@ class Search {
   const double size_;
   ExpandingPolytope polytope_;
   Penetration best_;
+  double abandoned_ = std::numeric_limits<double>::infinity();
 };
 
 }  // namespace
