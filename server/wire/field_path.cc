@@ -11,7 +11,10 @@ std::string FieldPath::str() const {
   if (name_.empty()) return path;
   if (!path.empty()) path += '.';
   path += name_;
-  if (index_ != kNoIndex) path += "[" + std::to_string(index_) + "]";
+  if (index_ == kNoIndex) return path;
+  path += '[';
+  path += std::to_string(index_);
+  path += ']';
   return path;
 }
 

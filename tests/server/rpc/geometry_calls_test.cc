@@ -1,0 +1,151 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "server/core/geometry_store.h"
+#include "tests/server/rpc/running_server.h"
+
+namespace cwm::server {
+namespace {
+
+using ::testing::HasSubstr;
+
+// A strip of triangles; four bytes a vertex coordinate twice: about 36 bytes a vertex.
+TriangleMesh Strip(std::uint32_t vertex_count) {
+  TriangleMesh mesh;
+  for (std::uint32_t i = 0; i < vertex_count; ++i) {
+    mesh.vertices.emplace_back(0.001 * (i / 2), i % 2, 0);
+    if (i >= 2) mesh.triangles.push_back({i - 2, i - 1, i});
+  }
+  return mesh;
+}
+
+class GeometryTest : public RunningServer {
+ protected:
+  using Chunk = v1::WriteGeometryRequest::Chunk;
+
+  static Chunk ChunkOf(const std::string& bytes, std::size_t offset, std::size_t size) {
+    Chunk chunk;
+    chunk.set_offset(static_cast<std::int64_t>(offset));
+    chunk.set_data(bytes.substr(offset, size));
+    return chunk;
+  }
+  static std::vector<Chunk> Chunks(const std::string& bytes) {
+    constexpr std::size_t kChunk = 1 << 20;
+    std::vector<Chunk> chunks;
+    for (std::size_t at = 0; at < bytes.size(); at += kChunk) {
+      chunks.push_back(ChunkOf(bytes, at, kChunk));
+    }
+    return chunks;
+  }
+  grpc::Status Write(const v1::WriteGeometryRequest::Header& header,
+                     const std::vector<Chunk>& chunks, v1::WriteGeometryResponse* response) {
+    Call call;
+    const auto writer = world_->WriteGeometry(&call, response);
+    v1::WriteGeometryRequest request;
+    *request.mutable_header() = header;
+    bool open = writer->Write(request);
+    for (const Chunk& chunk : chunks) {
+      *request.mutable_chunk() = chunk;
+      open = open && writer->Write(request);
+    }
+    writer->WritesDone();
+    return writer->Finish();
+  }
+  static v1::WriteGeometryRequest::Header HeaderOf(const std::string& bytes) {
+    v1::WriteGeometryRequest::Header header;
+    header.set_total_bytes(static_cast<std::int64_t>(bytes.size()));
+    return header;
+  }
+};
+
+TEST_F(GeometryTest, AMeshComesBackByItsHashInChunks) {
+  const std::string bytes = EncodeMesh(Strip(100'000));
+  ASSERT_GT(bytes.size(), std::size_t{3} << 20);
+  v1::WriteGeometryResponse written;
+  auto status = Write(HeaderOf(bytes), Chunks(bytes), &written);
+  ASSERT_TRUE(status.ok()) << status.error_message();
+  EXPECT_EQ(written.hash(), Sha256Hex(bytes));
+  EXPECT_FALSE(written.already_known());
+  Call call;
+  v1::ReadGeometryRequest request;
+  request.set_hash(written.hash());
+  const auto reader = world_->ReadGeometry(&call, request);
+  std::string received;
+  v1::ReadGeometryResponse piece;
+  while (reader->Read(&piece)) {
+    EXPECT_EQ(piece.offset(), static_cast<std::int64_t>(received.size()));
+    EXPECT_LE(piece.data().size(), std::size_t{1} << 20);
+    received += piece.data();
+  }
+  EXPECT_TRUE(reader->Finish().ok());
+  EXPECT_TRUE(piece.done());
+  EXPECT_EQ(received, bytes);
+  ASSERT_TRUE(Write(HeaderOf(bytes), Chunks(bytes), &written).ok());
+  EXPECT_TRUE(written.already_known());
+}
+
+TEST_F(GeometryTest, AMeshOfAnObjectIsReadableByTheHashItShows) {
+  const std::string bytes = EncodeMesh(Strip(4));
+  v1::WriteGeometryResponse written;
+  ASSERT_TRUE(Write(HeaderOf(bytes), Chunks(bytes), &written).ok());
+  v1::ApplyChangesRequest request;
+  v1::Object* object = request.add_changes()->mutable_put()->mutable_object();
+  object->set_name("sheet");
+  object->add_shapes()->mutable_mesh()->set_hash(written.hash());
+  v1::ApplyChangesResponse applied;
+  Call apply;
+  auto status = world_->ApplyChanges(&apply, request, &applied);
+  ASSERT_TRUE(status.ok()) << status.error_message();
+  Call call;
+  v1::GetObjectRequest get;
+  get.set_name("sheet");
+  v1::GetObjectResponse got;
+  ASSERT_TRUE(world_->GetObject(&call, get, &got).ok());
+  EXPECT_EQ(got.object().shapes(0).mesh().hash(), written.hash());
+}
+
+TEST_F(GeometryTest, BrokenUploadsAreRefusedByTheirField) {
+  const std::string bytes = EncodeMesh(Strip(100));
+  const std::size_t half = bytes.size() / 2;
+  const Chunk first = ChunkOf(bytes, 0, half);
+  const Chunk second = ChunkOf(bytes, half, bytes.size());
+  v1::WriteGeometryResponse response;
+  EXPECT_EQ(FieldIn(Write(HeaderOf(bytes), {second, first}, &response)), "chunk.offset");
+  EXPECT_EQ(FieldIn(Write(HeaderOf(bytes), {first, first}, &response)), "chunk.offset");
+  EXPECT_EQ(FieldIn(Write(HeaderOf(bytes), {first, second, second}, &response)), "chunk.offset");
+  EXPECT_THAT(Write(HeaderOf(bytes), {first}, &response).error_message(),
+              HasSubstr("must come after all"));
+  auto lying = HeaderOf(bytes);
+  lying.set_total_bytes(std::int64_t{1} << 60);
+  EXPECT_EQ(FieldIn(Write(lying, {}, &response)), "header.total_bytes");
+  auto wrong_hash = HeaderOf(bytes);
+  wrong_hash.set_hash(std::string(64, '0'));
+  EXPECT_EQ(FieldIn(Write(wrong_hash, {first, second}, &response)), "header.hash");
+  EXPECT_TRUE(Write(HeaderOf(bytes), {first, second}, &response).ok());
+}
+
+TEST_F(GeometryTest, BrokenMeshesAreRefused) {
+  v1::WriteGeometryResponse response;
+  TriangleMesh bad_index = Strip(4);
+  bad_index.triangles[0][2] = 99;
+  TriangleMesh no_triangles = Strip(4);
+  no_triangles.triangles.clear();
+  for (const std::string& bytes :
+       {EncodeMesh(bad_index), EncodeMesh(no_triangles), std::string("short")}) {
+    const grpc::Status status = Write(HeaderOf(bytes), Chunks(bytes), &response);
+    EXPECT_EQ(status.error_code(), grpc::StatusCode::INVALID_ARGUMENT) << status.error_message();
+  }
+}
+
+TEST_F(GeometryTest, AnUnknownHashIsNotFound) {
+  Call call;
+  v1::ReadGeometryRequest request;
+  request.set_hash("nothing");
+  const auto reader = world_->ReadGeometry(&call, request);
+  v1::ReadGeometryResponse piece;
+  EXPECT_FALSE(reader->Read(&piece));
+  EXPECT_EQ(ReasonIn(reader->Finish()), "GEOMETRY_UNKNOWN");
+}
+
+}  // namespace
+}  // namespace cwm::server

@@ -1,0 +1,258 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <thread>
+
+#include "perception/simulation/virtual_scanner.h"
+#include "server/core/geometry_store.h"
+#include "server/wire/crc32c.h"
+#include "tests/server/rpc/running_server.h"
+
+namespace cwm::server {
+namespace {
+
+using ::testing::HasSubstr;
+
+class PerceptionTest : public RunningServer {
+ protected:
+  using Messages = std::vector<v1::IngestCloudRequest>;
+
+  static v1::IngestCloudHeader HeaderFor(const std::vector<Eigen::Vector3f>& points) {
+    v1::IngestCloudHeader header;
+    const char* const names[] = {"x", "y", "z"};
+    for (int axis = 0; axis < 3; ++axis) {
+      v1::CloudField* field = header.mutable_layout()->add_fields();
+      field->set_name(names[axis]);
+      field->set_offset(4 * axis);
+      field->set_type(v1::FIELD_TYPE_F32);
+    }
+    header.mutable_layout()->set_point_step(12);
+    header.set_point_count(static_cast<std::int64_t>(points.size()));
+    header.set_total_bytes(12 * header.point_count());
+    return header;
+  }
+  static std::string BytesOf(const std::vector<Eigen::Vector3f>& points) {
+    return std::string(reinterpret_cast<const char*>(points.data()),
+                       points.size() * sizeof(Eigen::Vector3f));
+  }
+  static v1::IngestCloudRequest ChunkOf(const std::string& bytes, std::size_t offset,
+                                        std::size_t size) {
+    v1::IngestCloudRequest request;
+    v1::CloudChunk* chunk = request.mutable_chunk();
+    chunk->set_offset(static_cast<std::int64_t>(offset));
+    chunk->set_data(bytes.substr(offset, size));
+    chunk->set_crc32c(Crc32c(chunk->data()));
+    return request;
+  }
+  // Header, chunks, finish as a good client sends them.
+  static Messages Upload(const v1::IngestCloudHeader& header, const std::string& bytes,
+                         std::size_t chunk_bytes = 1 << 20) {
+    Messages messages(1);
+    *messages[0].mutable_header() = header;
+    for (std::size_t at = 0; at < bytes.size(); at += chunk_bytes) {
+      messages.push_back(ChunkOf(bytes, at, chunk_bytes));
+    }
+    messages.emplace_back().mutable_finish();
+    return messages;
+  }
+  // Three chunks, for spoiling.
+  static Messages SmallUpload() {
+    const std::vector<Eigen::Vector3f> points(30, Eigen::Vector3f(0, 0, 1));
+    return Upload(HeaderFor(points), BytesOf(points), 120);
+  }
+  grpc::Status Send(const Messages& messages, v1::IngestCloudResponse* response = nullptr) {
+    Call call(std::chrono::minutes(5));
+    v1::IngestCloudResponse ignored;
+    const auto writer = perception_->IngestCloud(&call, response != nullptr ? response : &ignored);
+    for (const v1::IngestCloudRequest& message : messages) {
+      if (!writer->Write(message)) break;
+    }
+    writer->WritesDone();
+    return writer->Finish();
+  }
+  // The small box that a hostile client has to leave alone.
+  void ExpectUntouched() { ExpectRevision(1); }
+};
+
+perception::SimulatedCloud Scan() {
+  return perception::Scan(perception::KitchenCounter(), perception::KitchenCamera(), {});
+}
+
+TEST_F(PerceptionTest, AScanBecomesSupportsAndObjectsAndTheSameScanChangesNothing) {
+  const auto scan = Scan();
+  v1::IngestCloudHeader header = HeaderFor(scan.cloud.points);
+  header.set_width(scan.cloud.width);
+  header.set_height(scan.cloud.height);
+  header.set_want_point_labels(true);
+  header.set_sensor("head");
+  const std::string bytes = BytesOf(scan.cloud.points);
+  v1::IngestCloudResponse response;
+  auto status = Send(Upload(header, bytes), &response);
+  ASSERT_TRUE(status.ok()) << status.error_message();
+  EXPECT_EQ(response.revision(), 1);
+  EXPECT_GE(response.supports_size(), 1);
+  EXPECT_GE(response.objects_size(), 3);
+  EXPECT_EQ(response.report().points_in(), 640 * 480);
+  EXPECT_FALSE(response.changes().added().empty());
+  EXPECT_GT(response.stages_size(), 0);
+  // 640 x 480 labels are above a mebibyte: they travel by hash.
+  Call call;
+  v1::ReadGeometryRequest read;
+  read.set_hash(response.labels_hash());
+  const auto reader = world_->ReadGeometry(&call, read);
+  v1::ReadGeometryResponse piece;
+  std::int64_t label_bytes = 0;
+  while (reader->Read(&piece)) label_bytes += static_cast<std::int64_t>(piece.data().size());
+  EXPECT_EQ(label_bytes, 4 * 640 * 480);
+  status = Send(Upload(header, bytes), &response);
+  ASSERT_TRUE(status.ok()) << status.error_message();
+  EXPECT_EQ(response.revision(), 1) << "the same scan makes no revision";
+}
+
+TEST_F(PerceptionTest, SegmentOnlyMakesNoRevision) {
+  const auto scan = Scan();
+  v1::IngestCloudHeader header = HeaderFor(scan.cloud.points);
+  header.set_width(scan.cloud.width);
+  header.set_height(scan.cloud.height);
+  header.set_mode(v1::INGEST_MODE_SEGMENT_ONLY);
+  v1::IngestCloudResponse response;
+  const auto status = Send(Upload(header, BytesOf(scan.cloud.points)), &response);
+  ASSERT_TRUE(status.ok()) << status.error_message();
+  EXPECT_EQ(response.revision(), 0);
+  EXPECT_GE(response.objects_size(), 1);
+}
+
+TEST_F(PerceptionTest, UploadsOutOfOrderAreRefusedAndLeaveNothing) {
+  PutBox("witness", 0);
+  struct Case {
+    std::string what;
+    std::function<void(Messages&)> spoil;
+    std::string field;
+  };
+  const std::vector<Case> cases = {
+      {"out of order", [](auto& m) { std::swap(m[1], m[2]); }, "chunk.offset"},
+      {"missing", [](auto& m) { m.erase(m.begin() + 2); }, "chunk.offset"},
+      {"last missing", [](auto& m) { m.erase(m.begin() + 3); }, "finish"},
+      {"twice", [](auto& m) { m.insert(m.begin() + 2, m[1]); }, "chunk.offset"},
+      {"after the end", [](auto& m) { m.push_back(m[3]); }, "what"},
+      {"beyond the end",
+       [](auto& m) {
+         m.insert(m.begin() + 4, m[3]);
+         m[4].mutable_chunk()->set_offset(360);
+       },
+       "chunk.data"},
+      {"no header", [](auto& m) { m.erase(m.begin()); }, "chunk"},
+      {"two headers", [](auto& m) { m.insert(m.begin(), m[0]); }, "header"},
+      {"no finish", [](auto& m) { m.pop_back(); }, "finish"},
+      {"nothing at all", [](auto& m) { m.clear(); }, "header"},
+      {"an empty message", [](auto& m) { m.insert(m.begin() + 1, v1::IngestCloudRequest()); },
+       "what"},
+      {"an empty chunk", [](auto& m) { m[1].mutable_chunk()->clear_data(); }, "chunk.data"},
+      {"a bit flipped", [](auto& m) { (*m[2].mutable_chunk()->mutable_data())[5] ^= 1; },
+       "chunk.crc32c"},
+      {"another digest", [](auto& m) { m[4].mutable_finish()->set_sha256("abc"); },
+       "finish.sha256"},
+      {"a negative offset", [](auto& m) { m[1].mutable_chunk()->set_offset(-1); }, "chunk.offset"},
+  };
+  for (const Case& c : cases) {
+    Messages messages = SmallUpload();
+    c.spoil(messages);
+    const grpc::Status status = Send(messages);
+    EXPECT_EQ(status.error_code(), grpc::StatusCode::INVALID_ARGUMENT) << c.what;
+    EXPECT_EQ(FieldIn(status), c.field) << c.what << ": " << status.error_message();
+  }
+  ExpectUntouched();
+}
+
+TEST_F(PerceptionTest, ACloudOverTheLimitIsRefusedOnItsHeader) {
+  PutBox("witness", 0);
+  Call call;
+  v1::IngestCloudResponse response;
+  const auto writer = perception_->IngestCloud(&call, &response);
+  v1::IngestCloudRequest request;
+  *request.mutable_header() = HeaderFor({});
+  request.mutable_header()->set_point_count(20'000'001);
+  request.mutable_header()->set_total_bytes(12 * std::int64_t{20'000'001});
+  ASSERT_TRUE(writer->Write(request));
+  // No data, no half-close: the answer comes on the header alone.
+  const grpc::Status status = writer->Finish();
+  EXPECT_EQ(FieldIn(status), "header.point_count");
+  EXPECT_THAT(status.error_message(), HasSubstr("must be from 1 to 20000000"));
+  ExpectUntouched();
+}
+
+TEST_F(PerceptionTest, AClientThatGoesHalfWayLeavesNothing) {
+  PutBox("witness", 0);
+  {
+    Call call;
+    v1::IngestCloudResponse response;
+    const auto writer = perception_->IngestCloud(&call, &response);
+    const Messages messages = SmallUpload();
+    ASSERT_TRUE(writer->Write(messages[0]));
+    ASSERT_TRUE(writer->Write(messages[1]));
+    call.TryCancel();
+    EXPECT_EQ(writer->Finish().error_code(), grpc::StatusCode::CANCELLED);
+  }
+  ExpectUntouched();
+}
+
+TEST_F(PerceptionTest, CloudsWithoutSenseAreRefusedAndTheServerGoesOn) {
+  PutBox("witness", 0);
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  const std::vector<std::vector<Eigen::Vector3f>> clouds = {
+      {},
+      std::vector<Eigen::Vector3f>(1'000, Eigen::Vector3f(nan, nan, nan)),
+      std::vector<Eigen::Vector3f>(1'000, Eigen::Vector3f(1e30f, 0, 1)),
+  };
+  for (const auto& points : clouds) {
+    const grpc::Status status = Send(Upload(HeaderFor(points), BytesOf(points)));
+    EXPECT_EQ(status.error_code(), grpc::StatusCode::INVALID_ARGUMENT)
+        << points.size() << " points: " << status.error_message();
+  }
+  ExpectUntouched();
+}
+
+TEST_F(PerceptionTest, FewAndEqualPointsDoNoHarm) {
+  for (const std::size_t count : {1, 1'000}) {
+    const std::vector<Eigen::Vector3f> points(count, Eigen::Vector3f(0.1f, 0.2f, 1));
+    v1::IngestCloudResponse response;
+    const grpc::Status status = Send(Upload(HeaderFor(points), BytesOf(points)), &response);
+    if (status.ok()) {
+      EXPECT_EQ(response.report().points_in(), static_cast<std::int64_t>(count));
+    } else {
+      EXPECT_EQ(status.error_code(), grpc::StatusCode::INVALID_ARGUMENT) << status.error_message();
+    }
+  }
+}
+
+TEST_F(PerceptionTest, ARetryOfAnIngestGetsTheFirstReply) {
+  const auto scan = Scan();
+  v1::IngestCloudHeader header = HeaderFor(scan.cloud.points);
+  header.set_request_id("scan-1");
+  v1::IngestCloudResponse first;
+  v1::IngestCloudResponse second;
+  const auto upload = Upload(header, BytesOf(scan.cloud.points));
+  ASSERT_TRUE(Send(upload, &first).ok());
+  PutBox("between", 3);
+  ASSERT_TRUE(Send(upload, &second).ok());
+  EXPECT_EQ(second.revision(), first.revision());
+  EXPECT_EQ(second.objects_size(), first.objects_size());
+  auto other = scan.cloud.points;
+  other[0].x() += 1;
+  EXPECT_EQ(ReasonIn(Send(Upload(header, BytesOf(other)))), "REQUEST_ID_REUSED");
+}
+
+TEST_F(PerceptionTest, ATimeBudgetThatIsSpentEndsTheWorkAndLeavesNothing) {
+  PutBox("witness", 0);
+  const auto scan = Scan();
+  v1::IngestCloudHeader header = HeaderFor(scan.cloud.points);
+  header.mutable_time_budget()->set_nanos(1'000'000);
+  const grpc::Status status = Send(Upload(header, BytesOf(scan.cloud.points)));
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::DEADLINE_EXCEEDED);
+  EXPECT_EQ(ReasonIn(status), "TIME_BUDGET_SPENT");
+  ExpectUntouched();
+}
+
+}  // namespace
+}  // namespace cwm::server

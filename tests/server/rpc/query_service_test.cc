@@ -1,0 +1,259 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstring>
+
+#include "tests/server/rpc/running_server.h"
+
+namespace cwm::server {
+namespace {
+
+using ::testing::HasSubstr;
+
+constexpr double kExact_m = 1e-7;  // what an answer that is labelled EXACT promises
+
+std::vector<double> Doubles(const std::string& bytes) {
+  std::vector<double> values(bytes.size() / sizeof(double));
+  std::memcpy(values.data(), bytes.data(), bytes.size());
+  return values;
+}
+
+// Boxes of edge 0.2 m at x = 0 and x = 2; a sphere of radius 0.1 m asks.
+class QueryTest : public RunningServer {
+ protected:
+  QueryTest() {
+    PutBox("left", 0);
+    PutBox("right", 2);
+  }
+  grpc::Status Distances(const v1::GetDistancesRequest& request,
+                         v1::GetDistancesResponse* response) {
+    Call call;
+    return query_->GetDistances(&call, request, response);
+  }
+};
+
+TEST_F(QueryTest, DistancesHaveTheClosedFormForEveryEngine) {
+  for (const v1::Engine engine :
+       {v1::ENGINE_AUTO, v1::ENGINE_EXACT, v1::ENGINE_FCL, v1::ENGINE_BULLET}) {
+    v1::GetDistancesRequest request;
+    *request.mutable_subject() = SphereAt({0.5, 1.4});
+    request.mutable_options()->set_engine(engine);
+    v1::GetDistancesResponse response;
+    const auto status = Distances(request, &response);
+    ASSERT_TRUE(status.ok()) << status.error_message();
+    EXPECT_EQ(response.completed_count(), 2);
+    EXPECT_EQ(response.revision(), 2);
+    const auto distances = Doubles(response.columns().distance_m());
+    ASSERT_EQ(distances.size(), 2u);
+    // Bullet's answers are BOUNDED by some 1e-4 m; the others are exact.
+    const double tolerance = engine == v1::ENGINE_BULLET ? 1e-3 : kExact_m;
+    EXPECT_NEAR(distances[0], 0.5 - 0.1 - 0.1, tolerance) << v1::Engine_Name(engine);
+    EXPECT_NEAR(distances[1], 2 - 1.4 - 0.1 - 0.1, tolerance) << v1::Engine_Name(engine);
+    const auto normals = Doubles(response.columns().normal());
+    EXPECT_NEAR(normals[0], -1, tolerance);  // from the sphere to the box on its left
+    EXPECT_NEAR(normals[3], 1, tolerance);
+    EXPECT_EQ(response.objects(0).name(), "left");
+    EXPECT_EQ(response.objects(1).name(), "right");
+  }
+}
+
+TEST_F(QueryTest, RowsSayTheSame) {
+  v1::GetDistancesRequest request;
+  *request.mutable_subject() = SphereAt({0.5});
+  request.mutable_options()->set_result_form(v1::RESULT_FORM_ROWS);
+  request.mutable_options()->set_max_results(2);
+  v1::GetDistancesResponse response;
+  ASSERT_TRUE(Distances(request, &response).ok());
+  ASSERT_EQ(response.rows_size(), 1);
+  ASSERT_EQ(response.rows(0).answers_size(), 2);
+  EXPECT_EQ(response.rows(0).answers(0).object(), "left");
+  EXPECT_NEAR(response.rows(0).answers(1).distance_m(), 1.3, kExact_m);
+}
+
+TEST_F(QueryTest, CollisionIsDistanceBelowTheMargin) {
+  v1::CheckCollisionsRequest request;
+  *request.mutable_subject() = SphereAt({0, 0.25, 0.5});
+  request.mutable_options()->set_margin_m(0.06);
+  v1::CheckCollisionsResponse response;
+  Call call;
+  ASSERT_TRUE(query_->CheckCollisions(&call, request, &response).ok());
+  EXPECT_EQ(response.verdicts(), std::string("\x02\x02\x01"));
+}
+
+TEST_F(QueryTest, ContactsAreDeepestFirst) {
+  v1::GetContactsRequest request;
+  *request.mutable_subject() = SphereAt({0.15});
+  request.mutable_options()->set_result_form(v1::RESULT_FORM_ROWS);
+  v1::GetContactsResponse response;
+  Call call;
+  ASSERT_TRUE(query_->GetContacts(&call, request, &response).ok());
+  ASSERT_EQ(response.rows(0).answers_size(), 1);
+  EXPECT_NEAR(response.rows(0).answers(0).distance_m(), -0.05, kExact_m);
+}
+
+TEST_F(QueryTest, RaysHitTheNearestFace) {
+  v1::CastRaysRequest request;
+  const double rays[12] = {1, 0, 0, -3, 0, 0, 1, 0, 5, 0, 1, 0};
+  request.mutable_rays()->set_data(rays, sizeof(rays));
+  request.mutable_options()->set_result_form(v1::RESULT_FORM_ROWS);
+  v1::CastRaysResponse response;
+  Call call;
+  ASSERT_TRUE(query_->CastRays(&call, request, &response).ok());
+  ASSERT_EQ(response.rows_size(), 2);
+  EXPECT_EQ(response.rows(0).object(), "left");
+  EXPECT_NEAR(response.rows(0).distance_m(), 0.9, kExact_m);
+  EXPECT_NEAR(response.rows(0).normal().x(), 1, kExact_m);
+  EXPECT_FALSE(response.rows(1).hit());
+}
+
+TEST_F(QueryTest, AWorldObjectIsNoObstacleToItself) {
+  v1::GetDistancesRequest request;
+  request.mutable_subject()->mutable_object()->set_name("left");
+  v1::GetDistancesResponse response;
+  ASSERT_TRUE(Distances(request, &response).ok());
+  EXPECT_EQ(response.objects(0).name(), "right");
+  EXPECT_NEAR(Doubles(response.columns().distance_m())[0], 1.8, kExact_m);
+}
+
+TEST_F(QueryTest, PointsAreAskedToo) {
+  v1::GetDistancesRequest request;
+  const double points[3] = {0.4, 0, 0};
+  request.mutable_subject()->mutable_points()->set_data(points, sizeof(points));
+  v1::GetDistancesResponse response;
+  ASSERT_TRUE(Distances(request, &response).ok());
+  EXPECT_NEAR(Doubles(response.columns().distance_m())[0], 0.3, kExact_m);
+}
+
+TEST_F(QueryTest, OneBadPoseAmongThousandsRefusesTheBatchAndIsNamed) {
+  v1::GetDistancesRequest request;
+  *request.mutable_subject() = SphereAt(std::vector<double>(4'096, 0.5));
+  std::string* data =
+      request.mutable_subject()->mutable_shapes()->mutable_x_world_body()->mutable_data();
+  const double bad_w = 0.9;
+  std::memcpy(data->data() + (1'234 * 7 + 6) * sizeof(double), &bad_w, sizeof(bad_w));
+  v1::GetDistancesResponse response;
+  const auto status = Distances(request, &response);
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+  EXPECT_EQ(status.error_message(),
+            "subject.shapes.x_world_body.data row 1234: qx..qw has length 0.9, must be 1 within "
+            "1e-3");
+  *request.mutable_subject() = SphereAt({0.5});
+  EXPECT_TRUE(Distances(request, &response).ok()) << "the next good request works";
+}
+
+TEST_F(QueryTest, UnknownWorldObjectEngineAndRevisionAreTold) {
+  v1::GetDistancesRequest good;
+  *good.mutable_subject() = SphereAt({0.5});
+  v1::GetDistancesResponse response;
+  auto request = good;
+  request.set_world("elsewhere");
+  EXPECT_EQ(ReasonIn(Distances(request, &response)), "WORLD_UNKNOWN");
+  request = good;
+  request.mutable_subject()->mutable_object()->set_name("ghost");
+  EXPECT_EQ(ReasonIn(Distances(request, &response)), "OBJECT_UNKNOWN");
+  request = good;
+  request.mutable_options()->set_engine(static_cast<v1::Engine>(42));
+  EXPECT_EQ(FieldIn(Distances(request, &response)), "options.engine");
+  request = good;
+  request.mutable_options()->mutable_at_revision()->set_exact(77);
+  EXPECT_EQ(ReasonIn(Distances(request, &response)), "REVISION_IN_FUTURE");
+  request = good;
+  request.mutable_options()->set_world_uid("another");
+  EXPECT_EQ(ReasonIn(Distances(request, &response)), "WORLD_REPLACED");
+  request = good;
+  request.clear_subject();
+  EXPECT_EQ(FieldIn(Distances(request, &response)), "subject.what");
+}
+
+TEST_F(QueryTest, ABatchOverTheLimitIsRefused) {
+  v1::GetDistancesRequest request;
+  *request.mutable_subject() = SphereAt(std::vector<double>(65'537, 0.5));
+  v1::GetDistancesResponse response;
+  EXPECT_THAT(Distances(request, &response).error_message(),
+              HasSubstr("has 65537 rows, must have at most 65536"));
+}
+
+TEST_F(QueryTest, ATimeBudgetGivesThePrefixOfTheFullAnswer) {
+  for (int i = 0; i < 200; ++i) PutBox("extra_" + std::to_string(i), 3 + i);
+  v1::GetDistancesRequest request;
+  *request.mutable_subject() = SphereAt(std::vector<double>(65'536, 100.5));
+  request.mutable_options()->set_max_results(64);
+  request.mutable_options()->mutable_time_budget()->set_nanos(2'000'000);
+  v1::GetDistancesResponse part;
+  ASSERT_TRUE(Distances(request, &part).ok());
+  EXPECT_LT(part.completed_count(), 65'536);
+  *request.mutable_subject() = SphereAt(std::vector<double>(part.completed_count(), 100.5));
+  request.mutable_options()->clear_time_budget();
+  v1::GetDistancesResponse full;
+  ASSERT_TRUE(Distances(request, &full).ok());
+  EXPECT_EQ(full.columns().distance_m(), part.columns().distance_m());
+}
+
+TEST_F(QueryTest, AStreamAnswersInOrderAndSurvivesABadBatch) {
+  Call call;
+  const auto stream = query_->StreamQueries(&call);
+  for (int i = 0; i < 20; ++i) {
+    v1::StreamQueriesRequest request;
+    request.set_id(i);
+    if (i == 7) {
+      request.mutable_get_distances()->set_world("elsewhere");
+    } else if (i == 9) {
+      // No query at all.
+    } else if (i % 2 == 0) {
+      *request.mutable_get_distances()->mutable_subject() = SphereAt({0.5 + 0.01 * i});
+    } else {
+      *request.mutable_check_collisions()->mutable_subject() = SphereAt({0.0});
+    }
+    ASSERT_TRUE(stream->Write(request));
+  }
+  stream->WritesDone();
+  v1::StreamQueriesResponse response;
+  for (int i = 0; i < 20; ++i) {
+    ASSERT_TRUE(stream->Read(&response));
+    EXPECT_EQ(response.id(), i);
+    if (i == 7) {
+      EXPECT_EQ(response.error().reason(), "WORLD_UNKNOWN");
+      EXPECT_EQ(response.error().code(), static_cast<int>(grpc::StatusCode::NOT_FOUND));
+    } else if (i == 9) {
+      EXPECT_EQ(response.error().fields(0).field(), "query");
+    } else if (i % 2 == 0) {
+      EXPECT_NEAR(Doubles(response.get_distances().columns().distance_m())[0], 0.3 + 0.01 * i,
+                  kExact_m);
+    } else {
+      EXPECT_EQ(response.check_collisions().verdicts(), "\x02");
+    }
+  }
+  EXPECT_FALSE(stream->Read(&response));
+  EXPECT_TRUE(stream->Finish().ok());
+}
+
+class FewSnapshotsTest : public RunningServer {
+ protected:
+  static Retention TwoSnapshots() {
+    Retention retention;
+    retention.exact_snapshots = 2;
+    return retention;
+  }
+  FewSnapshotsTest() : RunningServer({}, TwoSnapshots()) {}
+};
+
+TEST_F(FewSnapshotsTest, AStreamKeepsItsSnapshotAskable) {
+  PutBox("left", 0);
+  Call call;
+  const auto stream = query_->StreamQueries(&call);
+  v1::StreamQueriesRequest request;
+  *request.mutable_get_distances()->mutable_subject() = SphereAt({0.5});
+  v1::StreamQueriesResponse response;
+  ASSERT_TRUE(stream->Write(request) && stream->Read(&response));
+  for (int i = 1; i < 8; ++i) PutBox("left", -i);
+  request.mutable_get_distances()->mutable_options()->mutable_at_revision()->set_exact(1);
+  ASSERT_TRUE(stream->Write(request) && stream->Read(&response));
+  EXPECT_EQ(response.get_distances().revision(), 1) << response.error().message();
+  Call unary;
+  v1::GetDistancesResponse compacted;
+  EXPECT_EQ(ReasonIn(query_->GetDistances(&unary, request.get_distances(), &compacted)),
+            "REVISION_COMPACTED");
+}
+
+}  // namespace
+}  // namespace cwm::server

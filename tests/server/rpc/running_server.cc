@@ -1,0 +1,97 @@
+#include "tests/server/rpc/running_server.h"
+
+#include "perception/interpret_scene.h"
+
+namespace cwm::server {
+
+RunningServer::RunningServer(const Limits& limits, const Retention& retention)
+    : application_{
+          .limits = limits, .retention = retention, .interpret = perception::InterpretScene} {
+  auto server = Server::Start(application_, {address_});
+  if (!server.ok()) throw std::runtime_error(std::string(server.status().message()));
+  server_ = *std::move(server);
+  const auto channel = Dial();
+  admin_ = v1::AdminService::NewStub(channel);
+  perception_ = v1::PerceptionService::NewStub(channel);
+  query_ = v1::QueryService::NewStub(channel);
+  world_ = v1::WorldService::NewStub(channel);
+}
+
+std::shared_ptr<grpc::Channel> RunningServer::Dial() const {
+  grpc::ChannelArguments arguments;
+  arguments.SetMaxReceiveMessageSize(-1);
+  arguments.SetMaxSendMessageSize(-1);
+  return grpc::CreateCustomChannel(address_, grpc::InsecureChannelCredentials(), arguments);
+}
+
+v1::Change PutBoxChange(const std::string& name, double x_m) {
+  v1::Change change;
+  v1::Object* object = change.mutable_put()->mutable_object();
+  object->set_name(name);
+  object->mutable_x_world_object()->set_tx_m(x_m);
+  object->mutable_x_world_object()->set_qw(1);
+  v1::Box* box = object->add_shapes()->mutable_box();
+  box->set_size_x_m(0.2);
+  box->set_size_y_m(0.2);
+  box->set_size_z_m(0.2);
+  return change;
+}
+
+std::int64_t RunningServer::PutBox(const std::string& name, double x_m, const std::string& world) {
+  Call call;
+  v1::ApplyChangesRequest request;
+  request.set_world(world);
+  *request.add_changes() = PutBoxChange(name, x_m);
+  v1::ApplyChangesResponse response;
+  const grpc::Status status = world_->ApplyChanges(&call, request, &response);
+  EXPECT_TRUE(status.ok()) << status.error_message();
+  return response.revision();
+}
+
+void RunningServer::ExpectRevision(std::int64_t revision, const std::string& world) {
+  Call call;
+  v1::GetWorldRequest request;
+  request.set_world(world);
+  v1::GetWorldResponse response;
+  const grpc::Status status = world_->GetWorld(&call, request, &response);
+  EXPECT_TRUE(status.ok()) << status.error_message();
+  EXPECT_EQ(response.revision(), revision);
+}
+
+Details DetailsIn(const grpc::Status& status) {
+  v1::Status packed;
+  EXPECT_TRUE(packed.ParseFromString(status.error_details()));
+  Details details;
+  for (const google::protobuf::Any& any : packed.details()) {
+    if (any.type_url() == "type.googleapis.com/google.rpc.ErrorInfo") {
+      EXPECT_TRUE(details.info.ParseFromString(any.value()));
+    } else if (any.type_url() == "type.googleapis.com/google.rpc.BadRequest") {
+      EXPECT_TRUE(details.bad_request.ParseFromString(any.value()));
+    } else if (any.type_url() == "type.googleapis.com/google.rpc.RetryInfo") {
+      details.has_retry = true;
+    } else {
+      ADD_FAILURE() << "unknown detail " << any.type_url();
+    }
+  }
+  return details;
+}
+
+std::string ReasonIn(const grpc::Status& status) { return DetailsIn(status).info.reason(); }
+
+std::string FieldIn(const grpc::Status& status) {
+  const v1::BadRequest bad_request = DetailsIn(status).bad_request;
+  return bad_request.field_violations_size() == 1 ? bad_request.field_violations(0).field() : "";
+}
+
+v1::Subject SphereAt(const std::vector<double>& x_m) {
+  v1::Subject subject;
+  subject.mutable_shapes()->add_shapes()->mutable_sphere()->set_radius_m(0.1);
+  std::string* data = subject.mutable_shapes()->mutable_x_world_body()->mutable_data();
+  for (const double x : x_m) {
+    const double row[7] = {x, 0, 0, 0, 0, 0, 1};
+    data->append(reinterpret_cast<const char*>(row), sizeof(row));
+  }
+  return subject;
+}
+
+}  // namespace cwm::server

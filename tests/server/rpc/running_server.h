@@ -1,0 +1,67 @@
+// A real server on a real Unix socket, with its clients.
+#pragma once
+
+#include <grpcpp/grpcpp.h>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "cwm/v1/admin.grpc.pb.h"
+#include "cwm/v1/error_details.pb.h"
+#include "cwm/v1/perception.grpc.pb.h"
+#include "cwm/v1/query.grpc.pb.h"
+#include "cwm/v1/world.grpc.pb.h"
+#include "gtest/gtest.h"
+#include "server/rpc/server.h"
+#include "tests/support/process.h"
+
+namespace cwm::server {
+
+class RunningServer : public ::testing::Test {
+ protected:
+  RunningServer() : RunningServer(Limits{}, Retention{}) {}
+  RunningServer(const Limits& limits, const Retention& retention);
+
+  std::shared_ptr<grpc::Channel> Dial() const;
+
+  // Puts a box with edges of 0.2 m at (x, 0, 0); the revision that it made.
+  std::int64_t PutBox(const std::string& name, double x_m, const std::string& world = "");
+  // The world is still there and answers.
+  void ExpectRevision(std::int64_t revision, const std::string& world = "");
+
+  testing::ScratchDirectory scratch_;
+  Application application_;
+  std::string address_ = "unix:" + (scratch_ / "cwm.sock");
+  std::unique_ptr<Server> server_;
+  std::unique_ptr<v1::AdminService::Stub> admin_;
+  std::unique_ptr<v1::PerceptionService::Stub> perception_;
+  std::unique_ptr<v1::QueryService::Stub> query_;
+  std::unique_ptr<v1::WorldService::Stub> world_;
+};
+
+// A call that does not hang a test.
+class Call : public grpc::ClientContext {
+ public:
+  explicit Call(std::chrono::milliseconds timeout = std::chrono::seconds(60)) {
+    set_deadline(std::chrono::system_clock::now() + timeout);
+  }
+};
+
+v1::Change PutBoxChange(const std::string& name, double x_m);
+
+// The standard details of an error.
+struct Details {
+  v1::ErrorInfo info;
+  v1::BadRequest bad_request;
+  bool has_retry = false;
+};
+Details DetailsIn(const grpc::Status& status);
+std::string ReasonIn(const grpc::Status& status);
+// The one field at fault; empty when there is none or more.
+std::string FieldIn(const grpc::Status& status);
+
+// A sphere of radius 0.1 m asking at each x along the x axis.
+v1::Subject SphereAt(const std::vector<double>& x_m);
+
+}  // namespace cwm::server

@@ -1,0 +1,139 @@
+#include "server/wire/shapes.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <limits>
+
+#include "tests/server/wire/wire_test_values.h"
+
+namespace cwm::server {
+namespace {
+
+using ::testing::HasSubstr;
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr std::int64_t kStoreBytes = 1 << 20;
+
+TriangleMesh Tetrahedron() {
+  return {.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}},
+          .triangles = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {0, 3, 2}}};
+}
+
+std::vector<Shape> EveryShape() {
+  return {Sphere{0.1},
+          Box{{0.1, 0.2, 0.3}},
+          Cylinder{0.1, 0.4},
+          Cone{0.2, 0, 0.3},
+          Capsule{0.05, 0.5},
+          HalfSpace{},
+          Plate{.outline = {{0, 0}, {4, 0}, {4, 3}, {0, 3}},
+                .holes = {{{1, 1}, {2, 1}, {2, 2}}},
+                .thickness_m = 0.02},
+          Convex{std::make_shared<const TriangleMesh>(ConvexHull3(Tetrahedron().vertices))},
+          MakeMesh(Tetrahedron())};
+}
+
+TEST(WireShape, EveryShapeSurvivesARoundTrip) {
+  GeometryStore store(kStoreBytes);
+  const auto shapes = EveryShape();
+  ASSERT_EQ(shapes.size(), static_cast<std::size_t>(kShapeKindCount));
+  for (const Shape& shape : shapes) {
+    const Placed<> placed{MakeTranslation(1, 2, 3), shape};
+    const auto back = FromProto(ToProto(placed, store), store, {});
+    ASSERT_TRUE(back.ok()) << back.status();
+    EXPECT_EQ(back->shape, shape) << NameOf(KindOf(shape));
+    EXPECT_TRUE(back->X_FS.isApprox(placed.X_FS));
+  }
+}
+
+TEST(WireShape, PartsKeepTheirRoleAndLoseTheirFit) {
+  GeometryStore store(kStoreBytes);
+  const ShapePart part{
+      .X_OS = Pose::Identity(),
+      .shape = Cylinder{0.1, 0.2},
+      .role = PartRole::kCompleted,
+      .fit = FitQuality{.rms_m = 0.001, .inlier_count = 7, .parameter_sigma = {1}}};
+  const v1::ShapePart proto = ToProto(part, store);
+  EXPECT_EQ(proto.fit().inlier_count(), 7);
+  EXPECT_EQ(proto.coefficients_size(), 7);  // point, axis, radius
+  const auto back = FromProto(proto, store, {});
+  ASSERT_TRUE(back.ok());
+  EXPECT_EQ(back->role, PartRole::kCompleted);
+  EXPECT_FALSE(back->fit.has_value());  // what a client sends is no measurement
+}
+
+TEST(WireShape, RefusesBrokenDimensionsByTheirField) {
+  struct Case {
+    std::function<void(v1::PlacedShape&)> make;
+    std::string field;
+  };
+  const std::vector<Case> cases = {
+      {[](auto& s) { s.mutable_sphere()->set_radius_m(0); }, "s.sphere.radius_m"},
+      {[](auto& s) { s.mutable_sphere()->set_radius_m(-1); }, "s.sphere.radius_m"},
+      {[](auto& s) { s.mutable_sphere()->set_radius_m(kNan); }, "s.sphere.radius_m"},
+      {[](auto& s) { s.mutable_sphere()->set_radius_m(1e30); }, "s.sphere.radius_m"},
+      {[](auto& s) { s.mutable_box()->set_size_x_m(1); }, "s.box.size_y_m"},
+      {[](auto& s) { s.mutable_cylinder()->set_radius_m(1); }, "s.cylinder.length_m"},
+      {[](auto& s) { s.mutable_cone()->set_length_m(1); }, "s.cone.radius_bottom_m"},
+      {[](auto& s) { s.mutable_capsule()->set_length_m(1); }, "s.capsule.radius_m"},
+      {[](auto& s) { s.mutable_plate()->set_thickness_m(1); }, "s.plate.outline"},
+      {[](auto& s) {
+         s.mutable_plate()->set_thickness_m(1);
+         for (const double x : {0.0, 1.0, kNan}) {
+           s.mutable_plate()->mutable_outline()->add_vertices()->set_x(x);
+         }
+       },
+       "s.plate.outline.vertices[2].x"},
+      {[](auto& s) { s.mutable_mesh(); }, "s.mesh.hash"},
+      {[](auto& s) { s.mutable_convex(); }, "s.convex.hash"},
+      {[](auto&) {}, "s.shape"},
+      {[](auto& s) {
+         s.mutable_half_space();
+         s.mutable_x_body_shape();
+       },
+       "s.x_body_shape.qx..qw"},
+  };
+  GeometryStore store(kStoreBytes);
+  const FieldPath root;
+  for (const Case& c : cases) {
+    v1::PlacedShape shape;
+    c.make(shape);
+    const auto refused = FromProto(shape, store, root.Field("s"));
+    EXPECT_EQ(FieldAtFault(refused.status()), c.field) << refused.status();
+  }
+}
+
+TEST(WireShape, UnknownGeometryIsNotFoundAndNamed) {
+  GeometryStore store(kStoreBytes);
+  v1::PlacedShape shape;
+  shape.mutable_mesh()->set_hash(std::string(64, 'a'));
+  const FieldPath root;
+  const auto refused = FromProto(shape, store, root.Field("s"));
+  EXPECT_TRUE(absl::IsNotFound(refused.status()));
+  EXPECT_EQ(DetailsOf(refused.status()).reason, "GEOMETRY_UNKNOWN");
+  EXPECT_THAT(TextOf(refused.status()), HasSubstr("s.mesh.hash: is aaaa"));
+}
+
+TEST(WireShape, LabelsAreNoMesh) {
+  GeometryStore store(kStoreBytes);
+  const auto stored = store.Put(BlobFormat::kLabelsU32, std::string(8, '\0'));
+  ASSERT_TRUE(stored.ok());
+  v1::PlacedShape shape;
+  shape.mutable_mesh()->set_hash(stored->hash);
+  EXPECT_EQ(FieldAtFault(FromProto(shape, store, {}).status()), "mesh.hash");
+}
+
+TEST(WireShape, AFlatMeshHasNoHull) {
+  GeometryStore store(kStoreBytes);
+  const TriangleMesh flat{.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, .triangles = {{0, 1, 2}}};
+  const auto stored = store.Put(BlobFormat::kMeshF64, EncodeMesh(flat));
+  ASSERT_TRUE(stored.ok());
+  v1::PlacedShape shape;
+  shape.mutable_convex()->set_hash(stored->hash);
+  EXPECT_EQ(FieldAtFault(FromProto(shape, store, {}).status()), "convex.hash");
+}
+
+}  // namespace
+}  // namespace cwm::server
