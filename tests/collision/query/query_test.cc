@@ -1,0 +1,382 @@
+#include "collision/query/query.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "tests/collision/query/random_world.h"
+
+namespace cwm::collision {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+// All pairs, asked one by one without any broadphase, in the order that ties break.
+struct BrutePair {
+  double distance_m;
+  int object, body_part, object_part;
+};
+
+std::vector<BrutePair> BrutePairs(const WorldSnapshot& world, const QueryBody& body,
+                                  const Pose& X_WB) {
+  const Engine& exact = GetEngine(EngineKind::kExact);
+  std::vector<BrutePair> pairs;
+  for (std::size_t i = 0; i < world.objects().size(); ++i) {
+    const WorldObject& object = *world.objects()[i];
+    for (std::size_t b = 0; b < body.geometry->parts.size(); ++b) {
+      for (std::size_t o = 0; o < object.geometry->parts.size(); ++o) {
+        const PreparedPart& mine = body.geometry->parts[b];
+        const PreparedPart& theirs = object.geometry->parts[o];
+        const Pose X_WP = X_WB * mine.X_OP;
+        const Pose X_WQ = object.X_WO * theirs.X_OP;
+        const PairDistance answer =
+            exact.Distance({KindOf(mine.shape), *mine.engines[0], X_WP},
+                           {KindOf(theirs.shape), *theirs.engines[0], X_WQ}, kInfinity);
+        pairs.push_back({answer.distance_m, int(i), int(b), int(o)});
+      }
+    }
+  }
+  return pairs;
+}
+
+// The nearest pair of each object, nearest object first.
+std::vector<BrutePair> BruteNearest(const std::vector<BrutePair>& pairs) {
+  std::vector<BrutePair> nearest;
+  for (const BrutePair& pair : pairs) {
+    if (nearest.empty() || nearest.back().object != pair.object) {
+      nearest.push_back(pair);
+    } else if (pair.distance_m < nearest.back().distance_m) {
+      nearest.back() = pair;
+    }
+  }
+  std::stable_sort(nearest.begin(), nearest.end(),
+                   [](const auto& a, const auto& b) { return a.distance_m < b.distance_m; });
+  return nearest;
+}
+
+class QueryTest : public testing::Test {
+ protected:
+  std::mt19937 random_{42};
+  std::shared_ptr<const WorldSnapshot> world_ = RandomWorld(30, random_, /*with_meshes=*/true);
+  QueryBody body_ = Gripper();
+  std::vector<Pose> poses_ = RandomPoses(150, random_);
+};
+
+TEST_F(QueryTest, TheNearestObjectsAreThoseOfBruteForce) {
+  for (const int max_results : {1, 3, 100}) {
+    QueryOptions options;
+    options.max_results = max_results;
+    const PairColumns columns = *GetDistances(*world_, body_, poses_, options);
+    ASSERT_EQ(columns.completed, poses_.size());
+    ASSERT_EQ(columns.row_begin.size(), poses_.size() + 1);
+    for (std::size_t row = 0; row < poses_.size(); ++row) {
+      const auto expected = BruteNearest(BrutePairs(*world_, body_, poses_[row]));
+      const std::size_t begin = columns.row_begin[row];
+      ASSERT_EQ(columns.row_begin[row + 1] - begin,
+                std::min<std::size_t>(max_results, expected.size()));
+      for (std::size_t k = begin; k < columns.row_begin[row + 1]; ++k) {
+        EXPECT_NEAR(columns.distance_m[k], expected[k - begin].distance_m, 1e-7);
+        EXPECT_EQ(columns.object[k], expected[k - begin].object);
+        EXPECT_EQ(columns.body_part[k], expected[k - begin].body_part);
+        EXPECT_EQ(columns.object_part[k], expected[k - begin].object_part);
+      }
+    }
+  }
+}
+
+TEST_F(QueryTest, ObjectsBeyondTheLimitAreNotReported) {
+  QueryOptions options;
+  options.max_results = 100;
+  options.max_distance_m = 0.4;
+  const PairColumns columns = *GetDistances(*world_, body_, poses_, options);
+  for (std::size_t row = 0; row < poses_.size(); ++row) {
+    auto expected = BruteNearest(BrutePairs(*world_, body_, poses_[row]));
+    std::erase_if(expected, [](const BrutePair& p) { return p.distance_m > 0.4; });
+    EXPECT_EQ(columns.row_begin[row + 1] - columns.row_begin[row], expected.size());
+  }
+}
+
+TEST_F(QueryTest, WitnessesAndNormalGoFromTheBodyToTheObject) {
+  const PairColumns columns = *GetDistances(*world_, body_, poses_, {});
+  for (std::size_t k = 0; k < columns.distance_m.size(); ++k) {
+    const Eigen::Map<const Vector3> body(&columns.point_body[3 * k]);
+    const Eigen::Map<const Vector3> object(&columns.point_object[3 * k]);
+    const Eigen::Map<const Vector3> normal(&columns.normal[3 * k]);
+    EXPECT_LT((object - body - columns.distance_m[k] * normal).norm(), 1e-7);
+    EXPECT_NEAR(normal.norm(), 1, 1e-9);
+  }
+}
+
+TEST_F(QueryTest, AStateCollidesWhenSomePairIsNearerThanTheMargin) {
+  for (const double margin_m : {0.0, 0.05}) {
+    QueryOptions options;
+    options.margin_m = margin_m;
+    const CollisionColumns columns = *CheckCollisions(*world_, body_, poses_, options);
+    ASSERT_EQ(columns.completed, poses_.size());
+    int collisions = 0;
+    for (std::size_t row = 0; row < poses_.size(); ++row) {
+      const auto pairs = BrutePairs(*world_, body_, poses_[row]);
+      const bool collides = std::any_of(
+          pairs.begin(), pairs.end(), [&](const BrutePair& p) { return p.distance_m < margin_m; });
+      EXPECT_EQ(columns.verdict[row], collides ? Verdict::kCollision : Verdict::kFree);
+      EXPECT_EQ(columns.object[row] >= 0, collides);
+      if (!collides) continue;
+      ++collisions;
+      const auto told = std::find_if(pairs.begin(), pairs.end(), [&](const BrutePair& p) {
+        return p.object == columns.object[row] && p.body_part == columns.body_part[row] &&
+               p.object_part == columns.object_part[row];
+      });
+      ASSERT_NE(told, pairs.end());
+      EXPECT_LT(told->distance_m, margin_m);
+    }
+    EXPECT_GT(collisions, 5);
+    EXPECT_LT(collisions, 145);
+  }
+}
+
+TEST_F(QueryTest, ContactsAreThePairsNearerThanTheMarginDeepestFirst) {
+  QueryOptions options;
+  options.margin_m = 0.05;
+  options.max_contacts = 4;
+  const PairColumns columns = *GetContacts(*world_, body_, poses_, options);
+  for (std::size_t row = 0; row < poses_.size(); ++row) {
+    auto expected = BrutePairs(*world_, body_, poses_[row]);
+    std::erase_if(expected, [](const BrutePair& p) { return p.distance_m >= 0.05; });
+    std::stable_sort(expected.begin(), expected.end(),
+                     [](const auto& a, const auto& b) { return a.distance_m < b.distance_m; });
+    const std::size_t begin = columns.row_begin[row];
+    ASSERT_EQ(columns.row_begin[row + 1] - begin, std::min<std::size_t>(4, expected.size()));
+    for (std::size_t k = begin; k < columns.row_begin[row + 1]; ++k) {
+      EXPECT_NEAR(columns.distance_m[k], expected[k - begin].distance_m, 1e-7);
+    }
+  }
+}
+
+TEST_F(QueryTest, TheMarginOfAnObjectAddsToThatOfTheRequest) {
+  PutObject put;
+  put.name = "ball";
+  put.geometry = ModelOf({{.X_FS = Pose::Identity(), .shape = Sphere{0.1}}});
+  put.margin_m = 0.02;
+  const auto world = WorldOf({{.what = put, .expected_object_revision = {}}});
+  const QueryBody point = BodyFromShapes({{.X_FS = Pose::Identity(), .shape = Sphere{0.1}}});
+  const std::vector<Pose> at = {MakeTranslation(0.2495, 0, 0), MakeTranslation(0.2505, 0, 0)};
+  QueryOptions options;
+  options.margin_m = 0.03;  // together 0.05
+  const CollisionColumns columns = *CheckCollisions(*world, point, at, options);
+  EXPECT_THAT(columns.verdict, ElementsAre(Verdict::kCollision, Verdict::kFree));
+  EXPECT_EQ(GetContacts(*world, point, at, options)->row_begin[2], 1u);
+}
+
+TEST(Query, IgnoredObjectsAndTheOneThatAsksAreLeftOut) {
+  const auto world = WorldOf(
+      {PutOf("a", {{.X_FS = Pose::Identity(), .shape = Sphere{0.1}}}, MakeTranslation(0, 0, 0)),
+       PutOf("b", {{.X_FS = Pose::Identity(), .shape = Sphere{0.1}}}, MakeTranslation(1, 0, 0)),
+       PutOf("c", {{.X_FS = Pose::Identity(), .shape = Sphere{0.1}}}, MakeTranslation(2, 0, 0))});
+  QueryOptions options;
+  options.max_results = 9;
+  options.ignore = {"b", "unknown"};
+  const std::vector<Pose> at = {Pose::Identity()};
+  const QueryBody body = BodyFromObject(*world->Find("a"));
+  EXPECT_THAT(GetDistances(*world, body, at, options)->object, ElementsAre(2));
+  EXPECT_EQ(CheckCollisions(*world, body, at, options)->verdict[0], Verdict::kFree);
+  const std::vector<RayRow> rays = {{{-1, 0, 0}, {1, 0, 0}, kInfinity}};
+  options.ignore = {"a", "b"};
+  EXPECT_NEAR(CastRays(*world, rays, options)->distance_m[0], 2.9, 1e-12);
+}
+
+TEST(Query, ARepresentationChoosesTheParts) {
+  auto model = std::make_shared<HybridModel>();
+  model->shapes.push_back({.X_OS = MakeTranslation(1, 0, 0),
+                           .shape = Sphere{0.1},
+                           .role = PartRole::kFitted,
+                           .fit = {}});
+  TriangleMesh moved = BoxMesh({0.2, 0.2, 0.2});
+  for (Vector3& v : moved.vertices) v.x() += 2;
+  model->surfaces.push_back({.surface = MakeMesh(moved), .point_count = 0});
+  PutObject put;
+  put.name = "hybrid";
+  put.geometry = Prepare(model);
+  const auto world = WorldOf({{.what = put, .expected_object_revision = {}}});
+  const QueryBody probe = BodyFromShapes({{.X_FS = Pose::Identity(), .shape = Sphere{0.1}}});
+  const std::vector<Pose> at = {MakeTranslation(1.4, 0, 0)};
+  QueryOptions options;
+  EXPECT_NEAR(GetDistances(*world, probe, at, options)->distance_m[0], 0.2, 1e-9);
+  options.representation = Representation::kSurfaces;
+  const PairColumns surfaces = *GetDistances(*world, probe, at, options);
+  EXPECT_NEAR(surfaces.distance_m[0], 0.4, 1e-9);
+  EXPECT_THAT(surfaces.object_part, ElementsAre(1));
+  options.representation = Representation::kShapes;
+  EXPECT_NEAR(GetDistances(*world, probe, at, options)->distance_m[0], 0.2, 1e-9);
+}
+
+TEST(Query, EquallyNearObjectsAreNamedInTheOrderOfTheirNames) {
+  std::vector<Change> changes;
+  for (const char* name : {"d", "b", "a", "c"}) {
+    const double side = (name[0] - 'a') % 2 == 0 ? 1 : -1;
+    changes.push_back(
+        PutOf(name, {{.X_FS = Pose::Identity(), .shape = Sphere{0.1}}},
+              MakeTranslation(side * (name[0] < 'c' ? 1 : 0), side * (name[0] < 'c' ? 0 : 1), 0)));
+  }
+  const auto world = WorldOf(changes);
+  const QueryBody probe = BodyFromShapes({{.X_FS = Pose::Identity(), .shape = Sphere{0.1}}});
+  QueryOptions options;
+  const std::vector<Pose> at = {Pose::Identity()};
+  EXPECT_THAT(GetDistances(*world, probe, at, options)->object, ElementsAre(0));
+  options.max_results = 4;
+  EXPECT_THAT(GetDistances(*world, probe, at, options)->object, ElementsAre(0, 1, 2, 3));
+}
+
+TEST(Query, AClosedMeshContainsWithEveryEngine) {
+  const auto world = WorldOf(
+      {PutOf("cupboard", {{.X_FS = Pose::Identity(), .shape = MakeMesh(BoxMesh({1, 1, 1}))}},
+             Pose::Identity())});
+  const QueryBody cup = BodyFromShapes({{.X_FS = Pose::Identity(), .shape = Cylinder{0.04, 0.1}}});
+  const std::vector<Pose> at = {MakeTranslation(0.1, 0.2, 0.1)};
+  for (const EngineChoice engine :
+       {EngineChoice::kAuto, EngineChoice::kExact, EngineChoice::kFcl, EngineChoice::kBullet}) {
+    QueryOptions options;
+    options.engine = engine;
+    EXPECT_EQ(CheckCollisions(*world, cup, at, options)->verdict[0], Verdict::kCollision);
+    EXPECT_LT(GetDistances(*world, cup, at, options)->distance_m[0], 0);
+  }
+}
+
+TEST(Query, APairThatTheEngineCannotAnswerIsNamed) {
+  const auto world = WorldOf(
+      {PutOf("floor", {{.X_FS = Pose::Identity(), .shape = HalfSpace{}}}, Pose::Identity())});
+  const QueryBody box = BodyFromShapes({{.X_FS = Pose::Identity(), .shape = Box{{1, 1, 1}}}});
+  const std::vector<Pose> at = {MakeTranslation(0, 0, 1)};
+  QueryOptions options;
+  options.engine = EngineChoice::kFcl;
+  const auto refused = GetDistances(*world, box, at, options);
+  EXPECT_EQ(refused.status().code(), absl::StatusCode::kUnimplemented);
+  for (const char* part : {"FCL", "box", "half_space", "'floor'", "shapes[0]", "body part 0"}) {
+    EXPECT_THAT(std::string(refused.status().message()), HasSubstr(part));
+  }
+  EXPECT_EQ(GetContacts(*world, box, {&at[0], 1}, options).status().code(),
+            absl::StatusCode::kOk);  // out of reach: the pair does not come up
+  EXPECT_EQ(CheckCollisions(*world, box, at, options)->verdict[0], Verdict::kFree);
+  options.engine = EngineChoice::kBullet;
+  EXPECT_NEAR(GetDistances(*world, box, at, options)->distance_m[0], 0.5, 1e-12);
+
+  const auto meshes = WorldOf({PutOf(
+      "m", {{.X_FS = Pose::Identity(), .shape = MakeMesh(BoxMesh({1, 1, 1}))}}, Pose::Identity())});
+  const QueryBody mesh =
+      BodyFromShapes({{.X_FS = Pose::Identity(), .shape = MakeMesh(BoxMesh({1, 1, 1}))}});
+  EXPECT_EQ(CheckCollisions(*meshes, mesh, at, options).status().code(),
+            absl::StatusCode::kUnimplemented);
+}
+
+TEST(Query, TheDepthOfSeveralPartsIsLabelledAsABound) {
+  const auto world = WorldOf({PutOf("pair",
+                                    {{.X_FS = MakeTranslation(-0.1, 0, 0), .shape = Sphere{0.1}},
+                                     {.X_FS = MakeTranslation(0.1, 0, 0), .shape = Sphere{0.1}}},
+                                    Pose::Identity())});
+  const QueryBody probe = BodyFromShapes({{.X_FS = Pose::Identity(), .shape = Sphere{0.1}}});
+  const std::vector<Pose> at = {Pose::Identity()};
+  const PairColumns columns = *GetDistances(*world, probe, at, {});
+  EXPECT_NEAR(columns.distance_m[0], -0.1, 1e-12);
+  EXPECT_THAT(columns.trust, ElementsAre(Trust::kBounded));
+  // Out sideways the probe must move sqrt(0.2^2 - 0.1^2): within the bound stated.
+  EXPECT_GE(columns.bound_m[0], std::sqrt(0.03) - 0.1);
+}
+
+TEST_F(QueryTest, ARayEndsAtTheFirstSurfaceAndTheWayThereIsFree) {
+  const Engine& exact = GetEngine(EngineKind::kExact);
+  std::vector<RayRow> rays;
+  for (int i = 0; i < 300; ++i) {
+    // From anywhere, at one of the objects give or take a few centimetres.
+    const Vector3 origin = RandomPose(random_, 1.5).translation();
+    const Vector3 target = world_->objects()[i % world_->objects().size()]->X_WO.translation() +
+                           RandomPose(random_, 0.05).translation();
+    rays.push_back({origin, (target - origin).normalized(), i % 2 == 0 ? kInfinity : 0.7});
+  }
+  const RayColumns columns = *CastRays(*world_, rays, {});
+  ASSERT_EQ(columns.completed, rays.size());
+  int hits = 0;
+  // A hit lies on the surface of the object named, and nothing before it: a thin sphere moved along
+  // the ray stays free of every object.
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    const double clear_m =
+        columns.hit[i] ? columns.distance_m[i] : std::min(3.0, rays[i].max_distance_m);
+    if (columns.hit[i]) {
+      ++hits;
+      EXPECT_LE(columns.distance_m[i], rays[i].max_distance_m);
+      const WorldObject& object = *world_->objects()[columns.object[i]];
+      const PreparedPart& part = object.geometry->parts[columns.object_part[i]];
+      const Pose X_WS = object.X_WO * part.X_OP;
+      const PlacedShape tip = Place(
+          exact, Sphere{1e-6},
+          Pose(Eigen::Translation3d(rays[i].origin + columns.distance_m[i] * rays[i].direction)));
+      const double off_m =
+          exact.Distance(tip.get(), {KindOf(part.shape), *part.engines[0], X_WS}, kInfinity)
+              .distance_m;
+      EXPECT_NEAR(off_m, 0, 1e-5);
+      const Eigen::Map<const Vector3> normal(&columns.normal[3 * i]);
+      EXPECT_NEAR(normal.norm(), 1, 1e-9);
+    } else {
+      EXPECT_EQ(columns.distance_m[i], 0);
+    }
+    std::vector<Pose> along;
+    for (double t = 0; t < clear_m - 1e-3; t += 0.01) {
+      along.emplace_back(Eigen::Translation3d(rays[i].origin + t * rays[i].direction));
+    }
+    // From outside: rays that start inside a solid hit its far side.
+    const QueryBody tip = BodyFromShapes({{.X_FS = Pose::Identity(), .shape = Sphere{1e-9}}});
+    const auto verdicts = CheckCollisions(*world_, tip, along, {})->verdict;
+    if (verdicts.empty() || verdicts[0] == Verdict::kCollision) continue;
+    EXPECT_THAT(verdicts, testing::Each(Verdict::kFree));
+  }
+  EXPECT_GT(hits, 30);
+}
+
+TEST_F(QueryTest, AStoppedQuestionIsCancelled) {
+  std::stop_source stop;
+  stop.request_stop();
+  EXPECT_EQ(GetDistances(*world_, body_, poses_, {}, stop.get_token()).status().code(),
+            absl::StatusCode::kCancelled);
+  EXPECT_EQ(CheckCollisions(*world_, body_, poses_, {}, stop.get_token()).status().code(),
+            absl::StatusCode::kCancelled);
+  EXPECT_EQ(GetContacts(*world_, body_, poses_, {}, stop.get_token()).status().code(),
+            absl::StatusCode::kCancelled);
+  const std::vector<RayRow> rays(1, {{0, 0, 0}, {1, 0, 0}, 1});
+  EXPECT_EQ(CastRays(*world_, rays, {}, stop.get_token()).status().code(),
+            absl::StatusCode::kCancelled);
+}
+
+TEST_F(QueryTest, WhenTimeIsUpTheCompletedPrefixIsTheAnswer) {
+  QueryOptions options;
+  options.give_up_at = std::chrono::steady_clock::now() - std::chrono::seconds(1);
+  const PairColumns none = *GetDistances(*world_, body_, poses_, options);
+  EXPECT_EQ(none.completed, 0u);
+  EXPECT_THAT(none.row_begin, ElementsAre(0u));
+  const CollisionColumns verdicts = *CheckCollisions(*world_, body_, poses_, options);
+  EXPECT_EQ(verdicts.completed, 0u);
+  EXPECT_THAT(verdicts.verdict, testing::Each(Verdict::kNotComputed));
+
+  std::vector<Pose> many(200'000, poses_[0]);
+  options.give_up_at = std::chrono::steady_clock::now() + std::chrono::milliseconds(20);
+  const PairColumns part = *GetDistances(*world_, body_, many, options);
+  const PairColumns whole = *GetDistances(*world_, body_, {poses_.data(), 1}, {});
+  ASSERT_GT(part.completed, 0u);
+  EXPECT_EQ(part.row_begin.size(), part.completed + 1);
+  EXPECT_EQ(part.distance_m.size(), part.row_begin.back());
+  EXPECT_EQ(part.distance_m.back(), whole.distance_m[0]);
+}
+
+TEST(Query, AnEmptyWorldAndAnEmptyBatchAreAnswered) {
+  const WorldSnapshot empty;
+  const std::vector<Pose> at = {Pose::Identity()};
+  EXPECT_EQ(CheckCollisions(empty, Gripper(), at, {})->verdict[0], Verdict::kFree);
+  EXPECT_THAT(GetDistances(empty, Gripper(), at, {})->row_begin, ElementsAre(0u, 0u));
+  EXPECT_THAT(GetDistances(empty, Gripper(), {}, {})->row_begin, ElementsAre(0u));
+  EXPECT_EQ(CastRays(empty, {}, {})->completed, 0u);
+}
+
+}  // namespace
+}  // namespace cwm::collision
