@@ -34,7 +34,9 @@ google::protobuf::Duration ToProto(std::chrono::nanoseconds duration) {
 absl::StatusOr<std::chrono::system_clock::time_point> FromProto(
     const google::protobuf::Timestamp& stamp, const FieldPath& path) {
   const bool nanos_valid = stamp.nanos() >= 0 && stamp.nanos() < kNanosPerSecond;
-  if (!nanos_valid || std::abs(stamp.seconds()) > kFarthestStamp_s) {
+  const bool seconds_valid =
+      stamp.seconds() >= -kFarthestStamp_s && stamp.seconds() <= kFarthestStamp_s;
+  if (!nanos_valid || !seconds_valid) {
     return path.Error(absl::StrCat(
         "is ", stamp.seconds(), " s and ", stamp.nanos(),
         " ns, must lie between the years 1678 and 2262 with nanos from 0 to 999999999"));

@@ -176,8 +176,8 @@ TEST_F(WireEvents, AMoveIsSmallAndEverythingElseIsAPut) {
 
 TEST_F(WireEvents, TheInitialStateComesInPiecesAndSaysWhenItIsDone) {
   std::vector<collision::WorldObjectPtr> objects;
-  for (int i = 0; i < 6'000; ++i) {
-    collision::WorldObject object = Object();
+  collision::WorldObject object = Object();
+  for (int i = 0; i < 20'000; ++i) {
     object.name = "ball_" + std::to_string(100'000 + i);
     objects.push_back(collision::Place(object));
   }
