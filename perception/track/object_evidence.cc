@@ -5,7 +5,6 @@
 #include <memory>
 #include <utility>
 
-#include "perception/track/alignment.h"
 #include "perception/track/ray_judgement.h"
 
 namespace cwm::perception {
@@ -60,8 +59,8 @@ ObjectEvidence::ObjectEvidence(const std::vector<KnownObject>& known_objects,
 
 void ObjectEvidence::AddDetected(const DetectedObject& object, int index) {
   const HybridModel& model = ModelOrEmpty(object.model);
-  const ModelSurface surface(model, kAlignmentReach_m);
-  const std::vector<SurfaceSample> samples = surface.Samples(kSampleCount);
+  const std::vector<SurfaceSample> samples =
+      ModelSurface(model, kSmallestReach_m).Samples(kSampleCount);
   std::vector<Eigen::Vector3f> points_W;
   for (const Eigen::Vector3f& p : object.points_W) {
     if (p.allFinite()) points_W.push_back(p);
@@ -76,6 +75,7 @@ void ObjectEvidence::AddDetected(const DetectedObject& object, int index) {
   DetectedPoints points = scan_.Index(std::move(points_W));
   for (const double gate_m : points.gates_m) reach_m_ = std::max(reach_m_, gate_m);
   for (const double tolerance_m : points.tolerances_m) reach_m_ = std::max(reach_m_, tolerance_m);
+  const ModelSurface surface(model, reach_m_);
   const auto own = Explained(points.points_W, points.gates_m, surface, object.X_WO);
   detected.push_back({.index = index,
                       .kind = object.kind,
@@ -103,9 +103,9 @@ void ObjectEvidence::AddKnown(const KnownObject& object, int index) {
   for (int d = 0; d < static_cast<int>(detected.size()); ++d) {
     const DetectedPoints& points = detected[d].points;
     if (!bounds_W.intersects(points.bounds_W)) continue;
-    in_place_[{k, d}] = {
-        .fit = FitAt(k, object.X_WO, d),
-        .explained = Explained(points.points_W, points.gates_m, added.surface, object.X_WO)};
+    auto explained = Explained(points.points_W, points.gates_m, added.surface, object.X_WO);
+    const PlacedFit fit = FitOf(k, object.X_WO, d, ShareOf(explained), added.sights);
+    in_place_[{k, d}] = {.fit = fit, .explained = std::move(explained)};
   }
 }
 
@@ -134,20 +134,23 @@ SightCounts ObjectEvidence::SightsOf(const std::vector<SurfaceSample>& samples,
 }
 
 PlacedFit ObjectEvidence::FitAt(int k, const Pose& X_WO, int d) const {
-  const KnownEvidence& object = known[k];
   const DetectedPoints& points = detected[d].points;
-  PlacedFit fit{
-      .explained_share = ShareOf(Explained(points.points_W, points.gates_m, object.surface, X_WO)),
-      .covered_share = 0,
-      .through_share = SightsOf(object.samples, X_WO).ThroughShare()};
+  const auto explained = Explained(points.points_W, points.gates_m, known[k].surface, X_WO);
+  return FitOf(k, X_WO, d, ShareOf(explained), SightsOf(known[k].samples, X_WO));
+}
+
+PlacedFit ObjectEvidence::FitOf(int k, const Pose& X_WO, int d, double explained_share,
+                                const SightCounts& sights) const {
   std::vector<char> covered;
-  for (const SurfaceSample& sample : object.samples) {
+  for (const SurfaceSample& sample : known[k].samples) {
     const Vector3 p_W = X_WO * sample.p_O;
     if (!scan_.FacesSensor(sample, X_WO) || scan_.Look(p_W) != Sight::kHit) continue;
-    covered.push_back(points.AnyWithin(p_W, std::max(kPointDistance_m, scan_.Gate_m(p_W))));
+    const double within_m = std::max(kPointDistance_m, scan_.Gate_m(p_W));
+    covered.push_back(detected[d].points.AnyWithin(p_W, within_m));
   }
-  fit.covered_share = ShareOf(covered);
-  return fit;
+  return {.explained_share = explained_share,
+          .covered_share = ShareOf(covered),
+          .through_share = sights.ThroughShare()};
 }
 
 const PlacedFit* ObjectEvidence::FitInPlace(int k, int d) const {

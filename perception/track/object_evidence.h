@@ -87,6 +87,8 @@ class ObjectEvidence {
   void MarkUsers(const std::vector<KnownObject>& objects);
   void MarkStanding(const std::vector<KnownObject>& objects);
   bool OnSupport(const Vector3& p_W) const;
+  PlacedFit FitOf(int k, const Pose& X_WO, int d, double explained_share,
+                  const SightCounts& sights) const;
   SightCounts SightsOf(const std::vector<SurfaceSample>& samples, const Pose& X_WO) const;
 
   const ScanEvidence& scan_;
