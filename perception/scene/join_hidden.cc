@@ -178,7 +178,7 @@ class BetweenParts {
 
 }  // namespace
 
-void JoinAcrossOccluders(const OrientedPoints& nodes, const Pieces& pieces, const PieceViews& views,
+void JoinAcrossOccluders(const OrientedPoints& nodes, const PieceViews& views,
                          const SightMap& sight, DisjointSets& objects) {
   std::vector<std::size_t> parts;
   std::vector<std::vector<Facet>> facets(views.pieces.size());
@@ -200,9 +200,9 @@ void JoinAcrossOccluders(const OrientedPoints& nodes, const Pieces& pieces, cons
     }
     const Members& sa = views.pieces[a].sample;
     const Members& sb = views.pieces[b].sample;
+    if (touch(a, b)) return false;  // a concave crease on a cylinder is the end of it
     const CommonCylinder cylinder(nodes, sa, sb);
-    return cylinder.Explains(sa) && cylinder.Explains(sb) &&
-           (touch(a, b) || between.IsHidden(sa, sb));
+    return cylinder.Explains(sa) && cylinder.Explains(sb) && between.IsHidden(sa, sb);
   };
   // Sorted by their left end, so that only parts near each other meet.
   std::sort(parts.begin(), parts.end(), [&](std::size_t a, std::size_t b) {
@@ -218,7 +218,6 @@ void JoinAcrossOccluders(const OrientedPoints& nodes, const Pieces& pieces, cons
       if (same_object(parts[k], parts[l])) objects.Join(parts[k], parts[l]);
     }
   }
-  (void)pieces;
 }
 
 }  // namespace cwm::perception

@@ -10,7 +10,7 @@ namespace cwm::perception {
 // Joins two pieces when one plane (3 degrees, 3 sigma) or one cylinder explains a good part of
 // both, and nothing that was seen contradicts that their surface continues from one to the other:
 // every place between them lies behind something nearer, or on one of them.
-void JoinAcrossOccluders(const OrientedPoints& nodes, const Pieces& pieces, const PieceViews& views,
+void JoinAcrossOccluders(const OrientedPoints& nodes, const PieceViews& views,
                          const SightMap& sight, DisjointSets& objects);
 
 }  // namespace cwm::perception

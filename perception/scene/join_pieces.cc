@@ -12,6 +12,8 @@ namespace {
 
 constexpr double kScrap_m2 = 2e-4;          // smaller pieces are nothing of their own
 constexpr double kAttachedPart_m2 = 25e-4;  // visible area of a handle or a knob
+constexpr double kKnobShare = 0.08;         // small enough to be a part even at the foot
+constexpr double kKnobBorder = 0.2;         // of its border, with what it is a part of
 constexpr double kAttachedShare = 0.2;      // of what it is attached to
 constexpr float kLevelBorder = 0.6f;        // mean n . up of a face that things rest on
 constexpr double kMostSupportShare = 0.1;   // of a handle's border
@@ -45,7 +47,9 @@ void JoinSmallParts(const PieceViews& views, std::int32_t support_count, Disjoin
     const bool scrap = piece.area_m2 <= kScrap_m2;
     const bool attached = piece.area_m2 <= kAttachedShare * views.pieces[best.piece].area_m2 &&
                           to_support <= kMostSupportShare * all && best.level < kLevelBorder;
-    if (scrap || attached) objects.Join(p, best.piece);
+    const bool knob = piece.area_m2 <= kKnobShare * views.pieces[best.piece].area_m2 &&
+                      best.links >= kKnobBorder * all;
+    if (scrap || attached || knob) objects.Join(p, best.piece);
   }
 }
 
@@ -56,7 +60,7 @@ Pieces JoinPieces(const SurfaceGraph& graph, Pieces pieces, const SightMap& sigh
   DisjointSets objects(count);
   const PieceViews views = ViewPieces(graph, pieces);
   JoinVessels(graph.nodes(), views, objects);
-  JoinAcrossOccluders(graph.nodes(), pieces, views, sight, objects);
+  JoinAcrossOccluders(graph.nodes(), views, sight, objects);
   JoinSmallParts(views, pieces.support_count, objects);
   // Patches that nothing claimed return to their support.
   std::vector<std::size_t> members(count, 0);

@@ -17,7 +17,8 @@ using Eigen::Vector3f;
 constexpr double kOverhang_m = 0.03;       // beyond the outline, and still over the support
 constexpr double kLeastShareOver = 0.5;    // of a region's nodes
 constexpr double kFootHeight_m = 0.02;     // plus 3 sigma: the lowest points stand on the support
-constexpr double kLowestQuantile = 0.02;   // fewer points may be noise
+constexpr double kLowestShare = 0.1;       // of a region's nodes are asked what holds them
+constexpr double kLeastStanding = 0.2;     // of those; what hangs shows empty space below all
 constexpr double kFootprintCell_m = 0.01;  // the paper's octree leaves
 constexpr double kMostRejectedShare = 0.005;
 constexpr std::size_t kMostResiduals = 256;  // more of them share the last one
@@ -95,16 +96,23 @@ class Floor {
     std::vector<std::pair<double, std::size_t>> heights;
     for (std::size_t i : over) heights.emplace_back(Local(graph_.nodes().points[i]).z(), i);
     const auto low = heights.begin() + static_cast<std::ptrdiff_t>(
-                                           kLowestQuantile * static_cast<double>(heights.size()));
+                                           kLowestShare * static_cast<double>(heights.size()));
     std::nth_element(heights.begin(), low, heights.end());
-    const auto [height, node] = *low;
+    std::size_t standing = 0, asked = 0;
+    const auto count = static_cast<std::size_t>(low - heights.begin()) + 1;
+    for (std::size_t k = 0; k < count; k += std::max<std::size_t>(1, count / 64), ++asked) {
+      standing += StandsOrIsHidden(heights[k].second, heights[k].first);
+    }
+    return static_cast<double>(standing) >= kLeastStanding * static_cast<double>(asked);
+  }
+
+  bool StandsOrIsHidden(std::size_t node, double height) const {
     const float sigma = graph_.nodes().sigma_m[node];
     if (height <= kFootHeight_m + kPlaneGate_sigma * sigma) return true;
     const Vector3f up = plate_.X_FS.linear().col(2).cast<float>();
     for (const float share : {0.25f, 0.5f, 0.75f}) {
       const Vector3f below = graph_.nodes().points[node] - share * static_cast<float>(height) * up;
-      const Sight seen = sight_.Look(below, LargestJump_m(sigma));
-      if (seen == Sight::kSeenThrough) return false;
+      if (sight_.Look(below, LargestJump_m(sigma)) == Sight::kSeenThrough) return false;
     }
     return true;
   }

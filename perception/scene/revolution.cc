@@ -10,6 +10,7 @@ namespace {
 
 constexpr double kLeastSteepness = 0.35;  // horizontal part of a normal that has a direction
 constexpr double kMostMiss_sin = 0.3;     // 17 degrees: three standard deviations of a normal
+constexpr double kLeastMiss_m = 0.012;    // error of an axis known from half of a cup's outside
 // (a - sin a cos a) / (a + sin a cos a) for an arc of +-a: 30 degrees. Faces of boxes that fan out
 // by chance fail the agreement.
 constexpr double kLeastFan = 0.1;
@@ -31,12 +32,11 @@ std::vector<Ray> SteepRays(const OrientedPoints& points, std::span<const std::ui
   return rays;
 }
 
-// sin of the angle between the ray and the line to the axis.
-double Miss_sin(const Ray& ray, const Vector2& axis) {
+// Whether the line of the normal passes the axis as near as noise allows.
+bool Agrees(const Ray& ray, const Vector2& axis) {
   const Vector2 to = ray.from - axis;
-  const double distance = to.norm();
-  if (distance < 1e-6) return 0;
-  return std::abs(to.x() * ray.direction.y() - to.y() * ray.direction.x()) / distance;
+  const double miss = std::abs(to.x() * ray.direction.y() - to.y() * ray.direction.x());
+  return miss <= std::max(kLeastMiss_m, kMostMiss_sin * to.norm());
 }
 
 }  // namespace
@@ -50,7 +50,7 @@ Revolution JudgeRevolution(const OrientedPoints& points, std::span<const std::ui
   double agreeing = 0, outward = 0;
   for (const Ray& ray : rays) {
     distances.push_back((ray.from - axis).norm());
-    if (Miss_sin(ray, axis) > kMostMiss_sin) continue;
+    if (!Agrees(ray, axis)) continue;
     agreeing += 1;
     outward += (ray.from - axis).dot(ray.direction) > 0;
   }
@@ -72,7 +72,7 @@ std::optional<Revolution> FitRevolution(const OrientedPoints& points,
     Eigen::Matrix2d sum = Eigen::Matrix2d::Zero();
     Vector2 right = Vector2::Zero();
     for (const Ray& ray : rays) {
-      if (round > 0 && Miss_sin(ray, axis) > kMostMiss_sin) continue;
+      if (round > 0 && !Agrees(ray, axis)) continue;
       const Eigen::Matrix2d across =
           Eigen::Matrix2d::Identity() - ray.direction * ray.direction.transpose();
       sum += across;
