@@ -1,0 +1,60 @@
+#include "perception/cloud/measured_points.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace cwm::perception {
+namespace {
+
+using Eigen::Vector3f;
+using ::testing::HasSubstr;
+
+PointCloud Cloud(std::vector<Vector3f> points) {
+  PointCloud cloud;
+  cloud.width = static_cast<int>(points.size());
+  cloud.points = std::move(points);
+  return cloud;
+}
+
+void ExpectRefused(const PointCloud& cloud, const std::string& naming) {
+  const auto measured = CollectMeasured(cloud, {});
+  ASSERT_FALSE(measured.ok());
+  EXPECT_EQ(measured.status().code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(std::string(measured.status().message()), HasSubstr(naming));
+}
+
+TEST(CollectMeasured, RefusesWhatIsNoCloudAndNamesWhy) {
+  const float nan = std::nanf("");
+  ExpectRefused(Cloud({}), "cloud.points is empty");
+  ExpectRefused(Cloud({{nan, 0, 0}, {0, INFINITY, 1}}), "none of them finite");
+  ExpectRefused(Cloud({{0, 0, 1}, {1e30f, 0, 0}}), "cloud.points[1]");
+  PointCloud lying = Cloud({{0, 0, 1}, {0, 0, 2}, {0, 0, 3}});
+  lying.width = 2;
+  lying.height = 2;
+  ExpectRefused(lying, "2 x 2");
+  PointCloud normals = Cloud({{0, 0, 1}, {0, 0, 2}});
+  normals.normals.resize(1);
+  ExpectRefused(normals, "cloud.normals");
+}
+
+TEST(CollectMeasured, KeepsTheIndexOfEachFinitePoint) {
+  const float nan = std::nanf("");
+  const auto measured =
+      CollectMeasured(Cloud({{nan, 0, 0}, {0, 0, 1}, {0, nan, 1}, {1, 0, 1}}), {});
+  ASSERT_TRUE(measured.ok());
+  EXPECT_THAT(measured->oriented.cloud_index, ::testing::ElementsAre(1, 3));
+  EXPECT_FALSE(measured->organised());
+}
+
+TEST(SensorNoise, FollowsThePublishedKinectModel) {
+  const SensorNoise noise;
+  EXPECT_NEAR(noise.AxialSigma_m(0.8), 0.0012 + 0.0019 * 0.16, 1e-9);
+  EXPECT_GT(noise.AxialSigma_m(0.8, 1.3), noise.AxialSigma_m(0.8, 1.0));
+  EXPECT_TRUE(std::isfinite(noise.AxialSigma_m(0.8, 3.2)));
+  EXPECT_NEAR(noise.LateralSigma_m(1.05), 0.8 * 1.05 / 525, 1e-9);
+}
+
+}  // namespace
+}  // namespace cwm::perception

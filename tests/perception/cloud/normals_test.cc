@@ -1,0 +1,153 @@
+#include "perception/cloud/normals.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <random>
+
+namespace cwm::perception {
+namespace {
+
+using Eigen::Vector3f;
+
+constexpr int kWidth = 160, kHeight = 120;
+constexpr float kFocal_px = 525;
+constexpr double kNoise_m = 0.0015;
+
+Vector3f Ray(int u, int v) {
+  return {(static_cast<float>(u) - kWidth / 2.0f) / kFocal_px,
+          (static_cast<float>(v) - kHeight / 2.0f) / kFocal_px, 1};
+}
+
+// depth(ray) tells z along the ray, NaN for none; white noise along the ray.
+template <class Depth>
+MeasuredPoints Image(Depth&& depth, double noise_m) {
+  std::mt19937 random(3);
+  std::normal_distribution<double> noise(0, noise_m > 0 ? noise_m : 1);
+  PointCloud cloud;
+  cloud.width = kWidth;
+  cloud.height = kHeight;
+  for (int v = 0; v < kHeight; ++v) {
+    for (int u = 0; u < kWidth; ++u) {
+      const float z = depth(Ray(u, v)) + static_cast<float>(noise_m > 0 ? noise(random) : 0);
+      cloud.points.push_back(Ray(u, v) * z);
+    }
+  }
+  return *CollectMeasured(
+      cloud, SensorNoise{.model = SensorModel::kConstant, .constant_sigma_m = kNoise_m});
+}
+
+double Angle_rad(const Vector3f& a, const Vector3f& b) {
+  return std::atan2(a.cross(b).norm(), a.dot(b));
+}
+
+// A plane through (0, 0, 0.8).
+auto PlaneDepth(const Vector3f& normal) {
+  return [normal](const Vector3f& ray) { return 0.8f * normal.z() / normal.dot(ray); };
+}
+
+TEST(ImageNormals, OfANoiselessPlaneAreExactAndFaceTheSensor) {
+  const Vector3f normal = Vector3f(0, -0.7f, -0.7f).normalized();
+  MeasuredPoints measured = Image(PlaneDepth(normal), 0);
+  EstimateImageNormals(measured, 2);
+  for (const Vector3f& n : measured.oriented.normals) EXPECT_LT(Angle_rad(n, normal), 0.01);
+}
+
+TEST(ImageNormals, OfANoisyPlaneStayWithinTheirStatedSigma) {
+  const Vector3f normal = Vector3f(0.3f, -0.7f, -0.7f).normalized();
+  MeasuredPoints measured = Image(PlaneDepth(normal), kNoise_m);
+  EstimateImageNormals(measured, 2);
+  double squares = 0, stated = 0;
+  for (std::size_t i = 0; i < measured.oriented.size(); ++i) {
+    squares += std::pow(Angle_rad(measured.oriented.normals[i], normal), 2);
+    stated += std::pow(measured.oriented.normal_sigma_rad[i], 2);
+  }
+  // White noise is milder than the correlated noise that sigma is stated for; two axes scatter.
+  EXPECT_LT(squares, 2 * stated);
+}
+
+TEST(ImageNormals, OfASphereArePointsMinusCenter) {
+  constexpr float kRadius_m = 0.08f;
+  const Vector3f center(0, 0, 0.8f);
+  MeasuredPoints measured = Image(
+      [&](const Vector3f& ray) {
+        const float a = ray.squaredNorm(), b = ray.dot(center);
+        const float root = b * b - a * (center.squaredNorm() - kRadius_m * kRadius_m);
+        return root > 0 ? (b - std::sqrt(root)) / a : std::nanf("");
+      },
+      0);
+  EstimateImageNormals(measured, 1);
+  int checked = 0;
+  for (std::size_t i = 0; i < measured.oriented.size(); ++i) {
+    const Vector3f truth = (measured.oriented.points[i] - center) / kRadius_m;
+    if (-truth.dot(measured.oriented.points[i].normalized()) < 0.8f) continue;  // near the rim
+    EXPECT_LT(Angle_rad(measured.oriented.normals[i], truth), 0.1);
+    ++checked;
+  }
+  EXPECT_GT(checked, 1000);
+}
+
+TEST(ImageNormals, DoNotReachAcrossADepthJump) {
+  // Two planes that face the sensor, 5 cm apart: a normal that mixed them would lean.
+  MeasuredPoints measured =
+      Image([](const Vector3f& ray) { return ray.x() < 0 ? 0.8f : 0.85f; }, 0);
+  EstimateImageNormals(measured, 2);
+  for (const Vector3f& n : measured.oriented.normals) {
+    EXPECT_LT(Angle_rad(n, -Vector3f::UnitZ()), 0.02);
+  }
+}
+
+TEST(ImageNormals, KeepTheDirectionOfGivenOnesAndTurnThemToTheSensor) {
+  PointCloud cloud;
+  cloud.width = 20;
+  cloud.height = 20;
+  const Vector3f given = Vector3f(0.6f, 0, 0.8f);
+  for (int i = 0; i < 400; ++i) {
+    cloud.points.push_back(Ray(i % 20 + 70, i / 20 + 50) * 0.8f);
+    cloud.normals.push_back(given);
+  }
+  MeasuredPoints measured = *CollectMeasured(cloud, {});
+  EstimateImageNormals(measured, 1);
+  for (std::size_t i = 0; i < measured.oriented.size(); ++i) {
+    const Vector3f& n = measured.oriented.normals[i];
+    EXPECT_NEAR(std::abs(n.dot(given)), 1, 1e-5);
+    EXPECT_LE(n.dot(measured.oriented.points[i]), 0);
+  }
+}
+
+TEST(ImageNormals, AreTheSameBytesOnAnyNumberOfThreads) {
+  const auto depth = PlaneDepth(Vector3f(0, -0.5f, -0.8f).normalized());
+  MeasuredPoints one = Image(depth, kNoise_m), two = Image(depth, kNoise_m);
+  EstimateImageNormals(one, 1);
+  EstimateImageNormals(two, 2);
+  EXPECT_EQ(one.oriented.normals, two.oriented.normals);
+  EXPECT_EQ(one.oriented.normal_sigma_rad, two.oriented.normal_sigma_rad);
+}
+
+TEST(GridNormals, OfANoisyPlaneAgreeWithIt) {
+  const Vector3f normal = Vector3f(0.2f, -0.6f, -0.7f).normalized();
+  MeasuredPoints measured = Image(PlaneDepth(normal), kNoise_m);
+  const VoxelGrid grid = VoxelGrid::Build(measured.oriented.points, 0.004f);
+  EstimateGridNormals(measured.oriented, grid, 0.0104f, 2);
+  double squares = 0, stated = 0;
+  for (std::size_t i = 0; i < measured.oriented.size(); ++i) {
+    squares += std::pow(Angle_rad(measured.oriented.normals[i], normal), 2);
+    stated += std::pow(measured.oriented.normal_sigma_rad[i], 2);
+  }
+  EXPECT_LT(squares, 2 * stated);
+}
+
+TEST(GridNormals, AreUnknownOnALine) {
+  OrientedPoints points;
+  for (int i = 0; i < 200; ++i) points.points.push_back({0.001f * static_cast<float>(i), 0, 1});
+  points.normals.assign(200, Vector3f::Zero());
+  points.sigma_m.assign(200, 0.002f);
+  points.normal_sigma_rad.assign(200, 0);
+  const VoxelGrid grid = VoxelGrid::Build(points.points, 0.004f);
+  EstimateGridNormals(points, grid, 0.01f, 1);
+  for (const Vector3f& n : points.normals) EXPECT_TRUE(n.isZero());
+}
+
+}  // namespace
+}  // namespace cwm::perception

@@ -1,0 +1,87 @@
+#include "perception/cloud/voxel_grid.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <numeric>
+#include <random>
+
+namespace cwm::perception {
+namespace {
+
+using Eigen::Vector3f;
+
+std::vector<Vector3f> RandomPoints(std::size_t count) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<float> coordinate(-0.5f, 0.5f);
+  std::vector<Vector3f> points(count);
+  for (Vector3f& p : points) p = {coordinate(random), coordinate(random), coordinate(random)};
+  return points;
+}
+
+TEST(VoxelGrid, HoldsEachPointOnceInTheCellThatContainsIt) {
+  const std::vector<Vector3f> points = RandomPoints(5000);
+  const VoxelGrid grid = VoxelGrid::Build(points, 0.1f);
+  std::vector<int> seen(points.size(), 0);
+  for (std::size_t c = 0; c < grid.size(); ++c) {
+    EXPECT_EQ(grid.Find(grid.cell(c)), static_cast<std::int32_t>(c));
+    for (std::uint32_t i : grid.PointsOf(c)) {
+      ++seen[i];
+      EXPECT_EQ(grid.CellOfPoint(i), c);
+      EXPECT_LE((points[i] - grid.Center(c)).cwiseAbs().maxCoeff(), 0.05f + 1e-5f);
+    }
+  }
+  EXPECT_THAT(seen, ::testing::Each(1));
+}
+
+TEST(VoxelGrid, MomentsMatchTheDirectSums) {
+  const std::vector<Vector3f> points = RandomPoints(2000);
+  const VoxelGrid grid = VoxelGrid::Build(points, 0.25f);
+  for (std::size_t c = 0; c < grid.size(); ++c) {
+    Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+    for (std::uint32_t i : grid.PointsOf(c)) mean += points[i].cast<double>();
+    mean /= static_cast<double>(grid.PointsOf(c).size());
+    Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+    for (std::uint32_t i : grid.PointsOf(c)) {
+      const Eigen::Vector3d d = points[i].cast<double>() - mean;
+      covariance += d * d.transpose() / static_cast<double>(grid.PointsOf(c).size());
+    }
+    EXPECT_TRUE(grid.Centroid(c).cast<double>().isApprox(mean, 1e-5));
+    EXPECT_LT((grid.moments(c).Covariance().cast<double>() - covariance).norm(), 1e-6);
+  }
+}
+
+TEST(VoxelGrid, MomentsAddUpAboutAnotherOrigin) {
+  const Vector3f offset(0.3f, -0.2f, 0.1f);
+  Moments about_origin, about_offset, moved;
+  for (const Vector3f& p : RandomPoints(100)) {
+    about_origin.Add(p);
+    about_offset.Add(p - offset);
+  }
+  moved.Add(about_offset, offset);
+  EXPECT_TRUE(moved.sum.isApprox(about_origin.sum, 1e-4f));
+  EXPECT_LT((moved.Covariance() - about_origin.Covariance()).norm(), 1e-5f);
+}
+
+TEST(VoxelGrid, AMillionPointsInOnePlaceAreOneCell) {
+  const std::vector<Vector3f> points(1000000, Vector3f(1, 2, 3));
+  const VoxelGrid grid = VoxelGrid::Build(points, 0.004f);
+  ASSERT_EQ(grid.size(), 1u);
+  EXPECT_EQ(grid.moments(0).count, 1000000u);
+}
+
+TEST(VoxelGrid, WidensItsCellsForWideClouds) {
+  const std::vector<Vector3f> points{{0, 0, 0}, {1e6f, 0, 0}, {-1e6f, 1e6f, 5}};
+  const VoxelGrid grid = VoxelGrid::Build(points, 0.001f);
+  EXPECT_EQ(grid.size(), 3u);
+  EXPECT_GT(grid.edge_m(), 0.5f);
+}
+
+TEST(VoxelGrid, FindsNothingWhereNothingIs) {
+  const VoxelGrid grid = VoxelGrid::Build(RandomPoints(10), 0.01f);
+  EXPECT_EQ(grid.Find({-5, 0, 0}), VoxelGrid::kNone);
+  EXPECT_EQ(VoxelGrid().Find({0, 0, 0}), VoxelGrid::kNone);
+}
+
+}  // namespace
+}  // namespace cwm::perception
