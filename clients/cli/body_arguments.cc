@@ -9,6 +9,7 @@
 #include "absl/strings/str_join.h"
 #include "clients/cli/exit_code.h"
 #include "clients/cli/number_list.h"
+#include "clients/cli/place.h"
 #include "clients/formats/scalar.h"
 
 namespace cwm::cli {
@@ -163,8 +164,8 @@ absl::StatusOr<std::vector<Body>> ReadLines(const std::optional<Body>& given, st
   return bodies;
 }
 
-absl::StatusOr<std::vector<Body>> ReadBodies(const BodyArguments& arguments,
-                                             const Streams& streams) {
+absl::StatusOr<std::vector<Body>> ReadBodies(const BodyArguments& arguments, Session& session) {
+  const Streams& streams = session.streams;
   const bool has_shape = HasShape(arguments.shape);
   if (!has_shape && arguments.object.empty()) {
     if (streams.in_is_terminal || !arguments.at.empty()) {
@@ -178,11 +179,14 @@ absl::StatusOr<std::vector<Body>> ReadBodies(const BodyArguments& arguments,
     const auto shape = ToShape(arguments.shape);
     if (!shape.ok()) return shape.status();
     body.shape = *shape;
-    if (arguments.at.empty()) return UsageError("--at x,y,z[,qx,qy,qz,qw] is missing");
   }
-  if (arguments.at == std::vector<std::string>{"-"}) return ReadLines(body, streams.in);
+  if (has_shape && arguments.at.empty() && streams.in_is_terminal) {
+    return UsageError("--at is missing: where the shape is, or JSON lines on stdin");
+  }
+  const bool on_stdin = arguments.at == std::vector<std::string>{"-"};
+  if (on_stdin || (has_shape && arguments.at.empty())) return ReadLines(body, streams.in);
   for (const std::string& at : arguments.at) {
-    const auto row = ParsePose(at, "--at");
+    const auto row = ParsePlace(session, at, "--at");
     if (!row.ok()) return row.status();
     body.rows.push_back(*row);
   }
@@ -197,14 +201,13 @@ void AddBodyOptions(CLI::App& command, BodyArguments& body) {
       ->type_name("NAME");
   command
       .add_option("--at", body.at,
-                  "pose in the world, metres; may be repeated; \"-\": JSON lines on stdin")
+                  "where it is, metres; may be repeated; \"-\": JSON lines on stdin")
       ->allow_extra_args(false)
-      ->type_name("X,Y,Z[,QX,QY,QZ,QW]");
+      ->type_name(kPlaceForm);
 }
 
-absl::StatusOr<std::vector<pb::Subject>> ReadSubjects(const BodyArguments& body,
-                                                      const Streams& streams) {
-  const auto bodies = ReadBodies(body, streams);
+absl::StatusOr<std::vector<pb::Subject>> ReadSubjects(const BodyArguments& body, Session& session) {
+  const auto bodies = ReadBodies(body, session);
   if (!bodies.ok()) return bodies.status();
   return Split(*bodies);
 }

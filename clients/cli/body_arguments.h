@@ -25,23 +25,22 @@ absl::StatusOr<cwm::v1::PlacedShape> ToShape(const ShapeArguments& shape);
 struct BodyArguments {
   ShapeArguments shape;
   std::string object;           // instead of a shape
-  std::vector<std::string> at;  // poses; "-": JSON lines on stdin
+  std::vector<std::string> at;  // places; "-": JSON lines on stdin
 };
 
 void AddBodyOptions(CLI::App& command, BodyArguments& body);
 
-// The subjects of one or more requests, in order, each of at most kMaxRows rows (what the server
-// answers as messages). Neither shape nor object: each line on stdin is
-//   {"box": [x, y, z], "at": [x, y, z]}      or "sphere": r, "cylinder": [r, l], "cone": [rb, rt,
-//   l],
-//   {"object": "cup", "at": [[..], [..]]}       "capsule": [r, l], "object": name; "at": a pose or
-//   several
-// and with a shape and `--at -` each line is {"at": ..} or the numbers of a pose as an array.
-// Malformed lines are INVALID_ARGUMENT naming the line.
+// The subjects of one or more requests, in order, each of at most kMaxRows rows. Neither shape nor
+// object: each line on stdin is
+//   {"sphere": r, "at": [x, y, z]}            or "box": [x, y, z], "cylinder": [r, l],
+//   {"object": "cup", "at": [[..], [..]]}        "cone": [rb, rt, l], "capsule": [r, l]
+// where "at" is a pose or several; and with a shape alone, or `--at -`, each line is {"at": ..} or
+// the numbers of a pose as an array. Malformed lines are INVALID_ARGUMENT naming the line.
 absl::StatusOr<std::vector<cwm::v1::Subject>> ReadSubjects(const BodyArguments& body,
-                                                           const Streams& streams);
+                                                           Session& session);
 
-inline constexpr std::size_t kMaxRows = 1024;
+// The server's limit of a batch (GetServerInfo.limits.max_batch_rows).
+inline constexpr std::size_t kMaxRows = 65536;
 
 // How many rows a subject asks for; an object without poses asks for its stored one.
 std::size_t RowCount(const cwm::v1::Subject& subject);

@@ -37,7 +37,7 @@ void PrintVerdicts(const pb::CheckCollisionsResponse& response, Session& session
 absl::Status Check(Session& session, const CheckArguments& arguments) {
   const auto options = ToOptions(arguments.question);
   if (!options.ok()) return options.status();
-  const auto subjects = ReadSubjects(arguments.body, session.streams);
+  const auto subjects = ReadSubjects(arguments.body, session);
   if (!subjects.ok()) return subjects.status();
   const auto answer = AskAll<pb::CheckCollisionsRequest, pb::CheckCollisionsResponse>(
       session, &pb::QueryService::Stub::CheckCollisions, *subjects, *options);

@@ -1,12 +1,15 @@
 // Meshes of an object, put together.
 #pragma once
 
+#include <array>
+
 #include "clients/formats/mesh_file.h"
 #include "cwm/v1/geometry.pb.h"
 
 namespace cwm::cli {
 
-// The mesh in another frame: p_A = X_AB p_B. The quaternion is taken as of unit length.
+// A point and a mesh in another frame: p_A = X_AB p_B. The quaternion is taken as of unit length.
+std::array<double, 3> Transformed(const cwm::v1::Pose& x_a_b, const std::array<double, 3>& p_b);
 formats::MeshFile Transformed(const cwm::v1::Pose& x_a_b, formats::MeshFile mesh_b);
 
 // Both in one, vertices of `more` after those of `mesh`.

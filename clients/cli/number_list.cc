@@ -1,7 +1,6 @@
 #include "clients/cli/number_list.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
@@ -17,10 +16,9 @@ absl::StatusOr<double> ParseNumber(const std::string& word, const std::string& n
                                    const std::string& form) {
   char bytes[sizeof(double)];
   if (formats::ParseScalar(word, formats::Scalar::kF64, bytes)) {
-    const double value = formats::ToDouble(bytes, formats::Scalar::kF64);
-    if (std::isfinite(value)) return value;
+    return formats::ToDouble(bytes, formats::Scalar::kF64);
   }
-  return UsageError(absl::StrCat(name, ": \"", word, "\" is no finite number, must be ", form));
+  return UsageError(absl::StrCat(name, ": \"", word, "\" is no number, must be ", form));
 }
 
 absl::StatusOr<std::vector<double>> ParseAll(const std::string& text, const std::string& name,

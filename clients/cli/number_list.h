@@ -18,7 +18,8 @@ struct NumberSpec {
   std::size_t count = 1;
 };
 
-// Exactly `count` finite numbers. A usage error naming the option, the text and the form otherwise.
+// Exactly `count` numbers, "nan" and "inf" among them (the server refuses those and names its
+// field). A usage error naming the option, the text and the form otherwise.
 absl::StatusOr<std::vector<double>> ParseNumbers(const std::string& text, const NumberSpec& spec);
 
 // "x,y,z" or "x,y,z,qx,qy,qz,qw" in metres; the quaternion is passed on as it is (the server checks

@@ -51,7 +51,7 @@ template <class Request, class Response, class Method>
 absl::Status Ask(Session& session, const PairArguments& arguments, Method method) {
   const auto options = ToOptions(arguments.question);
   if (!options.ok()) return options.status();
-  const auto subjects = ReadSubjects(arguments.body, session.streams);
+  const auto subjects = ReadSubjects(arguments.body, session);
   if (!subjects.ok()) return subjects.status();
   const auto answer = AskAll<Request, Response>(session, method, *subjects, *options);
   if (!answer.ok()) return answer.status();

@@ -85,6 +85,7 @@ absl::StatusOr<pb::QueryOptions> ToOptions(const QuestionArguments& question) {
   for (const std::string& name : question.ignore) options.add_ignore(name);
   if (question.time_budget_s) *options.mutable_time_budget() = ToDuration(*question.time_budget_s);
   options.set_result_form(pb::RESULT_FORM_ROWS);
+  options.set_scalar(pb::SCALAR_F64);
   return options;
 }
 

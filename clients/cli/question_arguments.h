@@ -10,6 +10,7 @@
 
 #include "absl/status/statusor.h"
 #include "clients/cli/body_arguments.h"
+#include "clients/cli/row_columns.h"
 #include "cwm/v1/query.pb.h"
 
 namespace cwm::cli {
@@ -32,7 +33,7 @@ void AddRevisionOption(CLI::App& command, std::string& at_revision);
 // A usage error for anything but "", "latest", "N" and "N+".
 absl::StatusOr<cwm::v1::AtRevision> ParseRevision(const std::string& text);
 
-// With answers as rows, so that JSON is readable.
+// With answers as F64, in rows, so that JSON is readable.
 absl::StatusOr<cwm::v1::QueryOptions> ToOptions(const QuestionArguments& question);
 
 // Asks `method` about every subject and returns the answers as one: rows after rows. All are
@@ -47,9 +48,12 @@ absl::StatusOr<Response> AskAll(Session& session, Method method,
     Request request;
     request.set_world(session.world);
     *request.mutable_subject() = subject;
+    options.set_result_form(RowCount(subject) > kMaxMessageRows ? cwm::v1::RESULT_FORM_COLUMNS
+                                                                : cwm::v1::RESULT_FORM_ROWS);
     *request.mutable_options() = options;
-    const auto answer = session.connection().Call(method, session.connection().queries(), request);
+    auto answer = session.connection().Call(method, session.connection().queries(), request);
     if (!answer.ok()) return answer.status();
+    if (absl::Status status = ExpandRows(*answer); !status.ok()) return status;
     all.MergeFrom(*answer);
     completed += answer->completed_count();
     options.mutable_at_revision()->set_exact(answer->revision());

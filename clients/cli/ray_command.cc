@@ -9,6 +9,7 @@
 #include "clients/cli/commands.h"
 #include "clients/cli/exit_code.h"
 #include "clients/cli/number_list.h"
+#include "clients/cli/place.h"
 #include "clients/cli/quantity.h"
 #include "clients/cli/question_arguments.h"
 #include "clients/cli/table.h"
@@ -24,27 +25,23 @@ struct RayArguments {
   QuestionArguments question;
 };
 
-client::RayRow Ray(const pb::Vector3& from, const pb::Vector3& direction) {
-  return {from.x(), from.y(), from.z(), direction.x(), direction.y(), direction.z()};
-}
-
-absl::StatusOr<client::RayRow> RayOnTheLine(const RayArguments& arguments) {
+absl::StatusOr<client::RayRow> RayOnTheLine(const RayArguments& arguments, Session& session) {
   if (arguments.from.empty() || arguments.direction.empty() == arguments.to.empty()) {
     return UsageError("--from and one of --direction and --to, or JSON lines on stdin");
   }
-  const auto from = ParseVector(arguments.from, "--from");
+  const auto from = ParsePlace(session, arguments.from, "--from");
   if (!from.ok()) return from.status();
+  client::RayRow ray = {(*from)[0], (*from)[1], (*from)[2], 0, 0, 0};
   if (!arguments.direction.empty()) {
-    const auto direction = ParseVector(arguments.direction, "--direction");
+    const auto direction = ParseNumbers(arguments.direction, {"--direction", "x,y,z", 3});
     if (!direction.ok()) return direction.status();
-    return Ray(*from, *direction);
+    std::copy(direction->begin(), direction->end(), ray.begin() + 3);
+    return ray;
   }
-  auto to = ParseVector(arguments.to, "--to");
+  const auto to = ParsePlace(session, arguments.to, "--to");
   if (!to.ok()) return to.status();
-  to->set_x(to->x() - from->x());
-  to->set_y(to->y() - from->y());
-  to->set_z(to->z() - from->z());
-  return Ray(*from, *to);
+  for (std::size_t i = 0; i < 3; ++i) ray[i + 3] = (*to)[i] - (*from)[i];
+  return ray;
 }
 
 // "from" or "direction" of a line: three numbers.
@@ -79,11 +76,12 @@ absl::StatusOr<std::vector<client::RayRow>> RaysOnStdin(std::istream& in) {
 }
 
 absl::StatusOr<std::vector<client::RayRow>> ReadRays(const RayArguments& arguments,
-                                                     const Streams& streams) {
+                                                     Session& session) {
+  const Streams& streams = session.streams;
   const bool on_the_line =
       !arguments.from.empty() || !arguments.direction.empty() || !arguments.to.empty();
   if (!on_the_line && !streams.in_is_terminal) return RaysOnStdin(streams.in);
-  const auto ray = RayOnTheLine(arguments);
+  const auto ray = RayOnTheLine(arguments, session);
   if (!ray.ok()) return ray.status();
   return std::vector<client::RayRow>{*ray};
 }
@@ -113,8 +111,8 @@ absl::StatusOr<pb::CastRaysResponse> Cast(Session& session, const std::vector<cl
                                           pb::QueryOptions options) {
   pb::CastRaysResponse all;
   std::int64_t completed = 0;
-  for (std::size_t begin = 0; begin < rays.size(); begin += kMaxRows) {
-    const std::size_t end = std::min(begin + kMaxRows, rays.size());
+  for (std::size_t begin = 0; begin < rays.size(); begin += kMaxMessageRows) {
+    const std::size_t end = std::min(begin + kMaxMessageRows, rays.size());
     pb::CastRaysRequest request;
     request.set_world(session.world);
     request.mutable_rays()->set_scalar(pb::SCALAR_F64);
@@ -137,7 +135,7 @@ absl::StatusOr<pb::CastRaysResponse> Cast(Session& session, const std::vector<cl
 absl::Status RayCommand(Session& session, const RayArguments& arguments) {
   const auto options = ToOptions(arguments.question);
   if (!options.ok()) return options.status();
-  const auto rays = ReadRays(arguments, session.streams);
+  const auto rays = ReadRays(arguments, session);
   if (!rays.ok()) return rays.status();
   const auto answer = Cast(session, *rays, *options);
   if (!answer.ok()) return answer.status();
@@ -165,7 +163,7 @@ void AddRayCommand(CommandLine& line) {
        {"cwm ray --from 0.4,0,1 --direction 0,0,-1", "cwm ray --from 0,0,1 --to 0.4,0,0 -o json",
         "echo '{\"from\": [0,0,1], \"direction\": [0,0,-1]}' | cwm ray -o ndjson"}},
       [arguments](Session& session) { return RayCommand(session, *arguments); });
-  command.add_option("--from", arguments->from, "origin (m)")->type_name("X,Y,Z");
+  command.add_option("--from", arguments->from, "origin (m)")->type_name("X,Y,Z|NAME[+DX,DY,DZ]");
   command.add_option("--direction", arguments->direction, "direction, any length")
       ->type_name("X,Y,Z");
   command.add_option("--to", arguments->to, "a point that the ray goes through (m)")

@@ -1,5 +1,6 @@
 #include "clients/cli/run.h"
 
+#include <CLI/Config.hpp>
 #include <CLI/Error.hpp>
 #include <CLI/Formatter.hpp>
 #include <CLI/Validators.hpp>
@@ -86,7 +87,7 @@ ExitCode Explain(const CommandLine& line, const CLI::ParseError& error) {
 }  // namespace
 
 ExitCode Run(const std::vector<std::string>& arguments, Streams streams) {
-  Session session{.streams = streams};
+  Session session(streams);
   const char* no_color = std::getenv("NO_COLOR");  // https://no-color.org
   session.no_color = no_color != nullptr && *no_color != '\0';
   CommandLine line{.app = CLI::App(kDescription, "cwm"), .session = session};

@@ -30,6 +30,8 @@ enum class OutputForm {
 };
 
 struct Session {
+  explicit Session(Streams streams_of_the_process) : streams(streams_of_the_process) {}
+
   Streams streams;
   std::string address;
   std::string world;

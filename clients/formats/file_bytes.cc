@@ -15,7 +15,6 @@ namespace {
 absl::Status SystemError(const std::string& path, const std::string& action,
                          const std::error_code& error) {
   const std::string message = absl::StrCat(path, ": cannot ", action, ": ", error.message());
-  if (error == std::errc::no_such_file_or_directory) return absl::NotFoundError(message);
   if (error == std::errc::permission_denied || error == std::errc::read_only_file_system) {
     return absl::PermissionDeniedError(message);
   }

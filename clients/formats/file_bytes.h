@@ -13,8 +13,9 @@ namespace cwm::formats {
 // 20 million points (the server's limit) of 64 bytes, with room.
 inline constexpr std::int64_t kMaxFileBytes = std::int64_t{2} << 30;
 
-// The bytes of a regular file. NOT_FOUND when there is none, PERMISSION_DENIED when it may not be
-// read, INVALID_ARGUMENT for directories, devices and files above the limit.
+// The bytes of a regular file. PERMISSION_DENIED when it may not be read; INVALID_ARGUMENT when
+// there is none (NOT_FOUND is what a server says of a world or object), and for directories,
+// devices and files above the limit.
 absl::StatusOr<std::string> ReadFileBytes(const std::string& path,
                                           std::int64_t max_bytes = kMaxFileBytes);
 

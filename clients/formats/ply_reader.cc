@@ -76,7 +76,8 @@ class PlyParser {
         }
       }
     }
-    if (polygon_sizes_.empty()) return Error("element face", "", "must hold at least one face");
+    if (polygon_sizes_.empty())
+      return Error("element face", "", "must hold at least one face, a triangle or a polygon");
     const absl::Status split = SplitPolygons(mesh);
     if (!split.ok()) return split;
     return mesh;

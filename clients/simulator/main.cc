@@ -14,6 +14,7 @@
 #include "absl/strings/str_cat.h"
 #include "clients/formats/file_bytes.h"
 #include "clients/formats/pcd.h"
+#include "clients/formats/scalar.h"
 #include "clients/simulator/scene_edits.h"
 #include "clients/simulator/simulated_files.h"
 #include "perception/simulation/virtual_scanner.h"
@@ -33,6 +34,7 @@ struct Arguments {
   std::uint64_t seed = 1;
   bool noiseless = false;
   bool labels = false;
+  bool print_pose = false;
   std::string out, truth;
   cwm::simulator::Edits edits;
 };
@@ -58,8 +60,26 @@ absl::Status ParseSensor(const std::string& text, SensorNoise& noise) {
                    "deviation in metres"));
 }
 
+// x,y,z,qx,qy,qz,qw as `cwm ingest --x-world-sensor` takes it.
+void PrintPose(const cwm::Pose& pose) {
+  const cwm::Quaternion q(pose.linear());
+  const auto& t = pose.translation();
+  const char* separator = "";
+  for (const double value : {t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w()}) {
+    std::cout << separator << cwm::formats::FormatNumber(value);
+    separator = ",";
+  }
+  std::cout << "\n";
+}
+
 absl::Status Simulate(const Arguments& arguments) {
   namespace perception = cwm::perception;
+  const perception::PinholeCamera camera = perception::KitchenCamera();
+  if (arguments.print_pose) PrintPose(camera.X_WC);
+  if (arguments.out.empty()) {
+    return arguments.print_pose ? absl::OkStatus()
+                                : absl::InvalidArgumentError("--out is missing: the PCD file");
+  }
   perception::ScanOptions options{
       .noise = {}, .noiseless = arguments.noiseless, .seed = arguments.seed};
   if (absl::Status status = ParseSensor(arguments.sensor, options.noise); !status.ok())
@@ -70,7 +90,6 @@ absl::Status Simulate(const Arguments& arguments) {
           : perception::RandomTable(arguments.seed, arguments.object_count);
   absl::Status edited = cwm::simulator::ApplyEdits(arguments.edits, scene);
   if (!edited.ok()) return edited;
-  const perception::PinholeCamera camera = perception::KitchenCamera();
   const perception::SimulatedCloud scan = perception::Scan(scene, camera, options);
   cwm::formats::CloudFile cloud = cwm::simulator::ToCloudFile(scan.cloud);
   if (arguments.labels) {
@@ -104,8 +123,9 @@ void AddOptions(CLI::App& app, Arguments& arguments) {
   app.add_option("--move", arguments.edits.moves, "move an object (m); repeatable")
       ->allow_extra_args(false)
       ->type_name("NAME=DX,DY,DZ");
+  app.add_flag("--print-pose", arguments.print_pose,
+               "print the sensor's pose in the world, for cwm ingest --x-world-sensor");
   app.add_option("--out", arguments.out, "the PCD file: x y z in the sensor's frame")
-      ->required()
       ->type_name("C.pcd");
   app.add_option("--truth", arguments.truth, "what is there, as JSON")->type_name("T.json");
 }

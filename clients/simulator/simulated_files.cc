@@ -2,24 +2,28 @@
 
 #include <algorithm>
 #include <cstring>
+#include <limits>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <utility>
+
+#include "collision/geometry/aabb.h"
 
 namespace cwm::simulator {
 namespace {
 
 using Json = nlohmann::ordered_json;
 
+Json PointJson(const Vector3& point) {
+  return {{"tx_m", point.x()}, {"ty_m", point.y()}, {"tz_m", point.z()}};
+}
+
 Json PoseJson(const Pose& pose) {
   const Quaternion rotation(pose.linear());
-  return {pose.translation().x(),
-          pose.translation().y(),
-          pose.translation().z(),
-          rotation.x(),
-          rotation.y(),
-          rotation.z(),
-          rotation.w()};
+  Json json = PointJson(pose.translation());
+  json.update(
+      {{"qx", rotation.x()}, {"qy", rotation.y()}, {"qz", rotation.z()}, {"qw", rotation.w()}});
+  return json;
 }
 
 Json PolygonJson(const Polygon& polygon) {
@@ -80,6 +84,84 @@ std::vector<std::uint32_t> ObjectLabels(const perception::SimulatedScene& scene)
   return labels;
 }
 
+// The object in the world, all parts.
+Aabb BoundsInWorld(const perception::SimulatedObject& object) {
+  Aabb bounds;
+  for (const Placed<>& part : object.parts) {
+    bounds.extend(TightBounds(part.shape, object.X_WO * part.X_FS));
+  }
+  return bounds;
+}
+
+// Furniture is larger: the tallest thing on a counter is a bottle or a box of half a metre.
+constexpr double kMovableSize_m = 0.5;
+
+bool IsMovable(const perception::SimulatedObject& object) {
+  return !object.is_support && BoundsInWorld(object).sizes().maxCoeff() < kMovableSize_m;
+}
+
+// The movable object that stands farthest from its nearest neighbour: it can be moved a little
+// without touching one. -1: none.
+int MovableIndex(const perception::SimulatedScene& scene) {
+  int best = -1;
+  double best_gap_m = -1;
+  for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+    if (!IsMovable(scene.objects[i])) continue;
+    double gap_m = std::numeric_limits<double>::max();
+    for (std::size_t j = 0; j < scene.objects.size(); ++j) {
+      if (j == i || !IsMovable(scene.objects[j])) continue;
+      gap_m = std::min(
+          gap_m, BoundsInWorld(scene.objects[i]).exteriorDistance(BoundsInWorld(scene.objects[j])));
+    }
+    if (gap_m <= best_gap_m) continue;
+    best_gap_m = gap_m;
+    best = static_cast<int>(i);
+  }
+  return best;
+}
+
+using PointCounts = std::map<std::pair<std::int32_t, std::int32_t>, std::int64_t>;
+
+PointCounts CountPoints(const perception::SimulatedCloud& scan) {
+  PointCounts counts;
+  for (std::size_t p = 0; p < scan.object.size(); ++p) ++counts[{scan.object[p], scan.part[p]}];
+  return counts;
+}
+
+Json PartJson(const Placed<>& part, std::int64_t visible_points) {
+  Json json = {{"kind", std::string(NameOf(KindOf(part.shape)))}};
+  json.update(std::visit(DimensionsJson{}, part.shape));
+  json["x_object_shape"] = PoseJson(part.X_FS);
+  json["visible_points"] = visible_points;
+  return json;
+}
+
+Json ObjectJson(const perception::SimulatedObject& object, std::int32_t index,
+                const PointCounts& counts) {
+  Json parts = Json::array();
+  std::int64_t visible_points = 0;
+  for (std::size_t part = 0; part < object.parts.size(); ++part) {
+    const auto found = counts.find({index, static_cast<std::int32_t>(part)});
+    const std::int64_t count = found == counts.end() ? 0 : found->second;
+    parts.push_back(PartJson(object.parts[part], count));
+    visible_points += count;
+  }
+  const Aabb bounds = BoundsInWorld(object);
+  Json json = {{"name", object.name},
+               {"is_support", object.is_support},
+               {"x_world_object", PoseJson(object.X_WO)},
+               {"centre", PointJson(bounds.center())},
+               {"size_m", {bounds.sizes().x(), bounds.sizes().y(), bounds.sizes().z()}},
+               {"top_z_m", bounds.max().z()},
+               {"visible_points", visible_points}};
+  if (!parts.empty()) {
+    json["main_shape"] = parts.front().at("kind");
+    if (parts.front().contains("radius_m")) json["radius_m"] = parts.front().at("radius_m");
+  }
+  json["parts"] = std::move(parts);
+  return json;
+}
+
 }  // namespace
 
 formats::CloudFile ToCloudFile(const perception::PointCloud& cloud) {
@@ -108,37 +190,18 @@ std::vector<std::uint32_t> TrueLabels(const perception::SimulatedScene& scene,
 std::string TruthJson(const perception::SimulatedScene& scene,
                       const perception::PinholeCamera& camera,
                       const perception::SimulatedCloud& scan) {
-  std::map<std::pair<std::int32_t, std::int32_t>, std::int64_t> point_counts;
-  for (std::size_t p = 0; p < scan.object.size(); ++p) {
-    ++point_counts[{scan.object[p], scan.part[p]}];
-  }
+  const PointCounts counts = CountPoints(scan);
   const std::vector<std::uint32_t> labels = ObjectLabels(scene);
   Json objects = Json::array();
-  for (std::size_t o = 0; o < scene.objects.size(); ++o) {
-    const perception::SimulatedObject& object = scene.objects[o];
-    Json parts = Json::array();
-    std::int64_t total = 0;
-    for (std::size_t part = 0; part < object.parts.size(); ++part) {
-      const auto count =
-          point_counts[{static_cast<std::int32_t>(o), static_cast<std::int32_t>(part)}];
-      const Placed<>& placed = object.parts[part];
-      Json json = {{"kind", std::string(NameOf(KindOf(placed.shape)))}};
-      json.update(std::visit(DimensionsJson{}, placed.shape));
-      json["x_object_shape"] = PoseJson(placed.X_FS);
-      json["point_count"] = count;
-      parts.push_back(std::move(json));
-      total += count;
-    }
-    objects.push_back({{"name", object.name},
-                       {"label", labels[o]},
-                       {"is_support", object.is_support},
-                       {"x_world_object", PoseJson(object.X_WO)},
-                       {"point_count", total},
-                       {"parts", std::move(parts)}});
+  for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+    Json object = ObjectJson(scene.objects[i], static_cast<std::int32_t>(i), counts);
+    object["label"] = labels[i];
+    objects.push_back(std::move(object));
   }
   const Json truth = {{"x_world_sensor", PoseJson(camera.X_WC)},
                       {"width", camera.width},
                       {"height", camera.height},
+                      {"movable_index", MovableIndex(scene)},
                       {"objects", std::move(objects)}};
   return truth.dump(1) + "\n";
 }

@@ -18,9 +18,11 @@ formats::CloudFile ToCloudFile(const perception::PointCloud& cloud);
 std::vector<std::uint32_t> TrueLabels(const perception::SimulatedScene& scene,
                                       const perception::SimulatedCloud& scan);
 
-// JSON: x_world_sensor, and for each object its name, label, pose in the world, number of points,
-// and parts with kind, dimensions (metres, named as in cwm.v1), pose in the object and number of
-// points. Poses are tx ty tz qx qy qz qw.
+// JSON: x_world_sensor; for each object its name, label, whether it is a support, pose, centre,
+// size and top of its axis-aligned bounds in the world, points that see it, and parts with kind,
+// dimensions (metres, named as in cwm.v1), pose in the object and points; main_shape and radius_m
+// repeat those of the first part. movable_index is the object that one may move by some
+// centimetres; -1: none. Poses are objects with tx_m ty_m tz_m qx qy qz qw.
 std::string TruthJson(const perception::SimulatedScene& scene,
                       const perception::PinholeCamera& camera,
                       const perception::SimulatedCloud& scan);

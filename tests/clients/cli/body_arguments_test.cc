@@ -14,7 +14,8 @@ absl::StatusOr<std::vector<cwm::v1::Subject>> Read(const BodyArguments& body,
                                                    const std::string& in) {
   std::istringstream input(in);
   std::ostringstream out, err;
-  return ReadSubjects(body, {.in = input, .out = out, .err = err});
+  Session session({.in = input, .out = out, .err = err});
+  return ReadSubjects(body, session);
 }
 
 TEST(ReadSubjects, TakesAShapeAtSeveralPoses) {

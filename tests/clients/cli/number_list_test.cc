@@ -18,7 +18,7 @@ TEST(NumberList, ReadsNumbersAndPoses) {
 }
 
 TEST(NumberList, NamesOptionTextAndForm) {
-  for (const char* text : {"", "1,2", "1,2,3,4", "1,,3", "1,2,nan", "1,2,inf", "a,b,c", "1 2 3"}) {
+  for (const char* text : {"", "1,2", "1,2,3,4", "1,,3", "1,2,x", "a,b,c", "1 2 3"}) {
     const auto numbers = ParseNumbers(text, {"--box", "X,Y,Z", 3});
     EXPECT_TRUE(IsUsageError(numbers.status())) << text;
     EXPECT_THAT(std::string(numbers.status().message()), HasSubstr("--box: \""));

@@ -89,7 +89,7 @@ TEST(MessageJson, TakesTheBytesOfAFile) {
   const auto status = FromJson("{\"rays\": {\"data\": \"@" + path + "\"}}", request);
   ASSERT_TRUE(status.ok()) << status;
   EXPECT_EQ(request.rays().data(), std::string("\0\xff\n", 3));
-  EXPECT_TRUE(absl::IsNotFound(FromJson("{\"rays\": {\"data\": \"@/no/such\"}}", request)));
+  EXPECT_TRUE(absl::IsInvalidArgument(FromJson("{\"rays\": {\"data\": \"@/no/such\"}}", request)));
   EXPECT_TRUE(absl::IsInvalidArgument(FromJson("{\"rayz\": 1}", request)));
   EXPECT_TRUE(absl::IsInvalidArgument(FromJson("[1", request)));
 }
@@ -99,7 +99,8 @@ TEST(MeshFrames, TurnAndShiftVertices) {
   pose.set_tx_m(10);
   pose.set_qz(std::sqrt(0.5));
   pose.set_qw(std::sqrt(0.5));
-  const formats::MeshFile mesh = Transformed(pose, {.vertices = {{1, 2, 3}}, .triangles = {}});
+  const formats::MeshFile mesh =
+      Transformed(pose, formats::MeshFile{.vertices = {{1, 2, 3}}, .triangles = {}});
   constexpr double kRounding_m = 1e-14;
   EXPECT_NEAR(mesh.vertices[0][0], 8, kRounding_m);
   EXPECT_NEAR(mesh.vertices[0][1], 1, kRounding_m);

@@ -51,13 +51,13 @@ TEST(Run, EndsWithUsageOnMistakesOfTheCommandLine) {
       {"objects", "-o", "xml"},
       {"distance", "--box", "1,2", "--at", "0,0,0"},
       {"distance", "--box", "1,2,x", "--at", "0,0,0"},
-      {"distance", "--box", "1,2,3"},
       {"distance", "--box", "1,2,3", "--sphere", "1", "--at", "0,0,0"},
       {"distance", "--box", "1,2,3", "--object", "cup", "--at", "0,0,0"},
       {"distance", "--sphere", "1", "--at", "0,0"},
       {"distance", "--sphere", "1", "--at", "0,0,0", "--engine", "magic"},
       {"distance", "--sphere", "1", "--at", "0,0,0", "--at-revision", "yesterday"},
       {"ray", "--from", "0,0,0"},
+      {"ray", "--from", "cup+0,0", "--direction", "0,0,1"},
       {"ray", "--from", "0,0,0", "--to", "1,1,1", "--direction", "1,0,0"},
       {"move", "cup"},
       {"put", "cup"},
@@ -98,9 +98,9 @@ TEST(Run, SaysThatNoServerListensAndWhatToDo) {
   }
 }
 
-TEST(Run, TellsBadFilesFromMissingOnes) {
-  EXPECT_EQ(RunWith({"ingest", "no-such-file.pcd"}).code, ExitCode::kNotFound);
-  EXPECT_EQ(RunWith({"import", "no-such-file.yaml"}).code, ExitCode::kNotFound);
+TEST(Run, CallsFilesThatCannotBeReadBadInput) {
+  EXPECT_EQ(RunWith({"ingest", "no-such-file.pcd"}).code, ExitCode::kBadInput);
+  EXPECT_EQ(RunWith({"import", "no-such-file.yaml"}).code, ExitCode::kBadInput);
   const Outcome folder = RunWith({"ingest", "/"});
   EXPECT_EQ(folder.code, ExitCode::kBadInput);
   EXPECT_THAT(folder.err, HasSubstr("not a regular file"));

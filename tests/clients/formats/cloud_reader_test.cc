@@ -27,7 +27,7 @@ TEST(ReadCloud, TellsFormatsApartByTheirContent) {
 }
 
 TEST(ReadCloud, NamesWhatItCannotRead) {
-  EXPECT_EQ(ReadCloud(Scratch("absent.pcd")).status().code(), absl::StatusCode::kNotFound);
+  EXPECT_EQ(ReadCloud(Scratch("absent.pcd")).status().code(), absl::StatusCode::kInvalidArgument);
   EXPECT_THAT(std::string(ReadCloud(::testing::TempDir()).status().message()),
               HasSubstr("not a regular file"));
   const std::string path = Scratch("text.pcd");
@@ -50,7 +50,7 @@ TEST(WriteFileBytes, ReplacesTheFileAndNamesAFolderThatIsNotThere) {
   EXPECT_FALSE(ReadFileBytes(path, 5).ok());
   std::filesystem::remove(path);
   const auto status = WriteFileBytes(Scratch("no_such_folder/file"), "x");
-  EXPECT_EQ(status.code(), absl::StatusCode::kNotFound);
+  EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
   EXPECT_THAT(std::string(status.message()), HasSubstr("no_such_folder/file"));
 }
 

@@ -1,0 +1,111 @@
+#include "clients/cli/row_columns.h"
+
+#include <cstdint>
+#include <cstring>
+#include <string>
+
+namespace cwm::cli {
+namespace {
+
+namespace pb = cwm::v1;
+
+// Row-major numbers in the bytes of a column.
+template <class T>
+class ColumnReader {
+ public:
+  explicit ColumnReader(const std::string& bytes) : bytes_(bytes) {}
+  std::size_t size() const { return bytes_.size() / sizeof(T); }
+  T operator[](std::size_t i) const {
+    T value;
+    std::memcpy(&value, bytes_.data() + i * sizeof(T), sizeof(T));
+    return value;
+  }
+
+ private:
+  const std::string& bytes_;
+};
+
+absl::Status Mismatch() {
+  return absl::DataLossError("the columns of the server's answer do not fit together");
+}
+
+void SetVector(const ColumnReader<double>& column, std::size_t i, pb::Vector3* vector) {
+  vector->set_x(column[3 * i]);
+  vector->set_y(column[3 * i + 1]);
+  vector->set_z(column[3 * i + 2]);
+}
+
+bool Fit(const pb::PairColumns& columns, std::size_t count) {
+  const std::size_t vector_bytes = 3 * sizeof(double) * count;
+  return columns.distance_m().size() == sizeof(double) * count &&
+         columns.point_body().size() == vector_bytes &&
+         columns.point_object().size() == vector_bytes && columns.normal().size() == vector_bytes &&
+         columns.object_index().size() == sizeof(std::int32_t) * count &&
+         columns.body_part().size() == sizeof(std::int32_t) * count &&
+         columns.object_part().size() == sizeof(std::int32_t) * count &&
+         columns.trust().size() == count &&
+         (columns.bound_m().empty() || columns.bound_m().size() == sizeof(double) * count);
+}
+
+template <class Response>
+absl::Status ExpandPairs(Response& response) {
+  if (!response.has_columns()) return absl::OkStatus();
+  const pb::PairColumns& columns = response.columns();
+  const ColumnReader<std::uint32_t> row_begin(columns.row_begin());
+  const std::size_t rows = row_begin.size() == 0 ? 0 : row_begin.size() - 1;
+  const std::size_t count = rows == 0 ? 0 : row_begin[rows];
+  if (!Fit(columns, count)) return Mismatch();
+  const ColumnReader<double> distance(columns.distance_m()), body(columns.point_body()),
+      object(columns.point_object()), normal(columns.normal()), bound(columns.bound_m());
+  const ColumnReader<std::int32_t> index(columns.object_index()), body_part(columns.body_part()),
+      object_part(columns.object_part());
+  for (std::size_t row = 0; row < rows; ++row) {
+    pb::PairRows& answers = *response.add_rows();
+    if (row_begin[row] > row_begin[row + 1] || row_begin[row + 1] > count) return Mismatch();
+    for (std::size_t i = row_begin[row]; i < row_begin[row + 1]; ++i) {
+      if (index[i] < 0 || index[i] >= response.objects_size()) return Mismatch();
+      pb::PairRow& pair = *answers.add_answers();
+      pair.set_distance_m(distance[i]);
+      SetVector(body, i, pair.mutable_point_body());
+      SetVector(object, i, pair.mutable_point_object());
+      SetVector(normal, i, pair.mutable_normal());
+      pair.set_object(response.objects(index[i]).name());
+      pair.set_body_part(body_part[i]);
+      pair.set_object_part(object_part[i]);
+      pair.set_trust(static_cast<pb::Trust>(columns.trust()[i]));
+      if (bound.size() > 0 && pair.trust() == pb::TRUST_BOUNDED) pair.set_bound_m(bound[i]);
+    }
+  }
+  response.clear_columns();
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+absl::Status ExpandRows(pb::GetDistancesResponse& response) { return ExpandPairs(response); }
+absl::Status ExpandRows(pb::GetContactsResponse& response) { return ExpandPairs(response); }
+
+absl::Status ExpandRows(pb::CheckCollisionsResponse& response) {
+  const std::size_t rows = response.verdicts().size();
+  const ColumnReader<std::int32_t> index(response.object_index()), body_part(response.body_part()),
+      object_part(response.object_part());
+  if (index.size() != rows || body_part.size() != rows || object_part.size() != rows) {
+    return Mismatch();
+  }
+  for (std::size_t row = 0; row < rows; ++row) {
+    pb::CollisionRow& answer = *response.add_rows();
+    answer.set_verdict(static_cast<pb::Verdict>(response.verdicts()[row]));
+    if (answer.verdict() != pb::VERDICT_COLLISION) continue;
+    if (index[row] < 0 || index[row] >= response.objects_size()) return Mismatch();
+    answer.set_object(response.objects(index[row]).name());
+    answer.set_body_part(body_part[row]);
+    answer.set_object_part(object_part[row]);
+  }
+  response.clear_verdicts();
+  response.clear_object_index();
+  response.clear_body_part();
+  response.clear_object_part();
+  return absl::OkStatus();
+}
+
+}  // namespace cwm::cli
