@@ -69,10 +69,10 @@ Matrix3 AxesOf(const BoxFaces& faces, const std::vector<ShapeFit>& fits, const V
   return R;
 }
 
-std::vector<std::uint32_t> AllInliers(const BoxFaces& faces, const std::vector<ShapeFit>& fits) {
+std::vector<std::uint32_t> AllCovered(const BoxFaces& faces, const std::vector<ShapeFit>& fits) {
   std::vector<std::uint32_t> all;
   for (std::size_t k : faces) {
-    all.insert(all.end(), fits[k].inliers.begin(), fits[k].inliers.end());
+    all.insert(all.end(), fits[k].covered.begin(), fits[k].covered.end());
   }
   return all;
 }
@@ -146,7 +146,7 @@ Solid MakeBox(const BoxFaces& faces, const std::vector<ShapeFit>& fits, const Fi
               const Ground& ground) {
   const Matrix3 R = AxesOf(faces, fits, ground.up);
   Solid solid;
-  solid.inliers = AllInliers(faces, fits);
+  solid.inliers = AllCovered(faces, fits);
   Vector3 low, high;
   bool bottom_seen = false;
   for (int k = 0; k < 3; ++k) {

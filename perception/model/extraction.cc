@@ -35,7 +35,8 @@ Extraction ExtractShapes(const FitContext& context, std::stop_token stop) {
     const std::optional<Candidate> leader = search.Next();
     if (!leader) break;
     if (std::optional<ShapeFit> fit = SelectModel(*leader, candidates, context)) {
-      candidates.Remove(OnAndBeside(*fit, context, candidates.available()));
+      fit->covered = OnAndBeside(*fit, context, candidates.available());
+      candidates.Remove(fit->covered);
       out.fits.push_back(*std::move(fit));
     } else {
       candidates.Refuse(*leader);

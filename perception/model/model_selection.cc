@@ -97,47 +97,68 @@ std::vector<AnyModel> OverlappingCandidates(const Candidate& leader, const Candi
   return models;
 }
 
-std::vector<AnyModel> Proposals(const Candidate& leader, const CandidateList& list,
-                                const FitContext& c) {
-  std::vector<AnyModel> models;
-  models.push_back(leader.model);
-  const std::vector<SamplePoint> fan = FanOf(leader.inliers, c);
-  if (c.options.search_planes && !IsPlane(leader.model)) models.push_back(MeanPlane(fan));
-  if (c.options.search_spheres) {
-    if (const auto sphere = SphereModel::FromSample(fan)) models.push_back(*sphere);
+struct Proposal {
+  AnyModel model;
+  AxisFreedom axis = AxisFreedom::kFree;
+};
+
+// Upright ones have two degrees of freedom less: from one side, a cup looks like a can that leans.
+void ProposeAround(const std::vector<SamplePoint>& fan, const Vector3& axis, AxisFreedom freedom,
+                   const ModelerOptions& options, std::vector<Proposal>& proposals) {
+  if (options.search_cylinders) {
+    const auto cylinder = CylinderModel::AroundAxis(fan, axis);
+    if (cylinder) proposals.push_back({*cylinder, freedom});
   }
-  if (c.options.search_cylinders) {
-    const auto cylinder = CylinderModel::AroundAxis(fan, AxisOfFan(fan, FanCenter::kZero));
-    if (cylinder) models.push_back(*cylinder);
+  if (options.search_cones) {
+    const auto cone = ConeModel::AroundAxis(fan, axis);
+    if (cone) proposals.push_back({*cone, freedom});
   }
-  if (c.options.search_cones) {
-    const auto cone = ConeModel::AroundAxis(fan, AxisOfFan(fan, FanCenter::kMean));
-    if (cone) models.push_back(*cone);
-  }
-  for (AnyModel& model : OverlappingCandidates(leader, list, c)) models.push_back(model);
-  return models;
 }
 
-// One fit per kind, the one with the most inliers.
+std::vector<Proposal> Proposals(const Candidate& leader, const CandidateList& list,
+                                const FitContext& c) {
+  std::vector<Proposal> proposals;
+  proposals.push_back({leader.model});
+  const std::vector<SamplePoint> fan = FanOf(leader.inliers, c);
+  if (c.options.search_planes && !IsPlane(leader.model)) proposals.push_back({MeanPlane(fan)});
+  if (c.options.search_spheres) {
+    if (const auto sphere = SphereModel::FromSample(fan)) proposals.push_back({*sphere});
+  }
+  ProposeAround(fan, c.up, AxisFreedom::kHeld, c.options, proposals);
+  ProposeAround(fan, AxisOfFan(fan, FanCenter::kZero), AxisFreedom::kFree, c.options, proposals);
+  ProposeAround(fan, AxisOfFan(fan, FanCenter::kMean), AxisFreedom::kFree, c.options, proposals);
+  for (AnyModel& model : OverlappingCandidates(leader, list, c)) proposals.push_back({model});
+  return proposals;
+}
+
+// One fit per kind and freedom of the axis, the one with the most inliers, by degrees of freedom.
 std::vector<ShapeFit> FitRivals(const Candidate& leader, const CandidateList& list,
                                 const FitContext& c) {
-  std::vector<std::optional<ShapeFit>> best(std::variant_size_v<AnyModel>);
-  const auto keep = [&best](std::optional<ShapeFit> fit) {
-    if (!fit) return;
-    std::optional<ShapeFit>& slot = best[fit->model.index()];
-    if (!slot || fit->inliers.size() > slot->inliers.size()) slot = std::move(fit);
-  };
-  for (const AnyModel& model : Proposals(leader, list, c)) {
-    keep(FitShape(model, c, list.available()));
-  }
-  if (const std::optional<ShapeFit>& fit = best[AnyModel(CylinderModel()).index()];
-      fit && c.options.search_cones) {
-    keep(FitShape(std::get<CylinderModel>(fit->model).AsCone(), c, list.available()));
-  }
   std::vector<ShapeFit> rivals;
-  for (std::optional<ShapeFit>& fit : best) {
-    if (fit && HoldsLimits(*fit, c)) rivals.push_back(std::move(*fit));
+  const auto keep = [&](std::optional<ShapeFit> fit) {
+    if (!fit || !HoldsLimits(*fit, c)) return;
+    for (ShapeFit& rival : rivals) {
+      if (rival.model.index() != fit->model.index() || rival.axis != fit->axis) continue;
+      if (fit->inliers.size() > rival.inliers.size()) rival = *std::move(fit);
+      return;
+    }
+    rivals.push_back(*std::move(fit));
+  };
+  for (const Proposal& proposal : Proposals(leader, list, c)) {
+    keep(FitShape(proposal.model, proposal.axis, c, list.available()));
   }
+  if (c.options.search_cones) {  // a cone may grow out of a cylinder
+    for (std::size_t k = 0, count = rivals.size(); k < count; ++k) {
+      const auto* cylinder = std::get_if<CylinderModel>(&rivals[k].model);
+      if (cylinder == nullptr) continue;
+      keep(FitShape(cylinder->AsCone(), rivals[k].axis, c, list.available()));
+    }
+  }
+  std::stable_sort(rivals.begin(), rivals.end(), [](const ShapeFit& a, const ShapeFit& b) {
+    const int of_a = DegreesOfFreedom(a.model, a.axis);
+    const int of_b = DegreesOfFreedom(b.model, b.axis);
+    return of_a != of_b ? of_a < of_b : a.model.index() < b.model.index();
+  });
   return rivals;
 }
 
@@ -184,7 +205,7 @@ std::vector<PlaneModel> FacesOf(const std::vector<std::uint32_t>& listed, const 
 // Whether two or three planes explain the region better than the curved shape.
 bool FacesExplainBetter(const ShapeFit& curved, const std::vector<std::uint32_t>& region,
                         const FitContext& c) {
-  const double rival = EvaluateCriterion(curved.model, c, region).value;
+  const double rival = EvaluateCriterion(curved.model, curved.axis, c, region).value;
   std::vector<PlaneModel> faces = FacesOf(region, c);
   for (; faces.size() >= 2; faces.pop_back()) {
     if (EvaluateCriterion(faces, c, region).value < rival) return true;
@@ -201,9 +222,9 @@ bool SlopeIsSignificant(const ShapeFit& cone) {
 std::size_t BestOf(const std::vector<ShapeFit>& rivals, const std::vector<std::uint32_t>& region,
                    const FitContext& c) {
   std::size_t best = 0;
-  Criterion best_value = EvaluateCriterion(rivals[0].model, c, region);
+  Criterion best_value = EvaluateCriterion(rivals[0].model, rivals[0].axis, c, region);
   for (std::size_t k = 1; k < rivals.size(); ++k) {
-    const Criterion value = EvaluateCriterion(rivals[k].model, c, region);
+    const Criterion value = EvaluateCriterion(rivals[k].model, rivals[k].axis, c, region);
     if (value.value < best_value.value && value.rms_sigma < kLeastGain * best_value.rms_sigma) {
       best = k, best_value = value;
     }

@@ -107,7 +107,7 @@ std::optional<Solid> MakePlaneSolid(const ShapeFit& fit, const FitContext& conte
   const auto& plane = std::get<PlaneModel>(fit.model);
   Matrix3 face = BasisFromZ(plane.normal);
   std::vector<Vector2> flat;
-  for (std::uint32_t i : fit.inliers) {
+  for (std::uint32_t i : fit.covered) {
     const Vector3 x = context.points.p[i] - plane.point;
     flat.emplace_back(face.col(0).dot(x), face.col(1).dot(x));
   }
@@ -124,7 +124,13 @@ std::optional<Solid> MakePlaneSolid(const ShapeFit& fit, const FitContext& conte
     const Vector3 x = rectangle.x.x() * face.col(0) + rectangle.x.y() * face.col(1);
     face.col(0) = x;
     face.col(1) = plane.normal.cross(x);
-    Eigen::AlignedBox2d bounds = rectangle.bounds;
+    Eigen::AlignedBox2d bounds;
+    for (int k = 0; k < 2; ++k) {
+      const Interval extent = ExtentAlong(face.col(k), context.points, fit.covered);
+      const double at_m = face.col(k).dot(plane.point);
+      bounds.min()(k) = extent.low_m - at_m;
+      bounds.max()(k) = extent.high_m - at_m;
+    }
     StandOnGround(face, plane, ground, bounds);
     if (!(bounds.sizes().minCoeff() > 0)) return std::nullopt;
     solid = BoxBehind(face, plane, bounds, thickness_m);

@@ -9,7 +9,10 @@
 namespace cwm::perception {
 namespace {
 
-constexpr double kCapSlack_m = 0.015;     // between a cap and the last inliers of the wall
+// Between a cap and the last points of the wall: normals are those of neighbourhoods of 7 sigma, so
+// near the rim they agree with neither.
+constexpr double kCapSlack_m = 0.01;
+constexpr double kCapSlack_sigma = 7;
 constexpr double kDerivativeStep = 1e-6;  // metres or radians
 
 // Heights along the axis, relative to the cone's point.
@@ -76,6 +79,12 @@ std::vector<double> CoefficientSigmas(const M& model, const Ends& ends,
 ConeModel AsCone(const CylinderModel& m) { return m.AsCone(); }
 ConeModel AsCone(const ConeModel& m) { return m; }
 
+double MeanSigma_m(const ShapeFit& fit, const FitContext& c) {
+  double sum = 0;
+  for (std::uint32_t i : fit.inliers) sum += c.points.sigma_m[i];
+  return sum / static_cast<double>(fit.inliers.size());
+}
+
 // A disc across the wall's end: normal to the axis, facing away from the wall, within its radius.
 bool IsCap(const PlaneModel& plane, const ShapeFit& disc, const ConeModel& wall, const Ends& ends,
            const FitContext& c, double& height_m) {
@@ -84,13 +93,14 @@ bool IsCap(const PlaneModel& plane, const ShapeFit& disc, const ConeModel& wall,
   // Where the axis meets the plane.
   height_m = plane.normal.dot(plane.point - wall.point) / along;
   const double end_m = along > 0 ? ends.top_m : ends.bottom_m;
-  if (std::abs(height_m - end_m) > kCapSlack_m) return false;
+  const double slack_m = kCapSlack_m + kCapSlack_sigma * MeanSigma_m(disc, c);
+  if (std::abs(height_m - end_m) > slack_m) return false;
   double off_axis_m = 0;
   for (std::uint32_t i : disc.inliers) {
     const Vector3 x = c.points.p[i] - wall.point;
     off_axis_m = std::max(off_axis_m, (x - wall.axis.dot(x) * wall.axis).norm());
   }
-  return off_axis_m <= wall.RadiusAt_m(height_m) + kCapSlack_m;
+  return off_axis_m <= wall.RadiusAt_m(height_m) + slack_m;
 }
 
 void ApplyCaps(const ConeModel& wall, const std::vector<ShapeFit>& fits, const FitContext& c,
@@ -128,12 +138,6 @@ bool LiftAboveGround(Solid& solid, const Ground& ground, double sigma_m) {
   return true;
 }
 
-double MeanSigma_m(const ShapeFit& fit, const FitContext& c) {
-  double sum = 0;
-  for (std::uint32_t i : fit.inliers) sum += c.points.sigma_m[i];
-  return sum / static_cast<double>(fit.inliers.size());
-}
-
 std::optional<Solid> MakeSphere(const SphereModel& sphere, const ShapeFit& fit, const FitContext& c,
                                 const Ground& ground) {
   if (sphere.side == SeenFrom::kInside) return std::nullopt;
@@ -150,7 +154,7 @@ std::optional<Solid> MakeAxial(const Axial& model, const ShapeFit& fit,
                                const Ground& ground, std::vector<char>& used) {
   if (model.side == SeenFrom::kInside) return std::nullopt;
   const ConeModel wall = AsCone(model);
-  const Interval extent = ExtentAlong(wall.axis, c.points, fit.inliers);
+  const Interval extent = ExtentAlong(wall.axis, c.points, fit.covered);
   const double origin_m = wall.axis.dot(wall.point);
   Ends ends{extent.low_m - origin_m, extent.high_m - origin_m};
   Solid solid;

@@ -53,10 +53,11 @@ bool Enough(const std::vector<std::uint32_t>& inliers, const FitContext& c) {
 }
 
 template <ShapeModel M>
-std::optional<ShapeFit> FitOne(M model, const FitContext& c, const std::vector<char>& available) {
+std::optional<ShapeFit> FitOne(M model, AxisFreedom axis, const FitContext& c,
+                               const std::vector<char>& available) {
   constexpr double kFirstGate = std::is_same_v<M, ConeModel> ? kStrictGate : 1;
   const RefineOptions options{.residual = Residual::kOrthogonal,
-                              .axis = AxisFreedom::kFree,
+                              .axis = axis,
                               .max_iterations = kRoughIterations,
                               .noise = c.noise};
   std::vector<std::uint32_t> inliers;
@@ -70,9 +71,11 @@ std::optional<ShapeFit> FitOne(M model, const FitContext& c, const std::vector<c
   }
   inliers = ConnectedInliers(model, c, available, 1);
   if (!Enough(inliers, c)) return std::nullopt;
-  return ShapeFit{.model = model.Centred(Centroid(c.points, inliers)),
-                  .inliers = std::move(inliers),
-                  .covariance = {}};
+  ShapeFit fit;
+  fit.model = model.Centred(Centroid(c.points, inliers));
+  fit.axis = axis;
+  fit.inliers = std::move(inliers);
+  return fit;
 }
 
 const Vector3* DirectionOf(const PlaneModel& m) { return &m.normal; }
@@ -124,28 +127,35 @@ std::optional<Refined<M>> SnapToUp(const Refined<M>& free, const FitContext& c,
   const Vector3 snapped = direction->dot(c.up) > 0 ? c.up : Vector3(-c.up);
   auto held = RefineFinally(WithDirection(free.model, snapped), c, inliers, AxisFreedom::kHeld);
   if (!held || !WithinLimits(held->model, c.options)) return std::nullopt;
-  // Two parameters less.
-  const double saved = 2 * std::log(std::max(2.0, c.IndependentSamples(inliers.size())));
-  const double loss = EvaluateCriterion(AnyModel(held->model), c, inliers).value -
-                      EvaluateCriterion(AnyModel(free.model), c, inliers).value;
-  return loss < saved ? held : std::nullopt;
+  const double loss = EvaluateCriterion(held->model, AxisFreedom::kHeld, c, inliers).value -
+                      EvaluateCriterion(free.model, AxisFreedom::kFree, c, inliers).value;
+  return loss < 0 ? held : std::nullopt;
 }
 
 template <ShapeModel M>
 std::optional<ShapeFit> FinishOne(const M& start, const ShapeFit& fit, const FitContext& c,
                                   const std::vector<char>& available) {
-  std::optional<Refined<M>> best =
-      RefineFinally(Canonical(start, c.up), c, fit.inliers, AxisFreedom::kFree);
+  ShapeFit out;
+  out.axis = fit.axis;
+  std::optional<Refined<M>> best = RefineFinally(Canonical(start, c.up), c, fit.inliers, fit.axis);
   if (!best || !WithinLimits(best->model, c.options)) return std::nullopt;
-  if (std::optional<Refined<M>> snapped = SnapToUp(*best, c, fit.inliers)) best = snapped;
-  ShapeFit out{.model = best->model,
-               .inliers = ConnectedInliers(best->model, c, available, 1),
-               .covariance = {}};
+  if (fit.axis == AxisFreedom::kFree) {
+    if (std::optional<Refined<M>> snapped = SnapToUp(*best, c, fit.inliers)) {
+      best = snapped;
+      out.axis = AxisFreedom::kHeld;
+    }
+  }
+  out.model = best->model;
+  out.inliers = ConnectedInliers(best->model, c, available, 1);
   if (!Enough(out.inliers, c)) return std::nullopt;
   // The information is of the points used, as if they were independent.
   const double all = c.IndependentSamples(fit.inliers.size());
   const double scale = best->points_used / std::max(all, 1.0) * std::max(1.0, best->chi_square);
   out.covariance = scale * best->information.inverse();
+  if (M::kFirstTilt >= 0 && out.axis == AxisFreedom::kHeld) {
+    out.covariance.middleRows(std::max(M::kFirstTilt, 0), 2).setZero();
+    out.covariance.middleCols(std::max(M::kFirstTilt, 0), 2).setZero();
+  }
   return out;
 }
 
@@ -174,9 +184,13 @@ Vector3 CanonicalAxis(const Vector3& axis, const Vector3& up) {
   return sign < 0 ? Vector3(-axis) : axis;
 }
 
-std::optional<ShapeFit> FitShape(const AnyModel& start, const FitContext& context,
+int DegreesOfFreedom(const AnyModel& model, AxisFreedom axis) {
+  return ParameterCount(model) - (axis == AxisFreedom::kHeld ? 2 : 0);
+}
+
+std::optional<ShapeFit> FitShape(const AnyModel& start, AxisFreedom axis, const FitContext& context,
                                  const std::vector<char>& available) {
-  return std::visit([&](const auto& m) { return FitOne(m, context, available); }, start);
+  return std::visit([&](const auto& m) { return FitOne(m, axis, context, available); }, start);
 }
 
 std::optional<ShapeFit> FinishFit(const ShapeFit& fit, const FitContext& context,
@@ -185,7 +199,7 @@ std::optional<ShapeFit> FinishFit(const ShapeFit& fit, const FitContext& context
                     fit.model);
 }
 
-Criterion EvaluateCriterion(const AnyModel& model, const FitContext& context,
+Criterion EvaluateCriterion(const AnyModel& model, AxisFreedom axis, const FitContext& context,
                             const std::vector<std::uint32_t>& listed) {
   const double squares = std::visit(
       [&](const auto& m) {
@@ -194,7 +208,7 @@ Criterion EvaluateCriterion(const AnyModel& model, const FitContext& context,
         return sum;
       },
       model);
-  return MakeCriterion(squares, listed.size(), ParameterCount(model), context);
+  return MakeCriterion(squares, listed.size(), DegreesOfFreedom(model, axis), context);
 }
 
 Criterion EvaluateCriterion(const std::vector<PlaneModel>& planes, const FitContext& context,

@@ -33,19 +33,25 @@ struct FitContext {
 
 struct ShapeFit {
   AnyModel model;
-  std::vector<std::uint32_t> inliers;  // model points, one connected component, ascending
-  Eigen::MatrixXd covariance;          // of the local parameters; empty before FinishFit
+  AxisFreedom axis = AxisFreedom::kFree;  // held: to up, two degrees of freedom less
+  std::vector<std::uint32_t> inliers;     // model points, one connected component, ascending
+  Eigen::MatrixXd covariance;             // of the local parameters; empty before FinishFit
+  // Inliers and what lies on the surface beside them whatever its normal says: normals are rounded
+  // at edges, so the shape's extent is that of these. Empty before the shape is extracted.
+  std::vector<std::uint32_t> covered;
 };
 
 // Alternates inlier selection among the available points (one flag each) with refinement of the
 // orthogonal residuals, from `start`. Cones begin with a stricter gate (paper, section V). Nothing
 // when fewer than min_inliers measured points are left, or a radius leaves its limits.
-std::optional<ShapeFit> FitShape(const AnyModel& start, const FitContext& context,
+std::optional<ShapeFit> FitShape(const AnyModel& start, AxisFreedom axis, const FitContext& context,
                                  const std::vector<char>& available);
 
+int DegreesOfFreedom(const AnyModel& model, AxisFreedom axis);
+
 // The last refinement, of the residual along the sensor's ray; an axis or normal within 3 degrees
-// of up is made to point up when the criterion allows it. Sets the covariance. Nothing when
-// the result breaks the limits of FitShape.
+// of up is made to point up when the criterion allows it; one that is held stays. Sets the
+// covariance. Nothing when the result breaks the limits of FitShape.
 std::optional<ShapeFit> FinishFit(const ShapeFit& fit, const FitContext& context,
                                   const std::vector<char>& available);
 
@@ -55,7 +61,7 @@ struct Criterion {
   double value = 0;
   double rms_sigma = 0;  // root of the mean truncated square
 };
-Criterion EvaluateCriterion(const AnyModel& model, const FitContext& context,
+Criterion EvaluateCriterion(const AnyModel& model, AxisFreedom axis, const FitContext& context,
                             const std::vector<std::uint32_t>& listed);
 // For several planes at once, each point counting for the nearest that agrees with its normal.
 Criterion EvaluateCriterion(const std::vector<PlaneModel>& planes, const FitContext& context,

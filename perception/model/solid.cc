@@ -6,6 +6,25 @@
 #include "collision/geometry/aabb.h"
 
 namespace cwm::perception {
+namespace {
+
+constexpr double kExtentBin_m = 0.004;  // about two standard deviations of the noise
+constexpr int kMostBins = 128;
+constexpr int kFewestBins = 6;  // shorter than 24 mm: the ends are all there is
+
+// From the first bin on, where an edge of full density would lie that holds as many points as the
+// ragged one: points scatter beyond an edge as much as they are missing before it.
+double RaggedEnd_m(const std::vector<double>& counts, double typical, double width_m) {
+  double outside = 0;
+  for (std::size_t k = 0; k < counts.size(); ++k) {
+    outside += std::min(counts[k], typical);
+    if (counts[k] < 0.5 * typical) continue;
+    return static_cast<double>(k + 1) * width_m - std::min(outside / typical, 2.0) * width_m;
+  }
+  return 0;
+}
+
+}  // namespace
 
 double LowestHeight_m(const Solid& solid, const Ground& ground) {
   // Bounds in a frame whose z is up, its origin on the ground.
@@ -24,12 +43,24 @@ double Quantile(std::vector<double> values, double share) {
 
 Interval ExtentAlong(const Vector3& direction, const ModelPoints& points,
                      const std::vector<std::uint32_t>& listed) {
-  constexpr double kRagged = 0.01;
   std::vector<double> values;
   values.reserve(listed.size());
   for (std::uint32_t i : listed) values.push_back(direction.dot(points.p[i]));
-  const double low_m = Quantile(values, kRagged);
-  return {low_m, Quantile(std::move(values), 1 - kRagged)};
+  const double least_m = Quantile(values, 0);
+  const double length_m = Quantile(values, 1) - least_m;
+  const int bins = std::clamp(static_cast<int>(length_m / kExtentBin_m), 1, kMostBins);
+  const double width_m = length_m / bins;
+  if (bins < kFewestBins) return {least_m, least_m + length_m};
+  std::vector<double> counts(static_cast<std::size_t>(bins), 0);
+  for (double v : values) {
+    counts[static_cast<std::size_t>(std::min(bins - 1.0, (v - least_m) / width_m))] += 1;
+  }
+  const double typical = std::max(1.0, Quantile(counts, 0.5));
+  const double low_m = RaggedEnd_m(counts, typical, width_m);
+  std::reverse(counts.begin(), counts.end());
+  const double high_m = length_m - RaggedEnd_m(counts, typical, width_m);
+  if (!(high_m > low_m)) return {least_m, least_m + length_m};
+  return {least_m + low_m, least_m + high_m};
 }
 
 }  // namespace cwm::perception

@@ -41,8 +41,8 @@ double LowestHeight_m(const Solid& solid, const Ground& ground);
 // The share `share` of the values lies below the result. Empty: 0.
 double Quantile(std::vector<double> values, double share);
 
-// Interval that holds the projections of the listed points on a unit direction, without the
-// outermost 1 % on either side: ragged edges.
+// Interval that the listed points fill along a unit direction, for faces and walls of about even
+// density: each end lies where a sharp edge would hold the points that noise scatters about it.
 struct Interval {
   double low_m = 0, high_m = 0;
   double length_m() const { return high_m - low_m; }

@@ -1,0 +1,129 @@
+// The octree, the candidate list, and connectivity against what they stand for.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <set>
+
+#include "perception/model/candidate_list.h"
+#include "perception/model/octree.h"
+#include "perception/simulation/random_draws.h"
+
+namespace cwm::perception {
+namespace {
+
+// Two parallel squares of 10 cm, 6 cm apart, facing up, and scattered points of no surface.
+OrientedPoints TwoSquares(int per_square) {
+  OrientedPoints points;
+  RandomDraws draws(11, 0);
+  const auto add = [&points](const Eigen::Vector3f& p, const Eigen::Vector3f& n) {
+    points.points.push_back(p);
+    points.normals.push_back(n);
+    points.sigma_m.push_back(0.001f);
+    points.normal_sigma_rad.push_back(0.02f);
+    points.cloud_index.push_back(static_cast<std::uint32_t>(points.cloud_index.size()));
+  };
+  const auto coordinate = [&draws] { return static_cast<float>(draws.Uniform(0, 0.1)); };
+  for (int i = 0; i < per_square; ++i) {
+    add({coordinate(), coordinate(), 0}, Eigen::Vector3f::UnitZ());
+  }
+  for (int i = 0; i < per_square / 2; ++i) {
+    add({coordinate(), coordinate(), 0.06f}, Eigen::Vector3f::UnitZ());
+  }
+  for (int i = 0; i < per_square / 4; ++i) {
+    add({coordinate(), coordinate(), coordinate()}, Eigen::Vector3f::UnitX());
+  }
+  points.viewpoint = Vector3(0, 0, 1);
+  return points;
+}
+
+PlaneModel LevelAt(double z_m, const ModelPoints& points) {
+  return {.point = Vector3(0, 0, z_m) - points.origin_W, .normal = Vector3::UnitZ()};
+}
+
+TEST(Octree, FindsTheInliersThatBruteForceFinds) {
+  const ModelPoints points = ThinForSearch(TwoSquares(1000), 10000);
+  const Octree octree(points);
+  const std::vector<char> available(points.size(), 1);
+  RandomDraws draws(12, 0);
+  for (int trial = 0; trial < 50; ++trial) {
+    const Vector3 axis = Vector3(draws.Normal(), draws.Normal(), draws.Normal()).normalized();
+    const ConeModel cone{.point = Vector3(draws.Uniform(-0.05, 0.05), 0, 0),
+                         .axis = axis,
+                         .radius_m = draws.Uniform(0.01, 0.1),
+                         .slope = draws.Uniform(-0.3, 0.3)};
+    std::vector<std::uint32_t> brute;
+    for (std::uint32_t i = 0; i < points.size(); ++i) {
+      if (IsInlier(cone, points, i)) brute.push_back(i);
+    }
+    EXPECT_EQ(FindInliers(cone, points, octree, available), brute);
+  }
+}
+
+TEST(Octree, CellsAroundAPointNestUpToTheRoot) {
+  const ModelPoints points = ThinForSearch(TwoSquares(300), 10000);
+  const Octree octree(points);
+  for (std::uint32_t i = 0; i < points.size(); i += 17) {
+    const std::vector<std::uint32_t> cells = octree.CellsAround(i);
+    ASSERT_FALSE(cells.empty());
+    EXPECT_EQ(octree.nodes()[cells.back()].end - octree.nodes()[cells.back()].begin, points.size());
+    for (std::uint32_t cell : cells) {
+      EXPECT_LE(octree.nodes()[cell].begin, i);
+      EXPECT_GT(octree.nodes()[cell].end, i);
+    }
+  }
+}
+
+TEST(CandidateList, LeaderIsTheShapeOfMostPoints) {
+  const ModelPoints points = ThinForSearch(TwoSquares(1000), 10000);
+  const Connectivity connectivity(points);
+  CandidateList list(points, connectivity, 1);
+  list.Add(LevelAt(0.06, points));
+  list.Add(LevelAt(0, points));
+  const Candidate* leader = list.Leader();
+  ASSERT_NE(leader, nullptr);
+  EXPECT_EQ(leader->inliers.size(), 1000u);
+}
+
+TEST(CandidateList, RescoresBySubtractionAsIfScoredAnew) {
+  const ModelPoints points = ThinForSearch(TwoSquares(1000), 10000);
+  const Connectivity connectivity(points);
+  CandidateList list(points, connectivity, 1);
+  list.Add(LevelAt(0, points));
+  list.Add(LevelAt(0.001, points));  // shares its points with the first
+  list.Add(LevelAt(0.06, points));
+  const std::vector<std::uint32_t> taken = list.Leader()->inliers;
+  list.Remove(taken);
+  EXPECT_EQ(list.available_count(), points.size() - taken.size());
+  const Candidate* next = list.Leader();
+  ASSERT_NE(next, nullptr);
+  std::set<std::uint32_t> brute;
+  for (std::uint32_t i = 0; i < points.size(); ++i) {
+    if (list.available()[i] && IsInlier(LevelAt(0.06, points), points, i)) brute.insert(i);
+  }
+  EXPECT_EQ(std::set<std::uint32_t>(next->inliers.begin(), next->inliers.end()), brute);
+}
+
+TEST(CandidateList, RefusedShapesDoNotComeBack) {
+  const ModelPoints points = ThinForSearch(TwoSquares(1000), 10000);
+  const Connectivity connectivity(points);
+  CandidateList list(points, connectivity, 1);
+  list.Add(LevelAt(0, points));
+  const Candidate leader = *list.Leader();
+  list.Refuse(leader);
+  list.Add(LevelAt(0.0005, points));
+  EXPECT_EQ(list.Leader(), nullptr);
+}
+
+TEST(Connectivity, LargestComponentLeavesOutWhatLiesApart) {
+  const ModelPoints points = ThinForSearch(TwoSquares(1000), 10000);
+  const Connectivity connectivity(points);
+  std::vector<std::uint32_t> level;
+  for (std::uint32_t i = 0; i < points.size(); ++i) {
+    if (points.n[i].z() > 0.9) level.push_back(i);
+  }
+  EXPECT_EQ(connectivity.LargestComponent(level).size(), 1000u);
+  EXPECT_TRUE(connectivity.LargestComponent({}).empty());
+}
+
+}  // namespace
+}  // namespace cwm::perception

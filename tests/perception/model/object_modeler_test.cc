@@ -1,0 +1,256 @@
+// Whole objects: what a Kinect sees of known solids on a table becomes those solids again.
+#include "perception/model/object_modeler.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "collision/geometry/aabb.h"
+#include "collision/geometry/signed_distance.h"
+#include "perception/simulation/random_draws.h"
+#include "tests/perception/model/surfaces.h"
+
+namespace cwm::perception {
+namespace {
+
+constexpr double kDistance_m = 0.75;
+constexpr double kElevation_rad = 35 * std::numbers::pi / 180;
+// One standard deviation of a Kinect at 0.75 m is 1.4 mm; a surface of 3000 points holds 250
+// independent ones, of which a radius, a height or an edge uses a few dozen: 3 * 1.4 / sqrt(30),
+// and as much again for the slow warp of the sensor.
+constexpr double kSize_m = 0.0016 + 0.0014;
+// Edges are ragged by the lateral noise (0.8 pixel, 1.1 mm) on either side.
+constexpr double kEdge_m = 0.005;
+
+const SensorNoise kNoise;
+
+ObjectModel Model(const ScannedObject& scan, std::uint64_t seed = 1) {
+  ModelerOptions options;
+  options.seed = seed;
+  return ModelObject(scan.points, scan.X_WSupport, kNoise, options);
+}
+
+double ExplainedShare(const ObjectModel& model) {
+  const auto explained = std::count_if(model.part_of_point.begin(), model.part_of_point.end(),
+                                       [](std::int32_t part) { return part != kUnexplained; });
+  return static_cast<double>(explained) / static_cast<double>(model.part_of_point.size());
+}
+
+template <class S>
+const S* OnlyShape(const ObjectModel& model) {
+  return model.shapes.size() == 1 ? std::get_if<S>(&model.shapes[0].shape) : nullptr;
+}
+
+TEST(ModelObject, CylinderOnTheTableIsFoundWithItsCap) {
+  const Cylinder can{.radius_m = 0.035, .length_m = 0.12};
+  const ObjectModel model =
+      Model(ScanOnTable(OfOnePart(can, 0.06), kDistance_m, kElevation_rad, 1));
+  const auto* found = OnlyShape<Cylinder>(model);
+  ASSERT_NE(found, nullptr);
+  EXPECT_NEAR(found->radius_m, can.radius_m, kSize_m);
+  EXPECT_NEAR(found->length_m, can.length_m, kEdge_m);
+  EXPECT_GT(ExplainedShare(model), 0.95);
+  const FitQuality& fit = *model.shapes[0].fit;
+  EXPECT_EQ(fit.parameter_sigma.size(), 7u);
+  EXPECT_LT(fit.rms_m, 2 * kNoise.AxialSigma_m(kDistance_m));
+  EXPECT_LE(fit.rms_m, fit.max_residual_m);
+  // Half of the wall, the cap, and not the foot.
+  EXPECT_GT(fit.observed_fraction, 0.3);
+  EXPECT_LT(fit.observed_fraction, 0.8);
+}
+
+TEST(ModelObject, SphereIsFoundAndRestsOnTheTable) {
+  const Sphere ball{.radius_m = 0.04};
+  const ObjectModel model =
+      Model(ScanOnTable(OfOnePart(ball, 0.04), kDistance_m, kElevation_rad, 2));
+  const auto* found = OnlyShape<Sphere>(model);
+  ASSERT_NE(found, nullptr);
+  EXPECT_NEAR(found->radius_m, ball.radius_m, kSize_m);
+  EXPECT_GE(model.shapes[0].X_OS.translation().z() - found->radius_m, -1e-6);
+}
+
+TEST(ModelObject, CupIsACone) {
+  const Cone cup{.radius_bottom_m = 0.03, .radius_top_m = 0.045, .length_m = 0.11};
+  const ObjectModel model =
+      Model(ScanOnTable(OfOnePart(cup, 0.055), kDistance_m, 25 * std::numbers::pi / 180, 3));
+  const auto* found = OnlyShape<Cone>(model);
+  ASSERT_NE(found, nullptr);
+  EXPECT_NEAR(found->radius_bottom_m, cup.radius_bottom_m, kSize_m);
+  EXPECT_NEAR(found->radius_top_m, cup.radius_top_m, kSize_m);
+  EXPECT_NEAR(found->length_m, cup.length_m, kEdge_m);
+}
+
+TEST(ModelObject, VisibleFacesBecomeABoxWithItsHiddenFaces) {
+  SimulatedObject object = OfOnePart(Box{.size_m = {0.12, 0.08, 0.10}}, 0.05);
+  object.X_WO.linear() = Eigen::AngleAxisd(0.5, Vector3::UnitZ()).toRotationMatrix();
+  const ObjectModel model = Model(ScanOnTable(object, kDistance_m, kElevation_rad, 4));
+  const auto* found = OnlyShape<Box>(model);
+  ASSERT_NE(found, nullptr);
+  EXPECT_NEAR(found->size_m.x(), 0.12, kEdge_m);
+  EXPECT_NEAR(found->size_m.y(), 0.08, kEdge_m);
+  EXPECT_NEAR(found->size_m.z(), 0.10, kEdge_m);
+  // x of the box's frame is the axis nearest to +x of the world, z is up.
+  EXPECT_GT(model.shapes[0].X_OS.linear()(0, 0), std::cos(0.5 + 0.05));
+  EXPECT_GT(model.shapes[0].X_OS.linear()(2, 2), 0.999);
+}
+
+TEST(ModelObject, SecondScanOfABoxFlipsNoFrame) {
+  SimulatedObject object = OfOnePart(Box{.size_m = {0.10, 0.10, 0.10}}, 0.05);
+  object.X_WO.linear() = Eigen::AngleAxisd(0.4, Vector3::UnitZ()).toRotationMatrix();
+  constexpr double kTurn_rad = 0.1;  // of noise; a flip is a quarter turn
+  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+    const ObjectModel model = Model(ScanOnTable(object, kDistance_m, kElevation_rad, seed));
+    ASSERT_NE(OnlyShape<Box>(model), nullptr) << "seed " << seed;
+    EXPECT_LT(RotationAngle_rad(model.shapes[0].X_OS.linear(), object.X_WO.linear()), kTurn_rad);
+  }
+}
+
+TEST(ModelObject, BoxesNeverBecomeRound) {
+  RandomDraws draws(5, 0);
+  for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+    const Vector3 size(draws.Uniform(0.05, 0.2), draws.Uniform(0.05, 0.2),
+                       draws.Uniform(0.05, 0.2));
+    SimulatedObject object = OfOnePart(Box{.size_m = size}, 0.5 * size.z());
+    object.X_WO.linear() =
+        Eigen::AngleAxisd(draws.Uniform(0, 3), Vector3::UnitZ()).toRotationMatrix();
+    for (const ShapePart& part : Model(ScanOnTable(object, 0.9, kElevation_rad, seed)).shapes) {
+      const ShapeKind kind = KindOf(part.shape);
+      EXPECT_TRUE(kind == ShapeKind::kBox || kind == ShapeKind::kPlate) << NameOf(kind);
+    }
+  }
+}
+
+TEST(ModelObject, MugHasAHandle) {
+  SimulatedObject mug = OfOnePart(Cylinder{.radius_m = 0.04, .length_m = 0.1}, 0.05);
+  constexpr int kSegments = 8;
+  const auto on_arc = [](int i) {
+    const double angle = std::numbers::pi * (static_cast<double>(i) / kSegments - 0.5);
+    return Vector3(0.04 + 0.03 * std::cos(angle), 0, 0.05 + 0.03 * std::sin(angle));
+  };
+  for (int i = 0; i < kSegments; ++i) {
+    const Vector3 chord = on_arc(i + 1) - on_arc(i);
+    Pose X = Pose::Identity();
+    X.linear() = BasisFromZ(chord.normalized());
+    X.translation() = 0.5 * (on_arc(i) + on_arc(i + 1));
+    mug.parts.push_back({X, Capsule{.radius_m = 0.006, .length_m = chord.norm()}});
+  }
+  // The handle to the side, where it is seen against the table.
+  mug.X_WO.linear() = Eigen::AngleAxisd(0.5 * std::numbers::pi, Vector3::UnitZ()).matrix();
+  const ScannedObject scan = ScanOnTable(mug, 0.65, kElevation_rad, 6);
+  const ObjectModel model = Model(scan);
+  ASSERT_EQ(model.handles.size(), 1u);
+  const Handle& handle = model.handles[0];
+  ASSERT_LT(static_cast<std::size_t>(handle.shape_index), model.shapes.size());
+  EXPECT_TRUE(std::holds_alternative<Cylinder>(
+      model.shapes[static_cast<std::size_t>(handle.shape_index)].shape));
+  EXPECT_GT(std::abs(handle.axis_O.z()), 0.8);  // it stands upright
+  EXPECT_EQ(std::count(model.part_of_point.begin(), model.part_of_point.end(),
+                       static_cast<std::int32_t>(model.shapes.size())),
+            handle.point_count);
+}
+
+TEST(ModelObject, ClutterNeedsNoClusters) {
+  SimulatedObject clutter = OfOnePart(Cylinder{.radius_m = 0.035, .length_m = 0.12}, 0.06);
+  clutter.parts.push_back({MakeTranslation(0.02, 0.12, 0.05), Box{.size_m = {0.1, 0.1, 0.1}}});
+  clutter.parts.push_back({MakeTranslation(0, -0.1, 0.045), Sphere{.radius_m = 0.045}});
+  const ObjectModel model = Model(ScanOnTable(clutter, 0.8, kElevation_rad, 7));
+  int of_kind[kShapeKindCount] = {};
+  for (const ShapePart& part : model.shapes) ++of_kind[part.shape.index()];
+  EXPECT_EQ(of_kind[static_cast<int>(ShapeKind::kCylinder)], 1);
+  EXPECT_EQ(of_kind[static_cast<int>(ShapeKind::kSphere)], 1);
+  EXPECT_EQ(of_kind[static_cast<int>(ShapeKind::kBox)], 1);
+  EXPECT_GT(ExplainedShare(model), 0.95);
+}
+
+TEST(ModelObject, NothingReachesBelowTheSupport) {
+  for (double elevation_deg : {25.0, 45.0, 60.0}) {
+    SimulatedObject object = OfOnePart(Box{.size_m = {0.15, 0.06, 0.04}}, 0.02);
+    object.parts.push_back({MakeTranslation(0, 0.1, 0.03), Cylinder{0.03, 0.06}});
+    const ScannedObject scan =
+        ScanOnTable(object, kDistance_m, elevation_deg * std::numbers::pi / 180, 8);
+    for (const ShapePart& part : Model(scan).shapes) {
+      EXPECT_GE(TightBounds(part.shape, part.X_OS).min().z(), -0.003);  // sigma of the support
+    }
+  }
+}
+
+TEST(ModelObject, SameSeedGivesTheSameModel) {
+  const ScannedObject scan = ScanOnTable(
+      OfOnePart(Cylinder{.radius_m = 0.03, .length_m = 0.1}, 0.05), kDistance_m, kElevation_rad, 9);
+  const ObjectModel a = Model(scan, 42), b = Model(scan, 42);
+  ASSERT_EQ(a.shapes.size(), b.shapes.size());
+  for (std::size_t k = 0; k < a.shapes.size(); ++k) {
+    EXPECT_EQ(a.shapes[k].shape, b.shapes[k].shape);
+    EXPECT_EQ(a.shapes[k].X_OS.matrix(), b.shapes[k].X_OS.matrix());
+    EXPECT_EQ(a.shapes[k].fit, b.shapes[k].fit);
+  }
+  EXPECT_EQ(a.part_of_point, b.part_of_point);
+}
+
+TEST(ModelObject, KindsThatAreSwitchedOffAreNotFound) {
+  const ScannedObject scan =
+      ScanOnTable(OfOnePart(Cylinder{.radius_m = 0.04, .length_m = 0.1}, 0.05), kDistance_m,
+                  kElevation_rad, 10);
+  ModelerOptions options;
+  options.search_cylinders = false;
+  options.search_cones = false;
+  for (const ShapePart& part : ModelObject(scan.points, scan.X_WSupport, kNoise, options).shapes) {
+    EXPECT_FALSE(std::holds_alternative<Cylinder>(part.shape));
+    EXPECT_FALSE(std::holds_alternative<Cone>(part.shape));
+  }
+}
+
+OrientedPoints Degenerate(const std::vector<Eigen::Vector3f>& positions,
+                          const Eigen::Vector3f& normal) {
+  OrientedPoints points;
+  for (const Eigen::Vector3f& p : positions) {
+    points.points.push_back(p);
+    points.normals.push_back(normal);
+    points.sigma_m.push_back(0.002f);
+    points.normal_sigma_rad.push_back(0.05f);
+    points.cloud_index.push_back(0);
+  }
+  return points;
+}
+
+TEST(ModelObject, DegenerateInputsExplainNothingAndDoNoHarm) {
+  const Eigen::Vector3f up = Eigen::Vector3f::UnitZ();
+  std::vector<Eigen::Vector3f> line, scatter;
+  RandomDraws draws(13, 0);
+  for (int i = 0; i < 500; ++i) {
+    line.emplace_back(0.001f * static_cast<float>(i), 0, 0);
+    scatter.emplace_back(static_cast<float>(draws.Uniform()), static_cast<float>(draws.Uniform()),
+                         static_cast<float>(draws.Uniform()));
+  }
+  const std::vector<OrientedPoints> inputs = {
+      {},
+      Degenerate({Eigen::Vector3f::Zero()}, up),
+      Degenerate(std::vector<Eigen::Vector3f>(1000, Eigen::Vector3f(1, 2, 3)), up),
+      Degenerate(line, up),
+      Degenerate(scatter, Eigen::Vector3f::Zero()),
+      Degenerate(std::vector<Eigen::Vector3f>(100, Eigen::Vector3f::Constant(NAN)), up)};
+  for (const OrientedPoints& points : inputs) {
+    for (const std::optional<Pose>& support :
+         {std::optional<Pose>(), std::optional<Pose>(Pose::Identity())}) {
+      const ObjectModel model = ModelObject(points, support, kNoise, ModelerOptions{});
+      EXPECT_EQ(model.part_of_point.size(), points.size());
+      EXPECT_TRUE(model.shapes.empty());
+      EXPECT_TRUE(model.handles.empty());
+    }
+  }
+}
+
+TEST(ModelObject, StopsWhenAsked) {
+  std::stop_source source;
+  source.request_stop();
+  const ScannedObject scan =
+      ScanOnTable(OfOnePart(Sphere{.radius_m = 0.04}, 0.04), kDistance_m, kElevation_rad, 14);
+  EXPECT_TRUE(
+      ModelObject(scan.points, scan.X_WSupport, kNoise, ModelerOptions{}, source.get_token())
+          .shapes.empty());
+}
+
+}  // namespace
+}  // namespace cwm::perception
