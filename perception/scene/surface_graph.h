@@ -45,9 +45,17 @@ class SurfaceGraph {
   void ForEachOppositePair(std::size_t node, F&& f) const;
 
  private:
+  // No depth jump between; or each lies on the other's tangent plane, as neighbouring pixels of a
+  // surface seen at a grazing angle do.
   bool Linked(std::size_t a, std::size_t b) const {
     const float jump = std::abs(range_m_[a] - range_m_[b]);
-    return jump <= LargestJump_m(std::max(nodes_->sigma_m[a], nodes_->sigma_m[b]));
+    const float sigma = std::max(nodes_->sigma_m[a], nodes_->sigma_m[b]);
+    if (jump <= LargestJump_m(sigma)) return true;
+    if (jump > 3 * LargestJump_m(sigma)) return false;
+    if (nodes_->normals[a].isZero() || nodes_->normals[b].isZero()) return false;
+    const Eigen::Vector3f d = nodes_->points[b] - nodes_->points[a];
+    return std::abs(nodes_->normals[a].dot(d)) <= 3 * sigma &&
+           std::abs(nodes_->normals[b].dot(d)) <= 3 * sigma;
   }
   std::int32_t AtPixel(int row, int column) const;
   int Reach_px(std::size_t node) const;
