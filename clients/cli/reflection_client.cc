@@ -105,6 +105,9 @@ absl::StatusOr<const MethodDescriptor*> ReflectionClient::FindMethod(const std::
   for (const std::string& full : *services) {
     if (!Names(service_name, full)) continue;
     const ServiceDescriptor* service = pool_.FindServiceByName(full);
+    if (service == nullptr) {  // gRPC serves its health checking without describing it
+      service = google::protobuf::DescriptorPool::generated_pool()->FindServiceByName(full);
+    }
     if (service == nullptr) continue;
     for (int i = 0; i < service->method_count(); ++i) {
       known.push_back(absl::StrCat(full, "/", service->method(i)->name()));
