@@ -13,14 +13,14 @@ namespace cwm::perception {
 namespace {
 
 // Handles of cups, mugs, pans and jugs, with some room.
-constexpr std::size_t kLeastPoints = 40;
+constexpr std::size_t kLeastPoints = 60;
 constexpr double kLeastLength_m = 0.02;
 constexpr double kMostLength_m = 0.25;
 constexpr double kMostWidth_m = 0.06;       // of the second extent
 constexpr double kMostThickness_m = 0.035;  // of the third
 constexpr double kLeastElongation = 1.4;    // first extent to second
 constexpr double kRootGap_m = 0.015;        // from the surface to its nearest point
-constexpr double kLeastReach_m = 0.01;      // of its farthest point: more than a rough wall
+constexpr double kLeastReach_m = 0.015;     // of its farthest point: more than a rough wall
 constexpr double kLeastCell_m = 0.006;
 constexpr double kCellSpacings = 3;
 

@@ -10,8 +10,13 @@
 namespace cwm::perception {
 namespace {
 
-constexpr double kLeastGain = 0.95;      // of the rms, by one more parameter
-constexpr double kLeastSlope_sigma = 3;  // of cones, else they are cylinders
+constexpr double kLeastGain = 0.95;  // of the rms, by one more parameter
+// Slopes of cones, else they are cylinders: 3 standard deviations, and 2 degrees, which the slow
+// warp of the sensor (1.3 mm) makes of a wall of 40 mm.
+constexpr double kLeastSlope_sigma = 3;
+constexpr double kLeastSlope = 0.035;
+// Differences of the criterion above 10 are decisive (Kass and Raftery 1995).
+constexpr double kDecisive = 10;
 constexpr std::size_t kFanPoints = 120;  // for initial guesses from all normals
 constexpr double kOverlap = 0.3;         // of a candidate's points, to be a rival on this region
 constexpr int kMostFaces = 3;            // of a box, in one view
@@ -208,14 +213,15 @@ bool FacesExplainBetter(const ShapeFit& curved, const std::vector<std::uint32_t>
   const double rival = EvaluateCriterion(curved.model, curved.axis, c, region).value;
   std::vector<PlaneModel> faces = FacesOf(region, c);
   for (; faces.size() >= 2; faces.pop_back()) {
-    if (EvaluateCriterion(faces, c, region).value < rival) return true;
+    if (EvaluateCriterion(faces, c, region).value + kDecisive < rival) return true;
   }
   return false;
 }
 
 bool SlopeIsSignificant(const ShapeFit& cone) {
   const double slope = std::get<ConeModel>(cone.model).slope;
-  return std::abs(slope) > kLeastSlope_sigma * std::sqrt(cone.covariance(5, 5));
+  return std::abs(slope) >
+         std::max(kLeastSlope, kLeastSlope_sigma * std::sqrt(cone.covariance(5, 5)));
 }
 
 // The index of the best rival; rivals are in the order of their degrees of freedom.
