@@ -211,9 +211,11 @@ std::vector<PlaneModel> FacesOf(const std::vector<std::uint32_t>& listed, const 
 bool FacesExplainBetter(const ShapeFit& curved, const std::vector<std::uint32_t>& region,
                         const FitContext& c) {
   const double rival = EvaluateCriterion(curved.model, curved.axis, c, region).value;
+  // Things stand upright; a round edge that leans is more likely the rounded normals of a crease.
+  const double margin = curved.axis == AxisFreedom::kHeld ? kDecisive : 0;
   std::vector<PlaneModel> faces = FacesOf(region, c);
   for (; faces.size() >= 2; faces.pop_back()) {
-    if (EvaluateCriterion(faces, c, region).value + kDecisive < rival) return true;
+    if (EvaluateCriterion(faces, c, region).value + margin < rival) return true;
   }
   return false;
 }
