@@ -36,8 +36,8 @@ class IngestCall final : public grpc::ServerReadReactor<v1::IngestCloudRequest> 
 
   Runtime& runtime_;
   v1::IngestCloudResponse* const response_;
-  CallContext call_;
   std::stop_source stop_;
+  const CallContext call_;  // its stop is stop_'s
   v1::IngestCloudRequest message_;
   v1::IngestCloudHeader header_;
   std::optional<CloudPlan> plan_;  // once the header came
