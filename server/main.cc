@@ -1,4 +1,5 @@
 // cwm-server: the application behind gRPC, until a signal ends it.
+#include <malloc.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 
@@ -24,6 +25,14 @@ sigset_t BlockEndingSignals() {
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
   std::signal(SIGPIPE, SIG_IGN);
   return signals;
+}
+
+// A batch of 10 000 answers is a mebibyte of columns. By default glibc gives it back to the kernel
+// after each reply and faults it in again for the next, which measured as half of the transport's
+// cost (0.21 against 0.13 us an answer). Clouds above 32 MiB are still given back at once.
+void KeepMessageMemory() {
+  mallopt(M_MMAP_THRESHOLD, 32 << 20);
+  mallopt(M_TRIM_THRESHOLD, 128 << 20);
 }
 
 void LogToStderr(const std::string& level) {
@@ -62,6 +71,7 @@ int Run(const cwm::server::Options& options) {
 int main(int argc, char** argv) {
   const auto parsed = cwm::server::ParseOptions(argc, argv);
   if (!parsed.options) return parsed.exit_code;
+  KeepMessageMemory();
   LogToStderr(parsed.options->log_level);
   return Run(*parsed.options);
 }
