@@ -104,7 +104,7 @@ class ThingModeler {
     std::vector<char> explained = NearShapes(points, found);
     const Pose X_OL = out.X_LO.inverse(Eigen::Isometry);
     AddHandles(points, X_OL, found, *out.model, explained);
-    AddSurface(points, X_OL, found, *out.model, explained);
+    AddSurface(points, X_OL, *out.model, explained);
     for (ShapePart& part : found.shapes) {
       part.X_OS = X_OL * part.X_OS;
       out.model->shapes.push_back(std::move(part));
@@ -148,8 +148,8 @@ class ThingModeler {
   }
 
   // Points that no shape explains, and those whose shape, once bounded, does not reach them.
-  void AddSurface(const OrientedPoints& points, const Pose& X_OL, ObjectModel& found,
-                  HybridModel& model, std::vector<char>& explained) const {
+  void AddSurface(const OrientedPoints& points, const Pose& X_OL, HybridModel& model,
+                  std::vector<char>& explained) const {
     Points remaining;
     for (std::uint32_t k = 0; k < points.size(); ++k) {
       if (!explained[k]) remaining.push_back(k);
@@ -158,7 +158,6 @@ class ThingModeler {
     Mesh mesh = MeshOf(points, remaining, X_OL, explained);
     if (!mesh.mesh || mesh.mesh->triangles.empty()) return;
     model.surfaces.push_back({std::move(mesh), static_cast<int>(remaining.size())});
-    (void)found;
   }
 
   const SegmentedScene& scene_;
@@ -248,7 +247,6 @@ absl::Status CheckOptions(const InterpretOptions& options) {
   return absl::OkStatus();
 }
 
-// Points with the same place as the sensor's, beyond what any cloud can say about a surface.
 void AddWarnings(const SegmentedScene& scene, InterpretReport& report) {
   if (!scene.up_known) {
     report.warnings.push_back("no plane tells where up is: the sensor's own axes are taken");

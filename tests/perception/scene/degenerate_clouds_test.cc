@@ -50,8 +50,8 @@ TEST(DegenerateClouds, AThousandEqualPoints) {
   ExpectAllCounted(std::vector<Vector3f>(1000, Vector3f(0.1f, 0, 1)), Layout::kImage);
 }
 
-TEST(DegenerateClouds, AMillionEqualPoints) {
-  ExpectAllCounted(std::vector<Vector3f>(1000000, Vector3f(0.1f, 0, 1)));
+TEST(DegenerateClouds, ManyEqualPoints) {
+  ExpectAllCounted(std::vector<Vector3f>(200000, Vector3f(0.1f, 0, 1)));
 }
 
 TEST(DegenerateClouds, ALine) {
