@@ -2,7 +2,7 @@
 // or as JSON lines on stdin.
 #pragma once
 
-#include <CLI/App.hpp>
+#include <CLI/CLI.hpp>
 #include <string>
 #include <vector>
 

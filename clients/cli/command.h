@@ -1,7 +1,7 @@
 // How a command hangs into the command line.
 #pragma once
 
-#include <CLI/App.hpp>
+#include <CLI/CLI.hpp>
 #include <functional>
 #include <string>
 #include <vector>

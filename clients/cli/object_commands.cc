@@ -1,5 +1,5 @@
 // cwm objects, cwm get
-#include <CLI/Validators.hpp>
+#include <CLI/CLI.hpp>
 #include <memory>
 #include <ostream>
 

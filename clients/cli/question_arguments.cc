@@ -1,6 +1,6 @@
 #include "clients/cli/question_arguments.h"
 
-#include <CLI/Validators.hpp>
+#include <CLI/CLI.hpp>
 #include <cmath>
 
 #include "absl/strings/numbers.h"

@@ -1,7 +1,7 @@
 // Options about a scan: where the sensor is and how noisy.
 #pragma once
 
-#include <CLI/App.hpp>
+#include <CLI/CLI.hpp>
 #include <string>
 
 #include "absl/status/statusor.h"

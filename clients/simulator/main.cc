@@ -1,8 +1,5 @@
 // cwm-simulator: a scene with known truth, seen by a noisy sensor, as a PCD file.
-#include <CLI/App.hpp>
-#include <CLI/Config.hpp>
-#include <CLI/Formatter.hpp>
-#include <CLI/Validators.hpp>
+#include <CLI/CLI.hpp>
 #include <cmath>
 #include <cstdint>
 #include <iostream>
