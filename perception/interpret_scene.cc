@@ -20,6 +20,8 @@ namespace {
 
 // The arm's reach of the paper (section IV), above the world's floor.
 constexpr double kLowestReach_m = 0.35, kHighestReach_m = 1.5;
+constexpr double kObservedCell_m =
+    0.01;  // wider than the pixels' spacing at the far end of a table
 constexpr float kAssociationSpacing_m = 0.004f;
 constexpr std::uint32_t kMostSupportLabels = 9, kMostPartLabels = 9;
 
@@ -165,15 +167,29 @@ class ThingModeler {
   std::stop_token stop_;
 };
 
+double Area_m2(const Plate& plate) {
+  double area = std::abs(SignedArea_m2(plate.outline));
+  for (const Polygon& hole : plate.holes) area -= std::abs(SignedArea_m2(hole));
+  return area;
+}
+
+// The quality of a top face: what is below it is completed.
 FitQuality QualityOf(const SegmentedSupport& support, const OrientedPoints& points) {
   FitQuality fit;
   const Pose X_SL = support.plate.X_FS.inverse(Eigen::Isometry);
   double squares = 0;
+  std::vector<std::pair<int, int>> cells;
   for (std::uint32_t i : support.points) {
-    const double height = (X_SL * points.points[i].cast<double>()).z();
-    squares += height * height;
-    fit.max_residual_m = std::max(fit.max_residual_m, std::abs(height));
+    const Vector3 local = X_SL * points.points[i].cast<double>();
+    squares += local.z() * local.z();
+    fit.max_residual_m = std::max(fit.max_residual_m, std::abs(local.z()));
+    cells.emplace_back(static_cast<int>(std::floor(local.x() / kObservedCell_m)),
+                       static_cast<int>(std::floor(local.y() / kObservedCell_m)));
   }
+  std::sort(cells.begin(), cells.end());
+  cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
+  fit.observed_fraction = std::min(1.0, static_cast<double>(cells.size()) * kObservedCell_m *
+                                            kObservedCell_m / Area_m2(support.plate.shape));
   fit.inlier_count = static_cast<int>(support.points.size());
   fit.inlier_ratio = 1;
   fit.rms_m = std::sqrt(squares / std::max<double>(1, fit.inlier_count));

@@ -12,7 +12,7 @@ struct FitQuality {
   int inlier_count = 0;       // points explained
   double inlier_ratio = 0;    // of the points of the object, 0..1
   double observed_fraction =
-      0;  // share of the bounded solid's surface area that points cover, 0..1
+      0;  // share of the solid's surface (a support: its top face) that points cover, 0..1
   // One standard deviation of each coefficient, in the order of Coefficients() in coefficients.h;
   // empty where unknown.
   std::vector<double> parameter_sigma;

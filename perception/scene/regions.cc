@@ -14,9 +14,14 @@ namespace {
 
 using Eigen::Vector3f;
 
-constexpr double kOverhang_m = 0.03;       // beyond the outline, and still over the support
-constexpr double kLeastShareOver = 0.5;    // of a region's nodes
-constexpr double kFootHeight_m = 0.02;     // plus 3 sigma: the lowest points stand on the support
+constexpr double kOverhang_m = 0.03;     // beyond the outline, and still over the support
+constexpr double kLeastShareOver = 0.5;  // of a region's nodes
+constexpr double kFootHeight_m = 0.02;   // plus 3 sigma: the lowest points stand on the support
+// A ball seen from above shows nothing of its underside: the tangent rays leave it at 0.3 of its
+// radius, and its grazing rim returns nothing up to 0.6, which is this share of its width. Beyond
+// 12 cm nothing that rolls is manipulated.
+constexpr double kHiddenUndersideShare = 0.3;
+constexpr double kWidestRound_m = 0.12;
 constexpr double kLowestShare = 0.1;       // of a region's nodes are asked what holds them
 constexpr double kLeastStanding = 0.2;     // of those; what hangs shows empty space below all
 constexpr double kFootprintCell_m = 0.01;  // the paper's octree leaves
@@ -94,21 +99,28 @@ class Floor {
   // The lowest points touch the support, or nobody can see whether what they belong to does.
   bool StandsOrIsHidden(const std::vector<std::size_t>& over) const {
     std::vector<std::pair<double, std::size_t>> heights;
-    for (std::size_t i : over) heights.emplace_back(Local(graph_.nodes().points[i]).z(), i);
+    Eigen::AlignedBox2d extent;
+    for (std::size_t i : over) {
+      const Vector3 local = Local(graph_.nodes().points[i]);
+      heights.emplace_back(local.z(), i);
+      extent.extend(Vector2(local.head<2>()));
+    }
+    const double width_m = std::min(extent.sizes().minCoeff(), kWidestRound_m);
+    const double foot_m = std::max(kFootHeight_m, kHiddenUndersideShare * width_m);
     const auto low = heights.begin() + static_cast<std::ptrdiff_t>(
                                            kLowestShare * static_cast<double>(heights.size()));
     std::nth_element(heights.begin(), low, heights.end());
     std::size_t standing = 0, asked = 0;
     const auto count = static_cast<std::size_t>(low - heights.begin()) + 1;
     for (std::size_t k = 0; k < count; k += std::max<std::size_t>(1, count / 64), ++asked) {
-      standing += StandsOrIsHidden(heights[k].second, heights[k].first);
+      standing += StandsOrIsHidden(heights[k].second, heights[k].first, foot_m);
     }
     return static_cast<double>(standing) >= kLeastStanding * static_cast<double>(asked);
   }
 
-  bool StandsOrIsHidden(std::size_t node, double height) const {
+  bool StandsOrIsHidden(std::size_t node, double height, double foot_m) const {
     const float sigma = graph_.nodes().sigma_m[node];
-    if (height <= kFootHeight_m + kPlaneGate_sigma * sigma) return true;
+    if (height <= foot_m + kPlaneGate_sigma * sigma) return true;
     const Vector3f up = plate_.X_FS.linear().col(2).cast<float>();
     for (const float share : {0.25f, 0.5f, 0.75f}) {
       const Vector3f below = graph_.nodes().points[node] - share * static_cast<float>(height) * up;

@@ -13,7 +13,7 @@
 namespace cwm::perception {
 
 // A detection of which this share is explained by what is known already is nothing new.
-inline constexpr double kExplainedShare = 0.8;
+inline constexpr double kExplainedShare = 0.9;
 
 // Smaller displacements may be the warp of two scans: 3 * sqrt(2) * 1.3 mm.
 inline constexpr double kSmallestMove_m = 0.0055;

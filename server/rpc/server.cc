@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "grpc/health/v1/health.pb.h"
 #include "server/rpc/admin_service.h"
 #include "server/rpc/listen_address.h"
 #include "server/rpc/perception_service.h"
@@ -79,6 +80,9 @@ struct Server::State {
 
 absl::Status Server::State::Start(const std::vector<std::string>& listen) {
   grpc::EnableDefaultHealthCheckService(true);
+  // The library serves health without a descriptor; naming ours links it, so that reflection tells
+  // it.
+  grpc::health::v1::HealthCheckRequest::descriptor();
   grpc::reflection::InitProtoReflectionServerBuilderPlugin();
   grpc::ServerBuilder builder;
   SetChannelArguments(runtime.application.limits, builder);

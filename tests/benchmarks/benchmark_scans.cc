@@ -19,7 +19,7 @@ perception::PointCloud ToPointCloud(const formats::CloudFile& file) {
   cloud.width = static_cast<int>(file.width);
   cloud.height = static_cast<int>(file.height);
   cloud.points.resize(static_cast<std::size_t>(file.size()));
-  std::memcpy(cloud.points.data(), file.bytes.data(),
+  std::memcpy(cloud.points.data()->data(), file.bytes.data(),
               cloud.points.size() * sizeof(Eigen::Vector3f));
   return cloud;
 }

@@ -49,12 +49,12 @@ std::shared_ptr<const collision::WorldSnapshot> MakeBenchmarkWorld() {
   std::vector<collision::Change> changes;
   for (const Placed<>& placed : BenchmarkShapes()) {
     auto model = std::make_shared<HybridModel>();
-    model->shapes.push_back({.shape = placed.shape});
+    model->shapes.emplace_back().shape = placed.shape;
     collision::PutObject put;
     put.name = "object_" + std::to_string(changes.size());
     put.X_WO = placed.X_FS;
     put.geometry = collision::Prepare(std::move(model));
-    changes.push_back({.what = std::move(put)});
+    changes.emplace_back().what = std::move(put);
   }
   auto world = collision::Apply(std::make_shared<const collision::WorldSnapshot>(), changes);
   return world.value();

@@ -60,7 +60,7 @@ bool PutBenchmarkWorld(const client::Connection& connection) {
 RunningServer::RunningServer()
     : process_({ServerProgram(), "--listen", "unix:" + scratch_ / "cwm.sock"},
                scratch_ / "server.log"),
-      connection_({.address = "unix:" + scratch_ / "cwm.sock"}) {
+      connection_({.address = "unix:" + scratch_ / "cwm.sock", .deadline = std::nullopt}) {
   const auto deadline = std::chrono::system_clock::now() + std::chrono::seconds(10);
   up_ = connection_.channel()->WaitForConnected(deadline) && PutBenchmarkWorld(connection_);
 }

@@ -18,8 +18,8 @@ class SceneUpdate : public ServerTest {
 
   std::map<std::string, json> Objects() {
     std::map<std::string, json> by_name;
-    for (const json& object : CwmJson({"objects"}).at("objects"))
-      by_name[object.at("name")] = object;
+    const json objects = CwmJson({"objects"}).at("objects");
+    for (const json& object : objects) by_name[object.at("name")] = object;
     return by_name;
   }
 
@@ -69,7 +69,7 @@ TEST_F(SceneUpdate, OneMovedObjectCostsOneObjectsUpdate) {
       Truth("first").at("objects").at(Truth("first").at("movable_index").get<int>());
   const std::string second =
       Simulate("second", {"--scene", "kitchen", "--seed", "1", "--move",
-                          moved_one.at("name").get<std::string>() + "=0.08,0,0"});
+                          moved_one.at("name").get<std::string>() + "=0,-0.08,0"});
   const json changes = Ingest(second, "second").at("changes");
   const auto after = Objects();
   EXPECT_EQ(changes.at("moved").size() + changes.at("replaced").size(), 1U) << changes;
