@@ -77,7 +77,11 @@ ExitCode Explain(const CommandLine& line, const CLI::ParseError& error) {
   }
   const auto chosen = line.app.get_subcommands();
   const std::string command = chosen.empty() ? "" : chosen.front()->get_name();
-  ReportError(UsageError(error.what()), {command, ""}, streams.err);
+  const std::vector<std::string> unknown = line.app.remaining();
+  const bool no_command =
+      chosen.empty() && !unknown.empty();  // CLI11 says only that one is missing
+  ReportError(UsageError(no_command ? "unknown command '" + unknown.front() + "'" : error.what()),
+              {command, ""}, streams.err);
   return ExitCode::kUsage;
 }
 

@@ -18,9 +18,10 @@ constexpr double kOverhang_m = 0.03;     // beyond the outline, and still over t
 constexpr double kLeastShareOver = 0.5;  // of a region's nodes
 constexpr double kFootHeight_m = 0.02;   // plus 3 sigma: the lowest points stand on the support
 // A ball seen from above shows nothing of its underside: the tangent rays leave it at 0.3 of its
-// radius, and its grazing rim returns nothing up to 0.6, which is this share of its width. Beyond
-// 12 cm nothing that rolls is manipulated.
-constexpr double kHiddenUndersideShare = 0.3;
+// radius, its grazing rim returns nothing up to 0.6, and the lowest tenth of what is seen reaches
+// to 0.8, which is about this share of the width that is seen. Beyond 12 cm nothing that rolls is
+// manipulated.
+constexpr double kHiddenUndersideShare = 0.45;
 constexpr double kWidestRound_m = 0.12;
 constexpr double kLowestShare = 0.1;       // of a region's nodes are asked what holds them
 constexpr double kLeastStanding = 0.2;     // of those; what hangs shows empty space below all
