@@ -5,9 +5,9 @@
 #include "absl/strings/str_cat.h"
 #include "clients/cli/commands.h"
 #include "clients/cli/message_json.h"
-#include "grpc/health/v1/health.grpc.pb.h"
 #include "clients/cli/quantity.h"
 #include "clients/cli/table.h"
+#include "grpc/health/v1/health.grpc.pb.h"
 
 namespace cwm::cli {
 namespace {
