@@ -31,7 +31,7 @@ formats::CloudFile ToFile(const perception::PointCloud& cloud) {
   file.width = cloud.width;
   file.height = cloud.height;
   file.bytes.resize(cloud.points.size() * sizeof(Eigen::Vector3f));
-  std::memcpy(file.bytes.data(), cloud.points.data(), file.bytes.size());
+  std::memcpy(file.bytes.data(), cloud.points.data()->data(), file.bytes.size());
   return file;
 }
 

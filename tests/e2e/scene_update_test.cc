@@ -98,9 +98,8 @@ TEST_F(SceneUpdate, WhatUsersOwnIsNeverTouchedAndExplainsItsPoints) {
   const std::string cloud = Simulate("kitchen", {"--scene", "kitchen", "--seed", "1"});
   const json truth = Truth("kitchen");
   const json mine = truth.at("objects").at(truth.at("movable_index").get<int>());
-  const json pose = mine.at("x_world_object");
   // The user knows this object already, and puts a block around all of it.
-  const json centre = mine.at("centre");
+  const json& centre = mine.at("centre");
   std::ostringstream at, size;
   at.precision(17), size.precision(17);
   at << centre.at("tx_m").get<double>() << "," << centre.at("ty_m").get<double>() << ","
