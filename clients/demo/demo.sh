@@ -41,14 +41,14 @@ show status
 show ingest "$cloud" ${pose[@]+"${pose[@]}"}
 show objects
 
-first=$("$bin/cwm" --addr "unix:$socket" -o ndjson objects --kind object | sed -n '1s/.*"name":[ ]*"\([^"]*\)".*/\1/p')
-if [ -n "$first" ]; then
-  printf '\nHow far is a gripper-sized box, 20 cm above %s, from everything else?' "$first"
-  show distance --box 0.10,0.20,0.06 --at "$first+0,0,0.20"
-  printf '\nWhat does a sphere of 5 cm touch, put where %s is?' "$first"
-  show contacts --sphere 0.05 --at "$first"
-  printf '\nWhat does a ray meet that comes down on %s from 1 m above?' "$first"
-  show ray --from "$first+0,0,1" --direction 0,0,-1
+one=$("$bin/cwm" --addr "unix:$socket" -o ndjson objects --kind object | sed -n '$s/.*"name":[ ]*"\([^"]*\)".*/\1/p')
+if [ -n "$one" ]; then
+  printf '\nHow far is a gripper-sized box, 20 cm above %s, from everything else?' "$one"
+  show distance --box 0.10,0.20,0.06 --at "$one+0,0,0.20"
+  printf '\nWhat does a sphere of 5 cm touch, put where %s is?' "$one"
+  show contacts --sphere 0.05 --at "$one"
+  printf '\nWhat does a ray meet that comes down on %s from 1 m above?' "$one"
+  show ray --from "$one+0,0,1" --direction 0,0,-1
 fi
 
 [ "$once" = 1 ] && exit 0
