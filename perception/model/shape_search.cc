@@ -15,7 +15,7 @@ constexpr int kDrawsPerLook = 32;  // between two looks at the leader
 // Draws for one object. A cluster of 300 000 points without any shape of 60 asks for a third of it.
 constexpr std::int64_t kMostDraws = 60000;
 // A draw that starts on a shape finds it when the cell has a good size for it (one level of three)
-// and the sample's noise lets it pass its tests (half of them; measured on simulated scans).
+// and the sample's noise lets it pass its tests (assumed: half of them).
 constexpr double kDrawSucceeds = 1.0 / 6;
 constexpr std::uint32_t kLeastCellPoints = 4;
 constexpr int kAttempts = 4;  // to hit an available point of a cell
