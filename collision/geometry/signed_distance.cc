@@ -83,7 +83,8 @@ SurfacePoint NearestSurfacePoint(const Box& box, const Vector3& p) {
   Vector3 normal = Vector3::Zero(), on_face = nearest;
   normal[axis] = std::copysign(1.0, p[axis]);
   on_face[axis] = std::copysign(half[axis], p[axis]);
-  return {-depth, on_face, normal};
+  // Next to an edge the distance keeps the digits that the direction has lost.
+  return {distance > 0 ? distance : -depth, on_face, normal};
 }
 
 SurfacePoint NearestSurfacePoint(const Cylinder& cylinder, const Vector3& p) {

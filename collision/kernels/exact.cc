@@ -41,6 +41,16 @@ PairDistance PlateToSphere(const ExactGeometry& a, const ExactGeometry& b, const
   return is_bound ? WithDepthBound(answer, a, b, X_AB) : answer;
 }
 
+// B in the frame of A. The offset is taken before it is turned: far from the origin of F a product
+// of poses would round both places first.
+Pose RelativePose(const Pose& X_FA, const Pose& X_FB) {
+  const auto R_AF = X_FA.linear().transpose();
+  Pose X_AB = Pose::Identity();
+  X_AB.linear() = R_AF * X_FB.linear();
+  X_AB.translation() = R_AF * (X_FB.translation() - X_FA.translation());
+  return X_AB;
+}
+
 // FamilyOf(a) <= FamilyOf(b); in the frame of A.
 PairDistance OrderedDistance(const ExactGeometry& a, const ExactGeometry& b, const Pose& X_AB,
                              double max_distance_m) {
@@ -71,7 +81,7 @@ bool ExactSupports(ShapeKind a, ShapeKind b) {
 }
 
 PairDistance ExactDistance(const PlacedExact& a, const PlacedExact& b, double max_distance_m) {
-  const Pose X_AB = a.X_FS.inverse() * b.X_FS;
+  const Pose X_AB = RelativePose(a.X_FS, b.X_FS);
   if (FamilyOf(a.geometry) <= FamilyOf(b.geometry)) {
     return InFrame(a.X_FS, OrderedDistance(a.geometry, b.geometry, X_AB, max_distance_m));
   }

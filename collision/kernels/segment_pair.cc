@@ -33,7 +33,12 @@ NearestPair NearestPoints(const Segment& a, const Segment& b) {
   std::size_t count = 4;
   if (nn > 0) {
     const double s = w.cross(v).dot(n) / nn, t = w.cross(u).dot(n) / nn;
-    if (s > 0 && s < 1 && t > 0 && t < 1) candidates[count++] = {a.a + s * u, b.a + t * v, true};
+    if (s > 0 && s < 1 && t > 0 && t < 1) {
+      // Nearly parallel, both feet are free along their segments by 1e-16 over the angle, each in
+      // its own way: taken from the other one, they fit together again.
+      const Vector3 on_b = NearestOnSegment(b.a, b.b, Vector3(a.a + s * u));
+      candidates[count++] = {NearestOnSegment(a.a, a.b, on_b), on_b, true};
+    }
   }
   return *std::min_element(
       candidates.begin(), candidates.begin() + static_cast<std::ptrdiff_t>(count),

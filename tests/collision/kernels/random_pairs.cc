@@ -8,6 +8,7 @@ namespace cwm::collision {
 
 double RandomPairs::Dimension() {
   // One shape in four has its dimensions chosen apart from the other's: needles and sheets.
+  if (all_alike_) return Uniform(0.05, 0.2);
   if (Index(4) == 0) return std::pow(10, Uniform(-3, 1));
   return scale_m_ * Uniform(0.2, 1);
 }
@@ -86,6 +87,15 @@ PosedPair RandomPairs::Pair(ShapeKind a, ShapeKind b) {
   if (style == 0) X_AB.translation() = Uniform(-1, 1) * size * Vector3::Unit(Index(3));
   if (style == 1 && Index(3) == 0) X_AB.translation().setZero();
   pair.X_FB = pair.X_FA * X_AB;
+  return pair;
+}
+
+PosedPair RandomPairs::HandSizedPair(ShapeKind a, ShapeKind b) {
+  all_alike_ = true;
+  PosedPair pair{ConvexShape(a), ConvexShape(b)};
+  all_alike_ = false;
+  pair.X_FA = AnyPose(2);
+  pair.X_FB = AnyPose(2);
   return pair;
 }
 

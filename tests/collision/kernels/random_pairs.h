@@ -27,9 +27,13 @@ class RandomPairs {
   // A is placed anywhere, B within twice of both sizes, often aligned with A.
   PosedPair Pair(ShapeKind a, ShapeKind b);
 
+  // Shapes of which each dimension is 5 to 20 cm, any rotation, within 2 m of the origin.
+  PosedPair HandSizedPair(ShapeKind a, ShapeKind b);
+
  private:
   std::mt19937_64 random_;
   double scale_m_ = 1;
+  bool all_alike_ = false;  // no dimension leaves the scale
 };
 
 }  // namespace cwm::collision
