@@ -36,6 +36,8 @@ struct WorkQueue::State {
   std::condition_variable work_or_drain;
   std::deque<std::function<void()>> tasks;
   bool draining = false;
+  int under_way = 0;
+  Clock::time_point last_end = Clock::time_point::min();  // min: no task yet
   std::atomic<std::int64_t> failed{0};
   std::mutex join_mutex;  // several may drain at once
   std::vector<std::thread> threads;
@@ -47,7 +49,14 @@ struct WorkQueue::State {
     if (tasks.empty()) return nullptr;
     std::function<void()> task = std::move(tasks.front());
     tasks.pop_front();
+    ++under_way;
     return task;
+  }
+
+  void Ended() {
+    std::lock_guard lock(mutex);
+    --under_way;
+    last_end = Clock::now();
   }
 
   void Serve() {
@@ -58,6 +67,7 @@ struct WorkQueue::State {
       } catch (...) {  // one bad task must not end the server
         failed.fetch_add(1, std::memory_order_relaxed);
       }
+      Ended();
     }
   }
 };
@@ -97,6 +107,13 @@ void WorkQueue::Drain() {
 std::size_t WorkQueue::waiting() const {
   std::lock_guard lock(state_->mutex);
   return state_->tasks.size();
+}
+
+Clock::duration WorkQueue::IdleFor() const {
+  std::lock_guard lock(state_->mutex);
+  if (state_->under_way > 0 || !state_->tasks.empty()) return Clock::duration::zero();
+  if (state_->last_end == Clock::time_point::min()) return Clock::duration::max();
+  return Clock::now() - state_->last_end;
 }
 
 std::int64_t WorkQueue::failed() const { return state_->failed.load(std::memory_order_relaxed); }

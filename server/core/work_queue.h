@@ -8,6 +8,8 @@
 #include <memory>
 #include <string>
 
+#include "server/core/limits.h"
+
 namespace cwm::server {
 
 struct WorkQueueOptions {
@@ -29,6 +31,9 @@ class WorkQueue {
   // Refuses new tasks and waits for the rest, which are done. Never from one of its own tasks.
   void Drain();
   std::size_t waiting() const;
+  // How long nothing has been waiting or under way: zero while something is, Clock::duration::max()
+  // before the first task.
+  Clock::duration IdleFor() const;
   // Tasks that ended in an exception: it is swallowed, so that one bad task never ends the server.
   std::int64_t failed() const;
 

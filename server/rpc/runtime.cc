@@ -1,6 +1,7 @@
 #include "server/rpc/runtime.h"
 
 #include <algorithm>
+#include <thread>
 #include <utility>
 
 #include "server/rpc/status_conversion.h"
@@ -16,6 +17,11 @@ constexpr std::int64_t kMaxWaits = 256;
 constexpr std::size_t kQueryCapacity = 64;
 constexpr std::size_t kIngestCapacity = 8;
 constexpr std::size_t kControlCapacity = 64;
+
+// Queries come in streaks: a control loop, a planner. Within one, the next is closer than this.
+constexpr auto kPauseOfQueries = std::chrono::milliseconds(500);
+
+int Cores() { return static_cast<int>(std::max(1U, std::thread::hardware_concurrency())); }
 
 }  // namespace
 
@@ -39,7 +45,7 @@ Runtime::Runtime(Application& application_in)
     : application(application_in),
       watchers(application.limits.max_watchers),
       streams(application.limits.max_streams),
-      query({.name = "query", .threads = 2, .capacity = kQueryCapacity, .nice = 0}),
+      query({.name = "query", .threads = Cores(), .capacity = kQueryCapacity, .nice = 0}),
       ingest({.name = "ingest", .threads = 1, .capacity = kIngestCapacity, .nice = 10}),
       control({.name = "control", .threads = 2, .capacity = kControlCapacity, .nice = 0}),
       // Each watch has one task waiting at most, so that none is ever refused.
@@ -50,6 +56,10 @@ Runtime::Runtime(Application& application_in)
       waits_(kMaxWaits) {}
 
 Runtime::~Runtime() = default;
+
+int Runtime::ThreadsForScan() const {
+  return query.IdleFor() > kPauseOfQueries ? Cores() : std::max(1, Cores() - 1);
+}
 
 void Runtime::WhenReached(std::shared_ptr<World> world, collision::Revision revision,
                           Clock::time_point deadline, std::stop_token stop, Then then) {

@@ -42,6 +42,26 @@ TEST(WorkQueue, RefusesWhenFull) {
   queue.Drain();
 }
 
+TEST(WorkQueue, TellsHowLongItHasBeenIdle) {
+  std::promise<void> started;
+  std::promise<void> release;
+  WorkQueue queue({.name = "test", .threads = 1, .capacity = 2});
+  EXPECT_EQ(queue.IdleFor(), Clock::duration::max());
+  ASSERT_TRUE(queue.TryPush([&] {
+    started.set_value();
+    release.get_future().wait();
+  }));
+  started.get_future().wait();
+  EXPECT_EQ(queue.IdleFor(), Clock::duration::zero());  // under way
+  const Clock::time_point released = Clock::now();
+  release.set_value();
+  queue.Drain();
+  EXPECT_LE(queue.IdleFor(), Clock::now() - released);
+  const Clock::duration first = queue.IdleFor();
+  std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  EXPECT_GE(queue.IdleFor(), first + std::chrono::milliseconds(1));
+}
+
 TEST(WorkQueue, SurvivesATaskThatThrows) {
   WorkQueue queue({.name = "test", .threads = 1, .capacity = 4});
   std::promise<void> after;
