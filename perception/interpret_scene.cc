@@ -87,8 +87,8 @@ Points PointsOfPart(const ObjectModel& found, std::int32_t part) {
 
 class ThingModeler {
  public:
-  ThingModeler(const SegmentedScene& scene, const InterpretOptions& options, std::stop_token stop)
-      : scene_(scene), options_(options), stop_(stop) {}
+  ThingModeler(const SegmentedScene& scene, const InterpretOptions& options, const Work& work)
+      : scene_(scene), options_(options), work_(work) {}
 
   // Step 6: shapes. Step 7: surfaces. Step 8: the hybrid model.
   ModelledThing Model(const SegmentedThing& thing) const {
@@ -96,8 +96,9 @@ class ThingModeler {
     std::optional<Pose> X_LSupport;
     if (thing.supported_by >= 0) {
       X_LSupport = scene_.supports[static_cast<std::size_t>(thing.supported_by)].plate.X_FS;
+      X_LSupport->translate(Vector3(0, 0, thing.foot_height_m));  // of a stack: the top below it
     }
-    ObjectModel found = ModelObject(points, X_LSupport, options_.noise, options_.modeler, stop_);
+    ObjectModel found = ModelObject(points, X_LSupport, options_.noise, options_.modeler, work_);
     ModelledThing out;
     out.X_LO.translation() = MeanOf(points);
     out.notes = std::move(found.notes);
@@ -131,7 +132,7 @@ class ThingModeler {
   // Meshes the members; those that lie near their mesh are explained.
   Mesh MeshOf(const OrientedPoints& points, const Points& members, const Pose& X_OL,
               std::vector<char>& explained) const {
-    Surface surface = ReconstructSurface(Subset(points, members), options_.surface);
+    Surface surface = ReconstructSurface(Subset(points, members), options_.surface, work_);
     for (std::uint32_t k : surface.explained) explained[members[k]] = 1;
     return MakeMesh(Moved(std::move(surface.mesh), X_OL));
   }
@@ -164,7 +165,7 @@ class ThingModeler {
 
   const SegmentedScene& scene_;
   const InterpretOptions& options_;
-  std::stop_token stop_;
+  const Work& work_;
 };
 
 double Area_m2(const Plate& plate) {
@@ -173,7 +174,7 @@ double Area_m2(const Plate& plate) {
   return area;
 }
 
-// The quality of a top face: what is below it is completed.
+// The quality of a top face; what is below it is completed.
 FitQuality QualityOf(const SegmentedSupport& support, const OrientedPoints& points) {
   FitQuality fit;
   const Pose X_SL = support.plate.X_FS.inverse(Eigen::Isometry);
@@ -205,7 +206,7 @@ DetectedSupport MakeSupport(const SegmentedSupport& segmented, const OrientedPoi
   model->point_count = support.point_count;
   model->shapes.push_back({.X_OS = Pose::Identity(),
                            .shape = segmented.plate.shape,
-                           .role = PartRole::kFitted,
+                           .role = PartRole::kCompleted,
                            .fit = QualityOf(segmented, points)});
   support.model = std::move(model);
   if (pose_is_given) {
@@ -272,11 +273,8 @@ void AddWarnings(const SegmentedScene& scene, InterpretReport& report) {
   }
 }
 
-}  // namespace
-
-absl::StatusOr<SceneInterpretation> InterpretScene(const PointCloud& cloud,
-                                                   const InterpretOptions& options,
-                                                   std::stop_token stop) {
+absl::StatusOr<SceneInterpretation> Interpret(const PointCloud& cloud,
+                                              const InterpretOptions& options, const Work& work) {
   if (absl::Status status = CheckOptions(options); !status.ok()) return status;
   SceneInterpretation result;
   InterpretReport& report = result.report;
@@ -288,10 +286,9 @@ absl::StatusOr<SceneInterpretation> InterpretScene(const PointCloud& cloud,
 
   SegmentOptions segment_options{.R_LC = std::nullopt,
                                  .up_C = options.up_C,
-                                 .max_threads = options.max_threads,
                                  .stage_done = [&](std::string_view s) { watch.Done(s); }};
   if (options.X_WC) segment_options.R_LC = options.X_WC->linear();
-  absl::StatusOr<SegmentedScene> scene = SegmentScene(*std::move(measured), segment_options, stop);
+  absl::StatusOr<SegmentedScene> scene = SegmentScene(*std::move(measured), segment_options, work);
   if (!scene.ok()) return scene.status();
   result.X_WC.linear() = scene->R_LC;
   if (options.X_WC) result.X_WC = *options.X_WC;
@@ -306,13 +303,12 @@ absl::StatusOr<SceneInterpretation> InterpretScene(const PointCloud& cloud,
   }
 
   std::vector<ModelledThing> modelled(scene->things.size());
-  const ThingModeler modeler(*scene, options, stop);
-  ParallelFor(modelled.size(), 1, options.max_threads, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t k = begin; k < end && !stop.stop_requested(); ++k) {
+  const ThingModeler modeler(*scene, options, work);
+  ParallelFor(modelled.size(), 1, work, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) {
       modelled[k] = modeler.Model(scene->things[k]);
     }
   });
-  if (stop.stop_requested()) return absl::CancelledError("stopped");
   watch.Done("shapes");
 
   for (std::uint32_t k = 0; k < modelled.size(); ++k) {
@@ -320,6 +316,7 @@ absl::StatusOr<SceneInterpretation> InterpretScene(const PointCloud& cloud,
     LabelThing(*scene, k, thing.part_of_point, result.labels);
     DetectedObject object;
     object.supported_by = scene->things[k].supported_by;
+    object.rests_on = scene->things[k].rests_on;
     object.kind = object.supported_by >= 0 ? DetectedKind::kObject : DetectedKind::kResidual;
     object.X_WO = X_WL * thing.X_LO;
     object.model = std::move(thing.model);
@@ -335,6 +332,21 @@ absl::StatusOr<SceneInterpretation> InterpretScene(const PointCloud& cloud,
   report.points_rejected = scene->rejected.size();
   AddWarnings(*scene, report);
   return result;
+}
+
+}  // namespace
+
+absl::StatusOr<SceneInterpretation> InterpretScene(const PointCloud& cloud,
+                                                   const InterpretOptions& options,
+                                                   std::stop_token stop) {
+  try {
+    return Interpret(cloud, options,
+                     {.max_threads = options.max_threads,
+                      .stop = std::move(stop),
+                      .on_piece = options.on_piece});
+  } catch (const Stopped& stopped) {
+    return absl::CancelledError(stopped.what());
+  }
 }
 
 }  // namespace cwm::perception

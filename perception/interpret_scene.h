@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <stop_token>
@@ -29,10 +30,12 @@ struct InterpretOptions {
   ModelerOptions modeler;
   SurfaceOptions surface;
   int max_threads = 2;
+  std::function<void()> on_piece;  // Work::on_piece; may be empty
 };
 
 // A horizontal surface that things can stand on. Its frame has z up and z = 0 in the top face; its
-// model is one Plate.
+// model is one Plate: its top face was measured, as its quality says; its body, kPlateThickness_m, was
+// supplied, so its role is COMPLETED.
 struct DetectedSupport {
   Pose X_WO = Pose::Identity();
   std::shared_ptr<const HybridModel> model;
@@ -48,7 +51,8 @@ struct DetectedObject {
   DetectedKind kind = DetectedKind::kObject;
   Pose X_WO = Pose::Identity();
   std::shared_ptr<const HybridModel> model;  // in the object's frame
-  int supported_by = -1;                     // index into supports; -1 for residuals
+  int supported_by = -1;  // index into supports: the one below, at the bottom of a stack; -1 for residuals
+  int rests_on = -1;      // index into objects: what is between it and the support; -1 for nothing
   std::vector<Eigen::Vector3f>
       points_W;  // its measured points, thinned to about 4 mm, for association
 };
@@ -80,9 +84,9 @@ struct SceneInterpretation {
 
 // InvalidArgument for a cloud that cannot be interpreted at all (no finite point; layout that
 // contradicts itself; coordinates beyond kLargestCoordinate_m), naming field, value and rule.
-// Cancelled when stopped. A cloud without any support is not an error: all its points become
-// residual objects and a warning says so. Deterministic: the same input gives the same bytes on any
-// number of threads.
+// Cancelled when stopped, within one piece of work of each thread. A cloud without any support is
+// not an error: all its points become residual objects and a warning says so. Deterministic: the
+// same input gives the same bytes on any number of threads.
 absl::StatusOr<SceneInterpretation> InterpretScene(const PointCloud& cloud,
                                                    const InterpretOptions& options,
                                                    std::stop_token stop = {});

@@ -15,6 +15,9 @@ using Eigen::Vector3f;
 
 constexpr float kUnknownSigma_rad = std::numbers::pi_v<float> / 2;
 constexpr int kSamplesAcrossRadius = 3;  // 7 x 7 pixels of a window carry what all of them do
+// Pieces of less than a millisecond: measured, a pixel takes 0.3 us, a cell 2 us.
+constexpr std::size_t kRowsPerPiece = 2;
+constexpr std::size_t kCellsPerPiece = 256;
 
 // adj(C) = det(C) C^-1 for a symmetric matrix; defined also where C is singular.
 Matrix3f Adjugate(const Matrix3f& c) {
@@ -112,8 +115,8 @@ float NormalSigma_rad(float sigma_m, float radius_m, float point_count) {
   return std::min(kUnknownSigma_rad, 2 * sigma_m / (radius_m * std::sqrt(independent)));
 }
 
-void EstimateImageNormals(MeasuredPoints& measured, int max_threads) {
-  ParallelFor(static_cast<std::size_t>(measured.height), 8, max_threads,
+void EstimateImageNormals(MeasuredPoints& measured, const Work& work) {
+  ParallelFor(static_cast<std::size_t>(measured.height), kRowsPerPiece, work,
               [&](std::size_t begin, std::size_t end) {
                 for (std::size_t row = begin; row < end; ++row) {
                   for (int column = 0; column < measured.width; ++column) {
@@ -124,7 +127,7 @@ void EstimateImageNormals(MeasuredPoints& measured, int max_threads) {
 }
 
 void EstimateGridNormals(OrientedPoints& points, const VoxelGrid& grid, float radius_m,
-                         int max_threads) {
+                         const Work& work) {
   constexpr int kIterations = 4;  // views from elsewhere may be merged in: the ray is only a start
   const int reach = static_cast<int>(std::ceil(radius_m / grid.edge_m()));
   auto estimate_cell = [&](std::size_t c) {
@@ -152,7 +155,7 @@ void EstimateGridNormals(OrientedPoints& points, const VoxelGrid& grid, float ra
       TurnToSensor(points.normals[i], points.points[i]);
     }
   };
-  ParallelFor(grid.size(), 512, max_threads, [&](std::size_t begin, std::size_t end) {
+  ParallelFor(grid.size(), kCellsPerPiece, work, [&](std::size_t begin, std::size_t end) {
     for (std::size_t c = begin; c < end; ++c) estimate_cell(c);
   });
 }

@@ -5,6 +5,7 @@
 
 #include "perception/cloud/measured_points.h"
 #include "perception/cloud/voxel_grid.h"
+#include "perception/cloud/work.h"
 
 namespace cwm::perception {
 
@@ -22,11 +23,11 @@ float NormalSigma_rad(float sigma_m, float radius_m, float point_count);
 // fewer than three neighbours or neighbours on a line leave it undefined.
 
 // For organised clouds: windows on the image.
-void EstimateImageNormals(MeasuredPoints& measured, int max_threads);
+void EstimateImageNormals(MeasuredPoints& measured, const Work& work);
 
 // For any cloud: from the sums of the cells around each cell; points share the normal of their
 // cell.
 void EstimateGridNormals(OrientedPoints& points, const VoxelGrid& grid, float radius_m,
-                         int max_threads);
+                         const Work& work);
 
 }  // namespace cwm::perception

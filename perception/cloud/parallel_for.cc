@@ -9,15 +9,16 @@
 
 namespace cwm::perception {
 
-void ParallelFor(std::size_t count, std::size_t range_size, int max_threads,
+void ParallelFor(std::size_t count, std::size_t range_size, const Work& work,
                  const std::function<void(std::size_t, std::size_t)>& body) {
   range_size = std::max<std::size_t>(range_size, 1);
   std::atomic<std::size_t> next{0};
   std::exception_ptr first_failure;
   std::mutex failure_mutex;
-  auto work = [&] {
+  auto run = [&] {
     try {
       for (std::size_t begin; (begin = next.fetch_add(range_size)) < count;) {
+        work.Poll();
         body(begin, std::min(begin + range_size, count));
       }
     } catch (...) {
@@ -28,10 +29,10 @@ void ParallelFor(std::size_t count, std::size_t range_size, int max_threads,
   };
   const std::size_t ranges = (count + range_size - 1) / range_size;
   const std::size_t helpers =
-      std::min<std::size_t>(static_cast<std::size_t>(std::max(max_threads, 1)), ranges);
+      std::min<std::size_t>(static_cast<std::size_t>(std::max(work.max_threads, 1)), ranges);
   std::vector<std::jthread> threads;
-  for (std::size_t i = 1; i < helpers; ++i) threads.emplace_back(work);
-  work();
+  for (std::size_t i = 1; i < helpers; ++i) threads.emplace_back(run);
+  run();
   threads.clear();  // joins
   if (first_failure) std::rethrow_exception(first_failure);
 }

@@ -4,13 +4,16 @@
 #include <cstddef>
 #include <functional>
 
+#include "perception/cloud/work.h"
+
 namespace cwm::perception {
 
-// Calls body(begin, end) for consecutive ranges of [0, count), on at most `max_threads` threads,
+// Calls body(begin, end) for consecutive ranges of [0, count), on at most work.max_threads threads,
 // and returns when all are done. Ranges are handed out in order but run in any order: a body must
 // write only what belongs to its own range, and then the result does not depend on the number of
-// threads.
-void ParallelFor(std::size_t count, std::size_t range_size, int max_threads,
+// threads. Polls before each range: a range should take at most about a millisecond, or its body
+// poll as well. The first exception of a body, Stopped among them, ends the loop and is rethrown.
+void ParallelFor(std::size_t count, std::size_t range_size, const Work& work,
                  const std::function<void(std::size_t begin, std::size_t end)>& body);
 
 }  // namespace cwm::perception

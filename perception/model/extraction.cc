@@ -26,12 +26,12 @@ std::vector<std::uint32_t> OnAndBeside(const ShapeFit& fit, const FitContext& c,
 
 }  // namespace
 
-Extraction ExtractShapes(const FitContext& context, std::stop_token stop) {
+Extraction ExtractShapes(const FitContext& context) {
   Extraction out;
   CandidateList candidates(context.points, context.connectivity, context.options.seed);
-  ShapeSearch search(context.points, context.octree, candidates, context.options);
+  ShapeSearch search(context.points, context.octree, candidates, context.options, context.work);
   int refusals = 0;
-  while (!stop.stop_requested()) {
+  while (true) {
     const std::optional<Candidate> leader = search.Next();
     if (!leader) break;
     if (std::optional<ShapeFit> fit = SelectModel(*leader, candidates, context)) {

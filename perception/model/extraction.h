@@ -1,7 +1,6 @@
 // One shape after the other out of an object's points (paper, section V).
 #pragma once
 
-#include <stop_token>
 #include <string>
 #include <vector>
 
@@ -17,6 +16,6 @@ struct Extraction {
 // Searches, selects and takes away until no shape of min_inliers points is likely to be left. A
 // shape takes with it what lies on it and beside its inliers whatever the normals say: edges are
 // no shapes of their own.
-Extraction ExtractShapes(const FitContext& context, std::stop_token stop);
+Extraction ExtractShapes(const FitContext& context);
 
 }  // namespace cwm::perception

@@ -43,8 +43,7 @@ std::vector<ShapePart> InWorld(std::vector<Solid> solids, const Vector3& origin_
 }  // namespace
 
 ObjectModel ModelObject(const OrientedPoints& points, const std::optional<Pose>& X_WSupport,
-                        const SensorNoise& noise, const ModelerOptions& options,
-                        std::stop_token stop) {
+                        const SensorNoise& noise, const ModelerOptions& options, const Work& work) {
   ObjectModel model;
   model.part_of_point.assign(points.size(), kUnexplained);
   const ModelPoints searched = ThinForSearch(points, SearchPoints(points.size()));
@@ -52,8 +51,8 @@ ObjectModel ModelObject(const OrientedPoints& points, const std::optional<Pose>&
   const Octree octree(searched);
   const Connectivity connectivity(searched);
   const Ground ground = GroundOf(X_WSupport, searched.origin_W);
-  const FitContext context{searched, octree, connectivity, noise, options, ground.up};
-  Assembly assembly = AssembleSolids(ExtractShapes(context, stop), context, ground);
+  const FitContext context{searched, octree, connectivity, noise, options, work, ground.up};
+  Assembly assembly = AssembleSolids(ExtractShapes(context), context, ground);
   model.notes = std::move(assembly.notes);
   model.shapes = InWorld(std::move(assembly.solids), searched.origin_W);
   model.part_of_point = ExplainPoints(points, model.shapes);

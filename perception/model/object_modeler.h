@@ -4,13 +4,13 @@
 
 #include <cstdint>
 #include <optional>
-#include <stop_token>
 #include <string>
 #include <vector>
 
 #include "collision/geometry/hybrid_model.h"
 #include "perception/cloud/oriented_points.h"
 #include "perception/cloud/sensor_noise.h"
+#include "perception/cloud/work.h"
 
 namespace cwm::perception {
 
@@ -38,9 +38,9 @@ struct ObjectModel {
 };
 
 // `support` is the top plane of what the object stands on (frame W, normal up), where known: solids
-// are completed down to it. Solids never extend below it.
+// are completed down to it. Solids never extend below it. Throws Stopped when `work` is stopped.
 ObjectModel ModelObject(const OrientedPoints& points, const std::optional<Pose>& X_WSupport,
                         const SensorNoise& noise, const ModelerOptions& options,
-                        std::stop_token stop = {});
+                        const Work& work = {});
 
 }  // namespace cwm::perception

@@ -23,6 +23,7 @@ struct FitContext {
   const Connectivity& connectivity;
   const SensorNoise& noise;
   const ModelerOptions& options;
+  const Work& work;
   Vector3 up = Vector3::UnitZ();  // unit
 
   // Independent samples behind `count` model points (neighbouring residuals are correlated).

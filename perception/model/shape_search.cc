@@ -23,11 +23,12 @@ constexpr int kAttempts = 4;  // to hit an available point of a cell
 }  // namespace
 
 ShapeSearch::ShapeSearch(const ModelPoints& points, const Octree& octree, CandidateList& candidates,
-                         const ModelerOptions& options)
+                         const ModelerOptions& options, const Work& work)
     : points_(points),
       octree_(octree),
       candidates_(candidates),
       options_(options),
+      work_(work),
       random_(options.seed),
       draws_left_(kMostDraws) {}
 
@@ -36,6 +37,7 @@ std::optional<Candidate> ShapeSearch::Next() {
   const double least = options_.min_inliers / points_.weight;
   double expected_hits_per_point = 0;  // of the draws so far
   while (static_cast<double>(candidates_.available_count()) >= least) {
+    work_.Poll();
     const Candidate* leader = candidates_.Leader();
     if (leader && static_cast<double>(leader->inliers.size()) < least) leader = nullptr;
     const double sought = leader ? static_cast<double>(leader->inliers.size()) : least;

@@ -16,9 +16,9 @@ namespace cwm::perception {
 // before it becomes a candidate.
 class ShapeSearch {
  public:
-  // `points`, `octree` and `candidates` must outlive the search.
+  // `points`, `octree` and `candidates` must outlive the search, and so must the rest.
   ShapeSearch(const ModelPoints& points, const Octree& octree, CandidateList& candidates,
-              const ModelerOptions& options);
+              const ModelerOptions& options, const Work& work);
 
   // Draws until a shape better than the best candidate is missed with less than the probability
   // options.missed_shape_probability, or the same holds for any shape of min_inliers points and
@@ -36,6 +36,7 @@ class ShapeSearch {
   const Octree& octree_;
   CandidateList& candidates_;
   const ModelerOptions& options_;
+  const Work& work_;
   std::mt19937_64 random_;
   std::int64_t draws_left_;
   bool capped_ = false;

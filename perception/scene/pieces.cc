@@ -32,10 +32,10 @@ float Concavity_rad(const OrientedPoints& nodes, std::size_t a, std::size_t b) {
          std::asin(std::clamp(nodes.normals[b].dot(d), -1.0f, 1.0f));
 }
 
-std::vector<char> ConcaveCreases(const SurfaceGraph& graph, int max_threads) {
+std::vector<char> ConcaveCreases(const SurfaceGraph& graph, const Work& work) {
   std::vector<char> crease(graph.size(), 0);
   const OrientedPoints& nodes = graph.nodes();
-  ParallelFor(graph.size(), 4096, max_threads, [&](std::size_t begin, std::size_t end) {
+  ParallelFor(graph.size(), 4096, work, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       graph.ForEachOppositePair(i, [&](std::size_t a, std::size_t b) {
         if (nodes.normals[a].isZero() || nodes.normals[b].isZero()) return;
@@ -250,12 +250,12 @@ void AbsorbFlatPieces(const SurfaceGraph& graph, const std::vector<SupportPlane>
 }  // namespace
 
 Pieces CutIntoPieces(const SurfaceGraph& graph, const CoarseCloud& coarse,
-                     const std::vector<SupportPlane>& supports, int max_threads) {
+                     const std::vector<SupportPlane>& supports, const Work& work) {
   Pieces pieces;
   pieces.of_node.assign(graph.size(), kNoPiece);
   pieces.support_count = static_cast<std::int32_t>(supports.size());
   pieces.piece_count = pieces.support_count;
-  const std::vector<char> crease = ConcaveCreases(graph, max_threads);
+  const std::vector<char> crease = ConcaveCreases(graph, work);
   SupportRelation to_support = RelateToSupports(graph, coarse, supports);
   FollowWarp(graph, supports, crease, to_support);
   std::vector<char> may_seed(graph.size(), 0);

@@ -4,7 +4,6 @@
 
 #include <cstdint>
 #include <map>
-#include <stop_token>
 #include <vector>
 
 #include "perception/scene/support_planes.h"
@@ -26,6 +25,6 @@ struct Pieces {
 };
 
 Pieces CutIntoPieces(const SurfaceGraph& graph, const CoarseCloud& coarse,
-                     const std::vector<SupportPlane>& supports, int max_threads);
+                     const std::vector<SupportPlane>& supports, const Work& work);
 
 }  // namespace cwm::perception

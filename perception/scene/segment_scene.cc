@@ -118,24 +118,21 @@ Built BuildPlates(const CoarseCloud& coarse, std::vector<SupportPlane> planes) {
   return built;
 }
 
-}  // namespace
-
-absl::StatusOr<SegmentedScene> SegmentScene(MeasuredPoints measured, const SegmentOptions& options,
-                                            std::stop_token stop) {
-  const auto cancelled = [] { return absl::CancelledError("stopped"); };
+SegmentedScene SegmentInSteps(MeasuredPoints measured, const SegmentOptions& options,
+                              const Work& work) {
   SegmentedScene scene;
   OrientedPoints& points = measured.oriented;
 
   // Step 1: normals.
   std::optional<VoxelGrid> grid;
   if (measured.organised()) {
-    EstimateImageNormals(measured, options.max_threads);
+    EstimateImageNormals(measured, work);
   } else {
     grid = FineGrid(points);
-    EstimateGridNormals(points, *grid, kRadius_cells * grid->edge_m(), options.max_threads);
+    EstimateGridNormals(points, *grid, kRadius_cells * grid->edge_m(), work);
   }
   options.stage_done("normals");
-  if (stop.stop_requested()) return cancelled();
+  work.Poll();
 
   // The level frame, given or told by the largest plane.
   const Vector3 view_C = measured.organised() ? Vector3(Vector3::UnitZ()) : MeanPoint(points);
@@ -150,20 +147,19 @@ absl::StatusOr<SegmentedScene> SegmentScene(MeasuredPoints measured, const Segme
   }
   Rotate(points, scene.R_LC);
   if (grid) grid = VoxelGrid::Build(points.points, grid->edge_m());
-  const SurfaceGraph graph = grid ? SurfaceGraph::OfGrid(points, *grid, options.max_threads)
-                                  : SurfaceGraph::OfImage(measured);
+  const SurfaceGraph graph =
+      grid ? SurfaceGraph::OfGrid(points, *grid, work) : SurfaceGraph::OfImage(measured);
 
   // Steps 2 to 4: supports.
   const CoarseCloud coarse = MakeCoarseCloud(graph.nodes());
-  Built built =
-      BuildPlates(coarse, FindSupportPlanes(coarse, Vector3::UnitZ(), options.max_threads));
+  Built built = BuildPlates(coarse, FindSupportPlanes(coarse, Vector3::UnitZ(), work));
   options.stage_done("supports");
-  if (stop.stop_requested()) return cancelled();
+  work.Poll();
 
   // Step 5: what stands on them.
-  Pieces pieces = CutIntoPieces(graph, coarse, built.planes, options.max_threads);
+  Pieces pieces = CutIntoPieces(graph, coarse, built.planes, work);
   options.stage_done("clusters");
-  if (stop.stop_requested()) return cancelled();
+  work.Poll();
   const float pitch =
       measured.organised()
           ? 2 * measured.pixel_angle_rad
@@ -190,6 +186,17 @@ absl::StatusOr<SegmentedScene> SegmentScene(MeasuredPoints measured, const Segme
   scene.rejected = node_points.Of(regions.rejected);
   scene.points = std::move(points);
   return scene;
+}
+
+}  // namespace
+
+absl::StatusOr<SegmentedScene> SegmentScene(MeasuredPoints measured, const SegmentOptions& options,
+                                            const Work& work) {
+  try {
+    return SegmentInSteps(std::move(measured), options, work);
+  } catch (const Stopped& stopped) {
+    return absl::CancelledError(stopped.what());
+  }
 }
 
 }  // namespace cwm::perception

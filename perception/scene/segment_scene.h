@@ -3,13 +3,13 @@
 
 #include <functional>
 #include <optional>
-#include <stop_token>
 #include <string_view>
 #include <vector>
 
 #include "absl/status/statusor.h"
 #include "collision/geometry/shape.h"
 #include "perception/cloud/measured_points.h"
+#include "perception/cloud/work.h"
 #include "perception/scene/plane_fit.h"
 
 namespace cwm::perception {
@@ -17,7 +17,6 @@ namespace cwm::perception {
 struct SegmentOptions {
   std::optional<Matrix3> R_LC;  // orientation of the sensor in the level frame, where known; else
   std::optional<Vector3> up_C;  // any positive length; else up is estimated
-  int max_threads = 2;
   std::function<void(std::string_view stage)> stage_done = [](std::string_view) {};
 };
 
@@ -42,8 +41,9 @@ struct SegmentedScene {
   std::vector<std::uint32_t> rejected;
 };
 
-// Cancelled when stopped. Same input, same bytes on any number of threads.
+// Cancelled when stopped, within one piece of work. Same input, same bytes on any number of
+// threads.
 absl::StatusOr<SegmentedScene> SegmentScene(MeasuredPoints measured, const SegmentOptions& options,
-                                            std::stop_token stop);
+                                            const Work& work = {});
 
 }  // namespace cwm::perception

@@ -169,7 +169,7 @@ std::optional<Vector3> EstimateUp(const CoarseCloud& coarse, bool optical_frame)
 }
 
 std::vector<SupportPlane> FindSupportPlanes(const CoarseCloud& coarse, const Vector3& up,
-                                            int max_threads) {
+                                            const Work& work) {
   CoarseCloud const* cloud = &coarse;
   CoarseCloud flipped = coarse;  // up first: given normals may point anywhere
   const Vector3f up_f = up.cast<float>();
@@ -188,7 +188,7 @@ std::vector<SupportPlane> FindSupportPlanes(const CoarseCloud& coarse, const Vec
         return std::abs(d.dot(up_f)) <= gate + step * d.norm();
       });
   std::vector<std::vector<SupportPlane>> found(clusters.size());
-  ParallelFor(clusters.size(), 1, max_threads, [&](std::size_t begin, std::size_t end) {
+  ParallelFor(clusters.size(), 1, work, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) found[k] = PlanesOfCluster(*cloud, clusters[k]);
   });
   std::vector<SupportPlane> planes;

@@ -6,6 +6,7 @@
 
 #include "perception/cloud/measured_points.h"
 #include "perception/cloud/voxel_grid.h"
+#include "perception/cloud/work.h"
 #include "perception/scene/plane_fit.h"
 
 namespace cwm::perception {
@@ -33,6 +34,6 @@ struct SupportPlane {
 // robust plane in each, in parallel. Coplanar pieces (3 degrees, 1 cm) are one support. Small level
 // patches over a larger support are tops of objects, not supports. Largest first.
 std::vector<SupportPlane> FindSupportPlanes(const CoarseCloud& coarse, const Vector3& up,
-                                            int max_threads);
+                                            const Work& work);
 
 }  // namespace cwm::perception

@@ -27,13 +27,13 @@ SurfaceGraph SurfaceGraph::OfImage(const MeasuredPoints& measured) {
 }
 
 SurfaceGraph SurfaceGraph::OfGrid(const OrientedPoints& points, const VoxelGrid& grid,
-                                  int max_threads) {
+                                  const Work& work) {
   SurfaceGraph graph;
   graph.grid_ = &grid;
   graph.own_nodes_ = std::make_shared<OrientedPoints>(Downsample(points, grid));
   graph.nodes_ = graph.own_nodes_.get();
   graph.range_m_ = Ranges(*graph.nodes_);
-  graph.LinkCells(max_threads);
+  graph.LinkCells(work);
   return graph;
 }
 
@@ -61,7 +61,7 @@ int SurfaceGraph::Reach_px(std::size_t node) const {
   return static_cast<int>(std::clamp(reach, 2.0f, 64.0f));
 }
 
-void SurfaceGraph::LinkCells(int max_threads) {
+void SurfaceGraph::LinkCells(const Work& work) {
   // Opposite partners lie two to three cells away: two cells are one normal neighbourhood's radius
   // when the cells are built for it (see CellEdge_m).
   struct Found {
@@ -99,7 +99,7 @@ void SurfaceGraph::LinkCells(int max_threads) {
       if (opposite > a) found[c].pairs.push_back({a, opposite});
     }
   };
-  ParallelFor(size(), 256, max_threads, [&](std::size_t begin, std::size_t end) {
+  ParallelFor(size(), 64, work, [&](std::size_t begin, std::size_t end) {
     for (std::size_t c = begin; c < end; ++c) link(c);
   });
   for (const Found& f : found) {

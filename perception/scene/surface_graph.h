@@ -11,6 +11,7 @@
 #include "perception/cloud/measured_points.h"
 #include "perception/cloud/oriented_points.h"
 #include "perception/cloud/voxel_grid.h"
+#include "perception/cloud/work.h"
 
 namespace cwm::perception {
 
@@ -24,7 +25,8 @@ class SurfaceGraph {
   // `measured` must outlive the graph, and be in the frame in which the graph is asked.
   static SurfaceGraph OfImage(const MeasuredPoints& measured);
   // Of any cloud: nodes are the cells of the grid.
-  static SurfaceGraph OfGrid(const OrientedPoints& points, const VoxelGrid& grid, int max_threads);
+  static SurfaceGraph OfGrid(const OrientedPoints& points, const VoxelGrid& grid,
+                             const Work& work);
 
   const OrientedPoints& nodes() const { return *nodes_; }
   std::size_t size() const { return nodes_->size(); }
@@ -59,7 +61,7 @@ class SurfaceGraph {
   }
   std::int32_t AtPixel(int row, int column) const;
   int Reach_px(std::size_t node) const;
-  void LinkCells(int max_threads);
+  void LinkCells(const Work& work);
 
   const MeasuredPoints* measured_ = nullptr;  // of an image
   const VoxelGrid* grid_ = nullptr;           // of a grid

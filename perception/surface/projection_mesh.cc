@@ -26,15 +26,43 @@ constexpr int kMostNeighbors =
 constexpr double kLargestFold_rad = std::numbers::pi / 3;     // between normals along an edge
 constexpr double kSmallestAngle_rad = std::numbers::pi / 18;  // wished for, not guaranteed
 constexpr double kLargestAngle_rad = 2 * std::numbers::pi / 3;
+constexpr int kSearchesPerPiece = 32;  // of some 10 us with what the loops do in between
 
 using Cloud = pcl::PointCloud<pcl::PointNormal>;
 
-Cloud::Ptr Smooth(const std::vector<Eigen::Vector3f>& vertices, double spacing_m) {
+// The library's tree, which both of its loops ask once or a few times per vertex (some
+// microseconds each) and which may therefore end them. All that they hold are containers and
+// smart pointers: an exception unwinds them well.
+template <class Point>
+class PolledTree : public pcl::search::KdTree<Point> {
+ public:
+  explicit PolledTree(const Work& work) : poll_(work, kSearchesPerPiece) {}
+
+  using pcl::search::Search<Point>::nearestKSearch;
+  using pcl::search::Search<Point>::radiusSearch;
+  int nearestKSearch(const Point& point, int k, pcl::Indices& indices,
+                     std::vector<float>& squared_distances) const override {
+    poll_();
+    return pcl::search::KdTree<Point>::nearestKSearch(point, k, indices, squared_distances);
+  }
+  int radiusSearch(const Point& point, double radius, pcl::Indices& indices,
+                   std::vector<float>& squared_distances, unsigned int most) const override {
+    poll_();
+    return pcl::search::KdTree<Point>::radiusSearch(point, radius, indices, squared_distances,
+                                                    most);
+  }
+
+ private:
+  mutable PollEvery poll_;  // the library's loops run on one thread
+};
+
+Cloud::Ptr Smooth(const std::vector<Eigen::Vector3f>& vertices, double spacing_m,
+                  const Work& work) {
   const auto input = std::make_shared<pcl::PointCloud<pcl::PointXYZ>>();
   for (const Eigen::Vector3f& p : vertices) input->emplace_back(p.x(), p.y(), p.z());
   pcl::MovingLeastSquares<pcl::PointXYZ, pcl::PointNormal> mls;
   mls.setInputCloud(input);
-  mls.setSearchMethod(std::make_shared<pcl::search::KdTree<pcl::PointXYZ>>());
+  mls.setSearchMethod(std::make_shared<PolledTree<pcl::PointXYZ>>(work));
   mls.setSearchRadius(kSmoothingRadius * spacing_m);
   mls.setPolynomialOrder(kPolynomialOrder);
   mls.setComputeNormals(true);
@@ -57,10 +85,11 @@ Cloud::Ptr Smooth(const std::vector<Eigen::Vector3f>& vertices, double spacing_m
   return result;
 }
 
-std::vector<pcl::Vertices> Triangulate(const Cloud::Ptr& cloud, double spacing_m) {
+std::vector<pcl::Vertices> Triangulate(const Cloud::Ptr& cloud, double spacing_m,
+                                       const Work& work) {
   pcl::GreedyProjectionTriangulation<pcl::PointNormal> front;
   front.setInputCloud(cloud);
-  front.setSearchMethod(std::make_shared<pcl::search::KdTree<pcl::PointNormal>>());
+  front.setSearchMethod(std::make_shared<PolledTree<pcl::PointNormal>>(work));
   front.setSearchRadius(kLongestEdge * spacing_m);
   front.setMu(kLongestToNearest);
   front.setMaximumNearestNeighbors(kMostNeighbors);
@@ -75,16 +104,17 @@ std::vector<pcl::Vertices> Triangulate(const Cloud::Ptr& cloud, double spacing_m
 
 }  // namespace
 
-ProjectionMesh MeshByProjection(const std::vector<Eigen::Vector3f>& vertices, double spacing_m) {
+ProjectionMesh MeshByProjection(const std::vector<Eigen::Vector3f>& vertices, double spacing_m,
+                                const Work& work) {
   ProjectionMesh mesh{.vertices = vertices, .triangles = {}};
   if (vertices.size() < 3) return mesh;
   // The library speaks to stderr about each vertex that it leaves at a border.
   pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS);
-  const Cloud::Ptr smoothed = Smooth(vertices, spacing_m);
+  const Cloud::Ptr smoothed = Smooth(vertices, spacing_m, work);
   for (std::size_t i = 0; i < vertices.size(); ++i) {
     mesh.vertices[i] = (*smoothed)[i].getVector3fMap();
   }
-  for (const pcl::Vertices& polygon : Triangulate(smoothed, spacing_m)) {
+  for (const pcl::Vertices& polygon : Triangulate(smoothed, spacing_m, work)) {
     const bool valid = polygon.vertices.size() == 3 &&
                        std::all_of(polygon.vertices.begin(), polygon.vertices.end(), [&](auto v) {
                          return static_cast<std::size_t>(v) < vertices.size();

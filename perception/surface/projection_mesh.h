@@ -7,6 +7,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "perception/cloud/work.h"
+
 namespace cwm::perception {
 
 struct ProjectionMesh {
@@ -17,7 +19,9 @@ struct ProjectionMesh {
 
 // `vertices` are evenly spaced, about `spacing_m` apart. No vertex moves by more than the spacing.
 // No edge is longer than kLongestEdge spacings. No triangles for fewer than three vertices.
+// Throws Stopped when `work` is stopped, out of the middle of the library's loops.
 inline constexpr double kLongestEdge = 3.5;  // bridges the gap that one missing vertex leaves
-ProjectionMesh MeshByProjection(const std::vector<Eigen::Vector3f>& vertices, double spacing_m);
+ProjectionMesh MeshByProjection(const std::vector<Eigen::Vector3f>& vertices, double spacing_m,
+                                const Work& work = {});
 
 }  // namespace cwm::perception

@@ -180,7 +180,8 @@ Surface Complete(const OrientedPoints& points, const ThinnedPoints& thinned, Tri
 
 }  // namespace
 
-Surface ReconstructSurface(const OrientedPoints& points, const SurfaceOptions& options) {
+Surface ReconstructSurface(const OrientedPoints& points, const SurfaceOptions& options,
+                           const Work& work) {
   if (points.points.empty()) return {};
   const std::size_t most = std::max(options.max_triangles, 1);
   double spacing_m = std::max(kSmallestSpacing_m, options.spacing_m);
@@ -188,10 +189,11 @@ Surface ReconstructSurface(const OrientedPoints& points, const SurfaceOptions& o
     const ThinnedPoints thinned = Thin(points.points, static_cast<float>(spacing_m));
     // A surface has about two triangles per vertex; points that form none have one each. So there
     // is no need to triangulate before the vertices are few enough.
+    work.Poll();
     if (thinned.vertices.size() <= most) {
       Surface surface = Complete(
           points, thinned,
-          Clean(MeshByProjection(thinned.vertices, thinned.grid.edge_m()), points.viewpoint));
+          Clean(MeshByProjection(thinned.vertices, thinned.grid.edge_m(), work), points.viewpoint));
       if (surface.mesh.triangles.size() <= most) return surface;
     }
     spacing_m = kWidening * thinned.grid.edge_m();

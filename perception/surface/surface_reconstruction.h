@@ -7,6 +7,7 @@
 
 #include "collision/geometry/hybrid_model.h"
 #include "perception/cloud/oriented_points.h"
+#include "perception/cloud/work.h"
 
 namespace cwm::perception {
 
@@ -22,6 +23,8 @@ struct Surface {
 
 // Points that end up in no triangle (fewer than three, isolated) are covered by small triangles of
 // their own of the size of the spacing, so that no finite point is lost to collision checking.
-Surface ReconstructSurface(const OrientedPoints& points, const SurfaceOptions& options);
+// Throws Stopped when `work` is stopped.
+Surface ReconstructSurface(const OrientedPoints& points, const SurfaceOptions& options,
+                           const Work& work = {});
 
 }  // namespace cwm::perception

@@ -50,14 +50,14 @@ auto PlaneDepth(const Vector3f& normal) {
 TEST(ImageNormals, OfANoiselessPlaneAreExactAndFaceTheSensor) {
   const Vector3f normal = Vector3f(0, -0.7f, -0.7f).normalized();
   MeasuredPoints measured = Image(PlaneDepth(normal), 0);
-  EstimateImageNormals(measured, 2);
+  EstimateImageNormals(measured, {.max_threads = 2});
   for (const Vector3f& n : measured.oriented.normals) EXPECT_LT(Angle_rad(n, normal), 0.01);
 }
 
 TEST(ImageNormals, OfANoisyPlaneStayWithinTheirStatedSigma) {
   const Vector3f normal = Vector3f(0.3f, -0.7f, -0.7f).normalized();
   MeasuredPoints measured = Image(PlaneDepth(normal), kNoise_m);
-  EstimateImageNormals(measured, 2);
+  EstimateImageNormals(measured, {.max_threads = 2});
   double squares = 0, stated = 0;
   for (std::size_t i = 0; i < measured.oriented.size(); ++i) {
     squares += std::pow(Angle_rad(measured.oriented.normals[i], normal), 2);
@@ -77,7 +77,7 @@ TEST(ImageNormals, OfASphereArePointsMinusCenter) {
         return root > 0 ? (b - std::sqrt(root)) / a : std::nanf("");
       },
       0);
-  EstimateImageNormals(measured, 1);
+  EstimateImageNormals(measured, {.max_threads = 1});
   int checked = 0;
   for (std::size_t i = 0; i < measured.oriented.size(); ++i) {
     const Vector3f truth = (measured.oriented.points[i] - center) / kRadius_m;
@@ -92,7 +92,7 @@ TEST(ImageNormals, DoNotReachAcrossADepthJump) {
   // Two planes that face the sensor, 5 cm apart: a normal that mixed them would lean.
   MeasuredPoints measured =
       Image([](const Vector3f& ray) { return ray.x() < 0 ? 0.8f : 0.85f; }, 0);
-  EstimateImageNormals(measured, 2);
+  EstimateImageNormals(measured, {.max_threads = 2});
   for (const Vector3f& n : measured.oriented.normals) {
     EXPECT_LT(Angle_rad(n, -Vector3f::UnitZ()), 0.02);
   }
@@ -108,7 +108,7 @@ TEST(ImageNormals, KeepTheDirectionOfGivenOnesAndTurnThemToTheSensor) {
     cloud.normals.push_back(given);
   }
   MeasuredPoints measured = *CollectMeasured(cloud, {});
-  EstimateImageNormals(measured, 1);
+  EstimateImageNormals(measured, {.max_threads = 1});
   for (std::size_t i = 0; i < measured.oriented.size(); ++i) {
     const Vector3f& n = measured.oriented.normals[i];
     EXPECT_NEAR(std::abs(n.dot(given)), 1, 1e-5);
@@ -119,8 +119,8 @@ TEST(ImageNormals, KeepTheDirectionOfGivenOnesAndTurnThemToTheSensor) {
 TEST(ImageNormals, AreTheSameBytesOnAnyNumberOfThreads) {
   const auto depth = PlaneDepth(Vector3f(0, -0.5f, -0.8f).normalized());
   MeasuredPoints one = Image(depth, kNoise_m), two = Image(depth, kNoise_m);
-  EstimateImageNormals(one, 1);
-  EstimateImageNormals(two, 2);
+  EstimateImageNormals(one, {.max_threads = 1});
+  EstimateImageNormals(two, {.max_threads = 2});
   EXPECT_EQ(one.oriented.normals, two.oriented.normals);
   EXPECT_EQ(one.oriented.normal_sigma_rad, two.oriented.normal_sigma_rad);
 }
@@ -129,7 +129,7 @@ TEST(GridNormals, OfANoisyPlaneAgreeWithIt) {
   const Vector3f normal = Vector3f(0.2f, -0.6f, -0.7f).normalized();
   MeasuredPoints measured = Image(PlaneDepth(normal), kNoise_m);
   const VoxelGrid grid = VoxelGrid::Build(measured.oriented.points, 0.004f);
-  EstimateGridNormals(measured.oriented, grid, 0.0104f, 2);
+  EstimateGridNormals(measured.oriented, grid, 0.0104f, {.max_threads = 2});
   double squares = 0, stated = 0;
   for (std::size_t i = 0; i < measured.oriented.size(); ++i) {
     squares += std::pow(Angle_rad(measured.oriented.normals[i], normal), 2);
@@ -145,7 +145,7 @@ TEST(GridNormals, AreUnknownOnALine) {
   points.sigma_m.assign(200, 0.002f);
   points.normal_sigma_rad.assign(200, 0);
   const VoxelGrid grid = VoxelGrid::Build(points.points, 0.004f);
-  EstimateGridNormals(points, grid, 0.01f, 1);
+  EstimateGridNormals(points, grid, 0.01f, {.max_threads = 1});
   for (const Vector3f& n : points.normals) EXPECT_TRUE(n.isZero());
 }
 

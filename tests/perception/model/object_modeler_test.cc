@@ -207,9 +207,9 @@ TEST(ModelObject, StopsWhenAsked) {
   source.request_stop();
   const ScannedObject scan =
       ScanOnTable(OfOnePart(Sphere{.radius_m = 0.04}, 0.04), kDistance_m, kElevation_rad, 14);
-  EXPECT_TRUE(
-      ModelObject(scan.points, scan.X_WSupport, kNoise, ModelerOptions{}, source.get_token())
-          .shapes.empty());
+  EXPECT_THROW(ModelObject(scan.points, scan.X_WSupport, kNoise, ModelerOptions{},
+                           {.stop = source.get_token()}),
+               Stopped);
 }
 
 }  // namespace

@@ -41,7 +41,7 @@ ScannedObject ScanOnTable(const SimulatedObject& object, double distance_m, doub
   options.seed = seed;
   const SimulatedCloud scan = Scan(scene, camera, options);
   MeasuredPoints measured = *CollectMeasured(scan.cloud, options.noise);
-  EstimateImageNormals(measured, 1);
+  EstimateImageNormals(measured, {.max_threads = 1});
   ScannedObject out;
   out.points.viewpoint = camera.X_WC.translation();
   const OrientedPoints& all = measured.oriented;

@@ -41,8 +41,9 @@ PinholeCamera Camera() {
   return camera;
 }
 
-SegmentedScene Segmented(const PointCloud& cloud, const SegmentOptions& options = {}) {
-  auto scene = SegmentScene(*CollectMeasured(cloud, {}), options, {});
+SegmentedScene Segmented(const PointCloud& cloud, const SegmentOptions& options = {},
+                         const Work& work = {.max_threads = 2}) {
+  auto scene = SegmentScene(*CollectMeasured(cloud, {}), options, work);
   EXPECT_TRUE(scene.ok()) << scene.status();
   return *std::move(scene);
 }
@@ -136,10 +137,8 @@ TEST(SegmentScene, FindsTheSameObjectsInAShuffledCloud) {
 
 TEST(SegmentScene, IsTheSameOnAnyNumberOfThreads) {
   const SimulatedCloud truth = Scan(KitchenCounter(), KitchenCamera(), {});
-  SegmentOptions one, two;
-  one.max_threads = 1;
-  two.max_threads = 2;
-  const SegmentedScene a = Segmented(truth.cloud, one), b = Segmented(truth.cloud, two);
+  const SegmentedScene a = Segmented(truth.cloud, {}, {.max_threads = 1});
+  const SegmentedScene b = Segmented(truth.cloud, {}, {.max_threads = 2});
   EXPECT_EQ(a.points.points, b.points.points);
   EXPECT_EQ(a.points.normals, b.points.normals);
   EXPECT_EQ(a.rejected, b.rejected);
@@ -156,7 +155,8 @@ TEST(SegmentScene, StopsWhenAsked) {
   std::stop_source source;
   source.request_stop();
   const SimulatedCloud truth = Scan(Table({}), Camera(), {});
-  const auto scene = SegmentScene(*CollectMeasured(truth.cloud, {}), {}, source.get_token());
+  const auto scene =
+      SegmentScene(*CollectMeasured(truth.cloud, {}), {}, {.stop = source.get_token()});
   EXPECT_EQ(scene.status().code(), absl::StatusCode::kCancelled);
 }
 
