@@ -1,7 +1,6 @@
 #include "collision/engines/solid.h"
 
 #include <algorithm>
-#include <numeric>
 #include <utility>
 
 #include "collision/geometry/signed_distance.h"
@@ -13,32 +12,9 @@ namespace {
 // A flat mesh still needs a box with a volume. Thicker is safe: the bound grows by it.
 constexpr double kThinnest_m = 1e-6;
 
-// One vertex of each connected component.
-std::vector<Vector3> ComponentPoints(const TriangleMesh& mesh) {
-  std::vector<std::uint32_t> parent(mesh.vertices.size());
-  std::iota(parent.begin(), parent.end(), 0u);
-  const auto root = [&](std::uint32_t v) {
-    while (parent[v] != v) v = parent[v] = parent[parent[v]];
-    return v;
-  };
-  for (const auto& t : mesh.triangles) {
-    const std::uint32_t a = root(t[0]);
-    parent[root(t[1])] = a;
-    parent[root(t[2])] = a;
-  }
-  std::vector<Vector3> points;
-  std::vector<bool> seen(mesh.vertices.size(), false);
-  for (const auto& t : mesh.triangles) {
-    const std::uint32_t component = root(t[0]);
-    if (seen[component]) continue;
-    seen[component] = true;
-    points.push_back(mesh.vertices[t[0]]);
-  }
-  return points;
-}
-
-std::vector<Vector3> PointsOf(const Shape& shape) {
-  if (const auto* mesh = std::get_if<Mesh>(&shape)) return ComponentPoints(*mesh->mesh);
+std::vector<Vector3> PointsOf(const ExactGeometry& exact) {
+  if (exact.tree() != nullptr) return exact.tree()->component_points();
+  const Shape& shape = exact.shape();
   if (const auto* convex = std::get_if<Convex>(&shape)) return {convex->hull->vertices.front()};
   if (const auto* plate = std::get_if<Plate>(&shape)) {
     return {{plate->outline[0].x(), plate->outline[0].y(), -0.5 * plate->thickness_m}};
@@ -57,7 +33,7 @@ bool HoldsPointOf(const Solid& a, const Pose& X_WA, const Solid& b, const Pose& 
 
 Solid::Solid(std::shared_ptr<const ExactGeometry> exact)
     : exact_(std::move(exact)),
-      points_(PointsOf(exact_->shape())),
+      points_(PointsOf(*exact_)),
       bounds_(TightBounds(exact_->shape(), Pose::Identity())) {
   X_SC_.translation() = bounds_.center();
   bounding_box_ = PrepareExact(Box{bounds_.sizes().cwiseMax(kThinnest_m)});

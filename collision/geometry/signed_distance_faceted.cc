@@ -68,7 +68,8 @@ SurfacePoint NearestSurfacePoint(const Mesh& mesh, const Vector3& p) {
     const double distance = (p - nearest).norm();
     if (distance < best.distance) best = {distance, nearest, TriangleNormal(a, b, c)};
   }
-  const bool inside = mesh.watertight && WindingNumber(*mesh.mesh, p) > 0.5;
+  // A mesh that is wound inward is as solid as its mirror image.
+  const bool inside = mesh.watertight && std::abs(WindingNumber(*mesh.mesh, p)) > 0.5;
   const double sign = inside ? -1 : 1;
   return {sign * best.distance, best.nearest, NormalAt(best, p, sign)};
 }

@@ -1,8 +1,29 @@
 #include "collision/geometry/triangle_mesh.h"
 
 #include <algorithm>
+#include <numeric>
 
 namespace cwm {
+namespace {
+
+// For each vertex the index of one at the same place, the same one for all of them.
+std::vector<std::uint32_t> Welded(const std::vector<Vector3>& vertices) {
+  std::vector<std::uint32_t> order(vertices.size());
+  std::iota(order.begin(), order.end(), 0u);
+  const auto before = [&](std::uint32_t a, std::uint32_t b) {
+    const Vector3 &p = vertices[a], &q = vertices[b];
+    return std::lexicographical_compare(p.begin(), p.end(), q.begin(), q.end());
+  };
+  std::sort(order.begin(), order.end(), before);
+  std::vector<std::uint32_t> welded(vertices.size());
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    const bool is_same = i > 0 && vertices[order[i]] == vertices[order[i - 1]];
+    welded[order[i]] = is_same ? welded[order[i - 1]] : order[i];
+  }
+  return welded;
+}
+
+}  // namespace
 
 bool IsWatertight(const TriangleMesh& mesh) {
   if (mesh.triangles.empty()) return false;
@@ -21,6 +42,28 @@ bool IsWatertight(const TriangleMesh& mesh) {
   if (std::adjacent_find(forward.begin(), forward.end()) != forward.end()) return false;
   std::sort(backward.begin(), backward.end());
   return forward == backward;
+}
+
+std::vector<Vector3> ComponentPoints(const TriangleMesh& mesh) {
+  std::vector<std::uint32_t> parent = Welded(mesh.vertices);
+  const auto root = [&parent](std::uint32_t v) {
+    while (parent[v] != v) v = parent[v] = parent[parent[v]];
+    return v;
+  };
+  for (const TriangleMesh::Triangle& t : mesh.triangles) {
+    const std::uint32_t a = root(t[0]);
+    parent[root(t[1])] = a;
+    parent[root(t[2])] = a;
+  }
+  std::vector<Vector3> points;
+  std::vector<bool> seen(mesh.vertices.size(), false);
+  for (const TriangleMesh::Triangle& t : mesh.triangles) {
+    const std::uint32_t component = root(t[0]);
+    if (seen[component]) continue;
+    seen[component] = true;
+    points.push_back(mesh.vertices[t[0]]);
+  }
+  return points;
 }
 
 double SignedVolume_m3(const TriangleMesh& mesh) {

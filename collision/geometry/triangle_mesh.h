@@ -23,6 +23,10 @@ struct TriangleMesh {
 // directions: the mesh then bounds a volume and "inside" has a meaning.
 bool IsWatertight(const TriangleMesh& mesh);
 
+// One vertex of each part of the surface that hangs together; vertices at the same place hang
+// together whether or not they share an index. Vertices without a triangle are no part.
+std::vector<Vector3> ComponentPoints(const TriangleMesh& mesh);
+
 // Volume by the divergence theorem; positive for an outward-wound watertight mesh.
 double SignedVolume_m3(const TriangleMesh& mesh);
 

@@ -149,21 +149,27 @@ class DualSearch {
   Best& best_;
 };
 
+// The parts of mesh B that lie inside of the closed mesh A, in the frame of A.
+void OfferEnclosedParts(const ExactGeometry& a, const ExactGeometry& b, const Pose& X_AB,
+                        Best& best) {
+  for (const Vector3& p_B : b.tree()->component_points()) {
+    const Vector3 p = X_AB * p_B;
+    if (a.tree()->Encloses(p)) best.Offer(Enclosed(a, p));
+  }
+}
+
 }  // namespace
 
 PairDistance MeshToMesh(const ExactGeometry& a, const ExactGeometry& b, const Pose& X_AB,
                         double max_distance_m) {
   Best best(max_distance_m);
   DualSearch(*a.tree(), *b.tree(), X_AB, best).Run();
-  const Vector3 on_b = X_AB * b.tree()->triangle(0).corners[0];
-  const Vector3 on_a = a.tree()->triangle(0).corners[0];
-  // Surfaces that do not cross: one corner tells whether one lies inside of the other.
-  if (!best.IsOverlapping() && !a.IsOpen() && a.tree()->Encloses(on_b)) {
-    best.Offer(Enclosed(a, on_b));
-  }
-  const Vector3 on_a_B = X_AB.inverse() * on_a;
-  if (!best.IsOverlapping() && !b.IsOpen() && b.tree()->Encloses(on_a_B)) {
-    best.Offer(Swapped(InFrame(X_AB, Enclosed(b, on_a_B))));
+  // Where surfaces do not cross, a point of each part tells whether it lies inside of the other.
+  if (!best.IsOverlapping() && !a.IsOpen()) OfferEnclosedParts(a, b, X_AB, best);
+  if (!best.IsOverlapping() && !b.IsOpen()) {
+    Best swapped(max_distance_m);
+    OfferEnclosedParts(b, a, X_AB.inverse(), swapped);
+    if (swapped.IsOverlapping()) best.Offer(Swapped(InFrame(X_AB, swapped.answer())));
   }
   PairDistance answer = best.answer();
   if (answer.distance_m > max_distance_m) return JustBeyond(max_distance_m);

@@ -43,6 +43,7 @@ double EntryIntoBox(const Aabb& box, const Ray& ray) {
 struct Crossing {
   double distance_m = 0;
   double clearance = 0;  // smallest barycentric coordinate: how far from the nearest edge
+  bool leaves = false;   // the ray runs with the triangle's normal, not against it
 };
 std::optional<Crossing> Cross(const TriangleCorners& t, const Ray& ray) {
   const Vector3 a = t.corners[0] - ray.origin, b = t.corners[1] - ray.origin,
@@ -55,9 +56,10 @@ std::optional<Crossing> Cross(const TriangleCorners& t, const Ray& ray) {
   const double sum = u + v + w;
   if (sum == 0) return std::nullopt;  // along the plane
   const double distance = (u * a + v * b + w * c).dot(ray.direction) / sum;
-  return Crossing{distance, std::min({u, v, w}, [](double x, double y) {
-                              return std::abs(x) < std::abs(y);
-                            }) / sum};
+  return Crossing{
+      distance,
+      std::min({u, v, w}, [](double x, double y) { return std::abs(x) < std::abs(y); }) / sum,
+      sum > 0};
 }
 
 }  // namespace
@@ -70,7 +72,7 @@ double BoxGap_m(const Aabb& a, const Aabb& b) {
   return (a.min() - b.max()).cwiseMax(b.min() - a.max()).cwiseMax(0.0).norm();
 }
 
-TriangleTree::TriangleTree(const TriangleMesh& mesh) {
+TriangleTree::TriangleTree(const TriangleMesh& mesh) : component_points_(ComponentPoints(mesh)) {
   triangles_.reserve(mesh.triangles.size());
   for (const TriangleMesh::Triangle& t : mesh.triangles) {
     triangles_.push_back({{mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]]}});
@@ -157,7 +159,7 @@ bool TriangleTree::Encloses(const Vector3& p) const {
   const Ray ray{p, Vector3(0.5257, 0.2874, 0.8006).normalized()};
   // Barycentric clearance below which rounding could put the ray on either side of an edge.
   constexpr double kUnsure = 1e-9;
-  int crossings = 0;
+  int turns = 0;
   std::array<std::int32_t, kTreeStack> stack;
   std::size_t size = 0;
   stack[size++] = 0;
@@ -169,13 +171,13 @@ bool TriangleTree::Encloses(const Vector3& p) const {
       const std::optional<Crossing> crossing = Cross(triangle(i), ray);
       if (!crossing) continue;
       if (crossing->clearance < kUnsure) return EnclosesByWinding(p);
-      if (crossing->distance_m > 0) ++crossings;
+      if (crossing->distance_m > 0) turns += crossing->leaves ? 1 : -1;
     }
     if (node.count > 0) continue;
     stack[size++] = index + 1;
     stack[size++] = node.right;
   }
-  return crossings % 2 == 1;
+  return turns != 0;
 }
 
 bool TriangleTree::EnclosesByWinding(const Vector3& p) const {
@@ -183,7 +185,8 @@ bool TriangleTree::EnclosesByWinding(const Vector3& p) const {
   for (const TriangleCorners& t : triangles_) {
     angle_sr += SolidAngle_sr(t.corners[0] - p, t.corners[1] - p, t.corners[2] - p);
   }
-  return angle_sr > 2.0 * std::numbers::pi;
+  // Of whole turns of 4 pi; half of one is as far from none as from one.
+  return std::abs(angle_sr) > 2.0 * std::numbers::pi;
 }
 
 }  // namespace cwm::collision

@@ -42,6 +42,10 @@ class TriangleTree {
   const Aabb& bounds() const { return nodes_.front().bounds; }
   const std::vector<TriangleCorners>& triangles() const { return triangles_; }
 
+  // A point of each part of the surface that hangs together. Where no surfaces cross, a part lies
+  // wholly inside or wholly outside of another solid, so that one point of it decides.
+  const std::vector<Vector3>& component_points() const { return component_points_; }
+
   // Visits triangles that may be within a distance of a box, near subtrees first: visit(triangle,
   // index) returns the distance that still matters from then on; a negative one ends the search at
   // triangles whose bounds do not overlap the box.
@@ -59,8 +63,10 @@ class TriangleTree {
   // The first triangle hit by a ray, either side.
   std::optional<RayHit> CastRay(const Ray& ray) const;
 
-  // Whether a point is inside of a watertight mesh: by the crossings of a ray, or by the winding
-  // number where the ray passes too near to an edge to be sure.
+  // Whether the surface of a watertight mesh winds around a point, either way: parts that overlap
+  // are a union, a part within another one that faces the other way is a cavity, and a mesh that is
+  // wound inward is as solid as its mirror image. By the crossings of a ray, or by solid angles where
+  // the ray passes too near to an edge to be sure.
   bool Encloses(const Vector3& p) const;
 
  private:
@@ -69,6 +75,7 @@ class TriangleTree {
 
   std::vector<TriangleCorners> triangles_;
   std::vector<Node> nodes_;
+  std::vector<Vector3> component_points_;
 };
 
 // Splits at the median halve the count, so 32-bit counts make at most 32 levels; one entry waits
