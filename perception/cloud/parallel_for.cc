@@ -15,9 +15,12 @@ void ParallelFor(std::size_t count, std::size_t range_size, const Work& work,
   std::atomic<std::size_t> next{0};
   std::exception_ptr first_failure;
   std::mutex failure_mutex;
-  auto run = [&] {
+  // Thread 0 is the caller's own, which never gives up.
+  auto run = [&](int thread) {
     try {
-      for (std::size_t begin; (begin = next.fetch_add(range_size)) < count;) {
+      while (thread < work.Threads()) {
+        const std::size_t begin = next.fetch_add(range_size);
+        if (begin >= count) break;
         work.Poll();
         body(begin, std::min(begin + range_size, count));
       }
@@ -28,11 +31,11 @@ void ParallelFor(std::size_t count, std::size_t range_size, const Work& work,
     }
   };
   const std::size_t ranges = (count + range_size - 1) / range_size;
-  const std::size_t helpers =
-      std::min<std::size_t>(static_cast<std::size_t>(std::max(work.max_threads, 1)), ranges);
+  const int helpers =
+      static_cast<int>(std::min<std::size_t>(static_cast<std::size_t>(work.Threads()), ranges));
   std::vector<std::jthread> threads;
-  for (std::size_t i = 1; i < helpers; ++i) threads.emplace_back(run);
-  run();
+  for (int i = 1; i < helpers; ++i) threads.emplace_back(run, i);
+  run(0);
   threads.clear();  // joins
   if (first_failure) std::rethrow_exception(first_failure);
 }

@@ -8,8 +8,8 @@
 
 namespace cwm::perception {
 
-// Calls body(begin, end) for consecutive ranges of [0, count), on at most work.max_threads threads,
-// and returns when all are done. Ranges are handed out in order but run in any order: a body must
+// Calls body(begin, end) for consecutive ranges of [0, count), on at most work.Threads() threads,
+// asked again before each range, and returns when all are done. Ranges are handed out in order but run in any order: a body must
 // write only what belongs to its own range, and then the result does not depend on the number of
 // threads. Polls before each range: a range should take at most about a millisecond, or its body
 // poll as well. The first exception of a body, Stopped among them, ends the loop and is rethrown.

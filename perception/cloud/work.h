@@ -1,6 +1,7 @@
 // What a long piece of work may use, and when it must end: handed through all stages of perception.
 #pragma once
 
+#include <algorithm>
 #include <exception>
 #include <functional>
 #include <stop_token>
@@ -17,11 +18,21 @@ class Stopped : public std::exception {
 
 struct Work {
   int max_threads = 1;
+  // How many of them may run just now, asked before each piece of work: a loop that is under way on
+  // more gives threads back, and the next one starts with as many. May be empty: all. Cheap, and
+  // safe on all threads at once.
+  std::function<int()> threads_now = {};
   std::stop_token stop = {};
   // Called before each piece of work, by whatever thread does it, at most about a millisecond apart
   // on each thread: the place to count pieces. Cheap, and safe on all threads at once. May be
   // empty.
   std::function<void()> on_piece = {};
+
+  // At least one, at most max_threads.
+  int Threads() const {
+    const int allowed = threads_now ? std::min(threads_now(), max_threads) : max_threads;
+    return std::max(allowed, 1);
+  }
 
   // Between two pieces. Throws Stopped once the stop was requested.
   void Poll() const {
@@ -29,6 +40,9 @@ struct Work {
     if (on_piece) on_piece();
   }
 };
+
+// Work on one thread that nobody stops.
+inline const Work kUnbounded;
 
 // Polls on every `steps`-th call: for loops whose single step is much shorter than a piece. One per
 // loop and thread.

@@ -45,7 +45,8 @@ Runtime::Runtime(Application& application_in)
     : application(application_in),
       watchers(application.limits.max_watchers),
       streams(application.limits.max_streams),
-      query({.name = "query", .threads = Cores(), .capacity = kQueryCapacity, .nice = 0}),
+      cores(Cores()),
+      query({.name = "query", .threads = cores, .capacity = kQueryCapacity, .nice = 0}),
       ingest({.name = "ingest", .threads = 1, .capacity = kIngestCapacity, .nice = 10}),
       control({.name = "control", .threads = 2, .capacity = kControlCapacity, .nice = 0}),
       // Each watch has one task waiting at most, so that none is ever refused.
@@ -58,7 +59,7 @@ Runtime::Runtime(Application& application_in)
 Runtime::~Runtime() = default;
 
 int Runtime::ThreadsForScan() const {
-  return query.IdleFor() > kPauseOfQueries ? Cores() : std::max(1, Cores() - 1);
+  return query.IdleFor() > kPauseOfQueries ? cores : std::max(1, cores - 1);
 }
 
 void Runtime::WhenReached(std::shared_ptr<World> world, collision::Revision revision,

@@ -66,6 +66,8 @@ class Runtime {
   Quota streams;
   Quota upload_bytes{kMaxUploadBytes};
 
+  const int cores;
+
   // One queue per class of work. Queries may use every core; ingests yield to them.
   WorkQueue query;
   WorkQueue ingest;

@@ -1,0 +1,85 @@
+#include "perception/cloud/parallel_for.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <mutex>
+#include <set>
+#include <stdexcept>
+#include <thread>
+#include <vector>
+
+namespace cwm::perception {
+namespace {
+
+TEST(ParallelFor, VisitsEachIndexOnceOnAnyNumberOfThreads) {
+  for (const int threads : {0, 1, 2, 5}) {
+    for (const std::size_t range : {std::size_t{0}, std::size_t{1}, std::size_t{7}}) {
+      std::vector<std::atomic<int>> visits(100);
+      ParallelFor(visits.size(), range, {.max_threads = threads},
+                  [&](std::size_t begin, std::size_t end) {
+                    for (std::size_t i = begin; i < end; ++i) ++visits[i];
+                  });
+      for (const auto& count : visits) EXPECT_EQ(count, 1);
+    }
+  }
+}
+
+TEST(ParallelFor, DoesNothingForNothing) {
+  ParallelFor(0, 1, {.max_threads = 2}, [](std::size_t, std::size_t) { FAIL(); });
+}
+
+TEST(ParallelFor, GivesAThreadBackBeforeItsNextRange) {
+  constexpr int kRanges = 1000;
+  constexpr int kUntilToldToGo = 10;
+  const std::thread::id caller = std::this_thread::get_id();
+  std::atomic<int> allowed{2}, by_helper{0}, by_caller{0};
+  const Work work{.max_threads = 2, .threads_now = [&] { return allowed.load(); }};
+  ParallelFor(kRanges, 1, work, [&](std::size_t, std::size_t) {
+    if (std::this_thread::get_id() != caller) {
+      if (++by_helper == kUntilToldToGo) allowed = 1;
+      return;
+    }
+    ++by_caller;
+    while (allowed == 2) std::this_thread::yield();  // leaves the ranges to the helper
+  });
+  EXPECT_EQ(by_helper, kUntilToldToGo);
+  EXPECT_EQ(by_caller, kRanges - kUntilToldToGo);
+}
+
+TEST(ParallelFor, StartsNoMoreThreadsThanItMayUseNow) {
+  std::mutex mutex;
+  std::set<std::thread::id> seen;
+  const Work work{.max_threads = 8, .threads_now = [] { return 0; }};  // never below one
+  ParallelFor(100, 1, work, [&](std::size_t, std::size_t) {
+    const std::lock_guard lock(mutex);
+    seen.insert(std::this_thread::get_id());
+  });
+  EXPECT_EQ(seen, std::set<std::thread::id>{std::this_thread::get_id()});
+}
+
+TEST(ParallelFor, HandsOnTheFirstExceptionAndEndsEarly) {
+  std::atomic<int> visited{0};
+  EXPECT_THROW(ParallelFor(1'000'000, 1, {.max_threads = 2},
+                           [&](std::size_t begin, std::size_t) {
+                             ++visited;
+                             if (begin == 10) throw std::runtime_error("bad range");
+                           }),
+               std::runtime_error);
+  EXPECT_LT(visited, 1'000'000);
+}
+
+TEST(ParallelFor, EndsBeforeTheNextPieceOnceItIsToldToStop) {
+  std::stop_source stop;
+  int visited = 0;
+  EXPECT_THROW(ParallelFor(100, 1, {.max_threads = 1, .stop = stop.get_token()},
+                           [&](std::size_t begin, std::size_t) {
+                             ++visited;
+                             if (begin == 4) stop.request_stop();
+                           }),
+               Stopped);
+  EXPECT_EQ(visited, 5);
+}
+
+}  // namespace
+}  // namespace cwm::perception
