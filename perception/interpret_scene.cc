@@ -96,7 +96,6 @@ class ThingModeler {
     std::optional<Pose> X_LSupport;
     if (thing.supported_by >= 0) {
       X_LSupport = scene_.supports[static_cast<std::size_t>(thing.supported_by)].plate.X_FS;
-      X_LSupport->translate(Vector3(0, 0, thing.foot_height_m));  // of a stack: the top below it
     }
     ObjectModel found = ModelObject(points, X_LSupport, options_.noise, options_.modeler, work_);
     ModelledThing out;
@@ -316,7 +315,6 @@ absl::StatusOr<SceneInterpretation> Interpret(const PointCloud& cloud,
     LabelThing(*scene, k, thing.part_of_point, result.labels);
     DetectedObject object;
     object.supported_by = scene->things[k].supported_by;
-    object.rests_on = scene->things[k].rests_on;
     object.kind = object.supported_by >= 0 ? DetectedKind::kObject : DetectedKind::kResidual;
     object.X_WO = X_WL * thing.X_LO;
     object.model = std::move(thing.model);
