@@ -81,10 +81,11 @@ std::optional<PairDistance> AskBullet(const btConvexShape& a, const btTransform&
   if (!(std::abs(length - 1) < 1e-3)) return std::nullopt;  // a degenerate direction
   const btVector3 normal = found.m_normalOnBInWorld / -length;
   const double gap_m = ExtentGap_m(a, X_WA, b, X_WB, normal);
-  if (found.m_distance > kTouching_m && gap_m <= 0) return std::nullopt;
+  if ((found.m_distance > kTouching_m) != (gap_m > 0)) return std::nullopt;
   PairDistance answer{.distance_m = found.m_distance,
                       .point_b = FromBullet(found.m_pointInWorld),
-                      .normal = FromBullet(normal)};
+                      .normal = FromBullet(normal),
+                      .solver = Solver::kEngine};
   answer.point_a = answer.point_b - answer.distance_m * answer.normal;
   answer.bound_m = std::max(0.0, answer.distance_m - gap_m) + kWitnessBound_m;
   answer.trust = answer.distance_m > kTouching_m ? Trust::kBounded : Trust::kDegraded;
@@ -129,7 +130,7 @@ PairDistance HalfSpaceDistance(const BulletForm& a, const Pose& X_WA, const Pose
     const BulletPiece& piece = a.shape.pieces[i];
     const Pose X_WP = X_WA * piece.X_SP;
     const Vector3 down_P = X_WP.linear().transpose() * -normal_W;
-    PairDistance lowest;
+    PairDistance lowest{.solver = Solver::kEngine};
     lowest.point_a = X_WP * FromBullet(piece.shape->localGetSupportingVertex(ToBullet(down_P)));
     lowest.distance_m = normal_W.dot(lowest.point_a - X_WH.translation());
     return lowest;
@@ -202,7 +203,11 @@ PairDistance MeshDistance(const BulletForm& a, const Pose& X_WA, const BulletFor
     return nearest.value_or(PairDistance{});
   });
   if (failed) return WithoutBullet(a, X_WA, m, X_WM);
-  if (answer.distance_m <= 0) return OverlapBound(*a.solid, X_WA, *m.solid, X_WM);
+  if (answer.distance_m <= 0) {
+    // Of circumscribed pieces Bullet cannot tell whether the shape in them overlaps as well.
+    return a.shape.bound_m > 0 ? WithoutBullet(a, X_WA, m, X_WM)
+                               : OverlapBound(*a.solid, X_WA, *m.solid, X_WM);
+  }
   answer.bound_m += a.shape.bound_m;
   answer.trust = m.solid->is_open() ? Trust::kSurfaceOnly : Trust::kBounded;
   return answer;

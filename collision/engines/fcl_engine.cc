@@ -111,7 +111,7 @@ std::optional<PairDistance> PieceDistance(const FclPair& pair, const FclPiece& a
     if (!PiecesCollide(a, pair.X_WA, b, pair.X_WB)) return std::nullopt;
     return PairDistance{.distance_m = -1};
   }
-  PairDistance answer;
+  PairDistance answer{.solver = Solver::kEngine};
   TakeWitnesses(pair, result.nearest_points, answer);
   const Vector3 between = answer.point_b - answer.point_a;
   answer.distance_m = between.norm();
@@ -178,7 +178,10 @@ PairDistance FclDistance(const FclPair& pair) {
       });
   if (failed) return ByKernels(pair);
   if (answer.distance_m < 0) {
-    return pair.has_mesh() ? OverlapBound(solid_a, pair.X_WA, solid_b, pair.X_WB) : ByKernels(pair);
+    // Of circumscribed pieces FCL cannot tell whether the shapes in them overlap as well.
+    const bool is_stand_in = pair.a.shape.bound_m + pair.b.shape.bound_m > 0;
+    return pair.has_mesh() && !is_stand_in ? OverlapBound(solid_a, pair.X_WA, solid_b, pair.X_WB)
+                                           : ByKernels(pair);
   }
   Label(pair, proven_m, answer);
   return answer;

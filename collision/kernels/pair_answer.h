@@ -14,6 +14,10 @@ enum class Trust {
   kDegraded,     // the engine's best effort, no bound known
 };
 
+// Whose computation an answer is: where an engine fails, or measures overlaps wrongly, the exact
+// kernels stand in for it.
+enum class Solver { kEngine, kKernels };
+
 // A before B. All vectors in the frame that the poses were given in.
 struct PairDistance {
   double distance_m = 0;              // signed; negative is penetration depth, 0 is touching
@@ -23,6 +27,7 @@ struct PairDistance {
       Vector3::UnitZ();  // unit, from A to B: moving B along it by the depth makes them touch
   Trust trust = Trust::kExact;
   double bound_m = 0;  // with kBounded: |distance_m - true| <= bound_m
+  Solver solver = Solver::kKernels;
 };
 
 }  // namespace cwm::collision

@@ -94,6 +94,7 @@ BodySearch::BodySearch(const WorldSnapshot& world, const QueryBody& body,
 }
 
 void BodySearch::PlaceBody(const Pose& X_WB) {
+  ++row_;
   bounds_W_.setEmpty();
   for (BodyPart& mine : parts_) {
     mine.X_WP = X_WB * mine.part->X_OP;
@@ -104,12 +105,12 @@ void BodySearch::PlaceBody(const Pose& X_WB) {
 }
 
 void BodySearch::RefusePair(const PairId& id, Question question) {
-  const WorldObject& object = *world_.objects()[id.object];
+  const WorldObject& object = *id.object;
   const PreparedPart& theirs = object.geometry->parts[id.object_part];
   // Debian's absl knows std::string, not std::string_view.
   const auto text = [](std::string_view name) { return std::string(name); };
   status_ = absl::UnimplementedError(
-      absl::StrCat("engine ", text(NameOf(choice_)), " does not answer ",
+      absl::StrCat("row ", row_, ": engine ", text(NameOf(choice_)), " does not answer ",
                    question == Question::kCollides ? "collision" : "distance", " of ",
                    text(cwm::NameOf(parts_[id.body_part].kind)), " (body part ", id.body_part,
                    ") and ", text(cwm::NameOf(KindOf(theirs.shape))), " (object '", object.name,

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <array>
+#include <compare>
 #include <limits>
 #include <vector>
 
@@ -16,10 +17,14 @@ namespace cwm::collision {
 
 // Where an answer comes from. Ordered as ties break: object name, then body part, then object part.
 struct PairId {
-  std::int32_t object = -1;
+  const WorldObject* object = nullptr;  // of the snapshot that is asked
   std::int32_t body_part = -1;
   std::int32_t object_part = -1;
-  friend auto operator<=>(const PairId&, const PairId&) = default;
+  friend std::strong_ordering operator<=>(const PairId& a, const PairId& b) {
+    if (a.object != b.object) return a.object->name <=> b.object->name;
+    if (a.body_part != b.body_part) return a.body_part <=> b.body_part;
+    return a.object_part <=> b.object_part;
+  }
 };
 
 // One per call, used by one thread; allocates at construction alone.
@@ -45,9 +50,9 @@ class BodySearch {
   // bounds are within `reach_m`, for which `question` has an engine; visit returns the reach that
   // still matters. Ends early when the batch must.
   template <class Visit>
-  void ForEachPair(std::size_t object, double reach_m, Question question, Visit&& visit);
+  void ForEachPair(const WorldObject& object, double reach_m, Question question, Visit&& visit);
 
-  bool Skips(std::size_t object) const { return filter_.Skips(object); }
+  bool Skips(const WorldObject& object) const { return filter_.Skips(object); }
   const WorldSnapshot& world() const { return world_; }
 
   // Whether the row at hand is void: interrupted, or an engine had no answer.
@@ -76,6 +81,7 @@ class BodySearch {
   std::array<EngineTable, 2> engines_;  // by Question: kCollides, kDistance
   std::vector<BodyPart> parts_;
   Aabb bounds_W_;
+  std::int64_t row_ = -1;  // counted by PlaceBody
   Interrupt interrupt_;
   absl::Status status_;
 };
@@ -83,19 +89,18 @@ class BodySearch {
 bool IsOpenMesh(const Shape& shape);
 
 template <class Visit>
-void BodySearch::ForEachPair(std::size_t object, double reach_m, Question question, Visit&& visit) {
-  const WorldObject& other = *world_.objects()[object];
+void BodySearch::ForEachPair(const WorldObject& object, double reach_m, Question question,
+                             Visit&& visit) {
   const EngineTable& engines = engines_[question == Question::kCollides ? 0 : 1];
   for (std::size_t b = 0; b < parts_.size(); ++b) {
     const BodyPart& mine = parts_[b];
-    for (std::size_t o = 0; o < other.parts_W.size(); ++o) {
-      const PlacedPart& placed = other.parts_W[o];
+    for (std::size_t o = 0; o < object.parts_W.size(); ++o) {
+      const PlacedPart& placed = object.parts_W[o];
       const double squared_m2 = SquaredDistance_m2(mine.bounds_W, placed.bounds_W);
       if (reach_m < 0 || squared_m2 > reach_m * reach_m) continue;
-      const PreparedPart& theirs = other.geometry->parts[o];
+      const PreparedPart& theirs = object.geometry->parts[o];
       if (filter_.Skips(theirs.source)) continue;
-      const PairId id{static_cast<std::int32_t>(object), static_cast<std::int32_t>(b),
-                      static_cast<std::int32_t>(o)};
+      const PairId id{&object, static_cast<std::int32_t>(b), static_cast<std::int32_t>(o)};
       const ShapeKind kind = KindOf(theirs.shape);
       const Engine* engine = engines[static_cast<int>(mine.kind)][static_cast<int>(kind)];
       if (engine == nullptr) return RefusePair(id, question);

@@ -3,6 +3,7 @@
 
 #include "collision/engines/exact_engine.h"
 #include "collision/query/interrupt.h"
+#include "collision/query/object_ranks.h"
 #include "collision/query/query.h"
 #include "collision/query/world_filter.h"
 
@@ -11,15 +12,14 @@ namespace {
 
 struct NearestHit {
   RayHit hit;
-  std::int32_t object = -1;
+  const WorldObject* object = nullptr;
   std::int32_t part = -1;
 };
 
 // Keeps the nearest hit of the ray with the parts of one object; equally near ones go to the object
 // that comes first by name, then to the first part.
-void HitObject(const WorldSnapshot& world, const WorldFilter& filter, const RayRow& ray,
-               std::int32_t index, Interrupt& interrupt, std::optional<NearestHit>& nearest) {
-  const WorldObject& object = *world.objects()[index];
+void HitObject(const WorldObject& object, const WorldFilter& filter, const RayRow& ray,
+               Interrupt& interrupt, std::optional<NearestHit>& nearest) {
   const SlabRay slabs(ray.origin, ray.direction);
   for (std::size_t k = 0; k < object.parts_W.size(); ++k) {
     const PreparedPart& part = object.geometry->parts[k];
@@ -33,18 +33,18 @@ void HitObject(const WorldSnapshot& world, const WorldFilter& filter, const RayR
     if (interrupt.After(1)) return;
     if (!hit.has_value() || hit->distance_m > limit_m) continue;
     const bool nearer = !nearest.has_value() || hit->distance_m < nearest->hit.distance_m ||
-                        index < nearest->object;
-    if (nearer) nearest = {.hit = *hit, .object = index, .part = static_cast<std::int32_t>(k)};
+                        Precedes(object, *nearest->object);
+    if (nearer) nearest = {.hit = *hit, .object = &object, .part = static_cast<std::int32_t>(k)};
   }
 }
 
-void AppendRow(RayColumns& columns, const std::optional<NearestHit>& nearest) {
+void AppendRow(RayColumns& columns, const std::optional<NearestHit>& nearest, ObjectRanks& ranks) {
   const NearestHit row =
-      nearest.value_or(NearestHit{{.distance_m = 0, .normal = Vector3::Zero()}, 0, 0});
+      nearest.value_or(NearestHit{{.distance_m = 0, .normal = Vector3::Zero()}, nullptr, 0});
   columns.hit.push_back(nearest.has_value() ? 1 : 0);
   columns.distance_m.push_back(row.hit.distance_m);
   columns.normal.insert(columns.normal.end(), row.hit.normal.begin(), row.hit.normal.end());
-  columns.object.push_back(row.object);
+  columns.object.push_back(nearest.has_value() ? ranks.Of(row.object) : 0);
   columns.object_part.push_back(row.part);
   ++columns.completed;
 }
@@ -55,6 +55,7 @@ absl::StatusOr<RayColumns> CastRays(const WorldSnapshot& world, std::span<const 
                                     const QueryOptions& options, std::stop_token stop) {
   const WorldFilter filter(world, options, /*self=*/"");
   Interrupt interrupt(std::move(stop), options.give_up_at);
+  ObjectRanks ranks(world);
   RayColumns columns;
   columns.hit.reserve(rays.size());
   columns.distance_m.reserve(rays.size());
@@ -65,15 +66,13 @@ absl::StatusOr<RayColumns> CastRays(const WorldSnapshot& world, std::span<const 
     if (interrupt.After(1)) break;
     std::optional<NearestHit> nearest;
     world.bounds().ForEachOnRay(
-        ray.origin, ray.direction, ray.max_distance_m, [&](std::uint32_t i, double) {
-          if (!filter.Skips(i)) {
-            HitObject(world, filter, ray, static_cast<std::int32_t>(i), interrupt, nearest);
-          }
+        ray.origin, ray.direction, ray.max_distance_m, [&](const WorldObject& object, double) {
+          if (!filter.Skips(object)) HitObject(object, filter, ray, interrupt, nearest);
           if (interrupt.reason() != Interrupt::Reason::kNone) return -1.0;
           return nearest.has_value() ? nearest->hit.distance_m : ray.max_distance_m;
         });
     if (interrupt.reason() != Interrupt::Reason::kNone) break;
-    AppendRow(columns, nearest);
+    AppendRow(columns, nearest, ranks);
   }
   if (interrupt.reason() == Interrupt::Reason::kStopped) {
     return absl::CancelledError("the question was cancelled");

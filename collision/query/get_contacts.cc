@@ -8,7 +8,7 @@ namespace cwm::collision {
 namespace {
 
 // All contacts of the body with one object, `scratch` being a buffer of the caller's.
-void AddContacts(BodySearch& search, std::size_t object, double margin_m, int max_count,
+void AddContacts(BodySearch& search, const WorldObject& object, double margin_m, int max_count,
                  std::vector<PairDistance>& scratch, BestPairs& best) {
   const double reach_m = std::max(0.0, margin_m);
   search.ForEachPair(object, reach_m, Question::kDistance, [&](const BodySearch::Pair& pair) {
@@ -25,13 +25,11 @@ absl::StatusOr<PairColumns> GetContacts(const WorldSnapshot& world, const QueryB
                                         std::span<const Pose> X_WB, const QueryOptions& options,
                                         std::stop_token stop) {
   BodySearch search(world, body, options, std::move(stop));
-  double widest_margin_m = 0;
-  for (const WorldObjectPtr& object : world.objects()) {
-    widest_margin_m = std::max(widest_margin_m, object->margin_m);
-  }
-  widest_margin_m = std::max(0.0, widest_margin_m + options.margin_m);
+  const double widest_margin_m =
+      std::max(0.0, world.objects().widest_margin_m() + options.margin_m);
 
   BestPairs best(options.max_contacts);
+  ObjectRanks ranks(world);
   std::vector<PairDistance> scratch;
   PairColumns columns;
   Reserve(columns, X_WB.size(), std::max(0, options.max_contacts));
@@ -39,15 +37,16 @@ absl::StatusOr<PairColumns> GetContacts(const WorldSnapshot& world, const QueryB
     if (search.MustEnd()) break;
     search.PlaceBody(X);
     best.Clear();
-    world.bounds().ForEachWithin(search.body_bounds_W(), widest_margin_m, [&](std::uint32_t i) {
-      const double margin_m = world.objects()[i]->margin_m + options.margin_m;
-      if (!search.Skips(i)) {
-        AddContacts(search, i, margin_m, options.max_contacts, scratch, best);
+    const auto visit = [&](const WorldObject& object) {
+      const double margin_m = object.margin_m + options.margin_m;
+      if (!search.Skips(object)) {
+        AddContacts(search, object, margin_m, options.max_contacts, scratch, best);
       }
       return !search.ended();
-    });
+    };
+    world.bounds().ForEachWithin(search.body_bounds_W(), widest_margin_m, visit);
     if (search.ended()) break;
-    AppendRow(columns, best.pairs());
+    AppendRow(columns, best.pairs(), ranks);
   }
   if (absl::Status status = search.Finish(); !status.ok()) return status;
   return columns;

@@ -26,7 +26,7 @@ void LabelAsBound(const Aabb& body_W, const Aabb& object_W, PairDistance& answer
 }
 
 // The nearest pair of parts of the body and one object, if within `limit_m`.
-std::optional<FoundPair> NearestPair(BodySearch& search, std::size_t object, double limit_m,
+std::optional<FoundPair> NearestPair(BodySearch& search, const WorldObject& object, double limit_m,
                                      std::size_t body_part_count) {
   std::optional<FoundPair> nearest;
   search.ForEachPair(
@@ -39,10 +39,9 @@ std::optional<FoundPair> NearestPair(BodySearch& search, std::size_t object, dou
         }
         return std::max(0.0, limit_m);
       });
-  const WorldObject& other = *search.world().objects()[object];
-  const bool several = body_part_count + other.parts_W.size() > 2;
+  const bool several = body_part_count + object.parts_W.size() > 2;
   if (nearest.has_value() && nearest->answer.distance_m < 0 && several) {
-    LabelAsBound(search.body_bounds_W(), other.bounds_W, nearest->answer);
+    LabelAsBound(search.body_bounds_W(), object.bounds_W, nearest->answer);
   }
   return nearest;
 }
@@ -55,6 +54,7 @@ absl::StatusOr<PairColumns> GetDistances(const WorldSnapshot& world, const Query
   BodySearch search(world, body, options, std::move(stop));
   const std::size_t body_part_count = body.geometry->parts.size();
   BestPairs best(options.max_results);
+  ObjectRanks ranks(world);
   PairColumns columns;
   Reserve(columns, X_WB.size(), std::max(0, options.max_results));
   for (const Pose& X : X_WB) {
@@ -63,15 +63,15 @@ absl::StatusOr<PairColumns> GetDistances(const WorldSnapshot& world, const Query
     best.Clear();
     const auto limit_m = [&] { return best.Limit_m(options.max_distance_m); };
     world.bounds().ForEachNearest(
-        search.body_bounds_W(), std::max(0.0, limit_m()), [&](std::uint32_t i, double) {
-          if (search.Skips(i)) return std::max(0.0, limit_m());
-          const auto nearest = NearestPair(search, i, limit_m(), body_part_count);
+        search.body_bounds_W(), std::max(0.0, limit_m()), [&](const WorldObject& object, double) {
+          if (search.Skips(object)) return std::max(0.0, limit_m());
+          const auto nearest = NearestPair(search, object, limit_m(), body_part_count);
           if (nearest.has_value()) best.Add(*nearest);
           // Boxes that overlap are at distance 0 whatever the depth of what is in them.
           return search.ended() ? -1.0 : std::max(0.0, limit_m());
         });
     if (search.ended()) break;
-    AppendRow(columns, best.pairs());
+    AppendRow(columns, best.pairs(), ranks);
   }
   if (absl::Status status = search.Finish(); !status.ok()) return status;
   return columns;

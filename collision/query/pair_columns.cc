@@ -25,13 +25,13 @@ void Reserve(PairColumns& columns, std::size_t rows, std::size_t pairs_per_row) 
   columns.bound_m.reserve(pairs);
 }
 
-void AppendRow(PairColumns& columns, const std::vector<FoundPair>& pairs) {
+void AppendRow(PairColumns& columns, const std::vector<FoundPair>& pairs, ObjectRanks& ranks) {
   for (const FoundPair& pair : pairs) {
     columns.distance_m.push_back(pair.answer.distance_m);
     Append(columns.point_body, pair.answer.point_a);
     Append(columns.point_object, pair.answer.point_b);
     Append(columns.normal, pair.answer.normal);
-    columns.object.push_back(pair.id.object);
+    columns.object.push_back(ranks.Of(pair.id.object));
     columns.body_part.push_back(pair.id.body_part);
     columns.object_part.push_back(pair.id.object_part);
     columns.trust.push_back(pair.answer.trust);

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "collision/query/body_search.h"
+#include "collision/query/object_ranks.h"
 #include "collision/query/query.h"
 
 namespace cwm::collision {
@@ -52,6 +53,6 @@ class BestPairs {
 void Reserve(PairColumns& columns, std::size_t rows, std::size_t pairs_per_row);
 
 // Appends the pairs of a finished row.
-void AppendRow(PairColumns& columns, const std::vector<FoundPair>& pairs);
+void AppendRow(PairColumns& columns, const std::vector<FoundPair>& pairs, ObjectRanks& ranks);
 
 }  // namespace cwm::collision

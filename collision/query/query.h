@@ -50,13 +50,15 @@ struct QueryOptions {
 
 enum class Verdict : std::uint8_t { kNotComputed, kFree, kCollision, kOutOfLimits, kUndecided };
 
-// One byte a row; for a row in collision the pair that told.
+// One byte a row; for a row in collision or undecided a pair that told. A row is undecided when no
+// pair surely collides and of some pair the distance and its bound straddle the margin: never with
+// AUTO or EXACT, whose bounds are about depths alone.
 struct CollisionColumns {
   std::vector<Verdict> verdict;
   std::vector<std::int32_t> object;     // into snapshot.objects(); -1 where no pair is named
   std::vector<std::int32_t> body_part;  // into the body's parts
   std::vector<std::int32_t> object_part;
-  std::vector<Trust> trust;
+  std::vector<Trust> trust;   // of the pair named; of a free row, the weakest of the pairs asked
   std::size_t completed = 0;  // rows answered
 };
 
@@ -85,8 +87,8 @@ struct RayColumns {
 };
 
 // The three poll `stop` every few rows; a stopped call returns Cancelled. Unimplemented when the
-// chosen engine cannot answer a pair that comes up: the message names engine, object, part and the
-// two kinds. kAuto answers all but a half-space asked of a half-space.
+// chosen engine cannot answer a pair that comes up: the message names row, engine, object, part and
+// the two kinds. kAuto answers all but a half-space asked of a half-space.
 absl::StatusOr<CollisionColumns> CheckCollisions(const WorldSnapshot& world, const QueryBody& body,
                                                  std::span<const Pose> X_WB,
                                                  const QueryOptions& options,

@@ -2,7 +2,7 @@
 // the chosen representation.
 #pragma once
 
-#include <cstdint>
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -15,7 +15,9 @@ class WorldFilter {
   // `self` may be empty. Names of no object have no effect.
   WorldFilter(const WorldSnapshot& world, const QueryOptions& options, const std::string& self);
 
-  bool Skips(std::size_t object) const { return !skipped_.empty() && skipped_[object] != 0; }
+  bool Skips(const WorldObject& object) const {
+    return std::find(skipped_.begin(), skipped_.end(), &object) != skipped_.end();
+  }
   bool Skips(PartSource source) const {
     switch (representation_) {
       case Representation::kShapes:
@@ -29,7 +31,7 @@ class WorldFilter {
   }
 
  private:
-  std::vector<std::uint8_t> skipped_;  // empty: none
+  std::vector<const WorldObject*> skipped_;  // few: a linear search costs least
   Representation representation_;
 };
 

@@ -4,7 +4,9 @@
 #include <utility>
 
 #include "absl/status/status.h"
+#include "absl/strings/cord.h"
 #include "absl/strings/str_cat.h"
+#include "absl/types/optional.h"
 #include "collision/geometry/validation.h"
 #include "collision/world/model_equality.h"
 #include "collision/world/world_snapshot.h"
@@ -23,9 +25,20 @@ bool IsPlaceable(const Pose& X_WO) {
          R.determinant() > 0;
 }
 
+// Where a status of Apply keeps its ApplyFault.
+constexpr char kFaultUrl[] = "cwm.collision.ApplyFault";
+
+// A refusal that knows its field already; the index of its change comes later.
+absl::Status BadField(std::string_view field, const std::string& rule) {
+  const std::string name(field);  // Debian's absl knows std::string, not std::string_view
+  absl::Status status = absl::InvalidArgumentError(absl::StrCat(name, " ", rule));
+  status.SetPayload(kFaultUrl, absl::Cord(absl::StrCat(name, "\n", rule)));
+  return status;
+}
+
 absl::Status BadPose() {
-  return absl::InvalidArgumentError(
-      absl::StrCat("pose must be a finite rigid transform within ", kLargestCoordinate_m, " m"));
+  return BadField(
+      "pose", absl::StrCat("must be a finite rigid transform within ", kLargestCoordinate_m, " m"));
 }
 
 // An object that no one can tell from `b`, its revisions aside.
@@ -44,14 +57,14 @@ class Transaction {
 
   absl::Status operator()(const PutObject& put) {
     if (!IsValidName(put.name)) {
-      return absl::InvalidArgumentError(
-          absl::StrCat("name '", put.name, "' must be 1 to 128 letters, digits or \"_-./\""));
+      return BadField(
+          "name", absl::StrCat("'", put.name, "' must be 1 to 128 letters, digits or \"_-./\""));
     }
     if (!IsPlaceable(put.X_WO)) return BadPose();
-    if (put.geometry == nullptr) return absl::InvalidArgumentError("geometry must be given");
+    if (put.geometry == nullptr) return BadField("geometry", "must be given");
     if (!std::isfinite(put.margin_m) || put.margin_m < 0) {
-      return absl::InvalidArgumentError(
-          absl::StrCat("margin_m ", put.margin_m, " must be finite and not negative"));
+      return BadField("margin_m",
+                      absl::StrCat("is ", put.margin_m, ", must be finite and not negative"));
     }
     const WorldObject* current = Current(put.name);
     touched_[put.name] = current != nullptr ? Replaced(*current, put) : Added(put);
@@ -88,24 +101,16 @@ class Transaction {
 
   // The next snapshot; nullptr when it would equal the base.
   std::shared_ptr<const WorldSnapshot> Finish() {
-    std::vector<WorldObjectPtr> objects;
-    objects.reserve(base_.objects().size() + touched_.size());
-    bool changed = false;
-    auto base = base_.objects().begin();
+    std::vector<ObjectDelta> deltas;
     for (auto& [name, object] : touched_) {
-      while (base != base_.objects().end() && (*base)->name < name) objects.push_back(*base++);
-      WorldObjectPtr before;
-      if (base != base_.objects().end() && (*base)->name == name) before = *base++;
-      if (before != nullptr && object.has_value() && SameContent(*before, *object)) {
-        objects.push_back(std::move(before));
-        continue;
-      }
-      changed = changed || before != nullptr || object.has_value();
-      if (object.has_value()) objects.push_back(Place(*std::move(object)));
+      WorldObjectPtr before = base_.Find(name);
+      if (before == nullptr && !object.has_value()) continue;
+      if (before != nullptr && object.has_value() && SameContent(*before, *object)) continue;
+      deltas.push_back({.before = std::move(before),
+                        .after = object.has_value() ? Place(*std::move(object)) : nullptr});
     }
-    if (!changed) return nullptr;
-    objects.insert(objects.end(), base, base_.objects().end());
-    return std::make_shared<const WorldSnapshot>(revision_, std::move(objects));
+    if (deltas.empty()) return nullptr;
+    return std::make_shared<const WorldSnapshot>(base_.After(revision_, deltas));
   }
 
  private:
@@ -118,7 +123,8 @@ class Transaction {
   const WorldObject* Current(const std::string& name) const {
     const auto at = touched_.find(name);
     if (at != touched_.end()) return at->second.has_value() ? &*at->second : nullptr;
-    return base_.Find(name).get();  // kept alive by the base
+    const WorldObjectPtr* object = base_.objects().Find(name);
+    return object != nullptr ? object->get() : nullptr;  // kept alive by the base
   }
 
   void SetPose(WorldObject& object, const Pose& X_WO) const {
@@ -165,11 +171,29 @@ class Transaction {
   std::map<std::string, std::optional<WorldObject>, std::less<>> touched_;  // nullopt: removed
 };
 
+// The refusal of one change as the refusal of its list.
 absl::Status AtIndex(std::size_t index, const absl::Status& status) {
-  return {status.code(), absl::StrCat("changes[", index, "]: ", status.message())};
+  absl::Status placed(status.code(), absl::StrCat("changes[", index, "]: ", status.message()));
+  const absl::optional<absl::Cord> field = status.GetPayload(kFaultUrl);
+  // Index, field and rule, a line each; neither an index nor a field holds a line break.
+  placed.SetPayload(
+      kFaultUrl,
+      absl::Cord(absl::StrCat(index, "\n",
+                              field ? std::string(*field) : absl::StrCat("\n", status.message()))));
+  return placed;
 }
 
 }  // namespace
+
+std::optional<ApplyFault> FaultOf(const absl::Status& status) {
+  const absl::optional<absl::Cord> payload = status.GetPayload(kFaultUrl);
+  if (!payload.has_value()) return std::nullopt;
+  const std::string text(*payload);
+  const std::size_t field = text.find('\n') + 1, rule = text.find('\n', field) + 1;
+  return ApplyFault{.change = std::stoul(text),
+                    .field = text.substr(field, rule - field - 1),
+                    .rule = text.substr(rule)};
+}
 
 absl::StatusOr<std::shared_ptr<const WorldSnapshot>> Apply(
     const std::shared_ptr<const WorldSnapshot>& base, std::span<const Change> changes) {

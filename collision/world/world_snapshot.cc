@@ -2,58 +2,47 @@
 
 #include <algorithm>
 #include <cassert>
-#include <utility>
 
 namespace cwm::collision {
 namespace {
 
-BoundsTree TreeOver(const std::vector<WorldObjectPtr>& objects) {
-  std::vector<Aabb> boxes;
-  boxes.reserve(objects.size());
-  for (const WorldObjectPtr& object : objects) boxes.push_back(object->bounds_W);
-  return BoundsTree(boxes);
+BoundsTree<WorldObject> TreeOver(std::span<const WorldObjectPtr> objects) {
+  std::vector<const WorldObject*> items;
+  items.reserve(objects.size());
+  for (const WorldObjectPtr& object : objects) items.push_back(object.get());
+  return BoundsTree<WorldObject>(items);
 }
 
 }  // namespace
 
-WorldSnapshot::WorldSnapshot(Revision revision, std::vector<WorldObjectPtr> objects_by_name)
-    : revision_(revision), objects_(std::move(objects_by_name)), bounds_(TreeOver(objects_)) {
-  assert(std::is_sorted(objects_.begin(), objects_.end(),
+WorldSnapshot::WorldSnapshot(Revision revision, std::span<const WorldObjectPtr> objects_by_name)
+    : revision_(revision), objects_(objects_by_name), bounds_(TreeOver(objects_by_name)) {
+  assert(std::is_sorted(objects_by_name.begin(), objects_by_name.end(),
                         [](const auto& a, const auto& b) { return a->name < b->name; }));
 }
 
+WorldSnapshot WorldSnapshot::After(Revision revision, std::span<const ObjectDelta> deltas) const {
+  WorldSnapshot next = *this;
+  next.revision_ = revision;
+  for (const auto& [before, after] : deltas) {
+    if (before != nullptr) next.bounds_ = next.bounds_.Without(*before);
+    if (after != nullptr) {
+      next.bounds_ = next.bounds_.With(*after);
+      next.objects_ = next.objects_.With(after);
+    } else {
+      next.objects_ = next.objects_.Without(before->name);
+    }
+  }
+  return next;
+}
+
 WorldObjectPtr WorldSnapshot::Find(std::string_view name) const {
-  const auto at = std::lower_bound(
-      objects_.begin(), objects_.end(), name,
-      [](const WorldObjectPtr& object, std::string_view n) { return object->name < n; });
-  return at != objects_.end() && (*at)->name == name ? *at : nullptr;
+  const WorldObjectPtr* object = objects_.Find(name);
+  return object != nullptr ? *object : nullptr;
 }
 
 std::vector<ObjectDelta> Difference(const WorldSnapshot& before, const WorldSnapshot& after) {
-  std::vector<ObjectDelta> deltas;
-  auto b = before.objects().begin();
-  auto a = after.objects().begin();
-  while (b != before.objects().end() || a != after.objects().end()) {
-    const bool only_before =
-        a == after.objects().end() || (b != before.objects().end() && (*b)->name < (*a)->name);
-    const bool only_after =
-        !only_before && (b == before.objects().end() || (*a)->name < (*b)->name);
-    if (only_before) {
-      deltas.push_back({.before = *b++, .after = nullptr});
-    } else if (only_after) {
-      deltas.push_back({.before = nullptr, .after = *a++});
-    } else {
-      if ((*b)->uid != (*a)->uid) {
-        deltas.push_back({.before = *b, .after = nullptr});
-        deltas.push_back({.before = nullptr, .after = *a});
-      } else if (*b != *a) {
-        deltas.push_back({.before = *b, .after = *a});
-      }
-      ++b;
-      ++a;
-    }
-  }
-  return deltas;
+  return ObjectTable::Difference(before.objects(), after.objects());
 }
 
 }  // namespace cwm::collision

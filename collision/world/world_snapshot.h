@@ -12,31 +12,40 @@
 
 #include "absl/status/statusor.h"
 #include "collision/broadphase/bounds_tree.h"
+#include "collision/world/object_table.h"
 #include "collision/world/world_object.h"
 
 namespace cwm::collision {
 
-using WorldObjectPtr = std::shared_ptr<const WorldObject>;
+// What the tree over the bounds knows of an object.
+inline const Aabb& BoundsOf(const WorldObject& object) { return object.bounds_W; }
+inline bool Precedes(const WorldObject& a, const WorldObject& b) { return a.name < b.name; }
+inline std::uint64_t SaltOf(const WorldObject& object) { return HashOf(object.name); }
 
 class WorldSnapshot {
  public:
   // The empty world at revision 0.
   WorldSnapshot() = default;
   // Objects made by Place, ordered by name.
-  WorldSnapshot(Revision revision, std::vector<WorldObjectPtr> objects_by_name);
+  WorldSnapshot(Revision revision, std::span<const WorldObjectPtr> objects_by_name);
+
+  // The snapshot that differs from this one by the deltas, each of another name: `before` is what
+  // this one holds, `after` made by Place. Shares all that the deltas do not touch: a delta costs
+  // some dozens of small nodes, whatever the number of objects.
+  WorldSnapshot After(Revision revision, std::span<const ObjectDelta> deltas) const;
 
   Revision revision() const { return revision_; }
   // Ordered by name.
-  const std::vector<WorldObjectPtr>& objects() const { return objects_; }
+  const ObjectTable& objects() const { return objects_; }
   // nullptr when there is none.
   WorldObjectPtr Find(std::string_view name) const;
-  // Over the objects' bounds in the world frame; leaf i is objects()[i].
-  const BoundsTree& bounds() const { return bounds_; }
+  // Over the objects' bounds in the world frame.
+  const BoundsTree<WorldObject>& bounds() const { return bounds_; }
 
  private:
   Revision revision_;
-  std::vector<WorldObjectPtr> objects_;
-  BoundsTree bounds_;
+  ObjectTable objects_;
+  BoundsTree<WorldObject> bounds_;  // refers to objects that objects_ keeps alive
 };
 
 // Adds or replaces the object of that name. A put over an object that is equal in all fields has no
@@ -74,12 +83,16 @@ struct Change {
 absl::StatusOr<std::shared_ptr<const WorldSnapshot>> Apply(
     const std::shared_ptr<const WorldSnapshot>& base, std::span<const Change> changes);
 
-// What differs between two snapshots of one world: for watches and for tests.
-struct ObjectDelta {
-  WorldObjectPtr before;  // nullptr: added
-  WorldObjectPtr after;   // nullptr: removed
+// Which change Apply refused, as a payload of its status; nothing for a status of another source.
+struct ApplyFault {
+  std::size_t change = 0;  // index in the list
+  std::string field;       // "name", "pose", "geometry" or "margin_m"; empty: the change as a whole
+  std::string rule;        // what the field breaks, or what is wrong with the change
 };
-// Ordered by name. An object that was removed and put again is two deltas, removed first.
+std::optional<ApplyFault> FaultOf(const absl::Status& status);
+
+// What differs between two snapshots of one world, ordered by name. An object that was removed and
+// put again is two deltas, removed first.
 std::vector<ObjectDelta> Difference(const WorldSnapshot& before, const WorldSnapshot& after);
 
 }  // namespace cwm::collision

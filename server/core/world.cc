@@ -1,9 +1,7 @@
 #include "server/core/world.h"
 
 #include <algorithm>
-#include <charconv>
 #include <mutex>
-#include <string_view>
 #include <unordered_map>
 #include <utility>
 
@@ -31,26 +29,14 @@ absl::Status RevisionMismatch(Revision expected, Revision actual) {
                     {"actual_revision", std::to_string(actual.value)}}});
 }
 
-// collision::Apply tells which change it refused as "changes[12]: ..."; nothing when it does not.
-std::optional<std::size_t> RefusedIndex(const absl::Status& status) {
-  constexpr std::string_view kPrefix = "changes[";
-  const std::string_view message(status.message().data(), status.message().size());
-  if (message.substr(0, kPrefix.size()) != kPrefix) return std::nullopt;
-  std::size_t index = 0;
-  const auto [end, error] =
-      std::from_chars(message.data() + kPrefix.size(), message.data() + message.size(), index);
-  if (error != std::errc()) return std::nullopt;
-  return index;
-}
-
 // Gives the plain statuses of collision::Apply their reasons and details.
 absl::Status Explain(const absl::Status& status, const SnapshotPtr& base,
                      std::span<const Change> changes) {
-  const std::optional<std::size_t> index = RefusedIndex(status);
-  const Change* change = index && *index < changes.size() ? &changes[*index] : nullptr;
+  const std::optional<collision::ApplyFault> fault = collision::FaultOf(status);
+  const Change* change = fault.has_value() ? &changes[fault->change] : nullptr;
   ErrorDetails details;
   if (change != nullptr) {
-    details.metadata["change_index"] = std::to_string(*index);
+    details.metadata["change_index"] = std::to_string(fault->change);
     details.metadata["object"] = NameOf(*change);
   }
   if (status.code() == absl::StatusCode::kNotFound) {
@@ -67,10 +53,10 @@ absl::Status Explain(const absl::Status& status, const SnapshotPtr& base,
     }
   } else {
     details.reason = "INVALID_FIELD";
-    const std::string message(status.message());
-    const std::size_t colon = message.find(": ");
-    if (change != nullptr && colon != std::string::npos) {
-      details.fields.push_back({message.substr(0, colon), message.substr(colon + 2)});
+    if (fault.has_value()) {
+      const std::string place = absl::StrCat("changes[", fault->change, "]");
+      details.fields.push_back(
+          {fault->field.empty() ? place : absl::StrCat(place, ".", fault->field), fault->rule});
     }
   }
   return MakeError(status.code(), std::string(status.message()), std::move(details));

@@ -11,6 +11,30 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
+// An item of the trees here: a box and the place that breaks ties.
+struct Item {
+  std::uint32_t index;
+  Aabb box;
+};
+const Aabb& BoundsOf(const Item& item) { return item.box; }
+bool Precedes(const Item& a, const Item& b) { return a.index < b.index; }
+std::uint64_t SaltOf(const Item& item) { return 0x9e3779b97f4a7c15 * (item.index + 1); }
+
+// A tree with the items it refers to.
+struct Forest {
+  explicit Forest(const std::vector<Aabb>& boxes) {
+    for (std::uint32_t i = 0; i < boxes.size(); ++i) items.push_back({i, boxes[i]});
+    for (const Item& item : items) pointers.push_back(&item);
+    tree = BoundsTree<Item>(pointers);
+  }
+  Forest(const Forest&) = delete;
+  Forest& operator=(const Forest&) = delete;
+
+  std::vector<Item> items;
+  std::vector<const Item*> pointers;
+  BoundsTree<Item> tree;
+};
+
 using testing::ElementsAre;
 using testing::IsEmpty;
 using testing::UnorderedElementsAre;
@@ -41,9 +65,10 @@ double BruteDistance_m(const Aabb& a, const Aabb& b) {
   return std::sqrt(sum);
 }
 
-std::vector<std::uint32_t> Within(const BoundsTree& tree, const Aabb& box, double distance_m) {
+std::vector<std::uint32_t> Within(const BoundsTree<Item>& tree, const Aabb& box,
+                                  double distance_m) {
   std::vector<std::uint32_t> found;
-  tree.ForEachWithin(box, distance_m, [&](std::uint32_t i) { found.push_back(i); });
+  tree.ForEachWithin(box, distance_m, [&](const Item& item) { found.push_back(item.index); });
   return found;
 }
 
@@ -51,7 +76,8 @@ TEST(BoundsTree, FindsWhatBruteForceFindsWithinADistance) {
   std::mt19937 random(1);
   for (const int count : {1, 2, 3, 7, 64, 500}) {
     const auto boxes = RandomBoxes(count, random);
-    const BoundsTree tree(boxes);
+    const Forest forest(boxes);
+    const BoundsTree<Item>& tree = forest.tree;
     for (const Aabb& query : RandomBoxes(20, random)) {
       for (const double distance_m : {0.0, 0.1, 1.0}) {
         std::vector<std::uint32_t> expected;
@@ -67,12 +93,13 @@ TEST(BoundsTree, FindsWhatBruteForceFindsWithinADistance) {
 TEST(BoundsTree, VisitsAllBoxesNearestFirst) {
   std::mt19937 random(2);
   const auto boxes = RandomBoxes(300, random);
-  const BoundsTree tree(boxes);
+  const Forest forest(boxes);
+  const BoundsTree<Item>& tree = forest.tree;
   const Aabb query = Cube({0.3, -0.2, 0.1}, 0.05);
   std::vector<std::pair<double, std::uint32_t>> visited;
-  tree.ForEachNearest(query, kInfinity, [&](std::uint32_t i, double bound_m) {
-    EXPECT_DOUBLE_EQ(bound_m, BruteDistance_m(query, boxes[i]));
-    visited.emplace_back(bound_m, i);
+  tree.ForEachNearest(query, kInfinity, [&](const Item& item, double bound_m) {
+    EXPECT_DOUBLE_EQ(bound_m, BruteDistance_m(query, item.box));
+    visited.emplace_back(bound_m, item.index);
     return kInfinity;
   });
   EXPECT_EQ(visited.size(), boxes.size());
@@ -82,10 +109,11 @@ TEST(BoundsTree, VisitsAllBoxesNearestFirst) {
 TEST(BoundsTree, StopsAtTheDistanceThatTheVisitorReturns) {
   std::vector<Aabb> boxes;
   for (int i = 0; i < 10; ++i) boxes.push_back(Cube({1.0 * i, 0, 0}, 0.1));
-  const BoundsTree tree(boxes);
+  const Forest forest(boxes);
+  const BoundsTree<Item>& tree = forest.tree;
   std::vector<std::uint32_t> visited;
-  tree.ForEachNearest(Cube({0, 0, 0}, 0.1), kInfinity, [&](std::uint32_t i, double) {
-    visited.push_back(i);
+  tree.ForEachNearest(Cube({0, 0, 0}, 0.1), kInfinity, [&](const Item& item, double) {
+    visited.push_back(item.index);
     return 2.0;  // box 2 begins at 1.8, box 3 at 2.8
   });
   EXPECT_THAT(visited, ElementsAre(0, 1, 2));
@@ -94,25 +122,25 @@ TEST(BoundsTree, StopsAtTheDistanceThatTheVisitorReturns) {
 TEST(BoundsTree, AVisitorEndsTheWalkByReturningFalse) {
   const std::vector<Aabb> boxes(20, Cube({0, 0, 0}, 1));
   int visits = 0;
-  BoundsTree(boxes).ForEachWithin(boxes[0], 0, [&](std::uint32_t) { return ++visits < 3; });
+  Forest(boxes).tree.ForEachWithin(boxes[0], 0, [&](const Item&) { return ++visits < 3; });
   EXPECT_EQ(visits, 3);
 }
 
 TEST(BoundsTree, TouchingBoxesCount) {
   const std::vector<Aabb> boxes = {Cube({2, 0, 0}, 1)};
-  EXPECT_THAT(Within(BoundsTree(boxes), Cube({0, 0, 0}, 1), 0), ElementsAre(0));
-  EXPECT_THAT(Within(BoundsTree(boxes), Cube({-0.001, 0, 0}, 1), 0), IsEmpty());
+  EXPECT_THAT(Within(Forest(boxes).tree, Cube({0, 0, 0}, 1), 0), ElementsAre(0));
+  EXPECT_THAT(Within(Forest(boxes).tree, Cube({-0.001, 0, 0}, 1), 0), IsEmpty());
 }
 
 TEST(BoundsTree, HoldsUnboundedBoxesAndLeavesEmptyOnesOut) {
   const Aabb below(Vector3::Constant(-kInfinity), Vector3(kInfinity, kInfinity, 0));
   const std::vector<Aabb> boxes = {Cube({0, 0, 1}, 0.1), below, Aabb()};
-  const BoundsTree tree(boxes);
-  EXPECT_EQ(tree.size(), 3u);
+  const Forest forest(boxes);
+  const BoundsTree<Item>& tree = forest.tree;
   EXPECT_THAT(Within(tree, Cube({50, 50, 1}, 0.1), 1.0), ElementsAre(1));
   EXPECT_THAT(Within(tree, Cube({0, 0, 0.5}, 0.5), 0), UnorderedElementsAre(0, 1));
   std::vector<double> bounds;
-  tree.ForEachNearest(Cube({9, 0, 2}, 0.5), kInfinity, [&](std::uint32_t, double bound_m) {
+  tree.ForEachNearest(Cube({9, 0, 2}, 0.5), kInfinity, [&](const Item&, double bound_m) {
     bounds.push_back(bound_m);
     return kInfinity;
   });
@@ -121,9 +149,8 @@ TEST(BoundsTree, HoldsUnboundedBoxesAndLeavesEmptyOnesOut) {
 }
 
 TEST(BoundsTree, AnEmptyTreeFindsNothing) {
-  EXPECT_THAT(Within(BoundsTree(), Cube({0, 0, 0}, 1), kInfinity), IsEmpty());
-  EXPECT_THAT(Within(BoundsTree(std::vector<Aabb>{Aabb()}), Cube({0, 0, 0}, 1), kInfinity),
-              IsEmpty());
+  EXPECT_THAT(Within(BoundsTree<Item>(), Cube({0, 0, 0}, 1), kInfinity), IsEmpty());
+  EXPECT_THAT(Within(Forest({Aabb()}).tree, Cube({0, 0, 0}, 1), kInfinity), IsEmpty());
 }
 
 // Entry by bisection-free reasoning: the largest of the entries into the three slabs.
@@ -147,7 +174,8 @@ TEST(BoundsTree, FindsTheBoxesOnARayInOrderOfEntry) {
   std::mt19937 random(3);
   std::normal_distribution<double> normal;
   const auto boxes = RandomBoxes(200, random);
-  const BoundsTree tree(boxes);
+  const Forest forest(boxes);
+  const BoundsTree<Item>& tree = forest.tree;
   for (int i = 0; i < 100; ++i) {
     const Vector3 origin(normal(random), normal(random), normal(random));
     Vector3 direction = Vector3(normal(random), normal(random), normal(random)).normalized();
@@ -159,7 +187,7 @@ TEST(BoundsTree, FindsTheBoxesOnARayInOrderOfEntry) {
     }
     std::sort(expected.begin(), expected.end());
     std::vector<double> entries;
-    tree.ForEachOnRay(origin, direction, 1.5, [&](std::uint32_t, double entry_m) {
+    tree.ForEachOnRay(origin, direction, 1.5, [&](const Item&, double entry_m) {
       entries.push_back(entry_m);
       return kInfinity;
     });
@@ -171,11 +199,71 @@ TEST(BoundsTree, FindsTheBoxesOnARayInOrderOfEntry) {
 TEST(BoundsTree, ARayWithoutLimitMissesWhatItMisses) {
   const std::vector<Aabb> boxes = {Cube({5, 0, 0}, 1), Cube({0, 5, 0}, 1)};
   std::vector<std::uint32_t> found;
-  BoundsTree(boxes).ForEachOnRay({0, 0, 0}, {1, 0, 0}, kInfinity, [&](std::uint32_t i, double) {
-    found.push_back(i);
+  Forest(boxes).tree.ForEachOnRay({0, 0, 0}, {1, 0, 0}, kInfinity, [&](const Item& item, double) {
+    found.push_back(item.index);
     return kInfinity;
   });
   EXPECT_THAT(found, ElementsAre(0));
+}
+
+// All items in the order of a walk over everything: the shape of the tree.
+std::vector<std::uint32_t> Order(const BoundsTree<Item>& tree) {
+  return Within(tree, Cube({0, 0, 0}, 1), kInfinity);
+}
+
+TEST(BoundsTree, IsTheSameTreeWhateverTheOrderOfInsertionAndRemoval) {
+  std::mt19937 random(4);
+  auto boxes = RandomBoxes(300, random);
+  for (int i = 0; i < 40; ++i) boxes.push_back(boxes[0]);  // one centre: the salt parts them
+  const Forest forest(boxes);
+  const std::vector<std::uint32_t> order = Order(forest.tree);
+  ASSERT_EQ(order.size(), boxes.size());
+  for (int round = 0; round < 5; ++round) {
+    auto shuffled = forest.pointers;
+    std::shuffle(shuffled.begin(), shuffled.end(), random);
+    BoundsTree<Item> tree;
+    for (const Item* item : shuffled) tree = tree.With(*item);
+    EXPECT_EQ(Order(tree), order);
+    std::shuffle(shuffled.begin(), shuffled.end(), random);
+    for (int i = 0; i < 150; ++i) tree = tree.Without(*shuffled[i]);
+    const std::vector<const Item*> rest(shuffled.begin() + 150, shuffled.end());
+    EXPECT_EQ(Order(tree), Order(BoundsTree<Item>(rest)));
+    for (const Item* item : rest) tree = tree.Without(*item);
+    EXPECT_THAT(Order(tree), IsEmpty());
+  }
+}
+
+TEST(BoundsTree, AChangeSharesAllButAPathAndLeavesTheOldTreeAsItWas) {
+  std::mt19937 random(5);
+  for (const int count : {100, 1'000, 10'000}) {
+    const Forest forest(RandomBoxes(count, random));
+    const std::vector<std::uint32_t> before = Order(forest.tree);
+    const Item moved{7, Cube({1.5, -1.5, 0.5}, 0.05)};
+    const BoundsTree<Item> after = forest.tree.Without(forest.items[7]).With(moved);
+    // Two paths of a tree of count / 4 leaves, twice as deep as a balanced one at most.
+    EXPECT_LE(after.CountOwnNodes(forest.tree), 4 * std::log2(count / 4.0)) << count;
+    EXPECT_EQ(Order(forest.tree), before);
+  }
+}
+
+TEST(BoundsTree, AnUnboundedBoxComesAndGoes) {
+  const Forest forest({Cube({0, 0, 1}, 0.1),
+                       Aabb(Vector3::Constant(-kInfinity), Vector3(kInfinity, kInfinity, 0))});
+  const BoundsTree<Item> without = forest.tree.Without(forest.items[1]);
+  EXPECT_THAT(Within(without, Cube({50, 50, 1}, 0.1), 1.0), IsEmpty());
+  EXPECT_THAT(Within(without.With(forest.items[1]), Cube({50, 50, 1}, 0.1), 1.0), ElementsAre(1));
+}
+
+TEST(PlaceKey, TellsTheFirstBitInWhichTwoPlacesDiffer) {
+  const PlaceKey a = KeyOf(Cube({0.5, 0.5, 0.5}, 0.1), 3), b = KeyOf(Cube({0.5, 0.5, 0.5}, 0.2), 3);
+  EXPECT_EQ(FirstDifference(a, b), -1);  // one centre, whatever the size
+  EXPECT_EQ(FirstDifference(a, KeyOf(Cube({0.5, 0.5, 0.5}, 0.1), 2)), 0);
+  const int far = FirstDifference(a, KeyOf(Cube({-0.5, 0.5, 0.5}, 0.1), 3));
+  const int near = FirstDifference(a, KeyOf(Cube({0.501, 0.5, 0.5}, 0.1), 3));
+  EXPECT_GT(far, near);
+  EXPECT_GT(near, 63);
+  EXPECT_TRUE(BitAt(a, far));  // the greater coordinate
+  EXPECT_FALSE(BitAt(KeyOf(Cube({-0.5, 0.5, 0.5}, 0.1), 3), far));
 }
 
 }  // namespace

@@ -4,7 +4,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 
+#include "collision/query/body_search.h"
+#include "collision/query/world_filter.h"
 #include "tests/collision/query/random_world.h"
 
 namespace cwm::collision {
@@ -253,9 +256,12 @@ TEST(Query, APairThatTheEngineCannotAnswerIsNamed) {
   const std::vector<Pose> at = {MakeTranslation(0, 0, 1)};
   QueryOptions options;
   options.engine = EngineChoice::kFcl;
-  const auto refused = GetDistances(*world, box, at, options);
+  options.max_distance_m = 1;
+  const std::vector<Pose> far_and_near = {MakeTranslation(0, 0, 9), at[0]};
+  const auto refused = GetDistances(*world, box, far_and_near, options);
   EXPECT_EQ(refused.status().code(), absl::StatusCode::kUnimplemented);
-  for (const char* part : {"FCL", "box", "half_space", "'floor'", "shapes[0]", "body part 0"}) {
+  for (const char* part :
+       {"row 1", "FCL", "box", "half_space", "'floor'", "shapes[0]", "body part 0"}) {
     EXPECT_THAT(std::string(refused.status().message()), HasSubstr(part));
   }
   EXPECT_EQ(GetContacts(*world, box, {&at[0], 1}, options).status().code(),
@@ -270,6 +276,120 @@ TEST(Query, APairThatTheEngineCannotAnswerIsNamed) {
       BodyFromShapes({{.X_FS = Pose::Identity(), .shape = MakeMesh(BoxMesh({1, 1, 1}))}});
   EXPECT_EQ(CheckCollisions(*meshes, mesh, at, options).status().code(),
             absl::StatusCode::kUnimplemented);
+}
+
+// A truncated cone that FCL and Bullet hold as a prism of 64 sides around it.
+TEST(Query, AStateWithinTheBoundOfAStandInIsUndecidedByFclAndBullet) {
+  const Cone cup{0.04, 0.07, 0.12};
+  const auto world =
+      WorldOf({PutOf("cup", {{.X_FS = Pose::Identity(), .shape = cup}}, Pose::Identity())});
+  const QueryBody ball = BodyFromShapes({{.X_FS = Pose::Identity(), .shape = Sphere{0.05}}});
+  // Diagonally, where the boxes around both overlap, towards one of the prism's edges.
+  const auto beside = [](double gap_m) {
+    const double along_m = (0.07 + 0.05 + gap_m) / std::sqrt(2);
+    return MakeTranslation(along_m, along_m, 0.06);
+  };
+  // The prism reaches 0.07 (1 / cos(pi / 64) - 1) = 8.4e-5 m beyond the cone.
+  const std::vector<Pose> at = {beside(-1e-3), beside(1e-4), beside(1e-3)};
+  for (const EngineChoice engine : {EngineChoice::kFcl, EngineChoice::kBullet}) {
+    QueryOptions options;
+    options.engine = engine;
+    const CollisionColumns told = *CheckCollisions(*world, ball, at, options);
+    EXPECT_THAT(told.verdict,
+                ElementsAre(Verdict::kCollision, Verdict::kUndecided, Verdict::kFree));
+    EXPECT_THAT(told.object, ElementsAre(0, 0, -1));
+    EXPECT_NE(told.trust[1], Trust::kExact);
+  }
+  const CollisionColumns exact = *CheckCollisions(*world, ball, at, {});
+  EXPECT_THAT(exact.verdict, ElementsAre(Verdict::kCollision, Verdict::kFree, Verdict::kFree));
+  EXPECT_THAT(exact.trust, testing::Each(Trust::kExact));
+}
+
+TEST_F(QueryTest, NoEngineDecidesWhatTheExactKernelsRefute) {
+  for (const EngineChoice engine : {EngineChoice::kFcl, EngineChoice::kBullet}) {
+    for (const double margin_m : {0.0, 0.03}) {
+      QueryOptions options;
+      options.engine = engine;
+      options.margin_m = margin_m;
+      const CollisionColumns told = *CheckCollisions(*world_, body_, poses_, options);
+      int decided = 0;
+      for (std::size_t row = 0; row < poses_.size(); ++row) {
+        double nearest_m = kInfinity;
+        for (const BrutePair& pair : BrutePairs(*world_, body_, poses_[row])) {
+          nearest_m = std::min(nearest_m, pair.distance_m);
+        }
+        if (told.verdict[row] == Verdict::kUndecided) continue;
+        ++decided;
+        EXPECT_EQ(told.verdict[row], nearest_m < margin_m ? Verdict::kCollision : Verdict::kFree)
+            << row << ' ' << nearest_m;
+      }
+      // What is undecided: FCL's distances to meshes within the margin's reach.
+      EXPECT_GE(decided, margin_m == 0 ? 149 : 110);
+    }
+  }
+}
+
+TEST_F(QueryTest, TheSameQuestionGivesTheSameBytesWhateverTheOrderOfInsertion) {
+  std::vector<Change> changes;
+  for (const WorldObjectPtr& object : world_->objects()) {
+    PutObject put;
+    put.name = object->name;
+    put.X_WO = object->X_WO;
+    put.geometry = object->geometry;
+    changes.push_back({.what = put, .expected_object_revision = {}});
+  }
+  QueryOptions options;
+  options.max_results = 3;
+  const PairColumns distances = *GetDistances(*world_, body_, poses_, options);
+  const CollisionColumns verdicts = *CheckCollisions(*world_, body_, poses_, options);
+  for (int round = 0; round < 3; ++round) {
+    std::shuffle(changes.begin(), changes.end(), random_);
+    auto world = std::make_shared<const WorldSnapshot>();
+    for (const Change& change : changes) world = *Apply(world, {&change, 1});
+    EXPECT_EQ(GetDistances(*world, body_, poses_, options)->distance_m, distances.distance_m);
+    EXPECT_EQ(GetDistances(*world, body_, poses_, options)->object, distances.object);
+    EXPECT_EQ(CheckCollisions(*world, body_, poses_, options)->object, verdicts.object);
+  }
+}
+
+TEST(WorldFilter, CountsObjectsThatAreNeitherIgnoredNorAskingAndPartsOfTheRepresentation) {
+  const auto ball = std::vector<Placed<>>{{.X_FS = Pose::Identity(), .shape = Sphere{0.1}}};
+  const auto world =
+      WorldOf({PutOf("a", ball, Pose::Identity()), PutOf("b", ball, Pose::Identity()),
+               PutOf("c", ball, Pose::Identity())});
+  QueryOptions options;
+  options.ignore = {"b", "nobody"};
+  options.representation = Representation::kSurfaces;
+  const WorldFilter filter(*world, options, /*self=*/"c");
+  EXPECT_FALSE(filter.Skips(*world->Find("a")));
+  EXPECT_TRUE(filter.Skips(*world->Find("b")));
+  EXPECT_TRUE(filter.Skips(*world->Find("c")));
+  EXPECT_TRUE(filter.Skips(PartSource::kShape));
+  EXPECT_FALSE(filter.Skips(PartSource::kSurface));
+  EXPECT_FALSE(filter.Skips(PartSource::kHandle));
+}
+
+TEST(BodySearch, AsksPairsWithinReachAloneAndNarrowsAsToldTo) {
+  const auto world = WorldOf({PutOf("pair",
+                                    {{.X_FS = MakeTranslation(1, 0, 0), .shape = Sphere{0.1}},
+                                     {.X_FS = MakeTranslation(3, 0, 0), .shape = Sphere{0.1}}},
+                                    Pose::Identity())});
+  const QueryBody probe = BodyFromShapes({{.X_FS = Pose::Identity(), .shape = Sphere{0.1}}});
+  BodySearch search(*world, probe, {}, {});
+  search.PlaceBody(Pose::Identity());
+  const auto asked = [&](double reach_m, double narrowed_m) {
+    std::vector<int> parts;
+    search.ForEachPair(*world->Find("pair"), reach_m, Question::kDistance, [&](const auto& pair) {
+      parts.push_back(pair.id.object_part);
+      return narrowed_m;
+    });
+    return parts;
+  };
+  EXPECT_THAT(asked(0.7, 0.7), IsEmpty());  // the boxes are 0.8 m and 2.8 m apart
+  EXPECT_THAT(asked(0.9, 0.9), ElementsAre(0));
+  EXPECT_THAT(asked(3, 3), ElementsAre(0, 1));
+  EXPECT_THAT(asked(3, 1), ElementsAre(0));
+  EXPECT_TRUE(search.Finish().ok());
 }
 
 TEST(Query, TheDepthOfSeveralPartsIsLabelledAsABound) {

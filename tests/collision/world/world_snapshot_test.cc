@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <numbers>
@@ -132,6 +133,23 @@ TEST(Apply, RefusesTheWholeListAndNamesTheBadChange) {
   EXPECT_THAT(std::string(next.status().message()), HasSubstr("changes[2]"));
   EXPECT_THAT(std::string(next.status().message()), HasSubstr("'nil'"));
   EXPECT_THAT(Names(*world), ElementsAre("cup"));
+  const std::optional<ApplyFault> fault = FaultOf(next.status());
+  ASSERT_TRUE(fault.has_value());
+  EXPECT_EQ(fault->change, 2u);
+  EXPECT_EQ(fault->field, "");
+  EXPECT_THAT(fault->rule, HasSubstr("'nil'"));
+}
+
+TEST(Apply, ARefusalCarriesChangeFieldAndRule) {
+  PutObject put = Put("new", Sphere{1});
+  put.margin_m = -1;
+  const auto refused = Apply(Empty(), std::vector{Of(Put("a", Sphere{1})), Of(put)});
+  const std::optional<ApplyFault> fault = FaultOf(refused.status());
+  ASSERT_TRUE(fault.has_value());
+  EXPECT_EQ(fault->change, 1u);
+  EXPECT_EQ(fault->field, "margin_m");
+  EXPECT_EQ(fault->rule, "is -1, must be finite and not negative");
+  EXPECT_EQ(FaultOf(absl::NotFoundError("elsewhere")), std::nullopt);
 }
 
 TEST(Apply, SeesEarlierChangesOfTheSameList) {
@@ -239,6 +257,87 @@ TEST(Prepare, MakesAPartOfEachShapeSurfaceAndHandle) {
   for (const auto& part : prepared->parts) {
     for (const auto& form : part.engines) EXPECT_NE(form, nullptr);
   }
+}
+
+// Objects named in no order, as many as asked for.
+SnapshotPtr Crowd(int count) {
+  const auto model = ModelOf(Sphere{0.01});
+  std::vector<Change> changes;
+  for (int i = 0; i < count; ++i) {
+    PutObject put;
+    put.name = "object" + std::to_string(7919 * i % 100003);
+    put.X_WO = MakeTranslation(0.1 * (i % 20), 0.1 * (i / 20 % 20), 0.1 * (i / 400));
+    put.geometry = model;
+    changes.push_back(Of(std::move(put)));
+  }
+  return MustApply(Empty(), changes);
+}
+
+TEST(Snapshot, FindsObjectsByNameAndByRank) {
+  const auto world = Crowd(500);
+  ASSERT_EQ(world->objects().size(), 500u);
+  std::size_t rank = 0;
+  for (const WorldObjectPtr& object : world->objects()) {
+    EXPECT_EQ(world->objects()[rank], object);
+    EXPECT_EQ(world->objects().RankOf(object->name), rank);
+    EXPECT_EQ(world->Find(object->name), object);
+    ++rank;
+  }
+  EXPECT_EQ(rank, 500u);
+  EXPECT_EQ(world->objects().RankOf("none"), std::nullopt);
+  const auto names = Names(*world);
+  EXPECT_TRUE(std::is_sorted(names.begin(), names.end()));
+}
+
+TEST(Snapshot, AnswersForEverAsItDidWhileOthersAreMadeFromIt) {
+  const auto first = Crowd(300);
+  const auto names = Names(*first);
+  auto latest = first;
+  for (int i = 0; i < 300; ++i) {
+    const std::string& name = names[37 * i % names.size()];
+    latest = MustApply(latest, {i % 3 == 0 && latest->Find(name) != nullptr
+                                    ? Remove(name)
+                                    : Of(Put(name, Sphere{0.01}, MakeTranslation(9, 9, 9)))});
+  }
+  EXPECT_EQ(Names(*first), names);
+  std::size_t found = 0;
+  first->bounds().ForEachWithin({Vector3(-1, -1, -1), Vector3(3, 3, 3)}, 0,
+                                [&](const WorldObject&) { ++found; });
+  EXPECT_EQ(found, 300u);
+}
+
+TEST(Snapshot, DifferenceAgreesWithComparingAllNames) {
+  const auto before = Crowd(200);
+  auto after = before;
+  const auto names = Names(*before);
+  for (int i = 0; i < 60; ++i) {
+    const std::string& name = names[(61 * i) % names.size()];
+    if (i % 3 == 0) after = MustApply(after, {Remove(name)});
+    if (i % 3 == 1) after = MustApply(after, {Move(name, i)});
+    if (i % 3 == 2) after = MustApply(after, {Of(Put("new" + std::to_string(i), Sphere{1}))});
+  }
+  std::vector<std::string> expected, told;
+  for (const WorldObjectPtr& object : before->objects()) {
+    if (after->Find(object->name) != object) expected.push_back(object->name);
+  }
+  for (const WorldObjectPtr& object : after->objects()) {
+    if (before->Find(object->name) == nullptr) expected.push_back(object->name);
+  }
+  std::sort(expected.begin(), expected.end());
+  for (const ObjectDelta& delta : Difference(*before, *after)) {
+    told.push_back((delta.before != nullptr ? delta.before : delta.after)->name);
+  }
+  EXPECT_EQ(told, expected);
+}
+
+TEST(Snapshot, KnowsTheWidestMarginOfItsObjects) {
+  PutObject wide = Put("wide", Sphere{1}), narrow = Put("narrow", Sphere{1});
+  wide.margin_m = 0.3;
+  narrow.margin_m = 0.1;
+  const auto both = MustApply(Crowd(50), {Of(wide), Of(narrow)});
+  EXPECT_EQ(both->objects().widest_margin_m(), 0.3);
+  EXPECT_EQ(MustApply(both, {Remove("wide")})->objects().widest_margin_m(), 0.1);
+  EXPECT_EQ(Empty()->objects().widest_margin_m(), 0);
 }
 
 }  // namespace

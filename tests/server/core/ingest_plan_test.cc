@@ -51,7 +51,7 @@ class IngestPlanTest : public ::testing::Test {
     match.snapshot = *collision::Apply(
         match.snapshot ? match.snapshot : std::make_shared<const collision::WorldSnapshot>(),
         changes);
-    match.known = match.snapshot->objects();
+    match.known.assign(match.snapshot->objects().begin(), match.snapshot->objects().end());
   }
   void Decide(std::vector<Association> associations) {
     match.associations = std::move(associations);

@@ -1,0 +1,34 @@
+// Which place an object has among the objects of its snapshot: what columns name it by.
+#pragma once
+
+#include <cstdint>
+#include <unordered_map>
+
+#include "collision/world/world_snapshot.h"
+
+namespace cwm::collision {
+
+// One per call, used by one thread: asks the snapshot once per object.
+class ObjectRanks {
+ public:
+  explicit ObjectRanks(const WorldSnapshot& world) : world_(world) {}
+
+  // Into world.objects(); -1 for nullptr. The object is one of the snapshot.
+  std::int32_t Of(const WorldObject* object) {
+    if (object == nullptr) return -1;
+    if (object == last_) return last_rank_;
+    const auto [at, is_new] = ranks_.try_emplace(object, 0);
+    if (is_new) at->second = static_cast<std::int32_t>(*world_.objects().RankOf(object->name));
+    last_ = object;
+    last_rank_ = at->second;
+    return last_rank_;
+  }
+
+ private:
+  const WorldSnapshot& world_;
+  std::unordered_map<const WorldObject*, std::int32_t> ranks_;
+  const WorldObject* last_ = nullptr;
+  std::int32_t last_rank_ = -1;
+};
+
+}  // namespace cwm::collision

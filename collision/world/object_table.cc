@@ -1,0 +1,225 @@
+#include "collision/world/object_table.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace cwm::collision {
+
+struct ObjectTable::Node {
+  WorldObjectPtr object;
+  std::uint64_t priority = 0;
+  std::size_t size = 0;
+  double widest_margin_m = 0;
+  NodePtr left, right;
+
+  std::string_view name() const { return object->name; }
+  static std::size_t SizeOf(const NodePtr& node) { return node == nullptr ? 0 : node->size; }
+  static double MarginOf(const NodePtr& node) {
+    return node == nullptr ? 0 : node->widest_margin_m;
+  }
+  // Which of two names is the root of a tree that holds both.
+  bool IsAbove(const Node& other) const {
+    return priority != other.priority ? priority > other.priority : name() < other.name();
+  }
+};
+
+// What lies before a name and what lies behind it.
+struct ObjectTable::Halves {
+  NodePtr before, behind;
+};
+
+std::uint64_t HashOf(std::string_view name) {
+  std::uint64_t hash = 0xcbf29ce484222325;  // FNV-1a
+  for (const char c : name) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3;
+  hash = (hash ^ (hash >> 30)) * 0xbf58476d1ce4e5b9;  // splitmix64: FNV's high bits are poor
+  hash = (hash ^ (hash >> 27)) * 0x94d049bb133111eb;
+  return hash ^ (hash >> 31);
+}
+
+ObjectTable::Iterator::reference ObjectTable::Iterator::operator*() const {
+  return path_.back()->object;
+}
+
+void ObjectTable::Iterator::Descend(const Node* node) {
+  for (; node != nullptr; node = node->left.get()) path_.push_back(node);
+}
+
+ObjectTable::Iterator& ObjectTable::Iterator::operator++() {
+  const Node* node = path_.back();
+  path_.pop_back();
+  Descend(node->right.get());
+  return *this;
+}
+
+ObjectTable::Iterator ObjectTable::Iterator::operator++(int) {
+  Iterator before = *this;
+  ++*this;
+  return before;
+}
+
+ObjectTable::ObjectTable(std::span<const WorldObjectPtr> objects) : root_(Build(objects)) {}
+
+std::size_t ObjectTable::size() const { return Node::SizeOf(root_); }
+double ObjectTable::widest_margin_m() const { return Node::MarginOf(root_); }
+
+ObjectTable::Iterator ObjectTable::begin() const {
+  Iterator first;
+  first.Descend(root_.get());
+  return first;
+}
+
+const WorldObjectPtr& ObjectTable::operator[](std::size_t rank) const {
+  const Node* node = root_.get();
+  while (true) {
+    const std::size_t before = Node::SizeOf(node->left);
+    if (rank == before) return node->object;
+    if (rank < before) {
+      node = node->left.get();
+    } else {
+      rank -= before + 1;
+      node = node->right.get();
+    }
+  }
+}
+
+const WorldObjectPtr* ObjectTable::Find(std::string_view name) const {
+  for (const Node* node = root_.get(); node != nullptr;) {
+    const int order = name.compare(node->name());
+    if (order == 0) return &node->object;
+    node = (order < 0 ? node->left : node->right).get();
+  }
+  return nullptr;
+}
+
+std::optional<std::size_t> ObjectTable::RankOf(std::string_view name) const {
+  std::size_t rank = 0;
+  for (const Node* node = root_.get(); node != nullptr;) {
+    const int order = name.compare(node->name());
+    if (order == 0) return rank + Node::SizeOf(node->left);
+    if (order > 0) rank += Node::SizeOf(node->left) + 1;
+    node = (order < 0 ? node->left : node->right).get();
+  }
+  return std::nullopt;
+}
+
+ObjectTable ObjectTable::With(WorldObjectPtr object) const {
+  const bool is_known = Find(object->name) != nullptr;
+  ObjectTable next;
+  next.root_ = is_known ? Replace(root_, std::move(object)) : Insert(root_, std::move(object));
+  return next;
+}
+
+ObjectTable ObjectTable::Without(std::string_view name) const {
+  if (Find(name) == nullptr) return *this;
+  ObjectTable next;
+  next.root_ = Remove(root_, name);
+  return next;
+}
+
+ObjectTable::NodePtr ObjectTable::Make(WorldObjectPtr object, NodePtr left, NodePtr right) {
+  auto node = std::make_shared<Node>();
+  node->priority = HashOf(object->name);
+  node->size = 1 + Node::SizeOf(left) + Node::SizeOf(right);
+  node->widest_margin_m = std::max({object->margin_m, Node::MarginOf(left), Node::MarginOf(right)});
+  node->object = std::move(object);
+  node->left = std::move(left);
+  node->right = std::move(right);
+  return node;
+}
+
+ObjectTable::NodePtr ObjectTable::Build(std::span<const WorldObjectPtr> objects) {
+  if (objects.empty()) return nullptr;
+  // Of equal hashes the first name, as in IsAbove.
+  const auto root = std::max_element(objects.begin(), objects.end(),
+                                     [](const WorldObjectPtr& a, const WorldObjectPtr& b) {
+                                       return HashOf(a->name) < HashOf(b->name);
+                                     });
+  return Make(*root, Build({objects.begin(), root}), Build({root + 1, objects.end()}));
+}
+
+ObjectTable::Halves ObjectTable::Split(const NodePtr& node, std::string_view name) {
+  if (node == nullptr) return {};
+  if (node->name() < name) {
+    Halves right = Split(node->right, name);
+    return {Make(node->object, node->left, std::move(right.before)), std::move(right.behind)};
+  }
+  Halves left = Split(node->left, name);
+  return {std::move(left.before), Make(node->object, std::move(left.behind), node->right)};
+}
+
+ObjectTable::NodePtr ObjectTable::Join(const NodePtr& left, const NodePtr& right) {
+  if (left == nullptr) return right;
+  if (right == nullptr) return left;
+  if (left->IsAbove(*right)) return Make(left->object, left->left, Join(left->right, right));
+  return Make(right->object, Join(left, right->left), right->right);
+}
+
+ObjectTable::NodePtr ObjectTable::Insert(const NodePtr& node, WorldObjectPtr&& object) {
+  if (node == nullptr) return Make(std::move(object), nullptr, nullptr);
+  const std::uint64_t priority = HashOf(object->name);
+  const bool is_before = object->name < node->name();
+  if (priority > node->priority || (priority == node->priority && is_before)) {
+    Halves halves = Split(node, object->name);
+    return Make(std::move(object), std::move(halves.before), std::move(halves.behind));
+  }
+  return is_before ? Make(node->object, Insert(node->left, std::move(object)), node->right)
+                   : Make(node->object, node->left, Insert(node->right, std::move(object)));
+}
+
+ObjectTable::NodePtr ObjectTable::Replace(const NodePtr& node, WorldObjectPtr&& object) {
+  const int order = std::string_view(object->name).compare(node->name());
+  if (order == 0) return Make(std::move(object), node->left, node->right);
+  return order < 0 ? Make(node->object, Replace(node->left, std::move(object)), node->right)
+                   : Make(node->object, node->left, Replace(node->right, std::move(object)));
+}
+
+ObjectTable::NodePtr ObjectTable::Remove(const NodePtr& node, std::string_view name) {
+  const int order = name.compare(node->name());
+  if (order == 0) return Join(node->left, node->right);
+  return order < 0 ? Make(node->object, Remove(node->left, name), node->right)
+                   : Make(node->object, node->left, Remove(node->right, name));
+}
+
+// Walks both trees at once and skips what they share. A name that only one holds is cut out of the
+// other tree's order by a split, which copies a path.
+struct ObjectTable::DifferenceOf {
+  std::vector<ObjectDelta> deltas;
+
+  void operator()(const NodePtr& before, const NodePtr& after) {
+    if (before == after) return;
+    if (before == nullptr || (after != nullptr && after->IsAbove(*before))) {
+      const Halves halves = Split(before, after->name());
+      (*this)(halves.before, after->left);
+      deltas.push_back({.before = nullptr, .after = after->object});
+      (*this)(halves.behind, after->right);
+    } else if (after == nullptr || before->IsAbove(*after)) {
+      const Halves halves = Split(after, before->name());
+      (*this)(before->left, halves.before);
+      deltas.push_back({.before = before->object, .after = nullptr});
+      (*this)(before->right, halves.behind);
+    } else {
+      (*this)(before->left, after->left);
+      Compare(before->object, after->object);
+      (*this)(before->right, after->right);
+    }
+  }
+
+  void Compare(const WorldObjectPtr& before, const WorldObjectPtr& after) {
+    if (before == after) return;
+    if (before->uid == after->uid) {
+      deltas.push_back({.before = before, .after = after});
+    } else {
+      deltas.push_back({.before = before, .after = nullptr});
+      deltas.push_back({.before = nullptr, .after = after});
+    }
+  }
+};
+
+std::vector<ObjectDelta> ObjectTable::Difference(const ObjectTable& before,
+                                                 const ObjectTable& after) {
+  DifferenceOf difference;
+  difference(before.root_, after.root_);
+  return std::move(difference.deltas);
+}
+
+}  // namespace cwm::collision

@@ -1,0 +1,114 @@
+// The objects of a snapshot by name: a persistent sequence of which two versions share all but the
+// path to what differs.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <iterator>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "absl/container/inlined_vector.h"
+#include "collision/world/world_object.h"
+
+namespace cwm::collision {
+
+using WorldObjectPtr = std::shared_ptr<const WorldObject>;
+
+// What differs between two versions: for watches and for tests.
+struct ObjectDelta {
+  WorldObjectPtr before;  // nullptr: added
+  WorldObjectPtr after;   // nullptr: removed
+};
+
+// A hash of a name that is the same in every process.
+std::uint64_t HashOf(std::string_view name);
+
+// Immutable; ordered by name. A treap (Seidel and Aragon 1996) of which the priorities are hashes
+// of the names, so that its shape follows from the names in it alone. Find, With, Without and
+// access by rank cost the logarithm of the size; names chosen by an adversary can make them linear.
+class ObjectTable {
+  struct Node;
+  using NodePtr = std::shared_ptr<const Node>;
+
+ public:
+  // In order of names. Stepping costs a constant on average.
+  class Iterator {
+   public:
+    using iterator_category = std::forward_iterator_tag;
+    using value_type = WorldObjectPtr;
+    using difference_type = std::ptrdiff_t;
+    using pointer = const WorldObjectPtr*;
+    using reference = const WorldObjectPtr&;
+
+    reference operator*() const;
+    pointer operator->() const { return &**this; }
+    Iterator& operator++();
+    Iterator operator++(int);
+    friend bool operator==(const Iterator& a, const Iterator& b) {
+      return a.path_.empty() ? b.path_.empty()
+                             : !b.path_.empty() && a.path_.back() == b.path_.back();
+    }
+
+   private:
+    friend class ObjectTable;
+    void Descend(const Node* node);
+    absl::InlinedVector<const Node*, 24> path_;  // the current node, above it those still to come
+  };
+
+  ObjectTable() = default;
+  // Ordered by name, no name twice.
+  explicit ObjectTable(std::span<const WorldObjectPtr> objects);
+
+  std::size_t size() const;
+  bool empty() const { return root_ == nullptr; }
+  Iterator begin() const;
+  Iterator end() const { return {}; }
+
+  // The object of a rank, 0 <= rank < size().
+  const WorldObjectPtr& operator[](std::size_t rank) const;
+  // nullptr when there is none.
+  const WorldObjectPtr* Find(std::string_view name) const;
+  std::optional<std::size_t> RankOf(std::string_view name) const;
+  // The largest margin of any object; 0 without objects.
+  double widest_margin_m() const;
+
+  // The very same objects, not equal ones.
+  friend bool operator==(const ObjectTable& a, const ObjectTable& b) {
+    return a.root_ == b.root_ ||
+           (a.size() == b.size() && std::equal(a.begin(), a.end(), b.begin()));
+  }
+  friend bool operator==(const ObjectTable& a, std::span<const WorldObjectPtr> b) {
+    return a.size() == b.size() && std::equal(a.begin(), a.end(), b.begin());
+  }
+
+  // With the object in place of the one of its name, if there is one.
+  ObjectTable With(WorldObjectPtr object) const;
+  // Without the object of that name, if there is one.
+  ObjectTable Without(std::string_view name) const;
+
+  // Ordered by name; an object that was removed and put again is two deltas, removed first. Costs
+  // as much as there is to tell, times the logarithm of the size, where one was made from the
+  // other.
+  static std::vector<ObjectDelta> Difference(const ObjectTable& before, const ObjectTable& after);
+
+ private:
+  struct Halves;
+  struct DifferenceOf;
+
+  static NodePtr Make(WorldObjectPtr object, NodePtr left, NodePtr right);
+  static NodePtr Build(std::span<const WorldObjectPtr> objects);
+  static Halves Split(const NodePtr& node, std::string_view name);
+  static NodePtr Join(const NodePtr& left, const NodePtr& right);
+  static NodePtr Insert(const NodePtr& node, WorldObjectPtr&& object);
+  static NodePtr Replace(const NodePtr& node, WorldObjectPtr&& object);
+  static NodePtr Remove(const NodePtr& node, std::string_view name);
+
+  NodePtr root_;
+};
+
+}  // namespace cwm::collision
