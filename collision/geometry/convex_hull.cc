@@ -31,12 +31,15 @@ class Quickhull {
   // Nothing when the points span no volume or rounding broke the topology.
   std::optional<TriangleMesh> Run() {
     if (!BuildSimplex()) return std::nullopt;
-    while (!pending_.empty()) {
-      const int face = pending_.back();
-      pending_.pop_back();
-      if (!F(face).alive || F(face).outside.empty()) continue;
-      if (!AddPoint(face)) return std::nullopt;
-    }
+    do {
+      while (!pending_.empty()) {
+        const int face = pending_.back();
+        pending_.pop_back();
+        if (!F(face).alive || F(face).outside.empty()) continue;
+        if (!AddPoint(face)) return std::nullopt;
+      }
+      ReviewUnclaimed();
+    } while (!pending_.empty());
     if (!IsLocallyConvex()) return std::nullopt;
     TriangleMesh mesh = Extract();
     if (!IsWatertight(mesh)) return std::nullopt;
@@ -97,21 +100,41 @@ class Quickhull {
     return face;
   }
 
-  // Gives each point to a face that it lies beyond, new faces first: among coplanar faces a point
-  // may lose a face that it saw and see only old ones. Points beyond none are inside and forgotten.
+  // Gives each point to one of the faces from `first_new` on that it lies beyond. Points beyond none
+  // wait for ReviewUnclaimed: they are inside, but among coplanar faces a point may also lose a face
+  // that it saw and see only old ones.
   void Distribute(const std::vector<int>& candidates, std::size_t first_new) {
-    const auto take = [this](int index, std::size_t from, std::size_t to) {
-      for (std::size_t f = from; f < to; ++f) {
-        if (!faces_[f].alive || Height(faces_[f], P(index)) <= tolerance_) continue;
-        if (faces_[f].outside.empty()) pending_.push_back(static_cast<int>(f));
-        faces_[f].outside.push_back(index);
-        return true;
-      }
-      return false;
-    };
     for (const int index : candidates) {
-      if (!take(index, first_new, faces_.size())) take(index, 0, first_new);
+      if (!Claim(index, first_new)) unclaimed_.push_back(index);
     }
+  }
+
+  bool Claim(int index, std::size_t first_face) {
+    for (std::size_t f = first_face; f < faces_.size(); ++f) {
+      if (!faces_[f].alive || Height(faces_[f], P(index)) <= tolerance_) continue;
+      if (faces_[f].outside.empty()) pending_.push_back(static_cast<int>(f));
+      faces_[f].outside.push_back(index);
+      return true;
+    }
+    return false;
+  }
+
+  // The hull only grows: what lies beyond none of its faces now is inside for good. Once for all
+  // points, because a search through all faces after each step takes the cube of their count.
+  void ReviewUnclaimed() {
+    std::erase_if(faces_live_, [this](int f) { return !F(f).alive; });
+    for (std::size_t f = live_until_; f < faces_.size(); ++f) {
+      if (faces_[f].alive) faces_live_.push_back(static_cast<int>(f));
+    }
+    live_until_ = faces_.size();
+    for (const int index : unclaimed_) {
+      const auto seen = std::find_if(faces_live_.begin(), faces_live_.end(),
+                                     [&](int f) { return Height(F(f), P(index)) > tolerance_; });
+      if (seen == faces_live_.end()) continue;
+      if (F(*seen).outside.empty()) pending_.push_back(*seen);
+      F(*seen).outside.push_back(index);
+    }
+    unclaimed_.clear();
   }
 
   bool AddPoint(int seed) {
@@ -208,19 +231,22 @@ class Quickhull {
   const std::vector<Vector3>& points_;
   const double tolerance_;
   std::vector<Face> faces_;
-  std::vector<int> pending_;  // faces with points outside, some of them gone meanwhile
+  std::vector<int> pending_;    // faces with points outside, some of them gone meanwhile
+  std::vector<int> unclaimed_;  // points beyond no face of the last step
+  std::vector<int> faces_live_;
+  std::size_t live_until_ = 0;  // faces below are in faces_live_ if they lived at the last review
 };
 
 }  // namespace
 
-TriangleMesh ConvexHull3(const std::vector<Vector3>& points) {
+TriangleMesh ConvexHull3(const std::vector<Vector3>& points, double coarsest_share) {
   if (points.size() < 4) return {};
   Eigen::AlignedBox3d bounds;
   for (const Vector3& p : points) bounds.extend(p);
   const double extent = bounds.diagonal().norm();
   // Nearly coplanar points can break the topology at the tightest tolerance; a coarser one then
-  // merges them. Beyond a millionth of the extent the points have no volume worth a hull.
-  for (double relative = 1e-12; relative < 2e-6; relative *= 10) {
+  // merges them.
+  for (double relative = 1e-12; relative < 2 * coarsest_share; relative *= 10) {
     if (auto hull = Quickhull(points, relative * extent).Run()) return *std::move(hull);
   }
   return {};

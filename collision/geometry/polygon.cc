@@ -30,6 +30,10 @@ struct Edge {
 };
 
 bool SegmentsTouch(const Edge& e, const Edge& f) {
+  if (std::max(e.a.y(), e.b.y()) < std::min(f.a.y(), f.b.y()) ||
+      std::max(f.a.y(), f.b.y()) < std::min(e.a.y(), e.b.y())) {
+    return false;
+  }
   const long double fa = Orientation(e.a, e.b, f.a), fb = Orientation(e.a, e.b, f.b);
   const long double ea = Orientation(f.a, f.b, e.a), eb = Orientation(f.a, f.b, e.b);
   if (((fa > 0 && fb < 0) || (fa < 0 && fb > 0)) && ((ea > 0 && eb < 0) || (ea < 0 && eb > 0))) {

@@ -1,8 +1,9 @@
 // Ear clipping with bridged holes, and convex pieces by merging triangles.
 #include <algorithm>
-#include <limits>
-#include <map>
+#include <cstdint>
+#include <functional>
 #include <numeric>
+#include <unordered_map>
 #include <utility>
 
 #include "collision/geometry/polygon.h"
@@ -45,17 +46,18 @@ class EarClipper {
   }
 
   std::vector<IndexTriangle> Run() {
-    while (!holes_.empty()) BridgeNextHole();
+    SortHoles();
+    for (std::size_t i = 0; i < holes_.size(); ++i) BridgeHole(i);
+    LinkCorners();
     std::vector<IndexTriangle> triangles;
     std::size_t at = 0;
-    while (ring_.size() > 3) {
-      at = FindEar(at);
-      const std::size_t n = ring_.size();
-      triangles.push_back({ring_[(at + n - 1) % n], ring_[at], ring_[(at + 1) % n]});
-      ring_.erase(ring_.begin() + static_cast<std::ptrdiff_t>(at));
-      if (at > 0) --at;
+    for (std::size_t left = ring_.size(); left > 3; --left) {
+      at = FindEar(at, left);
+      triangles.push_back(TriangleAt(at));
+      CutOff(at);
+      at = corners_[at].next;
     }
-    triangles.push_back({ring_[0], ring_[1], ring_[2]});
+    triangles.push_back(TriangleAt(at));
     return triangles;
   }
 
@@ -73,37 +75,44 @@ class EarClipper {
   const Vector2& V(int index) const { return vertices_[static_cast<std::size_t>(index)]; }
   const Vector2& At(std::size_t position) const { return V(ring_[position % ring_.size()]); }
 
-  // Joins the hole that reaches farthest to +x: nothing but the outer ring lies beyond it, so some
-  // vertex of that ring is visible from its rightmost vertex.
-  void BridgeNextHole() {
-    const auto rightmost = [this](Ring& ring) {
-      return std::max_element(ring.begin(), ring.end(),
-                              [this](int a, int b) { return V(a).x() < V(b).x(); });
-    };
-    const auto hole = std::max_element(holes_.begin(), holes_.end(), [&](Ring& a, Ring& b) {
-      return V(*rightmost(a)).x() < V(*rightmost(b)).x();
+  // Each hole from its rightmost vertex on, holes that reach farther to +x first: then nothing but
+  // the outer ring lies beyond the next one, so some vertex of that ring is visible from it.
+  void SortHoles() {
+    for (Ring& hole : holes_) {
+      const auto rightmost = std::max_element(hole.begin(), hole.end(),
+                                              [this](int a, int b) { return V(a).x() < V(b).x(); });
+      std::rotate(hole.begin(), rightmost, hole.end());
+    }
+    std::stable_sort(holes_.begin(), holes_.end(), [this](const Ring& a, const Ring& b) {
+      return V(a.front()).x() > V(b.front()).x();
     });
-    std::rotate(hole->begin(), rightmost(*hole), hole->end());
-    const std::size_t anchor = FindVisible(hole->front());
-    Ring bridge(hole->begin(), hole->end());
-    bridge.push_back(hole->front());
+  }
+
+  void BridgeHole(std::size_t index) {
+    const Ring& hole = holes_[index];
+    const std::size_t anchor = FindVisible(hole.front(), index);
+    Ring bridge(hole.begin(), hole.end());
+    bridge.push_back(hole.front());
     bridge.push_back(ring_[anchor]);
     ring_.insert(ring_.begin() + static_cast<std::ptrdiff_t>(anchor) + 1, bridge.begin(),
                  bridge.end());
-    holes_.erase(hole);
   }
 
-  // The position in the outer ring nearest to a hole's vertex and visible from it.
-  std::size_t FindVisible(int from) const {
-    std::vector<std::size_t> order(ring_.size());
-    std::iota(order.begin(), order.end(), std::size_t{0});
-    std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-      return (At(a) - V(from)).squaredNorm() < (At(b) - V(from)).squaredNorm();
-    });
-    for (const std::size_t position : order) {
-      if (InCone(position, V(from)) && Sees(V(from), At(position))) return position;
+  // The position in the outer ring nearest to a vertex of hole `index` and visible from it.
+  std::size_t FindVisible(int from, std::size_t index) const {
+    using Candidate = std::pair<double, std::size_t>;  // squared distance, position
+    std::vector<Candidate> near(ring_.size());
+    for (std::size_t i = 0; i < near.size(); ++i) near[i] = {(At(i) - V(from)).squaredNorm(), i};
+    // A heap, because one of the first few is visible as a rule.
+    std::make_heap(near.begin(), near.end(), std::greater<>());
+    const std::size_t fallback = near.front().second;  // unreachable for a simple region
+    while (!near.empty()) {
+      const std::size_t position = near.front().second;
+      if (InCone(position, V(from)) && Sees(V(from), At(position), index)) return position;
+      std::pop_heap(near.begin(), near.end(), std::greater<>());
+      near.pop_back();
     }
-    return order.front();  // unreachable for a simple region
+    return fallback;
   }
 
   // Whether the direction from a ring vertex to `p` starts inside of the ring.
@@ -116,48 +125,92 @@ class EarClipper {
     return Cross(apex, next, p) > 0 || Cross(previous, apex, p) > 0;
   }
 
-  bool Sees(const Vector2& a, const Vector2& b) const {
+  // Past the outer ring and the holes from `first_hole` on, which are not part of it yet.
+  bool Sees(const Vector2& a, const Vector2& b, std::size_t first_hole) const {
     const auto blocked_by = [&](const Ring& ring) {
       for (std::size_t i = 0, j = ring.size() - 1; i < ring.size(); j = i++) {
         if (Blocks(a, b, V(ring[j]), V(ring[i]))) return true;
       }
       return false;
     };
-    return !blocked_by(ring_) && std::none_of(holes_.begin(), holes_.end(), blocked_by);
+    return !blocked_by(ring_) &&
+           std::none_of(holes_.begin() + static_cast<std::ptrdiff_t>(first_hole), holes_.end(),
+                        blocked_by);
   }
 
-  // The next ear at or after `start`. Rounding can hide every ear; then the corner with the widest
-  // positive area is cut, which keeps the cover exact up to that rounding.
-  std::size_t FindEar(std::size_t start) const {
+  // A position of the ring while ears are cut off.
+  struct Corner {
+    std::size_t previous = 0, next = 0;
+    double area = 0;        // twice that of the triangle with its neighbours; positive if convex
+    bool is_ear = false;    // convex, and no other corner in the triangle
+    bool is_blunt = false;  // reflex or straight; a corner turns convex once and for all
+  };
+
+  const Vector2& C(std::size_t at) const { return V(ring_[at]); }
+  IndexTriangle TriangleAt(std::size_t at) const {
+    return {ring_[corners_[at].previous], ring_[at], ring_[corners_[at].next]};
+  }
+
+  void LinkCorners() {
     const std::size_t n = ring_.size();
-    std::size_t widest = start % n;
-    double widest_area = -std::numeric_limits<double>::infinity();
-    for (std::size_t k = 0; k < n; ++k) {
-      const std::size_t at = (start + k) % n;
-      const double area = Cross(At(at + n - 1), At(at), At(at + 1));
-      if (area > 0 && IsEmptyEar(at)) return at;
-      if (area > widest_area) {
-        widest_area = area;
-        widest = at;
-      }
+    corners_.resize(n);
+    for (std::size_t i = 0; i < n; ++i) {
+      corners_[i].previous = (i + n - 1) % n;
+      corners_[i].next = (i + 1) % n;
+    }
+    for (std::size_t i = 0; i < n; ++i) {
+      Measure(i);
+      if (corners_[i].is_blunt) blunt_.push_back(i);
+    }
+    for (std::size_t i = 0; i < n; ++i) corners_[i].is_ear = IsEar(i);
+  }
+
+  void Measure(std::size_t at) {
+    Corner& corner = corners_[at];
+    corner.area = Cross(C(corner.previous), C(at), C(corner.next));
+    corner.is_blunt = !(corner.area > 0);
+  }
+
+  void CutOff(std::size_t at) {
+    const std::size_t previous = corners_[at].previous, next = corners_[at].next;
+    corners_[previous].next = next;
+    corners_[next].previous = previous;
+    corners_[at].is_blunt = false;
+    for (const std::size_t neighbour : {previous, next}) Measure(neighbour);
+    std::erase_if(blunt_, [this](std::size_t i) { return !corners_[i].is_blunt; });
+    // Whether the others are ears does not depend on this one.
+    for (const std::size_t neighbour : {previous, next}) {
+      corners_[neighbour].is_ear = IsEar(neighbour);
+    }
+  }
+
+  // The next ear at or after `start` of the `count` corners left. Rounding can hide every ear; then
+  // the corner with the widest positive area is cut, which keeps the cover exact up to that rounding.
+  std::size_t FindEar(std::size_t start, std::size_t count) const {
+    std::size_t widest = start, at = start;
+    for (std::size_t k = 0; k < count; ++k, at = corners_[at].next) {
+      if (corners_[at].is_ear) return at;
+      if (corners_[at].area > corners_[widest].area) widest = at;
     }
     return widest;
   }
 
-  bool IsEmptyEar(std::size_t at) const {
-    const std::size_t n = ring_.size();
-    const Vector2 &a = At(at + n - 1), &b = At(at), &c = At(at + 1);
-    for (std::size_t k = 2; k + 1 < n; ++k) {
-      const Vector2& p = At(at + k);
-      if (p == a || p == b || p == c) continue;  // the other end of a bridge
-      if (InClosedTriangle(a, b, c, p)) return false;
-    }
-    return true;
+  // A triangle that holds any corner of the ring holds a blunt one.
+  bool IsEar(std::size_t at) const {
+    if (!(corners_[at].area > 0)) return false;
+    const Vector2 &a = C(corners_[at].previous), &b = C(at), &c = C(corners_[at].next);
+    return std::none_of(blunt_.begin(), blunt_.end(), [&](std::size_t i) {
+      const Vector2& p = C(i);
+      if (p == a || p == b || p == c) return false;  // a neighbour, or the other end of a bridge
+      return InClosedTriangle(a, b, c, p);
+    });
   }
 
   std::vector<Vector2> vertices_;
   Ring ring_;
   std::vector<Ring> holes_;
+  std::vector<Corner> corners_;     // one per position of the ring
+  std::vector<std::size_t> blunt_;  // positions of the blunt ones left
 };
 
 // A piece is a counter-clockwise convex ring of vertex indices.
@@ -168,11 +221,16 @@ class PieceMerger {
     for (const IndexTriangle& t : triangles) pieces_.emplace_back(t.begin(), t.end());
   }
 
-  // Hertel and Mehlhorn: drop each diagonal whose removal leaves both of its ends convex.
+  // Hertel and Mehlhorn: drop each diagonal whose removal leaves both of its ends convex. Pieces only
+  // grow, and their corners with them: a diagonal that had to stay once has to stay for good.
   std::vector<Polygon> Run() {
-    for (std::size_t i = 0; i < pieces_.size(); ++i) IndexEdges(i);
     for (std::size_t i = 0; i < pieces_.size(); ++i) {
-      while (!pieces_[i].empty() && MergeOneNeighbour(i)) {
+      const Ring& ring = pieces_[i];
+      for (std::size_t k = 0; k < ring.size(); ++k) owner_[Key(ring[k], ring[Next(ring, k)])] = i;
+    }
+    for (std::size_t i = 0; i < pieces_.size(); ++i) {
+      for (std::size_t k = 0; k < pieces_[i].size();) {
+        if (!MergeAcross(i, k)) ++k;
       }
     }
     std::vector<Polygon> polygons;
@@ -186,57 +244,62 @@ class PieceMerger {
   }
 
  private:
-  void IndexEdges(std::size_t piece) {
-    const Ring& ring = pieces_[piece];
-    for (std::size_t i = 0, j = ring.size() - 1; i < ring.size(); j = i++) {
-      owner_[{ring[j], ring[i]}] = piece;
-    }
+  static std::uint64_t Key(int from, int to) {
+    return static_cast<std::uint64_t>(from) << 32 | static_cast<std::uint32_t>(to);
   }
-
-  bool MergeOneNeighbour(std::size_t piece) {
-    const Ring ring = pieces_[piece];
-    for (std::size_t i = 0, j = ring.size() - 1; i < ring.size(); j = i++) {
-      const auto other = owner_.find({ring[i], ring[j]});
-      if (other == owner_.end() || other->second == piece) continue;
-      const std::size_t neighbour = other->second;
-      Ring merged = Join(ring, i, pieces_[neighbour], ring[i]);
-      if (!IsConvexRing(merged)) continue;
-      owner_.erase({ring[i], ring[j]});
-      owner_.erase({ring[j], ring[i]});
-      pieces_[neighbour].clear();
-      pieces_[piece] = std::move(merged);
-      IndexEdges(piece);
-      return true;
-    }
-    return false;
+  static std::size_t Next(const Ring& ring, std::size_t k) {
+    return k + 1 < ring.size() ? k + 1 : 0;
   }
-
-  // `a` from position `start` all around to its predecessor, then `b` between those two vertices;
-  // `b` runs from vertex `start_vertex` along the shared edge.
-  static Ring Join(const Ring& a, std::size_t start, const Ring& b, int start_vertex) {
-    Ring merged;
-    for (std::size_t k = 0; k < a.size(); ++k) merged.push_back(a[(start + k) % a.size()]);
-    const auto at =
-        static_cast<std::size_t>(std::find(b.begin(), b.end(), start_vertex) - b.begin());
-    for (std::size_t k = 2; k < b.size(); ++k) merged.push_back(b[(at + k) % b.size()]);
-    return merged;
+  static std::size_t Previous(const Ring& ring, std::size_t k) {
+    return k > 0 ? k - 1 : ring.size() - 1;
   }
-
-  bool IsConvexRing(const Ring& ring) const {
-    const std::size_t n = ring.size();
-    const auto v = [&](std::size_t i) -> const Vector2& {
-      return vertices_[static_cast<std::size_t>(ring[i % n])];
+  bool IsConvexAt(int a, int b, int c) const {
+    const auto v = [this](int index) -> const Vector2& {
+      return vertices_[static_cast<std::size_t>(index)];
     };
-    for (std::size_t i = 0; i < n; ++i) {
-      if (Cross(v(i), v(i + 1), v(i + 2)) < 0) return false;
+    return Cross(v(a), v(b), v(c)) >= 0;
+  }
+
+  // Joins the piece beyond edge k of a piece, whose edges then lie from position k on.
+  bool MergeAcross(std::size_t piece, std::size_t k) {
+    Ring& ring = pieces_[piece];
+    const int from = ring[k], to = ring[Next(ring, k)];
+    const auto other = owner_.find(Key(to, from));
+    if (other == owner_.end() || other->second == piece) return false;
+    Ring& beyond = pieces_[other->second];
+    const auto at =
+        static_cast<std::size_t>(std::find(beyond.begin(), beyond.end(), from) - beyond.begin());
+    const std::size_t to_at = Previous(beyond, at);
+    const int before = ring[Previous(ring, k)], after = ring[Next(ring, Next(ring, k))];
+    if (!IsConvexAt(before, from, beyond[Next(beyond, at)])) return false;
+    if (!IsConvexAt(beyond[Previous(beyond, to_at)], to, after)) return false;
+    owner_.erase(other);
+    owner_.erase(Key(from, to));
+    Ring chain;  // what lies between `from` and `to` beyond
+    for (std::size_t i = Next(beyond, at); i != to_at; i = Next(beyond, i)) {
+      chain.push_back(beyond[i]);
+    }
+    beyond.clear();
+    ring.insert(ring.begin() + static_cast<std::ptrdiff_t>(k) + 1, chain.begin(), chain.end());
+    for (std::size_t i = 0, e = k; i <= chain.size(); ++i, e = Next(ring, e)) {
+      owner_[Key(ring[e], ring[Next(ring, e)])] = piece;
     }
     return true;
   }
 
   const std::vector<Vector2>& vertices_;
   std::vector<Ring> pieces_;
-  std::map<std::pair<int, int>, std::size_t> owner_;
+  std::unordered_map<std::uint64_t, std::size_t> owner_;  // of directed edges
 };
+
+// Of a simple polygon that runs counter-clockwise.
+bool IsConvexPolygon(const Polygon& polygon) {
+  const std::size_t n = polygon.size();
+  for (std::size_t i = 0; i < n; ++i) {
+    if (Cross(polygon[i], polygon[(i + 1) % n], polygon[(i + 2) % n]) < 0) return false;
+  }
+  return true;
+}
 
 }  // namespace
 
@@ -261,6 +324,9 @@ std::vector<std::array<Vector2, 3>> Triangulate(const Polygon& outline,
 
 std::vector<Polygon> ConvexPieces(const Polygon& outline, const std::vector<Polygon>& holes) {
   if (!IsSimpleRegion(outline, holes)) return {};
+  Polygon ring = outline;
+  if (SignedArea_m2(ring) < 0) std::reverse(ring.begin(), ring.end());
+  if (holes.empty() && IsConvexPolygon(ring)) return {std::move(ring)};
   EarClipper clipper(outline, holes);
   const std::vector<IndexTriangle> triangles = clipper.Run();
   return PieceMerger(clipper.vertices(), triangles).Run();

@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "collision/geometry/signed_distance.h"
 #include "collision/geometry/triangle.h"
@@ -43,7 +44,9 @@ SurfacePoint NearestSurfacePoint(const Convex& convex, const Vector3& p) {
   Vector3 highest_normal = Vector3::UnitZ();
   for (const TriangleMesh::Triangle& t : hull.triangles) {
     const auto [a, b, c] = Corners(hull, t);
-    const Vector3 normal = TriangleNormal(a, b, c);
+    const std::optional<Vector3> sure_normal = SureNormal(a, b, c);
+    if (!sure_normal) continue;  // its neighbours are as near
+    const Vector3& normal = *sure_normal;
     const double plane_distance = normal.dot(p - a);
     if (plane_distance > highest_plane) {
       highest_plane = plane_distance;

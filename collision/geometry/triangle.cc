@@ -1,5 +1,7 @@
 #include "collision/geometry/triangle.h"
 
+#include <algorithm>
+
 #include "collision/geometry/segment.h"
 
 namespace cwm {
@@ -31,6 +33,16 @@ Vector3 TriangleNormal(const Vector3& a, const Vector3& b, const Vector3& c) {
   const Vector3 n = (b - a).cross(c - a);
   const double norm = n.stableNorm();
   return norm > 0 ? Vector3(n / norm) : Vector3::UnitZ();
+}
+
+std::optional<Vector3> SureNormal(const Vector3& a, const Vector3& b, const Vector3& c) {
+  constexpr double kLeastHeightShare = 1e-9;
+  const double longest_squared =
+      std::max({(b - a).squaredNorm(), (c - b).squaredNorm(), (a - c).squaredNorm()});
+  const Vector3 n = (b - a).cross(c - a);
+  const double norm = n.stableNorm();
+  if (!(norm > kLeastHeightShare * longest_squared)) return std::nullopt;
+  return Vector3(n / norm);
 }
 
 }  // namespace cwm

@@ -1,6 +1,8 @@
 // One triangle in space.
 #pragma once
 
+#include <optional>
+
 #include "collision/geometry/pose.h"
 
 namespace cwm {
@@ -11,5 +13,10 @@ Vector3 NearestOnTriangle(const Vector3& a, const Vector3& b, const Vector3& c, 
 
 // Unit normal (b - a) x (c - a); UnitZ for a triangle without area.
 Vector3 TriangleNormal(const Vector3& a, const Vector3& b, const Vector3& c);
+
+// The same, or nothing for a triangle whose least height is below 1e-9 of its longest edge: its
+// plane is made of the rounding of its corners. Such triangles keep a hull watertight where a corner
+// lies on an edge; they bound nothing that their neighbours do not bound.
+std::optional<Vector3> SureNormal(const Vector3& a, const Vector3& b, const Vector3& c);
 
 }  // namespace cwm

@@ -155,6 +155,13 @@ struct Finder {
   MaybeViolation operator()(const HalfSpace&) const { return std::nullopt; }
   MaybeViolation operator()(const Plate& s) const {
     if (auto v = CheckDimension("thickness_m", s.thickness_m)) return v;
+    std::size_t vertices = s.outline.size();
+    for (const Polygon& hole : s.holes) vertices += hole.size();
+    if (vertices > static_cast<std::size_t>(kMostPlateVertices)) {
+      return Violation{"outline", std::to_string(vertices) + " vertices",
+                       "must have at most 4096 vertices together with the holes; send a mesh "
+                       "instead"};
+    }
     if (auto v = CheckRing("outline", s.outline)) return v;
     for (std::size_t i = 0; i < s.holes.size(); ++i) {
       if (auto v = CheckRing(Indexed("holes", i), s.holes[i])) return v;
