@@ -4,11 +4,11 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstdlib>
 #include <filesystem>
 #include <string>
 
 #include "clients/formats/file_bytes.h"
+#include "tests/support/outside_data.h"
 
 namespace cwm::formats {
 namespace {
@@ -116,17 +116,12 @@ INSTANTIATE_TEST_SUITE_P(
             "primitive_poses[0].position[1] is a", "must be a finite number"}),
     [](const ::testing::TestParamInfo<Lie>& info) { return std::string(info.param.name); });
 
-std::filesystem::path DataFolder() {
-  const char* data = std::getenv("CWM_DATA");
-  return data != nullptr ? data : "../shared/data";
-}
-
 TEST(SceneFile, ReadsEveryMotionBenchMakerScene) {
-  const auto folder = DataFolder() / "motion_bench_maker";
-  if (!std::filesystem::exists(folder)) GTEST_SKIP() << "no data in " << folder;
+  const auto folder = testing::OutsideData("motion_bench_maker");
+  if (!folder) GTEST_SKIP() << "planning scenes (motion_bench_maker) are not in CWM_DATA";
   int scenes = 0;
   std::size_t primitives = 0;
-  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(*folder)) {
     const std::string name = entry.path().filename().string();
     if (name.rfind("scene", 0) != 0 || entry.path().extension() != ".yaml") continue;
     const auto scene = ParseScene(*ReadFileBytes(entry.path().string()), name);
