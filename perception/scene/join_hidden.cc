@@ -162,10 +162,10 @@ class BetweenParts {
       for (int k = 1; k < kPlacesPerLine; ++k) {
         const float t = static_cast<float>(k) / kPlacesPerLine;
         const Vector3f place = (1 - t) * nodes_.points[i] + t * nodes_.points[j];
-        const Sight sight = sight_.Look(place, LargestJump_m(nodes_.sigma_m[i]));
+        const Visibility sight = sight_.Look(place, LargestJump_m(nodes_.sigma_m[i]));
         ++seen;
-        through += sight == Sight::kSeenThrough;
-        hidden += sight == Sight::kHidden;
+        through += sight == Visibility::kSeenThrough;
+        hidden += sight == Visibility::kHidden;
       }
     }
     return through <= kMostContradictions * seen && hidden >= kLeastHidden * seen;

@@ -18,14 +18,12 @@ constexpr float kConcave_rad = 20 * kDegree;  // measured on the mOSD learn scen
 // A support's nodes: max(15 degrees, 3 standard deviations of the normal).
 constexpr float kSupportNormalGate_rad = 15 * kDegree;
 constexpr float kNormalGate_sigma = 3;
-// Of a table in the corners of mOSD views: 15 mm at 0.6 m.
-constexpr float kMostWarp_sigma = 12;
-constexpr float kWarp_sigma = 6;           // of a table in the corners of mOSD views
+constexpr float kWarp_sigma = 6;  // half of the largest: what rises more is a thing of its own
 constexpr double kLargestPatch_m2 = 0.04;  // the floor of a pot of 22 cm
 constexpr float kFlatShare = 0.9f;         // the rest may be mixed pixels
 constexpr std::uint32_t kSmallestSeed_nodes = 40;
 
-// sin of the angle by which the surface turns towards the viewer from a to b: positive is concave.
+// Angle by which the surface turns towards the viewer from a to b: positive is concave.
 float Concavity_rad(const OrientedPoints& nodes, std::size_t a, std::size_t b) {
   const Vector3f d = (nodes.points[b] - nodes.points[a]).normalized();
   return std::asin(std::clamp(nodes.normals[a].dot(d), -1.0f, 1.0f)) -

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "perception/scene/disjoint_sets.h"
+#include "perception/scene/resting.h"
 
 namespace cwm::perception {
 namespace {
@@ -125,7 +126,7 @@ class Floor {
     const Vector3f up = plate_.X_FS.linear().col(2).cast<float>();
     for (const float share : {0.25f, 0.5f, 0.75f}) {
       const Vector3f below = graph_.nodes().points[node] - share * static_cast<float>(height) * up;
-      if (sight_.Look(below, LargestJump_m(sigma)) == Sight::kSeenThrough) return false;
+      if (sight_.Look(below, LargestJump_m(sigma)) == Visibility::kSeenThrough) return false;
     }
     return true;
   }
@@ -223,7 +224,7 @@ void KeepOrReject(const SurfaceGraph& graph, std::vector<NodeList> stray,
       rejected_weight += weight;
       rejected.insert(rejected.end(), group->begin(), group->end());
     } else {
-      residuals.push_back({std::move(*group), -1});
+      residuals.push_back({.nodes = std::move(*group)});
     }
   }
   std::sort(rejected.begin(), rejected.end());
@@ -255,12 +256,13 @@ Regions FormRegions(const SurfaceGraph& graph, const CoarseCloud& coarse, const 
     if (support >= 0) {
       AppendObjects(region, support, pieces, out.segments);
     } else {
-      residuals.push_back({std::move(region), -1});
+      residuals.push_back({.nodes = std::move(region)});
     }
   }
   KeepOrReject(graph, GroupsOfStray(coarse, pieces), residuals, out.rejected);
   auto larger = [](const Segment& a, const Segment& b) { return a.nodes.size() > b.nodes.size(); };
   std::stable_sort(out.segments.begin(), out.segments.end(), larger);
+  FindWhatTheyRestOn(graph.nodes(), plates, out.segments);
   std::stable_sort(residuals.begin(), residuals.end(), larger);
   LimitResiduals(residuals);
   std::move(residuals.begin(), residuals.end(), std::back_inserter(out.segments));

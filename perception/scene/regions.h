@@ -14,7 +14,9 @@ namespace cwm::perception {
 // Everything that is not a support. Nodes ascending.
 struct Segment {
   std::vector<std::uint32_t> nodes;
-  std::int32_t supported_by = -1;  // -1: residual geometry
+  std::int32_t supported_by = -1;  // the support below; -1: residual geometry
+  std::int32_t rests_on = -1;      // index into segments: what is between it and the support, or -1
+  double foot_height_m = 0;        // of where it rests, above the support's top
 };
 
 struct Regions {
@@ -25,8 +27,9 @@ struct Regions {
 // Each piece is one object (JoinPieces). A region of linked pieces stands on a support when most of
 // it lies over the support's outline, it reaches down to it or its foot is hidden, and its
 // footprint on the support's cells is at least kSmallestFootprint_m2. Linked pieces that stand on
-// nothing become one residual each. Nodes in no piece are rejected as long as they are at most 0.5
-// % of the points; beyond that the larger sets of them become residuals too.
+// nothing become one residual each. Objects that rest on others say so (FindWhatTheyRestOn). Nodes
+// in no piece are rejected as long as they are at most 0.5 % of the points; beyond that the larger
+// sets of them become residuals too.
 Regions FormRegions(const SurfaceGraph& graph, const CoarseCloud& coarse, const Pieces& pieces,
                     const std::vector<SupportPlane>& supports,
                     const std::vector<Placed<Plate>>& plates, const SightMap& sight);

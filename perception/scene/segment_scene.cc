@@ -100,91 +100,112 @@ class NodePoints {
   const VoxelGrid* grid_;
 };
 
-struct Built {
-  std::vector<SupportPlane> planes;
-  std::vector<Placed<Plate>> plates;
-};
-
-// Plates of all supports; planes that span no area are dropped with their plate.
-Built BuildPlates(const CoarseCloud& coarse, std::vector<SupportPlane> planes) {
-  Built built;
-  for (SupportPlane& support : planes) {
-    std::optional<Placed<Plate>> plate =
-        MakeSupportPlate(support.plane, coarse.cells, support.cells);
-    if (!plate) continue;
-    built.planes.push_back(std::move(support));
-    built.plates.push_back(std::move(*plate));
-  }
-  return built;
-}
-
-SegmentedScene SegmentInSteps(MeasuredPoints measured, const SegmentOptions& options,
-                              const Work& work) {
-  SegmentedScene scene;
-  OrientedPoints& points = measured.oriented;
-
-  // Step 1: normals.
-  std::optional<VoxelGrid> grid;
+// Step 1: normals. Returns the cells of a cloud that is no image.
+std::optional<VoxelGrid> EstimateNormals(MeasuredPoints& measured, const Work& work) {
   if (measured.organised()) {
     EstimateImageNormals(measured, work);
-  } else {
-    grid = FineGrid(points);
-    EstimateGridNormals(points, *grid, kRadius_cells * grid->edge_m(), work);
+    return std::nullopt;
   }
-  options.stage_done("normals");
-  work.Poll();
+  VoxelGrid grid = FineGrid(measured.oriented);
+  EstimateGridNormals(measured.oriented, grid, kRadius_cells * grid.edge_m(), work);
+  return grid;
+}
 
-  // The level frame, given or told by the largest plane.
-  const Vector3 view_C = measured.organised() ? Vector3(Vector3::UnitZ()) : MeanPoint(points);
+// The level frame, given or told by the largest plane; turns the points into it.
+void TurnLevel(MeasuredPoints& measured, const SegmentOptions& options, SegmentedScene& scene) {
+  const OrientedPoints& points = measured.oriented;
+  const bool is_image = measured.organised();
   if (options.R_LC) {
     scene.R_LC = *options.R_LC;
   } else {
     std::optional<Vector3> up = options.up_C;
-    if (!up) up = EstimateUp(MakeCoarseCloud(points), measured.organised());
+    if (!up) up = EstimateUp(MakeCoarseCloud(points), is_image);
     scene.up_known = up.has_value();
-    if (!up) up = measured.organised() ? Vector3(-Vector3::UnitY()) : Vector3(Vector3::UnitZ());
-    scene.R_LC = LevelOrientation(*up, view_C);
+    if (!up) up = is_image ? Vector3(-Vector3::UnitY()) : Vector3(Vector3::UnitZ());
+    scene.R_LC = LevelOrientation(*up, is_image ? Vector3(Vector3::UnitZ()) : MeanPoint(points));
   }
-  Rotate(points, scene.R_LC);
-  if (grid) grid = VoxelGrid::Build(points.points, grid->edge_m());
-  const SurfaceGraph graph =
-      grid ? SurfaceGraph::OfGrid(points, *grid, work) : SurfaceGraph::OfImage(measured);
+  Rotate(measured.oriented, scene.R_LC);
+}
 
-  // Steps 2 to 4: supports.
-  const CoarseCloud coarse = MakeCoarseCloud(graph.nodes());
-  Built built = BuildPlates(coarse, FindSupportPlanes(coarse, Vector3::UnitZ(), work));
-  options.stage_done("supports");
-  work.Poll();
+// Cells of about two pixels.
+SightMap MakeSightMap(const SurfaceGraph& graph, const MeasuredPoints& measured,
+                      const VoxelGrid* grid) {
+  if (!grid) return SightMap(graph.nodes(), 2 * measured.pixel_angle_rad);
+  const auto range = static_cast<float>(MeanPoint(measured.oriented).norm());
+  return SightMap(graph.nodes(), 2 * grid->edge_m() / std::max(0.1f, range));
+}
 
-  // Step 5: what stands on them.
-  Pieces pieces = CutIntoPieces(graph, coarse, built.planes, work);
-  options.stage_done("clusters");
-  work.Poll();
-  const float pitch =
-      measured.organised()
-          ? 2 * measured.pixel_angle_rad
-          : 2 * grid->edge_m() / std::max(0.1f, static_cast<float>(MeanPoint(points).norm()));
-  const SightMap sight(graph.nodes(), pitch);
-  pieces = JoinPieces(graph, std::move(pieces), sight);
-  Regions regions = FormRegions(graph, coarse, pieces, built.planes, built.plates, sight);
-  options.stage_done("split");
+struct Supports {
+  std::vector<SupportPlane> planes;
+  std::vector<Placed<Plate>> plates;  // one per plane
+};
 
-  const NodePoints node_points(grid ? &*grid : nullptr);
-  std::vector<std::vector<std::uint32_t>> support_nodes(built.planes.size());
+// Steps 2 to 4: planes and their plates; planes that span no area are dropped. Of a cloud that is
+// no image nobody knows whether it was seen from one place.
+Supports FindSupports(const SurfaceGraph& graph, const CoarseCloud& coarse, const SightMap* sight,
+                      const Work& work) {
+  Supports found;
+  for (const SupportPlane& plane : FindSupportPlanes(coarse, Vector3::UnitZ(), sight, work)) {
+    for (BoundedSupport& part : BoundSupport(plane, coarse, graph.nodes(), sight)) {
+      found.planes.push_back(std::move(part.support));
+      found.plates.push_back(std::move(part.plate));
+    }
+  }
+  return found;
+}
+
+// Nodes' results become points' results.
+void Collect(const SurfaceGraph& graph, const Pieces& pieces, const Regions& regions,
+             Supports supports, const VoxelGrid* grid, SegmentedScene& scene) {
+  const NodePoints node_points(grid);
+  std::vector<std::vector<std::uint32_t>> support_nodes(supports.planes.size());
   for (std::size_t i = 0; i < graph.size(); ++i) {
     const std::int32_t piece = pieces.of_node[i];
     if (piece >= 0 && piece < pieces.support_count) {
       support_nodes[static_cast<std::size_t>(piece)].push_back(static_cast<std::uint32_t>(i));
     }
   }
-  for (std::size_t s = 0; s < built.planes.size(); ++s) {
-    scene.supports.push_back({std::move(built.plates[s]), node_points.Of(support_nodes[s])});
+  for (std::size_t s = 0; s < supports.plates.size(); ++s) {
+    scene.supports.push_back({std::move(supports.plates[s]), node_points.Of(support_nodes[s])});
   }
   for (const Segment& segment : regions.segments) {
-    scene.things.push_back({segment.supported_by, node_points.Of(segment.nodes)});
+    scene.things.push_back({.supported_by = segment.supported_by,
+                            .rests_on = segment.rests_on,
+                            .foot_height_m = segment.foot_height_m,
+                            .points = node_points.Of(segment.nodes)});
   }
   scene.rejected = node_points.Of(regions.rejected);
-  scene.points = std::move(points);
+}
+
+SegmentedScene SegmentInSteps(MeasuredPoints measured, const SegmentOptions& options,
+                              const Work& work) {
+  SegmentedScene scene;
+  std::optional<VoxelGrid> grid = EstimateNormals(measured, work);
+  options.stage_done("normals");
+  work.Poll();
+
+  TurnLevel(measured, options, scene);
+  if (grid) grid = VoxelGrid::Build(measured.oriented.points, grid->edge_m());
+  const VoxelGrid* cells = grid ? &*grid : nullptr;
+  const SurfaceGraph graph = cells ? SurfaceGraph::OfGrid(measured.oriented, *cells, work)
+                                   : SurfaceGraph::OfImage(measured);
+  const CoarseCloud coarse = MakeCoarseCloud(graph.nodes());
+  const SightMap sight = MakeSightMap(graph, measured, cells);
+  Supports supports = FindSupports(graph, coarse, cells ? nullptr : &sight, work);
+  options.stage_done("supports");
+  work.Poll();
+
+  // Step 5: what stands on them.
+  Pieces pieces = CutIntoPieces(graph, coarse, supports.planes, work);
+  options.stage_done("clusters");
+  work.Poll();
+  pieces = JoinPieces(graph, std::move(pieces), sight);
+  const Regions regions =
+      FormRegions(graph, coarse, pieces, supports.planes, supports.plates, sight);
+  options.stage_done("split");
+
+  Collect(graph, pieces, regions, std::move(supports), cells, scene);
+  scene.points = std::move(measured.oriented);
   return scene;
 }
 

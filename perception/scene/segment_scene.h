@@ -27,6 +27,8 @@ struct SegmentedSupport {
 
 struct SegmentedThing {
   std::int32_t supported_by = -1;  // index into supports; -1: residual geometry
+  std::int32_t rests_on = -1;      // index of the object between it and the support; -1: none
+  double foot_height_m = 0;        // of where it rests, above the support's top
   std::vector<std::uint32_t> points;
 };
 

@@ -43,13 +43,13 @@ std::size_t SightMap::CellOf(const Eigen::Vector3f& direction) const {
          static_cast<std::size_t>(column);
 }
 
-Sight SightMap::Look(const Eigen::Vector3f& place, float tolerance_m) const {
+Visibility SightMap::Look(const Eigen::Vector3f& place, float tolerance_m) const {
   const Eigen::Vector3f ray = place - viewpoint_;
   const float nearest = nearest_m_[CellOf(ray)];
   const float range = ray.norm();
-  if (nearest == kNothing) return Sight::kNoReturn;
-  if (nearest > range + tolerance_m) return Sight::kSeenThrough;
-  return nearest < range - tolerance_m ? Sight::kHidden : Sight::kOnSurface;
+  if (nearest == kNothing) return Visibility::kNoReturn;
+  if (nearest > range + tolerance_m) return Visibility::kSeenThrough;
+  return nearest < range - tolerance_m ? Visibility::kHidden : Visibility::kOnSurface;
 }
 
 }  // namespace cwm::perception

@@ -7,7 +7,7 @@
 
 namespace cwm::perception {
 
-enum class Sight {
+enum class Visibility {
   kSeenThrough,  // the ray went on behind the place: nothing is there
   kOnSurface,    // the ray ended there
   kHidden,       // the ray ended before
@@ -22,7 +22,9 @@ class SightMap {
   // empty.
   SightMap(const OrientedPoints& points, float pitch_rad);
 
-  Sight Look(const Eigen::Vector3f& place, float tolerance_m) const;
+  Visibility Look(const Eigen::Vector3f& place, float tolerance_m) const;
+
+  const Eigen::Vector3f& viewpoint() const { return viewpoint_; }
 
  private:
   std::size_t CellOf(const Eigen::Vector3f& direction) const;

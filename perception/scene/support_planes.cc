@@ -7,6 +7,7 @@
 
 #include "perception/cloud/downsample.h"
 #include "perception/cloud/parallel_for.h"
+#include "perception/scene/support_gaps.h"
 
 namespace cwm::perception {
 namespace {
@@ -22,8 +23,6 @@ constexpr double kMostTilt_rad = 12 * kDegree;      // of a cell's normal agains
 constexpr double kSmoothTurn_rad = 10 * kDegree;    // between neighbouring cells of one surface
 constexpr double kCoplanarAngle_rad = 3 * kDegree;  // pieces of one support
 constexpr double kCoplanarGap_m = 0.01;
-// A place that cannot hold an object of 15 x 15 cm is not worth being a support of its own.
-constexpr double kSmallestSupport_m2 = 0.0225;
 // What rises less than this above a support twice its size is an object's top, not a shelf.
 constexpr double kHighestObjectTop_m = 0.4;
 constexpr double kObjectTopShare = 0.5;
@@ -95,21 +94,21 @@ Vector3 MeanPoint(const CoarseCloud& coarse, std::span<const std::uint32_t> cell
   return sum / static_cast<double>(cells.size());
 }
 
-// Coplanar: normals within 3 degrees, and each other's middle within 1 cm of the plane, or within
-// what 3 degrees of tilt can make of the distance between the middles, whichever is less strict up
-// to 3 sigma.
+// Normals within 3 degrees, and the middle of the smaller within 1 cm of the larger one's plane.
 bool AreCoplanar(const CoarseCloud& coarse, const SupportPlane& a, const SupportPlane& b) {
   if (a.plane.normal.dot(b.plane.normal) < std::cos(kCoplanarAngle_rad)) return false;
   const double gap_ab = a.plane.Height_m(MeanPoint(coarse, b.cells));
   return std::abs(gap_ab) <= kCoplanarGap_m;  // the larger plane judges: it is known better
 }
 
-std::vector<SupportPlane> MergeCoplanar(const CoarseCloud& coarse,
-                                        std::vector<SupportPlane> planes) {
+// One round over the planes, largest first.
+std::vector<SupportPlane> MergeOnce(const CoarseCloud& coarse, const SightMap* sight,
+                                    std::vector<SupportPlane> planes) {
   std::vector<SupportPlane> merged;
   for (SupportPlane& plane : planes) {
     const auto same = std::find_if(merged.begin(), merged.end(), [&](const SupportPlane& m) {
-      return AreCoplanar(coarse, m, plane);
+      return AreCoplanar(coarse, m, plane) &&
+             GapIsClosed(m.plane, coarse.cells, m.cells, plane.cells, sight);
     });
     if (same == merged.end()) {
       merged.push_back(std::move(plane));
@@ -123,6 +122,18 @@ std::vector<SupportPlane> MergeCoplanar(const CoarseCloud& coarse,
     same->cells = std::move(all);
   }
   return merged;
+}
+
+// Until nothing changes: a piece may reach the largest only by way of one that joined it later.
+std::vector<SupportPlane> MergeCoplanar(const CoarseCloud& coarse, const SightMap* sight,
+                                        std::vector<SupportPlane> planes) {
+  for (std::size_t before = planes.size() + 1; planes.size() < before;) {
+    before = planes.size();
+    planes = MergeOnce(coarse, sight, std::move(planes));
+    std::stable_sort(planes.begin(), planes.end(),
+                     [](const auto& a, const auto& b) { return a.area_m2 > b.area_m2; });
+  }
+  return planes;
 }
 
 // Whether the patch lies over the support, within its extent, low enough to be part of an object.
@@ -169,7 +180,7 @@ std::optional<Vector3> EstimateUp(const CoarseCloud& coarse, bool optical_frame)
 }
 
 std::vector<SupportPlane> FindSupportPlanes(const CoarseCloud& coarse, const Vector3& up,
-                                            const Work& work) {
+                                            const SightMap* sight, const Work& work) {
   CoarseCloud const* cloud = &coarse;
   CoarseCloud flipped = coarse;  // up first: given normals may point anywhere
   const Vector3f up_f = up.cast<float>();
@@ -195,8 +206,7 @@ std::vector<SupportPlane> FindSupportPlanes(const CoarseCloud& coarse, const Vec
   for (auto& some : found) std::move(some.begin(), some.end(), std::back_inserter(planes));
   auto larger = [](const SupportPlane& a, const SupportPlane& b) { return a.area_m2 > b.area_m2; };
   std::stable_sort(planes.begin(), planes.end(), larger);
-  planes = MergeCoplanar(*cloud, std::move(planes));
-  std::stable_sort(planes.begin(), planes.end(), larger);
+  planes = MergeCoplanar(*cloud, sight, std::move(planes));
   std::vector<SupportPlane> supports;
   for (SupportPlane& plane : planes) {
     const bool is_top = std::any_of(supports.begin(), supports.end(), [&](const SupportPlane& s) {

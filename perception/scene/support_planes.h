@@ -8,6 +8,7 @@
 #include "perception/cloud/voxel_grid.h"
 #include "perception/cloud/work.h"
 #include "perception/scene/plane_fit.h"
+#include "perception/scene/sight_map.h"
 
 namespace cwm::perception {
 
@@ -23,6 +24,9 @@ CoarseCloud MakeCoarseCloud(const OrientedPoints& nodes);
 // none are taken only when there is no other. Nothing when the cloud shows no plane.
 std::optional<Vector3> EstimateUp(const CoarseCloud& coarse, bool optical_frame);
 
+// A place that cannot hold an object of 15 x 15 cm is not worth being a support of its own.
+inline constexpr double kSmallestSupport_m2 = 0.0225;
+
 // A plane with `up . normal` > 0 and the cells that lie on it.
 struct SupportPlane {
   Plane plane;
@@ -31,9 +35,11 @@ struct SupportPlane {
 };
 
 // Candidates of normal within kMostTilt_rad of up, clustered by connectivity and height, with a
-// robust plane in each, in parallel. Coplanar pieces (3 degrees, 1 cm) are one support. Small level
-// patches over a larger support are tops of objects, not supports. Largest first.
+// robust plane in each, in parallel. Coplanar pieces (3 degrees, 1 cm) whose gap is closed
+// (GapIsClosed) are one support; gaps narrower than a coarse cell divide no piece. Small level
+// patches over a larger support are tops of objects, not supports. Largest first. `sight` is null
+// when nobody knows where the sensor was.
 std::vector<SupportPlane> FindSupportPlanes(const CoarseCloud& coarse, const Vector3& up,
-                                            const Work& work);
+                                            const SightMap* sight, const Work& work);
 
 }  // namespace cwm::perception

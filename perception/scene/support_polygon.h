@@ -1,24 +1,49 @@
-// The bounds of a support (paper, section III step 4).
+// The bounds of a support (paper, section III step 4): convex or not, with holes.
 #pragma once
 
-#include <span>
+#include <vector>
 
 #include "collision/geometry/shape.h"
-#include "perception/cloud/oriented_points.h"
-#include "perception/scene/plane_fit.h"
+#include "perception/scene/sight_map.h"
+#include "perception/scene/support_gaps.h"
+#include "perception/scene/support_planes.h"
 
 namespace cwm::perception {
 
 // A plate's thickness where only its top was seen.
 inline constexpr double kPlateThickness_m = 0.02;
 
-// The plate below a plane that carries these points, its frame's origin in the middle of the
-// outline, z along the plane's normal, x as near to the x of the points' frame as can be. Nothing
-// when the points span no area.
-std::optional<Placed<Plate>> MakeSupportPlate(const Plane& plane, const OrientedPoints& points,
-                                              std::span<const std::uint32_t> members);
+// More corners than this have no use: the outline is simplified until they suffice.
+inline constexpr std::size_t kMostOutlineCorners = 64;
 
-// Distance of a point's projection to the outline, metres: 0 or less inside.
+struct BoundedSupport {
+  SupportPlane support;  // the cells that lie in the plate
+  Placed<Plate> plate;
+};
+
+// The plates below a plane: within the hull of the nodes that were seen on it, all that is not
+// known to be free.
+//
+// With `sight`, free is where rays pass through: they go on for more than the plate's thickness
+// below its top. What is hidden behind something nearer and what returned nothing is support, so
+// that things on the table and their shadows leave no hole.
+// Without (`sight` null: nobody knows where the sensor was), free is what lies farther than
+// kClosing_m from all that was seen; narrower gaps are closed.
+//
+// Free places narrower than three cells are taken for noise. A cell is half of a coarse cell (four
+// standard deviations of the noise, at least 7.5 mm), more where the nodes are sparse. Where
+// nothing is free the outline is the hull to half a cell, else it is true to one and a half cells.
+// At most kMostOutlineCorners corners.
+//
+// Where free places part what was seen, each part large enough for a support of its own gets its
+// plate, largest first; cells of smaller ones are in none. Empty when the nodes span no area. A
+// plate's origin is in the middle of its outline, z along the plane's normal, x as near to the x of
+// the nodes' frame as can be.
+std::vector<BoundedSupport> BoundSupport(const SupportPlane& support, const CoarseCloud& coarse,
+                                         const OrientedPoints& nodes, const SightMap* sight);
+
+// Distance of a point's projection to the plate's border, metres: 0 or less on the plate, positive
+// beyond its outline and in its holes.
 double OutsideOutline_m(const Placed<Plate>& plate, const Vector3& point);
 
 }  // namespace cwm::perception

@@ -25,8 +25,7 @@ class SurfaceGraph {
   // `measured` must outlive the graph, and be in the frame in which the graph is asked.
   static SurfaceGraph OfImage(const MeasuredPoints& measured);
   // Of any cloud: nodes are the cells of the grid.
-  static SurfaceGraph OfGrid(const OrientedPoints& points, const VoxelGrid& grid,
-                             const Work& work);
+  static SurfaceGraph OfGrid(const OrientedPoints& points, const VoxelGrid& grid, const Work& work);
 
   const OrientedPoints& nodes() const { return *nodes_; }
   std::size_t size() const { return nodes_->size(); }

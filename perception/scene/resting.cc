@@ -1,0 +1,154 @@
+#include "perception/scene/resting.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <utility>
+
+#include "collision/geometry/polygon.h"
+#include "perception/scene/surface_graph.h"
+
+namespace cwm::perception {
+namespace {
+
+constexpr double kCell_m = 0.01;       // of footprints: the paper's octree leaves
+constexpr int kContact_cells = 2;      // a crease's rounded edge, and a cell of either's border
+constexpr double kFootShare = 0.02;    // below: mixed pixels; as for pieces
+constexpr double kLowShare = 0.1;      // of the nodes: what may touch
+constexpr double kLeastContact = 0.3;  // of those; the rest may overhang or turn away
+constexpr double kTopShare = 0.9;      // of column heights: above, a handle or noise
+constexpr std::size_t kLeastTop_cells = 4;  // that make a top
+constexpr double kLeastOver = 0.5;
+constexpr double kBorder_m = 0.01;  // footprints blur by a cell
+
+using Cell = std::pair<int, int>;
+
+Cell CellOf(const Vector2& p) {
+  return {static_cast<int>(std::floor(p.x() / kCell_m)),
+          static_cast<int>(std::floor(p.y() / kCell_m))};
+}
+Vector2 CenterOf(const Cell& cell) {
+  return {(cell.first + 0.5) * kCell_m, (cell.second + 0.5) * kCell_m};
+}
+
+// How deep a place lies in a convex polygon; negative outside, and beside one without area (of an
+// object that shows one upright face).
+double DepthIn_m(const Polygon& hull, const Vector2& p) {
+  if (hull.size() < 3) return -(NearestOnBorder(hull, p) - p).norm();
+  double depth = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0, j = hull.size() - 1; i < hull.size(); j = i++) {
+    const Vector2 edge = hull[i] - hull[j], to = p - hull[j];
+    depth = std::min(depth, (edge.x() * to.y() - edge.y() * to.x()) / edge.norm());
+  }
+  return depth;
+}
+
+// An object over the support that it stands on, in the plate's frame.
+struct Standing {
+  std::size_t segment = 0;
+  std::map<Cell, double> top_m;  // footprint, and the height of the object over each cell of it
+  std::vector<Vector3> low;      // the lowest tenth of the nodes
+  Polygon hull;                  // of the footprint
+  double foot_m = 0;
+  double band_m = 0;  // heights within this are the same
+
+  Standing(std::size_t index, const Segment& s, const OrientedPoints& nodes, const Pose& X_PL)
+      : segment(index) {
+    std::vector<Vector3> places;
+    std::vector<float> sigma;
+    for (std::uint32_t i : s.nodes) {
+      places.push_back(X_PL * nodes.points[i].cast<double>());
+      sigma.push_back(nodes.sigma_m[i]);
+      const auto at = top_m.try_emplace(CellOf(places.back().head<2>()), places.back().z()).first;
+      at->second = std::max(at->second, places.back().z());
+    }
+    std::sort(places.begin(), places.end(),
+              [](const Vector3& a, const Vector3& b) { return a.z() < b.z(); });
+    const auto count = static_cast<double>(places.size());
+    foot_m = places[static_cast<std::size_t>(kFootShare * count)].z();
+    low.assign(places.begin(), places.begin() + static_cast<std::ptrdiff_t>(kLowShare * count) + 1);
+    std::nth_element(sigma.begin(), sigma.begin() + static_cast<std::ptrdiff_t>(sigma.size() / 2),
+                     sigma.end());
+    band_m = LargestJump_m(sigma[sigma.size() / 2]);
+    std::vector<Vector2> corners;
+    for (const auto& [cell, top] : top_m) corners.push_back(CenterOf(cell));
+    hull = ConvexHull(std::move(corners));
+  }
+};
+
+// The other's top lies beside the foot.
+bool Touches(const Standing& upper, const Standing& lower) {
+  std::size_t touching = 0;
+  for (const Vector3& p : upper.low) {
+    const Cell cell = CellOf(p.head<2>());
+    bool found = false;
+    for (int n = 0; n < (2 * kContact_cells + 1) * (2 * kContact_cells + 1) && !found; ++n) {
+      const int dx = n % (2 * kContact_cells + 1) - kContact_cells;
+      const int dy = n / (2 * kContact_cells + 1) - kContact_cells;
+      const auto at = lower.top_m.find({cell.first + dx, cell.second + dy});
+      found = at != lower.top_m.end() && std::abs(at->second - p.z()) <= upper.band_m;
+    }
+    touching += found;
+  }
+  return static_cast<double>(touching) >= kLeastContact * static_cast<double>(upper.low.size());
+}
+
+// What lies below the upper one's footprint ends where its foot is.
+bool EndsBelow(const Standing& upper, const Standing& lower) {
+  std::vector<double> tops;
+  for (const auto& [cell, top] : lower.top_m) {
+    if (DepthIn_m(upper.hull, CenterOf(cell)) >= -kBorder_m) tops.push_back(top);
+  }
+  if (tops.size() < kLeastTop_cells) return false;
+  const auto at =
+      tops.begin() + static_cast<std::ptrdiff_t>(kTopShare * static_cast<double>(tops.size() - 1));
+  std::nth_element(tops.begin(), at, tops.end());
+  return std::abs(*at - upper.foot_m) <= upper.band_m;
+}
+
+// Share of the upper one's footprint that lies over the lower one, or of the lower one's top that
+// lies under the upper one, whichever is larger.
+double ShareOver(const Standing& upper, const Standing& lower) {
+  double inside = 0;
+  for (const auto& [cell, top] : upper.top_m) {
+    inside += DepthIn_m(lower.hull, CenterOf(cell)) >= kBorder_m;
+  }
+  double under = 0, tops = 0;
+  for (const auto& [cell, top] : lower.top_m) {
+    if (top < upper.foot_m - 2 * upper.band_m) continue;
+    ++tops;
+    under += DepthIn_m(upper.hull, CenterOf(cell)) >= -kBorder_m;
+  }
+  const double under_share = tops >= kLeastTop_cells ? under / tops : 0;
+  return std::max(inside / static_cast<double>(upper.top_m.size()), under_share);
+}
+
+}  // namespace
+
+void FindWhatTheyRestOn(const OrientedPoints& nodes, const std::vector<Placed<Plate>>& plates,
+                        std::vector<Segment>& segments) {
+  std::vector<std::vector<Standing>> on_support(plates.size());
+  for (std::size_t k = 0; k < segments.size(); ++k) {
+    if (segments[k].supported_by < 0 || segments[k].nodes.empty()) continue;
+    const auto s = static_cast<std::size_t>(segments[k].supported_by);
+    on_support[s].emplace_back(k, segments[k], nodes, plates[s].X_FS.inverse(Eigen::Isometry));
+  }
+  for (const std::vector<Standing>& standing : on_support) {
+    for (const Standing& upper : standing) {
+      if (upper.foot_m <= upper.band_m) continue;
+      double best = kLeastOver;
+      for (const Standing& lower : standing) {
+        if (lower.foot_m + upper.band_m >= upper.foot_m) continue;
+        if (!Touches(upper, lower) && !EndsBelow(upper, lower)) continue;
+        const double share = ShareOver(upper, lower);
+        if (share < best || (share == best && segments[upper.segment].rests_on >= 0)) continue;
+        best = share;
+        segments[upper.segment].rests_on = static_cast<std::int32_t>(lower.segment);
+        segments[upper.segment].foot_height_m = upper.foot_m;
+      }
+    }
+  }
+}
+
+}  // namespace cwm::perception

@@ -1,0 +1,25 @@
+// What rests on what: objects stand on a support, or on objects that stand there.
+#pragma once
+
+#include <vector>
+
+#include "collision/geometry/shape.h"
+#include "perception/cloud/oriented_points.h"
+#include "perception/scene/regions.h"
+
+namespace cwm::perception {
+
+// Sets rests_on and foot_height_m of objects (segments with a support; plates are those of the
+// supports). An object rests on another of the same support when
+//   - its foot, the lowest fiftieth of its nodes, is above the support by more than
+//     LargestJump_m, and above the other's foot as well, so that no two carry each other;
+//   - the other's top is where the foot is: beside at least 30 % of the nodes of the lowest tenth,
+//     within 2 cm across and LargestJump_m in height, or as the upper end of what lies below it;
+//   - one is over the other: half of its footprint lies inside the other's, or half of the other's
+//     top inside its own. What merely leans on the other, or stands behind it, is beside it.
+// Of several the one that it covers most. An object whose foot is hidden by what stands before it
+// rests on the support.
+void FindWhatTheyRestOn(const OrientedPoints& nodes, const std::vector<Placed<Plate>>& plates,
+                        std::vector<Segment>& segments);
+
+}  // namespace cwm::perception
