@@ -38,8 +38,10 @@ std::string CoefficientText(const pb::ShapePart& part) {
 }
 
 std::vector<std::string> FitCells(const pb::ShapePart& part) {
-  if (part.role() == pb::PART_ROLE_COMPLETED) return {"completed", "", ""};
-  if (!part.has_fit()) return {"", "", ""};
+  // Of a completed body whose face was measured (a support), the face's fit says more.
+  if (!part.has_fit()) {
+    return {part.role() == pb::PART_ROLE_COMPLETED ? "completed" : "", "", ""};
+  }
   return {Length(part.fit().rms_m()), absl::StrCat(part.fit().inlier_count()),
           Percent(part.fit().observed_fraction())};
 }
@@ -93,6 +95,18 @@ void PrintLine(const std::string& name, const std::string& value, std::ostream& 
   if (!value.empty()) out << name << std::string(14 - name.size(), ' ') << value << "\n";
 }
 
+// A completed plate with a fit is a support: measured on top, supplied below.
+std::string PlateText(const pb::ShapePart& part) {
+  const pb::Plate& plate = part.plate();
+  std::string text = absl::StrCat("plate of ", plate.outline().vertices_size(), " corners, ");
+  if (const int holes = plate.holes_size(); holes > 0) {
+    absl::StrAppend(&text, holes, holes == 1 ? " hole, " : " holes, ");
+  }
+  absl::StrAppend(&text, Length(plate.thickness_m()), " thick");
+  if (part.role() == pb::PART_ROLE_COMPLETED && part.has_fit()) text += " (completed)";
+  return text;
+}
+
 }  // namespace
 
 std::string ShapeText(const pb::ShapePart& part) {
@@ -114,8 +128,7 @@ std::string ShapeText(const pb::ShapePart& part) {
     case pb::ShapePart::kHalfSpace:
       return "half space";
     case pb::ShapePart::kPlate:
-      return absl::StrCat("plate of ", part.plate().outline().vertices_size(), " corners, ",
-                          Length(part.plate().thickness_m()), " thick");
+      return PlateText(part);
     case pb::ShapePart::kConvex:
       return "convex";
     case pb::ShapePart::kMesh:

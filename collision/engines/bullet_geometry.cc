@@ -1,5 +1,6 @@
 #include "collision/engines/bullet_geometry.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "collision/engines/convex_pieces.h"
@@ -32,26 +33,6 @@ BulletShape FromPieces(const ConvexPieceSet& set) {
   shape.bound_m = set.bound_m;
   for (const TriangleMesh& hull : set.hulls) shape.pieces.push_back(HullPiece(hull));
   return shape;
-}
-
-std::shared_ptr<const BulletMesh> MakeBulletMesh(std::shared_ptr<const TriangleMesh> source) {
-  auto mesh = std::make_shared<BulletMesh>();
-  mesh->source = std::move(source);
-  mesh->indices.reserve(3 * mesh->source->triangles.size());
-  for (const auto& t : mesh->source->triangles)
-    mesh->indices.insert(mesh->indices.end(), t.begin(), t.end());
-  static_assert(sizeof(Vector3) == 3 * sizeof(btScalar));
-  // Bullet's interface is not const, but it only reads.
-  auto* vertices = const_cast<btScalar*>(mesh->source->vertices.front().data());
-  mesh->arrays = std::make_unique<btTriangleIndexVertexArray>(
-      static_cast<int>(mesh->source->triangles.size()), mesh->indices.data(),
-      static_cast<int>(3 * sizeof(int)), static_cast<int>(mesh->source->vertices.size()), vertices,
-      static_cast<int>(sizeof(Vector3)));
-  auto shape = std::make_unique<btBvhTriangleMeshShape>(mesh->arrays.get(),
-                                                        /*useQuantizedAabbCompression=*/true);
-  shape->setMargin(0);
-  mesh->shape = std::move(shape);
-  return mesh;
 }
 
 struct ToBulletShape {
@@ -101,6 +82,35 @@ btTransform ToBullet(const Pose& X) {
   const btMatrix3x3 basis(R(0, 0), R(0, 1), R(0, 2), R(1, 0), R(1, 1), R(1, 2), R(2, 0), R(2, 1),
                           R(2, 2));
   return btTransform(basis, ToBullet(Vector3(X.translation())));
+}
+
+std::shared_ptr<const BulletMesh> MakeBulletMesh(std::shared_ptr<const TriangleMesh> source,
+                                                 int triangles_per_part) {
+  auto mesh = std::make_shared<BulletMesh>();
+  mesh->source = std::move(source);
+  mesh->indices.reserve(3 * mesh->source->triangles.size());
+  for (const auto& t : mesh->source->triangles)
+    mesh->indices.insert(mesh->indices.end(), t.begin(), t.end());
+  static_assert(sizeof(Vector3) == 3 * sizeof(btScalar));
+  const btScalar* vertices = mesh->source->vertices.front().data();
+  mesh->arrays = std::make_unique<btTriangleIndexVertexArray>();
+  const auto count = static_cast<int>(mesh->source->triangles.size());
+  for (int first = 0; first < count; first += triangles_per_part) {
+    btIndexedMesh part;
+    part.m_numTriangles = std::min(triangles_per_part, count - first);
+    part.m_triangleIndexBase =
+        reinterpret_cast<const unsigned char*>(mesh->indices.data() + std::size_t{3} * first);
+    part.m_triangleIndexStride = static_cast<int>(3 * sizeof(int));
+    part.m_numVertices = static_cast<int>(mesh->source->vertices.size());
+    part.m_vertexBase = reinterpret_cast<const unsigned char*>(vertices);
+    part.m_vertexStride = static_cast<int>(sizeof(Vector3));
+    mesh->arrays->addIndexedMesh(part, PHY_INTEGER);
+  }
+  auto shape = std::make_unique<btBvhTriangleMeshShape>(mesh->arrays.get(),
+                                                        /*useQuantizedAabbCompression=*/true);
+  shape->setMargin(0);
+  mesh->shape = std::move(shape);
+  return mesh;
 }
 
 BulletShape MakeBulletShape(const Shape& shape) { return std::visit(ToBulletShape{}, shape); }

@@ -26,7 +26,7 @@ struct BulletPiece {
 struct BulletMesh {
   std::shared_ptr<const TriangleMesh> source;
   std::vector<int> indices;
-  std::unique_ptr<btTriangleIndexVertexArray> arrays;
+  std::unique_ptr<btTriangleIndexVertexArray> arrays;  // in parts that Bullet can count
   std::unique_ptr<const btBvhTriangleMeshShape> shape;
 };
 
@@ -37,5 +37,13 @@ struct BulletShape {
 };
 
 BulletShape MakeBulletShape(const Shape& shape);
+
+// Bullet keeps the index of a triangle in what the number of its part leaves of an int, unchecked;
+// beyond, it reads other memory.
+inline constexpr int kMostTrianglesPerPart = 1 << (31 - MAX_NUM_PARTS_IN_BITS);
+
+// `triangles_per_part` from 1 to kMostTrianglesPerPart, and at most 2^MAX_NUM_PARTS_IN_BITS parts.
+std::shared_ptr<const BulletMesh> MakeBulletMesh(std::shared_ptr<const TriangleMesh> source,
+                                                 int triangles_per_part = kMostTrianglesPerPart);
 
 }  // namespace cwm::collision

@@ -44,15 +44,6 @@ std::shared_ptr<const EngineGeometry> Engine::Prepare(const Shape& shape) const 
   return PrepareFrom(PrepareExact(shape));
 }
 
-PreparedShape PrepareForAll(const Shape& shape) {
-  const std::shared_ptr<const ExactGeometry> exact = PrepareExact(shape);
-  PreparedShape prepared;
-  for (int i = 0; i < kEngineCount; ++i) {
-    prepared[i] = GetEngine(static_cast<EngineKind>(i)).PrepareFrom(exact);
-  }
-  return prepared;
-}
-
 const Engine* BestEngine(ShapeKind a, ShapeKind b, Question question) {
   for (const EngineKind kind : {EngineKind::kExact, EngineKind::kFcl, EngineKind::kBullet}) {
     const Engine& engine = GetEngine(kind);

@@ -73,10 +73,6 @@ class Engine {
 // The three engines, living as long as the process.
 const Engine& GetEngine(EngineKind kind);
 
-// A shape in the form of every engine.
-using PreparedShape = std::array<std::shared_ptr<const EngineGeometry>, kEngineCount>;
-PreparedShape PrepareForAll(const Shape& shape);
-
 // The engine that `AUTO` uses for the pair: exact kernels first, then whichever the table of trust
 // names. nullptr when none answers the pair, which is the case for two half-spaces alone (their
 // depth is infinite unless they face each other exactly).

@@ -15,12 +15,13 @@ namespace cwm {
 
 enum class PartRole { kFitted, kCompleted };  // measured, or supplied where nothing was measured
 
-// A bounded solid. For a support the plate's top face is measured and its thickness completed.
+// A bounded solid. A support's plate is completed: its body was supplied. Its top face was measured,
+// and `fit` is of that.
 struct ShapePart {
   Pose X_OS = Pose::Identity();  // the shape in the object's frame
   Shape shape;
   PartRole role = PartRole::kFitted;
-  std::optional<FitQuality> fit;  // absent where a user gave the shape
+  std::optional<FitQuality> fit = std::nullopt;  // absent where a user gave the shape
 };
 
 // An open or closed mesh over points that no shape explains, vertices in the object's frame.

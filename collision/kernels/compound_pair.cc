@@ -59,13 +59,40 @@ PairDistance HalfSpaceToAny(const ExactGeometry& b, const Pose& X_AB) {
   return lowest;
 }
 
+namespace {
+
+struct PiecePair {
+  std::size_t a = 0, b = 0;
+};
+
+// The pair whose bounds are nearest to each other: its answer rules out most of the others.
+PiecePair LikelyNearest(const ExactGeometry& a, const ExactGeometry& b, const Pose& X_AB) {
+  PiecePair nearest;
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t j = 0; j < b.pieces().size(); ++j) {
+    const Aabb bounds_b = b.piece_bounds()[j].transformed(X_AB);
+    for (std::size_t i = 0; i < a.pieces().size(); ++i) {
+      const double gap = BoxGap_m(a.piece_bounds()[i], bounds_b);
+      if (gap >= least) continue;
+      least = gap;
+      nearest = {i, j};
+    }
+  }
+  return nearest;
+}
+
+}  // namespace
+
 PairDistance PiecesToPieces(const ExactGeometry& a, const ExactGeometry& b, const Pose& X_AB,
                             double max_distance_m) {
-  PairDistance best = BeyondLimit(std::numeric_limits<double>::infinity());
+  const PiecePair first = LikelyNearest(a, b, X_AB);
+  PairDistance best =
+      ConvexDistance(a.pieces()[first.a], b.pieces()[first.b], X_AB, std::max(max_distance_m, 0.0));
   for (std::size_t j = 0; j < b.pieces().size(); ++j) {
     const Aabb bounds_b = b.piece_bounds()[j].transformed(X_AB);
     for (std::size_t i = 0; i < a.pieces().size(); ++i) {
       const double limit = std::min(best.distance_m, max_distance_m);
+      if (i == first.a && j == first.b) continue;
       if (BoxGap_m(a.piece_bounds()[i], bounds_b) > std::max(limit, 0.0)) continue;
       const PairDistance answer =
           ConvexDistance(a.pieces()[i], b.pieces()[j], X_AB, std::max(limit, 0.0));

@@ -1,6 +1,7 @@
 #include "collision/kernels/convex_pair.h"
 
 #include <cmath>
+#include <optional>
 
 #include "collision/geometry/signed_distance.h"
 #include "collision/kernels/closed_forms.h"
@@ -24,6 +25,58 @@ PairDistance Penetrating(const CoreDifference& difference) {
     answer.bound_m = found.bound_m;
   }
   return answer;
+}
+
+// Of separated cores. Round ones of very different sizes can leave more open than kExact promises.
+PairDistance Separated(const GjkAnswer& gjk) {
+  PairDistance answer{gjk.distance_m, gjk.point_a, gjk.point_b, gjk.normal};
+  if (gjk.bound_m > kExactTolerance_m) {
+    answer.trust = Trust::kBounded;
+    answer.bound_m = gjk.bound_m;
+  }
+  return answer;
+}
+
+// Rounding grows with the larger shape, and the nearest point of a box lies in the part of it that
+// is next to the other shape: clamping the coordinates of a point gives its nearest in the box, so
+// a box of the clamped bounds of B is as far from B as all of A. Nothing for a box that is not much
+// larger than B.
+struct BoxPart {
+  ConvexCore core;
+  Vector3 centre;  // in the frame of A
+};
+std::optional<BoxPart> PartNextTo(const ConvexCore& a, const ConvexCore& b, const Pose& X_AB) {
+  constexpr double kMuchLarger = 8;  // below, a part saves less than a digit
+  const auto* box = std::get_if<Box>(&a.core);
+  if (box == nullptr || a.extent_m <= kMuchLarger * b.extent_m || b.extent_m == 0) {
+    return std::nullopt;
+  }
+  const Vector3 half = 0.5 * box->size_m;
+  // Its ball is enough of a bound, and twice that keeps the part from being flat.
+  const Vector3 centre = X_AB * b.centre, reach = Vector3::Constant(2 * b.extent_m);
+  const Vector3 low = (centre - reach).cwiseMax(-half).cwiseMin(half - reach.cwiseMin(half));
+  const Vector3 high = (centre + reach).cwiseMin(half).cwiseMax(reach.cwiseMin(half) - half);
+  return BoxPart{CoreOf(Shape(Box{high - low})), 0.5 * (low + high)};
+}
+
+// GJK on what matters of each core. Whether cores overlap is told by all of them.
+GjkAnswer LocalGjkDistance(const ConvexCore& a, const ConvexCore& b, const Pose& X_AB,
+                           double max_distance_m) {
+  const CoreDifference difference(a, b, X_AB);
+  if (const auto part = PartNextTo(a, b, X_AB)) {
+    Pose X_PB = X_AB;
+    X_PB.translation() -= part->centre;
+    GjkAnswer answer = GjkDistance(CoreDifference(part->core, b, X_PB), max_distance_m);
+    answer.point_a += part->centre;
+    answer.point_b += part->centre;
+    if (answer.outcome != GjkOutcome::kTouching) return answer;
+  } else if (const auto part_b = PartNextTo(b, a, X_AB.inverse(Eigen::Isometry))) {
+    Pose X_AP = X_AB;
+    X_AP.translation() += X_AB.linear() * part_b->centre;
+    const GjkAnswer answer = GjkDistance(CoreDifference(a, part_b->core, X_AP), max_distance_m);
+    if (answer.outcome != GjkOutcome::kTouching) return answer;
+  }
+  return GjkDistance(difference, max_distance_m);
 }
 
 SurfacePoint NearestOnCore(const ConvexCore& shape, const Vector3& p) {
@@ -50,10 +103,10 @@ PairDistance BoxToBox(const ConvexCore& a, const ConvexCore& b, const Pose& X_AB
   const BoxOverlap overlap = LeastBoxOverlap(std::get<Box>(a.core), std::get<Box>(b.core), X_AB);
   if (-overlap.depth_m > max_distance_m) return BeyondLimit(-overlap.depth_m);
   const CoreDifference difference(a, b, X_AB);
-  const GjkAnswer gjk = GjkDistance(difference, max_distance_m);
+  const GjkAnswer gjk = LocalGjkDistance(a, b, X_AB, max_distance_m);
   if (gjk.outcome == GjkOutcome::kBeyond) return BeyondLimit(gjk.distance_m);
   if (gjk.outcome == GjkOutcome::kSeparated) {
-    return {gjk.distance_m, gjk.point_a, gjk.point_b, gjk.normal};
+    return Separated(gjk);
   }
   PairDistance answer{.distance_m = -overlap.depth_m, .normal = overlap.normal};
   answer.point_a = LastTouchOnA(difference, overlap.depth_m, overlap.normal);
@@ -89,13 +142,12 @@ PairDistance IterativeConvexDistance(const ConvexCore& a, const ConvexCore& b, c
                                      double max_distance_m) {
   const CoreDifference difference(a, b, X_AB);
   const double radii = a.radius_m + b.radius_m;
-  const GjkAnswer gjk = GjkDistance(difference, max_distance_m + radii);
+  const GjkAnswer gjk = LocalGjkDistance(a, b, X_AB, max_distance_m + radii);
   switch (gjk.outcome) {
     case GjkOutcome::kBeyond:
       return BeyondLimit(gjk.distance_m - radii);
     case GjkOutcome::kSeparated:
-      return WithRadii({gjk.distance_m, gjk.point_a, gjk.point_b, gjk.normal}, a.radius_m,
-                       b.radius_m);
+      return WithRadii(Separated(gjk), a.radius_m, b.radius_m);
     case GjkOutcome::kTouching:
       break;
   }

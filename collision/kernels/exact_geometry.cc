@@ -20,9 +20,21 @@ Aabb BoundsOf(const std::vector<Vector3>& points) {
   return bounds;
 }
 
+// A hull as its own corners span it. One that was sent is convex up to the rounding of single
+// precision only, and the planes of its narrow triangles would cut into it.
+Shape Normalised(const Shape& shape) {
+  // Far below what kExact promises of shapes of any size in a world.
+  constexpr double kCoarsestShare = 1e-11;
+  const auto* convex = std::get_if<Convex>(&shape);
+  if (convex == nullptr) return shape;
+  TriangleMesh hull = ConvexHull3(convex->hull->vertices, kCoarsestShare);
+  if (hull.triangles.empty()) return shape;  // too flat: its corners stay, its planes are rounded
+  return Convex{std::make_shared<const TriangleMesh>(std::move(hull))};
+}
+
 }  // namespace
 
-ExactGeometry::ExactGeometry(const Shape& shape) : shape_(shape) {
+ExactGeometry::ExactGeometry(const Shape& shape) : shape_(Normalised(shape)) {
   if (const auto* plate = std::get_if<Plate>(&shape_)) {
     AddPlate(*plate);
   } else if (const auto* mesh = std::get_if<Mesh>(&shape_)) {

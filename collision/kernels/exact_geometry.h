@@ -19,7 +19,7 @@ class ExactGeometry {
   ExactGeometry& operator=(const ExactGeometry&) = delete;
 
   ShapeKind kind() const { return KindOf(shape_); }
-  const Shape& shape() const { return shape_; }
+  const Shape& shape() const { return shape_; }  // a hull without degenerate triangles
 
   // The convex parts that cover the solid: one for a convex shape, prisms for a plate, none for a
   // half-space or mesh.

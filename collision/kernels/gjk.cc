@@ -32,7 +32,10 @@ class Solver {
     for (int i = 0; i < kMaxIterations && distance_ > touching_; ++i) {
       const CoreDifference::Vertex vertex = difference_.Support(-nearest_);
       const double lower_bound = vertex.w.dot(nearest_) / distance_;
-      if (lower_bound > max_distance_m_) return {GjkOutcome::kBeyond, lower_bound, {}, {}, {}};
+      lower_bound_ = std::max(lower_bound_, lower_bound);
+      if (lower_bound > max_distance_m_) {
+        return {.outcome = GjkOutcome::kBeyond, .distance_m = lower_bound};
+      }
       if (distance_ - lower_bound <= kRelativeGap * (distance_ + size_)) break;
       if (IsKnown(vertex.w) || count_ == 4) break;
       Add(vertex);
@@ -70,8 +73,9 @@ class Solver {
   }
 
   GjkAnswer Separated() const {
-    GjkAnswer answer{GjkOutcome::kSeparated, distance_, Vector3::Zero(), Vector3::Zero(),
-                     -nearest_ / distance_};
+    GjkAnswer answer{GjkOutcome::kSeparated, distance_,
+                     Vector3::Zero(),        Vector3::Zero(),
+                     -nearest_ / distance_,  std::max(0.0, distance_ - lower_bound_)};
     // A corner of a last step that failed has no weight.
     for (std::size_t i = 0; i < static_cast<std::size_t>(count_); ++i) {
       answer.point_a += weight_[i] * on_a_[i];
@@ -90,6 +94,7 @@ class Solver {
   int count_ = 0;
   Vector3 nearest_ = Vector3::Zero();
   double distance_ = 0;
+  double lower_bound_ = 0;  // no two points are nearer: a plane that parts them says so
 };
 
 }  // namespace

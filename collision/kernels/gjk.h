@@ -19,6 +19,7 @@ struct GjkAnswer {
   Vector3 point_a = Vector3::Zero();  // in the frame of A
   Vector3 point_b = Vector3::Zero();
   Vector3 normal = Vector3::UnitZ();  // unit, from A to B
+  double bound_m = 0;  // of kSeparated: the distance is at least distance_m - bound_m, never more
 };
 
 // Cores nearer than this share of their extent count as touching: a direction from A to B would

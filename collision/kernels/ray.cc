@@ -144,8 +144,10 @@ struct Caster {
     Vector3 normal_in = Vector3::UnitZ(), normal_out = Vector3::UnitZ();
     for (const TriangleMesh::Triangle& triangle : s.hull->triangles) {
       const Vector3& a = s.hull->vertices[triangle[0]];
-      const Vector3 normal =
-          TriangleNormal(a, s.hull->vertices[triangle[1]], s.hull->vertices[triangle[2]]);
+      const std::optional<Vector3> sure_normal =
+          SureNormal(a, s.hull->vertices[triangle[1]], s.hull->vertices[triangle[2]]);
+      if (!sure_normal) continue;
+      const Vector3& normal = *sure_normal;
       const double height = normal.dot(first.ray().origin - a);
       const double rate = normal.dot(first.ray().direction);
       if (rate == 0 && height > 0) return;

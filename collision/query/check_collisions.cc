@@ -55,11 +55,11 @@ PairVerdict Judge(const BodySearch::Pair& pair, double margin_m) {
   return {verdict, is_clear ? TrustOfYesNo(pair) : answer.trust};
 }
 
-RowVerdict JudgeRow(BodySearch& search, double request_margin_m, double widest_margin_m) {
+RowVerdict JudgeRow(BodySearch& search, double own_margin_m, double widest_margin_m) {
   RowVerdict row;
   const auto visit = [&](const WorldObject& object) {
     if (search.Skips(object)) return true;
-    const double margin_m = object.margin_m + request_margin_m;
+    const double margin_m = object.margin_m + own_margin_m;
     const Question question = margin_m == 0 ? Question::kCollides : Question::kDistance;
     const double reach_m = std::max(0.0, margin_m);
     search.ForEachPair(object, reach_m, question, [&](const BodySearch::Pair& pair) {
@@ -106,7 +106,8 @@ absl::StatusOr<CollisionColumns> CheckCollisions(const WorldSnapshot& world, con
                                                  const QueryOptions& options,
                                                  std::stop_token stop) {
   BodySearch search(world, body, options, std::move(stop));
-  const double widest_margin_m = world.objects().widest_margin_m() + options.margin_m;
+  const double own_margin_m = body.margin_m + options.margin_m;
+  const double widest_margin_m = world.objects().widest_margin_m() + own_margin_m;
   ObjectRanks ranks(world);
 
   CollisionColumns columns;
@@ -114,7 +115,7 @@ absl::StatusOr<CollisionColumns> CheckCollisions(const WorldSnapshot& world, con
   for (const Pose& X : X_WB) {
     if (search.MustEnd()) break;
     search.PlaceBody(X);
-    const RowVerdict row = JudgeRow(search, options.margin_m, widest_margin_m);
+    const RowVerdict row = JudgeRow(search, own_margin_m, widest_margin_m);
     if (search.ended()) break;
     Append(columns, row, ranks);
     ++columns.completed;

@@ -25,8 +25,8 @@ absl::StatusOr<PairColumns> GetContacts(const WorldSnapshot& world, const QueryB
                                         std::span<const Pose> X_WB, const QueryOptions& options,
                                         std::stop_token stop) {
   BodySearch search(world, body, options, std::move(stop));
-  const double widest_margin_m =
-      std::max(0.0, world.objects().widest_margin_m() + options.margin_m);
+  const double own_margin_m = body.margin_m + options.margin_m;
+  const double widest_margin_m = std::max(0.0, world.objects().widest_margin_m() + own_margin_m);
 
   BestPairs best(options.max_contacts);
   ObjectRanks ranks(world);
@@ -38,7 +38,7 @@ absl::StatusOr<PairColumns> GetContacts(const WorldSnapshot& world, const QueryB
     search.PlaceBody(X);
     best.Clear();
     const auto visit = [&](const WorldObject& object) {
-      const double margin_m = object.margin_m + options.margin_m;
+      const double margin_m = object.margin_m + own_margin_m;
       if (!search.Skips(object)) {
         AddContacts(search, object, margin_m, options.max_contacts, scratch, best);
       }

@@ -4,7 +4,7 @@
 //
 // Margins: distance and depth are geometric, margins never enter them. A state collides when the
 // distance of some pair is strictly less than the margin of the object plus the margin of the
-// request.
+// object that asks, if one does, plus the margin of the request.
 #pragma once
 
 #include <chrono>
@@ -27,6 +27,7 @@ struct QueryBody {
   std::shared_ptr<const PreparedModel> geometry;
   std::string
       self;  // name of the world object that asks: it is left out of the world; empty for shapes
+  double margin_m = 0;  // of the world object that asks
 };
 QueryBody BodyFromShapes(std::vector<Placed<>> shapes);
 QueryBody BodyFromObject(const WorldObject& object);

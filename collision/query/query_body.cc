@@ -12,11 +12,11 @@ QueryBody BodyFromShapes(std::vector<Placed<>> shapes) {
                              .role = PartRole::kFitted,
                              .fit = std::nullopt});
   }
-  return {.geometry = Prepare(std::move(model)), .self = ""};
+  return {.geometry = Prepare(std::move(model)), .self = "", .margin_m = 0};
 }
 
 QueryBody BodyFromObject(const WorldObject& object) {
-  return {.geometry = object.geometry, .self = object.name};
+  return {.geometry = object.geometry, .self = object.name, .margin_m = object.margin_m};
 }
 
 }  // namespace cwm::collision

@@ -10,7 +10,7 @@
 #include <string_view>
 #include <vector>
 
-#include "collision/engines/engine.h"
+#include "collision/engines/prepared_shape.h"
 #include "collision/geometry/hybrid_model.h"
 
 namespace cwm::collision {

@@ -1,9 +1,11 @@
-// The exact kernels, FCL and Bullet are three independent implementations: where the tables of
-// trust let two of them answer, they agree within what they claim.
+// FCL and Bullet against the exact kernels, where they computed the answer themselves: separated
+// pairs, and whether a pair overlaps. Where the kernels stood in for them there is nothing to compare,
+// and how often that may be is limited. Depths have a referee of their own: depth_referee_test.cc.
 #include <gtest/gtest.h>
 
 #include <cmath>
 
+#include "collision/engines/convex_pieces.h"
 #include "tests/contract/catalogue.h"
 
 namespace cwm::collision {
@@ -12,6 +14,15 @@ namespace {
 constexpr int kPlacements = 100;
 constexpr double kFar_m = 1e3;
 constexpr double kExact_m = 1e-7;  // what kExact means
+
+// FCL's default tolerance of GJK, for yes and no.
+constexpr double kYesNo_m = 1e-6;
+
+// How far a truncated cone's circumscribed pieces reach beyond it; every other shape is held as it is.
+double PieceBound_m(const Shape& shape) {
+  const auto* cone = std::get_if<Cone>(&shape);
+  return cone != nullptr ? CircumscribedPieces(*cone).bound_m : 0;
+}
 
 struct Case {
   EngineKind referee;
@@ -40,6 +51,16 @@ std::string NameOfCase(const testing::TestParamInfo<Case>& info) {
   return std::string(NameOf(info.param.referee)) + info.param.a->name + info.param.b->name;
 }
 
+// FCL's distances to meshes, but for its own formulas with spheres and among meshes.
+bool IsBestEffort(EngineKind kind, const CatalogueShape& a, const CatalogueShape& b) {
+  const auto has = [&](ShapeKind shape) {
+    return KindOf(a.shape) == shape || KindOf(b.shape) == shape;
+  };
+  const bool both_meshes = KindOf(a.shape) == KindOf(b.shape);
+  return kind == EngineKind::kFcl && has(ShapeKind::kMesh) && !has(ShapeKind::kSphere) &&
+         !both_meshes;
+}
+
 class EngineAgreement : public testing::TestWithParam<Case> {
  protected:
   struct Both {
@@ -65,14 +86,18 @@ class EngineAgreement : public testing::TestWithParam<Case> {
 };
 
 TEST_P(EngineAgreement, OnCollision) {
-  // How far the circumscribed pieces and the tolerances of GJK reach.
-  constexpr double kUndecided_m = 3e-4;
+  const double undecided_m =
+      kYesNo_m + PieceBound_m(GetParam().a->shape) + PieceBound_m(GetParam().b->shape);
+  int judged = 0;
   for (int i = 0; i < kPlacements; ++i) {
     Next();
     const double distance_m = exact_.Distance(ours_.a.get(), ours_.b.get(), kFar_m).distance_m;
-    if (std::abs(distance_m) < kUndecided_m) continue;
+    if (std::abs(distance_m) < undecided_m) continue;
+    ++judged;
     EXPECT_EQ(referee_.Collides(theirs_.a.get(), theirs_.b.get()), distance_m < 0) << distance_m;
   }
+  // A share of 2e-4 m of the 0.3 m that placements spread over would be one in a thousand.
+  EXPECT_GE(judged, kPlacements - 2);
 }
 
 TEST_P(EngineAgreement, OnDistanceWithinWhatTheyClaim) {
@@ -80,13 +105,28 @@ TEST_P(EngineAgreement, OnDistanceWithinWhatTheyClaim) {
   if (!referee_.Supports(KindOf(a->shape), KindOf(b->shape), Question::kDistance)) {
     GTEST_SKIP() << "yes and no only";
   }
+  int separated = 0, judged = 0;
   for (int i = 0; i < kPlacements; ++i) {
     Next();
     const PairDistance ours = exact_.Distance(ours_.a.get(), ours_.b.get(), kFar_m);
+    ASSERT_NE(ours.trust, Trust::kDegraded);
+    if (ours.distance_m <= 0) continue;
+    ++separated;
     const PairDistance theirs = referee_.Distance(theirs_.a.get(), theirs_.b.get(), kFar_m);
-    if (ours.trust == Trust::kDegraded || theirs.trust == Trust::kDegraded) continue;
-    EXPECT_NEAR(ours.distance_m, theirs.distance_m, kExact_m + ours.bound_m + theirs.bound_m);
+    if (theirs.solver != Solver::kEngine) continue;
+    ++judged;
+    const double tolerance_m = kExact_m + ours.bound_m + theirs.bound_m;
+    // A best effort has points of what it holds for witnesses: it is never too near.
+    EXPECT_GE(theirs.distance_m,
+              ours.distance_m - tolerance_m - PieceBound_m(a->shape) - PieceBound_m(b->shape));
+    if (theirs.trust == Trust::kDegraded) {
+      EXPECT_TRUE(IsBestEffort(kind, *a, *b));
+    } else {
+      EXPECT_LE(theirs.distance_m, ours.distance_m + tolerance_m);
+    }
   }
+  ASSERT_GE(separated, 15);
+  EXPECT_GE(judged, 0.9 * separated);
 }
 
 INSTANTIATE_TEST_SUITE_P(AllPairs, EngineAgreement, testing::ValuesIn(AllCases()), NameOfCase);

@@ -2,7 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <thread>
+
 #include "collision/engines/convex_pieces.h"
+#include "collision/engines/prepared_shape.h"
 #include "collision/engines/solid.h"
 #include "collision/geometry/signed_distance.h"
 #include "tests/contract/catalogue.h"
@@ -39,7 +42,46 @@ TEST(Engine, AutoAnswersAllButTwoHalfSpaces) {
 
 TEST(Engine, PreparesEveryShapeForAll) {
   for (const CatalogueShape& entry : Catalogue()) {
-    for (const auto& form : PrepareForAll(entry.shape)) EXPECT_NE(form, nullptr) << entry.name;
+    const PreparedShape prepared = PrepareForAll(entry.shape);
+    for (int i = 0; i < kEngineCount; ++i) EXPECT_NE(prepared[i], nullptr) << entry.name;
+  }
+}
+
+TEST(PreparedShape, IsSharedByAllThatReferToOneMeshAndDiesWithThem) {
+  const Mesh mesh = MakeMesh(ElbowMesh());
+  std::vector<PreparedShape> prepared(4);
+  std::vector<std::thread> threads;
+  for (PreparedShape& mine : prepared) {
+    threads.emplace_back([&mine, &mesh] {
+      mine = PrepareForAll(mesh);
+      for (int i = 0; i < kEngineCount; ++i) ASSERT_NE(mine[i], nullptr);
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  for (int i = 0; i < kEngineCount; ++i) {
+    for (const PreparedShape& other : prepared) EXPECT_EQ(other[i], prepared[0][i]);
+  }
+  Mesh open = mesh;
+  open.watertight = false;  // another solid
+  EXPECT_NE(PrepareForAll(open)[0], prepared[0][0]);
+  EXPECT_GT(mesh.mesh.use_count(), 2);
+  prepared.clear();
+  open.mesh.reset();
+  EXPECT_EQ(mesh.mesh.use_count(), 1);
+}
+
+TEST(ConvexPieces, OfFlatConesAndThinPlatesAreNeverEmpty) {
+  for (const Shape& shape :
+       {Shape(Cone{1000, 999, 1e-9}), Shape(Plate{{{0, 0}, {1e3, 0}, {0, 1e3}}, {}, 1e-9})}) {
+    const PreparedShape flat = PrepareForAll(shape);
+    const PreparedShape ball = PrepareForAll(Sphere{0.1});
+    const Pose X_WF = Pose::Identity(), X_WB = MakeTranslation(10, 10, 1);
+    for (int i = 0; i < kEngineCount; ++i) {
+      const PairDistance answer =
+          GetEngine(EngineKind(i))
+              .Distance({KindOf(shape), *flat[i], X_WF}, {ShapeKind::kSphere, *ball[i], X_WB}, 100);
+      EXPECT_NEAR(answer.distance_m, 0.9, answer.bound_m + 1e-6) << i;
+    }
   }
 }
 

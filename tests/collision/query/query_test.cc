@@ -175,6 +175,25 @@ TEST_F(QueryTest, TheMarginOfAnObjectAddsToThatOfTheRequest) {
   EXPECT_EQ(GetContacts(*world, point, at, options)->row_begin[2], 1u);
 }
 
+TEST(Query, TheMarginOfTheObjectThatAsksCountsAsMuchAsThatOfTheOther) {
+  Change wide = PutOf("a", {{.X_FS = Pose::Identity(), .shape = Sphere{0.1}}}, Pose::Identity());
+  std::get<PutObject>(wide.what).margin_m = 0.05;
+  const auto world = WorldOf({wide, PutOf("b", {{.X_FS = Pose::Identity(), .shape = Sphere{0.1}}},
+                                          MakeTranslation(0.23, 0, 0))});
+  for (const char* name : {"a", "b"}) {
+    const auto object = world->Find(name);
+    const QueryBody body = BodyFromObject(*object);
+    const std::vector<Pose> at = {object->X_WO};
+    QueryOptions options;
+    EXPECT_EQ(CheckCollisions(*world, body, at, options)->verdict[0], Verdict::kCollision) << name;
+    EXPECT_EQ(GetContacts(*world, body, at, options)->row_begin[1], 1u) << name;
+    EXPECT_NEAR(GetDistances(*world, body, at, options)->distance_m[0], 0.03, 1e-12) << name;
+    options.margin_m = -0.03;  // the pair's margin is 2 cm then, the gap 3
+    EXPECT_EQ(CheckCollisions(*world, body, at, options)->verdict[0], Verdict::kFree) << name;
+    EXPECT_EQ(GetContacts(*world, body, at, options)->row_begin[1], 0u) << name;
+  }
+}
+
 TEST(Query, IgnoredObjectsAndTheOneThatAsksAreLeftOut) {
   const auto world = WorldOf(
       {PutOf("a", {{.X_FS = Pose::Identity(), .shape = Sphere{0.1}}}, MakeTranslation(0, 0, 0)),

@@ -255,7 +255,7 @@ TEST(Prepare, MakesAPartOfEachShapeSurfaceAndHandle) {
   EXPECT_EQ(prepared->parts[3].index, 1);
   EXPECT_EQ(KindOf(prepared->parts[3].shape), ShapeKind::kBox);
   for (const auto& part : prepared->parts) {
-    for (const auto& form : part.engines) EXPECT_NE(form, nullptr);
+    for (int i = 0; i < kEngineCount; ++i) EXPECT_NE(part.engines[i], nullptr);
   }
 }
 
