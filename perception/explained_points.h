@@ -6,12 +6,9 @@
 
 namespace cwm::perception {
 
-// A point counts as explained within this distance of a collision surface; deep inside a solid is a
-// miss.
-inline double ExplainedWithin_m(double sigma_m) { return sigma_m > 0.01 / 3 ? 3 * sigma_m : 0.01; }
-
-// Whether the point lies that near to the surface of one of the shapes, `likely` (an index, or
-// negative) asked first. Points and shapes in one frame.
+// Whether the point lies within the tolerance (ExplainedWithin_m) of the surface of one of the
+// shapes, `likely` (an index, or negative) asked first; deep inside a solid is a miss. Points and
+// shapes in one frame.
 bool NearAnyShape(const std::vector<ShapePart>& shapes, std::int32_t likely, const Vector3& point,
                   double tolerance_m);
 

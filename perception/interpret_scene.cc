@@ -13,6 +13,7 @@
 #include "perception/cloud/parallel_for.h"
 #include "perception/cloud/voxel_grid.h"
 #include "perception/explained_points.h"
+#include "perception/model/object_modeler.h"
 #include "perception/scene/segment_scene.h"
 
 namespace cwm::perception {
@@ -23,6 +24,7 @@ constexpr double kLowestReach_m = 0.35, kHighestReach_m = 1.5;
 constexpr double kObservedCell_m =
     0.01;  // wider than the pixels' spacing at the far end of a table
 constexpr float kAssociationSpacing_m = 0.004f;
+constexpr int kPointsPerPiece = 512;  // of a microsecond or less
 constexpr std::uint32_t kMostSupportLabels = 9, kMostPartLabels = 9;
 
 using Points = std::vector<std::uint32_t>;
@@ -96,6 +98,7 @@ class ThingModeler {
     std::optional<Pose> X_LSupport;
     if (thing.supported_by >= 0) {
       X_LSupport = scene_.supports[static_cast<std::size_t>(thing.supported_by)].plate.X_FS;
+      X_LSupport->translate(Vector3(0, 0, thing.foot_height_m));  // of a stack: the top below it
     }
     ObjectModel found = ModelObject(points, X_LSupport, options_.noise, options_.modeler, work_);
     ModelledThing out;
@@ -119,9 +122,11 @@ class ThingModeler {
   }
 
  private:
-  static std::vector<char> NearShapes(const OrientedPoints& points, const ObjectModel& found) {
+  std::vector<char> NearShapes(const OrientedPoints& points, const ObjectModel& found) const {
+    PollEvery poll(work_, kPointsPerPiece);
     std::vector<char> near(points.size(), 0);
     for (std::size_t k = 0; k < points.size(); ++k) {
+      poll();
       near[k] = NearAnyShape(found.shapes, found.part_of_point[k], points.points[k].cast<double>(),
                              ExplainedWithin_m(points.sigma_m[k]));
     }
@@ -197,7 +202,7 @@ FitQuality QualityOf(const SegmentedSupport& support, const OrientedPoints& poin
 }
 
 DetectedSupport MakeSupport(const SegmentedSupport& segmented, const OrientedPoints& points,
-                            const Pose& X_WL, bool pose_is_given) {
+                            const Pose& X_WL, bool floor_is_known) {
   DetectedSupport support;
   support.X_WO = X_WL * segmented.plate.X_FS;
   support.point_count = static_cast<int>(segmented.points.size());
@@ -208,17 +213,20 @@ DetectedSupport MakeSupport(const SegmentedSupport& segmented, const OrientedPoi
                            .role = PartRole::kCompleted,
                            .fit = QualityOf(segmented, points)});
   support.model = std::move(model);
-  if (pose_is_given) {
+  if (floor_is_known) {
     const double top = support.X_WO.translation().z();
     support.reachable = top >= kLowestReach_m && top <= kHighestReach_m;
   }
   return support;
 }
 
-std::uint64_t ExplainedBySupport(const SegmentedSupport& support, const OrientedPoints& points) {
+std::uint64_t ExplainedBySupport(const SegmentedSupport& support, const OrientedPoints& points,
+                                 const Work& work) {
+  PollEvery poll(work, kPointsPerPiece);
   const Pose X_SL = support.plate.X_FS.inverse(Eigen::Isometry);
   std::uint64_t explained = 0;
   for (std::uint32_t i : support.points) {
+    poll();
     const Vector3 local = X_SL * points.points[i].cast<double>();
     const double tolerance = ExplainedWithin_m(points.sigma_m[i]);
     const Vector2 p = local.head<2>();
@@ -263,6 +271,10 @@ absl::Status CheckOptions(const InterpretOptions& options) {
   return absl::OkStatus();
 }
 
+bool KnowsFloor(const InterpretOptions& options) {
+  return options.X_WC && options.X_WC_source == InterpretOptions::PoseSource::kGiven;
+}
+
 void AddWarnings(const SegmentedScene& scene, InterpretReport& report) {
   if (!scene.up_known) {
     report.warnings.push_back("no plane tells where up is: the sensor's own axes are taken");
@@ -278,7 +290,7 @@ absl::StatusOr<SceneInterpretation> Interpret(const PointCloud& cloud,
   SceneInterpretation result;
   InterpretReport& report = result.report;
   Stopwatch watch(report.stages);
-  absl::StatusOr<MeasuredPoints> measured = CollectMeasured(cloud, options.noise);
+  absl::StatusOr<MeasuredPoints> measured = CollectMeasured(cloud, options.noise, work);
   if (!measured.ok()) return measured.status();
   report.points_in = cloud.size();
   report.points_finite = measured->oriented.size();
@@ -297,8 +309,8 @@ absl::StatusOr<SceneInterpretation> Interpret(const PointCloud& cloud,
   result.labels.assign(cloud.size(), 0);
   LabelSupports(*scene, result.labels);
   for (const SegmentedSupport& support : scene->supports) {
-    result.supports.push_back(MakeSupport(support, scene->points, X_WL, options.X_WC.has_value()));
-    report.points_explained += ExplainedBySupport(support, scene->points);
+    result.supports.push_back(MakeSupport(support, scene->points, X_WL, KnowsFloor(options)));
+    report.points_explained += ExplainedBySupport(support, scene->points, work);
   }
 
   std::vector<ModelledThing> modelled(scene->things.size());
@@ -315,6 +327,7 @@ absl::StatusOr<SceneInterpretation> Interpret(const PointCloud& cloud,
     LabelThing(*scene, k, thing.part_of_point, result.labels);
     DetectedObject object;
     object.supported_by = scene->things[k].supported_by;
+    object.rests_on = scene->things[k].rests_on;
     object.kind = object.supported_by >= 0 ? DetectedKind::kObject : DetectedKind::kResidual;
     object.X_WO = X_WL * thing.X_LO;
     object.model = std::move(thing.model);
@@ -340,6 +353,7 @@ absl::StatusOr<SceneInterpretation> InterpretScene(const PointCloud& cloud,
   try {
     return Interpret(cloud, options,
                      {.max_threads = options.max_threads,
+                      .threads_now = options.threads_now,
                       .stop = std::move(stop),
                       .on_piece = options.on_piece});
   } catch (const Stopped& stopped) {

@@ -8,6 +8,7 @@ namespace cwm::perception {
 
 // Per cell, in the order of the grid: centroid, mean normal (zero where they cancel), mean noise,
 // and the cloud index of its first point. `grid` was built over `points`.
-OrientedPoints Downsample(const OrientedPoints& points, const VoxelGrid& grid);
+OrientedPoints Downsample(const OrientedPoints& points, const VoxelGrid& grid,
+                          const Work& work = {});
 
 }  // namespace cwm::perception

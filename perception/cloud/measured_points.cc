@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <utility>
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
 #include "collision/geometry/validation.h"
+#include "perception/cloud/quantile.h"
 
 namespace cwm::perception {
 namespace {
@@ -14,6 +16,7 @@ namespace {
 // Rays of neighbouring pixels farther apart than this are no image (a 64-line laser has 0.01).
 constexpr float kLargestPixelAngle_rad = 0.05f;
 constexpr std::size_t kAngleSamples = 4096;
+constexpr int kPointsPerPiece = 8192;  // of less than 0.1 us each
 
 absl::Status CheckLayout(const PointCloud& cloud) {
   if (cloud.points.empty()) {
@@ -53,10 +56,7 @@ float MedianPixelAngle(const MeasuredPoints& measured) {
     angles.push_back(AngleBetweenRays(measured.oriented.points[static_cast<std::size_t>(a)],
                                       measured.oriented.points[static_cast<std::size_t>(b)]));
   }
-  if (angles.empty()) return 0;
-  const auto middle = angles.begin() + static_cast<std::ptrdiff_t>(angles.size() / 2);
-  std::nth_element(angles.begin(), middle, angles.end());
-  return *middle;
+  return Median(std::move(angles));
 }
 
 Eigen::Vector3f UnitOrZero(const Eigen::Vector3f& v) {
@@ -66,7 +66,9 @@ Eigen::Vector3f UnitOrZero(const Eigen::Vector3f& v) {
 
 }  // namespace
 
-absl::StatusOr<MeasuredPoints> CollectMeasured(const PointCloud& cloud, const SensorNoise& noise) {
+absl::StatusOr<MeasuredPoints> CollectMeasured(const PointCloud& cloud, const SensorNoise& noise,
+                                               const Work& work) {
+  PollEvery poll(work, kPointsPerPiece);
   if (absl::Status status = CheckLayout(cloud); !status.ok()) return status;
   MeasuredPoints measured;
   OrientedPoints& out = measured.oriented;
@@ -76,6 +78,7 @@ absl::StatusOr<MeasuredPoints> CollectMeasured(const PointCloud& cloud, const Se
     measured.image.assign(cloud.size(), MeasuredPoints::kNoReturn);
   }
   for (std::size_t i = 0; i < cloud.size(); ++i) {
+    poll();
     const Eigen::Vector3f& p = cloud.points[i];
     if (!p.allFinite()) continue;
     if (p.cwiseAbs().maxCoeff() > kLargestCoordinate_m) {

@@ -8,6 +8,7 @@
 #include "perception/cloud/oriented_points.h"
 #include "perception/cloud/point_cloud.h"
 #include "perception/cloud/sensor_noise.h"
+#include "perception/cloud/work.h"
 
 namespace cwm::perception {
 
@@ -28,7 +29,8 @@ struct MeasuredPoints {
 // where it has valid ones (made unit, not turned), else zero. A cloud that claims to be organised
 // but whose rays do not run as in an image (shuffled points) is treated as not organised.
 // InvalidArgument when the cloud's layout contradicts itself, no point is finite, or a finite
-// coordinate lies beyond kLargestCoordinate_m.
-absl::StatusOr<MeasuredPoints> CollectMeasured(const PointCloud& cloud, const SensorNoise& noise);
+// coordinate lies beyond kLargestCoordinate_m. Throws Stopped when `work` is stopped.
+absl::StatusOr<MeasuredPoints> CollectMeasured(const PointCloud& cloud, const SensorNoise& noise,
+                                               const Work& work = {});
 
 }  // namespace cwm::perception

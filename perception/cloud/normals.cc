@@ -96,7 +96,8 @@ void EstimateAtPixel(MeasuredPoints& measured, int row, int column) {
   // At a grazing view a window of the radius reaches farther than the radius: sqrt(2) of slack.
   const float radius = kNormalRadius_sigma * points.sigma_m[i];
   const Window window = WindowOf(radius, p.norm(), measured.pixel_angle_rad);
-  const Moments moments = MomentsInWindow(measured, row, column, window, p, 1.4142f * radius);
+  const Moments moments =
+      MomentsInWindow(measured, row, column, window, p, std::numbers::sqrt2_v<float> * radius);
   const float n = static_cast<float>(moments.count * window.step_px * window.step_px);
   points.normal_sigma_rad[i] = NormalSigma_rad(points.sigma_m[i], radius, n);
   if (!points.normals[i].isZero()) {

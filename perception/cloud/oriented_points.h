@@ -9,7 +9,8 @@
 
 namespace cwm::perception {
 
-// Structure of arrays, all of one length. Frame W (up is z) unless said otherwise.
+// Structure of arrays, all of one length. The level frame L (z up,
+// the sensor at the origin or wherever `viewpoint` says) unless said otherwise.
 struct OrientedPoints {
   std::vector<Eigen::Vector3f> points;     // metres
   std::vector<Eigen::Vector3f> normals;    // unit, towards the sensor; zero where unknown

@@ -21,7 +21,8 @@ double KinectAxialSigma_m(double z, double incidence_rad) {
   const double theta = Clamped(incidence_rad);
   double sigma = 0.0012 + 0.0019 * (z - 0.4) * (z - 0.4);
   if (theta > kSteepIncidence_rad) {
-    sigma += 0.0001 / std::sqrt(std::max(z, 0.1)) * theta * theta / (kHalfPi - theta);
+    const double ratio = theta / (kHalfPi - theta);
+    sigma += 0.0001 / std::sqrt(std::max(z, 0.1)) * ratio * ratio;
   }
   return sigma;
 }

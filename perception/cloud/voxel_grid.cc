@@ -9,6 +9,7 @@ namespace cwm::perception {
 namespace {
 
 constexpr int kBitsPerAxis = 21;
+constexpr int kPointsPerPiece = 8192;  // of less than 0.1 us each
 constexpr float kCellsPerAxis = static_cast<float>((1 << kBitsPerAxis) - 2);
 
 // Spreads the low 21 bits so that two zero bits follow each.
@@ -33,13 +34,14 @@ struct KeyedPoint {
 };
 
 // Stable radix sort by key, 11 bits a pass, only as many passes as the largest key needs.
-void SortByKey(std::vector<KeyedPoint>& items) {
+void SortByKey(std::vector<KeyedPoint>& items, const Work& work) {
   constexpr int kDigitBits = 11;
   constexpr std::size_t kDigits = 1 << kDigitBits;
   std::uint64_t all = 0;
   for (const KeyedPoint& item : items) all |= item.key;
   std::vector<KeyedPoint> other(items.size());
   for (int shift = 0; shift < 64 && all >> shift; shift += kDigitBits) {
+    work.Poll();
     std::array<std::size_t, kDigits + 1> start{};
     for (const KeyedPoint& item : items) ++start[(item.key >> shift & (kDigits - 1)) + 1];
     for (std::size_t d = 0; d < kDigits; ++d) start[d + 1] += start[d];
@@ -83,7 +85,9 @@ Eigen::Matrix3f Moments::Covariance() const {
   return c / n - m * m.transpose();
 }
 
-VoxelGrid VoxelGrid::Build(std::span<const Eigen::Vector3f> points, float edge_m) {
+VoxelGrid VoxelGrid::Build(std::span<const Eigen::Vector3f> points, float edge_m,
+                           const Work& work) {
+  PollEvery poll(work, kPointsPerPiece);
   VoxelGrid grid;
   if (points.empty()) return grid;
   Eigen::Vector3f low = points[0], high = points[0];
@@ -97,13 +101,15 @@ VoxelGrid VoxelGrid::Build(std::span<const Eigen::Vector3f> points, float edge_m
   std::vector<KeyedPoint> keyed(points.size());
   const float per_edge = 1 / grid.edge_m_;
   for (std::size_t i = 0; i < points.size(); ++i) {
+    poll();
     const Cell cell = ((points[i] - low) * per_edge).array().floor().cast<int>();
     keyed[i] = {MortonKey(cell), static_cast<std::uint32_t>(i)};
   }
-  SortByKey(keyed);
+  SortByKey(keyed, work);
   grid.order_.resize(points.size());
   grid.cell_of_point_.resize(points.size());
   for (std::size_t i = 0; i < keyed.size(); ++i) {
+    poll();
     const Eigen::Vector3f& p = points[keyed[i].point];
     if (i == 0 || keyed[i].key != keyed[i - 1].key) {
       grid.first_.push_back(static_cast<std::uint32_t>(i));

@@ -8,6 +8,8 @@
 #include <span>
 #include <vector>
 
+#include "perception/cloud/work.h"
+
 namespace cwm::perception {
 
 // First and second moments of points about an origin that the owner states.
@@ -32,7 +34,8 @@ class VoxelGrid {
 
   // All points must be finite. The edge is doubled until the extent fits 2^21 cells per axis (4 mm
   // cells: 8 km). Linear time in the points, however many share one place.
-  static VoxelGrid Build(std::span<const Eigen::Vector3f> points, float edge_m);
+  static VoxelGrid Build(std::span<const Eigen::Vector3f> points, float edge_m,
+                         const Work& work = {});
 
   std::size_t size() const { return cells_.size(); }  // occupied cells
   float edge_m() const { return edge_m_; }
@@ -42,6 +45,11 @@ class VoxelGrid {
   Eigen::Vector3f Centroid(std::size_t i) const { return Center(i) + moments_[i].Mean(); }
   std::span<const std::uint32_t> PointsOf(std::size_t i) const;
   std::uint32_t CellOfPoint(std::size_t point) const { return cell_of_point_[point]; }
+
+  // f(index) for the occupied ones of the 27 cells around these coordinates, the middle one among
+  // them, in the order of z, then y, then x. Ends early, and is true, once f returns true.
+  template <class F>
+  bool AnyNeighbour(const Cell& cell, F&& f) const;
 
   // Index of the occupied cell at these coordinates, or kNone.
   std::int32_t Find(const Cell& cell) const;
@@ -59,5 +67,18 @@ class VoxelGrid {
   std::size_t Slot(const Cell& cell) const;
   void IndexCells();
 };
+
+template <class F>
+bool VoxelGrid::AnyNeighbour(const Cell& cell, F&& f) const {
+  for (int z = -1; z <= 1; ++z) {
+    for (int y = -1; y <= 1; ++y) {
+      for (int x = -1; x <= 1; ++x) {
+        const std::int32_t other = Find(cell + Cell(x, y, z));
+        if (other != kNone && f(static_cast<std::size_t>(other))) return true;
+      }
+    }
+  }
+  return false;
+}
 
 }  // namespace cwm::perception

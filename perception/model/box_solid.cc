@@ -36,6 +36,7 @@ bool LiesBehind(const ShapeFit& face, const PlaneModel& plane, const ModelPoints
 }
 
 bool FormEdge(const ShapeFit& a, const ShapeFit& b, const FitContext& c) {
+  c.work.Poll();
   const double spread = std::sqrt(static_cast<double>(
       std::max<std::size_t>(1, std::max(a.inliers.size(), b.inliers.size()) / kGapPoints)));
   return std::abs(PlaneOf(a).normal.dot(PlaneOf(b).normal)) < kOrthogonal_sine &&

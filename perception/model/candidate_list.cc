@@ -22,9 +22,10 @@ unsigned char KindBit(const AnyModel& model) {
 }  // namespace
 
 CandidateList::CandidateList(const ModelPoints& points, const Connectivity& connectivity,
-                             std::uint64_t seed)
+                             std::uint64_t seed, const Work& work)
     : points_(points),
       connectivity_(connectivity),
+      work_(work),
       shuffled_(points.size()),
       available_(points.size(), 1),
       refused_kinds_(points.size(), 0) {
@@ -51,6 +52,7 @@ void CandidateList::CountAvailable() {
 }
 
 void CandidateList::Add(const AnyModel& model) {
+  work_.Poll();
   Candidate candidate;
   candidate.model = model;
   EvaluateNextSubset(candidate);
@@ -118,6 +120,7 @@ bool CandidateList::IsRefused(const Candidate& candidate) const {
 const Candidate* CandidateList::Leader() {
   std::size_t leader = candidates_.size();
   while (!candidates_.empty()) {
+    work_.Poll();
     std::size_t best = 0, refused = candidates_.size();
     double best_bound = -1;
     for (std::size_t c = 0; c < candidates_.size(); ++c) {
@@ -156,6 +159,7 @@ void CandidateList::Remove(std::span<const std::uint32_t> taken) {
   for (std::uint32_t i : taken) available_[i] = 0;
   CountAvailable();
   for (Candidate& candidate : candidates_) {
+    work_.Poll();
     const std::size_t before = candidate.inliers.size();
     std::erase_if(candidate.inliers, [this](std::uint32_t i) { return !available_[i]; });
     if (candidate.inliers.size() == before) continue;

@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "perception/cloud/work.h"
 #include "perception/model/any_model.h"
 #include "perception/model/connectivity.h"
 #include "perception/model/model_points.h"
@@ -26,8 +27,9 @@ struct Candidate {
 // evaluated only where the bounds leave the leader open.
 class CandidateList {
  public:
-  // `points` and `connectivity` must outlive the list. The order of the subsets follows `seed`.
-  CandidateList(const ModelPoints& points, const Connectivity& connectivity, std::uint64_t seed);
+  // All but the seed must outlive the list. The order of the subsets follows `seed`.
+  CandidateList(const ModelPoints& points, const Connectivity& connectivity, std::uint64_t seed,
+                const Work& work = kUnbounded);
 
   void Add(const AnyModel& model);
 
@@ -58,6 +60,7 @@ class CandidateList {
 
   const ModelPoints& points_;
   const Connectivity& connectivity_;
+  const Work& work_;
   std::vector<std::uint32_t> shuffled_;    // all points, in random order
   std::vector<std::size_t> subset_end_;    // into shuffled_
   std::vector<std::size_t> subset_alive_;  // available points in the subsets up to each one

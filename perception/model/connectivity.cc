@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "perception/cloud/quantile.h"
+
 namespace cwm::perception {
 namespace {
 
@@ -10,11 +12,8 @@ constexpr double kCellSigmas = 3;
 constexpr double kLeastCell_m = 1e-3;  // all points in one place
 
 double CellEdge_m(const ModelPoints& points) {
-  std::vector<double> sigmas = points.sigma_m;
-  if (sigmas.empty()) return kLeastCell_m;
-  const auto middle = sigmas.begin() + static_cast<std::ptrdiff_t>(sigmas.size() / 2);
-  std::nth_element(sigmas.begin(), middle, sigmas.end());
-  return std::max({kCellSpacings * points.spacing_m, kCellSigmas * *middle, kLeastCell_m});
+  return std::max(
+      {kCellSpacings * points.spacing_m, kCellSigmas * Median(points.sigma_m), kLeastCell_m});
 }
 
 std::vector<Eigen::Vector3f> AsFloat(const std::vector<Vector3>& points) {
@@ -37,11 +36,10 @@ Connectivity::Connectivity(std::span<const Eigen::Vector3f> points, float edge_m
 void Connectivity::LinkCells() {
   first_.assign(1, 0);
   for (std::size_t i = 0; i < grid_.size(); ++i) {
-    for (int k = 0; k < 27; ++k) {
-      const VoxelGrid::Cell offset(k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1);
-      const std::int32_t other = k == 13 ? VoxelGrid::kNone : grid_.Find(grid_.cell(i) + offset);
-      if (other != VoxelGrid::kNone) neighbours_.push_back(static_cast<std::uint32_t>(other));
-    }
+    grid_.AnyNeighbour(grid_.cell(i), [&](std::size_t other) {
+      if (other != i) neighbours_.push_back(static_cast<std::uint32_t>(other));
+      return false;
+    });
     first_.push_back(static_cast<std::uint32_t>(neighbours_.size()));
   }
 }

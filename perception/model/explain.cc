@@ -14,25 +14,28 @@ namespace {
 
 constexpr double kCellSpacings = 2;  // of the grid on which coverage is counted
 constexpr double kLeastCoverCell_m = 0.004;
+constexpr int kPointsPerPiece = 2048;  // of some 0.2 us; a plate with many corners takes more
 
 double Tolerance_m(const OrientedPoints& points, std::size_t i) {
-  return std::max(kExplained_m, kDistanceGate_sigma * double{points.sigma_m[i]});
+  return std::max(kBelongs_m, kDistanceGate_sigma * double{points.sigma_m[i]});
 }
 
 }  // namespace
 
 std::vector<std::int32_t> ExplainPoints(const OrientedPoints& points,
-                                        const std::vector<ShapePart>& solids) {
+                                        const std::vector<ShapePart>& solids, const Work& work) {
+  PollEvery poll(work, kPointsPerPiece);
   std::vector<std::int32_t> part_of_point(points.size(), kUnexplained);
   std::vector<double> nearest_m(points.size(), std::numeric_limits<double>::infinity());
   for (std::size_t k = 0; k < solids.size(); ++k) {
-    const Pose X_SW = solids[k].X_OS.inverse();
+    const Pose X_SL = solids[k].X_OS.inverse();
     const Aabb bounds = TightBounds(solids[k].shape, solids[k].X_OS);
     for (std::size_t i = 0; i < points.size(); ++i) {
+      poll();
       const Vector3 p = points.points[i].cast<double>();
       const double tolerance_m = Tolerance_m(points, i);
       if (!p.allFinite() || bounds.squaredExteriorDistance(p) > tolerance_m * tolerance_m) continue;
-      const double distance_m = std::abs(SignedDistance_m(solids[k].shape, X_SW * p));
+      const double distance_m = std::abs(SignedDistance_m(solids[k].shape, X_SL * p));
       if (distance_m <= tolerance_m && distance_m < nearest_m[i]) {
         nearest_m[i] = distance_m;
         part_of_point[i] = static_cast<std::int32_t>(k);
@@ -43,15 +46,17 @@ std::vector<std::int32_t> ExplainPoints(const OrientedPoints& points,
 }
 
 void MeasureQuality(const OrientedPoints& points, const std::vector<std::int32_t>& part_of_point,
-                    double spacing_m, std::vector<ShapePart>& solids) {
+                    double spacing_m, std::vector<ShapePart>& solids, const Work& work) {
+  PollEvery poll(work, kPointsPerPiece);
   for (std::size_t k = 0; k < solids.size(); ++k) {
-    const Pose X_SW = solids[k].X_OS.inverse();
+    const Pose X_SL = solids[k].X_OS.inverse();
     FitQuality quality = solids[k].fit.value_or(FitQuality());
     std::vector<Eigen::Vector3f> explained_S;
     double squares = 0;
     for (std::size_t i = 0; i < points.size(); ++i) {
+      poll();
       if (part_of_point[i] != static_cast<std::int32_t>(k)) continue;
-      const Vector3 p_S = X_SW * points.points[i].cast<double>();
+      const Vector3 p_S = X_SL * points.points[i].cast<double>();
       const double residual_m = std::abs(SignedDistance_m(solids[k].shape, p_S));
       explained_S.push_back(p_S.cast<float>());
       squares += residual_m * residual_m;

@@ -4,20 +4,24 @@
 #include <cstdint>
 #include <vector>
 
-#include "perception/model/object_modeler.h"
+#include "perception/cloud/oriented_points.h"
+#include "perception/cloud/work.h"
+#include "perception/model/object_model.h"
 
 namespace cwm::perception {
 
-// A point within this of a solid's surface, or within 3 sigma where that is more, is explained by
-// it whatever its normal says (half of what a collision surface may be off).
-inline constexpr double kExplained_m = 0.006;
+// A point within this of a solid's surface, or within 3 sigma where that is more, belongs to it
+// whatever its normal says. Stricter than what counts as explained (ExplainedWithin_m, 10 mm): what
+// lies between is left for handles and surfaces, which would follow it better, and is explained by
+// the solid only where they do not. Chosen, not derived: 3 sigma of a Kinect at 1.05 m.
+inline constexpr double kBelongs_m = 0.006;
 
 // Per point the index of the solid whose surface is nearest and near enough, else kUnexplained.
 std::vector<std::int32_t> ExplainPoints(const OrientedPoints& points,
-                                        const std::vector<ShapePart>& solids);
+                                        const std::vector<ShapePart>& solids, const Work& work);
 
 // Quality of each solid from the points that it explains; parameter_sigma is left as it is.
 void MeasureQuality(const OrientedPoints& points, const std::vector<std::int32_t>& part_of_point,
-                    double spacing_m, std::vector<ShapePart>& solids);
+                    double spacing_m, std::vector<ShapePart>& solids, const Work& work);
 
 }  // namespace cwm::perception

@@ -28,7 +28,8 @@ std::vector<std::uint32_t> OnAndBeside(const ShapeFit& fit, const FitContext& c,
 
 Extraction ExtractShapes(const FitContext& context) {
   Extraction out;
-  CandidateList candidates(context.points, context.connectivity, context.options.seed);
+  CandidateList candidates(context.points, context.connectivity, context.options.seed,
+                           context.work);
   ShapeSearch search(context.points, context.octree, candidates, context.options, context.work);
   int refusals = 0;
   while (true) {

@@ -9,6 +9,8 @@
 namespace cwm::perception {
 namespace {
 
+// Of 600 rays a share of 5 % is known to 0.9 %: enough to judge kCrossedShare. Steps are chosen:
+// each advances by at least 2 mm, so that 24 cross 5 cm along a surface and far more elsewhere.
 constexpr std::size_t kRays = 600;
 constexpr int kMostSteps = 24;
 

@@ -4,13 +4,16 @@
 
 #include <vector>
 
-#include "perception/model/object_modeler.h"
+#include "perception/cloud/oriented_points.h"
+#include "perception/cloud/work.h"
+#include "perception/model/object_model.h"
 
 namespace cwm::perception {
 
 // Clusters of unexplained points that begin at a solid's surface, are fairly large, elongated and
 // slim. Their points are labelled in `part_of_point` as in ObjectModel.
 std::vector<Handle> FindHandles(const OrientedPoints& points, const std::vector<ShapePart>& solids,
-                                double spacing_m, std::vector<std::int32_t>& part_of_point);
+                                double spacing_m, std::vector<std::int32_t>& part_of_point,
+                                const Work& work);
 
 }  // namespace cwm::perception

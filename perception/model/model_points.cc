@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
+
+#include "perception/cloud/quantile.h"
 
 namespace cwm::perception {
 namespace {
@@ -42,7 +45,7 @@ std::vector<std::uint32_t> UsablePoints(const OrientedPoints& points) {
 }
 
 std::vector<KeyedPoint> SortByMorton(const OrientedPoints& points,
-                                     const std::vector<std::uint32_t>& usable) {
+                                     const std::vector<std::uint32_t>& usable, const Work& work) {
   Eigen::AlignedBox3f bounds;
   for (std::uint32_t i : usable) bounds.extend(points.points[i]);
   const float extent = std::max(bounds.sizes().maxCoeff(), 1e-6f);
@@ -54,7 +57,11 @@ std::vector<KeyedPoint> SortByMorton(const OrientedPoints& points,
     const auto cell = [&q](int axis) { return Spread(static_cast<std::uint32_t>(q[axis])); };
     keyed.push_back({cell(0) | cell(1) << 1 | cell(2) << 2, i});
   }
-  std::sort(keyed.begin(), keyed.end());
+  PollEvery poll(work, 1 << 14);  // comparisons of some nanoseconds
+  std::sort(keyed.begin(), keyed.end(), [&poll](const KeyedPoint& a, const KeyedPoint& b) {
+    poll();
+    return a < b;
+  });
   return keyed;
 }
 
@@ -65,9 +72,7 @@ double MedianSpacing_m(const ModelPoints& points) {
   for (std::size_t i = 1; i < points.size(); ++i) {
     gaps.push_back((points.p[i] - points.p[i - 1]).norm());
   }
-  const auto middle = gaps.begin() + static_cast<std::ptrdiff_t>(gaps.size() / 2);
-  std::nth_element(gaps.begin(), middle, gaps.end());
-  return *middle;
+  return Median(std::move(gaps));
 }
 
 }  // namespace
@@ -77,21 +82,21 @@ double NormalGate_cos(double normal_sigma_rad) {
   return std::cos(std::clamp(gate_rad, kLeastNormalGate_rad, kMostNormalGate_rad));
 }
 
-ModelPoints ThinForSearch(const OrientedPoints& points, std::size_t most_points) {
+ModelPoints ThinForSearch(const OrientedPoints& points, std::size_t most_points, const Work& work) {
   ModelPoints out;
   const std::vector<std::uint32_t> usable = UsablePoints(points);
   if (usable.empty()) return out;
-  const std::vector<KeyedPoint> keyed = SortByMorton(points, usable);
+  const std::vector<KeyedPoint> keyed = SortByMorton(points, usable, work);
   const std::size_t stride = (keyed.size() + most_points - 1) / most_points;
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   for (const KeyedPoint& k : keyed) sum += points.points[k.index].cast<double>();
-  out.origin_W = sum / static_cast<double>(keyed.size());
-  out.viewpoint = points.viewpoint - out.origin_W;
+  out.origin_L = sum / static_cast<double>(keyed.size());
+  out.viewpoint = points.viewpoint - out.origin_L;
   out.weight = static_cast<double>(stride);
   for (std::size_t k = 0; k < keyed.size(); k += stride) {
     const std::uint32_t i = keyed[k].index;
     const double sigma_m = std::max<double>(points.sigma_m[i], kLeastSigma_m);
-    out.p.push_back(points.points[i].cast<double>() - out.origin_W);
+    out.p.push_back(points.points[i].cast<double>() - out.origin_L);
     out.n.push_back(points.normals[i].cast<double>().normalized());
     out.sigma_m.push_back(sigma_m);
     out.gate_m.push_back(kDistanceGate_sigma * sigma_m);

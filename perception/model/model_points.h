@@ -7,21 +7,23 @@
 #include <vector>
 
 #include "perception/cloud/oriented_points.h"
+#include "perception/cloud/work.h"
 #include "perception/model/shape_model.h"
 
 namespace cwm::perception {
 
-// Structure of arrays, all of one length but `cloud`.
+// Structure of arrays, all of one length. The frame M is the level frame with its origin moved to
+// origin_L, the mean of the points.
 struct ModelPoints {
-  std::vector<Vector3> p;            // metres, relative to origin_W
+  std::vector<Vector3> p;            // metres, relative to origin_L
   std::vector<Vector3> n;            // unit, towards the sensor
   std::vector<double> sigma_m;       // of the range
   std::vector<double> gate_m;        // inliers are at most this far from the surface
   std::vector<double> min_cos;       // of the angle between an inlier's normal and the surface's
   std::vector<std::uint32_t> key;    // Morton key, ascending
   std::vector<std::uint32_t> index;  // into the object's points
-  Vector3 origin_W = Vector3::Zero();
-  Vector3 viewpoint = Vector3::Zero();  // of the sensor, relative to origin_W
+  Vector3 origin_L = Vector3::Zero();
+  Vector3 viewpoint = Vector3::Zero();  // of the sensor, relative to origin_L
   double widest_gate_m = 0;             // the largest of gate_m
   double weight = 1;                    // measured points per point
   double spacing_m = 0;                 // median distance between neighbours in Morton order
@@ -38,7 +40,8 @@ double NormalGate_cos(double normal_sigma_rad);
 
 // Every k-th point in Morton order, so that at most `most_points` remain, evenly spread. Points
 // that are not finite or have no normal are left out.
-ModelPoints ThinForSearch(const OrientedPoints& points, std::size_t most_points);
+ModelPoints ThinForSearch(const OrientedPoints& points, std::size_t most_points,
+                          const Work& work = {});
 
 // Inside the distance gate (times `gate_scale`) and the normal gate.
 template <ShapeModel M>

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "perception/cloud/quantile.h"
 #include "perception/model/solid.h"
 
 namespace cwm::perception {
@@ -17,6 +18,7 @@ constexpr double kLeastSlope_sigma = 3;
 constexpr double kLeastSlope = 0.035;
 // Differences of the criterion above 10 are decisive (Kass and Raftery 1995).
 constexpr double kDecisive = 10;
+constexpr double kFlatCurvature = 26.8;
 constexpr std::size_t kFanPoints = 120;  // for initial guesses from all normals
 constexpr double kOverlap = 0.3;         // of a candidate's points, to be a rival on this region
 constexpr int kMostFaces = 3;            // of a box, in one view
@@ -183,6 +185,7 @@ std::optional<PlaneModel> LargestFace(const std::vector<std::uint32_t>& listed,
   std::vector<std::uint32_t> best;
   PlaneModel plane;
   for (std::uint32_t seed : Thinned(listed, kFaceSeeds)) {
+    c.work.Poll();
     const PlaneModel trial{.point = c.points.p[seed], .normal = c.points.n[seed]};
     std::vector<std::uint32_t> inliers;
     for (std::uint32_t i : listed) {
@@ -275,8 +278,11 @@ CurvedEvidence MeasureEvidence(const ConeModel& cone, const ShapeFit& fit,
 }
 
 bool IsSignificant(const CurvedEvidence& e, double sigma_m, double independent_samples) {
+  // The curvature that noise makes of a flat patch has a standard deviation of 26.8 sigma /
+  // (sqrt(n) L^2): of a parabola fitted to n points spread evenly over the chord L, 2 sqrt(180).
   const double flat_curvature =
-      4 * 26.8 * sigma_m / (std::sqrt(std::max(1.0, independent_samples)) * e.chord_m * e.chord_m);
+      4 * kFlatCurvature * sigma_m /
+      (std::sqrt(std::max(1.0, independent_samples)) * e.chord_m * e.chord_m);
   return 1 / e.radius_m > flat_curvature && e.sagitta_m > 0.001 + 0.5 * sigma_m &&
          e.arc_rad >= kLeastArc_rad;
 }
@@ -285,6 +291,7 @@ std::optional<ShapeFit> SelectModel(const Candidate& leader, const CandidateList
                                     const FitContext& context) {
   std::vector<ShapeFit> rivals = FitRivals(leader, candidates, context);
   while (!rivals.empty()) {
+    context.work.Poll();
     const std::vector<std::uint32_t> region = UnionOfInliers(rivals);
     const std::size_t best = BestOf(rivals, region, context);
     const bool curved = !IsPlane(rivals[best].model);

@@ -20,18 +20,18 @@ std::size_t SearchPoints(std::size_t count) {
   return std::max(kSearchPoints, count / kPointsPerSearchPoint);
 }
 
-Ground GroundOf(const std::optional<Pose>& X_WSupport, const Vector3& origin_W) {
-  if (!X_WSupport) return {};
+Ground GroundOf(const std::optional<Pose>& X_LSupport, const Vector3& origin_L) {
+  if (!X_LSupport) return {};
   return {.known = true,
-          .up = X_WSupport->linear().col(2),
-          .point = X_WSupport->translation() - origin_W};
+          .up = X_LSupport->linear().col(2),
+          .point = X_LSupport->translation() - origin_L};
 }
 
-std::vector<ShapePart> InWorld(std::vector<Solid> solids, const Vector3& origin_W) {
+std::vector<ShapePart> InLevelFrame(std::vector<Solid> solids, const Vector3& origin_L) {
   std::vector<ShapePart> parts;
   for (Solid& solid : solids) {
     ShapePart part;
-    part.X_OS = Eigen::Translation3d(origin_W) * solid.X_MS;
+    part.X_OS = Eigen::Translation3d(origin_L) * solid.X_MS;
     part.shape = std::move(solid.shape);
     part.fit = FitQuality();
     part.fit->parameter_sigma = std::move(solid.parameter_sigma);
@@ -42,22 +42,22 @@ std::vector<ShapePart> InWorld(std::vector<Solid> solids, const Vector3& origin_
 
 }  // namespace
 
-ObjectModel ModelObject(const OrientedPoints& points, const std::optional<Pose>& X_WSupport,
+ObjectModel ModelObject(const OrientedPoints& points, const std::optional<Pose>& X_LSupport,
                         const SensorNoise& noise, const ModelerOptions& options, const Work& work) {
   ObjectModel model;
   model.part_of_point.assign(points.size(), kUnexplained);
-  const ModelPoints searched = ThinForSearch(points, SearchPoints(points.size()));
+  const ModelPoints searched = ThinForSearch(points, SearchPoints(points.size()), work);
   if (static_cast<double>(searched.size()) * searched.weight < options.min_inliers) return model;
   const Octree octree(searched);
   const Connectivity connectivity(searched);
-  const Ground ground = GroundOf(X_WSupport, searched.origin_W);
+  const Ground ground = GroundOf(X_LSupport, searched.origin_L);
   const FitContext context{searched, octree, connectivity, noise, options, work, ground.up};
   Assembly assembly = AssembleSolids(ExtractShapes(context), context, ground);
   model.notes = std::move(assembly.notes);
-  model.shapes = InWorld(std::move(assembly.solids), searched.origin_W);
-  model.part_of_point = ExplainPoints(points, model.shapes);
-  MeasureQuality(points, model.part_of_point, searched.spacing_m, model.shapes);
-  model.handles = FindHandles(points, model.shapes, searched.spacing_m, model.part_of_point);
+  model.shapes = InLevelFrame(std::move(assembly.solids), searched.origin_L);
+  model.part_of_point = ExplainPoints(points, model.shapes, work);
+  MeasureQuality(points, model.part_of_point, searched.spacing_m, model.shapes, work);
+  model.handles = FindHandles(points, model.shapes, searched.spacing_m, model.part_of_point, work);
   return model;
 }
 

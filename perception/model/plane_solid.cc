@@ -85,15 +85,15 @@ Solid BoxBehind(const Matrix3& face, const PlaneModel& plane, const Eigen::Align
 }
 
 std::vector<double> PlaneSigmas(const ShapeFit& fit, const PlaneModel& plane,
-                                const Vector3& origin_W) {
+                                const Vector3& origin_L) {
   if (fit.covariance.rows() != PlaneModel::kParameterCount) return {};
   // n moves by the tilts, d = -n . p by them and by the shift along the normal.
   const Matrix3 basis = BasisFromZ(plane.normal);
   Eigen::Matrix<double, 4, 3> jacobian;
   jacobian.topLeftCorner<3, 2>() = basis.leftCols<2>();
   jacobian.topRightCorner<3, 1>().setZero();
-  const Vector3 point_W = origin_W + plane.point;
-  jacobian.row(3) << -basis.col(0).dot(point_W), -basis.col(1).dot(point_W), -1;
+  const Vector3 point_L = origin_L + plane.point;
+  jacobian.row(3) << -basis.col(0).dot(point_L), -basis.col(1).dot(point_L), -1;
   const Eigen::Vector4d variance = (jacobian * fit.covariance * jacobian.transpose()).diagonal();
   std::vector<double> sigma;
   for (double v : variance) sigma.push_back(std::sqrt(std::max(0.0, v)));
@@ -138,7 +138,7 @@ std::optional<Solid> MakePlaneSolid(const ShapeFit& fit, const FitContext& conte
     solid.X_MS.linear() = face;
     solid.X_MS.translation() = plane.point;
     solid.shape = Plate{.outline = hull, .holes = {}, .thickness_m = thickness_m};
-    solid.parameter_sigma = PlaneSigmas(fit, plane, context.points.origin_W);
+    solid.parameter_sigma = PlaneSigmas(fit, plane, context.points.origin_L);
   }
   solid.inliers = fit.inliers;
   if (ground.known && LowestHeight_m(solid, ground) < -0.003) return std::nullopt;

@@ -5,8 +5,9 @@
 #include <optional>
 #include <vector>
 
+#include "perception/cloud/work.h"
 #include "perception/model/connectivity.h"
-#include "perception/model/object_modeler.h"
+#include "perception/model/modeler_options.h"
 #include "perception/model/octree.h"
 #include "perception/model/refine.h"
 

@@ -34,13 +34,15 @@ inline double SignOf(SeenFrom side) { return side == SeenFrom::kOutside ? 1.0 : 
 //   kSampleSize      points of a minimal sample, FromSample's input
 //   kParameterCount  degrees of freedom, k of the selection criterion
 //   kFirstTilt       index of the two parameters that tilt the axis or normal; -1 without a
-//   direction FromSample       the surface through a minimal sample; nothing when it defines none
+//                    direction
+//   FromSample       the surface through a minimal sample; nothing when it defines none
 //   Distance_m       signed orthogonal distance to the unbounded surface, positive outside
 //   Normal           unit gradient of Distance_m at p; where there is none, a valid one of the
-//   surface FacingSign       +1 where the normals that the sensor sees are Normal(), -1 where its
-//   opposites Gradient         of Distance_m by the local parameters, at the current ones Moved the
-//   surface after a small step of the local parameters MayReach         false only if no point of
-//   the box is within `gate_m` of the surface:
+//                    surface
+//   FacingSign       +1 where the normals that the sensor sees are Normal(), -1 where its opposites
+//   Gradient         of Distance_m by the local parameters, at the current ones
+//   Moved            the surface after a small step of the local parameters
+//   MayReach         false only if no point of the box is within `gate_m` of the surface:
 //                    conservative, so that pruning loses nothing
 //   Centred          the same surface with its reference point moved to the foot of `p`, where its
 //                    parameters are least correlated

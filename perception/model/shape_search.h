@@ -5,8 +5,9 @@
 #include <optional>
 #include <random>
 
+#include "perception/cloud/work.h"
 #include "perception/model/candidate_list.h"
-#include "perception/model/object_modeler.h"
+#include "perception/model/modeler_options.h"
 #include "perception/model/octree.h"
 
 namespace cwm::perception {

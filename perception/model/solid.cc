@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "collision/geometry/aabb.h"
+#include "perception/cloud/quantile.h"
 
 namespace cwm::perception {
 namespace {
@@ -32,13 +33,6 @@ double LowestHeight_m(const Solid& solid, const Ground& ground) {
   X_GM.linear() = BasisFromZ(ground.up).transpose();
   X_GM.translation() = -(X_GM.linear() * ground.point);
   return TightBounds(solid.shape, X_GM * solid.X_MS).min().z();
-}
-
-double Quantile(std::vector<double> values, double share) {
-  if (values.empty()) return 0;
-  const auto k = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), values.begin() + k, values.end());
-  return values[static_cast<std::size_t>(k)];
 }
 
 Interval ExtentAlong(const Vector3& direction, const ModelPoints& points,

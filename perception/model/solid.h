@@ -1,6 +1,7 @@
 // Bounded solids made of fitted surfaces: what enters the world.
 #pragma once
 
+#include <numbers>
 #include <optional>
 #include <string>
 #include <vector>
@@ -10,7 +11,7 @@
 
 namespace cwm::perception {
 
-// Everything in the frame of the model points: parallel to W, origin at ModelPoints::origin_W.
+// Everything in the frame of the model points: parallel to L, origin at ModelPoints::origin_L.
 struct Solid {
   Pose X_MS = Pose::Identity();
   Shape shape;
@@ -29,7 +30,7 @@ struct Ground {
 
 // Directions count as equal within this: orthogonal faces, caps, upright axes. The noise of a
 // face of 60 points turns its normal by 3 to 4 degrees.
-inline constexpr double kSameDirection_rad = 8 * 3.14159265358979323846 / 180;
+inline constexpr double kSameDirection_rad = 8 * std::numbers::pi / 180;
 
 // A solid that ends above its support by less than this stands on it: the band above a support is
 // given to the support (3 sigma), and the rim at the foot is often lost.
@@ -37,9 +38,6 @@ inline constexpr double kStandingGap_m = 0.03;
 
 // Lowest point of a convex solid or plate along -up.
 double LowestHeight_m(const Solid& solid, const Ground& ground);
-
-// The share `share` of the values lies below the result. Empty: 0.
-double Quantile(std::vector<double> values, double share);
 
 // Interval that the listed points fill along a unit direction, for faces and walls of about even
 // density: each end lies where a sharp edge would hold the points that noise scatters about it.

@@ -15,6 +15,7 @@ constexpr double kCrossedShare = 0.05;
 constexpr double kLeastLoneShare = 0.08;
 
 bool IsCrossed(const Solid& solid, const FitContext& c) {
+  c.work.Poll();
   const Contradiction found = FindContradiction(solid, c.points);
   // In proportion to the solid's own points: a small one in a large object counts too.
   const double own = static_cast<double>(solid.inliers.size()) /
@@ -31,6 +32,7 @@ Assembly AssembleSolids(const Extraction& extraction, const FitContext& context,
   std::vector<char> used(fits.size(), 0);
   for (std::size_t k = 0; k < fits.size(); ++k) {
     if (IsPlane(fits[k].model)) continue;
+    context.work.Poll();
     std::vector<char> with_caps = used;
     std::optional<Solid> solid = MakeRoundSolid(fits[k], fits, context, ground, with_caps);
     if (!solid) continue;

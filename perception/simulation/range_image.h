@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "perception/simulation/virtual_scanner.h"
+#include "perception/simulation/simulated_scene.h"
 
 namespace cwm::perception {
 

@@ -1,4 +1,5 @@
-// The scenes that the virtual scanner offers: a kitchen counter and random tables.
+#include "perception/simulation/scenes.h"
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -9,7 +10,6 @@
 
 #include "collision/geometry/aabb.h"
 #include "perception/simulation/random_draws.h"
-#include "perception/simulation/virtual_scanner.h"
 
 namespace cwm::perception {
 namespace {

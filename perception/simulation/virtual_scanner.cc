@@ -17,7 +17,6 @@ namespace {
 // Measured on the tables of real Kinect scans: residuals are correlated about like this.
 constexpr double kRowCorrelation_px = 4;
 constexpr double kColumnCorrelation_px = 2;
-constexpr double kWarpRms_m = 0.0013;
 constexpr double kWarpLength_m = 0.2;  // the warp is slow over this distance, seen at ...
 constexpr double kWarpDepth_m = 0.8;   // ... this depth
 
@@ -140,7 +139,7 @@ class NoisyCamera {
     const Vector3 direction = RayDirection(camera_, u, v);
     double error_m =
         noise_.AxialSigma_m(found.depth_m, found.incidence_rad) * fields_.axial.at(u, v);
-    if (Triangulates(noise_.model)) error_m += kWarpRms_m * fields_.warp.at(u, v);
+    if (Triangulates(noise_.model)) error_m += kSlowWarp_m * fields_.warp.at(u, v);
     return (found.depth_m * direction + error_m * direction.normalized()).cast<float>();
   }
 

@@ -9,26 +9,24 @@
 #include <utility>
 
 #include "collision/geometry/triangle.h"
+#include "perception/cloud/sensor_noise.h"
 #include "perception/surface/projection_mesh.h"
 #include "perception/surface/thinning.h"
 
 namespace cwm::perception {
 namespace {
 
-// Coverage of perception.md's kind: a point is explained within max(10 mm, 3 sigma) of a surface.
-constexpr double kTolerance_m = 0.010;
-constexpr double kToleranceSigmas = 3;
 // A sliver's altitude over its longest edge. The front wishes for angles of 10 degrees, whose
 // altitude is at least sin 10 = 0.17 of an edge; what is much thinner is an accident.
 constexpr double kThinnestAltitude = 0.08;
 // Cells of this edge have a diagonal of the tolerance: one small triangle explains all in them.
-constexpr double kLonelyCell_m = kTolerance_m / std::numbers::sqrt3;
+constexpr double kLonelyCell_m = kExplainedWithin_m / std::numbers::sqrt3;
 constexpr double kSmallestSpacing_m = 0.0005;  // below the noise of any range sensor
+constexpr int kPointsPerPiece = 512;           // of some 1 us, or as many triangles
 constexpr double kWidening = 1.3;              // of the spacing while there are too many triangles
 
 double Tolerance_m(const OrientedPoints& points, std::size_t i) {
-  const double sigma_m = i < points.sigma_m.size() ? points.sigma_m[i] : 0;
-  return std::max(kTolerance_m, kToleranceSigmas * sigma_m);
+  return ExplainedWithin_m(i < points.sigma_m.size() ? points.sigma_m[i] : 0);
 }
 
 bool IsSliver(const Vector3& a, const Vector3& b, const Vector3& c) {
@@ -39,11 +37,13 @@ bool IsSliver(const Vector3& a, const Vector3& b, const Vector3& c) {
 }
 
 // Triangles of the front, less slivers and repetitions, wound towards the viewpoint.
-TriangleMesh Clean(const ProjectionMesh& front, const Vector3& viewpoint) {
+TriangleMesh Clean(const ProjectionMesh& front, const Vector3& viewpoint, const Work& work) {
+  PollEvery poll(work, kPointsPerPiece);
   TriangleMesh mesh;
   for (const Eigen::Vector3f& p : front.vertices) mesh.vertices.push_back(p.cast<double>());
   std::set<TriangleMesh::Triangle> known;
   for (TriangleMesh::Triangle triangle : front.triangles) {
+    poll();
     TriangleMesh::Triangle key = triangle;
     std::sort(key.begin(), key.end());
     const Vector3& a = mesh.vertices[triangle[0]];
@@ -75,20 +75,13 @@ class NearMesh {
   bool Explains(std::uint32_t cell, const Vector3& p, double tolerance_m) const {
     const VoxelGrid& grid = thinned_.grid;
     if (FanReaches(cell, p, tolerance_m)) return true;
-    for (int x = -1; x <= 1; ++x) {
-      for (int y = -1; y <= 1; ++y) {
-        for (int z = -1; z <= 1; ++z) {
-          const std::int32_t other = grid.Find(grid.cell(cell) + VoxelGrid::Cell(x, y, z));
-          if (other == VoxelGrid::kNone || other == static_cast<std::int32_t>(cell)) continue;
-          if (FanReaches(other, p, tolerance_m)) return true;
-        }
-      }
-    }
-    return false;
+    return grid.AnyNeighbour(grid.cell(cell), [&](std::size_t other) {
+      return other != cell && FanReaches(other, p, tolerance_m);
+    });
   }
 
  private:
-  bool FanReaches(std::uint32_t cell, const Vector3& p, double tolerance_m) const {
+  bool FanReaches(std::size_t cell, const Vector3& p, double tolerance_m) const {
     const auto& fan = fans_[thinned_.vertex_of_cell[cell]];
     return std::any_of(fan.begin(), fan.end(), [&](std::uint32_t i) {
       const auto& [a, b, c] = mesh_.triangles[i];
@@ -163,11 +156,14 @@ void DropUnusedVertices(TriangleMesh& mesh) {
   mesh.vertices = std::move(used);
 }
 
-Surface Complete(const OrientedPoints& points, const ThinnedPoints& thinned, TriangleMesh mesh) {
+Surface Complete(const OrientedPoints& points, const ThinnedPoints& thinned, TriangleMesh mesh,
+                 const Work& work) {
+  PollEvery poll(work, kPointsPerPiece);
   Surface surface{.mesh = std::move(mesh), .explained = {}};
   std::vector<std::uint32_t> lonely;
   const NearMesh near_mesh(surface.mesh, thinned);
   for (std::uint32_t i = 0; i < points.size(); ++i) {
+    poll();
     const bool explained = near_mesh.Explains(
         thinned.grid.CellOfPoint(i), points.points[i].cast<double>(), Tolerance_m(points, i));
     (explained ? surface.explained : lonely).push_back(i);
@@ -186,14 +182,16 @@ Surface ReconstructSurface(const OrientedPoints& points, const SurfaceOptions& o
   const std::size_t most = std::max(options.max_triangles, 1);
   double spacing_m = std::max(kSmallestSpacing_m, options.spacing_m);
   while (true) {
-    const ThinnedPoints thinned = Thin(points.points, static_cast<float>(spacing_m));
+    const ThinnedPoints thinned = Thin(points.points, static_cast<float>(spacing_m), work);
     // A surface has about two triangles per vertex; points that form none have one each. So there
     // is no need to triangulate before the vertices are few enough.
     work.Poll();
     if (thinned.vertices.size() <= most) {
-      Surface surface = Complete(
-          points, thinned,
-          Clean(MeshByProjection(thinned.vertices, thinned.grid.edge_m(), work), points.viewpoint));
+      Surface surface =
+          Complete(points, thinned,
+                   Clean(MeshByProjection(thinned.vertices, thinned.grid.edge_m(), work),
+                         points.viewpoint, work),
+                   work);
       if (surface.mesh.triangles.size() <= most) return surface;
     }
     spacing_m = kWidening * thinned.grid.edge_m();

@@ -18,7 +18,7 @@ struct SurfaceOptions {
 
 struct Surface {
   TriangleMesh mesh;  // validated: no degenerate triangle, normals towards the viewpoint, no NaN
-  std::vector<std::uint32_t> explained;  // input points within max(10 mm, 3 sigma) of the mesh
+  std::vector<std::uint32_t> explained;  // input points within ExplainedWithin_m of the mesh
 };
 
 // Points that end up in no triangle (fewer than three, isolated) are covered by small triangles of

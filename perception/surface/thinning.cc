@@ -9,27 +9,25 @@ constexpr std::int32_t kOpen = -1;
 std::int32_t CloseVertex(const ThinnedPoints& thinned, std::size_t cell, const Eigen::Vector3f& p) {
   const VoxelGrid& grid = thinned.grid;
   const float closest_m = kClosestVertices * grid.edge_m();
-  for (int x = -1; x <= 1; ++x) {
-    for (int y = -1; y <= 1; ++y) {
-      for (int z = -1; z <= 1; ++z) {
-        const std::int32_t other = grid.Find(grid.cell(cell) + VoxelGrid::Cell(x, y, z));
-        if (other == VoxelGrid::kNone) continue;
-        const std::int32_t vertex = thinned.vertex_of_cell[other];
-        if (vertex == kOpen) continue;
-        if ((thinned.vertices[vertex] - p).norm() < closest_m) return vertex;
-      }
-    }
-  }
-  return kOpen;
+  std::int32_t close = kOpen;
+  grid.AnyNeighbour(grid.cell(cell), [&](std::size_t other) {
+    const std::int32_t vertex = thinned.vertex_of_cell[other];
+    if (vertex == kOpen || (thinned.vertices[vertex] - p).norm() >= closest_m) return false;
+    close = vertex;
+    return true;
+  });
+  return close;
 }
 
 }  // namespace
 
-ThinnedPoints Thin(std::span<const Eigen::Vector3f> points, float spacing_m) {
+ThinnedPoints Thin(std::span<const Eigen::Vector3f> points, float spacing_m, const Work& work) {
+  PollEvery poll(work, 256);  // cells of some microseconds
   ThinnedPoints thinned{
-      .grid = VoxelGrid::Build(points, spacing_m), .vertices = {}, .vertex_of_cell = {}};
+      .grid = VoxelGrid::Build(points, spacing_m, work), .vertices = {}, .vertex_of_cell = {}};
   thinned.vertex_of_cell.assign(thinned.grid.size(), kOpen);
   for (std::size_t i = 0; i < thinned.grid.size(); ++i) {
+    poll();
     const Eigen::Vector3f centroid = thinned.grid.Centroid(i);
     std::int32_t vertex = CloseVertex(thinned, i, centroid);
     if (vertex == kOpen) {

@@ -19,6 +19,6 @@ struct ThinnedPoints {
   std::vector<std::int32_t> vertex_of_cell;  // its own centroid, or the kept one next to it
 };
 
-ThinnedPoints Thin(std::span<const Eigen::Vector3f> points, float spacing_m);
+ThinnedPoints Thin(std::span<const Eigen::Vector3f> points, float spacing_m, const Work& work = {});
 
 }  // namespace cwm::perception

@@ -9,7 +9,7 @@
 #include "collision/geometry/hybrid_model.h"
 #include "perception/cloud/point_cloud.h"
 #include "perception/cloud/sensor_noise.h"
-#include "perception/interpret_scene.h"
+#include "perception/scene_interpretation.h"
 
 namespace cwm::perception {
 

@@ -16,6 +16,8 @@ constexpr int kSampleCount = 400;
 constexpr double kPointDistance_m = 0.008;
 // The detection's own model is fitted to these very points; a known one may explain a tenth less.
 constexpr double kOwnAdvantage = 0.1;
+// What is asked of a known model where the detection's own explains no more, so that a detection
+// that nothing explains well cannot be anybody's. Chosen.
 constexpr double kFewestExplained = 0.25;
 // Completed parts may reach a little into seen free space.
 constexpr double kThroughShare = 0.25;
@@ -126,9 +128,9 @@ SightCounts ObjectEvidence::SightsOf(const std::vector<SurfaceSample>& samples,
   for (const SurfaceSample& sample : samples) {
     if (!scan_.FacesSensor(sample, X_WO)) continue;
     const Vector3 p_W = X_WO * sample.p_O;
-    const Sight sight = scan_.Look(p_W);
-    all.Add(sight);
-    if (!OnSupport(p_W)) above.Add(sight);
+    const RayVerdict verdict = scan_.Look(p_W);
+    all.Add(verdict);
+    if (!OnSupport(p_W)) above.Add(verdict);
   }
   return above.informed() > 0 ? above : all;  // all of something very flat lies on its support
 }
@@ -144,7 +146,7 @@ PlacedFit ObjectEvidence::FitOf(int k, const Pose& X_WO, int d, double explained
   std::vector<char> covered;
   for (const SurfaceSample& sample : known[k].samples) {
     const Vector3 p_W = X_WO * sample.p_O;
-    if (!scan_.FacesSensor(sample, X_WO) || scan_.Look(p_W) != Sight::kHit) continue;
+    if (!scan_.FacesSensor(sample, X_WO) || scan_.Look(p_W) != RayVerdict::kHit) continue;
     const double within_m = std::max(kPointDistance_m, scan_.Gate_m(p_W));
     covered.push_back(detected[d].points.AnyWithin(p_W, within_m));
   }

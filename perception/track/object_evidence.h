@@ -3,9 +3,11 @@
 #pragma once
 
 #include <map>
+#include <numbers>
 #include <utility>
 #include <vector>
 
+#include "perception/cloud/sensor_noise.h"
 #include "perception/track/association.h"
 #include "perception/track/model_surface.h"
 #include "perception/track/scan_evidence.h"
@@ -15,8 +17,8 @@ namespace cwm::perception {
 // A detection of which this share is explained by what is known already is nothing new.
 inline constexpr double kExplainedShare = 0.9;
 
-// Smaller displacements may be the warp of two scans: 3 * sqrt(2) * 1.3 mm.
-inline constexpr double kSmallestMove_m = 0.0055;
+// Smaller displacements may be the warp of two scans: 3 standard deviations of their difference.
+inline constexpr double kSmallestMove_m = 3 * std::numbers::sqrt2 * kSlowWarp_m;
 
 // A known object that the user does not own and that is no support.
 struct KnownEvidence {

@@ -50,18 +50,18 @@ Matrix3 Axes(const Vector3& x, const Vector3& y, const Vector3& z) {
 
 }  // namespace
 
-void SightCounts::Add(Sight sight) {
-  switch (sight) {
-    case Sight::kUnknown:
+void SightCounts::Add(RayVerdict verdict) {
+  switch (verdict) {
+    case RayVerdict::kUnknown:
       ++unknown;
       break;
-    case Sight::kHidden:
+    case RayVerdict::kHidden:
       ++hidden;
       break;
-    case Sight::kHit:
+    case RayVerdict::kHit:
       ++hit;
       break;
-    case Sight::kThrough:
+    case RayVerdict::kThrough:
       ++through;
       break;
   }
@@ -150,7 +150,7 @@ void RangeView::Insert(const Eigen::Vector3f& p_C) {
   }
 }
 
-Sight RangeView::Look(const Vector3& p_C, double tolerance_m) const {
+RayVerdict RangeView::Look(const Vector3& p_C, double tolerance_m) const {
   const double range_m = p_C.norm();
   for (const Face& face : faces_) {
     const auto index = Project(face, p_C);
@@ -164,12 +164,12 @@ Sight RangeView::Look(const Vector3& p_C, double tolerance_m) const {
         farthest_m = std::max<double>(farthest_m, cell.farthest_m);
       }
     }
-    if (nearest_m > farthest_m) return Sight::kUnknown;
-    if (nearest_m > range_m + tolerance_m) return Sight::kThrough;
-    if (farthest_m < range_m - tolerance_m) return Sight::kHidden;
-    return Sight::kHit;
+    if (nearest_m > farthest_m) return RayVerdict::kUnknown;
+    if (nearest_m > range_m + tolerance_m) return RayVerdict::kThrough;
+    if (farthest_m < range_m - tolerance_m) return RayVerdict::kHidden;
+    return RayVerdict::kHit;
   }
-  return Sight::kUnknown;
+  return RayVerdict::kUnknown;
 }
 
 }  // namespace cwm::perception

@@ -11,7 +11,7 @@
 namespace cwm::perception {
 
 // Of a point in space, by the ray from the sensor through it.
-enum class Sight {
+enum class RayVerdict {
   kUnknown,  // out of view, or nothing came back from there
   kHidden,   // the ray ended nearer
   kHit,      // the ray ended at the point
@@ -25,7 +25,7 @@ struct SightCounts {
   int hit = 0;
   int through = 0;
 
-  void Add(Sight sight);
+  void Add(RayVerdict verdict);
   int informed() const { return hidden + hit + through; }
   int visible() const { return hit + through; }
   // Share of the visible points that rays passed through; 0 when none is visible.
@@ -52,7 +52,7 @@ class RangeView {
 
   // `p_C` is in the sensor's frame. The neighbouring directions count too, so that a passing ray is
   // only believed where no neighbour returned from the point's range +- tolerance.
-  Sight Look(const Vector3& p_C, double tolerance_m) const;
+  RayVerdict Look(const Vector3& p_C, double tolerance_m) const;
 
  private:
   struct Cell {

@@ -2,17 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
+#include <span>
 #include <utility>
 
 namespace cwm::perception {
 namespace {
 
-constexpr double kTolerance_m = 0.010;  // of coverage: a surface explains what is nearer
 constexpr double kSigmas = 3;
-// Depth cameras warp slowly by 1.3 mm rms on top of their noise; a model made of one scan and the
-// points of another carry one such error each.
-constexpr double kWarp_m = 0.0013;
-constexpr double kWarpOfBoth_m = kWarp_m * 1.4142;
+// A model made of one scan and the points of another carry one warp each.
+constexpr double kWarpOfBoth_m = kSlowWarp_m * std::numbers::sqrt2;
 constexpr float kPointCell_m = 0.012F;      // three times the distance of thinned points
 constexpr double kLargestIncidence = 0.26;  // cos 75 degrees: beyond, depths jump between pixels
 
@@ -25,15 +24,12 @@ bool DetectedPoints::AnyWithin(const Vector3& p_W, double distance_m) const {
   const VoxelGrid::Cell center =
       grid.cell(0) + VoxelGrid::Cell(offset.array().round().cast<int>().matrix());
   const auto squared = static_cast<float>(distance_m * distance_m);
-  for (int i = 0; i < 27; ++i) {
-    const std::int32_t cell =
-        grid.Find(center + VoxelGrid::Cell(i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1));
-    if (cell == VoxelGrid::kNone) continue;
-    for (const std::uint32_t point : grid.PointsOf(cell)) {
-      if ((points_W[point] - p).squaredNorm() <= squared) return true;
-    }
-  }
-  return false;
+  return grid.AnyNeighbour(center, [&](std::size_t cell) {
+    const std::span<const std::uint32_t> members = grid.PointsOf(cell);
+    return std::any_of(members.begin(), members.end(), [&](std::uint32_t point) {
+      return (points_W[point] - p).squaredNorm() <= squared;
+    });
+  });
 }
 
 ScanEvidence::ScanEvidence(const PointCloud& cloud, const Pose& X_WC, const SensorNoise& noise)
@@ -47,7 +43,7 @@ double ScanEvidence::Gate_m(const Vector3& p_W) const {
 
 double ScanEvidence::Tolerance_m(const Vector3& p_W) const {
   const double range_m = (p_W - viewpoint_W_).norm();
-  return std::max(kTolerance_m, kSigmas * noise_.AxialSigma_m(range_m));
+  return ExplainedWithin_m(noise_.AxialSigma_m(range_m));
 }
 
 DetectedPoints ScanEvidence::Index(std::vector<Eigen::Vector3f> points_W) const {
@@ -70,7 +66,7 @@ bool ScanEvidence::FacesSensor(const SurfaceSample& sample, const Pose& X_WO) co
   return (sample.two_sided ? std::abs(cosine) : cosine) > kLargestIncidence;
 }
 
-Sight ScanEvidence::Look(const Vector3& p_W) const {
+RayVerdict ScanEvidence::Look(const Vector3& p_W) const {
   return view_.Look(X_CW_ * p_W, Tolerance_m(p_W));
 }
 

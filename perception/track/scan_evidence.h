@@ -32,13 +32,13 @@ class ScanEvidence {
   // Two measurements of one surface agree within this distance: three standard deviations of the
   // noise of the one and of the slow warp of both.
   double Gate_m(const Vector3& p_W) const;
-  // Within it a surface explains a point: max(10 mm, 3 sigma).
+  // Within it a surface explains a point: ExplainedWithin_m.
   double Tolerance_m(const Vector3& p_W) const;
 
   DetectedPoints Index(std::vector<Eigen::Vector3f> points_W) const;
 
   bool FacesSensor(const SurfaceSample& sample, const Pose& X_WO) const;
-  Sight Look(const Vector3& p_W) const;
+  RayVerdict Look(const Vector3& p_W) const;
 
  private:
   Pose X_CW_;

@@ -60,9 +60,11 @@ class IngestRun {
     for (int d = 0; d < detections_.size(); ++d) {
       const std::string stem = StemOf(detections_.kind(d));
       names.push_back(absl::StrCat(stem, "_", ++numbers[stem]));
+    }
+    for (int d = 0; d < detections_.size(); ++d) {
       const int supporter = detections_.supported_by(d);
       Append(outcome, d,
-             Provisional(names.back(), detections_, d,
+             Provisional(names[static_cast<std::size_t>(d)], detections_, d,
                          supporter < 0 ? "" : names[static_cast<std::size_t>(supporter)]));
     }
     return outcome;

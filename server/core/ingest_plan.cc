@@ -254,7 +254,9 @@ ObjectKind Detections::kind(int detection) const {
 
 int Detections::supported_by(int detection) const {
   if (detection < supports()) return -1;
-  return scene_.objects[static_cast<std::size_t>(detection - supports())].supported_by;
+  const perception::DetectedObject& object =
+      scene_.objects[static_cast<std::size_t>(detection - supports())];
+  return object.rests_on >= 0 ? supports() + object.rests_on : object.supported_by;
 }
 
 SceneMatch MatchScene(SnapshotPtr snapshot, const perception::SceneInterpretation& scene,

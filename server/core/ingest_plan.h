@@ -30,7 +30,7 @@ class Detections {
   const Pose& X_WO(int detection) const;
   const std::shared_ptr<const HybridModel>& model(int detection) const;
   collision::ObjectKind kind(int detection) const;
-  // The detection that carries this one, or -1.
+  // The detection that carries this one, a support or another object, or -1.
   int supported_by(int detection) const;
 
  private:

@@ -159,6 +159,8 @@ absl::Status IngestCall::Work() {
   upload_.reset();  // its bytes are in the cloud now
   auto world = application.worlds.FindOrCreate(plan_->world);
   if (!world.ok()) return world.status();
+  request->options.max_threads = runtime_.cores;
+  request->options.threads_now = [this] { return runtime_.ThreadsForScan(); };
   const BudgetGuard budget(runtime_.timer, plan_->time_budget, stop_);
   auto outcome = Ingest(**world, *request, application.interpret, call_.stop);
   if (!outcome.ok()) {

@@ -72,6 +72,42 @@ TEST(InterpretScene, FindsTheTableAndTheCanWithItsRadius) {
   EXPECT_NEAR(std::get<Cylinder>(cylinder->shape).radius_m, 0.033, 0.0032);
 }
 
+TEST(InterpretScene, FindsThatABoxOnABoxRestsOnItAndEndsThere) {
+  SimulatedScene stack = TableWithCan();
+  stack.objects[1] = {.name = "below",
+                      .parts = {{.shape = Box{{0.2, 0.25, 0.08}}}},
+                      .X_WO = MakeTranslation(0, 0, 0.04)};
+  stack.objects.push_back({.name = "above",
+                           .parts = {{.shape = Box{{0.08, 0.1, 0.1}}}},
+                           .X_WO = MakeTranslation(0.02, 0, 0.13)});
+  const SimulatedCloud truth = Scan(stack, Camera(), {});
+  InterpretOptions options;
+  options.X_WC = Camera().X_WC;
+  const auto scene = InterpretScene(truth.cloud, options);
+  ASSERT_TRUE(scene.ok()) << scene.status();
+  ASSERT_EQ(scene->objects.size(), 2u);
+  const int above = scene->objects[0].X_WO.translation().z() > 0.1 ? 0 : 1;
+  EXPECT_EQ(scene->objects[above].supported_by, 0);
+  EXPECT_EQ(scene->objects[above].rests_on, 1 - above);
+  EXPECT_EQ(scene->objects[1 - above].supported_by, 0);
+  EXPECT_EQ(scene->objects[1 - above].rests_on, -1);
+  const Aabb bounds = TightBounds(*scene->objects[above].model, scene->objects[above].X_WO);
+  EXPECT_NEAR(bounds.min().z(), 0.08, 0.015);  // 3 sigma and the rounded crease: one jump
+}
+
+TEST(InterpretScene, MarksTheBodyOfASupportAsCompletedAndItsTopAsMeasured) {
+  const SimulatedCloud truth = Scan(TableWithCan(), Camera(), {});
+  const auto scene = InterpretScene(truth.cloud, {});
+  ASSERT_TRUE(scene.ok()) << scene.status();
+  ASSERT_EQ(scene->supports.size(), 1u);
+  ASSERT_EQ(scene->supports[0].model->shapes.size(), 1u);
+  const ShapePart& part = scene->supports[0].model->shapes[0];
+  EXPECT_EQ(part.role, PartRole::kCompleted);
+  ASSERT_TRUE(part.fit.has_value());
+  EXPECT_EQ(part.fit->inlier_count, scene->supports[0].point_count);
+  EXPECT_LT(part.fit->rms_m, 0.005);  // noise of 1.5 mm and warp of 1.3 mm
+}
+
 TEST(InterpretScene, LabelsEveryFinitePointAndCountsTheRest) {
   const SimulatedCloud truth = Scan(KitchenCounter(), KitchenCamera(), {});
   const auto scene = InterpretScene(truth.cloud, {});

@@ -37,26 +37,74 @@ OrientedPoints TwoSquares(int per_square) {
 }
 
 PlaneModel LevelAt(double z_m, const ModelPoints& points) {
-  return {.point = Vector3(0, 0, z_m) - points.origin_W, .normal = Vector3::UnitZ()};
+  return {.point = Vector3(0, 0, z_m) - points.origin_L, .normal = Vector3::UnitZ()};
 }
 
-TEST(Octree, FindsTheInliersThatBruteForceFinds) {
+Vector3 Direction(RandomDraws& draws) {
+  return Vector3(draws.Normal(), draws.Normal(), draws.Normal()).normalized();
+}
+
+Vector3 Place(RandomDraws& draws) {
+  return {draws.Uniform(-0.05, 0.05), draws.Uniform(-0.05, 0.05), draws.Uniform(-0.05, 0.05)};
+}
+
+SeenFrom Side(RandomDraws& draws) {
+  return draws.Uniform() < 0.5 ? SeenFrom::kOutside : SeenFrom::kInside;
+}
+
+// Models of one kind at random, half of the planes near level, so that many points lie on them.
+template <class M>
+M Draw(RandomDraws& draws);
+template <>
+PlaneModel Draw(RandomDraws& draws) {
+  const Vector3 normal = Vector3::UnitZ() + draws.Uniform(0, 0.3) * Direction(draws);
+  return {.point = Place(draws), .normal = normal.normalized()};
+}
+template <>
+SphereModel Draw(RandomDraws& draws) {
+  return {.center = Place(draws), .radius_m = draws.Uniform(0.01, 0.1), .side = Side(draws)};
+}
+template <>
+CylinderModel Draw(RandomDraws& draws) {
+  CylinderModel cylinder;
+  cylinder.point = Place(draws);
+  cylinder.axis = Direction(draws);
+  cylinder.radius_m = draws.Uniform(0.01, 0.1);
+  cylinder.side = Side(draws);
+  return cylinder;
+}
+template <>
+ConeModel Draw(RandomDraws& draws) {
+  return {.point = Place(draws),
+          .axis = Direction(draws),
+          .radius_m = draws.Uniform(0.01, 0.1),
+          .slope = draws.Uniform(-0.3, 0.3),
+          .side = Side(draws)};
+}
+
+template <class M>
+class OctreeInliers : public testing::Test {};
+using AllModels = testing::Types<PlaneModel, SphereModel, CylinderModel, ConeModel>;
+TYPED_TEST_SUITE(OctreeInliers, AllModels);
+
+TYPED_TEST(OctreeInliers, AreThoseOfBruteForce) {
   const ModelPoints points = ThinForSearch(TwoSquares(1000), 10000);
   const Octree octree(points);
-  const std::vector<char> available(points.size(), 1);
+  std::vector<char> available(points.size(), 1);
+  for (std::size_t i = 0; i < available.size(); i += 5) available[i] = 0;
   RandomDraws draws(12, 0);
-  for (int trial = 0; trial < 50; ++trial) {
-    const Vector3 axis = Vector3(draws.Normal(), draws.Normal(), draws.Normal()).normalized();
-    const ConeModel cone{.point = Vector3(draws.Uniform(-0.05, 0.05), 0, 0),
-                         .axis = axis,
-                         .radius_m = draws.Uniform(0.01, 0.1),
-                         .slope = draws.Uniform(-0.3, 0.3)};
+  std::size_t found = 0;
+  for (int trial = 0; trial < 200; ++trial) {
+    const auto model = Draw<TypeParam>(draws);
+    const double gate_scale = draws.Uniform(0.5, 3);
     std::vector<std::uint32_t> brute;
     for (std::uint32_t i = 0; i < points.size(); ++i) {
-      if (IsInlier(cone, points, i)) brute.push_back(i);
+      if (available[i] && IsInlier(model, points, i, gate_scale)) brute.push_back(i);
     }
-    EXPECT_EQ(FindInliers(cone, points, octree, available), brute);
+    ASSERT_EQ(FindInliers(model, points, octree, available, gate_scale), brute) << trial;
+    found += brute.size();
   }
+  EXPECT_GT(found, 1000u);  // five a model: the comparison is not of nothing with nothing
 }
 
 TEST(Octree, CellsAroundAPointNestUpToTheRoot) {

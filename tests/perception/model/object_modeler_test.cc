@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <string>
 
 #include "collision/geometry/aabb.h"
 #include "collision/geometry/signed_distance.h"
@@ -115,7 +116,9 @@ TEST(ModelObject, BoxesNeverBecomeRound) {
     SimulatedObject object = OfOnePart(Box{.size_m = size}, 0.5 * size.z());
     object.X_WO.linear() =
         Eigen::AngleAxisd(draws.Uniform(0, 3), Vector3::UnitZ()).toRotationMatrix();
-    for (const ShapePart& part : Model(ScanOnTable(object, 0.9, kElevation_rad, seed)).shapes) {
+    const ObjectModel model = Model(ScanOnTable(object, 0.9, kElevation_rad, seed));
+    ASSERT_FALSE(model.shapes.empty()) << "seed " << seed;
+    for (const ShapePart& part : model.shapes) {
       const ShapeKind kind = KindOf(part.shape);
       EXPECT_TRUE(kind == ShapeKind::kBox || kind == ShapeKind::kPlate) << NameOf(kind);
     }
@@ -170,7 +173,9 @@ TEST(ModelObject, NothingReachesBelowTheSupport) {
     object.parts.push_back({MakeTranslation(0, 0.1, 0.03), Cylinder{0.03, 0.06}});
     const ScannedObject scan =
         ScanOnTable(object, kDistance_m, elevation_deg * std::numbers::pi / 180, 8);
-    for (const ShapePart& part : Model(scan).shapes) {
+    const ObjectModel model = Model(scan);
+    ASSERT_FALSE(model.shapes.empty()) << elevation_deg;
+    for (const ShapePart& part : model.shapes) {
       EXPECT_GE(TightBounds(part.shape, part.X_OS).min().z(), -0.003);  // sigma of the support
     }
   }
@@ -189,17 +194,58 @@ TEST(ModelObject, SameSeedGivesTheSameModel) {
   EXPECT_EQ(a.part_of_point, b.part_of_point);
 }
 
-TEST(ModelObject, KindsThatAreSwitchedOffAreNotFound) {
-  const ScannedObject scan =
-      ScanOnTable(OfOnePart(Cylinder{.radius_m = 0.04, .length_m = 0.1}, 0.05), kDistance_m,
-                  kElevation_rad, 10);
+// An object that is found as one shape of its kind, and the switch that turns the kind off.
+struct Switch {
+  Shape shape;
+  double height_of_center_m = 0;
+  double elevation_rad = kElevation_rad;
+  bool ModelerOptions::*on = nullptr;
+};
+
+bool AnyOfKind(const ObjectModel& model, ShapeKind kind) {
+  return std::any_of(model.shapes.begin(), model.shapes.end(),
+                     [kind](const ShapePart& part) { return KindOf(part.shape) == kind; });
+}
+
+class SwitchedKinds : public testing::TestWithParam<Switch> {};
+
+TEST_P(SwitchedKinds, AreFoundWhenOnAndNotWhenOff) {
+  const Switch& param = GetParam();
+  const ScannedObject scan = ScanOnTable(OfOnePart(param.shape, param.height_of_center_m),
+                                         kDistance_m, param.elevation_rad, 3);
+  const ShapeKind kind = KindOf(param.shape);
   ModelerOptions options;
-  options.search_cylinders = false;
-  options.search_cones = false;
-  for (const ShapePart& part : ModelObject(scan.points, scan.X_WSupport, kNoise, options).shapes) {
-    EXPECT_FALSE(std::holds_alternative<Cylinder>(part.shape));
-    EXPECT_FALSE(std::holds_alternative<Cone>(part.shape));
-  }
+  EXPECT_TRUE(AnyOfKind(ModelObject(scan.points, scan.X_WSupport, kNoise, options), kind));
+  options.*param.on = false;
+  EXPECT_FALSE(AnyOfKind(ModelObject(scan.points, scan.X_WSupport, kNoise, options), kind));
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    ModelObject, SwitchedKinds,
+    testing::Values(
+        Switch{.shape = Box{.size_m = {0.12, 0.08, 0.10}},
+               .height_of_center_m = 0.05,
+               .on = &ModelerOptions::search_planes},
+        Switch{.shape = Cylinder{.radius_m = 0.035, .length_m = 0.12},
+               .height_of_center_m = 0.06,
+               .on = &ModelerOptions::search_cylinders},
+        Switch{.shape = Sphere{.radius_m = 0.04},
+               .height_of_center_m = 0.04,
+               .on = &ModelerOptions::search_spheres},
+        Switch{.shape = Cone{.radius_bottom_m = 0.03, .radius_top_m = 0.045, .length_m = 0.11},
+               .height_of_center_m = 0.055,
+               .elevation_rad = 25 * std::numbers::pi / 180,
+               .on = &ModelerOptions::search_cones}),
+    [](const auto& info) { return std::string(NameOf(KindOf(info.param.shape))); });
+
+TEST(ModelObject, FindsNothingWithAllKindsOff) {
+  const ScannedObject scan =
+      ScanOnTable(OfOnePart(Sphere{.radius_m = 0.04}, 0.04), kDistance_m, kElevation_rad, 14);
+  ModelerOptions none;
+  none.search_planes = none.search_cylinders = none.search_spheres = none.search_cones = false;
+  const ObjectModel model = ModelObject(scan.points, scan.X_WSupport, kNoise, none);
+  EXPECT_TRUE(model.shapes.empty());
+  EXPECT_EQ(ExplainedShare(model), 0);
 }
 
 TEST(ModelObject, StopsWhenAsked) {

@@ -314,13 +314,17 @@ TEST_F(TrackingTheKitchen, BreaksTiesByName) {
   known.push_back(twin);
   const TrueScan seen = ScanAndInterpret(before_, camera_, 2);
   const int soup = IndexOf(seen, "soup");
+  int of_soup = 0;
   for (const Association& a : Associate(known, seen.scene, seen.scan.cloud, kNoise)) {
     if (a.object != soup) continue;
+    ++of_soup;
+    ASSERT_GE(a.known, 0);
     EXPECT_EQ(known[a.known].name, "another soup");
   }
+  EXPECT_EQ(of_soup, 1);
 }
 
-TEST(TrackingTables, KeepsEverythingOnRandomTables) {
+TEST(TrackingTables, KeepsNearlyEverythingOnRandomTables) {
   int kept = 0;
   int all = 0;
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
@@ -332,12 +336,15 @@ TEST(TrackingTables, KeepsEverythingOnRandomTables) {
     kept += static_cast<int>(std::count_if(verdicts.begin(), verdicts.end(),
                                            [](const auto& v) { return v.second == "keep"; }));
   }
+  ASSERT_GE(all, 10 * 4);  // a table and three objects each, or this tests little
   EXPECT_GE(kept, all * 98 / 100) << kept << " of " << all;
 }
 
 TEST(TrackingAnEmptyWorld, AddsAll) {
   const TrueScan first = ScanAndInterpret(KitchenCounter(), KitchenCamera(), 1);
-  for (const auto& [name, word] : Verdicts({}, first)) EXPECT_EQ(word, "add") << name;
+  const auto verdicts = Verdicts({}, first);
+  ASSERT_EQ(verdicts.size(), first.scene.objects.size() + first.scene.supports.size());
+  for (const auto& [name, word] : verdicts) EXPECT_EQ(word, "add") << name;
 }
 
 TEST(TrackingAnEmptyWorld, SurvivesModelsWithoutParts) {

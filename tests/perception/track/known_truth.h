@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "perception/interpret_scene.h"
+#include "perception/scene_interpretation.h"
 #include "perception/simulation/virtual_scanner.h"
 #include "perception/track/association.h"
 

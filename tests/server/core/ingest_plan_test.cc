@@ -116,6 +116,19 @@ TEST_F(IngestPlanTest, NewThingsAreNamedAfterTheirKindAndSupporter) {
   EXPECT_THAT(plan.kept, IsEmpty()) << "what lies outside the view is not told";
 }
 
+TEST_F(IngestPlanTest, WhatRestsOnAnObjectNamesItEvenWhenThatIsListedLater) {
+  scene.objects.push_back(scene.objects[0]);
+  scene.objects[0].rests_on = 1;
+  Decide({{.what = What::kAdd, .object = 0},
+          {.what = What::kAdd, .object = 1},
+          {.what = What::kAdd, .support = 0}});
+  const IngestPlan plan = MustPlan();
+  ASSERT_EQ(plan.changes.size(), 3u);
+  EXPECT_THAT(plan.names, ElementsAre("support_1", "object_2", "object_3"));
+  EXPECT_EQ(PutOf(plan.changes[1]).supported_by, "object_3");
+  EXPECT_EQ(PutOf(plan.changes[2]).supported_by, "support_1");
+}
+
 TEST_F(IngestPlanTest, SeeingAnOccludedObjectConfirmsIt) {
   PutObject box = Perceived("box", ObjectKind::kObject, "table");
   box.state = ObjectState::kOccluded;

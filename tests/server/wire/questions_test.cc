@@ -96,7 +96,8 @@ class Subjects : public ::testing::Test {
     object.name = "ball";
     object.X_WO = MakeTranslation(1, 2, 3);
     object.geometry = collision::Prepare(std::move(model));
-    snapshot_ = collision::WorldSnapshot({1}, {collision::Place(object)});
+    const collision::WorldObjectPtr objects[] = {collision::Place(object)};
+    snapshot_ = collision::WorldSnapshot({1}, objects);
   }
   absl::StatusOr<Question> Convert(const v1::Subject& subject) {
     return FromProto(subject, {snapshot_, store_, limits_}, {});

@@ -1,0 +1,73 @@
+// What a caller decides about an interpretation: when it ends, and whose the sensor's pose is.
+#include <gtest/gtest.h>
+
+#include <atomic>
+
+#include "perception/interpret_scene.h"
+#include "perception/simulation/virtual_scanner.h"
+
+namespace cwm::perception {
+namespace {
+
+struct Interpreted {
+  absl::StatusCode code = absl::StatusCode::kOk;
+  int pieces = 0;
+  int after_stop = 0;  // pieces that began after the stop
+};
+
+// Stops when piece `stop_at` begins.
+Interpreted InterpretUntil(const PointCloud& cloud, int max_threads, int stop_at) {
+  std::stop_source source;
+  std::atomic<int> pieces{0}, after_stop{0};
+  InterpretOptions options;
+  options.max_threads = max_threads;
+  options.on_piece = [&] {
+    if (source.stop_requested()) ++after_stop;
+    if (++pieces == stop_at) source.request_stop();
+  };
+  const auto scene = InterpretScene(cloud, options, source.get_token());
+  return {scene.status().code(), pieces, after_stop};
+}
+
+PointCloud Shuffled(PointCloud cloud) {  // as a laser's: no image
+  cloud.width = static_cast<int>(cloud.size());
+  cloud.height = 1;
+  return cloud;
+}
+
+TEST(InterpretScene, EndsWithinAPieceOfEachThreadWhereverTheStopStrikes) {
+  constexpr int kStops = 10;
+  const PointCloud image = Scan(KitchenCounter(), KitchenCamera(), {}).cloud;
+  for (const PointCloud& cloud : {image, Shuffled(image)}) {
+    const Interpreted whole = InterpretUntil(cloud, 1, -1);
+    ASSERT_EQ(whole.code, absl::StatusCode::kOk);
+    // A piece is about a millisecond or less, and the whole takes some hundred of them.
+    ASSERT_GT(whole.pieces, 1000);
+    for (const int threads : {1, 2}) {
+      for (int k = 1; k < kStops; ++k) {
+        const int stop_at = whole.pieces * k / kStops;
+        const Interpreted run = InterpretUntil(cloud, threads, stop_at);
+        EXPECT_EQ(run.code, absl::StatusCode::kCancelled) << k;
+        EXPECT_GE(run.pieces, stop_at);
+        EXPECT_LE(run.after_stop, threads - 1);  // that the others had just begun
+      }
+    }
+  }
+}
+
+TEST(InterpretScene, JudgesReachOnlyFromAGivenPose) {
+  const PointCloud cloud = Scan(KitchenCounter(), KitchenCamera(), {}).cloud;
+  InterpretOptions options;
+  options.X_WC = KitchenCamera().X_WC;
+  const auto given = InterpretScene(cloud, options);
+  options.X_WC_source = InterpretOptions::PoseSource::kEstimated;
+  const auto kept = InterpretScene(cloud, options);
+  ASSERT_TRUE(given.ok() && kept.ok());
+  ASSERT_FALSE(given->supports.empty());
+  EXPECT_EQ(given->supports[0].reachable, true);  // the counter's top is at 0.9 m
+  ASSERT_EQ(kept->supports.size(), given->supports.size());
+  for (const DetectedSupport& support : kept->supports) EXPECT_FALSE(support.reachable.has_value());
+}
+
+}  // namespace
+}  // namespace cwm::perception
