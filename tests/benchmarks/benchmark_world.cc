@@ -1,5 +1,6 @@
 #include "tests/benchmarks/benchmark_world.h"
 
+#include <cmath>
 #include <memory>
 #include <random>
 #include <string>
@@ -58,6 +59,28 @@ std::shared_ptr<const collision::WorldSnapshot> MakeBenchmarkWorld() {
   }
   auto world = collision::Apply(std::make_shared<const collision::WorldSnapshot>(), changes);
   return world.value();
+}
+
+std::shared_ptr<const collision::WorldSnapshot> MakeLargeWorld(int count) {
+  std::vector<std::shared_ptr<const collision::PreparedModel>> models;
+  for (const Placed<>& placed : BenchmarkShapes()) {
+    auto model = std::make_shared<HybridModel>();
+    model->shapes.emplace_back().shape = placed.shape;
+    models.push_back(collision::Prepare(std::move(model)));
+  }
+  const double half_side_m = 0.5 * std::sqrt(static_cast<double>(count) / kObjects);
+  std::mt19937_64 random(43);
+  std::uniform_real_distribution<double> across(-half_side_m, half_side_m);
+  std::vector<collision::Change> changes;
+  for (int i = 0; i < count; ++i) {
+    collision::PutObject put;
+    put.name = "object_" + std::to_string(i);
+    put.X_WO = RandomPose(random);
+    put.X_WO.translation().head<2>() = Vector2(across(random), across(random));
+    put.geometry = models[static_cast<std::size_t>(i) % models.size()];
+    changes.emplace_back().what = std::move(put);
+  }
+  return collision::Apply(std::make_shared<const collision::WorldSnapshot>(), changes).value();
 }
 
 std::vector<Pose> RandomPoses(int count, unsigned seed) {

@@ -12,6 +12,9 @@ namespace cwm::benchmarks {
 std::vector<Placed<>> BenchmarkShapes();
 std::shared_ptr<const collision::WorldSnapshot> MakeBenchmarkWorld();
 
+// The same shapes over and over, as densely as there, on a square as large as `count` needs.
+std::shared_ptr<const collision::WorldSnapshot> MakeLargeWorld(int count);
+
 // Uniform over the same space, any orientation.
 std::vector<Pose> RandomPoses(int count, unsigned seed);
 

@@ -1,14 +1,41 @@
-// ./dev bench: figures with their rivals, or micro-benchmarks by name.
-//   cwm-bench main [--json FILE]     the table of the main job
+// ./dev bench: figures with their rivals by group, or micro-benchmarks by name.
+//   cwm-bench [main|perception|collision|people] [--json FILE]
 //   cwm-bench REGEX                  micro-benchmarks whose names match
 #include <benchmark/benchmark.h>
 
 #include <cstdio>
 #include <cstring>
+#include <functional>
+#include <map>
 #include <string>
 #include <vector>
 
 #include "tests/benchmarks/benchmarks.h"
+
+namespace {
+
+using cwm::benchmarks::Report;
+
+const std::map<std::string, std::vector<std::function<void(Report&)>>>& Groups() {
+  using namespace cwm::benchmarks;
+  static const std::map<std::string, std::vector<std::function<void(Report&)>>> groups = {
+      {"main", {MeasureInterpreter, MeasureEngines, MeasureService}},
+      {"perception", {MeasureInterpreter}},
+      {"collision", {MeasurePairs, MeasureEngines, MeasureWorlds}},
+      {"people", {}},
+  };
+  return groups;
+}
+
+int RunMatching(char* program, const std::string& regex) {
+  std::string filter = "--benchmark_filter=" + regex;
+  std::vector<char*> arguments = {program, filter.data()};
+  int count = static_cast<int>(arguments.size());
+  benchmark::Initialize(&count, arguments.data());
+  return benchmark::RunSpecifiedBenchmarks() > 0 ? 0 : 1;
+}
+
+}  // namespace
 
 int main(int argc, char** argv) {
   std::string selection = "main", json;
@@ -19,17 +46,13 @@ int main(int argc, char** argv) {
       selection = argv[i];
     }
   }
-  if (selection != "main") {
-    std::string filter = "--benchmark_filter=" + selection;
-    std::vector<char*> arguments = {argv[0], filter.data()};
-    int count = static_cast<int>(arguments.size());
-    benchmark::Initialize(&count, arguments.data());
-    return benchmark::RunSpecifiedBenchmarks() > 0 ? 0 : 1;
+  const auto group = Groups().find(selection);
+  if (group == Groups().end()) return RunMatching(argv[0], selection);
+  Report report;
+  if (group->second.empty()) {
+    std::printf("no benchmark of the group %s exists yet\n", selection.c_str());
   }
-  cwm::benchmarks::Report report;
-  cwm::benchmarks::MeasureInterpreter(report);
-  cwm::benchmarks::MeasureEngines(report);
-  cwm::benchmarks::MeasureService(report);
+  for (const auto& measure : group->second) measure(report);
   report.Print();
   if (!json.empty()) report.WriteJson(json);
   return 0;

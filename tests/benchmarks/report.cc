@@ -17,6 +17,7 @@ void Report::Detail(const std::string& text) {
 }
 
 void Report::Print() const {
+  if (figures_.empty()) return;
   std::printf("\n%-32s %12s %-8s %-26s %12s %8s\n", "key", "value", "unit", "rival", "rival value",
               "ratio");
   for (const Figure& figure : figures_) {
@@ -31,15 +32,6 @@ void Report::Print() const {
 void Report::WriteJson(const std::string& path) const {
   using nlohmann::json;
   json rows = json::array();
-  if (std::ifstream before(path); before) {
-    const json old = json::parse(before, nullptr, /*allow_exceptions=*/false);
-    for (const json& row : old.is_array() ? old : json::array()) {
-      const bool replaced =
-          std::any_of(figures_.begin(), figures_.end(),
-                      [&](const Figure& figure) { return row.value("key", "") == figure.key; });
-      if (!replaced) rows.push_back(row);
-    }
-  }
   for (const Figure& figure : figures_) {
     rows.push_back({{"key", figure.key},
                     {"value", figure.value},

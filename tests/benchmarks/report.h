@@ -12,10 +12,10 @@ struct Figure {
   std::string key;
   double value = 0;
   std::string unit;
-  std::string rival;                  // empty: none
-  std::optional<double> rival_value;  // in the same unit
-  std::optional<double> ratio;        // rival_value / value for times, as `how` says
-  std::string how;                    // what was measured, so that a stranger could repeat it
+  std::string rival = {};                  // empty: none
+  std::optional<double> rival_value = {};  // in the same unit
+  std::optional<double> ratio = {};        // rival_value / value for times, as `how` says
+  std::string how;                         // what was measured, so that a stranger could repeat it
 };
 
 class Report {
@@ -24,8 +24,7 @@ class Report {
   // A line of the table that is not a figure of its own: details beside the keys.
   void Detail(const std::string& text);
   void Print() const;
-  // Writes the figures as a JSON array, replacing those of the same keys in a file that is there
-  // already.
+  // Writes the figures of this run as a JSON array, in place of a file that is there already.
   void WriteJson(const std::string& path) const;
 
  private:

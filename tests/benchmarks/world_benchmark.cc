@@ -1,0 +1,96 @@
+// What a change costs and what a question costs as the world grows.
+#include <malloc.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <string>
+#include <vector>
+
+#include "collision/query/query.h"
+#include "tests/benchmarks/benchmark_world.h"
+#include "tests/benchmarks/benchmarks.h"
+
+namespace cwm::benchmarks {
+namespace {
+
+using SnapshotPtr = std::shared_ptr<const collision::WorldSnapshot>;
+
+double Elapsed_us(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now() - start)
+      .count();
+}
+
+struct ChangeCost {
+  double median_us = 0;
+  double bytes = 0;  // that a kept revision adds
+};
+
+// Moves one object after another to places of its size of world; all revisions are kept.
+ChangeCost MoveOneByOne(const SnapshotPtr& world) {
+  constexpr int kMoves = 4000;
+  const std::vector<Pose> poses = RandomPoses(kMoves, 11);
+  std::vector<SnapshotPtr> kept = {world};
+  std::vector<double> times_us;
+  const std::size_t before = mallinfo2().uordblks;
+  for (int i = 0; i < kMoves; ++i) {
+    const auto count = world->objects().size();
+    const std::string& name = world->objects()[(7919 * static_cast<std::size_t>(i)) % count]->name;
+    const collision::Change move{.what = collision::MoveObject{name, poses[i]},
+                                 .expected_object_revision = {}};
+    const auto start = std::chrono::steady_clock::now();
+    auto next = collision::Apply(kept.back(), {&move, 1});
+    times_us.push_back(Elapsed_us(start));
+    kept.push_back(*std::move(next));
+  }
+  const double bytes = static_cast<double>(mallinfo2().uordblks - before) / kMoves;
+  return {Median(times_us), bytes};
+}
+
+double DistancesPerSecond(const SnapshotPtr& world) {
+  const collision::QueryBody gripper =
+      collision::BodyFromShapes({{.shape = Box{.size_m = {0.1, 0.08, 0.2}}}});
+  const std::vector<Pose> poses = RandomPoses(20'000, 7);
+  double best_us = 1e300;
+  for (int round = 0; round < 5; ++round) {
+    const auto start = std::chrono::steady_clock::now();
+    if (!collision::GetDistances(*world, gripper, poses, {}).ok()) return 0;
+    best_us = std::min(best_us, Elapsed_us(start));
+  }
+  return 1e6 * static_cast<double>(poses.size()) / best_us;
+}
+
+}  // namespace
+
+void MeasureWorlds(Report& report) {
+  report.Detail("Worlds in process, one thread: a move of one object, and the nearest object:");
+  for (const int count : {30, 1'000, 2'000, 10'000}) {
+    const SnapshotPtr world = MakeLargeWorld(count);
+    const double distances_per_s = DistancesPerSecond(world);
+    const ChangeCost cost = MoveOneByOne(world);
+    char text[160];
+    std::snprintf(text, sizeof(text),
+                  "  %6d objects %8.2f us a move %8.0f bytes a revision %10.0f distances/s", count,
+                  cost.median_us, cost.bytes, distances_per_s);
+    report.Detail(text);
+    const std::string size = std::to_string(count);
+    report.Add({.key = "change_us_" + size,
+                .value = cost.median_us,
+                .unit = "us",
+                .how = "Apply of a move of one object among " + size + ", median of 4 000"});
+    if (count == 10'000) {
+      report.Add({.key = "change_bytes_" + size,
+                  .value = cost.bytes,
+                  .unit = "B",
+                  .how = "heap that each of 4 000 kept revisions adds, one move each"});
+    }
+    if (count == 2'000 || count == 10'000) {
+      report.Add({.key = "distances_per_s_" + size,
+                  .value = distances_per_s,
+                  .unit = "1/s",
+                  .how = "nearest object to a box at random poses, one thread, best of 5"});
+    }
+  }
+}
+
+}  // namespace cwm::benchmarks
