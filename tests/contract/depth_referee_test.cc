@@ -20,10 +20,10 @@ constexpr double kEpaTolerance_m = 1e-6;
 
 constexpr double kExact_m = 1e-7;  // what kExact means
 
-// A bracket of libccd's that is narrower tells something: a hundredth of the shapes. Its polytope often
-// stops growing early on round shapes, so that few pairs of those are told more than that.
+// A bracket of libccd's that is narrower than a hundredth of the shapes tells something. On round
+// shapes its polytope now and then stops growing early; so rarely that nine in ten are narrow.
 constexpr double kNarrow_m = 1e-3;
-constexpr double kNarrowShare = 0.99;
+constexpr double kNarrowShare = 0.9;
 
 // A placed shape as libccd sees it: a support function in the world.
 struct Body {
