@@ -82,7 +82,7 @@ TEST_F(WorldTest, AnObjectRevisionThatDoesNotMatchAbortsWithBothRevisions) {
   EXPECT_EQ(MustApply({Put("b"), stale}).revision, Revision{3});
 }
 
-TEST_F(WorldTest, ABadChangeNamesItsPlaceInTheList) {
+TEST_F(WorldTest, ABadChangeNamesItsPlaceInTheListAndItsField) {
   Change bad = Put("b");
   std::get<collision::PutObject>(bad.what).margin_m = -1;
   const absl::Status status = Refused({Put("a"), bad});
@@ -90,7 +90,7 @@ TEST_F(WorldTest, ABadChangeNamesItsPlaceInTheList) {
   const ErrorDetails details = DetailsOf(status);
   EXPECT_EQ(details.reason, "INVALID_FIELD");
   ASSERT_EQ(details.fields.size(), 1u);
-  EXPECT_EQ(details.fields[0].field, "changes[1]");
+  EXPECT_EQ(details.fields[0].field, "changes[1].margin_m");
 }
 
 TEST_F(WorldTest, AnExpectedRevisionThatDoesNotMatchAborts) {
