@@ -24,7 +24,7 @@ std::shared_ptr<const EngineGeometry> ExactEngine::PrepareFrom(
 }
 
 bool ExactEngine::Collides(const PlacedGeometry& a, const PlacedGeometry& b) const {
-  return Distance(a, b, 0).distance_m < 0;
+  return ExactOverlap(Placed(a.geometry, a.X_WS), Placed(b.geometry, b.X_WS));
 }
 
 PairDistance ExactEngine::Distance(const PlacedGeometry& a, const PlacedGeometry& b,

@@ -23,13 +23,14 @@ class LeastOverlap {
         p_AB_(X_AB.translation()),
         size_(half_a_.maxCoeff() + half_b_.maxCoeff()) {}
 
-  BoxOverlap Run() {
-    for (int i = 0; i < 3; ++i) {
+  // Down to the first depth that is not above `enough_m`.
+  BoxOverlap Run(double enough_m) {
+    for (int i = 0; i < 3 && best_.depth_m > enough_m; ++i) {
       Consider(Vector3::Unit(i), 0);
       Consider(R_AB_.col(i), kFacePreference * size_);
     }
     for (int i = 0; i < 3; ++i) {
-      for (int j = 0; j < 3; ++j) {
+      for (int j = 0; j < 3 && best_.depth_m > enough_m; ++j) {
         const Vector3 axis = Vector3::Unit(i).cross(R_AB_.col(j));
         const double sine = axis.norm();
         if (sine > kParallelSine) Consider(axis / sine, kFacePreference * size_);
@@ -58,7 +59,11 @@ class LeastOverlap {
 }  // namespace
 
 BoxOverlap LeastBoxOverlap(const Box& a, const Box& b, const Pose& X_AB) {
-  return LeastOverlap(a, b, X_AB).Run();
+  return LeastOverlap(a, b, X_AB).Run(-std::numeric_limits<double>::infinity());
+}
+
+bool BoxesOverlap(const Box& a, const Box& b, const Pose& X_AB) {
+  return LeastOverlap(a, b, X_AB).Run(0).depth_m > 0;
 }
 
 }  // namespace cwm::collision

@@ -25,6 +25,8 @@ struct BoxOverlap {
   Vector3 normal;  // unit, from A to B, in the frame of A
 };
 BoxOverlap LeastBoxOverlap(const Box& a, const Box& b, const Pose& X_AB);
+// Whether its depth is positive: the first axis that parts the boxes ends the search.
+bool BoxesOverlap(const Box& a, const Box& b, const Pose& X_AB);
 
 // Cylinders, cones and capsules of which the axes are parallel: their difference is a solid of
 // revolution again, with the sum of their profiles. Precondition: AxesAreParallel(X_AB).

@@ -103,4 +103,18 @@ PairDistance PiecesToPieces(const ExactGeometry& a, const ExactGeometry& b, cons
   return best.distance_m < 0 ? WithDepthBound(best, a, b, X_AB) : best;
 }
 
+bool PiecesMeetPieces(const ExactGeometry& a, const ExactGeometry& b, const Pose& X_AB) {
+  if (a.pieces().size() == 1 && b.pieces().size() == 1) {
+    return ConvexOverlap(a.pieces().front(), b.pieces().front(), X_AB);
+  }
+  for (std::size_t j = 0; j < b.pieces().size(); ++j) {
+    const Aabb bounds_b = b.piece_bounds()[j].transformed(X_AB);
+    for (std::size_t i = 0; i < a.pieces().size(); ++i) {
+      if (BoxGap_m(a.piece_bounds()[i], bounds_b) > 0) continue;
+      if (ConvexOverlap(a.pieces()[i], b.pieces()[j], X_AB)) return true;
+    }
+  }
+  return false;
+}
+
 }  // namespace cwm::collision

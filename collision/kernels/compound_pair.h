@@ -24,6 +24,12 @@ PairDistance MeshToPieces(const ExactGeometry& a, const ExactGeometry& b, const 
 PairDistance MeshToMesh(const ExactGeometry& a, const ExactGeometry& b, const Pose& X_AB,
                         double max_distance_m);
 
+// Whether the distance of the pair, as told by the function of the same two, is negative: the first
+// parts that overlap end the search.
+bool PiecesMeetPieces(const ExactGeometry& a, const ExactGeometry& b, const Pose& X_AB);
+bool MeshMeetsPieces(const ExactGeometry& a, const ExactGeometry& b, const Pose& X_AB);
+bool MeshMeetsMesh(const ExactGeometry& a, const ExactGeometry& b, const Pose& X_AB);
+
 // Labels a penetrating answer of parts whose depth is at most the true one: kBounded by the depth
 // of the convex enclosures, kExact where that leaves nothing open, kSurfaceOnly with an open mesh.
 PairDistance WithDepthBound(const PairDistance& deepest_part, const ExactGeometry& a,

@@ -98,6 +98,18 @@ PairDistance CoreToPoint(const ConvexCore& a, const Vector3& p) {
 bool IsPoint(const ConvexCore& shape) { return std::holds_alternative<PointCore>(shape.core); }
 bool HasVertices(const ConvexCore& s) { return std::holds_alternative<VertexCore>(s.core); }
 
+// A point or a segment with anything that has a formula, or axes that are parallel. Boxes apart.
+bool HasClosedForm(const ConvexCore& a, const ConvexCore& b, const Pose& X_AB) {
+  const auto is_segment = [](const ConvexCore& s) {
+    return std::holds_alternative<SegmentCore>(s.core);
+  };
+  const auto is_box = [](const ConvexCore& s) { return std::holds_alternative<Box>(s.core); };
+  if ((IsPoint(a) && !HasVertices(b)) || (IsPoint(b) && !HasVertices(a))) return true;
+  if (is_segment(a) && (is_segment(b) || is_box(b))) return true;
+  if (is_segment(b) && is_box(a)) return true;
+  return IsRevolved(a) && IsRevolved(b) && AxesAreParallel(X_AB);
+}
+
 PairDistance BoxToBox(const ConvexCore& a, const ConvexCore& b, const Pose& X_AB,
                       double max_distance_m) {
   const BoxOverlap overlap = LeastBoxOverlap(std::get<Box>(a.core), std::get<Box>(b.core), X_AB);
@@ -179,6 +191,18 @@ PairDistance ConvexDistance(const ConvexCore& a, const ConvexCore& b, const Pose
   }
   if (IsRevolved(a) && IsRevolved(b) && AxesAreParallel(X_AB)) return CoaxialRevolved(a, b, X_AB);
   return IterativeConvexDistance(a, b, X_AB, max_distance_m);
+}
+
+bool ConvexOverlap(const ConvexCore& a, const ConvexCore& b, const Pose& X_AB) {
+  const double reach_m = a.extent_m + a.radius_m + b.extent_m + b.radius_m;
+  if ((X_AB * b.centre - a.centre).squaredNorm() > reach_m * reach_m) return false;
+  const auto *box_a = std::get_if<Box>(&a.core), *box_b = std::get_if<Box>(&b.core);
+  if (box_a != nullptr && box_b != nullptr) return BoxesOverlap(*box_a, *box_b, X_AB);
+  if (!HasClosedForm(a, b, X_AB)) {
+    const CoreDifference difference(a, b, X_AB);
+    if (const auto told = GjkOverlap(difference, a.radius_m + b.radius_m)) return *told;
+  }
+  return ConvexDistance(a, b, X_AB, 0).distance_m < 0;
 }
 
 }  // namespace cwm::collision

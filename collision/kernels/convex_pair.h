@@ -14,7 +14,10 @@ namespace cwm::collision {
 PairDistance ConvexDistance(const ConvexCore& a, const ConvexCore& b, const Pose& X_AB,
                             double max_distance_m = std::numeric_limits<double>::infinity());
 
-// The same by GJK and EPA alone, whatever closed form the pair has.
+// Whether the distance is negative, which is sooner told.
+bool ConvexOverlap(const ConvexCore& a, const ConvexCore& b, const Pose& X_AB);
+
+// As ConvexDistance, by GJK and EPA alone, whatever closed form the pair has.
 PairDistance IterativeConvexDistance(const ConvexCore& a, const ConvexCore& b, const Pose& X_AB,
                                      double max_distance_m);
 

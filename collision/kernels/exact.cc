@@ -89,6 +89,18 @@ PairDistance ExactDistance(const PlacedExact& a, const PlacedExact& b, double ma
   return Swapped(InFrame(b.X_FS, OrderedDistance(b.geometry, a.geometry, X_BA, max_distance_m)));
 }
 
+bool ExactOverlap(const PlacedExact& a, const PlacedExact& b) {
+  if (FamilyOf(a.geometry) > FamilyOf(b.geometry)) return ExactOverlap(b, a);
+  const Family family_a = FamilyOf(a.geometry), family_b = FamilyOf(b.geometry);
+  if (family_a == Family::kHalfSpace) return ExactDistance(a, b, 0).distance_m < 0;
+  const Pose X_AB = RelativePose(a.X_FS, b.X_FS);
+  if (family_a == Family::kMesh) {
+    return family_b == Family::kMesh ? MeshMeetsMesh(a.geometry, b.geometry, X_AB)
+                                     : MeshMeetsPieces(a.geometry, b.geometry, X_AB);
+  }
+  return PiecesMeetPieces(a.geometry, b.geometry, X_AB);
+}
+
 std::optional<RayHit> ExactRay(const PlacedExact& shape, const Ray& ray) {
   const Pose X_SF = shape.X_FS.inverse();
   const Ray ray_S{X_SF * ray.origin, X_SF.linear() * ray.direction, ray.max_distance_m};

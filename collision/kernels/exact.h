@@ -46,6 +46,9 @@ bool ExactSupports(ShapeKind a, ShapeKind b);
 PairDistance ExactDistance(const PlacedExact& a, const PlacedExact& b,
                            double max_distance_m = std::numeric_limits<double>::infinity());
 
+// Whether the signed distance is negative, told without measuring it. Precondition: as above.
+bool ExactOverlap(const PlacedExact& a, const PlacedExact& b);
+
 // First hit of a ray with the surface, from outside or inside.
 struct RayHit {
   double distance_m = 0;              // along the unit direction, >= 0

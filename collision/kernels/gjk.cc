@@ -18,9 +18,11 @@ constexpr double kRelativeGap = 1e-14;
 
 class Solver {
  public:
-  Solver(const CoreDifference& difference, double max_distance_m)
+  // The search ends once the cores are known to be as near as `enough_m`.
+  Solver(const CoreDifference& difference, double max_distance_m, double enough_m)
       : difference_(difference),
         max_distance_m_(max_distance_m),
+        enough_m_(enough_m),
         size_(difference.extent_m()),
         touching_(kTouchingShare * size_) {}
 
@@ -29,7 +31,7 @@ class Solver {
     if (!(direction.squaredNorm() > 0)) direction = Vector3::UnitX();
     Add(difference_.Support(direction));
     Reduce(NearestToOrigin(corners_, count_));
-    for (int i = 0; i < kMaxIterations && distance_ > touching_; ++i) {
+    for (int i = 0; i < kMaxIterations && distance_ > std::max(touching_, enough_m_); ++i) {
       const CoreDifference::Vertex vertex = difference_.Support(-nearest_);
       const double lower_bound = vertex.w.dot(nearest_) / distance_;
       lower_bound_ = std::max(lower_bound_, lower_bound);
@@ -44,7 +46,8 @@ class Solver {
       if (!(feature.distance_squared < distance_ * distance_)) break;
       Reduce(feature);
     }
-    return distance_ > touching_ ? Separated() : GjkAnswer{};
+    if (distance_ > touching_) return Separated();
+    return {.outcome = GjkOutcome::kTouching, .overlaps = count_ == 4};
   }
 
  private:
@@ -86,6 +89,7 @@ class Solver {
 
   const CoreDifference& difference_;
   const double max_distance_m_;
+  const double enough_m_;
   const double size_;
   const double touching_;
   std::array<Vector3, 4> corners_;
@@ -100,7 +104,17 @@ class Solver {
 }  // namespace
 
 GjkAnswer GjkDistance(const CoreDifference& difference, double max_distance_m) {
-  return Solver(difference, max_distance_m).Run();
+  return Solver(difference, max_distance_m, 0).Run();
+}
+
+std::optional<bool> GjkOverlap(const CoreDifference& difference, double radii_m) {
+  const double rounding_m = kTouchingShare * difference.extent_m();
+  const GjkAnswer answer = Solver(difference, radii_m + rounding_m, radii_m - rounding_m).Run();
+  if (answer.outcome == GjkOutcome::kBeyond) return false;
+  if (answer.overlaps) return true;
+  const double distance_m = answer.outcome == GjkOutcome::kTouching ? 0 : answer.distance_m;
+  if (std::abs(distance_m - radii_m) <= rounding_m) return std::nullopt;
+  return distance_m < radii_m;
 }
 
 Vector3 LastTouchOnA(const CoreDifference& difference, double depth_m, const Vector3& normal) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <limits>
+#include <optional>
 
 #include "collision/kernels/convex_core.h"
 
@@ -20,6 +21,8 @@ struct GjkAnswer {
   Vector3 point_b = Vector3::Zero();
   Vector3 normal = Vector3::UnitZ();  // unit, from A to B
   double bound_m = 0;  // of kSeparated: the distance is at least distance_m - bound_m, never more
+  // Of kTouching: the cores overlap for certain, a tetrahedron of points of D is around the origin.
+  bool overlaps = false;
 };
 
 // Cores nearer than this share of their extent count as touching: a direction from A to B would
@@ -29,6 +32,10 @@ inline constexpr double kTouchingShare = 1e-9;
 // Bounded work, no allocation. Measured errors: README.md.
 GjkAnswer GjkDistance(const CoreDifference& difference,
                       double max_distance_m = std::numeric_limits<double>::infinity());
+
+// Whether the cores are nearer than `radii_m`, which is sooner told than how near they are. Nothing
+// where they are that far apart but for a rounding: then the distance must tell.
+std::optional<bool> GjkOverlap(const CoreDifference& difference, double radii_m);
 
 // The point of A that B touches last when it is moved by `depth_m` along `normal` and so parts from
 // A: the witness of a penetration, in the frame of A. B is moved a little farther, where the

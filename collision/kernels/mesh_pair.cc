@@ -1,6 +1,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <span>
+#include <utility>
+#include <vector>
 
 #include "collision/kernels/closed_forms.h"
 #include "collision/kernels/compound_pair.h"
@@ -19,13 +22,12 @@ class Best {
  public:
   explicit Best(double max_distance_m) : max_distance_m_(max_distance_m) {}
 
-  // Returns the distance that still matters; negative when nothing but overlap does.
-  double Offer(const PairDistance& answer) {
+  void Offer(const PairDistance& answer) {
     if (answer.distance_m < answer_.distance_m) answer_ = answer;
     if (answer.distance_m < 0) ++overlaps_;
-    return limit_m();
   }
 
+  // The distance that still matters; negative when nothing but overlap does.
   double limit_m() const { return std::min(answer_.distance_m, max_distance_m_); }
   bool IsDone() const { return overlaps_ >= kMostDepths; }
   const PairDistance& answer() const { return answer_; }
@@ -86,8 +88,8 @@ PairDistance MeshToPieces(const ExactGeometry& a, const ExactGeometry& b, const 
     const Vector3 centre = X_AB * piece.centre;
     tree.ForEachNear(BoundsIn(b.piece_bounds()[j], X_AB), best.limit_m(),
                      [&](const TriangleCorners& triangle, std::int32_t) {
-                       if (best.IsDone()) return -1.0;
-                       return best.Offer(TriangleToConvex(triangle, piece, X_AB, best.limit_m()));
+                       best.Offer(TriangleToConvex(triangle, piece, X_AB, best.limit_m()));
+                       return best.IsDone() ? TriangleTree::kEnd : best.limit_m();
                      });
     if (!a.IsOpen() && tree.Encloses(centre)) best.Offer(Enclosed(a, centre));
   }
@@ -98,13 +100,35 @@ PairDistance MeshToPieces(const ExactGeometry& a, const ExactGeometry& b, const 
   return answer;
 }
 
+bool MeshMeetsPieces(const ExactGeometry& a, const ExactGeometry& b, const Pose& X_AB) {
+  const TriangleTree& tree = *a.tree();
+  if (const auto* sphere = std::get_if<Sphere>(&b.shape())) {
+    return MeshToSphere(a, *sphere, X_AB.translation(), 0).distance_m < 0;
+  }
+  for (std::size_t j = 0; j < b.pieces().size(); ++j) {
+    const ConvexCore& piece = b.pieces()[j];
+    bool meets = false;
+    tree.ForEachNear(BoundsIn(b.piece_bounds()[j], X_AB), 0,
+                     [&](const TriangleCorners& triangle, std::int32_t) {
+                       const ConvexCore core = CoreOf(std::span<const Vector3>(triangle.corners));
+                       meets = meets || ConvexOverlap(core, piece, X_AB);
+                       return meets ? TriangleTree::kEnd : 0.0;
+                     });
+    if (meets || (!a.IsOpen() && tree.Encloses(X_AB * piece.centre))) return true;
+  }
+  return false;
+}
+
 namespace {
 
-// Two trees at once: the larger node is opened.
+// Two trees at once: the larger node is opened. `offer` is shown a triangle of A, one of B as a core
+// and returns the distance that still matters, kEnd to end.
+template <class Offer>
 class DualSearch {
  public:
-  DualSearch(const TriangleTree& a, const TriangleTree& b, const Pose& X_AB, Best& best)
-      : a_(a), b_(b), X_AB_(X_AB), best_(best) {}
+  DualSearch(const TriangleTree& a, const TriangleTree& b, const Pose& X_AB, double limit_m,
+             Offer offer)
+      : a_(a), b_(b), X_AB_(X_AB), limit_m_(limit_m), offer_(std::move(offer)) {}
 
   void Run() { Visit(0, 0, Gap(0, 0)); }
 
@@ -120,7 +144,7 @@ class DualSearch {
   }
 
   void Visit(std::int32_t i, std::int32_t j, double gap) {
-    if (best_.IsDone() || gap > std::max(best_.limit_m(), 0.0)) return;
+    if (limit_m_ == TriangleTree::kEnd || gap > std::max(limit_m_, 0.0)) return;
     const TriangleTree::Node &a = NodeA(i), &b = NodeB(j);
     if (a.count > 0 && b.count > 0) return VisitLeaves(a, b);
     const bool open_a =
@@ -137,8 +161,9 @@ class DualSearch {
   void VisitLeaves(const TriangleTree::Node& a, const TriangleTree::Node& b) {
     for (std::int32_t j = b.first; j < b.first + b.count; ++j) {
       const ConvexCore core = CoreOf(std::span<const Vector3>(b_.triangle(j).corners));
-      for (std::int32_t i = a.first; i < a.first + a.count && !best_.IsDone(); ++i) {
-        best_.Offer(TriangleToConvex(a_.triangle(i), core, X_AB_, best_.limit_m()));
+      for (std::int32_t i = a.first; i < a.first + a.count; ++i) {
+        limit_m_ = offer_(a_.triangle(i), core);
+        if (limit_m_ == TriangleTree::kEnd) return;
       }
     }
   }
@@ -146,7 +171,8 @@ class DualSearch {
   const TriangleTree& a_;
   const TriangleTree& b_;
   const Pose& X_AB_;
-  Best& best_;
+  double limit_m_;
+  Offer offer_;
 };
 
 // The parts of mesh B that lie inside of the closed mesh A, in the frame of A.
@@ -163,7 +189,12 @@ void OfferEnclosedParts(const ExactGeometry& a, const ExactGeometry& b, const Po
 PairDistance MeshToMesh(const ExactGeometry& a, const ExactGeometry& b, const Pose& X_AB,
                         double max_distance_m) {
   Best best(max_distance_m);
-  DualSearch(*a.tree(), *b.tree(), X_AB, best).Run();
+  DualSearch(*a.tree(), *b.tree(), X_AB, max_distance_m,
+             [&](const TriangleCorners& triangle, const ConvexCore& core) {
+               best.Offer(TriangleToConvex(triangle, core, X_AB, best.limit_m()));
+               return best.IsDone() ? TriangleTree::kEnd : best.limit_m();
+             })
+      .Run();
   // Where surfaces do not cross, a point of each part tells whether it lies inside of the other.
   if (!best.IsOverlapping() && !a.IsOpen()) OfferEnclosedParts(a, b, X_AB, best);
   if (!best.IsOverlapping() && !b.IsOpen()) {
@@ -176,6 +207,29 @@ PairDistance MeshToMesh(const ExactGeometry& a, const ExactGeometry& b, const Po
   if (answer.distance_m < 0) return WithDepthBound(answer, a, b, X_AB);
   if (a.IsOpen() || b.IsOpen()) answer.trust = Trust::kSurfaceOnly;
   return answer;
+}
+
+namespace {
+
+bool EnclosesAPart(const ExactGeometry& a, const ExactGeometry& b, const Pose& X_AB) {
+  if (a.IsOpen()) return false;
+  const std::vector<Vector3>& points_B = b.tree()->component_points();
+  return std::any_of(points_B.begin(), points_B.end(),
+                     [&](const Vector3& p_B) { return a.tree()->Encloses(X_AB * p_B); });
+}
+
+}  // namespace
+
+bool MeshMeetsMesh(const ExactGeometry& a, const ExactGeometry& b, const Pose& X_AB) {
+  bool meets = false;
+  DualSearch(*a.tree(), *b.tree(), X_AB, 0,
+             [&](const TriangleCorners& triangle, const ConvexCore& core) {
+               const ConvexCore corners = CoreOf(std::span<const Vector3>(triangle.corners));
+               meets = ConvexOverlap(corners, core, X_AB);
+               return meets ? TriangleTree::kEnd : 0.0;
+             })
+      .Run();
+  return meets || EnclosesAPart(a, b, X_AB) || EnclosesAPart(b, a, X_AB.inverse());
 }
 
 }  // namespace cwm::collision

@@ -47,8 +47,9 @@ class TriangleTree {
   const std::vector<Vector3>& component_points() const { return component_points_; }
 
   // Visits triangles that may be within a distance of a box, near subtrees first: visit(triangle,
-  // index) returns the distance that still matters from then on; a negative one ends the search at
-  // triangles whose bounds do not overlap the box.
+  // index) returns the distance that still matters from then on; with a negative one only triangles
+  // whose bounds overlap the box do, and kEnd ends the search.
+  static constexpr double kEnd = -std::numeric_limits<double>::infinity();
   template <class Visit>
   void ForEachNear(const Aabb& box, double max_distance_m, Visit&& visit) const;
 
@@ -99,6 +100,7 @@ void TriangleTree::ForEachNear(const Aabb& box, double max_distance_m, Visit&& v
     if (node.count > 0) {
       for (std::int32_t i = node.first; i < node.first + node.count; ++i) {
         limit = visit(triangle(i), i);
+        if (limit == kEnd) return;
       }
       continue;
     }
