@@ -23,16 +23,19 @@ class UnaryCall final : public grpc::ServerUnaryReactor {
 
   void Enqueue(WorkQueue& queue) {
     if (queue.TryPush([this] { Run(); })) return;
-    Finish(ToGrpcStatus(Overloaded("the server has more work than it can take", "QUEUE_FULL")));
+    Refuse(Overloaded("the server has more work than it can take", "QUEUE_FULL"));
   }
 
   void EnqueueWhenReached(const RevisionToAwait& await, Runtime& runtime, WorkQueue& queue) {
     runtime.WhenReached(await.world, await.revision, call_.deadline, call_.stop,
-                        [this, &queue](const absl::Status& status) {
-                          if (status.ok()) return Enqueue(queue);
-                          Finish(ToGrpcStatus(status));
+                        [this, &queue, world = await.world](absl::StatusOr<SnapshotPtr> snapshot) {
+                          if (!snapshot.ok()) return Refuse(snapshot.status());
+                          call_.reached = {world, *std::move(snapshot)};
+                          Enqueue(queue);
                         });
   }
+
+  void Refuse(const absl::Status& status) { Finish(ToGrpcStatus(status)); }
 
  private:
   void Run() {
@@ -45,7 +48,7 @@ class UnaryCall final : public grpc::ServerUnaryReactor {
   void OnDone() override { delete this; }
 
   std::stop_source stop_;
-  const CallContext call_;
+  CallContext call_;
   const CallWork work_;
 };
 
@@ -87,10 +90,12 @@ absl::Status RunGuarded(const CallWork& work, const CallContext& call) {
 
 grpc::ServerUnaryReactor* StartUnary(grpc::CallbackServerContext* context, Runtime& runtime,
                                      WorkQueue& queue, CallWork work,
-                                     std::optional<RevisionToAwait> await) {
+                                     absl::StatusOr<std::optional<RevisionToAwait>> await) {
   auto* const call = new UnaryCall(context, std::move(work));
-  if (await.has_value()) {
-    call->EnqueueWhenReached(*await, runtime, queue);
+  if (!await.ok()) {
+    call->Refuse(await.status());
+  } else if (await->has_value()) {
+    call->EnqueueWhenReached(**await, runtime, queue);
   } else {
     call->Enqueue(queue);
   }

@@ -11,13 +11,20 @@
 #include <string>
 
 #include "absl/status/status.h"
+#include "absl/status/statusor.h"
 #include "server/rpc/runtime.h"
 
 namespace cwm::server {
 
+struct WorldAtRevision {
+  std::shared_ptr<World> world;
+  SnapshotPtr snapshot;
+};
+
 struct CallContext {
   Clock::time_point deadline = Clock::time_point::max();  // max: none
   std::stop_token stop;
+  std::optional<WorldAtRevision> reached = {};  // what the call awaited, if it did
 };
 
 // The call's deadline on the steady clock.
@@ -39,10 +46,11 @@ using CallWork = std::function<absl::Status(const CallContext&)>;
 // Runs `work`; an exception that got this far (memory, a foreign library) becomes a status.
 absl::Status RunGuarded(const CallWork& work, const CallContext& call);
 
-// Hands `work` to the queue and finishes the call with its status. A full queue is
-// RESOURCE_EXHAUSTED at once.
+// Hands `work` to the queue once the world has the revision to await, and finishes the call with its
+// status. A full queue is RESOURCE_EXHAUSTED at once.
 grpc::ServerUnaryReactor* StartUnary(grpc::CallbackServerContext* context, Runtime& runtime,
                                      WorkQueue& queue, CallWork work,
-                                     std::optional<RevisionToAwait> await = std::nullopt);
+                                     absl::StatusOr<std::optional<RevisionToAwait>> await = {
+                                         std::nullopt});
 
 }  // namespace cwm::server

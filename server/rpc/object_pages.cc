@@ -9,6 +9,7 @@
 #include "absl/strings/str_cat.h"
 #include "collision/geometry/aabb.h"
 #include "server/core/geometry_store.h"
+#include "server/rpc/at_revision.h"
 #include "server/wire/numbers.h"
 #include "server/wire/objects.h"
 #include "server/wire/poses.h"
@@ -106,14 +107,29 @@ absl::StatusOr<Position> ReadToken(const std::string& token, const std::string& 
   return position;
 }
 
-// The snapshot of the page's revision.
-absl::StatusOr<SnapshotPtr> SnapshotOf(const World& world, const v1::ListObjectsRequest& request,
-                                       const std::optional<Position>& position,
-                                       const CallContext& call) {
-  if (position) return world.At(Exactly{position->revision}, call.deadline, call.stop);
+// What the page shows: the revision of the token, if there is one.
+struct PageSource {
+  WorldAtRevision at;
+  std::string digest;  // of the filter
+  std::string after;   // name of the last object that was sent
+};
+absl::StatusOr<PageSource> SourceOf(const Runtime& runtime, const v1::ListObjectsRequest& request,
+                                    const CallContext& call) {
   auto rule = FromProto(request.at_revision(), FieldPath().Field("at_revision"));
   if (!rule.ok()) return rule.status();
-  return world.At(*rule, call.deadline, call.stop);
+  auto world = runtime.application.worlds.Find(request.world(), request.world_uid());
+  if (!world.ok()) return world.status();
+  PageSource source{.at = {}, .digest = FilterDigest(request, **world), .after = {}};
+  if (!request.page_token().empty()) {
+    auto position = ReadToken(request.page_token(), source.digest);
+    if (!position.ok()) return position.status();
+    *rule = Exactly{position->revision};
+    source.after = std::move(position->after);
+  }
+  auto at = FindWorldAt(runtime, request.world(), request.world_uid(), *rule, call);
+  if (!at.ok()) return at.status();
+  source.at = *std::move(at);
+  return source;
 }
 
 struct PageOptions {
@@ -138,31 +154,24 @@ absl::Status ListPage(Runtime& runtime, const v1::ListObjectsRequest& request,
   if (!options.ok()) return options.status();
   auto filter = FilterOf(request);
   if (!filter.ok()) return filter.status();
-  auto world = runtime.application.worlds.Find(request.world(), request.world_uid());
-  if (!world.ok()) return world.status();
-  const std::string digest = FilterDigest(request, **world);
-  std::optional<Position> position;
-  if (!request.page_token().empty()) {
-    auto read = ReadToken(request.page_token(), digest);
-    if (!read.ok()) return read.status();
-    position = *std::move(read);
-  }
-  auto snapshot = SnapshotOf(**world, request, position, call);
-  if (!snapshot.ok()) return snapshot.status();
-  response->set_world_uid((*world)->uid());
-  response->set_revision((*snapshot)->revision().value);
+  auto source = SourceOf(runtime, request, call);
+  if (!source.ok()) return source.status();
+  const World& world = *source->at.world;
+  const collision::WorldSnapshot& snapshot = *source->at.snapshot;
+  response->set_world_uid(world.uid());
+  response->set_revision(snapshot.revision().value);
   std::size_t bytes = 0;
-  for (const collision::WorldObjectPtr& object : (*snapshot)->objects()) {
-    if (position && object->name <= position->after) continue;
+  for (const collision::WorldObjectPtr& object : snapshot.objects()) {
+    if (object->name <= source->after) continue;
     if (!Passes(*object, *filter)) continue;
     const auto count = static_cast<std::size_t>(response->objects_size());
     if (count == options->size || bytes >= kPageBytes) {
       const std::string& last = response->objects(response->objects_size() - 1).name();
-      response->set_next_page_token(MakeToken(digest, {(*snapshot)->revision(), last}));
+      response->set_next_page_token(MakeToken(source->digest, {snapshot.revision(), last}));
       break;
     }
     v1::Object* proto = response->add_objects();
-    *proto = ToProto(*object, options->view, (*world)->LastObserved(object->name),
+    *proto = ToProto(*object, options->view, world.LastObserved(object->name),
                      runtime.application.geometry);
     bytes += proto->ByteSizeLong();
   }

@@ -3,6 +3,7 @@
 #include <memory>
 #include <utility>
 
+#include "server/rpc/at_revision.h"
 #include "server/wire/answers.h"
 #include "server/wire/poses.h"
 #include "server/wire/questions.h"
@@ -21,16 +22,22 @@ struct Asked {
   }
 };
 
-absl::StatusOr<SnapshotPtr> SnapshotOf(const World& world, const RevisionRule& rule,
-                                       const CallContext& call, HeldSnapshot* held) {
+// Whether the stream's snapshot is the one that is asked for.
+bool Holds(const HeldSnapshot* held, const World& world, const RevisionRule& rule) {
   const auto* exactly = std::get_if<Exactly>(&rule);
-  if (held != nullptr && exactly != nullptr && held->snapshot != nullptr &&
-      held->world_uid == world.uid() && held->snapshot->revision() == exactly->revision) {
-    return held->snapshot;
-  }
-  auto snapshot = world.At(rule, call.deadline, call.stop);
-  if (snapshot.ok() && held != nullptr) *held = {world.uid(), *snapshot};
-  return snapshot;
+  return held != nullptr && exactly != nullptr && held->snapshot != nullptr &&
+         held->world_uid == world.uid() && held->snapshot->revision() == exactly->revision;
+}
+
+absl::StatusOr<WorldAtRevision> FindWorldAt(const Runtime& runtime, const std::string& name,
+                                            const QuestionOptions& options, const CallContext& call,
+                                            HeldSnapshot* held) {
+  const RevisionRule& rule = options.at_revision;
+  const auto world = runtime.application.worlds.Find(name, options.world_uid);
+  if (world.ok() && Holds(held, **world, rule)) return WorldAtRevision{*world, held->snapshot};
+  auto at = server::FindWorldAt(runtime, name, options.world_uid, rule, call);
+  if (at.ok() && held != nullptr) *held = {at->world->uid(), at->snapshot};
+  return at;
 }
 
 template <class Request>
@@ -38,12 +45,10 @@ absl::StatusOr<Asked> Understand(Runtime& runtime, const Request& request, const
                                  HeldSnapshot* held) {
   auto options = FromProto(request.options(), FieldPath().Field("options"));
   if (!options.ok()) return options.status();
-  auto world = runtime.application.worlds.Find(request.world(), options->world_uid);
-  if (!world.ok()) return world.status();
-  auto snapshot = SnapshotOf(**world, options->at_revision, call, held);
-  if (!snapshot.ok()) return snapshot.status();
+  auto at = FindWorldAt(runtime, request.world(), *options, call, held);
+  if (!at.ok()) return at.status();
   options->query.give_up_at = GiveUpAt(options->time_budget, call.deadline);
-  return Asked{*std::move(world), *std::move(snapshot), *std::move(options)};
+  return Asked{std::move(at->world), std::move(at->snapshot), *std::move(options)};
 }
 
 // `ask` is one of the questions about a body at poses.
@@ -101,15 +106,6 @@ absl::Status Answer(Runtime& runtime, const v1::CastRaysRequest& request, const 
   if (!answers.ok()) return answers.status();
   ToProto(*answers, *rays, asked->Context(), response);
   return absl::OkStatus();
-}
-
-std::optional<RevisionToAwait> WhatToAwait(const Runtime& runtime, const std::string& world,
-                                           const v1::AtRevision& rule) {
-  if (!rule.has_at_least()) return std::nullopt;
-  auto found = runtime.application.worlds.Find(world);
-  const collision::Revision revision{rule.at_least()};
-  if (!found.ok() || (*found)->Snapshot()->revision() >= revision) return std::nullopt;
-  return RevisionToAwait{*std::move(found), revision};
 }
 
 }  // namespace cwm::server

@@ -30,9 +30,4 @@ absl::Status Answer(Runtime& runtime, const v1::GetContactsRequest& request,
 absl::Status Answer(Runtime& runtime, const v1::CastRaysRequest& request, const CallContext& call,
                     HeldSnapshot* held, v1::CastRaysResponse* response);
 
-// What AtRevision.at_least still has to wait for. Nothing when it is there, or when the world is
-// unknown (the answer then says so).
-std::optional<RevisionToAwait> WhatToAwait(const Runtime& runtime, const std::string& world,
-                                           const v1::AtRevision& rule);
-
 }  // namespace cwm::server

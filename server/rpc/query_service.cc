@@ -1,5 +1,6 @@
 #include "server/rpc/query_service.h"
 
+#include "server/rpc/at_revision.h"
 #include "server/rpc/call.h"
 #include "server/rpc/query_answers.h"
 #include "server/rpc/stream_queries_call.h"
@@ -13,8 +14,10 @@ grpc::ServerUnaryReactor* StartQuery(grpc::CallbackServerContext* context, Runti
   const auto work = [&runtime, request, response](const CallContext& call) {
     return Answer(runtime, *request, call, nullptr, response);
   };
-  return StartUnary(context, runtime, runtime.query, work,
-                    WhatToAwait(runtime, request->world(), request->options().at_revision()));
+  const v1::QueryOptions& options = request->options();
+  return StartUnary(
+      context, runtime, runtime.query, work,
+      WhatToAwait(runtime, request->world(), options.world_uid(), options.at_revision()));
 }
 
 }  // namespace

@@ -64,6 +64,9 @@ int Runtime::ThreadsForScan() const {
 
 void Runtime::WhenReached(std::shared_ptr<World> world, collision::Revision revision,
                           Clock::time_point deadline, std::stop_token stop, Then then) {
+  if (SnapshotPtr latest = world->Snapshot(); latest->revision() >= revision) {
+    return then(std::move(latest));
+  }
   if (!waits_.TryTake()) {
     return then(Overloaded("too many calls wait for a revision", "TOO_MANY_WAITS"));
   }
@@ -73,14 +76,15 @@ void Runtime::WhenReached(std::shared_ptr<World> world, collision::Revision revi
 
 void Runtime::Poll(std::shared_ptr<RevisionWait> wait) {
   const auto now = Clock::now();
-  const auto snapshot = wait->world->At(AtLeast{wait->revision}, now, wait->stop);
+  auto snapshot = wait->world->At(AtLeast{wait->revision}, now, wait->stop);
   const bool not_yet = absl::IsDeadlineExceeded(snapshot.status()) && now < wait->deadline;
   if (not_yet && !draining_) {
     timer.After(kPollPeriod, [this, wait = std::move(wait)] { Poll(wait); });
     return;
   }
   waits_.GiveBack();
-  wait->then(not_yet ? Draining() : snapshot.status());
+  if (not_yet) return wait->then(Draining());
+  wait->then(std::move(snapshot));
 }
 
 void Runtime::AddDrainable(std::weak_ptr<Drainable> stream) {

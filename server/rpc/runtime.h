@@ -10,7 +10,7 @@
 #include <stop_token>
 #include <vector>
 
-#include "absl/status/status.h"
+#include "absl/status/statusor.h"
 #include "server/core/geometry_store.h"
 #include "server/core/ingest.h"
 #include "server/core/limits.h"
@@ -80,9 +80,9 @@ class Runtime {
   // against 1.2).
   int ThreadsForScan() const;
 
-  // Calls `then` from some thread, once: with OK as soon as the world has the revision, else with
-  // the world's end, DeadlineExceeded or Cancelled. Blocks nobody.
-  using Then = std::function<void(const absl::Status&)>;
+  // Calls `then` from some thread, once: with the world's snapshot as soon as it has the revision,
+  // else with the world's end, DeadlineExceeded or Cancelled. Blocks nobody.
+  using Then = std::function<void(absl::StatusOr<SnapshotPtr>)>;
   void WhenReached(std::shared_ptr<World> world, collision::Revision revision,
                    Clock::time_point deadline, std::stop_token stop, Then then);
 

@@ -1,39 +1,44 @@
 #include "server/rpc/stream_queries_call.h"
 
+#include <utility>
+
 #include "server/core/error.h"
+#include "server/rpc/at_revision.h"
 #include "server/rpc/call.h"
 #include "server/rpc/status_conversion.h"
 
 namespace cwm::server {
 namespace {
 
-const v1::AtRevision& RuleOf(const v1::StreamQueriesRequest& request) {
+// Calls `use` with the question's message; `otherwise` when there is none.
+template <class Use, class Result>
+Result WithQuery(const v1::StreamQueriesRequest& request, const Use& use, Result otherwise) {
   switch (request.query_case()) {
     case v1::StreamQueriesRequest::kCheckCollisions:
-      return request.check_collisions().options().at_revision();
+      return use(request.check_collisions());
     case v1::StreamQueriesRequest::kGetDistances:
-      return request.get_distances().options().at_revision();
+      return use(request.get_distances());
     case v1::StreamQueriesRequest::kGetContacts:
-      return request.get_contacts().options().at_revision();
+      return use(request.get_contacts());
     case v1::StreamQueriesRequest::kCastRays:
-      return request.cast_rays().options().at_revision();
+      return use(request.cast_rays());
     case v1::StreamQueriesRequest::QUERY_NOT_SET:
       break;
   }
-  return v1::AtRevision::default_instance();
+  return otherwise;
 }
 
-const std::string& WorldOf(const v1::StreamQueriesRequest& request) {
-  switch (request.query_case()) {
-    case v1::StreamQueriesRequest::kCheckCollisions:
-      return request.check_collisions().world();
-    case v1::StreamQueriesRequest::kGetDistances:
-      return request.get_distances().world();
-    case v1::StreamQueriesRequest::kGetContacts:
-      return request.get_contacts().world();
-    default:
-      return request.cast_rays().world();
-  }
+using MaybeAwait = absl::StatusOr<std::optional<RevisionToAwait>>;
+
+MaybeAwait WhatToAwait(const Runtime& runtime, const v1::StreamQueriesRequest& request) {
+  return WithQuery(
+      request,
+      [&](const auto& query) {
+        const v1::QueryOptions& options = query.options();
+        return server::WhatToAwait(runtime, query.world(), options.world_uid(),
+                                   options.at_revision());
+      },
+      MaybeAwait(std::nullopt));
 }
 
 }  // namespace
@@ -47,7 +52,7 @@ StreamQueriesCall* StreamQueriesCall::Start(grpc::CallbackServerContext* context
     call->ReadNext();
     runtime.AddDrainable(call);
   } else {
-    call->FinishOnce(Overloaded("too many streams are open", "TOO_MANY_STREAMS"));
+    call->End(Overloaded("too many streams are open", "TOO_MANY_STREAMS"));
   }
   return call.get();
 }
@@ -58,40 +63,45 @@ StreamQueriesCall::StreamQueriesCall(grpc::CallbackServerContext* context, Runti
 void StreamQueriesCall::ReadNext() {
   {
     const std::lock_guard lock(mutex_);
-    reading_ = true;
+    turn_ = Turn::kClients;
+    StartRead(&request_);
   }
-  StartRead(&request_);
+  // Drain may have looked just before.
   if (runtime_.draining()) Drain();
 }
 
+bool StreamQueriesCall::TakeTurn() {
+  const std::lock_guard lock(mutex_);
+  if (turn_ != Turn::kClients) return false;
+  turn_ = Turn::kOurs;
+  return true;
+}
+
 void StreamQueriesCall::Drain() {
-  {
-    const std::lock_guard lock(mutex_);
-    if (!reading_) return;  // OnWriteDone looks again
-  }
-  FinishOnce(Draining());
+  // Whoever has the turn looks again when it reads on.
+  if (TakeTurn()) End(Draining());
 }
 
 void StreamQueriesCall::OnReadDone(bool ok) {
-  {
-    const std::lock_guard lock(mutex_);
-    reading_ = false;
-    if (finished_) return;
-  }
-  if (!ok) return FinishOnce(stop_.stop_requested() ? CallCancelled() : absl::OkStatus());
-  const auto await = WhatToAwait(runtime_, WorldOf(request_), RuleOf(request_));
-  if (!await) return Enqueue();
-  runtime_.WhenReached(await->world, await->revision, deadline_, stop_.get_token(),
-                       [this](const absl::Status& status) {
-                         if (status.ok()) return Enqueue();
-                         Reply(status);
+  if (!TakeTurn()) return;  // drained: Finish was called
+  if (!ok) return End(stop_.stop_requested() ? CallCancelled() : absl::OkStatus());
+  const MaybeAwait await = WhatToAwait(runtime_, request_);
+  if (!await.ok()) return Reply(await.status());
+  reached_.reset();
+  if (!await->has_value()) return Enqueue();
+  const std::shared_ptr<World>& world = (*await)->world;
+  runtime_.WhenReached(world, (*await)->revision, deadline_, stop_.get_token(),
+                       [self = shared_from_this(), world](absl::StatusOr<SnapshotPtr> snapshot) {
+                         if (!snapshot.ok()) return self->Reply(snapshot.status());
+                         self->reached_ = {world, *std::move(snapshot)};
+                         self->Enqueue();
                        });
 }
 
 void StreamQueriesCall::Enqueue() {
-  const auto work = [this] {
-    const CallContext call{deadline_, stop_.get_token()};
-    Reply(RunGuarded([this](const CallContext& c) { return AnswerRequest(c); }, call));
+  const auto work = [self = shared_from_this()] {
+    const CallContext call{self->deadline_, self->stop_.get_token(), self->reached_};
+    self->Reply(RunGuarded([&](const CallContext& c) { return self->AnswerRequest(c); }, call));
   };
   if (runtime_.query.TryPush(work)) return;
   Reply(Overloaded("the server has more work than it can take", "QUEUE_FULL"));
@@ -125,19 +135,14 @@ void StreamQueriesCall::Reply(const absl::Status& status) {
 }
 
 void StreamQueriesCall::OnWriteDone(bool ok) {
-  if (!ok) return FinishOnce(CallCancelled());
+  const auto self = shared_from_this();  // the read may end the call before ReadNext returns
+  if (!ok) return End(CallCancelled());
   response_.Clear();
   ReadNext();
 }
 
-void StreamQueriesCall::FinishOnce(const absl::Status& status) {
-  {
-    const std::lock_guard lock(mutex_);
-    if (finished_) return;
-    finished_ = true;
-  }
-  Finish(ToGrpcStatus(status));
-}
+// Keeps the turn for ever: nothing else happens to this call.
+void StreamQueriesCall::End(const absl::Status& status) { Finish(ToGrpcStatus(status)); }
 
 void StreamQueriesCall::OnDone() {
   if (counted_) runtime_.streams.GiveBack();

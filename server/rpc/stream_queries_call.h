@@ -6,6 +6,7 @@
 
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <stop_token>
 
 #include "cwm/v1/query.grpc.pb.h"
@@ -14,6 +15,11 @@
 namespace cwm::server {
 
 // A message whose question fails is answered with its error; the stream goes on.
+//
+// At any time one has the turn: the client, while a read waits for it, or one of ours (a reaction,
+// a task, a wait for a revision). Only the holder starts operations or finishes, and only ours can
+// give it away or keep it for good; so nothing is started after Finish, and Finish is called once.
+// Tasks and waits hold the call alive.
 class StreamQueriesCall final
     : public grpc::ServerBidiReactor<v1::StreamQueriesRequest, v1::StreamQueriesResponse>,
       public Drainable,
@@ -36,21 +42,25 @@ class StreamQueriesCall final
   void Enqueue();
   absl::Status AnswerRequest(const CallContext& call);
   void Reply(const absl::Status& status);
-  // Once; later calls do nothing.
-  void FinishOnce(const absl::Status& status);
+  // Takes the turn from the client; false when ours have it.
+  bool TakeTurn();
+  void End(const absl::Status& status);
 
   Runtime& runtime_;
   const Clock::time_point deadline_;
   std::stop_source stop_;
   HeldSnapshot held_;
   v1::StreamQueriesRequest request_;
+  std::optional<WorldAtRevision> reached_;  // what request_ awaited, if it did
   v1::StreamQueriesResponse response_;
   std::shared_ptr<StreamQueriesCall> self_;  // until OnDone
   bool counted_ = false;                     // in the quota of streams
 
+  enum class Turn { kOurs, kClients };
+  // Held over StartRead, so that nobody finishes between giving the turn away and the read. gRPC
+  // does the same with a lock of its own that StartRead takes: it never reacts within the call.
   std::mutex mutex_;
-  bool reading_ = false;   // waits for the client
-  bool finished_ = false;  // Finish was called
+  Turn turn_ = Turn::kOurs;
 };
 
 }  // namespace cwm::server

@@ -2,10 +2,10 @@
 
 #include <utility>
 
+#include "server/rpc/at_revision.h"
 #include "server/rpc/call.h"
 #include "server/rpc/geometry_calls.h"
 #include "server/rpc/object_pages.h"
-#include "server/rpc/query_answers.h"
 #include "server/rpc/watch_call.h"
 #include "server/wire/numbers.h"
 #include "server/wire/objects.h"
@@ -64,24 +64,22 @@ absl::Status ApplyRequest(Application& application, const v1::ApplyChangesReques
   return absl::OkStatus();
 }
 
-absl::Status Get(Application& application, const v1::GetObjectRequest& request,
-                 const CallContext& call, v1::GetObjectResponse* response) {
+absl::Status Get(Runtime& runtime, const v1::GetObjectRequest& request, const CallContext& call,
+                 v1::GetObjectResponse* response) {
   const FieldPath root;
   auto view = FromProto(request.view(), View::kFull, root.Field("view"));
   if (!view.ok()) return view.status();
   if (auto status = CheckName(request.name(), root.Field("name")); !status.ok()) return status;
   auto rule = FromProto(request.at_revision(), root.Field("at_revision"));
   if (!rule.ok()) return rule.status();
-  auto world = application.worlds.Find(request.world(), request.world_uid());
-  if (!world.ok()) return world.status();
-  auto snapshot = (*world)->At(*rule, call.deadline, call.stop);
-  if (!snapshot.ok()) return snapshot.status();
-  const collision::WorldObjectPtr object = (*snapshot)->Find(request.name());
+  auto at = FindWorldAt(runtime, request.world(), request.world_uid(), *rule, call);
+  if (!at.ok()) return at.status();
+  const collision::WorldObjectPtr object = at->snapshot->Find(request.name());
   if (object == nullptr) return UnknownObject(request.name());
-  response->set_world_uid((*world)->uid());
-  response->set_revision((*snapshot)->revision().value);
+  response->set_world_uid(at->world->uid());
+  response->set_revision(at->snapshot->revision().value);
   *response->mutable_object() =
-      ToProto(*object, *view, (*world)->LastObserved(object->name), application.geometry);
+      ToProto(*object, *view, at->world->LastObserved(object->name), runtime.application.geometry);
   return absl::OkStatus();
 }
 
@@ -133,7 +131,7 @@ grpc::ServerUnaryReactor* WorldService::ListObjects(grpc::CallbackServerContext*
       [this, request, response](const CallContext& call) {
         return ListPage(runtime_, *request, call, response);
       },
-      WhatToAwait(runtime_, request->world(), request->at_revision()));
+      WhatToAwait(runtime_, request->world(), request->world_uid(), request->at_revision()));
 }
 
 grpc::ServerUnaryReactor* WorldService::GetObject(grpc::CallbackServerContext* context,
@@ -142,9 +140,9 @@ grpc::ServerUnaryReactor* WorldService::GetObject(grpc::CallbackServerContext* c
   return StartUnary(
       context, runtime_, runtime_.control,
       [this, request, response](const CallContext& call) {
-        return Get(runtime_.application, *request, call, response);
+        return Get(runtime_, *request, call, response);
       },
-      WhatToAwait(runtime_, request->world(), request->at_revision()));
+      WhatToAwait(runtime_, request->world(), request->world_uid(), request->at_revision()));
 }
 
 grpc::ServerUnaryReactor* WorldService::ApplyChanges(grpc::CallbackServerContext* context,

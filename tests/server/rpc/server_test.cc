@@ -3,8 +3,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <chrono>
 #include <thread>
+#include <utility>
 
 #include "tests/server/rpc/running_server.h"
 
@@ -64,6 +66,45 @@ TEST_F(ServerTest, DrainingEndsWatchesAndStreamsAndRefusesWhatComes) {
   Call late;
   v1::GetServerInfoResponse info;
   EXPECT_EQ(admin_->GetServerInfo(&late, {}, &info).error_code(), grpc::StatusCode::UNAVAILABLE);
+}
+
+// Every round meets the streams somewhere else: reading, queued, answering, writing.
+TEST(DrainingTest, BusyStreamsEndOnceWhereverTheDrainMeetsThem) {
+  constexpr int kRounds = 40;
+  constexpr int kStreams = 8;
+  for (int round = 0; round < kRounds; ++round) {
+    const testing::ScratchDirectory scratch;
+    Application application{.limits = {}, .retention = {}, .interpret = {}};
+    const std::string address = "unix:" + (scratch / "cwm.sock");
+    auto server = Server::Start(application, {address});
+    ASSERT_TRUE(server.ok()) << server.status();
+    ASSERT_TRUE(application.worlds.FindOrCreate("").ok());
+    const auto stub =
+        v1::QueryService::NewStub(grpc::CreateChannel(address, grpc::InsecureChannelCredentials()));
+    std::atomic<int> begun = 0;
+    std::vector<std::string> reasons(kStreams);
+    {
+      std::vector<std::jthread> clients;
+      for (int i = 0; i < kStreams; ++i) {
+        clients.emplace_back([&, i] {
+          Call call;
+          const auto stream = stub->StreamQueries(&call);
+          v1::StreamQueriesRequest request;
+          *request.mutable_get_distances()->mutable_subject() = SphereAt({0.5});
+          v1::StreamQueriesResponse response;
+          bool first = true;
+          while (stream->Write(request) && stream->Read(&response)) {
+            if (std::exchange(first, false)) ++begun;
+          }
+          reasons[i] = ReasonIn(stream->Finish());
+        });
+      }
+      while (begun < kStreams) std::this_thread::yield();
+      std::this_thread::sleep_for(std::chrono::microseconds(100 * round));
+      (*server)->Stop(std::chrono::minutes(1));
+    }
+    for (const std::string& reason : reasons) EXPECT_EQ(reason, "SERVER_DRAINING");
+  }
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <thread>
 
 #include "server/core/geometry_store.h"
@@ -249,6 +250,81 @@ TEST_F(WorldServiceTest, AtLeastWaitsForTheRevisionAndForTheDeadline) {
   });
   ASSERT_TRUE(List(request, &response).ok());
   EXPECT_THAT(Names(response), ElementsAre("a", "b"));
+}
+
+TEST_F(WorldServiceTest, NobodyWaitsForARevisionOfAWorldThatWasReplaced) {
+  PutBox("a", 0);
+  const std::string old_uid = "0123456789abcdef0123456789abcdef";
+  v1::AtRevision future;
+  future.set_at_least(99);
+  // An answer that waited would be DEADLINE_EXCEEDED.
+  {
+    Call call(std::chrono::seconds(5));
+    v1::ListObjectsRequest request;
+    *request.mutable_at_revision() = future;
+    request.set_world_uid(old_uid);
+    v1::ListObjectsResponse response;
+    EXPECT_EQ(ReasonIn(world_->ListObjects(&call, request, &response)), "WORLD_REPLACED");
+  }
+  {
+    Call call(std::chrono::seconds(5));
+    v1::GetObjectRequest request;
+    request.set_name("a");
+    *request.mutable_at_revision() = future;
+    request.set_world_uid(old_uid);
+    v1::GetObjectResponse response;
+    EXPECT_EQ(ReasonIn(world_->GetObject(&call, request, &response)), "WORLD_REPLACED");
+  }
+  v1::GetDistancesRequest question;
+  *question.mutable_subject() = SphereAt({0.5});
+  *question.mutable_options()->mutable_at_revision() = future;
+  question.mutable_options()->set_world_uid(old_uid);
+  {
+    Call call(std::chrono::seconds(5));
+    v1::GetDistancesResponse response;
+    EXPECT_EQ(ReasonIn(query_->GetDistances(&call, question, &response)), "WORLD_REPLACED");
+  }
+  Call call(std::chrono::seconds(5));
+  const auto stream = query_->StreamQueries(&call);
+  v1::StreamQueriesRequest request;
+  *request.mutable_get_distances() = question;
+  v1::StreamQueriesResponse response;
+  ASSERT_TRUE(stream->Write(request) && stream->Read(&response));
+  EXPECT_EQ(response.error().reason(), "WORLD_REPLACED");
+}
+
+// More waits than any queue has threads: reads and queries go on beside them.
+TEST_F(WorldServiceTest, WaitingForARevisionHoldsNoWorker) {
+  constexpr int kWaits = 40;
+  PutBox("a", 0);
+  std::atomic<int> answered = 0;
+  {
+    std::vector<std::jthread> waiters;
+    for (int i = 0; i < kWaits; ++i) {
+      waiters.emplace_back([&] {
+        Call call;
+        v1::GetDistancesRequest request;
+        *request.mutable_subject() = SphereAt({0.5});
+        request.mutable_options()->mutable_at_revision()->set_at_least(2);
+        v1::GetDistancesResponse response;
+        const grpc::Status status = query_->GetDistances(&call, request, &response);
+        EXPECT_TRUE(status.ok()) << status.error_message();
+        EXPECT_EQ(response.revision(), 2);
+        ++answered;
+      });
+    }
+    v1::GetDistancesRequest now;
+    *now.mutable_subject() = SphereAt({0.5});
+    for (int i = 0; i < kWaits; ++i) {
+      Call call;
+      v1::GetDistancesResponse response;
+      ASSERT_TRUE(query_->GetDistances(&call, now, &response).ok());
+      EXPECT_EQ(response.revision(), 1);
+    }
+    EXPECT_EQ(answered, 0);
+    PutBox("b", 1);
+  }
+  EXPECT_EQ(answered, kWaits);
 }
 
 TEST_F(WorldServiceTest, ExactRevisionsAnswerAsTheyDid) {
