@@ -32,9 +32,12 @@ TEST(FindContradiction, SaysNothingAgainstASolidWhoseTopWasSeen) {
 }
 
 TEST(FindContradiction, CountsRaysThatRunDeeperThanTheGateOnly) {
-  // Points inside of the block: below its top by a tenth more and less than what is allowed.
-  EXPECT_EQ(FindContradiction(Block(0), SquareAt(-0.9 * kMostDepth_m)).rays, 0u);
+  // Points inside of the block: below its top by a tenth less and more than what is allowed.
+  const Contradiction shallow = FindContradiction(Block(0), SquareAt(-0.9 * kMostDepth_m));
+  EXPECT_GT(shallow.looked, 100u);
+  EXPECT_EQ(shallow.rays, 0u);
   const Contradiction deep = FindContradiction(Block(0), SquareAt(-1.1 * kMostDepth_m));
+  EXPECT_GT(deep.looked, 100u);
   EXPECT_EQ(deep.rays, deep.looked);
 }
 
@@ -45,9 +48,15 @@ TEST(FindContradiction, SeesRaysThatCrossTheSolidOnTheirWay) {
 }
 
 TEST(FindContradiction, AllowsThreeSigmaWhereThatIsMore) {
-  ModelPoints points = SquareAt(-0.02);
-  points.gate_m.assign(points.p.size(), 0.022);
-  EXPECT_EQ(FindContradiction(Block(0), points).rays, 0u);
+  constexpr double kDepth_m = 2 * kMostDepth_m;
+  ModelPoints points = SquareAt(-kDepth_m);
+  points.gate_m.assign(points.size(), 1.1 * kDepth_m);
+  const Contradiction allowed = FindContradiction(Block(0), points);
+  EXPECT_GT(allowed.looked, 100u);
+  EXPECT_EQ(allowed.rays, 0u);
+  points.gate_m.assign(points.size(), 0.9 * kDepth_m);
+  const Contradiction deep = FindContradiction(Block(0), points);
+  EXPECT_EQ(deep.rays, deep.looked);
 }
 
 }  // namespace

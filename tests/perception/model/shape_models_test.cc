@@ -145,6 +145,27 @@ TYPED_TEST(ShapeModelLaws, BoxTestNeverLosesAPointWithinTheGate) {
   EXPECT_GT(pruned, 300);
 }
 
+// Pruning pays only if boxes wholly inside of a shape are pruned like those outside. Distances
+// change by at most a step's length, so a box farther off than the gate and its half diagonal
+// holds no inlier, and every box test can tell that.
+TYPED_TEST(ShapeModelLaws, BoxTestPrunesWhatIsClearOfTheShellOnEitherSide) {
+  RandomDraws draws(9, 0);
+  constexpr double kGate_m = 0.004;
+  int outside = 0, inside = 0;
+  for (int trial = 0; trial < 3000; ++trial) {
+    const auto model = RandomModel<TypeParam>(draws);
+    CellBounds box;
+    box.center = SurfacePointOf(model, draws) + RandomVector(draws, 0.05);
+    box.half_m = RandomVector(draws, 0.004).cwiseAbs();
+    const double distance_m = model.Distance_m(box.center);
+    if (std::abs(distance_m) <= kGate_m + box.half_m.norm()) continue;
+    EXPECT_FALSE(model.MayReach(box, kGate_m)) << trial;
+    (distance_m > 0 ? outside : inside) += 1;
+  }
+  EXPECT_GT(outside, 300);  // the test saw both sides
+  EXPECT_GT(inside, 300);
+}
+
 TYPED_TEST(ShapeModelLaws, RefinementRecoversTheSurfaceWithinThreeSigma) {
   constexpr double kSigma_m = 0.001;
   constexpr int kPoints = 400;

@@ -41,7 +41,7 @@ TEST(InterpretScene, EndsWithinAPieceOfEachThreadWhereverTheStopStrikes) {
   for (const PointCloud& cloud : {image, Shuffled(image)}) {
     const Interpreted whole = InterpretUntil(cloud, 1, -1);
     ASSERT_EQ(whole.code, absl::StatusCode::kOk);
-    // A piece is about a millisecond or less, and the whole takes some hundred of them.
+    // Some hundred milliseconds of work in pieces of one or less: stops strike in every stage.
     ASSERT_GT(whole.pieces, 1000);
     for (const int threads : {1, 2}) {
       for (int k = 1; k < kStops; ++k) {
