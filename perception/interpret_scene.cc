@@ -331,9 +331,7 @@ absl::StatusOr<SceneInterpretation> Interpret(const PointCloud& cloud,
     object.kind = object.supported_by >= 0 ? DetectedKind::kObject : DetectedKind::kResidual;
     object.X_WO = X_WL * thing.X_LO;
     object.model = std::move(thing.model);
-    for (const Eigen::Vector3f& p : thing.thinned_L) {
-      object.points_W.push_back((X_WL * p.cast<double>()).cast<float>());
-    }
+    object.points_L = std::move(thing.thinned_L);
     result.objects.push_back(std::move(object));
     report.points_explained += thing.explained;
     for (std::string& note : thing.notes) {

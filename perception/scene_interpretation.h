@@ -33,8 +33,10 @@ struct DetectedObject {
   // Index into supports: the one below, at the bottom of a stack; -1 for residuals.
   int supported_by = -1;
   int rests_on = -1;  // index into objects: what is between it and the support; -1 for nothing
-  // Its measured points, thinned to about 4 mm, for association.
-  std::vector<Eigen::Vector3f> points_W;
+  // Its measured points, thinned to about 4 mm, for association. In the level frame L, whose axes
+  // are the world's and whose origin is the sensor (p_W = X_WC.translation() + p_L): floats are
+  // precise near the sensor, and would not be far from the world's origin.
+  std::vector<Eigen::Vector3f> points_L;
 };
 
 struct StageTime {

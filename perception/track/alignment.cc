@@ -23,35 +23,35 @@ struct Normals {
 };
 
 struct Lever {
-  Vector3 center_W = Vector3::Zero();
+  Vector3 center_L = Vector3::Zero();
   double length_m = 1;  // makes turns comparable to shifts
 };
 
-Lever LeverOf(const std::vector<Eigen::Vector3f>& points_W) {
+Lever LeverOf(const std::vector<Eigen::Vector3f>& points_L) {
   Lever lever;
-  for (const Eigen::Vector3f& p : points_W) lever.center_W += p.cast<double>();
-  lever.center_W /= static_cast<double>(points_W.size());
+  for (const Eigen::Vector3f& p : points_L) lever.center_L += p.cast<double>();
+  lever.center_L /= static_cast<double>(points_L.size());
   double squares = 0;
-  for (const Eigen::Vector3f& p : points_W) {
-    squares += (p.cast<double>() - lever.center_W).squaredNorm();
+  for (const Eigen::Vector3f& p : points_L) {
+    squares += (p.cast<double>() - lever.center_L).squaredNorm();
   }
-  lever.length_m = std::max(0.001, std::sqrt(squares / static_cast<double>(points_W.size())));
+  lever.length_m = std::max(0.001, std::sqrt(squares / static_cast<double>(points_L.size())));
   return lever;
 }
 
-Normals Linearise(const std::vector<Eigen::Vector3f>& points_W, const ModelSurface& surface,
-                  const Pose& X_WO, const Lever& lever, double gate_m) {
+Normals Linearise(const std::vector<Eigen::Vector3f>& points_L, const ModelSurface& surface,
+                  const Pose& X_LO, const Lever& lever, double gate_m) {
   Normals sums;
-  const Pose X_OW = X_WO.inverse();
-  for (const Eigen::Vector3f& point : points_W) {
-    const Vector3 p_W = point.cast<double>();
-    const auto nearest = surface.Nearest(X_OW * p_W);
+  const Pose X_OL = X_LO.inverse();
+  for (const Eigen::Vector3f& point : points_L) {
+    const Vector3 p_L = point.cast<double>();
+    const auto nearest = surface.Nearest(X_OL * p_L);
     if (!nearest || std::abs(nearest->signed_distance_m) >= gate_m) continue;
     const double share = nearest->signed_distance_m / gate_m;
     const double weight = (1 - share * share) * (1 - share * share);  // Tukey's biweight
-    const Vector3 normal_W = X_WO.linear() * nearest->normal;
+    const Vector3 normal_L = X_LO.linear() * nearest->normal;
     Vector6 row;  // how the distance shrinks when the object shifts and turns about the centre
-    row << normal_W, (p_W - lever.center_W).cross(normal_W) / lever.length_m;
+    row << normal_L, (p_L - lever.center_L).cross(normal_L) / lever.length_m;
     sums.information += weight * row * row.transpose();
     sums.pull += weight * nearest->signed_distance_m * row;
     sums.weight += weight;
@@ -59,48 +59,48 @@ Normals Linearise(const std::vector<Eigen::Vector3f>& points_W, const ModelSurfa
   return sums;
 }
 
-Pose Moved(const Pose& X_WO, const Vector6& step, const Lever& lever) {
+Pose Moved(const Pose& X_LO, const Vector6& step, const Lever& lever) {
   const Vector3 turn = step.tail<3>() / lever.length_m;
   const double angle_rad = turn.norm();
-  Pose moved = X_WO;
+  Pose moved = X_LO;
   moved.translation() += step.head<3>();
   if (angle_rad == 0) return moved;
   const Matrix3 rotation = Eigen::AngleAxisd(angle_rad, turn / angle_rad).toRotationMatrix();
-  const Vector3 arm = X_WO.translation() - lever.center_W;
-  moved.translation() = lever.center_W + rotation * arm + step.head<3>();
+  const Vector3 arm = X_LO.translation() - lever.center_L;
+  moved.translation() = lever.center_L + rotation * arm + step.head<3>();
   // Through a quaternion, so that rounding does not pile up.
-  moved.linear() = Quaternion(rotation * X_WO.linear()).normalized().toRotationMatrix();
+  moved.linear() = Quaternion(rotation * X_LO.linear()).normalized().toRotationMatrix();
   return moved;
 }
 
 }  // namespace
 
-double MeanDistance_m(const std::vector<Eigen::Vector3f>& points_W, const ModelSurface& surface,
-                      const Pose& X_WO) {
-  const Pose X_OW = X_WO.inverse();
+double MeanDistance_m(const std::vector<Eigen::Vector3f>& points_L, const ModelSurface& surface,
+                      const Pose& X_LO) {
+  const Pose X_OL = X_LO.inverse();
   double sum_m = 0;
-  for (const Eigen::Vector3f& p : points_W) {
-    const auto nearest = surface.Nearest(X_OW * p.cast<double>());
+  for (const Eigen::Vector3f& p : points_L) {
+    const auto nearest = surface.Nearest(X_OL * p.cast<double>());
     const double distance_m = nearest ? std::abs(nearest->signed_distance_m) : kAlignmentReach_m;
     sum_m += std::min(distance_m, kAlignmentReach_m);
   }
-  return sum_m / static_cast<double>(points_W.size());
+  return sum_m / static_cast<double>(points_L.size());
 }
 
-Pose Align(const std::vector<Eigen::Vector3f>& points_W, const ModelSurface& surface,
-           const Pose& X_WO_guess, double gate_m) {
-  if (points_W.empty()) return X_WO_guess;
-  const Lever lever = LeverOf(points_W);
-  Pose X_WO = X_WO_guess;
+Pose Align(const std::vector<Eigen::Vector3f>& points_L, const ModelSurface& surface,
+           const Pose& X_LO_guess, double gate_m) {
+  if (points_L.empty()) return X_LO_guess;
+  const Lever lever = LeverOf(points_L);
+  Pose X_LO = X_LO_guess;
   double current_gate_m = std::max(gate_m, kAlignmentReach_m);
   for (int i = 0; i < kIterations; ++i) {
-    const Normals sums = Linearise(points_W, surface, X_WO, lever, current_gate_m);
-    if (!(sums.weight > 0)) return X_WO;
+    const Normals sums = Linearise(points_L, surface, X_LO, lever, current_gate_m);
+    if (!(sums.weight > 0)) return X_LO;
     const Matrix6 damped = sums.information + kDamping * sums.weight * Matrix6::Identity();
-    X_WO = Moved(X_WO, damped.ldlt().solve(sums.pull), lever);
+    X_LO = Moved(X_LO, damped.ldlt().solve(sums.pull), lever);
     current_gate_m = std::max(gate_m, kGateShrink * current_gate_m);
   }
-  return X_WO;
+  return X_LO;
 }
 
 }  // namespace cwm::perception

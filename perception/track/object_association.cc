@@ -59,7 +59,8 @@ class ObjectMatcher {
     result_.push_back({.what = what, .object = evidence_.detected[detected].index});
   }
 
-  const std::string& NameOf(int known) const { return objects_[evidence_.known[known].index].name; }
+  const KnownObject& ObjectOf(int known) const { return objects_[evidence_.known[known].index]; }
+  const std::string& NameOf(int known) const { return ObjectOf(known).name; }
 
   // Best first; ties by name, then by the order of the scene.
   void Sort(std::vector<Pair>& pairs) const {
@@ -93,9 +94,8 @@ class ObjectMatcher {
         pairs.push_back({k, d, fit->Score()});
       }
     }
-    ForFreePairs(std::move(pairs), [&](const Pair& pair) {
-      Take(What::kKeep, pair, evidence_.known[pair.known].X_WO);
-    });
+    ForFreePairs(std::move(pairs),
+                 [&](const Pair& pair) { Take(What::kKeep, pair, ObjectOf(pair.known).X_WO); });
   }
 
   // What known objects that are still there explain together makes nothing new: this scan was
@@ -128,14 +128,14 @@ class ObjectMatcher {
         const auto place = Relocate(evidence_, k, d, scan_);
         if (!place) continue;
         pairs.push_back({k, d, place->fit.Score()});
-        moved_[{k, d}] = place->X_WO;
+        moved_[{k, d}] = place->X_LO;
       }
     }
     ForFreePairs(std::move(pairs), [&](const Pair& pair) {
-      const Pose& X_WO = moved_.at({pair.known, pair.detected});
-      const Pose& X_WO_old = evidence_.known[pair.known].X_WO;
-      const bool at_rest = evidence_.LargestShift_m(pair.known, X_WO) < kSmallestMove_m;
-      Take(at_rest ? What::kKeep : What::kMove, pair, at_rest ? X_WO_old : X_WO);
+      const Pose& X_LO = moved_.at({pair.known, pair.detected});
+      const Pose& X_WO_old = ObjectOf(pair.known).X_WO;
+      const bool at_rest = evidence_.LargestShift_m(pair.known, X_LO) < kSmallestMove_m;
+      Take(at_rest ? What::kKeep : What::kMove, pair, at_rest ? X_WO_old : scan_.InWorld(X_LO));
     });
   }
 
@@ -148,9 +148,8 @@ class ObjectMatcher {
         pairs.push_back({k, d, fit->Score()});
       }
     }
-    ForFreePairs(std::move(pairs), [&](const Pair& pair) {
-      Take(What::kReplace, pair, evidence_.known[pair.known].X_WO);
-    });
+    ForFreePairs(std::move(pairs),
+                 [&](const Pair& pair) { Take(What::kReplace, pair, ObjectOf(pair.known).X_WO); });
   }
 
   void AddNew() {
@@ -164,7 +163,7 @@ class ObjectMatcher {
       if (known_taken_[k]) continue;
       const KnownEvidence& known = evidence_.known[k];
       result_.push_back(
-          {.what = JudgeByRays(known.sights), .known = known.index, .X_WO = known.X_WO});
+          {.what = JudgeByRays(known.sights), .known = known.index, .X_WO = ObjectOf(k).X_WO});
     }
   }
 

@@ -44,7 +44,7 @@ ObjectEvidence::ObjectEvidence(const std::vector<KnownObject>& known_objects,
   for (const DetectedSupport& support : scene.supports) {
     const Aabb bounds = TightBounds(ModelOrEmpty(support.model), Pose::Identity());
     supports_.push_back(
-        {.X_OW = support.X_WO.inverse(),
+        {.X_OL = scan_.InLevelFrame(support.X_WO).inverse(),
          .area = {Vector2(bounds.min().head<2>()), Vector2(bounds.max().head<2>())}});
   }
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
@@ -61,94 +61,96 @@ ObjectEvidence::ObjectEvidence(const std::vector<KnownObject>& known_objects,
 
 void ObjectEvidence::AddDetected(const DetectedObject& object, int index) {
   const HybridModel& model = ModelOrEmpty(object.model);
+  const Pose X_LO = scan_.InLevelFrame(object.X_WO);
   const std::vector<SurfaceSample> samples =
       ModelSurface(model, kSmallestReach_m).Samples(kSampleCount);
-  std::vector<Eigen::Vector3f> points_W;
-  for (const Eigen::Vector3f& p : object.points_W) {
-    if (p.allFinite()) points_W.push_back(p);
+  std::vector<Eigen::Vector3f> points_L;
+  for (const Eigen::Vector3f& p : object.points_L) {
+    if (p.allFinite()) points_L.push_back(p);
   }
-  if (points_W.empty()) {  // a detection without points is known by its surface
+  if (points_L.empty()) {  // a detection without points is known by its surface
     for (const SurfaceSample& sample : samples) {
-      if (scan_.FacesSensor(sample, object.X_WO)) {
-        points_W.push_back((object.X_WO * sample.p_O).cast<float>());
+      if (scan_.FacesSensor(sample, X_LO)) {
+        points_L.push_back((X_LO * sample.p_O).cast<float>());
       }
     }
   }
-  DetectedPoints points = scan_.Index(std::move(points_W));
+  DetectedPoints points = scan_.Index(std::move(points_L));
   for (const double gate_m : points.gates_m) reach_m_ = std::max(reach_m_, gate_m);
   for (const double tolerance_m : points.tolerances_m) reach_m_ = std::max(reach_m_, tolerance_m);
   const ModelSurface surface(model, reach_m_);
-  const auto own = Explained(points.points_W, points.gates_m, surface, object.X_WO);
+  const auto own = Explained(points.points_L, points.gates_m, surface, X_LO);
   detected.push_back({.index = index,
                       .kind = object.kind,
-                      .X_WO = object.X_WO,
+                      .X_LO = X_LO,
                       .model = &model,
                       .points = std::move(points),
                       .own_share = ShareOf(own),
-                      .own_through_share = SightsOf(samples, object.X_WO).ThroughShare()});
+                      .own_through_share = SightsOf(samples, X_LO).ThroughShare()});
 }
 
 void ObjectEvidence::AddKnown(const KnownObject& object, int index) {
   const HybridModel& model = ModelOrEmpty(object.model);
+  const Pose X_LO = scan_.InLevelFrame(object.X_WO);
   const int k = static_cast<int>(known.size());
   known.push_back({.index = index,
                    .kind = object.kind,
-                   .X_WO = object.X_WO,
+                   .X_LO = X_LO,
                    .model = &model,
                    .surface = ModelSurface(model, reach_m_),
                    .samples = {},
                    .sights = {}});
   KnownEvidence& added = known.back();
   added.samples = added.surface.Samples(kSampleCount);
-  added.sights = SightsOf(added.samples, object.X_WO);
-  const Aabb bounds_W = Inflated(TightBounds(model, object.X_WO), reach_m_);
+  added.sights = SightsOf(added.samples, X_LO);
+  const Aabb bounds_L = Inflated(TightBounds(model, X_LO), reach_m_);
   for (int d = 0; d < static_cast<int>(detected.size()); ++d) {
     const DetectedPoints& points = detected[d].points;
-    if (!bounds_W.intersects(points.bounds_W)) continue;
-    auto explained = Explained(points.points_W, points.gates_m, added.surface, object.X_WO);
-    const PlacedFit fit = FitOf(k, object.X_WO, d, ShareOf(explained), added.sights);
+    if (!bounds_L.intersects(points.bounds_L)) continue;
+    auto explained = Explained(points.points_L, points.gates_m, added.surface, X_LO);
+    const PlacedFit fit = FitOf(k, X_LO, d, ShareOf(explained), added.sights);
     in_place_[{k, d}] = {.fit = fit, .explained = std::move(explained)};
   }
 }
 
 // A support that is part of the scan lies behind many samples near an object's foot, so close that
 // rays seem to hit them: these say nothing of the object.
-bool ObjectEvidence::OnSupport(const Vector3& p_W) const {
-  const double tolerance_m = scan_.Tolerance_m(p_W);
+bool ObjectEvidence::OnSupport(const Vector3& p_L) const {
+  const double tolerance_m = scan_.Tolerance_m(p_L);
   return std::any_of(supports_.begin(), supports_.end(), [&](const SupportFace& face) {
-    const Vector3 p = face.X_OW * p_W;
+    const Vector3 p = face.X_OL * p_L;
     return std::abs(p.z()) <= tolerance_m && face.area.contains(Vector2(p.head<2>()));
   });
 }
 
 SightCounts ObjectEvidence::SightsOf(const std::vector<SurfaceSample>& samples,
-                                     const Pose& X_WO) const {
+                                     const Pose& X_LO) const {
   SightCounts above;
   SightCounts all;
   for (const SurfaceSample& sample : samples) {
-    if (!scan_.FacesSensor(sample, X_WO)) continue;
-    const Vector3 p_W = X_WO * sample.p_O;
-    const RayVerdict verdict = scan_.Look(p_W);
+    if (!scan_.FacesSensor(sample, X_LO)) continue;
+    const Vector3 p_L = X_LO * sample.p_O;
+    const RayVerdict verdict = scan_.Look(p_L);
     all.Add(verdict);
-    if (!OnSupport(p_W)) above.Add(verdict);
+    if (!OnSupport(p_L)) above.Add(verdict);
   }
   return above.informed() > 0 ? above : all;  // all of something very flat lies on its support
 }
 
-PlacedFit ObjectEvidence::FitAt(int k, const Pose& X_WO, int d) const {
+PlacedFit ObjectEvidence::FitAt(int k, const Pose& X_LO, int d) const {
   const DetectedPoints& points = detected[d].points;
-  const auto explained = Explained(points.points_W, points.gates_m, known[k].surface, X_WO);
-  return FitOf(k, X_WO, d, ShareOf(explained), SightsOf(known[k].samples, X_WO));
+  const auto explained = Explained(points.points_L, points.gates_m, known[k].surface, X_LO);
+  return FitOf(k, X_LO, d, ShareOf(explained), SightsOf(known[k].samples, X_LO));
 }
 
-PlacedFit ObjectEvidence::FitOf(int k, const Pose& X_WO, int d, double explained_share,
+PlacedFit ObjectEvidence::FitOf(int k, const Pose& X_LO, int d, double explained_share,
                                 const SightCounts& sights) const {
   std::vector<char> covered;
   for (const SurfaceSample& sample : known[k].samples) {
-    const Vector3 p_W = X_WO * sample.p_O;
-    if (!scan_.FacesSensor(sample, X_WO) || scan_.Look(p_W) != RayVerdict::kHit) continue;
-    const double within_m = std::max(kPointDistance_m, scan_.Gate_m(p_W));
-    covered.push_back(detected[d].points.AnyWithin(p_W, within_m));
+    const Vector3 p_L = X_LO * sample.p_O;
+    if (!scan_.FacesSensor(sample, X_LO) || scan_.Look(p_L) != RayVerdict::kHit) continue;
+    const double within_m = std::max(kPointDistance_m, scan_.Gate_m(p_L));
+    covered.push_back(detected[d].points.AnyWithin(p_L, within_m));
   }
   return {.explained_share = explained_share,
           .covered_share = ShareOf(covered),
@@ -170,17 +172,18 @@ bool ObjectEvidence::IsAsGoodAsDetected(const PlacedFit& fit, int d) const {
 
 void ObjectEvidence::MarkUsers(const std::vector<KnownObject>& objects) {
   for (const DetectedEvidence& detection : detected) {
-    by_users_.emplace_back(detection.points.points_W.size(), 0);
+    by_users_.emplace_back(detection.points.points_L.size(), 0);
   }
   for (const KnownObject& object : objects) {
     if (!object.owned_by_user) continue;
     const HybridModel& model = ModelOrEmpty(object.model);
     const ModelSurface surface(model, reach_m_);
-    const Aabb bounds_W = Inflated(TightBounds(model, object.X_WO), reach_m_);
+    const Pose X_LO = scan_.InLevelFrame(object.X_WO);
+    const Aabb bounds_L = Inflated(TightBounds(model, X_LO), reach_m_);
     for (std::size_t d = 0; d < detected.size(); ++d) {
       const DetectedPoints& points = detected[d].points;
-      if (!bounds_W.intersects(points.bounds_W)) continue;
-      Merge(Explained(points.points_W, points.tolerances_m, surface, object.X_WO), by_users_[d]);
+      if (!bounds_L.intersects(points.bounds_L)) continue;
+      Merge(Explained(points.points_L, points.tolerances_m, surface, X_LO), by_users_[d]);
     }
   }
 }
@@ -196,12 +199,13 @@ void ObjectEvidence::MarkStanding(const std::vector<KnownObject>& objects) {
     if (object.owned_by_user || object.kind != KnownObject::Kind::kSupport) continue;
     const HybridModel& model = ModelOrEmpty(object.model);
     const ModelSurface surface(model, reach_m_);
-    const Aabb bounds_W = Inflated(TightBounds(model, object.X_WO), reach_m_);
+    const Pose X_LO = scan_.InLevelFrame(object.X_WO);
+    const Aabb bounds_L = Inflated(TightBounds(model, X_LO), reach_m_);
     for (std::size_t d = 0; d < detected.size(); ++d) {
       const DetectedPoints& points = detected[d].points;
       const bool residual = detected[d].kind == DetectedKind::kResidual;
-      if (!residual || !bounds_W.intersects(points.bounds_W)) continue;
-      Merge(Explained(points.points_W, points.gates_m, surface, object.X_WO), by_standing_[d]);
+      if (!residual || !bounds_L.intersects(points.bounds_L)) continue;
+      Merge(Explained(points.points_L, points.gates_m, surface, X_LO), by_standing_[d]);
     }
   }
 }
@@ -210,10 +214,10 @@ double ObjectEvidence::UserShare(int d) const { return ShareOf(by_users_[d]); }
 
 double ObjectEvidence::StandingShare(int d) const { return ShareOf(by_standing_[d]); }
 
-double ObjectEvidence::LargestShift_m(int k, const Pose& X_WO) const {
+double ObjectEvidence::LargestShift_m(int k, const Pose& X_LO) const {
   double largest_m = 0;
   for (const SurfaceSample& sample : known[k].samples) {
-    const Vector3 shift = X_WO * sample.p_O - known[k].X_WO * sample.p_O;
+    const Vector3 shift = X_LO * sample.p_O - known[k].X_LO * sample.p_O;
     largest_m = std::max(largest_m, shift.norm());
   }
   return largest_m;

@@ -24,17 +24,17 @@ inline constexpr double kSmallestMove_m = 3 * std::numbers::sqrt2 * kSlowWarp_m;
 struct KnownEvidence {
   int index = 0;  // into the list of known objects
   KnownObject::Kind kind = KnownObject::Kind::kObject;
-  Pose X_WO = Pose::Identity();
+  Pose X_LO = Pose::Identity();
   const HybridModel* model = nullptr;  // never null
   ModelSurface surface;
   std::vector<SurfaceSample> samples;
-  SightCounts sights;  // at X_WO
+  SightCounts sights;  // at X_LO
 };
 
 struct DetectedEvidence {
   int index = 0;  // into the scene's objects
   DetectedKind kind = DetectedKind::kObject;
-  Pose X_WO = Pose::Identity();
+  Pose X_LO = Pose::Identity();
   const HybridModel* model = nullptr;  // never null
   DetectedPoints points;
   double own_share = 0;          // of its points that its own model explains
@@ -63,7 +63,7 @@ class ObjectEvidence {
 
   // The known object where it was; null when it is far away from the detection.
   const PlacedFit* FitInPlace(int k, int d) const;
-  PlacedFit FitAt(int k, const Pose& X_WO, int d) const;
+  PlacedFit FitAt(int k, const Pose& X_LO, int d) const;
 
   // The known model explains the detection within noise, or at least about as well as the model
   // that was made of the detection itself: there is no reason for another model.
@@ -72,11 +72,11 @@ class ObjectEvidence {
   double UserShare(int d) const;      // of d's points, explained by users' objects
   double StandingShare(int d) const;  // by users' and by known objects that are still there
   // Of any sampled point of the surface, between the old place and this one.
-  double LargestShift_m(int k, const Pose& X_WO) const;
+  double LargestShift_m(int k, const Pose& X_LO) const;
 
  private:
   struct SupportFace {
-    Pose X_OW = Pose::Identity();
+    Pose X_OL = Pose::Identity();
     Eigen::AlignedBox2d area;
   };
   struct InPlace {
@@ -88,10 +88,10 @@ class ObjectEvidence {
   void AddKnown(const KnownObject& object, int index);
   void MarkUsers(const std::vector<KnownObject>& objects);
   void MarkStanding(const std::vector<KnownObject>& objects);
-  bool OnSupport(const Vector3& p_W) const;
-  PlacedFit FitOf(int k, const Pose& X_WO, int d, double explained_share,
+  bool OnSupport(const Vector3& p_L) const;
+  PlacedFit FitOf(int k, const Pose& X_LO, int d, double explained_share,
                   const SightCounts& sights) const;
-  SightCounts SightsOf(const std::vector<SurfaceSample>& samples, const Pose& X_WO) const;
+  SightCounts SightsOf(const std::vector<SurfaceSample>& samples, const Pose& X_LO) const;
 
   const ScanEvidence& scan_;
   std::vector<SupportFace> supports_;

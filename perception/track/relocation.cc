@@ -60,19 +60,19 @@ bool SizesAgree(const HybridModel& known, const HybridModel& detected) {
 // The known orientation turned about the vertical, standing in the middle of the detection's
 // bounds; then the detection's own frame, which follows the same rules as the known one did.
 std::vector<Pose> Guesses(const KnownEvidence& known, const DetectedEvidence& detected) {
-  const Aabb target = TightBounds(*detected.model, detected.X_WO);
+  const Aabb target = TightBounds(*detected.model, detected.X_LO);
   std::vector<Pose> guesses;
   for (int i = 0; i < kTurns; ++i) {
     const double angle_rad = 2 * std::numbers::pi * i / kTurns;
-    Pose X_WO = known.X_WO;
-    X_WO.linear() = Eigen::AngleAxisd(angle_rad, Vector3::UnitZ()) * known.X_WO.linear();
-    const Aabb bounds = TightBounds(*known.model, X_WO);
+    Pose X_LO = known.X_LO;
+    X_LO.linear() = Eigen::AngleAxisd(angle_rad, Vector3::UnitZ()) * known.X_LO.linear();
+    const Aabb bounds = TightBounds(*known.model, X_LO);
     Vector3 shift = target.center() - bounds.center();
     shift.z() = target.min().z() - bounds.min().z();
-    X_WO.translation() += shift;
-    guesses.push_back(X_WO);
+    X_LO.translation() += shift;
+    guesses.push_back(X_LO);
   }
-  guesses.push_back(detected.X_WO);
+  guesses.push_back(detected.X_LO);
   return guesses;
 }
 
@@ -82,25 +82,25 @@ std::optional<Relocation> Relocate(const ObjectEvidence& evidence, int k, int d,
                                    const ScanEvidence& scan) {
   const KnownEvidence& known = evidence.known[k];
   const DetectedEvidence& detected = evidence.detected[d];
-  if (detected.points.points_W.empty() || !SizesAgree(*known.model, *detected.model)) {
+  if (detected.points.points_L.empty() || !SizesAgree(*known.model, *detected.model)) {
     return std::nullopt;
   }
   const ModelSurface surface(*known.model, kAlignmentReach_m);
-  const std::vector<Eigen::Vector3f> points_W = Subsample(detected.points.points_W);
-  const double gate_m = scan.Gate_m(detected.X_WO.translation());
+  const std::vector<Eigen::Vector3f> points_L = Subsample(detected.points.points_L);
+  const double gate_m = scan.Gate_m(detected.X_LO.translation());
   std::vector<std::pair<double, Pose>> ranked;
   for (const Pose& guess : Guesses(known, detected)) {
-    ranked.emplace_back(MeanDistance_m(points_W, surface, guess), guess);
+    ranked.emplace_back(MeanDistance_m(points_L, surface, guess), guess);
   }
   // The known orientation is always tried, and first.
   std::stable_sort(ranked.begin() + 1, ranked.end(),
                    [](const auto& a, const auto& b) { return a.first < b.first; });
   std::optional<Relocation> best;
   for (int i = 0; i <= kRefined; ++i) {
-    const Pose X_WO = Align(points_W, surface, ranked[i].second, gate_m);
-    const PlacedFit fit = evidence.FitAt(k, X_WO, d);
+    const Pose X_LO = Align(points_L, surface, ranked[i].second, gate_m);
+    const PlacedFit fit = evidence.FitAt(k, X_LO, d);
     if (!evidence.IsAsGoodAsDetected(fit, d) || fit.covered_share < kFewestCovered) continue;
-    if (!best || fit.Score() > best->fit.Score() + kTurnMargin) best = {X_WO, fit};
+    if (!best || fit.Score() > best->fit.Score() + kTurnMargin) best = {X_LO, fit};
   }
   return best;
 }

@@ -8,7 +8,7 @@
 namespace cwm::perception {
 
 struct Relocation {
-  Pose X_WO = Pose::Identity();  // brings the known model onto the detected points
+  Pose X_LO = Pose::Identity();  // brings the known model onto the detected points
   PlacedFit fit;
 };
 

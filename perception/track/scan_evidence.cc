@@ -17,9 +17,9 @@ constexpr double kLargestIncidence = 0.26;  // cos 75 degrees: beyond, depths ju
 
 }  // namespace
 
-bool DetectedPoints::AnyWithin(const Vector3& p_W, double distance_m) const {
-  if (points_W.empty()) return false;
-  const Eigen::Vector3f p = p_W.cast<float>();
+bool DetectedPoints::AnyWithin(const Vector3& p_L, double distance_m) const {
+  if (points_L.empty()) return false;
+  const Eigen::Vector3f p = p_L.cast<float>();
   const Eigen::Vector3f offset = (p - grid.Center(0)) / grid.edge_m();
   const VoxelGrid::Cell center =
       grid.cell(0) + VoxelGrid::Cell(offset.array().round().cast<int>().matrix());
@@ -27,56 +27,65 @@ bool DetectedPoints::AnyWithin(const Vector3& p_W, double distance_m) const {
   return grid.AnyNeighbour(center, [&](std::size_t cell) {
     const std::span<const std::uint32_t> members = grid.PointsOf(cell);
     return std::any_of(members.begin(), members.end(), [&](std::uint32_t point) {
-      return (points_W[point] - p).squaredNorm() <= squared;
+      return (points_L[point] - p).squaredNorm() <= squared;
     });
   });
 }
 
 ScanEvidence::ScanEvidence(const PointCloud& cloud, const Pose& X_WC, const SensorNoise& noise)
-    : X_CW_(X_WC.inverse()), viewpoint_W_(X_WC.translation()), noise_(noise), view_(cloud) {}
+    : p_WL_(X_WC.translation()), R_CL_(X_WC.linear().transpose()), noise_(noise), view_(cloud) {}
 
-double ScanEvidence::Gate_m(const Vector3& p_W) const {
+Pose ScanEvidence::InLevelFrame(Pose X_WO) const {
+  X_WO.translation() -= p_WL_;
+  return X_WO;
+}
+
+Pose ScanEvidence::InWorld(Pose X_LO) const {
+  X_LO.translation() += p_WL_;
+  return X_LO;
+}
+
+double ScanEvidence::Gate_m(const Vector3& p_L) const {
   // Depth where the optical axis is z; the range is never smaller.
-  const double range_m = (p_W - viewpoint_W_).norm();
+  const double range_m = p_L.norm();
   return kSigmas * std::hypot(noise_.AxialSigma_m(range_m), kWarpOfBoth_m);
 }
 
-double ScanEvidence::Tolerance_m(const Vector3& p_W) const {
-  const double range_m = (p_W - viewpoint_W_).norm();
-  return ExplainedWithin_m(noise_.AxialSigma_m(range_m));
+double ScanEvidence::Tolerance_m(const Vector3& p_L) const {
+  return ExplainedWithin_m(noise_.AxialSigma_m(p_L.norm()));
 }
 
-DetectedPoints ScanEvidence::Index(std::vector<Eigen::Vector3f> points_W) const {
+DetectedPoints ScanEvidence::Index(std::vector<Eigen::Vector3f> points_L) const {
   DetectedPoints indexed;
-  indexed.points_W = std::move(points_W);
-  for (const Eigen::Vector3f& point : indexed.points_W) {
-    const Vector3 p_W = point.cast<double>();
-    indexed.gates_m.push_back(Gate_m(p_W));
-    indexed.tolerances_m.push_back(Tolerance_m(p_W));
-    indexed.bounds_W.extend(p_W);
+  indexed.points_L = std::move(points_L);
+  for (const Eigen::Vector3f& point : indexed.points_L) {
+    const Vector3 p_L = point.cast<double>();
+    indexed.gates_m.push_back(Gate_m(p_L));
+    indexed.tolerances_m.push_back(Tolerance_m(p_L));
+    indexed.bounds_L.extend(p_L);
   }
-  if (indexed.points_W.empty()) return indexed;
-  indexed.grid = VoxelGrid::Build(indexed.points_W, kPointCell_m);
+  if (indexed.points_L.empty()) return indexed;
+  indexed.grid = VoxelGrid::Build(indexed.points_L, kPointCell_m);
   return indexed;
 }
 
-bool ScanEvidence::FacesSensor(const SurfaceSample& sample, const Pose& X_WO) const {
-  const Vector3 to_sensor = (viewpoint_W_ - X_WO * sample.p_O).normalized();
-  const double cosine = to_sensor.dot(X_WO.linear() * sample.normal_O);
+bool ScanEvidence::FacesSensor(const SurfaceSample& sample, const Pose& X_LO) const {
+  const Vector3 to_sensor = -(X_LO * sample.p_O).normalized();
+  const double cosine = to_sensor.dot(X_LO.linear() * sample.normal_O);
   return (sample.two_sided ? std::abs(cosine) : cosine) > kLargestIncidence;
 }
 
-RayVerdict ScanEvidence::Look(const Vector3& p_W) const {
-  return view_.Look(X_CW_ * p_W, Tolerance_m(p_W));
+RayVerdict ScanEvidence::Look(const Vector3& p_L) const {
+  return view_.Look(R_CL_ * p_L, Tolerance_m(p_L));
 }
 
-std::vector<char> Explained(const std::vector<Eigen::Vector3f>& points_W,
+std::vector<char> Explained(const std::vector<Eigen::Vector3f>& points_L,
                             const std::vector<double>& within_m, const ModelSurface& surface,
-                            const Pose& X_WO) {
-  const Pose X_OW = X_WO.inverse();
+                            const Pose& X_LO) {
+  const Pose X_OL = X_LO.inverse();
   std::vector<char> mask;
-  for (std::size_t i = 0; i < points_W.size(); ++i) {
-    const auto nearest = surface.Nearest(X_OW * points_W[i].cast<double>());
+  for (std::size_t i = 0; i < points_L.size(); ++i) {
+    const auto nearest = surface.Nearest(X_OL * points_L[i].cast<double>());
     mask.push_back(nearest && std::abs(nearest->signed_distance_m) <= within_m[i]);
   }
   return mask;

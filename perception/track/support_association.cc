@@ -27,9 +27,9 @@ constexpr double kShrinkage = 0.25;
 // The face of a support, sampled.
 struct Face {
   int index = 0;  // into known, or into the scene's supports
-  Pose X_WP = Pose::Identity();
+  Pose X_LP = Pose::Identity();
   const Plate* plate = nullptr;
-  std::vector<Vector3> samples_W;
+  std::vector<Vector3> samples_L;
   bool taken = false;
 };
 
@@ -39,19 +39,19 @@ bool OnFace(const Plate& plate, const Vector2& p) {
                       [&](const Polygon& hole) { return Contains(hole, p); });
 }
 
-std::optional<Face> FaceOf(int index, const Pose& X_WO, const HybridModel* model) {
+std::optional<Face> FaceOf(int index, const Pose& X_LO, const HybridModel* model) {
   if (model == nullptr) return std::nullopt;
   for (const ShapePart& part : model->shapes) {
     const Plate* plate = std::get_if<Plate>(&part.shape);
     if (plate == nullptr) continue;
-    Face face{.index = index, .X_WP = X_WO * part.X_OS, .plate = plate, .samples_W = {}};
+    Face face{.index = index, .X_LP = X_LO * part.X_OS, .plate = plate, .samples_L = {}};
     Eigen::AlignedBox2d bounds;
     for (const Vector2& p : plate->outline) bounds.extend(p);
     for (double u = 0.5; u < kSamplesAcross; ++u) {
       for (double v = 0.5; v < kSamplesAcross; ++v) {
         const Vector2 p =
             bounds.min() + bounds.sizes().cwiseProduct(Vector2(u, v)) / kSamplesAcross;
-        if (OnFace(*plate, p)) face.samples_W.push_back(face.X_WP * Vector3(p.x(), p.y(), 0));
+        if (OnFace(*plate, p)) face.samples_L.push_back(face.X_LP * Vector3(p.x(), p.y(), 0));
       }
     }
     return face;
@@ -61,18 +61,18 @@ std::optional<Face> FaceOf(int index, const Pose& X_WO, const HybridModel* model
 
 // Share of the samples of `a` that lie in the face of `b`.
 double Within(const Face& a, const Face& b, const ScanEvidence& scan) {
-  if (a.samples_W.empty()) return 0;
-  const Pose X_PW = b.X_WP.inverse();
-  const auto count = std::count_if(a.samples_W.begin(), a.samples_W.end(), [&](const Vector3& p_W) {
-    const Vector3 p = X_PW * p_W;
-    return std::abs(p.z()) <= scan.Tolerance_m(p_W) && OnFace(*b.plate, p.head<2>());
+  if (a.samples_L.empty()) return 0;
+  const Pose X_PL = b.X_LP.inverse();
+  const auto count = std::count_if(a.samples_L.begin(), a.samples_L.end(), [&](const Vector3& p_L) {
+    const Vector3 p = X_PL * p_L;
+    return std::abs(p.z()) <= scan.Tolerance_m(p_L) && OnFace(*b.plate, p.head<2>());
   });
-  return static_cast<double>(count) / static_cast<double>(a.samples_W.size());
+  return static_cast<double>(count) / static_cast<double>(a.samples_L.size());
 }
 
 SightCounts SightsOf(const Face& face, const ScanEvidence& scan) {
   SightCounts counts;
-  for (const Vector3& p_W : face.samples_W) counts.Add(scan.Look(p_W));
+  for (const Vector3& p_L : face.samples_L) counts.Add(scan.Look(p_L));
   return counts;
 }
 
@@ -92,15 +92,15 @@ What Judge(const Match& match, const ScanEvidence& scan) {
 
 double UserExplains(const Face& face, const std::vector<KnownObject>& known,
                     const ScanEvidence& scan) {
-  std::vector<char> explained(face.samples_W.size(), 0);
+  std::vector<char> explained(face.samples_L.size(), 0);
   for (const KnownObject& object : known) {
     if (!object.owned_by_user || object.model == nullptr) continue;
     const ModelSurface surface(*object.model, kAlignmentReach_m);
-    const Pose X_OW = object.X_WO.inverse();
-    for (std::size_t i = 0; i < face.samples_W.size(); ++i) {
-      const Vector3& p_W = face.samples_W[i];
-      const auto nearest = surface.Nearest(X_OW * p_W);
-      explained[i] |= nearest && std::abs(nearest->signed_distance_m) <= scan.Tolerance_m(p_W);
+    const Pose X_OL = scan.InLevelFrame(object.X_WO).inverse();
+    for (std::size_t i = 0; i < face.samples_L.size(); ++i) {
+      const Vector3& p_L = face.samples_L[i];
+      const auto nearest = surface.Nearest(X_OL * p_L);
+      explained[i] |= nearest && std::abs(nearest->signed_distance_m) <= scan.Tolerance_m(p_L);
     }
   }
   return ShareOf(explained);
@@ -136,12 +136,12 @@ std::vector<Association> AssociateSupports(const std::vector<KnownObject>& known
   std::vector<Face> faces;
   for (int i = 0; i < static_cast<int>(known.size()); ++i) {
     if (known[i].owned_by_user || known[i].kind != KnownObject::Kind::kSupport) continue;
-    const auto face = FaceOf(i, known[i].X_WO, known[i].model.get());
-    known_faces.push_back(face.value_or(Face{.index = i, .samples_W = {}}));
+    const auto face = FaceOf(i, scan.InLevelFrame(known[i].X_WO), known[i].model.get());
+    known_faces.push_back(face.value_or(Face{.index = i, .samples_L = {}}));
   }
   for (int i = 0; i < static_cast<int>(scene.supports.size()); ++i) {
-    auto face = FaceOf(i, scene.supports[i].X_WO, scene.supports[i].model.get());
-    faces.push_back(face.value_or(Face{.index = i, .samples_W = {}}));
+    auto face = FaceOf(i, scan.InLevelFrame(scene.supports[i].X_WO), scene.supports[i].model.get());
+    faces.push_back(face.value_or(Face{.index = i, .samples_L = {}}));
     if (UserExplains(faces.back(), known, scan) < kExplainedShare) continue;
     faces.back().taken = true;
     result.push_back({.what = What::kExplained, .support = i});

@@ -265,9 +265,13 @@ TEST_F(TrackingTheKitchen, MakesNothingNewOfAnObjectThatWasCutInTwo) {
   const int cereal = IndexOf(cut, "cereal");
   DetectedObject upper = cut.scene.objects[cereal];
   DetectedObject& lower = cut.scene.objects[cereal];
-  const auto is_upper = [](const Eigen::Vector3f& p) { return p.z() > 1.0F; };
-  std::erase_if(lower.points_W, is_upper);
-  std::erase_if(upper.points_W, [&](const auto& p) { return !is_upper(p); });
+  const double middle_m =
+      1.0 - camera_.X_WC.translation().z();  // of the packet, in the level frame
+  const auto is_upper = [&](const Eigen::Vector3f& p) { return p.z() > middle_m; };
+  ASSERT_GT(std::count_if(lower.points_L.begin(), lower.points_L.end(), is_upper), 100);
+  std::erase_if(lower.points_L, is_upper);
+  ASSERT_GT(lower.points_L.size(), 100U);
+  std::erase_if(upper.points_L, [&](const auto& p) { return !is_upper(p); });
   cut.scene.objects.push_back(upper);
   cut.object_names.push_back("piece");
   auto expected = AllKept(known_);
@@ -285,13 +289,49 @@ TEST_F(TrackingTheKitchen, KeepsTwoObjectsThatWereSeenAsOne) {
   auto& objects = joined.scene.objects;
   const int soup = IndexOf(joined, "soup");
   const int cup = IndexOf(joined, "cup");
-  auto& points = objects[soup].points_W;
-  points.insert(points.end(), objects[cup].points_W.begin(), objects[cup].points_W.end());
+  auto& points = objects[soup].points_L;
+  points.insert(points.end(), objects[cup].points_L.begin(), objects[cup].points_L.end());
   objects.erase(objects.begin() + cup);
   joined.object_names.erase(joined.object_names.begin() + cup);
   auto verdicts = Verdicts(known_, joined);
   verdicts.erase("new soup");
   EXPECT_EQ(verdicts, AllKept(known_));
+}
+
+// The known objects and the scan, with the sensor, moved together.
+void Shift(const Vector3& by, std::vector<KnownObject>& known, SceneInterpretation& scene) {
+  for (KnownObject& object : known) object.X_WO.translation() += by;
+  scene.X_WC.translation() += by;
+  for (DetectedSupport& support : scene.supports) support.X_WO.translation() += by;
+  for (DetectedObject& object : scene.objects) object.X_WO.translation() += by;
+}
+
+TEST_F(TrackingTheKitchen, JudgesTheSameFarFromTheWorldsOrigin) {
+  const Vector3 far(1e5, -1e5, 1e5);  // as in UTM coordinates: floats are 8 mm apart there
+  // Poses are rounded to 1.5e-11 m there; refinement divides by directions known to a thousandth.
+  constexpr double kRounding_m = 1e-7;
+  SimulatedScene after = before_;
+  Pose& X_WO = after.objects[IndexOf(after, "tea")].X_WO;
+  X_WO.translation() += Vector3(-0.08, 0.10, 0);
+  after.objects.erase(after.objects.begin() + IndexOf(after, "sugar"));
+  TrueScan seen = ScanAndInterpret(after, camera_, 2);
+  const auto near = Associate(known_, seen.scene, seen.scan.cloud, kNoise);
+  std::vector<KnownObject> known = known_;
+  Shift(far, known, seen.scene);
+  const auto shifted = Associate(known, seen.scene, seen.scan.cloud, kNoise);
+  ASSERT_EQ(shifted.size(), near.size());
+  int moved = 0;
+  for (std::size_t i = 0; i < near.size(); ++i) {
+    EXPECT_EQ(Word(shifted[i].what), Word(near[i].what)) << i;
+    EXPECT_EQ(shifted[i].known, near[i].known);
+    EXPECT_EQ(shifted[i].support, near[i].support);
+    EXPECT_EQ(shifted[i].object, near[i].object);
+    if (near[i].what != What::kMove) continue;
+    ++moved;
+    EXPECT_LT((shifted[i].X_WO.translation() - near[i].X_WO.translation() - far).norm(),
+              kRounding_m);
+  }
+  EXPECT_EQ(moved, 1);
 }
 
 TEST_F(TrackingTheKitchen, GivesTheSameAnswerTwice) {
@@ -354,7 +394,7 @@ TEST(TrackingAnEmptyWorld, SurvivesModelsWithoutParts) {
   known[1].name = "no parts";
   known[1].model = std::make_shared<const HybridModel>();
   first.scene.objects[0].model = nullptr;
-  first.scene.objects[1].points_W.clear();
+  first.scene.objects[1].points_L.clear();
   first.scene.supports[0].model = nullptr;
   const auto verdicts = Verdicts(known, first);
   EXPECT_EQ(verdicts.at("no model"), "keep");

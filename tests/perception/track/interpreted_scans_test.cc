@@ -20,9 +20,11 @@ struct InterpretedScan {
   SceneInterpretation scene;
 };
 
-InterpretedScan ScanAndInterpret(const SimulatedScene& scene, std::uint64_t seed) {
+// The scan is taken in the kitchen; the sensor is told to be `offset` away from there.
+InterpretedScan ScanAndInterpret(const SimulatedScene& scene, std::uint64_t seed,
+                                 const Vector3& offset = Vector3::Zero()) {
   InterpretOptions options;
-  options.X_WC = KitchenCamera().X_WC;
+  options.X_WC = Eigen::Translation3d(offset) * KitchenCamera().X_WC;
   InterpretedScan result{.cloud = Scan(scene, KitchenCamera(), {.seed = seed}).cloud, .scene = {}};
   auto interpreted = InterpretScene(result.cloud, options);
   EXPECT_TRUE(interpreted.ok()) << interpreted.status();
@@ -59,7 +61,7 @@ Tally Count(const std::vector<KnownObject>& known, const InterpretedScan& seen) 
     ++tally.count[a.what];
     if (a.what == What::kKeep) continue;
     const int points =
-        a.object >= 0 ? static_cast<int>(seen.scene.objects[a.object].points_W.size()) : 0;
+        a.object >= 0 ? static_cast<int>(seen.scene.objects[a.object].points_L.size()) : 0;
     tally.words += " [" + std::to_string(static_cast<int>(a.what)) + ": known " +
                    std::to_string(a.known) + " object " + std::to_string(a.object) + " support " +
                    std::to_string(a.support) + ", " + std::to_string(points) + " points]";
@@ -73,6 +75,31 @@ TEST(InterpretedScans, AreKeptWhenTheSameScanComesTwice) {
   const Tally tally = Count(known, scan);
   EXPECT_EQ(tally.count.at(What::kKeep), static_cast<int>(known.size())) << tally.words;
   EXPECT_EQ(tally.words, "");
+}
+
+TEST(InterpretedScans, AreJudgedTheSameFarFromTheWorldsOrigin) {
+  SimulatedScene after = KitchenCounter();
+  const auto tea = std::find_if(after.objects.begin(), after.objects.end(),
+                                [](const auto& object) { return object.name == "tea"; });
+  ASSERT_NE(tea, after.objects.end());
+  tea->X_WO.translation() += Vector3(-0.08, 0.10, 0);
+  std::vector<Association> judged[2];
+  const Vector3 offsets[2] = {Vector3::Zero(), Vector3(1e5, -1e5, 1e5)};
+  for (int i = 0; i < 2; ++i) {
+    const auto known = Remember(ScanAndInterpret(KitchenCounter(), 1, offsets[i]).scene);
+    const InterpretedScan seen = ScanAndInterpret(after, 2, offsets[i]);
+    judged[i] = Associate(known, seen.scene, seen.cloud, {});
+  }
+  ASSERT_EQ(judged[0].size(), judged[1].size());
+  int kept = 0;
+  for (std::size_t i = 0; i < judged[0].size(); ++i) {
+    EXPECT_EQ(judged[0][i].what, judged[1][i].what) << i;
+    EXPECT_EQ(judged[0][i].known, judged[1][i].known) << i;
+    EXPECT_EQ(judged[0][i].support, judged[1][i].support) << i;
+    EXPECT_EQ(judged[0][i].object, judged[1][i].object) << i;
+    kept += judged[0][i].what == What::kKeep ? 1 : 0;
+  }
+  EXPECT_GE(kept, 5);  // it is no comparison of worlds that nothing was found in
 }
 
 TEST(InterpretedScans, AreKeptUnderFreshNoise) {

@@ -66,7 +66,7 @@ TrueScan ScanAndInterpret(const SimulatedScene& scene, const PinholeCamera& came
   std::map<int, std::vector<Eigen::Vector3f>> points_of;
   for (std::size_t i = 0; i < result.scan.object.size(); ++i) {
     if (result.scan.object[i] < 0) continue;
-    points_of[result.scan.object[i]].push_back(camera.X_WC.cast<float>() *
+    points_of[result.scan.object[i]].push_back(camera.X_WC.linear().cast<float>() *
                                                result.scan.cloud.points[i]);
   }
   RandomDraws draws(seed, 100);
@@ -88,7 +88,7 @@ TrueScan ScanAndInterpret(const SimulatedScene& scene, const PinholeCamera& came
          .X_WO = Perturbed(object.X_WO, draws),
          .model = model,
          .supported_by = residual ? -1 : 0,
-         .points_W = Thinned(points)});
+         .points_L = Thinned(points)});
     result.object_names.push_back(object.name);
   }
   return result;

@@ -75,33 +75,33 @@ TEST(ModelSurface, SamplesLieOnTheSurfaceEvenly) {
 TEST(Align, FindsTheShiftAndTurnOfABoxFromThreeFaces) {
   const HybridModel model = ModelOf(Box{.size_m = {0.1, 0.16, 0.06}}, Pose::Identity());
   const ModelSurface surface(model, kAlignmentReach_m);
-  const Pose X_WO = kPlace;
-  std::vector<Eigen::Vector3f> points_W;
+  const Pose X_LO = kPlace;
+  std::vector<Eigen::Vector3f> points_L;
   for (const SurfaceSample& sample : surface.Samples(600)) {
     if (sample.normal_O.dot(Vector3(1, 1, 1)) > 0) {
-      points_W.push_back((X_WO * sample.p_O).cast<float>());
+      points_L.push_back((X_LO * sample.p_O).cast<float>());
     }
   }
-  Pose guess = X_WO;
+  Pose guess = X_LO;
   guess.translation() += Vector3(0.008, -0.006, 0.005);
   guess.linear() = Eigen::AngleAxisd(0.08, Vector3(1, 2, 3).normalized()) * guess.linear();
-  const Pose found = Align(points_W, surface, guess, 0.007);
-  EXPECT_LT((found.translation() - X_WO.translation()).norm(), 1e-4);
-  EXPECT_LT(RotationAngle_rad(found.linear(), X_WO.linear()), 1e-3);
+  const Pose found = Align(points_L, surface, guess, 0.007);
+  EXPECT_LT((found.translation() - X_LO.translation()).norm(), 1e-4);
+  EXPECT_LT(RotationAngle_rad(found.linear(), X_LO.linear()), 1e-3);
 }
 
 TEST(Align, DoesNotSpinACan) {
   const HybridModel model =
       ModelOf(Cylinder{.radius_m = 0.035, .length_m = 0.12}, Pose::Identity());
   const ModelSurface surface(model, kAlignmentReach_m);
-  std::vector<Eigen::Vector3f> points_W;
+  std::vector<Eigen::Vector3f> points_L;
   for (const SurfaceSample& sample : surface.Samples(600)) {
     if (sample.normal_O.dot(Vector3(1, 0, 1)) <= 0) continue;
     // Samples lie on an inscribed mesh, up to half a millimetre inside.
-    points_W.push_back(surface.Nearest(sample.p_O)->nearest.cast<float>());
+    points_L.push_back(surface.Nearest(sample.p_O)->nearest.cast<float>());
   }
   const Pose guess = MakeTranslation(0.006, 0.004, -0.003);
-  const Pose found = Align(points_W, surface, guess, 0.007);
+  const Pose found = Align(points_L, surface, guess, 0.007);
   EXPECT_LT(found.translation().norm(), 1e-4);
   // Nothing fixes the turn. A shift may be made by turning about the points' centre in part, but by
   // no more than half of it over the radius.

@@ -44,7 +44,7 @@ class IngestPlanTest : public ::testing::Test {
     scene.objects.push_back({.X_WO = MakeTranslation(0, 0, 2),
                              .model = BoxModel(0.2),
                              .supported_by = 0,
-                             .points_W = {}});
+                             .points_L = {}});
   }
 
   void Apply(const std::vector<Change>& changes) {
@@ -100,7 +100,7 @@ TEST_F(IngestPlanTest, ReplacingKeepsNameAndMarginAndTakesModelAndPose) {
 
 TEST_F(IngestPlanTest, NewThingsAreNamedAfterTheirKindAndSupporter) {
   scene.objects.push_back(
-      {.kind = perception::DetectedKind::kResidual, .model = BoxModel(0.1), .points_W = {}});
+      {.kind = perception::DetectedKind::kResidual, .model = BoxModel(0.1), .points_L = {}});
   Decide({{.what = What::kAdd, .object = 1},
           {.what = What::kAdd, .object = 0},
           {.what = What::kAdd, .support = 0},

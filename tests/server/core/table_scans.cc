@@ -80,10 +80,10 @@ TableScan ScanTable(const perception::SimulatedScene& scene) {
     for (std::size_t p = 0; p < simulated.cloud.size(); ++p) {
       if (simulated.object[p] != static_cast<std::int32_t>(i)) continue;
       scan.truth.labels[p] = i == 0 ? 1 : label + 10;
-      detected.points_W.push_back(
-          (camera.X_WC * simulated.cloud.points[p].cast<double>()).cast<float>());
+      detected.points_L.push_back(
+          (camera.X_WC.linear() * simulated.cloud.points[p].cast<double>()).cast<float>());
     }
-    if (i == 0 || detected.points_W.empty()) continue;  // the table, or hidden altogether
+    if (i == 0 || detected.points_L.empty()) continue;  // the table, or hidden altogether
     detected.X_WO = scene.objects[i].X_WO;
     detected.model = ModelOf(scene.objects[i]);
     detected.supported_by = 0;
