@@ -1,26 +1,15 @@
 #include "server/options.h"
 
-#include <unistd.h>
-
 #include <CLI/CLI.hpp>
-#include <cstdlib>
+
+#include "proto/transfer/default_address.h"
 
 namespace cwm::server {
 namespace {
 
 constexpr int kUsageExitCode = 1;  // as the command line's
 
-std::string Environment(const char* name, const std::string& otherwise) {
-  const char* const value = std::getenv(name);
-  return value != nullptr && *value != '\0' ? value : otherwise;
-}
-
 }  // namespace
-
-std::string DefaultAddress() {
-  const std::string folder = Environment("XDG_RUNTIME_DIR", "/tmp");
-  return Environment("CWM_ADDR", "unix:" + folder + "/cwm-" + std::to_string(getuid()) + ".sock");
-}
 
 ParsedOptions ParseOptions(int argc, const char* const* argv) {
   CLI::App app("Collision world model server: point clouds in, geometric answers out",

@@ -12,9 +12,6 @@ struct Options {
   std::string log_level = "info";
 };
 
-// "$CWM_ADDR, else unix:${XDG_RUNTIME_DIR:-/tmp}/cwm-$UID.sock": the same rule as the clients'.
-std::string DefaultAddress();
-
 // The exit code instead, when there is nothing to run: help, version, or a mistake (said on
 // stderr).
 struct ParsedOptions {

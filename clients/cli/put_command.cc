@@ -10,6 +10,7 @@
 #include "clients/cpp/geometry_transfer.h"
 #include "clients/formats/file_bytes.h"
 #include "clients/formats/ply.h"
+#include "proto/transfer/mesh_bytes.h"
 
 namespace cwm::cli {
 namespace {
@@ -39,8 +40,8 @@ absl::StatusOr<pb::ShapePart> UploadMesh(Session& session, const std::string& pa
   if (!bytes.ok()) return bytes.status();
   const auto mesh = formats::ParsePlyMesh(*bytes, path);
   if (!mesh.ok()) return mesh.status();
-  const auto hash = client::WriteGeometry(
-      session.connection(), {pb::GEOMETRY_FORMAT_MESH_F64, client::EncodeMesh(*mesh)});
+  const auto hash = client::WriteGeometry(session.connection(),
+                                          {pb::GEOMETRY_FORMAT_MESH_F64, EncodeMesh(*mesh)});
   if (!hash.ok()) return hash.status();
   pb::ShapePart part;
   part.mutable_mesh()->set_hash(*hash);

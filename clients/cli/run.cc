@@ -39,8 +39,9 @@ class ShortListFormatter : public CLI::Formatter {
 void AddGlobalOptions(CLI::App& app, Session& session) {
   static const std::map<std::string, OutputForm> kForms = {
       {"table", OutputForm::kTable}, {"json", OutputForm::kJson}, {"ndjson", OutputForm::kNdjson}};
-  app.add_option("--addr", session.address, "unix:PATH or HOST:PORT of the server")
-      ->envname("CWM_ADDR")
+  app.add_option("--addr", session.address,
+                 "unix:PATH or HOST:PORT of the server; default $CWM_ADDR, else "
+                 "unix:${XDG_RUNTIME_DIR:-/tmp}/cwm-$UID.sock")
       ->type_name("ADDR");
   app.add_option("-w,--world", session.world, "the world; default: \"default\"")->type_name("NAME");
   app.add_option("-o,--output", session.form, "table (default), json or ndjson")
@@ -102,8 +103,7 @@ ExitCode Run(const std::vector<std::string>& arguments, Streams streams) {
   }
   streams.out.flush();
   if (!line.result.ok()) {
-    const std::string address =
-        session.address.empty() ? client::DefaultAddress() : session.address;
+    const std::string address = session.address.empty() ? DefaultAddress() : session.address;
     ReportError(line.result, {line.command, address}, streams.err);
     return ExitCodeOf(line.result);
   }

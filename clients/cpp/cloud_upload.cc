@@ -6,9 +6,10 @@
 #include <string>
 
 #include "absl/strings/str_cat.h"
-#include "clients/cpp/crc32c.h"
 #include "clients/cpp/geometry_transfer.h"
-#include "clients/cpp/sha256.h"
+#include "proto/transfer/chunks.h"
+#include "proto/transfer/crc32c.h"
+#include "proto/transfer/sha256.h"
 
 namespace cwm::client {
 namespace {
@@ -75,15 +76,15 @@ absl::Status FillIn(const CloudFile& cloud, pb::IngestCloudHeader& header) {
 bool Send(const CloudFile& cloud, const Progress& progress,
           grpc::ClientWriter<pb::IngestCloudRequest>& writer) {
   const auto total = static_cast<std::int64_t>(cloud.bytes.size());
-  for (std::int64_t offset = 0; offset < total; offset += kChunkBytes) {
+  for (std::int64_t offset = 0; offset < total; offset += kMaxChunkBytes) {
     pb::IngestCloudRequest request;
     pb::CloudChunk& chunk = *request.mutable_chunk();
     const auto begin = static_cast<std::size_t>(offset);
     chunk.set_offset(offset);
-    chunk.set_data(cloud.bytes.substr(begin, kChunkBytes));
+    chunk.set_data(cloud.bytes.substr(begin, kMaxChunkBytes));
     chunk.set_crc32c(Crc32c(chunk.data()));
     if (!writer.Write(request)) return false;
-    if (progress) progress(std::min(offset + kChunkBytes, total), total);
+    if (progress) progress(std::min(offset + kMaxChunkBytes, total), total);
   }
   pb::IngestCloudRequest finish;
   finish.mutable_finish()->set_sha256(Sha256Hex(cloud.bytes));

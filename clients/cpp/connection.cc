@@ -3,17 +3,12 @@
 #include <grpcpp/create_channel.h>
 #include <grpcpp/security/credentials.h>
 #include <grpcpp/support/channel_arguments.h>
-#include <unistd.h>
 
-#include <cstdlib>
-
-#include "absl/strings/str_cat.h"
+#include "proto/transfer/chunks.h"
 
 namespace cwm::client {
 namespace {
 
-// The server's own limit (GetServerInfo.limits.max_message_bytes).
-constexpr int kMaxMessageBytes = 16 << 20;
 // The server answers pings of idle watches; 30 s notices a lost peer without waking a laptop much.
 constexpr int kKeepaliveMs = 30'000;
 
@@ -28,12 +23,6 @@ grpc::ChannelArguments Arguments() {
 }
 
 }  // namespace
-
-std::string DefaultAddress() {
-  const char* folder = std::getenv("XDG_RUNTIME_DIR");
-  return absl::StrCat("unix:", folder == nullptr || *folder == '\0' ? "/tmp" : folder, "/cwm-",
-                      ::getuid(), ".sock");
-}
 
 Connection::Connection(ConnectOptions options)
     : options_(std::move(options)),

@@ -16,15 +16,9 @@
 #include "cwm/v1/perception.grpc.pb.h"
 #include "cwm/v1/query.grpc.pb.h"
 #include "cwm/v1/world.grpc.pb.h"
+#include "proto/transfer/default_address.h"
 
 namespace cwm::client {
-
-// "unix:$XDG_RUNTIME_DIR/cwm-UID.sock", with /tmp where XDG_RUNTIME_DIR is not set: where the
-// server listens when nobody says otherwise.
-std::string DefaultAddress();
-
-// The most bytes of one chunk of an upload (GetServerInfo.limits.max_chunk_bytes).
-inline constexpr std::int64_t kChunkBytes = 1 << 20;
 
 struct ConnectOptions {
   std::string address = DefaultAddress();  // "unix:PATH" or "HOST:PORT"

@@ -1,20 +1,13 @@
 #include "clients/cpp/geometry_transfer.h"
 
-#include <cstring>
-
 #include "absl/strings/str_cat.h"
-#include "clients/cpp/sha256.h"
+#include "proto/transfer/chunks.h"
+#include "proto/transfer/mesh_bytes.h"
+#include "proto/transfer/sha256.h"
 
 namespace cwm::client {
-namespace {
 
 namespace pb = cwm::v1;
-
-constexpr std::size_t kMeshHeaderBytes = 2 * sizeof(std::uint32_t);
-constexpr std::size_t kVertexBytes = 3 * sizeof(double);
-constexpr std::size_t kTriangleBytes = 3 * sizeof(std::uint32_t);
-
-}  // namespace
 
 absl::StatusOr<Blob> ReadGeometry(const Connection& connection, const std::string& hash) {
   grpc::ClientContext context;
@@ -45,9 +38,9 @@ absl::StatusOr<std::string> WriteGeometry(const Connection& connection, const Bl
   request.mutable_header()->set_total_bytes(static_cast<std::int64_t>(blob.bytes.size()));
   request.mutable_header()->set_hash(Sha256Hex(blob.bytes));
   bool open = writer->Write(request);
-  for (std::size_t offset = 0; open && offset < blob.bytes.size(); offset += kChunkBytes) {
+  for (std::size_t offset = 0; open && offset < blob.bytes.size(); offset += kMaxChunkBytes) {
     request.mutable_chunk()->set_offset(static_cast<std::int64_t>(offset));
-    request.mutable_chunk()->set_data(blob.bytes.substr(offset, kChunkBytes));
+    request.mutable_chunk()->set_data(blob.bytes.substr(offset, kMaxChunkBytes));
     open = writer->Write(request);
   }
   if (open) writer->WritesDone();
@@ -55,40 +48,16 @@ absl::StatusOr<std::string> WriteGeometry(const Connection& connection, const Bl
   return response.hash();
 }
 
-std::string EncodeMesh(const formats::MeshFile& mesh) {
-  const std::uint32_t counts[] = {static_cast<std::uint32_t>(mesh.vertices.size()),
-                                  static_cast<std::uint32_t>(mesh.triangles.size())};
-  std::string bytes(reinterpret_cast<const char*>(counts), sizeof(counts));
-  bytes.append(reinterpret_cast<const char*>(mesh.vertices.data()),
-               mesh.vertices.size() * kVertexBytes);
-  bytes.append(reinterpret_cast<const char*>(mesh.triangles.data()),
-               mesh.triangles.size() * kTriangleBytes);
-  return bytes;
-}
-
 absl::StatusOr<formats::MeshFile> DecodeMesh(std::string_view bytes) {
-  std::uint32_t counts[2] = {0, 0};
-  if (bytes.size() >= kMeshHeaderBytes) std::memcpy(counts, bytes.data(), kMeshHeaderBytes);
-  const std::size_t vertex_bytes = counts[0] * kVertexBytes;
-  const std::size_t expected = kMeshHeaderBytes + vertex_bytes + counts[1] * kTriangleBytes;
-  if (bytes.size() != expected) {
-    return absl::InvalidArgumentError(absl::StrCat("mesh holds ", bytes.size(), " bytes, must be ",
-                                                   expected, " for ", counts[0], " vertices and ",
-                                                   counts[1], " triangles"));
+  auto mesh = ReadMeshColumns<formats::MeshFile>(bytes);
+  if (!mesh.ok()) {
+    return absl::InvalidArgumentError(absl::StrCat("mesh ", std::string(mesh.status().message())));
   }
-  formats::MeshFile mesh;
-  mesh.vertices.resize(counts[0]);
-  mesh.triangles.resize(counts[1]);
-  bytes.remove_prefix(kMeshHeaderBytes);
-  if (counts[0] > 0) std::memcpy(mesh.vertices.data(), bytes.data(), vertex_bytes);
-  if (counts[1] > 0) {
-    std::memcpy(mesh.triangles.data(), bytes.data() + vertex_bytes, bytes.size() - vertex_bytes);
-  }
-  for (const auto& triangle : mesh.triangles) {
+  for (const auto& triangle : mesh->triangles) {
     for (const std::uint32_t corner : triangle) {
-      if (corner < counts[0]) continue;
+      if (corner < mesh->vertices.size()) continue;
       return absl::InvalidArgumentError(
-          absl::StrCat("triangle corner is ", corner, ", must be below ", counts[0]));
+          absl::StrCat("triangle corner is ", corner, ", must be below ", mesh->vertices.size()));
     }
   }
   return mesh;

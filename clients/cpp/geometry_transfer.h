@@ -22,9 +22,8 @@ absl::StatusOr<Blob> ReadGeometry(const Connection& connection, const std::strin
 // stored once.
 absl::StatusOr<std::string> WriteGeometry(const Connection& connection, const Blob& blob);
 
-// GEOMETRY_FORMAT_MESH_F64.
-std::string EncodeMesh(const formats::MeshFile& mesh);
-// INVALID_ARGUMENT when the bytes are no such mesh.
+// A blob of GEOMETRY_FORMAT_MESH_F64; mesh_bytes.h encodes one. INVALID_ARGUMENT when the bytes are
+// no such mesh or a corner is no vertex.
 absl::StatusOr<formats::MeshFile> DecodeMesh(std::string_view bytes);
 
 }  // namespace cwm::client

@@ -1,11 +1,6 @@
 #include "server/core/geometry_store.h"
 
-#include <openssl/evp.h>
-
 #include <algorithm>
-#include <array>
-#include <bit>
-#include <cstring>
 #include <list>
 #include <mutex>
 #include <unordered_map>
@@ -13,56 +8,15 @@
 
 #include "absl/strings/str_cat.h"
 #include "collision/geometry/validation.h"
+#include "proto/transfer/sha256.h"
 #include "server/core/error.h"
 
 namespace cwm::server {
 namespace {
 
-static_assert(std::endian::native == std::endian::little, "blobs are copied as they lie in memory");
-static_assert(sizeof(Vector3) == 3 * sizeof(double));
-static_assert(sizeof(TriangleMesh::Triangle) == 3 * sizeof(std::uint32_t));
-
-using MeshHeader = std::array<std::uint32_t, 2>;  // vertex_count, triangle_count
-
-class Sha256 {
- public:
-  Sha256() : context_(EVP_MD_CTX_new()) { EVP_DigestInit_ex(context_, EVP_sha256(), nullptr); }
-  ~Sha256() { EVP_MD_CTX_free(context_); }
-  Sha256(const Sha256&) = delete;
-  Sha256& operator=(const Sha256&) = delete;
-
-  void Add(const void* data, std::size_t size) { EVP_DigestUpdate(context_, data, size); }
-
-  std::string Hex() {
-    std::array<unsigned char, EVP_MAX_MD_SIZE> digest;
-    unsigned int size = 0;
-    EVP_DigestFinal_ex(context_, digest.data(), &size);
-    static constexpr char kDigits[] = "0123456789abcdef";
-    std::string hex;
-    for (unsigned int i = 0; i < size; ++i) {
-      hex.push_back(kDigits[digest[i] >> 4]);
-      hex.push_back(kDigits[digest[i] & 15]);
-    }
-    return hex;
-  }
-
- private:
-  EVP_MD_CTX* context_;
-};
-
-// The pieces of a mesh's encoding, in order: one definition of the format for bytes and for hashes.
-template <class Sink>
-void ForEachPiece(const TriangleMesh& mesh, const Sink& sink) {
-  const MeshHeader header = {static_cast<std::uint32_t>(mesh.vertices.size()),
-                             static_cast<std::uint32_t>(mesh.triangles.size())};
-  sink(header.data(), sizeof(header));
-  sink(mesh.vertices.data(), mesh.vertices.size() * sizeof(Vector3));
-  sink(mesh.triangles.data(), mesh.triangles.size() * sizeof(TriangleMesh::Triangle));
-}
-
 std::string HashOfEncoding(const TriangleMesh& mesh) {
   Sha256 sha;
-  ForEachPiece(mesh, [&](const void* data, std::size_t size) { sha.Add(data, size); });
+  ForEachMeshPiece(mesh, [&](const void* data, std::size_t size) { sha.Add(data, size); });
   return sha.Hex();
 }
 
@@ -105,56 +59,16 @@ absl::Status TooLarge(std::string_view what, std::size_t size, std::int64_t limi
       {.reason = "GEOMETRY_TOO_LARGE", .metadata = {{"limit", std::to_string(limit)}}});
 }
 
-// The counts that a mesh blob claims; InvalidArgument when its size does not bear them out.
-absl::StatusOr<MeshHeader> ReadMeshHeader(std::string_view bytes) {
-  MeshHeader header;
-  if (bytes.size() < sizeof(header)) {
-    return InvalidField("mesh", absl::StrCat("has ", bytes.size(), " bytes, must have at least ",
-                                             sizeof(header), " for its header"));
-  }
-  std::memcpy(header.data(), bytes.data(), sizeof(header));
-  const std::uint64_t expected = sizeof(header) + std::uint64_t{header[0]} * sizeof(Vector3) +
-                                 std::uint64_t{header[1]} * sizeof(TriangleMesh::Triangle);
-  if (bytes.size() != expected) {
-    return InvalidField("mesh",
-                        absl::StrCat("has ", bytes.size(), " bytes, must have ", expected, " for ",
-                                     header[0], " vertices and ", header[1], " triangles"));
-  }
-  return header;
+absl::Status InvalidMesh(const absl::Status& status) {
+  return InvalidField("mesh", std::string(status.message()));
 }
 
 }  // namespace
 
-std::string Sha256Hex(std::string_view bytes) {
-  Sha256 sha;
-  sha.Add(bytes.data(), bytes.size());
-  return sha.Hex();
-}
-
-std::string EncodeMesh(const TriangleMesh& mesh) {
-  std::string bytes;
-  ForEachPiece(mesh, [&](const void* data, std::size_t size) {
-    bytes.append(static_cast<const char*>(data), size);
-  });
-  return bytes;
-}
-
 absl::StatusOr<TriangleMesh> DecodeMesh(std::string_view bytes) {
-  const absl::StatusOr<MeshHeader> header = ReadMeshHeader(bytes);
-  if (!header.ok()) return header.status();
-  TriangleMesh mesh;
-  mesh.vertices.resize((*header)[0]);
-  mesh.triangles.resize((*header)[1]);
-  const std::size_t vertex_bytes = mesh.vertices.size() * sizeof(Vector3);
-  const char* data = bytes.data() + sizeof(MeshHeader);
-  if (vertex_bytes > 0) {
-    std::memcpy(static_cast<void*>(mesh.vertices.data()), data, vertex_bytes);
-  }
-  if (!mesh.triangles.empty()) {
-    std::memcpy(mesh.triangles.data(), data + vertex_bytes,
-                mesh.triangles.size() * sizeof(TriangleMesh::Triangle));
-  }
-  if (const std::optional<Violation> violation = FindViolation(mesh)) {
+  auto mesh = ReadMeshColumns<TriangleMesh>(bytes);
+  if (!mesh.ok()) return InvalidMesh(mesh.status());
+  if (const std::optional<Violation> violation = FindViolation(*mesh)) {
     return InvalidField(absl::StrCat("mesh.", violation->field),
                         absl::StrCat("is ", violation->value, ", ", violation->rule));
   }
@@ -267,10 +181,10 @@ absl::StatusOr<GeometryStore::Stored> GeometryStore::Put(BlobFormat format, std:
   auto blob = std::make_shared<Blob>();
   blob->format = format;
   if (format == BlobFormat::kMeshF64) {
-    const absl::StatusOr<MeshHeader> header = ReadMeshHeader(bytes);
-    if (!header.ok()) return header.status();
-    if ((*header)[1] > state_->max_triangles) {
-      return TooLarge("triangle_count", (*header)[1], state_->max_triangles);
+    const absl::StatusOr<MeshCounts> counts = ReadMeshCounts(bytes);
+    if (!counts.ok()) return InvalidMesh(counts.status());
+    if (counts->triangles > state_->max_triangles) {
+      return TooLarge("triangle_count", counts->triangles, state_->max_triangles);
     }
     absl::StatusOr<TriangleMesh> mesh = DecodeMesh(bytes);
     if (!mesh.ok()) return mesh.status();

@@ -9,6 +9,7 @@
 
 #include "absl/status/statusor.h"
 #include "collision/geometry/triangle_mesh.h"
+#include "proto/transfer/mesh_bytes.h"
 #include "server/core/limits.h"
 
 namespace cwm::server {
@@ -21,14 +22,8 @@ struct Blob {
   std::shared_ptr<const TriangleMesh> mesh;  // decoded, for kMeshF64
 };
 
-// Lower-case hex.
-std::string Sha256Hex(std::string_view bytes);
-
-// kMeshF64: uint32 vertex_count, uint32 triangle_count, vertices 3 x f64, triangles 3 x uint32,
-// little-endian.
-std::string EncodeMesh(const TriangleMesh& mesh);
-// InvalidArgument INVALID_FIELD when the bytes are not such an encoding, or the mesh breaks a rule
-// of validation.h (indices, finite, at least one triangle).
+// InvalidArgument INVALID_FIELD when the bytes are not the encoding of mesh_bytes.h, or the mesh
+// breaks a rule of validation.h (indices, finite, at least one triangle).
 absl::StatusOr<TriangleMesh> DecodeMesh(std::string_view bytes);
 // The hash of a mesh's encoding without keeping the encoding; cached by the mesh's address while it
 // lives.

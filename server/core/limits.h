@@ -4,13 +4,15 @@
 #include <chrono>
 #include <cstdint>
 
+#include "proto/transfer/chunks.h"
+
 namespace cwm::server {
 
 using Clock = std::chrono::steady_clock;  // of deadlines and ages
 
 struct Limits {
-  std::int64_t max_message_bytes = 16 << 20;
-  std::int64_t max_chunk_bytes = 1 << 20;
+  std::int64_t max_message_bytes = kMaxMessageBytes;
+  std::int64_t max_chunk_bytes = kMaxChunkBytes;
   std::int64_t max_cloud_points = 20'000'000;
   std::int64_t max_mesh_triangles = 5'000'000;
   std::int64_t max_batch_rows = 65'536;

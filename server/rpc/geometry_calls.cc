@@ -1,11 +1,13 @@
 #include "server/rpc/geometry_calls.h"
 
 #include <algorithm>
-#include <cstring>
 #include <utility>
 
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
+#include "proto/transfer/chunks.h"
+#include "proto/transfer/mesh_bytes.h"
+#include "proto/transfer/sha256.h"
 #include "server/core/error.h"
 #include "server/rpc/status_conversion.h"
 #include "server/wire/numbers.h"
@@ -13,19 +15,13 @@
 namespace cwm::server {
 namespace {
 
-constexpr std::size_t kChunkBytes = 1 << 20;
-
-// Encoding of a mesh: two counts, 24 bytes a vertex, 12 a triangle; no more than three vertices a
-// triangle make sense.
-constexpr std::int64_t kMeshHeadBytes = 2 * sizeof(std::uint32_t);
-constexpr std::int64_t kMostBytesPerTriangle = 3 * 24 + 12;
+// No more than three vertices a triangle make sense.
+constexpr std::int64_t kMostBytesPerTriangle = 3 * kVertexBytes + kTriangleBytes;
 
 absl::Status CheckTriangleCount(const std::string& bytes, const Limits& limits) {
-  if (bytes.size() < static_cast<std::size_t>(kMeshHeadBytes))
-    return absl::OkStatus();  // Put says what is wrong
-  std::uint32_t triangle_count;
-  std::memcpy(&triangle_count, bytes.data() + sizeof(std::uint32_t), sizeof(triangle_count));
-  return CheckRange(triangle_count, {0, limits.max_mesh_triangles},
+  const auto counts = ReadMeshCounts(bytes);
+  if (!counts.ok()) return absl::OkStatus();  // Put says what is wrong
+  return CheckRange(counts->triangles, {0, limits.max_mesh_triangles},
                     FieldPath().Field("chunk").Field("data").Field("triangle_count"));
 }
 
@@ -55,7 +51,7 @@ void ReadGeometryCall::WriteNext() {
                                                             : v1::GEOMETRY_FORMAT_LABELS_U32);
   message_.set_total_bytes(static_cast<std::int64_t>(bytes.size()));
   message_.set_offset(static_cast<std::int64_t>(offset_));
-  const std::size_t count = std::min(kChunkBytes, bytes.size() - offset_);
+  const std::size_t count = std::min<std::size_t>(kMaxChunkBytes, bytes.size() - offset_);
   message_.set_data(bytes.data() + offset_, count);
   offset_ += count;
   message_.set_done(offset_ == bytes.size());
@@ -104,7 +100,7 @@ absl::Status WriteGeometryCall::TakeHeader(const v1::WriteGeometryRequest::Heade
   }
   const Limits& limits = runtime_.application.limits;
   const std::int64_t largest_mesh =
-      kMeshHeadBytes + limits.max_mesh_triangles * kMostBytesPerTriangle;
+      kMeshCountsBytes + limits.max_mesh_triangles * kMostBytesPerTriangle;
   const std::int64_t most = std::min(largest_mesh, limits.max_geometry_bytes);
   auto status = CheckRange(header.total_bytes(), {1, most}, path.Field("total_bytes"));
   if (!status.ok()) return status;

@@ -6,9 +6,10 @@
 
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
+#include "proto/transfer/crc32c.h"
+#include "proto/transfer/sha256.h"
 #include "server/core/error.h"
 #include "server/rpc/status_conversion.h"
-#include "server/wire/crc32c.h"
 
 namespace cwm::server {
 namespace {

@@ -8,6 +8,7 @@
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "collision/geometry/aabb.h"
+#include "proto/transfer/sha256.h"
 #include "server/core/geometry_store.h"
 #include "server/rpc/at_revision.h"
 #include "server/wire/numbers.h"

@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "proto/transfer/sha256.h"
 #include "server/rpc/at_revision.h"
 #include "server/rpc/call.h"
 #include "server/rpc/geometry_calls.h"

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "proto/transfer/mesh_bytes.h"
+
 namespace cwm::client {
 namespace {
 
@@ -16,8 +18,8 @@ TEST(MeshBlob, SurvivesARoundTrip) {
 }
 
 TEST(MeshBlob, IsRefusedWhenCutAtAnyByteOrWithABadCorner) {
-  const std::string bytes =
-      EncodeMesh({.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, .triangles = {{0, 1, 2}}});
+  const std::string bytes = EncodeMesh(
+      formats::MeshFile{.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, .triangles = {{0, 1, 2}}});
   for (std::size_t size = 0; size < bytes.size(); ++size) {
     // Nothing at all is a mesh of nothing only with its counts.
     EXPECT_FALSE(DecodeMesh(bytes.substr(0, size)).ok()) << "cut at " << size;

@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "proto/transfer/sha256.h"
 #include "server/core/geometry_store.h"
 #include "tests/server/rpc/running_server.h"
 

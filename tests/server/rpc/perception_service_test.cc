@@ -5,8 +5,8 @@
 #include <thread>
 
 #include "perception/simulation/virtual_scanner.h"
+#include "proto/transfer/crc32c.h"
 #include "server/core/geometry_store.h"
-#include "server/wire/crc32c.h"
 #include "tests/server/rpc/running_server.h"
 
 namespace cwm::server {

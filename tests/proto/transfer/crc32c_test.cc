@@ -1,10 +1,10 @@
-#include "server/wire/crc32c.h"
+#include "proto/transfer/crc32c.h"
 
 #include <gtest/gtest.h>
 
 #include <string>
 
-namespace cwm::server {
+namespace cwm {
 namespace {
 
 // RFC 3720, appendix B.4, and the check value of the catalogue of CRC algorithms.
@@ -42,4 +42,4 @@ TEST(Crc32c, AgreesWithTheDefinitionAtEveryLengthAndAlignment) {
 }
 
 }  // namespace
-}  // namespace cwm::server
+}  // namespace cwm

@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <string_view>
 
-namespace cwm::server {
+namespace cwm {
 
 std::uint32_t Crc32c(std::string_view bytes);
 
-}  // namespace cwm::server
+}  // namespace cwm

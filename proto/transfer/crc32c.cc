@@ -1,4 +1,4 @@
-#include "server/wire/crc32c.h"
+#include "proto/transfer/crc32c.h"
 
 #include <array>
 #include <cstring>
@@ -7,7 +7,7 @@
 #include <nmmintrin.h>
 #endif
 
-namespace cwm::server {
+namespace cwm {
 namespace {
 
 constexpr std::uint32_t kPolynomial = 0x82F63B78;
@@ -56,4 +56,4 @@ std::uint32_t Crc32c(std::string_view bytes) {
   return ~ExtendByTable(kInitial, bytes);
 }
 
-}  // namespace cwm::server
+}  // namespace cwm
