@@ -144,7 +144,7 @@ std::optional<RayHit> TriangleTree::CastRay(const Ray& ray) const {
       rest.max_distance_m = crossing->distance_m;
     }
     if (node.count > 0) continue;
-    const double left = EntryIntoBox(nodes_[static_cast<std::size_t>(index + 1)].bounds, rest);
+    const double left = EntryIntoBox(nodes_[static_cast<std::size_t>(index) + 1].bounds, rest);
     const double right = EntryIntoBox(nodes_[static_cast<std::size_t>(node.right)].bounds, rest);
     stack[size++] = left < right ? node.right : index + 1;
     stack[size++] = left < right ? index + 1 : node.right;

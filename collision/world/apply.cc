@@ -209,8 +209,8 @@ absl::StatusOr<std::shared_ptr<const WorldSnapshot>> Apply(
     const absl::Status status = std::visit(transaction, change.what);
     if (!status.ok()) return AtIndex(i, status);
   }
-  auto next = transaction.Finish();
-  return next != nullptr ? std::move(next) : base;
+  const auto next = transaction.Finish();
+  return next != nullptr ? next : base;
 }
 
 }  // namespace cwm::collision

@@ -39,9 +39,10 @@ double ObservedFraction(const Shape& shape, std::span<const Eigen::Vector3f> poi
     const double share = 0.5 * ab.cross(ac).norm() / (static_cast<double>(n) * n);
     for (int i = 0; i < n; ++i) {
       for (int j = 0; j < 2 * (n - i) - 1; ++j) {
+        const int column = j / 2;
         const bool upside_down = j % 2 == 1;
         const double u = (i + (upside_down ? 2.0 : 1.0) / 3) / n;
-        const double v = (j / 2 + (upside_down ? 2.0 : 1.0) / 3) / n;
+        const double v = (column + (upside_down ? 2.0 : 1.0) / 3) / n;
         const Eigen::Vector3f q = ((a + u * ab + v * ac).cast<float>() - origin) / grid.edge_m();
         area += share;
         if (HasNeighbour(grid, q.array().floor().cast<int>().matrix())) covered += share;
