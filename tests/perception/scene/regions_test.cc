@@ -1,0 +1,136 @@
+// What stands on a support: its footprint, its foot and the empty space below it.
+#include "perception/scene/regions.h"
+
+#include <gtest/gtest.h>
+
+#include <numeric>
+
+namespace cwm::perception {
+namespace {
+
+constexpr double kStep_m = 0.004;
+constexpr float kCell_m = 1.25f * kStep_m;    // wider than a step, so that no cell stays empty
+constexpr float kPitch_rad = 1.5f * kStep_m;  // of directions: the nearest points are 0.9 m away
+constexpr double kTop_m = -0.8;               // the table's, below the sensor at the origin
+const Vector3 kCorner(0.6, -0.3, kTop_m);
+const Vector2 kSize_m(0.6, 0.6);
+
+// A table and one thing over it.
+class TableScene {
+ public:
+  TableScene() {
+    for (double x = 0.5 * kStep_m; x < kSize_m.x(); x += kStep_m) {
+      for (double y = 0.5 * kStep_m; y < kSize_m.y(); y += kStep_m) {
+        Put(kCorner + Vector3(x, y, 0), Vector3::UnitZ(), 0);
+      }
+    }
+  }
+
+  // The front and the top of a box; its low front corner is measured from the table's corner.
+  TableScene& AddBox(const Vector3& corner_m, const Vector3& size_m) {
+    const Vector3 low = kCorner + corner_m;
+    for (double y = 0.5 * kStep_m; y < size_m.y(); y += kStep_m) {
+      for (double z = 0.5 * kStep_m; z < size_m.z(); z += kStep_m) {
+        Put(low + Vector3(0, y, z), -Vector3::UnitX(), 1);
+      }
+      for (double x = 0.5 * kStep_m; x < size_m.x(); x += kStep_m) {
+        Put(low + Vector3(x, y, size_m.z()), Vector3::UnitZ(), 1);
+      }
+    }
+    return *this;
+  }
+
+  // Points that belong to no piece, apart from everything.
+  TableScene& AddStray(int count) {
+    for (int i = 0; i < count; ++i) {
+      Put(kCorner + Vector3(0.1 * (i % 5), 0.1 * (i / 5 % 5), 0.4 + 0.1 * (i / 25)),
+          Vector3::UnitZ(), kNoPiece);
+    }
+    return *this;
+  }
+
+  Regions Form() const {
+    const VoxelGrid grid = VoxelGrid::Build(points_.points, kCell_m);
+    const SurfaceGraph graph = SurfaceGraph::OfGrid(points_, grid, kUnbounded);
+    const CoarseCloud coarse = MakeCoarseCloud(graph.nodes());
+    Pieces pieces{.of_node = {}, .support_count = 1, .piece_count = 2, .patch_of = {}};
+    for (std::size_t c = 0; c < grid.size(); ++c) {
+      pieces.of_node.push_back(piece_of_point_[grid.PointsOf(c)[0]]);
+    }
+    SupportPlane support;
+    support.plane = {Vector3::UnitZ(), kTop_m};
+    for (std::uint32_t c = 0; c < coarse.cells.size(); ++c) {
+      if (std::abs(coarse.cells.points[c].z() - kTop_m) < 0.001) support.cells.push_back(c);
+    }
+    Placed<Plate> plate;
+    plate.X_FS = MakeTranslation(kCorner.x(), kCorner.y(), kTop_m);
+    plate.shape.outline = {{0, 0}, {kSize_m.x(), 0}, kSize_m, {0, kSize_m.y()}};
+    plate.shape.thickness_m = 0.02;
+    return FormRegions(graph, coarse, pieces, {support}, {plate},
+                       SightMap(graph.nodes(), kPitch_rad));
+  }
+
+  // Of the one thing.
+  std::int32_t SupportOfTheBox() const {
+    const Regions regions = Form();
+    EXPECT_EQ(regions.segments.size(), 1u);
+    return regions.segments.empty() ? -2 : regions.segments[0].supported_by;
+  }
+
+ private:
+  void Put(const Vector3& p, const Vector3& n, std::int32_t piece) {
+    points_.points.push_back(p.cast<float>());
+    points_.normals.push_back(n.cast<float>());
+    points_.sigma_m.push_back(0.0015f);
+    points_.normal_sigma_rad.push_back(0.02f);
+    points_.cloud_index.push_back(static_cast<std::uint32_t>(piece_of_point_.size()));
+    piece_of_point_.push_back(piece);
+  }
+
+  OrientedPoints points_;
+  std::vector<std::int32_t> piece_of_point_;
+};
+
+const Vector3 kBox_m(0.1, 0.1, 0.1);
+
+TEST(FormRegions, ABoxOnTheTableStandsOnIt) {
+  EXPECT_EQ(TableScene().AddBox({0.2, 0.2, 0.004}, kBox_m).SupportOfTheBox(), 0);
+}
+
+TEST(FormRegions, ABoxThatTheTableIsSeenBelowHangsInTheAir) {
+  EXPECT_EQ(TableScene().AddBox({0.2, 0.2, 0.15}, kBox_m).SupportOfTheBox(), -1);
+}
+
+TEST(FormRegions, ABoxStandsWhereMostOfItIsOverTheTable) {
+  // 3 cm over the border count as the table's: 58 and 38 of 100 mm lie within those.
+  EXPECT_EQ(TableScene().AddBox({0.2, 0.572, 0.004}, kBox_m).SupportOfTheBox(), 0);
+  EXPECT_EQ(TableScene().AddBox({0.2, 0.592, 0.004}, kBox_m).SupportOfTheBox(), -1);
+}
+
+TEST(FormRegions, AFootprintOfOneLeafIsTooSmallAndOneOfTwoIsNot) {
+  // Inside one leaf of 1 cm of the table, and over two of them (kSmallestFootprint_m2).
+  EXPECT_EQ(TableScene().AddBox({0.201, 0.201, 0.004}, {0.008, 0.008, 0.1}).SupportOfTheBox(), -1);
+  EXPECT_EQ(TableScene().AddBox({0.201, 0.201, 0.004}, {0.008, 0.018, 0.1}).SupportOfTheBox(), 0);
+}
+
+TEST(FormRegions, EveryNodeIsOfASupportAThingOrRejected) {
+  const Regions regions = TableScene().AddBox({0.2, 0.2, 0.004}, kBox_m).AddStray(20).Form();
+  ASSERT_EQ(regions.segments.size(), 1u);  // 20 of 23 000 points: less than 0.5 %
+  EXPECT_EQ(regions.rejected.size(), 20u);
+}
+
+TEST(FormRegions, KeepsStrayPointsBeyondHalfAPercentAsResiduals) {
+  const Regions regions = TableScene().AddBox({0.2, 0.2, 0.004}, kBox_m).AddStray(200).Form();
+  std::size_t kept = 0, all = 0;
+  for (const Segment& segment : regions.segments) {
+    all += segment.nodes.size();
+    if (segment.supported_by < 0) kept += segment.nodes.size();
+  }
+  EXPECT_EQ(kept + regions.rejected.size(), 200u);
+  EXPECT_GT(all - kept, 700u);  // the box: two faces of 20 x 20 cells
+  EXPECT_GT(regions.rejected.size(), 100u);
+  EXPECT_LT(regions.rejected.size(), 130u);  // 0.5 % of 24 000
+}
+
+}  // namespace
+}  // namespace cwm::perception
