@@ -5,27 +5,17 @@
 #include <cmath>
 #include <limits>
 
+#include "perception/cloud/morton.h"
+
 namespace cwm::perception {
 namespace {
 
-constexpr int kBitsPerAxis = 21;
 constexpr int kPointsPerPiece = 8192;  // of less than 0.1 us each
-constexpr float kCellsPerAxis = static_cast<float>((1 << kBitsPerAxis) - 2);
+constexpr float kCellsPerAxis = static_cast<float>((1 << kMortonBitsPerAxis) - 2);
 
-// Spreads the low 21 bits so that two zero bits follow each.
-std::uint64_t Spread(std::uint64_t v) {
-  v &= 0x1fffff;
-  v = (v | v << 32) & 0x1f00000000ffffULL;
-  v = (v | v << 16) & 0x1f0000ff0000ffULL;
-  v = (v | v << 8) & 0x100f00f00f00f00fULL;
-  v = (v | v << 4) & 0x10c30c30c30c30c3ULL;
-  return (v | v << 2) & 0x1249249249249249ULL;
-}
-
-std::uint64_t MortonKey(const VoxelGrid::Cell& cell) {
-  return Spread(static_cast<std::uint64_t>(cell.x())) |
-         Spread(static_cast<std::uint64_t>(cell.y())) << 1 |
-         Spread(static_cast<std::uint64_t>(cell.z())) << 2;
+std::uint64_t KeyOf(const VoxelGrid::Cell& cell) {
+  return MortonKey(static_cast<std::uint32_t>(cell.x()), static_cast<std::uint32_t>(cell.y()),
+                   static_cast<std::uint32_t>(cell.z()));
 }
 
 struct KeyedPoint {
@@ -103,7 +93,7 @@ VoxelGrid VoxelGrid::Build(std::span<const Eigen::Vector3f> points, float edge_m
   for (std::size_t i = 0; i < points.size(); ++i) {
     poll();
     const Cell cell = ((points[i] - low) * per_edge).array().floor().cast<int>();
-    keyed[i] = {MortonKey(cell), static_cast<std::uint32_t>(i)};
+    keyed[i] = {KeyOf(cell), static_cast<std::uint32_t>(i)};
   }
   SortByKey(keyed, work);
   grid.order_.resize(points.size());

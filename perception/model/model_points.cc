@@ -5,6 +5,7 @@
 #include <numbers>
 #include <utility>
 
+#include "perception/cloud/morton.h"
 #include "perception/cloud/quantile.h"
 
 namespace cwm::perception {
@@ -16,14 +17,6 @@ constexpr double kNormalGate_sigma = 3;
 constexpr int kMortonLevels = 10;  // of 8 children each: cells of 1/1024 of the extent
 // A point without a stated noise still needs a gate.
 constexpr double kLeastSigma_m = 1e-4;
-
-std::uint32_t Spread(std::uint32_t x) {  // bits 0..9 to every third bit
-  x = (x | x << 16) & 0x030000ffU;
-  x = (x | x << 8) & 0x0300f00fU;
-  x = (x | x << 4) & 0x030c30c3U;
-  x = (x | x << 2) & 0x09249249U;
-  return x;
-}
 
 struct KeyedPoint {
   std::uint32_t key = 0;
@@ -54,8 +47,8 @@ std::vector<KeyedPoint> SortByMorton(const OrientedPoints& points,
   keyed.reserve(usable.size());
   for (std::uint32_t i : usable) {
     const Eigen::Vector3f q = (points.points[i] - bounds.min()) * scale;
-    const auto cell = [&q](int axis) { return Spread(static_cast<std::uint32_t>(q[axis])); };
-    keyed.push_back({cell(0) | cell(1) << 1 | cell(2) << 2, i});
+    const auto cell = [&q](int axis) { return static_cast<std::uint32_t>(q[axis]); };
+    keyed.push_back({static_cast<std::uint32_t>(MortonKey(cell(0), cell(1), cell(2))), i});
   }
   PollEvery poll(work, 1 << 14);  // comparisons of some nanoseconds
   std::sort(keyed.begin(), keyed.end(), [&poll](const KeyedPoint& a, const KeyedPoint& b) {

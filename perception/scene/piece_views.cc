@@ -2,15 +2,10 @@
 
 #include <algorithm>
 
+#include "perception/cloud/quantile.h"
+
 namespace cwm::perception {
 namespace {
-
-double Quantile(std::vector<float>& values, double share) {
-  const auto at =
-      values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), at, values.end());
-  return *at;
-}
 
 PieceView ViewPiece(const SurfaceGraph& graph, const std::vector<std::uint32_t>& nodes) {
   PieceView view;

@@ -3,6 +3,8 @@
 #include <Eigen/Eigenvalues>
 #include <cmath>
 
+#include "perception/cloud/split_mix.h"
+
 namespace cwm::perception {
 namespace {
 
@@ -11,14 +13,6 @@ constexpr int kTriples = 72;
 constexpr double kNormalGate_cos = 0.9659;  // 15 degrees, the printed "n_i . n_j" constraint
 constexpr int kRefinements = 3;
 constexpr std::size_t kMostScored = 2000;  // members that score a triple, evenly spread
-
-// SplitMix64 (Steele, Lea and Flood 2014): a few draws per cluster do not ask for more.
-std::uint64_t Next(std::uint64_t& state) {
-  std::uint64_t z = (state += 0x9e3779b97f4a7c15ULL);
-  z = (z ^ z >> 30) * 0xbf58476d1ce4e5b9ULL;
-  z = (z ^ z >> 27) * 0x94d049bb133111ebULL;
-  return z ^ z >> 31;
-}
 
 std::optional<Plane> PlaneOfTriple(const OrientedPoints& points, const std::uint32_t (&triple)[3]) {
   Vector3 p[3], n[3];
@@ -102,7 +96,7 @@ std::optional<Plane> FitPlane(const OrientedPoints& points, std::span<const std:
   double best_cost = 0;
   for (int t = 0; t < kTriples; ++t) {
     std::uint32_t triple[3];
-    for (std::uint32_t& i : triple) i = members[Next(seed) % members.size()];
+    for (std::uint32_t& i : triple) i = members[NextRandomBits(seed) % members.size()];
     const std::optional<Plane> plane = PlaneOfTriple(points, triple);
     if (!plane) continue;
     const double cost = Cost(*plane, points, members);

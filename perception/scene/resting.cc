@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "collision/geometry/polygon.h"
+#include "perception/cloud/quantile.h"
 #include "perception/scene/surface_graph.h"
 
 namespace cwm::perception {
@@ -68,9 +69,7 @@ struct Standing {
     const auto count = static_cast<double>(places.size());
     foot_m = places[static_cast<std::size_t>(kFootShare * count)].z();
     low.assign(places.begin(), places.begin() + static_cast<std::ptrdiff_t>(kLowShare * count) + 1);
-    std::nth_element(sigma.begin(), sigma.begin() + static_cast<std::ptrdiff_t>(sigma.size() / 2),
-                     sigma.end());
-    band_m = LargestJump_m(sigma[sigma.size() / 2]);
+    band_m = LargestJump_m(Median(std::move(sigma)));
     std::vector<Vector2> corners;
     for (const auto& [cell, top] : top_m) corners.push_back(CenterOf(cell));
     hull = ConvexHull(std::move(corners));
@@ -101,10 +100,7 @@ bool EndsBelow(const Standing& upper, const Standing& lower) {
     if (DepthIn_m(upper.hull, CenterOf(cell)) >= -kBorder_m) tops.push_back(top);
   }
   if (tops.size() < kLeastTop_cells) return false;
-  const auto at =
-      tops.begin() + static_cast<std::ptrdiff_t>(kTopShare * static_cast<double>(tops.size() - 1));
-  std::nth_element(tops.begin(), at, tops.end());
-  return std::abs(*at - upper.foot_m) <= upper.band_m;
+  return std::abs(Quantile(std::move(tops), kTopShare) - upper.foot_m) <= upper.band_m;
 }
 
 // Share of the upper one's footprint that lies over the lower one, or of the lower one's top that

@@ -3,7 +3,10 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 #include <vector>
+
+#include "perception/cloud/quantile.h"
 
 namespace cwm::perception {
 namespace {
@@ -54,9 +57,7 @@ Revolution JudgeRevolution(const OrientedPoints& points, std::span<const std::ui
     agreeing += 1;
     outward += (ray.from - axis).dot(ray.direction) > 0;
   }
-  const auto p90 = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() * 9 / 10);
-  std::nth_element(distances.begin(), p90, distances.end());
-  out.radius_m = *p90;
+  out.radius_m = Quantile(std::move(distances), 0.9);
   out.steep = static_cast<double>(rays.size()) / static_cast<double>(members.size());
   out.agreement = agreeing / static_cast<double>(rays.size());
   out.outward = agreeing > 0 ? outward / agreeing : 0;

@@ -7,6 +7,7 @@
 
 #include "absl/status/status.h"
 #include "perception/cloud/normals.h"
+#include "perception/cloud/quantile.h"
 #include "perception/scene/join_pieces.h"
 #include "perception/scene/pieces.h"
 #include "perception/scene/regions.h"
@@ -28,13 +29,6 @@ constexpr double kLeastNeighbours = 4;
 constexpr int kMostGrowth = 8;  // times 1.5 each: 25
 constexpr float kRadius_cells = 2.6f;
 
-float MedianSigma(const OrientedPoints& points) {
-  std::vector<float> sigma = points.sigma_m;
-  const auto middle = sigma.begin() + static_cast<std::ptrdiff_t>(sigma.size() / 2);
-  std::nth_element(sigma.begin(), middle, sigma.end());
-  return *middle;
-}
-
 double MeanNeighbours(const VoxelGrid& grid) {
   const std::size_t stride = std::max<std::size_t>(1, grid.size() / 2000);
   std::size_t neighbours = 0, asked = 0;
@@ -49,7 +43,7 @@ double MeanNeighbours(const VoxelGrid& grid) {
 
 // As fine as the noise allows, as coarse as the spacing of the points asks.
 VoxelGrid FineGrid(const OrientedPoints& points) {
-  float edge = std::max(kSmallestCell_m, kCell_sigma * MedianSigma(points));
+  float edge = std::max(kSmallestCell_m, kCell_sigma * Median(points.sigma_m));
   VoxelGrid grid = VoxelGrid::Build(points.points, edge);
   for (int k = 0; k < kMostGrowth && MeanNeighbours(grid) < kLeastNeighbours; ++k) {
     edge *= 1.5f;

@@ -3,7 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 #include <vector>
+
+#include "perception/cloud/quantile.h"
 
 #include "perception/scene/support_polygon.h"
 
@@ -19,10 +22,7 @@ constexpr int kMostPlacesPerLine = 400;
 double MedianSigma_m(const OrientedPoints& points, std::span<const std::uint32_t> members) {
   std::vector<float> sigma;
   for (std::uint32_t i : members) sigma.push_back(points.sigma_m[i]);
-  if (sigma.empty()) return 0;
-  const auto middle = sigma.begin() + static_cast<std::ptrdiff_t>(sigma.size() / 2);
-  std::nth_element(sigma.begin(), middle, sigma.end());
-  return *middle;
+  return Median(std::move(sigma));
 }
 
 struct Line {

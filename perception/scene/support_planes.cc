@@ -7,6 +7,7 @@
 
 #include "perception/cloud/downsample.h"
 #include "perception/cloud/parallel_for.h"
+#include "perception/cloud/quantile.h"
 #include "perception/scene/support_gaps.h"
 
 namespace cwm::perception {
@@ -28,12 +29,6 @@ constexpr double kHighestObjectTop_m = 0.4;
 constexpr double kObjectTopShare = 0.5;
 constexpr double kLeastUpComponent = 0.17;  // 10 degrees above the optical axis's plane
 constexpr double kLeastPlaneShare = 0.02;   // of all cells: smaller planes do not tell up
-
-float Median(std::vector<float> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 // Connected sets of eligible cells; `joined(a, b)` decides for neighbours. Largest first.
 template <class Eligible, class Joined>

@@ -3,23 +3,14 @@
 #include <cmath>
 #include <numbers>
 
+#include "perception/cloud/split_mix.h"
+
 namespace cwm::perception {
-namespace {
-
-constexpr std::uint64_t kGoldenGamma = 0x9e3779b97f4a7c15ULL;  // 2^64 / golden ratio, odd
-
-std::uint64_t Mix(std::uint64_t z) {
-  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ULL;
-  z = (z ^ (z >> 27)) * 0x94d049bb133111ebULL;
-  return z ^ (z >> 31);
-}
-
-}  // namespace
 
 RandomDraws::RandomDraws(std::uint64_t seed, std::uint64_t stream)
-    : state_(Mix(seed + kGoldenGamma) ^ Mix(~stream)) {}
+    : state_(MixBits(seed + kGoldenGamma) ^ MixBits(~stream)) {}
 
-std::uint64_t RandomDraws::Next() { return Mix(state_ += kGoldenGamma); }
+std::uint64_t RandomDraws::Next() { return NextRandomBits(state_); }
 
 double RandomDraws::Uniform() {
   return static_cast<double>(Next() >> 11) * 0x1.0p-53;  // the 53 bits that a double holds

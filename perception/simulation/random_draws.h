@@ -6,8 +6,7 @@
 
 namespace cwm::perception {
 
-// SplitMix64 (Steele, Lea and Flood, "Fast Splittable Pseudorandom Number Generators", 2014).
-// Different streams of one seed are independent.
+// Draws from SplitMix64 (split_mix.h). Different streams of one seed are independent.
 class RandomDraws {
  public:
   RandomDraws(std::uint64_t seed, std::uint64_t stream);
