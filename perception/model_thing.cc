@@ -1,0 +1,165 @@
+#include "perception/model_thing.h"
+
+#include <algorithm>
+#include <optional>
+#include <utility>
+
+#include "perception/cloud/voxel_grid.h"
+#include "perception/explained_points.h"
+#include "perception/model/object_modeler.h"
+
+namespace cwm::perception {
+namespace {
+
+constexpr float kAssociationSpacing_m = 0.004f;  // as DetectedObject::points_L promises
+constexpr int kPointsPerPiece = 512;             // of a microsecond or less
+
+using Points = std::vector<std::uint32_t>;
+
+OrientedPoints Subset(const OrientedPoints& all, const Points& members) {
+  OrientedPoints some;
+  some.viewpoint = all.viewpoint;
+  for (std::uint32_t i : members) {
+    some.points.push_back(all.points[i]);
+    some.normals.push_back(all.normals[i]);
+    some.sigma_m.push_back(all.sigma_m[i]);
+    some.normal_sigma_rad.push_back(all.normal_sigma_rad[i]);
+    some.cloud_index.push_back(all.cloud_index[i]);
+  }
+  return some;
+}
+
+Vector3 MeanOf(const OrientedPoints& points) {
+  Vector3 sum = Vector3::Zero();
+  for (const Eigen::Vector3f& p : points.points) sum += p.cast<double>();
+  return sum / static_cast<double>(points.size());
+}
+
+TriangleMesh Moved(TriangleMesh mesh, const Pose& X_OL) {
+  for (Vector3& v : mesh.vertices) v = X_OL * v;
+  return mesh;
+}
+
+Points PointsOfPart(const ObjectModel& found, std::int32_t part) {
+  Points members;
+  for (std::uint32_t k = 0; k < found.part_of_point.size(); ++k) {
+    if (found.part_of_point[k] == part) members.push_back(k);
+  }
+  return members;
+}
+
+std::vector<char> NearShapes(const OrientedPoints& points, const ObjectModel& found,
+                             const Work& work) {
+  PollEvery poll(work, kPointsPerPiece);
+  std::vector<char> near(points.size(), 0);
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    poll();
+    near[k] = NearAnyShape(found.shapes, found.part_of_point[k], points.points[k].cast<double>(),
+                           ExplainedWithin_m(points.sigma_m[k]));
+  }
+  return near;
+}
+
+// What is added to the model of one thing, and which of its points that explains.
+class ModelBuilder {
+ public:
+  ModelBuilder(const OrientedPoints& points, const Pose& X_OL, std::vector<char> explained,
+               const SurfaceOptions& options, const Work& work)
+      : points_(points),
+        X_OL_(X_OL),
+        explained_(std::move(explained)),
+        options_(options),
+        work_(work) {}
+
+  void AddHandles(const ObjectModel& found) {
+    for (std::size_t h = 0; h < found.handles.size(); ++h) {
+      Handle handle = found.handles[h];
+      const Points members =
+          PointsOfPart(found, static_cast<std::int32_t>(found.shapes.size() + h));
+      if (!members.empty()) handle.surface = MeshOf(members);
+      handle.axis_O = X_OL_.linear() * handle.axis_O;
+      handle.bounds.X_FS = X_OL_ * handle.bounds.X_FS;
+      model_.handles.push_back(std::move(handle));
+    }
+  }
+
+  // Points that no shape explains, and those whose shape, once bounded, does not reach them.
+  void AddSurface() {
+    Points remaining;
+    for (std::uint32_t k = 0; k < points_.size(); ++k) {
+      if (!explained_[k]) remaining.push_back(k);
+    }
+    if (remaining.empty()) return;
+    Mesh mesh = MeshOf(remaining);
+    if (!mesh.mesh || mesh.mesh->triangles.empty()) return;
+    model_.surfaces.push_back({std::move(mesh), static_cast<int>(remaining.size())});
+  }
+
+  void AddShapes(std::vector<ShapePart> shapes) {
+    for (ShapePart& part : shapes) {
+      part.X_OS = X_OL_ * part.X_OS;
+      model_.shapes.push_back(std::move(part));
+    }
+  }
+
+  std::uint64_t explained() const {
+    return static_cast<std::uint64_t>(std::count(explained_.begin(), explained_.end(), 1));
+  }
+  HybridModel Take() {
+    model_.point_count = static_cast<int>(points_.size());
+    return std::move(model_);
+  }
+
+ private:
+  // Meshes the members; those that lie near their mesh are explained.
+  Mesh MeshOf(const Points& members) {
+    Surface surface = ReconstructSurface(Subset(points_, members), options_, work_);
+    for (std::uint32_t k : surface.explained) explained_[members[k]] = 1;
+    return MakeMesh(Moved(std::move(surface.mesh), X_OL_));
+  }
+
+  const OrientedPoints& points_;
+  const Pose& X_OL_;
+  std::vector<char> explained_;
+  const SurfaceOptions& options_;
+  const Work& work_;
+  HybridModel model_;
+};
+
+std::optional<Pose> WhatItStandsOn(const SegmentedScene& scene, const SegmentedThing& thing) {
+  if (thing.supported_by < 0) return std::nullopt;
+  Pose X_LSupport = scene.supports[static_cast<std::size_t>(thing.supported_by)].plate.X_FS;
+  X_LSupport.translate(Vector3(0, 0, thing.foot_height_m));  // of a stack: the top below it
+  return X_LSupport;
+}
+
+}  // namespace
+
+ModelledThing ModelThing(const SegmentedScene& scene, const SegmentedThing& thing,
+                         const InterpretOptions& options, const Work& work) {
+  const OrientedPoints points = Subset(scene.points, thing.points);
+  ModelledThing out;
+  out.X_LO.translation() = MeanOf(points);
+  const Pose X_OL = out.X_LO.inverse(Eigen::Isometry);
+
+  // Step 6: shapes, and handles on them.
+  ObjectModel found =
+      ModelObject(points, WhatItStandsOn(scene, thing), options.noise, options.modeler, work);
+
+  // Step 7: surfaces for what is left.
+  ModelBuilder builder(points, X_OL, NearShapes(points, found, work), options.surface, work);
+  builder.AddHandles(found);
+  builder.AddSurface();
+
+  // Step 8: the hybrid model.
+  builder.AddShapes(std::move(found.shapes));
+  out.explained = builder.explained();
+  out.model = std::make_shared<HybridModel>(builder.Take());
+  out.part_of_point = std::move(found.part_of_point);
+  out.notes = std::move(found.notes);
+  const VoxelGrid thin = VoxelGrid::Build(points.points, kAssociationSpacing_m, work);
+  for (std::size_t c = 0; c < thin.size(); ++c) out.thinned_L.push_back(thin.Centroid(c));
+  return out;
+}
+
+}  // namespace cwm::perception

@@ -1,0 +1,29 @@
+// One thing of the scene becomes a hybrid model: shapes, handles, and meshes for what is left.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "perception/interpret_scene.h"
+#include "perception/scene/segment_scene.h"
+
+namespace cwm::perception {
+
+// One thing, modelled. Everything but points_L in the object's frame, whose origin is the mean of
+// its points in the level frame, axes parallel to it.
+struct ModelledThing {
+  Pose X_LO = Pose::Identity();
+  std::shared_ptr<HybridModel> model;
+  std::vector<std::int32_t> part_of_point;
+  std::vector<Eigen::Vector3f> thinned_L;
+  std::uint64_t explained = 0;
+  std::vector<std::string> notes;
+};
+
+// Steps 6 to 8 (paper, section III) for one thing of the scene. Throws Stopped when `work` is
+// stopped.
+ModelledThing ModelThing(const SegmentedScene& scene, const SegmentedThing& thing,
+                         const InterpretOptions& options, const Work& work);
+
+}  // namespace cwm::perception
