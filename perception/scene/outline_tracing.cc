@@ -79,7 +79,8 @@ class Tracer {
   }
   Vector2 PlaceOf(std::size_t midway) const {
     const auto cell = static_cast<int>(midway / 2);
-    const double x = cell % width_ - 1, y = cell / width_ - 1;
+    const int column = cell % width_, row = cell / width_;
+    const double x = column - 1, y = row - 1;
     return midway % 2 != 0 ? Vector2(x, y + 0.5) : Vector2(x + 0.5, y);
   }
 

@@ -76,8 +76,8 @@ SimulatedObject Mug(std::string name, const Cylinder& body, const Place& place) 
 }
 
 SimulatedObject Slab(std::string name, const Eigen::AlignedBox2d& area_m, double thickness_m) {
-  const Vector2 a = area_m.min();
-  const Vector2 b = area_m.max();
+  const Vector2& a = area_m.min();
+  const Vector2& b = area_m.max();
   Plate plate{
       .outline = {a, {b.x(), a.y()}, b, {a.x(), b.y()}}, .holes = {}, .thickness_m = thickness_m};
   return {.name = std::move(name),

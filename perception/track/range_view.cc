@@ -79,8 +79,9 @@ std::optional<Pinhole> EstimatePinhole(const PointCloud& cloud) {
     const Vector3 p = cloud.points[i].cast<double>();
     if (!p.allFinite()) continue;
     if (p.z() <= 0) return std::nullopt;
-    columns.Add(p.x() / p.z(), static_cast<double>(i % cloud.width));
-    rows.Add(p.y() / p.z(), static_cast<double>(i / cloud.width));
+    const auto column = i % cloud.width, row = i / cloud.width;
+    columns.Add(p.x() / p.z(), static_cast<double>(column));
+    rows.Add(p.y() / p.z(), static_cast<double>(row));
   }
   constexpr double kLargest_px2 = kLargestPinholeError_px * kLargestPinholeError_px;
   const bool fits = columns.MeanSquare_px2() < kLargest_px2 && rows.MeanSquare_px2() < kLargest_px2;

@@ -50,7 +50,8 @@ TEST(ConvexHull3, OfGridsAndPrismsHoldsThemAll) {
   EXPECT_EQ(ConvexHull3(grid).vertices.size(), 8u);
   std::vector<Vector3> prism;
   for (int i = 0; i < 128; ++i) {
-    const double angle = 2 * std::numbers::pi * (i / 2) / 64;
+    const int corner = i / 2;
+    const double angle = 2 * std::numbers::pi * corner / 64;
     prism.emplace_back(std::cos(angle), std::sin(angle), i % 2);
   }
   ExpectSoundHull(prism, 3);
@@ -59,7 +60,8 @@ TEST(ConvexHull3, OfGridsAndPrismsHoldsThemAll) {
 TEST(ConvexHull3, OfAPrismOverACircleTakesNoCubeOfItsCorners) {
   std::vector<Vector3> prism;
   for (int i = 0; i < 2000; ++i) {
-    const double angle = 2 * std::numbers::pi * (i / 2) / 1000;
+    const int corner = i / 2;
+    const double angle = 2 * std::numbers::pi * corner / 1000;
     prism.emplace_back(std::cos(angle), std::sin(angle), 0.02 * (i % 2));
   }
   const auto start = std::chrono::steady_clock::now();

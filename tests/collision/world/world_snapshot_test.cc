@@ -266,7 +266,8 @@ SnapshotPtr Crowd(int count) {
   for (int i = 0; i < count; ++i) {
     PutObject put;
     put.name = "object" + std::to_string(7919 * i % 100003);
-    put.X_WO = MakeTranslation(0.1 * (i % 20), 0.1 * (i / 20 % 20), 0.1 * (i / 400));
+    const int column = i % 20, row = i / 20 % 20, layer = i / 400;
+    put.X_WO = MakeTranslation(0.1 * column, 0.1 * row, 0.1 * layer);
     put.geometry = model;
     changes.push_back(Of(std::move(put)));
   }
@@ -294,7 +295,7 @@ TEST(Snapshot, AnswersForEverAsItDidWhileOthersAreMadeFromIt) {
   const auto names = Names(*first);
   auto latest = first;
   for (int i = 0; i < 300; ++i) {
-    const std::string& name = names[37 * i % names.size()];
+    const std::string& name = names[std::size_t{37} * i % names.size()];
     latest = MustApply(latest, {i % 3 == 0 && latest->Find(name) != nullptr
                                     ? Remove(name)
                                     : Of(Put(name, Sphere{0.01}, MakeTranslation(9, 9, 9)))});
@@ -311,7 +312,7 @@ TEST(Snapshot, DifferenceAgreesWithComparingAllNames) {
   auto after = before;
   const auto names = Names(*before);
   for (int i = 0; i < 60; ++i) {
-    const std::string& name = names[(61 * i) % names.size()];
+    const std::string& name = names[std::size_t{61} * i % names.size()];
     if (i % 3 == 0) after = MustApply(after, {Remove(name)});
     if (i % 3 == 1) after = MustApply(after, {Move(name, i)});
     if (i % 3 == 2) after = MustApply(after, {Of(Put("new" + std::to_string(i), Sphere{1}))});
