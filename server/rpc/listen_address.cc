@@ -94,8 +94,18 @@ absl::Status ClearStaleSocket(const std::string& address) {
   return absl::OkStatus();
 }
 
-void RemoveSocket(const std::string& address) {
-  if (const auto path = SocketPath(address)) unlink(path->c_str());
+std::optional<SocketFile> FindSocket(const std::string& address) {
+  const auto path = SocketPath(address);
+  struct stat info {};
+  if (!path || lstat(path->c_str(), &info) != 0 || !S_ISSOCK(info.st_mode)) return std::nullopt;
+  return SocketFile{.device = info.st_dev,
+                    .inode = info.st_ino,
+                    .changed_s = info.st_ctim.tv_sec,
+                    .changed_ns = info.st_ctim.tv_nsec};
+}
+
+void RemoveSocket(const std::string& address, const SocketFile& own) {
+  if (FindSocket(address) == own) unlink(SocketPath(address)->c_str());
 }
 
 }  // namespace cwm::server

@@ -2,6 +2,8 @@
 // does not speak yet.
 #pragma once
 
+#include <cstdint>
+#include <optional>
 #include <string>
 
 #include "absl/status/status.h"
@@ -18,7 +20,17 @@ absl::StatusOr<std::string> CheckListenAddress(const std::string& address);
 // no-op for addresses that are no Unix sockets.
 absl::Status ClearStaleSocket(const std::string& address);
 
-// Removes the socket file of a server that stopped.
-void RemoveSocket(const std::string& address);
+// Which file a path leads to: numbers of files are given again, their times are not.
+struct SocketFile {
+  std::uint64_t device = 0;
+  std::uint64_t inode = 0;
+  std::int64_t changed_s = 0;
+  std::int64_t changed_ns = 0;
+  friend bool operator==(const SocketFile&, const SocketFile&) = default;
+};
+// The socket at a Unix socket's path; nothing for other addresses and when there is none.
+std::optional<SocketFile> FindSocket(const std::string& address);
+// Removes the socket file of a server that stopped, unless another server's lies there by now.
+void RemoveSocket(const std::string& address, const SocketFile& own);
 
 }  // namespace cwm::server

@@ -75,7 +75,8 @@ struct Server::State {
   QueryService query{runtime};
   WorldService world{runtime};
   std::vector<std::string> addresses;
-  std::unique_ptr<grpc::Server> grpc;  // last: ends before what it calls
+  std::vector<std::pair<std::string, SocketFile>> sockets;  // that it made
+  std::unique_ptr<grpc::Server> grpc;                       // last: ends before what it calls
 };
 
 absl::Status Server::State::Start(const std::vector<std::string>& listen) {
@@ -106,7 +107,10 @@ absl::Status Server::State::Start(const std::vector<std::string>& listen) {
     return absl::UnavailableError(
         "cannot listen on all of the addresses: is one in use, or its folder missing?");
   }
-  for (const BoundAddress& address : bound) addresses.push_back(Dialable(address));
+  for (const BoundAddress& address : bound) {
+    addresses.push_back(Dialable(address));
+    if (const auto file = FindSocket(address.address)) sockets.emplace_back(address.address, *file);
+  }
   grpc->GetHealthCheckService()->SetServingStatus(true);
   for (const char* name : {"cwm.v1.AdminService", "cwm.v1.PerceptionService", "cwm.v1.QueryService",
                            "cwm.v1.WorldService"}) {
@@ -135,7 +139,7 @@ void Server::Stop(std::chrono::milliseconds grace) {
   state_->grpc->Shutdown(std::chrono::system_clock::now() + grace);
   state_->grpc->Wait();
   state_->grpc = nullptr;
-  for (const std::string& address : state_->addresses) RemoveSocket(address);
+  for (const auto& [address, file] : state_->sockets) RemoveSocket(address, file);
 }
 
 }  // namespace cwm::server

@@ -5,9 +5,13 @@
 
 #include <atomic>
 #include <chrono>
+#include <memory>
+#include <semaphore>
 #include <thread>
 #include <utility>
 
+#include "proto/transfer/crc32c.h"
+#include "server/rpc/listen_address.h"
 #include "tests/server/rpc/running_server.h"
 
 namespace cwm::server {
@@ -66,6 +70,147 @@ TEST_F(ServerTest, DrainingEndsWatchesAndStreamsAndRefusesWhatComes) {
   Call late;
   v1::GetServerInfoResponse info;
   EXPECT_EQ(admin_->GetServerInfo(&late, {}, &info).error_code(), grpc::StatusCode::UNAVAILABLE);
+}
+
+// Holds the writer's turn of a world while it lives.
+class HeldTurn {
+ public:
+  explicit HeldTurn(std::shared_ptr<World> world)
+      : holder_([this, world] {
+          const auto outcome = world->Update(
+              [this](const SnapshotPtr&) {
+                taken_.release();
+                released_.acquire();
+                return std::vector<collision::Change>{};
+              },
+              {});
+          EXPECT_TRUE(outcome.ok()) << outcome.status();
+        }) {
+    taken_.acquire();
+  }
+  ~HeldTurn() { released_.release(); }
+
+ private:
+  std::binary_semaphore taken_{0};
+  std::binary_semaphore released_{0};
+  std::jthread holder_;  // last: ends before the semaphores
+};
+
+TEST_F(ServerTest, AFullQueueOfWritesSaysWhenToComeBackAndReadsGoOn) {
+  PutBox("a", 0);
+  constexpr int kMost = 1'000;  // more than the queue and its threads hold
+  std::vector<std::jthread> writers;
+  std::atomic<int> refused = 0;
+  std::atomic<int> written = 0;
+  {
+    const HeldTurn turn(*application_.worlds.Find(""));
+    for (int i = 0; i < kMost && refused == 0; ++i) {
+      writers.emplace_back([&] {
+        Call call;
+        v1::ApplyChangesRequest request;
+        *request.add_changes() = PutBoxChange("b", 1);
+        v1::ApplyChangesResponse response;
+        const grpc::Status status = world_->ApplyChanges(&call, request, &response);
+        if (status.ok()) {
+          ++written;
+          return;
+        }
+        EXPECT_EQ(status.error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
+        EXPECT_EQ(ReasonIn(status), "QUEUE_FULL");
+        EXPECT_TRUE(DetailsIn(status).has_retry);
+        ++refused;
+      });
+      ExpectRevision(1);  // a read beside them
+    }
+    EXPECT_GT(refused, 0);
+    EXPECT_EQ(written, 0);
+  }
+  writers.clear();  // joins
+  EXPECT_GT(written, 0) << "what had a place is done";
+  ExpectRevision(2);
+}
+
+TEST_F(ServerTest, AThousandStreamsAreOpenAtOnceAndNotOneMore) {
+  PutBox("a", 0);
+  struct Stream {
+    Call call{std::chrono::minutes(5)};
+    std::unique_ptr<grpc::ClientReaderWriter<v1::StreamQueriesRequest, v1::StreamQueriesResponse>>
+        wire;
+  };
+  v1::StreamQueriesRequest request;
+  *request.mutable_get_distances()->mutable_subject() = SphereAt({0.5});
+  v1::StreamQueriesResponse response;
+  std::vector<std::unique_ptr<Stream>> streams;
+  for (int i = 0; i < 1'000; ++i) {
+    streams.push_back(std::make_unique<Stream>());
+    streams.back()->wire = query_->StreamQueries(&streams.back()->call);
+    ASSERT_TRUE(streams.back()->wire->Write(request));
+    ASSERT_TRUE(streams.back()->wire->Read(&response)) << "stream " << i;
+  }
+  {
+    Call call;
+    const auto one_more = query_->StreamQueries(&call);
+    EXPECT_FALSE(one_more->Read(&response));
+    const grpc::Status status = one_more->Finish();
+    EXPECT_EQ(status.error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
+    EXPECT_EQ(ReasonIn(status), "TOO_MANY_STREAMS");
+    EXPECT_TRUE(DetailsIn(status).has_retry);
+  }
+  for (const auto& stream : streams) {
+    request.set_id(request.id() + 1);
+    ASSERT_TRUE(stream->wire->Write(request) && stream->wire->Read(&response));
+    EXPECT_EQ(response.id(), request.id());
+    stream->wire->WritesDone();
+    EXPECT_TRUE(stream->wire->Finish().ok());
+  }
+}
+
+TEST_F(ServerTest, AServerThatStopsLeavesTheSocketOfItsSuccessor) {
+  // A cloud that is being understood keeps the first server in its grace.
+  std::binary_semaphore begun{0};
+  std::binary_semaphore finish{0};
+  application_.interpret = [&](const auto&, const auto&, std::stop_token) {
+    begun.release();
+    finish.acquire();
+    return absl::StatusOr<perception::SceneInterpretation>(absl::CancelledError("over"));
+  };
+  v1::IngestCloudRequest header;
+  for (int axis = 0; axis < 3; ++axis) {
+    v1::CloudField* field = header.mutable_header()->mutable_layout()->add_fields();
+    field->set_name(std::string(1, static_cast<char>('x' + axis)));
+    field->set_offset(4 * axis);
+    field->set_type(v1::FIELD_TYPE_F32);
+  }
+  header.mutable_header()->mutable_layout()->set_point_step(12);
+  header.mutable_header()->set_point_count(1);
+  header.mutable_header()->set_total_bytes(12);
+  v1::IngestCloudRequest chunk;
+  chunk.mutable_chunk()->set_data(std::string(12, '\0'));
+  chunk.mutable_chunk()->set_crc32c(Crc32c(chunk.chunk().data()));
+  v1::IngestCloudRequest end;
+  end.mutable_finish();
+  Call ingest;
+  v1::IngestCloudResponse ignored;
+  const auto writer = perception_->IngestCloud(&ingest, &ignored);
+  ASSERT_TRUE(writer->Write(header) && writer->Write(chunk) && writer->Write(end));
+  writer->WritesDone();
+  begun.acquire();
+  std::jthread stopper([this] { server_->Stop(std::chrono::hours(1)); });
+  Application next{.limits = {}, .retention = {}, .interpret = {}};
+  absl::StatusOr<std::unique_ptr<Server>> successor = absl::UnknownError("");
+  for (int i = 0; i < 1'000 && !successor.ok(); ++i) {  // until the first listens no more
+    successor = Server::Start(next, {address_});
+    if (!successor.ok()) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  ASSERT_TRUE(successor.ok()) << successor.status();
+  finish.release();
+  stopper.join();
+  EXPECT_TRUE(FindSocket(address_).has_value());
+  const auto admin =
+      v1::AdminService::NewStub(grpc::CreateChannel(address_, grpc::InsecureChannelCredentials()));
+  Call call;
+  v1::GetServerInfoResponse info;
+  EXPECT_TRUE(admin->GetServerInfo(&call, {}, &info).ok());
 }
 
 // Every round meets the streams somewhere else: reading, queued, answering, writing.
