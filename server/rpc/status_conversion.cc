@@ -46,11 +46,17 @@ v1::BadRequest BadRequestOf(const ErrorDetails& details) {
   return bad_request;
 }
 
+google::protobuf::Duration DurationOf(double seconds) {
+  const double whole = std::floor(seconds);
+  google::protobuf::Duration duration;
+  duration.set_seconds(static_cast<std::int64_t>(whole));
+  duration.set_nanos(static_cast<std::int32_t>((seconds - whole) * 1e9));
+  return duration;
+}
+
 v1::RetryInfo RetryOf(double retry_after_s) {
-  const double whole = std::floor(retry_after_s);
   v1::RetryInfo retry;
-  retry.mutable_retry_delay()->set_seconds(static_cast<std::int64_t>(whole));
-  retry.mutable_retry_delay()->set_nanos(static_cast<std::int32_t>((retry_after_s - whole) * 1e9));
+  *retry.mutable_retry_delay() = DurationOf(retry_after_s);
   return retry;
 }
 
@@ -81,6 +87,8 @@ v1::QueryError ToQueryError(const absl::Status& status) {
     added->set_field(field.field);
     added->set_description(field.description);
   }
+  error.mutable_metadata()->insert(details.metadata.begin(), details.metadata.end());
+  if (details.retry_after_s) *error.mutable_retry_delay() = DurationOf(*details.retry_after_s);
   return error;
 }
 

@@ -173,17 +173,37 @@ void ToProto(const collision::CollisionColumns& answers, const AnswerContext& co
     response->set_object_index(Bytes(objects));
     response->set_body_part(Bytes(answers.body_part));
     response->set_object_part(Bytes(answers.object_part));
+    response->set_trust(EnumBytes(answers.trust));
     return;
   }
   for (std::size_t i = 0; i < answers.completed; ++i) {
     v1::CollisionRow* row = response->add_rows();
     row->set_verdict(ToProto(answers.verdict[i]));
+    row->set_trust(ToProto(answers.trust[i]));
     if (answers.object[i] == kNoObject) continue;
     row->set_object(context.snapshot.objects()[answers.object[i]]->name);
     row->set_body_part(answers.body_part[i]);
     row->set_object_part(answers.object_part[i]);
   }
 }
+
+namespace {
+
+// Rays are cast by the exact kernels; of an open surface they know no outward side.
+std::vector<collision::Trust> TrustOf(const collision::RayColumns& answers,
+                                      const collision::WorldSnapshot& snapshot) {
+  std::vector<collision::Trust> trust(answers.completed, collision::Trust::kExact);
+  for (std::size_t i = 0; i < answers.completed; ++i) {
+    if (answers.hit[i] == 0) continue;
+    const auto object = snapshot.objects()[answers.object[i]];
+    const Shape& shape = object->geometry->parts[answers.object_part[i]].shape;
+    const Mesh* const mesh = std::get_if<Mesh>(&shape);
+    if (mesh != nullptr && !mesh->watertight) trust[i] = collision::Trust::kSurfaceOnly;
+  }
+  return trust;
+}
+
+}  // namespace
 
 void ToProto(const collision::RayColumns& answers, std::span<const collision::RayRow> rays,
              const AnswerContext& context, v1::CastRaysResponse* response) {
@@ -193,6 +213,7 @@ void ToProto(const collision::RayColumns& answers, std::span<const collision::Ra
     if (answers.hit[i] == 0) hit_objects[i] = kNoObject;
   }
   const auto objects = SetObjects(hit_objects, answers.completed, context, response);
+  const std::vector<collision::Trust> trust = TrustOf(answers, context.snapshot);
   if (context.form == Form::kColumns) {
     response->set_scalar(context.precision == Precision::kSingle ? v1::SCALAR_F32 : v1::SCALAR_F64);
     response->set_hit(Bytes(answers.hit));
@@ -200,11 +221,13 @@ void ToProto(const collision::RayColumns& answers, std::span<const collision::Ra
     response->set_normal(Scalars(answers.normal, context.precision));
     response->set_object_index(Bytes(objects));
     response->set_object_part(Bytes(answers.object_part));
+    response->set_trust(EnumBytes(trust));
     return;
   }
   for (std::size_t i = 0; i < answers.completed; ++i) {
     v1::RayRow* row = response->add_rows();
     row->set_hit(answers.hit[i] != 0);
+    row->set_trust(ToProto(trust[i]));
     if (answers.hit[i] == 0) continue;
     row->set_distance_m(answers.distance_m[i]);
     *row->mutable_point() =

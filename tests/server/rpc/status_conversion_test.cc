@@ -45,6 +45,13 @@ TEST(StatusConversion, AMessageOfAStreamCarriesTheSame) {
   EXPECT_EQ(error.code(), static_cast<int>(grpc::StatusCode::INVALID_ARGUMENT));
   EXPECT_EQ(error.reason(), "INVALID_FIELD");
   EXPECT_EQ(error.fields(0).field(), "x");
+  EXPECT_FALSE(error.has_retry_delay());
+  const v1::QueryError overload = ToQueryError(
+      MakeError(absl::StatusCode::kResourceExhausted, "full",
+                {.reason = "FULL", .metadata = {{"limit", "3"}}, .retry_after_s = 1.5}));
+  EXPECT_EQ(overload.retry_delay().seconds(), 1);
+  EXPECT_EQ(overload.retry_delay().nanos(), 500'000'000);
+  EXPECT_EQ(overload.metadata().at("limit"), "3");
 }
 
 TEST(StatusConversion, OverloadSaysWhenToComeBack) {

@@ -19,8 +19,11 @@ class Answers : public ::testing::Test {
       collision::WorldObject object;
       object.name = name;
       object.uid = std::string("uid_") + name;
-      object.geometry = std::make_shared<const collision::PreparedModel>(
-          collision::PreparedModel{std::make_shared<const HybridModel>(), {}});
+      auto model = std::make_shared<HybridModel>();
+      for (int part = 0; part < 6; ++part) {
+        model->shapes.push_back({.X_OS = Pose::Identity(), .shape = Sphere{0.1}, .fit = {}});
+      }
+      object.geometry = collision::Prepare(std::move(model));
       objects.push_back(collision::Place(object));
     }
     snapshot_ = collision::WorldSnapshot({9}, objects);
