@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "collision/geometry/validation.h"
 #include "server/wire/numbers.h"
 #include "server/wire/objects.h"
 #include "server/wire/poses.h"
@@ -153,12 +154,20 @@ absl::StatusOr<perception::SensorNoise> NoiseOf(const v1::SensorModel& model,
   return noise;
 }
 
+void SetModeler(const v1::IngestOptions& options, perception::ModelerOptions& modeler) {
+  if (options.has_search_planes()) modeler.search_planes = options.search_planes();
+  if (options.has_search_cylinders()) modeler.search_cylinders = options.search_cylinders();
+  if (options.has_search_spheres()) modeler.search_spheres = options.search_spheres();
+  if (options.has_search_cones()) modeler.search_cones = options.search_cones();
+}
+
 absl::StatusOr<perception::InterpretOptions> InterpretOptionsOf(const v1::IngestCloudHeader& header,
                                                                 const FieldPath& path) {
   perception::InterpretOptions options;
   auto noise = NoiseOf(header.sensor_model(), path.Field("sensor_model"));
   if (!noise.ok()) return noise.status();
   options.noise = *noise;
+  SetModeler(header.options(), options.modeler);
   if (header.has_x_world_sensor()) {
     auto X_WC = FromProto(header.x_world_sensor(), path.Field("x_world_sensor"));
     if (!X_WC.ok()) return X_WC.status();
@@ -200,6 +209,9 @@ absl::StatusOr<IngestRequest> RequestOf(const v1::IngestCloudHeader& header,
   if (!status.ok()) return status;
   request.sensor = header.sensor();
   request.write.request_id = header.request_id();
+  if (header.has_expected_revision()) {
+    request.write.expected_revision = collision::Revision{header.expected_revision()};
+  }
   auto options = InterpretOptionsOf(header, path);
   if (!options.ok()) return options.status();
   request.options = *options;
@@ -225,6 +237,7 @@ absl::StatusOr<CloudPlan> FromProto(const v1::IngestCloudHeader& header, const L
   auto request = RequestOf(header, path);
   if (!request.ok()) return request.status();
   CloudPlan plan{.world = header.world(),
+                 .world_uid = header.world_uid(),
                  .layout = *layout,
                  .point_count = header.point_count(),
                  .total_bytes = header.total_bytes(),
@@ -297,6 +310,25 @@ absl::Status CheckPrecision(const CloudPlan& plan, std::string_view bytes) {
   return absl::OkStatus();
 }
 
+absl::Status CheckPoints(const std::vector<Eigen::Vector3f>& points) {
+  bool any_finite = false;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Eigen::Vector3f& point = points[i];
+    if (!point.allFinite()) continue;
+    any_finite = true;
+    Eigen::Index axis = 0;
+    if (point.cwiseAbs().maxCoeff(&axis) <= kLargestCoordinate_m) continue;
+    const std::string name = absl::StrCat("point ", i, ".", std::string(kCoordinates[axis]));
+    return FieldPath().Field(name).Error(
+        absl::StrCat("is ", point[axis], ", must be within ", kLargestCoordinate_m));
+  }
+  if (any_finite) return absl::OkStatus();
+  const FieldPath root;
+  const FieldPath chunk = root.Field("chunk");
+  return chunk.Field("data").Error(
+      absl::StrCat("holds ", points.size(), " points, none of them finite, must hold one"));
+}
+
 }  // namespace
 
 absl::StatusOr<perception::PointCloud> DecodeCloud(const CloudPlan& plan, std::string_view bytes) {
@@ -306,6 +338,7 @@ absl::StatusOr<perception::PointCloud> DecodeCloud(const CloudPlan& plan, std::s
   cloud.height = plan.request.cloud.height;
   cloud.points.resize(plan.point_count);
   ReadVectors(bytes, plan.layout.point_step, plan.layout.xyz, cloud.points);
+  if (auto status = CheckPoints(cloud.points); !status.ok()) return status;
   if (plan.layout.normal.has_value()) {
     cloud.normals.resize(plan.point_count);
     ReadVectors(bytes, plan.layout.point_step, *plan.layout.normal, cloud.normals);

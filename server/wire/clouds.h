@@ -41,6 +41,7 @@ struct CloudLayout {
 // A judged header.
 struct CloudPlan {
   std::string world;
+  std::string world_uid;  // non-empty: must match
   CloudLayout layout;
   std::int64_t point_count = 0;
   std::int64_t total_bytes = 0;
@@ -54,8 +55,9 @@ struct CloudPlan {
 absl::StatusOr<CloudPlan> FromProto(const v1::IngestCloudHeader& header, const Limits& limits,
                                     const FieldPath& path);
 
-// Precondition: bytes.size() == plan.total_bytes. Non-finite coordinates are kept (no return).
-// "header.layout point 17: x is ..." for an F64 coordinate beyond kFarthestPoint_m.
+// Precondition: bytes.size() == plan.total_bytes. Non-finite coordinates are kept (no return), but
+// one point must be finite ("chunk.data"). InvalidArgument of the field "point 17.x" for an F64
+// coordinate beyond kFarthestPoint_m and any beyond kLargestCoordinate_m.
 absl::StatusOr<perception::PointCloud> DecodeCloud(const CloudPlan& plan, std::string_view bytes);
 
 struct IngestReply {

@@ -97,6 +97,50 @@ TEST(WireCloud, DoublesThatWouldLoseTheirPrecisionAreRefused) {
   EXPECT_TRUE(DecodeCloud(*plan, BytesOf<double>({nan, nan, nan, 0, 0, 1})).ok());
 }
 
+TEST(WireCloud, CloudsWithoutAPointAreRefusedByTheirField) {
+  const auto plan = Convert(PackedHeader(2));
+  ASSERT_TRUE(plan.ok());
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  const auto nothing = DecodeCloud(*plan, BytesOf<float>({nan, nan, nan, 0, nan, 1}));
+  EXPECT_EQ(FieldAtFault(nothing.status()), "chunk.data");
+  EXPECT_THAT(TextOf(nothing.status()), HasSubstr("2 points, none of them finite"));
+  EXPECT_TRUE(DecodeCloud(*plan, BytesOf<float>({nan, nan, nan, 0, 0, 1})).ok());
+}
+
+TEST(WireCloud, CoordinatesThatNoWorldHoldsAreRefusedByTheirPoint) {
+  const auto plan = Convert(PackedHeader(2));
+  ASSERT_TRUE(plan.ok());
+  const auto far = DecodeCloud(*plan, BytesOf<float>({0, 0, 1, 0, -1e30f, 1}));
+  EXPECT_EQ(FieldAtFault(far.status()), "point 1.y");
+  EXPECT_THAT(TextOf(far.status()), HasSubstr("is -1e+30, must be within 1e+06"));
+  EXPECT_TRUE(DecodeCloud(*plan, BytesOf<float>({0, 0, 1, 0, -1e6f, 1})).ok());
+}
+
+TEST(WireCloud, TheWriterCanNameTheWorldAndTheRevisionThatItKnows) {
+  v1::IngestCloudHeader header = PackedHeader(1);
+  EXPECT_EQ(Convert(header)->request.write.expected_revision, std::nullopt);
+  header.set_expected_revision(7);
+  header.set_world_uid("uid");
+  const auto plan = Convert(header);
+  ASSERT_TRUE(plan.ok());
+  EXPECT_EQ(plan->request.write.expected_revision, collision::Revision{7});
+  EXPECT_EQ(plan->world_uid, "uid");
+}
+
+TEST(WireCloud, KindsOfShapesCanBeSwitchedOff) {
+  v1::IngestCloudHeader header = PackedHeader(1);
+  const auto all = Convert(header);
+  ASSERT_TRUE(all.ok());
+  EXPECT_TRUE(all->request.options.modeler.search_cylinders);
+  header.mutable_options()->set_search_cylinders(false);
+  const auto some = Convert(header);
+  ASSERT_TRUE(some.ok());
+  EXPECT_FALSE(some->request.options.modeler.search_cylinders);
+  EXPECT_TRUE(some->request.options.modeler.search_planes);
+  EXPECT_TRUE(some->request.options.modeler.search_spheres);
+  EXPECT_TRUE(some->request.options.modeler.search_cones);
+}
+
 TEST(WireCloud, OrganisedCloudsKeepTheirShape) {
   v1::IngestCloudHeader header = PackedHeader(6);
   header.set_width(3);
