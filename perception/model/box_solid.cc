@@ -9,10 +9,10 @@ namespace cwm::perception {
 namespace {
 
 const double kOrthogonal_sine = std::sin(kSameDirection_rad);
-constexpr double kEdgeGap_m = 0.025;  // edges lose points to mixed pixels and to the normal gate
-constexpr double kBehindShare = 0.9;  // of a face's points behind the other face
-constexpr std::size_t kGapPoints = 150;
-constexpr double kLeastThickness_m = 0.002;
+constexpr double kEdgeGap_m = 0.025;     // edges lose points to mixed pixels and to the normal gate
+constexpr double kBehindShare = 0.9;     // of a face's points behind the other face
+constexpr std::size_t kGapPoints = 150;  // of a face: far denser than kEdgeGap_m
+constexpr double kLeastThickness_m = 0.002;  // chosen: of cardboard; a box needs some volume
 
 const PlaneModel& PlaneOf(const ShapeFit& fit) { return std::get<PlaneModel>(fit.model); }
 

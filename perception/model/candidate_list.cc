@@ -12,8 +12,8 @@ namespace {
 constexpr std::size_t kFirstSubset = 128;  // tells 5 % from 20 % of inliers
 constexpr double kConfidence_sigma = 2.5;  // 99 % on one side
 constexpr double kLeaderSlack = 1.1;       // upper bounds within a tenth do not change the leader
-constexpr double kRefusedShare = 0.7;      // of a candidate's inliers
-constexpr std::size_t kMostCandidates = 400;
+constexpr double kRefusedShare = 0.7;      // of a candidate's inliers; chosen: nearly the same
+constexpr std::size_t kMostCandidates = 400;  // chosen: what a look at the leader goes through
 
 unsigned char KindBit(const AnyModel& model) {
   return static_cast<unsigned char>(1U << model.index());

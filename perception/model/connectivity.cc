@@ -7,8 +7,8 @@
 namespace cwm::perception {
 namespace {
 
-constexpr double kCellSpacings = 3;
-constexpr double kCellSigmas = 3;
+constexpr double kCellSpacings = 3;  // 9 points a cell of an even surface: none is empty by chance
+constexpr double kCellSigmas = 3;    // the distance gate: inliers of one surface meet across it
 constexpr double kLeastCell_m = 1e-3;  // all points in one place
 
 double CellEdge_m(const ModelPoints& points) {

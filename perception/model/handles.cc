@@ -22,9 +22,9 @@ constexpr double kMostThickness_m = 0.035;  // of the third
 constexpr double kLeastElongation = 1.4;    // first extent to second
 constexpr double kRootGap_m = 0.015;        // from the surface to its nearest point
 constexpr double kLeastReach_m = 0.015;     // of its farthest point: more than a rough wall
-constexpr double kLeastCell_m = 0.006;
-constexpr double kCellSpacings = 3;    // as in Connectivity
-constexpr int kPointsPerPiece = 2048;  // of some 0.2 us
+constexpr double kLeastCell_m = 0.006;      // 4 sigma of a Kinect at 0.8 m: noise parts no handle
+constexpr double kCellSpacings = 3;         // as in Connectivity
+constexpr int kPointsPerPiece = 2048;       // of some 0.2 us
 
 struct Host {
   std::size_t solid = 0;

@@ -6,13 +6,20 @@
 namespace cwm::perception {
 
 struct ModelerOptions {
+  // Each kind can be switched off (paper, section V): nothing of that kind is proposed, grown out
+  // of another kind, or kept. Its points go to the kinds that are left where these explain them,
+  // else to handles and surfaces. Without planes there are no boxes, no plates, and no discs that
+  // cap round solids; without all four no shapes and no handles.
   bool search_planes = true;
   bool search_cylinders = true;
   bool search_spheres = true;
   bool search_cones = true;
   double max_radius_m = 0.5;  // larger curved shapes are not told from planes at close range
+  // Chosen: what is thinner shows five pixels of a Kinect at 0.8 m or fewer across.
   double min_radius_m = 0.004;
-  int min_inliers = 60;                    // a shape must explain at least this many points
+  // A shape must explain at least this many points: five independent ones, as many as a cylinder
+  // has parameters (kPointsPerIndependentSample).
+  int min_inliers = 60;
   double missed_shape_probability = 0.01;  // of a shape of min_inliers points
   std::uint64_t seed = 1;                  // same seed, same bytes
 };

@@ -13,8 +13,8 @@ namespace cwm::perception {
 namespace {
 
 constexpr double kRectangleFill = 0.85;  // a disc fills 0.79 of its square
-constexpr double kOutlineFill = 0.55;    // of the hull's cells that hold points
-constexpr double kCellSpacings = 2.5;
+constexpr double kOutlineFill = 0.55;    // of the hull's cells that hold points; chosen: no L
+constexpr double kCellSpacings = 2.5;    // 6 points a cell: chance leaves one of 500 empty
 
 struct Rectangle {
   Vector2 x = Vector2::UnitX();  // unit, one of its edges

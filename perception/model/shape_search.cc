@@ -17,8 +17,8 @@ constexpr std::int64_t kMostDraws = 60000;
 // A draw that starts on a shape finds it when the cell has a good size for it (one level of three)
 // and the sample's noise lets it pass its tests (assumed: half of them).
 constexpr double kDrawSucceeds = 1.0 / 6;
-constexpr std::uint32_t kLeastCellPoints = 4;
-constexpr int kAttempts = 4;  // to hit an available point of a cell
+constexpr std::uint32_t kLeastCellPoints = 4;  // the largest sample, of a cone, and its tester
+constexpr int kAttempts = 4;                   // to hit an available point of a cell
 
 }  // namespace
 

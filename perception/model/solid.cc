@@ -10,8 +10,8 @@ namespace cwm::perception {
 namespace {
 
 constexpr double kExtentBin_m = 0.004;  // about two standard deviations of the noise
-constexpr int kMostBins = 128;
-constexpr int kFewestBins = 6;  // shorter than 24 mm: the ends are all there is
+constexpr int kMostBins = 128;          // half a metre in bins of that width; wider ones beyond
+constexpr int kFewestBins = 6;          // shorter than 24 mm: the ends are all there is
 
 // From the first bin on, where an edge of full density would lie that holds as many points as the
 // ragged one: points scatter beyond an edge as much as they are missing before it.

@@ -16,18 +16,20 @@ using Eigen::Vector3f;
 using Members = std::vector<std::uint32_t>;
 
 constexpr double kDegree = std::numbers::pi / 180;
+// Sizes and shares are chosen for things for a table and checked on labelled Kinect scans.
 constexpr double kSmallestPart_m2 = 3e-4;   // smaller pieces fix no plane
 constexpr double kLargestGap_m = 0.35;      // between the parts of an object for a table
 constexpr double kFacetShare = 0.2;         // of a piece's sample
-constexpr std::size_t kSmallestFacet = 24;  // sample points
+constexpr std::size_t kSmallestFacet = 24;  // sample points: two independent ones
 constexpr int kMostFacets = 3;              // of a box, three faces show
 // 3 degrees of flatness; a face of 3 x 3 cm under Kinect noise adds two standard deviations of 1.5.
 constexpr double kSamePlane_rad = 6 * kDegree;
 constexpr double kMostOffset_sigma = 1;  // of a facet's mean against the common plane
+// 336 places: a share of 6 percent is known to 1.3.
 constexpr int kSightLines = 48;
 constexpr int kPlacesPerLine = 8;
 constexpr double kMostContradictions = 0.06;  // of the places between: mixed pixels at edges
-constexpr double kLeastHidden = 0.25;
+constexpr double kLeastHidden = 0.25;         // the rest lies on the parts themselves
 
 struct Facet {
   Plane plane;

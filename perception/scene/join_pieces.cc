@@ -10,6 +10,7 @@
 namespace cwm::perception {
 namespace {
 
+// Chosen for things for a table, and checked on labelled Kinect scans.
 constexpr double kScrap_m2 = 2e-4;          // smaller pieces are nothing of their own
 constexpr double kAttachedPart_m2 = 25e-4;  // visible area of a handle or a knob
 constexpr double kKnobShare = 0.08;         // small enough to be a part even at the foot

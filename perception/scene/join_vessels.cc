@@ -7,6 +7,7 @@
 namespace cwm::perception {
 namespace {
 
+// Chosen for vessels for a table, and checked on labelled Kinect scans.
 constexpr double kSmallestWall_m2 = 4e-4;  // of a seed: an espresso cup's outside
 constexpr double kLeastAgreement = 0.7;    // of normals with a common axis; noise passes 0.99
 constexpr double kLeastOneSided = 0.8;     // outward or inward

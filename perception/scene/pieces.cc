@@ -19,9 +19,9 @@ constexpr float kConcave_rad = 20 * kDegree;  // measured on the mOSD learn scen
 constexpr float kSupportNormalGate_rad = 15 * kDegree;
 constexpr float kNormalGate_sigma = 3;
 constexpr float kWarp_sigma = 6;  // half of the largest: what rises more is a thing of its own
-constexpr double kLargestPatch_m2 = 0.04;  // the floor of a pot of 22 cm
-constexpr float kFlatShare = 0.9f;         // the rest may be mixed pixels
-constexpr std::uint32_t kSmallestSeed_nodes = 40;
+constexpr double kLargestPatch_m2 = 0.04;          // the floor of a pot of 22 cm
+constexpr float kFlatShare = 0.9f;                 // the rest may be mixed pixels
+constexpr std::uint32_t kSmallestSeed_nodes = 40;  // three independent ones fix a plane
 
 // Angle by which the surface turns towards the viewer from a to b: positive is concave.
 float Concavity_rad(const OrientedPoints& nodes, std::size_t a, std::size_t b) {

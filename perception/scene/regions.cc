@@ -15,6 +15,8 @@ namespace {
 
 using Eigen::Vector3f;
 
+// Chosen: things may jut out, the outline is true to one and a half cells of 7.5 mm or more, and
+// what lies beyond it by more than half would tip.
 constexpr double kOverhang_m = 0.03;     // beyond the outline, and still over the support
 constexpr double kLeastShareOver = 0.5;  // of a region's nodes
 constexpr double kFootHeight_m = 0.02;   // plus 3 sigma: the lowest points stand on the support

@@ -20,8 +20,8 @@ constexpr double kLowShare = 0.1;      // of the nodes: what may touch
 constexpr double kLeastContact = 0.3;  // of those; the rest may overhang or turn away
 constexpr double kTopShare = 0.9;      // of column heights: above, a handle or noise
 constexpr std::size_t kLeastTop_cells = 4;  // that make a top
-constexpr double kLeastOver = 0.5;
-constexpr double kBorder_m = 0.01;  // footprints blur by a cell
+constexpr double kLeastOver = 0.5;          // of a footprint: what holds less would tip
+constexpr double kBorder_m = 0.01;          // footprints blur by a cell
 
 using Cell = std::pair<int, int>;
 

@@ -17,8 +17,8 @@ constexpr double kLeastMiss_m = 0.012;    // error of an axis known from half of
 // (a - sin a cos a) / (a + sin a cos a) for an arc of +-a: 30 degrees. Faces of boxes that fan out
 // by chance fail the agreement.
 constexpr double kLeastFan = 0.1;
-constexpr std::size_t kLeastMembers = 20;
-constexpr int kRounds = 4;
+constexpr std::size_t kLeastMembers = 20;  // as the header says; chosen: two independent normals
+constexpr int kRounds = 4;  // chosen: the first one by all normals, the rest by those that agree
 
 struct Ray {
   Vector2 from, direction;  // direction is unit

@@ -23,10 +23,11 @@ using Eigen::Vector3f;
 // Cells of an unorganised cloud: two of them span half a normal neighbourhood's radius and more;
 // 4 mm under Kinect noise at 0.8 m.
 constexpr float kCell_sigma = 2.7f;
-constexpr float kSmallestCell_m = 0.002f;
+constexpr float kSmallestCell_m = 0.002f;  // a pixel at 1 m: finer cells hold single points
 // Cells grow until a cell has this many neighbours, as on a surface without gaps (8 at most).
 constexpr double kLeastNeighbours = 4;
 constexpr int kMostGrowth = 8;  // times 1.5 each: 25
+// Of normals: 2.6 cells of 2.7 sigma are the 7 sigma of an image's (kNormalRadius_sigma).
 constexpr float kRadius_cells = 2.6f;
 
 double MeanNeighbours(const VoxelGrid& grid) {

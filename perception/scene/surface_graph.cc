@@ -16,6 +16,58 @@ std::vector<float> Ranges(const OrientedPoints& nodes) {
   return range_m;
 }
 
+struct CellLinks {
+  std::vector<std::uint32_t> links;
+  std::vector<std::array<std::uint32_t, 2>> pairs;
+};
+
+// The best opposite of each node around `center`: nearest to straight across, at least 150 degrees
+// apart.
+std::vector<std::array<std::uint32_t, 2>> OppositePairs(const OrientedPoints& nodes,
+                                                        const Eigen::Vector3f& center,
+                                                        const std::vector<std::uint32_t>& around) {
+  constexpr float kLeastAcross_cos = -0.866f;
+  std::vector<std::array<std::uint32_t, 2>> pairs;
+  for (std::uint32_t a : around) {
+    const Eigen::Vector3f da = (nodes.points[a] - center).normalized();
+    float best = kLeastAcross_cos;
+    std::uint32_t opposite = a;
+    for (std::uint32_t b : around) {
+      const float cosine = da.dot((nodes.points[b] - center).normalized());
+      if (cosine < best) best = cosine, opposite = b;
+    }
+    if (opposite > a) pairs.push_back({a, opposite});
+  }
+  return pairs;
+}
+
+// Cells that touch are linked. Opposite partners lie two to three cells away: two cells are one
+// normal neighbourhood's radius when the cells are built for it (kRadius_cells of
+// segment_scene.cc).
+CellLinks LinksOfCell(const VoxelGrid& grid, const OrientedPoints& nodes, std::size_t c) {
+  const float nearest_m = 1.9f * grid.edge_m(), farthest_m = 3.1f * grid.edge_m();
+  CellLinks found;
+  std::vector<std::uint32_t> around;
+  VoxelGrid::Cell d;
+  for (d.z() = -3; d.z() <= 3; ++d.z()) {
+    for (d.y() = -3; d.y() <= 3; ++d.y()) {
+      for (d.x() = -3; d.x() <= 3; ++d.x()) {
+        const std::int32_t other = grid.Find(grid.cell(c) + d);
+        const int ring = d.cwiseAbs().maxCoeff();
+        if (other < 0 || ring == 0) continue;
+        if (ring == 1) found.links.push_back(static_cast<std::uint32_t>(other));
+        const float distance_m =
+            (nodes.points[static_cast<std::size_t>(other)] - nodes.points[c]).norm();
+        if (distance_m > nearest_m && distance_m < farthest_m) {
+          around.push_back(static_cast<std::uint32_t>(other));
+        }
+      }
+    }
+  }
+  found.pairs = OppositePairs(nodes, nodes.points[c], around);
+  return found;
+}
+
 }  // namespace
 
 SurfaceGraph SurfaceGraph::OfImage(const MeasuredPoints& measured) {
@@ -62,47 +114,11 @@ int SurfaceGraph::Reach_px(std::size_t node) const {
 }
 
 void SurfaceGraph::LinkCells(const Work& work) {
-  // Opposite partners lie two to three cells away: two cells are one normal neighbourhood's radius
-  // when the cells are built for it (see CellEdge_m).
-  struct Found {
-    std::vector<std::uint32_t> links;
-    std::vector<std::array<std::uint32_t, 2>> pairs;
-  };
-  std::vector<Found> found(size());
-  auto link = [&](std::size_t c) {
-    std::vector<std::uint32_t> around;
-    VoxelGrid::Cell d;
-    for (d.z() = -3; d.z() <= 3; ++d.z()) {
-      for (d.y() = -3; d.y() <= 3; ++d.y()) {
-        for (d.x() = -3; d.x() <= 3; ++d.x()) {
-          const std::int32_t other = grid_->Find(grid_->cell(c) + d);
-          const int ring = d.cwiseAbs().maxCoeff();
-          if (other < 0 || ring == 0) continue;
-          if (ring == 1) found[c].links.push_back(static_cast<std::uint32_t>(other));
-          const float distance =
-              (nodes_->points[static_cast<std::size_t>(other)] - nodes_->points[c]).norm();
-          if (distance > 1.9f * grid_->edge_m() && distance < 3.1f * grid_->edge_m()) {
-            around.push_back(static_cast<std::uint32_t>(other));
-          }
-        }
-      }
-    }
-    // The best opposite of each: nearest to straight across, at least 150 degrees apart.
-    for (std::uint32_t a : around) {
-      const Eigen::Vector3f da = (nodes_->points[a] - nodes_->points[c]).normalized();
-      float best = -0.866f;
-      std::uint32_t opposite = a;
-      for (std::uint32_t b : around) {
-        const float cosine = da.dot((nodes_->points[b] - nodes_->points[c]).normalized());
-        if (cosine < best) best = cosine, opposite = b;
-      }
-      if (opposite > a) found[c].pairs.push_back({a, opposite});
-    }
-  };
+  std::vector<CellLinks> found(size());
   ParallelFor(size(), 64, work, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t c = begin; c < end; ++c) link(c);
+    for (std::size_t c = begin; c < end; ++c) found[c] = LinksOfCell(*grid_, *nodes_, c);
   });
-  for (const Found& f : found) {
+  for (const CellLinks& f : found) {
     first_link_.push_back(static_cast<std::uint32_t>(links_.size()));
     first_pair_.push_back(static_cast<std::uint32_t>(pairs_.size()));
     links_.insert(links_.end(), f.links.begin(), f.links.end());

@@ -7,7 +7,7 @@
 namespace cwm::perception {
 namespace {
 
-constexpr int kIterations = 20;
+constexpr int kIterations = 20;      // chosen: seven shrink the gate, the rest converge
 constexpr double kGateShrink = 0.8;  // per iteration: from 30 mm to 7 mm in seven
 // Of the weight that all points together give to one direction. A direction that less than a
 // thousandth of them determine moves slowly: noise does not turn a can.
