@@ -1,0 +1,97 @@
+#include <algorithm>
+#include <cstring>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
+#include "clients/formats/glb.h"
+
+namespace cwm::formats {
+namespace {
+
+// glTF 2.0, section 4.4 (GLB) and the enumerations of sections 5.1 and 5.11.
+constexpr std::uint32_t kMagic = 0x46546C67;  // "glTF"
+constexpr std::uint32_t kVersion = 2;
+constexpr std::uint32_t kJsonChunk = 0x4E4F534A;
+constexpr std::uint32_t kBinaryChunk = 0x004E4942;
+constexpr int kUnsignedInt = 5125;
+constexpr int kFloat = 5126;
+constexpr int kArrayBuffer = 34962;
+constexpr int kElementArrayBuffer = 34963;
+
+void AppendWord(std::uint32_t word, std::string& out) {
+  char bytes[sizeof(word)];
+  std::memcpy(bytes, &word, sizeof(word));
+  out.append(bytes, sizeof(word));
+}
+
+// Chunks begin and end at multiples of four.
+void AppendChunk(std::uint32_t type, char padding, std::string content, std::string& out) {
+  content.append((4 - content.size() % 4) % 4, padding);
+  AppendWord(static_cast<std::uint32_t>(content.size()), out);
+  AppendWord(type, out);
+  out += content;
+}
+
+using Coordinates = std::array<float, 3>;
+
+std::vector<Coordinates> SinglePrecision(const MeshFile& mesh) {
+  std::vector<Coordinates> vertices;
+  vertices.reserve(mesh.vertices.size());
+  for (const auto& v : mesh.vertices) {
+    vertices.push_back({static_cast<float>(v[0]), static_cast<float>(v[1]),  //
+                        static_cast<float>(v[2])});
+  }
+  return vertices;
+}
+
+std::string Text(const Coordinates& c) { return absl::StrCat("[", absl::StrJoin(c, ","), "]"); }
+
+// The accessor of positions must name their bounds.
+std::string BoundsText(const std::vector<Coordinates>& vertices) {
+  Coordinates min = vertices.front();
+  Coordinates max = min;
+  for (const Coordinates& vertex : vertices) {
+    for (std::size_t i = 0; i < vertex.size(); ++i) {
+      min[i] = std::min(min[i], vertex[i]);
+      max[i] = std::max(max[i], vertex[i]);
+    }
+  }
+  return absl::StrCat("\"min\":", Text(min), ",\"max\":", Text(max));
+}
+
+std::string Describe(const MeshFile& mesh, const std::vector<Coordinates>& vertices) {
+  const std::size_t vertex_bytes = vertices.size() * sizeof(Coordinates);
+  const std::size_t index_bytes = mesh.triangles.size() * sizeof(mesh.triangles[0]);
+  return absl::StrCat(
+      R"({"asset":{"version":"2.0","generator":"cwm"},"scene":0,"scenes":[{"nodes":[0]}],)",
+      // -90 degrees about x: world Z becomes glTF's Y.
+      R"("nodes":[{"mesh":0,"rotation":[-0.70710678,0,0,0.70710678]}],)",
+      R"("meshes":[{"primitives":[{"attributes":{"POSITION":0},"indices":1}]}],)",
+      R"("accessors":[{"bufferView":0,"componentType":)", kFloat, R"(,"type":"VEC3","count":)",
+      vertices.size(), ",", BoundsText(vertices), R"(},{"bufferView":1,"componentType":)",
+      kUnsignedInt, R"(,"type":"SCALAR","count":)", 3 * mesh.triangles.size(),
+      R"(}],"bufferViews":[{"buffer":0,"byteOffset":0,"byteLength":)", vertex_bytes,
+      R"(,"target":)", kArrayBuffer, R"(},{"buffer":0,"byteOffset":)", vertex_bytes,
+      R"(,"byteLength":)", index_bytes, R"(,"target":)", kElementArrayBuffer,
+      R"(}],"buffers":[{"byteLength":)", vertex_bytes + index_bytes, "}]}");
+}
+
+}  // namespace
+
+std::string FormatGlbMesh(const MeshFile& mesh) {
+  const std::vector<Coordinates> vertices = SinglePrecision(mesh);
+  std::string binary(reinterpret_cast<const char*>(vertices.data()),
+                     vertices.size() * sizeof(Coordinates));
+  binary.append(reinterpret_cast<const char*>(mesh.triangles.data()),
+                mesh.triangles.size() * sizeof(mesh.triangles[0]));
+  std::string chunks;
+  AppendChunk(kJsonChunk, ' ', Describe(mesh, vertices), chunks);
+  AppendChunk(kBinaryChunk, '\0', std::move(binary), chunks);
+  std::string out;
+  AppendWord(kMagic, out);
+  AppendWord(kVersion, out);
+  AppendWord(static_cast<std::uint32_t>(3 * sizeof(std::uint32_t) + chunks.size()), out);
+  return out + chunks;
+}
+
+}  // namespace cwm::formats
