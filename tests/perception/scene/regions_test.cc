@@ -43,8 +43,9 @@ class TableScene {
   // Points that belong to no piece, apart from everything.
   TableScene& AddStray(int count) {
     for (int i = 0; i < count; ++i) {
-      Put(kCorner + Vector3(0.1 * (i % 5), 0.1 * (i / 5 % 5), 0.4 + 0.1 * (i / 25)),
-          Vector3::UnitZ(), kNoPiece);
+      const int column = i % 5, row = i / 5 % 5, layer = i / 25;
+      Put(kCorner + Vector3(0.1 * column, 0.1 * row, 0.4 + 0.1 * layer), Vector3::UnitZ(),
+          kNoPiece);
     }
     return *this;
   }
