@@ -23,6 +23,13 @@ struct Limits {
   std::int64_t max_inline_bytes = 1 << 20;  // labels above it travel by hash
   std::int64_t max_changes = 65'536;        // in one ApplyChanges
   std::int64_t max_worlds = 1'024;
+  // Answers of one batch, of some 100 bytes each: every row of the largest batch may have the 16
+  // contacts of the default. As messages an answer takes three times that, and few read so many.
+  std::int64_t max_answers = 1'048'576;
+  std::int64_t max_answers_as_messages = 65'536;
+  // An object travels whole: with a page or a watch's piece of others it stays below the 4 MiB that
+  // clients of gRPC receive by default.
+  std::int64_t max_object_bytes = 1 << 20;
   std::int64_t max_geometry_bytes = std::int64_t{2}
                                     << 30;  // blobs that clients wrote and no object holds yet
 };

@@ -1,6 +1,8 @@
 #include "server/rpc/query_answers.h"
 
+#include <algorithm>
 #include <memory>
+#include <string_view>
 #include <utility>
 
 #include "server/rpc/at_revision.h"
@@ -51,10 +53,39 @@ absl::StatusOr<Asked> Understand(Runtime& runtime, const Request& request, const
   return Asked{std::move(at->world), std::move(at->snapshot), *std::move(options)};
 }
 
-// `ask` is one of the questions about a body at poses.
+// One of the questions about a body at poses.
+template <class Ask>
+struct BodyQuestion {
+  Ask ask;
+  // The option that says how many answers a row may have, and the number.
+  std::string_view field;
+  std::int64_t (*per_row)(const collision::QueryOptions& options,
+                          const collision::WorldSnapshot& world);
+};
+template <class Ask>
+BodyQuestion(Ask, std::string_view,
+             std::int64_t (*)(const collision::QueryOptions&, const collision::WorldSnapshot&))
+    -> BodyQuestion<Ask>;
+
+std::int64_t OnePerRow(const collision::QueryOptions&, const collision::WorldSnapshot&) {
+  return 1;
+}
+
+// One answer an object at most.
+std::int64_t ResultsPerRow(const collision::QueryOptions& options,
+                           const collision::WorldSnapshot& world) {
+  return std::min<std::int64_t>(options.max_results,
+                                static_cast<std::int64_t>(world.objects().size()));
+}
+
+std::int64_t ContactsPerRow(const collision::QueryOptions& options,
+                            const collision::WorldSnapshot&) {
+  return options.max_contacts;
+}
+
 template <class Ask, class Request, class Response>
 absl::Status AnswerBody(Runtime& runtime, const Request& request, const CallContext& call,
-                        HeldSnapshot* held, Ask ask, Response* response) {
+                        HeldSnapshot* held, const BodyQuestion<Ask>& kind, Response* response) {
   auto asked = Understand(runtime, request, call, held);
   if (!asked.ok()) return asked.status();
   const Application& application = runtime.application;
@@ -64,8 +95,12 @@ absl::Status AnswerBody(Runtime& runtime, const Request& request, const CallCont
   if (!question.ok()) return question.status();
   auto status = CheckForm(asked->options.form, question->X_WB.size(), application.limits);
   if (!status.ok()) return status;
+  status = CheckAnswers(
+      {kind.field, kind.per_row(asked->options.query, *asked->snapshot), question->X_WB.size()},
+      asked->options.form, application.limits);
+  if (!status.ok()) return status;
   auto answers =
-      ask(*asked->snapshot, question->body, question->X_WB, asked->options.query, call.stop);
+      kind.ask(*asked->snapshot, question->body, question->X_WB, asked->options.query, call.stop);
   if (!answers.ok()) return answers.status();
   ToProto(*answers, asked->Context(), response);
   return absl::OkStatus();
@@ -76,19 +111,22 @@ absl::Status AnswerBody(Runtime& runtime, const Request& request, const CallCont
 absl::Status Answer(Runtime& runtime, const v1::CheckCollisionsRequest& request,
                     const CallContext& call, HeldSnapshot* held,
                     v1::CheckCollisionsResponse* response) {
-  return AnswerBody(runtime, request, call, held, collision::CheckCollisions, response);
+  return AnswerBody(runtime, request, call, held,
+                    BodyQuestion{collision::CheckCollisions, "", OnePerRow}, response);
 }
 
 absl::Status Answer(Runtime& runtime, const v1::GetDistancesRequest& request,
                     const CallContext& call, HeldSnapshot* held,
                     v1::GetDistancesResponse* response) {
-  return AnswerBody(runtime, request, call, held, collision::GetDistances, response);
+  return AnswerBody(runtime, request, call, held,
+                    BodyQuestion{collision::GetDistances, "max_results", ResultsPerRow}, response);
 }
 
 absl::Status Answer(Runtime& runtime, const v1::GetContactsRequest& request,
                     const CallContext& call, HeldSnapshot* held,
                     v1::GetContactsResponse* response) {
-  return AnswerBody(runtime, request, call, held, collision::GetContacts, response);
+  return AnswerBody(runtime, request, call, held,
+                    BodyQuestion{collision::GetContacts, "max_contacts", ContactsPerRow}, response);
 }
 
 absl::Status Answer(Runtime& runtime, const v1::CastRaysRequest& request, const CallContext& call,

@@ -1,5 +1,6 @@
 #include "server/wire/questions.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -197,6 +198,19 @@ absl::Status CheckForm(Form form, std::size_t row_count, const Limits& limits) {
       "options.result_form",
       absl::StrCat("is RESULT_FORM_ROWS for ", row_count,
                    " rows, must be RESULT_FORM_COLUMNS above ", limits.max_rows_as_messages));
+}
+
+absl::Status CheckAnswers(const AnswerBound& bound, Form form, const Limits& limits) {
+  const std::int64_t most =
+      form == Form::kRows ? limits.max_answers_as_messages : limits.max_answers;
+  const auto rows = std::max<std::int64_t>(1, static_cast<std::int64_t>(bound.row_count));
+  if (bound.per_row <= most / rows) return absl::OkStatus();
+  const FieldPath root;
+  const FieldPath options = root.Field("options");
+  return options.Field(bound.field)
+      .Error(absl::StrCat("is ", bound.per_row, " for ", rows, " rows, must be at most ",
+                          most / rows, ": a batch has at most ", most,
+                          form == Form::kRows ? " answers as RESULT_FORM_ROWS" : " answers"));
 }
 
 absl::Status UnknownObject(const std::string& name) {

@@ -53,6 +53,15 @@ absl::StatusOr<Question> FromProto(const v1::Subject& subject, const QuestionSou
 // RESULT_FORM_ROWS is for at most limits.max_rows_as_messages rows.
 absl::Status CheckForm(Form form, std::size_t row_count, const Limits& limits);
 
+// What the batch may answer at most, `per_row` a row, against the limits of the form. `field` is the
+// option that says `per_row`.
+struct AnswerBound {
+  std::string_view field;
+  std::int64_t per_row;
+  std::size_t row_count;
+};
+absl::Status CheckAnswers(const AnswerBound& bound, Form form, const Limits& limits);
+
 absl::Status UnknownObject(const std::string& name);
 
 }  // namespace cwm::server

@@ -3,6 +3,7 @@
 
 #include <cstring>
 
+#include "server/core/geometry_store.h"
 #include "tests/server/rpc/running_server.h"
 
 namespace cwm::server {
@@ -78,6 +79,7 @@ TEST_F(QueryTest, CollisionIsDistanceBelowTheMargin) {
   Call call;
   ASSERT_TRUE(query_->CheckCollisions(&call, request, &response).ok());
   EXPECT_EQ(response.verdicts(), std::string("\x02\x02\x01"));
+  EXPECT_EQ(response.trust(), std::string(3, static_cast<char>(v1::TRUST_EXACT)));
 }
 
 TEST_F(QueryTest, ContactsAreDeepestFirst) {
@@ -104,6 +106,55 @@ TEST_F(QueryTest, RaysHitTheNearestFace) {
   EXPECT_NEAR(response.rows(0).distance_m(), 0.9, kExact_m);
   EXPECT_NEAR(response.rows(0).normal().x(), 1, kExact_m);
   EXPECT_FALSE(response.rows(1).hit());
+  EXPECT_EQ(response.rows(0).trust(), v1::TRUST_EXACT);
+}
+
+TEST_F(QueryTest, ARayThatHitsAnOpenSurfaceSaysSo) {
+  TriangleMesh sheet;
+  sheet.vertices = {{-1, -1, 5}, {1, -1, 5}, {0, 1, 5}};
+  sheet.triangles = {{0, 1, 2}};
+  const std::string bytes = EncodeMesh(sheet);
+  const auto stored = application_.geometry.Put(BlobFormat::kMeshF64, bytes);
+  ASSERT_TRUE(stored.ok());
+  v1::ApplyChangesRequest put;
+  v1::Object* object = put.add_changes()->mutable_put()->mutable_object();
+  object->set_name("sheet");
+  object->add_shapes()->mutable_mesh()->set_hash(stored->hash);
+  v1::ApplyChangesResponse applied;
+  Call put_call;
+  ASSERT_TRUE(world_->ApplyChanges(&put_call, put, &applied).ok());
+  v1::CastRaysRequest request;
+  const double rays[12] = {0, 0, 3, 0, 0, 1, 0, 0, 3, 0, 0, -1};
+  request.mutable_rays()->set_data(rays, sizeof(rays));
+  v1::CastRaysResponse response;
+  Call call;
+  ASSERT_TRUE(query_->CastRays(&call, request, &response).ok());
+  EXPECT_EQ(response.hit(), std::string("\x01\x01"));
+  EXPECT_EQ(response.trust(), std::string({static_cast<char>(v1::TRUST_SURFACE_ONLY),
+                                           static_cast<char>(v1::TRUST_EXACT)}));
+}
+
+TEST_F(QueryTest, ABatchThatCouldFillTheMemoryIsRefusedByItsOption) {
+  v1::GetContactsRequest contacts;
+  *contacts.mutable_subject() = SphereAt(std::vector<double>(4'096, 0.5));
+  contacts.mutable_options()->set_max_contacts(1'024);
+  v1::GetContactsResponse ignored;
+  {
+    Call call;
+    const auto status = query_->GetContacts(&call, contacts, &ignored);
+    EXPECT_EQ(status.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+    EXPECT_EQ(FieldIn(status), "options.max_contacts");
+    EXPECT_THAT(status.error_message(), HasSubstr("is 1024 for 4096 rows, must be at most 256"));
+  }
+  contacts.mutable_options()->set_max_contacts(256);
+  Call call;
+  EXPECT_TRUE(query_->GetContacts(&call, contacts, &ignored).ok());
+  // Two objects: no row has more than two answers, whatever it asks for.
+  v1::GetDistancesRequest distances;
+  *distances.mutable_subject() = SphereAt(std::vector<double>(65'536, 0.5));
+  distances.mutable_options()->set_max_results(64);
+  v1::GetDistancesResponse answers;
+  EXPECT_TRUE(Distances(distances, &answers).ok());
 }
 
 TEST_F(QueryTest, AWorldObjectIsNoObstacleToItself) {
@@ -177,7 +228,7 @@ TEST_F(QueryTest, ATimeBudgetGivesThePrefixOfTheFullAnswer) {
   for (int i = 0; i < 200; ++i) PutBox("extra_" + std::to_string(i), 3 + i);
   v1::GetDistancesRequest request;
   *request.mutable_subject() = SphereAt(std::vector<double>(65'536, 100.5));
-  request.mutable_options()->set_max_results(64);
+  request.mutable_options()->set_max_results(16);
   request.mutable_options()->mutable_time_budget()->set_nanos(2'000'000);
   v1::GetDistancesResponse part;
   ASSERT_TRUE(Distances(request, &part).ok());
