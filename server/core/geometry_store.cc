@@ -138,6 +138,16 @@ struct GeometryStore::State {
     return Shrink();
   }
 
+  // The same bytes again, now with their mesh.
+  Freed Replace(Entry& entry, std::shared_ptr<const Blob> blob) {
+    held_bytes += Cost(*blob) - Cost(*entry.blob);
+    entry.Add(blob->mesh);
+    entry.blob.swap(blob);
+    Freed freed = Shrink();
+    freed.push_back(std::move(blob));
+    return freed;
+  }
+
   Freed Shrink() {
     Freed freed;
     while (held_bytes > max_bytes && recent.size() > 1) {
@@ -159,7 +169,7 @@ struct GeometryStore::State {
   }
 
   // The entry of the hash when its bytes can be had, marked as used; else null.
-  const Entry* Touch(const std::string& hash) {
+  Entry* Touch(const std::string& hash) {
     const auto found = entries.find(hash);
     if (found == entries.end() || found->second.dead()) return nullptr;
     if (found->second.blob != nullptr) {
@@ -200,11 +210,22 @@ absl::StatusOr<GeometryStore::Stored> GeometryStore::Put(BlobFormat format, std:
   const std::string hash = Sha256Hex(blob->bytes);
   State::Freed freed;
   std::lock_guard lock(state_->mutex);
-  const State::Entry* known = state_->Touch(hash);
+  State::Entry* const known = state_->Touch(hash);
   const Stored stored{.hash = hash, .already_known = known != nullptr};
   // What was known by a living mesh alone is held from now on: its writer will ask for it.
-  if (known == nullptr || known->blob == nullptr) freed = state_->Hold(hash, std::move(blob));
+  if (known == nullptr || known->blob == nullptr) {
+    freed = state_->Hold(hash, std::move(blob));
+  } else if (known->blob->mesh == nullptr && blob->mesh != nullptr) {  // were labels until now
+    freed = state_->Replace(*known, std::move(blob));
+  }
   return stored;
+}
+
+absl::StatusOr<GeometryStore::Stored> GeometryStore::PutAgain(BlobFormat format,
+                                                              std::string_view hash) {
+  const absl::StatusOr<std::shared_ptr<const Blob>> blob = Get(hash);
+  if (!blob.ok()) return blob.status();
+  return Put(format, (*blob)->bytes);
 }
 
 std::string GeometryStore::Offer(const std::shared_ptr<const TriangleMesh>& mesh) {

@@ -45,6 +45,8 @@ class GeometryStore {
   // InvalidArgument when a mesh blob is malformed or breaks a rule (indices, finite, triangles):
   // names field, value, rule. ResourceExhausted GEOMETRY_TOO_LARGE when it can never fit.
   absl::StatusOr<Stored> Put(BlobFormat format, std::string bytes);
+  // Of a blob that is known: as if its bytes had come again. NotFound GEOMETRY_UNKNOWN.
+  absl::StatusOr<Stored> PutAgain(BlobFormat format, std::string_view hash);
   // Makes the mesh of an object readable by its hash; holds it weakly.
   std::string Offer(const std::shared_ptr<const TriangleMesh>& mesh);
   // NotFound GEOMETRY_UNKNOWN.

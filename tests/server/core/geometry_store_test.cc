@@ -176,5 +176,39 @@ TEST(GeometryStore, HoldsWhatWasWrittenThoughItWasOfferedBefore) {
   EXPECT_TRUE(store.Get(stored->hash).ok());
 }
 
+TEST(GeometryStore, BytesThatCameAsLabelsServeAsAMeshOnceTheyComeAsOne) {
+  GeometryStore store(1 << 20);
+  TriangleMesh mesh;
+  mesh.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+  mesh.triangles = {{0, 1, 2}};
+  const std::string bytes = EncodeMesh(mesh);
+  const std::string hash = store.Put(BlobFormat::kLabelsU32, bytes)->hash;
+  EXPECT_EQ((*store.Get(hash))->mesh, nullptr);
+  const auto again = store.Put(BlobFormat::kMeshF64, bytes);
+  ASSERT_TRUE(again.ok()) << again.status();
+  EXPECT_TRUE(again->already_known);
+  ASSERT_NE((*store.Get(hash))->mesh, nullptr);
+  EXPECT_EQ((*store.Get(hash))->mesh->triangles, mesh.triangles);
+  ASSERT_TRUE(store.Put(BlobFormat::kLabelsU32, bytes).ok());
+  EXPECT_NE((*store.Get(hash))->mesh, nullptr) << "and stay one";
+}
+
+TEST(GeometryStore, WhatIsKnownIsPutAgainByItsHashAlone) {
+  GeometryStore store(1 << 20);
+  TriangleMesh mesh;
+  mesh.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+  mesh.triangles = {{0, 1, 2}};
+  const std::string hash = store.Put(BlobFormat::kLabelsU32, EncodeMesh(mesh))->hash;
+  const auto again = store.PutAgain(BlobFormat::kMeshF64, hash);
+  ASSERT_TRUE(again.ok()) << again.status();
+  EXPECT_TRUE(again->already_known);
+  EXPECT_NE((*store.Get(hash))->mesh, nullptr);
+  EXPECT_EQ(store.PutAgain(BlobFormat::kMeshF64, "nothing").status().code(),
+            absl::StatusCode::kNotFound);
+  const std::string labels = store.Put(BlobFormat::kLabelsU32, "1234")->hash;
+  EXPECT_EQ(store.PutAgain(BlobFormat::kMeshF64, labels).status().code(),
+            absl::StatusCode::kInvalidArgument);
+}
+
 }  // namespace
 }  // namespace cwm::server
