@@ -23,7 +23,9 @@ constexpr std::size_t kLongestSensorName = 128;  // as for worlds and objects
 
 absl::Status Cancelled() { return absl::CancelledError("ingest: the caller went away"); }
 
-bool SamePose(const Pose& a, const Pose& b) { return a.matrix() == b.matrix(); }
+bool SamePose(const SensorPose& a, const SensorPose& b) {
+  return a.X_WC.matrix() == b.X_WC.matrix() && a.given == b.given;
+}
 
 // An object that is in no world: what a scan showed, under a name of its own. Its geometry has the
 // model alone, prepared for no engine.
@@ -43,11 +45,11 @@ WorldObjectPtr Provisional(std::string name, const Detections& detections, int d
 class IngestRun {
  public:
   IngestRun(World& world, const IngestRequest& request, SceneInterpretation scene,
-            std::optional<Pose> assumed_X_WC, std::stop_token stop)
+            std::optional<SensorPose> assumed_pose, std::stop_token stop)
       : world_(world),
         request_(request),
         scene_(std::move(scene)),
-        assumed_X_WC_(std::move(assumed_X_WC)),
+        assumed_pose_(std::move(assumed_pose)),
         stop_(std::move(stop)),
         detections_(scene_),
         geometry_(detections_) {}
@@ -83,16 +85,19 @@ class IngestRun {
                            attempt < kOptimisticTries ? IfStale::kRefuse : IfStale::kMatchAgain);
           },
           request_.write,
-          [&](const WriteOutcome& done) {
-            return std::make_shared<const IngestOutcome>(Outcome(done));
-          });
+          {.applied =
+               [&](const collision::WorldSnapshot& next) {
+                 KeepPose();
+                 MarkObserved(next);
+               },
+           .reply =
+               [&](const WriteOutcome& done) {
+                 return std::make_shared<const IngestOutcome>(Outcome(done));
+               }});
       if (refusal_ == Refusal::kOtherPose) return std::nullopt;
       if (refusal_ == Refusal::kStale) continue;
       if (!written.ok()) return written.status();
       if (written->replayed) return Replayed(*written);
-      const bool stamped = request_.frame_stamp != std::chrono::system_clock::time_point();
-      world_.MarkObserved(Seen(),
-                          stamped ? request_.frame_stamp : std::chrono::system_clock::now());
       return Outcome(*written);
     }
   }
@@ -113,8 +118,8 @@ class IngestRun {
   absl::StatusOr<std::vector<collision::Change>> Changes(const SnapshotPtr& latest,
                                                          IfStale if_stale) {
     if (!request_.options.X_WC.has_value()) {
-      const std::optional<Pose> kept = world_.SensorPose(request_.sensor);
-      if (kept.has_value() && !(assumed_X_WC_.has_value() && SamePose(*kept, *assumed_X_WC_))) {
+      const std::optional<SensorPose> kept = world_.PoseOf(request_.sensor);
+      if (kept.has_value() && !(assumed_pose_.has_value() && SamePose(*kept, *assumed_pose_))) {
         refusal_ = Refusal::kOtherPose;
         return absl::AbortedError("the sensor got another pose");
       }
@@ -131,16 +136,34 @@ class IngestRun {
                    [&](const std::string& stem) { return world_.NextName(stem); });
     if (!plan.ok()) return plan.status();
     plan_ = *std::move(plan);
-    KeepPose();
     return plan_.changes;
   }
 
   void KeepPose() {
     if (request_.options.X_WC.has_value()) {
-      world_.KeepSensorPose(request_.sensor, *request_.options.X_WC);
-    } else if (!assumed_X_WC_.has_value()) {
-      world_.KeepSensorPose(request_.sensor, scene_.X_WC);
+      world_.KeepPose(request_.sensor, {*request_.options.X_WC, true});
+    } else if (!assumed_pose_.has_value()) {
+      world_.KeepPose(request_.sensor, {scene_.X_WC, false});
     }
+  }
+
+  void MarkObserved(const collision::WorldSnapshot& next) {
+    std::vector<Sighting> seen;
+    const auto add = [&seen](const std::vector<std::string>& names, bool anew) {
+      for (const std::string& name : names) seen.push_back({.name = name, .anew = anew});
+    };
+    add(plan_.added, true);
+    add(plan_.moved, true);
+    add(plan_.replaced, true);
+    add(plan_.kept, false);
+    for (std::size_t i = 0; i < scene_.supports.size(); ++i) {
+      for (Sighting& sighting : seen) {
+        if (sighting.name == plan_.names[i]) sighting.reachable = scene_.supports[i].reachable;
+      }
+    }
+    const bool stamped = request_.frame_stamp != std::chrono::system_clock::time_point();
+    world_.observations().Mark(
+        seen, stamped ? request_.frame_stamp : std::chrono::system_clock::now(), next);
   }
 
   IngestOutcome Start(collision::Revision revision) const {
@@ -175,18 +198,10 @@ class IngestRun {
     return outcome;
   }
 
-  std::vector<std::string> Seen() const {
-    std::vector<std::string> seen;
-    for (const auto* names : {&plan_.added, &plan_.moved, &plan_.replaced, &plan_.kept}) {
-      seen.insert(seen.end(), names->begin(), names->end());
-    }
-    return seen;
-  }
-
   World& world_;
   const IngestRequest& request_;
   const SceneInterpretation scene_;
-  const std::optional<Pose> assumed_X_WC_;  // given or kept when the scan was interpreted
+  const std::optional<SensorPose> assumed_pose_;  // given or kept when the scan was interpreted
   const std::stop_token stop_;
   const Detections detections_;
   DetectionGeometry geometry_;
@@ -195,12 +210,16 @@ class IngestRun {
   Refusal refusal_ = Refusal::kNone;
 };
 
-absl::StatusOr<SceneInterpretation> InterpretWith(const std::optional<Pose>& X_WC,
+absl::StatusOr<SceneInterpretation> InterpretWith(const std::optional<SensorPose>& pose,
                                                   const IngestRequest& request,
                                                   const Interpreter& interpret,
                                                   const std::stop_token& stop) {
   perception::InterpretOptions options = request.options;
-  options.X_WC = X_WC;
+  using Source = perception::InterpretOptions::PoseSource;
+  if (pose.has_value()) {
+    options.X_WC = pose->X_WC;
+    options.X_WC_source = pose->given ? Source::kGiven : Source::kEstimated;
+  }
   absl::StatusOr<SceneInterpretation> scene = interpret(request.cloud, options, stop);
   if (scene.ok() && stop.stop_requested()) return Cancelled();
   return scene;
@@ -218,17 +237,17 @@ absl::Status CheckSensorName(const std::string& sensor) {
 absl::StatusOr<IngestOutcome> Ingest(World& world, const IngestRequest& request,
                                      const Interpreter& interpret, std::stop_token stop) {
   if (const absl::Status valid = CheckSensorName(request.sensor); !valid.ok()) return valid;
-  if (request.mode != IngestMode::kSegmentOnly) {
-    absl::StatusOr<std::optional<WriteOutcome>> decided = world.Precheck(request.write);
-    if (!decided.ok()) return decided.status();
-    if (decided->has_value()) return IngestRun::Replayed(**decided);
-  }
+  WriteOptions write = request.write;
+  if (request.mode == IngestMode::kSegmentOnly) write.request_id.clear();  // nothing to repeat
+  absl::StatusOr<std::optional<WriteOutcome>> decided = world.Precheck(write);
+  if (!decided.ok()) return decided.status();
+  if (decided->has_value()) return IngestRun::Replayed(**decided);
   for (int attempt = 1; attempt <= kInterpretTries; ++attempt) {
-    const std::optional<Pose> X_WC =
-        request.options.X_WC.has_value() ? request.options.X_WC : world.SensorPose(request.sensor);
-    absl::StatusOr<SceneInterpretation> scene = InterpretWith(X_WC, request, interpret, stop);
+    std::optional<SensorPose> pose = world.PoseOf(request.sensor);
+    if (request.options.X_WC.has_value()) pose = {*request.options.X_WC, true};
+    absl::StatusOr<SceneInterpretation> scene = InterpretWith(pose, request, interpret, stop);
     if (!scene.ok()) return scene.status();
-    IngestRun run(world, request, *std::move(scene), X_WC, stop);
+    IngestRun run(world, request, *std::move(scene), pose, stop);
     if (request.mode == IngestMode::kSegmentOnly) return run.SegmentOnly();
     absl::StatusOr<std::optional<IngestOutcome>> outcome = run.Write();
     if (!outcome.ok()) return outcome.status();

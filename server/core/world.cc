@@ -75,10 +75,9 @@ struct World::State {
   std::unordered_map<std::string, std::int64_t> last_number;  // of NextName; under the turn
 
   mutable std::mutex sensors_mutex;
-  std::unordered_map<std::string, Pose> sensor_poses;
+  std::unordered_map<std::string, SensorPose> sensor_poses;
 
-  mutable std::mutex observed_mutex;
-  std::unordered_map<std::string, std::chrono::system_clock::time_point> observed;
+  Observations observations;
 
   // Under the turn.
   absl::StatusOr<std::optional<WriteOutcome>> Precheck(const WriteOptions& options) {
@@ -94,7 +93,7 @@ struct World::State {
 
   // Under the turn.
   absl::StatusOr<WriteOutcome> Write(const MakeChanges& make, const WriteOptions& options,
-                                     const MakeReply& reply, WorldFeed::Aftermath& aftermath) {
+                                     const WriteHooks& hooks, WorldFeed::Aftermath& aftermath) {
     absl::StatusOr<std::optional<WriteOutcome>> decided = Precheck(options);
     if (!decided.ok()) return decided.status();
     if (decided->has_value()) return **std::move(decided);
@@ -106,22 +105,16 @@ struct World::State {
     if (!next.ok()) return Explain(next.status(), base, *changes);
 
     WriteOutcome outcome{.revision = (*next)->revision(), .replayed = false, .snapshot = *next};
-    if (*next != base) aftermath = Publish(*base, *std::move(next));
+    std::vector<collision::ObjectDelta> deltas = collision::Difference(*base, **next);
+    for (const collision::ObjectDelta& delta : deltas) {
+      if (delta.after == nullptr) observations.Forget(delta.before->name);
+    }
+    if (hooks.applied) hooks.applied(**next);
+    if (*next != base) aftermath = feed->Publish(*std::move(next), std::move(deltas));
     if (!options.request_id.empty()) {
-      requests.Remember(options, outcome, reply ? reply(outcome) : nullptr, now());
+      requests.Remember(options, outcome, hooks.reply ? hooks.reply(outcome) : nullptr, now());
     }
     return outcome;
-  }
-
-  WorldFeed::Aftermath Publish(const collision::WorldSnapshot& base, SnapshotPtr next) {
-    std::vector<collision::ObjectDelta> deltas = collision::Difference(base, *next);
-    {
-      std::lock_guard lock(observed_mutex);
-      for (const collision::ObjectDelta& delta : deltas) {
-        if (delta.after == nullptr) observed.erase(delta.before->name);
-      }
-    }
-    return feed->Publish(std::move(next), std::move(deltas));
   }
 };
 
@@ -136,8 +129,7 @@ World::World(std::string name, std::string uid, Retention retention,
                        .last_number = {},
                        .sensors_mutex = {},
                        .sensor_poses = {},
-                       .observed_mutex = {},
-                       .observed = {}}) {}
+                       .observations = {}}) {}
 
 World::~World() = default;
 
@@ -158,11 +150,11 @@ absl::StatusOr<WriteOutcome> World::Apply(std::span<const Change> changes,
 }
 
 absl::StatusOr<WriteOutcome> World::Update(const MakeChanges& make, const WriteOptions& options,
-                                           const MakeReply& reply) {
+                                           const WriteHooks& hooks) {
   WorldFeed::Aftermath aftermath;
   absl::StatusOr<WriteOutcome> outcome = [&] {
     std::lock_guard turn(state_->turn);
-    return state_->Write(make, options, reply, aftermath);
+    return state_->Write(make, options, hooks, aftermath);
   }();
   aftermath.Finish();
   return outcome;
@@ -183,36 +175,20 @@ std::string World::NextName(const std::string& stem) {
   return name;
 }
 
-std::optional<Pose> World::SensorPose(const std::string& sensor) const {
+std::optional<SensorPose> World::PoseOf(const std::string& sensor) const {
   std::lock_guard lock(state_->sensors_mutex);
   const auto found = state_->sensor_poses.find(sensor);
   if (found == state_->sensor_poses.end()) return std::nullopt;
   return found->second;
 }
 
-void World::KeepSensorPose(const std::string& sensor, const Pose& X_WC) {
+void World::KeepPose(const std::string& sensor, const SensorPose& pose) {
   std::lock_guard lock(state_->sensors_mutex);
-  state_->sensor_poses[sensor] = X_WC;
+  state_->sensor_poses[sensor] = pose;
 }
 
-void World::MarkObserved(std::span<const std::string> names,
-                         std::chrono::system_clock::time_point when) {
-  const SnapshotPtr latest = Snapshot();
-  std::lock_guard lock(state_->observed_mutex);
-  for (const std::string& name : names) {
-    if (latest->Find(name) == nullptr) continue;
-    auto& last = state_->observed[name];
-    last = std::max(last, when);  // scans may arrive out of order
-  }
-}
-
-std::optional<std::chrono::system_clock::time_point> World::LastObserved(
-    const std::string& name) const {
-  std::lock_guard lock(state_->observed_mutex);
-  const auto found = state_->observed.find(name);
-  if (found == state_->observed.end()) return std::nullopt;
-  return found->second;
-}
+Observations& World::observations() { return state_->observations; }
+const Observations& World::observations() const { return state_->observations; }
 
 absl::StatusOr<std::unique_ptr<WatchCursor>> World::Watch(const WatchOptions& options,
                                                           std::function<void()> wake) {

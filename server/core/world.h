@@ -15,6 +15,7 @@
 #include "absl/status/statusor.h"
 #include "collision/world/world_snapshot.h"
 #include "server/core/limits.h"
+#include "server/core/observations.h"
 #include "server/core/watch.h"
 
 namespace cwm::server {
@@ -44,6 +45,21 @@ struct WriteOutcome {
   std::shared_ptr<const IngestOutcome> ingest = {};  // the first reply of a replayed ingest
 };
 
+// What goes with a write: both run under the writer's turn and may be empty.
+struct WriteHooks {
+  // Once the changes are known to be good, before anybody sees the world that they lead to: for
+  // what belongs to the write and is no part of a revision.
+  std::function<void(const collision::WorldSnapshot& next)> applied = {};
+  // Once written: what retries of the same request_id get as `ingest`.
+  std::function<std::shared_ptr<const IngestOutcome>(const WriteOutcome&)> reply = {};
+};
+
+// Where a sensor stands, for its scans that do not say it.
+struct SensorPose {
+  Pose X_WC = Pose::Identity();
+  bool given = false;  // told by somebody, not estimated from a scan
+};
+
 class World {
  public:
   // `now` tells ages; tests pass their own.
@@ -70,13 +86,11 @@ class World {
 
   // For changes that are made from the latest snapshot (ingest): takes the writer's turn, calls
   // `make` with it and applies what it returns. `make` runs under the turn and must be short; it
-  // is not called for a replay or a revision that does not match. `reply`, if any, makes what
-  // retries of the same request_id get as `ingest`; it runs under the turn, once written.
+  // is not called for a replay or a revision that does not match.
   using MakeChanges =
       std::function<absl::StatusOr<std::vector<collision::Change>>(const SnapshotPtr&)>;
-  using MakeReply = std::function<std::shared_ptr<const IngestOutcome>(const WriteOutcome&)>;
   absl::StatusOr<WriteOutcome> Update(const MakeChanges& make, const WriteOptions& options,
-                                      const MakeReply& reply = {});
+                                      const WriteHooks& hooks = {});
 
   // What Update would answer before it calls `make`: an error, the first reply of a retry, or
   // nothing. Saves the work of a write that cannot be.
@@ -87,12 +101,12 @@ class World {
   std::string NextName(const std::string& stem);
 
   // The sensor's first estimated pose is kept until one is given. Keep replaces.
-  std::optional<Pose> SensorPose(const std::string& sensor) const;
-  void KeepSensorPose(const std::string& sensor, const Pose& X_WC);
+  std::optional<SensorPose> PoseOf(const std::string& sensor) const;
+  void KeepPose(const std::string& sensor, const SensorPose& pose);
 
-  // Time of the last scan that saw the object; does not make a revision.
-  void MarkObserved(std::span<const std::string> names, std::chrono::system_clock::time_point when);
-  std::optional<std::chrono::system_clock::time_point> LastObserved(const std::string& name) const;
+  // What scans told of the objects; it goes with the object.
+  Observations& observations();
+  const Observations& observations() const;
 
   // Starts a watch; see watch.h. OutOfRange REVISION_COMPACTED / REVISION_IN_FUTURE, NotFound
   // WORLD_DELETED, Unavailable SERVER_DRAINING.
@@ -106,30 +120,6 @@ class World {
   // stay good.
   void Close();
   // Ends all watches with a last bookmark, for shutting down. Writes under way still finish.
-  void Drain();
-
- private:
-  struct State;
-  std::unique_ptr<State> state_;
-};
-
-// All worlds of the server. Thread safe. The empty name means "default".
-class WorldRegistry {
- public:
-  WorldRegistry(Limits limits, Retention retention,
-                std::function<Clock::time_point()> now = Clock::now);
-  ~WorldRegistry();
-
-  // InvalidArgument for a bad name (letters, digits, _ - . 1 to 128 characters), ResourceExhausted
-  // for too many.
-  absl::StatusOr<std::shared_ptr<World>> FindOrCreate(const std::string& name);
-  // NotFound WORLD_UNKNOWN. A non-empty `uid` that differs is FailedPrecondition WORLD_REPLACED.
-  absl::StatusOr<std::shared_ptr<World>> Find(const std::string& name,
-                                              const std::string& uid = "") const;
-  std::vector<std::shared_ptr<World>> List() const;  // by name
-  absl::StatusOr<std::shared_ptr<World>> Delete(const std::string& name,
-                                                const std::string& uid = "");
-  // Ends all watches with a last bookmark, for shutting down.
   void Drain();
 
  private:

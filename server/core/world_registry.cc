@@ -1,5 +1,6 @@
-// All worlds of the server, by name.
+#include "server/core/world_registry.h"
 #include <algorithm>
+#include <deque>
 #include <map>
 #include <mutex>
 #include <random>
@@ -8,7 +9,6 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "server/core/error.h"
-#include "server/core/world.h"
 
 namespace cwm::server {
 namespace {
@@ -42,35 +42,138 @@ std::string RandomUid() {
   return uid;
 }
 
+// Deletions by world and request_id, so that a retry gets the first reply though the world is gone.
+class DeletionMemory {
+ public:
+  explicit DeletionMemory(const Retention& retention)
+      : most_(retention.request_ids), kept_for_(retention.request_id_time) {}
+
+  struct Key {
+    std::string world;
+    std::string request_id;
+    friend auto operator<=>(const Key&, const Key&) = default;
+  };
+  struct Record {
+    std::string asked_uid;
+    WorldRegistry::Deleted reply;
+  };
+
+  const Record* Find(const Key& key, Clock::time_point now) {
+    while (!by_age_.empty() && by_age_.front().second + kept_for_ < now) ForgetOldest();
+    const auto found = records_.find(key);
+    return found == records_.end() ? nullptr : &found->second;
+  }
+
+  void Remember(const Key& key, Record record, Clock::time_point now) {
+    if (static_cast<std::int64_t>(records_.size()) >= most_) ForgetOldest();
+    records_[key] = std::move(record);
+    by_age_.emplace_back(key, now);
+  }
+
+ private:
+  void ForgetOldest() {
+    records_.erase(by_age_.front().first);
+    by_age_.pop_front();
+  }
+
+  const std::int64_t most_;
+  const std::chrono::seconds kept_for_;
+  std::map<Key, Record> records_;
+  std::deque<std::pair<Key, Clock::time_point>> by_age_;  // oldest first
+};
+
+absl::Status Unknown(const std::string& name) {
+  return MakeError(absl::StatusCode::kNotFound, absl::StrCat("world: there is no \"", name, "\""),
+                   {.reason = "WORLD_UNKNOWN", .metadata = {{"world", name}}});
+}
+
+absl::Status Replaced(const std::string& name, const std::string& expected_uid,
+                      const std::string& actual_uid) {
+  return MakeError(absl::StatusCode::kFailedPrecondition,
+                   absl::StrCat("world_uid: is \"", expected_uid, "\", the world \"", name,
+                                "\" is now \"", actual_uid, "\""),
+                   {.reason = "WORLD_REPLACED",
+                    .metadata = {{"expected_uid", expected_uid}, {"actual_uid", actual_uid}}});
+}
+
+absl::Status Reused(const std::string& request_id) {
+  return MakeError(
+      absl::StatusCode::kFailedPrecondition,
+      absl::StrCat("request_id: \"", request_id, "\" was used before for another world_uid"),
+      {.reason = "REQUEST_ID_REUSED", .metadata = {{"request_id", request_id}}});
+}
+
 }  // namespace
 
 struct WorldRegistry::State {
+  struct Entry {
+    std::shared_ptr<World> world;
+    bool kept = false;
+    int leases = 0;
+  };
+
   const Limits limits;
   const Retention retention;
   const std::function<Clock::time_point()> now;
   mutable std::mutex mutex;
-  std::map<std::string, std::shared_ptr<World>> worlds;
+  std::map<std::string, Entry> entries;
+  DeletionMemory deletions;
   bool draining = false;
 
   // Under the mutex.
   absl::StatusOr<std::shared_ptr<World>> Find(const std::string& name,
                                               const std::string& uid) const {
-    const auto found = worlds.find(Resolve(name));
-    if (found == worlds.end()) {
-      return MakeError(absl::StatusCode::kNotFound,
-                       absl::StrCat("world: there is no \"", Resolve(name), "\""),
-                       {.reason = "WORLD_UNKNOWN", .metadata = {{"world", Resolve(name)}}});
+    const auto found = entries.find(name);
+    if (found == entries.end() || !found->second.kept) return Unknown(name);
+    const std::shared_ptr<World>& world = found->second.world;
+    if (!uid.empty() && uid != world->uid()) return Replaced(name, uid, world->uid());
+    return world;
+  }
+
+  // Under the mutex. The entry of a world that may have been deleted meanwhile.
+  Entry* EntryOf(const World& world) {
+    const auto found = entries.find(world.name());
+    return found == entries.end() || found->second.world.get() != &world ? nullptr : &found->second;
+  }
+
+  // Under the mutex.
+  absl::StatusOr<Entry*> FindOrMake(const std::string& name) {
+    if (const auto found = entries.find(name); found != entries.end()) return &found->second;
+    if (static_cast<std::int64_t>(entries.size()) >= limits.max_worlds) {
+      return MakeError(absl::StatusCode::kResourceExhausted,
+                       absl::StrCat("world: there are ", entries.size(), ", must be at most ",
+                                    limits.max_worlds),
+                       {.reason = "TOO_MANY_WORLDS",
+                        .metadata = {{"limit", std::to_string(limits.max_worlds)}}});
     }
-    if (!uid.empty() && uid != found->second->uid()) {
-      return MakeError(absl::StatusCode::kFailedPrecondition,
-                       absl::StrCat("world_uid: is \"", uid, "\", the world \"", Resolve(name),
-                                    "\" is now \"", found->second->uid(), "\""),
-                       {.reason = "WORLD_REPLACED",
-                        .metadata = {{"expected_uid", uid}, {"actual_uid", found->second->uid()}}});
-    }
-    return found->second;
+    auto world = std::make_shared<World>(name, RandomUid(), retention, now);
+    if (draining) world->Drain();
+    return &(entries[name] = {.world = std::move(world), .kept = false, .leases = 0});
   }
 };
+
+WorldRegistry::Lease::Lease(Lease&& other) noexcept
+    : state_(other.state_), world_(std::move(other.world_)) {}
+
+WorldRegistry::Lease::~Lease() {
+  if (world_ == nullptr) return;
+  std::lock_guard lock(state_.mutex);
+  State::Entry* const entry = state_.EntryOf(*world_);
+  if (entry == nullptr) return;
+  --entry->leases;
+  if (!entry->kept && entry->leases == 0) state_.entries.erase(world_->name());
+}
+
+void WorldRegistry::Lease::Keep() {
+  std::lock_guard lock(state_.mutex);
+  if (State::Entry* const entry = state_.EntryOf(*world_); entry != nullptr) entry->kept = true;
+}
+
+bool WorldRegistry::Lease::kept() const {
+  std::lock_guard lock(state_.mutex);
+  const State::Entry* const entry = state_.EntryOf(*world_);
+  return entry != nullptr && entry->kept;
+}
 
 WorldRegistry::WorldRegistry(Limits limits, Retention retention,
                              std::function<Clock::time_point()> now)
@@ -78,61 +181,80 @@ WorldRegistry::WorldRegistry(Limits limits, Retention retention,
                        .retention = retention,
                        .now = std::move(now),
                        .mutex = {},
-                       .worlds = {}}) {}
+                       .entries = {},
+                       .deletions = DeletionMemory(retention)}) {}
 
 WorldRegistry::~WorldRegistry() = default;
 
-absl::StatusOr<std::shared_ptr<World>> WorldRegistry::FindOrCreate(const std::string& name) {
+absl::StatusOr<WorldRegistry::Lease> WorldRegistry::FindOrMake(const std::string& name,
+                                                               const std::string& uid) {
   if (const absl::Status valid = CheckName(name); !valid.ok()) return valid;
   std::lock_guard lock(state_->mutex);
-  const auto found = state_->worlds.find(Resolve(name));
-  if (found != state_->worlds.end()) return found->second;
-  if (static_cast<std::int64_t>(state_->worlds.size()) >= state_->limits.max_worlds) {
-    return MakeError(absl::StatusCode::kResourceExhausted,
-                     absl::StrCat("world: there are ", state_->worlds.size(), ", must be at most ",
-                                  state_->limits.max_worlds),
-                     {.reason = "TOO_MANY_WORLDS",
-                      .metadata = {{"limit", std::to_string(state_->limits.max_worlds)}}});
+  if (!uid.empty()) {
+    const auto found = state_->Find(Resolve(name), uid);
+    if (!found.ok()) return found.status();
   }
-  auto world = std::make_shared<World>(Resolve(name), RandomUid(), state_->retention, state_->now);
-  if (state_->draining) world->Drain();
-  state_->worlds.emplace(Resolve(name), world);
-  return world;
+  const absl::StatusOr<State::Entry*> entry = state_->FindOrMake(Resolve(name));
+  if (!entry.ok()) return entry.status();
+  ++(*entry)->leases;
+  return Lease(*state_, (*entry)->world);
+}
+
+absl::StatusOr<std::shared_ptr<World>> WorldRegistry::FindOrCreate(const std::string& name) {
+  absl::StatusOr<Lease> lease = FindOrMake(name);
+  if (!lease.ok()) return lease.status();
+  lease->Keep();
+  return lease->world();
 }
 
 absl::StatusOr<std::shared_ptr<World>> WorldRegistry::Find(const std::string& name,
                                                            const std::string& uid) const {
   std::lock_guard lock(state_->mutex);
-  return state_->Find(name, uid);
+  return state_->Find(Resolve(name), uid);
 }
 
 std::vector<std::shared_ptr<World>> WorldRegistry::List() const {
   std::lock_guard lock(state_->mutex);
   std::vector<std::shared_ptr<World>> worlds;
-  worlds.reserve(state_->worlds.size());
-  for (const auto& [name, world] : state_->worlds) worlds.push_back(world);
+  worlds.reserve(state_->entries.size());
+  for (const auto& [name, entry] : state_->entries) {
+    if (entry.kept) worlds.push_back(entry.world);
+  }
   return worlds;
 }
 
-absl::StatusOr<std::shared_ptr<World>> WorldRegistry::Delete(const std::string& name,
-                                                             const std::string& uid) {
+absl::StatusOr<WorldRegistry::Deleted> WorldRegistry::Delete(const std::string& name,
+                                                             const std::string& uid,
+                                                             const std::string& request_id) {
+  const DeletionMemory::Key key{Resolve(name), request_id};
   absl::StatusOr<std::shared_ptr<World>> world = absl::UnknownError("");
   {
     std::lock_guard lock(state_->mutex);
-    world = state_->Find(name, uid);
-    if (!world.ok()) return world;
-    state_->worlds.erase(Resolve(name));
+    if (const DeletionMemory::Record* first = state_->deletions.Find(key, state_->now())) {
+      if (first->asked_uid != uid) return Reused(request_id);
+      return first->reply;
+    }
+    world = state_->Find(key.world, uid);
+    if (!world.ok()) return world.status();
   }
-  (*world)->Close();  // waits for the writer's turn: not under our lock
-  return world;
+  // Waits for the writer's turn, so not under our lock; from then on its revision is its last.
+  (*world)->Close();
+  const Deleted deleted{(*world)->uid(), (*world)->Snapshot()->revision()};
+  std::lock_guard lock(state_->mutex);
+  if (state_->EntryOf(**world) == nullptr) return Unknown(key.world);  // another was faster
+  state_->entries.erase(key.world);
+  if (!request_id.empty()) state_->deletions.Remember(key, {uid, deleted}, state_->now());
+  return deleted;
 }
 
 void WorldRegistry::Drain() {
+  std::vector<std::shared_ptr<World>> worlds;
   {
     std::lock_guard lock(state_->mutex);
     state_->draining = true;
+    for (const auto& [name, entry] : state_->entries) worlds.push_back(entry.world);
   }
-  for (const std::shared_ptr<World>& world : List()) world->Drain();
+  for (const std::shared_ptr<World>& world : worlds) world->Drain();
 }
 
 }  // namespace cwm::server

@@ -19,6 +19,9 @@ v1::Limits ToProto(const Limits& limits) {
   proto.set_max_watchers(limits.max_watchers);
   proto.set_max_metadata_bytes(limits.max_metadata_bytes);
   proto.set_max_streams(limits.max_streams);
+  proto.set_max_answers(limits.max_answers);
+  proto.set_max_answers_as_messages(limits.max_answers_as_messages);
+  proto.set_max_object_bytes(limits.max_object_bytes);
   return proto;
 }
 
@@ -36,7 +39,7 @@ v1::Retention ToProto(const Retention& retention) {
 grpc::ServerUnaryReactor* AdminService::GetServerInfo(grpc::CallbackServerContext* context,
                                                       const v1::GetServerInfoRequest*,
                                                       v1::GetServerInfoResponse* response) {
-  return StartUnary(context, runtime_, runtime_.control, [this, response](const CallContext&) {
+  return StartUnary(context, runtime_, runtime_.reads, [this, response](const CallContext&) {
     response->set_version(CWM_VERSION);
     *response->mutable_limits() = ToProto(runtime_.application.limits);
     *response->mutable_retention() = ToProto(runtime_.application.retention);

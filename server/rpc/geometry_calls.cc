@@ -25,12 +25,17 @@ absl::Status CheckTriangleCount(const std::string& bytes, const Limits& limits) 
                     FieldPath().Field("chunk").Field("data").Field("triangle_count"));
 }
 
+BlobFormat FormatOf(const v1::WriteGeometryRequest::Header& header) {
+  return header.format() == v1::GEOMETRY_FORMAT_LABELS_U32 ? BlobFormat::kLabelsU32
+                                                           : BlobFormat::kMeshF64;
+}
+
 }  // namespace
 
 ReadGeometryCall::ReadGeometryCall(Runtime& runtime, const v1::ReadGeometryRequest& request)
     : runtime_(runtime) {
   const auto work = [this, hash = request.hash()] { Open(hash); };
-  if (runtime_.control.TryPush(work)) return;
+  if (runtime_.reads.TryPush(work)) return;
   Finish(ToGrpcStatus(Overloaded("the server has more work than it can take", "QUEUE_FULL")));
 }
 
@@ -72,8 +77,44 @@ WriteGeometryCall::WriteGeometryCall(Runtime& runtime, v1::WriteGeometryResponse
 void WriteGeometryCall::OnReadDone(bool ok) {
   const absl::Status status = ok ? Take(message_) : CheckEnd();
   if (!status.ok()) return Finish(ToGrpcStatus(status));
-  if (!ok) return Enqueue();
+  if (!ok) {
+    return Enqueue([this] {
+      const CallWork work = [this](const CallContext&) { return Store(); };
+      Finish(ToGrpcStatus(RunGuarded(work, {})));  // *this may be gone after it
+    });
+  }
+  if (message_.has_header() && !header_.hash().empty()) return Enqueue([this] { LookUp(); });
   StartRead(&message_);
+}
+
+// Bytes that are known need not travel.
+void WriteGeometryCall::LookUp() {
+  bool known = false;
+  const CallWork work = [this, &known](const CallContext&) {
+    auto is_known = IsKnown();
+    if (is_known.ok()) known = *is_known;
+    return is_known.status();
+  };
+  const absl::Status status = RunGuarded(work, {});
+  if (known || !status.ok()) return Finish(ToGrpcStatus(status));
+  StartRead(&message_);
+}
+
+absl::StatusOr<bool> WriteGeometryCall::IsKnown() {
+  GeometryStore& store = runtime_.application.geometry;
+  const std::string hash = absl::AsciiStrToLower(header_.hash());
+  const auto blob = store.Get(hash);
+  if (!blob.ok()) return false;
+  const auto size = static_cast<std::int64_t>((*blob)->bytes.size());
+  if (header_.total_bytes() != size) {
+    return InvalidField("header.total_bytes", absl::StrCat("is ", header_.total_bytes(),
+                                                           ", must be ", size, " for that hash"));
+  }
+  auto stored = store.PutAgain(FormatOf(header_), hash);
+  if (absl::IsNotFound(stored.status())) return false;  // gone just now
+  if (!stored.ok()) return stored.status();
+  Reply(*stored);
+  return true;
 }
 
 absl::Status WriteGeometryCall::Take(const v1::WriteGeometryRequest& message) {
@@ -115,12 +156,8 @@ absl::Status WriteGeometryCall::CheckEnd() const {
   return upload_->CheckComplete(FieldPath().Field("end of the stream"));
 }
 
-void WriteGeometryCall::Enqueue() {
-  const auto work = [this] {
-    const CallWork guarded = [this](const CallContext&) { return Store(); };
-    Finish(ToGrpcStatus(RunGuarded(guarded, {})));  // *this may be gone after it
-  };
-  if (runtime_.control.TryPush(work)) return;
+void WriteGeometryCall::Enqueue(std::function<void()> work) {
+  if (runtime_.writes.TryPush(std::move(work))) return;
   Finish(ToGrpcStatus(Overloaded("the server has more work than it can take", "QUEUE_FULL")));
 }
 
@@ -134,17 +171,20 @@ absl::Status WriteGeometryCall::Store() {
                                                       " (SHA-256 of all bytes)"));
     }
   }
-  const bool is_labels = header_.format() == v1::GEOMETRY_FORMAT_LABELS_U32;
-  if (!is_labels) {
+  const BlobFormat format = FormatOf(header_);
+  if (format == BlobFormat::kMeshF64) {
     auto status = CheckTriangleCount(upload_->bytes(), application.limits);
     if (!status.ok()) return status;
   }
-  auto stored = application.geometry.Put(is_labels ? BlobFormat::kLabelsU32 : BlobFormat::kMeshF64,
-                                         upload_->Take());
+  auto stored = application.geometry.Put(format, upload_->Take());
   if (!stored.ok()) return stored.status();
-  response_->set_hash(stored->hash);
-  response_->set_already_known(stored->already_known);
+  Reply(*stored);
   return absl::OkStatus();
+}
+
+void WriteGeometryCall::Reply(const GeometryStore::Stored& stored) {
+  response_->set_hash(stored.hash);
+  response_->set_already_known(stored.already_known);
 }
 
 }  // namespace cwm::server

@@ -3,6 +3,7 @@
 
 #include <grpcpp/grpcpp.h>
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <stop_token>
@@ -43,8 +44,12 @@ class WriteGeometryCall final : public grpc::ServerReadReactor<v1::WriteGeometry
   absl::Status Take(const v1::WriteGeometryRequest& message);
   absl::Status TakeHeader(const v1::WriteGeometryRequest::Header& header);
   absl::Status CheckEnd() const;
-  void Enqueue();
+  // `work` finishes the call.
+  void Enqueue(std::function<void()> work);
+  void LookUp();
+  absl::StatusOr<bool> IsKnown();
   absl::Status Store();
+  void Reply(const GeometryStore::Stored& stored);
 
   Runtime& runtime_;
   v1::WriteGeometryResponse* const response_;

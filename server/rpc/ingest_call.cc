@@ -17,7 +17,7 @@ namespace {
 absl::Status OutOfTime() {
   return MakeError(
       absl::StatusCode::kDeadlineExceeded,
-      "header.time_budget was spent before the cloud was understood",
+      "header.time_budget or 0.9 of the deadline was spent before the cloud was understood",
       {.reason = "TIME_BUDGET_SPENT", .fields = {}, .metadata = {}, .retry_after_s = {}});
 }
 
@@ -27,13 +27,13 @@ std::string DigestOf(v1::IngestCloudHeader header, const std::string& bytes) {
   return Sha256Hex(header.SerializeAsString() + Sha256Hex(bytes));
 }
 
-// Requests the stop when the budget is spent, and remembers that it did.
+// Requests the stop when it is time to give up, and remembers that it did.
 class BudgetGuard {
  public:
-  BudgetGuard(Timer& timer, std::optional<std::chrono::nanoseconds> budget, std::stop_source stop)
+  BudgetGuard(Timer& timer, std::optional<Clock::time_point> give_up_at, std::stop_source stop)
       : spent_(std::make_shared<std::atomic<bool>>(false)) {
-    if (!budget) return;
-    timer.After(*budget, [spent = spent_, stop]() mutable {
+    if (!give_up_at) return;
+    timer.After(*give_up_at - Clock::now(), [spent = spent_, stop]() mutable {
       *spent = true;
       stop.request_stop();
     });
@@ -158,17 +158,20 @@ absl::Status IngestCall::Work() {
   auto request = MakeRequest();
   if (!request.ok()) return request.status();
   upload_.reset();  // its bytes are in the cloud now
-  auto world = application.worlds.FindOrCreate(plan_->world);
-  if (!world.ok()) return world.status();
+  auto lease = application.worlds.FindOrMake(plan_->world, plan_->world_uid);
+  if (!lease.ok()) return lease.status();
   request->options.max_threads = runtime_.cores;
   request->options.threads_now = [this] { return runtime_.ThreadsForScan(); };
-  const BudgetGuard budget(runtime_.timer, plan_->time_budget, stop_);
-  auto outcome = Ingest(**world, *request, application.interpret, call_.stop);
+  const BudgetGuard budget(runtime_.timer, GiveUpAt(plan_->time_budget, call_.deadline), stop_);
+  auto outcome = Ingest(**lease, *request, application.interpret, call_.stop);
   if (!outcome.ok()) {
     return absl::IsCancelled(outcome.status()) && budget.spent() ? OutOfTime() : outcome.status();
   }
-  return ToProto({*outcome, **world, plan_->want_point_labels}, application.limits,
-                 application.geometry, response_);
+  if (request->mode != IngestMode::kSegmentOnly) lease->Keep();
+  auto status = ToProto({*outcome, **lease, plan_->want_point_labels}, application.limits,
+                        application.geometry, response_);
+  if (!lease->kept()) response_->clear_world_uid();
+  return status;
 }
 
 }  // namespace cwm::server

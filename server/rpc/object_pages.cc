@@ -172,7 +172,7 @@ absl::Status ListPage(Runtime& runtime, const v1::ListObjectsRequest& request,
       break;
     }
     v1::Object* proto = response->add_objects();
-    *proto = ToProto(*object, options->view, world.LastObserved(object->name),
+    *proto = ToProto(*object, options->view, world.observations().Of(object->name),
                      runtime.application.geometry);
     bytes += proto->ByteSizeLong();
   }

@@ -16,7 +16,11 @@ constexpr std::int64_t kMaxWaits = 256;
 // Queued work holds its request: at 16 MiB a message these bound the memory.
 constexpr std::size_t kQueryCapacity = 64;
 constexpr std::size_t kIngestCapacity = 8;
-constexpr std::size_t kControlCapacity = 64;
+constexpr std::size_t kReadCapacity = 64;
+constexpr std::size_t kWriteCapacity = 64;
+
+// A scan spreads over every core by itself: two at once would each take twice as long.
+constexpr int kScansAtOnce = 1;
 
 // Queries come in streaks: a control loop, a planner. Within one, the next is closer than this.
 constexpr auto kPauseOfQueries = std::chrono::milliseconds(500);
@@ -47,11 +51,12 @@ Runtime::Runtime(Application& application_in)
       streams(application.limits.max_streams),
       cores(Cores()),
       query({.name = "query", .threads = cores, .capacity = kQueryCapacity, .nice = 0}),
-      ingest({.name = "ingest", .threads = 1, .capacity = kIngestCapacity, .nice = 10}),
-      control({.name = "control", .threads = 2, .capacity = kControlCapacity, .nice = 0}),
+      ingest({.name = "ingest", .threads = kScansAtOnce, .capacity = kIngestCapacity, .nice = 10}),
+      reads({.name = "reads", .threads = cores, .capacity = kReadCapacity, .nice = 0}),
+      writes({.name = "writes", .threads = cores, .capacity = kWriteCapacity, .nice = 0}),
       // Each watch has one task waiting at most, so that none is ever refused.
       watch({.name = "watch",
-             .threads = 1,
+             .threads = cores,
              .capacity = static_cast<std::size_t>(application.limits.max_watchers) + 1,
              .nice = 0}),
       waits_(kMaxWaits) {}

@@ -15,7 +15,7 @@
 #include "server/core/ingest.h"
 #include "server/core/limits.h"
 #include "server/core/work_queue.h"
-#include "server/core/world.h"
+#include "server/core/world_registry.h"
 #include "server/rpc/timer.h"
 
 namespace cwm::server {
@@ -68,10 +68,13 @@ class Runtime {
 
   const int cores;
 
-  // One queue per class of work. Queries may use every core; ingests yield to them.
+  // One queue per class of work, each with a thread per core but the ingests', of which one already
+  // uses every core. A crowd of one class delays the others by its share of the cores, never by its
+  // queue: a read does not wait for a write that prepares geometry.
   WorkQueue query;
-  WorkQueue ingest;
-  WorkQueue control;
+  WorkQueue ingest;  // its threads yield to all others
+  WorkQueue reads;   // of worlds, objects, geometry, the server
+  WorkQueue writes;
   WorkQueue watch;
 
   // Threads that a scan may keep busy just now, at least one: every core while nobody asks, all but

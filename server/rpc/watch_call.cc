@@ -99,6 +99,8 @@ absl::Status WatchCall::Open() {
   auto world = runtime_.application.worlds.Find(request_.world(), request_.world_uid());
   if (!world.ok()) return world.status();
   world_ = *std::move(world);
+  // The initial state tells what was observed before it; who resumes is told of every object.
+  if (!request_.has_from_revision()) observed_ = world_->observations().last_number();
   auto cursor = world_->Watch(*options, [weak = weak_from_this()] {
     if (const auto call = weak.lock()) call->Wake();
   });
@@ -117,30 +119,45 @@ absl::StatusOr<bool> WatchCall::NextMessage() {
   if (cursor_ == nullptr) {
     if (auto status = Open(); !status.ok()) return status;
   }
-  const WatchContext context{*world_, view_, runtime_.application.geometry};
-  if (initial_ == nullptr) {
-    auto step = cursor_->Next();
-    if (!step.ok()) return step.status();
-    if (!step->has_value()) {
-      if (Clock::now() - last_sent_ < kBookmarkPeriod) return false;
-      message_ = BookmarkMessage(cursor_->position(), *world_);
-      return true;
-    }
-    last_ = (*step)->last;
-    if ((*step)->what == WatchStep::What::kEvents) {
-      message_ = EventsMessage(**step, context);
-      return true;
-    }
-    if ((*step)->what == WatchStep::What::kBookmark) {
-      message_ = BookmarkMessage((*step)->revision, *world_);
-      return true;
-    }
-    initial_ = (*step)->snapshot;
-    next_object_ = 0;
+  if (initial_ == nullptr && !step_.has_value()) {
+    auto has_step = NextStep();
+    if (!has_step.ok() || !*has_step) return has_step;
   }
-  message_ = InitialStatePiece(*initial_, context, &next_object_);
-  if (message_.initial_state().initial_state_done()) initial_ = nullptr;
+  NextPiece();
   return true;
+}
+
+// Sets what is to be sent; false when there is nothing now.
+absl::StatusOr<bool> WatchCall::NextStep() {
+  auto step = cursor_->Next();
+  if (!step.ok()) return step.status();
+  if (!step->has_value()) {
+    if (Clock::now() - last_sent_ < kBookmarkPeriod) return false;
+    step_ = WatchStep{.what = WatchStep::What::kBookmark, .revision = cursor_->position()};
+    return true;
+  }
+  last_ = (*step)->last;
+  next_ = 0;
+  if ((*step)->what == WatchStep::What::kInitialState) {
+    initial_ = (*step)->snapshot;
+  } else {
+    step_ = **std::move(step);
+  }
+  return true;
+}
+
+void WatchCall::NextPiece() {
+  const WatchContext context{*world_, view_, runtime_.application.geometry};
+  if (initial_ != nullptr) {
+    message_ = InitialStatePiece(*initial_, context, &next_);
+    if (message_.initial_state().initial_state_done()) initial_ = nullptr;
+  } else if (step_->what == WatchStep::What::kEvents) {
+    message_ = EventsPiece(*step_, context, &next_);
+    if (!message_.events().more()) step_.reset();
+  } else {
+    message_ = BookmarkMessage(step_->revision, *world_, &observed_);
+    step_.reset();
+  }
 }
 
 // False when something happened meanwhile: the holder looks again.
@@ -153,7 +170,7 @@ bool WatchCall::ReturnTurn() {
 
 void WatchCall::OnWriteDone(bool ok) {
   if (!ok) return End(CallCancelled());
-  if (last_ && initial_ == nullptr) return End(Draining());
+  if (last_ && initial_ == nullptr && !step_.has_value()) return End(Draining());
   EnqueuePump();
 }
 

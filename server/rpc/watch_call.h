@@ -5,6 +5,7 @@
 
 #include <memory>
 #include <mutex>
+#include <optional>
 
 #include "cwm/v1/world.grpc.pb.h"
 #include "server/rpc/runtime.h"
@@ -34,6 +35,8 @@ class WatchCall final : public grpc::ServerWriteReactor<v1::WatchWorldResponse>,
   absl::Status Open();
   // Fills message_; false when there is nothing to send now.
   absl::StatusOr<bool> NextMessage();
+  absl::StatusOr<bool> NextStep();
+  void NextPiece();
   bool ReturnTurn();
   void End(const absl::Status& status);
 
@@ -46,9 +49,11 @@ class WatchCall final : public grpc::ServerWriteReactor<v1::WatchWorldResponse>,
   View view_ = View::kShapes;
   std::shared_ptr<World> world_;
   std::unique_ptr<WatchCursor> cursor_;
-  SnapshotPtr initial_;  // being sent
-  std::size_t next_object_ = 0;
-  bool last_ = false;  // message_ is the last
+  SnapshotPtr initial_;            // being sent
+  std::optional<WatchStep> step_;  // events being sent
+  std::size_t next_ = 0;           // object of initial_, or delta of step_
+  std::uint64_t observed_ = 0;     // number of the last observation that was sent
+  bool last_ = false;              // message_ is the last
   v1::WatchWorldResponse message_;
   Clock::time_point last_sent_ = Clock::now();
 

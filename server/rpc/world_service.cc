@@ -1,6 +1,9 @@
 #include "server/rpc/world_service.h"
 
+#include <algorithm>
 #include <utility>
+#include <variant>
+#include <vector>
 
 #include "proto/transfer/sha256.h"
 #include "server/rpc/at_revision.h"
@@ -27,42 +30,68 @@ v1::World WorldMessage(const World& world) {
   return proto;
 }
 
-absl::StatusOr<WriteOptions> WriteOptionsOf(v1::ApplyChangesRequest request) {
+absl::Status CheckRequestId(const std::string& request_id) {
   constexpr std::int64_t kMostIdBytes = 128;
   const FieldPath root;
+  return CheckTextLength(request_id, kMostIdBytes, root.Field("request_id"));
+}
+
+absl::StatusOr<WriteOptions> WriteOptionsOf(v1::ApplyChangesRequest request) {
   WriteOptions options;
   if (request.has_expected_revision()) {
     options.expected_revision = collision::Revision{request.expected_revision()};
   }
   if (request.request_id().empty()) return options;
-  auto status = CheckTextLength(request.request_id(), kMostIdBytes, root.Field("request_id"));
-  if (!status.ok()) return status;
+  if (auto status = CheckRequestId(request.request_id()); !status.ok()) return status;
   options.request_id = request.request_id();
   request.clear_request_id();
   options.request_digest = Sha256Hex(request.SerializeAsString());
   return options;
 }
 
-// A named uid must match, so that such a write never makes a world.
-absl::StatusOr<std::shared_ptr<World>> WorldToWrite(WorldRegistry& worlds,
-                                                    const v1::ApplyChangesRequest& request) {
-  if (!request.world_uid().empty()) return worlds.Find(request.world(), request.world_uid());
-  return worlds.FindOrCreate(request.world());
+bool Puts(const collision::Change& change) {
+  return std::holds_alternative<collision::PutObject>(change.what);
+}
+
+void SetReply(const World& world, const WriteOutcome& outcome, v1::ApplyChangesResponse* response) {
+  response->set_world_uid(world.uid());
+  response->set_revision(outcome.revision.value);
+}
+
+// Only a list that puts something makes a world, and only when it is applied.
+absl::Status ApplyTo(WorldRegistry& worlds, const v1::ApplyChangesRequest& request,
+                     const std::vector<collision::Change>& changes, const WriteOptions& options,
+                     v1::ApplyChangesResponse* response) {
+  if (std::none_of(changes.begin(), changes.end(), Puts)) {
+    auto world = worlds.Find(request.world(), request.world_uid());
+    if (!world.ok()) return world.status();
+  }
+  auto lease = worlds.FindOrMake(request.world(), request.world_uid());
+  if (!lease.ok()) return lease.status();
+  auto outcome = (*lease)->Apply(changes, options);
+  if (!outcome.ok()) return outcome.status();
+  lease->Keep();
+  SetReply(**lease, *outcome, response);
+  return absl::OkStatus();
 }
 
 absl::Status ApplyRequest(Application& application, const v1::ApplyChangesRequest& request,
                           v1::ApplyChangesResponse* response) {
   auto options = WriteOptionsOf(request);
   if (!options.ok()) return options.status();
+  if (const auto known = application.worlds.Find(request.world(), request.world_uid());
+      known.ok()) {
+    // A retry gets the first reply, though what it names may be gone.
+    auto decided = (*known)->Precheck(*options);
+    if (!decided.ok()) return decided.status();
+    if (decided->has_value()) {
+      SetReply(**known, **decided, response);
+      return absl::OkStatus();
+    }
+  }
   auto changes = FromProto(request.changes(), application.limits, application.geometry, {});
   if (!changes.ok()) return changes.status();
-  auto world = WorldToWrite(application.worlds, request);
-  if (!world.ok()) return world.status();
-  auto outcome = (*world)->Apply(*changes, *options);
-  if (!outcome.ok()) return outcome.status();
-  response->set_world_uid((*world)->uid());
-  response->set_revision(outcome->revision.value);
-  return absl::OkStatus();
+  return ApplyTo(application.worlds, request, *changes, *options, response);
 }
 
 absl::Status Get(Runtime& runtime, const v1::GetObjectRequest& request, const CallContext& call,
@@ -79,8 +108,8 @@ absl::Status Get(Runtime& runtime, const v1::GetObjectRequest& request, const Ca
   if (object == nullptr) return UnknownObject(request.name());
   response->set_world_uid(at->world->uid());
   response->set_revision(at->snapshot->revision().value);
-  *response->mutable_object() =
-      ToProto(*object, *view, at->world->LastObserved(object->name), runtime.application.geometry);
+  *response->mutable_object() = ToProto(*object, *view, at->world->observations().Of(object->name),
+                                        runtime.application.geometry);
   return absl::OkStatus();
 }
 
@@ -89,7 +118,7 @@ absl::Status Get(Runtime& runtime, const v1::GetObjectRequest& request, const Ca
 grpc::ServerUnaryReactor* WorldService::ListWorlds(grpc::CallbackServerContext* context,
                                                    const v1::ListWorldsRequest*,
                                                    v1::ListWorldsResponse* response) {
-  return StartUnary(context, runtime_, runtime_.control, [this, response](const CallContext&) {
+  return StartUnary(context, runtime_, runtime_.reads, [this, response](const CallContext&) {
     for (const auto& world : runtime_.application.worlds.List()) {
       *response->add_worlds() = WorldMessage(*world);
     }
@@ -100,7 +129,7 @@ grpc::ServerUnaryReactor* WorldService::ListWorlds(grpc::CallbackServerContext* 
 grpc::ServerUnaryReactor* WorldService::GetWorld(grpc::CallbackServerContext* context,
                                                  const v1::GetWorldRequest* request,
                                                  v1::GetWorldResponse* response) {
-  return StartUnary(context, runtime_, runtime_.control,
+  return StartUnary(context, runtime_, runtime_.reads,
                     [this, request, response](const CallContext&) {
                       auto world = runtime_.application.worlds.Find(request->world());
                       if (!world.ok()) return world.status();
@@ -114,21 +143,24 @@ grpc::ServerUnaryReactor* WorldService::GetWorld(grpc::CallbackServerContext* co
 grpc::ServerUnaryReactor* WorldService::DeleteWorld(grpc::CallbackServerContext* context,
                                                     const v1::DeleteWorldRequest* request,
                                                     v1::DeleteWorldResponse* response) {
-  return StartUnary(
-      context, runtime_, runtime_.control, [this, request, response](const CallContext&) {
-        auto world = runtime_.application.worlds.Delete(request->world(), request->world_uid());
-        if (!world.ok()) return world.status();
-        response->set_world_uid((*world)->uid());
-        response->set_revision((*world)->Snapshot()->revision().value);
-        return absl::OkStatus();
-      });
+  return StartUnary(context, runtime_, runtime_.writes,
+                    [this, request, response](const CallContext&) {
+                      if (auto status = CheckRequestId(request->request_id()); !status.ok())
+                        return status;
+                      auto deleted = runtime_.application.worlds.Delete(
+                          request->world(), request->world_uid(), request->request_id());
+                      if (!deleted.ok()) return deleted.status();
+                      response->set_world_uid(deleted->uid);
+                      response->set_revision(deleted->revision.value);
+                      return absl::OkStatus();
+                    });
 }
 
 grpc::ServerUnaryReactor* WorldService::ListObjects(grpc::CallbackServerContext* context,
                                                     const v1::ListObjectsRequest* request,
                                                     v1::ListObjectsResponse* response) {
   return StartUnary(
-      context, runtime_, runtime_.control,
+      context, runtime_, runtime_.reads,
       [this, request, response](const CallContext& call) {
         return ListPage(runtime_, *request, call, response);
       },
@@ -139,7 +171,7 @@ grpc::ServerUnaryReactor* WorldService::GetObject(grpc::CallbackServerContext* c
                                                   const v1::GetObjectRequest* request,
                                                   v1::GetObjectResponse* response) {
   return StartUnary(
-      context, runtime_, runtime_.control,
+      context, runtime_, runtime_.reads,
       [this, request, response](const CallContext& call) {
         return Get(runtime_, *request, call, response);
       },
@@ -149,7 +181,7 @@ grpc::ServerUnaryReactor* WorldService::GetObject(grpc::CallbackServerContext* c
 grpc::ServerUnaryReactor* WorldService::ApplyChanges(grpc::CallbackServerContext* context,
                                                      const v1::ApplyChangesRequest* request,
                                                      v1::ApplyChangesResponse* response) {
-  return StartUnary(context, runtime_, runtime_.control,
+  return StartUnary(context, runtime_, runtime_.writes,
                     [this, request, response](const CallContext&) {
                       return ApplyRequest(runtime_.application, *request, response);
                     });

@@ -36,9 +36,15 @@ absl::StatusOr<std::shared_ptr<const HybridModel>> ModelOf(const v1::Object& obj
   return model;
 }
 
-absl::StatusOr<collision::PutObject> PutOf(const v1::Object& object, const GeometryStore& store,
-                                           const FieldPath& path) {
+absl::StatusOr<collision::PutObject> PutOf(const v1::Object& object, const Limits& limits,
+                                           const GeometryStore& store, const FieldPath& path) {
   collision::PutObject put;
+  const auto bytes = static_cast<std::int64_t>(object.ByteSizeLong());
+  if (bytes > limits.max_object_bytes) {
+    return path.Error(absl::StrCat("has ", bytes, " bytes, must have at most ",
+                                   limits.max_object_bytes,
+                                   ": larger geometry travels by WriteGeometry"));
+  }
   if (auto status = CheckName(object.name(), path.Field("name")); !status.ok()) return status;
   put.name = object.name();
   auto kind = FromProto(object.kind(), collision::ObjectKind::kUser, path.Field("kind"));
@@ -73,13 +79,13 @@ absl::StatusOr<collision::MoveObject> MoveOf(const v1::MoveObject& move, const F
   return collision::MoveObject{.name = move.name(), .X_WO = *X_WO};
 }
 
-absl::StatusOr<collision::Change> ChangeOf(const v1::Change& change, const GeometryStore& store,
-                                           const FieldPath& path) {
+absl::StatusOr<collision::Change> ChangeOf(const v1::Change& change, const Limits& limits,
+                                           const GeometryStore& store, const FieldPath& path) {
   collision::Change result;
   switch (change.what_case()) {
     case v1::Change::kPut: {
       const FieldPath put_path = path.Field("put");
-      auto put = PutOf(change.put().object(), store, put_path.Field("object"));
+      auto put = PutOf(change.put().object(), limits, store, put_path.Field("object"));
       if (!put.ok()) return put.status();
       result.what = *std::move(put);
       break;
@@ -119,7 +125,7 @@ absl::StatusOr<std::vector<collision::Change>> FromProto(
   std::vector<collision::Change> result;
   result.reserve(changes.size());
   for (int i = 0; i < changes.size(); ++i) {
-    auto change = ChangeOf(changes[i], store, path.Item("changes", i));
+    auto change = ChangeOf(changes[i], limits, store, path.Item("changes", i));
     if (!change.ok()) return change.status();
     result.push_back(*std::move(change));
   }

@@ -38,12 +38,17 @@ void SetChanges(const IngestOutcome& outcome, v1::IngestChanges* changes) {
   SetNames(outcome.occluded, changes->mutable_occluded());
 }
 
+// A provisional object is in no world: its name may be that of another there.
+Observation ObservationOf(const collision::WorldObject& object, const World& world) {
+  return object.uid.empty() ? Observation{} : world.observations().Of(object.name);
+}
+
 void SetObjects(const IngestReply& reply, GeometryStore& store, v1::IngestCloudResponse* response) {
   const IngestOutcome& outcome = reply.outcome;
   for (std::size_t i = 0; i < outcome.supports.size(); ++i) {
     const collision::WorldObject& support = *outcome.supports[i];
     v1::Object* proto = response->add_supports();
-    *proto = ToProto(support, View::kFull, reply.world.LastObserved(support.name), store);
+    *proto = ToProto(support, View::kFull, ObservationOf(support, reply.world), store);
     if (i < outcome.support_reachable.size() && outcome.support_reachable[i].has_value()) {
       proto->set_reachable(*outcome.support_reachable[i]);
     }
@@ -51,7 +56,7 @@ void SetObjects(const IngestReply& reply, GeometryStore& store, v1::IngestCloudR
   for (const collision::WorldObjectPtr& object : outcome.objects) {
     v1::Object* proto = response->add_objects();  // stays empty where a user's object explains it
     if (object == nullptr) continue;
-    *proto = ToProto(*object, View::kFull, reply.world.LastObserved(object->name), store);
+    *proto = ToProto(*object, View::kFull, ObservationOf(*object, reply.world), store);
   }
 }
 

@@ -110,8 +110,7 @@ absl::StatusOr<View> FromProto(v1::ObjectView view, View unspecified, const Fiel
   }
 }
 
-v1::Object ToProto(const collision::WorldObject& object, View view,
-                   std::optional<std::chrono::system_clock::time_point> last_observed,
+v1::Object ToProto(const collision::WorldObject& object, View view, const Observation& observation,
                    GeometryStore& store) {
   v1::Object proto;
   proto.set_name(object.name);
@@ -125,7 +124,8 @@ v1::Object ToProto(const collision::WorldObject& object, View view,
   proto.set_create_revision(object.create_revision.value);
   proto.set_geometry_revision(object.geometry_revision.value);
   proto.set_pose_revision(object.pose_revision.value);
-  if (last_observed.has_value()) *proto.mutable_last_observed() = ToProto(*last_observed);
+  if (observation.last.has_value()) *proto.mutable_last_observed() = ToProto(*observation.last);
+  if (observation.reachable.has_value()) proto.set_reachable(*observation.reachable);
   if (object.geometry != nullptr) {
     proto.set_point_count(object.model().point_count);
     if (const auto bounds = BoundsOf(*object.geometry)) *proto.mutable_bounds() = ToProto(*bounds);

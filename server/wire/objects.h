@@ -27,9 +27,8 @@ absl::StatusOr<collision::ObjectKind> FromProto(v1::ObjectKind kind,
 enum class View { kBasic, kShapes, kFull };
 absl::StatusOr<View> FromProto(v1::ObjectView view, View unspecified, const FieldPath& path);
 
-// `last_observed` is known to the world, not to the object. Bounds are in the object's frame.
-v1::Object ToProto(const collision::WorldObject& object, View view,
-                   std::optional<std::chrono::system_clock::time_point> last_observed,
+// What was observed is known to the world, not to the object. Bounds are in the object's frame.
+v1::Object ToProto(const collision::WorldObject& object, View view, const Observation& observation,
                    GeometryStore& store);
 
 // All changes, with their geometry prepared for every engine (heavy: no lock may be held). At most

@@ -1,16 +1,19 @@
 #include "server/wire/watch_events.h"
 
 #include "server/wire/poses.h"
+#include "server/wire/times.h"
 
 namespace cwm::server {
 namespace {
 
-// The default receive limit of gRPC's clients is 4 MiB; a quarter of it leaves room for one large
-// object.
+// The default receive limit of gRPC's clients is 4 MiB; a quarter of it leaves room for one more
+// object (Limits::max_object_bytes, and what replies derive from it).
 constexpr std::size_t kPieceBytes = 1 << 20;
+// Names of at most 128 bytes, a time of some 12 and the framing: within kPieceBytes.
+constexpr std::size_t kMostObserved = 6'000;
 
 v1::Object ObjectMessage(const collision::WorldObject& object, const WatchContext& context) {
-  return ToProto(object, context.view, context.world.LastObserved(object.name), context.store);
+  return ToProto(object, context.view, context.world.observations().Of(object.name), context.store);
 }
 
 bool OnlyMoved(const collision::WorldObject& before, const collision::WorldObject& after) {
@@ -57,17 +60,29 @@ v1::WatchWorldResponse InitialStatePiece(const collision::WorldSnapshot& snapsho
   return message;
 }
 
-v1::WatchWorldResponse EventsMessage(const WatchStep& step, const WatchContext& context) {
+v1::WatchWorldResponse EventsPiece(const WatchStep& step, const WatchContext& context,
+                                   std::size_t* next) {
   v1::WatchWorldResponse message = Message(step.revision, context.world);
-  for (const collision::ObjectDelta& delta : step.deltas) {
-    SetEvent(delta, context, message.mutable_events()->add_events());
+  v1::WatchWorldResponse::Events* events = message.mutable_events();
+  std::size_t bytes = 0;
+  while (*next < step.deltas.size() && bytes < kPieceBytes) {
+    v1::ObjectEvent* event = events->add_events();
+    SetEvent(step.deltas[*next], context, event);
+    bytes += event->ByteSizeLong();
+    ++*next;
   }
+  events->set_more(*next < step.deltas.size());
   return message;
 }
 
-v1::WatchWorldResponse BookmarkMessage(collision::Revision revision, const World& world) {
+v1::WatchWorldResponse BookmarkMessage(collision::Revision revision, const World& world,
+                                       std::uint64_t* observed) {
   v1::WatchWorldResponse message = Message(revision, world);
-  message.mutable_bookmark();
+  auto& last_observed = *message.mutable_bookmark()->mutable_last_observed();
+  for (const Observations::Numbered& one : world.observations().After(*observed, kMostObserved)) {
+    last_observed[one.name] = ToProto(one.last);
+    *observed = one.number;
+  }
   return message;
 }
 

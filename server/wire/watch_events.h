@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <functional>
 
 #include "cwm/v1/world.pb.h"
@@ -23,10 +24,13 @@ struct WatchContext {
 v1::WatchWorldResponse InitialStatePiece(const collision::WorldSnapshot& snapshot,
                                          const WatchContext& context, std::size_t* next);
 
-// One message for all deltas of the step, whatever its size: a revision is never split. A delta is
-// a move when nothing but the pose differs.
-v1::WatchWorldResponse EventsMessage(const WatchStep& step, const WatchContext& context);
+// Deltas [*next, ...) of the step, likewise; all but the last message of a step say `more`. A delta
+// is a move when nothing but the pose differs.
+v1::WatchWorldResponse EventsPiece(const WatchStep& step, const WatchContext& context,
+                                   std::size_t* next);
 
-v1::WatchWorldResponse BookmarkMessage(collision::Revision revision, const World& world);
+// With the observations after number `*observed`, as many as one message holds; moves it on.
+v1::WatchWorldResponse BookmarkMessage(collision::Revision revision, const World& world,
+                                       std::uint64_t* observed);
 
 }  // namespace cwm::server

@@ -47,7 +47,7 @@ TEST_F(IngestTest, TheFirstScanAddsWhatItShowsAsOneRevision) {
   EXPECT_EQ(left->supported_by, "support_1");
   EXPECT_EQ(left->geometry->parts.size(), 1u) << "prepared for the engines";
   EXPECT_EQ(Get("support_1")->kind, collision::ObjectKind::kSupport);
-  EXPECT_TRUE(world.LastObserved("object_1").has_value());
+  EXPECT_TRUE(world.observations().Of("object_1").last.has_value());
 }
 
 TEST_F(IngestTest, TheOutcomeFollowsTheLabels) {
@@ -82,7 +82,7 @@ TEST_F(IngestTest, AKeptObjectIsObservedAgain) {
   for (const auto stamp : {noon, noon + std::chrono::seconds(1)}) {
     request.frame_stamp = stamp;
     MustIngest(request, TruthOf(scan));
-    EXPECT_EQ(world.LastObserved("object_2"), stamp);
+    EXPECT_EQ(world.observations().Of("object_2").last, stamp);
   }
   EXPECT_EQ(world.Snapshot()->revision(), Revision{1});
 }
@@ -155,7 +155,7 @@ TEST_F(IngestTest, SegmentOnlyWritesNothing) {
   const IngestOutcome outcome = MustIngest(scan, IngestMode::kSegmentOnly);
   EXPECT_EQ(outcome.revision, Revision{0});
   EXPECT_EQ(world.Snapshot()->revision(), Revision{0});
-  EXPECT_FALSE(world.SensorPose("head").has_value());
+  EXPECT_FALSE(world.PoseOf("head").has_value());
   ASSERT_EQ(outcome.supports.size(), 1u);
   ASSERT_EQ(outcome.objects.size(), 2u);
   EXPECT_EQ(outcome.supports[0]->name, "support_1");
@@ -203,12 +203,14 @@ class NotingInterpreter {
                   std::stop_token) -> absl::StatusOr<perception::SceneInterpretation> {
       given_x_m.push_back(options.X_WC ? std::optional(options.X_WC->translation().x())
                                        : std::nullopt);
+      sources.push_back(options.X_WC_source);
       perception::SceneInterpretation scene = scan_.truth;
       if (options.X_WC) scene.X_WC = *options.X_WC;
       return scene;
     };
   }
   std::vector<std::optional<double>> given_x_m;
+  std::vector<perception::InterpretOptions::PoseSource> sources;
 
  private:
   TableScan scan_;
@@ -220,7 +222,7 @@ TEST_F(IngestTest, TheFirstEstimateIsKeptUntilAPoseIsGiven) {
   IngestRequest request = RequestFor(scan);
   request.options.X_WC.reset();
   MustIngest(request, noting.AsFunction());
-  EXPECT_EQ(world.SensorPose("head")->matrix(), scan.truth.X_WC.matrix());
+  EXPECT_EQ(world.PoseOf("head")->X_WC.matrix(), scan.truth.X_WC.matrix());
   MustIngest(request, noting.AsFunction());
 
   Pose given = scan.truth.X_WC;
@@ -237,6 +239,47 @@ TEST_F(IngestTest, TheFirstEstimateIsKeptUntilAPoseIsGiven) {
   EXPECT_EQ(noting.given_x_m.back(), std::nullopt) << "each sensor has its own";
 }
 
+// A kept pose is what it was when it was kept: an estimate knows no floor.
+TEST_F(IngestTest, TheInterpreterIsToldWhetherTheKeptPoseWasGiven) {
+  using Source = perception::InterpretOptions::PoseSource;
+  const TableScan scan = ScanTable(TwoBoxes());
+  NotingInterpreter noting(scan);
+  IngestRequest request = RequestFor(scan);
+  request.options.X_WC.reset();
+  MustIngest(request, noting.AsFunction());
+  MustIngest(request, noting.AsFunction());
+  request.options.X_WC = scan.truth.X_WC;
+  MustIngest(request, noting.AsFunction());
+  request.options.X_WC.reset();
+  MustIngest(request, noting.AsFunction());
+  ASSERT_EQ(noting.sources.size(), 4u);
+  EXPECT_EQ(noting.sources[1], Source::kEstimated);
+  EXPECT_EQ(noting.sources[2], Source::kGiven);
+  EXPECT_EQ(noting.sources[3], Source::kGiven);
+}
+
+TEST_F(IngestTest, WhetherASupportIsReachableStaysKnownUntilItChanges) {
+  const TableScan scan = ScanTable(TwoBoxes());
+  MustIngest(scan);
+  EXPECT_EQ(world.observations().Of("support_1").reachable, true);
+  EXPECT_EQ(world.observations().Of("object_1").reachable, std::nullopt);
+  TableScan untold = scan;
+  untold.truth.supports[0].reachable = std::nullopt;
+  MustIngest(untold);
+  EXPECT_EQ(world.observations().Of("support_1").reachable, true) << "it is where it was";
+}
+
+TEST_F(IngestTest, ARefusedScanKeepsNoPoseAndSeesNothing) {
+  const TableScan scan = ScanTable(TwoBoxes());
+  TableScan bad = scan;
+  // No world holds an object beyond its largest coordinate.
+  bad.truth.objects[0].X_WO.translation().x() = 1e9;
+  const auto outcome = Ingest(world, RequestFor(bad), TruthOf(bad), {});
+  EXPECT_EQ(outcome.status().code(), absl::StatusCode::kInvalidArgument) << outcome.status();
+  EXPECT_FALSE(world.PoseOf("head").has_value());
+  EXPECT_FALSE(world.observations().Of("support_1").last.has_value());
+}
+
 // Two first scans of one sensor at once would make two world frames.
 TEST_F(IngestTest, AScanWhoseSensorGotAPoseMeanwhileIsInterpretedAnew) {
   const TableScan scan = ScanTable(TwoBoxes());
@@ -248,7 +291,7 @@ TEST_F(IngestTest, AScanWhoseSensorGotAPoseMeanwhileIsInterpretedAnew) {
                               [&](const auto& cloud, const auto& options, std::stop_token stop) {
                                 auto scene = inner(cloud, options, stop);
                                 if (noting.given_x_m.size() == 1)
-                                  world.KeepSensorPose("head", scan.truth.X_WC);
+                                  world.KeepPose("head", {scan.truth.X_WC, true});
                                 return scene;
                               },
                               {});
@@ -264,7 +307,7 @@ TEST_F(IngestTest, APoseThatNeverRestsAborts) {
   double x_m = 0;
   const auto outcome = Ingest(world, request,
                               [&](const auto&, const auto&, std::stop_token) {
-                                world.KeepSensorPose("head", MakeTranslation(++x_m, 0, 0));
+                                world.KeepPose("head", {MakeTranslation(++x_m, 0, 0), true});
                                 return absl::StatusOr<perception::SceneInterpretation>(scan.truth);
                               },
                               {});
@@ -285,7 +328,7 @@ TEST_F(IngestTest, AScanThatCannotBeInterpretedChangesNothing) {
                               {});
   EXPECT_EQ(outcome.status(), absl::InvalidArgumentError("cloud: has no finite point"));
   EXPECT_EQ(world.Snapshot()->revision(), Revision{0});
-  EXPECT_FALSE(world.SensorPose("head").has_value());
+  EXPECT_FALSE(world.PoseOf("head").has_value());
 }
 
 TEST_F(IngestTest, AStoppedScanIsCancelledBeforeItWrites) {

@@ -10,7 +10,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "server/core/error.h"
-#include "server/core/world.h"
+#include "server/core/world_registry.h"
 #include "tests/server/core/replica.h"
 #include "tests/server/core/spin_barrier.h"
 #include "tests/server/core/test_objects.h"

@@ -3,7 +3,7 @@
 #include <set>
 
 #include "server/core/error.h"
-#include "server/core/world.h"
+#include "server/core/world_registry.h"
 #include "tests/server/core/test_objects.h"
 
 namespace cwm::server {
@@ -83,6 +83,75 @@ TEST(WorldRegistry, DeletingClosesTheWorld) {
   ASSERT_TRUE(registry.Delete("w").ok());
   EXPECT_EQ(DetailsOf((*world)->Apply(std::vector{Put("b")}, {}).status()).reason, "WORLD_DELETED");
   EXPECT_EQ(DetailsOf(registry.Find("w").status()).reason, "WORLD_UNKNOWN");
+}
+
+TEST(WorldRegistry, AWorldThatNobodyKeepsIsFoundByWritersAloneAndGoesWithTheLast) {
+  WorldRegistry registry({}, {});
+  std::string uid;
+  {
+    auto first = registry.FindOrMake("w");
+    ASSERT_TRUE(first.ok());
+    uid = (*first)->uid();
+    {
+      auto second = registry.FindOrMake("w");
+      ASSERT_TRUE(second.ok());
+      EXPECT_EQ(second->world(), first->world());
+    }
+    EXPECT_FALSE(first->kept());
+    EXPECT_EQ(DetailsOf(registry.Find("w").status()).reason, "WORLD_UNKNOWN");
+    EXPECT_EQ(DetailsOf(registry.Delete("w").status()).reason, "WORLD_UNKNOWN");
+    EXPECT_TRUE(registry.List().empty());
+    EXPECT_EQ(DetailsOf(registry.FindOrMake("w", uid).status()).reason, "WORLD_UNKNOWN");
+  }
+  auto next = registry.FindOrMake("w");
+  ASSERT_TRUE(next.ok());
+  EXPECT_NE((*next)->uid(), uid) << "the first is gone";
+}
+
+TEST(WorldRegistry, AWorldThatOneOfItsWritersKeepsStays) {
+  WorldRegistry registry({}, {});
+  {
+    auto refused = registry.FindOrMake("w");
+    {
+      auto written = registry.FindOrMake("w");
+      written->Keep();
+      EXPECT_TRUE(refused->kept());
+    }
+  }
+  EXPECT_TRUE(registry.Find("w").ok());
+}
+
+TEST(WorldRegistry, AWriterOfADeletedWorldDoesNotKeepItsSuccessor) {
+  WorldRegistry registry({}, {});
+  auto old = registry.FindOrMake("w");
+  old->Keep();
+  ASSERT_TRUE(registry.Delete("w").ok());
+  {
+    auto next = registry.FindOrMake("w");
+    old->Keep();
+    EXPECT_FALSE(next->kept());
+  }
+  EXPECT_EQ(DetailsOf(registry.Find("w").status()).reason, "WORLD_UNKNOWN");
+}
+
+TEST(WorldRegistry, ARepeatedDeletionGetsTheFirstReplyAndSparesTheSuccessor) {
+  Clock::time_point now;
+  WorldRegistry registry({}, {}, [&now] { return now; });
+  ASSERT_TRUE((*registry.FindOrCreate("w"))->Apply(std::vector{Put("a")}, {}).ok());
+  const auto first = registry.Delete("w", "", "once");
+  ASSERT_TRUE(first.ok());
+  ASSERT_TRUE(registry.FindOrCreate("w").ok());
+  const auto again = registry.Delete("w", "", "once");
+  ASSERT_TRUE(again.ok()) << again.status();
+  EXPECT_EQ(again->uid, first->uid);
+  EXPECT_EQ(again->revision, first->revision);
+  EXPECT_TRUE(registry.Find("w").ok());
+  EXPECT_EQ(DetailsOf(registry.Delete("w", "another", "once").status()).reason,
+            "REQUEST_ID_REUSED");
+  EXPECT_EQ(DetailsOf(registry.Delete("elsewhere", "", "once").status()).reason, "WORLD_UNKNOWN")
+      << "an id counts within its world";
+  now += Retention{}.request_id_time + std::chrono::seconds(1);
+  EXPECT_NE(registry.Delete("w", "", "once")->uid, first->uid) << "ids age";
 }
 
 TEST(WorldRegistry, HoldsAtMostItsLimit) {

@@ -271,25 +271,53 @@ TEST_F(WorldTest, ObservationsMakeNoRevisionAndGoWithTheObject) {
   using std::chrono::system_clock;
   const system_clock::time_point noon{std::chrono::hours(12)};
   MustApply({Put("a"), Put("b")});
-  const std::vector<std::string> names = {"a", "ghost"};
-  world.MarkObserved(names, noon);
-  world.MarkObserved(names, noon - std::chrono::hours(1));  // a scan that came late
+  const std::vector<Sighting> seen = {{.name = "a"}, {.name = "ghost"}};
+  Observations& observations = world.observations();
+  observations.Mark(seen, noon, *world.Snapshot());
+  observations.Mark(seen, noon - std::chrono::hours(1), *world.Snapshot());  // came late
   EXPECT_EQ(world.Snapshot()->revision(), Revision{1});
-  EXPECT_EQ(world.LastObserved("a"), noon);
-  EXPECT_EQ(world.LastObserved("b"), std::nullopt);
-  EXPECT_EQ(world.LastObserved("ghost"), std::nullopt);
+  EXPECT_EQ(observations.Of("a").last, noon);
+  EXPECT_EQ(observations.Of("b").last, std::nullopt);
+  EXPECT_EQ(observations.Of("ghost").last, std::nullopt);
   MustApply({Remove("a")});
   MustApply({Put("a")});
-  EXPECT_EQ(world.LastObserved("a"), std::nullopt) << "another object of the same name";
+  EXPECT_EQ(observations.Of("a").last, std::nullopt) << "another object of the same name";
+}
+
+TEST_F(WorldTest, ObservationsAreToldInTheirOrderTheLastOfEachObject) {
+  using std::chrono::system_clock;
+  const system_clock::time_point noon{std::chrono::hours(12)};
+  MustApply({Put("a"), Put("b"), Put("c")});
+  Observations& observations = world.observations();
+  const auto see = [&](const std::string& name, int second) {
+    const std::vector<Sighting> seen = {{.name = name}};
+    observations.Mark(seen, noon + std::chrono::seconds(second), *world.Snapshot());
+  };
+  see("a", 0);
+  see("b", 1);
+  const std::uint64_t first_two = observations.last_number();
+  see("c", 2);
+  see("a", 3);
+  const auto all = observations.After(0, 10);
+  ASSERT_EQ(all.size(), 3u);
+  EXPECT_EQ(all[0].name, "b");
+  EXPECT_EQ(all[2].name, "a");
+  EXPECT_EQ(all[2].last, noon + std::chrono::seconds(3));
+  const auto later = observations.After(first_two, 1);
+  ASSERT_EQ(later.size(), 1u);
+  EXPECT_EQ(later[0].name, "c");
+  EXPECT_EQ(observations.After(later[0].number, 10).at(0).name, "a");
+  EXPECT_TRUE(observations.After(observations.last_number(), 10).empty());
 }
 
 TEST_F(WorldTest, KeepsOnePosePerSensor) {
-  EXPECT_FALSE(world.SensorPose("head").has_value());
-  world.KeepSensorPose("head", MakeTranslation(1, 0, 0));
-  world.KeepSensorPose("hand", MakeTranslation(2, 0, 0));
-  world.KeepSensorPose("head", MakeTranslation(3, 0, 0));
-  EXPECT_EQ(world.SensorPose("head")->translation().x(), 3);
-  EXPECT_EQ(world.SensorPose("hand")->translation().x(), 2);
+  EXPECT_FALSE(world.PoseOf("head").has_value());
+  world.KeepPose("head", {MakeTranslation(1, 0, 0), true});
+  world.KeepPose("hand", {MakeTranslation(2, 0, 0), false});
+  world.KeepPose("head", {MakeTranslation(3, 0, 0), true});
+  EXPECT_EQ(world.PoseOf("head")->X_WC.translation().x(), 3);
+  EXPECT_EQ(world.PoseOf("hand")->X_WC.translation().x(), 2);
+  EXPECT_FALSE(world.PoseOf("hand")->given);
 }
 
 }  // namespace

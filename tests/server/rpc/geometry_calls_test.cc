@@ -138,6 +138,57 @@ TEST_F(GeometryTest, BrokenMeshesAreRefused) {
   }
 }
 
+TEST_F(GeometryTest, AKnownHashIsAnsweredWithoutTheData) {
+  const std::string bytes = EncodeMesh(Strip(100));
+  auto header = HeaderOf(bytes);
+  v1::WriteGeometryResponse response;
+  ASSERT_TRUE(Write(header, Chunks(bytes), &response).ok());
+  header.set_hash(response.hash());
+  {
+    // No data, no half-close: the answer comes on the header alone.
+    Call call(std::chrono::seconds(10));
+    const auto writer = world_->WriteGeometry(&call, &response);
+    v1::WriteGeometryRequest request;
+    *request.mutable_header() = header;
+    ASSERT_TRUE(writer->Write(request));
+    const grpc::Status status = writer->Finish();
+    ASSERT_TRUE(status.ok()) << status.error_message();
+    EXPECT_TRUE(response.already_known());
+    EXPECT_EQ(response.hash(), header.hash());
+  }
+  header.set_total_bytes(header.total_bytes() + 1);
+  EXPECT_EQ(FieldIn(Write(header, {}, &response)), "header.total_bytes");
+  // An unknown one takes its data as ever.
+  const std::string other = EncodeMesh(Strip(50));
+  header = HeaderOf(other);
+  header.set_hash(Sha256Hex(other));
+  ASSERT_TRUE(Write(header, Chunks(other), &response).ok());
+  EXPECT_FALSE(response.already_known());
+}
+
+TEST_F(GeometryTest, BytesThatCameAsLabelsServeAsAMeshOnceTheyComeAsOne) {
+  const std::string bytes = EncodeMesh(Strip(4));
+  auto header = HeaderOf(bytes);
+  header.set_format(v1::GEOMETRY_FORMAT_LABELS_U32);
+  v1::WriteGeometryResponse response;
+  ASSERT_TRUE(Write(header, Chunks(bytes), &response).ok());
+  v1::ApplyChangesRequest put;
+  v1::Object* object = put.add_changes()->mutable_put()->mutable_object();
+  object->set_name("sheet");
+  object->add_shapes()->mutable_mesh()->set_hash(response.hash());
+  v1::ApplyChangesResponse applied;
+  {
+    Call call;
+    EXPECT_EQ(FieldIn(world_->ApplyChanges(&call, put, &applied)),
+              "changes[0].put.object.shapes[0].mesh.hash");
+  }
+  header.set_format(v1::GEOMETRY_FORMAT_MESH_F64);
+  header.set_hash(response.hash());
+  ASSERT_TRUE(Write(header, {}, &response).ok());
+  Call call;
+  EXPECT_TRUE(world_->ApplyChanges(&call, put, &applied).ok());
+}
+
 TEST_F(GeometryTest, AnUnknownHashIsNotFound) {
   Call call;
   v1::ReadGeometryRequest request;

@@ -1,7 +1,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <limits>
+#include <semaphore>
 #include <thread>
 
 #include "perception/simulation/virtual_scanner.h"
@@ -205,10 +207,12 @@ TEST_F(PerceptionTest, CloudsWithoutSenseAreRefusedAndTheServerGoesOn) {
       std::vector<Eigen::Vector3f>(1'000, Eigen::Vector3f(nan, nan, nan)),
       std::vector<Eigen::Vector3f>(1'000, Eigen::Vector3f(1e30f, 0, 1)),
   };
-  for (const auto& points : clouds) {
-    const grpc::Status status = Send(Upload(HeaderFor(points), BytesOf(points)));
+  const std::vector<std::string> fields = {"header.point_count", "chunk.data", "point 0.x"};
+  for (std::size_t i = 0; i < clouds.size(); ++i) {
+    const grpc::Status status = Send(Upload(HeaderFor(clouds[i]), BytesOf(clouds[i])));
     EXPECT_EQ(status.error_code(), grpc::StatusCode::INVALID_ARGUMENT)
-        << points.size() << " points: " << status.error_message();
+        << clouds[i].size() << " points: " << status.error_message();
+    EXPECT_EQ(FieldIn(status), fields[i]) << status.error_message();
   }
   ExpectUntouched();
 }
@@ -218,11 +222,12 @@ TEST_F(PerceptionTest, FewAndEqualPointsDoNoHarm) {
     const std::vector<Eigen::Vector3f> points(count, Eigen::Vector3f(0.1f, 0.2f, 1));
     v1::IngestCloudResponse response;
     const grpc::Status status = Send(Upload(HeaderFor(points), BytesOf(points)), &response);
-    if (status.ok()) {
-      EXPECT_EQ(response.report().points_in(), static_cast<std::int64_t>(count));
-    } else {
-      EXPECT_EQ(status.error_code(), grpc::StatusCode::INVALID_ARGUMENT) << status.error_message();
-    }
+    ASSERT_TRUE(status.ok()) << status.error_message();
+    const auto points_in = static_cast<std::int64_t>(count);
+    EXPECT_EQ(response.report().points_in(), points_in);
+    EXPECT_EQ(response.report().points_finite(), points_in);
+    EXPECT_EQ(response.supports_size(), 0);
+    EXPECT_EQ(response.report().warnings_size(), 1) << "that there is no support";
   }
 }
 
@@ -251,6 +256,152 @@ TEST_F(PerceptionTest, ATimeBudgetThatIsSpentEndsTheWorkAndLeavesNothing) {
   const grpc::Status status = Send(Upload(header, BytesOf(scan.cloud.points)));
   EXPECT_EQ(status.error_code(), grpc::StatusCode::DEADLINE_EXCEEDED);
   EXPECT_EQ(ReasonIn(status), "TIME_BUDGET_SPENT");
+  ExpectUntouched();
+}
+
+v1::ListWorldsResponse Worlds(v1::WorldService::Stub& stub) {
+  Call call;
+  v1::ListWorldsResponse worlds;
+  EXPECT_TRUE(stub.ListWorlds(&call, {}, &worlds).ok());
+  return worlds;
+}
+
+TEST_F(PerceptionTest, OnlyAScanThatIsWrittenMakesAWorld) {
+  const auto scan = Scan();
+  const std::string bytes = BytesOf(scan.cloud.points);
+  v1::IngestCloudHeader header = HeaderFor(scan.cloud.points);
+  header.set_mode(v1::INGEST_MODE_SEGMENT_ONLY);
+  v1::IngestCloudResponse response;
+  ASSERT_TRUE(Send(Upload(header, bytes), &response).ok());
+  EXPECT_EQ(response.world_uid(), "");
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  const std::vector<Eigen::Vector3f> nothing(100, Eigen::Vector3f(nan, nan, nan));
+  EXPECT_FALSE(Send(Upload(HeaderFor(nothing), BytesOf(nothing))).ok());
+  header.clear_mode();
+  header.set_expected_revision(3);
+  EXPECT_EQ(ReasonIn(Send(Upload(header, bytes))), "REVISION_MISMATCH");
+  header.set_world_uid("another");
+  EXPECT_EQ(ReasonIn(Send(Upload(header, bytes))), "WORLD_UNKNOWN");
+  EXPECT_EQ(Worlds(*world_).worlds_size(), 0);
+  header.clear_world_uid();
+  header.set_expected_revision(0);
+  ASSERT_TRUE(Send(Upload(header, bytes), &response).ok());
+  ASSERT_EQ(Worlds(*world_).worlds_size(), 1);
+  EXPECT_EQ(Worlds(*world_).worlds(0).world_uid(), response.world_uid());
+}
+
+// What a robot on the floor reaches is known where the floor is: not from an estimate.
+TEST_F(PerceptionTest, SupportsAreReachableOrNotOnceThePoseWasGivenWhereverTheyAreShown) {
+  const auto scan = Scan();
+  const std::string bytes = BytesOf(scan.cloud.points);
+  v1::IngestCloudHeader header = HeaderFor(scan.cloud.points);
+  header.set_width(scan.cloud.width);
+  header.set_height(scan.cloud.height);
+  header.set_sensor("head");
+  const auto supports = [this](const std::string& world) {
+    Call call;
+    v1::ListObjectsRequest request;
+    request.set_world(world);
+    request.add_kinds(v1::OBJECT_KIND_SUPPORT);
+    v1::ListObjectsResponse response;
+    EXPECT_TRUE(world_->ListObjects(&call, request, &response).ok());
+    EXPECT_GT(response.objects_size(), 0);
+    return response.objects();
+  };
+  header.set_world("estimated");
+  for (int i = 0; i < 2; ++i) {  // the second reuses the estimate of the first
+    ASSERT_TRUE(Send(Upload(header, bytes)).ok());
+    for (const v1::Object& support : supports("estimated")) {
+      EXPECT_FALSE(support.has_reachable()) << support.name();
+    }
+  }
+  header.set_world("given");
+  const Pose X_WC = perception::KitchenCamera().X_WC;
+  const Eigen::Quaterniond q(X_WC.linear());
+  v1::Pose* pose = header.mutable_x_world_sensor();
+  pose->set_tx_m(X_WC.translation().x());
+  pose->set_ty_m(X_WC.translation().y());
+  pose->set_tz_m(X_WC.translation().z());
+  pose->set_qx(q.x());
+  pose->set_qy(q.y());
+  pose->set_qz(q.z());
+  pose->set_qw(q.w());
+  ASSERT_TRUE(Send(Upload(header, bytes)).ok());
+  header.clear_x_world_sensor();  // kept, and known to have been given
+  ASSERT_TRUE(Send(Upload(header, bytes)).ok());
+  v1::WatchWorldRequest watch_request;
+  watch_request.set_world("given");
+  Call watch_call;
+  const auto watch = world_->WatchWorld(&watch_call, watch_request);
+  v1::WatchWorldResponse initial;
+  ASSERT_TRUE(watch->Read(&initial));
+  int shown = 0;
+  for (const v1::Object& object : initial.initial_state().objects()) {
+    EXPECT_EQ(object.has_reachable(), object.kind() == v1::OBJECT_KIND_SUPPORT) << object.name();
+    shown += object.has_reachable();
+  }
+  EXPECT_GT(shown, 0);
+  watch_call.TryCancel();
+  for (const v1::Object& support : supports("given")) {
+    EXPECT_TRUE(support.has_reachable()) << support.name();
+    Call call;
+    v1::GetObjectRequest request;
+    request.set_world("given");
+    request.set_name(support.name());
+    v1::GetObjectResponse got;
+    ASSERT_TRUE(world_->GetObject(&call, request, &got).ok());
+    EXPECT_EQ(got.object().reachable(), support.reachable());
+  }
+}
+
+TEST_F(PerceptionTest, ADeadlineEndsTheWorkBeforeItStrikes) {
+  std::atomic<bool> stopped = false;
+  application_.interpret = [&](const auto&, const auto&, std::stop_token stop) {
+    while (!stop.stop_requested()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    stopped = true;
+    return absl::StatusOr<perception::SceneInterpretation>(absl::CancelledError("stopped"));
+  };
+  // A tenth of it is left for the reply.
+  Call call(std::chrono::seconds(2));
+  v1::IngestCloudResponse response;
+  const auto writer = perception_->IngestCloud(&call, &response);
+  for (const v1::IngestCloudRequest& message : SmallUpload()) ASSERT_TRUE(writer->Write(message));
+  writer->WritesDone();
+  const grpc::Status status = writer->Finish();
+  EXPECT_TRUE(stopped);
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::DEADLINE_EXCEEDED);
+  // The server's own words: a deadline that struck would carry no reason.
+  EXPECT_EQ(ReasonIn(status), "TIME_BUDGET_SPENT");
+}
+
+TEST_F(PerceptionTest, AFullQueueOfCloudsSaysWhenToComeBackAndQueriesGoOn) {
+  PutBox("witness", 0);
+  std::counting_semaphore<> finish{0};
+  application_.interpret = [&](const auto&, const auto&, std::stop_token) {
+    finish.acquire();
+    return absl::StatusOr<perception::SceneInterpretation>(absl::InvalidArgumentError("no"));
+  };
+  constexpr int kMost = 100;  // more than the queue and its thread hold
+  std::atomic<int> refused = 0;
+  std::vector<std::jthread> senders;
+  for (int i = 0; i < kMost && refused == 0; ++i) {
+    senders.emplace_back([&] {
+      const grpc::Status status = Send(SmallUpload());
+      if (status.error_code() == grpc::StatusCode::INVALID_ARGUMENT) return;  // it had its turn
+      EXPECT_EQ(status.error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
+      EXPECT_EQ(ReasonIn(status), "QUEUE_FULL");
+      EXPECT_TRUE(DetailsIn(status).has_retry);
+      ++refused;
+    });
+    v1::GetDistancesRequest request;
+    *request.mutable_subject() = SphereAt({0.5});
+    Call call;
+    v1::GetDistancesResponse response;
+    EXPECT_TRUE(query_->GetDistances(&call, request, &response).ok());
+  }
+  finish.release(kMost);
+  senders.clear();  // joins
+  EXPECT_GT(refused, 0);
   ExpectUntouched();
 }
 

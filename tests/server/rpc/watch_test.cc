@@ -96,6 +96,131 @@ TEST_F(WatchTest, EndsWithTheWorld) {
   EXPECT_EQ(ReasonIn(watch.Finish()), "WORLD_DELETED");
 }
 
+v1::ApplyChangesRequest ManyBoxes(int count, double size_m) {
+  v1::ApplyChangesRequest request;
+  for (int i = 0; i < count; ++i) {
+    v1::Change change = PutBoxChange("a_box_with_a_long_name_" + std::to_string(i), i);
+    change.mutable_put()->mutable_object()->mutable_shapes(0)->mutable_box()->set_size_x_m(size_m);
+    *request.add_changes() = std::move(change);
+  }
+  return request;
+}
+
+TEST_F(WatchTest, ARevisionThatIsTooLargeForOneMessageComesInPieces) {
+  constexpr int kBoxes = 20'000;
+  constexpr std::size_t kMostBytes = 4 << 20;  // what clients of gRPC receive by default
+  PutBox("a", 0);
+  Watch watch(*world_, {});
+  watch.Next();
+  Call call;
+  v1::ApplyChangesResponse applied;
+  const auto status = world_->ApplyChanges(&call, ManyBoxes(kBoxes, 0.2), &applied);
+  ASSERT_TRUE(status.ok()) << status.error_message();
+  int messages = 0;
+  int events = 0;
+  v1::WatchWorldResponse message;
+  do {
+    message = watch.Next();
+    EXPECT_EQ(message.revision(), 2);
+    EXPECT_LT(message.ByteSizeLong(), kMostBytes / 2);
+    events += message.events().events_size();
+    ++messages;
+  } while (message.events().more());
+  EXPECT_GT(messages, 1);
+  EXPECT_EQ(events, kBoxes);
+  PutBox("b", 0);
+  EXPECT_EQ(watch.Next().revision(), 3);
+}
+
+TEST_F(WatchTest, ACoalescedWatchTellsTheNewestStateOfEachObjectAndEveryRemoval) {
+  PutBox("moving", 0);
+  PutBox("going", 1);
+  for (int i = 1; i <= 50; ++i) PutBox("moving", i);
+  Call call;
+  v1::ApplyChangesRequest removal;
+  removal.add_changes()->mutable_remove()->set_name("going");
+  v1::ApplyChangesResponse removed;
+  ASSERT_TRUE(world_->ApplyChanges(&call, removal, &removed).ok());
+  v1::WatchWorldRequest request;
+  request.set_mode(v1::WATCH_MODE_COALESCED);
+  request.set_from_revision(2);
+  Watch watch(*world_, request);
+  const auto message = watch.Next();
+  EXPECT_EQ(message.revision(), removed.revision());
+  ASSERT_EQ(message.events().events_size(), 2);
+  EXPECT_EQ(message.events().events(0).remove(), "going");
+  EXPECT_EQ(message.events().events(1).move().x_world_object().tx_m(), 50);
+}
+
+TEST_F(WatchTest, AnIdleWatchTellsWhatScansSawAgain) {
+  PutBox("a", 0);
+  PutBox("b", 0);
+  Watch watch(*world_, {});
+  watch.Next();
+  World& world = **application_.worlds.Find("");
+  const std::vector<Sighting> seen = {{.name = "b"}};
+  world.observations().Mark(seen, std::chrono::system_clock::time_point(std::chrono::seconds(7)),
+                            *world.Snapshot());
+  v1::WatchWorldResponse message;
+  ASSERT_TRUE(watch.Read(&message));
+  ASSERT_TRUE(message.has_bookmark());
+  ASSERT_EQ(message.bookmark().last_observed_size(), 1);
+  EXPECT_EQ(message.bookmark().last_observed().at("b").seconds(), 7);
+}
+
+class ShortHistoryTest : public RunningServer {
+ protected:
+  static constexpr int kBoxes = 1'000;
+  static Retention OneRevision() {
+    Retention retention;
+    retention.watch_events = kBoxes;
+    return retention;
+  }
+  ShortHistoryTest() : RunningServer({}, OneRevision()) {}
+};
+
+TEST_F(ShortHistoryTest, EventsThatAreNoLongerKeptAreCompacted) {
+  for (int i = 0; i < 2; ++i) {
+    Call call;
+    v1::ApplyChangesResponse applied;
+    ASSERT_TRUE(world_->ApplyChanges(&call, ManyBoxes(kBoxes, 0.1 * (i + 1)), &applied).ok());
+  }
+  v1::WatchWorldRequest request;
+  request.set_from_revision(0);
+  Watch watch(*world_, request);
+  v1::WatchWorldResponse message;
+  EXPECT_FALSE(watch.Read(&message));
+  const grpc::Status status = watch.Finish();
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::OUT_OF_RANGE);
+  EXPECT_EQ(ReasonIn(status), "REVISION_COMPACTED");
+  EXPECT_EQ(DetailsIn(status).info.metadata().at("oldest_revision"), "1");
+}
+
+TEST_F(ShortHistoryTest, ALosslessReaderThatIsTooSlowIsEndedAndHoldsNobodyUp) {
+  // Far more than what sockets and gRPC's flow control hold for a client that does not read.
+  constexpr int kRevisions = 100;
+  PutBox("a", 0);
+  Watch watch(*world_, {});
+  watch.Next();
+  for (int i = 0; i < kRevisions; ++i) {
+    Call call;
+    v1::ApplyChangesResponse applied;
+    ASSERT_TRUE(
+        world_->ApplyChanges(&call, ManyBoxes(kBoxes, 0.1 + 0.001 * (i + 1)), &applied).ok());
+  }
+  v1::WatchWorldResponse message;
+  std::int64_t last = 1;
+  while (watch.Read(&message)) {
+    if (message.has_bookmark()) continue;
+    EXPECT_EQ(message.revision(), last + 1) << "no revision is left out before the end";
+    last = message.revision();
+  }
+  const grpc::Status status = watch.Finish();
+  EXPECT_LT(last, kRevisions);
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
+  EXPECT_EQ(ReasonIn(status), "WATCH_TOO_SLOW");
+}
+
 class FewWatchersTest : public RunningServer {
  protected:
   static Limits OneWatcher() {

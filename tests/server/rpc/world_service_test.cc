@@ -110,6 +110,21 @@ TEST_F(WorldServiceTest, ARetryGetsTheFirstReplyAndOtherContentIsRefused) {
   ExpectRevision(2);
 }
 
+TEST_F(WorldServiceTest, ARetryGetsTheFirstReplyBeforeItsChangesAreLookedAt) {
+  v1::ApplyChangesRequest request;
+  request.set_request_id("once");
+  *request.add_changes() = PutBoxChange("a", 0);
+  v1::ApplyChangesResponse response;
+  ASSERT_TRUE(Apply(request, &response).ok());
+  // What was good may be so no longer: a mesh that it names is gone, or a limit is lower.
+  application_.limits.max_changes = 0;
+  const grpc::Status retry = Apply(request, &response);
+  EXPECT_TRUE(retry.ok()) << retry.error_message();
+  EXPECT_EQ(response.revision(), 1);
+  request.set_request_id("twice");
+  EXPECT_EQ(FieldIn(Apply(request)), "changes");
+}
+
 TEST_F(WorldServiceTest, BadChangesNameTheirFieldAndLeaveTheWorldAlone) {
   PutBox("a", 0);
   v1::ApplyChangesRequest request;
@@ -125,6 +140,55 @@ TEST_F(WorldServiceTest, BadChangesNameTheirFieldAndLeaveTheWorldAlone) {
   EXPECT_EQ(status.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
   EXPECT_EQ(FieldIn(status), "changes[1].put.object.shapes[0].box.size_x_m");
   EXPECT_THAT(status.error_message(), HasSubstr("is -0.1"));
+  ExpectRevision(1);
+}
+
+TEST_F(WorldServiceTest, OnlyAPutThatIsAppliedMakesAWorld) {
+  v1::ApplyChangesRequest request;
+  request.add_changes()->mutable_remove()->set_name("ghost");
+  EXPECT_EQ(ReasonIn(Apply(request)), "WORLD_UNKNOWN");
+  request.clear_changes();
+  v1::MoveObject* move = request.add_changes()->mutable_move();
+  move->set_name("ghost");
+  move->mutable_x_world_object()->set_qw(1);
+  EXPECT_EQ(ReasonIn(Apply(request)), "WORLD_UNKNOWN");
+  request.clear_changes();
+  *request.add_changes() = PutBoxChange("a", 0);
+  request.add_changes()->mutable_remove()->set_name("ghost");
+  EXPECT_EQ(ReasonIn(Apply(request)), "OBJECT_UNKNOWN");
+  request.mutable_changes()->RemoveLast();
+  request.set_expected_revision(5);
+  EXPECT_EQ(ReasonIn(Apply(request)), "REVISION_MISMATCH");
+  request.set_world_uid("another");
+  EXPECT_EQ(ReasonIn(Apply(request)), "WORLD_UNKNOWN");
+  v1::ListWorldsResponse worlds;
+  {
+    Call call;
+    ASSERT_TRUE(world_->ListWorlds(&call, {}, &worlds).ok());
+    EXPECT_EQ(worlds.worlds_size(), 0);
+  }
+  request.clear_world_uid();
+  request.set_expected_revision(0);
+  ASSERT_TRUE(Apply(request).ok());
+  Call call;
+  ASSERT_TRUE(world_->ListWorlds(&call, {}, &worlds).ok());
+  EXPECT_EQ(worlds.worlds_size(), 1);
+}
+
+TEST_F(WorldServiceTest, ARepeatedDeletionGetsTheFirstReplyAndSparesTheSuccessor) {
+  PutBox("a", 0);
+  v1::DeleteWorldRequest request;
+  request.set_request_id("once");
+  v1::DeleteWorldResponse first;
+  {
+    Call call;
+    ASSERT_TRUE(world_->DeleteWorld(&call, request, &first).ok());
+  }
+  PutBox("b", 0);
+  v1::DeleteWorldResponse second;
+  Call call;
+  ASSERT_TRUE(world_->DeleteWorld(&call, request, &second).ok());
+  EXPECT_EQ(second.world_uid(), first.world_uid());
   ExpectRevision(1);
 }
 

@@ -69,17 +69,20 @@ TEST_F(WireObject, BecomesAMessageInEachView) {
                                         .pose_revision = {3},
                                         .parts_W = {},
                                         .bounds_W = {}});
-  const v1::Object basic = ToProto(*object, View::kBasic, std::nullopt, store_);
+  const v1::Object basic = ToProto(*object, View::kBasic, {}, store_);
   EXPECT_EQ(basic.shapes_size(), 0);
   EXPECT_EQ(basic.owner(), v1::OWNER_USER);
   EXPECT_EQ(basic.geometry_revision(), 2);
   EXPECT_EQ(basic.pose_revision(), 3);
   EXPECT_FALSE(basic.has_last_observed());
   EXPECT_DOUBLE_EQ(basic.bounds().box().size_z_m(), 0.4);
-  const v1::Object full =
-      ToProto(*object, View::kFull, std::chrono::system_clock::time_point{}, store_);
+  EXPECT_FALSE(basic.has_reachable());
+  const Observation seen{.last = std::chrono::system_clock::time_point{}, .reachable = false};
+  const v1::Object full = ToProto(*object, View::kFull, seen, store_);
   EXPECT_EQ(full.shapes_size(), 1);
   EXPECT_TRUE(full.has_last_observed());
+  EXPECT_TRUE(full.has_reachable());
+  EXPECT_FALSE(full.reachable());
 }
 
 TEST_F(WireObject, FaultsAreNamedWithTheirWholePath) {
@@ -105,6 +108,7 @@ TEST_F(WireObject, FaultsAreNamedWithTheirWholePath) {
       {[](auto& o) { o.set_kind(static_cast<v1::ObjectKind>(99)); }, "changes[0].put.object.kind"},
       {[](auto& o) { o.add_surfaces(); }, "changes[0].put.object.surfaces[0].hash"},
       {[](auto& o) { o.set_supported_by("\x01"); }, "changes[0].put.object.supported_by"},
+      {[](auto& o) { o.set_uid(std::string(1 << 20, 'x')); }, "changes[0].put.object"},
   };
   for (const Case& c : cases) {
     const auto before = changes_;
@@ -144,7 +148,10 @@ class WireEvents : public ::testing::Test {
   v1::ObjectEvent EventOf(collision::WorldObjectPtr before, collision::WorldObjectPtr after) {
     WatchStep step{.what = WatchStep::What::kEvents, .revision = {2}, .snapshot = {}, .deltas = {}};
     step.deltas.push_back({std::move(before), std::move(after)});
-    const auto message = EventsMessage(step, {world_, View::kShapes, store_});
+    std::size_t next = 0;
+    const auto message = EventsPiece(step, {world_, View::kShapes, store_}, &next);
+    EXPECT_EQ(next, 1u);
+    EXPECT_FALSE(message.events().more());
     EXPECT_EQ(message.revision(), 2);
     EXPECT_EQ(message.world_uid(), "uid");
     return message.events().events(0);

@@ -1,0 +1,75 @@
+// All worlds of the server, by name.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "server/core/world.h"
+
+namespace cwm::server {
+
+// Thread safe. The empty name means "default".
+class WorldRegistry {
+ private:
+  struct State;
+
+ public:
+  WorldRegistry(Limits limits, Retention retention,
+                std::function<Clock::time_point()> now = Clock::now);
+  ~WorldRegistry();
+
+  // A world to write to. One that was made for it is there for writers alone until one of them
+  // keeps it; otherwise it goes with the last of them, so that a write that is refused makes no
+  // world. Lives no longer than the registry.
+  class Lease {
+   public:
+    Lease(Lease&& other) noexcept;
+    Lease& operator=(Lease&&) = delete;
+    ~Lease();
+
+    World& operator*() const { return *world_; }
+    World* operator->() const { return world_.get(); }
+    const std::shared_ptr<World>& world() const { return world_; }
+
+    // Something was written: everybody finds the world from now on.
+    void Keep();
+    bool kept() const;
+
+   private:
+    friend class WorldRegistry;
+    Lease(State& state, std::shared_ptr<World> world) : state_(state), world_(std::move(world)) {}
+
+    State& state_;
+    std::shared_ptr<World> world_;  // nullptr: moved from
+  };
+
+  // The world, or a new one under a lease. InvalidArgument for a bad name (letters, digits, _ - . 1
+  // to 128 characters), ResourceExhausted for too many. A non-empty `uid` names a world that is
+  // there already: the errors of Find.
+  absl::StatusOr<Lease> FindOrMake(const std::string& name, const std::string& uid = "");
+  // The world, or a new one that is kept at once.
+  absl::StatusOr<std::shared_ptr<World>> FindOrCreate(const std::string& name);
+  // NotFound WORLD_UNKNOWN. A non-empty `uid` that differs is FailedPrecondition WORLD_REPLACED.
+  absl::StatusOr<std::shared_ptr<World>> Find(const std::string& name,
+                                              const std::string& uid = "") const;
+  std::vector<std::shared_ptr<World>> List() const;  // by name
+
+  struct Deleted {
+    std::string uid;
+    collision::Revision revision;  // its last
+  };
+  // The errors of Find. A retry with the same request_id, within the time that ids are kept, gets
+  // the first reply; FailedPrecondition REQUEST_ID_REUSED for another `uid` under the same id.
+  absl::StatusOr<Deleted> Delete(const std::string& name, const std::string& uid = "",
+                                 const std::string& request_id = "");
+  // Ends all watches with a last bookmark, for shutting down.
+  void Drain();
+
+ private:
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace cwm::server
