@@ -129,6 +129,7 @@ TEST(InterpretScene, GivesTheSameBytesOnAnyNumberOfThreads) {
   ASSERT_TRUE(a.ok() && b.ok());
   EXPECT_EQ(a->labels, b->labels);
   EXPECT_EQ(a->report.points_explained, b->report.points_explained);
+  ASSERT_GE(a->objects.size(), 8u);  // of the counter
   ASSERT_EQ(a->objects.size(), b->objects.size());
   for (std::size_t k = 0; k < a->objects.size(); ++k) {
     const auto &left = a->objects[k].model->shapes, &right = b->objects[k].model->shapes;
@@ -151,6 +152,7 @@ TEST(InterpretScene, DegenerateCloudsBecomeResidualsAndSaySo) {
     EXPECT_TRUE(scene->supports.empty());
     EXPECT_FALSE(scene->report.warnings.empty());
     EXPECT_EQ(Unlabelled(*scene, cloud), scene->report.points_rejected);
+    ASSERT_FALSE(scene->objects.empty());
     for (const DetectedObject& object : scene->objects) {
       EXPECT_EQ(object.kind, DetectedKind::kResidual);
     }

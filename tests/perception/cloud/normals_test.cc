@@ -51,6 +51,7 @@ TEST(ImageNormals, OfANoiselessPlaneAreExactAndFaceTheSensor) {
   const Vector3f normal = Vector3f(0, -0.7f, -0.7f).normalized();
   MeasuredPoints measured = Image(PlaneDepth(normal), 0);
   EstimateImageNormals(measured, {.max_threads = 2});
+  ASSERT_EQ(measured.oriented.normals.size(), std::size_t{kWidth} * kHeight);
   for (const Vector3f& n : measured.oriented.normals) EXPECT_LT(Angle_rad(n, normal), 0.01);
 }
 
@@ -93,6 +94,7 @@ TEST(ImageNormals, DoNotReachAcrossADepthJump) {
   MeasuredPoints measured =
       Image([](const Vector3f& ray) { return ray.x() < 0 ? 0.8f : 0.85f; }, 0);
   EstimateImageNormals(measured, {.max_threads = 2});
+  ASSERT_EQ(measured.oriented.normals.size(), std::size_t{kWidth} * kHeight);
   for (const Vector3f& n : measured.oriented.normals) {
     EXPECT_LT(Angle_rad(n, -Vector3f::UnitZ()), 0.02);
   }
@@ -109,6 +111,7 @@ TEST(ImageNormals, KeepTheDirectionOfGivenOnesAndTurnThemToTheSensor) {
   }
   MeasuredPoints measured = *CollectMeasured(cloud, {});
   EstimateImageNormals(measured, {.max_threads = 1});
+  ASSERT_EQ(measured.oriented.size(), 400u);
   for (std::size_t i = 0; i < measured.oriented.size(); ++i) {
     const Vector3f& n = measured.oriented.normals[i];
     EXPECT_NEAR(std::abs(n.dot(given)), 1, 1e-5);

@@ -37,6 +37,7 @@ TEST(VoxelGrid, HoldsEachPointOnceInTheCellThatContainsIt) {
 TEST(VoxelGrid, MomentsMatchTheDirectSums) {
   const std::vector<Vector3f> points = RandomPoints(2000);
   const VoxelGrid grid = VoxelGrid::Build(points, 0.25f);
+  ASSERT_GT(grid.size(), 10u);
   for (std::size_t c = 0; c < grid.size(); ++c) {
     Eigen::Vector3d mean = Eigen::Vector3d::Zero();
     for (std::uint32_t i : grid.PointsOf(c)) mean += points[i].cast<double>();

@@ -185,6 +185,7 @@ TEST(ModelObject, SameSeedGivesTheSameModel) {
   const ScannedObject scan = ScanOnTable(
       OfOnePart(Cylinder{.radius_m = 0.03, .length_m = 0.1}, 0.05), kDistance_m, kElevation_rad, 9);
   const ObjectModel a = Model(scan, 42), b = Model(scan, 42);
+  ASSERT_FALSE(a.shapes.empty());
   ASSERT_EQ(a.shapes.size(), b.shapes.size());
   for (std::size_t k = 0; k < a.shapes.size(); ++k) {
     EXPECT_EQ(a.shapes[k].shape, b.shapes[k].shape);

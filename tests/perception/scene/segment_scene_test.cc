@@ -142,6 +142,8 @@ TEST(SegmentScene, IsTheSameOnAnyNumberOfThreads) {
   EXPECT_EQ(a.points.points, b.points.points);
   EXPECT_EQ(a.points.normals, b.points.normals);
   EXPECT_EQ(a.rejected, b.rejected);
+  ASSERT_GE(a.things.size(), 8u);  // of the counter
+  ASSERT_FALSE(a.supports.empty());
   ASSERT_EQ(a.things.size(), b.things.size());
   for (std::size_t k = 0; k < a.things.size(); ++k)
     EXPECT_EQ(a.things[k].points, b.things[k].points);

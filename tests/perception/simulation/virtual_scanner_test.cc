@@ -191,6 +191,7 @@ TEST(VirtualScanner, MixesPixelsAtDepthEdgesOnlyAndFewOfThem) {
   EXPECT_LT(mixed, returned / 200);  // half a percent
   const SimulatedScene wall = Wall(1.2, 0);
   const SimulatedCloud plain = Scan(wall, PinholeCamera(), {});
+  ASSERT_EQ(plain.object.size(), 640U * 480U);
   for (std::size_t i = 0; i < plain.object.size(); ++i) {
     ASSERT_EQ(plain.object[i], IsReturn(plain.cloud.points[i]) ? 0 : -1);
   }
@@ -226,6 +227,7 @@ TEST(VirtualScanner, GivesTheSameBytesForTheSameSeedAndOthersForAnother) {
   const auto first = points(1);
   const auto again = points(1);
   const auto other = points(2);
+  ASSERT_EQ(first.size(), 640U * 480U);
   EXPECT_TRUE(std::equal(first.begin(), first.end(), again.begin(), same));
   EXPECT_FALSE(std::equal(first.begin(), first.end(), other.begin(), same));
 }
