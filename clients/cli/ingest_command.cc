@@ -44,6 +44,8 @@ absl::Status Ingest(Session& session, const IngestArguments& arguments) {
   if (arguments.files.size() > 1 && !(arguments.labels.empty() && arguments.request_id.empty())) {
     return UsageError("--labels and --request-id belong to one FILE");
   }
+  absl::Status name = CheckLabelledName("--labels", arguments.labels);
+  if (!name.ok()) return name;
   auto header = ToHeader(arguments.scan, session);
   if (!header.ok()) return header.status();
   header->set_mode(arguments.add ? cwm::v1::INGEST_MODE_ADD : cwm::v1::INGEST_MODE_UPDATE);

@@ -3,15 +3,19 @@
 #include <memory>
 #include <ostream>
 
+#include "absl/strings/ascii.h"
+#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "clients/cli/commands.h"
 #include "clients/cli/enum_names.h"
-#include "clients/cli/mesh_frames.h"
+#include "clients/cli/exit_code.h"
 #include "clients/cli/number_list.h"
+#include "clients/cli/object_mesh.h"
 #include "clients/cli/object_table.h"
+#include "clients/cli/one_of.h"
 #include "clients/cli/question_arguments.h"
-#include "clients/cpp/geometry_transfer.h"
 #include "clients/formats/file_bytes.h"
+#include "clients/formats/glb.h"
 #include "clients/formats/ply.h"
 
 namespace cwm::cli {
@@ -89,41 +93,30 @@ absl::Status List(Session& session, const ListArguments& arguments) {
   return absl::OkStatus();
 }
 
-// Every mesh of the object in the world's frame, each in its place.
-absl::StatusOr<formats::MeshFile> MeshOf(const client::Connection& connection,
-                                         const pb::Object& object) {
-  struct Piece {
-    std::string hash;
-    const pb::Pose* x_object_piece;  // null: identity
-  };
-  std::vector<Piece> pieces;
-  for (const pb::SurfacePart& surface : object.surfaces())
-    pieces.push_back({surface.hash(), nullptr});
-  for (const pb::Handle& handle : object.handles()) {
-    if (!handle.hash().empty()) pieces.push_back({handle.hash(), nullptr});
-  }
-  for (const pb::ShapePart& part : object.shapes()) {
-    const std::string hash = part.has_mesh() ? part.mesh().hash() : part.convex().hash();
-    if (!hash.empty())
-      pieces.push_back({hash, part.has_x_object_shape() ? &part.x_object_shape() : nullptr});
-  }
-  if (pieces.empty()) {
-    return absl::NotFoundError(
-        absl::StrCat(object.name(), " has no mesh: it is made of shapes alone"));
-  }
-  formats::MeshFile all;
-  for (const Piece& piece : pieces) {
-    const auto blob = client::ReadGeometry(connection, piece.hash);
-    if (!blob.ok()) return blob.status();
-    auto mesh = client::DecodeMesh(blob->bytes);
-    if (!mesh.ok()) return mesh.status();
-    Append(piece.x_object_piece == nullptr ? *mesh : Transformed(*piece.x_object_piece, *mesh),
-           all);
-  }
-  return Transformed(object.x_world_object(), std::move(all));
+// How a mesh is written, told by how the file's name ends.
+using MeshFormat = std::string (*)(const formats::MeshFile&);
+
+absl::StatusOr<MeshFormat> FormatFor(const std::string& file) {
+  const std::string name = absl::AsciiStrToLower(file);
+  if (absl::EndsWith(name, ".ply")) return &formats::FormatPlyMesh;
+  if (absl::EndsWith(name, ".glb")) return &formats::FormatGlbMesh;
+  return UsageError(absl::StrCat("--mesh: \"", file, "\" must end in .ply or .glb"));
+}
+
+absl::Status WriteMesh(const client::Connection& connection, const pb::Object& object,
+                       const std::string& file, MeshFormat format) {
+  const auto mesh = MeshOf(connection, object);
+  if (!mesh.ok()) return mesh.status();
+  return formats::WriteFileBytes(file, format(*mesh));
 }
 
 absl::Status Get(Session& session, const GetArguments& arguments) {
+  MeshFormat format = nullptr;
+  if (!arguments.mesh.empty()) {
+    const auto known = FormatFor(arguments.mesh);
+    if (!known.ok()) return known.status();
+    format = *known;
+  }
   const client::Connection& connection = session.connection();
   pb::GetObjectRequest request;
   request.set_world(session.world);
@@ -134,10 +127,8 @@ absl::Status Get(Session& session, const GetArguments& arguments) {
   const auto response =
       connection.Call(&pb::WorldService::Stub::GetObject, connection.worlds(), request);
   if (!response.ok()) return response.status();
-  if (!arguments.mesh.empty()) {
-    const auto mesh = MeshOf(connection, response->object());
-    if (!mesh.ok()) return mesh.status();
-    const auto written = formats::WriteFileBytes(arguments.mesh, formats::FormatPlyMesh(*mesh));
+  if (format != nullptr) {
+    const absl::Status written = WriteMesh(connection, response->object(), arguments.mesh, format);
     if (!written.ok()) return written;
   }
   session.Print(*response, [&] {
@@ -159,7 +150,7 @@ void AddObjectCommands(CommandLine& line) {
       [list](Session& session) { return List(session, *list); });
   objects
       .add_option("--kind", list->kinds, "support, object, residual, unseen or user; repeatable")
-      ->transform(CLI::CheckedTransformer(ShortNames<pb::ObjectKind>()).description(""))
+      ->transform(OneOf(ShortNames<pb::ObjectKind>()))
       ->allow_extra_args(false)
       ->type_name("KIND");
   objects.add_option("--prefix", list->prefix, "names that start so")->type_name("TEXT");
@@ -168,16 +159,20 @@ void AddObjectCommands(CommandLine& line) {
   AddRevisionOption(objects, list->at_revision);
 
   const auto get = std::make_shared<GetArguments>();
-  CLI::App& command = AddCommand(
-      line,
-      {"get",
-       "everything about one object",
-       {"cwm get mug", "cwm get mug -o json", "cwm get mug --mesh mug.ply"},
-       "--mesh writes the object's surfaces, handles and meshes as one PLY, in the world's frame."},
-      [get](Session& session) { return Get(session, *get); });
+  CLI::App& command =
+      AddCommand(line,
+                 {"get",
+                  "everything about one object",
+                  {"cwm get mug", "cwm get mug -o json", "cwm get mug --mesh mug.ply"},
+                  "--mesh writes all that the object is made of as one mesh in the world's frame: "
+                  "its shapes to\n"
+                  "within half a millimetre, its surfaces and handles. PLY keeps double precision; "
+                  "GLB has single\n"
+                  "precision and is turned so that up is up in viewers."},
+                 [get](Session& session) { return Get(session, *get); });
   command.add_option("NAME", get->name, "of the object")->required();
-  command.add_option("--mesh", get->mesh, "write its meshes to this PLY file")
-      ->type_name("OUT.ply");
+  command.add_option("--mesh", get->mesh, "write it as a mesh to this PLY or GLB file")
+      ->type_name("OUT.ply|OUT.glb");
   AddRevisionOption(command, get->at_revision);
 }
 

@@ -51,7 +51,9 @@ std::string SurfaceText(const pb::Object& object) {
   std::int64_t triangles = 0;
   for (const auto& surface : object.surfaces()) triangles += surface.triangle_count();
   std::string text;
-  if (triangles > 0) absl::StrAppend(&text, "mesh of ", triangles, " triangles");
+  if (triangles > 0) {
+    absl::StrAppend(&text, "mesh of ", triangles, triangles == 1 ? " triangle" : " triangles");
+  }
   if (!object.handles().empty()) {
     absl::StrAppend(&text, text.empty() ? "" : ", ", object.handles_size(),
                     object.handles_size() == 1 ? " handle" : " handles");

@@ -7,6 +7,7 @@
 #include "absl/strings/str_cat.h"
 #include "clients/cli/enum_names.h"
 #include "clients/cli/exit_code.h"
+#include "clients/cli/one_of.h"
 
 namespace cwm::cli {
 namespace {
@@ -29,14 +30,12 @@ void AddRevisionOption(CLI::App& command, std::string& at_revision) {
 
 void AddQuestionOptions(CLI::App& command, QuestionArguments& question) {
   command.add_option("--engine", question.engine, "auto (default), exact, fcl or bullet")
-      ->transform(
-          CLI::CheckedTransformer(ShortNames<pb::Engine>(), CLI::ignore_case).description(""))
+      ->transform(OneOf(ShortNames<pb::Engine>()))
       ->type_name("ENGINE");
   command
       .add_option("--representation", question.representation,
                   "of the objects: hybrid (default), shapes or surfaces")
-      ->transform(CLI::CheckedTransformer(ShortNames<pb::Representation>(), CLI::ignore_case)
-                      .description(""))
+      ->transform(OneOf(ShortNames<pb::Representation>()))
       ->type_name("REP");
   command.add_option("--margin", question.margin_m, "collision means nearer than this (m)")
       ->type_name("M");

@@ -8,6 +8,8 @@
 
 #include "clients/cli/commands.h"
 #include "clients/cli/error_report.h"
+#include "clients/cli/one_of.h"
+#include "clients/cli/out_pipe.h"
 
 namespace cwm::cli {
 namespace {
@@ -45,7 +47,7 @@ void AddGlobalOptions(CLI::App& app, Session& session) {
       ->type_name("ADDR");
   app.add_option("-w,--world", session.world, "the world; default: \"default\"")->type_name("NAME");
   app.add_option("-o,--output", session.form, "table (default), json or ndjson")
-      ->transform(CLI::CheckedTransformer(kForms).description(""))
+      ->transform(OneOf(kForms))
       ->type_name("FORM");
   app.add_option("--deadline", session.deadline_s,
                  "seconds that a call may take; default: no limit")
@@ -94,6 +96,7 @@ ExitCode Run(const std::vector<std::string>& arguments, Streams streams) {
   session.no_color = no_color != nullptr && *no_color != '\0';
   CommandLine line{.app = CLI::App(kDescription, "cwm"), .session = session};
   line.app.formatter(std::make_shared<ShortListFormatter>());
+  line.app.set_version_flag("--version", "cwm " CWM_VERSION);
   AddGlobalOptions(line.app, session);
   AddCommands(line);
   try {  // CLI11 reports by exceptions; they end here
@@ -102,6 +105,10 @@ ExitCode Run(const std::vector<std::string>& arguments, Streams streams) {
     return Explain(line, error);
   }
   streams.out.flush();
+  // A reader that has had enough is no error; a full disk is one.
+  if (line.result.ok() && !streams.out && !IsUnread(streams.out)) {
+    line.result = absl::InternalError("stdout cannot be written: part of the answer is lost");
+  }
   if (!line.result.ok()) {
     const std::string address = session.address.empty() ? DefaultAddress() : session.address;
     ReportError(line.result, {line.command, address}, streams.err);

@@ -1,8 +1,10 @@
 #include "clients/cli/scan_arguments.h"
 
 #include <cmath>
+#include <filesystem>
 #include <map>
 
+#include "absl/strings/ascii.h"
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "clients/cli/enum_names.h"
@@ -90,8 +92,18 @@ absl::StatusOr<pb::IngestCloudResponse> SendScan(Session& session,
   Progress progress(session.streams.err, session.streams.err_is_terminal ? ProgressStyle::kOneLine
                                                                          : ProgressStyle::kSilent);
   return client::IngestCloud(
-      session.connection(), header, *geometry,
-      [&](std::int64_t sent, std::int64_t total) { progress.Sent(sent, total); });
+      session.connection(), header, *geometry, [&](std::int64_t sent, std::int64_t total) {
+        progress.Sent({.sent_bytes = sent,
+                       .total_bytes = total,
+                       .point_bytes = static_cast<std::int64_t>(geometry->point_step)});
+      });
+}
+
+absl::Status CheckLabelledName(const std::string& argument, const std::string& path) {
+  const std::string extension =
+      absl::AsciiStrToLower(std::filesystem::path(path).extension().string());
+  if (extension.empty() || extension == ".pcd") return absl::OkStatus();
+  return UsageError(absl::StrCat(argument, ": \"", path, "\" must end in .pcd"));
 }
 
 absl::Status WriteLabelled(Session& session, const pb::IngestCloudResponse& response,

@@ -30,6 +30,9 @@ absl::StatusOr<cwm::v1::IngestCloudResponse> SendScan(Session& session,
                                                       const formats::CloudFile& cloud,
                                                       const std::string& file);
 
+// A usage error unless the file can be told to be a PCD: its name ends in .pcd or has no extension.
+absl::Status CheckLabelledName(const std::string& argument, const std::string& path);
+
 // Writes the cloud with the labels of the response as a compressed PCD.
 absl::Status WriteLabelled(Session& session, const cwm::v1::IngestCloudResponse& response,
                            const formats::CloudFile& cloud, const std::string& path);

@@ -1,12 +1,15 @@
 // cwm watch
+#include <atomic>
 #include <memory>
 #include <optional>
 #include <ostream>
+#include <thread>
 
 #include "absl/strings/str_cat.h"
 #include "clients/cli/commands.h"
 #include "clients/cli/enum_names.h"
 #include "clients/cli/object_table.h"
+#include "clients/cli/out_pipe.h"
 #include "clients/cli/quantity.h"
 
 namespace cwm::cli {
@@ -56,6 +59,26 @@ void PrintMessage(const pb::WatchWorldResponse& message, std::ostream& out) {
   }
 }
 
+// Ends a call once nobody reads its output: a world may keep still for hours, and only a write would
+// tell otherwise.
+class UnreadGuard {
+ public:
+  UnreadGuard(const std::ostream& out, grpc::ClientContext& context)
+      : thread_([this, &out, &context](const std::stop_token& stop) {
+          while (!stop.stop_requested() && !unread_) {
+            if (!IsUnread(out, kLookEvery)) continue;
+            unread_ = true;
+            context.TryCancel();
+          }
+        }) {}
+  bool unread() const { return unread_; }
+
+ private:
+  static constexpr std::chrono::milliseconds kLookEvery{50};  // how long it may outlive the call
+  std::atomic<bool> unread_{false};
+  std::jthread thread_;  // last: it uses what is above
+};
+
 absl::Status Watch(Session& session, const WatchArguments& arguments) {
   pb::WatchWorldRequest request;
   request.set_world(session.world);
@@ -64,6 +87,7 @@ absl::Status Watch(Session& session, const WatchArguments& arguments) {
   grpc::ClientContext context;
   session.connection().Prepare(context);
   const auto reader = session.connection().worlds().WatchWorld(&context, request);
+  const UnreadGuard guard(session.streams.out, context);
   pb::WatchWorldResponse message;
   std::int64_t messages = 0;
   bool ended_here = false;
@@ -82,7 +106,8 @@ absl::Status Watch(Session& session, const WatchArguments& arguments) {
     reader->Finish();
     return absl::OkStatus();
   }
-  return client::FromGrpc(reader->Finish());
+  const grpc::Status end = reader->Finish();
+  return guard.unread() ? absl::OkStatus() : client::FromGrpc(end);
 }
 
 }  // namespace

@@ -134,6 +134,34 @@ TEST_F(CommandLine, AMeshGoesInAndComesBack) {
   EXPECT_EQ(magic, "ply");
 }
 
+TEST_F(CommandLine, AnObjectOfShapesAloneComesAsAMeshOfThem) {
+  const auto first_bytes = [](const std::string& path) {
+    std::ifstream file(path, std::ios::binary);
+    std::string bytes(512, '\0');
+    file.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+    return bytes;
+  };
+  ASSERT_EQ(Cwm({"move", "crate", "--to", "10,0,0"}).exit_code, 0);
+  const std::string ply = scratch() / "crate.ply";
+  ASSERT_EQ(Cwm({"get", "crate", "--mesh", ply}).exit_code, 0);
+  EXPECT_NE(first_bytes(ply).find("element vertex 8\n"), std::string::npos);
+  EXPECT_NE(first_bytes(ply).find("element face 12\n"), std::string::npos);
+  // What came out goes in again, and stands where the crate stands: the mesh is in the world's frame.
+  ASSERT_EQ(Cwm({"put", "copy", "--mesh", ply, "--world", "other"}).exit_code, 0);
+  const json ray =
+      CwmJson({"ray", "--from", "10,0,2", "--direction", "0,0,-1", "--world", "other"})["rows"][0];
+  EXPECT_NEAR(ray.at("distance_m").get<double>(), 1.5, 1e-12);
+  const std::string glb = scratch() / "crate.GLB";
+  ASSERT_EQ(Cwm({"get", "crate", "--mesh", glb}).exit_code, 0);
+  EXPECT_EQ(first_bytes(glb).substr(0, 4), "glTF");
+  EXPECT_NE(first_bytes(glb).find(R"("min":[9.5,-0.5,-0.5],"max":[10.5,0.5,0.5])"),
+            std::string::npos);
+  const Finished other = Cwm({"get", "crate", "--mesh", scratch() / "crate.stl"});
+  EXPECT_EQ(other.exit_code, 1);
+  EXPECT_NE(other.err.find("must end in .ply or .glb"), std::string::npos) << other.err;
+  EXPECT_FALSE(std::ifstream(scratch() / "crate.stl").good());
+}
+
 TEST_F(CommandLine, ExpectedRevisionAndRequestIdsGuardWriters) {
   const std::string put =
       R"({"expected_revision": "1", "request_id": "r1", "changes": [{"put": {"object":

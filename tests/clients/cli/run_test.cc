@@ -43,6 +43,44 @@ TEST(Run, PrintsHelpOnStdoutWithExamplesFirst) {
   EXPECT_LT(one.out.find("cwm distance --box"), one.out.find("--engine"));
 }
 
+TEST(Run, TellsItsVersionOnStdout) {
+  const Outcome version = RunWith({"--version"});
+  EXPECT_EQ(version.code, ExitCode::kDone);
+  EXPECT_THAT(version.out, ::testing::MatchesRegex("cwm [0-9]+\\.[0-9]+\\.[0-9]+\n"));
+  EXPECT_EQ(version.err, "");
+}
+
+TEST(Run, RefusesAMeshFileOfAnotherFormatBeforeItAsksTheServer) {
+  for (const char* file : {"mug.stl", "mug", "glb", "mug.ply.gz"}) {
+    const Outcome outcome = RunWith({"get", "mug", "--mesh", file});
+    EXPECT_EQ(outcome.code, ExitCode::kUsage) << file;
+    EXPECT_THAT(outcome.err,
+                HasSubstr(std::string("--mesh: \"") + file + "\" must end in .ply or .glb"));
+  }
+}
+
+TEST(Run, RefusesToWriteALabelledCloudUnderTheNameOfAnotherFormat) {
+  const Outcome segment = RunWith({"segment", "no-such-file.pcd", "out.ply"});
+  EXPECT_EQ(segment.code, ExitCode::kUsage);
+  EXPECT_THAT(segment.err, HasSubstr("OUT: \"out.ply\" must end in .pcd"));
+  const Outcome ingest = RunWith({"ingest", "no-such-file.pcd", "--labels", "out.ply"});
+  EXPECT_EQ(ingest.code, ExitCode::kUsage);
+  EXPECT_THAT(ingest.err, HasSubstr("--labels: \"out.ply\" must end in .pcd"));
+  EXPECT_EQ(RunWith({"segment", "no-such-file.pcd", "/dev/stdout"}).code, ExitCode::kBadInput);
+}
+
+TEST(Run, NamesTheWordsThatAnOptionTakes) {
+  EXPECT_THAT(RunWith({"objects", "--kind", "spoon"}).err,
+              HasSubstr("--kind: \"spoon\" must be object, residual, support, unseen or user\n"));
+  EXPECT_THAT(RunWith({"objects", "-o", "xml"}).err,
+              HasSubstr("\"xml\" must be json, ndjson or table\n"));
+  // Numbers of the enum are nobody's words.
+  EXPECT_EQ(RunWith({"check", "--sphere", "1", "--at", "0,0,0", "--engine", "2"}).code,
+            ExitCode::kUsage);
+  EXPECT_EQ(RunWith({"check", "--sphere", "1", "--at", "0,0,0", "--engine", "FCL"}).code,
+            ExitCode::kUnavailable);
+}
+
 TEST(Run, EndsWithUsageOnMistakesOfTheCommandLine) {
   const std::vector<std::vector<std::string>> mistakes = {
       {},

@@ -1,0 +1,35 @@
+// Options whose argument is one of some words.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "absl/strings/ascii.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
+
+namespace cwm::cli {
+
+// "--kind: "spoon" must be object, residual or user" for another word; upper and lower case are the
+// same. For Option::transform of an option that holds an enum.
+template <class Enum>
+CLI::Validator OneOf(std::map<std::string, Enum> values) {
+  const auto check = [values = std::move(values)](std::string& word) -> std::string {
+    const auto found = values.find(absl::AsciiStrToLower(word));
+    if (found != values.end()) {
+      word = std::to_string(static_cast<int>(found->second));
+      return "";
+    }
+    std::vector<std::string> names;
+    for (const auto& [name, value] : values) names.push_back(name);
+    const std::string last = names.back();
+    names.pop_back();
+    return absl::StrCat("\"", word, "\" must be ", absl::StrJoin(names, ", "), " or ", last);
+  };
+  return CLI::Validator(check, "");
+}
+
+}  // namespace cwm::cli

@@ -1,0 +1,17 @@
+#include "clients/cli/out_pipe.h"
+
+#include <poll.h>
+#include <unistd.h>
+
+#include <iostream>
+
+namespace cwm::cli {
+
+bool IsUnread(const std::ostream& out, std::chrono::milliseconds wait) {
+  // Nothing is asked for; errors are told all the same. A descriptor of -1 is left out: poll waits.
+  pollfd stdout_end{.fd = &out == &std::cout ? STDOUT_FILENO : -1, .events = 0, .revents = 0};
+  return poll(&stdout_end, 1, static_cast<int>(wait.count())) > 0 &&
+         (stdout_end.revents & (POLLERR | POLLHUP)) != 0;
+}
+
+}  // namespace cwm::cli

@@ -1,0 +1,14 @@
+// Whether anybody still reads what the process prints.
+#pragma once
+
+#include <chrono>
+#include <iosfwd>
+
+namespace cwm::cli {
+
+// True when `out` is the process's stdout and the other end of that pipe (or terminal) is closed, as
+// after `cwm watch | head -1`; waits for that as long as told. False for files and other streams.
+bool IsUnread(const std::ostream& out,
+              std::chrono::milliseconds wait = std::chrono::milliseconds(0));
+
+}  // namespace cwm::cli
