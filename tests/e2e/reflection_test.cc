@@ -1,6 +1,9 @@
 // Tools that were not written here must be able to use the server: buf, through reflection.
 #include <filesystem>
 
+#include "absl/strings/escaping.h"
+#include "proto/transfer/crc32c.h"
+#include "proto/transfer/sha256.h"
 #include "tests/e2e/server_fixture.h"
 
 namespace cwm::testing {
@@ -58,6 +61,53 @@ TEST_F(Reflection, CallsTheServices) {
   const Finished health = BufCurl("grpc.health.v1.Health/Check", "{}");
   ASSERT_EQ(health.exit_code, 0) << health.err;
   EXPECT_EQ(nlohmann::json::parse(health.out).at("status"), "SERVING");
+}
+
+// A square of 41 x 41 points, 0.4 m wide, 1 m before the sensor: x y z as floats, row by row.
+std::string Square() {
+  std::string bytes;
+  for (int row = 0; row < 41; ++row) {
+    for (int column = 0; column < 41; ++column) {
+      const float point[3] = {0.01F * static_cast<float>(column - 20),
+                              0.01F * static_cast<float>(row - 20), 1};
+      bytes.append(reinterpret_cast<const char*>(point), sizeof(point));
+    }
+  }
+  return bytes;
+}
+
+TEST_F(Reflection, CallsThePerceptionServiceWithAStreamOfRequests) {
+  const std::string bytes = Square();
+  const nlohmann::json header = {
+      {"header",
+       {{"pointCount", 41 * 41},
+        {"totalBytes", bytes.size()},
+        {"width", 41},
+        {"height", 41},
+        {"up", {{"z", -1}}},
+        {"layout",
+         {{"pointStep", 12},
+          {"fields",
+           {{{"name", "x"}, {"type", "FIELD_TYPE_F32"}},
+            {{"name", "y"}, {"offset", 4}, {"type", "FIELD_TYPE_F32"}},
+            {{"name", "z"}, {"offset", 8}, {"type", "FIELD_TYPE_F32"}}}}}}}}};
+  const nlohmann::json chunk = {
+      {"chunk", {{"data", absl::Base64Escape(bytes)}, {"crc32c", Crc32c(bytes)}}}};
+  const nlohmann::json finish = {{"finish", {{"sha256", Sha256Hex(bytes)}}}};
+  const Finished ingest = BufCurl("cwm.v1.PerceptionService/IngestCloud",
+                                  header.dump() + "\n" + chunk.dump() + "\n" + finish.dump());
+  ASSERT_EQ(ingest.exit_code, 0) << ingest.err;
+  const nlohmann::json answer = nlohmann::json::parse(ingest.out);
+  EXPECT_EQ(answer.at("revision"), "1");
+  EXPECT_EQ(answer.at("report").at("pointsIn"), "1681");
+  EXPECT_EQ(answer.at("report").at("pointsFinite"), "1681");
+  ASSERT_EQ(answer.at("supports").size(), 1U);
+  EXPECT_EQ(answer["supports"][0].at("kind"), "OBJECT_KIND_SUPPORT");
+
+  const Finished cut =
+      BufCurl("cwm.v1.PerceptionService/IngestCloud", header.dump() + "\n" + finish.dump());
+  EXPECT_NE(cut.exit_code, 0);
+  EXPECT_NE(cut.err.find("invalid_argument"), std::string::npos) << cut.err;
 }
 
 }  // namespace
