@@ -46,6 +46,31 @@ TEST_F(RealScans, EachGivesOneSupportAndObjectsInAWorldOfItsOwnAndAllFitIntoOne)
   EXPECT_LT(server().ResidentMebibytes(), after_45_worlds + 500);
 }
 
+TEST_F(RealScans, TheSameScanTwiceMakesNoRevision) {
+  const auto directory = OutsideData("mosd/learn");
+  if (!directory) GTEST_SKIP() << "labelled Kinect scans (mosd/learn) are not in CWM_DATA";
+  const std::vector<std::string> scans = FilesWith(*directory, ".pcd");
+  ASSERT_GE(scans.size(), 3U);
+  // Three of them, so that the test takes seconds.
+  for (const std::size_t i : {std::size_t{0}, scans.size() / 2, scans.size() - 1}) {
+    SCOPED_TRACE(scans[i]);
+    const std::string world = std::filesystem::path(scans[i]).stem();
+    const json first = CwmJson({"ingest", scans[i], "--world", world});
+    ASSERT_TRUE(first.is_object());
+    EXPECT_EQ(first.at("revision"), "1");
+    const json before = CwmJson({"objects", "--world", world}).at("objects");
+    const json again = CwmJson({"ingest", scans[i], "--world", world});
+    EXPECT_EQ(again.at("revision"), "1");
+    EXPECT_EQ(again.at("changes").at("kept").size(), before.size()) << again.at("changes");
+    json after = CwmJson({"objects", "--world", world}).at("objects");
+    ASSERT_EQ(after.size(), before.size());
+    // When it was last seen is no part of a revision.
+    for (std::size_t k = 0; k < after.size(); ++k)
+      after[k]["last_observed"] = before[k]["last_observed"];
+    EXPECT_EQ(after, before);
+  }
+}
+
 class PlanningScenes : public ServerTest {};
 
 TEST_F(PlanningScenes, ImportPutsEveryPrimitiveIntoTheWorld) {
