@@ -12,11 +12,12 @@ namespace {
 
 constexpr std::string_view kPadding = "_";
 
-absl::Status NotEnough(const std::string& file, const PcdHeader& header, std::size_t have) {
-  return FileError(
-      file, {"POINTS", absl::StrCat(header.points()),
-             absl::StrCat("must be what the data holds: at ", header.point_step,
-                          " bytes a point there are not enough in ", have, " bytes of data")});
+// `each`: what a point takes, as "12 bytes"; `have`: what there is, as "40 bytes of data".
+absl::Status NotEnough(const std::string& file, const PcdHeader& header, const std::string& each,
+                       const std::string& have) {
+  return FileError(file, {"POINTS", absl::StrCat(header.points()),
+                          absl::StrCat("must be what the data holds: at ", each,
+                                       " a point there are not enough in ", have)});
 }
 
 absl::Status TooMuch(const std::string& file, const PcdHeader& header) {
@@ -70,7 +71,10 @@ CloudFile FromRaw(std::string_view data, const PcdHeader& header) {
 absl::StatusOr<CloudFile> ReadBinary(TextCursor cursor, const PcdHeader& header,
                                      const std::string& file) {
   const std::size_t have = cursor.rest().size();
-  if (!Fits(header, header.point_step, have)) return NotEnough(file, header, have);
+  if (!Fits(header, header.point_step, have)) {
+    return NotEnough(file, header, absl::StrCat(header.point_step, " bytes"),
+                     absl::StrCat(have, " bytes of data"));
+  }
   const auto data = cursor.NextBytes(static_cast<std::size_t>(header.points()) * header.point_step);
   if (!cursor.OnlyPaddingLeft()) return TooMuch(file, header);
   return FromRaw(*data, header);
@@ -130,12 +134,14 @@ absl::StatusOr<CloudFile> ReadAscii(TextCursor cursor, const PcdHeader& header,
   for (const CloudField& field : header.fields) words_per_point += field.count;
   // A word takes one character and one that separates it from the next; the last needs none.
   const std::size_t have = cursor.rest().size() + 1;
-  if (!Fits(header, 2 * words_per_point, have)) return NotEnough(file, header, have - 1);
+  const absl::Status not_enough = NotEnough(file, header, absl::StrCat(words_per_point, " values"),
+                                            absl::StrCat(cursor.rest().size(), " bytes of text"));
+  if (!Fits(header, 2 * words_per_point, have)) return not_enough;
   CloudFile cloud = EmptyCloud(header);
   cloud.bytes.resize(static_cast<std::size_t>(cloud.size()) * cloud.point_step);
   for (std::int64_t point = 0; point < cloud.size();) {
     const auto line = cursor.NextLine();
-    if (!line) return NotEnough(file, header, have - 1);
+    if (!line) return not_enough;
     const auto words = SplitWords(*line);
     if (words.empty()) continue;
     if (words.size() != words_per_point) {

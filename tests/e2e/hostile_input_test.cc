@@ -76,7 +76,8 @@ class HostileInput : public ServerTest {
   std::int64_t revision_ = 0;
 };
 
-TEST_F(HostileInput, LyingCloudFilesAreRefusedByName) {
+// Each message names the file, the field, its value and the rule that it breaks.
+TEST_F(HostileInput, LyingCloudFilesAreRefusedByFieldValueAndRule) {
   const std::string one_point = Bytes({0, 0, 1});
   struct Case {
     const char* name;
@@ -84,32 +85,88 @@ TEST_F(HostileInput, LyingCloudFilesAreRefusedByName) {
     const char* said;
   };
   const Case cases[] = {
-      {"more points than data", [](PcdHeader& h) { h.width = h.points = "1000000"; }, "POINTS"},
-      {"negative size", [](PcdHeader& h) { h.sizes = "4 -4 4"; }, "SIZE"},
-      {"unknown type", [](PcdHeader& h) { h.types = "F Q F"; }, "TYPE"},
-      {"width times height differs", [](PcdHeader& h) { h.height = "7"; }, "POINTS"},
-      {"negative width", [](PcdHeader& h) { h.width = "-1"; }, "WIDTH"},
+      {"more points than data", [](PcdHeader& h) { h.width = h.points = "1000000"; },
+       "POINTS is 1000000, must be what the data holds: at 12 bytes a point there are not enough "
+       "in 12 bytes"},
+      {"fewer points than data", [](PcdHeader& h) { h.width = h.points = "0"; },
+       "POINTS is 0, must be what the data holds: there is more data after the last point"},
+      {"negative size", [](PcdHeader& h) { h.sizes = "4 -4 4"; },
+       "TYPE and SIZE of field y is F -4, must be"},
+      {"size that no number has", [](PcdHeader& h) { h.sizes = "4 3 4"; },
+       "TYPE and SIZE of field y is F 3, must be"},
+      {"unknown type", [](PcdHeader& h) { h.types = "F Q F"; },
+       "TYPE and SIZE of field y is Q 4, must be I or U with 1, 2, 4 or 8, or F with 4 or 8"},
+      {"too few types", [](PcdHeader& h) { h.types = "F F"; },
+       "number of TYPE entries is 2, must be that of FIELDS, 3"},
+      {"count of nothing", [](PcdHeader& h) { h.counts = "1 0 1"; },
+       "COUNT of field y is 0, must be an integer from 1 to 65536"},
+      {"negative count", [](PcdHeader& h) { h.counts = "1 -1 1"; },
+       "COUNT of field y is -1, must be an integer from 1 to 65536"},
+      {"count beyond all memory", [](PcdHeader& h) { h.counts = "1 999999999999 1"; },
+       "COUNT of field y is 999999999999, must be an integer from 1 to 65536"},
+      {"width times height differs", [](PcdHeader& h) { h.height = "7"; },
+       "POINTS is 1, must be WIDTH x HEIGHT, 7"},
+      {"negative width", [](PcdHeader& h) { h.width = "-1"; },
+       "WIDTH is -1, must be an integer from 0 to 2147483647"},
+      {"negative points", [](PcdHeader& h) { h.points = "-1"; },
+       "POINTS is -1, must be an integer"},
+      {"width that is no number", [](PcdHeader& h) { h.width = "nan"; },
+       "WIDTH is nan, must be an integer"},
       {"product that overflows",
        [](PcdHeader& h) {
          h.width = h.height = "4294967296";
          h.points = "0";
        },
-       "WIDTH"},
-      {"no z", [](PcdHeader& h) { h.fields = "x y w"; }, "z"},
-      {"unknown data", [](PcdHeader& h) { h.data = "morse"; }, "DATA"},
-      {"wrong magic", [](PcdHeader& h) { h.magic = "GIF89a\n"; }, "PCD"},
+       "WIDTH is 4294967296, must be an integer from 0 to 2147483647"},
+      {"no z", [](PcdHeader& h) { h.fields = "x y w"; }, "field z is missing from the cloud"},
+      {"unknown data", [](PcdHeader& h) { h.data = "morse"; },
+       "DATA is morse, must be ascii, binary or binary_compressed"},
+      {"wrong magic", [](PcdHeader& h) { h.magic = "GIF89a\n"; },
+       "must be that of a PCD (\"# .PCD\") or PLY (\"ply\") file"},
   };
   for (const Case& test : cases) {
     SCOPED_TRACE(test.name);
     PcdHeader header;
     test.lie(header);
     ExpectRefused({"ingest", Write("lie.pcd", header.Text() + one_point)}, kBadInput,
-                  {"lie.pcd", test.said});
+                  {"lie.pcd: ", test.said});
   }
-  ExpectRefused({"ingest", Write("short.pcd", PcdHeader().Text() + "abc")}, kBadInput,
-                {"short.pcd"});
-  ExpectRefused({"ingest", Write("empty.pcd", "")}, kBadInput, {"empty.pcd"});
   ExpectRefused({"ingest", scratch() / "absent.pcd"}, kBadInput, {"absent.pcd"});
+}
+
+TEST_F(HostileInput, FilesCutShortAreRefusedWhereverTheyEnd) {
+  const std::string header = PcdHeader().Text();
+  ExpectRefused({"ingest", Write("empty.pcd", "")}, kBadInput, {"empty.pcd: first line must be"});
+  ExpectRefused({"ingest", Write("head.pcd", header.substr(0, header.find("DATA")))}, kBadInput,
+                {"head.pcd: DATA is missing"});
+  ExpectRefused({"ingest", Write("data.pcd", header + "abc")}, kBadInput,
+                {"data.pcd: POINTS is 1, must be what the data holds", "3 bytes of data"});
+  PcdHeader ascii;
+  ascii.data = "ascii";
+  ExpectRefused({"ingest", Write("ascii.pcd", ascii.Text() + "0.25 0.25\n")}, kBadInput,
+                {"ascii.pcd: number of values of point 0 is 2, must be 3"});
+  ExpectRefused(
+      {"ingest", Write("words.pcd", ascii.Text() + "0 0\n")}, kBadInput,
+      {"words.pcd: POINTS is 1, must be what the data holds: at 3 values a point there are "
+       "not enough in 4 bytes of text"});
+  PcdHeader packed;
+  packed.data = "binary_compressed";
+  const std::string sizes("\x09\0\0\0\x0c\0\0\0", 8);  // 9 bytes that would unpack to 12
+  ExpectRefused({"ingest", Write("packed.pcd", packed.Text() + sizes + "abc")}, kBadInput,
+                {"packed.pcd: compressed size is 9, must be what the file holds"});
+}
+
+TEST_F(HostileInput, LyingPlyFilesAreRefusedByFieldValueAndRule) {
+  const auto ply = [](const std::string& count, const std::string& type) {
+    return "ply\nformat binary_little_endian 1.0\nelement vertex " + count + "\nproperty " + type +
+           " x\nproperty float y\nproperty float z\nend_header\n" + Bytes({0, 0, 1});
+  };
+  ExpectRefused({"ingest", Write("negative.ply", ply("-5", "float"))}, kBadInput,
+                {"negative.ply: count of element vertex is -5, must be an integer of at least 0"});
+  ExpectRefused({"ingest", Write("more.ply", ply("99999999", "float"))}, kBadInput,
+                {"more.ply: count of element vertex is 99999999, must be what the data holds"});
+  ExpectRefused({"ingest", Write("type.ply", ply("1", "quark"))}, kBadInput,
+                {"type.ply: type of property x is quark, must be"});
 }
 
 TEST_F(HostileInput, CloudsWithoutAnyMeaningAreRefused) {
