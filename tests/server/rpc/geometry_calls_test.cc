@@ -1,6 +1,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <limits>
+
 #include "proto/transfer/sha256.h"
 #include "server/core/geometry_store.h"
 #include "tests/server/rpc/running_server.h"
@@ -131,11 +133,40 @@ TEST_F(GeometryTest, BrokenMeshesAreRefused) {
   bad_index.triangles[0][2] = 99;
   TriangleMesh no_triangles = Strip(4);
   no_triangles.triangles.clear();
-  for (const std::string& bytes :
-       {EncodeMesh(bad_index), EncodeMesh(no_triangles), std::string("short")}) {
+  TriangleMesh not_finite = Strip(4);
+  not_finite.vertices[1].y() = std::numeric_limits<double>::quiet_NaN();
+  const std::vector<std::pair<std::string, std::string>> cases = {
+      {EncodeMesh(bad_index), "mesh.triangles[0]"},
+      {EncodeMesh(no_triangles), "mesh.triangles"},
+      {EncodeMesh(not_finite), "mesh.vertices[1].y"},
+      {"short", "mesh"},
+  };
+  for (const auto& [bytes, field] : cases) {
     const grpc::Status status = Write(HeaderOf(bytes), Chunks(bytes), &response);
     EXPECT_EQ(status.error_code(), grpc::StatusCode::INVALID_ARGUMENT) << status.error_message();
+    EXPECT_EQ(FieldIn(status), field) << status.error_message();
   }
+}
+
+TEST_F(GeometryTest, MeshesThatAreNoSolidsAreRefusedWhereASolidIsPut) {
+  const std::string flat = EncodeMesh(Strip(4));
+  v1::WriteGeometryResponse written;
+  ASSERT_TRUE(Write(HeaderOf(flat), Chunks(flat), &written).ok());
+  const auto put = [&](const std::string& hash) {
+    v1::ApplyChangesRequest request;
+    v1::Object* object = request.add_changes()->mutable_put()->mutable_object();
+    object->set_name("hull");
+    object->add_shapes()->mutable_convex()->set_hash(hash);
+    v1::ApplyChangesResponse response;
+    Call call;
+    return world_->ApplyChanges(&call, request, &response);
+  };
+  const std::string field = "changes[0].put.object.shapes[0].convex.hash";
+  EXPECT_EQ(FieldIn(put(written.hash())), field) << "a flat hull";
+  const grpc::Status unknown = put(std::string(64, '0'));
+  EXPECT_EQ(unknown.error_code(), grpc::StatusCode::NOT_FOUND);
+  EXPECT_EQ(ReasonIn(unknown), "GEOMETRY_UNKNOWN");
+  EXPECT_EQ(FieldIn(unknown), field);
 }
 
 TEST_F(GeometryTest, AKnownHashIsAnsweredWithoutTheData) {
