@@ -10,7 +10,6 @@
 namespace cwm::server {
 namespace {
 
-using collision::Change;
 using collision::ObjectKind;
 using collision::ObjectState;
 using collision::Owner;

@@ -42,8 +42,9 @@ ReadGeometryCall::ReadGeometryCall(Runtime& runtime, const v1::ReadGeometryReque
 void ReadGeometryCall::Open(const std::string& hash) {
   const CallWork work = [this, &hash](const CallContext&) {
     auto blob = runtime_.application.geometry.Get(hash);
-    if (blob.ok()) blob_ = *std::move(blob);
-    return blob.status();
+    if (!blob.ok()) return blob.status();
+    blob_ = *std::move(blob);
+    return absl::OkStatus();
   };
   const absl::Status status = RunGuarded(work, {});
   if (!status.ok()) return Finish(ToGrpcStatus(status));

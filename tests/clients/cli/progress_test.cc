@@ -12,8 +12,10 @@ using ::testing::EndsWith;
 using ::testing::HasSubstr;
 
 // 640 x 480 points of three floats, the first mebibyte sent in half a second.
-constexpr Upload kKinect{
-    .sent_bytes = 1 << 20, .total_bytes = 307'200 * 12, .point_bytes = 12, .elapsed_s = 0.5};
+constexpr Upload kKinect{.sent_bytes = 1 << 20,
+                         .total_bytes = std::int64_t{307'200} * 12,
+                         .point_bytes = 12,
+                         .elapsed_s = 0.5};
 
 TEST(UploadText, SaysBytesPointsRateAndTimeLeft) {
   // 2 637 824 bytes are left at 2 097 152 a second: 1.26 s, rounded up.

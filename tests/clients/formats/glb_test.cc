@@ -8,6 +8,9 @@
 namespace cwm::formats {
 namespace {
 
+// Of the four corners and four triangles of Tetrahedron(): three numbers of four bytes each.
+constexpr std::size_t kPositionBytes = 48, kIndexBytes = 48;
+
 using nlohmann::json;
 
 const MeshFile& Tetrahedron() {
@@ -53,12 +56,12 @@ TEST(Glb, HoldsTheVerticesAndTrianglesThatItDescribes) {
   EXPECT_EQ(glb.description.at("buffers").at(0).at("byteLength"), glb.binary.size());
   const json& views = glb.description.at("bufferViews");
   float last_z = 0;
-  std::memcpy(&last_z, glb.binary.data() + 4 * 12 - 4, sizeof(last_z));
+  std::memcpy(&last_z, glb.binary.data() + kPositionBytes - sizeof(last_z), sizeof(last_z));
   EXPECT_EQ(last_z, -0.25F);
   const std::size_t first_index = views.at(1).at("byteOffset");
-  EXPECT_EQ(first_index, 4U * 12);
-  EXPECT_EQ(std::memcmp(glb.binary.data() + first_index, Tetrahedron().triangles.data(), 4 * 12),
-            0);
+  EXPECT_EQ(first_index, kPositionBytes);
+  EXPECT_EQ(
+      std::memcmp(glb.binary.data() + first_index, Tetrahedron().triangles.data(), kIndexBytes), 0);
 }
 
 TEST(Glb, TurnsTheWorldsUpIntoThatOfGltf) {

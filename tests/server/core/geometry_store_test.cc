@@ -121,7 +121,7 @@ TEST(GeometryStore, UnknownHashesAreNotFound) {
 }
 
 TEST(GeometryStore, LetsGoOfTheLeastRecentlyUsed) {
-  GeometryStore store(4 * 30);
+  GeometryStore store(std::int64_t{4} * 30);
   const std::string a = store.Put(BlobFormat::kLabelsU32, Labels(10))->hash;
   const std::string b = store.Put(BlobFormat::kLabelsU32, Labels(11))->hash;
   ASSERT_TRUE(store.Get(a).ok());  // now b is the oldest

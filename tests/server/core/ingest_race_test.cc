@@ -40,10 +40,11 @@ TEST(IngestRace, ScansComeThroughAmongOtherWrites) {
   threads.emplace_back([&] {
     barrier.Arrive();
     // Out of the sensor's view.
-    for (int n = 1; scanning > 0; ++n) {
-      EXPECT_TRUE(world.Apply(std::vector{Put("users", -10 - 0.001 * n)}, {}).ok());
+    int n = 0;
+    do {
+      EXPECT_TRUE(world.Apply(std::vector{Put("users", -10 - 0.001 * ++n)}, {}).ok());
       std::this_thread::yield();
-    }
+    } while (scanning > 0);
   });
   for (std::thread& thread : threads) thread.join();
   // However they interleaved, two boxes and a table were found once.

@@ -192,7 +192,7 @@ TEST(WorldRace, ThoseWhoWaitForARevisionGetIt) {
 
 TEST(WorldRace, EveryWatchEndsUpWithTheWritersWorld) {
   World world("w", "uid", {});
-  const Revision end{kWriters * kWrites};
+  const Revision end{std::int64_t{kWriters} * kWrites};
   SpinBarrier barrier(kWriters + kWatches);
   std::vector<Replica> replicas(kWatches);
   auto watches = Race(kWatches, barrier, [&](int i) {
@@ -214,7 +214,7 @@ TEST(WorldRace, EveryWatchEndsUpWithTheWritersWorld) {
 // A client that loses its connection again and again misses nothing.
 TEST(WorldRace, AWatchThatResumesAgainAndAgainMissesNothing) {
   World world("w", "uid", {});
-  const Revision end{kWriters * kWrites};
+  const Revision end{std::int64_t{kWriters} * kWrites};
   SpinBarrier barrier(kWriters + 1);
   Replica replica;
   auto watch = Race(1, barrier, [&](int) {

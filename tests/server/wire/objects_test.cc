@@ -12,8 +12,6 @@
 namespace cwm::server {
 namespace {
 
-using ::testing::HasSubstr;
-
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr std::int64_t kStoreBytes = 1 << 20;
 
