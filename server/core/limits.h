@@ -1,4 +1,4 @@
-// What one request may cost, and how long things are kept: published by GetServerInfo.
+// What one request may cost, and how long things are kept. GetServerInfo publishes those that a client plans by.
 #pragma once
 
 #include <chrono>

@@ -110,10 +110,11 @@ struct World::State {
       if (delta.after == nullptr) observations.Forget(delta.before->name);
     }
     if (hooks.applied) hooks.applied(**next);
+    // May run out of memory: before anybody sees the revision.
+    const bool remember = !options.request_id.empty();
+    auto reply = remember && hooks.reply ? hooks.reply(outcome) : nullptr;
     if (*next != base) aftermath = feed->Publish(*std::move(next), std::move(deltas));
-    if (!options.request_id.empty()) {
-      requests.Remember(options, outcome, hooks.reply ? hooks.reply(outcome) : nullptr, now());
-    }
+    if (remember) requests.Remember(options, outcome, std::move(reply), now());
     return outcome;
   }
 };

@@ -241,7 +241,11 @@ absl::StatusOr<WorldRegistry::Deleted> WorldRegistry::Delete(const std::string& 
   (*world)->Close();
   const Deleted deleted{(*world)->uid(), (*world)->Snapshot()->revision()};
   std::lock_guard lock(state_->mutex);
-  if (state_->EntryOf(**world) == nullptr) return Unknown(key.world);  // another was faster
+  if (state_->EntryOf(**world) == nullptr) {  // another was faster, our own first try perhaps
+    const DeletionMemory::Record* first = state_->deletions.Find(key, state_->now());
+    if (first != nullptr && first->asked_uid == uid) return first->reply;
+    return Unknown(key.world);
+  }
   state_->entries.erase(key.world);
   if (!request_id.empty()) state_->deletions.Remember(key, {uid, deleted}, state_->now());
   return deleted;

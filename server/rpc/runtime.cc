@@ -61,7 +61,8 @@ Runtime::Runtime(Application& application_in)
              .nice = 0}),
       waits_(kMaxWaits) {}
 
-Runtime::~Runtime() = default;
+// Its last task may be about to wake a queue.
+Runtime::~Runtime() { timer.Stop(); }
 
 int Runtime::ThreadsForScan() const {
   return query.IdleFor() > kPauseOfQueries ? cores : std::max(1, cores - 1);

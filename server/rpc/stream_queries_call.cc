@@ -100,7 +100,9 @@ void StreamQueriesCall::OnReadDone(bool ok) {
 
 void StreamQueriesCall::Enqueue() {
   const auto work = [self = shared_from_this()] {
-    const CallContext call{self->deadline_, self->stop_.get_token(), self->reached_};
+    // An idle stream keeps no world alive.
+    const CallContext call{self->deadline_, self->stop_.get_token(),
+                           std::exchange(self->reached_, std::nullopt)};
     self->Reply(RunGuarded([&](const CallContext& c) { return self->AnswerRequest(c); }, call));
   };
   if (runtime_.query.TryPush(work)) return;

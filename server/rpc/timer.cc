@@ -6,13 +6,15 @@ namespace cwm::server {
 
 Timer::Timer() : thread_([this] { Run(); }) {}
 
-Timer::~Timer() {
+Timer::~Timer() { Stop(); }
+
+void Timer::Stop() {
   {
     const std::lock_guard lock(mutex_);
     stopping_ = true;
   }
   changed_.notify_all();
-  thread_.join();
+  if (thread_.joinable()) thread_.join();
 }
 
 void Timer::After(std::chrono::steady_clock::duration delay, std::function<void()> task) {
@@ -35,10 +37,11 @@ void Timer::Run() {
       changed_.wait_until(lock, when);
       continue;
     }
-    const std::function<void()> task = std::move(due_.begin()->second);
+    std::function<void()> task = std::move(due_.begin()->second);
     due_.erase(due_.begin());
     lock.unlock();
     task();
+    task = nullptr;  // what it held may be large, and nobody waits for that
     lock.lock();
   }
 }

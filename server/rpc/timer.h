@@ -14,7 +14,9 @@ namespace cwm::server {
 class Timer {
  public:
   Timer();
-  ~Timer();  // what is not due yet is dropped
+  ~Timer();  // stops
+  // What is not due yet is dropped, and so is all that comes later. Waits for the task under way.
+  void Stop();
 
   void After(std::chrono::steady_clock::duration delay, std::function<void()> task);
 

@@ -61,6 +61,10 @@ void WatchCall::WakeWhenIdle() {
   runtime_.timer.After(kBookmarkPeriod, [weak = weak_from_this()] {
     const auto call = weak.lock();
     if (call == nullptr) return;
+    {
+      const std::lock_guard lock(call->mutex_);
+      call->period_is_over_ = true;
+    }
     call->Wake();
     call->WakeWhenIdle();
   });
@@ -78,7 +82,6 @@ void WatchCall::Pump() {
       auto has_message = NextMessage();
       if (!has_message.ok()) return has_message.status();
       if (*has_message) {
-        last_sent_ = Clock::now();
         StartWrite(&message_);
         return absl::OkStatus();
       }
@@ -114,6 +117,7 @@ absl::StatusOr<bool> WatchCall::NextMessage() {
   {
     const std::lock_guard lock(mutex_);
     look_again_ = false;
+    if (std::exchange(period_is_over_, false)) bookmark_is_due_ = true;
     if (cancelled_) return CallCancelled();
   }
   if (cursor_ == nullptr) {
@@ -129,13 +133,12 @@ absl::StatusOr<bool> WatchCall::NextMessage() {
 
 // Sets what is to be sent; false when there is nothing now.
 absl::StatusOr<bool> WatchCall::NextStep() {
+  // However many events there are, what was observed is told once a period.
+  if (bookmark_is_due_ && has_told_) return NextBookmark();
   auto step = cursor_->Next();
   if (!step.ok()) return step.status();
-  if (!step->has_value()) {
-    if (Clock::now() - last_sent_ < kBookmarkPeriod) return false;
-    step_ = WatchStep{.what = WatchStep::What::kBookmark, .revision = cursor_->position()};
-    return true;
-  }
+  if (!step->has_value()) return bookmark_is_due_ && NextBookmark();
+  has_told_ = true;
   last_ = (*step)->last;
   next_ = 0;
   if ((*step)->what == WatchStep::What::kInitialState) {
@@ -143,6 +146,12 @@ absl::StatusOr<bool> WatchCall::NextStep() {
   } else {
     step_ = **std::move(step);
   }
+  return true;
+}
+
+bool WatchCall::NextBookmark() {
+  bookmark_is_due_ = false;
+  step_ = WatchStep{.what = WatchStep::What::kBookmark, .revision = cursor_->position()};
   return true;
 }
 
@@ -185,7 +194,14 @@ void WatchCall::OnCancel() {
 }
 
 // Keeps the turn for ever: nothing else happens to this call.
-void WatchCall::End(const absl::Status& status) { Finish(ToGrpcStatus(status)); }
+void WatchCall::End(const absl::Status& status) {
+  // A deleted world may go with its last watch: here, not on the thread of gRPC that sees us done.
+  step_.reset();
+  initial_.reset();
+  cursor_.reset();
+  world_.reset();
+  Finish(ToGrpcStatus(status));
+}
 
 void WatchCall::OnDone() {
   if (counted_) runtime_.watchers.GiveBack();

@@ -36,6 +36,7 @@ class WatchCall final : public grpc::ServerWriteReactor<v1::WatchWorldResponse>,
   // Fills message_; false when there is nothing to send now.
   absl::StatusOr<bool> NextMessage();
   absl::StatusOr<bool> NextStep();
+  bool NextBookmark();  // true
   void NextPiece();
   bool ReturnTurn();
   void End(const absl::Status& status);
@@ -55,12 +56,14 @@ class WatchCall final : public grpc::ServerWriteReactor<v1::WatchWorldResponse>,
   std::uint64_t observed_ = 0;     // number of the last observation that was sent
   bool last_ = false;              // message_ is the last
   v1::WatchWorldResponse message_;
-  Clock::time_point last_sent_ = Clock::now();
+  bool has_told_ = false;  // the initial state or an event
+  bool bookmark_is_due_ = false;
 
   std::mutex mutex_;
   bool turn_taken_ = true;  // by Start
   bool look_again_ = false;
   bool cancelled_ = false;
+  bool period_is_over_ = false;  // of bookmarks
 };
 
 }  // namespace cwm::server

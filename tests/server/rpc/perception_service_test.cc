@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <chrono>
 #include <limits>
 #include <semaphore>
 #include <thread>
@@ -186,17 +187,34 @@ TEST_F(PerceptionTest, ACloudOverTheLimitIsRefusedOnItsHeader) {
 
 TEST_F(PerceptionTest, AClientThatGoesHalfWayLeavesNothing) {
   PutBox("witness", 0);
-  {
+  const Messages small = SmallUpload();
+  // Each announces 240 MB: nine of them are more than all uploads together may hold.
+  v1::IngestCloudRequest header;
+  *header.mutable_header() = HeaderFor({});
+  header.mutable_header()->set_point_count(20'000'000);
+  header.mutable_header()->set_total_bytes(12 * std::int64_t{20'000'000});
+  for (int round = 0; round < 12; ++round) {
     Call call;
     v1::IngestCloudResponse response;
     const auto writer = perception_->IngestCloud(&call, &response);
-    const Messages messages = SmallUpload();
-    ASSERT_TRUE(writer->Write(messages[0]));
-    ASSERT_TRUE(writer->Write(messages[1]));
+    ASSERT_TRUE(writer->Write(header));
+    ASSERT_TRUE(writer->Write(small[1]));
     call.TryCancel();
     EXPECT_EQ(writer->Finish().error_code(), grpc::StatusCode::CANCELLED);
   }
   ExpectUntouched();
+  // What they held is free again, soon: the next one is refused for its own fault alone.
+  grpc::StatusCode code = grpc::StatusCode::RESOURCE_EXHAUSTED;
+  for (int i = 0; i < 100 && code == grpc::StatusCode::RESOURCE_EXHAUSTED; ++i) {
+    Call call;
+    v1::IngestCloudResponse response;
+    const auto writer = perception_->IngestCloud(&call, &response);
+    writer->Write(header);
+    writer->WritesDone();
+    code = writer->Finish().error_code();
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  }
+  EXPECT_EQ(code, grpc::StatusCode::INVALID_ARGUMENT);
 }
 
 TEST_F(PerceptionTest, CloudsWithoutSenseAreRefusedAndTheServerGoesOn) {
