@@ -25,20 +25,6 @@ const Engine* Chosen(EngineChoice choice, ShapeKind a, ShapeKind b, Question que
   return BestEngine(a, b, question);
 }
 
-std::string_view NameOf(EngineChoice choice) {
-  switch (choice) {
-    case EngineChoice::kExact:
-      return collision::NameOf(EngineKind::kExact);
-    case EngineChoice::kFcl:
-      return collision::NameOf(EngineKind::kFcl);
-    case EngineChoice::kBullet:
-      return collision::NameOf(EngineKind::kBullet);
-    case EngineChoice::kAuto:
-      break;
-  }
-  return "AUTO";
-}
-
 std::string_view NameOf(PartSource source) {
   switch (source) {
     case PartSource::kSurface:
@@ -59,6 +45,20 @@ Aabb BoundsOfBox(const Aabb& box_O, const Pose& X_WO) {
 }
 
 }  // namespace
+
+std::string_view NameOf(EngineChoice choice) {
+  switch (choice) {
+    case EngineChoice::kExact:
+      return collision::NameOf(EngineKind::kExact);
+    case EngineChoice::kFcl:
+      return collision::NameOf(EngineKind::kFcl);
+    case EngineChoice::kBullet:
+      return collision::NameOf(EngineKind::kBullet);
+    case EngineChoice::kAuto:
+      break;
+  }
+  return "AUTO";
+}
 
 bool IsOpenMesh(const Shape& shape) {
   const auto* mesh = std::get_if<Mesh>(&shape);

@@ -1,6 +1,7 @@
 #include <optional>
 #include <utility>
 
+#include "absl/strings/str_cat.h"
 #include "collision/engines/exact_engine.h"
 #include "collision/query/interrupt.h"
 #include "collision/query/object_ranks.h"
@@ -53,6 +54,10 @@ void AppendRow(RayColumns& columns, const std::optional<NearestHit>& nearest, Ob
 
 absl::StatusOr<RayColumns> CastRays(const WorldSnapshot& world, std::span<const RayRow> rays,
                                     const QueryOptions& options, std::stop_token stop) {
+  if (options.engine != EngineChoice::kAuto && options.engine != EngineChoice::kExact) {
+    return absl::UnimplementedError(absl::StrCat("engine ", std::string(NameOf(options.engine)),
+                                                 " does not answer rays, AUTO and EXACT do"));
+  }
   const WorldFilter filter(world, options, /*self=*/"");
   Interrupt interrupt(std::move(stop), options.give_up_at);
   ObjectRanks ranks(world);

@@ -14,6 +14,7 @@
 #include <span>
 #include <stop_token>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "absl/status/statusor.h"
@@ -33,6 +34,7 @@ QueryBody BodyFromShapes(std::vector<Placed<>> shapes);
 QueryBody BodyFromObject(const WorldObject& object);
 
 enum class EngineChoice { kAuto, kExact, kFcl, kBullet };
+std::string_view NameOf(EngineChoice choice);  // as in the API, e.g. "FCL"
 // Which parts of world objects count: HYBRID is shapes and surfaces and handles.
 enum class Representation { kHybrid, kShapes, kSurfaces };
 
@@ -102,7 +104,7 @@ absl::StatusOr<PairColumns> GetContacts(const WorldSnapshot& world, const QueryB
                                         std::span<const Pose> X_WB, const QueryOptions& options,
                                         std::stop_token stop = {});
 
-// Always by the exact kernels.
+// By the exact kernels: Unimplemented when another engine is asked for by name.
 struct RayRow {
   Vector3 origin;
   Vector3 direction;  // unit

@@ -425,55 +425,6 @@ TEST(Query, TheDepthOfSeveralPartsIsLabelledAsABound) {
   EXPECT_GE(columns.bound_m[0], std::sqrt(0.03) - 0.1);
 }
 
-TEST_F(QueryTest, ARayEndsAtTheFirstSurfaceAndTheWayThereIsFree) {
-  const Engine& exact = GetEngine(EngineKind::kExact);
-  std::vector<RayRow> rays;
-  for (int i = 0; i < 300; ++i) {
-    // From anywhere, at one of the objects give or take a few centimetres.
-    const Vector3 origin = RandomPose(random_, 1.5).translation();
-    const Vector3 target = world_->objects()[i % world_->objects().size()]->X_WO.translation() +
-                           RandomPose(random_, 0.05).translation();
-    rays.push_back({origin, (target - origin).normalized(), i % 2 == 0 ? kInfinity : 0.7});
-  }
-  const RayColumns columns = *CastRays(*world_, rays, {});
-  ASSERT_EQ(columns.completed, rays.size());
-  int hits = 0;
-  // A hit lies on the surface of the object named, and nothing before it: a thin sphere moved along
-  // the ray stays free of every object.
-  for (std::size_t i = 0; i < rays.size(); ++i) {
-    const double clear_m =
-        columns.hit[i] ? columns.distance_m[i] : std::min(3.0, rays[i].max_distance_m);
-    if (columns.hit[i]) {
-      ++hits;
-      EXPECT_LE(columns.distance_m[i], rays[i].max_distance_m);
-      const WorldObject& object = *world_->objects()[columns.object[i]];
-      const PreparedPart& part = object.geometry->parts[columns.object_part[i]];
-      const Pose X_WS = object.X_WO * part.X_OP;
-      const PlacedShape tip = Place(
-          exact, Sphere{1e-6},
-          Pose(Eigen::Translation3d(rays[i].origin + columns.distance_m[i] * rays[i].direction)));
-      const double off_m =
-          exact.Distance(tip.get(), {KindOf(part.shape), *part.engines[0], X_WS}, kInfinity)
-              .distance_m;
-      EXPECT_NEAR(off_m, 0, 1e-5);
-      const Eigen::Map<const Vector3> normal(&columns.normal[3 * i]);
-      EXPECT_NEAR(normal.norm(), 1, 1e-9);
-    } else {
-      EXPECT_EQ(columns.distance_m[i], 0);
-    }
-    std::vector<Pose> along;
-    for (double t = 0; t < clear_m - 1e-3; t += 0.01) {
-      along.emplace_back(Eigen::Translation3d(rays[i].origin + t * rays[i].direction));
-    }
-    // From outside: rays that start inside a solid hit its far side.
-    const QueryBody tip = BodyFromShapes({{.X_FS = Pose::Identity(), .shape = Sphere{1e-9}}});
-    const auto verdicts = CheckCollisions(*world_, tip, along, {})->verdict;
-    if (verdicts.empty() || verdicts[0] == Verdict::kCollision) continue;
-    EXPECT_THAT(verdicts, testing::Each(Verdict::kFree));
-  }
-  EXPECT_GT(hits, 30);
-}
-
 TEST_F(QueryTest, AStoppedQuestionIsCancelled) {
   std::stop_source stop;
   stop.request_stop();
