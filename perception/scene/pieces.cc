@@ -14,7 +14,8 @@ namespace {
 using Eigen::Vector3f;
 
 constexpr float kDegree = std::numbers::pi_v<float> / 180;
-constexpr float kConcave_rad = 20 * kDegree;  // measured on the mOSD learn scenes
+constexpr float kConcave_rad =
+    20 * kDegree;  // chosen: above what warp bends a face by, below a box's edge
 // A support's nodes: max(15 degrees, 3 standard deviations of the normal).
 constexpr float kSupportNormalGate_rad = 15 * kDegree;
 constexpr float kNormalGate_sigma = 3;

@@ -42,7 +42,7 @@ void PrintRate(Report& report, const char* engine, const char* question, const R
   char text[160];
   std::snprintf(text, sizeof(text), "  %-7s %-10s %12.0f /s   %s", engine, question,
                 rate.rows_per_s, rate.error.c_str());
-  report.Detail(text);
+  rate.error.empty() ? report.Detail(text) : report.Fail(text);
 }
 
 }  // namespace

@@ -38,7 +38,7 @@ void MeasureInterpreter(Report& report) {
       const auto scene = perception::InterpretScene(cloud, {});
       const double elapsed_ms = Elapsed_ms(start);
       if (!scene.ok()) {
-        report.Detail("a scan failed: " + std::string(scene.status().message()));
+        report.Fail("a scan failed: " + std::string(scene.status().message()));
         continue;
       }
       for (const perception::StageTime& stage : scene->report.stages) {

@@ -55,5 +55,5 @@ int main(int argc, char** argv) {
   for (const auto& measure : group->second) measure(report);
   report.Print();
   if (!json.empty()) report.WriteJson(json);
-  return 0;
+  return report.failed() ? 1 : 0;
 }

@@ -16,6 +16,11 @@ void Report::Detail(const std::string& text) {
   std::fflush(stdout);
 }
 
+void Report::Fail(const std::string& text) {
+  Detail("FAILED: " + text);
+  failed_ = true;
+}
+
 void Report::Print() const {
   if (figures_.empty()) return;
   std::printf("\n%-32s %12s %-8s %-26s %12s %8s\n", "key", "value", "unit", "rival", "rival value",

@@ -23,12 +23,16 @@ class Report {
   void Add(Figure figure);
   // A line of the table that is not a figure of its own: details beside the keys.
   void Detail(const std::string& text);
+  // Prints it as well; a figure that cannot be had fails the whole run, instead of being a good one.
+  void Fail(const std::string& text);
+  bool failed() const { return failed_; }
   void Print() const;
   // Writes the figures of this run as a JSON array, in place of a file that is there already.
   void WriteJson(const std::string& path) const;
 
  private:
   std::vector<Figure> figures_;
+  bool failed_ = false;
 };
 
 double Median(std::vector<double> values);

@@ -2,6 +2,7 @@
 
 #include <atomic>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <cstring>
 #include <memory>
@@ -128,7 +129,7 @@ double BallInProcessMicroseconds(const std::vector<Pose>& poses, double seconds)
   const Clock::time_point start = Clock::now();
   while (Seconds(Clock::now() - start) < seconds) {
     const Clock::time_point sent = Clock::now();
-    if (!collision::GetDistances(*world, body, poses, {}).ok()) return 0;
+    if (!collision::GetDistances(*world, body, poses, {}).ok()) return std::nan("");
     batch_us.push_back(Seconds(Clock::now() - sent) * 1e6);
   }
   return Median(batch_us) / static_cast<double>(poses.size());
@@ -143,14 +144,17 @@ void MeasureTransport(const RunningServer& server, Report& report) {
     char text[128];
     std::snprintf(text, sizeof(text), "  batch %-6d %12.0f answers/s %10.3f us per answer%s", batch,
                   rate.answers_per_s, rate.us_per_answer, rate.ok ? "" : "   FAILED");
-    report.Detail(text);
+    rate.ok ? report.Detail(text) : report.Fail(text);
   }
-  if (!PutOneBall(server)) return report.Detail("no world for the transport: not measured");
+  if (!PutOneBall(server)) return report.Fail("no world for the transport");
   const std::vector<Pose> poses = RandomPoses(10'000, 7);
   std::vector<double> through, within;
   for (int round = 0; round < 5; ++round) {
     within.push_back(BallInProcessMicroseconds(poses, 0.5));
-    through.push_back(MeasureStream(server, BallAt(poses), 10'000, 0.5).us_per_answer);
+    const StreamRate rate = MeasureStream(server, BallAt(poses), 10'000, 0.5);
+    if (!rate.ok || std::isnan(within.back()))
+      return report.Fail("a batch of the transport failed");
+    through.push_back(rate.us_per_answer);
   }
   report.Add({.key = "transport_us_per_distance",
               .value = Median(through) - Median(within),
@@ -173,7 +177,7 @@ std::vector<double> QueryLatencies_ms(const RunningServer& server, const std::at
     grpc::ClientContext context;
     v1::GetDistancesResponse response;
     const Clock::time_point sent = Clock::now();
-    if (!stub->GetDistances(&context, request, &response).ok()) return {};
+    if (!stub->GetDistances(&context, request, &response).ok()) return {};  // the caller sees none
     latencies.push_back(Seconds(Clock::now() - sent) * 1e3);
     std::this_thread::sleep_for(std::chrono::milliseconds(2));  // a control loop, not a flood
   }
@@ -194,11 +198,12 @@ void MeasureQueriesDuringIngest(const RunningServer& server, const BenchmarkScan
       v1::IngestCloudHeader header;
       header.set_world("during_queries");
       if (!client::IngestCloud(server.connection(), header, file).ok())
-        report.Detail("an ingest failed");
+        report.Fail("an ingest failed");
     }
     stop = true;
     asking.join();
     busy.insert(busy.end(), loud.begin(), loud.end());
+    if (quiet.empty() || loud.empty()) return report.Fail("a query failed, idle or during ingests");
   }
   char text[200];
   std::snprintf(text, sizeof(text),
@@ -230,7 +235,7 @@ void MeasureScan(const RunningServer& server, const BenchmarkScans& scans, Repor
                               [&](std::int64_t, std::int64_t) { last_byte = Clock::now(); });
       const Clock::time_point end = Clock::now();
       if (!reply.ok()) {
-        report.Detail("an ingest failed: " + std::string(reply.status().message()));
+        report.Fail("an ingest failed: " + std::string(reply.status().message()));
         continue;
       }
       whole_ms.push_back(Seconds(end - start) * 1e3);

@@ -8,7 +8,7 @@
 namespace cwm::testing {
 namespace {
 
-constexpr int kBadInput = 8;  // exit codes of api: see `cwm --help`
+constexpr int kBadInput = 8;  // exit codes, see `cwm --help`
 constexpr int kNotFound = 3;
 constexpr int kConflict = 4;
 constexpr int kUsage = 1;
@@ -171,7 +171,8 @@ TEST_F(HostileInput, LyingPlyFilesAreRefusedByFieldValueAndRule) {
 
 TEST_F(HostileInput, CloudsWithoutAnyMeaningAreRefused) {
   const float nan = std::numeric_limits<float>::quiet_NaN();
-  ExpectRefused({"ingest", Write("none.pcd", HeaderOf(0).Text())}, kBadInput, {"point"});
+  ExpectRefused({"ingest", Write("none.pcd", HeaderOf(0).Text())}, kBadInput,
+                {"point_count: is 0, must be from 1 to"});
   ExpectRefused(
       {"ingest", Write("nan.pcd", HeaderOf(2).Text() + Bytes({nan, nan, nan, nan, nan, nan}))},
       kBadInput, {"finite"});

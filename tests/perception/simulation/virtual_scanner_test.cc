@@ -14,8 +14,8 @@
 namespace cwm::perception {
 namespace {
 
-constexpr double kWarpRms_m = 0.0013;                  // of the contract
-constexpr double kRandomDropOut = 0.015;               // of the contract
+constexpr double kWarpRms_m = 0.0013;                  // as virtual_scanner.h says
+constexpr double kRandomDropOut = 0.015;               // of the pixels, beside steep faces
 constexpr double kCorrelationArea_px = 4 * 4 * 2 * 2;  // integral of the correlation over the image
 
 // A wall of one face at depth z, turned by `tilt_rad` about the camera's y axis.

@@ -13,7 +13,7 @@
 namespace cwm::perception {
 namespace {
 
-constexpr double kTolerance_m = 0.010;  // of the contract: max(10 mm, 3 sigma)
+constexpr double kTolerance_m = 0.010;  // coverage: max(10 mm, 3 sigma), sensor_noise.h
 constexpr float kSigma_m = 0.001F;
 const Vector3 kViewpoint(0, 0, 1);
 
