@@ -16,7 +16,7 @@ struct WorkQueueOptions {
   std::string name;  // shown in thread names and statistics
   int threads = 1;
   std::size_t capacity = 64;  // tasks waiting
-  int nice = 0;               // 10 for ingests: their threads yield to queries
+  int nice = 0;               // above 0: its threads yield to others
 };
 
 // Thread safe.

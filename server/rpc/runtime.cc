@@ -51,7 +51,8 @@ Runtime::Runtime(Application& application_in)
       streams(application.limits.max_streams),
       cores(Cores()),
       query({.name = "query", .threads = cores, .capacity = kQueryCapacity, .nice = 0}),
-      ingest({.name = "ingest", .threads = kScansAtOnce, .capacity = kIngestCapacity, .nice = 10}),
+      // Lower, yet not starved by what else runs on a robot: a quarter of a core that it must share.
+      ingest({.name = "ingest", .threads = kScansAtOnce, .capacity = kIngestCapacity, .nice = 5}),
       reads({.name = "reads", .threads = cores, .capacity = kReadCapacity, .nice = 0}),
       writes({.name = "writes", .threads = cores, .capacity = kWriteCapacity, .nice = 0}),
       // Each watch has one task waiting at most, so that none is ever refused.
