@@ -71,11 +71,11 @@ TEST_F(RealScans, TheSameScanTwiceMakesNoRevision) {
 
 class PlanningScenes : public ServerTest {};
 
-// Of a MoveIt scene as MotionBenchMaker writes it: nothing else in it has a type.
+// Of a MoveIt scene as MotionBenchMaker writes it: each object has one list, of one primitive.
 std::size_t PrimitivesIn(const std::string& scene) {
   std::ifstream file(scene);
   std::size_t count = 0;
-  for (std::string line; std::getline(file, line);) count += line.find("- type:") != line.npos;
+  for (std::string line; std::getline(file, line);) count += line.find("primitives:") != line.npos;
   return count;
 }
 
