@@ -106,13 +106,13 @@ struct World::State {
 
     WriteOutcome outcome{.revision = (*next)->revision(), .replayed = false, .snapshot = *next};
     std::vector<collision::ObjectDelta> deltas = collision::Difference(*base, **next);
+    // May run out of memory: before anything of the write is kept.
+    const bool remember = !options.request_id.empty();
+    auto reply = remember && hooks.reply ? hooks.reply(outcome) : nullptr;
     for (const collision::ObjectDelta& delta : deltas) {
       if (delta.after == nullptr) observations.Forget(delta.before->name);
     }
     if (hooks.applied) hooks.applied(**next);
-    // May run out of memory: before anybody sees the revision.
-    const bool remember = !options.request_id.empty();
-    auto reply = remember && hooks.reply ? hooks.reply(outcome) : nullptr;
     if (*next != base) aftermath = feed->Publish(*std::move(next), std::move(deltas));
     if (remember) requests.Remember(options, outcome, std::move(reply), now());
     return outcome;

@@ -50,7 +50,7 @@ struct WriteHooks {
   // Once the changes are known to be good, before anybody sees the world that they lead to: for
   // what belongs to the write and is no part of a revision.
   std::function<void(const collision::WorldSnapshot& next)> applied = {};
-  // Once written: what retries of the same request_id get as `ingest`.
+  // Before that: makes what retries of the same request_id get as `ingest`.
   std::function<std::shared_ptr<const IngestOutcome>(const WriteOutcome&)> reply = {};
 };
 
