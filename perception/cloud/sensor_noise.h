@@ -26,11 +26,18 @@ struct SensorNoise {
   // One standard deviation across the ray, metres (Kinect: 0.8 + 0.035 theta / (pi/2 - theta)
   // pixels, f = 525).
   double LateralSigma_m(double depth_m, double incidence_rad = 0) const;
+
+  // One standard deviation of the slow warp along the ray, metres: kSlowWarp_m for depth cameras
+  // that triangulate, 0 for all others.
+  double WarpSigma_m() const;
 };
 
 // Depth cameras that triangulate warp slowly besides, by this much rms: measured on the tables of
 // real Kinect scans, where points nearer than a quarter of 0.2 m err together.
 inline constexpr double kSlowWarp_m = 0.0013;
+// The warps of two points d apart correlate like exp(-d^2 / (2 l^2)) with this l: the curvature at
+// d = 0 of waves of 0.2 to 0.6 m, all equally likely.
+inline constexpr double kWarpCorrelation_m = 0.078;
 
 // A surface explains a point, and collision checking with it is safe, within max(10 mm, 3 sigma):
 // the one measure of coverage, whatever surface it is.

@@ -91,6 +91,11 @@ std::vector<Observation> Observe(const M& model, const ModelPoints& points,
   return out;
 }
 
+constexpr double kC2 = kCauchy_sigma * kCauchy_sigma;
+
+// Of a residual in standard deviations, in the Cauchy loss.
+double WeightOf(double residual) { return 1 / (1 + residual * residual / kC2); }
+
 template <ShapeModel M>
 struct Normal {
   typename Refined<M>::Information information = Refined<M>::Information::Zero();
@@ -102,7 +107,6 @@ struct Normal {
 template <ShapeModel M>
 Normal<M> Accumulate(const M& model, const std::vector<Observation>& observations,
                      const RefineOptions& options) {
-  constexpr double kC2 = kCauchy_sigma * kCauchy_sigma;
   Normal<M> sum;
   for (const Observation& o : observations) {
     Linearised<M> at = Linearise(model, o, options.residual);
@@ -110,7 +114,7 @@ Normal<M> Accumulate(const M& model, const std::vector<Observation>& observation
       at.gradient.template segment<2>(std::max(M::kFirstTilt, 0)).setZero();
     }
     const double r2 = at.residual * at.residual;
-    const double weight = 1 / (1 + r2 / kC2);
+    const double weight = WeightOf(at.residual);
     sum.information.noalias() += weight * at.gradient * at.gradient.transpose();
     sum.slope += weight * at.residual * at.gradient;
     sum.loss += kC2 * std::log1p(r2 / kC2);
@@ -125,6 +129,9 @@ Normal<M> Accumulate(const M& model, const std::vector<Observation>& observation
   }
   return sum;
 }
+
+// Of so many points, all in proportion: the warp is smooth over many of them.
+constexpr std::size_t kWarpPoints = 96;
 
 // Whether the parameters are determined: no pivot vanishes once the diagonal is scaled to one.
 template <class Matrix>
@@ -171,6 +178,37 @@ std::optional<Refined<M>> Refine(const M& start, const ModelPoints& points,
                     .points_used = static_cast<int>(observations.size())};
 }
 
+template <ShapeModel M>
+typename Refined<M>::Information WarpOfGradient(const M& model, const ModelPoints& points,
+                                                std::span<const std::uint32_t> inliers,
+                                                const RefineOptions& options) {
+  const double warp_m = options.noise.WarpSigma_m();
+  const std::vector<Observation> all = Observe(model, points, inliers, options);
+  if (warp_m == 0 || all.empty()) return Refined<M>::Information::Zero();
+  const std::size_t stride = (all.size() + kWarpPoints - 1) / kWarpPoints;
+  std::vector<Vector3> places;
+  std::vector<typename M::Parameters> gradients;
+  for (std::size_t k = 0; k < all.size(); k += stride) {
+    const Linearised<M> at = Linearise(model, all[k], options.residual);
+    const double turned =
+        options.residual == Residual::kAlongRay ? 1.0 : model.Normal(all[k].p).dot(all[k].ray);
+    places.push_back(all[k].p);
+    gradients.push_back(WeightOf(at.residual) * turned * warp_m / all[k].sigma_m * at.gradient);
+  }
+  typename Refined<M>::Information warp = Refined<M>::Information::Zero();
+  for (std::size_t a = 0; a < places.size(); ++a) {
+    typename M::Parameters together = M::Parameters::Zero();
+    for (std::size_t b = 0; b < places.size(); ++b) {
+      const double apart = (places[a] - places[b]).norm() / kWarpCorrelation_m;
+      together += std::exp(-0.5 * apart * apart) * gradients[b];
+    }
+    warp += gradients[a] * together.transpose();
+  }
+  const double each_stands_for =
+      static_cast<double>(all.size()) / static_cast<double>(places.size());
+  return each_stands_for * each_stands_for * warp;
+}
+
 template std::optional<Refined<PlaneModel>> Refine(const PlaneModel&, const ModelPoints&,
                                                    std::span<const std::uint32_t>,
                                                    const RefineOptions&);
@@ -183,5 +221,19 @@ template std::optional<Refined<CylinderModel>> Refine(const CylinderModel&, cons
 template std::optional<Refined<ConeModel>> Refine(const ConeModel&, const ModelPoints&,
                                                   std::span<const std::uint32_t>,
                                                   const RefineOptions&);
+
+template Refined<PlaneModel>::Information WarpOfGradient(const PlaneModel&, const ModelPoints&,
+                                                         std::span<const std::uint32_t>,
+                                                         const RefineOptions&);
+template Refined<SphereModel>::Information WarpOfGradient(const SphereModel&, const ModelPoints&,
+                                                          std::span<const std::uint32_t>,
+                                                          const RefineOptions&);
+template Refined<CylinderModel>::Information WarpOfGradient(const CylinderModel&,
+                                                            const ModelPoints&,
+                                                            std::span<const std::uint32_t>,
+                                                            const RefineOptions&);
+template Refined<ConeModel>::Information WarpOfGradient(const ConeModel&, const ModelPoints&,
+                                                        std::span<const std::uint32_t>,
+                                                        const RefineOptions&);
 
 }  // namespace cwm::perception

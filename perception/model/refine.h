@@ -43,6 +43,13 @@ std::optional<Refined<M>> Refine(const M& start, const ModelPoints& points,
                                  std::span<const std::uint32_t> inliers,
                                  const RefineOptions& options);
 
+// Covariance of the gradient of the loss that the sensor's slow warp, alike at neighbouring points,
+// brings about: the parameters' own is information^-1 * warp * information^-1.
+template <ShapeModel M>
+typename Refined<M>::Information WarpOfGradient(const M& model, const ModelPoints& points,
+                                                std::span<const std::uint32_t> inliers,
+                                                const RefineOptions& options);
+
 extern template std::optional<Refined<PlaneModel>> Refine(const PlaneModel&, const ModelPoints&,
                                                           std::span<const std::uint32_t>,
                                                           const RefineOptions&);
@@ -56,5 +63,21 @@ extern template std::optional<Refined<CylinderModel>> Refine(const CylinderModel
 extern template std::optional<Refined<ConeModel>> Refine(const ConeModel&, const ModelPoints&,
                                                          std::span<const std::uint32_t>,
                                                          const RefineOptions&);
+
+extern template Refined<PlaneModel>::Information WarpOfGradient(const PlaneModel&,
+                                                                const ModelPoints&,
+                                                                std::span<const std::uint32_t>,
+                                                                const RefineOptions&);
+extern template Refined<SphereModel>::Information WarpOfGradient(const SphereModel&,
+                                                                 const ModelPoints&,
+                                                                 std::span<const std::uint32_t>,
+                                                                 const RefineOptions&);
+extern template Refined<CylinderModel>::Information WarpOfGradient(const CylinderModel&,
+                                                                   const ModelPoints&,
+                                                                   std::span<const std::uint32_t>,
+                                                                   const RefineOptions&);
+extern template Refined<ConeModel>::Information WarpOfGradient(const ConeModel&, const ModelPoints&,
+                                                               std::span<const std::uint32_t>,
+                                                               const RefineOptions&);
 
 }  // namespace cwm::perception

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "collision/geometry/coefficients.h"
+#include "perception/model/rim.h"
 
 namespace cwm::perception {
 namespace {
@@ -85,9 +86,10 @@ double MeanSigma_m(const ShapeFit& fit, const FitContext& c) {
   return sum / static_cast<double>(fit.inliers.size());
 }
 
-// A disc across the wall's end: normal to the axis, facing away from the wall, within its radius.
+// A disc across the wall's end: normal to the axis, facing away from the wall, within its radius,
+// of which the fit is sure to `section_sigma_m`.
 bool IsCap(const PlaneModel& plane, const ShapeFit& disc, const ConeModel& wall, const Ends& ends,
-           const FitContext& c, double& height_m) {
+           double section_sigma_m, const FitContext& c, double& height_m) {
   const double along = plane.normal.dot(wall.axis);
   if (std::abs(along) < std::cos(kSameDirection_rad)) return false;
   // Where the axis meets the plane.
@@ -100,21 +102,34 @@ bool IsCap(const PlaneModel& plane, const ShapeFit& disc, const ConeModel& wall,
     const Vector3 x = c.points.p[i] - wall.point;
     off_axis_m = std::max(off_axis_m, (x - wall.axis.dot(x) * wall.axis).norm());
   }
-  return off_axis_m <= wall.RadiusAt_m(height_m) + slack_m;
+  return off_axis_m <= wall.RadiusAt_m(height_m) + slack_m + kDistanceGate_sigma * section_sigma_m;
 }
 
-void ApplyCaps(const ConeModel& wall, const std::vector<ShapeFit>& fits, const FitContext& c,
-               Ends& ends, std::vector<char>& used, std::vector<std::uint32_t>& inliers) {
+// Of the centre and the radius of a wall's cross section together; a wall that is seen flat knows
+// little of either, but no cap is twice as wide.
+double SectionSigma_m(const Eigen::MatrixXd& covariance, double radius_m) {
+  const double variance = std::max(covariance(0, 0), covariance(1, 1)) + covariance(4, 4);
+  return std::min(std::sqrt(variance), radius_m / kDistanceGate_sigma);
+}
+
+// Returns the faces that are caps.
+std::vector<PlaneModel> ApplyCaps(const ConeModel& wall, double section_sigma_m,
+                                  const std::vector<ShapeFit>& fits, const FitContext& c,
+                                  Ends& ends, std::vector<char>& used,
+                                  std::vector<std::uint32_t>& inliers) {
   const Ends of_wall = ends;
+  std::vector<PlaneModel> caps;
   for (std::size_t k = 0; k < fits.size(); ++k) {
     const auto* plane = std::get_if<PlaneModel>(&fits[k].model);
     double height_m = 0;
-    if (plane == nullptr || used[k] || !IsCap(*plane, fits[k], wall, of_wall, c, height_m))
-      continue;
+    if (plane == nullptr || used[k]) continue;
+    if (!IsCap(*plane, fits[k], wall, of_wall, section_sigma_m, c, height_m)) continue;
     (plane->normal.dot(wall.axis) > 0 ? ends.top_m : ends.bottom_m) = height_m;
     used[k] = 1;
+    caps.push_back(*plane);
     inliers.insert(inliers.end(), fits[k].inliers.begin(), fits[k].inliers.end());
   }
+  return caps;
 }
 
 // Upright solids end on the ground when they end just above it, and never below.
@@ -149,23 +164,29 @@ std::optional<Solid> MakeSphere(const SphereModel& sphere, const ShapeFit& fit, 
 }
 
 template <class Axial>
-std::optional<Solid> MakeAxial(const Axial& model, const ShapeFit& fit,
-                               const std::vector<ShapeFit>& fits, const FitContext& c,
-                               const Ground& ground, std::vector<char>& used) {
+std::optional<Solid> MakeAxial(Axial model, const ShapeFit& fit, const std::vector<ShapeFit>& fits,
+                               const FitContext& c, const Ground& ground, std::vector<char>& used) {
   if (model.side == SeenFrom::kInside) return std::nullopt;
-  const ConeModel wall = AsCone(model);
+  ConeModel wall = AsCone(model);
   const Interval extent = ExtentAlong(wall.axis, c.points, fit.covered);
   const double origin_m = wall.axis.dot(wall.point);
   Ends ends{extent.low_m - origin_m, extent.high_m - origin_m};
   Solid solid;
   solid.inliers = fit.inliers;
-  ApplyCaps(wall, fits, c, ends, used, solid.inliers);
+  Eigen::MatrixXd covariance = fit.covariance;
+  const double sigma_m = SectionSigma_m(covariance, model.radius_m);
+  for (const PlaneModel& cap : ApplyCaps(wall, sigma_m, fits, c, ends, used, solid.inliers)) {
+    if (const std::optional<Rim> rim = MeasureRim(cap, wall, sigma_m, c)) {
+      model = FuseRim(model, *rim, covariance);
+      wall = AsCone(model);
+    }
+  }
   StandOnGround(wall, ground, ends);
   if (!(ends.top_m - ends.bottom_m > c.options.min_radius_m)) return std::nullopt;
   const PlacedSolid placed = Place(model, ends);
   solid.X_MS = placed.X_MS;
   solid.shape = placed.shape;
-  solid.parameter_sigma = CoefficientSigmas(model, ends, fit.covariance);
+  solid.parameter_sigma = CoefficientSigmas(model, ends, covariance);
   if (!LiftAboveGround(solid, ground, MeanSigma_m(fit, c))) return std::nullopt;
   return solid;
 }
