@@ -9,6 +9,7 @@
 
 #include "perception/scene/disjoint_sets.h"
 #include "perception/scene/resting.h"
+#include "perception/scene/structures.h"
 
 namespace cwm::perception {
 namespace {
@@ -34,15 +35,21 @@ constexpr std::size_t kMostResiduals = 256;  // more of them share the last one
 
 using NodeList = std::vector<std::uint32_t>;
 
-std::vector<NodeList> NodesOfRegions(const SurfaceGraph& graph, const Pieces& pieces) {
+// Of the pieces that are neither supports nor structures.
+std::vector<NodeList> NodesOfRegions(const SurfaceGraph& graph, const Pieces& pieces,
+                                     const Structures& structures) {
   const auto piece_count = static_cast<std::size_t>(pieces.piece_count);
+  const auto is_part = [&](std::int32_t p) {
+    return p >= pieces.support_count &&
+           structures.of_piece[static_cast<std::size_t>(p)] == kNoStructure;
+  };
   DisjointSets sets(piece_count);
   for (std::size_t i = 0; i < graph.size(); ++i) {
     const std::int32_t a = pieces.of_node[i];
-    if (a < pieces.support_count) continue;
+    if (!is_part(a)) continue;
     graph.ForEachLinked(i, [&](std::size_t j) {
       const std::int32_t b = pieces.of_node[j];
-      if (b >= pieces.support_count && a < b) {
+      if (a < b && is_part(b)) {
         sets.Join(static_cast<std::size_t>(a), static_cast<std::size_t>(b));
       }
     });
@@ -50,11 +57,22 @@ std::vector<NodeList> NodesOfRegions(const SurfaceGraph& graph, const Pieces& pi
   std::vector<NodeList> by_root(piece_count);
   for (std::size_t i = 0; i < graph.size(); ++i) {
     const std::int32_t p = pieces.of_node[i];
-    if (p < pieces.support_count) continue;
+    if (!is_part(p)) continue;
     by_root[sets.Root(static_cast<std::size_t>(p))].push_back(static_cast<std::uint32_t>(i));
   }
   std::erase_if(by_root, [](const NodeList& nodes) { return nodes.empty(); });
   return by_root;
+}
+
+std::vector<Segment> NodesOfStructures(const Pieces& pieces, const Structures& structures) {
+  std::vector<Segment> segments(static_cast<std::size_t>(structures.count));
+  for (std::size_t i = 0; i < pieces.of_node.size(); ++i) {
+    if (pieces.of_node[i] < pieces.support_count) continue;
+    const std::int32_t s = structures.of_piece[static_cast<std::size_t>(pieces.of_node[i])];
+    if (s == kNoStructure) continue;
+    segments[static_cast<std::size_t>(s)].nodes.push_back(static_cast<std::uint32_t>(i));
+  }
+  return segments;
 }
 
 // One support as the regions above it see it.
@@ -252,8 +270,9 @@ Regions FormRegions(const SurfaceGraph& graph, const CoarseCloud& coarse, const 
     floors.emplace_back(graph, coarse, supports[s], plates[s], sight);
   }
   Regions out;
-  std::vector<Segment> residuals;
-  for (NodeList& region : NodesOfRegions(graph, pieces)) {
+  const Structures structures = FindStructures(graph, pieces);
+  std::vector<Segment> residuals = NodesOfStructures(pieces, structures);
+  for (NodeList& region : NodesOfRegions(graph, pieces, structures)) {
     const std::int32_t support = SupportOf(region, floors, plates);
     if (support >= 0) {
       AppendObjects(region, support, pieces, out.segments);

@@ -54,6 +54,17 @@ int ObjectCount(const SegmentedScene& scene) {
   return count;
 }
 
+// Index of the thing with most of a true object's points.
+std::size_t ThingOf(const SegmentedScene& scene, const SimulatedCloud& truth, std::int32_t object) {
+  std::vector<std::size_t> shared;
+  for (const SegmentedThing& thing : scene.things) {
+    shared.push_back(static_cast<std::size_t>(std::count_if(
+        thing.points.begin(), thing.points.end(),
+        [&](std::uint32_t i) { return truth.object[scene.points.cloud_index[i]] == object; })));
+  }
+  return static_cast<std::size_t>(std::max_element(shared.begin(), shared.end()) - shared.begin());
+}
+
 // Intersection over union of a true object with the thing that covers it best.
 double BestOverlap(const SegmentedScene& scene, const SimulatedCloud& truth, std::int32_t object) {
   double all = 0, best = 0;
@@ -99,6 +110,25 @@ TEST(SegmentScene, SplitsStackedBoxes) {
 TEST(SegmentScene, JoinsABoxThatAnOccluderCutsInTwo) {
   ExpectAllFound(Table({BoxAt("behind", {0.08, 0.3, 0.08}, {0.15, 0, 0.04}),
                         BoxAt("before", {0.05, 0.08, 0.2}, {-0.05, 0, 0.1})}));
+}
+
+// A wall behind the counter, cut apart by what stands before it, and the cabinet's front below.
+TEST(SegmentScene, KeepsWallsAndFrontsFromBeingObjects) {
+  const SimulatedScene kitchen = KitchenCounter();
+  const SimulatedCloud truth = Scan(kitchen, KitchenCamera(), {});
+  const SegmentedScene scene = Segmented(truth.cloud);
+  int objects = 0;
+  for (std::size_t k = 0; k < kitchen.objects.size(); ++k) {
+    if (kitchen.objects[k].is_support) continue;
+    const bool is_structure =
+        kitchen.objects[k].name == "wall" || kitchen.objects[k].name == "cabinet";
+    objects += !is_structure;
+    const auto object = static_cast<std::int32_t>(k);
+    EXPECT_GT(BestOverlap(scene, truth, object), kLeastOverlap) << kitchen.objects[k].name;
+    EXPECT_EQ(scene.things[ThingOf(scene, truth, object)].supported_by, is_structure ? -1 : 0)
+        << kitchen.objects[k].name;
+  }
+  EXPECT_EQ(ObjectCount(scene), objects);
 }
 
 TEST(SegmentScene, MeasuresUpAndTheSupportItself) {

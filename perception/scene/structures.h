@@ -1,0 +1,24 @@
+// Walls, fronts and sides of furniture: large planes that support nothing and belong to no object
+// (the overall geometry for collision, paper, contributions of section I).
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "perception/scene/pieces.h"
+
+namespace cwm::perception {
+
+inline constexpr std::int32_t kNoStructure = -1;
+
+struct Structures {
+  std::vector<std::int32_t> of_piece;  // per piece: 0 .. count - 1, or kNoStructure
+  std::int32_t count = 0;
+};
+
+// A piece is a structure when nearly all of it is one plane that reaches farther than anything on a
+// table does. Pieces that lie on its plane, as a wall between the things before it does, belong to
+// the same one. Supports are never structures.
+Structures FindStructures(const SurfaceGraph& graph, const Pieces& pieces);
+
+}  // namespace cwm::perception
