@@ -4,9 +4,12 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <variant>
 
 #include "collision/geometry/signed_distance.h"
 #include "perception/model/connectivity.h"
+#include "perception/model/explain.h"
+#include "perception/model/slenderness.h"
 #include "perception/model/solid.h"
 
 namespace cwm::perception {
@@ -17,14 +20,51 @@ namespace {
 constexpr std::size_t kLeastPoints = 60;  // as of a shape: ModelerOptions::min_inliers
 constexpr double kLeastLength_m = 0.02;
 constexpr double kMostLength_m = 0.25;
-constexpr double kMostWidth_m = 0.06;       // of the second extent
-constexpr double kMostThickness_m = 0.035;  // of the third
-constexpr double kLeastElongation = 1.4;    // first extent to second
-constexpr double kRootGap_m = 0.015;        // from the surface to its nearest point
-constexpr double kLeastReach_m = 0.015;     // of its farthest point: more than a rough wall
-constexpr double kLeastCell_m = 0.006;      // 4 sigma of a Kinect at 0.8 m: noise parts no handle
-constexpr double kCellSpacings = 3;         // as in Connectivity
-constexpr int kPointsPerPiece = 2048;       // of some 0.2 us
+constexpr double kMostWidth_m = 0.03;    // across, as seen: a fat pan's, with noise at its edges
+constexpr double kMostExtent_m = 0.045;  // least extent of all of it, bends included
+constexpr double kLeastElongation = 2;   // length to width
+constexpr double kRootGap_m = 0.015;     // from the surface to its nearest point
+constexpr double kLeastReach_m = 0.015;  // of its farthest point: more than a rough wall
+constexpr double kLeastCell_m = 0.006;   // 4 sigma of a Kinect at 0.8 m: noise parts no handle
+constexpr double kCellSpacings = 3;      // as in Connectivity
+constexpr int kPointsPerPiece = 2048;    // of some 0.2 us
+
+// Points of a cluster that may lie on the host's surface, prolonged beyond its ends, where they are
+// more of it rather than a handle.
+constexpr double kMostProlonging = 0.5;
+constexpr double kMostSolidShare = 0.3;  // of the largest solid's points, that a handle may have
+constexpr double kCoaxial_cos = 0.94;    // 20 degrees: a bottle's neck, a knob on a lid
+constexpr double kCoaxialOffset = 0.5;   // of the host's radius
+
+struct ProlongedDistance {
+  const Vector3& p;
+  double operator()(const Box& box) const {
+    return (p.cwiseAbs() - 0.5 * box.size_m).cwiseAbs().minCoeff();
+  }
+  double operator()(const Plate&) const { return std::abs(p.z()); }
+  double operator()(const Cylinder& c) const { return std::abs(p.head<2>().norm() - c.radius_m); }
+  double operator()(const Cone& c) const {
+    const double slope = (c.radius_top_m - c.radius_bottom_m) / c.length_m;
+    const double radius_m = 0.5 * (c.radius_bottom_m + c.radius_top_m) + slope * p.z();
+    return std::abs(p.head<2>().norm() - radius_m) / std::sqrt(1 + slope * slope);
+  }
+  template <class Other>
+  double operator()(const Other& shape) const {
+    return std::abs(SignedDistance_m(shape, p));
+  }
+};
+
+bool ProlongsHost(const OrientedPoints& points, const std::vector<std::uint32_t>& cluster,
+                  const ShapePart& host) {
+  const Pose X_SL = host.X_OS.inverse(Eigen::Isometry);
+  double on = 0;
+  for (std::uint32_t i : cluster) {
+    const Vector3 p = X_SL * points.points[i].cast<double>();
+    on += std::visit(ProlongedDistance{p}, host.shape) <=
+          std::max(kBelongs_m, kDistanceGate_sigma * double{points.sigma_m[i]});
+  }
+  return on > kMostProlonging * static_cast<double>(cluster.size());
+}
 
 struct Host {
   std::size_t solid = 0;
@@ -76,14 +116,69 @@ Placed<Box> PrincipalBox(const OrientedPoints& points, const std::vector<std::ui
   return box;
 }
 
-bool IsHandle(const Placed<Box>& box, const Host& host) {
-  const Vector3& size = box.shape.size_m;
-  return host.nearest_m <= kRootGap_m && host.farthest_m >= kLeastReach_m &&
-         size.x() >= kLeastLength_m && size.x() <= kMostLength_m && size.y() <= kMostWidth_m &&
-         size.z() <= kMostThickness_m && size.x() >= kLeastElongation * size.y();
+bool IsHandle(const OrientedPoints& points, const std::vector<std::uint32_t>& cluster,
+              double spacing_m, const Placed<Box>& box, const Host& host) {
+  if (host.nearest_m > kRootGap_m || host.farthest_m < kLeastReach_m) return false;
+  if (box.shape.size_m.z() > kMostExtent_m) return false;
+  std::vector<Eigen::Vector3f> positions;
+  for (std::uint32_t i : cluster) positions.push_back(points.points[i]);
+  const Slenderness bar = MeasureSlenderness(positions, points.viewpoint, spacing_m);
+  return bar.length_m >= kLeastLength_m && bar.length_m <= kMostLength_m &&
+         bar.width_m <= kMostWidth_m && bar.length_m >= kLeastElongation * bar.width_m;
+}
+
+std::vector<std::vector<std::uint32_t>> MembersOfSolids(
+    const std::vector<std::int32_t>& part_of_point, std::size_t count) {
+  std::vector<std::vector<std::uint32_t>> members(count);
+  for (std::uint32_t i = 0; i < part_of_point.size(); ++i) {
+    if (part_of_point[i] == kUnexplained) continue;
+    members[static_cast<std::size_t>(part_of_point[i])].push_back(i);
+  }
+  return members;
+}
+
+// Whether the small solid sits on the axis of a round host.
+bool IsCoaxial(const ShapePart& small, const ShapePart& host) {
+  const auto* cylinder = std::get_if<Cylinder>(&host.shape);
+  const auto* cone = std::get_if<Cone>(&host.shape);
+  if (cylinder == nullptr && cone == nullptr) return false;
+  const double radius_m =
+      cylinder ? cylinder->radius_m : 0.5 * (cone->radius_bottom_m + cone->radius_top_m);
+  const Vector3 at = (host.X_OS.inverse(Eigen::Isometry) * small.X_OS).translation();
+  if (at.head<2>().norm() > kCoaxialOffset * radius_m) return false;
+  return std::abs(host.X_OS.linear().col(2).dot(small.X_OS.linear().col(2))) > kCoaxial_cos ||
+         std::holds_alternative<Sphere>(small.shape);
 }
 
 }  // namespace
+
+void DropSolidsOfHandles(const OrientedPoints& points, double spacing_m,
+                         std::vector<ShapePart>& solids, std::vector<std::int32_t>& part_of_point,
+                         const Work& work) {
+  const std::vector<std::vector<std::uint32_t>> members =
+      MembersOfSolids(part_of_point, solids.size());
+  const auto main = std::max_element(members.begin(), members.end(),
+                                     [](auto& a, auto& b) { return a.size() < b.size(); });
+  if (main == members.end()) return;
+  const std::vector<ShapePart> host{solids[static_cast<std::size_t>(main - members.begin())]};
+  std::vector<std::int32_t> renamed(solids.size());
+  std::vector<ShapePart> kept;
+  for (std::size_t k = 0; k < solids.size(); ++k) {
+    work.Poll();
+    const bool may_be = members[k].size() >= kLeastPoints && !IsCoaxial(solids[k], host[0]) &&
+                        static_cast<double>(members[k].size()) <
+                            kMostSolidShare * static_cast<double>(main->size());
+    const bool drop =
+        may_be && IsHandle(points, members[k], spacing_m, PrincipalBox(points, members[k]),
+                           NearestHost(points, members[k], host, work));
+    renamed[k] = drop ? kUnexplained : static_cast<std::int32_t>(kept.size());
+    if (!drop) kept.push_back(std::move(solids[k]));
+  }
+  solids = std::move(kept);
+  for (std::int32_t& part : part_of_point) {
+    if (part != kUnexplained) part = renamed[static_cast<std::size_t>(part)];
+  }
+}
 
 std::vector<Handle> FindHandles(const OrientedPoints& points, const std::vector<ShapePart>& solids,
                                 double spacing_m, std::vector<std::int32_t>& part_of_point,
@@ -107,7 +202,9 @@ std::vector<Handle> FindHandles(const OrientedPoints& points, const std::vector<
     for (std::uint32_t& k : cluster) k = rest[k];
     const Host host = NearestHost(points, cluster, solids, work);
     const Placed<Box> box = PrincipalBox(points, cluster);
-    if (!IsHandle(box, host)) continue;
+    if (!IsHandle(points, cluster, spacing_m, box, host) ||
+        ProlongsHost(points, cluster, solids[host.solid]))
+      continue;
     Handle handle;
     handle.shape_index = static_cast<int>(host.solid);
     handle.point_count = static_cast<int>(cluster.size());

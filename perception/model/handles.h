@@ -10,8 +10,14 @@
 
 namespace cwm::perception {
 
-// Clusters of unexplained points that begin at a solid's surface, are fairly large, elongated and
-// slim. Their points are labelled in `part_of_point` as in ObjectModel.
+// Small solids that look like handles of the largest one are dropped, and their points are nobody's
+// again: an ear of a mug is as well a bit of a cylinder. `part_of_point` follows.
+void DropSolidsOfHandles(const OrientedPoints& points, double spacing_m,
+                         std::vector<ShapePart>& solids, std::vector<std::int32_t>& part_of_point,
+                         const Work& work);
+
+// Clusters of unexplained points that begin at a solid's surface and leave it, are fairly large,
+// elongated and slim. Their points are labelled in `part_of_point` as in ObjectModel.
 std::vector<Handle> FindHandles(const OrientedPoints& points, const std::vector<ShapePart>& solids,
                                 double spacing_m, std::vector<std::int32_t>& part_of_point,
                                 const Work& work);

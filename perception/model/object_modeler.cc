@@ -56,6 +56,7 @@ ObjectModel ModelObject(const OrientedPoints& points, const std::optional<Pose>&
   model.notes = std::move(assembly.notes);
   model.shapes = InLevelFrame(std::move(assembly.solids), searched.origin_L);
   model.part_of_point = ExplainPoints(points, model.shapes, work);
+  DropSolidsOfHandles(points, searched.spacing_m, model.shapes, model.part_of_point, work);
   MeasureQuality(points, model.part_of_point, searched.spacing_m, model.shapes, work);
   model.handles = FindHandles(points, model.shapes, searched.spacing_m, model.part_of_point, work);
   return model;

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <numbers>
 
 namespace cwm::perception {
@@ -17,15 +18,19 @@ std::vector<ShapePart> Cup() {
 }
 
 // A straight bar of `length_m` along z and a square of `width_m` across, its near side `gap_m` from
-// the cup's wall, its points `kSpacing_m` apart.
+// the cup's wall, its points `kSpacing_m` apart: the two faces that a sensor at (1, 1, 0) sees.
 OrientedPoints Bar(double gap_m, double width_m, double length_m) {
   OrientedPoints points;
+  points.viewpoint = Vector3(1, 1, 0);
+  const double last_m = width_m - kSpacing_m / 2;
   for (double x = 0; x <= width_m; x += kSpacing_m) {
     for (double y = 0; y <= width_m; y += kSpacing_m) {
+      if (x < last_m && y < last_m) continue;
       for (double z = 0; z <= length_m; z += kSpacing_m) {
         points.points.emplace_back(static_cast<float>(kRadius_m + gap_m + x),
                                    static_cast<float>(y - width_m / 2),
                                    static_cast<float>(z - length_m / 2));
+        points.sigma_m.push_back(0.0015f);
       }
     }
   }
@@ -38,7 +43,7 @@ std::vector<Handle> Find(const OrientedPoints& points, std::vector<std::int32_t>
 }
 
 TEST(FindHandles, FindsAnElongatedClusterAtTheWall) {
-  const OrientedPoints bar = Bar(0.01, 0.02, 0.06);
+  const OrientedPoints bar = Bar(0.01, 0.016, 0.06);
   std::vector<std::int32_t> parts;
   const std::vector<Handle> handles = Find(bar, parts);
   ASSERT_EQ(handles.size(), 1u);
@@ -50,12 +55,30 @@ TEST(FindHandles, FindsAnElongatedClusterAtTheWall) {
   EXPECT_TRUE(std::all_of(parts.begin(), parts.end(), [](std::int32_t p) { return p == 1; }));
 }
 
+// Half a ring of 26 mm radius and 12 mm thickness, standing out from the wall: no longer than wide.
+TEST(FindHandles, FindsTheEarOfAMug) {
+  OrientedPoints ear;
+  ear.viewpoint = Vector3(0, -1, 0);
+  for (double turn_rad = -1.4; turn_rad <= 1.4; turn_rad += 0.05) {
+    for (double across_rad = 0; across_rad <= std::numbers::pi; across_rad += 0.2) {
+      const double away_m = 0.026 + 0.006 * std::cos(across_rad);
+      ear.points.push_back(Eigen::Vector3d(kRadius_m + away_m * std::cos(turn_rad),
+                                           -0.006 * std::sin(across_rad),
+                                           away_m * std::sin(turn_rad))
+                               .cast<float>());
+    }
+  }
+  ear.sigma_m.assign(ear.points.size(), 0.0015f);
+  std::vector<std::int32_t> parts;
+  ASSERT_EQ(Find(ear, parts).size(), 1u);
+}
+
 TEST(FindHandles, RefusesWhatIsFarThickShortOrFew) {
   struct Case {
     const char* what;
     OrientedPoints points;
   };
-  const Case cases[] = {{"begins 20 mm from the wall", Bar(0.02, 0.02, 0.06)},
+  const Case cases[] = {{"begins 20 mm from the wall", Bar(0.02, 0.016, 0.06)},
                         {"40 mm thick", Bar(0.01, 0.04, 0.08)},
                         {"as long as wide", Bar(0.01, 0.02, 0.02)},
                         {"nearer to the wall than 15 mm all over", Bar(0.002, 0.01, 0.06)},
@@ -63,8 +86,9 @@ TEST(FindHandles, RefusesWhatIsFarThickShortOrFew) {
   for (const auto& [what, given] : cases) {
     OrientedPoints points = given;
     if (points.points.empty()) {
-      points = Bar(0.01, 0.02, 0.06);
+      points = Bar(0.01, 0.016, 0.06);
       points.points.resize(50);
+      points.sigma_m.resize(50);
     }
     std::vector<std::int32_t> parts;
     EXPECT_TRUE(Find(points, parts).empty()) << what;
@@ -72,8 +96,62 @@ TEST(FindHandles, RefusesWhatIsFarThickShortOrFew) {
   }
 }
 
+TEST(FindHandles, TakesNoPatchThatContinuesTheWall) {
+  // Above the cup's end, on its wall prolonged: 60 mm high, 15 mm wide and bent like the wall.
+  OrientedPoints patch;
+  for (double z = 0.055; z <= 0.115; z += kSpacing_m / 2) {
+    for (double angle_rad = -0.2; angle_rad <= 0.2; angle_rad += kSpacing_m / 2 / kRadius_m) {
+      patch.points.push_back(
+          Eigen::Vector3d(kRadius_m * std::cos(angle_rad), kRadius_m * std::sin(angle_rad), z)
+              .cast<float>());
+    }
+  }
+  patch.sigma_m.assign(patch.points.size(), 0.0015f);
+  std::vector<std::int32_t> parts;
+  EXPECT_TRUE(Find(patch, parts).empty());
+}
+
+// All points are those of `small`, besides many of the cup's.
+std::vector<ShapePart> Dropped(const OrientedPoints& points, const ShapePart& small,
+                               std::vector<std::int32_t>& parts) {
+  constexpr std::size_t kOfCup = 20000;
+  std::vector<ShapePart> solids = Cup();
+  solids.push_back(small);
+  OrientedPoints all;
+  all.points.assign(kOfCup, Eigen::Vector3f(kRadius_m, 0, 0));
+  all.points.insert(all.points.end(), points.points.begin(), points.points.end());
+  parts.assign(all.points.size(), 1);
+  std::fill_n(parts.begin(), kOfCup, 0);
+  DropSolidsOfHandles(all, kSpacing_m, solids, parts, kUnbounded);
+  return solids;
+}
+
+TEST(DropSolidsOfHandles, FreesASmallCylinderOnTheSide) {
+  const OrientedPoints bar = Bar(0.01, 0.016, 0.06);
+  std::vector<std::int32_t> parts;
+  const ShapePart ear{.X_OS = MakeTranslation(0.06, 0, 0),
+                      .shape = Cylinder{.radius_m = 0.01, .length_m = 0.06}};
+  EXPECT_EQ(Dropped(bar, ear, parts).size(), 1u);
+  EXPECT_EQ(std::count(parts.begin(), parts.end(), kUnexplained),
+            static_cast<std::ptrdiff_t>(bar.points.size()));
+}
+
+TEST(DropSolidsOfHandles, LeavesWhatStandsOnTheAxis) {
+  OrientedPoints neck;  // of a bottle
+  for (int i = 0; i < 200; ++i) {
+    const float angle_rad = 0.1f * static_cast<float>(i);
+    neck.points.emplace_back(0.012f * std::cos(angle_rad), 0.012f * std::sin(angle_rad),
+                             0.05f + 0.0003f * static_cast<float>(i));
+  }
+  std::vector<std::int32_t> parts;
+  const ShapePart part{.X_OS = MakeTranslation(0, 0, 0.08),
+                       .shape = Cylinder{.radius_m = 0.012, .length_m = 0.06}};
+  EXPECT_EQ(Dropped(neck, part, parts).size(), 2u);
+  EXPECT_EQ(std::count(parts.begin(), parts.end(), 1), 200);
+}
+
 TEST(FindHandles, LeavesPointsOfShapesAlone) {
-  const OrientedPoints bar = Bar(0.01, 0.02, 0.06);
+  const OrientedPoints bar = Bar(0.01, 0.016, 0.06);
   std::vector<std::int32_t> parts(bar.points.size(), 0);  // all explained by the cup
   EXPECT_TRUE(FindHandles(bar, Cup(), kSpacing_m, parts, kUnbounded).empty());
 }
