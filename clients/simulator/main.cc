@@ -4,20 +4,27 @@
 #include <cstdint>
 #include <iostream>
 #include <map>
+#include <numbers>
 #include <string>
+#include <utility>
 
 #include "absl/status/status.h"
+#include "absl/status/statusor.h"
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "clients/formats/file_bytes.h"
 #include "clients/formats/pcd.h"
 #include "clients/formats/scalar.h"
 #include "clients/simulator/scene_edits.h"
+#include "clients/simulator/scene_file.h"
 #include "clients/simulator/simulated_files.h"
+#include "perception/simulation/several_views.h"
+#include "perception/simulation/unorganised.h"
 #include "perception/simulation/virtual_scanner.h"
 
 namespace {
 
+namespace perception = cwm::perception;
 using cwm::perception::SensorModel;
 using cwm::perception::SensorNoise;
 
@@ -26,13 +33,17 @@ constexpr int kBadInput = 8;
 
 struct Arguments {
   std::string scene = "kitchen";
+  std::string random;
   int object_count = 8;
   std::string sensor = "kinect";
   std::uint64_t seed = 1;
   bool noiseless = false;
   bool labels = false;
+  bool shuffle = false;
   bool print_pose = false;
-  std::string out, truth;
+  int view_count = 1;
+  double up_error_deg = 0;
+  std::string out, truth, write_scene;
   cwm::simulator::Edits edits;
 };
 
@@ -41,7 +52,8 @@ absl::Status ParseSensor(const std::string& text, SensorNoise& noise) {
       {"kinect", SensorModel::kKinect},
       {"realsense", SensorModel::kRealSense},
       {"time_of_flight", SensorModel::kTimeOfFlight},
-      {"tilting_laser", SensorModel::kTiltingLaser}};
+      {"tilting_laser", SensorModel::kTiltingLaser},
+      {"sick_lms400", SensorModel::kSickLms400}};
   if (const auto found = kModels.find(text); found != kModels.end()) {
     noise.model = found->second;
     return absl::OkStatus();
@@ -53,8 +65,8 @@ absl::Status ParseSensor(const std::string& text, SensorNoise& noise) {
   }
   return absl::InvalidArgumentError(
       absl::StrCat("--sensor: \"", text,
-                   "\" must be kinect, realsense, time_of_flight, tilting_laser or a standard "
-                   "deviation in metres"));
+                   "\" must be kinect, realsense, time_of_flight, tilting_laser, sick_lms400 "
+                   "or a standard deviation in metres"));
 }
 
 // x,y,z,qx,qy,qz,qw as `cwm ingest --x-world-sensor` takes it.
@@ -69,51 +81,111 @@ void PrintPose(const cwm::Pose& pose) {
   std::cout << "\n";
 }
 
-absl::Status Simulate(const Arguments& arguments) {
-  namespace perception = cwm::perception;
-  const perception::PinholeCamera camera = perception::KitchenCamera();
-  if (arguments.print_pose) PrintPose(camera.X_WC);
-  if (arguments.out.empty()) {
-    return arguments.print_pose ? absl::OkStatus()
-                                : absl::InvalidArgumentError("--out is missing: the PCD file");
+absl::StatusOr<perception::SimulatedView> MakeView(const Arguments& arguments) {
+  static const std::map<std::string, perception::SceneFamily> kFamilies = {
+      {"table", perception::SceneFamily::kTable},
+      {"clutter", perception::SceneFamily::kClutter},
+      {"kitchen", perception::SceneFamily::kKitchen},
+      {"vessels", perception::SceneFamily::kVessels}};
+  if (const auto family = kFamilies.find(arguments.random); family != kFamilies.end()) {
+    return perception::RandomScene(family->second, arguments.seed);
   }
-  perception::ScanOptions options{
-      .noise = {}, .noiseless = arguments.noiseless, .seed = arguments.seed};
-  if (absl::Status status = ParseSensor(arguments.sensor, options.noise); !status.ok())
-    return status;
-  perception::SimulatedScene scene =
-      arguments.scene == "kitchen"
-          ? perception::KitchenCounter()
-          : perception::RandomTable(arguments.seed, arguments.object_count);
-  absl::Status edited = cwm::simulator::ApplyEdits(arguments.edits, scene);
-  if (!edited.ok()) return edited;
-  const perception::SimulatedCloud scan = perception::Scan(scene, camera, options);
-  cwm::formats::CloudFile cloud = cwm::simulator::ToCloudFile(scan.cloud);
+  if (arguments.scene == "kitchen") {
+    return perception::SimulatedView{.scene = perception::KitchenCounter(),
+                                     .camera = perception::KitchenCamera()};
+  }
+  if (arguments.scene == "table") {
+    return perception::SimulatedView{
+        .scene = perception::RandomTable(arguments.seed, arguments.object_count),
+        .camera = perception::KitchenCamera()};
+  }
+  return cwm::simulator::ReadScene(arguments.scene);
+}
+
+cwm::simulator::SimulatedScan MakeScan(const Arguments& arguments, const SensorNoise& noise,
+                                       const perception::SimulatedView& view) {
+  const perception::ScanOptions options{
+      .noise = noise, .noiseless = arguments.noiseless, .seed = arguments.seed};
+  cwm::simulator::SimulatedScan scan;
+  if (arguments.view_count > 1) {
+    perception::RegisteredViews views =
+        perception::ScanFromSeveral(view.scene, view.camera, arguments.view_count, options);
+    scan = {.cloud = std::move(views.cloud), .X_WC = views.X_WC, .X_CC = views.X_CC};
+  } else {
+    scan.cloud = perception::Scan(view.scene, view.camera, options);
+  }
+  if (arguments.shuffle) scan.cloud = perception::Shuffled(scan.cloud, arguments.seed);
+  const double error_rad = arguments.up_error_deg * std::numbers::pi / 180;
+  scan.up_C = perception::UpOffBy(error_rad, view.camera.X_WC, arguments.seed);
+  return scan;
+}
+
+absl::Status WriteScan(const Arguments& arguments, const perception::SimulatedView& view,
+                       const cwm::simulator::SimulatedScan& scan) {
+  cwm::formats::CloudFile cloud = cwm::simulator::ToCloudFile(scan.cloud.cloud);
   if (arguments.labels) {
-    cloud = cwm::formats::WithLabels(cloud, cwm::simulator::TrueLabels(scene, scan));
+    cloud = cwm::formats::WithLabels(cloud, cwm::simulator::TrueLabels(view.scene, scan.cloud));
   }
   const auto pcd = cwm::formats::FormatPcd(cloud, cwm::formats::PcdData::kBinaryCompressed);
   if (!pcd.ok()) return pcd.status();
   absl::Status written = cwm::formats::WriteFileBytes(arguments.out, *pcd);
   if (!written.ok() || arguments.truth.empty()) return written;
   return cwm::formats::WriteFileBytes(arguments.truth,
-                                      cwm::simulator::TruthJson(scene, camera, scan));
+                                      cwm::simulator::TruthJson(view.scene, view.camera, scan));
+}
+
+absl::Status Simulate(const Arguments& arguments) {
+  SensorNoise noise;
+  if (absl::Status status = ParseSensor(arguments.sensor, noise); !status.ok()) return status;
+  if (!std::isfinite(arguments.up_error_deg)) {
+    return absl::InvalidArgumentError("--up-error-deg: must be a finite number");
+  }
+  auto view = MakeView(arguments);
+  if (!view.ok()) return view.status();
+  absl::Status status = cwm::simulator::ApplyEdits(arguments.edits, view->scene);
+  if (!status.ok()) return status;
+  if (arguments.print_pose) PrintPose(view->camera.X_WC);
+  if (!arguments.write_scene.empty()) {
+    status = cwm::simulator::WriteScene(arguments.write_scene, *view);
+    if (!status.ok()) return status;
+  }
+  if (!arguments.out.empty()) return WriteScan(arguments, *view, MakeScan(arguments, noise, *view));
+  const bool anything = arguments.print_pose || !arguments.write_scene.empty();
+  return anything ? absl::OkStatus() : absl::InvalidArgumentError("--out is missing: the PCD file");
 }
 
 void AddOptions(CLI::App& app, Arguments& arguments) {
-  app.add_option("--scene", arguments.scene, "kitchen (the demo's counter) or table (random)")
-      ->check(CLI::IsMember({"kitchen", "table"}).description(""))
-      ->type_name("SCENE");
+  CLI::Option* scene =
+      app.add_option("--scene", arguments.scene,
+                     "kitchen (the demo's counter), table (random), or a scene file")
+          ->type_name("SCENE|S.yaml");
+  app.add_option("--random", arguments.random,
+                 "a scene drawn by the seed: table, clutter, kitchen or vessels")
+      ->check(CLI::IsMember({"table", "clutter", "kitchen", "vessels"}).description(""))
+      ->excludes(scene)
+      ->type_name("FAMILY");
+  app.add_option("--write-scene", arguments.write_scene,
+                 "write the scene as a scene file, its meshes beside it")
+      ->type_name("S.yaml");
   app.add_option("--objects", arguments.object_count, "on the random table, 1 to 64; default 8")
       ->check(CLI::Range(1, 64).description(""))
       ->type_name("N");
   app.add_option("--sensor", arguments.sensor,
-                 "kinect, realsense, time_of_flight, tilting_laser, or sigma in m")
+                 "kinect, realsense, time_of_flight, tilting_laser, sick_lms400, or sigma in m")
       ->type_name("MODEL|SIGMA");
-  app.add_option("--seed", arguments.seed, "of the noise, and of the random table; default 1")
+  app.add_option("--seed", arguments.seed, "of the noise, and of random scenes; default 1")
       ->type_name("N");
   app.add_flag("--noiseless", arguments.noiseless, "a perfect sensor");
   app.add_flag("--labels", arguments.labels, "add the true label of each point");
+  app.add_flag("--shuffle", arguments.shuffle, "points in random order, those that returned alone");
+  app.add_option("--views", arguments.view_count,
+                 "put together from so many places, 1 to 16, registered with errors; default 1")
+      ->check(CLI::Range(1, 16).description(""))
+      ->type_name("N");
+  app.add_option("--up-error-deg", arguments.up_error_deg,
+                 "how far the up vector in the truth is off; default 0")
+      ->check(CLI::Range(0.0, 180.0).description(""))
+      ->type_name("DEG");
   app.add_option("--without", arguments.edits.without, "leave an object out; repeatable")
       ->allow_extra_args(false)
       ->type_name("NAME");
@@ -134,6 +206,8 @@ int main(int argc, char** argv) {
       "cwm-simulator: a scene with known truth, seen by a noisy sensor\n\nExamples:\n"
       "  cwm-simulator --out scan.pcd --truth truth.json\n"
       "  cwm-simulator --without ball --move mug=0.1,0,0 --seed 2 --out later.pcd\n"
+      "  cwm-simulator --random clutter --seed 3 --labels --out clutter.pcd --truth truth.json\n"
+      "  cwm-simulator --scene my.yaml --sensor realsense --views 3 --out my.pcd\n"
       "  cwm-simulator --scene table --objects 12 --sensor realsense --out table.pcd",
       "cwm-simulator");
   Arguments arguments;

@@ -8,11 +8,13 @@
 #include <utility>
 
 #include "collision/geometry/aabb.h"
+#include "perception/simulation/hidden_shares.h"
 
 namespace cwm::simulator {
 namespace {
 
 using Json = nlohmann::ordered_json;
+using perception::BoundsInWorld;
 
 Json PointJson(const Vector3& point) {
   return {{"tx_m", point.x()}, {"ty_m", point.y()}, {"tz_m", point.z()}};
@@ -84,15 +86,6 @@ std::vector<std::uint32_t> ObjectLabels(const perception::SimulatedScene& scene)
   return labels;
 }
 
-// The object in the world, all parts.
-Aabb BoundsInWorld(const perception::SimulatedObject& object) {
-  Aabb bounds;
-  for (const Placed<>& part : object.parts) {
-    bounds.extend(TightBounds(part.shape, object.X_WO * part.X_FS));
-  }
-  return bounds;
-}
-
 // Furniture is larger: the tallest thing on a counter is a bottle or a box of half a metre.
 constexpr double kMovableSize_m = 0.5;
 
@@ -128,38 +121,85 @@ PointCounts CountPoints(const perception::SimulatedCloud& scan) {
   return counts;
 }
 
+std::string_view NameOf(perception::PartRole role) {
+  switch (role) {
+    case perception::PartRole::kBody:
+      return "body";
+    case perception::PartRole::kHandle:
+      return "handle";
+    case perception::PartRole::kSpout:
+      return "spout";
+  }
+  return "body";
+}
+
+// Above the label of its object.
+std::uint32_t PartLabel(const perception::SimulatedObject& object, std::size_t part) {
+  if (object.is_support || object.parts.size() == 1) return 0;
+  return static_cast<std::uint32_t>(std::min<std::size_t>(part + 1, 9));
+}
+
 Json PartJson(const Placed<>& part, std::int64_t visible_points) {
-  Json json = {{"kind", std::string(NameOf(KindOf(part.shape)))}};
+  Json json = {{"kind", std::string(cwm::NameOf(KindOf(part.shape)))}};
   json.update(std::visit(DimensionsJson{}, part.shape));
   json["x_object_shape"] = PoseJson(part.X_FS);
   json["visible_points"] = visible_points;
   return json;
 }
 
-Json ObjectJson(const perception::SimulatedObject& object, std::int32_t index,
+struct ObjectTruth {
+  std::int32_t index = 0;
+  std::uint32_t label = 0;
+  double hidden_share = 0;
+};
+
+Json ObjectJson(const perception::SimulatedObject& object, const ObjectTruth& truth,
                 const PointCounts& counts) {
   Json parts = Json::array();
   std::int64_t visible_points = 0;
   for (std::size_t part = 0; part < object.parts.size(); ++part) {
-    const auto found = counts.find({index, static_cast<std::int32_t>(part)});
+    const auto found = counts.find({truth.index, static_cast<std::int32_t>(part)});
     const std::int64_t count = found == counts.end() ? 0 : found->second;
-    parts.push_back(PartJson(object.parts[part], count));
+    Json json = PartJson(object.parts[part], count);
+    json["role"] = std::string(NameOf(object.RoleOf(part)));
+    json["label"] = truth.label + PartLabel(object, part);
+    parts.push_back(std::move(json));
     visible_points += count;
   }
   const Aabb bounds = BoundsInWorld(object);
   Json json = {{"name", object.name},
                {"is_support", object.is_support},
+               {"shiny", object.finish == perception::Finish::kShiny},
                {"x_world_object", PoseJson(object.X_WO)},
                {"centre", PointJson(bounds.center())},
                {"size_m", {bounds.sizes().x(), bounds.sizes().y(), bounds.sizes().z()}},
                {"top_z_m", bounds.max().z()},
-               {"visible_points", visible_points}};
+               {"visible_points", visible_points},
+               {"hidden_fraction", truth.hidden_share},
+               {"label", truth.label}};
   if (!parts.empty()) {
     json["main_shape"] = parts.front().at("kind");
     if (parts.front().contains("radius_m")) json["radius_m"] = parts.front().at("radius_m");
   }
   json["parts"] = std::move(parts);
   return json;
+}
+
+Json CameraJson(const perception::PinholeCamera& camera) {
+  return {{"width", camera.width},
+          {"height", camera.height},
+          {"focal_px", camera.focal_px},
+          {"center_x_px", camera.center_x_px},
+          {"center_y_px", camera.center_y_px}};
+}
+
+Json ViewsJson(const SimulatedScan& scan) {
+  Json views = Json::array();
+  for (std::size_t i = 0; i < scan.X_WC.size(); ++i) {
+    views.push_back({{"x_world_sensor", PoseJson(scan.X_WC[i])},
+                     {"x_first_sensor_registered", PoseJson(scan.X_CC[i])}});
+  }
+  return views;
 }
 
 }  // namespace
@@ -181,28 +221,38 @@ std::vector<std::uint32_t> TrueLabels(const perception::SimulatedScene& scene,
   const std::vector<std::uint32_t> of_object = ObjectLabels(scene);
   std::vector<std::uint32_t> labels;
   labels.reserve(scan.object.size());
-  for (const std::int32_t object : scan.object) {
-    labels.push_back(object < 0 ? 0 : of_object[static_cast<std::size_t>(object)]);
+  for (std::size_t p = 0; p < scan.object.size(); ++p) {
+    if (scan.object[p] < 0) {
+      labels.push_back(0);
+      continue;
+    }
+    const auto object = static_cast<std::size_t>(scan.object[p]);
+    labels.push_back(of_object[object] +
+                     PartLabel(scene.objects[object], static_cast<std::size_t>(scan.part[p])));
   }
   return labels;
 }
 
 std::string TruthJson(const perception::SimulatedScene& scene,
-                      const perception::PinholeCamera& camera,
-                      const perception::SimulatedCloud& scan) {
-  const PointCounts counts = CountPoints(scan);
+                      const perception::PinholeCamera& camera, const SimulatedScan& scan) {
+  const PointCounts counts = CountPoints(scan.cloud);
   const std::vector<std::uint32_t> labels = ObjectLabels(scene);
+  const std::vector<double> hidden_shares = perception::HiddenShares(scene, camera);
   Json objects = Json::array();
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
-    Json object = ObjectJson(scene.objects[i], static_cast<std::int32_t>(i), counts);
-    object["label"] = labels[i];
-    objects.push_back(std::move(object));
+    const ObjectTruth truth{.index = static_cast<std::int32_t>(i),
+                            .label = labels[i],
+                            .hidden_share = hidden_shares[i]};
+    objects.push_back(ObjectJson(scene.objects[i], truth, counts));
   }
-  const Json truth = {{"x_world_sensor", PoseJson(camera.X_WC)},
-                      {"width", camera.width},
-                      {"height", camera.height},
-                      {"movable_index", MovableIndex(scene)},
-                      {"objects", std::move(objects)}};
+  Json truth = {{"x_world_sensor", PoseJson(camera.X_WC)},
+                {"width", scan.cloud.cloud.width},
+                {"height", scan.cloud.cloud.height},
+                {"camera", CameraJson(camera)},
+                {"up_sensor", {scan.up_C.x(), scan.up_C.y(), scan.up_C.z()}},
+                {"movable_index", MovableIndex(scene)},
+                {"objects", std::move(objects)}};
+  if (scan.X_WC.size() > 1) truth["views"] = ViewsJson(scan);
   return truth.dump(1) + "\n";
 }
 

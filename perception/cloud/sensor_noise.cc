@@ -48,6 +48,8 @@ double SensorNoise::AxialSigma_m(double depth_m, double incidence_rad) const {
       return std::max(1e-4, 0.01 * z);
     case SensorModel::kTiltingLaser:
       return std::max(0.018, 0.0015 + 0.0006 * z);
+    case SensorModel::kSickLms400:
+      return 0.0065;
     case SensorModel::kConstant:
       return constant_sigma_m;
   }
@@ -65,6 +67,8 @@ double SensorNoise::LateralSigma_m(double depth_m, double incidence_rad) const {
       return 0.5 * z / kKinectFocal_px;  // half a pixel of a sensor of similar resolution
     case SensorModel::kTiltingLaser:
       return 0.001 * z;  // 0.05 to 0.1 degrees of jitter per line
+    case SensorModel::kSickLms400:
+      return 0.001 * z;  // a quarter of its angular step of 0.25 degrees
     case SensorModel::kConstant:
       return constant_sigma_m;
   }

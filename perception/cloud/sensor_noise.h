@@ -8,7 +8,14 @@
 
 namespace cwm::perception {
 
-enum class SensorModel { kKinect, kRealSense, kTimeOfFlight, kTiltingLaser, kConstant };
+enum class SensorModel {
+  kKinect,
+  kRealSense,
+  kTimeOfFlight,
+  kTiltingLaser,
+  kSickLms400,
+  kConstant
+};
 
 struct SensorNoise {
   SensorModel model = SensorModel::kKinect;
@@ -21,6 +28,7 @@ struct SensorNoise {
   //   kRealSense     0.1 pixel of disparity at 640 pixels over 90 degrees and 50 mm baseline
   //   kTimeOfFlight  0.01 z
   //   kTiltingLaser  max(0.018, 0.0015 + 0.0006 range), Hokuyo UTM-30LX
+  //   kSickLms400    0.0065, between 0.003 on bright and 0.010 on dark surfaces
   double AxialSigma_m(double depth_m, double incidence_rad = 0) const;
 
   // One standard deviation across the ray, metres (Kinect: 0.8 + 0.035 theta / (pi/2 - theta)

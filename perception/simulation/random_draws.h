@@ -13,6 +13,7 @@ class RandomDraws {
 
   double Uniform();  // [0, 1)
   double Uniform(double low, double high) { return low + (high - low) * Uniform(); }
+  int Below(int count) { return static_cast<int>(count * Uniform()); }  // 0 to count - 1
   double Normal();  // mean 0, standard deviation 1 (Box and Muller 1958)
 
  private:

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "collision/geometry/aabb.h"
+#include "perception/simulation/furniture.h"
 #include "perception/simulation/random_draws.h"
 
 namespace cwm::perception {
@@ -76,20 +76,8 @@ SimulatedObject Mug(std::string name, const Cylinder& body, const Place& place) 
 }
 
 SimulatedObject Slab(std::string name, const Eigen::AlignedBox2d& area_m, double thickness_m) {
-  const Vector2& a = area_m.min();
-  const Vector2& b = area_m.max();
-  Plate plate{
-      .outline = {a, {b.x(), a.y()}, b, {a.x(), b.y()}}, .holes = {}, .thickness_m = thickness_m};
-  return {.name = std::move(name),
-          .parts = {{.X_FS = Pose::Identity(), .shape = std::move(plate)}},
-          .X_WO = MakeTranslation(0, 0, kCounterHeight_m),
-          .is_support = true};
-}
-
-SimulatedObject Block(std::string name, const Aabb& bounds_W) {
-  return {.name = std::move(name),
-          .parts = {{.X_FS = Pose::Identity(), .shape = Box{.size_m = bounds_W.sizes()}}},
-          .X_WO = Pose(Eigen::Translation3d(bounds_W.center()))};
+  return MakeTop(std::move(name),
+                 {.area_W = area_m, .top_m = kCounterHeight_m, .thickness_m = thickness_m});
 }
 
 // A disc on the table that is taken.
@@ -157,8 +145,9 @@ SimulatedScene KitchenCounter() {
   SimulatedScene scene;
   scene.objects = {
       Slab("counter", top, 0.04),
-      Block("cabinet", Aabb(Vector3(0.33, -0.8, 0), Vector3(1.0, 0.8, kCounterHeight_m - 0.04))),
-      Block("wall", Aabb(Vector3(1.0, -0.8, 0), Vector3(1.05, 0.8, 2.5))),
+      MakeBlock("cabinet",
+                Aabb(Vector3(0.33, -0.8, 0), Vector3(1.0, 0.8, kCounterHeight_m - 0.04))),
+      MakeBlock("wall", Aabb(Vector3(1.0, -0.8, 0), Vector3(1.05, 0.8, 2.5))),
       StandingBox("cereal", {0.07, 0.19, 0.27}, {0.86, -0.24, Radians(-20)}),
       StandingBox("tea", {0.08, 0.13, 0.07}, {0.56, -0.30, Radians(25)}),
       StandingBox("sugar", {0.06, 0.10, 0.15}, {0.84, 0.08, Radians(35)}),

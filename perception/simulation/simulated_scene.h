@@ -4,16 +4,32 @@
 #include <string>
 #include <vector>
 
+#include "collision/geometry/aabb.h"
 #include "collision/geometry/shape.h"
 
 namespace cwm::perception {
 
+// What a part is to its object. Handles are what graspers look for; spouts resemble them.
+enum class PartRole { kBody, kHandle, kSpout };
+
+// Shiny surfaces hide what is behind them and return nothing themselves.
+enum class Finish { kMatt, kShiny };
+
 struct SimulatedObject {
-  std::string name;
-  std::vector<Placed<>> parts;  // in the object's frame; the last letter of X_FS is the part
+  std::string name = {};
+  std::vector<Placed<>> parts = {};  // in the object's frame; the last letter of X_FS is the part
   Pose X_WO = Pose::Identity();
   bool is_support = false;
+  std::vector<PartRole> part_roles = {};  // of the parts in their order; bodies where it is shorter
+  Finish finish = Finish::kMatt;
+
+  PartRole RoleOf(std::size_t part) const {
+    return part < part_roles.size() ? part_roles[part] : PartRole::kBody;
+  }
 };
+
+// The axis-aligned bounds in the world, all parts.
+Aabb BoundsInWorld(const SimulatedObject& object);
 
 struct SimulatedScene {
   std::vector<SimulatedObject> objects;

@@ -26,13 +26,11 @@ struct ScanOptions {
 };
 
 // `noiseless` returns where the rays of the pixels meet the surfaces, to the precision of a float.
-// Otherwise: axial and lateral draws as spatially correlated fields (exponential, 4 pixels along
-// rows, 2 along columns; the lateral one displaces the ray, so that edges are ragged and slanted
-// surfaces noisier), for Kinect and RealSense a slow warp of 1.3 mm rms besides, for Kinect the
-// shadow of its projector; mixed pixels at depth edges (object -1: they lie on none), random
-// drop-outs (1.5 %) and drop-outs from 70 degrees of incidence to none left at 85. Surfaces deeper
-// than 10 m return nothing. The camera is at least one pixel large and its focal length positive.
-// Same seed, same bytes.
+// Otherwise the sensor's errors (sensor_errors.h): axial ones along the ray, lateral ones displace
+// the ray, so that edges are ragged and slanted surfaces noisier. Besides: mixed pixels at depth
+// edges (object -1: they lie on none), random drop-outs (1.5 %) and drop-outs from 70 degrees of
+// incidence to none left at 85. Surfaces deeper than 10 m and shiny ones return nothing. The camera
+// is at least one pixel large and its focal length positive. Same seed, same bytes.
 SimulatedCloud Scan(const SimulatedScene& scene, const PinholeCamera& camera,
                     const ScanOptions& options);
 

@@ -1,0 +1,20 @@
+// One shape in YAML: a map with one key that names the kind.
+#pragma once
+
+#include <array>
+#include <string_view>
+
+#include "clients/simulator/yaml_place.h"
+#include "collision/geometry/shape.h"
+
+namespace cwm::simulator {
+
+// The keys that name a shape.
+inline constexpr std::array<std::string_view, 8> kShapeKeys = {
+    "sphere", "box", "cylinder", "cone", "capsule", "plate", "half_space", "mesh"};
+
+// The shape under that key, one of kShapeKeys, of the map `place`. Meshes are read, relative to the folder of the
+// document's file.
+absl::StatusOr<Shape> ReadShape(const YamlPlace& place, std::string_view key);
+
+}  // namespace cwm::simulator

@@ -1,0 +1,129 @@
+#include "clients/simulator/yaml_place.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <utility>
+
+#include "absl/strings/numbers.h"
+#include "absl/strings/str_cat.h"
+#include "clients/formats/format_error.h"
+#include "clients/formats/scalar.h"
+
+namespace cwm::simulator {
+namespace {
+
+YAML::Node Nothing() { return YAML::Node(YAML::NodeType::Undefined); }
+
+std::string Listed(std::initializer_list<std::string_view> names) {
+  std::string list;
+  for (const std::string_view name : names) {
+    if (!list.empty()) list += ", ";
+    list += name;
+  }
+  return list;
+}
+
+int LineOf(const YAML::Node& node, int around) {
+  if (!node.IsDefined() || node.Mark().is_null()) return around;
+  return node.Mark().line + 1;
+}
+
+}  // namespace
+
+YamlPlace::YamlPlace(YAML::Node node, std::string file)
+    : YamlPlace(node, std::move(file), "", LineOf(node, 1)) {}
+
+YamlPlace::YamlPlace(YAML::Node node, std::string file, std::string path, int line)
+    : node_(std::move(node)), file_(std::move(file)), path_(std::move(path)), line_(line) {}
+
+absl::Status YamlPlace::Error(std::string_view rule) const {
+  const bool is_scalar = node_.IsDefined() && node_.IsScalar();
+  return formats::FileError(absl::StrCat(file_, ":", line_),
+                            {.field = path_.empty() ? "the document" : path_,
+                             .value = is_scalar ? node_.Scalar() : "",
+                             .rule = std::string(rule)});
+}
+
+bool YamlPlace::Has(std::string_view key) const {
+  return is_map() && node_[std::string(key)].IsDefined();
+}
+
+YamlPlace YamlPlace::operator[](std::string_view key) const {
+  const std::string name(key);
+  YAML::Node found = is_map() ? node_[name] : Nothing();
+  const int line = LineOf(found, line_);
+  return {std::move(found), file_, path_.empty() ? name : absl::StrCat(path_, ".", name), line};
+}
+
+YamlPlace YamlPlace::operator[](std::size_t index) const {
+  YAML::Node found = node_[index];
+  const int line = LineOf(found, line_);
+  return {std::move(found), file_, absl::StrCat(path_, "[", index, "]"), line};
+}
+
+absl::Status YamlPlace::CheckKeys(std::initializer_list<std::string_view> allowed) const {
+  const std::string names = allowed.size() == 0 ? "none" : Listed(allowed);
+  if (!is_map()) return Error(absl::StrCat("must be a map; known keys are ", names));
+  std::set<std::string> seen;
+  for (const auto& entry : node_) {
+    const std::string key = entry.first.IsScalar() ? formats::Printable(entry.first.Scalar()) : "?";
+    const YamlPlace place(Nothing(), file_, path_.empty() ? key : absl::StrCat(path_, ".", key),
+                          LineOf(entry.first, line_));
+    const bool known = std::find(allowed.begin(), allowed.end(), key) != allowed.end();
+    if (!known) return place.Error(absl::StrCat("is no known key; known are ", names));
+    if (!seen.insert(key).second) return place.Error("stands here twice");
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<std::string> YamlPlace::ReadText() const {
+  if (!present()) return Error("is missing");
+  if (!node_.IsScalar() || node_.Scalar().empty()) return Error("must be a text");
+  return node_.Scalar();
+}
+
+absl::StatusOr<bool> YamlPlace::ReadFlag() const {
+  if (node_.IsDefined() && node_.IsScalar()) {
+    if (node_.Scalar() == "true") return true;
+    if (node_.Scalar() == "false") return false;
+  }
+  return Error("must be true or false");
+}
+
+absl::StatusOr<double> YamlPlace::ReadNumber() const {
+  if (!present()) return Error("is missing");
+  char bytes[sizeof(double)];
+  const bool is_number = node_.IsScalar() &&
+                         formats::ParseScalar(node_.Scalar(), formats::Scalar::kF64, bytes) &&
+                         std::isfinite(formats::ToDouble(bytes, formats::Scalar::kF64));
+  if (!is_number) return Error("must be a finite number");
+  return formats::ToDouble(bytes, formats::Scalar::kF64);
+}
+
+absl::StatusOr<int> YamlPlace::ReadInteger(int least, int most) const {
+  int value = 0;
+  const bool good = node_.IsDefined() && node_.IsScalar() &&
+                    absl::SimpleAtoi(node_.Scalar(), &value) && value >= least && value <= most;
+  if (!good) {
+    return Error(absl::StrCat(present() ? "" : "is missing, ", "must be a whole number from ",
+                              least, " to ", most));
+  }
+  return value;
+}
+
+absl::StatusOr<std::vector<double>> YamlPlace::ReadNumbers(std::size_t count) const {
+  if (!present()) return Error("is missing");
+  if (!is_list() || size() != count) {
+    return Error(absl::StrCat("must be a list of ", count, " numbers"));
+  }
+  std::vector<double> values;
+  for (std::size_t i = 0; i < count; ++i) {
+    const auto value = (*this)[i].ReadNumber();
+    if (!value.ok()) return value.status();
+    values.push_back(*value);
+  }
+  return values;
+}
+
+}  // namespace cwm::simulator

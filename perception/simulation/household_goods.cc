@@ -1,0 +1,124 @@
+#include "perception/simulation/household_goods.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <numbers>
+#include <string>
+#include <utility>
+
+#include "collision/geometry/aabb.h"
+
+namespace cwm::perception {
+namespace {
+
+double Radians(double degrees) { return degrees * std::numbers::pi / 180; }
+
+Quaternion AboutY(double angle_rad) {
+  return Quaternion(Eigen::AngleAxisd(angle_rad, Vector3::UnitY()));
+}
+
+// The shape, turned, with its lowest point on z = 0 and its centre above the frame's origin.
+SimulatedObject Resting(GoodKind kind, Shape shape, const Quaternion& turn) {
+  Pose X_OS = MakePose(Vector3::Zero(), turn);
+  X_OS.translation().z() = -TightBounds(shape, X_OS).min().z();
+  return {.name = std::string(NameOf(kind)), .parts = {{.X_FS = X_OS, .shape = std::move(shape)}}};
+}
+
+// The tilt from upright beyond which a thing of this foot and height falls over, and a little or a
+// lot more: between a book that nearly stands and a board that slid down.
+double DrawLean_rad(double half_foot_m, double half_height_m, RandomDraws& draws) {
+  return std::atan2(half_foot_m, half_height_m) + Radians(draws.Uniform(4, 30));
+}
+
+// Beyond this height over foot a thing is knocked over by touching the table.
+constexpr double kMostSlender = 4;
+
+SimulatedObject DrawCylinder(Rest rest, RandomDraws& draws) {
+  const Cylinder cylinder{.radius_m = draws.Uniform(0.015, 0.060),
+                          .length_m = draws.Uniform(0.04, 0.25)};
+  const double slenderness = cylinder.length_m / (2 * cylinder.radius_m);
+  if (slenderness < 0.8) rest = Rest::kStanding;  // a disc would roll away
+  if (rest == Rest::kStanding && slenderness > kMostSlender) rest = Rest::kLying;
+  if (rest == Rest::kLeaning && slenderness < 1.5) rest = Rest::kLying;
+  double tilt_rad = 0;
+  if (rest == Rest::kLying) tilt_rad = Radians(90);
+  if (rest == Rest::kLeaning) {
+    tilt_rad = DrawLean_rad(cylinder.radius_m, 0.5 * cylinder.length_m, draws);
+  }
+  return Resting(GoodKind::kCylinder, cylinder, AboutY(tilt_rad));
+}
+
+SimulatedObject DrawSphere(RandomDraws& draws) {
+  return Resting(GoodKind::kSphere, Sphere{.radius_m = draws.Uniform(0.020, 0.060)},
+                 Quaternion::Identity());
+}
+
+SimulatedObject DrawCup(Rest rest, RandomDraws& draws) {
+  const double half_angle_rad = Radians(draws.Uniform(4, 15));
+  const double length_m = draws.Uniform(0.05, 0.14);
+  const double narrow_m = draws.Uniform(0.020, 0.035);
+  const double wide_m = narrow_m + length_m * std::tan(half_angle_rad);
+  const bool turned_over = draws.Uniform() < 0.4;
+  const Cone cup{.radius_bottom_m = turned_over ? wide_m : narrow_m,
+                 .radius_top_m = turned_over ? narrow_m : wide_m,
+                 .length_m = length_m};
+  if (rest != Rest::kLying) return Resting(GoodKind::kCup, cup, Quaternion::Identity());
+  // The axis rises or falls by the half angle, so that the generatrix below it is level.
+  const double slope_rad = turned_over ? -half_angle_rad : half_angle_rad;
+  return Resting(GoodKind::kCup, cup, AboutY(Radians(90) - slope_rad));
+}
+
+// Small ones more often: the square of a uniform draw.
+double DrawEdge_m(RandomDraws& draws) {
+  const double share = draws.Uniform();
+  return 0.04 + 0.26 * share * share;
+}
+
+SimulatedObject DrawBox(Rest rest, RandomDraws& draws) {
+  Vector3 size_m{DrawEdge_m(draws), DrawEdge_m(draws), DrawEdge_m(draws)};
+  if (rest == Rest::kLeaning) {  // on the longest, thin way towards what holds it
+    std::sort(size_m.begin(), size_m.end());
+    if (size_m.z() > 1.8 * size_m.x()) {
+      const double lean_rad = DrawLean_rad(0.5 * size_m.x(), 0.5 * size_m.z(), draws);
+      return Resting(GoodKind::kBox, Box{.size_m = size_m}, AboutY(lean_rad));
+    }
+  }
+  const double least_foot_m = std::min(size_m.x(), size_m.y());
+  if (size_m.z() > kMostSlender * least_foot_m) {
+    std::sort(size_m.begin(), size_m.end(), std::greater<>());  // flat instead
+  }
+  return Resting(GoodKind::kBox, Box{.size_m = size_m}, Quaternion::Identity());
+}
+
+}  // namespace
+
+std::string_view NameOf(GoodKind kind) {
+  switch (kind) {
+    case GoodKind::kCylinder:
+      return "cylinder";
+    case GoodKind::kSphere:
+      return "sphere";
+    case GoodKind::kCup:
+      return "cup";
+    case GoodKind::kBox:
+      return "box";
+  }
+  return "box";
+}
+
+SimulatedObject DrawGood(GoodKind kind, Rest rest, RandomDraws& draws) {
+  switch (kind) {
+    case GoodKind::kCylinder:
+      return DrawCylinder(rest, draws);
+    case GoodKind::kSphere:
+      return DrawSphere(draws);
+    case GoodKind::kCup:
+      return DrawCup(rest, draws);
+    case GoodKind::kBox:
+      return DrawBox(rest, draws);
+  }
+  return DrawBox(rest, draws);
+}
+
+}  // namespace cwm::perception

@@ -1,0 +1,69 @@
+#include "perception/simulation/proposals.h"
+
+#include <cmath>
+#include <string>
+#include <utility>
+
+namespace cwm::perception {
+namespace {
+
+std::optional<Proposal> Judged(const Arrangement& arrangement,
+                               std::optional<SimulatedObject> object, Touching touching) {
+  if (!object) return std::nullopt;
+  auto shares = arrangement.HiddenSharesWith(*object, touching);
+  if (!shares) return std::nullopt;
+  return Proposal{.object = *std::move(object), .hidden_shares = *std::move(shares)};
+}
+
+std::size_t Below(std::size_t count, RandomDraws& draws) {
+  return static_cast<std::size_t>(draws.Below(static_cast<int>(count)));
+}
+
+}  // namespace
+
+std::optional<Proposal> ProposeWithin(const Disc& disc, const Arrangement& arrangement,
+                                      const RestingArea& area, const SimulatedObject& thing,
+                                      RandomDraws& draws) {
+  const Spot spot = DrawSpot(disc.middle_W, disc.radius_m, draws);
+  return Judged(arrangement, PutDown(thing, area, spot), std::nullopt);
+}
+
+std::optional<Proposal> ProposeLeaning(const Arrangement& arrangement, const RestingArea& area,
+                                       const SimulatedObject& thing, RandomDraws& draws) {
+  const std::size_t index = Below(arrangement.scene().objects.size(), draws);
+  const SimulatedObject& neighbour = arrangement.object(index);
+  if (!Holds(neighbour, thing)) return std::nullopt;
+  const Side side = DrawLeaningSide(neighbour, draws);
+  return Judged(arrangement, PushAgainst(thing, area, neighbour, side), index);
+}
+
+std::optional<Proposal> ProposeBeside(const Arrangement& arrangement, const RestingArea& area,
+                                      const SimulatedObject& thing, RandomDraws& draws) {
+  const std::size_t first = arrangement.furniture_count();
+  const std::size_t count = arrangement.scene().objects.size() - first;
+  if (count == 0) return std::nullopt;
+  const std::size_t index = first + Below(count, draws);
+  const Side side = DrawSide(draws);
+  const double back_m = draws.Uniform(-0.04, 0.04);
+  auto object = PushAgainst(thing, area, arrangement.object(index), side);
+  if (!object || back_m <= 0) return Judged(arrangement, std::move(object), index);
+  object->X_WO.pretranslate(
+      Vector3(back_m * std::cos(side.direction_rad), back_m * std::sin(side.direction_rad), 0));
+  return Judged(arrangement, std::move(object), std::nullopt);
+}
+
+std::optional<Proposal> ProposeTouching(std::size_t neighbour, const Arrangement& arrangement,
+                                        const RestingArea& area, const SimulatedObject& thing,
+                                        RandomDraws& draws) {
+  const Side side = DrawSide(draws);
+  return Judged(arrangement, PushAgainst(thing, area, arrangement.object(neighbour), side),
+                neighbour);
+}
+
+void AddNumbered(Proposal proposal, Arrangement& arrangement) {
+  const std::size_t number = arrangement.scene().objects.size() + 1 - arrangement.furniture_count();
+  proposal.object.name += "_" + std::to_string(number);
+  arrangement.Add(std::move(proposal.object));
+}
+
+}  // namespace cwm::perception

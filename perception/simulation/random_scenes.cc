@@ -1,0 +1,22 @@
+#include "perception/simulation/random_scenes.h"
+
+#include "perception/simulation/kitchen_scenes.h"
+#include "perception/simulation/table_scenes.h"
+
+namespace cwm::perception {
+
+SimulatedView RandomScene(SceneFamily family, std::uint64_t seed) {
+  switch (family) {
+    case SceneFamily::kTable:
+      return RandomTableView(seed);
+    case SceneFamily::kClutter:
+      return RandomClutterView(seed);
+    case SceneFamily::kKitchen:
+      return RandomKitchenView(seed);
+    case SceneFamily::kVessels:
+      return RandomVesselView(seed);
+  }
+  return RandomTableView(seed);
+}
+
+}  // namespace cwm::perception

@@ -1,0 +1,32 @@
+// Scenes drawn at random with a camera that sees them: what perception is measured on.
+#pragma once
+
+#include <cstdint>
+
+#include "perception/simulation/simulated_scene.h"
+
+namespace cwm::perception {
+
+// kTable    a table with 4 to 9 separate things (cylinders, spheres, cups, boxes) that hide at most
+//           a fifth of each other, seen from 0.6 to 1.2 m and 20 to 70 degrees above, from any
+//           side. About a third of those that can lie or lean do; a leaning one touches what holds
+//           it, all others are at least 20 mm apart.
+// kClutter  the same with 8 to 16 things closer together, some of them touching: 20 to 70 % of many
+//           of them is hidden, never more.
+// kKitchen  a wall, a counter on its cabinet with fronts, a shelf above, a lower side table, and on
+//           each of them packets, cans, mugs, pans and jugs.
+// kVessels  a table with mugs, pans and jugs, and boxes that touch some of them where a handle
+//           could be.
+enum class SceneFamily { kTable, kClutter, kKitchen, kVessels };
+
+struct SimulatedView {
+  SimulatedScene scene;
+  PinholeCamera camera;
+};
+
+// World: z up, floor at z = 0. Nothing interpenetrates; every object that is no furniture is at
+// least partly in view. Furniture comes first, supports before all else. The names are unique. Same
+// seed, same bytes.
+SimulatedView RandomScene(SceneFamily family, std::uint64_t seed);
+
+}  // namespace cwm::perception

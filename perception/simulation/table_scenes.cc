@@ -1,0 +1,206 @@
+#include "perception/simulation/table_scenes.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include "perception/simulation/furniture.h"
+#include "perception/simulation/household_goods.h"
+#include "perception/simulation/look_at.h"
+#include "perception/simulation/proposals.h"
+#include "perception/simulation/vessels.h"
+
+namespace cwm::perception {
+namespace {
+
+double Radians(double degrees) { return degrees * std::numbers::pi / 180; }
+
+Eigen::AlignedBox2d Centred(const Vector2& middle, const Vector2& size_m) {
+  return {middle - 0.5 * size_m, middle + 0.5 * size_m};
+}
+
+struct Table {
+  RestingArea area;
+  Disc spread;  // where objects go
+  Arrangement arrangement;
+
+  std::size_t thing_count() const {
+    return arrangement.scene().objects.size() - arrangement.furniture_count();
+  }
+};
+
+// The middle of the objects is the world's z axis, which the camera's axis meets.
+Table DrawTable(const ArrangementRules& rules, RandomDraws& draws) {
+  const double top_m = draws.Uniform(0.65, 0.95);  // dining tables to counters
+  const Vector2 size_m{draws.Uniform(1.1, 1.7), draws.Uniform(0.8, 1.1)};
+  const Vector2 middle{draws.Uniform(-0.15, 0.15), draws.Uniform(-0.10, 0.10)};
+  const RestingArea area{.area_W = Centred(middle, size_m), .top_m = top_m};
+  SimulatedScene scene;
+  scene.objects.push_back(MakeTop(
+      "table", {.area_W = area.area_W, .top_m = top_m, .thickness_m = draws.Uniform(0.02, 0.04)}));
+  if (draws.Uniform() < 0.5) {
+    const Eigen::AlignedBox2d floor = Centred(Vector2::Zero(), {3, 3});
+    scene.objects.push_back(MakeTop("floor", {.area_W = floor, .top_m = 0, .thickness_m = 0.1}));
+  }
+  const ViewingDirection view{.distance_m = draws.Uniform(0.6, 1.2),
+                              .down_rad = Radians(draws.Uniform(20, 70)),
+                              .azimuth_rad = Radians(draws.Uniform(0, 360))};
+  PinholeCamera camera;
+  camera.X_WC = LookAt(Vector3(0, 0, top_m + 0.05), view);  // half the height of a usual thing
+  // Nearly to the border of the image, which is 0.46 (down) to 0.61 (across) of the distance away.
+  return {.area = area,
+          .spread = {.radius_m = 0.42 * view.distance_m},
+          .arrangement = Arrangement(std::move(scene), camera, rules)};
+}
+
+// Draws of a tilted rest that turn out to be impossible (spheres, discs, nobody who holds) are made
+// up for here, so that a third remains.
+Rest DrawRest(GoodKind kind, RandomDraws& draws) {
+  constexpr double kTilted = 0.42;
+  constexpr double kLeaningCylinders = 0.3;  // of the tilted ones
+  const double share = draws.Uniform();
+  const double lean = draws.Uniform();
+  if (share > kTilted) return Rest::kStanding;
+  if (kind == GoodKind::kBox) return Rest::kLeaning;
+  if (kind == GoodKind::kCylinder && lean < kLeaningCylinders) return Rest::kLeaning;
+  return Rest::kLying;
+}
+
+SimulatedObject DrawThing(RandomDraws& draws) {
+  const auto kind = static_cast<GoodKind>(draws.Below(kGoodKindCount));
+  const Rest rest = DrawRest(kind, draws);
+  return DrawGood(kind, rest, draws);
+}
+
+// A thing that something has to hold: neither upright nor on its side. A cup's axis is level by its
+// half angle when it lies.
+bool Leans(const SimulatedObject& thing) {
+  constexpr double kRounding = 1e-9;
+  const Placed<>& part = thing.parts.front();
+  const double upright = std::abs(part.X_FS.linear()(2, 2));
+  return !std::holds_alternative<Cone>(part.shape) && upright > kRounding &&
+         upright < 1 - kRounding;
+}
+
+constexpr int kAttempts = 40;  // a table with room for a thing has it within a few
+// Drawn per thing that is wanted; those that find no place are left out.
+constexpr int kDrawsPerThing = 6;
+
+// Separate things.
+void FillTable(int wanted, Table& table, RandomDraws& draws) {
+  for (int i = 0, added = 0; i < kDrawsPerThing * wanted && added < wanted; ++i) {
+    const SimulatedObject thing = DrawThing(draws);
+    for (int attempt = 0; attempt < kAttempts; ++attempt) {
+      auto proposal =
+          Leans(thing) ? ProposeLeaning(table.arrangement, table.area, thing, draws)
+                       : ProposeWithin(table.spread, table.arrangement, table.area, thing, draws);
+      if (!proposal) continue;
+      AddNumbered(*std::move(proposal), table.arrangement);
+      ++added;
+      break;
+    }
+  }
+}
+
+std::ptrdiff_t CountHidden(const Proposal& proposal) {
+  constexpr double kHiddenInPart = 0.2;
+  return std::count_if(proposal.hidden_shares.begin(), proposal.hidden_shares.end(),
+                       [](double share) { return share >= kHiddenInPart; });
+}
+
+std::optional<Proposal> ProposeInClutter(const Table& table, const SimulatedObject& thing,
+                                         RandomDraws& draws) {
+  constexpr double kBeside = 0.7;
+  // Heaps grow outwards from where they begin.
+  const Disc middle{.middle_W = table.spread.middle_W, .radius_m = 0.6 * table.spread.radius_m};
+  if (Leans(thing)) return ProposeLeaning(table.arrangement, table.area, thing, draws);
+  if (draws.Uniform() < kBeside) {
+    return ProposeBeside(table.arrangement, table.area, thing, draws);
+  }
+  return ProposeWithin(middle, table.arrangement, table.area, thing, draws);
+}
+
+// Of several places for each thing the one that leaves most of all things hidden in part.
+void FillClutter(int wanted, Table& table, RandomDraws& draws) {
+  for (int i = 0, added = 0; i < kDrawsPerThing * wanted && added < wanted; ++i) {
+    const SimulatedObject thing = DrawThing(draws);
+    std::optional<Proposal> best;
+    for (int attempt = 0; attempt < kAttempts; ++attempt) {
+      auto proposal = ProposeInClutter(table, thing, draws);
+      if (proposal && (!best || CountHidden(*proposal) > CountHidden(*best))) best = proposal;
+    }
+    if (!best) continue;
+    AddNumbered(*std::move(best), table.arrangement);
+    ++added;
+  }
+}
+
+// Of the size of a handle with the space behind it, to a packet of tea.
+SimulatedObject DrawSmallBox(RandomDraws& draws) {
+  constexpr double kLargest_m = 0.12;
+  for (;;) {
+    SimulatedObject box = DrawGood(GoodKind::kBox, Rest::kStanding, draws);
+    if (BoundsInWorld(box).sizes().maxCoeff() <= kLargest_m) return box;
+  }
+}
+
+// About two thirds of `wanted` are vessels; the rest are small boxes that touch one of them.
+void FillVessels(int wanted, Table& table, RandomDraws& draws) {
+  const int vessels = (2 * wanted + 2) / 3;
+  for (int i = 0, added = 0; i < kDrawsPerThing * wanted && added < wanted; ++i) {
+    const bool is_vessel = added < vessels;
+    const SimulatedObject thing =
+        is_vessel ? DrawVessel(DrawVesselKind(draws), draws) : DrawSmallBox(draws);
+    for (int attempt = 0; attempt < kAttempts; ++attempt) {
+      auto proposal = is_vessel
+                          ? ProposeWithin(table.spread, table.arrangement, table.area, thing, draws)
+                          : ProposeTouching(table.arrangement.furniture_count() +
+                                                static_cast<std::size_t>(draws.Below(vessels)),
+                                            table.arrangement, table.area, thing, draws);
+      if (!proposal) continue;
+      AddNumbered(*std::move(proposal), table.arrangement);
+      ++added;
+      break;
+    }
+  }
+}
+
+struct Count {
+  int least = 0;
+  int most = 0;
+};
+
+// A view in which too few things found a place is drawn anew.
+SimulatedView DrawView(SceneFamily family, std::uint64_t seed, const Count& count,
+                       const ArrangementRules& rules, void (*fill)(int, Table&, RandomDraws&)) {
+  constexpr std::uint64_t kFamilies =
+      16;  // more than there are: each draws from streams of its own
+  for (auto stream = static_cast<std::uint64_t>(family);; stream += kFamilies) {
+    RandomDraws draws(seed, stream);
+    const int wanted = count.least + draws.Below(count.most - count.least + 1);
+    Table table = DrawTable(rules, draws);
+    fill(wanted, table, draws);
+    if (table.thing_count() < static_cast<std::size_t>(count.least)) continue;
+    return {.scene = table.arrangement.scene(), .camera = table.arrangement.camera()};
+  }
+}
+
+}  // namespace
+
+SimulatedView RandomTableView(std::uint64_t seed) {
+  return DrawView(SceneFamily::kTable, seed, {.least = 4, .most = 9},
+                  {.least_gap_m = 0.02, .most_hidden = 0.2}, FillTable);
+}
+
+SimulatedView RandomClutterView(std::uint64_t seed) {
+  return DrawView(SceneFamily::kClutter, seed, {.least = 8, .most = 16},
+                  {.least_gap_m = 0.003, .most_hidden = 0.7}, FillClutter);
+}
+
+SimulatedView RandomVesselView(std::uint64_t seed) {
+  return DrawView(SceneFamily::kVessels, seed, {.least = 4, .most = 8},
+                  {.least_gap_m = 0.02, .most_hidden = 0.35}, FillVessels);
+}
+
+}  // namespace cwm::perception

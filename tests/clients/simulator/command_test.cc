@@ -1,0 +1,126 @@
+// The program itself, run as a shell would.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "clients/formats/cloud_reader.h"
+#include "clients/formats/file_bytes.h"
+#include "tests/support/process.h"
+
+namespace cwm::simulator {
+namespace {
+
+using testing::Finished;
+using ::testing::HasSubstr;
+using testing::ScratchDirectory;
+
+constexpr int kUsage = 1;
+constexpr int kBadInput = 8;
+
+Finished Simulate(std::vector<std::string> arguments) {
+  const char* folder = std::getenv("CWM_BIN");
+  arguments.insert(arguments.begin(),
+                   std::string(folder == nullptr ? "." : folder) + "/cwm-simulator");
+  return testing::RunProgram(arguments);
+}
+
+nlohmann::json ReadJson(const std::string& path) {
+  return nlohmann::json::parse(formats::ReadFileBytes(path).value());
+}
+
+formats::CloudFile ReadCloudFile(const std::string& path) {
+  return formats::ReadCloud(path).value();
+}
+
+TEST(Simulator, SeesTheSameInASceneThatItWrote) {
+  const ScratchDirectory scratch;
+  const Finished made =
+      Simulate({"--random", "vessels", "--seed", "5", "--noiseless", "--write-scene",
+                scratch / "s.yaml", "--out", scratch / "a.pcd", "--truth", scratch / "a.json"});
+  ASSERT_EQ(made.exit_code, 0) << made.err;
+  const Finished read = Simulate({"--scene", scratch / "s.yaml", "--noiseless", "--out",
+                                  scratch / "b.pcd", "--truth", scratch / "b.json"});
+  ASSERT_EQ(read.exit_code, 0) << read.err;
+  const auto a = ReadJson(scratch / "a.json");
+  const auto b = ReadJson(scratch / "b.json");
+  ASSERT_EQ(a.at("objects").size(), b.at("objects").size());
+  for (std::size_t i = 0; i < a.at("objects").size(); ++i) {
+    const auto& x = a.at("objects")[i];
+    const auto& y = b.at("objects")[i];
+    EXPECT_EQ(x.at("name"), y.at("name"));
+    EXPECT_EQ(x.at("label"), y.at("label"));
+    // The rounding of poses moves no more than a pixel of the border.
+    EXPECT_NEAR(x.at("visible_points").get<double>(), y.at("visible_points").get<double>(), 2);
+  }
+}
+
+TEST(Simulator, GivesTheSameBytesForTheSameSeed) {
+  const ScratchDirectory scratch;
+  const std::vector<std::string> names = {scratch / "1.pcd", scratch / "2.pcd", scratch / "3.pcd"};
+  const std::vector<std::string> seeds = {"4", "4", "5"};
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    ASSERT_EQ(Simulate({"--random", "table", "--seed", seeds[i], "--labels", "--out", names[i]})
+                  .exit_code,
+              0);
+  }
+  EXPECT_EQ(formats::ReadFileBytes(names[0]).value(), formats::ReadFileBytes(names[1]).value());
+  EXPECT_NE(formats::ReadFileBytes(names[0]).value(), formats::ReadFileBytes(names[2]).value());
+}
+
+TEST(Simulator, TakesEverySensor) {
+  const ScratchDirectory scratch;
+  for (const char* sensor :
+       {"kinect", "realsense", "time_of_flight", "tilting_laser", "sick_lms400", "0.003"}) {
+    const Finished run = Simulate({"--sensor", sensor, "--out", scratch / "a.pcd"});
+    EXPECT_EQ(run.exit_code, 0) << sensor << run.err;
+    EXPECT_EQ(ReadCloudFile(scratch / "a.pcd").size(), 640 * 480);
+  }
+}
+
+TEST(Simulator, PutsViewsTogetherAndShuffles) {
+  const ScratchDirectory scratch;
+  const Finished run = Simulate({"--views", "3", "--shuffle", "--up-error-deg", "2", "--labels",
+                                 "--out", scratch / "a.pcd", "--truth", scratch / "a.json"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const formats::CloudFile cloud = ReadCloudFile(scratch / "a.pcd");
+  EXPECT_EQ(cloud.height, 1);
+  EXPECT_GT(cloud.width, 2 * 640 * 480);
+  EXPECT_NE(cloud.Find("label"), nullptr);
+  const auto truth = ReadJson(scratch / "a.json");
+  EXPECT_EQ(truth.at("views").size(), 3U);
+  EXPECT_EQ(truth.at("width"), cloud.width);
+  EXPECT_EQ(truth.at("height"), 1);
+}
+
+TEST(Simulator, SaysWhatIsWrong) {
+  const ScratchDirectory scratch;
+  struct Case {
+    std::vector<std::string> arguments;
+    int exit_code;
+    std::string says;
+  };
+  for (const Case& wrong : {
+           Case{{"--scene", scratch / "none.yaml", "--out", scratch / "a.pcd"},
+                kBadInput,
+                "none.yaml"},
+           Case{{"--sensor", "sonar", "--out", scratch / "a.pcd"}, kBadInput, "sick_lms400"},
+           Case{{}, kBadInput, "--out is missing"},
+           Case{{"--random", "garden", "--out", scratch / "a.pcd"}, kUsage, "garden"},
+           Case{{"--random", "table", "--scene", "kitchen", "--out", scratch / "a.pcd"},
+                kUsage,
+                "--scene"},
+           Case{{"--views", "0", "--out", scratch / "a.pcd"}, kUsage, "--views"},
+           Case{{"--up-error-deg", "nan", "--out", scratch / "a.pcd"}, kBadInput, "finite"},
+       }) {
+    const Finished run = Simulate(wrong.arguments);
+    EXPECT_EQ(run.exit_code, wrong.exit_code) << wrong.says << run.err;
+    EXPECT_THAT(run.err, HasSubstr(wrong.says));
+  }
+}
+
+}  // namespace
+}  // namespace cwm::simulator
