@@ -14,7 +14,7 @@ namespace cwm::simulator {
 namespace {
 
 using perception::Finish;
-using perception::PartRole;
+using perception::PieceRole;
 using perception::PinholeCamera;
 using perception::SimulatedObject;
 using perception::SimulatedView;
@@ -126,13 +126,13 @@ absl::StatusOr<PinholeCamera> ReadCamera(const YamlPlace& place) {
   return camera;
 }
 
-absl::StatusOr<PartRole> ReadRole(const YamlPlace& place) {
-  if (!place.present()) return PartRole::kBody;
+absl::StatusOr<PieceRole> ReadRole(const YamlPlace& place) {
+  if (!place.present()) return PieceRole::kBody;
   const auto text = place.ReadText();
   if (!text.ok()) return text.status();
-  if (*text == "body") return PartRole::kBody;
-  if (*text == "handle") return PartRole::kHandle;
-  if (*text == "spout") return PartRole::kSpout;
+  if (*text == "body") return PieceRole::kBody;
+  if (*text == "handle") return PieceRole::kHandle;
+  if (*text == "spout") return PieceRole::kSpout;
   return place.Error("must be body, handle or spout");
 }
 

@@ -14,7 +14,7 @@ namespace cwm::simulator {
 namespace {
 
 using perception::Finish;
-using perception::PartRole;
+using perception::PieceRole;
 using perception::PinholeCamera;
 using perception::SimulatedObject;
 using perception::SimulatedView;
@@ -48,13 +48,13 @@ void EmitPose(YAML::Emitter& out, const Pose& pose) {
   out << YAML::EndMap;
 }
 
-std::string_view NameOf(PartRole role) {
+std::string_view NameOf(PieceRole role) {
   switch (role) {
-    case PartRole::kBody:
+    case PieceRole::kBody:
       return "body";
-    case PartRole::kHandle:
+    case PieceRole::kHandle:
       return "handle";
-    case PartRole::kSpout:
+    case PieceRole::kSpout:
       return "spout";
   }
   return "body";
@@ -160,7 +160,7 @@ absl::Status EmitObject(YAML::Emitter& out, const SimulatedObject& object,
     if (!status.ok()) return status;
     out << YAML::EndMap;
     EmitPose(out, part.X_FS);
-    if (object.RoleOf(i) != PartRole::kBody) {
+    if (object.RoleOf(i) != PieceRole::kBody) {
       out << YAML::Key << "role" << YAML::Value << std::string(NameOf(object.RoleOf(i)));
     }
     out << YAML::EndMap;

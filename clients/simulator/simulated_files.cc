@@ -121,13 +121,13 @@ PointCounts CountPoints(const perception::SimulatedCloud& scan) {
   return counts;
 }
 
-std::string_view NameOf(perception::PartRole role) {
+std::string_view NameOf(perception::PieceRole role) {
   switch (role) {
-    case perception::PartRole::kBody:
+    case perception::PieceRole::kBody:
       return "body";
-    case perception::PartRole::kHandle:
+    case perception::PieceRole::kHandle:
       return "handle";
-    case perception::PartRole::kSpout:
+    case perception::PieceRole::kSpout:
       return "spout";
   }
   return "body";

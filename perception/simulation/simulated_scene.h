@@ -10,7 +10,7 @@
 namespace cwm::perception {
 
 // What a part is to its object. Handles are what graspers look for; spouts resemble them.
-enum class PartRole { kBody, kHandle, kSpout };
+enum class PieceRole { kBody, kHandle, kSpout };
 
 // Shiny surfaces hide what is behind them and return nothing themselves.
 enum class Finish { kMatt, kShiny };
@@ -20,11 +20,12 @@ struct SimulatedObject {
   std::vector<Placed<>> parts = {};  // in the object's frame; the last letter of X_FS is the part
   Pose X_WO = Pose::Identity();
   bool is_support = false;
-  std::vector<PartRole> part_roles = {};  // of the parts in their order; bodies where it is shorter
+  std::vector<PieceRole> part_roles =
+      {};  // of the parts in their order; bodies where it is shorter
   Finish finish = Finish::kMatt;
 
-  PartRole RoleOf(std::size_t part) const {
-    return part < part_roles.size() ? part_roles[part] : PartRole::kBody;
+  PieceRole RoleOf(std::size_t part) const {
+    return part < part_roles.size() ? part_roles[part] : PieceRole::kBody;
   }
 };
 

@@ -103,7 +103,7 @@ TriangleMesh MakeSpout(const VesselWall& wall, RandomDraws& draws) {
 }
 
 struct Piece {
-  PartRole role = PartRole::kBody;
+  PieceRole role = PieceRole::kBody;
   TriangleMesh mesh;
 };
 
@@ -127,8 +127,8 @@ SimulatedObject DrawMug(RandomDraws& draws) {
   const Bow bow{.low_m = draws.Uniform(0.15, 0.25) * height_m,
                 .high_m = draws.Uniform(0.75, 0.88) * height_m,
                 .reach_m = draws.Uniform(0.022, 0.040)};
-  return Assembled(
-      "mug", {{PartRole::kBody, MakeVessel(wall)}, {PartRole::kHandle, MakeBow(wall, bow, grip)}});
+  return Assembled("mug", {{PieceRole::kBody, MakeVessel(wall)},
+                           {PieceRole::kHandle, MakeBow(wall, bow, grip)}});
 }
 
 SimulatedObject DrawPan(RandomDraws& draws) {
@@ -142,8 +142,8 @@ SimulatedObject DrawPan(RandomDraws& draws) {
   const Bar bar{.root_height_m = height_m - grip.half_thickness_m - draws.Uniform(0.002, 0.012),
                 .length_m = draws.Uniform(0.12, 0.20),
                 .rise_rad = Radians(draws.Uniform(0, 18))};
-  return Assembled(
-      "pan", {{PartRole::kBody, MakeVessel(wall)}, {PartRole::kHandle, MakeBar(wall, bar, grip)}});
+  return Assembled("pan", {{PieceRole::kBody, MakeVessel(wall)},
+                           {PieceRole::kHandle, MakeBar(wall, bar, grip)}});
 }
 
 // A foot, a belly and a neck, smooth between them.
@@ -174,9 +174,9 @@ SimulatedObject DrawJug(RandomDraws& draws) {
                 .high_m = draws.Uniform(0.8, 0.92) * height_m,
                 .reach_m = draws.Uniform(0.030, 0.055)};
   std::vector<Piece> pieces;
-  pieces.push_back({PartRole::kBody, MakeVessel(wall)});
-  pieces.push_back({PartRole::kHandle, MakeBow(wall, bow, grip)});
-  pieces.push_back({PartRole::kSpout, MakeSpout(wall, draws)});
+  pieces.push_back({PieceRole::kBody, MakeVessel(wall)});
+  pieces.push_back({PieceRole::kHandle, MakeBow(wall, bow, grip)});
+  pieces.push_back({PieceRole::kSpout, MakeSpout(wall, draws)});
   return Assembled("jug", std::move(pieces));
 }
 

@@ -16,7 +16,7 @@ namespace cwm::simulator {
 namespace {
 
 using perception::Finish;
-using perception::PartRole;
+using perception::PieceRole;
 using perception::SceneFamily;
 using perception::SimulatedObject;
 using perception::SimulatedView;
@@ -107,7 +107,7 @@ TEST(SceneFile, ReadsTheDocumentedExample) {
     EXPECT_GT(kinds[static_cast<std::size_t>(kind)], 0) << NameOf(static_cast<ShapeKind>(kind));
   }
   const SimulatedObject& mug = view->scene.objects[6];
-  EXPECT_EQ(mug.RoleOf(1), PartRole::kHandle);
+  EXPECT_EQ(mug.RoleOf(1), PieceRole::kHandle);
   const Mesh& handle = std::get<Mesh>(mug.parts[1].shape);
   EXPECT_TRUE(handle.watertight);
   // 12 mm wide; the bow's outline is 32 x 55 mm less 24 x 39 mm.

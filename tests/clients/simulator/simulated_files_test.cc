@@ -11,7 +11,7 @@
 namespace cwm::simulator {
 namespace {
 
-using perception::PartRole;
+using perception::PieceRole;
 using perception::SceneFamily;
 using perception::SimulatedView;
 
@@ -47,7 +47,7 @@ TEST(TrueLabels, FollowTheSchemeDownToTheParts) {
     ASSERT_EQ(labels[p] / 10, number_of[index] + 1);
     const auto part = static_cast<std::uint32_t>(scan.cloud.part[p]);
     ASSERT_EQ(labels[p] % 10, object.parts.size() == 1 ? 0 : part + 1);
-    if (object.RoleOf(part) == PartRole::kHandle) handle_labels.insert(labels[p]);
+    if (object.RoleOf(part) == PieceRole::kHandle) handle_labels.insert(labels[p]);
   }
   EXPECT_GT(handle_labels.size(), 0U);
 }

@@ -78,8 +78,9 @@ TEST_P(Vessels, AreWatertightPartsWithOneHandleThatStandOnTheirFoot) {
   for (int i = 0; i < 20; ++i) {
     const SimulatedObject vessel = DrawVessel(GetParam(), draws);
     EXPECT_NEAR(BoundsInWorld(vessel).min().z(), 0, 1e-12) << vessel.name;
-    EXPECT_EQ(vessel.RoleOf(0), PartRole::kBody);
-    EXPECT_EQ(std::count(vessel.part_roles.begin(), vessel.part_roles.end(), PartRole::kHandle), 1);
+    EXPECT_EQ(vessel.RoleOf(0), PieceRole::kBody);
+    EXPECT_EQ(std::count(vessel.part_roles.begin(), vessel.part_roles.end(), PieceRole::kHandle),
+              1);
     ASSERT_EQ(vessel.parts.size(), vessel.part_roles.size());
     for (const Placed<>& part : vessel.parts) {
       ASSERT_TRUE(std::get<Mesh>(part.shape).watertight) << vessel.name;
