@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "perception/cloud/quantile.h"
+#include "perception/model/ground_contact.h"
 #include "perception/model/solid.h"
 
 namespace cwm::perception {
@@ -134,7 +135,7 @@ std::vector<Proposal> Proposals(const Candidate& leader, const CandidateList& li
   if (c.options.search_spheres) {
     if (const auto sphere = SphereModel::FromSample(fan)) proposals.push_back({*sphere});
   }
-  ProposeAround(fan, c.up, AxisFreedom::kHeld, c.options, proposals);
+  ProposeAround(fan, c.ground.up, AxisFreedom::kHeld, c.options, proposals);
   ProposeAround(fan, AxisOfFan(fan, FanCenter::kZero), AxisFreedom::kFree, c.options, proposals);
   ProposeAround(fan, AxisOfFan(fan, FanCenter::kMean), AxisFreedom::kFree, c.options, proposals);
   for (AnyModel& model : OverlappingCandidates(leader, list, c)) proposals.push_back({model});
@@ -226,10 +227,12 @@ bool FacesExplainBetter(const ShapeFit& curved, const std::vector<std::uint32_t>
   return false;
 }
 
-bool SlopeIsSignificant(const ShapeFit& cone) {
-  const double slope = std::get<ConeModel>(cone.model).slope;
-  return std::abs(slope) >
-         std::max(kLeastSlope, kLeastSlope_sigma * std::sqrt(cone.covariance(5, 5)));
+// Of cones; all others have none.
+bool SlopeIsSignificant(const ShapeFit& fit) {
+  const auto* cone = std::get_if<ConeModel>(&fit.model);
+  if (cone == nullptr) return true;
+  return std::abs(cone->slope) >
+         std::max(kLeastSlope, kLeastSlope_sigma * std::sqrt(fit.covariance(5, 5)));
 }
 
 // The index of the best rival; rivals are in the order of their degrees of freedom.
@@ -247,6 +250,35 @@ std::size_t BestOf(const std::vector<ShapeFit>& rivals, const std::vector<std::u
     }
   }
   return best;
+}
+
+double ValueOf(const ShapeFit& fit, const std::vector<std::uint32_t>& region, const FitContext& c) {
+  return EvaluateCriterion(fit.model, fit.axis, c, region).value;
+}
+
+// The best of those that lie.
+struct Lying {
+  std::optional<ShapeFit> fit;
+  double value = 0;
+
+  void Offer(std::optional<ShapeFit> other, const std::vector<std::uint32_t>& region,
+             const FitContext& c) {
+    if (!other || !HoldsLimits(*other, c) || !SlopeIsSignificant(*other)) return;
+    const double its_value = ValueOf(*other, region, c);
+    if (!fit || its_value < value) fit = std::move(other), value = its_value;
+  }
+};
+
+// The last refinement of a rival that no faces explain better and that holds its limits.
+std::optional<ShapeFit> Finished(const ShapeFit& rival, const CandidateList& candidates,
+                                 const FitContext& c) {
+  const bool curved = !IsPlane(rival.model);
+  if (curved && c.options.search_planes && FacesExplainBetter(rival, rival.inliers, c)) {
+    return std::nullopt;
+  }
+  std::optional<ShapeFit> finished = FinishFit(rival, c, candidates.available());
+  if (!finished || !HoldsLimits(*finished, c)) return std::nullopt;
+  return finished;
 }
 
 }  // namespace
@@ -296,23 +328,23 @@ bool IsSignificant(const CurvedEvidence& e, double sigma_m, double independent_s
 std::optional<ShapeFit> SelectModel(const Candidate& leader, const CandidateList& candidates,
                                     const FitContext& context) {
   std::vector<ShapeFit> rivals = FitRivals(leader, candidates, context);
+  const std::vector<std::uint32_t> all = UnionOfInliers(rivals);
+  Lying lying;
   while (!rivals.empty()) {
     context.work.Poll();
     const std::vector<std::uint32_t> region = UnionOfInliers(rivals);
     const std::size_t best = BestOf(rivals, region, context);
-    const bool curved = !IsPlane(rivals[best].model);
-    if (!curved || !context.options.search_planes ||
-        !FacesExplainBetter(rivals[best], rivals[best].inliers, context)) {
-      std::optional<ShapeFit> finished = FinishFit(rivals[best], context, candidates.available());
-      const bool is_cone = finished && std::holds_alternative<ConeModel>(finished->model);
-      if (finished && HoldsLimits(*finished, context) &&
-          (!is_cone || SlopeIsSignificant(*finished))) {
+    if (lying.fit && lying.value <= ValueOf(rivals[best], all, context)) break;
+    if (std::optional<ShapeFit> finished = Finished(rivals[best], candidates, context)) {
+      if (MayLie(*finished, context)) {
+        lying.Offer(RestOnGround(*finished, context, candidates.available()), all, context);
+      } else if (SlopeIsSignificant(*finished)) {
         return finished;
       }
     }
     rivals.erase(rivals.begin() + static_cast<std::ptrdiff_t>(best));
   }
-  return std::nullopt;
+  return lying.fit;
 }
 
 }  // namespace cwm::perception

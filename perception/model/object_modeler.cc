@@ -51,7 +51,7 @@ ObjectModel ModelObject(const OrientedPoints& points, const std::optional<Pose>&
   const Octree octree(searched);
   const Connectivity connectivity(searched);
   const Ground ground = GroundOf(X_LSupport, searched.origin_L);
-  const FitContext context{searched, octree, connectivity, noise, options, work, ground.up};
+  const FitContext context{searched, octree, connectivity, noise, options, work, ground};
   Assembly assembly = AssembleSolids(ExtractShapes(context), context, ground);
   model.notes = std::move(assembly.notes);
   model.shapes = InLevelFrame(std::move(assembly.solids), searched.origin_L);

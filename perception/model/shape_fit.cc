@@ -149,8 +149,9 @@ template <ShapeModel M>
 std::optional<FinalFit<M>> SnapToUp(const M& free, const FitContext& c,
                                     const std::vector<std::uint32_t>& inliers) {
   const Vector3* direction = DirectionOf(free);
-  if (direction == nullptr || std::abs(direction->dot(c.up)) < kSnapAngle_cos) return std::nullopt;
-  const Vector3 snapped = direction->dot(c.up) > 0 ? c.up : Vector3(-c.up);
+  if (direction == nullptr || std::abs(direction->dot(c.ground.up)) < kSnapAngle_cos)
+    return std::nullopt;
+  const Vector3 snapped = direction->dot(c.ground.up) > 0 ? c.ground.up : Vector3(-c.ground.up);
   auto held = RefineFinally(WithDirection(free, snapped), c, inliers, AxisFreedom::kHeld);
   if (!held) return std::nullopt;
   const double loss = EvaluateCriterion(held->refined.model, AxisFreedom::kHeld, c, inliers).value -
@@ -187,7 +188,8 @@ std::optional<ShapeFit> FinishOne(const M& start, const ShapeFit& fit, const Fit
                                   const std::vector<char>& available) {
   c.work.Poll();
   ShapeFit out;
-  std::optional<FinalFit<M>> best = RefineFinally(Canonical(start, c.up), c, fit.inliers, fit.axis);
+  std::optional<FinalFit<M>> best =
+      RefineFinally(Canonical(start, c.ground.up), c, fit.inliers, fit.axis);
   if (!best) return std::nullopt;
   if (fit.axis == AxisFreedom::kFree) {
     if (auto snapped = SnapToUp(best->refined.model, c, fit.inliers)) best = snapped;
@@ -223,6 +225,12 @@ Vector3 CanonicalAxis(const Vector3& axis, const Vector3& up) {
   if (std::abs(sign) < kLevel) sign = axis.x();
   if (std::abs(sign) < kLevel) sign = axis.y();
   return sign < 0 ? Vector3(-axis) : axis;
+}
+
+std::vector<std::uint32_t> ConnectedInliers(const AnyModel& model, const FitContext& context,
+                                            const std::vector<char>& available) {
+  return std::visit([&](const auto& m) { return ConnectedInliers(m, context, available, 1); },
+                    model);
 }
 
 int DegreesOfFreedom(const AnyModel& model, AxisFreedom axis) {

@@ -7,6 +7,7 @@
 
 #include "perception/cloud/work.h"
 #include "perception/model/connectivity.h"
+#include "perception/model/ground.h"
 #include "perception/model/modeler_options.h"
 #include "perception/model/octree.h"
 #include "perception/model/refine.h"
@@ -25,7 +26,7 @@ struct FitContext {
   const SensorNoise& noise;
   const ModelerOptions& options;
   const Work& work;
-  Vector3 up = Vector3::UnitZ();  // unit
+  Ground ground = {};
 
   // Independent samples behind `count` model points (neighbouring residuals are correlated).
   double IndependentSamples(std::size_t count) const {
@@ -48,6 +49,10 @@ struct ShapeFit {
 // when fewer than min_inliers measured points are left, or a radius leaves its limits.
 std::optional<ShapeFit> FitShape(const AnyModel& start, AxisFreedom axis, const FitContext& context,
                                  const std::vector<char>& available);
+
+// The largest connected component of the available points within the model's gates, ascending.
+std::vector<std::uint32_t> ConnectedInliers(const AnyModel& model, const FitContext& context,
+                                            const std::vector<char>& available);
 
 int DegreesOfFreedom(const AnyModel& model, AxisFreedom axis);
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "collision/geometry/hybrid_model.h"
+#include "perception/model/ground.h"
 #include "perception/model/shape_fit.h"
 
 namespace cwm::perception {
@@ -17,15 +18,6 @@ struct Solid {
   Shape shape;
   std::vector<std::uint32_t> inliers;   // model points
   std::vector<double> parameter_sigma;  // of Coefficients(shape, X_MS); empty where unknown
-};
-
-// The plane that the object stands on, in the frame of the model points.
-struct Ground {
-  bool known = false;
-  Vector3 up = Vector3::UnitZ();    // unit
-  Vector3 point = Vector3::Zero();  // on it
-
-  double Height_m(const Vector3& p) const { return up.dot(p - point); }
 };
 
 // Directions count as equal within this: orthogonal faces, caps, upright axes. The noise of a

@@ -1,0 +1,17 @@
+// What an object stands on, as the modeler sees it.
+#pragma once
+
+#include "collision/geometry/pose.h"
+
+namespace cwm::perception {
+
+// The plane that the object stands on, in the frame of the model points.
+struct Ground {
+  bool known = false;
+  Vector3 up = Vector3::UnitZ();    // unit
+  Vector3 point = Vector3::Zero();  // on it
+
+  double Height_m(const Vector3& p) const { return up.dot(p - point); }
+};
+
+}  // namespace cwm::perception
