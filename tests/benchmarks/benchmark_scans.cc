@@ -1,6 +1,9 @@
 #include "tests/benchmarks/benchmark_scans.h"
 
+#include <cmath>
 #include <cstring>
+#include <optional>
+#include <utility>
 
 #include "clients/formats/cloud_reader.h"
 #include "perception/simulation/virtual_scanner.h"
@@ -35,7 +38,36 @@ formats::CloudFile ToFile(const perception::PointCloud& cloud) {
   return file;
 }
 
+// A scan of another layout is no scan of this set.
+std::optional<LabelledScan> ReadLabelled(const std::string& path) {
+  const auto file = formats::ReadCloud(path);
+  if (!file.ok()) return std::nullopt;
+  const formats::CloudField* label = file->Find("label");
+  if (label == nullptr || label->size() != sizeof(std::uint32_t)) return std::nullopt;
+  LabelledScan scan;
+  scan.file = formats::Select(*file, {"x", "y", "z"});
+  scan.cloud = ToPointCloud(scan.file);
+  scan.labels.assign(scan.cloud.size(), 0);
+  for (std::size_t i = 0; i < scan.labels.size(); ++i) {
+    if (!std::isfinite(scan.cloud.points[i].z())) continue;
+    std::memcpy(&scan.labels[i], file->bytes.data() + i * file->point_step + label->offset,
+                sizeof(std::uint32_t));
+  }
+  return scan;
+}
+
 }  // namespace
+
+std::vector<LabelledScan> LoadLabelledScans() {
+  const auto directory = testing::OutsideData("mosd/learn");
+  if (!directory) return {};
+  std::vector<LabelledScan> scans;
+  for (int i = 0; i < kRealScans; ++i) {
+    auto scan = ReadLabelled(*directory + "/learn" + std::to_string(i) + ".pcd");
+    if (scan) scans.push_back(*std::move(scan));
+  }
+  return scans;
+}
 
 BenchmarkScans LoadBenchmarkScans() {
   BenchmarkScans scans;

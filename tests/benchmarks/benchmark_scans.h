@@ -1,6 +1,7 @@
 // The scans that benchmarks run on: real ones where they are at hand, else the virtual scanner's.
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -17,5 +18,15 @@ struct BenchmarkScans {
 
 // Every fifth of the labelled Kinect scans (mosd/learn in CWM_DATA), or nine random tables.
 BenchmarkScans LoadBenchmarkScans();
+
+// One of the 45 labelled Kinect scans.
+struct LabelledScan {
+  perception::PointCloud cloud;
+  formats::CloudFile file;            // x y z alone
+  std::vector<std::uint32_t> labels;  // of people, one a point; 0 where nothing was measured
+};
+
+// In their order; empty where mosd/learn is not in CWM_DATA.
+std::vector<LabelledScan> LoadLabelledScans();
 
 }  // namespace cwm::benchmarks

@@ -1,6 +1,9 @@
 // The measurements of `./dev bench`, each adding its figures to the report.
 #pragma once
 
+#include <cstdint>
+#include <string>
+
 #include "tests/benchmarks/report.h"
 
 namespace cwm::benchmarks {
@@ -16,6 +19,32 @@ void MeasureEngines(Report& report);
 // change_us_10000, change_bytes_10000, distances_per_s_2000.
 void MeasurePairs(Report& report);
 void MeasureWorlds(Report& report);
+
+// Shapes found in 500 random scenes, those invented, and the errors of their parameters: shape_found,
+// shape_spurious, radius_median_mm, radius_p95_mm, axis_median_deg, axis_p95_deg,
+// box_edge_median_mm, box_edge_p95_mm, cone_half_angle_median_deg, centre_median_mm,
+// sigma_calibration. Quickly: 40 of the scenes.
+void MeasureShapes(Report& report);
+void MeasureShapesQuickly(Report& report);
+
+// Handles of 100 random scenes of mugs, pans and jugs: handle_recall, handle_precision.
+void MeasureHandles(Report& report);
+
+// Real scans through the running server and PCL's chain with the same outputs: seg_learn_wov,
+// seg_learn_fus, seg_learn_fos, seg_learn_f1, scan_ms, scan_p95_ms, pcl_full_ratio.
+void MeasureScans(Report& report);
+
+// Real and simulated scans: coverage, free_space_violation, shape_explained, curved_on_boxes.
+void MeasureClaims(Report& report);
+
+// Model fitting alone beside CGAL's: cgal_fit_ratio.
+void MeasureFitting(Report& report);
+
+// Clouds of up to 15 million points: growth_15m, growth_15_kitchens, seconds_15m, gib_15m.
+void MeasureGrowth(Report& report);
+
+// What was found in one of those scenes, shape by shape. Family: table, clutter, kitchen, vessels.
+void ReplayScene(const std::string& family, std::uint64_t seed, Report& report);
 
 // The running server: scan_ms, transport_us_per_distance, query_p99_during_ingest_ratio.
 void MeasureService(Report& report);

@@ -1,9 +1,11 @@
 // ./dev bench: figures with their rivals by group, or micro-benchmarks by name.
-//   cwm-bench [main|perception|collision|people] [--json FILE]
+//   cwm-bench [main|perception|perception-quick|collision|people] [--json FILE]
+//   cwm-bench scene FAMILY SEED      one of the random scenes, shape by shape
 //   cwm-bench REGEX                  micro-benchmarks whose names match
 #include <benchmark/benchmark.h>
 
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <functional>
 #include <map>
@@ -20,7 +22,16 @@ const std::map<std::string, std::vector<std::function<void(Report&)>>>& Groups()
   using namespace cwm::benchmarks;
   static const std::map<std::string, std::vector<std::function<void(Report&)>>> groups = {
       {"main", {MeasureInterpreter, MeasureEngines, MeasureService}},
-      {"perception", {MeasureInterpreter}},
+      {"perception",
+       {MeasureInterpreter, MeasureScans, MeasureShapes, MeasureHandles, MeasureClaims,
+        MeasureFitting, MeasureGrowth}},
+      {"perception-quick", {MeasureShapesQuickly}},
+      {"perception-shapes", {MeasureShapes}},
+      {"perception-handles", {MeasureHandles}},
+      {"perception-scans", {MeasureScans}},
+      {"perception-claims", {MeasureClaims}},
+      {"perception-fit", {MeasureFitting}},
+      {"perception-growth", {MeasureGrowth}},
       {"collision", {MeasurePairs, MeasureEngines, MeasureWorlds}},
       {"people", {}},
   };
@@ -35,25 +46,39 @@ int RunMatching(char* program, const std::string& regex) {
   return benchmark::RunSpecifiedBenchmarks() > 0 ? 0 : 1;
 }
 
+int Replay(const std::vector<std::string>& words) {
+  if (words.size() != 3) {
+    std::printf("scene takes a family (table, clutter, kitchen or vessels) and a seed\n");
+    return 1;
+  }
+  Report report;
+  cwm::benchmarks::ReplayScene(words[1], std::strtoull(words[2].c_str(), nullptr, 10), report);
+  return report.failed() ? 1 : 0;
+}
+
+int RunGroup(const std::string& name, const std::string& json) {
+  const std::vector<std::function<void(Report&)>>& measures = Groups().at(name);
+  Report report;
+  if (measures.empty()) std::printf("no benchmark of the group %s exists yet\n", name.c_str());
+  for (const auto& measure : measures) measure(report);
+  report.Print();
+  if (!json.empty()) report.WriteJson(json);
+  return report.failed() ? 1 : 0;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
-  std::string selection = "main", json;
+  std::vector<std::string> words;
+  std::string json;
   for (int i = 1; i < argc; ++i) {
     if (std::strcmp(argv[i], "--json") == 0 && i + 1 < argc) {
       json = argv[++i];
     } else {
-      selection = argv[i];
+      words.emplace_back(argv[i]);
     }
   }
-  const auto group = Groups().find(selection);
-  if (group == Groups().end()) return RunMatching(argv[0], selection);
-  Report report;
-  if (group->second.empty()) {
-    std::printf("no benchmark of the group %s exists yet\n", selection.c_str());
-  }
-  for (const auto& measure : group->second) measure(report);
-  report.Print();
-  if (!json.empty()) report.WriteJson(json);
-  return report.failed() ? 1 : 0;
+  if (words.empty()) words.emplace_back("main");
+  if (words[0] == "scene") return Replay(words);
+  return Groups().count(words[0]) ? RunGroup(words[0], json) : RunMatching(argv[0], words[0]);
 }

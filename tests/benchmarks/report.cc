@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <utility>
@@ -19,6 +20,10 @@ void Report::Detail(const std::string& text) {
 void Report::Fail(const std::string& text) {
   Detail("FAILED: " + text);
   failed_ = true;
+}
+
+void Report::Attach(const std::string& name, std::vector<std::string> lines) {
+  attached_.emplace_back(name, std::move(lines));
 }
 
 void Report::Print() const {
@@ -47,6 +52,10 @@ void Report::WriteJson(const std::string& path) const {
                     {"how", figure.how}});
   }
   std::ofstream(path) << rows.dump(2) << "\n";
+  for (const auto& [name, lines] : attached_) {
+    std::ofstream file(std::filesystem::path(path).replace_filename(name));
+    for (const std::string& line : lines) file << line << "\n";
+  }
 }
 
 double Median(std::vector<double> values) { return Quantile(std::move(values), 0.5); }

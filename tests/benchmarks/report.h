@@ -3,6 +3,7 @@
 
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace cwm::benchmarks {
@@ -26,12 +27,16 @@ class Report {
   // Prints it as well; a figure that cannot be had fails the whole run, instead of being a good one.
   void Fail(const std::string& text);
   bool failed() const { return failed_; }
+  // Lines too many to print, written as a file of that name beside the figures.
+  void Attach(const std::string& name, std::vector<std::string> lines);
   void Print() const;
-  // Writes the figures of this run as a JSON array, in place of a file that is there already.
+  // Writes the figures of this run as a JSON array, in place of a file that is there already, and
+  // what was attached into the same folder.
   void WriteJson(const std::string& path) const;
 
  private:
   std::vector<Figure> figures_;
+  std::vector<std::pair<std::string, std::vector<std::string>>> attached_;
   bool failed_ = false;
 };
 

@@ -1,6 +1,8 @@
 // A cwm-server of its own with the benchmark world in its world "default".
 #pragma once
 
+#include <sys/types.h>
+
 #include <string>
 
 #include "clients/cpp/connection.h"
@@ -15,6 +17,7 @@ class RunningServer {
 
   bool up() const { return up_; }
   const client::Connection& connection() const { return connection_; }
+  pid_t pid() const { return process_.pid(); }
   double ResidentMebibytes() const { return process_.ResidentMebibytes(); }
 
  private:

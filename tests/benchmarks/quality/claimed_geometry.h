@@ -1,0 +1,41 @@
+// Everything that collision checking takes for solid or surface after a scan, in the camera's frame.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string_view>
+#include <vector>
+
+#include "collision/geometry/aabb.h"
+#include "collision/geometry/hybrid_model.h"
+#include "perception/scene_interpretation.h"
+
+namespace cwm::benchmarks {
+
+enum class Claim { kSupport, kFitted, kCompleted, kHandle, kSurface };
+inline constexpr int kClaimCount = 5;
+std::string_view NameOf(Claim claim);
+
+// A shape with an inside: primitives, plates, and meshes that are watertight.
+struct ClaimedSolid {
+  Claim claim = Claim::kFitted;
+  Pose X_CS = Pose::Identity();
+  Shape shape = {};
+  Aabb bounds_C = {};
+};
+
+struct ClaimedTriangle {
+  Claim claim = Claim::kSurface;
+  std::array<Vector3, 3> corners_C = {};
+};
+
+struct ClaimedGeometry {
+  std::vector<ClaimedSolid> solids;
+  std::vector<ClaimedTriangle> triangles;  // of all meshes, watertight or not
+};
+
+// As the world prepares it for its engines: plates of supports, shapes of objects, their meshes, and
+// handles as their meshes, as boxes where they have none.
+ClaimedGeometry ClaimsOf(const perception::SceneInterpretation& interpretation);
+
+}  // namespace cwm::benchmarks

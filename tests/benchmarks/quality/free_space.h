@@ -1,0 +1,31 @@
+// Nothing invented: rays that were seen to pass must not meet what the interpretation claims.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "perception/cloud/point_cloud.h"
+#include "perception/simulation/simulated_scene.h"
+#include "tests/benchmarks/quality/claimed_geometry.h"
+
+namespace cwm::benchmarks {
+
+struct FreeSpace {
+  std::int64_t rays = 0;
+  std::int64_t violating = 0;
+  // Of those, by the first claim met: deep inside a solid, or across a surface far from all points.
+  std::array<std::int64_t, kClaimCount> deep = {};
+  std::array<std::int64_t, kClaimCount> crossed = {};
+
+  double share() const { return rays == 0 ? 0 : static_cast<double>(violating) / rays; }
+  void Add(const FreeSpace& other);
+};
+
+// A ray from the sensor to 30 mm / cos(theta) before its hit violates when it runs more than 10 mm
+// deep in any solid, or crosses a surface farther than max(10 mm, 3 sigma) from every measured
+// point. Of the rays of every `stride`-th column and row of an organised cloud whose points lie on
+// the rays of the camera's pixels; theta is estimated from the neighbours of the hit.
+FreeSpace MeasureFreeSpace(const ClaimedGeometry& claims, const perception::PointCloud& cloud,
+                           const perception::PinholeCamera& camera, int stride);
+
+}  // namespace cwm::benchmarks

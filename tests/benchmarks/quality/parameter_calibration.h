@@ -1,0 +1,33 @@
+// Whether the standard deviations that a fit reports are true: of errors that are normal, 68 % lie
+// within one of them.
+#pragma once
+
+#include <map>
+#include <string>
+
+#include "tests/benchmarks/quality/seen_shapes.h"
+
+namespace cwm::benchmarks {
+
+struct WithinSigma {
+  int count = 0;
+  int within = 0;
+
+  double share() const { return count == 0 ? 0 : static_cast<double>(within) / count; }
+};
+
+class ParameterCalibration {
+ public:
+  // A found shape of the type of the true one. Parameters without a positive deviation (held, or
+  // unknown) are not counted.
+  void Add(const TrueShape& truth, const FoundShape& found);
+
+  // By parameter: "sphere centre", "cylinder radius", ...
+  const std::map<std::string, WithinSigma>& parameters() const { return parameters_; }
+  WithinSigma all() const;
+
+ private:
+  std::map<std::string, WithinSigma> parameters_;
+};
+
+}  // namespace cwm::benchmarks

@@ -1,0 +1,53 @@
+// The two sides of a comparison: the shapes that truly stand in a scanned scene, and those that an
+// interpretation of the scan holds.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "collision/geometry/hybrid_model.h"
+#include "perception/scene_interpretation.h"
+#include "perception/simulation/virtual_scanner.h"
+
+namespace cwm::benchmarks {
+
+// Everything in the world W of the interpretation, given or made by it: X_WC places the camera in it.
+struct TrueShape {
+  Pose X_WS = Pose::Identity();
+  Shape shape = {};
+  std::int32_t object = -1;                // into SimulatedScene::objects
+  std::vector<std::uint32_t> points = {};  // measured on it, indices into the cloud, ascending
+};
+
+struct FoundShape {
+  Pose X_WS = Pose::Identity();
+  ShapePart part = {};
+  std::int32_t object = -1;                // into SceneInterpretation::objects
+  std::vector<std::uint32_t> points = {};  // that it explains
+};
+
+// A simulated scan and what was made of it.
+struct InterpretedView {
+  const perception::SimulatedScene& scene;
+  const perception::PinholeCamera& camera;
+  const perception::SimulatedCloud& scan;
+  const perception::SceneInterpretation& interpretation;
+};
+
+// Parts of this extent or more are the room and its furniture, not things to handle.
+inline constexpr double kLargestThing_m = 0.5;
+
+// Supports, walls, fronts, cabinets: no shapes of the count.
+bool IsFixture(const perception::SimulatedObject& object);
+
+// Boxes, cylinders, spheres and cones of things, seen (one point or more) or not.
+std::vector<TrueShape> TrueShapes(const InterpretedView& view);
+
+// The shapes of all objects, residual ones included. Labels tell the parts of an object up to the
+// ninth; points of a later part are given to the nearest of those.
+std::vector<FoundShape> FoundShapes(const InterpretedView& view);
+
+// The place of a measured point.
+Vector3 PointInWorld(const InterpretedView& view, std::uint32_t index);
+
+}  // namespace cwm::benchmarks

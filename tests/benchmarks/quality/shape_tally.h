@@ -1,0 +1,62 @@
+// What many scenes add up to.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "tests/benchmarks/quality/parameter_calibration.h"
+#include "tests/benchmarks/quality/shape_matching.h"
+
+namespace cwm::benchmarks {
+
+// Errors of all counted true shapes; those not found count as infinite.
+struct ErrorSamples {
+  std::vector<double> radius_m, axis_rad, half_angle_rad, length_m, box_edge_m, box_axis_rad,
+      centre_m;
+
+  void Add(const TrueShape& truth, const ShapeErrors& errors);
+};
+
+// A true shape that was not found, or a shape that was invented, where it can be looked at again.
+struct Failure {
+  std::string scene;  // family and seed, as `cwm-bench scene` takes them
+  std::string what;
+};
+
+class ShapeTally {
+ public:
+  // The scans of a view agree on the sensor; `scene` names it for the failures.
+  void Add(const std::string& scene, const InterpretedView& view, const SceneShapes& shapes);
+
+  int true_count() const { return true_count_; }
+  double found_share() const;
+  double equivalent_share() const;  // of all true shapes
+  double spurious_share() const;    // spurious shapes per true one
+  const ErrorSamples& errors() const { return all_; }
+  const ErrorSamples& far_errors() const { return far_; }    // beyond kFar_m
+  const ErrorSamples& thin_errors() const { return thin_; }  // below kThin_m of radius
+  const std::vector<Failure>& failures() const { return failures_; }
+  const ParameterCalibration& calibration() const { return calibration_; }
+
+  // A table of kinds against outcomes, and one of what was invented.
+  std::vector<std::string> Lines() const;
+
+  static constexpr double kFar_m = 1.0;
+  static constexpr double kThin_m = 0.025;
+
+ private:
+  void AddTruth(const std::string& scene, const InterpretedView& view, const TrueShape& truth,
+                const SceneShapes& shapes, const ShapeOutcome& outcome);
+
+  int true_count_ = 0;
+  std::map<ShapeKind, std::array<int, kOutcomeCount>> outcomes_;
+  std::array<int, kInventionCount> inventions_ = {};
+  ErrorSamples all_, far_, thin_;
+  std::vector<Failure> failures_;
+  ParameterCalibration calibration_;
+};
+
+}  // namespace cwm::benchmarks

@@ -1,0 +1,37 @@
+// One random scene, scanned and interpreted as an ingest would: reproducible from family and seed.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "absl/status/statusor.h"
+#include "perception/simulation/random_scenes.h"
+#include "tests/benchmarks/quality/seen_shapes.h"
+
+namespace cwm::benchmarks {
+
+struct CaseName {
+  perception::SceneFamily family = perception::SceneFamily::kTable;
+  std::uint64_t seed = 0;
+};
+
+// "table 17".
+std::string NameOf(const CaseName& name);
+std::string_view FamilyName(perception::SceneFamily family);
+std::optional<perception::SceneFamily> FamilyNamed(std::string_view name);
+
+struct SimulatedCase {
+  perception::SimulatedView simulated;
+  perception::SimulatedCloud scan;
+  perception::SceneInterpretation interpretation;
+
+  InterpretedView view() const { return {simulated.scene, simulated.camera, scan, interpretation}; }
+};
+
+// Kinect noise drawn from the seed of the scene; the interpreter's own options, on one thread. The
+// sensor's pose is given for even seeds; for odd ones nothing is, and up is estimated.
+absl::StatusOr<SimulatedCase> RunCase(const CaseName& name);
+
+}  // namespace cwm::benchmarks

@@ -1,0 +1,244 @@
+// Shapes found, invented and how exact they are, over random scenes of the virtual scanner.
+#include <algorithm>
+#include <cstdio>
+#include <numbers>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "perception/cloud/parallel_for.h"
+#include "tests/benchmarks/benchmarks.h"
+#include "tests/benchmarks/quality/handle_matching.h"
+#include "tests/benchmarks/quality/shape_tally.h"
+#include "tests/benchmarks/quality/simulated_case.h"
+
+namespace cwm::benchmarks {
+namespace {
+
+using perception::SceneFamily;
+
+constexpr int kThreads = 2;  // of the machine that the figures are for; a scene runs on one
+constexpr double kDegrees = 180 / std::numbers::pi;
+constexpr double kMillimetres = 1000;
+
+std::vector<CaseName> Cases(int scenes_per_family) {
+  std::vector<CaseName> cases;
+  for (int seed = 0; seed < scenes_per_family; ++seed) {
+    for (SceneFamily family : {SceneFamily::kTable, SceneFamily::kClutter}) {
+      cases.push_back({family, static_cast<std::uint64_t>(seed)});
+    }
+  }
+  return cases;
+}
+
+struct JudgedCase {
+  CaseName name;
+  absl::StatusOr<SimulatedCase> run = absl::UnknownError("not run");
+  SceneShapes shapes;
+};
+
+// In blocks, so that few clouds are held at a time; the sums are made in the order of the cases.
+template <class Judge>
+void ForEachCase(const std::vector<CaseName>& cases, const Judge& judge) {
+  constexpr std::size_t kBlock = 16;
+  for (std::size_t begin = 0; begin < cases.size(); begin += kBlock) {
+    std::vector<JudgedCase> block(std::min(kBlock, cases.size() - begin));
+    perception::ParallelFor(block.size(), 1, {.max_threads = kThreads},
+                            [&](std::size_t from, std::size_t to) {
+                              for (std::size_t k = from; k < to; ++k) {
+                                block[k].name = cases[begin + k];
+                                block[k].run = RunCase(block[k].name);
+                                if (!block[k].run.ok()) continue;
+                                block[k].shapes = MatchShapes(block[k].run->view());
+                              }
+                            });
+    for (const JudgedCase& judged : block) judge(judged);
+  }
+}
+
+struct Quantiles {
+  double median = 0;
+  double p95 = 0;
+};
+
+Quantiles QuantilesOf(const std::vector<double>& samples, double unit) {
+  return {.median = unit * Median(samples), .p95 = unit * Quantile(samples, 0.95)};
+}
+
+void PrintErrors(const char* which, const ErrorSamples& samples, Report& report) {
+  const auto line = [&](const char* name, const std::vector<double>& values, double unit,
+                        const char* unit_name) {
+    if (values.empty()) return;
+    const Quantiles q = QuantilesOf(values, unit);
+    char text[160];
+    std::snprintf(text, sizeof(text), "  %-10s %-16s n %5zu  median %8.3f  p95 %8.3f %s", which,
+                  name, values.size(), q.median, q.p95, unit_name);
+    report.Detail(text);
+  };
+  line("radius", samples.radius_m, kMillimetres, "mm");
+  line("axis", samples.axis_rad, kDegrees, "deg");
+  line("cone half angle", samples.half_angle_rad, kDegrees, "deg");
+  line("length", samples.length_m, kMillimetres, "mm");
+  line("box edge", samples.box_edge_m, kMillimetres, "mm");
+  line("box axes", samples.box_axis_rad, kDegrees, "deg");
+  line("centre", samples.centre_m, kMillimetres, "mm");
+}
+
+void PrintTally(const ShapeTally& tally, Report& report) {
+  report.Detail("True shapes with 300 measured points or more, by what became of them:");
+  for (const std::string& line : tally.Lines()) report.Detail(line);
+  report.Detail("Errors; what was not found counts as infinite:");
+  PrintErrors("all", tally.errors(), report);
+  PrintErrors("z > 1 m", tally.far_errors(), report);
+  PrintErrors("r < 25 mm", tally.thin_errors(), report);
+}
+
+void PrintCalibration(const ParameterCalibration& calibration, Report& report) {
+  report.Detail("Errors within one reported standard deviation:");
+  for (const auto& [name, parameter] : calibration.parameters()) {
+    char text[120];
+    std::snprintf(text, sizeof(text), "  %-24s %5.1f %% of %d", name.c_str(),
+                  100 * parameter.share(), parameter.count);
+    report.Detail(text);
+  }
+}
+
+std::string HowShapes(const ShapeTally& tally, std::size_t scenes) {
+  return std::to_string(tally.true_count()) + " true shapes with 300 points or more in " +
+         std::to_string(scenes) +
+         " random scenes, half tables and half clutter, Kinect noise; pose given for even seeds, "
+         "up estimated for odd ones";
+}
+
+void AddFigures(const ShapeTally& tally, std::size_t scenes, Report& report) {
+  const std::string how = HowShapes(tally, scenes);
+  const auto add = [&](const char* key, double value, const char* unit, const std::string& text) {
+    report.Add({.key = key, .value = value, .unit = unit, .how = text});
+  };
+  char equivalent[80];
+  std::snprintf(equivalent, sizeof(equivalent), "; %.4f of them as another type, same surface",
+                tally.equivalent_share());
+  add("shape_found", tally.found_share(), "1", how + equivalent);
+  add("shape_spurious", tally.spurious_share(), "1",
+      "shapes of 100 points or more that match no true one, per true shape; " + how);
+  const ErrorSamples& errors = tally.errors();
+  const Quantiles radius = QuantilesOf(errors.radius_m, kMillimetres);
+  const Quantiles axis = QuantilesOf(errors.axis_rad, kDegrees);
+  std::vector<double> edges_m = errors.box_edge_m;
+  edges_m.insert(edges_m.end(), errors.length_m.begin(), errors.length_m.end());
+  const Quantiles edge = QuantilesOf(edges_m, kMillimetres);
+  add("radius_median_mm", radius.median, "mm",
+      "spheres, cylinders, cones at the height of the middle of what was seen");
+  add("radius_p95_mm", radius.p95, "mm", "as radius_median_mm");
+  add("axis_median_deg", axis.median, "deg", "cylinders and cones");
+  add("axis_p95_deg", axis.p95, "deg", "as axis_median_deg");
+  add("box_edge_median_mm", edge.median, "mm",
+      "edges of boxes, lengths of cylinders and cones, where both ends were seen");
+  add("box_edge_p95_mm", edge.p95, "mm", "as box_edge_median_mm");
+  add("cone_half_angle_median_deg", QuantilesOf(errors.half_angle_rad, kDegrees).median, "deg",
+      "true cones");
+  add("centre_median_mm", QuantilesOf(errors.centre_m, kMillimetres).median, "mm",
+      "without the directions in which the ends were not both seen");
+  add("sigma_calibration", tally.calibration().all().share(), "1",
+      "share of parameter errors within one reported standard deviation; 0.68 is true");
+}
+
+void AttachFailures(const ShapeTally& tally, Report& report) {
+  constexpr const char* kFile = "shape_failures.txt";
+  std::vector<std::string> lines;
+  for (const Failure& failure : tally.failures())
+    lines.push_back(failure.scene + ": " + failure.what);
+  report.Detail(std::to_string(lines.size()) + " failures, listed in " + kFile +
+                " beside the figures; one of them again: ./dev bench scene FAMILY SEED");
+  report.Attach(kFile, std::move(lines));
+}
+
+void Measure(int scenes_per_family, Report& report) {
+  ShapeTally tally;
+  const std::vector<CaseName> cases = Cases(scenes_per_family);
+  ForEachCase(cases, [&](const JudgedCase& judged) {
+    if (!judged.run.ok()) {
+      return report.Fail(NameOf(judged.name) + ": " + std::string(judged.run.status().message()));
+    }
+    tally.Add(NameOf(judged.name), judged.run->view(), judged.shapes);
+  });
+  PrintTally(tally, report);
+  PrintCalibration(tally.calibration(), report);
+  AddFigures(tally, cases.size(), report);
+  AttachFailures(tally, report);
+}
+
+std::string Describe(const Shape& shape, const Pose& X_WS) {
+  char text[200];
+  const Vector3 size_m = TightBounds(shape, Pose::Identity()).sizes();
+  const Vector3 at = X_WS.translation(), axis = X_WS.linear().col(2);
+  std::snprintf(text, sizeof(text),
+                "%-8s %5.1f x %5.1f x %5.1f mm at (%7.4f %7.4f %7.4f) z (%6.3f %6.3f %6.3f)",
+                std::string(NameOf(KindOf(shape))).c_str(), size_m.x() * kMillimetres,
+                size_m.y() * kMillimetres, size_m.z() * kMillimetres, at.x(), at.y(), at.z(),
+                axis.x(), axis.y(), axis.z());
+  return text;
+}
+
+void PrintScene(const SceneShapes& shapes, Report& report) {
+  for (std::size_t t = 0; t < shapes.truth.size(); ++t) {
+    const TrueShape& truth = shapes.truth[t];
+    const ShapeOutcome& outcome = shapes.outcomes[t];
+    char text[160];
+    std::snprintf(text, sizeof(text),
+                  "  %6zu points, %-10s IoU %.2f (object %.2f), best %d, %.2f sigma",
+                  truth.points.size(), std::string(NameOf(outcome.outcome)).c_str(), outcome.iou,
+                  outcome.object_iou, outcome.best, outcome.surface_sigma);
+    report.Detail("true  " + std::to_string(t) + " " + Describe(truth.shape, truth.X_WS) + text);
+  }
+  for (std::size_t f = 0; f < shapes.found.size(); ++f) {
+    const FoundShape& found = shapes.found[f];
+    report.Detail("found " + std::to_string(f) + " " + Describe(found.part.shape, found.X_WS) +
+                  "  " + std::to_string(found.points.size()) + " points, object " +
+                  std::to_string(found.object));
+  }
+}
+
+}  // namespace
+
+void MeasureHandles(Report& report) {
+  constexpr int kScenes = 100;
+  std::vector<CaseName> cases;
+  for (std::uint64_t seed = 0; seed < kScenes; ++seed) {
+    cases.push_back({SceneFamily::kVessels, seed});
+  }
+  HandleTally tally;
+  ForEachCase(cases, [&](const JudgedCase& judged) {
+    if (!judged.run.ok()) {
+      return report.Fail(NameOf(judged.name) + ": " + std::string(judged.run.status().message()));
+    }
+    AddHandles(NameOf(judged.name), judged.run->view(), tally);
+  });
+  const std::string how =
+      std::to_string(tally.true_count) + " true handles with 60 points or more, " +
+      std::to_string(tally.reported_count) + " reported, in " + std::to_string(kScenes) +
+      " random scenes of mugs, pans and jugs; a match shares half of the points";
+  report.Add({.key = "handle_recall", .value = tally.recall(), .unit = "1", .how = how});
+  report.Add({.key = "handle_precision", .value = tally.precision(), .unit = "1", .how = how});
+  report.Attach("handle_failures.txt", std::move(tally.failures));
+}
+
+void MeasureShapes(Report& report) { Measure(250, report); }
+
+void MeasureShapesQuickly(Report& report) { Measure(20, report); }
+
+void ReplayScene(const std::string& family, std::uint64_t seed, Report& report) {
+  const auto known = FamilyNamed(family);
+  if (!known)
+    return report.Fail("family is '" + family + "', must be table, clutter, kitchen or vessels");
+  const absl::StatusOr<SimulatedCase> run = RunCase({*known, seed});
+  if (!run.ok()) return report.Fail(std::string(run.status().message()));
+  const SceneShapes shapes = MatchShapes(run->view());
+  PrintScene(shapes, report);
+  ShapeTally tally;
+  tally.Add(NameOf(CaseName{*known, seed}), run->view(), shapes);
+  PrintTally(tally, report);
+  for (const Failure& failure : tally.failures()) report.Detail(failure.what);
+}
+
+}  // namespace cwm::benchmarks
