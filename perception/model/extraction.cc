@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "perception/model/candidate_list.h"
+#include "perception/model/disc_wall.h"
 #include "perception/model/model_selection.h"
 #include "perception/model/shape_search.h"
 
@@ -31,14 +32,20 @@ Extraction ExtractShapes(const FitContext& context) {
   CandidateList candidates(context.points, context.connectivity, context.options.seed,
                            context.work);
   ShapeSearch search(context.points, context.octree, candidates, context.options, context.work);
+  const auto take = [&](ShapeFit fit) {
+    fit.covered = OnAndBeside(fit, context, candidates.available());
+    candidates.Remove(fit.covered);
+    out.fits.push_back(std::move(fit));
+  };
   int refusals = 0;
   while (true) {
     const std::optional<Candidate> leader = search.Next();
     if (!leader) break;
     if (std::optional<ShapeFit> fit = SelectModel(*leader, candidates, context)) {
-      fit->covered = OnAndBeside(*fit, context, candidates.available());
-      candidates.Remove(fit->covered);
-      out.fits.push_back(*std::move(fit));
+      take(*std::move(fit));
+      if (auto wall = WallBehindDisc(out.fits.back(), context, candidates.available())) {
+        take(*std::move(wall));
+      }
     } else {
       candidates.Refuse(*leader);
       ++refusals;

@@ -3,6 +3,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "perception/cloud/quantile.h"
@@ -214,19 +215,6 @@ std::vector<PlaneModel> FacesOf(const std::vector<std::uint32_t>& listed, const 
   return faces;
 }
 
-// Whether two or three planes explain the region better than the curved shape.
-bool FacesExplainBetter(const ShapeFit& curved, const std::vector<std::uint32_t>& region,
-                        const FitContext& c) {
-  const double rival = EvaluateCriterion(curved.model, curved.axis, c, region).value;
-  // Things stand upright; a round edge that leans is more likely the rounded normals of a crease.
-  const double margin = curved.axis == AxisFreedom::kHeld ? kDecisive : 0;
-  std::vector<PlaneModel> faces = FacesOf(region, c);
-  for (; faces.size() >= 2; faces.pop_back()) {
-    if (EvaluateCriterion(faces, c, region).value + margin < rival) return true;
-  }
-  return false;
-}
-
 // Of cones; all others have none.
 bool SlopeIsSignificant(const ShapeFit& fit) {
   const auto* cone = std::get_if<ConeModel>(&fit.model);
@@ -252,8 +240,25 @@ std::size_t BestOf(const std::vector<ShapeFit>& rivals, const std::vector<std::u
   return best;
 }
 
+// Of cones, by their slope or by what it gains over the best cylinder.
+bool IsWorthItsSlope(const ShapeFit& fit, double value, double straight_value) {
+  const auto* cone = std::get_if<ConeModel>(&fit.model);
+  if (cone == nullptr || SlopeIsSignificant(fit)) return true;
+  return std::abs(cone->slope) > kLeastSlope && value + kDecisive < straight_value;
+}
+
 double ValueOf(const ShapeFit& fit, const std::vector<std::uint32_t>& region, const FitContext& c) {
   return EvaluateCriterion(fit.model, fit.axis, c, region).value;
+}
+
+double BestCylinder(const std::vector<ShapeFit>& rivals, const std::vector<std::uint32_t>& region,
+                    const FitContext& c) {
+  double best = std::numeric_limits<double>::infinity();
+  for (const ShapeFit& rival : rivals) {
+    if (!std::holds_alternative<CylinderModel>(rival.model)) continue;
+    best = std::min(best, ValueOf(rival, region, c));
+  }
+  return best;
 }
 
 // The best of those that lie.
@@ -262,9 +267,10 @@ struct Lying {
   double value = 0;
 
   void Offer(std::optional<ShapeFit> other, const std::vector<std::uint32_t>& region,
-             const FitContext& c) {
-    if (!other || !HoldsLimits(*other, c) || !SlopeIsSignificant(*other)) return;
+             double straight_value, const FitContext& c) {
+    if (!other || !HoldsLimits(*other, c)) return;
     const double its_value = ValueOf(*other, region, c);
+    if (!IsWorthItsSlope(*other, its_value, straight_value)) return;
     if (!fit || its_value < value) fit = std::move(other), value = its_value;
   }
 };
@@ -282,6 +288,18 @@ std::optional<ShapeFit> Finished(const ShapeFit& rival, const CandidateList& can
 }
 
 }  // namespace
+
+bool FacesExplainBetter(const ShapeFit& curved, const std::vector<std::uint32_t>& region,
+                        const FitContext& context) {
+  const double rival = EvaluateCriterion(curved.model, curved.axis, context, region).value;
+  // Things stand upright; a round edge that leans is more likely the rounded normals of a crease.
+  const double margin = curved.axis == AxisFreedom::kHeld ? kDecisive : 0;
+  std::vector<PlaneModel> faces = FacesOf(region, context);
+  for (; faces.size() >= 2; faces.pop_back()) {
+    if (EvaluateCriterion(faces, context, region).value + margin < rival) return true;
+  }
+  return false;
+}
 
 CurvedEvidence MeasureEvidence(const SphereModel& sphere, const ShapeFit& fit,
                                const FitContext& context) {
@@ -329,6 +347,7 @@ std::optional<ShapeFit> SelectModel(const Candidate& leader, const CandidateList
                                     const FitContext& context) {
   std::vector<ShapeFit> rivals = FitRivals(leader, candidates, context);
   const std::vector<std::uint32_t> all = UnionOfInliers(rivals);
+  const double straight_value = BestCylinder(rivals, all, context);
   Lying lying;
   while (!rivals.empty()) {
     context.work.Poll();
@@ -337,8 +356,9 @@ std::optional<ShapeFit> SelectModel(const Candidate& leader, const CandidateList
     if (lying.fit && lying.value <= ValueOf(rivals[best], all, context)) break;
     if (std::optional<ShapeFit> finished = Finished(rivals[best], candidates, context)) {
       if (MayLie(*finished, context)) {
-        lying.Offer(RestOnGround(*finished, context, candidates.available()), all, context);
-      } else if (SlopeIsSignificant(*finished)) {
+        lying.Offer(RestOnGround(*finished, context, candidates.available()), all, straight_value,
+                    context);
+      } else if (IsWorthItsSlope(*finished, ValueOf(*finished, all, context), straight_value)) {
         return finished;
       }
     }

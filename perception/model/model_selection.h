@@ -31,6 +31,10 @@ inline constexpr double kLeastArc_rad = 35 * std::numbers::pi / 180;
 // and an arc of at least kLeastArc_rad.
 bool IsSignificant(const CurvedEvidence& evidence, double sigma_m, double independent_samples);
 
+// Whether two or three planes explain the region better than the curved shape.
+bool FacesExplainBetter(const ShapeFit& curved, const std::vector<std::uint32_t>& region,
+                        const FitContext& context);
+
 // The best shape for the points of `leader`, finished, or nothing when none holds its limits. A
 // shape of higher order must lower the criterion and the rms by 5 %; a curved one must also beat
 // up to three planes together (the faces of a box).

@@ -39,6 +39,7 @@ struct Circle {
   Vector2 center = Vector2::Zero();  // relative to where the edges were measured from
   double radius_m = 0;
   Matrix3 covariance = Matrix3::Zero();
+  double scatter_m = 0;
 };
 
 // Weighted counts of a sector, inside the band where its edge is looked for and in it.
@@ -151,7 +152,8 @@ std::optional<Circle> FitCircle(std::vector<Edge> edges) {
     circle = {.center = x.head<2>(),
               .radius_m = x.z(),
               .covariance = scatter_m * scatter_m * normal.inverse() +
-                            kCommon_m * kCommon_m * Matrix3::Identity()};
+                            kCommon_m * kCommon_m * Matrix3::Identity(),
+              .scatter_m = scatter_m};
     std::erase_if(edges,
                   [&](const Edge& e) { return std::abs(residual_m(e)) > kOutlier * scatter_m; });
   }
@@ -201,8 +203,18 @@ std::optional<Rim> MeasureRim(const PlaneModel& face, const ConeModel& wall, dou
     rim.center += rim.basis.leftCols<2>() * circle->center;
     rim.radius_m = circle->radius_m;
     rim.covariance = circle->covariance;
+    rim.scatter_m = circle->scatter_m;
   }
   return rim;
+}
+
+std::optional<Rim> MeasureRim(const PlaneModel& face, const FitContext& context) {
+  const ConeModel nowhere{.point = face.point, .axis = face.normal};
+  const Circle disc = FaceEdge(face, nowhere, context).Guess();
+  ConeModel wall = nowhere;
+  wall.point += BasisFromZ(face.normal).leftCols<2>() * disc.center;
+  wall.radius_m = disc.radius_m;
+  return MeasureRim(face, wall, kReach_m, context);
 }
 
 template <class M>

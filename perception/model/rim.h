@@ -15,6 +15,7 @@ struct Rim {
   double radius_m = 0;
   Matrix3 covariance = Matrix3::Zero();  // of the centre along `basis` columns 0 and 1, and radius
   Matrix3 basis = Matrix3::Identity();   // column 2 is the face's normal
+  double scatter_m = 0;                  // robust standard deviation of the sectors' edges
 };
 
 // Measures the edge of `face`, a disc about the axis of `wall` (whose cross section is known to
@@ -25,6 +26,9 @@ struct Rim {
 // seen, or it is no circle.
 std::optional<Rim> MeasureRim(const PlaneModel& face, const ConeModel& wall, double wall_sigma_m,
                               const FitContext& context);
+
+// The same about an upright wall of which nothing is known but this end.
+std::optional<Rim> MeasureRim(const PlaneModel& face, const FitContext& context);
 
 // The wall that agrees best with its own fit, of this covariance, and with its rim (a Kalman
 // update); unchanged where they contradict each other. `covariance` follows. M: CylinderModel or

@@ -14,7 +14,7 @@ constexpr std::size_t kRoughPoints = 250;
 constexpr std::size_t kFinalPoints = 600;
 // Chosen: rough fits alternate with the selection of inliers, so that none needs to converge; final
 // ones end by convergence, and this only bounds their work.
-constexpr int kRoughIterations = 5;
+constexpr int kRoughIterations = 8;
 constexpr int kFinalIterations = 20;
 // Of the first inlier selection of cones: the paper asks for a stricter threshold first and does
 // not print it. Chosen: 1.8 sigma, which keeps 93 % of the inliers.
@@ -25,9 +25,6 @@ const double kSnapAngle_cos = std::cos(3 * std::numbers::pi / 180);
 constexpr double kTruncation = 9;  // squares beyond 3 sigma
 // Of the points, so that the others' silence is no loss; chosen.
 constexpr double kLeastAlongRays = 0.3;
-// Of an axis that is held to up, where up is the normal of a support: the slow warp of 1.3 mm tilts
-// the plane of a table of half a metre by 1.3 mm sqrt(12) / (0.5 m sqrt(6 independent patches)).
-constexpr double kUpSigma_rad = 0.0035;
 
 bool WithinLimits(const PlaneModel&, const ModelerOptions&) { return true; }
 
@@ -63,15 +60,22 @@ bool Enough(const std::vector<std::uint32_t>& inliers, const FitContext& c) {
 }
 
 template <ShapeModel M>
+double FirstGate(const M&) {
+  return 1;
+}
+// One that grows out of a cylinder is refined already.
+double FirstGate(const ConeModel& cone) { return cone.slope == 0 ? 1 : kStrictGate; }
+
+template <ShapeModel M>
 std::optional<ShapeFit> FitOne(M model, AxisFreedom axis, const FitContext& c,
                                const std::vector<char>& available) {
-  constexpr double kFirstGate = std::is_same_v<M, ConeModel> ? kStrictGate : 1;
+  const double first_gate = FirstGate(model);
   const RefineOptions options{.residual = Residual::kOrthogonal,
                               .axis = axis,
                               .max_iterations = kRoughIterations,
                               .noise = c.noise};
   std::vector<std::uint32_t> inliers;
-  for (double gate_scale : {kFirstGate, 1.0, 1.0}) {
+  for (double gate_scale : {first_gate, 1.0, 1.0}) {
     c.work.Poll();
     inliers = ConnectedInliers(model, c, available, gate_scale);
     if (!Enough(inliers, c)) return std::nullopt;

@@ -18,6 +18,10 @@ namespace cwm::perception {
 // 1 degree), to +x; if that too, to +y.
 Vector3 CanonicalAxis(const Vector3& axis, const Vector3& up);
 
+// Of an axis that is held to up, where up is the normal of a support: the slow warp of 1.3 mm tilts
+// the plane of a table of half a metre by 1.3 mm sqrt(12) / (0.5 m sqrt(6 independent patches)).
+inline constexpr double kUpSigma_rad = 0.0035;
+
 // What fits are made from; everything outlives them.
 struct FitContext {
   const ModelPoints& points;

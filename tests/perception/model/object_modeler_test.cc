@@ -83,6 +83,17 @@ TEST(ModelObject, CupIsACone) {
   EXPECT_NEAR(found->length_m, cup.length_m, kEdge_m);
 }
 
+// From steeply above, a cup shows its lid and a sliver of wall at 68 degrees of incidence.
+TEST(ModelObject, CupOfWhichLittleButTheLidShowsIsACone) {
+  constexpr double kSteep_rad = 57 * std::numbers::pi / 180;
+  const Cone cup{.radius_bottom_m = 0.03, .radius_top_m = 0.045, .length_m = 0.08};
+  const ObjectModel model = Model(ScanOnTable(OfOnePart(cup, 0.04), kDistance_m, kSteep_rad, 1));
+  const auto* found = OnlyShape<Cone>(model);
+  ASSERT_NE(found, nullptr);
+  EXPECT_NEAR(found->radius_top_m, cup.radius_top_m, kSize_m);
+  EXPECT_NEAR(found->length_m, cup.length_m, kEdge_m);
+}
+
 TEST(ModelObject, VisibleFacesBecomeABoxWithItsHiddenFaces) {
   SimulatedObject object = OfOnePart(Box{.size_m = {0.12, 0.08, 0.10}}, 0.05);
   object.X_WO.linear() = Eigen::AngleAxisd(0.5, Vector3::UnitZ()).toRotationMatrix();
