@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "perception/model/model_selection.h"
 #include "perception/model/rim.h"
 
 namespace cwm::perception {
@@ -13,7 +12,7 @@ constexpr double kSteepestSlope = 0.36;  // 20 degrees: wider cups are bowls
 constexpr double kSlopeStep = 0.02;      // at 5 cm below the rim, a third of the distance gate
 constexpr double kLeastSlope = 0.035;    // 2 degrees, as of cones that are searched for
 constexpr double kNearlyAll = 0.95;      // of the most points on a wall; the rest is chance
-constexpr double kLeastShare = 0.6;      // of the points behind the disc, on its wall
+constexpr double kLeastShare = 0.8;      // of the points behind the disc, on its wall
 constexpr double kReach = 1.4;           // of the rim's radius: what is behind the disc
 constexpr double kMostScatter = 0.05;    // of the rim's radius; of a square's edge it is 0.1
 constexpr double kLeastSamples = 2;      // independent ones
@@ -48,7 +47,13 @@ ShapeFit WithSlope(const ConeModel& straight, double slope, const FitContext& c,
   if (slope == 0) {
     fit.model = CylinderModel{.point = cone.point, .axis = cone.axis, .radius_m = cone.radius_m};
   }
-  fit.inliers = ConnectedInliers(cone, c, behind);
+  // Near the rim and at grazing incidence normals tell nothing.
+  for (std::uint32_t i = 0; i < behind.size(); ++i) {
+    if (behind[i] && std::abs(cone.Distance_m(c.points.p[i])) <= c.points.gate_m[i]) {
+      fit.inliers.push_back(i);
+    }
+  }
+  fit.inliers = c.connectivity.LargestComponent(fit.inliers);
   return fit;
 }
 
@@ -107,9 +112,6 @@ std::optional<ShapeFit> WallBehindDisc(const ShapeFit& disc, const FitContext& c
   const auto all = static_cast<double>(std::count(behind.begin(), behind.end(), 1));
   const auto on = static_cast<double>(wall->inliers.size());
   if (context.IndependentSamples(wall->inliers.size()) < kLeastSamples || on < kLeastShare * all) {
-    return std::nullopt;
-  }
-  if (context.options.search_planes && FacesExplainBetter(*wall, wall->inliers, context)) {
     return std::nullopt;
   }
   wall->covariance = RoughCovariance(*wall, context);

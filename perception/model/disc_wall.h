@@ -10,8 +10,8 @@
 namespace cwm::perception {
 
 // The cylinder or cone whose rim is the edge of `disc`, a plane, and that most of the available
-// points behind it lie on. Nothing when the edge is no circle, when fewer than two independent
-// samples show a wall, or when flat faces explain them better.
+// points behind it lie on. Nothing when the edge is no circle (a square's is not), or when fewer
+// than two independent samples show a wall.
 std::optional<ShapeFit> WallBehindDisc(const ShapeFit& disc, const FitContext& context,
                                        const std::vector<char>& available);
 
