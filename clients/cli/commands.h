@@ -1,4 +1,4 @@
-// Every command, in the order of the help.
+// Every command, in the order of the help; report_command.h has one more.
 #pragma once
 
 #include "clients/cli/command.h"

@@ -4,6 +4,7 @@
 #include <iostream>
 
 #include "clients/cli/run.h"
+#include "clients/web/report_assets.h"
 
 int main(int argc, char** argv) {
   std::signal(SIGPIPE, SIG_IGN);  // `cwm objects | head` ends quietly
@@ -14,5 +15,6 @@ int main(int argc, char** argv) {
                                   .in_is_terminal = ::isatty(STDIN_FILENO) != 0,
                                   .out_is_terminal = ::isatty(STDOUT_FILENO) != 0,
                                   .err_is_terminal = ::isatty(STDERR_FILENO) != 0};
-  return static_cast<int>(cwm::cli::Run(std::vector<std::string>(argv + 1, argv + argc), streams));
+  return static_cast<int>(cwm::cli::Run(std::vector<std::string>(argv + 1, argv + argc), streams,
+                                        cwm::web::ReportAssets()));
 }

@@ -10,6 +10,7 @@
 #include "clients/cli/error_report.h"
 #include "clients/cli/one_of.h"
 #include "clients/cli/out_pipe.h"
+#include "clients/cli/report_command.h"
 
 namespace cwm::cli {
 namespace {
@@ -55,9 +56,10 @@ void AddGlobalOptions(CLI::App& app, Session& session) {
       ->type_name("S");
 }
 
-void AddCommands(CommandLine& line) {
+void AddCommands(CommandLine& line, const report::PageAssets& page_assets) {
   AddStatusCommands(line);
   AddSegmentCommand(line);
+  AddReportCommand(line, page_assets);
   AddIngestCommand(line);
   AddObjectCommands(line);
   AddPutCommand(line);
@@ -90,7 +92,8 @@ ExitCode Explain(const CommandLine& line, const CLI::ParseError& error) {
 
 }  // namespace
 
-ExitCode Run(const std::vector<std::string>& arguments, Streams streams) {
+ExitCode Run(const std::vector<std::string>& arguments, Streams streams,
+             const report::PageAssets& page_assets) {
   Session session(streams);
   const char* no_color = std::getenv("NO_COLOR");  // https://no-color.org
   session.no_color = no_color != nullptr && *no_color != '\0';
@@ -98,7 +101,7 @@ ExitCode Run(const std::vector<std::string>& arguments, Streams streams) {
   line.app.formatter(std::make_shared<ShortListFormatter>());
   line.app.set_version_flag("--version", "cwm " CWM_VERSION);
   AddGlobalOptions(line.app, session);
-  AddCommands(line);
+  AddCommands(line, page_assets);
   try {  // CLI11 reports by exceptions; they end here
     line.app.parse(std::vector<std::string>(arguments.rbegin(), arguments.rend()));
   } catch (const CLI::ParseError& error) {

@@ -1,23 +1,18 @@
 #include "clients/cli/scan_report.h"
 
-#include <algorithm>
 #include <ostream>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "clients/cli/object_table.h"
 #include "clients/cli/quantity.h"
+#include "clients/cpp/point_labels.h"
 
 namespace cwm::cli {
 namespace {
 
 namespace pb = cwm::v1;
 using Names = google::protobuf::RepeatedPtrField<std::string>;
-
-// The scheme of labelled clouds: supports 1 to 9 (the tenth and later share 9), object i from 1 on
-// 10 (i + 1).
-int SupportLabel(int index) { return std::min(index + 1, 9); }
-int ObjectLabel(int index) { return 10 * (index + 2); }
 
 void PrintNames(const std::string& what, const Names& names, std::ostream& out) {
   if (!names.empty()) out << what << ": " << absl::StrJoin(names, ", ") << "\n";
@@ -66,10 +61,10 @@ void PrintScanReport(const pb::IngestCloudResponse& response, TableStyle style, 
   PrintChanges(response.changes(), out);
   std::vector<LabelledObject> objects;
   for (int i = 0; i < response.supports_size(); ++i) {
-    objects.push_back({&response.supports(i), SupportLabel(i)});
+    objects.push_back({&response.supports(i), static_cast<int>(client::SupportLabel(i))});
   }
   for (int i = 0; i < response.objects_size(); ++i) {
-    objects.push_back({&response.objects(i), ObjectLabel(i)});
+    objects.push_back({&response.objects(i), static_cast<int>(client::ObjectLabel(i))});
   }
   PrintObjects(objects, style, out);
   PrintStages(response.stages(), out);

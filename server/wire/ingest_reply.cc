@@ -43,7 +43,26 @@ Observation ObservationOf(const collision::WorldObject& object, const World& wor
   return object.uid.empty() ? Observation{} : world.observations().Of(object.name);
 }
 
-void SetObjects(const IngestReply& reply, GeometryStore& store, v1::IngestCloudResponse* response) {
+absl::Status Hold(const std::shared_ptr<const TriangleMesh>& mesh, GeometryStore& store) {
+  if (mesh == nullptr || mesh->triangles.empty()) return absl::OkStatus();
+  return store.Put(BlobFormat::kMeshF64, EncodeMesh(*mesh)).status();
+}
+
+// The meshes of a provisional object end with it: they are held like labels, so that who asked can
+// still read what the reply names.
+absl::Status HoldMeshes(const collision::WorldObject& object, GeometryStore& store) {
+  if (!object.uid.empty() || object.geometry == nullptr) return absl::OkStatus();
+  for (const SurfacePart& part : object.model().surfaces) {
+    if (absl::Status held = Hold(part.surface.mesh, store); !held.ok()) return held;
+  }
+  for (const Handle& handle : object.model().handles) {
+    if (absl::Status held = Hold(handle.surface.mesh, store); !held.ok()) return held;
+  }
+  return absl::OkStatus();
+}
+
+absl::Status SetObjects(const IngestReply& reply, GeometryStore& store,
+                        v1::IngestCloudResponse* response) {
   const IngestOutcome& outcome = reply.outcome;
   for (std::size_t i = 0; i < outcome.supports.size(); ++i) {
     const collision::WorldObject& support = *outcome.supports[i];
@@ -52,12 +71,15 @@ void SetObjects(const IngestReply& reply, GeometryStore& store, v1::IngestCloudR
     if (i < outcome.support_reachable.size() && outcome.support_reachable[i].has_value()) {
       proto->set_reachable(*outcome.support_reachable[i]);
     }
+    if (absl::Status held = HoldMeshes(support, store); !held.ok()) return held;
   }
   for (const collision::WorldObjectPtr& object : outcome.objects) {
     v1::Object* proto = response->add_objects();  // stays empty where a user's object explains it
     if (object == nullptr) continue;
     *proto = ToProto(*object, View::kFull, ObservationOf(*object, reply.world), store);
+    if (absl::Status held = HoldMeshes(*object, store); !held.ok()) return held;
   }
+  return absl::OkStatus();
 }
 
 absl::Status SetLabels(const std::vector<std::uint32_t>& labels, const Limits& limits,
@@ -82,7 +104,7 @@ absl::Status ToProto(const IngestReply& reply, const Limits& limits, GeometrySto
   response->set_revision(reply.outcome.revision.value);
   *response->mutable_x_world_sensor() = ToProto(reply.outcome.X_WC);
   SetReport(reply.outcome.report, response);
-  SetObjects(reply, store, response);
+  if (absl::Status status = SetObjects(reply, store, response); !status.ok()) return status;
   SetChanges(reply.outcome, response->mutable_changes());
   if (!reply.want_point_labels) return absl::OkStatus();
   return SetLabels(reply.outcome.labels, limits, store, response);

@@ -1,0 +1,89 @@
+// Shapes and their coefficients in words and numbers.
+import type { Pose, ShapePart } from "../world/types";
+import { kindOf } from "../world/types";
+import { degrees, fixed, mm } from "./quantity";
+
+const times = "\u2009×\u2009";
+
+export function shapeName(part: ShapePart): string {
+  return (kindOf(part) ?? "").replace("_", " ");
+}
+
+// In millimetres: "⌀" would hide which radius is meant, so radii are named.
+export function dimensions(part: ShapePart): string {
+  if (part.sphere) return `r ${mm(part.sphere.radius_m)}`;
+  if (part.box) return [part.box.size_x_m, part.box.size_y_m, part.box.size_z_m].map((m) => mm(m)).join(times);
+  if (part.cylinder) return `r ${mm(part.cylinder.radius_m)}, l ${mm(part.cylinder.length_m)}`;
+  if (part.cone) {
+    return `r ${mm(part.cone.radius_bottom_m)} to ${mm(part.cone.radius_top_m)}, l ${mm(part.cone.length_m)}`;
+  }
+  if (part.capsule) return `r ${mm(part.capsule.radius_m)}, l ${mm(part.capsule.length_m)}`;
+  if (part.plate) {
+    const holes = part.plate.holes.length;
+    const holesText = holes === 0 ? "" : `, ${holes} hole${holes === 1 ? "" : "s"}`;
+    return `${part.plate.outline.vertices.length} corners${holesText}, ${mm(part.plate.thickness_m)} thick`;
+  }
+  return "";
+}
+
+export interface Coefficient {
+  name: string;
+  value: string;
+  sigma: string;  // empty: unknown
+  unit: string;
+  exact: number;
+}
+
+type Quantity = "length" | "direction" | "angle";
+type Named = readonly [name: string, quantity: Quantity];
+
+// In PCL's order (coefficients.h of the server).
+const plane: readonly Named[] = [["n_x", "direction"], ["n_y", "direction"], ["n_z", "direction"], ["d", "length"]];
+const point: readonly Named[] = [["x", "length"], ["y", "length"], ["z", "length"]];
+const axis: readonly Named[] = [["a_x", "direction"], ["a_y", "direction"], ["a_z", "direction"]];
+const layouts: Record<string, readonly Named[]> = {
+  plate: plane,
+  half_space: plane,
+  sphere: [...point, ["r", "length"]],
+  cylinder: [...point, ...axis, ["r", "length"]],
+  cone: [...point, ...axis, ["angle", "angle"]],
+};
+
+function write(value: number, quantity: Quantity): string {
+  if (quantity === "angle") return degrees(value);
+  return fixed(value, 4);
+}
+
+function writeSigma(sigma: number | undefined, quantity: Quantity): string {
+  if (sigma === undefined) return "";
+  if (quantity === "length") return `± ${mm(sigma, 2)} mm`;
+  return quantity === "angle" ? `± ${degrees(sigma)}°` : `± ${fixed(sigma, 4)}`;
+}
+
+const units: Record<Quantity, string> = { length: "m", direction: "", angle: "°" };
+
+export function coefficients(part: ShapePart): Coefficient[] {
+  const layout = layouts[kindOf(part) ?? ""] ?? [];
+  return part.coefficients.map((exact, i) => {
+    const [name, quantity] = layout[i] ?? [`c${i + 1}`, "direction" as Quantity];
+    return {
+      name, exact, unit: units[quantity], value: write(exact, quantity),
+      sigma: writeSigma(part.fit?.parameter_sigma[i], quantity),
+    };
+  });
+}
+
+export const position = (pose: Pose): string[] => [pose.tx_m, pose.ty_m, pose.tz_m].map((m) => fixed(m, 3));
+
+// Below it a turn is 0.0 degrees as written here.
+const leastTurn_rad = 8e-4;
+
+// "30.0° about 0.00 0.00 1.00"; empty where nothing is turned.
+export function rotation(pose: Pose): string {
+  const sine = Math.hypot(pose.qx, pose.qy, pose.qz);
+  const angle_rad = 2 * Math.atan2(sine, Math.abs(pose.qw));
+  if (angle_rad < leastTurn_rad) return "";
+  const scale = (pose.qw < 0 ? -1 : 1) / sine;
+  const axis = [pose.qx, pose.qy, pose.qz].map((q) => fixed(scale * q, 2)).join(" ");
+  return `${degrees(angle_rad, 1)}° about ${axis}`;
+}

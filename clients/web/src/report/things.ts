@@ -1,0 +1,48 @@
+// What the scan consists of, in one list: supports, then objects and residuals, each with its colour.
+import { Box3, Matrix4, Vector3 } from "three";
+import type { MeshSource } from "../scene/shape_geometry";
+import { objectBounds } from "../scene/object_bounds";
+import { colorsOfPlaces, repeated, residualColors, supportColors } from "../scene/palette";
+import { matrixOf } from "../scene/pose";
+import { shortName, type WorldObject } from "../world/types";
+import type { PointRun, ScanRecord } from "./record";
+
+export interface Thing {
+  index: number;  // in the list
+  object: WorldObject;
+  kind: string;   // "support", "object", "residual"
+  color: string;
+  bounds: Box3;   // in the world
+  size: Vector3;  // in the object's frame, m
+}
+
+// In the order of the response, so that a run's owner finds its thing by index.
+export function thingsOf(record: ScanRecord, meshes: MeshSource): Thing[] {
+  const all = [...record.response.supports, ...record.response.objects];
+  const things = all.map((object, index): Thing => ({
+    index, object, kind: shortName(object.kind, "OBJECT_KIND"), color: residualColors[0] as string,
+    bounds: objectBounds(object, meshes, matrixOf(object.x_world_object)),
+    size: objectBounds(object, meshes, new Matrix4()).getSize(new Vector3()),
+  }));
+  const objects = things.filter((thing) => thing.kind === "object");
+  const places = objects.map((thing) => thing.bounds.getCenter(new Vector3()));
+  colorsOfPlaces(places).forEach((color, i) => { (objects[i] as Thing).color = color; });
+  for (const [kind, colors] of [["support", supportColors], ["residual", residualColors]] as const) {
+    things.filter((thing) => thing.kind === kind)
+      .forEach((thing, i) => { thing.color = repeated(colors, i); });
+  }
+  return things;
+}
+
+// The thing that a run's points belong to; undefined: nobody's.
+export function ownerOf(run: PointRun, record: ScanRecord, things: readonly Thing[]): Thing | undefined {
+  if (run.owner === "nobody") return undefined;
+  return things[run.owner === "support" ? run.index : record.response.supports.length + run.index];
+}
+
+// Whether a shape explains the run's points.
+export function isExplainedByShape(run: PointRun, thing: Thing | undefined): boolean {
+  if (thing === undefined) return false;
+  if (run.owner === "support") return thing.object.shapes.length > 0;
+  return run.part >= 1 && run.part <= thing.object.shapes.length;
+}

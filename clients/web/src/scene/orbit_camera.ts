@@ -1,0 +1,152 @@
+// One camera that every pane looks through and any of them turns, with the mouse, by touch and by keys.
+import { Box3, PerspectiveCamera, Spherical, Vector3 } from "three";
+import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
+
+const fieldOfView_deg = 35;  // upwards, in a pane of the usual aspect
+const widerThanHigh = 1.5;     // the usual aspect
+
+// Where the first look comes from: beside the sensor, so that depth shows, and never flat or straight
+// down.
+const besideSensor_rad = 0.35;
+const leastPolar_rad = 0.55;
+const mostPolar_rad = 1.2;
+
+const keyTurn_rad = Math.PI / 36;
+const keyZoom = 0.9;
+
+// three.js measures polar angles from y: our up is z.
+const toYUp = (v: Vector3): Vector3 => new Vector3(v.x, v.z, -v.y);
+const toZUp = (v: Vector3): Vector3 => new Vector3(v.x, -v.z, v.y);
+
+// Room around what is shown at first.
+const margin = 1.12;
+
+// Each halves the error at least; a pixel is reached after a few.
+const fittingSteps = 8;
+
+interface View { target: Vector3; position: Vector3; }
+
+function cornersOf(bounds: Box3): Vector3[] {
+  return [0, 1, 2, 3, 4, 5, 6, 7].map((corner) => new Vector3(
+    corner & 1 ? bounds.max.x : bounds.min.x, corner & 2 ? bounds.max.y : bounds.min.y,
+    corner & 4 ? bounds.max.z : bounds.min.z));
+}
+
+// Looking along `-direction`, as near as a pane of the usual aspect sees every corner of `bounds`, and those
+// in the middle of it.
+function fittingView(bounds: Box3, direction: Vector3): View {
+  const right = new Vector3(0, 0, 1).cross(direction).normalize();
+  const up = direction.clone().cross(right);
+  const slope = Math.tan((fieldOfView_deg * Math.PI) / 360) / margin;
+  const corners = cornersOf(bounds);
+  const target = bounds.getCenter(new Vector3());
+  const radius = Math.max(bounds.getSize(new Vector3()).length() / 2, 0.01);  // never inside, be it a point
+  let distance = radius / slope;
+  for (let step = 0; step < fittingSteps; ++step) {
+    const seen = new Box3();
+    for (const corner of corners) {
+      const p = corner.clone().sub(target);
+      const depth = Math.max(distance - p.dot(direction), radius / 100);
+      seen.expandByPoint(new Vector3(p.dot(right) / depth, p.dot(up) / depth, 0));
+    }
+    const middle = seen.getCenter(new Vector3()).multiplyScalar(distance);
+    target.addScaledVector(right, middle.x).addScaledVector(up, middle.y);
+    const size = seen.getSize(new Vector3()).divideScalar(2);
+    distance *= Math.max(size.x / widerThanHigh, size.y, 1e-3) / slope;
+    distance = Math.max(distance, 1.1 * radius);
+  }
+  return { target, position: target.clone().addScaledVector(direction, distance) };
+}
+
+export class OrbitCamera {
+  readonly camera = new PerspectiveCamera(fieldOfView_deg);
+  readonly target = new Vector3();
+  private readonly controls: OrbitControls[] = [];
+  private readonly homePosition = new Vector3();
+  private readonly homeTarget = new Vector3();
+
+  constructor(private readonly changed: () => void) {
+    this.camera.up.set(0, 0, 1);
+  }
+
+  // The view that shows the whole of `bounds` from near the sensor's side; also where Home leads.
+  setHome(bounds: Box3, sensor: Vector3): void {
+    const from = new Spherical().setFromVector3(toYUp(sensor.clone().sub(bounds.getCenter(new Vector3()))));
+    from.radius = 1;
+    from.theta += besideSensor_rad;
+    from.phi = Math.min(Math.max(from.phi, leastPolar_rad), mostPolar_rad);
+    const view = fittingView(bounds, toZUp(new Vector3().setFromSpherical(from)));
+    this.homeTarget.copy(view.target);
+    this.homePosition.copy(view.position);
+    this.home();
+  }
+
+  home(): void {
+    this.camera.position.copy(this.homePosition);
+    this.moveTarget(this.homeTarget);
+  }
+
+  // Lets a pane's element turn the camera. The wheel zooms only while the element has the focus: else it
+  // scrolls the page.
+  attach(element: HTMLElement): void {
+    const controls = new OrbitControls(this.camera, element);
+    controls.target = this.target;
+    controls.zoomToCursor = true;
+    controls.enableZoom = false;
+    controls.addEventListener("change", this.changed);
+    this.controls.push(controls);
+    element.addEventListener("focus", () => { controls.enableZoom = true; });
+    element.addEventListener("blur", () => { controls.enableZoom = false; });
+    element.addEventListener("pointerdown", () => element.focus({ preventScroll: true }));
+    element.addEventListener("keydown", (event) => this.onKey(event));
+  }
+
+  // For a pane of that aspect; one that is narrower than usual sees as much sideways.
+  setAspect(aspect: number): void {
+    this.camera.aspect = aspect;
+    const half = Math.tan((fieldOfView_deg * Math.PI) / 360);
+    this.camera.fov = (2 * Math.atan((half * widerThanHigh) / Math.min(aspect, widerThanHigh)) * 180) / Math.PI;
+    const distance = this.camera.position.distanceTo(this.target);
+    this.camera.near = distance / 200;
+    this.camera.far = distance * 200;
+    this.camera.updateProjectionMatrix();
+  }
+
+  private moveTarget(target: Vector3): void {
+    this.target.copy(target);
+    this.camera.lookAt(this.target);
+    for (const controls of this.controls) controls.update();
+    this.changed();
+  }
+
+  private turn(azimuth_rad: number, polar_rad: number, zoom: number): void {
+    const from = new Spherical().setFromVector3(toYUp(this.camera.position.clone().sub(this.target)));
+    from.theta += azimuth_rad;
+    from.phi = Math.min(Math.max(from.phi + polar_rad, 0.02), Math.PI - 0.02);
+    from.radius *= zoom;
+    this.camera.position.copy(toZUp(new Vector3().setFromSpherical(from))).add(this.target);
+    this.moveTarget(this.target);
+  }
+
+  private shift(right: number, up: number): void {
+    const step = 0.04 * this.camera.position.distanceTo(this.target);
+    const offset = new Vector3().setFromMatrixColumn(this.camera.matrix, 0).multiplyScalar(right * step)
+      .add(new Vector3().setFromMatrixColumn(this.camera.matrix, 1).multiplyScalar(up * step));
+    this.camera.position.add(offset);
+    this.moveTarget(this.target.clone().add(offset));
+  }
+
+  private onKey(event: KeyboardEvent): void {
+    if (event.ctrlKey || event.metaKey || event.altKey) return;
+    const arrows: Record<string, [number, number]> = {
+      ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
+    const arrow = arrows[event.key];
+    if (arrow && event.shiftKey) this.shift(arrow[0], arrow[1]);
+    else if (arrow) this.turn(arrow[0] * keyTurn_rad, -arrow[1] * keyTurn_rad, 1);
+    else if (event.key === "+" || event.key === "=") this.turn(0, 0, keyZoom);
+    else if (event.key === "-") this.turn(0, 0, 1 / keyZoom);
+    else if (event.key === "Home") this.home();
+    else return;
+    event.preventDefault();
+  }
+}
