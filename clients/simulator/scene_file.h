@@ -10,7 +10,7 @@ namespace cwm::simulator {
 
 // Scenes larger than this are refused, so that a few lines of YAML cannot ask for all memory.
 inline constexpr int kMostParts = 100'000;
-inline constexpr int kMostPixelsPerSide = 8192;
+inline constexpr int kMostPixelsPerSide = 4096;  // twice what depth cameras have
 
 // Reads the scene and the meshes that it names, their paths relative to the scene file.
 // INVALID_ARGUMENT "FILE:LINE: FIELD is VALUE, RULE" for whatever does not fit: unknown and double

@@ -212,7 +212,9 @@ formats::CloudFile ToCloudFile(const perception::PointCloud& cloud) {
   file.height = cloud.height;
   static_assert(sizeof(Eigen::Vector3f) == 3 * sizeof(float));
   file.bytes.resize(cloud.points.size() * file.point_step);
-  std::memcpy(file.bytes.data(), cloud.points.data(), file.bytes.size());
+  if (!cloud.points.empty()) {
+    std::memcpy(file.bytes.data(), cloud.points.front().data(), file.bytes.size());
+  }
   return file;
 }
 

@@ -38,7 +38,7 @@ absl::StatusOr<MeshFile> ParseBinary(std::string_view bytes, const std::string& 
     const char* triangle = bytes.data() + kHeaderBytes + i * kTriangleBytes;
     float numbers[12];  // the normal first
     std::memcpy(numbers, triangle, sizeof numbers);
-    for (int vertex = 1; vertex <= 3; ++vertex) {
+    for (std::size_t vertex = 1; vertex <= 3; ++vertex) {
       const float* p = numbers + 3 * vertex;
       if (!std::isfinite(p[0]) || !std::isfinite(p[1]) || !std::isfinite(p[2])) {
         return formats::FileError(file, {.field = absl::StrCat("triangles[", i, "]"),

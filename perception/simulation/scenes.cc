@@ -61,6 +61,7 @@ constexpr double kHandleTube_m = 0.006;
 // The body, and a handle of capsules along half a circle, towards x.
 SimulatedObject Mug(std::string name, const Cylinder& body, const Place& place) {
   SimulatedObject mug = StandingCan(std::move(name), body, place);
+  mug.part_roles = {PieceRole::kBody};
   const Vector3 center(body.radius_m, 0, 0.5 * body.length_m);
   const auto on_arc = [&](int i) {
     const double angle_rad = std::numbers::pi * (static_cast<double>(i) / kHandleSegments - 0.5);
@@ -71,6 +72,7 @@ SimulatedObject Mug(std::string name, const Cylinder& body, const Place& place) 
     const Quaternion along(BasisFromZ(chord.normalized()));
     mug.parts.push_back({.X_FS = MakePose(0.5 * (on_arc(i) + on_arc(i + 1)), along),
                          .shape = Capsule{.radius_m = kHandleTube_m, .length_m = chord.norm()}});
+    mug.part_roles.push_back(PieceRole::kHandle);
   }
   return mug;
 }

@@ -8,8 +8,10 @@
 #include <tuple>
 #include <utility>
 
+#include "collision/geometry/signed_distance.h"
 #include "perception/simulation/look_at.h"
 #include "perception/simulation/multipath.h"
+#include "perception/simulation/random_scenes.h"
 #include "perception/simulation/sensor_errors.h"
 #include "perception/simulation/several_views.h"
 #include "perception/simulation/unorganised.h"
@@ -175,7 +177,7 @@ TEST(SickLms400, IsMoreOrLessNoisyFromObjectToObjectAndBiasedAsAWhole) {
   const RangeImage image = Render(walls, camera);
   double least_bias_m = 1;
   double most_bias_m = -1;
-  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+  for (std::uint64_t seed = 1; seed <= 12; ++seed) {
     const SensorErrors errors = DrawErrors(sick, image, camera, seed);
     std::map<int, std::pair<double, int>> squares_of;
     for (std::size_t i = 0; i < image.pixels.size(); ++i) {
@@ -281,6 +283,31 @@ TEST(SeveralViews, AreRegisteredWithSmallErrorsButTheFirst) {
     }
     EXPECT_LE(least_m, 0.005 + 1e-5);
     EXPECT_GT(RotationAngle_rad(views.X_WC[i].linear(), camera.X_WC.linear()), 5 * kDegree);
+  }
+}
+
+TEST(SeveralViews, AreTakenFromFreeSpace) {
+  constexpr double kRoom_m = 0.05;  // for the camera itself
+  for (const SceneFamily family :
+       {SceneFamily::kTable, SceneFamily::kClutter, SceneFamily::kKitchen, SceneFamily::kVessels}) {
+    for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+      SimulatedView view = RandomScene(family, seed);
+      view.camera.width = 8;  // where the cameras are is all that matters
+      view.camera.height = 6;
+      view.camera.focal_px = 6.5;
+      view.camera.center_x_px = 3.5;
+      view.camera.center_y_px = 2.5;
+      const RegisteredViews views =
+          ScanFromSeveral(view.scene, view.camera, 5, {.noiseless = true});
+      for (const Pose& X_WC : views.X_WC) {
+        for (const SimulatedObject& object : view.scene.objects) {
+          for (const Placed<>& part : object.parts) {
+            const Vector3 p_S = (object.X_WO * part.X_FS).inverse() * X_WC.translation();
+            EXPECT_GT(SignedDistance_m(part.shape, p_S), kRoom_m) << seed << object.name;
+          }
+        }
+      }
+    }
   }
 }
 

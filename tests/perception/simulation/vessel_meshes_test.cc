@@ -93,7 +93,7 @@ TEST_P(Vessels, AreWatertightPartsWithOneHandleThatStandOnTheirFoot) {
 // handle is neither floating nor a second body.
 TEST_P(Vessels, HaveHandlesAndSpoutsThatGrowOutOfTheWall) {
   RandomDraws draws(4, 0);
-  for (int i = 0; i < 5; ++i) {
+  for (int i = 0; i < 3; ++i) {
     const SimulatedObject vessel = DrawVessel(GetParam(), draws);
     const Shape& body = vessel.parts[0].shape;
     for (std::size_t part = 1; part < vessel.parts.size(); ++part) {
