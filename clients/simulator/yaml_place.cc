@@ -31,11 +31,11 @@ int LineOf(const YAML::Node& node, int around) {
 
 }  // namespace
 
-YamlPlace::YamlPlace(YAML::Node node, std::string file)
+YamlPlace::YamlPlace(const YAML::Node& node, std::string file)
     : YamlPlace(node, std::move(file), "", LineOf(node, 1)) {}
 
-YamlPlace::YamlPlace(YAML::Node node, std::string file, std::string path, int line)
-    : node_(std::move(node)), file_(std::move(file)), path_(std::move(path)), line_(line) {}
+YamlPlace::YamlPlace(const YAML::Node& node, std::string file, std::string path, int line)
+    : node_(node), file_(std::move(file)), path_(std::move(path)), line_(line) {}
 
 absl::Status YamlPlace::Error(std::string_view rule) const {
   const bool is_scalar = node_.IsDefined() && node_.IsScalar();
@@ -51,15 +51,15 @@ bool YamlPlace::Has(std::string_view key) const {
 
 YamlPlace YamlPlace::operator[](std::string_view key) const {
   const std::string name(key);
-  YAML::Node found = is_map() ? node_[name] : Nothing();
+  const YAML::Node found = is_map() ? node_[name] : Nothing();
   const int line = LineOf(found, line_);
-  return {std::move(found), file_, path_.empty() ? name : absl::StrCat(path_, ".", name), line};
+  return {found, file_, path_.empty() ? name : absl::StrCat(path_, ".", name), line};
 }
 
 YamlPlace YamlPlace::operator[](std::size_t index) const {
-  YAML::Node found = node_[index];
+  const YAML::Node found = node_[index];
   const int line = LineOf(found, line_);
-  return {std::move(found), file_, absl::StrCat(path_, "[", index, "]"), line};
+  return {found, file_, absl::StrCat(path_, "[", index, "]"), line};
 }
 
 absl::Status YamlPlace::CheckKeys(std::initializer_list<std::string_view> allowed) const {

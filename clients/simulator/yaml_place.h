@@ -20,7 +20,7 @@ namespace cwm::simulator {
 class YamlPlace {
  public:
   // The root of a document.
-  YamlPlace(YAML::Node node, std::string file);
+  YamlPlace(const YAML::Node& node, std::string file);
 
   absl::Status Error(std::string_view rule) const;
 
@@ -46,7 +46,7 @@ class YamlPlace {
   absl::StatusOr<std::vector<double>> ReadNumbers(std::size_t count) const;
 
  private:
-  YamlPlace(YAML::Node node, std::string file, std::string path, int line);
+  YamlPlace(const YAML::Node& node, std::string file, std::string path, int line);
 
   YAML::Node node_;
   std::string file_;
