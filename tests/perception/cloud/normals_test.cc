@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Eigenvalues>
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <random>
@@ -117,6 +119,82 @@ TEST(ImageNormals, KeepTheDirectionOfGivenOnesAndTurnThemToTheSensor) {
     EXPECT_NEAR(std::abs(n.dot(given)), 1, 1e-5);
     EXPECT_LE(n.dot(measured.oriented.points[i]), 0);
   }
+}
+
+// The rule of window_normals.h, pixel by pixel and in doubles.
+struct PlainNormal {
+  Vector3 normal = Vector3::Zero();  // where points nearly on a line do not amplify rounding
+  double sigma_rad = 0;
+};
+
+PlainNormal NormalInWindow(const MeasuredPoints& measured, int row, int column) {
+  const auto at = [&](int v, int u) {
+    return measured.image[static_cast<std::size_t>(v * measured.width + u)];
+  };
+  const auto i = static_cast<std::size_t>(at(row, column));
+  const Vector3 p = measured.oriented.points[i].cast<double>();
+  const float sigma_m = measured.oriented.sigma_m[i], radius_m = kNormalRadius_sigma * sigma_m;
+  const float px = std::clamp(
+      radius_m / (measured.oriented.points[i].norm() * measured.pixel_angle_rad), 1.0f, 64.0f);
+  const int step = std::max(1, static_cast<int>(std::lround(px / 3)));
+  const int reach = std::max(step, static_cast<int>(px) / step * step);
+  Vector3 sum = Vector3::Zero();
+  Matrix3 products = Matrix3::Zero();
+  int count = 0;
+  for (int v = row - reach; v <= row + reach; v += step) {
+    for (int u = column - reach; u <= column + reach; u += step) {
+      if (v < 0 || u < 0 || v >= measured.height || u >= measured.width || at(v, u) < 0) continue;
+      const Vector3 q =
+          measured.oriented.points[static_cast<std::size_t>(at(v, u))].cast<double>() - p;
+      if (q.squaredNorm() > 2 * radius_m * radius_m) continue;
+      sum += q;
+      products += q * q.transpose();
+      ++count;
+    }
+  }
+  PlainNormal out;
+  out.sigma_rad = NormalSigma_rad(sigma_m, radius_m, static_cast<float>(count * step * step));
+  if (count < 3) return out;
+  const Matrix3 covariance = products / count - sum * sum.transpose() / (count * count);
+  // Ten roundings of 6e-8, times this condition: less than a milliradian.
+  constexpr double kWorstCondition = 1000;
+  const double least = covariance.selfadjointView<Eigen::Lower>().eigenvalues()(0);
+  if (!(least > covariance.trace() / kWorstCondition)) return out;
+  out.normal = -(covariance.inverse() * p).normalized();
+  return out;
+}
+
+TEST(ImageNormals, AgreeWithPlainSumsOverEachWindow) {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<float> uniform(0, 1);
+  // Steps in depth change the windows from pixel to pixel; gaps and the image's borders cut them.
+  MeasuredPoints measured = Image(
+      [&](const Vector3f& ray) {
+        if (uniform(random) < 0.1f) return std::nanf("");
+        const float step = std::floor(20 * ray.x()) + std::floor(15 * ray.y());
+        return 1.2f + 0.15f * step + 0.3f * ray.x();
+      },
+      kNoise_m);
+  EstimateImageNormals(measured, {.max_threads = 2});
+  std::size_t compared = 0, conditioned = 0, apart = 0, off = 0;
+  for (int row = 0; row < kHeight; ++row) {
+    for (int column = 0; column < kWidth; ++column) {
+      const std::int32_t i = measured.image[static_cast<std::size_t>(row * kWidth + column)];
+      if (i < 0) continue;
+      const PlainNormal plain = NormalInWindow(measured, row, column);
+      const Vector3f& n = measured.oriented.normals[static_cast<std::size_t>(i)];
+      const float sigma_rad = measured.oriented.normal_sigma_rad[static_cast<std::size_t>(i)];
+      ++compared;
+      // A neighbour right at the radius may count in floats and not in doubles.
+      off += std::abs(sigma_rad - plain.sigma_rad) > 1e-6;
+      if (plain.normal.isZero()) continue;
+      ++conditioned;
+      apart += !(Angle_rad(n, plain.normal.cast<float>()) < 1e-3);
+    }
+  }
+  ASSERT_GT(conditioned, 15'000u);
+  EXPECT_LT(off, compared / 1000);
+  EXPECT_LT(apart, compared / 1000);
 }
 
 TEST(ImageNormals, AreTheSameBytesOnAnyNumberOfThreads) {
