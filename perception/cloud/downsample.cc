@@ -1,29 +1,46 @@
 #include "perception/cloud/downsample.h"
 
+#include "perception/cloud/parallel_for.h"
+
 namespace cwm::perception {
+namespace {
+
+constexpr std::size_t kCellsPerPiece = 512;  // of some 0.5 us
+constexpr int kPointsPerPoll = 65536;        // millions of them may share one cell
+
+void SetCell(const OrientedPoints& points, const VoxelGrid& grid, std::size_t c, PollEvery& poll,
+             OrientedPoints& cells) {
+  Eigen::Vector3f normal = Eigen::Vector3f::Zero();
+  float sigma = 0, normal_sigma = 0;
+  for (std::uint32_t i : grid.PointsOf(c)) {
+    poll();
+    normal += points.normals[i];
+    sigma += points.sigma_m[i];
+    normal_sigma += points.normal_sigma_rad[i];
+  }
+  const float n = static_cast<float>(grid.PointsOf(c).size());
+  const bool cancelled = normal.norm() < 0.1f * n;
+  cells.points[c] = grid.Centroid(c);
+  if (!cancelled) cells.normals[c] = normal.normalized();
+  cells.sigma_m[c] = sigma / n;
+  cells.normal_sigma_rad[c] = normal_sigma / n;
+  cells.cloud_index[c] = points.cloud_index[grid.PointsOf(c)[0]];
+}
+
+}  // namespace
 
 OrientedPoints Downsample(const OrientedPoints& points, const VoxelGrid& grid, const Work& work) {
-  PollEvery poll(work, 1024);  // cells of some 0.1 us
   OrientedPoints cells;
   cells.viewpoint = points.viewpoint;
-  for (std::size_t c = 0; c < grid.size(); ++c) {
-    poll();
-    Eigen::Vector3f normal = Eigen::Vector3f::Zero();
-    float sigma = 0, normal_sigma = 0;
-    for (std::uint32_t i : grid.PointsOf(c)) {
-      normal += points.normals[i];
-      sigma += points.sigma_m[i];
-      normal_sigma += points.normal_sigma_rad[i];
-    }
-    const float n = static_cast<float>(grid.PointsOf(c).size());
-    const bool cancelled = normal.norm() < 0.1f * n;
-    cells.points.push_back(grid.Centroid(c));
-    cells.normals.push_back(cancelled ? Eigen::Vector3f::Zero().eval()
-                                      : normal.normalized().eval());
-    cells.sigma_m.push_back(sigma / n);
-    cells.normal_sigma_rad.push_back(normal_sigma / n);
-    cells.cloud_index.push_back(points.cloud_index[grid.PointsOf(c)[0]]);
-  }
+  cells.points.resize(grid.size());
+  cells.normals.assign(grid.size(), Eigen::Vector3f::Zero());
+  cells.sigma_m.resize(grid.size());
+  cells.normal_sigma_rad.resize(grid.size());
+  cells.cloud_index.resize(grid.size());
+  ParallelFor(grid.size(), kCellsPerPiece, work, [&](std::size_t begin, std::size_t end) {
+    PollEvery poll(work, kPointsPerPoll);
+    for (std::size_t c = begin; c < end; ++c) SetCell(points, grid, c, poll, cells);
+  });
   return cells;
 }
 

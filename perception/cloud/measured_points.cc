@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <string>
 #include <utility>
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
 #include "collision/geometry/validation.h"
+#include "perception/cloud/parallel_for.h"
 #include "perception/cloud/quantile.h"
 
 namespace cwm::perception {
@@ -16,7 +18,7 @@ namespace {
 // Rays of neighbouring pixels farther apart than this are no image (a 64-line laser has 0.01).
 constexpr float kLargestPixelAngle_rad = 0.05f;
 constexpr std::size_t kAngleSamples = 4096;
-constexpr int kPointsPerPiece = 8192;  // of less than 0.1 us each
+constexpr std::size_t kPointsPerPiece = 8192;  // of less than 0.1 us each
 
 absl::Status CheckLayout(const PointCloud& cloud) {
   if (cloud.points.empty()) {
@@ -64,41 +66,97 @@ Eigen::Vector3f UnitOrZero(const Eigen::Vector3f& v) {
   return std::isfinite(norm) && norm > 1e-6f ? Eigen::Vector3f(v / norm) : Eigen::Vector3f::Zero();
 }
 
+// A range of kPointsPerPiece points of a cloud.
+struct Range {
+  std::size_t finite = 0;
+  std::size_t first = 0;              // finite ones in the ranges before
+  std::optional<std::size_t> beyond;  // the first point farther than kLargestCoordinate_m
+};
+
+std::vector<Range> CountFinite(const PointCloud& cloud, const Work& work) {
+  std::vector<Range> ranges((cloud.size() + kPointsPerPiece - 1) / kPointsPerPiece);
+  ParallelFor(cloud.size(), kPointsPerPiece, work, [&](std::size_t begin, std::size_t end) {
+    Range& range = ranges[begin / kPointsPerPiece];
+    for (std::size_t i = begin; i < end; ++i) {
+      if (!cloud.points[i].allFinite()) continue;
+      ++range.finite;
+      const bool is_beyond = cloud.points[i].cwiseAbs().maxCoeff() > kLargestCoordinate_m;
+      if (is_beyond && !range.beyond) range.beyond = i;
+    }
+  });
+  for (std::size_t r = 1; r < ranges.size(); ++r) {
+    ranges[r].first = ranges[r - 1].first + ranges[r - 1].finite;
+  }
+  return ranges;
+}
+
+absl::Status CheckExtent(const PointCloud& cloud, const std::vector<Range>& ranges) {
+  for (const Range& range : ranges) {
+    if (!range.beyond) continue;
+    const float largest_m = cloud.points[*range.beyond].cwiseAbs().maxCoeff();
+    return absl::InvalidArgumentError(
+        absl::StrCat("cloud.points[", *range.beyond, "] has a coordinate of ", largest_m,
+                     " m: must be at most ", kLargestCoordinate_m, " m"));
+  }
+  return absl::OkStatus();
+}
+
+void Resize(std::size_t count, OrientedPoints& points) {
+  points.points.resize(count);
+  points.normals.resize(count);
+  points.sigma_m.resize(count);
+  points.normal_sigma_rad.assign(count, 0.0f);
+  points.cloud_index.resize(count);
+}
+
+struct Batch {
+  std::size_t begin, end;  // of the cloud
+  std::size_t first;       // where its finite points begin
+};
+
+void Collect(const PointCloud& cloud, const SensorNoise& noise, const Batch& batch,
+             MeasuredPoints& measured) {
+  OrientedPoints& out = measured.oriented;
+  std::size_t k = batch.first;
+  for (std::size_t i = batch.begin; i < batch.end; ++i) {
+    const Eigen::Vector3f& p = cloud.points[i];
+    const bool is_finite = p.allFinite();
+    if (cloud.organised()) {
+      measured.image[i] = is_finite ? static_cast<std::int32_t>(k) : MeasuredPoints::kNoReturn;
+    }
+    if (!is_finite) continue;
+    const float depth = cloud.organised() && p.z() > 0 ? p.z() : p.norm();
+    out.points[k] = p;
+    out.normals[k] =
+        cloud.normals.empty() ? Eigen::Vector3f::Zero().eval() : UnitOrZero(cloud.normals[i]);
+    out.sigma_m[k] = static_cast<float>(noise.AxialSigma_m(depth));
+    out.cloud_index[k] = static_cast<std::uint32_t>(i);
+    ++k;
+  }
+}
+
 }  // namespace
 
 absl::StatusOr<MeasuredPoints> CollectMeasured(const PointCloud& cloud, const SensorNoise& noise,
                                                const Work& work) {
-  PollEvery poll(work, kPointsPerPiece);
   if (absl::Status status = CheckLayout(cloud); !status.ok()) return status;
+  const std::vector<Range> ranges = CountFinite(cloud, work);
+  if (absl::Status status = CheckExtent(cloud, ranges); !status.ok()) return status;
   MeasuredPoints measured;
-  OrientedPoints& out = measured.oriented;
   if (cloud.organised()) {
     measured.width = cloud.width;
     measured.height = cloud.height;
-    measured.image.assign(cloud.size(), MeasuredPoints::kNoReturn);
+    measured.image.resize(cloud.size());
   }
-  for (std::size_t i = 0; i < cloud.size(); ++i) {
-    poll();
-    const Eigen::Vector3f& p = cloud.points[i];
-    if (!p.allFinite()) continue;
-    if (p.cwiseAbs().maxCoeff() > kLargestCoordinate_m) {
-      return absl::InvalidArgumentError(
-          absl::StrCat("cloud.points[", i, "] has a coordinate of ", p.cwiseAbs().maxCoeff(),
-                       " m: must be at most ", kLargestCoordinate_m, " m"));
-    }
-    if (cloud.organised()) measured.image[i] = static_cast<std::int32_t>(out.points.size());
-    const float depth = cloud.organised() && p.z() > 0 ? p.z() : p.norm();
-    out.points.push_back(p);
-    out.normals.push_back(cloud.normals.empty() ? Eigen::Vector3f::Zero()
-                                                : UnitOrZero(cloud.normals[i]));
-    out.sigma_m.push_back(static_cast<float>(noise.AxialSigma_m(depth)));
-    out.cloud_index.push_back(static_cast<std::uint32_t>(i));
-  }
+  Resize(ranges.back().first + ranges.back().finite, measured.oriented);
+  ParallelFor(cloud.size(), kPointsPerPiece, work, [&](std::size_t begin, std::size_t end) {
+    Collect(cloud, noise, {begin, end, ranges[begin / kPointsPerPiece].first}, measured);
+  });
+  OrientedPoints& out = measured.oriented;
   if (out.points.empty()) {
     return absl::InvalidArgumentError(absl::StrCat(
         "cloud.points has ", cloud.size(), " points, none of them finite: at least one must be"));
   }
-  out.normal_sigma_rad.assign(out.size(), 0.0f);
   if (measured.organised()) {
     measured.pixel_angle_rad = MedianPixelAngle(measured);
     if (measured.pixel_angle_rad <= 0 || measured.pixel_angle_rad > kLargestPixelAngle_rad) {

@@ -6,11 +6,14 @@
 #include <limits>
 
 #include "perception/cloud/morton.h"
+#include "perception/cloud/parallel_for.h"
 
 namespace cwm::perception {
 namespace {
 
 constexpr int kPointsPerPiece = 8192;  // of less than 0.1 us each
+constexpr int kRunsPerPiece = 4096;
+constexpr std::size_t kCellsPerPiece = 512;  // some ten points each
 constexpr float kCellsPerAxis = static_cast<float>((1 << kMortonBitsPerAxis) - 2);
 
 std::uint64_t KeyOf(const VoxelGrid::Cell& cell) {
@@ -18,40 +21,48 @@ std::uint64_t KeyOf(const VoxelGrid::Cell& cell) {
                    static_cast<std::uint32_t>(cell.z()));
 }
 
-struct KeyedPoint {
+// Points that follow each other in the cloud and lie in one cell: in an image, some ten.
+struct Run {
   std::uint64_t key;
-  std::uint32_t point;
+  std::uint32_t begin, end;  // points
 };
 
+template <class CellOf>
+std::vector<Run> RunsOf(std::size_t points, const CellOf& cell_of, const Work& work) {
+  std::vector<Run> runs;
+  PollEvery poll(work, kPointsPerPiece);
+  VoxelGrid::Cell latest = VoxelGrid::Cell::Constant(VoxelGrid::kNone);
+  for (std::uint32_t i = 0; i < points; ++i) {
+    poll();
+    const VoxelGrid::Cell cell = cell_of(i);
+    if (cell == latest) {
+      runs.back().end = i + 1;
+    } else {
+      runs.push_back({KeyOf(cell), i, i + 1});
+      latest = cell;
+    }
+  }
+  return runs;
+}
+
 // Stable radix sort by key, 11 bits a pass, only as many passes as the largest key needs.
-void SortByKey(std::vector<KeyedPoint>& items, const Work& work) {
+void SortByKey(std::vector<Run>& items, const Work& work) {
   constexpr int kDigitBits = 11;
   constexpr std::size_t kDigits = 1 << kDigitBits;
   std::uint64_t all = 0;
-  for (const KeyedPoint& item : items) all |= item.key;
-  std::vector<KeyedPoint> other(items.size());
+  for (const Run& item : items) all |= item.key;
+  std::vector<Run> other(items.size());
   for (int shift = 0; shift < 64 && all >> shift; shift += kDigitBits) {
     work.Poll();
     std::array<std::size_t, kDigits + 1> start{};
-    for (const KeyedPoint& item : items) ++start[(item.key >> shift & (kDigits - 1)) + 1];
+    for (const Run& item : items) ++start[(item.key >> shift & (kDigits - 1)) + 1];
     for (std::size_t d = 0; d < kDigits; ++d) start[d + 1] += start[d];
-    for (const KeyedPoint& item : items) other[start[item.key >> shift & (kDigits - 1)]++] = item;
+    for (const Run& item : items) other[start[item.key >> shift & (kDigits - 1)]++] = item;
     items.swap(other);
   }
 }
 
 }  // namespace
-
-void Moments::Add(const Eigen::Vector3f& p) {
-  sum += p;
-  products[0] += p.x() * p.x();
-  products[1] += p.x() * p.y();
-  products[2] += p.x() * p.z();
-  products[3] += p.y() * p.y();
-  products[4] += p.y() * p.z();
-  products[5] += p.z() * p.z();
-  ++count;
-}
 
 void Moments::Add(const Moments& other, const Eigen::Vector3f& o) {
   const Eigen::Vector3f& s = other.sum;
@@ -77,7 +88,6 @@ Eigen::Matrix3f Moments::Covariance() const {
 
 VoxelGrid VoxelGrid::Build(std::span<const Eigen::Vector3f> points, float edge_m,
                            const Work& work) {
-  PollEvery poll(work, kPointsPerPiece);
   VoxelGrid grid;
   if (points.empty()) return grid;
   Eigen::Vector3f low = points[0], high = points[0];
@@ -88,31 +98,48 @@ VoxelGrid VoxelGrid::Build(std::span<const Eigen::Vector3f> points, float edge_m
   grid.edge_m_ = edge_m;
   while ((high - low).maxCoeff() / grid.edge_m_ > kCellsPerAxis) grid.edge_m_ *= 2;
   grid.origin_ = low;
-  std::vector<KeyedPoint> keyed(points.size());
   const float per_edge = 1 / grid.edge_m_;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    poll();
-    const Cell cell = ((points[i] - low) * per_edge).array().floor().cast<int>();
-    keyed[i] = {KeyOf(cell), static_cast<std::uint32_t>(i)};
-  }
-  SortByKey(keyed, work);
+  const auto cell_of = [points, low, per_edge](std::size_t i) -> Cell {
+    return ((points[i] - low) * per_edge).cast<int>();  // never negative: truncated is the floor
+  };
+  std::vector<Run> runs = RunsOf(points.size(), cell_of, work);
+  SortByKey(runs, work);
   grid.order_.resize(points.size());
   grid.cell_of_point_.resize(points.size());
-  for (std::size_t i = 0; i < keyed.size(); ++i) {
+  PollEvery poll(work, kRunsPerPiece);
+  std::uint32_t placed = 0;
+  for (std::size_t r = 0; r < runs.size(); ++r) {
     poll();
-    const Eigen::Vector3f& p = points[keyed[i].point];
-    if (i == 0 || keyed[i].key != keyed[i - 1].key) {
-      grid.first_.push_back(static_cast<std::uint32_t>(i));
-      grid.cells_.push_back(((p - low) * per_edge).array().floor().cast<int>());
-      grid.moments_.emplace_back();
+    if (r == 0 || runs[r].key != runs[r - 1].key) {
+      grid.first_.push_back(placed);
+      grid.cells_.push_back(cell_of(runs[r].begin));
     }
-    grid.moments_.back().Add(p - grid.Center(grid.cells_.size() - 1));
-    grid.order_[i] = keyed[i].point;
-    grid.cell_of_point_[keyed[i].point] = static_cast<std::uint32_t>(grid.cells_.size() - 1);
+    const auto cell = static_cast<std::uint32_t>(grid.cells_.size() - 1);
+    for (std::uint32_t i = runs[r].begin; i < runs[r].end; ++i) {
+      grid.order_[placed++] = i;
+      grid.cell_of_point_[i] = cell;
+    }
   }
-  grid.first_.push_back(static_cast<std::uint32_t>(points.size()));
+  grid.first_.push_back(placed);
+  grid.SumUp(points, work);
   grid.IndexCells();
   return grid;
+}
+
+void VoxelGrid::SumUp(std::span<const Eigen::Vector3f> points, const Work& work) {
+  moments_.resize(cells_.size());
+  ParallelFor(cells_.size(), kCellsPerPiece, work, [&](std::size_t begin, std::size_t end) {
+    PollEvery poll(work, kPointsPerPiece);
+    for (std::size_t c = begin; c < end; ++c) {
+      const Eigen::Vector3f center = Center(c);
+      Moments sums;
+      for (std::uint32_t i : PointsOf(c)) {
+        poll();  // millions of points may share one place
+        sums.Add(points[i] - center);
+      }
+      moments_[c] = sums;
+    }
+  });
 }
 
 Eigen::Vector3f VoxelGrid::Center(std::size_t i) const {

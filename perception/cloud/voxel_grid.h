@@ -18,7 +18,16 @@ struct Moments {
   std::array<float, 6> products{};  // sums of xx xy xz yy yz zz
   std::uint32_t count = 0;
 
-  void Add(const Eigen::Vector3f& p);
+  void Add(const Eigen::Vector3f& p) {
+    sum += p;
+    products[0] += p.x() * p.x();
+    products[1] += p.x() * p.y();
+    products[2] += p.x() * p.z();
+    products[3] += p.y() * p.y();
+    products[4] += p.y() * p.z();
+    products[5] += p.z() * p.z();
+    ++count;
+  }
   // Adds moments that were taken about an origin that lies at `offset` from this one's.
   void Add(const Moments& other, const Eigen::Vector3f& offset);
   Eigen::Vector3f Mean() const { return sum / static_cast<float>(count); }
@@ -64,6 +73,7 @@ class VoxelGrid {
   std::vector<std::uint32_t> cell_of_point_;  // per point
   std::vector<std::int32_t> slots_;           // open addressing, a power of two
 
+  void SumUp(std::span<const Eigen::Vector3f> points, const Work& work);
   std::size_t Slot(const Cell& cell) const;
   void IndexCells();
 };
