@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "collision/geometry/signed_distance.h"
+#include "perception/outline_raster.h"
 
 namespace cwm::perception {
 namespace {
@@ -31,8 +32,10 @@ FitQuality QualityOf(const SegmentedSupport& support, const OrientedPoints& poin
     const Vector3 local = X_SL * points.points[i].cast<double>();
     squares += local.z() * local.z();
     fit.max_residual_m = std::max(fit.max_residual_m, std::abs(local.z()));
-    cells.emplace_back(static_cast<int>(std::floor(local.x() / kObservedCell_m)),
-                       static_cast<int>(std::floor(local.y() / kObservedCell_m)));
+    const std::pair cell(static_cast<int>(std::floor(local.x() / kObservedCell_m)),
+                         static_cast<int>(std::floor(local.y() / kObservedCell_m)));
+    // Points that follow each other in an image lie mostly in one cell.
+    if (cells.empty() || cells.back() != cell) cells.push_back(cell);
   }
   std::sort(cells.begin(), cells.end());
   cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
@@ -69,6 +72,7 @@ std::uint64_t ExplainedBySupport(const SegmentedSupport& support, const Oriented
                                  const Work& work) {
   PollEvery poll(work, kPointsPerPiece);
   const Pose X_SL = support.plate.X_FS.inverse(Eigen::Isometry);
+  const OutlineRaster outline(support.plate.shape.outline);
   std::uint64_t explained = 0;
   for (std::uint32_t i : support.points) {
     poll();
@@ -76,7 +80,7 @@ std::uint64_t ExplainedBySupport(const SegmentedSupport& support, const Oriented
     const double tolerance = ExplainedWithin_m(points.sigma_m[i]);
     const Vector2 p = local.head<2>();
     if (std::abs(local.z()) > tolerance) continue;
-    if (Contains(support.plate.shape.outline, p)) {
+    if (outline.Contains(p)) {
       ++explained;  // over the top face; holes hold no points of the support
     } else {
       explained += SignedDistance_m(support.plate.shape, local) <= tolerance;

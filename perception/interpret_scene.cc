@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <numeric>
 #include <string_view>
 #include <utility>
 
@@ -94,24 +95,52 @@ absl::StatusOr<SegmentedScene> Segment(const PointCloud& cloud, const InterpretO
   return SegmentScene(*std::move(measured), segment_options, work);
 }
 
-// Steps 6 and 7, things in parallel.
-std::vector<ModelledThing> ModelThings(const SegmentedScene& scene, const InterpretOptions& options,
-                                       const Work& work) {
-  std::vector<ModelledThing> modelled(scene.things.size());
-  ParallelFor(modelled.size(), 1, work, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t k = begin; k < end; ++k) {
-      modelled[k] = ModelThing(scene, scene.things[k], options, work);
-    }
+struct DescribedSupport {
+  DetectedSupport support;
+  std::uint64_t explained = 0;  // points
+};
+
+struct DescribedScene {
+  std::vector<DescribedSupport> supports;
+  std::vector<ModelledThing> things;
+};
+
+// Steps 6 and 7, supports and things in parallel; the largest things first, so that none of them
+// is left to one thread at the end.
+DescribedScene DescribeScene(const SegmentedScene& scene, const Pose& X_WL,
+                             const InterpretOptions& options, const Work& work) {
+  DescribedScene described;
+  described.supports.resize(scene.supports.size());
+  described.things.resize(scene.things.size());
+  std::vector<std::size_t> order(scene.things.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return scene.things[a].points.size() > scene.things[b].points.size();
   });
-  return modelled;
+  const auto describe = [&](std::size_t k) {
+    if (k < order.size()) {
+      const std::size_t t = order[k];
+      described.things[t] = ModelThing(scene, scene.things[t], options, work);
+      return;
+    }
+    const SegmentedSupport& support = scene.supports[k - order.size()];
+    described.supports[k - order.size()] = {
+        DescribeSupport(support, scene.points, X_WL, FloorOf(options)),
+        ExplainedBySupport(support, scene.points, work)};
+  };
+  ParallelFor(order.size() + scene.supports.size(), 1, work,
+              [&](std::size_t begin, std::size_t end) {
+                for (std::size_t k = begin; k < end; ++k) describe(k);
+              });
+  return described;
 }
 
-void AddSupports(const SegmentedScene& scene, const Pose& X_WL, const InterpretOptions& options,
-                 const Work& work, SceneInterpretation& result) {
+void AddSupports(const SegmentedScene& scene, std::vector<DescribedSupport> described,
+                 SceneInterpretation& result) {
   LabelSupports(scene, result.labels);
-  for (const SegmentedSupport& support : scene.supports) {
-    result.supports.push_back(DescribeSupport(support, scene.points, X_WL, FloorOf(options)));
-    result.report.points_explained += ExplainedBySupport(support, scene.points, work);
+  for (DescribedSupport& support : described) {
+    result.supports.push_back(std::move(support.support));
+    result.report.points_explained += support.explained;
   }
 }
 
@@ -146,17 +175,18 @@ absl::StatusOr<SceneInterpretation> Interpret(const PointCloud& cloud,
   absl::StatusOr<SegmentedScene> scene = Segment(cloud, options, work, result.report, watch);
   if (!scene.ok()) return scene.status();
 
-  // Steps 6 and 7: shapes, and triangulated surfaces for what they leave.
-  std::vector<ModelledThing> modelled = ModelThings(*scene, options, work);
-  watch.Done("shapes");
-
-  // Step 8: the hybrid model of all, in the world.
   result.X_WC.linear() = scene->R_LC;
   if (options.X_WC) result.X_WC = *options.X_WC;
   const Pose X_WL(Eigen::Translation3d(result.X_WC.translation()));
+
+  // Steps 6 and 7: shapes, and triangulated surfaces for what they leave.
+  DescribedScene described = DescribeScene(*scene, X_WL, options, work);
+  watch.Done("shapes");
+
+  // Step 8: the hybrid model of all, in the world.
   result.labels.assign(cloud.size(), 0);
-  AddSupports(*scene, X_WL, options, work, result);
-  AddObjects(*scene, std::move(modelled), X_WL, result);
+  AddSupports(*scene, std::move(described.supports), result);
+  AddObjects(*scene, std::move(described.things), X_WL, result);
   result.report.points_rejected = scene->rejected.size();
   AddWarnings(*scene, result.report);
   return result;
