@@ -9,11 +9,17 @@
 namespace cwm::perception {
 
 // Calls body(begin, end) for consecutive ranges of [0, count), on at most work.Threads() threads,
-// asked again before each range, and returns when all are done. Ranges are handed out in order but run in any order: a body must
-// write only what belongs to its own range, and then the result does not depend on the number of
-// threads. Polls before each range: a range should take at most about a millisecond, or its body
-// poll as well. The first exception of a body, Stopped among them, ends the loop and is rethrown.
+// asked again before each range, and returns when all are done. Ranges are handed out in order but
+// run in any order: a body must write only what belongs to its own range, and then the result does
+// not depend on the number of threads. Polls before each range: a range should take at most about a
+// millisecond, or its body poll as well. A loop within the body of another one stays on that body's
+// thread: there are never more threads than the outermost loop was given. The first exception of a
+// body, Stopped among them, ends the loop and is rethrown.
 void ParallelFor(std::size_t count, std::size_t range_size, const Work& work,
                  const std::function<void(std::size_t begin, std::size_t end)>& body);
+
+// Calls both, in parallel like two ranges of a loop.
+void DoBoth(const Work& work, const std::function<void()>& first,
+            const std::function<void()>& second);
 
 }  // namespace cwm::perception

@@ -56,10 +56,11 @@ void JoinSmallParts(const PieceViews& views, std::int32_t support_count, Disjoin
 
 }  // namespace
 
-Pieces JoinPieces(const SurfaceGraph& graph, Pieces pieces, const SightMap& sight) {
+Pieces JoinPieces(const SurfaceGraph& graph, Pieces pieces, const SightMap& sight,
+                  const Work& work) {
   const auto count = static_cast<std::size_t>(pieces.piece_count);
   DisjointSets objects(count);
-  const PieceViews views = ViewPieces(graph, pieces);
+  const PieceViews views = ViewPieces(graph, pieces, work);
   JoinVessels(graph.nodes(), views, objects);
   JoinAcrossOccluders(graph.nodes(), views, sight, objects);
   JoinSmallParts(views, pieces.support_count, objects);

@@ -12,6 +12,7 @@
 namespace cwm::perception {
 
 // The same nodes with pieces that are whole objects.
-Pieces JoinPieces(const SurfaceGraph& graph, Pieces pieces, const SightMap& sight);
+Pieces JoinPieces(const SurfaceGraph& graph, Pieces pieces, const SightMap& sight,
+                  const Work& work = {});
 
 }  // namespace cwm::perception

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "perception/cloud/parallel_for.h"
 #include "perception/cloud/quantile.h"
 
 namespace cwm::perception {
@@ -25,13 +26,10 @@ PieceView ViewPiece(const SurfaceGraph& graph, const std::vector<std::uint32_t>&
 
 }  // namespace
 
-PieceViews ViewPieces(const SurfaceGraph& graph, const Pieces& pieces) {
+PieceViews ViewPieces(const SurfaceGraph& graph, const Pieces& pieces, const Work& work) {
   PieceViews views;
-  std::vector<std::vector<std::uint32_t>> nodes(static_cast<std::size_t>(pieces.piece_count));
-  for (std::size_t i = 0; i < graph.size(); ++i) {
+  for (std::uint32_t i : BorderNodes(graph, pieces, work)) {
     const std::int32_t a = pieces.of_node[i];
-    if (a < pieces.support_count) continue;
-    nodes[static_cast<std::size_t>(a)].push_back(static_cast<std::uint32_t>(i));
     graph.ForEachLinked(i, [&](std::size_t j) {
       const std::int32_t b = pieces.of_node[j];
       if (b == kNoPiece || b == a) return;
@@ -40,7 +38,16 @@ PieceViews ViewPieces(const SurfaceGraph& graph, const Pieces& pieces) {
       border.level_links += std::max(0.0f, graph.nodes().normals[j].z());
     });
   }
-  for (const auto& members : nodes) views.pieces.push_back(ViewPiece(graph, members));
+  std::vector<std::vector<std::uint32_t>> nodes(static_cast<std::size_t>(pieces.piece_count));
+  for (std::size_t i = 0; i < graph.size(); ++i) {
+    const std::int32_t a = pieces.of_node[i];
+    if (a < pieces.support_count) continue;
+    nodes[static_cast<std::size_t>(a)].push_back(static_cast<std::uint32_t>(i));
+  }
+  views.pieces.resize(nodes.size());
+  ParallelFor(nodes.size(), 1, work, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t p = begin; p < end; ++p) views.pieces[p] = ViewPiece(graph, nodes[p]);
+  });
   return views;
 }
 

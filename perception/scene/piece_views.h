@@ -33,6 +33,6 @@ struct PieceViews {
 inline constexpr std::size_t kMostSamples = 400;
 
 // Up is the z of the graph's frame.
-PieceViews ViewPieces(const SurfaceGraph& graph, const Pieces& pieces);
+PieceViews ViewPieces(const SurfaceGraph& graph, const Pieces& pieces, const Work& work);
 
 }  // namespace cwm::perception

@@ -2,11 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
+#include <optional>
 #include <queue>
 #include <tuple>
 
 #include "perception/cloud/parallel_for.h"
+#include "perception/scene/connected_sets.h"
 
 namespace cwm::perception {
 namespace {
@@ -14,41 +17,22 @@ namespace {
 using Eigen::Vector3f;
 
 constexpr float kDegree = std::numbers::pi_v<float> / 180;
-constexpr float kConcave_rad =
-    20 * kDegree;  // chosen: above what warp bends a face by, below a box's edge
 // A support's nodes: max(15 degrees, 3 standard deviations of the normal).
 constexpr float kSupportNormalGate_rad = 15 * kDegree;
 constexpr float kNormalGate_sigma = 3;
 constexpr float kWarp_sigma = 6;  // half of the largest: what rises more is a thing of its own
 constexpr double kLargestPatch_m2 = 0.04;          // the floor of a pot of 22 cm
 constexpr float kFlatShare = 0.9f;                 // the rest may be mixed pixels
+constexpr std::size_t kNodesPerPiece = 16384;      // of work, of some 20 ns a node
+constexpr std::size_t kCellsPerPiece = 64;         // of work, of some 100 nodes
 constexpr std::uint32_t kSmallestSeed_nodes = 40;  // three independent ones fix a plane
 
-// Angle by which the surface turns towards the viewer from a to b: positive is concave.
-float Concavity_rad(const OrientedPoints& nodes, std::size_t a, std::size_t b) {
-  const Vector3f d = (nodes.points[b] - nodes.points[a]).normalized();
-  return std::asin(std::clamp(nodes.normals[a].dot(d), -1.0f, 1.0f)) -
-         std::asin(std::clamp(nodes.normals[b].dot(d), -1.0f, 1.0f));
-}
-
-std::vector<char> ConcaveCreases(const SurfaceGraph& graph, const Work& work) {
-  std::vector<char> crease(graph.size(), 0);
-  const OrientedPoints& nodes = graph.nodes();
-  ParallelFor(graph.size(), 4096, work, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      graph.ForEachOppositePair(i, [&](std::size_t a, std::size_t b) {
-        if (nodes.normals[a].isZero() || nodes.normals[b].isZero()) return;
-        if (Concavity_rad(nodes, a, b) > kConcave_rad) crease[i] = 1;
-      });
-    }
-  });
-  return crease;
-}
-
 bool IsLevel(const OrientedPoints& nodes, std::size_t i, const Vector3f& up) {
-  const float gate =
-      std::max(kSupportNormalGate_rad, kNormalGate_sigma * nodes.normal_sigma_rad[i]);
-  return std::abs(nodes.normals[i].dot(up)) >= std::cos(std::min(gate, 1.5f));
+  static const float least_gate_cos = std::cos(kSupportNormalGate_rad);
+  const float cosine = std::abs(nodes.normals[i].dot(up));
+  if (cosine >= least_gate_cos) return true;
+  const float gate = kNormalGate_sigma * nodes.normal_sigma_rad[i];
+  return gate > kSupportNormalGate_rad && cosine >= std::cos(std::min(gate, 1.5f));
 }
 
 enum class Relation : char { kFree, kBand, kOn };  // to the nearest support
@@ -58,110 +42,147 @@ struct SupportRelation {
   std::vector<std::int32_t> support;  // for kBand and kOn
 };
 
+// The cells of a support, and those that may hold points of its plane within two cells of them.
+std::vector<std::uint32_t> CellsAround(const CoarseCloud& coarse, const SupportPlane& support) {
+  std::vector<char> on_support(coarse.grid.size(), 0);
+  for (std::uint32_t c : support.cells) on_support[c] = 1;
+  const auto beside = [&](std::uint32_t c) {
+    for (int n = 0; n < 125; ++n) {
+      const VoxelGrid::Cell d(n % 5 - 2, n / 5 % 5 - 2, n / 25 - 2);
+      const std::int32_t other = coarse.grid.Find(coarse.grid.cell(c) + d);
+      if (other >= 0 && on_support[static_cast<std::size_t>(other)]) return true;
+    }
+    return false;
+  };
+  std::vector<std::uint32_t> around;
+  for (std::uint32_t c = 0; c < coarse.grid.size(); ++c) {
+    // A cell's points lie within half its diagonal of its middle; noise hardly differs in it.
+    const double reach_m =
+        0.9 * coarse.grid.edge_m() + 1.5 * double{kPlaneGate_sigma} * coarse.cells.sigma_m[c];
+    if (std::abs(support.plane.Height_m(coarse.grid.Center(c))) > reach_m) continue;
+    if (on_support[c] || beside(c)) around.push_back(c);
+  }
+  return around;
+}
+
 // Which support's plane each node lies on, looked up by its coarse cell.
 SupportRelation RelateToSupports(const SurfaceGraph& graph, const CoarseCloud& coarse,
-                                 const std::vector<SupportPlane>& supports) {
+                                 const std::vector<SupportPlane>& supports, const Work& work) {
   SupportRelation out{std::vector<Relation>(graph.size(), Relation::kFree),
                       std::vector<std::int32_t>(graph.size(), kNoPiece)};
   const OrientedPoints& nodes = graph.nodes();
-  std::vector<char> near(coarse.grid.size());
   for (std::size_t s = 0; s < supports.size(); ++s) {
-    std::fill(near.begin(), near.end(), 0);
-    for (std::uint32_t c : supports[s].cells) {
-      for (int n = 0; n < 125; ++n) {
-        const VoxelGrid::Cell d(n % 5 - 2, n / 5 % 5 - 2, n / 25 - 2);
-        const std::int32_t other = coarse.grid.Find(coarse.grid.cell(c) + d);
-        if (other >= 0) near[static_cast<std::size_t>(other)] = 1;
-      }
-    }
-    const Vector3f up = supports[s].plane.normal.cast<float>();
-    for (std::size_t i = 0; i < graph.size(); ++i) {
-      if (!near[coarse.grid.CellOfPoint(i)] || out.relation[i] == Relation::kOn) continue;
-      const double height = supports[s].plane.Height_m(nodes.points[i]);
-      if (std::abs(height) > kPlaneGate_sigma * nodes.sigma_m[i]) continue;
+    const Plane& plane = supports[s].plane;
+    const Vector3f up = plane.normal.cast<float>();
+    const auto relate = [&](std::uint32_t i) {
+      if (out.relation[i] == Relation::kOn) return;
+      const double height = plane.Height_m(nodes.points[i]);
+      if (std::abs(height) > kPlaneGate_sigma * nodes.sigma_m[i]) return;
       out.relation[i] = IsLevel(nodes, i, up) ? Relation::kOn : Relation::kBand;
       out.support[i] = static_cast<std::int32_t>(s);
-    }
+    };
+    const std::vector<std::uint32_t> cells = CellsAround(coarse, supports[s]);
+    ParallelFor(cells.size(), kCellsPerPiece, work, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t k = begin; k < end; ++k) {
+        for (std::uint32_t i : coarse.grid.PointsOf(cells[k])) relate(i);
+      }
+    });
   }
   return out;
+}
+
+// Nodes of a range for which `wanted` is true, in their order; asked in parallel.
+template <class Wanted>
+std::vector<std::uint32_t> NodesWhere(std::size_t count, const Work& work, const Wanted& wanted) {
+  std::vector<std::vector<std::uint32_t>> found(count / kNodesPerPiece + 1);
+  ParallelFor(count, kNodesPerPiece, work, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      if (wanted(i)) found[begin / kNodesPerPiece].push_back(static_cast<std::uint32_t>(i));
+    }
+  });
+  std::vector<std::uint32_t> all;
+  for (const auto& some : found) all.insert(all.end(), some.begin(), some.end());
+  return all;
 }
 
 // A support seen by a real sensor is warped: level nodes that continue it evenly belong to it as
 // far as kMostWarp_sigma, beyond its 3 sigma. Steps and slopes end it.
 void FollowWarp(const SurfaceGraph& graph, const std::vector<SupportPlane>& supports,
-                const std::vector<char>& crease, SupportRelation& to_support) {
+                const std::vector<char>& crease, SupportRelation& to_support, const Work& work) {
   const OrientedPoints& nodes = graph.nodes();
-  std::vector<std::size_t> front;
+  std::vector<char> open(graph.size());
   for (std::size_t i = 0; i < graph.size(); ++i) {
-    if (to_support.relation[i] == Relation::kOn && !crease[i]) front.push_back(i);
+    open[i] = to_support.relation[i] == Relation::kFree && !crease[i];
   }
+  std::vector<std::uint32_t> front = NodesWhere(graph.size(), work, [&](std::size_t i) {
+    if (to_support.relation[i] != Relation::kOn || crease[i]) return false;
+    bool beside_open = false;
+    graph.ForEachLinked(i, [&](std::size_t j) { beside_open |= open[j] != 0; });
+    return beside_open;
+  });
   for (std::size_t k = 0; k < front.size(); ++k) {
     const std::size_t i = front[k];
     const Plane& plane = supports[static_cast<std::size_t>(to_support.support[i])].plane;
+    const Vector3f up = plane.normal.cast<float>();
     const double height = plane.Height_m(nodes.points[i]);
     graph.ForEachLinked(i, [&](std::size_t j) {
-      if (to_support.relation[j] != Relation::kFree || crease[j]) return;
+      if (!open[j]) return;
       const double other = plane.Height_m(nodes.points[j]);
       if (std::abs(other) > kMostWarp_sigma * nodes.sigma_m[j]) return;
       if (std::abs(other - height) > nodes.sigma_m[j]) return;
-      if (!IsLevel(nodes, j, plane.normal.cast<float>())) return;
+      if (!IsLevel(nodes, j, up)) return;
+      open[j] = 0;
       to_support.relation[j] = Relation::kOn;
       to_support.support[j] = to_support.support[i];
-      front.push_back(j);
+      front.push_back(static_cast<std::uint32_t>(j));
     });
   }
 }
 
-// Connected nodes that may seed a piece get one label each; too small sets stay unlabelled.
-void SeedPieces(const SurfaceGraph& graph, const std::vector<char>& may_seed, Pieces& pieces) {
-  std::vector<char> visited(graph.size(), 0);
-  std::vector<std::size_t> members;
-  for (std::size_t start = 0; start < graph.size(); ++start) {
-    if (visited[start] || !may_seed[start]) continue;
-    members.assign(1, start);
-    visited[start] = 1;
-    std::uint64_t weight = 0;
-    for (std::size_t k = 0; k < members.size(); ++k) {
-      weight += graph.weight(members[k]);
-      graph.ForEachLinked(members[k], [&](std::size_t other) {
-        if (visited[other] || !may_seed[other]) return;
-        visited[other] = 1;
-        members.push_back(other);
-      });
-    }
-    if (weight < kSmallestSeed_nodes) continue;
-    for (std::size_t i : members) pieces.of_node[i] = pieces.piece_count;
-    ++pieces.piece_count;
+// Connected nodes that may seed a piece (class 0) get one label each; too small sets stay
+// unlabelled.
+void SeedPieces(const SurfaceGraph& graph, const std::vector<std::int32_t>& may_seed,
+                Pieces& pieces, const Work& work) {
+  const ConnectedSets sets = FindConnectedSets(graph, may_seed, work);
+  std::vector<std::uint64_t> weights(sets.count(), 0);
+  for (std::size_t i = 0; i < graph.size(); ++i) {
+    if (may_seed[i] >= 0) weights[static_cast<std::size_t>(sets.of_node[i])] += graph.weight(i);
+  }
+  std::vector<std::int32_t> piece(sets.count(), kNoPiece);
+  for (std::size_t s = 0; s < sets.count(); ++s) {
+    if (weights[s] >= kSmallestSeed_nodes) piece[s] = pieces.piece_count++;
+  }
+  for (std::size_t i = 0; i < graph.size(); ++i) {
+    if (may_seed[i] >= 0) pieces.of_node[i] = piece[static_cast<std::size_t>(sets.of_node[i])];
   }
 }
 
 // Patches of a support that hang together with none of its larger part: seen through a handle, or
 // really the floor of a vessel that stands on it. They become pieces that remember their support.
-void SeparatePatches(const SurfaceGraph& graph, Pieces& pieces) {
-  std::vector<std::int32_t> patch(graph.size(), kNoPiece);
-  std::vector<std::vector<std::uint32_t>> patches;
-  for (std::size_t start = 0; start < graph.size(); ++start) {
-    const std::int32_t support = pieces.of_node[start];
-    if (support == kNoPiece || support >= pieces.support_count || patch[start] >= 0) continue;
-    const auto id = static_cast<std::int32_t>(patches.size());
-    std::vector<std::uint32_t> members{static_cast<std::uint32_t>(start)};
-    patch[start] = id;
-    for (std::size_t k = 0; k < members.size(); ++k) {
-      graph.ForEachLinked(members[k], [&](std::size_t j) {
-        if (patch[j] >= 0 || pieces.of_node[j] != support) return;
-        patch[j] = id;
-        members.push_back(static_cast<std::uint32_t>(j));
-      });
-    }
-    patches.push_back(std::move(members));
+void SeparatePatches(const SurfaceGraph& graph, Pieces& pieces, const Work& work) {
+  std::vector<std::int32_t> support_of_node = pieces.of_node;
+  for (std::int32_t& support : support_of_node) {
+    if (support >= pieces.support_count) support = kNoPiece;
   }
-  for (const auto& members : patches) {
-    double area = 0;
-    for (std::uint32_t i : members) area += graph.area_m2(i);
-    if (area > kLargestPatch_m2 || members.size() < kSmallestSeed_nodes) continue;
-    const std::int32_t support = pieces.of_node[members[0]];
-    for (std::uint32_t i : members) pieces.of_node[i] = pieces.piece_count;
-    pieces.patch_of.emplace(pieces.piece_count++, support);
+  const ConnectedSets sets = FindConnectedSets(graph, support_of_node, work);
+  std::vector<double> area_m2(sets.count(), 0);  // not counted beyond what is asked
+  std::vector<std::uint32_t> nodes(sets.count(), 0);
+  for (std::size_t i = 0; i < graph.size(); ++i) {
+    if (support_of_node[i] < 0) continue;
+    const auto s = static_cast<std::size_t>(sets.of_node[i]);
+    ++nodes[s];
+    if (area_m2[s] <= kLargestPatch_m2) area_m2[s] += graph.area_m2(i);
+  }
+  std::vector<std::int32_t> piece(sets.count(), kNoPiece);
+  for (std::size_t s = 0; s < sets.count(); ++s) {
+    if (area_m2[s] > kLargestPatch_m2 || nodes[s] < kSmallestSeed_nodes) continue;
+    piece[s] = pieces.piece_count++;
+    pieces.patch_of.emplace(piece[s], support_of_node[sets.first_nodes[s]]);
+  }
+  for (std::size_t i = 0; i < graph.size(); ++i) {
+    if (support_of_node[i] < 0) continue;
+    const std::int32_t patch = piece[static_cast<std::size_t>(sets.of_node[i])];
+    if (patch != kNoPiece) pieces.of_node[i] = patch;
   }
 }
 
@@ -176,46 +197,85 @@ struct Claim {
 
 // Labelled nodes claim their unlabelled neighbours; the node goes to the piece whose surface,
 // prolonged from where the claim started, passes nearest to it.
-void GrowPieces(const SurfaceGraph& graph, const std::vector<SupportPlane>& supports,
-                Pieces& pieces) {
-  const OrientedPoints& nodes = graph.nodes();
-  std::priority_queue<Claim, std::vector<Claim>, std::greater<>> claims;
-  auto claim_around = [&](std::size_t from, std::uint32_t anchor, std::int32_t piece) {
-    graph.ForEachLinked(from, [&](std::size_t to) {
-      if (pieces.of_node[to] != kNoPiece) return;
-      float distance;
-      if (piece < pieces.support_count) {
-        distance = static_cast<float>(
-            supports[static_cast<std::size_t>(piece)].plane.Height_m(nodes.points[to]));
-      } else {
-        distance = nodes.normals[anchor].dot(nodes.points[to] - nodes.points[anchor]);
-      }
-      claims.push(
-          {std::abs(distance) / nodes.sigma_m[to], static_cast<std::uint32_t>(to), anchor, piece});
-    });
+class PieceGrower {
+ public:
+  PieceGrower(const SurfaceGraph& graph, const std::vector<SupportPlane>& supports, Pieces& pieces)
+      : graph_(graph), supports_(supports), pieces_(pieces), best_(graph.size(), kUnclaimed) {}
+
+  void Grow() {
+    std::vector<Claim> first;
+    for (std::uint32_t i = 0; i < graph_.size(); ++i) {
+      if (pieces_.of_node[i] != kNoPiece) continue;
+      std::optional<Claim> best;
+      graph_.ForEachLinked(i, [&](std::size_t j) {
+        const std::int32_t piece = pieces_.of_node[j];
+        if (piece == kNoPiece) return;
+        const Claim claim = ClaimOn(i, static_cast<std::uint32_t>(j), piece);
+        if (Improves(claim)) best = claim;
+      });
+      if (best) first.push_back(*best);
+    }
+    claims_ = Queue(std::greater<>(), std::move(first));
+    while (!claims_.empty()) {
+      const Claim claim = claims_.top();
+      claims_.pop();
+      if (pieces_.of_node[claim.node] == kNoPiece) Take(claim);
+    }
+  }
+
+ private:
+  using Queue = std::priority_queue<Claim, std::vector<Claim>, std::greater<>>;
+
+  // The best claim on a node so far: no other one can win.
+  struct Best {
+    float cost;
+    std::int32_t piece;
   };
-  for (std::size_t i = 0; i < graph.size(); ++i) {
-    if (pieces.of_node[i] == kNoPiece) continue;
-    claim_around(i, static_cast<std::uint32_t>(i), pieces.of_node[i]);
+  static constexpr Best kUnclaimed{std::numeric_limits<float>::infinity(), 0};
+
+  Claim ClaimOn(std::uint32_t to, std::uint32_t anchor, std::int32_t piece) const {
+    const OrientedPoints& nodes = graph_.nodes();
+    float distance;
+    if (piece < pieces_.support_count) {
+      distance = static_cast<float>(
+          supports_[static_cast<std::size_t>(piece)].plane.Height_m(nodes.points[to]));
+    } else {
+      distance = nodes.normals[anchor].dot(nodes.points[to] - nodes.points[anchor]);
+    }
+    return {std::abs(distance) / nodes.sigma_m[to], to, anchor, piece};
   }
-  while (!claims.empty()) {
-    const Claim claim = claims.top();
-    claims.pop();
-    if (pieces.of_node[claim.node] != kNoPiece) continue;
-    pieces.of_node[claim.node] = claim.piece;
-    claim_around(claim.node, claim.anchor, claim.piece);
+
+  bool Improves(const Claim& claim) {
+    Best& best = best_[claim.node];
+    if (std::tie(claim.cost, claim.piece) >= std::tie(best.cost, best.piece)) return false;
+    best = {claim.cost, claim.piece};
+    return true;
   }
-}
+
+  void Take(const Claim& claim) {
+    pieces_.of_node[claim.node] = claim.piece;
+    graph_.ForEachLinked(claim.node, [&](std::size_t to) {
+      if (pieces_.of_node[to] != kNoPiece) return;
+      const Claim next = ClaimOn(static_cast<std::uint32_t>(to), claim.anchor, claim.piece);
+      if (Improves(next)) claims_.push(next);
+    });
+  }
+
+  const SurfaceGraph& graph_;
+  const std::vector<SupportPlane>& supports_;
+  Pieces& pieces_;
+  std::vector<Best> best_;
+  Queue claims_;
+};
 
 // Pieces that nowhere rise (or sink) above what noise and warp of the sensor can make of a support
 // are part of it; the numbers of the others close up.
 void AbsorbFlatPieces(const SurfaceGraph& graph, const std::vector<SupportPlane>& supports,
-                      Pieces& pieces) {
+                      Pieces& pieces, const Work& work) {
   const OrientedPoints& nodes = graph.nodes();
   std::vector<std::int32_t> carrier(static_cast<std::size_t>(pieces.piece_count), kNoPiece);
-  for (std::size_t i = 0; i < graph.size(); ++i) {
+  for (std::uint32_t i : BorderNodes(graph, pieces, work)) {
     const std::int32_t a = pieces.of_node[i];
-    if (a < pieces.support_count) continue;
     graph.ForEachLinked(i, [&](std::size_t j) {
       const std::int32_t b = pieces.of_node[j];
       if (b != kNoPiece && b < pieces.support_count) carrier[static_cast<std::size_t>(a)] = b;
@@ -248,25 +308,39 @@ void AbsorbFlatPieces(const SurfaceGraph& graph, const std::vector<SupportPlane>
 
 }  // namespace
 
-Pieces CutIntoPieces(const SurfaceGraph& graph, const CoarseCloud& coarse,
-                     const std::vector<SupportPlane>& supports, const Work& work) {
+std::vector<std::uint32_t> BorderNodes(const SurfaceGraph& graph, const Pieces& pieces,
+                                       const Work& work) {
+  return NodesWhere(graph.size(), work, [&](std::size_t i) {
+    const std::int32_t a = pieces.of_node[i];
+    if (a < pieces.support_count) return false;  // kNoPiece among them
+    bool at_border = false;
+    graph.ForEachLinked(i, [&](std::size_t j) {
+      at_border |= pieces.of_node[j] != a && pieces.of_node[j] != kNoPiece;
+    });
+    return at_border;
+  });
+}
+
+Pieces CutIntoPieces(const SurfaceGraph& graph, const std::vector<char>& crease,
+                     const CoarseCloud& coarse, const std::vector<SupportPlane>& supports,
+                     const Work& work) {
   Pieces pieces;
   pieces.of_node.assign(graph.size(), kNoPiece);
   pieces.support_count = static_cast<std::int32_t>(supports.size());
   pieces.piece_count = pieces.support_count;
-  const std::vector<char> crease = ConcaveCreases(graph, work);
-  SupportRelation to_support = RelateToSupports(graph, coarse, supports);
-  FollowWarp(graph, supports, crease, to_support);
-  std::vector<char> may_seed(graph.size(), 0);
+  SupportRelation to_support = RelateToSupports(graph, coarse, supports, work);
+  FollowWarp(graph, supports, crease, to_support, work);
+  std::vector<std::int32_t> may_seed(graph.size(), ConnectedSets::kNone);
   for (std::size_t i = 0; i < graph.size(); ++i) {
     if (crease[i]) continue;
     if (to_support.relation[i] == Relation::kOn) pieces.of_node[i] = to_support.support[i];
-    may_seed[i] = to_support.relation[i] == Relation::kFree && !graph.nodes().normals[i].isZero();
+    const bool is_free = to_support.relation[i] == Relation::kFree;
+    if (is_free && !graph.nodes().normals[i].isZero()) may_seed[i] = 0;
   }
-  SeedPieces(graph, may_seed, pieces);
-  GrowPieces(graph, supports, pieces);
-  AbsorbFlatPieces(graph, supports, pieces);
-  SeparatePatches(graph, pieces);
+  SeedPieces(graph, may_seed, pieces, work);
+  PieceGrower(graph, supports, pieces).Grow();
+  AbsorbFlatPieces(graph, supports, pieces, work);
+  SeparatePatches(graph, pieces, work);
   return pieces;
 }
 

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <map>
+#include <numbers>
 #include <vector>
 
 #include "perception/scene/support_planes.h"
@@ -24,7 +25,17 @@ struct Pieces {
   std::map<std::int32_t, std::int32_t> patch_of;
 };
 
-Pieces CutIntoPieces(const SurfaceGraph& graph, const CoarseCloud& coarse,
-                     const std::vector<SupportPlane>& supports, const Work& work);
+// Nodes of pieces that are no supports and are linked to another piece, a support among them;
+// ascending.
+std::vector<std::uint32_t> BorderNodes(const SurfaceGraph& graph, const Pieces& pieces,
+                                       const Work& work);
+
+// Chosen: above what warp bends a face by, below a box's edge.
+inline constexpr float kConcave_rad = 20 * std::numbers::pi_v<float> / 180;
+
+// `crease` is ConcaveCreases of the graph by kConcave_rad.
+Pieces CutIntoPieces(const SurfaceGraph& graph, const std::vector<char>& crease,
+                     const CoarseCloud& coarse, const std::vector<SupportPlane>& supports,
+                     const Work& work);
 
 }  // namespace cwm::perception

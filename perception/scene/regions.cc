@@ -5,8 +5,10 @@
 #include <map>
 #include <optional>
 #include <set>
+#include <tuple>
 #include <utility>
 
+#include "perception/cloud/parallel_for.h"
 #include "perception/scene/disjoint_sets.h"
 #include "perception/scene/resting.h"
 #include "perception/scene/structures.h"
@@ -37,14 +39,14 @@ using NodeList = std::vector<std::uint32_t>;
 
 // Of the pieces that are neither supports nor structures.
 std::vector<NodeList> NodesOfRegions(const SurfaceGraph& graph, const Pieces& pieces,
-                                     const Structures& structures) {
+                                     const Structures& structures, const Work& work) {
   const auto piece_count = static_cast<std::size_t>(pieces.piece_count);
   const auto is_part = [&](std::int32_t p) {
     return p >= pieces.support_count &&
            structures.of_piece[static_cast<std::size_t>(p)] == kNoStructure;
   };
   DisjointSets sets(piece_count);
-  for (std::size_t i = 0; i < graph.size(); ++i) {
+  for (std::uint32_t i : BorderNodes(graph, pieces, work)) {
     const std::int32_t a = pieces.of_node[i];
     if (!is_part(a)) continue;
     graph.ForEachLinked(i, [&](std::size_t j) {
@@ -105,15 +107,20 @@ class Floor {
   std::vector<std::size_t> NodesOver(const NodeList& region) const {
     std::vector<std::size_t> over;
     std::map<FootprintCell, bool> inside;  // per cell: the outline is asked once
+    auto latest = inside.end();            // nodes that follow each other are mostly in one cell
     for (std::uint32_t i : region) {
       const Vector3 local = Local(graph_.nodes().points[i]);
       if (local.z() < -kPlaneGate_sigma * graph_.nodes().sigma_m[i]) continue;
-      const auto [cell, is_new] = inside.try_emplace(CellOf(local), false);
-      if (is_new) {
-        cell->second =
-            OutsideOutline_m(plate_, graph_.nodes().points[i].cast<double>()) <= kOverhang_m;
+      if (const FootprintCell cell = CellOf(local);
+          latest == inside.end() || latest->first != cell) {
+        bool is_new;
+        std::tie(latest, is_new) = inside.try_emplace(cell, false);
+        if (is_new) {
+          latest->second =
+              OutsideOutline_m(plate_, graph_.nodes().points[i].cast<double>()) <= kOverhang_m;
+        }
       }
-      if (cell->second) over.push_back(i);
+      if (latest->second) over.push_back(i);
     }
     return over;
   }
@@ -155,7 +162,11 @@ class Floor {
   // support below an object is hidden by it.
   double Footprint_m2(const std::vector<std::size_t>& over) const {
     std::set<FootprintCell> cells;
-    for (std::size_t i : over) cells.insert(CellOf(Local(graph_.nodes().points[i])));
+    auto latest = cells.end();
+    for (std::size_t i : over) {
+      const FootprintCell cell = CellOf(Local(graph_.nodes().points[i]));
+      if (latest == cells.end() || *latest != cell) latest = cells.insert(cell).first;
+    }
     std::size_t shared = 0;
     for (const FootprintCell& cell : cells) {
       bool touches = false;
@@ -264,7 +275,8 @@ void LimitResiduals(std::vector<Segment>& residuals) {
 
 Regions FormRegions(const SurfaceGraph& graph, const CoarseCloud& coarse, const Pieces& pieces,
                     const std::vector<SupportPlane>& supports,
-                    const std::vector<Placed<Plate>>& plates, const SightMap& sight) {
+                    const std::vector<Placed<Plate>>& plates, const SightMap& sight,
+                    const Work& work) {
   std::vector<Floor> floors;
   for (std::size_t s = 0; s < supports.size(); ++s) {
     floors.emplace_back(graph, coarse, supports[s], plates[s], sight);
@@ -272,12 +284,16 @@ Regions FormRegions(const SurfaceGraph& graph, const CoarseCloud& coarse, const 
   Regions out;
   const Structures structures = FindStructures(graph, pieces);
   std::vector<Segment> residuals = NodesOfStructures(pieces, structures);
-  for (NodeList& region : NodesOfRegions(graph, pieces, structures)) {
-    const std::int32_t support = SupportOf(region, floors, plates);
-    if (support >= 0) {
-      AppendObjects(region, support, pieces, out.segments);
+  std::vector<NodeList> regions = NodesOfRegions(graph, pieces, structures, work);
+  std::vector<std::int32_t> support(regions.size());
+  ParallelFor(regions.size(), 1, work, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t r = begin; r < end; ++r) support[r] = SupportOf(regions[r], floors, plates);
+  });
+  for (std::size_t r = 0; r < regions.size(); ++r) {
+    if (support[r] >= 0) {
+      AppendObjects(regions[r], support[r], pieces, out.segments);
     } else {
-      residuals.push_back({.nodes = std::move(region)});
+      residuals.push_back({.nodes = std::move(regions[r])});
     }
   }
   KeepOrReject(graph, GroupsOfStray(coarse, pieces), residuals, out.rejected);

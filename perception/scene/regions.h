@@ -33,7 +33,8 @@ struct Regions {
 // become residuals too.
 Regions FormRegions(const SurfaceGraph& graph, const CoarseCloud& coarse, const Pieces& pieces,
                     const std::vector<SupportPlane>& supports,
-                    const std::vector<Placed<Plate>>& plates, const SightMap& sight);
+                    const std::vector<Placed<Plate>>& plates, const SightMap& sight,
+                    const Work& work = {});
 
 inline constexpr double kSmallestFootprint_m2 = 2e-4;  // a spray can's rim seen from the front
 

@@ -58,17 +58,24 @@ struct Standing {
       : segment(index) {
     std::vector<Vector3> places;
     std::vector<float> sigma;
+    auto column = top_m.end();  // nodes that follow each other are mostly in one cell
     for (std::uint32_t i : s.nodes) {
       places.push_back(X_PL * nodes.points[i].cast<double>());
       sigma.push_back(nodes.sigma_m[i]);
-      const auto at = top_m.try_emplace(CellOf(places.back().head<2>()), places.back().z()).first;
-      at->second = std::max(at->second, places.back().z());
+      const Cell cell = CellOf(places.back().head<2>());
+      if (column == top_m.end() || column->first != cell) {
+        column = top_m.try_emplace(cell, places.back().z()).first;
+      }
+      column->second = std::max(column->second, places.back().z());
     }
-    std::sort(places.begin(), places.end(),
-              [](const Vector3& a, const Vector3& b) { return a.z() < b.z(); });
+    const auto below = [](const Vector3& a, const Vector3& b) { return a.z() < b.z(); };
     const auto count = static_cast<double>(places.size());
-    foot_m = places[static_cast<std::size_t>(kFootShare * count)].z();
-    low.assign(places.begin(), places.begin() + static_cast<std::ptrdiff_t>(kLowShare * count) + 1);
+    const auto lowest = places.begin() + static_cast<std::ptrdiff_t>(kLowShare * count);
+    const auto foot = places.begin() + static_cast<std::ptrdiff_t>(kFootShare * count);
+    std::nth_element(places.begin(), lowest, places.end(), below);
+    low.assign(places.begin(), lowest + 1);
+    std::nth_element(places.begin(), foot, lowest + 1, below);
+    foot_m = foot->z();
     band_m = LargestJump_m(Median(std::move(sigma)));
     std::vector<Vector2> corners;
     for (const auto& [cell, top] : top_m) corners.push_back(CenterOf(cell));

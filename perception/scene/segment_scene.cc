@@ -7,7 +7,9 @@
 
 #include "absl/status/status.h"
 #include "perception/cloud/normals.h"
+#include "perception/cloud/parallel_for.h"
 #include "perception/cloud/quantile.h"
+#include "perception/scene/creases.h"
 #include "perception/scene/join_pieces.h"
 #include "perception/scene/pieces.h"
 #include "perception/scene/regions.h"
@@ -64,10 +66,15 @@ Matrix3 LevelOrientation(const Vector3& up_C, const Vector3& view_C) {
   return R_CL.transpose();
 }
 
-void Rotate(OrientedPoints& points, const Matrix3& R) {
+void Rotate(OrientedPoints& points, const Matrix3& R, const Work& work) {
+  constexpr std::size_t kPointsPerPiece = 16384;  // of 20 ns each
   const Eigen::Matrix3f rotation = R.cast<float>();
-  for (Vector3f& p : points.points) p = rotation * p;
-  for (Vector3f& n : points.normals) n = rotation * n;
+  ParallelFor(points.size(), kPointsPerPiece, work, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      points.points[i] = rotation * points.points[i];
+      points.normals[i] = rotation * points.normals[i];
+    }
+  });
 }
 
 Vector3 MeanPoint(const OrientedPoints& points) {
@@ -106,20 +113,49 @@ std::optional<VoxelGrid> EstimateNormals(MeasuredPoints& measured, const Work& w
   return grid;
 }
 
-// The level frame, given or told by the largest plane; turns the points into it.
-void TurnLevel(MeasuredPoints& measured, const SegmentOptions& options, SegmentedScene& scene) {
-  const OrientedPoints& points = measured.oriented;
+CoarseCloud CellsForUp(const MeasuredPoints& measured, const Work& work) {
+  return measured.organised() ? SketchCoarseCloud(measured, work)
+                              : MakeCoarseCloud(measured.oriented, work);
+}
+
+struct LevelFrame {
+  Matrix3 R_LC = Matrix3::Identity();
+  bool up_known = true;
+};
+
+// Given, or told by the largest plane.
+LevelFrame FindLevelFrame(const MeasuredPoints& measured, const SegmentOptions& options,
+                          const Work& work) {
+  if (options.R_LC) return {*options.R_LC, true};
   const bool is_image = measured.organised();
-  if (options.R_LC) {
-    scene.R_LC = *options.R_LC;
+  std::optional<Vector3> up = options.up_C;
+  if (!up) up = EstimateUp(CellsForUp(measured, work), is_image);
+  const bool up_known = up.has_value();
+  if (!up) up = is_image ? Vector3(-Vector3::UnitY()) : Vector3(Vector3::UnitZ());
+  const Vector3 view_C = is_image ? Vector3(Vector3::UnitZ()) : MeanPoint(measured.oriented);
+  return {LevelOrientation(*up, view_C), up_known};
+}
+
+// What is found out about the measured surface once its points have normals.
+struct Surface {
+  std::optional<VoxelGrid> grid;  // of a cloud that is no image
+  std::optional<SurfaceGraph> graph;
+  std::vector<char> crease;  // per node
+};
+
+// Turns the points into the level frame, and finds out who lies beside whom.
+LevelFrame TurnLevel(MeasuredPoints& measured, const SegmentOptions& options, const Work& work,
+                     Surface& surface) {
+  const LevelFrame level = FindLevelFrame(measured, options, work);
+  Rotate(measured.oriented, level.R_LC, work);
+  if (surface.grid) {
+    surface.grid = VoxelGrid::Build(measured.oriented.points, surface.grid->edge_m(), work);
+    surface.graph = SurfaceGraph::OfGrid(measured.oriented, *surface.grid, work);
   } else {
-    std::optional<Vector3> up = options.up_C;
-    if (!up) up = EstimateUp(MakeCoarseCloud(points), is_image);
-    scene.up_known = up.has_value();
-    if (!up) up = is_image ? Vector3(-Vector3::UnitY()) : Vector3(Vector3::UnitZ());
-    scene.R_LC = LevelOrientation(*up, is_image ? Vector3(Vector3::UnitZ()) : MeanPoint(points));
+    surface.graph = SurfaceGraph::OfImage(measured, work);
   }
-  Rotate(measured.oriented, scene.R_LC);
+  surface.crease = ConcaveCreases(*surface.graph, kConcave_rad, work);
+  return level;
 }
 
 // Cells of about two pixels.
@@ -175,28 +211,34 @@ void Collect(const SurfaceGraph& graph, const Pieces& pieces, const Regions& reg
 SegmentedScene SegmentInSteps(MeasuredPoints measured, const SegmentOptions& options,
                               const Work& work) {
   SegmentedScene scene;
-  std::optional<VoxelGrid> grid = EstimateNormals(measured, work);
+  Surface surface;
+  surface.grid = EstimateNormals(measured, work);
   options.stage_done("normals");
   work.Poll();
 
-  TurnLevel(measured, options, scene);
-  if (grid) grid = VoxelGrid::Build(measured.oriented.points, grid->edge_m());
-  const VoxelGrid* cells = grid ? &*grid : nullptr;
-  const SurfaceGraph graph = cells ? SurfaceGraph::OfGrid(measured.oriented, *cells, work)
-                                   : SurfaceGraph::OfImage(measured);
-  const CoarseCloud coarse = MakeCoarseCloud(graph.nodes());
-  const SightMap sight = MakeSightMap(graph, measured, cells);
+  const LevelFrame level = TurnLevel(measured, options, work, surface);
+  scene.R_LC = level.R_LC;
+  scene.up_known = level.up_known;
+  const VoxelGrid* cells = surface.grid ? &*surface.grid : nullptr;
+  const SurfaceGraph& graph = *surface.graph;
+  std::optional<CoarseCloud> coarse_cloud;
+  std::optional<SightMap> sight_map;
+  DoBoth(
+      work, [&] { coarse_cloud = MakeCoarseCloud(graph.nodes(), work); },
+      [&] { sight_map = MakeSightMap(graph, measured, cells); });
+  const CoarseCloud& coarse = *coarse_cloud;
+  const SightMap& sight = *sight_map;
   Supports supports = FindSupports(graph, coarse, cells ? nullptr : &sight, work);
   options.stage_done("supports");
   work.Poll();
 
   // Step 5: what stands on them.
-  Pieces pieces = CutIntoPieces(graph, coarse, supports.planes, work);
+  Pieces pieces = CutIntoPieces(graph, surface.crease, coarse, supports.planes, work);
   options.stage_done("clusters");
   work.Poll();
-  pieces = JoinPieces(graph, std::move(pieces), sight);
+  pieces = JoinPieces(graph, std::move(pieces), sight, work);
   const Regions regions =
-      FormRegions(graph, coarse, pieces, supports.planes, supports.plates, sight);
+      FormRegions(graph, coarse, pieces, supports.planes, supports.plates, sight, work);
   options.stage_done("split");
 
   Collect(graph, pieces, regions, std::move(supports), cells, scene);

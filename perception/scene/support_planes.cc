@@ -20,6 +20,10 @@ constexpr double kDegree = std::numbers::pi / 180;
 // table of a square metre has 4 000 cells.
 constexpr float kCoarseCell_sigma = 8;
 constexpr float kSmallestCoarseCell_m = 0.015f;
+constexpr std::size_t kMedianSample = 4096;  // fixes the median noise to 2 percent of its spread
+// A sketch has this many points a cell: their mean normal scatters by a quarter of a point's.
+constexpr float kSketchedPerCell = 16;
+constexpr float kMostSketchStride = 16;
 constexpr double kMostTilt_rad = 12 * kDegree;      // of a cell's normal against up
 constexpr double kSmoothTurn_rad = 10 * kDegree;    // between neighbouring cells of one surface
 constexpr double kCoplanarAngle_rad = 3 * kDegree;  // pieces of one support
@@ -30,9 +34,30 @@ constexpr double kObjectTopShare = 0.5;
 constexpr double kLeastUpComponent = 0.17;  // 10 degrees above the optical axis's plane
 constexpr double kLeastPlaneShare = 0.02;   // of all cells: smaller planes do not tell up
 
+// Odd, so that it runs through all columns of an image.
+std::size_t StrideOfSample(std::size_t count) { return count / kMedianSample | 1; }
+
+template <class T>
+std::vector<T> EveryNth(const std::vector<T>& values, std::size_t n) {
+  std::vector<T> some;
+  some.reserve(values.size() / n + 1);
+  for (std::size_t i = 0; i < values.size(); i += n) some.push_back(values[i]);
+  return some;
+}
+
+float CoarseCell_m(std::vector<float> sigma_m) {
+  return std::max(kSmallestCoarseCell_m, kCoarseCell_sigma * Median(std::move(sigma_m)));
+}
+
+// A coarse cloud whose cells' normals are turned.
+struct CellView {
+  const VoxelGrid& grid;
+  const OrientedPoints& cells;
+};
+
 // Connected sets of eligible cells; `joined(a, b)` decides for neighbours. Largest first.
 template <class Eligible, class Joined>
-std::vector<std::vector<std::uint32_t>> Cluster(const CoarseCloud& coarse, Eligible&& eligible,
+std::vector<std::vector<std::uint32_t>> Cluster(const CellView& coarse, Eligible&& eligible,
                                                 Joined&& joined) {
   std::vector<char> visited(coarse.cells.size(), 0);
   std::vector<std::vector<std::uint32_t>> clusters;
@@ -61,11 +86,11 @@ std::vector<std::vector<std::uint32_t>> Cluster(const CoarseCloud& coarse, Eligi
 }
 
 // A cell of a plane covers about its face; seen at a slant it is the same.
-double Area_m2(const CoarseCloud& coarse, std::size_t cells) {
+double Area_m2(const CellView& coarse, std::size_t cells) {
   return static_cast<double>(cells) * coarse.grid.edge_m() * coarse.grid.edge_m();
 }
 
-std::vector<SupportPlane> PlanesOfCluster(const CoarseCloud& coarse,
+std::vector<SupportPlane> PlanesOfCluster(const CellView& coarse,
                                           std::vector<std::uint32_t> members) {
   std::vector<SupportPlane> planes;
   while (Area_m2(coarse, members.size()) >= kSmallestSupport_m2 / 2) {
@@ -83,21 +108,21 @@ std::vector<SupportPlane> PlanesOfCluster(const CoarseCloud& coarse,
   return planes;
 }
 
-Vector3 MeanPoint(const CoarseCloud& coarse, std::span<const std::uint32_t> cells) {
+Vector3 MeanPoint(const CellView& coarse, std::span<const std::uint32_t> cells) {
   Vector3 sum = Vector3::Zero();
   for (std::uint32_t c : cells) sum += coarse.cells.points[c].cast<double>();
   return sum / static_cast<double>(cells.size());
 }
 
 // Normals within 3 degrees, and the middle of the smaller within 1 cm of the larger one's plane.
-bool AreCoplanar(const CoarseCloud& coarse, const SupportPlane& a, const SupportPlane& b) {
+bool AreCoplanar(const CellView& coarse, const SupportPlane& a, const SupportPlane& b) {
   if (a.plane.normal.dot(b.plane.normal) < std::cos(kCoplanarAngle_rad)) return false;
   const double gap_ab = a.plane.Height_m(MeanPoint(coarse, b.cells));
   return std::abs(gap_ab) <= kCoplanarGap_m;  // the larger plane judges: it is known better
 }
 
 // One round over the planes, largest first.
-std::vector<SupportPlane> MergeOnce(const CoarseCloud& coarse, const SightMap* sight,
+std::vector<SupportPlane> MergeOnce(const CellView& coarse, const SightMap* sight,
                                     std::vector<SupportPlane> planes) {
   std::vector<SupportPlane> merged;
   for (SupportPlane& plane : planes) {
@@ -120,7 +145,7 @@ std::vector<SupportPlane> MergeOnce(const CoarseCloud& coarse, const SightMap* s
 }
 
 // Until nothing changes: a piece may reach the largest only by way of one that joined it later.
-std::vector<SupportPlane> MergeCoplanar(const CoarseCloud& coarse, const SightMap* sight,
+std::vector<SupportPlane> MergeCoplanar(const CellView& coarse, const SightMap* sight,
                                         std::vector<SupportPlane> planes) {
   for (std::size_t before = planes.size() + 1; planes.size() < before;) {
     before = planes.size();
@@ -132,8 +157,7 @@ std::vector<SupportPlane> MergeCoplanar(const CoarseCloud& coarse, const SightMa
 }
 
 // Whether the patch lies over the support, within its extent, low enough to be part of an object.
-bool IsObjectTop(const CoarseCloud& coarse, const SupportPlane& patch,
-                 const SupportPlane& support) {
+bool IsObjectTop(const CellView& coarse, const SupportPlane& patch, const SupportPlane& support) {
   const Vector3 middle = MeanPoint(coarse, patch.cells);
   const double height = support.plane.Height_m(middle);
   if (height < 0 || height > kHighestObjectTop_m) return false;
@@ -146,10 +170,31 @@ bool IsObjectTop(const CoarseCloud& coarse, const SupportPlane& patch,
 
 }  // namespace
 
-CoarseCloud MakeCoarseCloud(const OrientedPoints& nodes) {
-  const float edge = std::max(kSmallestCoarseCell_m, kCoarseCell_sigma * Median(nodes.sigma_m));
-  CoarseCloud coarse{VoxelGrid::Build(nodes.points, edge), {}};
-  coarse.cells = Downsample(nodes, coarse.grid);
+CoarseCloud MakeCoarseCloud(const OrientedPoints& nodes, const Work& work) {
+  const float edge_m = CoarseCell_m(EveryNth(nodes.sigma_m, StrideOfSample(nodes.size())));
+  CoarseCloud coarse{VoxelGrid::Build(nodes.points, edge_m, work), {}};
+  coarse.cells = Downsample(nodes, coarse.grid, work);
+  return coarse;
+}
+
+CoarseCloud SketchCoarseCloud(const MeasuredPoints& image, const Work& work) {
+  const OrientedPoints& all = image.oriented;
+  const std::size_t sampled = StrideOfSample(all.size());
+  std::vector<float> ranges_m;
+  for (std::size_t i = 0; i < all.size(); i += sampled) ranges_m.push_back(all.points[i].norm());
+  const float edge_m = CoarseCell_m(EveryNth(all.sigma_m, sampled));
+  const float across_px = edge_m / (Median(std::move(ranges_m)) * image.pixel_angle_rad);
+  const std::size_t stride = static_cast<std::size_t>(
+      std::clamp(across_px * across_px / kSketchedPerCell, 1.0f, kMostSketchStride));
+  OrientedPoints some;
+  some.viewpoint = all.viewpoint;
+  some.points = EveryNth(all.points, stride);
+  some.normals = EveryNth(all.normals, stride);
+  some.sigma_m = EveryNth(all.sigma_m, stride);
+  some.normal_sigma_rad = EveryNth(all.normal_sigma_rad, stride);
+  some.cloud_index = EveryNth(all.cloud_index, stride);
+  CoarseCloud coarse{VoxelGrid::Build(some.points, edge_m, work), {}};
+  coarse.cells = Downsample(some, coarse.grid, work);
   return coarse;
 }
 
@@ -157,7 +202,7 @@ std::optional<Vector3> EstimateUp(const CoarseCloud& coarse, bool optical_frame)
   const float turn_cos = static_cast<float>(std::cos(kSmoothTurn_rad));
   const std::vector<Vector3f>& normals = coarse.cells.normals;
   const auto clusters = Cluster(
-      coarse, [&](std::uint32_t c) { return !normals[c].isZero(); },
+      {coarse.grid, coarse.cells}, [&](std::uint32_t c) { return !normals[c].isZero(); },
       [&](std::uint32_t a, std::uint32_t b) { return normals[a].dot(normals[b]) >= turn_cos; });
   std::optional<Vector3> likely, possible;
   double likely_area = 0, possible_area = 0;
@@ -176,36 +221,35 @@ std::optional<Vector3> EstimateUp(const CoarseCloud& coarse, bool optical_frame)
 
 std::vector<SupportPlane> FindSupportPlanes(const CoarseCloud& coarse, const Vector3& up,
                                             const SightMap* sight, const Work& work) {
-  CoarseCloud const* cloud = &coarse;
-  CoarseCloud flipped = coarse;  // up first: given normals may point anywhere
+  OrientedPoints flipped = coarse.cells;  // up first: given normals may point anywhere
   const Vector3f up_f = up.cast<float>();
-  for (Vector3f& n : flipped.cells.normals) {
+  for (Vector3f& n : flipped.normals) {
     if (n.dot(up_f) < 0) n = -n;
   }
-  cloud = &flipped;
+  const CellView cloud{coarse.grid, flipped};
   const float tilt_cos = static_cast<float>(std::cos(kMostTilt_rad));
   const float step = static_cast<float>(std::tan(kMostTilt_rad));
   const auto clusters = Cluster(
-      *cloud, [&](std::uint32_t c) { return cloud->cells.normals[c].dot(up_f) >= tilt_cos; },
+      cloud, [&](std::uint32_t c) { return cloud.cells.normals[c].dot(up_f) >= tilt_cos; },
       [&](std::uint32_t a, std::uint32_t b) {
-        const Vector3f d = cloud->cells.points[a] - cloud->cells.points[b];
+        const Vector3f d = cloud.cells.points[a] - cloud.cells.points[b];
         const float gate =
-            kPlaneGate_sigma * std::max(cloud->cells.sigma_m[a], cloud->cells.sigma_m[b]);
+            kPlaneGate_sigma * std::max(cloud.cells.sigma_m[a], cloud.cells.sigma_m[b]);
         return std::abs(d.dot(up_f)) <= gate + step * d.norm();
       });
   std::vector<std::vector<SupportPlane>> found(clusters.size());
   ParallelFor(clusters.size(), 1, work, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t k = begin; k < end; ++k) found[k] = PlanesOfCluster(*cloud, clusters[k]);
+    for (std::size_t k = begin; k < end; ++k) found[k] = PlanesOfCluster(cloud, clusters[k]);
   });
   std::vector<SupportPlane> planes;
   for (auto& some : found) std::move(some.begin(), some.end(), std::back_inserter(planes));
   auto larger = [](const SupportPlane& a, const SupportPlane& b) { return a.area_m2 > b.area_m2; };
   std::stable_sort(planes.begin(), planes.end(), larger);
-  planes = MergeCoplanar(*cloud, sight, std::move(planes));
+  planes = MergeCoplanar(cloud, sight, std::move(planes));
   std::vector<SupportPlane> supports;
   for (SupportPlane& plane : planes) {
     const bool is_top = std::any_of(supports.begin(), supports.end(), [&](const SupportPlane& s) {
-      return IsObjectTop(*cloud, plane, s);
+      return IsObjectTop(cloud, plane, s);
     });
     if (!is_top && plane.area_m2 >= kSmallestSupport_m2) supports.push_back(std::move(plane));
   }

@@ -17,7 +17,10 @@ struct CoarseCloud {
   VoxelGrid grid;        // over the graph's nodes
   OrientedPoints cells;  // one per cell
 };
-CoarseCloud MakeCoarseCloud(const OrientedPoints& nodes);
+CoarseCloud MakeCoarseCloud(const OrientedPoints& nodes, const Work& work = {});
+
+// The same cells of an image, of as many of its points as they need: enough to find planes by.
+CoarseCloud SketchCoarseCloud(const MeasuredPoints& image, const Work& work = {});
 
 // The normal of the largest plane in the view that can be a support, unit. Of an optical frame
 // (organised clouds: z forward, y down) such a normal has a component along -y; planes that show

@@ -32,22 +32,25 @@ Matrix3 LevelBasis(const Vector3& normal) {
 class PlaneRaster {
  public:
   // The places of nodes in the plane.
-  PlaneRaster(std::vector<Vector2> places, double cell_m) : places_(std::move(places)) {
+  PlaneRaster(const std::vector<Vector2>& places, double cell_m) {
     Eigen::AlignedBox2d bounds;
-    for (const Vector2& p : places_) bounds.extend(p);
+    for (const Vector2& p : places) bounds.extend(p);
     cell_m_ = std::max(cell_m, bounds.sizes().maxCoeff() / (kMostCellsPerSide - 1));
     low_ = bounds.min();
     const Eigen::Vector2i size = (bounds.sizes() / cell_m_).cast<int>() + Eigen::Vector2i::Ones();
     seen_ = CellMask::Empty(size.x(), size.y());
-    for (const Vector2& p : places_) {
-      const Eigen::Vector2i cell = CellOf(p);
-      seen_.on[seen_.Index(cell.x(), cell.y())] = 1;
-    }
+    constexpr double kInfinity = std::numeric_limits<double>::infinity();
+    const auto columns = static_cast<std::size_t>(size.x());
+    const auto rows = static_cast<std::size_t>(size.y());
+    left_.assign(rows, {kInfinity, 0});
+    right_.assign(rows, {-kInfinity, 0});
+    lowest_.assign(columns, {0, kInfinity});
+    highest_.assign(columns, {0, -kInfinity});
+    for (const Vector2& p : places) Mark(p);
   }
 
   double cell_m() const { return cell_m_; }
   const CellMask& seen() const { return seen_; }
-  const std::vector<Vector2>& places() const { return places_; }
   Vector2 Center(int x, int y) const { return PlaceOf(Vector2(x, y)); }
   // Of coordinates in cells, as of TraceOutline.
   Vector2 PlaceOf(const Vector2& p) const { return low_ + cell_m_ * (p + Vector2(0.5, 0.5)); }
@@ -58,21 +61,8 @@ class PlaneRaster {
   // The hull of the nodes; only those at the ends of a row or a column of cells can be its corners
   // by more than a cell.
   Polygon Hull() const {
-    constexpr double kInfinity = std::numeric_limits<double>::infinity();
-    const auto columns = static_cast<std::size_t>(seen_.width);
-    const auto rows = static_cast<std::size_t>(seen_.height);
-    std::vector<Vector2> left(rows, {kInfinity, 0}), right(rows, {-kInfinity, 0});
-    std::vector<Vector2> low(columns, {0, kInfinity}), high(columns, {0, -kInfinity});
-    for (const Vector2& p : places_) {
-      const Eigen::Vector2i cell = CellOf(p);
-      const auto x = static_cast<std::size_t>(cell.x()), y = static_cast<std::size_t>(cell.y());
-      if (p.x() < left[y].x()) left[y] = p;
-      if (p.x() > right[y].x()) right[y] = p;
-      if (p.y() < low[x].y()) low[x] = p;
-      if (p.y() > high[x].y()) high[x] = p;
-    }
     std::vector<Vector2> ends;
-    for (const auto* some : {&left, &right, &low, &high}) {
+    for (const auto* some : {&left_, &right_, &lowest_, &highest_}) {
       for (const Vector2& p : *some) {
         if (p.allFinite()) ends.push_back(p);
       }
@@ -102,10 +92,21 @@ class PlaneRaster {
   }
 
  private:
-  std::vector<Vector2> places_;
+  void Mark(const Vector2& p) {
+    const Eigen::Vector2i cell = ((p - low_) / cell_m_).cast<int>();  // never negative
+    seen_.on[seen_.Index(cell.x(), cell.y())] = 1;
+    const auto x = static_cast<std::size_t>(cell.x()), y = static_cast<std::size_t>(cell.y());
+    if (p.x() < left_[y].x()) left_[y] = p;
+    if (p.x() > right_[y].x()) right_[y] = p;
+    if (p.y() < lowest_[x].y()) lowest_[x] = p;
+    if (p.y() > highest_[x].y()) highest_[x] = p;
+  }
+
   double cell_m_ = 1;
   Vector2 low_ = Vector2::Zero();
   CellMask seen_;
+  // The nodes at the ends of each row and each column of cells; infinite where it is empty.
+  std::vector<Vector2> left_, right_, lowest_, highest_;
 };
 
 class SupportBounder {
@@ -142,6 +143,7 @@ class SupportBounder {
 
   std::vector<Vector2> PlacesOfNodes() const {
     std::vector<Vector2> places;
+    places.reserve(NodeCount());
     for (std::uint32_t c : support_.cells) {
       for (std::uint32_t i : coarse_.grid.PointsOf(c)) {
         const double gate_m = kPlaneGate_sigma * nodes_.sigma_m[i];
@@ -152,11 +154,15 @@ class SupportBounder {
     return places;
   }
 
-  double Cell_m() const {
+  std::size_t NodeCount() const {
     std::size_t nodes = 0;
     for (std::uint32_t c : support_.cells) nodes += coarse_.grid.PointsOf(c).size();
+    return nodes;
+  }
+
+  double Cell_m() const {
     const double spacing_m =
-        std::sqrt(support_.area_m2 / std::max(1.0, static_cast<double>(nodes)));
+        std::sqrt(support_.area_m2 / std::max(1.0, static_cast<double>(NodeCount())));
     return std::max(0.5 * coarse_.grid.edge_m(), kCell_spacings * spacing_m);
   }
 

@@ -9,10 +9,13 @@
 namespace cwm::perception {
 namespace {
 
-std::vector<float> Ranges(const OrientedPoints& nodes) {
+std::vector<float> Ranges(const OrientedPoints& nodes, const Work& work) {
+  constexpr std::size_t kNodesPerPiece = 32768;  // of 5 ns each
   std::vector<float> range_m(nodes.size());
   const Eigen::Vector3f viewpoint = nodes.viewpoint.cast<float>();
-  for (std::size_t i = 0; i < nodes.size(); ++i) range_m[i] = (nodes.points[i] - viewpoint).norm();
+  ParallelFor(nodes.size(), kNodesPerPiece, work, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) range_m[i] = (nodes.points[i] - viewpoint).norm();
+  });
   return range_m;
 }
 
@@ -70,11 +73,13 @@ CellLinks LinksOfCell(const VoxelGrid& grid, const OrientedPoints& nodes, std::s
 
 }  // namespace
 
-SurfaceGraph SurfaceGraph::OfImage(const MeasuredPoints& measured) {
+SurfaceGraph SurfaceGraph::OfImage(const MeasuredPoints& measured, const Work& work) {
   SurfaceGraph graph;
   graph.measured_ = &measured;
   graph.nodes_ = &measured.oriented;
-  graph.range_m_ = Ranges(measured.oriented);
+  graph.range_m_ = Ranges(measured.oriented, work);
+  graph.planes_ = std::make_shared<SurfacePlanes>(PlanesOfSurface(measured, graph.range_m_, work));
+  graph.LinkPixels(work);
   return graph;
 }
 
@@ -84,7 +89,7 @@ SurfaceGraph SurfaceGraph::OfGrid(const OrientedPoints& points, const VoxelGrid&
   graph.grid_ = &grid;
   graph.own_nodes_ = std::make_shared<OrientedPoints>(Downsample(points, grid));
   graph.nodes_ = graph.own_nodes_.get();
-  graph.range_m_ = Ranges(*graph.nodes_);
+  graph.range_m_ = Ranges(*graph.nodes_, work);
   graph.LinkCells(work);
   return graph;
 }
@@ -111,6 +116,45 @@ int SurfaceGraph::Reach_px(std::size_t node) const {
   const float reach = kNormalRadius_sigma * nodes_->sigma_m[node] /
                       std::max(range_m_[node] * measured_->pixel_angle_rad, 1e-6f);
   return static_cast<int>(std::clamp(reach, 2.0f, 64.0f));
+}
+
+bool SurfaceGraph::ShareTangents(std::size_t a, std::size_t b) const {
+  if (nodes_->normals[a].isZero() || nodes_->normals[b].isZero()) return false;
+  const float sigma = std::max(nodes_->sigma_m[a], nodes_->sigma_m[b]);
+  const Eigen::Vector3f d = nodes_->points[b] - nodes_->points[a];
+  return std::abs(nodes_->normals[a].dot(d)) <= 3 * sigma &&
+         std::abs(nodes_->normals[b].dot(d)) <= 3 * sigma;
+}
+
+void SurfaceGraph::LinkPixels(const Work& work) {
+  constexpr std::size_t kRowsPerPiece = 16;  // of 640 pixels, 10 us each
+  const auto width = static_cast<std::size_t>(measured_->width);
+  for (std::size_t k = 0; k < step_to_.size(); ++k) {
+    step_to_[k] = std::ptrdiff_t{kBeside[k][0]} * measured_->width + kBeside[k][1];
+  }
+  beside_.assign(size(), 0);
+  auto link = [&](const RowLinks& links, std::size_t pixel, std::size_t column) {
+    const auto node = static_cast<std::size_t>(measured_->image[pixel]);
+    beside_[node] = links.near[column];
+    for (unsigned bits = links.possible[column]; bits != 0; bits &= bits - 1) {
+      const auto k = static_cast<std::size_t>(std::countr_zero(bits));
+      const auto other = measured_->image[pixel + static_cast<std::size_t>(step_to_[k])];
+      if (ShareTangents(node, static_cast<std::size_t>(other))) {
+        beside_[node] |= static_cast<std::uint8_t>(1u << k);
+      }
+    }
+  };
+  ParallelFor(static_cast<std::size_t>(measured_->height), kRowsPerPiece, work,
+              [&](std::size_t begin, std::size_t end) {
+                RowLinks links(measured_->width);
+                for (std::size_t row = begin; row < end; ++row) {
+                  LinkRow(*planes_, static_cast<int>(row), links);
+                  for (std::size_t column = 0; column < width; ++column) {
+                    if (measured_->image[row * width + column] < 0) continue;
+                    link(links, row * width + column, column);
+                  }
+                }
+              });
 }
 
 void SurfaceGraph::LinkCells(const Work& work) {

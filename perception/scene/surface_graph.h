@@ -3,7 +3,9 @@
 #pragma once
 
 #include <array>
+#include <bit>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <vector>
@@ -12,6 +14,7 @@
 #include "perception/cloud/oriented_points.h"
 #include "perception/cloud/voxel_grid.h"
 #include "perception/cloud/work.h"
+#include "perception/scene/surface_planes.h"
 
 namespace cwm::perception {
 
@@ -21,9 +24,9 @@ inline float LargestJump_m(float sigma_m) { return 3 * sigma_m + 0.01f; }
 
 class SurfaceGraph {
  public:
-  // Of an organised cloud: nodes are its points. Both keep copies of nothing but indices;
-  // `measured` must outlive the graph, and be in the frame in which the graph is asked.
-  static SurfaceGraph OfImage(const MeasuredPoints& measured);
+  // Of an organised cloud: nodes are its points. `measured` must outlive the graph, and may be
+  // turned meanwhile: who is linked does not depend on the frame.
+  static SurfaceGraph OfImage(const MeasuredPoints& measured, const Work& work);
   // Of any cloud: nodes are the cells of the grid.
   static SurfaceGraph OfGrid(const OrientedPoints& points, const VoxelGrid& grid, const Work& work);
 
@@ -36,9 +39,18 @@ class SurfaceGraph {
   // Of the surface that a node stands for, metres^2.
   double area_m2(std::size_t node) const;
 
-  // f(other) for the nodes right beside this one on the same surface.
+  // Of an image: the same surface for loops over its pixels, and their nodes. Null for a grid.
+  const SurfacePlanes* planes() const { return planes_.get(); }
+  const MeasuredPoints* image() const { return measured_; }
+
+  // f(other) for the nodes right beside this one on the same surface. On an image: no depth jump
+  // between, or a small one (three times LargestJump_m) and each on the other's tangent plane.
   template <class F>
   void ForEachLinked(std::size_t node, F&& f) const;
+
+  // f(other) for those of them that come before this one in the order of nodes: each link once.
+  template <class F>
+  void ForEachLinkedBefore(std::size_t node, F&& f) const;
 
   // f(a, b) for pairs of nodes about one normal neighbourhood away on opposite sides of this one,
   // no depth jump between: their neighbourhoods touch, but do not overlap.
@@ -46,27 +58,22 @@ class SurfaceGraph {
   void ForEachOppositePair(std::size_t node, F&& f) const;
 
  private:
-  // No depth jump between; or each lies on the other's tangent plane, as neighbouring pixels of a
-  // surface seen at a grazing angle do.
-  bool Linked(std::size_t a, std::size_t b) const {
-    const float jump = std::abs(range_m_[a] - range_m_[b]);
-    const float sigma = std::max(nodes_->sigma_m[a], nodes_->sigma_m[b]);
-    if (jump <= LargestJump_m(sigma)) return true;
-    if (jump > 3 * LargestJump_m(sigma)) return false;
-    if (nodes_->normals[a].isZero() || nodes_->normals[b].isZero()) return false;
-    const Eigen::Vector3f d = nodes_->points[b] - nodes_->points[a];
-    return std::abs(nodes_->normals[a].dot(d)) <= 3 * sigma &&
-           std::abs(nodes_->normals[b].dot(d)) <= 3 * sigma;
-  }
+  // Each lies on the other's tangent plane, as neighbouring pixels of a surface seen at a grazing
+  // angle do.
+  bool ShareTangents(std::size_t a, std::size_t b) const;
   std::int32_t AtPixel(int row, int column) const;
   int Reach_px(std::size_t node) const;
+  void LinkPixels(const Work& work);
   void LinkCells(const Work& work);
 
-  const MeasuredPoints* measured_ = nullptr;  // of an image
-  const VoxelGrid* grid_ = nullptr;           // of a grid
+  const MeasuredPoints* measured_ = nullptr;     // of an image
+  std::shared_ptr<const SurfacePlanes> planes_;  // of an image
+  const VoxelGrid* grid_ = nullptr;              // of a grid
   const OrientedPoints* nodes_ = nullptr;
   std::shared_ptr<OrientedPoints> own_nodes_;  // of a grid
   std::vector<float> range_m_;
+  std::vector<std::uint8_t> beside_;         // of an image: bit k per node, linked to kBeside[k]
+  std::array<std::ptrdiff_t, 8> step_to_{};  // of an image: pixels from a pixel to kBeside[k]
   // Of a grid: linked cells and opposite pairs, per node from first to the next first.
   std::vector<std::uint32_t> first_link_, links_, first_pair_;
   std::vector<std::array<std::uint32_t, 2>> pairs_;
@@ -78,14 +85,24 @@ void SurfaceGraph::ForEachLinked(std::size_t node, F&& f) const {
     for (std::uint32_t k = first_link_[node]; k < first_link_[node + 1]; ++k) f(links_[k]);
     return;
   }
-  const auto pixel = static_cast<int>(nodes_->cloud_index[node]);
-  const int row = pixel / measured_->width, column = pixel % measured_->width;
-  for (int v = row - 1; v <= row + 1; ++v) {
-    for (int u = column - 1; u <= column + 1; ++u) {
-      const std::int32_t other = AtPixel(v, u);
-      if (other < 0 || static_cast<std::size_t>(other) == node) continue;
-      if (Linked(node, static_cast<std::size_t>(other))) f(static_cast<std::size_t>(other));
-    }
+  const std::int32_t* const pixel = measured_->image.data() + nodes_->cloud_index[node];
+  for (unsigned bits = beside_[node]; bits != 0; bits &= bits - 1) {
+    f(static_cast<std::size_t>(pixel[step_to_[static_cast<std::size_t>(std::countr_zero(bits))]]));
+  }
+}
+
+template <class F>
+void SurfaceGraph::ForEachLinkedBefore(std::size_t node, F&& f) const {
+  if (grid_) {
+    ForEachLinked(node, [&](std::size_t other) {
+      if (other < node) f(other);
+    });
+    return;
+  }
+  constexpr unsigned kBefore = 0x0f;  // of kBeside: the row above, and the pixel to the left
+  const std::int32_t* const pixel = measured_->image.data() + nodes_->cloud_index[node];
+  for (unsigned bits = beside_[node] & kBefore; bits != 0; bits &= bits - 1) {
+    f(static_cast<std::size_t>(pixel[step_to_[static_cast<std::size_t>(std::countr_zero(bits))]]));
   }
 }
 

@@ -81,5 +81,17 @@ TEST(ParallelFor, EndsBeforeTheNextPieceOnceItIsToldToStop) {
   EXPECT_EQ(visited, 5);
 }
 
+TEST(ParallelFor, StaysOnItsThreadWithinTheBodyOfAnotherLoop) {
+  std::atomic<int> calls{0};
+  ParallelFor(8, 1, {.max_threads = 2}, [&](std::size_t, std::size_t) {
+    const std::thread::id outer = std::this_thread::get_id();
+    ParallelFor(100, 1, {.max_threads = 4}, [&](std::size_t, std::size_t) {
+      ++calls;
+      EXPECT_EQ(std::this_thread::get_id(), outer);
+    });
+  });
+  EXPECT_EQ(calls, 800);
+}
+
 }  // namespace
 }  // namespace cwm::perception

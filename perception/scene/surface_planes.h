@@ -1,0 +1,45 @@
+// The measured surface of an image as planes of numbers, and the loops over its pixels, eight at
+// once: who lies beside whom, and where it is creased.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "perception/cloud/image_plane.h"
+
+namespace cwm::perception {
+
+struct SurfacePlanes {
+  int width = 0, height = 0;
+  float pixel_angle_rad = 0;
+  ImagePlane x, y, z;                       // metres
+  ImagePlane normal_x, normal_y, normal_z;  // unit; NaN where unknown
+  ImagePlane range_m;                       // from the viewpoint
+  ImagePlane sigma_m;
+};
+
+SurfacePlanes PlanesOfSurface(const MeasuredPoints& measured, const std::vector<float>& range_m,
+                              const Work& work);
+
+// The neighbours of a pixel, row and column, in the order of their bits.
+inline constexpr int kBeside[8][2] = {{-1, -1}, {-1, 0}, {-1, 1}, {0, -1},
+                                      {0, 1},   {1, -1}, {1, 0},  {1, 1}};
+
+// One entry per pixel of a row, and a few more that say nothing; a bit per neighbour.
+struct RowLinks {
+  std::vector<std::uint8_t> near;      // ranges differ by LargestJump_m of the larger sigma or less
+  std::vector<std::uint8_t> possible;  // by more than that, but by three times as much or less
+  explicit RowLinks(int width);
+};
+void LinkRow(const SurfacePlanes& planes, int row, RowLinks& links);
+
+// Pixels that a normal neighbourhood's radius spans.
+inline constexpr float kLeastReach_px = 2, kMostReach_px = 64;
+
+// One entry per pixel of a row, and a few more that say nothing: not zero where the surface turns
+// towards the viewer by more than `angle_rad` between one of the opposite pairs around the pixel
+// (SurfaceGraph::ForEachOppositePair). The angle is positive and less than a right one.
+void CreaseRow(const SurfacePlanes& planes, int row, float angle_rad,
+               std::vector<std::uint8_t>& crease);
+
+}  // namespace cwm::perception

@@ -1,0 +1,140 @@
+#include "perception/scene/surface_graph.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <random>
+#include <set>
+#include <vector>
+
+#include "perception/cloud/normals.h"
+#include "perception/scene/connected_sets.h"
+#include "perception/scene/creases.h"
+
+namespace cwm::perception {
+namespace {
+
+using Eigen::Vector3f;
+
+constexpr int kWidth = 160, kHeight = 120;
+constexpr float kFocal_px = 131;  // a quarter of a Kinect's image
+constexpr float kCrease_rad = 20 * std::numbers::pi_v<float> / 180;
+
+// Boxes before a wall, as rough as a Kinect sees them, with gaps.
+MeasuredPoints Blocks(int seed) {
+  std::mt19937 random(static_cast<unsigned>(seed));
+  std::uniform_real_distribution<float> uniform(0, 1);
+  std::normal_distribution<float> noise(0, 0.0015f);
+  PointCloud cloud;
+  cloud.width = kWidth;
+  cloud.height = kHeight;
+  for (int v = 0; v < kHeight; ++v) {
+    for (int u = 0; u < kWidth; ++u) {
+      const Vector3f ray((static_cast<float>(u) - 80) / kFocal_px,
+                         (static_cast<float>(v) - 60) / kFocal_px, 1);
+      const int block = (u / 23 + v / 17) % 3;
+      float z = 0.9f - 0.3f * ray.y() + 0.03f * static_cast<float>(block);
+      if (block == 1) z -= 0.8f * std::abs(ray.x() - std::round(ray.x() * 6) / 6);
+      if (uniform(random) < 0.05f) z = std::nanf("");
+      cloud.points.push_back(ray * (z + noise(random)));
+    }
+  }
+  MeasuredPoints measured = *CollectMeasured(cloud, {});
+  EstimateImageNormals(measured, {});
+  return measured;
+}
+
+// What the header says of ForEachLinked, pixel by pixel.
+bool AreLinked(const OrientedPoints& nodes, std::size_t a, std::size_t b) {
+  const float sigma = std::max(nodes.sigma_m[a], nodes.sigma_m[b]);
+  const float jump = std::abs(nodes.points[a].norm() - nodes.points[b].norm());
+  if (jump <= LargestJump_m(sigma)) return true;
+  if (jump > 3 * LargestJump_m(sigma)) return false;
+  const Vector3f d = nodes.points[b] - nodes.points[a];
+  return !nodes.normals[a].isZero() && !nodes.normals[b].isZero() &&
+         std::abs(nodes.normals[a].dot(d)) <= 3 * sigma &&
+         std::abs(nodes.normals[b].dot(d)) <= 3 * sigma;
+}
+
+TEST(SurfaceGraph, LinksThePixelsBesideEachOtherOnOneSurfaceInTheirOrder) {
+  const MeasuredPoints measured = Blocks(1);
+  const SurfaceGraph graph = SurfaceGraph::OfImage(measured, {.max_threads = 2});
+  std::size_t links = 0, gaps = 0;
+  for (std::size_t i = 0; i < graph.size(); ++i) {
+    const int pixel = static_cast<int>(measured.oriented.cloud_index[i]);
+    std::vector<std::size_t> expected, found, before;
+    for (int v = pixel / kWidth - 1; v <= pixel / kWidth + 1; ++v) {
+      for (int u = pixel % kWidth - 1; u <= pixel % kWidth + 1; ++u) {
+        if (v < 0 || u < 0 || v >= kHeight || u >= kWidth) continue;
+        const std::int32_t other = measured.image[static_cast<std::size_t>(v * kWidth + u)];
+        if (other < 0 || static_cast<std::size_t>(other) == i) continue;
+        const auto j = static_cast<std::size_t>(other);
+        AreLinked(measured.oriented, i, j) ? expected.push_back(j) : void(++gaps);
+      }
+    }
+    graph.ForEachLinked(i, [&](std::size_t j) { found.push_back(j); });
+    ASSERT_EQ(found, expected) << "node " << i;
+    links += found.size();
+    graph.ForEachLinkedBefore(i, [&](std::size_t j) { before.push_back(j); });
+    std::erase_if(expected, [&](std::size_t j) { return j > i; });
+    ASSERT_EQ(before, expected) << "node " << i;
+  }
+  EXPECT_GT(links, 6 * graph.size());
+  EXPECT_GT(gaps, graph.size() / 20);
+}
+
+TEST(ConcaveCreases, AreThoseOfThePairsButForAnglesRightAtTheLimit) {
+  const MeasuredPoints measured = Blocks(2);
+  const SurfaceGraph graph = SurfaceGraph::OfImage(measured, {});
+  const std::vector<char> creases = ConcaveCreases(graph, kCrease_rad, {.max_threads = 2});
+  constexpr float kRounding_rad = 1e-4f;  // of floats, where the sine's slope is not small
+  const std::vector<char> more = ConcaveCreasesByPairs(graph, kCrease_rad - kRounding_rad, {});
+  const std::vector<char> fewer = ConcaveCreasesByPairs(graph, kCrease_rad + kRounding_rad, {});
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < graph.size(); ++i) {
+    ASSERT_LE(fewer[i], creases[i]) << "node " << i;
+    ASSERT_LE(creases[i], more[i]) << "node " << i;
+    count += creases[i] != 0;
+  }
+  EXPECT_GT(count, graph.size() / 50);
+  EXPECT_LT(count, graph.size() / 2);
+}
+
+TEST(ConnectedSets, HoldWhatCanBeReachedWithinAClassInTheOrderOfFirstNodes) {
+  const MeasuredPoints measured = Blocks(3);
+  const SurfaceGraph graph = SurfaceGraph::OfImage(measured, {});
+  std::vector<std::int32_t> classes(graph.size());
+  std::mt19937 random(4);
+  for (std::size_t i = 0; i < graph.size(); ++i) {
+    const int pixel = static_cast<int>(measured.oriented.cloud_index[i]);
+    classes[i] = random() % 8 == 0 ? -1 : pixel % kWidth / 40 % 2;
+  }
+  const ConnectedSets sets = FindConnectedSets(graph, classes, {.max_threads = 2});
+  std::vector<std::int32_t> expected(graph.size(), ConnectedSets::kNone);
+  std::vector<std::uint32_t> first_nodes;
+  for (std::uint32_t start = 0; start < graph.size(); ++start) {
+    if (classes[start] < 0 || expected[start] != ConnectedSets::kNone) continue;
+    const auto number = static_cast<std::int32_t>(first_nodes.size());
+    first_nodes.push_back(start);
+    std::vector<std::size_t> front{start};
+    expected[start] = number;
+    while (!front.empty()) {
+      const std::size_t i = front.back();
+      front.pop_back();
+      graph.ForEachLinked(i, [&](std::size_t j) {
+        if (classes[j] != classes[i] || expected[j] != ConnectedSets::kNone) return;
+        expected[j] = number;
+        front.push_back(j);
+      });
+    }
+  }
+  EXPECT_EQ(sets.of_node, expected);
+  EXPECT_EQ(sets.first_nodes, first_nodes);
+  EXPECT_GT(sets.count(), 10u);
+  EXPECT_EQ(FindConnectedSets(graph, classes, {}).of_node, sets.of_node);  // on one thread
+}
+
+}  // namespace
+}  // namespace cwm::perception
