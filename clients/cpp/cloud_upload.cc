@@ -76,6 +76,7 @@ absl::Status FillIn(const CloudFile& cloud, pb::IngestCloudHeader& header) {
 bool Send(const CloudFile& cloud, const Progress& progress,
           grpc::ClientWriter<pb::IngestCloudRequest>& writer) {
   const auto total = static_cast<std::int64_t>(cloud.bytes.size());
+  Sha256 sent;
   for (std::int64_t offset = 0; offset < total; offset += kMaxChunkBytes) {
     pb::IngestCloudRequest request;
     pb::CloudChunk& chunk = *request.mutable_chunk();
@@ -83,11 +84,12 @@ bool Send(const CloudFile& cloud, const Progress& progress,
     chunk.set_offset(offset);
     chunk.set_data(cloud.bytes.substr(begin, kMaxChunkBytes));
     chunk.set_crc32c(Crc32c(chunk.data()));
+    sent.Add(chunk.data().data(), chunk.data().size());
     if (!writer.Write(request)) return false;
     if (progress) progress(std::min(offset + kMaxChunkBytes, total), total);
   }
   pb::IngestCloudRequest finish;
-  finish.mutable_finish()->set_sha256(Sha256Hex(cloud.bytes));
+  finish.mutable_finish()->set_sha256(sent.Hex());
   return writer.Write(finish) && writer.WritesDone();
 }
 

@@ -5,10 +5,25 @@
 #include "perception/track/support_association.h"
 
 namespace cwm::perception {
+namespace {
+
+std::vector<Association> AllNew(const SceneInterpretation& scene) {
+  std::vector<Association> result;
+  for (int i = 0; i < static_cast<int>(scene.supports.size()); ++i) {
+    result.push_back({.what = Association::What::kAdd, .support = i});
+  }
+  for (int i = 0; i < static_cast<int>(scene.objects.size()); ++i) {
+    result.push_back({.what = Association::What::kAdd, .object = i});
+  }
+  return result;
+}
+
+}  // namespace
 
 std::vector<Association> Associate(const std::vector<KnownObject>& known,
                                    const SceneInterpretation& scene, const PointCloud& cloud,
                                    const SensorNoise& noise) {
+  if (known.empty()) return AllNew(scene);  // nothing to look for in the cloud
   const ScanEvidence scan(cloud, scene.X_WC, noise);
   std::vector<Association> result = AssociateSupports(known, scene, scan);
   const std::vector<Association> objects = AssociateObjects(known, scene, scan);

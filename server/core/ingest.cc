@@ -42,6 +42,13 @@ WorldObjectPtr Provisional(std::string name, const Detections& detections, int d
   return collision::Place(std::move(object));
 }
 
+perception::Work WorkOf(const perception::InterpretOptions& options, std::stop_token stop) {
+  return {.max_threads = options.max_threads,
+          .threads_now = options.threads_now,
+          .stop = std::move(stop),
+          .on_piece = options.on_piece};
+}
+
 class IngestRun {
  public:
   IngestRun(World& world, const IngestRequest& request, SceneInterpretation scene,
@@ -76,7 +83,8 @@ class IngestRun {
   absl::StatusOr<std::optional<IngestOutcome>> Write() {
     for (int attempt = 1;; ++attempt) {
       match_ = MatchScene(world_.Snapshot(), scene_, request_.cloud, request_.options.noise);
-      const absl::Status prepared = geometry_.PrepareFor(match_, request_.mode, stop_);
+      const absl::Status prepared =
+          geometry_.PrepareFor(match_, request_.mode, WorkOf(request_.options, stop_));
       if (!prepared.ok()) return prepared;
       refusal_ = Refusal::kNone;
       absl::StatusOr<WriteOutcome> written = world_.Update(

@@ -6,6 +6,7 @@
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
+#include "perception/cloud/parallel_for.h"
 
 namespace cwm::server {
 namespace {
@@ -279,12 +280,23 @@ std::shared_ptr<const collision::PreparedModel> DetectionGeometry::Of(int detect
 }
 
 absl::Status DetectionGeometry::PrepareFor(const SceneMatch& match, IngestMode mode,
-                                           const std::stop_token& stop) {
+                                           const perception::Work& work) {
+  std::vector<int> wanted;
   for (const Association& association : match.associations) {
-    if (stop.stop_requested()) return absl::CancelledError("ingest: the caller went away");
     const What what = InMode(association.what, mode);
     const int d = detections_.Of(association);
-    if ((what == What::kAdd || what == What::kReplace) && d >= 0 && d < detections_.size()) Of(d);
+    if ((what == What::kAdd || what == What::kReplace) && d >= 0 && d < detections_.size()) {
+      wanted.push_back(d);
+    }
+  }
+  std::sort(wanted.begin(), wanted.end());
+  wanted.erase(std::unique(wanted.begin(), wanted.end()), wanted.end());
+  try {
+    perception::ParallelFor(wanted.size(), 1, work, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t k = begin; k < end; ++k) Of(wanted[k]);
+    });
+  } catch (const perception::Stopped&) {
+    return absl::CancelledError("ingest: the caller went away");
   }
   return absl::OkStatus();
 }

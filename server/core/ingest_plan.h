@@ -53,9 +53,9 @@ class DetectionGeometry {
       : detections_(detections), prepared_(static_cast<std::size_t>(detections.size())) {}
 
   std::shared_ptr<const collision::PreparedModel> Of(int detection);
-  // Prepares what the match adds or replaces; heavy, so without any lock held. Cancelled when
-  // stopped.
-  absl::Status PrepareFor(const SceneMatch& match, IngestMode mode, const std::stop_token& stop);
+  // Prepares what the match adds or replaces, on the threads of `work`; heavy, so without any lock
+  // held. Cancelled when stopped.
+  absl::Status PrepareFor(const SceneMatch& match, IngestMode mode, const perception::Work& work);
 
  private:
   Detections detections_;

@@ -22,9 +22,9 @@ absl::Status OutOfTime() {
 }
 
 // A retry has the same digest: all that the client sent but the id itself.
-std::string DigestOf(v1::IngestCloudHeader header, const std::string& bytes) {
+std::string DigestOf(v1::IngestCloudHeader header, const std::string& sha256_of_bytes) {
   header.clear_request_id();
-  return Sha256Hex(header.SerializeAsString() + Sha256Hex(bytes));
+  return Sha256Hex(header.SerializeAsString() + sha256_of_bytes);
 }
 
 // Requests the stop when it is time to give up, and remembers that it did.
@@ -99,6 +99,7 @@ absl::Status IngestCall::TakeChunk(const v1::CloudChunk& chunk) {
   if (auto status = upload_->Append(chunk.offset(), chunk.data(), path); !status.ok()) {
     return status;
   }
+  received_.Add(chunk.data().data(), chunk.data().size());  // while the next one is on its way
   const std::uint32_t crc = Crc32c(chunk.data());
   if (crc == chunk.crc32c()) return absl::OkStatus();
   return path.Field("crc32c").Error(absl::StrCat("is ", chunk.crc32c(), " at offset ",
@@ -137,15 +138,13 @@ void IngestCall::Enqueue() {
 
 absl::StatusOr<IngestRequest> IngestCall::MakeRequest() {
   const std::string& bytes = upload_->bytes();
-  if (!sha256_.empty()) {
-    const std::string actual = Sha256Hex(bytes);
-    if (actual != sha256_) {
-      return InvalidField("finish.sha256", absl::StrCat("is ", sha256_, ", must be ", actual,
-                                                        " (SHA-256 of all bytes)"));
-    }
+  const std::string actual = received_.Hex();
+  if (!sha256_.empty() && actual != sha256_) {
+    return InvalidField("finish.sha256", absl::StrCat("is ", sha256_, ", must be ", actual,
+                                                      " (SHA-256 of all bytes)"));
   }
   IngestRequest request = plan_->request;
-  if (!request.write.request_id.empty()) request.write.request_digest = DigestOf(header_, bytes);
+  if (!request.write.request_id.empty()) request.write.request_digest = DigestOf(header_, actual);
   auto cloud = DecodeCloud(*plan_, bytes);
   if (!cloud.ok()) return cloud.status();
   request.cloud = *std::move(cloud);

@@ -7,6 +7,7 @@
 #include <stop_token>
 
 #include "cwm/v1/perception.grpc.pb.h"
+#include "proto/transfer/sha256.h"
 #include "server/rpc/call.h"
 #include "server/rpc/upload.h"
 #include "server/wire/clouds.h"
@@ -42,7 +43,8 @@ class IngestCall final : public grpc::ServerReadReactor<v1::IngestCloudRequest> 
   v1::IngestCloudHeader header_;
   std::optional<CloudPlan> plan_;  // once the header came
   std::optional<Upload> upload_;
-  std::string sha256_;
+  Sha256 received_;        // of the bytes that came
+  std::string sha256_;     // that the client expects, or empty
   bool finished_ = false;  // the finish message came
 };
 

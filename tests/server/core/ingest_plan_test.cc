@@ -204,7 +204,7 @@ TEST_F(IngestPlanTest, PreparingStopsWhenToldTo) {
   DetectionGeometry geometry{Detections(scene)};
   std::stop_source stop;
   stop.request_stop();
-  EXPECT_EQ(geometry.PrepareFor(match, IngestMode::kUpdate, stop.get_token()).code(),
+  EXPECT_EQ(geometry.PrepareFor(match, IngestMode::kUpdate, {.stop = stop.get_token()}).code(),
             absl::StatusCode::kCancelled);
 }
 
