@@ -1,6 +1,7 @@
 // Shapes found, invented and how exact they are, over random scenes of the virtual scanner.
 #include <algorithm>
 #include <cstdio>
+#include <map>
 #include <numbers>
 #include <string>
 #include <utility>
@@ -153,16 +154,31 @@ void AttachFailures(const ShapeTally& tally, Report& report) {
   report.Attach(kFile, std::move(lines));
 }
 
+void PrintShares(const std::string& of, const ShapeTally& tally, Report& report) {
+  char text[120];
+  std::snprintf(text, sizeof(text), "  %-22s found %.4f of %d, spurious %.4f per true shape",
+                of.c_str(), tally.found_share(), tally.true_count(), tally.spurious_share());
+  report.Detail(text);
+}
+
 void Measure(int scenes_per_family, Report& report) {
   ShapeTally tally;
+  std::map<std::string, ShapeTally> parts;  // by family, and by what was told of the pose
   const std::vector<CaseName> cases = Cases(scenes_per_family);
   ForEachCase(cases, [&](const JudgedCase& judged) {
     if (!judged.run.ok()) {
       return report.Fail(NameOf(judged.name) + ": " + std::string(judged.run.status().message()));
     }
-    tally.Add(NameOf(judged.name), judged.run->view(), judged.shapes);
+    const std::string name = NameOf(judged.name);
+    tally.Add(name, judged.run->view(), judged.shapes);
+    for (const std::string& part :
+         {std::string(FamilyName(judged.name.family)),
+          std::string(judged.name.seed % 2 == 0 ? "pose given" : "up estimated")}) {
+      parts[part].Add(name, judged.run->view(), judged.shapes);
+    }
   });
   PrintTally(tally, report);
+  for (const auto& [name, part] : parts) PrintShares(name, part, report);
   PrintCalibration(tally.calibration(), report);
   AddFigures(tally, cases.size(), report);
   AttachFailures(tally, report);
