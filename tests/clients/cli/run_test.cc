@@ -33,8 +33,8 @@ TEST(Run, PrintsHelpOnStdoutWithExamplesFirst) {
   EXPECT_EQ(help.code, ExitCode::kDone);
   EXPECT_LT(help.out.find("Examples:"), help.out.find("Usage"));
   for (const char* command :
-       {"status", "segment", "ingest", "objects", "get", "put", "move", "remove", "import",
-        "distance", "contacts", "check", "ray", "watch", "call"}) {
+       {"status", "segment", "report", "ingest", "objects", "get", "put", "move", "remove",
+        "import", "distance", "contacts", "check", "ray", "watch", "call"}) {
     EXPECT_THAT(help.out, HasSubstr(std::string("  ") + command + " "));
   }
   EXPECT_EQ(help.err, "");
@@ -48,6 +48,23 @@ TEST(Run, TellsItsVersionOnStdout) {
   EXPECT_EQ(version.code, ExitCode::kDone);
   EXPECT_THAT(version.out, ::testing::MatchesRegex("cwm [0-9]+\\.[0-9]+\\.[0-9]+\n"));
   EXPECT_EQ(version.err, "");
+}
+
+TEST(Run, MakesNoPagesWithoutWhatTheyAreMadeOf) {
+  const Outcome outcome = RunWith({"report", "scan.pcd", "scan.html"});
+  EXPECT_EQ(outcome.code, ExitCode::kOther);
+  EXPECT_THAT(outcome.err, HasSubstr("built without the pages"));
+}
+
+TEST(Run, RefusesAPageOfAnotherNameBeforeItReadsTheScan) {
+  for (const char* file : {"scan.pcd", "scan", "scan.html.gz"}) {
+    std::istringstream in;
+    std::ostringstream out, err;
+    const ExitCode code = Run({"report", "no-such-scan.pcd", file},
+                              {.in = in, .out = out, .err = err}, {.script = "s", .style = "s"});
+    EXPECT_EQ(code, ExitCode::kUsage) << file;
+    EXPECT_THAT(err.str(), HasSubstr(std::string("OUT: \"") + file + "\" must end in .html"));
+  }
 }
 
 TEST(Run, RefusesAMeshFileOfAnotherFormatBeforeItAsksTheServer) {

@@ -74,6 +74,17 @@ class PerceptionTest : public RunningServer {
     writer->WritesDone();
     return writer->Finish();
   }
+  // 0 where there is no such blob.
+  std::int64_t BytesOfBlob(const std::string& hash) {
+    Call call;
+    v1::ReadGeometryRequest read;
+    read.set_hash(hash);
+    const auto reader = world_->ReadGeometry(&call, read);
+    v1::ReadGeometryResponse piece;
+    std::int64_t bytes = 0;
+    while (reader->Read(&piece)) bytes += static_cast<std::int64_t>(piece.data().size());
+    return bytes;
+  }
   // The small box that a hostile client has to leave alone.
   void ExpectUntouched() { ExpectRevision(1); }
 };
@@ -100,14 +111,7 @@ TEST_F(PerceptionTest, AScanBecomesSupportsAndObjectsAndTheSameScanChangesNothin
   EXPECT_FALSE(response.changes().added().empty());
   EXPECT_GT(response.stages_size(), 0);
   // 640 x 480 labels are above a mebibyte: they travel by hash.
-  Call call;
-  v1::ReadGeometryRequest read;
-  read.set_hash(response.labels_hash());
-  const auto reader = world_->ReadGeometry(&call, read);
-  v1::ReadGeometryResponse piece;
-  std::int64_t label_bytes = 0;
-  while (reader->Read(&piece)) label_bytes += static_cast<std::int64_t>(piece.data().size());
-  EXPECT_EQ(label_bytes, 4 * 640 * 480);
+  EXPECT_EQ(BytesOfBlob(response.labels_hash()), 4 * 640 * 480);
   status = Send(Upload(header, bytes), &response);
   ASSERT_TRUE(status.ok()) << status.error_message();
   EXPECT_EQ(response.revision(), 1) << "the same scan makes no revision";
@@ -124,6 +128,32 @@ TEST_F(PerceptionTest, SegmentOnlyMakesNoRevision) {
   ASSERT_TRUE(status.ok()) << status.error_message();
   EXPECT_EQ(response.revision(), 0);
   EXPECT_GE(response.objects_size(), 1);
+}
+
+TEST_F(PerceptionTest, SegmentOnlyNamesMeshesThatCanStillBeRead) {
+  const auto scan = Scan();
+  v1::IngestCloudHeader header = HeaderFor(scan.cloud.points);
+  header.set_width(scan.cloud.width);
+  header.set_height(scan.cloud.height);
+  header.set_mode(v1::INGEST_MODE_SEGMENT_ONLY);
+  v1::IngestCloudResponse response;
+  const auto status = Send(Upload(header, BytesOf(scan.cloud.points)), &response);
+  ASSERT_TRUE(status.ok()) << status.error_message();
+  int meshes = 0;
+  for (const v1::Object& object : response.objects()) {
+    for (const v1::SurfacePart& surface : object.surfaces()) {
+      ++meshes;
+      EXPECT_EQ(BytesOfBlob(surface.hash()),
+                8 + 24 * surface.vertex_count() + 12 * surface.triangle_count())
+          << object.name();
+    }
+    for (const v1::Handle& handle : object.handles()) {
+      if (handle.hash().empty()) continue;
+      ++meshes;
+      EXPECT_GT(BytesOfBlob(handle.hash()), 0) << object.name();
+    }
+  }
+  EXPECT_GE(meshes, 1) << "else nothing is tested";
 }
 
 TEST_F(PerceptionTest, UploadsOutOfOrderAreRefusedAndLeaveNothing) {
