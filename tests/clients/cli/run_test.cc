@@ -60,8 +60,9 @@ TEST(Run, RefusesAPageOfAnotherNameBeforeItReadsTheScan) {
   for (const char* file : {"scan.pcd", "scan", "scan.html.gz"}) {
     std::istringstream in;
     std::ostringstream out, err;
-    const ExitCode code = Run({"report", "no-such-scan.pcd", file},
-                              {.in = in, .out = out, .err = err}, {.script = "s", .style = "s"});
+    const ExitCode code =
+        cli::Run({"report", "no-such-scan.pcd", file}, {.in = in, .out = out, .err = err},
+                 {.script = "s", .style = "s"});
     EXPECT_EQ(code, ExitCode::kUsage) << file;
     EXPECT_THAT(err.str(), HasSubstr(std::string("OUT: \"") + file + "\" must end in .html"));
   }

@@ -58,9 +58,8 @@ TEST(ScanPage, LetsNoNameBreakOutOfItsPlace) {
     const std::string page = FormatScanPage(RecordOf(name), kAssets);
     EXPECT_EQ(DataOf(page).at("file"), name);
     // The bundled one and the data; nothing of the name is markup.
-    EXPECT_EQ(
-        std::distance(std::sregex_iterator(page.begin(), page.end(), std::regex("<script")), {}), 2)
-        << page;
+    const std::regex script("<script");
+    EXPECT_EQ(std::distance(std::sregex_iterator(page.begin(), page.end(), script), {}), 2) << page;
     EXPECT_THAT(page, Not(HasSubstr("<img")));
     EXPECT_THAT(page, Not(HasSubstr("<!--")));
   }
