@@ -18,7 +18,7 @@ class ImagePlane {
 
   ImagePlane() = default;
   ImagePlane(int width, int height)
-      : stride_(static_cast<std::size_t>(width) + 2 * kMargin),
+      : stride_(static_cast<std::size_t>(width) + std::size_t{2} * kMargin),
         values_(stride_ * static_cast<std::size_t>(height),
                 std::numeric_limits<float>::quiet_NaN()) {}
 

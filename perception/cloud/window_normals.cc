@@ -59,7 +59,9 @@ CWM_LANES_INLINE Windows WindowsOf(const Lanes& radius_m, const Lanes& range_m,
     const float pixel_m = std::max(range_m[k] * pixel_angle_rad, 1e-6f);
     // Without a point px is NaN, which std::max drops.
     const float px = std::min(std::max(1.0f, radius_m[k] / pixel_m), kWidestWindow_px);
-    const int step = std::max(1, static_cast<int>(px / kSamplesAcrossRadius + 0.5f));
+    // px / kSamplesAcrossRadius, rounded.
+    const int step =
+        std::max(1, static_cast<int>((2 * px + kSamplesAcrossRadius) / (2 * kSamplesAcrossRadius)));
     windows.step_px[k] = step;
     windows.radius_px[k] = std::max(step, static_cast<int>(px) / step * step);
   }
@@ -130,7 +132,7 @@ CWM_LANES_INLINE void EstimateBlock(const PointPlanes& points, int row, int colu
   const Lanes range_m = SquareRoots(Dot(p, p));
   const Windows windows = WindowsOf(radius_m, range_m, points.pixel_angle_rad);
   // Neighbours mostly have windows of one size: each size is summed once, for all who have it.
-  LaneMask waiting = p.x == p.x;
+  LaneMask waiting = range_m >= Lanes{};  // not where there is no point
   WindowSums sums;
   Lanes density{};  // pixels that a sample stands for
   for (int k = 0; k < kLanes; ++k) {
@@ -166,7 +168,7 @@ __attribute__((target("avx2"))) void EstimateWide(const PointPlanes& points, int
 }  // namespace
 
 RowNormals::RowNormals(int width) {
-  const auto size = static_cast<std::size_t>(width + kLanes);
+  const auto size = static_cast<std::size_t>(width) + kLanes;
   for (std::vector<float>* values : {&x, &y, &z, &sigma_rad}) values->resize(size);
 }
 

@@ -119,7 +119,7 @@ CWM_LANES_INLINE void CreaseBlock(const SurfacePlanes& planes, const Place& at, 
   const Lanes range_m = LoadLanes(planes.range_m.Row(at.row) + at.column);
   const LaneMask reach_px = ReachesOf(planes, at);
   // Neighbours mostly have the same reach: each is looked at once, for all who have it.
-  LaneMask waiting = range_m == range_m, creases{};
+  LaneMask waiting = range_m >= Lanes{}, creases{};  // not where there is no point
   for (int k = 0; k < kLanes; ++k) {
     if (!waiting[k]) continue;
     const LaneMask same = waiting & (reach_px == reach_px[k]);
@@ -199,7 +199,7 @@ void LinkRow(const SurfacePlanes& planes, int row, RowLinks& links) {
 
 void CreaseRow(const SurfacePlanes& planes, int row, float angle_rad,
                std::vector<std::uint8_t>& crease) {
-  crease.resize(static_cast<std::size_t>(planes.width + kLanes));
+  crease.resize(static_cast<std::size_t>(planes.width) + kLanes);
   const float cos_angle = std::cos(angle_rad);
 #if defined(__x86_64__)
   if (HasWideLanes()) return CreaseWide(planes, row, cos_angle, crease);

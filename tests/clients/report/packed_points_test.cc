@@ -11,7 +11,6 @@ namespace cwm::report {
 namespace {
 
 using formats::CloudFile;
-using formats::Scalar;
 using Point = std::array<float, 3>;
 
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();

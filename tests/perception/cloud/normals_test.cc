@@ -129,7 +129,8 @@ struct PlainNormal {
 
 PlainNormal NormalInWindow(const MeasuredPoints& measured, int row, int column) {
   const auto at = [&](int v, int u) {
-    return measured.image[static_cast<std::size_t>(v * measured.width + u)];
+    return measured.image[static_cast<std::size_t>(v) * static_cast<std::size_t>(measured.width) +
+                          static_cast<std::size_t>(u)];
   };
   const auto i = static_cast<std::size_t>(at(row, column));
   const Vector3 p = measured.oriented.points[i].cast<double>();
@@ -179,7 +180,8 @@ TEST(ImageNormals, AgreeWithPlainSumsOverEachWindow) {
   std::size_t compared = 0, conditioned = 0, apart = 0, off = 0;
   for (int row = 0; row < kHeight; ++row) {
     for (int column = 0; column < kWidth; ++column) {
-      const std::int32_t i = measured.image[static_cast<std::size_t>(row * kWidth + column)];
+      const std::int32_t i =
+          measured.image[static_cast<std::size_t>(row) * kWidth + static_cast<std::size_t>(column)];
       if (i < 0) continue;
       const PlainNormal plain = NormalInWindow(measured, row, column);
       const Vector3f& n = measured.oriented.normals[static_cast<std::size_t>(i)];

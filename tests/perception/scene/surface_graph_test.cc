@@ -68,7 +68,8 @@ TEST(SurfaceGraph, LinksThePixelsBesideEachOtherOnOneSurfaceInTheirOrder) {
     for (int v = pixel / kWidth - 1; v <= pixel / kWidth + 1; ++v) {
       for (int u = pixel % kWidth - 1; u <= pixel % kWidth + 1; ++u) {
         if (v < 0 || u < 0 || v >= kHeight || u >= kWidth) continue;
-        const std::int32_t other = measured.image[static_cast<std::size_t>(v * kWidth + u)];
+        const std::int32_t other =
+            measured.image[static_cast<std::size_t>(v) * kWidth + static_cast<std::size_t>(u)];
         if (other < 0 || static_cast<std::size_t>(other) == i) continue;
         const auto j = static_cast<std::size_t>(other);
         AreLinked(measured.oriented, i, j) ? expected.push_back(j) : void(++gaps);
