@@ -75,9 +75,10 @@ double SensorNoise::LateralSigma_m(double depth_m, double incidence_rad) const {
   return constant_sigma_m;
 }
 
-double SensorNoise::WarpSigma_m() const {
-  const bool triangulates = model == SensorModel::kKinect || model == SensorModel::kRealSense;
-  return triangulates ? kSlowWarp_m : 0;
+bool Triangulates(SensorModel model) {
+  return model == SensorModel::kKinect || model == SensorModel::kRealSense;
 }
+
+double SensorNoise::WarpSigma_m() const { return Triangulates(model) ? kSlowWarp_m : 0; }
 
 }  // namespace cwm::perception

@@ -17,6 +17,9 @@ enum class SensorModel {
   kConstant
 };
 
+// Depth cameras that find range by triangulation, whose errors warp slowly besides.
+bool Triangulates(SensorModel model);
+
 struct SensorNoise {
   SensorModel model = SensorModel::kKinect;
   double constant_sigma_m = 0.002;  // used by kConstant alone

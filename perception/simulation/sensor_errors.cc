@@ -141,10 +141,6 @@ void DrawCameraErrors(const SensorNoise& noise, const PinholeCamera& camera, std
 
 }  // namespace
 
-bool Triangulates(SensorModel model) {
-  return model == SensorModel::kKinect || model == SensorModel::kRealSense;
-}
-
 SensorErrors DrawErrors(const SensorNoise& noise, const RangeImage& image,
                         const PinholeCamera& camera, std::uint64_t seed) {
   SensorErrors errors{.axial = {},

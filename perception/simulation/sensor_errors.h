@@ -19,9 +19,6 @@ inline constexpr double kSickBrightSigma_m = 0.003;
 inline constexpr double kSickDarkSigma_m = 0.010;
 inline constexpr double kSickBias_m = 0.004;
 
-// Stereo and structured light, whose errors warp slowly besides.
-bool Triangulates(SensorModel model);
-
 struct SensorErrors {
   NoiseField axial;      // in units of AxialSigma_m
   NoiseField lateral_u;  // in units of LateralSigma_m

@@ -16,12 +16,12 @@
 #include <pcl/surface/gp3.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <numbers>
 #include <vector>
 
 #include "perception/cloud/sensor_noise.h"
+#include "tests/benchmarks/stopwatch.h"
 
 namespace cwm::benchmarks {
 namespace {
@@ -39,19 +39,6 @@ constexpr double kDistanceGate_sigma = 3;                         // as ours
 constexpr double kNormalGate_rad = 15 * std::numbers::pi / 180;   // as ours
 constexpr double kLeastRadius_m = 0.004, kLargestRadius_m = 0.5;  // as ours
 constexpr double kMeshReach_m = 5 * kVoxel_m;
-
-class Stopwatch {
- public:
-  double Lap_ms() {
-    const auto now = std::chrono::steady_clock::now();
-    const double lap = std::chrono::duration<double, std::milli>(now - last_).count();
-    last_ = now;
-    return lap;
-  }
-
- private:
-  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
-};
 
 Cloud::Ptr Voxels(const perception::PointCloud& cloud) {
   auto raw = std::make_shared<pcl::PointCloud<pcl::PointXYZ>>();

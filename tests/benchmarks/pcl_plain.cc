@@ -13,26 +13,14 @@
 #include <pcl/segmentation/sac_segmentation.h>
 #include <pcl/surface/convex_hull.h>
 
-#include <chrono>
 #include <cmath>
+
+#include "tests/benchmarks/stopwatch.h"
 
 namespace cwm::benchmarks {
 namespace {
 
 using Cloud = pcl::PointCloud<pcl::PointXYZ>;
-
-class Stopwatch {
- public:
-  double Lap_ms() {
-    const auto now = std::chrono::steady_clock::now();
-    const double lap = std::chrono::duration<double, std::milli>(now - last_).count();
-    last_ = now;
-    return lap;
-  }
-
- private:
-  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
-};
 
 Cloud::Ptr ToPcl(const perception::PointCloud& cloud) {
   auto out = std::make_shared<Cloud>();
