@@ -35,6 +35,8 @@ struct ConeModel {
   ConeModel Moved(const Parameters& step) const;
   bool MayReach(const CellBounds& box, double gate_m) const;
   ConeModel Centred(const Vector3& p) const;
+  // As CylinderModel has it, for what holds of both.
+  const ConeModel& AsCone() const { return *this; }
 };
 
 // The point in which the lines p - t n of a sample meet in the plane normal to `axis`, by least

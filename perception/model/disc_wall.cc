@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "perception/model/model_selection.h"
 #include "perception/model/rim.h"
 
 namespace cwm::perception {
@@ -10,7 +11,6 @@ namespace {
 
 constexpr double kSteepestSlope = 0.36;  // 20 degrees: wider cups are bowls
 constexpr double kSlopeStep = 0.02;      // at 5 cm below the rim, a third of the distance gate
-constexpr double kLeastSlope = 0.035;    // 2 degrees, as of cones that are searched for
 constexpr double kNearlyAll = 0.95;      // of the most points on a wall; the rest is chance
 constexpr double kLeastShare = 0.8;      // of the points behind the disc, on its wall
 constexpr double kReach = 1.4;           // of the rim's radius: what is behind the disc
@@ -57,12 +57,14 @@ ShapeFit WithSlope(const ConeModel& straight, double slope, const FitContext& c,
   return fit;
 }
 
-// The middle of the slopes that nearly as many points agree with as with the best; none at all where
-// a straight wall has nearly as many.
+// The middle of the slopes that nearly as many points agree with as with the best; a straight wall
+// where it has nearly as many. Nothing of a kind that is not searched for.
 std::optional<ShapeFit> BestSlope(const ConeModel& straight, const FitContext& c,
                                   const std::vector<char>& behind) {
   ShapeFit upright = WithSlope(straight, 0, c, behind);
-  if (!c.options.search_cones) return upright;
+  if (!c.options.search_cones) {
+    return c.options.search_cylinders ? std::optional(std::move(upright)) : std::nullopt;
+  }
   constexpr int kSteps = static_cast<int>(kSteepestSlope / kSlopeStep);
   std::vector<std::size_t> counts;
   for (int k = -kSteps; k <= kSteps; ++k) {

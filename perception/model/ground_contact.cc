@@ -19,9 +19,6 @@ constexpr double kDerivativeStep = 1e-6;
 // Heights of the lowest points of both end circles of the seen length, or of a sphere.
 using Heights = Eigen::VectorXd;
 
-ConeModel AsCone(const CylinderModel& m) { return m.AsCone(); }
-ConeModel AsCone(const ConeModel& m) { return m; }
-
 // The ends of a wall's seen length, from its reference point.
 Interval EndsOf(const ConeModel& wall, const ShapeFit& fit, const ModelPoints& points) {
   Interval ends = ExtentAlong(wall.axis, points, fit.inliers);
@@ -35,7 +32,7 @@ Heights LowestHeights(const SphereModel& sphere, const Interval&, const Ground& 
 
 template <class Axial>
 Heights LowestHeights(const Axial& axial, const Interval& ends, const Ground& ground) {
-  const ConeModel wall = AsCone(axial);
+  const ConeModel wall = axial.AsCone();
   const double along = wall.axis.dot(ground.up);
   const double across = std::sqrt(std::max(0.0, 1 - along * along));
   Heights heights(2);
@@ -60,7 +57,7 @@ bool MayLie(const Axial& m, const Ground& ground) {
 Interval EndsOf(const SphereModel&, const ShapeFit&, const ModelPoints&) { return {}; }
 template <class Axial>
 Interval EndsOf(const Axial& m, const ShapeFit& fit, const ModelPoints& points) {
-  return EndsOf(AsCone(m), fit, points);
+  return EndsOf(m.AsCone(), fit, points);
 }
 
 template <ShapeModel M>

@@ -14,10 +14,8 @@ namespace cwm::perception {
 namespace {
 
 constexpr double kLeastGain = 0.95;  // of the rms, by one more parameter
-// Slopes of cones, else they are cylinders: 3 standard deviations, and 2 degrees, which the slow
-// warp of the sensor (1.3 mm) makes of a wall of 40 mm.
+// Of a cone: a slope within 3 standard deviations of none is none.
 constexpr double kLeastSlope_sigma = 3;
-constexpr double kLeastSlope = 0.035;
 // Differences of the criterion above 10 are decisive (Kass and Raftery 1995).
 constexpr double kDecisive = 10;
 // Things stand upright more often than they lean by little. Chosen: of upright cups seen in part,
@@ -275,6 +273,19 @@ struct Lying {
   }
 };
 
+// Whether two or three planes explain the region better than the curved shape.
+bool FacesExplainBetter(const ShapeFit& curved, const std::vector<std::uint32_t>& region,
+                        const FitContext& context) {
+  const double rival = EvaluateCriterion(curved.model, curved.axis, context, region).value;
+  // Things stand upright; a round edge that leans is more likely the rounded normals of a crease.
+  const double margin = curved.axis == AxisFreedom::kHeld ? kDecisive : 0;
+  std::vector<PlaneModel> faces = FacesOf(region, context);
+  for (; faces.size() >= 2; faces.pop_back()) {
+    if (EvaluateCriterion(faces, context, region).value + margin < rival) return true;
+  }
+  return false;
+}
+
 // The last refinement of a rival that no faces explain better and that holds its limits.
 std::optional<ShapeFit> Finished(const ShapeFit& rival, const CandidateList& candidates,
                                  const FitContext& c) {
@@ -288,18 +299,6 @@ std::optional<ShapeFit> Finished(const ShapeFit& rival, const CandidateList& can
 }
 
 }  // namespace
-
-bool FacesExplainBetter(const ShapeFit& curved, const std::vector<std::uint32_t>& region,
-                        const FitContext& context) {
-  const double rival = EvaluateCriterion(curved.model, curved.axis, context, region).value;
-  // Things stand upright; a round edge that leans is more likely the rounded normals of a crease.
-  const double margin = curved.axis == AxisFreedom::kHeld ? kDecisive : 0;
-  std::vector<PlaneModel> faces = FacesOf(region, context);
-  for (; faces.size() >= 2; faces.pop_back()) {
-    if (EvaluateCriterion(faces, context, region).value + margin < rival) return true;
-  }
-  return false;
-}
 
 CurvedEvidence MeasureEvidence(const SphereModel& sphere, const ShapeFit& fit,
                                const FitContext& context) {

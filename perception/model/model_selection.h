@@ -31,9 +31,9 @@ inline constexpr double kLeastArc_rad = 35 * std::numbers::pi / 180;
 // and an arc of at least kLeastArc_rad.
 bool IsSignificant(const CurvedEvidence& evidence, double sigma_m, double independent_samples);
 
-// Whether two or three planes explain the region better than the curved shape.
-bool FacesExplainBetter(const ShapeFit& curved, const std::vector<std::uint32_t>& region,
-                        const FitContext& context);
+// Slopes of cones, else they are cylinders: 2 degrees, which the slow warp of the sensor (1.3 mm)
+// makes of a wall of 40 mm.
+inline constexpr double kLeastSlope = 0.035;
 
 // The best shape for the points of `leader`, finished, or nothing when none holds its limits. A
 // shape of higher order must lower the criterion and the rms by 5 %; a curved one must also beat

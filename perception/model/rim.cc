@@ -177,9 +177,6 @@ Eigen::Matrix<double, 3, ConeModel::kParameterCount> SectionAt(const ConeModel&,
   return rows;
 }
 
-ConeModel AsCone(const CylinderModel& m) { return m.AsCone(); }
-ConeModel AsCone(const ConeModel& m) { return m; }
-
 }  // namespace
 
 std::optional<Rim> MeasureRim(const PlaneModel& face, const ConeModel& wall, double wall_sigma_m,
@@ -219,7 +216,7 @@ std::optional<Rim> MeasureRim(const PlaneModel& face, const FitContext& context)
 
 template <class M>
 M FuseRim(const M& wall, const Rim& rim, Eigen::MatrixXd& covariance) {
-  const ConeModel cone = AsCone(wall);
+  const ConeModel cone = wall.AsCone();
   const double height_m = cone.axis.dot(rim.center - cone.point);
   const Matrix3 across = BasisFromZ(cone.axis);
   const Vector3 off = rim.center - (cone.point + height_m * cone.axis);

@@ -77,9 +77,6 @@ std::vector<double> CoefficientSigmas(const M& model, const Ends& ends,
   return sigma;
 }
 
-ConeModel AsCone(const CylinderModel& m) { return m.AsCone(); }
-ConeModel AsCone(const ConeModel& m) { return m; }
-
 double MeanSigma_m(const ShapeFit& fit, const FitContext& c) {
   double sum = 0;
   for (std::uint32_t i : fit.inliers) sum += c.points.sigma_m[i];
@@ -167,7 +164,7 @@ template <class Axial>
 std::optional<Solid> MakeAxial(Axial model, const ShapeFit& fit, const std::vector<ShapeFit>& fits,
                                const FitContext& c, const Ground& ground, std::vector<char>& used) {
   if (model.side == SeenFrom::kInside) return std::nullopt;
-  ConeModel wall = AsCone(model);
+  ConeModel wall = model.AsCone();
   const Interval extent = ExtentAlong(wall.axis, c.points, fit.covered);
   const double origin_m = wall.axis.dot(wall.point);
   Ends ends{extent.low_m - origin_m, extent.high_m - origin_m};
@@ -178,7 +175,7 @@ std::optional<Solid> MakeAxial(Axial model, const ShapeFit& fit, const std::vect
   for (const PlaneModel& cap : ApplyCaps(wall, sigma_m, fits, c, ends, used, solid.inliers)) {
     if (const std::optional<Rim> rim = MeasureRim(cap, wall, sigma_m, c)) {
       model = FuseRim(model, *rim, covariance);
-      wall = AsCone(model);
+      wall = model.AsCone();
     }
   }
   StandOnGround(wall, ground, ends);

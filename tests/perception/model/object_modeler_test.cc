@@ -94,6 +94,18 @@ TEST(ModelObject, CupOfWhichLittleButTheLidShowsIsACone) {
   EXPECT_NEAR(found->length_m, cup.length_m, kEdge_m);
 }
 
+TEST(ModelObject, WallsBehindDiscsAreOfKindsThatAreSearchedForAlone) {
+  const Cylinder can{.radius_m = 0.035, .length_m = 0.12};
+  const ScannedObject scan = ScanOnTable(OfOnePart(can, 0.06), kDistance_m, kElevation_rad, 1);
+  ModelerOptions planes_alone;
+  planes_alone.search_cylinders = planes_alone.search_cones = planes_alone.search_spheres = false;
+  for (const ShapePart& part :
+       ModelObject(scan.points, scan.X_WSupport, kNoise, planes_alone).shapes) {
+    EXPECT_FALSE(std::holds_alternative<Cylinder>(part.shape));
+    EXPECT_FALSE(std::holds_alternative<Cone>(part.shape));
+  }
+}
+
 TEST(ModelObject, VisibleFacesBecomeABoxWithItsHiddenFaces) {
   SimulatedObject object = OfOnePart(Box{.size_m = {0.12, 0.08, 0.10}}, 0.05);
   object.X_WO.linear() = Eigen::AngleAxisd(0.5, Vector3::UnitZ()).toRotationMatrix();
