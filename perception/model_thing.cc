@@ -4,9 +4,11 @@
 #include <optional>
 #include <utility>
 
+#include "perception/cloud/quantile.h"
 #include "perception/cloud/voxel_grid.h"
 #include "perception/explained_points.h"
 #include "perception/model/object_modeler.h"
+#include "perception/thing_sample.h"
 
 namespace cwm::perception {
 namespace {
@@ -133,11 +135,26 @@ std::optional<Pose> WhatItStandsOn(const SegmentedScene& scene, const SegmentedT
   return X_LSupport;
 }
 
+// All counts are those of the measured points.
+HybridModel InMeasuredPoints(HybridModel model, const ThingSample& sample) {
+  const auto scale = [&sample](int& count) {
+    count = static_cast<int>(sample.Scaled(static_cast<std::uint64_t>(count)));
+  };
+  scale(model.point_count);
+  for (ShapePart& part : model.shapes) {
+    if (part.fit) scale(part.fit->inlier_count);
+  }
+  for (Handle& handle : model.handles) scale(handle.point_count);
+  for (SurfacePart& part : model.surfaces) scale(part.point_count);
+  return model;
+}
+
 }  // namespace
 
 ModelledThing ModelThing(const SegmentedScene& scene, const SegmentedThing& thing,
                          const InterpretOptions& options, const Work& work) {
-  const OrientedPoints points = Subset(scene.points, thing.points);
+  const ThingSample sample(scene, thing);
+  const OrientedPoints points = sample.Points();
   ModelledThing out;
   out.X_LO.translation() = MeanOf(points);
   const Pose X_OL = out.X_LO.inverse(Eigen::Isometry);
@@ -153,11 +170,12 @@ ModelledThing ModelThing(const SegmentedScene& scene, const SegmentedThing& thin
 
   // Step 8: the hybrid model.
   builder.AddShapes(std::move(found.shapes));
-  out.explained = builder.explained();
-  out.model = std::make_shared<HybridModel>(builder.Take());
-  out.part_of_point = std::move(found.part_of_point);
+  out.explained = sample.Scaled(builder.explained());
+  out.model = std::make_shared<HybridModel>(InMeasuredPoints(builder.Take(), sample));
+  out.part_of_point = sample.OfAll(found.part_of_point, work);
   out.notes = std::move(found.notes);
-  const VoxelGrid thin = VoxelGrid::Build(points.points, kAssociationSpacing_m, work);
+  const float spacing_m = std::max(kAssociationSpacing_m, Median(points.sigma_m));
+  const VoxelGrid thin = VoxelGrid::Build(points.points, spacing_m, work);
   for (std::size_t c = 0; c < thin.size(); ++c) out.thinned_L.push_back(thin.Centroid(c));
   return out;
 }

@@ -33,9 +33,10 @@ struct DetectedObject {
   // Index into supports: the one below, at the bottom of a stack; -1 for residuals.
   int supported_by = -1;
   int rests_on = -1;  // index into objects: what is between it and the support; -1 for nothing
-  // Its measured points, thinned to about 4 mm, for association. In the level frame L, whose axes
-  // are the world's and whose origin is the sensor (p_W = X_WC.translation() + p_L): floats are
-  // precise near the sensor, and would not be far from the world's origin.
+  // Its measured points, thinned to about 4 mm or to their noise where that is more, for
+  // association. In the level frame L, whose axes are the world's and whose origin is the sensor
+  // (p_W = X_WC.translation() + p_L): floats are precise near the sensor, and would not be far
+  // from the world's origin.
   std::vector<Eigen::Vector3f> points_L;
 };
 
@@ -47,7 +48,8 @@ struct StageTime {
 struct InterpretReport {
   std::uint64_t points_in = 0;
   std::uint64_t points_finite = 0;
-  // Within tolerance of a support, a shape, a handle or a surface.
+  // Within tolerance of a support, a shape, a handle or a surface; of a thing that is measured far
+  // more densely than its noise asks for, the share of an even sample of its points times all.
   std::uint64_t points_explained = 0;
   std::uint64_t points_rejected = 0;  // finite, labelled 0: isolated points that belong to nothing
   std::vector<std::string> warnings;

@@ -87,14 +87,17 @@ Vector3 MeanPoint(const OrientedPoints& points) {
 class NodePoints {
  public:
   NodePoints(const VoxelGrid* grid) : grid_(grid) {}
+  // In the order of the nodes.
   std::vector<std::uint32_t> Of(const std::vector<std::uint32_t>& nodes) const {
     if (!grid_) return nodes;
+    std::size_t count = 0;
+    for (std::uint32_t node : nodes) count += grid_->PointsOf(node).size();
     std::vector<std::uint32_t> points;
+    points.reserve(count);
     for (std::uint32_t node : nodes) {
       const auto some = grid_->PointsOf(node);
       points.insert(points.end(), some.begin(), some.end());
     }
-    std::sort(points.begin(), points.end());
     return points;
   }
 
@@ -203,7 +206,8 @@ void Collect(const SurfaceGraph& graph, const Pieces& pieces, const Regions& reg
     scene.things.push_back({.supported_by = segment.supported_by,
                             .rests_on = segment.rests_on,
                             .foot_height_m = segment.foot_height_m,
-                            .points = node_points.Of(segment.nodes)});
+                            .points = node_points.Of(segment.nodes),
+                            .node_count = segment.nodes.size()});
   }
   scene.rejected = node_points.Of(regions.rejected);
 }

@@ -22,14 +22,16 @@ struct SegmentOptions {
 
 struct SegmentedSupport {
   Placed<Plate> plate;                // in the level frame
-  std::vector<std::uint32_t> points;  // indices into SegmentedScene::points, ascending
+  std::vector<std::uint32_t> points;  // indices into SegmentedScene::points, as a thing's
 };
 
 struct SegmentedThing {
   std::int32_t supported_by = -1;  // index into supports; -1: residual geometry
   std::int32_t rests_on = -1;      // index of the object between it and the support; -1: none
   double foot_height_m = 0;        // of where it rests, above the support's top
+  // Points that follow each other lie near each other: in an image's order, or cell by cell.
   std::vector<std::uint32_t> points;
+  std::size_t node_count = 0;  // pixels or cells that hold them
 };
 
 // The level frame L has the sensor as its origin and up as its z: coordinates stay small however

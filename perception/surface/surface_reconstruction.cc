@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "collision/geometry/triangle.h"
+#include "perception/cloud/quantile.h"
 #include "perception/cloud/sensor_noise.h"
 #include "perception/surface/projection_mesh.h"
 #include "perception/surface/thinning.h"
@@ -180,7 +181,9 @@ Surface ReconstructSurface(const OrientedPoints& points, const SurfaceOptions& o
                            const Work& work) {
   if (points.points.empty()) return {};
   const std::size_t most = std::max(options.max_triangles, 1);
-  double spacing_m = std::max(kSmallestSpacing_m, options.spacing_m);
+  // Vertices nearer to each other than the noise would follow it: a thick crowd, and no surface.
+  const double noise_m = Median(points.sigma_m);
+  double spacing_m = std::max({kSmallestSpacing_m, options.spacing_m, noise_m});
   while (true) {
     const ThinnedPoints thinned = Thin(points.points, static_cast<float>(spacing_m), work);
     // A surface has about two triangles per vertex; points that form none have one each. So there

@@ -12,7 +12,8 @@
 namespace cwm::perception {
 
 struct SurfaceOptions {
-  double spacing_m = 0.004;   // distance between vertices after thinning
+  // Distance between vertices after thinning; the median noise of the points where that is more.
+  double spacing_m = 0.004;
   int max_triangles = 20000;  // per call; the spacing is widened until it holds
 };
 
