@@ -4,6 +4,8 @@
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <numeric>
+#include <utility>
 
 #include "perception/cloud/morton.h"
 #include "perception/cloud/parallel_for.h"
@@ -11,8 +13,7 @@
 namespace cwm::perception {
 namespace {
 
-constexpr int kPointsPerPiece = 8192;  // of less than 0.1 us each
-constexpr int kRunsPerPiece = 4096;
+constexpr int kPointsPerPiece = 8192;        // of less than 0.1 us each
 constexpr std::size_t kCellsPerPiece = 512;  // some ten points each
 constexpr float kCellsPerAxis = static_cast<float>((1 << kMortonBitsPerAxis) - 2);
 
@@ -21,43 +22,24 @@ std::uint64_t KeyOf(const VoxelGrid::Cell& cell) {
                    static_cast<std::uint32_t>(cell.z()));
 }
 
-// Points that follow each other in the cloud and lie in one cell: in an image, some ten.
-struct Run {
+struct KeyedCell {
   std::uint64_t key;
-  std::uint32_t begin, end;  // points
+  std::uint32_t cell;
 };
 
-template <class CellOf>
-std::vector<Run> RunsOf(std::size_t points, const CellOf& cell_of, const Work& work) {
-  std::vector<Run> runs;
-  PollEvery poll(work, kPointsPerPiece);
-  VoxelGrid::Cell latest = VoxelGrid::Cell::Constant(VoxelGrid::kNone);
-  for (std::uint32_t i = 0; i < points; ++i) {
-    poll();
-    const VoxelGrid::Cell cell = cell_of(i);
-    if (cell == latest) {
-      runs.back().end = i + 1;
-    } else {
-      runs.push_back({KeyOf(cell), i, i + 1});
-      latest = cell;
-    }
-  }
-  return runs;
-}
-
 // Stable radix sort by key, 11 bits a pass, only as many passes as the largest key needs.
-void SortByKey(std::vector<Run>& items, const Work& work) {
+void SortByKey(std::vector<KeyedCell>& items, const Work& work) {
   constexpr int kDigitBits = 11;
   constexpr std::size_t kDigits = 1 << kDigitBits;
   std::uint64_t all = 0;
-  for (const Run& item : items) all |= item.key;
-  std::vector<Run> other(items.size());
+  for (const KeyedCell& item : items) all |= item.key;
+  std::vector<KeyedCell> other(items.size());
   for (int shift = 0; shift < 64 && all >> shift; shift += kDigitBits) {
     work.Poll();
     std::array<std::size_t, kDigits + 1> start{};
-    for (const Run& item : items) ++start[(item.key >> shift & (kDigits - 1)) + 1];
+    for (const KeyedCell& item : items) ++start[(item.key >> shift & (kDigits - 1)) + 1];
     for (std::size_t d = 0; d < kDigits; ++d) start[d + 1] += start[d];
-    for (const Run& item : items) other[start[item.key >> shift & (kDigits - 1)]++] = item;
+    for (const KeyedCell& item : items) other[start[item.key >> shift & (kDigits - 1)]++] = item;
     items.swap(other);
   }
 }
@@ -98,32 +80,86 @@ VoxelGrid VoxelGrid::Build(std::span<const Eigen::Vector3f> points, float edge_m
   grid.edge_m_ = edge_m;
   while ((high - low).maxCoeff() / grid.edge_m_ > kCellsPerAxis) grid.edge_m_ *= 2;
   grid.origin_ = low;
-  const float per_edge = 1 / grid.edge_m_;
-  const auto cell_of = [points, low, per_edge](std::size_t i) -> Cell {
-    return ((points[i] - low) * per_edge).cast<int>();  // never negative: truncated is the floor
-  };
-  std::vector<Run> runs = RunsOf(points.size(), cell_of, work);
-  SortByKey(runs, work);
-  grid.order_.resize(points.size());
-  grid.cell_of_point_.resize(points.size());
-  PollEvery poll(work, kRunsPerPiece);
-  std::uint32_t placed = 0;
-  for (std::size_t r = 0; r < runs.size(); ++r) {
-    poll();
-    if (r == 0 || runs[r].key != runs[r - 1].key) {
-      grid.first_.push_back(placed);
-      grid.cells_.push_back(cell_of(runs[r].begin));
-    }
-    const auto cell = static_cast<std::uint32_t>(grid.cells_.size() - 1);
-    for (std::uint32_t i = runs[r].begin; i < runs[r].end; ++i) {
-      grid.order_[placed++] = i;
-      grid.cell_of_point_[i] = cell;
-    }
-  }
-  grid.first_.push_back(placed);
+  grid.FindCells(points, work);
+  grid.SortCells(work);
+  grid.SortPoints(work);
   grid.SumUp(points, work);
-  grid.IndexCells();
   return grid;
+}
+
+void VoxelGrid::FindCells(std::span<const Eigen::Vector3f> points, const Work& work) {
+  const float per_edge = 1 / edge_m_;
+  cell_of_point_.resize(points.size());
+  IndexCells();
+  PollEvery poll(work, kPointsPerPiece);
+  Cell latest = Cell::Constant(kNone);  // points that follow each other are mostly in one cell
+  std::uint32_t index = 0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    poll();
+    // Never negative: truncated is the floor.
+    const Cell cell = ((points[i] - origin_) * per_edge).cast<int>();
+    if (cell != latest) {
+      index = FindOrAdd(cell);
+      latest = cell;
+    }
+    cell_of_point_[i] = index;
+  }
+}
+
+std::uint32_t VoxelGrid::FindOrAdd(const Cell& cell) {
+  std::size_t slot = Slot(cell);
+  for (; slots_[slot] != kNone; slot = (slot + 1) & (slots_.size() - 1)) {
+    const auto found = static_cast<std::uint32_t>(slots_[slot]);
+    if (cells_[found] == cell) return found;
+  }
+  slots_[slot] = static_cast<std::int32_t>(cells_.size());
+  cells_.push_back(cell);
+  if (2 * cells_.size() > slots_.size()) IndexCells();
+  return static_cast<std::uint32_t>(cells_.size() - 1);
+}
+
+void VoxelGrid::SortCells(const Work& work) {
+  std::vector<KeyedCell> sorted;
+  sorted.reserve(cells_.size());
+  for (std::uint32_t c = 0; c < cells_.size(); ++c) sorted.push_back({KeyOf(cells_[c]), c});
+  SortByKey(sorted, work);
+  std::vector<Cell> cells;
+  cells.reserve(cells_.size());
+  std::vector<std::uint32_t> place(cells_.size());
+  for (const KeyedCell& item : sorted) {
+    place[item.cell] = static_cast<std::uint32_t>(cells.size());
+    cells.push_back(cells_[item.cell]);
+  }
+  cells_ = std::move(cells);
+  IndexCells();
+  PollEvery poll(work, kPointsPerPiece);
+  for (std::uint32_t& cell : cell_of_point_) {
+    poll();
+    cell = place[cell];
+  }
+}
+
+void VoxelGrid::SortPoints(const Work& work) {
+  first_.assign(cells_.size() + 1, 0);
+  for (std::uint32_t cell : cell_of_point_) ++first_[cell + 1];
+  for (std::size_t c = 0; c < cells_.size(); ++c) first_[c + 1] += first_[c];
+  std::vector<std::uint32_t> next = first_;
+  order_.resize(cell_of_point_.size());
+  PollEvery poll(work, kPointsPerPiece);
+  for (std::uint32_t i = 0; i < order_.size(); ++i) {
+    poll();
+    order_[next[cell_of_point_[i]]++] = i;
+  }
+}
+
+std::vector<std::uint32_t> VoxelGrid::Renumber() {
+  std::vector<std::uint32_t> before(order_.size());
+  before.swap(order_);
+  std::iota(order_.begin(), order_.end(), 0U);
+  for (std::uint32_t c = 0; c < cells_.size(); ++c) {
+    std::fill(cell_of_point_.begin() + first_[c], cell_of_point_.begin() + first_[c + 1], c);
+  }
+  return before;
 }
 
 void VoxelGrid::SumUp(std::span<const Eigen::Vector3f> points, const Work& work) {
@@ -160,7 +196,7 @@ std::size_t VoxelGrid::Slot(const Cell& cell) const {
 }
 
 void VoxelGrid::IndexCells() {
-  slots_.assign(std::bit_ceil(2 * cells_.size()), kNone);
+  slots_.assign(std::bit_ceil(4 * std::max<std::size_t>(1, cells_.size())), kNone);
   for (std::size_t i = 0; i < cells_.size(); ++i) {
     std::size_t slot = Slot(cells_[i]);
     while (slots_[slot] != kNone) slot = (slot + 1) & (slots_.size() - 1);

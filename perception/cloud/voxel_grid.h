@@ -34,8 +34,8 @@ struct Moments {
   Eigen::Matrix3f Covariance() const;  // about the mean; count must be positive
 };
 
-// Immutable once built. Cells are ordered by Morton key, so that neighbours in space are mostly
-// neighbours in memory, and points within a cell keep their order.
+// Cells are ordered by Morton key, so that neighbours in space are mostly neighbours in memory, and
+// points within a cell keep their order.
 class VoxelGrid {
  public:
   using Cell = Eigen::Vector3i;
@@ -55,6 +55,10 @@ class VoxelGrid {
   std::span<const std::uint32_t> PointsOf(std::size_t i) const;
   std::uint32_t CellOfPoint(std::size_t point) const { return cell_of_point_[point]; }
 
+  // Numbers the points anew, in the order of the cells: for the owner who brings them into it, so
+  // that loops over cells run through memory in order. Returns the number that each one had.
+  std::vector<std::uint32_t> Renumber();
+
   // f(index) for the occupied ones of the 27 cells around these coordinates, the middle one among
   // them, in the order of z, then y, then x. Ends early, and is true, once f returns true.
   template <class F>
@@ -73,7 +77,12 @@ class VoxelGrid {
   std::vector<std::uint32_t> cell_of_point_;  // per point
   std::vector<std::int32_t> slots_;           // open addressing, a power of two
 
+  // The steps of building, in their order.
+  void FindCells(std::span<const Eigen::Vector3f> points, const Work& work);
+  void SortCells(const Work& work);
+  void SortPoints(const Work& work);
   void SumUp(std::span<const Eigen::Vector3f> points, const Work& work);
+  std::uint32_t FindOrAdd(const Cell& cell);
   std::size_t Slot(const Cell& cell) const;
   void IndexCells();
 };

@@ -45,14 +45,36 @@ double MeanNeighbours(const VoxelGrid& grid) {
 }
 
 // As fine as the noise allows, as coarse as the spacing of the points asks.
-VoxelGrid FineGrid(const OrientedPoints& points) {
+VoxelGrid FineGrid(const OrientedPoints& points, const Work& work) {
   float edge = std::max(kSmallestCell_m, kCell_sigma * Median(points.sigma_m));
-  VoxelGrid grid = VoxelGrid::Build(points.points, edge);
+  VoxelGrid grid = VoxelGrid::Build(points.points, edge, work);
   for (int k = 0; k < kMostGrowth && MeanNeighbours(grid) < kLeastNeighbours; ++k) {
     edge *= 1.5f;
-    grid = VoxelGrid::Build(points.points, edge);
+    grid = VoxelGrid::Build(points.points, edge, work);
   }
   return grid;
+}
+
+template <class T>
+void BringIntoOrder(const std::vector<std::uint32_t>& before, const Work& work,
+                    std::vector<T>& values) {
+  constexpr std::size_t kValuesPerPiece = 32768;  // of 10 ns each
+  std::vector<T> sorted(values.size());
+  ParallelFor(values.size(), kValuesPerPiece, work, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) sorted[i] = values[before[i]];
+  });
+  values = std::move(sorted);
+}
+
+// Points in the order of their cells: all that follows runs through memory in order, however the
+// cloud was sorted.
+void SortIntoCells(OrientedPoints& points, VoxelGrid& grid, const Work& work) {
+  const std::vector<std::uint32_t> before = grid.Renumber();
+  BringIntoOrder(before, work, points.points);
+  BringIntoOrder(before, work, points.normals);
+  BringIntoOrder(before, work, points.sigma_m);
+  BringIntoOrder(before, work, points.cloud_index);
+  // normal_sigma_rad is not known yet: all zero.
 }
 
 // Level frame from up alone: z up, x along the sensor's view, projected to the horizontal.
@@ -105,13 +127,14 @@ class NodePoints {
   const VoxelGrid* grid_;
 };
 
-// Step 1: normals. Returns the cells of a cloud that is no image.
+// Step 1: normals. Returns the cells of a cloud that is no image, whose points it sorts.
 std::optional<VoxelGrid> EstimateNormals(MeasuredPoints& measured, const Work& work) {
   if (measured.organised()) {
     EstimateImageNormals(measured, work);
     return std::nullopt;
   }
-  VoxelGrid grid = FineGrid(measured.oriented);
+  VoxelGrid grid = FineGrid(measured.oriented, work);
+  SortIntoCells(measured.oriented, grid, work);
   EstimateGridNormals(measured.oriented, grid, kRadius_cells * grid.edge_m(), work);
   return grid;
 }
@@ -146,13 +169,21 @@ struct Surface {
   std::vector<char> crease;  // per node
 };
 
-// Turns the points into the level frame, and finds out who lies beside whom.
-LevelFrame TurnLevel(MeasuredPoints& measured, const SegmentOptions& options, const Work& work,
-                     Surface& surface) {
+// Step 1, and who lies beside whom. Turns the points into the level frame: before their cells are
+// made where it is known, so that they are made once.
+LevelFrame MeasureSurface(MeasuredPoints& measured, const SegmentOptions& options, const Work& work,
+                          Surface& surface) {
+  const bool turn_first = options.R_LC && !measured.organised();
+  if (turn_first) Rotate(measured.oriented, *options.R_LC, work);
+  surface.grid = EstimateNormals(measured, work);
+  options.stage_done("normals");
+  work.Poll();
   const LevelFrame level = FindLevelFrame(measured, options, work);
-  Rotate(measured.oriented, level.R_LC, work);
+  if (!turn_first) Rotate(measured.oriented, level.R_LC, work);
   if (surface.grid) {
-    surface.grid = VoxelGrid::Build(measured.oriented.points, surface.grid->edge_m(), work);
+    if (!turn_first) {
+      surface.grid = VoxelGrid::Build(measured.oriented.points, surface.grid->edge_m(), work);
+    }
     surface.graph = SurfaceGraph::OfGrid(measured.oriented, *surface.grid, work);
   } else {
     surface.graph = SurfaceGraph::OfImage(measured, work);
@@ -216,11 +247,7 @@ SegmentedScene SegmentInSteps(MeasuredPoints measured, const SegmentOptions& opt
                               const Work& work) {
   SegmentedScene scene;
   Surface surface;
-  surface.grid = EstimateNormals(measured, work);
-  options.stage_done("normals");
-  work.Poll();
-
-  const LevelFrame level = TurnLevel(measured, options, work, surface);
+  const LevelFrame level = MeasureSurface(measured, options, work, surface);
   scene.R_LC = level.R_LC;
   scene.up_known = level.up_known;
   const VoxelGrid* cells = surface.grid ? &*surface.grid : nullptr;

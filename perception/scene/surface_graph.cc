@@ -87,7 +87,7 @@ SurfaceGraph SurfaceGraph::OfGrid(const OrientedPoints& points, const VoxelGrid&
                                   const Work& work) {
   SurfaceGraph graph;
   graph.grid_ = &grid;
-  graph.own_nodes_ = std::make_shared<OrientedPoints>(Downsample(points, grid));
+  graph.own_nodes_ = std::make_shared<OrientedPoints>(Downsample(points, grid, work));
   graph.nodes_ = graph.own_nodes_.get();
   graph.range_m_ = Ranges(*graph.nodes_, work);
   graph.LinkCells(work);
