@@ -34,6 +34,26 @@ TEST(VoxelGrid, HoldsEachPointOnceInTheCellThatContainsIt) {
   EXPECT_THAT(seen, ::testing::Each(1));
 }
 
+TEST(VoxelGrid, KeepsItsCellsWhenItsPointsAreBroughtIntoTheirOrder) {
+  const std::vector<Vector3f> points = RandomPoints(5000);
+  const VoxelGrid before = VoxelGrid::Build(points, 0.1f);
+  VoxelGrid after = before;
+  const std::vector<std::uint32_t> number_before = after.Renumber();
+  ASSERT_EQ(number_before.size(), points.size());
+  ASSERT_EQ(after.size(), before.size());
+  std::uint32_t next = 0;
+  for (std::size_t c = 0; c < after.size(); ++c) {
+    EXPECT_EQ(after.cell(c), before.cell(c));
+    ASSERT_EQ(after.PointsOf(c).size(), before.PointsOf(c).size());
+    for (std::size_t k = 0; k < after.PointsOf(c).size(); ++k) {
+      EXPECT_EQ(after.PointsOf(c)[k], next);
+      EXPECT_EQ(after.CellOfPoint(next), c);
+      EXPECT_EQ(number_before[next], before.PointsOf(c)[k]);
+      ++next;
+    }
+  }
+}
+
 TEST(VoxelGrid, MomentsMatchTheDirectSums) {
   const std::vector<Vector3f> points = RandomPoints(2000);
   const VoxelGrid grid = VoxelGrid::Build(points, 0.25f);
