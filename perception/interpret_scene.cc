@@ -105,8 +105,8 @@ struct DescribedScene {
   std::vector<ModelledThing> things;
 };
 
-// Steps 6 and 7, supports and things in parallel; the largest things first, so that none of them
-// is left to one thread at the end.
+// Steps 6 and 7, supports and things in parallel; supports, which may hold most of a room's points,
+// and the largest things first, so that none of them is left to one thread at the end.
 DescribedScene DescribeScene(const SegmentedScene& scene, const Pose& X_WL,
                              const InterpretOptions& options, const Work& work) {
   DescribedScene described;
@@ -118,15 +118,14 @@ DescribedScene DescribeScene(const SegmentedScene& scene, const Pose& X_WL,
     return scene.things[a].points.size() > scene.things[b].points.size();
   });
   const auto describe = [&](std::size_t k) {
-    if (k < order.size()) {
-      const std::size_t t = order[k];
-      described.things[t] = ModelThing(scene, scene.things[t], options, work);
+    if (k < scene.supports.size()) {
+      const SegmentedSupport& support = scene.supports[k];
+      described.supports[k] = {DescribeSupport(support, scene.points, X_WL, FloorOf(options)),
+                               ExplainedBySupport(support, scene.points, work)};
       return;
     }
-    const SegmentedSupport& support = scene.supports[k - order.size()];
-    described.supports[k - order.size()] = {
-        DescribeSupport(support, scene.points, X_WL, FloorOf(options)),
-        ExplainedBySupport(support, scene.points, work)};
+    const std::size_t t = order[k - scene.supports.size()];
+    described.things[t] = ModelThing(scene, scene.things[t], options, work);
   };
   ParallelFor(order.size() + scene.supports.size(), 1, work,
               [&](std::size_t begin, std::size_t end) {

@@ -16,7 +16,7 @@ constexpr std::size_t kLeastPoints = 16'000;
 constexpr std::size_t kPointsPerNode = 4;
 // Sampled points on each side that are asked for the nearest one: about those of a cell.
 constexpr std::size_t kLookAround = kPointsPerNode;
-constexpr int kPointsPerPiece = 16384;  // of some 30 ns
+constexpr std::size_t kSampledPerPiece = 1024;  // of up to some 100 points, of 30 ns or less
 
 }  // namespace
 
@@ -49,23 +49,34 @@ OrientedPoints ThingSample::Points() const {
 std::vector<std::int32_t> ThingSample::OfAll(const std::vector<std::int32_t>& part_of_sampled,
                                              const Work& work) const {
   if (stride_ == 1) return part_of_sampled;
-  PollEvery poll(work, kPointsPerPiece);
   std::vector<std::int32_t> part_of_point(members_.size());
-  for (std::size_t k = 0; k < members_.size(); ++k) {
-    poll();
-    const std::size_t own = k / stride_;
-    const std::size_t first = own - std::min(own, kLookAround);
-    const std::size_t last = std::min(own + kLookAround, part_of_sampled.size() - 1);
-    float nearest = std::numeric_limits<float>::infinity();
-    for (std::size_t s = first; s <= last; ++s) {
-      const float distance =
-          (all_.points[members_[k]] - all_.points[members_[s * stride_]]).squaredNorm();
-      if (distance >= nearest) continue;
-      nearest = distance;
-      part_of_point[k] = part_of_sampled[s];
+  for (std::size_t s = 0; s < part_of_sampled.size(); ++s) {
+    if (s % kSampledPerPiece == 0) work.Poll();
+    const std::size_t end = std::min((s + 1) * stride_, members_.size());
+    const Around around = AroundSampled(s, part_of_sampled.size());
+    const auto first = part_of_sampled.begin() + static_cast<std::ptrdiff_t>(around.first);
+    const auto last = part_of_sampled.begin() + static_cast<std::ptrdiff_t>(around.end);
+    const bool agree = std::all_of(first, last, [&](std::int32_t part) { return part == *first; });
+    for (std::size_t k = s * stride_; k < end; ++k) {
+      part_of_point[k] = agree ? *first : part_of_sampled[NearestSampled(k, around)];
     }
   }
   return part_of_point;
+}
+
+ThingSample::Around ThingSample::AroundSampled(std::size_t s, std::size_t count) {
+  return {s - std::min(s, kLookAround), std::min(s + kLookAround + 1, count)};
+}
+
+std::size_t ThingSample::NearestSampled(std::size_t k, const Around& around) const {
+  std::size_t nearest = around.first;
+  float nearest_m2 = std::numeric_limits<float>::infinity();
+  for (std::size_t s = around.first; s < around.end; ++s) {
+    const float distance_m2 =
+        (all_.points[members_[k]] - all_.points[members_[s * stride_]]).squaredNorm();
+    if (distance_m2 < nearest_m2) nearest = s, nearest_m2 = distance_m2;
+  }
+  return nearest;
 }
 
 std::uint64_t ThingSample::Scaled(std::uint64_t sampled) const {

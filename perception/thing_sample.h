@@ -34,6 +34,14 @@ class ThingSample {
   std::uint64_t Scaled(std::uint64_t sampled) const;
 
  private:
+  struct Around {
+    std::size_t first, end;  // of the sampled points
+  };
+  // The sampled points around the s-th in the order, itself included.
+  static Around AroundSampled(std::size_t s, std::size_t count);
+  // Which of them is nearest to the k-th point of the thing.
+  std::size_t NearestSampled(std::size_t k, const Around& around) const;
+
   const OrientedPoints& all_;
   const std::vector<std::uint32_t>& members_;
   std::size_t stride_ = 1;
