@@ -8,22 +8,6 @@
 namespace cwm::perception {
 namespace {
 
-// Position relative to an axis: height along it, and direction and distance away from it.
-struct AxialPosition {
-  double height_m = 0;
-  double radius_m = 0;
-  Vector3 outward = Vector3::UnitX();
-};
-
-AxialPosition Locate(const ConeModel& cone, const Vector3& p) {
-  const Vector3 x = p - cone.point;
-  const double height_m = cone.axis.dot(x);
-  const Vector3 away = x - height_m * cone.axis;
-  const double radius_m = away.norm();
-  return {height_m, radius_m,
-          radius_m > 0 ? Vector3(away / radius_m) : Vector3(BasisFromZ(cone.axis).col(0))};
-}
-
 // For two lines the determinant is sin^2 / 4 of the angle between them: 10 degrees.
 constexpr double kParallel_determinant = 0.25 * 0.03;
 
@@ -88,20 +72,8 @@ std::optional<ConeModel> ConeModel::AroundAxis(std::span<const SamplePoint> samp
   return cone;
 }
 
-double ConeModel::Distance_m(const Vector3& p) const {
-  const Vector3 x = p - point;
-  const double height_m = axis.dot(x);
-  const double rr = std::sqrt(std::max(0.0, x.squaredNorm() - height_m * height_m));
-  return (rr - radius_m - slope * height_m) / std::sqrt(1 + slope * slope);
-}
-
-Vector3 ConeModel::Normal(const Vector3& p) const {
-  const AxialPosition at = Locate(*this, p);
-  return (at.outward - slope * axis) / std::sqrt(1 + slope * slope);
-}
-
 ConeModel::Parameters ConeModel::Gradient(const Vector3& p) const {
-  const AxialPosition at = Locate(*this, p);
+  const AxialPosition at = Locate(p);
   const Matrix3 basis = BasisFromZ(axis);
   const double k2 = 1 + slope * slope;
   const double k = std::sqrt(k2);
@@ -125,7 +97,7 @@ ConeModel ConeModel::Moved(const Parameters& step) const {
 
 bool ConeModel::MayReach(const CellBounds& box, double gate_m) const {
   const double gate = gate_m * std::sqrt(1 + slope * slope);
-  const AxialPosition at = Locate(*this, box.center);
+  const AxialPosition at = Locate(box.center);
   const double middle = at.radius_m - RadiusAt_m(at.height_m);
   // rr is at least the coordinate along the centre's outward direction, so rr - s h is at least a
   // linear function, whose minimum over a box is known.

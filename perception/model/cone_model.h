@@ -2,9 +2,19 @@
 // slope 0 is the cylinder and cups stay well conditioned (their apex is far away).
 #pragma once
 
+#include <algorithm>
+#include <cmath>
+
 #include "perception/model/shape_model.h"
 
 namespace cwm::perception {
+
+// Position relative to an axis: height along it, and direction and distance away from it.
+struct AxialPosition {
+  double height_m = 0;
+  double radius_m = 0;
+  Vector3 outward = Vector3::UnitX();  // any direction away from the axis on it
+};
 
 struct ConeModel {
   static constexpr int kSampleSize = 3;
@@ -28,8 +38,23 @@ struct ConeModel {
   double RadiusAt_m(double height_m) const { return radius_m + slope * height_m; }
   // (rr - r - s h) / sqrt(1 + s^2) with rr the distance from the axis: one nappe, because rr is not
   // negative; beyond the apex it overestimates.
-  double Distance_m(const Vector3& p) const;
-  Vector3 Normal(const Vector3& p) const;  // any direction of the cone on the axis
+  double Distance_m(const Vector3& p) const {
+    const Vector3 x = p - point;
+    const double height_m = axis.dot(x);
+    const double rr = std::sqrt(std::max(0.0, x.squaredNorm() - height_m * height_m));
+    return (rr - radius_m - slope * height_m) / std::sqrt(1 + slope * slope);
+  }
+  Vector3 Normal(const Vector3& p) const {  // any direction of the cone on the axis
+    return (Locate(p).outward - slope * axis) / std::sqrt(1 + slope * slope);
+  }
+  AxialPosition Locate(const Vector3& p) const {
+    const Vector3 x = p - point;
+    const double height_m = axis.dot(x);
+    const Vector3 away = x - height_m * axis;
+    const double away_m = away.norm();
+    return {height_m, away_m,
+            away_m > 0 ? Vector3(away / away_m) : Vector3(BasisFromZ(axis).col(0))};
+  }
   double FacingSign() const { return SignOf(side); }
   Parameters Gradient(const Vector3& p) const;
   ConeModel Moved(const Parameters& step) const;

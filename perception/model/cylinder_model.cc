@@ -1,8 +1,5 @@
 #include "perception/model/cylinder_model.h"
 
-#include <algorithm>
-#include <cmath>
-
 namespace cwm::perception {
 
 std::optional<CylinderModel> CylinderModel::FromSample(std::span<const SamplePoint> sample) {
@@ -19,12 +16,6 @@ std::optional<CylinderModel> CylinderModel::AroundAxis(std::span<const SamplePoi
   const CylinderModel cylinder{
       .point = foot->point, .axis = axis, .radius_m = foot->radius_m, .side = foot->side};
   return cylinder.Centred(sample[0].p);
-}
-
-double CylinderModel::Distance_m(const Vector3& p) const {
-  const Vector3 x = p - point;
-  const double height_m = axis.dot(x);
-  return std::sqrt(std::max(0.0, x.squaredNorm() - height_m * height_m)) - radius_m;
 }
 
 CylinderModel CylinderModel::Moved(const Parameters& step) const {

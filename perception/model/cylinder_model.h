@@ -1,6 +1,9 @@
 // A cylinder's lateral surface: a cone of slope 0, with one parameter less.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
+
 #include "perception/model/cone_model.h"
 #include "perception/model/shape_model.h"
 
@@ -23,7 +26,11 @@ struct CylinderModel {
   // The cylinder around a known axis direction, from two points or more.
   static std::optional<CylinderModel> AroundAxis(std::span<const SamplePoint> sample,
                                                  const Vector3& axis);
-  double Distance_m(const Vector3& p) const;
+  double Distance_m(const Vector3& p) const {
+    const Vector3 x = p - point;
+    const double height_m = axis.dot(x);
+    return std::sqrt(std::max(0.0, x.squaredNorm() - height_m * height_m)) - radius_m;
+  }
   Vector3 Normal(const Vector3& p) const { return AsCone().Normal(p); }
   double FacingSign() const { return SignOf(side); }
   Parameters Gradient(const Vector3& p) const {

@@ -38,12 +38,6 @@ std::optional<SphereModel> SphereModel::FromSample(std::span<const SamplePoint> 
   return sphere;
 }
 
-Vector3 SphereModel::Normal(const Vector3& p) const {
-  const Vector3 q = p - center;
-  const double norm = q.norm();
-  return norm > 0 ? Vector3(q / norm) : Vector3::UnitZ();
-}
-
 SphereModel::Parameters SphereModel::Gradient(const Vector3& p) const {
   const Vector3 n = Normal(p);
   return {-n.x(), -n.y(), -n.z(), -1};

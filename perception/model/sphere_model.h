@@ -19,7 +19,11 @@ struct SphereModel {
   // The point nearest to the lines along all normals is the centre. Two points or more.
   static std::optional<SphereModel> FromSample(std::span<const SamplePoint> sample);
   double Distance_m(const Vector3& p) const { return (p - center).norm() - radius_m; }
-  Vector3 Normal(const Vector3& p) const;  // any direction at the centre
+  Vector3 Normal(const Vector3& p) const {  // any direction at the centre
+    const Vector3 q = p - center;
+    const double norm = q.norm();
+    return norm > 0 ? Vector3(q / norm) : Vector3(Vector3::UnitZ());
+  }
   double FacingSign() const { return SignOf(side); }
   Parameters Gradient(const Vector3& p) const;
   SphereModel Moved(const Parameters& step) const;
