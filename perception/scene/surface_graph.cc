@@ -30,16 +30,18 @@ std::vector<std::array<std::uint32_t, 2>> OppositePairs(const OrientedPoints& no
                                                         const Eigen::Vector3f& center,
                                                         const std::vector<std::uint32_t>& around) {
   constexpr float kLeastAcross_cos = -0.866f;
+  std::vector<Eigen::Vector3f> towards;
+  towards.reserve(around.size());
+  for (std::uint32_t a : around) towards.push_back((nodes.points[a] - center).normalized());
   std::vector<std::array<std::uint32_t, 2>> pairs;
-  for (std::uint32_t a : around) {
-    const Eigen::Vector3f da = (nodes.points[a] - center).normalized();
+  for (std::size_t a = 0; a < around.size(); ++a) {
     float best = kLeastAcross_cos;
-    std::uint32_t opposite = a;
-    for (std::uint32_t b : around) {
-      const float cosine = da.dot((nodes.points[b] - center).normalized());
+    std::size_t opposite = a;
+    for (std::size_t b = 0; b < around.size(); ++b) {
+      const float cosine = towards[a].dot(towards[b]);
       if (cosine < best) best = cosine, opposite = b;
     }
-    if (opposite > a) pairs.push_back({a, opposite});
+    if (around[opposite] > around[a]) pairs.push_back({around[a], around[opposite]});
   }
   return pairs;
 }
