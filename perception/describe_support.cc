@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <unordered_set>
 #include <utility>
 
 #include "collision/geometry/signed_distance.h"
@@ -27,18 +29,19 @@ FitQuality QualityOf(const SegmentedSupport& support, const OrientedPoints& poin
   FitQuality fit;
   const Pose X_SL = support.plate.X_FS.inverse(Eigen::Isometry);
   double squares = 0;
-  std::vector<std::pair<int, int>> cells;
+  std::unordered_set<std::uint64_t> cells;
+  std::pair<int, int> latest{0, 0};  // points that follow each other lie mostly in one cell
   for (std::uint32_t i : support.points) {
     const Vector3 local = X_SL * points.points[i].cast<double>();
     squares += local.z() * local.z();
     fit.max_residual_m = std::max(fit.max_residual_m, std::abs(local.z()));
     const std::pair cell(static_cast<int>(std::floor(local.x() / kObservedCell_m)),
                          static_cast<int>(std::floor(local.y() / kObservedCell_m)));
-    // Points that follow each other in an image lie mostly in one cell.
-    if (cells.empty() || cells.back() != cell) cells.push_back(cell);
+    if (cell == latest && !cells.empty()) continue;
+    latest = cell;
+    cells.insert(std::uint64_t{static_cast<std::uint32_t>(cell.first)} << 32 |
+                 static_cast<std::uint32_t>(cell.second));
   }
-  std::sort(cells.begin(), cells.end());
-  cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
   fit.observed_fraction = std::min(1.0, static_cast<double>(cells.size()) * kObservedCell_m *
                                             kObservedCell_m / Area_m2(support.plate.shape));
   fit.inlier_count = static_cast<int>(support.points.size());

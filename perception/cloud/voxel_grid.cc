@@ -70,6 +70,13 @@ Eigen::Matrix3f Moments::Covariance() const {
 
 VoxelGrid VoxelGrid::Build(std::span<const Eigen::Vector3f> points, float edge_m,
                            const Work& work) {
+  VoxelGrid grid = BuildCells(points, edge_m, work);
+  grid.SumUp(points, work);
+  return grid;
+}
+
+VoxelGrid VoxelGrid::BuildCells(std::span<const Eigen::Vector3f> points, float edge_m,
+                                const Work& work) {
   VoxelGrid grid;
   if (points.empty()) return grid;
   Eigen::Vector3f low = points[0], high = points[0];
@@ -83,7 +90,6 @@ VoxelGrid VoxelGrid::Build(std::span<const Eigen::Vector3f> points, float edge_m
   grid.FindCells(points, work);
   grid.SortCells(work);
   grid.SortPoints(work);
-  grid.SumUp(points, work);
   return grid;
 }
 

@@ -45,6 +45,9 @@ class VoxelGrid {
   // cells: 8 km). Linear time in the points, however many share one place.
   static VoxelGrid Build(std::span<const Eigen::Vector3f> points, float edge_m,
                          const Work& work = {});
+  // The same without moments, for an owner who renumbers the points first.
+  static VoxelGrid BuildCells(std::span<const Eigen::Vector3f> points, float edge_m,
+                              const Work& work = {});
 
   std::size_t size() const { return cells_.size(); }  // occupied cells
   float edge_m() const { return edge_m_; }
@@ -58,6 +61,8 @@ class VoxelGrid {
   // Numbers the points anew, in the order of the cells: for the owner who brings them into it, so
   // that loops over cells run through memory in order. Returns the number that each one had.
   std::vector<std::uint32_t> Renumber();
+  // Makes the moments. `points` are those of the grid, numbered as it numbers them now.
+  void SumUp(std::span<const Eigen::Vector3f> points, const Work& work = {});
 
   // f(index) for the occupied ones of the 27 cells around these coordinates, the middle one among
   // them, in the order of z, then y, then x. Ends early, and is true, once f returns true.
@@ -81,7 +86,6 @@ class VoxelGrid {
   void FindCells(std::span<const Eigen::Vector3f> points, const Work& work);
   void SortCells(const Work& work);
   void SortPoints(const Work& work);
-  void SumUp(std::span<const Eigen::Vector3f> points, const Work& work);
   std::uint32_t FindOrAdd(const Cell& cell);
   std::size_t Slot(const Cell& cell) const;
   void IndexCells();

@@ -44,13 +44,13 @@ double MeanNeighbours(const VoxelGrid& grid) {
   return static_cast<double>(neighbours) / static_cast<double>(asked);
 }
 
-// As fine as the noise allows, as coarse as the spacing of the points asks.
-VoxelGrid FineGrid(const OrientedPoints& points, const Work& work) {
+// As fine as the noise allows, as coarse as the spacing of the points asks. Without moments.
+VoxelGrid FineCells(const OrientedPoints& points, const Work& work) {
   float edge = std::max(kSmallestCell_m, kCell_sigma * Median(points.sigma_m));
-  VoxelGrid grid = VoxelGrid::Build(points.points, edge, work);
+  VoxelGrid grid = VoxelGrid::BuildCells(points.points, edge, work);
   for (int k = 0; k < kMostGrowth && MeanNeighbours(grid) < kLeastNeighbours; ++k) {
     edge *= 1.5f;
-    grid = VoxelGrid::Build(points.points, edge, work);
+    grid = VoxelGrid::BuildCells(points.points, edge, work);
   }
   return grid;
 }
@@ -71,7 +71,10 @@ void BringIntoOrder(const std::vector<std::uint32_t>& before, const Work& work,
 void SortIntoCells(OrientedPoints& points, VoxelGrid& grid, const Work& work) {
   const std::vector<std::uint32_t> before = grid.Renumber();
   BringIntoOrder(before, work, points.points);
-  BringIntoOrder(before, work, points.normals);
+  grid.SumUp(points.points, work);
+  const bool has_normals = std::any_of(points.normals.begin(), points.normals.end(),
+                                       [](const Vector3f& n) { return !n.isZero(); });
+  if (has_normals) BringIntoOrder(before, work, points.normals);
   BringIntoOrder(before, work, points.sigma_m);
   BringIntoOrder(before, work, points.cloud_index);
   // normal_sigma_rad is not known yet: all zero.
@@ -133,7 +136,7 @@ std::optional<VoxelGrid> EstimateNormals(MeasuredPoints& measured, const Work& w
     EstimateImageNormals(measured, work);
     return std::nullopt;
   }
-  VoxelGrid grid = FineGrid(measured.oriented, work);
+  VoxelGrid grid = FineCells(measured.oriented, work);
   SortIntoCells(measured.oriented, grid, work);
   EstimateGridNormals(measured.oriented, grid, kRadius_cells * grid.edge_m(), work);
   return grid;
