@@ -146,12 +146,15 @@ void VoxelGrid::SortCells(const Work& work) {
 }
 
 void VoxelGrid::SortPoints(const Work& work) {
+  PollEvery poll(work, kPointsPerPiece);
   first_.assign(cells_.size() + 1, 0);
-  for (std::uint32_t cell : cell_of_point_) ++first_[cell + 1];
+  for (std::uint32_t cell : cell_of_point_) {
+    poll();
+    ++first_[cell + 1];
+  }
   for (std::size_t c = 0; c < cells_.size(); ++c) first_[c + 1] += first_[c];
   std::vector<std::uint32_t> next = first_;
   order_.resize(cell_of_point_.size());
-  PollEvery poll(work, kPointsPerPiece);
   for (std::uint32_t i = 0; i < order_.size(); ++i) {
     poll();
     order_[next[cell_of_point_[i]]++] = i;

@@ -1,5 +1,7 @@
 // How time and memory grow with the cloud, through the running server: one kitchen sampled more and
 // more densely, and more and more kitchens side by side.
+#include <unistd.h>
+
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -148,6 +150,18 @@ double PeakGibibytes(pid_t pid) {
   return kibibytes / (1024 * 1024);
 }
 
+// Of all threads so far, user and system: what counts where others share the machine.
+double CpuSeconds(pid_t pid) {
+  constexpr int kUserTime = 14;  // fields of proc(5)'s stat, from 1; system time follows
+  std::ifstream stat("/proc/" + std::to_string(pid) + "/stat");
+  std::string word;
+  double ticks = 0;
+  for (int field = 1; field <= kUserTime + 1 && stat >> word; ++field) {
+    if (field >= kUserTime) ticks += std::stod(word);
+  }
+  return ticks / static_cast<double>(sysconf(_SC_CLK_TCK));
+}
+
 struct Growth {
   double seconds = 0;
   double peak_gib = 0;
@@ -174,11 +188,13 @@ std::optional<Growth> Ingest(const formats::CloudFile& file, Report& report) {
     return std::nullopt;
   }
   char text[200];
-  std::snprintf(text, sizeof(text),
-                "  %9.1f M points %8.2f s %8.3f us a point, peak %.2f GiB; %d supports, %d objects",
-                static_cast<double>(file.size()) / kMillion, elapsed.count(),
-                1e6 * elapsed.count() / static_cast<double>(file.size()),
-                PeakGibibytes(server.pid()), reply->supports_size(), reply->objects_size());
+  std::snprintf(
+      text, sizeof(text),
+      "  %9.1f M points %8.2f s %8.3f us a point, %.2f s of CPU, peak %.2f GiB; %d supports, "
+      "%d objects",
+      static_cast<double>(file.size()) / kMillion, elapsed.count(),
+      1e6 * elapsed.count() / static_cast<double>(file.size()), CpuSeconds(server.pid()),
+      PeakGibibytes(server.pid()), reply->supports_size(), reply->objects_size());
   report.Detail(text);
   return Growth{elapsed.count(), PeakGibibytes(server.pid())};
 }
