@@ -17,7 +17,7 @@ namespace cwm::perception {
 // the rays too: it shows the same noise.
 class ThingSample {
  public:
-  // Stride 1, all points, unless the thing has both more points than the modeler searches well and
+  // Stride 1, all points, unless the thing has both more points than the modeler makes use of and
   // several per node; so always 1 where nodes are points (images).
   ThingSample(const SegmentedScene& scene, const SegmentedThing& thing);
 

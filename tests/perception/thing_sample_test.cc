@@ -27,27 +27,27 @@ SegmentedScene Row(std::size_t count, std::size_t nodes) {
 }
 
 TEST(ThingSample, IsAllOfAnImagesPointsHoweverMany) {
-  const SegmentedScene scene = Row(100'000, 100'000);
+  const SegmentedScene scene = Row(400'000, 400'000);
   const ThingSample sample(scene, scene.things[0]);
   EXPECT_EQ(sample.stride(), 1u);
   EXPECT_EQ(sample.Points().points, scene.points.points);
 }
 
 TEST(ThingSample, IsAllOfASmallThingHoweverDense) {
-  const SegmentedScene scene = Row(30'000, 10);
+  const SegmentedScene scene = Row(120'000, 10);
   EXPECT_EQ(ThingSample(scene, scene.things[0]).stride(), 1u);
 }
 
 TEST(ThingSample, OfADenseThingGrowsWithItsNodesAndNotWithItsPoints) {
-  for (const std::size_t count : {200'000u, 400'000u}) {
-    const SegmentedScene scene = Row(count, 10'000);
+  for (const std::size_t count : {400'000u, 800'000u}) {
+    const SegmentedScene scene = Row(count, 20'000);
     const std::size_t sampled = ThingSample(scene, scene.things[0]).Points().size();
-    EXPECT_EQ(sampled, 40'000u) << count;  // four a node
+    EXPECT_EQ(sampled, 80'000u) << count;  // four a node
   }
 }
 
 TEST(ThingSample, GivesEachPointThePartOfTheSampledOneNearestToIt) {
-  const SegmentedScene scene = Row(100'003, 10);  // no multiple of the stride
+  const SegmentedScene scene = Row(400'003, 10);  // no multiple of the stride
   const ThingSample sample(scene, scene.things[0]);
   ASSERT_GT(sample.stride(), 4u);
   const OrientedPoints sampled = sample.Points();
@@ -55,7 +55,7 @@ TEST(ThingSample, GivesEachPointThePartOfTheSampledOneNearestToIt) {
   for (const Vector3f& p : sampled.points) part.push_back(p.x() < 0.3f ? 0 : -1);
   const std::vector<std::int32_t> all = sample.OfAll(part, kUnbounded);
   ASSERT_EQ(all.size(), scene.points.size());
-  const float step = 0.5f * static_cast<float>(sample.stride()) / 100'003;
+  const float step = 0.5f * static_cast<float>(sample.stride()) / 400'003;
   for (std::size_t i = 0; i < all.size(); ++i) {
     const float x = scene.points.points[i].x();
     if (std::abs(x - 0.3f) <= step) continue;  // either may be the nearer
@@ -64,9 +64,9 @@ TEST(ThingSample, GivesEachPointThePartOfTheSampledOneNearestToIt) {
 }
 
 TEST(ThingSample, CountsScaleToAllPoints) {
-  const SegmentedScene scene = Row(100'003, 10);
+  const SegmentedScene scene = Row(400'003, 10);
   const ThingSample sample(scene, scene.things[0]);
-  EXPECT_EQ(sample.Scaled(sample.Points().size()), 100'003u);
+  EXPECT_EQ(sample.Scaled(sample.Points().size()), 400'003u);
   EXPECT_EQ(sample.Scaled(0), 0u);
 }
 
