@@ -34,7 +34,10 @@ struct WorkQueue::State {
   WorkQueueOptions options;
   mutable std::mutex mutex;
   std::condition_variable work_or_drain;
-  std::deque<std::function<void()>> tasks;
+  using Tasks = std::deque<std::function<void()>>;
+  Tasks tasks;
+  Tasks awaited;
+  bool awaited_is_next = false;  // where both have some
   bool draining = false;
   int under_way = 0;
   Clock::time_point last_end = Clock::time_point::min();  // min: no task yet
@@ -42,13 +45,22 @@ struct WorkQueue::State {
   std::mutex join_mutex;  // several may drain at once
   std::vector<std::thread> threads;
 
+  bool empty() const { return tasks.empty() && awaited.empty(); }
+
+  Tasks& NextLane() {
+    if (tasks.empty()) return awaited;
+    if (awaited.empty()) return tasks;
+    return std::exchange(awaited_is_next, !awaited_is_next) ? awaited : tasks;
+  }
+
   // The next task, or nothing when draining and empty.
   std::function<void()> Take() {
     std::unique_lock lock(mutex);
-    work_or_drain.wait(lock, [this] { return draining || !tasks.empty(); });
-    if (tasks.empty()) return nullptr;
-    std::function<void()> task = std::move(tasks.front());
-    tasks.pop_front();
+    work_or_drain.wait(lock, [this] { return draining || !empty(); });
+    if (empty()) return nullptr;
+    Tasks& lane = NextLane();
+    std::function<void()> task = std::move(lane.front());
+    lane.pop_front();
     ++under_way;
     return task;
   }
@@ -82,11 +94,15 @@ WorkQueue::WorkQueue(WorkQueueOptions options) : state_(std::make_unique<State>(
 
 WorkQueue::~WorkQueue() { Drain(); }
 
-bool WorkQueue::TryPush(std::function<void()> task) {
+bool WorkQueue::TryPush(std::function<void()> task, Lane lane) {
+  const bool is_new = lane == Lane::kNew;
+  const WorkQueueOptions& options = state_->options;
+  const std::size_t capacity = is_new ? options.capacity : options.awaited_capacity;
   {
     std::lock_guard lock(state_->mutex);
-    if (state_->draining || state_->tasks.size() >= state_->options.capacity) return false;
-    state_->tasks.push_back(std::move(task));
+    State::Tasks& tasks = is_new ? state_->tasks : state_->awaited;
+    if (state_->draining || tasks.size() >= capacity) return false;
+    tasks.push_back(std::move(task));
   }
   state_->work_or_drain.notify_one();
   return true;
@@ -106,12 +122,12 @@ void WorkQueue::Drain() {
 
 std::size_t WorkQueue::waiting() const {
   std::lock_guard lock(state_->mutex);
-  return state_->tasks.size();
+  return state_->tasks.size() + state_->awaited.size();
 }
 
 Clock::duration WorkQueue::IdleFor() const {
   std::lock_guard lock(state_->mutex);
-  if (state_->under_way > 0 || !state_->tasks.empty()) return Clock::duration::zero();
+  if (state_->under_way > 0 || !state_->empty()) return Clock::duration::zero();
   if (state_->last_end == Clock::time_point::min()) return Clock::duration::max();
   return Clock::now() - state_->last_end;
 }

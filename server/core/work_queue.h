@@ -15,8 +15,9 @@ namespace cwm::server {
 struct WorkQueueOptions {
   std::string name;  // shown in thread names and statistics
   int threads = 1;
-  std::size_t capacity = 64;  // tasks waiting
-  int nice = 0;               // above 0: its threads yield to others
+  std::size_t capacity = 64;         // tasks waiting
+  std::size_t awaited_capacity = 0;  // the same of Lane::kAwaited
+  int nice = 0;                      // above 0: its threads yield to others
 };
 
 // Thread safe.
@@ -25,12 +26,19 @@ class WorkQueue {
   explicit WorkQueue(WorkQueueOptions options);
   ~WorkQueue();  // Drains
 
-  // False when the queue is full or draining: the caller answers RESOURCE_EXHAUSTED with a retry
-  // time. An empty function must not be pushed.
-  bool TryPush(std::function<void()> task);
+  // Each lane is served in its own order and has its own limit. While both have tasks, they are
+  // served in turn: a crowd that one event sets off delays what comes meanwhile by half, and takes
+  // nobody's place.
+  enum class Lane {
+    kNew,      // what has just come
+    kAwaited,  // what had to wait for an event before it could be worked on
+  };
+  // False when the lane is full or the queue draining: the caller answers RESOURCE_EXHAUSTED with a
+  // retry time. An empty function must not be pushed.
+  bool TryPush(std::function<void()> task, Lane lane = Lane::kNew);
   // Refuses new tasks and waits for the rest, which are done. Never from one of its own tasks.
   void Drain();
-  std::size_t waiting() const;
+  std::size_t waiting() const;  // in both lanes
   // How long nothing has been waiting or under way: zero while something is, Clock::duration::max()
   // before the first task.
   Clock::duration IdleFor() const;

@@ -27,11 +27,11 @@ class UnaryCall final : public grpc::ServerUnaryReactor {
   }
 
   void EnqueueWhenReached(const RevisionToAwait& await, Runtime& runtime, WorkQueue& queue) {
-    runtime.WhenReached(await.world, await.revision, call_.deadline, call_.stop,
-                        [this, &queue, world = await.world](absl::StatusOr<SnapshotPtr> snapshot) {
+    runtime.waits.Await({await.world, await.revision, call_.deadline, call_.stop}, queue,
+                        [this, world = await.world](absl::StatusOr<SnapshotPtr> snapshot) {
                           if (!snapshot.ok()) return Refuse(snapshot.status());
                           call_.reached = {world, *std::move(snapshot)};
-                          Enqueue(queue);
+                          Run();
                         });
   }
 

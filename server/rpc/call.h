@@ -46,8 +46,8 @@ using CallWork = std::function<absl::Status(const CallContext&)>;
 // Runs `work`; an exception that got this far (memory, a foreign library) becomes a status.
 absl::Status RunGuarded(const CallWork& work, const CallContext& call);
 
-// Hands `work` to the queue once the world has the revision to await, and finishes the call with its
-// status. A full queue is RESOURCE_EXHAUSTED at once.
+// Hands `work` to the queue once the world has the revision to await (revision_waits.h), and
+// finishes the call with its status. A full queue is RESOURCE_EXHAUSTED at once.
 grpc::ServerUnaryReactor* StartUnary(grpc::CallbackServerContext* context, Runtime& runtime,
                                      WorkQueue& queue, CallWork work,
                                      absl::StatusOr<std::optional<RevisionToAwait>> await = {

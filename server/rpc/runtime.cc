@@ -4,14 +4,8 @@
 #include <thread>
 #include <utility>
 
-#include "server/rpc/status_conversion.h"
-
 namespace cwm::server {
 namespace {
-
-// A wait looks again this often: well below the 10 ms within which a deadline has to end it.
-constexpr auto kPollPeriod = std::chrono::milliseconds(5);
-constexpr std::int64_t kMaxWaits = 256;
 
 // Queued work holds its request: at 16 MiB a message these bound the memory.
 constexpr std::size_t kQueryCapacity = 64;
@@ -29,69 +23,32 @@ int Cores() { return static_cast<int>(std::max(1U, std::thread::hardware_concurr
 
 }  // namespace
 
-bool Quota::TryTake(std::int64_t amount) {
-  std::int64_t taken = taken_;
-  do {
-    if (taken + amount > most_) return false;
-  } while (!taken_.compare_exchange_weak(taken, taken + amount));
-  return true;
-}
-
-struct Runtime::RevisionWait {
-  std::shared_ptr<World> world;
-  collision::Revision revision;
-  Clock::time_point deadline;
-  std::stop_token stop;
-  Then then;
-};
-
 Runtime::Runtime(Application& application_in)
     : application(application_in),
       watchers(application.limits.max_watchers),
       streams(application.limits.max_streams),
       cores(Cores()),
-      query({.name = "query", .threads = cores, .capacity = kQueryCapacity, .nice = 0}),
+      query({.name = "query",
+             .threads = cores,
+             .capacity = kQueryCapacity,
+             .awaited_capacity = kMaxWaits}),
       // Lower, yet not starved by what else runs on a robot: a quarter of a core that it must share.
       ingest({.name = "ingest", .threads = kScansAtOnce, .capacity = kIngestCapacity, .nice = 5}),
-      reads({.name = "reads", .threads = cores, .capacity = kReadCapacity, .nice = 0}),
-      writes({.name = "writes", .threads = cores, .capacity = kWriteCapacity, .nice = 0}),
+      reads({.name = "reads",
+             .threads = cores,
+             .capacity = kReadCapacity,
+             .awaited_capacity = kMaxWaits}),
+      writes({.name = "writes", .threads = cores, .capacity = kWriteCapacity}),
       // Each watch has one task waiting at most, so that none is ever refused.
       watch({.name = "watch",
              .threads = cores,
-             .capacity = static_cast<std::size_t>(application.limits.max_watchers) + 1,
-             .nice = 0}),
-      waits_(kMaxWaits) {}
+             .capacity = static_cast<std::size_t>(application.limits.max_watchers) + 1}) {}
 
 // Its last task may be about to wake a queue.
 Runtime::~Runtime() { timer.Stop(); }
 
 int Runtime::ThreadsForScan() const {
   return query.IdleFor() > kPauseOfQueries ? cores : std::max(1, cores - 1);
-}
-
-void Runtime::WhenReached(std::shared_ptr<World> world, collision::Revision revision,
-                          Clock::time_point deadline, std::stop_token stop, Then then) {
-  if (SnapshotPtr latest = world->Snapshot(); latest->revision() >= revision) {
-    return then(std::move(latest));
-  }
-  if (!waits_.TryTake()) {
-    return then(Overloaded("too many calls wait for a revision", "TOO_MANY_WAITS"));
-  }
-  Poll(std::make_shared<RevisionWait>(
-      RevisionWait{std::move(world), revision, deadline, std::move(stop), std::move(then)}));
-}
-
-void Runtime::Poll(std::shared_ptr<RevisionWait> wait) {
-  const auto now = Clock::now();
-  auto snapshot = wait->world->At(AtLeast{wait->revision}, now, wait->stop);
-  const bool not_yet = absl::IsDeadlineExceeded(snapshot.status()) && now < wait->deadline;
-  if (not_yet && !draining_) {
-    timer.After(kPollPeriod, [this, wait = std::move(wait)] { Poll(wait); });
-    return;
-  }
-  waits_.GiveBack();
-  if (not_yet) return wait->then(Draining());
-  wait->then(std::move(snapshot));
 }
 
 void Runtime::AddDrainable(std::weak_ptr<Drainable> stream) {
@@ -108,6 +65,7 @@ void Runtime::AddDrainable(std::weak_ptr<Drainable> stream) {
 
 void Runtime::Drain() {
   draining_ = true;
+  waits.Drain();
   application.worlds.Drain();
   std::vector<std::weak_ptr<Drainable>> under_way;
   {

@@ -4,18 +4,17 @@
 
 #include <atomic>
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <mutex>
-#include <stop_token>
 #include <vector>
 
-#include "absl/status/statusor.h"
 #include "server/core/geometry_store.h"
 #include "server/core/ingest.h"
 #include "server/core/limits.h"
 #include "server/core/work_queue.h"
 #include "server/core/world_registry.h"
+#include "server/rpc/quota.h"
+#include "server/rpc/revision_waits.h"
 #include "server/rpc/timer.h"
 
 namespace cwm::server {
@@ -27,21 +26,6 @@ struct Application {
   Interpreter interpret;
   WorldRegistry worlds{limits, retention};
   GeometryStore geometry{limits.max_geometry_bytes};
-};
-
-// Counts what may only be so many.
-class Quota {
- public:
-  explicit Quota(std::int64_t most) : most_(most) {}
-
-  bool TryTake(std::int64_t amount = 1);
-  void GiveBack(std::int64_t amount = 1) { taken_ -= amount; }
-  std::int64_t taken() const { return taken_; }
-  std::int64_t most() const { return most_; }
-
- private:
-  const std::int64_t most_;
-  std::atomic<std::int64_t> taken_ = 0;
 };
 
 // A stream without an end of its own, which a draining server ends.
@@ -65,6 +49,7 @@ class Runtime {
   Quota watchers;
   Quota streams;
   Quota upload_bytes{kMaxUploadBytes};
+  RevisionWaits waits{timer};  // before the queues: what waited there refers to it
 
   const int cores;
 
@@ -83,23 +68,13 @@ class Runtime {
   // against 1.2).
   int ThreadsForScan() const;
 
-  // Calls `then` from some thread, once: with the world's snapshot as soon as it has the revision,
-  // else with the world's end, DeadlineExceeded or Cancelled. Blocks nobody.
-  using Then = std::function<void(absl::StatusOr<SnapshotPtr>)>;
-  void WhenReached(std::shared_ptr<World> world, collision::Revision revision,
-                   Clock::time_point deadline, std::stop_token stop, Then then);
-
   // Ends streams now and uploads to come; watches get their last bookmark.
   void Drain();
   bool draining() const { return draining_; }
   void AddDrainable(std::weak_ptr<Drainable> stream);
 
  private:
-  struct RevisionWait;
-  void Poll(std::shared_ptr<RevisionWait> wait);
-
   std::atomic<bool> draining_ = false;
-  Quota waits_;
   std::mutex mutex_;
   std::vector<std::weak_ptr<Drainable>> streams_under_way_;
 };

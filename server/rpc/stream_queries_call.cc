@@ -90,23 +90,23 @@ void StreamQueriesCall::OnReadDone(bool ok) {
   reached_.reset();
   if (!await->has_value()) return Enqueue();
   const std::shared_ptr<World>& world = (*await)->world;
-  runtime_.WhenReached(world, (*await)->revision, deadline_, stop_.get_token(),
+  runtime_.waits.Await({world, (*await)->revision, deadline_, stop_.get_token()}, runtime_.query,
                        [self = shared_from_this(), world](absl::StatusOr<SnapshotPtr> snapshot) {
                          if (!snapshot.ok()) return self->Reply(snapshot.status());
                          self->reached_ = {world, *std::move(snapshot)};
-                         self->Enqueue();
+                         self->Work();
                        });
 }
 
 void StreamQueriesCall::Enqueue() {
-  const auto work = [self = shared_from_this()] {
-    // An idle stream keeps no world alive.
-    const CallContext call{self->deadline_, self->stop_.get_token(),
-                           std::exchange(self->reached_, std::nullopt)};
-    self->Reply(RunGuarded([&](const CallContext& c) { return self->AnswerRequest(c); }, call));
-  };
-  if (runtime_.query.TryPush(work)) return;
+  if (runtime_.query.TryPush([self = shared_from_this()] { self->Work(); })) return;
   Reply(Overloaded("the server has more work than it can take", "QUEUE_FULL"));
+}
+
+void StreamQueriesCall::Work() {
+  // An idle stream keeps no world alive.
+  const CallContext call{deadline_, stop_.get_token(), std::exchange(reached_, std::nullopt)};
+  Reply(RunGuarded([this](const CallContext& c) { return AnswerRequest(c); }, call));
 }
 
 absl::Status StreamQueriesCall::AnswerRequest(const CallContext& call) {

@@ -40,6 +40,7 @@ class StreamQueriesCall final
 
   void ReadNext();
   void Enqueue();
+  void Work();
   absl::Status AnswerRequest(const CallContext& call);
   void Reply(const absl::Status& status);
   // Takes the turn from the client; false when ours have it.

@@ -42,6 +42,27 @@ TEST(WorkQueue, RefusesWhenFull) {
   queue.Drain();
 }
 
+TEST(WorkQueue, LanesHaveTheirOwnPlacesAndAreServedInTurn) {
+  std::promise<void> started;
+  std::promise<void> release;
+  std::string order;
+  WorkQueue queue({.name = "test", .threads = 1, .capacity = 3, .awaited_capacity = 2});
+  ASSERT_TRUE(queue.TryPush([&] {
+    started.set_value();
+    release.get_future().wait();
+  }));
+  started.get_future().wait();
+  const auto awaited = WorkQueue::Lane::kAwaited;
+  for (int i = 0; i < 2; ++i) EXPECT_TRUE(queue.TryPush([&] { order += 'a'; }, awaited));
+  EXPECT_FALSE(queue.TryPush([&] { order += 'a'; }, awaited));
+  for (int i = 0; i < 3; ++i) EXPECT_TRUE(queue.TryPush([&] { order += 'n'; }));
+  EXPECT_FALSE(queue.TryPush([&] { order += 'n'; }));
+  EXPECT_EQ(queue.waiting(), 5u);
+  release.set_value();
+  queue.Drain();
+  EXPECT_EQ(order, "nanan");
+}
+
 TEST(WorkQueue, TellsHowLongItHasBeenIdle) {
   std::promise<void> started;
   std::promise<void> release;

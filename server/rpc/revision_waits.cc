@@ -1,0 +1,75 @@
+#include "server/rpc/revision_waits.h"
+
+#include <utility>
+
+#include "server/rpc/status_conversion.h"
+
+namespace cwm::server {
+namespace {
+
+// A wait looks again this often: well below the 10 ms within which a deadline has to end it.
+constexpr auto kPollPeriod = std::chrono::milliseconds(5);
+
+absl::Status QueueFull() {
+  return Overloaded("the server has more work than it can take", "QUEUE_FULL");
+}
+
+}  // namespace
+
+void RevisionWaits::Await(RevisionWait wait, WorkQueue& queue, Then then) {
+  if (SnapshotPtr latest = wait.world->Snapshot(); latest->revision() >= wait.revision) {
+    if (!queue.TryPush([then, latest] { then(latest); })) then(QueueFull());
+    return;
+  }
+  if (!taken_.TryTake()) {
+    return then(Overloaded("too many calls wait for a revision", "TOO_MANY_WAITS"));
+  }
+  const std::lock_guard lock(mutex_);
+  waiting_.push_back({std::move(wait), queue, std::move(then)});
+  if (!std::exchange(polling_, true)) PollSoon();
+}
+
+void RevisionWaits::PollSoon() {
+  timer_.After(kPollPeriod, [this] { Poll(); });
+}
+
+void RevisionWaits::Poll() {
+  std::list<Waiting> polled;
+  {
+    const std::lock_guard lock(mutex_);
+    polled.swap(waiting_);
+  }
+  // No lock is held: what ends calls others.
+  polled.remove_if([this](Waiting& waiting) { return TryEnd(waiting); });
+  const std::lock_guard lock(mutex_);
+  waiting_.splice(waiting_.begin(), polled);  // before those who came meanwhile
+  polling_ = !waiting_.empty();
+  if (polling_) PollSoon();
+}
+
+bool RevisionWaits::TryEnd(Waiting& waiting) {
+  const RevisionWait& wait = waiting.wait;
+  const auto now = Clock::now();
+  auto snapshot = wait.world->At(AtLeast{wait.revision}, now, wait.stop);
+  if (snapshot.ok()) {
+    Admit(waiting, *std::move(snapshot));
+    return true;
+  }
+  const bool not_yet = absl::IsDeadlineExceeded(snapshot.status()) && now < wait.deadline;
+  if (not_yet && !draining_) return false;
+  taken_.GiveBack();
+  waiting.then(not_yet ? Draining() : snapshot.status());
+  return true;
+}
+
+void RevisionWaits::Admit(Waiting& waiting, SnapshotPtr snapshot) {
+  const auto begin = [this, then = waiting.then, snapshot = std::move(snapshot)] {
+    taken_.GiveBack();
+    then(snapshot);
+  };
+  if (waiting.queue.TryPush(begin, WorkQueue::Lane::kAwaited)) return;
+  taken_.GiveBack();  // the queue is at its end
+  waiting.then(QueueFull());
+}
+
+}  // namespace cwm::server
