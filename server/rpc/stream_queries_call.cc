@@ -133,13 +133,14 @@ absl::Status StreamQueriesCall::AnswerRequest(const CallContext& call) {
 void StreamQueriesCall::Reply(const absl::Status& status) {
   response_.set_id(request_.id());
   if (!status.ok()) *response_.mutable_error() = ToQueryError(status);
+  request_ = v1::StreamQueriesRequest();  // an idle stream keeps no question: Clear would
   StartWrite(&response_);
 }
 
 void StreamQueriesCall::OnWriteDone(bool ok) {
   const auto self = shared_from_this();  // the read may end the call before ReadNext returns
   if (!ok) return End(CallCancelled());
-  response_.Clear();
+  response_ = v1::StreamQueriesResponse();  // and no answer
   ReadNext();
 }
 
