@@ -19,12 +19,6 @@ namespace {
 
 constexpr std::string_view kUnixPrefix = "unix:";
 
-// The path of "unix:PATH".
-std::optional<std::string> SocketPath(const std::string& address) {
-  if (!address.starts_with(kUnixPrefix)) return std::nullopt;
-  return address.substr(kUnixPrefix.size());
-}
-
 bool IsLoopback(const std::string& host) {
   if (host == "localhost" || host == "[::1]") return true;
   in_addr parsed{};
@@ -40,18 +34,39 @@ sockaddr_un SocketAddress(const std::string& path) {
   return address;
 }
 
-bool SomebodyAnswers(const std::string& path) {
-  const int fd = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
-  if (fd < 0) return false;
+// The process that listens at the other end; nothing when the kernel does not say.
+std::optional<pid_t> PeerOf(int fd) {
+  ucred peer{};
+  socklen_t size = sizeof(peer);
+  if (getsockopt(fd, SOL_SOCKET, SO_PEERCRED, &peer, &size) != 0 || peer.pid <= 0) {
+    return std::nullopt;
+  }
+  return peer.pid;
+}
+
+struct Listener {
+  bool is_there = false;
+  std::optional<pid_t> pid;
+};
+
+Listener FindListener(const std::string& path) {
+  const int fd = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+  if (fd < 0) return {};
   const sockaddr_un address = SocketAddress(path);
   const int result = connect(fd, reinterpret_cast<const sockaddr*>(&address), sizeof(address));
   const int error = result == 0 ? 0 : errno;
+  const std::optional<pid_t> pid = result == 0 ? PeerOf(fd) : std::nullopt;
   close(fd);
   // A full backlog (EAGAIN) is somebody too.
-  return error != ECONNREFUSED && error != ENOENT;
+  return {.is_there = error != ECONNREFUSED && error != ENOENT, .pid = pid};
 }
 
 }  // namespace
+
+std::optional<std::string> SocketPath(const std::string& address) {
+  if (!address.starts_with(kUnixPrefix)) return std::nullopt;
+  return address.substr(kUnixPrefix.size());
+}
 
 absl::StatusOr<std::string> CheckListenAddress(const std::string& address) {
   if (const auto path = SocketPath(address)) {
@@ -86,9 +101,10 @@ absl::Status ClearStaleSocket(const std::string& address) {
     return absl::FailedPreconditionError(
         absl::StrCat("--listen ", address, ": the path exists and is no socket"));
   }
-  if (SomebodyAnswers(*path)) {
+  if (const Listener listener = FindListener(*path); listener.is_there) {
     return absl::AlreadyExistsError(
-        absl::StrCat("--listen ", address, ": a server is running there already"));
+        absl::StrCat("--listen ", address, ": a server is running there already",
+                     listener.pid ? absl::StrCat(", process ", *listener.pid) : std::string()));
   }
   unlink(path->c_str());
   return absl::OkStatus();

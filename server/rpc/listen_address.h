@@ -15,9 +15,13 @@ namespace cwm::server {
 // form and for a host that is not loopback (127.0.0.0/8, ::1, localhost).
 absl::StatusOr<std::string> CheckListenAddress(const std::string& address);
 
+// The path of "unix:PATH"; nothing for other addresses.
+std::optional<std::string> SocketPath(const std::string& address);
+
 // Makes room for a Unix socket at the path: removes one that nobody answers on. AlreadyExists when
-// a server answers there, FailedPrecondition when the path is something other than a socket. A
-// no-op for addresses that are no Unix sockets.
+// a server answers there, naming its process; FailedPrecondition when the path is something other
+// than a socket. A no-op for addresses that are no Unix sockets. The caller holds the SocketLock of
+// the path until it listens there: what nobody answers on may be one that another just made.
 absl::Status ClearStaleSocket(const std::string& address);
 
 // Which file a path leads to: numbers of files are given again, their times are not.

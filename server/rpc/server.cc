@@ -6,6 +6,7 @@
 #include <sys/stat.h>
 
 #include <mutex>
+#include <set>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -14,6 +15,7 @@
 #include "server/rpc/listen_address.h"
 #include "server/rpc/perception_service.h"
 #include "server/rpc/query_service.h"
+#include "server/rpc/socket_lock.h"
 #include "server/rpc/world_service.h"
 
 namespace cwm::server {
@@ -62,6 +64,22 @@ std::string Dialable(const BoundAddress& bound) {
   return absl::StrCat(bound.address.substr(0, bound.address.rfind(':') + 1), bound.port);
 }
 
+// Of all Unix sockets among the addresses, each once and in one order for everybody: two servers
+// that ask for the same in another order do not wait for each other for ever.
+absl::StatusOr<std::vector<SocketLock>> LockSockets(const std::vector<std::string>& addresses) {
+  std::set<std::string> paths;
+  for (const std::string& address : addresses) {
+    if (const auto path = SocketPath(address)) paths.insert(*path);
+  }
+  std::vector<SocketLock> locks;
+  for (const std::string& path : paths) {
+    auto lock = SocketLock::Take(path);
+    if (!lock.ok()) return lock.status();
+    locks.push_back(*std::move(lock));
+  }
+  return locks;
+}
+
 }  // namespace
 
 struct Server::State {
@@ -91,9 +109,13 @@ absl::Status Server::State::Start(const std::vector<std::string>& listen) {
   for (std::size_t i = 0; i < listen.size(); ++i) {
     auto address = CheckListenAddress(listen[i]);
     if (!address.ok()) return address.status();
-    if (auto status = ClearStaleSocket(*address); !status.ok()) return status;
     bound[i].address = *address;
     builder.AddListeningPort(*address, grpc::InsecureServerCredentials(), &bound[i].port);
+  }
+  const auto locks = LockSockets(listen);  // until it listens
+  if (!locks.ok()) return locks.status();
+  for (const BoundAddress& address : bound) {
+    if (auto status = ClearStaleSocket(address.address); !status.ok()) return status;
   }
   for (grpc::Service* service :
        std::initializer_list<grpc::Service*>{&admin, &perception, &query, &world}) {

@@ -1,9 +1,14 @@
 // Starting, stopping and sharing a machine with others.
 #include <signal.h>
+#include <sys/socket.h>
 #include <sys/stat.h>
+#include <sys/un.h>
+#include <unistd.h>
 
 #include <chrono>
+#include <cstring>
 #include <fstream>
+#include <sstream>
 #include <thread>
 
 #include "tests/e2e/server_fixture.h"
@@ -47,6 +52,53 @@ TEST_F(ServerLife, ASocketLeftBehindByACrashIsTakenOver) {
   }
   EXPECT_EQ(exit_code, 0);
   EXPECT_EQ(next.Stop(), 0);
+}
+
+// A socket file that nobody listens on any more.
+void LeaveStaleSocket(const std::string& path) {
+  const int fd = socket(AF_UNIX, SOCK_STREAM, 0);
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  ASSERT_LT(path.size(), sizeof(address.sun_path));
+  std::memcpy(address.sun_path, path.data(), path.size());
+  ASSERT_EQ(bind(fd, reinterpret_cast<const sockaddr*>(&address), sizeof(address)), 0);
+  close(fd);
+}
+
+std::string TextOf(const std::string& path) {
+  std::ostringstream text;
+  text << std::ifstream(path).rdbuf();
+  return text.str();
+}
+
+TEST_F(ServerLife, OfTwoThatStartTogetherOnAStaleSocketExactlyOneWinsAndTheOtherNamesIt) {
+  constexpr int kRounds = 20;
+  for (int round = 0; round < kRounds; ++round) {
+    SCOPED_TRACE(round);
+    const ScratchDirectory place;
+    const std::string path = place / "cwm.sock";
+    LeaveStaleSocket(path);
+    const std::vector<std::string> command = {Program("cwm-server"), "--listen", "unix:" + path};
+    const std::string logs[] = {place / "log0", place / "log1"};
+    Background one(command, logs[0]);
+    Background two(command, logs[1]);
+    // One of them ends by itself.
+    for (int i = 0; i < 2000 && one.Running() && two.Running(); ++i) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    ASSERT_NE(one.Running(), two.Running());
+    Background& winner = one.Running() ? one : two;
+    const std::string said = TextOf(one.Running() ? logs[1] : logs[0]);
+    EXPECT_NE(said.find("a server is running there already, process " +
+                        std::to_string(winner.pid()) + "\n"),
+              std::string::npos)
+        << said;
+    const std::vector<std::string> ask = {Program("cwm"), "--addr", "unix:" + path, "status"};
+    EXPECT_EQ(RunProgram(ask).exit_code, 0) << "the winner answers on the socket";
+    EXPECT_TRUE(winner.Running());
+    EXPECT_NE(access((path + ".lock").c_str(), F_OK), 0) << "no file is left behind";
+    EXPECT_EQ(winner.Stop(), 0);
+  }
 }
 
 TEST_F(ServerLife, WithoutAServerTheExitCodeSaysUnavailable) {

@@ -71,7 +71,13 @@ Background::Background(const std::vector<std::string>& arguments, const std::str
 
 Background::~Background() { Stop(); }
 
-bool Background::Running() const { return pid_ > 0 && waitpid(pid_, nullptr, WNOHANG) == 0; }
+bool Background::Running() const {
+  siginfo_t ended{};
+  // WNOWAIT leaves the exit code to Stop.
+  return pid_ > 0 &&
+         waitid(P_PID, static_cast<id_t>(pid_), &ended, WEXITED | WNOHANG | WNOWAIT) == 0 &&
+         ended.si_pid == 0;
+}
 
 void Background::Signal(int signal) const {
   if (pid_ > 0) kill(pid_, signal);

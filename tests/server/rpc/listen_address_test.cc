@@ -69,6 +69,8 @@ TEST_F(ListenAddressServer, ASecondServerOnASocketIsRefusedAndTheFirstGoesOn) {
   Application other{.limits = {}, .retention = {}, .interpret = {}};
   const auto second = Server::Start(other, {address_});
   EXPECT_TRUE(absl::IsAlreadyExists(second.status())) << second.status();
+  EXPECT_THAT(std::string(second.status().message()),
+              HasSubstr("process " + std::to_string(getpid())));
   EXPECT_EQ(PutBox("a", 0), 1);
 }
 

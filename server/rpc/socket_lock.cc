@@ -1,0 +1,91 @@
+#include "server/rpc/socket_lock.h"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <chrono>
+#include <cstring>
+#include <thread>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+
+namespace cwm::server {
+namespace {
+
+// gRPC starts within some 20 ms; on a machine that is busy with other things, a hundred times that.
+constexpr auto kPatience = std::chrono::seconds(5);
+constexpr auto kPause = std::chrono::milliseconds(5);
+
+int Open(const std::string& path) {
+  return open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0600);
+}
+
+// Its last holder may have removed the file that was opened, and another one made the next.
+bool IsAt(int fd, const std::string& path) {
+  struct stat opened {};
+  struct stat there {};
+  return fstat(fd, &opened) == 0 && lstat(path.c_str(), &there) == 0 &&
+         opened.st_dev == there.st_dev && opened.st_ino == there.st_ino;
+}
+
+// Best effort: it is for people alone.
+void Sign(int fd) {
+  const std::string pid = absl::StrCat(getpid());
+  if (ftruncate(fd, 0) != 0) return;
+  [[maybe_unused]] const ssize_t written = pwrite(fd, pid.data(), pid.size(), 0);
+}
+
+std::string SignatureIn(int fd) {
+  std::array<char, 16> text{};  // longer than any pid
+  const ssize_t size = pread(fd, text.data(), text.size(), 0);
+  return size > 0 ? std::string(text.data(), static_cast<std::size_t>(size)) : "unknown";
+}
+
+absl::Status CannotLock(const std::string& path, int error) {
+  return absl::FailedPreconditionError(
+      absl::StrCat("--listen: cannot lock ", path, ": ", std::strerror(error)));
+}
+
+}  // namespace
+
+absl::StatusOr<SocketLock> SocketLock::Take(const std::string& socket_path) {
+  const std::string path = socket_path + ".lock";
+  const auto give_up_at = std::chrono::steady_clock::now() + kPatience;
+  for (;;) {
+    const int fd = Open(path);
+    if (fd < 0) return CannotLock(path, errno);
+    SocketLock lock("", fd);  // closes it
+    if (flock(fd, LOCK_EX | LOCK_NB) == 0) {
+      if (!IsAt(fd, path)) continue;
+      Sign(fd);
+      lock.path_ = path;
+      return lock;
+    }
+    if (errno != EWOULDBLOCK && errno != EINTR) return CannotLock(path, errno);
+    if (std::chrono::steady_clock::now() > give_up_at) {
+      return absl::UnavailableError(
+          absl::StrCat("--listen: process ", SignatureIn(fd), " holds ", path,
+                       " and does not let go of it: is it starting there and stuck?"));
+    }
+    std::this_thread::sleep_for(kPause);
+  }
+}
+
+SocketLock::SocketLock(std::string path, int fd) : path_(std::move(path)), fd_(fd) {}
+
+SocketLock::SocketLock(SocketLock&& other) noexcept
+    : path_(std::exchange(other.path_, "")), fd_(std::exchange(other.fd_, -1)) {}
+
+// The file goes before its lock does: who waits for it sees that it is gone.
+SocketLock::~SocketLock() {
+  if (fd_ < 0) return;
+  if (!path_.empty()) unlink(path_.c_str());
+  close(fd_);
+}
+
+}  // namespace cwm::server

@@ -1,0 +1,31 @@
+// One server at a time starts on a Unix socket: between looking whether somebody answers
+// there and answering there itself, no other may do the same.
+#pragma once
+
+#include <string>
+
+#include "absl/status/statusor.h"
+
+namespace cwm::server {
+
+// Holds PATH.lock, a file beside the socket that is there for that long alone. The kernel frees the
+// lock of a process that dies. Not for a server's whole life: who answers on a socket is told by
+// asking it.
+class SocketLock {
+ public:
+  // Waits for another one that starts, which takes milliseconds; Unavailable naming its
+  // process when it takes seconds, FailedPrecondition when no file can be made there.
+  static absl::StatusOr<SocketLock> Take(const std::string& socket_path);
+
+  SocketLock(SocketLock&& other) noexcept;
+  SocketLock& operator=(SocketLock&&) = delete;
+  ~SocketLock();
+
+ private:
+  SocketLock(std::string path, int fd);
+
+  std::string path_;  // of the lock file
+  int fd_;            // -1: moved from
+};
+
+}  // namespace cwm::server
