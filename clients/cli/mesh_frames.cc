@@ -26,12 +26,4 @@ formats::MeshFile Transformed(const cwm::v1::Pose& x_a_b, formats::MeshFile mesh
   return mesh_b;
 }
 
-void Append(const formats::MeshFile& more, formats::MeshFile& mesh) {
-  const auto offset = static_cast<std::uint32_t>(mesh.vertices.size());
-  mesh.vertices.insert(mesh.vertices.end(), more.vertices.begin(), more.vertices.end());
-  for (const auto& triangle : more.triangles) {
-    mesh.triangles.push_back({triangle[0] + offset, triangle[1] + offset, triangle[2] + offset});
-  }
-}
-
 }  // namespace cwm::cli

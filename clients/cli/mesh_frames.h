@@ -1,4 +1,4 @@
-// Meshes of an object, put together.
+// Points and meshes from one frame to another.
 #pragma once
 
 #include <array>
@@ -11,8 +11,5 @@ namespace cwm::cli {
 // A point and a mesh in another frame: p_A = X_AB p_B. The quaternion is taken as of unit length.
 std::array<double, 3> Transformed(const cwm::v1::Pose& x_a_b, const std::array<double, 3>& p_b);
 formats::MeshFile Transformed(const cwm::v1::Pose& x_a_b, formats::MeshFile mesh_b);
-
-// Both in one, vertices of `more` after those of `mesh`.
-void Append(const formats::MeshFile& more, formats::MeshFile& mesh);
 
 }  // namespace cwm::cli

@@ -9,11 +9,12 @@
 #include "clients/cli/commands.h"
 #include "clients/cli/enum_names.h"
 #include "clients/cli/exit_code.h"
+#include "clients/cli/mesh_frames.h"
 #include "clients/cli/number_list.h"
-#include "clients/cli/object_mesh.h"
 #include "clients/cli/object_table.h"
 #include "clients/cli/one_of.h"
 #include "clients/cli/question_arguments.h"
+#include "clients/cpp/geometry_transfer.h"
 #include "clients/formats/file_bytes.h"
 #include "clients/formats/glb.h"
 #include "clients/formats/ply.h"
@@ -103,11 +104,19 @@ absl::StatusOr<MeshFormat> FormatFor(const std::string& file) {
   return UsageError(absl::StrCat("--mesh: \"", file, "\" must end in .ply or .glb"));
 }
 
-absl::Status WriteMesh(const client::Connection& connection, const pb::Object& object,
+// The object's surface at the revision that `shown` is of, in the world's frame.
+absl::Status WriteMesh(Session& session, const pb::GetObjectResponse& shown,
                        const std::string& file, MeshFormat format) {
-  const auto mesh = MeshOf(connection, object);
-  if (!mesh.ok()) return mesh.status();
-  return formats::WriteFileBytes(file, format(*mesh));
+  pb::ObjectSurface object;
+  object.set_world(session.world);
+  object.set_world_uid(shown.world_uid());
+  object.set_name(shown.object().name());
+  object.mutable_at_revision()->set_exact(shown.revision());
+  auto surface = client::ReadSurface(session.connection(), object);
+  if (!surface.ok()) return surface.status();
+  const formats::MeshFile mesh_W =
+      Transformed(surface->header.x_world_object(), std::move(surface->mesh));
+  return formats::WriteFileBytes(file, format(mesh_W));
 }
 
 absl::Status Get(Session& session, const GetArguments& arguments) {
@@ -128,7 +137,7 @@ absl::Status Get(Session& session, const GetArguments& arguments) {
       connection.Call(&pb::WorldService::Stub::GetObject, connection.worlds(), request);
   if (!response.ok()) return response.status();
   if (format != nullptr) {
-    const absl::Status written = WriteMesh(connection, response->object(), arguments.mesh, format);
+    const absl::Status written = WriteMesh(session, *response, arguments.mesh, format);
     if (!written.ok()) return written;
   }
   session.Print(*response, [&] {
@@ -159,17 +168,17 @@ void AddObjectCommands(CommandLine& line) {
   AddRevisionOption(objects, list->at_revision);
 
   const auto get = std::make_shared<GetArguments>();
-  CLI::App& command =
-      AddCommand(line,
-                 {"get",
-                  "everything about one object",
-                  {"cwm get mug", "cwm get mug -o json", "cwm get mug --mesh mug.ply"},
-                  "--mesh writes all that the object is made of as one mesh in the world's frame: "
-                  "its shapes to\n"
-                  "within half a millimetre, its surfaces and handles. PLY keeps double precision; "
-                  "GLB has single\n"
-                  "precision and is turned so that up is up in viewers."},
-                 [get](Session& session) { return Get(session, *get); });
+  CLI::App& command = AddCommand(
+      line,
+      {"get",
+       "everything about one object",
+       {"cwm get mug", "cwm get mug -o json", "cwm get mug --mesh mug.ply"},
+       "--mesh writes all that the object is made of as one mesh in the world's frame: "
+       "its shapes to\n"
+       "within half a millimetre (more beyond a radius of 3 m), its surfaces and handles. "
+       "PLY keeps double\n"
+       "precision; GLB has single precision and is turned so that up is up in viewers."},
+      [get](Session& session) { return Get(session, *get); });
   command.add_option("NAME", get->name, "of the object")->required();
   command.add_option("--mesh", get->mesh, "write it as a mesh to this PLY or GLB file")
       ->type_name("OUT.ply|OUT.glb");

@@ -1,5 +1,7 @@
 #include "clients/cpp/geometry_transfer.h"
 
+#include <utility>
+
 #include "absl/strings/str_cat.h"
 #include "proto/transfer/chunks.h"
 #include "proto/transfer/mesh_bytes.h"
@@ -9,23 +11,57 @@ namespace cwm::client {
 
 namespace pb = cwm::v1;
 
-absl::StatusOr<Blob> ReadGeometry(const Connection& connection, const std::string& hash) {
+namespace {
+
+struct Received {
+  Blob blob;
+  pb::GeometryHeader header;
+};
+
+absl::StatusOr<Received> Receive(const Connection& connection,
+                                 const pb::ReadGeometryRequest& request) {
   grpc::ClientContext context;
   connection.Prepare(context);
-  pb::ReadGeometryRequest request;
-  request.set_hash(hash);
   const auto reader = connection.worlds().ReadGeometry(&context, request);
-  Blob blob;
+  Received received;
   pb::ReadGeometryResponse chunk;
   while (reader->Read(&chunk)) {
-    blob.format = chunk.format();
-    blob.bytes += chunk.data();
+    if (chunk.has_header()) received.header = chunk.header();
+    received.blob.format = chunk.format();
+    received.blob.bytes += chunk.data();
   }
   if (const grpc::Status status = reader->Finish(); !status.ok()) return FromGrpc(status);
-  if (Sha256Hex(blob.bytes) != hash) {
-    return absl::DataLossError(absl::StrCat("geometry ", hash, " arrived with another hash"));
-  }
-  return blob;
+  return received;
+}
+
+absl::Status CheckHash(std::string_view what, const std::string& bytes, const std::string& hash) {
+  if (Sha256Hex(bytes) == hash) return absl::OkStatus();
+  return absl::DataLossError(absl::StrCat(absl::string_view(what.data(), what.size()), " ", hash,
+                                          " arrived with another hash"));
+}
+
+}  // namespace
+
+absl::StatusOr<Blob> ReadGeometry(const Connection& connection, const std::string& hash) {
+  pb::ReadGeometryRequest request;
+  request.set_hash(hash);
+  auto received = Receive(connection, request);
+  if (!received.ok()) return received.status();
+  if (auto status = CheckHash("geometry", received->blob.bytes, hash); !status.ok()) return status;
+  return std::move(received->blob);
+}
+
+absl::StatusOr<Surface> ReadSurface(const Connection& connection, const pb::ObjectSurface& object) {
+  pb::ReadGeometryRequest request;
+  *request.mutable_object() = object;
+  auto received = Receive(connection, request);
+  if (!received.ok()) return received.status();
+  const std::string& bytes = received->blob.bytes;
+  auto status = CheckHash("surface", bytes, received->header.hash());
+  if (!status.ok()) return status;
+  auto mesh = DecodeMesh(bytes);
+  if (!mesh.ok()) return mesh.status();
+  return Surface{*std::move(mesh), std::move(received->header)};
 }
 
 absl::StatusOr<std::string> WriteGeometry(const Connection& connection, const Blob& blob) {

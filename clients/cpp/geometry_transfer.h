@@ -1,4 +1,4 @@
-// Blobs (meshes, labels) to and from the server, named by their SHA-256.
+// Blobs (meshes, labels) to and from the server, named by their SHA-256; objects' surfaces from it.
 #pragma once
 
 #include <string>
@@ -17,6 +17,15 @@ struct Blob {
 
 // DATA_LOSS when what arrives is not what the hash names.
 absl::StatusOr<Blob> ReadGeometry(const Connection& connection, const std::string& hash);
+
+struct Surface {
+  formats::MeshFile mesh;          // in the object's frame
+  cwm::v1::GeometryHeader header;  // of which revision, where the object is, how close the mesh is
+};
+// All that an object is made of as one mesh. DATA_LOSS when what arrives is not what the header's
+// hash says.
+absl::StatusOr<Surface> ReadSurface(const Connection& connection,
+                                    const cwm::v1::ObjectSurface& object);
 
 // Stores the blob and returns its hash; bytes that the server has already are sent once more and
 // stored once.

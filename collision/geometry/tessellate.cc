@@ -18,6 +18,18 @@ int SegmentsFor(double radius_m, double deviation_m) {
   return static_cast<int>(std::clamp(segments, double{kMinSegments}, double{kMaxSegments}));
 }
 
+// How far the chords of that many segments stay from the arc.
+double Sagitta_m(double radius_m, int segments) {
+  return radius_m * (1.0 - std::cos(kPi / segments));
+}
+
+// Of the caps of a capsule. Both curvatures add up, so each gets half of the deviation.
+int CapSegments(double radius_m, double deviation_m) {
+  return SegmentsFor(radius_m, 0.5 * deviation_m);
+}
+
+double WidestRadius_m(const Cone& s) { return std::max(s.radius_bottom_m, s.radius_top_m); }
+
 // The surface swept by a profile (radial, z) that runs from the bottom of the axis to its top,
 // on the axis at both ends and nowhere else.
 TriangleMesh Revolve(const std::vector<Vector2>& profile, int segments) {
@@ -100,11 +112,10 @@ struct Tessellator {
     if (s.radius_bottom_m > 0) profile.emplace_back(s.radius_bottom_m, -half);
     if (s.radius_top_m > 0) profile.emplace_back(s.radius_top_m, half);
     profile.emplace_back(0, half);
-    return Revolve(profile, SegmentsFor(std::max(s.radius_bottom_m, s.radius_top_m), deviation_m));
+    return Revolve(profile, SegmentsFor(WidestRadius_m(s), deviation_m));
   }
   TriangleMesh operator()(const Capsule& s) const {
-    // Both curvatures of the caps add up, so each gets half of the deviation.
-    const int segments = SegmentsFor(s.radius_m, 0.5 * deviation_m);
+    const int segments = CapSegments(s.radius_m, deviation_m);
     const int steps = (segments + 3) / 4;
     const double half = 0.5 * s.length_m;
     std::vector<Vector2> profile;
@@ -146,10 +157,37 @@ struct Tessellator {
   TriangleMesh operator()(const Mesh& s) const { return *s.mesh; }
 };
 
+struct Deviation {
+  double deviation_m;
+
+  double operator()(const Sphere& s) const { return OfCaps(s.radius_m); }
+  double operator()(const Box&) const { return 0; }
+  double operator()(const Cylinder& s) const {
+    return (*this)(Cone{s.radius_m, s.radius_m, s.length_m});
+  }
+  double operator()(const Cone& s) const {
+    const double radius_m = WidestRadius_m(s);
+    return Sagitta_m(radius_m, SegmentsFor(radius_m, deviation_m));
+  }
+  double operator()(const Capsule& s) const { return OfCaps(s.radius_m); }
+  double operator()(const HalfSpace&) const { return 0; }
+  double operator()(const Plate&) const { return 0; }
+  double operator()(const Convex&) const { return 0; }
+  double operator()(const Mesh&) const { return 0; }
+
+  double OfCaps(double radius_m) const {
+    return 2.0 * Sagitta_m(radius_m, CapSegments(radius_m, deviation_m));
+  }
+};
+
 }  // namespace
 
 TriangleMesh Tessellate(const Shape& shape, double max_deviation_m) {
   return std::visit(Tessellator{max_deviation_m}, shape);
+}
+
+double DeviationBound_m(const Shape& shape, double max_deviation_m) {
+  return std::visit(Deviation{max_deviation_m}, shape);
 }
 
 }  // namespace cwm

@@ -8,6 +8,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "collision/geometry/validation.h"
+#include "collision/world/full_surface.h"
 #include "proto/transfer/sha256.h"
 #include "server/core/error.h"
 
@@ -57,6 +58,28 @@ absl::Status TooLarge(std::string_view what, std::size_t size, std::int64_t limi
       absl::StrCat("geometry: ", absl::string_view(what.data(), what.size()), " is ", size,
                    ", must be at most ", limit),
       {.reason = "GEOMETRY_TOO_LARGE", .metadata = {{"limit", std::to_string(limit)}}});
+}
+
+absl::StatusOr<EncodedMesh> EncodeSurface(const collision::PreparedModel& model,
+                                          std::int64_t max_triangles) {
+  if (!collision::IsBounded(model)) {
+    return MakeError(absl::StatusCode::kFailedPrecondition,
+                     "object: has a half-space, must have bounded parts alone to have a surface",
+                     {.reason = "SURFACE_UNBOUNDED"});
+  }
+  const auto surface = collision::FullSurfaceOf(model, static_cast<std::size_t>(max_triangles));
+  if (!surface) {
+    return MakeError(
+        absl::StatusCode::kResourceExhausted,
+        absl::StrCat("object: its surface has more than ", max_triangles,
+                     " triangles, must have at most as many"),
+        {.reason = "GEOMETRY_TOO_LARGE", .metadata = {{"limit", std::to_string(max_triangles)}}});
+  }
+  EncodedMesh encoded{.bytes = EncodeMesh(surface->mesh_O),
+                      .hash = {},
+                      .max_deviation_m = surface->max_deviation_m};
+  encoded.hash = Sha256Hex(encoded.bytes);
+  return encoded;
 }
 
 absl::Status InvalidMesh(const absl::Status& status) {
@@ -119,10 +142,11 @@ struct GeometryStore::State {
   std::list<std::string> recent;                   // hashes of held blobs, newest first
   std::int64_t held_bytes = 0;
   std::size_t purge_at = kFirstPurge;
+  EncodedMeshes encoded;
 
   // A decoded mesh takes about the room of its bytes.
   static std::int64_t Cost(const Blob& blob) {
-    return static_cast<std::int64_t>(blob.bytes.size()) * (blob.mesh == nullptr ? 1 : 2);
+    return static_cast<std::int64_t>(blob.bytes->size()) * (blob.mesh == nullptr ? 1 : 2);
   }
 
   // What is let go is moved out, to be freed after the lock.
@@ -179,12 +203,13 @@ struct GeometryStore::State {
   }
 };
 
-GeometryStore::GeometryStore(std::int64_t max_bytes, std::int64_t max_triangles)
+GeometryStore::GeometryStore(std::int64_t max_bytes, const Limits& limits)
     : state_(new State{.max_bytes = max_bytes,
-                       .max_triangles = max_triangles,
+                       .max_triangles = limits.max_mesh_triangles,
                        .mutex = {},
                        .entries = {},
-                       .recent = {}}) {}
+                       .recent = {},
+                       .encoded = EncodedMeshes(limits.encoded_mesh_bytes)}) {}
 GeometryStore::~GeometryStore() = default;
 
 absl::StatusOr<GeometryStore::Stored> GeometryStore::Put(BlobFormat format, std::string bytes) {
@@ -203,11 +228,11 @@ absl::StatusOr<GeometryStore::Stored> GeometryStore::Put(BlobFormat format, std:
     return InvalidField("labels",
                         absl::StrCat("has ", bytes.size(), " bytes, must be a multiple of 4"));
   }
-  blob->bytes = std::move(bytes);
+  blob->bytes = std::make_shared<const std::string>(std::move(bytes));
   if (State::Cost(*blob) > state_->max_bytes) {
-    return TooLarge("total_bytes", blob->bytes.size(), state_->max_bytes);
+    return TooLarge("total_bytes", blob->bytes->size(), state_->max_bytes);
   }
-  const std::string hash = Sha256Hex(blob->bytes);
+  const std::string hash = Sha256Hex(*blob->bytes);
   State::Freed freed;
   std::lock_guard lock(state_->mutex);
   State::Entry* const known = state_->Touch(hash);
@@ -225,7 +250,7 @@ absl::StatusOr<GeometryStore::Stored> GeometryStore::PutAgain(BlobFormat format,
                                                               std::string_view hash) {
   const absl::StatusOr<std::shared_ptr<const Blob>> blob = Get(hash);
   if (!blob.ok()) return blob.status();
-  return Put(format, (*blob)->bytes);
+  return Put(format, *(*blob)->bytes);
 }
 
 std::string GeometryStore::Offer(const std::shared_ptr<const TriangleMesh>& mesh) {
@@ -251,8 +276,26 @@ absl::StatusOr<std::shared_ptr<const Blob>> GeometryStore::Get(std::string_view 
                      absl::StrCat("hash: no geometry \"", key, "\" is known"),
                      {.reason = "GEOMETRY_UNKNOWN", .metadata = {{"hash", key}}});
   }
+  auto encoded = state_->encoded.Find(mesh);
+  if (encoded == nullptr) {
+    encoded =
+        std::make_shared<const EncodedMesh>(EncodedMesh{.bytes = EncodeMesh(*mesh), .hash = key});
+    state_->encoded.Keep(mesh, encoded);
+  }
   return std::make_shared<const Blob>(
-      Blob{.format = BlobFormat::kMeshF64, .bytes = EncodeMesh(*mesh), .mesh = mesh});
+      Blob{.format = BlobFormat::kMeshF64, .bytes = {encoded, &encoded->bytes}, .mesh = mesh});
 }
+
+absl::StatusOr<std::shared_ptr<const EncodedMesh>> GeometryStore::SurfaceOf(
+    const std::shared_ptr<const collision::PreparedModel>& model) const {
+  if (auto kept = state_->encoded.Find(model); kept != nullptr) return kept;
+  auto encoded = EncodeSurface(*model, state_->max_triangles);
+  if (!encoded.ok()) return encoded.status();
+  auto shared = std::make_shared<const EncodedMesh>(*std::move(encoded));
+  state_->encoded.Keep(model, shared);
+  return shared;
+}
+
+std::int64_t GeometryStore::encoded_count() const { return state_->encoded.made(); }
 
 }  // namespace cwm::server

@@ -1,5 +1,5 @@
 // Blobs by content: meshes and label images, named by the SHA-256 of their bytes, so that none
-// travels twice.
+// travels twice. And the full surfaces of objects, made when they are read.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,9 @@
 
 #include "absl/status/statusor.h"
 #include "collision/geometry/triangle_mesh.h"
+#include "collision/world/world_object.h"
 #include "proto/transfer/mesh_bytes.h"
+#include "server/core/encoded_meshes.h"
 #include "server/core/limits.h"
 
 namespace cwm::server {
@@ -18,7 +20,7 @@ enum class BlobFormat { kMeshF64, kLabelsU32 };
 
 struct Blob {
   BlobFormat format = BlobFormat::kMeshF64;
-  std::string bytes;
+  std::shared_ptr<const std::string> bytes;  // never null
   std::shared_ptr<const TriangleMesh> mesh;  // decoded, for kMeshF64
 };
 
@@ -30,12 +32,12 @@ absl::StatusOr<TriangleMesh> DecodeMesh(std::string_view bytes);
 std::string HashOf(const std::shared_ptr<const TriangleMesh>& mesh);
 
 // Thread safe. Blobs that clients or ingests stored are kept while an object of a kept revision
-// uses their mesh, and otherwise the most recently used ones within a byte limit.
+// uses their mesh, and otherwise the most recently used ones within a byte limit. What objects use
+// is encoded when somebody reads it; limits.encoded_mesh_bytes of that are kept for later readers.
 class GeometryStore {
  public:
   // `max_bytes` limits the memory of blobs that no object uses: their bytes and decoded meshes.
-  explicit GeometryStore(std::int64_t max_bytes,
-                         std::int64_t max_triangles = Limits{}.max_mesh_triangles);
+  explicit GeometryStore(std::int64_t max_bytes, const Limits& limits = {});
   ~GeometryStore();
 
   struct Stored {
@@ -51,6 +53,13 @@ class GeometryStore {
   std::string Offer(const std::shared_ptr<const TriangleMesh>& mesh);
   // NotFound GEOMETRY_UNKNOWN.
   absl::StatusOr<std::shared_ptr<const Blob>> Get(std::string_view hash) const;
+  // The full surface of an object's model (full_surface.h), in the object's frame. Heavy where it
+  // is not kept: no lock may be held. FailedPrecondition SURFACE_UNBOUNDED, ResourceExhausted
+  // GEOMETRY_TOO_LARGE.
+  absl::StatusOr<std::shared_ptr<const EncodedMesh>> SurfaceOf(
+      const std::shared_ptr<const collision::PreparedModel>& model) const;
+  // Meshes and surfaces that were encoded because none was kept.
+  std::int64_t encoded_count() const;
 
  private:
   struct State;

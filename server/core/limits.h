@@ -32,6 +32,9 @@ struct Limits {
   std::int64_t max_object_bytes = 1 << 20;
   std::int64_t max_geometry_bytes = std::int64_t{2}
                                     << 30;  // blobs that clients wrote and no object holds yet
+  // Encodings kept for who reads in ranges or again: the residual meshes of some four scans of
+  // 640 x 480 (14 MB each), or one larger mesh.
+  std::int64_t encoded_mesh_bytes = std::int64_t{64} << 20;
 };
 
 // Per world. Whatever is reached first ends the keeping; the newest snapshot and the newest

@@ -9,8 +9,12 @@
 #include "proto/transfer/mesh_bytes.h"
 #include "proto/transfer/sha256.h"
 #include "server/core/error.h"
+#include "server/rpc/at_revision.h"
 #include "server/rpc/status_conversion.h"
 #include "server/wire/numbers.h"
+#include "server/wire/objects.h"
+#include "server/wire/poses.h"
+#include "server/wire/questions.h"
 
 namespace cwm::server {
 namespace {
@@ -30,43 +34,122 @@ BlobFormat FormatOf(const v1::WriteGeometryRequest::Header& header) {
                                                            : BlobFormat::kMeshF64;
 }
 
+// The fields that name what is to be read, of which there must be one.
+absl::Status OneOfTwo(const std::string& fault) {
+  const std::string rule = "must give exactly one of hash and object";
+  return MakeError(absl::StatusCode::kInvalidArgument,
+                   absl::StrCat("hash and object ", fault, ", ", rule),
+                   {.reason = "INVALID_FIELD",
+                    .fields = {{"hash", absl::StrCat(fault, ", ", rule)},
+                               {"object", absl::StrCat(fault, ", ", rule)}}});
+}
+
 }  // namespace
 
-ReadGeometryCall::ReadGeometryCall(Runtime& runtime, const v1::ReadGeometryRequest& request)
-    : runtime_(runtime) {
-  const auto work = [this, hash = request.hash()] { Open(hash); };
-  if (runtime_.reads.TryPush(work)) return;
+ReadGeometryCall::ReadGeometryCall(grpc::CallbackServerContext* context, Runtime& runtime,
+                                   const v1::ReadGeometryRequest& request)
+    : runtime_(runtime), request_(request), call_{DeadlineOf(*context), stop_.get_token()} {
+  Await();
+}
+
+void ReadGeometryCall::Await() {
+  if (!request_.hash().empty()) return Enqueue();
+  const v1::ObjectSurface& object = request_.object();
+  const auto await =
+      WhatToAwait(runtime_, object.world(), object.world_uid(), object.at_revision());
+  if (!await.ok()) return Finish(ToGrpcStatus(await.status()));
+  if (!await->has_value()) return Enqueue();
+  const std::shared_ptr<World>& world = (*await)->world;
+  runtime_.waits.Await({world, (*await)->revision, call_.deadline, call_.stop}, runtime_.reads,
+                       [this, world](absl::StatusOr<SnapshotPtr> snapshot) {
+                         if (!snapshot.ok()) return Finish(ToGrpcStatus(snapshot.status()));
+                         call_.reached = {world, *std::move(snapshot)};
+                         Open();
+                       });
+}
+
+void ReadGeometryCall::Enqueue() {
+  if (runtime_.reads.TryPush([this] { Open(); })) return;
   Finish(ToGrpcStatus(Overloaded("the server has more work than it can take", "QUEUE_FULL")));
 }
 
-void ReadGeometryCall::Open(const std::string& hash) {
-  const CallWork work = [this, &hash](const CallContext&) {
-    auto blob = runtime_.application.geometry.Get(hash);
-    if (!blob.ok()) return blob.status();
-    blob_ = *std::move(blob);
-    return absl::OkStatus();
-  };
-  const absl::Status status = RunGuarded(work, {});
+void ReadGeometryCall::Open() {
+  const absl::Status status =
+      RunGuarded([this](const CallContext& call) { return Find(call); }, call_);
+  call_.reached.reset();  // a slow reader keeps no world alive
   if (!status.ok()) return Finish(ToGrpcStatus(status));
   WriteNext();
 }
 
+absl::Status ReadGeometryCall::Find(const CallContext& call) {
+  const bool by_hash = !request_.hash().empty();
+  if (by_hash == request_.has_object()) {
+    return OneOfTwo(by_hash ? "are both given" : "are both absent");
+  }
+  const absl::Status found = by_hash ? FindBlob() : FindSurface(call);
+  return found.ok() ? Begin() : found;
+}
+
+absl::Status ReadGeometryCall::FindBlob() {
+  const auto blob = runtime_.application.geometry.Get(request_.hash());
+  if (!blob.ok()) return blob.status();
+  bytes_ = (*blob)->bytes;
+  const bool is_mesh = (*blob)->format == BlobFormat::kMeshF64;
+  message_.set_format(is_mesh ? v1::GEOMETRY_FORMAT_MESH_F64 : v1::GEOMETRY_FORMAT_LABELS_U32);
+  message_.mutable_header()->set_hash(request_.hash());
+  return absl::OkStatus();
+}
+
+absl::Status ReadGeometryCall::FindSurface(const CallContext& call) {
+  const FieldPath path = FieldPath().Field("object");
+  const v1::ObjectSurface& asked = request_.object();
+  if (auto status = CheckName(asked.name(), path.Field("name")); !status.ok()) return status;
+  const auto rule = FromProto(asked.at_revision(), path.Field("at_revision"));
+  if (!rule.ok()) return rule.status();
+  const auto at = FindWorldAt(runtime_, asked.world(), asked.world_uid(), *rule, call);
+  if (!at.ok()) return at.status();
+  const collision::WorldObjectPtr object = at->snapshot->Find(asked.name());
+  if (object == nullptr) return UnknownObject(asked.name());
+  const auto surface = runtime_.application.geometry.SurfaceOf(object->geometry);
+  if (!surface.ok()) return surface.status();
+  bytes_ = {*surface, &(*surface)->bytes};
+  message_.set_format(v1::GEOMETRY_FORMAT_MESH_F64);
+  v1::GeometryHeader& header = *message_.mutable_header();
+  header.set_hash((*surface)->hash);
+  header.set_world_uid(at->world->uid());
+  header.set_revision(at->snapshot->revision().value);
+  *header.mutable_x_world_object() = ToProto(object->X_WO);
+  header.set_max_deviation_m((*surface)->max_deviation_m);
+  return absl::OkStatus();
+}
+
+absl::Status ReadGeometryCall::Begin() {
+  const auto total = static_cast<std::int64_t>(bytes_->size());
+  auto status = CheckRange(request_.offset(), {0, total}, FieldPath().Field("offset"));
+  if (!status.ok()) return status;
+  offset_ = static_cast<std::size_t>(request_.offset());
+  message_.set_total_bytes(total);
+  if (message_.format() != v1::GEOMETRY_FORMAT_MESH_F64) return absl::OkStatus();
+  const auto counts = ReadMeshCounts(*bytes_);
+  if (!counts.ok()) return counts.status();
+  message_.mutable_header()->set_vertex_count(counts->vertices);
+  message_.mutable_header()->set_triangle_count(counts->triangles);
+  return absl::OkStatus();
+}
+
 void ReadGeometryCall::WriteNext() {
-  const std::string& bytes = blob_->bytes;
-  message_.set_format(blob_->format == BlobFormat::kMeshF64 ? v1::GEOMETRY_FORMAT_MESH_F64
-                                                            : v1::GEOMETRY_FORMAT_LABELS_U32);
-  message_.set_total_bytes(static_cast<std::int64_t>(bytes.size()));
   message_.set_offset(static_cast<std::int64_t>(offset_));
-  const std::size_t count = std::min<std::size_t>(kMaxChunkBytes, bytes.size() - offset_);
-  message_.set_data(bytes.data() + offset_, count);
+  const std::size_t count = std::min<std::size_t>(kMaxChunkBytes, bytes_->size() - offset_);
+  message_.set_data(bytes_->data() + offset_, count);
   offset_ += count;
-  message_.set_done(offset_ == bytes.size());
+  message_.set_done(offset_ == bytes_->size());
   StartWrite(&message_);
 }
 
 void ReadGeometryCall::OnWriteDone(bool ok) {
   if (!ok) return Finish(ToGrpcStatus(CallCancelled()));
   if (message_.done()) return Finish(grpc::Status::OK);
+  message_.clear_header();
   WriteNext();
 }
 
@@ -106,7 +189,7 @@ absl::StatusOr<bool> WriteGeometryCall::IsKnown() {
   const std::string hash = absl::AsciiStrToLower(header_.hash());
   const auto blob = store.Get(hash);
   if (!blob.ok()) return false;
-  const auto size = static_cast<std::int64_t>((*blob)->bytes.size());
+  const auto size = static_cast<std::int64_t>((*blob)->bytes->size());
   if (header_.total_bytes() != size) {
     return InvalidField("header.total_bytes", absl::StrCat("is ", header_.total_bytes(),
                                                            ", must be ", size, " for that hash"));

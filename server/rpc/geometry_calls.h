@@ -17,17 +17,28 @@ namespace cwm::server {
 // Both delete themselves when gRPC is done with them.
 class ReadGeometryCall final : public grpc::ServerWriteReactor<v1::ReadGeometryResponse> {
  public:
-  ReadGeometryCall(Runtime& runtime, const v1::ReadGeometryRequest& request);
+  ReadGeometryCall(grpc::CallbackServerContext* context, Runtime& runtime,
+                   const v1::ReadGeometryRequest& request);
 
  private:
   void OnWriteDone(bool ok) override;
+  void OnCancel() override { stop_.request_stop(); }
   void OnDone() override { delete this; }
 
-  void Open(const std::string& hash);
+  void Await();
+  void Enqueue();
+  void Open();
+  absl::Status Find(const CallContext& call);
+  absl::Status FindBlob();
+  absl::Status FindSurface(const CallContext& call);
+  absl::Status Begin();
   void WriteNext();
 
   Runtime& runtime_;
-  std::shared_ptr<const Blob> blob_;
+  const v1::ReadGeometryRequest request_;
+  std::stop_source stop_;
+  CallContext call_;
+  std::shared_ptr<const std::string> bytes_;
   std::size_t offset_ = 0;
   v1::ReadGeometryResponse message_;
 };

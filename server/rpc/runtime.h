@@ -25,7 +25,7 @@ struct Application {
   Retention retention;
   Interpreter interpret;
   WorldRegistry worlds{limits, retention};
-  GeometryStore geometry{limits.max_geometry_bytes};
+  GeometryStore geometry{limits.max_geometry_bytes, limits};
 };
 
 // A stream without an end of its own, which a draining server ends.

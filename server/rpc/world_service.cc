@@ -193,8 +193,8 @@ grpc::ServerWriteReactor<v1::WatchWorldResponse>* WorldService::WatchWorld(
 }
 
 grpc::ServerWriteReactor<v1::ReadGeometryResponse>* WorldService::ReadGeometry(
-    grpc::CallbackServerContext*, const v1::ReadGeometryRequest* request) {
-  return new ReadGeometryCall(runtime_, *request);
+    grpc::CallbackServerContext* context, const v1::ReadGeometryRequest* request) {
+  return new ReadGeometryCall(context, runtime_, *request);
 }
 
 grpc::ServerReadReactor<v1::WriteGeometryRequest>* WorldService::WriteGeometry(

@@ -156,10 +156,27 @@ TEST_F(CommandLine, AnObjectOfShapesAloneComesAsAMeshOfThem) {
   EXPECT_EQ(first_bytes(glb).substr(0, 4), "glTF");
   EXPECT_NE(first_bytes(glb).find(R"("min":[9.5,-0.5,-0.5],"max":[10.5,0.5,0.5])"),
             std::string::npos);
+  // The mesh is that of the revision asked for, where the crate stood then.
+  const std::string before = scratch() / "before.glb";
+  ASSERT_EQ(Cwm({"get", "crate", "--mesh", before, "--at-revision", "1"}).exit_code, 0);
+  EXPECT_NE(first_bytes(before).find(R"("max":[0.5,0.5,0.5])"), std::string::npos);
   const Finished other = Cwm({"get", "crate", "--mesh", scratch() / "crate.stl"});
   EXPECT_EQ(other.exit_code, 1);
   EXPECT_NE(other.err.find("must end in .ply or .glb"), std::string::npos) << other.err;
   EXPECT_FALSE(std::ifstream(scratch() / "crate.stl").good());
+}
+
+TEST_F(CommandLine, WhatHasNoEndComesAsNoMesh) {
+  ASSERT_EQ(
+      Cwm({"call", "cwm.v1.WorldService/ApplyChanges",
+           R"({"changes": [{"put": {"object": {"name": "ground", "shapes": [{"half_space": {}}]}}}]})"})
+          .exit_code,
+      0);
+  const std::string ply = scratch() / "ground.ply";
+  const Finished refused = Cwm({"get", "ground", "--mesh", ply});
+  EXPECT_EQ(refused.exit_code, 4);
+  EXPECT_NE(refused.err.find("half-space"), std::string::npos) << refused.err;
+  EXPECT_FALSE(std::ifstream(ply).good());
 }
 
 TEST_F(CommandLine, ExpectedRevisionAndRequestIdsGuardWriters) {

@@ -64,7 +64,7 @@ TEST(GeometryStore, StoresTheSameBytesOnce) {
   EXPECT_EQ(first->hash, Sha256Hex(bytes));
   const auto blob = store.Get(first->hash);
   ASSERT_TRUE(blob.ok());
-  EXPECT_EQ((*blob)->bytes, bytes);
+  EXPECT_EQ(*(*blob)->bytes, bytes);
   EXPECT_EQ(*(*blob)->mesh, Tetrahedron());
 }
 
@@ -103,7 +103,7 @@ TEST(GeometryStore, RefusesLabelsThatAreNoNumbers) {
 }
 
 TEST(GeometryStore, RefusesWhatCanNeverFit) {
-  GeometryStore small(100, /*max_triangles=*/3);
+  GeometryStore small(100, {.max_mesh_triangles = 3});
   const auto bytes = small.Put(BlobFormat::kLabelsU32, Labels(26));
   EXPECT_EQ(bytes.status().code(), absl::StatusCode::kResourceExhausted);
   EXPECT_EQ(DetailsOf(bytes.status()).reason, "GEOMETRY_TOO_LARGE");
@@ -140,7 +140,7 @@ TEST(GeometryStore, KeepsTheMeshesThatObjectsUse) {
   const auto blob = store.Get(hash);
   ASSERT_TRUE(blob.ok());
   EXPECT_EQ((*blob)->mesh, used);
-  EXPECT_EQ(Sha256Hex((*blob)->bytes), hash);
+  EXPECT_EQ(Sha256Hex(*(*blob)->bytes), hash);
 }
 
 TEST(GeometryStore, ForgetsAMeshWithItsLastUser) {
@@ -148,7 +148,7 @@ TEST(GeometryStore, ForgetsAMeshWithItsLastUser) {
   auto mesh = std::make_shared<const TriangleMesh>(Tetrahedron(3));
   const std::string hash = store.Offer(mesh);
   ASSERT_TRUE(store.Get(hash).ok());
-  EXPECT_EQ((*store.Get(hash))->bytes, EncodeMesh(*mesh));
+  EXPECT_EQ(*(*store.Get(hash))->bytes, EncodeMesh(*mesh));
   mesh.reset();
   EXPECT_FALSE(store.Get(hash).ok());
 }
@@ -208,6 +208,63 @@ TEST(GeometryStore, WhatIsKnownIsPutAgainByItsHashAlone) {
   const std::string labels = store.Put(BlobFormat::kLabelsU32, "1234")->hash;
   EXPECT_EQ(store.PutAgain(BlobFormat::kMeshF64, labels).status().code(),
             absl::StatusCode::kInvalidArgument);
+}
+
+TEST(GeometryStore, EncodesTheMeshOfAnObjectOnceForAllWhoReadIt) {
+  GeometryStore store(kRoomy);
+  const auto mesh = std::make_shared<const TriangleMesh>(Tetrahedron());
+  const std::string hash = store.Offer(mesh);
+  const auto first = store.Get(hash);
+  const auto second = store.Get(hash);
+  ASSERT_TRUE(first.ok() && second.ok());
+  EXPECT_EQ((*first)->bytes, (*second)->bytes) << "the same bytes in memory";
+  EXPECT_EQ((*first)->mesh, mesh);
+  EXPECT_EQ(store.encoded_count(), 1);
+}
+
+TEST(GeometryStore, AKeptEncodingKeepsNoMeshAlive) {
+  GeometryStore store(kRoomy);
+  auto mesh = std::make_shared<const TriangleMesh>(Tetrahedron());
+  const std::weak_ptr<const TriangleMesh> weak = mesh;
+  const std::string hash = store.Offer(mesh);
+  ASSERT_TRUE(store.Get(hash).ok());
+  mesh = nullptr;
+  EXPECT_TRUE(weak.expired());
+  EXPECT_FALSE(store.Get(hash).ok());
+}
+
+std::shared_ptr<const collision::PreparedModel> PreparedOf(std::vector<Shape> shapes) {
+  auto model = std::make_shared<HybridModel>();
+  for (Shape& shape : shapes) model->shapes.push_back({.shape = std::move(shape)});
+  return collision::Prepare(std::move(model));
+}
+
+TEST(GeometryStore, MakesTheSurfaceOfAModelOnceAndNamesItsBytes) {
+  GeometryStore store(kRoomy);
+  const auto model = PreparedOf({Box{{1, 2, 3}}, Sphere{0.1}});
+  const auto surface = store.SurfaceOf(model);
+  ASSERT_TRUE(surface.ok()) << surface.status();
+  EXPECT_EQ((*surface)->hash, Sha256Hex((*surface)->bytes));
+  EXPECT_GT((*surface)->max_deviation_m, 0);
+  const auto mesh = DecodeMesh((*surface)->bytes);
+  ASSERT_TRUE(mesh.ok()) << mesh.status();
+  EXPECT_EQ(mesh->vertices[7], Vector3(0.5, 1, 1.5));
+  EXPECT_EQ(*store.SurfaceOf(model), *surface) << "the same in memory";
+  EXPECT_EQ(store.encoded_count(), 1);
+  // An equal model makes equal bytes.
+  EXPECT_EQ((*store.SurfaceOf(PreparedOf({Box{{1, 2, 3}}, Sphere{0.1}})))->hash, (*surface)->hash);
+  EXPECT_EQ(store.encoded_count(), 2);
+}
+
+TEST(GeometryStore, SaysWhyAModelHasNoSurface) {
+  GeometryStore store(kRoomy, {.max_mesh_triangles = 20});
+  const auto ground = store.SurfaceOf(PreparedOf({HalfSpace{}}));
+  EXPECT_EQ(ground.status().code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_EQ(DetailsOf(ground.status()).reason, "SURFACE_UNBOUNDED");
+  EXPECT_TRUE(store.SurfaceOf(PreparedOf({Box{{1, 1, 1}}})).ok());
+  const auto boxes = store.SurfaceOf(PreparedOf({Box{{1, 1, 1}}, Box{{2, 2, 2}}}));
+  EXPECT_EQ(boxes.status().code(), absl::StatusCode::kResourceExhausted);
+  EXPECT_EQ(DetailsOf(boxes.status()).reason, "GEOMETRY_TOO_LARGE");
 }
 
 }  // namespace

@@ -40,7 +40,7 @@ TEST(GeometryStoreRace, WritersReadersAndObjectsShareOneStore) {
           ASSERT_TRUE(blob.ok()) << "an object holds the mesh";
         }
         if (blob.ok()) {
-          ASSERT_EQ((*blob)->bytes, bytes);
+          ASSERT_EQ(*(*blob)->bytes, bytes);
         }
       }
     });

@@ -250,7 +250,7 @@ TEST(WireCloud, LabelsTravelInlineOrByHash) {
   EXPECT_TRUE(large.labels().empty());
   const auto blob = store.Get(large.labels_hash());
   ASSERT_TRUE(blob.ok());
-  EXPECT_EQ(NumbersIn<std::uint32_t>((*blob)->bytes), std::vector<std::uint32_t>(5, 20));
+  EXPECT_EQ(NumbersIn<std::uint32_t>(*(*blob)->bytes), std::vector<std::uint32_t>(5, 20));
   v1::IngestCloudResponse none;
   ASSERT_TRUE(ToProto({Outcome(5), world, false}, limits, store, &none).ok());
   EXPECT_TRUE(none.labels().empty() && none.labels_hash().empty());
