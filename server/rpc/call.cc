@@ -92,7 +92,9 @@ grpc::ServerUnaryReactor* StartUnary(grpc::CallbackServerContext* context, Runti
                                      WorkQueue& queue, CallWork work,
                                      absl::StatusOr<std::optional<RevisionToAwait>> await) {
   auto* const call = new UnaryCall(context, std::move(work));
-  if (!await.ok()) {
+  if (runtime.draining()) {
+    call->Refuse(Draining());
+  } else if (!await.ok()) {
     call->Refuse(await.status());
   } else if (await->has_value()) {
     call->EnqueueWhenReached(**await, runtime, queue);

@@ -101,7 +101,8 @@ absl::Status ReadGeometryCall::FindBlob() {
 }
 
 absl::Status ReadGeometryCall::FindSurface(const CallContext& call) {
-  const FieldPath path = FieldPath().Field("object");
+  const FieldPath root;  // outlives the paths that lead through it
+  const FieldPath path = root.Field("object");
   const v1::ObjectSurface& asked = request_.object();
   if (auto status = CheckName(asked.name(), path.Field("name")); !status.ok()) return status;
   const auto rule = FromProto(asked.at_revision(), path.Field("at_revision"));

@@ -13,6 +13,7 @@
 #include "server/core/limits.h"
 #include "server/core/work_queue.h"
 #include "server/core/world_registry.h"
+#include "server/rpc/open_streams.h"
 #include "server/rpc/quota.h"
 #include "server/rpc/revision_waits.h"
 #include "server/rpc/timer.h"
@@ -45,6 +46,7 @@ class Runtime {
   ~Runtime();
 
   Application& application;
+  OpenStreams open_streams;  // before the queues, which hold calls
   Timer timer;
   Quota watchers;
   Quota streams;
@@ -68,7 +70,7 @@ class Runtime {
   // against 1.2).
   int ThreadsForScan() const;
 
-  // Ends streams now and uploads to come; watches get their last bookmark.
+  // Ends streams now, refuses the calls to come; watches get their last bookmark.
   void Drain();
   bool draining() const { return draining_; }
   void AddDrainable(std::weak_ptr<Drainable> stream);

@@ -5,6 +5,8 @@
 #include <grpcpp/health_check_service_interface.h>
 #include <sys/stat.h>
 
+#include <algorithm>
+#include <chrono>
 #include <mutex>
 #include <set>
 #include <utility>
@@ -25,6 +27,8 @@ namespace {
 constexpr int kKeepaliveTime_ms = 30'000;
 constexpr int kKeepaliveTimeout_ms = 10'000;
 constexpr int kClientPingPeriod_ms = 10'000;
+// Streams that drain end at once; only one whose client does not read takes longer.
+constexpr auto kStreamsEndWithin = std::chrono::milliseconds(500);
 
 void SetChannelArguments(const Limits& limits, grpc::ServerBuilder& builder) {
   builder.SetMaxReceiveMessageSize(static_cast<int>(limits.max_message_bytes));
@@ -158,7 +162,13 @@ void Server::Stop(std::chrono::milliseconds grace) {
   if (state_->grpc == nullptr) return;
   state_->grpc->GetHealthCheckService()->SetServingStatus(false);
   state_->runtime.Drain();
-  state_->grpc->Shutdown(std::chrono::system_clock::now() + grace);
+  // A connection that closes with its last stream can take the stream's status with it: a client
+  // that writes at that moment fails and does not read what is left. So the streams end first; then
+  // gRPC's farewell waits for the client to answer. What still works then ends by itself, while a
+  // successor may already listen.
+  const auto end = std::chrono::system_clock::now() + grace;
+  state_->runtime.open_streams.WaitUntilNone(std::min(grace, kStreamsEndWithin));
+  state_->grpc->Shutdown(end);
   state_->grpc->Wait();
   state_->grpc = nullptr;
   for (const auto& [address, file] : state_->sockets) RemoveSocket(address, file);

@@ -48,6 +48,7 @@ class StreamQueriesCall final
   void End(const absl::Status& status);
 
   Runtime& runtime_;
+  const OpenStreams::Token open_{runtime_.open_streams};
   const Clock::time_point deadline_;
   std::stop_source stop_;
   HeldSnapshot held_;
