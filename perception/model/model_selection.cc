@@ -14,13 +14,6 @@ namespace cwm::perception {
 namespace {
 
 constexpr double kLeastGain = 0.95;  // of the rms, by one more parameter
-// Of a cone: a slope within 3 standard deviations of none is none.
-constexpr double kLeastSlope_sigma = 3;
-// Differences of the criterion above 10 are decisive (Kass and Raftery 1995).
-constexpr double kDecisive = 10;
-// Things stand upright more often than they lean by little. Chosen: of upright cups seen in part,
-// warp prefers a leaning can by up to 25; what truly lies or leans differs by hundreds.
-constexpr double kUprightPrior = 30;
 constexpr double kFlatCurvature = 26.8;
 constexpr std::size_t kFanPoints = 120;  // for initial guesses from all normals
 constexpr double kOverlap = 0.3;         // of a candidate's points, to be a rival on this region
@@ -33,23 +26,6 @@ CurvedEvidence EvidenceOf(double radius_m, double arc_rad) {
           .arc_rad = arc_rad,
           .chord_m = 2 * radius_m * std::sin(half),
           .sagitta_m = radius_m * (1 - std::cos(half))};
-}
-
-bool HoldsLimits(const ShapeFit& fit, const FitContext& c) {
-  double sigma_m = 0;
-  for (std::uint32_t i : fit.inliers) sigma_m += c.points.sigma_m[i];
-  sigma_m /= static_cast<double>(fit.inliers.size());
-  const double samples = c.IndependentSamples(fit.inliers.size());
-  if (const auto* sphere = std::get_if<SphereModel>(&fit.model)) {
-    return IsSignificant(MeasureEvidence(*sphere, fit, c), sigma_m, samples);
-  }
-  if (const auto* cylinder = std::get_if<CylinderModel>(&fit.model)) {
-    return IsSignificant(MeasureEvidence(cylinder->AsCone(), fit, c), sigma_m, samples);
-  }
-  if (const auto* cone = std::get_if<ConeModel>(&fit.model)) {
-    return IsSignificant(MeasureEvidence(*cone, fit, c), sigma_m, samples);
-  }
-  return true;
 }
 
 // Directions in which normals vary least: the axis of a cylinder (about zero) or of a cone (about
@@ -146,7 +122,7 @@ std::vector<ShapeFit> FitRivals(const Candidate& leader, const CandidateList& li
                                 const FitContext& c) {
   std::vector<ShapeFit> rivals;
   const auto keep = [&](std::optional<ShapeFit> fit) {
-    if (!fit || !HoldsLimits(*fit, c)) return;
+    if (!fit || !IsSignificantlyCurved(*fit, c)) return;
     for (ShapeFit& rival : rivals) {
       if (rival.model.index() != fit->model.index() || rival.axis != fit->axis) continue;
       if (fit->inliers.size() > rival.inliers.size()) rival = *std::move(fit);
@@ -266,7 +242,7 @@ struct Lying {
 
   void Offer(std::optional<ShapeFit> other, const std::vector<std::uint32_t>& region,
              double straight_value, const FitContext& c) {
-    if (!other || !HoldsLimits(*other, c)) return;
+    if (!other || !IsSignificantlyCurved(*other, c)) return;
     const double its_value = ValueOf(*other, region, c);
     if (!IsWorthItsSlope(*other, its_value, straight_value)) return;
     if (!fit || its_value < value) fit = std::move(other), value = its_value;
@@ -294,7 +270,7 @@ std::optional<ShapeFit> Finished(const ShapeFit& rival, const CandidateList& can
     return std::nullopt;
   }
   std::optional<ShapeFit> finished = FinishFit(rival, c, candidates.available());
-  if (!finished || !HoldsLimits(*finished, c)) return std::nullopt;
+  if (!finished || !IsSignificantlyCurved(*finished, c)) return std::nullopt;
   return finished;
 }
 
@@ -340,6 +316,23 @@ bool IsSignificant(const CurvedEvidence& e, double sigma_m, double independent_s
       (std::sqrt(std::max(1.0, independent_samples)) * e.chord_m * e.chord_m);
   return 1 / e.radius_m > flat_curvature && e.sagitta_m > 0.001 + 0.5 * sigma_m &&
          e.arc_rad >= kLeastArc_rad;
+}
+
+bool IsSignificantlyCurved(const ShapeFit& fit, const FitContext& context) {
+  double sigma_m = 0;
+  for (std::uint32_t i : fit.inliers) sigma_m += context.points.sigma_m[i];
+  sigma_m /= static_cast<double>(fit.inliers.size());
+  const double samples = context.IndependentSamples(fit.inliers.size());
+  if (const auto* sphere = std::get_if<SphereModel>(&fit.model)) {
+    return IsSignificant(MeasureEvidence(*sphere, fit, context), sigma_m, samples);
+  }
+  if (const auto* cylinder = std::get_if<CylinderModel>(&fit.model)) {
+    return IsSignificant(MeasureEvidence(cylinder->AsCone(), fit, context), sigma_m, samples);
+  }
+  if (const auto* cone = std::get_if<ConeModel>(&fit.model)) {
+    return IsSignificant(MeasureEvidence(*cone, fit, context), sigma_m, samples);
+  }
+  return true;
 }
 
 std::optional<ShapeFit> SelectModel(const Candidate& leader, const CandidateList& candidates,

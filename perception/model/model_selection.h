@@ -34,6 +34,10 @@ bool IsSignificant(const CurvedEvidence& evidence, double sigma_m, double indepe
 // Slopes of cones, else they are cylinders: 2 degrees, which the slow warp of the sensor (1.3 mm)
 // makes of a wall of 40 mm.
 inline constexpr double kLeastSlope = 0.035;
+inline constexpr double kLeastSlope_sigma = 3;  // and beyond so many standard deviations
+
+// The above, of the inliers of a fit; planes are as curved as they should be.
+bool IsSignificantlyCurved(const ShapeFit& fit, const FitContext& context);
 
 // The best shape for the points of `leader`, finished, or nothing when none holds its limits. A
 // shape of higher order must lower the criterion and the rms by 5 %; a curved one must also beat

@@ -5,6 +5,7 @@
 #include "perception/model/explain.h"
 #include "perception/model/extraction.h"
 #include "perception/model/handles.h"
+#include "perception/model/one_solid.h"
 #include "perception/model/solid_assembly.h"
 
 namespace cwm::perception {
@@ -53,6 +54,7 @@ ObjectModel ModelObject(const OrientedPoints& points, const std::optional<Pose>&
   const Ground ground = GroundOf(X_LSupport, searched.origin_L);
   const FitContext context{searched, octree, connectivity, noise, options, work, ground};
   Assembly assembly = AssembleSolids(ExtractShapes(context), context, ground);
+  PreferOneSolid(context, assembly);
   model.notes = std::move(assembly.notes);
   model.shapes = InLevelFrame(std::move(assembly.solids), searched.origin_L);
   model.part_of_point = ExplainPoints(points, model.shapes, work);

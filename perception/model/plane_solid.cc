@@ -16,30 +16,10 @@ constexpr double kRectangleFill = 0.85;  // a disc fills 0.79 of its square
 constexpr double kOutlineFill = 0.55;    // of the hull's cells that hold points; chosen: no L
 constexpr double kCellSpacings = 2.5;    // 6 points a cell: chance leaves one of 500 empty
 
-struct Rectangle {
-  Vector2 x = Vector2::UnitX();  // unit, one of its edges
-  Eigen::AlignedBox2d bounds;    // along x and its left normal
-  double area_m2() const { return bounds.volume(); }
-};
-
 Rectangle BoundsAlong(const Polygon& hull, const Vector2& x) {
   Rectangle r{x, {}};
   for (const Vector2& p : hull) r.bounds.extend(Vector2(x.dot(p), x.x() * p.y() - x.y() * p.x()));
   return r;
-}
-
-// The smallest rectangle around a convex polygon has an edge along one of its edges (Freeman and
-// Shapira 1975).
-Rectangle SmallestRectangle(const Polygon& hull) {
-  Rectangle best;
-  double least = std::numeric_limits<double>::infinity();
-  for (std::size_t k = 0; k < hull.size(); ++k) {
-    const Vector2 edge = hull[(k + 1) % hull.size()] - hull[k];
-    if (!(edge.norm() > 0)) continue;
-    const Rectangle r = BoundsAlong(hull, edge.normalized());
-    if (r.area_m2() < least) best = r, least = r.area_m2();
-  }
-  return best;
 }
 
 double FilledArea_m2(const std::vector<Vector2>& points, double cell_m) {
@@ -101,6 +81,18 @@ std::vector<double> PlaneSigmas(const ShapeFit& fit, const PlaneModel& plane,
 }
 
 }  // namespace
+
+Rectangle SmallestRectangle(const Polygon& hull) {
+  Rectangle best;
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t k = 0; k < hull.size(); ++k) {
+    const Vector2 edge = hull[(k + 1) % hull.size()] - hull[k];
+    if (!(edge.norm() > 0)) continue;
+    const Rectangle r = BoundsAlong(hull, edge.normalized());
+    if (r.area_m2() < least) best = r, least = r.area_m2();
+  }
+  return best;
+}
 
 std::optional<Solid> MakePlaneSolid(const ShapeFit& fit, const FitContext& context,
                                     const Ground& ground) {

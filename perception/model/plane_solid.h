@@ -1,8 +1,10 @@
 // A face without partners becomes a thin solid behind what was seen.
 #pragma once
 
+#include <Eigen/Geometry>
 #include <optional>
 
+#include "collision/geometry/polygon.h"
 #include "perception/model/solid.h"
 
 namespace cwm::perception {
@@ -11,6 +13,18 @@ namespace cwm::perception {
 // to step through, too little to invent an object. Level faces close above the ground reach it.
 inline constexpr double kLoneThickness_m = 0.005;
 inline constexpr double kLowLevel_m = 0.06;  // books, plates, lids
+
+struct Rectangle {
+  Vector2 x = Vector2::UnitX();  // unit, one of its edges
+  Eigen::AlignedBox2d bounds;    // along x and its left normal
+  double area_m2() const { return bounds.volume(); }
+  Vector2 center() const {
+    return bounds.center().x() * x + bounds.center().y() * Vector2(-x.y(), x.x());
+  }
+};
+
+// Around a convex polygon: it has an edge along one of the polygon's (Freeman and Shapira 1975).
+Rectangle SmallestRectangle(const Polygon& hull);
 
 // A box where the outline is about a rectangle, else a plate over its convex hull; the top (seen)
 // face where it was measured. Nothing where the points do not fill their outline: such a face is

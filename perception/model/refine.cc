@@ -178,6 +178,20 @@ std::optional<Refined<M>> Refine(const M& start, const ModelPoints& points,
                     .points_used = static_cast<int>(observations.size())};
 }
 
+Eigen::MatrixXd WarpOf(const std::vector<Vector3>& places, const Eigen::MatrixXd& gradients) {
+  const auto count = static_cast<Eigen::Index>(places.size());
+  Eigen::MatrixXd correlation(count, count);
+  for (Eigen::Index a = 0; a < count; ++a) {
+    for (Eigen::Index b = 0; b <= a; ++b) {
+      const double apart =
+          (places[static_cast<std::size_t>(a)] - places[static_cast<std::size_t>(b)]).norm() /
+          kWarpCorrelation_m;
+      correlation(a, b) = correlation(b, a) = std::exp(-0.5 * apart * apart);
+    }
+  }
+  return gradients.transpose() * correlation * gradients;
+}
+
 template <ShapeModel M>
 typename Refined<M>::Information WarpOfGradient(const M& model, const ModelPoints& points,
                                                 std::span<const std::uint32_t> inliers,
@@ -187,26 +201,18 @@ typename Refined<M>::Information WarpOfGradient(const M& model, const ModelPoint
   if (warp_m == 0 || all.empty()) return Refined<M>::Information::Zero();
   const std::size_t stride = (all.size() + kWarpPoints - 1) / kWarpPoints;
   std::vector<Vector3> places;
-  std::vector<typename M::Parameters> gradients;
+  Eigen::MatrixXd gradients((all.size() + stride - 1) / stride, M::kParameterCount);
   for (std::size_t k = 0; k < all.size(); k += stride) {
     const Linearised<M> at = Linearise(model, all[k], options.residual);
     const double turned =
         options.residual == Residual::kAlongRay ? 1.0 : model.Normal(all[k].p).dot(all[k].ray);
+    gradients.row(static_cast<Eigen::Index>(places.size())) =
+        WeightOf(at.residual) * turned * warp_m / all[k].sigma_m * at.gradient.transpose();
     places.push_back(all[k].p);
-    gradients.push_back(WeightOf(at.residual) * turned * warp_m / all[k].sigma_m * at.gradient);
-  }
-  typename Refined<M>::Information warp = Refined<M>::Information::Zero();
-  for (std::size_t a = 0; a < places.size(); ++a) {
-    typename M::Parameters together = M::Parameters::Zero();
-    for (std::size_t b = 0; b < places.size(); ++b) {
-      const double apart = (places[a] - places[b]).norm() / kWarpCorrelation_m;
-      together += std::exp(-0.5 * apart * apart) * gradients[b];
-    }
-    warp += gradients[a] * together.transpose();
   }
   const double each_stands_for =
       static_cast<double>(all.size()) / static_cast<double>(places.size());
-  return each_stands_for * each_stands_for * warp;
+  return each_stands_for * each_stands_for * WarpOf(places, gradients);
 }
 
 template std::optional<Refined<PlaneModel>> Refine(const PlaneModel&, const ModelPoints&,

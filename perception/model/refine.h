@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <vector>
 
 #include "perception/cloud/sensor_noise.h"
 #include "perception/model/any_model.h"
@@ -42,6 +43,10 @@ template <ShapeModel M>
 std::optional<Refined<M>> Refine(const M& start, const ModelPoints& points,
                                  std::span<const std::uint32_t> inliers,
                                  const RefineOptions& options);
+
+// Covariance of a sum of gradients, one row per place, whose errors are those of the sensor's slow
+// warp in units of its standard deviation.
+Eigen::MatrixXd WarpOf(const std::vector<Vector3>& places, const Eigen::MatrixXd& gradients);
 
 // Covariance of the gradient of the loss that the sensor's slow warp, alike at neighbouring points,
 // brings about: the parameters' own is information^-1 * warp * information^-1.

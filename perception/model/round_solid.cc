@@ -14,7 +14,6 @@ namespace {
 // near the rim they agree with neither.
 constexpr double kCapSlack_m = 0.01;
 constexpr double kCapSlack_sigma = 7;
-constexpr double kDerivativeStep = 1e-6;  // metres or radians
 
 // Heights along the axis, relative to the cone's point.
 struct Ends {
@@ -55,26 +54,13 @@ PlacedSolid Place(const ConeModel& m, const Ends& ends) {
 template <ShapeModel M>
 std::vector<double> CoefficientSigmas(const M& model, const Ends& ends,
                                       const Eigen::MatrixXd& covariance) {
-  const auto coefficients = [&](const M& m) {
-    const PlacedSolid placed = Place(m, ends);
-    return Coefficients(placed.shape, placed.X_MS);
-  };
-  const std::vector<double> at = coefficients(model);
-  if (covariance.rows() != M::kParameterCount || at.empty()) return {};
-  Eigen::MatrixXd jacobian(at.size(), M::kParameterCount);
-  for (int k = 0; k < M::kParameterCount; ++k) {
-    typename M::Parameters step = M::Parameters::Zero();
-    step(k) = kDerivativeStep;
-    const std::vector<double> moved = coefficients(model.Moved(step));
-    if (moved.size() != at.size()) return {};
-    for (std::size_t row = 0; row < at.size(); ++row) {
-      jacobian(static_cast<Eigen::Index>(row), k) = (moved[row] - at[row]) / kDerivativeStep;
-    }
-  }
-  const Eigen::VectorXd variance = (jacobian * covariance * jacobian.transpose()).diagonal();
-  std::vector<double> sigma;
-  for (double v : variance) sigma.push_back(std::sqrt(std::max(0.0, v)));
-  return sigma;
+  if (covariance.rows() != M::kParameterCount) return {};
+  return PropagatedSigmas(
+      [&](const Eigen::VectorXd& step) {
+        const PlacedSolid placed = Place(model.Moved(typename M::Parameters(step)), ends);
+        return Coefficients(placed.shape, placed.X_MS);
+      },
+      covariance);
 }
 
 double MeanSigma_m(const ShapeFit& fit, const FitContext& c) {

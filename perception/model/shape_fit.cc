@@ -22,7 +22,6 @@ constexpr double kStrictGate = 0.6;
 constexpr double kSteepestSlope = 1;  // half angles beyond 45 degrees are not told from bumps
 // The noise of a face of 60 points turns its normal by 3 to 4 degrees.
 const double kSnapAngle_cos = std::cos(3 * std::numbers::pi / 180);
-constexpr double kTruncation = 9;  // squares beyond 3 sigma
 // Of the points, so that the others' silence is no loss; chosen.
 constexpr double kLeastAlongRays = 0.3;
 
@@ -209,16 +208,13 @@ std::optional<ShapeFit> FinishOne(const M& start, const ShapeFit& fit, const Fit
 template <ShapeModel M>
 double TruncatedSquare(const M& model, const ModelPoints& points, std::uint32_t i) {
   const double ratio = model.Distance_m(points.p[i]) / points.sigma_m[i];
-  if (!(ratio * ratio < kTruncation)) return kTruncation;
+  if (!(ratio * ratio < kTruncatedSquare)) return kTruncatedSquare;
   const double agreement = model.FacingSign() * model.Normal(points.p[i]).dot(points.n[i]);
-  return agreement < points.min_cos[i] ? kTruncation : ratio * ratio;
+  return agreement < points.min_cos[i] ? kTruncatedSquare : ratio * ratio;
 }
 
-Criterion MakeCriterion(double squares, std::size_t count, int parameters, const FitContext& c) {
-  if (count == 0) return {};
-  const double mean = squares / static_cast<double>(count);
-  const double samples = std::max(2.0, c.IndependentSamples(count));
-  return {.value = samples * mean + parameters * std::log(samples), .rms_sigma = std::sqrt(mean)};
+double Count(const std::vector<std::uint32_t>& listed) {
+  return static_cast<double>(listed.size());
 }
 
 }  // namespace
@@ -252,6 +248,14 @@ std::optional<ShapeFit> FinishFit(const ShapeFit& fit, const FitContext& context
                     fit.model);
 }
 
+Criterion CriterionOf(double mean_square, std::size_t count, int parameters,
+                      const FitContext& context) {
+  if (count == 0) return {};
+  const double samples = std::max(2.0, context.IndependentSamples(count));
+  return {.value = samples * mean_square + parameters * std::log(samples),
+          .rms_sigma = std::sqrt(mean_square)};
+}
+
 Criterion EvaluateCriterion(const AnyModel& model, AxisFreedom axis, const FitContext& context,
                             const std::vector<std::uint32_t>& listed) {
   const double squares = std::visit(
@@ -261,21 +265,22 @@ Criterion EvaluateCriterion(const AnyModel& model, AxisFreedom axis, const FitCo
         return sum;
       },
       model);
-  return MakeCriterion(squares, listed.size(), DegreesOfFreedom(model, axis), context);
+  return CriterionOf(squares / Count(listed), listed.size(), DegreesOfFreedom(model, axis),
+                     context);
 }
 
 Criterion EvaluateCriterion(const std::vector<PlaneModel>& planes, const FitContext& context,
                             const std::vector<std::uint32_t>& listed) {
   double squares = 0;
   for (std::uint32_t i : listed) {
-    double least = kTruncation;
+    double least = kTruncatedSquare;
     for (const PlaneModel& plane : planes) {
       least = std::min(least, TruncatedSquare(plane, context.points, i));
     }
     squares += least;
   }
-  return MakeCriterion(squares, listed.size(),
-                       PlaneModel::kParameterCount * static_cast<int>(planes.size()), context);
+  return CriterionOf(squares / Count(listed), listed.size(),
+                     PlaneModel::kParameterCount * static_cast<int>(planes.size()), context);
 }
 
 }  // namespace cwm::perception

@@ -27,6 +27,28 @@ double RaggedEnd_m(const std::vector<double>& counts, double typical, double wid
 
 }  // namespace
 
+std::vector<double> PropagatedSigmas(
+    const std::function<std::vector<double>(const Eigen::VectorXd&)>& f,
+    const Eigen::MatrixXd& covariance) {
+  constexpr double kStep = 1e-6;
+  Eigen::VectorXd step = Eigen::VectorXd::Zero(covariance.rows());
+  const std::vector<double> at = f(step);
+  Eigen::MatrixXd jacobian(at.size(), step.size());
+  for (Eigen::Index k = 0; k < step.size(); ++k) {
+    step.setZero();
+    step(k) = kStep;
+    const std::vector<double> moved = f(step);
+    if (moved.size() != at.size()) return {};
+    for (std::size_t row = 0; row < at.size(); ++row) {
+      jacobian(static_cast<Eigen::Index>(row), k) = (moved[row] - at[row]) / kStep;
+    }
+  }
+  const Eigen::VectorXd variance = (jacobian * covariance * jacobian.transpose()).diagonal();
+  std::vector<double> sigma;
+  for (double v : variance) sigma.push_back(std::sqrt(std::max(0.0, v)));
+  return sigma;
+}
+
 double LowestHeight_m(const Solid& solid, const Ground& ground) {
   // Bounds in a frame whose z is up, its origin on the ground.
   Pose X_GM = Pose::Identity();

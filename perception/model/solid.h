@@ -1,6 +1,7 @@
 // Bounded solids made of fitted surfaces: what enters the world.
 #pragma once
 
+#include <functional>
 #include <numbers>
 #include <optional>
 #include <string>
@@ -19,6 +20,12 @@ struct Solid {
   std::vector<std::uint32_t> inliers;   // model points
   std::vector<double> parameter_sigma;  // of Coefficients(shape, X_MS); empty where unknown
 };
+
+// Standard deviations of f at 0, propagated from the covariance of its arguments (metres, radians);
+// empty where f changes its number of values.
+std::vector<double> PropagatedSigmas(
+    const std::function<std::vector<double>(const Eigen::VectorXd&)>& f,
+    const Eigen::MatrixXd& covariance);
 
 // Directions count as equal within this: orthogonal faces, caps, upright axes. The noise of a
 // face of 60 points turns its normal by 3 to 4 degrees.

@@ -14,16 +14,16 @@ constexpr double kCrossedShare = 0.05;
 // is better meshed as a whole.
 constexpr double kLeastLoneShare = 0.08;
 
-bool IsCrossed(const Solid& solid, const FitContext& c) {
-  c.work.Poll();
-  const Contradiction found = FindContradiction(solid, c.points);
+}  // namespace
+
+bool IsCrossed(const Solid& solid, const FitContext& context) {
+  context.work.Poll();
+  const Contradiction found = FindContradiction(solid, context.points);
   // In proportion to the solid's own points: a small one in a large object counts too.
   const double own = static_cast<double>(solid.inliers.size()) /
-                     static_cast<double>(c.points.size()) * static_cast<double>(found.looked);
+                     static_cast<double>(context.points.size()) * static_cast<double>(found.looked);
   return static_cast<double>(found.rays) > kCrossedShare * own + 3;
 }
-
-}  // namespace
 
 Assembly AssembleSolids(const Extraction& extraction, const FitContext& context,
                         const Ground& ground) {

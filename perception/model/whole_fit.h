@@ -1,0 +1,35 @@
+// One closed solid fitted to all points of an object at once, caps and faces included. It asks no
+// normals, so it tells shapes that are no wider than the windows which normals are estimated in.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "perception/model/whole_kind.h"
+
+namespace cwm::perception {
+
+struct WholeFit {
+  WholeKind kind = WholeKind::kBall;
+  WholeParameters parameters;
+  Solid solid;       // its inliers are the points within their distance gates
+  double value = 0;  // as Criterion::value, of the distances to the whole surface
+};
+
+// Minimises a robust loss (Geman and McClure 1987) of the points' signed distances to the solid's
+// surface, from what the points and the `known` solids suggest. Nothing without a ground, or where
+// no start is within the limits of the options.
+std::optional<WholeFit> FitWhole(WholeKind kind, const std::vector<Solid>& known,
+                                 const FitContext& context);
+
+// Of the parameters: independent noise and the sensor's slow warp.
+Eigen::MatrixXd CovarianceOf(const WholeFit& fit, const FitContext& context);
+
+// As Solid::parameter_sigma.
+std::vector<double> CoefficientSigmas(const WholeFit& fit, const Eigen::MatrixXd& covariance,
+                                      const FitContext& context);
+
+// Criterion::value of the solids together, each point counting for the nearest of them.
+double ValueOfSolids(const std::vector<Solid>& solids, int parameters, const FitContext& context);
+
+}  // namespace cwm::perception
