@@ -47,10 +47,10 @@ int DegreesOfFreedom(const Shape& shape) {
   return 6;
 }
 
-double ValueOf(const std::vector<Solid>& solids, const FitContext& c) {
+Account AccountOf(const std::vector<Solid>& solids, const FitContext& c) {
   int parameters = 0;
   for (const Solid& solid : solids) parameters += DegreesOfFreedom(solid.shape);
-  return ValueOfSolids(solids, parameters, c);
+  return AccountOf(solids, parameters, c);
 }
 
 bool HasWorthySlope(const WholeFit& fit, const FitContext& c) {
@@ -116,14 +116,15 @@ void PreferOneSolid(const FitContext& context, Assembly& assembly) {
   if (!context.ground.known) return;
   std::vector<Solid> known = assembly.solids;
   // What to beat: the solids as they are, and the best whole one of the kind that they are already.
-  double rival = ValueOf(assembly.solids, context) - kDecisive;
+  const Account assembled = AccountOf(assembly.solids, context);
+  double rival = assembled.value - kDecisive;
   std::optional<WholeFit> best;
   double best_value = rival;
   for (WholeKind kind : {WholeKind::kBall, WholeKind::kUprightCylinder, WholeKind::kUprightCone,
                          WholeKind::kLyingCylinder, WholeKind::kLyingCone, WholeKind::kUprightBox,
                          WholeKind::kTiltedBox}) {
     if (!IsSought(kind, context.options)) continue;
-    std::optional<WholeFit> fit = FitWhole(kind, known, context);
+    std::optional<WholeFit> fit = FitWhole(kind, known, assembled.loss, context);
     if (!fit) continue;
     known.push_back(fit->solid);  // a cone may grow out of a cylinder
     if (IsAlready(assembly.solids, fit->solid.shape)) {

@@ -16,24 +16,27 @@ namespace {
 
 // Neighbouring residuals are correlated: 240 points of 3 000 measured ones lose nothing.
 constexpr std::size_t kUsedPoints = 240;
+constexpr std::size_t kStartPoints = 80;  // to find the best start
 // Of the loss, in standard deviations: wide, so that far starts are drawn in, then as narrow as
 // keeps 95 % of the efficiency.
 constexpr std::array<double, 3> kScales_sigma = {10, 4, 2.5};
 constexpr int kFirstIterations = 3;  // of every start
 constexpr int kIterations = 8;       // per scale, of the best
+constexpr double kHopeless = 3;      // times a rival's loss, at the best start
 constexpr int kAttempts = 4;         // to find a damping that helps
 constexpr double kFirstDamping = 1e-3;
 constexpr double kConverged = 1e-3;         // relative decrease of the loss
 constexpr double kLeastInformation = 1e-9;  // of a parameter that no point tells
 constexpr double kStep = 1e-6;              // metres or radians, of numerical derivatives
+constexpr double kFarAway_sigma = 1e6;      // from no solid at all
 constexpr double kSteepestSlope = 0.36;     // 20 degrees: wider cups are bowls
 
-PointsOnGround OnGround(const FitContext& c) {
+PointsOnGround OnGround(const FitContext& c, std::size_t most = kUsedPoints) {
   PointsOnGround out;
   out.X_MG.linear() = BasisFromZ(c.ground.up);
   out.X_MG.translation() = -c.ground.Height_m(Vector3::Zero()) * c.ground.up;
   const Pose X_GM = out.X_MG.inverse(Eigen::Isometry);
-  const std::size_t stride = (c.points.size() + kUsedPoints - 1) / kUsedPoints;
+  const std::size_t stride = (c.points.size() + most - 1) / most;
   for (std::size_t i = 0; i < c.points.size(); i += stride) {
     out.p_G.push_back(X_GM * c.points.p[i]);
     out.sigma_m.push_back(c.points.sigma_m[i]);
@@ -138,20 +141,23 @@ class Descent {
   double damping_ = kFirstDamping;
 };
 
-// From the start that has come closest after a few steps.
-std::optional<Minimum> Minimise(WholeKind kind, const std::vector<WholeParameters>& starts,
-                                const PointsOnGround& points, const FitContext& c) {
+double StartLoss(const Eigen::VectorXd& r) {
+  return LossOf(r, kScales_sigma[1]) / static_cast<double>(r.size());
+}
+
+// The start that has come closest after a few steps.
+std::optional<Minimum> BestStart(WholeKind kind, const std::vector<Solid>& known,
+                                 const FitContext& c) {
+  const PointsOnGround points = OnGround(c, kStartPoints);
   std::optional<Minimum> best;
   double least = std::numeric_limits<double>::infinity();
-  for (const WholeParameters& start : starts) {
+  for (const WholeParameters& start : StartsOf(kind, known, points)) {
     if (!IsValid(kind, start, c.options)) continue;
     Minimum trial{start, Residuals(kind, start, points)};
     Descent(kind, kScales_sigma.front(), points, c).Run(kFirstIterations, trial);
-    const double loss = LossOf(trial.residuals, kScales_sigma[1]);
+    const double loss = StartLoss(trial.residuals);
     if (loss < least) best = std::move(trial), least = loss;
   }
-  if (!best) return std::nullopt;
-  for (double scale : kScales_sigma) Descent(kind, scale, points, c).Run(kIterations, *best);
   return best;
 }
 
@@ -172,13 +178,14 @@ std::vector<std::uint32_t> InliersOf(const Solid& solid, const ModelPoints& poin
 
 }  // namespace
 
-std::optional<WholeFit> FitWhole(WholeKind kind, const std::vector<Solid>& known,
+std::optional<WholeFit> FitWhole(WholeKind kind, const std::vector<Solid>& known, double rival_loss,
                                  const FitContext& context) {
   if (!context.ground.known) return std::nullopt;
+  std::optional<Minimum> best = BestStart(kind, known, context);
+  if (!best || StartLoss(best->residuals) > kHopeless * rival_loss) return std::nullopt;
   const PointsOnGround points = OnGround(context);
-  const std::optional<Minimum> best =
-      Minimise(kind, StartsOf(kind, known, points), points, context);
-  if (!best) return std::nullopt;
+  best->residuals = Residuals(kind, best->x, points);
+  for (double scale : kScales_sigma) Descent(kind, scale, points, context).Run(kIterations, *best);
   WholeFit fit{.kind = kind, .parameters = best->x, .solid = {}, .value = 0};
   fit.value = ValueOf(best->residuals, static_cast<int>(best->x.size()), context);
   const WholeSolid placed = Place(kind, best->x);
@@ -224,10 +231,10 @@ std::vector<double> CoefficientSigmas(const WholeFit& fit, const Eigen::MatrixXd
   return sigma;
 }
 
-double ValueOfSolids(const std::vector<Solid>& solids, int parameters, const FitContext& c) {
+Account AccountOf(const std::vector<Solid>& solids, int parameters, const FitContext& c) {
   const PointsOnGround points = OnGround(c);
-  Eigen::VectorXd nearest = Eigen::VectorXd::Constant(static_cast<Eigen::Index>(points.p_G.size()),
-                                                      std::numeric_limits<double>::infinity());
+  Eigen::VectorXd nearest =
+      Eigen::VectorXd::Constant(static_cast<Eigen::Index>(points.p_G.size()), kFarAway_sigma);
   for (const Solid& solid : solids) {
     const Pose X_SG = solid.X_MS.inverse(Eigen::Isometry) * points.X_MG;
     for (Eigen::Index i = 0; i < nearest.size(); ++i) {
@@ -236,7 +243,7 @@ double ValueOfSolids(const std::vector<Solid>& solids, int parameters, const Fit
       nearest(i) = std::min(nearest(i), std::abs(distance_m) / points.sigma_m[at]);
     }
   }
-  return ValueOf(nearest, parameters, c);
+  return {.value = ValueOf(nearest, parameters, c), .loss = StartLoss(nearest)};
 }
 
 }  // namespace cwm::perception

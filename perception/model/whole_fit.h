@@ -17,9 +17,10 @@ struct WholeFit {
 };
 
 // Minimises a robust loss (Geman and McClure 1987) of the points' signed distances to the solid's
-// surface, from what the points and the `known` solids suggest. Nothing without a ground, or where
-// no start is within the limits of the options.
-std::optional<WholeFit> FitWhole(WholeKind kind, const std::vector<Solid>& known,
+// surface, from what the points and the `known` solids suggest. Nothing without a ground, where no
+// start is within the limits of the options, or where the best start's loss per point is still far
+// above `rival_loss` after a few steps.
+std::optional<WholeFit> FitWhole(WholeKind kind, const std::vector<Solid>& known, double rival_loss,
                                  const FitContext& context);
 
 // Of the parameters: independent noise and the sensor's slow warp.
@@ -29,7 +30,11 @@ Eigen::MatrixXd CovarianceOf(const WholeFit& fit, const FitContext& context);
 std::vector<double> CoefficientSigmas(const WholeFit& fit, const Eigen::MatrixXd& covariance,
                                       const FitContext& context);
 
-// Criterion::value of the solids together, each point counting for the nearest of them.
-double ValueOfSolids(const std::vector<Solid>& solids, int parameters, const FitContext& context);
+// Of the solids together, each point counting for the nearest of them.
+struct Account {
+  double value = 0;  // Criterion::value
+  double loss = 0;   // robust, per point
+};
+Account AccountOf(const std::vector<Solid>& solids, int parameters, const FitContext& context);
 
 }  // namespace cwm::perception

@@ -94,6 +94,30 @@ TEST(ModelObject, CupOfWhichLittleButTheLidShowsIsACone) {
   EXPECT_NEAR(found->length_m, cup.length_m, kEdge_m);
 }
 
+// Normals are estimated in windows as wide as it is.
+TEST(ModelObject, NarrowCanIsACylinderAndNoBox) {
+  const Cylinder can{.radius_m = 0.018, .length_m = 0.09};
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    const ObjectModel model = Model(ScanOnTable(OfOnePart(can, 0.045), 1.0, kElevation_rad, seed));
+    const auto* found = OnlyShape<Cylinder>(model);
+    ASSERT_NE(found, nullptr) << seed;
+    EXPECT_NEAR(found->radius_m, can.radius_m, kSize_m);
+    EXPECT_NEAR(found->length_m, can.length_m, kEdge_m);
+  }
+}
+
+// From above, the lid hides most of the wall.
+TEST(ModelObject, CanUnderItsLidIsACylinderAndNoPlate) {
+  const Cylinder can{.radius_m = 0.04, .length_m = 0.06};
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    const ObjectModel model =
+        Model(ScanOnTable(OfOnePart(can, 0.03), 0.9, 68 * std::numbers::pi / 180, seed));
+    const auto* found = OnlyShape<Cylinder>(model);
+    ASSERT_NE(found, nullptr) << seed;
+    EXPECT_NEAR(found->radius_m, can.radius_m, kSize_m);
+  }
+}
+
 TEST(ModelObject, WallsBehindDiscsAreOfKindsThatAreSearchedForAlone) {
   const Cylinder can{.radius_m = 0.035, .length_m = 0.12};
   const ScannedObject scan = ScanOnTable(OfOnePart(can, 0.06), kDistance_m, kElevation_rad, 1);
