@@ -13,9 +13,9 @@ namespace cwm::perception {
 namespace {
 
 const Vector3 kEye(-0.6, -0.3, 0.7);
-constexpr double kFoot_m = 0.006;  // is lost in the band of the support
-constexpr double kExact_m = 2e-4;  // of points without noise, after a few steps
-constexpr double kFarAway = 1e3;   // the loss of a rival that every start beats
+constexpr double kFoot_m = 0.006;   // is lost in the band of the support
+constexpr double kExact_m = 0.001;  // of exact points: the descent ends well within their sigma
+constexpr double kFarAway = 1e3;    // the loss of a rival that every start beats
 constexpr double kSigma_m = 0.0015;
 
 // What the eye sees of a solid on z = 0: random points moved to the nearest of the surface, whose
