@@ -8,6 +8,7 @@
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
+#include "perception/adopt_handles.h"
 #include "perception/cloud/measured_points.h"
 #include "perception/cloud/parallel_for.h"
 #include "perception/describe_support.h"
@@ -92,7 +93,9 @@ absl::StatusOr<SegmentedScene> Segment(const PointCloud& cloud, const InterpretO
                                  .up_C = options.up_C,
                                  .stage_done = [&](std::string_view s) { watch.Done(s); }};
   if (options.X_WC) segment_options.R_LC = options.X_WC->linear();
-  return SegmentScene(*std::move(measured), segment_options, work);
+  absl::StatusOr<SegmentedScene> scene = SegmentScene(*std::move(measured), segment_options, work);
+  if (scene.ok()) AdoptHandles(*scene, work);
+  return scene;
 }
 
 struct DescribedSupport {

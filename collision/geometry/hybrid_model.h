@@ -32,7 +32,7 @@ struct SurfacePart {
 
 // A cluster grown from a shape's surface (paper, section V), e.g. the handle of a mug.
 struct Handle {
-  int shape_index = 0;  // into HybridModel::shapes
+  int shape_index = 0;  // into HybridModel::shapes; -1: a surface carries it
   int point_count = 0;
   Vector3 axis_O = Vector3::UnitZ();  // unit, direction of largest extent
   Placed<Box> bounds;                 // in the object's frame, x along the axis

@@ -9,6 +9,7 @@
 #include "collision/geometry/signed_distance.h"
 #include "perception/model/connectivity.h"
 #include "perception/model/explain.h"
+#include "perception/model/seen_width.h"
 #include "perception/model/slenderness.h"
 #include "perception/model/solid.h"
 
@@ -20,14 +21,15 @@ namespace {
 constexpr std::size_t kLeastPoints = 60;  // as of a shape: ModelerOptions::min_inliers
 constexpr double kLeastLength_m = 0.02;
 constexpr double kMostLength_m = 0.25;
-constexpr double kMostWidth_m = 0.03;    // across, as seen: a fat pan's, with noise at its edges
-constexpr double kMostExtent_m = 0.045;  // least extent of all of it, bends included
-constexpr double kLeastElongation = 2;   // length to width
-constexpr double kRootGap_m = 0.015;     // from the surface to its nearest point
-constexpr double kLeastReach_m = 0.015;  // of its farthest point: more than a rough wall
-constexpr double kLeastCell_m = 0.006;   // 4 sigma of a Kinect at 0.8 m: noise parts no handle
-constexpr double kCellSpacings = 3;      // as in Connectivity
-constexpr int kPointsPerPiece = 2048;    // of some 0.2 us
+constexpr double kMostWidth_m = 0.03;       // across, as seen: a fat pan's, with noise at its edges
+constexpr double kMostSeenWidth_m = 0.034;  // anywhere: as Vessel has it
+constexpr double kMostExtent_m = 0.045;     // least extent of all of it, bends included
+constexpr double kLeastElongation = 2;      // length to width
+constexpr double kRootGap_m = 0.015;        // from the surface to its nearest point
+constexpr double kLeastReach_m = 0.015;     // of its farthest point: more than a rough wall
+constexpr double kLeastCell_m = 0.006;      // 4 sigma of a Kinect at 0.8 m: noise parts no handle
+constexpr double kCellSpacings = 3;         // as in Connectivity
+constexpr int kPointsPerPiece = 2048;       // of some 0.2 us
 
 // Points of a cluster that may lie on the host's surface, prolonged beyond its ends, where they are
 // more of it rather than a handle.
@@ -124,7 +126,19 @@ bool IsHandle(const OrientedPoints& points, const std::vector<std::uint32_t>& cl
   for (std::uint32_t i : cluster) positions.push_back(points.points[i]);
   const Slenderness bar = MeasureSlenderness(positions, points.viewpoint, spacing_m);
   return bar.length_m >= kLeastLength_m && bar.length_m <= kMostLength_m &&
-         bar.width_m <= kMostWidth_m && bar.length_m >= kLeastElongation * bar.width_m;
+         bar.width_m <= kMostWidth_m && bar.length_m >= kLeastElongation * bar.width_m &&
+         SeenWidth_m(positions, points.viewpoint) <= kMostSeenWidth_m;
+}
+
+void AddHandle(const Placed<Box>& box, const std::vector<std::uint32_t>& cluster, int shape_index,
+               ObjectModel& model) {
+  const auto label = static_cast<std::int32_t>(model.shapes.size() + model.handles.size());
+  for (std::uint32_t i : cluster) model.part_of_point[i] = label;
+  Handle& handle = model.handles.emplace_back();
+  handle.shape_index = shape_index;
+  handle.point_count = static_cast<int>(cluster.size());
+  handle.axis_O = box.X_FS.linear().col(0);
+  handle.bounds = box;
 }
 
 std::vector<std::vector<std::uint32_t>> MembersOfSolids(
@@ -180,41 +194,47 @@ void DropSolidsOfHandles(const OrientedPoints& points, double spacing_m,
   }
 }
 
-std::vector<Handle> FindHandles(const OrientedPoints& points, const std::vector<ShapePart>& solids,
-                                double spacing_m, std::vector<std::int32_t>& part_of_point,
-                                const Work& work) {
+void FindHandles(const OrientedPoints& points, double spacing_m, ObjectModel& model,
+                 const Work& work) {
   std::vector<std::uint32_t> rest;
   std::vector<Eigen::Vector3f> positions;
   for (std::uint32_t i = 0; i < points.size(); ++i) {
-    if (part_of_point[i] != kUnexplained || !points.points[i].allFinite()) continue;
+    if (model.part_of_point[i] != kUnexplained || !points.points[i].allFinite()) continue;
     rest.push_back(i);
     positions.push_back(points.points[i]);
   }
-  std::vector<Handle> handles;
-  if (solids.empty() || rest.size() < kLeastPoints) return handles;
+  if (model.shapes.empty() || rest.size() < kLeastPoints) return;
   std::vector<std::uint32_t> all(rest.size());
   for (std::size_t k = 0; k < all.size(); ++k) all[k] = static_cast<std::uint32_t>(k);
   const Connectivity connectivity(
       positions, static_cast<float>(std::max(kLeastCell_m, kCellSpacings * spacing_m)));
+  const std::vector<std::vector<std::uint32_t>> of_solids =
+      MembersOfSolids(model.part_of_point, model.shapes.size());
   for (std::vector<std::uint32_t>& cluster : connectivity.Components(all)) {
     work.Poll();
     if (cluster.size() < kLeastPoints) break;  // largest first
     for (std::uint32_t& k : cluster) k = rest[k];
-    const Host host = NearestHost(points, cluster, solids, work);
+    const Host host = NearestHost(points, cluster, model.shapes, work);
+    // A handle is less than what it is a handle of.
+    if (cluster.size() > of_solids[host.solid].size()) continue;
     const Placed<Box> box = PrincipalBox(points, cluster);
     if (!IsHandle(points, cluster, spacing_m, box, host) ||
-        ProlongsHost(points, cluster, solids[host.solid]))
+        ProlongsHost(points, cluster, model.shapes[host.solid])) {
       continue;
-    Handle handle;
-    handle.shape_index = static_cast<int>(host.solid);
-    handle.point_count = static_cast<int>(cluster.size());
-    handle.axis_O = box.X_FS.linear().col(0);
-    handle.bounds = box;
-    const auto label = static_cast<std::int32_t>(solids.size() + handles.size());
-    for (std::uint32_t i : cluster) part_of_point[i] = label;
-    handles.push_back(std::move(handle));
+    }
+    AddHandle(box, cluster, static_cast<int>(host.solid), model);
   }
-  return handles;
+}
+
+void AddHandles(const OrientedPoints& points,
+                const std::vector<std::vector<std::uint32_t>>& clusters, ObjectModel& model,
+                const Work& work) {
+  for (const std::vector<std::uint32_t>& cluster : clusters) {
+    const Host host = NearestHost(points, cluster, model.shapes, work);
+    const bool grew_from_it = host.nearest_m <= kRootGap_m;
+    AddHandle(PrincipalBox(points, cluster), cluster,
+              grew_from_it ? static_cast<int>(host.solid) : kNoShape, model);
+  }
 }
 
 }  // namespace cwm::perception

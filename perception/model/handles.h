@@ -16,10 +16,15 @@ void DropSolidsOfHandles(const OrientedPoints& points, double spacing_m,
                          std::vector<ShapePart>& solids, std::vector<std::int32_t>& part_of_point,
                          const Work& work);
 
-// Clusters of unexplained points that begin at a solid's surface and leave it, are fairly large,
-// elongated and slim. Their points are labelled in `part_of_point` as in ObjectModel.
-std::vector<Handle> FindHandles(const OrientedPoints& points, const std::vector<ShapePart>& solids,
-                                double spacing_m, std::vector<std::int32_t>& part_of_point,
-                                const Work& work);
+// Appends clusters of unexplained points that begin at a solid's surface and leave it, are fairly
+// large, elongated and slim, and labels their points.
+void FindHandles(const OrientedPoints& points, double spacing_m, ObjectModel& model,
+                 const Work& work);
+
+// Appends the clusters as handles of the shape whose surface they begin at, or of none, and labels
+// their points.
+void AddHandles(const OrientedPoints& points,
+                const std::vector<std::vector<std::uint32_t>>& clusters, ObjectModel& model,
+                const Work& work);
 
 }  // namespace cwm::perception

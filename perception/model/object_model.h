@@ -12,6 +12,9 @@ namespace cwm::perception {
 // Index of a point's part: -1 unexplained, 0.. shape, and handles after them.
 inline constexpr std::int32_t kUnexplained = -1;
 
+// Handle::shape_index of a handle that begins at no shape: vessels that are open have none.
+inline constexpr int kNoShape = -1;
+
 struct ObjectModel {
   std::vector<ShapePart> shapes;  // level frame: X_OS is X_LS here
   std::vector<Handle> handles;    // level frame too; without meshes

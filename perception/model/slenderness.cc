@@ -26,8 +26,8 @@ struct Farthest {
   double away_m = 0;
 };
 
-// Dijkstra's shortest ways over cells that touch, from one of them.
-Farthest FarthestFrom(const VoxelGrid& grid, std::size_t start) {
+// Dijkstra's shortest ways over cells that touch, from one of them; marks those it comes to.
+Farthest FarthestFrom(const VoxelGrid& grid, std::size_t start, std::vector<char>& reached) {
   using Step = std::pair<double, std::size_t>;
   std::vector<double> away_m(grid.size(), std::numeric_limits<double>::infinity());
   std::priority_queue<Step, std::vector<Step>, std::greater<>> steps;
@@ -39,6 +39,7 @@ Farthest FarthestFrom(const VoxelGrid& grid, std::size_t start) {
     steps.pop();
     if (so_far_m > away_m[cell]) continue;
     farthest = {cell, so_far_m};
+    reached[cell] = 1;
     grid.AnyNeighbour(grid.cell(cell), [&, cell = cell, so_far = so_far_m](std::size_t other) {
       const double to_m = so_far + (grid.Centroid(other) - grid.Centroid(cell)).norm();
       if (to_m < away_m[other]) {
@@ -49,6 +50,24 @@ Farthest FarthestFrom(const VoxelGrid& grid, std::size_t start) {
     });
   }
   return farthest;
+}
+
+// The farthest from the farthest of any: the ends, exactly so on a tree. Cells that touch none of
+// the others are a stray point's: the longest way is that of the cluster.
+struct Way {
+  std::size_t from = 0, to = 0;
+  double length_m = 0;
+};
+Way LongestWay(const VoxelGrid& grid) {
+  std::vector<char> reached(grid.size(), 0);
+  Way longest;
+  for (std::size_t cell = 0; cell < grid.size(); ++cell) {
+    if (reached[cell]) continue;
+    const std::size_t end = FarthestFrom(grid, cell, reached).cell;
+    const Farthest other = FarthestFrom(grid, end, reached);
+    if (other.away_m >= longest.length_m) longest = {end, other.cell, other.away_m};
+  }
+  return longest;
 }
 
 // Of cells across the ray to the middle of the cluster.
@@ -68,7 +87,7 @@ double SeenArea_m2(std::span<const Eigen::Vector3f> points, const Vector3& viewp
   for (const auto& [cell, count] : count_of_cell) counts.push_back(count);
   const double full = Quantile(counts, kFullCell);
   double cells = 0;
-  for (const double count : counts) cells += std::min(1.0, count / full);
+  for (const auto& [cell, count] : count_of_cell) cells += std::min(1.0, count / full);
   return cells * cell_m * cell_m;
 }
 
@@ -79,9 +98,11 @@ Slenderness MeasureSlenderness(std::span<const Eigen::Vector3f> points, const Ve
   if (points.empty()) return {};
   const double cell_m = std::max(kLeastCell_m, kCellSpacings * spacing_m);
   const VoxelGrid grid = VoxelGrid::Build(points, static_cast<float>(cell_m));
-  // The farthest from the farthest of any: the ends, exactly so on a tree.
-  const double length_m = FarthestFrom(grid, FarthestFrom(grid, 0).cell).away_m + cell_m;
-  return {.length_m = length_m, .width_m = SeenArea_m2(points, viewpoint, cell_m) / length_m};
+  const Way way = LongestWay(grid);
+  const double length_m = way.length_m + cell_m;
+  return {.length_m = length_m,
+          .width_m = SeenArea_m2(points, viewpoint, cell_m) / length_m,
+          .ends = {grid.Centroid(way.from).cast<double>(), grid.Centroid(way.to).cast<double>()}};
 }
 
 }  // namespace cwm::perception

@@ -38,8 +38,11 @@ OrientedPoints Bar(double gap_m, double width_m, double length_m) {
 }
 
 std::vector<Handle> Find(const OrientedPoints& points, std::vector<std::int32_t>& parts) {
-  parts.assign(points.points.size(), kUnexplained);
-  return FindHandles(points, Cup(), kSpacing_m, parts, kUnbounded);
+  ObjectModel model{.shapes = Cup(), .handles = {}, .part_of_point = {}, .notes = {}};
+  model.part_of_point.assign(points.points.size(), kUnexplained);
+  FindHandles(points, kSpacing_m, model, kUnbounded);
+  parts = model.part_of_point;
+  return model.handles;
 }
 
 TEST(FindHandles, FindsAnElongatedClusterAtTheWall) {
@@ -152,8 +155,10 @@ TEST(DropSolidsOfHandles, LeavesWhatStandsOnTheAxis) {
 
 TEST(FindHandles, LeavesPointsOfShapesAlone) {
   const OrientedPoints bar = Bar(0.01, 0.016, 0.06);
-  std::vector<std::int32_t> parts(bar.points.size(), 0);  // all explained by the cup
-  EXPECT_TRUE(FindHandles(bar, Cup(), kSpacing_m, parts, kUnbounded).empty());
+  ObjectModel model{.shapes = Cup(), .handles = {}, .part_of_point = {}, .notes = {}};
+  model.part_of_point.assign(bar.points.size(), 0);  // all explained by the cup
+  FindHandles(bar, kSpacing_m, model, kUnbounded);
+  EXPECT_TRUE(model.handles.empty());
 }
 
 }  // namespace

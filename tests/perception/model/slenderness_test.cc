@@ -39,6 +39,19 @@ TEST(Slenderness, FollowsABend) {
   EXPECT_NEAR(found.width_m, kWidth_m, kCell_m);
 }
 
+TEST(Slenderness, IsThatOfTheStripWhenAPointLiesApart) {
+  // The first of all cells: nothing of the strip is reached from it.
+  std::vector<Eigen::Vector3f> strip{{-0.02f, -0.02f, -0.02f}};
+  for (double x = 0; x < 0.1; x += kSpacing_m) {
+    for (double y = 0; y < 0.012; y += kSpacing_m) {
+      strip.push_back(Vector3(x, y, 0).cast<float>());
+    }
+  }
+  const Slenderness found = MeasureSlenderness(strip, kViewpoint, kSpacing_m);
+  EXPECT_NEAR(found.length_m, 0.1, 2 * kCell_m);
+  EXPECT_NEAR(std::abs(found.ends[0].x() - found.ends[1].x()), 0.1, 2 * kCell_m);
+}
+
 TEST(Slenderness, OfNothingIsZero) {
   EXPECT_EQ(MeasureSlenderness({}, kViewpoint, kSpacing_m).length_m, 0);
 }

@@ -92,7 +92,8 @@ function surfaceRow(surface: SurfacePart): HTMLTableRowElement {
 function handleRow(handle: Handle): HTMLTableRowElement {
   const { size_x_m: x, size_y_m: y, size_z_m: z } = handle.bounds.box;
   return row("part", [
-    element("span", "part-name", "handle"), `of part ${handle.shape_index + 1}`, "",
+    element("span", "part-name", "handle"),
+    handle.shape_index < 0 ? "of the surface" : `of part ${handle.shape_index + 1}`, "",
     [x, y, z].map((m) => mm(m)).join("\u2009×\u2009"), count(handle.point_count), "", "", "", "",
     numbers(position(handle.bounds.x_object_box)), rotation(handle.bounds.x_object_box)]);
 }

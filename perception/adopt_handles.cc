@@ -1,0 +1,152 @@
+#include "perception/adopt_handles.h"
+
+#include <algorithm>
+#include <iterator>
+#include <numeric>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "perception/cloud/quantile.h"
+#include "perception/model/model_points.h"
+#include "perception/model/vessel_handles.h"
+#include "perception/thing_sample.h"
+
+namespace cwm::perception {
+namespace {
+
+// What ends within this of the support stands on it, as a pen does: the band above a support that
+// is given to it, and a little of what noise leaves.
+constexpr double kStanding_sigma = 4;
+constexpr float kLowest = 0.05f;    // quantile of heights: what stands has its foot there
+constexpr int kMostRounds = 4;      // a handle in as many parts, each beyond the one before
+constexpr double kMostShare = 0.5;  // of the vessel's points, that its handle may have
+
+using Points = std::vector<std::uint32_t>;
+
+Eigen::AlignedBox3f BoundsOf(const OrientedPoints& points, const Points& members) {
+  Eigen::AlignedBox3f bounds;
+  for (std::uint32_t i : members) bounds.extend(points.points[i]);
+  return bounds;
+}
+
+// On the support that the vessel stands on.
+bool Stands(const SegmentedScene& scene, const SegmentedThing& thing, std::int32_t support) {
+  const Pose X_SL =
+      scene.supports[static_cast<std::size_t>(support)].plate.X_FS.inverse(Eigen::Isometry);
+  std::vector<double> heights_m;
+  double sigma_m = 0;
+  for (std::uint32_t i : thing.points) {
+    heights_m.push_back((X_SL * scene.points.points[i].cast<double>()).z());
+    sigma_m = std::max(sigma_m, double{scene.points.sigma_m[i]});
+  }
+  return Quantile(std::move(heights_m), kLowest) <= kStanding_sigma * sigma_m;
+}
+
+class Adoption {
+ public:
+  Adoption(const SegmentedScene& scene, const Work& work)
+      : scene_(scene),
+        work_(work),
+        vessels_(scene.things.size()),
+        asked_(scene.things.size(), 0),
+        given_to_(scene.things.size()) {
+    std::iota(given_to_.begin(), given_to_.end(), std::size_t{0});
+    for (const SegmentedThing& thing : scene.things) {
+      bounds_.push_back(BoundsOf(scene.points, thing.points));
+    }
+  }
+
+  // One round over all things; true when something was given. What was given may reach out to more.
+  bool Give() {
+    bool any = false;
+    for (std::size_t part = 0; part < given_to_.size(); ++part) {
+      work_.Poll();
+      if (given_to_[part] != part || scene_.things[part].points.size() < kLeastHandlePoints) {
+        continue;
+      }
+      const std::size_t vessel = VesselOf(part);
+      if (vessel == part) continue;
+      vessels_[vessel]->Know(ThingSample(scene_, scene_.things[part]).Points());
+      bounds_[vessel].extend(bounds_[part]);
+      given_to_[part] = vessel;
+      any = true;
+    }
+    return any;
+  }
+
+  // Per thing the one that it is given to: itself where none.
+  const std::vector<std::size_t>& given_to() const { return given_to_; }
+
+ private:
+  std::size_t VesselOf(std::size_t part) {
+    const SegmentedThing& thing = scene_.things[part];
+    const double most = static_cast<double>(thing.points.size()) / kMostShare;
+    for (std::size_t k = 0; k < scene_.things.size(); ++k) {
+      const SegmentedThing& vessel = scene_.things[k];
+      if (k == part || given_to_[k] != k || vessel.supported_by < 0) continue;
+      if (static_cast<double>(vessel.points.size()) < most) continue;
+      if (bounds_[part].exteriorDistance(bounds_[k]) > kMostHandleGap_m) continue;
+      if (IsHandleOf(thing, k)) return k;
+    }
+    return part;
+  }
+
+  bool IsHandleOf(const SegmentedThing& part, std::size_t k) {
+    const SegmentedThing& vessel = scene_.things[k];
+    if (!asked_[k]) vessels_[k] = Vessel::Find(ThingSample(scene_, vessel).Points(), work_);
+    asked_[k] = 1;
+    return vessels_[k] && !Stands(scene_, part, vessel.supported_by) &&
+           vessels_[k]->HasHandle(ThingSample(scene_, part).Points());
+  }
+
+  const SegmentedScene& scene_;
+  const Work& work_;
+  std::vector<Eigen::AlignedBox3f> bounds_;
+  std::vector<std::optional<Vessel>> vessels_;  // of the things that were asked for
+  std::vector<char> asked_;
+  std::vector<std::size_t> given_to_;
+};
+
+// Removes things without points and brings the rest in order.
+void Tidy(std::vector<SegmentedThing>& things, const std::vector<std::size_t>& given_to) {
+  std::vector<std::size_t> order;
+  for (std::size_t k = 0; k < things.size(); ++k) {
+    if (given_to[k] == k) order.push_back(k);
+  }
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    const bool a_is_object = things[a].supported_by >= 0, b_is = things[b].supported_by >= 0;
+    return a_is_object != b_is ? a_is_object : things[a].points.size() > things[b].points.size();
+  });
+  std::vector<std::int32_t> place(things.size());
+  for (std::size_t k = 0; k < order.size(); ++k) place[order[k]] = static_cast<std::int32_t>(k);
+  std::vector<SegmentedThing> kept;
+  for (std::size_t k : order) {
+    SegmentedThing& thing = kept.emplace_back(std::move(things[k]));
+    if (thing.rests_on < 0) continue;
+    const std::size_t below = given_to[static_cast<std::size_t>(thing.rests_on)];
+    thing.rests_on = below == k ? -1 : place[below];
+  }
+  things = std::move(kept);
+}
+
+}  // namespace
+
+void AdoptHandles(SegmentedScene& scene, const Work& work) {
+  std::vector<SegmentedThing>& things = scene.things;
+  Adoption adoption(scene, work);
+  int rounds = 0;
+  while (rounds < kMostRounds && adoption.Give()) ++rounds;
+  if (rounds == 0) return;
+  std::vector<std::size_t> given_to = adoption.given_to();
+  for (std::size_t k = 0; k < things.size(); ++k) {
+    while (given_to[given_to[k]] != given_to[k]) given_to[k] = given_to[given_to[k]];
+    if (given_to[k] == k) continue;
+    Points& all = things[given_to[k]].points;
+    all.insert(all.end(), things[k].points.begin(), things[k].points.end());
+    things[given_to[k]].node_count += things[k].node_count;
+  }
+  Tidy(things, given_to);
+}
+
+}  // namespace cwm::perception

@@ -1,0 +1,15 @@
+// Handles that were cut off from their vessels: where the ends of a handle are hidden, nothing of
+// the measured surface joins it to the wall, and it became a thing of its own.
+#pragma once
+
+#include "perception/cloud/work.h"
+#include "perception/scene/segment_scene.h"
+
+namespace cwm::perception {
+
+// Gives things that are handles of another thing's wall of revolution (model/vessel_handles.h), and
+// do not stand on a support themselves, to that thing. Objects stay before residuals, largest
+// first.
+void AdoptHandles(SegmentedScene& scene, const Work& work);
+
+}  // namespace cwm::perception

@@ -1,0 +1,224 @@
+#include "perception/model/vessel_handles.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <utility>
+
+#include "perception/cloud/quantile.h"
+#include "perception/model/connectivity.h"
+#include "perception/model/model_points.h"
+#include "perception/model/seen_width.h"
+#include "perception/model/slenderness.h"
+
+namespace cwm::perception {
+namespace {
+
+using Eigen::Vector3f;
+
+// Assumed, not measured on a data set: the sizes of the handles of cups, mugs, pans and jugs for
+// the table, 5 to 15 mm thick and somewhat wider, with room for fingers.
+constexpr double kLeastLength_m = 0.02;  // of what is seen of it
+constexpr double kMostLength_m = 0.25;
+constexpr double kLeastElongation = 2;   // length to mean width
+constexpr double kLeastReach_m = 0.022;  // from the wall: a finger and the handle's own thickness
+// As SeenWidth_m has it, of strips 18 mm wide and ragged at both edges. A bow that returns to its wall is none of the
+// spouts, which are as wide where they begin and end free, so it may be wider where it bends.
+constexpr double kMostWidth_m = 0.026;
+constexpr double kMostWidthOfBow_m = 0.034;
+constexpr double kMostWidthOfBar_m = 0.0285;
+// A hand within a bow, and the bow: what reaches out farther is a bar, which is straight.
+constexpr double kMostReachOfBow_m = 0.065;
+constexpr double kMostBend_m = 0.019;
+constexpr double kTail = 0.1;           // on either side, noise among it
+constexpr double kReturned_m = 0.02;    // from the wall: an end without its root
+constexpr double kLeastCell_m = 0.006;  // 4 sigma of a Kinect at 0.8 m: noise parts no handle
+constexpr double kCellPitches = 3;      // as in Connectivity
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr std::size_t kLeastPartPoints = 12;  // one independent sample
+constexpr double kLeastPartShare = 0.2;       // of the handle; less may be noise at its edge
+constexpr std::size_t kMostForGap = 500;      // within a spacing or two of the gap
+constexpr double kLeastStandOut = 0.6;        // of a whole handle's points; the rest are its roots
+
+// Extent of the points along the axis of their second largest extent: the width of a straight bar,
+// or how far what is bent leaves its chord.
+double BendOf_m(const std::vector<Eigen::Vector3f>& points) {
+  Vector3 mean = Vector3::Zero();
+  for (const Eigen::Vector3f& p : points) mean += p.cast<double>();
+  mean /= static_cast<double>(points.size());
+  Matrix3 covariance = Matrix3::Zero();
+  for (const Eigen::Vector3f& p : points) {
+    const Vector3 x = p.cast<double>() - mean;
+    covariance += x * x.transpose();
+  }
+  const Vector3 second = Eigen::SelfAdjointEigenSolver<Matrix3>(covariance).eigenvectors().col(1);
+  std::vector<double> along;
+  for (const Eigen::Vector3f& p : points) along.push_back(second.dot(p.cast<double>()));
+  return (Quantile(along, 1 - kTail) - Quantile(along, kTail)) / (1 - 2 * kTail);
+}
+
+std::vector<Vector3f> PlacesOf(const OrientedPoints& points,
+                               const std::vector<std::uint32_t>& members) {
+  std::vector<Vector3f> places;
+  for (std::uint32_t i : members) places.push_back(points.points[i]);
+  return places;
+}
+
+// Between the nearest two of both; of many points every other one or fewer.
+double Gap_m(const std::vector<Vector3f>& a, const std::vector<Vector3f>& b) {
+  float nearest_m2 = std::numeric_limits<float>::infinity();
+  for (std::size_t i = 0; i < a.size(); i += 1 + a.size() / kMostForGap) {
+    for (std::size_t k = 0; k < b.size(); k += 1 + b.size() / kMostForGap) {
+      nearest_m2 = std::min(nearest_m2, (a[i] - b[k]).squaredNorm());
+    }
+  }
+  return std::sqrt(nearest_m2);
+}
+
+}  // namespace
+
+Vessel::Vessel(std::vector<RevolvedWall> walls, double pitch_m)
+    : walls_(std::move(walls)), pitch_m_(pitch_m) {}
+
+std::optional<Vessel> Vessel::Find(const OrientedPoints& object, const Work& work) {
+  std::vector<RevolvedWall> walls = FitRevolvedWalls(object, work);
+  if (walls.empty()) return std::nullopt;
+  Vessel vessel(std::move(walls), SeenPitch_m(object.points, object.viewpoint));
+  vessel.FindHandles(object, work);
+  return vessel;
+}
+
+double Vessel::StandsOut_m(const Eigen::Vector3f& p) const {
+  double out_m = std::numeric_limits<double>::infinity();
+  for (const RevolvedWall& wall : walls_) {
+    out_m = std::min(out_m, wall.StandsOut_m(p.cast<double>()));
+  }
+  return out_m;
+}
+
+Vessel::Cluster Vessel::StandOut(const OrientedPoints& points) const {
+  Cluster out;
+  for (std::uint32_t i = 0; i < points.size(); ++i) {
+    if (!points.points[i].allFinite()) continue;
+    const double out_m = StandsOut_m(points.points[i]);
+    if (out_m > kDistanceGate_sigma * double{points.sigma_m[i]}) out.push_back(i);
+  }
+  return out;
+}
+
+bool Vessel::IsHandle(const OrientedPoints& points, const Cluster& cluster, double gap_m) const {
+  const std::vector<Vector3f> members = PlacesOf(points, cluster);
+  double farthest_m = 0;
+  for (const Vector3f& p : members) {
+    const double out_m = StandsOut_m(p);
+    gap_m = std::min(gap_m, out_m);
+    farthest_m = std::max(farthest_m, out_m);
+  }
+  const Slenderness bar = MeasureSlenderness(members, points.viewpoint, pitch_m_);
+  if (gap_m > kMostHandleGap_m || farthest_m < kLeastReach_m ||
+      bar.length_m < std::max(kLeastLength_m, kLeastElongation * bar.width_m) ||
+      bar.length_m > kMostLength_m || bar.width_m > kMostWidth_m) {
+    return false;
+  }
+  const double width_m = SeenWidth_m(members, points.viewpoint);
+  if (farthest_m > kMostReachOfBow_m) {
+    return width_m <= kMostWidthOfBar_m && BendOf_m(members) <= kMostBend_m;
+  }
+  const bool returns = StandsOut_m(bar.ends[0].cast<float>()) <= kReturned_m &&
+                       StandsOut_m(bar.ends[1].cast<float>()) <= kReturned_m;
+  return width_m <= (returns ? kMostWidthOfBow_m : kMostWidth_m);
+}
+
+// Slim as the handle is, near it, and straight with it or within its bow.
+bool Vessel::Continues(const std::vector<Vector3f>& handle, const std::vector<Vector3f>& part,
+                       const Vector3& viewpoint) const {
+  if (Gap_m(handle, part) > kMostHandleGap_m) return false;
+  std::vector<Vector3f> both = handle;
+  both.insert(both.end(), part.begin(), part.end());
+  double farthest_m = 0;
+  for (const Vector3f& p : both) farthest_m = std::max(farthest_m, StandsOut_m(p));
+  if (farthest_m > kMostReachOfBow_m && BendOf_m(both) > kMostBend_m) return false;
+  return SeenWidth_m(part, viewpoint) <= kMostWidth_m;
+}
+
+void Vessel::FindHandles(const OrientedPoints& object, const Work& work) {
+  const Cluster out = StandOut(object);
+  if (out.size() < kLeastHandlePoints) return;
+  const std::vector<Vector3f> positions = PlacesOf(object, out);
+  Cluster all(out.size());
+  std::iota(all.begin(), all.end(), 0u);
+  const Connectivity connectivity(
+      positions, static_cast<float>(std::max(kLeastCell_m, kCellPitches * pitch_m_)));
+  const auto in_object = [&](Cluster cluster) {
+    for (std::uint32_t& k : cluster) k = out[k];
+    return cluster;
+  };
+  std::vector<Cluster> parts;
+  for (const Cluster& cluster : connectivity.Components(all)) {
+    work.Poll();
+    if (cluster.size() < kLeastPartPoints) break;  // largest first
+    Cluster members = in_object(cluster);
+    if (members.size() >= kLeastHandlePoints && IsHandle(object, members, kInfinity)) {
+      handles_.push_back(std::move(members));
+      continue;
+    }
+    // What is wider may be a box that touches a handle.
+    const std::vector<char> wide =
+        SeenAsWide(PlacesOf(object, members), object.viewpoint, kMostWidthOfBow_m);
+    Cluster slim;
+    for (std::size_t k = 0; k < cluster.size(); ++k) {
+      if (!wide[k]) slim.push_back(cluster[k]);
+    }
+    for (const Cluster& rest : connectivity.Components(slim)) {
+      if (rest.size() < kLeastPartPoints) break;
+      members = in_object(rest);
+      const bool whole = members.size() >= kLeastHandlePoints;
+      (whole && IsHandle(object, members, kInfinity) ? handles_ : parts)
+          .push_back(std::move(members));
+    }
+  }
+  JoinParts(object, std::move(parts));
+  for (const Cluster& handle : handles_) {
+    const std::vector<Vector3f> places = PlacesOf(object, handle);
+    known_.insert(known_.end(), places.begin(), places.end());
+  }
+}
+
+// Handles that were measured in parts become one.
+void Vessel::JoinParts(const OrientedPoints& object, std::vector<Cluster> parts) {
+  const auto continues = [&](const Cluster& handle, const Cluster& part) {
+    return Continues(PlacesOf(object, handle), PlacesOf(object, part), object.viewpoint);
+  };
+  const auto take = [](Cluster& handle, const Cluster& part) {
+    handle.insert(handle.end(), part.begin(), part.end());
+    std::sort(handle.begin(), handle.end());
+  };
+  for (std::size_t h = 0; h < handles_.size(); ++h) {
+    for (std::size_t other = handles_.size(); other-- > h + 1;) {
+      if (!continues(handles_[h], handles_[other])) continue;
+      take(handles_[h], handles_[other]);
+      handles_.erase(handles_.begin() + static_cast<std::ptrdiff_t>(other));
+    }
+    std::erase_if(parts, [&](const Cluster& part) {
+      const double least = kLeastPartShare * static_cast<double>(handles_[h].size());
+      if (static_cast<double>(part.size()) < least || !continues(handles_[h], part)) return false;
+      take(handles_[h], part);
+      return true;
+    });
+  }
+}
+
+bool Vessel::HasHandle(const OrientedPoints& other) const {
+  const Cluster out = StandOut(other);
+  return out.size() >= kLeastHandlePoints &&
+         static_cast<double>(out.size()) >= kLeastStandOut * static_cast<double>(other.size()) &&
+         IsHandle(other, out, Gap_m(known_, other.points));
+}
+
+void Vessel::Know(const OrientedPoints& other) {
+  known_.insert(known_.end(), other.points.begin(), other.points.end());
+}
+
+}  // namespace cwm::perception

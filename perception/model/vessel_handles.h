@@ -1,0 +1,58 @@
+// Handles of vessels: what stands out from a wall of revolution, slim all along. Open vessels have
+// no solid that a handle could grow from (handles.h), and a handle that is searched for shapes is
+// soon a bit of a cylinder: these are found first, and taken from the points that are searched.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "perception/cloud/oriented_points.h"
+#include "perception/cloud/work.h"
+#include "perception/model/revolved_wall.h"
+
+namespace cwm::perception {
+
+// Fewer points show no handle: two thirds of those that are counted as one (the paper's "fairly
+// large", as of a shape), since its roots lie within the noise of the wall.
+inline constexpr std::size_t kLeastHandlePoints = 40;
+
+// From the wall, or from what is known of a handle, to the nearest point of a part of it: what lies
+// between is hidden, or too slanted to be measured.
+inline constexpr double kMostHandleGap_m = 0.03;
+
+// An object's walls of revolution and the handles on them.
+class Vessel {
+ public:
+  // Indices of points, ascending.
+  using Cluster = std::vector<std::uint32_t>;
+
+  // Nothing where the object has no such wall (FitRevolvedWalls).
+  static std::optional<Vessel> Find(const OrientedPoints& object, const Work& work);
+
+  // Clusters of the object's points that are handles.
+  const std::vector<Cluster>& handles() const { return handles_; }
+
+  // Whether other points than the object's, seen by the same sensor, are a handle of it as a whole,
+  // or a part of one that is known.
+  bool HasHandle(const OrientedPoints& other) const;
+  // Such points are known from now on.
+  void Know(const OrientedPoints& other);
+
+ private:
+  Vessel(std::vector<RevolvedWall> walls, double pitch_m);
+  double StandsOut_m(const Eigen::Vector3f& p) const;  // of the wall that it is nearest to
+  Cluster StandOut(const OrientedPoints& points) const;
+  bool IsHandle(const OrientedPoints& points, const Cluster& cluster, double gap_m) const;
+  bool Continues(const std::vector<Eigen::Vector3f>& handle,
+                 const std::vector<Eigen::Vector3f>& part, const Vector3& viewpoint) const;
+  void FindHandles(const OrientedPoints& object, const Work& work);
+  void JoinParts(const OrientedPoints& object, std::vector<Cluster> parts);
+
+  std::vector<RevolvedWall> walls_;
+  double pitch_m_;  // between neighbouring points, across the ray
+  std::vector<Cluster> handles_;
+  std::vector<Eigen::Vector3f> known_;  // all points of handles
+};
+
+}  // namespace cwm::perception

@@ -1,0 +1,156 @@
+#include "perception/model/vessel_handles.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "perception/model/seen_width.h"
+#include "tests/perception/model/vessels.h"
+
+namespace cwm::perception {
+namespace {
+
+// A mug around the z axis, seen from the side.
+class VesselHandles : public ::testing::Test {
+ protected:
+  VesselHandles() {
+    mug_.viewpoint = Vector3(-0.6, 0, 0.6);
+    AddMug(Vector2::Zero(), mug_);
+    wall_points_ = mug_.size();
+  }
+
+  std::vector<Vessel::Cluster> Find() const {
+    const std::optional<Vessel> vessel = Vessel::Find(mug_, kUnbounded);
+    EXPECT_TRUE(vessel);
+    return vessel ? vessel->handles() : std::vector<Vessel::Cluster>();
+  }
+
+  OrientedPoints mug_;
+  std::size_t wall_points_ = 0;
+};
+
+// A quarter of an ellipse, out and upwards, wide where it begins.
+void AddSpout(OrientedPoints& points) {
+  const auto place = [](double share) {
+    const double turn_rad = 0.5 * std::numbers::pi * share;
+    return Vector3(0, kMugRadius_m + 0.065 * std::sin(turn_rad),
+                   0.05 + 0.05 * (1 - std::cos(turn_rad)));
+  };
+  for (double share = 0; share < 1; share += 0.05) {
+    AddTube({place(share), place(share + 0.05)}, std::lerp(0.032, 0.016, share), points);
+  }
+}
+
+TEST_F(VesselHandles, FindTheEarButForItsRoots) {
+  AddTube(Ear(), 0.01, mug_);
+  const auto handles = Find();
+  ASSERT_EQ(handles.size(), 1u);
+  EXPECT_GE(handles[0].front(), wall_points_);  // none of the wall
+  // What lies within 3 sigma of the wall, 4.5 mm of 30, is not told from it.
+  EXPECT_GT(static_cast<double>(handles[0].size()),
+            0.8 * static_cast<double>(mug_.size() - wall_points_));
+}
+
+TEST_F(VesselHandles, FindTheBarOfAPan) {
+  AddTube({{0, kMugRadius_m, 0.09}, {0, kMugRadius_m + 0.15, 0.11}}, 0.015, mug_);
+  EXPECT_EQ(Find().size(), 1u);
+}
+
+TEST_F(VesselHandles, AreNoSpouts) {
+  AddSpout(mug_);
+  EXPECT_TRUE(Find().empty());
+}
+
+TEST_F(VesselHandles, AreNoBoxesThatTouchTheWall) {
+  // A face of 50 x 70 mm that begins at the wall.
+  for (double y = kMugRadius_m; y < kMugRadius_m + 0.05; y += 0.002) {
+    AddTube({{0, y, 0}, {0, y, 0.07}}, 0.002, mug_);
+  }
+  EXPECT_TRUE(Find().empty());
+}
+
+TEST_F(VesselHandles, AreFoundBesideABoxThatTouchesThem) {
+  AddTube(Ear(), 0.01, mug_);
+  const std::size_t with_ear = mug_.size();
+  for (double y = kMugRadius_m + 0.036; y < kMugRadius_m + 0.1; y += 0.002) {
+    AddTube({{0, y, 0}, {0, y, 0.1}}, 0.002, mug_);
+  }
+  const auto handles = Find();
+  ASSERT_EQ(handles.size(), 1u);
+  const auto of_box = std::count_if(handles[0].begin(), handles[0].end(),
+                                    [&](std::uint32_t i) { return i >= with_ear; });
+  EXPECT_LT(static_cast<double>(of_box), 0.3 * static_cast<double>(handles[0].size()));
+}
+
+TEST_F(VesselHandles, AreOneAcrossAGap) {
+  // What hides 15 mm of the bar belongs to another thing.
+  AddTube({{0, kMugRadius_m, 0.09}, {0, kMugRadius_m + 0.07, 0.10}}, 0.015, mug_);
+  AddTube({{0, kMugRadius_m + 0.085, 0.102}, {0, kMugRadius_m + 0.15, 0.11}}, 0.015, mug_);
+  EXPECT_EQ(Find().size(), 1u);
+}
+
+TEST_F(VesselHandles, AreNotNearerThanAFinger) {
+  AddTube({{0, kMugRadius_m + 0.01, 0.02}, {0, kMugRadius_m + 0.01, 0.08}}, 0.01, mug_);
+  EXPECT_TRUE(Find().empty());
+}
+
+TEST_F(VesselHandles, AreKnownWhenTheyWereCutOff) {
+  const std::optional<Vessel> vessel = Vessel::Find(mug_, kUnbounded);
+  ASSERT_TRUE(vessel);
+  OrientedPoints ear, far_ear, spout;
+  ear.viewpoint = far_ear.viewpoint = spout.viewpoint = mug_.viewpoint;
+  AddTube(Ear(), 0.01, ear);
+  std::vector<Vector3> shifted = Ear();
+  for (Vector3& p : shifted) p.y() += 0.1;
+  AddTube(shifted, 0.01, far_ear);
+  AddSpout(spout);
+  EXPECT_TRUE(vessel->HasHandle(ear));
+  EXPECT_FALSE(vessel->HasHandle(far_ear)) << "no nearer than 100 mm";
+  EXPECT_FALSE(vessel->HasHandle(spout));
+}
+
+TEST(SeenWidth, OfAStripIsItsWidthHoweverItIsSlanted) {
+  for (const double slope : {0.0, 1.0}) {
+    for (const double width_m : {0.012, 0.018, 0.03}) {
+      std::vector<Eigen::Vector3f> strip;
+      for (double x = -0.05; x < 0.05; x += 0.001) {
+        for (double y = -0.5 * width_m; y < 0.5 * width_m; y += 0.001) {
+          strip.push_back(Vector3(x, y, 1 + slope * x).cast<float>());
+        }
+      }
+      // Full with 85 %, a disc is 1.35 times as wide as the strip that it juts out of; besides, a
+      // spacing of 1 mm on either side, and the density that a narrow strip's border thins out.
+      EXPECT_NEAR(SeenWidth_m(strip, Vector3::Zero()), 1.35 * width_m, 0.004)
+          << slope << " " << width_m;
+      EXPECT_NEAR(SeenPitch_m(strip, Vector3::Zero()), 0.001, 0.0003);
+    }
+  }
+}
+
+TEST(SeenWidth, TellsTheWideEndFromTheSlimOne) {
+  // A square of 50 mm with a strip of 10 mm on its side.
+  std::vector<Eigen::Vector3f> points;
+  for (double x = 0; x < 0.1; x += 0.001) {
+    const double width_m = x < 0.05 ? 0.05 : 0.01;
+    for (double y = -0.5 * width_m; y < 0.5 * width_m; y += 0.001) {
+      points.push_back(Vector3(x, y, 1).cast<float>());
+    }
+  }
+  const std::vector<char> wide = SeenAsWide(points, Vector3::Zero(), 0.03);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Vector3 p = points[i].cast<double>();
+    // Discs jut out of the square by a little, and leave its corners.
+    if (p.x() > 0.065) EXPECT_FALSE(wide[i]) << p.transpose();
+    if (p.x() < 0.035 && p.x() > 0.015 && std::abs(p.y()) < 0.01) EXPECT_TRUE(wide[i]);
+  }
+}
+
+TEST(SeenWidth, OfNothingIsZero) {
+  EXPECT_EQ(SeenWidth_m({}, Vector3::Zero()), 0);
+  EXPECT_EQ(SeenPitch_m({}, Vector3::Zero()), 0);
+}
+
+}  // namespace
+}  // namespace cwm::perception
