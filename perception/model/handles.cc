@@ -34,7 +34,7 @@ constexpr int kPointsPerPiece = 2048;       // of some 0.2 us
 // Points of a cluster that may lie on the host's surface, prolonged beyond its ends, where they are
 // more of it rather than a handle.
 constexpr double kMostProlonging = 0.5;
-constexpr double kMostSolidShare = 0.3;  // of the largest solid's points, that a handle may have
+constexpr double kMostSolidShare = 0.3;  // of a solid's points, that a handle on it may have
 constexpr double kCoaxial_cos = 0.94;    // 20 degrees: a bottle's neck, a knob on a lid
 constexpr double kCoaxialOffset = 0.5;   // of the host's radius
 
@@ -215,8 +215,12 @@ void FindHandles(const OrientedPoints& points, double spacing_m, ObjectModel& mo
     if (cluster.size() < kLeastPoints) break;  // largest first
     for (std::uint32_t& k : cluster) k = rest[k];
     const Host host = NearestHost(points, cluster, model.shapes, work);
-    // A handle is less than what it is a handle of.
-    if (cluster.size() > of_solids[host.solid].size()) continue;
+    const auto of_host = static_cast<double>(of_solids[host.solid].size());
+    const bool is_small =
+        of_host == 0 || static_cast<double>(cluster.size()) <= kMostSolidShare * of_host;
+    if (!is_small || std::holds_alternative<Plate>(model.shapes[host.solid].shape)) {
+      continue;
+    }
     const Placed<Box> box = PrincipalBox(points, cluster);
     if (!IsHandle(points, cluster, spacing_m, box, host) ||
         ProlongsHost(points, cluster, model.shapes[host.solid])) {

@@ -34,7 +34,8 @@ constexpr std::size_t kLeastInStep = 6;    // of the profile: half an independen
 constexpr double kLeanSigma = 0.035;       // 2 degrees: of up, where it is estimated
 constexpr double kLeastOnWall = 0.5;       // of the steep points
 constexpr int kLeastSectors = 4;           // 60 degrees
-// What is round on both sides, outside and inside, needs no majority: two pans side by side.
+// What is seen of it through 180 degrees, so inside as well, needs no majority: two pans side by
+// side. All walls but an object's first must be: a bow alone is soon a bit of a wall.
 constexpr double kLeastOnRoundWall = 0.25;
 constexpr int kRoundSectors = 12;
 constexpr double kLeastRadius_m = 0.02;  // less is no vessel's but a handle's or a spout's
@@ -119,10 +120,15 @@ struct Ring {
   double radius_m = 0;  // median over sectors: little of it is what stands out
 };
 
+enum class Order { kFirst, kLater };  // of the walls of one object
+
 class WallFitter {
  public:
-  WallFitter(std::vector<SteepPoint> steep, const Vector2& axis)
-      : steep_(std::move(steep)), radius_m_(steep_.size()), on_ring_m_(steep_.size()) {
+  WallFitter(std::vector<SteepPoint> steep, const Vector2& axis, Order order)
+      : is_first_(order == Order::kFirst),
+        steep_(std::move(steep)),
+        radius_m_(steep_.size()),
+        on_ring_m_(steep_.size()) {
     wall_.foot = axis;
     wall_.low_z_m = std::numeric_limits<double>::infinity();
     wall_.high_z_m = -wall_.low_z_m;
@@ -249,7 +255,7 @@ class WallFitter {
     const auto sectors = std::count_if(in_sector.begin(), in_sector.end(),
                                        [](std::size_t n) { return n >= kLeastInStep; });
     const double share = static_cast<double>(on) / static_cast<double>(steep_.size());
-    return on >= kLeastSteep && ((share >= kLeastOnWall && sectors >= kLeastSectors) ||
+    return on >= kLeastSteep && ((is_first_ && share >= kLeastOnWall && sectors >= kLeastSectors) ||
                                  (share >= kLeastOnRoundWall && sectors >= kRoundSectors));
   }
 
@@ -277,6 +283,7 @@ class WallFitter {
     }
   }
 
+  bool is_first_;
   std::vector<SteepPoint> steep_;
   std::vector<double> radius_m_,
       on_ring_m_;            // per point: its own, and how much more than its ring's
@@ -307,7 +314,8 @@ std::vector<RevolvedWall> FitRevolvedWalls(const OrientedPoints& points, const W
     work.Poll();
     const std::optional<Vector2> axis = AxisOfNormals(steep);
     if (!axis) break;
-    const std::optional<RevolvedWall> wall = WallFitter(steep, *axis).Fit();
+    const std::optional<RevolvedWall> wall =
+        WallFitter(steep, *axis, k == 0 ? Order::kFirst : Order::kLater).Fit();
     if (!wall) break;
     walls.push_back(*wall);
     std::erase_if(steep, [&](const SteepPoint& p) {

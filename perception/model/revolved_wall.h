@@ -27,9 +27,9 @@ struct RevolvedWall {
 
 // The walls of one object, that of most points first: mostly one; several where vessels touch.
 // Robust to what stands out. A wall's points agree on it by their place, within three standard
-// deviations, and their normal: half of those that are steep (and on no wall before), through 60
-// degrees about the axis, or a quarter of them through 180 degrees. Where only the inside is in
-// view, the outside is taken to lie as far out as walls are thick.
+// deviations, and their normal: half of those that are steep, through 60 degrees about the axis, if
+// it is the first; else a quarter of them (that are on no wall before), through 180 degrees. Where
+// only the inside is in view, the outside is taken to lie as far out as walls are thick.
 std::vector<RevolvedWall> FitRevolvedWalls(const OrientedPoints& points, const Work& work);
 
 }  // namespace cwm::perception

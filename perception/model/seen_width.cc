@@ -16,8 +16,8 @@ namespace {
 constexpr double kCell_m = 0.01;
 constexpr double kFullCell = 0.75;
 constexpr double kAround_m = 0.005;  // the thinnest handles are about as wide
-// A disc is full with this share of the points that its density asks for: drop-outs and ragged edges
-// make holes. At a straight border half a disc holds 0.5.
+// A disc is full with this share of the points that its density asks for: drop-outs and ragged
+// edges make holes. At a straight border half a disc holds 0.5.
 constexpr double kFullDisc = 0.85;
 constexpr std::size_t kMostDiscs = 200;  // evenly spread over the points
 constexpr std::size_t kLeastInDisc = 4;  // fewer fill small discs by chance
@@ -96,7 +96,7 @@ double SeenWidth_m(std::span<const Eigen::Vector3f> points, const Vector3& viewp
 }
 
 std::vector<char> SeenAsWide(std::span<const Eigen::Vector3f> points, const Vector3& viewpoint,
-                             double diameter_m) {
+                             double diameter_m, double beside_m) {
   std::vector<char> as_wide(points.size(), 0);
   if (points.empty()) return as_wide;
   const std::vector<Vector2> places = PlacesAcross(points, viewpoint);
@@ -105,7 +105,7 @@ std::vector<char> SeenAsWide(std::span<const Eigen::Vector3f> points, const Vect
   for (std::size_t k = 0; k < places.size(); k += Stride(places)) {
     AwayFrom(places, k, away_m);
     if (!IsFull(CountWithin(away_m, radius_m), radius_m, per_m2)) continue;
-    for (std::size_t i = 0; i < places.size(); ++i) as_wide[i] |= away_m[i] <= radius_m;
+    for (std::size_t i = 0; i < places.size(); ++i) as_wide[i] |= away_m[i] <= radius_m + beside_m;
   }
   return as_wide;
 }

@@ -14,11 +14,12 @@ namespace cwm::perception {
 double SeenPitch_m(std::span<const Eigen::Vector3f> points, const Vector3& viewpoint);
 
 // Diameter of the largest disc across the ray, about one of the points, that they fill as densely
-// as most are surrounded within 5 mm: of a strip, 1.35 times its width, since a disc may jut out of it a little.
+// as most are surrounded within 5 mm: of a strip, 1.35 times its width, as a disc may jut out of it.
 double SeenWidth_m(std::span<const Eigen::Vector3f> points, const Vector3& viewpoint);
 
-// Per point whether such a disc of this diameter covers it: 1 where what is seen is as wide.
+// Per point whether it lies within `beside_m` of such a disc of this diameter: 1 where what is seen
+// is as wide.
 std::vector<char> SeenAsWide(std::span<const Eigen::Vector3f> points, const Vector3& viewpoint,
-                             double diameter_m);
+                             double diameter_m, double beside_m);
 
 }  // namespace cwm::perception

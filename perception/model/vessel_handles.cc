@@ -24,18 +24,20 @@ constexpr double kLeastLength_m = 0.02;  // of what is seen of it
 constexpr double kMostLength_m = 0.25;
 constexpr double kLeastElongation = 2;   // length to mean width
 constexpr double kLeastReach_m = 0.022;  // from the wall: a finger and the handle's own thickness
-// As SeenWidth_m has it, of strips 18 mm wide and ragged at both edges. A bow that returns to its wall is none of the
-// spouts, which are as wide where they begin and end free, so it may be wider where it bends.
-constexpr double kMostWidth_m = 0.026;
+// As SeenWidth_m has it, of strips 18 mm wide with ragged edges. A bow that returns to its wall is
+// none of the spouts, which are as wide where they begin and end free: it may be wider at a bend.
+constexpr double kMostWidth_m = 0.030;
 constexpr double kMostWidthOfBow_m = 0.034;
 constexpr double kMostWidthOfBar_m = 0.0285;
 // A hand within a bow, and the bow: what reaches out farther is a bar, which is straight.
 constexpr double kMostReachOfBow_m = 0.065;
 constexpr double kMostBend_m = 0.019;
-constexpr double kTail = 0.1;           // on either side, noise among it
-constexpr double kReturned_m = 0.02;    // from the wall: an end without its root
-constexpr double kLeastCell_m = 0.006;  // 4 sigma of a Kinect at 0.8 m: noise parts no handle
-constexpr double kCellPitches = 3;      // as in Connectivity
+constexpr double kLeastBarElongation = 4.7;  // to the seen width: for a hand, 110 mm to 18 mm
+constexpr double kBesideWide_m = 0.01;       // corners of a box, and the noise at its edges
+constexpr double kTail = 0.1;                // on either side, noise among it
+constexpr double kReturned_m = 0.02;         // from the wall: an end without its root
+constexpr double kLeastCell_m = 0.006;       // 4 sigma of a Kinect at 0.8 m: noise parts no handle
+constexpr double kCellPitches = 3;           // as in Connectivity
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr std::size_t kLeastPartPoints = 12;  // one independent sample
 constexpr double kLeastPartShare = 0.2;       // of the handle; less may be noise at its edge
@@ -124,11 +126,18 @@ bool Vessel::IsHandle(const OrientedPoints& points, const Cluster& cluster, doub
   }
   const double width_m = SeenWidth_m(members, points.viewpoint);
   if (farthest_m > kMostReachOfBow_m) {
-    return width_m <= kMostWidthOfBar_m && BendOf_m(members) <= kMostBend_m;
+    return width_m <= kMostWidthOfBar_m && bar.length_m >= kLeastBarElongation * width_m &&
+           BendOf_m(members) <= kMostBend_m;
   }
   const bool returns = StandsOut_m(bar.ends[0].cast<float>()) <= kReturned_m &&
                        StandsOut_m(bar.ends[1].cast<float>()) <= kReturned_m;
   return width_m <= (returns ? kMostWidthOfBow_m : kMostWidth_m);
+}
+
+// Of what is left when something wide was taken away: the tip of a spout does not.
+bool Vessel::BeginsAtWall(const OrientedPoints& points, const Cluster& cluster) const {
+  return std::any_of(cluster.begin(), cluster.end(),
+                     [&](std::uint32_t i) { return StandsOut_m(points.points[i]) <= kReturned_m; });
 }
 
 // Slim as the handle is, near it, and straight with it or within its bow.
@@ -166,7 +175,7 @@ void Vessel::FindHandles(const OrientedPoints& object, const Work& work) {
     }
     // What is wider may be a box that touches a handle.
     const std::vector<char> wide =
-        SeenAsWide(PlacesOf(object, members), object.viewpoint, kMostWidthOfBow_m);
+        SeenAsWide(PlacesOf(object, members), object.viewpoint, kMostWidthOfBow_m, kBesideWide_m);
     Cluster slim;
     for (std::size_t k = 0; k < cluster.size(); ++k) {
       if (!wide[k]) slim.push_back(cluster[k]);
@@ -175,7 +184,8 @@ void Vessel::FindHandles(const OrientedPoints& object, const Work& work) {
       if (rest.size() < kLeastPartPoints) break;
       members = in_object(rest);
       const bool whole = members.size() >= kLeastHandlePoints;
-      (whole && IsHandle(object, members, kInfinity) ? handles_ : parts)
+      (whole && IsHandle(object, members, kInfinity) && BeginsAtWall(object, members) ? handles_
+                                                                                      : parts)
           .push_back(std::move(members));
     }
   }

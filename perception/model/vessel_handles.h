@@ -44,6 +44,7 @@ class Vessel {
   double StandsOut_m(const Eigen::Vector3f& p) const;  // of the wall that it is nearest to
   Cluster StandOut(const OrientedPoints& points) const;
   bool IsHandle(const OrientedPoints& points, const Cluster& cluster, double gap_m) const;
+  bool BeginsAtWall(const OrientedPoints& points, const Cluster& cluster) const;
   bool Continues(const std::vector<Eigen::Vector3f>& handle,
                  const std::vector<Eigen::Vector3f>& part, const Vector3& viewpoint) const;
   void FindHandles(const OrientedPoints& object, const Work& work);
