@@ -49,6 +49,7 @@ class Adoption {
       : scene_(scene),
         work_(work),
         vessels_(scene.things.size()),
+        known_(scene.things.size()),
         asked_(scene.things.size(), 0),
         given_to_(scene.things.size()) {
     std::iota(given_to_.begin(), given_to_.end(), std::size_t{0});
@@ -67,7 +68,7 @@ class Adoption {
       }
       const std::size_t vessel = VesselOf(part);
       if (vessel == part) continue;
-      vessels_[vessel]->Know(ThingSample(scene_, scene_.things[part]).Points());
+      Know(ThingSample(scene_, scene_.things[part]).Points().points, vessel);
       bounds_[vessel].extend(bounds_[part]);
       given_to_[part] = vessel;
       any = true;
@@ -92,18 +93,32 @@ class Adoption {
     return part;
   }
 
-  bool IsHandleOf(const SegmentedThing& part, std::size_t k) {
-    const SegmentedThing& vessel = scene_.things[k];
-    if (!asked_[k]) vessels_[k] = Vessel::Find(ThingSample(scene_, vessel).Points(), work_);
+  void Know(const std::vector<Eigen::Vector3f>& points, std::size_t vessel) {
+    known_[vessel].insert(known_[vessel].end(), points.begin(), points.end());
+  }
+
+  void Ask(std::size_t k) {
     asked_[k] = 1;
-    return vessels_[k] && !Stands(scene_, part, vessel.supported_by) &&
-           vessels_[k]->HasHandle(ThingSample(scene_, part).Points());
+    const OrientedPoints points = ThingSample(scene_, scene_.things[k]).Points();
+    vessels_[k] = Vessel::Find(points, work_);
+    if (!vessels_[k]) return;
+    const std::vector<char> all(points.size(), 1);
+    for (const Vessel::Cluster& handle : vessels_[k]->FindHandles(points, all, work_)) {
+      for (std::uint32_t i : handle) known_[k].push_back(points.points[i]);
+    }
+  }
+
+  bool IsHandleOf(const SegmentedThing& part, std::size_t k) {
+    if (!asked_[k]) Ask(k);
+    return vessels_[k] && !Stands(scene_, part, scene_.things[k].supported_by) &&
+           vessels_[k]->HasHandle(ThingSample(scene_, part).Points(), known_[k]);
   }
 
   const SegmentedScene& scene_;
   const Work& work_;
   std::vector<Eigen::AlignedBox3f> bounds_;
-  std::vector<std::optional<Vessel>> vessels_;  // of the things that were asked for
+  std::vector<std::optional<Vessel>> vessels_;       // of the things that were asked for
+  std::vector<std::vector<Eigen::Vector3f>> known_;  // points of their handles
   std::vector<char> asked_;
   std::vector<std::size_t> given_to_;
 };

@@ -3,6 +3,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <variant>
 
@@ -35,6 +36,7 @@ constexpr int kPointsPerPiece = 2048;       // of some 0.2 us
 // more of it rather than a handle.
 constexpr double kMostProlonging = 0.5;
 constexpr double kMostSolidShare = 0.3;  // of a solid's points, that a handle on it may have
+constexpr double kLargerSolid = 2;       // chosen: half of it and more is not the handle's
 constexpr double kCoaxial_cos = 0.94;    // 20 degrees: a bottle's neck, a knob on a lid
 constexpr double kCoaxialOffset = 0.5;   // of the host's radius
 
@@ -164,6 +166,36 @@ bool IsCoaxial(const ShapePart& small, const ShapePart& host) {
          std::holds_alternative<Sphere>(small.shape);
 }
 
+void Drop(const std::vector<char>& drop, std::vector<ShapePart>& solids,
+          std::vector<std::int32_t>& part_of_point) {
+  std::vector<std::int32_t> renamed(solids.size());
+  std::vector<ShapePart> kept;
+  for (std::size_t k = 0; k < solids.size(); ++k) {
+    renamed[k] = drop[k] ? kUnexplained : static_cast<std::int32_t>(kept.size());
+    if (!drop[k]) kept.push_back(std::move(solids[k]));
+  }
+  solids = std::move(kept);
+  for (std::int32_t& part : part_of_point) {
+    if (part != kUnexplained) part = renamed[static_cast<std::size_t>(part)];
+  }
+}
+
+// Whether most of the cluster belongs to one solid that has clearly more points than these.
+bool IsPartOfSolid(const std::vector<std::uint32_t>& cluster, const Clusters& of_solids,
+                   const std::vector<std::int32_t>& part_of_point) {
+  std::vector<std::size_t> shared(of_solids.size(), 0);
+  for (std::uint32_t i : cluster) {
+    if (part_of_point[i] != kUnexplained) ++shared[static_cast<std::size_t>(part_of_point[i])];
+  }
+  for (std::size_t k = 0; k < of_solids.size(); ++k) {
+    if (2 * shared[k] >= cluster.size() &&
+        static_cast<double>(of_solids[k].size()) >= kLargerSolid * static_cast<double>(shared[k])) {
+      return true;
+    }
+  }
+  return false;
+}
+
 }  // namespace
 
 void DropSolidsOfHandles(const OrientedPoints& points, double spacing_m,
@@ -175,23 +207,47 @@ void DropSolidsOfHandles(const OrientedPoints& points, double spacing_m,
                                      [](auto& a, auto& b) { return a.size() < b.size(); });
   if (main == members.end()) return;
   const std::vector<ShapePart> host{solids[static_cast<std::size_t>(main - members.begin())]};
-  std::vector<std::int32_t> renamed(solids.size());
-  std::vector<ShapePart> kept;
+  std::vector<char> drop(solids.size(), 0);
   for (std::size_t k = 0; k < solids.size(); ++k) {
     work.Poll();
     const bool may_be = members[k].size() >= kLeastPoints && !IsCoaxial(solids[k], host[0]) &&
                         static_cast<double>(members[k].size()) <
                             kMostSolidShare * static_cast<double>(main->size());
-    const bool drop =
-        may_be && IsHandle(points, members[k], spacing_m, PrincipalBox(points, members[k]),
-                           NearestHost(points, members[k], host, work));
-    renamed[k] = drop ? kUnexplained : static_cast<std::int32_t>(kept.size());
-    if (!drop) kept.push_back(std::move(solids[k]));
+    drop[k] = may_be && IsHandle(points, members[k], spacing_m, PrincipalBox(points, members[k]),
+                                 NearestHost(points, members[k], host, work));
   }
-  solids = std::move(kept);
-  for (std::int32_t& part : part_of_point) {
-    if (part != kUnexplained) part = renamed[static_cast<std::size_t>(part)];
+  Drop(drop, solids, part_of_point);
+}
+
+Clusters HandlesOfVessel(const Vessel& vessel, const OrientedPoints& points,
+                         const std::vector<ShapePart>& solids,
+                         const std::vector<std::int32_t>& part_of_point, const Work& work) {
+  const Clusters of_solids = MembersOfSolids(part_of_point, solids.size());
+  Clusters handles = vessel.FindHandles(points, std::vector<char>(points.size(), 1), work);
+  std::erase_if(handles, [&](const std::vector<std::uint32_t>& handle) {
+    return IsPartOfSolid(handle, of_solids, part_of_point);
+  });
+  std::vector<char> unexplained(points.size(), 0);
+  for (std::size_t i = 0; i < points.size(); ++i) unexplained[i] = part_of_point[i] < 0;
+  for (const std::vector<std::uint32_t>& handle : handles) {
+    for (std::uint32_t i : handle) unexplained[i] = 0;
   }
+  if (solids.empty()) return handles;
+  Clusters more = vessel.FindHandles(points, unexplained, work);
+  std::move(more.begin(), more.end(), std::back_inserter(handles));
+  return handles;
+}
+
+void TakeFromSolids(const Clusters& clusters, std::vector<ShapePart>& solids,
+                    std::vector<std::int32_t>& part_of_point) {
+  const Clusters before = MembersOfSolids(part_of_point, solids.size());
+  for (const std::vector<std::uint32_t>& cluster : clusters) {
+    for (std::uint32_t i : cluster) part_of_point[i] = kUnexplained;
+  }
+  const Clusters after = MembersOfSolids(part_of_point, solids.size());
+  std::vector<char> drop(solids.size(), 0);
+  for (std::size_t k = 0; k < solids.size(); ++k) drop[k] = 2 * after[k].size() < before[k].size();
+  Drop(drop, solids, part_of_point);
 }
 
 void FindHandles(const OrientedPoints& points, double spacing_m, ObjectModel& model,
@@ -230,8 +286,7 @@ void FindHandles(const OrientedPoints& points, double spacing_m, ObjectModel& mo
   }
 }
 
-void AddHandles(const OrientedPoints& points,
-                const std::vector<std::vector<std::uint32_t>>& clusters, ObjectModel& model,
+void AddHandles(const OrientedPoints& points, const Clusters& clusters, ObjectModel& model,
                 const Work& work) {
   for (const std::vector<std::uint32_t>& cluster : clusters) {
     const Host host = NearestHost(points, cluster, model.shapes, work);

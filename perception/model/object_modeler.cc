@@ -48,35 +48,13 @@ bool SearchesAny(const ModelerOptions& options) {
          options.search_cones;
 }
 
-using Clusters = std::vector<std::vector<std::uint32_t>>;
-
-// The points without those of the clusters, in their places: what has no normal is not searched.
-OrientedPoints WithoutNormals(OrientedPoints points, const Clusters& clusters) {
-  for (const std::vector<std::uint32_t>& cluster : clusters) {
-    for (std::uint32_t i : cluster) points.normals[i].setZero();
-  }
-  return points;
-}
-
-void Unlabel(const Clusters& clusters, std::vector<std::int32_t>& part_of_point) {
-  for (const std::vector<std::uint32_t>& cluster : clusters) {
-    for (std::uint32_t i : cluster) part_of_point[i] = kUnexplained;
-  }
-}
-
 }  // namespace
 
 ObjectModel ModelObject(const OrientedPoints& points, const std::optional<Pose>& X_LSupport,
                         const SensorNoise& noise, const ModelerOptions& options, const Work& work) {
   ObjectModel model;
   model.part_of_point.assign(points.size(), kUnexplained);
-  ModelPoints searched = ThinForSearch(points, SearchPoints(points.size()), work);
-  const std::optional<Vessel> vessel =
-      SearchesAny(options) ? Vessel::Find(points, work) : std::nullopt;
-  const Clusters stand_out = vessel ? vessel->handles() : Clusters();
-  if (!stand_out.empty()) {
-    searched = ThinForSearch(WithoutNormals(points, stand_out), SearchPoints(points.size()), work);
-  }
+  const ModelPoints searched = ThinForSearch(points, SearchPoints(points.size()), work);
   if (static_cast<double>(searched.size()) * searched.weight < options.min_inliers) return model;
   const Octree octree(searched);
   const Connectivity connectivity(searched);
@@ -87,11 +65,17 @@ ObjectModel ModelObject(const OrientedPoints& points, const std::optional<Pose>&
   model.notes = std::move(assembly.notes);
   model.shapes = InLevelFrame(std::move(assembly.solids), searched.origin_L);
   model.part_of_point = ExplainPoints(points, model.shapes, work);
-  Unlabel(stand_out, model.part_of_point);
+  const std::optional<Vessel> vessel =
+      SearchesAny(options) ? Vessel::Find(points, work) : std::nullopt;
+  Clusters of_vessel;
+  if (vessel) {
+    of_vessel = HandlesOfVessel(*vessel, points, model.shapes, model.part_of_point, work);
+    TakeFromSolids(of_vessel, model.shapes, model.part_of_point);
+  }
   DropSolidsOfHandles(points, searched.spacing_m, model.shapes, model.part_of_point, work);
   MeasureQuality(points, model.part_of_point, searched.spacing_m, model.shapes, work);
-  AddHandles(points, stand_out, model, work);
-  // What stands out from a wall and is no handle by its measures is none for a solid in its place.
+  AddHandles(points, of_vessel, model, work);
+  // What stands out from a wall and is no handle of it is none of a solid in its place.
   if (!vessel) FindHandles(points, searched.spacing_m, model, work);
   return model;
 }

@@ -87,9 +87,7 @@ Vessel::Vessel(std::vector<RevolvedWall> walls, double pitch_m)
 std::optional<Vessel> Vessel::Find(const OrientedPoints& object, const Work& work) {
   std::vector<RevolvedWall> walls = FitRevolvedWalls(object, work);
   if (walls.empty()) return std::nullopt;
-  Vessel vessel(std::move(walls), SeenPitch_m(object.points, object.viewpoint));
-  vessel.FindHandles(object, work);
-  return vessel;
+  return Vessel(std::move(walls), SeenPitch_m(object.points, object.viewpoint));
 }
 
 double Vessel::StandsOut_m(const Eigen::Vector3f& p) const {
@@ -100,10 +98,11 @@ double Vessel::StandsOut_m(const Eigen::Vector3f& p) const {
   return out_m;
 }
 
-Vessel::Cluster Vessel::StandOut(const OrientedPoints& points) const {
+Vessel::Cluster Vessel::StandOut(const OrientedPoints& points,
+                                 const std::vector<char>& among) const {
   Cluster out;
   for (std::uint32_t i = 0; i < points.size(); ++i) {
-    if (!points.points[i].allFinite()) continue;
+    if (!among[i] || !points.points[i].allFinite()) continue;
     const double out_m = StandsOut_m(points.points[i]);
     if (out_m > kDistanceGate_sigma * double{points.sigma_m[i]}) out.push_back(i);
   }
@@ -152,52 +151,51 @@ bool Vessel::Continues(const std::vector<Vector3f>& handle, const std::vector<Ve
   return SeenWidth_m(part, viewpoint) <= kMostWidth_m;
 }
 
-void Vessel::FindHandles(const OrientedPoints& object, const Work& work) {
-  const Cluster out = StandOut(object);
-  if (out.size() < kLeastHandlePoints) return;
-  const std::vector<Vector3f> positions = PlacesOf(object, out);
+std::vector<Vessel::Cluster> Vessel::FindHandles(const OrientedPoints& object,
+                                                 const std::vector<char>& among,
+                                                 const Work& work) const {
+  std::vector<Cluster> handles, parts;
+  const Cluster out = StandOut(object, among);
+  if (out.size() < kLeastHandlePoints) return handles;
   Cluster all(out.size());
   std::iota(all.begin(), all.end(), 0u);
   const Connectivity connectivity(
-      positions, static_cast<float>(std::max(kLeastCell_m, kCellPitches * pitch_m_)));
+      PlacesOf(object, out), static_cast<float>(std::max(kLeastCell_m, kCellPitches * pitch_m_)));
   const auto in_object = [&](Cluster cluster) {
     for (std::uint32_t& k : cluster) k = out[k];
     return cluster;
   };
-  std::vector<Cluster> parts;
+  const auto is_handle = [&](const Cluster& cluster) {
+    return cluster.size() >= kLeastHandlePoints && IsHandle(object, cluster, kInfinity);
+  };
   for (const Cluster& cluster : connectivity.Components(all)) {
     work.Poll();
     if (cluster.size() < kLeastPartPoints) break;  // largest first
-    Cluster members = in_object(cluster);
-    if (members.size() >= kLeastHandlePoints && IsHandle(object, members, kInfinity)) {
-      handles_.push_back(std::move(members));
+    if (Cluster members = in_object(cluster); is_handle(members)) {
+      handles.push_back(std::move(members));
       continue;
     }
     // What is wider may be a box that touches a handle.
-    const std::vector<char> wide =
-        SeenAsWide(PlacesOf(object, members), object.viewpoint, kMostWidthOfBow_m, kBesideWide_m);
+    const std::vector<char> wide = SeenAsWide(PlacesOf(object, in_object(cluster)),
+                                              object.viewpoint, kMostWidthOfBow_m, kBesideWide_m);
     Cluster slim;
     for (std::size_t k = 0; k < cluster.size(); ++k) {
       if (!wide[k]) slim.push_back(cluster[k]);
     }
     for (const Cluster& rest : connectivity.Components(slim)) {
       if (rest.size() < kLeastPartPoints) break;
-      members = in_object(rest);
-      const bool whole = members.size() >= kLeastHandlePoints;
-      (whole && IsHandle(object, members, kInfinity) && BeginsAtWall(object, members) ? handles_
-                                                                                      : parts)
-          .push_back(std::move(members));
+      Cluster members = in_object(rest);
+      const bool whole = is_handle(members) && BeginsAtWall(object, members);
+      (whole ? handles : parts).push_back(std::move(members));
     }
   }
-  JoinParts(object, std::move(parts));
-  for (const Cluster& handle : handles_) {
-    const std::vector<Vector3f> places = PlacesOf(object, handle);
-    known_.insert(known_.end(), places.begin(), places.end());
-  }
+  JoinParts(object, std::move(parts), handles);
+  return handles;
 }
 
 // Handles that were measured in parts become one.
-void Vessel::JoinParts(const OrientedPoints& object, std::vector<Cluster> parts) {
+void Vessel::JoinParts(const OrientedPoints& object, std::vector<Cluster> parts,
+                       std::vector<Cluster>& handles) const {
   const auto continues = [&](const Cluster& handle, const Cluster& part) {
     return Continues(PlacesOf(object, handle), PlacesOf(object, part), object.viewpoint);
   };
@@ -205,30 +203,26 @@ void Vessel::JoinParts(const OrientedPoints& object, std::vector<Cluster> parts)
     handle.insert(handle.end(), part.begin(), part.end());
     std::sort(handle.begin(), handle.end());
   };
-  for (std::size_t h = 0; h < handles_.size(); ++h) {
-    for (std::size_t other = handles_.size(); other-- > h + 1;) {
-      if (!continues(handles_[h], handles_[other])) continue;
-      take(handles_[h], handles_[other]);
-      handles_.erase(handles_.begin() + static_cast<std::ptrdiff_t>(other));
+  for (std::size_t h = 0; h < handles.size(); ++h) {
+    for (std::size_t other = handles.size(); other-- > h + 1;) {
+      if (!continues(handles[h], handles[other])) continue;
+      take(handles[h], handles[other]);
+      handles.erase(handles.begin() + static_cast<std::ptrdiff_t>(other));
     }
     std::erase_if(parts, [&](const Cluster& part) {
-      const double least = kLeastPartShare * static_cast<double>(handles_[h].size());
-      if (static_cast<double>(part.size()) < least || !continues(handles_[h], part)) return false;
-      take(handles_[h], part);
+      const double least = kLeastPartShare * static_cast<double>(handles[h].size());
+      if (static_cast<double>(part.size()) < least || !continues(handles[h], part)) return false;
+      take(handles[h], part);
       return true;
     });
   }
 }
 
-bool Vessel::HasHandle(const OrientedPoints& other) const {
-  const Cluster out = StandOut(other);
+bool Vessel::HasHandle(const OrientedPoints& other, const std::vector<Vector3f>& known) const {
+  const Cluster out = StandOut(other, std::vector<char>(other.size(), 1));
   return out.size() >= kLeastHandlePoints &&
          static_cast<double>(out.size()) >= kLeastStandOut * static_cast<double>(other.size()) &&
-         IsHandle(other, out, Gap_m(known_, other.points));
-}
-
-void Vessel::Know(const OrientedPoints& other) {
-  known_.insert(known_.end(), other.points.begin(), other.points.end());
+         IsHandle(other, out, Gap_m(known, other.points));
 }
 
 }  // namespace cwm::perception

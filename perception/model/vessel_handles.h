@@ -1,6 +1,5 @@
 // Handles of vessels: what stands out from a wall of revolution, slim all along. Open vessels have
-// no solid that a handle could grow from (handles.h), and a handle that is searched for shapes is
-// soon a bit of a cylinder: these are found first, and taken from the points that are searched.
+// no solid that a handle could grow from (handles.h).
 #pragma once
 
 #include <cstdint>
@@ -21,7 +20,7 @@ inline constexpr std::size_t kLeastHandlePoints = 40;
 // between is hidden, or too slanted to be measured.
 inline constexpr double kMostHandleGap_m = 0.03;
 
-// An object's walls of revolution and the handles on them.
+// An object's walls of revolution, and what its handles must be like.
 class Vessel {
  public:
   // Indices of points, ascending.
@@ -30,30 +29,27 @@ class Vessel {
   // Nothing where the object has no such wall (FitRevolvedWalls).
   static std::optional<Vessel> Find(const OrientedPoints& object, const Work& work);
 
-  // Clusters of the object's points that are handles.
-  const std::vector<Cluster>& handles() const { return handles_; }
+  // Clusters that are handles, of those of the object's points for which `among` holds.
+  std::vector<Cluster> FindHandles(const OrientedPoints& object, const std::vector<char>& among,
+                                   const Work& work) const;
 
   // Whether other points than the object's, seen by the same sensor, are a handle of it as a whole,
-  // or a part of one that is known.
-  bool HasHandle(const OrientedPoints& other) const;
-  // Such points are known from now on.
-  void Know(const OrientedPoints& other);
+  // or a part of one of which the `known` points are known.
+  bool HasHandle(const OrientedPoints& other, const std::vector<Eigen::Vector3f>& known) const;
 
  private:
   Vessel(std::vector<RevolvedWall> walls, double pitch_m);
   double StandsOut_m(const Eigen::Vector3f& p) const;  // of the wall that it is nearest to
-  Cluster StandOut(const OrientedPoints& points) const;
+  Cluster StandOut(const OrientedPoints& points, const std::vector<char>& among) const;
   bool IsHandle(const OrientedPoints& points, const Cluster& cluster, double gap_m) const;
   bool BeginsAtWall(const OrientedPoints& points, const Cluster& cluster) const;
   bool Continues(const std::vector<Eigen::Vector3f>& handle,
                  const std::vector<Eigen::Vector3f>& part, const Vector3& viewpoint) const;
-  void FindHandles(const OrientedPoints& object, const Work& work);
-  void JoinParts(const OrientedPoints& object, std::vector<Cluster> parts);
+  void JoinParts(const OrientedPoints& object, std::vector<Cluster> parts,
+                 std::vector<Cluster>& handles) const;
 
   std::vector<RevolvedWall> walls_;
   double pitch_m_;  // between neighbouring points, across the ray
-  std::vector<Cluster> handles_;
-  std::vector<Eigen::Vector3f> known_;  // all points of handles
 };
 
 }  // namespace cwm::perception

@@ -24,7 +24,8 @@ class VesselHandles : public ::testing::Test {
   std::vector<Vessel::Cluster> Find() const {
     const std::optional<Vessel> vessel = Vessel::Find(mug_, kUnbounded);
     EXPECT_TRUE(vessel);
-    return vessel ? vessel->handles() : std::vector<Vessel::Cluster>();
+    return vessel ? vessel->FindHandles(mug_, std::vector<char>(mug_.size(), 1), kUnbounded)
+                  : std::vector<Vessel::Cluster>();
   }
 
   OrientedPoints mug_;
@@ -108,9 +109,9 @@ TEST_F(VesselHandles, AreKnownWhenTheyWereCutOff) {
   for (Vector3& p : shifted) p.y() += 0.1;
   AddTube(shifted, 0.01, far_ear);
   AddSpout(spout);
-  EXPECT_TRUE(vessel->HasHandle(ear));
-  EXPECT_FALSE(vessel->HasHandle(far_ear)) << "no nearer than 100 mm";
-  EXPECT_FALSE(vessel->HasHandle(spout));
+  EXPECT_TRUE(vessel->HasHandle(ear, {}));
+  EXPECT_FALSE(vessel->HasHandle(far_ear, {})) << "no nearer than 100 mm";
+  EXPECT_FALSE(vessel->HasHandle(spout, {}));
 }
 
 TEST(SeenWidth, OfAStripIsItsWidthHoweverItIsSlanted) {
