@@ -15,11 +15,10 @@ struct Slenderness {
   double width_m = 0;   // area that the sensor sees, over the length
   // Of the longest of those ways; the origin without points.
   std::array<Vector3, 2> ends{Vector3::Zero(), Vector3::Zero()};
-  double widest_m = 0;  // of the largest disc across the ray that what is seen fills
 };
 
-// Points of one connected cluster, about `spacing_m` apart, seen from `viewpoint`. True to a cell of
-// max(4 mm, 2 spacings). All are zero without points.
+// Points of one connected cluster, about `spacing_m` apart, seen from `viewpoint`. True to a cell
+// of max(4 mm, 2 spacings). All are zero without points.
 Slenderness MeasureSlenderness(std::span<const Eigen::Vector3f> points, const Vector3& viewpoint,
                                double spacing_m);
 
