@@ -1,5 +1,6 @@
 #include "server/rpc/revision_waits.h"
 
+#include <map>
 #include <utility>
 
 #include "server/rpc/status_conversion.h"
@@ -40,22 +41,29 @@ void RevisionWaits::Poll() {
     polled.swap(waiting_);
   }
   // No lock is held: what ends calls others.
-  polled.remove_if([this](Waiting& waiting) { return TryEnd(waiting); });
+  std::map<const World*, collision::Revision> reached;
+  for (const Waiting& waiting : polled) {
+    const World& world = *waiting.wait.world;
+    if (!reached.contains(&world)) reached.emplace(&world, world.Snapshot()->revision());
+  }
+  polled.remove_if(
+      [&](Waiting& waiting) { return TryEnd(waiting, reached.at(waiting.wait.world.get())); });
   const std::lock_guard lock(mutex_);
   waiting_.splice(waiting_.begin(), polled);  // before those who came meanwhile
   polling_ = !waiting_.empty();
   if (polling_) PollSoon();
 }
 
-bool RevisionWaits::TryEnd(Waiting& waiting) {
+bool RevisionWaits::TryEnd(Waiting& waiting, collision::Revision reached) {
   const RevisionWait& wait = waiting.wait;
   const auto now = Clock::now();
   auto snapshot = wait.world->At(AtLeast{wait.revision}, now, wait.stop);
-  if (snapshot.ok()) {
+  const bool in_time = now < wait.deadline;
+  if (snapshot.ok() && (reached >= wait.revision || !in_time || draining_)) {
     Admit(waiting, *std::move(snapshot));
     return true;
   }
-  const bool not_yet = absl::IsDeadlineExceeded(snapshot.status()) && now < wait.deadline;
+  const bool not_yet = in_time && (snapshot.ok() || absl::IsDeadlineExceeded(snapshot.status()));
   if (not_yet && !draining_) return false;
   taken_.GiveBack();
   waiting.then(not_yet ? Draining() : snapshot.status());

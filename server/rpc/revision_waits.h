@@ -53,8 +53,9 @@ class RevisionWaits {
 
   void PollSoon();
   void Poll();
-  // False when it has to go on waiting.
-  bool TryEnd(Waiting& waiting);
+  // False when it has to go on waiting. `reached` is the revision of its world when this look at all
+  // that wait began: what comes while it goes on is for the next one, else the last would be first.
+  bool TryEnd(Waiting& waiting, collision::Revision reached);
   void Admit(Waiting& waiting, SnapshotPtr snapshot);
 
   Timer& timer_;
