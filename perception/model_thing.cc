@@ -18,19 +18,6 @@ constexpr int kPointsPerPiece = 512;             // of a microsecond or less
 
 using Points = std::vector<std::uint32_t>;
 
-OrientedPoints Subset(const OrientedPoints& all, const Points& members) {
-  OrientedPoints some;
-  some.viewpoint = all.viewpoint;
-  for (std::uint32_t i : members) {
-    some.points.push_back(all.points[i]);
-    some.normals.push_back(all.normals[i]);
-    some.sigma_m.push_back(all.sigma_m[i]);
-    some.normal_sigma_rad.push_back(all.normal_sigma_rad[i]);
-    some.cloud_index.push_back(all.cloud_index[i]);
-  }
-  return some;
-}
-
 Vector3 MeanOf(const OrientedPoints& points) {
   Vector3 sum = Vector3::Zero();
   for (const Eigen::Vector3f& p : points.points) sum += p.cast<double>();

@@ -28,23 +28,10 @@ ThingSample::ThingSample(const SegmentedScene& scene, const SegmentedThing& thin
 }
 
 OrientedPoints ThingSample::Points() const {
-  const std::size_t count = (members_.size() + stride_ - 1) / stride_;
-  OrientedPoints some;
-  some.viewpoint = all_.viewpoint;
-  some.points.reserve(count);
-  some.normals.reserve(count);
-  some.sigma_m.reserve(count);
-  some.normal_sigma_rad.reserve(count);
-  some.cloud_index.reserve(count);
-  for (std::size_t k = 0; k < members_.size(); k += stride_) {
-    const std::uint32_t i = members_[k];
-    some.points.push_back(all_.points[i]);
-    some.normals.push_back(all_.normals[i]);
-    some.sigma_m.push_back(all_.sigma_m[i]);
-    some.normal_sigma_rad.push_back(all_.normal_sigma_rad[i]);
-    some.cloud_index.push_back(all_.cloud_index[i]);
-  }
-  return some;
+  std::vector<std::uint32_t> sampled;
+  sampled.reserve((members_.size() + stride_ - 1) / stride_);
+  for (std::size_t k = 0; k < members_.size(); k += stride_) sampled.push_back(members_[k]);
+  return Subset(all_, sampled);
 }
 
 std::vector<std::int32_t> ThingSample::OfAll(const std::vector<std::int32_t>& part_of_sampled,

@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "collision/geometry/pose.h"
@@ -21,5 +22,8 @@ struct OrientedPoints {
 
   std::size_t size() const { return points.size(); }
 };
+
+// The listed points, in the order of the list.
+OrientedPoints Subset(const OrientedPoints& all, std::span<const std::uint32_t> members);
 
 }  // namespace cwm::perception

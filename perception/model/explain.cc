@@ -12,9 +12,7 @@
 namespace cwm::perception {
 namespace {
 
-constexpr double kCellSpacings = 2;          // of the grid on which coverage is counted
-constexpr double kLeastCoverCell_m = 0.004;  // chosen: two to three pixels of a Kinect at 0.8 m
-constexpr int kPointsPerPiece = 2048;        // of some 0.2 us; a plate with many corners takes more
+constexpr int kPointsPerPiece = 2048;  // of some 0.2 us; a plate with many corners takes more
 
 double Tolerance_m(const OrientedPoints& points, std::size_t i) {
   return std::max(kBelongs_m, kDistanceGate_sigma * double{points.sigma_m[i]});
@@ -67,8 +65,8 @@ void MeasureQuality(const OrientedPoints& points, const std::vector<std::int32_t
       const auto count = static_cast<double>(explained_S.size());
       quality.rms_m = std::sqrt(squares / count);
       quality.inlier_ratio = count / static_cast<double>(points.size());
-      quality.observed_fraction = ObservedFraction(
-          solids[k].shape, explained_S, std::max(kLeastCoverCell_m, kCellSpacings * spacing_m));
+      quality.observed_fraction =
+          ObservedFraction(solids[k].shape, explained_S, CoverCell_m(spacing_m));
     }
     solids[k].fit = std::move(quality);
   }

@@ -16,8 +16,6 @@ constexpr double kPositive = 2;          // evidence, as kDecisive is (Kass and 
 // Of the whole surface: half of it faces away, and what hides seven tenths of the rest leaves 0.15;
 // half of that, for the foot in the support's band and for rims at grazing incidence.
 constexpr double kLeastSeen = 0.08;
-constexpr double kLeastCell_m = 0.004;
-constexpr double kCellSpacings = 2;
 
 bool IsSought(WholeKind kind, const ModelerOptions& options) {
   switch (kind) {
@@ -95,8 +93,7 @@ double SeenShare(const Solid& solid, const FitContext& c) {
   const Pose X_SM = solid.X_MS.inverse(Eigen::Isometry);
   std::vector<Eigen::Vector3f> points_S;
   for (std::uint32_t i : solid.inliers) points_S.push_back((X_SM * c.points.p[i]).cast<float>());
-  return ObservedFraction(solid.shape, points_S,
-                          std::max(kLeastCell_m, kCellSpacings * c.points.spacing_m));
+  return ObservedFraction(solid.shape, points_S, CoverCell_m(c.points.spacing_m));
 }
 
 bool IsCredible(const WholeFit& fit, const FitContext& c) {

@@ -17,6 +17,10 @@ namespace {
 
 using ::testing::HasSubstr;
 
+perception::SimulatedCloud Scan() {
+  return perception::Scan(perception::KitchenCounter(), perception::KitchenCamera(), {});
+}
+
 class PerceptionTest : public RunningServer {
  protected:
   using Messages = std::vector<v1::IngestCloudRequest>;
@@ -74,6 +78,14 @@ class PerceptionTest : public RunningServer {
     writer->WritesDone();
     return writer->Finish();
   }
+  grpc::Status SegmentOnly(v1::IngestCloudResponse* response) {
+    const auto scan = Scan();
+    v1::IngestCloudHeader header = HeaderFor(scan.cloud.points);
+    header.set_width(scan.cloud.width);
+    header.set_height(scan.cloud.height);
+    header.set_mode(v1::INGEST_MODE_SEGMENT_ONLY);
+    return Send(Upload(header, BytesOf(scan.cloud.points)), response);
+  }
   // 0 where there is no such blob.
   std::int64_t BytesOfBlob(const std::string& hash) {
     Call call;
@@ -88,10 +100,6 @@ class PerceptionTest : public RunningServer {
   // The small box that a hostile client has to leave alone.
   void ExpectUntouched() { ExpectRevision(1); }
 };
-
-perception::SimulatedCloud Scan() {
-  return perception::Scan(perception::KitchenCounter(), perception::KitchenCamera(), {});
-}
 
 TEST_F(PerceptionTest, AScanBecomesSupportsAndObjectsAndTheSameScanChangesNothing) {
   const auto scan = Scan();
@@ -118,26 +126,16 @@ TEST_F(PerceptionTest, AScanBecomesSupportsAndObjectsAndTheSameScanChangesNothin
 }
 
 TEST_F(PerceptionTest, SegmentOnlyMakesNoRevision) {
-  const auto scan = Scan();
-  v1::IngestCloudHeader header = HeaderFor(scan.cloud.points);
-  header.set_width(scan.cloud.width);
-  header.set_height(scan.cloud.height);
-  header.set_mode(v1::INGEST_MODE_SEGMENT_ONLY);
   v1::IngestCloudResponse response;
-  const auto status = Send(Upload(header, BytesOf(scan.cloud.points)), &response);
+  const auto status = SegmentOnly(&response);
   ASSERT_TRUE(status.ok()) << status.error_message();
   EXPECT_EQ(response.revision(), 0);
   EXPECT_GE(response.objects_size(), 1);
 }
 
 TEST_F(PerceptionTest, SegmentOnlyNamesMeshesThatCanStillBeRead) {
-  const auto scan = Scan();
-  v1::IngestCloudHeader header = HeaderFor(scan.cloud.points);
-  header.set_width(scan.cloud.width);
-  header.set_height(scan.cloud.height);
-  header.set_mode(v1::INGEST_MODE_SEGMENT_ONLY);
   v1::IngestCloudResponse response;
-  const auto status = Send(Upload(header, BytesOf(scan.cloud.points)), &response);
+  const auto status = SegmentOnly(&response);
   ASSERT_TRUE(status.ok()) << status.error_message();
   int meshes = 0;
   for (const v1::Object& object : response.objects()) {
