@@ -202,12 +202,13 @@ std::int32_t SupportOf(const NodeList& region, const std::vector<Floor>& floors,
   return best;
 }
 
-void AppendObjects(const NodeList& region, std::int32_t support, const Pieces& pieces,
-                   std::vector<Segment>& objects) {
+// One object for each piece of the region.
+void AppendObjects(const Segment& region, const Pieces& pieces, std::vector<Segment>& objects) {
   std::map<std::int32_t, Segment> by_object;
-  for (std::uint32_t i : region) {
+  for (std::uint32_t i : region.nodes) {
     Segment& segment = by_object[pieces.of_node[i]];
-    segment.supported_by = support;
+    segment.supported_by = region.supported_by;
+    segment.hangs = region.hangs;
     segment.nodes.push_back(i);
   }
   for (auto& [object, segment] : by_object) objects.push_back(std::move(segment));
@@ -289,11 +290,21 @@ Regions FormRegions(const SurfaceGraph& graph, const CoarseCloud& coarse, const 
   ParallelFor(regions.size(), 1, work, [&](std::size_t begin, std::size_t end) {
     for (std::size_t r = begin; r < end; ++r) support[r] = SupportOf(regions[r], floors, plates);
   });
+  std::vector<Segment> hanging;
   for (std::size_t r = 0; r < regions.size(); ++r) {
+    Segment region{.nodes = std::move(regions[r]), .supported_by = support[r]};
     if (support[r] >= 0) {
-      AppendObjects(regions[r], support[r], pieces, out.segments);
+      AppendObjects(region, pieces, out.segments);
     } else {
-      residuals.push_back({.nodes = std::move(regions[r])});
+      hanging.push_back(std::move(region));
+    }
+  }
+  FindSupportsUnderStacks(graph.nodes(), plates, out.segments, hanging);
+  for (Segment& region : hanging) {
+    if (region.supported_by >= 0) {
+      AppendObjects(region, pieces, out.segments);
+    } else {
+      residuals.push_back(std::move(region));
     }
   }
   KeepOrReject(graph, GroupsOfStray(coarse, pieces), residuals, out.rejected);

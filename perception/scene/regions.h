@@ -17,6 +17,7 @@ struct Segment {
   std::int32_t supported_by = -1;  // the support below; -1: residual geometry
   std::int32_t rests_on = -1;      // index into segments: what is between it and the support, or -1
   double foot_height_m = 0;        // of where it rests, above the support's top
+  bool hangs = false;              // one sees below its foot: the support does not carry it itself
 };
 
 struct Regions {
@@ -26,11 +27,11 @@ struct Regions {
 
 // Each piece is one object (JoinPieces). A region of linked pieces stands on a support when most of
 // it lies over the support's outline, it reaches down to it or its foot is hidden, and its
-// footprint on the support's cells is at least kSmallestFootprint_m2. Linked pieces that stand on
-// nothing become one residual each, and so does each wall or front (FindStructures), which is part
-// of no region. Objects that rest on others say so (FindWhatTheyRestOn). Nodes in no piece are
-// rejected as long as they are at most 0.5 % of the points; beyond that the larger sets of them
-// become residuals too.
+// footprint on the support's cells is at least kSmallestFootprint_m2; or when it rests on objects
+// that do (FindSupportsUnderStacks). Linked pieces that stand on nothing become one residual each, and
+// so does each wall or front (FindStructures), which is part of no region. Objects that rest on
+// others say so (FindWhatTheyRestOn). Nodes in no piece are rejected as long as they are at most
+// 0.5 % of the points; beyond that the larger sets of them become residuals too.
 Regions FormRegions(const SurfaceGraph& graph, const CoarseCloud& coarse, const Pieces& pieces,
                     const std::vector<SupportPlane>& supports,
                     const std::vector<Placed<Plate>>& plates, const SightMap& sight,

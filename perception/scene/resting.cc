@@ -52,10 +52,11 @@ struct Standing {
   std::vector<Vector3> low;      // the lowest tenth of the nodes
   Polygon hull;                  // of the footprint
   double foot_m = 0;
-  double band_m = 0;  // heights within this are the same
+  double band_m = 0;   // heights within this are the same
+  bool hangs = false;  // it rests on another one, whatever share of it lies over that one
 
   Standing(std::size_t index, const Segment& s, const OrientedPoints& nodes, const Pose& X_PL)
-      : segment(index) {
+      : segment(index), hangs(s.hangs) {
     std::vector<Vector3> places;
     std::vector<float> sigma;
     auto column = top_m.end();  // nodes that follow each other are mostly in one cell
@@ -127,29 +128,66 @@ double ShareOver(const Standing& upper, const Standing& lower) {
   return std::max(inside / static_cast<double>(upper.top_m.size()), under_share);
 }
 
-}  // namespace
+// What the upper one rests on, of those that stand on the same support: the one that it covers most;
+// null if none.
+const Standing* Under(const Standing& upper, const std::vector<Standing>& standing) {
+  if (upper.foot_m <= upper.band_m) return nullptr;
+  const Standing* best = nullptr;
+  double most = upper.hangs ? 0 : kLeastOver;
+  for (const Standing& lower : standing) {
+    if (lower.foot_m + upper.band_m >= upper.foot_m) continue;
+    if (!Touches(upper, lower) && !EndsBelow(upper, lower)) continue;
+    const double share = ShareOver(upper, lower);
+    if (share <= most) continue;
+    most = share;
+    best = &lower;
+  }
+  return best;
+}
 
-void FindWhatTheyRestOn(const OrientedPoints& nodes, const std::vector<Placed<Plate>>& plates,
-                        std::vector<Segment>& segments) {
+// Of each support, what stands on it.
+std::vector<std::vector<Standing>> OnSupports(const OrientedPoints& nodes,
+                                              const std::vector<Placed<Plate>>& plates,
+                                              const std::vector<Segment>& segments) {
   std::vector<std::vector<Standing>> on_support(plates.size());
   for (std::size_t k = 0; k < segments.size(); ++k) {
     if (segments[k].supported_by < 0 || segments[k].nodes.empty()) continue;
     const auto s = static_cast<std::size_t>(segments[k].supported_by);
     on_support[s].emplace_back(k, segments[k], nodes, plates[s].X_FS.inverse(Eigen::Isometry));
   }
-  for (const std::vector<Standing>& standing : on_support) {
-    for (const Standing& upper : standing) {
-      if (upper.foot_m <= upper.band_m) continue;
-      double best = kLeastOver;
-      for (const Standing& lower : standing) {
-        if (lower.foot_m + upper.band_m >= upper.foot_m) continue;
-        if (!Touches(upper, lower) && !EndsBelow(upper, lower)) continue;
-        const double share = ShareOver(upper, lower);
-        if (share < best || (share == best && segments[upper.segment].rests_on >= 0)) continue;
-        best = share;
-        segments[upper.segment].rests_on = static_cast<std::int32_t>(lower.segment);
-        segments[upper.segment].foot_height_m = upper.foot_m;
+  return on_support;
+}
+
+}  // namespace
+
+void FindSupportsUnderStacks(const OrientedPoints& nodes, const std::vector<Placed<Plate>>& plates,
+                             const std::vector<Segment>& objects, std::vector<Segment>& hanging) {
+  std::vector<std::vector<Standing>> on_support = OnSupports(nodes, plates, objects);
+  for (Segment& region : hanging) region.hangs = true;
+  for (bool grown = true; grown;) {
+    grown = false;
+    for (std::size_t s = 0; s < plates.size(); ++s) {
+      for (std::size_t r = 0; r < hanging.size() && !on_support[s].empty(); ++r) {
+        if (hanging[r].supported_by >= 0 || hanging[r].nodes.empty()) continue;
+        Standing upper(objects.size() + r, hanging[r], nodes,
+                       plates[s].X_FS.inverse(Eigen::Isometry));
+        if (!Under(upper, on_support[s])) continue;
+        hanging[r].supported_by = static_cast<std::int32_t>(s);
+        on_support[s].push_back(std::move(upper));
+        grown = true;
       }
+    }
+  }
+}
+
+void FindWhatTheyRestOn(const OrientedPoints& nodes, const std::vector<Placed<Plate>>& plates,
+                        std::vector<Segment>& segments) {
+  for (const std::vector<Standing>& standing : OnSupports(nodes, plates, segments)) {
+    for (const Standing& upper : standing) {
+      const Standing* under = Under(upper, standing);
+      if (!under) continue;
+      segments[upper.segment].rests_on = static_cast<std::int32_t>(under->segment);
+      segments[upper.segment].foot_height_m = upper.foot_m;
     }
   }
 }

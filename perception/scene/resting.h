@@ -1,6 +1,7 @@
 // What rests on what: objects stand on a support, or on objects that stand there.
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include "collision/geometry/shape.h"
@@ -16,10 +17,17 @@ namespace cwm::perception {
 //   - the other's top is where the foot is: beside at least 30 % of the nodes of the lowest tenth,
 //     within 2 cm across and LargestJump_m in height, or as the upper end of what lies below it;
 //   - one is over the other: half of its footprint lies inside the other's, or half of the other's
-//     top inside its own. What merely leans on the other, or stands behind it, is beside it.
+//     top inside its own. What merely leans on the other, or stands behind it, is beside it. What
+//     hangs (below) lies over the other with any share: nothing floats.
 // Of several the one that it covers most. An object whose foot is hidden by what stands before it
 // rests on the support.
 void FindWhatTheyRestOn(const OrientedPoints& nodes, const std::vector<Placed<Plate>>& plates,
                         std::vector<Segment>& segments);
+
+// Sets supported_by, the support at the bottom of the stack, and `hangs` of regions that no support
+// carries because one sees below their foot: where they rest on an object, or on another such region
+// that does: a box across a lower one, a lid that overhangs.
+void FindSupportsUnderStacks(const OrientedPoints& nodes, const std::vector<Placed<Plate>>& plates,
+                             const std::vector<Segment>& objects, std::vector<Segment>& hanging);
 
 }  // namespace cwm::perception

@@ -21,11 +21,35 @@ struct SeenBox {
 class Resting {
  public:
   Resting& Add(const SeenBox& box) {
-    Segment segment;
-    segment.supported_by = 0;
+    segments_.push_back({.nodes = NodesOf(box), .supported_by = 0});
+    return *this;
+  }
+  // One sees below its foot: no support carries it.
+  Resting& AddHanging(const SeenBox& box) {
+    hanging_.push_back({.nodes = NodesOf(box)});
+    return *this;
+  }
+
+  std::vector<int> Find() {
+    FindWhatTheyRestOn(nodes_, table_, segments_);
+    std::vector<int> rests_on;
+    for (const Segment& segment : segments_) rests_on.push_back(segment.rests_on);
+    return rests_on;
+  }
+  std::vector<int> SupportsOfHanging() {
+    FindSupportsUnderStacks(nodes_, table_, segments_, hanging_);
+    std::vector<int> supports;
+    for (const Segment& region : hanging_) supports.push_back(region.supported_by);
+    return supports;
+  }
+  const std::vector<Segment>& segments() const { return segments_; }
+
+ private:
+  std::vector<std::uint32_t> NodesOf(const SeenBox& box) {
+    std::vector<std::uint32_t> nodes;
     const auto put = [&](double x, double y, double z) {
       if (z < box.seen_from_m) return;
-      segment.nodes.push_back(static_cast<std::uint32_t>(nodes_.size()));
+      nodes.push_back(static_cast<std::uint32_t>(nodes_.size()));
       nodes_.points.push_back(Vector3(x, y, z).cast<float>());
       nodes_.sigma_m.push_back(kSigma_m);
     };
@@ -35,22 +59,13 @@ class Resting {
         put(x, y, box.high.z());
       }
     }
-    segments_.push_back(std::move(segment));
-    return *this;
+    return nodes;
   }
 
-  std::vector<int> Find() {
-    const std::vector<Placed<Plate>> plates(1);  // z = 0 is the table's top
-    FindWhatTheyRestOn(nodes_, plates, segments_);
-    std::vector<int> rests_on;
-    for (const Segment& segment : segments_) rests_on.push_back(segment.rests_on);
-    return rests_on;
-  }
-  const std::vector<Segment>& segments() const { return segments_; }
-
- private:
   OrientedPoints nodes_;
+  std::vector<Placed<Plate>> table_ = std::vector<Placed<Plate>>(1);  // its top is z = 0
   std::vector<Segment> segments_;
+  std::vector<Segment> hanging_;
 };
 
 using Found = std::vector<int>;
@@ -98,6 +113,32 @@ TEST(FindWhatTheyRestOn, NotWhatStandsFarBehindWhatHidesItsFoot) {
 
 TEST(FindWhatTheyRestOn, NotBoxesSideBySideOnTheTable) {
   EXPECT_EQ(Resting().Add({{0, 0, 0}, {0.1, 0.1, 0.1}}).Add({{0, 0.1, 0}, {0.1, 0.2, 0.1}}).Find(),
+            (Found{-1, -1}));
+}
+
+TEST(FindSupportsUnderStacks, OfABoxAcrossALowerOne) {
+  EXPECT_EQ(Resting()
+                .Add({{0.06, 0, 0}, {0.14, 0.3, 0.06}})
+                .AddHanging({{0, 0.1, 0.06}, {0.2, 0.2, 0.1}})
+                .SupportsOfHanging(),
+            (Found{0}));
+}
+
+TEST(FindSupportsUnderStacks, OfWhatRestsOnWhatHangsItself) {
+  EXPECT_EQ(Resting()
+                .Add({{0.06, 0, 0}, {0.14, 0.3, 0.06}})
+                .AddHanging({{0.04, 0.12, 0.1}, {0.16, 0.18, 0.16}})
+                .AddHanging({{0, 0.1, 0.06}, {0.2, 0.2, 0.1}})
+                .SupportsOfHanging(),
+            (Found{0, 0}));
+}
+
+TEST(FindSupportsUnderStacks, NoneOfWhatHangsHigherOrBesides) {
+  EXPECT_EQ(Resting()
+                .Add({{0.06, 0, 0}, {0.14, 0.3, 0.06}})
+                .AddHanging({{0, 0.1, 0.12}, {0.2, 0.2, 0.16}})
+                .AddHanging({{0, 0.4, 0.06}, {0.2, 0.5, 0.1}})
+                .SupportsOfHanging(),
             (Found{-1, -1}));
 }
 
