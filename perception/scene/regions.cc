@@ -158,8 +158,9 @@ class Floor {
     return true;
   }
 
-  // Area of the region's projection that lies on cells of the support, or right beside them: the
-  // support below an object is hidden by it.
+  // Area of the region's projection that lies on cells of the support, right beside them (the
+  // support below an object is hidden by it), or where nobody sees whether there is a support: what
+  // stands behind a larger thing is surrounded by that one's shadow.
   double Footprint_m2(const std::vector<std::size_t>& over) const {
     std::set<FootprintCell> cells;
     auto latest = cells.end();
@@ -175,9 +176,16 @@ class Floor {
           touches = occupied_.contains({cell.first + dx, cell.second + dy});
         }
       }
-      shared += touches;
+      shared += touches || IsHiddenAt(cell);
     }
     return static_cast<double>(shared) * kFootprintCell_m * kFootprintCell_m;
+  }
+
+  bool IsHiddenAt(const FootprintCell& cell) const {
+    const Vector3 local((cell.first + 0.5) * kFootprintCell_m,
+                        (cell.second + 0.5) * kFootprintCell_m, 0);
+    return sight_.Look((plate_.X_FS * local).cast<float>(), static_cast<float>(kFootHeight_m)) ==
+           Visibility::kHidden;
   }
 
   const SurfaceGraph& graph_;

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <numeric>
+#include <optional>
 
 namespace cwm::perception {
 namespace {
@@ -15,13 +16,30 @@ constexpr double kTop_m = -0.8;               // the table's, below the sensor a
 const Vector3 kCorner(0.6, -0.3, kTop_m);
 const Vector2 kSize_m(0.6, 0.6);
 
+// Upright, across the view in its middle; what lies behind it and below its shadow is not seen.
+struct Screen {
+  double distance_m, half_width_m, height_m;  // the distance from the table's corner
+
+  bool Hides(const Vector3& p) const {
+    const double at_m = kCorner.x() + distance_m, scale = at_m / p.x();
+    return p.x() > at_m && std::abs(scale * p.y()) < half_width_m &&
+           scale * p.z() < kTop_m + height_m;
+  }
+};
+
 // A table and one thing over it.
 class TableScene {
  public:
-  TableScene() {
+  explicit TableScene(std::optional<Screen> screen = std::nullopt) : screen_(screen) {
     for (double x = 0.5 * kStep_m; x < kSize_m.x(); x += kStep_m) {
       for (double y = 0.5 * kStep_m; y < kSize_m.y(); y += kStep_m) {
         Put(kCorner + Vector3(x, y, 0), Vector3::UnitZ(), 0);
+      }
+    }
+    if (!screen) return;
+    for (double y = -screen->half_width_m; y < screen->half_width_m; y += kStep_m) {
+      for (double z = 0.5 * kStep_m; z < screen->height_m; z += kStep_m) {
+        Put({kCorner.x() + screen->distance_m, y, kTop_m + z}, -Vector3::UnitX(), 2);
       }
     }
   }
@@ -54,7 +72,7 @@ class TableScene {
     const VoxelGrid grid = VoxelGrid::Build(points_.points, kCell_m);
     const SurfaceGraph graph = SurfaceGraph::OfGrid(points_, grid, kUnbounded);
     const CoarseCloud coarse = MakeCoarseCloud(graph.nodes());
-    Pieces pieces{.of_node = {}, .support_count = 1, .piece_count = 2, .patch_of = {}};
+    Pieces pieces{.of_node = {}, .support_count = 1, .piece_count = 3, .patch_of = {}};
     for (std::size_t c = 0; c < grid.size(); ++c) {
       pieces.of_node.push_back(piece_of_point_[grid.PointsOf(c)[0]]);
     }
@@ -80,6 +98,7 @@ class TableScene {
 
  private:
   void Put(const Vector3& p, const Vector3& n, std::int32_t piece) {
+    if (screen_ && screen_->Hides(p)) return;
     points_.points.push_back(p.cast<float>());
     points_.normals.push_back(n.cast<float>());
     points_.sigma_m.push_back(0.0015f);
@@ -88,6 +107,7 @@ class TableScene {
     piece_of_point_.push_back(piece);
   }
 
+  std::optional<Screen> screen_;
   OrientedPoints points_;
   std::vector<std::int32_t> piece_of_point_;
 };
@@ -112,6 +132,16 @@ TEST(FormRegions, AFootprintOfOneLeafIsTooSmallAndOneOfTwoIsNot) {
   // Inside one leaf of 1 cm of the table, and over two of them (kSmallestFootprint_m2).
   EXPECT_EQ(TableScene().AddBox({0.201, 0.201, 0.004}, {0.008, 0.008, 0.1}).SupportOfTheBox(), -1);
   EXPECT_EQ(TableScene().AddBox({0.201, 0.201, 0.004}, {0.008, 0.018, 0.1}).SupportOfTheBox(), 0);
+}
+
+TEST(FormRegions, ABoxInTheShadowOfAnotherThingStandsOnTheTable) {
+  // Its upper half is all that is seen, and no table beside it: the shadow reaches over the border.
+  const Regions regions =
+      TableScene(Screen{.distance_m = 0.2, .half_width_m = 0.2, .height_m = 0.3})
+          .AddBox({0.4, 0.25, 0.004}, {0.1, 0.1, 0.28})
+          .Form();
+  ASSERT_EQ(regions.segments.size(), 2u);
+  for (const Segment& segment : regions.segments) EXPECT_EQ(segment.supported_by, 0);
 }
 
 TEST(FormRegions, EveryNodeIsOfASupportAThingOrRejected) {
