@@ -21,6 +21,10 @@ namespace {
 // As SceneInterpretation::labels promises.
 constexpr std::uint32_t kMostSupportLabels = 9, kMostPartLabels = 9;
 
+// A table half a metre before a camera is 500 away in millimetres; tilting lasers, which see farthest
+// of the sensors that have a noise model here, end at 30 m (Hokuyo UTM-30LX).
+constexpr double kFarthest_m = 100;
+
 class Stopwatch {
  public:
   explicit Stopwatch(std::vector<StageTime>& stages) : stages_(stages) {}
@@ -72,7 +76,18 @@ WorldFloor FloorOf(const InterpretOptions& options) {
   return given ? WorldFloor::kKnown : WorldFloor::kUnknown;
 }
 
+bool IsTooLargeForItsSensor(const OrientedPoints& points) {
+  const auto far = std::ranges::count_if(points.points, [&](const Eigen::Vector3f& p) {
+    return (p.cast<double>() - points.viewpoint).squaredNorm() > kFarthest_m * kFarthest_m;
+  });
+  return 2 * static_cast<std::size_t>(far) > points.size();
+}
+
 void AddWarnings(const SegmentedScene& scene, InterpretReport& report) {
+  if (IsTooLargeForItsSensor(scene.points)) {
+    report.warnings.push_back(absl::StrCat("half of the points are farther away than ", kFarthest_m,
+                                           " m: coordinates are metres, are these millimetres?"));
+  }
   if (!scene.up_known) {
     report.warnings.push_back("no plane tells where up is: the sensor's own axes are taken");
   }

@@ -11,7 +11,6 @@
 #include "clients/cli/exit_code.h"
 #include "clients/cli/number_list.h"
 #include "clients/cli/progress.h"
-#include "clients/cli/scan_units.h"
 #include "clients/cpp/cloud_upload.h"
 #include "clients/formats/file_bytes.h"
 #include "clients/formats/pcd.h"
@@ -90,8 +89,6 @@ absl::StatusOr<pb::IngestCloudResponse> SendScan(Session& session,
                                                  const std::string& file) {
   const auto geometry = client::GeometryOf(cloud);
   if (!geometry.ok()) return WithFile(geometry.status(), file);
-  if (const auto doubts = DoubtsAboutUnits(*geometry))
-    session.Warn(absl::StrCat(file, ": ", *doubts));
   Progress progress(session.streams.err, session.streams.err_is_terminal ? ProgressStyle::kOneLine
                                                                          : ProgressStyle::kSilent);
   return client::IngestCloud(

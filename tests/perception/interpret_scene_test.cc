@@ -159,6 +159,27 @@ TEST(InterpretScene, DegenerateCloudsBecomeResidualsAndSaySo) {
   }
 }
 
+bool DoubtsTheUnit(const SceneInterpretation& scene) {
+  return std::ranges::any_of(scene.report.warnings, [](const std::string& warning) {
+    return warning.find("millimetres") != std::string::npos;
+  });
+}
+
+TEST(InterpretScene, DoubtsTheUnitOfATableInMillimetresAndNotOfASingleWildPoint) {
+  PointCloud cloud = Scan(TableWithCan(), Camera(), {}).cloud;
+  auto lit = std::ranges::find_if(cloud.points, [](const Vector3f& p) { return p.allFinite(); });
+  ASSERT_NE(lit, cloud.points.end());
+  *lit *= 1000;
+  auto scene = InterpretScene(cloud, {});
+  ASSERT_TRUE(scene.ok()) << scene.status();
+  EXPECT_FALSE(DoubtsTheUnit(*scene));
+  *lit /= 1000;
+  for (Vector3f& p : cloud.points) p *= 1000;
+  scene = InterpretScene(cloud, {});
+  ASSERT_TRUE(scene.ok()) << scene.status();
+  EXPECT_TRUE(DoubtsTheUnit(*scene));
+}
+
 TEST(InterpretScene, RefusesWhatCannotBeInterpreted) {
   const float nan = std::nanf("");
   for (const auto& points : {std::vector<Vector3f>{}, std::vector<Vector3f>(9, {nan, nan, nan}),
