@@ -19,6 +19,11 @@ unsigned char KindBit(const AnyModel& model) {
   return static_cast<unsigned char>(1U << model.index());
 }
 
+double ScoreOf(double distance_m, double gate_m) {
+  const double ratio = distance_m / gate_m;
+  return 1 - ratio * ratio;
+}
+
 }  // namespace
 
 CandidateList::CandidateList(const ModelPoints& points, const Connectivity& connectivity,
@@ -38,17 +43,21 @@ CandidateList::CandidateList(const ModelPoints& points, const Connectivity& conn
     subset_end_.push_back(end);
   }
   subset_end_.push_back(shuffled_.size());
-  CountAvailable();
+  GatherAvailable();
 }
 
-void CandidateList::CountAvailable() {
+void CandidateList::GatherAvailable() {
+  alive_.clear();
   subset_alive_.clear();
-  std::size_t alive = 0, i = 0;
+  std::size_t i = 0;
   for (std::size_t end : subset_end_) {
-    for (; i < end; ++i) alive += available_[shuffled_[i]] ? 1 : 0;
-    subset_alive_.push_back(alive);
+    for (; i < end; ++i) {
+      if (available_[shuffled_[i]]) alive_.push_back(shuffled_[i]);
+    }
+    subset_alive_.push_back(alive_.size());
   }
-  available_count_ = alive;
+  available_count_ = alive_.size();
+  alive_lanes_ = PointLanes(points_, alive_);
 }
 
 void CandidateList::Add(const AnyModel& model) {
@@ -66,16 +75,12 @@ void CandidateList::Add(const AnyModel& model) {
 
 void CandidateList::EvaluateNextSubset(Candidate& candidate) const {
   const std::size_t k = candidate.subsets_done++;
-  const std::size_t begin = k == 0 ? 0 : subset_end_[k - 1];
-  std::visit(
-      [&](const auto& model) {
-        for (std::size_t s = begin; s < subset_end_[k]; ++s) {
-          const std::uint32_t i = shuffled_[s];
-          if (available_[i] && IsInlier(model, points_, i)) candidate.inliers.push_back(i);
-        }
-      },
-      candidate.model);
-  Rescore(candidate);
+  const PointLanes::Range subset{k == 0 ? 0 : subset_alive_[k - 1], subset_alive_[k]};
+  for (const Hit& hit : alive_lanes_.HitsIn(candidate.model, {&subset, 1})) {
+    const std::uint32_t i = alive_[hit.at];
+    candidate.inliers.push_back(i);
+    candidate.score += ScoreOf(hit.distance_m, points_.gate_m[i]);
+  }
 }
 
 void CandidateList::Rescore(Candidate& candidate) const {
@@ -83,8 +88,7 @@ void CandidateList::Rescore(Candidate& candidate) const {
       [&](const auto& model) {
         double score = 0;
         for (std::uint32_t i : candidate.inliers) {
-          const double ratio = model.Distance_m(points_.p[i]) / points_.gate_m[i];
-          score += 1 - ratio * ratio;
+          score += ScoreOf(model.Distance_m(points_.p[i]), points_.gate_m[i]);
         }
         return score;
       },
@@ -157,7 +161,7 @@ const Candidate* CandidateList::Leader() {
 
 void CandidateList::Remove(std::span<const std::uint32_t> taken) {
   for (std::uint32_t i : taken) available_[i] = 0;
-  CountAvailable();
+  GatherAvailable();
   for (Candidate& candidate : candidates_) {
     work_.Poll();
     const std::size_t before = candidate.inliers.size();

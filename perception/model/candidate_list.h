@@ -11,6 +11,7 @@
 #include "perception/model/any_model.h"
 #include "perception/model/connectivity.h"
 #include "perception/model/model_points.h"
+#include "perception/model/point_lanes.h"
 
 namespace cwm::perception {
 
@@ -55,7 +56,7 @@ class CandidateList {
   void Rescore(Candidate& candidate) const;
   double UpperBound(const Candidate& candidate) const;
   bool IsRefused(const Candidate& candidate) const;
-  void CountAvailable();
+  void GatherAvailable();
   void Prune();
 
   const ModelPoints& points_;
@@ -64,6 +65,8 @@ class CandidateList {
   std::vector<std::uint32_t> shuffled_;    // all points, in random order
   std::vector<std::size_t> subset_end_;    // into shuffled_
   std::vector<std::size_t> subset_alive_;  // available points in the subsets up to each one
+  std::vector<std::uint32_t> alive_;       // the available points of shuffled_, in that order
+  PointLanes alive_lanes_;                 // the same
   std::vector<char> available_;
   std::vector<unsigned char> refused_kinds_;  // per point: bit k for the k-th kind of AnyModel
   std::size_t available_count_ = 0;

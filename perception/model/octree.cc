@@ -17,7 +17,7 @@ CellBounds TightBounds(const ModelPoints& points, std::uint32_t begin, std::uint
 
 }  // namespace
 
-Octree::Octree(const ModelPoints& points) : leaf_of_(points.size(), 0) {
+Octree::Octree(const ModelPoints& points) : leaf_of_(points.size(), 0), lanes_(points) {
   if (points.size() > 0) {
     Build(points, 0, static_cast<std::uint32_t>(points.size()), kTopShift, kNone);
   }

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "perception/model/model_points.h"
+#include "perception/model/point_lanes.h"
 
 namespace cwm::perception {
 
@@ -30,27 +31,37 @@ class Octree {
   // The cells around a point, leaf first, root last.
   std::vector<std::uint32_t> CellsAround(std::uint32_t point) const;
   std::uint32_t LeafOf(std::uint32_t point) const { return leaf_of_[point]; }
+  const PointLanes& lanes() const { return lanes_; }  // all points, in their order
 
-  // f(begin, end) for the leaves whose box the model may reach within `gate_m`.
-  template <ShapeModel M, class F>
-  void ForEachReached(const M& model, double gate_m, F&& f) const {
+  // The points, ascending, of the cells that the model may reach within `gate_m`: of cells that are
+  // not split further for that.
+  template <ShapeModel M>
+  std::vector<PointLanes::Range> Reached(const M& model, double gate_m) const {
+    std::vector<PointLanes::Range> ranges;
     for (std::uint32_t i = 0; i < nodes_.size();) {
       const Node& node = nodes_[i];
-      if (!model.MayReach(node.bounds, gate_m)) {
-        i = node.after;
-        continue;
+      const bool reached = model.MayReach(node.bounds, gate_m);
+      const bool whole = node.leaf || node.end - node.begin <= kTestedAtOnce;
+      if (reached && whole) {
+        const bool follows = !ranges.empty() && ranges.back().end == node.begin;
+        if (!follows) ranges.push_back({node.begin, node.begin});
+        ranges.back().end = node.end;
       }
-      if (node.leaf) f(node.begin, node.end);
-      ++i;
+      i = reached && !whole ? i + 1 : node.after;
     }
+    return ranges;
   }
 
  private:
+  // Testing four points takes a third of the time of testing a box.
+  static constexpr std::uint32_t kTestedAtOnce = 32;
+
   std::uint32_t Build(const ModelPoints& points, std::uint32_t begin, std::uint32_t end, int shift,
                       std::uint32_t parent);
 
   std::vector<Node> nodes_;
   std::vector<std::uint32_t> leaf_of_;
+  PointLanes lanes_;
 };
 
 // The points of `available` (one flag per point) within the gates of the model, ascending.
@@ -59,13 +70,10 @@ std::vector<std::uint32_t> FindInliers(const M& model, const ModelPoints& points
                                        const Octree& octree, const std::vector<char>& available,
                                        double gate_scale = 1) {
   std::vector<std::uint32_t> inliers;
-  octree.ForEachReached(model, gate_scale * points.widest_gate_m,
-                        [&](std::uint32_t begin, std::uint32_t end) {
-                          for (std::uint32_t i = begin; i < end; ++i) {
-                            if (available[i] && IsInlier(model, points, i, gate_scale))
-                              inliers.push_back(i);
-                          }
-                        });
+  const auto ranges = octree.Reached(model, gate_scale * points.widest_gate_m);
+  for (const Hit& hit : octree.lanes().HitsIn(model, ranges, gate_scale)) {
+    if (available[hit.at]) inliers.push_back(hit.at);
+  }
   return inliers;
 }
 

@@ -57,19 +57,27 @@ std::optional<Candidate> ShapeSearch::Next() {
   return std::nullopt;
 }
 
+// Of any size that holds a sample, each equally likely.
+const Octree::Node& ShapeSearch::CellAround(std::uint32_t point) {
+  const std::span<const Octree::Node> nodes = octree_.nodes();
+  std::uint32_t cell = octree_.LeafOf(point);
+  while (nodes[cell].parent != Octree::kNone &&
+         nodes[cell].end - nodes[cell].begin < kLeastCellPoints) {
+    cell = nodes[cell].parent;
+  }
+  std::size_t levels = 1;
+  for (std::uint32_t up = nodes[cell].parent; up != Octree::kNone; up = nodes[up].parent) ++levels;
+  for (std::size_t k = RandomIndex(random_, levels); k > 0; --k) cell = nodes[cell].parent;
+  return nodes[cell];
+}
+
 void ShapeSearch::Draw() {
   const std::vector<char>& available = candidates_.available();
   std::uint32_t first = 0;
   do {  // ends: Next() draws only while points are available
     first = static_cast<std::uint32_t>(RandomIndex(random_, points_.size()));
   } while (!available[first]);
-  std::vector<std::uint32_t> cells = octree_.CellsAround(first);
-  while (cells.size() > 1) {
-    const Octree::Node& smallest = octree_.nodes()[cells.front()];
-    if (smallest.end - smallest.begin >= kLeastCellPoints) break;
-    cells.erase(cells.begin());
-  }
-  const Octree::Node& cell = octree_.nodes()[cells[RandomIndex(random_, cells.size())]];
+  const Octree::Node& cell = CellAround(first);
   std::array<std::uint32_t, 4> drawn{first, first, first, first};
   for (std::size_t k = 1; k < drawn.size(); ++k) {
     bool found = false;

@@ -30,6 +30,7 @@ class ShapeSearch {
 
  private:
   void Draw();
+  const Octree::Node& CellAround(std::uint32_t point);
   template <ShapeModel M>
   void Propose(std::span<const std::uint32_t> sample, std::uint32_t tester);
 
