@@ -12,57 +12,92 @@ namespace {
 // is used instead.
 constexpr double kRoundoff = 1e-11;
 
-struct ProfilePoint {
-  double signed_distance_m;
-  Vector2 nearest;
-  Vector2 normal;
-  int side;
-  double share;
+// The nearest point of those sides that were tried.
+struct Nearest {
+  void Try(const ProfileSide& side, int index, const Vector2& p) {
+    const double height = (p - side.b).dot(side.outward);
+    inside = inside && height <= 0;
+    const double way = std::clamp((p - side.a).dot(side.along) / side.squared_length_m2, 0.0, 1.0);
+    const Vector2 on_side = way < 1 ? Vector2(side.a + way * side.along) : side.b;
+    const double to_side = (p - on_side).norm();
+    if (to_side >= distance_m) return;
+    distance_m = to_side;
+    nearest = on_side;
+    outward = side.outward;
+    side_index = index;
+    share = way;
+    plane_distance_m = height;
+  }
+  double SignedDistance_m() const { return inside ? plane_distance_m : distance_m; }
+
+  double distance_m = std::numeric_limits<double>::infinity();
+  Vector2 nearest = Vector2::Zero();
+  Vector2 outward = Vector2::UnitY();
+  int side_index = 0;
+  double share = 0;
+  double plane_distance_m = 0;  // to the side that holds the nearest point
+  bool inside = true;           // of all sides
 };
 
-ProfilePoint NearestOnProfile(std::span<const Vector2> profile, const Vector2& p) {
-  ProfilePoint best{std::numeric_limits<double>::infinity(), p, Vector2::UnitY(), 0, 0};
-  double size = 0;
-  double plane_distance = 0;  // to the side that holds the best point
-  bool inside = true;
-  for (std::size_t i = 0; i + 1 < profile.size(); ++i) {
-    const Vector2 &a = profile[i], &b = profile[i + 1];
-    size = std::max(size, b.cwiseAbs().maxCoeff());
-    const Vector2 along = b - a;
-    const double length = along.norm();
-    if (!(length > 0)) continue;
-    const Vector2 outward(along.y() / length, -along.x() / length);
-    const double height = (p - b).dot(outward);
-    inside = inside && height <= 0;
-    const double share = std::clamp((p - a).dot(along) / (length * length), 0.0, 1.0);
-    const Vector2 nearest = share < 1 ? Vector2(a + share * along) : b;
-    const double distance = (p - nearest).norm();
-    if (distance >= best.signed_distance_m) continue;
-    best = {distance, nearest, outward, static_cast<int>(i), share};
-    plane_distance = height;
-  }
-  if (inside) {
-    best.signed_distance_m = plane_distance;
-  } else if (best.signed_distance_m > kRoundoff * size) {
-    best.normal = (p - best.nearest) / best.signed_distance_m;
-  }
-  return best;
+}  // namespace
+
+std::array<Vector2, 4> ProfileOf(const Cone& cone) {
+  const double half = 0.5 * cone.length_m;
+  return {Vector2(0, -half), Vector2(cone.radius_bottom_m, -half), Vector2(cone.radius_top_m, half),
+          Vector2(0, half)};
 }
 
-}  // namespace
+std::array<Vector2, 4> ProfileOf(const Cylinder& cylinder) {
+  return ProfileOf(Cone{cylinder.radius_m, cylinder.radius_m, cylinder.length_m});
+}
+
+std::optional<ProfileSide> ProfileSide::Between(const Vector2& a, const Vector2& b) {
+  const Vector2 along = b - a;
+  const double length = along.norm();
+  if (!(length > 0)) return std::nullopt;
+  return ProfileSide{.a = a,
+                     .b = b,
+                     .along = along,
+                     .outward = Vector2(along.y() / length, -along.x() / length),
+                     .squared_length_m2 = length * length};
+}
 
 RevolvedSurfacePoint NearestOnRevolvedProfile(std::span<const Vector2> profile, const Vector3& p) {
   const double radial = p.head<2>().norm();
   // On the axis every direction is valid.
   const Vector2 direction = radial > 0 ? Vector2(p.head<2>() / radial) : Vector2::UnitX();
-  const ProfilePoint at = NearestOnProfile(profile, Vector2(radial, p.z()));
+  const Vector2 asked(radial, p.z());
+  Nearest at;
+  at.nearest = asked;
+  double size = 0;
+  for (std::size_t i = 0; i + 1 < profile.size(); ++i) {
+    size = std::max(size, profile[i + 1].cwiseAbs().maxCoeff());
+    const std::optional<ProfileSide> side = ProfileSide::Between(profile[i], profile[i + 1]);
+    if (side) at.Try(*side, static_cast<int>(i), asked);
+  }
+  const bool away = !at.inside && at.distance_m > kRoundoff * size;
+  const Vector2 normal = away ? Vector2((asked - at.nearest) / at.distance_m) : at.outward;
   const auto lift = [&direction](const Vector2& v) {
     return Vector3(v.x() * direction.x(), v.x() * direction.y(), v.y());
   };
-  return {{at.signed_distance_m, lift(at.nearest), lift(at.normal).normalized()},
-          at.side,
+  return {{at.SignedDistance_m(), lift(at.nearest), lift(normal).normalized()},
+          at.side_index,
           at.share,
           direction};
+}
+
+DistanceToRevolvedProfile::DistanceToRevolvedProfile(std::span<const Vector2> profile) {
+  for (std::size_t i = 0; i + 1 < profile.size(); ++i) {
+    const std::optional<ProfileSide> side = ProfileSide::Between(profile[i], profile[i + 1]);
+    if (side) sides_.push_back(*side);
+  }
+}
+
+double DistanceToRevolvedProfile::operator()(const Vector3& p) const {
+  const Vector2 asked(p.head<2>().norm(), p.z());
+  Nearest at;
+  for (const ProfileSide& side : sides_) at.Try(side, 0, asked);
+  return at.SignedDistance_m();
 }
 
 }  // namespace cwm

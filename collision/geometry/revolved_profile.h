@@ -1,11 +1,17 @@
 // Convex solids of revolution about z, told by their profile.
 #pragma once
 
+#include <array>
+#include <optional>
 #include <span>
+#include <vector>
 
 #include "collision/geometry/signed_distance.h"
 
 namespace cwm {
+
+std::array<Vector2, 4> ProfileOf(const Cone& cone);
+std::array<Vector2, 4> ProfileOf(const Cylinder& cylinder);
 
 // The profile runs through points (radial, z) from the axis at the bottom (first point, radial 0)
 // to the axis at the top (last point, radial 0), convex, with the solid on its left. Points may
@@ -17,5 +23,25 @@ struct RevolvedSurfacePoint {
   Vector2 direction;  // unit, in the xy plane: from the axis to the nearest point
 };
 RevolvedSurfacePoint NearestOnRevolvedProfile(std::span<const Vector2> profile, const Vector3& p);
+
+// One side of a profile, with what does not depend on the point that asks for its distance.
+struct ProfileSide {
+  static std::optional<ProfileSide> Between(const Vector2& a, const Vector2& b);  // not coincident
+
+  Vector2 a, b;
+  Vector2 along;    // b - a
+  Vector2 outward;  // unit
+  double squared_length_m2 = 0;
+};
+
+// The signed distance alone, to many points: NearestOnRevolvedProfile's, bit for bit.
+class DistanceToRevolvedProfile {
+ public:
+  explicit DistanceToRevolvedProfile(std::span<const Vector2> profile);
+  double operator()(const Vector3& p) const;  // metres, negative inside
+
+ private:
+  std::vector<ProfileSide> sides_;
+};
 
 }  // namespace cwm

@@ -1,7 +1,6 @@
 #include "collision/geometry/signed_distance.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 
@@ -88,14 +87,11 @@ SurfacePoint NearestSurfacePoint(const Box& box, const Vector3& p) {
 }
 
 SurfacePoint NearestSurfacePoint(const Cylinder& cylinder, const Vector3& p) {
-  return NearestSurfacePoint(Cone{cylinder.radius_m, cylinder.radius_m, cylinder.length_m}, p);
+  return NearestOnRevolvedProfile(ProfileOf(cylinder), p).surface;
 }
 
 SurfacePoint NearestSurfacePoint(const Cone& cone, const Vector3& p) {
-  const double half = 0.5 * cone.length_m;
-  const std::array<Vector2, 4> profile = {Vector2(0, -half), Vector2(cone.radius_bottom_m, -half),
-                                          Vector2(cone.radius_top_m, half), Vector2(0, half)};
-  return NearestOnRevolvedProfile(profile, p).surface;
+  return NearestOnRevolvedProfile(ProfileOf(cone), p).surface;
 }
 
 SurfacePoint NearestSurfacePoint(const Capsule& capsule, const Vector3& p) {

@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "collision/geometry/aabb.h"
-#include "collision/geometry/signed_distance.h"
+#include "collision/geometry/distance_to_shape.h"
 #include "perception/model/model_points.h"
 #include "perception/model/observed.h"
 
@@ -28,12 +28,13 @@ std::vector<std::int32_t> ExplainPoints(const OrientedPoints& points,
   for (std::size_t k = 0; k < solids.size(); ++k) {
     const Pose X_SL = solids[k].X_OS.inverse();
     const Aabb bounds = TightBounds(solids[k].shape, solids[k].X_OS);
+    const DistanceToShape to_solid_m(solids[k].shape);
     for (std::size_t i = 0; i < points.size(); ++i) {
       poll();
       const Vector3 p = points.points[i].cast<double>();
       const double tolerance_m = Tolerance_m(points, i);
       if (!p.allFinite() || bounds.squaredExteriorDistance(p) > tolerance_m * tolerance_m) continue;
-      const double distance_m = std::abs(SignedDistance_m(solids[k].shape, X_SL * p));
+      const double distance_m = std::abs(to_solid_m(X_SL * p));
       if (distance_m <= tolerance_m && distance_m < nearest_m[i]) {
         nearest_m[i] = distance_m;
         part_of_point[i] = static_cast<std::int32_t>(k);
@@ -48,6 +49,7 @@ void MeasureQuality(const OrientedPoints& points, const std::vector<std::int32_t
   PollEvery poll(work, kPointsPerPiece);
   for (std::size_t k = 0; k < solids.size(); ++k) {
     const Pose X_SL = solids[k].X_OS.inverse();
+    const DistanceToShape to_solid_m(solids[k].shape);
     FitQuality quality = solids[k].fit.value_or(FitQuality());
     std::vector<Eigen::Vector3f> explained_S;
     double squares = 0;
@@ -55,7 +57,7 @@ void MeasureQuality(const OrientedPoints& points, const std::vector<std::int32_t
       poll();
       if (part_of_point[i] != static_cast<std::int32_t>(k)) continue;
       const Vector3 p_S = X_SL * points.points[i].cast<double>();
-      const double residual_m = std::abs(SignedDistance_m(solids[k].shape, p_S));
+      const double residual_m = std::abs(to_solid_m(p_S));
       explained_S.push_back(p_S.cast<float>());
       squares += residual_m * residual_m;
       quality.max_residual_m = std::max(quality.max_residual_m, residual_m);

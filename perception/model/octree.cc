@@ -47,10 +47,4 @@ std::uint32_t Octree::Build(const ModelPoints& points, std::uint32_t begin, std:
   return self;
 }
 
-std::vector<std::uint32_t> Octree::CellsAround(std::uint32_t point) const {
-  std::vector<std::uint32_t> cells;
-  for (std::uint32_t i = leaf_of_[point]; i != kNone; i = nodes_[i].parent) cells.push_back(i);
-  return cells;
-}
-
 }  // namespace cwm::perception

@@ -28,8 +28,7 @@ class Octree {
   explicit Octree(const ModelPoints& points);
 
   std::span<const Node> nodes() const { return nodes_; }
-  // The cells around a point, leaf first, root last.
-  std::vector<std::uint32_t> CellsAround(std::uint32_t point) const;
+  // The smallest cell around a point; the others are its parents.
   std::uint32_t LeafOf(std::uint32_t point) const { return leaf_of_[point]; }
   const PointLanes& lanes() const { return lanes_; }  // all points, in their order
 

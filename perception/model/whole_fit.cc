@@ -8,7 +8,7 @@
 #include <limits>
 
 #include "collision/geometry/coefficients.h"
-#include "collision/geometry/signed_distance.h"
+#include "collision/geometry/distance_to_shape.h"
 #include "perception/model/whole_starts.h"
 
 namespace cwm::perception {
@@ -48,10 +48,11 @@ PointsOnGround OnGround(const FitContext& c, std::size_t most = kUsedPoints) {
 Eigen::VectorXd Residuals(WholeKind kind, const WholeParameters& x, const PointsOnGround& points) {
   const WholeSolid solid = Place(kind, x);
   const Pose X_SG = solid.X_GS.inverse(Eigen::Isometry);
+  const DistanceToShape distance_m(solid.shape);
   Eigen::VectorXd r(static_cast<Eigen::Index>(points.p_G.size()));
   for (Eigen::Index i = 0; i < r.size(); ++i) {
     const auto at = static_cast<std::size_t>(i);
-    r(i) = SignedDistance_m(solid.shape, X_SG * points.p_G[at]) / points.sigma_m[at];
+    r(i) = distance_m(X_SG * points.p_G[at]) / points.sigma_m[at];
   }
   return r;
 }
@@ -168,10 +169,10 @@ double ValueOf(const Eigen::VectorXd& r, int parameters, const FitContext& c) {
 
 std::vector<std::uint32_t> InliersOf(const Solid& solid, const ModelPoints& points) {
   const Pose X_SM = solid.X_MS.inverse(Eigen::Isometry);
+  const DistanceToShape distance_m(solid.shape);
   std::vector<std::uint32_t> inliers;
   for (std::uint32_t i = 0; i < points.size(); ++i) {
-    const double distance_m = SignedDistance_m(solid.shape, X_SM * points.p[i]);
-    if (std::abs(distance_m) <= points.gate_m[i]) inliers.push_back(i);
+    if (std::abs(distance_m(X_SM * points.p[i])) <= points.gate_m[i]) inliers.push_back(i);
   }
   return inliers;
 }
@@ -237,10 +238,11 @@ Account AccountOf(const std::vector<Solid>& solids, int parameters, const FitCon
       Eigen::VectorXd::Constant(static_cast<Eigen::Index>(points.p_G.size()), kFarAway_sigma);
   for (const Solid& solid : solids) {
     const Pose X_SG = solid.X_MS.inverse(Eigen::Isometry) * points.X_MG;
+    const DistanceToShape distance_m(solid.shape);
     for (Eigen::Index i = 0; i < nearest.size(); ++i) {
       const auto at = static_cast<std::size_t>(i);
-      const double distance_m = SignedDistance_m(solid.shape, X_SG * points.p_G[at]);
-      nearest(i) = std::min(nearest(i), std::abs(distance_m) / points.sigma_m[at]);
+      const double in_sigma = std::abs(distance_m(X_SG * points.p_G[at])) / points.sigma_m[at];
+      nearest(i) = std::min(nearest(i), in_sigma);
     }
   }
   return {.value = ValueOf(nearest, parameters, c), .loss = StartLoss(nearest)};

@@ -8,6 +8,7 @@
 
 #include "collision/geometry/aabb.h"
 #include "collision/geometry/coefficients.h"
+#include "collision/geometry/distance_to_shape.h"
 #include "collision/geometry/tessellate.h"
 
 namespace cwm {
@@ -42,6 +43,21 @@ TEST(SignedDistance, AgreesWithTheTessellationInsideAndOutside) {
       const Vector3 p(coordinate(random), coordinate(random), coordinate(random));
       EXPECT_NEAR(SignedDistance_m(shape, p), SignedDistance_m(mesh, p), kDeviation_m + 1e-12)
           << NameOf(KindOf(shape)) << " at " << p.transpose();
+    }
+  }
+}
+
+TEST(DistanceToShape, IsTheSignedDistanceToTheBit) {
+  std::mt19937 random(4);
+  std::uniform_real_distribution<double> coordinate(-2, 2);
+  for (const Shape& shape : Solids()) {
+    const DistanceToShape distance_m(shape);
+    for (int k = 0; k < 300; ++k) {
+      Vector3 p(coordinate(random), coordinate(random), coordinate(random));
+      for (int axis = 0; axis < 3; ++axis) {
+        if ((k >> axis & 1) != 0) p[axis] = 0;
+      }
+      EXPECT_EQ(distance_m(p), SignedDistance_m(shape, p)) << NameOf(KindOf(shape));
     }
   }
 }

@@ -8,6 +8,7 @@
 
 #include "perception/model/candidate_list.h"
 #include "perception/model/octree.h"
+#include "perception/model/point_lanes.h"
 #include "perception/simulation/random_draws.h"
 
 namespace cwm::perception {
@@ -114,11 +115,68 @@ TYPED_TEST(OctreeInliers, AreThoseOfBruteForce) {
   }
 }
 
+// Four at once or one by one, on a range that does not begin or end at a multiple of four.
+TYPED_TEST(OctreeInliers, HaveTheVeryDistancesOfTheModel) {
+  const ModelPoints points = ThinForSearch(TwoSquares(1000), 10000);
+  const PointLanes lanes(points);
+  const std::vector<PointLanes::Range> ranges = {{3, 1001}, {1001, 1002}, {1007, points.size()}};
+  RandomDraws draws(13, 0);
+  std::size_t found = 0;
+  for (int trial = 0; trial < 200; ++trial) {
+    const auto touched =
+        static_cast<std::uint32_t>(draws.Uniform(0, static_cast<double>(points.size())));
+    const auto model = Touching<TypeParam>({points.p[touched], points.n[touched]}, draws);
+    std::vector<Hit> brute;
+    for (const PointLanes::Range& range : ranges) {
+      for (auto i = static_cast<std::uint32_t>(range.begin); i < range.end; ++i) {
+        if (IsInlier(model, points, i)) brute.push_back({i, model.Distance_m(points.p[i])});
+      }
+    }
+    const std::vector<Hit> hits = lanes.HitsIn(model, ranges);
+    ASSERT_EQ(hits.size(), brute.size()) << trial;
+    for (std::size_t k = 0; k < hits.size(); ++k) {
+      ASSERT_EQ(hits[k].at, brute[k].at) << trial;
+      ASSERT_EQ(hits[k].distance_m, brute[k].distance_m) << trial;  // not a bit apart
+    }
+    found += hits.size();
+  }
+  EXPECT_GT(found, 200u);
+}
+
+TEST(PointLanes, OnAnAxisOrInACentreTakeTheDirectionThatTheModelTakes) {
+  ModelPoints points;
+  for (const Vector3& p : {Vector3(0, 0, 0), Vector3(0, 0, 0.01)}) {
+    for (const Vector3& n : {Vector3(0, 0, 1), Vector3(1, 0, 0), Vector3(0, 1, 0)}) {
+      points.p.push_back(p);
+      points.n.push_back(n);
+      points.gate_m.push_back(0.1);
+      points.min_cos.push_back(0.9);
+    }
+  }
+  const std::vector<PointLanes::Range> all = {{0, points.size()}};
+  const auto expect_same = [&](const auto& model) {
+    std::vector<std::uint32_t> brute, hits;
+    for (std::uint32_t i = 0; i < points.size(); ++i) {
+      if (IsInlier(model, points, i)) brute.push_back(i);
+    }
+    for (const Hit& hit : PointLanes(points).HitsIn(model, all)) hits.push_back(hit.at);
+    EXPECT_FALSE(brute.empty());
+    EXPECT_EQ(hits, brute);
+  };
+  expect_same(SphereModel{.radius_m = 0.05});
+  expect_same(CylinderModel{.radius_m = 0.05});
+  expect_same(ConeModel{.radius_m = 0.05, .slope = 0.1});
+}
+
 TEST(Octree, CellsAroundAPointNestUpToTheRoot) {
   const ModelPoints points = ThinForSearch(TwoSquares(300), 10000);
   const Octree octree(points);
   for (std::uint32_t i = 0; i < points.size(); i += 17) {
-    const std::vector<std::uint32_t> cells = octree.CellsAround(i);
+    std::vector<std::uint32_t> cells;
+    for (std::uint32_t cell = octree.LeafOf(i); cell != Octree::kNone;
+         cell = octree.nodes()[cell].parent) {
+      cells.push_back(cell);
+    }
     ASSERT_FALSE(cells.empty());
     EXPECT_EQ(octree.nodes()[cells.back()].end - octree.nodes()[cells.back()].begin, points.size());
     for (std::uint32_t cell : cells) {
