@@ -40,6 +40,9 @@ void MeasureClaims(Report& report);
 // Model fitting alone beside CGAL's: cgal_fit_ratio.
 void MeasureFitting(Report& report);
 
+// Clouds that no scene makes: bad_input_ratio.
+void MeasureBadInput(Report& report);
+
 // Clouds of up to 15 million points: growth_15m, growth_15_kitchens, seconds_15m, gib_15m.
 void MeasureGrowth(Report& report);
 
