@@ -50,11 +50,18 @@ FitQuality QualityOf(const SegmentedSupport& support, const OrientedPoints& poin
   return fit;
 }
 
+SurfacePart SurfaceOf(Surface surface, const Pose& X_SL, std::size_t points) {
+  for (Vector3& v : surface.mesh.vertices) v = X_SL * v;
+  return {MakeMesh(std::move(surface.mesh)), static_cast<int>(points)};
+}
+
 }  // namespace
 
-DetectedSupport DescribeSupport(const SegmentedSupport& segmented, const OrientedPoints& points,
-                                const Pose& X_WL, WorldFloor floor) {
-  DetectedSupport support;
+DescribedSupport DescribeSupport(const SegmentedSupport& segmented, const OrientedPoints& points,
+                                 const Pose& X_WL, WorldFloor floor, const SurfaceOptions& options,
+                                 const Work& work) {
+  DescribedSupport described;
+  DetectedSupport& support = described.support;
   support.X_WO = X_WL * segmented.plate.X_FS;
   support.point_count = static_cast<int>(segmented.points.size());
   auto model = std::make_shared<HybridModel>();
@@ -63,33 +70,39 @@ DetectedSupport DescribeSupport(const SegmentedSupport& segmented, const Oriente
                            .shape = segmented.plate.shape,
                            .role = PartRole::kCompleted,
                            .fit = QualityOf(segmented, points)});
+  const std::vector<std::uint32_t> beyond = BeyondPlate(segmented, points, work);
+  described.explained = segmented.points.size() - beyond.size();
+  Surface rest = ReconstructSurface(Subset(points, beyond), options, work);
+  described.explained += rest.explained.size();
+  if (!rest.mesh.triangles.empty()) {
+    const Pose X_SL = segmented.plate.X_FS.inverse(Eigen::Isometry);
+    model->surfaces.push_back(SurfaceOf(std::move(rest), X_SL, beyond.size()));
+  }
   support.model = std::move(model);
   if (floor == WorldFloor::kKnown) {
     const double top = support.X_WO.translation().z();
     support.reachable = top >= kLowestReach_m && top <= kHighestReach_m;
   }
-  return support;
+  return described;
 }
 
-std::uint64_t ExplainedBySupport(const SegmentedSupport& support, const OrientedPoints& points,
-                                 const Work& work) {
+std::vector<std::uint32_t> BeyondPlate(const SegmentedSupport& support,
+                                       const OrientedPoints& points, const Work& work) {
   PollEvery poll(work, kPointsPerPiece);
   const Pose X_SL = support.plate.X_FS.inverse(Eigen::Isometry);
   const OutlineRaster outline(support.plate.shape.outline);
-  std::uint64_t explained = 0;
+  std::vector<std::uint32_t> beyond;
   for (std::uint32_t i : support.points) {
     poll();
     const Vector3 local = X_SL * points.points[i].cast<double>();
     const double tolerance = ExplainedWithin_m(points.sigma_m[i]);
-    const Vector2 p = local.head<2>();
-    if (std::abs(local.z()) > tolerance) continue;
-    if (outline.Contains(p)) {
-      ++explained;  // over the top face; holes hold no points of the support
-    } else {
-      explained += SignedDistance_m(support.plate.shape, local) <= tolerance;
-    }
+    // Over the top face; holes hold no points of the support.
+    const bool near_top = std::abs(local.z()) <= tolerance;
+    if (near_top && outline.Contains(local.head<2>())) continue;
+    if (near_top && SignedDistance_m(support.plate.shape, local) <= tolerance) continue;
+    beyond.push_back(i);
   }
-  return explained;
+  return beyond;
 }
 
 }  // namespace cwm::perception

@@ -106,17 +106,13 @@ absl::StatusOr<SegmentedScene> Segment(const PointCloud& cloud, const InterpretO
   report.points_finite = measured->oriented.size();
   SegmentOptions segment_options{.R_LC = std::nullopt,
                                  .up_C = options.up_C,
+                                 .clustering = options.clustering,
                                  .stage_done = [&](std::string_view s) { watch.Done(s); }};
   if (options.X_WC) segment_options.R_LC = options.X_WC->linear();
   absl::StatusOr<SegmentedScene> scene = SegmentScene(*std::move(measured), segment_options, work);
   if (scene.ok()) AdoptHandles(*scene, work);
   return scene;
 }
-
-struct DescribedSupport {
-  DetectedSupport support;
-  std::uint64_t explained = 0;  // points
-};
 
 struct DescribedScene {
   std::vector<DescribedSupport> supports;
@@ -138,8 +134,8 @@ DescribedScene DescribeScene(const SegmentedScene& scene, const Pose& X_WL,
   const auto describe = [&](std::size_t k) {
     if (k < scene.supports.size()) {
       const SegmentedSupport& support = scene.supports[k];
-      described.supports[k] = {DescribeSupport(support, scene.points, X_WL, FloorOf(options)),
-                               ExplainedBySupport(support, scene.points, work)};
+      described.supports[k] =
+          DescribeSupport(support, scene.points, X_WL, FloorOf(options), options.surface, work);
       return;
     }
     const std::size_t t = order[k - scene.supports.size()];

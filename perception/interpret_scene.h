@@ -10,6 +10,7 @@
 #include "perception/cloud/point_cloud.h"
 #include "perception/cloud/sensor_noise.h"
 #include "perception/model/modeler_options.h"
+#include "perception/scene/clustering.h"
 #include "perception/scene_interpretation.h"
 #include "perception/surface/surface_reconstruction.h"
 
@@ -27,6 +28,7 @@ struct InterpretOptions {
   // Up in the sensor's frame, any positive length. Used when X_WC is unknown; without it up is
   // estimated as the normal of the dominant support plane.
   std::optional<Vector3> up_C;
+  Clustering clustering = Clustering::kObjects;
   ModelerOptions modeler;
   SurfaceOptions surface;
   int max_threads = 2;

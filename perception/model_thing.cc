@@ -6,6 +6,7 @@
 
 #include "perception/cloud/quantile.h"
 #include "perception/cloud/voxel_grid.h"
+#include "perception/complete_hidden.h"
 #include "perception/explained_points.h"
 #include "perception/model/object_modeler.h"
 #include "perception/thing_sample.h"
@@ -147,8 +148,13 @@ ModelledThing ModelThing(const SegmentedScene& scene, const SegmentedThing& thin
   const Pose X_OL = out.X_LO.inverse(Eigen::Isometry);
 
   // Step 6: shapes, and handles on them.
-  ObjectModel found =
-      ModelObject(points, WhatItStandsOn(scene, thing), options.noise, options.modeler, work);
+  ObjectModel found = thing.plates.empty() ? ModelObject(points, WhatItStandsOn(scene, thing),
+                                                         options.noise, options.modeler, work)
+                                           : ModelStructure(points, thing.plates, work);
+
+  if (const auto X_LSupport = WhatItStandsOn(scene, thing); X_LSupport && scene.sight) {
+    CompleteHidden({points, *X_LSupport}, *scene.sight, found.shapes);
+  }
 
   // Step 7: surfaces for what is left.
   ModelBuilder builder(points, X_OL, NearShapes(points, found, work), options.surface, work);

@@ -14,7 +14,8 @@ namespace cwm::perception {
 
 // A horizontal surface that things can stand on. Its frame has z up and z = 0 in the top face; its
 // model is one Plate: its top face was measured, as its quality says; its body, kPlateThickness_m,
-// was supplied, so its role is COMPLETED.
+// was supplied, so its role is COMPLETED; and a surface for those of its points that the plate does
+// not reach, if any.
 struct DetectedSupport {
   Pose X_WO = Pose::Identity();
   std::shared_ptr<const HybridModel> model;

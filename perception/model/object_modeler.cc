@@ -80,4 +80,20 @@ ObjectModel ModelObject(const OrientedPoints& points, const std::optional<Pose>&
   return model;
 }
 
+ObjectModel ModelStructure(const OrientedPoints& points, const std::vector<Placed<Plate>>& plates,
+                           const Work& work) {
+  ObjectModel model;
+  for (const Placed<Plate>& plate : plates) {
+    model.shapes.push_back({.X_OS = plate.X_FS,
+                            .shape = plate.shape,
+                            .role = PartRole::kCompleted,
+                            .fit = FitQuality()});
+  }
+  const double spacing_m = ThinForSearch(points, SearchPoints(points.size()), work).spacing_m;
+  model.part_of_point = ExplainPoints(points, model.shapes, work);
+  MeasureQuality(points, model.part_of_point, spacing_m, model.shapes, work);
+  FindHandles(points, spacing_m, model, work);
+  return model;
+}
+
 }  // namespace cwm::perception

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <optional>
+#include <vector>
 
 #include "perception/cloud/oriented_points.h"
 #include "perception/cloud/sensor_noise.h"
@@ -18,5 +19,10 @@ namespace cwm::perception {
 ObjectModel ModelObject(const OrientedPoints& points, const std::optional<Pose>& X_LSupport,
                         const SensorNoise& noise, const ModelerOptions& options,
                         const Work& work = {});
+
+// A wall or front of which the plates are known, in the level frame: they are its shapes, COMPLETED
+// since their bodies were supplied, and what stands out from them may be handles.
+ObjectModel ModelStructure(const OrientedPoints& points, const std::vector<Placed<Plate>>& plates,
+                           const Work& work = {});
 
 }  // namespace cwm::perception

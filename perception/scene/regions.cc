@@ -18,7 +18,7 @@ namespace {
 
 using Eigen::Vector3f;
 
-// Chosen: things may jut out, the outline is true to one and a half cells of 7.5 mm or more, and
+// Chosen: things may jut out, the outline is true to one cell of 7.5 mm or more, and
 // what lies beyond it by more than half would tip.
 constexpr double kOverhang_m = 0.03;     // beyond the outline, and still over the support
 constexpr double kLeastShareOver = 0.5;  // of a region's nodes
@@ -67,7 +67,8 @@ std::vector<NodeList> NodesOfRegions(const SurfaceGraph& graph, const Pieces& pi
 }
 
 std::vector<Segment> NodesOfStructures(const Pieces& pieces, const Structures& structures) {
-  std::vector<Segment> segments(static_cast<std::size_t>(structures.count));
+  std::vector<Segment> segments;
+  for (const Plane& plane : structures.planes) segments.push_back({.nodes = {}, .plane = plane});
   for (std::size_t i = 0; i < pieces.of_node.size(); ++i) {
     if (pieces.of_node[i] < pieces.support_count) continue;
     const std::int32_t s = structures.of_piece[static_cast<std::size_t>(pieces.of_node[i])];
@@ -323,6 +324,29 @@ Regions FormRegions(const SurfaceGraph& graph, const CoarseCloud& coarse, const 
   LimitResiduals(residuals);
   std::move(residuals.begin(), residuals.end(), std::back_inserter(out.segments));
   return out;
+}
+
+void MergeOnSupports(Regions& regions) {
+  std::map<std::int32_t, Segment> on_support;
+  std::vector<Segment> residuals;
+  for (Segment& segment : regions.segments) {
+    if (segment.supported_by < 0) {
+      residuals.push_back(std::move(segment));
+      continue;
+    }
+    Segment& all = on_support[segment.supported_by];
+    all.supported_by = segment.supported_by;
+    all.nodes.insert(all.nodes.end(), segment.nodes.begin(), segment.nodes.end());
+  }
+  regions.segments.clear();
+  for (auto& [support, all] : on_support) {
+    std::sort(all.nodes.begin(), all.nodes.end());
+    regions.segments.push_back(std::move(all));
+  }
+  std::stable_sort(
+      regions.segments.begin(), regions.segments.end(),
+      [](const Segment& a, const Segment& b) { return a.nodes.size() > b.nodes.size(); });
+  std::move(residuals.begin(), residuals.end(), std::back_inserter(regions.segments));
 }
 
 }  // namespace cwm::perception

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "perception/scene/pieces.h"
@@ -18,6 +19,7 @@ struct Segment {
   std::int32_t rests_on = -1;      // index into segments: what is between it and the support, or -1
   double foot_height_m = 0;        // of where it rests, above the support's top
   bool hangs = false;              // one sees below its foot: the support does not carry it itself
+  std::optional<Plane> plane = std::nullopt;  // of a wall or front
 };
 
 struct Regions {
@@ -36,6 +38,9 @@ Regions FormRegions(const SurfaceGraph& graph, const CoarseCloud& coarse, const 
                     const std::vector<SupportPlane>& supports,
                     const std::vector<Placed<Plate>>& plates, const SightMap& sight,
                     const Work& work = {});
+
+// All that stands on one support becomes one segment. Residuals stay as they are.
+void MergeOnSupports(Regions& regions);
 
 inline constexpr double kSmallestFootprint_m2 = 2e-4;  // a spray can's rim seen from the front
 

@@ -222,6 +222,35 @@ Supports FindSupports(const SurfaceGraph& graph, const CoarseCloud& coarse, cons
   return found;
 }
 
+// Walls and fronts are bounded as supports are: by what was seen on their planes, less the doorways
+// and windows that rays pass through.
+std::vector<Placed<Plate>> PlatesOfStructure(const Segment& segment, const CoarseCloud& coarse,
+                                             const OrientedPoints& nodes, const SightMap* sight) {
+  SupportPlane wall{.plane = *segment.plane, .cells = {}, .area_m2 = 0};
+  for (std::uint32_t i : segment.nodes) wall.cells.push_back(coarse.grid.CellOfPoint(i));
+  std::sort(wall.cells.begin(), wall.cells.end());
+  wall.cells.erase(std::unique(wall.cells.begin(), wall.cells.end()), wall.cells.end());
+  const double edge_m = coarse.grid.edge_m();
+  wall.area_m2 = static_cast<double>(wall.cells.size()) * edge_m * edge_m;
+  // The structure's own plane is that of a sample.
+  wall.plane = RefinePlane(wall.plane, coarse.cells, wall.cells).value_or(wall.plane);
+  std::vector<Placed<Plate>> plates;
+  for (BoundedSupport& part : BoundSupport(wall, coarse, nodes, sight)) {
+    plates.push_back(std::move(part.plate));
+  }
+  return plates;
+}
+
+void BoundStructures(const SurfaceGraph& graph, const CoarseCloud& coarse, const Regions& regions,
+                     const SightMap* sight, const Work& work, SegmentedScene& scene) {
+  ParallelFor(regions.segments.size(), 1, work, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) {
+      if (!regions.segments[k].plane) continue;
+      scene.things[k].plates = PlatesOfStructure(regions.segments[k], coarse, graph.nodes(), sight);
+    }
+  });
+}
+
 // Nodes' results become points' results.
 void Collect(const SurfaceGraph& graph, const Pieces& pieces, const Regions& regions,
              Supports supports, const VoxelGrid* grid, SegmentedScene& scene) {
@@ -241,7 +270,8 @@ void Collect(const SurfaceGraph& graph, const Pieces& pieces, const Regions& reg
                             .rests_on = segment.rests_on,
                             .foot_height_m = segment.foot_height_m,
                             .points = node_points.Of(segment.nodes),
-                            .node_count = segment.nodes.size()});
+                            .node_count = segment.nodes.size(),
+                            .plates = {}});
   }
   scene.rejected = node_points.Of(regions.rejected);
 }
@@ -271,11 +301,14 @@ SegmentedScene SegmentInSteps(MeasuredPoints measured, const SegmentOptions& opt
   options.stage_done("clusters");
   work.Poll();
   pieces = JoinPieces(graph, std::move(pieces), sight, work);
-  const Regions regions =
+  Regions regions =
       FormRegions(graph, coarse, pieces, supports.planes, supports.plates, sight, work);
+  if (options.clustering == Clustering::kNone) MergeOnSupports(regions);
   options.stage_done("split");
 
   Collect(graph, pieces, regions, std::move(supports), cells, scene);
+  BoundStructures(graph, coarse, regions, cells ? nullptr : &sight, work, scene);
+  if (cells == nullptr) scene.sight = *std::move(sight_map);
   scene.points = std::move(measured.oriented);
   return scene;
 }

@@ -10,13 +10,16 @@
 #include "collision/geometry/shape.h"
 #include "perception/cloud/measured_points.h"
 #include "perception/cloud/work.h"
+#include "perception/scene/clustering.h"
 #include "perception/scene/plane_fit.h"
+#include "perception/scene/sight_map.h"
 
 namespace cwm::perception {
 
 struct SegmentOptions {
   std::optional<Matrix3> R_LC;  // orientation of the sensor in the level frame, where known; else
   std::optional<Vector3> up_C;  // any positive length; else up is estimated
+  Clustering clustering = Clustering::kObjects;
   std::function<void(std::string_view stage)> stage_done = [](std::string_view) {};
 };
 
@@ -32,6 +35,9 @@ struct SegmentedThing {
   // Points that follow each other lie near each other: in an image's order, or cell by cell.
   std::vector<std::uint32_t> points;
   std::size_t node_count = 0;  // pixels or cells that hold them
+  // Of a wall or front: what bounds it, with holes where rays pass (BoundSupport), in the level
+  // frame; the largest part first.
+  std::vector<Placed<Plate>> plates;
 };
 
 // The level frame L has the sensor as its origin and up as its z: coordinates stay small however
@@ -43,6 +49,9 @@ struct SegmentedScene {
   std::vector<SegmentedSupport> supports;  // largest first
   std::vector<SegmentedThing> things;      // objects, largest first, then residuals
   std::vector<std::uint32_t> rejected;
+  // What was seen in each direction, in the level frame; nothing for a cloud that is no image, which
+  // may have been seen from several places.
+  std::optional<SightMap> sight;
 };
 
 // Cancelled when stopped, within one piece of work. Same input, same bytes on any number of

@@ -6,7 +6,6 @@
 #include <optional>
 
 #include "perception/cloud/quantile.h"
-#include "perception/scene/plane_fit.h"
 
 namespace cwm::perception {
 namespace {
@@ -80,19 +79,18 @@ std::optional<Plane> StructurePlane(const OrientedPoints& nodes, const Nodes& sa
 
 Structures FindStructures(const SurfaceGraph& graph, const Pieces& pieces) {
   const std::vector<Nodes> samples = SamplesOfPieces(pieces);
-  Structures out{.of_piece = std::vector<std::int32_t>(samples.size(), kNoStructure)};
-  std::vector<Plane> planes;
+  Structures out{.of_piece = std::vector<std::int32_t>(samples.size(), kNoStructure), .planes = {}};
   for (std::size_t p = 0; p < samples.size(); ++p) {
     const std::optional<Plane> plane = StructurePlane(graph.nodes(), samples[p]);
     if (!plane) continue;
-    planes.push_back(*plane);
-    out.of_piece[p] = out.count++;
+    out.of_piece[p] = static_cast<std::int32_t>(out.planes.size());
+    out.planes.push_back(*plane);
   }
   for (std::size_t p = 0; p < samples.size(); ++p) {
     if (out.of_piece[p] != kNoStructure || samples[p].size() < kFewestSamples) continue;
-    for (std::int32_t s = 0; s < out.count && out.of_piece[p] == kNoStructure; ++s) {
-      const Plane& plane = planes[static_cast<std::size_t>(s)];
-      if (ShareOn(plane, graph.nodes(), samples[p]) >= kLeastShare) out.of_piece[p] = s;
+    for (std::size_t s = 0; s < out.planes.size() && out.of_piece[p] == kNoStructure; ++s) {
+      if (ShareOn(out.planes[s], graph.nodes(), samples[p]) < kLeastShare) continue;
+      out.of_piece[p] = static_cast<std::int32_t>(s);
     }
   }
   return out;

@@ -6,14 +6,15 @@
 #include <vector>
 
 #include "perception/scene/pieces.h"
+#include "perception/scene/plane_fit.h"
 
 namespace cwm::perception {
 
 inline constexpr std::int32_t kNoStructure = -1;
 
 struct Structures {
-  std::vector<std::int32_t> of_piece;  // per piece: 0 .. count - 1, or kNoStructure
-  std::int32_t count = 0;
+  std::vector<std::int32_t> of_piece;  // per piece: an index into planes, or kNoStructure
+  std::vector<Plane> planes;           // normals to the side that was seen
 };
 
 // A piece is a structure when nearly all of it is one plane that reaches farther than anything on a

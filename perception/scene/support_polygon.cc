@@ -210,7 +210,7 @@ class SupportBounder {
       for (Polygon& hole : outline.holes) {
         for (Vector2& p : hole) p = raster_.PlaceOf(p);
       }
-      const SimplifyLimits limits{raster_.cell_m(), kMostOutlineCorners};
+      const SimplifyLimits limits{0.5 * raster_.cell_m(), kMostOutlineCorners};
       bounded.push_back({std::move(support), MakePlate(Simplified(std::move(outline), limits))});
     }
     std::stable_sort(bounded.begin(), bounded.end(), [](const auto& a, const auto& b) {

@@ -32,7 +32,7 @@ struct BoundedSupport {
 //
 // Free places narrower than three cells are taken for noise. A cell is half of a coarse cell (four
 // standard deviations of the noise, at least 7.5 mm), more where the nodes are sparse. Where
-// nothing is free the outline is the hull to half a cell, else it is true to one and a half cells.
+// nothing is free the outline is the hull to half a cell, else it is true to one cell.
 // At most kMostOutlineCorners corners.
 //
 // Where free places part what was seen, each part large enough for a support of its own gets its

@@ -111,6 +111,14 @@ std::string ByClaim(const char* how, const std::array<std::int64_t, kClaimCount>
   return text;
 }
 
+// What is lost, by where it lies.
+std::string Lost(const Coverage& coverage) {
+  return ByClaim("points deep in", coverage.deep) +
+         ", bare points: " + std::to_string(coverage.bare[Coverage::kOfSupport]) +
+         " of supports, " + std::to_string(coverage.bare[Coverage::kOfThing]) + " of things, " +
+         std::to_string(coverage.bare[Coverage::kRejected]) + " rejected";
+}
+
 void Print(const std::string& name, const Claims& claims, Report& report) {
   char text[200];
   std::snprintf(text, sizeof(text),
@@ -118,8 +126,8 @@ void Print(const std::string& name, const Claims& claims, Report& report) {
                 "explained by shapes",
                 name.c_str(), claims.coverage.share(), claims.free_space.share(),
                 static_cast<long long>(claims.free_space.rays), claims.explained.share());
-  report.Detail(text + ByClaim("deep in", claims.free_space.deep) +
-                ByClaim("across", claims.free_space.crossed));
+  report.Detail(text + ByClaim("rays deep in", claims.free_space.deep) +
+                ByClaim("across", claims.free_space.crossed) + Lost(claims.coverage));
 }
 
 struct Source {

@@ -61,8 +61,12 @@ ClaimedGeometry ClaimsOf(const perception::SceneInterpretation& interpretation) 
   ClaimedGeometry claims;
   Collector collector(claims);
   for (const perception::DetectedSupport& support : interpretation.supports) {
+    const Pose X_CO = X_CW * support.X_WO;
     for (const ShapePart& part : support.model->shapes) {
-      collector.AddSolid(Claim::kSupport, X_CW * support.X_WO * part.X_OS, part.shape);
+      collector.AddSolid(Claim::kSupport, X_CO * part.X_OS, part.shape);
+    }
+    for (const SurfacePart& part : support.model->surfaces) {
+      collector.AddMesh(Claim::kSupport, X_CO, part.surface);
     }
   }
   for (const perception::DetectedObject& object : interpretation.objects) {

@@ -11,18 +11,29 @@
 namespace cwm::benchmarks {
 namespace {
 
-enum class Place { kNowhere, kOnSurface, kDeepInside };
+enum class Where { kNowhere, kOnSurface, kDeepInside };
+
+struct Place {
+  Where where = Where::kNowhere;
+  Claim claim = Claim::kSupport;  // of the solid that holds it too deep
+};
 
 Place PlaceAmongSolids(const std::vector<ClaimedSolid>& solids, const Vector3& p_C,
                        double tolerance_m) {
-  Place place = Place::kNowhere;
+  Place place;
   for (const ClaimedSolid& solid : solids) {
     if (solid.bounds_C.squaredExteriorDistance(p_C) > tolerance_m * tolerance_m) continue;
     const double distance_m = SignedDistance_m(solid.shape, solid.X_CS.inverse() * p_C);
-    if (distance_m < -tolerance_m) return Place::kDeepInside;
-    if (distance_m <= tolerance_m) place = Place::kOnSurface;
+    if (distance_m < -tolerance_m) return {Where::kDeepInside, solid.claim};
+    if (distance_m <= tolerance_m) place.where = Where::kOnSurface;
   }
   return place;
+}
+
+Coverage::Label LabelKind(std::uint32_t label) {
+  constexpr std::uint32_t kLastSupport = 9;  // as SceneInterpretation::labels says
+  if (label == 0) return Coverage::kRejected;
+  return label <= kLastSupport ? Coverage::kOfSupport : Coverage::kOfThing;
 }
 
 class Triangles {
@@ -57,6 +68,8 @@ double Tolerance_m(const Vector3& p_C) {
 void Coverage::Add(const Coverage& other) {
   points += other.points;
   covered += other.covered;
+  for (std::size_t c = 0; c < deep.size(); ++c) deep[c] += other.deep[c];
+  for (std::size_t l = 0; l < bare.size(); ++l) bare[l] += other.bare[l];
 }
 
 Coverage MeasureCoverage(const ClaimedGeometry& claims, const perception::PointCloud& cloud,
@@ -71,10 +84,16 @@ Coverage MeasureCoverage(const ClaimedGeometry& claims, const perception::PointC
     const Vector3 p_C = cloud.points[i].cast<double>();
     const double tolerance_m = Tolerance_m(p_C);
     const Place place = PlaceAmongSolids(claims.solids, p_C, tolerance_m);
-    const bool covered = place == Place::kOnSurface ||
-                         (place == Place::kNowhere && triangles.AnyWithin(p_C, tolerance_m));
+    const bool covered = place.where == Where::kOnSurface ||
+                         (place.where == Where::kNowhere && triangles.AnyWithin(p_C, tolerance_m));
     coverage.covered += covered;
     rejected += !covered && labels[i] == 0;
+    if (covered) continue;
+    if (place.where == Where::kDeepInside) {
+      ++coverage.deep[static_cast<std::size_t>(place.claim)];
+    } else {
+      ++coverage.bare[LabelKind(labels[i])];
+    }
   }
   const auto allowance =
       static_cast<std::int64_t>(kRejectable * static_cast<double>(coverage.points));
@@ -89,7 +108,8 @@ Coverage CoverageBySolids(const ClaimedGeometry& claims, const perception::Point
     const Vector3 p_C = cloud.points[i].cast<double>();
     if (!p_C.allFinite()) continue;
     ++coverage.points;
-    coverage.covered += PlaceAmongSolids(claims.solids, p_C, Tolerance_m(p_C)) == Place::kOnSurface;
+    coverage.covered +=
+        PlaceAmongSolids(claims.solids, p_C, Tolerance_m(p_C)).where == Where::kOnSurface;
   }
   return coverage;
 }

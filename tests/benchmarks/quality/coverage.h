@@ -1,6 +1,7 @@
 // Nothing lost: how many of the measured points lie on what the interpretation claims.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -12,6 +13,11 @@ namespace cwm::benchmarks {
 struct Coverage {
   std::int64_t points = 0;   // finite ones that were looked at
   std::int64_t covered = 0;  // by any surface, or rejected and within the allowance
+  // Of those that are not, by the claim that holds them too deep; and those that no claim is near,
+  // by what they are labelled as. What is rejected is among the latter, whatever the allowance.
+  std::array<std::int64_t, kClaimCount> deep = {};
+  enum Label { kRejected, kOfSupport, kOfThing, kLabelCount };
+  std::array<std::int64_t, kLabelCount> bare = {};
 
   double share() const { return points == 0 ? 1 : static_cast<double>(covered) / points; }
   void Add(const Coverage& other);

@@ -34,13 +34,14 @@ std::optional<SceneFamily> FamilyNamed(std::string_view name) {
   return std::nullopt;
 }
 
-absl::StatusOr<SimulatedCase> RunCase(const CaseName& name) {
+absl::StatusOr<SimulatedCase> RunCase(const CaseName& name, const perception::SensorNoise& noise) {
   SimulatedCase result;
   result.simulated = perception::RandomScene(name.family, name.seed);
   const perception::SimulatedView& view = result.simulated;
-  result.scan = perception::Scan(view.scene, view.camera, {.seed = name.seed});
+  result.scan = perception::Scan(view.scene, view.camera, {.noise = noise, .seed = name.seed});
   perception::InterpretOptions options;
   options.max_threads = 1;
+  options.noise = noise;
   if (name.seed % 2 == 0) options.X_WC = view.camera.X_WC;
   auto interpretation = perception::InterpretScene(result.scan.cloud, options);
   if (!interpretation.ok()) return interpretation.status();

@@ -30,8 +30,10 @@ struct SimulatedCase {
   InterpretedView view() const { return {simulated.scene, simulated.camera, scan, interpretation}; }
 };
 
-// Kinect noise drawn from the seed of the scene; the interpreter's own options, on one thread. The
-// sensor's pose is given for even seeds; for odd ones nothing is, and up is estimated.
-absl::StatusOr<SimulatedCase> RunCase(const CaseName& name);
+// The sensor's noise drawn from the seed of the scene, and told to the interpreter; else its own
+// options, on one thread. The sensor's pose is given for even seeds; for odd ones nothing is, and up
+// is estimated.
+absl::StatusOr<SimulatedCase> RunCase(const CaseName& name,
+                                      const perception::SensorNoise& noise = {});
 
 }  // namespace cwm::benchmarks
