@@ -40,6 +40,12 @@ absl::StatusOr<pb::SensorModel> ParseSensorModel(const std::string& text) {
   return model;
 }
 
+absl::StatusOr<pb::Clustering> ParseClustering(const std::string& text) {
+  static const std::map<std::string, pb::Clustering> kNames = ShortNames<pb::Clustering>();
+  if (const auto named = kNames.find(text); named != kNames.end()) return named->second;
+  return UsageError(absl::StrCat("--clusters: \"", text, "\" must be objects or none"));
+}
+
 absl::Status WithFile(const absl::Status& status, const std::string& file) {
   return absl::Status(status.code(), absl::StrCat(file, ": ", std::string(status.message())));
 }
@@ -59,6 +65,10 @@ void AddScanOptions(CLI::App& command, ScanArguments& scan) {
       ->type_name("MODEL|SIGMA");
   command.add_option("--sensor", scan.sensor, "names the sensor whose estimated pose is kept")
       ->type_name("NAME");
+  command
+      .add_option("--clusters", scan.clusters,
+                  "objects (default), or none: clutter that nothing tells apart")
+      ->type_name("objects|none");
 }
 
 absl::StatusOr<pb::IngestCloudHeader> ToHeader(const ScanArguments& scan, const Session& session) {
@@ -79,6 +89,11 @@ absl::StatusOr<pb::IngestCloudHeader> ToHeader(const ScanArguments& scan, const 
     const auto model = ParseSensorModel(scan.sensor_model);
     if (!model.ok()) return model.status();
     *header.mutable_sensor_model() = *model;
+  }
+  if (!scan.clusters.empty()) {
+    const auto clustering = ParseClustering(scan.clusters);
+    if (!clustering.ok()) return clustering.status();
+    header.mutable_options()->set_clustering(*clustering);
   }
   return header;
 }

@@ -16,6 +16,7 @@ struct ScanArguments {
   std::string up = "auto";
   std::string sensor_model;  // empty: kinect
   std::string sensor;
+  std::string clusters;  // empty: objects
 };
 
 void AddScanOptions(CLI::App& command, ScanArguments& scan);

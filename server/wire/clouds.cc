@@ -161,6 +161,20 @@ void SetModeler(const v1::IngestOptions& options, perception::ModelerOptions& mo
   if (options.has_search_cones()) modeler.search_cones = options.search_cones();
 }
 
+absl::StatusOr<perception::Clustering> ClusteringOf(v1::Clustering clustering,
+                                                    const FieldPath& path) {
+  switch (clustering) {
+    case v1::CLUSTERING_UNSPECIFIED:
+    case v1::CLUSTERING_OBJECTS:
+      return perception::Clustering::kObjects;
+    case v1::CLUSTERING_NONE:
+      return perception::Clustering::kNone;
+    default:
+      return path.Error(
+          absl::StrCat("is ", static_cast<int>(clustering), ", must be a known Clustering"));
+  }
+}
+
 absl::StatusOr<perception::InterpretOptions> InterpretOptionsOf(const v1::IngestCloudHeader& header,
                                                                 const FieldPath& path) {
   perception::InterpretOptions options;
@@ -168,6 +182,10 @@ absl::StatusOr<perception::InterpretOptions> InterpretOptionsOf(const v1::Ingest
   if (!noise.ok()) return noise.status();
   options.noise = *noise;
   SetModeler(header.options(), options.modeler);
+  const auto clustering =
+      ClusteringOf(header.options().clustering(), path.Field("options").Field("clustering"));
+  if (!clustering.ok()) return clustering.status();
+  options.clustering = *clustering;
   if (header.has_x_world_sensor()) {
     auto X_WC = FromProto(header.x_world_sensor(), path.Field("x_world_sensor"));
     if (!X_WC.ok()) return X_WC.status();

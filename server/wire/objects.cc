@@ -10,9 +10,13 @@ namespace cwm::server {
 namespace {
 
 // The box around all parts along the object's own axes; nothing for an unbounded or empty object.
+// What a scan showed and no world holds is prepared for no engine: its model tells.
 std::optional<Placed<Box>> BoundsOf(const collision::PreparedModel& geometry) {
   Aabb bounds;
   for (const collision::PreparedPart& part : geometry.parts) bounds.extend(part.bounds_O);
+  if (geometry.parts.empty() && geometry.model != nullptr) {
+    bounds = TightBounds(*geometry.model, Pose::Identity());
+  }
   if (bounds.isEmpty() || !bounds.sizes().allFinite()) return std::nullopt;
   return Placed<Box>{.X_FS = Pose(Eigen::Translation3d(bounds.center())),
                      .shape = {.size_m = bounds.sizes()}};

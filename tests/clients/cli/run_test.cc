@@ -121,6 +121,7 @@ TEST(Run, EndsWithUsageOnMistakesOfTheCommandLine) {
       {"status", "--deadline", "-1"},
       {"ingest", "a.pcd", "b.pcd", "--labels", "out.pcd"},
       {"ingest", "a.pcd", "--sensor-model", "sonar"},
+      {"ingest", "a.pcd", "--clusters", "blobs"},
   };
   for (const auto& mistake : mistakes) {
     const Outcome outcome = RunWith(mistake);

@@ -141,6 +141,15 @@ TEST(WireCloud, KindsOfShapesCanBeSwitchedOff) {
   EXPECT_TRUE(some->request.options.modeler.search_cones);
 }
 
+TEST(WireCloud, ClutterCanBeLeftWithoutClusters) {
+  v1::IngestCloudHeader header = PackedHeader(1);
+  EXPECT_EQ(Convert(header)->request.options.clustering, perception::Clustering::kObjects);
+  header.mutable_options()->set_clustering(v1::CLUSTERING_NONE);
+  EXPECT_EQ(Convert(header)->request.options.clustering, perception::Clustering::kNone);
+  header.mutable_options()->set_clustering(static_cast<v1::Clustering>(77));
+  EXPECT_FALSE(Convert(header).ok());
+}
+
 TEST(WireCloud, OrganisedCloudsKeepTheirShape) {
   v1::IngestCloudHeader header = PackedHeader(6);
   header.set_width(3);

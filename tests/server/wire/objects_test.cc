@@ -53,6 +53,18 @@ TEST_F(WireObject, APutKeepsWhatCounts) {
   EXPECT_EQ(put.geometry->model->shapes[0].shape, Shape(Box{{0.2, 0.3, 0.4}}));
 }
 
+TEST_F(WireObject, OfAScanThatNoWorldHoldsHasTheBoundsOfItsModel) {
+  HybridModel model;
+  model.shapes.push_back({.X_OS = MakeTranslation(0.1, 0, 0), .shape = Box{{0.2, 0.3, 0.4}}});
+  collision::WorldObject seen;
+  seen.geometry = std::make_shared<const collision::PreparedModel>(collision::PreparedModel{
+      .model = std::make_shared<const HybridModel>(std::move(model)), .parts = {}});
+  const v1::Object proto = ToProto(seen, View::kShapes, {}, store_);
+  ASSERT_TRUE(proto.has_bounds());
+  EXPECT_DOUBLE_EQ(proto.bounds().x_object_box().tx_m(), 0.1);
+  EXPECT_DOUBLE_EQ(proto.bounds().box().size_z_m(), 0.4);
+}
+
 TEST_F(WireObject, BecomesAMessageInEachView) {
   const auto changes = Convert();
   ASSERT_TRUE(changes.ok());
