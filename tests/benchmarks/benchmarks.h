@@ -27,6 +27,9 @@ void MeasureWorlds(Report& report);
 void MeasureShapes(Report& report);
 void MeasureShapesQuickly(Report& report);
 
+// The same of 40 scenes under the noise of time of flight: tof_shape_found, tof_shape_spurious.
+void MeasureTimeOfFlight(Report& report);
+
 // Handles of 100 random scenes of mugs, pans and jugs: handle_recall, handle_precision.
 void MeasureHandles(Report& report);
 

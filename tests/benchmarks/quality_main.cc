@@ -1,6 +1,6 @@
 // The quality of perception without a server: quick to build where perception is worked on. The same
 // figures as ./dev bench perception prints.
-//   cwm-bench-quality [quick|shapes|handles|claims|scene FAMILY SEED] [--json FILE]
+//   cwm-bench-quality [quick|shapes|tof|handles|claims|scene FAMILY SEED] [--json FILE]
 #include <cstdlib>
 #include <cstring>
 #include <functional>
@@ -13,10 +13,8 @@
 int main(int argc, char** argv) {
   using namespace cwm::benchmarks;
   const std::map<std::string, std::function<void(Report&)>> parts = {
-      {"quick", MeasureShapesQuickly},
-      {"shapes", MeasureShapes},
-      {"handles", MeasureHandles},
-      {"claims", MeasureClaims},
+      {"quick", MeasureShapesQuickly}, {"shapes", MeasureShapes}, {"handles", MeasureHandles},
+      {"tof", MeasureTimeOfFlight},    {"claims", MeasureClaims},
   };
   std::vector<std::string> words;
   std::string json;
@@ -35,7 +33,7 @@ int main(int argc, char** argv) {
   } else if (words[0] == "scene" && words.size() == 3) {
     ReplayScene(words[1], std::strtoull(words[2].c_str(), nullptr, 10), report);
   } else {
-    report.Fail("takes quick, shapes, handles, claims, or scene FAMILY SEED");
+    report.Fail("takes quick, shapes, tof, handles, claims, or scene FAMILY SEED");
   }
   report.Print();
   if (!json.empty()) report.WriteJson(json);

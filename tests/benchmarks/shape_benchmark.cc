@@ -40,7 +40,8 @@ struct JudgedCase {
 
 // In blocks, so that few clouds are held at a time; the sums are made in the order of the cases.
 template <class Judge>
-void ForEachCase(const std::vector<CaseName>& cases, const Judge& judge) {
+void ForEachCase(const std::vector<CaseName>& cases, const Judge& judge,
+                 const perception::SensorNoise& noise = {}) {
   constexpr std::size_t kBlock = 16;
   for (std::size_t begin = 0; begin < cases.size(); begin += kBlock) {
     std::vector<JudgedCase> block(std::min(kBlock, cases.size() - begin));
@@ -48,7 +49,7 @@ void ForEachCase(const std::vector<CaseName>& cases, const Judge& judge) {
                             [&](std::size_t from, std::size_t to) {
                               for (std::size_t k = from; k < to; ++k) {
                                 block[k].name = cases[begin + k];
-                                block[k].run = RunCase(block[k].name);
+                                block[k].run = RunCase(block[k].name, noise);
                                 if (!block[k].run.ok()) continue;
                                 block[k].shapes = MatchShapes(block[k].run->view());
                               }
@@ -239,7 +240,34 @@ void MeasureHandles(Report& report) {
   report.Attach("handle_failures.txt", std::move(tally.failures));
 }
 
-void MeasureShapes(Report& report) { Measure(250, report); }
+void MeasureShapes(Report& report) {
+  Measure(250, report);
+  MeasureTimeOfFlight(report);
+}
+
+// A hundredth of the depth and multipath in concave corners: 8 mm at 0.8 m, five times a Kinect's.
+void MeasureTimeOfFlight(Report& report) {
+  constexpr int kScenesPerFamily = 20;
+  const std::vector<CaseName> cases = Cases(kScenesPerFamily);
+  ShapeTally tally;
+  ForEachCase(cases,
+              [&](const JudgedCase& judged) {
+                if (!judged.run.ok()) {
+                  return report.Fail(NameOf(judged.name) + ": " +
+                                     std::string(judged.run.status().message()));
+                }
+                tally.Add(NameOf(judged.name), judged.run->view(), judged.shapes);
+              },
+              {.model = perception::SensorModel::kTimeOfFlight});
+  report.Detail("Under the noise of time of flight:");
+  PrintErrors("all", tally.errors(), report);
+  const std::string how =
+      std::to_string(tally.true_count()) + " true shapes with 300 points or more in " +
+      std::to_string(cases.size()) + " of the random scenes, sigma 1 % of the depth, multipath";
+  report.Add({.key = "tof_shape_found", .value = tally.found_share(), .unit = "1", .how = how});
+  report.Add(
+      {.key = "tof_shape_spurious", .value = tally.spurious_share(), .unit = "1", .how = how});
+}
 
 void MeasureShapesQuickly(Report& report) { Measure(20, report); }
 
