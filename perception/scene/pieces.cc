@@ -335,7 +335,7 @@ Pieces CutIntoPieces(const SurfaceGraph& graph, const std::vector<char>& crease,
     if (crease[i]) continue;
     if (to_support.relation[i] == Relation::kOn) pieces.of_node[i] = to_support.support[i];
     const bool is_free = to_support.relation[i] == Relation::kFree;
-    if (is_free && !graph.nodes().normals[i].isZero()) may_seed[i] = 0;
+    if (is_free && !graph.nodes().normals[i].isZero() && !graph.IsAtStep(i)) may_seed[i] = 0;
   }
   SeedPieces(graph, may_seed, pieces, work);
   PieceGrower(graph, supports, pieces).Grow();

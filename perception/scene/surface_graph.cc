@@ -120,14 +120,6 @@ int SurfaceGraph::Reach_px(std::size_t node) const {
   return static_cast<int>(std::clamp(reach, 2.0f, 64.0f));
 }
 
-bool SurfaceGraph::ShareTangents(std::size_t a, std::size_t b) const {
-  if (nodes_->normals[a].isZero() || nodes_->normals[b].isZero()) return false;
-  const float sigma = std::max(nodes_->sigma_m[a], nodes_->sigma_m[b]);
-  const Eigen::Vector3f d = nodes_->points[b] - nodes_->points[a];
-  return std::abs(nodes_->normals[a].dot(d)) <= 3 * sigma &&
-         std::abs(nodes_->normals[b].dot(d)) <= 3 * sigma;
-}
-
 void SurfaceGraph::LinkPixels(const Work& work) {
   constexpr std::size_t kRowsPerPiece = 16;  // of 640 pixels, 10 us each
   const auto width = static_cast<std::size_t>(measured_->width);
@@ -135,25 +127,17 @@ void SurfaceGraph::LinkPixels(const Work& work) {
     step_to_[k] = std::ptrdiff_t{kBeside[k][0]} * measured_->width + kBeside[k][1];
   }
   beside_.assign(size(), 0);
-  auto link = [&](const RowLinks& links, std::size_t pixel, std::size_t column) {
-    const auto node = static_cast<std::size_t>(measured_->image[pixel]);
-    beside_[node] = links.near[column];
-    for (unsigned bits = links.possible[column]; bits != 0; bits &= bits - 1) {
-      const auto k = static_cast<std::size_t>(std::countr_zero(bits));
-      const auto other = measured_->image[pixel + static_cast<std::size_t>(step_to_[k])];
-      if (ShareTangents(node, static_cast<std::size_t>(other))) {
-        beside_[node] |= static_cast<std::uint8_t>(1u << k);
-      }
-    }
-  };
+  at_step_.assign(size(), 0);
   ParallelFor(static_cast<std::size_t>(measured_->height), kRowsPerPiece, work,
               [&](std::size_t begin, std::size_t end) {
                 RowLinks links(measured_->width);
                 for (std::size_t row = begin; row < end; ++row) {
                   LinkRow(*planes_, static_cast<int>(row), links);
                   for (std::size_t column = 0; column < width; ++column) {
-                    if (measured_->image[row * width + column] < 0) continue;
-                    link(links, row * width + column, column);
+                    const std::int32_t node = measured_->image[row * width + column];
+                    if (node < 0) continue;
+                    beside_[static_cast<std::size_t>(node)] = links.linked[column];
+                    at_step_[static_cast<std::size_t>(node)] = links.steps[column] != 0;
                   }
                 }
               });

@@ -43,10 +43,15 @@ class SurfaceGraph {
   const SurfacePlanes* planes() const { return planes_.get(); }
   const MeasuredPoints* image() const { return measured_; }
 
-  // f(other) for the nodes right beside this one on the same surface. On an image: no depth jump
-  // between, or a small one (three times LargestJump_m) and each on the other's tangent plane.
+  // f(other) for the nodes right beside this one on the same surface. On an image: within
+  // LargestJump_m in range, three times that on slanted surfaces, and each within 4 sigma of the
+  // other's tangent plane.
   template <class F>
   void ForEachLinked(std::size_t node, F&& f) const;
+
+  // Of an image: whether the surface steps right beside the node, towards one that is too near in
+  // range to be another thing's for certain and yet not linked. False for a grid.
+  bool IsAtStep(std::size_t node) const { return !at_step_.empty() && at_step_[node]; }
 
   // f(other) for those of them that come before this one in the order of nodes: each link once.
   template <class F>
@@ -58,9 +63,6 @@ class SurfaceGraph {
   void ForEachOppositePair(std::size_t node, F&& f) const;
 
  private:
-  // Each lies on the other's tangent plane, as neighbouring pixels of a surface seen at a grazing
-  // angle do.
-  bool ShareTangents(std::size_t a, std::size_t b) const;
   std::int32_t AtPixel(int row, int column) const;
   int Reach_px(std::size_t node) const;
   void LinkPixels(const Work& work);
@@ -73,6 +75,7 @@ class SurfaceGraph {
   std::shared_ptr<OrientedPoints> own_nodes_;  // of a grid
   std::vector<float> range_m_;
   std::vector<std::uint8_t> beside_;         // of an image: bit k per node, linked to kBeside[k]
+  std::vector<char> at_step_;                // of an image, per node
   std::array<std::ptrdiff_t, 8> step_to_{};  // of an image: pixels from a pixel to kBeside[k]
   // Of a grid: linked cells and opposite pairs, per node from first to the next first.
   std::vector<std::uint32_t> first_link_, links_, first_pair_;

@@ -11,6 +11,10 @@
 namespace cwm::perception {
 namespace {
 
+// Of the distance of a pixel from the tangent plane of the one beside it: on one surface, 3 of 1000
+// are farther away, by the noise of both points and of the normal.
+constexpr float kStep_sigma = 4;
+
 using Bytes = std::uint8_t __attribute__((vector_size(kLanes)));
 
 CWM_LANES_INLINE void StoreBytes(const LaneMask& lanes, std::uint8_t* to) {
@@ -19,25 +23,6 @@ CWM_LANES_INLINE void StoreBytes(const LaneMask& lanes, std::uint8_t* to) {
 }
 
 CWM_LANES_INLINE Lanes LargestJumps_m(const Lanes& sigma_m) { return 3.0f * sigma_m + 0.01f; }
-
-CWM_LANES_INLINE void LinkBlock(const SurfacePlanes& planes, int row, int column, RowLinks& links) {
-  const Lanes range_m = LoadLanes(planes.range_m.Row(row) + column);
-  const Lanes sigma_m = LoadLanes(planes.sigma_m.Row(row) + column);
-  LaneMask near{}, possible{};
-  for (int k = 0; k < 8; ++k) {
-    const int v = row + kBeside[k][0], u = column + kBeside[k][1];
-    if (v < 0 || v >= planes.height) continue;
-    const Lanes jump_m = Absolute(range_m - LoadLanes(planes.range_m.Row(v) + u));
-    const Lanes other_m = LoadLanes(planes.sigma_m.Row(v) + u);
-    const LaneMask larger = other_m > sigma_m;
-    const Lanes most_m = LargestJumps_m(Where(larger, other_m) + Where(~larger, sigma_m));
-    const LaneMask is_near = jump_m <= most_m;
-    near |= is_near & (1 << k);
-    possible |= ~is_near & (jump_m <= 3.0f * most_m) & (1 << k);
-  }
-  StoreBytes(near, &links.near[static_cast<std::size_t>(column)]);
-  StoreBytes(possible, &links.possible[static_cast<std::size_t>(column)]);
-}
 
 struct Vectors {
   Lanes x, y, z;
@@ -51,6 +36,41 @@ CWM_LANES_INLINE Vectors Load(const ImagePlane& x, const ImagePlane& y, const Im
 
 CWM_LANES_INLINE Lanes Dot(const Vectors& a, const Vectors& b) {
   return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+
+// Linked where the ranges differ as on one surface, and where each of the two lies on the other's
+// tangent plane, as far as it is known; slanted surfaces, whose tangents are known, may differ by
+// three times as much.
+CWM_LANES_INLINE void LinkBlock(const SurfacePlanes& planes, int row, int column, RowLinks& links) {
+  const auto point = [&](int v, int u) { return Load(planes.x, planes.y, planes.z, v, u); };
+  const auto normal = [&](int v, int u) {
+    return Load(planes.normal_x, planes.normal_y, planes.normal_z, v, u);
+  };
+  const Lanes range_m = LoadLanes(planes.range_m.Row(row) + column);
+  const Lanes sigma_m = LoadLanes(planes.sigma_m.Row(row) + column);
+  const Vectors here = point(row, column), normal_here = normal(row, column);
+  LaneMask linked{}, steps{};
+  for (int k = 0; k < 8; ++k) {
+    const int v = row + kBeside[k][0], u = column + kBeside[k][1];
+    if (v < 0 || v >= planes.height) continue;
+    const Vectors there = point(v, u);
+    const Vectors d{there.x - here.x, there.y - here.y, there.z - here.z};
+    const Lanes jump_m = Absolute(range_m - LoadLanes(planes.range_m.Row(v) + u));
+    const Lanes other_m = LoadLanes(planes.sigma_m.Row(v) + u);
+    const LaneMask larger = other_m > sigma_m;
+    const Lanes most_sigma_m = Where(larger, other_m) + Where(~larger, sigma_m);
+    const Lanes most_m = LargestJumps_m(most_sigma_m), step_m = kStep_sigma * most_sigma_m;
+    const Lanes off_here_m = Absolute(Dot(normal_here, d));
+    const Lanes off_there_m = Absolute(Dot(normal(v, u), d));
+    // Comparisons with an unknown normal, NaN, are false.
+    const LaneMask on = (off_here_m <= step_m) & (off_there_m <= step_m);
+    const LaneMask off = (off_here_m > step_m) | (off_there_m > step_m);
+    const LaneMask is_linked = ((jump_m <= most_m) & ~off) | ((jump_m <= 3.0f * most_m) & on);
+    linked |= is_linked & (1 << k);
+    steps |= (jump_m <= 3.0f * most_m) & ~is_linked;
+  }
+  StoreBytes(linked, &links.linked[static_cast<std::size_t>(column)]);
+  StoreBytes(steps, &links.steps[static_cast<std::size_t>(column)]);
 }
 
 struct Place {
@@ -187,8 +207,8 @@ SurfacePlanes PlanesOfSurface(const MeasuredPoints& measured, const std::vector<
 }
 
 RowLinks::RowLinks(int width)
-    : near(static_cast<std::size_t>(width + kLanes)),
-      possible(static_cast<std::size_t>(width + kLanes)) {}
+    : linked(static_cast<std::size_t>(width + kLanes)),
+      steps(static_cast<std::size_t>(width + kLanes)) {}
 
 void LinkRow(const SurfacePlanes& planes, int row, RowLinks& links) {
 #if defined(__x86_64__)

@@ -25,10 +25,10 @@ SurfacePlanes PlanesOfSurface(const MeasuredPoints& measured, const std::vector<
 inline constexpr int kBeside[8][2] = {{-1, -1}, {-1, 0}, {-1, 1}, {0, -1},
                                       {0, 1},   {1, -1}, {1, 0},  {1, 1}};
 
-// One entry per pixel of a row, and a few more that say nothing; a bit per neighbour.
+// One entry per pixel of a row, and a few more that say nothing.
 struct RowLinks {
-  std::vector<std::uint8_t> near;      // ranges differ by LargestJump_m of the larger sigma or less
-  std::vector<std::uint8_t> possible;  // by more than that, but by three times as much or less
+  std::vector<std::uint8_t> linked;  // a bit per neighbour on the same surface
+  std::vector<std::uint8_t> steps;   // not zero: the surface steps towards a neighbour nearby
   explicit RowLinks(int width);
 };
 void LinkRow(const SurfacePlanes& planes, int row, RowLinks& links);
