@@ -25,12 +25,22 @@ struct Neighbour {
   float level = 0;
 };
 
+std::vector<std::size_t> SizesOfSets(DisjointSets& objects, std::size_t count) {
+  std::vector<std::size_t> members(count, 0);
+  for (std::size_t p = 0; p < count; ++p) ++members[objects.Root(p)];
+  return members;
+}
+
 // A scrap goes to its longest border; a small part on the side of something that reaches no support
-// is a handle of it, while one on top of something rests there.
+// is a handle of it, while one on top of something rests there. What is already part of an object
+// goes nowhere: it would make one of two.
 void JoinSmallParts(const PieceViews& views, std::int32_t support_count, DisjointSets& objects) {
+  std::vector<char> is_part(views.pieces.size());
+  const std::vector<std::size_t> members = SizesOfSets(objects, views.pieces.size());
+  for (std::size_t p = 0; p < is_part.size(); ++p) is_part[p] = members[objects.Root(p)] > 1;
   for (std::size_t p = 0; p < views.pieces.size(); ++p) {
     const PieceView& piece = views.pieces[p];
-    if (piece.sample.empty() || piece.area_m2 > kAttachedPart_m2) continue;
+    if (is_part[p] || piece.sample.empty() || piece.area_m2 > kAttachedPart_m2) continue;
     Neighbour best;
     int all = 0, to_support = 0;
     const auto id = static_cast<std::int32_t>(p);
@@ -46,11 +56,12 @@ void JoinSmallParts(const PieceViews& views, std::int32_t support_count, Disjoin
     }
     if (best.links == 0) continue;
     const bool scrap = piece.area_m2 <= kScrap_m2;
+    const bool touches = AreInContact(views, p, best.piece);
     const bool attached = piece.area_m2 <= kAttachedShare * views.pieces[best.piece].area_m2 &&
                           to_support <= kMostSupportShare * all && best.level < kLevelBorder;
     const bool knob = piece.area_m2 <= kKnobShare * views.pieces[best.piece].area_m2 &&
                       best.links >= kKnobBorder * all;
-    if (scrap || attached || knob) objects.Join(p, best.piece);
+    if (scrap || (touches && (attached || knob))) objects.Join(p, best.piece);
   }
 }
 
@@ -65,8 +76,7 @@ Pieces JoinPieces(const SurfaceGraph& graph, Pieces pieces, const SightMap& sigh
   JoinAcrossOccluders(graph.nodes(), views, sight, objects);
   JoinSmallParts(views, pieces.support_count, objects);
   // Patches that nothing claimed return to their support.
-  std::vector<std::size_t> members(count, 0);
-  for (std::size_t p = 0; p < count; ++p) ++members[objects.Root(p)];
+  const std::vector<std::size_t> members = SizesOfSets(objects, count);
   for (const auto& [patch, support] : pieces.patch_of) {
     const auto p = static_cast<std::size_t>(patch);
     if (members[objects.Root(p)] == 1) objects.Join(p, static_cast<std::size_t>(support));

@@ -57,7 +57,7 @@ class VesselJoiner {
       const Revolution r = JudgeRevolution(nodes_, views_.pieces[p].sample, wall.axis);
       if (!IsWall(r) || r.radius_m > wall.radius_m + kWall_m) continue;
       // Two outsides on one axis are stacked things unless they touch; an inside needs a rim.
-      if (IsInner(r) == IsInner(wall) && !Touch(p, seed)) continue;
+      if (IsInner(r) == IsInner(wall) && !AreInContact(views_, p, seed)) continue;
       if (IsInner(r) != IsInner(wall) &&
           std::abs(views_.pieces[p].high_z_m - views_.pieces[seed].high_z_m) > kRimHeight_m) {
         continue;
@@ -77,10 +77,6 @@ class VesselJoiner {
     if (piece.sample.empty() || piece.bounds.isEmpty()) return false;
     return piece.high_z_m <= views_.pieces[seed].high_z_m + kRimHeight_m &&
            ShareWithin(nodes_, piece, wall.axis, wall.radius_m + kWall_m) >= 0.9;
-  }
-
-  bool Touch(std::size_t a, std::size_t b) const {
-    return views_.borders.contains({static_cast<std::int32_t>(a), static_cast<std::int32_t>(b)});
   }
 
   // The floor, and scraps of the walls: within the rim, below it, and level, inward or small.

@@ -1,6 +1,7 @@
 #include "perception/scene/piece_views.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "perception/cloud/parallel_for.h"
 #include "perception/cloud/quantile.h"
@@ -8,9 +9,14 @@
 namespace cwm::perception {
 namespace {
 
+// Links between two pieces, per square root of the smaller one's nodes: a tenth of the outline of a
+// compact piece, each of whose border nodes has three links across.
+constexpr double kLeastContact = 1.2;
+
 PieceView ViewPiece(const SurfaceGraph& graph, const std::vector<std::uint32_t>& nodes) {
   PieceView view;
   if (nodes.empty()) return view;
+  view.node_count = nodes.size();
   const std::size_t stride = (nodes.size() + kMostSamples - 1) / kMostSamples;
   std::vector<float> heights;
   for (std::size_t k = 0; k < nodes.size(); k += stride) {
@@ -49,6 +55,15 @@ PieceViews ViewPieces(const SurfaceGraph& graph, const Pieces& pieces, const Wor
     for (std::size_t p = begin; p < end; ++p) views.pieces[p] = ViewPiece(graph, nodes[p]);
   });
   return views;
+}
+
+bool AreInContact(const PieceViews& views, std::size_t a, std::size_t b) {
+  const auto border =
+      views.borders.find({static_cast<std::int32_t>(a), static_cast<std::int32_t>(b)});
+  if (border == views.borders.end()) return false;
+  const auto nodes = static_cast<double>(
+      std::min(views.pieces[a].node_count, views.pieces[b].node_count));
+  return border->second.links >= kLeastContact * std::sqrt(nodes);
 }
 
 }  // namespace cwm::perception

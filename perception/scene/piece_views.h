@@ -14,6 +14,7 @@ namespace cwm::perception {
 
 struct PieceView {
   std::vector<std::uint32_t> sample;  // nodes, at most kMostSamples, evenly spread
+  std::size_t node_count = 0;
   double area_m2 = 0;
   double low_z_m = 0, high_z_m = 0;  // 2nd and 98th percentile of height
   Eigen::AlignedBox3d bounds;
@@ -29,6 +30,9 @@ struct PieceViews {
   std::vector<PieceView> pieces;                                    // per piece; empty for supports
   std::map<std::pair<std::int32_t, std::int32_t>, Border> borders;  // ordered pairs, both ways
 };
+
+// Whether two pieces share a good part of their outline: less is a touch in passing.
+bool AreInContact(const PieceViews& views, std::size_t a, std::size_t b);
 
 inline constexpr std::size_t kMostSamples = 400;
 
