@@ -1,17 +1,12 @@
 #include "perception/scene/piece_views.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "perception/cloud/parallel_for.h"
 #include "perception/cloud/quantile.h"
 
 namespace cwm::perception {
 namespace {
-
-// Links between two pieces, per square root of the smaller one's nodes: a tenth of the outline of a
-// compact piece, each of whose border nodes has three links across.
-constexpr double kLeastContact = 1.2;
 
 PieceView ViewPiece(const SurfaceGraph& graph, const std::vector<std::uint32_t>& nodes) {
   PieceView view;
@@ -60,10 +55,9 @@ PieceViews ViewPieces(const SurfaceGraph& graph, const Pieces& pieces, const Wor
 bool AreInContact(const PieceViews& views, std::size_t a, std::size_t b) {
   const auto border =
       views.borders.find({static_cast<std::int32_t>(a), static_cast<std::int32_t>(b)});
-  if (border == views.borders.end()) return false;
-  const auto nodes = static_cast<double>(
-      std::min(views.pieces[a].node_count, views.pieces[b].node_count));
-  return border->second.links >= kLeastContact * std::sqrt(nodes);
+  return border != views.borders.end() &&
+         IsContact(border->second.links,
+                   std::min(views.pieces[a].node_count, views.pieces[b].node_count));
 }
 
 }  // namespace cwm::perception

@@ -10,6 +10,7 @@
 
 #include "perception/cloud/parallel_for.h"
 #include "perception/scene/connected_sets.h"
+#include "perception/scene/disjoint_sets.h"
 
 namespace cwm::perception {
 namespace {
@@ -25,6 +26,9 @@ constexpr double kLargestPatch_m2 = 0.04;          // the floor of a pot of 22 c
 constexpr float kFlatShare = 0.9f;                 // the rest may be mixed pixels
 constexpr std::size_t kNodesPerPiece = 16384;      // of work, of some 20 ns a node
 constexpr std::size_t kCellsPerPiece = 64;         // of work, of some 100 nodes
+// Links per square root of nodes: a tenth of the outline of a compact piece, each of whose border
+// nodes has three links across.
+constexpr double kLeastContact = 1.2;
 constexpr std::uint32_t kSmallestSeed_nodes = 40;  // three independent ones fix a plane
 
 bool IsLevel(const OrientedPoints& nodes, std::size_t i, const Vector3f& up) {
@@ -268,6 +272,39 @@ class PieceGrower {
   Queue claims_;
 };
 
+// Noise steps too, where a surface is seen at a grazing angle: pieces that share a good part of their
+// outline without a crease or a step are one; the numbers of the others close up.
+void JoinEvenPieces(const SurfaceGraph& graph, const std::vector<char>& crease, Pieces& pieces,
+                    const Work& work) {
+  std::map<std::pair<std::int32_t, std::int32_t>, int> even_links;  // of lower and higher piece
+  for (std::uint32_t i : BorderNodes(graph, pieces, work)) {
+    const std::int32_t a = pieces.of_node[i];
+    if (crease[i]) continue;
+    graph.ForEachLinked(i, [&](std::size_t j) {
+      const std::int32_t b = pieces.of_node[j];
+      if (a < b && !crease[j]) ++even_links[{a, b}];
+    });
+  }
+  std::vector<std::size_t> nodes(static_cast<std::size_t>(pieces.piece_count), 0);
+  for (std::int32_t p : pieces.of_node) {
+    if (p != kNoPiece) ++nodes[static_cast<std::size_t>(p)];
+  }
+  DisjointSets sets(nodes.size());
+  for (const auto& [pair, links] : even_links) {
+    const auto a = static_cast<std::size_t>(pair.first), b = static_cast<std::size_t>(pair.second);
+    if (IsContact(links, std::min(nodes[a], nodes[b]))) sets.Join(a, b);
+  }
+  std::vector<std::int32_t> renamed(nodes.size());
+  std::int32_t next = 0;
+  for (std::size_t p = 0; p < renamed.size(); ++p) {
+    renamed[p] = sets.Root(p) == p ? next++ : renamed[sets.Root(p)];
+  }
+  for (std::int32_t& p : pieces.of_node) {
+    if (p != kNoPiece) p = renamed[static_cast<std::size_t>(p)];
+  }
+  pieces.piece_count = next;
+}
+
 // Pieces that nowhere rise (or sink) above what noise and warp of the sensor can make of a support
 // are part of it; the numbers of the others close up.
 void AbsorbFlatPieces(const SurfaceGraph& graph, const std::vector<SupportPlane>& supports,
@@ -308,6 +345,10 @@ void AbsorbFlatPieces(const SurfaceGraph& graph, const std::vector<SupportPlane>
 
 }  // namespace
 
+bool IsContact(int links, std::size_t nodes) {
+  return links >= kLeastContact * std::sqrt(static_cast<double>(nodes));
+}
+
 std::vector<std::uint32_t> BorderNodes(const SurfaceGraph& graph, const Pieces& pieces,
                                        const Work& work) {
   return NodesWhere(graph.size(), work, [&](std::size_t i) {
@@ -339,6 +380,7 @@ Pieces CutIntoPieces(const SurfaceGraph& graph, const std::vector<char>& crease,
   }
   SeedPieces(graph, may_seed, pieces, work);
   PieceGrower(graph, supports, pieces).Grow();
+  JoinEvenPieces(graph, crease, pieces, work);
   AbsorbFlatPieces(graph, supports, pieces, work);
   SeparatePatches(graph, pieces, work);
   return pieces;

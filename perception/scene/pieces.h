@@ -30,6 +30,10 @@ struct Pieces {
 std::vector<std::uint32_t> BorderNodes(const SurfaceGraph& graph, const Pieces& pieces,
                                        const Work& work);
 
+// Whether that many links between two pieces, the smaller of so many nodes, are a good part of its
+// outline; fewer are a touch in passing.
+bool IsContact(int links, std::size_t nodes);
+
 // Chosen: above what warp bends a face by, below a box's edge.
 inline constexpr float kConcave_rad = 20 * std::numbers::pi_v<float> / 180;
 

@@ -44,7 +44,7 @@ class SurfaceGraph {
   const MeasuredPoints* image() const { return measured_; }
 
   // f(other) for the nodes right beside this one on the same surface. On an image: within
-  // LargestJump_m in range, three times that on slanted surfaces, and each within 3 sigma of the
+  // LargestJump_m in range, three times that on slanted surfaces, and each within 4 sigma of the
   // other's tangent plane.
   template <class F>
   void ForEachLinked(std::size_t node, F&& f) const;
