@@ -14,6 +14,7 @@ namespace {
 // Of the distance of a pixel from the tangent plane of the one beside it: on one surface, 4 pairs of
 // 1000 are farther away, by the noise of the points and of the normal.
 constexpr float kStep_sigma = 4;
+constexpr float kFrontal_cos = 0.5f;  // beyond 60 degrees noise along the surface doubles
 
 using Bytes = std::uint8_t __attribute__((vector_size(kLanes)));
 
@@ -38,9 +39,15 @@ CWM_LANES_INLINE Lanes Dot(const Vectors& a, const Vectors& b) {
   return a.x * b.x + a.y * b.y + a.z * b.z;
 }
 
+CWM_LANES_INLINE LaneMask IsFrontal(const Vectors& normal, const Vectors& point,
+                                    const Lanes& range_m) {
+  return Absolute(Dot(normal, point)) >= kFrontal_cos * range_m;
+}
+
 // Linked where the ranges differ as on one surface, and where each of the two lies on the other's
-// tangent plane, as far as it is known; slanted surfaces, whose tangents are known, may differ by
-// three times as much.
+// tangent plane, as far as it is known; one of them is enough where one is seen at a grazing angle,
+// as behind the edge of a box. Slanted surfaces may differ by three times as much in range when
+// each lies on the other's tangent plane.
 CWM_LANES_INLINE void LinkBlock(const SurfacePlanes& planes, int row, int column, RowLinks& links) {
   const auto point = [&](int v, int u) { return Load(planes.x, planes.y, planes.z, v, u); };
   const auto normal = [&](int v, int u) {
@@ -49,22 +56,28 @@ CWM_LANES_INLINE void LinkBlock(const SurfacePlanes& planes, int row, int column
   const Lanes range_m = LoadLanes(planes.range_m.Row(row) + column);
   const Lanes sigma_m = LoadLanes(planes.sigma_m.Row(row) + column);
   const Vectors here = point(row, column), normal_here = normal(row, column);
+  const LaneMask frontal_here = IsFrontal(normal_here, here, range_m);
   LaneMask linked{}, steps{};
   for (int k = 0; k < 8; ++k) {
     const int v = row + kBeside[k][0], u = column + kBeside[k][1];
     if (v < 0 || v >= planes.height) continue;
     const Vectors there = point(v, u);
     const Vectors d{there.x - here.x, there.y - here.y, there.z - here.z};
-    const Lanes jump_m = Absolute(range_m - LoadLanes(planes.range_m.Row(v) + u));
+    const Lanes range_there_m = LoadLanes(planes.range_m.Row(v) + u);
+    const Lanes jump_m = Absolute(range_m - range_there_m);
     const Lanes other_m = LoadLanes(planes.sigma_m.Row(v) + u);
     const LaneMask larger = other_m > sigma_m;
     const Lanes most_sigma_m = Where(larger, other_m) + Where(~larger, sigma_m);
     const Lanes most_m = LargestJumps_m(most_sigma_m), step_m = kStep_sigma * most_sigma_m;
+    const Vectors normal_there = normal(v, u);
     const Lanes off_here_m = Absolute(Dot(normal_here, d));
-    const Lanes off_there_m = Absolute(Dot(normal(v, u), d));
+    const Lanes off_there_m = Absolute(Dot(normal_there, d));
+    const LaneMask frontal = frontal_here & IsFrontal(normal_there, there, range_there_m);
     // Comparisons with an unknown normal, NaN, are false.
     const LaneMask on = (off_here_m <= step_m) & (off_there_m <= step_m);
-    const LaneMask off = (off_here_m > step_m) | (off_there_m > step_m);
+    const LaneMask off_one = (off_here_m > step_m) | (off_there_m > step_m);
+    const LaneMask off_both = (off_here_m > step_m) & (off_there_m > step_m);
+    const LaneMask off = (frontal & off_one) | off_both;
     const LaneMask is_linked = ((jump_m <= most_m) & ~off) | ((jump_m <= 3.0f * most_m) & on);
     linked |= is_linked & (1 << k);
     steps |= (jump_m <= 3.0f * most_m) & ~is_linked;
