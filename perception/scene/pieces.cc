@@ -22,10 +22,10 @@ constexpr float kDegree = std::numbers::pi_v<float> / 180;
 constexpr float kSupportNormalGate_rad = 15 * kDegree;
 constexpr float kNormalGate_sigma = 3;
 constexpr float kWarp_sigma = 6;  // half of the largest: what rises more is a thing of its own
-constexpr double kLargestPatch_m2 = 0.04;          // the floor of a pot of 22 cm
-constexpr float kFlatShare = 0.9f;                 // the rest may be mixed pixels
-constexpr std::size_t kNodesPerPiece = 16384;      // of work, of some 20 ns a node
-constexpr std::size_t kCellsPerPiece = 64;         // of work, of some 100 nodes
+constexpr double kLargestPatch_m2 = 0.04;      // the floor of a pot of 22 cm
+constexpr float kFlatShare = 0.9f;             // the rest may be mixed pixels
+constexpr std::size_t kNodesPerPiece = 16384;  // of work, of some 20 ns a node
+constexpr std::size_t kCellsPerPiece = 64;     // of work, of some 100 nodes
 // Links per square root of nodes: a tenth of the outline of a compact piece, each of whose border
 // nodes has three links across.
 constexpr double kLeastContact = 1.2;
@@ -272,28 +272,48 @@ class PieceGrower {
   Queue claims_;
 };
 
-// Noise steps too, where a surface is seen at a grazing angle: pieces that share a good part of their
-// outline without a crease or a step are one; the numbers of the others close up.
+struct PieceSize {
+  std::size_t nodes = 0, grazing = 0;  // of them seen at a grazing angle
+};
+
+std::vector<PieceSize> SizesOf(const SurfaceGraph& graph, const Pieces& pieces) {
+  std::vector<PieceSize> sizes(static_cast<std::size_t>(pieces.piece_count));
+  const OrientedPoints& nodes = graph.nodes();
+  const Vector3f viewpoint = nodes.viewpoint.cast<float>();
+  for (std::size_t i = 0; i < graph.size(); ++i) {
+    if (pieces.of_node[i] < pieces.support_count) continue;  // kNoPiece among them
+    PieceSize& size = sizes[static_cast<std::size_t>(pieces.of_node[i])];
+    ++size.nodes;
+    const float along = std::abs(nodes.normals[i].dot(nodes.points[i] - viewpoint));
+    size.grazing += along < kFrontal_cos * graph.range_m(i);
+  }
+  return sizes;
+}
+
+// Noise steps too, where a surface is seen at a grazing angle. Pieces that share a good part of
+// their outline without a crease or a step are one; what is seen at a grazing angle alone goes to
+// the one that it shares most of it with, as the narrow side of a box does. The numbers of the
+// others close up.
 void JoinEvenPieces(const SurfaceGraph& graph, const std::vector<char>& crease, Pieces& pieces,
                     const Work& work) {
-  std::map<std::pair<std::int32_t, std::int32_t>, int> even_links;  // of lower and higher piece
+  std::map<std::pair<std::int32_t, std::int32_t>, int> even_links;  // both ways
   for (std::uint32_t i : BorderNodes(graph, pieces, work)) {
     const std::int32_t a = pieces.of_node[i];
     if (crease[i]) continue;
     graph.ForEachLinked(i, [&](std::size_t j) {
       const std::int32_t b = pieces.of_node[j];
-      if (a < b && !crease[j]) ++even_links[{a, b}];
+      if (a != b && b >= pieces.support_count && !crease[j]) ++even_links[{a, b}];
     });
   }
-  std::vector<std::size_t> nodes(static_cast<std::size_t>(pieces.piece_count), 0);
-  for (std::int32_t p : pieces.of_node) {
-    if (p != kNoPiece) ++nodes[static_cast<std::size_t>(p)];
-  }
+  const std::vector<PieceSize> nodes = SizesOf(graph, pieces);
   DisjointSets sets(nodes.size());
+  std::map<std::size_t, std::pair<int, std::size_t>> best;  // of those at a grazing angle
   for (const auto& [pair, links] : even_links) {
     const auto a = static_cast<std::size_t>(pair.first), b = static_cast<std::size_t>(pair.second);
-    if (IsContact(links, std::min(nodes[a], nodes[b]))) sets.Join(a, b);
+    if (IsContact(links, std::min(nodes[a].nodes, nodes[b].nodes))) sets.Join(a, b);
+    if (2 * nodes[a].grazing >= nodes[a].nodes) best[a] = std::max(best[a], {links, b});
   }
+  for (const auto& [piece, other] : best) sets.Join(piece, other.second);
   std::vector<std::int32_t> renamed(nodes.size());
   std::int32_t next = 0;
   for (std::size_t p = 0; p < renamed.size(); ++p) {

@@ -14,7 +14,6 @@ namespace {
 // Of the distance of a pixel from the tangent plane of the one beside it: on one surface, 4 pairs of
 // 1000 are farther away, by the noise of the points and of the normal.
 constexpr float kStep_sigma = 4;
-constexpr float kFrontal_cos = 0.5f;  // beyond 60 degrees noise along the surface doubles
 
 using Bytes = std::uint8_t __attribute__((vector_size(kLanes)));
 
@@ -80,7 +79,7 @@ CWM_LANES_INLINE void LinkBlock(const SurfacePlanes& planes, int row, int column
     const LaneMask off = (frontal & off_one) | off_both;
     const LaneMask is_linked = ((jump_m <= most_m) & ~off) | ((jump_m <= 3.0f * most_m) & on);
     linked |= is_linked & (1 << k);
-    steps |= (jump_m <= 3.0f * most_m) & ~is_linked;
+    steps |= (jump_m <= most_m) & ~is_linked;
   }
   StoreBytes(linked, &links.linked[static_cast<std::size_t>(column)]);
   StoreBytes(steps, &links.steps[static_cast<std::size_t>(column)]);

@@ -21,6 +21,9 @@ struct SurfacePlanes {
 SurfacePlanes PlanesOfSurface(const MeasuredPoints& measured, const std::vector<float>& range_m,
                               const Work& work);
 
+// Of incidence: beyond 60 degrees noise doubles along the surface.
+inline constexpr float kFrontal_cos = 0.5f;
+
 // The neighbours of a pixel, row and column, in the order of their bits.
 inline constexpr int kBeside[8][2] = {{-1, -1}, {-1, 0}, {-1, 1}, {0, -1},
                                       {0, 1},   {1, -1}, {1, 0},  {1, 1}};
