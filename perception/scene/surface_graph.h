@@ -44,13 +44,14 @@ class SurfaceGraph {
   const MeasuredPoints* image() const { return measured_; }
 
   // f(other) for the nodes right beside this one on the same surface. On an image: within
-  // LargestJump_m in range, three times that on slanted surfaces, and each within 4 sigma of the
-  // other's tangent plane.
+  // LargestJump_m in range and not off the other's tangent plane by more than 4 sigma, neither of
+  // the two (where one is seen at a grazing angle, beyond kFrontal_cos: not both); or within three
+  // times that, as slanted surfaces are, and each on the other's tangent plane.
   template <class F>
   void ForEachLinked(std::size_t node, F&& f) const;
 
-  // Of an image: whether the surface steps right beside the node, towards one that is too near in
-  // range to be another thing's for certain and yet not linked. False for a grid.
+  // Whether one right beside this node is not linked, though within LargestJump_m in range: what
+  // lies across a step may be linked elsewhere by noise. False for a grid.
   bool IsAtStep(std::size_t node) const { return !at_step_.empty() && at_step_[node]; }
 
   // f(other) for those of them that come before this one in the order of nodes: each link once.

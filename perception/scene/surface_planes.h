@@ -31,7 +31,7 @@ inline constexpr int kBeside[8][2] = {{-1, -1}, {-1, 0}, {-1, 1}, {0, -1},
 // One entry per pixel of a row, and a few more that say nothing.
 struct RowLinks {
   std::vector<std::uint8_t> linked;  // a bit per neighbour on the same surface
-  std::vector<std::uint8_t> steps;   // not zero: the surface steps towards a neighbour nearby
+  std::vector<std::uint8_t> steps;   // not zero: a neighbour within LargestJump_m is not
   explicit RowLinks(int width);
 };
 void LinkRow(const SurfacePlanes& planes, int row, RowLinks& links);

@@ -46,16 +46,21 @@ MeasuredPoints Blocks(int seed) {
   return measured;
 }
 
+bool IsFrontal(const OrientedPoints& nodes, std::size_t i) {
+  return std::abs(nodes.normals[i].dot(nodes.points[i])) >= kFrontal_cos * nodes.points[i].norm();
+}
+
 // What the header says of ForEachLinked, pixel by pixel.
 bool AreLinked(const OrientedPoints& nodes, std::size_t a, std::size_t b) {
   const float sigma = std::max(nodes.sigma_m[a], nodes.sigma_m[b]);
   const float jump = std::abs(nodes.points[a].norm() - nodes.points[b].norm());
-  if (jump <= LargestJump_m(sigma)) return true;
-  if (jump > 3 * LargestJump_m(sigma)) return false;
   const Vector3f d = nodes.points[b] - nodes.points[a];
-  return !nodes.normals[a].isZero() && !nodes.normals[b].isZero() &&
-         std::abs(nodes.normals[a].dot(d)) <= 3 * sigma &&
-         std::abs(nodes.normals[b].dot(d)) <= 3 * sigma;
+  const bool known_a = !nodes.normals[a].isZero(), known_b = !nodes.normals[b].isZero();
+  const bool off_a = known_a && std::abs(nodes.normals[a].dot(d)) > 4 * sigma;
+  const bool off_b = known_b && std::abs(nodes.normals[b].dot(d)) > 4 * sigma;
+  const bool frontal = known_a && known_b && IsFrontal(nodes, a) && IsFrontal(nodes, b);
+  if (jump <= LargestJump_m(sigma) && !(frontal ? off_a || off_b : off_a && off_b)) return true;
+  return jump <= 3 * LargestJump_m(sigma) && known_a && known_b && !off_a && !off_b;
 }
 
 TEST(SurfaceGraph, LinksThePixelsBesideEachOtherOnOneSurfaceInTheirOrder) {
@@ -135,6 +140,48 @@ TEST(ConnectedSets, HoldWhatCanBeReachedWithinAClassInTheOrderOfFirstNodes) {
   EXPECT_EQ(sets.first_nodes, first_nodes);
   EXPECT_GT(sets.count(), 10u);
   EXPECT_EQ(FindConnectedSets(graph, classes, {}).of_node, sets.of_node);  // on one thread
+}
+
+// A wall at 0.8 m, its right half nearer by `step_m`.
+MeasuredPoints Step(float step_m) {
+  PointCloud cloud;
+  cloud.width = kWidth;
+  cloud.height = kHeight;
+  for (int v = 0; v < kHeight; ++v) {
+    for (int u = 0; u < kWidth; ++u) {
+      const Vector3f ray((static_cast<float>(u) - 80) / kFocal_px,
+                         (static_cast<float>(v) - 60) / kFocal_px, 1);
+      cloud.points.push_back(ray * (u < kWidth / 2 ? 0.8f : 0.8f - step_m));
+    }
+  }
+  MeasuredPoints measured = *CollectMeasured(cloud, {});
+  EstimateImageNormals(measured, {});
+  return measured;
+}
+
+TEST(SurfaceGraph, EndsASurfaceWhereItStepsByMoreThanNoiseThoughByLessThanAJump) {
+  const MeasuredPoints measured = Step(0.010f);
+  ASSERT_LT(0.010f, LargestJump_m(measured.oriented.sigma_m[0]));
+  const SurfaceGraph graph = SurfaceGraph::OfImage(measured, {});
+  std::size_t at_step = 0;
+  for (std::size_t i = 0; i < graph.size(); ++i) {
+    const auto column = static_cast<int>(measured.oriented.cloud_index[i]) % kWidth;
+    graph.ForEachLinked(i, [&](std::size_t j) {
+      const auto other = static_cast<int>(measured.oriented.cloud_index[j]) % kWidth;
+      EXPECT_EQ(column < kWidth / 2, other < kWidth / 2) << "node " << i;
+    });
+    at_step += graph.IsAtStep(i);
+    if (graph.IsAtStep(i)) {
+      EXPECT_TRUE(column == kWidth / 2 - 1 || column == kWidth / 2) << column;
+    }
+  }
+  EXPECT_EQ(at_step, 2u * kHeight);
+}
+
+TEST(SurfaceGraph, LinksAcrossWhatNoiseExplains) {
+  const MeasuredPoints measured = Step(0.002f);
+  const SurfaceGraph graph = SurfaceGraph::OfImage(measured, {});
+  for (std::size_t i = 0; i < graph.size(); ++i) EXPECT_FALSE(graph.IsAtStep(i)) << "node " << i;
 }
 
 }  // namespace
