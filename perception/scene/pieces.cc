@@ -305,6 +305,7 @@ void JoinEvenPieces(const SurfaceGraph& graph, const std::vector<char>& crease, 
       if (a != b && b >= pieces.support_count && !crease[j]) ++even_links[{a, b}];
     });
   }
+  if (even_links.empty()) return;
   const std::vector<PieceSize> nodes = SizesOf(graph, pieces);
   DisjointSets sets(nodes.size());
   std::map<std::size_t, std::pair<int, std::size_t>> best;  // of those at a grazing angle
