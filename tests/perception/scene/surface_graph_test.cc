@@ -142,15 +142,16 @@ TEST(ConnectedSets, HoldWhatCanBeReachedWithinAClassInTheOrderOfFirstNodes) {
   EXPECT_EQ(FindConnectedSets(graph, classes, {}).of_node, sets.of_node);  // on one thread
 }
 
-// A wall at 0.8 m, its right half nearer by `step_m`.
+// A wall at 0.8 m, its right half nearer by `step_m`, as fine as a Kinect sees it.
 MeasuredPoints Step(float step_m) {
+  constexpr float kKinect_px = 525;
   PointCloud cloud;
   cloud.width = kWidth;
   cloud.height = kHeight;
   for (int v = 0; v < kHeight; ++v) {
     for (int u = 0; u < kWidth; ++u) {
-      const Vector3f ray((static_cast<float>(u) - 80) / kFocal_px,
-                         (static_cast<float>(v) - 60) / kFocal_px, 1);
+      const Vector3f ray((static_cast<float>(u) - 80) / kKinect_px,
+                         (static_cast<float>(v) - 60) / kKinect_px, 1);
       cloud.points.push_back(ray * (u < kWidth / 2 ? 0.8f : 0.8f - step_m));
     }
   }
