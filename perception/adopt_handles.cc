@@ -21,6 +21,8 @@ constexpr double kStanding_sigma = 4;
 constexpr float kLowest = 0.05f;    // quantile of heights: what stands has its foot there
 constexpr int kMostRounds = 4;      // a handle in as many parts, each beyond the one before
 constexpr double kMostShare = 0.5;  // of the vessel's points, that its handle may have
+// Of what a thing keeps beside the handle, on the vessel's wall: then it is a part of the vessel.
+constexpr double kOnWall = 0.8;
 
 using Points = std::vector<std::uint32_t>;
 
@@ -30,18 +32,25 @@ Eigen::AlignedBox3f BoundsOf(const OrientedPoints& points, const Points& members
   return bounds;
 }
 
-// On the support that the vessel stands on.
-bool Stands(const SegmentedScene& scene, const SegmentedThing& thing, std::int32_t support) {
+// On the support that the vessel stands on, if it is known.
+bool Stands(const SegmentedScene& scene, const Points& members, std::int32_t support) {
+  if (support < 0) return false;
   const Pose X_SL =
       scene.supports[static_cast<std::size_t>(support)].plate.X_FS.inverse(Eigen::Isometry);
   std::vector<double> heights_m;
   double sigma_m = 0;
-  for (std::uint32_t i : thing.points) {
+  for (std::uint32_t i : members) {
     heights_m.push_back((X_SL * scene.points.points[i].cast<double>()).z());
     sigma_m = std::max(sigma_m, double{scene.points.sigma_m[i]});
   }
   return Quantile(std::move(heights_m), kLowest) <= kStanding_sigma * sigma_m;
 }
+
+// Points of a thing, by their places in its list, and the thing that they are given to.
+struct GivenPart {
+  std::size_t from = 0, to = 0;
+  Points places;
+};
 
 class Adoption {
  public:
@@ -76,8 +85,28 @@ class Adoption {
     return any;
   }
 
+  // Of things that stay: what of their points is a handle of another one's wall, which they touch.
+  void GiveParts() {
+    for (std::size_t k = 0; k < given_to_.size(); ++k) {
+      if (given_to_[k] != k) continue;
+      for (std::size_t from = 0; from < given_to_.size(); ++from) {
+        work_.Poll();
+        if (from == k || given_to_[from] != from ||
+            scene_.things[from].points.size() < kLeastHandlePoints ||
+            bounds_[from].exteriorDistance(bounds_[k]) > kMostHandleGap_m) {
+          continue;
+        }
+        if (!asked_[k]) Ask(k);
+        if (!vessels_[k]) break;
+        GivePartsOf(from, k);
+      }
+    }
+  }
+
   // Per thing the one that it is given to: itself where none.
   const std::vector<std::size_t>& given_to() const { return given_to_; }
+  // Places in their lists of the points of things that go to another one without the rest.
+  const std::vector<GivenPart>& given_parts() const { return given_parts_; }
 
  private:
   std::size_t VesselOf(std::size_t part) {
@@ -85,7 +114,7 @@ class Adoption {
     const double most = static_cast<double>(thing.points.size()) / kMostShare;
     for (std::size_t k = 0; k < scene_.things.size(); ++k) {
       const SegmentedThing& vessel = scene_.things[k];
-      if (k == part || given_to_[k] != k || vessel.supported_by < 0) continue;
+      if (k == part || given_to_[k] != k) continue;
       if (static_cast<double>(vessel.points.size()) < most) continue;
       if (bounds_[part].exteriorDistance(bounds_[k]) > kMostHandleGap_m) continue;
       if (IsHandleOf(thing, k)) return k;
@@ -110,8 +139,62 @@ class Adoption {
 
   bool IsHandleOf(const SegmentedThing& part, std::size_t k) {
     if (!asked_[k]) Ask(k);
-    return vessels_[k] && !Stands(scene_, part, scene_.things[k].supported_by) &&
+    return vessels_[k] && !Stands(scene_, part.points, scene_.things[k].supported_by) &&
            vessels_[k]->HasHandle(ThingSample(scene_, part).Points(), known_[k]);
+  }
+
+  void GivePartsOf(std::size_t from, std::size_t k) {
+    const ThingSample sample(scene_, scene_.things[from]);
+    const OrientedPoints points = sample.Points();
+    std::vector<Vessel::Cluster> handles = vessels_[k]->FindHandlesIn(points, work_);
+    std::vector<char> rest(points.size(), 1);
+    for (const Vessel::Cluster& handle : handles) {
+      for (std::uint32_t i : handle) rest[i] = 0;
+    }
+    const bool is_of_vessel = vessels_[k]->ShareOnWalls(points, rest) >= kOnWall;
+    std::erase_if(handles, [&](const Vessel::Cluster& handle) {
+      return !is_of_vessel && IsItsOwn(points, handle, from, *vessels_[k]);
+    });
+    std::vector<std::int32_t> part(points.size(), -1);
+    for (const Vessel::Cluster& handle : handles) {
+      for (std::uint32_t i : handle) part[i] = 0;
+    }
+    Points places;
+    const std::vector<std::int32_t> of_all = sample.OfAll(part, work_);
+    for (std::uint32_t i = 0; i < of_all.size(); ++i) {
+      if (of_all[i] == 0) places.push_back(i);
+    }
+    const double most = kMostShare * static_cast<double>(scene_.things[k].points.size());
+    if (places.empty() || static_cast<double>(places.size()) > most || HasGivenPart(from) ||
+        Stands(scene_, PointsAt(from, places), scene_.things[k].supported_by)) {
+      return;
+    }
+    if (is_of_vessel) {
+      given_to_[from] = k;
+      bounds_[k].extend(bounds_[from]);
+    } else {
+      given_parts_.push_back({from, k, std::move(places)});
+    }
+  }
+
+  // A thing gives once: its places are those of its list as it was.
+  bool HasGivenPart(std::size_t from) const {
+    return std::any_of(given_parts_.begin(), given_parts_.end(),
+                       [&](const GivenPart& part) { return part.from == from; });
+  }
+
+  Points PointsAt(std::size_t k, const Points& places) const {
+    Points points;
+    for (std::uint32_t i : places) points.push_back(scene_.things[k].points[i]);
+    return points;
+  }
+
+  // Whether a cluster of a thing's points stands out from that thing's own wall rather than from
+  // the wall of `vessel`.
+  bool IsItsOwn(const OrientedPoints& points, const Vessel::Cluster& cluster, std::size_t k,
+                const Vessel& vessel) {
+    if (!asked_[k]) Ask(k);
+    return vessels_[k] && vessels_[k]->Gap_m(points, cluster) < vessel.Gap_m(points, cluster);
   }
 
   const SegmentedScene& scene_;
@@ -121,6 +204,7 @@ class Adoption {
   std::vector<std::vector<Eigen::Vector3f>> known_;  // points of their handles
   std::vector<char> asked_;
   std::vector<std::size_t> given_to_;
+  std::vector<GivenPart> given_parts_;
 };
 
 // Removes things without points and brings the rest in order.
@@ -145,15 +229,39 @@ void Tidy(std::vector<SegmentedThing>& things, const std::vector<std::size_t>& g
   things = std::move(kept);
 }
 
+void MovePart(const GivenPart& part, std::vector<SegmentedThing>& things) {
+  SegmentedThing &from = things[part.from], &to = things[part.to];
+  const double share =
+      static_cast<double>(part.places.size()) / static_cast<double>(from.points.size());
+  const auto nodes = static_cast<std::size_t>(share * static_cast<double>(from.node_count));
+  from.node_count -= nodes;
+  to.node_count += nodes;
+  Points kept;
+  auto next = part.places.begin();
+  for (std::uint32_t i = 0; i < from.points.size(); ++i) {
+    const bool moves = next != part.places.end() && *next == i;
+    if (moves) ++next;
+    (moves ? to.points : kept).push_back(from.points[i]);
+  }
+  from.points = std::move(kept);
+}
+
+bool AnyGiven(const std::vector<std::size_t>& given_to) {
+  for (std::size_t k = 0; k < given_to.size(); ++k) {
+    if (given_to[k] != k) return true;
+  }
+  return false;
+}
+
 }  // namespace
 
 void AdoptHandles(SegmentedScene& scene, const Work& work) {
   std::vector<SegmentedThing>& things = scene.things;
   Adoption adoption(scene, work);
-  int rounds = 0;
-  while (rounds < kMostRounds && adoption.Give()) ++rounds;
-  if (rounds == 0) return;
+  for (int round = 0; round < kMostRounds && adoption.Give();) ++round;
+  adoption.GiveParts();
   std::vector<std::size_t> given_to = adoption.given_to();
+  for (const GivenPart& part : adoption.given_parts()) MovePart(part, things);
   for (std::size_t k = 0; k < things.size(); ++k) {
     while (given_to[given_to[k]] != given_to[k]) given_to[k] = given_to[given_to[k]];
     if (given_to[k] == k) continue;
@@ -161,7 +269,7 @@ void AdoptHandles(SegmentedScene& scene, const Work& work) {
     all.insert(all.end(), things[k].points.begin(), things[k].points.end());
     things[given_to[k]].node_count += things[k].node_count;
   }
-  Tidy(things, given_to);
+  if (AnyGiven(given_to) || !adoption.given_parts().empty()) Tidy(things, given_to);
 }
 
 }  // namespace cwm::perception

@@ -1,5 +1,6 @@
 // Handles that were cut off from their vessels: where the ends of a handle are hidden, nothing of
-// the measured surface joins it to the wall, and it became a thing of its own.
+// the measured surface joins it to the wall, and it became a thing of its own, or a part of one that
+// touches it.
 #pragma once
 
 #include "perception/cloud/work.h"
@@ -8,7 +9,8 @@
 namespace cwm::perception {
 
 // Gives things that are handles of another thing's wall of revolution (model/vessel_handles.h), and
-// do not stand on a support themselves, to that thing. Objects stay before residuals, largest
+// do not stand on a support themselves, to that thing; of things that hold more than a handle, its
+// points alone, or all where the rest lies on the wall too. Objects stay before residuals, largest
 // first.
 void AdoptHandles(SegmentedScene& scene, const Work& work);
 

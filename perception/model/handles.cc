@@ -180,20 +180,33 @@ void Drop(const std::vector<char>& drop, std::vector<ShapePart>& solids,
   }
 }
 
-// Whether most of the cluster belongs to one solid that has clearly more points than these.
-bool IsPartOfSolid(const std::vector<std::uint32_t>& cluster, const Clusters& of_solids,
+// Whether most of the cluster belongs to one solid that has clearly more points than these beside
+// the vessel. What lies on the vessel's wall does not speak for the solid: it is a mixture of both.
+bool IsPartOfSolid(const std::vector<std::uint32_t>& cluster,
+                   const std::vector<std::size_t>& beside_wall,
                    const std::vector<std::int32_t>& part_of_point) {
-  std::vector<std::size_t> shared(of_solids.size(), 0);
+  std::vector<std::size_t> shared(beside_wall.size(), 0);
   for (std::uint32_t i : cluster) {
     if (part_of_point[i] != kUnexplained) ++shared[static_cast<std::size_t>(part_of_point[i])];
   }
-  for (std::size_t k = 0; k < of_solids.size(); ++k) {
+  for (std::size_t k = 0; k < shared.size(); ++k) {
     if (2 * shared[k] >= cluster.size() &&
-        static_cast<double>(of_solids[k].size()) >= kLargerSolid * static_cast<double>(shared[k])) {
+        static_cast<double>(beside_wall[k]) >= kLargerSolid * static_cast<double>(shared[k])) {
       return true;
     }
   }
   return false;
+}
+
+// Per solid its points that stand out from the vessel's walls.
+std::vector<std::size_t> CountBesideWall(const Vessel& vessel, const OrientedPoints& points,
+                                         const std::vector<std::int32_t>& part_of_point,
+                                         std::size_t solid_count) {
+  std::vector<std::size_t> count(solid_count, 0);
+  for (std::uint32_t i : vessel.StandOut(points, std::vector<char>(points.size(), 1))) {
+    if (part_of_point[i] != kUnexplained) ++count[static_cast<std::size_t>(part_of_point[i])];
+  }
+  return count;
 }
 
 }  // namespace
@@ -222,10 +235,11 @@ void DropSolidsOfHandles(const OrientedPoints& points, double spacing_m,
 Clusters HandlesOfVessel(const Vessel& vessel, const OrientedPoints& points,
                          const std::vector<ShapePart>& solids,
                          const std::vector<std::int32_t>& part_of_point, const Work& work) {
-  const Clusters of_solids = MembersOfSolids(part_of_point, solids.size());
+  const std::vector<std::size_t> beside_wall =
+      CountBesideWall(vessel, points, part_of_point, solids.size());
   Clusters handles = vessel.FindHandles(points, std::vector<char>(points.size(), 1), work);
   std::erase_if(handles, [&](const std::vector<std::uint32_t>& handle) {
-    return IsPartOfSolid(handle, of_solids, part_of_point);
+    return IsPartOfSolid(handle, beside_wall, part_of_point);
   });
   std::vector<char> unexplained(points.size(), 0);
   for (std::size_t i = 0; i < points.size(); ++i) unexplained[i] = part_of_point[i] < 0;
@@ -235,6 +249,7 @@ Clusters HandlesOfVessel(const Vessel& vessel, const OrientedPoints& points,
   if (solids.empty()) return handles;
   Clusters more = vessel.FindHandles(points, unexplained, work);
   std::move(more.begin(), more.end(), std::back_inserter(handles));
+  vessel.Join(points, handles);
   return handles;
 }
 

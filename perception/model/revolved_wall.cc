@@ -31,6 +31,9 @@ constexpr double kStep_sigma = 4;          // the same
 constexpr int kSectors = 24;               // of 15 degrees: what stands out fills two or three
 constexpr std::size_t kLeastInSector = 3;  // for a median
 constexpr std::size_t kLeastInStep = 6;    // of the profile: half an independent sample
+constexpr double kMostSlope = 2.7;         // of a wall's radius over its height: kLeastSteepness
+constexpr double kMostJump_m = 0.008;      // besides: from inside to outside, or noise
+constexpr std::size_t kVoters = 3;         // on either side: a handle's width and noise, 18 mm
 constexpr double kLeanSigma = 0.035;       // 2 degrees: of up, where it is estimated
 constexpr double kLeastOnWall = 0.5;       // of the steep points
 constexpr int kLeastSectors = 4;           // 60 degrees
@@ -38,9 +41,9 @@ constexpr int kLeastSectors = 4;           // 60 degrees
 // side. All walls but an object's first must be: a bow alone is soon a bit of a wall.
 constexpr double kLeastOnRoundWall = 0.25;
 constexpr int kRoundSectors = 12;
-constexpr double kLeastRadius_m = 0.02;  // less is no vessel's but a handle's or a spout's
-constexpr int kMostWalls = 4;            // in one object
-constexpr double kThickness_m = 0.006;   // most of the walls of cups, pans and jugs for a table
+constexpr double kLeastRadius_m =
+    0.025;                     // an espresso cup; less is no vessel's but a handle's or a spout's
+constexpr int kMostWalls = 4;  // in one object
 // Gates of the refinement, in terms of the last one: from what normals tell to what noise allows.
 constexpr std::array<double, 7> kGates = {4, 3, 2, 1.5, 1, 1, 1};
 
@@ -176,8 +179,47 @@ class WallFitter {
     for (Ring& ring : rings_) {
       if (ring.members.size() < kLeastInStep) continue;
       ring.radius_m = MedianRadius_m(ring);
+    }
+    DropStrays();
+    for (const Ring& ring : rings_) {
+      if (ring.members.size() < kLeastInStep) continue;
       for (std::size_t i : ring.members) on_ring_m_[i] = radius_m_[i] - ring.radius_m;
     }
+  }
+
+  // Rings of other things, whose normals happen to pass the axis: from the ring of most points up and
+  // down, no wall that is steep enough to be seen as one widens or narrows as fast.
+  void DropStrays() {
+    const auto most = std::max_element(rings_.begin(), rings_.end(), [](auto& a, auto& b) {
+      return a.members.size() < b.members.size();
+    });
+    if (most->members.size() < kLeastInStep) return;
+    const auto start = static_cast<std::size_t>(most - rings_.begin()) / 2;
+    const double radius_m = most->radius_m;
+    double reference_m = radius_m;
+    std::size_t at = start;
+    for (std::size_t step = start; step < StepCount(); ++step) KeepNear(step, at, reference_m);
+    reference_m = radius_m, at = start;
+    for (std::size_t step = start; step-- > 0;) KeepNear(step, at, reference_m);
+  }
+
+  // Empties the step's rings that are far from the `reference_m` of the step `at`; else they become
+  // the reference.
+  void KeepNear(std::size_t step, std::size_t& at, double& reference_m) {
+    const double rise_m = wall_.step_m * static_cast<double>(step > at ? step - at : at - step);
+    double kept_m = std::numeric_limits<double>::quiet_NaN();
+    for (std::size_t side : {1, 0}) {  // the outside tells where both are seen
+      Ring& ring = rings_[2 * step + side];
+      if (ring.members.size() < kLeastInStep) continue;
+      if (std::abs(ring.radius_m - reference_m) > kMostSlope * rise_m + kMostJump_m) {
+        ring.members.clear();
+      } else {
+        kept_m = ring.radius_m;
+      }
+    }
+    if (std::isnan(kept_m)) return;
+    reference_m = kept_m;
+    at = step;
   }
 
   double MedianRadius_m(const Ring& ring) const {
@@ -265,7 +307,7 @@ class WallFitter {
       const Ring &outside = rings_[2 * step], &inside = rings_[2 * step + 1];
       radius_m.push_back(outside.members.size() >= kLeastInStep ? outside.radius_m
                          : inside.members.size() >= kLeastInStep
-                             ? inside.radius_m + kThickness_m
+                             ? inside.radius_m + kWallThickness_m
                              : std::numeric_limits<double>::quiet_NaN());
     }
     // Steps without points take over from below, the lowest ones from above.
@@ -275,11 +317,14 @@ class WallFitter {
     for (std::size_t k = radius_m.size(); k-- > 1;) {
       if (std::isnan(radius_m[k - 1])) radius_m[k - 1] = radius_m[k];
     }
-    // One ring that is none is outvoted by its neighbours.
+    // Rings that are none are outvoted by their neighbours, as many on either side: what is seen of a
+    // handle that points at the sensor.
     wall_.outer_radius_m = radius_m;
     for (std::size_t k = 1; k + 1 < radius_m.size(); ++k) {
-      wall_.outer_radius_m[k] =
-          Median(std::vector<double>{radius_m[k - 1], radius_m[k], radius_m[k + 1]});
+      const std::size_t reach = std::min({kVoters, k, radius_m.size() - 1 - k});
+      const auto middle = radius_m.begin() + static_cast<std::ptrdiff_t>(k);
+      const auto side = static_cast<std::ptrdiff_t>(reach);
+      wall_.outer_radius_m[k] = Median(std::vector<double>(middle - side, middle + side + 1));
     }
   }
 

@@ -10,6 +10,9 @@
 
 namespace cwm::perception {
 
+// Most of the walls of cups, pans and jugs for a table.
+inline constexpr double kWallThickness_m = 0.006;
+
 struct RevolvedWall {
   Vector2 foot = Vector2::Zero();  // where the axis meets z = middle_z_m of the level frame
   Vector2 lean = Vector2::Zero();  // of the axis, metres per metre upwards

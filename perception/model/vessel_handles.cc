@@ -39,6 +39,9 @@ constexpr double kReturned_m = 0.02;         // from the wall: an end without it
 constexpr double kLeastCell_m = 0.006;       // 4 sigma of a Kinect at 0.8 m: noise parts no handle
 constexpr double kCellPitches = 3;           // as in Connectivity
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
+// Of what is left beside something wide, near that: a handle touches a box at one end, the edge of a
+// box all along.
+constexpr double kMostTouching = 0.75;
 constexpr std::size_t kLeastPartPoints = 12;  // one independent sample
 constexpr double kLeastPartShare = 0.2;       // of the handle; less may be noise at its edge
 constexpr std::size_t kMostForGap = 500;      // within a spacing or two of the gap
@@ -69,7 +72,7 @@ std::vector<Vector3f> PlacesOf(const OrientedPoints& points,
 }
 
 // Between the nearest two of both; of many points every other one or fewer.
-double Gap_m(const std::vector<Vector3f>& a, const std::vector<Vector3f>& b) {
+double GapBetween_m(const std::vector<Vector3f>& a, const std::vector<Vector3f>& b) {
   float nearest_m2 = std::numeric_limits<float>::infinity();
   for (std::size_t i = 0; i < a.size(); i += 1 + a.size() / kMostForGap) {
     for (std::size_t k = 0; k < b.size(); k += 1 + b.size() / kMostForGap) {
@@ -104,7 +107,8 @@ Vessel::Cluster Vessel::StandOut(const OrientedPoints& points,
   for (std::uint32_t i = 0; i < points.size(); ++i) {
     if (!among[i] || !points.points[i].allFinite()) continue;
     const double out_m = StandsOut_m(points.points[i]);
-    if (out_m > kDistanceGate_sigma * double{points.sigma_m[i]}) out.push_back(i);
+    const bool near = out_m <= kMostLength_m + kMostHandleGap_m;
+    if (near && out_m > kDistanceGate_sigma * double{points.sigma_m[i]}) out.push_back(i);
   }
   return out;
 }
@@ -133,16 +137,21 @@ bool Vessel::IsHandle(const OrientedPoints& points, const Cluster& cluster, doub
   return width_m <= (returns ? kMostWidthOfBow_m : kMostWidth_m);
 }
 
+double Vessel::Gap_m(const OrientedPoints& points, const Cluster& cluster) const {
+  double gap_m = kInfinity;
+  for (std::uint32_t i : cluster) gap_m = std::min(gap_m, StandsOut_m(points.points[i]));
+  return std::max(gap_m, 0.0);
+}
+
 // Of what is left when something wide was taken away: the tip of a spout does not.
 bool Vessel::BeginsAtWall(const OrientedPoints& points, const Cluster& cluster) const {
-  return std::any_of(cluster.begin(), cluster.end(),
-                     [&](std::uint32_t i) { return StandsOut_m(points.points[i]) <= kReturned_m; });
+  return Gap_m(points, cluster) <= kReturned_m;
 }
 
 // Slim as the handle is, near it, and straight with it or within its bow.
 bool Vessel::Continues(const std::vector<Vector3f>& handle, const std::vector<Vector3f>& part,
                        const Vector3& viewpoint) const {
-  if (Gap_m(handle, part) > kMostHandleGap_m) return false;
+  if (GapBetween_m(handle, part) > kMostHandleGap_m) return false;
   std::vector<Vector3f> both = handle;
   both.insert(both.end(), part.begin(), part.end());
   double farthest_m = 0;
@@ -178,19 +187,29 @@ std::vector<Vessel::Cluster> Vessel::FindHandles(const OrientedPoints& object,
     // What is wider may be a box that touches a handle.
     const std::vector<char> wide = SeenAsWide(PlacesOf(object, in_object(cluster)),
                                               object.viewpoint, kMostWidthOfBow_m, kBesideWide_m);
-    Cluster slim;
+    Cluster slim, removed;
     for (std::size_t k = 0; k < cluster.size(); ++k) {
-      if (!wide[k]) slim.push_back(cluster[k]);
+      (wide[k] ? removed : slim).push_back(cluster[k]);
     }
+    std::vector<char> beside(out.size(), 0);
+    for (std::uint32_t k : connectivity.Beside(removed)) beside[k] = 1;
     for (const Cluster& rest : connectivity.Components(slim)) {
       if (rest.size() < kLeastPartPoints) break;
+      const auto touching =
+          std::count_if(rest.begin(), rest.end(), [&](std::uint32_t k) { return beside[k] != 0; });
+      const bool is_edge =
+          static_cast<double>(touching) > kMostTouching * static_cast<double>(rest.size());
       Cluster members = in_object(rest);
-      const bool whole = is_handle(members) && BeginsAtWall(object, members);
+      const bool whole = !is_edge && is_handle(members) && BeginsAtWall(object, members);
       (whole ? handles : parts).push_back(std::move(members));
     }
   }
   JoinParts(object, std::move(parts), handles);
   return handles;
+}
+
+void Vessel::Join(const OrientedPoints& object, std::vector<Cluster>& handles) const {
+  JoinParts(object, {}, handles);
 }
 
 // Handles that were measured in parts become one.
@@ -218,11 +237,30 @@ void Vessel::JoinParts(const OrientedPoints& object, std::vector<Cluster> parts,
   }
 }
 
+std::vector<Vessel::Cluster> Vessel::FindHandlesIn(const OrientedPoints& other,
+                                                   const Work& work) const {
+  std::vector<Cluster> handles = FindHandles(other, std::vector<char>(other.size(), 1), work);
+  std::erase_if(handles, [&](const Cluster& handle) { return !BeginsAtWall(other, handle); });
+  return handles;
+}
+
+double Vessel::ShareOnWalls(const OrientedPoints& other, const std::vector<char>& among) const {
+  double on = 0, all = 0;
+  for (std::size_t i = 0; i < other.size(); ++i) {
+    if (!among[i] || !other.points[i].allFinite()) continue;
+    const double gate_m = kDistanceGate_sigma * double{other.sigma_m[i]};
+    const double out_m = StandsOut_m(other.points[i]);
+    on += out_m <= gate_m && out_m >= -gate_m - kWallThickness_m;
+    all += 1;
+  }
+  return all > 0 ? on / all : 1;
+}
+
 bool Vessel::HasHandle(const OrientedPoints& other, const std::vector<Vector3f>& known) const {
   const Cluster out = StandOut(other, std::vector<char>(other.size(), 1));
   return out.size() >= kLeastHandlePoints &&
          static_cast<double>(out.size()) >= kLeastStandOut * static_cast<double>(other.size()) &&
-         IsHandle(other, out, Gap_m(known, other.points));
+         IsHandle(other, out, GapBetween_m(known, other.points));
 }
 
 }  // namespace cwm::perception

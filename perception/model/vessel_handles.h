@@ -33,6 +33,22 @@ class Vessel {
   std::vector<Cluster> FindHandles(const OrientedPoints& object, const std::vector<char>& among,
                                    const Work& work) const;
 
+  // Which points lie outside the walls, by more than noise explains and no farther than handles reach.
+  Cluster StandOut(const OrientedPoints& points, const std::vector<char>& among) const;
+
+  // Clusters of other points than the object's, seen by the same sensor, that are handles of it and
+  // begin at its wall: what it touches took them.
+  std::vector<Cluster> FindHandlesIn(const OrientedPoints& other, const Work& work) const;
+
+  // From the wall to the nearest of some points, 0 where they reach it.
+  double Gap_m(const OrientedPoints& points, const Cluster& cluster) const;
+
+  // Share of such points that lie on one of the walls or within its thickness; 1 of none.
+  double ShareOnWalls(const OrientedPoints& other, const std::vector<char>& among) const;
+
+  // Makes one of those that continue each other.
+  void Join(const OrientedPoints& object, std::vector<Cluster>& handles) const;
+
   // Whether other points than the object's, seen by the same sensor, are a handle of it as a whole,
   // or a part of one of which the `known` points are known.
   bool HasHandle(const OrientedPoints& other, const std::vector<Eigen::Vector3f>& known) const;
@@ -40,7 +56,6 @@ class Vessel {
  private:
   Vessel(std::vector<RevolvedWall> walls, double pitch_m);
   double StandsOut_m(const Eigen::Vector3f& p) const;  // of the wall that it is nearest to
-  Cluster StandOut(const OrientedPoints& points, const std::vector<char>& among) const;
   bool IsHandle(const OrientedPoints& points, const Cluster& cluster, double gap_m) const;
   bool BeginsAtWall(const OrientedPoints& points, const Cluster& cluster) const;
   bool Continues(const std::vector<Eigen::Vector3f>& handle,

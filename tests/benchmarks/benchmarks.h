@@ -33,6 +33,18 @@ void MeasureTimeOfFlight(Report& report);
 // Handles of 100 random scenes of mugs, pans and jugs: handle_recall, handle_precision.
 void MeasureHandles(Report& report);
 
+// The same figures on other scenes: what was tuned on some is confirmed on those that nobody looked
+// at.
+struct Seeds {
+  std::uint64_t first = 0;
+  int count = 0;  // of each family
+};
+inline constexpr Seeds kSeedsOfShapes{0, 250};
+inline constexpr Seeds kSeedsOfShapesQuickly{0, 20};
+inline constexpr Seeds kSeedsOfHandles{0, 100};
+void MeasureShapesOn(const Seeds& seeds, Report& report);
+void MeasureHandlesOn(const Seeds& seeds, Report& report);
+
 // Real scans through the running server and PCL's chain with the same outputs: seg_learn_wov,
 // seg_learn_fus, seg_learn_fos, seg_learn_f1, scan_ms, scan_p95_ms, pcl_full_ratio.
 void MeasureScans(Report& report);

@@ -1,6 +1,7 @@
 // Shapes found, invented and how exact they are, over random scenes of the virtual scanner.
 #include <algorithm>
 #include <cstdio>
+#include <initializer_list>
 #include <map>
 #include <numbers>
 #include <string>
@@ -22,12 +23,11 @@ constexpr int kThreads = 2;  // of the machine that the figures are for; a scene
 constexpr double kDegrees = 180 / std::numbers::pi;
 constexpr double kMillimetres = 1000;
 
-std::vector<CaseName> Cases(int scenes_per_family) {
+std::vector<CaseName> Cases(const Seeds& seeds, std::initializer_list<SceneFamily> families) {
   std::vector<CaseName> cases;
-  for (int seed = 0; seed < scenes_per_family; ++seed) {
-    for (SceneFamily family : {SceneFamily::kTable, SceneFamily::kClutter}) {
-      cases.push_back({family, static_cast<std::uint64_t>(seed)});
-    }
+  const std::uint64_t end = seeds.first + static_cast<std::uint64_t>(seeds.count);
+  for (std::uint64_t seed = seeds.first; seed < end; ++seed) {
+    for (SceneFamily family : families) cases.push_back({family, seed});
   }
   return cases;
 }
@@ -162,10 +162,12 @@ void PrintShares(const std::string& of, const ShapeTally& tally, Report& report)
   report.Detail(text);
 }
 
-void Measure(int scenes_per_family, Report& report) {
+}  // namespace
+
+void MeasureShapesOn(const Seeds& seeds, Report& report) {
   ShapeTally tally;
   std::map<std::string, ShapeTally> parts;  // by family, and by what was told of the pose
-  const std::vector<CaseName> cases = Cases(scenes_per_family);
+  const std::vector<CaseName> cases = Cases(seeds, {SceneFamily::kTable, SceneFamily::kClutter});
   ForEachCase(cases, [&](const JudgedCase& judged) {
     if (!judged.run.ok()) {
       return report.Fail(NameOf(judged.name) + ": " + std::string(judged.run.status().message()));
@@ -184,6 +186,8 @@ void Measure(int scenes_per_family, Report& report) {
   AddFigures(tally, cases.size(), report);
   AttachFailures(tally, report);
 }
+
+namespace {
 
 std::string Describe(const Shape& shape, const Pose& X_WS) {
   char text[200];
@@ -218,12 +222,8 @@ void PrintScene(const SceneShapes& shapes, Report& report) {
 
 }  // namespace
 
-void MeasureHandles(Report& report) {
-  constexpr int kScenes = 100;
-  std::vector<CaseName> cases;
-  for (std::uint64_t seed = 0; seed < kScenes; ++seed) {
-    cases.push_back({SceneFamily::kVessels, seed});
-  }
+void MeasureHandlesOn(const Seeds& seeds, Report& report) {
+  const std::vector<CaseName> cases = Cases(seeds, {SceneFamily::kVessels});
   HandleTally tally;
   ForEachCase(cases, [&](const JudgedCase& judged) {
     if (!judged.run.ok()) {
@@ -233,22 +233,24 @@ void MeasureHandles(Report& report) {
   });
   const std::string how =
       std::to_string(tally.true_count) + " true handles with 60 points or more, " +
-      std::to_string(tally.reported_count) + " reported, in " + std::to_string(kScenes) +
+      std::to_string(tally.reported_count) + " reported, in " + std::to_string(cases.size()) +
       " random scenes of mugs, pans and jugs; a match shares half of the points";
   report.Add({.key = "handle_recall", .value = tally.recall(), .unit = "1", .how = how});
   report.Add({.key = "handle_precision", .value = tally.precision(), .unit = "1", .how = how});
   report.Attach("handle_failures.txt", std::move(tally.failures));
 }
 
+void MeasureHandles(Report& report) { MeasureHandlesOn(kSeedsOfHandles, report); }
+
 void MeasureShapes(Report& report) {
-  Measure(250, report);
+  MeasureShapesOn(kSeedsOfShapes, report);
   MeasureTimeOfFlight(report);
 }
 
 // A hundredth of the depth and multipath in concave corners: 8 mm at 0.8 m, five times a Kinect's.
 void MeasureTimeOfFlight(Report& report) {
-  constexpr int kScenesPerFamily = 20;
-  const std::vector<CaseName> cases = Cases(kScenesPerFamily);
+  const std::vector<CaseName> cases =
+      Cases({.first = 0, .count = 20}, {SceneFamily::kTable, SceneFamily::kClutter});
   ShapeTally tally;
   ForEachCase(cases,
               [&](const JudgedCase& judged) {
@@ -269,7 +271,7 @@ void MeasureTimeOfFlight(Report& report) {
       {.key = "tof_shape_spurious", .value = tally.spurious_share(), .unit = "1", .how = how});
 }
 
-void MeasureShapesQuickly(Report& report) { Measure(20, report); }
+void MeasureShapesQuickly(Report& report) { MeasureShapesOn(kSeedsOfShapesQuickly, report); }
 
 void ReplayScene(const std::string& family, std::uint64_t seed, Report& report) {
   const auto known = FamilyNamed(family);

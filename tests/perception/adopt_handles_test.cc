@@ -2,10 +2,16 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <iterator>
+
+#include "perception/model/vessel_handles.h"
 #include "tests/perception/model/vessels.h"
 
 namespace cwm::perception {
 namespace {
+
+using Points = std::vector<std::uint32_t>;
 
 // A mug on a table at z = 0; whatever else is added becomes a thing of its own.
 class CutOff : public ::testing::Test {
@@ -18,6 +24,7 @@ class CutOff : public ::testing::Test {
     scene_.supports.push_back({table, {}});
     AddMug(Vector2::Zero(), scene_.points);
     AddThing(0);
+    mug_points_ = scene_.points.size();
   }
 
   void AddThing(std::int32_t supported_by) {
@@ -29,6 +36,7 @@ class CutOff : public ::testing::Test {
 
   SegmentedScene scene_;
   std::uint32_t known_ = 0;
+  std::size_t mug_points_ = 0;
 };
 
 TEST_F(CutOff, AnEarReturnsToItsMug) {
@@ -46,6 +54,42 @@ TEST_F(CutOff, APenThatStandsBesideItStaysAThing) {
   AddThing(0);
   AdoptHandles(scene_, kUnbounded);
   EXPECT_EQ(scene_.things.size(), 2u);
+}
+
+TEST_F(CutOff, AnEarThatABoxTookReturnsAndTheBoxStays) {
+  AddTube(Ear(), 0.01, scene_.points);
+  const std::size_t of_mug_and_ear = scene_.points.size();
+  // A face of 64 x 100 mm that touches the ear where it reaches out farthest.
+  for (double y = kMugRadius_m + 0.036; y < kMugRadius_m + 0.1; y += 0.002) {
+    AddTube({{0, y, 0}, {0, y, 0.1}}, 0.002, scene_.points);
+  }
+  AddThing(0);
+  AdoptHandles(scene_, kUnbounded);
+  ASSERT_EQ(scene_.things.size(), 2u);
+  const std::size_t all = scene_.points.size();
+  EXPECT_EQ(scene_.things[0].points.size() + scene_.things[1].points.size(), all);
+  EXPECT_EQ(scene_.things[0].node_count + scene_.things[1].node_count, all);
+  // What lies within a finger's width of the box is left to it, of the ear as well.
+  const bool second_is_box = scene_.things[1].points.back() == all - 1;
+  const Points& mug = scene_.things[second_is_box ? 0 : 1].points;
+  EXPECT_GE(mug.size(), mug_points_ + kLeastHandlePoints);
+  EXPECT_LE(
+      std::count_if(mug.begin(), mug.end(), [&](std::uint32_t i) { return i >= of_mug_and_ear; }),
+      static_cast<std::ptrdiff_t>(kLeastHandlePoints));
+}
+
+TEST_F(CutOff, APieceOfTheWallReturnsWithItsEar) {
+  AddTube(Ear(), 0.01, scene_.points);
+  AddThing(0);
+  Points& mug = scene_.things[0].points;
+  Points& piece = scene_.things[1].points;
+  // Of the wall as well what lies on the ear's side.
+  const auto is_near_ear = [&](std::uint32_t i) { return scene_.points.points[i].y() > 0.03f; };
+  std::copy_if(mug.begin(), mug.end(), std::back_inserter(piece), is_near_ear);
+  std::erase_if(mug, is_near_ear);
+  AdoptHandles(scene_, kUnbounded);
+  ASSERT_EQ(scene_.things.size(), 1u);
+  EXPECT_EQ(scene_.things[0].points.size(), scene_.points.size());
 }
 
 TEST_F(CutOff, WhatRestsOnTheEarRestsOnTheMug) {

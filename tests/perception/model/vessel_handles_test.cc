@@ -64,6 +64,32 @@ TEST_F(VesselHandles, AreNoSpouts) {
   EXPECT_TRUE(Find().empty());
 }
 
+TEST_F(VesselHandles, AreFoundAmongPointsThatAnotherThingTook) {
+  const std::optional<Vessel> vessel = Vessel::Find(mug_, kUnbounded);
+  ASSERT_TRUE(vessel);
+  OrientedPoints other;
+  other.viewpoint = mug_.viewpoint;
+  AddTube(Ear(), 0.01, other);
+  const std::size_t of_ear = other.size();
+  AddMug(Vector2(0, 0.3), other);  // beside it; its own ears are none of the first one's
+  const auto handles = vessel->FindHandlesIn(other, kUnbounded);
+  ASSERT_EQ(handles.size(), 1u);
+  EXPECT_LT(handles[0].back(), of_ear);
+  EXPECT_NEAR(vessel->Gap_m(other, handles[0]), 0.0, 0.006);  // 3 sigma of the wall, and a spacing
+}
+
+TEST_F(VesselHandles, TellWhatLiesOnTheWall) {
+  const std::optional<Vessel> vessel = Vessel::Find(mug_, kUnbounded);
+  ASSERT_TRUE(vessel);
+  std::vector<char> all(mug_.size(), 1);
+  EXPECT_GT(vessel->ShareOnWalls(mug_, all), 0.95);
+  AddTube(Ear(), 0.01, mug_);
+  std::vector<char> ear(mug_.size(), 1);
+  std::fill(ear.begin(), ear.begin() + static_cast<std::ptrdiff_t>(wall_points_), char{0});
+  EXPECT_LT(vessel->ShareOnWalls(mug_, ear), 0.5);
+  EXPECT_EQ(vessel->ShareOnWalls(mug_, std::vector<char>(mug_.size(), 0)), 1);
+}
+
 TEST_F(VesselHandles, AreNoBoxesThatTouchTheWall) {
   // A face of 50 x 70 mm that begins at the wall.
   for (double y = kMugRadius_m; y < kMugRadius_m + 0.05; y += 0.002) {
