@@ -131,6 +131,7 @@ DescribedScene DescribeScene(const SegmentedScene& scene, const Pose& X_WL,
   std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
     return scene.things[a].points.size() > scene.things[b].points.size();
   });
+  const SceneRays rays(scene, work);
   const auto describe = [&](std::size_t k) {
     if (k < scene.supports.size()) {
       const SegmentedSupport& support = scene.supports[k];
@@ -139,7 +140,7 @@ DescribedScene DescribeScene(const SegmentedScene& scene, const Pose& X_WL,
       return;
     }
     const std::size_t t = order[k - scene.supports.size()];
-    described.things[t] = ModelThing(scene, scene.things[t], options, work);
+    described.things[t] = ModelThing(scene, t, rays, options, work);
   };
   ParallelFor(order.size() + scene.supports.size(), 1, work,
               [&](std::size_t begin, std::size_t end) {

@@ -139,8 +139,9 @@ HybridModel InMeasuredPoints(HybridModel model, const ThingSample& sample) {
 
 }  // namespace
 
-ModelledThing ModelThing(const SegmentedScene& scene, const SegmentedThing& thing,
+ModelledThing ModelThing(const SegmentedScene& scene, std::size_t index, const SceneRays& rays,
                          const InterpretOptions& options, const Work& work) {
+  const SegmentedThing& thing = scene.things[index];
   const ThingSample sample(scene, thing);
   const OrientedPoints points = sample.Points();
   ModelledThing out;
@@ -148,11 +149,12 @@ ModelledThing ModelThing(const SegmentedScene& scene, const SegmentedThing& thin
   const Pose X_OL = out.X_LO.inverse(Eigen::Isometry);
 
   // Step 6: shapes, and handles on them.
-  ObjectModel found = thing.plates.empty() ? ModelObject(points, WhatItStandsOn(scene, thing),
-                                                         options.noise, options.modeler, work)
-                                           : ModelStructure(points, thing.plates, work);
-
-  if (const auto X_LSupport = WhatItStandsOn(scene, thing); X_LSupport && scene.sight) {
+  const std::optional<Pose> X_LSupport = WhatItStandsOn(scene, thing);
+  ObjectModel found = thing.plates.empty()
+                          ? ModelObject(points, X_LSupport, options.noise, options.modeler, work,
+                                        rays.Past(index, work))
+                          : ModelStructure(points, thing.plates, work);
+  if (X_LSupport && scene.sight) {
     CompleteHidden({points, *X_LSupport}, *scene.sight, found.shapes);
   }
 

@@ -7,6 +7,7 @@
 
 #include "perception/interpret_scene.h"
 #include "perception/scene/segment_scene.h"
+#include "perception/scene_rays.h"
 
 namespace cwm::perception {
 
@@ -21,9 +22,9 @@ struct ModelledThing {
   std::vector<std::string> notes;
 };
 
-// Steps 6 to 8 (paper, section III) for one thing of the scene. Throws Stopped when `work` is
-// stopped.
-ModelledThing ModelThing(const SegmentedScene& scene, const SegmentedThing& thing,
+// Steps 6 to 8 (paper, section III) for one thing of the scene, whose rays are `rays`. Throws Stopped
+// when `work` is stopped.
+ModelledThing ModelThing(const SegmentedScene& scene, std::size_t index, const SceneRays& rays,
                          const InterpretOptions& options, const Work& work);
 
 }  // namespace cwm::perception

@@ -223,7 +223,9 @@ void DropSolidsOfHandles(const OrientedPoints& points, double spacing_m,
   std::vector<char> drop(solids.size(), 0);
   for (std::size_t k = 0; k < solids.size(); ++k) {
     work.Poll();
+    // An ear is as well a bit of a cylinder, but not of a ball.
     const bool may_be = members[k].size() >= kLeastPoints && !IsCoaxial(solids[k], host[0]) &&
+                        !std::holds_alternative<Sphere>(solids[k].shape) &&
                         static_cast<double>(members[k].size()) <
                             kMostSolidShare * static_cast<double>(main->size());
     drop[k] = may_be && IsHandle(points, members[k], spacing_m, PrincipalBox(points, members[k]),

@@ -102,6 +102,25 @@ ModelPoints ThinForSearch(const OrientedPoints& points, std::size_t most_points,
   return out;
 }
 
+ModelPoints Subset(const ModelPoints& all, std::span<const std::uint32_t> listed) {
+  ModelPoints out;
+  for (std::uint32_t i : listed) {
+    out.p.push_back(all.p[i]);
+    out.n.push_back(all.n[i]);
+    out.sigma_m.push_back(all.sigma_m[i]);
+    out.gate_m.push_back(all.gate_m[i]);
+    out.min_cos.push_back(all.min_cos[i]);
+    out.key.push_back(all.key[i]);
+    out.index.push_back(all.index[i]);
+  }
+  out.origin_L = all.origin_L;
+  out.viewpoint = all.viewpoint;
+  out.widest_gate_m = all.widest_gate_m;
+  out.weight = all.weight;
+  out.spacing_m = all.spacing_m;
+  return out;
+}
+
 std::vector<std::uint32_t> Thinned(std::span<const std::uint32_t> indices, std::size_t most) {
   const std::size_t stride = (indices.size() + most - 1) / std::max<std::size_t>(most, 1);
   if (stride <= 1) return {indices.begin(), indices.end()};

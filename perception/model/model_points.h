@@ -43,6 +43,9 @@ double NormalGate_cos(double normal_sigma_rad);
 ModelPoints ThinForSearch(const OrientedPoints& points, std::size_t most_points,
                           const Work& work = {});
 
+// The listed points, in the order of the list, about the same origin.
+ModelPoints Subset(const ModelPoints& all, std::span<const std::uint32_t> listed);
+
 // Inside the distance gate (times `gate_scale`) and the normal gate.
 template <ShapeModel M>
 bool IsInlier(const M& model, const ModelPoints& points, std::uint32_t i, double gate_scale = 1) {

@@ -51,7 +51,8 @@ bool SearchesAny(const ModelerOptions& options) {
 }  // namespace
 
 ObjectModel ModelObject(const OrientedPoints& points, const std::optional<Pose>& X_LSupport,
-                        const SensorNoise& noise, const ModelerOptions& options, const Work& work) {
+                        const SensorNoise& noise, const ModelerOptions& options, const Work& work,
+                        const PassingRays& passing) {
   ObjectModel model;
   model.part_of_point.assign(points.size(), kUnexplained);
   const ModelPoints searched = ThinForSearch(points, SearchPoints(points.size()), work);
@@ -59,7 +60,8 @@ ObjectModel ModelObject(const OrientedPoints& points, const std::optional<Pose>&
   const Octree octree(searched);
   const Connectivity connectivity(searched);
   const Ground ground = GroundOf(X_LSupport, searched.origin_L);
-  const FitContext context{searched, octree, connectivity, noise, options, work, ground};
+  const FitContext context{searched, octree, connectivity, noise,
+                           options,  work,   ground,       RaysPast(searched, ground, passing)};
   Assembly assembly = AssembleSolids(ExtractShapes(context), context, ground);
   PreferOneSolid(context, assembly);
   model.notes = std::move(assembly.notes);

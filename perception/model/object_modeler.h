@@ -10,15 +10,17 @@
 #include "perception/cloud/work.h"
 #include "perception/model/modeler_options.h"
 #include "perception/model/object_model.h"
+#include "perception/model/passing_rays.h"
 
 namespace cwm::perception {
 
 // Everything in the level frame L: z up, any origin. The z = 0 of `X_LSupport` is the top plane of
 // what the object stands on, its z the plane's normal (up), where known: solids are completed down
-// to it and never extend below it. Throws Stopped when `work` is stopped.
+// to it and never extend below it. `passing`: what was seen beside and behind it tells where no
+// solid is. Throws Stopped when `work` is stopped.
 ObjectModel ModelObject(const OrientedPoints& points, const std::optional<Pose>& X_LSupport,
                         const SensorNoise& noise, const ModelerOptions& options,
-                        const Work& work = {});
+                        const Work& work = {}, const PassingRays& passing = {});
 
 // A wall or front of which the plates are known, in the level frame: they are its shapes, COMPLETED
 // since their bodies were supplied, and what stands out from them may be handles.

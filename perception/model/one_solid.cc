@@ -2,8 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <utility>
 
+#include "collision/geometry/signed_distance.h"
 #include "perception/model/model_selection.h"
 #include "perception/model/observed.h"
 #include "perception/model/whole_fit.h"
@@ -12,10 +13,12 @@ namespace cwm::perception {
 namespace {
 
 constexpr double kLeastExplained = 0.9;  // of the points; what is left of them is meshed
-constexpr double kPositive = 2;          // evidence, as kDecisive is (Kass and Raftery 1995)
+constexpr double kPositive = 3;          // evidence, as kDecisive is (Kass and Raftery 1995)
+// Twice the logarithm of how many things stand for each that lies on its side; chosen.
+constexpr double kLyingPrior = 4;
 // Of the whole surface: half of it faces away, and what hides seven tenths of the rest leaves 0.15;
-// half of that, for the foot in the support's band and for rims at grazing incidence.
-constexpr double kLeastSeen = 0.08;
+// two thirds of that, for the foot in the support's band and for rims at grazing incidence.
+constexpr double kLeastSeen = 0.1;
 
 bool IsSought(WholeKind kind, const ModelerOptions& options) {
   switch (kind) {
@@ -51,12 +54,9 @@ Account AccountOf(const std::vector<Solid>& solids, const FitContext& c) {
   return AccountOf(solids, parameters, c);
 }
 
-bool HasWorthySlope(const WholeFit& fit, const FitContext& c) {
-  if (!IsConical(fit.kind)) return true;
-  const Eigen::Index last = fit.parameters.size() - 1;
-  const double sigma = std::sqrt(CovarianceOf(fit, c)(last, last));
-  return std::abs(SlopeOf(fit.kind, fit.parameters)) >
-         std::max(kLeastSlope, kLeastSlope_sigma * sigma);
+// Flatter cones are cylinders; whether a steeper slope is worth its parameter, the criterion tells.
+bool HasWorthySlope(const WholeFit& fit) {
+  return !IsConical(fit.kind) || std::abs(SlopeOf(fit.kind, fit.parameters)) > kLeastSlope;
 }
 
 // The curved surface of a round solid; nothing of a box.
@@ -99,7 +99,7 @@ double SeenShare(const Solid& solid, const FitContext& c) {
 bool IsCredible(const WholeFit& fit, const FitContext& c) {
   const auto all = static_cast<double>(c.points.size());
   return static_cast<double>(fit.solid.inliers.size()) >= kLeastExplained * all &&
-         HasWorthySlope(fit, c) && LooksCurved(fit.solid, c) &&
+         HasWorthySlope(fit) && LooksCurved(fit.solid, c) &&
          SeenShare(fit.solid, c) >= kLeastSeen && !IsCrossed(fit.solid, c);
 }
 
@@ -107,33 +107,79 @@ bool IsAlready(const std::vector<Solid>& solids, const Shape& shape) {
   return solids.size() == 1 && KindOf(solids.front().shape) == KindOf(shape);
 }
 
-}  // namespace
-
-void PreferOneSolid(const FitContext& context, Assembly& assembly) {
-  if (!context.ground.known) return;
-  std::vector<Solid> known = assembly.solids;
+// The one solid that accounts for the context's points better than those known, if any does.
+std::optional<WholeFit> BetterSolid(const FitContext& context, const std::vector<Solid>& solids) {
+  std::vector<Solid> known = solids;
   // What to beat: the solids as they are, and the best whole one of the kind that they are already.
-  const Account assembled = AccountOf(assembly.solids, context);
-  double rival = assembled.value - kDecisive;
+  const Account assembled = AccountOf(solids, context);
+  double rival = assembled.value - kPositive;
   std::optional<WholeFit> best;
   double best_value = rival;
   for (WholeKind kind : {WholeKind::kBall, WholeKind::kUprightCylinder, WholeKind::kUprightCone,
                          WholeKind::kLyingCylinder, WholeKind::kLyingCone, WholeKind::kUprightBox,
                          WholeKind::kTiltedBox}) {
     if (!IsSought(kind, context.options)) continue;
-    std::optional<WholeFit> fit = FitWhole(kind, known, assembled.loss, context);
+    std::optional<WholeFit> fit = FitWhole(kind, known, assembled, context);
     if (!fit) continue;
     known.push_back(fit->solid);  // a cone may grow out of a cylinder
-    if (IsAlready(assembly.solids, fit->solid.shape)) {
-      if (HasWorthySlope(*fit, context)) rival = std::min(rival, fit->value - kPositive);
+    const double value = fit->value + (Lies(kind) ? kLyingPrior : 0);
+    if (IsAlready(solids, fit->solid.shape)) {
+      if (HasWorthySlope(*fit)) rival = std::min(rival, value - kPositive);
       continue;
     }
-    const double value = fit->value + (Lies(kind) ? kUprightPrior : 0);
     if (value < best_value && IsCredible(*fit, context)) best = std::move(fit), best_value = value;
   }
-  if (!best || best_value >= rival) return;
-  best->solid.parameter_sigma = CoefficientSigmas(*best, CovarianceOf(*best, context), context);
-  assembly.solids = {std::move(best->solid)};
+  if (best_value >= rival) return std::nullopt;
+  return best;
+}
+
+Solid Described(WholeFit fit, const FitContext& context) {
+  fit.solid.parameter_sigma = CoefficientSigmas(fit, CovarianceOf(fit, context), context);
+  return std::move(fit.solid);
+}
+
+// Which points lie on which of the solids, the nearest.
+std::vector<std::vector<std::uint32_t>> PointsPerSolid(const std::vector<Solid>& solids,
+                                                       const ModelPoints& points) {
+  std::vector<std::vector<std::uint32_t>> members(solids.size());
+  for (std::uint32_t i = 0; i < points.size(); ++i) {
+    double nearest_m = points.gate_m[i];
+    std::size_t nearest = solids.size();
+    for (std::size_t k = 0; k < solids.size(); ++k) {
+      const Vector3 p_S = solids[k].X_MS.inverse(Eigen::Isometry) * points.p[i];
+      const double distance_m = std::abs(SignedDistance_m(solids[k].shape, p_S));
+      if (distance_m <= nearest_m) nearest = k, nearest_m = distance_m;
+    }
+    if (nearest < solids.size()) members[nearest].push_back(i);
+  }
+  return members;
+}
+
+// Each of several solids by itself: things that touch may be one object.
+void PreferOneSolidEach(const FitContext& c, std::vector<Solid>& solids) {
+  const auto members = PointsPerSolid(solids, c.points);
+  for (std::size_t k = 0; k < solids.size(); ++k) {
+    const ModelPoints own = Subset(c.points, members[k]);
+    if (static_cast<double>(own.size()) * own.weight < c.options.min_inliers) continue;
+    const FitContext alone{own,       c.octree, c.connectivity, c.noise,
+                           c.options, c.work,   c.ground,       c.free};
+    std::optional<WholeFit> better = BetterSolid(alone, {solids[k]});
+    if (!better) continue;
+    Solid solid = Described(*std::move(better), alone);
+    for (std::uint32_t& i : solid.inliers) i = members[k][i];
+    if (!IsCrossed(solid, c)) solids[k] = std::move(solid);
+  }
+}
+
+}  // namespace
+
+void PreferOneSolid(const FitContext& context, Assembly& assembly) {
+  if (!context.ground.known) return;
+  if (std::optional<WholeFit> better = BetterSolid(context, assembly.solids)) {
+    assembly.solids = {Described(*std::move(better), context)};
+  } else if (assembly.solids.size() > 1) {
+    PreferOneSolidEach(context, assembly.solids);
+  }
 }
 
 }  // namespace cwm::perception

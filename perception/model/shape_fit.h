@@ -10,6 +10,7 @@
 #include "perception/model/ground.h"
 #include "perception/model/modeler_options.h"
 #include "perception/model/octree.h"
+#include "perception/model/passing_rays.h"
 #include "perception/model/refine.h"
 
 namespace cwm::perception {
@@ -31,6 +32,7 @@ struct FitContext {
   const ModelerOptions& options;
   const Work& work;
   Ground ground = {};
+  FreeRays free = {};
 
   // Independent samples behind `count` model points (neighbouring residuals are correlated).
   double IndependentSamples(std::size_t count) const {

@@ -30,12 +30,18 @@ constexpr double kLeastInformation = 1e-9;  // of a parameter that no point tell
 constexpr double kStep = 1e-6;              // metres or radians, of numerical derivatives
 constexpr double kFarAway_sigma = 1e6;      // from no solid at all
 constexpr double kSteepestSlope = 0.36;     // 20 degrees: wider cups are bowls
+// One standard deviation: half of the cups have half angles below 6 degrees where nothing tells.
+constexpr double kSlopeSpread = 0.15;
+constexpr double kLeastLying = 1.2;  // radii of length: what is shorter falls on its end
+constexpr double kWorthMoving = 2;   // of the criterion: rays that a fit without them runs across
+constexpr double kNear_m = 0.02;     // of rays to a fit: steps that rays cause are smaller
 
 PointsOnGround OnGround(const FitContext& c, std::size_t most = kUsedPoints) {
   PointsOnGround out;
   out.X_MG.linear() = BasisFromZ(c.ground.up);
   out.X_MG.translation() = -c.ground.Height_m(Vector3::Zero()) * c.ground.up;
   const Pose X_GM = out.X_MG.inverse(Eigen::Isometry);
+  out.viewpoint_G = X_GM * c.points.viewpoint;
   const std::size_t stride = (c.points.size() + most - 1) / most;
   for (std::size_t i = 0; i < c.points.size(); i += stride) {
     out.p_G.push_back(X_GM * c.points.p[i]);
@@ -44,26 +50,52 @@ PointsOnGround OnGround(const FitContext& c, std::size_t most = kUsedPoints) {
   return out;
 }
 
-// In standard deviations.
-Eigen::VectorXd Residuals(WholeKind kind, const WholeParameters& x, const PointsOnGround& points) {
+// What a solid is fitted to: points on its surface, rays that it does not reach.
+struct Evidence {
+  PointsOnGround points;
+  std::vector<FreeRay> rays_G;
+  double ray_weight = 1;    // of a ray, in points used
+  double slope_weight = 0;  // of kSlopeSpread, likewise
+};
+
+double Depth_sigma(const Shape& shape, const Pose& X_SR, const FreeRay& ray) {
+  return std::max(0.0, -Clearance_m(shape, X_SR, ray)) / ray.sigma_m;
+}
+
+Evidence PointsAlone(PointsOnGround points) { return {.points = std::move(points), .rays_G = {}}; }
+
+// In standard deviations: of the points, the depths of the rays, and a cone's slope.
+Eigen::VectorXd Residuals(WholeKind kind, const WholeParameters& x, const Evidence& evidence) {
   const WholeSolid solid = Place(kind, x);
   const Pose X_SG = solid.X_GS.inverse(Eigen::Isometry);
   const DistanceToShape distance_m(solid.shape);
-  Eigen::VectorXd r(static_cast<Eigen::Index>(points.p_G.size()));
-  for (Eigen::Index i = 0; i < r.size(); ++i) {
-    const auto at = static_cast<std::size_t>(i);
-    r(i) = distance_m(X_SG * points.p_G[at]) / points.sigma_m[at];
+  const PointsOnGround& points = evidence.points;
+  Eigen::VectorXd r(static_cast<Eigen::Index>(points.p_G.size() + evidence.rays_G.size() + 1));
+  Eigen::Index k = 0;
+  for (std::size_t i = 0; i < points.p_G.size(); ++i) {
+    r(k++) = distance_m(X_SG * points.p_G[i]) / points.sigma_m[i];
   }
+  for (const FreeRay& ray : evidence.rays_G) r(k++) = Depth_sigma(solid.shape, X_SG, ray);
+  r(k) = SlopeOf(kind, x) / kSlopeSpread;
   return r;
 }
 
+Eigen::VectorXd CountsOf(const Evidence& evidence) {
+  const auto points = static_cast<Eigen::Index>(evidence.points.p_G.size());
+  const auto rays = static_cast<Eigen::Index>(evidence.rays_G.size());
+  Eigen::VectorXd counts = Eigen::VectorXd::Ones(points + rays + 1);
+  counts.segment(points, rays).setConstant(evidence.ray_weight);
+  counts(points + rays) = evidence.slope_weight;
+  return counts;
+}
+
 Eigen::MatrixXd Jacobian(WholeKind kind, const WholeParameters& x, const Eigen::VectorXd& r,
-                         const PointsOnGround& points) {
+                         const Evidence& evidence) {
   Eigen::MatrixXd jacobian(r.size(), x.size());
   for (Eigen::Index k = 0; k < x.size(); ++k) {
     WholeParameters moved = x;
     moved(k) += kStep;
-    jacobian.col(k) = (Residuals(kind, moved, points) - r) / kStep;
+    jacobian.col(k) = (Residuals(kind, moved, evidence) - r) / kStep;
   }
   return jacobian;
 }
@@ -72,8 +104,8 @@ Eigen::VectorXd WeightsOf(const Eigen::VectorXd& r, double scale) {
   return (1 + r.array().square() / (scale * scale)).square().inverse().matrix();
 }
 
-double LossOf(const Eigen::VectorXd& r, double scale) {
-  return (r.array().square() / (1 + r.array().square() / (scale * scale))).sum();
+double LossOf(const Eigen::VectorXd& r, const Eigen::VectorXd& counts, double scale) {
+  return (counts.array() * r.array().square() / (1 + r.array().square() / (scale * scale))).sum();
 }
 
 bool IsWithin(double radius_m, const ModelerOptions& options) {
@@ -82,6 +114,7 @@ bool IsWithin(double radius_m, const ModelerOptions& options) {
 
 bool IsValid(WholeKind kind, const WholeParameters& x, const ModelerOptions& options) {
   if (!x.allFinite() || std::abs(SlopeOf(kind, x)) > kSteepestSlope) return false;
+  if (Lies(kind) && x(4) < kLeastLying * x(3)) return false;
   const Shape shape = Place(kind, x).shape;
   if (const auto* sphere = std::get_if<Sphere>(&shape)) return IsWithin(sphere->radius_m, options);
   if (const auto* cylinder = std::get_if<Cylinder>(&shape)) {
@@ -102,22 +135,29 @@ struct Minimum {
 // Levenberg-Marquardt at one scale of the loss.
 class Descent {
  public:
-  Descent(WholeKind kind, double scale, const PointsOnGround& points, const FitContext& context)
-      : kind_(kind), scale_(scale), points_(points), context_(context) {}
+  Descent(WholeKind kind, double scale, const Evidence& evidence, const FitContext& context)
+      : kind_(kind),
+        scale_(scale),
+        evidence_(evidence),
+        counts_(CountsOf(evidence)),
+        context_(context) {}
 
   void Run(int iterations, Minimum& at) {
     for (int k = 0; k < iterations; ++k) {
       context_.work.Poll();
-      const double before = LossOf(at.residuals, scale_);
-      if (!Step(at) || before - LossOf(at.residuals, scale_) < kConverged * before) return;
+      const double before = Loss(at);
+      if (!Step(at) || before - Loss(at) < kConverged * before) return;
     }
   }
 
  private:
+  double Loss(const Minimum& at) const { return LossOf(at.residuals, counts_, scale_); }
+
   // False when no damping helps.
   bool Step(Minimum& at) {
-    const Eigen::MatrixXd jacobian = Jacobian(kind_, at.x, at.residuals, points_);
-    const Eigen::MatrixXd weighted = WeightsOf(at.residuals, scale_).asDiagonal() * jacobian;
+    const Eigen::MatrixXd jacobian = Jacobian(kind_, at.x, at.residuals, evidence_);
+    const Eigen::VectorXd weights = counts_.cwiseProduct(WeightsOf(at.residuals, scale_));
+    const Eigen::MatrixXd weighted = weights.asDiagonal() * jacobian;
     const Eigen::MatrixXd information = jacobian.transpose() * weighted;
     const Eigen::VectorXd slope = weighted.transpose() * at.residuals;
     for (int attempt = 0; attempt < kAttempts; ++attempt, damping_ *= 10) {
@@ -126,8 +166,8 @@ class Descent {
       damped.diagonal().array() += kLeastInformation;
       Minimum next{at.x - damped.ldlt().solve(slope), {}};
       if (!IsValid(kind_, next.x, context_.options)) continue;
-      next.residuals = Residuals(kind_, next.x, points_);
-      if (!(LossOf(next.residuals, scale_) < LossOf(at.residuals, scale_))) continue;
+      next.residuals = Residuals(kind_, next.x, evidence_);
+      if (!(Loss(next) < Loss(at))) continue;
       at = std::move(next);
       damping_ *= 0.1;
       return true;
@@ -137,34 +177,105 @@ class Descent {
 
   const WholeKind kind_;
   const double scale_;
-  const PointsOnGround& points_;
+  const Evidence& evidence_;
+  const Eigen::VectorXd counts_;
   const FitContext& context_;
   double damping_ = kFirstDamping;
 };
 
-double StartLoss(const Eigen::VectorXd& r) {
-  return LossOf(r, kScales_sigma[1]) / static_cast<double>(r.size());
+// Robust, per point; `r` begins with those of the points.
+double StartLoss(const Eigen::VectorXd& r, std::size_t points) {
+  const auto count = static_cast<Eigen::Index>(points);
+  return LossOf(r.head(count), Eigen::VectorXd::Ones(count), kScales_sigma[1]) /
+         static_cast<double>(points);
 }
 
 // The start that has come closest after a few steps.
 std::optional<Minimum> BestStart(WholeKind kind, const std::vector<Solid>& known,
-                                 const FitContext& c) {
-  const PointsOnGround points = OnGround(c, kStartPoints);
+                                 const FitContext& c, double& least) {
+  const Evidence evidence = PointsAlone(OnGround(c, kStartPoints));
   std::optional<Minimum> best;
-  double least = std::numeric_limits<double>::infinity();
-  for (const WholeParameters& start : StartsOf(kind, known, points)) {
+  least = std::numeric_limits<double>::infinity();
+  for (const WholeParameters& start : StartsOf(kind, known, evidence.points)) {
     if (!IsValid(kind, start, c.options)) continue;
-    Minimum trial{start, Residuals(kind, start, points)};
-    Descent(kind, kScales_sigma.front(), points, c).Run(kFirstIterations, trial);
-    const double loss = StartLoss(trial.residuals);
+    Minimum trial{start, Residuals(kind, start, evidence)};
+    Descent(kind, kScales_sigma.front(), evidence, c).Run(kFirstIterations, trial);
+    const double loss = StartLoss(trial.residuals, evidence.points.p_G.size());
     if (loss < least) best = std::move(trial), least = loss;
   }
   return best;
 }
 
-double ValueOf(const Eigen::VectorXd& r, int parameters, const FitContext& c) {
-  const double mean_square = r.array().square().min(kTruncatedSquare).mean();
-  return CriterionOf(mean_square, c.points.size(), parameters, c).value;
+// Of points against a surface: signed, in standard deviations, and by how much each changes with
+// the range, which is what the sensor's warp moves.
+struct Misfit {
+  Eigen::VectorXd residuals, per_range;
+};
+
+double PerRange(const Shape& shape, const Pose& X_SG, const Vector3& p, const Vector3& viewpoint) {
+  const Vector3 farther = p + kStep * (p - viewpoint).normalized();
+  return (SignedDistance_m(shape, X_SG * farther) - SignedDistance_m(shape, X_SG * p)) / kStep;
+}
+
+Misfit MisfitOf(const WholeSolid& solid, const Eigen::VectorXd& residuals,
+                const PointsOnGround& points) {
+  const Pose X_SG = solid.X_GS.inverse(Eigen::Isometry);
+  Misfit misfit{residuals, Eigen::VectorXd(residuals.size())};
+  for (Eigen::Index i = 0; i < residuals.size(); ++i) {
+    const Vector3& p = points.p_G[static_cast<std::size_t>(i)];
+    misfit.per_range(i) = PerRange(solid.shape, X_SG, p, points.viewpoint_G);
+  }
+  return misfit;
+}
+
+// The first terms of the series whose products sum up to exp(-d^2 / (2 l^2)), one row per point.
+constexpr int kWarpTerms = 6;
+Eigen::MatrixXd WarpTerms(const PointsOnGround& points) {
+  Vector3 middle = Vector3::Zero();
+  for (const Vector3& p : points.p_G) middle += p / static_cast<double>(points.p_G.size());
+  const Matrix3 across = BasisFromZ((middle - points.viewpoint_G).normalized());
+  Eigen::MatrixXd terms(static_cast<Eigen::Index>(points.p_G.size()), kWarpTerms);
+  for (Eigen::Index i = 0; i < terms.rows(); ++i) {
+    const Vector3 away = points.p_G[static_cast<std::size_t>(i)] - middle;
+    const Vector2 x = (across.transpose() * away).head<2>() / kWarpCorrelation_m;
+    terms.row(i) << 1, x.x(), x.y(), std::sqrt(0.5) * x.x() * x.x(), x.x() * x.y(),
+        std::sqrt(0.5) * x.y() * x.y();
+    terms.row(i) *= std::exp(-0.5 * x.squaredNorm());
+  }
+  return terms;
+}
+
+// Of points: the squares that are left when the slow warp takes what it is likely to take of them.
+double ValueOf(const Misfit& misfit, int parameters, const PointsOnGround& points,
+               const FitContext& c) {
+  const Eigen::Index count = misfit.residuals.size();
+  const double each = c.IndependentSamples(c.points.size()) / static_cast<double>(count);
+  Eigen::MatrixXd terms = WarpTerms(points);
+  double squares = 0;
+  Eigen::VectorXd pulled = misfit.residuals;
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const double square = pulled(i) * pulled(i);
+    squares += std::min(square, kTruncatedSquare);
+    if (square > kTruncatedSquare) pulled(i) = 0, terms.row(i).setZero();
+    terms.row(i) *=
+        c.noise.WarpSigma_m() * misfit.per_range(i) / points.sigma_m[static_cast<std::size_t>(i)];
+  }
+  const Eigen::VectorXd toward = each * terms.transpose() * pulled;
+  Eigen::MatrixXd information = each * terms.transpose() * terms;
+  information.diagonal().array() += 1;
+  squares -= toward.dot(information.ldlt().solve(toward)) / each;
+  return CriterionOf(squares / static_cast<double>(count), c.points.size(), parameters, c).value;
+}
+
+// Of rays that run deep in a solid, in the currency of the criterion.
+double CostOf(const Solid& solid, const FitContext& c) {
+  const Pose X_SM = solid.X_MS.inverse(Eigen::Isometry);
+  double squares = 0;
+  for (const FreeRay& ray : c.free.rays) {
+    const double depth = Depth_sigma(solid.shape, X_SM, ray);
+    squares += std::min(depth * depth, kTruncatedSquare);
+  }
+  return squares * c.free.weight / kPointsPerIndependentSample;
 }
 
 std::vector<std::uint32_t> InliersOf(const Solid& solid, const ModelPoints& points) {
@@ -177,43 +288,84 @@ std::vector<std::uint32_t> InliersOf(const Solid& solid, const ModelPoints& poin
   return inliers;
 }
 
-}  // namespace
+Evidence EvidenceOf(const FitContext& c) {
+  Evidence evidence = PointsAlone(OnGround(c));
+  const auto used = static_cast<double>(evidence.points.p_G.size());
+  evidence.slope_weight = used / std::max(1.0, c.IndependentSamples(c.points.size()));
+  return evidence;
+}
 
-std::optional<WholeFit> FitWhole(WholeKind kind, const std::vector<Solid>& known, double rival_loss,
-                                 const FitContext& context) {
-  if (!context.ground.known) return std::nullopt;
-  std::optional<Minimum> best = BestStart(kind, known, context);
-  if (!best || StartLoss(best->residuals) > kHopeless * rival_loss) return std::nullopt;
-  const PointsOnGround points = OnGround(context);
-  best->residuals = Residuals(kind, best->x, points);
-  for (double scale : kScales_sigma) Descent(kind, scale, points, context).Run(kIterations, *best);
-  WholeFit fit{.kind = kind, .parameters = best->x, .solid = {}, .value = 0};
-  fit.value = ValueOf(best->residuals, static_cast<int>(best->x.size()), context);
-  const WholeSolid placed = Place(kind, best->x);
-  fit.solid.X_MS = points.X_MG * placed.X_GS;
+// Others stay free whatever the next steps are.
+void AddRaysNear(const Solid& solid, const FitContext& c, Evidence& evidence) {
+  const Pose X_SM = solid.X_MS.inverse(Eigen::Isometry);
+  const Pose X_GM = evidence.points.X_MG.inverse(Eigen::Isometry);
+  for (const FreeRay& ray : c.free.rays) {
+    if (Clearance_m(solid.shape, X_SM, ray) > kNear_m) continue;
+    FreeRay& near = evidence.rays_G.emplace_back(ray);
+    for (Vector3& p : near.p) p = X_GM * p;
+  }
+  const double measured = static_cast<double>(c.points.size()) * c.points.weight;
+  evidence.ray_weight = c.free.weight * static_cast<double>(evidence.points.p_G.size()) / measured;
+}
+
+// From `at`, whose residuals need not be known yet.
+WholeFit Converged(WholeKind kind, Minimum at, const Evidence& evidence, const FitContext& c) {
+  at.residuals = Residuals(kind, at.x, evidence);
+  for (double scale : kScales_sigma) Descent(kind, scale, evidence, c).Run(kIterations, at);
+  const WholeSolid placed = Place(kind, at.x);
+  WholeFit fit{.kind = kind, .parameters = at.x, .solid = {}, .value = 0};
+  fit.solid.X_MS = evidence.points.X_MG * placed.X_GS;
   fit.solid.shape = placed.shape;
-  fit.solid.inliers = InliersOf(fit.solid, context.points);
+  fit.solid.inliers = InliersOf(fit.solid, c.points);
+  const auto points = static_cast<Eigen::Index>(evidence.points.p_G.size());
+  const double unlikely = at.residuals.tail<1>()(0);
+  const Misfit misfit = MisfitOf(placed, at.residuals.head(points), evidence.points);
+  fit.value = ValueOf(misfit, static_cast<int>(at.x.size()), evidence.points, c) +
+              CostOf(fit.solid, c) + unlikely * unlikely;
   return fit;
 }
 
+}  // namespace
+
+std::optional<WholeFit> FitWhole(WholeKind kind, const std::vector<Solid>& known,
+                                 const Account& rival, const FitContext& context) {
+  if (!context.ground.known) return std::nullopt;
+  double least_loss = 0;
+  std::optional<Minimum> best = BestStart(kind, known, context, least_loss);
+  if (!best || least_loss > kHopeless * rival.loss) return std::nullopt;
+  Evidence evidence = EvidenceOf(context);
+  const WholeFit fit = Converged(kind, *best, evidence, context);
+  const double cost = CostOf(fit.solid, context);
+  if (cost < kWorthMoving || fit.value - cost > rival.value) return fit;
+  AddRaysNear(fit.solid, context, evidence);
+  const WholeFit moved = Converged(kind, {fit.parameters, {}}, evidence, context);
+  return moved.value < fit.value ? moved : fit;
+}
+
 Eigen::MatrixXd CovarianceOf(const WholeFit& fit, const FitContext& c) {
-  const PointsOnGround points = OnGround(c);
-  const Eigen::VectorXd r = Residuals(fit.kind, fit.parameters, points);
-  const Eigen::VectorXd weight = WeightsOf(r, kScales_sigma.back());
-  const Eigen::MatrixXd jacobian = Jacobian(fit.kind, fit.parameters, r, points);
+  Evidence evidence = EvidenceOf(c);
+  AddRaysNear(fit.solid, c, evidence);
+  const Eigen::VectorXd r = Residuals(fit.kind, fit.parameters, evidence);
+  const Eigen::VectorXd weight =
+      CountsOf(evidence).cwiseProduct(WeightsOf(r, kScales_sigma.back()));
+  const Eigen::MatrixXd jacobian = Jacobian(fit.kind, fit.parameters, r, evidence);
   Eigen::MatrixXd gradients = weight.asDiagonal() * jacobian;
   Eigen::MatrixXd information = jacobian.transpose() * gradients;
   information.diagonal().array() += kLeastInformation;
   const Eigen::MatrixXd inverse = information.inverse();
   // The information is of the points used, as if they were independent.
+  const PointsOnGround& points = evidence.points;
+  const auto used = static_cast<Eigen::Index>(points.p_G.size());
   const double each_counts =
-      static_cast<double>(r.size()) / std::max(1.0, c.IndependentSamples(c.points.size()));
-  const double chi_square = weight.dot(r.cwiseAbs2()) / static_cast<double>(r.size());
-  for (Eigen::Index i = 0; i < r.size(); ++i) {
-    gradients.row(i) *= c.noise.WarpSigma_m() / points.sigma_m[static_cast<std::size_t>(i)];
+      static_cast<double>(used) / std::max(1.0, c.IndependentSamples(c.points.size()));
+  const double chi_square =
+      weight.head(used).dot(r.head(used).cwiseAbs2()) / static_cast<double>(used);
+  Eigen::MatrixXd warped = gradients.topRows(used);
+  for (Eigen::Index i = 0; i < used; ++i) {
+    warped.row(i) *= c.noise.WarpSigma_m() / points.sigma_m[static_cast<std::size_t>(i)];
   }
   return each_counts * std::max(1.0, chi_square) * inverse +
-         inverse * WarpOf(points.p_G, gradients) * inverse;
+         inverse * WarpOf(points.p_G, warped) * inverse;
 }
 
 std::vector<double> CoefficientSigmas(const WholeFit& fit, const Eigen::MatrixXd& covariance,
@@ -234,18 +386,24 @@ std::vector<double> CoefficientSigmas(const WholeFit& fit, const Eigen::MatrixXd
 
 Account AccountOf(const std::vector<Solid>& solids, int parameters, const FitContext& c) {
   const PointsOnGround points = OnGround(c);
-  Eigen::VectorXd nearest =
-      Eigen::VectorXd::Constant(static_cast<Eigen::Index>(points.p_G.size()), kFarAway_sigma);
+  const auto count = static_cast<Eigen::Index>(points.p_G.size());
+  Misfit nearest{Eigen::VectorXd::Constant(count, kFarAway_sigma), Eigen::VectorXd::Zero(count)};
+  double cost = 0;
   for (const Solid& solid : solids) {
     const Pose X_SG = solid.X_MS.inverse(Eigen::Isometry) * points.X_MG;
     const DistanceToShape distance_m(solid.shape);
-    for (Eigen::Index i = 0; i < nearest.size(); ++i) {
+    for (Eigen::Index i = 0; i < count; ++i) {
       const auto at = static_cast<std::size_t>(i);
-      const double in_sigma = std::abs(distance_m(X_SG * points.p_G[at])) / points.sigma_m[at];
-      nearest(i) = std::min(nearest(i), in_sigma);
+      const Vector3& p = points.p_G[at];
+      const double residual = distance_m(X_SG * p) / points.sigma_m[at];
+      if (std::abs(residual) >= std::abs(nearest.residuals(i))) continue;
+      nearest.residuals(i) = residual;
+      nearest.per_range(i) = PerRange(solid.shape, X_SG, p, points.viewpoint_G);
     }
+    cost += CostOf(solid, c);
   }
-  return {.value = ValueOf(nearest, parameters, c), .loss = StartLoss(nearest)};
+  return {.value = ValueOf(nearest, parameters, points, c) + cost,
+          .loss = StartLoss(nearest.residuals, points.p_G.size())};
 }
 
 }  // namespace cwm::perception

@@ -13,15 +13,23 @@ struct WholeFit {
   WholeKind kind = WholeKind::kBall;
   WholeParameters parameters;
   Solid solid;       // its inliers are the points within their distance gates
-  double value = 0;  // as Criterion::value, of the distances to the whole surface
+  double value = 0;  // as Account::value, and with how unlikely a cone's slope is
 };
+
+// Of solids together, each point counting for the nearest of them.
+struct Account {
+  double value = 0;  // as Criterion::value, with the rays that run deep in the solids
+  double loss = 0;   // robust, per point
+};
+Account AccountOf(const std::vector<Solid>& solids, int parameters, const FitContext& context);
 
 // Minimises a robust loss (Geman and McClure 1987) of the points' signed distances to the solid's
 // surface, from what the points and the `known` solids suggest. Nothing without a ground, where no
 // start is within the limits of the options, or where the best start's loss per point is still far
-// above `rival_loss` after a few steps.
-std::optional<WholeFit> FitWhole(WholeKind kind, const std::vector<Solid>& known, double rival_loss,
-                                 const FitContext& context);
+// above the rival's after a few steps. One that would win but for the rays that passed the object is
+// moved out of their way.
+std::optional<WholeFit> FitWhole(WholeKind kind, const std::vector<Solid>& known,
+                                 const Account& rival, const FitContext& context);
 
 // Of the parameters: independent noise and the sensor's slow warp.
 Eigen::MatrixXd CovarianceOf(const WholeFit& fit, const FitContext& context);
@@ -29,12 +37,5 @@ Eigen::MatrixXd CovarianceOf(const WholeFit& fit, const FitContext& context);
 // As Solid::parameter_sigma.
 std::vector<double> CoefficientSigmas(const WholeFit& fit, const Eigen::MatrixXd& covariance,
                                       const FitContext& context);
-
-// Of the solids together, each point counting for the nearest of them.
-struct Account {
-  double value = 0;  // Criterion::value
-  double loss = 0;   // robust, per point
-};
-Account AccountOf(const std::vector<Solid>& solids, int parameters, const FitContext& context);
 
 }  // namespace cwm::perception

@@ -16,6 +16,7 @@ constexpr double kNearlyAll = 0.97;  // of the points; what noise throws beyond 
 constexpr double kBelowTop_sigma = 4;
 constexpr std::size_t kLeastWallPoints = 12;
 constexpr int kYaws = 4;              // of what lies, 45 degrees apart
+constexpr double kEndOn = 3;          // radii, the length of what lies with its end in view
 constexpr double kStartSlope = 0.12;  // 7 degrees, on either side: a cup's
 
 double TopOf_m(const PointsOnGround& points) {
@@ -104,7 +105,8 @@ double PrincipalYaw_rad(const PointsOnGround& points) {
   return std::atan2(d.y(), d.x());
 }
 
-// As high as the points, along their extent.
+// As high as the points, along their extent; one that shows little but its end reaches away from
+// the sensor.
 std::vector<WholeParameters> LyingStarts(const PointsOnGround& points) {
   const double radius_m = 0.5 * TopOf_m(points);
   const double principal_rad = PrincipalYaw_rad(points);
@@ -117,6 +119,12 @@ std::vector<WholeParameters> LyingStarts(const PointsOnGround& points) {
     const Vector3 mid = length.mid_m * along + ExtentOf(points, across).mid_m * across;
     WholeParameters x(5);
     x << mid.x(), mid.y(), yaw_rad, radius_m, length.size_m;
+    starts.push_back(x);
+    const double hidden_m = kEndOn * radius_m - length.size_m;
+    if (!(hidden_m > 0)) continue;
+    const double away = along.dot(mid - points.viewpoint_G) > 0 ? 0.5 : -0.5;
+    x.head<2>() += away * hidden_m * along.head<2>();
+    x(4) = kEndOn * radius_m;
     starts.push_back(std::move(x));
   }
   return starts;
@@ -174,10 +182,10 @@ std::vector<WholeParameters> StartsOf(WholeKind kind, const std::vector<Solid>& 
   }
   if (!IsConical(kind)) return starts;
   for (std::size_t k = 0, count = starts.size(); k < count; ++k) {
-    for (double slope : {-kStartSlope, kStartSlope}) {
-      starts.push_back(starts[k]);
-      starts.back().tail<1>()(0) = slope;
-    }
+    if (SlopeOf(kind, starts[k]) != 0) continue;  // a cone that is known
+    starts.push_back(starts[k]);
+    starts[k].tail<1>()(0) = -kStartSlope;
+    starts.back().tail<1>()(0) = kStartSlope;
   }
   return starts;
 }

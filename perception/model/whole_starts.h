@@ -10,6 +10,7 @@ namespace cwm::perception {
 // Points of an object in the frame of the ground.
 struct PointsOnGround {
   Pose X_MG = Pose::Identity();
+  Vector3 viewpoint_G = Vector3::Zero();
   std::vector<Vector3> p_G;
   std::vector<double> sigma_m;
 };

@@ -15,7 +15,7 @@ namespace {
 const Vector3 kEye(-0.6, -0.3, 0.7);
 constexpr double kFoot_m = 0.006;   // is lost in the band of the support
 constexpr double kExact_m = 0.001;  // of exact points: the descent ends well within their sigma
-constexpr double kFarAway = 1e3;    // the loss of a rival that every start beats
+constexpr Account kFarAway{.value = 1e6, .loss = 1e3};  // of a rival that every start beats
 constexpr double kSigma_m = 0.0015;
 
 // What the eye sees of a solid on z = 0: random points moved to the nearest of the surface, whose
@@ -162,7 +162,7 @@ TEST(FitWhole, GivesUpWhereEveryStartIsFarWorseThanItsRival) {
   ASSERT_TRUE(fit.has_value());
   const Account account = AccountOf({fit->solid}, 6, f.Context());
   EXPECT_NEAR(account.value, fit->value, 1e-6 * fit->value);
-  EXPECT_FALSE(FitWhole(WholeKind::kBall, {}, account.loss, f.Context()).has_value());
+  EXPECT_FALSE(FitWhole(WholeKind::kBall, {}, account, f.Context()).has_value());
 }
 
 TEST(FitWhole, AsksForAGround) {
@@ -170,6 +170,96 @@ TEST(FitWhole, AsksForAGround) {
   FitContext context = f.Context();
   context.ground.known = false;
   EXPECT_FALSE(FitWhole(WholeKind::kBall, {}, kFarAway, context).has_value());
+}
+
+// Only the round top of a cup is in view; rays beside it meet the ground.
+struct RoundTop {
+  static constexpr double kRadius_m = 0.05, kHeight_m = 0.1, kSlope = 0.25;
+
+  // Rays to the ground around the foot of the cup, some of them within that of a can.
+  static PassingRays RaysBesideTheCup() {
+    PassingRays rays;
+    rays.weight = 20;
+    const double foot_m = kRadius_m - kSlope * kHeight_m + 0.005;
+    for (double away_m = foot_m; away_m < 0.12; away_m += 0.005) {
+      for (double angle_rad = 0; angle_rad < 6.28; angle_rad += 0.2) {
+        const Vector3 end(away_m * std::cos(angle_rad), away_m * std::sin(angle_rad), 0);
+        if (IsHidden(end)) continue;
+        rays.ends.push_back(end.cast<float>());
+        rays.sigma_m.push_back(static_cast<float>(kSigma_m));
+      }
+    }
+    return rays;
+  }
+
+  static OrientedPoints Seen() {
+    RandomDraws random(2, 0);
+    OrientedPoints points;
+    points.viewpoint = kEye;
+    while (points.size() < 900) {
+      const Vector2 x(random.Uniform(-kRadius_m, kRadius_m), random.Uniform(-kRadius_m, kRadius_m));
+      if (x.norm() > kRadius_m) continue;
+      const Vector3 p(x.x(), x.y(), kHeight_m);
+      const Vector3 ray = (p - kEye).normalized();
+      points.points.push_back((p + kSigma_m * random.Normal() * ray).cast<float>());
+      points.normals.push_back(Eigen::Vector3f::UnitZ());
+      points.sigma_m.push_back(static_cast<float>(kSigma_m));
+      points.normal_sigma_rad.push_back(0.05f);
+      points.cloud_index.push_back(static_cast<std::uint32_t>(points.cloud_index.size()));
+    }
+    return points;
+  }
+
+ private:
+  // Behind the cup: its ray comes within the radius of the axis, at that height.
+  static bool IsHidden(const Vector3& end) {
+    const Vector3 ray = (end - kEye).normalized();
+    for (double t = 0; t < (end - kEye).norm(); t += 0.001) {
+      const Vector3 p = kEye + t * ray;
+      if (p.z() > kHeight_m) continue;
+      if (p.head<2>().norm() < kRadius_m - kSlope * (kHeight_m - p.z()) + 0.003) return true;
+    }
+    return false;
+  }
+};
+
+TEST(FitWhole, TellsACupFromACanByTheRaysBesideItsFoot) {
+  const Fixture f(RoundTop::Seen());
+  FitContext context = f.Context();
+  const auto blind = FitWhole(WholeKind::kUprightCylinder, {}, kFarAway, context);
+  context.free = RaysPast(f.points, context.ground, RoundTop::RaysBesideTheCup());
+  ASSERT_FALSE(context.free.rays.empty());
+  const auto can = FitWhole(WholeKind::kUprightCylinder, {}, kFarAway, context);
+  const auto cup = FitWhole(WholeKind::kUprightCone, {}, kFarAway, context);
+  ASSERT_TRUE(blind && can && cup);
+  EXPECT_GT(can->value, blind->value + kDecisive);
+  EXPECT_GT(can->value, cup->value + kDecisive);
+  EXPECT_GT(SlopeOf(cup->kind, cup->parameters), RoundTop::kSlope - 0.05);
+}
+
+TEST(FitWhole, CountsWhatTheSlowWarpIsLikelyToDoForLittle) {
+  const OrientedPoints seen = RoundTop::Seen();
+  const Fixture f(seen);
+  const Solid flat{
+      .X_MS =
+          Pose(Eigen::Translation3d(Vector3(0, 0, 0.5 * RoundTop::kHeight_m) - f.points.origin_L)),
+      .shape = Cylinder{.radius_m = RoundTop::kRadius_m, .length_m = RoundTop::kHeight_m},
+      .inliers = {},
+      .parameter_sigma = {}};
+  OrientedPoints warped = seen, rough = seen;
+  for (std::size_t i = 0; i < seen.size(); ++i) {
+    const Vector3 ray = (seen.points[i].cast<double>() - kEye).normalized();
+    const double slow = seen.points[i].y() / RoundTop::kRadius_m;  // of 1 mm at the borders
+    warped.points[i] += (0.001 * slow * ray).cast<float>();
+    rough.points[i] += ((i % 2 == 0 ? 0.001 : -0.001) * std::abs(slow) * ray).cast<float>();
+  }
+  const Fixture of_warped(warped), of_rough(rough);
+  const auto value = [&](const Fixture& g) {
+    Solid at = flat;
+    at.X_MS = Eigen::Translation3d(f.points.origin_L - g.points.origin_L) * at.X_MS;
+    return AccountOf({at}, 4, g.Context()).value;
+  };
+  EXPECT_LT(value(of_warped) - value(f), 0.5 * (value(of_rough) - value(f)));
 }
 
 // The parameters of a kind make a solid, and the solid its parameters.

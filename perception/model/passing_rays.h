@@ -1,0 +1,43 @@
+// Rays that passed an object by, to what lies beside and behind it: the space that they crossed is
+// free. What is measured of a round top says little about the wall below it; what is seen beside it
+// says how wide the foot may be, and that no box has its corners there.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <vector>
+
+#include "collision/geometry/shape.h"
+#include "perception/model/ground.h"
+#include "perception/model/model_points.h"
+
+namespace cwm::perception {
+
+// As measured, in the level frame, from the viewpoint of the object's points. Even samples, each for
+// `weight` measured rays.
+struct PassingRays {
+  std::vector<Eigen::Vector3f> ends;  // metres
+  std::vector<float> sigma_m;         // of the range
+  double weight = 1;
+};
+
+// Where one of them is known to be free: places at even distances, from where it comes near the
+// object to where it leaves it or to just before what it met.
+inline constexpr int kFreePlaces = 6;
+struct FreeRay {
+  std::array<Vector3, kFreePlaces> p;  // in the frame of the model points
+  double sigma_m = 0;
+};
+struct FreeRays {
+  std::vector<FreeRay> rays;
+  double weight = 1;  // measured rays that each stands for
+};
+
+// Those that come near what the points and the ground below them leave room for.
+FreeRays RaysPast(const ModelPoints& points, const Ground& ground, const PassingRays& passing);
+
+// The least of the signed distances of its places to the solid: negative inside. X_SR is of the
+// frame in which the ray is given.
+double Clearance_m(const Shape& shape, const Pose& X_SR, const FreeRay& ray);
+
+}  // namespace cwm::perception

@@ -1,0 +1,33 @@
+// The rays of a scan that passed a thing by, to what lies beside and behind it.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "perception/model/passing_rays.h"
+#include "perception/scene/segment_scene.h"
+
+namespace cwm::perception {
+
+// An even part of all rays, made once per scene. The scene outlives it. Throws Stopped when `work` is
+// stopped.
+class SceneRays {
+ public:
+  SceneRays(const SegmentedScene& scene, const Work& work);
+
+  // Those that run near the points of the thing of this index and end on something else.
+  PassingRays Past(std::size_t thing, const Work& work) const;
+
+ private:
+  struct Ray {
+    std::uint32_t point = 0;  // that it ends at, into SegmentedScene::points
+    std::int32_t thing = -1;  // whose point that is; -1: a support's, or nothing's
+    Eigen::Vector3f from_viewpoint = Eigen::Vector3f::Zero();
+  };
+
+  const SegmentedScene& scene_;
+  std::size_t stride_ = 1;
+  std::vector<Ray> rays_;
+};
+
+}  // namespace cwm::perception

@@ -1,0 +1,98 @@
+// Rays that passed an object tell where it is not.
+#include "perception/model/passing_rays.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace cwm::perception {
+namespace {
+
+const Vector3 kEye(-0.8, 0, 0.8);
+constexpr float kSigma_m = 0.0015f;
+constexpr double kHeight_m = 0.1, kRadius_m = 0.04;  // of the disc that is seen, over z = 0
+
+ModelPoints DiscAtHeight() {
+  OrientedPoints points;
+  points.viewpoint = kEye;
+  for (int i = -8; i <= 8; ++i) {
+    for (int j = -8; j <= 8; ++j) {
+      const Eigen::Vector3f p(0.005f * static_cast<float>(i), 0.005f * static_cast<float>(j),
+                              static_cast<float>(kHeight_m));
+      if (p.head<2>().norm() > static_cast<float>(kRadius_m)) continue;
+      points.points.push_back(p);
+      points.normals.push_back(Eigen::Vector3f::UnitZ());
+      points.sigma_m.push_back(kSigma_m);
+      points.normal_sigma_rad.push_back(0.05f);
+      points.cloud_index.push_back(0);
+    }
+  }
+  return ThinForSearch(points, 4000);
+}
+
+Ground LevelGround(const ModelPoints& points) {
+  return {.known = true, .up = Vector3::UnitZ(), .point = -points.origin_L};
+}
+
+PassingRays To(const Eigen::Vector3f& end) {
+  return {.ends = {end}, .sigma_m = {kSigma_m}, .weight = 7};
+}
+
+Pose StandsAtOrigin(const ModelPoints& points) {
+  Pose X_SM = Pose::Identity();  // of a solid as high as the disc, centred in its height
+  X_SM.translation() = points.origin_L - Vector3(0, 0, 0.5 * kHeight_m);
+  return X_SM;
+}
+
+TEST(RaysPast, KeepPlacesOnTheRayBeforeItsEnd) {
+  const ModelPoints points = DiscAtHeight();
+  const Eigen::Vector3f end(0.03f, 0, 0);
+  const FreeRays free = RaysPast(points, LevelGround(points), To(end));
+  ASSERT_EQ(free.rays.size(), 1U);
+  EXPECT_EQ(free.weight, 7);
+  const Vector3 along = (end.cast<double>() - kEye).normalized();
+  for (const Vector3& p : free.rays.front().p) {
+    const Vector3 away = p + points.origin_L - kEye;
+    EXPECT_LT(away.cross(along).norm(), 1e-9);
+    EXPECT_LT(away.dot(along), (end.cast<double>() - kEye).norm() - 3 * kSigma_m);
+  }
+}
+
+TEST(RaysPast, LeaveOutThoseThatEndBeforeTheObjectOrPassFarAway) {
+  const ModelPoints points = DiscAtHeight();
+  const Eigen::Vector3f before(-0.4f, 0, 0.4f), beside(0, 0.5f, 0);
+  EXPECT_TRUE(RaysPast(points, LevelGround(points), To(before)).rays.empty());
+  EXPECT_TRUE(RaysPast(points, LevelGround(points), To(beside)).rays.empty());
+}
+
+TEST(RaysPast, AskForAGround) {
+  const ModelPoints points = DiscAtHeight();
+  EXPECT_TRUE(RaysPast(points, {}, To(Eigen::Vector3f(0.03f, 0, 0))).rays.empty());
+}
+
+TEST(RaysPast, ThinManyAndKeepTheirWeight) {
+  const ModelPoints points = DiscAtHeight();
+  PassingRays many;
+  for (int k = 0; k < 1000; ++k) {
+    many.ends.emplace_back(0.03f, 1e-5f * static_cast<float>(k), 0.0f);
+    many.sigma_m.push_back(kSigma_m);
+  }
+  const FreeRays free = RaysPast(points, LevelGround(points), many);
+  EXPECT_LT(free.rays.size(), 200U);
+  EXPECT_NEAR(free.weight * static_cast<double>(free.rays.size()), 1000, free.weight);
+}
+
+// The ray meets the ground beside the foot of a cup and within that of a can of the same top.
+TEST(Clearance, IsNegativeInTheCanThatTheRayCrossesAndNotInTheCup) {
+  const ModelPoints points = DiscAtHeight();
+  const FreeRays free = RaysPast(points, LevelGround(points), To(Eigen::Vector3f(0, 0.03f, 0)));
+  ASSERT_EQ(free.rays.size(), 1U);
+  const Pose X_SM = StandsAtOrigin(points);
+  const Cylinder can{.radius_m = kRadius_m, .length_m = kHeight_m};
+  EXPECT_LT(Clearance_m(can, X_SM, free.rays.front()), -0.005);
+  const Cone thin{.radius_bottom_m = 0.005, .radius_top_m = 0.005, .length_m = kHeight_m};
+  EXPECT_GT(Clearance_m(thin, X_SM, free.rays.front()), 0);
+}
+
+}  // namespace
+}  // namespace cwm::perception

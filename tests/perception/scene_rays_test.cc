@@ -1,0 +1,81 @@
+#include "perception/scene_rays.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace cwm::perception {
+namespace {
+
+using Eigen::Vector3f;
+
+constexpr int kAcross = 200;  // points of a plane two metres away, 5 mm apart
+constexpr float kPitch_m = 0.005f;
+constexpr int kThing = 20;  // points of a thing in its middle, on either side of it
+
+Vector3f At(int column, int row) {
+  return {kPitch_m * static_cast<float>(column - kAcross / 2),
+          kPitch_m * static_cast<float>(row - kAcross / 2), 2};
+}
+
+bool IsOfThing(int column, int row) {
+  return std::abs(column - kAcross / 2) <= kThing && std::abs(row - kAcross / 2) <= kThing;
+}
+
+// A thing in the middle of a wall, both seen from the origin.
+SegmentedScene ThingOnWall() {
+  SegmentedScene scene;
+  SegmentedThing& thing = scene.things.emplace_back();
+  for (int row = 0; row < kAcross; ++row) {
+    for (int column = 0; column < kAcross; ++column) {
+      if (IsOfThing(column, row)) {
+        thing.points.push_back(static_cast<std::uint32_t>(scene.points.points.size()));
+      }
+      scene.points.points.push_back(At(column, row));
+      scene.points.sigma_m.push_back(0.002f);
+    }
+  }
+  return scene;
+}
+
+TEST(SceneRays, PassAThingWhereTheyEndBesideItAndNotOnIt) {
+  const SegmentedScene scene = ThingOnWall();
+  const PassingRays rays = SceneRays(scene, kUnbounded).Past(0, kUnbounded);
+  ASSERT_FALSE(rays.ends.empty());
+  EXPECT_EQ(rays.ends.size(), rays.sigma_m.size());
+  const float half_m = kPitch_m * kThing;
+  for (const Vector3f& end : rays.ends) {
+    const float away_m = end.head<2>().cwiseAbs().maxCoeff();
+    EXPECT_GT(away_m, half_m);
+    EXPECT_LT(away_m, 2 * half_m);  // 30 % of its width and 40 mm at two metres
+  }
+}
+
+TEST(SceneRays, StandForAllThatWereMeasured) {
+  const SegmentedScene scene = ThingOnWall();
+  SegmentedScene dense = scene;  // every point four times
+  for (int k = 0; k < 3; ++k) {
+    dense.points.points.insert(dense.points.points.end(), scene.points.points.begin(),
+                               scene.points.points.end());
+    dense.points.sigma_m.insert(dense.points.sigma_m.end(), scene.points.sigma_m.begin(),
+                                scene.points.sigma_m.end());
+  }
+  const PassingRays one = SceneRays(scene, kUnbounded).Past(0, kUnbounded);
+  const PassingRays four = SceneRays(dense, kUnbounded).Past(0, kUnbounded);
+  EXPECT_EQ(one.weight, 1);
+  EXPECT_EQ(four.weight, 4);
+}
+
+TEST(SceneRays, EndWhenStopped) {
+  const SegmentedScene scene = ThingOnWall();
+  std::stop_source stop;
+  stop.request_stop();
+  SegmentedScene large = scene;
+  for (int k = 0; k < 20; ++k) {
+    large.things[0].points.insert(large.things[0].points.end(), scene.things[0].points.begin(),
+                                  scene.things[0].points.end());
+  }
+  EXPECT_THROW(SceneRays(large, {.stop = stop.get_token()}), Stopped);
+}
+
+}  // namespace
+}  // namespace cwm::perception
