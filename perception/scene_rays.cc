@@ -50,6 +50,7 @@ View ViewOf(const SegmentedScene& scene, const SegmentedThing& thing, const Work
 }  // namespace
 
 SceneRays::SceneRays(const SegmentedScene& scene, const Work& work) : scene_(scene) {
+  if (!scene.sight) return;
   PollEvery poll(work, kPointsPerPiece);
   const std::size_t count = scene.points.size();
   stride_ = std::max<std::size_t>(1, count / kMostRays);

@@ -9,8 +9,8 @@
 
 namespace cwm::perception {
 
-// An even part of all rays, made once per scene. The scene outlives it. Throws Stopped when `work` is
-// stopped.
+// An even part of all rays, made once per scene; none of a scene without SegmentedScene::sight, which
+// may have been seen from several places. The scene outlives it. Throws Stopped when `work` is stopped.
 class SceneRays {
  public:
   SceneRays(const SegmentedScene& scene, const Work& work);

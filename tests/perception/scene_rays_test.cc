@@ -34,7 +34,14 @@ SegmentedScene ThingOnWall() {
       scene.points.sigma_m.push_back(0.002f);
     }
   }
+  scene.sight.emplace(scene.points, kPitch_m);
   return scene;
+}
+
+TEST(SceneRays, AreNoneOfACloudThatMayHaveBeenSeenFromSeveralPlaces) {
+  SegmentedScene scene = ThingOnWall();
+  scene.sight.reset();
+  EXPECT_TRUE(SceneRays(scene, kUnbounded).Past(0, kUnbounded).ends.empty());
 }
 
 TEST(SceneRays, PassAThingWhereTheyEndBesideItAndNotOnIt) {
