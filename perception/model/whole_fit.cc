@@ -127,6 +127,12 @@ bool IsValid(WholeKind kind, const WholeParameters& x, const ModelerOptions& opt
   return std::get<Box>(shape).size_m.minCoeff() >= 2 * options.min_radius_m;
 }
 
+// The least length holds it back: what the points ask for is shorter still, and does not lie.
+bool IsHeldBack(const WholeFit& fit) {
+  constexpr double kBarely = 1.02;  // steps end where the next one would be beyond
+  return Lies(fit.kind) && fit.parameters(4) < kBarely * kLeastLying * fit.parameters(3);
+}
+
 struct Minimum {
   WholeParameters x;
   Eigen::VectorXd residuals;
@@ -335,11 +341,12 @@ std::optional<WholeFit> FitWhole(WholeKind kind, const std::vector<Solid>& known
   if (!best || least_loss > kHopeless * rival.loss) return std::nullopt;
   Evidence evidence = EvidenceOf(context);
   const WholeFit fit = Converged(kind, *best, evidence, context);
+  if (IsHeldBack(fit)) return std::nullopt;
   const double cost = CostOf(fit.solid, context);
   if (cost < kWorthMoving || fit.value - cost > rival.value) return fit;
   AddRaysNear(fit.solid, context, evidence);
   const WholeFit moved = Converged(kind, {fit.parameters, {}}, evidence, context);
-  return moved.value < fit.value ? moved : fit;
+  return moved.value < fit.value && !IsHeldBack(moved) ? moved : fit;
 }
 
 Eigen::MatrixXd CovarianceOf(const WholeFit& fit, const FitContext& c) {
