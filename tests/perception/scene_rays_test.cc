@@ -9,16 +9,17 @@ namespace {
 using Eigen::Vector3f;
 
 constexpr int kAcross = 200;  // points of a plane two metres away, 5 mm apart
+constexpr int kMiddle = kAcross / 2;
 constexpr float kPitch_m = 0.005f;
 constexpr int kThing = 20;  // points of a thing in its middle, on either side of it
 
 Vector3f At(int column, int row) {
-  return {kPitch_m * static_cast<float>(column - kAcross / 2),
-          kPitch_m * static_cast<float>(row - kAcross / 2), 2};
+  return {kPitch_m * static_cast<float>(column - kMiddle),
+          kPitch_m * static_cast<float>(row - kMiddle), 2};
 }
 
 bool IsOfThing(int column, int row) {
-  return std::abs(column - kAcross / 2) <= kThing && std::abs(row - kAcross / 2) <= kThing;
+  return std::abs(column - kMiddle) <= kThing && std::abs(row - kMiddle) <= kThing;
 }
 
 // A thing in the middle of a wall, both seen from the origin.
