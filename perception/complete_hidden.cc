@@ -64,6 +64,9 @@ std::optional<ShapePart> Lengthened(const ShapePart& part, const Upright& uprigh
   longer.X_OS = part.X_OS * Eigen::Translation3d(shift);
   if (auto* box = std::get_if<Box>(&longer.shape)) {
     box->size_m[upright.axis] += gap_m;
+    if (longer.fit && !longer.fit->parameter_sigma.empty()) {
+      longer.fit->parameter_sigma[static_cast<std::size_t>(upright.axis)] = 0;  // not seen
+    }
   } else if (auto* cylinder = std::get_if<Cylinder>(&longer.shape)) {
     cylinder->length_m += gap_m;
   } else if (auto* cone = std::get_if<Cone>(&longer.shape)) {

@@ -2,14 +2,12 @@
 
 #include <cmath>
 
-#include "collision/geometry/signed_distance.h"
-
 namespace cwm::perception {
 namespace {
 
 bool Near(const ShapePart& part, const Vector3& point, double tolerance_m) {
   const Vector3 local = part.X_OS.inverse(Eigen::Isometry) * point;
-  return std::abs(SignedDistance_m(part.shape, local)) <= tolerance_m;
+  return std::abs(SignedDistance_m(part, local)) <= tolerance_m;
 }
 
 }  // namespace

@@ -12,6 +12,7 @@
 #include "perception/cloud/measured_points.h"
 #include "perception/cloud/parallel_for.h"
 #include "perception/describe_support.h"
+#include "perception/join_modelled.h"
 #include "perception/model_thing.h"
 #include "perception/scene/segment_scene.h"
 
@@ -195,6 +196,7 @@ absl::StatusOr<SceneInterpretation> Interpret(const PointCloud& cloud,
 
   // Steps 6 and 7: shapes, and triangulated surfaces for what they leave.
   DescribedScene described = DescribeScene(*scene, X_WL, options, work);
+  JoinModelled(options, work, *scene, described.things);
   watch.Done("shapes");
 
   // Step 8: the hybrid model of all, in the world.

@@ -109,9 +109,16 @@ std::string PlateText(const pb::ShapePart& part) {
   return text;
 }
 
+std::string VesselText(const pb::Vessel& vessel) {
+  return absl::StrCat("vessel r ", Length(vessel.foot_radius_m()), " to ",
+                      Length(vessel.rim_radius_m()), ", h ", Length(vessel.height_m()), ", ",
+                      Length(vessel.depth_m()), " deep, wall ", Length(vessel.wall_thickness_m()));
+}
+
 }  // namespace
 
 std::string ShapeText(const pb::ShapePart& part) {
+  if (part.has_vessel()) return VesselText(part.vessel());
   switch (part.shape_case()) {
     case pb::ShapePart::kSphere:
       return absl::StrCat("sphere r ", Length(part.sphere().radius_m()));

@@ -3,8 +3,8 @@
 
 #include <optional>
 
+#include "collision/geometry/hybrid_model.h"
 #include "collision/geometry/revolved_profile.h"
-#include "collision/geometry/shape.h"
 
 namespace cwm {
 
@@ -12,13 +12,18 @@ namespace cwm {
 // is worked out once.
 class DistanceToShape {
  public:
-  explicit DistanceToShape(const Shape& shape);  // which must outlive it
+  // Which must outlive it.
+  explicit DistanceToShape(const Shape& shape);
+  explicit DistanceToShape(const ShapePart& part);  // as SignedDistance_m(part, p)
+  explicit DistanceToShape(Shape&&) = delete;
+  explicit DistanceToShape(ShapePart&&) = delete;
 
   double operator()(const Vector3& p) const;  // metres; p in the shape's frame
 
  private:
   const Shape& shape_;
   std::optional<DistanceToRevolvedProfile> revolved_;  // of cylinders and cones
+  const VesselShell* vessel_ = nullptr;
 };
 
 }  // namespace cwm

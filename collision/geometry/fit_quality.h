@@ -13,8 +13,9 @@ struct FitQuality {
   double inlier_ratio = 0;    // of the points of the object, 0..1
   double observed_fraction =
       0;  // share of the solid's surface (a support: its top face) that points cover, 0..1
-  // One standard deviation of each coefficient, in the order of Coefficients() in coefficients.h;
-  // empty where unknown.
+  // One standard deviation of each coefficient, in the order of Coefficients() in coefficients.h; of
+  // a box, which has none, of its three sizes. 0 where held, or where an end was not seen; empty
+  // where unknown.
   std::vector<double> parameter_sigma;
 
   friend bool operator==(const FitQuality&, const FitQuality&) = default;

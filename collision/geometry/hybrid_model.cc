@@ -1,6 +1,12 @@
 #include "collision/geometry/hybrid_model.h"
 
+#include "collision/geometry/signed_distance.h"
+
 namespace cwm {
+
+double SignedDistance_m(const ShapePart& part, const Vector3& p) {
+  return part.vessel ? SignedDistance_m(*part.vessel, p) : SignedDistance_m(part.shape, p);
+}
 
 Aabb TightBounds(const HybridModel& model, const Pose& X_FO) {
   Aabb bounds;

@@ -10,6 +10,7 @@
 #include "collision/geometry/aabb.h"
 #include "collision/geometry/fit_quality.h"
 #include "collision/geometry/shape.h"
+#include "collision/geometry/vessel_shell.h"
 
 namespace cwm {
 
@@ -22,7 +23,13 @@ struct ShapePart {
   Shape shape;
   PartRole role = PartRole::kFitted;
   std::optional<FitQuality> fit = std::nullopt;  // absent where a user gave the shape
+  // Of an open vessel, whose `shape` is then the watertight mesh of this.
+  std::shared_ptr<const VesselShell> vessel = nullptr;
 };
+
+// As that of the part's shape, p in its frame; a vessel's by its profile: exact, and far sooner than
+// by its mesh.
+double SignedDistance_m(const ShapePart& part, const Vector3& p);
 
 // An open or closed mesh over points that no shape explains, vertices in the object's frame.
 struct SurfacePart {

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "collision/geometry/vessel_shell.h"
+
 namespace cwm {
 namespace {
 
@@ -30,8 +32,8 @@ int CapSegments(double radius_m, double deviation_m) {
 
 double WidestRadius_m(const Cone& s) { return std::max(s.radius_bottom_m, s.radius_top_m); }
 
-// The surface swept by a profile (radial, z) that runs from the bottom of the axis to its top,
-// on the axis at both ends and nowhere else.
+// The surface swept by a profile (radial, z) with the solid on its left, on the axis at both ends and
+// nowhere else: from the bottom of the axis to its top, or to the floor of a vessel.
 TriangleMesh Revolve(const std::vector<Vector2>& profile, int segments) {
   TriangleMesh mesh;
   const auto count = static_cast<std::uint32_t>(segments);
@@ -184,6 +186,15 @@ struct Deviation {
 
 TriangleMesh Tessellate(const Shape& shape, double max_deviation_m) {
   return std::visit(Tessellator{max_deviation_m}, shape);
+}
+
+TriangleMesh Tessellate(const VesselShell& shell, double max_deviation_m) {
+  std::vector<Vector2> profile = {{0, shell.outer.front().y()}};
+  profile.insert(profile.end(), shell.outer.begin(), shell.outer.end());
+  profile.insert(profile.end(), shell.inner.begin(), shell.inner.end());
+  double widest_m = 0;
+  for (const Vector2& point : profile) widest_m = std::max(widest_m, point.x());
+  return Revolve(profile, SegmentsFor(widest_m, max_deviation_m));
 }
 
 double DeviationBound_m(const Shape& shape, double max_deviation_m) {

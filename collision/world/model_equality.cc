@@ -5,8 +5,13 @@
 namespace cwm::collision {
 namespace {
 
+bool SameVessel(const VesselShell* a, const VesselShell* b) {
+  return a == b || (a != nullptr && b != nullptr && *a == *b);
+}
+
 bool Same(const ShapePart& a, const ShapePart& b) {
-  return SamePose(a.X_OS, b.X_OS) && a.shape == b.shape && a.role == b.role && a.fit == b.fit;
+  return SamePose(a.X_OS, b.X_OS) && a.shape == b.shape && a.role == b.role && a.fit == b.fit &&
+         SameVessel(a.vessel.get(), b.vessel.get());
 }
 
 bool Same(const SurfacePart& a, const SurfacePart& b) {

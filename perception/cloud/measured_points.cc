@@ -11,6 +11,7 @@
 #include "collision/geometry/validation.h"
 #include "perception/cloud/parallel_for.h"
 #include "perception/cloud/quantile.h"
+#include "perception/cloud/voxel_grid.h"
 
 namespace cwm::perception {
 namespace {
@@ -23,6 +24,11 @@ constexpr std::size_t kPointsPerPiece = 8192;  // of less than 0.1 us each
 absl::Status CheckLayout(const PointCloud& cloud) {
   if (cloud.points.empty()) {
     return absl::InvalidArgumentError("cloud.points is empty: must hold at least one point");
+  }
+  if (cloud.points.size() > VoxelGrid::kMostPoints) {
+    return absl::InvalidArgumentError(absl::StrCat("cloud.points has ", cloud.points.size(),
+                                                   " points: must have at most ",
+                                                   VoxelGrid::kMostPoints));
   }
   if (!cloud.normals.empty() && cloud.normals.size() != cloud.points.size()) {
     return absl::InvalidArgumentError(absl::StrCat("cloud.normals has ", cloud.normals.size(),

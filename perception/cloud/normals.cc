@@ -114,18 +114,10 @@ void EstimateGridNormals(OrientedPoints& points, const VoxelGrid& grid, float ra
   auto estimate_cell = [&](std::size_t c) {
     const Vector3f centroid = grid.Centroid(c);
     Moments moments;
-    VoxelGrid::Cell d;
-    for (d.z() = -reach; d.z() <= reach; ++d.z()) {
-      for (d.y() = -reach; d.y() <= reach; ++d.y()) {
-        for (d.x() = -reach; d.x() <= reach; ++d.x()) {
-          const std::int32_t other = grid.Find(grid.cell(c) + d);
-          if (other == VoxelGrid::kNone) continue;
-          const auto o = static_cast<std::size_t>(other);
-          if ((grid.Centroid(o) - centroid).squaredNorm() > radius_m * radius_m) continue;
-          moments.Add(grid.moments(o), grid.Center(o) - centroid);
-        }
-      }
-    }
+    grid.ForEachWithin(reach, grid.cell(c), [&](std::size_t o) {
+      if ((grid.Centroid(o) - centroid).squaredNorm() > radius_m * radius_m) return;
+      moments.Add(grid.moments(o), grid.Center(o) - centroid);
+    });
     const Vector3f ray = centroid.normalized();
     Vector3f normal = Vector3f::Zero();
     if (moments.count >= 3) normal = NormalOf(moments.Covariance(), ray, kIterations);

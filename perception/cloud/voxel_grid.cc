@@ -1,10 +1,10 @@
 #include "perception/cloud/voxel_grid.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <stdexcept>
 #include <utility>
 
 #include "perception/cloud/morton.h"
@@ -17,29 +17,59 @@ constexpr int kPointsPerPiece = 8192;        // of less than 0.1 us each
 constexpr std::size_t kCellsPerPiece = 512;  // some ten points each
 constexpr float kCellsPerAxis = static_cast<float>((1 << kMortonBitsPerAxis) - 2);
 
+constexpr int kBitsOfBlock = 6;  // the lowest of a cell's key tell it from the others of its block
+constexpr std::uint32_t kCellsOfBlock = 1 << kBitsOfBlock;
+static_assert(VoxelGrid::kMostPoints <= std::size_t{1} << (32 - kBitsOfBlock));
+
 std::uint64_t KeyOf(const VoxelGrid::Cell& cell) {
   return MortonKey(static_cast<std::uint32_t>(cell.x()), static_cast<std::uint32_t>(cell.y()),
                    static_cast<std::uint32_t>(cell.z()));
 }
 
-struct KeyedCell {
+// Negative ones and those beyond what keys can tell apart are nobody's.
+bool HasKey(const VoxelGrid::Cell& cell) {
+  const auto all = static_cast<std::uint32_t>(cell.x() | cell.y() | cell.z());
+  return all >> kMortonBitsPerAxis == 0;
+}
+
+// [axis][low][high]: the cells of a block whose coordinate on that axis is low to high.
+using AxisRanges = std::array<std::array<std::array<std::uint64_t, 4>, 4>, 3>;
+
+constexpr AxisRanges MakeAxisRanges() {
+  AxisRanges ranges{};
+  for (unsigned bit = 0; bit < kCellsOfBlock; ++bit) {
+    for (unsigned axis = 0; axis < 3; ++axis) {
+      const unsigned at = (bit >> axis & 1) | (bit >> (axis + 3) & 1) << 1;
+      for (unsigned low = 0; low <= at; ++low) {
+        for (unsigned high = at; high < 4; ++high) {
+          ranges[axis][low][high] |= std::uint64_t{1} << bit;
+        }
+      }
+    }
+  }
+  return ranges;
+}
+
+constexpr AxisRanges kAxisRanges = MakeAxisRanges();
+
+struct KeyedBlock {
   std::uint64_t key;
-  std::uint32_t cell;
+  std::uint32_t block;
 };
 
 // Stable radix sort by key, 11 bits a pass, only as many passes as the largest key needs.
-void SortByKey(std::vector<KeyedCell>& items, const Work& work) {
+void SortByKey(std::vector<KeyedBlock>& items, const Work& work) {
   constexpr int kDigitBits = 11;
   constexpr std::size_t kDigits = 1 << kDigitBits;
   std::uint64_t all = 0;
-  for (const KeyedCell& item : items) all |= item.key;
-  std::vector<KeyedCell> other(items.size());
+  for (const KeyedBlock& item : items) all |= item.key;
+  std::vector<KeyedBlock> other(items.size());
   for (int shift = 0; shift < 64 && all >> shift; shift += kDigitBits) {
     work.Poll();
     std::array<std::size_t, kDigits + 1> start{};
-    for (const KeyedCell& item : items) ++start[(item.key >> shift & (kDigits - 1)) + 1];
+    for (const KeyedBlock& item : items) ++start[(item.key >> shift & (kDigits - 1)) + 1];
     for (std::size_t d = 0; d < kDigits; ++d) start[d + 1] += start[d];
-    for (const KeyedCell& item : items) other[start[item.key >> shift & (kDigits - 1)]++] = item;
+    for (const KeyedBlock& item : items) other[start[item.key >> shift & (kDigits - 1)]++] = item;
     items.swap(other);
   }
 }
@@ -79,6 +109,8 @@ VoxelGrid VoxelGrid::BuildCells(std::span<const Eigen::Vector3f> points, float e
                                 const Work& work) {
   VoxelGrid grid;
   if (points.empty()) return grid;
+  if (points.size() > kMostPoints)
+    throw std::length_error("a voxel grid holds at most 2^26 points");
   Eigen::Vector3f low = points[0], high = points[0];
   for (const Eigen::Vector3f& p : points) {
     low = low.cwiseMin(p);
@@ -88,60 +120,82 @@ VoxelGrid VoxelGrid::BuildCells(std::span<const Eigen::Vector3f> points, float e
   while ((high - low).maxCoeff() / grid.edge_m_ > kCellsPerAxis) grid.edge_m_ *= 2;
   grid.origin_ = low;
   grid.FindCells(points, work);
-  grid.SortCells(work);
+  grid.SortBlocks(work);
   grid.SortPoints(work);
   return grid;
 }
 
+// Until blocks are in their order, a point's cell is known by its block and its bit.
 void VoxelGrid::FindCells(std::span<const Eigen::Vector3f> points, const Work& work) {
   const float per_edge = 1 / edge_m_;
   cell_of_point_.resize(points.size());
-  IndexCells();
+  IndexBlocks();
   PollEvery poll(work, kPointsPerPiece);
-  Cell latest = Cell::Constant(kNone);  // points that follow each other are mostly in one cell
+  std::uint64_t latest =
+      ~std::uint64_t{0};  // points that follow each other are mostly in one block
   std::uint32_t index = 0;
   for (std::size_t i = 0; i < points.size(); ++i) {
     poll();
     // Never negative: truncated is the floor.
     const Cell cell = ((points[i] - origin_) * per_edge).cast<int>();
-    if (cell != latest) {
-      index = FindOrAdd(cell);
-      latest = cell;
+    const std::uint64_t key = KeyOf(cell);
+    if (key >> kBitsOfBlock != latest) {
+      latest = key >> kBitsOfBlock;
+      index = FindOrAddBlock(latest);
     }
-    cell_of_point_[i] = index;
+    const auto bit = static_cast<std::uint32_t>(key & (kCellsOfBlock - 1));
+    blocks_[index].occupied |= std::uint64_t{1} << bit;
+    cell_of_point_[i] = index << kBitsOfBlock | bit;
   }
 }
 
-std::uint32_t VoxelGrid::FindOrAdd(const Cell& cell) {
-  std::size_t slot = Slot(cell);
+std::uint32_t VoxelGrid::FindOrAddBlock(std::uint64_t key) {
+  std::size_t slot = Slot(key);
   for (; slots_[slot] != kNone; slot = (slot + 1) & (slots_.size() - 1)) {
     const auto found = static_cast<std::uint32_t>(slots_[slot]);
-    if (cells_[found] == cell) return found;
+    if (blocks_[found].key == key) return found;
   }
-  slots_[slot] = static_cast<std::int32_t>(cells_.size());
-  cells_.push_back(cell);
-  if (2 * cells_.size() > slots_.size()) IndexCells();
-  return static_cast<std::uint32_t>(cells_.size() - 1);
+  slots_[slot] = static_cast<std::int32_t>(blocks_.size());
+  blocks_.push_back({.key = key});
+  if (2 * blocks_.size() > slots_.size()) IndexBlocks();
+  return static_cast<std::uint32_t>(blocks_.size() - 1);
 }
 
-void VoxelGrid::SortCells(const Work& work) {
-  std::vector<KeyedCell> sorted;
-  sorted.reserve(cells_.size());
-  for (std::uint32_t c = 0; c < cells_.size(); ++c) sorted.push_back({KeyOf(cells_[c]), c});
+void VoxelGrid::SortBlocks(const Work& work) {
+  std::vector<KeyedBlock> sorted;
+  sorted.reserve(blocks_.size());
+  for (std::uint32_t b = 0; b < blocks_.size(); ++b) sorted.push_back({blocks_[b].key, b});
   SortByKey(sorted, work);
-  std::vector<Cell> cells;
-  cells.reserve(cells_.size());
-  std::vector<std::uint32_t> place(cells_.size());
-  for (const KeyedCell& item : sorted) {
-    place[item.cell] = static_cast<std::uint32_t>(cells.size());
-    cells.push_back(cells_[item.cell]);
+  std::vector<Block> blocks;
+  blocks.reserve(blocks_.size());
+  std::vector<std::uint32_t> place(blocks_.size());
+  std::uint32_t cells = 0;
+  for (const KeyedBlock& item : sorted) {
+    place[item.block] = static_cast<std::uint32_t>(blocks.size());
+    Block& block = blocks.emplace_back(blocks_[item.block]);
+    block.first = cells;
+    cells += static_cast<std::uint32_t>(std::popcount(block.occupied));
   }
-  cells_ = std::move(cells);
-  IndexCells();
+  blocks_ = std::move(blocks);
+  IndexBlocks();
+  ListCells(cells);
   PollEvery poll(work, kPointsPerPiece);
   for (std::uint32_t& cell : cell_of_point_) {
     poll();
-    cell = place[cell];
+    const Block& block = blocks_[place[cell >> kBitsOfBlock]];
+    cell = static_cast<std::uint32_t>(block.IndexOf(cell & (kCellsOfBlock - 1)));
+  }
+}
+
+void VoxelGrid::ListCells(std::size_t count) {
+  cells_.reserve(count);
+  for (const Block& block : blocks_) {
+    for (std::uint64_t left = block.occupied; left != 0; left &= left - 1) {
+      const std::uint64_t key =
+          block.key << kBitsOfBlock | static_cast<std::uint64_t>(std::countr_zero(left));
+      cells_.push_back({static_cast<int>(GatherBits(key)), static_cast<int>(GatherBits(key >> 1)),
+                        static_cast<int>(GatherBits(key >> 2))});
+    }
   }
 }
 
@@ -195,30 +249,45 @@ std::span<const std::uint32_t> VoxelGrid::PointsOf(std::size_t i) const {
   return {order_.data() + first_[i], order_.data() + first_[i + 1]};
 }
 
-std::size_t VoxelGrid::Slot(const Cell& cell) const {
-  // Fibonacci hashing of a mix of the coordinates.
-  std::uint64_t h = static_cast<std::uint32_t>(cell.x());
-  h = h * 0x9e3779b97f4a7c15ULL + static_cast<std::uint32_t>(cell.y());
-  h = h * 0x9e3779b97f4a7c15ULL + static_cast<std::uint32_t>(cell.z());
-  h *= 0x9e3779b97f4a7c15ULL;
-  return (h >> 32) & (slots_.size() - 1);
+std::uint64_t VoxelGrid::BitsBetween(const Cell& low, const Cell& high) {
+  std::uint64_t bits = ~std::uint64_t{0};
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto from = static_cast<std::size_t>(low[axis]),
+               to = static_cast<std::size_t>(high[axis]);
+    bits &= kAxisRanges[static_cast<std::size_t>(axis)][from][to];
+  }
+  return bits;
 }
 
-void VoxelGrid::IndexCells() {
-  slots_.assign(std::bit_ceil(4 * std::max<std::size_t>(1, cells_.size())), kNone);
-  for (std::size_t i = 0; i < cells_.size(); ++i) {
-    std::size_t slot = Slot(cells_[i]);
+std::size_t VoxelGrid::Slot(std::uint64_t key) const {
+  return (key * 0x9e3779b97f4a7c15ULL >> 32) & (slots_.size() - 1);  // Fibonacci hashing
+}
+
+void VoxelGrid::IndexBlocks() {
+  slots_.assign(std::bit_ceil(4 * std::max<std::size_t>(1, blocks_.size())), kNone);
+  for (std::size_t i = 0; i < blocks_.size(); ++i) {
+    std::size_t slot = Slot(blocks_[i].key);
     while (slots_[slot] != kNone) slot = (slot + 1) & (slots_.size() - 1);
     slots_[slot] = static_cast<std::int32_t>(i);
   }
 }
 
-std::int32_t VoxelGrid::Find(const Cell& cell) const {
-  if (slots_.empty()) return kNone;
-  for (std::size_t slot = Slot(cell);; slot = (slot + 1) & (slots_.size() - 1)) {
-    const std::int32_t found = slots_[slot];
-    if (found == kNone || cells_[static_cast<std::size_t>(found)] == cell) return found;
+const VoxelGrid::Block* VoxelGrid::FindBlock(const Cell& block) const {
+  if (slots_.empty() || !HasKey(block)) return nullptr;
+  const std::uint64_t key = KeyOf(block);
+  for (std::size_t slot = Slot(key);; slot = (slot + 1) & (slots_.size() - 1)) {
+    if (slots_[slot] == kNone) return nullptr;
+    const Block& found = blocks_[static_cast<std::size_t>(slots_[slot])];
+    if (found.key == key) return &found;
   }
+}
+
+std::int32_t VoxelGrid::Find(const Cell& cell) const {
+  if (!HasKey(cell)) return kNone;
+  const Block* block = FindBlock(cell.unaryExpr([](int c) { return c >> kBlockShift; }));
+  const auto bit = static_cast<int>(KeyOf(cell) & (kCellsOfBlock - 1));
+  if (!block || (block->occupied >> bit & 1) == 0) return kNone;
+  return static_cast<std::int32_t>(block->IndexOf(bit));
 }
 
 }  // namespace cwm::perception

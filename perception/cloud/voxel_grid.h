@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <bit>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -35,14 +36,17 @@ struct Moments {
 };
 
 // Cells are ordered by Morton key, so that neighbours in space are mostly neighbours in memory, and
-// points within a cell keep their order.
+// points within a cell keep their order. The 64 cells of an aligned block of 4 x 4 x 4 follow each
+// other in that order: what is looked up is the block, and a bit for each of its cells tells the rest.
 class VoxelGrid {
  public:
   using Cell = Eigen::Vector3i;
   static constexpr std::int32_t kNone = -1;
+  static constexpr std::size_t kMostPoints = std::size_t{1} << 26;
 
-  // All points must be finite. The edge is doubled until the extent fits 2^21 cells per axis (4 mm
-  // cells: 8 km). Linear time in the points, however many share one place.
+  // All points must be finite, and kMostPoints at most (std::length_error). The edge is doubled until
+  // the extent fits 2^21 cells per axis (4 mm cells: 8 km). Linear time in the points, however many
+  // share one place.
   static VoxelGrid Build(std::span<const Eigen::Vector3f> points, float edge_m,
                          const Work& work = {});
   // The same without moments, for an owner who renumbers the points first.
@@ -64,15 +68,32 @@ class VoxelGrid {
   // Makes the moments. `points` are those of the grid, numbered as it numbers them now.
   void SumUp(std::span<const Eigen::Vector3f> points, const Work& work = {});
 
-  // f(index) for the occupied ones of the 27 cells around these coordinates, the middle one among
-  // them, in the order of z, then y, then x. Ends early, and is true, once f returns true.
+  // f(index) for the occupied cells whose coordinates differ from these by at most `reach` on every
+  // axis, the middle one among them, block by block. Ends early, and is true, once f returns true.
   template <class F>
-  bool AnyNeighbour(const Cell& cell, F&& f) const;
+  bool AnyWithin(int reach, const Cell& cell, F&& f) const;
+  // The same for all of them; f returns nothing.
+  template <class F>
+  void ForEachWithin(int reach, const Cell& cell, F&& f) const;
 
   // Index of the occupied cell at these coordinates, or kNone.
   std::int32_t Find(const Cell& cell) const;
 
  private:
+  static constexpr int kBlockShift = 2;
+  static constexpr int kBlockEdge = 1 << kBlockShift;
+
+  struct Block {
+    std::uint64_t key = 0;
+    std::uint64_t occupied = 0;  // a bit for each cell, in the order of Morton keys
+    std::uint32_t first = 0;     // index of its first cell
+
+    std::size_t IndexOf(int bit) const {
+      const std::uint64_t before = occupied & ((std::uint64_t{1} << bit) - 1);
+      return first + static_cast<std::size_t>(std::popcount(before));
+    }
+  };
+
   Eigen::Vector3f origin_ = Eigen::Vector3f::Zero();
   float edge_m_ = 1;
   std::vector<Cell> cells_;
@@ -80,28 +101,53 @@ class VoxelGrid {
   std::vector<std::uint32_t> first_;          // per cell and one more: where its points begin
   std::vector<std::uint32_t> order_;          // points sorted by cell
   std::vector<std::uint32_t> cell_of_point_;  // per point
-  std::vector<std::int32_t> slots_;           // open addressing, a power of two
+  std::vector<Block> blocks_;                 // by key
+  std::vector<std::int32_t> slots_;           // of blocks: open addressing, a power of two
+
+  // The cells of a block whose coordinates in it are low to high, all within 0 to 3.
+  static std::uint64_t BitsBetween(const Cell& low, const Cell& high);
+  // Of the block at these coordinates, those of its cells over 4; null where no cell is occupied.
+  const Block* FindBlock(const Cell& block) const;
 
   // The steps of building, in their order.
   void FindCells(std::span<const Eigen::Vector3f> points, const Work& work);
-  void SortCells(const Work& work);
+  void SortBlocks(const Work& work);
+  void ListCells(std::size_t count);
   void SortPoints(const Work& work);
-  std::uint32_t FindOrAdd(const Cell& cell);
-  std::size_t Slot(const Cell& cell) const;
-  void IndexCells();
+  std::uint32_t FindOrAddBlock(std::uint64_t key);
+  std::size_t Slot(std::uint64_t key) const;
+  void IndexBlocks();
 };
 
 template <class F>
-bool VoxelGrid::AnyNeighbour(const Cell& cell, F&& f) const {
-  for (int z = -1; z <= 1; ++z) {
-    for (int y = -1; y <= 1; ++y) {
-      for (int x = -1; x <= 1; ++x) {
-        const std::int32_t other = Find(cell + Cell(x, y, z));
-        if (other != kNone && f(static_cast<std::size_t>(other))) return true;
+bool VoxelGrid::AnyWithin(int reach, const Cell& cell, F&& f) const {
+  const Cell low = cell.array() - reach, high = cell.array() + reach;
+  const auto block_of = [](int coordinate) { return coordinate >> kBlockShift; };
+  const Cell first = low.unaryExpr(block_of), last = high.unaryExpr(block_of);
+  Cell b;
+  for (b.z() = first.z(); b.z() <= last.z(); ++b.z()) {
+    for (b.y() = first.y(); b.y() <= last.y(); ++b.y()) {
+      for (b.x() = first.x(); b.x() <= last.x(); ++b.x()) {
+        const Block* block = FindBlock(b);
+        if (!block) continue;
+        const Cell corner = b * kBlockEdge;
+        std::uint64_t wanted = block->occupied;
+        wanted &= BitsBetween((low - corner).cwiseMax(0), (high - corner).cwiseMin(kBlockEdge - 1));
+        for (; wanted != 0; wanted &= wanted - 1) {
+          if (f(block->IndexOf(std::countr_zero(wanted)))) return true;
+        }
       }
     }
   }
   return false;
+}
+
+template <class F>
+void VoxelGrid::ForEachWithin(int reach, const Cell& cell, F&& f) const {
+  AnyWithin(reach, cell, [&](std::size_t other) {
+    f(other);
+    return false;
+  });
 }
 
 }  // namespace cwm::perception

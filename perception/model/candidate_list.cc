@@ -81,6 +81,7 @@ void CandidateList::EvaluateNextSubset(Candidate& candidate) const {
     candidate.inliers.push_back(i);
     candidate.score += ScoreOf(hit.distance_m, points_.gate_m[i]);
   }
+  candidate.bound = UpperBound(candidate);
 }
 
 void CandidateList::Rescore(Candidate& candidate) const {
@@ -100,6 +101,7 @@ void CandidateList::KeepLargestComponent(Candidate& candidate) const {
   candidate.inliers = connectivity_.LargestComponent(candidate.inliers);
   candidate.connected = true;
   Rescore(candidate);
+  candidate.bound = UpperBound(candidate);
 }
 
 double CandidateList::UpperBound(const Candidate& candidate) const {
@@ -128,8 +130,7 @@ const Candidate* CandidateList::Leader() {
     std::size_t best = 0, refused = candidates_.size();
     double best_bound = -1;
     for (std::size_t c = 0; c < candidates_.size(); ++c) {
-      const double bound = UpperBound(candidates_[c]);
-      if (bound > best_bound) best = c, best_bound = bound;
+      if (candidates_[c].bound > best_bound) best = c, best_bound = candidates_[c].bound;
     }
     if (leader < candidates_.size() && best_bound <= kLeaderSlack * candidates_[leader].score) {
       return &candidates_[leader];
@@ -166,9 +167,11 @@ void CandidateList::Remove(std::span<const std::uint32_t> taken) {
     work_.Poll();
     const std::size_t before = candidate.inliers.size();
     std::erase_if(candidate.inliers, [this](std::uint32_t i) { return !available_[i]; });
-    if (candidate.inliers.size() == before) continue;
-    candidate.connected = false;  // the rest may have fallen apart
-    Rescore(candidate);
+    if (candidate.inliers.size() != before) {
+      candidate.connected = false;  // the rest may have fallen apart
+      Rescore(candidate);
+    }
+    candidate.bound = UpperBound(candidate);
   }
   std::erase_if(candidates_, [](const Candidate& c) { return c.inliers.empty(); });
 }
@@ -181,7 +184,7 @@ void CandidateList::Refuse(const Candidate& leader) {
 void CandidateList::Prune() {
   std::vector<std::pair<double, std::size_t>> bounds;
   for (std::size_t c = 0; c < candidates_.size(); ++c) {
-    bounds.emplace_back(-UpperBound(candidates_[c]), c);
+    bounds.emplace_back(-candidates_[c].bound, c);
   }
   std::sort(bounds.begin(), bounds.end());
   std::vector<Candidate> kept;

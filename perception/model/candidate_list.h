@@ -21,6 +21,7 @@ struct Candidate {
   std::size_t subsets_done = 0;
   double score = 0;        // MSAC over `inliers`: sum of 1 - (distance / gate)^2
   bool connected = false;  // all subsets done, and `inliers` are one component
+  double bound = 0;        // of the score over all available points, from above, with confidence
 };
 
 // Points are split into disjoint random subsets of doubling size. A candidate is scored on the
@@ -54,7 +55,7 @@ class CandidateList {
   void EvaluateNextSubset(Candidate& candidate) const;
   void KeepLargestComponent(Candidate& candidate) const;
   void Rescore(Candidate& candidate) const;
-  double UpperBound(const Candidate& candidate) const;
+  double UpperBound(const Candidate& candidate) const;  // what Candidate::bound holds
   bool IsRefused(const Candidate& candidate) const;
   void GatherAvailable();
   void Prune();

@@ -75,13 +75,14 @@ std::optional<ConeModel> ConeModel::AroundAxis(std::span<const SamplePoint> samp
 ConeModel::Parameters ConeModel::Gradient(const Vector3& p) const {
   const AxialPosition at = Locate(p);
   const Matrix3 basis = BasisFromZ(axis);
-  const double k2 = 1 + slope * slope;
-  const double k = std::sqrt(k2);
-  const double distance_m = (at.radius_m - radius_m - slope * at.height_m) / k;
-  const Vector2 outward(at.outward.dot(basis.col(0)), at.outward.dot(basis.col(1)));
-  const Vector2 tilt = -(at.height_m + slope * at.radius_m) * outward / k;
+  const double over_k = 1 / std::sqrt(1 + slope * slope);
+  const double distance_m = (at.radius_m - radius_m - slope * at.height_m) * over_k;
+  const double across_x = over_k * at.outward.dot(basis.col(0));
+  const double across_y = over_k * at.outward.dot(basis.col(1));
+  const double lever_m = at.height_m + slope * at.radius_m;
   Parameters gradient;
-  gradient << -outward / k, tilt, -1 / k, -at.height_m / k - distance_m * slope / k2;
+  gradient << -across_x, -across_y, -lever_m * across_x, -lever_m * across_y, -over_k,
+      -over_k * (at.height_m + distance_m * slope * over_k);
   return gradient;
 }
 

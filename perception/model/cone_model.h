@@ -53,7 +53,7 @@ struct ConeModel {
     const Vector3 away = x - height_m * axis;
     const double away_m = away.norm();
     return {height_m, away_m,
-            away_m > 0 ? Vector3(away / away_m) : Vector3(BasisFromZ(axis).col(0))};
+            away_m > 0 ? Vector3((1 / away_m) * away) : Vector3(BasisFromZ(axis).col(0))};
   }
   double FacingSign() const { return SignOf(side); }
   Parameters Gradient(const Vector3& p) const;

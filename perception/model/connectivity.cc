@@ -36,9 +36,8 @@ Connectivity::Connectivity(std::span<const Eigen::Vector3f> points, float edge_m
 void Connectivity::LinkCells() {
   first_.assign(1, 0);
   for (std::size_t i = 0; i < grid_.size(); ++i) {
-    grid_.AnyNeighbour(grid_.cell(i), [&](std::size_t other) {
+    grid_.ForEachWithin(1, grid_.cell(i), [&](std::size_t other) {
       if (other != i) neighbours_.push_back(static_cast<std::uint32_t>(other));
-      return false;
     });
     first_.push_back(static_cast<std::uint32_t>(neighbours_.size()));
   }

@@ -28,7 +28,7 @@ std::vector<std::int32_t> ExplainPoints(const OrientedPoints& points,
   for (std::size_t k = 0; k < solids.size(); ++k) {
     const Pose X_SL = solids[k].X_OS.inverse();
     const Aabb bounds = TightBounds(solids[k].shape, solids[k].X_OS);
-    const DistanceToShape to_solid_m(solids[k].shape);
+    const DistanceToShape to_solid_m(solids[k]);
     for (std::size_t i = 0; i < points.size(); ++i) {
       poll();
       const Vector3 p = points.points[i].cast<double>();
@@ -49,7 +49,7 @@ void MeasureQuality(const OrientedPoints& points, const std::vector<std::int32_t
   PollEvery poll(work, kPointsPerPiece);
   for (std::size_t k = 0; k < solids.size(); ++k) {
     const Pose X_SL = solids[k].X_OS.inverse();
-    const DistanceToShape to_solid_m(solids[k].shape);
+    const DistanceToShape to_solid_m(solids[k]);
     FitQuality quality = solids[k].fit.value_or(FitQuality());
     std::vector<Eigen::Vector3f> explained_S;
     double squares = 0;

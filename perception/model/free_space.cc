@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "collision/geometry/aabb.h"
-#include "collision/geometry/signed_distance.h"
 
 namespace cwm::perception {
 namespace {
@@ -13,6 +12,8 @@ namespace {
 // each advances by at least 2 mm, so that 24 cross 5 cm along a surface and far more elsewhere.
 constexpr std::size_t kRays = 600;
 constexpr int kMostSteps = 24;
+constexpr double kEntered_m = 0.001;    // less is the noise of a surface
+constexpr double kLeastStep_m = 0.001;  // where it is straight, a wall of 3 mm is not stepped over
 
 // The deepest place of the segment in the solid is found by steps of what is known to be free of
 // deeper places: the signed distance changes by at most the length of a step.
@@ -22,7 +23,7 @@ bool RunsDeep(const Solid& solid, const Pose& X_SM, const Vector3& sensor, const
   const double length_m = std::min((sensor - p).norm(), reach_m);
   double t = 0;
   for (int step = 0; step < kMostSteps && t < length_m; ++step) {
-    const double signed_m = SignedDistance_m(solid.shape, X_SM * (p + t * to_sensor));
+    const double signed_m = SignedDistance_m(solid, X_SM * (p + t * to_sensor));
     if (signed_m < -depth_m) return true;
     t += std::max(signed_m + depth_m, 0.002);
   }
@@ -30,6 +31,26 @@ bool RunsDeep(const Solid& solid, const Pose& X_SM, const Vector3& sensor, const
 }
 
 }  // namespace
+
+bool Enters(const Solid& solid, const Vector3& begin, const Vector3& end) {
+  const Pose X_SM = solid.X_MS.inverse(Eigen::Isometry);
+  const Vector3 from = X_SM * begin, way = X_SM * end - from;
+  const double length_m = way.norm();
+  for (double t = 0; t < length_m;) {
+    const double distance_m = SignedDistance_m(solid, from + t / length_m * way);
+    if (distance_m < -kEntered_m) return true;
+    t += std::max(std::abs(distance_m), kLeastStep_m);
+  }
+  return false;
+}
+
+double PassedShare(const Solid& solid, const FreeRays& free) {
+  if (free.rays.empty()) return 0;
+  const auto entering = std::count_if(free.rays.begin(), free.rays.end(), [&](const FreeRay& ray) {
+    return Enters(solid, ray.p.front(), ray.p.back());
+  });
+  return static_cast<double>(entering) / static_cast<double>(free.rays.size());
+}
 
 Contradiction FindContradiction(const Solid& solid, const ModelPoints& points) {
   const Pose X_SM = solid.X_MS.inverse();

@@ -1,6 +1,7 @@
 // Whether a solid fills space that rays were seen to cross.
 #pragma once
 
+#include "perception/model/passing_rays.h"
 #include "perception/model/solid.h"
 
 namespace cwm::perception {
@@ -15,5 +16,12 @@ struct Contradiction {
   std::size_t looked = 0;  // at
 };
 Contradiction FindContradiction(const Solid& solid, const ModelPoints& points);
+
+// Whether the way from one place to another enters the solid, by more than the noise of a surface: a
+// wall is asked for whose thickness is twice that, 2 mm, or more.
+bool Enters(const Solid& solid, const Vector3& begin, const Vector3& end);
+
+// Of the rays that passed the object by, the share that enters the solid; 0 of none.
+double PassedShare(const Solid& solid, const FreeRays& free);
 
 }  // namespace cwm::perception

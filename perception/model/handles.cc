@@ -10,6 +10,7 @@
 #include "collision/geometry/signed_distance.h"
 #include "perception/model/connectivity.h"
 #include "perception/model/explain.h"
+#include "perception/model/prolonged.h"
 #include "perception/model/seen_width.h"
 #include "perception/model/slenderness.h"
 #include "perception/model/solid.h"
@@ -40,31 +41,13 @@ constexpr double kLargerSolid = 2;       // chosen: half of it and more is not t
 constexpr double kCoaxial_cos = 0.94;    // 20 degrees: a bottle's neck, a knob on a lid
 constexpr double kCoaxialOffset = 0.5;   // of the host's radius
 
-struct ProlongedDistance {
-  const Vector3& p;
-  double operator()(const Box& box) const {
-    return (p.cwiseAbs() - 0.5 * box.size_m).cwiseAbs().minCoeff();
-  }
-  double operator()(const Plate&) const { return std::abs(p.z()); }
-  double operator()(const Cylinder& c) const { return std::abs(p.head<2>().norm() - c.radius_m); }
-  double operator()(const Cone& c) const {
-    const double slope = (c.radius_top_m - c.radius_bottom_m) / c.length_m;
-    const double radius_m = 0.5 * (c.radius_bottom_m + c.radius_top_m) + slope * p.z();
-    return std::abs(p.head<2>().norm() - radius_m) / std::sqrt(1 + slope * slope);
-  }
-  template <class Other>
-  double operator()(const Other& shape) const {
-    return std::abs(SignedDistance_m(shape, p));
-  }
-};
-
 bool ProlongsHost(const OrientedPoints& points, const std::vector<std::uint32_t>& cluster,
                   const ShapePart& host) {
   const Pose X_SL = host.X_OS.inverse(Eigen::Isometry);
   double on = 0;
   for (std::uint32_t i : cluster) {
     const Vector3 p = X_SL * points.points[i].cast<double>();
-    on += std::visit(ProlongedDistance{p}, host.shape) <=
+    on += ProlongedDistance_m(host.shape, p) <=
           std::max(kBelongs_m, kDistanceGate_sigma * double{points.sigma_m[i]});
   }
   return on > kMostProlonging * static_cast<double>(cluster.size());
@@ -76,6 +59,12 @@ struct Host {
   double farthest_m = 0;
 };
 
+Eigen::Vector3f ExtentOf(const OrientedPoints& points, const std::vector<std::uint32_t>& cluster) {
+  Eigen::AlignedBox3f extent;
+  for (std::uint32_t i : cluster) extent.extend(points.points[i]);
+  return extent.sizes();
+}
+
 Host NearestHost(const OrientedPoints& points, const std::vector<std::uint32_t>& cluster,
                  const std::vector<ShapePart>& solids, const Work& work) {
   PollEvery poll(work, kPointsPerPiece);
@@ -85,8 +74,7 @@ Host NearestHost(const OrientedPoints& points, const std::vector<std::uint32_t>&
     Host host{k};
     for (std::uint32_t i : cluster) {
       poll();
-      const double distance_m =
-          SignedDistance_m(solids[k].shape, X_SL * points.points[i].cast<double>());
+      const double distance_m = SignedDistance_m(solids[k], X_SL * points.points[i].cast<double>());
       host.nearest_m = std::min(host.nearest_m, std::abs(distance_m));
       host.farthest_m = std::max(host.farthest_m, distance_m);
     }
@@ -181,8 +169,9 @@ void Drop(const std::vector<char>& drop, std::vector<ShapePart>& solids,
 }
 
 // Whether most of the cluster belongs to one solid that has clearly more points than these beside
-// the vessel. What lies on the vessel's wall does not speak for the solid: it is a mixture of both.
-bool IsPartOfSolid(const std::vector<std::uint32_t>& cluster,
+// the vessel, or to a ball, as no ear is. What lies on the vessel's wall does not speak for the solid:
+// it is a mixture of both.
+bool IsPartOfSolid(const std::vector<std::uint32_t>& cluster, const std::vector<ShapePart>& solids,
                    const std::vector<std::size_t>& beside_wall,
                    const std::vector<std::int32_t>& part_of_point) {
   std::vector<std::size_t> shared(beside_wall.size(), 0);
@@ -190,8 +179,9 @@ bool IsPartOfSolid(const std::vector<std::uint32_t>& cluster,
     if (part_of_point[i] != kUnexplained) ++shared[static_cast<std::size_t>(part_of_point[i])];
   }
   for (std::size_t k = 0; k < shared.size(); ++k) {
-    if (2 * shared[k] >= cluster.size() &&
-        static_cast<double>(beside_wall[k]) >= kLargerSolid * static_cast<double>(shared[k])) {
+    if (2 * shared[k] < cluster.size()) continue;
+    if (std::holds_alternative<Sphere>(solids[k].shape)) return true;
+    if (static_cast<double>(beside_wall[k]) >= kLargerSolid * static_cast<double>(shared[k])) {
       return true;
     }
   }
@@ -241,7 +231,7 @@ Clusters HandlesOfVessel(const Vessel& vessel, const OrientedPoints& points,
       CountBesideWall(vessel, points, part_of_point, solids.size());
   Clusters handles = vessel.FindHandles(points, std::vector<char>(points.size(), 1), work);
   std::erase_if(handles, [&](const std::vector<std::uint32_t>& handle) {
-    return IsPartOfSolid(handle, beside_wall, part_of_point);
+    return IsPartOfSolid(handle, solids, beside_wall, part_of_point);
   });
   std::vector<char> unexplained(points.size(), 0);
   for (std::size_t i = 0; i < points.size(); ++i) unexplained[i] = part_of_point[i] < 0;
@@ -287,6 +277,7 @@ void FindHandles(const OrientedPoints& points, double spacing_m, ObjectModel& mo
     work.Poll();
     if (cluster.size() < kLeastPoints) break;  // largest first
     for (std::uint32_t& k : cluster) k = rest[k];
+    if (ExtentOf(points, cluster).maxCoeff() > kMostLength_m) continue;  // along it, it is longer
     const Host host = NearestHost(points, cluster, model.shapes, work);
     const auto of_host = static_cast<double>(of_solids[host.solid].size());
     const bool is_small =

@@ -12,7 +12,7 @@ namespace cwm::perception {
 // Index of a point's part: -1 unexplained, 0.. shape, and handles after them.
 inline constexpr std::int32_t kUnexplained = -1;
 
-// Handle::shape_index of a handle that begins at no shape: vessels that are open have none.
+// Handle::shape_index of a handle that begins at no shape, but at what is meshed.
 inline constexpr int kNoShape = -1;
 
 struct ObjectModel {

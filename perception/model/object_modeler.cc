@@ -2,10 +2,12 @@
 
 #include <algorithm>
 
+#include "perception/model/box_sigma.h"
 #include "perception/model/explain.h"
 #include "perception/model/extraction.h"
 #include "perception/model/handles.h"
 #include "perception/model/one_solid.h"
+#include "perception/model/shell_fit.h"
 #include "perception/model/solid_assembly.h"
 #include "perception/model/vessel_handles.h"
 
@@ -17,9 +19,10 @@ namespace {
 constexpr std::size_t kSearchPoints = 4000;
 // Of a whole scene without clusters, every shape must keep that many points too.
 constexpr std::size_t kPointsPerSearchPoint = 4;
+constexpr std::size_t kMostSearchPoints = 40000;  // of 300 000, a shape of 300 points keeps 40
 
 std::size_t SearchPoints(std::size_t count) {
-  return std::max(kSearchPoints, count / kPointsPerSearchPoint);
+  return std::clamp(count / kPointsPerSearchPoint, kSearchPoints, kMostSearchPoints);
 }
 
 Ground GroundOf(const std::optional<Pose>& X_LSupport, const Vector3& origin_L) {
@@ -29,17 +32,34 @@ Ground GroundOf(const std::optional<Pose>& X_LSupport, const Vector3& origin_L) 
           .point = X_LSupport->translation() - origin_L};
 }
 
-std::vector<ShapePart> InLevelFrame(std::vector<Solid> solids, const Vector3& origin_L) {
+std::vector<ShapePart> InLevelFrame(std::vector<Solid> solids, const FitContext& context) {
   std::vector<ShapePart> parts;
   for (Solid& solid : solids) {
     ShapePart part;
-    part.X_OS = Eigen::Translation3d(origin_L) * solid.X_MS;
+    if (std::holds_alternative<Box>(solid.shape)) {
+      solid.parameter_sigma = BoxSizeSigmas(solid, context);
+    }
+    part.X_OS = Eigen::Translation3d(context.points.origin_L) * solid.X_MS;
     part.shape = std::move(solid.shape);
+    part.role = solid.role;
     part.fit = FitQuality();
     part.fit->parameter_sigma = std::move(solid.parameter_sigma);
+    part.vessel = std::move(solid.vessel);
     parts.push_back(std::move(part));
   }
   return parts;
+}
+
+// What one closed solid accounts for but for mixed pixels has no handle: what stands out from a wall
+// in it, the end of a lying cup or the wall beside its rim, is its own surface.
+constexpr double kNearlyAll = 0.96;
+bool ExplainsNearlyAll(const ObjectModel& model) {
+  const auto unexplained = std::ranges::count(model.part_of_point, kUnexplained);
+  return static_cast<double>(unexplained) <=
+         (1 - kNearlyAll) * static_cast<double>(model.part_of_point.size());
+}
+bool IsOneSolid(const ObjectModel& model) {
+  return model.shapes.size() == 1 && !model.shapes.front().vessel && ExplainsNearlyAll(model);
 }
 
 // Without shapes there are no handles (ModelerOptions).
@@ -64,11 +84,12 @@ ObjectModel ModelObject(const OrientedPoints& points, const std::optional<Pose>&
                            options,  work,   ground,       RaysPast(searched, ground, passing)};
   Assembly assembly = AssembleSolids(ExtractShapes(context), context, ground);
   PreferOneSolid(context, assembly);
+  std::optional<Vessel> vessel = SearchesAny(options) ? Vessel::Find(points, work) : std::nullopt;
+  if (vessel) PreferShells(vessel->walls(), context, assembly);
   model.notes = std::move(assembly.notes);
-  model.shapes = InLevelFrame(std::move(assembly.solids), searched.origin_L);
+  model.shapes = InLevelFrame(std::move(assembly.solids), context);
   model.part_of_point = ExplainPoints(points, model.shapes, work);
-  const std::optional<Vessel> vessel =
-      SearchesAny(options) ? Vessel::Find(points, work) : std::nullopt;
+  if (IsOneSolid(model)) vessel.reset();
   Clusters of_vessel;
   if (vessel) {
     of_vessel = HandlesOfVessel(*vessel, points, model.shapes, model.part_of_point, work);
@@ -79,6 +100,8 @@ ObjectModel ModelObject(const OrientedPoints& points, const std::optional<Pose>&
   AddHandles(points, of_vessel, model, work);
   // What stands out from a wall and is no handle of it is none of a solid in its place.
   if (!vessel) FindHandles(points, searched.spacing_m, model, work);
+  // The wall was that of a handle.
+  if (ExplainsNearlyAll(model)) std::erase(model.notes, kSeenFromBothSides);
   return model;
 }
 

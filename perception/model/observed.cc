@@ -14,7 +14,7 @@ constexpr int kMostSamplesAcross = 40;  // of a triangle: bounds the work on lar
 
 bool HasNeighbour(const VoxelGrid& grid, const VoxelGrid::Cell& cell) {
   return grid.Find(cell) != VoxelGrid::kNone ||  // the likeliest first
-         grid.AnyNeighbour(cell, [](std::size_t) { return true; });
+         grid.AnyWithin(1, cell, [](std::size_t) { return true; });
 }
 
 }  // namespace

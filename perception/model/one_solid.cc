@@ -4,7 +4,9 @@
 #include <cmath>
 #include <utility>
 
+#include "collision/geometry/aabb.h"
 #include "collision/geometry/signed_distance.h"
+#include "perception/model/free_space.h"
 #include "perception/model/model_selection.h"
 #include "perception/model/observed.h"
 #include "perception/model/whole_fit.h"
@@ -16,9 +18,16 @@ constexpr double kLeastExplained = 0.9;  // of the points; what is left of them 
 constexpr double kPositive = 3;          // evidence, as kDecisive is (Kass and Raftery 1995)
 // Twice the logarithm of how many things stand for each that lies on its side; chosen.
 constexpr double kLyingPrior = 4;
+// Of the rays beside and behind: mixed pixels, and silhouettes that are 2 mm off. Thin boxes hold
+// none of them deep, but are as wide as their outermost points.
+constexpr double kMostPassed = 0.2;
 // Of the whole surface: half of it faces away, and what hides seven tenths of the rest leaves 0.15;
 // two thirds of that, for the foot in the support's band and for rims at grazing incidence.
 constexpr double kLeastSeen = 0.1;
+// Of a solid's volume, sampled at so many places a side, that may lie deep in another: solids of
+// things that touch share less.
+constexpr double kMostShared = 0.25;
+constexpr int kPlacesPerSide = 6;
 
 bool IsSought(WholeKind kind, const ModelerOptions& options) {
   switch (kind) {
@@ -100,18 +109,38 @@ bool IsCredible(const WholeFit& fit, const FitContext& c) {
   const auto all = static_cast<double>(c.points.size());
   return static_cast<double>(fit.solid.inliers.size()) >= kLeastExplained * all &&
          HasWorthySlope(fit) && LooksCurved(fit.solid, c) &&
-         SeenShare(fit.solid, c) >= kLeastSeen && !IsCrossed(fit.solid, c);
+         SeenShare(fit.solid, c) >= kLeastSeen && !IsCrossed(fit.solid, c) &&
+         PassedShare(fit.solid, c.free) <= kMostPassed;
 }
 
 bool IsAlready(const std::vector<Solid>& solids, const Shape& shape) {
   return solids.size() == 1 && KindOf(solids.front().shape) == KindOf(shape);
 }
 
+// Of a, in b.
+bool Overlap(const Solid& a, const Solid& b) {
+  if (!TightBounds(a.shape, a.X_MS).intersects(TightBounds(b.shape, b.X_MS))) return false;
+  const Aabb bounds = TightBounds(a.shape, Pose::Identity());
+  const Pose X_BA = b.X_MS.inverse(Eigen::Isometry) * a.X_MS;
+  int inside = 0, shared = 0;
+  for (int k = 0; k < kPlacesPerSide * kPlacesPerSide * kPlacesPerSide; ++k) {
+    const int row = k / kPlacesPerSide % kPlacesPerSide;
+    const int layer = k / (kPlacesPerSide * kPlacesPerSide);
+    const Vector3 cell(k % kPlacesPerSide, row, layer);
+    const Vector3 share = (cell + Vector3::Constant(0.5)) / kPlacesPerSide;
+    const Vector3 p = bounds.min() + share.cwiseProduct(bounds.sizes());
+    if (SignedDistance_m(a.shape, p) > 0) continue;
+    ++inside;
+    shared += SignedDistance_m(b.shape, X_BA * p) < -kMostDepth_m;
+  }
+  return shared > kMostShared * inside;
+}
+
 // The one solid that accounts for the context's points better than those known, if any does.
 std::optional<WholeFit> BetterSolid(const FitContext& context, const std::vector<Solid>& solids) {
   std::vector<Solid> known = solids;
   // What to beat: the solids as they are, and the best whole one of the kind that they are already.
-  const Account assembled = AccountOf(solids, context);
+  const Account assembled = AccountOf(AnyOverlap(solids) ? std::vector<Solid>() : solids, context);
   double rival = assembled.value - kPositive;
   std::optional<WholeFit> best;
   double best_value = rival;
@@ -172,6 +201,15 @@ void PreferOneSolidEach(const FitContext& c, std::vector<Solid>& solids) {
 }
 
 }  // namespace
+
+bool AnyOverlap(const std::vector<Solid>& solids) {
+  for (std::size_t a = 0; a < solids.size(); ++a) {
+    for (std::size_t b = 0; b < solids.size(); ++b) {
+      if (a != b && Overlap(solids[a], solids[b])) return true;
+    }
+  }
+  return false;
+}
 
 void PreferOneSolid(const FitContext& context, Assembly& assembly) {
   if (!context.ground.known) return;

@@ -5,8 +5,6 @@
 #include <cmath>
 #include <limits>
 
-#include "collision/geometry/signed_distance.h"
-
 namespace cwm::perception {
 namespace {
 
@@ -63,9 +61,9 @@ FreeRays RaysPast(const ModelPoints& points, const Ground& ground, const Passing
   return out;
 }
 
-double Clearance_m(const Shape& shape, const Pose& X_SR, const FreeRay& ray) {
+double Clearance_m(const DistanceToShape& distance_m, const Pose& X_SR, const FreeRay& ray) {
   double least_m = std::numeric_limits<double>::infinity();
-  for (const Vector3& p : ray.p) least_m = std::min(least_m, SignedDistance_m(shape, X_SR * p));
+  for (const Vector3& p : ray.p) least_m = std::min(least_m, distance_m(X_SR * p));
   return least_m;
 }
 

@@ -7,7 +7,8 @@
 #include <array>
 #include <vector>
 
-#include "collision/geometry/shape.h"
+#include "collision/geometry/distance_to_shape.h"
+#include "collision/geometry/pose.h"
 #include "perception/model/ground.h"
 #include "perception/model/model_points.h"
 
@@ -38,6 +39,6 @@ FreeRays RaysPast(const ModelPoints& points, const Ground& ground, const Passing
 
 // The least of the signed distances of its places to the solid: negative inside. X_SR is of the
 // frame in which the ray is given.
-double Clearance_m(const Shape& shape, const Pose& X_SR, const FreeRay& ray);
+double Clearance_m(const DistanceToShape& distance_m, const Pose& X_SR, const FreeRay& ray);
 
 }  // namespace cwm::perception

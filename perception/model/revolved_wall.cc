@@ -34,7 +34,7 @@ constexpr std::size_t kLeastInStep = 6;    // of the profile: half an independen
 constexpr double kMostSlope = 2.7;         // of a wall's radius over its height: kLeastSteepness
 constexpr double kMostJump_m = 0.008;      // besides: from inside to outside, or noise
 constexpr std::size_t kVoters = 3;         // on either side: a handle's width and noise, 18 mm
-constexpr double kLeanSigma = 0.035;       // 2 degrees: of up, where it is estimated
+constexpr double kLeanSigma = 0.009;       // half a degree: vessels stand, and up is estimated
 constexpr double kLeastOnWall = 0.5;       // of the steep points
 constexpr int kLeastSectors = 4;           // 60 degrees
 // What is seen of it through 180 degrees, so inside as well, needs no majority: two pans side by

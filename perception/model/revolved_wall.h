@@ -1,6 +1,6 @@
 // The wall of a vessel: a surface of revolution about an upright axis, whatever its profile, seen
-// from outside, from inside, or both. No solid stands for an open vessel, yet what stands out from
-// its wall is fixed to it.
+// from outside, from inside, or both. What shells of open vessels are made about (shell_fit.h);
+// what stands out from it is fixed to it.
 #pragma once
 
 #include <vector>

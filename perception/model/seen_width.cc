@@ -85,10 +85,18 @@ double SeenWidth_m(std::span<const Eigen::Vector3f> points, const Vector3& viewp
   std::vector<double> away_m;
   for (std::size_t k = 0; k < places.size(); k += Stride(places)) {
     AwayFrom(places, k, away_m);
-    std::sort(away_m.begin(), away_m.end());
-    for (std::size_t n = away_m.size(); n-- > kLeastInDisc && 2 * away_m[n] > widest_m;) {
-      if (!IsFull(static_cast<double>(n), away_m[n], per_m2)) continue;
-      widest_m = 2 * away_m[n];
+    // Only discs count that are wider than the widest and that all places together could fill.
+    const auto most = std::partition(away_m.begin(), away_m.end(), [&](double away) {
+      return IsFull(static_cast<double>(places.size()), away, per_m2);
+    });
+    const auto wider =
+        std::partition(away_m.begin(), most, [&](double away) { return 2 * away <= widest_m; });
+    std::sort(wider, most);
+    for (auto disc = most; disc != wider;) {
+      const std::ptrdiff_t within = --disc - away_m.begin();
+      if (within < std::ptrdiff_t{kLeastInDisc}) break;
+      if (!IsFull(static_cast<double>(within), *disc, per_m2)) continue;
+      widest_m = 2 * *disc;
       break;
     }
   }

@@ -40,13 +40,12 @@ Farthest FarthestFrom(const VoxelGrid& grid, std::size_t start, std::vector<char
     if (so_far_m > away_m[cell]) continue;
     farthest = {cell, so_far_m};
     reached[cell] = 1;
-    grid.AnyNeighbour(grid.cell(cell), [&, cell = cell, so_far = so_far_m](std::size_t other) {
+    grid.ForEachWithin(1, grid.cell(cell), [&, cell = cell, so_far = so_far_m](std::size_t other) {
       const double to_m = so_far + (grid.Centroid(other) - grid.Centroid(cell)).norm();
       if (to_m < away_m[other]) {
         away_m[other] = to_m;
         steps.emplace(to_m, other);
       }
-      return false;
     });
   }
   return farthest;

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "collision/geometry/aabb.h"
+#include "collision/geometry/signed_distance.h"
 #include "perception/cloud/quantile.h"
 
 namespace cwm::perception {
@@ -26,6 +27,10 @@ double RaggedEnd_m(const std::vector<double>& counts, double typical, double wid
 }
 
 }  // namespace
+
+double SignedDistance_m(const Solid& solid, const Vector3& p) {
+  return solid.vessel ? SignedDistance_m(*solid.vessel, p) : SignedDistance_m(solid.shape, p);
+}
 
 std::vector<double> PropagatedSigmas(
     const std::function<std::vector<double>(const Eigen::VectorXd&)>& f,

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <numbers>
 #include <optional>
 #include <string>
@@ -18,8 +19,13 @@ struct Solid {
   Pose X_MS = Pose::Identity();
   Shape shape;
   std::vector<std::uint32_t> inliers;   // model points
-  std::vector<double> parameter_sigma;  // of Coefficients(shape, X_MS); empty where unknown
+  std::vector<double> parameter_sigma;  // as FitQuality has it
+  PartRole role = PartRole::kFitted;
+  std::shared_ptr<const VesselShell> vessel = nullptr;  // as of a ShapePart
 };
+
+// To its surface, p in the solid's frame; a vessel's by its profile.
+double SignedDistance_m(const Solid& solid, const Vector3& p);
 
 // Standard deviations of f at 0, propagated from the covariance of its arguments (metres, radians);
 // empty where f changes its number of values.

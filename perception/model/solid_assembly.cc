@@ -37,7 +37,7 @@ Assembly AssembleSolids(const Extraction& extraction, const FitContext& context,
     std::optional<Solid> solid = MakeRoundSolid(fits[k], fits, context, ground, with_caps);
     if (!solid) continue;
     if (IsCrossed(*solid, context)) {
-      out.notes.push_back("a curved wall is seen from both sides: meshed, not filled");
+      out.notes.emplace_back(kSeenFromBothSides);
       continue;
     }
     used = with_caps;

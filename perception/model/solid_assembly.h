@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "perception/model/extraction.h"
@@ -13,6 +14,10 @@ struct Assembly {
   std::vector<Solid> solids;
   std::vector<std::string> notes;
 };
+
+// Of a wall that no solid fills; it no longer holds for one that became a shell (shell_fit.h).
+inline constexpr std::string_view kSeenFromBothSides =
+    "a curved wall is seen from both sides: meshed, not filled";
 
 // Whether more rays cross a solid than mixed pixels and a few outliers explain.
 bool IsCrossed(const Solid& solid, const FitContext& context);

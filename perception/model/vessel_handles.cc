@@ -1,6 +1,7 @@
 #include "perception/model/vessel_handles.h"
 
 #include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -116,14 +117,19 @@ Vessel::Cluster Vessel::StandOut(const OrientedPoints& points,
 bool Vessel::IsHandle(const OrientedPoints& points, const Cluster& cluster, double gap_m) const {
   const std::vector<Vector3f> members = PlacesOf(points, cluster);
   double farthest_m = 0;
+  Eigen::AlignedBox3f bounds;
   for (const Vector3f& p : members) {
     const double out_m = StandsOut_m(p);
     gap_m = std::min(gap_m, out_m);
     farthest_m = std::max(farthest_m, out_m);
+    bounds.extend(p);
+  }
+  if (gap_m > kMostHandleGap_m || farthest_m < kLeastReach_m ||
+      bounds.sizes().maxCoeff() > kMostLength_m) {  // along it, it is no shorter
+    return false;
   }
   const Slenderness bar = MeasureSlenderness(members, points.viewpoint, pitch_m_);
-  if (gap_m > kMostHandleGap_m || farthest_m < kLeastReach_m ||
-      bar.length_m < std::max(kLeastLength_m, kLeastElongation * bar.width_m) ||
+  if (bar.length_m < std::max(kLeastLength_m, kLeastElongation * bar.width_m) ||
       bar.length_m > kMostLength_m || bar.width_m > kMostWidth_m) {
     return false;
   }
@@ -239,7 +245,9 @@ void Vessel::JoinParts(const OrientedPoints& object, std::vector<Cluster> parts,
 
 std::vector<Vessel::Cluster> Vessel::FindHandlesIn(const OrientedPoints& other,
                                                    const Work& work) const {
-  std::vector<Cluster> handles = FindHandles(other, std::vector<char>(other.size(), 1), work);
+  const std::vector<char> all(other.size(), 1);
+  if (!BeginsAtWall(other, StandOut(other, all))) return {};
+  std::vector<Cluster> handles = FindHandles(other, all, work);
   std::erase_if(handles, [&](const Cluster& handle) { return !BeginsAtWall(other, handle); });
   return handles;
 }

@@ -1,5 +1,5 @@
-// Handles of vessels: what stands out from a wall of revolution, slim all along. Open vessels have
-// no solid that a handle could grow from (handles.h).
+// Handles of vessels: what stands out from a wall of revolution, slim all along. A wall is
+// known where no solid stands for it that a handle could grow from (handles.h).
 #pragma once
 
 #include <cstdint>
@@ -28,6 +28,8 @@ class Vessel {
 
   // Nothing where the object has no such wall (FitRevolvedWalls).
   static std::optional<Vessel> Find(const OrientedPoints& object, const Work& work);
+
+  const std::vector<RevolvedWall>& walls() const { return walls_; }
 
   // Clusters that are handles, of those of the object's points for which `among` holds.
   std::vector<Cluster> FindHandles(const OrientedPoints& object, const std::vector<char>& among,

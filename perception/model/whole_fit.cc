@@ -58,8 +58,8 @@ struct Evidence {
   double slope_weight = 0;  // of kSlopeSpread, likewise
 };
 
-double Depth_sigma(const Shape& shape, const Pose& X_SR, const FreeRay& ray) {
-  return std::max(0.0, -Clearance_m(shape, X_SR, ray)) / ray.sigma_m;
+double Depth_sigma(const DistanceToShape& distance_m, const Pose& X_SR, const FreeRay& ray) {
+  return std::max(0.0, -Clearance_m(distance_m, X_SR, ray)) / ray.sigma_m;
 }
 
 Evidence PointsAlone(PointsOnGround points) { return {.points = std::move(points), .rays_G = {}}; }
@@ -75,7 +75,7 @@ Eigen::VectorXd Residuals(WholeKind kind, const WholeParameters& x, const Eviden
   for (std::size_t i = 0; i < points.p_G.size(); ++i) {
     r(k++) = distance_m(X_SG * points.p_G[i]) / points.sigma_m[i];
   }
-  for (const FreeRay& ray : evidence.rays_G) r(k++) = Depth_sigma(solid.shape, X_SG, ray);
+  for (const FreeRay& ray : evidence.rays_G) r(k++) = Depth_sigma(distance_m, X_SG, ray);
   r(k) = SlopeOf(kind, x) / kSlopeSpread;
   return r;
 }
@@ -127,9 +127,13 @@ bool IsValid(WholeKind kind, const WholeParameters& x, const ModelerOptions& opt
   return std::get<Box>(shape).size_m.minCoeff() >= 2 * options.min_radius_m;
 }
 
-// The least length holds it back: what the points ask for is shorter still, and does not lie.
-bool IsHeldBack(const WholeFit& fit) {
+// A limit holds it back: what the points ask for is shorter still, and does not lie; or thinner
+// still, and is a sheet, whose box would take up what lies between its points.
+bool IsHeldBack(const WholeFit& fit, const ModelerOptions& options) {
   constexpr double kBarely = 1.02;  // steps end where the next one would be beyond
+  if (const auto* box = std::get_if<Box>(&fit.solid.shape)) {
+    return box->size_m.minCoeff() < kBarely * 2 * options.min_radius_m;
+  }
   return Lies(fit.kind) && fit.parameters(4) < kBarely * kLeastLying * fit.parameters(3);
 }
 
@@ -276,9 +280,10 @@ double ValueOf(const Misfit& misfit, int parameters, const PointsOnGround& point
 // Of rays that run deep in a solid, in the currency of the criterion.
 double CostOf(const Solid& solid, const FitContext& c) {
   const Pose X_SM = solid.X_MS.inverse(Eigen::Isometry);
+  const DistanceToShape distance_m(solid.shape);
   double squares = 0;
   for (const FreeRay& ray : c.free.rays) {
-    const double depth = Depth_sigma(solid.shape, X_SM, ray);
+    const double depth = Depth_sigma(distance_m, X_SM, ray);
     squares += std::min(depth * depth, kTruncatedSquare);
   }
   return squares * c.free.weight / kPointsPerIndependentSample;
@@ -305,8 +310,9 @@ Evidence EvidenceOf(const FitContext& c) {
 void AddRaysNear(const Solid& solid, const FitContext& c, Evidence& evidence) {
   const Pose X_SM = solid.X_MS.inverse(Eigen::Isometry);
   const Pose X_GM = evidence.points.X_MG.inverse(Eigen::Isometry);
+  const DistanceToShape distance_m(solid.shape);
   for (const FreeRay& ray : c.free.rays) {
-    if (Clearance_m(solid.shape, X_SM, ray) > kNear_m) continue;
+    if (Clearance_m(distance_m, X_SM, ray) > kNear_m) continue;
     FreeRay& near = evidence.rays_G.emplace_back(ray);
     for (Vector3& p : near.p) p = X_GM * p;
   }
@@ -341,12 +347,12 @@ std::optional<WholeFit> FitWhole(WholeKind kind, const std::vector<Solid>& known
   if (!best || least_loss > kHopeless * rival.loss) return std::nullopt;
   Evidence evidence = EvidenceOf(context);
   const WholeFit fit = Converged(kind, *best, evidence, context);
-  if (IsHeldBack(fit)) return std::nullopt;
+  if (IsHeldBack(fit, context.options)) return std::nullopt;
   const double cost = CostOf(fit.solid, context);
   if (cost < kWorthMoving || fit.value - cost > rival.value) return fit;
   AddRaysNear(fit.solid, context, evidence);
   const WholeFit moved = Converged(kind, {fit.parameters, {}}, evidence, context);
-  return moved.value < fit.value && !IsHeldBack(moved) ? moved : fit;
+  return moved.value < fit.value && !IsHeldBack(moved, context.options) ? moved : fit;
 }
 
 Eigen::MatrixXd CovarianceOf(const WholeFit& fit, const FitContext& c) {
@@ -383,10 +389,15 @@ std::vector<double> CoefficientSigmas(const WholeFit& fit, const Eigen::MatrixXd
     return Coefficients(solid.shape, X_MG * solid.X_GS);
   };
   std::vector<double> sigma = PropagatedSigmas(coefficients, covariance);
-  // Up is known to kUpSigma_rad; the axis of a solid that stands or lies is no better known.
+  // Up is known to kUpSigma_rad; the axis of a solid that stands or lies is no better known across
+  // itself. Along itself a unit vector has no error.
   constexpr std::size_t kAxis = 3;
   if (fit.kind != WholeKind::kBall && sigma.size() > kAxis + 3) {
-    for (std::size_t k = kAxis; k < kAxis + 3; ++k) sigma[k] = std::hypot(sigma[k], kUpSigma_rad);
+    const std::vector<double> values = coefficients(Eigen::VectorXd::Zero(covariance.rows()));
+    for (std::size_t k = kAxis; k < kAxis + 3; ++k) {
+      const double across = std::sqrt(std::max(0.0, 1 - values[k] * values[k]));
+      sigma[k] = std::hypot(sigma[k], across * kUpSigma_rad);
+    }
   }
   return sigma;
 }

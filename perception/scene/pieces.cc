@@ -51,12 +51,8 @@ std::vector<std::uint32_t> CellsAround(const CoarseCloud& coarse, const SupportP
   std::vector<char> on_support(coarse.grid.size(), 0);
   for (std::uint32_t c : support.cells) on_support[c] = 1;
   const auto beside = [&](std::uint32_t c) {
-    for (int n = 0; n < 125; ++n) {
-      const VoxelGrid::Cell d(n % 5 - 2, n / 5 % 5 - 2, n / 25 - 2);
-      const std::int32_t other = coarse.grid.Find(coarse.grid.cell(c) + d);
-      if (other >= 0 && on_support[static_cast<std::size_t>(other)]) return true;
-    }
-    return false;
+    return coarse.grid.AnyWithin(2, coarse.grid.cell(c),
+                                 [&](std::size_t other) { return on_support[other] != 0; });
   };
   std::vector<std::uint32_t> around;
   for (std::uint32_t c = 0; c < coarse.grid.size(); ++c) {

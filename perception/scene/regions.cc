@@ -234,13 +234,10 @@ std::vector<NodeList> GroupsOfStray(const CoarseCloud& coarse, const Pieces& pie
   }
   DisjointSets sets(group_of_cell.size());
   for (const auto& [c, group] : group_of_cell) {
-    for (int n = 0; n < 27; ++n) {
-      const VoxelGrid::Cell d(n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1);
-      const std::int32_t other = coarse.grid.Find(coarse.grid.cell(c) + d);
-      if (other < 0) continue;
+    coarse.grid.ForEachWithin(1, coarse.grid.cell(c), [&, group = group](std::size_t other) {
       const auto found = group_of_cell.find(static_cast<std::uint32_t>(other));
       if (found != group_of_cell.end()) sets.Join(group, found->second);
-    }
+    });
   }
   std::vector<NodeList> groups(group_of_cell.size());
   for (std::uint32_t i : stray) {

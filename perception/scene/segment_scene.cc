@@ -36,10 +36,7 @@ double MeanNeighbours(const VoxelGrid& grid) {
   const std::size_t stride = std::max<std::size_t>(1, grid.size() / 2000);
   std::size_t neighbours = 0, asked = 0;
   for (std::size_t c = 0; c < grid.size(); c += stride, ++asked) {
-    for (int n = 0; n < 27; ++n) {
-      const VoxelGrid::Cell d(n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1);
-      neighbours += n != 13 && grid.Find(grid.cell(c) + d) != VoxelGrid::kNone;
-    }
+    grid.ForEachWithin(1, grid.cell(c), [&](std::size_t other) { neighbours += other != c; });
   }
   return static_cast<double>(neighbours) / static_cast<double>(asked);
 }

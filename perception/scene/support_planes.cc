@@ -31,6 +31,7 @@ constexpr double kCoplanarGap_m = 0.01;
 // What rises less than this above a support twice its size is an object's top, not a shelf.
 constexpr double kHighestObjectTop_m = 0.4;
 constexpr double kObjectTopShare = 0.5;
+constexpr double kOwnShare = 0.5;  // of the cells on a support's plane among and beside its own
 constexpr double kLeastUpComponent = 0.17;  // 10 degrees above the optical axis's plane
 constexpr double kLeastPlaneShare = 0.02;   // of all cells: smaller planes do not tell up
 
@@ -66,16 +67,13 @@ std::vector<std::vector<std::uint32_t>> Cluster(const CellView& coarse, Eligible
     std::vector<std::uint32_t> members{start};
     visited[start] = 1;
     for (std::size_t k = 0; k < members.size(); ++k) {
-      VoxelGrid::Cell d;
-      for (int n = 0; n < 27; ++n) {
-        d = {n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1};
-        const std::int32_t found = coarse.grid.Find(coarse.grid.cell(members[k]) + d);
-        if (found < 0) continue;
+      const std::uint32_t member = members[k];
+      coarse.grid.ForEachWithin(1, coarse.grid.cell(member), [&](std::size_t found) {
         const auto other = static_cast<std::uint32_t>(found);
-        if (visited[other] || !eligible(other) || !joined(members[k], other)) continue;
+        if (visited[other] || !eligible(other) || !joined(member, other)) return;
         visited[other] = 1;
         members.push_back(other);
-      }
+      });
     }
     std::sort(members.begin(), members.end());
     clusters.push_back(std::move(members));
@@ -154,6 +152,25 @@ std::vector<SupportPlane> MergeCoplanar(const CellView& coarse, const SightMap* 
                      [](const auto& a, const auto& b) { return a.area_m2 > b.area_m2; });
   }
   return planes;
+}
+
+// Whether the cells on the plane, among and beside its own, are mostly its own. In what fills space, as
+// foliage and noise do, planes go through cells that face any way.
+bool IsSurface(const CellView& coarse, const SupportPlane& plane) {
+  std::vector<std::uint32_t> others;
+  for (std::uint32_t own : plane.cells) {
+    coarse.grid.ForEachWithin(1, coarse.grid.cell(own), [&](std::size_t c) {
+      const double height_m = plane.plane.Height_m(coarse.cells.points[c]);
+      if (std::abs(height_m) > double{kPlaneGate_sigma * coarse.cells.sigma_m[c]}) return;
+      others.push_back(static_cast<std::uint32_t>(c));
+    });
+  }
+  std::sort(others.begin(), others.end());
+  others.erase(std::unique(others.begin(), others.end()), others.end());
+  std::vector<std::uint32_t> own;
+  std::set_intersection(others.begin(), others.end(), plane.cells.begin(), plane.cells.end(),
+                        std::back_inserter(own));
+  return static_cast<double>(own.size()) >= kOwnShare * static_cast<double>(others.size());
 }
 
 // Whether the patch lies over the support, within its extent, low enough to be part of an object.
@@ -251,7 +268,8 @@ std::vector<SupportPlane> FindSupportPlanes(const CoarseCloud& coarse, const Vec
     const bool is_top = std::any_of(supports.begin(), supports.end(), [&](const SupportPlane& s) {
       return IsObjectTop(cloud, plane, s);
     });
-    if (!is_top && plane.area_m2 >= kSmallestSupport_m2) supports.push_back(std::move(plane));
+    const bool is_large = plane.area_m2 >= kSmallestSupport_m2;
+    if (!is_top && is_large && IsSurface(cloud, plane)) supports.push_back(std::move(plane));
   }
   return supports;
 }

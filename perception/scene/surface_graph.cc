@@ -1,6 +1,7 @@
 #include "perception/scene/surface_graph.h"
 
 #include <algorithm>
+#include <numeric>
 
 #include "perception/cloud/downsample.h"
 #include "perception/cloud/normals.h"
@@ -19,6 +20,8 @@ std::vector<float> Ranges(const OrientedPoints& nodes, const Work& work) {
   return range_m;
 }
 
+float Square(float x) { return x * x; }
+
 struct CellLinks {
   std::vector<std::uint32_t> links;
   std::vector<std::array<std::uint32_t, 2>> pairs;
@@ -33,15 +36,19 @@ std::vector<std::array<std::uint32_t, 2>> OppositePairs(const OrientedPoints& no
   std::vector<Eigen::Vector3f> towards;
   towards.reserve(around.size());
   for (std::uint32_t a : around) towards.push_back((nodes.points[a] - center).normalized());
+  std::vector<float> best(around.size(), kLeastAcross_cos);
+  std::vector<std::size_t> opposite(around.size());
+  std::iota(opposite.begin(), opposite.end(), std::size_t{0});
+  for (std::size_t a = 1; a < around.size(); ++a) {
+    for (std::size_t b = 0; b < a; ++b) {
+      const float cosine = towards[a].dot(towards[b]);
+      if (cosine < best[a]) best[a] = cosine, opposite[a] = b;
+      if (cosine < best[b]) best[b] = cosine, opposite[b] = a;
+    }
+  }
   std::vector<std::array<std::uint32_t, 2>> pairs;
   for (std::size_t a = 0; a < around.size(); ++a) {
-    float best = kLeastAcross_cos;
-    std::size_t opposite = a;
-    for (std::size_t b = 0; b < around.size(); ++b) {
-      const float cosine = towards[a].dot(towards[b]);
-      if (cosine < best) best = cosine, opposite = b;
-    }
-    if (around[opposite] > around[a]) pairs.push_back({around[a], around[opposite]});
+    if (around[opposite[a]] > around[a]) pairs.push_back({around[a], around[opposite[a]]});
   }
   return pairs;
 }
@@ -50,25 +57,18 @@ std::vector<std::array<std::uint32_t, 2>> OppositePairs(const OrientedPoints& no
 // normal neighbourhood's radius when the cells are built for it (kRadius_cells of
 // segment_scene.cc).
 CellLinks LinksOfCell(const VoxelGrid& grid, const OrientedPoints& nodes, std::size_t c) {
-  const float nearest_m = 1.9f * grid.edge_m(), farthest_m = 3.1f * grid.edge_m();
+  const float nearest_m2 = Square(1.9f * grid.edge_m()), farthest_m2 = Square(3.1f * grid.edge_m());
   CellLinks found;
   std::vector<std::uint32_t> around;
-  VoxelGrid::Cell d;
-  for (d.z() = -3; d.z() <= 3; ++d.z()) {
-    for (d.y() = -3; d.y() <= 3; ++d.y()) {
-      for (d.x() = -3; d.x() <= 3; ++d.x()) {
-        const std::int32_t other = grid.Find(grid.cell(c) + d);
-        const int ring = d.cwiseAbs().maxCoeff();
-        if (other < 0 || ring == 0) continue;
-        if (ring == 1) found.links.push_back(static_cast<std::uint32_t>(other));
-        const float distance_m =
-            (nodes.points[static_cast<std::size_t>(other)] - nodes.points[c]).norm();
-        if (distance_m > nearest_m && distance_m < farthest_m) {
-          around.push_back(static_cast<std::uint32_t>(other));
-        }
-      }
+  grid.ForEachWithin(3, grid.cell(c), [&](std::size_t other) {
+    if (other == c) return;
+    const bool touches = (grid.cell(other) - grid.cell(c)).cwiseAbs().maxCoeff() == 1;
+    if (touches) found.links.push_back(static_cast<std::uint32_t>(other));
+    const float distance_m2 = (nodes.points[other] - nodes.points[c]).squaredNorm();
+    if (distance_m2 > nearest_m2 && distance_m2 < farthest_m2) {
+      around.push_back(static_cast<std::uint32_t>(other));
     }
-  }
+  });
   found.pairs = OppositePairs(nodes, nodes.points[c], around);
   return found;
 }

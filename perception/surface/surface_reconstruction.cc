@@ -24,7 +24,8 @@ constexpr double kThinnestAltitude = 0.08;
 constexpr double kLonelyCell_m = kExplainedWithin_m / std::numbers::sqrt3;
 constexpr double kSmallestSpacing_m = 0.0005;  // below the noise of any range sensor
 constexpr int kPointsPerPiece = 512;           // of some 1 us, or as many triangles
-constexpr double kWidening = 1.3;              // of the spacing while there are too many triangles
+constexpr std::size_t kFewTriangles = 100;     // soon tried, even where fewer are allowed
+constexpr double kLeastWidening = 1.3;         // of the spacing while there are too many triangles
 
 double Tolerance_m(const OrientedPoints& points, std::size_t i) {
   return ExplainedWithin_m(i < points.sigma_m.size() ? points.sigma_m[i] : 0);
@@ -71,12 +72,17 @@ std::vector<std::vector<std::uint32_t>> Fans(const TriangleMesh& mesh) {
 class NearMesh {
  public:
   NearMesh(const TriangleMesh& mesh, const ThinnedPoints& thinned)
-      : mesh_(mesh), thinned_(thinned), fans_(Fans(mesh)) {}
+      : mesh_(mesh), thinned_(thinned), fans_(Fans(mesh)) {
+    for (const auto& [a, b, c] : mesh.triangles) {
+      const Vector3 edge = mesh.vertices[b] - mesh.vertices[a];
+      normals_.push_back(edge.cross(mesh.vertices[c] - mesh.vertices[a]).normalized());
+    }
+  }
 
   bool Explains(std::uint32_t cell, const Vector3& p, double tolerance_m) const {
     const VoxelGrid& grid = thinned_.grid;
     if (FanReaches(cell, p, tolerance_m)) return true;
-    return grid.AnyNeighbour(grid.cell(cell), [&](std::size_t other) {
+    return grid.AnyWithin(1, grid.cell(cell), [&](std::size_t other) {
       return other != cell && FanReaches(other, p, tolerance_m);
     });
   }
@@ -86,6 +92,8 @@ class NearMesh {
     const auto& fan = fans_[thinned_.vertex_of_cell[cell]];
     return std::any_of(fan.begin(), fan.end(), [&](std::uint32_t i) {
       const auto& [a, b, c] = mesh_.triangles[i];
+      // The plane's distance is at most the triangle's, and soon told.
+      if (std::abs(normals_[i].dot(p - mesh_.vertices[a])) > tolerance_m) return false;
       const Vector3 nearest =
           NearestOnTriangle(mesh_.vertices[a], mesh_.vertices[b], mesh_.vertices[c], p);
       return (nearest - p).norm() <= tolerance_m;
@@ -95,6 +103,7 @@ class NearMesh {
   const TriangleMesh& mesh_;
   const ThinnedPoints& thinned_;
   std::vector<std::vector<std::uint32_t>> fans_;
+  std::vector<Vector3> normals_;  // unit, of the triangles
 };
 
 // An equilateral triangle around `center` that faces the viewpoint.
@@ -175,6 +184,13 @@ Surface Complete(const OrientedPoints& points, const ThinnedPoints& thinned, Tri
   return surface;
 }
 
+// What brings so many vertices or triangles down to the most that are allowed, or not quite: on a
+// surface their count falls with the square of the spacing, in what fills space with its cube.
+double Widening(std::size_t count, std::size_t most) {
+  return std::max(kLeastWidening,
+                  std::cbrt(static_cast<double>(count) / static_cast<double>(most)));
+}
+
 }  // namespace
 
 Surface ReconstructSurface(const OrientedPoints& points, const SurfaceOptions& options,
@@ -186,18 +202,20 @@ Surface ReconstructSurface(const OrientedPoints& points, const SurfaceOptions& o
   double spacing_m = std::max({kSmallestSpacing_m, options.spacing_m, noise_m});
   while (true) {
     const ThinnedPoints thinned = Thin(points.points, static_cast<float>(spacing_m), work);
-    // A surface has about two triangles per vertex; points that form none have one each. So there
-    // is no need to triangulate before the vertices are few enough.
+    // A surface has about two triangles per vertex: there is no need to triangulate before the
+    // vertices are few enough.
     work.Poll();
-    if (thinned.vertices.size() <= most) {
+    std::size_t count = 2 * thinned.vertices.size();
+    if (count <= std::max(most, kFewTriangles)) {
       Surface surface =
           Complete(points, thinned,
                    Clean(MeshByProjection(thinned.vertices, thinned.grid.edge_m(), work),
                          points.viewpoint, work),
                    work);
-      if (surface.mesh.triangles.size() <= most) return surface;
+      count = surface.mesh.triangles.size();
+      if (count <= most) return surface;
     }
-    spacing_m = kWidening * thinned.grid.edge_m();
+    spacing_m = Widening(count, most) * thinned.grid.edge_m();
   }
 }
 

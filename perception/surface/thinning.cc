@@ -10,7 +10,7 @@ std::int32_t CloseVertex(const ThinnedPoints& thinned, std::size_t cell, const E
   const VoxelGrid& grid = thinned.grid;
   const float closest_m = kClosestVertices * grid.edge_m();
   std::int32_t close = kOpen;
-  grid.AnyNeighbour(grid.cell(cell), [&](std::size_t other) {
+  grid.AnyWithin(1, grid.cell(cell), [&](std::size_t other) {
     const std::int32_t vertex = thinned.vertex_of_cell[other];
     if (vertex == kOpen || (thinned.vertices[vertex] - p).norm() >= closest_m) return false;
     close = vertex;

@@ -24,7 +24,7 @@ bool DetectedPoints::AnyWithin(const Vector3& p_L, double distance_m) const {
   const VoxelGrid::Cell center =
       grid.cell(0) + VoxelGrid::Cell(offset.array().round().cast<int>().matrix());
   const auto squared = static_cast<float>(distance_m * distance_m);
-  return grid.AnyNeighbour(center, [&](std::size_t cell) {
+  return grid.AnyWithin(1, center, [&](std::size_t cell) {
     const std::span<const std::uint32_t> members = grid.PointsOf(cell);
     return std::any_of(members.begin(), members.end(), [&](std::uint32_t point) {
       return (points_L[point] - p).squaredNorm() <= squared;

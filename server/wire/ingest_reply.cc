@@ -52,6 +52,11 @@ absl::Status Hold(const std::shared_ptr<const TriangleMesh>& mesh, GeometryStore
 // still read what the reply names.
 absl::Status HoldMeshes(const collision::WorldObject& object, GeometryStore& store) {
   if (!object.uid.empty() || object.geometry == nullptr) return absl::OkStatus();
+  for (const ShapePart& part : object.model().shapes) {
+    const auto* mesh = std::get_if<Mesh>(&part.shape);  // a vessel's
+    if (mesh == nullptr) continue;
+    if (absl::Status held = Hold(mesh->mesh, store); !held.ok()) return held;
+  }
   for (const SurfacePart& part : object.model().surfaces) {
     if (absl::Status held = Hold(part.surface.mesh, store); !held.ok()) return held;
   }

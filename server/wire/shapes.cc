@@ -28,12 +28,18 @@ Polygon FromProto(const v1::Polygon& polygon) {
   return vertices;
 }
 
-void SetPolygon(const Polygon& polygon, v1::Polygon* proto) {
-  for (const Vector2& vertex : polygon) {
-    v1::Vector2* added = proto->add_vertices();
-    added->set_x(vertex.x());
-    added->set_y(vertex.y());
+// Vertices of a polygon, or places of a profile.
+void SetPlaces(const std::vector<Vector2>& places,
+               google::protobuf::RepeatedPtrField<v1::Vector2>* proto) {
+  for (const Vector2& place : places) {
+    v1::Vector2* added = proto->Add();
+    added->set_x(place.x());
+    added->set_y(place.y());
   }
+}
+
+void SetPolygon(const Polygon& polygon, v1::Polygon* proto) {
+  SetPlaces(polygon, proto->mutable_vertices());
 }
 
 // An error that names the field of the hash.
@@ -194,6 +200,22 @@ v1::FitQuality FitToProto(const FitQuality& fit) {
   return proto;
 }
 
+v1::Vessel VesselToProto(const VesselShell& shell) {
+  v1::Vessel proto;
+  proto.set_rim_radius_m(shell.rim_radius_m());
+  proto.set_foot_radius_m(shell.foot_radius_m());
+  proto.set_height_m(shell.height_m());
+  proto.set_depth_m(shell.depth_m());
+  proto.set_wall_thickness_m(shell.wall_thickness_m);
+  if (shell.rim_radius_sigma_m) proto.set_rim_radius_sigma_m(*shell.rim_radius_sigma_m);
+  if (shell.wall_thickness_sigma_m) {
+    proto.set_wall_thickness_sigma_m(*shell.wall_thickness_sigma_m);
+  }
+  SetPlaces(shell.outer, proto.mutable_outer_profile());
+  SetPlaces(shell.inner, proto.mutable_inner_profile());
+  return proto;
+}
+
 // Identity when absent.
 absl::StatusOr<Pose> OptionalPose(bool given, const v1::Pose& pose, const FieldPath& path) {
   if (!given) return Pose::Identity();
@@ -255,6 +277,7 @@ v1::ShapePart ToProto(const ShapePart& part, GeometryStore& store) {
   const std::vector<double> coefficients = Coefficients(part.shape, part.X_OS);
   proto.mutable_coefficients()->Assign(coefficients.begin(), coefficients.end());
   if (part.fit.has_value()) *proto.mutable_fit() = FitToProto(*part.fit);
+  if (part.vessel != nullptr) *proto.mutable_vessel() = VesselToProto(*part.vessel);
   return proto;
 }
 

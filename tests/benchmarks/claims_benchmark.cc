@@ -33,7 +33,7 @@ struct Claims {
   Coverage coverage;
   FreeSpace free_space;
   Coverage explained;  // points on true things, by shapes
-  int curved = 0;      // cylinders, spheres and cones of 300 points or more
+  int curved = 0;      // cylinders, spheres, cones and vessels of 300 points or more
 
   void Add(const Claims& other) {
     coverage.Add(other.coverage);
@@ -50,7 +50,8 @@ int CurvedShapes(const perception::SceneInterpretation& scene) {
     for (const ShapePart& part : object.model->shapes) {
       const ShapeKind kind = KindOf(part.shape);
       const bool curved = kind == ShapeKind::kCylinder || kind == ShapeKind::kSphere ||
-                          kind == ShapeKind::kCone || kind == ShapeKind::kCapsule;
+                          kind == ShapeKind::kCone || kind == ShapeKind::kCapsule ||
+                          part.vessel != nullptr;
       count += curved && part.fit && part.fit->inlier_count >= kCountedPoints;
     }
   }
@@ -170,8 +171,9 @@ Source JudgeLearn(const std::vector<LabelledScan>& scans, Report& report) {
   report.Add({.key = "curved_on_boxes",
               .value = static_cast<double>(curved),
               .unit = "shapes",
-              .how = "cylinders, spheres and cones of 300 points or more on mosd/learn 0-24, which "
-                     "hold boxes alone"});
+              .how =
+                  "cylinders, spheres, cones and vessels of 300 points or more on mosd/learn 0-24, "
+                  "which hold boxes alone"});
   return SumUp("mosd/learn", all, name, report);
 }
 

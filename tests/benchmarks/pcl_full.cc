@@ -14,6 +14,7 @@
 #include <pcl/segmentation/sac_segmentation.h>
 #include <pcl/surface/convex_hull.h>
 #include <pcl/surface/gp3.h>
+#include <pcl/surface/mls.h>
 
 #include <algorithm>
 #include <cmath>
@@ -38,7 +39,7 @@ constexpr int kSmallestCluster = 60;                              // as our min_
 constexpr double kDistanceGate_sigma = 3;                         // as ours
 constexpr double kNormalGate_rad = 15 * std::numbers::pi / 180;   // as ours
 constexpr double kLeastRadius_m = 0.004, kLargestRadius_m = 0.5;  // as ours
-constexpr double kMeshReach_m = 5 * kVoxel_m;
+constexpr double kSmoothing_m = 4 * kVoxel_m, kMeshReach_m = 5 * kVoxel_m;
 
 Cloud::Ptr Voxels(const perception::PointCloud& cloud) {
   auto raw = std::make_shared<pcl::PointCloud<pcl::PointXYZ>>();
@@ -93,7 +94,22 @@ pcl::PointIndices::Ptr FindModel(const Cloud::Ptr& cloud, int model, double gate
   return inliers;
 }
 
-Cloud::Ptr AbovePlane(const Cloud::Ptr& cloud, double gate_m) {
+Cloud::Ptr Without(const Cloud::Ptr& cloud, const pcl::PointIndices::Ptr& taken) {
+  auto left = std::make_shared<Cloud>();
+  pcl::ExtractIndices<Point> extract;
+  extract.setInputCloud(cloud);
+  extract.setIndices(taken);
+  extract.setNegative(true);
+  extract.filter(*left);
+  return left;
+}
+
+// What stands on the largest plane, and what is neither that nor the plane.
+struct Split {
+  Cloud::Ptr objects, rest;
+};
+
+Split SplitAtPlane(const Cloud::Ptr& cloud, double gate_m) {
   pcl::ModelCoefficients::Ptr plane = std::make_shared<pcl::ModelCoefficients>();
   const auto inliers = FindModel(cloud, pcl::SACMODEL_NORMAL_PLANE, gate_m, *plane);
   auto table = std::make_shared<Cloud>();
@@ -108,50 +124,75 @@ Cloud::Ptr AbovePlane(const Cloud::Ptr& cloud, double gate_m) {
   convex.setInputCloud(table);
   convex.setDimension(2);
   convex.reconstruct(*hull);
-  pcl::PointIndices above;
+  auto above = std::make_shared<pcl::PointIndices>();
   pcl::ExtractPolygonalPrismData<Point> prism;
   prism.setInputCloud(cloud);
   prism.setInputPlanarHull(hull);
   prism.setHeightLimits(2 * gate_m, 0.5);
   prism.setViewPoint(0, 0, 0);
-  prism.segment(above);
-  return std::make_shared<Cloud>(*cloud, above.indices);
+  prism.segment(*above);
+  auto taken = std::make_shared<pcl::PointIndices>(*above);
+  taken->indices.insert(taken->indices.end(), inliers->indices.begin(), inliers->indices.end());
+  return {std::make_shared<Cloud>(*cloud, above->indices), Without(cloud, taken)};
 }
 
-std::vector<pcl::PointIndices> Clusters(const Cloud::Ptr& objects) {
+std::vector<pcl::PointIndices> Clusters(const Cloud::Ptr& cloud) {
   std::vector<pcl::PointIndices> clusters;
-  if (objects->empty()) return clusters;
+  if (cloud->empty()) return clusters;
   auto tree = std::make_shared<pcl::search::KdTree<Point>>();
-  tree->setInputCloud(objects);
+  tree->setInputCloud(cloud);
   pcl::EuclideanClusterExtraction<Point> extraction;
   extraction.setClusterTolerance(kClusterGap_m);
   extraction.setMinClusterSize(kSmallestCluster);
   extraction.setSearchMethod(tree);
-  extraction.setInputCloud(objects);
+  extraction.setInputCloud(cloud);
   extraction.extract(clusters);
   return clusters;
 }
 
-// The best of four models; what it leaves.
-Cloud::Ptr TakeBestModel(const Cloud::Ptr& cluster, double gate_m, PclFullTimes& times) {
+// The best of four models.
+pcl::PointIndices::Ptr FindBestModel(const Cloud::Ptr& cloud, double gate_m) {
   auto best = std::make_shared<pcl::PointIndices>();
   for (int model : {pcl::SACMODEL_NORMAL_PLANE, pcl::SACMODEL_CYLINDER, pcl::SACMODEL_NORMAL_SPHERE,
                     pcl::SACMODEL_CONE}) {
     pcl::ModelCoefficients coefficients;
-    const auto inliers = FindModel(cluster, model, gate_m, coefficients);
+    const auto inliers = FindModel(cloud, model, gate_m, coefficients);
     if (inliers->indices.size() > best->indices.size()) best = inliers;
   }
-  times.models += !best->indices.empty();
-  auto rest = std::make_shared<Cloud>();
-  pcl::ExtractIndices<Point> extract;
-  extract.setInputCloud(cluster);
-  extract.setIndices(best);
-  extract.setNegative(true);
-  extract.filter(*rest);
+  return best;
+}
+
+// Model after model, as in PCL's cylinder tutorial, until what is left makes none. Returns what
+// they leave.
+Cloud::Ptr TakeModels(Cloud::Ptr rest, double gate_m, PclFullTimes& times) {
+  constexpr auto kFewest = static_cast<std::size_t>(kSmallestCluster);
+  for (bool first = true; rest->size() >= kFewest; first = false) {
+    Stopwatch watch;
+    const auto best = FindBestModel(rest, gate_m);
+    if (first) times.first_models_ms += watch.Lap_ms();
+    if (best->indices.size() < kFewest) break;
+    ++times.models;
+    rest = Without(rest, best);
+  }
   return rest;
 }
 
-void MeshOf(const Cloud::Ptr& cloud) {
+// Moving least squares, as our own surfaces are smoothed.
+Cloud::Ptr Resampled(const Cloud::Ptr& cloud) {
+  auto smooth = std::make_shared<Cloud>();
+  pcl::MovingLeastSquares<Point, Point> squares;
+  squares.setInputCloud(cloud);
+  squares.setSearchMethod(std::make_shared<pcl::search::KdTree<Point>>());
+  squares.setSearchRadius(kSmoothing_m);
+  squares.setPolynomialOrder(2);
+  squares.setComputeNormals(true);
+  squares.process(*smooth);
+  return smooth;
+}
+
+void MeshOf(const Cloud::Ptr& rough) {
+  if (rough->size() < 3) return;
+  const Cloud::Ptr cloud = Resampled(rough);
   if (cloud->size() < 3) return;
   auto tree = std::make_shared<pcl::search::KdTree<Point>>();
   tree->setInputCloud(cloud);
@@ -178,17 +219,18 @@ PclFullTimes RunPclFull(const perception::PointCloud& cloud) {
   const double gate_m =
       kDistanceGate_sigma * perception::SensorNoise{}.AxialSigma_m(MedianDepth_m(*voxels));
   EstimateNormals(voxels);
-  const Cloud::Ptr objects = AbovePlane(voxels, gate_m);
-  const std::vector<pcl::PointIndices> clusters = Clusters(objects);
-  times.clusters = static_cast<int>(clusters.size());
-  times.segmentation_ms = watch.Lap_ms();
-  std::vector<Cloud::Ptr> left;
-  for (const pcl::PointIndices& cluster : clusters) {
-    left.push_back(
-        TakeBestModel(std::make_shared<Cloud>(*objects, cluster.indices), gate_m, times));
+  const Split split = SplitAtPlane(voxels, gate_m);
+  std::vector<Cloud::Ptr> things;
+  for (const Cloud::Ptr& cloud : {split.objects, split.rest}) {
+    for (const pcl::PointIndices& cluster : Clusters(cloud)) {
+      things.push_back(std::make_shared<Cloud>(*cloud, cluster.indices));
+    }
   }
+  times.clusters = static_cast<int>(things.size());
+  times.segmentation_ms = watch.Lap_ms();
+  for (Cloud::Ptr& thing : things) thing = TakeModels(thing, gate_m, times);
   times.models_ms = watch.Lap_ms();
-  for (const Cloud::Ptr& rest : left) MeshOf(rest);
+  for (const Cloud::Ptr& left : things) MeshOf(left);
   times.meshes_ms = watch.Lap_ms();
   return times;
 }

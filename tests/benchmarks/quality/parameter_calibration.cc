@@ -36,9 +36,28 @@ std::vector<double> TrueCoefficients(const TrueShape& truth, const std::vector<d
 
 }  // namespace
 
+// Of a box the sizes, each beside the true one along the same direction.
+void ParameterCalibration::AddBox(const TrueShape& truth, const FoundShape& found) {
+  const std::vector<double>& sigmas = found.part.fit->parameter_sigma;
+  if (sigmas.size() != 3) return;
+  const Vector3 size_m = std::get<Box>(found.part.shape).size_m;
+  const Vector3 expected_m = std::get<Box>(truth.shape).size_m;
+  const Matrix3 R_TF = truth.X_WS.linear().transpose() * found.X_WS.linear();
+  for (Eigen::Index k = 0; k < 3; ++k) {
+    const double sigma_m = sigmas[static_cast<std::size_t>(k)];
+    if (!(sigma_m > 0)) continue;
+    Eigen::Index along = 0;
+    R_TF.col(k).cwiseAbs().maxCoeff(&along);
+    WithinSigma& parameter = parameters_["box size"];
+    ++parameter.count;
+    parameter.within += std::abs(size_m(k) - expected_m(along)) <= sigma_m;
+  }
+}
+
 void ParameterCalibration::Add(const TrueShape& truth, const FoundShape& found) {
   const ShapeKind kind = KindOf(truth.shape);
   if (KindOf(found.part.shape) != kind || !found.part.fit) return;
+  if (kind == ShapeKind::kBox) return AddBox(truth, found);
   const std::vector<std::string> names = ParameterNames(kind);
   const std::vector<double> values = Coefficients(found.part.shape, found.X_WS);
   const std::vector<double>& sigmas = found.part.fit->parameter_sigma;

@@ -22,11 +22,13 @@ class ParameterCalibration {
   // unknown) are not counted.
   void Add(const TrueShape& truth, const FoundShape& found);
 
-  // By parameter: "sphere centre", "cylinder radius", ...
+  // By parameter: "sphere centre", "cylinder radius", "box size", ...
   const std::map<std::string, WithinSigma>& parameters() const { return parameters_; }
   WithinSigma all() const;
 
  private:
+  void AddBox(const TrueShape& truth, const FoundShape& found);
+
   std::map<std::string, WithinSigma> parameters_;
 };
 

@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { count, fixed, mm, percent, plural } from "../../../clients/web/src/report/quantity";
-import { coefficients, dimensions, rotation } from "../../../clients/web/src/report/shape_text";
+import { coefficients, dimensions, rotation, shapeName } from "../../../clients/web/src/report/shape_text";
 import type { ShapePart } from "../../../clients/web/src/world/types";
 
 test("numbers keep their decimals, and a zero has no sign", () => {
@@ -33,6 +33,21 @@ test("coefficients have PCL's names, and deviations the unit that fits them", ()
   assert.equal(all[6]?.value, "0.0327");
   assert.equal(all[6]?.sigma, "± 0.40 mm");
   assert.equal(all[3]?.sigma, "± 0.0100");
+});
+
+const vessel: ShapePart = {
+  mesh: { hash: "ab" }, role: "PART_ROLE_FITTED", coefficients: [],
+  vessel: { rim_radius_m: 0.0412, foot_radius_m: 0.0363, height_m: 0.095, depth_m: 0.09, wall_thickness_m: 0.004,
+            rim_radius_sigma_m: 0.0008 } };
+
+test("a vessel is told by its radii, its height, and what a grasp asks of it", () => {
+  assert.equal(shapeName(vessel), "vessel");
+  assert.equal(dimensions(vessel), "r 36.3 to 41.2, h 95.0");
+  const all = coefficients(vessel);
+  assert.deepEqual(all.map(({ name }) => name), ["r_rim", "r_foot", "h", "depth", "wall"]);
+  assert.equal(all[0]?.value, "0.0412");
+  assert.equal(all[0]?.sigma, "± 0.80 mm");
+  assert.equal(all[4]?.sigma, "");
 });
 
 test("an unknown deviation is left out", () => {

@@ -6,6 +6,8 @@
 #include <numeric>
 #include <random>
 
+#include "perception/cloud/morton.h"
+
 namespace cwm::perception {
 namespace {
 
@@ -98,9 +100,47 @@ TEST(VoxelGrid, WidensItsCellsForWideClouds) {
   EXPECT_GT(grid.edge_m(), 0.5f);
 }
 
+TEST(VoxelGrid, VisitsEachOccupiedCellWithinReachOnceAndNoOther) {
+  const VoxelGrid grid = VoxelGrid::Build(RandomPoints(3000), 0.05f);  // a third of the cells
+  std::vector<VoxelGrid::Cell> centers{
+      {0, 0, 0}, {-2, 5, 5}, {21, 3, 22}, {-9, 0, 0}, {2097151, 4, 4}};
+  for (std::size_t c = 0; c < grid.size(); c += 37) centers.push_back(grid.cell(c));
+  for (const VoxelGrid::Cell& center : centers) {
+    for (int reach = 0; reach <= 5; ++reach) {
+      std::vector<std::size_t> expected, visited;
+      for (std::size_t c = 0; c < grid.size(); ++c) {
+        if ((grid.cell(c) - center).cwiseAbs().maxCoeff() <= reach) expected.push_back(c);
+      }
+      grid.ForEachWithin(reach, center, [&](std::size_t c) { visited.push_back(c); });
+      EXPECT_THAT(visited, ::testing::UnorderedElementsAreArray(expected))
+          << center.transpose() << " reach " << reach;
+    }
+  }
+}
+
+TEST(VoxelGrid, EndsAtTheFirstCellThatIsTakenFor) {
+  const VoxelGrid grid = VoxelGrid::Build(RandomPoints(3000), 0.05f);
+  int asked = 0;
+  EXPECT_TRUE(grid.AnyWithin(2, grid.cell(100), [&](std::size_t) { return ++asked == 3; }));
+  EXPECT_EQ(asked, 3);
+  EXPECT_FALSE(grid.AnyWithin(2, grid.cell(100), [](std::size_t) { return false; }));
+}
+
+TEST(MortonKey, IsUndoneBitByBit) {
+  for (const std::uint32_t v : {0u, 1u, 2u, 5u, 0x12345u, 0x1ffffeu, 0x1fffffu}) {
+    EXPECT_EQ(GatherBits(MortonKey(v, 0, 0)), v);
+    EXPECT_EQ(GatherBits(MortonKey(7, v, 9) >> 1), v);
+    EXPECT_EQ(GatherBits(MortonKey(0x1fffff, 3, v) >> 2), v);
+  }
+}
+
 TEST(VoxelGrid, FindsNothingWhereNothingIs) {
   const VoxelGrid grid = VoxelGrid::Build(RandomPoints(10), 0.01f);
   EXPECT_EQ(grid.Find({-5, 0, 0}), VoxelGrid::kNone);
+  // No other coordinates are taken for those of a cell, however their bits are cut.
+  const VoxelGrid::Cell& first = grid.cell(0);
+  EXPECT_EQ(grid.Find({first.x() + (1 << 21), first.y(), first.z()}), VoxelGrid::kNone);
+  EXPECT_EQ(grid.Find({first.x(), first.y() - (1 << 21), first.z()}), VoxelGrid::kNone);
   EXPECT_EQ(VoxelGrid().Find({0, 0, 0}), VoxelGrid::kNone);
 }
 

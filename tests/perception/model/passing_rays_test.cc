@@ -88,10 +88,10 @@ TEST(Clearance, IsNegativeInTheCanThatTheRayCrossesAndNotInTheCup) {
   const FreeRays free = RaysPast(points, LevelGround(points), To(Eigen::Vector3f(0, 0.03f, 0)));
   ASSERT_EQ(free.rays.size(), 1U);
   const Pose X_SM = StandsAtOrigin(points);
-  const Cylinder can{.radius_m = kRadius_m, .length_m = kHeight_m};
-  EXPECT_LT(Clearance_m(can, X_SM, free.rays.front()), -0.005);
-  const Cone thin{.radius_bottom_m = 0.005, .radius_top_m = 0.005, .length_m = kHeight_m};
-  EXPECT_GT(Clearance_m(thin, X_SM, free.rays.front()), 0);
+  const Shape can = Cylinder{.radius_m = kRadius_m, .length_m = kHeight_m};
+  EXPECT_LT(Clearance_m(DistanceToShape(can), X_SM, free.rays.front()), -0.005);
+  const Shape thin = Cone{.radius_bottom_m = 0.005, .radius_top_m = 0.005, .length_m = kHeight_m};
+  EXPECT_GT(Clearance_m(DistanceToShape(thin), X_SM, free.rays.front()), 0);
 }
 
 }  // namespace

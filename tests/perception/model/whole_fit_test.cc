@@ -165,6 +165,17 @@ TEST(FitWhole, GivesUpWhereEveryStartIsFarWorseThanItsRival) {
   EXPECT_FALSE(FitWhole(WholeKind::kBall, {}, account, f.Context()).has_value());
 }
 
+// Nothing thinner than twice the least radius is a box: one of that thickness would stand for it.
+TEST(FitWhole, MakesNoBoxOfASheet) {
+  WholeParameters sheet(6);
+  sheet << 0, 0, 0.7, 0.16, 0.003, 0.12;
+  const Fixture thin(SeenOf(WholeKind::kUprightBox, sheet, 0));
+  EXPECT_FALSE(FitWhole(WholeKind::kUprightBox, {}, kFarAway, thin.Context()).has_value());
+  sheet(4) = 0.02;
+  const Fixture thick(SeenOf(WholeKind::kUprightBox, sheet, 0));
+  EXPECT_TRUE(FitWhole(WholeKind::kUprightBox, {}, kFarAway, thick.Context()).has_value());
+}
+
 TEST(FitWhole, AsksForAGround) {
   const Fixture f(SeenOf(WholeKind::kBall, Eigen::Vector4d(0, 0, 0.03, 0.03), 0));
   FitContext context = f.Context();

@@ -81,6 +81,20 @@ TEST(DegenerateClouds, NoiseThatFillsARoom) {
   ExpectAllCounted(points, Layout::kImage);
 }
 
+// Planes go through it, but no surface.
+TEST(DegenerateClouds, DenseNoiseHoldsNoSupport) {
+  std::mt19937 random(8);
+  std::uniform_real_distribution<float> draw(-0.6f, 0.6f);
+  PointCloud cloud;
+  for (int i = 0; i < 200000; ++i) {
+    cloud.points.push_back({draw(random), draw(random), 2 + draw(random)});
+  }
+  cloud.width = static_cast<int>(cloud.size());
+  const auto scene = SegmentScene(*CollectMeasured(cloud, {}), {}, {});
+  ASSERT_TRUE(scene.ok());
+  EXPECT_TRUE(scene->supports.empty());
+}
+
 TEST(DegenerateClouds, PointsAtTheLargestCoordinate) {
   ExpectAllCounted({{1e6f, 0, 0}, {-1e6f, 1e6f, 0}, {0, 0, 1e6f}, {0, 0, 1}});
 }

@@ -7,6 +7,7 @@
 #include <semaphore>
 #include <thread>
 
+#include "perception/simulation/random_scenes.h"
 #include "perception/simulation/virtual_scanner.h"
 #include "proto/transfer/crc32c.h"
 #include "server/core/geometry_store.h"
@@ -335,6 +336,41 @@ TEST_F(PerceptionTest, OnlyAScanThatIsWrittenMakesAWorld) {
   ASSERT_TRUE(Send(Upload(header, bytes), &response).ok());
   ASSERT_EQ(Worlds(*world_).worlds_size(), 1);
   EXPECT_EQ(Worlds(*world_).worlds(0).world_uid(), response.world_uid());
+}
+
+// The meshes of what is in no world end with it, but for those that the reply names: surfaces, and
+// the shells of vessels.
+TEST_F(PerceptionTest, EveryMeshThatAProvisionalReplyNamesCanBeRead) {
+  const perception::SimulatedView view =
+      perception::RandomScene(perception::SceneFamily::kVessels, 1);
+  const auto scan = perception::Scan(view.scene, view.camera, {.seed = 1});
+  v1::IngestCloudHeader header = HeaderFor(scan.cloud.points);
+  header.set_width(scan.cloud.width);
+  header.set_height(scan.cloud.height);
+  header.set_mode(v1::INGEST_MODE_SEGMENT_ONLY);
+  v1::IngestCloudResponse response;
+  ASSERT_TRUE(Send(Upload(header, BytesOf(scan.cloud.points)), &response).ok());
+  std::vector<std::string> shells, surfaces;
+  for (const v1::Object& object : response.objects()) {
+    for (const v1::ShapePart& part : object.shapes()) {
+      if (part.has_mesh()) shells.push_back(part.mesh().hash());
+    }
+    for (const v1::SurfacePart& part : object.surfaces()) surfaces.push_back(part.hash());
+  }
+  EXPECT_FALSE(shells.empty());
+  EXPECT_FALSE(surfaces.empty());
+  surfaces.insert(surfaces.end(), shells.begin(), shells.end());
+  for (const std::string& hash : surfaces) {
+    Call call;
+    v1::ReadGeometryRequest request;
+    request.set_hash(hash);
+    const auto reader = world_->ReadGeometry(&call, request);
+    v1::ReadGeometryResponse part;
+    EXPECT_TRUE(reader->Read(&part)) << hash;
+    while (reader->Read(&part)) {
+    }
+    EXPECT_TRUE(reader->Finish().ok()) << hash;
+  }
 }
 
 // What a robot on the floor reaches is known where the floor is: not from an estimate.

@@ -48,6 +48,34 @@ TEST(WireShape, EveryShapeSurvivesARoundTrip) {
   }
 }
 
+TEST(WireShape, VesselsAreMeshesThatTellTheirRimAndTheirWall) {
+  GeometryStore store(kStoreBytes);
+  const auto mug = std::make_shared<const VesselShell>(
+      VesselShell{.outer = {{0.035, -0.04}, {0.04, 0.04}},
+                  .inner = {{0.036, 0.04}, {0.031, -0.034}, {0, -0.034}},
+                  .wall_thickness_m = 0.004,
+                  .rim_radius_sigma_m = 0.0008});
+  const ShapePart part{.shape = MakeMesh(Tessellate(*mug, 3e-4)), .vessel = mug};
+  const v1::ShapePart proto = ToProto(part, store);
+  ASSERT_TRUE(proto.has_vessel());
+  EXPECT_TRUE(store.Get(proto.mesh().hash()).ok());
+  EXPECT_EQ(proto.vessel().rim_radius_m(), 0.04);
+  EXPECT_EQ(proto.vessel().foot_radius_m(), 0.035);
+  EXPECT_NEAR(proto.vessel().height_m(), 0.08, 1e-12);
+  EXPECT_NEAR(proto.vessel().depth_m(), 0.074, 1e-12);
+  EXPECT_EQ(proto.vessel().wall_thickness_m(), 0.004);
+  EXPECT_EQ(proto.vessel().rim_radius_sigma_m(), 0.0008);
+  EXPECT_FALSE(proto.vessel().has_wall_thickness_sigma_m());
+  ASSERT_EQ(proto.vessel().inner_profile_size(), 3);
+  EXPECT_EQ(proto.vessel().inner_profile(1).x(), 0.031);
+  EXPECT_EQ(proto.vessel().outer_profile_size(), 2);
+  // What a user puts has no descriptor: it is a mesh.
+  const auto back = FromProto(proto, store, {});
+  ASSERT_TRUE(back.ok()) << back.status();
+  EXPECT_EQ(back->vessel, nullptr);
+  EXPECT_EQ(back->shape, part.shape);
+}
+
 TEST(WireShape, PartsKeepTheirRoleAndLoseTheirFit) {
   GeometryStore store(kStoreBytes);
   const ShapePart part{

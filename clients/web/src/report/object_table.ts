@@ -86,7 +86,8 @@ function coefficientRow(part: ShapePart): HTMLTableRowElement | undefined {
 function surfaceRow(surface: SurfacePart): HTMLTableRowElement {
   return row("part", [
     element("span", "part-name", "surface"), surface.watertight ? "mesh, watertight" : "mesh", "",
-    `${count(surface.triangle_count)} triangles`, count(surface.point_count), "", "", "", "", "", ""]);
+    Number(surface.triangle_count) === 1 ? "1 triangle" : `${count(surface.triangle_count)} triangles`,
+    count(surface.point_count), "", "", "", "", "", ""]);
 }
 
 function handleRow(handle: Handle): HTMLTableRowElement {

@@ -1,11 +1,12 @@
 // Shapes and their coefficients in words and numbers.
-import type { Pose, ShapePart } from "../world/types";
+import type { Pose, ShapePart, Vessel } from "../world/types";
 import { kindOf } from "../world/types";
 import { degrees, fixed, mm } from "./quantity";
 
 const times = "\u2009×\u2009";
 
 export function shapeName(part: ShapePart): string {
+  if (part.vessel) return "vessel";
   return (kindOf(part) ?? "").replace("_", " ");
 }
 
@@ -22,6 +23,10 @@ export function dimensions(part: ShapePart): string {
     const holes = part.plate.holes.length;
     const holesText = holes === 0 ? "" : `, ${holes} hole${holes === 1 ? "" : "s"}`;
     return `${part.plate.outline.vertices.length} corners${holesText}, ${mm(part.plate.thickness_m)} thick`;
+  }
+  if (part.vessel) {
+    const { foot_radius_m: foot, rim_radius_m: rim, height_m: height } = part.vessel;
+    return `r ${mm(foot)} to ${mm(rim)}, h ${mm(height)}`;
   }
   return "";
 }
@@ -47,6 +52,7 @@ const layouts: Record<string, readonly Named[]> = {
   sphere: [...point, ["r", "length"]],
   cylinder: [...point, ...axis, ["r", "length"]],
   cone: [...point, ...axis, ["angle", "angle"]],
+  box: [["s_x", "length"], ["s_y", "length"], ["s_z", "length"]],  // PCL has none: its sizes
 };
 
 function write(value: number, quantity: Quantity): string {
@@ -55,16 +61,34 @@ function write(value: number, quantity: Quantity): string {
 }
 
 function writeSigma(sigma: number | undefined, quantity: Quantity): string {
-  if (sigma === undefined) return "";
+  if (sigma === undefined || sigma === 0) return "";  // 0: held, or not seen
   if (quantity === "length") return `± ${mm(sigma, 2)} mm`;
   return quantity === "angle" ? `± ${degrees(sigma)}°` : `± ${fixed(sigma, 4)}`;
 }
 
 const units: Record<Quantity, string> = { length: "m", direction: "", angle: "°" };
 
+// What parameter_sigma is given for.
+function parameters(part: ShapePart): readonly number[] {
+  const { box, fit } = part;
+  return box && fit?.parameter_sigma.length ? [box.size_x_m, box.size_y_m, box.size_z_m] : part.coefficients;
+}
+
+// PCL has no model of a vessel: what a grasp asks of it.
+function ofVessel(vessel: Vessel): Coefficient[] {
+  const all: readonly (readonly [name: string, exact: number, sigma?: number | undefined])[] = [
+    ["r_rim", vessel.rim_radius_m, vessel.rim_radius_sigma_m], ["r_foot", vessel.foot_radius_m],
+    ["h", vessel.height_m], ["depth", vessel.depth_m],
+    ["wall", vessel.wall_thickness_m, vessel.wall_thickness_sigma_m]];
+  return all.map(([name, exact, sigma]) => ({
+    name, exact, unit: units.length, value: write(exact, "length"), sigma: writeSigma(sigma, "length"),
+  }));
+}
+
 export function coefficients(part: ShapePart): Coefficient[] {
+  if (part.vessel) return ofVessel(part.vessel);
   const layout = layouts[kindOf(part) ?? ""] ?? [];
-  return part.coefficients.map((exact, i) => {
+  return parameters(part).map((exact, i) => {
     const [name, quantity] = layout[i] ?? [`c${i + 1}`, "direction" as Quantity];
     return {
       name, exact, unit: units[quantity], value: write(exact, quantity),

@@ -18,6 +18,17 @@ export interface Polygon { vertices: Vector2[]; }
 export interface Plate { outline: Polygon; holes: Polygon[]; thickness_m: number; }
 export interface MeshByHash { hash: string; }
 
+// An open vessel; its profiles are left to those who plan grasps.
+export interface Vessel {
+  rim_radius_m: number;
+  foot_radius_m: number;
+  height_m: number;
+  depth_m: number;
+  wall_thickness_m: number;
+  rim_radius_sigma_m?: number;
+  wall_thickness_sigma_m?: number;
+}
+
 // One of them is there.
 export interface ShapeOneOf {
   sphere?: Sphere;
@@ -45,7 +56,7 @@ export interface FitQuality {
   inlier_count: string;
   inlier_ratio: number;
   observed_fraction: number;
-  parameter_sigma: number[];  // of the coefficients, in their order; empty: unknown
+  parameter_sigma: number[];  // of the coefficients, in their order; of a box its three sizes; empty: unknown
 }
 
 export interface ShapePart extends ShapeOneOf {
@@ -53,6 +64,7 @@ export interface ShapePart extends ShapeOneOf {
   role: string;
   coefficients: number[];
   fit?: FitQuality;
+  vessel?: Vessel;  // what the mesh is the mesh of
 }
 
 export interface SurfacePart {

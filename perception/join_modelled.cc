@@ -1,0 +1,243 @@
+#include "perception/join_modelled.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <numeric>
+#include <utility>
+
+#include "collision/geometry/hybrid_model.h"
+#include "perception/model/explain.h"
+#include "perception/model/model_points.h"
+#include "perception/model/prolonged.h"
+#include "perception/model/shape_fit.h"
+#include "perception/scene/surface_graph.h"
+
+namespace cwm::perception {
+namespace {
+
+using Points = std::vector<std::uint32_t>;
+
+// As of parts that share a plane (join_hidden).
+constexpr double kLargestGap_m = 0.35;
+constexpr std::size_t kSightLines = 48;
+constexpr int kPlacesPerLine = 8;
+constexpr double kMostContradictions = 0.06;
+constexpr double kLeastHidden = 0.25;
+
+// Each models two things anew, together as many points as the scene has. Of 317 scenes, real and
+// simulated, none asked for more than three.
+constexpr int kMostAttempts = 6;
+constexpr std::size_t kSample = 64;       // points, to ask whether a solid reaches so far
+constexpr double kLeastProlonging = 0.6;  // of them, on the prolonged surface
+constexpr std::size_t kJudged = 400;      // points, to compare with how it was
+constexpr double kLeastExplained = 0.9;   // of their points, as of any one solid
+// Of the mean square in variances: warp moves the parts apart; true parts lost 0.1.
+constexpr double kMostLoss = 0.5;
+
+// Mean square, truncated, of the distances to the nearest solid, in standard deviations.
+double MisfitOf(const ModelledThing& thing, const Points& points, const OrientedPoints& all) {
+  double sum = 0;
+  for (std::uint32_t i : points) {
+    const Vector3 p = all.points[i].cast<double>();
+    double least = kTruncatedSquare;
+    for (const ShapePart& part : thing.model->shapes) {
+      const double off_m = SignedDistance_m(part, (thing.X_LO * part.X_OS).inverse() * p);
+      const double off = off_m / double{all.sigma_m[i]};
+      least = std::min(least, off * off);
+    }
+    sum += least;
+  }
+  return sum / static_cast<double>(points.size());
+}
+
+class Joiner {
+ public:
+  Joiner(const InterpretOptions& options, const Work& work, SegmentedScene& scene,
+         std::vector<ModelledThing>& modelled)
+      : options_(options),
+        work_(work),
+        scene_(scene),
+        modelled_(modelled),
+        points_left_(scene.points.size()) {}
+
+  void Run() {
+    for (const ModelledThing& thing : modelled_) bounds_.push_back(BoundsOf(thing));
+    JoinAll();
+    if (any_joined_) SortBySize();
+  }
+
+ private:
+  void JoinAll() {
+    for (std::size_t a = 0; a < modelled_.size(); ++a) {
+      for (std::size_t b = a + 1; b < modelled_.size();) {
+        work_.Poll();
+        if (!MayBeOne(a, b)) {
+          ++b;
+          continue;
+        }
+        const std::size_t points = scene_.things[a].points.size() + scene_.things[b].points.size();
+        if (points > points_left_) {
+          ++b;
+          continue;
+        }
+        if (attempts_ == kMostAttempts) {
+          modelled_[a].notes.push_back("parts of it may stand apart: the cap of joins was reached");
+          return;
+        }
+        ++attempts_;
+        points_left_ -= points;
+        if (Join(a, b)) {
+          any_joined_ = true;
+          b = a + 1;  // what it has become may reach others
+        } else {
+          ++b;
+        }
+      }
+    }
+  }
+
+  static Eigen::AlignedBox3f BoundsOf(const ModelledThing& thing) {
+    Eigen::AlignedBox3f bounds;
+    for (const Eigen::Vector3f& p : thing.thinned_L) bounds.extend(p);
+    return bounds;
+  }
+
+  bool MayBeOne(std::size_t a, std::size_t b) const {
+    const SegmentedThing &first = scene_.things[a], &second = scene_.things[b];
+    if (first.supported_by < 0 || first.supported_by != second.supported_by) return false;
+    if (bounds_[a].exteriorDistance(bounds_[b]) > kLargestGap_m) return false;
+    return (Prolongs(modelled_[a], second) || Prolongs(modelled_[b], first)) &&
+           IsHiddenBetween(first.points, second.points);
+  }
+
+  // Whether one of the solids, prolonged, explains the other thing.
+  bool Prolongs(const ModelledThing& thing, const SegmentedThing& other) const {
+    const Points sample = Thinned(other.points, kSample);
+    return std::ranges::any_of(thing.model->shapes, [&](const ShapePart& part) {
+      if (part.vessel) return false;  // has no end that goes on
+      const Pose X_SL = (thing.X_LO * part.X_OS).inverse(Eigen::Isometry);
+      const auto on = std::ranges::count_if(sample, [&](std::uint32_t i) {
+        const Vector3 p = X_SL * scene_.points.points[i].cast<double>();
+        return ProlongedDistance_m(part.shape, p) <=
+               std::max(kBelongs_m, kDistanceGate_sigma * double{scene_.points.sigma_m[i]});
+      });
+      return static_cast<double>(on) >= kLeastProlonging * static_cast<double>(sample.size());
+    });
+  }
+
+  // Of places on straight lines between them.
+  bool IsHiddenBetween(const Points& a, const Points& b) const {
+    int through = 0, hidden = 0, seen = 0;
+    for (std::size_t line = 0; line < kSightLines; ++line) {
+      // Evenly spread over both, in an order that pairs each with many of the other.
+      const std::uint32_t i = a[line * a.size() / kSightLines];
+      const std::uint32_t j = b[line * 19 % kSightLines * b.size() / kSightLines];
+      for (int k = 1; k < kPlacesPerLine; ++k) {
+        const float t = static_cast<float>(k) / kPlacesPerLine;
+        const Eigen::Vector3f place =
+            (1 - t) * scene_.points.points[i] + t * scene_.points.points[j];
+        const Visibility sight = scene_.sight->Look(place, LargestJump_m(scene_.points.sigma_m[i]));
+        ++seen;
+        through += sight == Visibility::kSeenThrough;
+        hidden += sight == Visibility::kHidden;
+      }
+    }
+    return through <= kMostContradictions * seen && hidden >= kLeastHidden * seen;
+  }
+
+  // Models the first with the points of the second, on the ground of the lower one.
+  bool Join(std::size_t a, std::size_t b) {
+    SegmentedThing &first = scene_.things[a], &second = scene_.things[b];
+    const SegmentedThing before = first;
+    Points of_second = std::exchange(second.points, {});
+    first.points.insert(first.points.end(), of_second.begin(), of_second.end());
+    std::ranges::sort(first.points);
+    first.node_count += second.node_count;
+    if (second.foot_height_m < first.foot_height_m) {
+      first.foot_height_m = second.foot_height_m;
+      first.rests_on = second.rests_on;
+    }
+    ModelledThing joined = ModelThing(scene_, a, SceneRays(scene_, work_), options_, work_);
+    if (!AccountsForBoth(joined, before.points, modelled_[a], of_second, modelled_[b])) {
+      first = before;
+      second.points = std::move(of_second);
+      return false;
+    }
+    modelled_[a] = std::move(joined);
+    bounds_[a] = BoundsOf(modelled_[a]);
+    Remove(b, a);
+    return true;
+  }
+
+  // As one solid, and nearly as well as they were accounted for by themselves.
+  bool AccountsForBoth(const ModelledThing& joined, const Points& of_a, const ModelledThing& a,
+                       const Points& of_b, const ModelledThing& b) const {
+    const auto explained =
+        std::ranges::count_if(joined.part_of_point, [](std::int32_t part) { return part == 0; });
+    if (joined.model->shapes.size() != 1 ||
+        static_cast<double>(explained) <
+            kLeastExplained * static_cast<double>(joined.part_of_point.size())) {
+      return false;
+    }
+    const Points some_a = Thinned(of_a, kJudged), some_b = Thinned(of_b, kJudged);
+    return MisfitOf(joined, some_a, scene_.points) <=
+               MisfitOf(a, some_a, scene_.points) + kMostLoss &&
+           MisfitOf(joined, some_b, scene_.points) <=
+               MisfitOf(b, some_b, scene_.points) + kMostLoss;
+  }
+
+  // What rested on it rests on the one that it has become a part of.
+  void Remove(std::size_t gone, std::size_t joined_with) {
+    const auto at = static_cast<std::ptrdiff_t>(gone);
+    scene_.things.erase(scene_.things.begin() + at);
+    modelled_.erase(modelled_.begin() + at);
+    bounds_.erase(bounds_.begin() + at);
+    for (std::size_t k = 0; k < scene_.things.size(); ++k) {
+      std::int32_t& below = scene_.things[k].rests_on;
+      if (below == static_cast<std::int32_t>(gone)) below = static_cast<std::int32_t>(joined_with);
+      if (below > static_cast<std::int32_t>(gone)) --below;
+      if (below == static_cast<std::int32_t>(k)) below = -1;
+    }
+  }
+
+  // As SegmentedScene::things promises.
+  void SortBySize() {
+    std::vector<std::size_t> order(scene_.things.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    const auto objects = std::ranges::find_if(
+        scene_.things, [](const SegmentedThing& thing) { return thing.supported_by < 0; });
+    std::stable_sort(order.begin(), order.begin() + (objects - scene_.things.begin()),
+                     [&](std::size_t a, std::size_t b) {
+                       return scene_.things[a].node_count > scene_.things[b].node_count;
+                     });
+    std::vector<std::int32_t> place(order.size());
+    for (std::size_t k = 0; k < order.size(); ++k) place[order[k]] = static_cast<std::int32_t>(k);
+    std::vector<SegmentedThing> things;
+    std::vector<ModelledThing> modelled;
+    for (std::size_t k : order) {
+      SegmentedThing& thing = things.emplace_back(std::move(scene_.things[k]));
+      if (thing.rests_on >= 0) thing.rests_on = place[static_cast<std::size_t>(thing.rests_on)];
+      modelled.push_back(std::move(modelled_[k]));
+    }
+    scene_.things = std::move(things);
+    modelled_ = std::move(modelled);
+  }
+
+  const InterpretOptions& options_;
+  const Work& work_;
+  SegmentedScene& scene_;
+  std::vector<ModelledThing>& modelled_;
+  std::vector<Eigen::AlignedBox3f> bounds_;
+  int attempts_ = 0;
+  std::size_t points_left_;
+  bool any_joined_ = false;
+};
+
+}  // namespace
+
+void JoinModelled(const InterpretOptions& options, const Work& work, SegmentedScene& scene,
+                  std::vector<ModelledThing>& modelled) {
+  if (scene.sight) Joiner(options, work, scene, modelled).Run();
+}
+
+}  // namespace cwm::perception

@@ -1,0 +1,112 @@
+// Things that something cuts in two, seen by the virtual scanner.
+#include "perception/join_modelled.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "perception/simulation/virtual_scanner.h"
+
+namespace cwm::perception {
+namespace {
+
+constexpr double kRadius_m = 0.012, kLength_m = 0.24;
+
+// From 1.1 m, 35 degrees down, onto the origin.
+PinholeCamera Camera() {
+  constexpr double kDown_rad = 35 * std::numbers::pi / 180;
+  PinholeCamera camera;
+  const Vector3 forward(std::cos(kDown_rad), 0, -std::sin(kDown_rad)), right(0, -1, 0);
+  camera.X_WC.linear() << right, forward.cross(right), forward;
+  camera.X_WC.translation() = -1.1 * forward;
+  return camera;
+}
+
+SimulatedObject Thing(const std::string& name, const Shape& shape, const Pose& X_WO) {
+  return {.name = name, .parts = {{.shape = shape}}, .X_WO = X_WO};
+}
+
+SimulatedObject Table() {
+  return {.name = "table",
+          .parts = {{MakeTranslation(0, 0, -0.015), Box{{1.2, 1.0, 0.03}}}},
+          .X_WO = Pose::Identity(),
+          .is_support = true};
+}
+
+// A rod of this length that lies across the view, its middle at y.
+SimulatedObject Rod(double length_m, double y_m) {
+  Pose X_WO = MakeTranslation(0, y_m, kRadius_m);
+  X_WO.rotate(Eigen::AngleAxisd(std::numbers::pi / 2, Vector3::UnitX()));
+  return Thing("rod", Cylinder{kRadius_m, length_m}, X_WO);
+}
+
+SimulatedObject Post() {
+  return Thing("post", Box{{0.03, 0.05, 0.16}}, MakeTranslation(-0.08, 0, 0.08));
+}
+
+SceneInterpretation Interpreted(SimulatedScene scene) {
+  InterpretOptions options;
+  options.X_WC = Camera().X_WC;
+  const SimulatedCloud scan = Scan(scene, Camera(), {.seed = 3});
+  auto interpretation = InterpretScene(scan.cloud, options);
+  EXPECT_TRUE(interpretation.ok()) << interpretation.status();
+  return *std::move(interpretation);
+}
+
+// Lengths of the cylinders, ascending.
+std::vector<double> RodsOf(const SceneInterpretation& scene) {
+  std::vector<double> lengths_m;
+  for (const DetectedObject& object : scene.objects) {
+    for (const ShapePart& part : object.model->shapes) {
+      const auto* cylinder = std::get_if<Cylinder>(&part.shape);
+      if (cylinder != nullptr) lengths_m.push_back(cylinder->length_m);
+    }
+  }
+  std::sort(lengths_m.begin(), lengths_m.end());
+  return lengths_m;
+}
+
+TEST(JoinModelled, ARodBehindAPostIsOneRod) {
+  const SceneInterpretation scene = Interpreted({{Table(), Post(), Rod(kLength_m, 0)}});
+  const std::vector<double> lengths_m = RodsOf(scene);
+  ASSERT_EQ(lengths_m.size(), 1u);
+  EXPECT_NEAR(lengths_m[0], kLength_m, 0.006);  // 3 mixed pixels of 1.7 mm
+  EXPECT_EQ(scene.objects.size(), 2u);
+}
+
+TEST(JoinModelled, RodsInLineThatAreSeenApartBesideThePostAreTwo) {
+  // The post hides 5 cm of the line; the gap is twice as wide.
+  const SceneInterpretation scene =
+      Interpreted({{Table(), Post(), Rod(0.10, 0.12), Rod(0.10, -0.08)}});
+  EXPECT_EQ(scene.objects.size(), 3u);
+}
+
+TEST(JoinModelled, RodsOfTwoSizesBehindThePostAreTwo) {
+  SimulatedObject thick = Rod(0.10, 0.07);
+  thick.parts[0].shape = Cylinder{1.6 * kRadius_m, 0.10};
+  thick.X_WO.translation().z() = 1.6 * kRadius_m;
+  const SceneInterpretation scene = Interpreted({{Table(), Post(), thick, Rod(0.10, -0.07)}});
+  EXPECT_EQ(scene.objects.size(), 3u);
+}
+
+TEST(JoinModelled, ThingsAreLargestFirstAndRestOnWhatTheyRestedOn) {
+  SimulatedScene scene{{Table(), Post(), Rod(kLength_m, 0)}};
+  scene.objects.push_back(Thing("below", Box{{0.1, 0.12, 0.08}}, MakeTranslation(0, 0.28, 0.04)));
+  scene.objects.push_back(Thing("above", Box{{0.05, 0.05, 0.1}}, MakeTranslation(0, 0.28, 0.13)));
+  const SceneInterpretation found = Interpreted(scene);
+  ASSERT_EQ(found.objects.size(), 4u);
+  for (std::size_t k = 1; k < found.objects.size(); ++k) {
+    EXPECT_GE(found.objects[k - 1].model->point_count, found.objects[k].model->point_count);
+  }
+  const auto above =
+      std::ranges::find_if(found.objects, [](const DetectedObject& o) { return o.rests_on >= 0; });
+  ASSERT_NE(above, found.objects.end());
+  const DetectedObject& below = found.objects[static_cast<std::size_t>(above->rests_on)];
+  EXPECT_NEAR(below.X_WO.translation().y(), 0.28, 0.03);
+  EXPECT_LT(below.X_WO.translation().z(), above->X_WO.translation().z());
+}
+
+}  // namespace
+}  // namespace cwm::perception

@@ -1,0 +1,111 @@
+// What is no handle, and what is not two solids: whole objects as a Kinect sees them, and solids alone.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <optional>
+#include <vector>
+
+#include "perception/model/explain.h"
+#include "perception/model/handles.h"
+#include "perception/model/object_modeler.h"
+#include "perception/model/one_solid.h"
+#include "perception/model/prolonged.h"
+#include "perception/model/vessel_handles.h"
+#include "tests/perception/model/surfaces.h"
+
+namespace cwm::perception {
+namespace {
+
+constexpr double kDistance_m = 0.7;
+constexpr double kElevation_rad = 25 * std::numbers::pi / 180;
+
+ObjectModel Model(const SimulatedObject& object, std::uint64_t seed) {
+  const ScannedObject scan = ScanOnTable(object, kDistance_m, kElevation_rad, seed);
+  return ModelObject(scan.points, scan.X_WSupport, SensorNoise{}, ModelerOptions{});
+}
+
+// On its side, as far round as yaw.
+SimulatedObject LyingCup(double yaw_rad) {
+  constexpr double kBottom_m = 0.031, kTop_m = 0.047, kLength_m = 0.078;
+  const double slope = (kTop_m - kBottom_m) / kLength_m, lean_rad = std::atan(slope);
+  SimulatedObject cup{.name = "cup"};
+  Pose X = Pose::Identity();
+  X.linear() = BasisFromZ(Vector3(std::cos(yaw_rad) * std::cos(lean_rad),
+                                  std::sin(yaw_rad) * std::cos(lean_rad), std::sin(lean_rad)));
+  X.translation().z() = 0.5 * (kBottom_m + kTop_m) * std::cos(lean_rad);
+  cup.parts.push_back({X, Cone{kBottom_m, kTop_m, kLength_m}});
+  return cup;
+}
+
+TEST(ModelObject, ALyingCupHasNoHandleHoweverItIsTurned) {
+  for (int k = 0; k < 24; ++k) {
+    const ObjectModel model = Model(LyingCup(k * std::numbers::pi / 12), 40 + k);
+    EXPECT_TRUE(model.handles.empty()) << "yaw " << 15 * k;
+    EXPECT_EQ(model.shapes.size(), 1u) << "yaw " << 15 * k;
+  }
+}
+
+// Two balls on a table, which just do not touch; `azimuth_rad` is where the small one lies.
+SimulatedObject TwoBalls(double azimuth_rad) {
+  constexpr double kLarge_m = 0.05, kSmall_m = 0.021, kApart_m = kLarge_m + kSmall_m + 0.002;
+  const double level_m = std::sqrt(kApart_m * kApart_m - std::pow(kLarge_m - kSmall_m, 2));
+  SimulatedObject balls = OfOnePart(Sphere{kLarge_m}, kLarge_m);
+  balls.parts.push_back(
+      {MakeTranslation(level_m * std::cos(azimuth_rad), level_m * std::sin(azimuth_rad), kSmall_m),
+       Sphere{kSmall_m}});
+  return balls;
+}
+
+TEST(HandlesOfVessel, AreNoBalls) {
+  int looks_like_one = 0;
+  for (int k = 0; k < 12; ++k) {
+    const SimulatedObject balls = TwoBalls(k * std::numbers::pi / 6);
+    const ScannedObject scan = ScanOnTable(balls, kDistance_m, kElevation_rad, 40 + k);
+    std::vector<ShapePart> shapes;
+    for (const Placed<>& part : balls.parts) {
+      shapes.push_back({.X_OS = balls.X_WO * part.X_FS, .shape = part.shape});
+    }
+    const std::vector<std::int32_t> part_of_point = ExplainPoints(scan.points, shapes, kUnbounded);
+    const std::optional<Vessel> vessel = Vessel::Find(scan.points, kUnbounded);
+    if (!vessel) continue;
+    EXPECT_TRUE(HandlesOfVessel(*vessel, scan.points, shapes, part_of_point, kUnbounded).empty());
+    shapes.pop_back();
+    const std::vector<std::int32_t> unknown = ExplainPoints(scan.points, shapes, kUnbounded);
+    looks_like_one += !HandlesOfVessel(*vessel, scan.points, shapes, unknown, kUnbounded).empty();
+  }
+  EXPECT_GT(looks_like_one, 0);  // where nobody knows that it is a ball
+}
+
+Solid At(double x_m, const Shape& shape) {
+  Solid solid;
+  solid.X_MS = MakeTranslation(x_m, 0, 0);
+  solid.shape = shape;
+  return solid;
+}
+
+TEST(AnyOverlap, OfTwoBallsWhereOneIsAndNotOfNeighbours) {
+  const Sphere ball{0.045};
+  EXPECT_TRUE(AnyOverlap({At(0, ball), At(0.004, Sphere{0.042})}));
+  EXPECT_FALSE(AnyOverlap({At(0, ball), At(0.09, ball)}));
+  EXPECT_FALSE(AnyOverlap({At(0, ball), At(0.08, ball)}));  // 10 mm deep: as deep as noise puts it
+}
+
+TEST(AnyOverlap, OfASmallSolidWithinALargeOne) {
+  const Box large{{0.2, 0.2, 0.2}};
+  EXPECT_TRUE(AnyOverlap({At(0, large), At(0.05, Cylinder{0.02, 0.05})}));
+  EXPECT_TRUE(AnyOverlap({At(0.05, Cylinder{0.02, 0.05}), At(0, large)}));
+  EXPECT_FALSE(AnyOverlap({At(0, large), At(0.12, Cylinder{0.02, 0.05})}));
+}
+
+TEST(ProlongedDistance, RunsOnBeyondTheEnds) {
+  EXPECT_NEAR(ProlongedDistance_m(Cylinder{0.03, 0.1}, Vector3(0, 0.032, 5)), 0.002, 1e-12);
+  EXPECT_NEAR(ProlongedDistance_m(Box{{0.2, 0.3, 0.4}}, Vector3(3, 0.149, -7)), 0.001, 1e-12);
+  // 45 degrees: a millimetre farther out is 1 / sqrt 2 off.
+  EXPECT_NEAR(ProlongedDistance_m(Cone{0.1, 0.3, 0.2}, Vector3(1.201, 0, 1)), 0.001 / std::sqrt(2),
+              1e-9);
+}
+
+}  // namespace
+}  // namespace cwm::perception
