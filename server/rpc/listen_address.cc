@@ -7,17 +7,23 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <cstdio>
 #include <cstring>
 #include <optional>
+#include <random>
 #include <string_view>
 
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
+#include "server/rpc/socket_lock.h"
 
 namespace cwm::server {
 namespace {
 
 constexpr std::string_view kUnixPrefix = "unix:";
+// What BindingAddress appends to a path: a dot and so many letters.
+constexpr std::size_t kSuffixLetters = 6;
+constexpr std::size_t kLongestPath = sizeof(sockaddr_un::sun_path) - 1 - (1 + kSuffixLetters);
 
 bool IsLoopback(const std::string& host) {
   if (host == "localhost" || host == "[::1]") return true;
@@ -70,10 +76,10 @@ std::optional<std::string> SocketPath(const std::string& address) {
 
 absl::StatusOr<std::string> CheckListenAddress(const std::string& address) {
   if (const auto path = SocketPath(address)) {
-    if (!path->empty() && path->size() < sizeof(sockaddr_un::sun_path)) return address;
+    if (!path->empty() && path->size() <= kLongestPath) return address;
     return absl::InvalidArgumentError(absl::StrCat("--listen ", address, ": the path has ",
                                                    path->size(), " bytes, must have 1 to ",
-                                                   sizeof(sockaddr_un::sun_path) - 1));
+                                                   kLongestPath));
   }
   const std::size_t colon = address.rfind(':');
   int port = 0;
@@ -92,7 +98,7 @@ absl::StatusOr<std::string> CheckListenAddress(const std::string& address) {
   return address;
 }
 
-absl::Status ClearStaleSocket(const std::string& address) {
+absl::Status CheckVacant(const std::string& address) {
   const auto path = SocketPath(address);
   if (!path) return absl::OkStatus();
   struct stat info {};
@@ -106,8 +112,28 @@ absl::Status ClearStaleSocket(const std::string& address) {
         absl::StrCat("--listen ", address, ": a server is running there already",
                      listener.pid ? absl::StrCat(", process ", *listener.pid) : std::string()));
   }
-  unlink(path->c_str());
   return absl::OkStatus();
+}
+
+std::string BindingAddress(const std::string& address) {
+  if (!SocketPath(address)) return address;
+  std::random_device random;
+  std::uniform_int_distribution<int> letter('a', 'z');
+  std::string name = address + ".";
+  for (std::size_t i = 0; i < kSuffixLetters; ++i) {
+    name.push_back(static_cast<char>(letter(random)));
+  }
+  return name;
+}
+
+absl::Status MoveIntoPlace(const std::string& bound, const std::string& address) {
+  if (bound == address) return absl::OkStatus();
+  const std::string from = *SocketPath(bound);
+  if (rename(from.c_str(), SocketPath(address)->c_str()) == 0) return absl::OkStatus();
+  const int error = errno;
+  unlink(from.c_str());
+  return absl::UnavailableError(
+      absl::StrCat("--listen ", address, ": cannot make the socket: ", std::strerror(error)));
 }
 
 std::optional<SocketFile> FindSocket(const std::string& address) {
@@ -121,7 +147,10 @@ std::optional<SocketFile> FindSocket(const std::string& address) {
 }
 
 void RemoveSocket(const std::string& address, const SocketFile& own) {
-  if (FindSocket(address) == own) unlink(SocketPath(address)->c_str());
+  const auto path = SocketPath(address);
+  if (!path) return;
+  const auto lock = SocketLock::Take(*path);  // nobody puts another one there meanwhile
+  if (lock.ok() && FindSocket(address) == own) unlink(path->c_str());
 }
 
 }  // namespace cwm::server

@@ -18,11 +18,20 @@ absl::StatusOr<std::string> CheckListenAddress(const std::string& address);
 // The path of "unix:PATH"; nothing for other addresses.
 std::optional<std::string> SocketPath(const std::string& address);
 
-// Makes room for a Unix socket at the path: removes one that nobody answers on. AlreadyExists when
-// a server answers there, naming its process; FailedPrecondition when the path is something other
-// than a socket. A no-op for addresses that are no Unix sockets. The caller holds the SocketLock of
-// the path until it listens there: what nobody answers on may be one that another just made.
-absl::Status ClearStaleSocket(const std::string& address);
+// Whether a Unix socket can be put at the path: nothing is there, or a socket that nobody answers
+// on. AlreadyExists when a server answers there, naming its process; FailedPrecondition when the
+// path is something other than a socket. OK for addresses that are no Unix sockets. The caller holds
+// the SocketLock of the path until it listens there: what nobody answers on may be one that another
+// just made.
+absl::Status CheckVacant(const std::string& address);
+
+// Where gRPC shall bind in the place of an address: for a Unix socket a new name beside its path,
+// else the address itself. gRPC removes what lies at the name that it bound, some time after it
+// stopped listening: by then a successor's socket may lie at the path.
+std::string BindingAddress(const std::string& address);
+// Moves the socket that was bound for an address to its path, in the place of one that nobody
+// answers on: at no time is the path empty. Unavailable when the file system refuses.
+absl::Status MoveIntoPlace(const std::string& bound, const std::string& address);
 
 // Which file a path leads to: numbers of files are given again, their times are not.
 struct SocketFile {
@@ -34,7 +43,8 @@ struct SocketFile {
 };
 // The socket at a Unix socket's path; nothing for other addresses and when there is none.
 std::optional<SocketFile> FindSocket(const std::string& address);
-// Removes the socket file of a server that stopped, unless another server's lies there by now.
+// Removes the socket file of a server that stopped, unless another server's lies there by now, or
+// one is just starting there. Takes the SocketLock.
 void RemoveSocket(const std::string& address, const SocketFile& own);
 
 }  // namespace cwm::server

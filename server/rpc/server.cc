@@ -57,6 +57,7 @@ class PrivateUmask {
 
 struct BoundAddress {
   std::string address;
+  std::string binding;  // what gRPC is given
   int port = 0;  // 0 for a Unix socket, and for one that could not be bound
 };
 
@@ -90,6 +91,7 @@ struct Server::State {
   explicit State(Application& application) : runtime(application) {}
 
   absl::Status Start(const std::vector<std::string>& listen);
+  void RemoveSockets();
 
   Runtime runtime;
   AdminService admin{runtime};
@@ -114,12 +116,13 @@ absl::Status Server::State::Start(const std::vector<std::string>& listen) {
     auto address = CheckListenAddress(listen[i]);
     if (!address.ok()) return address.status();
     bound[i].address = *address;
-    builder.AddListeningPort(*address, grpc::InsecureServerCredentials(), &bound[i].port);
+    bound[i].binding = BindingAddress(*address);
+    builder.AddListeningPort(bound[i].binding, grpc::InsecureServerCredentials(), &bound[i].port);
   }
   const auto locks = LockSockets(listen);  // until it listens
   if (!locks.ok()) return locks.status();
   for (const BoundAddress& address : bound) {
-    if (auto status = ClearStaleSocket(address.address); !status.ok()) return status;
+    if (auto status = CheckVacant(address.address); !status.ok()) return status;
   }
   for (grpc::Service* service :
        std::initializer_list<grpc::Service*>{&admin, &perception, &query, &world}) {
@@ -134,6 +137,7 @@ absl::Status Server::State::Start(const std::vector<std::string>& listen) {
         "cannot listen on all of the addresses: is one in use, or its folder missing?");
   }
   for (const BoundAddress& address : bound) {
+    if (auto status = MoveIntoPlace(address.binding, address.address); !status.ok()) return status;
     addresses.push_back(Dialable(address));
     if (const auto file = FindSocket(address.address)) sockets.emplace_back(address.address, *file);
   }
@@ -145,10 +149,18 @@ absl::Status Server::State::Start(const std::vector<std::string>& listen) {
   return absl::OkStatus();
 }
 
+void Server::State::RemoveSockets() {
+  for (const auto& [address, file] : sockets) RemoveSocket(address, file);
+  sockets.clear();
+}
+
 absl::StatusOr<std::unique_ptr<Server>> Server::Start(Application& application,
                                                       const std::vector<std::string>& listen) {
   auto state = std::make_unique<State>(application);
-  if (auto status = state->Start(listen); !status.ok()) return status;
+  if (auto status = state->Start(listen); !status.ok()) {
+    state->RemoveSockets();
+    return status;
+  }
   return std::unique_ptr<Server>(new Server(std::move(state)));
 }
 
@@ -171,7 +183,7 @@ void Server::Stop(std::chrono::milliseconds grace) {
   state_->grpc->Shutdown(end);
   state_->grpc->Wait();
   state_->grpc = nullptr;
-  for (const auto& [address, file] : state_->sockets) RemoveSocket(address, file);
+  state_->RemoveSockets();
 }
 
 }  // namespace cwm::server

@@ -41,25 +41,67 @@ TEST(ListenAddress, RefusesWhatIsNoAddress) {
   EXPECT_FALSE(CheckListenAddress("unix:/" + std::string(200, 'a')).ok());
 }
 
-TEST(ListenAddress, ASocketThatNobodyAnswersOnIsRemoved) {
-  const testing::ScratchDirectory scratch;
-  const std::string path = scratch / "stale.sock";
+// A socket that somebody bound at the path and left there.
+void LeaveSocket(const std::string& path) {
   const int fd = socket(AF_UNIX, SOCK_STREAM, 0);
   sockaddr_un address{};
   address.sun_family = AF_UNIX;
   std::memcpy(address.sun_path, path.data(), path.size());
   ASSERT_EQ(bind(fd, reinterpret_cast<sockaddr*>(&address), sizeof(address)), 0);
-  close(fd);  // the file stays
-  ASSERT_EQ(access(path.c_str(), F_OK), 0);
-  EXPECT_TRUE(ClearStaleSocket("unix:" + path).ok());
-  EXPECT_NE(access(path.c_str(), F_OK), 0);
+  close(fd);
 }
 
-TEST(ListenAddress, AFileIsNeverRemoved) {
+TEST(ListenAddress, APathIsAsLongAsTheBoundNameAllows) {
+  const std::string longest = "unix:/" + std::string(99, 'a');
+  EXPECT_TRUE(CheckListenAddress(longest).ok());
+  EXPECT_LT(SocketPath(BindingAddress(longest))->size(), sizeof(sockaddr_un::sun_path));
+  EXPECT_THAT(std::string(CheckListenAddress(longest + "a").status().message()),
+              HasSubstr("the path has 101 bytes, must have 1 to 100"));
+}
+
+TEST(ListenAddress, ASocketThatNobodyAnswersOnIsReplaced) {
+  const testing::ScratchDirectory scratch;
+  const std::string path = scratch / "stale.sock";
+  LeaveSocket(path);
+  const auto stale = FindSocket("unix:" + path);
+  ASSERT_TRUE(stale.has_value());
+  EXPECT_TRUE(CheckVacant("unix:" + path).ok());
+  const std::string bound = BindingAddress("unix:" + path);
+  LeaveSocket(*SocketPath(bound));
+  EXPECT_TRUE(MoveIntoPlace(bound, "unix:" + path).ok());
+  EXPECT_NE(FindSocket("unix:" + path), stale);
+  EXPECT_FALSE(FindSocket(bound).has_value());
+}
+
+TEST(ListenAddress, ASocketWithoutAPlaceIsNotLeftBehind) {
+  const testing::ScratchDirectory scratch;
+  const std::string bound = scratch / "bound.sock";
+  LeaveSocket(bound);
+  const auto refused = MoveIntoPlace("unix:" + bound, "unix:" + (scratch / "none/cwm.sock"));
+  EXPECT_TRUE(absl::IsUnavailable(refused)) << refused;
+  EXPECT_NE(access(bound.c_str(), F_OK), 0);
+}
+
+TEST(ListenAddress, OnlyTheOwnSocketIsRemoved) {
+  const testing::ScratchDirectory scratch;
+  const std::string path = scratch / "cwm.sock";
+  LeaveSocket(path);
+  const auto own = FindSocket("unix:" + path);
+  ASSERT_TRUE(own.has_value());
+  LeaveSocket(path + ".next");
+  ASSERT_TRUE(MoveIntoPlace("unix:" + path + ".next", "unix:" + path).ok());
+  RemoveSocket("unix:" + path, *own);
+  const auto next = FindSocket("unix:" + path);
+  ASSERT_TRUE(next.has_value());
+  RemoveSocket("unix:" + path, *next);
+  EXPECT_FALSE(FindSocket("unix:" + path).has_value());
+}
+
+TEST(ListenAddress, AFileIsNeverReplaced) {
   const testing::ScratchDirectory scratch;
   const std::string path = scratch / "notes.txt";
   std::ofstream(path) << "mine";
-  EXPECT_TRUE(absl::IsFailedPrecondition(ClearStaleSocket("unix:" + path)));
+  EXPECT_TRUE(absl::IsFailedPrecondition(CheckVacant("unix:" + path)));
   EXPECT_EQ(access(path.c_str(), F_OK), 0);
 }
 
