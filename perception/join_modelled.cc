@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <numeric>
+#include <optional>
 #include <utility>
 
 #include "collision/geometry/hybrid_model.h"
@@ -31,6 +32,7 @@ constexpr std::size_t kSample = 64;       // points, to ask whether a solid reac
 constexpr double kLeastProlonging = 0.6;  // of them, on the prolonged surface
 constexpr std::size_t kJudged = 400;      // points, to compare with how it was
 constexpr double kLeastExplained = 0.9;   // of their points, as of any one solid
+constexpr double kLeastAlone = 0.8;  // likewise of what is prolonged; true parts had that and more
 // Of the mean square in variances: warp moves the parts apart; true parts lost 0.1.
 constexpr double kMostLoss = 0.5;
 
@@ -48,6 +50,14 @@ double MisfitOf(const ModelledThing& thing, const Points& points, const Oriented
     sum += least;
   }
   return sum / static_cast<double>(points.size());
+}
+
+// That accounts for so much of the points.
+bool IsOneSolid(const std::vector<ShapePart>& shapes,
+                const std::vector<std::int32_t>& part_of_point, double least_explained) {
+  const auto explained = std::ranges::count(part_of_point, 0);
+  return shapes.size() == 1 && static_cast<double>(explained) >=
+                                   least_explained * static_cast<double>(part_of_point.size());
 }
 
 class Joiner {
@@ -110,19 +120,19 @@ class Joiner {
            IsHiddenBetween(first.points, second.points);
   }
 
-  // Whether one of the solids, prolonged, explains the other thing.
+  // Whether the thing is a solid that, prolonged, explains the other one.
   bool Prolongs(const ModelledThing& thing, const SegmentedThing& other) const {
+    if (!IsOneSolid(thing.model->shapes, thing.part_of_point, kLeastAlone)) return false;
+    const ShapePart& solid = thing.model->shapes.front();
+    if (solid.vessel) return false;  // has no end that goes on
     const Points sample = Thinned(other.points, kSample);
-    return std::ranges::any_of(thing.model->shapes, [&](const ShapePart& part) {
-      if (part.vessel) return false;  // has no end that goes on
-      const Pose X_SL = (thing.X_LO * part.X_OS).inverse(Eigen::Isometry);
-      const auto on = std::ranges::count_if(sample, [&](std::uint32_t i) {
-        const Vector3 p = X_SL * scene_.points.points[i].cast<double>();
-        return ProlongedDistance_m(part.shape, p) <=
-               std::max(kBelongs_m, kDistanceGate_sigma * double{scene_.points.sigma_m[i]});
-      });
-      return static_cast<double>(on) >= kLeastProlonging * static_cast<double>(sample.size());
+    const Pose X_SL = (thing.X_LO * solid.X_OS).inverse(Eigen::Isometry);
+    const auto on = std::ranges::count_if(sample, [&](std::uint32_t i) {
+      const Vector3 p = X_SL * scene_.points.points[i].cast<double>();
+      return ProlongedDistance_m(solid.shape, p) <=
+             std::max(kBelongs_m, kDistanceGate_sigma * double{scene_.points.sigma_m[i]});
     });
+    return static_cast<double>(on) >= kLeastProlonging * static_cast<double>(sample.size());
   }
 
   // Of places on straight lines between them.
@@ -157,28 +167,26 @@ class Joiner {
       first.foot_height_m = second.foot_height_m;
       first.rests_on = second.rests_on;
     }
-    ModelledThing joined = ModelThing(scene_, a, SceneRays(scene_, work_), options_, work_);
-    if (!AccountsForBoth(joined, before.points, modelled_[a], of_second, modelled_[b])) {
+    const auto is_one_solid = [](const ObjectModel& found) {
+      return IsOneSolid(found.shapes, found.part_of_point, kLeastExplained);
+    };
+    std::optional<ModelledThing> joined =
+        ModelThingIf(is_one_solid, scene_, a, SceneRays(scene_, work_), options_, work_);
+    if (!joined ||
+        !AccountsForBoth(*joined, before.points, modelled_[a], of_second, modelled_[b])) {
       first = before;
       second.points = std::move(of_second);
       return false;
     }
-    modelled_[a] = std::move(joined);
+    modelled_[a] = *std::move(joined);
     bounds_[a] = BoundsOf(modelled_[a]);
     Remove(b, a);
     return true;
   }
 
-  // As one solid, and nearly as well as they were accounted for by themselves.
+  // Nearly as well as they were accounted for by themselves.
   bool AccountsForBoth(const ModelledThing& joined, const Points& of_a, const ModelledThing& a,
                        const Points& of_b, const ModelledThing& b) const {
-    const auto explained =
-        std::ranges::count_if(joined.part_of_point, [](std::int32_t part) { return part == 0; });
-    if (joined.model->shapes.size() != 1 ||
-        static_cast<double>(explained) <
-            kLeastExplained * static_cast<double>(joined.part_of_point.size())) {
-      return false;
-    }
     const Points some_a = Thinned(of_a, kJudged), some_b = Thinned(of_b, kJudged);
     return MisfitOf(joined, some_a, scene_.points) <=
                MisfitOf(a, some_a, scene_.points) + kMostLoss &&

@@ -139,8 +139,9 @@ HybridModel InMeasuredPoints(HybridModel model, const ThingSample& sample) {
 
 }  // namespace
 
-ModelledThing ModelThing(const SegmentedScene& scene, std::size_t index, const SceneRays& rays,
-                         const InterpretOptions& options, const Work& work) {
+std::optional<ModelledThing> ModelThingIf(const WantedShapes& wanted, const SegmentedScene& scene,
+                                          std::size_t index, const SceneRays& rays,
+                                          const InterpretOptions& options, const Work& work) {
   const SegmentedThing& thing = scene.things[index];
   const ThingSample sample(scene, thing);
   const OrientedPoints points = sample.Points();
@@ -154,6 +155,7 @@ ModelledThing ModelThing(const SegmentedScene& scene, std::size_t index, const S
                           ? ModelObject(points, X_LSupport, options.noise, options.modeler, work,
                                         rays.Past(index, work))
                           : ModelStructure(points, thing.plates, work);
+  if (!wanted(found)) return std::nullopt;
   if (X_LSupport && scene.sight) {
     CompleteHidden({points, *X_LSupport}, *scene.sight, found.shapes);
   }
@@ -173,6 +175,11 @@ ModelledThing ModelThing(const SegmentedScene& scene, std::size_t index, const S
   const VoxelGrid thin = VoxelGrid::Build(points.points, spacing_m, work);
   for (std::size_t c = 0; c < thin.size(); ++c) out.thinned_L.push_back(thin.Centroid(c));
   return out;
+}
+
+ModelledThing ModelThing(const SegmentedScene& scene, std::size_t index, const SceneRays& rays,
+                         const InterpretOptions& options, const Work& work) {
+  return *ModelThingIf([](const ObjectModel&) { return true; }, scene, index, rays, options, work);
 }
 
 }  // namespace cwm::perception

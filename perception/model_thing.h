@@ -1,11 +1,14 @@
 // One thing of the scene becomes a hybrid model: shapes, handles, and meshes for what is left.
 #pragma once
 
+#include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "perception/interpret_scene.h"
+#include "perception/model/object_model.h"
 #include "perception/scene/segment_scene.h"
 #include "perception/scene_rays.h"
 
@@ -26,5 +29,10 @@ struct ModelledThing {
 // when `work` is stopped.
 ModelledThing ModelThing(const SegmentedScene& scene, std::size_t index, const SceneRays& rays,
                          const InterpretOptions& options, const Work& work);
+// Nothing, and no surfaces made in vain, where `wanted` is false of the shapes.
+using WantedShapes = std::function<bool(const ObjectModel&)>;
+std::optional<ModelledThing> ModelThingIf(const WantedShapes& wanted, const SegmentedScene& scene,
+                                          std::size_t index, const SceneRays& rays,
+                                          const InterpretOptions& options, const Work& work);
 
 }  // namespace cwm::perception

@@ -19,18 +19,19 @@ struct Nearest {
     inside = inside && height <= 0;
     const double way = std::clamp((p - side.a).dot(side.along) / side.squared_length_m2, 0.0, 1.0);
     const Vector2 on_side = way < 1 ? Vector2(side.a + way * side.along) : side.b;
-    const double to_side = (p - on_side).norm();
-    if (to_side >= distance_m) return;
-    distance_m = to_side;
+    const double to_side = (p - on_side).squaredNorm();
+    if (to_side >= squared_m2) return;
+    squared_m2 = to_side;
     nearest = on_side;
     outward = side.outward;
     side_index = index;
     share = way;
     plane_distance_m = height;
   }
-  double SignedDistance_m() const { return inside ? plane_distance_m : distance_m; }
+  double Distance_m() const { return std::sqrt(squared_m2); }
+  double SignedDistance_m() const { return inside ? plane_distance_m : Distance_m(); }
 
-  double distance_m = std::numeric_limits<double>::infinity();
+  double squared_m2 = std::numeric_limits<double>::infinity();
   Vector2 nearest = Vector2::Zero();
   Vector2 outward = Vector2::UnitY();
   int side_index = 0;
@@ -75,8 +76,9 @@ RevolvedSurfacePoint NearestOnRevolvedProfile(std::span<const Vector2> profile, 
     const std::optional<ProfileSide> side = ProfileSide::Between(profile[i], profile[i + 1]);
     if (side) at.Try(*side, static_cast<int>(i), asked);
   }
-  const bool away = !at.inside && at.distance_m > kRoundoff * size;
-  const Vector2 normal = away ? Vector2((asked - at.nearest) / at.distance_m) : at.outward;
+  const double distance_m = at.Distance_m();
+  const bool away = !at.inside && distance_m > kRoundoff * size;
+  const Vector2 normal = away ? Vector2((asked - at.nearest) / distance_m) : at.outward;
   const auto lift = [&direction](const Vector2& v) {
     return Vector3(v.x() * direction.x(), v.x() * direction.y(), v.y());
   };

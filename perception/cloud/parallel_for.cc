@@ -10,17 +10,45 @@
 namespace cwm::perception {
 namespace {
 
-thread_local bool in_body = false;  // this thread runs the body of some loop
+// One loop while it runs: its threads that have no more of its ranges to take, which loops within its
+// bodies may have.
+struct Loop {
+  std::atomic<int> free_threads{0};
+};
+thread_local Loop* around = nullptr;  // of which this thread runs a body
 
-class InBody {
+class InBodyOf {
  public:
-  InBody() { in_body = true; }
-  ~InBody() { in_body = before_; }
-  InBody(const InBody&) = delete;
-  InBody& operator=(const InBody&) = delete;
+  explicit InBodyOf(Loop& loop) { around = &loop; }
+  ~InBodyOf() { around = before_; }
+  InBodyOf(const InBodyOf&) = delete;
+  InBodyOf& operator=(const InBodyOf&) = delete;
 
  private:
-  const bool before_ = in_body;
+  Loop* const before_ = around;
+};
+
+// Free threads of the loop around, given back at the end.
+class Claim {
+ public:
+  Claim(Loop* loop, int most) : loop_(loop) {
+    if (!loop_) return;
+    int free = loop_->free_threads;
+    do {
+      count_ = std::clamp(most, 0, free);
+    } while (!loop_->free_threads.compare_exchange_weak(free, free - count_));
+  }
+  ~Claim() {
+    if (loop_) loop_->free_threads += count_;
+  }
+  Claim(const Claim&) = delete;
+  Claim& operator=(const Claim&) = delete;
+
+  int count() const { return count_; }
+
+ private:
+  Loop* const loop_;
+  int count_ = 0;
 };
 
 }  // namespace
@@ -28,17 +56,29 @@ class InBody {
 void ParallelFor(std::size_t count, std::size_t range_size, const Work& work,
                  const std::function<void(std::size_t, std::size_t)>& body) {
   range_size = std::max<std::size_t>(range_size, 1);
-  const int most_threads = in_body ? 1 : work.Threads();
+  if (count <= range_size) {  // no loop: those within have the threads that it had
+    work.Poll();
+    if (count > 0) body(0, count);
+    return;
+  }
+  const std::size_t ranges = (count + range_size - 1) / range_size;
+  const int useful = static_cast<int>(std::min(ranges, static_cast<std::size_t>(work.Threads())));
+  const Claim claimed(around, useful - 1);
+  const int helpers = around ? claimed.count() : useful - 1;
+  Loop loop;
   std::atomic<std::size_t> next{0};
   std::exception_ptr first_failure;
   std::mutex failure_mutex;
   // Thread 0 is the caller's own, which never gives up.
   auto run = [&](int thread) {
-    const InBody guard;
+    const InBodyOf guard(loop);
     try {
       while (thread < work.Threads()) {
         const std::size_t begin = next.fetch_add(range_size);
-        if (begin >= count) break;
+        if (begin >= count) {
+          ++loop.free_threads;
+          break;
+        }
         work.Poll();
         body(begin, std::min(begin + range_size, count));
       }
@@ -48,11 +88,8 @@ void ParallelFor(std::size_t count, std::size_t range_size, const Work& work,
       if (!first_failure) first_failure = std::current_exception();
     }
   };
-  const std::size_t ranges = (count + range_size - 1) / range_size;
-  const int helpers =
-      static_cast<int>(std::min<std::size_t>(static_cast<std::size_t>(most_threads), ranges));
   std::vector<std::jthread> threads;
-  for (int i = 1; i < helpers; ++i) threads.emplace_back(run, i);
+  for (int i = 1; i <= helpers; ++i) threads.emplace_back(run, i);
   run(0);
   threads.clear();  // joins
   if (first_failure) std::rethrow_exception(first_failure);

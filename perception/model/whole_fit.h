@@ -25,8 +25,9 @@ Account AccountOf(const std::vector<Solid>& solids, int parameters, const FitCon
 
 // Minimises a robust loss (Geman and McClure 1987) of the points' signed distances to the solid's
 // surface, from what the points and the `known` solids suggest. Nothing without a ground, where no
-// start is within the limits of the options, or where the best start's loss per point is still far
-// above the rival's after a few steps. One that would win but for the rays that passed the object is
+// start is within the limits of the options, where the best start's loss per point is still far above
+// the rival's after a few steps, or where it is soon clear that a tenth of the points or more would
+// lie off the solid. One that would win but for the rays that passed the object is
 // moved out of their way.
 std::optional<WholeFit> FitWhole(WholeKind kind, const std::vector<Solid>& known,
                                  const Account& rival, const FitContext& context);

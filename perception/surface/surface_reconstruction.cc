@@ -2,13 +2,17 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
+#include <limits>
 #include <numbers>
+#include <optional>
 #include <set>
 #include <span>
 #include <utility>
 
 #include "collision/geometry/triangle.h"
+#include "perception/cloud/parallel_for.h"
 #include "perception/cloud/quantile.h"
 #include "perception/cloud/sensor_noise.h"
 #include "perception/surface/projection_mesh.h"
@@ -24,8 +28,9 @@ constexpr double kThinnestAltitude = 0.08;
 constexpr double kLonelyCell_m = kExplainedWithin_m / std::numbers::sqrt3;
 constexpr double kSmallestSpacing_m = 0.0005;  // below the noise of any range sensor
 constexpr int kPointsPerPiece = 512;           // of some 1 us, or as many triangles
-constexpr std::size_t kFewTriangles = 100;     // soon tried, even where fewer are allowed
-constexpr double kLeastWidening = 1.3;         // of the spacing while there are too many triangles
+constexpr std::size_t kCellsPerPiece = 16;
+constexpr std::size_t kFewTriangles = 100;  // soon tried, even where fewer are allowed
+constexpr double kLeastWidening = 1.3;      // of the spacing while there are too many triangles
 
 double Tolerance_m(const OrientedPoints& points, std::size_t i) {
   return ExplainedWithin_m(i < points.sigma_m.size() ? points.sigma_m[i] : 0);
@@ -67,43 +72,67 @@ std::vector<std::vector<std::uint32_t>> Fans(const TriangleMesh& mesh) {
   return fans;
 }
 
-// Answers whether a point lies near the mesh. Looks at the triangles around the vertices of the
-// point's cell first and of the cells beside it then: what is near lies there.
-class NearMesh {
- public:
-  NearMesh(const TriangleMesh& mesh, const ThinnedPoints& thinned)
-      : mesh_(mesh), thinned_(thinned), fans_(Fans(mesh)) {
+// A mesh and what is asked of it again and again.
+struct SearchedMesh {
+  using Fan = std::vector<std::uint32_t>;
+
+  SearchedMesh(const TriangleMesh& of, const ThinnedPoints& points)
+      : mesh(of), thinned(points), fans(Fans(of)) {
     for (const auto& [a, b, c] : mesh.triangles) {
       const Vector3 edge = mesh.vertices[b] - mesh.vertices[a];
-      normals_.push_back(edge.cross(mesh.vertices[c] - mesh.vertices[a]).normalized());
+      normals.push_back(edge.cross(mesh.vertices[c] - mesh.vertices[a]).normalized());
     }
   }
 
-  bool Explains(std::uint32_t cell, const Vector3& p, double tolerance_m) const {
-    const VoxelGrid& grid = thinned_.grid;
-    if (FanReaches(cell, p, tolerance_m)) return true;
-    return grid.AnyWithin(1, grid.cell(cell), [&](std::size_t other) {
-      return other != cell && FanReaches(other, p, tolerance_m);
-    });
-  }
-
- private:
-  bool FanReaches(std::size_t cell, const Vector3& p, double tolerance_m) const {
-    const auto& fan = fans_[thinned_.vertex_of_cell[cell]];
+  const Fan& FanOf(std::size_t cell) const { return fans[thinned.vertex_of_cell[cell]]; }
+  bool AnyNear(const Fan& fan, const Vector3& p, double tolerance_m) const {
     return std::any_of(fan.begin(), fan.end(), [&](std::uint32_t i) {
-      const auto& [a, b, c] = mesh_.triangles[i];
+      const auto& [a, b, c] = mesh.triangles[i];
       // The plane's distance is at most the triangle's, and soon told.
-      if (std::abs(normals_[i].dot(p - mesh_.vertices[a])) > tolerance_m) return false;
+      if (std::abs(normals[i].dot(p - mesh.vertices[a])) > tolerance_m) return false;
       const Vector3 nearest =
-          NearestOnTriangle(mesh_.vertices[a], mesh_.vertices[b], mesh_.vertices[c], p);
+          NearestOnTriangle(mesh.vertices[a], mesh.vertices[b], mesh.vertices[c], p);
       return (nearest - p).norm() <= tolerance_m;
     });
   }
 
-  const TriangleMesh& mesh_;
-  const ThinnedPoints& thinned_;
-  std::vector<std::vector<std::uint32_t>> fans_;
-  std::vector<Vector3> normals_;  // unit, of the triangles
+  const TriangleMesh& mesh;
+  const ThinnedPoints& thinned;
+  std::vector<Fan> fans;         // per vertex
+  std::vector<Vector3> normals;  // unit, of the triangles
+};
+
+// Tells which points of a cell lie near the mesh: near the triangles around the cell's own vertex or,
+// which is asked next, around those of the cells beside it. What is near lies there.
+class CellSearch {
+ public:
+  CellSearch(const SearchedMesh& mesh, std::size_t cell)
+      : mesh_(mesh), cell_(cell), own_(mesh.FanOf(cell)) {}
+
+  bool Explains(const Vector3& p, double tolerance_m) {
+    if (mesh_.AnyNear(own_, p, tolerance_m)) return true;
+    if (!around_) around_ = FansAround();
+    return mesh_.AnyNear(*around_, p, tolerance_m);
+  }
+
+ private:
+  // Each triangle once, for all points of the cell.
+  SearchedMesh::Fan FansAround() const {
+    SearchedMesh::Fan around;
+    const VoxelGrid& grid = mesh_.thinned.grid;
+    grid.ForEachWithin(1, grid.cell(cell_), [&](std::size_t other) {
+      const SearchedMesh::Fan& fan = mesh_.FanOf(other);
+      around.insert(around.end(), fan.begin(), fan.end());
+    });
+    std::sort(around.begin(), around.end());
+    around.erase(std::unique(around.begin(), around.end()), around.end());
+    return around;
+  }
+
+  const SearchedMesh& mesh_;
+  const std::size_t cell_;
+  const SearchedMesh::Fan& own_;
+  std::optional<SearchedMesh::Fan> around_;
 };
 
 // An equilateral triangle around `center` that faces the viewpoint.
@@ -166,17 +195,46 @@ void DropUnusedVertices(TriangleMesh& mesh) {
   mesh.vertices = std::move(used);
 }
 
-Surface Complete(const OrientedPoints& points, const ThinnedPoints& thinned, TriangleMesh mesh,
-                 const Work& work) {
-  PollEvery poll(work, kPointsPerPiece);
+// Per point whether it lies near the mesh. Nothing as soon as those that do not fill more than
+// `most_lonely` cells, each of which asks for a small triangle.
+std::optional<std::vector<char>> NearPoints(const OrientedPoints& points,
+                                            const ThinnedPoints& thinned, const TriangleMesh& mesh,
+                                            std::size_t most_lonely, const Work& work) {
+  const SearchedMesh searched(mesh, thinned);
+  std::vector<char> near(points.size(), 0);
+  std::atomic<std::size_t> lonely_cells = 0;
+  ParallelFor(thinned.grid.size(), kCellsPerPiece, work, [&](std::size_t begin, std::size_t end) {
+    PollEvery poll(work, kPointsPerPiece);
+    for (std::size_t cell = begin; cell < end && lonely_cells <= most_lonely; ++cell) {
+      CellSearch search(searched, cell);
+      bool lonely = false;
+      for (const std::uint32_t i : thinned.grid.PointsOf(cell)) {
+        poll();
+        near[i] = search.Explains(points.points[i].cast<double>(), Tolerance_m(points, i));
+        lonely = lonely || !near[i];
+      }
+      if (lonely) ++lonely_cells;
+    }
+  });
+  if (lonely_cells > most_lonely) return std::nullopt;
+  return near;
+}
+
+// The mesh with small triangles for what lies near none of its own; nothing where there would be more
+// than `most` in all.
+std::optional<Surface> Complete(const OrientedPoints& points, const ThinnedPoints& thinned,
+                                TriangleMesh mesh, std::size_t most, const Work& work) {
+  // The cells of small triangles are as large as these, or larger ones where these are small.
+  const bool counts = thinned.grid.edge_m() >= kLonelyCell_m;
+  const auto near = NearPoints(points, thinned, mesh,
+                               counts ? most - std::min(most, mesh.triangles.size())
+                                      : std::numeric_limits<std::size_t>::max(),
+                               work);
+  if (!near) return std::nullopt;
   Surface surface{.mesh = std::move(mesh), .explained = {}};
   std::vector<std::uint32_t> lonely;
-  const NearMesh near_mesh(surface.mesh, thinned);
   for (std::uint32_t i = 0; i < points.size(); ++i) {
-    poll();
-    const bool explained = near_mesh.Explains(
-        thinned.grid.CellOfPoint(i), points.points[i].cast<double>(), Tolerance_m(points, i));
-    (explained ? surface.explained : lonely).push_back(i);
+    ((*near)[i] ? surface.explained : lonely).push_back(i);
   }
   CoverLonely({.points = points, .spacing_m = thinned.grid.edge_m()}, lonely, surface);
   std::sort(surface.explained.begin(), surface.explained.end());
@@ -189,6 +247,11 @@ Surface Complete(const OrientedPoints& points, const ThinnedPoints& thinned, Tri
 double Widening(std::size_t count, std::size_t most) {
   return std::max(kLeastWidening,
                   std::cbrt(static_cast<double>(count) / static_cast<double>(most)));
+}
+
+// Triangles, of which it does not matter by how many more they are: the widening is the same.
+std::size_t HopelesslyMany(std::size_t most) {
+  return static_cast<std::size_t>(std::pow(kLeastWidening, 3) * static_cast<double>(most)) + 1;
 }
 
 }  // namespace
@@ -207,13 +270,11 @@ Surface ReconstructSurface(const OrientedPoints& points, const SurfaceOptions& o
     work.Poll();
     std::size_t count = 2 * thinned.vertices.size();
     if (count <= std::max(most, kFewTriangles)) {
-      Surface surface =
-          Complete(points, thinned,
-                   Clean(MeshByProjection(thinned.vertices, thinned.grid.edge_m(), work),
-                         points.viewpoint, work),
-                   work);
-      count = surface.mesh.triangles.size();
-      if (count <= most) return surface;
+      const ProjectionMesh front = MeshByProjection(thinned.vertices, thinned.grid.edge_m(), work);
+      std::optional<Surface> surface = Complete(
+          points, thinned, Clean(front, points.viewpoint, work), HopelesslyMany(most), work);
+      count = surface ? surface->mesh.triangles.size() : HopelesslyMany(most);
+      if (surface && count <= most) return *std::move(surface);
     }
     spacing_m = Widening(count, most) * thinned.grid.edge_m();
   }

@@ -58,7 +58,7 @@ class PrivateUmask {
 struct BoundAddress {
   std::string address;
   std::string binding;  // what gRPC is given
-  int port = 0;  // 0 for a Unix socket, and for one that could not be bound
+  int port = 0;         // 0 for a Unix socket, and for one that could not be bound
 };
 
 bool IsUnix(const std::string& address) { return address.starts_with("unix:"); }
