@@ -81,16 +81,73 @@ TEST(ParallelFor, EndsBeforeTheNextPieceOnceItIsToldToStop) {
   EXPECT_EQ(visited, 5);
 }
 
-TEST(ParallelFor, StaysOnItsThreadWithinTheBodyOfAnotherLoop) {
-  std::atomic<int> calls{0};
+TEST(ParallelFor, RunsOnNoMoreThreadsThanTheLoopAroundWasGiven) {
+  std::atomic<int> calls{0}, running{0}, most{0};
   ParallelFor(8, 1, {.max_threads = 2}, [&](std::size_t, std::size_t) {
-    const std::thread::id outer = std::this_thread::get_id();
     ParallelFor(100, 1, {.max_threads = 4}, [&](std::size_t, std::size_t) {
+      const int now = ++running;
+      for (int seen = most; now > seen && !most.compare_exchange_weak(seen, now);) continue;
       ++calls;
-      EXPECT_EQ(std::this_thread::get_id(), outer);
+      --running;
     });
   });
   EXPECT_EQ(calls, 800);
+  EXPECT_LE(most, 2);
+}
+
+// On how many threads a loop of two ranges runs that wait for each other: forever on one thread.
+int ThreadsThatMeet(const Work& work) {
+  std::mutex mutex;
+  std::set<std::thread::id> seen;
+  std::atomic<int> arrived{0};
+  ParallelFor(2, 1, work, [&](std::size_t, std::size_t) {
+    {
+      const std::lock_guard lock(mutex);
+      seen.insert(std::this_thread::get_id());
+    }
+    ++arrived;
+    while (arrived < 2) std::this_thread::yield();
+  });
+  return static_cast<int>(seen.size());
+}
+
+TEST(ParallelFor, LeavesItsThreadsToTheLoopWithinWhereThereIsOneRange) {
+  const Work work{.max_threads = 2};
+  int threads = 0;
+  ParallelFor(3, 3, work, [&](std::size_t, std::size_t) { threads = ThreadsThatMeet(work); });
+  EXPECT_EQ(threads, 2);
+}
+
+TEST(ParallelFor, TakesTheThreadThatTheLoopAroundHasNoMoreRangesFor) {
+  const Work work{.max_threads = 2};
+  std::mutex mutex;
+  std::set<std::thread::id> seen;
+  ParallelFor(2, 1, work, [&](std::size_t begin, std::size_t) {
+    if (begin == 0) return;  // the thread of this range soon has none
+    bool both = false;
+    while (!both) {
+      ParallelFor(100, 1, work, [&](std::size_t, std::size_t) {
+        const std::lock_guard lock(mutex);
+        seen.insert(std::this_thread::get_id());
+        both = seen.size() == 2;
+      });
+    }
+  });
+  EXPECT_EQ(seen.size(), 2u);
+}
+
+TEST(ParallelFor, GivesThreadsBackToTheLoopAroundAfterAnException) {
+  const Work work{.max_threads = 2};
+  for (int k = 0; k < 50; ++k) {
+    ParallelFor(2, 1, work, [&](std::size_t, std::size_t) {
+      EXPECT_THROW(ParallelFor(10, 1, work,
+                               [](std::size_t begin, std::size_t) {
+                                 if (begin == 3) throw std::runtime_error("bad range");
+                               }),
+                   std::runtime_error);
+    });
+  }
+  EXPECT_EQ(ThreadsThatMeet(work), 2);
 }
 
 }  // namespace
