@@ -1,0 +1,47 @@
+// The collision geometry of a URDF.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <map>
+#include <memory>
+#include <string>
+#include <utility>
+
+#include "absl/status/statusor.h"
+#include "collision/robot/robot_description.h"
+#include "collision/robot/robot_limits.h"
+#include "collision/robot/urdf.h"
+#include "collision/robot/xml_element.h"
+
+namespace cwm::collision {
+
+// The pose of an element by its <origin>; identity without one.
+absl::StatusOr<Pose> ReadOrigin(const XmlElement& element);
+
+// Reads <collision> elements. Meshes of the same name and scale are shared; what they all hold
+// together is counted. The source and the limits must outlive it.
+class CollisionReader {
+ public:
+  CollisionReader(const MeshSource& source, const RobotLimits& limits)
+      : source_(source), limits_(limits) {}
+
+  absl::StatusOr<CollisionGeometry> Read(const XmlElement& collision);
+
+ private:
+  using Scale = std::array<double, 3>;
+
+  absl::StatusOr<Shape> ReadShape(const XmlElement& geometry);
+  absl::StatusOr<Shape> ReadMesh(const XmlElement& mesh);
+  absl::StatusOr<std::shared_ptr<const TriangleMesh>> FileOf(const XmlElement& mesh,
+                                                             const std::string& uri);
+  absl::Status CountTriangles(const XmlElement& mesh, std::size_t count);
+
+  const MeshSource& source_;
+  const RobotLimits& limits_;
+  std::size_t triangles_ = 0;
+  std::map<std::string, std::shared_ptr<const TriangleMesh>> files_;
+  std::map<std::pair<std::string, Scale>, Mesh> meshes_;
+};
+
+}  // namespace cwm::collision

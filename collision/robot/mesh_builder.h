@@ -1,0 +1,36 @@
+// Makes a mesh out of loose triangles, as files hold them.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "absl/container/flat_hash_map.h"
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "collision/geometry/triangle_mesh.h"
+
+namespace cwm::collision {
+
+// Vertices at the same place become one, in the order in which triangles use them first.
+class MeshBuilder {
+ public:
+  explicit MeshBuilder(std::size_t max_triangles) : max_triangles_(max_triangles) {}
+
+  // Leaves out a triangle that uses a place twice. Refuses corners that are not finite, and more
+  // triangles than allowed.
+  absl::Status Add(const std::array<Vector3, 3>& corners);
+
+  // Refused without triangles.
+  absl::StatusOr<TriangleMesh> Finish() &&;
+
+ private:
+  std::uint32_t IndexOf(const Vector3& p);
+
+  std::size_t max_triangles_;
+  TriangleMesh mesh_;
+  absl::flat_hash_map<std::array<double, 3>, std::uint32_t> index_;
+};
+
+}  // namespace cwm::collision

@@ -1,0 +1,28 @@
+// Mesh files as robots have them: STL (text and binary), OBJ, Collada (DAE) and GLB.
+#pragma once
+
+#include <string_view>
+
+#include "absl/status/statusor.h"
+#include "collision/geometry/triangle_mesh.h"
+#include "collision/robot/robot_limits.h"
+
+namespace cwm::collision {
+
+// The mesh of a file, of which the name's ending tells the format, in the file's own frame:
+// - All nodes of the scene together, each with its transform; one that mirrors turns its triangles
+//   round, so that outside stays outside. Polygons become triangles; points and lines are left out.
+// - Units are metres, but that the <unit> of a Collada file is applied. No axis is turned up: Z of
+//   the file is Z of the link, whatever <up_axis> says. So do RViz and MoveIt; what either shows is
+//   what is checked here. (The same for glTF, whose files from modelling tools lie on their back.)
+// - Vertices at the same place become one, so that IsWatertight has a meaning (an STL names each
+//   corner anew). Triangles that then use a vertex twice are left out; those without an area but
+//   with three corners stay, since the surface would gape without them.
+//
+// Refuses empty and malformed files, other formats, vertices that are not finite, and more than
+// the limits say. Nothing but `bytes` is read: materials, textures and external buffers are never
+// looked for on a disk. The message of a refusal is the rule alone, to be put behind a place.
+absl::StatusOr<TriangleMesh> ReadMeshFile(std::string_view bytes, std::string_view name,
+                                          const RobotLimits& limits = {});
+
+}  // namespace cwm::collision

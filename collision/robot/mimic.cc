@@ -1,0 +1,76 @@
+#include "collision/robot/mimic.h"
+
+#include <cmath>
+#include <map>
+#include <string>
+
+#include "absl/strings/str_cat.h"
+#include "collision/robot/xml_element.h"
+
+namespace cwm::collision {
+namespace {
+
+bool HasOneVariable(JointKind kind) { return VariableCount(kind) == 1; }
+
+class Resolver {
+ public:
+  explicit Resolver(const RobotDescription& robot) : robot_(robot) {
+    for (std::size_t i = 0; i < robot.joints.size(); ++i) {
+      index_.emplace(robot.joints[i].name, static_cast<int>(i));
+    }
+  }
+
+  absl::StatusOr<std::vector<std::optional<Following>>> Resolve() const {
+    std::vector<std::optional<Following>> followings;
+    for (const Joint& joint : robot_.joints) {
+      absl::StatusOr<std::optional<Following>> following = Resolve(joint);
+      if (!following.ok()) return following.status();
+      followings.push_back(*following);
+    }
+    return followings;
+  }
+
+ private:
+  absl::StatusOr<std::optional<Following>> Resolve(const Joint& joint) const {
+    if (!joint.mimic.has_value()) return std::optional<Following>();
+    if (!HasOneVariable(joint.kind)) {
+      return Fault(joint, "must not be given for a joint without exactly one variable");
+    }
+    Following following;
+    const Joint* at = &joint;
+    for (std::size_t steps = 0; at->mimic.has_value(); ++steps) {
+      if (steps > robot_.joints.size()) return Fault(joint, "must not lead back to itself");
+      const auto source = index_.find(at->mimic->joint);
+      if (source == index_.end()) return Fault(*at, "must be a joint of the robot");
+      following.source = source->second;
+      following.offset += following.multiplier * at->mimic->offset;
+      following.multiplier *= at->mimic->multiplier;
+      at = &robot_.joints[source->second];
+      if (!HasOneVariable(at->kind)) {
+        return Fault(joint, absl::StrCat("leads to the ", std::string(NameOf(at->kind)), " joint ",
+                                         Quoted(at->name), ", must be one with one variable"));
+      }
+    }
+    if (!std::isfinite(following.multiplier) || !std::isfinite(following.offset)) {
+      return Fault(joint, "leads along multipliers and offsets that overflow");
+    }
+    return std::optional<Following>(following);
+  }
+
+  static absl::Status Fault(const Joint& joint, const std::string& rule) {
+    return FaultAt(absl::StrCat("urdf: joint ", Quoted(joint.name), ": mimic joint is ",
+                                Quoted(joint.mimic->joint)),
+                   rule);
+  }
+
+  const RobotDescription& robot_;
+  std::map<std::string, int> index_;
+};
+
+}  // namespace
+
+absl::StatusOr<std::vector<std::optional<Following>>> ResolveMimics(const RobotDescription& robot) {
+  return Resolver(robot).Resolve();
+}
+
+}  // namespace cwm::collision

@@ -1,0 +1,23 @@
+// How much of a robot's files is read before they are refused. The defaults bound the memory and
+// the time that a hostile file can take; a caller who knows its files may widen them.
+#pragma once
+
+#include <cstddef>
+
+namespace cwm::collision {
+
+struct RobotLimits {
+  // A URDF or SRDF. The PR2's is 0.3 MB; a document takes up to forty times its size while read.
+  std::size_t max_xml_bytes = std::size_t{8} << 20;
+  // The self pairs of so many links are eight million.
+  int max_links = 4096;
+  int max_groups = 256;  // of an SRDF; PR2 has nine
+  // One mesh file. A binary STL of five million triangles fits.
+  std::size_t max_mesh_bytes = std::size_t{256} << 20;
+  // One Collada file, which takes up to forty times its size while read.
+  std::size_t max_collada_bytes = std::size_t{64} << 20;
+  std::size_t max_mesh_triangles = 5'000'000;  // of one mesh: half a GB while read
+  std::size_t max_triangles = 10'000'000;      // of all meshes of a robot together
+};
+
+}  // namespace cwm::collision

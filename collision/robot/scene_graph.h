@@ -1,0 +1,14 @@
+// How large the tree becomes that a graph of nodes unfolds to.
+#pragma once
+
+#include <vector>
+
+#include "absl/status/status.h"
+
+namespace cwm::collision {
+
+// children[i] are the nodes below node i, which may be shared. Refuses cycles, paths of more than
+// 100 nodes, and graphs that unfold to more than 100 000 nodes: the parts of a robot have a few.
+absl::Status CheckSceneGraph(const std::vector<std::vector<int>>& children);
+
+}  // namespace cwm::collision

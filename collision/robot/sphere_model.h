@@ -1,0 +1,29 @@
+// A robot as spheres: what some planners check instead of the links' shapes.
+#pragma once
+
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "collision/robot/robot_description.h"
+#include "collision/robot/robot_model.h"
+
+namespace cwm::collision {
+
+struct LinkSphere {
+  Vector3 center_L = Vector3::Zero();  // in the link's frame
+  double radius_m = 0;
+};
+
+// By index of the model's links, in the order given; a link may have none.
+struct SphereModel {
+  std::vector<std::vector<LinkSphere>> links;
+};
+
+// The spheres of a "spherized" URDF: a description of the same links whose collision geometry is
+// spheres alone. Links are matched by name, and their frames taken to be the same; its joints are
+// not looked at. Nothing is said about whether the spheres contain the links' shapes. Refuses other
+// shapes and links that the model does not have.
+absl::StatusOr<SphereModel> SpheresAsGiven(const RobotDescription& spherized,
+                                           const RobotModel& model);
+
+}  // namespace cwm::collision

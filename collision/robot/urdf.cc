@@ -1,0 +1,224 @@
+#include "collision/robot/urdf.h"
+
+#include <array>
+#include <utility>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "collision/robot/collision_reader.h"
+#include "collision/robot/kinematic_tree.h"
+#include "collision/robot/mimic.h"
+#include "collision/robot/xml_element.h"
+
+namespace cwm::collision {
+namespace {
+
+absl::StatusOr<JointKind> ReadKind(const XmlElement& joint) {
+  for (const JointKind kind : {JointKind::kFixed, JointKind::kRevolute, JointKind::kContinuous,
+                               JointKind::kPrismatic, JointKind::kPlanar, JointKind::kFloating}) {
+    if (joint.Has("type") && *joint.Text("type") == NameOf(kind)) return kind;
+  }
+  return joint.FaultOf("type",
+                       "must be fixed, revolute, continuous, prismatic, planar or floating");
+}
+
+bool HasAxis(JointKind kind) { return kind != JointKind::kFixed && kind != JointKind::kFloating; }
+bool HasLimits(JointKind kind) {
+  return kind == JointKind::kRevolute || kind == JointKind::kPrismatic;
+}
+
+absl::StatusOr<Vector3> ReadAxis(const XmlElement& joint) {
+  const absl::StatusOr<std::optional<XmlElement>> axis = joint.AtMostOne("axis");
+  if (!axis.ok()) return axis.status();
+  if (!axis->has_value()) return Vector3::UnitX();
+  const absl::StatusOr<Vector3> xyz = (*axis)->VectorOr("xyz", Vector3::UnitX());
+  if (!xyz.ok()) return xyz.status();
+  const Vector3 unit = xyz->stableNormalized();  // squares of very long axes overflow
+  if (!(unit.norm() > 0.5)) return (*axis)->FaultOf("xyz", "must have positive length");
+  return unit;
+}
+
+absl::Status ReadRange(const XmlElement& limit, JointLimits& limits) {
+  const absl::StatusOr<double> lower = limit.NumberOr("lower", 0);
+  if (!lower.ok()) return lower.status();
+  const absl::StatusOr<double> upper = limit.NumberOr("upper", 0);
+  if (!upper.ok()) return upper.status();
+  if (*lower > *upper) {
+    return limit.FaultOf("lower", absl::StrCat("must be at most the upper limit, ", *upper));
+  }
+  limits.lower = *lower;
+  limits.upper = *upper;
+  return absl::OkStatus();
+}
+
+absl::Status ReadMost(const XmlElement& limit, const char* attribute, std::optional<double>& most) {
+  if (!limit.Has(attribute)) return absl::OkStatus();
+  const absl::StatusOr<double> value = limit.Number(attribute);
+  if (!value.ok()) return value.status();
+  if (*value < 0) return limit.FaultOf(attribute, "must not be negative");
+  most = *value;
+  return absl::OkStatus();
+}
+
+absl::StatusOr<JointLimits> ReadLimits(const XmlElement& joint, JointKind kind) {
+  const absl::StatusOr<std::optional<XmlElement>> limit = joint.AtMostOne("limit");
+  if (!limit.ok()) return limit.status();
+  JointLimits limits;
+  if (!limit->has_value()) {
+    if (!HasLimits(kind)) return limits;
+    return joint.Fault(
+        absl::StrCat("must have an element <limit>, being ", std::string(NameOf(kind))));
+  }
+  if (HasLimits(kind)) {
+    if (absl::Status status = ReadRange(**limit, limits); !status.ok()) return status;
+  }
+  absl::Status status = ReadMost(**limit, "velocity", limits.max_velocity);
+  if (status.ok()) status = ReadMost(**limit, "effort", limits.max_effort);
+  if (!status.ok()) return status;
+  return limits;
+}
+
+absl::StatusOr<std::optional<Mimic>> ReadMimic(const XmlElement& joint) {
+  const absl::StatusOr<std::optional<XmlElement>> element = joint.AtMostOne("mimic");
+  if (!element.ok()) return element.status();
+  if (!element->has_value()) return std::optional<Mimic>();
+  const absl::StatusOr<std::string> source = (*element)->Name("joint");
+  if (!source.ok()) return source.status();
+  const absl::StatusOr<double> multiplier = (*element)->NumberOr("multiplier", 1);
+  if (!multiplier.ok()) return multiplier.status();
+  const absl::StatusOr<double> offset = (*element)->NumberOr("offset", 0);
+  if (!offset.ok()) return offset.status();
+  return std::optional<Mimic>({*source, *multiplier, *offset});
+}
+
+absl::StatusOr<std::string> ReadEnd(const XmlElement& joint, const char* tag) {
+  const absl::StatusOr<XmlElement> end = joint.ExactlyOne(tag);
+  if (!end.ok()) return end.status();
+  return end->Name("link");
+}
+
+absl::Status ReadEnds(const XmlElement& element, Joint& joint) {
+  absl::StatusOr<std::string> parent = ReadEnd(element, "parent");
+  if (!parent.ok()) return parent.status();
+  absl::StatusOr<std::string> child = ReadEnd(element, "child");
+  if (!child.ok()) return child.status();
+  joint.parent = *std::move(parent);
+  joint.child = *std::move(child);
+  return absl::OkStatus();
+}
+
+// What of a joint depends on its kind.
+absl::Status ReadMotion(const XmlElement& element, Joint& joint) {
+  if (HasAxis(joint.kind)) {
+    const absl::StatusOr<Vector3> axis_J = ReadAxis(element);
+    if (!axis_J.ok()) return axis_J.status();
+    joint.axis_J = *axis_J;
+  }
+  if (joint.kind == JointKind::kFixed) return absl::OkStatus();
+  const absl::StatusOr<JointLimits> limits = ReadLimits(element, joint.kind);
+  if (!limits.ok()) return limits.status();
+  joint.limits = *limits;
+  absl::StatusOr<std::optional<Mimic>> mimic = ReadMimic(element);
+  if (!mimic.ok()) return mimic.status();
+  joint.mimic = *std::move(mimic);
+  return absl::OkStatus();
+}
+
+absl::StatusOr<Joint> ReadJoint(const XmlElement& element) {
+  Joint joint;
+  absl::StatusOr<std::string> name = element.Name("name");
+  if (!name.ok()) return name.status();
+  joint.name = *std::move(name);
+  const absl::StatusOr<JointKind> kind = ReadKind(element);
+  if (!kind.ok()) return kind.status();
+  joint.kind = *kind;
+  if (absl::Status status = ReadEnds(element, joint); !status.ok()) return status;
+  const absl::StatusOr<Pose> X_PJ = ReadOrigin(element);
+  if (!X_PJ.ok()) return X_PJ.status();
+  joint.X_PJ = *X_PJ;
+  if (absl::Status status = ReadMotion(element, joint); !status.ok()) return status;
+  return joint;
+}
+
+class UrdfReader {
+ public:
+  UrdfReader(const MeshSource& source, const RobotLimits& limits)
+      : limits_(limits), collisions_(source, limits) {}
+
+  absl::StatusOr<RobotDescription> Read(const XmlElement& root) {
+    if (root.tag() != "robot") {
+      return root.Fault(
+          absl::StrCat("has the root element <", std::string(root.tag()), ">, must have <robot>"));
+    }
+    absl::StatusOr<std::string> name = root.Name("name");
+    if (!name.ok()) return name.status();
+    robot_.name = *std::move(name);
+    // Meshes are read last: a robot that is refused for less should cost less.
+    const std::vector<XmlElement> children = root.Children();
+    if (absl::Status status = ReadTree(children); !status.ok()) return status;
+    if (absl::Status status = ReadCollisions(children); !status.ok()) return status;
+    return std::move(robot_);
+  }
+
+ private:
+  absl::Status ReadTree(const std::vector<XmlElement>& children) {
+    for (const XmlElement& child : children) {
+      absl::Status status;
+      if (child.tag().starts_with("xacro:")) {
+        status = child.Fault("must be expanded by xacro before it is loaded");
+      }
+      if (child.tag() == "link") status = AddLink(child);
+      if (child.tag() == "joint") status = AddJoint(child);
+      if (!status.ok()) return status;
+    }
+    if (absl::Status status = MakeKinematicTree(robot_).status(); !status.ok()) return status;
+    return ResolveMimics(robot_).status();
+  }
+
+  absl::Status AddLink(const XmlElement& element) {
+    if (robot_.links.size() == static_cast<std::size_t>(limits_.max_links)) {
+      return FaultAt("urdf", absl::StrCat("must have at most ", limits_.max_links, " links"));
+    }
+    absl::StatusOr<std::string> name = element.Name("name");
+    if (!name.ok()) return name.status();
+    robot_.links.push_back({.name = *std::move(name), .collisions = {}});
+    return absl::OkStatus();
+  }
+
+  absl::Status AddJoint(const XmlElement& element) {
+    absl::StatusOr<Joint> joint = ReadJoint(element);
+    if (!joint.ok()) return joint.status();
+    robot_.joints.push_back(*std::move(joint));
+    return absl::OkStatus();
+  }
+
+  absl::Status ReadCollisions(const std::vector<XmlElement>& children) {
+    auto link = robot_.links.begin();
+    for (const XmlElement& child : children) {
+      if (child.tag() != "link") continue;
+      for (const XmlElement& collision : child.Children("collision")) {
+        absl::StatusOr<CollisionGeometry> read = collisions_.Read(collision);
+        if (!read.ok()) return read.status();
+        link->collisions.push_back(*std::move(read));
+      }
+      ++link;
+    }
+    return absl::OkStatus();
+  }
+
+  const RobotLimits& limits_;
+  CollisionReader collisions_;
+  RobotDescription robot_;
+};
+
+}  // namespace
+
+absl::StatusOr<RobotDescription> ReadUrdf(std::string_view xml, const MeshSource& meshes,
+                                          const RobotLimits& limits) {
+  const absl::StatusOr<XmlDocument> document =
+      XmlDocument::Parse(xml, "urdf", limits.max_xml_bytes);
+  if (!document.ok()) return document.status();
+  return UrdfReader(meshes, limits).Read(document->root());
+}
+
+}  // namespace cwm::collision

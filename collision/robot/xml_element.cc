@@ -1,0 +1,245 @@
+#include "collision/robot/xml_element.h"
+
+#include <tinyxml2.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_split.h"
+#include "collision/robot/parse_number.h"
+
+namespace cwm::collision {
+namespace {
+
+// Names that robots have are a few words; longer ones flood tables.
+constexpr std::size_t kLongestName = 256;
+
+std::string Owned(std::string_view text) { return std::string(text); }  // for Debian's absl
+
+bool IsControl(char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; }
+
+// The length of a UTF-8 sequence by its first byte; 0 for a byte that begins none.
+std::size_t SequenceLength(unsigned char first) {
+  if (first < 0x80) return 1;
+  if (first >= 0xc2 && first < 0xe0) return 2;
+  if (first >= 0xe0 && first < 0xf0) return 3;
+  if (first >= 0xf0 && first < 0xf5) return 4;
+  return 0;
+}
+
+// Unicode 15, table 3-7: no overlong forms, no surrogates, nothing beyond U+10FFFF.
+bool IsUtf8(std::string_view text) {
+  const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
+  for (std::size_t i = 0; i < text.size();) {
+    const std::size_t length = SequenceLength(byte(i));
+    if (length == 0 || i + length > text.size()) return false;
+    for (std::size_t k = 1; k < length; ++k) {
+      if ((byte(i + k) & 0xc0) != 0x80) return false;
+    }
+    if (byte(i) == 0xe0 && byte(i + 1) < 0xa0) return false;
+    if (byte(i) == 0xed && byte(i + 1) > 0x9f) return false;
+    if (byte(i) == 0xf0 && byte(i + 1) < 0x90) return false;
+    if (byte(i) == 0xf4 && byte(i + 1) > 0x8f) return false;
+    i += length;
+  }
+  return true;
+}
+
+bool SkipPast(std::string_view end, std::string_view& rest) {
+  const std::size_t at = rest.find(end);
+  if (at == std::string_view::npos) return false;
+  rest.remove_prefix(at + end.size());
+  return true;
+}
+
+// XML allows a DOCTYPE before the root element alone.
+bool HasDoctype(std::string_view rest) {
+  if (rest.starts_with("\xef\xbb\xbf")) rest.remove_prefix(3);
+  while (true) {
+    rest.remove_prefix(std::min(rest.find_first_not_of(" \t\r\n"), rest.size()));
+    if (rest.starts_with("<!DOCTYPE")) return true;
+    if (rest.starts_with("<?") && SkipPast("?>", rest)) continue;
+    if (rest.starts_with("<!--") && SkipPast("-->", rest)) continue;
+    return false;
+  }
+}
+
+std::string ParseRule(const tinyxml2::XMLDocument& document) {
+  const std::string where = absl::StrCat("line ", document.ErrorLineNum(), ": ");
+  switch (document.ErrorID()) {
+    case tinyxml2::XML_ELEMENT_DEPTH_EXCEEDED:
+      return absl::StrCat(where, "elements must not nest deeper than 100");
+    case tinyxml2::XML_ERROR_MISMATCHED_ELEMENT:
+      return absl::StrCat(where, "the element is not closed by its own end tag");
+    case tinyxml2::XML_ERROR_EMPTY_DOCUMENT:
+      return "must not be empty";
+    default:
+      return absl::StrCat(where, "malformed XML (", document.ErrorName(), ")");
+  }
+}
+
+}  // namespace
+
+std::string Quoted(std::string_view text) {
+  constexpr std::size_t kLongest = 60;  // a line of a terminal, with room for the rest
+  std::string shown(text.substr(0, kLongest));
+  std::replace_if(
+      shown.begin(), shown.end(), [](char c) { return c < 0x20 || c > 0x7e; }, '?');
+  return absl::StrCat("\"", shown, text.size() > kLongest ? "..." : "", "\"");
+}
+
+absl::Status FaultAt(std::string_view place, std::string_view rule) {
+  return absl::InvalidArgumentError(absl::StrCat(Owned(place), ": ", Owned(rule)));
+}
+
+XmlElement::XmlElement(const tinyxml2::XMLElement& element, std::string place)
+    : element_(&element), place_(std::move(place)) {}
+
+std::string_view XmlElement::tag() const { return element_->Name(); }
+
+absl::Status XmlElement::FaultOf(const char* attribute, std::string_view rule) const {
+  const char* value = element_->Attribute(attribute);
+  const bool is_root = place_.find(':') == std::string::npos;
+  std::string place = absl::StrCat(place_, is_root ? ": " : " ", attribute);
+  if (value != nullptr) absl::StrAppend(&place, " is ", Quoted(value));
+  return FaultAt(place, rule);
+}
+
+bool XmlElement::Has(const char* attribute) const {
+  return element_->Attribute(attribute) != nullptr;
+}
+
+absl::StatusOr<std::string> XmlElement::Text(const char* attribute) const {
+  const char* value = element_->Attribute(attribute);
+  if (value == nullptr) return FaultOf(attribute, "must be given");
+  return std::string(value);
+}
+
+absl::StatusOr<std::string> XmlElement::Name(const char* attribute) const {
+  absl::StatusOr<std::string> name = Text(attribute);
+  if (!name.ok()) return name;
+  if (name->empty() || name->size() > kLongestName || !IsUtf8(*name) ||
+      std::any_of(name->begin(), name->end(), IsControl)) {
+    return FaultOf(attribute, "must be 1 to 256 bytes of UTF-8 without control characters");
+  }
+  return name;
+}
+
+absl::StatusOr<std::vector<double>> XmlElement::Numbers(const char* attribute,
+                                                        std::size_t count) const {
+  const absl::StatusOr<std::string> text = Text(attribute);
+  if (!text.ok()) return text.status();
+  const std::string rule = count == 1 ? std::string("must be a finite number")
+                                      : absl::StrCat("must be ", count, " finite numbers");
+  std::vector<double> values;
+  for (const auto& word : absl::StrSplit(*text, absl::ByAnyChar(" \t\r\n"), absl::SkipEmpty())) {
+    const std::optional<double> value = ParseNumber({word.data(), word.size()});
+    if (values.size() == count || !value.has_value() || !std::isfinite(*value)) {
+      return FaultOf(attribute, rule);
+    }
+    values.push_back(*value);
+  }
+  if (values.size() != count) return FaultOf(attribute, rule);
+  return values;
+}
+
+absl::StatusOr<double> XmlElement::Number(const char* attribute) const {
+  const absl::StatusOr<std::vector<double>> values = Numbers(attribute, 1);
+  if (!values.ok()) return values.status();
+  return values->front();
+}
+
+absl::StatusOr<double> XmlElement::NumberOr(const char* attribute, double otherwise) const {
+  if (!Has(attribute)) return otherwise;
+  return Number(attribute);
+}
+
+absl::StatusOr<Vector3> XmlElement::VectorOr(const char* attribute,
+                                             const Vector3& otherwise) const {
+  if (!Has(attribute)) return otherwise;
+  const absl::StatusOr<std::vector<double>> values = Numbers(attribute, 3);
+  if (!values.ok()) return values.status();
+  return Vector3((*values)[0], (*values)[1], (*values)[2]);
+}
+
+absl::StatusOr<std::string_view> XmlElement::Content() const {
+  const tinyxml2::XMLNode* only = element_->FirstChild();
+  if (only == nullptr) return std::string_view();
+  const tinyxml2::XMLText* text = only->ToText();
+  if (text == nullptr || text->CData() || only->NextSibling() != nullptr) {
+    return Fault("must hold plain text alone");
+  }
+  return std::string_view(text->Value());
+}
+
+std::vector<XmlElement> XmlElement::Children() const {
+  std::map<std::string_view, int> count, index;
+  for (auto* e = element_->FirstChildElement(); e != nullptr; e = e->NextSiblingElement()) {
+    ++count[e->Name()];
+  }
+  std::vector<XmlElement> children;
+  for (auto* e = element_->FirstChildElement(); e != nullptr; e = e->NextSiblingElement()) {
+    std::string place = absl::StrCat(place_, ": ", e->Name());
+    const int i = index[e->Name()]++;
+    if (const char* name = e->Attribute("name"); name != nullptr) {
+      absl::StrAppend(&place, " ", Quoted(name));
+    } else if (count[e->Name()] > 1) {
+      absl::StrAppend(&place, "[", i, "]");
+    }
+    children.emplace_back(*e, std::move(place));
+  }
+  return children;
+}
+
+std::vector<XmlElement> XmlElement::Children(std::string_view tag) const {
+  std::vector<XmlElement> children = Children();
+  std::erase_if(children, [&](const XmlElement& child) { return child.tag() != tag; });
+  return children;
+}
+
+absl::StatusOr<std::optional<XmlElement>> XmlElement::AtMostOne(const char* tag) const {
+  std::vector<XmlElement> children = Children(tag);
+  if (children.empty()) return std::optional<XmlElement>();
+  if (children.size() > 1) {
+    return Fault(absl::StrCat("has ", children.size(), " elements <", tag, ">, must have one"));
+  }
+  return std::optional<XmlElement>(std::move(children.front()));
+}
+
+absl::StatusOr<XmlElement> XmlElement::ExactlyOne(const char* tag) const {
+  absl::StatusOr<std::optional<XmlElement>> child = AtMostOne(tag);
+  if (!child.ok()) return child.status();
+  if (!child->has_value()) return Fault(absl::StrCat("must have an element <", tag, ">"));
+  return **std::move(child);
+}
+
+XmlDocument::XmlDocument(std::unique_ptr<tinyxml2::XMLDocument> document, std::string format)
+    : document_(std::move(document)), format_(std::move(format)) {}
+XmlDocument::XmlDocument(XmlDocument&&) noexcept = default;
+XmlDocument& XmlDocument::operator=(XmlDocument&&) noexcept = default;
+XmlDocument::~XmlDocument() = default;
+
+absl::StatusOr<XmlDocument> XmlDocument::Parse(std::string_view xml, std::string_view format,
+                                               std::size_t max_bytes) {
+  if (xml.size() > max_bytes) {
+    return FaultAt(format,
+                   absl::StrCat("is ", xml.size(), " bytes long, must be at most ", max_bytes));
+  }
+  if (xml.find('\0') != std::string_view::npos) {  // tinyxml2 would end there without a word
+    return FaultAt(format, "must not hold the byte 0");
+  }
+  if (HasDoctype(xml)) return FaultAt(format, "must not have a DOCTYPE");
+  auto document = std::make_unique<tinyxml2::XMLDocument>();
+  if (document->Parse(xml.data(), xml.size()) != tinyxml2::XML_SUCCESS) {
+    return FaultAt(format, ParseRule(*document));
+  }
+  if (document->RootElement() == nullptr) return FaultAt(format, "must have a root element");
+  return XmlDocument(std::move(document), Owned(format));
+}
+
+XmlElement XmlDocument::root() const { return {*document_->RootElement(), format_}; }
+
+}  // namespace cwm::collision

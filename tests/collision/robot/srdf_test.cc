@@ -1,0 +1,200 @@
+#include "collision/robot/srdf.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/collision/robot/robot_text.h"
+
+namespace cwm::collision {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using testing::JointText;
+using testing::Links;
+using testing::NoMeshes;
+using testing::Robot;
+
+// a -ab- b -bc- c -cd(fixed)- d, and a -ae- e -ef(planar)- f; g hangs on d and follows ab.
+RobotDescription Tree() {
+  return *ReadUrdf(
+      Robot(Links("abcdefg") + JointText("ab", "revolute", "a", "b") +
+            JointText("bc", "revolute", "b", "c") + JointText("cd", "fixed", "c", "d") +
+            JointText("ae", "prismatic", "a", "e") + JointText("ef", "planar", "e", "f") +
+            JointText("dg", "revolute", "d", "g", "<limit/><mimic joint=\"ab\"/>")),
+      NoMeshes);
+}
+
+absl::StatusOr<SemanticDescription> Read(const std::string& elements) {
+  return ReadSrdf(Robot(elements), Tree());
+}
+
+std::vector<std::string> GroupOf(const std::string& content) {
+  const auto semantic = Read("<group name=\"g\">" + content + "</group>");
+  EXPECT_TRUE(semantic.ok()) << semantic.status();
+  return semantic.ok() ? semantic->groups.at(0).joints : std::vector<std::string>();
+}
+
+std::string RefusalOf(const std::string& elements) {
+  const auto semantic = Read(elements);
+  if (semantic.ok()) return "none";
+  EXPECT_EQ(semantic.status().code(), absl::StatusCode::kInvalidArgument);
+  return std::string(semantic.status().message());
+}
+
+TEST(Srdf, GroupsAreResolvedInTheOrderOfTheRobot) {
+  EXPECT_THAT(GroupOf("<joint name=\"bc\"/><joint name=\"ab\"/><joint name=\"bc\"/>"),
+              ElementsAre("ab", "bc"));
+  EXPECT_THAT(GroupOf("<link name=\"d\"/><link name=\"b\"/>"), ElementsAre("ab", "cd"));
+  EXPECT_THAT(GroupOf("<link name=\"a\"/>"), IsEmpty());  // the root hangs on nothing
+}
+
+TEST(Srdf, ChainsHoldTheJointsBetweenTheirLinks) {
+  EXPECT_THAT(GroupOf("<chain base_link=\"b\" tip_link=\"d\"/>"), ElementsAre("bc", "cd"));
+  EXPECT_THAT(GroupOf("<chain base_link=\"a\" tip_link=\"g\"/>"),
+              ElementsAre("ab", "bc", "cd", "dg"));
+  // Upwards and round the corner, as MoveIt takes them.
+  EXPECT_THAT(GroupOf("<chain base_link=\"d\" tip_link=\"b\"/>"), ElementsAre("bc", "cd"));
+  EXPECT_THAT(GroupOf("<chain base_link=\"f\" tip_link=\"c\"/>"),
+              ElementsAre("ab", "bc", "ae", "ef"));
+  EXPECT_THAT(GroupOf("<chain base_link=\"b\" tip_link=\"b\"/>"), IsEmpty());
+}
+
+TEST(Srdf, GroupsHoldOtherGroupsThatMayComeLater) {
+  const auto semantic = Read(R"(<group name="both"><group name="arm"/><group name="base"/></group>
+    <group name="arm"><chain base_link="a" tip_link="c"/></group>
+    <group name="base"><joint name="ae"/></group>)");
+  ASSERT_TRUE(semantic.ok()) << semantic.status();
+  ASSERT_EQ(semantic->groups.size(), 3u);
+  EXPECT_EQ(semantic->groups[0].name, "both");
+  EXPECT_THAT(semantic->groups[0].joints, ElementsAre("ab", "bc", "ae"));
+  EXPECT_THAT(semantic->groups[2].joints, ElementsAre("ae"));
+}
+
+TEST(Srdf, ReadsStatesEndEffectorsPairsAndTheRest) {
+  const auto semantic = Read(R"(
+    <virtual_joint name="world_joint" type="floating" parent_frame="world" child_link="a"/>
+    <group name="arm"><joint name="world_joint"/><joint name="ab"/><joint name="ef"/></group>
+    <group_state name="home" group="arm"><joint name="ab" value=" 0.5 "/>
+      <joint name="ef" value="1 2 3"/><joint name="cd" value="7"/></group_state>
+    <end_effector name="hand" group="arm" parent_link="d"/>
+    <passive_joint name="bc"/><passive_joint name="world_joint"/>
+    <disable_collisions link1="a" link2="b" reason="Adjacent"/>
+    <disable_collisions link1="c" link2="a"/>
+    <disable_default_collisions link="f"/>
+    <enable_collisions link1="f" link2="g"/>
+    <link_sphere_approximation link="unknown"/>)");
+  ASSERT_TRUE(semantic.ok()) << semantic.status();
+  ASSERT_EQ(semantic->virtual_joints.size(), 1u);
+  EXPECT_EQ(semantic->virtual_joints[0].name, "world_joint");
+  EXPECT_EQ(semantic->virtual_joints[0].type, "floating");
+  EXPECT_EQ(semantic->virtual_joints[0].parent_frame, "world");
+  EXPECT_EQ(semantic->virtual_joints[0].child_link, "a");
+  EXPECT_THAT(semantic->groups[0].joints, ElementsAre("ab", "ef"));  // nothing of the virtual one
+  ASSERT_EQ(semantic->states.size(), 1u);
+  EXPECT_EQ(semantic->states[0].name, "home");
+  EXPECT_EQ(semantic->states[0].group, "arm");
+  ASSERT_EQ(semantic->states[0].positions.size(), 2u);  // a fixed joint has none
+  EXPECT_EQ(semantic->states[0].positions[0].joint, "ab");
+  EXPECT_THAT(semantic->states[0].positions[0].values, ElementsAre(0.5));
+  EXPECT_THAT(semantic->states[0].positions[1].values, ElementsAre(1, 2, 3));
+  ASSERT_EQ(semantic->end_effectors.size(), 1u);
+  EXPECT_EQ(semantic->end_effectors[0].parent_link, "d");
+  EXPECT_EQ(semantic->end_effectors[0].parent_group, "");
+  EXPECT_THAT(semantic->passive_joints, ElementsAre("bc", "world_joint"));
+  ASSERT_EQ(semantic->disabled_pairs.size(), 2u);
+  EXPECT_EQ(semantic->disabled_pairs[0].reason, "Adjacent");
+  EXPECT_EQ(semantic->disabled_pairs[1].link1, "c");
+  EXPECT_EQ(semantic->disabled_pairs[1].link2, "a");
+  EXPECT_EQ(semantic->disabled_pairs[1].reason, "");
+  EXPECT_THAT(semantic->disabled_links, ElementsAre("f"));
+  ASSERT_EQ(semantic->enabled_pairs.size(), 1u);
+  EXPECT_EQ(semantic->enabled_pairs[0].link2, "g");
+}
+
+TEST(Srdf, UnknownNamesAreRefused) {
+  EXPECT_EQ(RefusalOf("<group name=\"g\"><joint name=\"x\"/></group>"),
+            "srdf: group \"g\": joint \"x\" name is \"x\": must be a joint of the robot");
+  EXPECT_EQ(RefusalOf("<group name=\"g\"><link name=\"x\"/></group>"),
+            "srdf: group \"g\": link \"x\" name is \"x\": must be a link of the robot");
+  EXPECT_EQ(RefusalOf("<group name=\"g\"><chain base_link=\"a\" tip_link=\"x\"/></group>"),
+            "srdf: group \"g\": chain tip_link is \"x\": must be a link of the robot");
+  EXPECT_EQ(RefusalOf("<group name=\"g\"><chain tip_link=\"a\"/></group>"),
+            "srdf: group \"g\": chain base_link: must be given");
+  EXPECT_THAT(RefusalOf("<group name=\"g\"><group name=\"x\"/></group>"),
+              HasSubstr("name is \"x\": must be a group of the SRDF"));
+  EXPECT_THAT(RefusalOf("<group_state name=\"s\" group=\"x\"/>"),
+              HasSubstr("srdf: group_state \"s\" group is \"x\": must be a group of the SRDF"));
+  EXPECT_THAT(RefusalOf("<end_effector name=\"e\" group=\"x\" parent_link=\"a\"/>"),
+              HasSubstr("must be a group of the SRDF"));
+  EXPECT_THAT(RefusalOf("<passive_joint name=\"x\"/>"), HasSubstr("must be a joint of the robot"));
+  EXPECT_EQ(RefusalOf("<disable_collisions link1=\"a\" link2=\"b\"/>"
+                      "<disable_collisions link1=\"a\" link2=\"x\"/>"),
+            "srdf: disable_collisions[1] link2 is \"x\": must be a link of the robot");
+  EXPECT_THAT(RefusalOf("<disable_collisions link1=\"a\" link2=\"a\"/>"),
+              HasSubstr("must be another link than link1"));
+  EXPECT_THAT(RefusalOf("<virtual_joint name=\"v\" type=\"fixed\" parent_frame=\"w\" "
+                        "child_link=\"x\"/>"),
+              HasSubstr("child_link is \"x\": must be a link of the robot"));
+  EXPECT_THAT(RefusalOf("<virtual_joint name=\"v\" type=\"ball\" parent_frame=\"w\" "
+                        "child_link=\"a\"/>"),
+              HasSubstr("type is \"ball\": must be fixed, planar or floating"));
+}
+
+TEST(Srdf, GroupsThatHoldThemselvesAreRefused) {
+  EXPECT_EQ(
+      RefusalOf("<group name=\"g\"><group name=\"g\"/></group>"),
+      "srdf: group \"g\": group \"g\" name is \"g\": must not be a group that holds this one");
+  EXPECT_THAT(RefusalOf("<group name=\"g\"><group name=\"h\"/></group>"
+                        "<group name=\"h\"><group name=\"i\"/></group>"
+                        "<group name=\"i\"><group name=\"g\"/></group>"),
+              HasSubstr("must not be a group that holds this one"));
+}
+
+TEST(Srdf, NamesMustNotAppearTwice) {
+  EXPECT_EQ(RefusalOf("<group name=\"g\"/><group name=\"g\"/>"),
+            "srdf: group \"g\": must not appear twice");
+  EXPECT_THAT(RefusalOf("<group name=\"g\"/><group_state name=\"s\" group=\"g\"/>"
+                        "<group_state name=\"s\" group=\"g\"/>"),
+              HasSubstr("group_state \"s\": must not appear twice for a group"));
+  EXPECT_EQ(RefusalOf("<group name=\"g\"/><group name=\"h\"/><group_state name=\"s\" group=\"g\"/>"
+                      "<group_state name=\"s\" group=\"h\"/>"),
+            "none");
+  EXPECT_THAT(RefusalOf("<group name=\"g\"/><group_state name=\"s\" group=\"g\"><joint name=\"ab\" "
+                        "value=\"0\"/><joint name=\"ab\" value=\"1\"/></group_state>"),
+              HasSubstr("must not appear twice in a state"));
+  EXPECT_THAT(RefusalOf("<virtual_joint name=\"ab\" type=\"fixed\" parent_frame=\"w\" "
+                        "child_link=\"a\"/>"),
+              HasSubstr("must not have the name of another joint"));
+}
+
+TEST(Srdf, StatesMustHaveAsManyNumbersAsTheJointVariables) {
+  const auto state = [](const std::string& joint, const std::string& value) {
+    return RefusalOf("<group name=\"g\"/><group_state name=\"s\" group=\"g\"><joint name=\"" +
+                     joint + "\" value=\"" + value + "\"/></group_state>");
+  };
+  EXPECT_EQ(state("ab", "1 2"),
+            "srdf: group_state \"s\": joint \"ab\" value is \"1 2\": must be a finite number");
+  EXPECT_THAT(state("ab", "nan"), HasSubstr("must be a finite number"));
+  EXPECT_THAT(state("ab", ""), HasSubstr("must be a finite number"));
+  EXPECT_THAT(state("ef", "1 2"), HasSubstr("must be 3 finite numbers"));
+  EXPECT_THAT(state("x", "1"), HasSubstr("must be a joint of the robot"));
+  EXPECT_EQ(state("cd", "anything"), "none");  // fixed
+}
+
+TEST(Srdf, HostileDocumentsAreRefusedAsThoseOfAUrdf) {
+  EXPECT_THAT(std::string(ReadSrdf("<robot", Tree()).status().message()),
+              HasSubstr("srdf: line 1"));
+  EXPECT_THAT(std::string(ReadSrdf("<!DOCTYPE r><robot/>", Tree()).status().message()),
+              HasSubstr("srdf: must not have a DOCTYPE"));
+  EXPECT_THAT(std::string(ReadSrdf("<urdf/>", Tree()).status().message()),
+              HasSubstr("must have <robot>"));
+  std::string groups;
+  for (int i = 0; i < 3; ++i) groups += "<group name=\"g" + std::to_string(i) + "\"/>";
+  EXPECT_EQ(ReadSrdf(Robot(groups), Tree(), {.max_groups = 2}).status().message(),
+            "srdf: has 3 groups, must have at most 2");
+}
+
+}  // namespace
+}  // namespace cwm::collision
