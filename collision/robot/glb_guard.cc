@@ -1,4 +1,6 @@
-// The guard of GLB files: glTF 2.0, sections 3.5 (nodes), 3.6 (buffers, views, accessors) and 4.4
+#include "collision/robot/glb_guard.h"
+
+// glTF 2.0, sections 3.5 (nodes), 3.6 (buffers, views, accessors) and 4.4
 // (the container).
 #include <array>
 #include <cstdint>
@@ -13,7 +15,6 @@
 
 #include "absl/status/statusor.h"
 #include "absl/strings/str_cat.h"
-#include "collision/robot/mesh_guard.h"
 #include "collision/robot/scene_graph.h"
 
 namespace cwm::collision {
@@ -26,6 +27,8 @@ constexpr std::size_t kChunkHeader = 8;
 constexpr std::uint32_t kJsonChunk = 0x4E4F534A;
 constexpr std::uint32_t kBinaryChunk = 0x004E4942;
 constexpr int kFloat = 5126;
+constexpr std::size_t kTriangles = 4;
+constexpr std::size_t kTriangleFan = 6;
 // A description of meshes takes some hundred bytes a mesh; parsed it takes thirty times its size.
 constexpr std::size_t kMostJsonBytes = std::size_t{16} << 20;
 constexpr int kDeepestJson = 64;  // glTF itself nests about ten deep
@@ -222,7 +225,7 @@ class GlbChecker {
         const std::optional<std::size_t> more = ElementsOf(primitive);
         if (!more) {
           return Fault(
-              "every primitive must have accessors, positions of three floats, and no "
+              "every primitive must be triangles with accessors, positions of three floats, and no "
               "morph targets");
         }
         elements += *more;
@@ -240,6 +243,8 @@ class GlbChecker {
   // How much a primitive makes the reader copy.
   std::optional<std::size_t> ElementsOf(const Json& primitive) const {
     if (!primitive.is_object() || primitive.contains("targets")) return std::nullopt;
+    const auto mode = CountAt(primitive, "mode", kTriangles);
+    if (!mode || *mode < kTriangles || *mode > kTriangleFan) return std::nullopt;
     const auto attributes = primitive.find("attributes");
     if (attributes == primitive.end() || !attributes->is_object()) return std::nullopt;
     const Json& accessors = ListOf(json_, "accessors");

@@ -3,23 +3,71 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "collision/geometry/polygon.h"
 
 namespace cwm::collision {
+namespace {
+
+// Cutting a polygon takes the square of its corners.
+constexpr std::size_t kMostCorners = 4096;
+
+using Corners = std::vector<Vector3>;
+
+// Twice the area times the normal (Newell), right for polygons that are not quite flat.
+Vector3 AreaVector(const Corners& corners) {
+  Vector3 area = Vector3::Zero();
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    const Vector3& next = corners[(i + 1) % corners.size()];
+    area += (corners[i] - corners[0]).cross(next - corners[0]);
+  }
+  return area;
+}
+
+std::vector<std::array<int, 3>> Fan(std::size_t corners) {
+  std::vector<std::array<int, 3>> triangles;
+  for (int i = 1; i + 1 < static_cast<int>(corners); ++i) triangles.push_back({0, i, i + 1});
+  return triangles;
+}
+
+std::vector<std::array<int, 3>> Cut(const Corners& corners) {
+  const Vector3 area = AreaVector(corners);
+  if (corners.size() == 3 || !(area.norm() > 0) || !area.allFinite()) return Fan(corners.size());
+  const Matrix3 basis = BasisFromZ(area.normalized());
+  Polygon outline;
+  for (const Vector3& p : corners) {
+    outline.emplace_back(basis.col(0).dot(p - corners[0]), basis.col(1).dot(p - corners[0]));
+  }
+  std::vector<std::array<int, 3>> triangles = TriangulateIndices(outline, {});
+  return triangles.empty() ? Fan(corners.size()) : triangles;
+}
+
+}  // namespace
 
 absl::Status MeshBuilder::Add(const std::array<Vector3, 3>& corners) {
   TriangleMesh::Triangle t;
   for (int i = 0; i < 3; ++i) {
     if (!corners[i].allFinite()) return absl::InvalidArgumentError("must have finite vertices");
   }
-  if (corners[0] == corners[1] || corners[1] == corners[2] || corners[2] == corners[0]) {
-    return absl::OkStatus();
-  }
-  if (mesh_.triangles.size() == max_triangles_) {
+  if (added_++ == max_triangles_) {
     return absl::InvalidArgumentError(
         absl::StrCat("must have at most ", max_triangles_, " triangles"));
   }
+  if (corners[0] == corners[1] || corners[1] == corners[2] || corners[2] == corners[0]) {
+    return absl::OkStatus();
+  }
   for (int i = 0; i < 3; ++i) t[i] = IndexOf(corners[i]);
   mesh_.triangles.push_back(t);
+  return absl::OkStatus();
+}
+
+absl::Status MeshBuilder::AddPolygon(const std::vector<Vector3>& corners) {
+  if (corners.size() < 3 || corners.size() > kMostCorners) {
+    return absl::InvalidArgumentError("faces must have 3 to 4096 corners");
+  }
+  for (const auto& t : Cut(corners)) {
+    const absl::Status status = Add({corners[t[0]], corners[t[1]], corners[t[2]]});
+    if (!status.ok()) return status;
+  }
   return absl::OkStatus();
 }
 

@@ -18,9 +18,13 @@ class MeshBuilder {
  public:
   explicit MeshBuilder(std::size_t max_triangles) : max_triangles_(max_triangles) {}
 
-  // Leaves out a triangle that uses a place twice. Refuses corners that are not finite, and more
-  // triangles than allowed.
+  // Leaves out a triangle that uses a place twice, but counts it. Refuses corners that are not
+  // finite, and more triangles than allowed.
   absl::Status Add(const std::array<Vector3, 3>& corners);
+
+  // The same of a polygon: one that is simple in its own plane is cut by ear clipping, another one
+  // into a fan. Refuses fewer than 3 corners and more than 4096.
+  absl::Status AddPolygon(const std::vector<Vector3>& corners);
 
   // Refused without triangles.
   absl::StatusOr<TriangleMesh> Finish() &&;
@@ -29,6 +33,7 @@ class MeshBuilder {
   std::uint32_t IndexOf(const Vector3& p);
 
   std::size_t max_triangles_;
+  std::size_t added_ = 0;
   TriangleMesh mesh_;
   absl::flat_hash_map<std::array<double, 3>, std::uint32_t> index_;
 };

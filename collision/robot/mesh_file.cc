@@ -5,8 +5,9 @@
 
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
+#include "collision/robot/collada_file.h"
+#include "collision/robot/glb_file.h"
 #include "collision/robot/obj_file.h"
-#include "collision/robot/scene_file.h"
 #include "collision/robot/stl_file.h"
 
 namespace cwm::collision {

@@ -6,45 +6,11 @@
 #include <vector>
 
 #include "absl/strings/numbers.h"
-#include "collision/geometry/polygon.h"
 #include "collision/robot/mesh_builder.h"
 #include "collision/robot/mesh_text.h"
 
 namespace cwm::collision {
 namespace {
-
-// Cutting a polygon takes the square of its corners.
-constexpr std::size_t kMostCorners = 4096;
-
-using Corners = std::vector<Vector3>;
-
-// Twice the area times the normal (Newell), right for polygons that are not quite flat.
-Vector3 AreaVector(const Corners& corners) {
-  Vector3 area = Vector3::Zero();
-  for (std::size_t i = 0; i < corners.size(); ++i) {
-    const Vector3& next = corners[(i + 1) % corners.size()];
-    area += (corners[i] - corners[0]).cross(next - corners[0]);
-  }
-  return area;
-}
-
-std::vector<std::array<int, 3>> Fan(std::size_t corners) {
-  std::vector<std::array<int, 3>> triangles;
-  for (int i = 1; i + 1 < static_cast<int>(corners); ++i) triangles.push_back({0, i, i + 1});
-  return triangles;
-}
-
-std::vector<std::array<int, 3>> Cut(const Corners& corners) {
-  const Vector3 area = AreaVector(corners);
-  if (corners.size() == 3 || !(area.norm() > 0) || !area.allFinite()) return Fan(corners.size());
-  const Matrix3 basis = BasisFromZ(area.normalized());
-  Polygon outline;
-  for (const Vector3& p : corners) {
-    outline.emplace_back(basis.col(0).dot(p - corners[0]), basis.col(1).dot(p - corners[0]));
-  }
-  std::vector<std::array<int, 3>> triangles = TriangulateIndices(outline, {});
-  return triangles.empty() ? Fan(corners.size()) : triangles;
-}
 
 class ObjReader {
  public:
@@ -70,20 +36,13 @@ class ObjReader {
   }
 
   absl::Status AddFace(const MeshText& line) {
-    Corners corners;
+    std::vector<Vector3> corners;
     for (std::size_t i = 1; i < line.words() && !line.word(i).starts_with('#'); ++i) {
       const std::optional<std::size_t> vertex = VertexOf(line.word(i));
       if (!vertex.has_value()) return line.Fault("a face must use vertices that come before it");
       corners.push_back(vertices_[*vertex]);
     }
-    if (corners.size() < 3 || corners.size() > kMostCorners) {
-      return line.Fault("a face must have 3 to 4096 corners");
-    }
-    for (const auto& t : Cut(corners)) {
-      const absl::Status status = mesh_.Add({corners[t[0]], corners[t[1]], corners[t[2]]});
-      if (!status.ok()) return status;
-    }
-    return absl::OkStatus();
+    return mesh_.AddPolygon(corners);
   }
 
   // "7", "7/1", "7//3", "7/1/3": counted from 1, or from the end where negative.

@@ -9,9 +9,8 @@
 
 namespace cwm::collision {
 
-// As ReadMeshFile: vertices and the faces over them, of all objects and groups as one mesh. A
-// polygon that is simple in its own plane is cut by ear clipping, another one into a fan. Everything
-// else is passed over.
+// As ReadMeshFile: vertices and the faces over them, of all objects and groups as one mesh.
+// Everything else is passed over.
 absl::StatusOr<TriangleMesh> ReadObj(std::string_view bytes, const RobotLimits& limits);
 
 }  // namespace cwm::collision

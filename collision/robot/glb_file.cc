@@ -1,7 +1,6 @@
-#include "collision/robot/scene_file.h"
+#include "collision/robot/glb_file.h"
 
 #include <assimp/BaseImporter.h>
-#include <assimp/config.h>
 #include <assimp/importerdesc.h>
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
@@ -16,8 +15,8 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "collision/robot/glb_guard.h"
 #include "collision/robot/mesh_builder.h"
-#include "collision/robot/mesh_guard.h"
 #include "collision/robot/xml_element.h"
 
 namespace cwm::collision {
@@ -27,12 +26,8 @@ using Affine = Eigen::Affine3d;
 
 absl::Status Fault(const std::string& rule) { return absl::InvalidArgumentError(rule); }
 
-struct Format {
-  const char* ending;
-  const char* importer;  // assimp's name for what reads it: one reader, however the bytes look
-};
-constexpr Format kCollada = {"dae", "Collada Importer"};
-constexpr Format kGlb = {"glb", "glTF2 Importer"};
+// One reader, however the bytes look.
+constexpr char kImporter[] = "glTF2 Importer";
 
 // There is no file but the one in memory.
 class NoFiles : public Assimp::IOSystem {
@@ -43,8 +38,8 @@ class NoFiles : public Assimp::IOSystem {
   void Close(Assimp::IOStream*) override {}
 };
 
-// assimp tries all its readers, some fifty, on bytes that the one for the ending does not know.
-void KeepOnly(const char* name, Assimp::Importer& importer) {
+// assimp tries all its readers, some fifty, on bytes that the one for GLB does not know.
+void KeepOnly(std::string_view name, Assimp::Importer& importer) {
   std::vector<Assimp::BaseImporter*> others;
   for (std::size_t i = 0; i < importer.GetImporterCount(); ++i) {
     if (std::string_view(importer.GetImporterInfo(i)->mName) != name) {
@@ -116,15 +111,11 @@ absl::Status CheckFaces(const aiScene& scene) {
   return absl::OkStatus();
 }
 
-absl::StatusOr<TriangleMesh> Import(std::string_view bytes, const Format& format,
-                                    const RobotLimits& limits) {
+absl::StatusOr<TriangleMesh> Import(std::string_view bytes, const RobotLimits& limits) {
   Assimp::Importer importer;
-  KeepOnly(format.importer, importer);
+  KeepOnly(kImporter, importer);
   importer.SetIOHandler(new NoFiles);  // the importer owns it
-  importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
-  // Without meshes, assimp would make some out of the bare nodes.
-  importer.SetPropertyBool(AI_CONFIG_IMPORT_NO_SKELETON_MESHES, true);
-  const aiScene* scene = importer.ReadFileFromMemory(bytes.data(), bytes.size(), 0, format.ending);
+  const aiScene* scene = importer.ReadFileFromMemory(bytes.data(), bytes.size(), 0, "glb");
   if (scene == nullptr) {
     return Fault(absl::StrCat("malformed (", Quoted(importer.GetErrorString()), ")"));
   }
@@ -137,25 +128,15 @@ absl::StatusOr<TriangleMesh> Import(std::string_view bytes, const Format& format
   return std::move(collector).Finish();
 }
 
-absl::StatusOr<TriangleMesh> TryImport(std::string_view bytes, const Format& format,
-                                       const RobotLimits& limits) {
-  try {  // assimp catches most of its own exceptions; the rest end here
-    return Import(bytes, format, limits);
-  } catch (const std::exception& error) {
-    return Fault(absl::StrCat("malformed (", Quoted(error.what()), ")"));
-  }
-}
-
 }  // namespace
-
-absl::StatusOr<TriangleMesh> ReadCollada(std::string_view bytes, const RobotLimits& limits) {
-  if (absl::Status status = GuardCollada(bytes, limits); !status.ok()) return status;
-  return TryImport(bytes, kCollada, limits);
-}
 
 absl::StatusOr<TriangleMesh> ReadGlb(std::string_view bytes, const RobotLimits& limits) {
   if (absl::Status status = GuardGlb(bytes, limits); !status.ok()) return status;
-  return TryImport(bytes, kGlb, limits);
+  try {  // assimp catches most of its own exceptions; the rest end here
+    return Import(bytes, limits);
+  } catch (const std::exception& error) {
+    return Fault(absl::StrCat("malformed (", Quoted(error.what()), ")"));
+  }
 }
 
 }  // namespace cwm::collision
