@@ -11,7 +11,8 @@ namespace cwm::collision {
 
 // The mesh of a file, of which the name's ending tells the format, in the file's own frame:
 // - All nodes of the scene together, each with its transform; one that mirrors turns its triangles
-//   round, so that outside stays outside. Polygons become triangles; points and lines are left out (a GLB with such is refused).
+//   round, so that outside stays outside. Polygons become triangles; points and
+//   lines are left out, but that a GLB with some is refused.
 // - Units are metres, but that the <unit> of a Collada file is applied. No axis is turned up: Z of
 //   the file is Z of the link, whatever <up_axis> says. So do RViz and MoveIt; what either shows is
 //   what is checked here. (The same for glTF, whose files from modelling tools lie on their back.)

@@ -176,14 +176,16 @@ class SrdfReader {
 
   absl::Status AddDisabledPair(const XmlElement& element) {
     absl::StatusOr<NamedLinkPair> pair = ReadPair(element);
-    if (pair.ok()) semantic_.disabled_pairs.push_back(*std::move(pair));
-    return pair.status();
+    if (!pair.ok()) return pair.status();
+    semantic_.disabled_pairs.push_back(*std::move(pair));
+    return absl::OkStatus();
   }
 
   absl::Status AddEnabledPair(const XmlElement& element) {
     absl::StatusOr<NamedLinkPair> pair = ReadPair(element);
-    if (pair.ok()) semantic_.enabled_pairs.push_back(*std::move(pair));
-    return pair.status();
+    if (!pair.ok()) return pair.status();
+    semantic_.enabled_pairs.push_back(*std::move(pair));
+    return absl::OkStatus();
   }
 
   absl::Status AddDisabledLink(const XmlElement& element) {

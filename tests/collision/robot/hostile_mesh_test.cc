@@ -214,6 +214,8 @@ TEST(HostileMesh, GlbAccessorsThatLeaveTheFileAreRefused) {
   EXPECT_THAT(RefusalOf(GlbWith(R"("bufferView":0,)", ""), "a.glb"), HasSubstr("accessor"));
   EXPECT_THAT(RefusalOf(GlbWith(R"("bufferView":0,)", R"("bufferView":0,"sparse":{},)"), "a.glb"),
               HasSubstr("sparse"));
+  EXPECT_THAT(RefusalOf(GlbWith(R"("indices":1)", R"("indices":1,"mode":1)"), "a.glb"),
+              HasSubstr("must be triangles"));
   EXPECT_THAT(RefusalOf(GlbWith(R"("POSITION":0)", R"("POSITION":1)"), "a.glb"),
               HasSubstr("three floats"));
 }

@@ -1,6 +1,5 @@
 #include "collision/robot/mesh_file.h"
 
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -15,7 +14,6 @@ using testing::BinaryStl;
 using testing::BoxMesh;
 using testing::Collada;
 using testing::Glb;
-using ::testing::HasSubstr;
 using testing::Obj;
 using testing::TextStl;
 
