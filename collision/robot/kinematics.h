@@ -20,8 +20,8 @@
 
 namespace cwm::collision {
 
-// The poses X_WL of all links in one sweep, for a robot whose root stands at X_WB. `X_WL` is as long
-// as the links of the model, `variables` as its variables. Allocates nothing.
+// The poses X_WL of all links in one sweep, for a robot whose root stands at X_WB. `X_WL` is as
+// long as the links of the model, `variables` as its variables. Allocates nothing.
 void LinkPoses(const RobotModel& model, const Pose& X_WB, std::span<const double> variables,
                std::span<Pose> X_WL);
 

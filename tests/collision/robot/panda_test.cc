@@ -20,7 +20,6 @@ using ::testing::ElementsAre;
 using ::testing::IsEmpty;
 using testing::PandaFiles;
 using testing::ReadPandaFiles;
-using ::testing::UnorderedElementsAre;
 
 class Panda : public ::testing::Test {
  protected:

@@ -10,7 +10,6 @@ namespace cwm::collision {
 namespace {
 
 using ::testing::AllOf;
-using testing::Ball;
 using ::testing::HasSubstr;
 using testing::JointText;
 using testing::Links;
