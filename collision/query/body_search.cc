@@ -68,6 +68,7 @@ bool IsOpenMesh(const Shape& shape) {
 BodySearch::BodySearch(const WorldSnapshot& world, const QueryBody& body,
                        const QueryOptions& options, std::stop_token stop)
     : world_(world),
+      body_(body),
       filter_(world, options, body.self),
       choice_(options.engine),
       interrupt_(std::move(stop), options.give_up_at) {
@@ -88,33 +89,43 @@ BodySearch::BodySearch(const WorldSnapshot& world, const QueryBody& body,
                       .kind = kind,
                       .cheap_bounds = !many_vertices,
                       .open_mesh = IsOpenMesh(part.shape),
+                      .frame = body.frame_of_part.empty() ? 0 : body.frame_of_part[parts_.size()],
                       .X_WP = Pose::Identity(),
                       .bounds_W = Aabb()});
   }
+  X_WF_.resize(static_cast<std::size_t>(body.frame_count), Pose::Identity());
 }
 
-void BodySearch::PlaceBody(const Pose& X_WB) {
-  ++row_;
+void BodySearch::PlaceBody(const BodyRows& rows, std::size_t row) {
+  row_ = static_cast<std::int64_t>(row);
+  rows.Place(row, X_WF_);
   bounds_W_.setEmpty();
   for (BodyPart& mine : parts_) {
-    mine.X_WP = X_WB * mine.part->X_OP;
+    const Pose& X_WF = X_WF_[static_cast<std::size_t>(mine.frame)];
+    mine.X_WP = X_WF * mine.part->X_OP;
     mine.bounds_W = mine.cheap_bounds ? TightBounds(mine.part->shape, mine.X_WP)
-                                      : BoundsOfBox(mine.part->bounds_O, X_WB);
+                                      : BoundsOfBox(mine.part->bounds_O, X_WF);
     bounds_W_.extend(mine.bounds_W);
   }
 }
 
 void BodySearch::RefusePair(const PairId& id, Question question) {
-  const WorldObject& object = *id.object;
-  const PreparedPart& theirs = object.geometry->parts[id.object_part];
   // Debian's absl knows std::string, not std::string_view.
   const auto text = [](std::string_view name) { return std::string(name); };
+  const auto part_of_body = [&](std::int32_t part) {
+    return absl::StrCat(text(cwm::NameOf(parts_[static_cast<std::size_t>(part)].kind)),
+                        " (body part ", part, ")");
+  };
+  const auto part_of_object = [&] {
+    const PreparedPart& part = id.object->geometry->parts[static_cast<std::size_t>(id.object_part)];
+    return absl::StrCat(text(cwm::NameOf(KindOf(part.shape))), " (object '", id.object->name, "', ",
+                        text(NameOf(part.source)), "[", part.index, "])");
+  };
   status_ = absl::UnimplementedError(
       absl::StrCat("row ", row_, ": engine ", text(NameOf(choice_)), " does not answer ",
                    question == Question::kCollides ? "collision" : "distance", " of ",
-                   text(cwm::NameOf(parts_[id.body_part].kind)), " (body part ", id.body_part,
-                   ") and ", text(cwm::NameOf(KindOf(theirs.shape))), " (object '", object.name,
-                   "', ", text(NameOf(theirs.source)), "[", theirs.index, "])"));
+                   part_of_body(id.body_part), " and ",
+                   id.IsOfItself() ? part_of_body(id.object_part) : part_of_object()));
 }
 
 absl::Status BodySearch::Finish() const {

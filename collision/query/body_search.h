@@ -15,13 +15,19 @@
 
 namespace cwm::collision {
 
-// Where an answer comes from. Ordered as ties break: object name, then body part, then object part.
+// Where an answer comes from. Ordered as ties break: the body itself, then object name, then body
+// part, then object part.
 struct PairId {
-  const WorldObject* object = nullptr;  // of the snapshot that is asked
+  const WorldObject* object = nullptr;  // of the snapshot that is asked; null: the body itself
   std::int32_t body_part = -1;
   std::int32_t object_part = -1;
+  bool IsOfItself() const { return object == nullptr && object_part >= 0; }
   friend std::strong_ordering operator<=>(const PairId& a, const PairId& b) {
-    if (a.object != b.object) return a.object->name <=> b.object->name;
+    if (a.object == nullptr || b.object == nullptr) {
+      if (a.object != b.object) return (b.object == nullptr) <=> (a.object == nullptr);
+    } else if (a.object != b.object) {
+      return a.object->name <=> b.object->name;
+    }
     if (a.body_part != b.body_part) return a.body_part <=> b.body_part;
     return a.object_part <=> b.object_part;
   }
@@ -43,7 +49,7 @@ class BodySearch {
              std::stop_token stop);
 
   // Puts the body where the row has it.
-  void PlaceBody(const Pose& X_WB);
+  void PlaceBody(const BodyRows& rows, std::size_t row);
   const Aabb& body_bounds_W() const { return bounds_W_; }
 
   // Calls visit(pair) for the pairs of parts of the body and of the object whose
@@ -51,6 +57,12 @@ class BodySearch {
   // still matters. Ends early when the batch must.
   template <class Visit>
   void ForEachPair(const WorldObject& object, double reach_m, Question question, Visit&& visit);
+  // The same for the pairs of the body's own parts.
+  template <class Visit>
+  void ForEachSelfPair(double reach_m, Question question, Visit&& visit);
+  bool asks_world() const { return body_.asks_world; }
+  bool asks_itself() const { return !body_.self_pairs.empty(); }
+  std::size_t part_count() const { return parts_.size(); }
 
   bool Skips(const WorldObject& object) const { return filter_.Skips(object); }
   const WorldSnapshot& world() const { return world_; }
@@ -68,20 +80,32 @@ class BodySearch {
     ShapeKind kind;
     bool cheap_bounds;  // tight bounds take a handful of operations
     bool open_mesh;
+    int frame;
     Pose X_WP;
     Aabb bounds_W;
   };
   using EngineTable = std::array<std::array<const Engine*, kShapeKindCount>, kShapeKindCount>;
 
   void RefusePair(const PairId& id, Question question);
+  const EngineTable& Engines(Question question) const {
+    return engines_[question == Question::kCollides ? 0 : 1];
+  }
+  // After a pair was asked; true when the batch must end.
+  bool MustEndAfter(ShapeKind a, ShapeKind b) {
+    // Meshes take up to tens of microseconds, everything else less than one or two.
+    const bool heavy = a == ShapeKind::kMesh || b == ShapeKind::kMesh;
+    return interrupt_.After(heavy ? 64 : 1);
+  }
 
   const WorldSnapshot& world_;
+  const QueryBody& body_;
   WorldFilter filter_;
   EngineChoice choice_;
   std::array<EngineTable, 2> engines_;  // by Question: kCollides, kDistance
   std::vector<BodyPart> parts_;
+  std::vector<Pose> X_WF_;
   Aabb bounds_W_;
-  std::int64_t row_ = -1;  // counted by PlaceBody
+  std::int64_t row_ = -1;  // of PlaceBody
   Interrupt interrupt_;
   absl::Status status_;
 };
@@ -91,7 +115,7 @@ bool IsOpenMesh(const Shape& shape);
 template <class Visit>
 void BodySearch::ForEachPair(const WorldObject& object, double reach_m, Question question,
                              Visit&& visit) {
-  const EngineTable& engines = engines_[question == Question::kCollides ? 0 : 1];
+  const EngineTable& engines = Engines(question);
   for (std::size_t b = 0; b < parts_.size(); ++b) {
     const BodyPart& mine = parts_[b];
     for (std::size_t o = 0; o < object.parts_W.size(); ++o) {
@@ -110,10 +134,29 @@ void BodySearch::ForEachPair(const WorldObject& object, double reach_m, Question
                            {mine.kind, *mine.part->engines[slot], mine.X_WP},
                            {kind, *theirs.engines[slot], placed.X_WP},
                            mine.open_mesh || IsOpenMesh(theirs.shape)});
-      // Meshes take up to tens of microseconds, everything else less than one or two.
-      const bool heavy = mine.kind == ShapeKind::kMesh || kind == ShapeKind::kMesh;
-      if (interrupt_.After(heavy ? 64 : 1)) return;
+      if (MustEndAfter(mine.kind, kind)) return;
     }
+  }
+}
+
+template <class Visit>
+void BodySearch::ForEachSelfPair(double reach_m, Question question, Visit&& visit) {
+  const EngineTable& engines = Engines(question);
+  for (const auto& [first, second] : body_.self_pairs) {
+    const BodyPart& a = parts_[static_cast<std::size_t>(first)];
+    const BodyPart& b = parts_[static_cast<std::size_t>(second)];
+    const double squared_m2 = SquaredDistance_m2(a.bounds_W, b.bounds_W);
+    if (reach_m < 0 || squared_m2 > reach_m * reach_m) continue;
+    const PairId id{nullptr, first, second};
+    const Engine* engine = engines[static_cast<int>(a.kind)][static_cast<int>(b.kind)];
+    if (engine == nullptr) return RefusePair(id, question);
+    const int slot = static_cast<int>(engine->kind());
+    reach_m = visit(Pair{id,
+                         *engine,
+                         {a.kind, *a.part->engines[slot], a.X_WP},
+                         {b.kind, *b.part->engines[slot], b.X_WP},
+                         a.open_mesh || b.open_mesh});
+    if (MustEndAfter(a.kind, b.kind)) return;
   }
 }
 

@@ -55,32 +55,60 @@ PairVerdict Judge(const BodySearch::Pair& pair, double margin_m) {
   return {verdict, is_clear ? TrustOfYesNo(pair) : answer.trust};
 }
 
-RowVerdict JudgeRow(BodySearch& search, double own_margin_m, double widest_margin_m) {
-  RowVerdict row;
+// Gathers the verdict of a row, pair by pair.
+class RowJudge {
+ public:
+  const RowVerdict& row() const { return row_; }
+  bool is_decided() const { return row_.verdict == Verdict::kCollision; }
+
+  // The reach that still matters: none once a pair collides, one is enough.
+  double Add(const BodySearch::Pair& pair, double margin_m) {
+    const PairVerdict told = Judge(pair, margin_m);
+    if (told.verdict == Verdict::kCollision) {
+      row_ = {.verdict = Verdict::kCollision, .pair = pair.id, .trust = told.trust};
+      return -1;
+    }
+    if (row_.verdict != Verdict::kUndecided) {
+      if (told.verdict == Verdict::kUndecided) {
+        row_ = {.verdict = Verdict::kUndecided, .pair = pair.id, .trust = told.trust};
+      } else {
+        row_.trust = std::max(row_.trust, told.trust);
+      }
+    }
+    return std::max(0.0, margin_m);
+  }
+
+ private:
+  RowVerdict row_;
+};
+
+Question QuestionFor(double margin_m) {
+  return margin_m == 0 ? Question::kCollides : Question::kDistance;
+}
+
+struct Margins {
+  double of_request_m = 0;
+  double own_m = 0;     // with that of the object that asks
+  double widest_m = 0;  // with that of any object
+};
+
+RowVerdict JudgeRow(BodySearch& search, const Margins& margins) {
+  RowJudge judge;
+  const double among_itself_m = margins.of_request_m;
+  search.ForEachSelfPair(
+      std::max(0.0, among_itself_m), QuestionFor(among_itself_m),
+      [&](const BodySearch::Pair& pair) { return judge.Add(pair, among_itself_m); });
+  if (judge.is_decided() || search.ended() || !search.asks_world()) return judge.row();
   const auto visit = [&](const WorldObject& object) {
     if (search.Skips(object)) return true;
-    const double margin_m = object.margin_m + own_margin_m;
-    const Question question = margin_m == 0 ? Question::kCollides : Question::kDistance;
-    const double reach_m = std::max(0.0, margin_m);
-    search.ForEachPair(object, reach_m, question, [&](const BodySearch::Pair& pair) {
-      const PairVerdict told = Judge(pair, margin_m);
-      if (told.verdict == Verdict::kCollision) {
-        row = {.verdict = Verdict::kCollision, .pair = pair.id, .trust = told.trust};
-        return -1.0;  // one pair is enough
-      }
-      if (row.verdict == Verdict::kUndecided) return reach_m;
-      if (told.verdict == Verdict::kUndecided) {
-        row = {.verdict = Verdict::kUndecided, .pair = pair.id, .trust = told.trust};
-      } else {
-        row.trust = std::max(row.trust, told.trust);
-      }
-      return reach_m;
-    });
-    return row.verdict != Verdict::kCollision && !search.ended();
+    const double margin_m = object.margin_m + margins.own_m;
+    search.ForEachPair(object, std::max(0.0, margin_m), QuestionFor(margin_m),
+                       [&](const BodySearch::Pair& pair) { return judge.Add(pair, margin_m); });
+    return !judge.is_decided() && !search.ended();
   };
-  search.world().bounds().ForEachWithin(search.body_bounds_W(), std::max(0.0, widest_margin_m),
+  search.world().bounds().ForEachWithin(search.body_bounds_W(), std::max(0.0, margins.widest_m),
                                         visit);
-  return row;
+  return judge.row();
 }
 
 void Reserve(CollisionColumns& columns, std::size_t rows) {
@@ -93,7 +121,7 @@ void Reserve(CollisionColumns& columns, std::size_t rows) {
 
 void Append(CollisionColumns& columns, const RowVerdict& row, ObjectRanks& ranks) {
   columns.verdict.push_back(row.verdict);
-  columns.object.push_back(ranks.Of(row.pair.object));
+  columns.object.push_back(row.pair.IsOfItself() ? kItself : ranks.Of(row.pair.object));
   columns.body_part.push_back(row.pair.body_part);
   columns.object_part.push_back(row.pair.object_part);
   columns.trust.push_back(row.trust);
@@ -102,27 +130,29 @@ void Append(CollisionColumns& columns, const RowVerdict& row, ObjectRanks& ranks
 }  // namespace
 
 absl::StatusOr<CollisionColumns> CheckCollisions(const WorldSnapshot& world, const QueryBody& body,
-                                                 std::span<const Pose> X_WB,
-                                                 const QueryOptions& options,
+                                                 const BodyRows& rows, const QueryOptions& options,
                                                  std::stop_token stop) {
   BodySearch search(world, body, options, std::move(stop));
-  const double own_margin_m = body.margin_m + options.margin_m;
-  const double widest_margin_m = world.objects().widest_margin_m() + own_margin_m;
+  Margins margins{.of_request_m = options.margin_m, .own_m = body.margin_m + options.margin_m};
+  margins.widest_m = world.objects().widest_margin_m() + margins.own_m;
   ObjectRanks ranks(world);
 
   CollisionColumns columns;
-  Reserve(columns, X_WB.size());
-  for (const Pose& X : X_WB) {
+  Reserve(columns, rows.size());
+  for (std::size_t i = 0; i < rows.size(); ++i) {
     if (search.MustEnd()) break;
-    search.PlaceBody(X);
-    const RowVerdict row = JudgeRow(search, own_margin_m, widest_margin_m);
+    RowVerdict row{.verdict = Verdict::kOutOfLimits, .pair = {}, .trust = Trust::kExact};
+    if (rows.IsWithinLimits(i)) {
+      search.PlaceBody(rows, i);
+      row = JudgeRow(search, margins);
+    }
     if (search.ended()) break;
     Append(columns, row, ranks);
     ++columns.completed;
   }
   if (absl::Status status = search.Finish(); !status.ok()) return status;
   // Every row has a verdict, those that time did not suffice for as well.
-  while (columns.verdict.size() < X_WB.size()) {
+  while (columns.verdict.size() < rows.size()) {
     Append(columns, {.verdict = Verdict::kNotComputed, .pair = {}, .trust = Trust::kExact}, ranks);
   }
   return columns;

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -25,51 +26,83 @@ void LabelAsBound(const Aabb& body_W, const Aabb& object_W, PairDistance& answer
   answer.bound_m += std::max(0.0, most_m + answer.distance_m);
 }
 
-// The nearest pair of parts of the body and one object, if within `limit_m`.
-std::optional<FoundPair> NearestPair(BodySearch& search, const WorldObject& object, double limit_m,
-                                     std::size_t body_part_count) {
-  std::optional<FoundPair> nearest;
-  search.ForEachPair(
-      object, std::max(0.0, limit_m), Question::kDistance, [&](const BodySearch::Pair& pair) {
-        const PairDistance answer = pair.engine.Distance(pair.body, pair.object, limit_m);
-        const bool nearer = !nearest.has_value() || answer.distance_m < nearest->answer.distance_m;
-        if (answer.distance_m <= limit_m && nearer) {
-          nearest = FoundPair{.answer = answer, .id = pair.id};
-          limit_m = answer.distance_m;
-        }
-        return std::max(0.0, limit_m);
-      });
-  const bool several = body_part_count + object.parts_W.size() > 2;
-  if (nearest.has_value() && nearest->answer.distance_m < 0 && several) {
-    LabelAsBound(search.body_bounds_W(), object.bounds_W, nearest->answer);
+// The nearest pair of those that a walk visits, if within `limit_m`.
+class NearestPair {
+ public:
+  explicit NearestPair(double limit_m) : limit_m_(limit_m) {}
+
+  double reach_m() const { return std::max(0.0, limit_m_); }
+  bool is_found() const { return is_found_; }
+  const FoundPair& found() const { return found_; }
+
+  double Add(const BodySearch::Pair& pair) {
+    const PairDistance answer = pair.engine.Distance(pair.body, pair.object, limit_m_);
+    const bool nearer = !is_found_ || answer.distance_m < found_.answer.distance_m;
+    if (answer.distance_m <= limit_m_ && nearer) {
+      is_found_ = true;
+      found_ = {.answer = answer, .id = pair.id};
+      limit_m_ = answer.distance_m;
+    }
+    return reach_m();
   }
-  return nearest;
+
+ private:
+  double limit_m_;
+  bool is_found_ = false;
+  FoundPair found_;
+};
+
+void AddNearestOfObject(BodySearch& search, const WorldObject& object, double limit_m,
+                        BestPairs& best) {
+  NearestPair nearest(limit_m);
+  search.ForEachPair(object, nearest.reach_m(), Question::kDistance,
+                     [&](const BodySearch::Pair& pair) { return nearest.Add(pair); });
+  if (!nearest.is_found()) return;
+  FoundPair found = nearest.found();
+  const bool several = search.part_count() + object.parts_W.size() > 2;
+  if (found.answer.distance_m < 0 && several) {
+    LabelAsBound(search.body_bounds_W(), object.bounds_W, found.answer);
+  }
+  best.Add(found);
+}
+
+// Of parts that move apart by themselves: the depth of each pair is its own.
+void AddNearestOfItself(BodySearch& search, double limit_m, BestPairs& best) {
+  NearestPair nearest(limit_m);
+  search.ForEachSelfPair(nearest.reach_m(), Question::kDistance,
+                         [&](const BodySearch::Pair& pair) { return nearest.Add(pair); });
+  if (nearest.is_found()) best.Add(nearest.found());
+}
+
+void FindNearest(BodySearch& search, double max_distance_m, BestPairs& best) {
+  best.Clear();
+  const auto limit_m = [&] { return best.Limit_m(max_distance_m); };
+  if (search.asks_itself()) AddNearestOfItself(search, limit_m(), best);
+  if (!search.asks_world() || search.ended()) return;
+  search.world().bounds().ForEachNearest(search.body_bounds_W(), std::max(0.0, limit_m()),
+                                         [&](const WorldObject& object, double) {
+                                           if (search.Skips(object))
+                                             return std::max(0.0, limit_m());
+                                           AddNearestOfObject(search, object, limit_m(), best);
+                                           // Boxes that overlap are at distance 0 whatever the depth of what is in them.
+                                           return search.ended() ? -1.0 : std::max(0.0, limit_m());
+                                         });
 }
 
 }  // namespace
 
 absl::StatusOr<PairColumns> GetDistances(const WorldSnapshot& world, const QueryBody& body,
-                                         std::span<const Pose> X_WB, const QueryOptions& options,
+                                         const BodyRows& rows, const QueryOptions& options,
                                          std::stop_token stop) {
   BodySearch search(world, body, options, std::move(stop));
-  const std::size_t body_part_count = body.geometry->parts.size();
   BestPairs best(options.max_results);
   ObjectRanks ranks(world);
   PairColumns columns;
-  Reserve(columns, X_WB.size(), std::max(0, options.max_results));
-  for (const Pose& X : X_WB) {
+  Reserve(columns, rows.size(), std::max(0, options.max_results));
+  for (std::size_t row = 0; row < rows.size(); ++row) {
     if (search.MustEnd()) break;
-    search.PlaceBody(X);
-    best.Clear();
-    const auto limit_m = [&] { return best.Limit_m(options.max_distance_m); };
-    world.bounds().ForEachNearest(
-        search.body_bounds_W(), std::max(0.0, limit_m()), [&](const WorldObject& object, double) {
-          if (search.Skips(object)) return std::max(0.0, limit_m());
-          const auto nearest = NearestPair(search, object, limit_m(), body_part_count);
-          if (nearest.has_value()) best.Add(*nearest);
-          // Boxes that overlap are at distance 0 whatever the depth of what is in them.
-          return search.ended() ? -1.0 : std::max(0.0, limit_m());
-        });
+    search.PlaceBody(rows, row);
+    FindNearest(search, options.max_distance_m, best);
     if (search.ended()) break;
     AppendRow(columns, best.pairs(), ranks);
   }

@@ -1,10 +1,11 @@
-// Questions to one snapshot of the world, in batches: a body of shapes at many poses. Answers lie
-// in columns. The same snapshot and question give the same bytes on any thread; ties break by
+// Questions to one snapshot of the world, in batches: a body of shapes at many poses, or a robot in
+// many states. Answers lie in columns. The same snapshot and question give the same bytes on any thread; ties break by
 // object name, then part.
 //
 // Margins: distance and depth are geometric, margins never enter them. A state collides when the
 // distance of some pair is strictly less than the margin of the object plus the margin of the
-// object that asks, if one does, plus the margin of the request.
+// object that asks, if one does, plus the margin of the request. Two links of a robot have no
+// margins of their own: theirs is the request's.
 #pragma once
 
 #include <chrono>
@@ -15,6 +16,7 @@
 #include <stop_token>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "absl/status/statusor.h"
@@ -23,15 +25,49 @@
 
 namespace cwm::collision {
 
-// What asks: parts fixed in a body frame B, prepared once for the whole batch.
+// Two parts of one body.
+struct PartPair {
+  std::int32_t first = 0;
+  std::int32_t second = 0;
+  friend bool operator==(const PartPair&, const PartPair&) = default;
+};
+
+// What asks: parts fixed in frames of the body, prepared once for the whole batch. A rigid body has
+// one frame, B, a robot one for each link.
 struct QueryBody {
   std::shared_ptr<const PreparedModel> geometry;
-  std::string
-      self;  // name of the world object that asks: it is left out of the world; empty for shapes
-  double margin_m = 0;  // of the world object that asks
+  std::vector<int> frame_of_part = {};  // empty: all in one frame
+  int frame_count = 1;
+  std::vector<PartPair> self_pairs = {};  // that must not collide either
+  bool asks_world = true;                 // false: about itself alone
+  std::string self = {};  // name of the world object that asks: it is left out of the world
+  double margin_m = 0;    // of the world object that asks
 };
 QueryBody BodyFromShapes(std::vector<Placed<>> shapes);
 QueryBody BodyFromObject(const WorldObject& object);
+
+// Where the frames of a body are, row by row. Thread safe.
+class BodyRows {
+ public:
+  virtual ~BodyRows() = default;
+  virtual std::size_t size() const = 0;
+  // Sets X_WF, one pose for each frame of the body.
+  virtual void Place(std::size_t row, std::span<Pose> X_WF) const = 0;
+  // Whether the row is a state that the body can be in: else its verdict is OUT_OF_LIMITS. Distances
+  // and contacts are told all the same.
+  virtual bool IsWithinLimits(std::size_t) const { return true; }
+};
+
+// Of a rigid body. Refers to poses that somebody else keeps.
+class PoseRows : public BodyRows {
+ public:
+  explicit PoseRows(std::span<const Pose> X_WB) : X_WB_(X_WB) {}
+  std::size_t size() const override { return X_WB_.size(); }
+  void Place(std::size_t row, std::span<Pose> X_WF) const override { X_WF[0] = X_WB_[row]; }
+
+ private:
+  std::span<const Pose> X_WB_;
+};
 
 enum class EngineChoice { kAuto, kExact, kFcl, kBullet };
 std::string_view NameOf(EngineChoice choice);  // as in the API, e.g. "FCL"
@@ -44,21 +80,24 @@ struct QueryOptions {
   double margin_m = 0;
   // Objects farther than this are not reported by GetDistances.
   double max_distance_m = std::numeric_limits<double>::infinity();
-  int max_results = 1;              // nearest objects per row of GetDistances
-  int max_contacts = 16;            // per row of GetContacts
-  std::vector<std::string> ignore;  // names of objects that the question leaves out
+  int max_results = 1;                   // nearest objects per row of GetDistances
+  int max_contacts = 16;                 // per row of GetContacts
+  std::vector<std::string> ignore = {};  // names of objects that the question leaves out
   // Work stops here and the completed prefix is returned.
-  std::optional<std::chrono::steady_clock::time_point> give_up_at;
+  std::optional<std::chrono::steady_clock::time_point> give_up_at = {};
 };
 
 enum class Verdict : std::uint8_t { kNotComputed, kFree, kCollision, kOutOfLimits, kUndecided };
+
+// In a column of objects: the body itself, whose other part is `object_part`.
+inline constexpr std::int32_t kItself = -2;
 
 // One byte a row; for a row in collision or undecided a pair that told. A row is undecided when no
 // pair surely collides and of some pair the distance and its bound straddle the margin: never with
 // AUTO or EXACT, whose bounds are about depths alone.
 struct CollisionColumns {
   std::vector<Verdict> verdict;
-  std::vector<std::int32_t> object;     // into snapshot.objects(); -1 where no pair is named
+  std::vector<std::int32_t> object;     // into snapshot.objects(), kItself; -1: no pair is named
   std::vector<std::int32_t> body_part;  // into the body's parts
   std::vector<std::int32_t> object_part;
   std::vector<Trust> trust;   // of the pair named; of a free row, the weakest of the pairs asked
@@ -72,7 +111,7 @@ struct PairColumns {
   std::vector<double> point_body;    // x y z, on the query body, world frame
   std::vector<double> point_object;  // x y z, on the world object
   std::vector<double> normal;        // x y z, unit, from the body to the object
-  std::vector<std::int32_t> object;  // into snapshot.objects()
+  std::vector<std::int32_t> object;  // into snapshot.objects(), or kItself
   std::vector<std::int32_t> body_part;
   std::vector<std::int32_t> object_part;
   std::vector<Trust> trust;
@@ -93,16 +132,37 @@ struct RayColumns {
 // chosen engine cannot answer a pair that comes up: the message names row, engine, object, part and
 // the two kinds. kAuto answers all but a half-space asked of a half-space.
 absl::StatusOr<CollisionColumns> CheckCollisions(const WorldSnapshot& world, const QueryBody& body,
-                                                 std::span<const Pose> X_WB,
-                                                 const QueryOptions& options,
+                                                 const BodyRows& rows, const QueryOptions& options,
                                                  std::stop_token stop = {});
+// Of a body with self pairs, itself counts like one more object: by its nearest pair.
 absl::StatusOr<PairColumns> GetDistances(const WorldSnapshot& world, const QueryBody& body,
-                                         std::span<const Pose> X_WB, const QueryOptions& options,
+                                         const BodyRows& rows, const QueryOptions& options,
                                          std::stop_token stop = {});
 // Contacts are pairs with distance below the margin, deepest first within a row.
 absl::StatusOr<PairColumns> GetContacts(const WorldSnapshot& world, const QueryBody& body,
-                                        std::span<const Pose> X_WB, const QueryOptions& options,
+                                        const BodyRows& rows, const QueryOptions& options,
                                         std::stop_token stop = {});
+
+// The same of a rigid body at poses.
+inline absl::StatusOr<CollisionColumns> CheckCollisions(const WorldSnapshot& world,
+                                                        const QueryBody& body,
+                                                        std::span<const Pose> X_WB,
+                                                        const QueryOptions& options,
+                                                        std::stop_token stop = {}) {
+  return CheckCollisions(world, body, PoseRows(X_WB), options, std::move(stop));
+}
+inline absl::StatusOr<PairColumns> GetDistances(const WorldSnapshot& world, const QueryBody& body,
+                                                std::span<const Pose> X_WB,
+                                                const QueryOptions& options,
+                                                std::stop_token stop = {}) {
+  return GetDistances(world, body, PoseRows(X_WB), options, std::move(stop));
+}
+inline absl::StatusOr<PairColumns> GetContacts(const WorldSnapshot& world, const QueryBody& body,
+                                               std::span<const Pose> X_WB,
+                                               const QueryOptions& options,
+                                               std::stop_token stop = {}) {
+  return GetContacts(world, body, PoseRows(X_WB), options, std::move(stop));
+}
 
 // By the exact kernels: Unimplemented when another engine is asked for by name.
 struct RayRow {

@@ -12,7 +12,7 @@ QueryBody BodyFromShapes(std::vector<Placed<>> shapes) {
                              .role = PartRole::kFitted,
                              .fit = std::nullopt});
   }
-  return {.geometry = Prepare(std::move(model)), .self = "", .margin_m = 0};
+  return {.geometry = Prepare(std::move(model))};
 }
 
 QueryBody BodyFromObject(const WorldObject& object) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <memory>
+#include <stop_token>
 #include <string_view>
 #include <utility>
 
@@ -53,19 +54,17 @@ absl::StatusOr<Asked> Understand(Runtime& runtime, const Request& request, const
   return Asked{std::move(at->world), std::move(at->snapshot), *std::move(options)};
 }
 
-// One of the questions about a body at poses.
-template <class Ask>
+// One of the questions about a body in rows.
+template <class Columns>
 struct BodyQuestion {
-  Ask ask;
+  absl::StatusOr<Columns> (*ask)(const collision::WorldSnapshot& world,
+                                 const collision::QueryBody& body, const collision::BodyRows& rows,
+                                 const collision::QueryOptions& options, std::stop_token stop);
   // The option that says how many answers a row may have, and the number.
   std::string_view field;
   std::int64_t (*per_row)(const collision::QueryOptions& options,
                           const collision::WorldSnapshot& world);
 };
-template <class Ask>
-BodyQuestion(Ask, std::string_view,
-             std::int64_t (*)(const collision::QueryOptions&, const collision::WorldSnapshot&))
-    -> BodyQuestion<Ask>;
 
 std::int64_t OnePerRow(const collision::QueryOptions&, const collision::WorldSnapshot&) {
   return 1;
@@ -83,9 +82,9 @@ std::int64_t ContactsPerRow(const collision::QueryOptions& options,
   return options.max_contacts;
 }
 
-template <class Ask, class Request, class Response>
+template <class Columns, class Request, class Response>
 absl::Status AnswerBody(Runtime& runtime, const Request& request, const CallContext& call,
-                        HeldSnapshot* held, const BodyQuestion<Ask>& kind, Response* response) {
+                        HeldSnapshot* held, const BodyQuestion<Columns>& kind, Response* response) {
   auto asked = Understand(runtime, request, call, held);
   if (!asked.ok()) return asked.status();
   const Application& application = runtime.application;
@@ -99,8 +98,8 @@ absl::Status AnswerBody(Runtime& runtime, const Request& request, const CallCont
       {kind.field, kind.per_row(asked->options.query, *asked->snapshot), question->X_WB.size()},
       asked->options.form, application.limits);
   if (!status.ok()) return status;
-  auto answers =
-      kind.ask(*asked->snapshot, question->body, question->X_WB, asked->options.query, call.stop);
+  auto answers = kind.ask(*asked->snapshot, question->body, collision::PoseRows(question->X_WB),
+                          asked->options.query, call.stop);
   if (!answers.ok()) return answers.status();
   ToProto(*answers, asked->Context(), response);
   return absl::OkStatus();
@@ -111,22 +110,28 @@ absl::Status AnswerBody(Runtime& runtime, const Request& request, const CallCont
 absl::Status Answer(Runtime& runtime, const v1::CheckCollisionsRequest& request,
                     const CallContext& call, HeldSnapshot* held,
                     v1::CheckCollisionsResponse* response) {
-  return AnswerBody(runtime, request, call, held,
-                    BodyQuestion{collision::CheckCollisions, "", OnePerRow}, response);
+  return AnswerBody(
+      runtime, request, call, held,
+      BodyQuestion<collision::CollisionColumns>{collision::CheckCollisions, "", OnePerRow},
+      response);
 }
 
 absl::Status Answer(Runtime& runtime, const v1::GetDistancesRequest& request,
                     const CallContext& call, HeldSnapshot* held,
                     v1::GetDistancesResponse* response) {
-  return AnswerBody(runtime, request, call, held,
-                    BodyQuestion{collision::GetDistances, "max_results", ResultsPerRow}, response);
+  return AnswerBody(
+      runtime, request, call, held,
+      BodyQuestion<collision::PairColumns>{collision::GetDistances, "max_results", ResultsPerRow},
+      response);
 }
 
 absl::Status Answer(Runtime& runtime, const v1::GetContactsRequest& request,
                     const CallContext& call, HeldSnapshot* held,
                     v1::GetContactsResponse* response) {
-  return AnswerBody(runtime, request, call, held,
-                    BodyQuestion{collision::GetContacts, "max_contacts", ContactsPerRow}, response);
+  return AnswerBody(
+      runtime, request, call, held,
+      BodyQuestion<collision::PairColumns>{collision::GetContacts, "max_contacts", ContactsPerRow},
+      response);
 }
 
 absl::Status Answer(Runtime& runtime, const v1::CastRaysRequest& request, const CallContext& call,

@@ -395,7 +395,8 @@ TEST(BodySearch, AsksPairsWithinReachAloneAndNarrowsAsToldTo) {
                                     Pose::Identity())});
   const QueryBody probe = BodyFromShapes({{.X_FS = Pose::Identity(), .shape = Sphere{0.1}}});
   BodySearch search(*world, probe, {}, {});
-  search.PlaceBody(Pose::Identity());
+  const Pose X_WB = Pose::Identity();
+  search.PlaceBody(PoseRows({&X_WB, 1}), 0);
   const auto asked = [&](double reach_m, double narrowed_m) {
     std::vector<int> parts;
     search.ForEachPair(*world->Find("pair"), reach_m, Question::kDistance, [&](const auto& pair) {

@@ -1,0 +1,81 @@
+#include "collision/query/robot_body.h"
+
+#include <utility>
+
+#include "absl/container/inlined_vector.h"
+#include "collision/robot/kinematics.h"
+
+namespace cwm::collision {
+namespace {
+
+// Robots of one or two arms have no more; longer states are allocated.
+using Variables = absl::InlinedVector<double, 32>;
+
+Variables With(const std::vector<double>& base, const JointGroup& group,
+               std::span<const double> row) {
+  Variables variables(base.begin(), base.end());
+  for (std::size_t k = 0; k < row.size(); ++k) {
+    variables[static_cast<std::size_t>(group.variables[k])] = row[k];
+  }
+  return variables;
+}
+
+}  // namespace
+
+LinkGeometry PrepareLinks(const RobotModel& model) {
+  auto shapes = std::make_shared<HybridModel>();
+  LinkGeometry geometry;
+  for (std::size_t link = 0; link < model.links.size(); ++link) {
+    for (const CollisionGeometry& collision : model.links[link].collisions) {
+      shapes->shapes.push_back({.X_OS = collision.X_LG,
+                                .shape = collision.shape,
+                                .role = PartRole::kFitted,
+                                .fit = std::nullopt});
+      geometry.link_of_part.push_back(static_cast<int>(link));
+    }
+  }
+  geometry.parts = Prepare(std::move(shapes));
+  return geometry;
+}
+
+QueryBody BodyFromRobot(const RobotModel& model, const LinkGeometry& geometry, RobotScope scope) {
+  QueryBody body{.geometry = geometry.parts,
+                 .frame_of_part = geometry.link_of_part,
+                 .frame_count = static_cast<int>(model.links.size())};
+  body.asks_world = scope != RobotScope::kSelf;
+  if (scope == RobotScope::kWorld) return body;
+  std::vector<std::vector<std::int32_t>> parts_of_link(model.links.size());
+  for (std::size_t part = 0; part < geometry.link_of_part.size(); ++part) {
+    parts_of_link[static_cast<std::size_t>(geometry.link_of_part[part])].push_back(
+        static_cast<std::int32_t>(part));
+  }
+  for (const auto& [first, second] : model.self_pairs) {
+    for (std::int32_t a : parts_of_link[static_cast<std::size_t>(first)]) {
+      for (std::int32_t b : parts_of_link[static_cast<std::size_t>(second)]) {
+        body.self_pairs.push_back({a, b});
+      }
+    }
+  }
+  return body;
+}
+
+JointRows::JointRows(const RobotModel& model, const JointGroup& group, States states)
+    : model_(model),
+      group_(group),
+      states_(std::move(states)),
+      count_(group.variables.empty() ? 0 : states_.rows.size() / group.variables.size()) {}
+
+std::span<const double> JointRows::Row(std::size_t row) const {
+  const std::size_t width = group_.variables.size();
+  return states_.rows.subspan(row * width, width);
+}
+
+void JointRows::Place(std::size_t row, std::span<Pose> X_WL) const {
+  LinkPoses(model_, states_.X_WB, With(states_.base, group_, Row(row)), X_WL);
+}
+
+bool JointRows::IsWithinLimits(std::size_t row) const {
+  return !OutOfLimits(model_, With(states_.base, group_, Row(row))).has_value();
+}
+
+}  // namespace cwm::collision

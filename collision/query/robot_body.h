@@ -1,0 +1,53 @@
+// A robot as what asks: its links are the frames of a body, its states the rows.
+#pragma once
+
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "collision/query/query.h"
+#include "collision/robot/robot_model.h"
+
+namespace cwm::collision {
+
+// Against what a robot is asked.
+enum class RobotScope { kWorld, kSelf, kBoth };
+
+// A robot's collision geometry: the shapes of all links, each in its link's frame, in the order of
+// the links.
+struct LinkGeometry {
+  std::shared_ptr<const PreparedModel> parts;
+  std::vector<int> link_of_part;
+};
+// Heavy: builds trees. The shapes of the model are valid (ReadUrdf).
+LinkGeometry PrepareLinks(const RobotModel& model);
+
+// One frame per link. Parts of two links are asked of each other where RobotModel::self_pairs has
+// the links.
+QueryBody BodyFromRobot(const RobotModel& model, const LinkGeometry& geometry, RobotScope scope);
+
+// States of a robot that differ in the variables of one group.
+class JointRows : public BodyRows {
+ public:
+  struct States {
+    Pose X_WB = Pose::Identity();       // of the root link
+    std::vector<double> base = {};      // a value for each variable of the model
+    std::span<const double> rows = {};  // the group's variables, row by row
+  };
+  // Refers to the model, to its group and to the rows.
+  JointRows(const RobotModel& model, const JointGroup& group, States states);
+
+  std::size_t size() const override { return count_; }
+  void Place(std::size_t row, std::span<Pose> X_WL) const override;
+  bool IsWithinLimits(std::size_t row) const override;
+
+ private:
+  std::span<const double> Row(std::size_t row) const;
+
+  const RobotModel& model_;
+  const JointGroup& group_;
+  const States states_;
+  const std::size_t count_;
+};
+
+}  // namespace cwm::collision
