@@ -100,25 +100,6 @@ PairDistance MeshToPieces(const ExactGeometry& a, const ExactGeometry& b, const 
   return answer;
 }
 
-bool MeshMeetsPieces(const ExactGeometry& a, const ExactGeometry& b, const Pose& X_AB) {
-  const TriangleTree& tree = *a.tree();
-  if (const auto* sphere = std::get_if<Sphere>(&b.shape())) {
-    return MeshToSphere(a, *sphere, X_AB.translation(), 0).distance_m < 0;
-  }
-  for (std::size_t j = 0; j < b.pieces().size(); ++j) {
-    const ConvexCore& piece = b.pieces()[j];
-    bool meets = false;
-    tree.ForEachNear(BoundsIn(b.piece_bounds()[j], X_AB), 0,
-                     [&](const TriangleCorners& triangle, std::int32_t) {
-                       const ConvexCore core = CoreOf(std::span<const Vector3>(triangle.corners));
-                       meets = meets || ConvexOverlap(core, piece, X_AB);
-                       return meets ? TriangleTree::kEnd : 0.0;
-                     });
-    if (meets || (!a.IsOpen() && tree.Encloses(X_AB * piece.centre))) return true;
-  }
-  return false;
-}
-
 namespace {
 
 // Two trees at once: the larger node is opened. `offer` is shown a triangle of A, one of B as a core
@@ -207,29 +188,6 @@ PairDistance MeshToMesh(const ExactGeometry& a, const ExactGeometry& b, const Po
   if (answer.distance_m < 0) return WithDepthBound(answer, a, b, X_AB);
   if (a.IsOpen() || b.IsOpen()) answer.trust = Trust::kSurfaceOnly;
   return answer;
-}
-
-namespace {
-
-bool EnclosesAPart(const ExactGeometry& a, const ExactGeometry& b, const Pose& X_AB) {
-  if (a.IsOpen()) return false;
-  const std::vector<Vector3>& points_B = b.tree()->component_points();
-  return std::any_of(points_B.begin(), points_B.end(),
-                     [&](const Vector3& p_B) { return a.tree()->Encloses(X_AB * p_B); });
-}
-
-}  // namespace
-
-bool MeshMeetsMesh(const ExactGeometry& a, const ExactGeometry& b, const Pose& X_AB) {
-  bool meets = false;
-  DualSearch(*a.tree(), *b.tree(), X_AB, 0,
-             [&](const TriangleCorners& triangle, const ConvexCore& core) {
-               const ConvexCore corners = CoreOf(std::span<const Vector3>(triangle.corners));
-               meets = ConvexOverlap(corners, core, X_AB);
-               return meets ? TriangleTree::kEnd : 0.0;
-             })
-      .Run();
-  return meets || EnclosesAPart(a, b, X_AB) || EnclosesAPart(b, a, X_AB.inverse());
 }
 
 }  // namespace cwm::collision

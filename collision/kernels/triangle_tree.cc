@@ -84,6 +84,7 @@ TriangleTree::TriangleTree(const TriangleMesh& mesh) : component_points_(Compone
 // Splits at the median, so that the depth is the logarithm of the count.
 std::int32_t TriangleTree::Build(std::int32_t first, std::int32_t count) {
   const auto index = static_cast<std::int32_t>(nodes_.size());
+  const std::int32_t all = count;
   nodes_.emplace_back();
   Aabb bounds, middles;
   for (std::int32_t i = first; i < first + count; ++i) {
@@ -103,7 +104,13 @@ std::int32_t TriangleTree::Build(std::int32_t first, std::int32_t count) {
     right = Build(first + count / 2, count - count / 2);
     count = 0;
   }
-  nodes_[static_cast<std::size_t>(index)] = {bounds, right, first, count};
+  double squared_m2 = 0;
+  for (std::int32_t i = first; i < first + all; ++i) {
+    for (const Vector3& corner : triangle(i).corners) {
+      squared_m2 = std::max(squared_m2, (corner - bounds.center()).squaredNorm());
+    }
+  }
+  nodes_[static_cast<std::size_t>(index)] = {bounds, std::sqrt(squared_m2), right, first, count};
   return index;
 }
 

@@ -27,6 +27,7 @@ class TriangleTree {
   // count) when count is not 0.
   struct Node {
     Aabb bounds;
+    double radius_m = 0;  // no corner is farther from the box's centre
     std::int32_t right = 0;
     std::int32_t first = 0;
     std::int32_t count = 0;

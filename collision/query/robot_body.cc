@@ -22,31 +22,16 @@ Variables With(const std::vector<double>& base, const JointGroup& group,
 
 }  // namespace
 
-LinkGeometry PrepareLinks(const RobotModel& model) {
-  auto shapes = std::make_shared<HybridModel>();
-  LinkGeometry geometry;
-  for (std::size_t link = 0; link < model.links.size(); ++link) {
-    for (const CollisionGeometry& collision : model.links[link].collisions) {
-      shapes->shapes.push_back({.X_OS = collision.X_LG,
-                                .shape = collision.shape,
-                                .role = PartRole::kFitted,
-                                .fit = std::nullopt});
-      geometry.link_of_part.push_back(static_cast<int>(link));
-    }
-  }
-  geometry.parts = Prepare(std::move(shapes));
-  return geometry;
-}
-
-QueryBody BodyFromRobot(const RobotModel& model, const LinkGeometry& geometry, RobotScope scope) {
-  QueryBody body{.geometry = geometry.parts,
-                 .frame_of_part = geometry.link_of_part,
+QueryBody BodyFromRobot(const RobotGeometry& robot, RobotScope scope) {
+  const RobotModel& model = *robot.model;
+  QueryBody body{.geometry = robot.geometry,
+                 .frame_of_part = robot.link_of_part,
                  .frame_count = static_cast<int>(model.links.size())};
   body.asks_world = scope != RobotScope::kSelf;
   if (scope == RobotScope::kWorld) return body;
   std::vector<std::vector<std::int32_t>> parts_of_link(model.links.size());
-  for (std::size_t part = 0; part < geometry.link_of_part.size(); ++part) {
-    parts_of_link[static_cast<std::size_t>(geometry.link_of_part[part])].push_back(
+  for (std::size_t part = 0; part < robot.link_of_part.size(); ++part) {
+    parts_of_link[static_cast<std::size_t>(robot.link_of_part[part])].push_back(
         static_cast<std::int32_t>(part));
   }
   for (const auto& [first, second] : model.self_pairs) {

@@ -1,30 +1,21 @@
 // A robot as what asks: its links are the frames of a body, its states the rows.
 #pragma once
 
-#include <memory>
 #include <span>
 #include <vector>
 
 #include "collision/query/query.h"
 #include "collision/robot/robot_model.h"
+#include "collision/world/world_robot.h"
 
 namespace cwm::collision {
 
 // Against what a robot is asked.
 enum class RobotScope { kWorld, kSelf, kBoth };
 
-// A robot's collision geometry: the shapes of all links, each in its link's frame, in the order of
-// the links.
-struct LinkGeometry {
-  std::shared_ptr<const PreparedModel> parts;
-  std::vector<int> link_of_part;
-};
-// Heavy: builds trees. The shapes of the model are valid (ReadUrdf).
-LinkGeometry PrepareLinks(const RobotModel& model);
-
 // One frame per link. Parts of two links are asked of each other where RobotModel::self_pairs has
-// the links.
-QueryBody BodyFromRobot(const RobotModel& model, const LinkGeometry& geometry, RobotScope scope);
+// the links. Shares the robot's geometry.
+QueryBody BodyFromRobot(const RobotGeometry& robot, RobotScope scope);
 
 // States of a robot that differ in the variables of one group.
 class JointRows : public BodyRows {

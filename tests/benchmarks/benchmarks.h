@@ -61,6 +61,9 @@ void MeasureBadInput(Report& report);
 // Clouds of up to 15 million points: growth_15m, growth_15_kitchens, seconds_15m, gib_15m.
 void MeasureGrowth(Report& report);
 
+// The Panda against FCL in 700 planning problems: panda_exact_ratio_fcl, panda_exact_mismatches.
+void MeasureRobots(Report& report);
+
 // What was found in one of those scenes, shape by shape. Family: table, clutter, kitchen, vessels.
 void ReplayScene(const std::string& family, std::uint64_t seed, Report& report);
 

@@ -42,19 +42,19 @@ class BallArm : public ::testing::Test {
     const auto description = ReadUrdf(Robot(ThreeBalls()), NoMeshes);
     ASSERT_TRUE(description.ok()) << description.status();
     model_ = *MakeRobotModel(*description, nullptr);
-    geometry_ = PrepareLinks(*model_);
+    robot_ = PrepareRobot(model_, std::nullopt);
   }
 
   CollisionColumns Check(std::vector<double> rows, RobotScope scope, QueryOptions options = {}) {
     const JointRows joint_rows(*model_, model_->all, States(rows));
-    return *CheckCollisions(*world_, BodyFromRobot(*model_, geometry_, scope), joint_rows, options);
+    return *CheckCollisions(*world_, BodyFromRobot(*robot_, scope), joint_rows, options);
   }
   JointRows::States States(std::span<const double> rows) const {
     return {.X_WB = Pose::Identity(), .base = DefaultVariables(*model_), .rows = rows};
   }
 
   std::shared_ptr<const RobotModel> model_;
-  LinkGeometry geometry_;
+  std::shared_ptr<const RobotGeometry> robot_;
   // Beyond the outstretched arm, whose last ball ends at x = 1.1.
   std::shared_ptr<const WorldSnapshot> world_ = WorldOf({PutOf(
       "post", {{.X_FS = Pose::Identity(), .shape = Sphere{0.1}}}, MakeTranslation(0, 1, 0))});
@@ -100,7 +100,7 @@ TEST_F(BallArm, KeepsTheMarginOfTheRequestFromTheWorldAndFromItself) {
   const auto distances = [&](RobotScope scope, std::size_t row) {
     const JointRows joint_rows(*model_, model_->all, States(rows));
     const PairColumns columns =
-        *GetDistances(*world_, BodyFromRobot(*model_, geometry_, scope), joint_rows, {});
+        *GetDistances(*world_, BodyFromRobot(*robot_, scope), joint_rows, {});
     return columns.distance_m[columns.row_begin[row]];
   };
   const double to_post_m = distances(RobotScope::kWorld, 0);
@@ -118,7 +118,7 @@ TEST_F(BallArm, KeepsTheMarginOfTheRequestFromTheWorldAndFromItself) {
 TEST_F(BallArm, IsToItselfLikeOneMoreObject) {
   const std::vector<double> rows = {1, 2.6};
   const JointRows joint_rows(*model_, model_->all, States(rows));
-  const QueryBody body = BodyFromRobot(*model_, geometry_, RobotScope::kBoth);
+  const QueryBody body = BodyFromRobot(*robot_, RobotScope::kBoth);
   const PairColumns both = *GetDistances(*world_, body, joint_rows, {.max_results = 5});
   EXPECT_THAT(both.object, ElementsAre(kItself, 0));
   const PairColumns contacts = *GetContacts(*world_, body, joint_rows, {.margin_m = 10});
@@ -169,7 +169,7 @@ TEST(PandaBody, HasTheVerdictsOfAllPairsAskedPlainly) {
   const RobotDescription description = *ReadUrdf(files->urdf, files->meshes);
   const SemanticDescription semantic = *ReadSrdf(files->srdf, description);
   const auto model = *MakeRobotModel(description, &semantic);
-  const QueryBody body = BodyFromRobot(*model, PrepareLinks(*model), RobotScope::kBoth);
+  const QueryBody body = BodyFromRobot(*PrepareRobot(model, std::nullopt), RobotScope::kBoth);
   const JointGroup& arm = *model->FindGroup("panda_arm");
   std::mt19937 random(4);
   std::vector<Change> posts;

@@ -1,0 +1,177 @@
+// Yes or no for meshes: trees of balls, then single triangles. A ball around a node against the
+// solid's own distance tells more than two boxes do, above all of the walls and boards of a scene.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+#include <span>
+
+#include "collision/kernels/closed_forms.h"
+#include "collision/kernels/compound_pair.h"
+#include "collision/kernels/convex_pair.h"
+#include "collision/kernels/triangle_overlap.h"
+
+namespace cwm::collision {
+namespace {
+
+// How far a point is from a convex piece: what is positive is a lower bound, what is negative exact.
+class PieceDistance {
+ public:
+  explicit PieceDistance(const ConvexCore& piece) : piece_(piece) {}
+
+  double operator()(const Vector3& p) const {
+    if (const auto* box = std::get_if<Box>(&piece_.core)) {
+      return OfExcess(p.cwiseAbs() - 0.5 * box->size_m) - piece_.radius_m;
+    }
+    if (const auto* cylinder = std::get_if<Cylinder>(&piece_.core)) {
+      const double beside = p.head<2>().norm() - cylinder->radius_m;
+      const double above = std::abs(p.z()) - 0.5 * cylinder->length_m;
+      return OfExcess(Vector3(beside, above, -std::numeric_limits<double>::infinity())) -
+             piece_.radius_m;
+    }
+    if (const auto* segment = std::get_if<SegmentCore>(&piece_.core)) {
+      const double along = std::clamp(p.z(), -segment->half_length_m, segment->half_length_m);
+      return (p - Vector3(0, 0, along)).norm() - piece_.radius_m;
+    }
+    if (const auto* cone = std::get_if<Cone>(&piece_.core)) {  // by a cylinder around it
+      const double beside =
+          p.head<2>().norm() - std::max(cone->radius_bottom_m, cone->radius_top_m);
+      const double above = std::abs(p.z()) - 0.5 * cone->length_m;
+      return Vector2(beside, above).cwiseMax(0.0).norm();
+    }
+    // Hulls by a ball around them, from which no depth follows.
+    return std::max((p - piece_.centre).norm() - piece_.extent_m - piece_.radius_m, 0.0);
+  }
+
+ private:
+  static double OfExcess(const Vector3& excess) {
+    const double deepest = excess.maxCoeff();
+    return deepest <= 0 ? deepest : excess.cwiseMax(0.0).norm();
+  }
+
+  const ConvexCore& piece_;
+};
+
+bool TriangleMeets(const TriangleCorners& triangle, const ConvexCore& piece, const Pose& X_AB,
+                   const Pose& X_BA) {
+  if (const auto* box = std::get_if<Box>(&piece.core); box != nullptr && piece.radius_m == 0) {
+    const auto& c = triangle.corners;
+    const Overlap told = TriangleOverlapsBox({X_BA * c[0], X_BA * c[1], X_BA * c[2]}, *box);
+    if (told != Overlap::kUnsure) return told == Overlap::kYes;
+  }
+  return ConvexOverlap(CoreOf(std::span<const Vector3>(triangle.corners)), piece, X_AB);
+}
+
+bool SurfaceMeets(const TriangleTree& tree, const ConvexCore& piece, const Pose& X_AB) {
+  const Pose X_BA = X_AB.inverse(Eigen::Isometry);
+  const PieceDistance distance_m(piece);
+  std::array<std::int32_t, kTreeStack> stack;
+  std::size_t size = 0;
+  stack[size++] = 0;
+  while (size > 0) {
+    const std::int32_t index = stack[--size];
+    const TriangleTree::Node& node = tree.nodes()[static_cast<std::size_t>(index)];
+    const double off_m = distance_m(X_BA * node.bounds.center());
+    if (off_m > node.radius_m) continue;
+    if (off_m < -node.radius_m) return true;  // all of it lies inside
+    if (node.count == 0) {
+      stack[size++] = node.right;
+      stack[size++] = index + 1;
+      continue;
+    }
+    for (std::int32_t i = node.first; i < node.first + node.count; ++i) {
+      if (TriangleMeets(tree.triangle(i), piece, X_AB, X_BA)) return true;
+    }
+  }
+  return false;
+}
+
+// Whether the triangles of two meshes cross anywhere.
+class CrossingSearch {
+ public:
+  CrossingSearch(const TriangleTree& a, const TriangleTree& b, const Pose& X_AB)
+      : a_(a), b_(b), X_AB_(X_AB), reach_AB_(X_AB.linear().cwiseAbs()) {}
+
+  bool Run() const { return Visit(0, 0); }
+
+ private:
+  const TriangleTree::Node& NodeA(std::int32_t i) const {
+    return a_.nodes()[static_cast<std::size_t>(i)];
+  }
+  const TriangleTree::Node& NodeB(std::int32_t i) const {
+    return b_.nodes()[static_cast<std::size_t>(i)];
+  }
+
+  bool AreApart(const TriangleTree::Node& a, const TriangleTree::Node& b) const {
+    const Vector3 between = X_AB_ * b.bounds.center() - a.bounds.center();
+    const double radii = a.radius_m + b.radius_m;
+    if (between.squaredNorm() > radii * radii) return true;
+    const Vector3 half_a = 0.5 * a.bounds.sizes(), half_b = 0.5 * b.bounds.sizes();
+    if ((between.cwiseAbs() - half_a - reach_AB_ * half_b).maxCoeff() > 0) return true;
+    const Vector3 between_B = X_AB_.linear().transpose() * between;
+    return (between_B.cwiseAbs() - half_b - reach_AB_.transpose() * half_a).maxCoeff() > 0;
+  }
+
+  // The larger of two nodes is opened.
+  bool Visit(std::int32_t i, std::int32_t j) const {
+    const TriangleTree::Node &a = NodeA(i), &b = NodeB(j);
+    if (AreApart(a, b)) return false;
+    if (a.count > 0 && b.count > 0) return LeavesCross(a, b);
+    if (b.count > 0 || (a.count == 0 && a.radius_m >= b.radius_m)) {
+      return Visit(i + 1, j) || Visit(a.right, j);
+    }
+    return Visit(i, j + 1) || Visit(i, b.right);
+  }
+
+  bool LeavesCross(const TriangleTree::Node& a, const TriangleTree::Node& b) const {
+    for (std::int32_t j = b.first; j < b.first + b.count; ++j) {
+      const TriangleCorners& own = b_.triangle(j);
+      const TrianglePoints other = {X_AB_ * own.corners[0], X_AB_ * own.corners[1],
+                                    X_AB_ * own.corners[2]};
+      for (std::int32_t i = a.first; i < a.first + a.count; ++i) {
+        if (Cross(a_.triangle(i), own, other)) return true;
+      }
+    }
+    return false;
+  }
+
+  // `b_in_A` are the corners of `b` in the frame of A.
+  bool Cross(const TriangleCorners& a, const TriangleCorners& b,
+             const TrianglePoints& b_in_A) const {
+    const Overlap told = TrianglesOverlap({a.corners[0], a.corners[1], a.corners[2]}, b_in_A);
+    if (told != Overlap::kUnsure) return told == Overlap::kYes;
+    return ConvexOverlap(CoreOf(std::span<const Vector3>(a.corners)),
+                         CoreOf(std::span<const Vector3>(b.corners)), X_AB_);
+  }
+
+  const TriangleTree& a_;
+  const TriangleTree& b_;
+  const Pose& X_AB_;
+  const Matrix3 reach_AB_;
+};
+
+bool EnclosesAPart(const ExactGeometry& a, const ExactGeometry& b, const Pose& X_AB) {
+  if (a.IsOpen()) return false;
+  const std::vector<Vector3>& points_B = b.tree()->component_points();
+  return std::any_of(points_B.begin(), points_B.end(),
+                     [&](const Vector3& p_B) { return a.tree()->Encloses(X_AB * p_B); });
+}
+
+}  // namespace
+
+bool MeshMeetsPieces(const ExactGeometry& a, const ExactGeometry& b, const Pose& X_AB) {
+  if (std::holds_alternative<Sphere>(b.shape())) {
+    return MeshToPieces(a, b, X_AB, 0).distance_m < 0;
+  }
+  return std::any_of(b.pieces().begin(), b.pieces().end(), [&](const ConvexCore& piece) {
+    return SurfaceMeets(*a.tree(), piece, X_AB) ||
+           (!a.IsOpen() && a.tree()->Encloses(X_AB * piece.centre));
+  });
+}
+
+bool MeshMeetsMesh(const ExactGeometry& a, const ExactGeometry& b, const Pose& X_AB) {
+  return CrossingSearch(*a.tree(), *b.tree(), X_AB).Run() || EnclosesAPart(a, b, X_AB) ||
+         EnclosesAPart(b, a, X_AB.inverse(Eigen::Isometry));
+}
+
+}  // namespace cwm::collision

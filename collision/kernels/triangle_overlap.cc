@@ -1,0 +1,104 @@
+#include "collision/kernels/triangle_overlap.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace cwm::collision {
+namespace {
+
+// Of the size of both: far above the rounding of coordinates, below what anybody asks for.
+constexpr double kUnsure = 1e-10;
+// An axis shorter than this share of what it was made of has no direction.
+constexpr double kNoDirection = 1e-12;
+
+struct Interval {
+  double low = 0, high = 0;
+};
+
+Interval Along(const TrianglePoints& triangle, const Vector3& axis) {
+  const double a = axis.dot(triangle[0]), b = axis.dot(triangle[1]), c = axis.dot(triangle[2]);
+  return {std::min({a, b, c}), std::max({a, b, c})};
+}
+
+// Gathers the verdict of one axis after the other: one that parts decides.
+class Axes {
+ public:
+  explicit Axes(double size) : size_(size) {}
+
+  // `made_of` is the product of the lengths that the axis was made of. False once it is decided.
+  bool Try(const Vector3& axis, double made_of, const Interval& a, const Interval& b) {
+    const double squared = axis.squaredNorm();
+    if (squared <= kNoDirection * kNoDirection * made_of * made_of) return true;
+    const double unsure = kUnsure * size_ * std::sqrt(squared);
+    const double gap = std::max(a.low - b.high, b.low - a.high);
+    if (gap > unsure) {
+      verdict_ = Overlap::kNo;
+      return false;
+    }
+    if (gap > -unsure) verdict_ = Overlap::kUnsure;
+    return true;
+  }
+  Overlap verdict() const { return verdict_; }
+
+ private:
+  const double size_;
+  Overlap verdict_ = Overlap::kYes;
+};
+
+double SizeOf(const TrianglePoints& triangle) {
+  return std::max({triangle[0].cwiseAbs().maxCoeff(), triangle[1].cwiseAbs().maxCoeff(),
+                   triangle[2].cwiseAbs().maxCoeff()});
+}
+
+TrianglePoints EdgesOf(const TrianglePoints& t) { return {t[1] - t[0], t[2] - t[1], t[0] - t[2]}; }
+
+}  // namespace
+
+Overlap TrianglesOverlap(const TrianglePoints& a, const TrianglePoints& b) {
+  Axes axes(std::max(SizeOf(a), SizeOf(b)));
+  const auto parted = [&](const Vector3& axis, double made_of) {
+    return !axes.Try(axis, made_of, Along(a, axis), Along(b, axis));
+  };
+  const TrianglePoints edges_a = EdgesOf(a), edges_b = EdgesOf(b);
+  const Vector3 normal_a = edges_a[0].cross(edges_a[1]), normal_b = edges_b[0].cross(edges_b[1]);
+  std::array<double, 3> lengths_a, lengths_b;
+  for (std::size_t k = 0; k < 3; ++k) {
+    lengths_a[k] = edges_a[k].norm(), lengths_b[k] = edges_b[k].norm();
+  }
+  if (parted(normal_a, lengths_a[0] * lengths_a[1])) return Overlap::kNo;
+  if (parted(normal_b, lengths_b[0] * lengths_b[1])) return Overlap::kNo;
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t j = 0; j < 3; ++j) {
+      if (parted(edges_a[i].cross(edges_b[j]), lengths_a[i] * lengths_b[j])) return Overlap::kNo;
+    }
+  }
+  // Within one plane, or nearly, the products of edges all run along the normal.
+  for (std::size_t k = 0; k < 3; ++k) {
+    if (parted(normal_a.cross(edges_a[k]), normal_a.norm() * lengths_a[k])) return Overlap::kNo;
+    if (parted(normal_b.cross(edges_b[k]), normal_b.norm() * lengths_b[k])) return Overlap::kNo;
+  }
+  return axes.verdict();
+}
+
+Overlap TriangleOverlapsBox(const TrianglePoints& triangle, const Box& box) {
+  const Vector3 half = 0.5 * box.size_m;
+  Axes axes(std::max(SizeOf(triangle), half.maxCoeff()));
+  const auto parted = [&](const Vector3& axis, double made_of) {
+    const double reach = axis.cwiseAbs().dot(half);
+    return !axes.Try(axis, made_of, Along(triangle, axis), {-reach, reach});
+  };
+  for (int k = 0; k < 3; ++k) {
+    if (parted(Vector3::Unit(k), 1)) return Overlap::kNo;
+  }
+  const TrianglePoints edges = EdgesOf(triangle);
+  if (parted(edges[0].cross(edges[1]), edges[0].norm() * edges[1].norm())) return Overlap::kNo;
+  for (const Vector3& edge : edges) {
+    const double length = edge.norm();
+    for (int k = 0; k < 3; ++k) {
+      if (parted(edge.cross(Vector3::Unit(k)), length)) return Overlap::kNo;
+    }
+  }
+  return axes.verdict();
+}
+
+}  // namespace cwm::collision

@@ -1,0 +1,28 @@
+// The rival for robots: FCL's own meshes and objects, asked as a planner's plain loop would.
+#pragma once
+
+#include <memory>
+#include <span>
+
+#include "collision/query/query.h"
+
+namespace cwm::benchmarks {
+
+// A body and a world held by FCL; made once per scene, outside of what is timed.
+class FclRobot {
+ public:
+  // Box, sphere, cylinder and mesh parts; their bounds are FCL's.
+  FclRobot(const collision::QueryBody& body, const collision::WorldSnapshot& world);
+  ~FclRobot();
+
+  // Every part against every object and the body's self pairs, until one collides.
+  bool CollidesPlainly(std::span<const Pose> X_WF);
+  // The same with FCL's tree of boxes over the world and boxes of the parts, as MoveIt asks.
+  bool CollidesByTree(std::span<const Pose> X_WF);
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace cwm::benchmarks
