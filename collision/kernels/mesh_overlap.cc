@@ -92,7 +92,7 @@ class CrossingSearch {
   CrossingSearch(const TriangleTree& a, const TriangleTree& b, const Pose& X_AB)
       : a_(a), b_(b), X_AB_(X_AB), reach_AB_(X_AB.linear().cwiseAbs()) {}
 
-  bool Run() const { return Visit(0, 0); }
+  bool Run() const { return Closeness(0, 0) && Visit(0, 0); }
 
  private:
   const TriangleTree::Node& NodeA(std::int32_t i) const {
@@ -102,25 +102,37 @@ class CrossingSearch {
     return b_.nodes()[static_cast<std::size_t>(i)];
   }
 
-  bool AreApart(const TriangleTree::Node& a, const TriangleTree::Node& b) const {
+  // How far the balls of two nodes are from each other's middle, in their radii; nothing where balls
+  // or boxes show that the nodes are apart.
+  std::optional<double> Closeness(std::int32_t i, std::int32_t j) const {
+    const TriangleTree::Node &a = NodeA(i), &b = NodeB(j);
     const Vector3 between = X_AB_ * b.bounds.center() - a.bounds.center();
     const double radii = a.radius_m + b.radius_m;
-    if (between.squaredNorm() > radii * radii) return true;
+    const double squared_m2 = between.squaredNorm();
+    if (squared_m2 > radii * radii) return std::nullopt;
     const Vector3 half_a = 0.5 * a.bounds.sizes(), half_b = 0.5 * b.bounds.sizes();
-    if ((between.cwiseAbs() - half_a - reach_AB_ * half_b).maxCoeff() > 0) return true;
+    if ((between.cwiseAbs() - half_a - reach_AB_ * half_b).maxCoeff() > 0) return std::nullopt;
     const Vector3 between_B = X_AB_.linear().transpose() * between;
-    return (between_B.cwiseAbs() - half_b - reach_AB_.transpose() * half_a).maxCoeff() > 0;
+    if ((between_B.cwiseAbs() - half_b - reach_AB_.transpose() * half_a).maxCoeff() > 0) {
+      return std::nullopt;
+    }
+    return squared_m2 / (radii * radii);
   }
 
-  // The larger of two nodes is opened.
+  // Of two nodes that are not shown to be apart the larger is opened, and the half that lies deeper
+  // looked at first.
   bool Visit(std::int32_t i, std::int32_t j) const {
     const TriangleTree::Node &a = NodeA(i), &b = NodeB(j);
-    if (AreApart(a, b)) return false;
     if (a.count > 0 && b.count > 0) return LeavesCross(a, b);
-    if (b.count > 0 || (a.count == 0 && a.radius_m >= b.radius_m)) {
-      return Visit(i + 1, j) || Visit(a.right, j);
-    }
-    return Visit(i, j + 1) || Visit(i, b.right);
+    const bool open_a = b.count > 0 || (a.count == 0 && a.radius_m >= b.radius_m);
+    const std::array<std::int32_t, 2> left = {open_a ? i + 1 : i, open_a ? j : j + 1};
+    const std::array<std::int32_t, 2> right = {open_a ? a.right : i, open_a ? j : b.right};
+    const std::optional<double> of_left = Closeness(left[0], left[1]);
+    const std::optional<double> of_right = Closeness(right[0], right[1]);
+    const bool left_first = of_left && (!of_right || *of_left <= *of_right);
+    if (left_first && Visit(left[0], left[1])) return true;
+    if (of_right && Visit(right[0], right[1])) return true;
+    return of_left && !left_first && Visit(left[0], left[1]);
   }
 
   bool LeavesCross(const TriangleTree::Node& a, const TriangleTree::Node& b) const {
