@@ -29,9 +29,10 @@ absl::Status RevisionMismatch(Revision expected, Revision actual) {
                     {"actual_revision", std::to_string(actual.value)}}});
 }
 
-// Gives the plain statuses of collision::Apply their reasons and details.
-absl::Status Explain(const absl::Status& status, const SnapshotPtr& base,
-                     std::span<const Change> changes) {
+}  // namespace
+
+absl::Status ExplainRefusal(const absl::Status& status, const collision::WorldSnapshot& base,
+                            std::span<const Change> changes, const std::string& list) {
   const std::optional<collision::ApplyFault> fault = collision::FaultOf(status);
   const Change* change = fault.has_value() ? &changes[fault->change] : nullptr;
   ErrorDetails details;
@@ -46,7 +47,7 @@ absl::Status Explain(const absl::Status& status, const SnapshotPtr& base,
     if (change != nullptr && change->expected_object_revision.has_value()) {
       details.metadata["expected_revision"] =
           std::to_string(change->expected_object_revision->value);
-      const collision::WorldObjectPtr object = base->Find(NameOf(*change));
+      const collision::WorldObjectPtr object = base.Find(NameOf(*change));
       if (object != nullptr) {  // absent: there is no such object
         details.metadata["actual_revision"] = std::to_string(object->latest_revision().value);
       }
@@ -54,15 +55,13 @@ absl::Status Explain(const absl::Status& status, const SnapshotPtr& base,
   } else {
     details.reason = "INVALID_FIELD";
     if (fault.has_value()) {
-      const std::string place = absl::StrCat("changes[", fault->change, "]");
+      const std::string place = absl::StrCat(list, "[", fault->change, "]");
       details.fields.push_back(
           {fault->field.empty() ? place : absl::StrCat(place, ".", fault->field), fault->rule});
     }
   }
   return MakeError(status.code(), std::string(status.message()), std::move(details));
 }
-
-}  // namespace
 
 struct World::State {
   const std::string name;
@@ -102,7 +101,7 @@ struct World::State {
     absl::StatusOr<std::vector<Change>> changes = make(base);
     if (!changes.ok()) return changes.status();
     absl::StatusOr<SnapshotPtr> next = collision::Apply(base, *changes);
-    if (!next.ok()) return Explain(next.status(), base, *changes);
+    if (!next.ok()) return ExplainRefusal(next.status(), *base, *changes, "changes");
 
     WriteOutcome outcome{.revision = (*next)->revision(), .replayed = false, .snapshot = *next};
     std::vector<collision::ObjectDelta> deltas = collision::Difference(*base, **next);

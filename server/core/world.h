@@ -60,6 +60,11 @@ struct SensorPose {
   bool given = false;  // told by somebody, not estimated from a scan
 };
 
+// Gives a status of collision::Apply its reason and details, as World::Apply says; `list` is the field
+// of the request that held the changes.
+absl::Status ExplainRefusal(const absl::Status& status, const collision::WorldSnapshot& base,
+                            std::span<const collision::Change> changes, const std::string& list);
+
 class World {
  public:
   // `now` tells ages; tests pass their own.

@@ -8,6 +8,7 @@
 
 #include "server/rpc/at_revision.h"
 #include "server/wire/answers.h"
+#include "server/wire/objects.h"
 #include "server/wire/poses.h"
 #include "server/wire/questions.h"
 
@@ -17,11 +18,12 @@ namespace {
 // What every question has in common once it is understood.
 struct Asked {
   std::shared_ptr<World> world;
-  SnapshotPtr snapshot;
+  collision::Revision revision;  // of the world
+  SnapshotPtr snapshot;          // of that revision, with the overlay
   QuestionOptions options;
 
   AnswerContext Context() const {
-    return {world->uid(), *snapshot, options.form, options.precision};
+    return {world->uid(), revision, *snapshot, options.form, options.precision};
   }
 };
 
@@ -43,6 +45,17 @@ absl::StatusOr<WorldAtRevision> FindWorldAt(const Runtime& runtime, const std::s
   return at;
 }
 
+absl::StatusOr<SnapshotPtr> WithOverlay(const Application& application,
+                                        const v1::QueryOptions& options, SnapshotPtr base) {
+  if (options.overlay().empty()) return base;
+  auto changes = FromProto(options.overlay(), application.limits, application.geometry,
+                           FieldPath().Field("options"), "overlay");
+  if (!changes.ok()) return changes.status();
+  auto changed = collision::Apply(base, *changes);
+  if (changed.ok()) return changed;
+  return ExplainRefusal(changed.status(), *base, *changes, "options.overlay");
+}
+
 template <class Request>
 absl::StatusOr<Asked> Understand(Runtime& runtime, const Request& request, const CallContext& call,
                                  HeldSnapshot* held) {
@@ -51,7 +64,10 @@ absl::StatusOr<Asked> Understand(Runtime& runtime, const Request& request, const
   auto at = FindWorldAt(runtime, request.world(), *options, call, held);
   if (!at.ok()) return at.status();
   options->query.give_up_at = GiveUpAt(options->time_budget, call.deadline);
-  return Asked{std::move(at->world), std::move(at->snapshot), *std::move(options)};
+  const collision::Revision revision = at->snapshot->revision();
+  auto snapshot = WithOverlay(runtime.application, request.options(), std::move(at->snapshot));
+  if (!snapshot.ok()) return snapshot.status();
+  return Asked{std::move(at->world), revision, *std::move(snapshot), *std::move(options)};
 }
 
 // One of the questions about a body in rows.

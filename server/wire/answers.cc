@@ -81,7 +81,7 @@ std::vector<std::int32_t> SetObjects(const std::vector<std::int32_t>& snapshot_i
                                      std::size_t completed, const AnswerContext& context,
                                      Response* response) {
   response->set_world_uid(context.world_uid);
-  response->set_revision(context.snapshot.revision().value);
+  response->set_revision(context.revision.value);
   response->set_completed_count(static_cast<std::int64_t>(completed));
   const auto& objects = context.snapshot.objects();
   std::vector<std::int32_t> reply_index(objects.size(), kNoObject);
@@ -94,7 +94,8 @@ std::vector<std::int32_t> SetObjects(const std::vector<std::int32_t>& snapshot_i
     reply_index[i] = count++;
     v1::ObjectRef* ref = response->add_objects();
     ref->set_name(objects[i]->name);
-    ref->set_uid(objects[i]->uid);
+    const bool is_of_overlay = objects[i]->create_revision > context.revision;
+    if (!is_of_overlay) ref->set_uid(objects[i]->uid);
   }
   std::vector<std::int32_t> translated(snapshot_indices.size());
   for (std::size_t i = 0; i < translated.size(); ++i) {

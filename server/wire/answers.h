@@ -10,7 +10,8 @@ namespace cwm::server {
 
 struct AnswerContext {
   std::string world_uid;
-  const collision::WorldSnapshot& snapshot;
+  collision::Revision revision;              // of the world
+  const collision::WorldSnapshot& snapshot;  // with the request's overlay, if it has one
   Form form = Form::kColumns;
   Precision precision = Precision::kDouble;
 };

@@ -116,16 +116,16 @@ absl::StatusOr<collision::Change> ChangeOf(const v1::Change& change, const Limit
 
 absl::StatusOr<std::vector<collision::Change>> FromProto(
     const google::protobuf::RepeatedPtrField<v1::Change>& changes, const Limits& limits,
-    const GeometryStore& store, const FieldPath& path) {
-  if (changes.empty()) return path.Field("changes").Error("is empty, must hold a change");
+    const GeometryStore& store, const FieldPath& path, std::string_view list) {
+  if (changes.empty()) return path.Field(list).Error("is empty, must hold a change");
   if (changes.size() > limits.max_changes) {
-    return path.Field("changes").Error(
+    return path.Field(list).Error(
         absl::StrCat("holds ", changes.size(), ", must hold at most ", limits.max_changes));
   }
   std::vector<collision::Change> result;
   result.reserve(changes.size());
   for (int i = 0; i < changes.size(); ++i) {
-    auto change = ChangeOf(changes[i], limits, store, path.Item("changes", i));
+    auto change = ChangeOf(changes[i], limits, store, path.Item(list, i));
     if (!change.ok()) return change.status();
     result.push_back(*std::move(change));
   }

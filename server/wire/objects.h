@@ -31,11 +31,11 @@ absl::StatusOr<View> FromProto(v1::ObjectView view, View unspecified, const Fiel
 v1::Object ToProto(const collision::WorldObject& object, View view, const Observation& observation,
                    GeometryStore& store);
 
-// All changes, with their geometry prepared for every engine (heavy: no lock may be held). At most
-// limits.max_changes.
+// All changes, with their geometry prepared for every engine (heavy: no lock may be held). At least
+// one, at most limits.max_changes. `list` is the field below `path` that holds them.
 absl::StatusOr<std::vector<collision::Change>> FromProto(
     const google::protobuf::RepeatedPtrField<v1::Change>& changes, const Limits& limits,
-    const GeometryStore& store, const FieldPath& path);
+    const GeometryStore& store, const FieldPath& path, std::string_view list = "changes");
 
 // The rule for names of objects, see collision::IsValidName.
 absl::Status CheckName(const std::string& name, const FieldPath& path);

@@ -82,6 +82,70 @@ TEST_F(QueryTest, CollisionIsDistanceBelowTheMargin) {
   EXPECT_EQ(response.trust(), std::string(3, static_cast<char>(v1::TRUST_EXACT)));
 }
 
+TEST_F(QueryTest, AnOverlayIsSeenByItsQuestionAlone) {
+  v1::GetDistancesRequest request;
+  *request.mutable_subject() = SphereAt({0.5});
+  request.mutable_options()->set_max_results(5);
+  *request.mutable_options()->add_overlay() = PutBoxChange("near", 1);
+  v1::Change* move = request.mutable_options()->add_overlay();
+  move->mutable_move()->set_name("right");
+  move->mutable_move()->mutable_x_world_object()->set_tx_m(5);
+  move->mutable_move()->mutable_x_world_object()->set_qw(1);
+  request.mutable_options()->add_overlay()->mutable_remove()->set_name("left");
+  v1::GetDistancesResponse response;
+  const auto status = Distances(request, &response);
+  ASSERT_TRUE(status.ok()) << status.error_message();
+  EXPECT_EQ(response.revision(), 2);
+  ASSERT_EQ(response.objects_size(), 2);
+  EXPECT_EQ(response.objects(0).name(), "near");
+  EXPECT_EQ(response.objects(0).uid(), "");
+  EXPECT_EQ(response.objects(1).name(), "right");
+  EXPECT_NE(response.objects(1).uid(), "");
+  const auto distances = Doubles(response.columns().distance_m());
+  ASSERT_EQ(distances.size(), 2u);
+  EXPECT_NEAR(distances[0], 0.5 - 0.1 - 0.1, kExact_m);
+  EXPECT_NEAR(distances[1], 4.5 - 0.1 - 0.1, kExact_m);
+
+  request.mutable_options()->clear_overlay();
+  v1::GetDistancesResponse after;
+  ASSERT_TRUE(Distances(request, &after).ok());
+  EXPECT_EQ(after.revision(), 2);
+  EXPECT_EQ(after.objects(0).name(), "left");
+  EXPECT_NEAR(Doubles(after.columns().distance_m())[1], 1.5 - 0.1 - 0.1, kExact_m);
+}
+
+TEST_F(QueryTest, AnObjectOfTheOverlayCanAsk) {
+  v1::CheckCollisionsRequest request;
+  request.mutable_subject()->mutable_object()->set_name("probe");
+  *request.mutable_options()->add_overlay() = PutBoxChange("probe", 0.15);
+  v1::CheckCollisionsResponse response;
+  Call call;
+  const auto status = query_->CheckCollisions(&call, request, &response);
+  ASSERT_TRUE(status.ok()) << status.error_message();
+  EXPECT_EQ(response.verdicts(), std::string("\x02"));
+}
+
+TEST_F(QueryTest, AnOverlayThatCannotBeAppliedFailsTheQuestionAndIsNamed) {
+  v1::GetDistancesRequest request;
+  *request.mutable_subject() = SphereAt({0.5});
+  v1::GetDistancesResponse response;
+  request.mutable_options()->add_overlay()->mutable_remove()->set_name("nobody");
+  auto status = Distances(request, &response);
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::NOT_FOUND);
+  EXPECT_EQ(ReasonIn(status), "OBJECT_UNKNOWN");
+  request.mutable_options()->mutable_overlay(0)->mutable_remove()->set_name("no such/ name!");
+  status = Distances(request, &response);
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+  EXPECT_EQ(FieldIn(status), "options.overlay[0].remove.name");
+  request.mutable_options()->mutable_overlay(0)->clear_what();
+  EXPECT_EQ(FieldIn(Distances(request, &response)), "options.overlay[0].what");
+  *request.mutable_options()->mutable_overlay(0) = PutBoxChange("left", 1);
+  request.mutable_options()->mutable_overlay(0)->set_expected_object_revision(77);
+  status = Distances(request, &response);
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::ABORTED);
+  EXPECT_EQ(ReasonIn(status), "OBJECT_REVISION_MISMATCH");
+}
+
 TEST_F(QueryTest, ContactsAreDeepestFirst) {
   v1::GetContactsRequest request;
   *request.mutable_subject() = SphereAt({0.15});

@@ -40,7 +40,7 @@ class Answers : public ::testing::Test {
     pairs_.bound_m = {0, 0.125, 0};
   }
   AnswerContext Context(Form form, Precision precision = Precision::kDouble) const {
-    return {"uid", snapshot_, form, precision};
+    return {"uid", snapshot_.revision(), snapshot_, form, precision};
   }
 
   collision::WorldSnapshot snapshot_;
