@@ -63,9 +63,13 @@ class BodySearch {
   bool asks_world() const { return body_.asks_world; }
   bool asks_itself() const { return !body_.self_pairs.empty(); }
   std::size_t part_count() const { return parts_.size(); }
+  const std::vector<PartPair>& self_pairs() const { return body_.self_pairs; }
 
   bool Skips(const WorldObject& object) const { return filter_.Skips(object); }
   const WorldSnapshot& world() const { return world_; }
+
+  // A pair that was asked once more; its geometries lie where PlaceBody has put the body since.
+  void CountPair(const Pair& pair) { MustEndAfter(pair.body.kind, pair.object.kind); }
 
   // Whether the row at hand is void: interrupted, or an engine had no answer.
   bool ended() const { return !status_.ok() || interrupt_.reason() != Interrupt::Reason::kNone; }

@@ -16,7 +16,7 @@ void MeasureInterpreter(Report& report);
 void MeasureEngines(Report& report);
 
 // Pairs of 20 cm shapes by engine and worlds of up to 10 000 objects: change_us_30, change_us_1000,
-// change_us_10000, change_bytes_10000, distances_per_s_2000.
+// change_us_10000, change_bytes_10000, overlay_us, distances_per_s_2000.
 void MeasurePairs(Report& report);
 void MeasureWorlds(Report& report);
 

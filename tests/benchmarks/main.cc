@@ -33,7 +33,8 @@ const std::map<std::string, std::vector<std::function<void(Report&)>>>& Groups()
       {"perception-fit", {MeasureFitting}},
       {"perception-bad", {MeasureBadInput}},
       {"perception-growth", {MeasureGrowth}},
-      {"collision", {MeasurePairs, MeasureEngines, MeasureWorlds}},
+      {"collision", {MeasurePairs, MeasureEngines, MeasureWorlds, MeasureRobots}},
+      {"collision-robots", {MeasureRobots}},
       {"people", {}},
   };
   return groups;

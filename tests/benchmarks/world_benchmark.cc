@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -47,6 +48,28 @@ ChangeCost MoveOneByOne(const SnapshotPtr& world) {
   return {Median(times_us), bytes};
 }
 
+// Five moves at once, as a question asks what if: applied to a snapshot that nothing keeps.
+double OverlayCost_us(const SnapshotPtr& world) {
+  constexpr int kOverlays = 2000;
+  constexpr std::size_t kChanges = 5;
+  const std::vector<Pose> poses = RandomPoses(kOverlays * kChanges, 13);
+  std::vector<double> times_us;
+  for (std::size_t i = 0; i < kOverlays; ++i) {
+    std::vector<collision::Change> changes;
+    for (std::size_t k = 0; k < kChanges; ++k) {
+      const std::size_t at = (7919 * (kChanges * i + k)) % world->objects().size();
+      changes.push_back(
+          {.what = collision::MoveObject{world->objects()[at]->name, poses[kChanges * i + k]},
+           .expected_object_revision = {}});
+    }
+    const auto start = std::chrono::steady_clock::now();
+    const auto with_overlay = collision::Apply(world, changes);
+    times_us.push_back(Elapsed_us(start));
+    if (!with_overlay.ok()) return std::numeric_limits<double>::quiet_NaN();
+  }
+  return Median(times_us);
+}
+
 double DistancesPerSecond(const SnapshotPtr& world) {
   const collision::QueryBody gripper =
       collision::BodyFromShapes({{.shape = Box{.size_m = {0.1, 0.08, 0.2}}}});
@@ -78,6 +101,12 @@ void MeasureWorlds(Report& report) {
                 .value = cost.median_us,
                 .unit = "us",
                 .how = "Apply of a move of one object among " + size + ", median of 4 000"});
+    if (count == 1'000) {
+      report.Add({.key = "overlay_us",
+                  .value = OverlayCost_us(world),
+                  .unit = "us",
+                  .how = "five moves applied to a snapshot of 1 000 objects, median of 2 000"});
+    }
     if (count == 10'000) {
       report.Add({.key = "change_bytes_" + size,
                   .value = cost.bytes,

@@ -1,0 +1,125 @@
+#include "collision/motion/body_motion.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "absl/container/inlined_vector.h"
+#include "collision/robot/kinematics.h"
+
+namespace cwm::collision {
+namespace {
+
+// How far the farthest point of a box is from the origin.
+double Reach_m(const Aabb& bounds) {
+  return bounds.min().cwiseAbs().cwiseMax(bounds.max().cwiseAbs()).norm();
+}
+
+// The short way around.
+double TurnBetween(double from_rad, double to_rad) {
+  return std::remainder(to_rad - from_rad, 2 * std::numbers::pi);
+}
+
+bool IsRotary(JointKind kind) {
+  return kind == JointKind::kRevolute || kind == JointKind::kContinuous;
+}
+
+}  // namespace
+
+RigidMotion::RigidMotion(const QueryBody& body, const Pose& X_WB_from, const Pose& X_WB_to)
+    : from_(X_WB_from),
+      step_m_(X_WB_to.translation() - X_WB_from.translation()),
+      turn_(Matrix3(X_WB_from.linear().transpose() * X_WB_to.linear())) {
+  for (const PreparedPart& part : body.geometry->parts) {
+    travel_m_.push_back(step_m_.norm() + std::abs(turn_.angle()) * Reach_m(part.bounds_O));
+  }
+}
+
+void RigidMotion::Place(double fraction, std::span<Pose> X_WF) const {
+  X_WF[0].linear() =
+      from_.linear() * Eigen::AngleAxisd(fraction * turn_.angle(), turn_.axis()).toRotationMatrix();
+  X_WF[0].translation() = from_.translation() + fraction * step_m_;
+}
+
+bool JointMotion::Follows(const RobotModel& model, std::span<const double> from,
+                          std::span<const double> to) {
+  return std::ranges::all_of(model.links, [&](const ModelLink& link) {
+    const bool compound = link.kind == JointKind::kPlanar || link.kind == JointKind::kFloating;
+    if (!compound) return true;
+    const auto first = static_cast<std::size_t>(link.variable);
+    const auto count = static_cast<std::size_t>(VariableCount(link.kind));
+    return std::ranges::equal(from.subspan(first, count), to.subspan(first, count));
+  });
+}
+
+JointMotion::JointMotion(const RobotGeometry& robot, const Pose& X_WB, std::span<const double> from,
+                         std::span<const double> to)
+    : robot_(robot), X_WB_(X_WB), from_(from.begin(), from.end()) {
+  const RobotModel& model = *robot.model;
+  for (std::size_t v = 0; v < from.size(); ++v) {
+    const auto link = static_cast<std::size_t>(model.variables[v].link);
+    step_.push_back(model.links[link].kind == JointKind::kContinuous ? TurnBetween(from[v], to[v])
+                                                                     : to[v] - from[v]);
+  }
+  for (const ModelLink& link : model.links) {
+    const bool moves = IsRotary(link.kind) || link.kind == JointKind::kPrismatic;
+    const auto variable = static_cast<std::size_t>(link.variable);
+    const double factor = link.follows ? link.multiplier : 1;
+    const double step = moves ? std::abs(factor * step_[variable]) : 0;
+    turn_rad_.push_back(IsRotary(link.kind) ? step : 0);
+    slide_m_.push_back(link.kind == JointKind::kPrismatic ? step : 0);
+    double arm_m = 0;  // of sliding joints, at either end of the edge
+    if (link.kind == JointKind::kPrismatic) {
+      const double offset = link.follows ? link.offset : 0;
+      arm_m = std::max(std::abs(factor * from_[variable] + offset),
+                       std::abs(factor * (from_[variable] + step_[variable]) + offset));
+    } else if (link.kind == JointKind::kPlanar || link.kind == JointKind::kFloating) {
+      const std::size_t axes = link.kind == JointKind::kPlanar ? 2 : 3;
+      for (std::size_t k = 0; k < axes; ++k) arm_m = std::hypot(arm_m, from_[variable + k]);
+    }
+    arm_m_.push_back(arm_m);
+  }
+}
+
+void JointMotion::Place(double fraction, std::span<Pose> X_WL) const {
+  absl::InlinedVector<double, 32> variables(from_.begin(), from_.end());
+  for (std::size_t v = 0; v < variables.size(); ++v) variables[v] += fraction * step_[v];
+  LinkPoses(*robot_.model, X_WB_, variables, X_WL);
+}
+
+// From the part outward in: each joint turns all that hangs on it about its own origin.
+double JointMotion::TravelBelow_m(std::int32_t part, int above) const {
+  const auto at = static_cast<std::size_t>(part);
+  double reach_m = Reach_m(robot_.geometry->parts[at].bounds_O);
+  double travel_m = 0;
+  for (int link = robot_.link_of_part[at]; link != above;) {
+    const auto k = static_cast<std::size_t>(link);
+    const ModelLink& model_link = robot_.model->links[k];
+    reach_m += arm_m_[k];  // about the joint's origin
+    travel_m += turn_rad_[k] * reach_m + slide_m_[k];
+    reach_m += model_link.X_PJ.translation().norm();  // about the parent's origin
+    if (link == model_link.parent) break;             // the root
+    link = model_link.parent;
+  }
+  return travel_m;
+}
+
+int JointMotion::CommonAncestor(int link, int other) const {
+  while (link != other) {  // parents have lesser indices
+    int& later = link > other ? link : other;
+    later = robot_.model->links[static_cast<std::size_t>(later)].parent;
+  }
+  return link;
+}
+
+double JointMotion::Travel_m(std::int32_t part) const { return TravelBelow_m(part, -1); }
+
+double JointMotion::RelativeTravel_m(const PartPair& pair) const {
+  const auto link_of = [&](std::int32_t part) {
+    return robot_.link_of_part[static_cast<std::size_t>(part)];
+  };
+  const int ancestor = CommonAncestor(link_of(pair.first), link_of(pair.second));
+  return TravelBelow_m(pair.first, ancestor) + TravelBelow_m(pair.second, ancestor);
+}
+
+}  // namespace cwm::collision

@@ -1,0 +1,72 @@
+// A body on its way from one row to another, and how fast its parts can move meanwhile.
+#pragma once
+
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "collision/query/query.h"
+#include "collision/query/robot_body.h"
+
+namespace cwm::collision {
+
+// One edge. Times are fractions of it, 0 to 1. Immutable.
+class BodyMotion {
+ public:
+  virtual ~BodyMotion() = default;
+  // Sets X_WF, one pose for each frame of the body.
+  virtual void Place(double fraction, std::span<Pose> X_WF) const = 0;
+  // No point of the part travels farther, in the world, than this times the share of the edge.
+  virtual double Travel_m(std::int32_t part) const = 0;
+  // The same of a self pair: of a point of one part as the other one sees it.
+  virtual double RelativeTravel_m(const PartPair& pair) const = 0;
+};
+
+// A rigid body: the origin moves linearly, the rotation is the short way at constant speed (slerp).
+class RigidMotion : public BodyMotion {
+ public:
+  RigidMotion(const QueryBody& body, const Pose& X_WB_from, const Pose& X_WB_to);
+
+  void Place(double fraction, std::span<Pose> X_WF) const override;
+  double Travel_m(std::int32_t part) const override {
+    return travel_m_[static_cast<std::size_t>(part)];
+  }
+  double RelativeTravel_m(const PartPair&) const override { return 0; }
+
+ private:
+  const Pose from_;
+  const Vector3 step_m_;
+  const Eigen::AngleAxisd turn_;  // in the frame of `from_`
+  std::vector<double> travel_m_;
+};
+
+// A robot whose joints move linearly, continuous ones the short way. A planar or floating joint whose
+// variables differ is not followed: see Follows.
+class JointMotion : public BodyMotion {
+ public:
+  // All variables of the model, at the start and at the end. Refers to the robot.
+  JointMotion(const RobotGeometry& robot, const Pose& X_WB, std::span<const double> from,
+              std::span<const double> to);
+
+  // Whether the motion is one that bounds are known of.
+  static bool Follows(const RobotModel& model, std::span<const double> from,
+                      std::span<const double> to);
+
+  void Place(double fraction, std::span<Pose> X_WL) const override;
+  double Travel_m(std::int32_t part) const override;
+  double RelativeTravel_m(const PartPair& pair) const override;
+
+ private:
+  // Of a part, by the joints above its link down to, and without, that of the link `above`.
+  double TravelBelow_m(std::int32_t part, int above) const;
+  int CommonAncestor(int link, int other) const;
+
+  const RobotGeometry& robot_;
+  const Pose X_WB_;
+  std::vector<double> from_, step_;  // of the variables
+  std::vector<double> turn_rad_;     // per link: of its joint over the whole edge
+  std::vector<double> slide_m_;      // likewise, of one that slides
+  std::vector<double> arm_m_;        // per link: from its joint's origin to its own, at most
+};
+
+}  // namespace cwm::collision

@@ -1,0 +1,257 @@
+#include "collision/motion/check_motions.h"
+
+#include <algorithm>
+#include <numeric>
+#include <utility>
+
+#include "collision/query/body_search.h"
+#include "collision/query/object_ranks.h"
+
+namespace cwm::collision {
+namespace {
+
+// Places of one edge that one pair is measured at. A pair that stays a millimetre apart takes as many
+// as its parts travel millimetres.
+constexpr int kMostPlaces = 4000;
+// Pairs are measured that may come as near as this: no clearance beyond it is told.
+constexpr double kLookout_m = 0.02;
+// Of the lesser gap at two places that is still told of what lies between them; more asks for more
+// places.
+constexpr double kTold = 0.25;
+// Narrower intervals of an edge are not halved again: that of a kilometre's travel is as long as
+// distances are right to.
+constexpr double kNarrowest = 1e-10;
+
+// A pair that may come near on the edge. Its poses are those of the place looked at last.
+struct Candidate {
+  BodySearch::Pair pair;
+  double margin_m = 0;
+  double travel_m = 0;  // how fast it can close, over the whole edge
+  double gap_m = 0;     // at the start: distance less margin
+};
+
+// A pair at one fraction of the edge.
+struct Place {
+  double fraction = 0;
+  double gap_m = 0;
+  bool contact = false;
+  bool certain = true;
+};
+
+// One row: the body at a fraction of an edge.
+class EdgeRow : public BodyRows {
+ public:
+  EdgeRow(const BodyMotion& motion, double fraction) : motion_(motion), fraction_(fraction) {}
+  std::size_t size() const override { return 1; }
+  void Place(std::size_t, std::span<Pose> X_WF) const override { motion_.Place(fraction_, X_WF); }
+
+ private:
+  const BodyMotion& motion_;
+  const double fraction_;
+};
+
+struct EdgeResult {
+  MotionVerdict verdict = MotionVerdict::kFree;
+  double lo = 0, hi = 1, clearance_m = kLookout_m;
+  PairId pair = {};
+};
+
+// One pair after the other, those first that soon could meet; once one does, the others are followed
+// up to there alone.
+class EdgeSearch {
+ public:
+  EdgeSearch(BodySearch& search, const BodyMotion& motion, double request_margin_m,
+             double own_margin_m)
+      : search_(search),
+        motion_(motion),
+        request_margin_m_(request_margin_m),
+        own_margin_m_(own_margin_m) {}
+
+  EdgeResult Run() {
+    Gather();
+    for (std::size_t next : order_) {
+      if (search_.ended()) break;
+      Follow(candidates_[next]);
+    }
+    if (result_.verdict != MotionVerdict::kFree) result_.clearance_m = 0;
+    return result_;
+  }
+
+ private:
+  // Pairs farther apart than this at the start stay so far apart that nothing is told of them.
+  static double Reach_m(double margin_m, double travel_m) {
+    return margin_m + travel_m + kLookout_m;
+  }
+
+  void Gather() {
+    search_.PlaceBody(EdgeRow(motion_, 0), 0);
+    double fastest_m = 0;
+    for (const PartPair& pair : search_.self_pairs()) {
+      fastest_m = std::max(fastest_m, motion_.RelativeTravel_m(pair));
+    }
+    search_.ForEachSelfPair(
+        Reach_m(request_margin_m_, fastest_m), Question::kDistance,
+        [&](const BodySearch::Pair& pair) {
+          Add(pair, request_margin_m_,
+              motion_.RelativeTravel_m({pair.id.body_part, pair.id.object_part}));
+          return Reach_m(request_margin_m_, fastest_m);
+        });
+    if (search_.asks_world()) GatherOfWorld();
+    order_.resize(candidates_.size());
+    std::iota(order_.begin(), order_.end(), std::size_t{0});
+    std::stable_sort(order_.begin(), order_.end(), [&](std::size_t i, std::size_t j) {
+      const Candidate &a = candidates_[i], &b = candidates_[j];
+      return a.gap_m * b.travel_m < b.gap_m * a.travel_m;
+    });
+  }
+
+  void GatherOfWorld() {
+    double fastest_m = 0;
+    for (std::size_t k = 0; k < search_.part_count(); ++k) {
+      fastest_m = std::max(fastest_m, motion_.Travel_m(static_cast<std::int32_t>(k)));
+    }
+    const double widest_m = search_.world().objects().widest_margin_m() + own_margin_m_;
+    search_.world().bounds().ForEachWithin(
+        search_.body_bounds_W(), Reach_m(widest_m, fastest_m), [&](const WorldObject& object) {
+          if (search_.Skips(object)) return true;
+          const double margin_m = object.margin_m + own_margin_m_;
+          search_.ForEachPair(object, Reach_m(margin_m, fastest_m), Question::kDistance,
+                              [&](const BodySearch::Pair& pair) {
+                                Add(pair, margin_m, motion_.Travel_m(pair.id.body_part));
+                                return Reach_m(margin_m, fastest_m);
+                              });
+          return !search_.ended();
+        });
+  }
+
+  void Add(const BodySearch::Pair& pair, double margin_m, double travel_m) {
+    const double reach_m = Reach_m(margin_m, travel_m);
+    const PairDistance answer = pair.engine.Distance(pair.body, pair.object, reach_m);
+    if (answer.distance_m > reach_m) return;
+    candidates_.push_back({pair, margin_m, travel_m, answer.distance_m - margin_m});
+  }
+
+  void Follow(const Candidate& candidate) {
+    places_ = 0;
+    const Place start = LookAt(candidate, 0);
+    if (start.contact) {
+      result_ = Contact(0, 0, candidate.pair.id);
+      return;
+    }
+    const double to = result_.verdict == MotionVerdict::kContact ? result_.hi : 1;
+    const double left_m = start.gap_m - candidate.travel_m * to;
+    if (start.certain && left_m >= kTold * start.gap_m) {
+      result_.clearance_m = std::min(result_.clearance_m, left_m);
+      return;
+    }
+    if (to > 0) Certify(candidate, start, LookAt(candidate, to));
+  }
+
+  static EdgeResult Contact(double lo, double hi, const PairId& id) {
+    return {.verdict = MotionVerdict::kContact, .lo = lo, .hi = hi, .clearance_m = 0, .pair = id};
+  }
+
+  // From left to right; true when there is no need to look further.
+  bool Certify(const Candidate& candidate, const Place& a, const Place& b) {
+    const double width = b.fraction - a.fraction;
+    const double travel_m = candidate.travel_m * width;
+    const double least_m = std::min(a.gap_m, b.gap_m);
+    const double between_m = 0.5 * (a.gap_m + b.gap_m - travel_m);
+    if (!b.contact && a.certain && b.certain && between_m >= kTold * least_m) {
+      result_.clearance_m = std::min({result_.clearance_m, least_m, between_m});
+      return false;
+    }
+    const bool at_end = width <= kNarrowest || places_ >= kMostPlaces || search_.ended();
+    if (b.contact && (width <= kBracket || at_end)) {
+      const bool is_clear = result_.verdict == MotionVerdict::kFree;
+      result_ = Contact(is_clear ? a.fraction : std::min(a.fraction, result_.lo), b.fraction,
+                        candidate.pair.id);
+      return true;
+    }
+    const bool is_grazing = !b.contact && least_m <= kGrazing_m && travel_m <= kGrazing_m;
+    if (is_grazing || at_end) {
+      const bool grazes = is_grazing && a.certain && b.certain;
+      Doubt(grazes ? MotionVerdict::kGrazing : MotionVerdict::kUndecided, a, b);
+      return at_end;
+    }
+    const Place middle = LookAt(candidate, 0.5 * (a.fraction + b.fraction));
+    return Certify(candidate, a, middle) || (!middle.contact && Certify(candidate, middle, b));
+  }
+
+  // Of several the worst stays, and of those the first found; a contact overrides them.
+  void Doubt(MotionVerdict verdict, const Place& a, const Place& b) {
+    if (result_.verdict == MotionVerdict::kContact) {
+      result_.lo = std::min(result_.lo, a.fraction);
+      return;
+    }
+    const bool worse = result_.verdict == MotionVerdict::kFree ||
+                       (verdict == MotionVerdict::kUndecided && result_.verdict != verdict);
+    if (!worse) return;
+    result_.verdict = verdict;
+    result_.lo = a.fraction;
+    result_.hi = b.fraction;
+  }
+
+  Place LookAt(const Candidate& candidate, double fraction) {
+    ++places_;
+    search_.PlaceBody(EdgeRow(motion_, fraction), 0);
+    const BodySearch::Pair& pair = candidate.pair;
+    const double reach_m = Reach_m(candidate.margin_m, candidate.travel_m);
+    const PairDistance answer = pair.engine.Distance(pair.body, pair.object, reach_m);
+    search_.CountPair(pair);
+    Place place{.fraction = fraction};
+    place.gap_m = std::min(answer.distance_m, reach_m) - candidate.margin_m;
+    // The kernels call an overlap what is one; their bound is about its depth.
+    const bool is_apart = answer.distance_m >= 0;
+    place.contact = place.gap_m < 0 && (is_apart || candidate.margin_m >= 0);
+    place.certain = answer.trust != Trust::kDegraded;
+    return place;
+  }
+
+  BodySearch& search_;
+  const BodyMotion& motion_;
+  const double request_margin_m_, own_margin_m_;
+  std::vector<Candidate> candidates_;
+  std::vector<std::size_t> order_;
+  int places_ = 0;
+  EdgeResult result_;
+};
+
+void Append(MotionColumns& columns, const EdgeResult& edge, ObjectRanks& ranks) {
+  columns.verdict.push_back(edge.verdict);
+  columns.lo.push_back(edge.lo);
+  columns.hi.push_back(edge.hi);
+  columns.clearance_m.push_back(edge.clearance_m);
+  columns.object.push_back(edge.pair.IsOfItself() ? kItself : ranks.Of(edge.pair.object));
+  columns.body_part.push_back(edge.pair.body_part);
+  columns.object_part.push_back(edge.pair.object_part);
+}
+
+}  // namespace
+
+absl::StatusOr<MotionColumns> CheckMotions(const WorldSnapshot& world, const QueryBody& body,
+                                           std::span<const std::unique_ptr<BodyMotion>> edges,
+                                           const QueryOptions& options, std::stop_token stop) {
+  if (options.engine != EngineChoice::kAuto && options.engine != EngineChoice::kExact) {
+    return absl::UnimplementedError(
+        "motions are certified by the exact kernels alone: ask AUTO or EXACT");
+  }
+  BodySearch search(world, body, options, std::move(stop));
+  ObjectRanks ranks(world);
+  MotionColumns columns;
+  for (const std::unique_ptr<BodyMotion>& edge : edges) {
+    if (search.MustEnd()) break;
+    const EdgeResult result =
+        EdgeSearch(search, *edge, options.margin_m, body.margin_m + options.margin_m).Run();
+    if (search.ended()) break;
+    Append(columns, result, ranks);
+    ++columns.completed;
+  }
+  if (absl::Status status = search.Finish(); !status.ok()) return status;
+  while (columns.verdict.size() < edges.size()) {
+    Append(columns, {.verdict = MotionVerdict::kNotComputed, .clearance_m = 0}, ranks);
+  }
+  return columns;
+}
+
+}  // namespace cwm::collision

@@ -1,0 +1,148 @@
+#include "collision/motion/body_motion.h"
+
+#include <gtest/gtest.h>
+
+#include <numbers>
+#include <random>
+
+#include "collision/geometry/support.h"
+#include "collision/robot/kinematics.h"
+#include "tests/collision/query/random_world.h"
+#include "tests/collision/robot/robot_text.h"
+
+namespace cwm::collision {
+namespace {
+
+using testing::Ball;
+using testing::JointText;
+using testing::NoMeshes;
+using testing::Robot;
+
+constexpr double kRounding_m = 1e-12;
+
+std::shared_ptr<const RobotGeometry> RobotOf(const std::string& elements) {
+  const auto description = ReadUrdf(Robot(elements), NoMeshes);
+  EXPECT_TRUE(description.ok()) << description.status();
+  return PrepareRobot(*MakeRobotModel(*description, nullptr), std::nullopt);
+}
+
+// One joint of each kind that moves, one after the other, and one that follows the first.
+std::shared_ptr<const RobotGeometry> Snake() {
+  const std::string at = "<origin xyz=\"0.3 0.1 0\" rpy=\"0.4 0.2 -0.7\"/>";
+  const std::string axis = "<axis xyz=\"0.3 -0.5 0.8\"/>";
+  const std::string limits = "<limit lower=\"-2\" upper=\"2\"/>";
+  return RobotOf(
+      Ball("a") + Ball("b") + Ball("c") + Ball("d") + Ball("e") +
+      JointText("turn", "revolute", "a", "b", at + axis + limits) +
+      JointText("slide", "prismatic", "b", "c", at + axis + limits) +
+      JointText("roll", "continuous", "c", "d", at + axis) +
+      JointText("also", "revolute", "d", "e",
+                at + axis + limits + "<mimic joint=\"turn\" multiplier=\"-1.5\" offset=\"0.2\"/>"));
+}
+
+std::vector<double> RandomState(const RobotModel& model, std::mt19937& random) {
+  std::vector<double> state;
+  for (std::size_t k = 0; k < model.variables.size(); ++k) {
+    state.push_back(std::uniform_real_distribution<double>(-2, 2)(random));
+  }
+  return state;
+}
+
+// Points on the parts' boxes, in the part's frame of the body.
+Vector3 PointOf(const PreparedPart& part, std::mt19937& random) {
+  std::uniform_real_distribution<double> share(0, 1);
+  const Vector3 s(share(random), share(random), share(random));
+  return part.bounds_O.min() + s.cwiseProduct(part.bounds_O.sizes());
+}
+
+TEST(RigidMotion, NoPointTravelsFartherThanItsPart) {
+  std::mt19937 random(1);
+  const QueryBody body = Gripper();
+  double closest = 0;
+  for (int k = 0; k < 300; ++k) {
+    const RigidMotion motion(body, RandomPose(random, 0.2), RandomPose(random, 0.2));
+    const double from = std::uniform_real_distribution<double>(0, 1)(random);
+    const double to = std::uniform_real_distribution<double>(from, 1)(random);
+    Pose X_from, X_to;
+    motion.Place(from, {&X_from, 1});
+    motion.Place(to, {&X_to, 1});
+    for (std::int32_t part = 0; part < 2; ++part) {
+      const PreparedPart& prepared = body.geometry->parts[static_cast<std::size_t>(part)];
+      const Vector3 p = PointOf(prepared, random);
+      const double moved_m = (X_to * p - X_from * p).norm();
+      const double bound_m = motion.Travel_m(part) * (to - from);
+      EXPECT_LE(moved_m, bound_m + kRounding_m);
+      closest = std::max(closest, moved_m / bound_m);
+    }
+  }
+  EXPECT_GT(closest, 0.5);  // it is a bound, not just any number
+}
+
+TEST(RigidMotion, BeginsAndEndsAtItsPosesAndTurnsTheShortWay) {
+  const Pose from = MakeTranslation(1, 2, 3);
+  Pose to = MakeTranslation(2, 2, 3);
+  to.rotate(Eigen::AngleAxisd(1.5 * std::numbers::pi, Vector3::UnitZ()));
+  const RigidMotion motion(Gripper(), from, to);
+  Pose at;
+  motion.Place(0, {&at, 1});
+  EXPECT_TRUE(at.isApprox(from, 1e-14));
+  motion.Place(1, {&at, 1});
+  EXPECT_TRUE(at.isApprox(to, 1e-14));
+  motion.Place(0.5, {&at, 1});
+  const Eigen::AngleAxisd eighth(-std::numbers::pi / 4, Vector3::UnitZ());
+  EXPECT_TRUE(at.linear().isApprox(eighth.toRotationMatrix(), 1e-14));
+  EXPECT_TRUE(at.translation().isApprox(Vector3(1.5, 2, 3)));
+}
+
+TEST(JointMotion, NoPointTravelsFartherThanItsPart) {
+  std::mt19937 random(2);
+  const auto robot = Snake();
+  const RobotModel& model = *robot->model;
+  double closest = 0;
+  for (int k = 0; k < 500; ++k) {
+    const Pose X_WB = RandomPose(random, 1);
+    const JointMotion motion(*robot, X_WB, RandomState(model, random), RandomState(model, random));
+    const double from = std::uniform_real_distribution<double>(0, 1)(random);
+    const double to = std::uniform_real_distribution<double>(from, 1)(random);
+    std::vector<Pose> X_from(model.links.size()), X_to(model.links.size());
+    motion.Place(from, X_from);
+    motion.Place(to, X_to);
+    for (std::int32_t part = 0; part < 5; ++part) {
+      const auto link = static_cast<std::size_t>(robot->link_of_part[part]);
+      const Vector3 p = PointOf(robot->geometry->parts[part], random);
+      const double moved_m = (X_to[link] * p - X_from[link] * p).norm();
+      const double bound_m = motion.Travel_m(part) * (to - from);
+      EXPECT_LE(moved_m, bound_m + kRounding_m) << part;
+      if (part == 4) closest = std::max(closest, moved_m / bound_m);
+      for (std::int32_t other = 0; other < part; ++other) {
+        // As the other part sees it.
+        const auto seen_from = static_cast<std::size_t>(robot->link_of_part[other]);
+        const double seen_m = (X_to[seen_from].inverse() * X_to[link] * p -
+                               X_from[seen_from].inverse() * X_from[link] * p)
+                                  .norm();
+        EXPECT_LE(seen_m, motion.RelativeTravel_m({other, part}) * (to - from) + kRounding_m);
+      }
+    }
+  }
+  EXPECT_GT(closest, 0.3);
+}
+
+TEST(JointMotion, TurnsContinuousJointsTheShortWay) {
+  const auto robot = RobotOf(Ball("a") + Ball("b") +
+                             JointText("roll", "continuous", "a", "b", "<axis xyz=\"0 0 1\"/>"));
+  const JointMotion motion(*robot, Pose::Identity(), std::vector<double>{3.0},
+                           std::vector<double>{-3.0});
+  std::vector<Pose> X_WL(2);
+  motion.Place(0.5, X_WL);
+  EXPECT_NEAR(X_WL[1].linear()(0, 0), -1, 1e-12);  // by way of pi, not of 0
+}
+
+TEST(JointMotion, DoesNotFollowPlanarAndFloatingJointsThatMove) {
+  const auto robot = RobotOf(Ball("a") + Ball("b") + JointText("drive", "planar", "a", "b", ""));
+  const std::vector<double> here = {0, 0, 0}, there = {0, 1, 0};
+  EXPECT_TRUE(JointMotion::Follows(*robot->model, here, here));
+  EXPECT_FALSE(JointMotion::Follows(*robot->model, here, there));
+}
+
+}  // namespace
+}  // namespace cwm::collision

@@ -1,0 +1,249 @@
+#include "collision/motion/check_motions.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <random>
+
+#include "collision/robot/kinematics.h"
+#include "collision/robot/srdf.h"
+#include "tests/collision/query/random_world.h"
+#include "tests/collision/robot/panda_files.h"
+
+namespace cwm::collision {
+namespace {
+
+using Edges = std::vector<std::unique_ptr<BodyMotion>>;
+
+QueryBody BallBody() { return BodyFromShapes({{.X_FS = Pose::Identity(), .shape = Sphere{0.1}}}); }
+
+std::shared_ptr<const WorldSnapshot> BallAtOrigin() {
+  return WorldOf(
+      {PutOf("ball", {{.X_FS = Pose::Identity(), .shape = Sphere{0.1}}}, Pose::Identity())});
+}
+
+// From x = -1 to 1, past the ball at the origin by `aside_m`.
+MotionColumns Past(double aside_m, const QueryOptions& options = {}) {
+  const QueryBody body = BallBody();
+  Edges edges;
+  edges.push_back(std::make_unique<RigidMotion>(body, MakeTranslation(-1, aside_m, 0),
+                                                MakeTranslation(1, aside_m, 0)));
+  return *CheckMotions(*BallAtOrigin(), body, edges, options);
+}
+
+TEST(CheckMotions, BracketsTheFirstContact) {
+  const MotionColumns columns = Past(0.1);
+  ASSERT_EQ(columns.verdict[0], MotionVerdict::kContact);
+  const double truth = 0.5 * (1 - std::sqrt(0.04 - 0.01));  // at a distance of two radii
+  EXPECT_LE(columns.lo[0], truth);
+  EXPECT_GE(columns.hi[0], truth);
+  EXPECT_LE(columns.hi[0] - columns.lo[0], kBracket);
+  EXPECT_EQ(columns.object[0], 0);
+}
+
+TEST(CheckMotions, ProvesAMissOfAMillimetre) {
+  const MotionColumns columns = Past(0.201);
+  ASSERT_EQ(columns.verdict[0], MotionVerdict::kFree);
+  EXPECT_GT(columns.clearance_m[0], 0.0002);
+  EXPECT_LE(columns.clearance_m[0], 0.001);
+}
+
+TEST(CheckMotions, TellsNoClearanceThatItDidNotLookFor) {
+  const MotionColumns columns = Past(3);
+  ASSERT_EQ(columns.verdict[0], MotionVerdict::kFree);
+  EXPECT_GT(columns.clearance_m[0], 0.01);
+  EXPECT_LT(columns.clearance_m[0], 0.1);
+}
+
+TEST(CheckMotions, GrazesWhereItAllButTouches) {
+  EXPECT_EQ(Past(0.2 + 1e-7).verdict[0], MotionVerdict::kGrazing);
+  EXPECT_EQ(Past(0.2 - 1e-5).verdict[0], MotionVerdict::kContact);
+  EXPECT_EQ(Past(0.2 + 1e-5).verdict[0], MotionVerdict::kFree);
+}
+
+TEST(CheckMotions, KeepsTheMargin) {
+  EXPECT_EQ(Past(0.25, {.margin_m = 0.0501}).verdict[0], MotionVerdict::kContact);
+  EXPECT_EQ(Past(0.25, {.margin_m = 0.0499}).verdict[0], MotionVerdict::kFree);
+}
+
+TEST(CheckMotions, BeginsInContact) {
+  const QueryBody body = BallBody();
+  Edges edges;
+  edges.push_back(
+      std::make_unique<RigidMotion>(body, MakeTranslation(0.1, 0, 0), MakeTranslation(1, 0, 0)));
+  const MotionColumns columns = *CheckMotions(*BallAtOrigin(), body, edges, {});
+  EXPECT_EQ(columns.verdict[0], MotionVerdict::kContact);
+  EXPECT_EQ(columns.lo[0], 0);
+  EXPECT_EQ(columns.hi[0], 0);
+}
+
+// A rod that turns by a quarter sweeps over a thin post that it touches at neither end.
+TEST(CheckMotions, ARodThatTurnsMeetsThePostOnItsWay) {
+  const QueryBody rod = BodyFromShapes({{.X_FS = Pose::Identity(), .shape = Box{{2, 0.01, 0.01}}}});
+  const double at_rad = 0.3, radius_m = 0.01;
+  const auto world =
+      WorldOf({PutOf("post", {{.X_FS = Pose::Identity(), .shape = Cylinder{radius_m, 1}}},
+                     MakeTranslation(0.8 * std::cos(at_rad), 0.8 * std::sin(at_rad), 0))});
+  const auto turned = [](double angle_rad) {
+    return Pose(Eigen::AngleAxisd(angle_rad, Vector3::UnitZ()));
+  };
+  Edges edges;
+  edges.push_back(std::make_unique<RigidMotion>(rod, turned(0), turned(1.5)));
+  edges.push_back(std::make_unique<RigidMotion>(rod, turned(0), turned(-1.5)));
+  const MotionColumns columns = *CheckMotions(*world, rod, edges, {});
+  ASSERT_EQ(columns.verdict[0], MotionVerdict::kContact);
+  // The rod's side reaches the post where the angle between them is asin of both half widths.
+  const double truth = (at_rad - std::asin((radius_m + 0.005) / 0.8)) / 1.5;
+  EXPECT_LE(columns.lo[0], truth);
+  EXPECT_GE(columns.hi[0], truth);
+  EXPECT_EQ(columns.verdict[1], MotionVerdict::kFree);
+}
+
+// What dense sampling says of an edge, against its verdict.
+struct Told {
+  int free = 0, contact = 0, other = 0;
+};
+
+void ExpectTrue(const WorldSnapshot& world, const QueryBody& body, const BodyMotion& motion,
+                const MotionColumns& columns, std::size_t edge, int steps, Told& told) {
+  class Samples : public BodyRows {
+   public:
+    Samples(const BodyMotion& motion, int steps) : motion_(motion), steps_(steps) {}
+    std::size_t size() const override { return static_cast<std::size_t>(steps_) + 1; }
+    void Place(std::size_t row, std::span<Pose> X_WF) const override {
+      motion_.Place(static_cast<double>(row) / steps_, X_WF);
+    }
+
+   private:
+    const BodyMotion& motion_;
+    const int steps_;
+  };
+  const auto sampled = *CheckCollisions(world, body, Samples(motion, steps), {});
+  for (int k = 0; k <= steps; ++k) {
+    const double fraction = static_cast<double>(k) / steps;
+    const bool collides = sampled.verdict[static_cast<std::size_t>(k)] == Verdict::kCollision;
+    if (!collides) continue;
+    EXPECT_NE(columns.verdict[edge], MotionVerdict::kFree) << edge << " at " << fraction;
+    if (columns.verdict[edge] == MotionVerdict::kContact) {
+      EXPECT_GE(fraction, columns.lo[edge]) << edge;
+    }
+    break;
+  }
+  switch (columns.verdict[edge]) {
+    case MotionVerdict::kFree:
+      ++told.free;
+      break;
+    case MotionVerdict::kContact: {
+      ++told.contact;
+      std::vector<Pose> X_WF(static_cast<std::size_t>(body.frame_count));
+      class At : public BodyRows {
+       public:
+        At(const BodyMotion& motion, double fraction) : motion_(motion), fraction_(fraction) {}
+        std::size_t size() const override { return 1; }
+        void Place(std::size_t, std::span<Pose> X_WF) const override {
+          motion_.Place(fraction_, X_WF);
+        }
+
+       private:
+        const BodyMotion& motion_;
+        const double fraction_;
+      };
+      EXPECT_EQ(CheckCollisions(world, body, At(motion, columns.hi[edge]), {})->verdict[0],
+                Verdict::kCollision)
+          << edge;
+      EXPECT_LE(columns.hi[edge] - columns.lo[edge], kBracket);
+      break;
+    }
+    default:
+      ++told.other;
+  }
+}
+
+TEST(CheckMotions, IsNeverWrongAboutBodies) {
+  std::mt19937 random(5);
+  const auto world = RandomWorld(24, random, true);
+  const QueryBody body = Gripper();
+  Edges edges;
+  for (int k = 0; k < 150; ++k) {
+    Pose from = RandomPose(random, 0.9), to = RandomPose(random, 0.9);
+    edges.push_back(std::make_unique<RigidMotion>(body, from, to));
+  }
+  const MotionColumns columns = *CheckMotions(*world, body, edges, {});
+  Told told;
+  for (std::size_t k = 0; k < edges.size(); ++k) {
+    ExpectTrue(*world, body, *edges[k], columns, k, 400, told);
+  }
+  EXPECT_GT(told.free, 10);
+  EXPECT_GT(told.contact, 10);
+  EXPECT_EQ(told.other, 0);
+}
+
+TEST(CheckMotions, IsNeverWrongAboutThePanda) {
+  const auto files = testing::ReadPandaFiles();
+  if (!files) GTEST_SKIP() << "the Panda (motion_bench_maker) is not in CWM_DATA";
+  const RobotDescription description = *ReadUrdf(files->urdf, files->meshes);
+  const SemanticDescription semantic = *ReadSrdf(files->srdf, description);
+  const auto robot = PrepareRobot(*MakeRobotModel(description, &semantic), std::nullopt);
+  const RobotModel& model = *robot->model;
+  const QueryBody body = BodyFromRobot(*robot, RobotScope::kBoth);
+  std::mt19937 random(6);
+  std::vector<Change> posts;
+  for (int k = 0; k < 8; ++k) {
+    posts.push_back(PutOf("post" + std::to_string(k),
+                          {{.X_FS = Pose::Identity(), .shape = Box{{0.05, 0.05, 0.3}}}},
+                          MakeTranslation(0, 0, 0.5) * RandomPose(random, 0.8)));
+  }
+  const auto world = WorldOf(posts);
+  const auto state = [&] {
+    std::vector<double> values;
+    for (const Variable& v : model.variables) {
+      values.push_back(std::uniform_real_distribution<double>(v.lower, v.upper)(random));
+    }
+    return values;
+  };
+  Edges edges;
+  for (int k = 0; k < 20; ++k) {
+    const std::vector<double> from = state();
+    std::vector<double> to = state();
+    for (std::size_t v = 0; v < to.size(); ++v) to[v] = from[v] + 0.2 * (to[v] - from[v]);
+    edges.push_back(std::make_unique<JointMotion>(*robot, Pose::Identity(), from, to));
+  }
+  const MotionColumns columns = *CheckMotions(*world, body, edges, {});
+  Told told;
+  for (std::size_t k = 0; k < edges.size(); ++k) {
+    ExpectTrue(*world, body, *edges[k], columns, k, 100, told);
+  }
+  EXPECT_GT(told.free, 2);
+  EXPECT_GT(told.contact, 2);
+  EXPECT_EQ(told.other, 0);
+}
+
+TEST(CheckMotions, EndsWhenItIsTold) {
+  std::stop_source stop;
+  stop.request_stop();
+  const QueryBody body = BallBody();
+  Edges edges;
+  edges.push_back(
+      std::make_unique<RigidMotion>(body, MakeTranslation(-1, 0, 0), MakeTranslation(1, 0, 0)));
+  EXPECT_TRUE(
+      absl::IsCancelled(CheckMotions(*BallAtOrigin(), body, edges, {}, stop.get_token()).status()));
+  QueryOptions late;
+  late.give_up_at = std::chrono::steady_clock::now();
+  const MotionColumns columns = *CheckMotions(*BallAtOrigin(), body, edges, late);
+  EXPECT_EQ(columns.completed, 0u);
+  EXPECT_EQ(columns.verdict[0], MotionVerdict::kNotComputed);
+}
+
+TEST(CheckMotions, RefusesEnginesThatCannotCertify) {
+  for (EngineChoice engine : {EngineChoice::kFcl, EngineChoice::kBullet}) {
+    QueryOptions options;
+    options.engine = engine;
+    EXPECT_TRUE(
+        absl::IsUnimplemented(CheckMotions(*BallAtOrigin(), BallBody(), {}, options).status()));
+  }
+}
+
+}  // namespace
+}  // namespace cwm::collision
