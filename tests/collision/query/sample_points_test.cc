@@ -2,16 +2,12 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
-#include <cmath>
 #include <thread>
 #include <vector>
 
-#include "collision/geometry/signed_distance.h"
-#include "collision/geometry/tessellate.h"
-#include "collision/kernels/kink.h"
-#include "collision/query/query.h"
-#include "tests/collision/query/random_world.h"
+#include "tests/collision/query/room_of_all_kinds.h"
 
 namespace cwm::collision {
 namespace {
@@ -20,92 +16,6 @@ using testing::Each;
 using testing::HasSubstr;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-// Both sides round coordinates of a few metres some dozen times.
-constexpr double kRounding_m = 1e-13;
-
-VesselShell Cup() {
-  return {.outer = {{0.03, -0.05}, {0.035, 0}, {0.04, 0.05}},
-          .inner = {{0.037, 0.05}, {0.032, 0}, {0.027, -0.045}, {0, -0.046}},
-          .wall_thickness_m = 0.003};
-}
-
-Change PutCup(const std::string& name, const Pose& X_WO) {
-  auto model = std::make_shared<HybridModel>();
-  auto shell = std::make_shared<const VesselShell>(Cup());
-  model->shapes.push_back({.X_OS = MakeTranslation(0.01, 0, 0),
-                           .shape = MakeMesh(Tessellate(*shell, 1e-4)),
-                           .vessel = shell});
-  PutObject put;
-  put.name = name;
-  put.X_WO = X_WO;
-  put.geometry = Prepare(std::move(model));
-  return {.what = std::move(put), .expected_object_revision = {}};
-}
-
-// Two of each kind of the catalogue, two vessels and a tilted floor.
-std::vector<Change> RoomOfAllKinds(std::mt19937& random) {
-  std::vector<Change> changes;
-  for (std::size_t i = 0; i < 2 * Catalogue().size(); ++i) {
-    const CatalogueShape& entry = Catalogue()[i % Catalogue().size()];
-    if (KindOf(entry.shape) == ShapeKind::kHalfSpace) continue;
-    std::vector<Placed<>> parts = {{.X_FS = RandomPose(random, 0.05), .shape = entry.shape}};
-    if (i % 3 == 0) parts.push_back({.X_FS = RandomPose(random, 0.1), .shape = Sphere{0.03}});
-    changes.push_back(PutOf("object" + std::to_string(i), parts, RandomPose(random, 0.5)));
-  }
-  changes.push_back(PutCup("cup0", RandomPose(random, 0.5)));
-  changes.push_back(PutCup("cup1", RandomPose(random, 0.5)));
-  const Quaternion tilt(Eigen::AngleAxisd(0.1, Vector3::UnitX()));
-  changes.push_back(PutOf("floor", {{.X_FS = Pose::Identity(), .shape = HalfSpace{}}},
-                          MakePose({0, 0, -0.6}, tilt)));
-  return changes;
-}
-
-std::vector<Vector3> RandomPoints(int count, std::mt19937& random, double spread_m = 0.7) {
-  std::uniform_real_distribution<double> place(-spread_m, spread_m);
-  std::vector<Vector3> points;
-  for (int i = 0; i < count; ++i) {
-    const double x = place(random), y = place(random), z = place(random);
-    points.emplace_back(x, y, z);
-  }
-  return points;
-}
-
-struct Plain {
-  double distance_m = kInfinity;
-  int object = -1, part = -1;
-};
-
-double PartDistance_m(const WorldObject& object, std::size_t k, const Vector3& p_W) {
-  const PreparedPart& part = object.geometry->parts[k];
-  const Vector3 p = (object.X_WO * part.X_OP).inverse() * p_W;
-  if (part.source == PartSource::kShape) {
-    return SignedDistance_m(object.model().shapes[static_cast<std::size_t>(part.index)], p);
-  }
-  return SignedDistance_m(part.shape, p);
-}
-
-// The oracle: all parts, one after the other.
-Plain PlainLoop(const WorldSnapshot& world, const Vector3& p_W) {
-  Plain nearest;
-  for (std::size_t i = 0; i < world.objects().size(); ++i) {
-    const WorldObject& object = *world.objects()[i];
-    for (std::size_t k = 0; k < object.geometry->parts.size(); ++k) {
-      const double distance_m = PartDistance_m(object, k, p_W);
-      if (distance_m >= nearest.distance_m) continue;
-      nearest = {distance_m, static_cast<int>(i), static_cast<int>(k)};
-    }
-  }
-  return nearest;
-}
-
-PointColumns SampleOne(const WorldSnapshot& world, const Vector3& p,
-                       const QueryOptions& options = {}) {
-  return *SamplePoints(world, std::vector<Vector3>{p}, options);
-}
-
-Vector3 GradientOf(const PointColumns& columns, std::size_t row) {
-  return Vector3(&columns.gradient[3 * row]);
-}
 
 // The same bytes in all columns.
 void ExpectSame(const PointColumns& a, const PointColumns& b) {
@@ -118,14 +28,6 @@ void ExpectSame(const PointColumns& a, const PointColumns& b) {
   EXPECT_EQ(a.trust, b.trust);
   EXPECT_EQ(a.bounds, b.bounds);
 }
-
-class SamplePointsTest : public testing::Test {
- protected:
-  std::mt19937 random_{42};
-  std::vector<Change> changes_ = RoomOfAllKinds(random_);
-  std::shared_ptr<const WorldSnapshot> world_ = WorldOf(changes_);
-  std::vector<Vector3> points_ = RandomPoints(5000, random_);
-};
 
 TEST_F(SamplePointsTest, DistancesAreThoseOfThePlainLoopOverAllParts) {
   const PointColumns columns = *SamplePoints(*world_, points_, {});
@@ -152,170 +54,6 @@ TEST_F(SamplePointsTest, EveryKindOfShapeIsTheNearestOfSomePoints) {
     ++nearest[shape.index()];
   }
   EXPECT_THAT(nearest, Each(testing::Gt(10)));
-}
-
-TEST_F(SamplePointsTest, GradientsAreThoseOfCentralDifferencesAwayFromKinks) {
-  // A tenth of the reach of kinks: differences stay on one side of them. Rounding of distances of a
-  // metre leaves 1e-9, curvature of features of a millimetre 1e-8.
-  constexpr double kStep_m = 0.1 * kKinkReach_m;
-  const PointColumns columns = *SamplePoints(*world_, points_, {});
-  int kinks = 0;
-  for (std::size_t i = 0; i < points_.size(); ++i) {
-    const Vector3 gradient = GradientOf(columns, i);
-    EXPECT_NEAR(gradient.norm(), 1, 1e-12);
-    if (columns.state[i] == SampleState::kKink) {
-      ++kinks;
-      continue;
-    }
-    for (int axis = 0; axis < 3; ++axis) {
-      const Vector3 step = kStep_m * Vector3::Unit(axis);
-      const double slope = (PlainLoop(*world_, points_[i] + step).distance_m -
-                            PlainLoop(*world_, points_[i] - step).distance_m) /
-                           (2 * kStep_m);
-      EXPECT_NEAR(gradient[axis], slope, 1e-6) << i << " axis " << axis;
-    }
-  }
-  EXPECT_LT(kinks, 10);  // random points meet few
-}
-
-TEST_F(SamplePointsTest, EachKindHasItsGradientNearItsEdgesToo) {
-  constexpr double kStep_m = 0.1 * kKinkReach_m;
-  std::vector<Change> kinds;
-  for (const CatalogueShape& entry : Catalogue()) {
-    kinds = {PutOf("it", {{.X_FS = Pose::Identity(), .shape = entry.shape}}, Pose::Identity())};
-    const auto world = WorldOf(kinds);
-    const std::vector<Vector3> points = RandomPoints(1000, random_, 1.3 * entry.size_m);
-    const PointColumns columns = *SamplePoints(*world, points, {});
-    int kinks = 0;
-    for (std::size_t i = 0; i < points.size(); ++i) {
-      EXPECT_NEAR(columns.distance_m[i], SignedDistance_m(entry.shape, points[i]), kRounding_m);
-      if (columns.state[i] == SampleState::kKink) {
-        ++kinks;
-        continue;
-      }
-      for (int axis = 0; axis < 3; ++axis) {
-        const Vector3 step = kStep_m * Vector3::Unit(axis);
-        const double slope = (SignedDistance_m(entry.shape, points[i] + step) -
-                              SignedDistance_m(entry.shape, points[i] - step)) /
-                             (2 * kStep_m);
-        EXPECT_NEAR(columns.gradient[3 * i + axis], slope, 1e-6) << entry.name << " " << i;
-      }
-    }
-    EXPECT_LT(kinks, 5) << entry.name;
-  }
-}
-
-struct Place {
-  std::string name;
-  Shape shape;
-  Vector3 p;
-};
-
-TEST(SamplePoints, KinksAreFlaggedWhereTwoPlacesAreEquallyNear) {
-  const Plate ring{.outline = {{-0.3, -0.2}, {0.3, -0.2}, {0.3, 0.2}, {-0.3, 0.2}},
-                   .holes = {{{-0.1, -0.1}, {0.1, -0.1}, {0.1, 0.1}, {-0.1, 0.1}}},
-                   .thickness_m = 0.04};
-  const Box box{{0.4, 0.2, 0.1}};
-  const std::vector<Place> places = {
-      {"centre of a sphere", Sphere{0.1}, {0, 0, 0}},
-      {"middle plane of a box", box, {0.02, 0.01, 0}},
-      {"bisector of two faces of a box", box, {0, 0.09, 0.04}},
-      {"edge of a box", box, {0, 0.1, 0.05}},
-      {"axis of a cylinder", Cylinder{0.05, 0.4}, {0, 0, 0.05}},
-      {"middle plane of a flat cylinder", Cylinder{0.3, 0.1}, {0.05, 0, 0}},
-      {"axis of a cone", Cone{0.05, 0.04, 0.4}, {0, 0, 0.02}},
-      {"apex of a cone", Cone{0.1, 0, 0.2}, {0, 0, 0.1}},
-      {"core of a capsule", Capsule{0.05, 0.3}, {0, 0, 0.1}},
-      {"middle plane of a plate", ring, {0.2, 0.15, -0.02}},
-      {"middle of a hole", ring, {0, 0, -0.02}},
-      {"diagonal of a hole", ring, {0.05, 0.05, 0.01}},
-      {"middle plane of a hull",
-       Convex{std::make_shared<const TriangleMesh>(BoxMesh(box.size_m))},
-       {0.02, 0.01, 0}},
-      {"edge of a hull",
-       Convex{std::make_shared<const TriangleMesh>(BoxMesh(box.size_m))},
-       {0.02, 0.1, 0.05}},
-      {"middle plane of a mesh", MakeMesh(BoxMesh(box.size_m)), {0.02, 0.01, 0}},
-      {"edge of a mesh", MakeMesh(BoxMesh(box.size_m)), {0.02, 0.1, 0.05}},
-      {"notch of a mesh", MakeMesh(ElbowMesh()), {0.03, 0.03, 0}},
-      {"face of an open mesh", Catalogue().back().shape, {0.02, 0.01, -0.06}},
-  };
-  std::mt19937 random(42);
-  for (const Place& place : places) {
-    const Pose X_WO = RandomPose(random, 1.0);
-    const auto world = WorldOf({PutOf("it", {{.shape = place.shape}}, X_WO)});
-    const PointColumns columns = SampleOne(*world, X_WO * place.p);
-    EXPECT_EQ(columns.state[0], SampleState::kKink) << place.name;
-    EXPECT_NEAR(GradientOf(columns, 0).norm(), 1, 1e-12) << place.name;
-    EXPECT_NEAR(columns.distance_m[0], SignedDistance_m(place.shape, place.p), kRounding_m)
-        << place.name;
-  }
-}
-
-TEST(SamplePoints, OrdinaryPlacesAreNoKinksHoweverManyTrianglesMeetThere) {
-  const Box box{{0.4, 0.2, 0.1}};
-  const Convex hull{std::make_shared<const TriangleMesh>(BoxMesh(box.size_m))};
-  const Mesh ball = MakeMesh(Tessellate(Sphere{0.1}));
-  const std::vector<Place> places = {
-      {"outside of a sphere", Sphere{0.1}, {0.2, 0, 0}},
-      {"nearest to a corner of a box", box, {0.3, 0.2, 0.1}},
-      {"above the edge of a face", box, {0.2, 0.1, 0.2}},
-      {"on a face", box, {0.02, 0.01, 0.05}},
-      {"above the end of a cylinder, on its axis", Cylinder{0.05, 0.4}, {0, 0, 0.3}},
-      {"above an apex", Cone{0.1, 0, 0.2}, {0, 0, 0.3}},
-      {"beside the axis above an apex", Cone{0.1, 0, 0.2}, {1e-5, 0, 0.2}},
-      {"above the diagonal of a hull's face", hull, {0, 0, 0.2}},
-      {"below it", hull, {0.0, 0.0, 0.04}},
-      {"on it", hull, {0, 0, 0.05}},
-      {"nearest to a hull's corner", hull, {0.3, 0.2, 0.1}},
-      {"above the diagonal of a mesh's face", MakeMesh(BoxMesh(box.size_m)), {0, 0, 0.2}},
-      {"below it", MakeMesh(BoxMesh(box.size_m)), {0, 0, 0.04}},
-      {"on it", MakeMesh(BoxMesh(box.size_m)), {0, 0, 0.05}},
-      {"nearest to a mesh's corner", MakeMesh(BoxMesh(box.size_m)), {0.3, 0.2, 0.1}},
-      // Where a neighbour's rim is almost as near as the place itself, 1e-4 m aside.
-      {"beside a mesh's edge", MakeMesh(BoxMesh(box.size_m)), {0.02, 0.1 - 1e-4, 0.15}},
-      {"nearest to a corner of many triangles", ball, 2 * ball.mesh->vertices[5]},
-  };
-  std::mt19937 random(42);
-  for (const Place& place : places) {
-    const Pose X_WO = RandomPose(random, 1.0);
-    const auto world = WorldOf({PutOf("it", {{.shape = place.shape}}, X_WO)});
-    const PointColumns columns = SampleOne(*world, X_WO * place.p);
-    EXPECT_EQ(columns.state[0], SampleState::kSmooth) << place.name;
-  }
-}
-
-TEST(SamplePoints, VesselsHaveTheDistanceOfTheirProfileAndKinksInTheMiddle) {
-  const auto world = WorldOf({PutCup("cup", MakeTranslation(-0.01, 0, 0))});
-  std::mt19937 random(42);
-  for (const Vector3& p : RandomPoints(500, random, 0.08)) {
-    EXPECT_NEAR(SampleOne(*world, p).distance_m[0], SignedDistance_m(Cup(), p), kRounding_m);
-  }
-  // Half way up the wall is nearest all around; far above, the rim is; below the foot, the foot.
-  EXPECT_EQ(SampleOne(*world, {0, 0, 0.02}).state[0], SampleState::kKink);
-  EXPECT_EQ(SampleOne(*world, {0, 0, 0.2}).state[0], SampleState::kKink);
-  EXPECT_EQ(SampleOne(*world, {0.01, 0.02, 0.02}).state[0], SampleState::kSmooth);
-  EXPECT_EQ(SampleOne(*world, {0, 0, -0.2}).state[0], SampleState::kSmooth);
-}
-
-TEST(SamplePoints, MidwayBetweenTwoObjectsIsAKinkOfTheFirstByName) {
-  const std::vector<Placed<>> ball = {{.X_FS = Pose::Identity(), .shape = Sphere{0.1}}};
-  const auto world = WorldOf({PutOf("b", ball, MakeTranslation(-0.5, 0, 0)),
-                              PutOf("a", ball, MakeTranslation(0.5, 0, 0))});
-  const PointColumns at = SampleOne(*world, {0, 0, 0});
-  EXPECT_EQ(at.state[0], SampleState::kKink);
-  EXPECT_EQ(world->objects()[at.object[0]]->name, "a");
-  EXPECT_LT((GradientOf(at, 0) + Vector3::UnitX()).norm(), 1e-12);
-  // Distances differ by twice the way to the middle.
-  EXPECT_EQ(SampleOne(*world, {0.49 * kKinkReach_m, 0, 0}).state[0], SampleState::kKink);
-  EXPECT_EQ(SampleOne(*world, {0.51 * kKinkReach_m, 0, 0}).state[0], SampleState::kSmooth);
-}
-
-TEST(SamplePoints, EquallyNearPartsThatPullOneWayAreNoKink) {
-  const std::vector<Placed<>> box = {{.X_FS = Pose::Identity(), .shape = Box{{0.2, 0.2, 0.2}}}};
-  const auto world =
-      WorldOf({PutOf("a", box, Pose::Identity()), PutOf("b", box, Pose::Identity())});
-  EXPECT_EQ(SampleOne(*world, {0.02, 0.03, 0.3}).state[0], SampleState::kSmooth);
 }
 
 TEST(SamplePoints, BesideNothingEveryPointIsBeyond) {
