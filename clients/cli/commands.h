@@ -15,6 +15,7 @@ void AddImportCommand(CommandLine& line);   // import
 void AddPairCommands(CommandLine& line);    // distance, contacts
 void AddCheckCommand(CommandLine& line);    // check
 void AddRayCommand(CommandLine& line);      // ray
+void AddSampleCommand(CommandLine& line);   // sample
 void AddWatchCommand(CommandLine& line);    // watch
 void AddCallCommand(CommandLine& line);     // call
 

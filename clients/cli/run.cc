@@ -68,6 +68,7 @@ void AddCommands(CommandLine& line, const report::PageAssets& page_assets) {
   AddPairCommands(line);
   AddCheckCommand(line);
   AddRayCommand(line);
+  AddSampleCommand(line);
   AddWatchCommand(line);
   AddCallCommand(line);
   line.app.require_subcommand(1);

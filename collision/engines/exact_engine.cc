@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include "collision/kernels/exact_geometry.h"
+
 namespace cwm::collision {
 namespace {
 
@@ -34,6 +36,10 @@ PairDistance ExactEngine::Distance(const PlacedGeometry& a, const PlacedGeometry
 
 std::optional<RayHit> CastRay(const EngineGeometry& exact, const Pose& X_WS, const Ray& ray) {
   return ExactRay(Placed(exact, X_WS), ray);
+}
+
+const TriangleTree* TreeOf(const EngineGeometry& exact) {
+  return static_cast<const ExactForm&>(exact).geometry->tree();
 }
 
 }  // namespace cwm::collision

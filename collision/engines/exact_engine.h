@@ -5,6 +5,7 @@
 
 #include "collision/engines/engine.h"
 #include "collision/kernels/exact.h"
+#include "collision/kernels/triangle_tree.h"
 
 namespace cwm::collision {
 
@@ -21,5 +22,8 @@ class ExactEngine final : public Engine {
 
 // First hit of a ray with a geometry that ExactEngine prepared, in the frame of X_WS.
 std::optional<RayHit> CastRay(const EngineGeometry& exact, const Pose& X_WS, const Ray& ray);
+
+// The triangles of such a geometry, in the shape's frame; nullptr of all but meshes.
+const TriangleTree* TreeOf(const EngineGeometry& exact);
 
 }  // namespace cwm::collision

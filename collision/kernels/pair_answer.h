@@ -2,12 +2,14 @@
 // every engine.
 #pragma once
 
+#include <cstdint>
+
 #include "collision/geometry/pose.h"
 
 namespace cwm::collision {
 
 // How far an answer may be believed. Ordered: later is weaker.
-enum class Trust {
+enum class Trust : std::uint8_t {
   kExact,        // right to 1e-7 m or better
   kBounded,      // off by at most `bound_m`
   kSurfaceOnly,  // an open mesh is involved: distance to its surface, there is no inside

@@ -1,6 +1,6 @@
-// Questions to one snapshot of the world, in batches: a body of shapes at many poses, or a robot in
-// many states. Answers lie in columns. The same snapshot and question give the same bytes on any thread; ties break by
-// object name, then part.
+// Questions to one snapshot of the world, in batches: a body of shapes at many poses, a robot in many
+// states, rays, points. Answers lie in columns. The same snapshot and question give the same bytes
+// on any thread; ties break by object name, then part.
 //
 // Margins: distance and depth are geometric, margins never enter them. A state collides when the
 // distance of some pair is strictly less than the margin of the object plus the margin of the
@@ -78,11 +78,13 @@ struct QueryOptions {
   EngineChoice engine = EngineChoice::kAuto;
   Representation representation = Representation::kHybrid;
   double margin_m = 0;
-  // Objects farther than this are not reported by GetDistances.
+  // Objects farther than this are not reported by GetDistances and SamplePoints.
   double max_distance_m = std::numeric_limits<double>::infinity();
   int max_results = 1;                   // nearest objects per row of GetDistances
   int max_contacts = 16;                 // per row of GetContacts
   std::vector<std::string> ignore = {};  // names of objects that the question leaves out
+  // Of SamplePoints for a large batch, the caller's included. The other questions use the caller's.
+  int threads = 1;
   // Work stops here and the completed prefix is returned.
   std::optional<std::chrono::steady_clock::time_point> give_up_at = {};
 };
@@ -125,6 +127,32 @@ struct RayColumns {
   std::vector<double> normal;  // x y z, outward
   std::vector<std::int32_t> object;
   std::vector<std::int32_t> object_part;
+  std::size_t completed = 0;
+};
+
+enum class SampleState : std::uint8_t {
+  kSmooth,  // the gradient is that of the distance
+  // Two nearest places within kKinkReach_m (kernels/kink.h) pull different ways: of two objects, of
+  // two faces in a solid, on its axis, at its edge, on an open surface. The gradient is one of theirs.
+  kKink,
+  kBeyond,  // no object within max_distance_m: the other columns hold zeros
+};
+
+// One entry a point.
+struct PointColumns {
+  std::vector<SampleState> state;
+  std::vector<double> distance_m;
+  std::vector<double> gradient;  // x y z, unit, world frame
+  std::vector<std::int32_t> object;
+  std::vector<std::int32_t> object_part;
+  std::vector<Trust> trust;
+  // Of rows that are kBounded, by row: by how much the point may be deeper.
+  struct Bound {
+    std::uint32_t row;
+    double bound_m;
+    friend bool operator==(const Bound&, const Bound&) = default;
+  };
+  std::vector<Bound> bounds;
   std::size_t completed = 0;
 };
 
@@ -172,5 +200,17 @@ struct RayRow {
 };
 absl::StatusOr<RayColumns> CastRays(const WorldSnapshot& world, std::span<const RayRow> rays,
                                     const QueryOptions& options, std::stop_token stop = {});
+
+// The signed distance of the world at points in the world frame, and which way it grows. That of the
+// nearest part, without margins; the least of all, so in a solid that of the part in which the point
+// is deepest. Where other solids cover the way out of that part the point is deeper in their union:
+// kBounded, or kDegraded where no way out is found. An open mesh has no inside: kSurfaceOnly. Closed
+// meshes and hulls are exact over their triangles, vessels over their profile.
+//
+// By the exact kernels, as CastRays. Coordinates are finite. Each thread of `threads` takes pieces of
+// the batch; the answer of a point depends on it and on the world alone, bit for bit.
+absl::StatusOr<PointColumns> SamplePoints(const WorldSnapshot& world,
+                                          std::span<const Vector3> points,
+                                          const QueryOptions& options, std::stop_token stop = {});
 
 }  // namespace cwm::collision

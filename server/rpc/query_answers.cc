@@ -167,4 +167,24 @@ absl::Status Answer(Runtime& runtime, const v1::CastRaysRequest& request, const 
   return absl::OkStatus();
 }
 
+absl::Status Answer(Runtime& runtime, const v1::SamplePointsRequest& request,
+                    const CallContext& call, HeldSnapshot* held,
+                    v1::SamplePointsResponse* response) {
+  auto asked = Understand(runtime, request, call, held);
+  if (!asked.ok()) return asked.status();
+  const Limits& limits = runtime.application.limits;
+  auto points =
+      PointsFromProto(request.points(), limits.max_batch_rows, FieldPath().Field("points"));
+  if (!points.ok()) return points.status();
+  if (auto status = CheckForm(asked->options.form, points->size(), limits); !status.ok()) {
+    return status;
+  }
+  // On the thread that has the question: the others have questions of their own.
+  auto answers =
+      collision::SamplePoints(*asked->snapshot, *points, asked->options.query, call.stop);
+  if (!answers.ok()) return answers.status();
+  ToProto(*answers, asked->Context(), response);
+  return absl::OkStatus();
+}
+
 }  // namespace cwm::server

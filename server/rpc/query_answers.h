@@ -29,5 +29,8 @@ absl::Status Answer(Runtime& runtime, const v1::GetContactsRequest& request,
                     const CallContext& call, HeldSnapshot* held, v1::GetContactsResponse* response);
 absl::Status Answer(Runtime& runtime, const v1::CastRaysRequest& request, const CallContext& call,
                     HeldSnapshot* held, v1::CastRaysResponse* response);
+absl::Status Answer(Runtime& runtime, const v1::SamplePointsRequest& request,
+                    const CallContext& call, HeldSnapshot* held,
+                    v1::SamplePointsResponse* response);
 
 }  // namespace cwm::server

@@ -27,6 +27,7 @@ QueryService::QueryService(Runtime& runtime) : runtime_(runtime) {
   SetMessageAllocatorFor_GetDistances(&distance_messages_);
   SetMessageAllocatorFor_GetContacts(&contact_messages_);
   SetMessageAllocatorFor_CastRays(&ray_messages_);
+  SetMessageAllocatorFor_SamplePoints(&point_messages_);
 }
 
 grpc::ServerUnaryReactor* QueryService::CheckCollisions(grpc::CallbackServerContext* context,
@@ -50,6 +51,12 @@ grpc::ServerUnaryReactor* QueryService::GetContacts(grpc::CallbackServerContext*
 grpc::ServerUnaryReactor* QueryService::CastRays(grpc::CallbackServerContext* context,
                                                  const v1::CastRaysRequest* request,
                                                  v1::CastRaysResponse* response) {
+  return StartQuery(context, runtime_, request, response);
+}
+
+grpc::ServerUnaryReactor* QueryService::SamplePoints(grpc::CallbackServerContext* context,
+                                                     const v1::SamplePointsRequest* request,
+                                                     v1::SamplePointsResponse* response) {
   return StartQuery(context, runtime_, request, response);
 }
 

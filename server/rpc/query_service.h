@@ -23,6 +23,9 @@ class QueryService final : public v1::QueryService::CallbackService {
   grpc::ServerUnaryReactor* CastRays(grpc::CallbackServerContext* context,
                                      const v1::CastRaysRequest* request,
                                      v1::CastRaysResponse* response) override;
+  grpc::ServerUnaryReactor* SamplePoints(grpc::CallbackServerContext* context,
+                                         const v1::SamplePointsRequest* request,
+                                         v1::SamplePointsResponse* response) override;
   grpc::ServerBidiReactor<v1::StreamQueriesRequest, v1::StreamQueriesResponse>* StreamQueries(
       grpc::CallbackServerContext* context) override;
 
@@ -32,6 +35,7 @@ class QueryService final : public v1::QueryService::CallbackService {
   ArenaMessages<v1::GetDistancesRequest, v1::GetDistancesResponse> distance_messages_;
   ArenaMessages<v1::GetContactsRequest, v1::GetContactsResponse> contact_messages_;
   ArenaMessages<v1::CastRaysRequest, v1::CastRaysResponse> ray_messages_;
+  ArenaMessages<v1::SamplePointsRequest, v1::SamplePointsResponse> point_messages_;
 };
 
 }  // namespace cwm::server

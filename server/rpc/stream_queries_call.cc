@@ -22,6 +22,8 @@ Result WithQuery(const v1::StreamQueriesRequest& request, const Use& use, Result
       return use(request.get_contacts());
     case v1::StreamQueriesRequest::kCastRays:
       return use(request.cast_rays());
+    case v1::StreamQueriesRequest::kSamplePoints:
+      return use(request.sample_points());
     case v1::StreamQueriesRequest::QUERY_NOT_SET:
       break;
   }
@@ -122,12 +124,15 @@ absl::Status StreamQueriesCall::AnswerRequest(const CallContext& call) {
                     response_.mutable_get_contacts());
     case v1::StreamQueriesRequest::kCastRays:
       return Answer(runtime_, request_.cast_rays(), call, &held_, response_.mutable_cast_rays());
+    case v1::StreamQueriesRequest::kSamplePoints:
+      return Answer(runtime_, request_.sample_points(), call, &held_,
+                    response_.mutable_sample_points());
     case v1::StreamQueriesRequest::QUERY_NOT_SET:
       break;
   }
   return InvalidField("query",
                       "is absent, must be one of check_collisions, get_distances, get_contacts, "
-                      "cast_rays");
+                      "cast_rays, sample_points");
 }
 
 void StreamQueriesCall::Reply(const absl::Status& status) {

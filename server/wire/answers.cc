@@ -46,6 +46,18 @@ v1::Trust ToProto(collision::Trust trust) {
   return v1::TRUST_UNSPECIFIED;
 }
 
+v1::SampleState ToProto(collision::SampleState state) {
+  switch (state) {
+    case collision::SampleState::kSmooth:
+      return v1::SAMPLE_STATE_SMOOTH;
+    case collision::SampleState::kKink:
+      return v1::SAMPLE_STATE_KINK;
+    case collision::SampleState::kBeyond:
+      return v1::SAMPLE_STATE_BEYOND;
+  }
+  return v1::SAMPLE_STATE_UNSPECIFIED;
+}
+
 template <class Number>
 std::string Bytes(const std::vector<Number>& values) {
   return std::string(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(Number));
@@ -204,6 +216,28 @@ std::vector<collision::Trust> TrustOf(const collision::RayColumns& answers,
   return trust;
 }
 
+std::vector<double> BoundColumn(const collision::PointColumns& answers) {
+  std::vector<double> bound_m(answers.completed, 0);
+  for (const auto& bound : answers.bounds) bound_m[bound.row] = bound.bound_m;
+  return bound_m;
+}
+
+void SetRows(const collision::PointColumns& answers, const collision::WorldSnapshot& snapshot,
+             v1::SamplePointsResponse* response) {
+  const std::vector<double> bound_m = BoundColumn(answers);
+  for (std::size_t i = 0; i < answers.completed; ++i) {
+    v1::SampleRow* row = response->add_rows();
+    row->set_state(ToProto(answers.state[i]));
+    row->set_trust(ToProto(answers.trust[i]));
+    if (answers.state[i] == collision::SampleState::kBeyond) continue;
+    row->set_distance_m(answers.distance_m[i]);
+    *row->mutable_gradient() = VectorAt(answers.gradient, i);
+    row->set_object(snapshot.objects()[answers.object[i]]->name);
+    row->set_object_part(answers.object_part[i]);
+    if (answers.trust[i] == collision::Trust::kBounded) row->set_bound_m(bound_m[i]);
+  }
+}
+
 }  // namespace
 
 void ToProto(const collision::RayColumns& answers, std::span<const collision::RayRow> rays,
@@ -237,6 +271,25 @@ void ToProto(const collision::RayColumns& answers, std::span<const collision::Ra
     row->set_object(context.snapshot.objects()[answers.object[i]]->name);
     row->set_object_part(answers.object_part[i]);
   }
+}
+
+void ToProto(const collision::PointColumns& answers, const AnswerContext& context,
+             v1::SamplePointsResponse* response) {
+  std::vector<std::int32_t> near_objects = answers.object;
+  for (std::size_t i = 0; i < near_objects.size(); ++i) {
+    if (answers.state[i] == collision::SampleState::kBeyond) near_objects[i] = kNoObject;
+  }
+  const auto objects = SetObjects(near_objects, answers.completed, context, response);
+  if (context.form == Form::kRows) return SetRows(answers, context.snapshot, response);
+  response->set_scalar(context.precision == Precision::kSingle ? v1::SCALAR_F32 : v1::SCALAR_F64);
+  response->set_state(EnumBytes(answers.state));
+  response->set_distance_m(Scalars(answers.distance_m, context.precision));
+  response->set_gradient(Scalars(answers.gradient, context.precision));
+  response->set_object_index(Bytes(objects));
+  response->set_object_part(Bytes(answers.object_part));
+  response->set_trust(EnumBytes(answers.trust));
+  if (answers.bounds.empty()) return;
+  response->set_bound_m(Scalars(BoundColumn(answers), context.precision));
 }
 
 }  // namespace cwm::server

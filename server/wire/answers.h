@@ -26,4 +26,7 @@ void ToProto(const collision::PairColumns& answers, const AnswerContext& context
 void ToProto(const collision::RayColumns& answers, std::span<const collision::RayRow> rays,
              const AnswerContext& context, v1::CastRaysResponse* response);
 
+void ToProto(const collision::PointColumns& answers, const AnswerContext& context,
+             v1::SamplePointsResponse* response);
+
 }  // namespace cwm::server

@@ -60,6 +60,12 @@ std::optional<Fault> Parse(const Row<3>& row, Pose& X_AB) {
   return std::nullopt;
 }
 
+std::optional<Fault> Parse(const Row<3>& row, Vector3& p) {
+  if (auto fault = FindBadNumber(row.data(), kPointNames.data(), 3)) return fault;
+  p = Vector3(row[0], row[1], row[2]);
+  return std::nullopt;
+}
+
 std::optional<Fault> Parse(const Row<6>& row, collision::RayRow& ray) {
   if (auto fault = FindBadNumber(row.data(), kRayNames.data(), 6)) return fault;
   const Vector3 direction(row[3], row[4], row[5]);
@@ -172,6 +178,11 @@ absl::StatusOr<std::vector<Pose>> FromProto(const v1::PoseRows& rows, std::int64
 absl::StatusOr<std::vector<Pose>> FromProto(const v1::Subject::Points& points,
                                             std::int64_t max_rows, const FieldPath& path) {
   return FromRows<3, Pose>(points, max_rows, path);
+}
+
+absl::StatusOr<std::vector<Vector3>> PointsFromProto(const v1::Subject::Points& points,
+                                                     std::int64_t max_rows, const FieldPath& path) {
+  return FromRows<3, Vector3>(points, max_rows, path);
 }
 
 absl::StatusOr<std::vector<collision::RayRow>> FromProto(const v1::RayRows& rays,

@@ -29,6 +29,8 @@ absl::StatusOr<std::vector<Pose>> FromProto(const v1::PoseRows& rows, std::int64
 // Points as poses without rotation.
 absl::StatusOr<std::vector<Pose>> FromProto(const v1::Subject::Points& points,
                                             std::int64_t max_rows, const FieldPath& path);
+absl::StatusOr<std::vector<Vector3>> PointsFromProto(const v1::Subject::Points& points,
+                                                     std::int64_t max_rows, const FieldPath& path);
 // Directions of any positive length, normalised.
 absl::StatusOr<std::vector<collision::RayRow>> FromProto(const v1::RayRows& rays,
                                                          std::int64_t max_rows,

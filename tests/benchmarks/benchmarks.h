@@ -20,6 +20,10 @@ void MeasureEngines(Report& report);
 void MeasurePairs(Report& report);
 void MeasureWorlds(Report& report);
 
+// The distance of the world at points, in process and through a running server: sample_points_per_s,
+// sample_points_grpc_per_s.
+void MeasureSamples(Report& report);
+
 // Shapes found in 500 random scenes, those invented, and the errors of their parameters: shape_found,
 // shape_spurious, radius_median_mm, radius_p95_mm, axis_median_deg, axis_p95_deg,
 // box_edge_median_mm, box_edge_p95_mm, cone_half_angle_median_deg, centre_median_mm,

@@ -55,6 +55,13 @@ TEST_F(CommandLine, ContactsAndRaysMeetTheCrate) {
   EXPECT_TRUE(ray["rows"][0].at("hit").get<bool>());
   EXPECT_NEAR(ray["rows"][0].at("distance_m").get<double>(), 2.5, 1e-12);
   EXPECT_NEAR(ray["rows"][0].at("normal").at("x").get<double>(), 1, 1e-12);
+  const json samples = CwmJson({"sample", "3,0,0", "-0.1,0,0", "9,0,0", "--max-distance", "5"});
+  EXPECT_EQ(samples["rows"][0].at("state"), "SAMPLE_STATE_SMOOTH");
+  EXPECT_NEAR(samples["rows"][0].at("distance_m").get<double>(), 2.5, 1e-12);
+  EXPECT_NEAR(samples["rows"][0].at("gradient").at("x").get<double>(), 1, 1e-12);
+  EXPECT_LT(samples["rows"][1].at("distance_m").get<double>(), 0);
+  EXPECT_EQ(samples["rows"][2].at("state"), "SAMPLE_STATE_BEYOND");
+  EXPECT_FALSE(samples["rows"][2].contains("distance_m"));
   const json miss = CwmJson({"ray", "--from", "3,0,2", "--direction", "-1,0,0"});
   EXPECT_FALSE(miss["rows"][0].at("hit").get<bool>());
   EXPECT_FALSE(miss["rows"][0].contains("distance_m")) << "what is unknown is absent";

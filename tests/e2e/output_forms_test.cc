@@ -15,6 +15,7 @@ constexpr int kNotFound = 3;  // exit codes: see `cwm --help`
 constexpr int kConflict = 4;
 constexpr int kDeadline = 5;
 constexpr int kBadInput = 8;
+constexpr int kAnythingElse = 70;
 
 // A MoveIt planning scene: a table board and a can on it, the can as one primitive of an object with
 // a pose of its own.
@@ -183,6 +184,16 @@ TEST_F(OutputForms, RayGivesHitsAndMissesInEveryForm) {
   EXPECT_EQ(Lines(hit), CwmJson(hit).at("rows").get<std::vector<json>>());
   ExpectWords(Table({"ray", "--from", "3,0,2", "--to", "0,0,2"}), {"none"});
   ExpectExit({"ray", "--from", "3,0,0", "--direction", "0,0,0"}, kBadInput, "direction");
+}
+
+TEST_F(OutputForms, SampleGivesDistancesAndGradientsInEveryForm) {
+  const std::vector<std::string> beside = {"sample", "3,0,0"};
+  ExpectWords(Table(beside), {"2500.000", "crate", "1.000 0.000 0.000", "1 of 1 row\n"});
+  EXPECT_NEAR(CwmJson(beside)["rows"][0].at("distance_m").get<double>(), 2.5, 1e-12);
+  EXPECT_EQ(Lines(beside), CwmJson(beside).at("rows").get<std::vector<json>>());
+  ExpectWords(Table({"sample", "0,0,0"}), {"-500.000", "kink"});
+  ExpectWords(Table({"sample", "3,0,0", "--max-distance", "1"}), {"none"});
+  ExpectExit({"sample", "3,0,0", "--engine", "fcl"}, kAnythingElse, "FCL");
 }
 
 TEST_F(OutputForms, WatchTellsTheWorldInEveryForm) {

@@ -34,7 +34,7 @@ TEST(Run, PrintsHelpOnStdoutWithExamplesFirst) {
   EXPECT_LT(help.out.find("Examples:"), help.out.find("Usage"));
   for (const char* command :
        {"status", "segment", "report", "ingest", "objects", "get", "put", "move", "remove",
-        "import", "distance", "contacts", "check", "ray", "watch", "call"}) {
+        "import", "distance", "contacts", "check", "ray", "sample", "watch", "call"}) {
     EXPECT_THAT(help.out, HasSubstr(std::string("  ") + command + " "));
   }
   EXPECT_EQ(help.err, "");
@@ -113,6 +113,8 @@ TEST(Run, EndsWithUsageOnMistakesOfTheCommandLine) {
       {"distance", "--sphere", "1", "--at", "0,0,0", "--engine", "magic"},
       {"distance", "--sphere", "1", "--at", "0,0,0", "--at-revision", "yesterday"},
       {"ray", "--from", "0,0,0"},
+      {"sample", "0,0"},
+      {"sample", "0,0,0", "cup+0,0"},
       {"ray", "--from", "cup+0,0", "--direction", "0,0,1"},
       {"ray", "--from", "0,0,0", "--to", "1,1,1", "--direction", "1,0,0"},
       {"move", "cup"},
@@ -144,6 +146,7 @@ TEST(Run, SaysThatNoServerListensAndWhatToDo) {
            {"check", "--object", "cup"},
            {"contacts", "--capsule", "0.1,0.2", "--at", "0,0,0", "-o", "json"},
            {"ray", "--from", "-1,0,0", "--direction", "-1,0,0"},
+           {"sample", "-1,0,0", "-0.5,0,0"},
            {"watch"},
            {"call", "GetServerInfo"}}) {
     const Outcome outcome = RunWith(command);

@@ -198,6 +198,58 @@ TEST_F(QueryTest, ARayThatHitsAnOpenSurfaceSaysSo) {
                                            static_cast<char>(v1::TRUST_EXACT)}));
 }
 
+TEST_F(QueryTest, PointsAreSampledAndThoseBesideNothingHaveNoDistance) {
+  v1::SamplePointsRequest request;
+  const double points[9] = {1, 0, 0, 50, 0,
+                            0, 0, 0, 0};  // to the left's face; nowhere; in its middle
+  request.mutable_points()->set_data(points, sizeof(points));
+  request.mutable_options()->set_max_distance_m(5);
+  v1::SamplePointsResponse columns;
+  Call columns_call;
+  ASSERT_TRUE(query_->SamplePoints(&columns_call, request, &columns).ok());
+  EXPECT_EQ(columns.completed_count(), 3);
+  EXPECT_EQ(columns.state(), std::string({static_cast<char>(v1::SAMPLE_STATE_SMOOTH),
+                                          static_cast<char>(v1::SAMPLE_STATE_BEYOND),
+                                          static_cast<char>(v1::SAMPLE_STATE_KINK)}));
+  EXPECT_EQ(columns.distance_m().size(), 3 * sizeof(double));
+  EXPECT_EQ(columns.gradient().size(), 9 * sizeof(double));
+  EXPECT_EQ(columns.bound_m(), "");
+  request.mutable_options()->set_result_form(v1::RESULT_FORM_ROWS);
+  v1::SamplePointsResponse rows;
+  Call rows_call;
+  ASSERT_TRUE(query_->SamplePoints(&rows_call, request, &rows).ok());
+  ASSERT_EQ(rows.rows_size(), 3);
+  EXPECT_EQ(rows.rows(0).object(), "left");
+  EXPECT_NEAR(rows.rows(0).distance_m(), 0.9, kExact_m);
+  EXPECT_NEAR(rows.rows(0).gradient().x(), 1, kExact_m);
+  EXPECT_EQ(rows.rows(0).trust(), v1::TRUST_EXACT);
+  EXPECT_EQ(rows.rows(1).state(), v1::SAMPLE_STATE_BEYOND);
+  EXPECT_FALSE(rows.rows(1).has_distance_m() || rows.rows(1).has_gradient() ||
+               rows.rows(1).has_object() || rows.rows(1).has_object_part());
+  EXPECT_LT(rows.rows(2).distance_m(), 0);
+}
+
+TEST_F(QueryTest, ABadPointRefusesTheBatchAndNamesItsRow) {
+  const double no_number = std::numeric_limits<double>::quiet_NaN();
+  const double points[6] = {0, 0, 0, 1, no_number, 0};
+  v1::SamplePointsRequest request;
+  request.mutable_points()->set_data(points, sizeof(points));
+  v1::SamplePointsResponse ignored;
+  {
+    Call call;
+    const auto status = query_->SamplePoints(&call, request, &ignored);
+    EXPECT_EQ(status.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+    EXPECT_EQ(FieldIn(status), "points.data row 1");
+    EXPECT_THAT(status.error_message(), HasSubstr("y is nan"));
+  }
+  request.mutable_points()->set_data(points, sizeof(points) - 1);
+  Call call;
+  const auto status = query_->SamplePoints(&call, request, &ignored);
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+  EXPECT_EQ(FieldIn(status), "points.data");
+  EXPECT_THAT(status.error_message(), HasSubstr("has 47 bytes, must be a multiple of 24"));
+}
+
 TEST_F(QueryTest, ABatchThatCouldFillTheMemoryIsRefusedByItsOption) {
   v1::GetContactsRequest contacts;
   *contacts.mutable_subject() = SphereAt(std::vector<double>(4'096, 0.5));

@@ -207,6 +207,23 @@ TEST_F(StreamQueriesTest, RaysAreThoseOfTheUnaryCallAndSoAreTheRefusalsOfEngines
   EXPECT_EQ(answered_, 4) << "AUTO and EXACT, in two forms";
 }
 
+TEST_F(StreamQueriesTest, SamplesAreThoseOfTheUnaryCallAndSoAreTheRefusalsOfEnginesThatTakeNone) {
+  v1::SamplePointsRequest request;
+  std::vector<double> points;
+  for (int i = 0; i < 3 * kRows; ++i) points.push_back(place_(random_));
+  request.mutable_points()->set_data(Bytes(points));
+  for (const v1::Engine engine : kEngines) {
+    for (const v1::ResultForm form : kForms) {
+      SCOPED_TRACE(v1::Engine_Name(engine) + " " + v1::ResultForm_Name(form));
+      *request.mutable_options() = Options(engine, form);
+      ExpectTheSame(&v1::QueryService::Stub::SamplePoints, request,
+                    &v1::StreamQueriesRequest::mutable_sample_points,
+                    &v1::StreamQueriesResponse::sample_points);
+    }
+  }
+  EXPECT_EQ(answered_, 4) << "AUTO and EXACT, in two forms";
+}
+
 // What the other tests compare says something: there are hits, misses and depths among it.
 TEST_F(StreamQueriesTest, TheQuestionsMeetTheWorldInEveryWay) {
   v1::CheckCollisionsRequest check;

@@ -120,6 +120,34 @@ TEST_F(Answers, VerdictsNameThePairThatTold) {
   EXPECT_EQ(rows.rows(1).object_part(), 2);
 }
 
+TEST_F(Answers, SamplesBeyondNameNothingAndBoundsComeWhereAPointIsBounded) {
+  collision::PointColumns answers{
+      .state = {collision::SampleState::kBeyond, collision::SampleState::kSmooth},
+      .distance_m = {0, -2},
+      .gradient = {0, 0, 0, 0, 0, 1},
+      .object = {0, 2},
+      .object_part = {0, 1},
+      .trust = {collision::Trust::kExact, collision::Trust::kExact},
+      .bounds = {},
+      .completed = 2};
+  v1::SamplePointsResponse exact;
+  ToProto(answers, Context(Form::kColumns), &exact);
+  ASSERT_EQ(exact.objects_size(), 1);
+  EXPECT_EQ(exact.objects(0).name(), "c");
+  EXPECT_THAT(NumbersIn<std::int32_t>(exact.object_index()), ElementsAre(-1, 0));
+  EXPECT_EQ(exact.bound_m(), "");
+  answers.trust[1] = collision::Trust::kBounded;
+  answers.bounds = {{.row = 1, .bound_m = 0.5}};
+  v1::SamplePointsResponse bounded;
+  ToProto(answers, Context(Form::kColumns), &bounded);
+  EXPECT_THAT(NumbersIn<double>(bounded.bound_m()), ElementsAre(0, 0.5));
+  v1::SamplePointsResponse rows;
+  ToProto(answers, Context(Form::kRows), &rows);
+  EXPECT_FALSE(rows.rows(0).has_distance_m() || rows.rows(0).has_bound_m());
+  EXPECT_EQ(rows.rows(1).bound_m(), 0.5);
+  EXPECT_EQ(rows.rows(1).object(), "c");
+}
+
 TEST_F(Answers, RaysThatMissNameNothing) {
   const collision::RayColumns answers{.hit = {0, 1},
                                       .distance_m = {0, 2},

@@ -1,0 +1,126 @@
+#include "collision/kernels/plane_profile.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "collision/kernels/kink.h"
+
+namespace cwm::collision {
+namespace {
+
+// Nearer to a corner than this share of the size, the direction away from it is lost in the rounding
+// of poses (as in signed_distance.cc).
+constexpr double kRoundoff = 1e-11;
+
+Vector2 OutOf(const ProfileEdge& edge) { return {edge.out_x, edge.out_y}; }
+
+}  // namespace
+
+PlaneProfile PlaneProfile::Revolved(std::span<const Vector2> points) {
+  PlaneProfile profile;
+  profile.AddChain(points, /*closed=*/false, /*solid_on_left=*/true);
+  return profile;
+}
+
+PlaneProfile PlaneProfile::Outline(const Plate& plate) {
+  PlaneProfile profile;
+  profile.AddChain(plate.outline, /*closed=*/true, SignedArea_m2(plate.outline) > 0);
+  for (const Polygon& hole : plate.holes) {
+    profile.AddChain(hole, /*closed=*/true, SignedArea_m2(hole) < 0);
+  }
+  return profile;
+}
+
+void PlaneProfile::AddChain(std::span<const Vector2> points, bool closed, bool solid_on_left) {
+  const std::size_t first = edges_.size();
+  const std::size_t count = closed ? points.size() : points.size() - 1;
+  for (std::size_t i = 0; i < count; ++i) {
+    const Vector2 &a = points[i], &b = points[(i + 1) % points.size()];
+    size_m_ = std::max({size_m_, a.cwiseAbs().maxCoeff(), b.cwiseAbs().maxCoeff()});
+    const Vector2 along = b - a;
+    const double length_m = along.norm();
+    if (!(length_m > 0)) continue;
+    const double side = (solid_on_left ? 1 : -1) / length_m;
+    edges_.push_back({.a_x = a.x(),
+                      .a_y = a.y(),
+                      .along_x = along.x(),
+                      .along_y = along.y(),
+                      .inverse_length_m2 = 1 / (length_m * length_m),
+                      .out_x = side * along.y(),
+                      .out_y = -side * along.x(),
+                      .slope = along.y() == 0 ? 0 : along.x() / along.y(),
+                      .previous = static_cast<std::int32_t>(edges_.size()) - 1,
+                      .has_next = true});
+  }
+  if (edges_.size() == first) return;
+  edges_[first].previous = closed ? static_cast<std::int32_t>(edges_.size()) - 1 : -1;
+  edges_.back().has_next = closed;
+}
+
+double PlaneProfile::Way(const ProfileEdge& edge, const Vector2& p) {
+  return ((p.x() - edge.a_x) * edge.along_x + (p.y() - edge.a_y) * edge.along_y) *
+         edge.inverse_length_m2;
+}
+
+PlaneProfile::Foot PlaneProfile::FootOn(const ProfileEdge& edge, const Vector2& p) {
+  const double way = Way(edge, p);
+  const double on_edge = std::clamp(way, 0.0, 1.0);
+  const Vector2 offset(p.x() - edge.a_x - on_edge * edge.along_x,
+                       p.y() - edge.a_y - on_edge * edge.along_y);
+  return {way, offset, std::sqrt(offset.squaredNorm())};
+}
+
+bool PlaneProfile::IsLocallyNearest(const ProfileEdge& edge, const Foot& foot,
+                                    const Vector2& p) const {
+  if (foot.way > 1) return !edge.has_next;
+  if (foot.way >= 0 || edge.previous < 0) return true;
+  return Way(edges_[static_cast<std::size_t>(edge.previous)], p) > 1;
+}
+
+Vector2 PlaneProfile::GradientAt(const ProfileEdge& edge, const Foot& foot, double sign) const {
+  const bool at_corner = foot.way < 0 || foot.way > 1;
+  if (at_corner && foot.distance_m > kRoundoff * size_m_) {
+    return sign * foot.offset / foot.distance_m;
+  }
+  return OutOf(edge);
+}
+
+// On the border the faces that meet there count, elsewhere the places that are nearest of all beside
+// them.
+bool PlaneProfile::PullsTwoWays(const Vector2& p, const PlaneSample& nearest, double sign) const {
+  const double distance_m = std::abs(nearest.distance_m);
+  const bool on_border = distance_m <= kKinkReach_m;
+  return std::any_of(edges_.begin(), edges_.end(), [&](const ProfileEdge& edge) {
+    const Foot foot = FootOn(edge, p);
+    if (foot.distance_m > distance_m + kKinkReach_m) return false;
+    if (!on_border && !IsLocallyNearest(edge, foot, p)) return false;
+    const Vector2 other = on_border ? OutOf(edge) : GradientAt(edge, foot, sign);
+    return (other - nearest.gradient).squaredNorm() > kSameGradient * kSameGradient;
+  });
+}
+
+PlaneSample PlaneProfile::Sample(const Vector2& p) const {
+  Foot nearest;
+  nearest.distance_m = NearestLanes::kNone;
+  const ProfileEdge* at = nullptr;
+  int within_reach = 0;  // edges as near as the nearest when they were tried: one, or look again
+  bool inside = false;
+  for (const ProfileEdge& edge : edges_) {
+    const bool crosses = (edge.a_y > p.y()) != (edge.a_y + edge.along_y > p.y());
+    inside ^= crosses && p.x() - edge.a_x < (p.y() - edge.a_y) * edge.slope;
+    const Foot foot = FootOn(edge, p);
+    if (foot.distance_m <= nearest.distance_m + kKinkReach_m) {
+      const bool parts_ways = foot.distance_m < nearest.distance_m - kKinkReach_m;
+      within_reach = parts_ways ? 1 : within_reach + 1;
+    }
+    if (foot.distance_m >= nearest.distance_m) continue;
+    nearest = foot;
+    at = &edge;
+  }
+  const double sign = inside ? -1 : 1;
+  PlaneSample sample{sign * nearest.distance_m, GradientAt(*at, nearest, sign), false};
+  sample.kink = within_reach > 1 && PullsTwoWays(p, sample, sign);
+  return sample;
+}
+
+}  // namespace cwm::collision

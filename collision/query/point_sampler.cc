@@ -1,0 +1,266 @@
+#include "collision/query/point_sampler.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <limits>
+
+namespace cwm::collision {
+namespace {
+
+// Solids that only touch close the way between them.
+constexpr double kTouching_m = 1e-9;
+
+bool Differ(const Vector3& a, const Vector3& b) {
+  return (a - b).squaredNorm() > kSameGradient * kSameGradient;
+}
+
+// From any point of the one box: a part is no farther than the farthest corner of its box.
+double FarthestCorner_m(const Aabb& block, const Aabb& part) {
+  return (part.max() - block.min()).cwiseMax(block.max() - part.min()).norm();
+}
+
+PointSample SampleAt(const LaneSamples& samples, int i) {
+  return {samples.distance_m[i],
+          {samples.gradient_x[i], samples.gradient_y[i], samples.gradient_z[i]},
+          samples.gap_m[i] <= kKinkReach_m};
+}
+
+}  // namespace
+
+bool PointSampler::Answer(std::span<const Vector3> points, std::size_t first, std::size_t count,
+                          PointColumns& columns) {
+  const std::span<const Vector3> chunk = points.subspan(first, count);
+  const std::span<const std::uint32_t> order = order_.Of(chunk);
+  ListParts(chunk);
+  std::array<std::uint32_t, kBlockLanes> rows;
+  for (std::size_t begin = 0; begin < count; begin += kBlockLanes) {
+    const std::size_t size = std::min<std::size_t>(kBlockLanes, count - begin);
+    for (std::size_t i = 0; i < kBlockLanes; ++i) {
+      // The last point fills what is left of the last block.
+      const std::uint32_t index = order[begin + std::min(i, size - 1)];
+      points_.x[i] = chunk[index].x();
+      points_.y[i] = chunk[index].y();
+      points_.z[i] = chunk[index].z();
+      rows[i] = static_cast<std::uint32_t>(first + index);
+    }
+    Aabb block;
+    for (int i = 0; i < kBlockLanes; ++i) block.extend(PointOf(i));
+    if (!MeetListed(block) && !MeetWorld(block)) return false;
+    AnswerBlock(std::span(rows).first(size), columns);
+    if (interrupt_.After(1)) return false;
+  }
+  return true;
+}
+
+void PointSampler::ListParts(std::span<const Vector3> chunk) {
+  // The least of a few dozen numbers is found in less time than a queue takes for one of them.
+  constexpr std::size_t kMostListed = 96;
+  Aabb bounds;
+  for (const Vector3& p : chunk) bounds.extend(p);
+  listed_.clear();
+  listed_reach_m_ = limit_m_;
+  bool few = true;
+  world_.bounds().ForEachNearest(
+      bounds, limit_m_ + kKinkReach_m, [&](const WorldObject& object, double) {
+        for (const SampledPart& part : parts_.Of(object)) {
+          listed_.push_back(&part);
+          listed_reach_m_ = std::min(listed_reach_m_, FarthestCorner_m(bounds, part.bounds_W()));
+        }
+        few = listed_.size() <= kMostListed;
+        return few ? listed_reach_m_ + kKinkReach_m : -1.0;
+      });
+  if (!few) listed_reach_m_ = -1;
+  listed_gaps_m2_.resize(listed_.size());
+}
+
+// False when interrupted, or when the list does not reach far enough.
+bool PointSampler::MeetListed(const Aabb& block) {
+  if (listed_reach_m_ < 0) return false;
+  for (std::size_t k = 0; k < listed_.size(); ++k) {
+    listed_gaps_m2_[k] = SquaredDistance_m2(block, listed_[k]->bounds_W());
+  }
+  Begin();
+  while (true) {
+    const auto next = std::min_element(listed_gaps_m2_.begin(), listed_gaps_m2_.end());
+    const double reach_m = reach_m_ + kKinkReach_m;
+    if (next == listed_gaps_m2_.end() || !(*next <= reach_m * reach_m)) break;
+    if (std::isinf(*next)) break;  // all are met
+    *next = std::numeric_limits<double>::infinity();
+    if (!Meet(*listed_[static_cast<std::size_t>(next - listed_gaps_m2_.begin())])) return false;
+  }
+  return reach_m_ <= listed_reach_m_;  // inside, a depth may be greater
+}
+
+void PointSampler::Begin() {
+  candidates_.clear();
+  nearest_.Clear(limit_m_);
+  reach_m_ = limit_m_;
+}
+
+// Objects whose boxes are nearest to that of the points come first; those that are farther than all
+// points reach never come.
+bool PointSampler::MeetWorld(const Aabb& block) {
+  if (interrupt_.reason() != Interrupt::Reason::kNone) return false;
+  Begin();
+  bool ended = false;
+  world_.bounds().ForEachNearest(
+      block, limit_m_ + kKinkReach_m, [&](const WorldObject& object, double) {
+        for (const SampledPart& part : parts_.Of(object)) {
+          const double reach_m = reach_m_ + kKinkReach_m;
+          if (SquaredDistance_m2(block, part.bounds_W()) > reach_m * reach_m) continue;
+          ended = ended || !Meet(part);
+        }
+        return ended ? -1.0 : reach_m_ + kKinkReach_m;
+      });
+  return !ended;
+}
+
+bool PointSampler::Meet(const SampledPart& part) {
+  const auto index = static_cast<std::int64_t>(candidates_.size());
+  Candidate& candidate = candidates_.emplace_back();
+  candidate.part = &part;
+  part.Measure(points_, nearest_.reach_m, candidate.distances_m);
+  reach_m_ = KeepNearest(candidate.distances_m, {part.order(), index}, limit_m_, nearest_);
+  // Meshes take up to milliseconds for a block, everything else a microsecond or less.
+  return !interrupt_.After(part.lanes() != nullptr ? 1 : 64);
+}
+
+// Points that are nearest to the same part are sampled together.
+void PointSampler::AnswerBlock(std::span<const std::uint32_t> rows, PointColumns& columns) {
+  std::uint64_t left =
+      rows.size() == kBlockLanes ? ~std::uint64_t{0} : (std::uint64_t{1} << rows.size()) - 1;
+  while (left != 0) {
+    const std::int64_t candidate = nearest_.candidate[std::countr_zero(left)];
+    std::array<int, kSampleLanes> lanes;
+    int count = 0;
+    for (std::uint64_t rest = left; rest != 0 && count < kSampleLanes; rest &= rest - 1) {
+      const int lane = std::countr_zero(rest);
+      if (nearest_.candidate[lane] != candidate) continue;
+      lanes[static_cast<std::size_t>(count++)] = lane;
+      left &= ~(std::uint64_t{1} << lane);
+    }
+    AnswerLanes(lanes.data(), count, rows, columns);
+  }
+}
+
+void PointSampler::AnswerLanes(const int* lanes, int count, std::span<const std::uint32_t> rows,
+                               PointColumns& columns) {
+  const std::int64_t index = nearest_.candidate[lanes[0]];
+  if (index < 0) {  // met nothing: columns hold zeros
+    for (int i = 0; i < count; ++i) columns.state[rows[lanes[i]]] = SampleState::kBeyond;
+    return;
+  }
+  const SampledPart& part = *candidates_[static_cast<std::size_t>(index)].part;
+  if (part.lanes() == nullptr) {
+    for (int i = 0; i < count; ++i) {
+      Write(lanes[i], part.Sample(PointOf(lanes[i])), rows[lanes[i]], columns);
+    }
+    return;
+  }
+  LanePoints<kSampleLanes> points;
+  for (int i = 0; i < kSampleLanes; ++i) {
+    const int lane = lanes[std::min(i, count - 1)];
+    points.x[i] = points_.x[lane];
+    points.y[i] = points_.y[lane];
+    points.z[i] = points_.z[lane];
+  }
+  LaneSamples samples;
+  SampleLanes(*part.lanes(), points, samples);
+  for (int i = 0; i < count; ++i) Write(lanes[i], SampleAt(samples, i), rows[lanes[i]], columns);
+}
+
+PointSample PointSampler::SampleOf(const SampledPart& part, const Vector3& p_W) const {
+  if (part.lanes() == nullptr) return part.Sample(p_W);
+  LanePoints<kSampleLanes> points;
+  std::fill_n(points.x, kSampleLanes, p_W.x());
+  std::fill_n(points.y, kSampleLanes, p_W.y());
+  std::fill_n(points.z, kSampleLanes, p_W.z());
+  LaneSamples samples;
+  SampleLanes(*part.lanes(), points, samples);
+  return SampleAt(samples, 0);
+}
+
+void PointSampler::Write(int lane, const PointSample& sample, std::size_t row,
+                         PointColumns& columns) {
+  if (sample.distance_m > limit_m_) {
+    columns.state[row] = SampleState::kBeyond;
+    return;
+  }
+  const SampledPart& part = *candidates_[static_cast<std::size_t>(nearest_.candidate[lane])].part;
+  const bool kink = sample.kink || OthersPullElsewhere(lane, sample);
+  columns.state[row] = kink ? SampleState::kKink : SampleState::kSmooth;
+  columns.distance_m[row] = sample.distance_m;
+  std::copy_n(sample.gradient.data(), 3, &columns.gradient[3 * row]);
+  columns.object[row] = part.id().object;
+  columns.object_part[row] = part.id().part;
+  columns.trust[row] = part.is_open() ? Trust::kSurfaceOnly : Trust::kExact;
+  if (sample.distance_m >= 0 || nearest_.second_m[lane] > -nearest_.best_m[lane] + kTouching_m) {
+    return;
+  }
+  const Depth depth = DepthOf(lane, sample);
+  columns.trust[row] = depth.trust;
+  if (depth.trust == Trust::kBounded) {
+    bounds_.push_back({static_cast<std::uint32_t>(row), depth.bound_m});
+  }
+}
+
+bool PointSampler::OthersPullElsewhere(int lane, const PointSample& sample) const {
+  const double reach_m = nearest_.best_m[lane] + kKinkReach_m;
+  if (nearest_.second_m[lane] > reach_m) return false;
+  const auto nearest = static_cast<std::size_t>(nearest_.candidate[lane]);
+  for (std::size_t k = 0; k < candidates_.size(); ++k) {
+    if (k == nearest || candidates_[k].distances_m.lane[lane] > reach_m) continue;
+    const PointSample other = SampleOf(*candidates_[k].part, PointOf(lane));
+    if (other.kink || Differ(other.gradient, sample.gradient)) return true;
+  }
+  return false;
+}
+
+// The way out of the deepest part is free where no solid that is as near as its end covers that end.
+bool PointSampler::IsCovered(int lane, const Vector3& way_out_W) const {
+  const double depth_m = -nearest_.best_m[lane];
+  const auto nearest = static_cast<std::size_t>(nearest_.candidate[lane]);
+  for (std::size_t k = 0; k < candidates_.size(); ++k) {
+    const Candidate& other = candidates_[k];
+    if (k == nearest || other.part->is_open()) continue;
+    if (other.distances_m.lane[lane] > depth_m + kTouching_m) continue;
+    if (SampleOf(*other.part, way_out_W).distance_m <= kTouching_m) return true;
+  }
+  return false;
+}
+
+// Whoever leaves all solids somewhere was no deeper than the way there is long.
+PointSampler::Depth PointSampler::DepthOf(int lane, const PointSample& sample) {
+  const double depth_m = -sample.distance_m;
+  const Vector3 p_W = PointOf(lane);
+  if (!IsCovered(lane, p_W + depth_m * sample.gradient)) return {Trust::kExact, 0};
+  // Steps grow so that the way out of a room's worth of solids is found, however shallow each is.
+  constexpr int kMostSteps = 48;
+  constexpr double kGrowth = 1.2;
+  double way_m = depth_m, least_step_m = 0.01 * depth_m + kTouching_m;
+  for (int step = 0; step < kMostSteps; ++step) {
+    const double distance_m = SolidDistance_m(p_W + way_m * sample.gradient);
+    if (distance_m > kTouching_m) return {Trust::kBounded, way_m - depth_m};
+    way_m += std::max(-distance_m + 2 * kTouching_m, least_step_m);
+    least_step_m *= kGrowth;
+  }
+  return {Trust::kDegraded, 0};
+}
+
+// Of the union of all solids; some positive distance outside.
+double PointSampler::SolidDistance_m(const Vector3& p_W) {
+  double least_m = std::numeric_limits<double>::infinity();
+  world_.bounds().ForEachNearest(Aabb(p_W, p_W), 2 * kTouching_m,
+                                 [&](const WorldObject& object, double) {
+                                   for (const SampledPart& part : parts_.Of(object)) {
+                                     if (part.is_open() || !part.bounds_W().contains(p_W)) continue;
+                                     least_m = std::min(least_m, SampleOf(part, p_W).distance_m);
+                                   }
+                                   return 2 * kTouching_m;
+                                 });
+  return least_m;
+}
+
+}  // namespace cwm::collision

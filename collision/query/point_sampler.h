@@ -1,0 +1,75 @@
+// The walk of SamplePoints: a block of points that lie near each other against the world, and each
+// point's answer.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "collision/query/interrupt.h"
+#include "collision/query/point_order.h"
+#include "collision/query/query.h"
+#include "collision/query/sampled_part.h"
+
+namespace cwm::collision {
+
+// One per call and thread. Allocates when it meets an object for the first time, never per point.
+class PointSampler {
+ public:
+  // `limit_m`: of QueryOptions.
+  PointSampler(const WorldSnapshot& world, const WorldFilter& filter, double limit_m,
+               Interrupt interrupt)
+      : world_(world), limit_m_(limit_m), parts_(world, filter), interrupt_(std::move(interrupt)) {}
+
+  // Answers points [first, first + count) into columns that have room for all of `points`; false
+  // when interrupted, which leaves them undefined.
+  bool Answer(std::span<const Vector3> points, std::size_t first, std::size_t count,
+              PointColumns& columns);
+  // Of rows of `columns` that are kBounded, in no order.
+  const std::vector<PointColumns::Bound>& bounds() const { return bounds_; }
+
+ private:
+  // A part near a block, and its distances from the points of the block.
+  struct Candidate {
+    const SampledPart* part;
+    BlockDistances distances_m;
+  };
+  struct Depth {
+    Trust trust;
+    double bound_m;
+  };
+
+  void ListParts(std::span<const Vector3> chunk);
+  void Begin();
+  bool MeetListed(const Aabb& block);
+  bool MeetWorld(const Aabb& block);
+  bool Meet(const SampledPart& part);
+  void AnswerBlock(std::span<const std::uint32_t> rows, PointColumns& columns);
+  void AnswerLanes(const int* lanes, int count, std::span<const std::uint32_t> rows,
+                   PointColumns& columns);
+  PointSample SampleOf(const SampledPart& part, const Vector3& p_W) const;
+  void Write(int lane, const PointSample& sample, std::size_t row, PointColumns& columns);
+  bool OthersPullElsewhere(int lane, const PointSample& sample) const;
+  Depth DepthOf(int lane, const PointSample& sample);
+  bool IsCovered(int lane, const Vector3& way_out_W) const;
+  double SolidDistance_m(const Vector3& p_W);
+  Vector3 PointOf(int lane) const { return {points_.x[lane], points_.y[lane], points_.z[lane]}; }
+
+  const WorldSnapshot& world_;
+  double limit_m_;
+  SampledParts parts_;
+  Interrupt interrupt_;
+  PointOrder order_;
+  BlockPoints points_;
+  NearestLanes nearest_;
+  std::vector<Candidate> candidates_;
+  std::vector<PointColumns::Bound> bounds_;
+  double reach_m_ = 0;  // of all lanes
+
+  // The parts near a chunk, where they are few: cheaper to try one by one than to search.
+  std::vector<const SampledPart*> listed_;
+  std::vector<double> listed_gaps_m2_;  // of a block's box to theirs
+  double listed_reach_m_ = -1;          // what is nearer is listed; negative: nothing is
+};
+
+}  // namespace cwm::collision

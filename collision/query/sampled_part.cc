@@ -1,0 +1,144 @@
+#include "collision/query/sampled_part.h"
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+#include "collision/engines/exact_engine.h"
+#include "collision/geometry/revolved_profile.h"
+
+namespace cwm::collision {
+
+SampledPart::SampledPart(const WorldObject& object, const Id& id)
+    : id_(id),
+      part_(&object.geometry->parts[static_cast<std::size_t>(id.part)]),
+      bounds_W_(&object.parts_W[static_cast<std::size_t>(id.part)].bounds_W),
+      X_WP_(object.parts_W[static_cast<std::size_t>(id.part)].X_WP) {
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) solid_.axis[i][j] = X_WP_.linear()(j, i);
+    solid_.origin[i] = X_WP_.translation()[i];
+  }
+  const HybridModel& model = object.model();
+  const VesselShell* const vessel =
+      part_->source == PartSource::kShape
+          ? model.shapes[static_cast<std::size_t>(part_->index)].vessel.get()
+          : nullptr;
+  if (vessel != nullptr) {
+    PrepareProfile(VesselProfile(*vessel), LaneSolid::Form::kRevolved);
+  } else {
+    std::visit([this](const auto& shape) { Prepare(shape); }, part_->shape);
+  }
+}
+
+void SampledPart::Prepare(const Sphere& sphere) {
+  short_formula_ = true;
+  solid_.form = LaneSolid::Form::kRound;
+  solid_.size[0] = sphere.radius_m;
+}
+
+void SampledPart::Prepare(const Box& box) {
+  short_formula_ = true;
+  solid_.form = LaneSolid::Form::kBox;
+  for (int i = 0; i < 3; ++i) solid_.size[i] = 0.5 * box.size_m[i];
+}
+
+void SampledPart::Prepare(const Cylinder& cylinder) {
+  short_formula_ = true;
+  solid_.form = LaneSolid::Form::kCylinder;
+  solid_.size[0] = cylinder.radius_m;
+  solid_.size[1] = 0.5 * cylinder.length_m;
+}
+
+void SampledPart::Prepare(const Cone& cone) {
+  PrepareProfile(PlaneProfile::Revolved(ProfileOf(cone)), LaneSolid::Form::kRevolved);
+}
+
+void SampledPart::Prepare(const Capsule& capsule) {
+  short_formula_ = true;
+  solid_.form = LaneSolid::Form::kRound;
+  solid_.size[0] = capsule.radius_m;
+  solid_.size[1] = 0.5 * capsule.length_m;
+}
+
+void SampledPart::Prepare(const HalfSpace&) {
+  short_formula_ = true;
+  solid_.form = LaneSolid::Form::kHalfSpace;
+}
+
+void SampledPart::Prepare(const Plate& plate) {
+  solid_.size[0] = plate.thickness_m;
+  PrepareProfile(PlaneProfile::Outline(plate), LaneSolid::Form::kPlate);
+}
+
+void SampledPart::Prepare(const Convex&) { in_lanes_ = false; }
+
+void SampledPart::Prepare(const Mesh& mesh) {
+  in_lanes_ = false;
+  watertight_ = mesh.watertight;
+  tree_ = TreeOf(*part_->engines[static_cast<int>(EngineKind::kExact)]);
+}
+
+void SampledPart::PrepareProfile(PlaneProfile profile, LaneSolid::Form form) {
+  profile_ = std::move(profile);
+  solid_.form = form;
+  // On the heap: they stay where they are when this part moves.
+  solid_.edges = profile_->edges().data();
+  solid_.edge_count = static_cast<int>(profile_->edges().size());
+}
+
+void SampledPart::Measure(const BlockPoints& points_W, const BlockDistances& reach_m,
+                          BlockDistances& distances_m) const {
+  if (in_lanes_) return MeasureLanes(solid_, points_W, distances_m);
+  // From a place to another one a distance changes by no more than their distance: one point tells
+  // of most others that they are too far away.
+  const Vector3 first(points_W.x[0], points_W.y[0], points_W.z[0]);
+  const double first_m = Distance_m(first);
+  for (int i = 0; i < kBlockLanes; ++i) {
+    const Vector3 p(points_W.x[i], points_W.y[i], points_W.z[i]);
+    const double limit_m = reach_m.lane[i];
+    const double at_least_m =
+        std::max(first_m - (p - first).norm(), bounds_W_->exteriorDistance(p));
+    distances_m.lane[i] = at_least_m > limit_m + kKinkReach_m
+                              ? NearestLanes::kNone
+                              : DistanceInShape_m(X_WP_.inverse() * p, limit_m + 2 * kKinkReach_m);
+  }
+}
+
+double SampledPart::Distance_m(const Vector3& p_W) const {
+  return DistanceInShape_m(X_WP_.inverse() * p_W, std::numeric_limits<double>::infinity());
+}
+
+PointSample SampledPart::Sample(const Vector3& p_W) const {
+  PointSample sample = SampleInShape(X_WP_.inverse() * p_W);
+  sample.gradient = X_WP_.linear() * sample.gradient;
+  return sample;
+}
+
+PointSample SampledPart::SampleInShape(const Vector3& p) const {
+  if (tree_ != nullptr) return SampleMesh(*tree_, watertight_, p);
+  if (solid_.form == LaneSolid::Form::kPlate) return SamplePlate(*profile_, solid_.size[0], p);
+  if (profile_) return SampleRevolved(*profile_, p);
+  if (const auto* convex = std::get_if<Convex>(&part_->shape)) return SampleConvex(*convex, p);
+  const SurfacePoint at = NearestSurfacePoint(part_->shape, p);
+  return {at.signed_distance_m, at.normal, false};
+}
+
+double SampledPart::DistanceInShape_m(const Vector3& p, double max_distance_m) const {
+  if (tree_ != nullptr) return MeshDistance_m(*tree_, watertight_, p, max_distance_m);
+  return profile_ ? SampleInShape(p).distance_m : SignedDistance_m(part_->shape, p);
+}
+
+std::span<const SampledPart> SampledParts::Of(const WorldObject& object) {
+  const auto [at, is_new] = parts_.try_emplace(&object);
+  if (is_new && !filter_.Skips(object)) {
+    at->second.reserve(object.parts_W.size());
+    const std::int32_t rank = ranks_.Of(&object);
+    for (std::size_t k = 0; k < object.parts_W.size(); ++k) {
+      if (filter_.Skips(object.geometry->parts[k].source)) continue;
+      at->second.emplace_back(object, SampledPart::Id{rank, static_cast<std::int32_t>(k)});
+    }
+  }
+  return at->second;
+}
+
+}  // namespace cwm::collision

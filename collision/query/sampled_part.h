@@ -1,0 +1,88 @@
+// A part of the world as points ask about it, and the parts of a world that a batch has met.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <unordered_map>
+#include <vector>
+
+#include "collision/kernels/kink.h"
+#include "collision/kernels/point_sample.h"
+#include "collision/kernels/solid_lanes.h"
+#include "collision/query/object_ranks.h"
+#include "collision/query/world_filter.h"
+
+namespace cwm::collision {
+
+// Refers to an object of the snapshot that is asked.
+class SampledPart {
+ public:
+  struct Id {
+    std::int32_t object = 0;  // into world.objects()
+    std::int32_t part = 0;
+  };
+  SampledPart(const WorldObject& object, const Id& id);
+  SampledPart(const SampledPart&) =
+      delete;  // it refers to itself, by memory that a move takes along
+  SampledPart(SampledPart&&) = default;
+
+  const Id& id() const { return id_; }
+  // How equally near parts are ordered: by object name, then part.
+  std::int64_t order() const { return (std::int64_t{id_.object} << 32) | id_.part; }
+  const Aabb& bounds_W() const { return *bounds_W_; }
+  bool is_open() const { return tree_ != nullptr && !watertight_; }
+
+  // Signed distances of the points to the solid; of points that are farther from it than `reach_m`
+  // and the reach of kinks, anything that is as well.
+  void Measure(const BlockPoints& points_W, const BlockDistances& reach_m,
+               BlockDistances& distances_m) const;
+  double Distance_m(const Vector3& p_W) const;
+
+  // Whether SampleLanes answers for it; else Sample does, one by one.
+  const LaneSolid* lanes() const { return short_formula_ ? &solid_ : nullptr; }
+  PointSample Sample(const Vector3& p_W) const;
+
+ private:
+  void Prepare(const Sphere& sphere);
+  void Prepare(const Box& box);
+  void Prepare(const Cylinder& cylinder);
+  void Prepare(const Cone& cone);
+  void Prepare(const Capsule& capsule);
+  void Prepare(const HalfSpace& half_space);
+  void Prepare(const Plate& plate);
+  void Prepare(const Convex& convex);
+  void Prepare(const Mesh& mesh);
+  void PrepareProfile(PlaneProfile profile, LaneSolid::Form form);
+  PointSample SampleInShape(const Vector3& p) const;
+  double DistanceInShape_m(const Vector3& p, double max_distance_m) const;
+
+  Id id_;
+  const PreparedPart* part_;
+  const Aabb* bounds_W_;
+  Pose X_WP_;
+  LaneSolid solid_;
+  bool in_lanes_ = true;        // Measure works on all points at once
+  bool short_formula_ = false;  // so does Sample
+  std::optional<PlaneProfile> profile_;
+  const TriangleTree* tree_ = nullptr;
+  bool watertight_ = false;
+};
+
+// Makes parts when they are first asked for. One per call and thread.
+class SampledParts {
+ public:
+  SampledParts(const WorldSnapshot& world, const WorldFilter& filter)
+      : filter_(filter), ranks_(world) {}
+
+  // Of an object of the world: those that count.
+  std::span<const SampledPart> Of(const WorldObject& object);
+
+ private:
+  const WorldFilter& filter_;
+  ObjectRanks ranks_;
+  std::unordered_map<const WorldObject*, std::vector<SampledPart>> parts_;
+};
+
+}  // namespace cwm::collision
