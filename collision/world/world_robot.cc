@@ -1,0 +1,23 @@
+#include "collision/world/world_robot.h"
+
+#include <utility>
+
+namespace cwm::collision {
+
+std::shared_ptr<const RobotGeometry> PrepareRobot(std::shared_ptr<const RobotModel> model,
+                                                  std::optional<SphereModel> spheres_as_given) {
+  auto robot = std::make_shared<RobotGeometry>();
+  auto shapes = std::make_shared<HybridModel>();
+  for (int link = 0; link < static_cast<int>(model->links.size()); ++link) {
+    for (const CollisionGeometry& collision : model->links[link].collisions) {
+      shapes->shapes.push_back({.X_OS = collision.X_LG, .shape = collision.shape});
+      robot->link_of_part.push_back(link);
+    }
+  }
+  robot->geometry = Prepare(std::move(shapes));
+  robot->model = std::move(model);
+  robot->spheres_as_given = std::move(spheres_as_given);
+  return robot;
+}
+
+}  // namespace cwm::collision

@@ -1,0 +1,56 @@
+// One robot of the world: immutable values. Its motion makes a new WorldRobot that shares the model
+// and its prepared geometry; another model under the name makes another robot.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "collision/robot/robot_model.h"
+#include "collision/robot/sphere_model.h"
+#include "collision/world/world_object.h"
+
+namespace cwm::collision {
+
+// A robot ready for every engine. Immutable, shared by all revisions that hold it.
+struct RobotGeometry {
+  std::shared_ptr<const RobotModel> model;
+  // The collision geometries of all links as the shapes of one model, each placed in the frame of
+  // its LINK (X_OP is X_LG): by link in the order of the model, within a link in the order of its
+  // collisions. One part a shape.
+  std::shared_ptr<const PreparedModel> geometry;
+  std::vector<int> link_of_part;  // by part of `geometry`: index into model->links; ascending
+  std::optional<SphereModel> spheres_as_given;  // absent where none were given
+};
+
+// Heavy: builds trees and hulls. Call it without any lock held. `model` is not null.
+std::shared_ptr<const RobotGeometry> PrepareRobot(std::shared_ptr<const RobotModel> model,
+                                                  std::optional<SphereModel> spheres_as_given);
+
+struct WorldRobot {
+  std::string name;  // unique among robots and objects of its world
+  std::string uid;   // unique for ever; another model under the name gets a new one
+  std::shared_ptr<const RobotGeometry> robot;
+  Pose X_WB = Pose::Identity();  // the root link in the world
+  // One finite value for each variable of the model; may lie outside its limits, as the joints of a
+  // robot that was pushed there do.
+  std::vector<double> state;
+  Revision create_revision;
+  Revision state_revision;  // last change of X_WB or the state
+
+  const RobotModel& model() const { return *robot->model; }
+
+  // What a writer states as `expected_object_revision`.
+  Revision latest_revision() const { return state_revision; }
+};
+
+using WorldRobotPtr = std::shared_ptr<const WorldRobot>;
+
+// What differs between two revisions of a world.
+struct RobotDelta {
+  WorldRobotPtr before;  // nullptr: added
+  WorldRobotPtr after;   // nullptr: removed
+};
+
+}  // namespace cwm::collision
