@@ -4,18 +4,43 @@
 
 namespace cwm::cli {
 
-CLI::App& AddCommand(CommandLine& line, const CommandText& text,
-                     std::function<absl::Status(Session&)> action) {
+namespace {
+
+CLI::App& AddTo(CLI::App& parent, const CommandText& text) {
   std::string description = text.summary + "\n\nExamples:\n";
   for (const std::string& example : text.examples) description += "  " + example + "\n";
   if (!text.details.empty()) description += "\n" + text.details + "\n";
-  CLI::App* command = line.app.add_subcommand(text.name, description);
+  CLI::App* command = parent.add_subcommand(text.name, description);
   command->fallthrough();  // global options may follow the command
-  command->callback([&line, name = text.name, action = std::move(action)] {
+  return *command;
+}
+
+CLI::App& AddNamed(CommandLine& line, CLI::App& parent, const CommandText& text,
+                   const std::string& name, std::function<absl::Status(Session&)> action) {
+  CLI::App& command = AddTo(parent, text);
+  command.callback([&line, name, action = std::move(action)] {
     line.command = name;
     line.result = action(line.session);
   });
-  return *command;
+  return command;
+}
+
+}  // namespace
+
+CLI::App& AddCommand(CommandLine& line, const CommandText& text,
+                     std::function<absl::Status(Session&)> action) {
+  return AddNamed(line, line.app, text, text.name, std::move(action));
+}
+
+CLI::App& AddCommand(CommandLine& line, CLI::App& family, const CommandText& text,
+                     std::function<absl::Status(Session&)> action) {
+  return AddNamed(line, family, text, family.get_name() + " " + text.name, std::move(action));
+}
+
+CLI::App& AddFamily(CommandLine& line, const CommandText& text) {
+  CLI::App& family = AddTo(line.app, text);
+  family.require_subcommand(1);
+  return family;
 }
 
 }  // namespace cwm::cli

@@ -30,5 +30,9 @@ struct CommandLine {
 // long as the action: commands share it with them.
 CLI::App& AddCommand(CommandLine& line, const CommandText& text,
                      std::function<absl::Status(Session&)> action);
+// The same below a family of commands (`cwm robot load`), which AddFamily made.
+CLI::App& AddCommand(CommandLine& line, CLI::App& family, const CommandText& text,
+                     std::function<absl::Status(Session&)> action);
+CLI::App& AddFamily(CommandLine& line, const CommandText& text);
 
 }  // namespace cwm::cli

@@ -12,6 +12,7 @@ void AddObjectCommands(CommandLine& line);  // objects, get
 void AddPutCommand(CommandLine& line);      // put
 void AddChangeCommands(CommandLine& line);  // move, remove
 void AddImportCommand(CommandLine& line);   // import
+void AddRobotCommands(CommandLine& line);   // robot load, list, get, remove
 void AddPairCommands(CommandLine& line);    // distance, contacts
 void AddCheckCommand(CommandLine& line);    // check
 void AddRayCommand(CommandLine& line);      // ray

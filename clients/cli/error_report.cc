@@ -33,8 +33,10 @@ std::string Category(const absl::Status& status) {
 
 std::string HintForReason(const std::string& reason) {
   static const std::map<std::string, std::string> kHints = {
-      {"WORLD_UNKNOWN", "`cwm status` lists the worlds; ingest, put and import create one"},
+      {"WORLD_UNKNOWN",
+       "`cwm status` lists the worlds; ingest, put, import and robot load create one"},
       {"OBJECT_UNKNOWN", "`cwm objects` lists the names"},
+      {"ROBOT_UNKNOWN", "`cwm robot list` lists the names"},
       {"GEOMETRY_UNKNOWN", "`cwm get NAME -o json` shows the hashes of an object"},
       {"REVISION_MISMATCH", "`cwm status` shows the present revision; read, decide, try again"},
       {"OBJECT_REVISION_MISMATCH", "`cwm get NAME` shows the object as it is now"},

@@ -65,6 +65,7 @@ void AddCommands(CommandLine& line, const report::PageAssets& page_assets) {
   AddPutCommand(line);
   AddChangeCommands(line);
   AddImportCommand(line);
+  AddRobotCommands(line);
   AddPairCommands(line);
   AddCheckCommand(line);
   AddRayCommand(line);

@@ -11,6 +11,7 @@
 #include "clients/cli/object_table.h"
 #include "clients/cli/out_pipe.h"
 #include "clients/cli/quantity.h"
+#include "clients/cli/robot_table.h"
 
 namespace cwm::cli {
 namespace {
@@ -47,14 +48,43 @@ void PrintEvent(const pb::ObjectEvent& event, std::int64_t revision, std::ostrea
   }
 }
 
+void PrintRobot(const pb::Robot& robot, std::int64_t revision, const char* what,
+                std::ostream& out) {
+  out << revision << "  " << what << "  " << robot.name() << "  robot of " << robot.links_size()
+      << " links  at " << PoseText(robot.x_world_base()) << "\n";
+}
+
+void PrintEvent(const pb::RobotEvent& event, std::int64_t revision, std::ostream& out) {
+  switch (event.event_case()) {
+    case pb::RobotEvent::kPut:
+      return PrintRobot(event.put(), revision, "put   ", out);
+    case pb::RobotEvent::kState:
+      out << revision << "  state   " << event.state().name() << "  "
+          << JointText(event.state().state()) << "  at " << PoseText(event.state().x_world_base())
+          << "\n";
+      return;
+    case pb::RobotEvent::kRemove:
+      out << revision << "  remove  " << event.remove() << "\n";
+      return;
+    case pb::RobotEvent::EVENT_NOT_SET:
+      return;
+  }
+}
+
 void PrintMessage(const pb::WatchWorldResponse& message, std::ostream& out) {
   for (const pb::Object& object : message.initial_state().objects()) {
     PrintObject(object, message.revision(), "is    ", out);
+  }
+  for (const pb::Robot& robot : message.initial_state().robots()) {
+    PrintRobot(robot, message.revision(), "is    ", out);
   }
   if (message.initial_state().initial_state_done()) {
     out << message.revision() << "  that is the world; its changes follow\n";
   }
   for (const pb::ObjectEvent& event : message.events().events()) {
+    PrintEvent(event, message.revision(), out);
+  }
+  for (const pb::RobotEvent& event : message.events().robot_events()) {
     PrintEvent(event, message.revision(), out);
   }
 }

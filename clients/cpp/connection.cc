@@ -31,6 +31,7 @@ Connection::Connection(ConnectOptions options)
       worlds_(cwm::v1::WorldService::NewStub(channel_)),
       perception_(cwm::v1::PerceptionService::NewStub(channel_)),
       queries_(cwm::v1::QueryService::NewStub(channel_)),
+      robots_(cwm::v1::RobotService::NewStub(channel_)),
       admin_(cwm::v1::AdminService::NewStub(channel_)) {}
 
 void Connection::Prepare(grpc::ClientContext& context) const {

@@ -15,6 +15,7 @@
 #include "cwm/v1/admin.grpc.pb.h"
 #include "cwm/v1/perception.grpc.pb.h"
 #include "cwm/v1/query.grpc.pb.h"
+#include "cwm/v1/robot.grpc.pb.h"
 #include "cwm/v1/world.grpc.pb.h"
 #include "proto/transfer/default_address.h"
 
@@ -37,6 +38,7 @@ class Connection {
   cwm::v1::WorldService::Stub& worlds() const { return *worlds_; }
   cwm::v1::PerceptionService::Stub& perception() const { return *perception_; }
   cwm::v1::QueryService::Stub& queries() const { return *queries_; }
+  cwm::v1::RobotService::Stub& robots() const { return *robots_; }
   cwm::v1::AdminService::Stub& admin() const { return *admin_; }
 
   // Sets the deadline of the options.
@@ -62,6 +64,7 @@ class Connection {
   std::unique_ptr<cwm::v1::WorldService::Stub> worlds_;
   std::unique_ptr<cwm::v1::PerceptionService::Stub> perception_;
   std::unique_ptr<cwm::v1::QueryService::Stub> queries_;
+  std::unique_ptr<cwm::v1::RobotService::Stub> robots_;
   std::unique_ptr<cwm::v1::AdminService::Stub> admin_;
 };
 

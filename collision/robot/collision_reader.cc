@@ -58,6 +58,15 @@ Mesh Scaled(const std::shared_ptr<const TriangleMesh>& file, const Vector3& scal
   return MakeMesh(std::move(mesh));
 }
 
+// What is wrong with the file of a mesh, at the place that names it: too large stays too large, and
+// cancelled cancelled.
+absl::Status FileFault(const XmlElement& mesh, const absl::Status& status) {
+  const absl::Status fault = mesh.FaultOf("filename", std::string(status.message()));
+  return status.code() == absl::StatusCode::kNotFound
+             ? fault
+             : absl::Status(status.code(), fault.message());
+}
+
 }  // namespace
 
 absl::StatusOr<Pose> ReadOrigin(const XmlElement& element) {
@@ -137,9 +146,9 @@ absl::StatusOr<std::shared_ptr<const TriangleMesh>> CollisionReader::FileOf(
   std::shared_ptr<const TriangleMesh>& file = files_[uri];
   if (file != nullptr) return file;
   const absl::StatusOr<std::string> bytes = source_(uri);
-  if (!bytes.ok()) return mesh.FaultOf("filename", std::string(bytes.status().message()));
+  if (!bytes.ok()) return FileFault(mesh, bytes.status());
   absl::StatusOr<TriangleMesh> read = ReadMeshFile(*bytes, uri, limits_);
-  if (!read.ok()) return mesh.FaultOf("filename", std::string(read.status().message()));
+  if (!read.ok()) return FileFault(mesh, read.status());
   file = std::make_shared<const TriangleMesh>(*std::move(read));
   return file;
 }
@@ -147,8 +156,9 @@ absl::StatusOr<std::shared_ptr<const TriangleMesh>> CollisionReader::FileOf(
 absl::Status CollisionReader::CountTriangles(const XmlElement& mesh, std::size_t count) {
   triangles_ += count;
   if (triangles_ <= limits_.max_triangles) return absl::OkStatus();
-  return mesh.FaultOf("filename", absl::StrCat("the meshes of the robot must have at most ",
-                                               limits_.max_triangles, " triangles together"));
+  return FileFault(mesh, absl::ResourceExhaustedError(
+                             absl::StrCat("the meshes of the robot must have at most ",
+                                          limits_.max_triangles, " triangles together")));
 }
 
 }  // namespace cwm::collision

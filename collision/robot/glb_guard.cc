@@ -231,8 +231,9 @@ class GlbChecker {
         elements += *more;
         // Three indices and half a vertex with its normal and colours a triangle.
         if (elements > 8 * limits_.max_mesh_triangles) {
-          return Fault(absl::StrCat("must have at most ", limits_.max_mesh_triangles,
-                                    " triangles in all its primitives"));
+          return absl::ResourceExhaustedError(absl::StrCat("must have at most ",
+                                                           limits_.max_mesh_triangles,
+                                                           " triangles in all its primitives"));
         }
         if (!UsesItsVertices(primitive)) return Fault("faces must use vertices that there are");
       }

@@ -49,7 +49,7 @@ absl::Status MeshBuilder::Add(const std::array<Vector3, 3>& corners) {
     if (!corners[i].allFinite()) return absl::InvalidArgumentError("must have finite vertices");
   }
   if (added_++ == max_triangles_) {
-    return absl::InvalidArgumentError(
+    return absl::ResourceExhaustedError(
         absl::StrCat("must have at most ", max_triangles_, " triangles"));
   }
   if (corners[0] == corners[1] || corners[1] == corners[2] || corners[2] == corners[0]) {

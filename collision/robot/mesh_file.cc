@@ -29,7 +29,7 @@ absl::StatusOr<TriangleMesh> ReadMeshFile(std::string_view bytes, std::string_vi
     if (!std::string_view(lower).ends_with(format.ending)) continue;
     if (bytes.empty()) return absl::InvalidArgumentError("must not be empty");
     if (bytes.size() <= limits.max_mesh_bytes) return format.read(bytes, limits);
-    return absl::InvalidArgumentError(
+    return absl::ResourceExhaustedError(
         absl::StrCat("is ", bytes.size(), " bytes long, must be at most ", limits.max_mesh_bytes));
   }
   return absl::InvalidArgumentError("must end in .stl, .obj, .dae or .glb");

@@ -20,8 +20,8 @@ namespace cwm::collision {
 //   corner anew). Triangles that then use a vertex twice are left out; those without an area but
 //   with three corners stay, since the surface would gape without them.
 //
-// Refuses empty and malformed files, other formats, vertices that are not finite, and more than
-// the limits say. Nothing but `bytes` is read: materials, textures and external buffers are never
+// Refuses empty and malformed files, other formats, vertices that are not finite, and with
+// RESOURCE_EXHAUSTED more than the limits say. Nothing but `bytes` is read: materials, textures and external buffers are never
 // looked for on a disk. The message of a refusal is the rule alone, to be put behind a place.
 absl::StatusOr<TriangleMesh> ReadMeshFile(std::string_view bytes, std::string_view name,
                                           const RobotLimits& limits = {});

@@ -84,8 +84,8 @@ class SrdfReader {
 
   absl::Status AddGroups(const std::vector<XmlElement>& elements, const KinematicTree& tree) {
     if (elements.size() > static_cast<std::size_t>(limits_.max_groups)) {
-      return FaultAt("srdf", absl::StrCat("has ", elements.size(), " groups, must have at most ",
-                                          limits_.max_groups));
+      return ExcessAt("srdf", absl::StrCat("has ", elements.size(), " groups, must have at most ",
+                                           limits_.max_groups));
     }
     absl::StatusOr<std::vector<SemanticGroup>> groups = ReadGroups(elements, robot_, tree, names_);
     if (!groups.ok()) return groups.status();

@@ -75,7 +75,7 @@ struct SemanticDescription {
 // Refuses, with INVALID_ARGUMENT that names the element, the value and the rule: malformed XML,
 // names that neither file has, groups that hold themselves, group or state names that appear twice,
 // positions with another number of values than the joint has (those of fixed joints are left out,
-// as in MoveIt).
+// as in MoveIt). RESOURCE_EXHAUSTED likewise for what RobotLimits excludes.
 absl::StatusOr<SemanticDescription> ReadSrdf(std::string_view xml, const RobotDescription& robot,
                                              const RobotLimits& limits = {});
 

@@ -177,7 +177,7 @@ class UrdfReader {
 
   absl::Status AddLink(const XmlElement& element) {
     if (robot_.links.size() == static_cast<std::size_t>(limits_.max_links)) {
-      return FaultAt("urdf", absl::StrCat("must have at most ", limits_.max_links, " links"));
+      return ExcessAt("urdf", absl::StrCat("must have at most ", limits_.max_links, " links"));
     }
     absl::StatusOr<std::string> name = element.Name("name");
     if (!name.ok()) return name.status();

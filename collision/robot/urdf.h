@@ -13,7 +13,8 @@ namespace cwm::collision {
 
 // Gives the bytes of a mesh file by the name that the URDF has for it ("package://...",
 // "file://..." or a relative path). Asked once for each name. The message of an error is the rule
-// alone, e.g. "must be one of the files sent along".
+// alone, e.g. "must be one of the files sent along"; NOT_FOUND is made INVALID_ARGUMENT, other codes
+// are kept.
 using MeshSource = std::function<absl::StatusOr<std::string>(std::string_view uri)>;
 
 // What is read, and how:
@@ -29,8 +30,8 @@ using MeshSource = std::function<absl::StatusOr<std::string>(std::string_view ur
 // - Everything else is passed over: visuals, inertias, transmissions, plugins, soft limits.
 //
 // Refuses, with INVALID_ARGUMENT that names the element, the value and the rule: malformed XML,
-// unexpanded xacro, what RobotLimits excludes, missing or unusable names, numbers and meshes, and
-// what is no tree of links or leads mimics in circles. Thread safe.
+// unexpanded xacro, missing or unusable names, numbers and meshes, and what is no tree of links or
+// leads mimics in circles. RESOURCE_EXHAUSTED likewise for what RobotLimits excludes. Thread safe.
 absl::StatusOr<RobotDescription> ReadUrdf(std::string_view xml, const MeshSource& meshes,
                                           const RobotLimits& limits = {});
 

@@ -95,6 +95,10 @@ absl::Status FaultAt(std::string_view place, std::string_view rule) {
   return absl::InvalidArgumentError(absl::StrCat(Owned(place), ": ", Owned(rule)));
 }
 
+absl::Status ExcessAt(std::string_view place, std::string_view rule) {
+  return absl::ResourceExhaustedError(absl::StrCat(Owned(place), ": ", Owned(rule)));
+}
+
 XmlElement::XmlElement(const tinyxml2::XMLElement& element, std::string place)
     : element_(&element), place_(std::move(place)) {}
 
@@ -225,8 +229,8 @@ XmlDocument::~XmlDocument() = default;
 absl::StatusOr<XmlDocument> XmlDocument::Parse(std::string_view xml, std::string_view format,
                                                std::size_t max_bytes) {
   if (xml.size() > max_bytes) {
-    return FaultAt(format,
-                   absl::StrCat("is ", xml.size(), " bytes long, must be at most ", max_bytes));
+    return ExcessAt(format,
+                    absl::StrCat("is ", xml.size(), " bytes long, must be at most ", max_bytes));
   }
   if (xml.find('\0') != std::string_view::npos) {  // tinyxml2 would end there without a word
     return FaultAt(format, "must not hold the byte 0");

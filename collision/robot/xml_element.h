@@ -26,6 +26,8 @@ std::string Quoted(std::string_view text);
 
 // INVALID_ARGUMENT `PLACE: RULE`.
 absl::Status FaultAt(std::string_view place, std::string_view rule);
+// The same where there is too much of something: RESOURCE_EXHAUSTED.
+absl::Status ExcessAt(std::string_view place, std::string_view rule);
 
 // An element of a document, which must outlive it.
 class XmlElement {

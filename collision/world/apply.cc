@@ -4,18 +4,16 @@
 #include <utility>
 
 #include "absl/status/status.h"
-#include "absl/strings/cord.h"
 #include "absl/strings/str_cat.h"
-#include "absl/types/optional.h"
 #include "collision/geometry/validation.h"
+#include "collision/world/apply_fault.h"
 #include "collision/world/model_equality.h"
+#include "collision/world/robot_transaction.h"
 #include "collision/world/world_snapshot.h"
 
 namespace cwm::collision {
-namespace {
 
-// What the snapshot and the tree over it rely on: finite, in range, a proper rotation. The wire
-// layer refuses the rest with the name of the field; this is the last door.
+// The wire layer refuses the rest with the name of the field; this is the last door.
 bool IsPlaceable(const Pose& X_WO) {
   constexpr double kOrthonormality = 1e-6;  // far above rounding, far below a visible shear
   const Matrix3 R = X_WO.linear();
@@ -25,21 +23,7 @@ bool IsPlaceable(const Pose& X_WO) {
          R.determinant() > 0;
 }
 
-// Where a status of Apply keeps its ApplyFault.
-constexpr char kFaultUrl[] = "cwm.collision.ApplyFault";
-
-// A refusal that knows its field already; the index of its change comes later.
-absl::Status BadField(std::string_view field, const std::string& rule) {
-  const std::string name(field);  // Debian's absl knows std::string, not std::string_view
-  absl::Status status = absl::InvalidArgumentError(absl::StrCat(name, " ", rule));
-  status.SetPayload(kFaultUrl, absl::Cord(absl::StrCat(name, "\n", rule)));
-  return status;
-}
-
-absl::Status BadPose() {
-  return BadField(
-      "pose", absl::StrCat("must be a finite rigid transform within ", kLargestCoordinate_m, " m"));
-}
+namespace {
 
 // An object that no one can tell from `b`, its revisions aside.
 bool SameContent(const WorldObject& a, const WorldObject& b) {
@@ -48,19 +32,23 @@ bool SameContent(const WorldObject& a, const WorldObject& b) {
          a.supported_by == b.supported_by && a.margin_m == b.margin_m;
 }
 
+// Answers name objects and robots in one list.
+absl::Status NameTaken(const std::string& name, std::string_view by) {
+  return BadField("name", absl::StrCat("'", name, "' is the name of ", std::string(by),
+                                       " of this world, must be another one"));
+}
+
 // The objects that a list of changes touches, over an untouched base. Nothing is placed (the costly
 // part of an object) before the whole list has been accepted.
 class Transaction {
  public:
   explicit Transaction(const WorldSnapshot& base)
-      : base_(base), revision_{base.revision().value + 1} {}
+      : base_(base), revision_{base.revision().value + 1}, robots_(base) {}
 
   absl::Status operator()(const PutObject& put) {
-    if (!IsValidName(put.name)) {
-      return BadField(
-          "name", absl::StrCat("'", put.name, "' must be 1 to 128 letters, digits or \"_-./\""));
-    }
-    if (!IsPlaceable(put.X_WO)) return BadPose();
+    if (!IsValidName(put.name)) return BadName(put.name);
+    if (robots_.Has(put.name)) return NameTaken(put.name, "a robot");
+    if (!IsPlaceable(put.X_WO)) return BadPose("pose");
     if (put.geometry == nullptr) return BadField("geometry", "must be given");
     if (!std::isfinite(put.margin_m) || put.margin_m < 0) {
       return BadField("margin_m",
@@ -74,7 +62,7 @@ class Transaction {
   absl::Status operator()(const MoveObject& move) {
     const WorldObject* current = Current(move.name);
     if (current == nullptr) return Missing(move.name);
-    if (!IsPlaceable(move.X_WO)) return BadPose();
+    if (!IsPlaceable(move.X_WO)) return BadPose("pose");
     WorldObject moved = *current;
     SetPose(moved, move.X_WO);
     touched_[move.name] = std::move(moved);
@@ -87,16 +75,24 @@ class Transaction {
     return absl::OkStatus();
   }
 
-  absl::Status CheckExpected(const std::string& name, Revision expected) const {
-    const WorldObjectPtr object = base_.Find(name);
-    if (object == nullptr) {
-      return absl::AbortedError(absl::StrCat("object '", name, "' does not exist, expected at ",
-                                             "revision ", expected.value));
+  absl::Status operator()(const PutRobot& put) {
+    if (Current(put.name) != nullptr) return NameTaken(put.name, "an object");
+    return robots_.Put(put);
+  }
+  absl::Status operator()(const RemoveRobot& remove) { return robots_.Remove(remove); }
+  absl::Status operator()(const SetRobotState& set) { return robots_.Set(set); }
+
+  absl::Status CheckExpected(const Change& change, Revision expected) const {
+    const std::optional<Revision> latest = LatestRevisionOf(base_, change);
+    const std::string who =
+        absl::StrCat(IsOfRobot(change) ? "robot '" : "object '", NameOf(change), "'");
+    if (!latest.has_value()) {
+      return absl::AbortedError(
+          absl::StrCat(who, " does not exist, expected at revision ", expected.value));
     }
-    if (object->latest_revision() == expected) return absl::OkStatus();
-    return absl::AbortedError(absl::StrCat("object '", name, "' is at revision ",
-                                           object->latest_revision().value, ", expected ",
-                                           expected.value));
+    if (*latest == expected) return absl::OkStatus();
+    return absl::AbortedError(
+        absl::StrCat(who, " is at revision ", latest->value, ", expected ", expected.value));
   }
 
   // The next snapshot; nullptr when it would equal the base.
@@ -109,8 +105,9 @@ class Transaction {
       deltas.push_back({.before = std::move(before),
                         .after = object.has_value() ? Place(*std::move(object)) : nullptr});
     }
-    if (deltas.empty()) return nullptr;
-    return std::make_shared<const WorldSnapshot>(base_.After(revision_, deltas));
+    const std::vector<RobotDelta> robot_deltas = robots_.Finish();
+    if (deltas.empty() && robot_deltas.empty()) return nullptr;
+    return std::make_shared<const WorldSnapshot>(base_.After(revision_, deltas, robot_deltas));
   }
 
  private:
@@ -169,30 +166,28 @@ class Transaction {
   const WorldSnapshot& base_;
   Revision revision_;
   std::map<std::string, std::optional<WorldObject>, std::less<>> touched_;  // nullopt: removed
+  RobotTransaction robots_;
 };
-
-// The refusal of one change as the refusal of its list.
-absl::Status AtIndex(std::size_t index, const absl::Status& status) {
-  absl::Status placed(status.code(), absl::StrCat("changes[", index, "]: ", status.message()));
-  const absl::optional<absl::Cord> field = status.GetPayload(kFaultUrl);
-  // Index, field and rule, a line each; neither an index nor a field holds a line break.
-  placed.SetPayload(
-      kFaultUrl,
-      absl::Cord(absl::StrCat(index, "\n",
-                              field ? std::string(*field) : absl::StrCat("\n", status.message()))));
-  return placed;
-}
 
 }  // namespace
 
-std::optional<ApplyFault> FaultOf(const absl::Status& status) {
-  const absl::optional<absl::Cord> payload = status.GetPayload(kFaultUrl);
-  if (!payload.has_value()) return std::nullopt;
-  const std::string text(*payload);
-  const std::size_t field = text.find('\n') + 1, rule = text.find('\n', field) + 1;
-  return ApplyFault{.change = std::stoul(text),
-                    .field = text.substr(field, rule - field - 1),
-                    .rule = text.substr(rule)};
+const std::string& NameOf(const Change& change) {
+  return std::visit([](const auto& what) -> const std::string& { return what.name; }, change.what);
+}
+
+bool IsOfRobot(const Change& change) {
+  return std::holds_alternative<PutRobot>(change.what) ||
+         std::holds_alternative<RemoveRobot>(change.what) ||
+         std::holds_alternative<SetRobotState>(change.what);
+}
+
+std::optional<Revision> LatestRevisionOf(const WorldSnapshot& snapshot, const Change& change) {
+  if (IsOfRobot(change)) {
+    const WorldRobotPtr robot = snapshot.FindRobot(NameOf(change));
+    return robot != nullptr ? std::optional(robot->latest_revision()) : std::nullopt;
+  }
+  const WorldObjectPtr object = snapshot.Find(NameOf(change));
+  return object != nullptr ? std::optional(object->latest_revision()) : std::nullopt;
 }
 
 absl::StatusOr<std::shared_ptr<const WorldSnapshot>> Apply(
@@ -201,13 +196,12 @@ absl::StatusOr<std::shared_ptr<const WorldSnapshot>> Apply(
   for (std::size_t i = 0; i < changes.size(); ++i) {
     const Change& change = changes[i];
     if (change.expected_object_revision.has_value()) {
-      const std::string& name =
-          std::visit([](const auto& what) -> const std::string& { return what.name; }, change.what);
-      const absl::Status status = transaction.CheckExpected(name, *change.expected_object_revision);
-      if (!status.ok()) return AtIndex(i, status);
+      const absl::Status status =
+          transaction.CheckExpected(change, *change.expected_object_revision);
+      if (!status.ok()) return AtChange(i, status);
     }
     const absl::Status status = std::visit(transaction, change.what);
-    if (!status.ok()) return AtIndex(i, status);
+    if (!status.ok()) return AtChange(i, status);
   }
   const auto next = transaction.Finish();
   return next != nullptr ? next : base;

@@ -13,7 +13,9 @@
 #include "absl/status/statusor.h"
 #include "collision/broadphase/bounds_tree.h"
 #include "collision/world/object_table.h"
+#include "collision/world/robot_state.h"
 #include "collision/world/world_object.h"
+#include "collision/world/world_robot.h"
 
 namespace cwm::collision {
 
@@ -26,13 +28,16 @@ class WorldSnapshot {
  public:
   // The empty world at revision 0.
   WorldSnapshot() = default;
-  // Objects made by Place, ordered by name.
-  WorldSnapshot(Revision revision, std::span<const WorldObjectPtr> objects_by_name);
+  // Objects made by Place, ordered by name; robots likewise.
+  WorldSnapshot(Revision revision, std::span<const WorldObjectPtr> objects_by_name,
+                std::vector<WorldRobotPtr> robots_by_name = {});
 
   // The snapshot that differs from this one by the deltas, each of another name: `before` is what
   // this one holds, `after` made by Place. Shares all that the deltas do not touch: a delta costs
-  // some dozens of small nodes, whatever the number of objects.
-  WorldSnapshot After(Revision revision, std::span<const ObjectDelta> deltas) const;
+  // some dozens of small nodes, whatever the number of objects; deltas of robots a pointer for each
+  // robot, of which there are few.
+  WorldSnapshot After(Revision revision, std::span<const ObjectDelta> deltas,
+                      std::span<const RobotDelta> robot_deltas = {}) const;
 
   Revision revision() const { return revision_; }
   // Ordered by name.
@@ -42,10 +47,19 @@ class WorldSnapshot {
   // Over the objects' bounds in the world frame.
   const BoundsTree<WorldObject>& bounds() const { return bounds_; }
 
+  // Ordered by name; no robot has the name of an object. Shared by all snapshots between which no
+  // robot differs.
+  const std::vector<WorldRobotPtr>& robots() const { return *robots_; }
+  // nullptr when there is none.
+  WorldRobotPtr FindRobot(std::string_view name) const;
+
  private:
+  using Robots = std::vector<WorldRobotPtr>;
+
   Revision revision_;
   ObjectTable objects_;
   BoundsTree<WorldObject> bounds_;  // refers to objects that objects_ keeps alive
+  std::shared_ptr<const Robots> robots_ = std::make_shared<const Robots>();
 };
 
 // Adds or replaces the object of that name. A put over an object that is equal in all fields has no
@@ -68,31 +82,60 @@ struct RemoveObject {
   std::string name;
 };
 
+// Adds the robot. One of that name whose robot is equal (SameRobot) only gets base and state;
+// another one is replaced, and what then has the name is a new robot.
+struct PutRobot {
+  std::string name;
+  std::shared_ptr<const RobotGeometry> robot;
+  Pose X_WB = Pose::Identity();
+  std::vector<double> state;  // one value for each variable
+};
+struct RemoveRobot {
+  std::string name;
+};
+// Sets what is given, and leaves the rest as it is.
+struct SetRobotState {
+  std::string name;
+  std::optional<Pose> X_WB;
+  JointValues joints;
+};
+
 struct Change {
-  std::variant<PutObject, MoveObject, RemoveObject> what;
-  // WorldObject::latest_revision() before this list, as its writer knew it; another one, or no such
-  // object, aborts the whole list.
+  std::variant<PutObject, MoveObject, RemoveObject, PutRobot, RemoveRobot, SetRobotState> what;
+  // latest_revision() of the object or robot before this list, as its writer knew it; another one,
+  // or no such object, aborts the whole list.
   std::optional<Revision> expected_object_revision;
 };
 
+// Of the object or robot that the change is about.
+const std::string& NameOf(const Change& change);
+bool IsOfRobot(const Change& change);
+// What `expected_object_revision` is compared with; nothing when there is no such object or robot.
+std::optional<Revision> LatestRevisionOf(const WorldSnapshot& snapshot, const Change& change);
+
 // Applies all changes in order or none. Returns the new snapshot at base.revision() + 1; the base
-// itself when nothing has an effect. NotFound names a missing object, Aborted a revision that does
-// not match, InvalidArgument a name, pose, margin or geometry that no world may hold; all name the
-// index of the change. Cost: the changes, and one pointer and one box per object; geometry is
-// shared, never touched.
+// itself when nothing has an effect. NotFound names a missing object or robot, Aborted a revision
+// that does not match, InvalidArgument a name, pose, margin, geometry or state that no world may
+// hold, or the name of a robot for an object or the other way round; all name the index of the
+// change. Cost: the changes, and one pointer and one box per object; geometry is shared, never
+// touched.
 absl::StatusOr<std::shared_ptr<const WorldSnapshot>> Apply(
     const std::shared_ptr<const WorldSnapshot>& base, std::span<const Change> changes);
 
 // Which change Apply refused, as a payload of its status; nothing for a status of another source.
 struct ApplyFault {
   std::size_t change = 0;  // index in the list
-  std::string field;       // "name", "pose", "geometry" or "margin_m"; empty: the change as a whole
-  std::string rule;        // what the field breaks, or what is wrong with the change
+  // "name", "pose", "geometry", "margin_m"; of a robot "name", "x_world_base", "robot", "state",
+  // "joints.values[2].variable" and the like; empty: the change as a whole.
+  std::string field;
+  std::string rule;  // what the field breaks, or what is wrong with the change
 };
 std::optional<ApplyFault> FaultOf(const absl::Status& status);
 
 // What differs between two snapshots of one world, ordered by name. An object that was removed and
 // put again is two deltas, removed first.
 std::vector<ObjectDelta> Difference(const WorldSnapshot& before, const WorldSnapshot& after);
+// Of the robots, likewise.
+std::vector<RobotDelta> RobotDifference(const WorldSnapshot& before, const WorldSnapshot& after);
 
 }  // namespace cwm::collision

@@ -44,6 +44,20 @@ std::int64_t OwnBytes(const WorldObject& object) {
          static_cast<std::int64_t>(object.geometry->parts.size()) * kPlacedPartBytes;
 }
 
+std::int64_t OwnBytes(const collision::WorldRobot& robot) {
+  return static_cast<std::int64_t>(sizeof(robot) + robot.state.size() * sizeof(double)) +
+         kObjectExtraBytes;
+}
+
+std::int64_t Bytes(const collision::RobotGeometry& robot) {
+  const collision::RobotModel& model = *robot.model;
+  // Names, indices by name, groups and spheres: as much again.
+  const std::size_t tree = 2 * (model.links.size() * sizeof(collision::ModelLink) +
+                                model.variables.size() * sizeof(collision::Variable));
+  const std::size_t pairs = model.self_pairs.size() * sizeof(collision::LinkPair);
+  return static_cast<std::int64_t>(tree + pairs) + GeometryBytes(*robot.geometry);
+}
+
 }  // namespace
 
 std::int64_t ApproximateBytes(const WorldObject& object) {
@@ -52,7 +66,8 @@ std::int64_t ApproximateBytes(const WorldObject& object) {
 
 std::int64_t ApproximateOwnBytes(const collision::WorldSnapshot& snapshot) {
   return static_cast<std::int64_t>(sizeof(snapshot)) +
-         static_cast<std::int64_t>(snapshot.objects().size()) * kSnapshotEntryBytes;
+         static_cast<std::int64_t>(snapshot.objects().size()) * kSnapshotEntryBytes +
+         static_cast<std::int64_t>(snapshot.robots().size() * sizeof(collision::WorldRobotPtr));
 }
 
 std::int64_t ApproximateSupersededBytes(std::span<const collision::ObjectDelta> deltas) {
@@ -62,6 +77,16 @@ std::int64_t ApproximateSupersededBytes(std::span<const collision::ObjectDelta> 
     bytes += OwnBytes(*delta.before);
     const bool shared = delta.after != nullptr && delta.after->geometry == delta.before->geometry;
     if (!shared) bytes += GeometryBytes(*delta.before->geometry);
+  }
+  return bytes;
+}
+
+std::int64_t ApproximateSupersededBytes(std::span<const collision::RobotDelta> deltas) {
+  std::int64_t bytes = 0;
+  for (const auto& [before, after] : deltas) {
+    if (before == nullptr) continue;
+    bytes += OwnBytes(*before);
+    if (after == nullptr || after->robot != before->robot) bytes += Bytes(*before->robot);
   }
   return bytes;
 }

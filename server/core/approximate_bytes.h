@@ -18,5 +18,7 @@ std::int64_t ApproximateOwnBytes(const collision::WorldSnapshot& snapshot);
 // What a revision took out of the world: memory that from then on history alone holds. An object
 // that only moved shares its geometry with its successor and counts without it.
 std::int64_t ApproximateSupersededBytes(std::span<const collision::ObjectDelta> deltas);
+// A robot that only moved shares its model and geometry likewise.
+std::int64_t ApproximateSupersededBytes(std::span<const collision::RobotDelta> deltas);
 
 }  // namespace cwm::server

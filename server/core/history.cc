@@ -2,6 +2,7 @@
 
 #include <map>
 #include <string>
+#include <type_traits>
 #include <utility>
 
 #include "server/core/approximate_bytes.h"
@@ -17,13 +18,15 @@ History::History(Retention retention, SnapshotPtr first) : retention_(retention)
 }
 
 History::Forgotten History::Append(SnapshotPtr next, EventPtr event) {
-  const std::int64_t superseded = ApproximateSupersededBytes(event->deltas);
+  const std::int64_t superseded =
+      ApproximateSupersededBytes(event->deltas) + ApproximateSupersededBytes(event->robot_deltas);
   snapshots_.back().bytes += superseded;
   const std::int64_t own = ApproximateOwnBytes(*next);
   snapshots_.push_back({std::move(next), own});
   snapshot_bytes_ += superseded + own;
 
-  const auto deltas = static_cast<std::int64_t>(event->deltas.size());
+  static_assert(sizeof(collision::RobotDelta) == sizeof(ObjectDelta));
+  const std::int64_t deltas = event->size();
   const std::int64_t event_bytes = static_cast<std::int64_t>(sizeof(Event)) + superseded +
                                    deltas * static_cast<std::int64_t>(sizeof(ObjectDelta));
   event_bytes_ += event_bytes;
@@ -64,7 +67,7 @@ void History::ShrinkEvents(Forgotten& forgotten) {
 
 void History::DropOldestEvent(Forgotten& forgotten) {
   event_bytes_ -= events_.front().bytes;
-  event_deltas_ -= static_cast<std::int64_t>(events_.front().event->deltas.size());
+  event_deltas_ -= events_.front().event->size();
   forgotten.events.push_back(std::move(events_.front().event));
   events_.pop_front();
 }
@@ -91,25 +94,51 @@ std::vector<EventPtr> History::EventsAfter(Revision revision) const {
   return events;
 }
 
-SnapshotPtr Undo(const collision::WorldSnapshot& latest, const std::vector<EventPtr>& events,
-                 Revision revision) {
-  std::map<std::string, collision::WorldObjectPtr> by_name;
-  for (const collision::WorldObjectPtr& object : latest.objects()) by_name[object->name] = object;
-  for (auto event = events.rbegin(); event != events.rend(); ++event) {
-    const std::vector<ObjectDelta>& deltas = (*event)->deltas;
-    // Backwards: an object that was made anew is a removal followed by an addition.
-    for (auto delta = deltas.rbegin(); delta != deltas.rend(); ++delta) {
-      if (delta->before == nullptr) {
-        by_name.erase(delta->after->name);
-      } else {
-        by_name[delta->before->name] = delta->before;
-      }
+namespace {
+
+// What a world holds, by name.
+template <class Ptr>
+using ByName = std::map<std::string, Ptr>;
+
+template <class Members>
+auto ByNameOf(const Members& members) {
+  ByName<std::decay_t<decltype(*members.begin())>> by_name;
+  for (const auto& member : members) by_name[member->name] = member;
+  return by_name;
+}
+
+// Backwards: a member that was made anew is a removal followed by an addition.
+template <class Delta, class Ptr>
+void UndoDeltas(const std::vector<Delta>& deltas, ByName<Ptr>& by_name) {
+  for (auto delta = deltas.rbegin(); delta != deltas.rend(); ++delta) {
+    if (delta->before == nullptr) {
+      by_name.erase(delta->after->name);
+    } else {
+      by_name[delta->before->name] = delta->before;
     }
   }
-  std::vector<collision::WorldObjectPtr> objects;
-  objects.reserve(by_name.size());
-  for (auto& [name, object] : by_name) objects.push_back(std::move(object));
-  return std::make_shared<const collision::WorldSnapshot>(revision, std::move(objects));
+}
+
+template <class Ptr>
+std::vector<Ptr> InOrder(const ByName<Ptr>& by_name) {
+  std::vector<Ptr> members;
+  members.reserve(by_name.size());
+  for (const auto& [name, member] : by_name) members.push_back(member);
+  return members;
+}
+
+}  // namespace
+
+SnapshotPtr Undo(const collision::WorldSnapshot& latest, const std::vector<EventPtr>& events,
+                 Revision revision) {
+  auto objects = ByNameOf(latest.objects());
+  auto robots = ByNameOf(latest.robots());
+  for (auto event = events.rbegin(); event != events.rend(); ++event) {
+    UndoDeltas((*event)->deltas, objects);
+    UndoDeltas((*event)->robot_deltas, robots);
+  }
+  return std::make_shared<const collision::WorldSnapshot>(revision, InOrder(objects),
+                                                          InOrder(robots));
 }
 
 }  // namespace cwm::server

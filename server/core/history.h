@@ -14,11 +14,16 @@
 
 namespace cwm::server {
 
-// Everything that one revision changed, by object name.
+// Everything that one revision changed, by name.
 struct Event {
   collision::Revision revision;
   Clock::time_point when;
   std::vector<collision::ObjectDelta> deltas;
+  std::vector<collision::RobotDelta> robot_deltas = {};
+
+  std::int64_t size() const {
+    return static_cast<std::int64_t>(deltas.size() + robot_deltas.size());
+  }
 };
 using EventPtr = std::shared_ptr<const Event>;
 

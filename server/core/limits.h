@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstdint>
 
+#include "collision/robot/robot_limits.h"
 #include "proto/transfer/chunks.h"
 
 namespace cwm::server {
@@ -35,6 +36,11 @@ struct Limits {
   // Encodings kept for who reads in ranges or again: the residual meshes of some four scans of
   // 640 x 480 (14 MB each), or one larger mesh.
   std::int64_t encoded_mesh_bytes = std::int64_t{64} << 20;
+  // All files of one robot together: ten times what the meshes of a PR2 take, finest included.
+  std::int64_t max_robot_bytes = std::int64_t{512} << 20;
+  std::int64_t max_robot_files = 4'096;  // a mesh for each of robot.max_links
+  std::int64_t max_robots = 64;          // of one world: every watch tells all of them
+  collision::RobotLimits robot = {};
 };
 
 // Per world. Whatever is reached first ends the keeping; the newest snapshot and the newest

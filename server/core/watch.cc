@@ -49,11 +49,15 @@ class Cursor : public WatchCursor {
 
   WorldFeed& feed() { return *feed_; }
 
-  std::optional<WatchStep> Advance(Revision revision, std::vector<collision::ObjectDelta> deltas) {
+  std::optional<WatchStep> Advance(Revision revision, std::vector<collision::ObjectDelta> deltas,
+                                   std::vector<collision::RobotDelta> robot_deltas) {
     position_ = revision;
-    const auto what = deltas.empty() ? WatchStep::What::kBookmark : WatchStep::What::kEvents;
-    return WatchStep{
-        .what = what, .revision = revision, .deltas = std::move(deltas), .last = false};
+    const bool is_event = !deltas.empty() || !robot_deltas.empty();
+    return WatchStep{.what = is_event ? WatchStep::What::kEvents : WatchStep::What::kBookmark,
+                     .revision = revision,
+                     .deltas = std::move(deltas),
+                     .robot_deltas = std::move(robot_deltas),
+                     .last = false};
   }
 
   // The reader has all there is.
@@ -80,7 +84,9 @@ class LosslessCursor final : public Cursor {
  private:
   absl::StatusOr<std::optional<WatchStep>> NextChange() override {
     const WorldFeed::Look look = feed().LookAfter(position());
-    if (look.event != nullptr) return Advance(look.event->revision, look.event->deltas);
+    if (look.event != nullptr) {
+      return Advance(look.event->revision, look.event->deltas, look.event->robot_deltas);
+    }
     if (look.compacted) return TooSlow(position(), look.oldest_watch);
     return UpToDate(look.ending);
   }
@@ -105,9 +111,11 @@ class CoalescedCursor final : public Cursor {
     SnapshotPtr latest = feed().Latest();
     if (latest->revision() == position()) return UpToDate(ending);
     std::vector<collision::ObjectDelta> deltas = collision::Difference(*delivered_, *latest);
+    std::vector<collision::RobotDelta> robot_deltas =
+        collision::RobotDifference(*delivered_, *latest);
     const Revision revision = latest->revision();
     delivered_ = std::move(latest);
-    return Advance(revision, std::move(deltas));
+    return Advance(revision, std::move(deltas), std::move(robot_deltas));
   }
 
   SnapshotPtr delivered_;

@@ -26,10 +26,11 @@ struct WatchStep {
   What what = What::kBookmark;
   collision::Revision revision;  // everything up to it has been delivered, this step included
   // kInitialState: the whole world in `snapshot`. kEvents: what changed, deltas of one revision
-  // (lossless) or of all since the last step (coalesced), by object name; an object that was made
-  // anew under its name is a removal followed by an addition.
+  // (lossless) or of all since the last step (coalesced), by name; an object or a robot that was
+  // made anew under its name is a removal followed by an addition.
   SnapshotPtr snapshot = {};
   std::vector<collision::ObjectDelta> deltas = {};
+  std::vector<collision::RobotDelta> robot_deltas = {};
   bool last = false;  // the world or the server is closing: no step follows
 };
 
@@ -44,7 +45,7 @@ class WatchCursor {
   // a lossless reader fell behind what is kept; NotFound WORLD_DELETED after the world's end, once
   // all events before it have been delivered. A draining server ends the watch with a bookmark that
   // is `last`, after which there is nothing. A bookmark that is not last says that the revision
-  // moved on and the objects are as they were (coalesced).
+  // moved on and the objects and robots are as they were (coalesced).
   virtual absl::StatusOr<std::optional<WatchStep>> Next() = 0;
   // Where the reader stands: for idle bookmarks.
   virtual collision::Revision position() const = 0;

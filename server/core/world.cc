@@ -16,10 +16,6 @@ namespace {
 using collision::Change;
 using collision::Revision;
 
-const std::string& NameOf(const Change& change) {
-  return std::visit([](const auto& what) -> const std::string& { return what.name; }, change.what);
-}
-
 absl::Status RevisionMismatch(Revision expected, Revision actual) {
   return MakeError(
       absl::StatusCode::kAborted,
@@ -35,27 +31,30 @@ absl::Status ExplainRefusal(const absl::Status& status, const collision::WorldSn
                             std::span<const Change> changes, const std::string& list) {
   const std::optional<collision::ApplyFault> fault = collision::FaultOf(status);
   const Change* change = fault.has_value() ? &changes[fault->change] : nullptr;
+  const bool is_of_robot = change != nullptr && IsOfRobot(*change);
   ErrorDetails details;
   if (change != nullptr) {
     details.metadata["change_index"] = std::to_string(fault->change);
-    details.metadata["object"] = NameOf(*change);
+    details.metadata[is_of_robot ? "robot" : "object"] = NameOf(*change);
   }
   if (status.code() == absl::StatusCode::kNotFound) {
-    details.reason = "OBJECT_UNKNOWN";
+    details.reason = is_of_robot ? "ROBOT_UNKNOWN" : "OBJECT_UNKNOWN";
   } else if (status.code() == absl::StatusCode::kAborted) {
     details.reason = "OBJECT_REVISION_MISMATCH";
     if (change != nullptr && change->expected_object_revision.has_value()) {
       details.metadata["expected_revision"] =
           std::to_string(change->expected_object_revision->value);
-      const collision::WorldObjectPtr object = base.Find(NameOf(*change));
-      if (object != nullptr) {  // absent: there is no such object
-        details.metadata["actual_revision"] = std::to_string(object->latest_revision().value);
+      const std::optional<Revision> actual = LatestRevisionOf(base, *change);
+      if (actual.has_value()) {  // absent: there is no such object
+        details.metadata["actual_revision"] = std::to_string(actual->value);
       }
     }
   } else {
     details.reason = "INVALID_FIELD";
     if (fault.has_value()) {
-      const std::string place = absl::StrCat(list, "[", fault->change, "]");
+      const bool is_state = std::holds_alternative<collision::SetRobotState>(change->what);
+      const std::string place =
+          absl::StrCat(list, "[", fault->change, "]", is_state ? ".robot_state" : "");
       details.fields.push_back(
           {fault->field.empty() ? place : absl::StrCat(place, ".", fault->field), fault->rule});
     }
@@ -105,6 +104,7 @@ struct World::State {
 
     WriteOutcome outcome{.revision = (*next)->revision(), .replayed = false, .snapshot = *next};
     std::vector<collision::ObjectDelta> deltas = collision::Difference(*base, **next);
+    std::vector<collision::RobotDelta> robot_deltas = collision::RobotDifference(*base, **next);
     // May run out of memory: before anything of the write is kept.
     const bool remember = !options.request_id.empty();
     auto reply = remember && hooks.reply ? hooks.reply(outcome) : nullptr;
@@ -112,7 +112,9 @@ struct World::State {
       if (delta.after == nullptr) observations.Forget(delta.before->name);
     }
     if (hooks.applied) hooks.applied(**next);
-    if (*next != base) aftermath = feed->Publish(*std::move(next), std::move(deltas));
+    if (*next != base) {
+      aftermath = feed->Publish(*std::move(next), std::move(deltas), std::move(robot_deltas));
+    }
     if (remember) requests.Remember(options, outcome, std::move(reply), now());
     return outcome;
   }
@@ -171,7 +173,7 @@ std::string World::NextName(const std::string& stem) {
   std::string name;
   do {  // a user may have taken some of them
     name = absl::StrCat(stem, "_", ++number);
-  } while (latest->Find(name) != nullptr);
+  } while (latest->Find(name) != nullptr || latest->FindRobot(name) != nullptr);
   return name;
 }
 

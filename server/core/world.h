@@ -83,9 +83,10 @@ class World {
   absl::StatusOr<SnapshotPtr> At(const RevisionRule& rule, Clock::time_point deadline,
                                  std::stop_token stop) const;
 
-  // Applies the changes to the latest snapshot, all or nothing. NotFound OBJECT_UNKNOWN, Aborted
-  // REVISION_MISMATCH or OBJECT_REVISION_MISMATCH (expected_revision, actual_revision in the
-  // metadata), FailedPrecondition REQUEST_ID_REUSED, InvalidArgument INVALID_FIELD ("changes[i]").
+  // Applies the changes to the latest snapshot, all or nothing. NotFound OBJECT_UNKNOWN or
+  // ROBOT_UNKNOWN, Aborted REVISION_MISMATCH or OBJECT_REVISION_MISMATCH (expected_revision,
+  // actual_revision in the metadata), FailedPrecondition REQUEST_ID_REUSED, InvalidArgument
+  // INVALID_FIELD ("changes[i]").
   absl::StatusOr<WriteOutcome> Apply(std::span<const collision::Change> changes,
                                      const WriteOptions& options);
 
@@ -101,8 +102,8 @@ class World {
   // nothing. Saves the work of a write that cannot be.
   absl::StatusOr<std::optional<WriteOutcome>> Precheck(const WriteOptions& options) const;
 
-  // The next free name "<stem>_<n>" in this world, e.g. object_7; never given twice. Only under the
-  // writer's turn (in `make`).
+  // The next name "<stem>_<n>" that no object and no robot of this world has, e.g. object_7; never
+  // given twice. Only under the writer's turn (in `make`).
   std::string NextName(const std::string& stem);
 
   // The sensor's first estimated pose is kept until one is given. Keep replaces.

@@ -108,8 +108,10 @@ Revision WorldFeed::oldest_watch() {
 }
 
 WorldFeed::Aftermath WorldFeed::Publish(SnapshotPtr next,
-                                        std::vector<collision::ObjectDelta> deltas) {
-  auto event = std::make_shared<const Event>(Event{next->revision(), now_(), std::move(deltas)});
+                                        std::vector<collision::ObjectDelta> deltas,
+                                        std::vector<collision::RobotDelta> robot_deltas) {
+  auto event = std::make_shared<const Event>(
+      Event{next->revision(), now_(), std::move(deltas), std::move(robot_deltas)});
   Aftermath aftermath;
   {
     std::lock_guard lock(mutex_);

@@ -57,7 +57,8 @@ class WorldFeed {
   collision::Revision oldest_watch();
 
   // `next` follows the latest snapshot by one revision.
-  [[nodiscard]] Aftermath Publish(SnapshotPtr next, std::vector<collision::ObjectDelta> deltas);
+  [[nodiscard]] Aftermath Publish(SnapshotPtr next, std::vector<collision::ObjectDelta> deltas,
+                                  std::vector<collision::RobotDelta> robot_deltas);
   // Deletion follows draining, not the other way round.
   [[nodiscard]] Aftermath End(Ending ending);
 

@@ -22,6 +22,11 @@ v1::Limits ToProto(const Limits& limits) {
   proto.set_max_answers(limits.max_answers);
   proto.set_max_answers_as_messages(limits.max_answers_as_messages);
   proto.set_max_object_bytes(limits.max_object_bytes);
+  proto.set_max_robot_bytes(limits.max_robot_bytes);
+  proto.set_max_robot_files(limits.max_robot_files);
+  proto.set_max_robot_links(limits.robot.max_links);
+  proto.set_max_robot_triangles(static_cast<std::int64_t>(limits.robot.max_triangles));
+  proto.set_max_robots(limits.max_robots);
   return proto;
 }
 

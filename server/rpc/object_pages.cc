@@ -4,35 +4,19 @@
 #include <string>
 #include <utility>
 
-#include "absl/strings/escaping.h"
-#include "absl/strings/numbers.h"
-#include "absl/strings/str_cat.h"
 #include "collision/geometry/aabb.h"
-#include "proto/transfer/sha256.h"
 #include "server/core/geometry_store.h"
-#include "server/rpc/at_revision.h"
-#include "server/wire/numbers.h"
+#include "server/rpc/pages.h"
 #include "server/wire/objects.h"
 #include "server/wire/poses.h"
-#include "server/wire/questions.h"
 
 namespace cwm::server {
 namespace {
-
-constexpr int kDefaultPageSize = 1'000;
-constexpr int kMaxPageSize = 10'000;
-// The default receive limit of gRPC's clients is 4 MiB; one large object may still follow.
-constexpr std::size_t kPageBytes = 2 << 20;
 
 struct Filter {
   std::vector<collision::ObjectKind> kinds;  // empty: all
   std::string name_prefix;
   std::optional<Aabb> within_W;
-};
-
-struct Position {
-  collision::Revision revision;
-  std::string after;  // name of the last object sent
 };
 
 bool Passes(const collision::WorldObject& object, const Filter& filter) {
@@ -75,87 +59,33 @@ absl::StatusOr<Filter> FilterOf(const v1::ListObjectsRequest& request) {
   return filter;
 }
 
-// What a token is bound to.
-std::string FilterDigest(v1::ListObjectsRequest request, const World& world) {
-  constexpr std::size_t kDigestChars = 16;
+// What a token is bound to, beside the world.
+std::string FilterText(v1::ListObjectsRequest request) {
   request.clear_page_token();
   request.clear_page_size();
   request.clear_at_revision();
   request.clear_world_uid();
-  request.set_world(world.uid());
-  return Sha256Hex(request.SerializeAsString()).substr(0, kDigestChars);
-}
-
-// Digest, revision and name, in letters that survive a command line.
-std::string MakeToken(const std::string& digest, const Position& position) {
-  return absl::WebSafeBase64Escape(
-      absl::StrCat(digest, " ", position.revision.value, " ", position.after));
-}
-
-absl::StatusOr<Position> ReadToken(const std::string& token, const std::string& digest) {
-  const absl::Status foreign =
-      FieldPath().Field("page_token").Error("must be next_page_token of the same world and filter");
-  std::string text;
-  if (!absl::WebSafeBase64Unescape(token, &text)) return foreign;
-  const std::size_t first = text.find(' ');
-  const std::size_t second = first == std::string::npos ? first : text.find(' ', first + 1);
-  if (second == std::string::npos || text.substr(0, first) != digest) return foreign;
-  Position position;
-  if (!absl::SimpleAtoi(text.substr(first + 1, second - first - 1), &position.revision.value)) {
-    return foreign;
-  }
-  position.after = text.substr(second + 1);
-  return position;
-}
-
-// What the page shows: the revision of the token, if there is one.
-struct PageSource {
-  WorldAtRevision at;
-  std::string digest;  // of the filter
-  std::string after;   // name of the last object that was sent
-};
-absl::StatusOr<PageSource> SourceOf(const Runtime& runtime, const v1::ListObjectsRequest& request,
-                                    const CallContext& call) {
-  auto rule = FromProto(request.at_revision(), FieldPath().Field("at_revision"));
-  if (!rule.ok()) return rule.status();
-  auto world = runtime.application.worlds.Find(request.world(), request.world_uid());
-  if (!world.ok()) return world.status();
-  PageSource source{.at = {}, .digest = FilterDigest(request, **world), .after = {}};
-  if (!request.page_token().empty()) {
-    auto position = ReadToken(request.page_token(), source.digest);
-    if (!position.ok()) return position.status();
-    *rule = Exactly{position->revision};
-    source.after = std::move(position->after);
-  }
-  auto at = FindWorldAt(runtime, request.world(), request.world_uid(), *rule, call);
-  if (!at.ok()) return at.status();
-  source.at = *std::move(at);
-  return source;
-}
-
-struct PageOptions {
-  View view = View::kShapes;
-  std::size_t size = kDefaultPageSize;
-};
-absl::StatusOr<PageOptions> PageOptionsOf(const v1::ListObjectsRequest& request) {
-  const FieldPath root;
-  auto view = FromProto(request.view(), View::kShapes, root.Field("view"));
-  if (!view.ok()) return view.status();
-  auto status = CheckRange(request.page_size(), {0, kMaxPageSize}, root.Field("page_size"));
-  if (!status.ok()) return status;
-  const int size = request.page_size() == 0 ? kDefaultPageSize : request.page_size();
-  return PageOptions{*view, static_cast<std::size_t>(size)};
+  request.clear_world();
+  return request.SerializeAsString();
 }
 
 }  // namespace
 
 absl::Status ListPage(Runtime& runtime, const v1::ListObjectsRequest& request,
                       const CallContext& call, v1::ListObjectsResponse* response) {
-  auto options = PageOptionsOf(request);
-  if (!options.ok()) return options.status();
+  auto view = FromProto(request.view(), View::kShapes, FieldPath().Field("view"));
+  if (!view.ok()) return view.status();
+  auto size = PageSizeOf(request.page_size());
+  if (!size.ok()) return size.status();
   auto filter = FilterOf(request);
   if (!filter.ok()) return filter.status();
-  auto source = SourceOf(runtime, request, call);
+  auto source = FindPage(runtime,
+                         {.world = request.world(),
+                          .world_uid = request.world_uid(),
+                          .at_revision = request.at_revision(),
+                          .page_token = request.page_token(),
+                          .filter = FilterText(request)},
+                         call);
   if (!source.ok()) return source.status();
   const World& world = *source->at.world;
   const collision::WorldSnapshot& snapshot = *source->at.snapshot;
@@ -166,13 +96,13 @@ absl::Status ListPage(Runtime& runtime, const v1::ListObjectsRequest& request,
     if (object->name <= source->after) continue;
     if (!Passes(*object, *filter)) continue;
     const auto count = static_cast<std::size_t>(response->objects_size());
-    if (count == options->size || bytes >= kPageBytes) {
+    if (count == *size || bytes >= kPageBytes) {
       const std::string& last = response->objects(response->objects_size() - 1).name();
-      response->set_next_page_token(MakeToken(source->digest, {snapshot.revision(), last}));
+      response->set_next_page_token(NextToken(*source, last));
       break;
     }
     v1::Object* proto = response->add_objects();
-    *proto = ToProto(*object, options->view, world.observations().Of(object->name),
+    *proto = ToProto(*object, *view, world.observations().Of(object->name),
                      runtime.application.geometry);
     bytes += proto->ByteSizeLong();
   }

@@ -10,6 +10,7 @@ namespace {
 // Queued work holds its request: at 16 MiB a message these bound the memory.
 constexpr std::size_t kQueryCapacity = 64;
 constexpr std::size_t kIngestCapacity = 8;
+constexpr std::size_t kRobotCapacity = 8;
 constexpr std::size_t kReadCapacity = 64;
 constexpr std::size_t kWriteCapacity = 64;
 
@@ -39,6 +40,7 @@ Runtime::Runtime(Application& application_in)
              .capacity = kReadCapacity,
              .awaited_capacity = kMaxWaits}),
       writes({.name = "writes", .threads = cores, .capacity = kWriteCapacity}),
+      robots({.name = "robots", .threads = 1, .capacity = kRobotCapacity, .nice = 5}),
       // Each watch has one task waiting at most, so that none is ever refused.
       watch({.name = "watch",
              .threads = cores,

@@ -56,12 +56,13 @@ class Runtime {
   const int cores;
 
   // One queue per class of work, each with a thread per core but the ingests', of which one already
-  // uses every core. A crowd of one class delays the others by its share of the cores, never by its
+  // uses every core, and the robots', which are loaded rarely and take seconds. A crowd of one class delays the others by its share of the cores, never by its
   // queue: a read does not wait for a write that prepares geometry.
   WorkQueue query;
   WorkQueue ingest;  // its threads yield to all others
   WorkQueue reads;   // of worlds, objects, geometry, the server
   WorkQueue writes;
+  WorkQueue robots;  // files of robots being read; its thread yields to all others
   WorkQueue watch;
 
   // Threads that a scan may keep busy just now, at least one: every core while nobody asks, all but

@@ -17,6 +17,7 @@
 #include "server/rpc/listen_address.h"
 #include "server/rpc/perception_service.h"
 #include "server/rpc/query_service.h"
+#include "server/rpc/robot_service.h"
 #include "server/rpc/socket_lock.h"
 #include "server/rpc/world_service.h"
 
@@ -97,6 +98,7 @@ struct Server::State {
   AdminService admin{runtime};
   PerceptionService perception{runtime};
   QueryService query{runtime};
+  RobotService robot{runtime};
   WorldService world{runtime};
   std::vector<std::string> addresses;
   std::vector<std::pair<std::string, SocketFile>> sockets;  // that it made
@@ -125,7 +127,7 @@ absl::Status Server::State::Start(const std::vector<std::string>& listen) {
     if (auto status = CheckVacant(address.address); !status.ok()) return status;
   }
   for (grpc::Service* service :
-       std::initializer_list<grpc::Service*>{&admin, &perception, &query, &world}) {
+       std::initializer_list<grpc::Service*>{&admin, &perception, &query, &robot, &world}) {
     builder.RegisterService(service);
   }
   {
@@ -143,7 +145,7 @@ absl::Status Server::State::Start(const std::vector<std::string>& listen) {
   }
   grpc->GetHealthCheckService()->SetServingStatus(true);
   for (const char* name : {"cwm.v1.AdminService", "cwm.v1.PerceptionService", "cwm.v1.QueryService",
-                           "cwm.v1.WorldService"}) {
+                           "cwm.v1.RobotService", "cwm.v1.WorldService"}) {
     grpc->GetHealthCheckService()->SetServingStatus(name, true);
   }
   return absl::OkStatus();

@@ -39,7 +39,7 @@ absl::Status Upload::CheckComplete(const FieldPath& path) const {
   const auto received = static_cast<std::int64_t>(bytes_.size());
   if (received == total_bytes_) return absl::OkStatus();
   return path.Error(absl::StrCat("came after ", received, " bytes, must come after all ",
-                                 total_bytes_, " of the header"));
+                                 total_bytes_, " that were announced"));
 }
 
 }  // namespace cwm::server

@@ -25,6 +25,7 @@ v1::World WorldMessage(const World& world) {
   proto.set_world_uid(world.uid());
   proto.set_revision(snapshot->revision().value);
   proto.set_object_count(static_cast<std::int64_t>(snapshot->objects().size()));
+  proto.set_robot_count(static_cast<std::int64_t>(snapshot->robots().size()));
   proto.set_oldest_exact_revision(world.oldest_exact().value);
   proto.set_oldest_watch_revision(world.oldest_watch().value);
   return proto;

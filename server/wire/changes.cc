@@ -5,6 +5,7 @@
 #include "server/wire/numbers.h"
 #include "server/wire/objects.h"
 #include "server/wire/poses.h"
+#include "server/wire/robots.h"
 #include "server/wire/shapes.h"
 
 namespace cwm::server {
@@ -103,8 +104,14 @@ absl::StatusOr<collision::Change> ChangeOf(const v1::Change& change, const Limit
       result.what = collision::RemoveObject{change.remove().name()};
       break;
     }
+    case v1::Change::kRobotState: {
+      auto set = FromProto(change.robot_state(), path.Field("robot_state"));
+      if (!set.ok()) return set.status();
+      result.what = *std::move(set);
+      break;
+    }
     case v1::Change::WHAT_NOT_SET:
-      return path.Field("what").Error("is absent, must be one of put, move, remove");
+      return path.Field("what").Error("is absent, must be one of put, move, remove, robot_state");
   }
   if (change.has_expected_object_revision()) {
     result.expected_object_revision = collision::Revision{change.expected_object_revision()};

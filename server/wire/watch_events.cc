@@ -1,6 +1,7 @@
 #include "server/wire/watch_events.h"
 
 #include "server/wire/poses.h"
+#include "server/wire/robots.h"
 #include "server/wire/times.h"
 
 namespace cwm::server {
@@ -36,6 +37,16 @@ void SetEvent(const collision::ObjectDelta& delta, const WatchContext& context,
   }
 }
 
+void SetEvent(const collision::RobotDelta& delta, v1::RobotEvent* event) {
+  if (delta.after == nullptr) {
+    event->set_remove(delta.before->name);
+  } else if (delta.before != nullptr && delta.before->uid == delta.after->uid) {
+    *event->mutable_state() = ToStateEvent(*delta.after);
+  } else {
+    *event->mutable_put() = ToProto(*delta.after);
+  }
+}
+
 v1::WatchWorldResponse Message(collision::Revision revision, const World& world) {
   v1::WatchWorldResponse message;
   message.set_world_uid(world.uid());
@@ -49,14 +60,21 @@ v1::WatchWorldResponse InitialStatePiece(const collision::WorldSnapshot& snapsho
                                          const WatchContext& context, std::size_t* next) {
   v1::WatchWorldResponse message = Message(snapshot.revision(), context.world);
   v1::WatchWorldResponse::InitialState* state = message.mutable_initial_state();
+  const std::size_t objects = snapshot.objects().size();
+  const std::size_t all = objects + snapshot.robots().size();
   std::size_t bytes = 0;
-  while (*next < snapshot.objects().size() && bytes < kPieceBytes) {
-    v1::Object* object = state->add_objects();
-    *object = ObjectMessage(*snapshot.objects()[*next], context);
-    bytes += object->ByteSizeLong();
-    ++*next;
+  for (; *next < all && bytes < kPieceBytes; ++*next) {
+    if (*next < objects) {
+      v1::Object* object = state->add_objects();
+      *object = ObjectMessage(*snapshot.objects()[*next], context);
+      bytes += object->ByteSizeLong();
+    } else {
+      v1::Robot* robot = state->add_robots();
+      *robot = ToProto(*snapshot.robots()[*next - objects]);
+      bytes += robot->ByteSizeLong();
+    }
   }
-  state->set_initial_state_done(*next == snapshot.objects().size());
+  state->set_initial_state_done(*next == all);
   return message;
 }
 
@@ -64,14 +82,21 @@ v1::WatchWorldResponse EventsPiece(const WatchStep& step, const WatchContext& co
                                    std::size_t* next) {
   v1::WatchWorldResponse message = Message(step.revision, context.world);
   v1::WatchWorldResponse::Events* events = message.mutable_events();
+  const std::size_t objects = step.deltas.size();
+  const std::size_t all = objects + step.robot_deltas.size();
   std::size_t bytes = 0;
-  while (*next < step.deltas.size() && bytes < kPieceBytes) {
-    v1::ObjectEvent* event = events->add_events();
-    SetEvent(step.deltas[*next], context, event);
-    bytes += event->ByteSizeLong();
-    ++*next;
+  for (; *next < all && bytes < kPieceBytes; ++*next) {
+    if (*next < objects) {
+      v1::ObjectEvent* event = events->add_events();
+      SetEvent(step.deltas[*next], context, event);
+      bytes += event->ByteSizeLong();
+    } else {
+      v1::RobotEvent* event = events->add_robot_events();
+      SetEvent(step.robot_deltas[*next - objects], event);
+      bytes += event->ByteSizeLong();
+    }
   }
-  events->set_more(*next < step.deltas.size());
+  events->set_more(*next < all);
   return message;
 }
 

@@ -19,13 +19,13 @@ struct WatchContext {
   GeometryStore& store;
 };
 
-// Objects [*next, ...) of the initial state, as many as fit into about a mebibyte; moves *next on.
-// The message that reaches the last object says initial_state_done.
+// Members [*next, ...) of the initial state, objects before robots, as many as fit into about a
+// mebibyte; moves *next on. The message that reaches the last one says initial_state_done.
 v1::WatchWorldResponse InitialStatePiece(const collision::WorldSnapshot& snapshot,
                                          const WatchContext& context, std::size_t* next);
 
 // Deltas [*next, ...) of the step, likewise; all but the last message of a step say `more`. A delta
-// is a move when nothing but the pose differs.
+// is a move when nothing but the pose differs, that of a robot a state when its model is the same.
 v1::WatchWorldResponse EventsPiece(const WatchStep& step, const WatchContext& context,
                                    std::size_t* next);
 

@@ -16,11 +16,19 @@ using testing::Links;
 using testing::NoMeshes;
 using testing::Robot;
 
-std::string RefusalOfText(const std::string& xml, const MeshSource& meshes = NoMeshes,
-                          const RobotLimits& limits = {}) {
-  const auto robot = ReadUrdf(xml, meshes, limits);
+std::string RefusalOfText(const std::string& xml, const MeshSource& meshes = NoMeshes) {
+  const auto robot = ReadUrdf(xml, meshes);
   if (robot.ok()) return "none";
   EXPECT_EQ(robot.status().code(), absl::StatusCode::kInvalidArgument);
+  return std::string(robot.status().message());
+}
+
+// Of what is too large for the limits.
+std::string ExcessOfText(const std::string& xml, const MeshSource& meshes,
+                         const RobotLimits& limits) {
+  const auto robot = ReadUrdf(xml, meshes, limits);
+  if (robot.ok()) return "none";
+  EXPECT_EQ(robot.status().code(), absl::StatusCode::kResourceExhausted);
   return std::string(robot.status().message());
 }
 
@@ -30,11 +38,10 @@ std::string RefusalOfJoint(const std::string& kind, const std::string& more) {
   return RefusalOf(Links("ab") + JointText("elbow", kind, "a", "b", more));
 }
 
-std::string RefusalOfShape(const std::string& shape, const MeshSource& meshes = NoMeshes,
-                           const RobotLimits& limits = {}) {
+std::string RefusalOfShape(const std::string& shape, const MeshSource& meshes = NoMeshes) {
   return RefusalOfText(
       Robot("<link name=\"a\"><collision><geometry>" + shape + "</geometry></collision></link>"),
-      meshes, limits);
+      meshes);
 }
 
 MeshSource Always(const std::string& bytes) {
@@ -75,8 +82,8 @@ TEST(UrdfRefusals, DeepAndLongDocumentsAreRefused) {
   EXPECT_THAT(RefusalOf(deep), HasSubstr("elements must not nest deeper than 100"));
   const std::string robot = Robot(Links("a"));
   const RobotLimits limits{.max_xml_bytes = robot.size()};
-  EXPECT_EQ(RefusalOfText(robot, NoMeshes, limits), "none");
-  EXPECT_EQ(RefusalOfText(robot + " ", NoMeshes, limits),
+  EXPECT_EQ(ExcessOfText(robot, NoMeshes, limits), "none");
+  EXPECT_EQ(ExcessOfText(robot + " ", NoMeshes, limits),
             "urdf: is " + std::to_string(robot.size() + 1) + " bytes long, must be at most " +
                 std::to_string(robot.size()));
 }
@@ -92,7 +99,7 @@ TEST(UrdfRefusals, RobotsWithoutLinksOrWithTooManyAreRefused) {
   EXPECT_EQ(RefusalOf(""), "urdf: must have at least one link");
   std::string links;
   for (int i = 0; i < 5; ++i) links += "<link name=\"l" + std::to_string(i) + "\"/>";
-  EXPECT_EQ(RefusalOfText(Robot(links), NoMeshes, {.max_links = 4}),
+  EXPECT_EQ(ExcessOfText(Robot(links), NoMeshes, {.max_links = 4}),
             "urdf: must have at most 4 links");
 }
 
@@ -286,9 +293,9 @@ TEST(UrdfRefusals, MeshesTogetherAreCounted) {
   };
   const RobotLimits limits{.max_triangles = 24};
   const std::string shared = link("a", "x.stl") + link("b", "y.stl") + link("c", "x.stl");
-  EXPECT_EQ(RefusalOfText(Robot(shared), box, limits), "none");
+  EXPECT_EQ(ExcessOfText(Robot(shared), box, limits), "none");
   EXPECT_THAT(
-      RefusalOfText(Robot(shared + link("d", "z.stl")), box, limits),
+      ExcessOfText(Robot(shared + link("d", "z.stl")), box, limits),
       HasSubstr("link \"d\": collision: geometry: mesh filename is \"z.stl\": the meshes of "
                 "the robot must have at most 24 triangles together"));
 }

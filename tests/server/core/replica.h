@@ -37,21 +37,8 @@ class Replica {
       EXPECT_GT(step.revision, revision_) << "ordered and unique";
     }
     revision_ = step.revision;
-    std::string previous;
-    for (const collision::ObjectDelta& delta : step.deltas) {
-      const std::string& name = (delta.before ? delta.before : delta.after)->name;
-      EXPECT_TRUE(previous < name || (previous == name && delta.before == nullptr))
-          << "one delta an object, by name; two where it was made anew: " << name;
-      previous = name;
-      const auto found = objects_.find(name);
-      const auto before = found == objects_.end() ? nullptr : found->second;
-      EXPECT_EQ(before, delta.before) << "no event between was lost: " << name;
-      if (delta.after == nullptr) {
-        objects_.erase(name);
-      } else {
-        objects_[name] = delta.after;
-      }
-    }
+    TakeDeltas(step.deltas, objects_);
+    TakeDeltas(step.robot_deltas, robots_);
   }
 
   collision::Revision revision() const { return revision_; }
@@ -60,16 +47,44 @@ class Replica {
     for (const auto& [name, object] : objects_) objects.push_back(object);
     return objects;
   }
+  std::vector<collision::WorldRobotPtr> robots() const {
+    std::vector<collision::WorldRobotPtr> robots;
+    for (const auto& [name, robot] : robots_) robots.push_back(robot);
+    return robots;
+  }
 
  private:
+  // Of objects or robots.
+  template <class Delta, class Ptr>
+  static void TakeDeltas(const std::vector<Delta>& deltas, std::map<std::string, Ptr>& members) {
+    std::string previous;
+    for (const Delta& delta : deltas) {
+      const std::string& name = (delta.before ? delta.before : delta.after)->name;
+      EXPECT_TRUE(previous < name || (previous == name && delta.before == nullptr))
+          << "one delta a member, by name; two where it was made anew: " << name;
+      previous = name;
+      const auto found = members.find(name);
+      const auto before = found == members.end() ? nullptr : found->second;
+      EXPECT_EQ(before, delta.before) << "no event between was lost: " << name;
+      if (delta.after == nullptr) {
+        members.erase(name);
+      } else {
+        members[name] = delta.after;
+      }
+    }
+  }
+
   void Reset(const collision::WorldSnapshot& snapshot) {
     revision_ = snapshot.revision();
     objects_.clear();
     for (const auto& object : snapshot.objects()) objects_[object->name] = object;
+    robots_.clear();
+    for (const auto& robot : snapshot.robots()) robots_[robot->name] = robot;
   }
 
   collision::Revision revision_;
   std::map<std::string, collision::WorldObjectPtr> objects_;
+  std::map<std::string, collision::WorldRobotPtr> robots_;
 };
 
 }  // namespace cwm::server

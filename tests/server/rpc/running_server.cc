@@ -14,6 +14,7 @@ RunningServer::RunningServer(const Limits& limits, const Retention& retention)
   admin_ = v1::AdminService::NewStub(channel);
   perception_ = v1::PerceptionService::NewStub(channel);
   query_ = v1::QueryService::NewStub(channel);
+  robot_ = v1::RobotService::NewStub(channel);
   world_ = v1::WorldService::NewStub(channel);
 }
 

@@ -11,6 +11,7 @@
 #include "cwm/v1/error_details.pb.h"
 #include "cwm/v1/perception.grpc.pb.h"
 #include "cwm/v1/query.grpc.pb.h"
+#include "cwm/v1/robot.grpc.pb.h"
 #include "cwm/v1/world.grpc.pb.h"
 #include "gtest/gtest.h"
 #include "server/rpc/server.h"
@@ -37,6 +38,7 @@ class RunningServer : public ::testing::Test {
   std::unique_ptr<v1::AdminService::Stub> admin_;
   std::unique_ptr<v1::PerceptionService::Stub> perception_;
   std::unique_ptr<v1::QueryService::Stub> query_;
+  std::unique_ptr<v1::RobotService::Stub> robot_;
   std::unique_ptr<v1::WorldService::Stub> world_;
 };
 

@@ -1,0 +1,141 @@
+// cwm robot load, list, get, remove
+#include <memory>
+#include <ostream>
+
+#include "absl/strings/str_cat.h"
+#include "clients/cli/change_arguments.h"
+#include "clients/cli/commands.h"
+#include "clients/cli/question_arguments.h"
+#include "clients/cli/robot_load_command.h"
+#include "clients/cli/robot_table.h"
+
+namespace cwm::cli {
+namespace {
+
+namespace pb = cwm::v1;
+
+struct ShowArguments {
+  std::string name;  // empty: all
+  std::string at_revision;
+};
+
+struct RemoveArguments {
+  std::string name;
+  ChangeArguments change;
+};
+
+TableStyle StyleOf(const Session& session) {
+  return session.color() ? TableStyle::kColor : TableStyle::kPlain;
+}
+
+// All pages as one reply.
+absl::StatusOr<pb::ListRobotsResponse> ListAll(Session& session, const ShowArguments& arguments) {
+  pb::ListRobotsRequest request;
+  request.set_world(session.world);
+  request.set_name(arguments.name);
+  const auto revision = ParseRevision(arguments.at_revision);
+  if (!revision.ok()) return revision.status();
+  *request.mutable_at_revision() = *revision;
+  const client::Connection& connection = session.connection();
+  pb::ListRobotsResponse all;
+  do {
+    const auto page =
+        connection.Call(&pb::RobotService::Stub::ListRobots, connection.robots(), request);
+    if (!page.ok()) return page.status();
+    request.set_page_token(page->next_page_token());
+    all.MergeFrom(*page);
+  } while (!request.page_token().empty());
+  all.clear_next_page_token();
+  return all;
+}
+
+absl::Status List(Session& session, const ShowArguments& arguments) {
+  const auto response = ListAll(session, arguments);
+  if (!response.ok()) return response.status();
+  session.PrintList(
+      *response,
+      [&] {
+        for (const pb::Robot& robot : response->robots()) session.PrintLine(robot);
+      },
+      [&] {
+        PrintRobots(response->robots(), StyleOf(session), session.streams.out);
+        session.streams.out << "revision " << response->revision() << "\n";
+      });
+  return absl::OkStatus();
+}
+
+absl::Status Get(Session& session, const ShowArguments& arguments) {
+  const auto response = ListAll(session, arguments);
+  if (!response.ok()) return response.status();
+  session.Print(*response, [&] {
+    PrintRobotDetails(response->robots(0), StyleOf(session), session.streams.out);
+    session.streams.out << "revision " << response->revision() << "\n";
+  });
+  return absl::OkStatus();
+}
+
+absl::Status Remove(Session& session, const RemoveArguments& arguments) {
+  pb::DeleteRobotRequest request;
+  request.set_world(session.world);
+  request.set_name(arguments.name);
+  request.set_request_id(arguments.change.request_id);
+  if (arguments.change.expected_revision) {
+    request.set_expected_revision(*arguments.change.expected_revision);
+  }
+  const client::Connection& connection = session.connection();
+  const auto response =
+      connection.Call(&pb::RobotService::Stub::DeleteRobot, connection.robots(), request);
+  if (!response.ok()) return response.status();
+  session.Print(*response, [&] {
+    session.streams.out << "removed " << arguments.name << ", revision " << response->revision()
+                        << "\n";
+  });
+  return absl::OkStatus();
+}
+
+void AddListCommand(CommandLine& line, CLI::App& family) {
+  const auto arguments = std::make_shared<ShowArguments>();
+  CLI::App& command =
+      AddCommand(line, family,
+                 {"list",
+                  "the robots of the world",
+                  {"cwm robot list", "cwm robot list -o ndjson | jq -r .name"}},
+                 [arguments](Session& session) { return List(session, *arguments); });
+  AddRevisionOption(command, arguments->at_revision);
+}
+
+void AddGetCommand(CommandLine& line, CLI::App& family) {
+  const auto arguments = std::make_shared<ShowArguments>();
+  CLI::App& command =
+      AddCommand(line, family,
+                 {"get",
+                  "one robot: links, variables with limits and values, groups and their states",
+                  {"cwm robot get panda", "cwm robot get panda -o json"}},
+                 [arguments](Session& session) { return Get(session, *arguments); });
+  command.add_option("NAME", arguments->name, "of the robot")->required();
+  AddRevisionOption(command, arguments->at_revision);
+}
+
+void AddRemoveCommand(CommandLine& line, CLI::App& family) {
+  const auto arguments = std::make_shared<RemoveArguments>();
+  CLI::App& command =
+      AddCommand(line, family, {"remove", "a robot", {"cwm robot remove panda"}},
+                 [arguments](Session& session) { return Remove(session, *arguments); });
+  command.add_option("NAME", arguments->name, "of the robot")->required();
+  AddChangeOptions(command, arguments->change);
+}
+
+}  // namespace
+
+void AddRobotCommands(CommandLine& line) {
+  CLI::App& family =
+      AddFamily(line, {"robot",
+                       "robots of the world: load, list, get, remove",
+                       {"cwm robot load panda.urdf --srdf panda.srdf", "cwm robot get panda"}});
+  AddRobotLoadCommand(line, family);
+  AddListCommand(line, family);
+  AddGetCommand(line, family);
+  AddRemoveCommand(line, family);
+}
+
+}  // namespace cwm::cli

@@ -1,0 +1,141 @@
+#include "clients/cli/robot_load_command.h"
+
+#include <filesystem>
+#include <memory>
+#include <ostream>
+
+#include "absl/strings/str_cat.h"
+#include "clients/cli/change_arguments.h"
+#include "clients/cli/number_list.h"
+#include "clients/cli/progress.h"
+#include "clients/cli/quantity.h"
+#include "clients/cli/robot_table.h"
+#include "clients/cpp/robot_upload.h"
+#include "clients/formats/file_bytes.h"
+#include "clients/formats/robot_files.h"
+
+namespace cwm::cli {
+namespace {
+
+namespace pb = cwm::v1;
+
+struct LoadArguments {
+  std::string urdf, srdf, spheres, name, x_world_base;
+  std::vector<std::string> package_folders;
+  ChangeArguments change;
+};
+
+absl::StatusOr<pb::LoadRobotHeader> ToHeader(const LoadArguments& arguments,
+                                             const Session& session) {
+  pb::LoadRobotHeader header;
+  header.set_world(session.world);
+  header.set_name(arguments.name);
+  auto text = formats::ReadFileBytes(arguments.urdf);
+  if (!text.ok()) return text.status();
+  header.set_urdf(*std::move(text));
+  if (!arguments.srdf.empty()) {
+    if (text = formats::ReadFileBytes(arguments.srdf); !text.ok()) return text.status();
+    header.set_srdf(*std::move(text));
+  }
+  if (!arguments.spheres.empty()) {
+    if (text = formats::ReadFileBytes(arguments.spheres); !text.ok()) return text.status();
+    header.set_spheres(*std::move(text));
+  }
+  if (!arguments.x_world_base.empty()) {
+    const auto pose = ParsePose(arguments.x_world_base, "--x-world-base");
+    if (!pose.ok()) return pose.status();
+    *header.mutable_x_world_base() = ToProto(*pose);
+  }
+  header.set_request_id(arguments.change.request_id);
+  if (arguments.change.expected_revision) {
+    header.set_expected_revision(*arguments.change.expected_revision);
+  }
+  return header;
+}
+
+absl::StatusOr<std::vector<client::RobotFile>> ReadMeshes(const LoadArguments& arguments,
+                                                          const std::string& urdf) {
+  const formats::RobotFolders folders{
+      .urdf_folder = std::filesystem::path(arguments.urdf).parent_path().string(),
+      .package_folders = arguments.package_folders};
+  std::vector<client::RobotFile> files;
+  for (const std::string& uri : formats::CollisionMeshUris(urdf)) {
+    const auto path = formats::FindMeshFile(uri, folders);
+    if (!path.ok()) {
+      return absl::Status(path.status().code(),
+                          absl::StrCat(std::string(path.status().message()),
+                                       "; name the folder that holds the package with "
+                                       "--package-dir"));
+    }
+    auto bytes = formats::ReadFileBytes(*path);
+    if (!bytes.ok()) return bytes.status();
+    files.push_back({uri, *std::move(bytes)});
+  }
+  return files;
+}
+
+absl::StatusOr<pb::LoadRobotResponse> Send(Session& session, const pb::LoadRobotHeader& header,
+                                           const std::vector<client::RobotFile>& files) {
+  Progress progress(session.streams.err, session.streams.err_is_terminal ? ProgressStyle::kOneLine
+                                                                         : ProgressStyle::kSilent);
+  return client::LoadRobot(
+      session.connection(), header, files, [&](std::int64_t sent, std::int64_t total) {
+        progress.Stage(sent < total ? absl::StrCat("sending ", Bytes(static_cast<double>(sent)),
+                                                   " of ", Bytes(static_cast<double>(total)),
+                                                   " in ", files.size(), " meshes")
+                                    : absl::StrCat("the server reads ", files.size(), " meshes"));
+      });
+}
+
+absl::Status Load(Session& session, const LoadArguments& arguments) {
+  const auto header = ToHeader(arguments, session);
+  if (!header.ok()) return header.status();
+  const auto files = ReadMeshes(arguments, header->urdf());
+  if (!files.ok()) return files.status();
+  const auto response = Send(session, *header, *files);
+  if (!response.ok()) return response.status();
+  session.Print(*response, [&] {
+    PrintRobotDetails(response->robot(), session.color() ? TableStyle::kColor : TableStyle::kPlain,
+                      session.streams.out);
+    session.streams.out << "revision " << response->revision() << "\n";
+    for (const std::string& warning : response->warnings()) session.Warn(warning);
+  });
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+void AddRobotLoadCommand(CommandLine& line, CLI::App& family) {
+  const auto arguments = std::make_shared<LoadArguments>();
+  CLI::App& command = AddCommand(
+      line, family,
+      {"load",
+       "a robot from its URDF, or another one in its place",
+       {"cwm robot load panda.urdf --srdf panda.srdf",
+        "cwm robot load robot.urdf --package-dir ~/ros/src --name left --x-world-base 0,0.5,0"},
+       "Meshes are sent along. Those of \"package://PACKAGE/REST\" are PACKAGE/REST below a "
+       "--package-dir;\n"
+       "without one, below the folder of the URDF or one of the three above it. Expand xacro "
+       "first:\n"
+       "xacro robot.urdf.xacro > robot.urdf"},
+      [arguments](Session& session) { return Load(session, *arguments); });
+  command.add_option("URDF", arguments->urdf, "the robot's links and joints")->required();
+  command.add_option("--srdf", arguments->srdf, "groups, named states, pairs that are not checked")
+      ->type_name("FILE");
+  command
+      .add_option("--spheres", arguments->spheres,
+                  "a URDF of the same links made of spheres: the robot's sphere model")
+      ->type_name("FILE");
+  command.add_option("--package-dir", arguments->package_folders, "holds packages; repeatable")
+      ->allow_extra_args(false)
+      ->type_name("DIR");
+  command.add_option("--name", arguments->name, "in the world; default: the URDF's")
+      ->type_name("NAME");
+  command
+      .add_option("--x-world-base", arguments->x_world_base,
+                  "the root link in the world (m); default: at its origin")
+      ->type_name("X,Y,Z[,QX,QY,QZ,QW]");
+  AddChangeOptions(command, arguments->change);
+}
+
+}  // namespace cwm::cli

@@ -1,0 +1,69 @@
+#include "clients/cpp/robot_upload.h"
+
+#include <algorithm>
+#include <cstdint>
+
+#include "proto/transfer/chunks.h"
+#include "proto/transfer/crc32c.h"
+
+namespace cwm::client {
+namespace {
+
+namespace pb = cwm::v1;
+using Writer = grpc::ClientWriter<pb::LoadRobotRequest>;
+
+// Both send functions: false when the server has ended the call; its status then says why.
+bool SendFile(const RobotFile& file, Writer& writer,
+              const std::function<void(std::int64_t sent_bytes)>& sent) {
+  const auto total = static_cast<std::int64_t>(file.bytes.size());
+  pb::LoadRobotRequest begin;
+  begin.mutable_file()->set_name(file.name);
+  begin.mutable_file()->set_total_bytes(total);
+  if (!writer.Write(begin)) return false;
+  for (std::int64_t offset = 0; offset < total; offset += kMaxChunkBytes) {
+    pb::LoadRobotRequest request;
+    pb::RobotFileChunk& chunk = *request.mutable_chunk();
+    chunk.set_offset(offset);
+    chunk.set_data(file.bytes.substr(static_cast<std::size_t>(offset), kMaxChunkBytes));
+    chunk.set_crc32c(Crc32c(chunk.data()));
+    if (!writer.Write(request)) return false;
+    sent(static_cast<std::int64_t>(chunk.data().size()));
+  }
+  return true;
+}
+
+bool SendFiles(const std::vector<RobotFile>& files, const Progress& progress, Writer& writer) {
+  std::int64_t total = 0, sent = 0;
+  for (const RobotFile& file : files) total += static_cast<std::int64_t>(file.bytes.size());
+  for (const RobotFile& file : files) {
+    const bool goes_on = SendFile(file, writer, [&](std::int64_t bytes) {
+      sent += bytes;
+      if (progress) progress(sent, total);
+    });
+    if (!goes_on) return false;
+  }
+  pb::LoadRobotRequest finish;
+  finish.mutable_finish();
+  return writer.Write(finish) && writer.WritesDone();
+}
+
+}  // namespace
+
+absl::StatusOr<pb::LoadRobotResponse> LoadRobot(const Connection& connection,
+                                                const pb::LoadRobotHeader& header,
+                                                const std::vector<RobotFile>& files,
+                                                const Progress& progress) {
+  grpc::ClientContext context;
+  connection.Prepare(context);
+  pb::LoadRobotResponse response;
+  const auto writer = connection.robots().LoadRobot(&context, &response);
+  pb::LoadRobotRequest first;
+  *first.mutable_header() = header;
+  // A refused write says nothing itself: Finish has the server's reason.
+  if (writer->Write(first)) SendFiles(files, progress, *writer);
+  const grpc::Status status = writer->Finish();
+  if (!status.ok()) return FromGrpc(status);
+  return response;
+}
+
+}  // namespace cwm::client

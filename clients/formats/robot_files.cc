@@ -1,0 +1,85 @@
+#include "clients/formats/robot_files.h"
+
+#include <tinyxml2.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <system_error>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
+
+namespace cwm::formats {
+namespace {
+
+namespace fs = std::filesystem;
+using tinyxml2::XMLElement;
+
+constexpr std::string_view kPackage = "package://";
+constexpr std::string_view kFile = "file://";
+constexpr int kFoldersAbove = 3;
+
+void AddUri(const XMLElement& collision, std::vector<std::string>& uris) {
+  const XMLElement* geometry = collision.FirstChildElement("geometry");
+  const XMLElement* mesh = geometry != nullptr ? geometry->FirstChildElement("mesh") : nullptr;
+  const char* uri = mesh != nullptr ? mesh->Attribute("filename") : nullptr;
+  if (uri == nullptr || std::find(uris.begin(), uris.end(), uri) != uris.end()) return;
+  uris.emplace_back(uri);
+}
+
+std::vector<fs::path> PackageFolders(const RobotFolders& folders) {
+  if (!folders.package_folders.empty()) {
+    return {folders.package_folders.begin(), folders.package_folders.end()};
+  }
+  std::error_code unknown;  // then as it was given
+  fs::path folder = fs::weakly_canonical(folders.urdf_folder, unknown);
+  std::vector<fs::path> result = {folder};
+  for (int i = 0; i < kFoldersAbove && folder.has_relative_path(); ++i) {
+    folder = folder.parent_path();
+    result.push_back(folder);
+  }
+  return result;
+}
+
+std::vector<fs::path> CandidatesOf(std::string_view uri, const RobotFolders& folders) {
+  if (uri.starts_with(kFile)) return {fs::path(uri.substr(kFile.size()))};
+  if (!uri.starts_with(kPackage)) return {fs::path(folders.urdf_folder) / fs::path(uri)};
+  std::vector<fs::path> candidates;
+  for (const fs::path& folder : PackageFolders(folders)) {
+    candidates.push_back(folder / fs::path(uri.substr(kPackage.size())));
+  }
+  return candidates;
+}
+
+}  // namespace
+
+std::vector<std::string> CollisionMeshUris(std::string_view urdf) {
+  std::vector<std::string> uris;
+  tinyxml2::XMLDocument document;
+  if (document.Parse(urdf.data(), urdf.size()) != tinyxml2::XML_SUCCESS) return uris;
+  const XMLElement* robot = document.RootElement();
+  if (robot == nullptr) return uris;
+  for (const XMLElement* link = robot->FirstChildElement("link"); link != nullptr;
+       link = link->NextSiblingElement("link")) {
+    for (const XMLElement* collision = link->FirstChildElement("collision"); collision != nullptr;
+         collision = collision->NextSiblingElement("collision")) {
+      AddUri(*collision, uris);
+    }
+  }
+  return uris;
+}
+
+absl::StatusOr<std::string> FindMeshFile(std::string_view uri, const RobotFolders& folders) {
+  const std::vector<fs::path> candidates = CandidatesOf(uri, folders);
+  for (const fs::path& path : candidates) {
+    std::error_code unreadable;  // is no file, then
+    if (fs::is_regular_file(path, unreadable)) return path.string();
+  }
+  const std::string looked = absl::StrJoin(
+      candidates, ", ",
+      [](std::string* out, const fs::path& path) { absl::StrAppend(out, path.string()); });
+  return absl::InvalidArgumentError(
+      absl::StrCat("mesh ", std::string(uri), " of the URDF was not found, looked for ", looked));
+}
+
+}  // namespace cwm::formats

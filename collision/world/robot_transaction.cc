@@ -1,0 +1,98 @@
+#include "collision/world/robot_transaction.h"
+
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "collision/world/apply_fault.h"
+#include "collision/world/model_equality.h"
+#include "collision/world/robot_state.h"
+
+namespace cwm::collision {
+namespace {
+
+absl::Status Missing(const std::string& name) {
+  return absl::NotFoundError(absl::StrCat("robot '", name, "' does not exist"));
+}
+
+bool SameStand(const WorldRobot& a, const WorldRobot& b) {
+  return SamePose(a.X_WB, b.X_WB) && a.state == b.state;
+}
+
+}  // namespace
+
+absl::Status RobotTransaction::Put(const PutRobot& put) {
+  if (!IsValidName(put.name)) return BadName(put.name);
+  if (!IsPlaceable(put.X_WB)) return BadPose("x_world_base");
+  if (put.robot == nullptr) return BadField("robot", "must be given");
+  if (!IsState(*put.robot->model, put.state)) {
+    return BadField("state", "must hold one finite value for each variable of the robot");
+  }
+  const WorldRobot* current = Current(put.name);
+  WorldRobot robot;
+  if (current != nullptr && SameRobot(*current->robot, *put.robot)) {
+    robot = *current;
+  } else {
+    robot.name = put.name;
+    // As of objects; no name is a robot's and an object's in one revision.
+    robot.uid = absl::StrCat(put.name, "@", revision_.value);
+    robot.robot = put.robot;
+    robot.create_revision = revision_;
+    robot.state_revision = revision_;
+  }
+  robot.X_WB = put.X_WB;
+  robot.state = put.state;
+  Touch(std::move(robot));
+  return absl::OkStatus();
+}
+
+absl::Status RobotTransaction::Remove(const RemoveRobot& remove) {
+  if (!Has(remove.name)) return Missing(remove.name);
+  touched_[remove.name] = std::nullopt;
+  return absl::OkStatus();
+}
+
+absl::Status RobotTransaction::Set(const SetRobotState& set) {
+  const WorldRobot* current = Current(set.name);
+  if (current == nullptr) return Missing(set.name);
+  if (set.X_WB.has_value() && !IsPlaceable(*set.X_WB)) return BadPose("x_world_base");
+  absl::StatusOr<std::vector<double>> state =
+      StateWith(current->model(), current->state, set.joints);
+  if (!state.ok()) {
+    const std::optional<FieldRule> fault = FieldRuleOf(state.status());
+    return fault ? BadField(absl::StrCat("joints.", fault->field), fault->rule) : state.status();
+  }
+  WorldRobot robot = *current;
+  robot.X_WB = set.X_WB.value_or(current->X_WB);
+  robot.state = *std::move(state);
+  Touch(std::move(robot));
+  return absl::OkStatus();
+}
+
+std::vector<RobotDelta> RobotTransaction::Finish() {
+  std::vector<RobotDelta> deltas;
+  for (auto& [name, robot] : touched_) {
+    WorldRobotPtr before = base_.FindRobot(name);
+    if (before == nullptr && !robot.has_value()) continue;
+    const bool is_same_robot = before != nullptr && robot.has_value() && before->uid == robot->uid;
+    if (is_same_robot && SameStand(*before, *robot)) continue;
+    if (is_same_robot) robot->state_revision = revision_;
+    deltas.push_back({.before = std::move(before),
+                      .after = robot.has_value()
+                                   ? std::make_shared<const WorldRobot>(*std::move(robot))
+                                   : nullptr});
+  }
+  return deltas;
+}
+
+const WorldRobot* RobotTransaction::Current(const std::string& name) const {
+  const auto at = touched_.find(name);
+  if (at != touched_.end()) return at->second.has_value() ? &*at->second : nullptr;
+  return base_.FindRobot(name).get();  // kept alive by the base
+}
+
+void RobotTransaction::Touch(WorldRobot robot) {
+  std::string name = robot.name;
+  touched_[std::move(name)] = std::move(robot);
+}
+
+}  // namespace cwm::collision

@@ -1,0 +1,165 @@
+#include "server/core/load_robot.h"
+
+#include <algorithm>
+#include <utility>
+#include <variant>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
+#include "collision/robot/sphere_model.h"
+#include "collision/robot/srdf.h"
+#include "collision/robot/urdf.h"
+#include "server/core/error.h"
+
+namespace cwm::server {
+namespace {
+
+using collision::ModelLink;
+using collision::RobotLimits;
+
+absl::Status Stopped() { return absl::CancelledError("the caller went away"); }
+
+// The refusal of a file as that of the request's field. What the readers say begins with the kind
+// of the file.
+absl::Status InFile(const std::string& field, const absl::Status& status) {
+  if (absl::IsCancelled(status)) return Stopped();
+  std::string message(status.message());
+  if (absl::IsResourceExhausted(status)) return RobotTooLarge(absl::StrCat(field, ": ", message));
+  const std::string kind = field.substr(field.find('.') + 1) + ": ";
+  if (message.starts_with(kind)) message.erase(0, kind.size());
+  return InvalidField(field, std::move(message));
+}
+
+// Gives the files away: each is asked for once.
+collision::MeshSource SourceOf(RobotFiles& files, const std::stop_token& stop) {
+  return [&files, stop](std::string_view uri) -> absl::StatusOr<std::string> {
+    if (stop.stop_requested()) return Stopped();
+    const auto file = files.meshes.find(uri);
+    if (file == files.meshes.end()) {
+      return absl::NotFoundError("must be one of the files sent along");
+    }
+    return std::move(file->second);
+  };
+}
+
+absl::StatusOr<std::shared_ptr<const collision::RobotModel>> ModelOf(RobotFiles& files,
+                                                                     const RobotLimits& limits,
+                                                                     const std::stop_token& stop) {
+  auto robot = collision::ReadUrdf(files.urdf, SourceOf(files, stop), limits);
+  if (!robot.ok()) return InFile("header.urdf", robot.status());
+  std::optional<collision::SemanticDescription> semantic;
+  if (files.srdf.has_value()) {
+    auto read = collision::ReadSrdf(*files.srdf, *robot, limits);
+    if (!read.ok()) return InFile("header.srdf", read.status());
+    semantic = *std::move(read);
+  }
+  auto model = collision::MakeRobotModel(*std::move(robot), semantic ? &*semantic : nullptr);
+  if (!model.ok()) return InFile("header.urdf", model.status());
+  return model;
+}
+
+absl::StatusOr<std::optional<collision::SphereModel>> SpheresOf(RobotFiles& files,
+                                                                const collision::RobotModel& model,
+                                                                const RobotLimits& limits,
+                                                                const std::stop_token& stop) {
+  if (!files.spheres.has_value()) return std::nullopt;
+  const auto spherized = collision::ReadUrdf(*files.spheres, SourceOf(files, stop), limits);
+  if (!spherized.ok()) return InFile("header.spheres", spherized.status());
+  auto spheres = collision::SpheresAsGiven(*spherized, model);
+  if (!spheres.ok()) return InFile("header.spheres", spheres.status());
+  return *std::move(spheres);
+}
+
+bool HasOpenMesh(const ModelLink& link) {
+  return std::any_of(link.collisions.begin(), link.collisions.end(), [](const auto& collision) {
+    const Mesh* mesh = std::get_if<Mesh>(&collision.shape);
+    return mesh != nullptr && !mesh->watertight;
+  });
+}
+
+// "NAMES WHAT", of at most five names; nothing without names.
+void AddWarning(const std::vector<std::string>& names, const std::string& what,
+                std::vector<std::string>& warnings) {
+  constexpr std::size_t kMostNames = 5;
+  if (names.empty()) return;
+  const std::size_t shown = std::min(names.size(), kMostNames);
+  const std::string more =
+      names.size() > shown ? absl::StrCat(" and ", names.size() - shown, " more") : "";
+  warnings.push_back(absl::StrCat(
+      names.size() == 1 ? "link " : "links ",
+      absl::StrJoin(names.begin(), names.begin() + static_cast<std::ptrdiff_t>(shown), ", "), more,
+      " ", what));
+}
+
+}  // namespace
+
+absl::StatusOr<std::shared_ptr<const collision::RobotGeometry>> ReadRobot(
+    RobotFiles files, const RobotLimits& limits, const std::stop_token& stop) {
+  auto model = ModelOf(files, limits, stop);
+  if (!model.ok()) return model.status();
+  auto spheres = SpheresOf(files, **model, limits, stop);
+  if (!spheres.ok()) return spheres.status();
+  if (stop.stop_requested()) return Stopped();
+  return collision::PrepareRobot(*std::move(model), *std::move(spheres));
+}
+
+std::vector<std::string> WarningsOf(const collision::RobotGeometry& robot, bool has_srdf) {
+  std::vector<std::string> warnings;
+  if (!has_srdf) {
+    warnings.push_back(
+        "no SRDF was given: there are no groups, and all pairs of links are checked but "
+        "neighbours");
+  }
+  std::vector<std::string> open, bare;
+  for (const ModelLink& link : robot.model->links) {
+    if (HasOpenMesh(link)) open.push_back(link.name);
+    // A frame that is fixed to a link with geometry is no surprise.
+    const bool is_fixed = link.kind == collision::JointKind::kFixed;
+    if (link.collisions.empty() && !is_fixed) bare.push_back(link.name);
+  }
+  AddWarning(open, "with an open mesh: surfaces alone, without an inside", warnings);
+  AddWarning(bare, "without collision geometry: never in collision", warnings);
+  return warnings;
+}
+
+absl::StatusOr<WriteOutcome> LoadRobot(World& world, const collision::PutRobot& put,
+                                       const WriteOptions& options, const Limits& limits) {
+  const auto make = [&](const SnapshotPtr& base) -> absl::StatusOr<std::vector<collision::Change>> {
+    if (base->Find(put.name) != nullptr) {
+      return InvalidField("header.name", absl::StrCat("is \"", put.name,
+                                                      "\", must not be the name of an object of "
+                                                      "the world"));
+    }
+    const auto count = static_cast<std::int64_t>(base->robots().size());
+    if (count >= limits.max_robots && base->FindRobot(put.name) == nullptr) {
+      return MakeError(absl::StatusCode::kResourceExhausted,
+                       absl::StrCat("the world has ", count, " robots, must have at most ",
+                                    limits.max_robots, " (max_robots)"),
+                       {.reason = "TOO_MANY_ROBOTS"});
+    }
+    return std::vector<collision::Change>{{put, std::nullopt}};
+  };
+  return world.Update(make, options);
+}
+
+absl::StatusOr<WriteOutcome> RemoveRobot(World& world, const std::string& name,
+                                         const WriteOptions& options) {
+  const auto make = [&](const SnapshotPtr& base) -> absl::StatusOr<std::vector<collision::Change>> {
+    if (base->FindRobot(name) == nullptr) return UnknownRobot(name);
+    return std::vector<collision::Change>{{collision::RemoveRobot{name}, std::nullopt}};
+  };
+  return world.Update(make, options);
+}
+
+absl::Status UnknownRobot(std::string_view name) {
+  return MakeError(absl::StatusCode::kNotFound,
+                   absl::StrCat("name: there is no robot \"", std::string(name), "\""),
+                   {.reason = "ROBOT_UNKNOWN", .metadata = {{"robot", std::string(name)}}});
+}
+
+absl::Status RobotTooLarge(std::string message) {
+  return MakeError(absl::StatusCode::kResourceExhausted, std::move(message),
+                   {.reason = "ROBOT_TOO_LARGE"});
+}
+
+}  // namespace cwm::server

@@ -1,0 +1,53 @@
+// The files of a robot into a world.
+#pragma once
+
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <stop_token>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "server/core/limits.h"
+#include "server/core/world.h"
+
+namespace cwm::server {
+
+struct RobotFiles {
+  std::string urdf;
+  std::optional<std::string> srdf = {};
+  std::optional<std::string> spheres = {};  // a spherized URDF
+  // By the URI that the URDF has for them.
+  std::map<std::string, std::string, std::less<>> meshes = {};
+};
+
+// Reads and prepares (heavy: no lock may be held). InvalidArgument INVALID_FIELD ("header.urdf",
+// "header.srdf" or "header.spheres") for what is wrong in a file, with the place in it and the
+// rule; a mesh that is not among the files is named with its URI and link. ResourceExhausted
+// ROBOT_TOO_LARGE for more than `limits` says. Cancelled when stopped, which is looked at before
+// each mesh and each stage.
+absl::StatusOr<std::shared_ptr<const collision::RobotGeometry>> ReadRobot(
+    RobotFiles files, const collision::RobotLimits& limits, const std::stop_token& stop);
+
+// What a user should know before trusting answers about the robot: open meshes, moved links without
+// collision geometry, that no SRDF was given.
+std::vector<std::string> WarningsOf(const collision::RobotGeometry& robot, bool has_srdf);
+
+// One change. InvalidArgument INVALID_FIELD ("header.name") for the name of an object,
+// ResourceExhausted TOO_MANY_ROBOTS, the errors of World::Update.
+absl::StatusOr<WriteOutcome> LoadRobot(World& world, const collision::PutRobot& put,
+                                       const WriteOptions& options, const Limits& limits);
+
+// NotFound ROBOT_UNKNOWN, the errors of World::Update.
+absl::StatusOr<WriteOutcome> RemoveRobot(World& world, const std::string& name,
+                                         const WriteOptions& options);
+
+// NotFound ROBOT_UNKNOWN.
+absl::Status UnknownRobot(std::string_view name);
+// ResourceExhausted ROBOT_TOO_LARGE; `message` names what is too large and the limit.
+absl::Status RobotTooLarge(std::string message);
+
+}  // namespace cwm::server

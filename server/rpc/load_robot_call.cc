@@ -1,0 +1,201 @@
+#include "server/rpc/load_robot_call.h"
+
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "collision/robot/xml_element.h"
+#include "proto/transfer/crc32c.h"
+#include "server/core/error.h"
+#include "server/rpc/status_conversion.h"
+#include "server/wire/numbers.h"
+
+namespace cwm::server {
+namespace {
+
+// A path of a file system; URIs of meshes are such with a few letters in front.
+constexpr std::int64_t kMostFileNameBytes = 4'096;
+
+void AddText(const std::string& text, Sha256& digest) { digest.Add(text.data(), text.size()); }
+
+}  // namespace
+
+LoadRobotCall::LoadRobotCall(grpc::CallbackServerContext* context, Runtime& runtime,
+                             v1::LoadRobotResponse* response)
+    : runtime_(runtime), response_(response), call_{DeadlineOf(*context), stop_.get_token()} {
+  if (runtime_.draining()) {
+    Finish(ToGrpcStatus(Draining()));
+  } else {
+    StartRead(&message_);
+  }
+}
+
+void LoadRobotCall::OnReadDone(bool ok) {
+  const absl::Status status = ok ? Take(message_) : CheckEnd();
+  if (!status.ok()) return Finish(ToGrpcStatus(status));
+  if (!ok) return Enqueue();
+  StartRead(&message_);
+}
+
+absl::Status LoadRobotCall::Take(const v1::LoadRobotRequest& message) {
+  if (finished_) return InvalidField("what", "came after finish, nothing may");
+  switch (message.what_case()) {
+    case v1::LoadRobotRequest::kHeader:
+      return TakeHeader(message.header());
+    case v1::LoadRobotRequest::kFile:
+      return TakeFile(message.file());
+    case v1::LoadRobotRequest::kChunk:
+      return TakeChunk(message.chunk());
+    case v1::LoadRobotRequest::kFinish:
+      return TakeFinish();
+    case v1::LoadRobotRequest::WHAT_NOT_SET:
+      break;
+  }
+  return InvalidField("what", "is absent, must be one of header, file, chunk, finish");
+}
+
+absl::Status LoadRobotCall::TakeHeader(const v1::LoadRobotHeader& header) {
+  if (plan_) return InvalidField("header", "came twice, must come once");
+  auto plan = FromProto(header, FieldPath().Field("header"));
+  if (!plan.ok()) return plan.status();
+  plan_ = *std::move(plan);
+  v1::LoadRobotHeader content = header;
+  content.clear_request_id();
+  AddText(content.SerializeAsString(), received_);
+  return absl::OkStatus();
+}
+
+absl::Status LoadRobotCall::TakeFile(const v1::RobotFile& file) {
+  if (!plan_) return InvalidField("file", "came before the header, must come after it");
+  const FieldPath root;
+  const FieldPath path = root.Field("file");
+  if (auto status = CheckFileComplete(path); !status.ok()) return status;
+  auto status = CheckTextLength(file.name(), kMostFileNameBytes, path.Field("name"));
+  if (!status.ok()) return status;
+  const Limits& limits = runtime_.application.limits;
+  if (file.name().empty()) return path.Field("name").Error("is empty, must be given");
+  if (file.total_bytes() < 0) return path.Field("total_bytes").Error("is negative, must not be");
+  if (file.total_bytes() > limits.max_robot_bytes - total_bytes_) {
+    return RobotTooLarge(absl::StrCat("file.total_bytes: the files have more than ",
+                                      limits.max_robot_bytes, " bytes together, must have at most ",
+                                      "so many (max_robot_bytes)"));
+  }
+  if (static_cast<std::int64_t>(files_.size()) >= limits.max_robot_files) {
+    return RobotTooLarge(absl::StrCat("file: there are more than ", limits.max_robot_files,
+                                      ", must be at most so many (max_robot_files)"));
+  }
+  const auto [entry, is_new] = files_.try_emplace(file.name(), file.total_bytes(), runtime_);
+  if (!is_new) {
+    return path.Field("name").Error(
+        absl::StrCat("is ", collision::Quoted(file.name()), ", must come once"));
+  }
+  current_ = &entry->second;
+  total_bytes_ += file.total_bytes();
+  AddText(file.SerializeAsString(), received_);
+  return absl::OkStatus();
+}
+
+absl::Status LoadRobotCall::TakeChunk(const v1::RobotFileChunk& chunk) {
+  if (current_ == nullptr) return InvalidField("chunk", "came before a file, must come after one");
+  const FieldPath root;
+  const FieldPath path = root.Field("chunk");
+  if (auto status = current_->Append(chunk.offset(), chunk.data(), path); !status.ok()) {
+    return status;
+  }
+  AddText(chunk.data(), received_);  // while the next one is on its way
+  const std::uint32_t crc = Crc32c(chunk.data());
+  if (crc == chunk.crc32c()) return absl::OkStatus();
+  return path.Field("crc32c").Error(absl::StrCat("is ", chunk.crc32c(), " at offset ",
+                                                 chunk.offset(), ", must be ", crc,
+                                                 " (CRC-32C of data)"));
+}
+
+absl::Status LoadRobotCall::TakeFinish() {
+  if (!plan_) return InvalidField("finish", "came before the header, must come after it");
+  if (auto status = CheckFileComplete(FieldPath().Field("finish")); !status.ok()) return status;
+  finished_ = true;
+  return absl::OkStatus();
+}
+
+absl::Status LoadRobotCall::CheckFileComplete(const FieldPath& path) const {
+  return current_ == nullptr ? absl::OkStatus() : current_->CheckComplete(path);
+}
+
+// The client sends no more: it is done, or gone.
+absl::Status LoadRobotCall::CheckEnd() const {
+  if (call_.stop.stop_requested()) return CallCancelled();
+  if (!plan_) return InvalidField("header", "is absent, must come first");
+  if (!finished_) return InvalidField("finish", "is absent, must come last");
+  return absl::OkStatus();
+}
+
+void LoadRobotCall::Enqueue() {
+  const auto work = [this] {
+    const CallWork guarded = [this](const CallContext&) { return Work(); };
+    Finish(ToGrpcStatus(RunGuarded(guarded, call_)));  // *this may be gone after it
+  };
+  if (runtime_.robots.TryPush(work)) return;
+  Finish(ToGrpcStatus(Overloaded("too many robots wait", "QUEUE_FULL")));
+}
+
+absl::StatusOr<collision::PutRobot> LoadRobotCall::MakePut() {
+  const FieldPath root;
+  const FieldPath path = root.Field("header");
+  std::map<std::string, std::string, std::less<>> bytes;
+  for (auto& [name, upload] : files_) bytes.emplace(name, upload.Take());
+  auto files = FilesOf(*plan_, std::move(bytes), path);
+  if (!files.ok()) return files.status();
+  auto robot = ReadRobot(*std::move(files), runtime_.application.limits.robot, call_.stop);
+  if (!robot.ok()) return absl::IsCancelled(robot.status()) ? CallCancelled() : robot.status();
+  auto put = PutOf(*plan_, *std::move(robot), path);
+  if (!put.ok()) return put.status();
+  collision::WorldRobot told;  // whole, by watches
+  told.name = put->name;
+  told.robot = put->robot;
+  told.state = put->state;
+  const auto size = static_cast<std::int64_t>(ToProto(told).ByteSizeLong());
+  const std::int64_t most = runtime_.application.limits.max_object_bytes;
+  if (size <= most) return put;
+  return RobotTooLarge(absl::StrCat("header.urdf: names, joints and groups of the robot have ",
+                                    size, " bytes, must have at most ", most,
+                                    " (max_object_bytes)"));
+}
+
+absl::Status LoadRobotCall::Work() {
+  if (call_.stop.stop_requested()) return CallCancelled();
+  Application& application = runtime_.application;
+  if (!plan_->write.request_id.empty()) plan_->write.request_digest = received_.Hex();
+  if (const auto known = application.worlds.Find(plan_->world, plan_->world_uid); known.ok()) {
+    // A write that cannot be is refused before its files are read.
+    if (auto decided = (*known)->Precheck(plan_->write); !decided.ok()) return decided.status();
+  }
+  auto put = MakePut();
+  if (!put.ok()) return put.status();
+  files_.clear();  // what they took of the quota; their bytes are in the robot now
+  if (call_.stop.stop_requested()) return CallCancelled();
+  auto lease = application.worlds.FindOrMake(plan_->world, plan_->world_uid);
+  if (!lease.ok()) return lease.status();
+  auto outcome = LoadRobot(**lease, *put, plan_->write, application.limits);
+  if (!outcome.ok()) return outcome.status();
+  lease->Keep();
+  return Reply(**lease, *outcome, put->name);
+}
+
+absl::Status LoadRobotCall::Reply(const World& world, const WriteOutcome& outcome,
+                                  const std::string& name) {
+  response_->set_world_uid(world.uid());
+  response_->set_revision(outcome.revision.value);
+  SnapshotPtr snapshot = outcome.snapshot;
+  if (outcome.replayed) {
+    auto first = world.At(Exactly{outcome.revision}, Clock::now(), call_.stop);
+    if (!first.ok()) return absl::OkStatus();  // no longer kept
+    snapshot = *std::move(first);
+  }
+  const collision::WorldRobotPtr robot = snapshot->FindRobot(name);
+  *response_->mutable_robot() = ToProto(*robot);
+  for (const std::string& warning : WarningsOf(*robot->robot, plan_->srdf.has_value())) {
+    response_->add_warnings(warning);
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace cwm::server

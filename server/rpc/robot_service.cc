@@ -1,0 +1,65 @@
+#include "server/rpc/robot_service.h"
+
+#include "proto/transfer/sha256.h"
+#include "server/core/load_robot.h"
+#include "server/rpc/at_revision.h"
+#include "server/rpc/call.h"
+#include "server/rpc/load_robot_call.h"
+#include "server/rpc/robot_pages.h"
+#include "server/wire/objects.h"
+
+namespace cwm::server {
+namespace {
+
+WriteOptions WriteOptionsOf(v1::DeleteRobotRequest request) {
+  WriteOptions options;
+  if (request.has_expected_revision()) {
+    options.expected_revision = collision::Revision{request.expected_revision()};
+  }
+  options.request_id = request.request_id();
+  request.clear_request_id();
+  if (!options.request_id.empty()) options.request_digest = Sha256Hex(request.SerializeAsString());
+  return options;
+}
+
+absl::Status Delete(Application& application, const v1::DeleteRobotRequest& request,
+                    v1::DeleteRobotResponse* response) {
+  const FieldPath root;
+  if (auto status = CheckName(request.name(), root.Field("name")); !status.ok()) return status;
+  auto world = application.worlds.Find(request.world(), request.world_uid());
+  if (!world.ok()) return world.status();
+  auto outcome = RemoveRobot(**world, request.name(), WriteOptionsOf(request));
+  if (!outcome.ok()) return outcome.status();
+  response->set_world_uid((*world)->uid());
+  response->set_revision(outcome->revision.value);
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+grpc::ServerReadReactor<v1::LoadRobotRequest>* RobotService::LoadRobot(
+    grpc::CallbackServerContext* context, v1::LoadRobotResponse* response) {
+  return new LoadRobotCall(context, runtime_, response);
+}
+
+grpc::ServerUnaryReactor* RobotService::ListRobots(grpc::CallbackServerContext* context,
+                                                   const v1::ListRobotsRequest* request,
+                                                   v1::ListRobotsResponse* response) {
+  return StartUnary(
+      context, runtime_, runtime_.reads,
+      [this, request, response](const CallContext& call) {
+        return ListPage(runtime_, *request, call, response);
+      },
+      WhatToAwait(runtime_, request->world(), request->world_uid(), request->at_revision()));
+}
+
+grpc::ServerUnaryReactor* RobotService::DeleteRobot(grpc::CallbackServerContext* context,
+                                                    const v1::DeleteRobotRequest* request,
+                                                    v1::DeleteRobotResponse* response) {
+  return StartUnary(context, runtime_, runtime_.writes,
+                    [this, request, response](const CallContext&) {
+                      return Delete(runtime_.application, *request, response);
+                    });
+}
+
+}  // namespace cwm::server

@@ -1,0 +1,160 @@
+#include "server/wire/robots.h"
+
+#include <cmath>
+#include <variant>
+
+#include "server/wire/numbers.h"
+#include "server/wire/objects.h"
+#include "server/wire/poses.h"
+
+namespace cwm::server {
+namespace {
+
+using collision::ModelLink;
+using collision::RobotModel;
+
+// As long as names of variables get: that of a joint, which XML does not limit, with its component.
+constexpr std::int64_t kMostNameBytes = 1'024;
+
+std::int64_t TrianglesOf(const ModelLink& link) {
+  std::size_t triangles = 0;
+  for (const collision::CollisionGeometry& collision : link.collisions) {
+    const Mesh* mesh = std::get_if<Mesh>(&collision.shape);
+    if (mesh != nullptr) triangles += mesh->mesh->triangles.size();
+  }
+  return static_cast<std::int64_t>(triangles);
+}
+
+v1::RobotLink LinkMessage(const collision::RobotGeometry& robot, std::size_t index) {
+  const ModelLink& link = robot.model->links[index];
+  v1::RobotLink proto;
+  proto.set_name(link.name);
+  proto.set_collision_count(static_cast<int>(link.collisions.size()));
+  proto.set_triangle_count(TrianglesOf(link));
+  if (robot.spheres_as_given.has_value()) {
+    proto.set_sphere_count(static_cast<int>(robot.spheres_as_given->links[index].size()));
+  }
+  if (link.joint.empty()) return proto;  // the root
+  proto.set_parent(robot.model->links[link.parent].name);
+  proto.set_joint(link.joint);
+  proto.set_joint_kind(ToProto(link.kind));
+  if (link.follows) {
+    proto.set_follows(robot.model->links[robot.model->variables[link.variable].link].joint);
+  }
+  return proto;
+}
+
+v1::RobotVariable VariableMessage(const RobotModel& model, const collision::Variable& variable) {
+  const ModelLink& link = model.links[variable.link];
+  v1::RobotVariable proto;
+  proto.set_name(variable.name);
+  proto.set_joint(link.joint);
+  proto.set_joint_kind(ToProto(link.kind));
+  if (std::isfinite(variable.lower)) proto.set_lower(variable.lower);
+  if (std::isfinite(variable.upper)) proto.set_upper(variable.upper);
+  return proto;
+}
+
+v1::RobotGroup GroupMessage(const RobotModel& model, const collision::JointGroup& group) {
+  v1::RobotGroup proto;
+  proto.set_name(group.name);
+  for (const std::string& joint : group.joints) proto.add_joints(joint);
+  for (const collision::NamedState& state : group.states) {
+    v1::NamedState* named = proto.add_states();
+    named->set_name(state.name);
+    for (std::size_t i = 0; i < state.variables.size(); ++i) {
+      v1::VariableValue* value = named->add_values();
+      value->set_variable(model.variables[state.variables[i]].name);
+      value->set_value(state.values[i]);
+    }
+  }
+  return proto;
+}
+
+}  // namespace
+
+v1::JointKind ToProto(collision::JointKind kind) {
+  switch (kind) {
+    case collision::JointKind::kFixed:
+      return v1::JOINT_KIND_FIXED;
+    case collision::JointKind::kRevolute:
+      return v1::JOINT_KIND_REVOLUTE;
+    case collision::JointKind::kContinuous:
+      return v1::JOINT_KIND_CONTINUOUS;
+    case collision::JointKind::kPrismatic:
+      return v1::JOINT_KIND_PRISMATIC;
+    case collision::JointKind::kPlanar:
+      return v1::JOINT_KIND_PLANAR;
+    case collision::JointKind::kFloating:
+      return v1::JOINT_KIND_FLOATING;
+  }
+  return v1::JOINT_KIND_UNSPECIFIED;
+}
+
+v1::Robot ToProto(const collision::WorldRobot& robot) {
+  const RobotModel& model = robot.model();
+  v1::Robot proto;
+  proto.set_name(robot.name);
+  proto.set_uid(robot.uid);
+  for (std::size_t i = 0; i < model.links.size(); ++i) {
+    *proto.add_links() = LinkMessage(*robot.robot, i);
+  }
+  for (const collision::Variable& variable : model.variables) {
+    *proto.add_variables() = VariableMessage(model, variable);
+  }
+  for (const collision::JointGroup& group : model.groups) {
+    *proto.add_groups() = GroupMessage(model, group);
+  }
+  proto.set_self_pair_count(static_cast<std::int64_t>(model.self_pairs.size()));
+  *proto.mutable_x_world_base() = ToProto(robot.X_WB);
+  proto.mutable_state()->Add(robot.state.begin(), robot.state.end());
+  proto.set_create_revision(robot.create_revision.value);
+  proto.set_state_revision(robot.state_revision.value);
+  return proto;
+}
+
+v1::RobotStateEvent ToStateEvent(const collision::WorldRobot& robot) {
+  v1::RobotStateEvent proto;
+  proto.set_name(robot.name);
+  *proto.mutable_x_world_base() = ToProto(robot.X_WB);
+  proto.mutable_state()->Add(robot.state.begin(), robot.state.end());
+  proto.set_state_revision(robot.state_revision.value);
+  return proto;
+}
+
+absl::StatusOr<collision::JointValues> FromProto(const v1::RobotJointState& joints,
+                                                 const FieldPath& path) {
+  collision::JointValues result;
+  if (joints.group().empty() != joints.named_state().empty()) {
+    return path.Field(joints.group().empty() ? "group" : "named_state")
+        .Error("is empty, must be given: a named state is one of a group");
+  }
+  if (!joints.group().empty()) result.named = {joints.group(), joints.named_state()};
+  for (int i = 0; i < joints.values_size(); ++i) {
+    const v1::VariableValue& value = joints.values(i);
+    const FieldPath item = path.Item("values", i);
+    auto status = CheckTextLength(value.variable(), kMostNameBytes, item.Field("variable"));
+    if (!status.ok()) return status;
+    if (status = CheckCoordinate(value.value(), item.Field("value")); !status.ok()) return status;
+    result.values.push_back({value.variable(), value.value()});
+  }
+  return result;
+}
+
+absl::StatusOr<collision::SetRobotState> FromProto(const v1::SetRobotState& set,
+                                                   const FieldPath& path) {
+  collision::SetRobotState result;
+  if (auto status = CheckName(set.name(), path.Field("name")); !status.ok()) return status;
+  result.name = set.name();
+  if (set.has_x_world_base()) {
+    auto X_WB = FromProto(set.x_world_base(), path.Field("x_world_base"));
+    if (!X_WB.ok()) return X_WB.status();
+    result.X_WB = *X_WB;
+  }
+  auto joints = FromProto(set.joints(), path.Field("joints"));
+  if (!joints.ok()) return joints.status();
+  result.joints = *std::move(joints);
+  return result;
+}
+
+}  // namespace cwm::server

@@ -1,0 +1,237 @@
+#include "collision/world/world_robot.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "collision/world/model_equality.h"
+#include "tests/collision/world/test_arm.h"
+
+namespace cwm::collision {
+namespace {
+
+using testing::Arm;
+using testing::ArmSrdf;
+using testing::ArmUrdf;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using testing::PutArm;
+using testing::SetElbow;
+using SnapshotPtr = std::shared_ptr<const WorldSnapshot>;
+
+Change Of(decltype(Change::what) what) {
+  return {.what = std::move(what), .expected_object_revision = {}};
+}
+
+PutObject Ball(const std::string& name) {
+  auto model = std::make_shared<HybridModel>();
+  model->shapes.push_back({.X_OS = Pose::Identity(), .shape = Sphere{0.1}});
+  PutObject put;
+  put.name = name;
+  put.geometry = Prepare(std::move(model));
+  return put;
+}
+
+class WorldRobots : public ::testing::Test {
+ protected:
+  void Do(const std::vector<Change>& changes) {
+    auto next = Apply(world, changes);
+    ASSERT_TRUE(next.ok()) << next.status();
+    world = *std::move(next);
+  }
+  absl::Status Refusal(const std::vector<Change>& changes) {
+    const auto next = Apply(world, changes);
+    EXPECT_FALSE(next.ok());
+    return next.status();
+  }
+  std::string FieldAtFault(decltype(Change::what) what) {
+    const auto fault = FaultOf(Refusal({Of(std::move(what))}));
+    return fault.has_value() ? fault->field : "no fault";
+  }
+  std::vector<std::string> Names() const {
+    std::vector<std::string> names;
+    for (const WorldRobotPtr& robot : world->robots()) names.push_back(robot->name);
+    return names;
+  }
+
+  SnapshotPtr world = std::make_shared<const WorldSnapshot>();
+};
+
+TEST(PrepareRobot, MakesOnePartOfEachShapeInTheFrameOfItsLink) {
+  const auto arm = Arm();
+  const RobotModel& model = *arm->model;
+  ASSERT_EQ(arm->geometry->parts.size(), 4u);
+  ASSERT_EQ(arm->link_of_part.size(), 4u);
+  EXPECT_TRUE(std::is_sorted(arm->link_of_part.begin(), arm->link_of_part.end()));
+  std::vector<std::string> links;
+  for (std::size_t i = 0; i < arm->link_of_part.size(); ++i) {
+    const ModelLink& link = model.links[arm->link_of_part[i]];
+    links.push_back(link.name);
+    const double z = link.name == "tip" ? 0 : 0.2;
+    EXPECT_EQ(arm->geometry->parts[i].X_OP.translation(), Vector3(0, 0, z)) << link.name;
+  }
+  EXPECT_THAT(links, ElementsAre("base", "upper", "tip", "tip"));
+}
+
+TEST_F(WorldRobots, AreOrderedByNameWhateverTheOrderOfPuts) {
+  const auto arm = Arm();
+  Do({Of(PutArm("c", arm)), Of(PutArm("a", arm))});
+  Do({Of(PutArm("b", arm))});
+  EXPECT_THAT(Names(), ElementsAre("a", "b", "c"));
+  EXPECT_EQ(world->FindRobot("b")->uid, "b@2");
+  EXPECT_EQ(world->FindRobot("d"), nullptr);
+  Do({Of(RemoveRobot{"a"})});
+  EXPECT_THAT(Names(), ElementsAre("b", "c"));
+}
+
+TEST_F(WorldRobots, PutAgainMakesNoRevisionThoughItWasReadAnew) {
+  Do({Of(PutArm("arm"))});
+  const SnapshotPtr before = world;
+  Do({Of(PutArm("arm", Arm()))});
+  EXPECT_EQ(world, before);
+}
+
+TEST_F(WorldRobots, OfAnotherModelUnderTheNameAreOthers) {
+  Do({Of(PutArm("arm"))});
+  const SnapshotPtr before = world;
+  Do({Of(PutArm("arm", Arm(ArmUrdf("arm", "0.2"))))});
+  EXPECT_EQ(world->revision(), Revision{2});
+  const WorldRobotPtr other = world->FindRobot("arm");
+  EXPECT_EQ(other->uid, "arm@2");
+  EXPECT_EQ(other->create_revision, Revision{2});
+  const auto deltas = RobotDifference(*before, *world);
+  ASSERT_EQ(deltas.size(), 2u);
+  EXPECT_EQ(deltas[0].before->uid, "arm@1");
+  EXPECT_EQ(deltas[0].after, nullptr);
+  EXPECT_EQ(deltas[1].before, nullptr);
+  EXPECT_EQ(deltas[1].after, other);
+}
+
+TEST_F(WorldRobots, MoveWithoutNewGeometry) {
+  Do({Of(PutArm("arm"))});
+  const WorldRobotPtr before = world->FindRobot("arm");
+  SetRobotState set = SetElbow("arm", 0.25);
+  set.X_WB = MakeTranslation(1, 2, 3);
+  Do({Of(set)});
+  const WorldRobotPtr after = world->FindRobot("arm");
+  EXPECT_EQ(after->robot, before->robot);
+  EXPECT_EQ(after->uid, before->uid);
+  EXPECT_EQ(after->state[0], 0.25);
+  EXPECT_EQ(after->X_WB.translation(), Vector3(1, 2, 3));
+  EXPECT_EQ(after->create_revision, Revision{1});
+  EXPECT_EQ(after->state_revision, Revision{2});
+  EXPECT_EQ(before->state[0], 0) << "older snapshots answer as they did";
+  // The state alone: the base stays.
+  Do({Of(SetElbow("arm", 0.5))});
+  EXPECT_EQ(world->FindRobot("arm")->X_WB.translation(), Vector3(1, 2, 3));
+}
+
+TEST_F(WorldRobots, ThatEndAsTheyWereMakeNoRevision) {
+  Do({Of(PutArm("arm"))});
+  const SnapshotPtr before = world;
+  Do({Of(SetElbow("arm", 0.5)), Of(SetElbow("arm", 0))});
+  Do({Of(PutArm("brief")), Of(RemoveRobot{"brief"})});
+  EXPECT_EQ(world, before);
+}
+
+TEST_F(WorldRobots, ChangeWithObjectsOrNotAtAll) {
+  Do({Of(PutArm("arm")), Of(Ball("ball"))});
+  const SnapshotPtr before = world;
+  EXPECT_EQ(Refusal({Of(SetElbow("arm", 1)), Of(RemoveObject{"ghost"})}).code(),
+            absl::StatusCode::kNotFound);
+  EXPECT_EQ(Refusal({Of(RemoveObject{"ball"}), Of(RemoveRobot{"ghost"})}).code(),
+            absl::StatusCode::kNotFound);
+  EXPECT_EQ(world, before);
+  Do({Of(SetElbow("arm", 1)), Of(RemoveObject{"ball"})});
+  EXPECT_EQ(world->revision(), Revision{2});
+  EXPECT_EQ(Difference(*before, *world).size(), 1u);
+  EXPECT_EQ(RobotDifference(*before, *world).size(), 1u);
+}
+
+TEST_F(WorldRobots, AreSharedBySnapshotsBetweenWhichNoneDiffers) {
+  Do({Of(PutArm("arm"))});
+  const SnapshotPtr before = world;
+  Do({Of(Ball("ball"))});
+  EXPECT_EQ(&before->robots(), &world->robots());
+  EXPECT_TRUE(RobotDifference(*before, *world).empty());
+}
+
+TEST_F(WorldRobots, AndObjectsDoNotShareNames) {
+  Do({Of(PutArm("arm")), Of(Ball("ball"))});
+  EXPECT_EQ(FieldAtFault(PutArm("ball")), "name");
+  EXPECT_EQ(FieldAtFault(Ball("arm")), "name");
+  EXPECT_THAT(std::string(Refusal({Of(Ball("arm"))}).message()), HasSubstr("a robot"));
+  EXPECT_THAT(std::string(Refusal({Of(PutArm("ball"))}).message()), HasSubstr("an object"));
+  // Once the list has freed the name, it is free.
+  Do({Of(RemoveObject{"ball"}), Of(PutArm("ball")), Of(RemoveRobot{"arm"}), Of(Ball("arm"))});
+  EXPECT_THAT(Names(), ElementsAre("ball"));
+  EXPECT_NE(world->Find("arm"), nullptr);
+}
+
+TEST_F(WorldRobots, ThatNoWorldMayHoldAreRefusedWithTheirField) {
+  PutRobot put = PutArm("arm");
+  EXPECT_EQ(FieldAtFault(PutArm("a b")), "name");
+  put.robot = nullptr;
+  EXPECT_EQ(FieldAtFault(put), "robot");
+  put = PutArm("arm");
+  put.state.pop_back();
+  EXPECT_EQ(FieldAtFault(put), "state");
+  put = PutArm("arm");
+  put.state[0] = std::nan("");
+  EXPECT_EQ(FieldAtFault(put), "state");
+  put = PutArm("arm");
+  put.X_WB.translation().x() = INFINITY;
+  EXPECT_EQ(FieldAtFault(put), "x_world_base");
+  Do({Of(PutArm("arm"))});
+  EXPECT_EQ(FieldAtFault(SetElbow("arm", std::nan(""))), "joints.values[0].value");
+  SetRobotState set = SetElbow("arm", 0);
+  set.X_WB = put.X_WB;
+  EXPECT_EQ(FieldAtFault(set), "x_world_base");
+}
+
+TEST_F(WorldRobots, AbortAListThatExpectedAnotherRevisionOfThem) {
+  Do({Of(PutArm("arm"))});
+  Do({Of(SetElbow("arm", 0.5))});
+  Change late = Of(SetElbow("arm", 1));
+  late.expected_object_revision = Revision{1};
+  EXPECT_EQ(Refusal({late}).code(), absl::StatusCode::kAborted);
+  late.expected_object_revision = Revision{2};
+  Do({late});
+  EXPECT_EQ(world->FindRobot("arm")->state[0], 1);
+  Change missing = Of(RemoveRobot{"ghost"});
+  missing.expected_object_revision = Revision{1};
+  EXPECT_EQ(Refusal({missing}).code(), absl::StatusCode::kAborted);
+}
+
+TEST(SameRobot, TellsApartWhatAnyAnswerCould) {
+  const auto arm = Arm();
+  EXPECT_TRUE(SameRobot(*arm, *Arm()));
+  const auto spheres = [&](double radius_m) {
+    SphereModel model;
+    model.links.resize(arm->model->links.size());
+    model.links[0].push_back({.center_L = Vector3::Zero(), .radius_m = radius_m});
+    return Arm(ArmUrdf(), ArmSrdf(), model);
+  };
+  EXPECT_TRUE(SameRobot(*spheres(0.1), *spheres(0.1)));
+  EXPECT_FALSE(SameRobot(*spheres(0.1), *spheres(0.2)));
+  EXPECT_FALSE(SameRobot(*arm, *spheres(0.1)));
+  EXPECT_FALSE(SameRobot(*arm, *Arm(ArmUrdf("leg"))));
+  EXPECT_FALSE(SameRobot(*arm, *Arm(ArmUrdf("arm", "0.11"))));
+  EXPECT_FALSE(SameRobot(*arm, *Arm(ArmUrdf(), ArmSrdf("0.6"))));
+  EXPECT_FALSE(SameRobot(*arm, *Arm(ArmUrdf(), "<robot name=\"arm\"/>")));
+  const auto with = [](const std::string& from, const std::string& to) {
+    std::string urdf = ArmUrdf();
+    const std::size_t at = urdf.find(from);
+    EXPECT_NE(at, std::string::npos) << from;
+    return Arm(urdf.replace(at, from.size(), to));
+  };
+  EXPECT_FALSE(SameRobot(*arm, *with("upper=\"0.5\"", "upper=\"0.6\"")));
+  EXPECT_FALSE(SameRobot(*arm, *with("xyz=\"0 0 0.2\"", "xyz=\"0 0 0.3\"")));
+  EXPECT_FALSE(SameRobot(*arm, *with("multiplier=\"-1\"", "multiplier=\"-2\"")));
+  EXPECT_FALSE(SameRobot(
+      *arm, *with("type=\"fixed\"><parent", "type=\"fixed\"><origin xyz=\"1 0 0\"/><parent")));
+}
+
+}  // namespace
+}  // namespace cwm::collision

@@ -1,0 +1,118 @@
+// `cwm robot` as a user types it.
+#include <gmock/gmock.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "tests/e2e/server_fixture.h"
+#include "tests/support/outside_data.h"
+
+namespace cwm::testing {
+namespace {
+
+using nlohmann::json;
+using ::testing::HasSubstr;
+
+constexpr char kTetrahedron[] =
+    "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
+constexpr char kUrdf[] = R"(<robot name="crane">
+<link name="base"><collision><geometry><mesh filename="package://crane/base.obj"/></geometry></collision></link>
+<link name="boom"><collision><geometry><mesh filename="boom.obj"/></geometry></collision></link>
+<joint name="swing" type="revolute"><parent link="base"/><child link="boom"/><axis xyz="0 0 1"/>
+<limit lower="-1" upper="2"/></joint></robot>
+)";
+
+class RobotCommand : public ServerTest {
+ protected:
+  void SetUp() override {
+    ServerTest::SetUp();
+    // packages/crane/base.obj, packages/crane/urdf/{crane.urdf,boom.obj}
+    std::filesystem::create_directories(scratch() / "packages/crane/urdf");
+    std::ofstream(scratch() / "packages/crane/base.obj") << kTetrahedron;
+    std::ofstream(scratch() / "packages/crane/urdf/boom.obj") << kTetrahedron;
+    std::ofstream(urdf()) << kUrdf;
+  }
+  std::string urdf() const { return scratch() / "packages/crane/urdf/crane.urdf"; }
+};
+
+TEST_F(RobotCommand, LoadsListsShowsAndRemovesARobot) {
+  const json loaded = CwmJson({"robot", "load", urdf(), "--x-world-base", "1,2,3"});
+  EXPECT_EQ(loaded.at("revision"), "1");
+  EXPECT_EQ(loaded.at("robot").at("name"), "crane");
+  EXPECT_EQ(loaded.at("robot").at("x_world_base").at("ty_m"), 2.0);
+  EXPECT_EQ(loaded.at("robot").at("links").at(0).at("triangle_count"), "4");
+  EXPECT_EQ(loaded.at("warnings").size(), 1u);
+  CwmJson({"robot", "load", urdf(), "--name", "another"});
+  EXPECT_EQ(CwmJson({"robot", "list"}).at("robots").size(), 2u);
+  const json shown = CwmJson({"robot", "get", "crane"});
+  ASSERT_EQ(shown.at("robots").size(), 1u);
+  EXPECT_EQ(shown["robots"][0].at("variables").at(0).at("upper"), 2.0);
+  EXPECT_EQ(CwmJson({"robot", "remove", "crane"}).at("revision"), "3");
+  EXPECT_EQ(CwmJson({"robot", "list"}).at("robots").size(), 1u);
+}
+
+TEST_F(RobotCommand, ShowsTablesToPeople) {
+  const Finished loaded = Cwm({"robot", "load", urdf()});
+  EXPECT_EQ(loaded.exit_code, 0) << loaded.err;
+  EXPECT_THAT(loaded.out, HasSubstr("crane"));
+  EXPECT_THAT(loaded.out, HasSubstr("swing"));
+  EXPECT_THAT(loaded.out, HasSubstr("revolute"));
+  EXPECT_THAT(loaded.err, HasSubstr("no SRDF was given"));
+  EXPECT_THAT(Cwm({"robot", "list"}).out, HasSubstr("crane"));
+  EXPECT_THAT(Cwm({"watch", "--once"}).out, HasSubstr("robot of 2 links"));
+}
+
+TEST_F(RobotCommand, SaysByItsExitCodeWhatWentWrong) {
+  EXPECT_EQ(Cwm({"robot"}).exit_code, 1);
+  EXPECT_EQ(Cwm({"robot", "load"}).exit_code, 1);
+  EXPECT_EQ(Cwm({"robot", "list"}).exit_code, 3) << "there is no world yet";
+  EXPECT_EQ(Cwm({"robot", "load", "/nowhere.urdf"}).exit_code, 8);
+  ASSERT_EQ(Cwm({"robot", "load", urdf()}).exit_code, 0);
+  const Finished unknown = Cwm({"robot", "get", "ghost"});
+  EXPECT_EQ(unknown.exit_code, 3);
+  EXPECT_THAT(unknown.err, HasSubstr("ROBOT_UNKNOWN"));
+  EXPECT_THAT(unknown.err, HasSubstr("hint: `cwm robot list`"));
+  EXPECT_EQ(Cwm({"robot", "remove", "ghost"}).exit_code, 3);
+  EXPECT_EQ(Cwm({"robot", "remove", "crane", "--expected-revision", "9"}).exit_code, 4);
+  std::ofstream(scratch() / "bad.urdf") << "<robot name=\"r\"><link/></robot>";
+  const Finished bad = Cwm({"robot", "load", scratch() / "bad.urdf"});
+  EXPECT_EQ(bad.exit_code, 8);
+  EXPECT_THAT(bad.err, HasSubstr("link"));
+}
+
+TEST_F(RobotCommand, LooksForMeshesInPackages) {
+  const std::string alone = scratch() / "alone.urdf";
+  std::filesystem::copy_file(urdf(), alone);
+  std::filesystem::copy_file(scratch() / "packages/crane/urdf/boom.obj", scratch() / "boom.obj");
+  const Finished lost = Cwm({"robot", "load", alone});
+  EXPECT_EQ(lost.exit_code, 8);
+  EXPECT_THAT(lost.err, HasSubstr("package://crane/base.obj"));
+  EXPECT_THAT(lost.err, HasSubstr("--package-dir"));
+  const Finished found = Cwm({"robot", "load", alone, "--package-dir", scratch() / "nothing",
+                              "--package-dir", scratch() / "packages"});
+  EXPECT_EQ(found.exit_code, 0) << found.err;
+}
+
+TEST_F(RobotCommand, LoadsThePandaOfMotionBenchMaker) {
+  const auto panda = OutsideData("motion_bench_maker/panda");
+  if (!panda) GTEST_SKIP() << "the Panda (motion_bench_maker) is not in CWM_DATA";
+  const json loaded =
+      CwmJson({"robot", "load", *panda + "/panda.urdf", "--srdf", *panda + "/panda.srdf",
+               "--spheres", *panda + "/panda_spherized.urdf", "--package-dir", *panda});
+  const json& robot = loaded.at("robot");
+  EXPECT_EQ(robot.at("name"), "panda");
+  EXPECT_EQ(robot.at("links").size(), 13u);
+  EXPECT_EQ(robot.at("variables").size(), 7u);
+  int with_shapes = 0, spheres = 0;
+  for (const json& link : robot["links"]) {
+    with_shapes += link.at("collision_count").get<int>() > 0 ? 1 : 0;
+    spheres += link.at("sphere_count").get<int>();
+  }
+  EXPECT_EQ(with_shapes, 11);
+  EXPECT_EQ(spheres, 59);
+  EXPECT_THAT(loaded.at("warnings").dump(), HasSubstr("open mesh"));
+  EXPECT_THAT(Cwm({"robot", "get", "panda"}).out, HasSubstr("panda_arm"));
+}
+
+}  // namespace
+}  // namespace cwm::testing

@@ -1,0 +1,151 @@
+#include "server/core/load_robot.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "server/core/error.h"
+#include "tests/collision/world/test_arm.h"
+#include "tests/server/core/test_objects.h"
+
+namespace cwm::server {
+namespace {
+
+using collision::testing::Arm;
+using collision::testing::ArmSrdf;
+using collision::testing::ArmUrdf;
+using collision::testing::JointText;
+using collision::testing::Links;
+using collision::testing::PutArm;
+using collision::testing::Robot;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+constexpr char kTetrahedron[] =
+    "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
+constexpr char kTriangle[] = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+
+std::string MeshLink(const std::string& name, const std::string& uri) {
+  return "<link name=\"" + name + "\"><collision><geometry><mesh filename=\"" + uri +
+         "\"/></geometry></collision></link>\n";
+}
+
+absl::Status Refusal(RobotFiles files, const collision::RobotLimits& limits = {}) {
+  return ReadRobot(std::move(files), limits, {}).status();
+}
+
+void ExpectField(const absl::Status& status, const std::string& field, const std::string& rule) {
+  const ErrorDetails details = DetailsOf(status);
+  EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument) << status;
+  EXPECT_EQ(details.reason, "INVALID_FIELD");
+  ASSERT_EQ(details.fields.size(), 1u);
+  EXPECT_EQ(details.fields[0].field, field);
+  EXPECT_THAT(details.fields[0].description, HasSubstr(rule));
+}
+
+TEST(ReadRobot, ReadsEachFileForItsPart) {
+  RobotFiles files{.urdf = Robot(MeshLink("a", "package://p/a.obj") + MeshLink("b", "b.obj") +
+                                 JointText("j", "revolute", "a", "b"))};
+  files.srdf = "<robot name=\"r\"><group name=\"g\"><joint name=\"j\"/></group></robot>";
+  files.spheres = Robot(collision::testing::Ball("a"));
+  files.meshes = {{"package://p/a.obj", kTetrahedron}, {"b.obj", kTetrahedron}};
+  const auto robot = ReadRobot(files, {}, {});
+  ASSERT_TRUE(robot.ok()) << robot.status();
+  EXPECT_EQ((*robot)->geometry->parts.size(), 2u);
+  EXPECT_NE((*robot)->model->FindGroup("g"), nullptr);
+  ASSERT_TRUE((*robot)->spheres_as_given.has_value());
+  EXPECT_EQ((*robot)->spheres_as_given->links[0].size(), 1u);
+}
+
+TEST(ReadRobot, NamesTheFileThePlaceAndTheRule) {
+  ExpectField(Refusal({.urdf = Robot(MeshLink("hand", "package://p/hand.stl"))}), "header.urdf",
+              "link \"hand\": collision: geometry: mesh filename is \"package://p/hand.stl\": must "
+              "be one of the files sent along");
+  ExpectField(Refusal({.urdf = "<robot"}), "header.urdf", "");
+  ExpectField(Refusal({.urdf = Robot(Links("ab") + JointText("j", "fixed", "a", "b") +
+                                     JointText("k", "fixed", "b", "a"))}),
+              "header.urdf", "");
+  ExpectField(Refusal({.urdf = Robot(Links("ab") + JointText("j", "revolute", "a", "b", ""))}),
+              "header.urdf", "limit");
+  ExpectField(Refusal({.urdf = Robot(Links("ab") + JointText("j", "fixed", "a", "b",
+                                                             "<origin xyz=\"nan 0 0\"/>"))}),
+              "header.urdf", "nan");
+  ExpectField(Refusal({.urdf = "<!DOCTYPE r [<!ENTITY a \"&b;&b;\"><!ENTITY b \"bang\">]>"
+                               "<robot name=\"&a;\"/>"}),
+              "header.urdf", "must not have a DOCTYPE");
+  ExpectField(Refusal({.urdf = ArmUrdf(), .srdf = ArmSrdf("nan")}), "header.srdf", "nan");
+  ExpectField(Refusal({.urdf = ArmUrdf(),
+                       .srdf = "<robot name=\"arm\"><group_state name=\"s\" "
+                               "group=\"ghost\"/></robot>"}),
+              "header.srdf", "ghost");
+  ExpectField(Refusal({.urdf = ArmUrdf(), .spheres = Robot(Links("z"))}), "header.spheres",
+              "must be a link");
+}
+
+TEST(ReadRobot, SaysWhichLimitIsTooSmall) {
+  const auto expect = [](RobotFiles files, const collision::RobotLimits& limits,
+                         const std::string& rule) {
+    const absl::Status status = Refusal(std::move(files), limits);
+    EXPECT_EQ(status.code(), absl::StatusCode::kResourceExhausted) << status;
+    EXPECT_EQ(DetailsOf(status).reason, "ROBOT_TOO_LARGE");
+    EXPECT_THAT(std::string(status.message()), HasSubstr(rule));
+  };
+  expect({.urdf = ArmUrdf()}, {.max_links = 6}, "at most 6 links");
+  expect({.urdf = ArmUrdf()}, {.max_xml_bytes = 100}, "at most 100");
+  expect({.urdf = ArmUrdf(), .srdf = ArmSrdf()}, {.max_groups = 0}, "at most 0");
+  const RobotFiles mesh{.urdf = Robot(MeshLink("a", "a.obj")), .meshes = {{"a.obj", kTetrahedron}}};
+  expect(mesh, {.max_mesh_bytes = 10}, "at most 10");
+  expect(mesh, {.max_mesh_triangles = 3}, "at most 3 triangles");
+  expect(mesh, {.max_triangles = 3}, "at most 3 triangles together");
+}
+
+TEST(ReadRobot, EndsWhenItIsStopped) {
+  std::stop_source stop;
+  stop.request_stop();
+  EXPECT_EQ(
+      ReadRobot({.urdf = Robot(MeshLink("a", "a.obj"))}, {}, stop.get_token()).status().code(),
+      absl::StatusCode::kCancelled);
+  EXPECT_EQ(ReadRobot({.urdf = ArmUrdf()}, {}, stop.get_token()).status().code(),
+            absl::StatusCode::kCancelled);
+}
+
+TEST(WarningsOfARobot, TellWhatAnswersDependOn) {
+  EXPECT_THAT(WarningsOf(*Arm(), true),
+              ElementsAre("links fore, left, right, free without collision geometry: never in "
+                          "collision"));
+  RobotFiles files{.urdf = Robot(MeshLink("a", "a.obj") + MeshLink("b", "b.obj") +
+                                 JointText("j", "fixed", "a", "b")),
+                   .meshes = {{"a.obj", kTetrahedron}, {"b.obj", kTriangle}}};
+  const auto robot = ReadRobot(files, {}, {});
+  ASSERT_TRUE(robot.ok()) << robot.status();
+  EXPECT_THAT(WarningsOf(**robot, true),
+              ElementsAre("link b with an open mesh: surfaces alone, without an inside"));
+  EXPECT_EQ(WarningsOf(**robot, false).size(), 2u);
+}
+
+TEST(LoadRobot, MakesOneRevisionAndNoneTheSecondTime) {
+  World world{"w", "uid", {}};
+  const auto first = LoadRobot(world, PutArm("arm"), {}, {});
+  ASSERT_TRUE(first.ok()) << first.status();
+  EXPECT_EQ(first->revision.value, 1);
+  EXPECT_EQ(LoadRobot(world, PutArm("arm"), {}, {})->revision.value, 1);
+  EXPECT_EQ(RemoveRobot(world, "arm", {})->revision.value, 2);
+  EXPECT_EQ(DetailsOf(RemoveRobot(world, "arm", {}).status()).reason, "ROBOT_UNKNOWN");
+}
+
+TEST(LoadRobot, RefusesTheNameOfAnObjectAndTooManyRobots) {
+  World world{"w", "uid", {}};
+  ASSERT_TRUE(world.Apply(std::vector{Put("crate")}, {}).ok());
+  ExpectField(LoadRobot(world, PutArm("crate"), {}, {}).status(), "header.name", "object");
+  Limits limits;
+  limits.max_robots = 1;
+  ASSERT_TRUE(LoadRobot(world, PutArm("arm"), {}, limits).ok());
+  const auto second = LoadRobot(world, PutArm("leg"), {}, limits);
+  EXPECT_EQ(second.status().code(), absl::StatusCode::kResourceExhausted);
+  EXPECT_THAT(std::string(second.status().message()), HasSubstr("max_robots"));
+  EXPECT_TRUE(LoadRobot(world, PutArm("arm", Arm(ArmUrdf("arm", "0.2"))), {}, limits).ok())
+      << "one that takes the place of another";
+}
+
+}  // namespace
+}  // namespace cwm::server
