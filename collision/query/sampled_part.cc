@@ -100,16 +100,16 @@ void SampledPart::Measure(const BlockPoints& points_W, const BlockDistances& rea
         std::max(first_m - (p - first).norm(), bounds_W_->exteriorDistance(p));
     distances_m.lane[i] = at_least_m > limit_m + kKinkReach_m
                               ? NearestLanes::kNone
-                              : DistanceInShape_m(X_WP_.inverse() * p, limit_m + 2 * kKinkReach_m);
+                              : DistanceInShape_m(InShape(p), limit_m + 2 * kKinkReach_m);
   }
 }
 
 double SampledPart::Distance_m(const Vector3& p_W) const {
-  return DistanceInShape_m(X_WP_.inverse() * p_W, std::numeric_limits<double>::infinity());
+  return DistanceInShape_m(InShape(p_W), std::numeric_limits<double>::infinity());
 }
 
 PointSample SampledPart::Sample(const Vector3& p_W, double distance_m) const {
-  const Vector3 p = X_WP_.inverse() * p_W;
+  const Vector3 p = InShape(p_W);
   PointSample sample = tree_ != nullptr ? SampleMesh(*tree_, watertight_, p, distance_m)
                        : profile_       ? SampleProfile(p)
                                         : SampleConvex(std::get<Convex>(part_->shape), p);

@@ -56,6 +56,9 @@ class SampledPart {
   void Prepare(const Convex& convex);
   void Prepare(const Mesh& mesh);
   void PrepareProfile(PlaneProfile profile, LaneSolid::Form form);
+  Vector3 InShape(const Vector3& p_W) const {
+    return X_WP_.linear().transpose() * (p_W - X_WP_.translation());
+  }
   PointSample SampleProfile(const Vector3& p) const;
   double DistanceInShape_m(const Vector3& p, double max_distance_m) const;
 
