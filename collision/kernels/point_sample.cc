@@ -135,9 +135,11 @@ PointSample SampleConvex(const Convex& convex, const Vector3& p) {
   return {at.signed_distance_m, at.normal, near && FacesPullTwoWays(*convex.hull, p)};
 }
 
-PointSample SampleMesh(const TriangleTree& tree, bool watertight, const Vector3& p) {
-  const auto nearest = tree.NearestPoint(p, std::numeric_limits<double>::infinity());
-  const double sign = watertight && tree.Encloses(p) ? -1 : 1;
+PointSample SampleMesh(const TriangleTree& tree, bool watertight, const Vector3& p,
+                       double distance_m) {
+  // Who knows how far the surface is finds the place sooner.
+  const auto nearest = tree.NearestPoint(p, std::abs(distance_m) + kKinkReach_m);
+  const double sign = distance_m < 0 ? -1 : 1;
   // Below, the direction to the surface is made of rounding.
   const bool on_surface = nearest.distance_m <= kKinkReach_m;
   const Vector3 gradient =

@@ -21,9 +21,11 @@ PointSample SampleRevolved(const PlaneProfile& profile, const Vector3& p);
 PointSample SamplePlate(const PlaneProfile& outline, double thickness_m, const Vector3& p);
 PointSample SampleConvex(const Convex& convex, const Vector3& p);
 
-// Of a mesh by its tree; an open one has no inside, and a kink all over its surface. Some distance
-// beyond `max_distance_m` for what lies farther outside than that.
-PointSample SampleMesh(const TriangleTree& tree, bool watertight, const Vector3& p);
+// Of a mesh by its tree; an open one has no inside, and a kink all over its surface. `distance_m` is
+// what MeshDistance_m told of the point.
+PointSample SampleMesh(const TriangleTree& tree, bool watertight, const Vector3& p,
+                       double distance_m);
+// Some distance beyond `max_distance_m` for what lies farther outside than that.
 double MeshDistance_m(const TriangleTree& tree, bool watertight, const Vector3& p,
                       double max_distance_m);
 

@@ -152,10 +152,11 @@ void PointSampler::AnswerLanes(const int* lanes, int count, std::span<const std:
     for (int i = 0; i < count; ++i) columns.state[rows[lanes[i]]] = SampleState::kBeyond;
     return;
   }
-  const SampledPart& part = *candidates_[static_cast<std::size_t>(index)].part;
+  const Candidate& candidate = candidates_[static_cast<std::size_t>(index)];
+  const SampledPart& part = *candidate.part;
   if (part.lanes() == nullptr) {
     for (int i = 0; i < count; ++i) {
-      Write(lanes[i], part.Sample(PointOf(lanes[i])), rows[lanes[i]], columns);
+      Write(lanes[i], SampleOf(candidate, lanes[i]), rows[lanes[i]], columns);
     }
     return;
   }
@@ -171,8 +172,10 @@ void PointSampler::AnswerLanes(const int* lanes, int count, std::span<const std:
   for (int i = 0; i < count; ++i) Write(lanes[i], SampleAt(samples, i), rows[lanes[i]], columns);
 }
 
-PointSample PointSampler::SampleOf(const SampledPart& part, const Vector3& p_W) const {
-  if (part.lanes() == nullptr) return part.Sample(p_W);
+PointSample PointSampler::SampleOf(const Candidate& candidate, int lane) const {
+  const Vector3 p_W = PointOf(lane);
+  const SampledPart& part = *candidate.part;
+  if (part.lanes() == nullptr) return part.Sample(p_W, candidate.distances_m.lane[lane]);
   LanePoints<kSampleLanes> points;
   std::fill_n(points.x, kSampleLanes, p_W.x());
   std::fill_n(points.y, kSampleLanes, p_W.y());
@@ -212,7 +215,7 @@ bool PointSampler::OthersPullElsewhere(int lane, const PointSample& sample) cons
   const auto nearest = static_cast<std::size_t>(nearest_.candidate[lane]);
   for (std::size_t k = 0; k < candidates_.size(); ++k) {
     if (k == nearest || candidates_[k].distances_m.lane[lane] > reach_m) continue;
-    const PointSample other = SampleOf(*candidates_[k].part, PointOf(lane));
+    const PointSample other = SampleOf(candidates_[k], lane);
     if (other.kink || Differ(other.gradient, sample.gradient)) return true;
   }
   return false;
@@ -226,7 +229,7 @@ bool PointSampler::IsCovered(int lane, const Vector3& way_out_W) const {
     const Candidate& other = candidates_[k];
     if (k == nearest || other.part->is_open()) continue;
     if (other.distances_m.lane[lane] > depth_m + kTouching_m) continue;
-    if (SampleOf(*other.part, way_out_W).distance_m <= kTouching_m) return true;
+    if (other.part->Distance_m(way_out_W) <= kTouching_m) return true;
   }
   return false;
 }
@@ -236,10 +239,11 @@ PointSampler::Depth PointSampler::DepthOf(int lane, const PointSample& sample) {
   const double depth_m = -sample.distance_m;
   const Vector3 p_W = PointOf(lane);
   if (!IsCovered(lane, p_W + depth_m * sample.gradient)) return {Trust::kExact, 0};
-  // Steps grow so that the way out of a room's worth of solids is found, however shallow each is.
-  constexpr int kMostSteps = 48;
-  constexpr double kGrowth = 1.2;
-  double way_m = depth_m, least_step_m = 0.01 * depth_m + kTouching_m;
+  // Steps grow, so that they reach a hundred times as far as the depth. Some microseconds each: who
+  // finds no way out by then is under the ground.
+  constexpr int kMostSteps = 16;
+  constexpr double kGrowth = 1.6;
+  double way_m = depth_m, least_step_m = 0.05 * depth_m + kTouching_m;
   for (int step = 0; step < kMostSteps; ++step) {
     const double distance_m = SolidDistance_m(p_W + way_m * sample.gradient);
     if (distance_m > kTouching_m) return {Trust::kBounded, way_m - depth_m};
@@ -256,7 +260,7 @@ double PointSampler::SolidDistance_m(const Vector3& p_W) {
                                  [&](const WorldObject& object, double) {
                                    for (const SampledPart& part : parts_.Of(object)) {
                                      if (part.is_open() || !part.bounds_W().contains(p_W)) continue;
-                                     least_m = std::min(least_m, SampleOf(part, p_W).distance_m);
+                                     least_m = std::min(least_m, part.Distance_m(p_W));
                                    }
                                    return 2 * kTouching_m;
                                  });

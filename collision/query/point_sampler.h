@@ -47,7 +47,7 @@ class PointSampler {
   void AnswerBlock(std::span<const std::uint32_t> rows, PointColumns& columns);
   void AnswerLanes(const int* lanes, int count, std::span<const std::uint32_t> rows,
                    PointColumns& columns);
-  PointSample SampleOf(const SampledPart& part, const Vector3& p_W) const;
+  PointSample SampleOf(const Candidate& candidate, int lane) const;
   void Write(int lane, const PointSample& sample, std::size_t row, PointColumns& columns);
   bool OthersPullElsewhere(int lane, const PointSample& sample) const;
   Depth DepthOf(int lane, const PointSample& sample);

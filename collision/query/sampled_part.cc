@@ -100,32 +100,31 @@ void SampledPart::Measure(const BlockPoints& points_W, const BlockDistances& rea
         std::max(first_m - (p - first).norm(), bounds_W_->exteriorDistance(p));
     distances_m.lane[i] = at_least_m > limit_m + kKinkReach_m
                               ? NearestLanes::kNone
-                              : DistanceInShape_m(X_WP_.inverse() * p, limit_m + 2 * kKinkReach_m);
+                              : DistanceInShape_m(InShape(p), limit_m + 2 * kKinkReach_m);
   }
 }
 
 double SampledPart::Distance_m(const Vector3& p_W) const {
-  return DistanceInShape_m(X_WP_.inverse() * p_W, std::numeric_limits<double>::infinity());
+  return DistanceInShape_m(InShape(p_W), std::numeric_limits<double>::infinity());
 }
 
-PointSample SampledPart::Sample(const Vector3& p_W) const {
-  PointSample sample = SampleInShape(X_WP_.inverse() * p_W);
+PointSample SampledPart::Sample(const Vector3& p_W, double distance_m) const {
+  const Vector3 p = InShape(p_W);
+  PointSample sample = tree_ != nullptr ? SampleMesh(*tree_, watertight_, p, distance_m)
+                       : profile_       ? SampleProfile(p)
+                                        : SampleConvex(std::get<Convex>(part_->shape), p);
   sample.gradient = X_WP_.linear() * sample.gradient;
   return sample;
 }
 
-PointSample SampledPart::SampleInShape(const Vector3& p) const {
-  if (tree_ != nullptr) return SampleMesh(*tree_, watertight_, p);
-  if (solid_.form == LaneSolid::Form::kPlate) return SamplePlate(*profile_, solid_.size[0], p);
-  if (profile_) return SampleRevolved(*profile_, p);
-  if (const auto* convex = std::get_if<Convex>(&part_->shape)) return SampleConvex(*convex, p);
-  const SurfacePoint at = NearestSurfacePoint(part_->shape, p);
-  return {at.signed_distance_m, at.normal, false};
+PointSample SampledPart::SampleProfile(const Vector3& p) const {
+  return solid_.form == LaneSolid::Form::kPlate ? SamplePlate(*profile_, solid_.size[0], p)
+                                                : SampleRevolved(*profile_, p);
 }
 
 double SampledPart::DistanceInShape_m(const Vector3& p, double max_distance_m) const {
   if (tree_ != nullptr) return MeshDistance_m(*tree_, watertight_, p, max_distance_m);
-  return profile_ ? SampleInShape(p).distance_m : SignedDistance_m(part_->shape, p);
+  return profile_ ? SampleProfile(p).distance_m : SignedDistance_m(part_->shape, p);
 }
 
 std::span<const SampledPart> SampledParts::Of(const WorldObject& object) {

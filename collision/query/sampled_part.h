@@ -42,7 +42,8 @@ class SampledPart {
 
   // Whether SampleLanes answers for it; else Sample does, one by one.
   const LaneSolid* lanes() const { return short_formula_ ? &solid_ : nullptr; }
-  PointSample Sample(const Vector3& p_W) const;
+  // `distance_m` is what Measure or Distance_m told of the point.
+  PointSample Sample(const Vector3& p_W, double distance_m) const;
 
  private:
   void Prepare(const Sphere& sphere);
@@ -55,7 +56,10 @@ class SampledPart {
   void Prepare(const Convex& convex);
   void Prepare(const Mesh& mesh);
   void PrepareProfile(PlaneProfile profile, LaneSolid::Form form);
-  PointSample SampleInShape(const Vector3& p) const;
+  Vector3 InShape(const Vector3& p_W) const {
+    return X_WP_.linear().transpose() * (p_W - X_WP_.translation());
+  }
+  PointSample SampleProfile(const Vector3& p) const;
   double DistanceInShape_m(const Vector3& p, double max_distance_m) const;
 
   Id id_;

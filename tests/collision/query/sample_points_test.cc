@@ -150,6 +150,19 @@ TEST(SamplePoints, WhereAnotherSolidCoversTheWayOutTheDepthIsABound) {
   EXPECT_TRUE(free.bounds.empty());
 }
 
+TEST(SamplePoints, ACoverCountsHoweverMuchNearerOtherSolidsAre) {
+  const auto put = [](const std::string& name, const Shape& shape, double z_m) {
+    return PutOf(name, {{.X_FS = Pose::Identity(), .shape = shape}}, MakeTranslation(0, 0, z_m));
+  };
+  // 0.3 m below the top of a block, 5 mm above a marble in it; a lid begins 0.25 m above.
+  const auto world =
+      WorldOf({put("block", Box{{4, 4, 4}}, -1.7), put("lid", Box{{1, 1, 0.2}}, 0.35),
+               put("marble", Sphere{0.01}, -0.015)});
+  const PointColumns covered = SampleOne(*world, {0, 0, 0});
+  EXPECT_NEAR(covered.distance_m[0], -0.3, 1e-12);
+  EXPECT_EQ(covered.trust[0], Trust::kBounded);
+}
+
 TEST_F(SamplePointsTest, NoPointIsDeeperThanItsBoundSays) {
   // Boxes that overlap: the union's depth by the nearest of many points outside.
   std::vector<Change> changes;

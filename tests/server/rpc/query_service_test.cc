@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cstring>
+#include <limits>
 
 #include "server/core/geometry_store.h"
 #include "tests/server/rpc/running_server.h"
@@ -200,8 +201,7 @@ TEST_F(QueryTest, ARayThatHitsAnOpenSurfaceSaysSo) {
 
 TEST_F(QueryTest, PointsAreSampledAndThoseBesideNothingHaveNoDistance) {
   v1::SamplePointsRequest request;
-  const double points[9] = {1, 0, 0, 50, 0,
-                            0, 0, 0, 0};  // to the left's face; nowhere; in its middle
+  const double points[9] = {0.9, 0, 0, 50, 0, 0, 0, 0, 0};
   request.mutable_points()->set_data(points, sizeof(points));
   request.mutable_options()->set_max_distance_m(5);
   v1::SamplePointsResponse columns;
@@ -220,7 +220,7 @@ TEST_F(QueryTest, PointsAreSampledAndThoseBesideNothingHaveNoDistance) {
   ASSERT_TRUE(query_->SamplePoints(&rows_call, request, &rows).ok());
   ASSERT_EQ(rows.rows_size(), 3);
   EXPECT_EQ(rows.rows(0).object(), "left");
-  EXPECT_NEAR(rows.rows(0).distance_m(), 0.9, kExact_m);
+  EXPECT_NEAR(rows.rows(0).distance_m(), 0.8, kExact_m);
   EXPECT_NEAR(rows.rows(0).gradient().x(), 1, kExact_m);
   EXPECT_EQ(rows.rows(0).trust(), v1::TRUST_EXACT);
   EXPECT_EQ(rows.rows(1).state(), v1::SAMPLE_STATE_BEYOND);
