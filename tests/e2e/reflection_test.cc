@@ -33,7 +33,7 @@ TEST_F(Reflection, ListsEveryService) {
   ASSERT_EQ(run.exit_code, 0) << run.err;
   for (const char* service :
        {"cwm.v1.PerceptionService", "cwm.v1.WorldService", "cwm.v1.QueryService",
-        "cwm.v1.AdminService", "grpc.health.v1.Health"}) {
+        "cwm.v1.AdminService", "cwm.v1.RobotService", "grpc.health.v1.Health"}) {
     EXPECT_NE(run.out.find(service), std::string::npos) << service << " not in " << run.out;
   }
 }

@@ -1,6 +1,7 @@
 // `cwm robot` as a user types it.
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 
@@ -44,6 +45,8 @@ TEST_F(RobotCommand, LoadsListsShowsAndRemovesARobot) {
   EXPECT_EQ(loaded.at("warnings").size(), 1u);
   CwmJson({"robot", "load", urdf(), "--name", "another"});
   EXPECT_EQ(CwmJson({"robot", "list"}).at("robots").size(), 2u);
+  const std::string lines = Cwm({"-o", "ndjson", "robot", "list"}).out;
+  EXPECT_EQ(std::count(lines.begin(), lines.end(), '\n'), 2) << lines;
   const json shown = CwmJson({"robot", "get", "crane"});
   ASSERT_EQ(shown.at("robots").size(), 1u);
   EXPECT_EQ(shown["robots"][0].at("variables").at(0).at("upper"), 2.0);

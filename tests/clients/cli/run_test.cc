@@ -34,7 +34,7 @@ TEST(Run, PrintsHelpOnStdoutWithExamplesFirst) {
   EXPECT_LT(help.out.find("Examples:"), help.out.find("Usage"));
   for (const char* command :
        {"status", "segment", "report", "ingest", "objects", "get", "put", "move", "remove",
-        "import", "distance", "contacts", "check", "ray", "sample", "watch", "call"}) {
+        "import", "robot", "distance", "contacts", "check", "ray", "sample", "watch", "call"}) {
     EXPECT_THAT(help.out, HasSubstr(std::string("  ") + command + " "));
   }
   EXPECT_EQ(help.err, "");

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 
+#include "grpc/health/v1/health.grpc.pb.h"
 #include "proto/transfer/crc32c.h"
 #include "tests/collision/world/test_arm.h"
 #include "tests/server/rpc/running_server.h"
@@ -390,6 +391,16 @@ TEST_F(RobotServiceTest, AWorldSaysHowManyRobotsItHas) {
   ASSERT_TRUE(world_->GetWorld(&call, {}, &response).ok());
   EXPECT_EQ(response.world().robot_count(), 1);
   EXPECT_EQ(response.world().object_count(), 0);
+}
+
+TEST_F(RobotServiceTest, IsHealthy) {
+  Call call;
+  grpc::health::v1::HealthCheckRequest request;
+  request.set_service("cwm.v1.RobotService");
+  grpc::health::v1::HealthCheckResponse response;
+  const auto health = grpc::health::v1::Health::NewStub(Dial());
+  ASSERT_TRUE(health->Check(&call, request, &response).ok());
+  EXPECT_EQ(response.status(), grpc::health::v1::HealthCheckResponse::SERVING);
 }
 
 TEST_F(RobotServiceTest, AClientThatGoesAwayLeavesNothingBehind) {
