@@ -235,10 +235,15 @@ TEST_F(SamplePointsTest, ATimeBudgetCompletesAPrefix) {
   QueryOptions options;
   for (const int threads : {1, 2}) {
     options.threads = threads;
-    options.give_up_at = std::chrono::steady_clock::now() + std::chrono::milliseconds(100);
-    const PointColumns some = *SamplePoints(*world_, points, options);
+    // As long as it takes for the first of them, and a little more: however slow the machine is.
+    std::chrono::duration<double> budget = std::chrono::milliseconds(10);
+    PointColumns some;
+    for (; some.completed == 0; budget *= 1.25) {
+      options.give_up_at = std::chrono::steady_clock::now() +
+                           std::chrono::duration_cast<std::chrono::nanoseconds>(budget);
+      some = *SamplePoints(*world_, points, options);
+    }
     ASSERT_LT(some.completed, points.size());
-    ASSERT_GT(some.completed, 0u);
     ASSERT_EQ(some.distance_m.size(), some.completed);
     const PointColumns all = *SamplePoints(*world_, std::span(points).first(some.completed), {});
     ExpectSame(all, some);
