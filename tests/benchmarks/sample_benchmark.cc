@@ -43,7 +43,7 @@ std::vector<Vector3> PointsOfTrajectories() {
     const int trajectory = static_cast<int>(points.size()) / (kBalls * kSteps);
     const double share = static_cast<double>(step % kSteps) / kSteps;
     for (int ball = 0; ball < kBalls; ++ball) {
-      const int line = trajectory * kBalls + ball;
+      const auto line = static_cast<std::size_t>(trajectory * kBalls + ball);
       points.emplace_back((1 - share) * ends[2 * line].translation() +
                           share * ends[2 * line + 1].translation());
     }
