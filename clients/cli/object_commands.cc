@@ -6,6 +6,7 @@
 #include "absl/strings/ascii.h"
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
+#include "clients/cli/all_pages.h"
 #include "clients/cli/commands.h"
 #include "clients/cli/enum_names.h"
 #include "clients/cli/exit_code.h"
@@ -62,25 +63,11 @@ absl::StatusOr<pb::ListObjectsRequest> ToRequest(const ListArguments& arguments,
   return request;
 }
 
-// All pages as one reply.
-absl::StatusOr<pb::ListObjectsResponse> ListAll(Session& session, pb::ListObjectsRequest request) {
-  const client::Connection& connection = session.connection();
-  pb::ListObjectsResponse all;
-  do {
-    const auto page =
-        connection.Call(&pb::WorldService::Stub::ListObjects, connection.worlds(), request);
-    if (!page.ok()) return page.status();
-    request.set_page_token(page->next_page_token());
-    all.MergeFrom(*page);
-  } while (!request.page_token().empty());
-  all.clear_next_page_token();
-  return all;
-}
-
 absl::Status List(Session& session, const ListArguments& arguments) {
   const auto request = ToRequest(arguments, session);
   if (!request.ok()) return request.status();
-  const auto response = ListAll(session, *request);
+  const auto response = AllPages<pb::ListObjectsResponse>(
+      session, &pb::WorldService::Stub::ListObjects, session.connection().worlds(), *request);
   if (!response.ok()) return response.status();
   session.PrintList(
       *response,

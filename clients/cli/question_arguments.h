@@ -2,6 +2,7 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdint>
 #include <functional>
 #include <optional>
@@ -61,6 +62,32 @@ absl::StatusOr<Response> AskAll(Session& session, Method method,
     if (answer->completed_count() < static_cast<std::int64_t>(RowCount(subject))) break;
   }
   all.set_completed_count(completed);  // a prefix of all rows
+  return all;
+}
+
+// The same about rows of numbers, in as many messages as it takes: `set` gives some of the rows to a
+// request.
+template <class Request, class Response, class Method, class Row, class Set>
+absl::StatusOr<Response> AskInMessages(Session& session, Method method,
+                                       const std::vector<Row>& rows, cwm::v1::QueryOptions options,
+                                       Set set) {
+  Response all;
+  std::int64_t completed = 0;
+  for (std::size_t begin = 0; begin < rows.size(); begin += kMaxMessageRows) {
+    const std::size_t end = std::min(begin + kMaxMessageRows, rows.size());
+    Request request;
+    request.set_world(session.world);
+    set(std::vector<Row>(&rows[begin], &rows[begin] + (end - begin)), request);
+    *request.mutable_options() = options;
+    const auto answer = session.connection().Call(method, session.connection().queries(), request);
+    if (!answer.ok()) return answer.status();
+    all.MergeFrom(*answer);
+    completed += answer->completed_count();
+    if (answer->completed_count() < static_cast<std::int64_t>(end - begin)) break;
+    options.mutable_at_revision()->set_exact(answer->revision());
+    options.set_world_uid(answer->world_uid());
+  }
+  all.set_completed_count(completed);
   return all;
 }
 

@@ -108,28 +108,13 @@ void PrintHits(const pb::CastRaysResponse& response, Session& session) {
 }
 
 absl::StatusOr<pb::CastRaysResponse> Cast(Session& session, const std::vector<client::RayRow>& rays,
-                                          pb::QueryOptions options) {
-  pb::CastRaysResponse all;
-  std::int64_t completed = 0;
-  for (std::size_t begin = 0; begin < rays.size(); begin += kMaxMessageRows) {
-    const std::size_t end = std::min(begin + kMaxMessageRows, rays.size());
-    pb::CastRaysRequest request;
-    request.set_world(session.world);
-    request.mutable_rays()->set_scalar(pb::SCALAR_F64);
-    request.mutable_rays()->set_data(
-        client::RowBytes(std::vector<client::RayRow>(&rays[begin], &rays[begin] + (end - begin))));
-    *request.mutable_options() = options;
-    const auto answer = session.connection().Call(&pb::QueryService::Stub::CastRays,
-                                                  session.connection().queries(), request);
-    if (!answer.ok()) return answer.status();
-    all.MergeFrom(*answer);
-    completed += answer->completed_count();
-    if (answer->completed_count() < static_cast<std::int64_t>(end - begin)) break;
-    options.mutable_at_revision()->set_exact(answer->revision());
-    options.set_world_uid(answer->world_uid());
-  }
-  all.set_completed_count(completed);
-  return all;
+                                          const pb::QueryOptions& options) {
+  return AskInMessages<pb::CastRaysRequest, pb::CastRaysResponse>(
+      session, &pb::QueryService::Stub::CastRays, rays, options,
+      [](const std::vector<client::RayRow>& some, pb::CastRaysRequest& request) {
+        request.mutable_rays()->set_scalar(pb::SCALAR_F64);
+        request.mutable_rays()->set_data(client::RowBytes(some));
+      });
 }
 
 absl::Status RayCommand(Session& session, const RayArguments& arguments) {

@@ -3,6 +3,7 @@
 #include <ostream>
 
 #include "absl/strings/str_cat.h"
+#include "clients/cli/all_pages.h"
 #include "clients/cli/change_arguments.h"
 #include "clients/cli/commands.h"
 #include "clients/cli/question_arguments.h"
@@ -28,7 +29,6 @@ TableStyle StyleOf(const Session& session) {
   return session.color() ? TableStyle::kColor : TableStyle::kPlain;
 }
 
-// All pages as one reply.
 absl::StatusOr<pb::ListRobotsResponse> ListAll(Session& session, const ShowArguments& arguments) {
   pb::ListRobotsRequest request;
   request.set_world(session.world);
@@ -36,17 +36,8 @@ absl::StatusOr<pb::ListRobotsResponse> ListAll(Session& session, const ShowArgum
   const auto revision = ParseRevision(arguments.at_revision);
   if (!revision.ok()) return revision.status();
   *request.mutable_at_revision() = *revision;
-  const client::Connection& connection = session.connection();
-  pb::ListRobotsResponse all;
-  do {
-    const auto page =
-        connection.Call(&pb::RobotService::Stub::ListRobots, connection.robots(), request);
-    if (!page.ok()) return page.status();
-    request.set_page_token(page->next_page_token());
-    all.MergeFrom(*page);
-  } while (!request.page_token().empty());
-  all.clear_next_page_token();
-  return all;
+  return AllPages<pb::ListRobotsResponse>(session, &pb::RobotService::Stub::ListRobots,
+                                          session.connection().robots(), request);
 }
 
 absl::Status List(Session& session, const ShowArguments& arguments) {

@@ -106,28 +106,13 @@ void PrintSamples(const pb::SamplePointsResponse& response, Session& session) {
 }
 
 absl::StatusOr<pb::SamplePointsResponse> Sample(Session& session, const std::vector<Point>& points,
-                                                pb::QueryOptions options) {
-  pb::SamplePointsResponse all;
-  std::int64_t completed = 0;
-  for (std::size_t begin = 0; begin < points.size(); begin += kMaxMessageRows) {
-    const std::size_t end = std::min(begin + kMaxMessageRows, points.size());
-    pb::SamplePointsRequest request;
-    request.set_world(session.world);
-    request.mutable_points()->set_scalar(pb::SCALAR_F64);
-    request.mutable_points()->set_data(
-        client::RowBytes(std::vector<Point>(&points[begin], &points[begin] + (end - begin))));
-    *request.mutable_options() = options;
-    const auto answer = session.connection().Call(&pb::QueryService::Stub::SamplePoints,
-                                                  session.connection().queries(), request);
-    if (!answer.ok()) return answer.status();
-    all.MergeFrom(*answer);
-    completed += answer->completed_count();
-    if (answer->completed_count() < static_cast<std::int64_t>(end - begin)) break;
-    options.mutable_at_revision()->set_exact(answer->revision());
-    options.set_world_uid(answer->world_uid());
-  }
-  all.set_completed_count(completed);
-  return all;
+                                                const pb::QueryOptions& options) {
+  return AskInMessages<pb::SamplePointsRequest, pb::SamplePointsResponse>(
+      session, &pb::QueryService::Stub::SamplePoints, points, options,
+      [](const std::vector<Point>& some, pb::SamplePointsRequest& request) {
+        request.mutable_points()->set_scalar(pb::SCALAR_F64);
+        request.mutable_points()->set_data(client::RowBytes(some));
+      });
 }
 
 absl::Status SampleCommand(Session& session, const SampleArguments& arguments) {

@@ -35,7 +35,8 @@ struct MotionColumns {
   // Of a contact: free up to `lo`, in contact at `hi`, hi - lo <= kBracket; an edge that begins in
   // contact has 0 and 0. Of a grazing or undecided one where that is. Else 0 and 1.
   std::vector<double> lo, hi;
-  // Of a free edge: no pair comes nearer to its margin than that. 0 for the others.
+  // Of a free edge: no pair comes nearer to its margin than that, which is 2 cm at most: what stays
+  // farther away is not measured. 0 for the others.
   std::vector<double> clearance_m;
   // The pair of the contact, as in CollisionColumns; -1 where none is named.
   std::vector<std::int32_t> object, body_part, object_part;
@@ -43,7 +44,8 @@ struct MotionColumns {
 };
 
 // By the exact kernels or AUTO: Unimplemented when another engine is asked for by name. Margins as in
-// CheckCollisions. Cancelled when `stop` is.
+// CheckCollisions. Limits of joints are not looked at: between two states within them lie none
+// beyond. Cancelled when `stop` is.
 absl::StatusOr<MotionColumns> CheckMotions(const WorldSnapshot& world, const QueryBody& body,
                                            std::span<const std::unique_ptr<BodyMotion>> edges,
                                            const QueryOptions& options, std::stop_token stop = {});

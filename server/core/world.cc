@@ -59,7 +59,11 @@ absl::Status ExplainRefusal(const absl::Status& status, const collision::WorldSn
           {fault->field.empty() ? place : absl::StrCat(place, ".", fault->field), fault->rule});
     }
   }
-  return MakeError(status.code(), std::string(status.message()), std::move(details));
+  std::string message(status.message());
+  if (fault.has_value()) {  // which begins with the place of a list that is called "changes"
+    message = absl::StrCat(list, message.substr(message.find('[')));
+  }
+  return MakeError(status.code(), std::move(message), std::move(details));
 }
 
 struct World::State {

@@ -101,6 +101,21 @@ TEST(CheckMotions, ARodThatTurnsMeetsThePostOnItsWay) {
   EXPECT_EQ(columns.verdict[1], MotionVerdict::kFree);
 }
 
+// The body at fractions of an edge.
+class PlacesOf : public BodyRows {
+ public:
+  PlacesOf(const BodyMotion& motion, std::vector<double> fractions)
+      : motion_(motion), fractions_(std::move(fractions)) {}
+  std::size_t size() const override { return fractions_.size(); }
+  void Place(std::size_t row, std::span<Pose> X_WF) const override {
+    motion_.Place(fractions_[row], X_WF);
+  }
+
+ private:
+  const BodyMotion& motion_;
+  const std::vector<double> fractions_;
+};
+
 // What dense sampling says of an edge, against its verdict.
 struct Told {
   int free = 0, contact = 0, other = 0;
@@ -108,21 +123,11 @@ struct Told {
 
 void ExpectTrue(const WorldSnapshot& world, const QueryBody& body, const BodyMotion& motion,
                 const MotionColumns& columns, std::size_t edge, int steps, Told& told) {
-  class Samples : public BodyRows {
-   public:
-    Samples(const BodyMotion& motion, int steps) : motion_(motion), steps_(steps) {}
-    std::size_t size() const override { return static_cast<std::size_t>(steps_) + 1; }
-    void Place(std::size_t row, std::span<Pose> X_WF) const override {
-      motion_.Place(static_cast<double>(row) / steps_, X_WF);
-    }
-
-   private:
-    const BodyMotion& motion_;
-    const int steps_;
-  };
-  const auto sampled = *CheckCollisions(world, body, Samples(motion, steps), {});
+  std::vector<double> fractions;
+  for (int k = 0; k <= steps; ++k) fractions.push_back(static_cast<double>(k) / steps);
+  const auto sampled = *CheckCollisions(world, body, PlacesOf(motion, fractions), {});
   for (int k = 0; k <= steps; ++k) {
-    const double fraction = static_cast<double>(k) / steps;
+    const double fraction = fractions[static_cast<std::size_t>(k)];
     const bool collides = sampled.verdict[static_cast<std::size_t>(k)] == Verdict::kCollision;
     if (!collides) continue;
     EXPECT_NE(columns.verdict[edge], MotionVerdict::kFree) << edge << " at " << fraction;
@@ -137,20 +142,7 @@ void ExpectTrue(const WorldSnapshot& world, const QueryBody& body, const BodyMot
       break;
     case MotionVerdict::kContact: {
       ++told.contact;
-      std::vector<Pose> X_WF(static_cast<std::size_t>(body.frame_count));
-      class At : public BodyRows {
-       public:
-        At(const BodyMotion& motion, double fraction) : motion_(motion), fraction_(fraction) {}
-        std::size_t size() const override { return 1; }
-        void Place(std::size_t, std::span<Pose> X_WF) const override {
-          motion_.Place(fraction_, X_WF);
-        }
-
-       private:
-        const BodyMotion& motion_;
-        const double fraction_;
-      };
-      EXPECT_EQ(CheckCollisions(world, body, At(motion, columns.hi[edge]), {})->verdict[0],
+      EXPECT_EQ(CheckCollisions(world, body, PlacesOf(motion, {columns.hi[edge]}), {})->verdict[0],
                 Verdict::kCollision)
           << edge;
       EXPECT_LE(columns.hi[edge] - columns.lo[edge], kBracket);

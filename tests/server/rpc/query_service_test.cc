@@ -134,6 +134,7 @@ TEST_F(QueryTest, AnOverlayThatCannotBeAppliedFailsTheQuestionAndIsNamed) {
   auto status = Distances(request, &response);
   EXPECT_EQ(status.error_code(), grpc::StatusCode::NOT_FOUND);
   EXPECT_EQ(ReasonIn(status), "OBJECT_UNKNOWN");
+  EXPECT_EQ(status.error_message(), "options.overlay[0]: object 'nobody' does not exist");
   request.mutable_options()->mutable_overlay(0)->mutable_remove()->set_name("no such/ name!");
   status = Distances(request, &response);
   EXPECT_EQ(status.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
