@@ -36,14 +36,15 @@ std::vector<Vector3> ScatteredPoints() {
 
 // As an optimiser asks: 64 balls of an arm along trajectories of 128 steps.
 std::vector<Vector3> PointsOfTrajectories() {
-  constexpr int kBalls = 64, kSteps = 128;
-  const std::vector<Pose> ends = RandomPoses(2 * kPoints / kSteps, 11);
+  constexpr std::size_t kBalls = 64, kSteps = 128;
+  const std::vector<Pose> ends =
+      RandomPoses(static_cast<int>(2 * std::size_t{kPoints} / kSteps), 11);
   std::vector<Vector3> points;
-  for (int step = 0; points.size() < kPoints; ++step) {
-    const int trajectory = static_cast<int>(points.size()) / (kBalls * kSteps);
+  for (std::size_t step = 0; points.size() < kPoints; ++step) {
+    const std::size_t trajectory = points.size() / (kBalls * kSteps);
     const double share = static_cast<double>(step % kSteps) / kSteps;
-    for (int ball = 0; ball < kBalls; ++ball) {
-      const auto line = static_cast<std::size_t>(trajectory * kBalls + ball);
+    for (std::size_t ball = 0; ball < kBalls; ++ball) {
+      const std::size_t line = trajectory * kBalls + ball;
       points.emplace_back((1 - share) * ends[2 * line].translation() +
                           share * ends[2 * line + 1].translation());
     }

@@ -34,7 +34,8 @@ class StreamQueriesTest : public RunningServer {
       v1::Object* object = request.add_changes()->mutable_put()->mutable_object();
       object->set_name("object_" + std::to_string(count));
       object->mutable_x_world_object()->set_tx_m(0.5 * (count % 3));
-      object->mutable_x_world_object()->set_ty_m(0.5 * (count / 3));
+      const int line = count / 3;
+      object->mutable_x_world_object()->set_ty_m(0.5 * line);
       object->mutable_x_world_object()->set_qx(0.6);
       object->mutable_x_world_object()->set_qw(0.8);
       ++count;
