@@ -1,55 +1,16 @@
 #include "perception/model/point_lanes.h"
 
-#include <cmath>
-#include <cstring>
 #include <variant>
 
-#include "perception/cloud/lanes.h"
+#include "perception/cloud/double_lanes.h"
 
 namespace cwm::perception {
 namespace {
 
-// No fused multiply-add, as for Lanes.
-using Doubles = double __attribute__((vector_size(PointLanes::kLanes * sizeof(double))));
-using Mask = std::int64_t __attribute__((vector_size(PointLanes::kLanes * sizeof(double))));
-
-CWM_LANES_INLINE Doubles Load(const double* from) {
-  Doubles v;
-  std::memcpy(&v, from, sizeof(v));
-  return v;
-}
-
-CWM_LANES_INLINE Doubles Select(const Mask& mask, const Doubles& yes, const Doubles& no) {
-  return reinterpret_cast<Doubles>((mask & reinterpret_cast<Mask>(yes)) |
-                                   (~mask & reinterpret_cast<Mask>(no)));
-}
-
-CWM_LANES_INLINE Doubles Roots(const Doubles& v) {
-  Doubles roots;
-  for (std::size_t lane = 0; lane < PointLanes::kLanes; ++lane) roots[lane] = std::sqrt(v[lane]);
-  return roots;
-}
-
 // Bit k: the k-th lane.
-CWM_LANES_INLINE unsigned Bits(const Mask& mask) {
-  const Mask bits = mask & Mask{1, 2, 4, 8};
+CWM_LANES_INLINE unsigned Bits(const DoubleMask& mask) {
+  const DoubleMask bits = mask & DoubleMask{1, 2, 4, 8};
   return static_cast<unsigned>((bits[0] | bits[1]) | (bits[2] | bits[3]));
-}
-
-struct Vectors {
-  Doubles x, y, z;
-};
-
-CWM_LANES_INLINE Vectors Minus(const Vectors& a, const Vector3& b) {
-  return {a.x - b.x(), a.y - b.y(), a.z - b.z()};
-}
-
-// Sums are taken in Eigen's order: the same bits.
-CWM_LANES_INLINE Doubles Dot(const Vectors& a, const Vectors& b) {
-  return (a.x * b.x + a.y * b.y) + a.z * b.z;
-}
-CWM_LANES_INLINE Doubles Dot(const Vector3& a, const Vectors& b) {
-  return (a.x() * b.x + a.y() * b.y) + a.z() * b.z;
 }
 
 // What follows is each model's Distance_m and the cosine between its Normal, turned by its
@@ -77,7 +38,7 @@ struct SphereLanes {
   CWM_LANES_INLINE Doubles Cosine(const Vectors& p, const Vectors& n) const {
     const Vectors q = Minus(p, sphere.center);
     const Doubles norm = Roots(Dot(q, q));
-    const Mask away = norm > Doubles{};
+    const DoubleMask away = norm > Doubles{};
     const Vectors outward{Select(away, q.x / norm, Doubles{}), Select(away, q.y / norm, Doubles{}),
                           Select(away, q.z / norm, Doubles{} + 1.0)};
     return sphere.FacingSign() * Dot(outward, n);
@@ -109,7 +70,7 @@ struct ConeLanes {
     const Vectors away{x.x - height_m * cone.axis.x(), x.y - height_m * cone.axis.y(),
                        x.z - height_m * cone.axis.z()};
     const Doubles away_m = Roots(Dot(away, away));
-    const Mask beside = away_m > Doubles{};
+    const DoubleMask beside = away_m > Doubles{};
     const Vectors outward{Select(beside, away.x / away_m, Doubles{} + on_axis.x()),
                           Select(beside, away.y / away_m, Doubles{} + on_axis.y()),
                           Select(beside, away.z / away_m, Doubles{} + on_axis.z())};
@@ -135,13 +96,15 @@ struct LaneReader {
   CWM_LANES_INLINE void Append(const Model& model, const PointLanes::Range& range,
                                std::vector<Hit>& hits) const {
     for (std::size_t i = range.begin; i < range.end; i += PointLanes::kLanes) {
-      const Vectors p{Load(&points.x_[i]), Load(&points.y_[i]), Load(&points.z_[i])};
-      const Doubles gate_m = gate_scale * Load(&points.gate_m_[i]);
+      const Vectors p{LoadDoubles(&points.x_[i]), LoadDoubles(&points.y_[i]),
+                      LoadDoubles(&points.z_[i])};
+      const Doubles gate_m = gate_scale * LoadDoubles(&points.gate_m_[i]);
       const Doubles distance_m = model.Distance_m(p);
-      const Mask near = (distance_m <= gate_m) & (distance_m >= -gate_m);
+      const DoubleMask near = (distance_m <= gate_m) & (distance_m >= -gate_m);
       if (Bits(near) == 0) continue;
-      const Vectors n{Load(&points.nx_[i]), Load(&points.ny_[i]), Load(&points.nz_[i])};
-      const Mask hit = near & (model.Cosine(p, n) >= Load(&points.min_cos_[i]));
+      const Vectors n{LoadDoubles(&points.nx_[i]), LoadDoubles(&points.ny_[i]),
+                      LoadDoubles(&points.nz_[i])};
+      const DoubleMask hit = near & (model.Cosine(p, n) >= LoadDoubles(&points.min_cos_[i]));
       for (unsigned bits = Bits(hit); bits != 0; bits &= bits - 1) {
         const auto lane = static_cast<std::size_t>(__builtin_ctz(bits));
         if (i + lane >= range.end) break;

@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "perception/cloud/double_lanes.h"
 #include "perception/model/any_model.h"
 #include "perception/model/model_points.h"
 
@@ -21,7 +22,7 @@ struct Hit {
 // Structure of arrays; holds copies of what the gates need.
 class PointLanes {
  public:
-  static constexpr std::size_t kLanes = 4;
+  static constexpr std::size_t kLanes = kDoubleLanes;
 
   // From `begin` to before `end`.
   struct Range {

@@ -9,6 +9,7 @@
 
 #include "collision/geometry/coefficients.h"
 #include "collision/geometry/distance_to_shape.h"
+#include "perception/model/solid_lanes.h"
 #include "perception/model/whole_starts.h"
 
 namespace cwm::perception {
@@ -57,28 +58,40 @@ PointsOnGround OnGround(const FitContext& c, std::size_t most = kUsedPoints) {
 struct Evidence {
   PointsOnGround points;
   std::vector<FreeRay> rays_G;
-  double ray_weight = 1;    // of a ray, in points used
-  double slope_weight = 0;  // of kSlopeSpread, likewise
+  PlaceLanes points_G, places_G;  // the same, the places of each ray one after the other
+  double ray_weight = 1;          // of a ray, in points used
+  double slope_weight = 0;        // of kSlopeSpread, likewise
 };
 
-double Depth_sigma(const DistanceToShape& distance_m, const Pose& X_SR, const FreeRay& ray) {
-  return std::max(0.0, -Clearance_m(distance_m, X_SR, ray)) / ray.sigma_m;
+double Depth_sigma(double clearance_m, const FreeRay& ray) {
+  return std::max(0.0, -clearance_m) / ray.sigma_m;
 }
 
-Evidence PointsAlone(PointsOnGround points) { return {.points = std::move(points), .rays_G = {}}; }
+Evidence PointsAlone(PointsOnGround points) {
+  Evidence evidence{.points = std::move(points),
+                    .rays_G = {},
+                    .points_G = PlaceLanes(),
+                    .places_G = PlaceLanes()};
+  evidence.points_G = PlaceLanes(evidence.points.p_G);
+  return evidence;
+}
 
 // In standard deviations: of the points, the depths of the rays, and a cone's slope.
 Eigen::VectorXd Residuals(WholeKind kind, const WholeParameters& x, const Evidence& evidence) {
   const WholeSolid solid = Place(kind, x);
   const Pose X_SG = solid.X_GS.inverse(Eigen::Isometry);
-  const DistanceToShape distance_m(solid.shape);
-  const PointsOnGround& points = evidence.points;
-  Eigen::VectorXd r(static_cast<Eigen::Index>(points.p_G.size() + evidence.rays_G.size() + 1));
+  const std::size_t points = evidence.points_G.size();
+  Eigen::VectorXd r(static_cast<Eigen::Index>(points + evidence.rays_G.size() + 1));
+  evidence.points_G.DistancesTo(solid.shape, X_SG, {r.data(), points});
   Eigen::Index k = 0;
-  for (std::size_t i = 0; i < points.p_G.size(); ++i) {
-    r(k++) = distance_m(X_SG * points.p_G[i]) / points.sigma_m[i];
+  for (double sigma_m : evidence.points.sigma_m) r(k++) /= sigma_m;
+  std::vector<double> places_m(evidence.places_G.size());
+  evidence.places_G.DistancesTo(solid.shape, X_SG, places_m);
+  auto place = places_m.begin();
+  for (const FreeRay& ray : evidence.rays_G) {
+    r(k++) = Depth_sigma(*std::min_element(place, place + kFreePlaces), ray);
+    place += kFreePlaces;
   }
-  for (const FreeRay& ray : evidence.rays_G) r(k++) = Depth_sigma(distance_m, X_SG, ray);
   r(k) = SlopeOf(kind, x) / kSlopeSpread;
   return r;
 }
@@ -294,7 +307,7 @@ double CostOf(const Solid& solid, const FitContext& c) {
   const DistanceToShape distance_m(solid.shape);
   double squares = 0;
   for (const FreeRay& ray : c.free.rays) {
-    const double depth = Depth_sigma(distance_m, X_SM, ray);
+    const double depth = Depth_sigma(Clearance_m(distance_m, X_SM, ray), ray);
     squares += std::min(depth * depth, kTruncatedSquare);
   }
   return squares * c.free.weight / kPointsPerIndependentSample;
@@ -322,11 +335,13 @@ void AddRaysNear(const Solid& solid, const FitContext& c, Evidence& evidence) {
   const Pose X_SM = solid.X_MS.inverse(Eigen::Isometry);
   const Pose X_GM = evidence.points.X_MG.inverse(Eigen::Isometry);
   const DistanceToShape distance_m(solid.shape);
+  std::vector<Vector3> places;
   for (const FreeRay& ray : c.free.rays) {
     if (Clearance_m(distance_m, X_SM, ray) > kNear_m) continue;
     FreeRay& near = evidence.rays_G.emplace_back(ray);
-    for (Vector3& p : near.p) p = X_GM * p;
+    for (Vector3& p : near.p) places.emplace_back(p = X_GM * p);
   }
+  evidence.places_G = PlaceLanes(places);
   const double measured = static_cast<double>(c.points.size()) * c.points.weight;
   evidence.ray_weight = c.free.weight * static_cast<double>(evidence.points.p_G.size()) / measured;
 }
