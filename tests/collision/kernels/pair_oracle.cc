@@ -91,11 +91,13 @@ double SizeOf(const PosedPair& pair) {
          (pair.X_FA.translation() - pair.X_FB.translation()).norm();
 }
 
+double LeastOverlapNear(const PosedPair& pair, const Vector3& n) { return Descend(pair, n, 1e-3); }
+
 AnswerErrors ErrorsOf(const PosedPair& pair, const PairDistance& answer) {
   const double on_a = SignedDistance_m(pair.a, pair.X_FA.inverse() * answer.point_a);
   const double on_b = SignedDistance_m(pair.b, pair.X_FB.inverse() * answer.point_b);
   // The direction of a tiny gap is made of rounding; the best one is next to it.
-  const double least = answer.distance_m > 0 ? Descend(pair, answer.normal, 1e-3)
+  const double least = answer.distance_m > 0 ? LeastOverlapNear(pair, answer.normal)
                                              : OverlapAlong(pair, answer.normal);
   const Vector3 gap = answer.point_b - answer.point_a - answer.distance_m * answer.normal;
   return {std::abs(answer.distance_m + least),

@@ -30,6 +30,9 @@ struct AnswerErrors {
 };
 AnswerErrors ErrorsOf(const PosedPair& pair, const PairDistance& answer);
 
+// The smallest overlap that local descents find from a direction that is nearly the best.
+double LeastOverlapNear(const PosedPair& pair, const Vector3& n);
+
 // The smallest overlap found over sampled directions and local descents from the best of them; an
 // upper bound of the least translation that comes near to it.
 double SearchedLeastOverlap(const PosedPair& pair, int samples, unsigned seed);

@@ -9,7 +9,7 @@ namespace cwm::collision {
 double RandomPairs::Dimension() {
   // One shape in four has its dimensions chosen apart from the other's: needles and sheets.
   if (all_alike_) return Uniform(0.05, 0.2);
-  if (Index(4) == 0) return std::pow(10, Uniform(-3, 1));
+  if (Index(4) == 0) return std::pow(10, Uniform(least_, most_));
   return scale_m_ * Uniform(0.2, 1);
 }
 
@@ -75,7 +75,7 @@ Shape RandomPairs::ConvexShape(ShapeKind kind) {
 }
 
 PosedPair RandomPairs::Pair(ShapeKind a, ShapeKind b) {
-  scale_m_ = std::pow(10, Uniform(-3, 1));
+  scale_m_ = std::pow(10, Uniform(least_, most_));
   PosedPair pair{ConvexShape(a), ConvexShape(b)};
   pair.X_FA = AnyPose(10);
   pair.X_FB = Pose::Identity();

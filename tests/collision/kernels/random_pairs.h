@@ -9,14 +9,16 @@ namespace cwm::collision {
 
 class RandomPairs {
  public:
-  explicit RandomPairs(unsigned seed) : random_(seed) {}
+  // Dimensions from 10^`least` to 10^`most` metres.
+  explicit RandomPairs(unsigned seed, double least = -3, double most = 1)
+      : random_(seed), least_(least), most_(most) {}
 
   double Uniform(double low, double high) {
     return std::uniform_real_distribution<double>(low, high)(random_);
   }
   int Index(int count) { return std::uniform_int_distribution<int>(0, count - 1)(random_); }
 
-  // Dimensions are spread evenly over the orders of magnitude from 1 mm to 10 m, or all alike.
+  // Dimensions are spread evenly over the orders of magnitude, or all alike.
   double Dimension();
   Shape ConvexShape(ShapeKind kind);
   Vector3 Direction();
@@ -32,6 +34,7 @@ class RandomPairs {
 
  private:
   std::mt19937_64 random_;
+  double least_, most_;
   double scale_m_ = 1;
   bool all_alike_ = false;  // no dimension leaves the scale
 };
