@@ -43,24 +43,52 @@ double SizeOf(const Plate& plate) {
   return size;
 }
 
+// Of a ring and a point.
+struct RingPoint {
+  double squared_m2 = std::numeric_limits<double>::infinity();
+  Vector2 nearest = Vector2::Zero();
+  Vector2 along = Vector2::Zero();  // the edge that holds it; zero at a vertex
+};
+
+RingPoint NearestOnRing(const Polygon& ring, const Vector2& p) {
+  RingPoint best;
+  for (std::size_t i = 0, j = ring.size() - 1; i < ring.size(); j = i++) {
+    const Vector2 nearest = NearestOnSegment(ring[j], ring[i], p);
+    const double squared_m2 = (nearest - p).squaredNorm();
+    if (squared_m2 >= best.squared_m2) continue;
+    const bool at_vertex = nearest == ring[j] || nearest == ring[i];
+    best = {squared_m2, nearest, at_vertex ? Vector2::Zero() : Vector2(ring[i] - ring[j])};
+  }
+  return best;
+}
+
+// Away from the ring at the point nearest to `p`, on the side of `p`. An edge keeps the digits that
+// a small offset has lost.
+Vector2 TowardsPoint(const RingPoint& at, const Vector2& p) {
+  const Vector2 offset = p - at.nearest;
+  if (at.along.isZero(0)) return offset.normalized();
+  const Vector2 right = Vector2(at.along.y(), -at.along.x()).normalized();
+  return right.dot(offset) < 0 ? Vector2(-right) : right;
+}
+
 BorderPoint NearestOnPlateBorder(const Plate& plate, const Vector2& p) {
   bool inside = Contains(plate.outline, p);
   const Polygon* nearest_ring = &plate.outline;
-  Vector2 nearest = NearestOnBorder(plate.outline, p);
+  RingPoint at = NearestOnRing(plate.outline, p);
   for (const Polygon& hole : plate.holes) {
     inside = inside && !Contains(hole, p);
-    const Vector2 candidate = NearestOnBorder(hole, p);
-    if ((candidate - p).squaredNorm() >= (nearest - p).squaredNorm()) continue;
-    nearest = candidate;
+    const RingPoint candidate = NearestOnRing(hole, p);
+    if (candidate.squared_m2 >= at.squared_m2) continue;
+    at = candidate;
     nearest_ring = &hole;
   }
-  const double distance = (p - nearest).norm();
+  const double distance = std::sqrt(at.squared_m2);
   const double sign = inside ? -1 : 1;
   if (distance > kRoundoff * SizeOf(plate)) {
-    return {sign * distance, nearest, sign * (p - nearest) / distance};
+    return {sign * distance, at.nearest, sign * TowardsPoint(at, p)};
   }
-  return {sign * distance, nearest,
-          OutwardOnBorder(*nearest_ring, nearest_ring != &plate.outline, nearest)};
+  return {sign * distance, at.nearest,
+          OutwardOnBorder(*nearest_ring, nearest_ring != &plate.outline, at.nearest)};
 }
 
 }  // namespace

@@ -16,6 +16,11 @@ constexpr int kMaxIterations = 128;
 // Upper and lower bound of the distance agree to this share of it: a few roundings of double.
 constexpr double kRelativeGap = 1e-14;
 
+// Where a gap is below this share of the extent, a plane across it must part the cores by so much of
+// it, or its direction is not believed.
+constexpr double kNearShare = 1e-6;
+constexpr double kLeastCertified = 0.9;
+
 class Solver {
  public:
   // The search ends once the cores are known to be as near as `enough_m`.
@@ -34,7 +39,11 @@ class Solver {
     for (int i = 0; i < kMaxIterations && distance_ > std::max(touching_, enough_m_); ++i) {
       const CoreDifference::Vertex vertex = difference_.Support(-nearest_);
       const double lower_bound = vertex.w.dot(nearest_) / distance_;
-      lower_bound_ = std::max(lower_bound_, lower_bound);
+      last_lower_bound_ = lower_bound;
+      if (lower_bound > lower_bound_) {
+        lower_bound_ = lower_bound;
+        parting_ = -nearest_ / distance_;
+      }
       if (lower_bound > max_distance_m_) {
         return {.outcome = GjkOutcome::kBeyond, .distance_m = lower_bound};
       }
@@ -46,11 +55,19 @@ class Solver {
       if (!(feature.distance_squared < distance_ * distance_)) break;
       Reduce(feature);
     }
-    if (distance_ > touching_) return Separated();
-    return {.outcome = GjkOutcome::kTouching, .overlaps = count_ == 4};
+    if (distance_ > touching_ && IsDirectionTold()) return Separated();
+    const bool met = distance_ <= touching_;
+    return {.outcome = GjkOutcome::kTouching,
+            .distance_m = met ? 0 : distance_,
+            .overlaps = met && count_ == 4};
   }
 
  private:
+  // Of a small gap, rounding can leave a direction along which the cores are not apart.
+  bool IsDirectionTold() const {
+    return distance_ > kNearShare * size_ || lower_bound_ >= kLeastCertified * distance_;
+  }
+
   void Add(const CoreDifference::Vertex& vertex) {
     corners_[static_cast<std::size_t>(count_)] = vertex.w;
     on_a_[static_cast<std::size_t>(count_)] = vertex.a;
@@ -79,11 +96,14 @@ class Solver {
     GjkAnswer answer{GjkOutcome::kSeparated, distance_,
                      Vector3::Zero(),        Vector3::Zero(),
                      -nearest_ / distance_,  std::max(0.0, distance_ - lower_bound_)};
+    // Round cores of very different sizes: the last points may tell a direction that parts them less
+    // than an earlier one did.
+    if (lower_bound_ - last_lower_bound_ > kTouchingShare * size_) answer.normal = parting_;
     // A corner of a last step that failed has no weight.
     for (std::size_t i = 0; i < static_cast<std::size_t>(count_); ++i) {
       answer.point_a += weight_[i] * on_a_[i];
     }
-    answer.point_b = answer.point_a - nearest_;
+    answer.point_b = answer.point_a + distance_ * answer.normal;
     return answer;
   }
 
@@ -98,7 +118,9 @@ class Solver {
   int count_ = 0;
   Vector3 nearest_ = Vector3::Zero();
   double distance_ = 0;
-  double lower_bound_ = 0;  // no two points are nearer: a plane that parts them says so
+  double lower_bound_ = 0;              // no two points are nearer: a plane that parts them says so
+  double last_lower_bound_ = 0;         // by the plane across the last gap
+  Vector3 parting_ = Vector3::UnitZ();  // across the best plane
 };
 
 }  // namespace
@@ -112,7 +134,8 @@ std::optional<bool> GjkOverlap(const CoreDifference& difference, double radii_m)
   const GjkAnswer answer = Solver(difference, radii_m + rounding_m, radii_m - rounding_m).Run();
   if (answer.outcome == GjkOutcome::kBeyond) return false;
   if (answer.overlaps) return true;
-  const double distance_m = answer.outcome == GjkOutcome::kTouching ? 0 : answer.distance_m;
+  const double distance_m = answer.distance_m;
+  if (answer.outcome == GjkOutcome::kTouching && distance_m > 0) return std::nullopt;
   if (std::abs(distance_m - radii_m) <= rounding_m) return std::nullopt;
   return distance_m < radii_m;
 }

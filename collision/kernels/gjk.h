@@ -10,13 +10,14 @@ namespace cwm::collision {
 
 enum class GjkOutcome {
   kSeparated,  // distance, points and normal are right
-  kTouching,   // the cores meet, or are so near that their points tell no direction
-  kBeyond,     // farther apart than asked for; `distance_m` is a lower bound above the limit
+  kTouching,  // the cores meet, or are so near (1e-6 of their extent at most) that their points tell
+              // no direction
+  kBeyond,    // farther apart than asked for; `distance_m` is a lower bound above the limit
 };
 
 struct GjkAnswer {
   GjkOutcome outcome = GjkOutcome::kTouching;
-  double distance_m = 0;
+  double distance_m = 0;              // of kTouching: at most that
   Vector3 point_a = Vector3::Zero();  // in the frame of A
   Vector3 point_b = Vector3::Zero();
   Vector3 normal = Vector3::UnitZ();  // unit, from A to B

@@ -14,6 +14,9 @@ namespace {
 // the formulas keep more digits).
 constexpr double kMeetingShare = 1e-13;
 
+// A plane across the gap must part the two by so much of it: else rounding has taken the direction.
+constexpr double kLeastCertified = 0.9;
+
 struct NearestPair {
   Vector3 on_a, on_b;
   bool is_crossing = false;  // both inside of their segments, on the common perpendicular
@@ -57,7 +60,17 @@ Vector3 ParticularNormal(const Segment& a, const Segment& b) {
   return n.dot(b.a + b.b - a.a - a.b) < 0 ? Vector3(-n) : n;
 }
 
+// How far B lies beyond A along `n`.
+double GapAlong(const Segment& a, const Segment& b, const Vector3& n) {
+  return std::min(n.dot(b.a), n.dot(b.b)) - std::max(n.dot(a.a), n.dot(a.b));
+}
+
 Vector3 Clamp(const Vector3& p, const Vector3& half) { return p.cwiseMax(-half).cwiseMin(half); }
+
+// The same of a box and a segment.
+double GapAlong(const Vector3& half, const Segment& segment, const Vector3& n) {
+  return std::min(n.dot(segment.a), n.dot(segment.b)) - half.dot(n.cwiseAbs());
+}
 
 // Half of the derivative of the squared distance to the box along a segment; it never falls.
 double Slope(const Vector3& half, const Segment& segment, double t) {
@@ -131,6 +144,10 @@ PairDistance SegmentToSegment(const Segment& a, const Segment& b) {
       const Vector3 n = (a.b - a.a).cross(b.b - b.a).normalized();
       answer.normal = n.dot(answer.normal) < 0 ? Vector3(-n) : n;
     }
+    if (GapAlong(a, b, answer.normal) < kLeastCertified * distance) {
+      answer.normal = ParticularNormal(a, b);
+      answer.point_b = answer.point_a + distance * answer.normal;
+    }
   } else {
     answer.normal = ParticularNormal(a, b);
     answer.point_b = answer.point_a;
@@ -145,7 +162,10 @@ PairDistance BoxToSegment(const Box& box, const Segment& segment) {
   const Vector3 on_box = Clamp(on_segment, half);
   const double distance = (on_segment - on_box).norm();
   if (distance > kMeetingShare * half.maxCoeff()) {
-    return {distance, on_box, on_segment, (on_segment - on_box) / distance};
+    const Vector3 normal = (on_segment - on_box) / distance;
+    if (GapAlong(half, segment, normal) >= kLeastCertified * distance) {
+      return {distance, on_box, on_segment, normal};
+    }
   }
   return SegmentInBox(half, segment);
 }

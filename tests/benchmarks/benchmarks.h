@@ -15,6 +15,9 @@ void MeasureInterpreter(Report& report);
 // Questions in process, by engine: distances_per_s.
 void MeasureEngines(Report& report);
 
+// How right the exact kernels are: closed_form_worst_rel, iterative_worst_m, fuzz_pairs, fuzz_failures.
+void MeasureOracles(Report& report);
+
 // Pairs of 20 cm shapes by engine and worlds of up to 10 000 objects: change_us_30, change_us_1000,
 // change_us_10000, change_bytes_10000, overlay_us, distances_per_s_2000.
 void MeasurePairs(Report& report);

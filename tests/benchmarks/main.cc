@@ -1,5 +1,5 @@
 // ./dev bench: figures with their rivals by group, or micro-benchmarks by name.
-//   cwm-bench [main|perception|perception-quick|collision|collision-samples|people] [--json FILE]
+//   cwm-bench [main|perception|perception-quick|collision|collision-(pairs|robots|samples)|people] [--json FILE]
 //   cwm-bench scene FAMILY SEED      one of the random scenes, shape by shape
 //   cwm-bench REGEX                  micro-benchmarks whose names match
 #include <benchmark/benchmark.h>
@@ -33,7 +33,8 @@ const std::map<std::string, std::vector<std::function<void(Report&)>>>& Groups()
       {"perception-fit", {MeasureFitting}},
       {"perception-bad", {MeasureBadInput}},
       {"perception-growth", {MeasureGrowth}},
-      {"collision", {MeasurePairs, MeasureEngines, MeasureSamples, MeasureWorlds, MeasureRobots}},
+      {"collision", {MeasureOracles, MeasurePairs, MeasureEngines, MeasureSamples, MeasureWorlds, MeasureRobots}},
+      {"collision-pairs", {MeasureOracles, MeasurePairs}},
       {"collision-robots", {MeasureRobots}},
       {"collision-samples", {MeasureSamples}},
       {"people", {}},

@@ -1,0 +1,80 @@
+#include "tests/collision/kernels/pair_fuzz.h"
+
+#include <array>
+#include <cmath>
+#include <exception>
+
+#include "collision/kernels/exact.h"
+#include "tests/collision/kernels/random_pairs.h"
+
+namespace cwm::collision {
+namespace {
+
+constexpr int kHullEvery = 16;  // hulls take longer to make than to ask
+constexpr double kLeastDecade = -4, kMostDecade = 2;
+// What is called exact is right to 1e-7 m, or to a share of the size where rounding is more: the
+// table of collision/kernels/README.md.
+constexpr double kPromise_m = 1e-7, kShare = 2e-8, kUnit = 1e-12;
+
+bool IsBounded(ShapeKind a, ShapeKind b) {
+  return a != ShapeKind::kHalfSpace && b != ShapeKind::kHalfSpace;
+}
+
+ShapeKind AnyKind(RandomPairs& random) {
+  if (random.Index(kHullEvery) == 0) return ShapeKind::kConvex;
+  constexpr std::array<ShapeKind, 7> kQuick = {
+      ShapeKind::kSphere,  ShapeKind::kBox,   ShapeKind::kCylinder, ShapeKind::kCone,
+      ShapeKind::kCapsule, ShapeKind::kPlate, ShapeKind::kHalfSpace};
+  return kQuick[static_cast<std::size_t>(random.Index(static_cast<int>(kQuick.size())))];
+}
+
+// Empty where nothing is wrong.
+std::string WrongWith(RandomPairs& random, PosedPair pair) {
+  const auto a = PrepareExact(pair.a), b = PrepareExact(pair.b);
+  PairDistance answer = ExactDistance({*a, pair.X_FA}, {*b, pair.X_FB});
+  if (random.Index(2) == 0) {  // kissing, up to what rounding leaves
+    constexpr std::array<double, 5> kOffsets_m = {0, 1e-12, -1e-12, 1e-9, -1e-9};
+    const double offset_m = kOffsets_m[static_cast<std::size_t>(random.Index(5))];
+    pair.X_FB.translation() -= (answer.distance_m - offset_m) * answer.normal;
+    answer = ExactDistance({*a, pair.X_FA}, {*b, pair.X_FB});
+  }
+  const bool finite = std::isfinite(answer.distance_m) && answer.point_a.allFinite() &&
+                      answer.point_b.allFinite() && answer.normal.allFinite();
+  if (!finite) return "not finite";
+  if (!(std::abs(answer.normal.norm() - 1) <= kUnit)) return "no unit normal";
+  const ShapeKind kind_a = KindOf(pair.a), kind_b = KindOf(pair.b);
+  const bool bounded = IsBounded(kind_a, kind_b);
+  const double size_m = bounded ? SizeOf(pair) : std::pow(10, kMostDecade);
+  const double right_to_m = kPromise_m + kShare * size_m + answer.bound_m;
+  const bool overlap = ExactOverlap({*a, pair.X_FA}, {*b, pair.X_FB});
+  if (overlap != (answer.distance_m < 0) && std::abs(answer.distance_m) > right_to_m) {
+    return "yes or no is not the sign of the distance";
+  }
+  if (!bounded || answer.distance_m >= 0) return "";
+  // Moved along the normal by the depth, B lies beyond A: the normal is an axis that parts them.
+  const double left_m = OverlapAlong(pair, answer.normal) + answer.distance_m;
+  return left_m > right_to_m ? "moving does not separate" : "";
+}
+
+}  // namespace
+
+PairFuzz FuzzPairs(unsigned seed, std::int64_t pairs) {
+  RandomPairs random(seed, kLeastDecade, kMostDecade);
+  PairFuzz fuzz;
+  for (; fuzz.pairs < pairs; ++fuzz.pairs) {
+    const ShapeKind a = AnyKind(random), b = AnyKind(random);
+    if (!ExactSupports(a, b)) continue;
+    std::string wrong;
+    try {
+      wrong = WrongWith(random, random.Pair(a, b));
+    } catch (const std::exception& thrown) {
+      wrong = std::string("thrown: ") + thrown.what();
+    }
+    if (wrong.empty()) continue;
+    if (++fuzz.failures > 1) continue;
+    fuzz.first = std::string(NameOf(a)) + " – " + std::string(NameOf(b)) + ": " + wrong;
+  }
+  return fuzz;
+}
+
+}  // namespace cwm::collision
