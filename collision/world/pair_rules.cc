@@ -76,6 +76,7 @@ std::optional<WallTime> NextExpiry(const PairRules& rules) {
 
 std::vector<PairRuleDelta> RuleDifference(const PairRules& before, const PairRules& after) {
   std::vector<PairRuleDelta> deltas;
+  if (&before == &after) return deltas;
   auto a = before.begin(), b = after.begin();
   while (a != before.end() || b != after.end()) {
     if (b == after.end() || (a != before.end() && a->pair < b->pair)) {
