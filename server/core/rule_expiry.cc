@@ -11,6 +11,17 @@ namespace {
 
 // The wall clock may be set while somebody waits: it is looked at this often.
 constexpr auto kLongestWait = std::chrono::seconds(10);
+// After there was no memory to publish with.
+constexpr auto kRetryAfter = std::chrono::seconds(1);
+
+bool Tell(World& world, collision::WallTime now) {
+  try {
+    world.ExpireRules(now);
+  } catch (...) {  // one world must not end the server
+    return false;
+  }
+  return true;
+}
 
 }  // namespace
 
@@ -59,7 +70,7 @@ void RuleExpiry::Run() {
     std::shared_ptr<World> world = first->second.world.lock();
     due_.erase(first);
     lock.unlock();
-    if (world != nullptr) world->ExpireRules(now);
+    if (world != nullptr && !Tell(*world, now)) Set(world->uid(), world, now + kRetryAfter);
     world.reset();  // its last holder may be here, and it is large
     lock.lock();
   }
