@@ -69,6 +69,7 @@ void AddCheckCommand(CommandLine& line) {
                   "whether a body is in collision: free, collision or undecided for each pose",
                   {"cwm check --box 0.1,0.08,0.2 --at 0.4,0,0.3 --margin 0.01",
                    "cwm check --object mug --at 0.5,0.1,0.2 --exit-code && echo free",
+                   "cwm check --object mug --at 0.5,0.1,0.2 --ignore-pair mug,tray",
                    "cwm check --sphere 0.05 --at - -o ndjson < poses.jsonl"},
                   "Collision means that the distance is less than the margin. Many questions: JSON "
                   "lines on stdin,\n"
