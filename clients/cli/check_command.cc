@@ -69,6 +69,7 @@ void AddCheckCommand(CommandLine& line) {
                   "whether a body is in collision: free, collision or undecided for each pose",
                   {"cwm check --box 0.1,0.08,0.2 --at 0.4,0,0.3 --margin 0.01",
                    "cwm check --object mug --at 0.5,0.1,0.2 --exit-code && echo free",
+                   "cwm check --object mug --at 0.5,0.1,0.2 --ignore-pair mug,tray",
                    "cwm check --sphere 0.05 --at - -o ndjson < poses.jsonl"},
                   "Collision means that the distance is less than the margin. Many questions: JSON "
                   "lines on stdin,\n"
@@ -76,6 +77,7 @@ void AddCheckCommand(CommandLine& line) {
                  [arguments](Session& session) { return Check(session, *arguments); });
   AddBodyOptions(command, arguments->body);
   AddQuestionOptions(command, arguments->question);
+  AddPairRuleOptions(command, arguments->question);
   command.add_flag("--exit-code", arguments->exit_code, "end with 10 when any row is in collision");
 }
 

@@ -94,6 +94,7 @@ void AddPairCommands(CommandLine& line) {
       });
   AddBodyOptions(distances, distance->body);
   AddQuestionOptions(distances, distance->question);
+  AddPairRuleOptions(distances, distance->question);
   distances
       .add_option("--max-results", distance->question.max_results,
                   "nearest objects a row; default 1")
@@ -112,6 +113,7 @@ void AddPairCommands(CommandLine& line) {
       });
   AddBodyOptions(contacts, contact->body);
   AddQuestionOptions(contacts, contact->question);
+  AddPairRuleOptions(contacts, contact->question);
   contacts
       .add_option("--max-contacts", contact->question.max_contacts, "contacts a row; default 16")
       ->type_name("N");

@@ -8,10 +8,9 @@
 #include "clients/cli/enum_names.h"
 #include "clients/cli/exit_code.h"
 #include "clients/cli/one_of.h"
+#include "clients/cli/pair_arguments.h"
 
 namespace cwm::cli {
-namespace {
-
 namespace pb = cwm::v1;
 
 google::protobuf::Duration ToDuration(double seconds) {
@@ -20,8 +19,6 @@ google::protobuf::Duration ToDuration(double seconds) {
   duration.set_nanos(static_cast<std::int32_t>((seconds - std::floor(seconds)) * 1e9));
   return duration;
 }
-
-}  // namespace
 
 void AddRevisionOption(CLI::App& command, std::string& at_revision) {
   command.add_option("--at-revision", at_revision, "latest (default), N (exactly), N+ (at least)")
@@ -48,6 +45,18 @@ void AddQuestionOptions(CLI::App& command, QuestionArguments& question) {
       ->check(CLI::PositiveNumber.description(""))
       ->type_name("S");
   AddRevisionOption(command, question.at_revision);
+}
+
+void AddPairRuleOptions(CLI::App& command, QuestionArguments& question) {
+  command
+      .add_option("--ignore-pair", question.ignore_pairs,
+                  "let the two collide: NAME, ROBOT:LINK or '*' each; may be repeated")
+      ->allow_extra_args(false)
+      ->type_name("A,B");
+  command
+      .add_option("--margin-sigma", question.margin_sigma,
+                  "widen fitted parts by so many deviations of their surfaces")
+      ->type_name("K");
 }
 
 absl::StatusOr<pb::AtRevision> ParseRevision(const std::string& text) {
@@ -82,6 +91,12 @@ absl::StatusOr<pb::QueryOptions> ToOptions(const QuestionArguments& question) {
   options.set_max_results(question.max_results);
   options.set_max_contacts(question.max_contacts);
   for (const std::string& name : question.ignore) options.add_ignore(name);
+  for (const std::string& text : question.ignore_pairs) {
+    const auto pair = ParsePair(text, "--ignore-pair");
+    if (!pair.ok()) return pair.status();
+    *options.add_ignore_pairs() = *pair;
+  }
+  options.set_margin_sigma(question.margin_sigma);
   if (question.time_budget_s) *options.mutable_time_budget() = ToDuration(*question.time_budget_s);
   options.set_result_form(pb::RESULT_FORM_ROWS);
   options.set_scalar(pb::SCALAR_F64);

@@ -25,14 +25,20 @@ struct QuestionArguments {
   int max_results = 0;
   int max_contacts = 0;
   std::vector<std::string> ignore;
+  std::vector<std::string> ignore_pairs;  // "A,B"
+  double margin_sigma = 0;
   std::optional<double> time_budget_s;
 };
 
 void AddQuestionOptions(CLI::App& command, QuestionArguments& question);
+// Those of questions about pairs, which rays and samples know nothing of.
+void AddPairRuleOptions(CLI::App& command, QuestionArguments& question);
 void AddRevisionOption(CLI::App& command, std::string& at_revision);
 
 // A usage error for anything but "", "latest", "N" and "N+".
 absl::StatusOr<cwm::v1::AtRevision> ParseRevision(const std::string& text);
+
+google::protobuf::Duration ToDuration(double seconds);
 
 // With answers as F64, in rows, so that JSON is readable.
 absl::StatusOr<cwm::v1::QueryOptions> ToOptions(const QuestionArguments& question);

@@ -10,6 +10,7 @@
 #include "clients/cli/enum_names.h"
 #include "clients/cli/object_table.h"
 #include "clients/cli/out_pipe.h"
+#include "clients/cli/pair_arguments.h"
 #include "clients/cli/quantity.h"
 #include "clients/cli/robot_table.h"
 
@@ -71,12 +72,21 @@ void PrintEvent(const pb::RobotEvent& event, std::int64_t revision, std::ostream
   }
 }
 
+void PrintRule(const pb::PairRule& rule, std::int64_t revision, const char* what,
+               std::ostream& out) {
+  out << revision << "  " << what << "  " << ThingText(rule.pair().a()) << " and "
+      << ThingText(rule.pair().b()) << "  " << RuleText(rule) << "\n";
+}
+
 void PrintMessage(const pb::WatchWorldResponse& message, std::ostream& out) {
   for (const pb::Object& object : message.initial_state().objects()) {
     PrintObject(object, message.revision(), "is    ", out);
   }
   for (const pb::Robot& robot : message.initial_state().robots()) {
     PrintRobot(robot, message.revision(), "is    ", out);
+  }
+  for (const pb::PairRule& rule : message.initial_state().pair_rules()) {
+    PrintRule(rule, message.revision(), "is    ", out);
   }
   if (message.initial_state().initial_state_done()) {
     out << message.revision() << "  that is the world; its changes follow\n";
@@ -86,6 +96,9 @@ void PrintMessage(const pb::WatchWorldResponse& message, std::ostream& out) {
   }
   for (const pb::RobotEvent& event : message.events().robot_events()) {
     PrintEvent(event, message.revision(), out);
+  }
+  for (const pb::PairRule& rule : message.events().pair_rules()) {
+    PrintRule(rule, message.revision(), "rule  ", out);
   }
 }
 

@@ -25,7 +25,6 @@ constexpr double kNarrowest = 1e-10;
 // A pair that may come near on the edge. Its poses are those of the place looked at last.
 struct Candidate {
   BodySearch::Pair pair;
-  double margin_m = 0;
   double travel_m = 0;  // how fast it can close, over the whole edge
   double gap_m = 0;     // at the start: distance less margin
 };
@@ -60,12 +59,7 @@ struct EdgeResult {
 // up to there alone.
 class EdgeSearch {
  public:
-  EdgeSearch(BodySearch& search, const BodyMotion& motion, double request_margin_m,
-             double own_margin_m)
-      : search_(search),
-        motion_(motion),
-        request_margin_m_(request_margin_m),
-        own_margin_m_(own_margin_m) {}
+  EdgeSearch(BodySearch& search, const BodyMotion& motion) : search_(search), motion_(motion) {}
 
   EdgeResult Run() {
     Gather();
@@ -90,11 +84,10 @@ class EdgeSearch {
       fastest_m = std::max(fastest_m, motion_.RelativeTravel_m(pair));
     }
     search_.ForEachSelfPair(
-        Reach_m(request_margin_m_, fastest_m), Question::kDistance,
+        BodySearch::From::kMargin, Reach_m(0, fastest_m), Question::kDistance,
         [&](const BodySearch::Pair& pair) {
-          Add(pair, request_margin_m_,
-              motion_.RelativeTravel_m({pair.id.body_part, pair.id.object_part}));
-          return Reach_m(request_margin_m_, fastest_m);
+          Add(pair, motion_.RelativeTravel_m({pair.id.body_part, pair.id.object_part}));
+          return Reach_m(0, fastest_m);
         });
     if (search_.asks_world()) GatherOfWorld();
     order_.resize(candidates_.size());
@@ -110,25 +103,24 @@ class EdgeSearch {
     for (std::size_t k = 0; k < search_.part_count(); ++k) {
       fastest_m = std::max(fastest_m, motion_.Travel_m(static_cast<std::int32_t>(k)));
     }
-    const double widest_m = search_.world().objects().widest_margin_m() + own_margin_m_;
     search_.world().bounds().ForEachWithin(
-        search_.body_bounds_W(), Reach_m(widest_m, fastest_m), [&](const WorldObject& object) {
+        search_.body_bounds_W(), Reach_m(search_.widest_margin_m(), fastest_m),
+        [&](const WorldObject& object) {
           if (search_.Skips(object)) return true;
-          const double margin_m = object.margin_m + own_margin_m_;
-          search_.ForEachPair(object, Reach_m(margin_m, fastest_m), Question::kDistance,
-                              [&](const BodySearch::Pair& pair) {
-                                Add(pair, margin_m, motion_.Travel_m(pair.id.body_part));
-                                return Reach_m(margin_m, fastest_m);
+          search_.ForEachPair(object, BodySearch::From::kMargin, Reach_m(0, fastest_m),
+                              Question::kDistance, [&](const BodySearch::Pair& pair) {
+                                Add(pair, motion_.Travel_m(pair.id.body_part));
+                                return Reach_m(0, fastest_m);
                               });
           return !search_.ended();
         });
   }
 
-  void Add(const BodySearch::Pair& pair, double margin_m, double travel_m) {
-    const double reach_m = Reach_m(margin_m, travel_m);
+  void Add(const BodySearch::Pair& pair, double travel_m) {
+    const double reach_m = Reach_m(pair.margin_m, travel_m);
     const PairDistance answer = pair.engine.Distance(pair.body, pair.object, reach_m);
     if (answer.distance_m > reach_m) return;
-    candidates_.push_back({pair, margin_m, travel_m, answer.distance_m - margin_m});
+    candidates_.push_back({pair, travel_m, answer.distance_m - pair.margin_m});
   }
 
   void Follow(const Candidate& candidate) {
@@ -196,21 +188,20 @@ class EdgeSearch {
     ++places_;
     search_.PlaceBody(EdgeRow(motion_, fraction), 0);
     const BodySearch::Pair& pair = candidate.pair;
-    const double reach_m = Reach_m(candidate.margin_m, candidate.travel_m);
+    const double reach_m = Reach_m(pair.margin_m, candidate.travel_m);
     const PairDistance answer = pair.engine.Distance(pair.body, pair.object, reach_m);
     search_.CountPair(pair);
     Place place{.fraction = fraction};
-    place.gap_m = std::min(answer.distance_m, reach_m) - candidate.margin_m;
+    place.gap_m = std::min(answer.distance_m, reach_m) - pair.margin_m;
     // The kernels call an overlap what is one; their bound is about its depth.
     const bool is_apart = answer.distance_m >= 0;
-    place.contact = place.gap_m < 0 && (is_apart || candidate.margin_m >= 0);
+    place.contact = place.gap_m < 0 && (is_apart || pair.margin_m >= 0);
     place.certain = answer.trust != Trust::kDegraded;
     return place;
   }
 
   BodySearch& search_;
   const BodyMotion& motion_;
-  const double request_margin_m_, own_margin_m_;
   std::vector<Candidate> candidates_;
   std::vector<std::size_t> order_;
   int places_ = 0;
@@ -241,8 +232,7 @@ absl::StatusOr<MotionColumns> CheckMotions(const WorldSnapshot& world, const Que
   MotionColumns columns;
   for (const std::unique_ptr<BodyMotion>& edge : edges) {
     if (search.MustEnd()) break;
-    const EdgeResult result =
-        EdgeSearch(search, *edge, options.margin_m, body.margin_m + options.margin_m).Run();
+    const EdgeResult result = EdgeSearch(search, *edge).Run();
     if (search.ended()) break;
     Append(columns, result, ranks);
     ++columns.completed;

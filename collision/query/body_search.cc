@@ -1,5 +1,6 @@
 #include "collision/query/body_search.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -70,6 +71,12 @@ BodySearch::BodySearch(const WorldSnapshot& world, const QueryBody& body,
     : world_(world),
       body_(body),
       filter_(world, options, body.self),
+      rules_(world, body, options),
+      request_margin_m_(options.margin_m),
+      sigmas_(options.margin_sigma),
+      widest_margin_m_(
+          std::max(world.objects().widest_margin_m() + body.margin_m + options.margin_m,
+                   rules_.widest_margin_m())),
       choice_(options.engine),
       interrupt_(std::move(stop), options.give_up_at) {
   for (int a = 0; a < kShapeKindCount; ++a) {
@@ -90,9 +97,11 @@ BodySearch::BodySearch(const WorldSnapshot& world, const QueryBody& body,
                       .cheap_bounds = !many_vertices,
                       .open_mesh = IsOpenMesh(part.shape),
                       .frame = body.frame_of_part.empty() ? 0 : body.frame_of_part[parts_.size()],
+                      .inflation_m = sigmas_ * part.sigma_m,
                       .X_WP = Pose::Identity(),
                       .bounds_W = Aabb()});
   }
+  widest_margin_m_ += sigmas_ * (body.geometry->widest_sigma_m + world.objects().widest_sigma_m());
   X_WF_.resize(static_cast<std::size_t>(body.frame_count), Pose::Identity());
 }
 

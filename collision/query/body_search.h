@@ -1,6 +1,6 @@
 // The walk that collisions, distances and contacts share: one row's body against the parts of one
-// object, through broadphase bounds, filter and the table of trust. Margins and limits come in as
-// distances; engines see placed geometries only.
+// object, through broadphase bounds, filter, rules of pairs and the table of trust. What margin a
+// pair has is decided here; engines see placed geometries and distances only.
 #pragma once
 
 #include <array>
@@ -10,6 +10,7 @@
 
 #include "absl/status/status.h"
 #include "collision/query/interrupt.h"
+#include "collision/query/pair_rule_lookup.h"
 #include "collision/query/query.h"
 #include "collision/query/world_filter.h"
 
@@ -33,7 +34,8 @@ struct PairId {
   }
 };
 
-// One per call, used by one thread; allocates at construction alone.
+// One per call, used by one thread; allocates at construction, and when it first meets an object that
+// rules of pairs name.
 class BodySearch {
  public:
   // A pair that is about to be asked.
@@ -43,7 +45,11 @@ class BodySearch {
     PlacedGeometry body;
     PlacedGeometry object;
     bool has_open_mesh;
+    double margin_m;
   };
+
+  // Where the reach of a walk begins: at the surfaces, or at the margin of each pair.
+  enum class From { kSurface, kMargin };
 
   BodySearch(const WorldSnapshot& world, const QueryBody& body, const QueryOptions& options,
              std::stop_token stop);
@@ -52,14 +58,18 @@ class BodySearch {
   void PlaceBody(const BodyRows& rows, std::size_t row);
   const Aabb& body_bounds_W() const { return bounds_W_; }
 
-  // Calls visit(pair) for the pairs of parts of the body and of the object whose
-  // bounds are within `reach_m`, for which `question` has an engine; visit returns the reach that
-  // still matters. Ends early when the batch must.
+  // Calls visit(pair) for the pairs of parts of the body and of the object that may not collide and
+  // whose bounds are within `reach_m`; visit returns the reach that still matters, none when
+  // negative. `question` is asked of pairs without a margin, the distance of the others; it is an
+  // error when no engine answers it. Ends early when the batch must.
   template <class Visit>
-  void ForEachPair(const WorldObject& object, double reach_m, Question question, Visit&& visit);
+  void ForEachPair(const WorldObject& object, From from, double reach_m, Question question,
+                   Visit&& visit);
   // The same for the pairs of the body's own parts.
   template <class Visit>
-  void ForEachSelfPair(double reach_m, Question question, Visit&& visit);
+  void ForEachSelfPair(From from, double reach_m, Question question, Visit&& visit);
+  // No pair of the body and the world has more.
+  double widest_margin_m() const { return widest_margin_m_; }
   bool asks_world() const { return body_.asks_world; }
   bool asks_itself() const { return !body_.self_pairs.empty(); }
   std::size_t part_count() const { return parts_.size(); }
@@ -85,14 +95,20 @@ class BodySearch {
     bool cheap_bounds;  // tight bounds take a handful of operations
     bool open_mesh;
     int frame;
+    double inflation_m;
     Pose X_WP;
     Aabb bounds_W;
   };
   using EngineTable = std::array<std::array<const Engine*, kShapeKindCount>, kShapeKindCount>;
 
   void RefusePair(const PairId& id, Question question);
-  const EngineTable& Engines(Question question) const {
-    return engines_[question == Question::kCollides ? 0 : 1];
+  const Engine* EngineFor(ShapeKind a, ShapeKind b, Question question) const {
+    return engines_[question == Question::kCollides ? 0 : 1][static_cast<int>(a)]
+                   [static_cast<int>(b)];
+  }
+  // What counts as near: `more_m` is what the parts' deviations can add to the margin.
+  static double Start_m(From from, double margin_m, double more_m) {
+    return from == From::kMargin ? std::max(0.0, margin_m + more_m) : 0;
   }
   // After a pair was asked; true when the batch must end.
   bool MustEndAfter(ShapeKind a, ShapeKind b) {
@@ -104,6 +120,10 @@ class BodySearch {
   const WorldSnapshot& world_;
   const QueryBody& body_;
   WorldFilter filter_;
+  PairRuleLookup rules_;
+  double request_margin_m_;
+  double sigmas_;  // of QueryOptions::margin_sigma
+  double widest_margin_m_;
   EngineChoice choice_;
   std::array<EngineTable, 2> engines_;  // by Question: kCollides, kDistance
   std::vector<BodyPart> parts_;
@@ -117,49 +137,72 @@ class BodySearch {
 bool IsOpenMesh(const Shape& shape);
 
 template <class Visit>
-void BodySearch::ForEachPair(const WorldObject& object, double reach_m, Question question,
-                             Visit&& visit) {
-  const EngineTable& engines = Engines(question);
+void BodySearch::ForEachPair(const WorldObject& object, From from, double reach_m,
+                             Question question, Visit&& visit) {
+  const PairTerms* const rules = rules_.Of(object);
+  const double usual_m = object.margin_m + body_.margin_m + request_margin_m_;
+  const double more_m = sigmas_ * object.geometry->widest_sigma_m;
   for (std::size_t b = 0; b < parts_.size(); ++b) {
     const BodyPart& mine = parts_[b];
+    double margin_m = usual_m;
+    if (rules != nullptr) {
+      if (rules[mine.frame].allowed) continue;
+      margin_m = rules[mine.frame].Margin_m(usual_m);
+    }
+    margin_m += mine.inflation_m;
+    const double start_m = Start_m(from, margin_m, more_m);
     for (std::size_t o = 0; o < object.parts_W.size(); ++o) {
       const PlacedPart& placed = object.parts_W[o];
       const double squared_m2 = SquaredDistance_m2(mine.bounds_W, placed.bounds_W);
-      if (reach_m < 0 || squared_m2 > reach_m * reach_m) continue;
+      const double near_m = start_m + reach_m;
+      if (reach_m < 0 || squared_m2 > near_m * near_m) continue;
       const PreparedPart& theirs = object.geometry->parts[o];
       if (filter_.Skips(theirs.source)) continue;
       const PairId id{&object, static_cast<std::int32_t>(b), static_cast<std::int32_t>(o)};
       const ShapeKind kind = KindOf(theirs.shape);
-      const Engine* engine = engines[static_cast<int>(mine.kind)][static_cast<int>(kind)];
-      if (engine == nullptr) return RefusePair(id, question);
+      const double pair_margin_m = margin_m + sigmas_ * theirs.sigma_m;
+      const Question asked = pair_margin_m == 0 ? question : Question::kDistance;
+      const Engine* engine = EngineFor(mine.kind, kind, asked);
+      if (engine == nullptr) return RefusePair(id, asked);
       const int slot = static_cast<int>(engine->kind());
       reach_m = visit(Pair{id,
                            *engine,
                            {mine.kind, *mine.part->engines[slot], mine.X_WP},
                            {kind, *theirs.engines[slot], placed.X_WP},
-                           mine.open_mesh || IsOpenMesh(theirs.shape)});
+                           mine.open_mesh || IsOpenMesh(theirs.shape),
+                           pair_margin_m});
       if (MustEndAfter(mine.kind, kind)) return;
     }
   }
 }
 
 template <class Visit>
-void BodySearch::ForEachSelfPair(double reach_m, Question question, Visit&& visit) {
-  const EngineTable& engines = Engines(question);
-  for (const auto& [first, second] : body_.self_pairs) {
+void BodySearch::ForEachSelfPair(From from, double reach_m, Question question, Visit&& visit) {
+  const std::span<const PairTerms> rules = rules_.OfSelfPairs();
+  for (std::size_t i = 0; i < body_.self_pairs.size(); ++i) {
+    const auto [first, second] = body_.self_pairs[i];
     const BodyPart& a = parts_[static_cast<std::size_t>(first)];
     const BodyPart& b = parts_[static_cast<std::size_t>(second)];
+    double margin_m = request_margin_m_;
+    if (!rules.empty()) {
+      if (rules[i].allowed) continue;
+      margin_m = rules[i].Margin_m(request_margin_m_);
+    }
+    margin_m += a.inflation_m + b.inflation_m;
+    const double near_m = Start_m(from, margin_m, 0) + reach_m;
     const double squared_m2 = SquaredDistance_m2(a.bounds_W, b.bounds_W);
-    if (reach_m < 0 || squared_m2 > reach_m * reach_m) continue;
+    if (reach_m < 0 || squared_m2 > near_m * near_m) continue;
     const PairId id{nullptr, first, second};
-    const Engine* engine = engines[static_cast<int>(a.kind)][static_cast<int>(b.kind)];
-    if (engine == nullptr) return RefusePair(id, question);
+    const Question asked = margin_m == 0 ? question : Question::kDistance;
+    const Engine* engine = EngineFor(a.kind, b.kind, asked);
+    if (engine == nullptr) return RefusePair(id, asked);
     const int slot = static_cast<int>(engine->kind());
     reach_m = visit(Pair{id,
                          *engine,
                          {a.kind, *a.part->engines[slot], a.X_WP},
                          {b.kind, *b.part->engines[slot], b.X_WP},
-                         a.open_mesh || b.open_mesh});
+                         a.open_mesh || b.open_mesh,
+                         margin_m});
     if (MustEndAfter(a.kind, b.kind)) return;
   }
 }

@@ -42,7 +42,8 @@ Verdict Decide(const PairDistance& answer, double margin_m) {
   return answer.trust == Trust::kDegraded ? Verdict::kUndecided : Verdict::kFree;
 }
 
-PairVerdict Judge(const BodySearch::Pair& pair, double margin_m) {
+PairVerdict Judge(const BodySearch::Pair& pair) {
+  const double margin_m = pair.margin_m;
   const bool is_bullet =
       pair.engine.kind() == EngineKind::kBullet;  // it decides by distance itself
   if (margin_m == 0 && !HasStandIn(pair) && !is_bullet) {
@@ -61,9 +62,9 @@ class RowJudge {
   const RowVerdict& row() const { return row_; }
   bool is_decided() const { return row_.verdict == Verdict::kCollision; }
 
-  // The reach that still matters: none once a pair collides, one is enough.
-  double Add(const BodySearch::Pair& pair, double margin_m) {
-    const PairVerdict told = Judge(pair, margin_m);
+  // The reach beyond the margins that still matters: none once a pair collides, one is enough.
+  double Add(const BodySearch::Pair& pair) {
+    const PairVerdict told = Judge(pair);
     if (told.verdict == Verdict::kCollision) {
       row_ = {.verdict = Verdict::kCollision, .pair = pair.id, .trust = told.trust};
       return -1;
@@ -75,39 +76,25 @@ class RowJudge {
         row_.trust = std::max(row_.trust, told.trust);
       }
     }
-    return std::max(0.0, margin_m);
+    return 0;
   }
 
  private:
   RowVerdict row_;
 };
 
-Question QuestionFor(double margin_m) {
-  return margin_m == 0 ? Question::kCollides : Question::kDistance;
-}
-
-struct Margins {
-  double of_request_m = 0;
-  double own_m = 0;     // with that of the object that asks
-  double widest_m = 0;  // with that of any object
-};
-
-RowVerdict JudgeRow(BodySearch& search, const Margins& margins) {
+RowVerdict JudgeRow(BodySearch& search) {
   RowJudge judge;
-  const double among_itself_m = margins.of_request_m;
-  search.ForEachSelfPair(
-      std::max(0.0, among_itself_m), QuestionFor(among_itself_m),
-      [&](const BodySearch::Pair& pair) { return judge.Add(pair, among_itself_m); });
+  const auto add = [&](const BodySearch::Pair& pair) { return judge.Add(pair); };
+  search.ForEachSelfPair(BodySearch::From::kMargin, 0, Question::kCollides, add);
   if (judge.is_decided() || search.ended() || !search.asks_world()) return judge.row();
   const auto visit = [&](const WorldObject& object) {
     if (search.Skips(object)) return true;
-    const double margin_m = object.margin_m + margins.own_m;
-    search.ForEachPair(object, std::max(0.0, margin_m), QuestionFor(margin_m),
-                       [&](const BodySearch::Pair& pair) { return judge.Add(pair, margin_m); });
+    search.ForEachPair(object, BodySearch::From::kMargin, 0, Question::kCollides, add);
     return !judge.is_decided() && !search.ended();
   };
-  search.world().bounds().ForEachWithin(search.body_bounds_W(), std::max(0.0, margins.widest_m),
-                                        visit);
+  search.world().bounds().ForEachWithin(search.body_bounds_W(),
+                                        std::max(0.0, search.widest_margin_m()), visit);
   return judge.row();
 }
 
@@ -133,8 +120,6 @@ absl::StatusOr<CollisionColumns> CheckCollisions(const WorldSnapshot& world, con
                                                  const BodyRows& rows, const QueryOptions& options,
                                                  std::stop_token stop) {
   BodySearch search(world, body, options, std::move(stop));
-  Margins margins{.of_request_m = options.margin_m, .own_m = body.margin_m + options.margin_m};
-  margins.widest_m = world.objects().widest_margin_m() + margins.own_m;
   ObjectRanks ranks(world);
 
   CollisionColumns columns;
@@ -144,7 +129,7 @@ absl::StatusOr<CollisionColumns> CheckCollisions(const WorldSnapshot& world, con
     RowVerdict row{.verdict = Verdict::kOutOfLimits, .pair = {}, .trust = Trust::kExact};
     if (rows.IsWithinLimits(i)) {
       search.PlaceBody(rows, i);
-      row = JudgeRow(search, margins);
+      row = JudgeRow(search);
     }
     if (search.ended()) break;
     Append(columns, row, ranks);

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <utility>
 
 #include "collision/query/body_search.h"
@@ -10,41 +11,36 @@ namespace {
 // Gathers the contacts of a row, with a buffer for those of a pair.
 class ContactFinder {
  public:
-  ContactFinder(BodySearch& search, int max_count) : search_(search), best_(max_count) {}
+  ContactFinder(BodySearch& search, int max_count)
+      : search_(search), max_count_(max_count), best_(max_count) {}
 
-  void FindAll(const QueryOptions& options, double own_margin_m) {
+  void FindAll() {
     best_.Clear();
-    search_.ForEachSelfPair(Reach_m(options.margin_m), Question::kDistance,
-                            [&](const BodySearch::Pair& pair) {
-                              return Add(pair, options.margin_m, options.max_contacts);
-                            });
+    const auto add = [&](const BodySearch::Pair& pair) { return Add(pair); };
+    search_.ForEachSelfPair(BodySearch::From::kMargin, 0, Question::kDistance, add);
     if (!search_.asks_world() || search_.ended()) return;
     const auto visit = [&](const WorldObject& object) {
       if (search_.Skips(object)) return true;
-      const double margin_m = object.margin_m + own_margin_m;
-      search_.ForEachPair(
-          object, Reach_m(margin_m), Question::kDistance,
-          [&](const BodySearch::Pair& pair) { return Add(pair, margin_m, options.max_contacts); });
+      search_.ForEachPair(object, BodySearch::From::kMargin, 0, Question::kDistance, add);
       return !search_.ended();
     };
-    const WorldSnapshot& world = search_.world();
-    world.bounds().ForEachWithin(search_.body_bounds_W(),
-                                 Reach_m(world.objects().widest_margin_m() + own_margin_m), visit);
+    search_.world().bounds().ForEachWithin(search_.body_bounds_W(),
+                                           std::max(0.0, search_.widest_margin_m()), visit);
   }
 
   const std::vector<FoundPair>& contacts() const { return best_.pairs(); }
 
  private:
-  static double Reach_m(double margin_m) { return std::max(0.0, margin_m); }
-
-  double Add(const BodySearch::Pair& pair, double margin_m, int max_count) {
+  // The reach beyond the margins that still matters.
+  double Add(const BodySearch::Pair& pair) {
     scratch_.clear();
-    pair.engine.Contacts(pair.body, pair.object, margin_m, max_count, scratch_);
+    pair.engine.Contacts(pair.body, pair.object, pair.margin_m, max_count_, scratch_);
     for (const PairDistance& contact : scratch_) best_.Add({.answer = contact, .id = pair.id});
-    return Reach_m(margin_m);
+    return 0;
   }
 
   BodySearch& search_;
+  const int max_count_;
   BestPairs best_;
   std::vector<PairDistance> scratch_;
 };
@@ -62,7 +58,7 @@ absl::StatusOr<PairColumns> GetContacts(const WorldSnapshot& world, const QueryB
   for (std::size_t row = 0; row < rows.size(); ++row) {
     if (search.MustEnd()) break;
     search.PlaceBody(rows, row);
-    finder.FindAll(options, body.margin_m + options.margin_m);
+    finder.FindAll();
     if (search.ended()) break;
     AppendRow(columns, finder.contacts(), ranks);
   }

@@ -55,7 +55,7 @@ class NearestPair {
 void AddNearestOfObject(BodySearch& search, const WorldObject& object, double limit_m,
                         BestPairs& best) {
   NearestPair nearest(limit_m);
-  search.ForEachPair(object, nearest.reach_m(), Question::kDistance,
+  search.ForEachPair(object, BodySearch::From::kSurface, nearest.reach_m(), Question::kDistance,
                      [&](const BodySearch::Pair& pair) { return nearest.Add(pair); });
   if (!nearest.is_found()) return;
   FoundPair found = nearest.found();
@@ -69,7 +69,7 @@ void AddNearestOfObject(BodySearch& search, const WorldObject& object, double li
 // Of parts that move apart by themselves: the depth of each pair is its own.
 void AddNearestOfItself(BodySearch& search, double limit_m, BestPairs& best) {
   NearestPair nearest(limit_m);
-  search.ForEachSelfPair(nearest.reach_m(), Question::kDistance,
+  search.ForEachSelfPair(BodySearch::From::kSurface, nearest.reach_m(), Question::kDistance,
                          [&](const BodySearch::Pair& pair) { return nearest.Add(pair); });
   if (nearest.is_found()) best.Add(nearest.found());
 }

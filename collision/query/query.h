@@ -3,9 +3,13 @@
 // on any thread; ties break by object name, then part.
 //
 // Margins: distance and depth are geometric, margins never enter them. A state collides when the
-// distance of some pair is strictly less than the margin of the object plus the margin of the
-// object that asks, if one does, plus the margin of the request. Two links of a robot have no
-// margins of their own: theirs is the request's.
+// distance of some pair is strictly less than its margin: what a rule of the pair sets, else the
+// margin of the object plus the margin of the object that asks, if one does, plus the margin of the
+// request; and in either case margin_sigma deviations of either part's surface. Two links of a robot
+// have no margins of their own: theirs is the request's.
+//
+// Pairs that may collide, by the SRDF, the world or the request, are seen by no question: they are in
+// no verdict, distance or contact. Rays and sampled points are of no body: no rule is about them.
 #pragma once
 
 #include <chrono>
@@ -40,8 +44,11 @@ struct QueryBody {
   int frame_count = 1;
   std::vector<PartPair> self_pairs = {};  // that must not collide either
   bool asks_world = true;                 // false: about itself alone
-  std::string self = {};  // name of the world object that asks: it is left out of the world
-  double margin_m = 0;    // of the world object that asks
+  // Name of the object or robot of the world that asks: it is left out of the world, and rules of
+  // pairs know it by that. Empty: only rules of everything are about it.
+  std::string self = {};
+  double margin_m = 0;                                // of the world object that asks
+  std::shared_ptr<const RobotModel> robot = nullptr;  // whose links are the frames
 };
 QueryBody BodyFromShapes(std::vector<Placed<>> shapes);
 QueryBody BodyFromObject(const WorldObject& object);
@@ -80,9 +87,12 @@ struct QueryOptions {
   double margin_m = 0;
   // Objects farther than this are not reported by GetDistances and SamplePoints.
   double max_distance_m = std::numeric_limits<double>::infinity();
-  int max_results = 1;                   // nearest objects per row of GetDistances
-  int max_contacts = 16;                 // per row of GetContacts
-  std::vector<std::string> ignore = {};  // names of objects that the question leaves out
+  int max_results = 1;                       // nearest objects per row of GetDistances
+  int max_contacts = 16;                     // per row of GetContacts
+  std::vector<std::string> ignore = {};      // names of objects that the question leaves out
+  std::vector<NamedPair> ignore_pairs = {};  // that may collide, besides those of the world
+  double margin_sigma =
+      0;  // >= 0: so many deviations of its surface are part of each part's margin
   // Of SamplePoints for a large batch, the caller's included. The other questions use the caller's.
   int threads = 1;
   // Work stops here and the completed prefix is returned.

@@ -28,6 +28,7 @@ QueryBody BodyFromRobot(const RobotGeometry& robot, RobotScope scope) {
                  .frame_of_part = robot.link_of_part,
                  .frame_count = static_cast<int>(model.links.size())};
   body.asks_world = scope != RobotScope::kSelf;
+  body.robot = robot.model;
   if (scope == RobotScope::kWorld) return body;
   std::vector<std::vector<std::int32_t>> parts_of_link(model.links.size());
   for (std::size_t part = 0; part < robot.link_of_part.size(); ++part) {
@@ -41,6 +42,12 @@ QueryBody BodyFromRobot(const RobotGeometry& robot, RobotScope scope) {
       }
     }
   }
+  return body;
+}
+
+QueryBody BodyFromRobot(const WorldRobot& robot, RobotScope scope) {
+  QueryBody body = BodyFromRobot(*robot.robot, scope);
+  body.self = robot.name;
   return body;
 }
 

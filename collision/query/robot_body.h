@@ -16,6 +16,8 @@ enum class RobotScope { kWorld, kSelf, kBoth };
 // One frame per link. Parts of two links are asked of each other where RobotModel::self_pairs has
 // the links. Shares the robot's geometry.
 QueryBody BodyFromRobot(const RobotGeometry& robot, RobotScope scope);
+// The same of a robot of the world, which rules of pairs know by its name.
+QueryBody BodyFromRobot(const WorldRobot& robot, RobotScope scope);
 
 // States of a robot that differ in the variables of one group.
 class JointRows : public BodyRows {

@@ -8,6 +8,7 @@
 #include "collision/geometry/validation.h"
 #include "collision/world/apply_fault.h"
 #include "collision/world/model_equality.h"
+#include "collision/world/pair_rule_transaction.h"
 #include "collision/world/robot_transaction.h"
 #include "collision/world/world_snapshot.h"
 
@@ -43,7 +44,7 @@ absl::Status NameTaken(const std::string& name, std::string_view by) {
 class Transaction {
  public:
   explicit Transaction(const WorldSnapshot& base)
-      : base_(base), revision_{base.revision().value + 1}, robots_(base) {}
+      : base_(base), revision_{base.revision().value + 1}, robots_(base), rules_(base) {}
 
   absl::Status operator()(const PutObject& put) {
     if (!IsValidName(put.name)) return BadName(put.name);
@@ -82,7 +83,18 @@ class Transaction {
   absl::Status operator()(const RemoveRobot& remove) { return robots_.Remove(remove); }
   absl::Status operator()(const SetRobotState& set) { return robots_.Set(set); }
 
+  absl::Status operator()(const AllowCollision& allow) { return rules_.Allow(allow); }
+  absl::Status operator()(const SetPairMargin& set) { return rules_.SetMargin(set); }
+  absl::Status operator()(const ExpireRules& expire) {
+    rules_.Expire(expire);
+    return absl::OkStatus();
+  }
+
   absl::Status CheckExpected(const Change& change, Revision expected) const {
+    if (IsOfPairs(change)) {
+      return BadField("expected_object_revision",
+                      "is given, must be absent: rules of pairs have no revision of their own");
+    }
     const std::optional<Revision> latest = LatestRevisionOf(base_, change);
     const std::string who =
         absl::StrCat(IsOfRobot(change) ? "robot '" : "object '", NameOf(change), "'");
@@ -106,8 +118,10 @@ class Transaction {
                         .after = object.has_value() ? Place(*std::move(object)) : nullptr});
     }
     const std::vector<RobotDelta> robot_deltas = robots_.Finish();
-    if (deltas.empty() && robot_deltas.empty()) return nullptr;
-    return std::make_shared<const WorldSnapshot>(base_.After(revision_, deltas, robot_deltas));
+    std::shared_ptr<const PairRules> rules = rules_.Finish();
+    if (deltas.empty() && robot_deltas.empty() && rules == nullptr) return nullptr;
+    return std::make_shared<const WorldSnapshot>(
+        base_.After(revision_, deltas, robot_deltas, std::move(rules)));
   }
 
  private:
@@ -167,12 +181,25 @@ class Transaction {
   Revision revision_;
   std::map<std::string, std::optional<WorldObject>, std::less<>> touched_;  // nullopt: removed
   RobotTransaction robots_;
+  PairRuleTransaction rules_;
 };
 
 }  // namespace
 
 const std::string& NameOf(const Change& change) {
-  return std::visit([](const auto& what) -> const std::string& { return what.name; }, change.what);
+  static const std::string& kNone = *new std::string;
+  return std::visit(
+      [](const auto& what) -> const std::string& {
+        if constexpr (requires { what.name; }) return what.name;
+        return kNone;
+      },
+      change.what);
+}
+
+bool IsOfPairs(const Change& change) {
+  return std::holds_alternative<AllowCollision>(change.what) ||
+         std::holds_alternative<SetPairMargin>(change.what) ||
+         std::holds_alternative<ExpireRules>(change.what);
 }
 
 bool IsOfRobot(const Change& change) {

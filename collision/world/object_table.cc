@@ -10,6 +10,7 @@ struct ObjectTable::Node {
   std::uint64_t priority = 0;
   std::size_t size = 0;
   double widest_margin_m = 0;
+  double widest_sigma_m = 0;
   NodePtr left, right;
 
   std::string_view name() const { return object->name; }
@@ -17,6 +18,7 @@ struct ObjectTable::Node {
   static double MarginOf(const NodePtr& node) {
     return node == nullptr ? 0 : node->widest_margin_m;
   }
+  static double SigmaOf(const NodePtr& node) { return node == nullptr ? 0 : node->widest_sigma_m; }
   // Which of two names is the root of a tree that holds both.
   bool IsAbove(const Node& other) const {
     return priority != other.priority ? priority > other.priority : name() < other.name();
@@ -61,6 +63,7 @@ ObjectTable::ObjectTable(std::span<const WorldObjectPtr> objects) : root_(Build(
 
 std::size_t ObjectTable::size() const { return Node::SizeOf(root_); }
 double ObjectTable::widest_margin_m() const { return Node::MarginOf(root_); }
+double ObjectTable::widest_sigma_m() const { return Node::SigmaOf(root_); }
 
 ObjectTable::Iterator ObjectTable::begin() const {
   Iterator first;
@@ -121,6 +124,8 @@ ObjectTable::NodePtr ObjectTable::Make(WorldObjectPtr object, NodePtr left, Node
   node->priority = HashOf(object->name);
   node->size = 1 + Node::SizeOf(left) + Node::SizeOf(right);
   node->widest_margin_m = std::max({object->margin_m, Node::MarginOf(left), Node::MarginOf(right)});
+  node->widest_sigma_m =
+      std::max({object->geometry->widest_sigma_m, Node::SigmaOf(left), Node::SigmaOf(right)});
   node->object = std::move(object);
   node->left = std::move(left);
   node->right = std::move(right);

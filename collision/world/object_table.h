@@ -76,6 +76,8 @@ class ObjectTable {
   std::optional<std::size_t> RankOf(std::string_view name) const;
   // The largest margin of any object; 0 without objects.
   double widest_margin_m() const;
+  // Likewise of the deviation of any part's surface.
+  double widest_sigma_m() const;
 
   // The very same objects, not equal ones.
   friend bool operator==(const ObjectTable& a, const ObjectTable& b) {

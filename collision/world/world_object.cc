@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include "collision/geometry/surface_sigma.h"
+
 namespace cwm::collision {
 namespace {
 
@@ -64,6 +66,8 @@ std::shared_ptr<const PreparedModel> Prepare(std::shared_ptr<const HybridModel> 
   for (int i = 0; i < static_cast<int>(model->shapes.size()); ++i) {
     const ShapePart& part = model->shapes[i];
     prepared->parts.push_back(PreparePart(PartSource::kShape, i, part.X_OS, part.shape));
+    prepared->parts.back().sigma_m = SurfaceSigma_m(part);
+    prepared->widest_sigma_m = std::max(prepared->widest_sigma_m, prepared->parts.back().sigma_m);
   }
   for (int i = 0; i < static_cast<int>(model->surfaces.size()); ++i) {
     const Mesh& surface = model->surfaces[i].surface;

@@ -38,7 +38,8 @@ struct PreparedPart {
   int index = 0;                 // into the model's shapes, surfaces or handles
   Pose X_OP = Pose::Identity();  // the part in the object's frame
   Shape shape;
-  Aabb bounds_O;  // tight, object's frame
+  Aabb bounds_O;       // tight, object's frame
+  double sigma_m = 0;  // of a shape: SurfaceSigma_m; 0 for surfaces and handles, which have no fit
   PreparedShape engines;
 };
 
@@ -54,7 +55,8 @@ struct PlacedPart {
 struct PreparedModel {
   std::shared_ptr<const HybridModel> model;
   std::vector<PreparedPart>
-      parts;  // shapes, then surfaces, then handles, each in the model's order
+      parts;                  // shapes, then surfaces, then handles, each in the model's order
+  double widest_sigma_m = 0;  // of any part
 };
 
 // Heavy: builds trees and hulls. Call it without any lock held. Surfaces without triangles make no

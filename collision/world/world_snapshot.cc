@@ -40,11 +40,12 @@ std::vector<WorldRobotPtr> RobotsAfter(std::vector<WorldRobotPtr> robots,
 }  // namespace
 
 WorldSnapshot::WorldSnapshot(Revision revision, std::span<const WorldObjectPtr> objects_by_name,
-                             std::vector<WorldRobotPtr> robots_by_name)
+                             std::vector<WorldRobotPtr> robots_by_name, PairRules pair_rules)
     : revision_(revision),
       objects_(objects_by_name),
       bounds_(TreeOver(objects_by_name)),
-      robots_(std::make_shared<const Robots>(std::move(robots_by_name))) {
+      robots_(std::make_shared<const Robots>(std::move(robots_by_name))),
+      pair_rules_(std::make_shared<const PairRules>(std::move(pair_rules))) {
   [[maybe_unused]] const auto precedes = [](const auto& a, const auto& b) {
     return a->name < b->name;
   };
@@ -53,7 +54,8 @@ WorldSnapshot::WorldSnapshot(Revision revision, std::span<const WorldObjectPtr> 
 }
 
 WorldSnapshot WorldSnapshot::After(Revision revision, std::span<const ObjectDelta> deltas,
-                                   std::span<const RobotDelta> robot_deltas) const {
+                                   std::span<const RobotDelta> robot_deltas,
+                                   std::shared_ptr<const PairRules> pair_rules) const {
   WorldSnapshot next = *this;
   next.revision_ = revision;
   for (const auto& [before, after] : deltas) {
@@ -68,6 +70,7 @@ WorldSnapshot WorldSnapshot::After(Revision revision, std::span<const ObjectDelt
   if (!robot_deltas.empty()) {
     next.robots_ = std::make_shared<const Robots>(RobotsAfter(*robots_, robot_deltas));
   }
+  if (pair_rules != nullptr) next.pair_rules_ = std::move(pair_rules);
   return next;
 }
 

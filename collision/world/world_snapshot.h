@@ -13,6 +13,7 @@
 #include "absl/status/statusor.h"
 #include "collision/broadphase/bounds_tree.h"
 #include "collision/world/object_table.h"
+#include "collision/world/pair_rules.h"
 #include "collision/world/robot_state.h"
 #include "collision/world/world_object.h"
 #include "collision/world/world_robot.h"
@@ -30,14 +31,15 @@ class WorldSnapshot {
   WorldSnapshot() = default;
   // Objects made by Place, ordered by name; robots likewise.
   WorldSnapshot(Revision revision, std::span<const WorldObjectPtr> objects_by_name,
-                std::vector<WorldRobotPtr> robots_by_name = {});
+                std::vector<WorldRobotPtr> robots_by_name = {}, PairRules pair_rules = {});
 
   // The snapshot that differs from this one by the deltas, each of another name: `before` is what
   // this one holds, `after` made by Place. Shares all that the deltas do not touch: a delta costs
   // some dozens of small nodes, whatever the number of objects; deltas of robots a pointer for each
-  // robot, of which there are few.
+  // robot, of which there are few. `pair_rules`: all of them; nullptr where none differs.
   WorldSnapshot After(Revision revision, std::span<const ObjectDelta> deltas,
-                      std::span<const RobotDelta> robot_deltas = {}) const;
+                      std::span<const RobotDelta> robot_deltas = {},
+                      std::shared_ptr<const PairRules> pair_rules = nullptr) const;
 
   Revision revision() const { return revision_; }
   // Ordered by name.
@@ -53,6 +55,9 @@ class WorldSnapshot {
   // nullptr when there is none.
   WorldRobotPtr FindRobot(std::string_view name) const;
 
+  // Shared by all snapshots between which none differs. They may be of things that are not there.
+  const PairRules& pair_rules() const { return *pair_rules_; }
+
  private:
   using Robots = std::vector<WorldRobotPtr>;
 
@@ -60,6 +65,7 @@ class WorldSnapshot {
   ObjectTable objects_;
   BoundsTree<WorldObject> bounds_;  // refers to objects that objects_ keeps alive
   std::shared_ptr<const Robots> robots_ = std::make_shared<const Robots>();
+  std::shared_ptr<const PairRules> pair_rules_ = std::make_shared<const PairRules>();
 };
 
 // Adds or replaces the object of that name. A put over an object that is equal in all fields has no
@@ -100,24 +106,47 @@ struct SetRobotState {
   JointValues joints;
 };
 
+// Lets the pair collide: no question sees it. Allowed once more it gets the new time of expiry, or
+// none. What is named may not be there, yet or any more: a rule outlives what it is about.
+struct AllowCollision {
+  NamedPair pair;                        // in either order
+  bool withdraw = false;                 // ends what was allowed of the very pair
+  std::optional<WallTime> expires = {};  // when the server publishes its end; absent: never
+};
+struct SetPairMargin {
+  NamedPair pair;
+  std::optional<double> margin_m;  // >= 0; absent: ends what was set of the very pair
+};
+// Ends what is allowed until `now` or before.
+struct ExpireRules {
+  WallTime now;
+};
+
+// Rules of pairs in one world: more are refused. Some hundreds are expected; a change of one copies
+// them all, in about a millisecond then.
+inline constexpr std::size_t kMostPairRules = 4096;
+
 struct Change {
-  std::variant<PutObject, MoveObject, RemoveObject, PutRobot, RemoveRobot, SetRobotState> what;
+  std::variant<PutObject, MoveObject, RemoveObject, PutRobot, RemoveRobot, SetRobotState,
+               AllowCollision, SetPairMargin, ExpireRules>
+      what;
   // latest_revision() of the object or robot before this list, as its writer knew it; another one,
-  // or no such object, aborts the whole list.
+  // or no such object, aborts the whole list. Not for rules of pairs, which have none.
   std::optional<Revision> expected_object_revision;
 };
 
-// Of the object or robot that the change is about.
+// Of the object or robot that the change is about; empty for rules of pairs.
 const std::string& NameOf(const Change& change);
 bool IsOfRobot(const Change& change);
+bool IsOfPairs(const Change& change);
 // What `expected_object_revision` is compared with; nothing when there is no such object or robot.
 std::optional<Revision> LatestRevisionOf(const WorldSnapshot& snapshot, const Change& change);
 
 // Applies all changes in order or none. Returns the new snapshot at base.revision() + 1; the base
 // itself when nothing has an effect. NotFound names a missing object or robot, Aborted a revision
 // that does not match, InvalidArgument a name, pose, margin, geometry or state that no world may
-// hold, or the name of a robot for an object or the other way round; all name the index of the
-// change. Cost: the changes, and one pointer and one box per object; geometry is shared, never
+// hold, or the name of a robot for an object or the other way round, ResourceExhausted more than
+// kMostPairRules; all name the index of the change. Cost: the changes, and one pointer and one box per object; geometry is shared, never
 // touched.
 absl::StatusOr<std::shared_ptr<const WorldSnapshot>> Apply(
     const std::shared_ptr<const WorldSnapshot>& base, std::span<const Change> changes);
@@ -126,7 +155,8 @@ absl::StatusOr<std::shared_ptr<const WorldSnapshot>> Apply(
 struct ApplyFault {
   std::size_t change = 0;  // index in the list
   // "name", "pose", "geometry", "margin_m"; of a robot "name", "x_world_base", "robot", "state",
-  // "joints.values[2].variable" and the like; empty: the change as a whole.
+  // "joints.values[2].variable" and the like; of a pair "pair.a.name", "margin_m" and the like;
+  // "expected_object_revision"; empty: the change as a whole.
   std::string field;
   std::string rule;  // what the field breaks, or what is wrong with the change
 };

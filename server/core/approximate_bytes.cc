@@ -14,6 +14,8 @@ constexpr std::int64_t kPreparedPartBytes = 1'000;
 constexpr std::int64_t kTriangleBytes = 700;
 // A leaf and an inner node of the tree (box 48 and indices), and the pointer.
 constexpr std::int64_t kSnapshotEntryBytes = 144;
+// Four names beyond the small-string size, at half of their longest.
+constexpr std::int64_t kRuleExtraBytes = 250;
 // A name, a uid and a supporter beyond the small-string size, and the shared pointer's block.
 constexpr std::int64_t kObjectExtraBytes = 150;
 
@@ -89,6 +91,16 @@ std::int64_t ApproximateSupersededBytes(std::span<const collision::RobotDelta> d
     if (after == nullptr || after->robot != before->robot) bytes += Bytes(*before->robot);
   }
   return bytes;
+}
+
+std::int64_t ApproximateBytes(const collision::PairRules& rules) {
+  return static_cast<std::int64_t>(rules.size()) *
+         (static_cast<std::int64_t>(sizeof(collision::PairRule)) + kRuleExtraBytes);
+}
+
+std::int64_t ApproximateBytes(std::span<const collision::PairRuleDelta> deltas) {
+  return static_cast<std::int64_t>(deltas.size()) *
+         (static_cast<std::int64_t>(sizeof(collision::PairRuleDelta)) + 2 * kRuleExtraBytes);
 }
 
 }  // namespace cwm::server

@@ -21,4 +21,8 @@ std::int64_t ApproximateSupersededBytes(std::span<const collision::ObjectDelta> 
 // A robot that only moved shares its model and geometry likewise.
 std::int64_t ApproximateSupersededBytes(std::span<const collision::RobotDelta> deltas);
 
+// All of them, with their names.
+std::int64_t ApproximateBytes(const collision::PairRules& rules);
+std::int64_t ApproximateBytes(std::span<const collision::PairRuleDelta> deltas);
+
 }  // namespace cwm::server

@@ -20,14 +20,17 @@ History::History(Retention retention, SnapshotPtr first) : retention_(retention)
 History::Forgotten History::Append(SnapshotPtr next, EventPtr event) {
   const std::int64_t superseded =
       ApproximateSupersededBytes(event->deltas) + ApproximateSupersededBytes(event->robot_deltas);
-  snapshots_.back().bytes += superseded;
+  const collision::PairRules& rules = snapshots_.back().snapshot->pair_rules();
+  const std::int64_t rule_bytes = &rules != &next->pair_rules() ? ApproximateBytes(rules) : 0;
+  snapshots_.back().bytes += superseded + rule_bytes;
   const std::int64_t own = ApproximateOwnBytes(*next);
   snapshots_.push_back({std::move(next), own});
-  snapshot_bytes_ += superseded + own;
+  snapshot_bytes_ += superseded + rule_bytes + own;
 
   static_assert(sizeof(collision::RobotDelta) == sizeof(ObjectDelta));
   const std::int64_t deltas = event->size();
   const std::int64_t event_bytes = static_cast<std::int64_t>(sizeof(Event)) + superseded +
+                                   ApproximateBytes(event->rule_deltas) +
                                    deltas * static_cast<std::int64_t>(sizeof(ObjectDelta));
   event_bytes_ += event_bytes;
   event_deltas_ += deltas;
@@ -133,12 +136,16 @@ SnapshotPtr Undo(const collision::WorldSnapshot& latest, const std::vector<Event
                  Revision revision) {
   auto objects = ByNameOf(latest.objects());
   auto robots = ByNameOf(latest.robots());
+  collision::PairRules rules = latest.pair_rules();
   for (auto event = events.rbegin(); event != events.rend(); ++event) {
     UndoDeltas((*event)->deltas, objects);
     UndoDeltas((*event)->robot_deltas, robots);
+    for (const collision::PairRuleDelta& delta : (*event)->rule_deltas) {
+      SetRule(rules, delta.before);
+    }
   }
   return std::make_shared<const collision::WorldSnapshot>(revision, InOrder(objects),
-                                                          InOrder(robots));
+                                                          InOrder(robots), std::move(rules));
 }
 
 }  // namespace cwm::server

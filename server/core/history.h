@@ -20,9 +20,10 @@ struct Event {
   Clock::time_point when;
   std::vector<collision::ObjectDelta> deltas;
   std::vector<collision::RobotDelta> robot_deltas = {};
+  std::vector<collision::PairRuleDelta> rule_deltas = {};
 
   std::int64_t size() const {
-    return static_cast<std::int64_t>(deltas.size() + robot_deltas.size());
+    return static_cast<std::int64_t>(deltas.size() + robot_deltas.size() + rule_deltas.size());
   }
 };
 using EventPtr = std::shared_ptr<const Event>;
@@ -58,7 +59,7 @@ class History {
  private:
   struct KeptSnapshot {
     SnapshotPtr snapshot;
-    std::int64_t bytes = 0;  // its own, and of the objects that the next revision took out
+    std::int64_t bytes = 0;  // its own, and of what the next revision took out of the world
   };
   struct KeptEvent {
     EventPtr event;

@@ -50,13 +50,15 @@ class Cursor : public WatchCursor {
   WorldFeed& feed() { return *feed_; }
 
   std::optional<WatchStep> Advance(Revision revision, std::vector<collision::ObjectDelta> deltas,
-                                   std::vector<collision::RobotDelta> robot_deltas) {
+                                   std::vector<collision::RobotDelta> robot_deltas,
+                                   std::vector<collision::PairRuleDelta> rule_deltas) {
     position_ = revision;
-    const bool is_event = !deltas.empty() || !robot_deltas.empty();
+    const bool is_event = !deltas.empty() || !robot_deltas.empty() || !rule_deltas.empty();
     return WatchStep{.what = is_event ? WatchStep::What::kEvents : WatchStep::What::kBookmark,
                      .revision = revision,
                      .deltas = std::move(deltas),
                      .robot_deltas = std::move(robot_deltas),
+                     .rule_deltas = std::move(rule_deltas),
                      .last = false};
   }
 
@@ -85,7 +87,8 @@ class LosslessCursor final : public Cursor {
   absl::StatusOr<std::optional<WatchStep>> NextChange() override {
     const WorldFeed::Look look = feed().LookAfter(position());
     if (look.event != nullptr) {
-      return Advance(look.event->revision, look.event->deltas, look.event->robot_deltas);
+      return Advance(look.event->revision, look.event->deltas, look.event->robot_deltas,
+                     look.event->rule_deltas);
     }
     if (look.compacted) return TooSlow(position(), look.oldest_watch);
     return UpToDate(look.ending);
@@ -113,9 +116,11 @@ class CoalescedCursor final : public Cursor {
     std::vector<collision::ObjectDelta> deltas = collision::Difference(*delivered_, *latest);
     std::vector<collision::RobotDelta> robot_deltas =
         collision::RobotDifference(*delivered_, *latest);
+    std::vector<collision::PairRuleDelta> rule_deltas =
+        collision::RuleDifference(delivered_->pair_rules(), latest->pair_rules());
     const Revision revision = latest->revision();
     delivered_ = std::move(latest);
-    return Advance(revision, std::move(deltas), std::move(robot_deltas));
+    return Advance(revision, std::move(deltas), std::move(robot_deltas), std::move(rule_deltas));
   }
 
   SnapshotPtr delivered_;

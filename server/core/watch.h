@@ -31,6 +31,7 @@ struct WatchStep {
   SnapshotPtr snapshot = {};
   std::vector<collision::ObjectDelta> deltas = {};
   std::vector<collision::RobotDelta> robot_deltas = {};
+  std::vector<collision::PairRuleDelta> rule_deltas = {};
   bool last = false;  // the world or the server is closing: no step follows
 };
 
@@ -45,7 +46,7 @@ class WatchCursor {
   // a lossless reader fell behind what is kept; NotFound WORLD_DELETED after the world's end, once
   // all events before it have been delivered. A draining server ends the watch with a bookmark that
   // is `last`, after which there is nothing. A bookmark that is not last says that the revision
-  // moved on and the objects and robots are as they were (coalesced).
+  // moved on and objects, robots and rules of pairs are as they were (coalesced).
   virtual absl::StatusOr<std::optional<WatchStep>> Next() = 0;
   // Where the reader stands: for idle bookmarks.
   virtual collision::Revision position() const = 0;

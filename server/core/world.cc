@@ -8,6 +8,7 @@
 #include "absl/strings/str_cat.h"
 #include "server/core/error.h"
 #include "server/core/request_memory.h"
+#include "server/core/rule_expiry.h"
 #include "server/core/world_feed.h"
 
 namespace cwm::server {
@@ -15,6 +16,18 @@ namespace {
 
 using collision::Change;
 using collision::Revision;
+
+// The field at fault, of the request that holds the list.
+std::string FieldOf(const Change& change, const collision::ApplyFault& fault,
+                    const std::string& list) {
+  std::string place = absl::StrCat(list, "[", fault.change, "]");
+  if (fault.field != "expected_object_revision") {
+    if (std::holds_alternative<collision::SetRobotState>(change.what)) place += ".robot_state";
+    if (std::holds_alternative<collision::AllowCollision>(change.what)) place += ".allow";
+    if (std::holds_alternative<collision::SetPairMargin>(change.what)) place += ".margin";
+  }
+  return fault.field.empty() ? place : absl::StrCat(place, ".", fault.field);
+}
 
 absl::Status RevisionMismatch(Revision expected, Revision actual) {
   return MakeError(
@@ -35,7 +48,9 @@ absl::Status ExplainRefusal(const absl::Status& status, const collision::WorldSn
   ErrorDetails details;
   if (change != nullptr) {
     details.metadata["change_index"] = std::to_string(fault->change);
-    details.metadata[is_of_robot ? "robot" : "object"] = NameOf(*change);
+    if (!IsOfPairs(*change)) {
+      details.metadata[is_of_robot ? "robot" : "object"] = NameOf(*change);
+    }
   }
   if (status.code() == absl::StatusCode::kNotFound) {
     details.reason = is_of_robot ? "ROBOT_UNKNOWN" : "OBJECT_UNKNOWN";
@@ -49,15 +64,12 @@ absl::Status ExplainRefusal(const absl::Status& status, const collision::WorldSn
         details.metadata["actual_revision"] = std::to_string(actual->value);
       }
     }
+  } else if (status.code() == absl::StatusCode::kResourceExhausted) {
+    details.reason = "TOO_MANY_PAIR_RULES";
+    details.metadata["limit"] = std::to_string(collision::kMostPairRules);
   } else {
     details.reason = "INVALID_FIELD";
-    if (fault.has_value()) {
-      const bool is_state = std::holds_alternative<collision::SetRobotState>(change->what);
-      const std::string place =
-          absl::StrCat(list, "[", fault->change, "]", is_state ? ".robot_state" : "");
-      details.fields.push_back(
-          {fault->field.empty() ? place : absl::StrCat(place, ".", fault->field), fault->rule});
-    }
+    if (fault.has_value()) details.fields.push_back({FieldOf(*change, *fault, list), fault->rule});
   }
   std::string message(status.message());
   if (fault.has_value()) {  // which begins with the place of a list that is called "changes"
@@ -71,6 +83,7 @@ struct World::State {
   const std::string uid;
   const std::function<Clock::time_point()> now;
   const std::shared_ptr<WorldFeed> feed;
+  const std::shared_ptr<RuleExpiry> expiry;  // may be null
 
   std::mutex turn;                                            // the writers'
   RequestMemory requests;                                     // under the turn
@@ -93,9 +106,16 @@ struct World::State {
     return std::nullopt;
   }
 
+  // Under the turn: what is said last is of the latest revision.
+  void ScheduleExpiry(const collision::WorldSnapshot& latest, const std::weak_ptr<World>& self) {
+    if (expiry == nullptr) return;
+    expiry->Set(uid, self, collision::NextExpiry(latest.pair_rules()));
+  }
+
   // Under the turn.
   absl::StatusOr<WriteOutcome> Write(const MakeChanges& make, const WriteOptions& options,
-                                     const WriteHooks& hooks, WorldFeed::Aftermath& aftermath) {
+                                     const WriteHooks& hooks, const std::weak_ptr<World>& self,
+                                     WorldFeed::Aftermath& aftermath) {
     absl::StatusOr<std::optional<WriteOutcome>> decided = Precheck(options);
     if (!decided.ok()) return decided.status();
     if (decided->has_value()) return **std::move(decided);
@@ -109,6 +129,8 @@ struct World::State {
     WriteOutcome outcome{.revision = (*next)->revision(), .replayed = false, .snapshot = *next};
     std::vector<collision::ObjectDelta> deltas = collision::Difference(*base, **next);
     std::vector<collision::RobotDelta> robot_deltas = collision::RobotDifference(*base, **next);
+    std::vector<collision::PairRuleDelta> rule_deltas =
+        collision::RuleDifference(base->pair_rules(), (*next)->pair_rules());
     // May run out of memory: before anything of the write is kept.
     const bool remember = !options.request_id.empty();
     auto reply = remember && hooks.reply ? hooks.reply(outcome) : nullptr;
@@ -117,7 +139,11 @@ struct World::State {
     }
     if (hooks.applied) hooks.applied(**next);
     if (*next != base) {
-      aftermath = feed->Publish(*std::move(next), std::move(deltas), std::move(robot_deltas));
+      const SnapshotPtr latest = *std::move(next);
+      const bool other_rules = !rule_deltas.empty();
+      aftermath =
+          feed->Publish(latest, std::move(deltas), std::move(robot_deltas), std::move(rule_deltas));
+      if (other_rules) ScheduleExpiry(*latest, self);
     }
     if (remember) requests.Remember(options, outcome, std::move(reply), now());
     return outcome;
@@ -125,11 +151,12 @@ struct World::State {
 };
 
 World::World(std::string name, std::string uid, Retention retention,
-             std::function<Clock::time_point()> now)
+             std::function<Clock::time_point()> now, std::shared_ptr<RuleExpiry> expiry)
     : state_(new State{.name = std::move(name),
                        .uid = std::move(uid),
                        .now = now,
                        .feed = std::make_shared<WorldFeed>(retention, now),
+                       .expiry = std::move(expiry),
                        .turn = {},
                        .requests = RequestMemory(retention),
                        .last_number = {},
@@ -137,7 +164,9 @@ World::World(std::string name, std::string uid, Retention retention,
                        .sensor_poses = {},
                        .observations = {}}) {}
 
-World::~World() = default;
+World::~World() {
+  if (state_->expiry != nullptr) state_->expiry->Set(state_->uid, {}, std::nullopt);
+}
 
 const std::string& World::name() const { return state_->name; }
 const std::string& World::uid() const { return state_->uid; }
@@ -160,10 +189,18 @@ absl::StatusOr<WriteOutcome> World::Update(const MakeChanges& make, const WriteO
   WorldFeed::Aftermath aftermath;
   absl::StatusOr<WriteOutcome> outcome = [&] {
     std::lock_guard turn(state_->turn);
-    return state_->Write(make, options, hooks, aftermath);
+    return state_->Write(make, options, hooks, weak_from_this(), aftermath);
   }();
   aftermath.Finish();
   return outcome;
+}
+
+void World::ExpireRules(collision::WallTime now) {
+  const Change expire{.what = collision::ExpireRules{now}, .expected_object_revision = {}};
+  if (!Apply({&expire, 1}, {}).ok()) return;  // the world was closed: its rules ended with it
+  // Where the clock was set back nothing was over, and nothing was published: there is a next time.
+  std::lock_guard turn(state_->turn);
+  state_->ScheduleExpiry(*Snapshot(), weak_from_this());
 }
 
 absl::StatusOr<std::optional<WriteOutcome>> World::Precheck(const WriteOptions& options) const {

@@ -65,11 +65,15 @@ struct SensorPose {
 absl::Status ExplainRefusal(const absl::Status& status, const collision::WorldSnapshot& base,
                             std::span<const collision::Change> changes, const std::string& list);
 
-class World {
+class RuleExpiry;  // rule_expiry.h
+
+class World : public std::enable_shared_from_this<World> {
  public:
-  // `now` tells ages; tests pass their own.
+  // `now` tells ages; tests pass their own. `expiry` ends allowances that are over, of a world that
+  // a shared pointer holds; null: only ExpireRules does.
   World(std::string name, std::string uid, Retention retention,
-        std::function<Clock::time_point()> now = Clock::now);
+        std::function<Clock::time_point()> now = Clock::now,
+        std::shared_ptr<RuleExpiry> expiry = nullptr);
   ~World();
 
   const std::string& name() const;
@@ -84,7 +88,7 @@ class World {
                                  std::stop_token stop) const;
 
   // Applies the changes to the latest snapshot, all or nothing. NotFound OBJECT_UNKNOWN or
-  // ROBOT_UNKNOWN, Aborted REVISION_MISMATCH or OBJECT_REVISION_MISMATCH (expected_revision,
+  // ROBOT_UNKNOWN, ResourceExhausted TOO_MANY_PAIR_RULES, Aborted REVISION_MISMATCH or OBJECT_REVISION_MISMATCH (expected_revision,
   // actual_revision in the metadata), FailedPrecondition REQUEST_ID_REUSED, InvalidArgument
   // INVALID_FIELD ("changes[i]").
   absl::StatusOr<WriteOutcome> Apply(std::span<const collision::Change> changes,
@@ -97,6 +101,10 @@ class World {
       std::function<absl::StatusOr<std::vector<collision::Change>>(const SnapshotPtr&)>;
   absl::StatusOr<WriteOutcome> Update(const MakeChanges& make, const WriteOptions& options,
                                       const WriteHooks& hooks = {});
+
+  // Publishes the end of what pairs were allowed until `now`, if anything was. Questions that hold
+  // a snapshot are answered as it says. No effect on a world that was closed.
+  void ExpireRules(collision::WallTime now);
 
   // What Update would answer before it calls `make`: an error, the first reply of a retry, or
   // nothing. Saves the work of a write that cannot be.

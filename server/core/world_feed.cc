@@ -109,9 +109,11 @@ Revision WorldFeed::oldest_watch() {
 
 WorldFeed::Aftermath WorldFeed::Publish(SnapshotPtr next,
                                         std::vector<collision::ObjectDelta> deltas,
-                                        std::vector<collision::RobotDelta> robot_deltas) {
-  auto event = std::make_shared<const Event>(
-      Event{next->revision(), now_(), std::move(deltas), std::move(robot_deltas)});
+                                        std::vector<collision::RobotDelta> robot_deltas,
+                                        std::vector<collision::PairRuleDelta> rule_deltas) {
+  auto event =
+      std::make_shared<const Event>(Event{next->revision(), now_(), std::move(deltas),
+                                          std::move(robot_deltas), std::move(rule_deltas)});
   Aftermath aftermath;
   {
     std::lock_guard lock(mutex_);

@@ -58,7 +58,8 @@ class WorldFeed {
 
   // `next` follows the latest snapshot by one revision.
   [[nodiscard]] Aftermath Publish(SnapshotPtr next, std::vector<collision::ObjectDelta> deltas,
-                                  std::vector<collision::RobotDelta> robot_deltas);
+                                  std::vector<collision::RobotDelta> robot_deltas,
+                                  std::vector<collision::PairRuleDelta> rule_deltas);
   // Deletion follows draining, not the other way round.
   [[nodiscard]] Aftermath End(Ending ending);
 

@@ -9,6 +9,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "server/core/error.h"
+#include "server/core/rule_expiry.h"
 
 namespace cwm::server {
 namespace {
@@ -115,6 +116,7 @@ struct WorldRegistry::State {
   const Limits limits;
   const Retention retention;
   const std::function<Clock::time_point()> now;
+  const std::shared_ptr<RuleExpiry> expiry = std::make_shared<RuleExpiry>();
   mutable std::mutex mutex;
   std::map<std::string, Entry> entries;
   DeletionMemory deletions;
@@ -146,7 +148,7 @@ struct WorldRegistry::State {
                        {.reason = "TOO_MANY_WORLDS",
                         .metadata = {{"limit", std::to_string(limits.max_worlds)}}});
     }
-    auto world = std::make_shared<World>(name, RandomUid(), retention, now);
+    auto world = std::make_shared<World>(name, RandomUid(), retention, now, expiry);
     if (draining) world->Drain();
     return &(entries[name] = {.world = std::move(world), .kept = false, .leases = 0});
   }
@@ -184,7 +186,8 @@ WorldRegistry::WorldRegistry(Limits limits, Retention retention,
                        .entries = {},
                        .deletions = DeletionMemory(retention)}) {}
 
-WorldRegistry::~WorldRegistry() = default;
+// A world that somebody still holds has a share of the expiry, whose thread must not end in itself.
+WorldRegistry::~WorldRegistry() { state_->expiry->Stop(); }
 
 absl::StatusOr<WorldRegistry::Lease> WorldRegistry::FindOrMake(const std::string& name,
                                                                const std::string& uid) {

@@ -24,6 +24,7 @@ Result WithQuery(const v1::StreamQueriesRequest& request, const Use& use, Result
       return use(request.cast_rays());
     case v1::StreamQueriesRequest::kSamplePoints:
       return use(request.sample_points());
+    case v1::StreamQueriesRequest::kCheckMotions:
     case v1::StreamQueriesRequest::QUERY_NOT_SET:
       break;
   }
@@ -127,6 +128,7 @@ absl::Status StreamQueriesCall::AnswerRequest(const CallContext& call) {
     case v1::StreamQueriesRequest::kSamplePoints:
       return Answer(runtime_, request_.sample_points(), call, &held_,
                     response_.mutable_sample_points());
+    case v1::StreamQueriesRequest::kCheckMotions:
     case v1::StreamQueriesRequest::QUERY_NOT_SET:
       break;
   }

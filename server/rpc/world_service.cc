@@ -13,19 +13,19 @@
 #include "server/rpc/watch_call.h"
 #include "server/wire/numbers.h"
 #include "server/wire/objects.h"
+#include "server/wire/pair_rules.h"
 #include "server/wire/questions.h"
 
 namespace cwm::server {
 namespace {
 
-v1::World WorldMessage(const World& world) {
-  const SnapshotPtr snapshot = world.Snapshot();
+v1::World WorldMessage(const World& world, const collision::WorldSnapshot& latest) {
   v1::World proto;
   proto.set_name(world.name());
   proto.set_world_uid(world.uid());
-  proto.set_revision(snapshot->revision().value);
-  proto.set_object_count(static_cast<std::int64_t>(snapshot->objects().size()));
-  proto.set_robot_count(static_cast<std::int64_t>(snapshot->robots().size()));
+  proto.set_revision(latest.revision().value);
+  proto.set_object_count(static_cast<std::int64_t>(latest.objects().size()));
+  proto.set_robot_count(static_cast<std::int64_t>(latest.robots().size()));
   proto.set_oldest_exact_revision(world.oldest_exact().value);
   proto.set_oldest_watch_revision(world.oldest_watch().value);
   return proto;
@@ -121,7 +121,7 @@ grpc::ServerUnaryReactor* WorldService::ListWorlds(grpc::CallbackServerContext* 
                                                    v1::ListWorldsResponse* response) {
   return StartUnary(context, runtime_, runtime_.reads, [this, response](const CallContext&) {
     for (const auto& world : runtime_.application.worlds.List()) {
-      *response->add_worlds() = WorldMessage(*world);
+      *response->add_worlds() = WorldMessage(*world, *world->Snapshot());
     }
     return absl::OkStatus();
   });
@@ -134,9 +134,13 @@ grpc::ServerUnaryReactor* WorldService::GetWorld(grpc::CallbackServerContext* co
                     [this, request, response](const CallContext&) {
                       auto world = runtime_.application.worlds.Find(request->world());
                       if (!world.ok()) return world.status();
-                      *response->mutable_world() = WorldMessage(**world);
+                      const SnapshotPtr latest = (*world)->Snapshot();
+                      *response->mutable_world() = WorldMessage(**world, *latest);
                       response->set_world_uid(response->world().world_uid());
                       response->set_revision(response->world().revision());
+                      for (const collision::PairRule& rule : latest->pair_rules()) {
+                        *response->add_pair_rules() = ToProto(rule);
+                      }
                       return absl::OkStatus();
                     });
 }

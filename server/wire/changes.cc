@@ -4,6 +4,7 @@
 #include "absl/strings/str_cat.h"
 #include "server/wire/numbers.h"
 #include "server/wire/objects.h"
+#include "server/wire/pair_rules.h"
 #include "server/wire/poses.h"
 #include "server/wire/robots.h"
 #include "server/wire/shapes.h"
@@ -110,8 +111,21 @@ absl::StatusOr<collision::Change> ChangeOf(const v1::Change& change, const Limit
       result.what = *std::move(set);
       break;
     }
+    case v1::Change::kAllow: {
+      auto allow = FromProto(change.allow(), path.Field("allow"));
+      if (!allow.ok()) return allow.status();
+      result.what = *std::move(allow);
+      break;
+    }
+    case v1::Change::kMargin: {
+      auto set = FromProto(change.margin(), path.Field("margin"));
+      if (!set.ok()) return set.status();
+      result.what = *std::move(set);
+      break;
+    }
     case v1::Change::WHAT_NOT_SET:
-      return path.Field("what").Error("is absent, must be one of put, move, remove, robot_state");
+      return path.Field("what").Error(
+          "is absent, must be one of put, move, remove, robot_state, allow, margin");
   }
   if (change.has_expected_object_revision()) {
     result.expected_object_revision = collision::Revision{change.expected_object_revision()};

@@ -7,6 +7,7 @@
 #include "server/core/error.h"
 #include "server/wire/numbers.h"
 #include "server/wire/objects.h"
+#include "server/wire/pair_rules.h"
 #include "server/wire/poses.h"
 #include "server/wire/shapes.h"
 #include "server/wire/times.h"
@@ -18,6 +19,7 @@ constexpr int kMaxResults = 64;
 constexpr int kMaxContacts = 1'024;
 constexpr int kDefaultContacts = 16;
 constexpr int kMaxIgnored = 65'536;
+constexpr double kMostSigmas = 1'000;  // far beyond any confidence, and no overflow
 
 template <class Enum>
 absl::Status UnknownValue(Enum value, std::string_view type, const FieldPath& path) {
@@ -104,6 +106,25 @@ absl::Status SetQuery(const v1::QueryOptions& options, const FieldPath& path,
   return absl::OkStatus();
 }
 
+// What the question says of pairs.
+absl::Status SetPairs(const v1::QueryOptions& options, const FieldPath& path,
+                      collision::QueryOptions& query) {
+  constexpr auto kMostPairs = static_cast<std::int64_t>(collision::kMostPairRules);
+  auto status =
+      CheckRange(options.ignore_pairs_size(), {0, kMostPairs}, path.Field("ignore_pairs"));
+  if (!status.ok()) return status;
+  for (int i = 0; i < options.ignore_pairs_size(); ++i) {
+    auto pair = FromProto(options.ignore_pairs(i), path.Item("ignore_pairs", i));
+    if (!pair.ok()) return pair.status();
+    query.ignore_pairs.push_back(*std::move(pair));
+  }
+  query.margin_sigma = options.margin_sigma();
+  if (query.margin_sigma >= 0 && query.margin_sigma <= kMostSigmas) return absl::OkStatus();
+  return path.Field("margin_sigma")
+      .Error(absl::StrCat("is ", query.margin_sigma, ", must be finite, not negative and at most ",
+                          kMostSigmas));
+}
+
 absl::StatusOr<Question> ShapesQuestion(const v1::Subject::Shapes& shapes,
                                         const QuestionSource& source, const FieldPath& path) {
   auto status = CheckRange(shapes.shapes_size(), {1, kMaxBodyShapes}, path.Field("shapes"));
@@ -167,6 +188,7 @@ absl::StatusOr<QuestionOptions> FromProto(const v1::QueryOptions& options, const
   result.at_revision = *rule;
   result.world_uid = options.world_uid();
   if (auto status = SetQuery(options, path, result.query); !status.ok()) return status;
+  if (auto status = SetPairs(options, path, result.query); !status.ok()) return status;
   if (auto status = SetForm(options, path, result); !status.ok()) return status;
   if (options.has_time_budget()) {
     auto budget = FromProto(options.time_budget(), path.Field("time_budget"));
@@ -185,6 +207,8 @@ absl::StatusOr<Question> FromProto(const v1::Subject& subject, const QuestionSou
       return ObjectQuestion(subject.object(), source, path.Field("object"));
     case v1::Subject::kPoints:
       return PointsQuestion(subject.points(), source, path.Field("points"));
+    case v1::Subject::kRobot:
+      return path.Field("robot").Error("is given, must be one of shapes, object, points");
     case v1::Subject::WHAT_NOT_SET:
       break;
   }

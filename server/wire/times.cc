@@ -6,7 +6,6 @@ namespace cwm::server {
 namespace {
 
 constexpr std::int64_t kNanosPerSecond = 1'000'000'000;
-constexpr std::int64_t kLongestBudget_s = 24 * 60 * 60;
 // Whole seconds that std::chrono::system_clock counts in 64-bit nanoseconds: years 1678 to 2262.
 constexpr std::int64_t kFarthestStamp_s =
     std::numeric_limits<std::int64_t>::max() / kNanosPerSecond - 1;
@@ -14,12 +13,13 @@ constexpr std::int64_t kFarthestStamp_s =
 }  // namespace
 
 absl::StatusOr<std::chrono::nanoseconds> FromProto(const google::protobuf::Duration& duration,
-                                                   const FieldPath& path) {
+                                                   const FieldPath& path,
+                                                   std::chrono::seconds longest) {
   const bool nanos_valid = duration.nanos() >= 0 && duration.nanos() < kNanosPerSecond;
   const bool positive = duration.seconds() > 0 || (duration.seconds() == 0 && duration.nanos() > 0);
-  if (!nanos_valid || !positive || duration.seconds() > kLongestBudget_s) {
+  if (!nanos_valid || !positive || duration.seconds() > longest.count()) {
     return path.Error(absl::StrCat("is ", duration.seconds(), " s and ", duration.nanos(),
-                                   " ns, must be positive and at most ", kLongestBudget_s, " s"));
+                                   " ns, must be positive and at most ", longest.count(), " s"));
   }
   return std::chrono::seconds(duration.seconds()) + std::chrono::nanoseconds(duration.nanos());
 }

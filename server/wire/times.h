@@ -11,9 +11,10 @@
 
 namespace cwm::server {
 
-// A span of time to spend: positive, at most a day.
-absl::StatusOr<std::chrono::nanoseconds> FromProto(const google::protobuf::Duration& duration,
-                                                   const FieldPath& path);
+// A span of time: positive and at most `longest`; a time to spend at most a day.
+absl::StatusOr<std::chrono::nanoseconds> FromProto(
+    const google::protobuf::Duration& duration, const FieldPath& path,
+    std::chrono::seconds longest = std::chrono::hours(24));
 google::protobuf::Duration ToProto(std::chrono::nanoseconds duration);
 
 // Within what protobuf allows (years 1 to 9999) and the system clock can hold.

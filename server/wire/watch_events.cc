@@ -1,5 +1,6 @@
 #include "server/wire/watch_events.h"
 
+#include "server/wire/pair_rules.h"
 #include "server/wire/poses.h"
 #include "server/wire/robots.h"
 #include "server/wire/times.h"
@@ -61,17 +62,22 @@ v1::WatchWorldResponse InitialStatePiece(const collision::WorldSnapshot& snapsho
   v1::WatchWorldResponse message = Message(snapshot.revision(), context.world);
   v1::WatchWorldResponse::InitialState* state = message.mutable_initial_state();
   const std::size_t objects = snapshot.objects().size();
-  const std::size_t all = objects + snapshot.robots().size();
+  const std::size_t robots = objects + snapshot.robots().size();
+  const std::size_t all = robots + snapshot.pair_rules().size();
   std::size_t bytes = 0;
   for (; *next < all && bytes < kPieceBytes; ++*next) {
     if (*next < objects) {
       v1::Object* object = state->add_objects();
       *object = ObjectMessage(*snapshot.objects()[*next], context);
       bytes += object->ByteSizeLong();
-    } else {
+    } else if (*next < robots) {
       v1::Robot* robot = state->add_robots();
       *robot = ToProto(*snapshot.robots()[*next - objects]);
       bytes += robot->ByteSizeLong();
+    } else {
+      v1::PairRule* rule = state->add_pair_rules();
+      *rule = ToProto(snapshot.pair_rules()[*next - robots]);
+      bytes += rule->ByteSizeLong();
     }
   }
   state->set_initial_state_done(*next == all);
@@ -83,17 +89,22 @@ v1::WatchWorldResponse EventsPiece(const WatchStep& step, const WatchContext& co
   v1::WatchWorldResponse message = Message(step.revision, context.world);
   v1::WatchWorldResponse::Events* events = message.mutable_events();
   const std::size_t objects = step.deltas.size();
-  const std::size_t all = objects + step.robot_deltas.size();
+  const std::size_t robots = objects + step.robot_deltas.size();
+  const std::size_t all = robots + step.rule_deltas.size();
   std::size_t bytes = 0;
   for (; *next < all && bytes < kPieceBytes; ++*next) {
     if (*next < objects) {
       v1::ObjectEvent* event = events->add_events();
       SetEvent(step.deltas[*next], context, event);
       bytes += event->ByteSizeLong();
-    } else {
+    } else if (*next < robots) {
       v1::RobotEvent* event = events->add_robot_events();
       SetEvent(step.robot_deltas[*next - objects], event);
       bytes += event->ByteSizeLong();
+    } else {
+      v1::PairRule* rule = events->add_pair_rules();
+      *rule = ToProto(step.rule_deltas[*next - robots].after);
+      bytes += rule->ByteSizeLong();
     }
   }
   events->set_more(*next < all);

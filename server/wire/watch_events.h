@@ -19,7 +19,8 @@ struct WatchContext {
   GeometryStore& store;
 };
 
-// Members [*next, ...) of the initial state, objects before robots, as many as fit into about a
+// Members [*next, ...) of the initial state, objects before robots before
+// rules of pairs, as many as fit into about a
 // mebibyte; moves *next on. The message that reaches the last one says initial_state_done.
 v1::WatchWorldResponse InitialStatePiece(const collision::WorldSnapshot& snapshot,
                                          const WatchContext& context, std::size_t* next);

@@ -83,6 +83,51 @@ double DistancesPerSecond(const SnapshotPtr& world) {
   return 1e6 * static_cast<double>(poses.size()) / best_us;
 }
 
+// Allowances and margins of everything with so many of the objects, every other one each.
+SnapshotPtr WithRules(const SnapshotPtr& world, std::size_t count) {
+  std::vector<collision::Change> changes;
+  for (std::size_t i = 0; i < count; ++i) {
+    const collision::NamedPair pair = {{"*"}, {world->objects()[i]->name}};
+    collision::Change change{.what = collision::AllowCollision{.pair = pair},
+                             .expected_object_revision = {}};
+    if (i % 2 == 0) change.what = collision::SetPairMargin{.pair = pair, .margin_m = 0.01};
+    changes.push_back(std::move(change));
+  }
+  return *collision::Apply(world, changes);
+}
+
+// Of a question of one row: what a call costs whatever it asks.
+double CallCost_us(const SnapshotPtr& world) {
+  const collision::QueryBody gripper =
+      collision::BodyFromShapes({{.shape = Box{.size_m = {0.1, 0.08, 0.2}}}});
+  std::vector<double> times_us;
+  for (const Pose& pose : RandomPoses(4'000, 17)) {
+    const auto start = std::chrono::steady_clock::now();
+    if (!collision::CheckCollisions(*world, gripper, {&pose, 1}, {}).ok()) return 0;
+    times_us.push_back(Elapsed_us(start));
+  }
+  return Median(times_us);
+}
+
+// What rules cost a question that all of them are about.
+void MeasureRules(Report& report) {
+  constexpr std::size_t kRules = 400;
+  const SnapshotPtr plain = MakeLargeWorld(1'000), ruled = WithRules(plain, kRules);
+  const double plain_us = CallCost_us(plain), ruled_us = CallCost_us(ruled);
+  const double share = DistancesPerSecond(ruled) / DistancesPerSecond(plain);
+  char text[160];
+  std::snprintf(
+      text, sizeof(text),
+      "  1000 objects: a call of one row %.2f us, with %zu rules %.2f us; distances/s of a "
+      "batch at %.2f of those without",
+      plain_us, kRules, ruled_us, share);
+  report.Detail(text);
+  report.Add({.key = "rules_call_us",
+              .value = ruled_us - plain_us,
+              .unit = "us",
+              .how = "what 400 rules of pairs add to a question of one row, median of 4 000"});
+}
+
 }  // namespace
 
 void MeasureWorlds(Report& report) {
@@ -120,6 +165,7 @@ void MeasureWorlds(Report& report) {
                   .how = "nearest object to a box at random poses, one thread, best of 5"});
     }
   }
+  MeasureRules(report);
 }
 
 }  // namespace cwm::benchmarks

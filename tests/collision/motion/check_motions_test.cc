@@ -68,6 +68,27 @@ TEST(CheckMotions, KeepsTheMargin) {
   EXPECT_EQ(Past(0.25, {.margin_m = 0.0499}).verdict[0], MotionVerdict::kFree);
 }
 
+TEST(CheckMotions, KeepsTheRulesOfPairs) {
+  const auto past = [](const AllowCollision* allow, std::optional<double> margin_m,
+                       const QueryOptions& options) {
+    std::vector<Change> changes;
+    const NamedPair pair = {{"ball"}, {"*"}};
+    if (allow != nullptr) changes.push_back({.what = *allow, .expected_object_revision = {}});
+    changes.push_back({.what = SetPairMargin{pair, margin_m}, .expected_object_revision = {}});
+    const QueryBody body = BallBody();
+    Edges edges;
+    edges.push_back(std::make_unique<RigidMotion>(body, MakeTranslation(-1, 0.25, 0),
+                                                  MakeTranslation(1, 0.25, 0)));
+    return CheckMotions(**Apply(BallAtOrigin(), changes), body, edges, options)->verdict[0];
+  };
+  EXPECT_EQ(past(nullptr, 0.0501, {}), MotionVerdict::kContact);
+  EXPECT_EQ(past(nullptr, 0.0499, {.margin_m = 0.1}), MotionVerdict::kFree);
+  EXPECT_EQ(past(nullptr, std::nullopt, {.margin_m = 0.1}), MotionVerdict::kContact);
+  const AllowCollision allow{.pair = {{"ball"}, {"*"}}};
+  EXPECT_EQ(past(&allow, 0.0501, {}), MotionVerdict::kFree);
+  EXPECT_EQ(past(nullptr, 0.0501, {.ignore_pairs = {{{"*"}, {"ball"}}}}), MotionVerdict::kFree);
+}
+
 TEST(CheckMotions, BeginsInContact) {
   const QueryBody body = BallBody();
   Edges edges;

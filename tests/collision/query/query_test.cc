@@ -399,10 +399,11 @@ TEST(BodySearch, AsksPairsWithinReachAloneAndNarrowsAsToldTo) {
   search.PlaceBody(PoseRows({&X_WB, 1}), 0);
   const auto asked = [&](double reach_m, double narrowed_m) {
     std::vector<int> parts;
-    search.ForEachPair(*world->Find("pair"), reach_m, Question::kDistance, [&](const auto& pair) {
-      parts.push_back(pair.id.object_part);
-      return narrowed_m;
-    });
+    search.ForEachPair(*world->Find("pair"), BodySearch::From::kSurface, reach_m,
+                       Question::kDistance, [&](const auto& pair) {
+                         parts.push_back(pair.id.object_part);
+                         return narrowed_m;
+                       });
     return parts;
   };
   EXPECT_THAT(asked(0.7, 0.7), IsEmpty());  // the boxes are 0.8 m and 2.8 m apart

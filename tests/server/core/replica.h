@@ -39,6 +39,13 @@ class Replica {
     revision_ = step.revision;
     TakeDeltas(step.deltas, objects_);
     TakeDeltas(step.robot_deltas, robots_);
+    for (const collision::PairRuleDelta& delta : step.rule_deltas) {
+      const collision::PairRule* before = FindRule(rules_, delta.before.pair);
+      EXPECT_EQ(before != nullptr ? *before : collision::PairRule{.pair = delta.before.pair},
+                delta.before)
+          << "no event between was lost";
+      SetRule(rules_, delta.after);
+    }
   }
 
   collision::Revision revision() const { return revision_; }
@@ -52,6 +59,7 @@ class Replica {
     for (const auto& [name, robot] : robots_) robots.push_back(robot);
     return robots;
   }
+  const collision::PairRules& rules() const { return rules_; }
 
  private:
   // Of objects or robots.
@@ -80,11 +88,13 @@ class Replica {
     for (const auto& object : snapshot.objects()) objects_[object->name] = object;
     robots_.clear();
     for (const auto& robot : snapshot.robots()) robots_[robot->name] = robot;
+    rules_ = snapshot.pair_rules();
   }
 
   collision::Revision revision_;
   std::map<std::string, collision::WorldObjectPtr> objects_;
   std::map<std::string, collision::WorldRobotPtr> robots_;
+  collision::PairRules rules_;
 };
 
 }  // namespace cwm::server

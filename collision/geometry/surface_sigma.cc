@@ -1,0 +1,59 @@
+#include "collision/geometry/surface_sigma.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+namespace cwm {
+namespace {
+
+struct SigmaOf {
+  const std::vector<double>& s;  // of the coefficients
+
+  // Nothing for shapes whose deviations have another meaning, or another number.
+  std::optional<double> operator()(const Sphere&) const {
+    return Has(4) ? std::optional(Norm(0) + s[3]) : std::nullopt;
+  }
+  std::optional<double> operator()(const Cylinder& shape) const {
+    if (!Has(7)) return std::nullopt;
+    return Norm(0) + std::hypot(0.5 * shape.length_m, shape.radius_m) * Norm(3) + s[6];
+  }
+  std::optional<double> operator()(const Cone& shape) const {
+    const double growth_m = std::abs(shape.radius_top_m - shape.radius_bottom_m);
+    if (!Has(7) || growth_m == 0) return std::nullopt;
+    // The whole cone's slant is to its base as the truncated one's to its growth.
+    const double widest_m = std::max(shape.radius_top_m, shape.radius_bottom_m);
+    const double slant_m = std::hypot(growth_m, shape.length_m) * widest_m / growth_m;
+    return Norm(0) + slant_m * (Norm(3) + s[6]);
+  }
+  std::optional<double> operator()(const Plate& shape) const {
+    if (!Has(4) || shape.outline.empty()) return std::nullopt;
+    Vector2 least = shape.outline.front(), most = least;
+    for (const Vector2& p : shape.outline) {
+      least = least.cwiseMin(p);
+      most = most.cwiseMax(p);
+    }
+    return s[3] + (most - least).norm() * Norm(0);
+  }
+  std::optional<double> operator()(const Box&) const {
+    return Has(3) ? std::optional(Norm(0)) : std::nullopt;
+  }
+  std::optional<double> operator()(const Capsule&) const { return std::nullopt; }
+  std::optional<double> operator()(const HalfSpace&) const { return std::nullopt; }
+  std::optional<double> operator()(const Convex&) const { return std::nullopt; }
+  std::optional<double> operator()(const Mesh&) const { return std::nullopt; }
+
+  bool Has(std::size_t count) const { return s.size() == count; }
+  double Norm(std::size_t first) const { return std::hypot(s[first], s[first + 1], s[first + 2]); }
+};
+
+}  // namespace
+
+double SurfaceSigma_m(const ShapePart& part) {
+  if (!part.fit.has_value()) return 0;
+  return std::visit(SigmaOf{part.fit->parameter_sigma}, part.shape).value_or(part.fit->rms_m);
+}
+
+}  // namespace cwm

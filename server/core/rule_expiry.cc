@@ -1,0 +1,79 @@
+#include "server/core/rule_expiry.h"
+
+#include <algorithm>
+#include <chrono>
+#include <utility>
+
+#include "server/core/world.h"
+
+namespace cwm::server {
+namespace {
+
+// The wall clock may be set while somebody waits: it is looked at this often.
+constexpr auto kLongestWait = std::chrono::seconds(10);
+// After there was no memory to publish with.
+constexpr auto kRetryAfter = std::chrono::seconds(1);
+
+bool Tell(World& world, collision::WallTime now) {
+  try {
+    world.ExpireRules(now);
+  } catch (...) {  // one world must not end the server
+    return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+RuleExpiry::RuleExpiry(Now now) : now_(std::move(now)), thread_([this] { Run(); }) {}
+
+RuleExpiry::~RuleExpiry() { Stop(); }
+
+void RuleExpiry::Stop() {
+  {
+    const std::lock_guard lock(mutex_);
+    stopping_ = true;
+  }
+  changed_.notify_all();
+  if (thread_.joinable()) thread_.join();
+}
+
+void RuleExpiry::Set(const std::string& uid, std::weak_ptr<World> world,
+                     std::optional<collision::WallTime> when) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (when.has_value()) {
+      due_[uid] = {*when, std::move(world)};
+    } else {
+      due_.erase(uid);
+    }
+  }
+  changed_.notify_all();
+}
+
+void RuleExpiry::Run() {
+  std::unique_lock lock(mutex_);
+  while (!stopping_) {
+    const auto first = std::min_element(due_.begin(), due_.end(), [](const auto& a, const auto& b) {
+      return a.second.when < b.second.when;
+    });
+    if (first == due_.end()) {
+      changed_.wait(lock);
+      continue;
+    }
+    const collision::WallTime now = now_();
+    if (now < first->second.when) {
+      const auto left = first->second.when - now;
+      changed_.wait_for(lock, std::min<collision::WallTime::duration>(left, kLongestWait));
+      continue;
+    }
+    std::shared_ptr<World> world = first->second.world.lock();
+    due_.erase(first);
+    lock.unlock();
+    if (world != nullptr && !Tell(*world, now)) Set(world->uid(), world, now + kRetryAfter);
+    world.reset();  // its last holder may be here, and it is large
+    lock.lock();
+  }
+}
+
+}  // namespace cwm::server

@@ -1,0 +1,52 @@
+#include "clients/cli/pair_arguments.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "clients/cli/exit_code.h"
+
+namespace cwm::cli {
+namespace {
+
+using ::testing::HasSubstr;
+
+TEST(PairArguments, AThingIsANameALinkOrEverything) {
+  for (const char* text : {"cup", "a/b.c-d_1", "panda:panda_hand", "panda:hand:left,1", "*"}) {
+    const auto thing = ParseThing(text, "A");
+    ASSERT_TRUE(thing.ok()) << thing.status();
+    EXPECT_EQ(ThingText(*thing), text);
+  }
+  EXPECT_EQ(ParseThing("panda:hand:left", "A")->name(), "panda");
+  EXPECT_EQ(ParseThing("panda:hand:left", "A")->link(), "hand:left");
+  for (const char* text : {"", ":", ":hand", "panda:", "*:hand"}) {
+    const auto status = ParseThing(text, "--a").status();
+    EXPECT_TRUE(IsUsageError(status)) << text;
+    EXPECT_THAT(std::string(status.message()),
+                HasSubstr("--a: \"" + std::string(text) + "\" must"));
+  }
+}
+
+TEST(PairArguments, APairHasOneComma) {
+  const auto pair = ParsePair("panda:hand,*", "--ignore-pair");
+  ASSERT_TRUE(pair.ok()) << pair.status();
+  EXPECT_EQ(ThingText(pair->a()), "panda:hand");
+  EXPECT_EQ(ThingText(pair->b()), "*");
+  for (const char* text : {"", "cup", "a,b,c", ",cup", "cup,"}) {
+    EXPECT_TRUE(IsUsageError(ParsePair(text, "--ignore-pair").status())) << text;
+  }
+}
+
+TEST(PairArguments, ARuleReadsAsASentence) {
+  cwm::v1::PairRule rule;
+  EXPECT_EQ(RuleText(rule), "no rule");
+  rule.set_margin_m(0.02);
+  EXPECT_EQ(RuleText(rule), "margin 20.0 mm");
+  rule.set_allowed(true);
+  EXPECT_EQ(RuleText(rule), "allowed, margin 20.0 mm");
+  rule.clear_margin_m();
+  rule.mutable_expires()->set_seconds(1'000'000'000);
+  EXPECT_EQ(RuleText(rule), "allowed until 2001-09-09 01:46:40 UTC");
+}
+
+}  // namespace
+}  // namespace cwm::cli

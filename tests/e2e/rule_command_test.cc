@@ -1,0 +1,95 @@
+// `cwm allow`, `cwm margin`, `cwm rules` and the questions under them, as a user types it.
+#include <gmock/gmock.h>
+
+#include <chrono>
+#include <thread>
+
+#include "tests/e2e/server_fixture.h"
+
+namespace cwm::testing {
+namespace {
+
+using nlohmann::json;
+using ::testing::HasSubstr;
+
+// A box of 0.2 m at the origin, a ball that asks 0.05 m beside it.
+class RuleCommand : public ServerTest {
+ protected:
+  void SetUp() override {
+    ServerTest::SetUp();
+    ASSERT_EQ(Cwm({"put", "crate", "--box", "0.2,0.2,0.2", "--at", "0,0,0"}).exit_code, 0);
+  }
+  // Whether the ball collides, as it is asked.
+  bool Collides(std::vector<std::string> more = {}, const std::string& at = "0.25,0,0") {
+    std::vector<std::string> line = {"check", "--sphere", "0.1", "--at", at, "--exit-code"};
+    line.insert(line.end(), more.begin(), more.end());
+    const Finished checked = Cwm(line);
+    EXPECT_TRUE(checked.exit_code == 0 || checked.exit_code == 10) << checked.err;
+    return checked.exit_code == 10;
+  }
+};
+
+TEST_F(RuleCommand, SetsListsAndEndsRules) {
+  EXPECT_FALSE(Collides());
+  EXPECT_EQ(CwmJson({"margin", "crate", "*", "0.06"}).at("revision"), "2");
+  EXPECT_TRUE(Collides());
+  EXPECT_EQ(CwmJson({"allow", "crate", "*"}).at("revision"), "3");
+  EXPECT_FALSE(Collides());
+  EXPECT_FALSE(Collides({}, "0,0,0"));
+  const json rules = CwmJson({"rules"}).at("pair_rules");
+  ASSERT_EQ(rules.size(), 1u);
+  EXPECT_EQ(rules[0].at("pair").at("a").at("name"), "*");
+  EXPECT_EQ(rules[0].at("allowed"), true);
+  EXPECT_EQ(rules[0].at("margin_m"), 0.06);
+  const std::string table = Cwm({"rules"}).out;
+  EXPECT_THAT(table, HasSubstr("allowed, margin 60.0 mm"));
+  EXPECT_THAT(Cwm({"allow", "crate", "*", "--withdraw"}).out, HasSubstr("no longer allowed"));
+  EXPECT_EQ(CwmJson({"margin", "*", "crate", "--unset"}).at("revision"), "5");
+  EXPECT_THAT(Cwm({"rules"}).out, HasSubstr("no rules of pairs"));
+  EXPECT_EQ(Cwm({"allow", "panda:panda_hand", "not/there-yet.1"}).exit_code, 0);
+  EXPECT_THAT(Cwm({"rules"}).out, HasSubstr("panda:panda_hand"));
+}
+
+TEST_F(RuleCommand, AllowsForAWhile) {
+  EXPECT_EQ(CwmJson({"allow", "crate", "*", "--for", "0.3"}).at("revision"), "2");
+  EXPECT_THAT(Cwm({"rules"}).out, ::testing::AnyOf(HasSubstr("allowed until"), HasSubstr("no ")));
+  // The watch ends with the expiry's message, the second after revision 1.
+  const Finished watched = Cwm({"--deadline", "20", "watch", "--from", "1", "--count", "2"});
+  EXPECT_THAT(watched.out, HasSubstr("2  rule    * and crate  allowed until"));
+  EXPECT_THAT(watched.out, HasSubstr("3  rule    * and crate  no rule"));
+  EXPECT_TRUE(Collides({}, "0,0,0"));
+}
+
+TEST_F(RuleCommand, QuestionsHaveRulesOfTheirOwn) {
+  EXPECT_TRUE(Collides({}, "0,0,0"));
+  EXPECT_FALSE(Collides({"--ignore-pair", "*,crate"}, "0,0,0"));
+  EXPECT_FALSE(Collides({"--margin-sigma", "3"}));  // what a user put is no fit
+  const json asked = CwmJson({"distance", "--sphere", "0.1", "--at", "1,0,0", "--ignore-pair",
+                              "crate,*", "--margin-sigma", "2"});
+  EXPECT_EQ(asked.at("objects").size(), 0u);
+  const json touched =
+      CwmJson({"contacts", "--sphere", "0.1", "--at", "0,0,0", "--ignore-pair", "crate,*"});
+  EXPECT_EQ(touched.at("objects").size(), 0u);
+}
+
+TEST_F(RuleCommand, SaysWhatIsWrong) {
+  const auto failure = [&](std::vector<std::string> line, int exit_code, const std::string& text) {
+    const Finished finished = Cwm(std::move(line));
+    EXPECT_EQ(finished.exit_code, exit_code) << finished.err;
+    EXPECT_THAT(finished.err, HasSubstr(text));
+  };
+  failure({"allow", "crate", "a cup"}, 8, "allow.pair.b.name");
+  failure({"allow", "*:hand", "crate"}, 1, "ROBOT:LINK");
+  failure({"allow", "panda:", "crate"}, 1, "ROBOT:LINK");
+  failure({"allow", "crate", "cup", "--for", "0"}, 1, "--for: is 0");
+  failure({"allow", "crate", "cup", "--for", "nan"}, 1, "--for");
+  failure({"allow", "crate", "cup", "--for", "1", "--withdraw"}, 1, "--withdraw");
+  failure({"margin", "crate", "cup"}, 1, "--unset");
+  failure({"margin", "crate", "cup", "nan"}, 8, "margin.margin_m");
+  failure({"check", "--sphere", "0.1", "--at", "0,0,0", "--ignore-pair", "crate"}, 1, "A,B");
+  failure({"check", "--sphere", "0.1", "--at", "0,0,0", "--margin-sigma", "nan"}, 8,
+          "options.margin_sigma");
+}
+
+}  // namespace
+}  // namespace cwm::testing

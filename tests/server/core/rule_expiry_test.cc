@@ -1,0 +1,146 @@
+// Allowances that end by themselves, by the real clock. Run under the thread sanitizer.
+#include "server/core/rule_expiry.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <chrono>
+#include <thread>
+
+#include "server/core/world_registry.h"
+#include "tests/server/core/test_objects.h"
+
+namespace cwm::server {
+namespace {
+
+using collision::Change;
+using collision::Revision;
+using std::chrono::milliseconds;
+
+// Far above what waking a thread takes, even under a sanitizer on a loaded machine.
+constexpr auto kPatience = std::chrono::seconds(20);
+
+Change AllowFor(const std::string& a, milliseconds time) {
+  return {collision::AllowCollision{.pair = {{a}, {"arm"}},
+                                    .expires = std::chrono::system_clock::now() + time},
+          std::nullopt};
+}
+
+class RuleExpiryTest : public ::testing::Test {
+ protected:
+  SnapshotPtr Await(const World& world, std::int64_t revision) {
+    const auto at = world.At(AtLeast{{revision}}, Clock::now() + kPatience, {});
+    EXPECT_TRUE(at.ok()) << at.status();
+    return at.ok() ? *at : world.Snapshot();
+  }
+  std::shared_ptr<World> Make(const std::string& name) { return *registry.FindOrCreate(name); }
+
+  WorldRegistry registry{{}, {}};
+};
+
+TEST_F(RuleExpiryTest, EachEndMakesARevisionWhenItIsDueAndNotBefore) {
+  const auto world = Make("w");
+  const auto begin = std::chrono::steady_clock::now();
+  const auto outcome =
+      world->Apply(std::vector{AllowFor("a", milliseconds(400)), AllowFor("b", milliseconds(200)),
+                               AllowFor("c", std::chrono::hours(1))},
+                   {});
+  ASSERT_TRUE(outcome.ok());
+  EXPECT_EQ(Await(*world, 2)->pair_rules().size(), 2u);
+  EXPECT_GE(std::chrono::steady_clock::now() - begin, milliseconds(190));
+  const SnapshotPtr last = Await(*world, 3);
+  EXPECT_GE(std::chrono::steady_clock::now() - begin, milliseconds(390));
+  ASSERT_EQ(last->pair_rules().size(), 1u);
+  EXPECT_EQ(last->pair_rules()[0].pair.b.name, "c");
+  // Who asked before has the world as it was.
+  EXPECT_EQ(outcome->snapshot->pair_rules().size(), 3u);
+}
+
+TEST_F(RuleExpiryTest, WhatIsAllowedAnewLastsAnewAndWhatIsWithdrawnExpiresNoMore) {
+  const auto world = Make("w");
+  ASSERT_TRUE(world->Apply(std::vector{AllowFor("a", milliseconds(150))}, {}).ok());
+  ASSERT_TRUE(world->Apply(std::vector{AllowFor("a", std::chrono::hours(1))}, {}).ok());
+  ASSERT_TRUE(world->Apply(std::vector{AllowFor("b", milliseconds(150))}, {}).ok());
+  const Change withdraw{collision::AllowCollision{.pair = {{"arm"}, {"b"}}, .withdraw = true},
+                        std::nullopt};
+  ASSERT_TRUE(world->Apply(std::vector{withdraw}, {}).ok());
+  std::this_thread::sleep_for(milliseconds(400));
+  EXPECT_EQ(world->Snapshot()->revision(), Revision{4});
+  EXPECT_EQ(world->Snapshot()->pair_rules().size(), 1u);
+}
+
+TEST_F(RuleExpiryTest, ADeletedWorldExpiresNoMoreAndOthersDo) {
+  const auto gone = Make("gone"), other = Make("other");
+  ASSERT_TRUE(gone->Apply(std::vector{AllowFor("a", milliseconds(150))}, {}).ok());
+  ASSERT_TRUE(other->Apply(std::vector{AllowFor("a", milliseconds(300))}, {}).ok());
+  ASSERT_TRUE(registry.Delete("gone").ok());
+  EXPECT_TRUE(Await(*other, 2)->pair_rules().empty());
+  EXPECT_EQ(gone->Snapshot()->revision(), Revision{1});
+}
+
+TEST_F(RuleExpiryTest, WatchesAreWokenByAnExpiry) {
+  const auto world = Make("w");
+  ASSERT_TRUE(world->Apply(std::vector{AllowFor("a", milliseconds(150))}, {}).ok());
+  std::atomic<int> wakes = 0;
+  const auto watch = world->Watch({.from_revision = Revision{1}}, [&] { ++wakes; });
+  Await(*world, 2);
+  const auto step = (*watch)->Next();
+  ASSERT_TRUE(step.ok() && step->has_value());
+  ASSERT_EQ((*step)->rule_deltas.size(), 1u);
+  EXPECT_TRUE((*step)->rule_deltas[0].after.SaysNothing());
+  for (const auto end = Clock::now() + kPatience; wakes == 0 && Clock::now() < end;) {
+    std::this_thread::sleep_for(milliseconds(1));
+  }
+  EXPECT_EQ(wakes, 1);
+}
+
+TEST(RuleExpiry, IsRightForWritersThatRaceWithItAndEndsWithThem) {
+  std::shared_ptr<World> world;
+  {
+    WorldRegistry registry{{}, {}};
+    world = *registry.FindOrCreate("w");
+    std::vector<std::thread> writers;
+    for (int w = 0; w < 3; ++w) {
+      writers.emplace_back([&, w] {
+        for (int i = 0; i < 50; ++i) {
+          const std::string name = std::to_string(w) + "_" + std::to_string(i);
+          EXPECT_TRUE(world->Apply(std::vector{AllowFor(name, milliseconds(i % 10))}, {}).ok());
+        }
+      });
+    }
+    for (std::thread& writer : writers) writer.join();
+    for (const auto end = Clock::now() + kPatience;
+         !world->Snapshot()->pair_rules().empty() && Clock::now() < end;) {
+      std::this_thread::sleep_for(milliseconds(1));
+    }
+    EXPECT_TRUE(world->Snapshot()->pair_rules().empty());
+    ASSERT_TRUE(world->Apply(std::vector{AllowFor("late", milliseconds(20))}, {}).ok());
+  }
+  // The registry is gone and the world is not: it still takes changes, and nothing expires.
+  std::this_thread::sleep_for(milliseconds(60));
+  ASSERT_TRUE(world->Apply(std::vector{AllowFor("later", milliseconds(20))}, {}).ok());
+}
+
+TEST(RuleExpiry, TellsAgainAWorldOfWhichNothingWasOver) {
+  using std::chrono::seconds;
+  std::atomic<int> clock_s = 50;
+  const auto expiry =
+      std::make_shared<RuleExpiry>([&] { return collision::WallTime(seconds(clock_s.load())); });
+  const auto world = std::make_shared<World>("w", "uid", Retention{}, Clock::now, expiry);
+  const Change change{collision::AllowCollision{.pair = {{"a"}, {"arm"}},
+                                                .expires = collision::WallTime(seconds(100))},
+                      std::nullopt};
+  ASSERT_TRUE(world->Apply(std::vector{change}, {}).ok());
+  // As if the clock had been set back since: the world is told too early.
+  expiry->Set("uid", world, collision::WallTime(seconds(50)));
+  std::this_thread::sleep_for(milliseconds(100));
+  EXPECT_EQ(world->Snapshot()->revision(), Revision{1});
+  clock_s = 100;
+  expiry->Set("another", {}, collision::WallTime(seconds(1'000)));  // wakes it
+  EXPECT_TRUE(world->At(AtLeast{{2}}, Clock::now() + kPatience, {}).ok());
+  EXPECT_TRUE(world->Snapshot()->pair_rules().empty());
+  expiry->Stop();
+}
+
+}  // namespace
+}  // namespace cwm::server
