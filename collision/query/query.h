@@ -42,6 +42,8 @@ struct QueryBody {
   bool asks_world = true;                 // false: about itself alone
   std::string self = {};  // name of the world object that asks: it is left out of the world
   double margin_m = 0;    // of the world object that asks
+  // No answer is labelled better: of a body that merely stands for another, DEGRADED.
+  Trust best_trust = Trust::kExact;
 };
 QueryBody BodyFromShapes(std::vector<Placed<>> shapes);
 QueryBody BodyFromObject(const WorldObject& object);
