@@ -110,6 +110,8 @@ absl::StatusOr<collision::Change> ChangeOf(const v1::Change& change, const Limit
       result.what = *std::move(set);
       break;
     }
+    case v1::Change::kAllow:
+    case v1::Change::kMargin:
     case v1::Change::WHAT_NOT_SET:
       return path.Field("what").Error("is absent, must be one of put, move, remove, robot_state");
   }
