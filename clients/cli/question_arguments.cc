@@ -93,9 +93,9 @@ std::string Footer(std::int64_t revision, std::int64_t completed, std::size_t as
                       asked == 1 ? " row" : " rows");
 }
 
-std::size_t RowCount(const std::vector<pb::Subject>& subjects) {
+std::size_t RowCount(const std::vector<Batch>& batches) {
   std::size_t rows = 0;
-  for (const pb::Subject& subject : subjects) rows += RowCount(subject);
+  for (const Batch& batch : batches) rows += batch.row_count;
   return rows;
 }
 
