@@ -131,7 +131,7 @@ absl::Status Move(Session& session, const MotionArguments& arguments) {
       [&] {
         PrintMotions(*answer, session);
         session.streams.out << Footer(answer->revision(), answer->completed_count(),
-                                      MotionCount(*bodies))
+                                      MotionCount(*bodies), "motion")
                             << "\n";
       });
   return absl::OkStatus();

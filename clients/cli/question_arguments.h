@@ -94,7 +94,8 @@ absl::StatusOr<Response> AskInMessages(Session& session, Method method,
 }
 
 // "revision 7, 3 of 5 rows" under a table.
-std::string Footer(std::int64_t revision, std::int64_t completed, std::size_t asked);
+std::string Footer(std::int64_t revision, std::int64_t completed, std::size_t asked,
+                   const std::string& of_what = "row");
 // What a row of any kind met, for tables: an object's name, or "itself" of a robot.
 template <class Row>
 std::string MetName(const Row& row) {

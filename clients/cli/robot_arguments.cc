@@ -82,9 +82,10 @@ void AddRobotOptions(CLI::App& command, RobotArguments& robot) {
                   "the joints that --joints gives; default: all of the robot's")
       ->type_name("NAME");
   command
-      .add_option("--joints", robot.joints,
-                  "its state (rad, m), or one that the SRDF names; default: as it stands; may be "
-                  "repeated; \"-\": JSON lines on stdin")
+      .add_option(
+          "--joints", robot.joints,
+          "its state (rad, m; --joints=-1,... where it begins with a minus), or one that the SRDF "
+          "names; default: as it stands; may be repeated; \"-\": JSON lines on stdin")
       ->allow_extra_args(false)
       ->type_name("V,V,...|STATE");
   command

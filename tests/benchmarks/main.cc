@@ -33,8 +33,11 @@ const std::map<std::string, std::vector<std::function<void(Report&)>>>& Groups()
       {"perception-fit", {MeasureFitting}},
       {"perception-bad", {MeasureBadInput}},
       {"perception-growth", {MeasureGrowth}},
-      {"collision", {MeasurePairs, MeasureEngines, MeasureSamples, MeasureWorlds, MeasureRobots}},
-      {"collision-robots", {MeasureRobots}},
+      {"collision",
+       {MeasurePairs, MeasureEngines, MeasureSamples, MeasureWorlds, MeasureRobots,
+        MeasureRobotStream}},
+      {"collision-robots", {MeasureRobots, MeasureRobotStream}},
+      {"collision-latency", {MeasureRobotLatency}},
       {"collision-samples", {MeasureSamples}},
       {"people", {}},
   };
