@@ -27,7 +27,7 @@ absl::StatusOr<std::vector<Path>> PathsOf(const v1::CheckMotionsRequest& request
     return paths;
   }
   std::size_t next = 0;
-  for (int i = 0; i < request.path_row_counts_size(); ++i) {
+  for (int i = 0; i < request.path_row_counts_size() && next <= row_count; ++i) {
     const int count = request.path_row_counts(i);
     if (count < 2) {
       return root.Item("path_row_counts", i)
@@ -37,8 +37,9 @@ absl::StatusOr<std::vector<Path>> PathsOf(const v1::CheckMotionsRequest& request
     next += paths.back().row_count;
   }
   if (next == row_count) return paths;
+  const std::string sum = next > row_count ? "more" : absl::StrCat(next);
   return root.Field("path_row_counts")
-      .Error(absl::StrCat("add up to ", next, ", must add up to the ", row_count,
+      .Error(absl::StrCat("add up to ", sum, ", must add up to the ", row_count,
                           " rows of the subject"));
 }
 

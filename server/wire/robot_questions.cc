@@ -1,6 +1,7 @@
 // A robot that asks; declared in questions.h.
 #include <cmath>
 #include <cstring>
+#include <numeric>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -47,19 +48,51 @@ absl::Status NoSpheres(const collision::WorldRobot& robot, const FieldPath& path
       {.reason = "NO_SPHERES", .metadata = {{"robot", robot.name}}});
 }
 
+// What a row looks at before it can be interrupted. `parts`: of each link.
+absl::Status CheckSize(const RobotModel& model, const std::vector<std::int64_t>& parts,
+                       collision::RobotScope scope, const FieldPath& path) {
+  const std::int64_t count = std::accumulate(parts.begin(), parts.end(), std::int64_t{0});
+  if (count > kMaxRobotParts) {
+    return path.Field("robot_geometry")
+        .Error(absl::StrCat("has ", count, " parts, must have at most ", kMaxRobotParts));
+  }
+  if (scope == collision::RobotScope::kWorld) return absl::OkStatus();
+  std::int64_t pairs = 0;
+  for (const auto& [first, second] : model.self_pairs) {
+    pairs += parts[static_cast<std::size_t>(first)] * parts[static_cast<std::size_t>(second)];
+  }
+  if (pairs <= kMaxSelfPairs) return absl::OkStatus();
+  return path.Field("scope").Error(absl::StrCat(
+      "asks about ", pairs, " pairs of the robot's own parts, must be ROBOT_SCOPE_WORLD above ",
+      kMaxSelfPairs));
+}
+
 absl::StatusOr<collision::QueryBody> BodyOf(const collision::WorldRobot& robot,
                                             const v1::RobotSubject& subject,
                                             const FieldPath& path) {
   const auto scope = FromProto(subject.scope(), path.Field("scope"));
   if (!scope.ok()) return scope.status();
   const FieldPath geometry = path.Field("robot_geometry");
+  std::vector<std::int64_t> parts;
   switch (subject.robot_geometry()) {
     case v1::ROBOT_GEOMETRY_UNSPECIFIED:
-    case v1::ROBOT_GEOMETRY_EXACT:
+    case v1::ROBOT_GEOMETRY_EXACT: {
+      for (const collision::ModelLink& link : robot.model().links) {
+        parts.push_back(static_cast<std::int64_t>(link.collisions.size()));
+      }
+      auto status = CheckSize(robot.model(), parts, *scope, path);
+      if (!status.ok()) return status;
       return BodyFromRobot(*robot.robot, *scope);
-    case v1::ROBOT_GEOMETRY_SPHERES_AS_GIVEN:
+    }
+    case v1::ROBOT_GEOMETRY_SPHERES_AS_GIVEN: {
       if (!robot.robot->spheres_as_given) return NoSpheres(robot, geometry);
+      for (const auto& spheres : robot.robot->spheres_as_given->links) {
+        parts.push_back(static_cast<std::int64_t>(spheres.size()));
+      }
+      auto status = CheckSize(robot.model(), parts, *scope, path);
+      if (!status.ok()) return status;
       return BodyFromSpheres(*robot.robot, *robot.robot->spheres_as_given, *scope);
+    }
     case v1::ROBOT_GEOMETRY_SPHERES_CONTAINING:
       return MakeError(absl::StatusCode::kUnimplemented,
                        geometry.str() +

@@ -181,6 +181,31 @@ TEST_F(RobotSubjects, FaultsAreNamed) {
   ExpectFault("robot.base_state.values[0].variable", "is \"nose\", must be a variable");
 }
 
+TEST_F(RobotSubjects, AreRefusedWhereARowWouldTakeLong) {
+  const auto load = [&](std::size_t of_base, std::size_t of_tip) {
+    collision::SphereModel spheres;
+    spheres.links.resize(7);
+    const auto arm = Arm();
+    spheres.links[0].resize(of_base, {.radius_m = 0.1});
+    spheres.links[static_cast<std::size_t>(*arm->model->FindLink("tip"))].resize(of_tip,
+                                                                                 {.radius_m = 0.1});
+    const std::vector<collision::Change> changes = {
+        {.what = collision::testing::PutArm("left", Arm(ArmUrdf(), ArmSrdf(), spheres)),
+         .expected_object_revision = {}}};
+    snapshot_ = *collision::Apply(snapshot_, changes);
+  };
+  robot_.set_robot_geometry(v1::ROBOT_GEOMETRY_SPHERES_AS_GIVEN);
+  load(1'000, 1'000);
+  EXPECT_TRUE(Convert().ok()) << Convert().status();
+  EXPECT_EQ(Convert()->body.self_pairs.size(), 1'000'000u);
+  load(1'000, 1'001);
+  ExpectFault("robot.scope", "asks about 1001000 pairs of the robot's own parts, must be");
+  robot_.set_scope(v1::ROBOT_SCOPE_WORLD);
+  EXPECT_TRUE(Convert().ok());
+  load(0, 4'097);
+  ExpectFault("robot.robot_geometry", "has 4097 parts, must have at most 4096");
+}
+
 class MotionRequests : public RobotSubjects {
  protected:
   absl::StatusOr<MotionQuestion> ConvertMotions() {
@@ -219,7 +244,9 @@ TEST_F(MotionRequests, RefuseRowsThatMakeNoPaths) {
   ExpectMotionFault("subject", "has 3 rows, must have an even number");
   request_.add_path_row_counts(2);
   ExpectMotionFault("path_row_counts", "add up to 2, must add up to the 3 rows");
-  request_.add_path_row_counts(1);
+  request_.add_path_row_counts(2'000'000'000);
+  ExpectMotionFault("path_row_counts", "add up to more, must add up to the 3 rows");
+  request_.set_path_row_counts(1, 1);
   ExpectMotionFault("path_row_counts[1]", "is 1, must be at least 2");
   request_.set_path_row_counts(1, -2'000'000'000);
   ExpectMotionFault("path_row_counts[1]", "must be at least 2");
