@@ -47,22 +47,17 @@ QueryBody BodyFromRobot(const RobotGeometry& robot, RobotScope scope) {
   return body;
 }
 
-QueryBody BodyFromSpheres(const RobotGeometry& robot, const SphereModel& spheres,
+QueryBody BodyFromSpheres(const RobotGeometry& robot, const PreparedSpheres& spheres,
                           RobotScope scope) {
-  std::vector<Placed<>> parts;
-  std::vector<int> link_of_part;
-  for (std::size_t link = 0; link < spheres.links.size(); ++link) {
-    for (const LinkSphere& sphere : spheres.links[link]) {
-      parts.push_back(
-          {.X_FS = Pose(Eigen::Translation3d(sphere.center_L)), .shape = Sphere{sphere.radius_m}});
-      link_of_part.push_back(static_cast<int>(link));
-    }
-  }
-  QueryBody body = BodyFromShapes(std::move(parts));
-  body.frame_of_part = std::move(link_of_part);
+  QueryBody body{.geometry = spheres.geometry, .frame_of_part = spheres.link_of_part};
   body.best_trust = Trust::kDegraded;
   SetScope(*robot.model, scope, body);
   return body;
+}
+
+QueryBody BodyFromSpheres(const RobotGeometry& robot, const SphereModel& spheres,
+                          RobotScope scope) {
+  return BodyFromSpheres(robot, PrepareSpheres(spheres), scope);
 }
 
 JointRows::JointRows(const RobotModel& model, const JointGroup& group, States states)

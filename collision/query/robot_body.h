@@ -20,6 +20,9 @@ QueryBody BodyFromRobot(const RobotGeometry& robot, RobotScope scope);
 // The same robot made of spheres, one part a sphere: by link, within a link as listed. The model has
 // as many links as the robot. Spheres of two links are asked of each other where their links would
 // be. Nothing is known of how far they are from the links' shapes: every answer is DEGRADED.
+// Shares the prepared geometry; of a bare model it is prepared each time.
+QueryBody BodyFromSpheres(const RobotGeometry& robot, const PreparedSpheres& spheres,
+                          RobotScope scope);
 QueryBody BodyFromSpheres(const RobotGeometry& robot, const SphereModel& spheres, RobotScope scope);
 
 // States of a robot that differ in the variables of one group.

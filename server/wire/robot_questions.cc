@@ -91,7 +91,7 @@ absl::StatusOr<collision::QueryBody> BodyOf(const collision::WorldRobot& robot,
       }
       auto status = CheckSize(robot.model(), parts, *scope, path);
       if (!status.ok()) return status;
-      return BodyFromSpheres(*robot.robot, *robot.robot->spheres_as_given, *scope);
+      return BodyFromSpheres(*robot.robot, *robot.robot->prepared_spheres_as_given, *scope);
     }
     case v1::ROBOT_GEOMETRY_SPHERES_CONTAINING:
       return MakeError(absl::StatusCode::kUnimplemented,

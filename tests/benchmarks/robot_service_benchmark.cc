@@ -70,7 +70,8 @@ struct Rates {
 collision::QueryBody BodyOf(const collision::RobotGeometry& robot, v1::RobotGeometry geometry) {
   return geometry == v1::ROBOT_GEOMETRY_EXACT
              ? BodyFromRobot(robot, collision::RobotScope::kBoth)
-             : BodyFromSpheres(robot, *robot.spheres_as_given, collision::RobotScope::kBoth);
+             : BodyFromSpheres(robot, *robot.prepared_spheres_as_given,
+                               collision::RobotScope::kBoth);
 }
 
 // The same states in process and through the stream, in turn; false when the stream failed.

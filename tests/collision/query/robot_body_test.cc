@@ -140,6 +140,10 @@ TEST_F(BallArm, OfSpheresAnswersAsItsSpheresAreAndClaimsNothing) {
     const QueryBody body = BodyFromSpheres(*robot_, spheres, scope);
     EXPECT_EQ(body.frame_of_part, exact.frame_of_part);
     EXPECT_EQ(body.self_pairs, exact.self_pairs);
+    const auto loaded = PrepareRobot(model_, spheres);
+    EXPECT_EQ(BodyFromSpheres(*loaded, *loaded->prepared_spheres_as_given, scope).geometry,
+              loaded->prepared_spheres_as_given->geometry)
+        << "shared, not made anew";
     const CollisionColumns checked = *CheckCollisions(*world_, body, rows, {});
     const CollisionColumns of_exact = *CheckCollisions(*world_, exact, rows, {});
     EXPECT_EQ(checked.verdict, of_exact.verdict);
