@@ -1,4 +1,4 @@
-// What asks a question: a shape, an object of the world or points, and where, from the command line
+// What asks a question: a shape, an object of the world or a robot, and where, from the command line
 // or as JSON lines on stdin.
 #pragma once
 
@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "clients/cli/robot_arguments.h"
 #include "clients/cli/session.h"
 #include "cwm/v1/query.pb.h"
 
@@ -25,24 +26,43 @@ absl::StatusOr<cwm::v1::PlacedShape> ToShape(const ShapeArguments& shape);
 struct BodyArguments {
   ShapeArguments shape;
   std::string object;           // instead of a shape
-  std::vector<std::string> at;  // places; "-": JSON lines on stdin
+  std::vector<std::string> at;  // places of either; "-": JSON lines on stdin
+  RobotArguments robot;         // instead of both
 };
 
 void AddBodyOptions(CLI::App& command, BodyArguments& body);
 
-// The subjects of one or more requests, in order, each of at most kMaxRows rows. Neither shape nor
-// object: each line on stdin is
+// One body and the rows that it is asked about.
+struct Body {
+  cwm::v1::Subject what;             // without rows
+  std::size_t width = 0;             // numbers a row; 0 without rows
+  std::vector<double> numbers = {};  // row after row
+  std::vector<int> row_counts = {};  // rows that came together: of one line, of the command line
+  std::size_t row_count() const { return width == 0 ? 0 : numbers.size() / width; }
+};
+
+// In order. Neither shape nor object nor robot: each line on stdin is
 //   {"sphere": r, "at": [x, y, z]}            or "box": [x, y, z], "cylinder": [r, l],
 //   {"object": "cup", "at": [[..], [..]]}        "cone": [rb, rt, l], "capsule": [r, l]
-// where "at" is a pose or several; and with a shape alone, or `--at -`, each line is {"at": ..} or
-// the numbers of a pose as an array. Malformed lines are INVALID_ARGUMENT naming the line.
-absl::StatusOr<std::vector<cwm::v1::Subject>> ReadSubjects(const BodyArguments& body,
-                                                           Session& session);
+//   {"robot": "panda", "group": "panda_arm", "joints": [..]}
+// where "at" is a pose or several, and "joints" a state or several; and with a shape alone, or
+// `--at -`, each line is {"at": ..} or the numbers of a pose as an array; likewise with `--joints -`.
+// Malformed lines are INVALID_ARGUMENT naming the line.
+absl::StatusOr<std::vector<Body>> ReadBodies(const BodyArguments& body, Session& session);
+
+// Rows [begin, end) of the body.
+cwm::v1::Subject SubjectOf(const Body& body, std::size_t begin, std::size_t end);
 
 // The server's limit of a batch (GetServerInfo.limits.max_batch_rows).
 inline constexpr std::size_t kMaxRows = 65536;
 
-// How many rows a subject asks for; an object without poses asks for its stored one.
-std::size_t RowCount(const cwm::v1::Subject& subject);
+// What one request asks about.
+struct Batch {
+  cwm::v1::Subject subject;
+  std::size_t row_count = 0;  // an object or a robot without rows asks where it stands: 1
+};
+
+// The bodies in batches of at most kMaxRows rows, in order.
+absl::StatusOr<std::vector<Batch>> ReadBatches(const BodyArguments& body, Session& session);
 
 }  // namespace cwm::cli

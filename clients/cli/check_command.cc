@@ -22,14 +22,17 @@ struct CheckArguments {
 void PrintVerdicts(const pb::CheckCollisionsResponse& response, Session& session) {
   std::vector<TableRow> lines;
   for (const pb::CollisionRow& row : response.rows()) {
-    lines.push_back({{absl::StrCat(lines.size()), ShortName(row.verdict()), row.object(),
-                      row.has_object_part() ? absl::StrCat(row.object_part()) : "",
-                      row.has_body_part() ? absl::StrCat(row.body_part()) : ""}});
+    lines.push_back(
+        {{absl::StrCat(lines.size()), ShortName(row.verdict()), MetName(row), row.object_link(),
+          row.has_object_part() ? absl::StrCat(row.object_part()) : "", row.body_link(),
+          row.has_body_part() ? absl::StrCat(row.body_part()) : ""}});
   }
   PrintTable({{"ROW", Align::kRight},
               {"VERDICT"},
               {"OBJECT"},
+              {"OBJECT LINK"},
               {"OBJECT PART", Align::kRight},
+              {"BODY LINK"},
               {"BODY PART", Align::kRight}},
              lines, session.color() ? TableStyle::kColor : TableStyle::kPlain, session.streams.out);
 }
@@ -37,10 +40,10 @@ void PrintVerdicts(const pb::CheckCollisionsResponse& response, Session& session
 absl::Status Check(Session& session, const CheckArguments& arguments) {
   const auto options = ToOptions(arguments.question);
   if (!options.ok()) return options.status();
-  const auto subjects = ReadSubjects(arguments.body, session);
-  if (!subjects.ok()) return subjects.status();
+  const auto batches = ReadBatches(arguments.body, session);
+  if (!batches.ok()) return batches.status();
   const auto answer = AskAll<pb::CheckCollisionsRequest, pb::CheckCollisionsResponse>(
-      session, &pb::QueryService::Stub::CheckCollisions, *subjects, *options);
+      session, &pb::QueryService::Stub::CheckCollisions, *batches, *options);
   if (!answer.ok()) return answer.status();
   for (const pb::CollisionRow& row : answer->rows()) {
     session.found_collision |= arguments.exit_code && row.verdict() == pb::VERDICT_COLLISION;
@@ -53,7 +56,7 @@ absl::Status Check(Session& session, const CheckArguments& arguments) {
       [&] {
         PrintVerdicts(*answer, session);
         session.streams.out << Footer(answer->revision(), answer->completed_count(),
-                                      RowCount(*subjects))
+                                      RowCount(*batches))
                             << "\n";
       });
   return absl::OkStatus();
@@ -63,18 +66,21 @@ absl::Status Check(Session& session, const CheckArguments& arguments) {
 
 void AddCheckCommand(CommandLine& line) {
   const auto arguments = std::make_shared<CheckArguments>();
-  CLI::App& command =
-      AddCommand(line,
-                 {"check",
-                  "whether a body is in collision: free, collision or undecided for each pose",
-                  {"cwm check --box 0.1,0.08,0.2 --at 0.4,0,0.3 --margin 0.01",
-                   "cwm check --object mug --at 0.5,0.1,0.2 --exit-code && echo free",
-                   "cwm check --object mug --at 0.5,0.1,0.2 --ignore-pair mug,tray",
-                   "cwm check --sphere 0.05 --at - -o ndjson < poses.jsonl"},
-                  "Collision means that the distance is less than the margin. Many questions: JSON "
-                  "lines on stdin,\n"
-                  "see `cwm distance --help`."},
-                 [arguments](Session& session) { return Check(session, *arguments); });
+  CLI::App& command = AddCommand(
+      line,
+      {"check",
+       "whether a body or a robot is in collision: a verdict for each pose or state",
+       {"cwm check --box 0.1,0.08,0.2 --at 0.4,0,0.3 --margin 0.01",
+        "cwm check --object mug --at 0.5,0.1,0.2 --exit-code && echo free",
+        "cwm check --robot panda --group panda_arm --joints 0,-0.8,0,-2.4,0,1.6,0.8",
+        "cwm check --robot panda --joints ready --scope self",
+        "cwm check --sphere 0.05 --at - -o ndjson < poses.jsonl"},
+       "Collision means that the distance is less than the margin; a robot is also told where "
+       "it is out of\n"
+       "its limits, and is asked about the world and itself. Many questions: JSON "
+       "lines on stdin,\n"
+       "see `cwm distance --help`."},
+      [arguments](Session& session) { return Check(session, *arguments); });
   AddBodyOptions(command, arguments->body);
   AddQuestionOptions(command, arguments->question);
   AddPairRuleOptions(command, arguments->question);

@@ -16,6 +16,7 @@ void AddImportCommand(CommandLine& line);   // import
 void AddRobotCommands(CommandLine& line);   // robot load, list, get, remove
 void AddPairCommands(CommandLine& line);    // distance, contacts
 void AddCheckCommand(CommandLine& line);    // check
+void AddMotionCommand(CommandLine& line);   // motion
 void AddRayCommand(CommandLine& line);      // ray
 void AddSampleCommand(CommandLine& line);   // sample
 void AddWatchCommand(CommandLine& line);    // watch

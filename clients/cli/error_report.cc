@@ -37,6 +37,7 @@ std::string HintForReason(const std::string& reason) {
        "`cwm status` lists the worlds; ingest, put, import and robot load create one"},
       {"OBJECT_UNKNOWN", "`cwm objects` lists the names"},
       {"ROBOT_UNKNOWN", "`cwm robot list` lists the names"},
+      {"NO_SPHERES", "`cwm robot load URDF --spheres FILE` gives it a sphere model"},
       {"GEOMETRY_UNKNOWN", "`cwm get NAME -o json` shows the hashes of an object"},
       {"REVISION_MISMATCH", "`cwm status` shows the present revision; read, decide, try again"},
       {"OBJECT_REVISION_MISMATCH", "`cwm get NAME` shows the object as it is now"},

@@ -21,8 +21,15 @@ absl::StatusOr<double> ParseNumber(const std::string& word, const std::string& n
   return UsageError(absl::StrCat(name, ": \"", word, "\" is no number, must be ", form));
 }
 
-absl::StatusOr<std::vector<double>> ParseAll(const std::string& text, const std::string& name,
-                                             const std::string& form) {
+}  // namespace
+
+bool StartsWithNumber(const std::string& text) {
+  char bytes[sizeof(double)];
+  return formats::ParseScalar(text.substr(0, text.find(',')), formats::Scalar::kF64, bytes);
+}
+
+absl::StatusOr<std::vector<double>> ParseNumbers(const std::string& text, const std::string& name,
+                                                 const std::string& form) {
   std::vector<double> numbers;
   for (const absl::string_view word : absl::StrSplit(text, ',')) {
     const auto number = ParseNumber(std::string(word), name, form);
@@ -32,10 +39,8 @@ absl::StatusOr<std::vector<double>> ParseAll(const std::string& text, const std:
   return numbers;
 }
 
-}  // namespace
-
 absl::StatusOr<std::vector<double>> ParseNumbers(const std::string& text, const NumberSpec& spec) {
-  auto numbers = ParseAll(text, spec.name, spec.form);
+  auto numbers = ParseNumbers(text, spec.name, spec.form);
   if (numbers.ok() && numbers->size() != spec.count) {
     return UsageError(absl::StrCat(spec.name, ": \"", text, "\" has ", numbers->size(),
                                    " numbers, must be ", spec.form));
@@ -55,7 +60,7 @@ absl::StatusOr<client::PoseRow> PoseFromNumbers(const std::vector<double>& numbe
 }
 
 absl::StatusOr<client::PoseRow> ParsePose(const std::string& text, const std::string& option) {
-  const auto numbers = ParseAll(text, option, kPoseForm);
+  const auto numbers = ParseNumbers(text, option, kPoseForm);
   if (!numbers.ok()) return numbers.status();
   auto pose = PoseFromNumbers(*numbers, option);
   if (!pose.ok()) return UsageError(std::string(pose.status().message()));

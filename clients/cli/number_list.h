@@ -22,6 +22,12 @@ struct NumberSpec {
 // field). A usage error naming the option, the text and the form otherwise.
 absl::StatusOr<std::vector<double>> ParseNumbers(const std::string& text, const NumberSpec& spec);
 
+// The same of any count but 0.
+absl::StatusOr<std::vector<double>> ParseNumbers(const std::string& text, const std::string& name,
+                                                 const std::string& form);
+// Whether it is numbers rather than a name.
+bool StartsWithNumber(const std::string& text);
+
 // "x,y,z" or "x,y,z,qx,qy,qz,qw" in metres; the quaternion is passed on as it is (the server checks
 // its length).
 absl::StatusOr<client::PoseRow> ParsePose(const std::string& text, const std::string& option);

@@ -28,17 +28,20 @@ void PrintPairs(const google::protobuf::RepeatedPtrField<pb::PairRows>& rows, Se
   std::vector<TableRow> lines;
   for (int row = 0; row < rows.size(); ++row) {
     if (rows[row].answers().empty()) {
-      lines.push_back({{absl::StrCat(row), "none", "", "", "", "", "", ""}});
+      lines.push_back({{absl::StrCat(row), "none", "", "", "", "", "", "", "", ""}});
     }
     for (const pb::PairRow& pair : rows[row].answers()) {
-      lines.push_back({{absl::StrCat(row), pair.object(), absl::StrCat(pair.object_part()),
-                        Fixed(1000 * pair.distance_m(), 3), Vector(pair.point_body()),
-                        Vector(pair.point_object()), Vector(pair.normal()), TrustText(pair)}});
+      lines.push_back(
+          {{absl::StrCat(row), MetName(pair), pair.object_link(), absl::StrCat(pair.object_part()),
+            pair.body_link(), Fixed(1000 * pair.distance_m(), 3), Vector(pair.point_body()),
+            Vector(pair.point_object()), Vector(pair.normal()), TrustText(pair)}});
     }
   }
   PrintTable({{"ROW", Align::kRight},
               {"OBJECT"},
+              {"OBJECT LINK"},
               {"PART", Align::kRight},
+              {"BODY LINK"},
               {"DISTANCE mm", Align::kRight},
               {"POINT ON BODY m"},
               {"POINT ON OBJECT m"},
@@ -51,9 +54,9 @@ template <class Request, class Response, class Method>
 absl::Status Ask(Session& session, const PairArguments& arguments, Method method) {
   const auto options = ToOptions(arguments.question);
   if (!options.ok()) return options.status();
-  const auto subjects = ReadSubjects(arguments.body, session);
-  if (!subjects.ok()) return subjects.status();
-  const auto answer = AskAll<Request, Response>(session, method, *subjects, *options);
+  const auto batches = ReadBatches(arguments.body, session);
+  if (!batches.ok()) return batches.status();
+  const auto answer = AskAll<Request, Response>(session, method, *batches, *options);
   if (!answer.ok()) return answer.status();
   session.PrintList(
       *answer,
@@ -63,7 +66,7 @@ absl::Status Ask(Session& session, const PairArguments& arguments, Method method
       [&] {
         PrintPairs(answer->rows(), session);
         session.streams.out << Footer(answer->revision(), answer->completed_count(),
-                                      RowCount(*subjects))
+                                      RowCount(*batches))
                             << "\n";
       });
   return absl::OkStatus();
@@ -72,7 +75,8 @@ absl::Status Ask(Session& session, const PairArguments& arguments, Method method
 constexpr char kLines[] =
     "Many questions: JSON lines on stdin, {\"box\": [x, y, z], \"at\": [x, y, z, qx, qy, qz, qw]}; "
     "\"at\"\n"
-    "may hold several poses. With a shape and --at -, each line is {\"at\": ...} or a pose as an "
+    "may hold several poses. A robot: {\"robot\": \"panda\", \"group\": \"panda_arm\", "
+    "\"joints\": [...]}. With a shape and --at -, each line is {\"at\": ...} or a pose as an "
     "array.\n"
     "All rows are answered from one revision. -o ndjson prints one line a row.";
 
@@ -86,6 +90,7 @@ void AddPairCommands(CommandLine& line) {
        "signed distance to the nearest objects, with points and normal",
        {"cwm distance --box 0.1,0.08,0.2 --at 0.4,0,0.3",
         "cwm distance --object mug --max-results 3",
+        "cwm distance --robot panda --group panda_arm --joints 0,-0.8,0,-2.4,0,1.6,0.8",
         "printf '[0.4,0,0.3]\\n[0.5,0,0.3]\\n' | cwm distance --sphere 0.05 --at - -o ndjson"},
        kLines},
       [distance](Session& session) {
@@ -105,7 +110,8 @@ void AddPairCommands(CommandLine& line) {
       line,
       {"contacts",
        "where a body touches or penetrates the world",
-       {"cwm contacts --sphere 0.05 --at 0.4,0,0.02", "cwm contacts --object mug --margin 0.005"},
+       {"cwm contacts --sphere 0.05 --at 0.4,0,0.02", "cwm contacts --object mug --margin 0.005",
+        "cwm contacts --robot panda --joints ready --margin 0.01"},
        kLines},
       [contact](Session& session) {
         return Ask<pb::GetContactsRequest, pb::GetContactsResponse>(

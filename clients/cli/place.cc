@@ -4,17 +4,11 @@
 
 #include "clients/cli/mesh_frames.h"
 #include "clients/cli/number_list.h"
-#include "clients/formats/scalar.h"
 
 namespace cwm::cli {
 namespace {
 
 namespace pb = cwm::v1;
-
-bool StartsWithNumber(const std::string& text) {
-  char bytes[sizeof(double)];
-  return formats::ParseScalar(text.substr(0, text.find(',')), formats::Scalar::kF64, bytes);
-}
 
 absl::StatusOr<client::PointRow> CentreOf(Session& session, const std::string& name) {
   const client::Connection& connection = session.connection();

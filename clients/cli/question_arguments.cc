@@ -103,14 +103,15 @@ absl::StatusOr<pb::QueryOptions> ToOptions(const QuestionArguments& question) {
   return options;
 }
 
-std::string Footer(std::int64_t revision, std::int64_t completed, std::size_t asked) {
-  return absl::StrCat("revision ", revision, ", ", completed, " of ", asked,
-                      asked == 1 ? " row" : " rows");
+std::string Footer(std::int64_t revision, std::int64_t completed, std::size_t asked,
+                   const std::string& of_what) {
+  return absl::StrCat("revision ", revision, ", ", completed, " of ", asked, " ", of_what,
+                      asked == 1 ? "" : "s");
 }
 
-std::size_t RowCount(const std::vector<pb::Subject>& subjects) {
+std::size_t RowCount(const std::vector<Batch>& batches) {
   std::size_t rows = 0;
-  for (const pb::Subject& subject : subjects) rows += RowCount(subject);
+  for (const Batch& batch : batches) rows += batch.row_count;
   return rows;
 }
 

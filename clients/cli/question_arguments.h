@@ -43,29 +43,31 @@ google::protobuf::Duration ToDuration(double seconds);
 // With answers as F64, in rows, so that JSON is readable.
 absl::StatusOr<cwm::v1::QueryOptions> ToOptions(const QuestionArguments& question);
 
-// Asks `method` about every subject and returns the answers as one: rows after rows. All are
+// Asks `method` about every batch and returns the answers as one: rows after rows. All are
 // answered from the revision that the first was answered from.
 template <class Request, class Response, class Method>
-absl::StatusOr<Response> AskAll(Session& session, Method method,
-                                const std::vector<cwm::v1::Subject>& subjects,
+absl::StatusOr<Response> AskAll(Session& session, Method method, const std::vector<Batch>& batches,
                                 cwm::v1::QueryOptions options) {
   Response all;
   std::int64_t completed = 0;
-  for (const cwm::v1::Subject& subject : subjects) {
+  for (const Batch& batch : batches) {
     Request request;
     request.set_world(session.world);
-    *request.mutable_subject() = subject;
-    options.set_result_form(RowCount(subject) > kMaxMessageRows ? cwm::v1::RESULT_FORM_COLUMNS
-                                                                : cwm::v1::RESULT_FORM_ROWS);
+    *request.mutable_subject() = batch.subject;
+    options.set_result_form(batch.row_count > kMaxMessageRows ? cwm::v1::RESULT_FORM_COLUMNS
+                                                              : cwm::v1::RESULT_FORM_ROWS);
     *request.mutable_options() = options;
     auto answer = session.connection().Call(method, session.connection().queries(), request);
     if (!answer.ok()) return answer.status();
     if (absl::Status status = ExpandRows(*answer); !status.ok()) return status;
+    const bool same_links = std::equal(all.body_links().begin(), all.body_links().end(),
+                                       answer->body_links().begin(), answer->body_links().end());
+    if (same_links) answer->clear_body_links();  // told once
     all.MergeFrom(*answer);
     completed += answer->completed_count();
     options.mutable_at_revision()->set_exact(answer->revision());
     options.set_world_uid(answer->world_uid());
-    if (answer->completed_count() < static_cast<std::int64_t>(RowCount(subject))) break;
+    if (answer->completed_count() < static_cast<std::int64_t>(batch.row_count)) break;
   }
   all.set_completed_count(completed);  // a prefix of all rows
   return all;
@@ -98,7 +100,13 @@ absl::StatusOr<Response> AskInMessages(Session& session, Method method,
 }
 
 // "revision 7, 3 of 5 rows" under a table.
-std::string Footer(std::int64_t revision, std::int64_t completed, std::size_t asked);
-std::size_t RowCount(const std::vector<cwm::v1::Subject>& subjects);
+std::string Footer(std::int64_t revision, std::int64_t completed, std::size_t asked,
+                   const std::string& of_what = "row");
+// What a row of any kind met, for tables: an object's name, or "itself" of a robot.
+template <class Row>
+std::string MetName(const Row& row) {
+  return row.object().empty() && row.has_object_link() ? "itself" : row.object();
+}
+std::size_t RowCount(const std::vector<Batch>& batches);
 
 }  // namespace cwm::cli

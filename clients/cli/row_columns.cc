@@ -25,6 +25,8 @@ class ColumnReader {
   const std::string& bytes_;
 };
 
+constexpr std::int32_t kNothing = -1, kItself = -2;  // of an object_index
+
 absl::Status Mismatch() {
   return absl::DataLossError("the columns of the server's answer do not fit together");
 }
@@ -33,6 +35,28 @@ void SetVector(const ColumnReader<double>& column, std::size_t i, pb::Vector3* v
   vector->set_x(column[3 * i]);
   vector->set_y(column[3 * i + 1]);
   vector->set_z(column[3 * i + 2]);
+}
+
+// The pair of a row, as its message names it: index -2 is the robot that asks.
+struct PairAt {
+  std::int32_t object, body_part, object_part;
+};
+
+// False when it names nothing that the answer has.
+template <class Response, class Row>
+bool SetPair(const PairAt& pair, const Response& response, Row& row) {
+  const bool of_itself = pair.object == kItself;
+  if (pair.object >= response.objects_size() || (pair.object < 0 && !of_itself)) return false;
+  if (!of_itself) row.set_object(response.objects(pair.object).name());
+  row.set_body_part(pair.body_part);
+  row.set_object_part(pair.object_part);
+  const int links = response.body_links_size();
+  if (links == 0) return !of_itself;
+  const auto has_link = [&](std::int32_t part) { return part >= 0 && part < links; };
+  if (!has_link(pair.body_part) || (of_itself && !has_link(pair.object_part))) return false;
+  row.set_body_link(response.body_links(pair.body_part));
+  if (of_itself) row.set_object_link(response.body_links(pair.object_part));
+  return true;
 }
 
 bool Fit(const pb::PairColumns& columns, std::size_t count) {
@@ -63,15 +87,12 @@ absl::Status ExpandPairs(Response& response) {
     pb::PairRows& answers = *response.add_rows();
     if (row_begin[row] > row_begin[row + 1] || row_begin[row + 1] > count) return Mismatch();
     for (std::size_t i = row_begin[row]; i < row_begin[row + 1]; ++i) {
-      if (index[i] < 0 || index[i] >= response.objects_size()) return Mismatch();
       pb::PairRow& pair = *answers.add_answers();
       pair.set_distance_m(distance[i]);
       SetVector(body, i, pair.mutable_point_body());
       SetVector(object, i, pair.mutable_point_object());
       SetVector(normal, i, pair.mutable_normal());
-      pair.set_object(response.objects(index[i]).name());
-      pair.set_body_part(body_part[i]);
-      pair.set_object_part(object_part[i]);
+      if (!SetPair({index[i], body_part[i], object_part[i]}, response, pair)) return Mismatch();
       pair.set_trust(static_cast<pb::Trust>(columns.trust()[i]));
       if (bound.size() > 0 && pair.trust() == pb::TRUST_BOUNDED) pair.set_bound_m(bound[i]);
     }
@@ -89,22 +110,24 @@ absl::Status ExpandRows(pb::CheckCollisionsResponse& response) {
   const std::size_t rows = response.verdicts().size();
   const ColumnReader<std::int32_t> index(response.object_index()), body_part(response.body_part()),
       object_part(response.object_part());
-  if (index.size() != rows || body_part.size() != rows || object_part.size() != rows) {
+  if (index.size() != rows || body_part.size() != rows || object_part.size() != rows ||
+      response.trust().size() != rows) {
     return Mismatch();
   }
   for (std::size_t row = 0; row < rows; ++row) {
     pb::CollisionRow& answer = *response.add_rows();
     answer.set_verdict(static_cast<pb::Verdict>(response.verdicts()[row]));
-    if (answer.verdict() != pb::VERDICT_COLLISION) continue;
-    if (index[row] < 0 || index[row] >= response.objects_size()) return Mismatch();
-    answer.set_object(response.objects(index[row]).name());
-    answer.set_body_part(body_part[row]);
-    answer.set_object_part(object_part[row]);
+    answer.set_trust(static_cast<pb::Trust>(response.trust()[row]));
+    if (index[row] == kNothing) continue;
+    if (!SetPair({index[row], body_part[row], object_part[row]}, response, answer)) {
+      return Mismatch();
+    }
   }
   response.clear_verdicts();
   response.clear_object_index();
   response.clear_body_part();
   response.clear_object_part();
+  response.clear_trust();
   return absl::OkStatus();
 }
 

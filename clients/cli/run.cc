@@ -69,6 +69,7 @@ void AddCommands(CommandLine& line, const report::PageAssets& page_assets) {
   AddRobotCommands(line);
   AddPairCommands(line);
   AddCheckCommand(line);
+  AddMotionCommand(line);
   AddRayCommand(line);
   AddSampleCommand(line);
   AddWatchCommand(line);

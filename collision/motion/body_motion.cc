@@ -41,21 +41,23 @@ void RigidMotion::Place(double fraction, std::span<Pose> X_WF) const {
   X_WF[0].translation() = from_.translation() + fraction * step_m_;
 }
 
-bool JointMotion::Follows(const RobotModel& model, std::span<const double> from,
-                          std::span<const double> to) {
-  return std::ranges::all_of(model.links, [&](const ModelLink& link) {
-    const bool compound = link.kind == JointKind::kPlanar || link.kind == JointKind::kFloating;
-    if (!compound) return true;
+std::optional<int> JointMotion::FirstNotFollowed(const RobotModel& model,
+                                                 std::span<const double> from,
+                                                 std::span<const double> to) {
+  for (std::size_t k = 0; k < model.links.size(); ++k) {
+    const ModelLink& link = model.links[k];
+    if (link.kind != JointKind::kPlanar && link.kind != JointKind::kFloating) continue;
     const auto first = static_cast<std::size_t>(link.variable);
     const auto count = static_cast<std::size_t>(VariableCount(link.kind));
-    return std::ranges::equal(from.subspan(first, count), to.subspan(first, count));
-  });
+    const bool stands = std::ranges::equal(from.subspan(first, count), to.subspan(first, count));
+    if (!stands) return static_cast<int>(k);
+  }
+  return std::nullopt;
 }
 
-JointMotion::JointMotion(const RobotGeometry& robot, const Pose& X_WB, std::span<const double> from,
-                         std::span<const double> to)
-    : robot_(robot), X_WB_(X_WB), from_(from.begin(), from.end()) {
-  const RobotModel& model = *robot.model;
+JointMotion::JointMotion(const RobotModel& model, const QueryBody& body, const Pose& X_WB,
+                         std::span<const double> from, std::span<const double> to)
+    : model_(model), body_(body), X_WB_(X_WB), from_(from.begin(), from.end()) {
   for (std::size_t v = 0; v < from.size(); ++v) {
     const auto link = static_cast<std::size_t>(model.variables[v].link);
     step_.push_back(model.links[link].kind == JointKind::kContinuous ? TurnBetween(from[v], to[v])
@@ -84,17 +86,17 @@ JointMotion::JointMotion(const RobotGeometry& robot, const Pose& X_WB, std::span
 void JointMotion::Place(double fraction, std::span<Pose> X_WL) const {
   absl::InlinedVector<double, 32> variables(from_.begin(), from_.end());
   for (std::size_t v = 0; v < variables.size(); ++v) variables[v] += fraction * step_[v];
-  LinkPoses(*robot_.model, X_WB_, variables, X_WL);
+  LinkPoses(model_, X_WB_, variables, X_WL);
 }
 
 // From the part outward in: each joint turns all that hangs on it about its own origin.
 double JointMotion::TravelBelow_m(std::int32_t part, int above) const {
   const auto at = static_cast<std::size_t>(part);
-  double reach_m = Reach_m(robot_.geometry->parts[at].bounds_O);
+  double reach_m = Reach_m(body_.geometry->parts[at].bounds_O);
   double travel_m = 0;
-  for (int link = robot_.link_of_part[at]; link != above;) {
+  for (int link = body_.frame_of_part[at]; link != above;) {
     const auto k = static_cast<std::size_t>(link);
-    const ModelLink& model_link = robot_.model->links[k];
+    const ModelLink& model_link = model_.links[k];
     reach_m += arm_m_[k];  // about the joint's origin
     travel_m += turn_rad_[k] * reach_m + slide_m_[k];
     reach_m += model_link.X_PJ.translation().norm();  // about the parent's origin
@@ -107,7 +109,7 @@ double JointMotion::TravelBelow_m(std::int32_t part, int above) const {
 int JointMotion::CommonAncestor(int link, int other) const {
   while (link != other) {  // parents have lesser indices
     int& later = link > other ? link : other;
-    later = robot_.model->links[static_cast<std::size_t>(later)].parent;
+    later = model_.links[static_cast<std::size_t>(later)].parent;
   }
   return link;
 }
@@ -116,7 +118,7 @@ double JointMotion::Travel_m(std::int32_t part) const { return TravelBelow_m(par
 
 double JointMotion::RelativeTravel_m(const PartPair& pair) const {
   const auto link_of = [&](std::int32_t part) {
-    return robot_.link_of_part[static_cast<std::size_t>(part)];
+    return body_.frame_of_part[static_cast<std::size_t>(part)];
   };
   const int ancestor = CommonAncestor(link_of(pair.first), link_of(pair.second));
   return TravelBelow_m(pair.first, ancestor) + TravelBelow_m(pair.second, ancestor);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -41,16 +42,18 @@ class RigidMotion : public BodyMotion {
 };
 
 // A robot whose joints move linearly, continuous ones the short way. A planar or floating joint whose
-// variables differ is not followed: see Follows.
+// variables differ is not followed: see FirstNotFollowed.
 class JointMotion : public BodyMotion {
  public:
-  // All variables of the model, at the start and at the end. Refers to the robot.
-  JointMotion(const RobotGeometry& robot, const Pose& X_WB, std::span<const double> from,
-              std::span<const double> to);
+  // A body of the robot (BodyFromRobot, BodyFromSpheres); all variables of the model, at the start
+  // and at the end. Refers to the model and to the body.
+  JointMotion(const RobotModel& model, const QueryBody& body, const Pose& X_WB,
+              std::span<const double> from, std::span<const double> to);
 
-  // Whether the motion is one that bounds are known of.
-  static bool Follows(const RobotModel& model, std::span<const double> from,
-                      std::span<const double> to);
+  // The first link whose joint moves as no bounds are known of: planar or floating. Nothing when the
+  // motion is one that can be followed.
+  static std::optional<int> FirstNotFollowed(const RobotModel& model, std::span<const double> from,
+                                             std::span<const double> to);
 
   void Place(double fraction, std::span<Pose> X_WL) const override;
   double Travel_m(std::int32_t part) const override;
@@ -61,7 +64,8 @@ class JointMotion : public BodyMotion {
   double TravelBelow_m(std::int32_t part, int above) const;
   int CommonAncestor(int link, int other) const;
 
-  const RobotGeometry& robot_;
+  const RobotModel& model_;
+  const QueryBody& body_;
   const Pose X_WB_;
   std::vector<double> from_, step_;  // of the variables
   std::vector<double> turn_rad_;     // per link: of its joint over the whole edge

@@ -4,9 +4,6 @@
 #include <numeric>
 #include <utility>
 
-#include "collision/query/body_search.h"
-#include "collision/query/object_ranks.h"
-
 namespace cwm::collision {
 namespace {
 
@@ -208,39 +205,58 @@ class EdgeSearch {
   EdgeResult result_;
 };
 
-void Append(MotionColumns& columns, const EdgeResult& edge, ObjectRanks& ranks) {
-  columns.verdict.push_back(edge.verdict);
-  columns.lo.push_back(edge.lo);
-  columns.hi.push_back(edge.hi);
-  columns.clearance_m.push_back(edge.clearance_m);
-  columns.object.push_back(edge.pair.IsOfItself() ? kItself : ranks.Of(edge.pair.object));
-  columns.body_part.push_back(edge.pair.body_part);
-  columns.object_part.push_back(edge.pair.object_part);
+}  // namespace
+
+void Append(MotionColumns& columns, const MotionAnswer& answer) {
+  columns.verdict.push_back(answer.verdict);
+  columns.segment.push_back(answer.segment);
+  columns.lo.push_back(answer.lo);
+  columns.hi.push_back(answer.hi);
+  columns.clearance_m.push_back(answer.clearance_m);
+  columns.object.push_back(answer.object);
+  columns.body_part.push_back(answer.body_part);
+  columns.object_part.push_back(answer.object_part);
 }
 
-}  // namespace
+EdgeChecker::EdgeChecker(const WorldSnapshot& world, const QueryBody& body,
+                         const QueryOptions& options, std::stop_token stop)
+    : search_(world, body, options, std::move(stop)), ranks_(world) {}
+
+absl::Status EdgeChecker::CheckEngine(const QueryOptions& options) {
+  if (options.engine == EngineChoice::kAuto || options.engine == EngineChoice::kExact) {
+    return absl::OkStatus();
+  }
+  return absl::UnimplementedError(
+      "motions are certified by the exact kernels alone: ask AUTO or EXACT");
+}
+
+MotionAnswer EdgeChecker::Check(const BodyMotion& edge) {
+  const EdgeResult result = EdgeSearch(search_, edge).Run();
+  return {.verdict = result.verdict,
+          .segment = result.verdict == MotionVerdict::kFree ? -1 : 0,
+          .lo = result.lo,
+          .hi = result.hi,
+          .clearance_m = result.clearance_m,
+          .object = result.pair.IsOfItself() ? kItself : ranks_.Of(result.pair.object),
+          .body_part = result.pair.body_part,
+          .object_part = result.pair.object_part};
+}
 
 absl::StatusOr<MotionColumns> CheckMotions(const WorldSnapshot& world, const QueryBody& body,
                                            std::span<const std::unique_ptr<BodyMotion>> edges,
                                            const QueryOptions& options, std::stop_token stop) {
-  if (options.engine != EngineChoice::kAuto && options.engine != EngineChoice::kExact) {
-    return absl::UnimplementedError(
-        "motions are certified by the exact kernels alone: ask AUTO or EXACT");
-  }
-  BodySearch search(world, body, options, std::move(stop));
-  ObjectRanks ranks(world);
+  if (auto status = EdgeChecker::CheckEngine(options); !status.ok()) return status;
+  EdgeChecker checker(world, body, options, std::move(stop));
   MotionColumns columns;
   for (const std::unique_ptr<BodyMotion>& edge : edges) {
-    if (search.MustEnd()) break;
-    const EdgeResult result = EdgeSearch(search, *edge).Run();
-    if (search.ended()) break;
-    Append(columns, result, ranks);
+    if (checker.MustEnd()) break;
+    const MotionAnswer answer = checker.Check(*edge);
+    if (checker.ended()) break;
+    Append(columns, answer);
     ++columns.completed;
   }
-  if (absl::Status status = search.Finish(); !status.ok()) return status;
-  while (columns.verdict.size() < edges.size()) {
-    Append(columns, {.verdict = MotionVerdict::kNotComputed, .clearance_m = 0}, ranks);
-  }
+  if (absl::Status status = checker.Finish(); !status.ok()) return status;
+  while (columns.verdict.size() < edges.size()) Append(columns, {});
   return columns;
 }
 

@@ -12,16 +12,19 @@
 
 #include "absl/status/statusor.h"
 #include "collision/motion/body_motion.h"
+#include "collision/query/body_search.h"
+#include "collision/query/object_ranks.h"
 #include "collision/query/query.h"
 
 namespace cwm::collision {
 
 enum class MotionVerdict : std::uint8_t {
   kNotComputed,
-  kFree,       // every distance stays at or above its margin, all along: never wrong
-  kContact,    // some pair is below its margin at `hi`: never wrong
-  kGrazing,    // no contact found, but a pair comes within kGrazing_m of its margin
-  kUndecided,  // the work or the trust of the answers did not suffice
+  kFree,         // every distance stays at or above its margin, all along: never wrong
+  kContact,      // some pair is below its margin at `hi`: never wrong
+  kGrazing,      // no contact found, but a pair comes within kGrazing_m of its margin
+  kUndecided,    // the work or the trust of the answers did not suffice
+  kOutOfLimits,  // of a path: it has a row that the body cannot be in
 };
 
 // A gap of this and less is not told from touching.
@@ -29,18 +32,55 @@ inline constexpr double kGrazing_m = 1e-6;
 // How narrowly the first contact is bracketed, as a share of the edge.
 inline constexpr double kBracket = 1e-4;
 
-// One entry an edge.
+// One entry a motion: an edge, or a path of several (check_paths.h).
 struct MotionColumns {
   std::vector<MotionVerdict> verdict;
-  // Of a contact: free up to `lo`, in contact at `hi`, hi - lo <= kBracket; an edge that begins in
-  // contact has 0 and 0. Of a grazing or undecided one where that is. Else 0 and 1.
+  // Of what is not free the edge of the motion that the other columns are about, from 0; of a path
+  // out of limits its first row that is. -1 where the motion is free or not computed.
+  std::vector<std::int32_t> segment;
+  // Shares of the edge. Of a contact: free up to `lo`, in contact at `hi`, hi - lo <= kBracket; an
+  // edge that begins in contact has 0 and 0. Of a grazing or undecided one where that is. Else 0 and
+  // 1.
   std::vector<double> lo, hi;
-  // Of a free edge: no pair comes nearer to its margin than that, which is 2 cm at most: what stays
+  // Of a free motion: no pair comes nearer to its margin than that, which is 2 cm at most: what stays
   // farther away is not measured. 0 for the others.
   std::vector<double> clearance_m;
   // The pair of the contact, as in CollisionColumns; -1 where none is named.
   std::vector<std::int32_t> object, body_part, object_part;
-  std::size_t completed = 0;  // edges answered
+  std::size_t completed = 0;  // motions answered
+};
+
+// One entry of the columns.
+struct MotionAnswer {
+  MotionVerdict verdict = MotionVerdict::kNotComputed;
+  std::int32_t segment = -1;
+  double lo = 0, hi = 1, clearance_m = 0;
+  std::int32_t object = -1, body_part = -1, object_part = -1;
+};
+void Append(MotionColumns& columns, const MotionAnswer& answer);
+
+// Edges one after the other, for who decides by the last which is next. One per call, used by one
+// thread.
+class EdgeChecker {
+ public:
+  EdgeChecker(const WorldSnapshot& world, const QueryBody& body, const QueryOptions& options,
+              std::stop_token stop);
+
+  // Unimplemented when an engine is asked for by name that cannot certify.
+  static absl::Status CheckEngine(const QueryOptions& options);
+
+  // As segment 0. Void once `ended`.
+  MotionAnswer Check(const BodyMotion& edge);
+  // Whether the last answer is void: interrupted, or an engine had no answer.
+  bool ended() const { return search_.ended(); }
+  // To be asked before each motion.
+  bool MustEnd() { return search_.MustEnd(); }
+  // Of the whole call: OK when the motions so far are the answer.
+  absl::Status Finish() const { return search_.Finish(); }
+
+ private:
+  BodySearch search_;
+  ObjectRanks ranks_;
 };
 
 // By the exact kernels or AUTO: Unimplemented when another engine is asked for by name. Margins as in

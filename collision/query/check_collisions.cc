@@ -132,6 +132,7 @@ absl::StatusOr<CollisionColumns> CheckCollisions(const WorldSnapshot& world, con
       row = JudgeRow(search);
     }
     if (search.ended()) break;
+    row.trust = std::max(row.trust, body.best_trust);
     Append(columns, row, ranks);
     ++columns.completed;
   }

@@ -63,6 +63,7 @@ absl::StatusOr<PairColumns> GetContacts(const WorldSnapshot& world, const QueryB
     AppendRow(columns, finder.contacts(), ranks);
   }
   if (absl::Status status = search.Finish(); !status.ok()) return status;
+  LimitTrust(columns, body.best_trust);
   return columns;
 }
 

@@ -107,6 +107,7 @@ absl::StatusOr<PairColumns> GetDistances(const WorldSnapshot& world, const Query
     AppendRow(columns, best.pairs(), ranks);
   }
   if (absl::Status status = search.Finish(); !status.ok()) return status;
+  LimitTrust(columns, body.best_trust);
   return columns;
 }
 

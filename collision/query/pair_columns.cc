@@ -25,6 +25,10 @@ void Reserve(PairColumns& columns, std::size_t rows, std::size_t pairs_per_row) 
   columns.bound_m.reserve(pairs);
 }
 
+void LimitTrust(PairColumns& columns, Trust best) {
+  for (Trust& trust : columns.trust) trust = std::max(trust, best);
+}
+
 void AppendRow(PairColumns& columns, const std::vector<FoundPair>& pairs, ObjectRanks& ranks) {
   for (const FoundPair& pair : pairs) {
     columns.distance_m.push_back(pair.answer.distance_m);

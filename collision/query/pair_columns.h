@@ -52,6 +52,9 @@ class BestPairs {
 
 void Reserve(PairColumns& columns, std::size_t rows, std::size_t pairs_per_row);
 
+// No answer stays labelled better than `best`.
+void LimitTrust(PairColumns& columns, Trust best);
+
 // Appends the pairs of a finished row.
 void AppendRow(PairColumns& columns, const std::vector<FoundPair>& pairs, ObjectRanks& ranks);
 

@@ -49,6 +49,8 @@ struct QueryBody {
   std::string self = {};
   double margin_m = 0;                                // of the world object that asks
   std::shared_ptr<const RobotModel> robot = nullptr;  // whose links are the frames
+  // No answer is labelled better: of a body that merely stands for another, DEGRADED.
+  Trust best_trust = Trust::kExact;
 };
 QueryBody BodyFromShapes(std::vector<Placed<>> shapes);
 QueryBody BodyFromObject(const WorldObject& object);

@@ -20,19 +20,16 @@ Variables With(const std::vector<double>& base, const JointGroup& group,
   return variables;
 }
 
-}  // namespace
-
-QueryBody BodyFromRobot(const RobotGeometry& robot, RobotScope scope) {
+// One frame per link; `body` has its parts.
+void SetScope(const RobotGeometry& robot, RobotScope scope, QueryBody& body) {
   const RobotModel& model = *robot.model;
-  QueryBody body{.geometry = robot.geometry,
-                 .frame_of_part = robot.link_of_part,
-                 .frame_count = static_cast<int>(model.links.size())};
-  body.asks_world = scope != RobotScope::kSelf;
   body.robot = robot.model;
-  if (scope == RobotScope::kWorld) return body;
+  body.frame_count = static_cast<int>(model.links.size());
+  body.asks_world = scope != RobotScope::kSelf;
+  if (scope == RobotScope::kWorld) return;
   std::vector<std::vector<std::int32_t>> parts_of_link(model.links.size());
-  for (std::size_t part = 0; part < robot.link_of_part.size(); ++part) {
-    parts_of_link[static_cast<std::size_t>(robot.link_of_part[part])].push_back(
+  for (std::size_t part = 0; part < body.frame_of_part.size(); ++part) {
+    parts_of_link[static_cast<std::size_t>(body.frame_of_part[part])].push_back(
         static_cast<std::int32_t>(part));
   }
   for (const auto& [first, second] : model.self_pairs) {
@@ -42,6 +39,13 @@ QueryBody BodyFromRobot(const RobotGeometry& robot, RobotScope scope) {
       }
     }
   }
+}
+
+}  // namespace
+
+QueryBody BodyFromRobot(const RobotGeometry& robot, RobotScope scope) {
+  QueryBody body{.geometry = robot.geometry, .frame_of_part = robot.link_of_part};
+  SetScope(robot, scope, body);
   return body;
 }
 
@@ -51,11 +55,24 @@ QueryBody BodyFromRobot(const WorldRobot& robot, RobotScope scope) {
   return body;
 }
 
+QueryBody BodyFromSpheres(const RobotGeometry& robot, const PreparedSpheres& spheres,
+                          RobotScope scope) {
+  QueryBody body{.geometry = spheres.geometry, .frame_of_part = spheres.link_of_part};
+  body.best_trust = Trust::kDegraded;
+  SetScope(robot, scope, body);
+  return body;
+}
+
+QueryBody BodyFromSpheres(const RobotGeometry& robot, const SphereModel& spheres,
+                          RobotScope scope) {
+  return BodyFromSpheres(robot, PrepareSpheres(spheres), scope);
+}
+
 JointRows::JointRows(const RobotModel& model, const JointGroup& group, States states)
     : model_(model),
       group_(group),
       states_(std::move(states)),
-      count_(group.variables.empty() ? 0 : states_.rows.size() / group.variables.size()) {}
+      count_(group.variables.empty() ? 1 : states_.rows.size() / group.variables.size()) {}
 
 std::span<const double> JointRows::Row(std::size_t row) const {
   const std::size_t width = group_.variables.size();
@@ -68,6 +85,11 @@ void JointRows::Place(std::size_t row, std::span<Pose> X_WL) const {
 
 bool JointRows::IsWithinLimits(std::size_t row) const {
   return !OutOfLimits(model_, With(states_.base, group_, Row(row))).has_value();
+}
+
+std::vector<double> JointRows::State(std::size_t row) const {
+  const Variables variables = With(states_.base, group_, Row(row));
+  return {variables.begin(), variables.end()};
 }
 
 }  // namespace cwm::collision

@@ -19,6 +19,14 @@ QueryBody BodyFromRobot(const RobotGeometry& robot, RobotScope scope);
 // The same of a robot of the world, which rules of pairs know by its name.
 QueryBody BodyFromRobot(const WorldRobot& robot, RobotScope scope);
 
+// The same robot made of spheres, one part a sphere: by link, within a link as listed. The model has
+// as many links as the robot. Spheres of two links are asked of each other where their links would
+// be. Nothing is known of how far they are from the links' shapes: every answer is DEGRADED.
+// Shares the prepared geometry; of a bare model it is prepared each time.
+QueryBody BodyFromSpheres(const RobotGeometry& robot, const PreparedSpheres& spheres,
+                          RobotScope scope);
+QueryBody BodyFromSpheres(const RobotGeometry& robot, const SphereModel& spheres, RobotScope scope);
+
 // States of a robot that differ in the variables of one group.
 class JointRows : public BodyRows {
  public:
@@ -27,12 +35,17 @@ class JointRows : public BodyRows {
     std::vector<double> base = {};      // a value for each variable of the model
     std::span<const double> rows = {};  // the group's variables, row by row
   };
-  // Refers to the model, to its group and to the rows.
+  // Refers to the model, to its group and to the rows. A group without variables has one row, the
+  // base.
   JointRows(const RobotModel& model, const JointGroup& group, States states);
 
   std::size_t size() const override { return count_; }
   void Place(std::size_t row, std::span<Pose> X_WL) const override;
   bool IsWithinLimits(std::size_t row) const override;
+
+  const Pose& X_WB() const { return states_.X_WB; }
+  // All variables of the model.
+  std::vector<double> State(std::size_t row) const;
 
  private:
   std::span<const double> Row(std::size_t row) const;

@@ -13,6 +13,14 @@
 
 namespace cwm::collision {
 
+// A sphere model ready for every engine: one part a sphere, in the frame of its link, by link and
+// within a link as listed. Immutable, shared.
+struct PreparedSpheres {
+  std::shared_ptr<const PreparedModel> geometry;
+  std::vector<int> link_of_part;  // ascending
+};
+PreparedSpheres PrepareSpheres(const SphereModel& spheres);
+
 // A robot ready for every engine. Immutable, shared by all revisions that hold it.
 struct RobotGeometry {
   std::shared_ptr<const RobotModel> model;
@@ -21,7 +29,8 @@ struct RobotGeometry {
   // collisions. One part a shape.
   std::shared_ptr<const PreparedModel> geometry;
   std::vector<int> link_of_part;  // by part of `geometry`: index into model->links; ascending
-  std::optional<SphereModel> spheres_as_given;  // absent where none were given
+  std::optional<SphereModel> spheres_as_given;               // absent where none were given
+  std::optional<PreparedSpheres> prepared_spheres_as_given;  // likewise
 };
 
 // Heavy: builds trees and hulls. Call it without any lock held. `model` is not null.

@@ -22,8 +22,9 @@ struct Asked {
   SnapshotPtr snapshot;          // of that revision, with the overlay
   QuestionOptions options;
 
-  AnswerContext Context() const {
-    return {world->uid(), revision, *snapshot, options.form, options.precision};
+  AnswerContext Context(std::vector<std::string> body_links = {}) const {
+    return {world->uid(), revision,          *snapshot,
+            options.form, options.precision, std::move(body_links)};
   }
 };
 
@@ -86,11 +87,11 @@ std::int64_t OnePerRow(const collision::QueryOptions&, const collision::WorldSna
   return 1;
 }
 
-// One answer an object at most.
+// One answer an object at most, and one for the body itself.
 std::int64_t ResultsPerRow(const collision::QueryOptions& options,
                            const collision::WorldSnapshot& world) {
   return std::min<std::int64_t>(options.max_results,
-                                static_cast<std::int64_t>(world.objects().size()));
+                                static_cast<std::int64_t>(world.objects().size()) + 1);
 }
 
 std::int64_t ContactsPerRow(const collision::QueryOptions& options,
@@ -108,16 +109,16 @@ absl::Status AnswerBody(Runtime& runtime, const Request& request, const CallCont
       FromProto(request.subject(), {*asked->snapshot, application.geometry, application.limits},
                 FieldPath().Field("subject"));
   if (!question.ok()) return question.status();
-  auto status = CheckForm(asked->options.form, question->X_WB.size(), application.limits);
+  const std::unique_ptr<const collision::BodyRows> rows = RowsOf(*question);
+  auto status = CheckForm(asked->options.form, rows->size(), application.limits);
   if (!status.ok()) return status;
-  status = CheckAnswers(
-      {kind.field, kind.per_row(asked->options.query, *asked->snapshot), question->X_WB.size()},
-      asked->options.form, application.limits);
+  status =
+      CheckAnswers({kind.field, kind.per_row(asked->options.query, *asked->snapshot), rows->size()},
+                   asked->options.form, application.limits);
   if (!status.ok()) return status;
-  auto answers = kind.ask(*asked->snapshot, question->body, collision::PoseRows(question->X_WB),
-                          asked->options.query, call.stop);
+  auto answers = kind.ask(*asked->snapshot, question->body, *rows, asked->options.query, call.stop);
   if (!answers.ok()) return answers.status();
-  ToProto(*answers, asked->Context(), response);
+  ToProto(*answers, asked->Context(BodyLinksOf(*question)), response);
   return absl::OkStatus();
 }
 
@@ -148,6 +149,24 @@ absl::Status Answer(Runtime& runtime, const v1::GetContactsRequest& request,
       runtime, request, call, held,
       BodyQuestion<collision::PairColumns>{collision::GetContacts, "max_contacts", ContactsPerRow},
       response);
+}
+
+absl::Status Answer(Runtime& runtime, const v1::CheckMotionsRequest& request,
+                    const CallContext& call, HeldSnapshot* held,
+                    v1::CheckMotionsResponse* response) {
+  auto asked = Understand(runtime, request, call, held);
+  if (!asked.ok()) return asked.status();
+  const Application& application = runtime.application;
+  auto motions = FromProto(request, {*asked->snapshot, application.geometry, application.limits});
+  if (!motions.ok()) return motions.status();
+  auto status = CheckForm(asked->options.form, motions->paths.size(), application.limits);
+  if (!status.ok()) return status;
+  const Question& question = motions->question;
+  auto answers = collision::CheckPaths(*asked->snapshot, question.body, *WaypointsOf(question),
+                                       motions->paths, asked->options.query, call.stop);
+  if (!answers.ok()) return answers.status();
+  ToProto(*answers, asked->Context(BodyLinksOf(question)), response);
+  return absl::OkStatus();
 }
 
 absl::Status Answer(Runtime& runtime, const v1::CastRaysRequest& request, const CallContext& call,

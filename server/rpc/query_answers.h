@@ -27,6 +27,9 @@ absl::Status Answer(Runtime& runtime, const v1::GetDistancesRequest& request,
                     v1::GetDistancesResponse* response);
 absl::Status Answer(Runtime& runtime, const v1::GetContactsRequest& request,
                     const CallContext& call, HeldSnapshot* held, v1::GetContactsResponse* response);
+absl::Status Answer(Runtime& runtime, const v1::CheckMotionsRequest& request,
+                    const CallContext& call, HeldSnapshot* held,
+                    v1::CheckMotionsResponse* response);
 absl::Status Answer(Runtime& runtime, const v1::CastRaysRequest& request, const CallContext& call,
                     HeldSnapshot* held, v1::CastRaysResponse* response);
 absl::Status Answer(Runtime& runtime, const v1::SamplePointsRequest& request,

@@ -26,6 +26,7 @@ QueryService::QueryService(Runtime& runtime) : runtime_(runtime) {
   SetMessageAllocatorFor_CheckCollisions(&check_messages_);
   SetMessageAllocatorFor_GetDistances(&distance_messages_);
   SetMessageAllocatorFor_GetContacts(&contact_messages_);
+  SetMessageAllocatorFor_CheckMotions(&motion_messages_);
   SetMessageAllocatorFor_CastRays(&ray_messages_);
   SetMessageAllocatorFor_SamplePoints(&point_messages_);
 }
@@ -45,6 +46,12 @@ grpc::ServerUnaryReactor* QueryService::GetDistances(grpc::CallbackServerContext
 grpc::ServerUnaryReactor* QueryService::GetContacts(grpc::CallbackServerContext* context,
                                                     const v1::GetContactsRequest* request,
                                                     v1::GetContactsResponse* response) {
+  return StartQuery(context, runtime_, request, response);
+}
+
+grpc::ServerUnaryReactor* QueryService::CheckMotions(grpc::CallbackServerContext* context,
+                                                     const v1::CheckMotionsRequest* request,
+                                                     v1::CheckMotionsResponse* response) {
   return StartQuery(context, runtime_, request, response);
 }
 

@@ -20,6 +20,9 @@ class QueryService final : public v1::QueryService::CallbackService {
   grpc::ServerUnaryReactor* GetContacts(grpc::CallbackServerContext* context,
                                         const v1::GetContactsRequest* request,
                                         v1::GetContactsResponse* response) override;
+  grpc::ServerUnaryReactor* CheckMotions(grpc::CallbackServerContext* context,
+                                         const v1::CheckMotionsRequest* request,
+                                         v1::CheckMotionsResponse* response) override;
   grpc::ServerUnaryReactor* CastRays(grpc::CallbackServerContext* context,
                                      const v1::CastRaysRequest* request,
                                      v1::CastRaysResponse* response) override;
@@ -34,6 +37,7 @@ class QueryService final : public v1::QueryService::CallbackService {
   ArenaMessages<v1::CheckCollisionsRequest, v1::CheckCollisionsResponse> check_messages_;
   ArenaMessages<v1::GetDistancesRequest, v1::GetDistancesResponse> distance_messages_;
   ArenaMessages<v1::GetContactsRequest, v1::GetContactsResponse> contact_messages_;
+  ArenaMessages<v1::CheckMotionsRequest, v1::CheckMotionsResponse> motion_messages_;
   ArenaMessages<v1::CastRaysRequest, v1::CastRaysResponse> ray_messages_;
   ArenaMessages<v1::SamplePointsRequest, v1::SamplePointsResponse> point_messages_;
 };

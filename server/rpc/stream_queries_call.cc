@@ -25,6 +25,7 @@ Result WithQuery(const v1::StreamQueriesRequest& request, const Use& use, Result
     case v1::StreamQueriesRequest::kSamplePoints:
       return use(request.sample_points());
     case v1::StreamQueriesRequest::kCheckMotions:
+      return use(request.check_motions());
     case v1::StreamQueriesRequest::QUERY_NOT_SET:
       break;
   }
@@ -129,12 +130,14 @@ absl::Status StreamQueriesCall::AnswerRequest(const CallContext& call) {
       return Answer(runtime_, request_.sample_points(), call, &held_,
                     response_.mutable_sample_points());
     case v1::StreamQueriesRequest::kCheckMotions:
+      return Answer(runtime_, request_.check_motions(), call, &held_,
+                    response_.mutable_check_motions());
     case v1::StreamQueriesRequest::QUERY_NOT_SET:
       break;
   }
   return InvalidField("query",
                       "is absent, must be one of check_collisions, get_distances, get_contacts, "
-                      "cast_rays, sample_points");
+                      "cast_rays, sample_points, check_motions");
 }
 
 void StreamQueriesCall::Reply(const absl::Status& status) {

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <cstring>
+#include <limits>
 #include <string>
 #include <utility>
 #include <vector>
@@ -15,6 +17,9 @@ namespace {
 static_assert(std::endian::native == std::endian::little, "columns are written as they lie");
 
 constexpr std::int32_t kNoObject = -1;
+
+// Neither none nor the body itself.
+bool IsOfObject(std::int32_t index) { return index >= 0; }
 
 v1::Verdict ToProto(collision::Verdict verdict) {
   switch (verdict) {
@@ -58,6 +63,24 @@ v1::SampleState ToProto(collision::SampleState state) {
   return v1::SAMPLE_STATE_UNSPECIFIED;
 }
 
+v1::MotionVerdict ToProto(collision::MotionVerdict verdict) {
+  switch (verdict) {
+    case collision::MotionVerdict::kNotComputed:
+      return v1::MOTION_VERDICT_NOT_COMPUTED;
+    case collision::MotionVerdict::kFree:
+      return v1::MOTION_VERDICT_FREE;
+    case collision::MotionVerdict::kContact:
+      return v1::MOTION_VERDICT_CONTACT;
+    case collision::MotionVerdict::kGrazing:
+      return v1::MOTION_VERDICT_GRAZING;
+    case collision::MotionVerdict::kUndecided:
+      return v1::MOTION_VERDICT_UNDECIDED;
+    case collision::MotionVerdict::kOutOfLimits:
+      return v1::MOTION_VERDICT_OUT_OF_LIMITS;
+  }
+  return v1::MOTION_VERDICT_UNSPECIFIED;
+}
+
 template <class Number>
 std::string Bytes(const std::vector<Number>& values) {
   return std::string(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(Number));
@@ -98,7 +121,7 @@ std::vector<std::int32_t> SetObjects(const std::vector<std::int32_t>& snapshot_i
   const auto& objects = context.snapshot.objects();
   std::vector<std::int32_t> reply_index(objects.size(), kNoObject);
   for (const std::int32_t index : snapshot_indices) {
-    if (index != kNoObject) reply_index[index] = 0;
+    if (IsOfObject(index)) reply_index[index] = 0;
   }
   std::int32_t count = 0;
   for (std::size_t i = 0; i < objects.size(); ++i) {
@@ -112,9 +135,14 @@ std::vector<std::int32_t> SetObjects(const std::vector<std::int32_t>& snapshot_i
   std::vector<std::int32_t> translated(snapshot_indices.size());
   for (std::size_t i = 0; i < translated.size(); ++i) {
     const std::int32_t index = snapshot_indices[i];
-    translated[i] = index == kNoObject ? kNoObject : reply_index[index];
+    translated[i] = IsOfObject(index) ? reply_index[index] : index;
   }
   return translated;
+}
+
+template <class Response>
+void SetLinks(const AnswerContext& context, Response* response) {
+  for (const std::string& link : context.body_links) response->add_body_links(link);
 }
 
 template <class Response>
@@ -136,16 +164,33 @@ void SetColumns(const collision::PairColumns& answers, const std::vector<std::in
   if (!all_exact) columns->set_bound_m(Scalars(answers.bound_m, precision));
 }
 
+struct PairAt {
+  std::int32_t object, body_part, object_part;
+};
+
+// The two things that a row is about, `row` of any message that names them. An object is named, the
+// robot that asks is not.
+template <class Row>
+void SetPair(const PairAt& pair, const AnswerContext& context, Row* row) {
+  const auto link_of = [&](std::int32_t part) {
+    return context.body_links[static_cast<std::size_t>(part)];
+  };
+  if (IsOfObject(pair.object)) row->set_object(context.snapshot.objects()[pair.object]->name);
+  row->set_body_part(pair.body_part);
+  row->set_object_part(pair.object_part);
+  if (context.body_links.empty()) return;
+  row->set_body_link(link_of(pair.body_part));
+  if (pair.object == collision::kItself) row->set_object_link(link_of(pair.object_part));
+}
+
 v1::PairRow PairRowAt(const collision::PairColumns& answers, std::size_t i,
-                      const collision::WorldSnapshot& snapshot) {
+                      const AnswerContext& context) {
   v1::PairRow row;
   row.set_distance_m(answers.distance_m[i]);
   *row.mutable_point_body() = VectorAt(answers.point_body, i);
   *row.mutable_point_object() = VectorAt(answers.point_object, i);
   *row.mutable_normal() = VectorAt(answers.normal, i);
-  row.set_object(snapshot.objects()[answers.object[i]]->name);
-  row.set_body_part(answers.body_part[i]);
-  row.set_object_part(answers.object_part[i]);
+  SetPair({answers.object[i], answers.body_part[i], answers.object_part[i]}, context, &row);
   row.set_trust(ToProto(answers.trust[i]));
   if (answers.trust[i] == collision::Trust::kBounded) row.set_bound_m(answers.bound_m[i]);
   return row;
@@ -155,13 +200,14 @@ template <class Response>
 void SetPairs(const collision::PairColumns& answers, const AnswerContext& context,
               Response* response) {
   const auto objects = SetObjects(answers.object, answers.completed, context, response);
+  SetLinks(context, response);
   if (context.form == Form::kColumns) {
     return SetColumns(answers, objects, context.precision, response);
   }
   for (std::size_t row = 0; row < answers.completed; ++row) {
     v1::PairRows* rows = response->add_rows();
     for (std::uint32_t i = answers.row_begin[row]; i < answers.row_begin[row + 1]; ++i) {
-      *rows->add_answers() = PairRowAt(answers, i, context.snapshot);
+      *rows->add_answers() = PairRowAt(answers, i, context);
     }
   }
 }
@@ -181,6 +227,7 @@ void ToProto(const collision::PairColumns& answers, const AnswerContext& context
 void ToProto(const collision::CollisionColumns& answers, const AnswerContext& context,
              v1::CheckCollisionsResponse* response) {
   const auto objects = SetObjects(answers.object, answers.completed, context, response);
+  SetLinks(context, response);
   if (context.form == Form::kColumns) {
     response->set_verdicts(EnumBytes(answers.verdict));
     response->set_object_index(Bytes(objects));
@@ -194,10 +241,66 @@ void ToProto(const collision::CollisionColumns& answers, const AnswerContext& co
     row->set_verdict(ToProto(answers.verdict[i]));
     row->set_trust(ToProto(answers.trust[i]));
     if (answers.object[i] == kNoObject) continue;
-    row->set_object(context.snapshot.objects()[answers.object[i]]->name);
-    row->set_body_part(answers.body_part[i]);
-    row->set_object_part(answers.object_part[i]);
+    SetPair({answers.object[i], answers.body_part[i], answers.object_part[i]}, context, row);
   }
+}
+
+namespace {
+
+// Where single precision may not round to.
+enum class Bound { kLower, kUpper };
+
+// The values as answer columns of that precision can hold them, none on the wrong side.
+std::vector<double> Rounded(std::vector<double> values, Bound bound, Precision precision) {
+  if (precision == Precision::kDouble) return values;
+  const float outward = bound == Bound::kLower ? -std::numeric_limits<float>::infinity()
+                                               : std::numeric_limits<float>::infinity();
+  for (double& value : values) {
+    auto single = static_cast<float>(value);
+    const bool is_inside = bound == Bound::kLower ? single > value : single < value;
+    if (is_inside) single = std::nextafter(single, outward);
+    value = single;
+  }
+  return values;
+}
+
+void SetRows(const collision::MotionColumns& answers, const AnswerContext& context,
+             v1::CheckMotionsResponse* response) {
+  for (std::size_t i = 0; i < answers.completed; ++i) {
+    v1::MotionRow* row = response->add_rows();
+    row->set_verdict(ToProto(answers.verdict[i]));
+    if (answers.verdict[i] == collision::MotionVerdict::kFree) {
+      row->set_clearance_m(answers.clearance_m[i]);
+      continue;
+    }
+    row->set_segment(answers.segment[i]);
+    if (answers.verdict[i] == collision::MotionVerdict::kOutOfLimits) continue;
+    row->set_lo(answers.lo[i]);
+    row->set_hi(answers.hi[i]);
+    if (answers.object[i] == kNoObject) continue;
+    SetPair({answers.object[i], answers.body_part[i], answers.object_part[i]}, context, row);
+  }
+}
+
+}  // namespace
+
+void ToProto(const collision::MotionColumns& answers, const AnswerContext& context,
+             v1::CheckMotionsResponse* response) {
+  const auto objects = SetObjects(answers.object, answers.completed, context, response);
+  SetLinks(context, response);
+  if (context.form == Form::kRows) return SetRows(answers, context, response);
+  const auto scalars = [&](const std::vector<double>& values, Bound bound) {
+    return Scalars(Rounded(values, bound, context.precision), context.precision);
+  };
+  response->set_scalar(context.precision == Precision::kSingle ? v1::SCALAR_F32 : v1::SCALAR_F64);
+  response->set_verdicts(EnumBytes(answers.verdict));
+  response->set_segment(Bytes(answers.segment));
+  response->set_lo(scalars(answers.lo, Bound::kLower));
+  response->set_hi(scalars(answers.hi, Bound::kUpper));
+  response->set_clearance_m(scalars(answers.clearance_m, Bound::kLower));
+  response->set_object_index(Bytes(objects));
+  response->set_body_part(Bytes(answers.body_part));
+  response->set_object_part(Bytes(answers.object_part));
 }
 
 namespace {

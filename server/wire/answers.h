@@ -2,6 +2,10 @@
 // named by an index into the reply's own list, ordered by name, of those that answers mention.
 #pragma once
 
+#include <string>
+#include <vector>
+
+#include "collision/motion/check_motions.h"
 #include "collision/query/query.h"
 #include "cwm/v1/query.pb.h"
 #include "server/wire/questions.h"
@@ -14,6 +18,7 @@ struct AnswerContext {
   const collision::WorldSnapshot& snapshot;  // with the request's overlay, if it has one
   Form form = Form::kColumns;
   Precision precision = Precision::kDouble;
+  std::vector<std::string> body_links = {};  // of a robot that asks, by part of the body
 };
 
 void ToProto(const collision::CollisionColumns& answers, const AnswerContext& context,
@@ -22,6 +27,9 @@ void ToProto(const collision::PairColumns& answers, const AnswerContext& context
              v1::GetDistancesResponse* response);
 void ToProto(const collision::PairColumns& answers, const AnswerContext& context,
              v1::GetContactsResponse* response);
+// Single precision rounds `lo` and the clearance down and `hi` up: they stay bounds.
+void ToProto(const collision::MotionColumns& answers, const AnswerContext& context,
+             v1::CheckMotionsResponse* response);
 // `rays` are the rows that were asked, for the points of rows.
 void ToProto(const collision::RayColumns& answers, std::span<const collision::RayRow> rays,
              const AnswerContext& context, v1::CastRaysResponse* response);

@@ -101,24 +101,11 @@ absl::Status ParseRows(std::string_view data, std::vector<Value>& values, const 
 template <int kWidth, class Value, class Rows>
 absl::StatusOr<std::vector<Value>> FromRows(const Rows& rows, std::int64_t max_rows,
                                             const FieldPath& path) {
-  if (!v1::Scalar_IsValid(rows.scalar())) {
-    return path.Field("scalar").Error(
-        absl::StrCat("is ", static_cast<int>(rows.scalar()), ", must be SCALAR_F32 or SCALAR_F64"));
-  }
+  const auto count = CountRows({rows.scalar(), rows.data(), kWidth}, max_rows, path);
+  if (!count.ok()) return count.status();
+  std::vector<Value> values(*count);
   const bool single = rows.scalar() == v1::SCALAR_F32;
-  const std::size_t row_bytes = kWidth * (single ? sizeof(float) : sizeof(double));
   const std::string& data = rows.data();
-  if (data.size() % row_bytes != 0) {
-    return path.Field("data").Error(absl::StrCat("has ", data.size(),
-                                                 " bytes, must be a multiple of ", row_bytes, " (",
-                                                 kWidth, single ? " F32" : " F64", " a row)"));
-  }
-  const std::size_t count = data.size() / row_bytes;
-  if (static_cast<std::int64_t>(count) > max_rows) {
-    return path.Field("data").Error(
-        absl::StrCat("has ", count, " rows, must have at most ", max_rows));
-  }
-  std::vector<Value> values(count);
   const absl::Status status = single ? ParseRows<float, kWidth>(data, values, path)
                                      : ParseRows<double, kWidth>(data, values, path);
   if (!status.ok()) return status;
@@ -126,6 +113,27 @@ absl::StatusOr<std::vector<Value>> FromRows(const Rows& rows, std::int64_t max_r
 }
 
 }  // namespace
+
+absl::StatusOr<std::size_t> CountRows(const BulkRows& rows, std::int64_t max_rows,
+                                      const FieldPath& path) {
+  if (!v1::Scalar_IsValid(rows.scalar)) {
+    return path.Field("scalar").Error(
+        absl::StrCat("is ", static_cast<int>(rows.scalar), ", must be SCALAR_F32 or SCALAR_F64"));
+  }
+  const bool single = rows.scalar == v1::SCALAR_F32;
+  const std::size_t row_bytes = rows.width * (single ? sizeof(float) : sizeof(double));
+  if (rows.data.size() % row_bytes != 0) {
+    return path.Field("data").Error(absl::StrCat("has ", rows.data.size(),
+                                                 " bytes, must be a multiple of ", row_bytes, " (",
+                                                 rows.width, single ? " F32" : " F64", " a row)"));
+  }
+  const std::size_t count = rows.data.size() / row_bytes;
+  if (static_cast<std::int64_t>(count) > max_rows) {
+    return path.Field("data").Error(
+        absl::StrCat("has ", count, " rows, must have at most ", max_rows));
+  }
+  return count;
+}
 
 absl::StatusOr<Vector3> FromProto(const v1::Vector3& vector, const FieldPath& path) {
   const Vector3 value(vector.x(), vector.y(), vector.z());

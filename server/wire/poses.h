@@ -16,6 +16,16 @@ namespace cwm::server {
 // and for six printed digits, narrow enough to tell a wrong order or a forgotten component.
 inline constexpr double kQuaternionTolerance = 1e-3;
 
+// Bulk rows of `width` numbers as any message with `scalar` and `data` has them.
+struct BulkRows {
+  v1::Scalar scalar;
+  const std::string& data;
+  std::size_t width;  // not 0
+};
+// Refuses unknown scalars, broken rows and more than `max_rows`.
+absl::StatusOr<std::size_t> CountRows(const BulkRows& rows, std::int64_t max_rows,
+                                      const FieldPath& path);
+
 absl::StatusOr<Vector3> FromProto(const v1::Vector3& vector, const FieldPath& path);
 v1::Vector3 ToProto(const Vector3& vector);
 

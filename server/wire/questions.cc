@@ -148,7 +148,7 @@ absl::StatusOr<Question> ObjectQuestion(const v1::Subject::WorldObject& subject,
   const collision::WorldObjectPtr object = source.snapshot.Find(subject.name());
   if (object == nullptr) return UnknownObject(subject.name());
   if (subject.x_world_object().data().empty()) {
-    return Question{collision::BodyFromObject(*object), {object->X_WO}};
+    return Question{collision::BodyFromObject(*object), std::vector<Pose>{object->X_WO}};
   }
   auto rows = FromProto(subject.x_world_object(), source.limits.max_batch_rows,
                         path.Field("x_world_object"));
@@ -208,11 +208,11 @@ absl::StatusOr<Question> FromProto(const v1::Subject& subject, const QuestionSou
     case v1::Subject::kPoints:
       return PointsQuestion(subject.points(), source, path.Field("points"));
     case v1::Subject::kRobot:
-      return path.Field("robot").Error("is given, must be one of shapes, object, points");
+      return FromProto(subject.robot(), source, path.Field("robot"));
     case v1::Subject::WHAT_NOT_SET:
       break;
   }
-  return path.Field("what").Error("is absent, must be one of shapes, object, points");
+  return path.Field("what").Error("is absent, must be one of shapes, object, points, robot");
 }
 
 absl::Status CheckForm(Form form, std::size_t row_count, const Limits& limits) {

@@ -71,6 +71,12 @@ void MeasureGrowth(Report& report);
 // The Panda against FCL in 700 planning problems: panda_exact_ratio_fcl, panda_exact_mismatches.
 void MeasureRobots(Report& report);
 
+// The same robot asked through a running server: panda_stream_states_per_s.
+void MeasureRobotStream(Report& report);
+
+// One state at a time, idle and beside a stream of batches: unary_idle_p99_ms, unary_loaded_p50_ms.
+void MeasureRobotLatency(Report& report);
+
 // What was found in one of those scenes, shape by shape. Family: table, clutter, kitchen, vessels.
 void ReplayScene(const std::string& family, std::uint64_t seed, Report& report);
 

@@ -14,6 +14,21 @@ std::string ServerProgram() {
   return std::filesystem::read_symlink("/proc/self/exe").parent_path() / "cwm-server";
 }
 
+bool PutBenchmarkWorld(const client::Connection& connection) {
+  v1::ApplyChangesRequest request;
+  for (const Placed<>& placed : BenchmarkShapes()) {
+    v1::Object* object = request.add_changes()->mutable_put()->mutable_object();
+    object->set_name("object_" + std::to_string(request.changes_size() - 1));
+    SetPose(placed.X_FS, object->mutable_x_world_object());
+    if (!SetShape(placed.shape, object->add_shapes())) return false;
+  }
+  grpc::ClientContext context;
+  v1::ApplyChangesResponse response;
+  return connection.worlds().ApplyChanges(&context, request, &response).ok();
+}
+
+}  // namespace
+
 void SetPose(const Pose& X, v1::Pose* out) {
   const Quaternion q(X.linear());
   out->set_tx_m(X.translation().x());
@@ -25,8 +40,7 @@ void SetPose(const Pose& X, v1::Pose* out) {
   out->set_qw(q.w());
 }
 
-// The kinds of BenchmarkShapes().
-void SetShape(const Shape& shape, v1::ShapePart* part) {
+bool SetShape(const Shape& shape, v1::ShapePart* part) {
   if (const auto* box = std::get_if<Box>(&shape)) {
     part->mutable_box()->set_size_x_m(box->size_m.x());
     part->mutable_box()->set_size_y_m(box->size_m.y());
@@ -39,23 +53,11 @@ void SetShape(const Shape& shape, v1::ShapePart* part) {
   } else if (const auto* capsule = std::get_if<Capsule>(&shape)) {
     part->mutable_capsule()->set_radius_m(capsule->radius_m);
     part->mutable_capsule()->set_length_m(capsule->length_m);
+  } else {
+    return false;
   }
+  return true;
 }
-
-bool PutBenchmarkWorld(const client::Connection& connection) {
-  v1::ApplyChangesRequest request;
-  for (const Placed<>& placed : BenchmarkShapes()) {
-    v1::Object* object = request.add_changes()->mutable_put()->mutable_object();
-    object->set_name("object_" + std::to_string(request.changes_size() - 1));
-    SetPose(placed.X_FS, object->mutable_x_world_object());
-    SetShape(placed.shape, object->add_shapes());
-  }
-  grpc::ClientContext context;
-  v1::ApplyChangesResponse response;
-  return connection.worlds().ApplyChanges(&context, request, &response).ok();
-}
-
-}  // namespace
 
 RunningServer::RunningServer()
     : process_({ServerProgram(), "--listen", "unix:" + scratch_ / "cwm.sock"},

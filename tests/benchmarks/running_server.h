@@ -6,6 +6,7 @@
 #include <string>
 
 #include "clients/cpp/connection.h"
+#include "collision/geometry/shape.h"
 #include "tests/support/process.h"
 
 namespace cwm::benchmarks {
@@ -26,5 +27,9 @@ class RunningServer {
   client::Connection connection_;
   bool up_ = false;
 };
+
+void SetPose(const Pose& X, v1::Pose* out);
+// Boxes, cylinders, spheres and capsules; false for other kinds.
+bool SetShape(const Shape& shape, v1::ShapePart* part);
 
 }  // namespace cwm::benchmarks

@@ -98,10 +98,12 @@ TEST(JointMotion, NoPointTravelsFartherThanItsPart) {
   std::mt19937 random(2);
   const auto robot = Snake();
   const RobotModel& model = *robot->model;
+  const QueryBody body = BodyFromRobot(*robot, RobotScope::kBoth);
   double closest = 0;
   for (int k = 0; k < 500; ++k) {
     const Pose X_WB = RandomPose(random, 1);
-    const JointMotion motion(*robot, X_WB, RandomState(model, random), RandomState(model, random));
+    const JointMotion motion(model, body, X_WB, RandomState(model, random),
+                             RandomState(model, random));
     const double from = std::uniform_real_distribution<double>(0, 1)(random);
     const double to = std::uniform_real_distribution<double>(from, 1)(random);
     std::vector<Pose> X_from(model.links.size()), X_to(model.links.size());
@@ -130,7 +132,8 @@ TEST(JointMotion, NoPointTravelsFartherThanItsPart) {
 TEST(JointMotion, TurnsContinuousJointsTheShortWay) {
   const auto robot = RobotOf(Ball("a") + Ball("b") +
                              JointText("roll", "continuous", "a", "b", "<axis xyz=\"0 0 1\"/>"));
-  const JointMotion motion(*robot, Pose::Identity(), std::vector<double>{3.0},
+  const QueryBody body = BodyFromRobot(*robot, RobotScope::kBoth);
+  const JointMotion motion(*robot->model, body, Pose::Identity(), std::vector<double>{3.0},
                            std::vector<double>{-3.0});
   std::vector<Pose> X_WL(2);
   motion.Place(0.5, X_WL);
@@ -140,8 +143,8 @@ TEST(JointMotion, TurnsContinuousJointsTheShortWay) {
 TEST(JointMotion, DoesNotFollowPlanarAndFloatingJointsThatMove) {
   const auto robot = RobotOf(Ball("a") + Ball("b") + JointText("drive", "planar", "a", "b", ""));
   const std::vector<double> here = {0, 0, 0}, there = {0, 1, 0};
-  EXPECT_TRUE(JointMotion::Follows(*robot->model, here, here));
-  EXPECT_FALSE(JointMotion::Follows(*robot->model, here, there));
+  EXPECT_EQ(JointMotion::FirstNotFollowed(*robot->model, here, here), std::nullopt);
+  EXPECT_EQ(JointMotion::FirstNotFollowed(*robot->model, here, there), 1);
 }
 
 }  // namespace

@@ -221,7 +221,7 @@ TEST(CheckMotions, IsNeverWrongAboutThePanda) {
     const std::vector<double> from = state();
     std::vector<double> to = state();
     for (std::size_t v = 0; v < to.size(); ++v) to[v] = from[v] + 0.2 * (to[v] - from[v]);
-    edges.push_back(std::make_unique<JointMotion>(*robot, Pose::Identity(), from, to));
+    edges.push_back(std::make_unique<JointMotion>(model, body, Pose::Identity(), from, to));
   }
   const MotionColumns columns = *CheckMotions(*world, body, edges, {});
   Told told;

@@ -17,24 +17,11 @@
 namespace cwm::collision {
 namespace {
 
-using testing::Ball;
+using ::testing::Each;
 using ::testing::ElementsAre;
-using testing::JointText;
-using testing::Links;
 using testing::NoMeshes;
 using testing::Robot;
-
-// Balls of 0.1 m radius 0.5 m apart along x: a fixed one, one that turns about the first's z, and one
-// that turns about the second's z. Bent back by more than 156 degrees the last meets the first.
-std::string ThreeBalls() {
-  const std::string arm = "<origin xyz=\"0.5 0 0\"/>";
-  const std::string limits = "<axis xyz=\"0 0 1\"/><limit lower=\"-3\" upper=\"3\"/>";
-  return Ball("a") + Links("bd") + Ball("c") + Ball("e") +
-         JointText("shoulder", "revolute", "a", "b", limits) +
-         JointText("upper", "fixed", "b", "c", arm) +
-         JointText("elbow", "revolute", "c", "d", limits) +
-         JointText("lower", "fixed", "d", "e", arm);
-}
+using testing::ThreeBalls;
 
 class BallArm : public ::testing::Test {
  protected:
@@ -129,6 +116,61 @@ TEST_F(BallArm, IsToItselfLikeOneMoreObject) {
   const Vector3 later =
       0.5 * Vector3(std::cos(1), std::sin(1), 0) + 0.5 * Vector3(std::cos(3.6), std::sin(3.6), 0);
   EXPECT_LT((normal - later.normalized()).norm(), 1e-12);
+}
+
+TEST_F(BallArm, AGroupWithoutVariablesHasItsBaseAsTheOnlyRow) {
+  const JointGroup none;
+  const JointRows rows(*model_, none, {.X_WB = Pose::Identity(), .base = {kToPost, 0}});
+  EXPECT_EQ(rows.size(), 1u);
+  EXPECT_THAT(rows.State(0), ElementsAre(kToPost, 0));
+  const QueryBody body = BodyFromRobot(*robot_, RobotScope::kBoth);
+  EXPECT_THAT(CheckCollisions(*world_, body, rows, {})->verdict, ElementsAre(Verdict::kCollision));
+}
+
+// Spheres that are the links' shapes answer as those do, and claim nothing.
+TEST_F(BallArm, OfSpheresAnswersAsItsSpheresAreAndClaimsNothing) {
+  SphereModel spheres;
+  for (const ModelLink& link : model_->links) {
+    spheres.links.emplace_back(link.collisions.size(), LinkSphere{.radius_m = 0.1});
+  }
+  const std::vector<double> states = {0, 0, kToPost, 0, 0, 2.9, 3.1, 0, 0.3, 2};
+  const JointRows rows(*model_, model_->all, States(states));
+  for (RobotScope scope : {RobotScope::kWorld, RobotScope::kSelf, RobotScope::kBoth}) {
+    const QueryBody exact = BodyFromRobot(*robot_, scope);
+    const QueryBody body = BodyFromSpheres(*robot_, spheres, scope);
+    EXPECT_EQ(body.frame_of_part, exact.frame_of_part);
+    EXPECT_EQ(body.self_pairs, exact.self_pairs);
+    const auto loaded = PrepareRobot(model_, spheres);
+    EXPECT_EQ(BodyFromSpheres(*loaded, *loaded->prepared_spheres_as_given, scope).geometry,
+              loaded->prepared_spheres_as_given->geometry)
+        << "shared, not made anew";
+    const CollisionColumns checked = *CheckCollisions(*world_, body, rows, {});
+    const CollisionColumns of_exact = *CheckCollisions(*world_, exact, rows, {});
+    EXPECT_EQ(checked.verdict, of_exact.verdict);
+    EXPECT_EQ(checked.object_part, of_exact.object_part);
+    EXPECT_THAT(checked.trust, Each(Trust::kDegraded));
+    const PairColumns near = *GetDistances(*world_, body, rows, {.max_results = 2});
+    EXPECT_EQ(near.distance_m, GetDistances(*world_, exact, rows, {.max_results = 2})->distance_m);
+    EXPECT_THAT(near.trust, Each(Trust::kDegraded));
+    EXPECT_THAT(GetContacts(*world_, body, rows, {.margin_m = 1})->trust, Each(Trust::kDegraded));
+  }
+}
+
+// A sphere beside its link is where it was given.
+TEST_F(BallArm, OfSpheresHasThemWhereTheyAreGivenInTheirLinks) {
+  SphereModel spheres;
+  spheres.links.resize(model_->links.size());
+  const auto hand = static_cast<std::size_t>(*model_->FindLink("e"));
+  spheres.links[hand] = {{.center_L = {0, 0.2, 0}, .radius_m = 0.05},
+                         {.center_L = {0.3, 0, 0}, .radius_m = 0.1}};
+  const QueryBody body = BodyFromSpheres(*robot_, spheres, RobotScope::kBoth);
+  EXPECT_TRUE(body.self_pairs.empty()) << "one link alone has any";
+  const std::vector<double> outstretched = {kToPost, 0};  // the hand is the post's ball
+  const JointRows rows(*model_, model_->all, States(outstretched));
+  const PairColumns near = *GetContacts(*world_, body, rows, {.margin_m = 1});
+  ASSERT_EQ(near.distance_m.size(), 2u);
+  EXPECT_NEAR(near.distance_m[0], 0.2 - 0.15, 1e-12);
+  EXPECT_NEAR(near.distance_m[1], 0.3 - 0.2, 1e-12);
 }
 
 // Without bounds, without a broadphase: every part against every part of the world and itself.

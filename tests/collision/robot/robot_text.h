@@ -30,6 +30,18 @@ inline std::string JointText(const std::string& name, const std::string& kind,
          "\"/><child link=\"" + child + "\"/>" + more + "</joint>\n";
 }
 
+// Balls of 0.1 m radius 0.5 m apart along x: a fixed one, one that turns about the first's z, and one
+// that turns about the second's z. Bent back by more than 156 degrees the last meets the first.
+inline std::string ThreeBalls() {
+  const std::string arm = "<origin xyz=\"0.5 0 0\"/>";
+  const std::string limits = "<axis xyz=\"0 0 1\"/><limit lower=\"-3\" upper=\"3\"/>";
+  return Ball("a") + Links("bd") + Ball("c") + Ball("e") +
+         JointText("shoulder", "revolute", "a", "b", limits) +
+         JointText("upper", "fixed", "b", "c", arm) +
+         JointText("elbow", "revolute", "c", "d", limits) +
+         JointText("lower", "fixed", "d", "e", arm);
+}
+
 // For robots without meshes.
 inline absl::StatusOr<std::string> NoMeshes(std::string_view) {
   return absl::NotFoundError("must be one of the files sent along");

@@ -148,6 +148,133 @@ TEST_F(Answers, SamplesBeyondNameNothingAndBoundsComeWhereAPointIsBounded) {
   EXPECT_EQ(rows.rows(1).object(), "c");
 }
 
+// Link 0 meets object c, and then link 2 of the robot itself.
+TEST_F(Answers, OfARobotNameItsLinks) {
+  AnswerContext context = Context(Form::kColumns);
+  context.body_links = {"base", "arm", "hand"};
+  pairs_.object = {2, 0, collision::kItself};
+  pairs_.body_part = {0, 1, 0};
+  pairs_.object_part = {3, 4, 2};
+  v1::GetDistancesResponse columns;
+  ToProto(pairs_, context, &columns);
+  EXPECT_THAT(columns.body_links(), ElementsAre("base", "arm", "hand"));
+  EXPECT_EQ(columns.objects_size(), 2);
+  EXPECT_THAT(NumbersIn<std::int32_t>(columns.columns().object_index()), ElementsAre(1, 0, -2));
+  context.form = Form::kRows;
+  v1::GetDistancesResponse rows;
+  ToProto(pairs_, context, &rows);
+  EXPECT_EQ(rows.rows(0).answers(0).object(), "c");
+  EXPECT_EQ(rows.rows(0).answers(0).body_link(), "base");
+  EXPECT_FALSE(rows.rows(0).answers(0).has_object_link());
+  const v1::PairRow& itself = rows.rows(1).answers(1);
+  EXPECT_EQ(itself.object(), "");
+  EXPECT_EQ(itself.body_link(), "base");
+  EXPECT_EQ(itself.object_link(), "hand");
+  const collision::CollisionColumns verdicts{.verdict = {collision::Verdict::kCollision},
+                                             .object = {collision::kItself},
+                                             .body_part = {1},
+                                             .object_part = {2},
+                                             .trust = {collision::Trust::kDegraded},
+                                             .completed = 1};
+  v1::CheckCollisionsResponse checked;
+  ToProto(verdicts, context, &checked);
+  EXPECT_FALSE(checked.rows(0).has_object());
+  EXPECT_EQ(checked.rows(0).body_link(), "arm");
+  EXPECT_EQ(checked.rows(0).object_link(), "hand");
+  EXPECT_EQ(checked.rows(0).trust(), v1::TRUST_DEGRADED);
+}
+
+class MotionAnswers : public Answers {
+ protected:
+  MotionAnswers() {
+    using collision::kItself;
+    using collision::MotionVerdict;
+    for (const collision::MotionAnswer& answer : std::vector<collision::MotionAnswer>{
+             {.verdict = MotionVerdict::kFree, .lo = 0, .hi = 1, .clearance_m = 0.1 / 7},
+             {.verdict = MotionVerdict::kContact,
+             .segment = 3,
+             .lo = 0.1,
+             .hi = 0.7,
+             .object = 2,
+             .body_part = 1,
+             .object_part = 5},
+             {.verdict = MotionVerdict::kContact,
+             .segment = 0,
+             .lo = 0.7,
+             .hi = 0.9,
+             .object = kItself,
+             .body_part = 0,
+             .object_part = 1},
+             {.verdict = MotionVerdict::kGrazing, .segment = 1, .lo = 0.3, .hi = 0.4},
+             {.verdict = MotionVerdict::kUndecided, .segment = 2, .lo = 0.5, .hi = 0.6},
+             {.verdict = MotionVerdict::kOutOfLimits, .segment = 4}}) {
+      Append(motions_, answer);
+      ++motions_.completed;
+    }
+    Append(motions_, {});  // not computed
+  }
+  collision::MotionColumns motions_;
+};
+
+TEST_F(MotionAnswers, ColumnsAreTheBytesOfTheAnswer) {
+  v1::CheckMotionsResponse columns;
+  ToProto(motions_, Context(Form::kColumns), &columns);
+  EXPECT_EQ(columns.completed_count(), 6);
+  EXPECT_EQ(columns.verdicts(), "\x01\x02\x02\x03\x04\x06\x05");
+  EXPECT_EQ(columns.scalar(), v1::SCALAR_F64);
+  EXPECT_EQ(columns.segment(), BytesOf(motions_.segment));
+  EXPECT_EQ(columns.lo(), BytesOf(motions_.lo));
+  EXPECT_EQ(columns.hi(), BytesOf(motions_.hi));
+  EXPECT_EQ(columns.clearance_m(), BytesOf(motions_.clearance_m));
+  ASSERT_EQ(columns.objects_size(), 1);
+  EXPECT_EQ(columns.objects(0).name(), "c");
+  EXPECT_THAT(NumbersIn<std::int32_t>(columns.object_index()),
+              ElementsAre(-1, 0, -2, -1, -1, -1, -1));
+  EXPECT_EQ(columns.body_part(), BytesOf(motions_.body_part));
+}
+
+// 0.1 / 7 and 0.7 are less, 0.1 and 0.3 more as floats than as doubles: bounds stay bounds.
+TEST_F(MotionAnswers, SinglePrecisionKeepsBoundsBounds) {
+  v1::CheckMotionsResponse columns;
+  ToProto(motions_, Context(Form::kColumns, Precision::kSingle), &columns);
+  EXPECT_EQ(columns.scalar(), v1::SCALAR_F32);
+  const auto lo = NumbersIn<float>(columns.lo()), hi = NumbersIn<float>(columns.hi()),
+             clearance = NumbersIn<float>(columns.clearance_m());
+  ASSERT_EQ(lo.size(), motions_.lo.size());
+  for (std::size_t i = 0; i < lo.size(); ++i) {
+    EXPECT_LE(lo[i], motions_.lo[i]);
+    EXPECT_GE(hi[i], motions_.hi[i]);
+    EXPECT_LE(clearance[i], motions_.clearance_m[i]);
+    EXPECT_NEAR(lo[i], motions_.lo[i], 1e-7);
+    EXPECT_NEAR(hi[i], motions_.hi[i], 1e-7);
+  }
+  EXPECT_EQ(hi[0], 1.0f);
+}
+
+TEST_F(MotionAnswers, RowsSayWhatTheirVerdictKnows) {
+  AnswerContext context = Context(Form::kRows);
+  context.body_links = {"arm", "hand"};
+  v1::CheckMotionsResponse response;
+  ToProto(motions_, context, &response);
+  ASSERT_EQ(response.rows_size(), 6);
+  const v1::MotionRow& free = response.rows(0);
+  EXPECT_TRUE(free.has_clearance_m());
+  EXPECT_FALSE(free.has_segment() || free.has_lo() || free.has_hi() || free.has_object());
+  const v1::MotionRow& contact = response.rows(1);
+  EXPECT_EQ(contact.segment(), 3);
+  EXPECT_EQ(contact.lo(), 0.1);
+  EXPECT_EQ(contact.object(), "c");
+  EXPECT_EQ(contact.body_link(), "hand");
+  EXPECT_EQ(contact.object_part(), 5);
+  EXPECT_FALSE(contact.has_clearance_m() || contact.has_object_link());
+  EXPECT_FALSE(response.rows(2).has_object());
+  EXPECT_EQ(response.rows(2).object_link(), "hand");
+  EXPECT_FALSE(response.rows(3).has_body_part());
+  EXPECT_EQ(response.rows(5).verdict(), v1::MOTION_VERDICT_OUT_OF_LIMITS);
+  EXPECT_EQ(response.rows(5).segment(), 4);
+  EXPECT_FALSE(response.rows(5).has_lo());
+}
+
 TEST_F(Answers, RaysThatMissNameNothing) {
   const collision::RayColumns answers{.hit = {0, 1},
                                       .distance_m = {0, 2},

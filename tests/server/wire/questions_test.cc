@@ -85,6 +85,10 @@ TEST(QueryOptions, FaultsAreNamed) {
   }
 }
 
+const std::vector<Pose>& PosesOf(const Question& question) {
+  return std::get<std::vector<Pose>>(question.where);
+}
+
 class Subjects : public ::testing::Test {
  protected:
   Subjects() {
@@ -113,7 +117,7 @@ TEST_F(Subjects, ShapesAtPoses) {
       BytesOf<double>({1, 0, 0, 0, 0, 0, 1, 2, 0, 0, 0, 0, 0, 1}));
   const auto question = Convert(subject);
   ASSERT_TRUE(question.ok()) << question.status();
-  EXPECT_EQ(question->X_WB.size(), 2u);
+  EXPECT_EQ(PosesOf(*question).size(), 2u);
   EXPECT_EQ(question->body.geometry->parts.size(), 1u);
   EXPECT_TRUE(question->body.self.empty());
   subject.mutable_shapes()->clear_shapes();
@@ -125,14 +129,14 @@ TEST_F(Subjects, AWorldObjectStandsWhereItIsUnlessPosesAreGiven) {
   subject.mutable_object()->set_name("ball");
   const auto stored = Convert(subject);
   ASSERT_TRUE(stored.ok());
-  ASSERT_EQ(stored->X_WB.size(), 1u);
-  EXPECT_EQ(stored->X_WB[0].translation(), Vector3(1, 2, 3));
+  ASSERT_EQ(PosesOf(*stored).size(), 1u);
+  EXPECT_EQ(PosesOf(*stored)[0].translation(), Vector3(1, 2, 3));
   EXPECT_EQ(stored->body.self, "ball");
   subject.mutable_object()->mutable_x_world_object()->set_data(
       BytesOf<double>({9, 0, 0, 0, 0, 0, 1}));
   const auto given = Convert(subject);
   ASSERT_TRUE(given.ok());
-  EXPECT_EQ(given->X_WB[0].translation(), Vector3(9, 0, 0));
+  EXPECT_EQ(PosesOf(*given)[0].translation(), Vector3(9, 0, 0));
 }
 
 TEST_F(Subjects, AnUnknownObjectIsNotFound) {
@@ -151,7 +155,7 @@ TEST_F(Subjects, PointsAndNothing) {
   subject.mutable_points()->set_data(BytesOf<float>({1, 2, 3}));
   const auto question = Convert(subject);
   ASSERT_TRUE(question.ok());
-  EXPECT_EQ(question->X_WB[0].translation(), Vector3(1, 2, 3));
+  EXPECT_EQ(PosesOf(*question)[0].translation(), Vector3(1, 2, 3));
 }
 
 TEST_F(Subjects, RowsAreForFewRows) {

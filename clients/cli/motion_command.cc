@@ -1,0 +1,169 @@
+// cwm motion
+#include <algorithm>
+#include <memory>
+#include <ostream>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "clients/cli/commands.h"
+#include "clients/cli/enum_names.h"
+#include "clients/cli/exit_code.h"
+#include "clients/cli/quantity.h"
+#include "clients/cli/question_arguments.h"
+#include "clients/cli/table.h"
+
+namespace cwm::cli {
+namespace {
+
+namespace pb = cwm::v1;
+
+struct MotionArguments {
+  BodyArguments body;
+  QuestionArguments question;
+  bool exit_code = false;
+};
+
+absl::Status TooShort(int row_count) {
+  return UsageError(absl::StrCat(
+      "a motion leads through ", row_count, row_count == 1 ? " place" : " places",
+      ", must be at least 2: give --at or --joints twice or more, or lines with several"));
+}
+
+// Requests of whole paths, each as many as a message may have.
+absl::StatusOr<std::vector<pb::CheckMotionsRequest>> ToRequests(const std::vector<Body>& bodies) {
+  std::vector<pb::CheckMotionsRequest> requests;
+  for (const Body& body : bodies) {
+    std::size_t begin = 0, end = 0;
+    pb::CheckMotionsRequest request;
+    const auto finish = [&] {
+      if (begin == end) return;
+      *request.mutable_subject() = SubjectOf(body, begin, end);
+      requests.push_back(request);
+      request.Clear();
+      begin = end;
+    };
+    for (const int row_count : body.row_counts) {
+      if (row_count < 2) return TooShort(row_count);
+      const std::size_t next = end + static_cast<std::size_t>(row_count);
+      const bool is_full =
+          static_cast<std::size_t>(request.path_row_counts_size()) == kMaxMessageRows;
+      if (is_full || next - begin > kMaxRows) finish();
+      request.add_path_row_counts(row_count);
+      end = next;
+    }
+    finish();
+  }
+  return requests;
+}
+
+std::size_t MotionCount(const std::vector<Body>& bodies) {
+  std::size_t count = 0;
+  for (const Body& body : bodies) count += body.row_counts.size();
+  return count;
+}
+
+// All answered from the revision that the first was answered from.
+absl::StatusOr<pb::CheckMotionsResponse> AskMotions(Session& session,
+                                                    std::vector<pb::CheckMotionsRequest> requests,
+                                                    pb::QueryOptions options) {
+  pb::CheckMotionsResponse all;
+  std::int64_t completed = 0;
+  for (pb::CheckMotionsRequest& request : requests) {
+    request.set_world(session.world);
+    *request.mutable_options() = options;
+    const client::Connection& connection = session.connection();
+    auto answer =
+        connection.Call(&pb::QueryService::Stub::CheckMotions, connection.queries(), request);
+    if (!answer.ok()) return answer.status();
+    if (completed > 0) answer->clear_body_links();  // rows name theirs
+    all.MergeFrom(*answer);
+    completed += answer->completed_count();
+    if (answer->completed_count() < request.path_row_counts_size()) break;
+    options.mutable_at_revision()->set_exact(answer->revision());
+    options.set_world_uid(answer->world_uid());
+  }
+  all.set_completed_count(completed);
+  return all;
+}
+
+void PrintMotions(const pb::CheckMotionsResponse& response, Session& session) {
+  std::vector<TableRow> lines;
+  for (const pb::MotionRow& row : response.rows()) {
+    lines.push_back({{absl::StrCat(lines.size()), ShortName(row.verdict()),
+                      row.has_clearance_m() ? Fixed(1000 * row.clearance_m(), 3) : "",
+                      row.has_segment() ? absl::StrCat(row.segment()) : "",
+                      row.has_lo() ? Fixed(row.lo(), 5) : "",
+                      row.has_hi() ? Fixed(row.hi(), 5) : "", MetName(row), row.object_link(),
+                      row.has_object_part() ? absl::StrCat(row.object_part()) : "", row.body_link(),
+                      row.has_body_part() ? absl::StrCat(row.body_part()) : ""}});
+  }
+  PrintTable({{"MOTION", Align::kRight},
+              {"VERDICT"},
+              {"CLEARANCE mm", Align::kRight},
+              {"SEGMENT", Align::kRight},
+              {"FREE TO", Align::kRight},
+              {"MET AT", Align::kRight},
+              {"OBJECT"},
+              {"OBJECT LINK"},
+              {"OBJECT PART", Align::kRight},
+              {"BODY LINK"},
+              {"BODY PART", Align::kRight}},
+             lines, session.color() ? TableStyle::kColor : TableStyle::kPlain, session.streams.out);
+}
+
+absl::Status Move(Session& session, const MotionArguments& arguments) {
+  const auto options = ToOptions(arguments.question);
+  if (!options.ok()) return options.status();
+  const auto bodies = ReadBodies(arguments.body, session);
+  if (!bodies.ok()) return bodies.status();
+  const auto requests = ToRequests(*bodies);
+  if (!requests.ok()) return requests.status();
+  const auto answer = AskMotions(session, *requests, *options);
+  if (!answer.ok()) return answer.status();
+  for (const pb::MotionRow& row : answer->rows()) {
+    session.found_collision |= arguments.exit_code && row.verdict() == pb::MOTION_VERDICT_CONTACT;
+  }
+  session.PrintList(
+      *answer,
+      [&] {
+        for (const pb::MotionRow& row : answer->rows()) session.PrintLine(row);
+      },
+      [&] {
+        PrintMotions(*answer, session);
+        session.streams.out << Footer(answer->revision(), answer->completed_count(),
+                                      MotionCount(*bodies), "motion")
+                            << "\n";
+      });
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+void AddMotionCommand(CommandLine& line) {
+  const auto arguments = std::make_shared<MotionArguments>();
+  CLI::App& command = AddCommand(
+      line,
+      {"motion",
+       "whether a body or a robot meets anything on its way: certified, never sampled",
+       {"cwm motion --box 0.1,0.08,0.2 --at 0.4,0,0.5 --at 0.4,0.3,0.2",
+        "cwm motion --object mug --at 0.5,0.1,0.2 --at 0.5,0.1,0.4 --exit-code && echo free",
+        "cwm motion --robot panda --group panda_arm --joints ready --joints "
+        "0.5,-0.8,0,-2.4,0,1.6,0.8",
+        "cwm motion --robot panda --joints - -o ndjson < paths.jsonl"},
+       "The places given make one path: joints move linearly (continuous ones the short way), "
+       "poses linearly\n"
+       "with the rotation by slerp. The first contact tells: the body is free to a share of the "
+       "segment, and\n"
+       "in contact at the other. JSON lines on stdin are a motion each: {\"sphere\": 0.1, \"at\": "
+       "[[..], [..]]},\n"
+       "{\"robot\": \"panda\", \"joints\": [[..], [..], [..]]}, or with a body on the command "
+       "line the rows alone."},
+      [arguments](Session& session) { return Move(session, *arguments); });
+  AddBodyOptions(command, arguments->body);
+  AddQuestionOptions(command, arguments->question);
+  AddPairRuleOptions(command, arguments->question);
+  command.add_flag("--exit-code", arguments->exit_code,
+                   "end with 10 when any motion is in contact");
+}
+
+}  // namespace cwm::cli

@@ -1,0 +1,57 @@
+// The rows of a body as places that its ways lead through.
+#pragma once
+
+#include <memory>
+#include <span>
+
+#include "collision/motion/body_motion.h"
+
+namespace cwm::collision {
+
+// Thread safe.
+class Waypoints {
+ public:
+  virtual ~Waypoints() = default;
+  virtual std::size_t size() const = 0;
+  // Whether the row is a state that the body can be in.
+  virtual bool IsWithinLimits(std::size_t) const { return true; }
+  // From the row to the next. Refers to what the waypoints refer to.
+  virtual std::unique_ptr<BodyMotion> MotionFrom(std::size_t row) const = 0;
+};
+
+// Of a rigid body. Refers to the body and the poses.
+class PoseWaypoints : public Waypoints {
+ public:
+  PoseWaypoints(const QueryBody& body, std::span<const Pose> X_WB) : body_(body), X_WB_(X_WB) {}
+
+  std::size_t size() const override { return X_WB_.size(); }
+  std::unique_ptr<BodyMotion> MotionFrom(std::size_t row) const override {
+    return std::make_unique<RigidMotion>(body_, X_WB_[row], X_WB_[row + 1]);
+  }
+
+ private:
+  const QueryBody& body_;
+  const std::span<const Pose> X_WB_;
+};
+
+// Of a robot: JointMotion follows from each row to the next (JointMotion::FirstNotFollowed). Refers
+// to the model, and to a body of it.
+class JointWaypoints : public Waypoints {
+ public:
+  JointWaypoints(const RobotModel& model, const QueryBody& body, const JointRows& rows)
+      : model_(model), body_(body), rows_(rows) {}
+
+  std::size_t size() const override { return rows_.size(); }
+  bool IsWithinLimits(std::size_t row) const override { return rows_.IsWithinLimits(row); }
+  std::unique_ptr<BodyMotion> MotionFrom(std::size_t row) const override {
+    return std::make_unique<JointMotion>(model_, body_, rows_.X_WB(), rows_.State(row),
+                                         rows_.State(row + 1));
+  }
+
+ private:
+  const RobotModel& model_;
+  const QueryBody& body_;
+  const JointRows rows_;
+};
+
+}  // namespace cwm::collision

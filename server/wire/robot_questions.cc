@@ -1,0 +1,248 @@
+// A robot that asks; declared in questions.h.
+#include <cmath>
+#include <cstring>
+#include <numeric>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
+#include "collision/geometry/validation.h"
+#include "collision/robot/xml_element.h"
+#include "collision/world/apply_fault.h"
+#include "server/core/error.h"
+#include "server/core/load_robot.h"
+#include "server/wire/objects.h"
+#include "server/wire/poses.h"
+#include "server/wire/questions.h"
+#include "server/wire/robots.h"
+
+namespace cwm::server {
+namespace {
+
+using collision::JointGroup;
+using collision::Quoted;
+using collision::RobotModel;
+
+constexpr std::size_t kMostNamesInError = 20;
+
+absl::StatusOr<collision::RobotScope> FromProto(v1::RobotScope scope, const FieldPath& path) {
+  switch (scope) {
+    case v1::ROBOT_SCOPE_UNSPECIFIED:
+    case v1::ROBOT_SCOPE_BOTH:
+      return collision::RobotScope::kBoth;
+    case v1::ROBOT_SCOPE_WORLD:
+      return collision::RobotScope::kWorld;
+    case v1::ROBOT_SCOPE_SELF:
+      return collision::RobotScope::kSelf;
+    default:
+      return path.Error(
+          absl::StrCat("is ", static_cast<int>(scope), ", must be a known RobotScope"));
+  }
+}
+
+absl::Status NoSpheres(const collision::WorldRobot& robot, const FieldPath& path) {
+  return MakeError(
+      absl::StatusCode::kFailedPrecondition,
+      absl::StrCat(path.str(), ": robot ", Quoted(robot.name),
+                   " was loaded without a sphere model, must be EXACT: load it with spheres"),
+      {.reason = "NO_SPHERES", .metadata = {{"robot", robot.name}}});
+}
+
+// What a row looks at before it can be interrupted. `parts`: of each link.
+absl::Status CheckSize(const RobotModel& model, const std::vector<std::int64_t>& parts,
+                       collision::RobotScope scope, const FieldPath& path) {
+  const std::int64_t count = std::accumulate(parts.begin(), parts.end(), std::int64_t{0});
+  if (count > kMaxRobotParts) {
+    return path.Field("robot_geometry")
+        .Error(absl::StrCat("has ", count, " parts, must have at most ", kMaxRobotParts));
+  }
+  if (scope == collision::RobotScope::kWorld) return absl::OkStatus();
+  std::int64_t pairs = 0;
+  for (const auto& [first, second] : model.self_pairs) {
+    pairs += parts[static_cast<std::size_t>(first)] * parts[static_cast<std::size_t>(second)];
+  }
+  if (pairs <= kMaxSelfPairs) return absl::OkStatus();
+  return path.Field("scope").Error(absl::StrCat(
+      "asks about ", pairs, " pairs of the robot's own parts, must be ROBOT_SCOPE_WORLD above ",
+      kMaxSelfPairs));
+}
+
+absl::StatusOr<collision::QueryBody> BodyOf(const collision::WorldRobot& robot,
+                                            const v1::RobotSubject& subject,
+                                            const FieldPath& path) {
+  const auto scope = FromProto(subject.scope(), path.Field("scope"));
+  if (!scope.ok()) return scope.status();
+  const FieldPath geometry = path.Field("robot_geometry");
+  std::vector<std::int64_t> parts;
+  switch (subject.robot_geometry()) {
+    case v1::ROBOT_GEOMETRY_UNSPECIFIED:
+    case v1::ROBOT_GEOMETRY_EXACT: {
+      for (const collision::ModelLink& link : robot.model().links) {
+        parts.push_back(static_cast<std::int64_t>(link.collisions.size()));
+      }
+      auto status = CheckSize(robot.model(), parts, *scope, path);
+      if (!status.ok()) return status;
+      return BodyFromRobot(*robot.robot, *scope);
+    }
+    case v1::ROBOT_GEOMETRY_SPHERES_AS_GIVEN: {
+      if (!robot.robot->spheres_as_given) return NoSpheres(robot, geometry);
+      for (const auto& spheres : robot.robot->spheres_as_given->links) {
+        parts.push_back(static_cast<std::int64_t>(spheres.size()));
+      }
+      auto status = CheckSize(robot.model(), parts, *scope, path);
+      if (!status.ok()) return status;
+      return BodyFromSpheres(*robot.robot, *robot.robot->prepared_spheres_as_given, *scope);
+    }
+    case v1::ROBOT_GEOMETRY_SPHERES_CONTAINING:
+      return MakeError(absl::StatusCode::kUnimplemented,
+                       geometry.str() +
+                           ": spheres that contain the links are not fitted, must be "
+                           "EXACT or SPHERES_AS_GIVEN",
+                       {.reason = "NO_CONTAINING_SPHERES"});
+    default:
+      return geometry.Error(absl::StrCat("is ", static_cast<int>(subject.robot_geometry()),
+                                         ", must be a known RobotGeometry"));
+  }
+}
+
+absl::StatusOr<const JointGroup*> GroupOf(const collision::WorldRobot& robot,
+                                          const std::string& name, const FieldPath& path) {
+  const RobotModel& model = robot.model();
+  if (name.empty()) return &model.all;
+  if (const JointGroup* group = model.FindGroup(name)) return group;
+  std::vector<std::string> names;
+  for (const JointGroup& group : model.groups) {
+    names.push_back(names.size() < kMostNamesInError ? Quoted(group.name) : "...");
+    if (names.size() > kMostNamesInError) break;
+  }
+  return path.Error(absl::StrCat("is ", Quoted(name), ", must be ",
+                                 names.empty()
+                                     ? std::string("empty: no SRDF with groups was loaded for ")
+                                     : absl::StrCat("empty, for all variables, or one of ",
+                                                    absl::StrJoin(names, ", "), " of "),
+                                 Quoted(robot.name)));
+}
+
+template <class Number>
+absl::Status ReadValues(const RobotModel& model, const JointGroup& group, const std::string& data,
+                        std::vector<double>& values, const FieldPath& path) {
+  const std::size_t width = group.variables.size();
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    Number value;
+    std::memcpy(&value, data.data() + i * sizeof(value), sizeof(value));
+    values[i] = value;
+    if (std::abs(values[i]) <= kLargestCoordinate_m) continue;  // not NaN
+    const auto variable = static_cast<std::size_t>(group.variables[i % width]);
+    const std::string field = absl::StrCat("data row ", i / width);
+    return path.Field(field).Error(absl::StrCat(model.variables[variable].name, " is ", values[i],
+                                                ", must be finite and at most ",
+                                                kLargestCoordinate_m, " in magnitude"));
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<std::vector<double>> RowsFromProto(const v1::JointRows& rows,
+                                                  const RobotStates& states, std::int64_t max_rows,
+                                                  const FieldPath& path) {
+  const JointGroup& group = *states.group;
+  if (rows.data().empty()) {
+    std::vector<double> row;
+    for (const int variable : group.variables) {
+      row.push_back(states.base[static_cast<std::size_t>(variable)]);
+    }
+    return row;
+  }
+  if (group.variables.empty()) {
+    return path.Field("data").Error(absl::StrCat(
+        "has ", rows.data().size(), " bytes, must be empty: the group has no variables"));
+  }
+  const auto count =
+      CountRows({rows.scalar(), rows.data(), group.variables.size()}, max_rows, path);
+  if (!count.ok()) return count.status();
+  std::vector<double> values(*count * group.variables.size());
+  const RobotModel& model = states.robot->model();
+  const absl::Status status = rows.scalar() == v1::SCALAR_F32
+                                  ? ReadValues<float>(model, group, rows.data(), values, path)
+                                  : ReadValues<double>(model, group, rows.data(), values, path);
+  if (!status.ok()) return status;
+  return values;
+}
+
+absl::StatusOr<std::vector<double>> BaseFromProto(const v1::RobotJointState& joints,
+                                                  const collision::WorldRobot& robot,
+                                                  const FieldPath& path) {
+  const auto values = server::FromProto(joints, path);
+  if (!values.ok()) return values.status();
+  auto state = collision::StateWith(robot.model(), robot.state, *values);
+  if (state.ok()) return state;
+  const auto rule = collision::FieldRuleOf(state.status());
+  return rule ? path.Field(rule->field).Error(rule->rule) : state.status();
+}
+
+}  // namespace
+
+absl::StatusOr<Question> FromProto(const v1::RobotSubject& subject, const QuestionSource& source,
+                                   const FieldPath& path) {
+  if (auto status = CheckName(subject.robot(), path.Field("robot")); !status.ok()) return status;
+  RobotStates states;
+  states.robot = source.snapshot.FindRobot(subject.robot());
+  if (states.robot == nullptr) return UnknownRobot(subject.robot());
+  auto body = BodyOf(*states.robot, subject, path);
+  if (!body.ok()) return body.status();
+  body->self = states.robot->name;  // rules of pairs know it by that, whatever stands for its links
+  const auto group = GroupOf(*states.robot, subject.group(), path.Field("group"));
+  if (!group.ok()) return group.status();
+  states.group = *group;
+  states.X_WB = states.robot->X_WB;
+  if (subject.has_x_world_base()) {
+    const auto X_WB = FromProto(subject.x_world_base(), path.Field("x_world_base"));
+    if (!X_WB.ok()) return X_WB.status();
+    states.X_WB = *X_WB;
+  }
+  auto base = BaseFromProto(subject.base_state(), *states.robot, path.Field("base_state"));
+  if (!base.ok()) return base.status();
+  states.base = *std::move(base);
+  auto rows =
+      RowsFromProto(subject.rows(), states, source.limits.max_batch_rows, path.Field("rows"));
+  if (!rows.ok()) return rows.status();
+  states.rows = *std::move(rows);
+  return Question{*std::move(body), std::move(states)};
+}
+
+namespace {
+
+collision::JointRows JointRowsOf(const RobotStates& states) {
+  return {states.robot->model(),
+          *states.group,
+          {.X_WB = states.X_WB, .base = states.base, .rows = states.rows}};
+}
+
+}  // namespace
+
+std::unique_ptr<const collision::BodyRows> RowsOf(const Question& question) {
+  if (const auto* states = std::get_if<RobotStates>(&question.where)) {
+    return std::make_unique<collision::JointRows>(JointRowsOf(*states));
+  }
+  return std::make_unique<collision::PoseRows>(std::get<std::vector<Pose>>(question.where));
+}
+
+std::unique_ptr<const collision::Waypoints> WaypointsOf(const Question& question) {
+  if (const auto* states = std::get_if<RobotStates>(&question.where)) {
+    return std::make_unique<collision::JointWaypoints>(states->robot->model(), question.body,
+                                                       JointRowsOf(*states));
+  }
+  return std::make_unique<collision::PoseWaypoints>(question.body,
+                                                    std::get<std::vector<Pose>>(question.where));
+}
+
+std::vector<std::string> BodyLinksOf(const Question& question) {
+  std::vector<std::string> links;
+  const auto* states = std::get_if<RobotStates>(&question.where);
+  if (states == nullptr) return links;
+  for (const int link : question.body.frame_of_part) {
+    links.push_back(states->robot->model().links[static_cast<std::size_t>(link)].name);
+  }
+  return links;
+}
+
+}  // namespace cwm::server

@@ -1,0 +1,227 @@
+// The Panda through a running server: states a second of a stream, beside the same batches in
+// process, and how long single states take.
+#include <grpcpp/grpcpp.h>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cstdio>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "collision/query/robot_body.h"
+#include "collision/robot/kinematics.h"
+#include "tests/benchmarks/benchmarks.h"
+#include "tests/benchmarks/panda_server.h"
+#include "tests/benchmarks/running_server.h"
+
+namespace cwm::benchmarks {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+// One problem of each family; the 700 are ordered by family.
+constexpr std::size_t kProblemStep = 100;
+constexpr std::size_t kBatch = 10'000;
+constexpr int kRounds = 5;
+
+double Since_s(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+// A stream that stays open.
+class Stream {
+ public:
+  explicit Stream(const client::Connection& connection)
+      : stream_(connection.queries().StreamQueries(&context_)) {}
+  ~Stream() {
+    stream_->WritesDone();
+    v1::StreamQueriesResponse ignored;
+    while (stream_->Read(&ignored)) {
+    }
+    // What went wrong was told by Ask.
+    static_cast<void>(stream_->Finish());
+  }
+  Stream(const Stream&) = delete;
+  Stream& operator=(const Stream&) = delete;
+
+  // Empty when it failed.
+  std::string Ask(const v1::CheckCollisionsRequest& question) {
+    v1::StreamQueriesRequest request;
+    *request.mutable_check_collisions() = question;
+    v1::StreamQueriesResponse response;
+    if (!stream_->Write(request) || !stream_->Read(&response) || response.has_error()) return "";
+    return response.check_collisions().verdicts();
+  }
+
+ private:
+  grpc::ClientContext context_;
+  std::unique_ptr<grpc::ClientReaderWriter<v1::StreamQueriesRequest, v1::StreamQueriesResponse>>
+      stream_;
+};
+
+struct Rates {
+  std::vector<double> through_us, within_us;  // a state
+  std::size_t mismatches = 0;
+};
+
+collision::QueryBody BodyOf(const collision::RobotGeometry& robot, v1::RobotGeometry geometry) {
+  return geometry == v1::ROBOT_GEOMETRY_EXACT
+             ? BodyFromRobot(robot, collision::RobotScope::kBoth)
+             : BodyFromSpheres(robot, *robot.prepared_spheres_as_given,
+                               collision::RobotScope::kBoth);
+}
+
+// The same states in process and through the stream, in turn; false when the stream failed.
+bool Compare(const PandaProblems& all, std::size_t k, v1::RobotGeometry geometry, Stream& stream,
+             Rates& rates) {
+  const PandaProblem& problem = all.problems[k];
+  const std::vector<double> states = RandomStates(all, problem, kBatch, k);
+  const collision::JointRows rows(
+      *all.robot->model, *all.arm,
+      {.base = collision::DefaultVariables(*all.robot->model), .rows = states});
+  const auto question = PandaIn("problem_" + std::to_string(k), states, geometry);
+  std::vector<double> through_us, within_us;
+  for (int round = 0; round < kRounds; ++round) {
+    Clock::time_point start = Clock::now();
+    const auto columns =
+        *collision::CheckCollisions(*problem.world, BodyOf(*all.robot, geometry), rows, {});
+    within_us.push_back(1e6 * Since_s(start) / kBatch);
+    start = Clock::now();
+    const std::string verdicts = stream.Ask(question);
+    through_us.push_back(1e6 * Since_s(start) / kBatch);
+    if (verdicts.size() != kBatch) return false;
+    if (round > 0) continue;
+    for (std::size_t row = 0; row < kBatch; ++row) {
+      const bool collides = columns.verdict[row] == collision::Verdict::kCollision;
+      rates.mismatches += collides != (verdicts[row] == v1::VERDICT_COLLISION) ? 1 : 0;
+    }
+  }
+  rates.through_us.push_back(Median(through_us));
+  rates.within_us.push_back(Median(within_us));
+  return true;
+}
+
+double Mean(const std::vector<double>& values) {
+  double sum = 0;
+  for (const double value : values) sum += value;
+  return sum / static_cast<double>(values.size());
+}
+
+std::optional<Rates> MeasureStreamOf(const PandaProblems& all, v1::RobotGeometry geometry,
+                                     Stream& stream, Report& report) {
+  Rates rates;
+  for (std::size_t k = 0; k < all.problems.size(); k += kProblemStep) {
+    if (Compare(all, k, geometry, stream, rates)) continue;
+    report.Fail("a batch of the Panda failed on the stream");
+    return std::nullopt;
+  }
+  if (rates.mismatches > 0) {
+    report.Fail(std::to_string(rates.mismatches) + " verdicts of the stream are not the core's");
+  }
+  char text[200];
+  std::snprintf(text, sizeof(text),
+                "the Panda, %s, through one stream: %.2f us a state, in process %.2f us",
+                geometry == v1::ROBOT_GEOMETRY_EXACT ? "meshes" : "spheres as given",
+                Mean(rates.through_us), Mean(rates.within_us));
+  report.Detail(text);
+  return rates;
+}
+
+bool PutProblems(const RunningServer& server, const PandaProblems& all, std::size_t step,
+                 Report& report) {
+  for (std::size_t k = 0; k < all.problems.size(); k += step) {
+    const absl::Status put =
+        PutPandaProblem(server.connection(), all.problems[k], "problem_" + std::to_string(k));
+    if (put.ok()) continue;
+    report.Fail("no world for the Panda: " + std::string(put.message()));
+    return false;
+  }
+  return true;
+}
+
+// Milliseconds of unary calls about one state, `every_s` apart; none when one failed.
+std::vector<double> Latencies_ms(const RunningServer& server, const PandaProblems& all, int count,
+                                 double every_s) {
+  const auto question =
+      PandaIn("problem_0", RandomStates(all, all.problems[0], 1, 1), v1::ROBOT_GEOMETRY_EXACT);
+  const client::Connection& connection = server.connection();
+  std::vector<double> latencies_ms;
+  for (int i = 0; i < count; ++i) {
+    std::this_thread::sleep_for(std::chrono::duration<double>(every_s));
+    const Clock::time_point start = Clock::now();
+    const auto answer =
+        connection.Call(&v1::QueryService::Stub::CheckCollisions, connection.queries(), question);
+    if (!answer.ok()) return {};
+    latencies_ms.push_back(1e3 * Since_s(start));
+  }
+  return latencies_ms;
+}
+
+}  // namespace
+
+void MeasureRobotStream(Report& report) {
+  const std::optional<PandaProblems> all = ReadPandaProblems();
+  if (!all) return report.Detail("skipped: motion_bench_maker is not in CWM_DATA");
+  const RunningServer server;
+  if (!server.up()) return report.Fail("no server");
+  if (!PutProblems(server, *all, kProblemStep, report)) return;
+  Stream stream(server.connection());
+  const auto exact = MeasureStreamOf(*all, v1::ROBOT_GEOMETRY_EXACT, stream, report);
+  const auto spheres = MeasureStreamOf(*all, v1::ROBOT_GEOMETRY_SPHERES_AS_GIVEN, stream, report);
+  if (!exact || !spheres) return;
+  const auto add = [&](const std::string& key, const std::string& what, const Rates& rates) {
+    report.Add({.key = key,
+                .value = 1e6 / Mean(rates.through_us),
+                .unit = "1/s",
+                .rival = "in process, one thread",
+                .rival_value = 1e6 / Mean(rates.within_us),
+                .ratio = Mean(rates.within_us) / Mean(rates.through_us),
+                .how = "verdicts of " + what +
+                       " against scene and self, batches of 10 000 on one StreamQueries over the "
+                       "Unix socket, one in flight, client and server share the machine; a problem "
+                       "of each family"});
+  };
+  add("panda_stream_states_per_s", "the Panda's 59 spheres as given", *spheres);
+  add("panda_exact_stream_states_per_s", "the Panda's meshes", *exact);
+}
+
+void MeasureRobotLatency(Report& report) {
+  const std::optional<PandaProblems> all = ReadPandaProblems();
+  if (!all) return report.Detail("skipped: motion_bench_maker is not in CWM_DATA");
+  const RunningServer server;
+  if (!server.up()) return report.Fail("no server");
+  if (!PutProblems(server, *all, all->problems.size(), report)) return;
+  const std::vector<double> idle_ms = Latencies_ms(server, *all, 20, 3.0);
+  std::atomic<bool> stop = false;
+  std::thread load([&] {
+    Stream stream(server.connection());
+    const auto question = PandaIn("problem_0", RandomStates(*all, all->problems[0], 1'000, 2),
+                                  v1::ROBOT_GEOMETRY_EXACT);
+    while (!stop && !stream.Ask(question).empty()) {
+    }
+  });
+  const std::vector<double> loaded_ms = Latencies_ms(server, *all, 200, 0.02);
+  stop = true;
+  load.join();
+  if (idle_ms.empty() || loaded_ms.empty()) return report.Fail("a unary call failed");
+  report.Add({.key = "unary_idle_p99_ms",
+              .value = Quantile(idle_ms, 0.99),
+              .unit = "ms",
+              .rival = "median",
+              .rival_value = Median(idle_ms),
+              .how = "CheckCollisions of one state of the Panda's meshes over the Unix socket, 20 "
+                     "calls 3 s apart to an idle server; the longest of them"});
+  report.Add({.key = "unary_loaded_p50_ms",
+              .value = Median(loaded_ms),
+              .unit = "ms",
+              .rival = "p99",
+              .rival_value = Quantile(loaded_ms, 0.99),
+              .how =
+                  "the same, 200 calls 20 ms apart while one stream asks batches of 1 000 states "
+                  "without a pause"});
+}
+
+}  // namespace cwm::benchmarks

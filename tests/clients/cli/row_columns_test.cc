@@ -1,0 +1,67 @@
+// Answers that came as columns say as rows what the server says in rows.
+#include "clients/cli/row_columns.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace cwm::cli {
+namespace {
+
+namespace pb = cwm::v1;
+
+std::string Bytes(const std::vector<std::int32_t>& values) {
+  return std::string(reinterpret_cast<const char*>(values.data()),
+                     values.size() * sizeof(std::int32_t));
+}
+
+// Free, in the cup, in itself.
+pb::CheckCollisionsResponse RobotChecked() {
+  pb::CheckCollisionsResponse response;
+  response.add_objects()->set_name("cup");
+  for (const char* link : {"base", "hand"}) response.add_body_links(link);
+  response.set_verdicts("\x01\x02\x02");
+  response.set_trust("\x01\x04\x04");
+  response.set_object_index(Bytes({-1, 0, -2}));
+  response.set_body_part(Bytes({-1, 1, 0}));
+  response.set_object_part(Bytes({-1, 7, 1}));
+  return response;
+}
+
+TEST(ExpandRows, NamesObjectsAndLinks) {
+  pb::CheckCollisionsResponse response = RobotChecked();
+  ASSERT_TRUE(ExpandRows(response).ok());
+  ASSERT_EQ(response.rows_size(), 3);
+  EXPECT_EQ(response.rows(0).verdict(), pb::VERDICT_FREE);
+  EXPECT_EQ(response.rows(0).trust(), pb::TRUST_EXACT);
+  EXPECT_FALSE(response.rows(0).has_object() || response.rows(0).has_body_link());
+  EXPECT_EQ(response.rows(1).object(), "cup");
+  EXPECT_EQ(response.rows(1).object_part(), 7);
+  EXPECT_EQ(response.rows(1).body_link(), "hand");
+  EXPECT_EQ(response.rows(1).trust(), pb::TRUST_DEGRADED);
+  EXPECT_FALSE(response.rows(2).has_object());
+  EXPECT_EQ(response.rows(2).body_link(), "base");
+  EXPECT_EQ(response.rows(2).object_link(), "hand");
+  EXPECT_TRUE(response.verdicts().empty() && response.trust().empty());
+}
+
+TEST(ExpandRows, RefusesWhatNamesNothing) {
+  for (const std::int32_t object : {1, -3}) {
+    pb::CheckCollisionsResponse response = RobotChecked();
+    response.set_object_index(Bytes({-1, object, -2}));
+    EXPECT_EQ(ExpandRows(response).code(), absl::StatusCode::kDataLoss) << object;
+  }
+  for (const std::int32_t part : {2, -1}) {
+    pb::CheckCollisionsResponse response = RobotChecked();
+    response.set_object_part(Bytes({-1, 7, part}));
+    EXPECT_EQ(ExpandRows(response).code(), absl::StatusCode::kDataLoss) << part;
+  }
+  pb::CheckCollisionsResponse no_robot = RobotChecked();
+  no_robot.clear_body_links();
+  EXPECT_EQ(ExpandRows(no_robot).code(), absl::StatusCode::kDataLoss) << "no robot, no itself";
+}
+
+}  // namespace
+}  // namespace cwm::cli
