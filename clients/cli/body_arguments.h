@@ -1,5 +1,5 @@
-// What asks a question: a shape, an object of the world or a robot, and where, from the command line
-// or as JSON lines on stdin.
+// What asks a question: a shape, an object of the world or a robot, and where, from the command
+// line or as JSON lines on stdin.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -46,7 +46,8 @@ struct Body {
 //   {"object": "cup", "at": [[..], [..]]}        "cone": [rb, rt, l], "capsule": [r, l]
 //   {"robot": "panda", "group": "panda_arm", "joints": [..]}
 // where "at" is a pose or several, and "joints" a state or several; and with a shape alone, or
-// `--at -`, each line is {"at": ..} or the numbers of a pose as an array; likewise with `--joints -`.
+// `--at -`, each line is {"at": ..} or the numbers of a pose as an array.
+// Likewise with `--joints -`.
 // Malformed lines are INVALID_ARGUMENT naming the line.
 absl::StatusOr<std::vector<Body>> ReadBodies(const BodyArguments& body, Session& session);
 

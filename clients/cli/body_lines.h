@@ -10,8 +10,8 @@
 
 namespace cwm::cli {
 
-// See ReadBodies. `given`: the body that the command line named; null: each line names one. Lines of
-// the same body follow each other as its rows.
+// See ReadBodies. `given`: the body that the command line named; null: each line names one. Lines
+// of the same body follow each other as its rows.
 absl::StatusOr<std::vector<Body>> ReadBodyLines(const Body* given, std::istream& in);
 
 // INVALID_ARGUMENT naming `name` when the row has another width than those before.

@@ -27,8 +27,8 @@ bool HasAny(const RobotArguments& robot);
 absl::StatusOr<cwm::v1::RobotSubject> ToRobotSubject(const RobotArguments& robot);
 
 // A row of the subject's group: "0.1,0.2,..." as it is (the server checks how many there are), or a
-// state that the SRDF names, of that group or, without one, of any. The server is asked for it; what
-// the state does not name is where the robot has it.
+// state that the SRDF names, of that group or, without one, of any. The server is asked for it;
+// what the state does not name is where the robot has it.
 absl::StatusOr<std::vector<double>> ParseJoints(Session& session, const std::string& text,
                                                 const cwm::v1::RobotSubject& subject);
 

@@ -50,8 +50,8 @@ class JointMotion : public BodyMotion {
   JointMotion(const RobotModel& model, const QueryBody& body, const Pose& X_WB,
               std::span<const double> from, std::span<const double> to);
 
-  // The first link whose joint moves as no bounds are known of: planar or floating. Nothing when the
-  // motion is one that can be followed.
+  // The first link whose joint moves as no bounds are known of: planar or floating. Nothing when
+  // the motion is one that can be followed.
   static std::optional<int> FirstNotFollowed(const RobotModel& model, std::span<const double> from,
                                              std::span<const double> to);
 

@@ -19,8 +19,8 @@ QueryBody BodyFromRobot(const RobotGeometry& robot, RobotScope scope);
 // The same of a robot of the world, which rules of pairs know by its name.
 QueryBody BodyFromRobot(const WorldRobot& robot, RobotScope scope);
 
-// The same robot made of spheres, one part a sphere: by link, within a link as listed. The model has
-// as many links as the robot. Spheres of two links are asked of each other where their links would
+// The same robot made of spheres, one part a sphere: by link, within a link as listed. The model
+// has as many links as the robot. Spheres of two links are asked of each other where their links would
 // be. Nothing is known of how far they are from the links' shapes: every answer is DEGRADED.
 // Shares the prepared geometry; of a bare model it is prepared each time.
 QueryBody BodyFromSpheres(const RobotGeometry& robot, const PreparedSpheres& spheres,

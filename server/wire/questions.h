@@ -38,8 +38,8 @@ absl::StatusOr<QuestionOptions> FromProto(const v1::QueryOptions& options, const
 
 // Shapes of a body, at most kMaxBodyShapes: each row asks about every one of them.
 inline constexpr int kMaxBodyShapes = 1'024;
-// Of a robot that asks: as many parts as an object of the world may have, and as many pairs of its own
-// parts as a row looks at in some 2 ms, which nothing interrupts. (The Panda's 59 spheres: 1 200.)
+// Of a robot that asks: as many parts as an object of the world may have, and as many pairs of its
+// own parts as a row looks at in some 2 ms, which nothing interrupts. (The Panda's 59 spheres: 690.)
 inline constexpr std::int64_t kMaxRobotParts = 4'096;
 inline constexpr std::int64_t kMaxSelfPairs = 1'000'000;
 // A point is asked about as a ball of this radius: below what an answer may be off (1e-7 m).
@@ -82,7 +82,8 @@ struct MotionQuestion {
   Question question;
   std::vector<collision::Path> paths;
 };
-// Refuses subjects of points, and planar and floating joints that differ between the rows of a path.
+// Refuses subjects of points, and planar and floating joints that differ between the rows of a
+// path.
 absl::StatusOr<MotionQuestion> FromProto(const v1::CheckMotionsRequest& request,
                                          const QuestionSource& source);
 

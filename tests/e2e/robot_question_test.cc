@@ -13,21 +13,26 @@ namespace {
 using nlohmann::json;
 using ::testing::HasSubstr;
 
-// A ball at the origin, and an arm of 0.5 m and another of 0.5 m, with a ball of 0.1 m at the end of
-// each: both turn about z.
+// A ball at the origin, and an arm of 0.5 m and another of 0.5 m, with a ball of 0.1 m at the end
+// of each: both turn about z.
 constexpr char kUrdf[] = R"(<robot name="arm">
 <link name="base"><collision><geometry><sphere radius="0.1"/></geometry></collision></link>
-<link name="upper"><collision><origin xyz="0.5 0 0"/><geometry><sphere radius="0.1"/></geometry></collision></link>
-<link name="hand"><collision><origin xyz="0.5 0 0"/><geometry><sphere radius="0.1"/></geometry></collision></link>
+<link name="upper">
+<collision><origin xyz="0.5 0 0"/><geometry><sphere radius="0.1"/></geometry></collision></link>
+<link name="hand">
+<collision><origin xyz="0.5 0 0"/><geometry><sphere radius="0.1"/></geometry></collision></link>
 <joint name="shoulder" type="revolute"><parent link="base"/><child link="upper"/><axis xyz="0 0 1"/>
 <limit lower="-3" upper="3"/></joint>
-<joint name="elbow" type="revolute"><parent link="upper"/><child link="hand"/><origin xyz="0.5 0 0"/><axis xyz="0 0 1"/>
-<limit lower="-3" upper="3"/></joint></robot>
+<joint name="elbow" type="revolute"><parent link="upper"/><child link="hand"/><origin xyz="0.5 0 0"/>
+<axis xyz="0 0 1"/><limit lower="-3" upper="3"/></joint></robot>
 )";
 constexpr char kSrdf[] =
     R"(<robot name="arm"><group name="both"><joint name="shoulder"/><joint name="elbow"/></group>
-<group_state name="aside" group="both"><joint name="shoulder" value="1.5"/><joint name="elbow" value="0"/></group_state>
-<group_state name="bent" group="both"><joint name="shoulder" value="1.5"/><joint name="elbow" value="3"/></group_state></robot>
+<group_state name="aside" group="both">
+<joint name="shoulder" value="1.5"/><joint name="elbow" value="0"/></group_state>
+<group_state name="bent" group="both">
+<joint name="shoulder" value="1.5"/><joint name="elbow" value="3"/></group_state>
+</robot>
 )";
 
 // The arm stretched out along x, and a box around its hand.

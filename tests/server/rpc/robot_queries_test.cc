@@ -32,8 +32,8 @@ std::string Bytes(const std::vector<Number>& values) {
   return std::string(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(Number));
 }
 
-// The arm "r" of three balls at the origin, and a box with edges of 0.2 m at (1, 0, 0), which the hand is in where
-// both joints are at 0.
+// The arm "r" of three balls at the origin, and a box with edges of 0.2 m at (1, 0, 0), which the
+// hand is in where both joints are at 0.
 class RobotQueries : public RunningServer {
  protected:
   using RunningServer::RunningServer;
