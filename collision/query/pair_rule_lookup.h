@@ -1,5 +1,5 @@
-// The rules of pairs as one call needs them: names are compared once a call, and once for each object
-// that it meets.
+// The rules of pairs as one call needs them: names are compared once a call, and once for each
+// object that it meets.
 #pragma once
 
 #include <cstddef>
