@@ -34,8 +34,8 @@ struct PairId {
   }
 };
 
-// One per call, used by one thread; allocates at construction, and when it first meets an object that
-// rules of pairs name.
+// One per call, used by one thread; allocates at construction, and in a world with rules of pairs
+// when it first meets an object.
 class BodySearch {
  public:
   // A pair that is about to be asked.

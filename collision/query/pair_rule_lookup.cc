@@ -1,8 +1,7 @@
 #include "collision/query/pair_rule_lookup.h"
 
 #include <algorithm>
-#include <cstddef>
-#include <optional>
+#include <bit>
 
 namespace cwm::collision {
 namespace {
@@ -39,40 +38,33 @@ struct Together {
 
 PairRuleLookup::PairRuleLookup(const WorldSnapshot& world, const QueryBody& body,
                                const QueryOptions& options)
-    : world_(world), body_(body) {
+    : body_(body) {
   ignored_.reserve(options.ignore_pairs.size());
   for (const NamedPair& pair : options.ignore_pairs) {
     ignored_.push_back({.pair = Ordered(pair), .allowed = true});
   }
   for (const PairRule& rule : world.pair_rules()) Add(rule);
   for (const PairRule& rule : ignored_) Add(rule);
-  if (!everything_.rules.empty()) Resolve(everything_);
+  if (!of_everything_.empty()) terms_of_everything_ = TermsOf(of_everything_);
+  if (!of_named_.empty()) FillBuckets();
   if (!of_itself_.empty()) ResolveSelfPairs();
 }
 
 void PairRuleLookup::Add(const PairRule& rule) {
-  Add(rule, rule.pair.a, rule.pair.b);
-  if (rule.pair.a != rule.pair.b) Add(rule, rule.pair.b, rule.pair.a);
-  AddToSelfPairs(rule);
+  const auto& [a, b] = rule.pair;
+  Add(rule, a, b);
+  if (a != b) Add(rule, b, a);
+  if (body_.self_pairs.empty()) return;
+  if (FrameOf(a).has_value() && FrameOf(b).has_value()) of_itself_.push_back(&rule);
 }
 
 void PairRuleLookup::Add(const PairRule& rule, const NamedThing& mine, const NamedThing& theirs) {
+  if (!theirs.link.empty()) return;  // objects have none
   const std::optional<int> frame = FrameOf(mine);
   if (!frame.has_value()) return;
-  Rules* rules = &everything_;
-  if (theirs.name != kEverything) {
-    const WorldObjectPtr* object = world_.objects().Find(theirs.name);
-    if (object == nullptr || !theirs.link.empty()) return;
-    rules = &by_object_[object->get()];
-  }
-  rules->rules.push_back({*frame, &rule});
+  auto& applied = theirs.name == kEverything ? of_everything_ : of_named_;
+  applied.push_back({*frame, &rule, theirs.name});
   widest_margin_m_ = std::max(widest_margin_m_, rule.margin_m.value_or(0));
-}
-
-void PairRuleLookup::AddToSelfPairs(const PairRule& rule) {
-  if (body_.self_pairs.empty()) return;
-  if (!FrameOf(rule.pair.a).has_value() || !FrameOf(rule.pair.b).has_value()) return;
-  of_itself_.push_back(&rule);
 }
 
 // That of the body which the thing includes, kAllFrames, or nothing.
@@ -83,30 +75,50 @@ std::optional<int> PairRuleLookup::FrameOf(const NamedThing& thing) const {
   return body_.robot != nullptr ? body_.robot->FindLink(thing.link) : std::nullopt;
 }
 
-const PairTerms* PairRuleLookup::Named(const WorldObject& object) {
-  const auto at = by_object_.find(&object);
-  if (at == by_object_.end()) {
-    return everything_.terms.empty() ? nullptr : everything_.terms.data();
+void PairRuleLookup::FillBuckets() {
+  buckets_.assign(std::bit_ceil(2 * of_named_.size()), -1);
+  for (std::size_t i = 0; i < of_named_.size(); ++i) {
+    std::int32_t& first = buckets_[BucketOf(of_named_[i].theirs)];
+    of_named_[i].next = first;
+    first = static_cast<std::int32_t>(i);
   }
-  if (at->second.terms.empty()) Resolve(at->second);
-  return at->second.terms.data();
 }
 
-// Rules of everything are those of each object as well.
-void PairRuleLookup::Resolve(Rules& rules) const {
-  std::vector<Together> together(static_cast<std::size_t>(body_.frame_count));
-  const auto add = [&](const std::vector<Applied>& applied) {
-    for (const auto& [frame, rule] : applied) {
-      if (frame != kAllFrames) {
-        together[static_cast<std::size_t>(frame)].Add(*rule);
-      } else {
-        for (Together& each : together) each.Add(*rule);
-      }
+std::size_t PairRuleLookup::BucketOf(std::string_view name) const {
+  return static_cast<std::size_t>(HashOf(name)) & (buckets_.size() - 1);
+}
+
+const PairTerms* PairRuleLookup::Met(const WorldObject& object) {
+  const auto [at, is_new] = met_.try_emplace(&object);
+  if (is_new && !of_named_.empty()) {
+    std::vector<Applied> applied;
+    for (std::int32_t i = buckets_[BucketOf(object.name)]; i >= 0;) {
+      const Applied& each = of_named_[static_cast<std::size_t>(i)];
+      if (each.theirs == object.name) applied.push_back(each);
+      i = each.next;
     }
-  };
-  add(rules.rules);
-  if (&rules != &everything_) add(everything_.rules);
-  for (const Together& each : together) rules.terms.push_back(each.Terms());
+    if (!applied.empty()) {  // rules of everything are about it as well
+      applied.insert(applied.end(), of_everything_.begin(), of_everything_.end());
+      at->second = TermsOf(applied);
+    }
+  }
+  if (!at->second.empty()) return at->second.data();
+  return terms_of_everything_.empty() ? nullptr : terms_of_everything_.data();
+}
+
+std::vector<PairTerms> PairRuleLookup::TermsOf(std::span<const Applied> applied) const {
+  std::vector<Together> together(static_cast<std::size_t>(body_.frame_count));
+  for (const Applied& each : applied) {
+    if (each.frame != kAllFrames) {
+      together[static_cast<std::size_t>(each.frame)].Add(*each.rule);
+    } else {
+      for (Together& frame : together) frame.Add(*each.rule);
+    }
+  }
+  std::vector<PairTerms> terms;
+  terms.reserve(together.size());
+  for (const Together& frame : together) terms.push_back(frame.Terms());
+  return terms;
 }
 
 // A rule is about two frames, one with all, or all with all.

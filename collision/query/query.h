@@ -5,11 +5,11 @@
 // Margins: distance and depth are geometric, margins never enter them. A state collides when the
 // distance of some pair is strictly less than its margin: what a rule of the pair sets, else the
 // margin of the object plus the margin of the object that asks, if one does, plus the margin of the
-// request; and in either case margin_sigma deviations of either part's surface. Two links of a robot
-// have no margins of their own: theirs is the request's.
+// request; and in either case margin_sigma deviations of either part's surface. Two links of a
+// robot have no margins of their own: theirs is the request's.
 //
-// Pairs that may collide, by the SRDF, the world or the request, are seen by no question: they are in
-// no verdict, distance or contact. Rays and sampled points are of no body: no rule is about them.
+// Pairs that may collide, by the SRDF, the world or the request, are seen by no question: they are
+// in no verdict, distance or contact. Rays and sampled points are of no body: no rule is about them.
 #pragma once
 
 #include <chrono>

@@ -146,8 +146,8 @@ std::optional<Revision> LatestRevisionOf(const WorldSnapshot& snapshot, const Ch
 // itself when nothing has an effect. NotFound names a missing object or robot, Aborted a revision
 // that does not match, InvalidArgument a name, pose, margin, geometry or state that no world may
 // hold, or the name of a robot for an object or the other way round, ResourceExhausted more than
-// kMostPairRules; all name the index of the change. Cost: the changes, and one pointer and one box per object; geometry is shared, never
-// touched.
+// kMostPairRules; all name the index of the change. Cost: the changes, each with the paths to it;
+// geometry is shared, never touched.
 absl::StatusOr<std::shared_ptr<const WorldSnapshot>> Apply(
     const std::shared_ptr<const WorldSnapshot>& base, std::span<const Change> changes);
 

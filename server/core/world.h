@@ -88,9 +88,9 @@ class World : public std::enable_shared_from_this<World> {
                                  std::stop_token stop) const;
 
   // Applies the changes to the latest snapshot, all or nothing. NotFound OBJECT_UNKNOWN or
-  // ROBOT_UNKNOWN, ResourceExhausted TOO_MANY_PAIR_RULES, Aborted REVISION_MISMATCH or OBJECT_REVISION_MISMATCH (expected_revision,
-  // actual_revision in the metadata), FailedPrecondition REQUEST_ID_REUSED, InvalidArgument
-  // INVALID_FIELD ("changes[i]").
+  // ROBOT_UNKNOWN, ResourceExhausted TOO_MANY_PAIR_RULES, Aborted REVISION_MISMATCH or
+  // OBJECT_REVISION_MISMATCH (expected_revision, actual_revision in the metadata),
+  // FailedPrecondition REQUEST_ID_REUSED, InvalidArgument INVALID_FIELD ("changes[i]").
   absl::StatusOr<WriteOutcome> Apply(std::span<const collision::Change> changes,
                                      const WriteOptions& options);
 
