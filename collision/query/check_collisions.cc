@@ -5,6 +5,7 @@
 #include "collision/query/body_search.h"
 #include "collision/query/object_ranks.h"
 #include "collision/query/query.h"
+#include "collision/query/sphere_check.h"
 
 namespace cwm::collision {
 namespace {
@@ -111,6 +112,36 @@ RowVerdict JudgeRow(BodySearch& search, const Margins& margins) {
   return judge.row();
 }
 
+// What spheres in lanes tell of rows, some rows ahead of their turn.
+class KnownVerdicts {
+ public:
+  KnownVerdicts(std::optional<SphereCheck> spheres, std::size_t rows, Naming naming)
+      : spheres_(std::move(spheres)), rows_(rows), naming_(naming) {}
+
+  // kNotComputed: to be asked plainly.
+  Verdict Of(std::size_t row) {
+    if (!spheres_) return Verdict::kNotComputed;
+    if (row == end_) LookAhead();
+    const Verdict told = some_[row - (end_ - some_.size())];
+    const bool lacks_name = told == Verdict::kCollision && naming_ == Naming::kEachRow;
+    return told == Verdict::kUndecided || lacks_name ? Verdict::kNotComputed : told;
+  }
+
+ private:
+  void LookAhead() {
+    constexpr std::size_t kAhead = 256;  // some 30 us
+    const std::size_t count = std::min(kAhead, rows_ - end_);
+    some_ = spheres_->Judge(end_, count);
+    end_ += count;
+  }
+
+  std::optional<SphereCheck> spheres_;
+  std::size_t rows_;
+  Naming naming_;
+  std::span<const Verdict> some_;  // of the rows before end_
+  std::size_t end_ = 0;
+};
+
 void Reserve(CollisionColumns& columns, std::size_t rows) {
   columns.verdict.reserve(rows);
   columns.object.reserve(rows);
@@ -139,12 +170,16 @@ absl::StatusOr<CollisionColumns> CheckCollisions(const WorldSnapshot& world, con
 
   CollisionColumns columns;
   Reserve(columns, rows.size());
+  KnownVerdicts known(SphereCheck::Make(world, body, rows, options), rows.size(), options.naming);
   for (std::size_t i = 0; i < rows.size(); ++i) {
     if (search.MustEnd()) break;
-    RowVerdict row{.verdict = Verdict::kOutOfLimits, .pair = {}, .trust = Trust::kExact};
-    if (rows.IsWithinLimits(i)) {
-      search.PlaceBody(rows, i);
-      row = JudgeRow(search, margins);
+    RowVerdict row{.verdict = known.Of(i), .pair = {}, .trust = Trust::kExact};
+    if (row.verdict == Verdict::kNotComputed) {
+      row.verdict = Verdict::kOutOfLimits;
+      if (rows.IsWithinLimits(i)) {
+        search.PlaceBody(rows, i);
+        row = JudgeRow(search, margins);
+      }
     }
     if (search.ended()) break;
     Append(columns, row, ranks);

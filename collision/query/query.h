@@ -74,6 +74,10 @@ std::string_view NameOf(EngineChoice choice);  // as in the API, e.g. "FCL"
 // Which parts of world objects count: HYBRID is shapes and surfaces and handles.
 enum class Representation { kHybrid, kShapes, kSurfaces };
 
+// Whether CheckCollisions names a pair for each row in collision, or for those alone that it asked
+// about pair by pair: a robot of spheres is then many times faster.
+enum class Naming { kEachRow, kWhereAsked };
+
 struct QueryOptions {
   EngineChoice engine = EngineChoice::kAuto;
   Representation representation = Representation::kHybrid;
@@ -82,6 +86,7 @@ struct QueryOptions {
   double max_distance_m = std::numeric_limits<double>::infinity();
   int max_results = 1;                   // nearest objects per row of GetDistances
   int max_contacts = 16;                 // per row of GetContacts
+  Naming naming = Naming::kEachRow;      // of CheckCollisions
   std::vector<std::string> ignore = {};  // names of objects that the question leaves out
   // Of SamplePoints for a large batch, the caller's included. The other questions use the caller's.
   int threads = 1;

@@ -32,6 +32,10 @@ class JointRows : public BodyRows {
   void Place(std::size_t row, std::span<Pose> X_WL) const override;
   bool IsWithinLimits(std::size_t row) const override;
 
+  const RobotModel& model() const { return model_; }
+  const JointGroup& group() const { return group_; }
+  const States& states() const { return states_; }
+
  private:
   std::span<const double> Row(std::size_t row) const;
 

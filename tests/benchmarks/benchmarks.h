@@ -68,6 +68,9 @@ void MeasureGrowth(Report& report);
 // The Panda against FCL in 700 planning problems: panda_exact_ratio_fcl, panda_exact_mismatches.
 void MeasureRobots(Report& report);
 
+// The Panda's 59 given spheres in the same problems: panda_core_us, panda_core_mismatches.
+void MeasureSpheres(Report& report);
+
 // What was found in one of those scenes, shape by shape. Family: table, clutter, kitchen, vessels.
 void ReplayScene(const std::string& family, std::uint64_t seed, Report& report);
 

@@ -33,8 +33,10 @@ const std::map<std::string, std::vector<std::function<void(Report&)>>>& Groups()
       {"perception-fit", {MeasureFitting}},
       {"perception-bad", {MeasureBadInput}},
       {"perception-growth", {MeasureGrowth}},
-      {"collision", {MeasurePairs, MeasureEngines, MeasureSamples, MeasureWorlds, MeasureRobots}},
+      {"collision", {MeasurePairs, MeasureEngines, MeasureSamples, MeasureWorlds, MeasureRobots,
+        MeasureSpheres}},
       {"collision-robots", {MeasureRobots}},
+      {"collision-spheres", {MeasureSpheres}},
       {"collision-samples", {MeasureSamples}},
       {"people", {}},
   };

@@ -1,0 +1,97 @@
+#include "collision/query/sphere_check.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "collision/query/sphere_scene.h"
+#include "collision/robot/kinematics.h"
+
+namespace cwm::collision {
+namespace {
+
+std::optional<std::vector<PlacedSphere>> SpheresOf(const QueryBody& body) {
+  std::vector<PlacedSphere> spheres;
+  spheres.reserve(body.geometry->parts.size());
+  for (std::size_t k = 0; k < body.geometry->parts.size(); ++k) {
+    const PreparedPart& part = body.geometry->parts[k];
+    const auto* sphere = std::get_if<Sphere>(&part.shape);
+    if (sphere == nullptr) return std::nullopt;
+    spheres.push_back({.link = body.frame_of_part.empty() ? 0 : body.frame_of_part[k],
+                       .centre_L = part.X_OP.translation(),
+                       .radius_m = sphere->radius_m});
+  }
+  return spheres;
+}
+
+}  // namespace
+
+SphereCheck::SphereCheck(const JointRows& rows, SphereProgram program, LaneScene scene)
+    : rows_(&rows), program_(std::move(program)), scene_(std::move(scene)) {
+  const RobotModel& model = rows.model();
+  std::vector<double> base = rows.states().base;
+  for (const int variable : rows.group().variables) {
+    const Variable& of_row = model.variables[static_cast<std::size_t>(variable)];
+    limits_.push_back({of_row.lower, of_row.upper});
+    // Inside, so that those of the base alone are asked about.
+    base[static_cast<std::size_t>(variable)] =
+        std::isfinite(of_row.lower) ? of_row.lower : std::min(0.0, of_row.upper);
+  }
+  base_is_within_limits_ = !OutOfLimits(model, base).has_value();
+}
+
+std::optional<SphereCheck> SphereCheck::Make(const WorldSnapshot& world, const QueryBody& body,
+                                             const BodyRows& rows, const QueryOptions& options) {
+  const auto* joints = dynamic_cast<const JointRows*>(&rows);
+  if (joints == nullptr || joints->model().links.size() != static_cast<std::size_t>(body.frame_count)) {
+    return std::nullopt;
+  }
+  if (options.engine != EngineChoice::kAuto && options.engine != EngineChoice::kExact) {
+    return std::nullopt;
+  }
+  const double margin_m = body.margin_m + options.margin_m;
+  if (!(options.margin_m >= 0) || !(margin_m >= 0)) return std::nullopt;
+  const std::optional<std::vector<PlacedSphere>> spheres = SpheresOf(body);
+  if (!spheres) return std::nullopt;
+  std::vector<SpherePair> pairs;
+  pairs.reserve(body.self_pairs.size());
+  for (const PartPair& pair : body.self_pairs) pairs.push_back({pair.first, pair.second});
+  std::optional<SphereProgram> program = CompileSpheres(
+      joints->model(), joints->group(), joints->states().base, *spheres, pairs, options.margin_m);
+  if (!program) return std::nullopt;
+  const WorldFilter filter(world, options, body.self);
+  LaneScene scene = body.asks_world ? CompileScene(world, filter, *program, joints->states().X_WB, margin_m)
+                                    : EmptyScene(*program);
+  return SphereCheck(*joints, *std::move(program), std::move(scene));
+}
+
+std::span<const Verdict> SphereCheck::Judge(std::size_t first, std::size_t count) {
+  const std::size_t width = limits_.size();
+  const std::size_t stride = (count + kMostLanes - 1) / kMostLanes * kMostLanes;
+  values_.assign(program_.inputs.size() * stride, 0.0F);
+  told_.resize(count);
+  verdicts_.assign(count, Verdict::kNotComputed);
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::span<const double> row = rows_->states().rows.subspan((first + i) * width, width);
+    bool is_within = base_is_within_limits_;
+    for (std::size_t k = 0; k < width; ++k) {
+      is_within = is_within && row[k] >= limits_[k].lower && row[k] <= limits_[k].upper &&
+                  std::isfinite(row[k]);
+    }
+    if (!is_within) {
+      verdicts_[i] = Verdict::kOutOfLimits;
+    } else if (!ToLanes(program_, row, values_.data() + i, stride)) {
+      verdicts_[i] = Verdict::kUndecided;
+    }
+  }
+  JudgeStates(program_.lanes, scene_, values_.data(), stride, count, memory_, told_.data());
+  for (std::size_t i = 0; i < count; ++i) {
+    if (verdicts_[i] != Verdict::kNotComputed) continue;
+    verdicts_[i] = told_[i] == LaneVerdict::kFree  ? Verdict::kFree
+                   : told_[i] == LaneVerdict::kHit ? Verdict::kCollision
+                                                   : Verdict::kUndecided;
+  }
+  return verdicts_;
+}
+
+}  // namespace cwm::collision

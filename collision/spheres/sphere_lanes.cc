@@ -1,0 +1,385 @@
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "collision/spheres/sphere_lanes.cc"
+#include "hwy/foreach_target.h"  // compiles this file once for each instruction set
+//
+#include "collision/spheres/sphere_lanes.h"
+#include "hwy/highway.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace cwm::collision {
+namespace HWY_NAMESPACE {
+namespace {
+
+namespace hn = hwy::HWY_NAMESPACE;
+using Tag = hn::CappedTag<float, kMostLanes>;
+using Lane = hn::Vec<Tag>;
+using LaneMask = hn::Mask<Tag>;
+constexpr Tag kTag;
+
+Lane All(float value) { return hn::Set(kTag, value); }
+
+struct Point {
+  Lane x, y, z;
+};
+
+// Row by row; the fourth of a row is the origin.
+struct Frame {
+  Lane of[12];
+
+  Point Place(const float* p) const {
+    const Lane x = All(p[0]), y = All(p[1]), z = All(p[2]);
+    const auto row = [&](int k) HWY_ATTR {
+      return hn::MulAdd(of[k], x, hn::MulAdd(of[k + 1], y, hn::MulAdd(of[k + 2], z, of[k + 3])));
+    };
+    return {row(0), row(4), row(8)};
+  }
+};
+
+struct Turn {
+  Lane sine, cosine;
+};
+
+// Cody and Waite's reduction to [-pi/4, pi/4] with the constants of Cephes (Moshier), sinf and cosf.
+Turn TurnBy(Lane angle) {
+  const auto quadrant = hn::NearestInt(hn::Mul(angle, All(0.636619772F)));
+  const Lane turns = hn::ConvertTo(kTag, quadrant);
+  Lane x = hn::NegMulAdd(turns, All(1.5703125F), angle);
+  x = hn::NegMulAdd(turns, All(4.837512969970703125e-4F), x);
+  x = hn::NegMulAdd(turns, All(7.54978995489188216e-8F), x);
+  const Lane z = hn::Mul(x, x);
+  Lane s = hn::MulAdd(z, All(-1.9515295891e-4F), All(8.3321608736e-3F));
+  s = hn::MulAdd(s, z, All(-1.6666654611e-1F));
+  s = hn::MulAdd(hn::Mul(s, z), x, x);
+  Lane c = hn::MulAdd(z, All(2.443315711809948e-5F), All(-1.388731625493765e-3F));
+  c = hn::MulAdd(c, z, All(4.166664568298827e-2F));
+  c = hn::MulAdd(hn::Mul(c, z), z, hn::NegMulAdd(z, All(0.5F), All(1.0F)));
+  const hn::RebindToSigned<Tag> whole;
+  const auto one = hn::Set(whole, 1), two = hn::Set(whole, 2);
+  const LaneMask odd = hn::RebindMask(kTag, hn::TestBit(quadrant, one));
+  const auto sign_of = [&](auto in) HWY_ATTR {
+    return hn::BitCast(kTag, hn::ShiftLeft<30>(hn::And(in, two)));
+  };
+  return {hn::Xor(hn::IfThenElse(odd, c, s), sign_of(quadrant)),
+          hn::Xor(hn::IfThenElse(odd, s, c), sign_of(hn::Add(quadrant, one)))};
+}
+
+Frame Hung(const Frame& parent, const LaneJoint& joint, Lane value) {
+  Frame now;
+  const float* r = joint.rotation;
+  const Turn turn = joint.turns ? TurnBy(value) : Turn{value, value};
+  for (int row = 0; row < 12; row += 4) {
+    const Lane a = parent.of[row], b = parent.of[row + 1], c = parent.of[row + 2];
+    const auto times = [&](float u, float v, float w, Lane start) HWY_ATTR {
+      return hn::MulAdd(a, All(u), hn::MulAdd(b, All(v), hn::MulAdd(c, All(w), start)));
+    };
+    const Lane x = times(r[0], r[3], r[6], hn::Zero(kTag));
+    const Lane y = times(r[1], r[4], r[7], hn::Zero(kTag));
+    const Lane z = times(r[2], r[5], r[8], hn::Zero(kTag));
+    Lane at = times(joint.shift_m[0], joint.shift_m[1], joint.shift_m[2], parent.of[row + 3]);
+    if (joint.turns) {
+      now.of[row] = hn::MulAdd(x, turn.cosine, hn::Mul(y, turn.sine));
+      now.of[row + 1] = hn::NegMulAdd(x, turn.sine, hn::Mul(y, turn.cosine));
+    } else {
+      now.of[row] = x;
+      now.of[row + 1] = y;
+      at = hn::MulAdd(z, value, at);
+    }
+    now.of[row + 2] = z;
+    now.of[row + 3] = at;
+  }
+  return now;
+}
+
+// The squared distance of points from a solid, 0 inside, beyond a squared reach.
+class Solid {
+ public:
+  explicit Solid(const LaneObstacle& from) : from_(from) {}
+
+  template <LaneObstacle::Form kForm>
+  Lane Beyond(const Point& p, Lane reach) const {
+    const Lane zero = hn::Zero(kTag);
+    const Lane w = Along(6, p);
+    if constexpr (kForm == LaneObstacle::Form::kHalfSpace) {
+      const Lane out = hn::Max(w, zero);
+      return hn::MulSub(out, out, hn::Mul(reach, reach));
+    }
+    const Lane u = Along(0, p), v = Along(3, p);
+    if constexpr (kForm == LaneObstacle::Form::kBox) {
+      const Lane out_u = hn::Max(hn::Sub(hn::Abs(u), Size(0)), zero);
+      const Lane out_v = hn::Max(hn::Sub(hn::Abs(v), Size(1)), zero);
+      const Lane out_w = hn::Max(hn::Sub(hn::Abs(w), Size(2)), zero);
+      return hn::MulAdd(
+          out_u, out_u,
+          hn::MulAdd(out_v, out_v, hn::MulSub(out_w, out_w, hn::Mul(reach, reach))));
+    }
+    const Lane across = hn::MulAdd(u, u, hn::Mul(v, v));
+    const Lane out_w = hn::Max(hn::Sub(hn::Abs(w), Size(1)), zero);
+    if constexpr (kForm == LaneObstacle::Form::kRound) {
+      const Lane all = hn::Add(reach, Size(0));
+      return hn::MulAdd(out_w, out_w, hn::NegMulAdd(all, all, across));
+    }
+    const Lane out = hn::Max(hn::Sub(hn::Sqrt(across), Size(0)), zero);
+    return hn::MulAdd(out, out, hn::MulSub(out_w, out_w, hn::Mul(reach, reach)));
+  }
+
+ private:
+  Lane Size(int k) const { return All(from_.size_m[k]); }
+  Lane Along(int k, const Point& p) const {
+    const float* a = &from_.axis[k];
+    return hn::MulAdd(p.x, All(a[0]),
+                      hn::MulAdd(p.y, All(a[1]),
+                                 hn::MulSub(p.z, All(a[2]), All(from_.offset_m[k / 3]))));
+  }
+
+  const LaneObstacle& from_;
+};
+
+// One vector of states after another.
+class Judge {
+ public:
+  Judge(const LaneProgram& program, const LaneScene& scene, LaneMemory& memory)
+      : program_(program), scene_(scene), width_(hn::Lanes(kTag)) {
+    const std::size_t numbers = program.joints.size() * 12 + program.spheres.size() * 3 +
+                                program.clusters.size() * 3 + 1;
+    memory.numbers.resize(numbers * width_);
+    memory.indices.resize(scene.obstacles.size() + program.clusters.size());
+    const auto address = reinterpret_cast<std::uintptr_t>(memory.numbers.data());
+    const std::size_t step = width_ * sizeof(float);
+    frames_ = memory.numbers.data() + (step - address % step) % step / sizeof(float);
+    centres_ = frames_ + program.joints.size() * 12 * width_;
+    bounds_ = centres_ + program.spheres.size() * 3 * width_;
+    near_ = memory.indices.data();
+    placed_ = near_ + scene.obstacles.size();
+    StoreFrame(0, {{All(1), All(0), All(0), All(0), All(0), All(1), All(0), All(0), All(0), All(0),
+                    All(1), All(0)}});
+    for (std::size_t c = 0; c < program.clusters.size(); ++c) {
+      placed_[c] = 0;
+      if (program.clusters[c].frame == 0) PlaceAll(c);
+    }
+  }
+
+  // Sets the lowest of all pairs: hulls apart, by which nothing is hit.
+  void Run(const float* values, std::size_t stride) {
+    lowest_ = lowest_hull_ = All(1);
+    for (std::size_t k = 1; k < program_.joints.size(); ++k) {
+      const LaneJoint& joint = program_.joints[k];
+      StoreFrame(k, Hung(LoadFrame(joint.parent), joint,
+                         hn::LoadU(kTag, values + (k - 1) * stride)));
+    }
+    for (std::size_t c = 0; c < program_.clusters.size(); ++c) {
+      const LaneCluster& cluster = program_.clusters[c];
+      if (cluster.frame == 0) continue;
+      placed_[c] = 0;
+      StorePoint(bounds_, c, LoadFrame(cluster.frame).Place(cluster.bound.centre_m));
+    }
+    for (const LaneClusterPair& pair : program_.cluster_pairs) MeetItself(pair);
+    for (std::size_t c = 0; c < program_.clusters.size() && !IsDone(); ++c) MeetWorld(c);
+  }
+
+  void Tell(std::size_t count, LaneVerdict* verdicts) const {
+    alignas(64) float lowest[kMostLanes], hull[kMostLanes];
+    hn::Store(lowest_, kTag, lowest);
+    hn::Store(lowest_hull_, kTag, hull);
+    for (std::size_t i = 0; i < count; ++i) {
+      // What is not a number is open.
+      verdicts[i] = lowest[i] < -scene_.undecided_m2 ? LaneVerdict::kHit
+                    : lowest[i] > scene_.undecided_m2 && hull[i] > scene_.undecided_m2
+                        ? LaneVerdict::kFree
+                        : LaneVerdict::kOpen;
+    }
+  }
+
+  std::size_t width() const { return width_; }
+
+ private:
+  Frame LoadFrame(std::int32_t index) const {
+    const float* from = frames_ + static_cast<std::size_t>(index) * 12 * width_;
+    Frame frame;
+    for (std::size_t k = 0; k < 12; ++k) frame.of[k] = hn::Load(kTag, from + k * width_);
+    return frame;
+  }
+  void StoreFrame(std::size_t index, const Frame& frame) {
+    float* to = frames_ + index * 12 * width_;
+    for (std::size_t k = 0; k < 12; ++k) hn::Store(frame.of[k], kTag, to + k * width_);
+  }
+  Point LoadPoint(const float* from, std::size_t index) const {
+    from += index * 3 * width_;
+    return {hn::Load(kTag, from), hn::Load(kTag, from + width_),
+            hn::Load(kTag, from + 2 * width_)};
+  }
+  void StorePoint(float* to, std::size_t index, const Point& point) const {
+    to += index * 3 * width_;
+    hn::Store(point.x, kTag, to);
+    hn::Store(point.y, kTag, to + width_);
+    hn::Store(point.z, kTag, to + 2 * width_);
+  }
+
+  void PlaceAll(std::size_t c) {
+    if (placed_[c] != 0) return;
+    placed_[c] = 1;
+    const LaneCluster& cluster = program_.clusters[c];
+    const Frame frame = LoadFrame(cluster.frame);
+    if (cluster.frame == 0) StorePoint(bounds_, c, frame.Place(cluster.bound.centre_m));
+    for (std::int32_t s = cluster.first; s < cluster.first + cluster.count; ++s) {
+      StorePoint(centres_, static_cast<std::size_t>(s),
+                 frame.Place(program_.spheres[static_cast<std::size_t>(s)].centre_m));
+    }
+  }
+
+  bool IsDone() const {
+    return hn::AllTrue(kTag, hn::Lt(lowest_, All(-scene_.undecided_m2)));
+  }
+  // Whether some lane that is not hit yet is not clear.
+  bool Matters(Lane beyond) const {
+    const LaneMask open = hn::Ge(lowest_, All(-scene_.undecided_m2));
+    return !hn::AllFalse(kTag, hn::And(open, hn::Lt(beyond, All(scene_.undecided_m2))));
+  }
+
+  static Lane BeyondReach(const Point& a, const Point& b, float reach_m) {
+    const Lane x = hn::Sub(a.x, b.x), y = hn::Sub(a.y, b.y), z = hn::Sub(a.z, b.z);
+    const Lane reach = All(reach_m);
+    return hn::MulAdd(
+        x, x, hn::MulAdd(y, y, hn::MulSub(z, z, hn::Mul(reach, reach))));
+  }
+
+  void MeetItself(const LaneClusterPair& pair) {
+    const auto a = static_cast<std::size_t>(pair.first), b = static_cast<std::size_t>(pair.second);
+    if (!Matters(BeyondReach(LoadPoint(bounds_, a), LoadPoint(bounds_, b), pair.reach_m))) return;
+    PlaceAll(a);
+    PlaceAll(b);
+    Lane lowest = lowest_;
+    for (std::int32_t k = pair.begin; k < pair.end; ++k) {
+      const LaneSpherePair& two = program_.sphere_pairs[static_cast<std::size_t>(k)];
+      lowest = hn::Min(lowest,
+                       BeyondReach(LoadPoint(centres_, static_cast<std::size_t>(two.first)),
+                                   LoadPoint(centres_, static_cast<std::size_t>(two.second)),
+                                   two.reach_m));
+    }
+    lowest_ = lowest;
+  }
+
+  void MeetWorld(std::size_t c) {
+    const LaneScene::Range range = scene_.near_cluster[c];
+    if (range.begin == range.end) return;
+    const Point bound = LoadPoint(bounds_, c);
+    const float radius_m = program_.clusters[c].bound.radius_m;
+    std::int32_t* end = near_;
+    for (std::int32_t k = range.begin; k < range.end; ++k) {
+      const std::int32_t o = scene_.near[static_cast<std::size_t>(k)];
+      const LaneObstacle& obstacle = scene_.obstacles[static_cast<std::size_t>(o)];
+      if (Matters(Beyond(obstacle, bound, All(radius_m + obstacle.margin_m)))) *end++ = o;
+    }
+    if (end == near_) return;
+    PlaceAll(c);
+    for (const std::int32_t* o = near_; o < end; ++o) {
+      Meet(scene_.obstacles[static_cast<std::size_t>(*o)], program_.clusters[c]);
+    }
+  }
+
+  static Lane Beyond(const LaneObstacle& obstacle, const Point& p, Lane reach) {
+    const Solid solid(obstacle);
+    using Form = LaneObstacle::Form;
+    switch (obstacle.form) {
+      case Form::kRound:
+        return solid.Beyond<Form::kRound>(p, reach);
+      case Form::kBox:
+        return solid.Beyond<Form::kBox>(p, reach);
+      case Form::kCylinder:
+        return solid.Beyond<Form::kCylinder>(p, reach);
+      case Form::kHalfSpace:
+        break;
+    }
+    return solid.Beyond<Form::kHalfSpace>(p, reach);
+  }
+
+  void Meet(const LaneObstacle& obstacle, const LaneCluster& cluster) {
+    using Form = LaneObstacle::Form;
+    Lane& lowest = obstacle.is_hull ? lowest_hull_ : lowest_;
+    switch (obstacle.form) {
+      case Form::kRound:
+        lowest = hn::Min(lowest, Lowest<Form::kRound>(obstacle, cluster));
+        break;
+      case Form::kBox:
+        lowest = hn::Min(lowest, Lowest<Form::kBox>(obstacle, cluster));
+        break;
+      case Form::kCylinder:
+        lowest = hn::Min(lowest, Lowest<Form::kCylinder>(obstacle, cluster));
+        break;
+      case Form::kHalfSpace:
+        lowest = hn::Min(lowest, Lowest<Form::kHalfSpace>(obstacle, cluster));
+        break;
+    }
+  }
+
+  template <LaneObstacle::Form kForm>
+  Lane Lowest(const LaneObstacle& obstacle, const LaneCluster& cluster) const {
+    const Solid solid(obstacle);
+    Lane lowest = All(1);
+    for (std::int32_t s = cluster.first; s < cluster.first + cluster.count; ++s) {
+      const auto at = static_cast<std::size_t>(s);
+      const Lane reach = All(program_.spheres[at].radius_m + obstacle.margin_m);
+      lowest = hn::Min(lowest, solid.Beyond<kForm>(LoadPoint(centres_, at), reach));
+    }
+    return lowest;
+  }
+
+  const LaneProgram& program_;
+  const LaneScene& scene_;
+  const std::size_t width_;
+  float* frames_ = nullptr;   // twelve vectors a frame
+  float* centres_ = nullptr;  // three vectors a sphere, of clusters that are placed
+  float* bounds_ = nullptr;   // three vectors a cluster
+  std::int32_t* near_ = nullptr;
+  std::int32_t* placed_ = nullptr;  // by cluster
+  Lane lowest_ = All(1);
+  Lane lowest_hull_ = All(1);
+};
+
+void JudgeAll(const LaneProgram& program, const LaneScene& scene, const float* values,
+              std::size_t stride, std::size_t count, LaneMemory& memory, LaneVerdict* verdicts) {
+  Judge judge(program, scene, memory);
+  for (std::size_t first = 0; first < count; first += judge.width()) {
+    judge.Run(values + first, stride);
+    judge.Tell(HWY_MIN(judge.width(), count - first), verdicts + first);
+  }
+}
+
+void SinesOfAll(const float* angles, std::size_t count, float* sines, float* cosines) {
+  alignas(64) float sine[kMostLanes], cosine[kMostLanes];
+  for (std::size_t i = 0; i < count; ++i) {
+    const Turn turn = TurnBy(All(angles[i]));
+    hn::Store(turn.sine, kTag, sine);
+    hn::Store(turn.cosine, kTag, cosine);
+    sines[i] = sine[0];
+    cosines[i] = cosine[0];
+  }
+}
+
+const char* NameOfTarget() { return hwy::TargetName(HWY_TARGET); }
+
+}  // namespace
+}  // namespace HWY_NAMESPACE
+}  // namespace cwm::collision
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace cwm::collision {
+
+HWY_EXPORT(JudgeAll);
+HWY_EXPORT(SinesOfAll);
+HWY_EXPORT(NameOfTarget);
+
+void JudgeStates(const LaneProgram& program, const LaneScene& scene, const float* values,
+                 std::size_t stride, std::size_t count, LaneMemory& memory,
+                 LaneVerdict* verdicts) {
+  HWY_DYNAMIC_DISPATCH(JudgeAll)(program, scene, values, stride, count, memory, verdicts);
+}
+
+void LaneSines(const float* angles, std::size_t count, float* sines, float* cosines) {
+  HWY_DYNAMIC_DISPATCH(SinesOfAll)(angles, count, sines, cosines);
+}
+
+const char* LaneTarget() { return HWY_DYNAMIC_DISPATCH(NameOfTarget)(); }
+
+}  // namespace cwm::collision
+#endif  // HWY_ONCE

@@ -1,0 +1,126 @@
+// The Panda as the 59 spheres given with it, in the scenes of MotionBenchMaker: verdicts a second of
+// the core in lanes, beside the plain path in double precision, and whether they agree.
+#include <chrono>
+#include <cstdio>
+#include <string>
+#include <vector>
+
+#include "collision/query/robot_body.h"
+#include "collision/robot/kinematics.h"
+#include "collision/spheres/sphere_lanes.h"
+#include "tests/benchmarks/benchmarks.h"
+#include "tests/benchmarks/panda_problems.h"
+
+namespace cwm::benchmarks {
+namespace {
+
+using namespace collision;
+
+constexpr std::size_t kStatesPerProblem = 1000;
+
+// Everything between two spheres of links that are asked about.
+QueryBody SphereBody(const RobotGeometry& robot) {
+  std::vector<Placed<>> shapes;
+  std::vector<int> link_of;
+  for (std::size_t link = 0; link < robot.spheres_as_given->links.size(); ++link) {
+    for (const LinkSphere& sphere : robot.spheres_as_given->links[link]) {
+      shapes.push_back({.X_FS = MakeTranslation(sphere.center_L.x(), sphere.center_L.y(),
+                                                sphere.center_L.z()),
+                        .shape = Sphere{sphere.radius_m}});
+      link_of.push_back(static_cast<int>(link));
+    }
+  }
+  QueryBody body = BodyFromShapes(std::move(shapes));
+  body.frame_count = static_cast<int>(robot.model->links.size());
+  body.frame_of_part = link_of;
+  for (const LinkPair& pair : robot.model->self_pairs) {
+    for (std::size_t a = 0; a < link_of.size(); ++a) {
+      for (std::size_t b = 0; b < link_of.size(); ++b) {
+        if (link_of[a] != pair.first || link_of[b] != pair.second) continue;
+        body.self_pairs.push_back({static_cast<std::int32_t>(a), static_cast<std::int32_t>(b)});
+      }
+    }
+  }
+  return body;
+}
+
+// Hides that rows are states of joints: what is asked row by row.
+class PlainRows : public BodyRows {
+ public:
+  explicit PlainRows(const BodyRows& rows) : rows_(rows) {}
+  std::size_t size() const override { return rows_.size(); }
+  void Place(std::size_t row, std::span<Pose> X_WF) const override { rows_.Place(row, X_WF); }
+  bool IsWithinLimits(std::size_t row) const override { return rows_.IsWithinLimits(row); }
+
+ private:
+  const BodyRows& rows_;
+};
+
+struct Tally {
+  std::size_t states = 0, colliding = 0, mismatches = 0, asked_plainly = 0;
+  double lanes_s = 0, plain_s = 0;
+};
+
+double SecondsSince(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+void Compare(const PandaProblems& all, const QueryBody& body, const PandaProblem& problem,
+             std::uint64_t seed, Tally& tally) {
+  const std::vector<double> states = RandomStates(all, problem, kStatesPerProblem, seed);
+  const JointRows rows(*all.robot->model, *all.arm,
+                       {.base = DefaultVariables(*all.robot->model), .rows = states});
+  auto start = std::chrono::steady_clock::now();
+  const CollisionColumns in_lanes =
+      *CheckCollisions(*problem.world, body, rows, {.naming = Naming::kWhereAsked});
+  tally.lanes_s += SecondsSince(start);
+  start = std::chrono::steady_clock::now();
+  const CollisionColumns plain = *CheckCollisions(*problem.world, body, PlainRows(rows), {});
+  tally.plain_s += SecondsSince(start);
+  for (std::size_t k = 0; k < rows.size(); ++k) {
+    const bool collides = plain.verdict[k] == Verdict::kCollision;
+    tally.colliding += collides ? 1 : 0;
+    tally.mismatches += in_lanes.verdict[k] != plain.verdict[k] ? 1 : 0;
+    tally.asked_plainly += collides && in_lanes.object[k] != -1 ? 1 : 0;
+  }
+  tally.states += rows.size();
+}
+
+}  // namespace
+
+void MeasureSpheres(Report& report) {
+  const std::optional<PandaProblems> all = ReadPandaProblems();
+  if (!all) {
+    report.Detail("skipped: motion_bench_maker is not in CWM_DATA");
+    return;
+  }
+  const QueryBody body = SphereBody(*all->robot);
+  Tally tally;
+  for (std::size_t k = 0; k < all->problems.size(); ++k) {
+    Compare(*all, body, all->problems[k], k, tally);
+  }
+  const double states = static_cast<double>(tally.states);
+  char text[240];
+  std::snprintf(text, sizeof(text),
+                "%zu states of the Panda's %zu given spheres in %zu scenes, %.1f %% in collision, one "
+                "thread, %s: lanes %.3f us a state, plainly %.2f us; %zu in collision told plainly",
+                tally.states, body.geometry->parts.size(), all->problems.size(),
+                100 * static_cast<double>(tally.colliding) / states, LaneTarget(),
+                1e6 * tally.lanes_s / states, 1e6 * tally.plain_s / states, tally.asked_plainly);
+  report.Detail(text);
+  report.Add({.key = "panda_core_us",
+              .value = 1e6 * tally.lanes_s / states,
+              .unit = "us",
+              .rival = "plain path, double precision",
+              .rival_value = 1e6 * tally.plain_s / states,
+              .ratio = tally.plain_s / tally.lanes_s,
+              .how = "verdict of a state against scene and self, 59 given spheres, in process, one "
+                     "thread, 1000 states a question, its set-up included; half uniformly random, "
+                     "half within 0.1 rad of the goals"});
+  report.Add({.key = "panda_core_mismatches",
+              .value = static_cast<double>(tally.mismatches),
+              .unit = "states",
+              .how = "of the same states, verdicts other than the plain path's"});
+}
+
+}  // namespace cwm::benchmarks
