@@ -9,14 +9,8 @@ namespace cwm::collision {
 namespace {
 
 // Axes this near to those of the root are taken for them: 1e-9 of what is reached is far below the
-// slack for it.
+// slack for it (Rounding_m).
 constexpr double kSnap = 1e-9;
-// For the snapping and for the rounding of the plain path, which is in double precision.
-constexpr double kSlack_m = 1e-8;
-// Products and sums between the coordinates of a centre and its distance (sphere_lanes.cc), each a
-// rounding of numbers no greater than those coordinates: 14 at most for a cylinder's two ways
-// together, doubled.
-constexpr double kRoundings = 32 * kFloatRounding;
 
 // A shape for lanes, centred at X_BS; its form and size alone are set.
 struct Solid {
@@ -126,10 +120,6 @@ class SceneCompiler {
       widest_bound_m_ = std::max(widest_bound_m_, double{cluster.bound.radius_m});
     }
     reach_m_ = program.lanes.reach_m + widest_bound_m_ + widest_margin_m;
-    for (const LaneClusterPair& pair : program.lanes.cluster_pairs) {
-      widest_reach_m_ = std::max(widest_reach_m_, double{pair.reach_m});
-    }
-    widest_reach_m_ = std::max(widest_reach_m_, widest_bound_m_ + widest_margin_m);
   }
 
   double reach_m() const { return reach_m_; }
@@ -153,21 +143,22 @@ class SceneCompiler {
                              ? solid.X_BS.translation().norm() + solid.size_m.cwiseAbs().sum()
                              : reach_m_;
     farthest_m_ = std::max(farthest_m_, out_m);
-    if (solid.form == LaneObstacle::Form::kRound) {
-      widest_reach_m_ = std::max(widest_reach_m_, widest_bound_m_ + margin_m + solid.size_m[0]);
-    }
+    // Of what is round, lanes compare the distance from the middle.
+    const bool is_round = solid.form == LaneObstacle::Form::kRound;
+    widest_obstacle_m_ = std::max(widest_obstacle_m_, margin_m + (is_round ? solid.size_m[0] : 0.0));
   }
 
   LaneScene Take() {
-    for (const std::vector<std::int32_t>& some : near_) {
+    for (std::size_t c = 0; c < near_.size(); ++c) {
+      const LaneCluster& cluster = program_.lanes.clusters[c];
       const auto begin = static_cast<std::int32_t>(scene_.near.size());
-      scene_.near.insert(scene_.near.end(), some.begin(), some.end());
-      scene_.near_cluster.push_back({begin, static_cast<std::int32_t>(scene_.near.size())});
+      scene_.near.insert(scene_.near.end(), near_[c].begin(), near_[c].end());
+      const double error_m = double{cluster.centre_error_m} + Rounding_m(reach_m_ + farthest_m_);
+      scene_.near_cluster.push_back({.begin = begin,
+                                     .end = static_cast<std::int32_t>(scene_.near.size()),
+                                     .band = BandOf(error_m, cluster.widest_m + widest_obstacle_m_,
+                                                    cluster.bound.radius_m + widest_obstacle_m_)});
     }
-    // Two centres, or one and an obstacle.
-    const double error_m = 2 * double{program_.lanes.centre_error_m} +
-                           kRoundings * (reach_m_ + farthest_m_) + kSlack_m;
-    scene_.undecided_m2 = static_cast<float>(Undecided_m2(error_m, widest_reach_m_));
     return std::move(scene_);
   }
 
@@ -176,7 +167,7 @@ class SceneCompiler {
   const Pose X_BW_;
   double widest_bound_m_ = 0;
   double reach_m_ = 0;         // of spheres with their margins, from the root
-  double widest_reach_m_ = 0;  // of any two that are compared
+  double widest_obstacle_m_ = 0;  // margin and, of what is round, radius
   double farthest_m_ = 0;      // coordinates of obstacles
   std::vector<std::vector<std::int32_t>> near_;  // by cluster
   LaneScene scene_;

@@ -27,7 +27,16 @@ struct LaneSphere {
 struct LaneCluster {
   std::int32_t frame = 0;
   std::int32_t first = 0, count = 0;  // into LaneProgram::spheres
-  LaneSphere bound;
+  LaneSphere bound = {};
+  float widest_m = 0;  // the greatest of the radii
+  // No centre, that of the bound neither, is farther than this from where exact arithmetic has it.
+  float centre_error_m = 0;
+};
+
+// How far from contact, as a squared distance minus a squared reach, single precision is sure.
+struct LaneBand {
+  float spheres_m2 = 0;
+  float bounds_m2 = 0;
 };
 
 // Spheres `first` and `second` touch where their centres are `reach_m` apart.
@@ -41,6 +50,7 @@ struct LaneClusterPair {
   std::int32_t first = 0, second = 0;  // clusters
   float reach_m = 0;
   std::int32_t begin = 0, end = 0;  // into LaneProgram::sphere_pairs
+  LaneBand band;
 };
 
 struct LaneProgram {
@@ -49,8 +59,6 @@ struct LaneProgram {
   std::vector<LaneCluster> clusters;
   std::vector<LaneClusterPair> cluster_pairs;
   std::vector<LaneSpherePair> sphere_pairs;
-  // No centre is farther than this from where exact arithmetic would have it.
-  float centre_error_m = 0;
   float reach_m = 0;  // no centre is farther from the origin
 };
 
@@ -76,11 +84,10 @@ struct LaneScene {
   // By cluster: the obstacles that it may reach, [begin, end) of `near`.
   struct Range {
     std::int32_t begin = 0, end = 0;
+    LaneBand band;
   };
   std::vector<Range> near_cluster;
   std::vector<std::int32_t> near;
-  // What is nearer to contact than this, as squared distance minus squared reach, is not decided.
-  float undecided_m2 = 0;
 };
 
 }  // namespace cwm::collision

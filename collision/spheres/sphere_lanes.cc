@@ -158,9 +158,8 @@ class Judge {
     }
   }
 
-  // Sets the lowest of all pairs: hulls apart, by which nothing is hit.
   void Run(const float* values, std::size_t stride) {
-    lowest_ = lowest_hull_ = All(1);
+    hit_ = open_ = hn::FirstN(kTag, 0);
     for (std::size_t k = 1; k < program_.joints.size(); ++k) {
       const LaneJoint& joint = program_.joints[k];
       StoreFrame(k, Hung(LoadFrame(joint.parent), joint,
@@ -177,16 +176,12 @@ class Judge {
   }
 
   void Tell(std::size_t count, LaneVerdict* verdicts) const {
-    alignas(64) float lowest[kMostLanes], hull[kMostLanes];
-    hn::Store(lowest_, kTag, lowest);
-    hn::Store(lowest_hull_, kTag, hull);
-    for (std::size_t i = 0; i < count; ++i) {
-      // What is not a number is open.
-      verdicts[i] = lowest[i] < -scene_.undecided_m2 ? LaneVerdict::kHit
-                    : lowest[i] > scene_.undecided_m2 && hull[i] > scene_.undecided_m2
-                        ? LaneVerdict::kFree
-                        : LaneVerdict::kOpen;
-    }
+    alignas(64) float told[kMostLanes];
+    const auto as = [](LaneVerdict verdict) HWY_ATTR { return All(static_cast<float>(verdict)); };
+    hn::Store(hn::IfThenElse(hit_, as(LaneVerdict::kHit),
+                             hn::IfThenElse(open_, as(LaneVerdict::kOpen), as(LaneVerdict::kFree))),
+              kTag, told);
+    for (std::size_t i = 0; i < count; ++i) verdicts[i] = static_cast<LaneVerdict>(told[i]);
   }
 
   std::size_t width() const { return width_; }
@@ -226,13 +221,14 @@ class Judge {
     }
   }
 
-  bool IsDone() const {
-    return hn::AllTrue(kTag, hn::Lt(lowest_, All(-scene_.undecided_m2)));
-  }
+  bool IsDone() const { return hn::AllTrue(kTag, hit_); }
   // Whether some lane that is not hit yet is not clear.
-  bool Matters(Lane beyond) const {
-    const LaneMask open = hn::Ge(lowest_, All(-scene_.undecided_m2));
-    return !hn::AllFalse(kTag, hn::And(open, hn::Lt(beyond, All(scene_.undecided_m2))));
+  bool Matters(Lane beyond, float band_m2) const {
+    return !hn::AllFalse(kTag, hn::AndNot(hit_, hn::Lt(beyond, All(band_m2))));
+  }
+  void Keep(Lane beyond, float band_m2, bool is_hull) {
+    open_ = hn::Or(open_, hn::Lt(beyond, All(band_m2)));
+    if (!is_hull) hit_ = hn::Or(hit_, hn::Lt(beyond, All(-band_m2)));
   }
 
   static Lane BeyondReach(const Point& a, const Point& b, float reach_m) {
@@ -244,10 +240,11 @@ class Judge {
 
   void MeetItself(const LaneClusterPair& pair) {
     const auto a = static_cast<std::size_t>(pair.first), b = static_cast<std::size_t>(pair.second);
-    if (!Matters(BeyondReach(LoadPoint(bounds_, a), LoadPoint(bounds_, b), pair.reach_m))) return;
+    const Lane apart = BeyondReach(LoadPoint(bounds_, a), LoadPoint(bounds_, b), pair.reach_m);
+    if (!Matters(apart, pair.band.bounds_m2)) return;
     PlaceAll(a);
     PlaceAll(b);
-    Lane lowest = lowest_;
+    Lane lowest = All(1);
     for (std::int32_t k = pair.begin; k < pair.end; ++k) {
       const LaneSpherePair& two = program_.sphere_pairs[static_cast<std::size_t>(k)];
       lowest = hn::Min(lowest,
@@ -255,7 +252,7 @@ class Judge {
                                    LoadPoint(centres_, static_cast<std::size_t>(two.second)),
                                    two.reach_m));
     }
-    lowest_ = lowest;
+    Keep(lowest, pair.band.spheres_m2, false);
   }
 
   void MeetWorld(std::size_t c) {
@@ -267,12 +264,14 @@ class Judge {
     for (std::int32_t k = range.begin; k < range.end; ++k) {
       const std::int32_t o = scene_.near[static_cast<std::size_t>(k)];
       const LaneObstacle& obstacle = scene_.obstacles[static_cast<std::size_t>(o)];
-      if (Matters(Beyond(obstacle, bound, All(radius_m + obstacle.margin_m)))) *end++ = o;
+      const Lane beyond = Beyond(obstacle, bound, All(radius_m + obstacle.margin_m));
+      if (Matters(beyond, range.band.bounds_m2)) *end++ = o;
     }
     if (end == near_) return;
     PlaceAll(c);
     for (const std::int32_t* o = near_; o < end; ++o) {
-      Meet(scene_.obstacles[static_cast<std::size_t>(*o)], program_.clusters[c]);
+      const LaneObstacle& obstacle = scene_.obstacles[static_cast<std::size_t>(*o)];
+      Keep(Lowest(obstacle, program_.clusters[c]), range.band.spheres_m2, obstacle.is_hull);
     }
   }
 
@@ -292,27 +291,23 @@ class Judge {
     return solid.Beyond<Form::kHalfSpace>(p, reach);
   }
 
-  void Meet(const LaneObstacle& obstacle, const LaneCluster& cluster) {
+  Lane Lowest(const LaneObstacle& obstacle, const LaneCluster& cluster) const {
     using Form = LaneObstacle::Form;
-    Lane& lowest = obstacle.is_hull ? lowest_hull_ : lowest_;
     switch (obstacle.form) {
       case Form::kRound:
-        lowest = hn::Min(lowest, Lowest<Form::kRound>(obstacle, cluster));
-        break;
+        return LowestOf<Form::kRound>(obstacle, cluster);
       case Form::kBox:
-        lowest = hn::Min(lowest, Lowest<Form::kBox>(obstacle, cluster));
-        break;
+        return LowestOf<Form::kBox>(obstacle, cluster);
       case Form::kCylinder:
-        lowest = hn::Min(lowest, Lowest<Form::kCylinder>(obstacle, cluster));
-        break;
+        return LowestOf<Form::kCylinder>(obstacle, cluster);
       case Form::kHalfSpace:
-        lowest = hn::Min(lowest, Lowest<Form::kHalfSpace>(obstacle, cluster));
         break;
     }
+    return LowestOf<Form::kHalfSpace>(obstacle, cluster);
   }
 
   template <LaneObstacle::Form kForm>
-  Lane Lowest(const LaneObstacle& obstacle, const LaneCluster& cluster) const {
+  Lane LowestOf(const LaneObstacle& obstacle, const LaneCluster& cluster) const {
     const Solid solid(obstacle);
     Lane lowest = All(1);
     for (std::int32_t s = cluster.first; s < cluster.first + cluster.count; ++s) {
@@ -331,8 +326,7 @@ class Judge {
   float* bounds_ = nullptr;   // three vectors a cluster
   std::int32_t* near_ = nullptr;
   std::int32_t* placed_ = nullptr;  // by cluster
-  Lane lowest_ = All(1);
-  Lane lowest_hull_ = All(1);
+  LaneMask hit_, open_;
 };
 
 void JudgeAll(const LaneProgram& program, const LaneScene& scene, const float* values,

@@ -35,7 +35,7 @@ inline constexpr std::size_t kMostLanes = 16;
 const char* LaneTarget();
 
 // No sine or cosine of JudgeStates is off by more, its angle's rounding included.
-inline constexpr double kSineError = 4e-7;
+inline constexpr double kSineError = 2.5e-7;
 
 // For tests: what JudgeStates takes for the sines and cosines of `count` angles.
 void LaneSines(const float* angles, std::size_t count, float* sines, float* cosines);

@@ -72,17 +72,23 @@ class Compiler {
     for (const auto& [clusters, some] : of_clusters) {
       const auto begin = static_cast<std::int32_t>(lanes.sphere_pairs.size());
       for (const SpherePair& pair : some) {
-        const auto a = static_cast<std::size_t>(pair.first), b = static_cast<std::size_t>(pair.second);
+        const auto one = static_cast<std::size_t>(pair.first);
+        const auto other = static_cast<std::size_t>(pair.second);
         lanes.sphere_pairs.push_back(
-            {lane_of_[a], lane_of_[b],
-             static_cast<float>(spheres[a].radius_m + spheres[b].radius_m + margin_m)});
+            {lane_of_[one], lane_of_[other],
+             static_cast<float>(spheres[one].radius_m + spheres[other].radius_m + margin_m)});
       }
-      const double reach_m = lanes.clusters[static_cast<std::size_t>(clusters.first)].bound.radius_m +
-                             lanes.clusters[static_cast<std::size_t>(clusters.second)].bound.radius_m +
-                             margin_m;
-      lanes.cluster_pairs.push_back({clusters.first, clusters.second,
-                                     static_cast<float>(kRoundedUp * reach_m), begin,
-                                     static_cast<std::int32_t>(lanes.sphere_pairs.size())});
+      const LaneCluster& a = lanes.clusters[static_cast<std::size_t>(clusters.first)];
+      const LaneCluster& b = lanes.clusters[static_cast<std::size_t>(clusters.second)];
+      const double reach_m = double{a.bound.radius_m} + double{b.bound.radius_m} + margin_m;
+      const double error_m = double{a.centre_error_m} + double{b.centre_error_m} + Rounding_m(lanes.reach_m);
+      lanes.cluster_pairs.push_back(
+          {.first = clusters.first,
+           .second = clusters.second,
+           .reach_m = static_cast<float>(kRoundedUp * reach_m),
+           .begin = begin,
+           .end = static_cast<std::int32_t>(lanes.sphere_pairs.size()),
+           .band = BandOf(error_m, double{a.widest_m} + double{b.widest_m} + margin_m, reach_m)});
     }
   }
 
@@ -165,7 +171,8 @@ class Compiler {
       centres_F.push_back(fixed.X_FL * spheres[k].centre_L);
       lane_of_[k] = static_cast<std::int32_t>(lanes.spheres.size());
       cluster_of_[k] = static_cast<std::int32_t>(lanes.clusters.size());
-      lanes.spheres.push_back(InLanes(frame, centres_F.back(), spheres[k].radius_m));
+      lanes.spheres.push_back(InLanes(frame, centres_F.back(), spheres[k].radius_m, cluster));
+      cluster.widest_m = std::max(cluster.widest_m, lanes.spheres.back().radius_m);
     }
     Vector3 middle = Vector3::Zero();
     const auto farthest = [&] {
@@ -183,14 +190,15 @@ class Compiler {
       middle += (centres_F[farthest().second] - middle) / step;
       if (const double radius_m = farthest().first; radius_m < best.first) best = {radius_m, middle};
     }
-    cluster.bound = InLanes(frame, best.second, kRoundedUp * best.first);
+    cluster.bound = InLanes(frame, best.second, kRoundedUp * best.first, cluster);
     program_.reach_of_cluster.push_back(
         fixed.frame == 0 ? SphereProgram::Ball{best.second, best.first}
                          : SphereProgram::Ball{frame.reach.centre, frame.reach.radius_m + best.second.norm() + best.first});
     lanes.clusters.push_back(cluster);
   }
 
-  LaneSphere InLanes(const Frame& frame, const Vector3& centre_F, double radius_m) {
+  LaneSphere InLanes(const Frame& frame, const Vector3& centre_F, double radius_m,
+                     LaneCluster& cluster) {
     constexpr double u = kFloatRounding;
     LaneProgram& lanes = program_.lanes;
     LaneSphere sphere{.centre_m = {}, .radius_m = static_cast<float>(radius_m)};
@@ -198,7 +206,7 @@ class Compiler {
     const double out_m = frame.reach.centre.norm() + frame.reach.radius_m + centre_F.norm();
     const double error_m = frame.origin_error_m + frame.rotation_error * centre_F.norm() + 8 * u * (out_m + centre_F.norm());
     lanes.reach_m = std::max(lanes.reach_m, static_cast<float>(kRoundedUp * out_m));
-    lanes.centre_error_m = std::max(lanes.centre_error_m, static_cast<float>(kRoundedUp * error_m));
+    cluster.centre_error_m = std::max(cluster.centre_error_m, static_cast<float>(kRoundedUp * error_m));
     return sphere;
   }
 
@@ -239,9 +247,18 @@ bool ToLanes(const SphereProgram& program, std::span<const double> row, float* v
   return true;
 }
 
-double Undecided_m2(double error_m, double widest_reach_m) {
-  return 1.001 * (2 * widest_reach_m * error_m + error_m * error_m +
-                  16 * kFloatRounding * widest_reach_m * widest_reach_m);
+double Rounding_m(double coordinate_m) {
+  constexpr double kRoundings = 32 * kFloatRounding;
+  constexpr double kSlack_m = 1e-8;
+  return kRoundings * coordinate_m + kSlack_m;
+}
+
+LaneBand BandOf(double error_m, double widest_sphere_m, double widest_bound_m) {
+  const auto beyond = [&](double reach_m) {
+    return static_cast<float>(1.001 * (2 * reach_m * error_m + error_m * error_m +
+                                       16 * kFloatRounding * reach_m * reach_m));
+  };
+  return {.spheres_m2 = beyond(widest_sphere_m), .bounds_m2 = beyond(widest_bound_m)};
 }
 
 }  // namespace cwm::collision

@@ -58,8 +58,14 @@ bool ToLanes(const SphereProgram& program, std::span<const double> row, float* v
 // Half a unit in the last place of 1.
 inline constexpr double kFloatRounding = 5.9604644775390625e-8;
 
-// What to leave undecided, as a squared distance beyond a squared reach, where distances are off by
-// no more than `error_m`: (reach + error)^2 - reach^2 and the rounding of the squares.
-double Undecided_m2(double error_m, double widest_reach_m);
+// By how much a distance may be off that lanes find from coordinates no greater than these. Products
+// and sums between the coordinates of a centre and its distance (sphere_lanes.cc) are each a rounding
+// of numbers no greater than the coordinates: 14 at most for a cylinder's two ways together, doubled.
+// And a slack for axes that are taken for level ones and for the plain path in double precision.
+double Rounding_m(double coordinate_m);
+
+// Where distances are off by no more than `error_m`: (reach + error)^2 - reach^2 and the rounding of
+// the squares, for the greatest reach of two spheres that are compared, and of two bounds.
+LaneBand BandOf(double error_m, double widest_sphere_m, double widest_bound_m);
 
 }  // namespace cwm::collision
