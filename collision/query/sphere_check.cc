@@ -27,7 +27,7 @@ std::optional<std::vector<PlacedSphere>> SpheresOf(const QueryBody& body) {
 }  // namespace
 
 SphereCheck::SphereCheck(const JointRows& rows, SphereProgram program, LaneScene scene)
-    : rows_(&rows), program_(std::move(program)), scene_(std::move(scene)) {
+    : rows_(&rows), program_(std::move(program)), scene_(std::move(scene)), order_(program_) {
   const RobotModel& model = rows.model();
   std::vector<double> base = rows.states().base;
   for (const int variable : rows.group().variables) {
@@ -43,7 +43,8 @@ SphereCheck::SphereCheck(const JointRows& rows, SphereProgram program, LaneScene
 std::optional<SphereCheck> SphereCheck::Make(const WorldSnapshot& world, const QueryBody& body,
                                              const BodyRows& rows, const QueryOptions& options) {
   const auto* joints = dynamic_cast<const JointRows*>(&rows);
-  if (joints == nullptr || joints->model().links.size() != static_cast<std::size_t>(body.frame_count)) {
+  if (joints == nullptr ||
+      joints->model().links.size() != static_cast<std::size_t>(body.frame_count)) {
     return std::nullopt;
   }
   if (options.engine != EngineChoice::kAuto && options.engine != EngineChoice::kExact) {
@@ -60,8 +61,9 @@ std::optional<SphereCheck> SphereCheck::Make(const WorldSnapshot& world, const Q
       joints->model(), joints->group(), joints->states().base, *spheres, pairs, options.margin_m);
   if (!program) return std::nullopt;
   const WorldFilter filter(world, options, body.self);
-  LaneScene scene = body.asks_world ? CompileScene(world, filter, *program, joints->states().X_WB, margin_m)
-                                    : EmptyScene(*program);
+  LaneScene scene = body.asks_world
+                        ? CompileScene(world, filter, *program, joints->states().X_WB, margin_m)
+                        : EmptyScene(*program);
   return SphereCheck(*joints, *std::move(program), std::move(scene));
 }
 
@@ -84,12 +86,20 @@ std::span<const Verdict> SphereCheck::Judge(std::size_t first, std::size_t count
       verdicts_[i] = Verdict::kUndecided;
     }
   }
-  JudgeStates(program_.lanes, scene_, values_.data(), stride, count, memory_, told_.data());
+  const std::span<const std::uint32_t> order = order_.Of(values_.data(), stride, count);
+  sorted_values_.assign(values_.size(), 0.0F);
+  for (std::size_t k = 0; k < program_.inputs.size(); ++k) {
+    const float* from = values_.data() + k * stride;
+    float* to = sorted_values_.data() + k * stride;
+    for (std::size_t i = 0; i < count; ++i) to[i] = from[order[i]];
+  }
+  JudgeStates(program_.lanes, scene_, sorted_values_.data(), stride, count, memory_, told_.data());
   for (std::size_t i = 0; i < count; ++i) {
-    if (verdicts_[i] != Verdict::kNotComputed) continue;
-    verdicts_[i] = told_[i] == LaneVerdict::kFree  ? Verdict::kFree
-                   : told_[i] == LaneVerdict::kHit ? Verdict::kCollision
-                                                   : Verdict::kUndecided;
+    Verdict& verdict = verdicts_[order[i]];
+    if (verdict != Verdict::kNotComputed) continue;
+    verdict = told_[i] == LaneVerdict::kFree  ? Verdict::kFree
+              : told_[i] == LaneVerdict::kHit ? Verdict::kCollision
+                                              : Verdict::kUndecided;
   }
   return verdicts_;
 }

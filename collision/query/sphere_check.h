@@ -12,6 +12,7 @@
 #include "collision/query/world_filter.h"
 #include "collision/spheres/sphere_lanes.h"
 #include "collision/spheres/sphere_program.h"
+#include "collision/spheres/state_order.h"
 
 namespace cwm::collision {
 
@@ -38,8 +39,9 @@ class SphereCheck {
     double lower, upper;
   };
   std::vector<Limit> limits_;  // by column of the rows
+  StateOrder order_;
   LaneMemory memory_;
-  std::vector<float> values_;
+  std::vector<float> values_, sorted_values_;
   std::vector<LaneVerdict> told_;
   std::vector<Verdict> verdicts_;
 };

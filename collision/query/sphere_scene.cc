@@ -115,9 +115,9 @@ LaneObstacle InLanes(const Solid& solid, double margin_m) {
 class SceneCompiler {
  public:
   SceneCompiler(const SphereProgram& program, const Pose& X_WB, double widest_margin_m)
-      : program_(program), X_BW_(X_WB.inverse()), near_(program.lanes.clusters.size()) {
-    for (const LaneCluster& cluster : program.lanes.clusters) {
-      widest_bound_m_ = std::max(widest_bound_m_, double{cluster.bound.radius_m});
+      : program_(program), X_BW_(X_WB.inverse()), near_(program.lanes.groups.size()) {
+    for (const LaneGroup& group : program.lanes.groups) {
+      widest_bound_m_ = std::max(widest_bound_m_, double{group.bound.radius_m});
     }
     reach_m_ = program.lanes.reach_m + widest_bound_m_ + widest_margin_m;
   }
@@ -129,12 +129,12 @@ class SceneCompiler {
     Clip(reach_m_, solid);
     const auto index = static_cast<std::int32_t>(scene_.obstacles.size());
     bool is_near = false;
-    for (std::size_t c = 0; c < near_.size(); ++c) {
-      const SphereProgram::Ball& ball = program_.reach_of_cluster[c];
+    for (std::size_t g = 0; g < near_.size(); ++g) {
+      const SphereProgram::Ball& ball = program_.reach_of_group[g];
       // A float's rounding of radii and margins is far below the slack of a hundredth of a millimetre.
       constexpr double kRadiusSlack_m = 1e-5;
       if (Distance_m(solid, ball.centre) > ball.radius_m + margin_m + kRadiusSlack_m) continue;
-      near_[c].push_back(index);
+      near_[g].push_back(index);
       is_near = true;
     }
     if (!is_near) return;
@@ -145,19 +145,26 @@ class SceneCompiler {
     farthest_m_ = std::max(farthest_m_, out_m);
     // Of what is round, lanes compare the distance from the middle.
     const bool is_round = solid.form == LaneObstacle::Form::kRound;
-    widest_obstacle_m_ = std::max(widest_obstacle_m_, margin_m + (is_round ? solid.size_m[0] : 0.0));
+    widest_obstacle_m_ =
+        std::max(widest_obstacle_m_, margin_m + (is_round ? solid.size_m[0] : 0.0));
   }
 
   LaneScene Take() {
-    for (std::size_t c = 0; c < near_.size(); ++c) {
-      const LaneCluster& cluster = program_.lanes.clusters[c];
+    for (std::size_t g = 0; g < near_.size(); ++g) {
+      const LaneGroup& group = program_.lanes.groups[g];
       const auto begin = static_cast<std::int32_t>(scene_.near.size());
-      scene_.near.insert(scene_.near.end(), near_[c].begin(), near_[c].end());
-      const double error_m = double{cluster.centre_error_m} + Rounding_m(reach_m_ + farthest_m_);
-      scene_.near_cluster.push_back({.begin = begin,
-                                     .end = static_cast<std::int32_t>(scene_.near.size()),
-                                     .band = BandOf(error_m, cluster.widest_m + widest_obstacle_m_,
-                                                    cluster.bound.radius_m + widest_obstacle_m_)});
+      scene_.near.insert(scene_.near.end(), near_[g].begin(), near_[g].end());
+      double error_m = 0, widest_m = 0;
+      for (std::int32_t c = group.first; c < group.first + group.count; ++c) {
+        const LaneCluster& cluster = program_.lanes.clusters[static_cast<std::size_t>(c)];
+        error_m = std::max(error_m, double{cluster.centre_error_m});
+        widest_m = std::max(widest_m, double{cluster.widest_m});
+      }
+      error_m += Rounding_m(reach_m_ + farthest_m_);
+      scene_.near_group.push_back({.begin = begin,
+                                   .end = static_cast<std::int32_t>(scene_.near.size()),
+                                   .band = BandOf(error_m, widest_m + widest_obstacle_m_,
+                                                  group.bound.radius_m + widest_obstacle_m_)});
     }
     return std::move(scene_);
   }
@@ -166,10 +173,10 @@ class SceneCompiler {
   const SphereProgram& program_;
   const Pose X_BW_;
   double widest_bound_m_ = 0;
-  double reach_m_ = 0;         // of spheres with their margins, from the root
-  double widest_obstacle_m_ = 0;  // margin and, of what is round, radius
-  double farthest_m_ = 0;      // coordinates of obstacles
-  std::vector<std::vector<std::int32_t>> near_;  // by cluster
+  double reach_m_ = 0;                           // of spheres with their margins, from the root
+  double widest_obstacle_m_ = 0;                 // margin and, of what is round, radius
+  double farthest_m_ = 0;                        // coordinates of obstacles
+  std::vector<std::vector<std::int32_t>> near_;  // by group
   LaneScene scene_;
 };
 

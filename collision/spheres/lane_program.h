@@ -23,14 +23,21 @@ struct LaneSphere {
   float radius_m = 0;
 };
 
-// Spheres of one frame that lie near each other, with a sphere around them.
+// A few spheres of one frame that lie near each other, with a sphere around them.
 struct LaneCluster {
   std::int32_t frame = 0;
   std::int32_t first = 0, count = 0;  // into LaneProgram::spheres
   LaneSphere bound = {};
   float widest_m = 0;  // the greatest of the radii
-  // No centre, that of the bound neither, is farther than this from where exact arithmetic has it.
+  // No centre, those of the bounds neither, is farther than this from where exact arithmetic has it.
   float centre_error_m = 0;
+};
+
+// All clusters of one frame, with a sphere around them.
+struct LaneGroup {
+  std::int32_t frame = 0;
+  std::int32_t first = 0, count = 0;  // into LaneProgram::clusters
+  LaneSphere bound = {};
 };
 
 // How far from contact, as a squared distance minus a squared reach, single precision is sure.
@@ -53,10 +60,20 @@ struct LaneClusterPair {
   LaneBand band;
 };
 
+// Two groups, with a reach that no pair of their spheres exceeds.
+struct LaneGroupPair {
+  std::int32_t first = 0, second = 0;  // groups
+  float reach_m = 0;
+  std::int32_t begin = 0, end = 0;  // into LaneProgram::cluster_pairs
+  float bounds_m2 = 0;              // as LaneBand's
+};
+
 struct LaneProgram {
   std::vector<LaneJoint> joints;  // by frame; [0] is not read
   std::vector<LaneSphere> spheres;
   std::vector<LaneCluster> clusters;
+  std::vector<LaneGroup> groups;
+  std::vector<LaneGroupPair> group_pairs;
   std::vector<LaneClusterPair> cluster_pairs;
   std::vector<LaneSpherePair> sphere_pairs;
   float reach_m = 0;  // no centre is farther from the origin
@@ -81,12 +98,12 @@ struct LaneObstacle {
 
 struct LaneScene {
   std::vector<LaneObstacle> obstacles;
-  // By cluster: the obstacles that it may reach, [begin, end) of `near`.
+  // By group: the obstacles that it may reach, [begin, end) of `near`.
   struct Range {
     std::int32_t begin = 0, end = 0;
     LaneBand band;
   };
-  std::vector<Range> near_cluster;
+  std::vector<Range> near_group;
   std::vector<std::int32_t> near;
 };
 

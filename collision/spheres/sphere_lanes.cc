@@ -2,6 +2,8 @@
 #define HWY_TARGET_INCLUDE "collision/spheres/sphere_lanes.cc"
 #include "hwy/foreach_target.h"  // compiles this file once for each instruction set
 //
+#include <algorithm>
+
 #include "collision/spheres/sphere_lanes.h"
 #include "hwy/highway.h"
 
@@ -108,9 +110,8 @@ class Solid {
       const Lane out_u = hn::Max(hn::Sub(hn::Abs(u), Size(0)), zero);
       const Lane out_v = hn::Max(hn::Sub(hn::Abs(v), Size(1)), zero);
       const Lane out_w = hn::Max(hn::Sub(hn::Abs(w), Size(2)), zero);
-      return hn::MulAdd(
-          out_u, out_u,
-          hn::MulAdd(out_v, out_v, hn::MulSub(out_w, out_w, hn::Mul(reach, reach))));
+      return hn::MulAdd(out_u, out_u,
+                        hn::MulAdd(out_v, out_v, hn::MulSub(out_w, out_w, hn::Mul(reach, reach))));
     }
     const Lane across = hn::MulAdd(u, u, hn::Mul(v, v));
     const Lane out_w = hn::Max(hn::Sub(hn::Abs(w), Size(1)), zero);
@@ -126,9 +127,9 @@ class Solid {
   Lane Size(int k) const { return All(from_.size_m[k]); }
   Lane Along(int k, const Point& p) const {
     const float* a = &from_.axis[k];
-    return hn::MulAdd(p.x, All(a[0]),
-                      hn::MulAdd(p.y, All(a[1]),
-                                 hn::MulSub(p.z, All(a[2]), All(from_.offset_m[k / 3]))));
+    return hn::MulAdd(
+        p.x, All(a[0]),
+        hn::MulAdd(p.y, All(a[1]), hn::MulSub(p.z, All(a[2]), All(from_.offset_m[k / 3]))));
   }
 
   const LaneObstacle& from_;
@@ -140,21 +141,23 @@ class Judge {
   Judge(const LaneProgram& program, const LaneScene& scene, LaneMemory& memory)
       : program_(program), scene_(scene), width_(hn::Lanes(kTag)) {
     const std::size_t numbers = program.joints.size() * 12 + program.spheres.size() * 3 +
-                                program.clusters.size() * 3 + 1;
+                                (program.clusters.size() + program.groups.size()) * 3 + 1;
     memory.numbers.resize(numbers * width_);
-    memory.indices.resize(scene.obstacles.size() + program.clusters.size());
+    memory.indices.resize(program.groups.size() + program.clusters.size());
     const auto address = reinterpret_cast<std::uintptr_t>(memory.numbers.data());
     const std::size_t step = width_ * sizeof(float);
     frames_ = memory.numbers.data() + (step - address % step) % step / sizeof(float);
     centres_ = frames_ + program.joints.size() * 12 * width_;
     bounds_ = centres_ + program.spheres.size() * 3 * width_;
-    near_ = memory.indices.data();
-    placed_ = near_ + scene.obstacles.size();
+    groups_ = bounds_ + program.clusters.size() * 3 * width_;
+    placed_ = memory.indices.data();
+    group_placed_ = placed_ + program.clusters.size();
     StoreFrame(0, {{All(1), All(0), All(0), All(0), All(0), All(1), All(0), All(0), All(0), All(0),
                     All(1), All(0)}});
-    for (std::size_t c = 0; c < program.clusters.size(); ++c) {
-      placed_[c] = 0;
-      if (program.clusters[c].frame == 0) PlaceAll(c);
+    std::fill(memory.indices.begin(), memory.indices.end(), 0);
+    for (std::size_t g = 0; g < program.groups.size(); ++g) {
+      const LaneGroup& group = program.groups[g];
+      if (group.frame == 0) StorePoint(groups_, g, LoadFrame(0).Place(group.bound.centre_m));
     }
   }
 
@@ -162,17 +165,19 @@ class Judge {
     hit_ = open_ = hn::FirstN(kTag, 0);
     for (std::size_t k = 1; k < program_.joints.size(); ++k) {
       const LaneJoint& joint = program_.joints[k];
-      StoreFrame(k, Hung(LoadFrame(joint.parent), joint,
-                         hn::LoadU(kTag, values + (k - 1) * stride)));
+      StoreFrame(k,
+                 Hung(LoadFrame(joint.parent), joint, hn::LoadU(kTag, values + (k - 1) * stride)));
     }
-    for (std::size_t c = 0; c < program_.clusters.size(); ++c) {
-      const LaneCluster& cluster = program_.clusters[c];
-      if (cluster.frame == 0) continue;
-      placed_[c] = 0;
-      StorePoint(bounds_, c, LoadFrame(cluster.frame).Place(cluster.bound.centre_m));
+    // What does not move stays placed.
+    for (std::size_t g = 0; g < program_.groups.size(); ++g) {
+      const LaneGroup& group = program_.groups[g];
+      if (group.frame == 0) continue;
+      group_placed_[g] = 0;
+      std::fill_n(placed_ + group.first, group.count, 0);
+      StorePoint(groups_, g, LoadFrame(group.frame).Place(group.bound.centre_m));
     }
-    for (const LaneClusterPair& pair : program_.cluster_pairs) MeetItself(pair);
-    for (std::size_t c = 0; c < program_.clusters.size() && !IsDone(); ++c) MeetWorld(c);
+    for (const LaneGroupPair& pair : program_.group_pairs) MeetItself(pair);
+    for (std::size_t g = 0; g < program_.groups.size() && !IsDone(); ++g) MeetWorld(g);
   }
 
   void Tell(std::size_t count, LaneVerdict* verdicts) const {
@@ -199,8 +204,7 @@ class Judge {
   }
   Point LoadPoint(const float* from, std::size_t index) const {
     from += index * 3 * width_;
-    return {hn::Load(kTag, from), hn::Load(kTag, from + width_),
-            hn::Load(kTag, from + 2 * width_)};
+    return {hn::Load(kTag, from), hn::Load(kTag, from + width_), hn::Load(kTag, from + 2 * width_)};
   }
   void StorePoint(float* to, std::size_t index, const Point& point) const {
     to += index * 3 * width_;
@@ -209,15 +213,24 @@ class Judge {
     hn::Store(point.z, kTag, to + 2 * width_);
   }
 
-  void PlaceAll(std::size_t c) {
+  void PlaceBounds(std::size_t g) {
+    if (group_placed_[g] != 0) return;
+    group_placed_[g] = 1;
+    const LaneGroup& group = program_.groups[g];
+    const Frame frame = LoadFrame(group.frame);
+    for (std::int32_t c = group.first; c < group.first + group.count; ++c) {
+      const auto at = static_cast<std::size_t>(c);
+      StorePoint(bounds_, at, frame.Place(program_.clusters[at].bound.centre_m));
+    }
+  }
+  void PlaceSpheres(std::size_t c) {
     if (placed_[c] != 0) return;
     placed_[c] = 1;
     const LaneCluster& cluster = program_.clusters[c];
     const Frame frame = LoadFrame(cluster.frame);
-    if (cluster.frame == 0) StorePoint(bounds_, c, frame.Place(cluster.bound.centre_m));
     for (std::int32_t s = cluster.first; s < cluster.first + cluster.count; ++s) {
-      StorePoint(centres_, static_cast<std::size_t>(s),
-                 frame.Place(program_.spheres[static_cast<std::size_t>(s)].centre_m));
+      const auto at = static_cast<std::size_t>(s);
+      StorePoint(centres_, at, frame.Place(program_.spheres[at].centre_m));
     }
   }
 
@@ -234,44 +247,59 @@ class Judge {
   static Lane BeyondReach(const Point& a, const Point& b, float reach_m) {
     const Lane x = hn::Sub(a.x, b.x), y = hn::Sub(a.y, b.y), z = hn::Sub(a.z, b.z);
     const Lane reach = All(reach_m);
-    return hn::MulAdd(
-        x, x, hn::MulAdd(y, y, hn::MulSub(z, z, hn::Mul(reach, reach))));
+    return hn::MulAdd(x, x, hn::MulAdd(y, y, hn::MulSub(z, z, hn::Mul(reach, reach))));
+  }
+
+  void MeetItself(const LaneGroupPair& pair) {
+    const auto a = static_cast<std::size_t>(pair.first), b = static_cast<std::size_t>(pair.second);
+    const Lane apart = BeyondReach(LoadPoint(groups_, a), LoadPoint(groups_, b), pair.reach_m);
+    if (!Matters(apart, pair.bounds_m2)) return;
+    PlaceBounds(a);
+    PlaceBounds(b);
+    for (std::int32_t k = pair.begin; k < pair.end; ++k) {
+      MeetItself(program_.cluster_pairs[static_cast<std::size_t>(k)]);
+    }
   }
 
   void MeetItself(const LaneClusterPair& pair) {
     const auto a = static_cast<std::size_t>(pair.first), b = static_cast<std::size_t>(pair.second);
     const Lane apart = BeyondReach(LoadPoint(bounds_, a), LoadPoint(bounds_, b), pair.reach_m);
     if (!Matters(apart, pair.band.bounds_m2)) return;
-    PlaceAll(a);
-    PlaceAll(b);
+    PlaceSpheres(a);
+    PlaceSpheres(b);
     Lane lowest = All(1);
     for (std::int32_t k = pair.begin; k < pair.end; ++k) {
       const LaneSpherePair& two = program_.sphere_pairs[static_cast<std::size_t>(k)];
-      lowest = hn::Min(lowest,
-                       BeyondReach(LoadPoint(centres_, static_cast<std::size_t>(two.first)),
-                                   LoadPoint(centres_, static_cast<std::size_t>(two.second)),
-                                   two.reach_m));
+      lowest =
+          hn::Min(lowest, BeyondReach(LoadPoint(centres_, static_cast<std::size_t>(two.first)),
+                                      LoadPoint(centres_, static_cast<std::size_t>(two.second)),
+                                      two.reach_m));
     }
     Keep(lowest, pair.band.spheres_m2, false);
   }
 
-  void MeetWorld(std::size_t c) {
-    const LaneScene::Range range = scene_.near_cluster[c];
-    if (range.begin == range.end) return;
-    const Point bound = LoadPoint(bounds_, c);
-    const float radius_m = program_.clusters[c].bound.radius_m;
-    std::int32_t* end = near_;
+  void MeetWorld(std::size_t g) {
+    const LaneScene::Range range = scene_.near_group[g];
+    const LaneGroup& group = program_.groups[g];
+    const Point bound = LoadPoint(groups_, g);
     for (std::int32_t k = range.begin; k < range.end; ++k) {
       const std::int32_t o = scene_.near[static_cast<std::size_t>(k)];
       const LaneObstacle& obstacle = scene_.obstacles[static_cast<std::size_t>(o)];
-      const Lane beyond = Beyond(obstacle, bound, All(radius_m + obstacle.margin_m));
-      if (Matters(beyond, range.band.bounds_m2)) *end++ = o;
+      const Lane beyond = Beyond(obstacle, bound, All(group.bound.radius_m + obstacle.margin_m));
+      if (Matters(beyond, range.band.bounds_m2)) MeetObstacle(g, obstacle, range.band);
     }
-    if (end == near_) return;
-    PlaceAll(c);
-    for (const std::int32_t* o = near_; o < end; ++o) {
-      const LaneObstacle& obstacle = scene_.obstacles[static_cast<std::size_t>(*o)];
-      Keep(Lowest(obstacle, program_.clusters[c]), range.band.spheres_m2, obstacle.is_hull);
+  }
+
+  void MeetObstacle(std::size_t g, const LaneObstacle& obstacle, const LaneBand& band) {
+    PlaceBounds(g);
+    const LaneGroup& group = program_.groups[g];
+    for (std::int32_t c = group.first; c < group.first + group.count; ++c) {
+      const auto at = static_cast<std::size_t>(c);
+      const LaneCluster& cluster = program_.clusters[at];
+      const Lane reach = All(cluster.bound.radius_m + obstacle.margin_m);
+      if (!Matters(Beyond(obstacle, LoadPoint(bounds_, at), reach), band.bounds_m2)) continue;
+      PlaceSpheres(at);
+      Keep(Lowest(obstacle, cluster), band.spheres_m2, obstacle.is_hull);
     }
   }
 
@@ -321,11 +349,12 @@ class Judge {
   const LaneProgram& program_;
   const LaneScene& scene_;
   const std::size_t width_;
-  float* frames_ = nullptr;   // twelve vectors a frame
-  float* centres_ = nullptr;  // three vectors a sphere, of clusters that are placed
-  float* bounds_ = nullptr;   // three vectors a cluster
-  std::int32_t* near_ = nullptr;
-  std::int32_t* placed_ = nullptr;  // by cluster
+  float* frames_ = nullptr;               // twelve vectors a frame
+  float* centres_ = nullptr;              // three vectors a sphere, of clusters that are placed
+  float* bounds_ = nullptr;               // three vectors a cluster
+  float* groups_ = nullptr;               // three vectors a group
+  std::int32_t* placed_ = nullptr;        // by cluster: its spheres
+  std::int32_t* group_placed_ = nullptr;  // by group: the bounds of its clusters
   LaneMask hit_, open_;
 };
 
@@ -364,8 +393,7 @@ HWY_EXPORT(SinesOfAll);
 HWY_EXPORT(NameOfTarget);
 
 void JudgeStates(const LaneProgram& program, const LaneScene& scene, const float* values,
-                 std::size_t stride, std::size_t count, LaneMemory& memory,
-                 LaneVerdict* verdicts) {
+                 std::size_t stride, std::size_t count, LaneMemory& memory, LaneVerdict* verdicts) {
   HWY_DYNAMIC_DISPATCH(JudgeAll)(program, scene, values, stride, count, memory, verdicts);
 }
 

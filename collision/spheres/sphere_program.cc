@@ -3,8 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <map>
 #include <numbers>
+#include <numeric>
+#include <tuple>
 #include <utility>
 
 #include "collision/robot/kinematics.h"
@@ -22,8 +23,8 @@ constexpr double kRoundedUp = 1 + 4 * kFloatRounding;
 // A frame that a joint of the group moves, and what is known of it at every state.
 struct Frame {
   std::int32_t index = 0;
-  SphereProgram::Ball reach;   // of its origin
-  double rotation_error = 0;   // Frobenius norm
+  SphereProgram::Ball reach;  // of its origin
+  double rotation_error = 0;  // Frobenius norm
   double origin_error_m = 0;
 };
 
@@ -54,41 +55,63 @@ class Compiler {
   }
 
   void AddSpheres(std::span<const PlacedSphere> spheres) {
-    std::map<int, std::vector<std::size_t>> of_link;
-    for (std::size_t k = 0; k < spheres.size(); ++k) of_link[spheres[k].link].push_back(k);
+    LaneProgram& lanes = program_.lanes;
     lane_of_.resize(spheres.size());
     cluster_of_.resize(spheres.size());
-    for (const auto& [link, some] : of_link) AddCluster(links_[static_cast<std::size_t>(link)], spheres, some);
+    std::vector<std::size_t> order(spheres.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    const auto frame_of = [&](std::size_t k) {
+      return links_[static_cast<std::size_t>(spheres[k].link)].frame;
+    };
+    const auto key_of = [&](std::size_t k) { return std::tuple(frame_of(k), spheres[k].link, k); };
+    std::sort(order.begin(), order.end(),
+              [&](std::size_t a, std::size_t b) { return key_of(a) < key_of(b); });
+    const std::span<std::size_t> all(order);
+    for (std::size_t begin = 0; begin < all.size();) {
+      std::size_t end = begin;
+      while (end < all.size() && frame_of(all[end]) == frame_of(all[begin])) ++end;
+      AddGroup(spheres, all.subspan(begin, end - begin));
+      begin = end;
+    }
+    group_of_cluster_.resize(lanes.clusters.size());
+    for (std::size_t g = 0; g < lanes.groups.size(); ++g) {
+      std::fill_n(group_of_cluster_.begin() + lanes.groups[g].first, lanes.groups[g].count,
+                  static_cast<std::int32_t>(g));
+    }
   }
 
   void AddPairs(std::span<const PlacedSphere> spheres, std::span<const SpherePair> pairs,
                 double margin_m) {
     LaneProgram& lanes = program_.lanes;
-    std::map<std::pair<std::int32_t, std::int32_t>, std::vector<SpherePair>> of_clusters;
+    struct Keyed {
+      std::int64_t key;  // groups, then clusters
+      LaneSpherePair pair;
+    };
+    std::vector<Keyed> keyed;
+    keyed.reserve(pairs.size());
+    const auto clusters = static_cast<std::int64_t>(lanes.clusters.size());
     for (const SpherePair& pair : pairs) {
-      const auto a = static_cast<std::size_t>(pair.first), b = static_cast<std::size_t>(pair.second);
-      of_clusters[{cluster_of_[a], cluster_of_[b]}].push_back(pair);
+      const auto a = static_cast<std::size_t>(pair.first),
+                 b = static_cast<std::size_t>(pair.second);
+      const std::int64_t one = cluster_of_[a], other = cluster_of_[b];
+      const std::int64_t groups =
+          std::int64_t{group_of_cluster_[static_cast<std::size_t>(one)]} * clusters +
+          group_of_cluster_[static_cast<std::size_t>(other)];
+      keyed.push_back({(groups * clusters + one) * clusters + other,
+                       {lane_of_[a], lane_of_[b],
+                        static_cast<float>(spheres[a].radius_m + spheres[b].radius_m + margin_m)}});
     }
-    for (const auto& [clusters, some] : of_clusters) {
-      const auto begin = static_cast<std::int32_t>(lanes.sphere_pairs.size());
-      for (const SpherePair& pair : some) {
-        const auto one = static_cast<std::size_t>(pair.first);
-        const auto other = static_cast<std::size_t>(pair.second);
-        lanes.sphere_pairs.push_back(
-            {lane_of_[one], lane_of_[other],
-             static_cast<float>(spheres[one].radius_m + spheres[other].radius_m + margin_m)});
+    std::stable_sort(keyed.begin(), keyed.end(),
+                     [](const Keyed& a, const Keyed& b) { return a.key < b.key; });
+    lanes.sphere_pairs.reserve(pairs.size());
+    for (std::size_t k = 0; k < keyed.size(); ++k) {
+      if (k == 0 || keyed[k].key != keyed[k - 1].key) {
+        const std::int64_t two = keyed[k].key % (clusters * clusters);
+        AddClusterPair(static_cast<std::int32_t>(two / clusters),
+                       static_cast<std::int32_t>(two % clusters), margin_m);
       }
-      const LaneCluster& a = lanes.clusters[static_cast<std::size_t>(clusters.first)];
-      const LaneCluster& b = lanes.clusters[static_cast<std::size_t>(clusters.second)];
-      const double reach_m = double{a.bound.radius_m} + double{b.bound.radius_m} + margin_m;
-      const double error_m = double{a.centre_error_m} + double{b.centre_error_m} + Rounding_m(lanes.reach_m);
-      lanes.cluster_pairs.push_back(
-          {.first = clusters.first,
-           .second = clusters.second,
-           .reach_m = static_cast<float>(kRoundedUp * reach_m),
-           .begin = begin,
-           .end = static_cast<std::int32_t>(lanes.sphere_pairs.size()),
-           .band = BandOf(error_m, double{a.widest_m} + double{b.widest_m} + margin_m, reach_m)});
+      lanes.sphere_pairs.push_back(keyed[k].pair);
+      lanes.cluster_pairs.back().end = static_cast<std::int32_t>(lanes.sphere_pairs.size());
     }
   }
 
@@ -98,8 +121,8 @@ class Compiler {
   bool AddLink(std::size_t index) {
     const ModelLink& link = model_.links[index];
     const Fixed& parent = links_[static_cast<std::size_t>(link.parent)];
-    const bool moves = link.kind != JointKind::kFixed &&
-                       column_of_[static_cast<std::size_t>(link.variable)] >= 0;
+    const bool moves =
+        link.kind != JointKind::kFixed && column_of_[static_cast<std::size_t>(link.variable)] >= 0;
     if (!moves) {
       const Pose X_PL = X_BL_[static_cast<std::size_t>(link.parent)].inverse() * X_BL_[index];
       links_.push_back({.frame = parent.frame, .X_FL = parent.X_FL * X_PL});
@@ -124,11 +147,17 @@ class Compiler {
         std::abs(link.offset);
     const double farthest =
         turns ? kFarthestTurn_rad : std::min(farthest_variable, kFarthestShift_m);
+    const double most = turns ? std::numbers::pi : farthest;
+    const double at_lower = link.multiplier * variable.lower + link.offset;
+    const double at_upper = link.multiplier * variable.upper + link.offset;
     program_.inputs.push_back(
         {.column = static_cast<std::size_t>(column_of_[static_cast<std::size_t>(link.variable)]),
          .multiplier = link.multiplier,
          .offset = link.offset,
          .turns = turns,
+         .lower = std::clamp(std::min(at_lower, at_upper), -most, most),
+         .upper = std::clamp(std::max(at_lower, at_upper), -most, most),
+         .lever_m = 0,
          .farthest = farthest});
     frames_.push_back(Below(frames_[parent.frame], X_PF.translation(), turns ? 0.0 : farthest));
     program_.lanes.joints.push_back(joint);
@@ -159,42 +188,134 @@ class Compiler {
     return frame;
   }
 
-  void AddCluster(const Fixed& fixed, std::span<const PlacedSphere> spheres,
-                  const std::vector<std::size_t>& some) {
+  // The spheres of one frame.
+  void AddGroup(std::span<const PlacedSphere> spheres, std::span<std::size_t> some) {
     LaneProgram& lanes = program_.lanes;
+    const Fixed& fixed = links_[static_cast<std::size_t>(spheres[some[0]].link)];
+    const Frame& frame = frames_[fixed.frame];
+    LaneGroup group{.frame = frame.index,
+                    .first = static_cast<std::int32_t>(lanes.clusters.size())};
+    for (std::size_t begin = 0; begin < some.size();) {
+      std::size_t end = begin;
+      while (end < some.size() && spheres[some[end]].link == spheres[some[begin]].link) ++end;
+      AddClusters(spheres, some.subspan(begin, end - begin));
+      begin = end;
+    }
+    group.count = static_cast<std::int32_t>(lanes.clusters.size()) - group.first;
+    const SphereProgram::Ball around = Around(spheres, some);
+    LaneCluster as_one;
+    group.bound = InLanes(frame, around.centre, kRoundedUp * around.radius_m, as_one);
+    for (std::int32_t c = group.first; c < group.first + group.count; ++c) {
+      float& error_m = lanes.clusters[static_cast<std::size_t>(c)].centre_error_m;
+      error_m = std::max(error_m, as_one.centre_error_m);
+    }
+    lanes.groups.push_back(group);
+    const double out_m = around.centre.norm() + around.radius_m;
+    program_.reach_of_group.push_back(
+        frame.index == 0 ? around
+                         : SphereProgram::Ball{frame.reach.centre, frame.reach.radius_m + out_m});
+    double lever_m = out_m;
+    for (auto f = static_cast<std::size_t>(frame.index); f > 0;
+         f = static_cast<std::size_t>(lanes.joints[f].parent)) {
+      double& most_m = program_.inputs[f - 1].lever_m;
+      most_m = std::max(most_m, lever_m);
+      lever_m += Eigen::Map<const Eigen::Vector3f>(lanes.joints[f].shift_m).cast<double>().norm();
+    }
+  }
+
+  // Halves of the spheres of one link across the longest side, until few are left.
+  void AddClusters(std::span<const PlacedSphere> spheres, std::span<std::size_t> some) {
+    static const std::size_t kMostTogether = getenv("MT") ? atoi(getenv("MT")) : 4;
+    if (some.size() <= kMostTogether) return AddCluster(spheres, some);
+    Eigen::AlignedBox3d box;
+    for (std::size_t k : some) box.extend(spheres[k].centre_L);
+    int axis = 0;
+    box.sizes().maxCoeff(&axis);
+    const auto half = static_cast<std::ptrdiff_t>(some.size() / 2);
+    std::nth_element(
+        some.begin(), some.begin() + half, some.end(), [&](std::size_t a, std::size_t b) {
+          return std::pair(spheres[a].centre_L[axis], a) < std::pair(spheres[b].centre_L[axis], b);
+        });
+    AddClusters(spheres, some.first(static_cast<std::size_t>(half)));
+    AddClusters(spheres, some.subspan(static_cast<std::size_t>(half)));
+  }
+
+  void AddCluster(std::span<const PlacedSphere> spheres, std::span<const std::size_t> some) {
+    LaneProgram& lanes = program_.lanes;
+    const Fixed& fixed = links_[static_cast<std::size_t>(spheres[some[0]].link)];
     const Frame& frame = frames_[fixed.frame];
     LaneCluster cluster{.frame = frame.index,
                         .first = static_cast<std::int32_t>(lanes.spheres.size()),
                         .count = static_cast<std::int32_t>(some.size())};
-    std::vector<Vector3> centres_F;
     for (std::size_t k : some) {
-      centres_F.push_back(fixed.X_FL * spheres[k].centre_L);
       lane_of_[k] = static_cast<std::int32_t>(lanes.spheres.size());
       cluster_of_[k] = static_cast<std::int32_t>(lanes.clusters.size());
-      lanes.spheres.push_back(InLanes(frame, centres_F.back(), spheres[k].radius_m, cluster));
+      lanes.spheres.push_back(
+          InLanes(frame, fixed.X_FL * spheres[k].centre_L, spheres[k].radius_m, cluster));
       cluster.widest_m = std::max(cluster.widest_m, lanes.spheres.back().radius_m);
     }
-    Vector3 middle = Vector3::Zero();
-    const auto farthest = [&] {
-      std::pair<double, std::size_t> most{-1, 0};
-      for (std::size_t i = 0; i < some.size(); ++i) {
-        most = std::max(most, std::pair((centres_F[i] - middle).norm() + spheres[some[i]].radius_m, i));
-      }
-      return most;
-    };
-    // Towards the farthest, by ever smaller steps (Badoiu and Clarkson 2003).
-    constexpr int kSteps = 12;
-    for (const Vector3& centre : centres_F) middle += centre / static_cast<double>(some.size());
-    auto best = std::pair(farthest().first, middle);
-    for (int step = 2; step < kSteps; ++step) {
-      middle += (centres_F[farthest().second] - middle) / step;
-      if (const double radius_m = farthest().first; radius_m < best.first) best = {radius_m, middle};
-    }
-    cluster.bound = InLanes(frame, best.second, kRoundedUp * best.first, cluster);
-    program_.reach_of_cluster.push_back(
-        fixed.frame == 0 ? SphereProgram::Ball{best.second, best.first}
-                         : SphereProgram::Ball{frame.reach.centre, frame.reach.radius_m + best.second.norm() + best.first});
+    const SphereProgram::Ball around = Around(spheres, some);
+    cluster.bound = InLanes(frame, around.centre, kRoundedUp * around.radius_m, cluster);
     lanes.clusters.push_back(cluster);
+  }
+
+  // In the frame that they share: from the middle of their box towards the farthest, by ever smaller
+  // steps (Badoiu and Clarkson 2003).
+  SphereProgram::Ball Around(std::span<const PlacedSphere> spheres,
+                             std::span<const std::size_t> some) const {
+    std::vector<Vector3> centres_F;
+    Eigen::AlignedBox3d box;
+    for (std::size_t k : some) {
+      centres_F.push_back(links_[static_cast<std::size_t>(spheres[k].link)].X_FL *
+                          spheres[k].centre_L);
+      box.extend(centres_F.back());
+    }
+    Vector3 middle = box.center();
+    SphereProgram::Ball best{middle, std::numeric_limits<double>::infinity()};
+    constexpr int kSteps = 8;
+    for (int step = 2; step < kSteps; ++step) {
+      std::pair<double, std::size_t> farthest{-1, 0};
+      for (std::size_t i = 0; i < some.size(); ++i) {
+        const double out_m = (centres_F[i] - middle).norm() + spheres[some[i]].radius_m;
+        if (out_m > farthest.first) farthest = {out_m, i};
+      }
+      if (farthest.first < best.radius_m) best = {middle, farthest.first};
+      middle += (centres_F[farthest.second] - middle) / step;
+    }
+    return best;
+  }
+
+  void AddClusterPair(std::int32_t first, std::int32_t second, double margin_m) {
+    LaneProgram& lanes = program_.lanes;
+    const LaneCluster& a = lanes.clusters[static_cast<std::size_t>(first)];
+    const LaneCluster& b = lanes.clusters[static_cast<std::size_t>(second)];
+    const double reach_m = double{a.bound.radius_m} + double{b.bound.radius_m} + margin_m;
+    const double error_m =
+        double{a.centre_error_m} + double{b.centre_error_m} + Rounding_m(lanes.reach_m);
+    const auto begin = static_cast<std::int32_t>(lanes.sphere_pairs.size());
+    const auto index = static_cast<std::int32_t>(lanes.cluster_pairs.size());
+    lanes.cluster_pairs.push_back(
+        {.first = first,
+         .second = second,
+         .reach_m = static_cast<float>(kRoundedUp * reach_m),
+         .begin = begin,
+         .end = begin,
+         .band = BandOf(error_m, double{a.widest_m} + double{b.widest_m} + margin_m, reach_m)});
+    const std::int32_t group_a = group_of_cluster_[static_cast<std::size_t>(first)];
+    const std::int32_t group_b = group_of_cluster_[static_cast<std::size_t>(second)];
+    if (lanes.group_pairs.empty() || lanes.group_pairs.back().first != group_a ||
+        lanes.group_pairs.back().second != group_b) {
+      const double groups_m =
+          double{lanes.groups[static_cast<std::size_t>(group_a)].bound.radius_m} +
+          double{lanes.groups[static_cast<std::size_t>(group_b)].bound.radius_m} + margin_m;
+      lanes.group_pairs.push_back({.first = group_a,
+                                   .second = group_b,
+                                   .reach_m = static_cast<float>(kRoundedUp * groups_m),
+                                   .begin = index});
+    }
+    LaneGroupPair& groups = lanes.group_pairs.back();
+    groups.end = index + 1;
+    groups.bounds_m2 = std::max(groups.bounds_m2, BandOf(error_m, 0, groups.reach_m).bounds_m2);
   }
 
   LaneSphere InLanes(const Frame& frame, const Vector3& centre_F, double radius_m,
@@ -204,9 +325,11 @@ class Compiler {
     LaneSphere sphere{.centre_m = {}, .radius_m = static_cast<float>(radius_m)};
     for (int i = 0; i < 3; ++i) sphere.centre_m[i] = static_cast<float>(centre_F[i]);
     const double out_m = frame.reach.centre.norm() + frame.reach.radius_m + centre_F.norm();
-    const double error_m = frame.origin_error_m + frame.rotation_error * centre_F.norm() + 8 * u * (out_m + centre_F.norm());
+    const double error_m = frame.origin_error_m + frame.rotation_error * centre_F.norm() +
+                           8 * u * (out_m + centre_F.norm());
     lanes.reach_m = std::max(lanes.reach_m, static_cast<float>(kRoundedUp * out_m));
-    cluster.centre_error_m = std::max(cluster.centre_error_m, static_cast<float>(kRoundedUp * error_m));
+    cluster.centre_error_m =
+        std::max(cluster.centre_error_m, static_cast<float>(kRoundedUp * error_m));
     return sphere;
   }
 
@@ -216,6 +339,7 @@ class Compiler {
   std::vector<Frame> frames_;
   std::vector<Fixed> links_;
   std::vector<std::int32_t> lane_of_, cluster_of_;  // by sphere as given
+  std::vector<std::int32_t> group_of_cluster_;
   SphereProgram program_;
 };
 

@@ -28,18 +28,20 @@ struct JointInput {
   double multiplier = 1;
   double offset = 0;
   bool turns = true;
+  double lower = 0, upper = 0;  // of what lanes get, [-pi, pi] at most of what turns
+  double lever_m = 0;           // the farthest that a sphere reaches from the joint
   double farthest = 0;  // a greater value, either way, is beyond what `centre_error_m` is about
 };
 
 struct SphereProgram {
   LaneProgram lanes;
   std::vector<JointInput> inputs;  // by frame of `lanes`, from frame 1 on
-  // By cluster: a ball, in the frame of the root, that it cannot leave.
+  // By group: a ball, in the frame of the root, that it cannot leave.
   struct Ball {
     Vector3 centre = Vector3::Zero();
     double radius_m = 0;
   };
-  std::vector<Ball> reach_of_cluster;
+  std::vector<Ball> reach_of_group;
 };
 
 // `base` has a value for each variable of the model; those of the group are not read. A pair is
