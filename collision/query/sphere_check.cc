@@ -24,6 +24,12 @@ std::optional<std::vector<PlacedSphere>> SpheresOf(const QueryBody& body) {
   return spheres;
 }
 
+Verdict VerdictOf(StateMark mark, LaneVerdict told) {
+  if (mark == StateMark::kOutOfLimits) return Verdict::kOutOfLimits;
+  if (mark == StateMark::kTooFar || told == LaneVerdict::kOpen) return Verdict::kUndecided;
+  return told == LaneVerdict::kFree ? Verdict::kFree : Verdict::kCollision;
+}
+
 }  // namespace
 
 SphereCheck::SphereCheck(const JointRows& rows, SphereProgram program, LaneScene scene)
@@ -32,7 +38,6 @@ SphereCheck::SphereCheck(const JointRows& rows, SphereProgram program, LaneScene
   std::vector<double> base = rows.states().base;
   for (const int variable : rows.group().variables) {
     const Variable& of_row = model.variables[static_cast<std::size_t>(variable)];
-    limits_.push_back({of_row.lower, of_row.upper});
     // Inside, so that those of the base alone are asked about.
     base[static_cast<std::size_t>(variable)] =
         std::isfinite(of_row.lower) ? of_row.lower : std::min(0.0, of_row.upper);
@@ -68,39 +73,27 @@ std::optional<SphereCheck> SphereCheck::Make(const WorldSnapshot& world, const Q
 }
 
 std::span<const Verdict> SphereCheck::Judge(std::size_t first, std::size_t count) {
-  const std::size_t width = limits_.size();
+  const std::size_t width = rows_->group().variables.size();
   const std::size_t stride = (count + kMostLanes - 1) / kMostLanes * kMostLanes;
-  values_.assign(program_.inputs.size() * stride, 0.0F);
+  values_.resize(program_.inputs.size() * stride);
+  sorted_values_.resize(values_.size());
+  marks_.resize(count);
   told_.resize(count);
-  verdicts_.assign(count, Verdict::kNotComputed);
-  for (std::size_t i = 0; i < count; ++i) {
-    const std::span<const double> row = rows_->states().rows.subspan((first + i) * width, width);
-    bool is_within = base_is_within_limits_;
-    for (std::size_t k = 0; k < width; ++k) {
-      is_within = is_within && row[k] >= limits_[k].lower && row[k] <= limits_[k].upper &&
-                  std::isfinite(row[k]);
-    }
-    if (!is_within) {
-      verdicts_[i] = Verdict::kOutOfLimits;
-    } else if (!ToLanes(program_, row, values_.data() + i, stride)) {
-      verdicts_[i] = Verdict::kUndecided;
-    }
-  }
+  verdicts_.resize(count);
+  LoadStates(program_.inputs, rows_->states().rows.data() + first * width, width, count, stride,
+             values_.data(), marks_.data());
   const std::span<const std::uint32_t> order = order_.Of(values_.data(), stride, count);
-  sorted_values_.assign(values_.size(), 0.0F);
   for (std::size_t k = 0; k < program_.inputs.size(); ++k) {
     const float* from = values_.data() + k * stride;
     float* to = sorted_values_.data() + k * stride;
     for (std::size_t i = 0; i < count; ++i) to[i] = from[order[i]];
+    std::fill(to + count, to + stride, 0.0F);
   }
   JudgeStates(program_.lanes, scene_, sorted_values_.data(), stride, count, memory_, told_.data());
   for (std::size_t i = 0; i < count; ++i) {
-    Verdict& verdict = verdicts_[order[i]];
-    if (verdict != Verdict::kNotComputed) continue;
-    verdict = told_[i] == LaneVerdict::kFree  ? Verdict::kFree
-              : told_[i] == LaneVerdict::kHit ? Verdict::kCollision
-                                              : Verdict::kUndecided;
+    verdicts_[order[i]] = VerdictOf(marks_[order[i]], told_[i]);
   }
+  if (!base_is_within_limits_) std::ranges::fill(verdicts_, Verdict::kOutOfLimits);
   return verdicts_;
 }
 

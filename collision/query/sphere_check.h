@@ -35,13 +35,10 @@ class SphereCheck {
   SphereProgram program_;
   LaneScene scene_;
   bool base_is_within_limits_ = true;
-  struct Limit {
-    double lower, upper;
-  };
-  std::vector<Limit> limits_;  // by column of the rows
   StateOrder order_;
   LaneMemory memory_;
   std::vector<float> values_, sorted_values_;
+  std::vector<StateMark> marks_;
   std::vector<LaneVerdict> told_;
   std::vector<Verdict> verdicts_;
 };

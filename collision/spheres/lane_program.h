@@ -4,6 +4,7 @@
 // instruction sets.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -16,6 +17,19 @@ struct LaneJoint {
   bool turns = true;
   float rotation[9] = {};  // row by row
   float shift_m[3] = {};
+};
+
+// What moves the frame of a joint: multiplier * row[column] + offset, angles taken to [-pi, pi].
+struct LaneInput {
+  std::size_t column = 0;
+  double lower_limit = 0, upper_limit = 0;  // of row[column]; finite
+  double multiplier = 1;
+  double offset = 0;
+  bool turns = true;
+  double lower = 0, upper = 0;  // of what moves the frame
+  double lever_m = 0;           // the farthest that a sphere reaches from the joint
+  double farthest =
+      0;  // a greater value, either way, is beyond what the errors of centres are about
 };
 
 struct LaneSphere {

@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "collision/spheres/lane_program.h"
@@ -15,6 +16,18 @@ enum class LaneVerdict : std::uint8_t {
   kHit,   // some sphere surely touches
   kOpen,  // too near to contact for single precision, or near a hull
 };
+
+// What LoadStates says of a state.
+enum class StateMark : std::uint8_t {
+  kReady = 0,
+  kTooFar = 1,       // a value that lanes cannot take
+  kOutOfLimits = 2,  // or not a number
+};
+
+// Values of `count` rows, each `width` wide, as JudgeStates takes them: joint after joint, `stride`
+// apart. What moves is found in double precision.
+void LoadStates(std::span<const LaneInput> inputs, const double* rows, std::size_t width,
+                std::size_t count, std::size_t stride, float* values, StateMark* marks);
 
 // Memory of one thread's calls.
 struct LaneMemory {

@@ -152,6 +152,8 @@ class Compiler {
     const double at_upper = link.multiplier * variable.upper + link.offset;
     program_.inputs.push_back(
         {.column = static_cast<std::size_t>(column_of_[static_cast<std::size_t>(link.variable)]),
+         .lower_limit = std::max(variable.lower, -std::numeric_limits<double>::max()),
+         .upper_limit = std::min(variable.upper, std::numeric_limits<double>::max()),
          .multiplier = link.multiplier,
          .offset = link.offset,
          .turns = turns,
@@ -355,20 +357,6 @@ std::optional<SphereProgram> CompileSpheres(const RobotModel& model, const Joint
   compiler.AddSpheres(spheres);
   compiler.AddPairs(spheres, pairs, pair_margin_m);
   return compiler.Take();
-}
-
-bool ToLanes(const SphereProgram& program, std::span<const double> row, float* values,
-             std::size_t stride) {
-  for (const JointInput& input : program.inputs) {
-    double value = input.multiplier * row[input.column] + input.offset;
-    if (!(std::abs(value) <= input.farthest)) return false;
-    if (input.turns && std::abs(value) > std::numbers::pi) {
-      value -= 2 * std::numbers::pi * std::nearbyint(value / (2 * std::numbers::pi));
-    }
-    *values = static_cast<float>(value);
-    values += stride;
-  }
-  return true;
 }
 
 double Rounding_m(double coordinate_m) {

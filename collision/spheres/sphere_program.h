@@ -22,20 +22,9 @@ struct SpherePair {
   std::int32_t second = 0;
 };
 
-// What moves the frame of a joint of the lanes: multiplier * row[column] + offset.
-struct JointInput {
-  std::size_t column = 0;
-  double multiplier = 1;
-  double offset = 0;
-  bool turns = true;
-  double lower = 0, upper = 0;  // of what lanes get, [-pi, pi] at most of what turns
-  double lever_m = 0;           // the farthest that a sphere reaches from the joint
-  double farthest = 0;  // a greater value, either way, is beyond what `centre_error_m` is about
-};
-
 struct SphereProgram {
   LaneProgram lanes;
-  std::vector<JointInput> inputs;  // by frame of `lanes`, from frame 1 on
+  std::vector<LaneInput> inputs;  // by frame of `lanes`, from frame 1 on
   // By group: a ball, in the frame of the root, that it cannot leave.
   struct Ball {
     Vector3 centre = Vector3::Zero();
@@ -51,11 +40,6 @@ std::optional<SphereProgram> CompileSpheres(const RobotModel& model, const Joint
                                             std::span<const PlacedSphere> spheres,
                                             std::span<const SpherePair> pairs,
                                             double pair_margin_m);
-
-// Values of rows, as JudgeStates takes them: angles go to [-pi, pi], in double precision. False for a
-// value that lanes cannot take.
-bool ToLanes(const SphereProgram& program, std::span<const double> row, float* values,
-             std::size_t stride);
 
 // Half a unit in the last place of 1.
 inline constexpr double kFloatRounding = 5.9604644775390625e-8;
