@@ -129,7 +129,7 @@ class KnownVerdicts {
 
  private:
   void LookAhead() {
-    static const std::size_t kAhead = getenv("AH") ? atoi(getenv("AH")) : 1024;
+    constexpr std::size_t kAhead = 1024;  // 0.1 ms
     const std::size_t count = std::min(kAhead, rows_ - end_);
     some_ = spheres_->Judge(end_, count);
     end_ += count;

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "collision/geometry/signed_distance.h"
-
 namespace cwm::collision {
 namespace {
 
@@ -82,19 +80,22 @@ void Clip(double reach_m, Solid& solid) {
   }
 }
 
+// Of a point; 0 inside.
 double Distance_m(const Solid& solid, const Vector3& p_B) {
   const Vector3 p = solid.X_BS.linear().transpose() * (p_B - solid.X_BS.translation());
+  const double across_m = p.head<2>().norm(),
+               above_m = std::max(std::abs(p.z()) - solid.size_m[1], 0.0);
   switch (solid.form) {
     case LaneObstacle::Form::kBox:
-      return SignedDistance_m(Box{2 * solid.size_m}, p);
+      return (p.cwiseAbs() - solid.size_m).cwiseMax(0.0).norm();
     case LaneObstacle::Form::kCylinder:
-      return SignedDistance_m(Cylinder{solid.size_m[0], 2 * solid.size_m[1]}, p);
+      return Vector2(std::max(across_m - solid.size_m[0], 0.0), above_m).norm();
     case LaneObstacle::Form::kRound:
-      return SignedDistance_m(Capsule{solid.size_m[0], 2 * solid.size_m[1]}, p);
+      return std::max(Vector2(across_m, above_m).norm() - solid.size_m[0], 0.0);
     case LaneObstacle::Form::kHalfSpace:
       break;
   }
-  return p.z();
+  return std::max(p.z(), 0.0);
 }
 
 LaneObstacle InLanes(const Solid& solid, double margin_m) {

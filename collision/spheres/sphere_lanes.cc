@@ -143,7 +143,8 @@ class Judge {
     const std::size_t numbers = program.joints.size() * 12 + program.spheres.size() * 3 +
                                 (program.clusters.size() + program.groups.size()) * 3 + 1;
     memory.numbers.resize(numbers * width_);
-    memory.indices.resize(program.groups.size() + program.clusters.size());
+    memory.indices.resize(program.groups.size() + program.clusters.size() +
+                          std::max(scene.obstacles.size(), program.cluster_pairs.size()) + 1);
     const auto address = reinterpret_cast<std::uintptr_t>(memory.numbers.data());
     const std::size_t step = width_ * sizeof(float);
     frames_ = memory.numbers.data() + (step - address % step) % step / sizeof(float);
@@ -152,6 +153,7 @@ class Judge {
     groups_ = bounds_ + program.clusters.size() * 3 * width_;
     placed_ = memory.indices.data();
     group_placed_ = placed_ + program.clusters.size();
+    near_ = group_placed_ + program.groups.size();
     StoreFrame(0, {{All(1), All(0), All(0), All(0), All(0), All(1), All(0), All(0), All(0), All(0),
                     All(1), All(0)}});
     std::fill(memory.indices.begin(), memory.indices.end(), 0);
@@ -256,17 +258,25 @@ class Judge {
     if (!Matters(apart, pair.bounds_m2)) return;
     PlaceBounds(a);
     PlaceBounds(b);
+    std::int32_t* end = near_;
     for (std::int32_t k = pair.begin; k < pair.end; ++k) {
-      MeetItself(program_.cluster_pairs[static_cast<std::size_t>(k)]);
+      *end = k;
+      end += IsNear(program_.cluster_pairs[static_cast<std::size_t>(k)]) ? 1 : 0;
+    }
+    for (const std::int32_t* k = near_; k < end; ++k) {
+      MeetSpheres(program_.cluster_pairs[static_cast<std::size_t>(*k)]);
     }
   }
 
-  void MeetItself(const LaneClusterPair& pair) {
+  bool IsNear(const LaneClusterPair& pair) const {
     const auto a = static_cast<std::size_t>(pair.first), b = static_cast<std::size_t>(pair.second);
     const Lane apart = BeyondReach(LoadPoint(bounds_, a), LoadPoint(bounds_, b), pair.reach_m);
-    if (!Matters(apart, pair.band.bounds_m2)) return;
-    PlaceSpheres(a);
-    PlaceSpheres(b);
+    return Matters(apart, pair.band.bounds_m2);
+  }
+
+  void MeetSpheres(const LaneClusterPair& pair) {
+    PlaceSpheres(static_cast<std::size_t>(pair.first));
+    PlaceSpheres(static_cast<std::size_t>(pair.second));
     Lane lowest = All(1);
     for (std::int32_t k = pair.begin; k < pair.end; ++k) {
       const LaneSpherePair& two = program_.sphere_pairs[static_cast<std::size_t>(k)];
@@ -282,11 +292,16 @@ class Judge {
     const LaneScene::Range range = scene_.near_group[g];
     const LaneGroup& group = program_.groups[g];
     const Point bound = LoadPoint(groups_, g);
+    std::int32_t* end = near_;
     for (std::int32_t k = range.begin; k < range.end; ++k) {
       const std::int32_t o = scene_.near[static_cast<std::size_t>(k)];
       const LaneObstacle& obstacle = scene_.obstacles[static_cast<std::size_t>(o)];
       const Lane beyond = Beyond(obstacle, bound, All(group.bound.radius_m + obstacle.margin_m));
-      if (Matters(beyond, range.band.bounds_m2)) MeetObstacle(g, obstacle, range.band);
+      *end = o;
+      end += Matters(beyond, range.band.bounds_m2) ? 1 : 0;
+    }
+    for (const std::int32_t* o = near_; o < end; ++o) {
+      MeetObstacle(g, scene_.obstacles[static_cast<std::size_t>(*o)], range.band);
     }
   }
 
@@ -349,11 +364,12 @@ class Judge {
   const LaneProgram& program_;
   const LaneScene& scene_;
   const std::size_t width_;
-  float* frames_ = nullptr;               // twelve vectors a frame
-  float* centres_ = nullptr;              // three vectors a sphere, of clusters that are placed
-  float* bounds_ = nullptr;               // three vectors a cluster
-  float* groups_ = nullptr;               // three vectors a group
-  std::int32_t* placed_ = nullptr;        // by cluster: its spheres
+  float* frames_ = nullptr;         // twelve vectors a frame
+  float* centres_ = nullptr;        // three vectors a sphere, of clusters that are placed
+  float* bounds_ = nullptr;         // three vectors a cluster
+  float* groups_ = nullptr;         // three vectors a group
+  std::int32_t* placed_ = nullptr;  // by cluster: its spheres
+  std::int32_t* near_ = nullptr;    // what a walk has found, without a branch that is hard to guess
   std::int32_t* group_placed_ = nullptr;  // by group: the bounds of its clusters
   LaneMask hit_, open_;
 };

@@ -83,35 +83,38 @@ class Compiler {
   void AddPairs(std::span<const PlacedSphere> spheres, std::span<const SpherePair> pairs,
                 double margin_m) {
     LaneProgram& lanes = program_.lanes;
-    struct Keyed {
-      std::int64_t key;  // groups, then clusters
-      LaneSpherePair pair;
+    const std::size_t clusters = lanes.clusters.size();
+    const auto slot_of = [&](const SpherePair& pair) {
+      const auto a = static_cast<std::size_t>(cluster_of_[static_cast<std::size_t>(pair.first)]);
+      const auto b = static_cast<std::size_t>(cluster_of_[static_cast<std::size_t>(pair.second)]);
+      return a * clusters + b;
     };
-    std::vector<Keyed> keyed;
-    keyed.reserve(pairs.size());
-    const auto clusters = static_cast<std::int64_t>(lanes.clusters.size());
+    std::vector<std::int32_t> count(clusters * clusters, 0);
+    for (const SpherePair& pair : pairs) ++count[slot_of(pair)];
+    // Groups by groups; the clusters of a group follow each other.
+    std::vector<std::int32_t> next(count.size(), 0);
+    std::int32_t begin = 0;
+    for (const LaneGroup& one : lanes.groups) {
+      for (const LaneGroup& other : lanes.groups) {
+        for (std::int32_t a = one.first; a < one.first + one.count; ++a) {
+          for (std::int32_t b = other.first; b < other.first + other.count; ++b) {
+            const std::size_t slot =
+                static_cast<std::size_t>(a) * clusters + static_cast<std::size_t>(b);
+            if (count[slot] == 0) continue;
+            AddClusterPair(a, b, {begin, begin + count[slot]}, margin_m);
+            next[slot] = begin;
+            begin += count[slot];
+          }
+        }
+      }
+    }
+    lanes.sphere_pairs.resize(pairs.size());
     for (const SpherePair& pair : pairs) {
       const auto a = static_cast<std::size_t>(pair.first),
                  b = static_cast<std::size_t>(pair.second);
-      const std::int64_t one = cluster_of_[a], other = cluster_of_[b];
-      const std::int64_t groups =
-          std::int64_t{group_of_cluster_[static_cast<std::size_t>(one)]} * clusters +
-          group_of_cluster_[static_cast<std::size_t>(other)];
-      keyed.push_back({(groups * clusters + one) * clusters + other,
-                       {lane_of_[a], lane_of_[b],
-                        static_cast<float>(spheres[a].radius_m + spheres[b].radius_m + margin_m)}});
-    }
-    std::stable_sort(keyed.begin(), keyed.end(),
-                     [](const Keyed& a, const Keyed& b) { return a.key < b.key; });
-    lanes.sphere_pairs.reserve(pairs.size());
-    for (std::size_t k = 0; k < keyed.size(); ++k) {
-      if (k == 0 || keyed[k].key != keyed[k - 1].key) {
-        const std::int64_t two = keyed[k].key % (clusters * clusters);
-        AddClusterPair(static_cast<std::int32_t>(two / clusters),
-                       static_cast<std::int32_t>(two % clusters), margin_m);
-      }
-      lanes.sphere_pairs.push_back(keyed[k].pair);
-      lanes.cluster_pairs.back().end = static_cast<std::int32_t>(lanes.sphere_pairs.size());
+      lanes.sphere_pairs[static_cast<std::size_t>(next[slot_of(pair)]++)] = {
+          lane_of_[a], lane_of_[b],
+          static_cast<float>(spheres[a].radius_m + spheres[b].radius_m + margin_m)};
     }
   }
 
@@ -227,7 +230,7 @@ class Compiler {
 
   // Halves of the spheres of one link across the longest side, until few are left.
   void AddClusters(std::span<const PlacedSphere> spheres, std::span<std::size_t> some) {
-    static const std::size_t kMostTogether = getenv("MT") ? atoi(getenv("MT")) : 4;
+    constexpr std::size_t kMostTogether = 4;  // 3 and 6 are as fast
     if (some.size() <= kMostTogether) return AddCluster(spheres, some);
     Eigen::AlignedBox3d box;
     for (std::size_t k : some) box.extend(spheres[k].centre_L);
@@ -287,21 +290,23 @@ class Compiler {
     return best;
   }
 
-  void AddClusterPair(std::int32_t first, std::int32_t second, double margin_m) {
+  struct Range {
+    std::int32_t begin, end;
+  };
+  void AddClusterPair(std::int32_t first, std::int32_t second, const Range& of, double margin_m) {
     LaneProgram& lanes = program_.lanes;
     const LaneCluster& a = lanes.clusters[static_cast<std::size_t>(first)];
     const LaneCluster& b = lanes.clusters[static_cast<std::size_t>(second)];
     const double reach_m = double{a.bound.radius_m} + double{b.bound.radius_m} + margin_m;
     const double error_m =
         double{a.centre_error_m} + double{b.centre_error_m} + Rounding_m(lanes.reach_m);
-    const auto begin = static_cast<std::int32_t>(lanes.sphere_pairs.size());
     const auto index = static_cast<std::int32_t>(lanes.cluster_pairs.size());
     lanes.cluster_pairs.push_back(
         {.first = first,
          .second = second,
          .reach_m = static_cast<float>(kRoundedUp * reach_m),
-         .begin = begin,
-         .end = begin,
+         .begin = of.begin,
+         .end = of.end,
          .band = BandOf(error_m, double{a.widest_m} + double{b.widest_m} + margin_m, reach_m)});
     const std::int32_t group_a = group_of_cluster_[static_cast<std::size_t>(first)];
     const std::int32_t group_b = group_of_cluster_[static_cast<std::size_t>(second)];
