@@ -12,6 +12,8 @@
 #include "collision/query/interrupt.h"
 #include "collision/query/query.h"
 #include "collision/query/world_filter.h"
+#include "collision/spheres/sphere_lanes.h"
+#include "collision/spheres/sphere_program.h"
 
 namespace cwm::collision {
 
@@ -33,6 +35,13 @@ struct PairId {
   }
 };
 
+// The pairs of frames of which a body's self pairs are, in the order in which they come up.
+struct FramePairs {
+  std::vector<LinkPair> pairs;
+  std::vector<std::int32_t> of_self_pair;  // into `pairs`
+};
+FramePairs FramePairsOf(const QueryBody& body);
+
 // One per call, used by one thread; allocates at construction alone.
 class BodySearch {
  public:
@@ -48,8 +57,10 @@ class BodySearch {
   BodySearch(const WorldSnapshot& world, const QueryBody& body, const QueryOptions& options,
              std::stop_token stop);
 
-  // Puts the body where the row has it.
-  void PlaceBody(const BodyRows& rows, std::size_t row);
+  // Puts the body where the row has it. What is not open is not asked about: bits of `worlds` are
+  // frames, bits of `pairs` those of FramePairsOf, both modulo kTags.
+  void PlaceBody(const BodyRows& rows, std::size_t row, const LaneOpen& open = kAllOpen);
+  static constexpr LaneOpen kAllOpen{~std::uint64_t{0}, ~std::uint64_t{0}};
   const Aabb& body_bounds_W() const { return bounds_W_; }
 
   // Calls visit(pair) for the pairs of parts of the body and of the object whose
@@ -91,6 +102,9 @@ class BodySearch {
   using EngineTable = std::array<std::array<const Engine*, kShapeKindCount>, kShapeKindCount>;
 
   void RefusePair(const PairId& id, Question question);
+  static bool IsOpen(std::uint64_t tags, std::int32_t tag) {
+    return (tags >> (tag % kTags) & 1) != 0;
+  }
   const EngineTable& Engines(Question question) const {
     return engines_[question == Question::kCollides ? 0 : 1];
   }
@@ -109,7 +123,10 @@ class BodySearch {
   std::vector<BodyPart> parts_;
   std::vector<Pose> X_WF_;
   Aabb bounds_W_;
-  std::int64_t row_ = -1;  // of PlaceBody
+  LaneOpen open_ = kAllOpen;
+  FramePairs frame_pairs_;
+  std::vector<std::uint64_t> frames_of_pair_;  // by bit of LaneOpen::pairs, as bits of `worlds`
+  std::int64_t row_ = -1;                      // of PlaceBody
   Interrupt interrupt_;
   absl::Status status_;
 };
@@ -122,6 +139,7 @@ void BodySearch::ForEachPair(const WorldObject& object, double reach_m, Question
   const EngineTable& engines = Engines(question);
   for (std::size_t b = 0; b < parts_.size(); ++b) {
     const BodyPart& mine = parts_[b];
+    if (!IsOpen(open_.worlds, mine.frame)) continue;
     for (std::size_t o = 0; o < object.parts_W.size(); ++o) {
       const PlacedPart& placed = object.parts_W[o];
       const double squared_m2 = SquaredDistance_m2(mine.bounds_W, placed.bounds_W);
@@ -146,7 +164,9 @@ void BodySearch::ForEachPair(const WorldObject& object, double reach_m, Question
 template <class Visit>
 void BodySearch::ForEachSelfPair(double reach_m, Question question, Visit&& visit) {
   const EngineTable& engines = Engines(question);
-  for (const auto& [first, second] : body_.self_pairs) {
+  for (std::size_t k = 0; k < body_.self_pairs.size(); ++k) {
+    if (!IsOpen(open_.pairs, frame_pairs_.of_self_pair[k])) continue;
+    const auto [first, second] = body_.self_pairs[k];
     const BodyPart& a = parts_[static_cast<std::size_t>(first)];
     const BodyPart& b = parts_[static_cast<std::size_t>(second)];
     const double squared_m2 = SquaredDistance_m2(a.bounds_W, b.bounds_W);

@@ -100,6 +100,7 @@ RowVerdict JudgeRow(BodySearch& search, const Margins& margins) {
       std::max(0.0, among_itself_m), QuestionFor(among_itself_m),
       [&](const BodySearch::Pair& pair) { return judge.Add(pair, among_itself_m); });
   if (judge.is_decided() || search.ended() || !search.asks_world()) return judge.row();
+  if (search.body_bounds_W().isEmpty()) return judge.row();  // shown to be clear of the world
   const auto visit = [&](const WorldObject& object) {
     if (search.Skips(object)) return true;
     const double margin_m = object.margin_m + margins.own_m;
@@ -118,11 +119,13 @@ class KnownVerdicts {
   KnownVerdicts(std::optional<SphereCheck> spheres, std::size_t rows, Naming naming)
       : spheres_(std::move(spheres)), rows_(rows), naming_(naming) {}
 
-  // kNotComputed: to be asked plainly.
-  Verdict Of(std::size_t row) {
+  // kNotComputed: to be asked plainly about what `open` says.
+  Verdict Of(std::size_t row, LaneOpen& open) {
     if (!spheres_) return Verdict::kNotComputed;
     if (row == end_) LookAhead();
-    const Verdict told = some_[row - (end_ - some_.size())];
+    const std::size_t at = row - (end_ - some_.size());
+    const Verdict told = some_[at];
+    if (!spheres_->open().empty()) open = spheres_->open()[at];
     const bool lacks_name = told == Verdict::kCollision && naming_ == Naming::kEachRow;
     return told == Verdict::kUndecided || lacks_name ? Verdict::kNotComputed : told;
   }
@@ -173,11 +176,12 @@ absl::StatusOr<CollisionColumns> CheckCollisions(const WorldSnapshot& world, con
   KnownVerdicts known(SphereCheck::Make(world, body, rows, options), rows.size(), options.naming);
   for (std::size_t i = 0; i < rows.size(); ++i) {
     if (search.MustEnd()) break;
-    RowVerdict row{.verdict = known.Of(i), .pair = {}, .trust = Trust::kExact};
+    LaneOpen open = BodySearch::kAllOpen;
+    RowVerdict row{.verdict = known.Of(i, open), .pair = {}, .trust = Trust::kExact};
     if (row.verdict == Verdict::kNotComputed) {
       row.verdict = Verdict::kOutOfLimits;
       if (rows.IsWithinLimits(i)) {
-        search.PlaceBody(rows, i);
+        search.PlaceBody(rows, i, open);
         row = JudgeRow(search, margins);
       }
     }

@@ -28,6 +28,7 @@ QueryBody BodyFromRobot(const RobotGeometry& robot, RobotScope scope) {
                  .frame_of_part = robot.link_of_part,
                  .frame_count = static_cast<int>(model.links.size())};
   body.asks_world = scope != RobotScope::kSelf;
+  body.around = robot.spheres_around;
   if (scope == RobotScope::kWorld) return body;
   std::vector<std::vector<std::int32_t>> parts_of_link(model.links.size());
   for (std::size_t part = 0; part < robot.link_of_part.size(); ++part) {

@@ -155,8 +155,12 @@ Cell WholeOf(Solid& solid, std::size_t index) {
   cell.solid = index;
   const Pose& X_LP = solid.piece.X_LP;
   const auto* mesh = std::get_if<Mesh>(solid.piece.shape);
-  if (mesh != nullptr && mesh->mesh->triangles.size() > kMostTriangles) {
+  if (mesh != nullptr && !mesh->watertight) {
+    solid.boxes_P = {solid.piece.tree->bounds()};
+  } else if (mesh != nullptr && mesh->mesh->triangles.size() > kMostTriangles) {
     solid.boxes_P = CoarseBoxes(*solid.piece.tree);
+  }
+  if (!solid.boxes_P.empty()) {
     for (const Aabb& box : solid.boxes_P) {
       const Pose X_LB = X_LP * Eigen::Translation3d(box.center());
       AddSurface(Tessellate(Box{box.sizes()}), X_LB, cell.surface);

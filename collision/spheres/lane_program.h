@@ -42,7 +42,8 @@ struct LaneCluster {
   std::int32_t frame = 0;
   std::int32_t first = 0, count = 0;  // into LaneProgram::spheres
   LaneSphere bound = {};
-  float widest_m = 0;  // the greatest of the radii
+  float widest_m = 0;    // the greatest of the radii
+  std::int32_t tag = 0;  // of LaneOpen::worlds
   // No centre, those of the bounds neither, is farther than this from where exact arithmetic has it.
   float centre_error_m = 0;
 };
@@ -70,8 +71,9 @@ struct LaneSpherePair {
 struct LaneClusterPair {
   std::int32_t first = 0, second = 0;  // clusters
   float reach_m = 0;
-  std::int32_t begin = 0, end = 0;  // into LaneProgram::sphere_pairs
-  LaneBand band;
+  std::int32_t begin = 0, end = 0;  // into LaneProgram::sphere_pairs; none: each with each
+  std::int32_t tag = 0;             // of LaneOpen::pairs
+  LaneBand band = {};
 };
 
 // Two groups, with a reach that no pair of their spheres exceeds.
@@ -90,7 +92,8 @@ struct LaneProgram {
   std::vector<LaneGroupPair> group_pairs;
   std::vector<LaneClusterPair> cluster_pairs;
   std::vector<LaneSpherePair> sphere_pairs;
-  float reach_m = 0;  // no centre is farther from the origin
+  float reach_m = 0;        // no centre is farther from the origin
+  float pair_margin_m = 0;  // of clusters without a list of pairs
 };
 
 // A solid: `axis` are its axes as rows, a point is at axis * p - offset in its frame.

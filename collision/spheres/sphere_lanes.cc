@@ -182,8 +182,14 @@ class Judge {
     for (std::size_t g = 0; g < program_.groups.size() && !IsDone(); ++g) MeetWorld(g);
   }
 
+  void Find(const float* values, std::size_t stride, LaneOpen* found) {
+    std::fill_n(found, width_, LaneOpen{});
+    found_ = found;
+    Run(values, stride);
+  }
+
   void Tell(std::size_t count, LaneVerdict* verdicts) const {
-    alignas(64) float told[kMostLanes];
+    alignas(64) float told[kMostLanes] = {};
     const auto as = [](LaneVerdict verdict) HWY_ATTR { return All(static_cast<float>(verdict)); };
     hn::Store(hn::IfThenElse(hit_, as(LaneVerdict::kHit),
                              hn::IfThenElse(open_, as(LaneVerdict::kOpen), as(LaneVerdict::kFree))),
@@ -245,6 +251,16 @@ class Judge {
     open_ = hn::Or(open_, hn::Lt(beyond, All(band_m2)));
     if (!is_hull) hit_ = hn::Or(hit_, hn::Lt(beyond, All(-band_m2)));
   }
+  void Note(Lane beyond, float band_m2, std::uint64_t LaneOpen::*what, std::int32_t tag) {
+    const LaneMask open = hn::Lt(beyond, All(band_m2));
+    if (hn::AllFalse(kTag, open)) return;
+    std::uint8_t some[8] = {};
+    hn::StoreMaskBits(kTag, open, some);
+    const unsigned bits = some[0] | unsigned{some[1]} << 8;
+    for (std::size_t i = 0; i < width_; ++i) {
+      found_[i].*what |= static_cast<std::uint64_t>(bits >> i & 1) << tag;
+    }
+  }
 
   static Lane BeyondReach(const Point& a, const Point& b, float reach_m) {
     const Lane x = hn::Sub(a.x, b.x), y = hn::Sub(a.y, b.y), z = hn::Sub(a.z, b.z);
@@ -277,6 +293,7 @@ class Judge {
   void MeetSpheres(const LaneClusterPair& pair) {
     PlaceSpheres(static_cast<std::size_t>(pair.first));
     PlaceSpheres(static_cast<std::size_t>(pair.second));
+    if (pair.begin == pair.end) return MeetAll(pair);
     Lane lowest = All(1);
     for (std::int32_t k = pair.begin; k < pair.end; ++k) {
       const LaneSpherePair& two = program_.sphere_pairs[static_cast<std::size_t>(k)];
@@ -286,6 +303,23 @@ class Judge {
                                       two.reach_m));
     }
     Keep(lowest, pair.band.spheres_m2, false);
+  }
+
+  void MeetAll(const LaneClusterPair& pair) {
+    const LaneCluster& one = program_.clusters[static_cast<std::size_t>(pair.first)];
+    const LaneCluster& other = program_.clusters[static_cast<std::size_t>(pair.second)];
+    Lane lowest = All(1);
+    for (std::int32_t s = one.first; s < one.first + one.count; ++s) {
+      const auto a = static_cast<std::size_t>(s);
+      const Point at = LoadPoint(centres_, a);
+      for (std::int32_t t = other.first; t < other.first + other.count; ++t) {
+        const auto b = static_cast<std::size_t>(t);
+        const float reach_m =
+            program_.spheres[a].radius_m + program_.spheres[b].radius_m + program_.pair_margin_m;
+        lowest = hn::Min(lowest, BeyondReach(at, LoadPoint(centres_, b), reach_m));
+      }
+    }
+    Note(lowest, pair.band.spheres_m2, &LaneOpen::pairs, pair.tag);
   }
 
   void MeetWorld(std::size_t g) {
@@ -314,7 +348,12 @@ class Judge {
       const Lane reach = All(cluster.bound.radius_m + obstacle.margin_m);
       if (!Matters(Beyond(obstacle, LoadPoint(bounds_, at), reach), band.bounds_m2)) continue;
       PlaceSpheres(at);
-      Keep(Lowest(obstacle, cluster), band.spheres_m2, obstacle.is_hull);
+      const Lane lowest = Lowest(obstacle, cluster);
+      if (found_ == nullptr) {
+        Keep(lowest, band.spheres_m2, obstacle.is_hull);
+      } else {
+        Note(lowest, band.spheres_m2, &LaneOpen::worlds, cluster.tag);
+      }
     }
   }
 
@@ -372,6 +411,7 @@ class Judge {
   std::int32_t* near_ = nullptr;    // what a walk has found, without a branch that is hard to guess
   std::int32_t* group_placed_ = nullptr;  // by group: the bounds of its clusters
   LaneMask hit_, open_;
+  LaneOpen* found_ = nullptr;  // by lane; null: a verdict is all that is wanted
 };
 
 void JudgeAll(const LaneProgram& program, const LaneScene& scene, const float* values,
@@ -380,6 +420,16 @@ void JudgeAll(const LaneProgram& program, const LaneScene& scene, const float* v
   for (std::size_t first = 0; first < count; first += judge.width()) {
     judge.Run(values + first, stride);
     judge.Tell(HWY_MIN(judge.width(), count - first), verdicts + first);
+  }
+}
+
+void FindAll(const LaneProgram& program, const LaneScene& scene, const float* values,
+             std::size_t stride, std::size_t count, LaneMemory& memory, LaneOpen* open) {
+  Judge judge(program, scene, memory);
+  LaneOpen found[kMostLanes];
+  for (std::size_t first = 0; first < count; first += judge.width()) {
+    judge.Find(values + first, stride, found);
+    std::copy_n(found, HWY_MIN(judge.width(), count - first), open + first);
   }
 }
 
@@ -477,6 +527,7 @@ HWY_AFTER_NAMESPACE();
 namespace cwm::collision {
 
 HWY_EXPORT(JudgeAll);
+HWY_EXPORT(FindAll);
 HWY_EXPORT(LoadAll);
 HWY_EXPORT(SinesOfAll);
 HWY_EXPORT(NameOfTarget);
@@ -484,6 +535,11 @@ HWY_EXPORT(NameOfTarget);
 void JudgeStates(const LaneProgram& program, const LaneScene& scene, const float* values,
                  std::size_t stride, std::size_t count, LaneMemory& memory, LaneVerdict* verdicts) {
   HWY_DYNAMIC_DISPATCH(JudgeAll)(program, scene, values, stride, count, memory, verdicts);
+}
+
+void FindOpen(const LaneProgram& program, const LaneScene& scene, const float* values,
+              std::size_t stride, std::size_t count, LaneMemory& memory, LaneOpen* open) {
+  HWY_DYNAMIC_DISPATCH(FindAll)(program, scene, values, stride, count, memory, open);
 }
 
 void LoadStates(std::span<const LaneInput> inputs, const double* rows, std::size_t width,

@@ -41,6 +41,17 @@ struct LaneMemory {
 void JudgeStates(const LaneProgram& program, const LaneScene& scene, const float* values,
                  std::size_t stride, std::size_t count, LaneMemory& memory, LaneVerdict* verdicts);
 
+// Where a state is not shown to be free, by tag.
+struct LaneOpen {
+  std::uint64_t worlds = 0;  // of clusters that may meet obstacles
+  std::uint64_t pairs = 0;   // of pairs of clusters that may meet
+};
+
+// The same for spheres that contain what is asked about: what they are clear of is free, and nothing is
+// known of the rest.
+void FindOpen(const LaneProgram& program, const LaneScene& scene, const float* values,
+              std::size_t stride, std::size_t count, LaneMemory& memory, LaneOpen* open);
+
 // The greatest number of lanes that a machine has: `stride` is a multiple.
 inline constexpr std::size_t kMostLanes = 16;
 

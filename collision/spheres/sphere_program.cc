@@ -118,6 +118,37 @@ class Compiler {
     }
   }
 
+  // Each cluster of one link with each of the other, by pairs of groups.
+  void AddPairs(std::span<const LinkPair> pairs, double margin_m) {
+    program_.lanes.pair_margin_m = static_cast<float>(margin_m);
+    struct Tagged {
+      std::int32_t first, second, tag;
+    };
+    std::vector<Tagged> all;
+    const auto clusters = static_cast<std::int32_t>(program_.lanes.clusters.size());
+    std::vector<std::vector<std::int32_t>> of_link(model_.links.size());
+    for (std::int32_t c = 0; c < clusters; ++c) {
+      of_link[static_cast<std::size_t>(link_of_cluster_[static_cast<std::size_t>(c)])].push_back(c);
+    }
+    for (std::size_t k = 0; k < pairs.size(); ++k) {
+      for (std::int32_t a : of_link[static_cast<std::size_t>(pairs[k].first)]) {
+        for (std::int32_t b : of_link[static_cast<std::size_t>(pairs[k].second)]) {
+          all.push_back({a, b, static_cast<std::int32_t>(k % kTags)});
+        }
+      }
+    }
+    const auto groups_of = [&](const Tagged& pair) {
+      return std::pair(group_of_cluster_[static_cast<std::size_t>(pair.first)],
+                       group_of_cluster_[static_cast<std::size_t>(pair.second)]);
+    };
+    std::stable_sort(all.begin(), all.end(),
+                     [&](const Tagged& a, const Tagged& b) { return groups_of(a) < groups_of(b); });
+    for (const Tagged& pair : all) {
+      AddClusterPair(pair.first, pair.second, {0, 0}, margin_m);
+      program_.lanes.cluster_pairs.back().tag = pair.tag;
+    }
+  }
+
   SphereProgram Take() { return std::move(program_); }
 
  private:
@@ -251,7 +282,9 @@ class Compiler {
     const Frame& frame = frames_[fixed.frame];
     LaneCluster cluster{.frame = frame.index,
                         .first = static_cast<std::int32_t>(lanes.spheres.size()),
-                        .count = static_cast<std::int32_t>(some.size())};
+                        .count = static_cast<std::int32_t>(some.size()),
+                        .tag = spheres[some[0]].link % kTags};
+    link_of_cluster_.push_back(spheres[some[0]].link);
     for (std::size_t k : some) {
       lane_of_[k] = static_cast<std::int32_t>(lanes.spheres.size());
       cluster_of_[k] = static_cast<std::int32_t>(lanes.clusters.size());
@@ -346,7 +379,7 @@ class Compiler {
   std::vector<Frame> frames_;
   std::vector<Fixed> links_;
   std::vector<std::int32_t> lane_of_, cluster_of_;  // by sphere as given
-  std::vector<std::int32_t> group_of_cluster_;
+  std::vector<std::int32_t> group_of_cluster_, link_of_cluster_;
   SphereProgram program_;
 };
 
@@ -355,12 +388,12 @@ class Compiler {
 std::optional<SphereProgram> CompileSpheres(const RobotModel& model, const JointGroup& group,
                                             std::span<const double> base,
                                             std::span<const PlacedSphere> spheres,
-                                            std::span<const SpherePair> pairs,
-                                            double pair_margin_m) {
+                                            const TouchingPairs& pairs, double pair_margin_m) {
   Compiler compiler(model, group, base);
   if (!compiler.AddLinks()) return std::nullopt;
   compiler.AddSpheres(spheres);
-  compiler.AddPairs(spheres, pairs, pair_margin_m);
+  compiler.AddPairs(spheres, pairs.spheres, pair_margin_m);
+  compiler.AddPairs(pairs.links, pair_margin_m);
   return compiler.Take();
 }
 

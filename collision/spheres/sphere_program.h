@@ -22,6 +22,14 @@ struct SpherePair {
   std::int32_t second = 0;
 };
 
+// What must not touch: these spheres, and each with each of these links. A cluster's tag is its link,
+// that of a pair of clusters the place of the links in the list, both modulo kTags.
+struct TouchingPairs {
+  std::span<const SpherePair> spheres = {};
+  std::span<const LinkPair> links = {};
+};
+inline constexpr int kTags = 64;
+
 struct SphereProgram {
   LaneProgram lanes;
   std::vector<LaneInput> inputs;  // by frame of `lanes`, from frame 1 on
@@ -38,8 +46,7 @@ struct SphereProgram {
 std::optional<SphereProgram> CompileSpheres(const RobotModel& model, const JointGroup& group,
                                             std::span<const double> base,
                                             std::span<const PlacedSphere> spheres,
-                                            std::span<const SpherePair> pairs,
-                                            double pair_margin_m);
+                                            const TouchingPairs& pairs, double pair_margin_m);
 
 // Half a unit in the last place of 1.
 inline constexpr double kFloatRounding = 5.9604644775390625e-8;
