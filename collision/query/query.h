@@ -42,8 +42,8 @@ struct QueryBody {
   bool asks_world = true;                 // false: about itself alone
   std::string self = {};  // name of the world object that asks: it is left out of the world
   double margin_m = 0;    // of the world object that asks
-  // By frame: spheres that together contain the parts. With them CheckCollisions proves pairs apart for
-  // many states at once; its answers are the same without.
+  // By frame: spheres that together contain the parts. With them CheckCollisions proves pairs apart
+  // for many states at once; its answers are the same without.
   std::shared_ptr<const SphereModel> around = {};
 };
 QueryBody BodyFromShapes(std::vector<Placed<>> shapes);

@@ -11,7 +11,8 @@
 namespace cwm::collision {
 namespace {
 
-// Spheres around the parts of an arm take a tenth of a millisecond to set up: fewer rows gain nothing.
+// Spheres around the parts of an arm take a tenth of a millisecond to set up: fewer rows gain
+// nothing.
 constexpr std::size_t kFewestRows = 256;
 
 std::optional<std::vector<PlacedSphere>> SpheresOf(const QueryBody& body) {

@@ -20,8 +20,9 @@ namespace cwm::collision {
 // Refers to the rows. One per call, used by one thread.
 class SphereCheck {
  public:
-  // Nothing where the question is another one: other shapes without spheres around them, too few rows, rows that are no states of joints, FCL or
-  // Bullet asked for by name, joints that lanes do not move, margins below zero.
+  // Nothing where the question is another one: other shapes without spheres around them, too few
+  // rows, rows that are no states of joints, FCL or Bullet asked for by name, joints that lanes do
+  // not move, margins below zero.
   static std::optional<SphereCheck> Make(const WorldSnapshot& world, const QueryBody& body,
                                          const BodyRows& rows, const QueryOptions& options);
 

@@ -132,7 +132,8 @@ class SceneCompiler {
     bool is_near = false;
     for (std::size_t g = 0; g < near_.size(); ++g) {
       const SphereProgram::Ball& ball = program_.reach_of_group[g];
-      // A float's rounding of radii and margins is far below the slack of a hundredth of a millimetre.
+      // A float's rounding of radii and margins is far below the slack of a hundredth of a
+      // millimetre.
       constexpr double kRadiusSlack_m = 1e-5;
       if (Distance_m(solid, ball.centre) > ball.radius_m + margin_m + kRadiusSlack_m) continue;
       near_[g].push_back(index);

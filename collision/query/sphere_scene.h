@@ -7,8 +7,8 @@
 
 namespace cwm::collision {
 
-// What of the world a robot whose root stands at X_WB can reach. `margin_m` is that of the question:
-// it and those of all objects together are not negative.
+// What of the world a robot whose root stands at X_WB can reach. `margin_m` is that of the
+// question: it and those of all objects together are not negative.
 LaneScene CompileScene(const WorldSnapshot& world, const WorldFilter& filter,
                        const SphereProgram& program, const Pose& X_WB, double margin_m);
 

@@ -11,8 +11,8 @@
 namespace cwm::collision {
 namespace {
 
-// Meshes of more enter by the boxes of their tree, which bounds the time: 20 000 triangles take some
-// 30 ms.
+// Meshes of more enter by the boxes of their tree, which bounds the time: 20 000 triangles take
+// some 30 ms.
 constexpr std::size_t kMostTriangles = 20000;
 // Lengths in a cell are rounded some dozen times.
 constexpr double kRoundingShare = 1e-12;

@@ -1,7 +1,7 @@
 // A robot of spheres and what it may meet, as flat arrays of numbers: what many states are checked
 // with at once. Everything lies in the frame of the robot's root, where coordinates are no greater
-// than its reach. Plain numbers without Eigen, since the source that reads them is compiled for several
-// instruction sets.
+// than its reach. Plain numbers without Eigen, since the source that reads them is compiled for
+// several instruction sets.
 #pragma once
 
 #include <cstddef>
@@ -10,8 +10,8 @@
 
 namespace cwm::collision {
 
-// The joint that moves a frame: X_PF = (rotation, shift) * motion. The motion is the turn by the value
-// about z or the shift by the value along z. Frame 0 is the root and has none.
+// The joint that moves a frame: X_PF = (rotation, shift) * motion. The motion is the turn by the
+// value about z or the shift by the value along z. Frame 0 is the root and has none.
 struct LaneJoint {
   std::int32_t parent = 0;  // frame, less than the joint's own
   bool turns = true;
@@ -44,7 +44,8 @@ struct LaneCluster {
   LaneSphere bound = {};
   float widest_m = 0;    // the greatest of the radii
   std::int32_t tag = 0;  // of LaneOpen::worlds
-  // No centre, those of the bounds neither, is farther than this from where exact arithmetic has it.
+  // No centre, those of the bounds neither, is farther than this from where exact arithmetic has
+  // it.
   float centre_error_m = 0;
 };
 

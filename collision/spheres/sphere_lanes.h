@@ -1,5 +1,5 @@
-// States of a robot of spheres against obstacles and itself, one state a lane of the machine's widest
-// vectors: taken at run time, by Highway.
+// States of a robot of spheres against obstacles and itself, one state a lane of the machine's
+// widest vectors: taken at run time, by Highway.
 #pragma once
 
 #include <cstddef>
@@ -36,8 +36,8 @@ struct LaneMemory {
 };
 
 // `values` hold the joints' values frame after frame from frame 1 on, each `stride` apart, angles
-// within [-pi, pi]; `count` states of them are answered. A lane's answer depends on that lane alone,
-// and on the instruction set in kOpen alone.
+// within [-pi, pi]; `count` states of them are answered. A lane's answer depends on that lane
+// alone, and on the instruction set in kOpen alone.
 void JudgeStates(const LaneProgram& program, const LaneScene& scene, const float* values,
                  std::size_t stride, std::size_t count, LaneMemory& memory, LaneVerdict* verdicts);
 
@@ -47,8 +47,8 @@ struct LaneOpen {
   std::uint64_t pairs = 0;   // of pairs of clusters that may meet
 };
 
-// The same for spheres that contain what is asked about: what they are clear of is free, and nothing is
-// known of the rest.
+// The same for spheres that contain what is asked about: what they are clear of is free, and
+// nothing is known of the rest.
 void FindOpen(const LaneProgram& program, const LaneScene& scene, const float* values,
               std::size_t stride, std::size_t count, LaneMemory& memory, LaneOpen* open);
 

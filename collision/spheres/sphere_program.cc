@@ -297,8 +297,8 @@ class Compiler {
     lanes.clusters.push_back(cluster);
   }
 
-  // In the frame that they share: from the middle of their box towards the farthest, by ever smaller
-  // steps (Badoiu and Clarkson 2003).
+  // In the frame that they share: from the middle of their box towards the farthest, by ever
+  // smaller steps (Badoiu and Clarkson 2003).
   SphereProgram::Ball Around(std::span<const PlacedSphere> spheres,
                              std::span<const std::size_t> some) const {
     std::vector<Vector3> centres_F;

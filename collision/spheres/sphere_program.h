@@ -22,8 +22,8 @@ struct SpherePair {
   std::int32_t second = 0;
 };
 
-// What must not touch: these spheres, and each with each of these links. A cluster's tag is its link,
-// that of a pair of clusters the place of the links in the list, both modulo kTags.
+// What must not touch: these spheres, and each with each of these links. A cluster's tag is its
+// link, that of a pair of clusters the place of the links in the list, both modulo kTags.
 struct TouchingPairs {
   std::span<const SpherePair> spheres = {};
   std::span<const LinkPair> links = {};
@@ -51,14 +51,15 @@ std::optional<SphereProgram> CompileSpheres(const RobotModel& model, const Joint
 // Half a unit in the last place of 1.
 inline constexpr double kFloatRounding = 5.9604644775390625e-8;
 
-// By how much a distance may be off that lanes find from coordinates no greater than these. Products
-// and sums between the coordinates of a centre and its distance (sphere_lanes.cc) are each a rounding
-// of numbers no greater than the coordinates: 14 at most for a cylinder's two ways together, doubled.
-// And a slack for axes that are taken for level ones and for the plain path in double precision.
+// By how much a distance may be off that lanes find from coordinates no greater than these.
+// Products and sums between the coordinates of a centre and its distance (sphere_lanes.cc) are each
+// a rounding of numbers no greater than the coordinates: 14 at most for a cylinder's two ways
+// together, doubled. And a slack for axes that are taken for level ones and for the plain path in
+// double precision.
 double Rounding_m(double coordinate_m);
 
-// Where distances are off by no more than `error_m`: (reach + error)^2 - reach^2 and the rounding of
-// the squares, for the greatest reach of two spheres that are compared, and of two bounds.
+// Where distances are off by no more than `error_m`: (reach + error)^2 - reach^2 and the rounding
+// of the squares, for the greatest reach of two spheres that are compared, and of two bounds.
 LaneBand BandOf(double error_m, double widest_sphere_m, double widest_bound_m);
 
 }  // namespace cwm::collision

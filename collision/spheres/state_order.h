@@ -1,5 +1,5 @@
-// States that lie near each other put side by side: lanes that answer together then have the same to
-// look at.
+// States that lie near each other put side by side: lanes that answer together then have the same
+// to look at.
 #pragma once
 
 #include <cstddef>

@@ -22,7 +22,8 @@ struct RobotGeometry {
   std::shared_ptr<const PreparedModel> geometry;
   std::vector<int> link_of_part;  // by part of `geometry`: index into model->links; ascending
   std::optional<SphereModel> spheres_as_given;  // absent where none were given
-  // That contain the links' geometry (SpheresAround); nullptr where a link has none, or goes on for ever.
+  // That contain the links' geometry (SpheresAround); nullptr where a link has none, or goes on for
+  // ever.
   std::shared_ptr<const SphereModel> spheres_around;
 };
 
