@@ -44,7 +44,7 @@ class JointWaypoints : public Waypoints {
   std::size_t size() const override { return rows_.size(); }
   bool IsWithinLimits(std::size_t row) const override { return rows_.IsWithinLimits(row); }
   std::unique_ptr<BodyMotion> MotionFrom(std::size_t row) const override {
-    return std::make_unique<JointMotion>(model_, body_, rows_.X_WB(), rows_.State(row),
+    return std::make_unique<JointMotion>(model_, body_, rows_.states().X_WB, rows_.State(row),
                                          rows_.State(row + 1));
   }
 

@@ -1,6 +1,7 @@
 #include "collision/query/body_search.h"
 
 #include <algorithm>
+#include <map>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -78,6 +79,7 @@ BodySearch::BodySearch(const WorldSnapshot& world, const QueryBody& body,
           std::max(world.objects().widest_margin_m() + body.margin_m + options.margin_m,
                    rules_.widest_margin_m())),
       choice_(options.engine),
+      frame_pairs_(FramePairsOf(body)),
       interrupt_(std::move(stop), options.give_up_at) {
   for (int a = 0; a < kShapeKindCount; ++a) {
     for (int b = 0; b < kShapeKindCount; ++b) {
@@ -103,18 +105,46 @@ BodySearch::BodySearch(const WorldSnapshot& world, const QueryBody& body,
   }
   widest_margin_m_ += sigmas_ * (body.geometry->widest_sigma_m + world.objects().widest_sigma_m());
   X_WF_.resize(static_cast<std::size_t>(body.frame_count), Pose::Identity());
+  frames_of_pair_.resize(kTags, 0);
+  for (std::size_t k = 0; k < frame_pairs_.pairs.size(); ++k) {
+    const LinkPair& pair = frame_pairs_.pairs[k];
+    frames_of_pair_[k % kTags] |=
+        std::uint64_t{1} << (pair.first % kTags) | std::uint64_t{1} << (pair.second % kTags);
+  }
 }
 
-void BodySearch::PlaceBody(const BodyRows& rows, std::size_t row) {
+FramePairs FramePairsOf(const QueryBody& body) {
+  FramePairs of_body;
+  std::map<std::pair<int, int>, std::int32_t> known;
+  const auto frame_of = [&](std::int32_t part) {
+    return body.frame_of_part.empty() ? 0 : body.frame_of_part[static_cast<std::size_t>(part)];
+  };
+  for (const PartPair& pair : body.self_pairs) {
+    const std::pair<int, int> frames(frame_of(pair.first), frame_of(pair.second));
+    const auto [at, is_new] =
+        known.try_emplace(frames, static_cast<std::int32_t>(of_body.pairs.size()));
+    if (is_new) of_body.pairs.push_back({frames.first, frames.second});
+    of_body.of_self_pair.push_back(at->second);
+  }
+  return of_body;
+}
+
+void BodySearch::PlaceBody(const BodyRows& rows, std::size_t row, const LaneOpen& open) {
   row_ = static_cast<std::int64_t>(row);
   rows.Place(row, X_WF_);
   bounds_W_.setEmpty();
+  open_ = open;
+  std::uint64_t needed = open.worlds;
+  for (std::size_t k = 0; k < frames_of_pair_.size(); ++k) {
+    if ((open.pairs >> k & 1) != 0) needed |= frames_of_pair_[k];
+  }
   for (BodyPart& mine : parts_) {
+    if (!IsOpen(needed, mine.frame)) continue;
     const Pose& X_WF = X_WF_[static_cast<std::size_t>(mine.frame)];
     mine.X_WP = X_WF * mine.part->X_OP;
     mine.bounds_W = mine.cheap_bounds ? TightBounds(mine.part->shape, mine.X_WP)
                                       : BoundsOfBox(mine.part->bounds_O, X_WF);
-    bounds_W_.extend(mine.bounds_W);
+    if (IsOpen(open.worlds, mine.frame)) bounds_W_.extend(mine.bounds_W);
   }
 }
 

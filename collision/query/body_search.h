@@ -13,6 +13,8 @@
 #include "collision/query/pair_rule_lookup.h"
 #include "collision/query/query.h"
 #include "collision/query/world_filter.h"
+#include "collision/spheres/sphere_lanes.h"
+#include "collision/spheres/sphere_program.h"
 
 namespace cwm::collision {
 
@@ -34,6 +36,13 @@ struct PairId {
   }
 };
 
+// The pairs of frames of which a body's self pairs are, in the order in which they come up.
+struct FramePairs {
+  std::vector<LinkPair> pairs;
+  std::vector<std::int32_t> of_self_pair;  // into `pairs`
+};
+FramePairs FramePairsOf(const QueryBody& body);
+
 // One per call, used by one thread; allocates at construction, and in a world with rules of pairs
 // when it first meets an object.
 class BodySearch {
@@ -54,8 +63,10 @@ class BodySearch {
   BodySearch(const WorldSnapshot& world, const QueryBody& body, const QueryOptions& options,
              std::stop_token stop);
 
-  // Puts the body where the row has it.
-  void PlaceBody(const BodyRows& rows, std::size_t row);
+  // Puts the body where the row has it. What is not open is not asked about: bits of `worlds` are
+  // frames, bits of `pairs` those of FramePairsOf, both modulo kTags.
+  void PlaceBody(const BodyRows& rows, std::size_t row, const LaneOpen& open = kAllOpen);
+  static constexpr LaneOpen kAllOpen{~std::uint64_t{0}, ~std::uint64_t{0}};
   const Aabb& body_bounds_W() const { return bounds_W_; }
 
   // Calls visit(pair) for the pairs of parts of the body and of the object that may not collide and
@@ -102,6 +113,9 @@ class BodySearch {
   using EngineTable = std::array<std::array<const Engine*, kShapeKindCount>, kShapeKindCount>;
 
   void RefusePair(const PairId& id, Question question);
+  static bool IsOpen(std::uint64_t tags, std::int32_t tag) {
+    return (tags >> (tag % kTags) & 1) != 0;
+  }
   const Engine* EngineFor(ShapeKind a, ShapeKind b, Question question) const {
     return engines_[question == Question::kCollides ? 0 : 1][static_cast<int>(a)]
                    [static_cast<int>(b)];
@@ -129,7 +143,10 @@ class BodySearch {
   std::vector<BodyPart> parts_;
   std::vector<Pose> X_WF_;
   Aabb bounds_W_;
-  std::int64_t row_ = -1;  // of PlaceBody
+  LaneOpen open_ = kAllOpen;
+  FramePairs frame_pairs_;
+  std::vector<std::uint64_t> frames_of_pair_;  // by bit of LaneOpen::pairs, as bits of `worlds`
+  std::int64_t row_ = -1;                      // of PlaceBody
   Interrupt interrupt_;
   absl::Status status_;
 };
@@ -144,6 +161,7 @@ void BodySearch::ForEachPair(const WorldObject& object, From from, double reach_
   const double more_m = sigmas_ * object.geometry->widest_sigma_m;
   for (std::size_t b = 0; b < parts_.size(); ++b) {
     const BodyPart& mine = parts_[b];
+    if (!IsOpen(open_.worlds, mine.frame)) continue;
     double margin_m = usual_m;
     if (rules != nullptr) {
       if (rules[mine.frame].allowed) continue;
@@ -180,6 +198,7 @@ template <class Visit>
 void BodySearch::ForEachSelfPair(From from, double reach_m, Question question, Visit&& visit) {
   const std::span<const PairTerms> rules = rules_.OfSelfPairs();
   for (std::size_t i = 0; i < body_.self_pairs.size(); ++i) {
+    if (!IsOpen(open_.pairs, frame_pairs_.of_self_pair[i])) continue;
     const auto [first, second] = body_.self_pairs[i];
     const BodyPart& a = parts_[static_cast<std::size_t>(first)];
     const BodyPart& b = parts_[static_cast<std::size_t>(second)];

@@ -5,6 +5,7 @@
 #include "collision/query/body_search.h"
 #include "collision/query/object_ranks.h"
 #include "collision/query/query.h"
+#include "collision/query/sphere_check.h"
 
 namespace cwm::collision {
 namespace {
@@ -88,6 +89,7 @@ RowVerdict JudgeRow(BodySearch& search) {
   const auto add = [&](const BodySearch::Pair& pair) { return judge.Add(pair); };
   search.ForEachSelfPair(BodySearch::From::kMargin, 0, Question::kCollides, add);
   if (judge.is_decided() || search.ended() || !search.asks_world()) return judge.row();
+  if (search.body_bounds_W().isEmpty()) return judge.row();  // shown to be clear of the world
   const auto visit = [&](const WorldObject& object) {
     if (search.Skips(object)) return true;
     search.ForEachPair(object, BodySearch::From::kMargin, 0, Question::kCollides, add);
@@ -97,6 +99,38 @@ RowVerdict JudgeRow(BodySearch& search) {
                                         std::max(0.0, search.widest_margin_m()), visit);
   return judge.row();
 }
+
+// What spheres in lanes tell of rows, some rows ahead of their turn.
+class KnownVerdicts {
+ public:
+  KnownVerdicts(std::optional<SphereCheck> spheres, std::size_t rows, Naming naming)
+      : spheres_(std::move(spheres)), rows_(rows), naming_(naming) {}
+
+  // kNotComputed: to be asked plainly about what `open` says.
+  Verdict Of(std::size_t row, LaneOpen& open) {
+    if (!spheres_) return Verdict::kNotComputed;
+    if (row == end_) LookAhead();
+    const std::size_t at = row - (end_ - some_.size());
+    const Verdict told = some_[at];
+    if (!spheres_->open().empty()) open = spheres_->open()[at];
+    const bool lacks_name = told == Verdict::kCollision && naming_ == Naming::kEachRow;
+    return told == Verdict::kUndecided || lacks_name ? Verdict::kNotComputed : told;
+  }
+
+ private:
+  void LookAhead() {
+    constexpr std::size_t kAhead = 1024;  // 0.1 ms
+    const std::size_t count = std::min(kAhead, rows_ - end_);
+    some_ = spheres_->Judge(end_, count);
+    end_ += count;
+  }
+
+  std::optional<SphereCheck> spheres_;
+  std::size_t rows_;
+  Naming naming_;
+  std::span<const Verdict> some_;  // of the rows before end_
+  std::size_t end_ = 0;
+};
 
 void Reserve(CollisionColumns& columns, std::size_t rows) {
   columns.verdict.reserve(rows);
@@ -124,12 +158,17 @@ absl::StatusOr<CollisionColumns> CheckCollisions(const WorldSnapshot& world, con
 
   CollisionColumns columns;
   Reserve(columns, rows.size());
+  KnownVerdicts known(SphereCheck::Make(world, body, rows, options), rows.size(), options.naming);
   for (std::size_t i = 0; i < rows.size(); ++i) {
     if (search.MustEnd()) break;
-    RowVerdict row{.verdict = Verdict::kOutOfLimits, .pair = {}, .trust = Trust::kExact};
-    if (rows.IsWithinLimits(i)) {
-      search.PlaceBody(rows, i);
-      row = JudgeRow(search);
+    LaneOpen open = BodySearch::kAllOpen;
+    RowVerdict row{.verdict = known.Of(i, open), .pair = {}, .trust = Trust::kExact};
+    if (row.verdict == Verdict::kNotComputed) {
+      row.verdict = Verdict::kOutOfLimits;
+      if (rows.IsWithinLimits(i)) {
+        search.PlaceBody(rows, i, open);
+        row = JudgeRow(search);
+      }
     }
     if (search.ended()) break;
     row.trust = std::max(row.trust, body.best_trust);

@@ -51,6 +51,9 @@ struct QueryBody {
   std::shared_ptr<const RobotModel> robot = nullptr;  // whose links are the frames
   // No answer is labelled better: of a body that merely stands for another, DEGRADED.
   Trust best_trust = Trust::kExact;
+  // By frame: spheres that together contain the parts. With them CheckCollisions proves pairs apart
+  // for many states at once; its answers are the same without.
+  std::shared_ptr<const SphereModel> around = {};
 };
 QueryBody BodyFromShapes(std::vector<Placed<>> shapes);
 QueryBody BodyFromObject(const WorldObject& object);
@@ -83,6 +86,10 @@ std::string_view NameOf(EngineChoice choice);  // as in the API, e.g. "FCL"
 // Which parts of world objects count: HYBRID is shapes and surfaces and handles.
 enum class Representation { kHybrid, kShapes, kSurfaces };
 
+// Whether CheckCollisions names a pair for each row in collision, or for those alone that it asked
+// about pair by pair: a robot of spheres is then many times faster.
+enum class Naming { kEachRow, kWhereAsked };
+
 struct QueryOptions {
   EngineChoice engine = EngineChoice::kAuto;
   Representation representation = Representation::kHybrid;
@@ -91,10 +98,11 @@ struct QueryOptions {
   double max_distance_m = std::numeric_limits<double>::infinity();
   int max_results = 1;                       // nearest objects per row of GetDistances
   int max_contacts = 16;                     // per row of GetContacts
+  Naming naming = Naming::kEachRow;          // of CheckCollisions
   std::vector<std::string> ignore = {};      // names of objects that the question leaves out
   std::vector<NamedPair> ignore_pairs = {};  // that may collide, besides those of the world
-  double margin_sigma =
-      0;  // >= 0: so many deviations of its surface are part of each part's margin
+  // >= 0: so many deviations of its surface are part of each part's margin.
+  double margin_sigma = 0;
   // Of SamplePoints for a large batch, the caller's included. The other questions use the caller's.
   int threads = 1;
   // Work stops here and the completed prefix is returned.

@@ -45,6 +45,7 @@ void SetScope(const RobotGeometry& robot, RobotScope scope, QueryBody& body) {
 
 QueryBody BodyFromRobot(const RobotGeometry& robot, RobotScope scope) {
   QueryBody body{.geometry = robot.geometry, .frame_of_part = robot.link_of_part};
+  body.around = robot.spheres_around;
   SetScope(robot, scope, body);
   return body;
 }

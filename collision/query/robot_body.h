@@ -43,7 +43,9 @@ class JointRows : public BodyRows {
   void Place(std::size_t row, std::span<Pose> X_WL) const override;
   bool IsWithinLimits(std::size_t row) const override;
 
-  const Pose& X_WB() const { return states_.X_WB; }
+  const RobotModel& model() const { return model_; }
+  const JointGroup& group() const { return group_; }
+  const States& states() const { return states_; }
   // All variables of the model.
   std::vector<double> State(std::size_t row) const;
 

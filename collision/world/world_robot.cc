@@ -2,7 +2,31 @@
 
 #include <utility>
 
+#include "collision/engines/exact_engine.h"
+#include "collision/spheres/containing_spheres.h"
+
 namespace cwm::collision {
+namespace {
+
+std::shared_ptr<const SphereModel> SpheresAroundLinks(const RobotGeometry& robot) {
+  std::vector<std::vector<LinkPiece>> pieces(robot.model->links.size());
+  for (std::size_t k = 0; k < robot.geometry->parts.size(); ++k) {
+    const PreparedPart& part = robot.geometry->parts[k];
+    pieces[static_cast<std::size_t>(robot.link_of_part[k])].push_back(
+        {.X_LP = part.X_OP,
+         .shape = &part.shape,
+         .tree = TreeOf(*part.engines[static_cast<int>(EngineKind::kExact)])});
+  }
+  auto around = std::make_shared<SphereModel>();
+  for (const std::vector<LinkPiece>& of_link : pieces) {
+    std::optional<std::vector<LinkSphere>> spheres = SpheresAround(of_link);
+    if (!spheres) return nullptr;
+    around->links.push_back(*std::move(spheres));
+  }
+  return around;
+}
+
+}  // namespace
 
 PreparedSpheres PrepareSpheres(const SphereModel& spheres) {
   PreparedSpheres prepared;
@@ -31,6 +55,9 @@ std::shared_ptr<const RobotGeometry> PrepareRobot(std::shared_ptr<const RobotMod
   robot->geometry = Prepare(std::move(shapes));
   robot->model = std::move(model);
   if (spheres_as_given) robot->prepared_spheres_as_given = PrepareSpheres(*spheres_as_given);
+  robot->spheres_around = SpheresAroundLinks(*robot);
+  if (robot->spheres_around)
+    robot->prepared_spheres_around = PrepareSpheres(*robot->spheres_around);
   robot->spheres_as_given = std::move(spheres_as_given);
   return robot;
 }

@@ -31,6 +31,10 @@ struct RobotGeometry {
   std::vector<int> link_of_part;  // by part of `geometry`: index into model->links; ascending
   std::optional<SphereModel> spheres_as_given;               // absent where none were given
   std::optional<PreparedSpheres> prepared_spheres_as_given;  // likewise
+  // That contain the links' geometry (SpheresAround); nullptr where a link has none, or goes on for
+  // ever.
+  std::shared_ptr<const SphereModel> spheres_around;
+  std::optional<PreparedSpheres> prepared_spheres_around;  // of those
 };
 
 // Heavy: builds trees and hulls. Call it without any lock held. `model` is not null.

@@ -23,8 +23,13 @@ struct Asked {
   QuestionOptions options;
 
   AnswerContext Context(std::vector<std::string> body_links = {}) const {
-    return {world->uid(), revision,          *snapshot,
-            options.form, options.precision, std::move(body_links)};
+    return {.world_uid = world->uid(),
+            .revision = revision,
+            .snapshot = *snapshot,
+            .form = options.form,
+            .precision = options.precision,
+            .verdicts_only = options.query.naming == collision::Naming::kWhereAsked,
+            .body_links = std::move(body_links)};
   }
 };
 

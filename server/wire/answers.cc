@@ -110,14 +110,19 @@ v1::Vector3 VectorAt(const std::vector<double>& values, std::size_t i) {
   return server::ToProto(Vector3(values[3 * i], values[3 * i + 1], values[3 * i + 2]));
 }
 
+template <class Response>
+void SetHead(std::size_t completed, const AnswerContext& context, Response* response) {
+  response->set_world_uid(context.world_uid);
+  response->set_revision(context.revision.value);
+  response->set_completed_count(static_cast<std::int64_t>(completed));
+}
+
 // Writes the head of a reply and translates indices of the snapshot to indices of its `objects`.
 template <class Response>
 std::vector<std::int32_t> SetObjects(const std::vector<std::int32_t>& snapshot_indices,
                                      std::size_t completed, const AnswerContext& context,
                                      Response* response) {
-  response->set_world_uid(context.world_uid);
-  response->set_revision(context.revision.value);
-  response->set_completed_count(static_cast<std::int64_t>(completed));
+  SetHead(completed, context, response);
   const auto& objects = context.snapshot.objects();
   std::vector<std::int32_t> reply_index(objects.size(), kNoObject);
   for (const std::int32_t index : snapshot_indices) {
@@ -224,8 +229,29 @@ void ToProto(const collision::PairColumns& answers, const AnswerContext& context
   SetPairs(answers, context, response);
 }
 
+namespace {
+
+// Without pairs: those that are known are the ones that had to be looked for.
+void SetVerdicts(const collision::CollisionColumns& answers, const AnswerContext& context,
+                 v1::CheckCollisionsResponse* response) {
+  SetHead(answers.completed, context, response);
+  if (context.form == Form::kColumns) {
+    response->set_verdicts(EnumBytes(answers.verdict));
+    response->set_trust(EnumBytes(answers.trust));
+    return;
+  }
+  for (std::size_t i = 0; i < answers.completed; ++i) {
+    v1::CollisionRow* row = response->add_rows();
+    row->set_verdict(ToProto(answers.verdict[i]));
+    row->set_trust(ToProto(answers.trust[i]));
+  }
+}
+
+}  // namespace
+
 void ToProto(const collision::CollisionColumns& answers, const AnswerContext& context,
              v1::CheckCollisionsResponse* response) {
+  if (context.verdicts_only) return SetVerdicts(answers, context, response);
   const auto objects = SetObjects(answers.object, answers.completed, context, response);
   SetLinks(context, response);
   if (context.form == Form::kColumns) {

@@ -18,6 +18,7 @@ struct AnswerContext {
   const collision::WorldSnapshot& snapshot;  // with the request's overlay, if it has one
   Form form = Form::kColumns;
   Precision precision = Precision::kDouble;
+  bool verdicts_only = false;                // of collisions: no pair is named
   std::vector<std::string> body_links = {};  // of a robot that asks, by part of the body
 };
 

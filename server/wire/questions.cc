@@ -118,6 +118,7 @@ absl::Status SetPairs(const v1::QueryOptions& options, const FieldPath& path,
     if (!pair.ok()) return pair.status();
     query.ignore_pairs.push_back(*std::move(pair));
   }
+  if (options.verdicts_only()) query.naming = collision::Naming::kWhereAsked;
   query.margin_sigma = options.margin_sigma();
   if (query.margin_sigma >= 0 && query.margin_sigma <= kMostSigmas) return absl::OkStatus();
   return path.Field("margin_sigma")

@@ -40,12 +40,10 @@ absl::StatusOr<collision::RobotScope> FromProto(v1::RobotScope scope, const Fiel
   }
 }
 
-absl::Status NoSpheres(const collision::WorldRobot& robot, const FieldPath& path) {
-  return MakeError(
-      absl::StatusCode::kFailedPrecondition,
-      absl::StrCat(path.str(), ": robot ", Quoted(robot.name),
-                   " was loaded without a sphere model, must be EXACT: load it with spheres"),
-      {.reason = "NO_SPHERES", .metadata = {{"robot", robot.name}}});
+absl::Status NoSpheres(const collision::WorldRobot& robot, const char* why, const FieldPath& path) {
+  return MakeError(absl::StatusCode::kFailedPrecondition,
+                   absl::StrCat(path.str(), ": robot ", Quoted(robot.name), " ", why),
+                   {.reason = "NO_SPHERES", .metadata = {{"robot", robot.name}}});
 }
 
 // What a row looks at before it can be interrupted. `parts`: of each link.
@@ -67,6 +65,16 @@ absl::Status CheckSize(const RobotModel& model, const std::vector<std::int64_t>&
       kMaxSelfPairs));
 }
 
+absl::StatusOr<collision::QueryBody> BodyOfSpheres(const collision::WorldRobot& robot,
+                                                   const collision::PreparedSpheres& spheres,
+                                                   collision::RobotScope scope,
+                                                   const FieldPath& path) {
+  std::vector<std::int64_t> parts(robot.model().links.size(), 0);
+  for (const int link : spheres.link_of_part) ++parts[static_cast<std::size_t>(link)];
+  if (auto status = CheckSize(robot.model(), parts, scope, path); !status.ok()) return status;
+  return BodyFromSpheres(*robot.robot, spheres, scope);
+}
+
 absl::StatusOr<collision::QueryBody> BodyOf(const collision::WorldRobot& robot,
                                             const v1::RobotSubject& subject,
                                             const FieldPath& path) {
@@ -84,21 +92,19 @@ absl::StatusOr<collision::QueryBody> BodyOf(const collision::WorldRobot& robot,
       if (!status.ok()) return status;
       return BodyFromRobot(*robot.robot, *scope);
     }
-    case v1::ROBOT_GEOMETRY_SPHERES_AS_GIVEN: {
-      if (!robot.robot->spheres_as_given) return NoSpheres(robot, geometry);
-      for (const auto& spheres : robot.robot->spheres_as_given->links) {
-        parts.push_back(static_cast<std::int64_t>(spheres.size()));
+    case v1::ROBOT_GEOMETRY_SPHERES_AS_GIVEN:
+      if (!robot.robot->spheres_as_given) {
+        return NoSpheres(robot,
+                         "was loaded without a sphere model, must be EXACT or SPHERES_CONTAINING: "
+                         "load it with spheres",
+                         geometry);
       }
-      auto status = CheckSize(robot.model(), parts, *scope, path);
-      if (!status.ok()) return status;
-      return BodyFromSpheres(*robot.robot, *robot.robot->prepared_spheres_as_given, *scope);
-    }
+      return BodyOfSpheres(robot, *robot.robot->prepared_spheres_as_given, *scope, path);
     case v1::ROBOT_GEOMETRY_SPHERES_CONTAINING:
-      return MakeError(absl::StatusCode::kUnimplemented,
-                       geometry.str() +
-                           ": spheres that contain the links are not fitted, must be "
-                           "EXACT or SPHERES_AS_GIVEN",
-                       {.reason = "NO_CONTAINING_SPHERES"});
+      if (!robot.robot->prepared_spheres_around) {
+        return NoSpheres(robot, "has a link that no spheres contain, must be EXACT", geometry);
+      }
+      return BodyOfSpheres(robot, *robot.robot->prepared_spheres_around, *scope, path);
     default:
       return geometry.Error(absl::StrCat("is ", static_cast<int>(subject.robot_geometry()),
                                          ", must be a known RobotGeometry"));

@@ -76,6 +76,8 @@ void MeasureRobotStream(Report& report);
 
 // One state at a time, idle and beside a stream of batches: unary_idle_p99_ms, unary_loaded_p50_ms.
 void MeasureRobotLatency(Report& report);
+// The Panda's 59 given spheres in the same problems: panda_core_us, panda_core_mismatches.
+void MeasureSpheres(Report& report);
 
 // What was found in one of those scenes, shape by shape. Family: table, clutter, kitchen, vessels.
 void ReplayScene(const std::string& family, std::uint64_t seed, Report& report);

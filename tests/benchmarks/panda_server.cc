@@ -58,6 +58,7 @@ v1::CheckCollisionsRequest PandaIn(const std::string& world, const std::vector<d
                                    v1::RobotGeometry geometry) {
   v1::CheckCollisionsRequest request;
   request.set_world(world);
+  request.mutable_options()->set_verdicts_only(true);
   v1::RobotSubject* robot = request.mutable_subject()->mutable_robot();
   robot->set_robot("panda");
   robot->set_group("panda_arm");

@@ -221,9 +221,35 @@ TEST_F(RobotQueries, OfSpheresAnswerWithoutClaims) {
   const grpc::Status none = Refused(request);
   EXPECT_EQ(none.error_code(), grpc::StatusCode::FAILED_PRECONDITION);
   EXPECT_EQ(ReasonIn(none), "NO_SPHERES");
+}
+
+TEST_F(RobotQueries, OfSpheresThatContainItAreFreeOnlyWhereItIs) {
+  v1::CheckCollisionsRequest request;
+  *request.mutable_subject() = Arm(RandomRows(500));
+  const std::string exact = Check(request).verdicts();
   request.mutable_subject()->mutable_robot()->set_robot_geometry(
       v1::ROBOT_GEOMETRY_SPHERES_CONTAINING);
-  EXPECT_EQ(Refused(request).error_code(), grpc::StatusCode::UNIMPLEMENTED);
+  const std::string around = Check(request).verdicts();
+  ASSERT_EQ(around.size(), exact.size());
+  int free = 0;
+  for (std::size_t k = 0; k < exact.size(); ++k) {
+    if (around[k] != static_cast<char>(v1::VERDICT_FREE)) continue;
+    ++free;
+    EXPECT_EQ(exact[k], around[k]) << k;
+  }
+  EXPECT_GT(free, 50);
+}
+
+TEST_F(RobotQueries, ByVerdictsOnlyNameNoPairs) {
+  v1::CheckCollisionsRequest request;
+  *request.mutable_subject() = Arm(RandomRows(500));
+  const v1::CheckCollisionsResponse named = Check(request);
+  request.mutable_options()->set_verdicts_only(true);
+  const v1::CheckCollisionsResponse verdicts = Check(request);
+  EXPECT_EQ(verdicts.verdicts(), named.verdicts());
+  EXPECT_EQ(verdicts.trust(), named.trust());
+  EXPECT_FALSE(named.object_index().empty());
+  EXPECT_TRUE(verdicts.object_index().empty() && verdicts.body_part().empty());
 }
 
 TEST_F(RobotQueries, BadRowsGroupsAndNamesAreTold) {

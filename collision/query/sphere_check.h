@@ -1,0 +1,54 @@
+// States of a robot, many at once in single precision: of one that is spheres alone all but what is
+// too near to contact, of another by the spheres around its parts what these show to be free. What
+// stays open is asked plainly.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "collision/query/query.h"
+#include "collision/query/robot_body.h"
+#include "collision/query/world_filter.h"
+#include "collision/spheres/sphere_lanes.h"
+#include "collision/spheres/sphere_program.h"
+#include "collision/spheres/state_order.h"
+
+namespace cwm::collision {
+
+// Refers to the rows. One per call, used by one thread.
+class SphereCheck {
+ public:
+  // Nothing where the question is another one: other shapes without spheres around them, too few
+  // rows, rows that are no states of joints, FCL or Bullet asked for by name, joints that lanes do
+  // not move, margins below zero, terms of pairs (rules, ignored pairs, deviations).
+  static std::optional<SphereCheck> Make(const WorldSnapshot& world, const QueryBody& body,
+                                         const BodyRows& rows, const QueryOptions& options);
+
+  // Of the rows [first, first + count): FREE, COLLISION and OUT_OF_LIMITS equal the plain verdicts;
+  // UNDECIDED is to be asked plainly. The span holds until the next call.
+  std::span<const Verdict> Judge(std::size_t first, std::size_t count);
+  // By the same rows, what is to be asked about those that are UNDECIDED; empty: everything.
+  std::span<const LaneOpen> open() const { return open_; }
+
+ private:
+  enum class Meaning { kTheBody, kAroundTheBody };
+  SphereCheck(const JointRows& rows, SphereProgram program, LaneScene scene, Meaning meaning);
+  void JudgeLanes(std::size_t stride, std::size_t count, std::span<const std::uint32_t> order);
+
+  const JointRows* rows_;
+  Meaning meaning_;
+  SphereProgram program_;
+  LaneScene scene_;
+  bool base_is_within_limits_ = true;
+  StateOrder order_;
+  LaneMemory memory_;
+  std::vector<float> values_, sorted_values_;
+  std::vector<StateMark> marks_;
+  std::vector<LaneVerdict> told_;
+  std::vector<LaneOpen> found_, open_;
+  std::vector<Verdict> verdicts_;
+};
+
+}  // namespace cwm::collision

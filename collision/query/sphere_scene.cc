@@ -1,0 +1,206 @@
+#include "collision/query/sphere_scene.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace cwm::collision {
+namespace {
+
+// Axes this near to those of the root are taken for them: 1e-9 of what is reached is far below the
+// slack for it (Rounding_m).
+constexpr double kSnap = 1e-9;
+
+// A shape for lanes, centred at X_BS; its form and size alone are set.
+struct Solid {
+  Pose X_BS = Pose::Identity();
+  LaneObstacle::Form form = LaneObstacle::Form::kBox;
+  Vector3 size_m = Vector3::Zero();
+  bool is_hull = false;
+  bool is_bounded = true;
+};
+
+Solid Around(const PreparedPart& part, const Pose& X_BO) {
+  Solid solid;
+  solid.is_hull = true;
+  solid.X_BS = X_BO;
+  solid.X_BS.translation() = X_BO * part.bounds_O.center();
+  solid.size_m = 0.5 * part.bounds_O.sizes();
+  return solid;
+}
+
+Solid SolidOf(const PreparedPart& part, const Pose& X_BO) {
+  using Form = LaneObstacle::Form;
+  Solid solid;
+  solid.X_BS = X_BO * part.X_OP;
+  if (const auto* box = std::get_if<Box>(&part.shape)) {
+    solid.size_m = 0.5 * box->size_m;
+  } else if (const auto* sphere = std::get_if<Sphere>(&part.shape)) {
+    solid.form = Form::kRound;
+    solid.size_m = {sphere->radius_m, 0, 0};
+  } else if (const auto* capsule = std::get_if<Capsule>(&part.shape)) {
+    solid.form = Form::kRound;
+    solid.size_m = {capsule->radius_m, 0.5 * capsule->length_m, 0};
+  } else if (const auto* cylinder = std::get_if<Cylinder>(&part.shape)) {
+    solid.form = Form::kCylinder;
+    solid.size_m = {cylinder->radius_m, 0.5 * cylinder->length_m, 0};
+  } else if (const auto* cone = std::get_if<Cone>(&part.shape)) {
+    solid.form = Form::kCylinder;
+    solid.size_m = {std::max(cone->radius_bottom_m, cone->radius_top_m), 0.5 * cone->length_m, 0};
+    solid.is_hull = true;
+  } else if (std::holds_alternative<HalfSpace>(part.shape)) {
+    solid.form = Form::kHalfSpace;
+    solid.is_bounded = false;
+  } else {
+    return Around(part, X_BO);
+  }
+  return solid;
+}
+
+// Numbers stay as small as the robot's reach: along an axis a box, a cylinder or a capsule is
+// looked at only as far as the nearest point of it to a centre may lie.
+void Clip(double reach_m, Solid& solid) {
+  const Vector3 root_S = solid.X_BS.linear().transpose() * -solid.X_BS.translation();
+  const auto clip = [&](int axis, double& half_m) {
+    const double low = std::max(-half_m, root_S[axis] - reach_m);
+    const double high = std::min(half_m, root_S[axis] + reach_m);
+    if (low > high || high - low >= 2 * half_m) return;
+    half_m = 0.5 * (high - low);
+    solid.X_BS.translation() += solid.X_BS.linear().col(axis) * (0.5 * (high + low));
+  };
+  switch (solid.form) {
+    case LaneObstacle::Form::kBox:
+      for (int axis = 0; axis < 3; ++axis) clip(axis, solid.size_m[axis]);
+      break;
+    case LaneObstacle::Form::kCylinder:
+    case LaneObstacle::Form::kRound:
+      clip(2, solid.size_m[1]);
+      break;
+    case LaneObstacle::Form::kHalfSpace:
+      break;
+  }
+}
+
+// Of a point; 0 inside.
+double Distance_m(const Solid& solid, const Vector3& p_B) {
+  const Vector3 p = solid.X_BS.linear().transpose() * (p_B - solid.X_BS.translation());
+  const double across_m = p.head<2>().norm(),
+               above_m = std::max(std::abs(p.z()) - solid.size_m[1], 0.0);
+  switch (solid.form) {
+    case LaneObstacle::Form::kBox:
+      return (p.cwiseAbs() - solid.size_m).cwiseMax(0.0).norm();
+    case LaneObstacle::Form::kCylinder:
+      return Vector2(std::max(across_m - solid.size_m[0], 0.0), above_m).norm();
+    case LaneObstacle::Form::kRound:
+      return std::max(Vector2(across_m, above_m).norm() - solid.size_m[0], 0.0);
+    case LaneObstacle::Form::kHalfSpace:
+      break;
+  }
+  return std::max(p.z(), 0.0);
+}
+
+LaneObstacle InLanes(const Solid& solid, double margin_m) {
+  LaneObstacle lanes{.form = solid.form, .is_hull = solid.is_hull};
+  Matrix3 axes = solid.X_BS.linear().transpose();
+  for (double& entry : axes.reshaped()) {
+    if (std::abs(entry) < kSnap) entry = 0;
+    if (std::abs(std::abs(entry) - 1) < kSnap * kSnap) entry = std::copysign(1.0, entry);
+  }
+  const Vector3 offset = solid.X_BS.linear().transpose() * solid.X_BS.translation();
+  for (int i = 0; i < 9; ++i) lanes.axis[i] = static_cast<float>(axes(i / 3, i % 3));
+  for (int i = 0; i < 3; ++i) lanes.offset_m[i] = static_cast<float>(offset[i]);
+  for (int i = 0; i < 3; ++i) lanes.size_m[i] = static_cast<float>(solid.size_m[i]);
+  lanes.margin_m = static_cast<float>(margin_m);
+  return lanes;
+}
+
+class SceneCompiler {
+ public:
+  SceneCompiler(const SphereProgram& program, const Pose& X_WB, double widest_margin_m)
+      : program_(program), X_BW_(X_WB.inverse()), near_(program.lanes.groups.size()) {
+    for (const LaneGroup& group : program.lanes.groups) {
+      widest_bound_m_ = std::max(widest_bound_m_, double{group.bound.radius_m});
+    }
+    reach_m_ = program.lanes.reach_m + widest_bound_m_ + widest_margin_m;
+  }
+
+  double reach_m() const { return reach_m_; }
+
+  void Add(const WorldObject& object, const PreparedPart& part, double margin_m) {
+    Solid solid = SolidOf(part, X_BW_ * object.X_WO);
+    Clip(reach_m_, solid);
+    const auto index = static_cast<std::int32_t>(scene_.obstacles.size());
+    bool is_near = false;
+    for (std::size_t g = 0; g < near_.size(); ++g) {
+      const SphereProgram::Ball& ball = program_.reach_of_group[g];
+      // A float's rounding of radii and margins is far below the slack of a hundredth of a
+      // millimetre.
+      constexpr double kRadiusSlack_m = 1e-5;
+      if (Distance_m(solid, ball.centre) > ball.radius_m + margin_m + kRadiusSlack_m) continue;
+      near_[g].push_back(index);
+      is_near = true;
+    }
+    if (!is_near) return;
+    scene_.obstacles.push_back(InLanes(solid, margin_m));
+    const double out_m = solid.is_bounded
+                             ? solid.X_BS.translation().norm() + solid.size_m.cwiseAbs().sum()
+                             : reach_m_;
+    farthest_m_ = std::max(farthest_m_, out_m);
+    // Of what is round, lanes compare the distance from the middle.
+    const bool is_round = solid.form == LaneObstacle::Form::kRound;
+    widest_obstacle_m_ =
+        std::max(widest_obstacle_m_, margin_m + (is_round ? solid.size_m[0] : 0.0));
+  }
+
+  LaneScene Take() {
+    for (std::size_t g = 0; g < near_.size(); ++g) {
+      const LaneGroup& group = program_.lanes.groups[g];
+      const auto begin = static_cast<std::int32_t>(scene_.near.size());
+      scene_.near.insert(scene_.near.end(), near_[g].begin(), near_[g].end());
+      double error_m = 0, widest_m = 0;
+      for (std::int32_t c = group.first; c < group.first + group.count; ++c) {
+        const LaneCluster& cluster = program_.lanes.clusters[static_cast<std::size_t>(c)];
+        error_m = std::max(error_m, double{cluster.centre_error_m});
+        widest_m = std::max(widest_m, double{cluster.widest_m});
+      }
+      error_m += Rounding_m(reach_m_ + farthest_m_);
+      scene_.near_group.push_back({.begin = begin,
+                                   .end = static_cast<std::int32_t>(scene_.near.size()),
+                                   .band = BandOf(error_m, widest_m + widest_obstacle_m_,
+                                                  group.bound.radius_m + widest_obstacle_m_)});
+    }
+    return std::move(scene_);
+  }
+
+ private:
+  const SphereProgram& program_;
+  const Pose X_BW_;
+  double widest_bound_m_ = 0;
+  double reach_m_ = 0;                           // of spheres with their margins, from the root
+  double widest_obstacle_m_ = 0;                 // margin and, of what is round, radius
+  double farthest_m_ = 0;                        // coordinates of obstacles
+  std::vector<std::vector<std::int32_t>> near_;  // by group
+  LaneScene scene_;
+};
+
+}  // namespace
+
+LaneScene CompileScene(const WorldSnapshot& world, const WorldFilter& filter,
+                       const SphereProgram& program, const Pose& X_WB, double margin_m) {
+  const double widest_margin_m = world.objects().widest_margin_m() + margin_m;
+  SceneCompiler compiler(program, X_WB, widest_margin_m);
+  const Vector3 reach = Vector3::Constant(compiler.reach_m());
+  const Aabb around_W(X_WB.translation() - reach, X_WB.translation() + reach);
+  world.bounds().ForEachWithin(around_W, 0, [&](const WorldObject& object) {
+    if (filter.Skips(object)) return;
+    for (const PreparedPart& part : object.geometry->parts) {
+      if (!filter.Skips(part.source)) compiler.Add(object, part, object.margin_m + margin_m);
+    }
+  });
+  return compiler.Take();
+}
+
+LaneScene EmptyScene(const SphereProgram& program) {
+  return SceneCompiler(program, Pose::Identity(), 0).Take();
+}
+
+}  // namespace cwm::collision

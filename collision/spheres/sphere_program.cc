@@ -1,0 +1,414 @@
+#include "collision/spheres/sphere_program.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <numeric>
+#include <tuple>
+#include <utility>
+
+#include "collision/robot/kinematics.h"
+#include "collision/spheres/sphere_lanes.h"
+
+namespace cwm::collision {
+namespace {
+
+// A rail without limits, and angles that lose digits on the way to [-pi, pi].
+constexpr double kFarthestShift_m = 100;
+constexpr double kFarthestTurn_rad = 1e4;
+
+constexpr double kRoundedUp = 1 + 4 * kFloatRounding;
+
+// A frame that a joint of the group moves, and what is known of it at every state.
+struct Frame {
+  std::int32_t index = 0;
+  SphereProgram::Ball reach;  // of its origin
+  double rotation_error = 0;  // Frobenius norm
+  double origin_error_m = 0;
+};
+
+// Where a link is, fixed in a frame.
+struct Fixed {
+  std::size_t frame = 0;  // into Compiler::frames_
+  Pose X_FL = Pose::Identity();
+};
+
+class Compiler {
+ public:
+  Compiler(const RobotModel& model, const JointGroup& group, std::span<const double> base)
+      : model_(model), column_of_(model.variables.size(), -1), X_BL_(model.links.size()) {
+    LinkPoses(model, Pose::Identity(), base, X_BL_);
+    for (std::size_t k = 0; k < group.variables.size(); ++k) {
+      column_of_[static_cast<std::size_t>(group.variables[k])] = static_cast<int>(k);
+    }
+  }
+
+  bool AddLinks() {
+    program_.lanes.joints.emplace_back();
+    frames_.emplace_back();
+    links_.push_back({.frame = 0, .X_FL = Pose::Identity()});
+    for (std::size_t i = 1; i < model_.links.size(); ++i) {
+      if (!AddLink(i)) return false;
+    }
+    return true;
+  }
+
+  void AddSpheres(std::span<const PlacedSphere> spheres) {
+    LaneProgram& lanes = program_.lanes;
+    lane_of_.resize(spheres.size());
+    cluster_of_.resize(spheres.size());
+    std::vector<std::size_t> order(spheres.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    const auto frame_of = [&](std::size_t k) {
+      return links_[static_cast<std::size_t>(spheres[k].link)].frame;
+    };
+    const auto key_of = [&](std::size_t k) { return std::tuple(frame_of(k), spheres[k].link, k); };
+    std::sort(order.begin(), order.end(),
+              [&](std::size_t a, std::size_t b) { return key_of(a) < key_of(b); });
+    const std::span<std::size_t> all(order);
+    for (std::size_t begin = 0; begin < all.size();) {
+      std::size_t end = begin;
+      while (end < all.size() && frame_of(all[end]) == frame_of(all[begin])) ++end;
+      AddGroup(spheres, all.subspan(begin, end - begin));
+      begin = end;
+    }
+    group_of_cluster_.resize(lanes.clusters.size());
+    for (std::size_t g = 0; g < lanes.groups.size(); ++g) {
+      std::fill_n(group_of_cluster_.begin() + lanes.groups[g].first, lanes.groups[g].count,
+                  static_cast<std::int32_t>(g));
+    }
+  }
+
+  void AddPairs(std::span<const PlacedSphere> spheres, std::span<const SpherePair> pairs,
+                double margin_m) {
+    LaneProgram& lanes = program_.lanes;
+    const std::size_t clusters = lanes.clusters.size();
+    const auto slot_of = [&](const SpherePair& pair) {
+      const auto a = static_cast<std::size_t>(cluster_of_[static_cast<std::size_t>(pair.first)]);
+      const auto b = static_cast<std::size_t>(cluster_of_[static_cast<std::size_t>(pair.second)]);
+      return a * clusters + b;
+    };
+    std::vector<std::int32_t> count(clusters * clusters, 0);
+    for (const SpherePair& pair : pairs) ++count[slot_of(pair)];
+    // Groups by groups; the clusters of a group follow each other.
+    std::vector<std::int32_t> next(count.size(), 0);
+    std::int32_t begin = 0;
+    for (const LaneGroup& one : lanes.groups) {
+      for (const LaneGroup& other : lanes.groups) {
+        for (std::int32_t a = one.first; a < one.first + one.count; ++a) {
+          for (std::int32_t b = other.first; b < other.first + other.count; ++b) {
+            const std::size_t slot =
+                static_cast<std::size_t>(a) * clusters + static_cast<std::size_t>(b);
+            if (count[slot] == 0) continue;
+            AddClusterPair(a, b, {begin, begin + count[slot]}, margin_m);
+            next[slot] = begin;
+            begin += count[slot];
+          }
+        }
+      }
+    }
+    lanes.sphere_pairs.resize(pairs.size());
+    for (const SpherePair& pair : pairs) {
+      const auto a = static_cast<std::size_t>(pair.first),
+                 b = static_cast<std::size_t>(pair.second);
+      lanes.sphere_pairs[static_cast<std::size_t>(next[slot_of(pair)]++)] = {
+          lane_of_[a], lane_of_[b],
+          static_cast<float>(spheres[a].radius_m + spheres[b].radius_m + margin_m)};
+    }
+  }
+
+  // Each cluster of one link with each of the other, by pairs of groups.
+  void AddPairs(std::span<const LinkPair> pairs, double margin_m) {
+    program_.lanes.pair_margin_m = static_cast<float>(margin_m);
+    struct Tagged {
+      std::int32_t first, second, tag;
+    };
+    std::vector<Tagged> all;
+    const auto clusters = static_cast<std::int32_t>(program_.lanes.clusters.size());
+    std::vector<std::vector<std::int32_t>> of_link(model_.links.size());
+    for (std::int32_t c = 0; c < clusters; ++c) {
+      of_link[static_cast<std::size_t>(link_of_cluster_[static_cast<std::size_t>(c)])].push_back(c);
+    }
+    for (std::size_t k = 0; k < pairs.size(); ++k) {
+      for (std::int32_t a : of_link[static_cast<std::size_t>(pairs[k].first)]) {
+        for (std::int32_t b : of_link[static_cast<std::size_t>(pairs[k].second)]) {
+          all.push_back({a, b, static_cast<std::int32_t>(k % kTags)});
+        }
+      }
+    }
+    const auto groups_of = [&](const Tagged& pair) {
+      return std::pair(group_of_cluster_[static_cast<std::size_t>(pair.first)],
+                       group_of_cluster_[static_cast<std::size_t>(pair.second)]);
+    };
+    std::stable_sort(all.begin(), all.end(),
+                     [&](const Tagged& a, const Tagged& b) { return groups_of(a) < groups_of(b); });
+    for (const Tagged& pair : all) {
+      AddClusterPair(pair.first, pair.second, {0, 0}, margin_m);
+      program_.lanes.cluster_pairs.back().tag = pair.tag;
+    }
+  }
+
+  SphereProgram Take() { return std::move(program_); }
+
+ private:
+  bool AddLink(std::size_t index) {
+    const ModelLink& link = model_.links[index];
+    const Fixed& parent = links_[static_cast<std::size_t>(link.parent)];
+    const bool moves =
+        link.kind != JointKind::kFixed && column_of_[static_cast<std::size_t>(link.variable)] >= 0;
+    if (!moves) {
+      const Pose X_PL = X_BL_[static_cast<std::size_t>(link.parent)].inverse() * X_BL_[index];
+      links_.push_back({.frame = parent.frame, .X_FL = parent.X_FL * X_PL});
+      return true;
+    }
+    if (link.kind == JointKind::kPlanar || link.kind == JointKind::kFloating) return false;
+    AddJoint(link, parent);
+    return true;
+  }
+
+  void AddJoint(const ModelLink& link, const Fixed& parent) {
+    const bool turns = link.kind != JointKind::kPrismatic;
+    const Matrix3 to_axis = BasisFromZ(link.axis_J);
+    Pose X_PF = parent.X_FL * link.X_PJ;
+    X_PF.linear() = X_PF.linear() * to_axis;
+    LaneJoint joint{.parent = frames_[parent.frame].index, .turns = turns};
+    for (int i = 0; i < 9; ++i) joint.rotation[i] = static_cast<float>(X_PF.linear()(i / 3, i % 3));
+    for (int i = 0; i < 3; ++i) joint.shift_m[i] = static_cast<float>(X_PF.translation()[i]);
+    const Variable& variable = model_.variables[static_cast<std::size_t>(link.variable)];
+    const double farthest_variable =
+        std::max(std::abs(variable.lower), std::abs(variable.upper)) * std::abs(link.multiplier) +
+        std::abs(link.offset);
+    const double farthest =
+        turns ? kFarthestTurn_rad : std::min(farthest_variable, kFarthestShift_m);
+    const double most = turns ? std::numbers::pi : farthest;
+    const double at_lower = link.multiplier * variable.lower + link.offset;
+    const double at_upper = link.multiplier * variable.upper + link.offset;
+    program_.inputs.push_back(
+        {.column = static_cast<std::size_t>(column_of_[static_cast<std::size_t>(link.variable)]),
+         .lower_limit = std::max(variable.lower, -std::numeric_limits<double>::max()),
+         .upper_limit = std::min(variable.upper, std::numeric_limits<double>::max()),
+         .multiplier = link.multiplier,
+         .offset = link.offset,
+         .turns = turns,
+         .lower = std::clamp(std::min(at_lower, at_upper), -most, most),
+         .upper = std::clamp(std::max(at_lower, at_upper), -most, most),
+         .lever_m = 0,
+         .farthest = farthest});
+    frames_.push_back(Below(frames_[parent.frame], X_PF.translation(), turns ? 0.0 : farthest));
+    program_.lanes.joints.push_back(joint);
+    Pose X_FL = Pose::Identity();
+    X_FL.linear() = to_axis.transpose();
+    links_.push_back({.frame = frames_.size() - 1, .X_FL = X_FL});
+  }
+
+  // Rounding errors to first order, each count a little more than what the products and sums of
+  // Hung and Place (sphere_lanes.cc) make: u is kFloatRounding, norms are Frobenius'.
+  Frame Below(const Frame& parent, const Vector3& shift, double travel_m) const {
+    constexpr double u = kFloatRounding;
+    Frame frame;
+    frame.index = static_cast<std::int32_t>(frames_.size());
+    const double shift_m = shift.norm();
+    if (parent.index == 0) {
+      frame.reach = {shift, travel_m};
+    } else {
+      frame.reach = {parent.reach.centre, parent.reach.radius_m + shift_m + travel_m};
+    }
+    const double out_m = frame.reach.centre.norm() + frame.reach.radius_m;
+    // The fixed rotation: its own rounding, and a product of 3 x 3. The turn: two columns, each of
+    // two products by numbers that are off by kSineError.
+    const double product = parent.rotation_error + 12 * u;
+    frame.rotation_error = product + 3 * kSineError + 6 * u;
+    frame.origin_error_m = parent.origin_error_m + product * (shift_m + travel_m) +
+                           8 * u * (shift_m + travel_m + out_m);
+    return frame;
+  }
+
+  // The spheres of one frame.
+  void AddGroup(std::span<const PlacedSphere> spheres, std::span<std::size_t> some) {
+    LaneProgram& lanes = program_.lanes;
+    const Fixed& fixed = links_[static_cast<std::size_t>(spheres[some[0]].link)];
+    const Frame& frame = frames_[fixed.frame];
+    LaneGroup group{.frame = frame.index,
+                    .first = static_cast<std::int32_t>(lanes.clusters.size())};
+    for (std::size_t begin = 0; begin < some.size();) {
+      std::size_t end = begin;
+      while (end < some.size() && spheres[some[end]].link == spheres[some[begin]].link) ++end;
+      AddClusters(spheres, some.subspan(begin, end - begin));
+      begin = end;
+    }
+    group.count = static_cast<std::int32_t>(lanes.clusters.size()) - group.first;
+    const SphereProgram::Ball around = Around(spheres, some);
+    LaneCluster as_one;
+    group.bound = InLanes(frame, around.centre, kRoundedUp * around.radius_m, as_one);
+    for (std::int32_t c = group.first; c < group.first + group.count; ++c) {
+      float& error_m = lanes.clusters[static_cast<std::size_t>(c)].centre_error_m;
+      error_m = std::max(error_m, as_one.centre_error_m);
+    }
+    lanes.groups.push_back(group);
+    const double out_m = around.centre.norm() + around.radius_m;
+    program_.reach_of_group.push_back(
+        frame.index == 0 ? around
+                         : SphereProgram::Ball{frame.reach.centre, frame.reach.radius_m + out_m});
+    double lever_m = out_m;
+    for (auto f = static_cast<std::size_t>(frame.index); f > 0;
+         f = static_cast<std::size_t>(lanes.joints[f].parent)) {
+      double& most_m = program_.inputs[f - 1].lever_m;
+      most_m = std::max(most_m, lever_m);
+      lever_m += Eigen::Map<const Eigen::Vector3f>(lanes.joints[f].shift_m).cast<double>().norm();
+    }
+  }
+
+  // Halves of the spheres of one link across the longest side, until few are left.
+  void AddClusters(std::span<const PlacedSphere> spheres, std::span<std::size_t> some) {
+    constexpr std::size_t kMostTogether = 4;  // 3 and 6 are as fast
+    if (some.size() <= kMostTogether) return AddCluster(spheres, some);
+    Eigen::AlignedBox3d box;
+    for (std::size_t k : some) box.extend(spheres[k].centre_L);
+    int axis = 0;
+    box.sizes().maxCoeff(&axis);
+    const auto half = static_cast<std::ptrdiff_t>(some.size() / 2);
+    std::nth_element(
+        some.begin(), some.begin() + half, some.end(), [&](std::size_t a, std::size_t b) {
+          return std::pair(spheres[a].centre_L[axis], a) < std::pair(spheres[b].centre_L[axis], b);
+        });
+    AddClusters(spheres, some.first(static_cast<std::size_t>(half)));
+    AddClusters(spheres, some.subspan(static_cast<std::size_t>(half)));
+  }
+
+  void AddCluster(std::span<const PlacedSphere> spheres, std::span<const std::size_t> some) {
+    LaneProgram& lanes = program_.lanes;
+    const Fixed& fixed = links_[static_cast<std::size_t>(spheres[some[0]].link)];
+    const Frame& frame = frames_[fixed.frame];
+    LaneCluster cluster{.frame = frame.index,
+                        .first = static_cast<std::int32_t>(lanes.spheres.size()),
+                        .count = static_cast<std::int32_t>(some.size()),
+                        .tag = spheres[some[0]].link % kTags};
+    link_of_cluster_.push_back(spheres[some[0]].link);
+    for (std::size_t k : some) {
+      lane_of_[k] = static_cast<std::int32_t>(lanes.spheres.size());
+      cluster_of_[k] = static_cast<std::int32_t>(lanes.clusters.size());
+      lanes.spheres.push_back(
+          InLanes(frame, fixed.X_FL * spheres[k].centre_L, spheres[k].radius_m, cluster));
+      cluster.widest_m = std::max(cluster.widest_m, lanes.spheres.back().radius_m);
+    }
+    const SphereProgram::Ball around = Around(spheres, some);
+    cluster.bound = InLanes(frame, around.centre, kRoundedUp * around.radius_m, cluster);
+    lanes.clusters.push_back(cluster);
+  }
+
+  // In the frame that they share: from the middle of their box towards the farthest, by ever
+  // smaller steps (Badoiu and Clarkson 2003).
+  SphereProgram::Ball Around(std::span<const PlacedSphere> spheres,
+                             std::span<const std::size_t> some) const {
+    std::vector<Vector3> centres_F;
+    Eigen::AlignedBox3d box;
+    for (std::size_t k : some) {
+      centres_F.push_back(links_[static_cast<std::size_t>(spheres[k].link)].X_FL *
+                          spheres[k].centre_L);
+      box.extend(centres_F.back());
+    }
+    Vector3 middle = box.center();
+    SphereProgram::Ball best{middle, std::numeric_limits<double>::infinity()};
+    constexpr int kSteps = 8;
+    for (int step = 2; step < kSteps; ++step) {
+      std::pair<double, std::size_t> farthest{-1, 0};
+      for (std::size_t i = 0; i < some.size(); ++i) {
+        const double out_m = (centres_F[i] - middle).norm() + spheres[some[i]].radius_m;
+        if (out_m > farthest.first) farthest = {out_m, i};
+      }
+      if (farthest.first < best.radius_m) best = {middle, farthest.first};
+      middle += (centres_F[farthest.second] - middle) / step;
+    }
+    return best;
+  }
+
+  struct Range {
+    std::int32_t begin, end;
+  };
+  void AddClusterPair(std::int32_t first, std::int32_t second, const Range& of, double margin_m) {
+    LaneProgram& lanes = program_.lanes;
+    const LaneCluster& a = lanes.clusters[static_cast<std::size_t>(first)];
+    const LaneCluster& b = lanes.clusters[static_cast<std::size_t>(second)];
+    const double reach_m = double{a.bound.radius_m} + double{b.bound.radius_m} + margin_m;
+    const double error_m =
+        double{a.centre_error_m} + double{b.centre_error_m} + Rounding_m(lanes.reach_m);
+    const auto index = static_cast<std::int32_t>(lanes.cluster_pairs.size());
+    lanes.cluster_pairs.push_back(
+        {.first = first,
+         .second = second,
+         .reach_m = static_cast<float>(kRoundedUp * reach_m),
+         .begin = of.begin,
+         .end = of.end,
+         .band = BandOf(error_m, double{a.widest_m} + double{b.widest_m} + margin_m, reach_m)});
+    const std::int32_t group_a = group_of_cluster_[static_cast<std::size_t>(first)];
+    const std::int32_t group_b = group_of_cluster_[static_cast<std::size_t>(second)];
+    if (lanes.group_pairs.empty() || lanes.group_pairs.back().first != group_a ||
+        lanes.group_pairs.back().second != group_b) {
+      const double groups_m =
+          double{lanes.groups[static_cast<std::size_t>(group_a)].bound.radius_m} +
+          double{lanes.groups[static_cast<std::size_t>(group_b)].bound.radius_m} + margin_m;
+      lanes.group_pairs.push_back({.first = group_a,
+                                   .second = group_b,
+                                   .reach_m = static_cast<float>(kRoundedUp * groups_m),
+                                   .begin = index});
+    }
+    LaneGroupPair& groups = lanes.group_pairs.back();
+    groups.end = index + 1;
+    groups.bounds_m2 = std::max(groups.bounds_m2, BandOf(error_m, 0, groups.reach_m).bounds_m2);
+  }
+
+  LaneSphere InLanes(const Frame& frame, const Vector3& centre_F, double radius_m,
+                     LaneCluster& cluster) {
+    constexpr double u = kFloatRounding;
+    LaneProgram& lanes = program_.lanes;
+    LaneSphere sphere{.centre_m = {}, .radius_m = static_cast<float>(radius_m)};
+    for (int i = 0; i < 3; ++i) sphere.centre_m[i] = static_cast<float>(centre_F[i]);
+    const double out_m = frame.reach.centre.norm() + frame.reach.radius_m + centre_F.norm();
+    const double error_m = frame.origin_error_m + frame.rotation_error * centre_F.norm() +
+                           8 * u * (out_m + centre_F.norm());
+    lanes.reach_m = std::max(lanes.reach_m, static_cast<float>(kRoundedUp * out_m));
+    cluster.centre_error_m =
+        std::max(cluster.centre_error_m, static_cast<float>(kRoundedUp * error_m));
+    return sphere;
+  }
+
+  const RobotModel& model_;
+  std::vector<int> column_of_;  // by variable; -1: not of the group
+  std::vector<Pose> X_BL_;      // at the base state
+  std::vector<Frame> frames_;
+  std::vector<Fixed> links_;
+  std::vector<std::int32_t> lane_of_, cluster_of_;  // by sphere as given
+  std::vector<std::int32_t> group_of_cluster_, link_of_cluster_;
+  SphereProgram program_;
+};
+
+}  // namespace
+
+std::optional<SphereProgram> CompileSpheres(const RobotModel& model, const JointGroup& group,
+                                            std::span<const double> base,
+                                            std::span<const PlacedSphere> spheres,
+                                            const TouchingPairs& pairs, double pair_margin_m) {
+  Compiler compiler(model, group, base);
+  if (!compiler.AddLinks()) return std::nullopt;
+  compiler.AddSpheres(spheres);
+  compiler.AddPairs(spheres, pairs.spheres, pair_margin_m);
+  compiler.AddPairs(pairs.links, pair_margin_m);
+  return compiler.Take();
+}
+
+double Rounding_m(double coordinate_m) {
+  constexpr double kRoundings = 32 * kFloatRounding;
+  constexpr double kSlack_m = 1e-8;
+  return kRoundings * coordinate_m + kSlack_m;
+}
+
+LaneBand BandOf(double error_m, double widest_sphere_m, double widest_bound_m) {
+  const auto beyond = [&](double reach_m) {
+    return static_cast<float>(1.001 * (2 * reach_m * error_m + error_m * error_m +
+                                       16 * kFloatRounding * reach_m * reach_m));
+  };
+  return {.spheres_m2 = beyond(widest_sphere_m), .bounds_m2 = beyond(widest_bound_m)};
+}
+
+}  // namespace cwm::collision

@@ -1,0 +1,105 @@
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "collision/spheres/state_load.cc"
+#include "hwy/foreach_target.h"  // compiles this file once for each instruction set
+//
+#include <algorithm>
+
+#include "collision/spheres/sphere_lanes.h"
+#include "hwy/highway.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace cwm::collision {
+namespace HWY_NAMESPACE {
+namespace {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+// One column of rows, as many at once as doubles have lanes.
+class ColumnLoad {
+ public:
+  ColumnLoad(const LaneInput& input, std::size_t width)
+      : input_(input),
+        at_(hn::Mul(hn::Iota(kWhole, 0), hn::Set(kWhole, static_cast<std::int64_t>(width)))) {}
+
+  std::size_t lanes() const { return hn::Lanes(kReal); }
+
+  void Run(const double* rows, std::size_t count, float* values, StateMark* marks) const {
+    alignas(64) double copy[8];
+    const auto given = count == lanes() ? hn::GatherIndex(kReal, rows + input_.column, at_)
+                                        : Few(rows, count, copy);
+    const auto set = [](double value) HWY_ATTR { return hn::Set(kReal, value); };
+    const auto inside =
+        hn::And(hn::Ge(given, set(input_.lower_limit)), hn::Le(given, set(input_.upper_limit)));
+    auto value = hn::MulAdd(given, set(input_.multiplier), set(input_.offset));
+    const auto near = hn::Le(hn::Abs(value), set(input_.farthest));
+    if (input_.turns) {
+      constexpr double kTurn = 6.283185307179586;
+      value = hn::NegMulAdd(hn::Round(hn::Mul(value, set(1 / kTurn))), set(kTurn), value);
+    }
+    // What is too far is no number that a float could not hold.
+    value = hn::IfThenElseZero(hn::And(inside, near), value);
+    alignas(64) float told[8];
+    hn::Store(hn::DemoteTo(kShort, value), kShort, told);
+    const auto bits = [](auto mask) HWY_ATTR {
+      std::uint8_t some[8] = {};
+      hn::StoreMaskBits(kReal, mask, some);
+      return unsigned{some[0]};
+    };
+    const unsigned outside = bits(hn::Not(inside)), far = bits(hn::Not(near));
+    for (std::size_t i = 0; i < count; ++i) values[i] = told[i];
+    if ((outside | far) == 0) return;
+    for (std::size_t i = 0; i < count; ++i) {
+      const StateMark mark = (outside >> i & 1) != 0 ? StateMark::kOutOfLimits
+                             : (far >> i & 1) != 0   ? StateMark::kTooFar
+                                                     : StateMark::kReady;
+      marks[i] = std::max(marks[i], mark);
+    }
+  }
+
+ private:
+  static constexpr hn::CappedTag<double, 8> kReal{};
+  static constexpr hn::RebindToSigned<decltype(kReal)> kWhole{};
+  static constexpr hn::Rebind<float, decltype(kReal)> kShort{};
+
+  hn::Vec<hn::CappedTag<double, 8>> Few(const double* rows, std::size_t count, double* copy) const {
+    alignas(64) std::int64_t at[8];
+    hn::Store(at_, kWhole, at);
+    for (std::size_t i = 0; i < 8; ++i) copy[i] = 0;
+    for (std::size_t i = 0; i < count; ++i)
+      copy[i] = rows[input_.column + static_cast<std::size_t>(at[i])];
+    return hn::Load(kReal, copy);
+  }
+
+  const LaneInput& input_;
+  const hn::Vec<decltype(kWhole)> at_;
+};
+
+void LoadAll(std::span<const LaneInput> inputs, const double* rows, std::size_t width,
+             std::size_t count, std::size_t stride, float* values, StateMark* marks) {
+  std::fill_n(marks, count, StateMark::kReady);
+  for (const LaneInput& input : inputs) {
+    const ColumnLoad column(input, width);
+    for (std::size_t i = 0; i < count; i += column.lanes()) {
+      column.Run(rows + i * width, HWY_MIN(column.lanes(), count - i), values + i, marks + i);
+    }
+    values += stride;
+  }
+}
+
+}  // namespace
+}  // namespace HWY_NAMESPACE
+}  // namespace cwm::collision
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace cwm::collision {
+
+HWY_EXPORT(LoadAll);
+
+void LoadStates(std::span<const LaneInput> inputs, const double* rows, std::size_t width,
+                std::size_t count, std::size_t stride, float* values, StateMark* marks) {
+  HWY_DYNAMIC_DISPATCH(LoadAll)(inputs, rows, width, count, stride, values, marks);
+}
+
+}  // namespace cwm::collision
+#endif  // HWY_ONCE

@@ -1,0 +1,60 @@
+#include "collision/spheres/state_order.h"
+
+#include <algorithm>
+
+namespace cwm::collision {
+
+StateOrder::StateOrder(const SphereProgram& program) {
+  const std::size_t inputs = program.inputs.size();
+  std::vector<double> sweep_m;
+  for (const LaneInput& input : program.inputs) {
+    sweep_m.push_back((input.turns ? input.lever_m : 1.0) * (input.upper - input.lower));
+  }
+  std::vector<std::vector<int>> bits(inputs);  // of the key, from the first halving on
+  for (int bit = kHalvings - 1; bit >= 0 && inputs > 0; --bit) {
+    const auto widest = std::max_element(sweep_m.begin(), sweep_m.end());
+    *widest /= 2;
+    bits[static_cast<std::size_t>(widest - sweep_m.begin())].push_back(bit);
+  }
+  for (std::size_t k = 0; k < inputs; ++k) {
+    const std::size_t halvings = bits[k].size();
+    const double range = program.inputs[k].upper - program.inputs[k].lower;
+    if (halvings == 0 || !(range > 0)) continue;
+    Axis& axis = axes_.emplace_back();
+    const std::size_t cells = std::size_t{1} << halvings;
+    axis.input = k;
+    axis.lower = static_cast<float>(program.inputs[k].lower);
+    axis.cells_per_unit = static_cast<float>(static_cast<double>(cells) / range);
+    for (std::size_t cell = 0; cell < cells; ++cell) {
+      std::uint32_t key = 0;
+      for (std::size_t h = 0; h < halvings; ++h) {
+        const auto half = static_cast<std::uint32_t>(cell >> (halvings - 1 - h) & 1);
+        key |= half << bits[k][h];
+      }
+      axis.key_of_cell.push_back(key);
+    }
+  }
+}
+
+std::span<const std::uint32_t> StateOrder::Of(const float* values, std::size_t stride,
+                                              std::size_t count) {
+  keys_.assign(count, 0);
+  for (const Axis& axis : axes_) {
+    const float* value = values + axis.input * stride;
+    const float last = static_cast<float>(axis.key_of_cell.size() - 1);
+    for (std::size_t i = 0; i < count; ++i) {
+      const float cell = std::clamp((value[i] - axis.lower) * axis.cells_per_unit, 0.0F, last);
+      keys_[i] |= axis.key_of_cell[static_cast<std::size_t>(static_cast<int>(cell))];
+    }
+  }
+  begin_.assign((std::size_t{1} << kHalvings) + 1, 0);
+  for (const std::uint32_t key : keys_) ++begin_[key + 1];
+  for (std::size_t k = 1; k < begin_.size(); ++k) begin_[k] += begin_[k - 1];
+  order_.resize(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    order_[begin_[keys_[i]]++] = static_cast<std::uint32_t>(i);
+  }
+  return order_;
+}
+
+}  // namespace cwm::collision

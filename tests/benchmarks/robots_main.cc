@@ -1,0 +1,30 @@
+// Robots in planning problems without the rest: quick to build where collision is worked on. The same
+// figures as ./dev bench collision-robots and collision-spheres print.
+//   cwm-bench-robots [meshes|spheres] [--json FILE]
+#include <string>
+#include <vector>
+
+#include "tests/benchmarks/benchmarks.h"
+
+int main(int argc, char** argv) {
+  std::string part = "spheres", json;
+  for (int i = 1; i < argc; ++i) {
+    const std::string word = argv[i];
+    if (word == "--json" && i + 1 < argc) {
+      json = argv[++i];
+    } else {
+      part = word;
+    }
+  }
+  cwm::benchmarks::Report report;
+  if (part == "meshes") {
+    cwm::benchmarks::MeasureRobots(report);
+  } else if (part == "spheres") {
+    cwm::benchmarks::MeasureSpheres(report);
+  } else {
+    report.Fail("takes meshes or spheres");
+  }
+  report.Print();
+  if (!json.empty()) report.WriteJson(json);
+  return report.failed() ? 1 : 0;
+}

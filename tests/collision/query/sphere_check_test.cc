@@ -1,0 +1,255 @@
+// Robots of spheres in lanes: the verdicts of the plain path, state by state.
+#include "collision/query/sphere_check.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <hwy/targets.h>
+
+#include <cmath>
+#include <numbers>
+#include <random>
+#include <set>
+#include <string>
+
+#include "collision/robot/kinematics.h"
+#include "collision/robot/urdf.h"
+#include "tests/collision/query/room_of_all_kinds.h"
+#include "tests/collision/robot/robot_text.h"
+
+namespace cwm::collision {
+namespace {
+
+using testing::JointText;
+using testing::Links;
+using testing::NoMeshes;
+using testing::Robot;
+
+// Hides that rows are states of joints, so that each is asked plainly.
+class PlainRows : public BodyRows {
+ public:
+  explicit PlainRows(const BodyRows& rows) : rows_(rows) {}
+  std::size_t size() const override { return rows_.size(); }
+  void Place(std::size_t row, std::span<Pose> X_WF) const override { rows_.Place(row, X_WF); }
+  bool IsWithinLimits(std::size_t row) const override { return rows_.IsWithinLimits(row); }
+
+ private:
+  const BodyRows& rows_;
+};
+
+std::shared_ptr<const RobotModel> ModelOf(const std::string& text) {
+  const auto description = ReadUrdf(Robot(text), NoMeshes);
+  EXPECT_TRUE(description.ok()) << description.status();
+  return *MakeRobotModel(*description, nullptr);
+}
+
+// A rail, a turn without limits, three more turns of which the last two go together, and a tool that
+// hangs askew.
+std::shared_ptr<const RobotModel> Arm() {
+  const auto turn = [](const std::string& axis, const std::string& more) {
+    return "<origin xyz=\"0.1 0.05 0.2\" rpy=\"0.3 -0.2 0.7\"/><axis xyz=\"" + axis + "\"/>" + more;
+  };
+  const std::string limits = "<limit lower=\"-2.5\" upper=\"2.9\"/>";
+  return ModelOf(
+      Links("abcdefg") +
+      JointText("rail", "prismatic", "a", "b",
+                "<axis xyz=\"0 1 0\"/><limit lower=\"-0.3\" upper=\"0.4\"/>") +
+      JointText("waist", "continuous", "b", "c", turn("0 0 1", "")) +
+      JointText("shoulder", "revolute", "c", "d", turn("0.6 0 0.8", limits)) +
+      JointText("elbow", "revolute", "d", "e", turn("0 1 0", limits)) +
+      JointText(
+          "wrist", "revolute", "e", "f",
+          turn("0 -1 0", limits + "<mimic joint=\"elbow\" multiplier=\"-0.5\" offset=\"0.1\"/>")) +
+      JointText("tool", "fixed", "f", "g", "<origin xyz=\"0 0.02 0.1\" rpy=\"1 0 0.5\"/>"));
+}
+
+// Five spheres along each link, and all pairs of links that are not neighbours.
+QueryBody BodyOf(const RobotModel& model) {
+  std::vector<Placed<>> shapes;
+  QueryBody body;
+  std::vector<int> link_of;
+  for (int link = 0; link < static_cast<int>(model.links.size()); ++link) {
+    for (int k = 0; k < 5; ++k) {
+      shapes.push_back({.X_FS = MakeTranslation(0.02 * k, 0.01 * k, 0.05 * k),
+                        .shape = Sphere{0.03 + 0.003 * k}});
+      link_of.push_back(link);
+    }
+  }
+  const auto count = static_cast<std::int32_t>(shapes.size());
+  body.geometry = BodyFromShapes(std::move(shapes)).geometry;
+  body.frame_of_part = link_of;
+  body.frame_count = static_cast<int>(model.links.size());
+  for (std::int32_t a = 0; a < count; ++a) {
+    for (std::int32_t b = a + 1; b < count; ++b) {
+      if (link_of[static_cast<std::size_t>(a)] + 2 < link_of[static_cast<std::size_t>(b)]) {
+        body.self_pairs.push_back({a, b});
+      }
+    }
+  }
+  return body;
+}
+
+std::vector<double> RandomRows(const JointGroup& group, std::size_t count, std::mt19937& random) {
+  std::vector<double> rows;
+  for (std::size_t k = 0; k < count * group.variables.size(); ++k) {
+    rows.push_back(std::uniform_real_distribution<double>(-2.5, 2.5)(random));
+    if (k % group.variables.size() == 0) rows.back() *= 0.15;  // the rail: some beyond its limits
+    if (k % group.variables.size() == 1) rows.back() *= 4;     // more than a turn
+  }
+  return rows;
+}
+
+// How often each verdict came, which all have to agree on.
+std::array<std::size_t, 5> ExpectPlainVerdicts(const WorldSnapshot& world, const QueryBody& body,
+                                               const JointRows& rows, QueryOptions options) {
+  EXPECT_TRUE(SphereCheck::Make(world, body, rows, options).has_value());
+  const CollisionColumns plain = *CheckCollisions(world, body, PlainRows(rows), options);
+  options.naming = Naming::kWhereAsked;
+  const CollisionColumns in_lanes = *CheckCollisions(world, body, rows, options);
+  std::array<std::size_t, 5> counts{};
+  std::size_t mismatches = 0;
+  for (std::size_t k = 0; k < rows.size(); ++k) {
+    mismatches += plain.verdict[k] != in_lanes.verdict[k] ? 1 : 0;
+    ++counts[static_cast<std::size_t>(plain.verdict[k])];
+  }
+  EXPECT_EQ(mismatches, 0u) << LaneTarget();
+  EXPECT_EQ(in_lanes.completed, rows.size());
+  return counts;
+}
+
+class SphereCheckTest : public ::testing::Test {
+ protected:
+  JointRows Rows(std::span<const double> rows) const {
+    return {*model_, model_->all, {.X_WB = X_WB_, .base = DefaultVariables(*model_), .rows = rows}};
+  }
+
+  std::shared_ptr<const RobotModel> model_ = Arm();
+  QueryBody body_ = BodyOf(*model_);
+  Pose X_WB_ =
+      MakePose({0.2, -0.3, 0.1}, Quaternion(Eigen::AngleAxisd(0.8, Vector3(1, 2, 3).normalized())));
+  std::mt19937 random_{7};
+};
+
+TEST_F(SphereCheckTest, HasThePlainVerdictsAmongAllKindsOfShapes) {
+  const auto world = WorldOf(RoomOfAllKinds(random_));
+  const std::vector<double> rows = RandomRows(model_->all, 4000, random_);
+  for (double margin_m : {0.0, 0.02}) {
+    const auto counts = ExpectPlainVerdicts(*world, body_, Rows(rows), {.margin_m = margin_m});
+    EXPECT_GT(counts[static_cast<std::size_t>(Verdict::kCollision)], 100u);
+    EXPECT_GT(counts[static_cast<std::size_t>(Verdict::kOutOfLimits)], 100u);
+  }
+}
+
+// Boxes, cylinders, balls and capsules in all directions and on level ground, of which one has a
+// margin of its own and one is larger than all that the arm reaches.
+std::vector<Change> Solids(std::mt19937& random) {
+  std::vector<Change> changes;
+  const std::vector<Shape> kinds = {Box{{0.1, 0.2, 0.05}}, Cylinder{0.06, 0.2}, Sphere{0.07},
+                                    Capsule{0.05, 0.3}};
+  for (int k = 0; k < 16; ++k) {
+    Pose X_WO = RandomPose(random, 0.9);
+    if (k >= 8) X_WO.linear().setIdentity();
+    changes.push_back(
+        PutOf("solid" + std::to_string(k),
+              {{.X_FS = Pose::Identity(), .shape = kinds[static_cast<std::size_t>(k) % 4]}}, X_WO));
+    if (k == 3) std::get<PutObject>(changes.back().what).margin_m = 0.03;
+  }
+  changes.push_back(PutOf("floor", {{.X_FS = Pose::Identity(), .shape = Box{{80, 60, 0.1}}}},
+                          MakeTranslation(20, 10, -0.9)));
+  return changes;
+}
+
+TEST_F(SphereCheckTest, HasThePlainVerdictsOfAHundredThousandStatesOnEveryInstructionSet) {
+  const auto world = WorldOf(Solids(random_));
+  const std::vector<double> rows = RandomRows(model_->all, 100000, random_);
+  const auto counts = ExpectPlainVerdicts(*world, body_, Rows(rows), {});
+  for (Verdict verdict : {Verdict::kFree, Verdict::kCollision, Verdict::kOutOfLimits}) {
+    EXPECT_GT(counts[static_cast<std::size_t>(verdict)], 5000u);
+  }
+  const std::span<const double> few = std::span(rows).first(10000 * model_->all.variables.size());
+  std::set<std::string> asked;
+  for (std::int64_t targets = hwy::SupportedTargets(); targets != 0; targets &= targets - 1) {
+    hwy::SetSupportedTargetsForTest(targets & -targets);
+    asked.insert(LaneTarget());
+    ExpectPlainVerdicts(*world, body_, Rows(few), {});
+  }
+  hwy::SetSupportedTargetsForTest(0);
+  const auto answers = [&](std::int64_t target) {
+    return (hwy::SupportedTargets() & target) == 0 || asked.contains(hwy::TargetName(target));
+  };
+  EXPECT_TRUE(answers(HWY_SSE4) && answers(HWY_AVX2) && answers(HWY_AVX3));
+}
+
+// Of states around those where the world is just touched, found by halving.
+TEST_F(SphereCheckTest, HasThePlainVerdictsWithinAMicrometreOfContact) {
+  const auto world = WorldOf(Solids(random_));
+  const std::size_t width = model_->all.variables.size();
+  std::vector<double> rows;
+  const std::vector<double> random_rows = RandomRows(model_->all, 3000, random_);
+  const CollisionColumns columns = *CheckCollisions(*world, body_, Rows(random_rows), {});
+  for (std::size_t k = 0; k + 1 < 3000; ++k) {
+    if (columns.verdict[k] != Verdict::kFree || columns.verdict[k + 1] != Verdict::kCollision)
+      continue;
+    const Eigen::Map<const Eigen::VectorXd> free(&random_rows[k * width],
+                                                 static_cast<Eigen::Index>(width));
+    const Eigen::Map<const Eigen::VectorXd> hit(&random_rows[(k + 1) * width],
+                                                static_cast<Eigen::Index>(width));
+    double low = 0, high = 1;
+    for (int step = 0; step < 40; ++step) {
+      const double middle = 0.5 * (low + high);
+      const Eigen::VectorXd state = free + middle * (hit - free);
+      const Verdict verdict =
+          CheckCollisions(*world, body_, PlainRows(Rows({state.data(), width})), {})->verdict[0];
+      (verdict == Verdict::kFree ? low : high) = middle;
+    }
+    for (double off : {-1e-7, -1e-8, -1e-9, 0.0, 1e-9, 1e-8, 1e-7}) {
+      const Eigen::VectorXd state = free + (low + off) * (hit - free);
+      rows.insert(rows.end(), state.begin(), state.end());
+    }
+  }
+  ASSERT_GT(rows.size(), 1000u * width);
+  const auto counts = ExpectPlainVerdicts(*world, body_, Rows(rows), {});
+  EXPECT_GT(counts[static_cast<std::size_t>(Verdict::kFree)], 300u);
+  EXPECT_GT(counts[static_cast<std::size_t>(Verdict::kCollision)], 300u);
+}
+
+TEST_F(SphereCheckTest, NamesThePlainPairsWhereEachRowIsNamed) {
+  const auto world = WorldOf(Solids(random_));
+  const std::vector<double> rows = RandomRows(model_->all, 2000, random_);
+  const JointRows joint_rows = Rows(rows);
+  const CollisionColumns plain = *CheckCollisions(*world, body_, PlainRows(joint_rows), {});
+  const CollisionColumns named = *CheckCollisions(*world, body_, joint_rows, {});
+  EXPECT_EQ(named.object, plain.object);
+  EXPECT_EQ(named.body_part, plain.body_part);
+  EXPECT_EQ(named.object_part, plain.object_part);
+}
+
+TEST_F(SphereCheckTest, LeavesOtherQuestionsToThePlainPath) {
+  const auto world = WorldOf(Solids(random_));
+  const std::vector<double> rows = RandomRows(model_->all, 10, random_);
+  const JointRows joint_rows = Rows(rows);
+  EXPECT_FALSE(SphereCheck::Make(*world, body_, PlainRows(joint_rows), {}).has_value());
+  EXPECT_FALSE(
+      SphereCheck::Make(*world, body_, joint_rows, {.engine = EngineChoice::kFcl}).has_value());
+  EXPECT_FALSE(SphereCheck::Make(*world, body_, joint_rows, {.margin_m = -0.01}).has_value());
+}
+
+TEST(LaneSines, AreAsNearAsTheErrorsOfCentresTake) {
+  std::vector<float> angles;
+  std::vector<double> exact;
+  for (int k = -2000000; k <= 2000000; ++k) {
+    exact.push_back(std::numbers::pi * k / 2000000);
+    angles.push_back(static_cast<float>(exact.back()));
+  }
+  std::vector<float> sines(angles.size()), cosines(angles.size());
+  LaneSines(angles.data(), angles.size(), sines.data(), cosines.data());
+  double worst = 0;
+  for (std::size_t k = 0; k < angles.size(); ++k) {
+    worst = std::max({worst, std::abs(sines[k] - std::sin(exact[k])),
+                      std::abs(cosines[k] - std::cos(exact[k]))});
+  }
+  EXPECT_LT(worst, kSineError);
+  EXPECT_GT(worst, 0.2 * kSineError);
+}
+
+}  // namespace
+}  // namespace cwm::collision
