@@ -107,7 +107,9 @@ TEST_F(RobotQuestion, SaysByItsExitCodeWhatItMet) {
   EXPECT_EQ(exit_code({"check", "--robot", "arm", "--joints", "1,2,3"}), 8);
   EXPECT_EQ(exit_code({"check", "--robot", "arm", "--joints", "nan,0"}), 8);
   EXPECT_EQ(exit_code({"check", "--robot", "arm", "--joints", "nowhere"}), 1);
-  EXPECT_EQ(exit_code({"check", "--robot", "arm", "--geometry", "spheres_containing"}), 70);
+  EXPECT_EQ(
+      exit_code({"check", "--robot", "arm", "--geometry", "spheres_containing", "--exit-code"}),
+      10);
   EXPECT_EQ(exit_code({"motion", "--robot", "arm", "--joints", "aside"}), 1);
   EXPECT_EQ(exit_code({"motion", "--robot", "arm", "--joints", "-"}, "[[0, 0], [1]]\n"), 8);
   const Finished bad = Cwm({"check", "--robot", "arm", "--joints", "1.5,0", "--joints", "nan,0"});
