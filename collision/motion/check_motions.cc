@@ -18,6 +18,9 @@ constexpr double kTold = 0.25;
 // Narrower intervals of an edge are not halved again: that of a kilometre's travel is as long as
 // distances are right to.
 constexpr double kNarrowest = 1e-10;
+// A gap of this and less is not proven: what closes by a millimetre over the edge is then bracketed
+// as closely as kBracket.
+constexpr double kFinest_m = 5e-8;
 
 // A pair that may come near on the edge. Its poses are those of the place looked at last.
 struct Candidate {
@@ -130,10 +133,24 @@ class EdgeSearch {
     const double to = result_.verdict == MotionVerdict::kContact ? result_.hi : 1;
     const double left_m = start.gap_m - candidate.travel_m * to;
     if (start.certain && left_m >= kTold * start.gap_m) {
-      result_.clearance_m = std::min(result_.clearance_m, left_m);
+      StayClear(left_m, 0, to);
       return;
     }
-    if (to > 0) Certify(candidate, start, LookAt(candidate, to));
+    if (to > 0) CertifyAsFarAsWorkSuffices(candidate, start, LookAt(candidate, to));
+  }
+
+  // What slides along at no gap is grazing, without a proof of all of it.
+  void CertifyAsFarAsWorkSuffices(const Candidate& candidate, const Place& a, const Place& b) {
+    const EdgeResult before = result_;
+    const double open_before = open_from_;
+    finest_m_ = kFinest_m;
+    Certify(candidate, a, b);
+    if (places_ < kMostPlaces || search_.ended()) return;
+    result_ = before;
+    open_from_ = open_before;
+    places_ = 0;
+    finest_m_ = kGrazing_m;
+    Certify(candidate, a, b);
   }
 
   static EdgeResult Contact(double lo, double hi, const PairId& id) {
@@ -147,38 +164,41 @@ class EdgeSearch {
     const double least_m = std::min(a.gap_m, b.gap_m);
     const double between_m = 0.5 * (a.gap_m + b.gap_m - travel_m);
     if (!b.contact && a.certain && b.certain && between_m >= kTold * least_m) {
-      result_.clearance_m = std::min({result_.clearance_m, least_m, between_m});
+      StayClear(std::min(least_m, between_m), a.fraction, b.fraction);
       return false;
     }
     const bool at_end = width <= kNarrowest || places_ >= kMostPlaces || search_.ended();
     if (b.contact && (width <= kBracket || at_end)) {
-      const bool is_clear = result_.verdict == MotionVerdict::kFree;
-      result_ = Contact(is_clear ? a.fraction : std::min(a.fraction, result_.lo), b.fraction,
-                        candidate.pair.id);
+      result_ = Contact(std::min(a.fraction, open_from_), b.fraction, candidate.pair.id);
       return true;
     }
-    const bool is_grazing = !b.contact && least_m <= kGrazing_m && travel_m <= kGrazing_m;
+    const bool is_grazing = !b.contact && least_m <= finest_m_ && travel_m <= finest_m_;
     if (is_grazing || at_end) {
       const bool grazes = is_grazing && a.certain && b.certain;
-      Doubt(grazes ? MotionVerdict::kGrazing : MotionVerdict::kUndecided, a, b);
+      open_from_ = std::min(open_from_, a.fraction);
+      if (result_.verdict == MotionVerdict::kContact) result_.lo = std::min(result_.lo, open_from_);
+      Doubt(grazes ? MotionVerdict::kGrazing : MotionVerdict::kUndecided, a.fraction, b.fraction);
       return at_end;
     }
     const Place middle = LookAt(candidate, 0.5 * (a.fraction + b.fraction));
     return Certify(candidate, a, middle) || (!middle.contact && Certify(candidate, middle, b));
   }
 
+  // Proven from one fraction to another: no contact, but maybe a graze.
+  void StayClear(double clearance_m, double from, double to) {
+    result_.clearance_m = std::min(result_.clearance_m, clearance_m);
+    if (clearance_m <= kGrazing_m) Doubt(MotionVerdict::kGrazing, from, to);
+  }
+
   // Of several the worst stays, and of those the first found; a contact overrides them.
-  void Doubt(MotionVerdict verdict, const Place& a, const Place& b) {
-    if (result_.verdict == MotionVerdict::kContact) {
-      result_.lo = std::min(result_.lo, a.fraction);
-      return;
-    }
+  void Doubt(MotionVerdict verdict, double from, double to) {
+    if (result_.verdict == MotionVerdict::kContact) return;
     const bool worse = result_.verdict == MotionVerdict::kFree ||
                        (verdict == MotionVerdict::kUndecided && result_.verdict != verdict);
     if (!worse) return;
     result_.verdict = verdict;
-    result_.lo = a.fraction;
-    result_.hi = b.fraction;
+    result_.lo = from;
+    result_.hi = to;
   }
 
   Place LookAt(const Candidate& candidate, double fraction) {
@@ -202,6 +222,8 @@ class EdgeSearch {
   std::vector<Candidate> candidates_;
   std::vector<std::size_t> order_;
   int places_ = 0;
+  double finest_m_ = kFinest_m;  // a gap of this and less is not proven
+  double open_from_ = 1;         // nothing is proven from here
   EdgeResult result_;
 };
 

@@ -229,44 +229,31 @@ void ToProto(const collision::PairColumns& answers, const AnswerContext& context
   SetPairs(answers, context, response);
 }
 
-namespace {
-
-// Without pairs: those that are known are the ones that had to be looked for.
-void SetVerdicts(const collision::CollisionColumns& answers, const AnswerContext& context,
-                 v1::CheckCollisionsResponse* response) {
-  SetHead(answers.completed, context, response);
+void ToProto(const collision::CollisionColumns& answers, const AnswerContext& context,
+             v1::CheckCollisionsResponse* response) {
+  // Of verdicts alone, pairs that are known all the same are those that had to be looked for.
+  const bool named = !context.verdicts_only;
+  std::vector<std::int32_t> objects;
+  if (named) {
+    objects = SetObjects(answers.object, answers.completed, context, response);
+    SetLinks(context, response);
+  } else {
+    SetHead(answers.completed, context, response);
+  }
   if (context.form == Form::kColumns) {
     response->set_verdicts(EnumBytes(answers.verdict));
     response->set_trust(EnumBytes(answers.trust));
-    return;
-  }
-  for (std::size_t i = 0; i < answers.completed; ++i) {
-    v1::CollisionRow* row = response->add_rows();
-    row->set_verdict(ToProto(answers.verdict[i]));
-    row->set_trust(ToProto(answers.trust[i]));
-  }
-}
-
-}  // namespace
-
-void ToProto(const collision::CollisionColumns& answers, const AnswerContext& context,
-             v1::CheckCollisionsResponse* response) {
-  if (context.verdicts_only) return SetVerdicts(answers, context, response);
-  const auto objects = SetObjects(answers.object, answers.completed, context, response);
-  SetLinks(context, response);
-  if (context.form == Form::kColumns) {
-    response->set_verdicts(EnumBytes(answers.verdict));
+    if (!named) return;
     response->set_object_index(Bytes(objects));
     response->set_body_part(Bytes(answers.body_part));
     response->set_object_part(Bytes(answers.object_part));
-    response->set_trust(EnumBytes(answers.trust));
     return;
   }
   for (std::size_t i = 0; i < answers.completed; ++i) {
     v1::CollisionRow* row = response->add_rows();
     row->set_verdict(ToProto(answers.verdict[i]));
     row->set_trust(ToProto(answers.trust[i]));
-    if (answers.object[i] == kNoObject) continue;
+    if (!named || answers.object[i] == kNoObject) continue;
     SetPair({answers.object[i], answers.body_part[i], answers.object_part[i]}, context, row);
   }
 }

@@ -79,6 +79,9 @@ void MeasureRobotLatency(Report& report);
 // The Panda's 59 given spheres in the same problems: panda_core_us, panda_core_mismatches.
 void MeasureSpheres(Report& report);
 
+// Certified motions against dense sampling: motion_false, motion_undecided.
+void MeasureMotions(Report& report);
+
 // What was found in one of those scenes, shape by shape. Family: table, clutter, kitchen, vessels.
 void ReplayScene(const std::string& family, std::uint64_t seed, Report& report);
 

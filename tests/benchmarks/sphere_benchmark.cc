@@ -14,6 +14,7 @@
 #include "collision/spheres/sphere_lanes.h"
 #include "tests/benchmarks/benchmarks.h"
 #include "tests/benchmarks/panda_problems.h"
+#include "tests/collision/query/plain_rows.h"
 
 namespace cwm::benchmarks {
 namespace {
@@ -21,44 +22,6 @@ namespace {
 using namespace collision;
 
 constexpr std::size_t kStatesPerProblem = 4000, kAtOnce = 1000;
-
-// Everything between two spheres of links that are asked about.
-QueryBody SphereBody(const RobotGeometry& robot) {
-  std::vector<Placed<>> shapes;
-  std::vector<int> link_of;
-  for (std::size_t link = 0; link < robot.spheres_as_given->links.size(); ++link) {
-    for (const LinkSphere& sphere : robot.spheres_as_given->links[link]) {
-      shapes.push_back(
-          {.X_FS = MakeTranslation(sphere.center_L.x(), sphere.center_L.y(), sphere.center_L.z()),
-           .shape = Sphere{sphere.radius_m}});
-      link_of.push_back(static_cast<int>(link));
-    }
-  }
-  QueryBody body = BodyFromShapes(std::move(shapes));
-  body.frame_count = static_cast<int>(robot.model->links.size());
-  body.frame_of_part = link_of;
-  for (const LinkPair& pair : robot.model->self_pairs) {
-    for (std::size_t a = 0; a < link_of.size(); ++a) {
-      for (std::size_t b = 0; b < link_of.size(); ++b) {
-        if (link_of[a] != pair.first || link_of[b] != pair.second) continue;
-        body.self_pairs.push_back({static_cast<std::int32_t>(a), static_cast<std::int32_t>(b)});
-      }
-    }
-  }
-  return body;
-}
-
-// Hides that rows are states of joints: what is asked row by row.
-class PlainRows : public BodyRows {
- public:
-  explicit PlainRows(const BodyRows& rows) : rows_(rows) {}
-  std::size_t size() const override { return rows_.size(); }
-  void Place(std::size_t row, std::span<Pose> X_WF) const override { rows_.Place(row, X_WF); }
-  bool IsWithinLimits(std::size_t row) const override { return rows_.IsWithinLimits(row); }
-
- private:
-  const BodyRows& rows_;
-};
 
 struct Tally {
   std::size_t states = 0, colliding = 0, mismatches = 0, undecided = 0;
@@ -109,7 +72,8 @@ void MeasureSpheres(Report& report) {
     report.Detail("skipped: motion_bench_maker is not in CWM_DATA");
     return;
   }
-  const QueryBody body = SphereBody(*all->robot);
+  const QueryBody body =
+      BodyFromSpheres(*all->robot, *all->robot->prepared_spheres_as_given, RobotScope::kBoth);
   Tally tally;
   for (std::size_t k = 0; k < all->problems.size(); ++k) {
     Compare(*all, body, all->problems[k], k, tally);

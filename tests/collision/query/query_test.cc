@@ -466,7 +466,8 @@ TEST(Query, AnEmptyWorldAndAnEmptyBatchAreAnswered) {
   const std::vector<Pose> at = {Pose::Identity()};
   EXPECT_EQ(CheckCollisions(empty, Gripper(), at, {})->verdict[0], Verdict::kFree);
   EXPECT_THAT(GetDistances(empty, Gripper(), at, {})->row_begin, ElementsAre(0u, 0u));
-  EXPECT_THAT(GetDistances(empty, Gripper(), {}, {})->row_begin, ElementsAre(0u));
+  EXPECT_THAT(GetDistances(empty, Gripper(), std::span<const Pose>(), {})->row_begin,
+              ElementsAre(0u));
   EXPECT_EQ(CastRays(empty, {}, {})->completed, 0u);
 }
 

@@ -13,6 +13,7 @@
 
 #include "collision/robot/kinematics.h"
 #include "collision/robot/urdf.h"
+#include "tests/collision/query/plain_rows.h"
 #include "tests/collision/query/room_of_all_kinds.h"
 #include "tests/collision/robot/robot_text.h"
 
@@ -23,18 +24,6 @@ using testing::JointText;
 using testing::Links;
 using testing::NoMeshes;
 using testing::Robot;
-
-// Hides that rows are states of joints, so that each is asked plainly.
-class PlainRows : public BodyRows {
- public:
-  explicit PlainRows(const BodyRows& rows) : rows_(rows) {}
-  std::size_t size() const override { return rows_.size(); }
-  void Place(std::size_t row, std::span<Pose> X_WF) const override { rows_.Place(row, X_WF); }
-  bool IsWithinLimits(std::size_t row) const override { return rows_.IsWithinLimits(row); }
-
- private:
-  const BodyRows& rows_;
-};
 
 std::shared_ptr<const RobotModel> ModelOf(const std::string& text) {
   const auto description = ReadUrdf(Robot(text), NoMeshes);

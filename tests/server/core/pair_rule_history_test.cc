@@ -15,7 +15,6 @@ namespace {
 using collision::AllowCollision;
 using collision::Change;
 using collision::ExpireRules;
-using collision::NamedPair;
 using collision::Revision;
 using collision::SetPairMargin;
 using collision::WallTime;

@@ -266,7 +266,7 @@ TEST_F(RobotQueries, BadRowsGroupsAndNamesAreTold) {
   request.mutable_subject()->mutable_robot()->set_robot("ghost");
   EXPECT_EQ(Refused(request).error_code(), grpc::StatusCode::NOT_FOUND);
   EXPECT_EQ(ReasonIn(Refused(request)), "ROBOT_UNKNOWN");
-  *request.mutable_subject() = Arm(std::vector<double>(2 * 65'537, 0.0));
+  *request.mutable_subject() = Arm(std::vector<double>(std::size_t{2} * 65'537, 0.0));
   EXPECT_THAT(Refused(request).error_message(),
               HasSubstr("has 65537 rows, must have at most 65536"));
 }
@@ -341,7 +341,7 @@ TEST_F(RobotQueries, MotionsThatCannotBeAreRefused) {
   request.mutable_subject()->mutable_points()->set_data(points, sizeof(points));
   EXPECT_EQ(FieldIn(Refused(request)), "subject.points");
   request.mutable_options()->clear_engine();
-  *request.mutable_subject() = Arm(std::vector<double>(2 * 2 * 1'025, 0.0));
+  *request.mutable_subject() = Arm(std::vector<double>(std::size_t{4} * 1'025, 0.0));
   request.clear_path_row_counts();
   request.mutable_options()->set_result_form(v1::RESULT_FORM_ROWS);
   EXPECT_EQ(FieldIn(Refused(request)), "options.result_form");

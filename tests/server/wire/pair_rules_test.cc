@@ -35,7 +35,7 @@ TEST(WirePairRules, AnAllowanceExpiresSoLongFromNow) {
   ASSERT_TRUE(for_ever.ok()) << for_ever.status();
   EXPECT_EQ(Ordered(for_ever->pair), kCupAndHand);
   EXPECT_FALSE(for_ever->expires.has_value());
-  proto.mutable_expires_after()->set_seconds(24 * 3600 * 30);
+  proto.mutable_expires_after()->set_seconds(std::int64_t{24} * 3600 * 30);
   const auto before = std::chrono::system_clock::now();
   const auto allow = FromProto(proto, FieldPath());
   ASSERT_TRUE(allow.ok()) << allow.status();

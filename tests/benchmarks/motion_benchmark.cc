@@ -1,0 +1,219 @@
+// Whether certified motions are right: against dense sampling of the same edges, of a box among thirty
+// objects and of the Panda's meshes in the scenes of MotionBenchMaker.
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cstdio>
+#include <memory>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "collision/motion/check_motions.h"
+#include "collision/query/robot_body.h"
+#include "collision/robot/kinematics.h"
+#include "tests/benchmarks/benchmark_world.h"
+#include "tests/benchmarks/benchmarks.h"
+#include "tests/benchmarks/panda_problems.h"
+
+namespace cwm::benchmarks {
+namespace {
+
+using namespace collision;
+
+constexpr std::size_t kBodyEdges = 20'000, kSteps = 10'000;
+constexpr std::size_t kMoreBodyEdges = 100'000, kFewSteps = 500;
+constexpr std::size_t kPandaEdges = 2'000;
+constexpr std::size_t kThreads = 2;
+constexpr double kSlow_m = 1e-3;  // over the whole edge: brackets may then be wider
+
+// Places of an edge, evenly from `begin` to `end`.
+class SampledEdge : public BodyRows {
+ public:
+  SampledEdge(const BodyMotion& motion, double begin, double end, std::size_t steps)
+      : motion_(motion), begin_(begin), end_(end), steps_(steps) {}
+  std::size_t size() const override { return steps_ + 1; }
+  double FractionOf(std::size_t row) const {
+    return begin_ + (end_ - begin_) * static_cast<double>(row) / static_cast<double>(steps_);
+  }
+  void Place(std::size_t row, std::span<Pose> X_WF) const override {
+    motion_.Place(FractionOf(row), X_WF);
+  }
+
+ private:
+  const BodyMotion& motion_;
+  const double begin_, end_;
+  const std::size_t steps_;
+};
+
+struct Tally {
+  std::size_t edges = 0, contacts = 0, undecided = 0, grazing = 0;
+  std::size_t false_free = 0, false_contact = 0;
+  double certified_s = 0;
+
+  Tally& operator+=(const Tally& more) {
+    edges += more.edges;
+    contacts += more.contacts;
+    undecided += more.undecided;
+    grazing += more.grazing;
+    false_free += more.false_free;
+    false_contact += more.false_contact;
+    certified_s += more.certified_s;
+    return *this;
+  }
+};
+
+// Verdicts of many edges against what samples of them say.
+class Judge {
+ public:
+  Judge(const WorldSnapshot& world, const QueryBody& body) : world_(world), body_(body) {}
+
+  void Check(std::unique_ptr<BodyMotion> motion, std::size_t steps, Tally& tally) const {
+    const std::vector<std::unique_ptr<BodyMotion>> edges = Only(std::move(motion));
+    const auto start = std::chrono::steady_clock::now();
+    const MotionColumns told = *CheckMotions(world_, body_, edges, {});
+    tally.certified_s +=
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    const BodyMotion& edge = *edges.front();
+    ++tally.edges;
+    switch (told.verdict.front()) {
+      case MotionVerdict::kFree:
+        tally.false_free += Collides(SampledEdge(edge, 0, 1, steps)) ? 1 : 0;
+        return;
+      case MotionVerdict::kContact: {
+        ++tally.contacts;
+        const double lo = told.lo.front(), hi = told.hi.front();
+        const bool meets = Collides(SampledEdge(edge, hi, hi, 1));
+        tally.false_contact += !meets || IsTooWide(edge, lo, hi) ? 1 : 0;
+        const auto before = static_cast<std::size_t>(lo * static_cast<double>(steps));
+        if (before > 0) {
+          tally.false_free += Collides(SampledEdge(edge, 0, lo, before)) ? 1 : 0;
+        }
+        return;
+      }
+      case MotionVerdict::kGrazing:
+        ++tally.grazing;
+        return;
+      case MotionVerdict::kUndecided:
+      case MotionVerdict::kNotComputed:
+      case MotionVerdict::kOutOfLimits:
+        ++tally.undecided;
+        return;
+    }
+  }
+
+ private:
+  static std::vector<std::unique_ptr<BodyMotion>> Only(std::unique_ptr<BodyMotion> motion) {
+    std::vector<std::unique_ptr<BodyMotion>> edges;
+    edges.push_back(std::move(motion));
+    return edges;
+  }
+
+  // A bracket, though the gap closes faster than kSlow_m per edge.
+  bool IsTooWide(const BodyMotion& edge, double lo, double hi) const {
+    if (hi - lo <= kBracket * (1 + 1e-9)) return false;
+    const PairColumns at = *GetDistances(world_, body_, SampledEdge(edge, lo, hi, 1), {});
+    return at.distance_m.front() - at.distance_m.back() > kSlow_m * (hi - lo);
+  }
+
+  bool Collides(const SampledEdge& samples) const {
+    const CollisionColumns columns = *CheckCollisions(world_, body_, samples, {});
+    return std::ranges::find(columns.verdict, Verdict::kCollision) != columns.verdict.end();
+  }
+
+  const WorldSnapshot& world_;
+  const QueryBody& body_;
+};
+
+// `check(k, tally)` for all k below `count`, on all threads.
+template <class Check>
+Tally OnThreads(std::size_t count, const Check& check) {
+  std::array<Tally, kThreads> tallies;
+  std::vector<std::thread> threads;
+  for (std::size_t t = 0; t < kThreads; ++t) {
+    threads.emplace_back([&, t] {
+      for (std::size_t k = t; k < count; k += kThreads) check(k, tallies[t]);
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  Tally all;
+  for (const Tally& tally : tallies) all += tally;
+  return all;
+}
+
+Tally OfBody(std::size_t edges, std::size_t steps, unsigned seed) {
+  const auto world = MakeBenchmarkWorld();
+  const QueryBody body =
+      BodyFromShapes({{.shape = Box{.size_m = {0.1, 0.08, 0.2}}},
+                      {.X_FS = MakeTranslation(0, 0, 0.15), .shape = Sphere{.radius_m = 0.05}}});
+  const std::vector<Pose> from = RandomPoses(static_cast<int>(edges), seed),
+                          to = RandomPoses(static_cast<int>(edges), seed + 1);
+  const Judge judge(*world, body);
+  return OnThreads(edges, [&](std::size_t k, Tally& tally) {
+    // Every other edge is a short one, as a planner's are.
+    Pose end = to[k];
+    if (k % 2 == 0) {
+      end.translation() =
+          from[k].translation() + 0.1 * (to[k].translation() - from[k].translation());
+      end.linear() = Quaternion(from[k].linear()).slerp(0.1, Quaternion(to[k].linear())).matrix();
+    }
+    judge.Check(std::make_unique<RigidMotion>(body, from[k], end), steps, tally);
+  });
+}
+
+// From near the goal to near the goal, or to anywhere.
+Tally OfPanda(const PandaProblems& all) {
+  const QueryBody body = BodyFromRobot(*all.robot, RobotScope::kBoth);
+  const RobotModel& model = *all.robot->model;
+  return OnThreads(kPandaEdges, [&](std::size_t k, Tally& tally) {
+    const PandaProblem& problem = all.problems[k % all.problems.size()];
+    const std::vector<double> states = RandomStates(all, problem, 4, k);
+    const JointRows rows(model, *all.arm, {.base = DefaultVariables(model), .rows = states});
+    const std::vector<double> from = rows.State(1), to = rows.State(k % 2 == 0 ? 3 : 2);
+    Judge(*problem.world, body)
+        .Check(std::make_unique<JointMotion>(model, body, Pose::Identity(), from, to), kSteps,
+               tally);
+  });
+}
+
+void Describe(const std::string& what, const Tally& tally, Report& report) {
+  char text[240];
+  std::snprintf(text, sizeof(text),
+                "%s: %zu edges, %zu in contact, %zu grazing, %zu undecided, %zu false free, %zu "
+                "false contact; %.1f us an edge",
+                what.c_str(), tally.edges, tally.contacts, tally.grazing, tally.undecided,
+                tally.false_free, tally.false_contact,
+                1e6 * tally.certified_s / static_cast<double>(tally.edges));
+  report.Detail(text);
+}
+
+}  // namespace
+
+void MeasureMotions(Report& report) {
+  Tally all = OfBody(kBodyEdges, kSteps, 51);
+  Describe("a body of two shapes among 30, 10 000 samples an edge", all, report);
+  const Tally more = OfBody(kMoreBodyEdges, kFewSteps, 61);
+  Describe("the same, 500 samples an edge", more, report);
+  all += more;
+  const std::optional<PandaProblems> problems = ReadPandaProblems();
+  if (!problems) {
+    return report.Fail("motions of the Panda: motion_bench_maker is not in CWM_DATA");
+  }
+  const Tally panda = OfPanda(*problems);
+  Describe("the Panda's meshes, 10 000 samples an edge", panda, report);
+  all += panda;
+  const auto edges = static_cast<double>(all.edges);
+  report.Add({.key = "motion_false",
+              .value = static_cast<double>(all.false_free + all.false_contact),
+              .unit = "edges",
+              .how = "of " + std::to_string(all.edges) +
+                     " edges: a sample in collision where it was told free, none where it was told "
+                     "to be in contact, or a bracket too wide"});
+  report.Add({.key = "motion_undecided",
+              .value = static_cast<double>(all.undecided) / edges,
+              .unit = "1",
+              .how = "share of the same edges"});
+}
+
+}  // namespace cwm::benchmarks

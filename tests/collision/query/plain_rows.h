@@ -1,0 +1,22 @@
+// Hides that rows are states of joints, so that each is asked plainly.
+#pragma once
+
+#include <cstddef>
+#include <span>
+
+#include "collision/query/query.h"
+
+namespace cwm::collision {
+
+class PlainRows : public BodyRows {
+ public:
+  explicit PlainRows(const BodyRows& rows) : rows_(rows) {}
+  std::size_t size() const override { return rows_.size(); }
+  void Place(std::size_t row, std::span<Pose> X_WF) const override { rows_.Place(row, X_WF); }
+  bool IsWithinLimits(std::size_t row) const override { return rows_.IsWithinLimits(row); }
+
+ private:
+  const BodyRows& rows_;
+};
+
+}  // namespace cwm::collision
