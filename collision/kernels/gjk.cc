@@ -42,7 +42,7 @@ class Solver {
       last_lower_bound_ = lower_bound;
       if (lower_bound > lower_bound_) {
         lower_bound_ = lower_bound;
-        parting_ = -nearest_ / distance_;
+        parting_ = nearest_;
       }
       if (lower_bound > max_distance_m_) {
         return {.outcome = GjkOutcome::kBeyond, .distance_m = lower_bound};
@@ -98,7 +98,9 @@ class Solver {
                      -nearest_ / distance_,  std::max(0.0, distance_ - lower_bound_)};
     // Round cores of very different sizes: the last points may tell a direction that parts them less
     // than an earlier one did.
-    if (lower_bound_ - last_lower_bound_ > kTouchingShare * size_) answer.normal = parting_;
+    if (lower_bound_ - last_lower_bound_ > kTouchingShare * size_) {
+      answer.normal = -parting_.normalized();
+    }
     // A corner of a last step that failed has no weight.
     for (std::size_t i = 0; i < static_cast<std::size_t>(count_); ++i) {
       answer.point_a += weight_[i] * on_a_[i];
@@ -120,7 +122,7 @@ class Solver {
   double distance_ = 0;
   double lower_bound_ = 0;              // no two points are nearer: a plane that parts them says so
   double last_lower_bound_ = 0;         // by the plane across the last gap
-  Vector3 parting_ = Vector3::UnitZ();  // across the best plane
+  Vector3 parting_ = Vector3::UnitZ();  // across the best plane, of any length
 };
 
 }  // namespace
