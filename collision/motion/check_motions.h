@@ -38,8 +38,9 @@ struct MotionColumns {
   // Of what is not free the edge of the motion that the other columns are about, from 0; of a path
   // out of limits its first row that is. -1 where the motion is free or not computed.
   std::vector<std::int32_t> segment;
-  // Shares of the edge. Of a contact: free up to `lo`, in contact at `hi`, hi - lo <= kBracket; an
-  // edge that begins in contact has 0 and 0. Of a grazing or undecided one where that is. Else 0
+  // Shares of the edge. Of a contact: free up to `lo`, in contact at `hi`, hi - lo <= kBracket unless
+  // something grazes before it for so long that it is not proven; an edge that begins in contact has
+  // 0 and 0. Of a grazing or undecided one where that is. Else 0
   // and 1.
   std::vector<double> lo, hi;
   // Of a free motion: no pair comes nearer to its margin than that, which is 2 cm at most: what stays

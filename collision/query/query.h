@@ -51,8 +51,9 @@ struct QueryBody {
   std::shared_ptr<const RobotModel> robot = nullptr;  // whose links are the frames
   // No answer is labelled better: of a body that merely stands for another, DEGRADED.
   Trust best_trust = Trust::kExact;
-  // By frame: spheres that together contain the parts. With them CheckCollisions proves pairs apart
-  // for many states at once; its answers are the same without.
+  // By frame: spheres that together contain the parts, of an open mesh its whole box. With them
+  // CheckCollisions proves pairs apart for many states at once: verdicts and the pairs named are the
+  // same without; a pair shown apart so adds nothing to what weakens the trust of a free row.
   std::shared_ptr<const SphereModel> around = {};
 };
 QueryBody BodyFromShapes(std::vector<Placed<>> shapes);
