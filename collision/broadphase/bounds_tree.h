@@ -2,6 +2,8 @@
 #pragma once
 
 #include <algorithm>
+#include <atomic>
+#include <boost/smart_ptr/intrusive_ptr.hpp>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -13,6 +15,7 @@
 #include <vector>
 
 #include "absl/container/inlined_vector.h"
+#include "collision/broadphase/outer_box.h"
 #include "collision/broadphase/place_key.h"
 #include "collision/broadphase/slab_ray.h"
 #include "collision/geometry/aabb.h"
@@ -73,20 +76,38 @@ class BoundsTree {
   // Boxes a leaf holds. Testing four boxes costs about as much as visiting one more node.
   static constexpr std::size_t kLeafSize = 4;
 
+  struct Inner;
+  struct Leaf;
   struct Entry {
-    Aabb box;
+    explicit Entry(const Item& it) : outer(BoundsOf(it)), item(&it) {}
+    const Aabb& box() const { return BoundsOf(*item); }
+    OuterBox outer;  // at hand: most items are told to be too far by it, without being read
     const Item* item;
   };
   using Entries = absl::InlinedVector<Entry, kLeafSize>;
 
+  // Small on purpose: a kept revision of the world owns the two paths that its change copied. So
+  // nodes count who refers to them themselves, know their kind by `bit`, and box in few bytes.
   struct Node {
-    Aabb bounds;
-    std::size_t count = 0;
-    int bit = -1;  // in which the two halves differ first; -1: a leaf
+    mutable std::atomic<std::uint32_t> references = 0;
+    std::uint32_t count = 0;  // of boxes below
+    OuterBox bounds;
+    int bit = -1;  // in which the keys of the two halves differ first; -1: a leaf
+
+    friend void intrusive_ptr_add_ref(const Node* node) {
+      node->references.fetch_add(1, std::memory_order_relaxed);
+    }
+    friend void intrusive_ptr_release(const Node* node) {
+      if (node->references.fetch_sub(1, std::memory_order_acq_rel) != 1) return;
+      if (node->bit < 0) {
+        delete static_cast<const Leaf*>(node);
+      } else {
+        delete static_cast<const Inner*>(node);
+      }
+    }
   };
-  using NodePtr = std::shared_ptr<const Node>;
+  using NodePtr = boost::intrusive_ptr<const Node>;
   struct Inner : Node {
-    PlaceKey key;  // all in it agree with this one before `bit`
     NodePtr low, high;
   };
   struct Leaf : Node {
@@ -111,13 +132,14 @@ class BoundsTree {
   };
 
   static PlaceKey KeyOf(const Entry& entry) {
-    return collision::KeyOf(entry.box, SaltOf(*entry.item));
+    return collision::KeyOf(entry.box(), SaltOf(*entry.item));
   }
   static bool IsBounded(const Aabb& box) { return box.min().allFinite() && box.max().allFinite(); }
   static NodePtr MakeLeaf(Entries entries);
-  static NodePtr MakeInner(int bit, const PlaceKey& key, NodePtr low, NodePtr high);
+  static NodePtr MakeInner(int bit, NodePtr low, NodePtr high);
   static NodePtr Build(std::span<Entry> entries);
-  static NodePtr Insert(const NodePtr& node, const Entry& entry, const PlaceKey& key);
+  static NodePtr Insert(const NodePtr& node, const Entry& entry);
+  static NodePtr InsertAt(int bit, const NodePtr& node, const Entry& entry, const PlaceKey& key);
   static NodePtr Remove(const NodePtr& node, const Item& item, const PlaceKey& key);
   static void Collect(const Node& node, Entries& entries);
   static void Drop(const Item& item, Entries& entries) {
@@ -132,7 +154,7 @@ class BoundsTree {
 
   NodePtr root_;
   // Few: one half-space bounds a room. Ordered by Precedes; null when there are none.
-  std::shared_ptr<const std::vector<Entry>> unbounded_;
+  std::shared_ptr<const std::vector<const Item*>> unbounded_;
 };
 
 template <class Item>
@@ -142,7 +164,7 @@ BoundsTree<Item>::BoundsTree(std::span<const Item* const> items) {
     const Aabb& box = BoundsOf(*item);
     if (box.isEmpty()) continue;
     if (IsBounded(box)) {
-      entries.push_back({box, item});
+      entries.emplace_back(*item);
     } else {
       *this = With(*item);
     }
@@ -152,56 +174,53 @@ BoundsTree<Item>::BoundsTree(std::span<const Item* const> items) {
 
 template <class Item>
 BoundsTree<Item> BoundsTree<Item>::With(const Item& item) const {
-  const Entry entry{BoundsOf(item), &item};
   BoundsTree next = *this;
-  if (entry.box.isEmpty()) return next;
-  if (IsBounded(entry.box)) {
-    next.root_ = root_ == nullptr ? MakeLeaf({entry}) : Insert(root_, entry, KeyOf(entry));
+  if (BoundsOf(item).isEmpty()) return next;
+  if (IsBounded(BoundsOf(item))) {
+    const Entry entry(item);
+    next.root_ = root_ == nullptr ? MakeLeaf({entry}) : Insert(root_, entry);
     return next;
   }
-  auto unbounded = unbounded_ == nullptr ? std::make_shared<std::vector<Entry>>()
-                                         : std::make_shared<std::vector<Entry>>(*unbounded_);
+  auto unbounded = unbounded_ == nullptr ? std::make_shared<std::vector<const Item*>>()
+                                         : std::make_shared<std::vector<const Item*>>(*unbounded_);
   const auto at = std::find_if(unbounded->begin(), unbounded->end(),
-                               [&](const Entry& other) { return Precedes(item, *other.item); });
-  unbounded->insert(at, entry);
+                               [&](const Item* other) { return Precedes(item, *other); });
+  unbounded->insert(at, &item);
   next.unbounded_ = std::move(unbounded);
   return next;
 }
 
 template <class Item>
 BoundsTree<Item> BoundsTree<Item>::Without(const Item& item) const {
-  const Entry entry{BoundsOf(item), &item};
   BoundsTree next = *this;
-  if (entry.box.isEmpty()) return next;
-  if (IsBounded(entry.box)) {
-    next.root_ = Remove(root_, item, KeyOf(entry));
+  if (BoundsOf(item).isEmpty()) return next;
+  if (IsBounded(BoundsOf(item))) {
+    next.root_ = Remove(root_, item, KeyOf(Entry(item)));
     return next;
   }
-  auto unbounded = std::make_shared<std::vector<Entry>>(*unbounded_);
-  std::erase_if(*unbounded, [&](const Entry& other) { return other.item == &item; });
+  auto unbounded = std::make_shared<std::vector<const Item*>>(*unbounded_);
+  std::erase(*unbounded, &item);
   next.unbounded_ = std::move(unbounded);
   return next;
 }
 
 template <class Item>
 auto BoundsTree<Item>::MakeLeaf(Entries entries) -> NodePtr {
-  auto leaf = std::make_shared<Leaf>();
+  boost::intrusive_ptr<Leaf> leaf(new Leaf);
   std::sort(entries.begin(), entries.end(),
             [](const Entry& a, const Entry& b) { return Precedes(*a.item, *b.item); });
-  for (const Entry& entry : entries) leaf->bounds.extend(entry.box);
-  leaf->count = entries.size();
+  for (const Entry& entry : entries) leaf->bounds = OuterBox::Around(leaf->bounds, entry.outer);
+  leaf->count = static_cast<std::uint32_t>(entries.size());
   leaf->entries = std::move(entries);
   return leaf;
 }
 
 template <class Item>
-auto BoundsTree<Item>::MakeInner(int bit, const PlaceKey& key, NodePtr low, NodePtr high)
-    -> NodePtr {
-  auto inner = std::make_shared<Inner>();
-  inner->bounds = low->bounds.merged(high->bounds);
+auto BoundsTree<Item>::MakeInner(int bit, NodePtr low, NodePtr high) -> NodePtr {
+  boost::intrusive_ptr<Inner> inner(new Inner);
+  inner->bounds = OuterBox::Around(low->bounds, high->bounds);
   inner->count = low->count + high->count;
   inner->bit = bit;
-  inner->key = key;
   inner->low = std::move(low);
   inner->high = std::move(high);
   return inner;
@@ -217,27 +236,40 @@ auto BoundsTree<Item>::Build(std::span<Entry> entries) -> NodePtr {
   if (bit < 0) return MakeLeaf({entries.begin(), entries.end()});
   const auto middle = std::partition(entries.begin(), entries.end(),
                                      [&](const Entry& entry) { return !BitAt(KeyOf(entry), bit); });
-  return MakeInner(bit, key, Build({entries.begin(), middle}), Build({middle, entries.end()}));
+  return MakeInner(bit, Build({entries.begin(), middle}), Build({middle, entries.end()}));
 }
 
+// Where an entry belongs is told by the leaf that its key leads to, though it may not belong there:
+// no key in the tree agrees with it for longer than those of that leaf (Morrison 1968).
 template <class Item>
-auto BoundsTree<Item>::Insert(const NodePtr& node, const Entry& entry, const PlaceKey& key)
-    -> NodePtr {
+auto BoundsTree<Item>::Insert(const NodePtr& node, const Entry& entry) -> NodePtr {
+  const PlaceKey key = KeyOf(entry);
+  const Node* nearest = node.get();
+  while (nearest->bit >= 0) {
+    const Inner& inner = AsInner(*nearest);
+    nearest = (BitAt(key, inner.bit) ? inner.high : inner.low).get();
+  }
+  return InsertAt(FirstDifference(key, KeyOf(AsLeaf(*nearest).entries.front())), node, entry, key);
+}
+
+// `bit`: in which the key differs first from what agrees with it for longest.
+template <class Item>
+auto BoundsTree<Item>::InsertAt(int bit, const NodePtr& node, const Entry& entry,
+                                const PlaceKey& key) -> NodePtr {
   if (node->bit < 0) {
     Entries entries = AsLeaf(*node).entries;
     entries.push_back(entry);
     return Build({entries.data(), entries.size()});
   }
-  const Inner& inner = AsInner(*node);
-  const int bit = FirstDifference(key, inner.key);
-  if (bit > inner.bit) {  // beside all that is in the node
+  if (bit > node->bit) {  // beside all that is in the node
     NodePtr leaf = MakeLeaf({entry});
-    return BitAt(key, bit) ? MakeInner(bit, key, node, std::move(leaf))
-                           : MakeInner(bit, key, std::move(leaf), node);
+    return BitAt(key, bit) ? MakeInner(bit, node, std::move(leaf))
+                           : MakeInner(bit, std::move(leaf), node);
   }
+  const Inner& inner = AsInner(*node);
   return BitAt(key, inner.bit)
-             ? MakeInner(inner.bit, inner.key, inner.low, Insert(inner.high, entry, key))
-             : MakeInner(inner.bit, inner.key, Insert(inner.low, entry, key), inner.high);
+             ? MakeInner(inner.bit, inner.low, InsertAt(bit, inner.high, entry, key))
+             : MakeInner(inner.bit, InsertAt(bit, inner.low, entry, key), inner.high);
 }
 
 template <class Item>
@@ -258,8 +290,8 @@ auto BoundsTree<Item>::Remove(const NodePtr& node, const Item& item, const Place
   const bool is_high = BitAt(key, inner.bit);
   NodePtr rest = Remove(is_high ? inner.high : inner.low, item, key);
   if (rest == nullptr) return is_high ? inner.low : inner.high;
-  return is_high ? MakeInner(inner.bit, inner.key, inner.low, std::move(rest))
-                 : MakeInner(inner.bit, inner.key, std::move(rest), inner.high);
+  return is_high ? MakeInner(inner.bit, inner.low, std::move(rest))
+                 : MakeInner(inner.bit, std::move(rest), inner.high);
 }
 
 template <class Item>
@@ -277,29 +309,35 @@ template <class Item>
 template <class Visit>
 void BoundsTree<Item>::ForEachWithin(const Aabb& box, double distance_m, Visit&& visit) const {
   const double limit_m2 = distance_m < 0 ? -1 : distance_m * distance_m;
-  const auto call = [&](const Entry& entry) {
-    if (SquaredDistance_m2(box, entry.box) > limit_m2) return true;
-    if constexpr (std::is_same_v<decltype(visit(*entry.item)), bool>) {
-      return visit(*entry.item);
+  const auto call = [&](const Item& item) {
+    if (SquaredDistance_m2(box, BoundsOf(item)) > limit_m2) return true;
+    if constexpr (std::is_same_v<decltype(visit(item)), bool>) {
+      return visit(item);
     } else {
-      visit(*entry.item);
+      visit(item);
       return true;
     }
   };
-  if (unbounded_ != nullptr && !std::all_of(unbounded_->begin(), unbounded_->end(), call)) return;
+  if (unbounded_ != nullptr) {
+    for (const Item* item : *unbounded_) {
+      if (!call(*item)) return;
+    }
+  }
   if (root_ == nullptr) return;
   absl::InlinedVector<const Node*, 64> stack = {root_.get()};
   while (!stack.empty()) {
     const Node& node = *stack.back();
     stack.pop_back();
-    if (SquaredDistance_m2(box, node.bounds) > limit_m2) continue;
+    if (SquaredDistance_m2(box, node.bounds.aabb()) > limit_m2) continue;
     if (node.bit >= 0) {
       stack.push_back(AsInner(node).high.get());
       stack.push_back(AsInner(node).low.get());
       continue;
     }
-    const Entries& entries = AsLeaf(node).entries;
-    if (!std::all_of(entries.begin(), entries.end(), call)) return;
+    for (const Entry& entry : AsLeaf(node).entries) {
+      if (SquaredDistance_m2(box, entry.outer.aabb()) > limit_m2) continue;
+      if (!call(*entry.item)) return;
+    }
   }
 }
 
@@ -314,9 +352,9 @@ void BoundsTree<Item>::BestFirst(double limit, const Key& key, Visit&& visit) co
     std::push_heap(queue.begin(), queue.end());
   };
   if (unbounded_ != nullptr) {
-    for (const Entry& entry : *unbounded_) push(key(entry.box), nullptr, entry.item);
+    for (const Item* item : *unbounded_) push(key(BoundsOf(*item)), nullptr, item);
   }
-  if (root_ != nullptr) push(key(root_->bounds), root_.get(), nullptr);
+  if (root_ != nullptr) push(key(root_->bounds.aabb()), root_.get(), nullptr);
   while (!queue.empty()) {
     std::pop_heap(queue.begin(), queue.end());
     const Waiting next = queue.back();
@@ -327,13 +365,14 @@ void BoundsTree<Item>::BestFirst(double limit, const Key& key, Visit&& visit) co
       continue;
     }
     if (next.node->bit < 0) {
-      for (const Entry& entry : AsLeaf(*next.node).entries)
-        push(key(entry.box), nullptr, entry.item);
+      for (const Entry& entry : AsLeaf(*next.node).entries) {
+        if (key(entry.outer.aabb()) <= limit) push(key(entry.box()), nullptr, entry.item);
+      }
       continue;
     }
     const Inner& inner = AsInner(*next.node);
-    push(key(inner.low->bounds), inner.low.get(), nullptr);
-    push(key(inner.high->bounds), inner.high.get(), nullptr);
+    push(key(inner.low->bounds.aabb()), inner.low.get(), nullptr);
+    push(key(inner.high->bounds.aabb()), inner.high.get(), nullptr);
   }
 }
 

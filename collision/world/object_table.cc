@@ -1,29 +1,33 @@
 #include "collision/world/object_table.h"
 
 #include <algorithm>
+#include <boost/smart_ptr/intrusive_ref_counter.hpp>
 #include <utility>
 
 namespace cwm::collision {
 
-struct ObjectTable::Node {
+// Small on purpose: a kept revision owns the path that its change copied, some dozen nodes.
+struct ObjectTable::Node : boost::intrusive_ref_counter<ObjectTable::Node> {
+  std::uint32_t size = 0;
   WorldObjectPtr object;
-  std::uint64_t priority = 0;
-  std::size_t size = 0;
-  double widest_margin_m = 0;
-  double widest_sigma_m = 0;
   NodePtr left, right;
 
   std::string_view name() const { return object->name; }
-  static std::size_t SizeOf(const NodePtr& node) { return node == nullptr ? 0 : node->size; }
-  static double MarginOf(const NodePtr& node) {
-    return node == nullptr ? 0 : node->widest_margin_m;
-  }
-  static double SigmaOf(const NodePtr& node) { return node == nullptr ? 0 : node->widest_sigma_m; }
+  static std::uint32_t SizeOf(const NodePtr& node) { return node == nullptr ? 0 : node->size; }
   // Which of two names is the root of a tree that holds both.
-  bool IsAbove(const Node& other) const {
-    return priority != other.priority ? priority > other.priority : name() < other.name();
+  static bool IsAbove(std::string_view a, std::string_view b) {
+    const std::uint64_t hash_a = HashOf(a), hash_b = HashOf(b);
+    return hash_a != hash_b ? hash_a > hash_b : a < b;
   }
+  bool IsAbove(const Node& other) const { return IsAbove(name(), other.name()); }
 };
+
+void intrusive_ptr_add_ref(const ObjectTable::Node* node) {
+  boost::sp_adl_block::intrusive_ptr_add_ref<ObjectTable::Node>(node);
+}
+void intrusive_ptr_release(const ObjectTable::Node* node) {
+  boost::sp_adl_block::intrusive_ptr_release<ObjectTable::Node>(node);
+}
 
 // What lies before a name and what lies behind it.
 struct ObjectTable::Halves {
@@ -59,11 +63,32 @@ ObjectTable::Iterator ObjectTable::Iterator::operator++(int) {
   return before;
 }
 
-ObjectTable::ObjectTable(std::span<const WorldObjectPtr> objects) : root_(Build(objects)) {}
+ObjectTable::ObjectTable(std::span<const WorldObjectPtr> objects) : root_(Build(objects)) {
+  for (const WorldObjectPtr& object : objects) Count(*object);
+}
 
 std::size_t ObjectTable::size() const { return Node::SizeOf(root_); }
-double ObjectTable::widest_margin_m() const { return Node::MarginOf(root_); }
-double ObjectTable::widest_sigma_m() const { return Node::SigmaOf(root_); }
+
+void ObjectTable::Widest::Add(double value) {
+  if (value < most) return;
+  count = value > most ? 1 : count + 1;
+  most = value;
+}
+
+bool ObjectTable::Widest::Drop(double value) { return value < most || --count > 0; }
+
+void ObjectTable::Count(const WorldObject& object) {
+  margins_.Add(object.margin_m);
+  sigmas_.Add(object.geometry->widest_sigma_m);
+}
+
+void ObjectTable::Uncount(const WorldObject& object) {
+  const bool is_margin_known = margins_.Drop(object.margin_m);
+  const bool is_sigma_known = sigmas_.Drop(object.geometry->widest_sigma_m);
+  if (is_margin_known && is_sigma_known) return;
+  margins_ = sigmas_ = {};
+  for (const WorldObjectPtr& other : *this) Count(*other);
+}
 
 ObjectTable::Iterator ObjectTable::begin() const {
   Iterator first;
@@ -106,26 +131,28 @@ std::optional<std::size_t> ObjectTable::RankOf(std::string_view name) const {
 }
 
 ObjectTable ObjectTable::With(WorldObjectPtr object) const {
-  const bool is_known = Find(object->name) != nullptr;
-  ObjectTable next;
-  next.root_ = is_known ? Replace(root_, std::move(object)) : Insert(root_, std::move(object));
+  const WorldObjectPtr* before = Find(object->name);
+  const WorldObject& added = *object;
+  ObjectTable next = *this;
+  next.root_ =
+      before != nullptr ? Replace(root_, std::move(object)) : Insert(root_, std::move(object));
+  next.Count(added);
+  if (before != nullptr) next.Uncount(**before);
   return next;
 }
 
 ObjectTable ObjectTable::Without(std::string_view name) const {
-  if (Find(name) == nullptr) return *this;
-  ObjectTable next;
+  const WorldObjectPtr* before = Find(name);
+  if (before == nullptr) return *this;
+  ObjectTable next = *this;
   next.root_ = Remove(root_, name);
+  next.Uncount(**before);
   return next;
 }
 
 ObjectTable::NodePtr ObjectTable::Make(WorldObjectPtr object, NodePtr left, NodePtr right) {
-  auto node = std::make_shared<Node>();
-  node->priority = HashOf(object->name);
+  const boost::intrusive_ptr<Node> node(new Node);
   node->size = 1 + Node::SizeOf(left) + Node::SizeOf(right);
-  node->widest_margin_m = std::max({object->margin_m, Node::MarginOf(left), Node::MarginOf(right)});
-  node->widest_sigma_m =
-      std::max({object->geometry->widest_sigma_m, Node::SigmaOf(left), Node::SigmaOf(right)});
   node->object = std::move(object);
   node->left = std::move(left);
   node->right = std::move(right);
@@ -137,7 +164,7 @@ ObjectTable::NodePtr ObjectTable::Build(std::span<const WorldObjectPtr> objects)
   // Of equal hashes the first name, as in IsAbove.
   const auto root = std::max_element(objects.begin(), objects.end(),
                                      [](const WorldObjectPtr& a, const WorldObjectPtr& b) {
-                                       return HashOf(a->name) < HashOf(b->name);
+                                       return Node::IsAbove(b->name, a->name);
                                      });
   return Make(*root, Build({objects.begin(), root}), Build({root + 1, objects.end()}));
 }
@@ -161,9 +188,8 @@ ObjectTable::NodePtr ObjectTable::Join(const NodePtr& left, const NodePtr& right
 
 ObjectTable::NodePtr ObjectTable::Insert(const NodePtr& node, WorldObjectPtr&& object) {
   if (node == nullptr) return Make(std::move(object), nullptr, nullptr);
-  const std::uint64_t priority = HashOf(object->name);
   const bool is_before = object->name < node->name();
-  if (priority > node->priority || (priority == node->priority && is_before)) {
+  if (Node::IsAbove(object->name, node->name())) {
     Halves halves = Split(node, object->name);
     return Make(std::move(object), std::move(halves.before), std::move(halves.behind));
   }

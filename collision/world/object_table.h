@@ -3,6 +3,7 @@
 #pragma once
 
 #include <algorithm>
+#include <boost/smart_ptr/intrusive_ptr.hpp>
 #include <cstddef>
 #include <cstdint>
 #include <iterator>
@@ -33,7 +34,9 @@ std::uint64_t HashOf(std::string_view name);
 // access by rank cost the logarithm of the size; names chosen by an adversary can make them linear.
 class ObjectTable {
   struct Node;
-  using NodePtr = std::shared_ptr<const Node>;
+  using NodePtr = boost::intrusive_ptr<const Node>;
+  friend void intrusive_ptr_add_ref(const Node* node);
+  friend void intrusive_ptr_release(const Node* node);
 
  public:
   // In order of names. Stepping costs a constant on average.
@@ -75,9 +78,9 @@ class ObjectTable {
   const WorldObjectPtr* Find(std::string_view name) const;
   std::optional<std::size_t> RankOf(std::string_view name) const;
   // The largest margin of any object; 0 without objects.
-  double widest_margin_m() const;
+  double widest_margin_m() const { return margins_.most; }
   // Likewise of the deviation of any part's surface.
-  double widest_sigma_m() const;
+  double widest_sigma_m() const { return sigmas_.most; }
 
   // The very same objects, not equal ones.
   friend bool operator==(const ObjectTable& a, const ObjectTable& b) {
@@ -99,6 +102,16 @@ class ObjectTable {
   static std::vector<ObjectDelta> Difference(const ObjectTable& before, const ObjectTable& after);
 
  private:
+  // The largest of the objects' values, none less than 0, and how many objects have it.
+  struct Widest {
+    double most = 0;
+    std::size_t count = 0;
+
+    void Add(double value);
+    // False when no object is left that has the largest value: it is to be looked for anew.
+    bool Drop(double value);
+  };
+
   struct Halves;
   struct DifferenceOf;
 
@@ -110,7 +123,13 @@ class ObjectTable {
   static NodePtr Replace(const NodePtr& node, WorldObjectPtr&& object);
   static NodePtr Remove(const NodePtr& node, std::string_view name);
 
+  void Count(const WorldObject& object);
+  // Looks at every object where the last one with a largest value goes: a change that makes that so
+  // is the one kind whose cost grows with the size.
+  void Uncount(const WorldObject& object);
+
   NodePtr root_;
+  Widest margins_, sigmas_;
 };
 
 }  // namespace cwm::collision

@@ -1,5 +1,8 @@
 #include "server/core/approximate_bytes.h"
 
+#include <algorithm>
+#include <bit>
+
 namespace cwm::server {
 namespace {
 
@@ -12,8 +15,12 @@ constexpr std::int64_t kPreparedPartBytes = 1'000;
 // Per triangle: mesh 12 + half a vertex 12; FCL two OBBRSS nodes of 256; Bullet two quantised nodes
 // of 16 and its copy; the exact kernels' boxes.
 constexpr std::int64_t kTriangleBytes = 700;
-// A leaf and an inner node of the tree (box 48 and indices), and the pointer.
-constexpr std::int64_t kSnapshotEntryBytes = 144;
+// An object's share of a leaf and of the nodes above it, and its node in the table of names.
+constexpr std::int64_t kSnapshotEntryBytes = 200;
+// What a change copies: for each doubling of the world some 1.5 nodes of 64 bytes in the table of
+// names and two in the tree, of where the object was and where it is; and two leaves.
+constexpr std::int64_t kCopiedBytesPerDoubling = 224;
+constexpr std::int64_t kCopiedLeafBytes = 384;
 // Four names beyond the small-string size, at half of their longest.
 constexpr std::int64_t kRuleExtraBytes = 250;
 // A name, a uid and a supporter beyond the small-string size, and the shared pointer's block.
@@ -60,6 +67,10 @@ std::int64_t Bytes(const collision::RobotGeometry& robot) {
   return static_cast<std::int64_t>(tree + pairs) + GeometryBytes(*robot.geometry);
 }
 
+std::int64_t RobotListBytes(const collision::WorldSnapshot& snapshot) {
+  return static_cast<std::int64_t>(snapshot.robots().size() * sizeof(collision::WorldRobotPtr));
+}
+
 }  // namespace
 
 std::int64_t ApproximateBytes(const WorldObject& object) {
@@ -69,7 +80,17 @@ std::int64_t ApproximateBytes(const WorldObject& object) {
 std::int64_t ApproximateOwnBytes(const collision::WorldSnapshot& snapshot) {
   return static_cast<std::int64_t>(sizeof(snapshot)) +
          static_cast<std::int64_t>(snapshot.objects().size()) * kSnapshotEntryBytes +
-         static_cast<std::int64_t>(snapshot.robots().size() * sizeof(collision::WorldRobotPtr));
+         RobotListBytes(snapshot);
+}
+
+std::int64_t ApproximateOwnBytes(const collision::WorldSnapshot& snapshot,
+                                 std::size_t changed_objects) {
+  const std::size_t count = snapshot.objects().size();
+  const std::int64_t copied =
+      kCopiedLeafBytes + static_cast<std::int64_t>(std::bit_width(count)) * kCopiedBytesPerDoubling;
+  const std::int64_t alone = static_cast<std::int64_t>(count) * kSnapshotEntryBytes;
+  return static_cast<std::int64_t>(sizeof(snapshot)) + RobotListBytes(snapshot) +
+         std::min(static_cast<std::int64_t>(changed_objects) * copied, alone);
 }
 
 std::int64_t ApproximateSupersededBytes(std::span<const collision::ObjectDelta> deltas) {

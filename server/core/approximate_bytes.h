@@ -2,6 +2,7 @@
 // history. Cheap: counts parts and triangles, touches no geometry.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
 
@@ -14,6 +15,9 @@ std::int64_t ApproximateBytes(const collision::WorldObject& object);
 
 // The snapshot itself: pointers and tree, without the objects, which snapshots share.
 std::int64_t ApproximateOwnBytes(const collision::WorldSnapshot& snapshot);
+// What it does not share with the one before, which it differs from in so many objects.
+std::int64_t ApproximateOwnBytes(const collision::WorldSnapshot& snapshot,
+                                 std::size_t changed_objects);
 
 // What a revision took out of the world: memory that from then on history alone holds. An object
 // that only moved shares its geometry with its successor and counts without it.

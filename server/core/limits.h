@@ -47,7 +47,8 @@ struct Limits {
 // revision's events are always kept.
 struct Retention {
   std::int64_t exact_snapshots = 256;
-  // 256 snapshots of 10 000 objects are 370 MB of pointers and trees: room for them, no more.
+  // Snapshots share what does not differ: 256 of 10 000 objects with one move between each two are some 3 MB.
+  // What fills this is geometry that is replaced by every scan.
   std::int64_t snapshot_bytes = std::int64_t{512} << 20;
   std::int64_t watch_events = 65'536;  // changed objects, summed over revisions
   std::int64_t watch_bytes = std::int64_t{256} << 20;

@@ -19,9 +19,13 @@ void MeasureEngines(Report& report);
 void MeasureOracles(Report& report);
 
 // Pairs of 20 cm shapes by engine and worlds of up to 10 000 objects: change_us_30, change_us_1000,
-// change_us_10000, change_bytes_10000, overlay_us, distances_per_s_2000.
+// change_us_10000, change_bytes_10000, overlay_us, distances_per_s_2000, nearest_growth.
 void MeasurePairs(Report& report);
 void MeasureWorlds(Report& report);
+
+// A change of one object through the application's world, its past kept: publish_us_200,
+// publish_us_10000, publish_bytes_200, publish_bytes_10000.
+void MeasurePublishing(Report& report);
 
 // The distance of the world at points, in process and through a running server: sample_points_per_s,
 // sample_points_grpc_per_s.

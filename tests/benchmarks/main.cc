@@ -1,5 +1,5 @@
 // ./dev bench: figures with their rivals by group, or micro-benchmarks by name.
-//   cwm-bench [main|perception|perception-quick|collision|collision-(pairs|robots|samples)|people] [--json FILE]
+//   cwm-bench [main|perception|perception-quick|collision|collision-(pairs|robots|samples|worlds)|people] [--json FILE]
 //   cwm-bench scene FAMILY SEED      one of the random scenes, shape by shape
 //   cwm-bench REGEX                  micro-benchmarks whose names match
 #include <benchmark/benchmark.h>
@@ -34,7 +34,7 @@ const std::map<std::string, std::vector<std::function<void(Report&)>>>& Groups()
       {"perception-bad", {MeasureBadInput}},
       {"perception-growth", {MeasureGrowth}},
       {"collision",
-       {MeasureOracles, MeasurePairs, MeasureEngines, MeasureSamples, MeasureWorlds, MeasureRobots,
+       {MeasureOracles, MeasurePairs, MeasureEngines, MeasureSamples, MeasureWorlds, MeasurePublishing, MeasureRobots,
         MeasureSpheres, MeasureMotions, MeasureRobotStream}},
       {"collision-pairs", {MeasureOracles, MeasurePairs}},
       {"collision-robots", {MeasureRobots, MeasureRobotStream}},
@@ -42,6 +42,7 @@ const std::map<std::string, std::vector<std::function<void(Report&)>>>& Groups()
       {"collision-motions", {MeasureMotions}},
       {"collision-latency", {MeasureRobotLatency}},
       {"collision-samples", {MeasureSamples}},
+      {"collision-worlds", {MeasureWorlds, MeasurePublishing}},
       {"people", {}},
   };
   return groups;

@@ -132,9 +132,11 @@ void MeasureRules(Report& report) {
 
 void MeasureWorlds(Report& report) {
   report.Detail("Worlds in process, one thread: a move of one object, and the nearest object:");
-  for (const int count : {30, 1'000, 2'000, 10'000}) {
+  double distances_per_s_100 = 0;
+  for (const int count : {30, 100, 1'000, 2'000, 10'000}) {
     const SnapshotPtr world = MakeLargeWorld(count);
     const double distances_per_s = DistancesPerSecond(world);
+    if (count == 100) distances_per_s_100 = distances_per_s;
     const ChangeCost cost = MoveOneByOne(world);
     char text[160];
     std::snprintf(text, sizeof(text),
@@ -153,6 +155,11 @@ void MeasureWorlds(Report& report) {
                   .how = "five moves applied to a snapshot of 1 000 objects, median of 2 000"});
     }
     if (count == 10'000) {
+      report.Add({.key = "nearest_growth",
+                  .value = distances_per_s_100 / distances_per_s,
+                  .unit = "",
+                  .how = "time for the nearest of 10 000 objects over that for the nearest of 100, "
+                         "equally dense; logarithmic would be 2"});
       report.Add({.key = "change_bytes_" + size,
                   .value = cost.bytes,
                   .unit = "B",

@@ -338,6 +338,14 @@ TEST(Snapshot, KnowsTheWidestMarginOfItsObjects) {
   const auto both = MustApply(Crowd(50), {Of(wide), Of(narrow)});
   EXPECT_EQ(both->objects().widest_margin_m(), 0.3);
   EXPECT_EQ(MustApply(both, {Remove("wide")})->objects().widest_margin_m(), 0.1);
+  PutObject shrunk = wide, also_wide = narrow;
+  shrunk.margin_m = 0.2;
+  EXPECT_EQ(MustApply(both, {Of(shrunk)})->objects().widest_margin_m(), 0.2);
+  also_wide.margin_m = 0.3;
+  const auto two = MustApply(both, {Of(also_wide)});
+  const auto one = MustApply(two, {Remove("wide")});
+  EXPECT_EQ(one->objects().widest_margin_m(), 0.3) << "another one has it too";
+  EXPECT_EQ(MustApply(one, {Remove("narrow")})->objects().widest_margin_m(), 0);
   EXPECT_EQ(Empty()->objects().widest_margin_m(), 0);
 }
 

@@ -117,5 +117,18 @@ TEST(ApproximateBytes, CountsWhatHistoryAloneHolds) {
   EXPECT_EQ(superseded(3), whole);
 }
 
+TEST(ApproximateBytes, OfASnapshotThatDiffersInOneObjectGrowAsItsPathsDo) {
+  const auto world_of = [](int count) {
+    std::vector<Change> changes;
+    for (int i = 0; i < count; ++i) changes.push_back(Put("object_" + std::to_string(i), i));
+    return *collision::Apply(std::make_shared<const collision::WorldSnapshot>(), changes);
+  };
+  const SnapshotPtr small = world_of(10), large = world_of(10'000);
+  EXPECT_GT(ApproximateOwnBytes(*large, 1), ApproximateOwnBytes(*small, 1));
+  EXPECT_LT(ApproximateOwnBytes(*large, 1), 6'000);
+  EXPECT_EQ(ApproximateOwnBytes(*small, 10), ApproximateOwnBytes(*small))
+      << "one that shares nothing";
+}
+
 }  // namespace
 }  // namespace cwm::server
