@@ -21,6 +21,7 @@ struct PutArguments {
   std::string name, mesh, at = "0,0,0", supported_by;
   ShapeArguments shape;
   double margin_m = 0;
+  bool unseen = false;
   ChangeArguments change;
 };
 
@@ -66,7 +67,7 @@ absl::Status Put(Session& session, const PutArguments& arguments) {
   pb::Change change;
   pb::Object& object = *change.mutable_put()->mutable_object();
   object.set_name(arguments.name);
-  object.set_kind(pb::OBJECT_KIND_USER);
+  object.set_kind(arguments.unseen ? pb::OBJECT_KIND_UNSEEN : pb::OBJECT_KIND_USER);
   *object.mutable_x_world_object() = ToProto(*pose);
   *object.add_shapes() = *part;
   object.set_supported_by(arguments.supported_by);
@@ -97,6 +98,8 @@ void AddPutCommand(CommandLine& line) {
       ->type_name("M");
   command.add_option("--supported-by", arguments->supported_by, "what it stands on")
       ->type_name("NAME");
+  command.add_flag("--unseen", arguments->unseen,
+                   "it is space that no sensor has seen: questions say what that counts as");
   AddChangeOptions(command, arguments->change);
 }
 

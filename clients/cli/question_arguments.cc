@@ -34,6 +34,11 @@ void AddQuestionOptions(CLI::App& command, QuestionArguments& question) {
                   "of the objects: hybrid (default), shapes or surfaces")
       ->transform(OneOf(ShortNames<pb::Representation>()))
       ->type_name("REP");
+  command
+      .add_option("--unseen", question.unseen,
+                  "what space that no sensor has seen counts as: block (default), report or ignore")
+      ->transform(OneOf(ShortNames<pb::UnseenSpace>()))
+      ->type_name("SPACE");
   command.add_option("--margin", question.margin_m, "collision means nearer than this (m)")
       ->type_name("M");
   command.add_option("--max-distance", question.max_distance_m, "leave out what is farther (m)")
@@ -86,6 +91,7 @@ absl::StatusOr<pb::QueryOptions> ToOptions(const QuestionArguments& question) {
   *options.mutable_at_revision() = *revision;
   options.set_engine(question.engine);
   options.set_representation(question.representation);
+  options.set_unseen(question.unseen);
   options.set_margin_m(question.margin_m);
   if (question.max_distance_m) options.set_max_distance_m(*question.max_distance_m);
   options.set_max_results(question.max_results);

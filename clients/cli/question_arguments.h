@@ -20,6 +20,7 @@ struct QuestionArguments {
   std::string at_revision;  // "latest", "N" (exact) or "N+" (at least)
   cwm::v1::Engine engine = cwm::v1::ENGINE_UNSPECIFIED;
   cwm::v1::Representation representation = cwm::v1::REPRESENTATION_UNSPECIFIED;
+  cwm::v1::UnseenSpace unseen = cwm::v1::UNSEEN_SPACE_UNSPECIFIED;
   double margin_m = 0;
   std::optional<double> max_distance_m;
   int max_results = 0;

@@ -240,9 +240,27 @@ void Append(MotionColumns& columns, const MotionAnswer& answer) {
   columns.object_part.push_back(answer.object_part);
 }
 
+namespace {
+
+QueryOptions WithoutReports(QueryOptions options) {
+  if (options.unseen == UnseenSpace::kReport) options.unseen = UnseenSpace::kIgnore;
+  return options;
+}
+
+}  // namespace
+
 EdgeChecker::EdgeChecker(const WorldSnapshot& world, const QueryBody& body,
                          const QueryOptions& options, std::stop_token stop)
-    : search_(world, body, options, std::move(stop)), ranks_(world) {}
+    : search_(world, body, WithoutReports(options), stop), ranks_(world) {
+  if (options.unseen == UnseenSpace::kReport) {
+    with_unseen_.emplace(world, body, options, std::move(stop));
+  }
+}
+
+absl::Status EdgeChecker::Finish() const {
+  if (absl::Status status = search_.Finish(); !status.ok()) return status;
+  return with_unseen_ ? with_unseen_->Finish() : absl::OkStatus();
+}
 
 absl::Status EdgeChecker::CheckEngine(const QueryOptions& options) {
   if (options.engine == EngineChoice::kAuto || options.engine == EngineChoice::kExact) {
@@ -253,7 +271,12 @@ absl::Status EdgeChecker::CheckEngine(const QueryOptions& options) {
 }
 
 MotionAnswer EdgeChecker::Check(const BodyMotion& edge) {
-  const EdgeResult result = EdgeSearch(search_, edge).Run();
+  EdgeResult result = EdgeSearch(search_, edge).Run();
+  if (with_unseen_ && result.verdict != MotionVerdict::kContact && !search_.ended()) {
+    result = EdgeSearch(*with_unseen_, edge).Run();
+    // What it meets now is unseen space, or it would have been met before.
+    if (result.verdict == MotionVerdict::kContact) result.verdict = MotionVerdict::kUndecided;
+  }
   return {.verdict = result.verdict,
           .segment = result.verdict == MotionVerdict::kFree ? -1 : 0,
           .lo = result.lo,

@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <stop_token>
 #include <vector>
@@ -46,7 +47,8 @@ struct MotionColumns {
   // Of a free motion: no pair comes nearer to its margin than that, which is 2 cm at most: what stays
   // farther away is not measured. 0 for the others.
   std::vector<double> clearance_m;
-  // The pair of the contact, as in CollisionColumns; -1 where none is named.
+  // The pair of the contact, or with UnseenSpace::kReport of the unseen space that the motion would
+  // pass through; as in CollisionColumns; -1 where none is named.
   std::vector<std::int32_t> object, body_part, object_part;
   std::size_t completed = 0;  // motions answered
 };
@@ -73,14 +75,16 @@ class EdgeChecker {
   // As segment 0. Void once `ended`.
   MotionAnswer Check(const BodyMotion& edge);
   // Whether the last answer is void: interrupted, or an engine had no answer.
-  bool ended() const { return search_.ended(); }
+  bool ended() const { return search_.ended() || (with_unseen_ && with_unseen_->ended()); }
   // To be asked before each motion.
   bool MustEnd() { return search_.MustEnd(); }
   // Of the whole call: OK when the motions so far are the answer.
-  absl::Status Finish() const { return search_.Finish(); }
+  absl::Status Finish() const;
 
  private:
   BodySearch search_;
+  // Where unseen space is to be told of: `search_` knows nothing of it, this one does.
+  std::optional<BodySearch> with_unseen_;
   ObjectRanks ranks_;
 };
 

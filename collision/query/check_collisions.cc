@@ -60,12 +60,17 @@ PairVerdict Judge(const BodySearch::Pair& pair) {
 // Gathers the verdict of a row, pair by pair.
 class RowJudge {
  public:
+  explicit RowJudge(UnseenSpace unseen) : unseen_(unseen) {}
+
   const RowVerdict& row() const { return row_; }
   bool is_decided() const { return row_.verdict == Verdict::kCollision; }
 
   // The reach beyond the margins that still matters: none once a pair collides, one is enough.
   double Add(const BodySearch::Pair& pair) {
-    const PairVerdict told = Judge(pair);
+    PairVerdict told = Judge(pair);
+    const bool is_doubt = unseen_ == UnseenSpace::kReport && pair.id.object != nullptr &&
+                          pair.id.object->kind == ObjectKind::kUnseen;
+    if (is_doubt && told.verdict == Verdict::kCollision) told.verdict = Verdict::kUndecided;
     if (told.verdict == Verdict::kCollision) {
       row_ = {.verdict = Verdict::kCollision, .pair = pair.id, .trust = told.trust};
       return -1;
@@ -81,11 +86,12 @@ class RowJudge {
   }
 
  private:
+  UnseenSpace unseen_;
   RowVerdict row_;
 };
 
-RowVerdict JudgeRow(BodySearch& search) {
-  RowJudge judge;
+RowVerdict JudgeRow(BodySearch& search, UnseenSpace unseen) {
+  RowJudge judge(unseen);
   const auto add = [&](const BodySearch::Pair& pair) { return judge.Add(pair); };
   search.ForEachSelfPair(BodySearch::From::kMargin, 0, Question::kCollides, add);
   if (judge.is_decided() || search.ended() || !search.asks_world()) return judge.row();
@@ -167,7 +173,7 @@ absl::StatusOr<CollisionColumns> CheckCollisions(const WorldSnapshot& world, con
       row.verdict = Verdict::kOutOfLimits;
       if (rows.IsWithinLimits(i)) {
         search.PlaceBody(rows, i, open);
-        row = JudgeRow(search);
+        row = JudgeRow(search, options.unseen);
       }
     }
     if (search.ended()) break;

@@ -91,6 +91,15 @@ enum class Representation { kHybrid, kShapes, kSurfaces };
 // about pair by pair: a robot of spheres is then many times faster.
 enum class Naming { kEachRow, kWhereAsked };
 
+// What objects of kind kUnseen, space that no sensor has seen, count as.
+enum class UnseenSpace {
+  kBlock,   // obstacles like any other
+  kIgnore,  // nothing
+  // Doubt: what collides with nothing else is undecided. Distances, contacts, rays and points tell
+  // of it like of any other, by name.
+  kReport
+};
+
 struct QueryOptions {
   EngineChoice engine = EngineChoice::kAuto;
   Representation representation = Representation::kHybrid;
@@ -104,6 +113,7 @@ struct QueryOptions {
   std::vector<NamedPair> ignore_pairs = {};  // that may collide, besides those of the world
   // >= 0: so many deviations of its surface are part of each part's margin.
   double margin_sigma = 0;
+  UnseenSpace unseen = UnseenSpace::kBlock;
   // Of SamplePoints for a large batch, the caller's included. The other questions use the caller's.
   int threads = 1;
   // Work stops here and the completed prefix is returned.

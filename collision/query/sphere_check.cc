@@ -80,6 +80,7 @@ std::optional<SphereCheck> SphereCheck::Make(const WorldSnapshot& world, const Q
   // Pairs with terms of their own are looked at one by one.
   const bool has_terms = !world.pair_rules().empty() || !options.ignore_pairs.empty();
   if (has_terms || options.margin_sigma > 0) return std::nullopt;
+  if (options.unseen == UnseenSpace::kReport) return std::nullopt;  // who is met matters then
   const double margin_m = body.margin_m + options.margin_m;
   if (!(options.margin_m >= 0) || !(margin_m >= 0)) return std::nullopt;
   std::optional<std::vector<PlacedSphere>> spheres = SpheresOf(body);

@@ -16,6 +16,7 @@ class WorldFilter {
   WorldFilter(const WorldSnapshot& world, const QueryOptions& options, const std::string& self);
 
   bool Skips(const WorldObject& object) const {
+    if (skips_unseen_ && object.kind == ObjectKind::kUnseen) return true;
     return std::find(skipped_.begin(), skipped_.end(), &object) != skipped_.end();
   }
   bool Skips(PartSource source) const {
@@ -33,6 +34,7 @@ class WorldFilter {
  private:
   std::vector<const WorldObject*> skipped_;  // few: a linear search costs least
   Representation representation_;
+  bool skips_unseen_;
 };
 
 }  // namespace cwm::collision

@@ -43,6 +43,20 @@ absl::StatusOr<collision::EngineChoice> FromProto(v1::Engine engine, const Field
   }
 }
 
+absl::StatusOr<collision::UnseenSpace> FromProto(v1::UnseenSpace unseen, const FieldPath& path) {
+  switch (unseen) {
+    case v1::UNSEEN_SPACE_UNSPECIFIED:
+    case v1::UNSEEN_SPACE_BLOCK:
+      return collision::UnseenSpace::kBlock;
+    case v1::UNSEEN_SPACE_IGNORE:
+      return collision::UnseenSpace::kIgnore;
+    case v1::UNSEEN_SPACE_REPORT:
+      return collision::UnseenSpace::kReport;
+    default:
+      return UnknownValue(unseen, "UnseenSpace", path);
+  }
+}
+
 absl::StatusOr<collision::Representation> FromProto(v1::Representation representation,
                                                     const FieldPath& path) {
   switch (representation) {
@@ -118,6 +132,9 @@ absl::Status SetPairs(const v1::QueryOptions& options, const FieldPath& path,
     if (!pair.ok()) return pair.status();
     query.ignore_pairs.push_back(*std::move(pair));
   }
+  auto unseen = FromProto(options.unseen(), path.Field("unseen"));
+  if (!unseen.ok()) return unseen.status();
+  query.unseen = *unseen;
   if (options.verdicts_only()) query.naming = collision::Naming::kWhereAsked;
   query.margin_sigma = options.margin_sigma();
   if (query.margin_sigma >= 0 && query.margin_sigma <= kMostSigmas) return absl::OkStatus();

@@ -72,6 +72,18 @@ TEST_F(RuleCommand, QuestionsHaveRulesOfTheirOwn) {
   EXPECT_EQ(touched.at("objects").size(), 0u);
 }
 
+TEST_F(RuleCommand, QuestionsSayWhatUnseenSpaceCountsAs) {
+  ASSERT_EQ(Cwm({"put", "shadow", "--box", "1,1,1", "--at", "2,0,0", "--unseen"}).exit_code, 0);
+  const auto verdict = [&](const std::string& unseen) {
+    return CwmJson({"check", "--sphere", "0.1", "--at", "2,0,0", "--unseen", unseen})
+        .at("rows")[0]
+        .at("verdict");
+  };
+  EXPECT_EQ(verdict("block"), "VERDICT_COLLISION");
+  EXPECT_EQ(verdict("report"), "VERDICT_UNDECIDED");
+  EXPECT_EQ(verdict("ignore"), "VERDICT_FREE");
+}
+
 TEST_F(RuleCommand, SaysWhatIsWrong) {
   const auto failure = [&](std::vector<std::string> line, int exit_code, const std::string& text) {
     const Finished finished = Cwm(std::move(line));

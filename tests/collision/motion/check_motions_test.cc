@@ -89,6 +89,24 @@ TEST(CheckMotions, KeepsTheRulesOfPairs) {
   EXPECT_EQ(past(nullptr, 0.0501, {.ignore_pairs = {{{"*"}, {"ball"}}}}), MotionVerdict::kFree);
 }
 
+TEST(CheckMotions, IsUndecidedWhereItPassesThroughUnseenSpace) {
+  Change shadow = PutOf("shadow", {{.shape = Box{{0.2, 2, 2}}}}, MakeTranslation(-0.5, 0, 0));
+  std::get<PutObject>(shadow.what).kind = ObjectKind::kUnseen;
+  const auto world = WorldOf({shadow, PutOf("ball", {{.shape = Sphere{0.1}}}, Pose::Identity())});
+  const QueryBody body = BallBody();
+  const auto verdict = [&](double from_m, double to_m, UnseenSpace unseen) {
+    Edges edges;
+    edges.push_back(std::make_unique<RigidMotion>(body, MakeTranslation(from_m, 0, 0),
+                                                  MakeTranslation(to_m, 0, 0)));
+    return CheckMotions(*world, body, edges, {.unseen = unseen})->verdict[0];
+  };
+  EXPECT_EQ(verdict(-1, -0.25, UnseenSpace::kBlock), MotionVerdict::kContact);
+  EXPECT_EQ(verdict(-1, -0.25, UnseenSpace::kReport), MotionVerdict::kUndecided);
+  EXPECT_EQ(verdict(-1, -0.25, UnseenSpace::kIgnore), MotionVerdict::kFree);
+  EXPECT_EQ(verdict(-1, 1, UnseenSpace::kReport), MotionVerdict::kContact);
+  EXPECT_EQ(verdict(0.5, 1, UnseenSpace::kReport), MotionVerdict::kFree);
+}
+
 TEST(CheckMotions, BeginsInContact) {
   const QueryBody body = BallBody();
   Edges edges;

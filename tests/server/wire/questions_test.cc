@@ -26,6 +26,7 @@ TEST(QueryOptions, HaveTheDocumentedDefaults) {
   EXPECT_TRUE(std::holds_alternative<Latest>(options->at_revision));
   EXPECT_EQ(options->query.engine, collision::EngineChoice::kAuto);
   EXPECT_EQ(options->query.representation, collision::Representation::kHybrid);
+  EXPECT_EQ(options->query.unseen, collision::UnseenSpace::kBlock);
   EXPECT_EQ(options->query.max_results, 1);
   EXPECT_EQ(options->query.max_contacts, 16);
   EXPECT_EQ(options->query.max_distance_m, std::numeric_limits<double>::infinity());
@@ -39,6 +40,7 @@ TEST(QueryOptions, KeepWhatIsGiven) {
   proto.mutable_at_revision()->set_exact(7);
   proto.set_engine(v1::ENGINE_BULLET);
   proto.set_representation(v1::REPRESENTATION_SURFACES);
+  proto.set_unseen(v1::UNSEEN_SPACE_REPORT);
   proto.set_margin_m(0.02);
   proto.set_max_distance_m(0);
   proto.set_max_results(64);
@@ -50,6 +52,7 @@ TEST(QueryOptions, KeepWhatIsGiven) {
   ASSERT_TRUE(options.ok()) << options.status();
   EXPECT_EQ(std::get<Exactly>(options->at_revision).revision.value, 7);
   EXPECT_EQ(options->query.engine, collision::EngineChoice::kBullet);
+  EXPECT_EQ(options->query.unseen, collision::UnseenSpace::kReport);
   EXPECT_EQ(options->query.max_distance_m, 0);
   EXPECT_EQ(options->query.ignore, std::vector<std::string>{"table"});
   EXPECT_EQ(options->time_budget, std::chrono::milliseconds(5));
@@ -69,6 +72,7 @@ TEST(QueryOptions, FaultsAreNamed) {
            {[](auto& o) { o.set_engine(static_cast<v1::Engine>(77)); }, "options.engine"},
            {[](auto& o) { o.set_representation(static_cast<v1::Representation>(77)); },
             "options.representation"},
+           {[](auto& o) { o.set_unseen(static_cast<v1::UnseenSpace>(9)); }, "options.unseen"},
            {[](auto& o) { o.set_margin_m(kNan); }, "options.margin_m"},
            {[](auto& o) { o.set_margin_m(-1); }, "options.margin_m"},
            {[](auto& o) { o.set_max_distance_m(-1); }, "options.max_distance_m"},
