@@ -82,13 +82,4 @@ Aabb TightBounds(const Shape& shape, const Pose& X_FS) {
   return std::visit(TightBoundsOf{X_FS}, shape);
 }
 
-bool HasManyVertices(const Shape& shape) {
-  const ShapeKind kind = KindOf(shape);
-  return kind == ShapeKind::kMesh || kind == ShapeKind::kConvex || kind == ShapeKind::kPlate;
-}
-
-Aabb BoundsOfBox(const Aabb& box_O, const Pose& X_FO) {
-  return AroundCentre(X_FO * box_O.center(), X_FO.linear().cwiseAbs() * (0.5 * box_O.sizes()));
-}
-
 }  // namespace cwm

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "absl/container/inlined_vector.h"
+#include "collision/geometry/quick_bounds.h"
 #include "collision/robot/kinematics.h"
 
 namespace cwm::collision {

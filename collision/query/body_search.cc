@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "collision/geometry/quick_bounds.h"
 
 namespace cwm::collision {
 namespace {

@@ -3,7 +3,7 @@
 #include <utility>
 
 #include "collision/engines/exact_engine.h"
-#include "collision/geometry/aabb.h"
+#include "collision/geometry/quick_bounds.h"
 #include "collision/robot/kinematics.h"
 #include "collision/spheres/containing_spheres.h"
 

@@ -379,7 +379,9 @@ TEST(WorldFilter, CountsObjectsThatAreNeitherIgnoredNorAskingAndPartsOfTheRepres
   QueryOptions options;
   options.ignore = {"b", "nobody"};
   options.representation = Representation::kSurfaces;
-  const WorldFilter filter(*world, options, /*self=*/"c");
+  QueryBody body;
+  body.self = "c";
+  const WorldFilter filter(*world, options, body);
   EXPECT_FALSE(filter.Skips(*world->Find("a")));
   EXPECT_TRUE(filter.Skips(*world->Find("b")));
   EXPECT_TRUE(filter.Skips(*world->Find("c")));
