@@ -132,7 +132,8 @@ std::span<const SampledPart> SampledParts::Of(const Obstacle& object) {
   if (is_new && !filter_.Skips(object)) {
     at->second.reserve(object.parts_W.size());
     const std::int32_t index = ranks_.Of(&object);
-    const auto by_name = static_cast<std::int32_t>(world_.RankByName(object));
+    const std::int32_t by_name =
+        world_.robots().empty() ? index : static_cast<std::int32_t>(world_.RankByName(object));
     for (std::size_t k = 0; k < object.parts_W.size(); ++k) {
       if (filter_.SkipsPart(object, object.geometry->parts[k].source)) continue;
       at->second.emplace_back(object,

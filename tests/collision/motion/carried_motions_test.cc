@@ -26,7 +26,7 @@ Change Of(decltype(Change::what) what) {
 // The three balls of robot_text.h, the last of which holds a long box far off its link.
 SnapshotPtr WithBox(const SnapshotPtr& world) {
   const std::vector<Change> changes = {
-      Of(testing::PutArm("arm", Arm(testing::ThreeBalls(), "<robot name=\"r\"/>"))),
+      Of(testing::PutArm("arm", Arm(testing::Robot(testing::ThreeBalls()), "<robot name=\"r\"/>"))),
       PutOf("box", {{.X_FS = MakeTranslation(0, 0.1, 0), .shape = Box{{0.05, 0.4, 0.05}}}},
             Pose::Identity()),
       Of(AttachObject{.name = "box",

@@ -297,7 +297,7 @@ TEST(CarriedObjects, SayWhatLinksAndBoxSayByThemselves) {
   SnapshotPtr world = RandomWorld(30, random, true);
   world = With(world, {Robot("arm"), Held("box"), Attach("box", RandomPose(random, 0.2))});
   std::vector<double> rows;
-  for (int k = 0; k < 200; ++k) rows.insert(rows.end(), {angle(random), slide(random)});
+  for (int k = 0; k < 1000; ++k) rows.insert(rows.end(), {angle(random), slide(random)});
   const auto told = Check(*world, rows, {}, RobotScope::kWorld);
   QueryOptions no_robot;
   no_robot.ignore = {"arm", "box"};

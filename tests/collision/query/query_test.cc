@@ -385,9 +385,9 @@ TEST(WorldFilter, CountsObjectsThatAreNeitherIgnoredNorAskingAndPartsOfTheRepres
   EXPECT_FALSE(filter.Skips(*world->Find("a")));
   EXPECT_TRUE(filter.Skips(*world->Find("b")));
   EXPECT_TRUE(filter.Skips(*world->Find("c")));
-  EXPECT_TRUE(filter.Skips(PartSource::kShape));
-  EXPECT_FALSE(filter.Skips(PartSource::kSurface));
-  EXPECT_FALSE(filter.Skips(PartSource::kHandle));
+  EXPECT_TRUE(filter.SkipsPart(*world->Find("a"), PartSource::kShape));
+  EXPECT_FALSE(filter.SkipsPart(*world->Find("a"), PartSource::kSurface));
+  EXPECT_FALSE(filter.SkipsPart(*world->Find("a"), PartSource::kHandle));
 }
 
 TEST(BodySearch, AsksPairsWithinReachAloneAndNarrowsAsToldTo) {
