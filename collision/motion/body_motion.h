@@ -45,8 +45,8 @@ class RigidMotion : public BodyMotion {
 // variables differ is not followed: see FirstNotFollowed.
 class JointMotion : public BodyMotion {
  public:
-  // A body of the robot (BodyFromRobot, BodyFromSpheres), with what it carries; all variables of the model, at the start
-  // and at the end. Refers to the model and to the body.
+  // A body of the robot (BodyFromRobot, BodyFromSpheres) and what it carries; all variables of the
+  // model, at the start and at the end. Refers to the model and to the body.
   JointMotion(const RobotModel& model, const QueryBody& body, const Pose& X_WB,
               std::span<const double> from, std::span<const double> to);
 

@@ -211,8 +211,8 @@ class EdgeSearch {
     Place place{.fraction = fraction};
     place.gap_m = std::min(answer.distance_m, reach_m) - pair.margin_m;
     place.certain = answer.trust != Trust::kDegraded;
-    // The kernels call an overlap what is one: of a margin of none or more it is a contact, whatever
-    // the depth. Where some depth is let pass, what is known of it counts.
+    // The kernels call an overlap what is one: of a margin of none or more it is a contact,
+    // whatever the depth. Where some depth is let pass, what is known of it counts.
     const bool is_apart = answer.distance_m >= 0;
     if (is_apart || pair.margin_m >= 0) {
       place.contact = place.gap_m < 0;

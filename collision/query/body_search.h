@@ -69,7 +69,7 @@ class BodySearch {
   static constexpr LaneOpen kAllOpen{~std::uint64_t{0}, ~std::uint64_t{0}};
   const Aabb& body_bounds_W() const { return bounds_W_; }
 
-  // Calls visit(pair) for the pairs of parts of the body and of the obstacle that may not collide and
+  // Calls visit(pair) for the pairs of parts of the body and the obstacle that may not collide and
   // whose bounds are within `reach_m`; visit returns the reach that still matters, none when
   // negative. `question` is asked of pairs without a margin, the distance of the others; it is an
   // error when no engine answers it. Ends early when the batch must.

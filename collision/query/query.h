@@ -5,9 +5,9 @@
 // Margins: distance and depth are geometric, margins never enter them. A state collides when the
 // distance of some pair is strictly less than its margin: what a rule of the pair sets, else the
 // margin of the object plus the margin of the object that asks or is carried, if one is, plus the
-// margin of the request; and in either case margin_sigma deviations of either part's surface. Robots
-// and their links have no margins of their own. Between an object that asks or is carried and what
-// supports it the margin is less than none, -support_tolerance_m: it stands there.
+// margin of the request; and in either case margin_sigma deviations of either part's surface.
+// Robots and their links have no margins of their own. Between an object that asks or is carried
+// and what supports it the margin is less than none, -support_tolerance_m: it stands there.
 //
 // A robot of the world is an obstacle where its state puts it, but to itself. What is attached to a
 // robot that asks is part of its body, and no obstacle to it.

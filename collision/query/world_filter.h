@@ -1,5 +1,5 @@
-// What of the world a question counts: objects and robots but the ignored ones and the one that asks
-// with what it carries, parts of the chosen representation. Of a robot all parts count.
+// What of the world a question counts: objects and robots but the ignored ones and the one that
+// asks with what it carries, parts of the chosen representation. Of a robot all parts count.
 #pragma once
 
 #include <algorithm>

@@ -6,10 +6,10 @@
 
 namespace cwm::collision {
 
-// Of the object, as it is, to the robot, as it is. One that stays on its link and says no pose keeps
-// the one that it has there, to the last bit. Refuses (FieldRuleOf: "name", "link", "x_link_object",
-// "touch_links[2]") links that the robot does not have, a pose that no world may hold, and objects
-// without end.
+// Of the object, as it is, to the robot, as it is. One that stays on its link and says no pose
+// keeps the one that it has there, to the last bit. Refuses (FieldRuleOf: "name", "link",
+// "x_link_object", "touch_links[2]") links that the robot does not have, a pose that no world may
+// hold, and objects without end.
 absl::StatusOr<Attachment> AttachmentOf(const AttachObject& attach, const WorldRobot& robot,
                                         const WorldObject& object);
 

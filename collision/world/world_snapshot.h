@@ -34,9 +34,9 @@ class WorldSnapshot {
                 std::vector<WorldRobotPtr> robots_by_name = {}, PairRules pair_rules = {});
 
   // The snapshot that differs from this one by the deltas, each of another name: `before` is what
-  // this one holds, `after` made by Place, as robots are. Shares all that the deltas do not touch: a delta costs
-  // some dozens of small nodes, whatever the number of objects; deltas of robots a pointer for each
-  // robot, of which there are few. `pair_rules`: all of them; nullptr where none differs.
+  // this one holds, `after` made by Place. Shares all that the deltas do not touch: a delta costs
+  // some dozens of small nodes, whatever the number of objects; deltas of robots besides a pointer
+  // for each robot, of which there are few. `pair_rules`: all; nullptr where none differs.
   WorldSnapshot After(Revision revision, std::span<const ObjectDelta> deltas,
                       std::span<const RobotDelta> robot_deltas = {},
                       std::shared_ptr<const PairRules> pair_rules = nullptr) const;

@@ -1,6 +1,6 @@
 // Answer columns onto the wire: as bytes, column by column, or as messages row by row. Objects
-// and robots are named by an index into the reply's own list, ordered by name, of those that answers
-// mention.
+// and robots are named by an index into the reply's own list, ordered by name, of those that
+// answers mention.
 #pragma once
 
 #include <string>

@@ -200,8 +200,7 @@ TEST_F(WireRobotEvents, TheInitialStateTellsRobotsAfterAllObjects) {
     object.geometry = geometry;
     objects.push_back(collision::Place(std::move(object)));
   }
-  const collision::WorldSnapshot snapshot(
-      {6}, objects, {collision::Place(WorldArm())});
+  const collision::WorldSnapshot snapshot({6}, objects, {collision::Place(WorldArm())});
   std::size_t next = 0;
   int messages = 0, robots = 0;
   for (bool done = false; !done; ++messages) {
