@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <numbers>
 #include <random>
 
@@ -257,6 +258,35 @@ TEST(RobotsOfTheWorld, AreMetByOtherRobotsWhereTheirStatePutsThem) {
   const SnapshotPtr by_base = With(world, {Of(SetPairMargin{{{"other", "base"}, {"arm"}}, 0.8})});
   EXPECT_THAT(Check(*by_base, {0, 0, kRight, 0}), ElementsAre(kFree, kFree))
       << "the base is a metre away, and only it keeps 0.8";
+}
+
+// Many states are shown to be free in lanes; a term of any pair switches these off.
+TEST(RobotsOfTheWorld, AreMetInLanesAsPairByPair) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> angle(-3, 3), slide(-1, 1);
+  std::vector<Change> changes = {Robot("arm")};
+  for (int k = 0; k < 6; ++k) {
+    changes.push_back(Robot("other" + std::to_string(k), RandomPose(random, 1.2)));
+  }
+  const SnapshotPtr world = WorldOf(changes);
+  const WorldRobotPtr robot = world->FindRobot("arm");
+  std::vector<double> rows;
+  for (int k = 0; k < 2000; ++k) rows.insert(rows.end(), {angle(random), slide(random)});
+  const JointRows states(robot->model(), robot->model().all,
+                         {.X_WB = robot->X_WB, .base = robot->state, .rows = rows});
+  QueryBody spheres =
+      BodyFromSpheres(*robot->robot, *robot->robot->prepared_spheres_around, RobotScope::kBoth);
+  spheres.self = "arm";
+  QueryOptions plainly;
+  plainly.ignore_pairs = {{{"nobody"}, {"nothing"}}};
+  for (const QueryBody& body : {BodyFromRobot(*robot, RobotScope::kBoth), spheres}) {
+    const auto in_lanes = *CheckCollisions(*world, body, states, {});
+    const auto by_pairs = *CheckCollisions(*world, body, states, plainly);
+    EXPECT_EQ(in_lanes.verdict, by_pairs.verdict);
+    EXPECT_EQ(in_lanes.object, by_pairs.object);
+    EXPECT_GT(std::ranges::count(in_lanes.verdict, kFree), 200);
+    EXPECT_GT(std::ranges::count(in_lanes.verdict, kHit), 200);
+  }
 }
 
 TEST(RobotsOfTheWorld, BreakTiesByNameAmongObjects) {

@@ -130,7 +130,7 @@ TEST_F(RobotQueries, AnswerAsTheCoreDoesByteForByte) {
   const collision::WorldRobotPtr robot = world->FindRobot("r");
   const collision::JointRows states(robot->model(), *robot->model().FindGroup("arm"),
                                     {.base = robot->state, .rows = rows});
-  const auto body = collision::BodyFromRobot(*robot->robot, collision::RobotScope::kBoth);
+  const auto body = collision::BodyFromRobot(*robot, collision::RobotScope::kBoth);
   v1::CheckCollisionsRequest check;
   *check.mutable_subject() = Arm(rows);
   const v1::CheckCollisionsResponse checked = Check(check);
