@@ -31,10 +31,17 @@ class Solver {
         size_(difference.extent_m()),
         touching_(kTouchingShare * size_) {}
 
-  GjkAnswer Run() {
-    Vector3 direction = -difference_.CentreOffset();
+  // Begins across a line from B to A.
+  GjkAnswer Run(const Vector3& offset) {
+    Vector3 direction = -offset;
     if (!(direction.squaredNorm() > 0)) direction = Vector3::UnitX();
-    Add(difference_.Support(direction));
+    const CoreDifference::Vertex first = difference_.Support(direction);
+    // The plane across this first line parts nine of ten pairs that are apart.
+    const double first_bound = -first.w.dot(direction) / direction.norm();
+    if (first_bound > max_distance_m_) {
+      return {.outcome = GjkOutcome::kBeyond, .distance_m = first_bound};
+    }
+    Add(first);
     Reduce(NearestToOrigin(corners_, count_));
     for (int i = 0; i < kMaxIterations && distance_ > std::max(touching_, enough_m_); ++i) {
       const CoreDifference::Vertex vertex = difference_.Support(-nearest_);
@@ -128,12 +135,15 @@ class Solver {
 }  // namespace
 
 GjkAnswer GjkDistance(const CoreDifference& difference, double max_distance_m) {
-  return Solver(difference, max_distance_m, 0).Run();
+  return Solver(difference, max_distance_m, 0).Run(difference.CentreOffset());
 }
 
 std::optional<bool> GjkOverlap(const CoreDifference& difference, double radii_m) {
   const double rounding_m = kTouchingShare * difference.extent_m();
-  const GjkAnswer answer = Solver(difference, radii_m + rounding_m, radii_m - rounding_m).Run();
+  Vector3 offset = difference.NearOffset();
+  if (!(offset.norm() > rounding_m)) offset = difference.CentreOffset();
+  const GjkAnswer answer =
+      Solver(difference, radii_m + rounding_m, radii_m - rounding_m).Run(offset);
   if (answer.outcome == GjkOutcome::kBeyond) return false;
   if (answer.overlaps) return true;
   const double distance_m = answer.distance_m;

@@ -1,0 +1,94 @@
+#include "collision/kernels/mesh_hulls.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "collision/kernels/gjk.h"
+
+namespace cwm::collision {
+namespace {
+
+// A hull of so many vertices takes quickhull some 20 ms.
+constexpr std::size_t kMostVertices = 20000;
+// With more corners, looking for the farthest costs what a walk through the triangles does.
+constexpr std::size_t kMostCorners = 4096;
+// Of the extent: how far a vertex may lie outside of what quickhull made, a hundredth of the gap from
+// which GJK tells.
+constexpr double kCoarsestShare = 1e-11;
+// So much smaller than it must be is the inner hull, that nobody who looks at the triangles of two
+// meshes whose inner hulls overlap can see them apart.
+constexpr double kFurtherShrinking = 1e-5;
+// Where less is left, a walk finds what overlaps as soon.
+constexpr double kLeastScale = 0.5;
+
+// The planes of a hull around its centre, as points n / h of the polar set: a point p is within the
+// plane, shrunk by a scale, when p.dot(n / h) is below that scale.
+std::vector<Vector3> PolarOf(const TriangleMesh& hull, const Vector3& centre) {
+  std::vector<Vector3> polar;
+  polar.reserve(hull.triangles.size());
+  for (const auto& [a, b, c] : hull.triangles) {
+    const Vector3& corner = hull.vertices[a];
+    const Vector3 normal = (hull.vertices[b] - corner).cross(hull.vertices[c] - corner);
+    const double height = normal.dot(corner - centre);
+    if (height > 0) polar.push_back(normal / height);
+  }
+  return polar;
+}
+
+// How large the hull may be, shrunk about its centre, for each triangle to lie outside: beyond one
+// plane with all three corners.
+double ScaleWithin(const TriangleMesh& hull, const Vector3& centre, const TriangleTree& tree) {
+  const std::vector<Vector3> polar = PolarOf(hull, centre);
+  if (polar.empty()) return 0;
+  const VertexLanes lanes(polar);
+  double scale = 1;
+  for (const TriangleCorners& triangle : tree.triangles()) {
+    const auto& [a, b, c] = triangle.corners;
+    const Vector3 p = a - centre, q = b - centre, r = c - centre;
+    const Vector3& plane = polar[lanes.Farthest(p + q + r)];
+    scale = std::min({scale, plane.dot(p), plane.dot(q), plane.dot(r)});
+    if (scale < kLeastScale) break;
+  }
+  return scale;
+}
+
+}  // namespace
+
+LaneHull::LaneHull(std::vector<Vector3> vertices)
+    : vertices_(std::move(vertices)),
+      lanes_(vertices_),
+      core_(CoreOf(std::span<const Vector3>(vertices_))) {
+  if (vertices_.size() < VertexLanes::kFewest) return;
+  std::get<VertexCore>(core_.core).lanes = &lanes_;
+}
+
+std::unique_ptr<const MeshHulls> MeshHulls::Of(const Mesh& mesh, const TriangleTree& tree) {
+  if (mesh.mesh->vertices.size() > kMostVertices) return nullptr;
+  const TriangleMesh hull = ConvexHull3(mesh.mesh->vertices, kCoarsestShare);
+  if (hull.triangles.empty() || hull.vertices.size() > kMostCorners) return nullptr;
+  std::unique_ptr<MeshHulls> hulls(new MeshHulls(hull.vertices));
+  if (!mesh.watertight) return hulls;
+  const Vector3& centre = hulls->around().centre;
+  const double scale = ScaleWithin(hull, centre, tree) - kFurtherShrinking;
+  if (scale < kLeastScale || !tree.Encloses(centre)) return hulls;
+  std::vector<Vector3> corners = hull.vertices;
+  for (Vector3& corner : corners) corner = centre + scale * (corner - centre);
+  hulls->within_.emplace(std::move(corners));
+  return hulls;
+}
+
+std::optional<bool> HullsOverlap(const MeshHulls& a, const ConvexCore& b, const Pose& X_AB) {
+  if (GjkOverlap(CoreDifference(a.around(), b, X_AB), b.radius_m) == false) return false;
+  if (a.within() == nullptr) return std::nullopt;
+  if (GjkOverlap(CoreDifference(*a.within(), b, X_AB), b.radius_m) == true) return true;
+  return std::nullopt;
+}
+
+std::optional<bool> HullsOverlap(const MeshHulls& a, const MeshHulls& b, const Pose& X_AB) {
+  if (GjkOverlap(CoreDifference(a.around(), b.around(), X_AB), 0) == false) return false;
+  if (a.within() == nullptr || b.within() == nullptr) return std::nullopt;
+  if (GjkOverlap(CoreDifference(*a.within(), *b.within(), X_AB), 0) == true) return true;
+  return std::nullopt;
+}
+
+}  // namespace cwm::collision
