@@ -138,18 +138,18 @@ GjkAnswer GjkDistance(const CoreDifference& difference, double max_distance_m) {
   return Solver(difference, max_distance_m, 0).Run(difference.CentreOffset());
 }
 
-std::optional<bool> GjkOverlap(const CoreDifference& difference, double radii_m) {
+std::optional<bool> GjkOverlap(const CoreDifference& difference, const GjkLimits& limits) {
   const double rounding_m = kTouchingShare * difference.extent_m();
+  const double far_m = limits.far_m + rounding_m, near_m = limits.near_m - rounding_m;
   Vector3 offset = difference.NearOffset();
   if (!(offset.norm() > rounding_m)) offset = difference.CentreOffset();
-  const GjkAnswer answer =
-      Solver(difference, radii_m + rounding_m, radii_m - rounding_m).Run(offset);
+  const GjkAnswer answer = Solver(difference, far_m, near_m).Run(offset);
   if (answer.outcome == GjkOutcome::kBeyond) return false;
   if (answer.overlaps) return true;
   const double distance_m = answer.distance_m;
   if (answer.outcome == GjkOutcome::kTouching && distance_m > 0) return std::nullopt;
-  if (std::abs(distance_m - radii_m) <= rounding_m) return std::nullopt;
-  return distance_m < radii_m;
+  if (distance_m >= near_m && distance_m <= far_m) return std::nullopt;
+  return distance_m < near_m;
 }
 
 Vector3 LastTouchOnA(const CoreDifference& difference, double depth_m, const Vector3& normal) {

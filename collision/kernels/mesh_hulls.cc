@@ -74,21 +74,36 @@ std::unique_ptr<const MeshHulls> MeshHulls::Of(const Mesh& mesh, const TriangleT
   std::vector<Vector3> corners = hull.vertices;
   for (Vector3& corner : corners) corner = centre + scale * (corner - centre);
   hulls->within_.emplace(std::move(corners));
+  hulls->wall_m_ = (1 - scale) * hulls->around().extent_m;
   return hulls;
 }
 
+namespace {
+
+// By the hulls within, as long as the gap between them is not that of their walls.
+std::optional<bool> Told(const ConvexCore* within_a, const ConvexCore* within_b, double walls_m,
+                         const Pose& X_AB) {
+  if (within_a == nullptr || within_b == nullptr) return std::nullopt;
+  const double radii_m = within_b->radius_m;
+  return GjkOverlap(CoreDifference(*within_a, *within_b, X_AB), {radii_m, radii_m + walls_m});
+}
+
+std::optional<bool> FalseWhereApart(const ConvexCore& a, const ConvexCore& b, const Pose& X_AB) {
+  const std::optional<bool> told = GjkOverlap(CoreDifference(a, b, X_AB), b.radius_m);
+  return told == false ? told : std::nullopt;
+}
+
+}  // namespace
+
 std::optional<bool> HullsOverlap(const MeshHulls& a, const ConvexCore& b, const Pose& X_AB) {
-  if (GjkOverlap(CoreDifference(a.around(), b, X_AB), b.radius_m) == false) return false;
-  if (a.within() == nullptr) return std::nullopt;
-  if (GjkOverlap(CoreDifference(*a.within(), b, X_AB), b.radius_m) == true) return true;
-  return std::nullopt;
+  if (const auto told = Told(a.within(), &b, a.wall_m(), X_AB)) return told;
+  return FalseWhereApart(a.around(), b, X_AB);
 }
 
 std::optional<bool> HullsOverlap(const MeshHulls& a, const MeshHulls& b, const Pose& X_AB) {
-  if (GjkOverlap(CoreDifference(a.around(), b.around(), X_AB), 0) == false) return false;
-  if (a.within() == nullptr || b.within() == nullptr) return std::nullopt;
-  if (GjkOverlap(CoreDifference(*a.within(), *b.within(), X_AB), 0) == true) return true;
-  return std::nullopt;
+  const double walls_m = a.wall_m() + b.wall_m();
+  if (const auto told = Told(a.within(), b.within(), walls_m, X_AB)) return told;
+  return FalseWhereApart(a.around(), b.around(), X_AB);
 }
 
 }  // namespace cwm::collision

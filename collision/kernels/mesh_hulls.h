@@ -39,11 +39,15 @@ class MeshHulls {
   // open mesh, nor of one whose hull has a hollow in the middle.
   const ConvexCore* within() const { return within_ ? &within_->core() : nullptr; }
 
+  // No point of the hull around is farther from the one within.
+  double wall_m() const { return wall_m_; }
+
  private:
   explicit MeshHulls(std::vector<Vector3> corners) : around_(std::move(corners)) {}
 
   LaneHull around_;
   std::optional<LaneHull> within_;
+  double wall_m_ = 0;
 };
 
 // Whether a mesh and a convex solid, or two meshes, overlap, where the hulls can tell; in the frame

@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "collision/geometry/support.h"
 #include "collision/geometry/tessellate.h"
@@ -94,11 +95,11 @@ struct Told {
   int by_hulls = 0, overlapping = 0, apart = 0;
 };
 
-// The plain answer is that of the distance, which looks at triangles alone.
+// The plain answer is that of the distance without a limit, which is one of triangles.
 void ExpectThePlainAnswer(const ExactGeometry& a, const ExactGeometry& b, const Pose& X_AB,
                           Told& told) {
   const Pose I = Pose::Identity();
-  const bool plain = ExactDistance({a, I}, {b, X_AB}, 0).distance_m < 0;
+  const bool plain = ExactDistance({a, I}, {b, X_AB}).distance_m < 0;
   EXPECT_EQ(ExactOverlap({a, I}, {b, X_AB}), plain);
   EXPECT_EQ(ExactOverlap({b, X_AB}, {a, I}), plain);
   ++(plain ? told.overlapping : told.apart);
@@ -139,6 +140,37 @@ TEST(MeshHulls, TellWhatTheTrianglesTell) {
     EXPECT_GT(told.overlapping, told.apart / 3);
     EXPECT_GT(told.apart, told.overlapping / 3);
   }
+}
+
+TEST(MeshHulls, LeaveTheNearestTrianglesToTheSearch) {
+  RandomPairs random(54);
+  const TriangleMesh can = Tessellate(Cylinder{0.25 * kSize_m, kSize_m}, 2e-3);
+  const ExactGeometry a(Closed(Dented(can, 0.05, random))), b(Closed(Dented(can, 0.2, random)));
+  const Pose I = Pose::Identity();
+  int apart = 0;
+  for (int k = 0; k < 60; ++k) {
+    const Pose X_AB = random.AnyPose(1.5 * kSize_m);
+    const PairDistance told = ExactDistance({a, I}, {b, X_AB});
+    if (told.distance_m < 0) continue;
+    ++apart;
+    double nearest_m = std::numeric_limits<double>::infinity();
+    for (const TriangleCorners& mine : a.tree()->triangles()) {
+      for (const TriangleCorners& theirs : b.tree()->triangles()) {
+        const double distance_m =
+            IterativeConvexDistance(CoreOf(std::span<const Vector3>(mine.corners)),
+                                    CoreOf(std::span<const Vector3>(theirs.corners)), X_AB,
+                                    nearest_m)
+                .distance_m;
+        nearest_m = std::min(nearest_m, distance_m);
+      }
+    }
+    EXPECT_NEAR(told.distance_m, nearest_m, 1e-9 * kSize_m);
+    EXPECT_NEAR((told.point_b - told.point_a).norm(), nearest_m, 1e-9 * kSize_m);
+    const double below_m = 0.999 * nearest_m, above_m = 1.001 * nearest_m;
+    EXPECT_GT(ExactDistance({a, I}, {b, X_AB}, below_m).distance_m, below_m);
+    EXPECT_EQ(ExactDistance({a, I}, {b, X_AB}, above_m).distance_m, told.distance_m);
+  }
+  EXPECT_GT(apart, 20);
 }
 
 TEST(MeshHulls, LeaveRoomInACavity) {
