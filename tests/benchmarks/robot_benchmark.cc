@@ -14,7 +14,8 @@
 namespace cwm::benchmarks {
 namespace {
 
-constexpr std::size_t kStatesPerProblem = 100;
+// As a planner that samples in batches asks.
+constexpr std::size_t kStatesPerProblem = 1000;
 
 // Of the processor for this thread: what others do on the machine is no part of it.
 class SecondsOf {
