@@ -3,11 +3,14 @@
 // ever see cores.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <span>
 #include <variant>
 
 #include "collision/geometry/shape.h"
 #include "collision/geometry/support.h"
+#include "collision/kernels/vertex_lanes.h"
 
 namespace cwm::collision {
 
@@ -17,6 +20,7 @@ struct SegmentCore {  // on z, centred
 };
 struct VertexCore {  // the hull of at least one vertex; owned by somebody who lives longer
   std::span<const Vector3> vertices;
+  const VertexLanes* lanes = nullptr;  // of the same vertices, where they are many
 };
 
 struct ConvexCore {
@@ -30,6 +34,11 @@ struct ConvexCore {
 ConvexCore CoreOf(const Shape& shape);
 ConvexCore CoreOf(std::span<const Vector3> vertices);
 
+inline Vector3 SupportPoint(const VertexCore& hull, const Vector3& d) {
+  return hull.lanes != nullptr ? hull.vertices[hull.lanes->Farthest(d)]
+                               : cwm::SupportPoint(hull.vertices, d);
+}
+
 inline Vector3 SupportPoint(const ConvexCore& shape, const Vector3& d) {
   switch (shape.core.index()) {
     case 0:
@@ -37,7 +46,7 @@ inline Vector3 SupportPoint(const ConvexCore& shape, const Vector3& d) {
     case 1:
       return {0, 0, std::copysign(std::get_if<1>(&shape.core)->half_length_m, d.z())};
     case 2:
-      return cwm::SupportPoint(std::get_if<2>(&shape.core)->vertices, d);
+      return SupportPoint(*std::get_if<2>(&shape.core), d);
     case 3:
       return cwm::SupportPoint(*std::get_if<3>(&shape.core), d);
     case 4:
@@ -45,6 +54,23 @@ inline Vector3 SupportPoint(const ConvexCore& shape, const Vector3& d) {
     default:
       return cwm::SupportPoint(*std::get_if<5>(&shape.core), d);
   }
+}
+
+// The point of a core that is nearest to `p`, where a clamp tells it: else some point of it.
+inline Vector3 ClampedTo(const ConvexCore& shape, const Vector3& p) {
+  if (const auto* box = std::get_if<Box>(&shape.core)) {
+    const Vector3 half = 0.5 * box->size_m;
+    return p.cwiseMax(-half).cwiseMin(half);
+  }
+  if (const auto* segment = std::get_if<SegmentCore>(&shape.core)) {
+    return {0, 0, std::clamp(p.z(), -segment->half_length_m, segment->half_length_m)};
+  }
+  if (const auto* cylinder = std::get_if<Cylinder>(&shape.core)) {
+    const double half = 0.5 * cylinder->length_m, beside = p.head<2>().norm();
+    const double scale = beside > cylinder->radius_m ? cylinder->radius_m / beside : 1;
+    return {scale * p.x(), scale * p.y(), std::clamp(p.z(), -half, half)};
+  }
+  return shape.centre;
 }
 
 // Two cores in the frame of A, as their difference D = A - B sees them: D contains the origin
@@ -76,6 +102,10 @@ class CoreDifference {
   // From inside of B to inside of A.
   Vector3 CentreOffset() const { return a_.centre - (R_AB_ * b_.centre + p_AB_); }
 
+  // From a point of B to one of A: of those that a clamp finds, the nearest. Nothing but where to
+  // begin, and zero where the one lies in the other.
+  Vector3 NearOffset() const;
+
   // No point of D is farther from CentreOffset().
   double extent_m() const { return a_.extent_m + b_.extent_m; }
 
@@ -85,5 +115,11 @@ class CoreDifference {
   Matrix3 R_AB_;
   Vector3 p_AB_;
 };
+
+inline Vector3 CoreDifference::NearOffset() const {
+  const Vector3 centre_B = R_AB_.transpose() * (a_.centre - p_AB_);
+  const Vector3 on_b = R_AB_ * ClampedTo(b_, centre_B) + p_AB_;
+  return ClampedTo(a_, on_b) - on_b;
+}
 
 }  // namespace cwm::collision

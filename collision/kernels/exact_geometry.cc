@@ -68,6 +68,13 @@ bool ExactGeometry::IsOpen() const {
   return mesh != nullptr && !mesh->watertight;
 }
 
+const MeshHulls* ExactGeometry::hulls() const {
+  const auto* mesh = std::get_if<Mesh>(&shape_);
+  if (mesh == nullptr) return nullptr;
+  std::call_once(hulls_once_, [&] { hulls_ = MeshHulls::Of(*mesh, *tree_); });
+  return hulls_.get();
+}
+
 std::shared_ptr<const ExactGeometry> PrepareExact(const Shape& shape) {
   return std::make_shared<const ExactGeometry>(shape);
 }

@@ -2,11 +2,13 @@
 #pragma once
 
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <vector>
 
 #include "collision/geometry/aabb.h"
 #include "collision/kernels/convex_core.h"
+#include "collision/kernels/mesh_hulls.h"
 #include "collision/kernels/triangle_tree.h"
 
 namespace cwm::collision {
@@ -33,6 +35,9 @@ class ExactGeometry {
   // Present for meshes only.
   const TriangleTree* tree() const { return tree_ ? &*tree_ : nullptr; }
   bool IsOpen() const;
+  // Of a mesh, where it has them: built by the first who asks, since most meshes of a scan are never
+  // asked about, while others wait.
+  const MeshHulls* hulls() const;
 
  private:
   void AddPlate(const Plate& plate);
@@ -46,6 +51,8 @@ class ExactGeometry {
   ConvexCore enclosure_;
   Pose X_SE_ = Pose::Identity();
   std::optional<TriangleTree> tree_;
+  mutable std::once_flag hulls_once_;
+  mutable std::unique_ptr<const MeshHulls> hulls_;
 };
 
 }  // namespace cwm::collision

@@ -31,10 +31,17 @@ class Solver {
         size_(difference.extent_m()),
         touching_(kTouchingShare * size_) {}
 
-  GjkAnswer Run() {
-    Vector3 direction = -difference_.CentreOffset();
+  // Begins across a line from B to A.
+  GjkAnswer Run(const Vector3& offset) {
+    Vector3 direction = -offset;
     if (!(direction.squaredNorm() > 0)) direction = Vector3::UnitX();
-    Add(difference_.Support(direction));
+    const CoreDifference::Vertex first = difference_.Support(direction);
+    // The plane across this first line parts nine of ten pairs that are apart.
+    const double first_bound = -first.w.dot(direction) / direction.norm();
+    if (first_bound > max_distance_m_) {
+      return {.outcome = GjkOutcome::kBeyond, .distance_m = first_bound};
+    }
+    Add(first);
     Reduce(NearestToOrigin(corners_, count_));
     for (int i = 0; i < kMaxIterations && distance_ > std::max(touching_, enough_m_); ++i) {
       const CoreDifference::Vertex vertex = difference_.Support(-nearest_);
@@ -128,18 +135,21 @@ class Solver {
 }  // namespace
 
 GjkAnswer GjkDistance(const CoreDifference& difference, double max_distance_m) {
-  return Solver(difference, max_distance_m, 0).Run();
+  return Solver(difference, max_distance_m, 0).Run(difference.CentreOffset());
 }
 
-std::optional<bool> GjkOverlap(const CoreDifference& difference, double radii_m) {
+std::optional<bool> GjkOverlap(const CoreDifference& difference, const GjkLimits& limits) {
   const double rounding_m = kTouchingShare * difference.extent_m();
-  const GjkAnswer answer = Solver(difference, radii_m + rounding_m, radii_m - rounding_m).Run();
+  const double far_m = limits.far_m + rounding_m, near_m = limits.near_m - rounding_m;
+  Vector3 offset = difference.NearOffset();
+  if (!(offset.norm() > rounding_m)) offset = difference.CentreOffset();
+  const GjkAnswer answer = Solver(difference, far_m, near_m).Run(offset);
   if (answer.outcome == GjkOutcome::kBeyond) return false;
   if (answer.overlaps) return true;
   const double distance_m = answer.distance_m;
   if (answer.outcome == GjkOutcome::kTouching && distance_m > 0) return std::nullopt;
-  if (std::abs(distance_m - radii_m) <= rounding_m) return std::nullopt;
-  return distance_m < radii_m;
+  if (distance_m >= near_m && distance_m <= far_m) return std::nullopt;
+  return distance_m < near_m;
 }
 
 Vector3 LastTouchOnA(const CoreDifference& difference, double depth_m, const Vector3& normal) {

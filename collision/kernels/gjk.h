@@ -34,9 +34,17 @@ inline constexpr double kTouchingShare = 1e-9;
 GjkAnswer GjkDistance(const CoreDifference& difference,
                       double max_distance_m = std::numeric_limits<double>::infinity());
 
-// Whether the cores are nearer than `radii_m`, which is sooner told than how near they are. Nothing
-// where they are that far apart but for a rounding: then the distance must tell.
-std::optional<bool> GjkOverlap(const CoreDifference& difference, double radii_m);
+// Whether the cores are nearer than `near_m` or else farther than `far_m`, which is no less: sooner told
+// than how near they are. Nothing where they are in between, or where a rounding decides: then the
+// distance must tell.
+struct GjkLimits {
+  double near_m = 0;
+  double far_m = 0;
+};
+std::optional<bool> GjkOverlap(const CoreDifference& difference, const GjkLimits& limits);
+inline std::optional<bool> GjkOverlap(const CoreDifference& difference, double radii_m) {
+  return GjkOverlap(difference, {radii_m, radii_m});
+}
 
 // The point of A that B touches last when it is moved by `depth_m` along `normal` and so parts from
 // A: the witness of a penetration, in the frame of A. B is moved a little farther, where the

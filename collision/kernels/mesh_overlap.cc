@@ -1,5 +1,6 @@
-// Yes or no for meshes: trees of balls, then single triangles. A ball around a node against the
-// solid's own distance tells more than two boxes do, above all of the walls and boards of a scene.
+// Yes or no for meshes: by their hulls, and where these leave it open by trees of balls, then single
+// triangles. A ball around a node against the solid's own distance tells more than two boxes do,
+// above all of the walls and boards of a scene.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -169,19 +170,39 @@ bool EnclosesAPart(const ExactGeometry& a, const ExactGeometry& b, const Pose& X
                      [&](const Vector3& p_B) { return a.tree()->Encloses(X_AB * p_B); });
 }
 
+double RadiusOf(const TriangleTree& tree) { return tree.nodes().front().radius_m; }
+
+bool MeshMeetsPiece(const ExactGeometry& a, const ConvexCore& piece, const Pose& X_AB) {
+  const TriangleTree& tree = *a.tree();
+  const Vector3 centre_B = X_AB.inverse(Eigen::Isometry) * tree.bounds().center();
+  if (PieceDistance(piece)(centre_B) > RadiusOf(tree)) return false;
+  if (a.hulls() != nullptr) {
+    if (const auto told = HullsOverlap(*a.hulls(), piece, X_AB)) return *told;
+  }
+  return SurfaceMeets(tree, piece, X_AB) || (!a.IsOpen() && tree.Encloses(X_AB * piece.centre));
+}
+
+bool BallsMeet(const TriangleTree& a, const TriangleTree& b, const Pose& X_AB) {
+  const Vector3 between = X_AB * b.bounds().center() - a.bounds().center();
+  const double radii_m = RadiusOf(a) + RadiusOf(b);
+  return between.squaredNorm() <= radii_m * radii_m;
+}
+
 }  // namespace
 
 bool MeshMeetsPieces(const ExactGeometry& a, const ExactGeometry& b, const Pose& X_AB) {
   if (std::holds_alternative<Sphere>(b.shape())) {
     return MeshToPieces(a, b, X_AB, 0).distance_m < 0;
   }
-  return std::any_of(b.pieces().begin(), b.pieces().end(), [&](const ConvexCore& piece) {
-    return SurfaceMeets(*a.tree(), piece, X_AB) ||
-           (!a.IsOpen() && a.tree()->Encloses(X_AB * piece.centre));
-  });
+  return std::any_of(b.pieces().begin(), b.pieces().end(),
+                     [&](const ConvexCore& piece) { return MeshMeetsPiece(a, piece, X_AB); });
 }
 
 bool MeshMeetsMesh(const ExactGeometry& a, const ExactGeometry& b, const Pose& X_AB) {
+  if (!BallsMeet(*a.tree(), *b.tree(), X_AB)) return false;
+  if (a.hulls() != nullptr && b.hulls() != nullptr) {
+    if (const auto told = HullsOverlap(*a.hulls(), *b.hulls(), X_AB)) return *told;
+  }
   return CrossingSearch(*a.tree(), *b.tree(), X_AB).Run() || EnclosesAPart(a, b, X_AB) ||
          EnclosesAPart(b, a, X_AB.inverse(Eigen::Isometry));
 }

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -8,6 +9,7 @@
 #include "collision/kernels/closed_forms.h"
 #include "collision/kernels/compound_pair.h"
 #include "collision/kernels/convex_pair.h"
+#include "collision/kernels/gjk.h"
 
 namespace cwm::collision {
 namespace {
@@ -38,6 +40,21 @@ class Best {
   int overlaps_ = 0;
   PairDistance answer_{.distance_m = std::numeric_limits<double>::infinity()};
 };
+
+// How far a search for the nearest triangles must look: to the limit, or to where hulls within the
+// meshes are, which are no nearer to each other than the meshes. Nothing where hulls around them are
+// farther apart than the limit.
+std::optional<double> Reach_m(const MeshHulls& a, const MeshHulls& b, const Pose& X_AB,
+                              double max_distance_m) {
+  const double rounding_m = kTouchingShare * (a.around().extent_m + b.around().extent_m);
+  const CoreDifference around(a.around(), b.around(), X_AB);
+  const double limit_m = std::max(max_distance_m, 0.0) + rounding_m;
+  if (GjkDistance(around, limit_m).outcome == GjkOutcome::kBeyond) return std::nullopt;
+  if (a.within() == nullptr || b.within() == nullptr) return max_distance_m;
+  const GjkAnswer within = GjkDistance(CoreDifference(*a.within(), *b.within(), X_AB));
+  if (within.outcome != GjkOutcome::kSeparated) return max_distance_m;
+  return std::min(max_distance_m, within.distance_m + rounding_m);
+}
 
 // Both answers are in the frame of the mesh; the triangle is A.
 PairDistance TriangleToConvex(const TriangleCorners& triangle, const ConvexCore& b,
@@ -167,8 +184,10 @@ void OfferEnclosedParts(const ExactGeometry& a, const ExactGeometry& b, const Po
 
 }  // namespace
 
-PairDistance MeshToMesh(const ExactGeometry& a, const ExactGeometry& b, const Pose& X_AB,
-                        double max_distance_m) {
+namespace {
+
+PairDistance TrianglesToTriangles(const ExactGeometry& a, const ExactGeometry& b, const Pose& X_AB,
+                                  double max_distance_m) {
   Best best(max_distance_m);
   DualSearch(*a.tree(), *b.tree(), X_AB, max_distance_m,
              [&](const TriangleCorners& triangle, const ConvexCore& core) {
@@ -188,6 +207,21 @@ PairDistance MeshToMesh(const ExactGeometry& a, const ExactGeometry& b, const Po
   if (answer.distance_m < 0) return WithDepthBound(answer, a, b, X_AB);
   if (a.IsOpen() || b.IsOpen()) answer.trust = Trust::kSurfaceOnly;
   return answer;
+}
+
+}  // namespace
+
+PairDistance MeshToMesh(const ExactGeometry& a, const ExactGeometry& b, const Pose& X_AB,
+                        double max_distance_m) {
+  if (a.hulls() != nullptr && b.hulls() != nullptr) {
+    const std::optional<double> reach_m = Reach_m(*a.hulls(), *b.hulls(), X_AB, max_distance_m);
+    if (!reach_m) return JustBeyond(max_distance_m);
+    if (*reach_m < max_distance_m) {
+      const PairDistance answer = TrianglesToTriangles(a, b, X_AB, *reach_m);
+      if (answer.distance_m <= *reach_m) return answer;
+    }
+  }
+  return TrianglesToTriangles(a, b, X_AB, max_distance_m);
 }
 
 }  // namespace cwm::collision

@@ -104,6 +104,7 @@ BodySearch::BodySearch(const WorldSnapshot& world, const QueryBody& body,
                       .kind = kind,
                       .cheap_bounds = !HasManyVertices(part.shape),
                       .open_mesh = IsOpenMesh(part.shape),
+                      .at_frame = part.X_OP.matrix().isIdentity(0),
                       .frame = frame,
                       .margin_m = carried != nullptr ? carried->object->margin_m : body.margin_m,
                       .supported_by = supported_by.empty() ? nullptr : &supported_by,
@@ -151,7 +152,7 @@ void BodySearch::PlaceBody(const BodyRows& rows, std::size_t row, const LaneOpen
   for (BodyPart& mine : parts_) {
     if (!IsOpen(needed, mine.frame)) continue;
     const Pose& X_WF = X_WF_[static_cast<std::size_t>(mine.frame)];
-    mine.X_WP = X_WF * mine.part->X_OP;
+    mine.X_WP = mine.at_frame ? X_WF : X_WF * mine.part->X_OP;
     mine.bounds_W = mine.cheap_bounds ? TightBounds(mine.part->shape, mine.X_WP)
                                       : BoundsOfBox(mine.part->bounds_O, X_WF);
     if (IsOpen(open.worlds, mine.frame)) bounds_W_.extend(mine.bounds_W);

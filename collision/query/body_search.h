@@ -105,6 +105,7 @@ class BodySearch {
     ShapeKind kind;
     bool cheap_bounds;  // tight bounds take a handful of operations
     bool open_mesh;
+    bool at_frame;  // not moved from where the frame is
     int frame;
     double margin_m;                  // of the object that it is a part of
     const std::string* supported_by;  // of that object; nullptr: by nothing

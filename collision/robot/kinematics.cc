@@ -31,6 +31,20 @@ Pose PlanarMotion(const Vector3& axis_J, const double* v) {
   return motion;
 }
 
+// A frame after it has turned about an axis of its own. Of most joints that is z, about which two of
+// its axes turn in their plane.
+Matrix3 Turned(const Matrix3& R_WJ, const Vector3& axis_J, double angle_rad) {
+  if (axis_J != Vector3::UnitZ()) {
+    return R_WJ * Eigen::AngleAxisd(angle_rad, axis_J).toRotationMatrix();
+  }
+  const double s = std::sin(angle_rad), c = std::cos(angle_rad);
+  Matrix3 R_WC;
+  R_WC.col(0) = c * R_WJ.col(0) + s * R_WJ.col(1);
+  R_WC.col(1) = c * R_WJ.col(1) - s * R_WJ.col(0);
+  R_WC.col(2) = R_WJ.col(2);
+  return R_WC;
+}
+
 // X_PC, for a parent pose in front of it.
 Pose Moved(const Pose& X_WP, const ModelLink& link, std::span<const double> variables) {
   const Pose X_WJ = X_WP * link.X_PJ;
@@ -43,7 +57,7 @@ Pose Moved(const Pose& X_WP, const ModelLink& link, std::span<const double> vari
   if (link.kind == JointKind::kPrismatic) {
     X_WC.translation() += X_WJ.linear() * (value * link.axis_J);
   } else {
-    X_WC.linear() = X_WJ.linear() * Eigen::AngleAxisd(value, link.axis_J).toRotationMatrix();
+    X_WC.linear() = Turned(X_WJ.linear(), link.axis_J, value);
   }
   return X_WC;
 }

@@ -75,6 +75,10 @@ void MeasureGrowth(Report& report);
 // The Panda against FCL in 700 planning problems: panda_exact_ratio_fcl, panda_exact_mismatches.
 void MeasureRobots(Report& report);
 
+// A million states of it in those problems, many next to contact; where FCL tells otherwise, why:
+// mbm_unexplained.
+void MeasureUnexplained(Report& report);
+
 // The same robot asked through a running server: panda_stream_states_per_s.
 void MeasureRobotStream(Report& report);
 

@@ -1,6 +1,6 @@
 // Robots in planning problems without the rest: quick to build where collision is worked on. The same
 // figures as ./dev bench collision-robots, collision-motions and collision-spheres print.
-//   cwm-bench-robots [meshes|motions|spheres] [--json FILE]
+//   cwm-bench-robots [meshes|differences|motions|spheres] [--json FILE]
 #include <string>
 #include <vector>
 
@@ -19,12 +19,14 @@ int main(int argc, char** argv) {
   cwm::benchmarks::Report report;
   if (part == "meshes") {
     cwm::benchmarks::MeasureRobots(report);
+  } else if (part == "differences") {
+    cwm::benchmarks::MeasureUnexplained(report);
   } else if (part == "spheres") {
     cwm::benchmarks::MeasureSpheres(report);
   } else if (part == "motions") {
     cwm::benchmarks::MeasureMotions(report);
   } else {
-    report.Fail("takes meshes, motions or spheres");
+    report.Fail("takes meshes, differences, motions or spheres");
   }
   report.Print();
   if (!json.empty()) report.WriteJson(json);

@@ -1,0 +1,109 @@
+#include "collision/kernels/mesh_hulls.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "collision/kernels/gjk.h"
+
+namespace cwm::collision {
+namespace {
+
+// A hull of so many vertices takes quickhull some 20 ms.
+constexpr std::size_t kMostVertices = 20000;
+// With more corners, looking for the farthest costs what a walk through the triangles does.
+constexpr std::size_t kMostCorners = 4096;
+// Of the extent: how far a vertex may lie outside of what quickhull made, a hundredth of the gap from
+// which GJK tells.
+constexpr double kCoarsestShare = 1e-11;
+// So much smaller than it must be is the inner hull, that nobody who looks at the triangles of two
+// meshes whose inner hulls overlap can see them apart.
+constexpr double kFurtherShrinking = 1e-5;
+// Where less is left, a walk finds what overlaps as soon.
+constexpr double kLeastScale = 0.5;
+
+// The planes of a hull around its centre, as points n / h of the polar set: a point p is within the
+// plane, shrunk by a scale, when p.dot(n / h) is below that scale.
+std::vector<Vector3> PolarOf(const TriangleMesh& hull, const Vector3& centre) {
+  std::vector<Vector3> polar;
+  polar.reserve(hull.triangles.size());
+  for (const auto& [a, b, c] : hull.triangles) {
+    const Vector3& corner = hull.vertices[a];
+    const Vector3 normal = (hull.vertices[b] - corner).cross(hull.vertices[c] - corner);
+    const double height = normal.dot(corner - centre);
+    if (height > 0) polar.push_back(normal / height);
+  }
+  return polar;
+}
+
+// How large the hull may be, shrunk about its centre, for each triangle to lie outside: beyond one
+// plane with all three corners.
+double ScaleWithin(const TriangleMesh& hull, const Vector3& centre, const TriangleTree& tree) {
+  const std::vector<Vector3> polar = PolarOf(hull, centre);
+  if (polar.empty()) return 0;
+  const VertexLanes lanes(polar);
+  double scale = 1;
+  for (const TriangleCorners& triangle : tree.triangles()) {
+    const auto& [a, b, c] = triangle.corners;
+    const Vector3 p = a - centre, q = b - centre, r = c - centre;
+    const Vector3& plane = polar[lanes.Farthest(p + q + r)];
+    scale = std::min({scale, plane.dot(p), plane.dot(q), plane.dot(r)});
+    if (scale < kLeastScale) break;
+  }
+  return scale;
+}
+
+}  // namespace
+
+LaneHull::LaneHull(std::vector<Vector3> vertices)
+    : vertices_(std::move(vertices)),
+      lanes_(vertices_),
+      core_(CoreOf(std::span<const Vector3>(vertices_))) {
+  if (vertices_.size() < VertexLanes::kFewest) return;
+  std::get<VertexCore>(core_.core).lanes = &lanes_;
+}
+
+std::unique_ptr<const MeshHulls> MeshHulls::Of(const Mesh& mesh, const TriangleTree& tree) {
+  if (mesh.mesh->vertices.size() > kMostVertices) return nullptr;
+  const TriangleMesh hull = ConvexHull3(mesh.mesh->vertices, kCoarsestShare);
+  if (hull.triangles.empty() || hull.vertices.size() > kMostCorners) return nullptr;
+  std::unique_ptr<MeshHulls> hulls(new MeshHulls(hull.vertices));
+  if (!mesh.watertight) return hulls;
+  const Vector3& centre = hulls->around().centre;
+  const double scale = ScaleWithin(hull, centre, tree) - kFurtherShrinking;
+  if (scale < kLeastScale || !tree.Encloses(centre)) return hulls;
+  std::vector<Vector3> corners = hull.vertices;
+  for (Vector3& corner : corners) corner = centre + scale * (corner - centre);
+  hulls->within_.emplace(std::move(corners));
+  hulls->wall_m_ = (1 - scale) * hulls->around().extent_m;
+  return hulls;
+}
+
+namespace {
+
+// By the hulls within, as long as the gap between them is not that of their walls.
+std::optional<bool> Told(const ConvexCore* within_a, const ConvexCore* within_b, double walls_m,
+                         const Pose& X_AB) {
+  if (within_a == nullptr || within_b == nullptr) return std::nullopt;
+  const double radii_m = within_b->radius_m;
+  return GjkOverlap(CoreDifference(*within_a, *within_b, X_AB), {radii_m, radii_m + walls_m});
+}
+
+std::optional<bool> FalseWhereApart(const ConvexCore& a, const ConvexCore& b, const Pose& X_AB) {
+  const std::optional<bool> told = GjkOverlap(CoreDifference(a, b, X_AB), b.radius_m);
+  return told == false ? told : std::nullopt;
+}
+
+}  // namespace
+
+std::optional<bool> HullsOverlap(const MeshHulls& a, const ConvexCore& b, const Pose& X_AB) {
+  if (const auto told = Told(a.within(), &b, a.wall_m(), X_AB)) return told;
+  return FalseWhereApart(a.around(), b, X_AB);
+}
+
+std::optional<bool> HullsOverlap(const MeshHulls& a, const MeshHulls& b, const Pose& X_AB) {
+  const double walls_m = a.wall_m() + b.wall_m();
+  if (const auto told = Told(a.within(), b.within(), walls_m, X_AB)) return told;
+  return FalseWhereApart(a.around(), b.around(), X_AB);
+}
+
+}  // namespace cwm::collision
