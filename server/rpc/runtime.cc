@@ -23,7 +23,7 @@ constexpr auto kPauseOfQueries = std::chrono::milliseconds(500);
 // Batches that share a core: further ones wait for their turn. More of them share it more evenly,
 // and hold more answers at a time.
 constexpr int kBatchesOfCore = 2;
-constexpr int kNiceOfBatches = 2;
+constexpr int kNiceOfBatches = 1;  // hardly less of the core, but whoever wakes goes first
 
 int Cores() { return static_cast<int>(std::max(1U, std::thread::hardware_concurrency())); }
 
