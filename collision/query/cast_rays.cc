@@ -1,3 +1,4 @@
+#include <memory>
 #include <optional>
 #include <utility>
 
@@ -6,6 +7,7 @@
 #include "collision/query/interrupt.h"
 #include "collision/query/object_ranks.h"
 #include "collision/query/query.h"
+#include "collision/query/row_chunks.h"
 #include "collision/query/world_filter.h"
 
 namespace cwm::collision {
@@ -39,16 +41,86 @@ void HitObject(const Obstacle& object, const WorldFilter& filter, const RayRow& 
   }
 }
 
-void AppendRow(RayColumns& columns, const std::optional<NearestHit>& nearest, ObjectRanks& ranks) {
-  const NearestHit row =
-      nearest.value_or(NearestHit{{.distance_m = 0, .normal = Vector3::Zero()}, nullptr, 0});
-  columns.hit.push_back(nearest.has_value() ? 1 : 0);
-  columns.distance_m.push_back(row.hit.distance_m);
-  columns.normal.insert(columns.normal.end(), row.hit.normal.begin(), row.hit.normal.end());
-  columns.object.push_back(nearest.has_value() ? ranks.Of(row.object) : 0);
-  columns.object_part.push_back(row.part);
-  ++columns.completed;
+// A ray takes a microsecond or some.
+constexpr std::size_t kRaysOfChunk = 1024;
+
+RayColumns MakeRoom(std::size_t rays) {
+  RayColumns columns;
+  columns.hit.resize(rays);
+  columns.distance_m.resize(rays);
+  columns.normal.resize(3 * rays);
+  columns.object.resize(rays);
+  columns.object_part.resize(rays);
+  return columns;
 }
+
+void Keep(std::size_t completed, RayColumns& columns) {
+  columns.hit.resize(completed);
+  columns.distance_m.resize(completed);
+  columns.normal.resize(3 * completed);
+  columns.object.resize(completed);
+  columns.object_part.resize(completed);
+  columns.completed = completed;
+}
+
+// The question, and where its answers go.
+struct Batch {
+  const WorldSnapshot& world;
+  std::span<const RayRow> rays;
+  const QueryOptions& options;
+  std::stop_token stop;
+  WorldFilter filter;
+  RayColumns columns;
+};
+
+class Caster : public ChunkWorker {
+ public:
+  explicit Caster(Batch& batch)
+      : batch_(batch), interrupt_(batch.stop, batch.options.give_up_at), ranks_(batch.world) {}
+
+  ChunkEnd Answer(const RowChunk& chunk) override {
+    std::size_t k = 0;
+    for (; k < chunk.count && !interrupt_.After(1); ++k) {
+      const std::optional<NearestHit> nearest = Cast(batch_.rays[chunk.first + k]);
+      if (has_ended()) break;
+      if (nearest.has_value()) Write(chunk.first + k, *nearest);
+    }
+    if (interrupt_.reason() != Interrupt::Reason::kStopped) return {k};
+    return {k, absl::CancelledError("the question was cancelled")};
+  }
+
+ private:
+  bool has_ended() const { return interrupt_.reason() != Interrupt::Reason::kNone; }
+
+  // Void when interrupted.
+  std::optional<NearestHit> Cast(const RayRow& ray) {
+    std::optional<NearestHit> nearest;
+    batch_.world.bounds().ForEachOnRay(
+        ray.origin, ray.direction, ray.max_distance_m, [&](const Obstacle& object, double) {
+          if (!batch_.filter.Skips(object)) {
+            HitObject(object, batch_.filter, ray, interrupt_, nearest);
+          }
+          if (has_ended()) return -1.0;
+          return nearest.has_value() ? nearest->hit.distance_m : ray.max_distance_m;
+        });
+    return nearest;
+  }
+
+  void Write(std::size_t row, const NearestHit& nearest) {
+    RayColumns& columns = batch_.columns;
+    columns.hit[row] = 1;
+    columns.distance_m[row] = nearest.hit.distance_m;
+    for (int i = 0; i < 3; ++i) {
+      columns.normal[3 * row + static_cast<std::size_t>(i)] = nearest.hit.normal[i];
+    }
+    columns.object[row] = ranks_.Of(nearest.object);
+    columns.object_part[row] = nearest.part;
+  }
+
+  Batch& batch_;
+  Interrupt interrupt_;
+  ObjectRanks ranks_;
+};
 
 }  // namespace
 
@@ -58,31 +130,17 @@ absl::StatusOr<RayColumns> CastRays(const WorldSnapshot& world, std::span<const 
     return absl::UnimplementedError(absl::StrCat("engine ", std::string(NameOf(options.engine)),
                                                  " does not answer rays, AUTO and EXACT do"));
   }
-  const WorldFilter filter(world, options);
-  Interrupt interrupt(std::move(stop), options.give_up_at);
-  ObjectRanks ranks(world);
-  RayColumns columns;
-  columns.hit.reserve(rays.size());
-  columns.distance_m.reserve(rays.size());
-  columns.normal.reserve(3 * rays.size());
-  columns.object.reserve(rays.size());
-  columns.object_part.reserve(rays.size());
-  for (const RayRow& ray : rays) {
-    if (interrupt.After(1)) break;
-    std::optional<NearestHit> nearest;
-    world.bounds().ForEachOnRay(
-        ray.origin, ray.direction, ray.max_distance_m, [&](const Obstacle& object, double) {
-          if (!filter.Skips(object)) HitObject(object, filter, ray, interrupt, nearest);
-          if (interrupt.reason() != Interrupt::Reason::kNone) return -1.0;
-          return nearest.has_value() ? nearest->hit.distance_m : ray.max_distance_m;
-        });
-    if (interrupt.reason() != Interrupt::Reason::kNone) break;
-    AppendRow(columns, nearest, ranks);
-  }
-  if (interrupt.reason() == Interrupt::Reason::kStopped) {
-    return absl::CancelledError("the question was cancelled");
-  }
-  return columns;
+  Batch batch{.world = world,
+              .rays = rays,
+              .options = options,
+              .stop = std::move(stop),
+              .filter = WorldFilter(world, options),
+              .columns = MakeRoom(rays.size())};
+  const auto completed = AnswerTogether(EqualChunks(rays.size(), kRaysOfChunk), options.threads,
+                                        [&] { return std::make_unique<Caster>(batch); });
+  if (!completed.ok()) return completed.status();
+  Keep(*completed, batch.columns);
+  return std::move(batch.columns);
 }
 
 }  // namespace cwm::collision

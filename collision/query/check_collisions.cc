@@ -1,10 +1,14 @@
 #include <algorithm>
 #include <cmath>
+#include <memory>
+#include <optional>
 #include <utility>
+#include <vector>
 
 #include "collision/query/body_search.h"
 #include "collision/query/object_ranks.h"
 #include "collision/query/query.h"
+#include "collision/query/row_chunks.h"
 #include "collision/query/sphere_check.h"
 
 namespace cwm::collision {
@@ -106,87 +110,114 @@ RowVerdict JudgeRow(BodySearch& search, UnseenSpace unseen) {
   return judge.row();
 }
 
-// What spheres in lanes tell of rows, some rows ahead of their turn.
-class KnownVerdicts {
- public:
-  KnownVerdicts(std::optional<SphereCheck> spheres, std::size_t rows, Naming naming)
-      : spheres_(std::move(spheres)), rows_(rows), naming_(naming) {}
+// Rows of a chunk. States of spheres take 0.1 us each, in lanes, which are the faster the more there
+// are to be put in order; others up to some 10 us.
+constexpr std::size_t kRowsOfSpheres = 1024, kRowsOfOthers = 256;
 
-  // kNotComputed: to be asked plainly about what `open` says.
-  Verdict Of(std::size_t row, LaneOpen& open) {
-    if (!spheres_) return Verdict::kNotComputed;
-    if (row == end_) LookAhead();
-    const std::size_t at = row - (end_ - some_.size());
-    const Verdict told = some_[at];
-    if (!spheres_->open().empty()) open = spheres_->open()[at];
-    const bool lacks_name = told == Verdict::kCollision && naming_ == Naming::kEachRow;
-    return told == Verdict::kUndecided || lacks_name ? Verdict::kNotComputed : told;
+// Every row has a verdict, those that time does not suffice for as well.
+CollisionColumns MakeRoom(std::size_t rows) {
+  return {.verdict = std::vector<Verdict>(rows, Verdict::kNotComputed),
+          .object = std::vector<std::int32_t>(rows, -1),
+          .body_part = std::vector<std::int32_t>(rows, -1),
+          .object_part = std::vector<std::int32_t>(rows, -1),
+          .trust = std::vector<Trust>(rows, Trust::kExact)};
+}
+
+// What other threads told of rows behind an end that time has set.
+void Forget(std::size_t first, CollisionColumns& columns) {
+  const auto from = static_cast<std::ptrdiff_t>(first);
+  std::fill(columns.verdict.begin() + from, columns.verdict.end(), Verdict::kNotComputed);
+  std::fill(columns.object.begin() + from, columns.object.end(), -1);
+  std::fill(columns.body_part.begin() + from, columns.body_part.end(), -1);
+  std::fill(columns.object_part.begin() + from, columns.object_part.end(), -1);
+  std::fill(columns.trust.begin() + from, columns.trust.end(), Trust::kExact);
+}
+
+// The question, and where its answers go.
+struct Batch {
+  const WorldSnapshot& world;
+  const QueryBody& body;
+  const BodyRows& rows;
+  const QueryOptions& options;
+  std::stop_token stop;
+  std::optional<SphereCheck> spheres;  // to be copied
+  CollisionColumns columns;
+};
+
+class Checker : public ChunkWorker {
+ public:
+  explicit Checker(Batch& batch)
+      : batch_(batch),
+        search_(batch.world, batch.body, batch.options, batch.stop),
+        ranks_(batch.world),
+        spheres_(batch.spheres) {}
+
+  ChunkEnd Answer(const RowChunk& chunk) override {
+    std::span<const Verdict> known;  // by spheres in lanes, all rows at once
+    if (spheres_ && !search_.MustEnd()) known = spheres_->Judge(chunk.first, chunk.count);
+    std::size_t k = 0;
+    for (; k < chunk.count && !search_.MustEnd(); ++k) {
+      const bool is_known = spheres_ && IsWholeAnswer(known[k]);
+      const RowVerdict told = is_known ? RowVerdict{.verdict = known[k], .pair = {}}
+                                       : AskPlainly(chunk.first + k, OpenOf(k));
+      if (search_.ended()) break;
+      Write(chunk.first + k, told);
+    }
+    return {k, search_.Finish()};
   }
 
  private:
-  void LookAhead() {
-    constexpr std::size_t kAhead = 1024;  // 0.1 ms
-    const std::size_t count = std::min(kAhead, rows_ - end_);
-    some_ = spheres_->Judge(end_, count);
-    end_ += count;
+  bool IsWholeAnswer(Verdict known) const {
+    if (known == Verdict::kCollision) return batch_.options.naming != Naming::kEachRow;
+    return known != Verdict::kUndecided;
   }
 
+  LaneOpen OpenOf(std::size_t k) const {
+    const bool all = !spheres_ || spheres_->open().empty();
+    return all ? BodySearch::kAllOpen : spheres_->open()[k];
+  }
+
+  RowVerdict AskPlainly(std::size_t row, const LaneOpen& open) {
+    if (!batch_.rows.IsWithinLimits(row)) return {.verdict = Verdict::kOutOfLimits, .pair = {}};
+    search_.PlaceBody(batch_.rows, row, open);
+    return JudgeRow(search_, batch_.options.unseen);
+  }
+
+  void Write(std::size_t row, const RowVerdict& told) {
+    CollisionColumns& columns = batch_.columns;
+    columns.verdict[row] = told.verdict;
+    columns.trust[row] = std::max(told.trust, batch_.body.best_trust);
+    columns.object[row] = told.pair.IsOfItself() ? kItself : ranks_.Of(told.pair.object);
+    columns.body_part[row] = told.pair.body_part;
+    columns.object_part[row] = told.pair.object_part;
+  }
+
+  Batch& batch_;
+  BodySearch search_;
+  ObjectRanks ranks_;
   std::optional<SphereCheck> spheres_;
-  std::size_t rows_;
-  Naming naming_;
-  std::span<const Verdict> some_;  // of the rows before end_
-  std::size_t end_ = 0;
 };
-
-void Reserve(CollisionColumns& columns, std::size_t rows) {
-  columns.verdict.reserve(rows);
-  columns.object.reserve(rows);
-  columns.body_part.reserve(rows);
-  columns.object_part.reserve(rows);
-  columns.trust.reserve(rows);
-}
-
-void Append(CollisionColumns& columns, const RowVerdict& row, ObjectRanks& ranks) {
-  columns.verdict.push_back(row.verdict);
-  columns.object.push_back(row.pair.IsOfItself() ? kItself : ranks.Of(row.pair.object));
-  columns.body_part.push_back(row.pair.body_part);
-  columns.object_part.push_back(row.pair.object_part);
-  columns.trust.push_back(row.trust);
-}
 
 }  // namespace
 
 absl::StatusOr<CollisionColumns> CheckCollisions(const WorldSnapshot& world, const QueryBody& body,
                                                  const BodyRows& rows, const QueryOptions& options,
                                                  std::stop_token stop) {
-  BodySearch search(world, body, options, std::move(stop));
-  ObjectRanks ranks(world);
-
-  CollisionColumns columns;
-  Reserve(columns, rows.size());
-  KnownVerdicts known(SphereCheck::Make(world, body, rows, options), rows.size(), options.naming);
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    if (search.MustEnd()) break;
-    LaneOpen open = BodySearch::kAllOpen;
-    RowVerdict row{.verdict = known.Of(i, open), .pair = {}, .trust = Trust::kExact};
-    if (row.verdict == Verdict::kNotComputed) {
-      row.verdict = Verdict::kOutOfLimits;
-      if (rows.IsWithinLimits(i)) {
-        search.PlaceBody(rows, i, open);
-        row = JudgeRow(search, options.unseen);
-      }
-    }
-    if (search.ended()) break;
-    row.trust = std::max(row.trust, body.best_trust);
-    Append(columns, row, ranks);
-    ++columns.completed;
-  }
-  if (absl::Status status = search.Finish(); !status.ok()) return status;
-  // Every row has a verdict, those that time did not suffice for as well.
-  while (columns.verdict.size() < rows.size()) {
-    Append(columns, {.verdict = Verdict::kNotComputed, .pair = {}, .trust = Trust::kExact}, ranks);
-  }
-  return columns;
+  Batch batch{.world = world,
+              .body = body,
+              .rows = rows,
+              .options = options,
+              .stop = std::move(stop),
+              .spheres = SphereCheck::Make(world, body, rows, options),
+              .columns = MakeRoom(rows.size())};
+  const bool is_spheres = batch.spheres && batch.spheres->tells_collisions();
+  const auto completed =
+      AnswerTogether(EqualChunks(rows.size(), is_spheres ? kRowsOfSpheres : kRowsOfOthers),
+                     options.threads, [&] { return std::make_unique<Checker>(batch); });
+  if (!completed.ok()) return completed.status();
+  Forget(*completed, batch.columns);
+  batch.columns.completed = *completed;
+  return std::move(batch.columns);
 }
 
 }  // namespace cwm::collision

@@ -1,19 +1,28 @@
 #include <algorithm>
+#include <memory>
 #include <utility>
+#include <vector>
 
 #include "collision/query/body_search.h"
 #include "collision/query/pair_columns.h"
+#include "collision/query/pair_rows.h"
 #include "collision/query/query.h"
 
 namespace cwm::collision {
 namespace {
 
 // Gathers the contacts of a row, with a buffer for those of a pair.
-class ContactFinder {
+class ContactFinder : public RowFinder {
  public:
   ContactFinder(BodySearch& search, int max_count)
       : search_(search), max_count_(max_count), best_(max_count) {}
 
+  const std::vector<FoundPair>& Find() override {
+    FindAll();
+    return best_.pairs();
+  }
+
+ private:
   void FindAll() {
     best_.Clear();
     const auto add = [&](const BodySearch::Pair& pair) { return Add(pair); };
@@ -28,9 +37,6 @@ class ContactFinder {
                                            std::max(0.0, search_.widest_margin_m()), visit);
   }
 
-  const std::vector<FoundPair>& contacts() const { return best_.pairs(); }
-
- private:
   // The reach beyond the margins that still matters.
   double Add(const BodySearch::Pair& pair) {
     scratch_.clear();
@@ -50,21 +56,10 @@ class ContactFinder {
 absl::StatusOr<PairColumns> GetContacts(const WorldSnapshot& world, const QueryBody& body,
                                         const BodyRows& rows, const QueryOptions& options,
                                         std::stop_token stop) {
-  BodySearch search(world, body, options, std::move(stop));
-  ContactFinder finder(search, options.max_contacts);
-  ObjectRanks ranks(world);
-  PairColumns columns;
-  Reserve(columns, rows.size(), std::max(0, options.max_contacts));
-  for (std::size_t row = 0; row < rows.size(); ++row) {
-    if (search.MustEnd()) break;
-    search.PlaceBody(rows, row);
-    finder.FindAll();
-    if (search.ended()) break;
-    AppendRow(columns, finder.contacts(), ranks);
-  }
-  if (absl::Status status = search.Finish(); !status.ok()) return status;
-  LimitTrust(columns, body.best_trust);
-  return columns;
+  return FindPairs({world, body, rows, options, std::move(stop)}, options.max_contacts,
+                   [&](BodySearch& search) -> std::unique_ptr<RowFinder> {
+                     return std::make_unique<ContactFinder>(search, options.max_contacts);
+                   });
 }
 
 }  // namespace cwm::collision

@@ -1,9 +1,12 @@
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <utility>
+#include <vector>
 
 #include "collision/query/body_search.h"
 #include "collision/query/pair_columns.h"
+#include "collision/query/pair_rows.h"
 #include "collision/query/query.h"
 
 namespace cwm::collision {
@@ -89,26 +92,31 @@ void FindNearest(BodySearch& search, double max_distance_m, BestPairs& best) {
                                          });
 }
 
+class NearestFinder : public RowFinder {
+ public:
+  NearestFinder(BodySearch& search, const QueryOptions& options)
+      : search_(search), max_distance_m_(options.max_distance_m), best_(options.max_results) {}
+
+  const std::vector<FoundPair>& Find() override {
+    FindNearest(search_, max_distance_m_, best_);
+    return best_.pairs();
+  }
+
+ private:
+  BodySearch& search_;
+  const double max_distance_m_;
+  BestPairs best_;
+};
+
 }  // namespace
 
 absl::StatusOr<PairColumns> GetDistances(const WorldSnapshot& world, const QueryBody& body,
                                          const BodyRows& rows, const QueryOptions& options,
                                          std::stop_token stop) {
-  BodySearch search(world, body, options, std::move(stop));
-  BestPairs best(options.max_results);
-  ObjectRanks ranks(world);
-  PairColumns columns;
-  Reserve(columns, rows.size(), std::max(0, options.max_results));
-  for (std::size_t row = 0; row < rows.size(); ++row) {
-    if (search.MustEnd()) break;
-    search.PlaceBody(rows, row);
-    FindNearest(search, options.max_distance_m, best);
-    if (search.ended()) break;
-    AppendRow(columns, best.pairs(), ranks);
-  }
-  if (absl::Status status = search.Finish(); !status.ok()) return status;
-  LimitTrust(columns, body.best_trust);
-  return columns;
+  return FindPairs({world, body, rows, options, std::move(stop)}, options.max_results,
+                   [&](BodySearch& search) -> std::unique_ptr<RowFinder> {
+                     return std::make_unique<NearestFinder>(search, options);
+                   });
 }
 
 }  // namespace cwm::collision

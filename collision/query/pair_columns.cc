@@ -1,10 +1,34 @@
 #include "collision/query/pair_columns.h"
 
+#include <utility>
+
 namespace cwm::collision {
 namespace {
 
 void Append(std::vector<double>& column, const Vector3& v) {
   column.insert(column.end(), {v.x(), v.y(), v.z()});
+}
+
+template <class Value>
+void Append(std::vector<Value>& column, const std::vector<Value>& more) {
+  column.insert(column.end(), more.begin(), more.end());
+}
+
+void Append(PairColumns& columns, const PairColumns& more) {
+  const std::uint32_t begin = columns.row_begin.back();
+  for (std::size_t row = 1; row <= more.completed; ++row) {
+    columns.row_begin.push_back(begin + more.row_begin[row]);
+  }
+  Append(columns.distance_m, more.distance_m);
+  Append(columns.point_body, more.point_body);
+  Append(columns.point_object, more.point_object);
+  Append(columns.normal, more.normal);
+  Append(columns.object, more.object);
+  Append(columns.body_part, more.body_part);
+  Append(columns.object_part, more.object_part);
+  Append(columns.trust, more.trust);
+  Append(columns.bound_m, more.bound_m);
+  columns.completed += more.completed;
 }
 
 }  // namespace
@@ -43,6 +67,17 @@ void AppendRow(PairColumns& columns, const std::vector<FoundPair>& pairs, Object
   }
   columns.row_begin.push_back(static_cast<std::uint32_t>(columns.distance_m.size()));
   ++columns.completed;
+}
+
+PairColumns Joined(std::vector<PairColumns> pieces, std::size_t completed) {
+  if (!pieces.empty() && pieces.front().completed == completed) return std::move(pieces.front());
+  PairColumns columns;
+  Reserve(columns, completed, 1);
+  for (PairColumns& piece : pieces) {
+    if (columns.completed == completed) break;
+    Append(columns, std::exchange(piece, {}));
+  }
+  return columns;
 }
 
 }  // namespace cwm::collision

@@ -1,6 +1,6 @@
 // Questions to one snapshot of the world, in batches: a body of shapes at many poses, a robot in many
 // states, rays, points. Answers lie in columns. The same snapshot and question give the same bytes
-// on any thread; ties break by object name, then part.
+// on any number of threads; ties break by object name, then part.
 //
 // Margins: distance and depth are geometric, margins never enter them. A state collides when the
 // distance of some pair is strictly less than its margin: what a rule of the pair sets, else the
@@ -144,7 +144,8 @@ struct QueryOptions {
   // >= 0: how deep an object that asks or is carried may reach into what supports it, where no rule
   // sets the margin of the two.
   double support_tolerance_m = kSupportTolerance_m;
-  // Of SamplePoints for a large batch, the caller's included. The other questions use the caller's.
+  // For a large batch, the caller's included: each takes chunks of rows. Answers are the same bytes on
+  // any number.
   int threads = 1;
   // Work stops here and the completed prefix is returned.
   std::optional<std::chrono::steady_clock::time_point> give_up_at = {};
@@ -268,8 +269,8 @@ absl::StatusOr<RayColumns> CastRays(const WorldSnapshot& world, std::span<const 
 // kBounded, or kDegraded where no way out is found. An open mesh has no inside: kSurfaceOnly. Closed
 // meshes and hulls are exact over their triangles, vessels over their profile.
 //
-// By the exact kernels, as CastRays. Coordinates are finite. Each thread of `threads` takes pieces of
-// the batch; the answer of a point depends on it and on the world alone, bit for bit.
+// By the exact kernels, as CastRays. Coordinates are finite. The answer of a point depends on it and
+// on the world alone, bit for bit.
 absl::StatusOr<PointColumns> SamplePoints(const WorldSnapshot& world,
                                           std::span<const Vector3> points,
                                           const QueryOptions& options, std::stop_token stop = {});

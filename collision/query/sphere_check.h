@@ -17,7 +17,7 @@
 
 namespace cwm::collision {
 
-// Refers to the rows. One per call, used by one thread.
+// Refers to the rows. Used by one thread; a copy, which is cheap beside Make, is another's.
 class SphereCheck {
  public:
   // Nothing where the question is another one: other shapes without spheres around them, too few
@@ -32,6 +32,8 @@ class SphereCheck {
   std::span<const Verdict> Judge(std::size_t first, std::size_t count);
   // By the same rows, what is to be asked about those that are UNDECIDED; empty: everything.
   std::span<const LaneOpen> open() const { return open_; }
+  // Whether COLLISION is told at all: the spheres are the robot.
+  bool tells_collisions() const { return meaning_ == Meaning::kTheBody; }
 
  private:
   enum class Meaning { kTheBody, kAroundTheBody };

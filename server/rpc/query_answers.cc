@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "server/rpc/at_revision.h"
+#include "server/rpc/query_queue.h"
 #include "server/wire/answers.h"
 #include "server/wire/objects.h"
 #include "server/wire/poses.h"
@@ -123,6 +124,8 @@ absl::Status AnswerBody(Runtime& runtime, const Request& request, const CallCont
       CheckAnswers({kind.field, kind.per_row(asked->options.query, *asked->snapshot), rows->size()},
                    asked->options.form, application.limits);
   if (!status.ok()) return status;
+  const ShareOfCores share(runtime, RowBytes(request));
+  asked->options.query.threads = share.threads();
   auto answers = kind.ask(*asked->snapshot, question->body, *rows, asked->options.query, call.stop);
   if (!answers.ok()) return answers.status();
   ToProto(*answers, asked->Context(BodyNamesOf(*question)), response);
@@ -170,6 +173,8 @@ absl::Status Answer(Runtime& runtime, const v1::CheckMotionsRequest& request,
   auto status = CheckForm(asked->options.form, motions->paths.size(), application.limits);
   if (!status.ok()) return status;
   const Question& question = motions->question;
+  const ShareOfCores share(runtime, RowBytes(request));
+  asked->options.query.threads = share.threads();
   auto answers = collision::CheckPaths(*asked->snapshot, question.body, *WaypointsOf(question),
                                        motions->paths, asked->options.query, call.stop);
   if (!answers.ok()) return answers.status();
@@ -188,6 +193,8 @@ absl::Status Answer(Runtime& runtime, const v1::CastRaysRequest& request, const 
     return status;
   }
   for (collision::RayRow& ray : *rays) ray.max_distance_m = asked->options.query.max_distance_m;
+  const ShareOfCores share(runtime, RowBytes(request));
+  asked->options.query.threads = share.threads();
   auto answers = collision::CastRays(*asked->snapshot, *rays, asked->options.query, call.stop);
   if (!answers.ok()) return answers.status();
   ToProto(*answers, *rays, asked->Context(), response);
@@ -206,7 +213,8 @@ absl::Status Answer(Runtime& runtime, const v1::SamplePointsRequest& request,
   if (auto status = CheckForm(asked->options.form, points->size(), limits); !status.ok()) {
     return status;
   }
-  // On the thread that has the question: the others have questions of their own.
+  const ShareOfCores share(runtime, RowBytes(request));
+  asked->options.query.threads = share.threads();
   auto answers =
       collision::SamplePoints(*asked->snapshot, *points, asked->options.query, call.stop);
   if (!answers.ok()) return answers.status();

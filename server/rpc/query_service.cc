@@ -3,6 +3,7 @@
 #include "server/rpc/at_revision.h"
 #include "server/rpc/call.h"
 #include "server/rpc/query_answers.h"
+#include "server/rpc/query_queue.h"
 #include "server/rpc/stream_queries_call.h"
 
 namespace cwm::server {
@@ -16,7 +17,7 @@ grpc::ServerUnaryReactor* StartQuery(grpc::CallbackServerContext* context, Runti
   };
   const v1::QueryOptions& options = request->options();
   return StartUnary(
-      context, runtime, runtime.query, work,
+      context, runtime, QueueOf(runtime, *request), work,
       WhatToAwait(runtime, request->world(), options.world_uid(), options.at_revision()));
 }
 

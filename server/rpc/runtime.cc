@@ -20,6 +20,11 @@ constexpr int kScansAtOnce = 1;
 // Queries come in streaks: a control loop, a planner. Within one, the next is closer than this.
 constexpr auto kPauseOfQueries = std::chrono::milliseconds(500);
 
+// Batches that share a core: further ones wait for their turn. More of them share it more evenly,
+// and hold more answers at a time.
+constexpr int kBatchesOfCore = 2;
+constexpr int kNiceOfBatches = 1;  // hardly less of the core, but whoever wakes goes first
+
 int Cores() { return static_cast<int>(std::max(1U, std::thread::hardware_concurrency())); }
 
 }  // namespace
@@ -33,6 +38,11 @@ Runtime::Runtime(Application& application_in)
              .threads = cores,
              .capacity = kQueryCapacity,
              .awaited_capacity = kMaxWaits}),
+      batches({.name = "batches",
+               .threads = kBatchesOfCore * cores,
+               .capacity = kQueryCapacity,
+               .awaited_capacity = kMaxWaits,
+               .nice = kNiceOfBatches}),
       // Lower, yet not starved by what else runs on a robot: a quarter of a core that it must share.
       ingest({.name = "ingest", .threads = kScansAtOnce, .capacity = kIngestCapacity, .nice = 5}),
       reads({.name = "reads",
@@ -50,7 +60,8 @@ Runtime::Runtime(Application& application_in)
 Runtime::~Runtime() { timer.Stop(); }
 
 int Runtime::ThreadsForScan() const {
-  return query.IdleFor() > kPauseOfQueries ? cores : std::max(1, cores - 1);
+  const auto idle = std::min(query.IdleFor(), batches.IdleFor());
+  return idle > kPauseOfQueries ? cores : std::max(1, cores - 1);
 }
 
 void Runtime::AddDrainable(std::weak_ptr<Drainable> stream) {

@@ -39,6 +39,10 @@ class Drainable {
 // Bytes of uploads under way, all together: three clouds of 20 M points at 32 bytes.
 inline constexpr std::int64_t kMaxUploadBytes = std::int64_t{2} << 30;
 
+// Messages that streams have read while they answer the one before. Each may have 16 MiB; without
+// room for more, streams read one after the other.
+inline constexpr std::int64_t kMaxReadAhead = 64;
+
 // Thread safe.
 class Runtime {
  public:
@@ -51,16 +55,19 @@ class Runtime {
   Quota watchers;
   Quota streams;
   Quota upload_bytes{kMaxUploadBytes};
-  RevisionWaits waits{timer};  // before the queues: what waited there refers to it
+  Quota read_ahead{kMaxReadAhead};  // messages of streams
+  RevisionWaits waits{timer};       // before the queues: what waited there refers to it
 
   const int cores;
 
   // One queue per class of work, each with a thread per core but the ingests', of which one already
-  // uses every core, and the robots', which are loaded rarely and take seconds. A crowd of one class delays the others by its share of the cores, never by its
-  // queue: a read does not wait for a write that prepares geometry.
-  WorkQueue query;
-  WorkQueue ingest;  // its threads yield to all others
-  WorkQueue reads;   // of worlds, objects, geometry, the server
+  // uses every core, the batches', and the robots', which are loaded rarely and take seconds. A crowd
+  // of one class delays the others by its share of the cores, never by its queue: a read does not
+  // wait for a write that prepares geometry.
+  WorkQueue query;    // questions of a few rows (query_queue.h)
+  WorkQueue batches;  // of more; its threads yield to all others but the scans
+  WorkQueue ingest;   // its threads yield to all others
+  WorkQueue reads;    // of worlds, objects, geometry, the server
   WorkQueue writes;
   WorkQueue robots;  // files of robots being read; its thread yields to all others
   WorkQueue watch;
@@ -70,6 +77,8 @@ class Runtime {
   // of them the kernel lets it wait for up to a tick whatever the priorities are (p99 of 3 ms
   // against 1.2).
   int ThreadsForScan() const;
+
+  std::atomic<int> batches_under_way = 0;  // that are being answered
 
   // Ends streams now, refuses the calls to come; watches get their last bookmark.
   void Drain();

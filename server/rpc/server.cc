@@ -31,6 +31,11 @@ constexpr int kClientPingPeriod_ms = 10'000;
 // Streams that drain end at once; only one whose client does not read takes longer.
 constexpr auto kStreamsEndWithin = std::chrono::milliseconds(500);
 
+// Reflection is a synchronous service, of which a thread waits for calls so long at a time. A server
+// that stops while that thread is about to wait does not always wake it (gRPC 1.51), and then ends
+// with this; 10 s is gRPC's default.
+constexpr int kReflectionWait_ms = 250;
+
 void SetChannelArguments(const Limits& limits, grpc::ServerBuilder& builder) {
   builder.SetMaxReceiveMessageSize(static_cast<int>(limits.max_message_bytes));
   builder.AddChannelArgument(GRPC_ARG_MAX_METADATA_SIZE,
@@ -42,6 +47,7 @@ void SetChannelArguments(const Limits& limits, grpc::ServerBuilder& builder) {
                              kClientPingPeriod_ms);
   // Two servers on one port would share its clients between two different worlds.
   builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);
+  builder.SetSyncServerOption(grpc::ServerBuilder::CQ_TIMEOUT_MSEC, kReflectionWait_ms);
 }
 
 // Sockets that are made while it lives are the user's alone.

@@ -5,6 +5,7 @@
 #include "server/core/error.h"
 #include "server/rpc/at_revision.h"
 #include "server/rpc/call.h"
+#include "server/rpc/query_queue.h"
 #include "server/rpc/status_conversion.h"
 
 namespace cwm::server {
@@ -53,10 +54,11 @@ StreamQueriesCall* StreamQueriesCall::Start(grpc::CallbackServerContext* context
   call->self_ = call;
   call->counted_ = runtime.streams.TryTake();
   if (call->counted_) {
-    call->ReadNext();
+    call->Advance();
     runtime.AddDrainable(call);
   } else {
-    call->End(Overloaded("too many streams are open", "TOO_MANY_STREAMS"));
+    call->is_over_ = true;
+    call->Finish(ToGrpcStatus(Overloaded("too many streams are open", "TOO_MANY_STREAMS")));
   }
   return call.get();
 }
@@ -64,53 +66,112 @@ StreamQueriesCall* StreamQueriesCall::Start(grpc::CallbackServerContext* context
 StreamQueriesCall::StreamQueriesCall(grpc::CallbackServerContext* context, Runtime& runtime)
     : runtime_(runtime), deadline_(DeadlineOf(*context)) {}
 
-void StreamQueriesCall::ReadNext() {
+void StreamQueriesCall::Advance() {
+  const auto self = shared_from_this();  // what is moved on may end the call
+  bool has_begun = false;
   {
     const std::lock_guard lock(mutex_);
-    turn_ = Turn::kClients;
-    StartRead(&request_);
+    if (is_over_) return;
+    has_begun = MoveOn();
   }
-  // Drain may have looked just before.
-  if (runtime_.draining()) Drain();
+  if (has_begun) Begin();
 }
 
-bool StreamQueriesCall::TakeTurn() {
-  const std::lock_guard lock(mutex_);
-  if (turn_ != Turn::kClients) return false;
-  turn_ = Turn::kOurs;
-  return true;
+// True when a question has come to be answered.
+bool StreamQueriesCall::MoveOn() {
+  if (answer_ == Place::kDone && write_ == Place::kEmpty) {
+    written_.Swap(&response_);
+    answer_ = Place::kEmpty;
+    write_ = Place::kUnderWay;
+    StartWrite(&written_);
+  }
+  const bool goes_on = !client_is_gone_ && !runtime_.draining();
+  const bool begins = goes_on && read_ == Place::kDone && answer_ == Place::kEmpty;
+  if (begins) {
+    request_.Swap(&next_);
+    read_ = Place::kEmpty;
+    answer_ = Place::kUnderWay;
+  }
+  if (is_ahead_ && (read_ == Place::kEmpty || answer_ == Place::kEmpty)) {
+    runtime_.read_ahead.GiveBack();
+    is_ahead_ = false;
+  }
+  if (goes_on) Read();
+  FinishIfOver();
+  return begins;
 }
 
-void StreamQueriesCall::Drain() {
-  // Whoever has the turn looks again when it reads on.
-  if (TakeTurn()) End(Draining());
+void StreamQueriesCall::Read() {
+  if (read_ != Place::kEmpty || client_is_done_) return;
+  if (answer_ != Place::kEmpty) {
+    is_ahead_ = runtime_.read_ahead.TryTake();
+    if (!is_ahead_) return;
+  }
+  read_ = Place::kUnderWay;
+  StartRead(&next_);
+}
+
+void StreamQueriesCall::FinishIfOver() {
+  if (answer_ != Place::kEmpty || write_ != Place::kEmpty) return;
+  absl::Status status;
+  if (client_is_gone_ || stop_.stop_requested()) {
+    status = CallCancelled();
+  } else if (runtime_.draining()) {
+    status = Draining();
+  } else if (!client_is_done_ || read_ != Place::kEmpty) {
+    return;
+  }
+  is_over_ = true;
+  Finish(ToGrpcStatus(status));
 }
 
 void StreamQueriesCall::OnReadDone(bool ok) {
-  if (!TakeTurn()) return;  // drained: Finish was called
-  if (!ok) return End(stop_.stop_requested() ? CallCancelled() : absl::OkStatus());
+  {
+    const std::lock_guard lock(mutex_);
+    read_ = ok ? Place::kDone : Place::kEmpty;
+    client_is_done_ = !ok;
+  }
+  Advance();
+}
+
+void StreamQueriesCall::OnWriteDone(bool ok) {
+  {
+    const std::lock_guard lock(mutex_);
+    write_ = Place::kEmpty;
+    client_is_gone_ = !ok;
+    written_ = v1::StreamQueriesResponse();  // an idle stream keeps no answer: Clear would
+  }
+  Advance();
+}
+
+WorkQueue& StreamQueriesCall::Queue() {
+  return *WithQuery(
+      request_, [&](const auto& query) { return &QueueOf(runtime_, query); }, &runtime_.query);
+}
+
+void StreamQueriesCall::Begin() {
   const MaybeAwait await = WhatToAwait(runtime_, request_);
-  if (!await.ok()) return Reply(await.status());
+  if (!await.ok()) return Answered(await.status());
   reached_.reset();
   if (!await->has_value()) return Enqueue();
   const std::shared_ptr<World>& world = (*await)->world;
-  runtime_.waits.Await({world, (*await)->revision, deadline_, stop_.get_token()}, runtime_.query,
+  runtime_.waits.Await({world, (*await)->revision, deadline_, stop_.get_token()}, Queue(),
                        [self = shared_from_this(), world](absl::StatusOr<SnapshotPtr> snapshot) {
-                         if (!snapshot.ok()) return self->Reply(snapshot.status());
+                         if (!snapshot.ok()) return self->Answered(snapshot.status());
                          self->reached_ = {world, *std::move(snapshot)};
                          self->Work();
                        });
 }
 
 void StreamQueriesCall::Enqueue() {
-  if (runtime_.query.TryPush([self = shared_from_this()] { self->Work(); })) return;
-  Reply(Overloaded("the server has more work than it can take", "QUEUE_FULL"));
+  if (Queue().TryPush([self = shared_from_this()] { self->Work(); })) return;
+  Answered(Overloaded("the server has more work than it can take", "QUEUE_FULL"));
 }
 
 void StreamQueriesCall::Work() {
   // An idle stream keeps no world alive.
   const CallContext call{deadline_, stop_.get_token(), std::exchange(reached_, std::nullopt)};
-  Reply(RunGuarded([this](const CallContext& c) { return AnswerRequest(c); }, call));
+  Answered(RunGuarded([this](const CallContext& c) { return AnswerRequest(c); }, call));
 }
 
 absl::Status StreamQueriesCall::AnswerRequest(const CallContext& call) {
@@ -140,22 +201,16 @@ absl::Status StreamQueriesCall::AnswerRequest(const CallContext& call) {
                       "cast_rays, sample_points, check_motions");
 }
 
-void StreamQueriesCall::Reply(const absl::Status& status) {
+void StreamQueriesCall::Answered(const absl::Status& status) {
   response_.set_id(request_.id());
   if (!status.ok()) *response_.mutable_error() = ToQueryError(status);
-  request_ = v1::StreamQueriesRequest();  // an idle stream keeps no question: Clear would
-  StartWrite(&response_);
+  request_ = v1::StreamQueriesRequest();  // an idle stream keeps no question
+  {
+    const std::lock_guard lock(mutex_);
+    answer_ = Place::kDone;
+  }
+  Advance();
 }
-
-void StreamQueriesCall::OnWriteDone(bool ok) {
-  const auto self = shared_from_this();  // the read may end the call before ReadNext returns
-  if (!ok) return End(CallCancelled());
-  response_ = v1::StreamQueriesResponse();  // and no answer
-  ReadNext();
-}
-
-// Keeps the turn for ever: nothing else happens to this call.
-void StreamQueriesCall::End(const absl::Status& status) { Finish(ToGrpcStatus(status)); }
 
 void StreamQueriesCall::OnDone() {
   if (counted_) runtime_.streams.GiveBack();

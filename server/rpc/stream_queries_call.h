@@ -1,5 +1,5 @@
-// A stream of questions, answered in order: one read, then the work, then one write, then the next
-// read.
+// A stream of questions, answered in order: while one is being answered the next is read, and the
+// answer before it is written.
 #pragma once
 
 #include <grpcpp/grpcpp.h>
@@ -16,10 +16,11 @@ namespace cwm::server {
 
 // A message whose question fails is answered with its error; the stream goes on.
 //
-// At any time one has the turn: the client, while a read waits for it, or one of ours (a reaction,
-// a task, a wait for a revision). Only the holder starts operations or finishes, and only ours can
-// give it away or keep it for good; so nothing is started after Finish, and Finish is called once.
-// Tasks and waits hold the call alive.
+// A message goes through three places, each of which holds one: it is read, it is answered, its
+// answer is written. Whatever happens (a reaction, an answer, a drain) is noted under the lock, and
+// then all that can is moved on. Only there are operations started and is the call finished: once,
+// when nothing is being answered or written and nothing more can come. Tasks and waits hold the call
+// alive.
 class StreamQueriesCall final
     : public grpc::ServerBidiReactor<v1::StreamQueriesRequest, v1::StreamQueriesResponse>,
       public Drainable,
@@ -27,8 +28,8 @@ class StreamQueriesCall final
  public:
   static StreamQueriesCall* Start(grpc::CallbackServerContext* context, Runtime& runtime);
 
-  // Ends the stream where it waits for the client; an answer under way is still sent.
-  void Drain() override;
+  // An answer under way is still sent; what was read after its question is not answered.
+  void Drain() override { Advance(); }
 
  private:
   StreamQueriesCall(grpc::CallbackServerContext* context, Runtime& runtime);
@@ -38,31 +39,42 @@ class StreamQueriesCall final
   void OnCancel() override { stop_.request_stop(); }
   void OnDone() override;
 
-  void ReadNext();
+  // Moves on what can be moved.
+  void Advance();
+  bool MoveOn();
+  void Read();
+  void FinishIfOver();
+  // Of the question that has just come into its place. Each ends in Answered.
+  void Begin();
   void Enqueue();
+  WorkQueue& Queue();
   void Work();
   absl::Status AnswerRequest(const CallContext& call);
-  void Reply(const absl::Status& status);
-  // Takes the turn from the client; false when ours have it.
-  bool TakeTurn();
-  void End(const absl::Status& status);
+  void Answered(const absl::Status& status);
 
   Runtime& runtime_;
   const OpenStreams::Token open_{runtime_.open_streams};
   const Clock::time_point deadline_;
   std::stop_source stop_;
   HeldSnapshot held_;
-  v1::StreamQueriesRequest request_;
-  std::optional<WorldAtRevision> reached_;  // what request_ awaited, if it did
-  v1::StreamQueriesResponse response_;
   std::shared_ptr<StreamQueriesCall> self_;  // until OnDone
   bool counted_ = false;                     // in the quota of streams
 
-  enum class Turn { kOurs, kClients };
-  // Held over StartRead, so that nobody finishes between giving the turn away and the read. gRPC
-  // does the same with a lock of its own that StartRead takes: it never reacts within the call.
+  enum class Place { kEmpty, kUnderWay, kDone };
+  // What is under way belongs to who does it. Held over StartRead, StartWrite and Finish: gRPC never
+  // reacts within them.
   std::mutex mutex_;
-  Turn turn_ = Turn::kOurs;
+  Place read_ = Place::kEmpty;
+  Place answer_ = Place::kEmpty;
+  Place write_ = Place::kEmpty;                   // never kDone
+  bool is_ahead_ = false;                         // read_ is in the quota of messages read ahead
+  bool client_is_done_ = false;                   // nothing more is read
+  bool client_is_gone_ = false;                   // nothing more is written
+  bool is_over_ = false;                          // Finish was called
+  v1::StreamQueriesRequest next_;                 // of read_
+  v1::StreamQueriesRequest request_;              // of answer_
+  std::optional<WorldAtRevision> reached_;        // what request_ awaited, if it did
+  v1::StreamQueriesResponse response_, written_;  // of answer_ and of write_
 };
 
 }  // namespace cwm::server

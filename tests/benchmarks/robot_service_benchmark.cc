@@ -1,11 +1,14 @@
 // The Panda through a running server: states a second of a stream, beside the same batches in
 // process, and how long single states take.
 #include <grpcpp/grpcpp.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <cstdio>
+#include <ctime>
+#include <optional>
 #include <string>
 #include <thread>
 #include <utility>
@@ -26,6 +29,17 @@ using Clock = std::chrono::steady_clock;
 constexpr std::size_t kProblemStep = 100;
 constexpr std::size_t kBatch = 10'000;
 constexpr int kRounds = 5;
+// Of a client that does not wait for an answer before it asks on.
+constexpr int kInFlight = 3;
+constexpr int kBatchesOfSpheres = 20, kBatchesOfMeshes = 4;
+
+// Processor time of a process so far, all its threads.
+double ProcessorTime_s(pid_t pid) {
+  clockid_t clock = 0;
+  timespec time = {};
+  if (clock_getcpuclockid(pid, &clock) != 0 || clock_gettime(clock, &time) != 0) return 0;
+  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+}
 
 double Since_s(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
@@ -49,21 +63,43 @@ class Stream {
 
   // Empty when it failed.
   std::string Ask(const v1::CheckCollisionsRequest& question) {
-    v1::StreamQueriesRequest request;
-    *request.mutable_check_collisions() = question;
-    v1::StreamQueriesResponse response;
-    if (!stream_->Write(request) || !stream_->Read(&response) || response.has_error()) return "";
-    return response.check_collisions().verdicts();
+    return Send(question) ? Receive() : "";
+  }
+
+  // The question so many times, with kInFlight of them under way; false when one failed.
+  bool AskOften(const v1::CheckCollisionsRequest& question, int times) {
+    bool good = true;
+    for (int i = 0; i < times + kInFlight && good; ++i) {
+      if (i < times) good = Send(question);
+      if (i >= kInFlight) good = good && !Receive().empty();
+    }
+    return good;
   }
 
  private:
+  // Each message is made anew, as that of a planner.
+  bool Send(const v1::CheckCollisionsRequest& question) {
+    v1::StreamQueriesRequest request;
+    *request.mutable_check_collisions() = question;
+    return stream_->Write(request);
+  }
+
+  std::string Receive() {
+    v1::StreamQueriesResponse response;
+    if (!stream_->Read(&response) || response.has_error()) return "";
+    return std::move(*response.mutable_check_collisions()->mutable_verdicts());
+  }
+
   grpc::ClientContext context_;
   std::unique_ptr<grpc::ClientReaderWriter<v1::StreamQueriesRequest, v1::StreamQueriesResponse>>
       stream_;
 };
 
 struct Rates {
-  std::vector<double> through_us, within_us;  // a state
+  // Of a state: through a stream with one batch in flight and with several, and in process.
+  std::vector<double> one_us, through_us, within_us;
+  // Processor time of a state: of client and server with several in flight, and in process.
+  std::vector<double> client_cpu_us, server_cpu_us, within_cpu_us;
   std::size_t mismatches = 0;
 };
 
@@ -74,25 +110,49 @@ collision::QueryBody BodyOf(const collision::RobotGeometry& robot, v1::RobotGeom
                                collision::RobotScope::kBoth);
 }
 
+// Who asks and whom.
+struct Asked {
+  const PandaProblems& all;
+  v1::RobotGeometry geometry;
+  pid_t server;
+  Stream& stream;
+};
+
+// Several batches at a time; false when one failed.
+bool MeasureInFlight(const Asked& asked, const v1::CheckCollisionsRequest& question, Rates& rates) {
+  const int times =
+      asked.geometry == v1::ROBOT_GEOMETRY_EXACT ? kBatchesOfMeshes : kBatchesOfSpheres;
+  const double states = static_cast<double>(kBatch) * times;
+  const double client_s = ProcessorTime_s(getpid()), server_s = ProcessorTime_s(asked.server);
+  const Clock::time_point start = Clock::now();
+  if (!asked.stream.AskOften(question, times)) return false;
+  rates.through_us.push_back(1e6 * Since_s(start) / states);
+  rates.client_cpu_us.push_back(1e6 * (ProcessorTime_s(getpid()) - client_s) / states);
+  rates.server_cpu_us.push_back(1e6 * (ProcessorTime_s(asked.server) - server_s) / states);
+  return true;
+}
+
 // The same states in process and through the stream, in turn; false when the stream failed.
-bool Compare(const PandaProblems& all, std::size_t k, v1::RobotGeometry geometry, Stream& stream,
-             Rates& rates) {
+bool Compare(const Asked& asked, std::size_t k, Rates& rates) {
+  const PandaProblems& all = asked.all;
   const PandaProblem& problem = all.problems[k];
   const std::vector<double> states = RandomStates(all, problem, kBatch, k);
   const collision::JointRows rows(
       *all.robot->model, *all.arm,
       {.base = collision::DefaultVariables(*all.robot->model), .rows = states});
-  const auto question = PandaIn("problem_" + std::to_string(k), states, geometry);
-  std::vector<double> through_us, within_us;
+  const auto question = PandaIn("problem_" + std::to_string(k), states, asked.geometry);
+  std::vector<double> one_us, within_us, within_cpu_us;
   for (int round = 0; round < kRounds; ++round) {
     Clock::time_point start = Clock::now();
+    const double cpu_s = ProcessorTime_s(getpid());
     const auto columns =
-        *collision::CheckCollisions(*problem.world, BodyOf(*all.robot, geometry), rows,
+        *collision::CheckCollisions(*problem.world, BodyOf(*all.robot, asked.geometry), rows,
                                     {.naming = collision::Naming::kWhereAsked});
     within_us.push_back(1e6 * Since_s(start) / kBatch);
+    within_cpu_us.push_back(1e6 * (ProcessorTime_s(getpid()) - cpu_s) / kBatch);
     start = Clock::now();
-    const std::string verdicts = stream.Ask(question);
-    through_us.push_back(1e6 * Since_s(start) / kBatch);
+    const std::string verdicts = asked.stream.Ask(question);
+    one_us.push_back(1e6 * Since_s(start) / kBatch);
     if (verdicts.size() != kBatch) return false;
     if (round > 0) continue;
     for (std::size_t row = 0; row < kBatch; ++row) {
@@ -100,9 +160,10 @@ bool Compare(const PandaProblems& all, std::size_t k, v1::RobotGeometry geometry
       rates.mismatches += collides != (verdicts[row] == v1::VERDICT_COLLISION) ? 1 : 0;
     }
   }
-  rates.through_us.push_back(Median(through_us));
+  rates.one_us.push_back(Median(one_us));
   rates.within_us.push_back(Median(within_us));
-  return true;
+  rates.within_cpu_us.push_back(Median(within_cpu_us));
+  return MeasureInFlight(asked, question, rates);
 }
 
 double Mean(const std::vector<double>& values) {
@@ -111,22 +172,24 @@ double Mean(const std::vector<double>& values) {
   return sum / static_cast<double>(values.size());
 }
 
-std::optional<Rates> MeasureStreamOf(const PandaProblems& all, v1::RobotGeometry geometry,
-                                     Stream& stream, Report& report) {
+std::optional<Rates> MeasureStreamOf(const Asked& asked, Report& report) {
   Rates rates;
-  for (std::size_t k = 0; k < all.problems.size(); k += kProblemStep) {
-    if (Compare(all, k, geometry, stream, rates)) continue;
+  for (std::size_t k = 0; k < asked.all.problems.size(); k += kProblemStep) {
+    if (Compare(asked, k, rates)) continue;
     report.Fail("a batch of the Panda failed on the stream");
     return std::nullopt;
   }
   if (rates.mismatches > 0) {
     report.Fail(std::to_string(rates.mismatches) + " verdicts of the stream are not the core's");
   }
-  char text[200];
-  std::snprintf(text, sizeof(text),
-                "the Panda, %s, through one stream: %.2f us a state, in process %.2f us",
-                geometry == v1::ROBOT_GEOMETRY_EXACT ? "meshes" : "spheres as given",
-                Mean(rates.through_us), Mean(rates.within_us));
+  char text[300];
+  std::snprintf(
+      text, sizeof(text),
+      "the Panda, %s: %.2f us a state with %d batches in flight, %.2f us with one, in process %.2f "
+      "us; of a processor %.2f us in the client, %.2f us in the server, in process %.2f us",
+      asked.geometry == v1::ROBOT_GEOMETRY_EXACT ? "meshes" : "spheres as given",
+      Mean(rates.through_us), kInFlight, Mean(rates.one_us), Mean(rates.within_us),
+      Mean(rates.client_cpu_us), Mean(rates.server_cpu_us), Mean(rates.within_cpu_us));
   report.Detail(text);
   return rates;
 }
@@ -170,23 +233,34 @@ void MeasureRobotStream(Report& report) {
   if (!server.up()) return report.Fail("no server");
   if (!PutProblems(server, *all, kProblemStep, report)) return;
   Stream stream(server.connection());
-  const auto exact = MeasureStreamOf(*all, v1::ROBOT_GEOMETRY_EXACT, stream, report);
-  const auto spheres = MeasureStreamOf(*all, v1::ROBOT_GEOMETRY_SPHERES_AS_GIVEN, stream, report);
+  const auto measure = [&](v1::RobotGeometry geometry) {
+    return MeasureStreamOf({*all, geometry, server.pid(), stream}, report);
+  };
+  const auto exact = measure(v1::ROBOT_GEOMETRY_EXACT);
+  const auto spheres = measure(v1::ROBOT_GEOMETRY_SPHERES_AS_GIVEN);
   if (!exact || !spheres) return;
   const auto add = [&](const std::string& key, const std::string& what, const Rates& rates) {
-    report.Add({.key = key,
-                .value = 1e6 / Mean(rates.through_us),
-                .unit = "1/s",
-                .rival = "in process, one thread",
-                .rival_value = 1e6 / Mean(rates.within_us),
-                .ratio = Mean(rates.within_us) / Mean(rates.through_us),
-                .how = "verdicts of " + what +
-                       " against scene and self, batches of 10 000 on one StreamQueries over the "
-                       "Unix socket, one in flight, client and server share the machine; a problem "
-                       "of each family"});
+    report.Add(
+        {.key = key,
+         .value = 1e6 / Mean(rates.through_us),
+         .unit = "1/s",
+         .rival = "in process, one thread",
+         .rival_value = 1e6 / Mean(rates.within_us),
+         .ratio = Mean(rates.within_us) / Mean(rates.through_us),
+         .how = "verdicts of " + what +
+                " against scene and self, batches of 10 000 on one StreamQueries over the "
+                "Unix socket, three in flight, client and server share the machine; a problem "
+                "of each family"});
   };
   add("panda_stream_states_per_s", "the Panda's 59 spheres as given", *spheres);
   add("panda_exact_stream_states_per_s", "the Panda's meshes", *exact);
+  report.Add({.key = "panda_stream_cpu_us",
+              .value = Mean(spheres->client_cpu_us) + Mean(spheres->server_cpu_us),
+              .unit = "us",
+              .rival = "in process",
+              .rival_value = Mean(spheres->within_cpu_us),
+              .how = "processor time of client and server for a state of the spheres as given, in "
+                     "the same run"});
 }
 
 void MeasureRobotLatency(Report& report) {
@@ -196,18 +270,24 @@ void MeasureRobotLatency(Report& report) {
   if (!server.up()) return report.Fail("no server");
   if (!PutProblems(server, *all, all->problems.size(), report)) return;
   const std::vector<double> idle_ms = Latencies_ms(server, *all, 20, 3.0);
-  std::atomic<bool> stop = false;
-  std::thread load([&] {
-    Stream stream(server.connection());
-    const auto question = PandaIn("problem_0", RandomStates(*all, all->problems[0], 1'000, 2),
-                                  v1::ROBOT_GEOMETRY_EXACT);
-    while (!stop && !stream.Ask(question).empty()) {
-    }
-  });
-  const std::vector<double> loaded_ms = Latencies_ms(server, *all, 200, 0.02);
-  stop = true;
-  load.join();
-  if (idle_ms.empty() || loaded_ms.empty()) return report.Fail("a unary call failed");
+  const auto beside = [&](v1::RobotGeometry geometry, std::size_t batch) {
+    const auto question =
+        PandaIn("problem_0", RandomStates(*all, all->problems[0], batch, 2), geometry);
+    std::atomic<bool> stop = false;
+    std::thread load([&] {
+      Stream stream(server.connection());
+      while (!stop && stream.AskOften(question, 10)) {
+      }
+    });
+    std::vector<double> latencies_ms = Latencies_ms(server, *all, 200, 0.02);
+    stop = true;
+    load.join();
+    return latencies_ms;
+  };
+  const std::vector<double> loaded_ms = beside(v1::ROBOT_GEOMETRY_EXACT, 1'000);
+  const std::vector<double> spheres_ms = beside(v1::ROBOT_GEOMETRY_SPHERES_AS_GIVEN, kBatch);
+  if (idle_ms.empty() || loaded_ms.empty() || spheres_ms.empty())
+    return report.Fail("a unary call failed");
   report.Add({.key = "unary_idle_p99_ms",
               .value = Quantile(idle_ms, 0.99),
               .unit = "ms",
@@ -221,8 +301,14 @@ void MeasureRobotLatency(Report& report) {
               .rival = "p99",
               .rival_value = Quantile(loaded_ms, 0.99),
               .how =
-                  "the same, 200 calls 20 ms apart while one stream asks batches of 1 000 states "
-                  "without a pause"});
+                  "the same, 200 calls 20 ms apart while one stream asks batches of 1 000 states, "
+                  "three in flight"});
+  report.Add({.key = "unary_beside_spheres_p50_ms",
+              .value = Median(spheres_ms),
+              .unit = "ms",
+              .rival = "p99",
+              .rival_value = Quantile(spheres_ms, 0.99),
+              .how = "the same beside batches of 10 000 states of the spheres as given"});
 }
 
 }  // namespace cwm::benchmarks

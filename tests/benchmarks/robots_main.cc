@@ -1,6 +1,7 @@
 // Robots in planning problems without the rest: quick to build where collision is worked on. The same
-// figures as ./dev bench collision-robots, collision-motions and collision-spheres print.
-//   cwm-bench-robots [meshes|differences|motions|spheres] [--json FILE]
+// figures as ./dev bench collision-robots, collision-motions, collision-spheres and collision-latency
+// print; the stream alone as well.
+//   cwm-bench-robots [meshes|differences|motions|spheres|stream|latency] [--json FILE]
 #include <string>
 #include <vector>
 
@@ -25,8 +26,12 @@ int main(int argc, char** argv) {
     cwm::benchmarks::MeasureSpheres(report);
   } else if (part == "motions") {
     cwm::benchmarks::MeasureMotions(report);
+  } else if (part == "stream") {
+    cwm::benchmarks::MeasureRobotStream(report);
+  } else if (part == "latency") {
+    cwm::benchmarks::MeasureRobotLatency(report);
   } else {
-    report.Fail("takes meshes, differences, motions or spheres");
+    report.Fail("takes meshes, differences, motions, spheres, stream or latency");
   }
   report.Print();
   if (!json.empty()) report.WriteJson(json);

@@ -37,6 +37,34 @@ MotionColumns Along(const std::vector<std::pair<double, double>>& places,
   return *CheckPaths(*TwoBalls(), body, PoseWaypoints(body, poses), paths, options);
 }
 
+TEST(CheckPaths, AreTheSameOnAnyNumberOfThreads) {
+  std::mt19937 random(5);
+  const auto world = RandomWorld(24, random, true);
+  const QueryBody body = Gripper();
+  std::vector<Pose> poses;
+  for (int k = 0; k < 180; ++k) poses.push_back(RandomPose(random, 0.9));
+  std::vector<Path> paths;
+  for (std::size_t k = 0; k < poses.size(); k += 3) {
+    paths.push_back({.first_row = k, .row_count = 3});
+  }
+  const PoseWaypoints waypoints(body, poses);
+  const MotionColumns alone = *CheckPaths(*world, body, waypoints, paths, {});
+  EXPECT_EQ(alone.completed, paths.size());
+  for (const int threads : {2, 4}) {
+    const MotionColumns together =
+        *CheckPaths(*world, body, waypoints, paths, {.threads = threads});
+    EXPECT_EQ(together.completed, alone.completed);
+    EXPECT_EQ(together.verdict, alone.verdict);
+    EXPECT_EQ(together.segment, alone.segment);
+    EXPECT_EQ(together.lo, alone.lo);
+    EXPECT_EQ(together.hi, alone.hi);
+    EXPECT_EQ(together.clearance_m, alone.clearance_m);
+    EXPECT_EQ(together.object, alone.object);
+    EXPECT_EQ(together.body_part, alone.body_part);
+    EXPECT_EQ(together.object_part, alone.object_part);
+  }
+}
+
 TEST(CheckPaths, OfOneEdgeAreEdges) {
   std::mt19937 random(3);
   const auto world = RandomWorld(24, random, true);

@@ -128,6 +128,25 @@ TEST_F(SphereCheckTest, HasThePlainVerdictsAmongAllKindsOfShapes) {
   }
 }
 
+TEST_F(SphereCheckTest, HasTheSameVerdictsOnAnyNumberOfThreads) {
+  const auto world = WorldOf(RoomOfAllKinds(random_));
+  const std::vector<double> rows = RandomRows(model_->all, 5000, random_);
+  for (const Naming naming : {Naming::kEachRow, Naming::kWhereAsked}) {
+    QueryOptions options{.naming = naming};
+    const CollisionColumns alone = *CheckCollisions(*world, body_, Rows(rows), options);
+    for (const int threads : {2, 4}) {
+      options.threads = threads;
+      const CollisionColumns together = *CheckCollisions(*world, body_, Rows(rows), options);
+      EXPECT_EQ(together.completed, rows.size() / model_->all.variables.size());
+      EXPECT_EQ(together.verdict, alone.verdict);
+      EXPECT_EQ(together.object, alone.object);
+      EXPECT_EQ(together.body_part, alone.body_part);
+      EXPECT_EQ(together.object_part, alone.object_part);
+      EXPECT_EQ(together.trust, alone.trust);
+    }
+  }
+}
+
 // Boxes, cylinders, balls and capsules in all directions and on level ground, of which one has a
 // margin of its own and one is larger than all that the arm reaches.
 std::vector<Change> Solids(std::mt19937& random) {

@@ -1,0 +1,64 @@
+#include "collision/query/pair_rows.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "collision/query/object_ranks.h"
+#include "collision/query/row_chunks.h"
+
+namespace cwm::collision {
+namespace {
+
+// A row takes some microseconds, and some tens of them where meshes are near.
+constexpr std::size_t kRowsOfChunk = 128;
+
+class PairWorker : public ChunkWorker {
+ public:
+  PairWorker(const PairQuestion& question, int per_row,
+             const std::function<std::unique_ptr<RowFinder>(BodySearch& search)>& make_finder,
+             std::vector<PairColumns>& told)
+      : rows_(question.rows),
+        per_row_(static_cast<std::size_t>(std::max(0, per_row))),
+        search_(question.world, question.body, question.options, question.stop),
+        finder_(make_finder(search_)),
+        ranks_(question.world),
+        told_(told) {}
+
+  ChunkEnd Answer(const RowChunk& chunk) override {
+    PairColumns& columns = told_[chunk.index];
+    Reserve(columns, chunk.count, per_row_);
+    while (columns.completed < chunk.count && !search_.MustEnd()) {
+      search_.PlaceBody(rows_, chunk.first + columns.completed);
+      const std::vector<FoundPair>& pairs = finder_->Find();
+      if (search_.ended()) break;
+      AppendRow(columns, pairs, ranks_);
+    }
+    return {columns.completed, search_.Finish()};
+  }
+
+ private:
+  const BodyRows& rows_;
+  const std::size_t per_row_;
+  BodySearch search_;
+  std::unique_ptr<RowFinder> finder_;
+  ObjectRanks ranks_;
+  std::vector<PairColumns>& told_;
+};
+
+}  // namespace
+
+absl::StatusOr<PairColumns> FindPairs(
+    const PairQuestion& question, int per_row,
+    const std::function<std::unique_ptr<RowFinder>(BodySearch& search)>& make_finder) {
+  const std::vector<RowChunk> chunks = EqualChunks(question.rows.size(), kRowsOfChunk);
+  std::vector<PairColumns> told(chunks.size());  // by chunk
+  const auto completed = AnswerTogether(chunks, question.options.threads, [&] {
+    return std::make_unique<PairWorker>(question, per_row, make_finder, told);
+  });
+  if (!completed.ok()) return completed.status();
+  PairColumns columns = Joined(std::move(told), *completed);
+  LimitTrust(columns, question.body.best_trust);
+  return columns;
+}
+
+}  // namespace cwm::collision

@@ -1,0 +1,38 @@
+// Questions of which each row has several pairs: the rows one by one, on several threads.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <stop_token>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "collision/query/body_search.h"
+#include "collision/query/pair_columns.h"
+#include "collision/query/query.h"
+
+namespace cwm::collision {
+
+// Finds the pairs of the row at which a search has the body. Used by one thread.
+class RowFinder {
+ public:
+  virtual ~RowFinder() = default;
+  // Void when the search has ended. Holds until the next call.
+  virtual const std::vector<FoundPair>& Find() = 0;
+};
+
+struct PairQuestion {
+  const WorldSnapshot& world;
+  const QueryBody& body;
+  const BodyRows& rows;
+  const QueryOptions& options;
+  std::stop_token stop;
+};
+
+// The pairs of all rows, at most `per_row` each; on as many threads as the options say, each with a
+// finder of its own for a search of its own.
+absl::StatusOr<PairColumns> FindPairs(
+    const PairQuestion& question, int per_row,
+    const std::function<std::unique_ptr<RowFinder>(BodySearch& search)>& make_finder);
+
+}  // namespace cwm::collision

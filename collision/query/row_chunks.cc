@@ -1,0 +1,96 @@
+#include "collision/query/row_chunks.h"
+
+#include <algorithm>
+#include <atomic>
+#include <exception>
+#include <system_error>
+#include <thread>
+#include <utility>
+
+namespace cwm::collision {
+namespace {
+
+// What the threads of one call share.
+class Crew {
+ public:
+  Crew(const std::vector<RowChunk>& chunks,
+       const std::function<std::unique_ptr<ChunkWorker>()>& make_worker)
+      : chunks_(chunks), make_worker_(make_worker), ends_(chunks.size()) {}
+
+  // Takes chunks until none is left or one is not whole: then nobody takes more.
+  void Work() {
+    try {
+      TakeChunks();
+    } catch (...) {
+      next_ = chunks_.size();
+      if (!has_failed_.exchange(true)) failure_ = std::current_exception();
+    }
+  }
+
+  // Once all have ended.
+  absl::StatusOr<std::size_t> Result() const {
+    if (failure_ != nullptr) std::rethrow_exception(failure_);
+    std::size_t completed = 0;
+    for (const RowChunk& chunk : chunks_) {
+      const ChunkEnd& end = ends_[chunk.index];
+      completed += end.completed;
+      if (end.completed == chunk.count) continue;
+      if (!end.status.ok()) return end.status;
+      break;
+    }
+    return completed;
+  }
+
+ private:
+  void TakeChunks() {
+    std::unique_ptr<ChunkWorker> worker;
+    while (true) {
+      const std::size_t at = next_++;
+      if (at >= chunks_.size()) return;
+      if (worker == nullptr) worker = make_worker_();
+      ends_[at] = worker->Answer(chunks_[at]);
+      if (ends_[at].completed == chunks_[at].count) continue;
+      next_ = chunks_.size();
+      return;
+    }
+  }
+
+  const std::vector<RowChunk>& chunks_;
+  const std::function<std::unique_ptr<ChunkWorker>()>& make_worker_;
+  std::vector<ChunkEnd> ends_;  // by chunk: each is written by the thread that took it
+  std::atomic<std::size_t> next_ = 0;
+  std::atomic<bool> has_failed_ = false;
+  std::exception_ptr failure_;  // of the first that failed, for who has joined it
+};
+
+}  // namespace
+
+std::vector<RowChunk> EqualChunks(std::size_t row_count, std::size_t rows) {
+  std::vector<RowChunk> chunks;
+  chunks.reserve(row_count / rows + 1);
+  for (std::size_t first = 0; first < row_count; first += rows) {
+    chunks.push_back({chunks.size(), first, std::min(rows, row_count - first)});
+  }
+  return chunks;
+}
+
+absl::StatusOr<std::size_t> AnswerTogether(
+    const std::vector<RowChunk>& chunks, int threads,
+    const std::function<std::unique_ptr<ChunkWorker>()>& make_worker) {
+  Crew crew(chunks, make_worker);
+  {
+    const auto most = static_cast<std::size_t>(std::max(1, threads));
+    std::vector<std::jthread> others;  // joined at the end of the block
+    others.reserve(most);
+    try {
+      while (others.size() + 1 < std::min(most, chunks.size())) {
+        others.emplace_back([&crew] { crew.Work(); });
+      }
+    } catch (const std::system_error&) {  // those that there are suffice
+    }
+    crew.Work();
+  }
+  return crew.Result();
+}
+
+}  // namespace cwm::collision

@@ -1,0 +1,262 @@
+// Batches in chunks: how the chunks end, and that every question has the same bytes on any number of
+// threads.
+#include "collision/query/row_chunks.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <chrono>
+#include <random>
+#include <stdexcept>
+#include <stop_token>
+#include <thread>
+
+#include "collision/query/query.h"
+#include "tests/collision/query/random_world.h"
+
+namespace cwm::collision {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::steady_clock;
+
+// Ends chunks as the test says.
+class ScriptedWorker : public ChunkWorker {
+ public:
+  using Script = std::function<ChunkEnd(const RowChunk&)>;
+  explicit ScriptedWorker(const Script& script) : script_(script) {}
+  ChunkEnd Answer(const RowChunk& chunk) override { return script_(chunk); }
+
+ private:
+  const Script& script_;
+};
+
+absl::StatusOr<std::size_t> Answer(std::size_t rows, int threads,
+                                   const ScriptedWorker::Script& script) {
+  return AnswerTogether(EqualChunks(rows, 10), threads,
+                        [&] { return std::make_unique<ScriptedWorker>(script); });
+}
+
+ChunkEnd Whole(const RowChunk& chunk) { return {chunk.count}; }
+
+TEST(AnswerTogether, AsksForEachRowOnce) {
+  for (const std::size_t rows : {0U, 1U, 10U, 95U}) {
+    for (const int threads : {0, 1, 2, 4}) {
+      std::vector<std::atomic<int>> asked(rows);
+      const auto completed = Answer(rows, threads, [&](const RowChunk& chunk) {
+        for (std::size_t k = 0; k < chunk.count; ++k) ++asked[chunk.first + k];
+        return Whole(chunk);
+      });
+      EXPECT_EQ(*completed, rows);
+      for (const auto& times : asked) EXPECT_EQ(times, 1);
+    }
+  }
+}
+
+TEST(AnswerTogether, EndsWithTheFirstChunkThatIsNotWhole) {
+  for (const int threads : {1, 2, 4}) {
+    const auto completed = Answer(100, threads, [](const RowChunk& chunk) -> ChunkEnd {
+      if (chunk.index == 3) {
+        std::this_thread::sleep_for(milliseconds(5));  // others are done with later ones
+        return {4};
+      }
+      return Whole(chunk);
+    });
+    EXPECT_EQ(*completed, 34U);
+  }
+}
+
+TEST(AnswerTogether, TellsTheErrorOfTheFirstChunkThatHasOne) {
+  for (const int threads : {1, 2, 4}) {
+    const auto completed = Answer(100, threads, [](const RowChunk& chunk) -> ChunkEnd {
+      if (chunk.index < 2) return Whole(chunk);
+      if (chunk.index == 2) std::this_thread::sleep_for(milliseconds(5));
+      return {1, absl::UnimplementedError(std::to_string(chunk.index))};
+    });
+    EXPECT_EQ(completed.status(), absl::UnimplementedError("2"));
+  }
+}
+
+TEST(AnswerTogether, NoErrorBehindTheEndOfTimeIsTold) {
+  for (const int threads : {1, 2, 4}) {
+    const auto completed = Answer(100, threads, [](const RowChunk& chunk) -> ChunkEnd {
+      if (chunk.index == 0) {
+        std::this_thread::sleep_for(milliseconds(5));
+        return {3};
+      }
+      return {0, absl::UnimplementedError("behind")};
+    });
+    EXPECT_EQ(*completed, 3U);
+  }
+}
+
+TEST(AnswerTogether, AnExceptionOfAnyThreadIsTheCallers) {
+  for (const int threads : {1, 2, 4}) {
+    const auto answer = [&] {
+      return Answer(100, threads, [](const RowChunk& chunk) -> ChunkEnd {
+        if (chunk.index == 5) throw std::runtime_error("no memory");
+        return Whole(chunk);
+      });
+    };
+    EXPECT_THROW(static_cast<void>(answer()), std::runtime_error);
+  }
+}
+
+void ExpectSame(const CollisionColumns& a, const CollisionColumns& b) {
+  EXPECT_EQ(a.completed, b.completed);
+  EXPECT_EQ(a.verdict, b.verdict);
+  EXPECT_EQ(a.object, b.object);
+  EXPECT_EQ(a.body_part, b.body_part);
+  EXPECT_EQ(a.object_part, b.object_part);
+  EXPECT_EQ(a.trust, b.trust);
+}
+
+void ExpectSame(const PairColumns& a, const PairColumns& b) {
+  EXPECT_EQ(a.completed, b.completed);
+  EXPECT_EQ(a.row_begin, b.row_begin);
+  EXPECT_EQ(a.distance_m, b.distance_m);
+  EXPECT_EQ(a.point_body, b.point_body);
+  EXPECT_EQ(a.point_object, b.point_object);
+  EXPECT_EQ(a.normal, b.normal);
+  EXPECT_EQ(a.object, b.object);
+  EXPECT_EQ(a.body_part, b.body_part);
+  EXPECT_EQ(a.object_part, b.object_part);
+  EXPECT_EQ(a.trust, b.trust);
+  EXPECT_EQ(a.bound_m, b.bound_m);
+}
+
+void ExpectSame(const RayColumns& a, const RayColumns& b) {
+  EXPECT_EQ(a.completed, b.completed);
+  EXPECT_EQ(a.hit, b.hit);
+  EXPECT_EQ(a.distance_m, b.distance_m);
+  EXPECT_EQ(a.normal, b.normal);
+  EXPECT_EQ(a.object, b.object);
+  EXPECT_EQ(a.object_part, b.object_part);
+}
+
+// Questions of several chunks each, among all kinds of shapes.
+class BatchTest : public ::testing::Test {
+ protected:
+  BatchTest() {
+    std::uniform_real_distribution<double> place(-1, 1);
+    for (int i = 0; i < 3000; ++i) {
+      const Vector3 from(place(random_), place(random_), place(random_));
+      const Vector3 to(place(random_), place(random_), place(random_));
+      rays_.push_back({.origin = 2 * from, .direction = (to - from).normalized()});
+    }
+  }
+
+  // What `ask` answers on one thread, it answers on several.
+  template <class Ask>
+  void ExpectSameOnAnyNumberOfThreads(const Ask& ask) {
+    QueryOptions options{.margin_m = 0.02, .max_results = 3};
+    const auto alone = ask(options);
+    ASSERT_TRUE(alone.ok()) << alone.status();
+    for (const int threads : {2, 4}) {
+      options.threads = threads;
+      ExpectSame(*alone, *ask(options));
+    }
+  }
+
+  // A question whose time is up on the way has a prefix of the full answer, `first(n)` that of its
+  // first n rows.
+  template <class Ask, class First>
+  void ExpectPrefixes(std::size_t rows, const Ask& ask, const First& first) {
+    for (const int threads : {1, 2, 4}) {
+      QueryOptions options{.threads = threads};
+      // As long as it takes for some of it, however slow the machine is.
+      std::chrono::duration<double> budget = std::chrono::microseconds(200);
+      auto some = ask(options);
+      for (some->completed = 0; some->completed == 0; budget *= 1.25) {
+        options.give_up_at =
+            steady_clock::now() + std::chrono::duration_cast<steady_clock::duration>(budget);
+        some = ask(options);
+      }
+      ASSERT_LT(some->completed, rows);
+      ExpectSame(*first(some->completed), *some);
+    }
+  }
+
+  std::mt19937 random_{11};
+  std::shared_ptr<const WorldSnapshot> world_ = RandomWorld(40, random_, /*with_meshes=*/true);
+  QueryBody body_ = Gripper();
+  std::vector<Pose> poses_ = RandomPoses(1500, random_);
+  std::vector<RayRow> rays_;
+};
+
+TEST_F(BatchTest, ChecksAreTheSameOnAnyNumberOfThreads) {
+  ExpectSameOnAnyNumberOfThreads([&](const QueryOptions& options) {
+    return CheckCollisions(*world_, body_, poses_, options);
+  });
+}
+
+TEST_F(BatchTest, DistancesAreTheSameOnAnyNumberOfThreads) {
+  ExpectSameOnAnyNumberOfThreads(
+      [&](const QueryOptions& options) { return GetDistances(*world_, body_, poses_, options); });
+}
+
+TEST_F(BatchTest, ContactsAreTheSameOnAnyNumberOfThreads) {
+  ExpectSameOnAnyNumberOfThreads(
+      [&](const QueryOptions& options) { return GetContacts(*world_, body_, poses_, options); });
+}
+
+TEST_F(BatchTest, RaysAreTheSameOnAnyNumberOfThreads) {
+  ExpectSameOnAnyNumberOfThreads(
+      [&](const QueryOptions& options) { return CastRays(*world_, rays_, options); });
+}
+
+TEST_F(BatchTest, TimeThatIsUpLeavesThePrefixOfDistances) {
+  std::vector<Pose> many;
+  for (int i = 0; i < 40; ++i) many.insert(many.end(), poses_.begin(), poses_.end());
+  ExpectPrefixes(
+      many.size(),
+      [&](const QueryOptions& options) { return GetDistances(*world_, body_, many, options); },
+      [&](std::size_t rows) {
+        return GetDistances(*world_, body_, std::span(many).first(rows), {});
+      });
+}
+
+TEST_F(BatchTest, TimeThatIsUpLeavesThePrefixOfRays) {
+  std::vector<RayRow> many;
+  for (int i = 0; i < 40; ++i) many.insert(many.end(), rays_.begin(), rays_.end());
+  ExpectPrefixes(
+      many.size(), [&](const QueryOptions& options) { return CastRays(*world_, many, options); },
+      [&](std::size_t rows) { return CastRays(*world_, std::span(many).first(rows), {}); });
+}
+
+// Every row has a verdict: those behind the prefix are not computed, whoever had computed them.
+TEST_F(BatchTest, TimeThatIsUpLeavesThePrefixOfChecks) {
+  std::vector<Pose> many;
+  for (int i = 0; i < 40; ++i) many.insert(many.end(), poses_.begin(), poses_.end());
+  ExpectPrefixes(
+      many.size(),
+      [&](const QueryOptions& options) { return CheckCollisions(*world_, body_, many, options); },
+      [&](std::size_t rows) {
+        auto columns = CheckCollisions(*world_, body_, std::span(many).first(rows), {});
+        columns->verdict.resize(many.size(), Verdict::kNotComputed);
+        columns->object.resize(many.size(), -1);
+        columns->body_part.resize(many.size(), -1);
+        columns->object_part.resize(many.size(), -1);
+        columns->trust.resize(many.size(), Trust::kExact);
+        return columns;
+      });
+}
+
+TEST_F(BatchTest, AStoppedQuestionIsCancelledOnAllItsThreads) {
+  std::vector<Pose> many;
+  for (int i = 0; i < 400; ++i) many.insert(many.end(), poses_.begin(), poses_.end());
+  for (const int threads : {1, 4}) {
+    std::stop_source stop;
+    std::jthread stopper([&] {
+      std::this_thread::sleep_for(milliseconds(20));
+      stop.request_stop();
+    });
+    const auto columns = GetDistances(*world_, body_, many, {.max_results = 64, .threads = threads},
+                                      stop.get_token());
+    EXPECT_EQ(columns.status().code(), absl::StatusCode::kCancelled);
+  }
+}
+
+}  // namespace
+}  // namespace cwm::collision
