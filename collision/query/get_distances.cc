@@ -82,14 +82,12 @@ void FindNearest(BodySearch& search, double max_distance_m, BestPairs& best) {
   const auto limit_m = [&] { return best.Limit_m(max_distance_m); };
   if (search.asks_itself()) AddNearestOfItself(search, limit_m(), best);
   if (!search.asks_world() || search.ended()) return;
-  search.world().bounds().ForEachNearest(search.body_bounds_W(), std::max(0.0, limit_m()),
-                                         [&](const Obstacle& object, double) {
-                                           if (search.Skips(object))
-                                             return std::max(0.0, limit_m());
-                                           AddNearestOfObject(search, object, limit_m(), best);
-                                           // Boxes that overlap are at distance 0 whatever the depth of what is in them.
-                                           return search.ended() ? -1.0 : std::max(0.0, limit_m());
-                                         });
+  const auto visit = [&](const Obstacle& obstacle, double) {
+    if (!search.Skips(obstacle)) AddNearestOfObject(search, obstacle, limit_m(), best);
+    // Boxes that overlap are at distance 0 whatever the depth of what is in them.
+    return search.ended() ? -1.0 : std::max(0.0, limit_m());
+  };
+  search.world().bounds().ForEachNearest(search.body_bounds_W(), std::max(0.0, limit_m()), visit);
 }
 
 class NearestFinder : public RowFinder {
