@@ -13,6 +13,7 @@ void AddPutCommand(CommandLine& line);      // put
 void AddChangeCommands(CommandLine& line);  // move, remove
 void AddRuleCommands(CommandLine& line);    // allow, margin, rules
 void AddImportCommand(CommandLine& line);   // import
+void AddExportCommand(CommandLine& line);   // export
 void AddRobotCommands(CommandLine& line);   // robot load, list, get, remove
 void AddPairCommands(CommandLine& line);    // distance, contacts
 void AddCheckCommand(CommandLine& line);    // check

@@ -66,6 +66,7 @@ void AddCommands(CommandLine& line, const report::PageAssets& page_assets) {
   AddChangeCommands(line);
   AddRuleCommands(line);
   AddImportCommand(line);
+  AddExportCommand(line);
   AddRobotCommands(line);
   AddPairCommands(line);
   AddCheckCommand(line);

@@ -123,6 +123,10 @@ absl::StatusOr<collision::Change> ChangeOf(const v1::Change& change, const Limit
       result.what = *std::move(set);
       break;
     }
+    case v1::Change::kAttach:
+      return path.Field("attach").Error("is given, must be absent: no world attaches objects yet");
+    case v1::Change::kDetach:
+      return path.Field("detach").Error("is given, must be absent: no world attaches objects yet");
     case v1::Change::WHAT_NOT_SET:
       return path.Field("what").Error(
           "is absent, must be one of put, move, remove, robot_state, allow, margin");
