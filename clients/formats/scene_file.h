@@ -94,8 +94,7 @@ struct SceneOptions {
 absl::StatusOr<SceneFile> ParseScene(std::string_view bytes, const std::string& file,
                                      const SceneOptions& options = {});
 
-// Numbers beyond it are refused: a millimetre in them would be lost in single precision many times
-// over, and the server takes none.
+// The largest coordinate or dimension, in magnitude: the server takes no larger ones (metres).
 inline constexpr double kLargestSceneNumber = 1e6;
 
 }  // namespace cwm::formats

@@ -117,11 +117,29 @@ void AddRobotAndRules(const collision::WorldSnapshot& snapshot, const collision:
     scene.robot_name = robot->model().name;
     scene.robot_state = StateOf(*robot);
   }
+  for (PlannedObject& object : scene.objects) {
+    if (!object.attachment || (robot && object.attachment->robot == robot->name)) continue;
+    scene.warnings.push_back(
+        absl::StrCat(object.name, ": stands free, it is attached to ", object.attachment->robot));
+    object.attachment.reset();
+  }
   scene.allowed = AllowedMatrixOf(snapshot.pair_rules(), robot, scene.warnings);
   for (const collision::WorldRobotPtr& other : snapshot.robots()) {
     if (other.get() == robot) continue;
     scene.warnings.push_back(absl::StrCat(other->name, ": left out, a scene has one robot"));
   }
+}
+
+void LeaveOutAttached(PlanningScene& scene) {
+  const auto is_attached = [](const PlannedObject& object) {
+    return object.attachment.has_value();
+  };
+  for (const PlannedObject& object : scene.objects) {
+    if (!is_attached(object)) continue;
+    scene.warnings.push_back(
+        absl::StrCat(object.name, ": left out, it is attached to ", object.attachment->robot));
+  }
+  std::erase_if(scene.objects, is_attached);
 }
 
 }  // namespace cwm::server

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -12,10 +13,19 @@
 
 namespace cwm::server {
 
+// What an object is held by.
+struct PlannedAttachment {
+  std::string robot;
+  std::string link;
+  Pose X_LO = Pose::Identity();
+  std::vector<std::string> touch_links;
+};
+
 struct PlannedObject {
   std::string name;
   Pose X_WO = Pose::Identity();
-  std::vector<PlannerShape> shapes;  // at least one
+  std::vector<PlannerShape> shapes;                            // at least one
+  std::optional<PlannedAttachment> attachment = std::nullopt;  // absent: stands free
 };
 
 struct PlannedJoint {
@@ -55,9 +65,14 @@ absl::StatusOr<PlanningScene> SceneOf(const collision::WorldSnapshot& snapshot,
                                       std::int64_t max_triangles);
 
 // Adds what a scene says beside its objects: the robot's state and base (`robot` may be null) and
-// which pairs may collide. Links that the robot does not check against each other may.
+// which pairs may collide. Links that the robot does not check against each other may. What another
+// robot holds stands free then, where it is.
 void AddRobotAndRules(const collision::WorldSnapshot& snapshot, const collision::WorldRobot* robot,
                       PlanningScene& scene);
+
+// Takes out what robots hold, with a warning: a format that has objects alone would have it stand in
+// the robot's way.
+void LeaveOutAttached(PlanningScene& scene);
 
 // The matrix alone; warnings of rules that it cannot say.
 AllowedMatrix AllowedMatrixOf(const collision::PairRules& rules, const collision::WorldRobot* robot,

@@ -1,5 +1,6 @@
 // moveit_msgs/PlanningScene in YAML; declared in moveit_scene.h.
 #include <functional>
+#include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
@@ -8,11 +9,6 @@
 
 namespace cwm::server {
 namespace {
-
-template <class T>
-const T* As(const PlannerShape& shape) {
-  return std::get_if<T>(&shape.shape);
-}
 
 std::string Names(const std::vector<std::string>& names) {
   return absl::StrCat("[",
@@ -56,39 +52,64 @@ std::string MeshText(const TriangleMesh& mesh) {
   return text + "]}";
 }
 
-// The shapes of one kind and their poses, as two lists.
-template <class T>
-void AppendShapes(const PlannedObject& object, const char* shapes_key, const char* poses_key,
-                  const Pose& X_WS_of_object, const std::function<std::string(const T&)>& say,
-                  std::string& yaml) {
-  std::string poses;
-  bool is_first = true;
-  for (const PlannerShape& shape : object.shapes) {
-    const T* typed = As<T>(shape);
-    if (typed == nullptr) continue;
-    if (is_first) absl::StrAppend(&yaml, "      ", shapes_key, ":\n");
-    is_first = false;
-    absl::StrAppend(&yaml, "        - ", say(*typed), "\n");
-    absl::StrAppend(&poses, "        - ", PoseText(X_WS_of_object * shape.X_OS), "\n");
-  }
-  if (!is_first) absl::StrAppend(&yaml, "      ", poses_key, ":\n", poses);
-}
+// An object in its frame F, its keys each after `indent`.
+class ObjectWriter {
+ public:
+  ObjectWriter(const PlannedObject& object, const Pose& X_FO, std::string indent, std::string& yaml)
+      : object_(object), X_FO_(X_FO), indent_(std::move(indent)), yaml_(yaml) {}
 
-// An object of one shape has no pose of its own but that of the shape: so it is read by every
-// version, those before objects had poses included.
+  // One of a single shape has no pose of its own but that of the shape: so it is read by every
+  // version, those before objects had poses included.
+  void Write() {
+    if (object_.shapes.size() == 1) {
+      X_FS_ = X_FO_;
+    } else {
+      absl::StrAppend(&yaml_, indent_, "pose: ", PoseText(X_FO_), "\n");
+    }
+    WriteShapes<PlannerPrimitive>("primitives", "primitive_poses", PrimitiveText);
+    WriteShapes<PlannerMesh>("meshes", "mesh_poses",
+                             [](const PlannerMesh& mesh) { return MeshText(*mesh); });
+    WriteShapes<PlannerPlane>("planes", "plane_poses", [](const PlannerPlane&) {
+      return std::string("{coef: [0, 0, 1, 0]}");
+    });
+  }
+
+ private:
+  // The shapes of one kind and their poses, as two lists.
+  template <class T>
+  void WriteShapes(const char* shapes_key, const char* poses_key,
+                   const std::function<std::string(const T&)>& say) {
+    std::string shapes, poses;
+    for (const PlannerShape& shape : object_.shapes) {
+      const T* typed = std::get_if<T>(&shape.shape);
+      if (typed == nullptr) continue;
+      absl::StrAppend(&shapes, indent_, "  - ", say(*typed), "\n");
+      absl::StrAppend(&poses, indent_, "  - ", PoseText(X_FS_ * shape.X_OS), "\n");
+    }
+    if (shapes.empty()) return;
+    absl::StrAppend(&yaml_, indent_, shapes_key, ":\n", shapes, indent_, poses_key, ":\n", poses);
+  }
+
+  const PlannedObject& object_;
+  const Pose X_FO_;
+  const std::string indent_;
+  std::string& yaml_;
+  Pose X_FS_ = Pose::Identity();  // what comes before the poses of the shapes
+};
+
 void AppendObject(const PlannedObject& object, std::string& yaml) {
   absl::StrAppend(&yaml, "    - id: ", Quoted(object.name), "\n");
-  const bool is_its_shape = object.shapes.size() == 1;
-  const Pose X_WF = is_its_shape ? object.X_WO : Pose::Identity();
-  if (!is_its_shape) absl::StrAppend(&yaml, "      pose: ", PoseText(object.X_WO), "\n");
-  AppendShapes<PlannerPrimitive>(object, "primitives", "primitive_poses", X_WF, PrimitiveText,
-                                 yaml);
-  AppendShapes<PlannerMesh>(
-      object, "meshes", "mesh_poses", X_WF, [](const PlannerMesh& mesh) { return MeshText(*mesh); },
-      yaml);
-  AppendShapes<PlannerPlane>(
-      object, "planes", "plane_poses", X_WF,
-      [](const PlannerPlane&) { return std::string("{coef: [0, 0, 1, 0]}"); }, yaml);
+  ObjectWriter(object, object.X_WO, "      ", yaml).Write();
+}
+
+// In the frame of the link, as MoveIt has it.
+void AppendAttached(const PlannedObject& object, std::string& yaml) {
+  const PlannedAttachment& attachment = *object.attachment;
+  absl::StrAppend(&yaml, "    - link_name: ", Quoted(attachment.link),
+                  "\n      touch_links: ", Names(attachment.touch_links),
+                  "\n      object:\n        header: {frame_id: ", Quoted(attachment.link),
+                  "}\n        id: ", Quoted(object.name), "\n");
+  ObjectWriter(object, attachment.X_LO, "        ", yaml).Write();
 }
 
 void AppendState(const PlannedRobotState& state, std::string& yaml) {
@@ -132,12 +153,21 @@ std::string FormatSceneYaml(const PlanningScene& scene) {
   if (!scene.robot_name.empty()) {
     absl::StrAppend(&yaml, "robot_model_name: ", Quoted(scene.robot_name), "\n");
     AppendState(scene.robot_state, yaml);
+    const char* key = "  attached_collision_objects:\n";
+    for (const PlannedObject& object : scene.objects) {
+      if (!object.attachment) continue;
+      yaml += std::exchange(key, "");
+      AppendAttached(object, yaml);
+    }
   }
   absl::StrAppend(&yaml, "fixed_frame_transforms:\n  - child_frame_id: world\n    transform: ",
                   TransformText(Pose::Identity()), "\n");
   if (!scene.allowed.names.empty()) AppendMatrix(scene.allowed, yaml);
-  absl::StrAppend(&yaml, "world:\n  collision_objects:", scene.objects.empty() ? " []\n" : "\n");
-  for (const PlannedObject& object : scene.objects) AppendObject(object, yaml);
+  std::string free;
+  for (const PlannedObject& object : scene.objects) {
+    if (!object.attachment) AppendObject(object, free);
+  }
+  absl::StrAppend(&yaml, "world:\n  collision_objects:", free.empty() ? " []\n" : "\n", free);
   return yaml;
 }
 

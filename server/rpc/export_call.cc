@@ -104,7 +104,10 @@ absl::Status ExportWorldCall::Format(const CallContext& call) {
     const auto robot = RobotOf(snapshot, request_.robot());
     if (!robot.ok()) return robot.status();
     AddRobotAndRules(snapshot, robot->get(), *scene);
-  } else if (!snapshot.robots().empty() || !snapshot.pair_rules().empty()) {
+  } else {
+    LeaveOutAttached(*scene);
+  }
+  if (!*is_yaml && (!snapshot.robots().empty() || !snapshot.pair_rules().empty())) {
     scene->warnings.emplace_back(
         "robots and rules of pairs: left out, the format has objects alone");
   }

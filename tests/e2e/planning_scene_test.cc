@@ -24,6 +24,9 @@ std::string ContentOf(const std::string& path) {
   return text.str();
 }
 
+// The first line of both formats has the name of the world.
+std::string AfterTheName(const std::string& scene) { return scene.substr(scene.find('\n')); }
+
 constexpr char kUrdf[] = R"(<robot name="arm">
 <link name="base"><collision><geometry><sphere radius="0.1"/></geometry></collision></link>
 <link name="hand">
@@ -118,17 +121,16 @@ TEST_F(PlanningSceneCommand, ExportIsWhatImportReads) {
   EXPECT_THAT(run.out,
               AllOf(HasSubstr("3 objects"), HasSubstr("its base"), HasSubstr("3 allowed")));
   ASSERT_EQ(Cwm({"export", scratch() / "again.yaml", "--world", "again"}).exit_code, 0);
-  std::string first = ContentOf(scratch() / "out.yaml"),
-              second = ContentOf(scratch() / "again.yaml");
-  EXPECT_EQ(first.substr(first.find('\n')), second.substr(second.find('\n'))) << "but for the name";
+  EXPECT_EQ(AfterTheName(ContentOf(scratch() / "again.yaml")),
+            AfterTheName(ContentOf(scratch() / "out.yaml")));
   const Finished text = Cwm({"export", "-", "--format", "scene"});
   EXPECT_EQ(text.exit_code, 0) << text.err;
   EXPECT_THAT(text.out, AllOf(HasSubstr("* post\n1.5 2 0\n"), HasSubstr("plane\n0 0 1 0\n")));
   EXPECT_THAT(text.err, HasSubstr("robots and rules of pairs: left out"));
   std::ofstream(scratch() / "text.scene") << text.out;
   ASSERT_EQ(Cwm({"import", scratch() / "text.scene", "--world", "third"}).exit_code, 0);
-  EXPECT_EQ(Cwm({"export", "-", "--format", "scene", "--world", "third"}).out.substr(7),
-            text.out.substr(text.out.find('\n')).substr(2));
+  const Finished third = Cwm({"export", "-", "--format", "scene", "--world", "third"});
+  EXPECT_EQ(AfterTheName(third.out), AfterTheName(text.out));
 }
 
 TEST_F(PlanningSceneCommand, ExportSaysWhatIsWrong) {

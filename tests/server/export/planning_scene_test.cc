@@ -97,6 +97,35 @@ TEST(PlanningSceneTest, SaysWhichRulesItCannotSay) {
   EXPECT_THAT(scene->warnings, Contains(HasSubstr("other: left out, a scene has one robot")));
 }
 
+TEST(PlanningSceneTest, SaysWhatTheRobotHoldsInTheFrameOfTheLink) {
+  const auto world = WorldWith({{collision::testing::PutArm("crane"), std::nullopt}});
+  PlanningScene scene;
+  PlannedObject cup{.name = "cup", .X_WO = MakeTranslation(5, 0, 0), .shapes = {}};
+  cup.shapes.push_back(ToPlanner({Pose::Identity(), Sphere{0.1}}));
+  scene.objects = {cup, cup};
+  scene.objects[0].attachment = {
+      .robot = "crane", .link = "tip", .X_LO = MakeTranslation(0, 0, 0.1), .touch_links = {"fore"}};
+  scene.objects[1].name = "mug";
+  scene.objects[1].attachment = {.robot = "other", .link = "tip", .touch_links = {}};
+  PlanningScene objects_alone = scene;
+  AddRobotAndRules(*world, world->FindRobot("crane").get(), scene);
+  const formats::SceneFile read = Read(scene);
+  ASSERT_EQ(read.robot_state.attached.size(), 1u);
+  const formats::SceneAttachedObject& attached = read.robot_state.attached[0];
+  EXPECT_EQ(attached.object.id, "cup");
+  EXPECT_EQ(attached.link, "tip");
+  EXPECT_TRUE(attached.pose_is_in_link);
+  EXPECT_THAT(attached.object.shapes.at(0).pose.position_m, ElementsAre(0, 0, 0.1));
+  EXPECT_THAT(attached.touch_links, ElementsAre("fore"));
+  ASSERT_EQ(read.objects.size(), 1u);
+  EXPECT_EQ(read.objects[0].id, "mug");
+  EXPECT_THAT(scene.warnings, Contains(HasSubstr("mug: stands free, it is attached to other")));
+  LeaveOutAttached(objects_alone);
+  EXPECT_TRUE(objects_alone.objects.empty());
+  EXPECT_THAT(objects_alone.warnings,
+              Contains(HasSubstr("cup: left out, it is attached to crane")));
+}
+
 TEST(PlanningSceneTest, WritesNumbersAndNamesThatEveryReaderTakesForSuch) {
   EXPECT_EQ(NumberText(1e-5), "1.0e-05");
   EXPECT_EQ(NumberText(-0.0), "0");
