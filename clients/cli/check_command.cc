@@ -24,7 +24,7 @@ void PrintVerdicts(const pb::CheckCollisionsResponse& response, Session& session
   for (const pb::CollisionRow& row : response.rows()) {
     lines.push_back(
         {{absl::StrCat(lines.size()), ShortName(row.verdict()), MetName(row), row.object_link(),
-          row.has_object_part() ? absl::StrCat(row.object_part()) : "", row.body_link(),
+          row.has_object_part() ? absl::StrCat(row.object_part()) : "", BodyName(row),
           row.has_body_part() ? absl::StrCat(row.body_part()) : ""}});
   }
   PrintTable({{"ROW", Align::kRight},

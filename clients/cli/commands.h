@@ -11,6 +11,7 @@ void AddIngestCommand(CommandLine& line);   // ingest
 void AddObjectCommands(CommandLine& line);  // objects, get
 void AddPutCommand(CommandLine& line);      // put
 void AddChangeCommands(CommandLine& line);  // move, remove
+void AddAttachCommands(CommandLine& line);  // attach, detach
 void AddRuleCommands(CommandLine& line);    // allow, margin, rules
 void AddImportCommand(CommandLine& line);   // import
 void AddExportCommand(CommandLine& line);   // export

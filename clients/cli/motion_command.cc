@@ -75,7 +75,10 @@ absl::StatusOr<pb::CheckMotionsResponse> AskMotions(Session& session,
     auto answer =
         connection.Call(&pb::QueryService::Stub::CheckMotions, connection.queries(), request);
     if (!answer.ok()) return answer.status();
-    if (completed > 0) answer->clear_body_links();  // rows name theirs
+    if (completed > 0) {  // rows name theirs
+      answer->clear_body_links();
+      answer->clear_body_objects();
+    }
     all.MergeFrom(*answer);
     completed += answer->completed_count();
     if (answer->completed_count() < request.path_row_counts_size()) break;
@@ -94,7 +97,7 @@ void PrintMotions(const pb::CheckMotionsResponse& response, Session& session) {
                       row.has_segment() ? absl::StrCat(row.segment()) : "",
                       row.has_lo() ? Fixed(row.lo(), 5) : "",
                       row.has_hi() ? Fixed(row.hi(), 5) : "", MetName(row), row.object_link(),
-                      row.has_object_part() ? absl::StrCat(row.object_part()) : "", row.body_link(),
+                      row.has_object_part() ? absl::StrCat(row.object_part()) : "", BodyName(row),
                       row.has_body_part() ? absl::StrCat(row.body_part()) : ""}});
   }
   PrintTable({{"MOTION", Align::kRight},

@@ -89,7 +89,7 @@ void AddRows(const LabelledObject& labelled, std::vector<TableRow>& rows) {
   }
   if (object.point_count() > 0) cells[7] = absl::StrCat(object.point_count());
   if (object.has_bounds()) cells[8] = Size(object.bounds().box());
-  cells[9] = object.supported_by();
+  cells[9] = object.attached_to().empty() ? object.supported_by() : object.attached_to();
   cells[10] = Position(object.x_world_object());
 }
 
@@ -173,6 +173,11 @@ void PrintObjectDetails(const pb::Object& object, TableStyle style, std::ostream
   PrintLine("state", ShortName(object.state()), out);
   PrintLine("pose", PoseText(object.x_world_object()), out);
   PrintLine("attached to", object.attached_to(), out);
+  if (object.has_attachment()) {
+    PrintLine("pose in link", PoseText(object.attachment().x_link_object()), out);
+    PrintLine("may touch", absl::StrJoin(object.attachment().touch_links(), ", "), out);
+    PrintLine("supported by", object.supported_by(), out);
+  }
   if (object.margin_m() != 0) PrintLine("margin", Length(object.margin_m()), out);
   if (object.has_reachable()) PrintLine("reachable", object.reachable() ? "yes" : "no", out);
   if (object.has_last_observed()) {

@@ -33,7 +33,7 @@ void PrintPairs(const google::protobuf::RepeatedPtrField<pb::PairRows>& rows, Se
     for (const pb::PairRow& pair : rows[row].answers()) {
       lines.push_back(
           {{absl::StrCat(row), MetName(pair), pair.object_link(), absl::StrCat(pair.object_part()),
-            pair.body_link(), Fixed(1000 * pair.distance_m(), 3), Vector(pair.point_body()),
+            BodyName(pair), Fixed(1000 * pair.distance_m(), 3), Vector(pair.point_body()),
             Vector(pair.point_object()), Vector(pair.normal()), TrustText(pair)}});
     }
   }

@@ -38,7 +38,8 @@ void AddQuestionOptions(CLI::App& command, QuestionArguments& question) {
       ->type_name("M");
   command.add_option("--max-distance", question.max_distance_m, "leave out what is farther (m)")
       ->type_name("M");
-  command.add_option("--ignore", question.ignore, "leave this object out; may be repeated")
+  command
+      .add_option("--ignore", question.ignore, "leave this object or robot out; may be repeated")
       ->allow_extra_args(false)
       ->type_name("NAME");
   command.add_option("--time-budget", question.time_budget_s, "answer what is done by then (s)")
@@ -57,6 +58,11 @@ void AddPairRuleOptions(CLI::App& command, QuestionArguments& question) {
       .add_option("--margin-sigma", question.margin_sigma,
                   "widen fitted parts by so many deviations of their surfaces")
       ->type_name("K");
+  command
+      .add_option("--support-tolerance", question.support_tolerance_m,
+                  "how deep an object that is attached or asks may reach into what supports it "
+                  "(m, default 0.005)")
+      ->type_name("M");
 }
 
 absl::StatusOr<pb::AtRevision> ParseRevision(const std::string& text) {
@@ -97,6 +103,9 @@ absl::StatusOr<pb::QueryOptions> ToOptions(const QuestionArguments& question) {
     *options.add_ignore_pairs() = *pair;
   }
   options.set_margin_sigma(question.margin_sigma);
+  if (question.support_tolerance_m) {
+    options.set_support_tolerance_m(*question.support_tolerance_m);
+  }
   if (question.time_budget_s) *options.mutable_time_budget() = ToDuration(*question.time_budget_s);
   options.set_result_form(pb::RESULT_FORM_ROWS);
   options.set_scalar(pb::SCALAR_F64);

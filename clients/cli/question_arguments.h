@@ -27,6 +27,7 @@ struct QuestionArguments {
   std::vector<std::string> ignore;
   std::vector<std::string> ignore_pairs;  // "A,B"
   double margin_sigma = 0;
+  std::optional<double> support_tolerance_m;
   std::optional<double> time_budget_s;
 };
 
@@ -62,7 +63,10 @@ absl::StatusOr<Response> AskAll(Session& session, Method method, const std::vect
     if (absl::Status status = ExpandRows(*answer); !status.ok()) return status;
     const bool same_links = std::equal(all.body_links().begin(), all.body_links().end(),
                                        answer->body_links().begin(), answer->body_links().end());
-    if (same_links) answer->clear_body_links();  // told once
+    if (same_links) {  // told once
+      answer->clear_body_links();
+      answer->clear_body_objects();
+    }
     all.MergeFrom(*answer);
     completed += answer->completed_count();
     options.mutable_at_revision()->set_exact(answer->revision());
@@ -106,6 +110,16 @@ std::string Footer(std::int64_t revision, std::int64_t completed, std::size_t as
 template <class Row>
 std::string MetName(const Row& row) {
   return row.object().empty() && row.has_object_link() ? "itself" : row.object();
+}
+// The same of what rays and points meet, of which a robot's link is named with it.
+template <class Row>
+std::string HitName(const Row& row) {
+  return row.has_object_link() ? row.object() + "/" + row.object_link() : row.object();
+}
+// What of the body met it: of a robot the link, of what it carries the object as well.
+template <class Row>
+std::string BodyName(const Row& row) {
+  return row.has_body_object() ? row.body_link() + " with " + row.body_object() : row.body_link();
 }
 std::size_t RowCount(const std::vector<Batch>& batches);
 

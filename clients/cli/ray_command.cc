@@ -95,7 +95,7 @@ void PrintHits(const pb::CastRaysResponse& response, Session& session) {
       continue;
     }
     lines.push_back(
-        {{number, row.object(), absl::StrCat(row.object_part()), Fixed(1000 * row.distance_m(), 3),
+        {{number, HitName(row), absl::StrCat(row.object_part()), Fixed(1000 * row.distance_m(), 3),
           Vector(row.point()), Vector(row.normal())}});
   }
   PrintTable({{"ROW", Align::kRight},

@@ -47,7 +47,14 @@ template <class Response, class Row>
 bool SetPair(const PairAt& pair, const Response& response, Row& row) {
   const bool of_itself = pair.object == kItself;
   if (pair.object >= response.objects_size() || (pair.object < 0 && !of_itself)) return false;
-  if (!of_itself) row.set_object(response.objects(pair.object).name());
+  if (!of_itself) {
+    const pb::ObjectRef& met = response.objects(pair.object);
+    row.set_object(met.name());
+    if (met.part_links_size() > 0) {  // a robot
+      if (pair.object_part < 0 || pair.object_part >= met.part_links_size()) return false;
+      row.set_object_link(met.part_links(pair.object_part));
+    }
+  }
   row.set_body_part(pair.body_part);
   row.set_object_part(pair.object_part);
   const int links = response.body_links_size();
@@ -56,6 +63,13 @@ bool SetPair(const PairAt& pair, const Response& response, Row& row) {
   if (!has_link(pair.body_part) || (of_itself && !has_link(pair.object_part))) return false;
   row.set_body_link(response.body_links(pair.body_part));
   if (of_itself) row.set_object_link(response.body_links(pair.object_part));
+  if (response.body_objects_size() == 0) return true;  // nothing is carried
+  if (response.body_objects_size() != links) return false;
+  const std::string& mine = response.body_objects(pair.body_part);
+  if (!mine.empty()) row.set_body_object(mine);
+  if (!of_itself) return true;
+  const std::string& theirs = response.body_objects(pair.object_part);
+  if (!theirs.empty()) row.set_object(theirs);
   return true;
 }
 

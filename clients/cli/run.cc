@@ -64,6 +64,7 @@ void AddCommands(CommandLine& line, const report::PageAssets& page_assets) {
   AddObjectCommands(line);
   AddPutCommand(line);
   AddChangeCommands(line);
+  AddAttachCommands(line);
   AddRuleCommands(line);
   AddImportCommand(line);
   AddExportCommand(line);

@@ -93,7 +93,7 @@ void PrintSamples(const pb::SamplePointsResponse& response, Session& session) {
       lines.push_back({{number, "none", "", "", "", ""}});
       continue;
     }
-    lines.push_back({{number, row.object(), absl::StrCat(row.object_part()),
+    lines.push_back({{number, HitName(row), absl::StrCat(row.object_part()),
                       Fixed(1000 * row.distance_m(), 3), Vector(row.gradient()), StateName(row)}});
   }
   PrintTable({{"ROW", Align::kRight},

@@ -30,7 +30,9 @@ void PrintObject(const pb::Object& object, std::int64_t revision, const char* wh
                  std::ostream& out) {
   out << revision << "  " << what << "  " << object.name() << "  " << ShortName(object.kind());
   for (const pb::ShapePart& part : object.shapes()) out << "  " << ShapeText(part);
-  out << "  at " << PoseText(object.x_world_object()) << "\n";
+  out << "  at " << PoseText(object.x_world_object());
+  if (!object.attached_to().empty()) out << "  attached to " << object.attached_to();
+  out << "\n";
 }
 
 void PrintEvent(const pb::ObjectEvent& event, std::int64_t revision, std::ostream& out) {

@@ -1,5 +1,7 @@
 #include "collision/engines/engine.h"
 
+#include <algorithm>
+
 #include "collision/engines/bullet_engine.h"
 #include "collision/engines/exact_engine.h"
 #include "collision/engines/fcl_engine.h"
@@ -21,7 +23,8 @@ std::string_view NameOf(EngineKind kind) {
 void Engine::Contacts(const PlacedGeometry& a, const PlacedGeometry& b, double max_distance_m,
                       int max_count, std::vector<PairDistance>& contacts) const {
   if (max_count < 1) return;
-  const PairDistance deepest = Distance(a, b, max_distance_m);
+  // Of what overlaps the depth is known only where the search is not ended by it.
+  const PairDistance deepest = Distance(a, b, std::max(0.0, max_distance_m));
   if (deepest.distance_m < max_distance_m) contacts.push_back(deepest);
 }
 

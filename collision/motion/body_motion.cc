@@ -5,13 +5,14 @@
 #include <numbers>
 
 #include "absl/container/inlined_vector.h"
+#include "collision/geometry/quick_bounds.h"
 #include "collision/robot/kinematics.h"
 
 namespace cwm::collision {
 namespace {
 
 // How far the farthest point of a box is from the origin.
-double Reach_m(const Aabb& bounds) {
+double ReachOf_m(const Aabb& bounds) {
   return bounds.min().cwiseAbs().cwiseMax(bounds.max().cwiseAbs()).norm();
 }
 
@@ -31,7 +32,7 @@ RigidMotion::RigidMotion(const QueryBody& body, const Pose& X_WB_from, const Pos
       step_m_(X_WB_to.translation() - X_WB_from.translation()),
       turn_(Matrix3(X_WB_from.linear().transpose() * X_WB_to.linear())) {
   for (const PreparedPart& part : body.geometry->parts) {
-    travel_m_.push_back(step_m_.norm() + std::abs(turn_.angle()) * Reach_m(part.bounds_O));
+    travel_m_.push_back(step_m_.norm() + std::abs(turn_.angle()) * ReachOf_m(part.bounds_O));
   }
 }
 
@@ -89,12 +90,23 @@ void JointMotion::Place(double fraction, std::span<Pose> X_WL) const {
   LinkPoses(model_, X_WB_, variables, X_WL);
 }
 
+int JointMotion::LinkOf(std::int32_t part) const {
+  const int frame = body_.FrameOf(part);
+  const CarriedObject* const carried = body_.CarriedIn(frame);
+  return carried != nullptr ? carried->link : frame;
+}
+
+double JointMotion::Reach_m(std::int32_t part) const {
+  const Aabb& bounds = body_.geometry->parts[static_cast<std::size_t>(part)].bounds_O;
+  const CarriedObject* const carried = body_.CarriedIn(body_.FrameOf(part));
+  return carried == nullptr ? ReachOf_m(bounds) : ReachOf_m(BoundsOfBox(bounds, carried->X_FO));
+}
+
 // From the part outward in: each joint turns all that hangs on it about its own origin.
 double JointMotion::TravelBelow_m(std::int32_t part, int above) const {
-  const auto at = static_cast<std::size_t>(part);
-  double reach_m = Reach_m(body_.geometry->parts[at].bounds_O);
+  double reach_m = Reach_m(part);
   double travel_m = 0;
-  for (int link = body_.frame_of_part[at]; link != above;) {
+  for (int link = LinkOf(part); link != above;) {
     const auto k = static_cast<std::size_t>(link);
     const ModelLink& model_link = model_.links[k];
     reach_m += arm_m_[k];  // about the joint's origin
@@ -117,10 +129,7 @@ int JointMotion::CommonAncestor(int link, int other) const {
 double JointMotion::Travel_m(std::int32_t part) const { return TravelBelow_m(part, -1); }
 
 double JointMotion::RelativeTravel_m(const PartPair& pair) const {
-  const auto link_of = [&](std::int32_t part) {
-    return body_.frame_of_part[static_cast<std::size_t>(part)];
-  };
-  const int ancestor = CommonAncestor(link_of(pair.first), link_of(pair.second));
+  const int ancestor = CommonAncestor(LinkOf(pair.first), LinkOf(pair.second));
   return TravelBelow_m(pair.first, ancestor) + TravelBelow_m(pair.second, ancestor);
 }
 

@@ -15,7 +15,7 @@ namespace cwm::collision {
 class BodyMotion {
  public:
   virtual ~BodyMotion() = default;
-  // Sets X_WF, one pose for each frame of the body.
+  // Sets X_WF, one pose for each frame of the body but those of what it carries.
   virtual void Place(double fraction, std::span<Pose> X_WF) const = 0;
   // No point of the part travels farther, in the world, than this times the share of the edge.
   virtual double Travel_m(std::int32_t part) const = 0;
@@ -45,8 +45,8 @@ class RigidMotion : public BodyMotion {
 // variables differ is not followed: see FirstNotFollowed.
 class JointMotion : public BodyMotion {
  public:
-  // A body of the robot (BodyFromRobot, BodyFromSpheres); all variables of the model, at the start
-  // and at the end. Refers to the model and to the body.
+  // A body of the robot (BodyFromRobot, BodyFromSpheres) and what it carries; all variables of the
+  // model, at the start and at the end. Refers to the model and to the body.
   JointMotion(const RobotModel& model, const QueryBody& body, const Pose& X_WB,
               std::span<const double> from, std::span<const double> to);
 
@@ -60,6 +60,10 @@ class JointMotion : public BodyMotion {
   double RelativeTravel_m(const PartPair& pair) const override;
 
  private:
+  // The link that the part hangs on: of what is carried the one that it is fixed to.
+  int LinkOf(std::int32_t part) const;
+  // How far any of its points is from the origin of that link.
+  double Reach_m(std::int32_t part) const;
   // Of a part, by the joints above its link down to, and without, that of the link `above`.
   double TravelBelow_m(std::int32_t part, int above) const;
   int CommonAncestor(int link, int other) const;

@@ -74,7 +74,7 @@ class EdgeSearch {
  private:
   // Pairs farther apart than this at the start stay so far apart that nothing is told of them.
   static double Reach_m(double margin_m, double travel_m) {
-    return margin_m + travel_m + kLookout_m;
+    return std::max(0.0, margin_m) + travel_m + kLookout_m;
   }
 
   void Gather() {
@@ -105,7 +105,7 @@ class EdgeSearch {
     }
     search_.world().bounds().ForEachWithin(
         search_.body_bounds_W(), Reach_m(search_.widest_margin_m(), fastest_m),
-        [&](const WorldObject& object) {
+        [&](const Obstacle& object) {
           if (search_.Skips(object)) return true;
           search_.ForEachPair(object, BodySearch::From::kMargin, Reach_m(0, fastest_m),
                               Question::kDistance, [&](const BodySearch::Pair& pair) {
@@ -210,10 +210,19 @@ class EdgeSearch {
     search_.CountPair(pair);
     Place place{.fraction = fraction};
     place.gap_m = std::min(answer.distance_m, reach_m) - pair.margin_m;
-    // The kernels call an overlap what is one; their bound is about its depth.
-    const bool is_apart = answer.distance_m >= 0;
-    place.contact = place.gap_m < 0 && (is_apart || pair.margin_m >= 0);
     place.certain = answer.trust != Trust::kDegraded;
+    // The kernels call an overlap what is one: of a margin of none or more it is a contact,
+    // whatever the depth. Where some depth is let pass, what is known of it counts.
+    const bool is_apart = answer.distance_m >= 0;
+    if (is_apart || pair.margin_m >= 0) {
+      place.contact = place.gap_m < 0;
+      return place;
+    }
+    const bool is_known = answer.trust == Trust::kExact || answer.trust == Trust::kBounded;
+    const double bound_m = answer.trust == Trust::kBounded ? answer.bound_m : 0;
+    place.contact = is_known && place.gap_m + bound_m < 0;
+    if (!place.contact) place.gap_m -= bound_m;
+    place.certain = is_known && (place.contact || place.gap_m >= 0);
     return place;
   }
 

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "collision/geometry/quick_bounds.h"
 
 namespace cwm::collision {
 namespace {
@@ -39,11 +40,13 @@ std::string_view NameOf(PartSource source) {
   return "shapes";
 }
 
-// Bounds of bounds: not tight, but independent of the number of vertices.
-Aabb BoundsOfBox(const Aabb& box_O, const Pose& X_WO) {
-  const Vector3 centre_W = X_WO * box_O.center();
-  const Vector3 reach = X_WO.linear().cwiseAbs() * (0.5 * box_O.sizes());
-  return {centre_W - reach, centre_W + reach};
+// Of any part of the body, the request's not counted.
+double WidestMargin_m(const QueryBody& body) {
+  double widest_m = body.margin_m;
+  for (const CarriedObject& carried : body.carried) {
+    widest_m = std::max(widest_m, carried.object->margin_m);
+  }
+  return widest_m;
 }
 
 }  // namespace
@@ -71,12 +74,13 @@ BodySearch::BodySearch(const WorldSnapshot& world, const QueryBody& body,
                        const QueryOptions& options, std::stop_token stop)
     : world_(world),
       body_(body),
-      filter_(world, options, body.self),
+      filter_(world, options, body),
       rules_(world, body, options),
       request_margin_m_(options.margin_m),
+      support_tolerance_m_(options.support_tolerance_m),
       sigmas_(options.margin_sigma),
       widest_margin_m_(
-          std::max(world.objects().widest_margin_m() + body.margin_m + options.margin_m,
+          std::max(world.objects().widest_margin_m() + WidestMargin_m(body) + options.margin_m,
                    rules_.widest_margin_m())),
       choice_(options.engine),
       frame_pairs_(FramePairsOf(body)),
@@ -92,19 +96,23 @@ BodySearch::BodySearch(const WorldSnapshot& world, const QueryBody& body,
   parts_.reserve(body.geometry->parts.size());
   for (const PreparedPart& part : body.geometry->parts) {
     const ShapeKind kind = KindOf(part.shape);
-    const bool many_vertices =
-        kind == ShapeKind::kMesh || kind == ShapeKind::kConvex || kind == ShapeKind::kPlate;
+    const int frame = body.FrameOf(static_cast<std::int32_t>(parts_.size()));
+    const CarriedObject* const carried = body.CarriedIn(frame);
+    const std::string& supported_by =
+        carried != nullptr ? carried->object->supported_by : body.supported_by;
     parts_.push_back({.part = &part,
                       .kind = kind,
-                      .cheap_bounds = !many_vertices,
+                      .cheap_bounds = !HasManyVertices(part.shape),
                       .open_mesh = IsOpenMesh(part.shape),
-                      .frame = body.frame_of_part.empty() ? 0 : body.frame_of_part[parts_.size()],
+                      .frame = frame,
+                      .margin_m = carried != nullptr ? carried->object->margin_m : body.margin_m,
+                      .supported_by = supported_by.empty() ? nullptr : &supported_by,
                       .inflation_m = sigmas_ * part.sigma_m,
                       .X_WP = Pose::Identity(),
                       .bounds_W = Aabb()});
   }
   widest_margin_m_ += sigmas_ * (body.geometry->widest_sigma_m + world.objects().widest_sigma_m());
-  X_WF_.resize(static_cast<std::size_t>(body.frame_count), Pose::Identity());
+  X_WF_.resize(static_cast<std::size_t>(body.AllFrames()), Pose::Identity());
   frames_of_pair_.resize(kTags, 0);
   for (std::size_t k = 0; k < frame_pairs_.pairs.size(); ++k) {
     const LinkPair& pair = frame_pairs_.pairs[k];
@@ -116,11 +124,8 @@ BodySearch::BodySearch(const WorldSnapshot& world, const QueryBody& body,
 FramePairs FramePairsOf(const QueryBody& body) {
   FramePairs of_body;
   std::map<std::pair<int, int>, std::int32_t> known;
-  const auto frame_of = [&](std::int32_t part) {
-    return body.frame_of_part.empty() ? 0 : body.frame_of_part[static_cast<std::size_t>(part)];
-  };
   for (const PartPair& pair : body.self_pairs) {
-    const std::pair<int, int> frames(frame_of(pair.first), frame_of(pair.second));
+    const std::pair<int, int> frames(body.FrameOf(pair.first), body.FrameOf(pair.second));
     const auto [at, is_new] =
         known.try_emplace(frames, static_cast<std::int32_t>(of_body.pairs.size()));
     if (is_new) of_body.pairs.push_back({frames.first, frames.second});
@@ -131,7 +136,12 @@ FramePairs FramePairsOf(const QueryBody& body) {
 
 void BodySearch::PlaceBody(const BodyRows& rows, std::size_t row, const LaneOpen& open) {
   row_ = static_cast<std::int64_t>(row);
-  rows.Place(row, X_WF_);
+  const auto own = static_cast<std::size_t>(body_.frame_count);
+  rows.Place(row, std::span(X_WF_).first(own));
+  for (std::size_t k = 0; k < body_.carried.size(); ++k) {
+    const CarriedObject& carried = body_.carried[k];
+    X_WF_[own + k] = X_WF_[static_cast<std::size_t>(carried.link)] * carried.X_FO;
+  }
   bounds_W_.setEmpty();
   open_ = open;
   std::uint64_t needed = open.worlds;
@@ -146,6 +156,17 @@ void BodySearch::PlaceBody(const BodyRows& rows, std::size_t row, const LaneOpen
                                       : BoundsOfBox(mine.part->bounds_O, X_WF);
     if (IsOpen(open.worlds, mine.frame)) bounds_W_.extend(mine.bounds_W);
   }
+}
+
+// Links have no margins of their own; what is carried may stand on what else is carried.
+double BodySearch::UsualSelfMargin_m(const BodyPart& a, const BodyPart& b) const {
+  const CarriedObject* const on_a = body_.CarriedIn(a.frame);
+  const CarriedObject* const on_b = body_.CarriedIn(b.frame);
+  if (on_a == nullptr && on_b == nullptr) return request_margin_m_;
+  if (on_a == nullptr) return b.margin_m + request_margin_m_;
+  if (on_b == nullptr) return a.margin_m + request_margin_m_;
+  return std::min(UsualMargin_m(a, on_b->object->name, on_b->object->margin_m),
+                  UsualMargin_m(b, on_a->object->name, on_a->object->margin_m));
 }
 
 void BodySearch::RefusePair(const PairId& id, Question question) {

@@ -21,7 +21,7 @@ namespace cwm::collision {
 // Where an answer comes from. Ordered as ties break: the body itself, then object name, then body
 // part, then object part.
 struct PairId {
-  const WorldObject* object = nullptr;  // of the snapshot that is asked; null: the body itself
+  const Obstacle* object = nullptr;  // of the snapshot that is asked; null: the body itself
   std::int32_t body_part = -1;
   std::int32_t object_part = -1;
   bool IsOfItself() const { return object == nullptr && object_part >= 0; }
@@ -69,12 +69,12 @@ class BodySearch {
   static constexpr LaneOpen kAllOpen{~std::uint64_t{0}, ~std::uint64_t{0}};
   const Aabb& body_bounds_W() const { return bounds_W_; }
 
-  // Calls visit(pair) for the pairs of parts of the body and of the object that may not collide and
+  // Calls visit(pair) for the pairs of parts of the body and the obstacle that may not collide and
   // whose bounds are within `reach_m`; visit returns the reach that still matters, none when
   // negative. `question` is asked of pairs without a margin, the distance of the others; it is an
   // error when no engine answers it. Ends early when the batch must.
   template <class Visit>
-  void ForEachPair(const WorldObject& object, From from, double reach_m, Question question,
+  void ForEachPair(const Obstacle& object, From from, double reach_m, Question question,
                    Visit&& visit);
   // The same for the pairs of the body's own parts.
   template <class Visit>
@@ -86,7 +86,7 @@ class BodySearch {
   std::size_t part_count() const { return parts_.size(); }
   const std::vector<PartPair>& self_pairs() const { return body_.self_pairs; }
 
-  bool Skips(const WorldObject& object) const { return filter_.Skips(object); }
+  bool Skips(const Obstacle& object) const { return filter_.Skips(object); }
   const WorldSnapshot& world() const { return world_; }
 
   // A pair that was asked once more; its geometries lie where PlaceBody has put the body since.
@@ -106,12 +106,21 @@ class BodySearch {
     bool cheap_bounds;  // tight bounds take a handful of operations
     bool open_mesh;
     int frame;
+    double margin_m;                  // of the object that it is a part of
+    const std::string* supported_by;  // of that object; nullptr: by nothing
     double inflation_m;
     Pose X_WP;
     Aabb bounds_W;
   };
   using EngineTable = std::array<std::array<const Engine*, kShapeKindCount>, kShapeKindCount>;
 
+  // Where no rule sets another.
+  double UsualMargin_m(const BodyPart& mine, const std::string& theirs,
+                       double their_margin_m) const {
+    if (mine.supported_by != nullptr && *mine.supported_by == theirs) return -support_tolerance_m_;
+    return their_margin_m + mine.margin_m + request_margin_m_;
+  }
+  double UsualSelfMargin_m(const BodyPart& a, const BodyPart& b) const;
   void RefusePair(const PairId& id, Question question);
   static bool IsOpen(std::uint64_t tags, std::int32_t tag) {
     return (tags >> (tag % kTags) & 1) != 0;
@@ -136,6 +145,7 @@ class BodySearch {
   WorldFilter filter_;
   PairRuleLookup rules_;
   double request_margin_m_;
+  double support_tolerance_m_;
   double sigmas_;  // of QueryOptions::margin_sigma
   double widest_margin_m_;
   EngineChoice choice_;
@@ -154,28 +164,30 @@ class BodySearch {
 bool IsOpenMesh(const Shape& shape);
 
 template <class Visit>
-void BodySearch::ForEachPair(const WorldObject& object, From from, double reach_m,
-                             Question question, Visit&& visit) {
-  const PairTerms* const rules = rules_.Of(object);
-  const double usual_m = object.margin_m + body_.margin_m + request_margin_m_;
+void BodySearch::ForEachPair(const Obstacle& object, From from, double reach_m, Question question,
+                             Visit&& visit) {
+  const ObstacleTerms rules = rules_.Of(object);
   const double more_m = sigmas_ * object.geometry->widest_sigma_m;
   for (std::size_t b = 0; b < parts_.size(); ++b) {
     const BodyPart& mine = parts_[b];
     if (!IsOpen(open_.worlds, mine.frame)) continue;
-    double margin_m = usual_m;
-    if (rules != nullptr) {
-      if (rules[mine.frame].allowed) continue;
-      margin_m = rules[mine.frame].Margin_m(usual_m);
-    }
-    margin_m += mine.inflation_m;
-    const double start_m = Start_m(from, margin_m, more_m);
+    const double usual_m = UsualMargin_m(mine, object.name, object.margin_m);
+    double margin_m = usual_m + mine.inflation_m;
+    double start_m = Start_m(from, margin_m, more_m);
     for (std::size_t o = 0; o < object.parts_W.size(); ++o) {
       const PlacedPart& placed = object.parts_W[o];
+      if (!rules.empty() && (o == 0 || rules.by_part())) {
+        const PairTerms& terms = rules.Of(mine.frame, o);
+        if (terms.allowed && !rules.by_part()) break;
+        if (terms.allowed) continue;
+        margin_m = terms.Margin_m(usual_m) + mine.inflation_m;
+        start_m = Start_m(from, margin_m, more_m);
+      }
       const double squared_m2 = SquaredDistance_m2(mine.bounds_W, placed.bounds_W);
       const double near_m = start_m + reach_m;
       if (reach_m < 0 || squared_m2 > near_m * near_m) continue;
       const PreparedPart& theirs = object.geometry->parts[o];
-      if (filter_.Skips(theirs.source)) continue;
+      if (filter_.SkipsPart(object, theirs.source)) continue;
       const PairId id{&object, static_cast<std::int32_t>(b), static_cast<std::int32_t>(o)};
       const ShapeKind kind = KindOf(theirs.shape);
       const double pair_margin_m = margin_m + sigmas_ * theirs.sigma_m;
@@ -202,10 +214,10 @@ void BodySearch::ForEachSelfPair(From from, double reach_m, Question question, V
     const auto [first, second] = body_.self_pairs[i];
     const BodyPart& a = parts_[static_cast<std::size_t>(first)];
     const BodyPart& b = parts_[static_cast<std::size_t>(second)];
-    double margin_m = request_margin_m_;
+    double margin_m = UsualSelfMargin_m(a, b);
     if (!rules.empty()) {
       if (rules[i].allowed) continue;
-      margin_m = rules[i].Margin_m(request_margin_m_);
+      margin_m = rules[i].Margin_m(margin_m);
     }
     margin_m += a.inflation_m + b.inflation_m;
     const double near_m = Start_m(from, margin_m, 0) + reach_m;

@@ -13,19 +13,19 @@ namespace {
 
 struct NearestHit {
   RayHit hit;
-  const WorldObject* object = nullptr;
+  const Obstacle* object = nullptr;
   std::int32_t part = -1;
 };
 
 // Keeps the nearest hit of the ray with the parts of one object; equally near ones go to the object
 // that comes first by name, then to the first part.
-void HitObject(const WorldObject& object, const WorldFilter& filter, const RayRow& ray,
+void HitObject(const Obstacle& object, const WorldFilter& filter, const RayRow& ray,
                Interrupt& interrupt, std::optional<NearestHit>& nearest) {
   const SlabRay slabs(ray.origin, ray.direction);
   for (std::size_t k = 0; k < object.parts_W.size(); ++k) {
     const PreparedPart& part = object.geometry->parts[k];
     const PlacedPart& placed = object.parts_W[k];
-    if (filter.Skips(part.source)) continue;
+    if (filter.SkipsPart(object, part.source)) continue;
     const double limit_m = nearest.has_value() ? nearest->hit.distance_m : ray.max_distance_m;
     const double entry_m = slabs.Entry_m(placed.bounds_W);
     if (entry_m > limit_m || std::isinf(entry_m)) continue;
@@ -58,7 +58,7 @@ absl::StatusOr<RayColumns> CastRays(const WorldSnapshot& world, std::span<const 
     return absl::UnimplementedError(absl::StrCat("engine ", std::string(NameOf(options.engine)),
                                                  " does not answer rays, AUTO and EXACT do"));
   }
-  const WorldFilter filter(world, options, /*self=*/"");
+  const WorldFilter filter(world, options);
   Interrupt interrupt(std::move(stop), options.give_up_at);
   ObjectRanks ranks(world);
   RayColumns columns;
@@ -71,7 +71,7 @@ absl::StatusOr<RayColumns> CastRays(const WorldSnapshot& world, std::span<const 
     if (interrupt.After(1)) break;
     std::optional<NearestHit> nearest;
     world.bounds().ForEachOnRay(
-        ray.origin, ray.direction, ray.max_distance_m, [&](const WorldObject& object, double) {
+        ray.origin, ray.direction, ray.max_distance_m, [&](const Obstacle& object, double) {
           if (!filter.Skips(object)) HitObject(object, filter, ray, interrupt, nearest);
           if (interrupt.reason() != Interrupt::Reason::kNone) return -1.0;
           return nearest.has_value() ? nearest->hit.distance_m : ray.max_distance_m;

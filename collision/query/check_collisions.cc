@@ -51,7 +51,7 @@ PairVerdict Judge(const BodySearch::Pair& pair) {
     const bool collides = pair.engine.Collides(pair.body, pair.object);
     return {collides ? Verdict::kCollision : Verdict::kFree, TrustOfYesNo(pair)};
   }
-  const PairDistance answer = pair.engine.Distance(pair.body, pair.object, margin_m);
+  const PairDistance answer = pair.engine.Distance(pair.body, pair.object, std::max(0.0, margin_m));
   const Verdict verdict = Decide(answer, margin_m);
   const bool is_clear = verdict == Verdict::kFree && answer.trust != Trust::kDegraded;
   return {verdict, is_clear ? TrustOfYesNo(pair) : answer.trust};
@@ -90,7 +90,7 @@ RowVerdict JudgeRow(BodySearch& search) {
   search.ForEachSelfPair(BodySearch::From::kMargin, 0, Question::kCollides, add);
   if (judge.is_decided() || search.ended() || !search.asks_world()) return judge.row();
   if (search.body_bounds_W().isEmpty()) return judge.row();  // shown to be clear of the world
-  const auto visit = [&](const WorldObject& object) {
+  const auto visit = [&](const Obstacle& object) {
     if (search.Skips(object)) return true;
     search.ForEachPair(object, BodySearch::From::kMargin, 0, Question::kCollides, add);
     return !judge.is_decided() && !search.ended();

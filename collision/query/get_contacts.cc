@@ -19,7 +19,7 @@ class ContactFinder {
     const auto add = [&](const BodySearch::Pair& pair) { return Add(pair); };
     search_.ForEachSelfPair(BodySearch::From::kMargin, 0, Question::kDistance, add);
     if (!search_.asks_world() || search_.ended()) return;
-    const auto visit = [&](const WorldObject& object) {
+    const auto visit = [&](const Obstacle& object) {
       if (search_.Skips(object)) return true;
       search_.ForEachPair(object, BodySearch::From::kMargin, 0, Question::kDistance, add);
       return !search_.ended();

@@ -52,7 +52,7 @@ class NearestPair {
   FoundPair found_;
 };
 
-void AddNearestOfObject(BodySearch& search, const WorldObject& object, double limit_m,
+void AddNearestOfObject(BodySearch& search, const Obstacle& object, double limit_m,
                         BestPairs& best) {
   NearestPair nearest(limit_m);
   search.ForEachPair(object, BodySearch::From::kSurface, nearest.reach_m(), Question::kDistance,
@@ -80,7 +80,7 @@ void FindNearest(BodySearch& search, double max_distance_m, BestPairs& best) {
   if (search.asks_itself()) AddNearestOfItself(search, limit_m(), best);
   if (!search.asks_world() || search.ended()) return;
   search.world().bounds().ForEachNearest(search.body_bounds_W(), std::max(0.0, limit_m()),
-                                         [&](const WorldObject& object, double) {
+                                         [&](const Obstacle& object, double) {
                                            if (search.Skips(object))
                                              return std::max(0.0, limit_m());
                                            AddNearestOfObject(search, object, limit_m(), best);

@@ -1,4 +1,4 @@
-// Which place an object has among the objects of its snapshot: what columns name it by.
+// The number that an obstacle has in its snapshot: what columns name it by.
 #pragma once
 
 #include <cstdint>
@@ -8,17 +8,17 @@
 
 namespace cwm::collision {
 
-// One per call, used by one thread: asks the snapshot once per object.
+// One per call, used by one thread: asks the snapshot once per obstacle.
 class ObjectRanks {
  public:
   explicit ObjectRanks(const WorldSnapshot& world) : world_(world) {}
 
-  // Into world.objects(); -1 for nullptr. The object is one of the snapshot.
-  std::int32_t Of(const WorldObject* object) {
+  // See WorldSnapshot::ObstacleAt; -1 for nullptr. The obstacle is one of the snapshot.
+  std::int32_t Of(const Obstacle* object) {
     if (object == nullptr) return -1;
     if (object == last_) return last_rank_;
     const auto [at, is_new] = ranks_.try_emplace(object, 0);
-    if (is_new) at->second = static_cast<std::int32_t>(*world_.objects().RankOf(object->name));
+    if (is_new) at->second = static_cast<std::int32_t>(world_.IndexOf(*object));
     last_ = object;
     last_rank_ = at->second;
     return last_rank_;
@@ -26,8 +26,8 @@ class ObjectRanks {
 
  private:
   const WorldSnapshot& world_;
-  std::unordered_map<const WorldObject*, std::int32_t> ranks_;
-  const WorldObject* last_ = nullptr;
+  std::unordered_map<const Obstacle*, std::int32_t> ranks_;
+  const Obstacle* last_ = nullptr;
   std::int32_t last_rank_ = -1;
 };
 

@@ -1,12 +1,16 @@
 #include "collision/query/pair_rule_lookup.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
+#include <map>
+#include <utility>
 
 namespace cwm::collision {
 namespace {
 
 constexpr int kAllFrames = -1;
+constexpr int kOwnFrames = -2;
 
 // What several rules say together of the same two parts.
 struct Together {
@@ -39,13 +43,13 @@ struct Together {
 PairRuleLookup::PairRuleLookup(const WorldSnapshot& world, const QueryBody& body,
                                const QueryOptions& options)
     : body_(body) {
-  ignored_.reserve(options.ignore_pairs.size());
   for (const NamedPair& pair : options.ignore_pairs) {
     ignored_.push_back({.pair = Ordered(pair), .allowed = true});
   }
+  if (body.attachment != nullptr) AllowAttachment(world);
   for (const PairRule& rule : world.pair_rules()) Add(rule);
   for (const PairRule& rule : ignored_) Add(rule);
-  if (!of_everything_.empty()) terms_of_everything_ = TermsOf(of_everything_);
+  if (!of_everything_.empty()) terms_of_everything_ = TermsOf(of_everything_, nullptr);
   if (!of_named_.empty()) FillBuckets();
   if (!of_itself_.empty()) ResolveSelfPairs();
 }
@@ -55,30 +59,56 @@ void PairRuleLookup::Add(const PairRule& rule) {
   Add(rule, a, b);
   if (a != b) Add(rule, b, a);
   if (body_.self_pairs.empty()) return;
-  if (FrameOf(a).has_value() && FrameOf(b).has_value()) of_itself_.push_back(&rule);
+  if (FramesOf(a).has_value() && FramesOf(b).has_value()) of_itself_.push_back(&rule);
 }
 
 void PairRuleLookup::Add(const PairRule& rule, const NamedThing& mine, const NamedThing& theirs) {
-  if (!theirs.link.empty()) return;  // objects have none
-  const std::optional<int> frame = FrameOf(mine);
-  if (!frame.has_value()) return;
+  const std::optional<int> frames = FramesOf(mine);
+  if (!frames.has_value()) return;
   auto& applied = theirs.name == kEverything ? of_everything_ : of_named_;
-  applied.push_back({*frame, &rule, theirs.name});
+  applied.push_back({*frames, &rule, &theirs});
   widest_margin_m_ = std::max(widest_margin_m_, rule.margin_m.value_or(0));
 }
 
-// That of the body which the thing includes, kAllFrames, or nothing.
-std::optional<int> PairRuleLookup::FrameOf(const NamedThing& thing) const {
+// That of the body which the thing includes, or several, or nothing.
+std::optional<int> PairRuleLookup::FramesOf(const NamedThing& thing) const {
   if (thing.name == kEverything) return kAllFrames;
-  if (body_.self.empty() || thing.name != body_.self) return std::nullopt;
-  if (thing.link.empty()) return kAllFrames;
-  return body_.robot != nullptr ? body_.robot->FindLink(thing.link) : std::nullopt;
+  if (!body_.self.empty() && thing.name == body_.self) {
+    if (thing.link.empty()) return kOwnFrames;
+    return body_.robot != nullptr ? body_.robot->FindLink(thing.link) : std::nullopt;
+  }
+  for (std::size_t k = 0; k < body_.carried.size(); ++k) {
+    if (thing.name != body_.carried[k].object->name) continue;
+    if (!thing.link.empty()) return std::nullopt;  // objects have none
+    return body_.frame_count + static_cast<int>(k);
+  }
+  return std::nullopt;
+}
+
+bool PairRuleLookup::Covers(int frames, int frame) const {
+  return frames == kAllFrames || frames == frame ||
+         (frames == kOwnFrames && frame < body_.frame_count);
+}
+
+// An object that asks by itself stays as it is with what holds it, and with what is held there too.
+void PairRuleLookup::AllowAttachment(const WorldSnapshot& world) {
+  const Attachment& by = *body_.attachment;
+  const auto allow = [&](const NamedThing& other) {
+    ignored_.push_back({.pair = Ordered({{body_.self}, other}), .allowed = true});
+  };
+  allow({by.robot, by.link});
+  for (const std::string& link : by.touch_links) allow({by.robot, link});
+  for (const WorldObjectPtr& other : world.attached()) {
+    const Attachment& of_other = *other->attachment;
+    const bool is_there = of_other.robot == by.robot && of_other.link == by.link;
+    if (is_there && other->name != body_.self) allow({other->name});
+  }
 }
 
 void PairRuleLookup::FillBuckets() {
   buckets_.assign(std::bit_ceil(2 * of_named_.size()), -1);
   for (std::size_t i = 0; i < of_named_.size(); ++i) {
-    std::int32_t& first = buckets_[BucketOf(of_named_[i].theirs)];
+    std::int32_t& first = buckets_[BucketOf(of_named_[i].theirs->name)];
     of_named_[i].next = first;
     first = static_cast<std::int32_t>(i);
   }
@@ -88,68 +118,70 @@ std::size_t PairRuleLookup::BucketOf(std::string_view name) const {
   return static_cast<std::size_t>(HashOf(name)) & (buckets_.size() - 1);
 }
 
-const PairTerms* PairRuleLookup::Met(const WorldObject& object) {
-  const auto [at, is_new] = met_.try_emplace(&object);
+ObstacleTerms PairRuleLookup::Met(const Obstacle& obstacle) {
+  const auto [at, is_new] = met_.try_emplace(&obstacle);
   if (is_new && !of_named_.empty()) {
     std::vector<Applied> applied;
-    for (std::int32_t i = buckets_[BucketOf(object.name)]; i >= 0;) {
+    for (std::int32_t i = buckets_[BucketOf(obstacle.name)]; i >= 0;) {
       const Applied& each = of_named_[static_cast<std::size_t>(i)];
-      if (each.theirs == object.name) applied.push_back(each);
+      if (each.theirs->name == obstacle.name) applied.push_back(each);
       i = each.next;
     }
     if (!applied.empty()) {  // rules of everything are about it as well
       applied.insert(applied.end(), of_everything_.begin(), of_everything_.end());
-      at->second = TermsOf(applied);
+      at->second = TermsOf(applied, obstacle.robot.get());
     }
   }
-  if (!at->second.empty()) return at->second.data();
-  return terms_of_everything_.empty() ? nullptr : terms_of_everything_.data();
+  const Terms& known = at->second.terms.empty() ? terms_of_everything_ : at->second;
+  return known.terms.empty() ? ObstacleTerms() : ObstacleTerms(known.terms.data(), known.by_link);
 }
 
-std::vector<PairTerms> PairRuleLookup::TermsOf(std::span<const Applied> applied) const {
-  std::vector<Together> together(static_cast<std::size_t>(body_.frame_count));
+// By link of the robot only where a rule names one.
+PairRuleLookup::Terms PairRuleLookup::TermsOf(std::span<const Applied> applied,
+                                              const RobotGeometry* robot) const {
+  Terms result;
+  const bool by_link = robot != nullptr &&
+                       std::any_of(applied.begin(), applied.end(),
+                                   [](const Applied& each) { return !each.theirs->link.empty(); });
+  if (by_link) result.by_link = robot;
+  const std::size_t columns = by_link ? robot->model->links.size() : 1;
+  std::vector<Together> together(static_cast<std::size_t>(body_.AllFrames()) * columns);
   for (const Applied& each : applied) {
-    if (each.frame != kAllFrames) {
-      together[static_cast<std::size_t>(each.frame)].Add(*each.rule);
-    } else {
-      for (Together& frame : together) frame.Add(*each.rule);
+    std::size_t first = 0, last = columns;
+    if (!each.theirs->link.empty()) {
+      if (robot == nullptr) continue;  // objects have no links
+      const std::optional<int> link = robot->model->FindLink(each.theirs->link);
+      if (!link.has_value()) continue;
+      first = static_cast<std::size_t>(*link);
+      last = first + 1;
+    }
+    for (int frame = 0; frame < body_.AllFrames(); ++frame) {
+      if (!Covers(each.frames, frame)) continue;
+      Together* const row = &together[static_cast<std::size_t>(frame) * columns];
+      for (std::size_t column = first; column < last; ++column) row[column].Add(*each.rule);
     }
   }
-  std::vector<PairTerms> terms;
-  terms.reserve(together.size());
-  for (const Together& frame : together) terms.push_back(frame.Terms());
-  return terms;
+  result.terms.reserve(together.size());
+  for (const Together& each : together) result.terms.push_back(each.Terms());
+  return result;
 }
 
-// A rule is about two frames, one with all, or all with all.
+// Each side of a rule is a frame, all of the body's own, or all; so each frame is on three of them.
 void PairRuleLookup::ResolveSelfPairs() {
-  const auto frames = static_cast<std::size_t>(body_.frame_count);
-  Together all;
-  std::vector<Together> one(frames);
-  std::unordered_map<std::size_t, Together> two;
-  const auto key = [&](int a, int b) {
-    return static_cast<std::size_t>(std::min(a, b)) * frames +
-           static_cast<std::size_t>(std::max(a, b));
-  };
+  std::map<std::pair<int, int>, Together> said;
   for (const PairRule* rule : of_itself_) {
-    const int a = *FrameOf(rule->pair.a), b = *FrameOf(rule->pair.b);
-    if (a != kAllFrames && b != kAllFrames) {
-      two[key(a, b)].Add(*rule);
-    } else if (a != kAllFrames || b != kAllFrames) {
-      one[static_cast<std::size_t>(std::max(a, b))].Add(*rule);
-    } else {
-      all.Add(*rule);
-    }
+    said[std::minmax(*FramesOf(rule->pair.a), *FramesOf(rule->pair.b))].Add(*rule);
   }
-  const auto frame_of = [&](std::int32_t part) {
-    return body_.frame_of_part.empty() ? 0 : body_.frame_of_part[static_cast<std::size_t>(part)];
+  const auto sides = [&](int frame) {
+    return std::array{frame, kAllFrames, frame < body_.frame_count ? kOwnFrames : kAllFrames};
   };
   for (const auto& [first, second] : body_.self_pairs) {
-    const int a = frame_of(first), b = frame_of(second);
-    Together pair = all;
-    pair.Add(one[static_cast<std::size_t>(a)]);
-    pair.Add(one[static_cast<std::size_t>(b)]);
-    if (const auto at = two.find(key(a, b)); at != two.end()) pair.Add(at->second);
+    Together pair;
+    for (const int a : sides(body_.FrameOf(first))) {
+      for (const int b : sides(body_.FrameOf(second))) {
+        if (const auto at = said.find(std::minmax(a, b)); at != said.end()) pair.Add(at->second);
+      }
+    }
     of_self_pairs_.push_back(pair.Terms());
   }
 }

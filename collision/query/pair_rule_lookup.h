@@ -23,16 +23,36 @@ struct PairTerms {
   double Margin_m(double usual_m) const { return has_margin ? margin_m : usual_m; }
 };
 
+// What rules say of the parts of a body and those of an obstacle. Valid while the lookup is.
+class ObstacleTerms {
+ public:
+  ObstacleTerms() = default;  // no rule applies
+  ObstacleTerms(const PairTerms* terms, const RobotGeometry* by_link)
+      : terms_(terms), by_link_(by_link) {}
+
+  bool empty() const { return terms_ == nullptr; }
+  // Whether the parts of the obstacle, a robot, differ; else what is said of one is said of all.
+  bool by_part() const { return by_link_ != nullptr; }
+  const PairTerms& Of(int frame, std::size_t part) const {
+    const auto row = static_cast<std::size_t>(frame);
+    if (by_link_ == nullptr) return terms_[row];
+    const auto link = static_cast<std::size_t>(by_link_->link_of_part[part]);
+    return terms_[row * by_link_->model->links.size() + link];
+  }
+
+ private:
+  const PairTerms* terms_ = nullptr;  // by frame of the body, and in it by link if by_link_ is set
+  const RobotGeometry* by_link_ = nullptr;
+};
+
 // One per call, used by one thread. Refers to the world and the body. Making it costs some tens of
 // nanoseconds a rule; what rules say of an object is put together when it is first met.
 class PairRuleLookup {
  public:
   PairRuleLookup(const WorldSnapshot& world, const QueryBody& body, const QueryOptions& options);
 
-  // Of the body's parts with the object's, by the frame of the part; nullptr where no rule applies.
-  // Valid while this is.
-  const PairTerms* Of(const WorldObject& object) {
-    return of_everything_.empty() && of_named_.empty() ? nullptr : Met(object);
+  ObstacleTerms Of(const Obstacle& obstacle) {
+    return of_everything_.empty() && of_named_.empty() ? ObstacleTerms() : Met(obstacle);
   }
   // By self pair of the body; empty where no rule applies.
   std::span<const PairTerms> OfSelfPairs() const { return of_self_pairs_; }
@@ -40,31 +60,38 @@ class PairRuleLookup {
   double widest_margin_m() const { return widest_margin_m_; }
 
  private:
-  // A rule of which one side is the body, and that side: one frame of it, or all.
+  // A rule of which one side is the body, and that side: one frame of it, all that are its own
+  // (kOwnFrames: what it carries has other names), or all.
   struct Applied {
-    int frame;
+    int frames;
     const PairRule* rule;
-    std::string_view theirs;  // the name of the other side
-    std::int32_t next = -1;   // in of_named_: of the same bucket
+    const NamedThing* theirs;  // the other side
+    std::int32_t next = -1;    // in of_named_: of the same bucket
+  };
+  // What is known of an obstacle that was met.
+  struct Terms {
+    std::vector<PairTerms> terms;  // empty: no rule names it
+    const RobotGeometry* by_link = nullptr;
   };
 
+  void AllowAttachment(const WorldSnapshot& world);
   void Add(const PairRule& rule);
   void Add(const PairRule& rule, const NamedThing& mine, const NamedThing& theirs);
-  std::optional<int> FrameOf(const NamedThing& thing) const;
+  std::optional<int> FramesOf(const NamedThing& thing) const;
+  bool Covers(int frames, int frame) const;
   void FillBuckets();
   std::size_t BucketOf(std::string_view name) const;
-  const PairTerms* Met(const WorldObject& object);
-  std::vector<PairTerms> TermsOf(std::span<const Applied> applied) const;
+  ObstacleTerms Met(const Obstacle& obstacle);
+  Terms TermsOf(std::span<const Applied> applied, const RobotGeometry* robot) const;
   void ResolveSelfPairs();
 
   const QueryBody& body_;
-  std::vector<PairRule> ignored_;  // of the request
+  std::vector<PairRule> ignored_;  // of the request, and what the body is attached to
   std::vector<Applied> of_everything_;
-  std::vector<PairTerms> terms_of_everything_;  // by frame
+  Terms terms_of_everything_;
   std::vector<Applied> of_named_;
   std::vector<std::int32_t> buckets_;  // by hash of the name: the first of of_named_, or -1
-  // Of objects that were met; empty for those that no rule names.
-  std::unordered_map<const WorldObject*, std::vector<PairTerms>> met_;
+  std::unordered_map<const Obstacle*, Terms> met_;
   std::vector<const PairRule*> of_itself_;
   std::vector<PairTerms> of_self_pairs_;
   double widest_margin_m_ = 0;

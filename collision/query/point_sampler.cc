@@ -63,7 +63,7 @@ void PointSampler::ListParts(std::span<const Vector3> chunk) {
   listed_reach_m_ = limit_m_;
   bool few = true;
   world_.bounds().ForEachNearest(
-      bounds, limit_m_ + kKinkReach_m, [&](const WorldObject& object, double) {
+      bounds, limit_m_ + kKinkReach_m, [&](const Obstacle& object, double) {
         for (const SampledPart& part : parts_.Of(object)) {
           listed_.push_back(&part);
           listed_reach_m_ = std::min(listed_reach_m_, FarthestCorner_m(bounds, part.bounds_W()));
@@ -106,7 +106,7 @@ bool PointSampler::MeetWorld(const Aabb& block) {
   Begin();
   bool ended = false;
   world_.bounds().ForEachNearest(
-      block, limit_m_ + kKinkReach_m, [&](const WorldObject& object, double) {
+      block, limit_m_ + kKinkReach_m, [&](const Obstacle& object, double) {
         for (const SampledPart& part : parts_.Of(object)) {
           const double reach_m = reach_m_ + kKinkReach_m;
           if (SquaredDistance_m2(block, part.bounds_W()) > reach_m * reach_m) continue;
@@ -257,7 +257,7 @@ PointSampler::Depth PointSampler::DepthOf(int lane, const PointSample& sample) {
 double PointSampler::SolidDistance_m(const Vector3& p_W) {
   double least_m = std::numeric_limits<double>::infinity();
   world_.bounds().ForEachNearest(Aabb(p_W, p_W), 2 * kTouching_m,
-                                 [&](const WorldObject& object, double) {
+                                 [&](const Obstacle& object, double) {
                                    for (const SampledPart& part : parts_.Of(object)) {
                                      if (part.is_open() || !part.bounds_W().contains(p_W)) continue;
                                      least_m = std::min(least_m, part.Distance_m(p_W));

@@ -4,9 +4,13 @@
 //
 // Margins: distance and depth are geometric, margins never enter them. A state collides when the
 // distance of some pair is strictly less than its margin: what a rule of the pair sets, else the
-// margin of the object plus the margin of the object that asks, if one does, plus the margin of the
-// request; and in either case margin_sigma deviations of either part's surface. Two links of a
-// robot have no margins of their own: theirs is the request's.
+// margin of the object plus the margin of the object that asks or is carried, if one is, plus the
+// margin of the request; and in either case margin_sigma deviations of either part's surface.
+// Robots and their links have no margins of their own. Between an object that asks or is carried
+// and what supports it the margin is less than none, -support_tolerance_m: it stands there.
+//
+// A robot of the world is an obstacle where its state puts it, but to itself. What is attached to a
+// robot that asks is part of its body, and no obstacle to it.
 //
 // Pairs that may collide, by the SRDF, the world or the request, are seen by no question: they are
 // in no verdict, distance or contact. Rays and sampled points are of no body: no rule is about them.
@@ -36,25 +40,45 @@ struct PartPair {
   friend bool operator==(const PartPair&, const PartPair&) = default;
 };
 
+// An object that a body carries: its parts are in a frame of their own, fixed to one of the body's.
+struct CarriedObject {
+  WorldObjectPtr object;
+  int link = 0;  // the frame of the body, F
+  Pose X_FO = Pose::Identity();
+};
+
 // What asks: parts fixed in frames of the body, prepared once for the whole batch. A rigid body has
 // one frame, B, a robot one for each link.
 struct QueryBody {
   std::shared_ptr<const PreparedModel> geometry;
   std::vector<int> frame_of_part = {};  // empty: all in one frame
-  int frame_count = 1;
+  int frame_count = 1;                  // of those that rows place
+  // The k-th has the frame frame_count + k; its parts come after those of the body.
+  std::vector<CarriedObject> carried = {};
   std::vector<PartPair> self_pairs = {};  // that must not collide either
   bool asks_world = true;                 // false: about itself alone
   // Name of the object or robot of the world that asks: it is left out of the world, and rules of
   // pairs know it by that. Empty: only rules of everything are about it.
   std::string self = {};
-  double margin_m = 0;                                // of the world object that asks
-  std::shared_ptr<const RobotModel> robot = nullptr;  // whose links are the frames
+  double margin_m = 0;                                     // of the world object that asks
+  std::string supported_by = {};                           // likewise
+  std::shared_ptr<const Attachment> attachment = nullptr;  // likewise
+  std::shared_ptr<const RobotModel> robot = nullptr;       // whose links are the frames
   // No answer is labelled better: of a body that merely stands for another, DEGRADED.
   Trust best_trust = Trust::kExact;
   // By frame: spheres that together contain the parts, of an open mesh its whole box. With them
   // CheckCollisions proves pairs apart for many states at once: verdicts and the pairs named are the
   // same without; a pair shown apart so adds nothing to what weakens the trust of a free row.
   std::shared_ptr<const SphereModel> around = {};
+
+  int FrameOf(std::int32_t part) const {
+    return frame_of_part.empty() ? 0 : frame_of_part[static_cast<std::size_t>(part)];
+  }
+  int AllFrames() const { return frame_count + static_cast<int>(carried.size()); }
+  // Of a frame what is carried in it; nullptr: one of the body itself.
+  const CarriedObject* CarriedIn(int frame) const {
+    return frame < frame_count ? nullptr : &carried[static_cast<std::size_t>(frame - frame_count)];
+  }
 };
 QueryBody BodyFromShapes(std::vector<Placed<>> shapes);
 QueryBody BodyFromObject(const WorldObject& object);
@@ -64,7 +88,7 @@ class BodyRows {
  public:
   virtual ~BodyRows() = default;
   virtual std::size_t size() const = 0;
-  // Sets X_WF, one pose for each frame of the body.
+  // Sets X_WF, one pose for each frame of the body but those of what it carries.
   virtual void Place(std::size_t row, std::span<Pose> X_WF) const = 0;
   // Whether the row is a state that the body can be in: else its verdict is OUT_OF_LIMITS. Distances
   // and contacts are told all the same.
@@ -91,6 +115,9 @@ enum class Representation { kHybrid, kShapes, kSurfaces };
 // about pair by pair: a robot of spheres is then many times faster.
 enum class Naming { kEachRow, kWhereAsked };
 
+// Scans place an object a few millimetres into its table or above it.
+inline constexpr double kSupportTolerance_m = 0.005;
+
 struct QueryOptions {
   EngineChoice engine = EngineChoice::kAuto;
   Representation representation = Representation::kHybrid;
@@ -100,10 +127,13 @@ struct QueryOptions {
   int max_results = 1;                       // nearest objects per row of GetDistances
   int max_contacts = 16;                     // per row of GetContacts
   Naming naming = Naming::kEachRow;          // of CheckCollisions
-  std::vector<std::string> ignore = {};      // names of objects that the question leaves out
+  std::vector<std::string> ignore = {};      // names of objects and robots that are left out
   std::vector<NamedPair> ignore_pairs = {};  // that may collide, besides those of the world
   // >= 0: so many deviations of its surface are part of each part's margin.
   double margin_sigma = 0;
+  // >= 0: how deep an object that asks or is carried may reach into what supports it, where no rule
+  // sets the margin of the two.
+  double support_tolerance_m = kSupportTolerance_m;
   // Of SamplePoints for a large batch, the caller's included. The other questions use the caller's.
   int threads = 1;
   // Work stops here and the completed prefix is returned.
@@ -120,7 +150,7 @@ inline constexpr std::int32_t kItself = -2;
 // AUTO or EXACT, whose bounds are about depths alone.
 struct CollisionColumns {
   std::vector<Verdict> verdict;
-  std::vector<std::int32_t> object;     // into snapshot.objects(), kItself; -1: no pair is named
+  std::vector<std::int32_t> object;     // WorldSnapshot::ObstacleAt, kItself; -1: no pair is named
   std::vector<std::int32_t> body_part;  // into the body's parts
   std::vector<std::int32_t> object_part;
   std::vector<Trust> trust;   // of the pair named; of a free row, the weakest of the pairs asked
@@ -134,7 +164,7 @@ struct PairColumns {
   std::vector<double> point_body;    // x y z, on the query body, world frame
   std::vector<double> point_object;  // x y z, on the world object
   std::vector<double> normal;        // x y z, unit, from the body to the object
-  std::vector<std::int32_t> object;  // into snapshot.objects(), or kItself
+  std::vector<std::int32_t> object;  // WorldSnapshot::ObstacleAt, or kItself
   std::vector<std::int32_t> body_part;
   std::vector<std::int32_t> object_part;
   std::vector<Trust> trust;

@@ -16,7 +16,11 @@ QueryBody BodyFromShapes(std::vector<Placed<>> shapes) {
 }
 
 QueryBody BodyFromObject(const WorldObject& object) {
-  return {.geometry = object.geometry, .self = object.name, .margin_m = object.margin_m};
+  return {.geometry = object.geometry,
+          .self = object.name,
+          .margin_m = object.margin_m,
+          .supported_by = object.supported_by,
+          .attachment = object.attachment};
 }
 
 }  // namespace cwm::collision

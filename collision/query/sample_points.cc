@@ -110,7 +110,7 @@ absl::StatusOr<PointColumns> SamplePoints(const WorldSnapshot& world,
               .points = points,
               .options = options,
               .stop = stop,
-              .filter = WorldFilter(world, options, /*self=*/""),
+              .filter = WorldFilter(world, options),
               .chunks = ChunksOf(points.size()),
               .done = {},
               .columns = MakeRoom(points.size())};

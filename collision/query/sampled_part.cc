@@ -9,7 +9,7 @@
 
 namespace cwm::collision {
 
-SampledPart::SampledPart(const WorldObject& object, const Id& id)
+SampledPart::SampledPart(const Obstacle& object, const Id& id)
     : id_(id),
       part_(&object.geometry->parts[static_cast<std::size_t>(id.part)]),
       bounds_W_(&object.parts_W[static_cast<std::size_t>(id.part)].bounds_W),
@@ -18,7 +18,7 @@ SampledPart::SampledPart(const WorldObject& object, const Id& id)
     for (int j = 0; j < 3; ++j) solid_.axis[i][j] = X_WP_.linear()(j, i);
     solid_.origin[i] = X_WP_.translation()[i];
   }
-  const HybridModel& model = object.model();
+  const HybridModel& model = *object.geometry->model;
   const VesselShell* const vessel =
       part_->source == PartSource::kShape
           ? model.shapes[static_cast<std::size_t>(part_->index)].vessel.get()
@@ -127,14 +127,17 @@ double SampledPart::DistanceInShape_m(const Vector3& p, double max_distance_m) c
   return profile_ ? SampleProfile(p).distance_m : SignedDistance_m(part_->shape, p);
 }
 
-std::span<const SampledPart> SampledParts::Of(const WorldObject& object) {
+std::span<const SampledPart> SampledParts::Of(const Obstacle& object) {
   const auto [at, is_new] = parts_.try_emplace(&object);
   if (is_new && !filter_.Skips(object)) {
     at->second.reserve(object.parts_W.size());
-    const std::int32_t rank = ranks_.Of(&object);
+    const std::int32_t index = ranks_.Of(&object);
+    const std::int32_t by_name =
+        world_.robots().empty() ? index : static_cast<std::int32_t>(world_.RankByName(object));
     for (std::size_t k = 0; k < object.parts_W.size(); ++k) {
-      if (filter_.Skips(object.geometry->parts[k].source)) continue;
-      at->second.emplace_back(object, SampledPart::Id{rank, static_cast<std::int32_t>(k)});
+      if (filter_.SkipsPart(object, object.geometry->parts[k].source)) continue;
+      at->second.emplace_back(object,
+                              SampledPart::Id{index, static_cast<std::int32_t>(k), by_name});
     }
   }
   return at->second;

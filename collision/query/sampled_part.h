@@ -20,17 +20,18 @@ namespace cwm::collision {
 class SampledPart {
  public:
   struct Id {
-    std::int32_t object = 0;  // into world.objects()
+    std::int32_t object = 0;  // WorldSnapshot::IndexOf
     std::int32_t part = 0;
+    std::int32_t by_name = 0;  // its place among all objects and robots, ordered by name
   };
-  SampledPart(const WorldObject& object, const Id& id);
+  SampledPart(const Obstacle& object, const Id& id);
   SampledPart(const SampledPart&) =
       delete;  // it refers to itself, by memory that a move takes along
   SampledPart(SampledPart&&) = default;
 
   const Id& id() const { return id_; }
   // How equally near parts are ordered: by object name, then part.
-  std::int64_t order() const { return (std::int64_t{id_.object} << 32) | id_.part; }
+  std::int64_t order() const { return (std::int64_t{id_.by_name} << 32) | id_.part; }
   const Aabb& bounds_W() const { return *bounds_W_; }
   bool is_open() const { return tree_ != nullptr && !watertight_; }
 
@@ -78,15 +79,16 @@ class SampledPart {
 class SampledParts {
  public:
   SampledParts(const WorldSnapshot& world, const WorldFilter& filter)
-      : filter_(filter), ranks_(world) {}
+      : world_(world), filter_(filter), ranks_(world) {}
 
   // Of an object of the world: those that count.
-  std::span<const SampledPart> Of(const WorldObject& object);
+  std::span<const SampledPart> Of(const Obstacle& object);
 
  private:
+  const WorldSnapshot& world_;
   const WorldFilter& filter_;
   ObjectRanks ranks_;
-  std::unordered_map<const WorldObject*, std::vector<SampledPart>> parts_;
+  std::unordered_map<const Obstacle*, std::vector<SampledPart>> parts_;
 };
 
 }  // namespace cwm::collision

@@ -77,6 +77,7 @@ std::optional<SphereCheck> SphereCheck::Make(const WorldSnapshot& world, const Q
   if (options.engine != EngineChoice::kAuto && options.engine != EngineChoice::kExact) {
     return std::nullopt;
   }
+  if (!body.carried.empty()) return std::nullopt;  // spheres know the links alone
   // Pairs with terms of their own are looked at one by one.
   const bool has_terms = !world.pair_rules().empty() || !options.ignore_pairs.empty();
   if (has_terms || options.margin_sigma > 0) return std::nullopt;
@@ -98,7 +99,7 @@ std::optional<SphereCheck> SphereCheck::Make(const WorldSnapshot& world, const Q
       CompileSpheres(joints->model(), joints->group(), joints->states().base, *spheres,
                      {.spheres = pairs, .links = link_pairs}, options.margin_m);
   if (!program) return std::nullopt;
-  const WorldFilter filter(world, options, body.self);
+  const WorldFilter filter(world, options, body);
   LaneScene scene = body.asks_world
                         ? CompileScene(world, filter, *program, joints->states().X_WB, margin_m)
                         : EmptyScene(*program);

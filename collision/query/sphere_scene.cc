@@ -19,7 +19,8 @@ struct Solid {
   bool is_bounded = true;
 };
 
-Solid Around(const PreparedPart& part, const Pose& X_BO) {
+Solid Around(const PreparedPart& part, const Pose& X_BS) {
+  const Pose X_BO = X_BS * part.X_OP.inverse();
   Solid solid;
   solid.is_hull = true;
   solid.X_BS = X_BO;
@@ -28,10 +29,10 @@ Solid Around(const PreparedPart& part, const Pose& X_BO) {
   return solid;
 }
 
-Solid SolidOf(const PreparedPart& part, const Pose& X_BO) {
+Solid SolidOf(const PreparedPart& part, const Pose& X_BS) {
   using Form = LaneObstacle::Form;
   Solid solid;
-  solid.X_BS = X_BO * part.X_OP;
+  solid.X_BS = X_BS;
   if (const auto* box = std::get_if<Box>(&part.shape)) {
     solid.size_m = 0.5 * box->size_m;
   } else if (const auto* sphere = std::get_if<Sphere>(&part.shape)) {
@@ -51,7 +52,7 @@ Solid SolidOf(const PreparedPart& part, const Pose& X_BO) {
     solid.form = Form::kHalfSpace;
     solid.is_bounded = false;
   } else {
-    return Around(part, X_BO);
+    return Around(part, X_BS);
   }
   return solid;
 }
@@ -125,8 +126,8 @@ class SceneCompiler {
 
   double reach_m() const { return reach_m_; }
 
-  void Add(const WorldObject& object, const PreparedPart& part, double margin_m) {
-    Solid solid = SolidOf(part, X_BW_ * object.X_WO);
+  void Add(const PreparedPart& part, const Pose& X_WP, double margin_m) {
+    Solid solid = SolidOf(part, X_BW_ * X_WP);
     Clip(reach_m_, solid);
     const auto index = static_cast<std::int32_t>(scene_.obstacles.size());
     bool is_near = false;
@@ -190,10 +191,12 @@ LaneScene CompileScene(const WorldSnapshot& world, const WorldFilter& filter,
   SceneCompiler compiler(program, X_WB, widest_margin_m);
   const Vector3 reach = Vector3::Constant(compiler.reach_m());
   const Aabb around_W(X_WB.translation() - reach, X_WB.translation() + reach);
-  world.bounds().ForEachWithin(around_W, 0, [&](const WorldObject& object) {
+  world.bounds().ForEachWithin(around_W, 0, [&](const Obstacle& object) {
     if (filter.Skips(object)) return;
-    for (const PreparedPart& part : object.geometry->parts) {
-      if (!filter.Skips(part.source)) compiler.Add(object, part, object.margin_m + margin_m);
+    for (std::size_t k = 0; k < object.parts_W.size(); ++k) {
+      const PreparedPart& part = object.geometry->parts[k];
+      if (filter.SkipsPart(object, part.source)) continue;
+      compiler.Add(part, object.parts_W[k].X_WP, object.margin_m + margin_m);
     }
   });
   return compiler.Take();

@@ -2,15 +2,24 @@
 
 namespace cwm::collision {
 
-WorldFilter::WorldFilter(const WorldSnapshot& world, const QueryOptions& options,
-                         const std::string& self)
+WorldFilter::WorldFilter(const WorldSnapshot& world, const QueryOptions& options)
     : representation_(options.representation) {
-  const auto skip = [&](const std::string& name) {
-    const WorldObjectPtr* object = world.objects().Find(name);
-    if (object != nullptr) skipped_.push_back(object->get());
-  };
-  if (!self.empty()) skip(self);
-  for (const std::string& name : options.ignore) skip(name);
+  for (const std::string& name : options.ignore) Skip(world, name);
+}
+
+WorldFilter::WorldFilter(const WorldSnapshot& world, const QueryOptions& options,
+                         const QueryBody& body)
+    : WorldFilter(world, options) {
+  if (!body.self.empty()) Skip(world, body.self);
+  for (const CarriedObject& carried : body.carried) Skip(world, carried.object->name);
+}
+
+void WorldFilter::Skip(const WorldSnapshot& world, const std::string& name) {
+  if (const WorldObjectPtr* object = world.objects().Find(name)) {
+    skipped_.push_back(object->get());
+  } else if (const WorldRobotPtr robot = world.FindRobot(name)) {
+    skipped_.push_back(&robot->body);  // kept alive by the world
+  }
 }
 
 }  // namespace cwm::collision

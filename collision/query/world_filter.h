@@ -1,5 +1,5 @@
-// What of the world a question counts: objects but the ignored ones and the one that asks, parts of
-// the chosen representation.
+// What of the world a question counts: objects and robots but the ignored ones and the one that
+// asks with what it carries, parts of the chosen representation. Of a robot all parts count.
 #pragma once
 
 #include <algorithm>
@@ -12,12 +12,20 @@ namespace cwm::collision {
 
 class WorldFilter {
  public:
-  // `self` may be empty. Names of no object have no effect.
-  WorldFilter(const WorldSnapshot& world, const QueryOptions& options, const std::string& self);
+  // Of a body that asks. Names of nothing have no effect.
+  WorldFilter(const WorldSnapshot& world, const QueryOptions& options, const QueryBody& body);
+  // Of rays and points.
+  WorldFilter(const WorldSnapshot& world, const QueryOptions& options);
 
-  bool Skips(const WorldObject& object) const {
-    return std::find(skipped_.begin(), skipped_.end(), &object) != skipped_.end();
+  bool Skips(const Obstacle& obstacle) const {
+    return std::find(skipped_.begin(), skipped_.end(), &obstacle) != skipped_.end();
   }
+  bool SkipsPart(const Obstacle& obstacle, PartSource source) const {
+    return obstacle.robot == nullptr && Skips(source);
+  }
+
+ private:
+  void Skip(const WorldSnapshot& world, const std::string& name);
   bool Skips(PartSource source) const {
     switch (representation_) {
       case Representation::kShapes:
@@ -30,8 +38,7 @@ class WorldFilter {
     return false;
   }
 
- private:
-  std::vector<const WorldObject*> skipped_;  // few: a linear search costs least
+  std::vector<const Obstacle*> skipped_;  // few: a linear search costs least
   Representation representation_;
 };
 

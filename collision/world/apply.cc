@@ -7,6 +7,7 @@
 #include "absl/strings/str_cat.h"
 #include "collision/geometry/validation.h"
 #include "collision/world/apply_fault.h"
+#include "collision/world/attachment.h"
 #include "collision/world/model_equality.h"
 #include "collision/world/pair_rule_transaction.h"
 #include "collision/world/robot_transaction.h"
@@ -30,7 +31,8 @@ namespace {
 bool SameContent(const WorldObject& a, const WorldObject& b) {
   return a.name == b.name && a.uid == b.uid && a.kind == b.kind && a.owner == b.owner &&
          a.state == b.state && SamePose(a.X_WO, b.X_WO) && a.geometry == b.geometry &&
-         a.supported_by == b.supported_by && a.margin_m == b.margin_m;
+         a.supported_by == b.supported_by && a.margin_m == b.margin_m &&
+         SameAttachment(a.attachment.get(), b.attachment.get());
 }
 
 // Answers name objects and robots in one list.
@@ -65,7 +67,7 @@ class Transaction {
     if (current == nullptr) return Missing(move.name);
     if (!IsPlaceable(move.X_WO)) return BadPose("pose");
     WorldObject moved = *current;
-    SetPose(moved, move.X_WO);
+    StandAt(move.X_WO, moved);
     touched_[move.name] = std::move(moved);
     return absl::OkStatus();
   }
@@ -76,12 +78,44 @@ class Transaction {
     return absl::OkStatus();
   }
 
+  absl::Status operator()(const AttachObject& attach) {
+    const WorldObject* current = Current(attach.name);
+    if (current == nullptr) return Missing(attach.name);
+    const WorldRobot* robot = robots_.Current(attach.robot);
+    if (robot == nullptr) return InField("robot", MissingRobot(attach.robot));
+    absl::StatusOr<Attachment> attachment = AttachmentOf(attach, *robot, *current);
+    if (!attachment.ok()) return attachment.status();
+    WorldObject attached = *current;
+    const bool is_new = !SameAttachment(attached.attachment.get(), &*attachment);
+    attached.attachment = std::make_shared<const Attachment>(*std::move(attachment));
+    if (is_new) attached.pose_revision = revision_;
+    const absl::Status placed = Follow(*robot, attached);
+    if (placed.ok()) touched_[attach.name] = std::move(attached);
+    return placed;
+  }
+
+  absl::Status operator()(const DetachObject& detach) {
+    const WorldObject* current = Current(detach.name);
+    if (current == nullptr) return Missing(detach.name);
+    WorldObject detached = *current;
+    StandAt(current->X_WO, detached);
+    touched_[detach.name] = std::move(detached);
+    return absl::OkStatus();
+  }
+
   absl::Status operator()(const PutRobot& put) {
     if (Current(put.name) != nullptr) return NameTaken(put.name, "an object");
-    return robots_.Put(put);
+    const absl::Status status = robots_.Put(put);
+    return status.ok() ? FollowAll(put.name) : status;
   }
-  absl::Status operator()(const RemoveRobot& remove) { return robots_.Remove(remove); }
-  absl::Status operator()(const SetRobotState& set) { return robots_.Set(set); }
+  absl::Status operator()(const RemoveRobot& remove) {
+    const absl::Status status = robots_.Remove(remove);
+    return status.ok() ? FollowAll(remove.name) : status;
+  }
+  absl::Status operator()(const SetRobotState& set) {
+    const absl::Status status = robots_.Set(set);
+    return status.ok() ? FollowAll(set.name) : status;
+  }
 
   absl::Status operator()(const AllowCollision& allow) { return rules_.Allow(allow); }
   absl::Status operator()(const SetPairMargin& set) { return rules_.SetMargin(set); }
@@ -144,6 +178,63 @@ class Transaction {
     object.pose_revision = revision_;
   }
 
+  // Free, at the pose.
+  void StandAt(const Pose& X_WO, WorldObject& object) const {
+    if (object.attachment != nullptr) object.pose_revision = revision_;
+    object.attachment = nullptr;
+    SetPose(object, X_WO);
+  }
+
+  // Puts an object that is attached to the robot where its link is now.
+  absl::Status Follow(const WorldRobot& robot, WorldObject& object) const {
+    const Attachment& attachment = *object.attachment;
+    const std::optional<int> link = robot.model().FindLink(attachment.link);
+    if (!link.has_value()) {
+      StandAt(object.X_WO, object);
+      return absl::OkStatus();
+    }
+    const Pose X_WO = robot.X_WL[static_cast<std::size_t>(*link)] * attachment.X_LO;
+    if (!IsPlaceable(X_WO)) {
+      return absl::InvalidArgumentError(
+          absl::StrCat("object '", object.name, "', which is attached to link '", attachment.link,
+                       "', would come to stand beyond ", kLargestCoordinate_m, " m"));
+    }
+    SetPose(object, X_WO);
+    return absl::OkStatus();
+  }
+
+  // All that is attached to the robot, as the list has left it so far: the robot was moved, loaded
+  // anew or removed.
+  absl::Status FollowAll(const std::string& name) {
+    const WorldRobot* robot = robots_.Current(name);
+    for (const std::string& each : AttachedTo(name)) {
+      WorldObject object = *Current(each);
+      if (robot == nullptr) {
+        StandAt(object.X_WO, object);
+      } else if (absl::Status status = Follow(*robot, object); !status.ok()) {
+        return status;
+      }
+      touched_[each] = std::move(object);
+    }
+    return absl::OkStatus();
+  }
+
+  std::vector<std::string> AttachedTo(const std::string& robot) const {
+    std::vector<std::string> names;
+    const auto add = [&](const WorldObject& object) {
+      if (object.attachment != nullptr && object.attachment->robot == robot) {
+        names.push_back(object.name);
+      }
+    };
+    for (const WorldObjectPtr& object : base_.attached()) {
+      if (!touched_.contains(object->name)) add(*object);
+    }
+    for (const auto& [touched, object] : touched_) {
+      if (object.has_value()) add(*object);
+    }
+    return names;
+  }
+
   WorldObject Added(const PutObject& put) const {
     WorldObject object;
     object.name = put.name;
@@ -164,7 +255,7 @@ class Transaction {
       object.geometry = put.geometry;
       object.geometry_revision = revision_;
     }
-    SetPose(object, put.X_WO);
+    StandAt(put.X_WO, object);
     SetAttributes(object, put);
     return object;
   }
@@ -206,6 +297,11 @@ bool IsOfRobot(const Change& change) {
   return std::holds_alternative<PutRobot>(change.what) ||
          std::holds_alternative<RemoveRobot>(change.what) ||
          std::holds_alternative<SetRobotState>(change.what);
+}
+
+bool IsOfUnknownRobot(const Change& change, const ApplyFault& fault) {
+  return IsOfRobot(change) ||
+         (std::holds_alternative<AttachObject>(change.what) && fault.field == "robot");
 }
 
 std::optional<Revision> LatestRevisionOf(const WorldSnapshot& snapshot, const Change& change) {

@@ -23,6 +23,12 @@ absl::Status BadField(std::string_view field, std::string_view rule) {
   return status;
 }
 
+absl::Status InField(std::string_view field, absl::Status status) {
+  const std::string rule(status.message());
+  status.SetPayload(kFieldUrl, absl::Cord(absl::StrCat(std::string(field), "\n", rule)));
+  return status;
+}
+
 std::optional<FieldRule> FieldRuleOf(const absl::Status& status) {
   const absl::optional<absl::Cord> payload = status.GetPayload(kFieldUrl);
   if (!payload.has_value()) return std::nullopt;
@@ -39,6 +45,10 @@ absl::Status AtChange(std::size_t index, const absl::Status& status) {
   placed.SetPayload(kFaultUrl,
                     absl::Cord(absl::StrCat(index, "\n", fault.field, "\n", fault.rule)));
   return placed;
+}
+
+absl::Status MissingRobot(const std::string& name) {
+  return absl::NotFoundError(absl::StrCat("robot '", name, "' does not exist"));
 }
 
 absl::Status BadName(std::string_view name) {

@@ -18,13 +18,16 @@ struct FieldRule {
 
 // INVALID_ARGUMENT "FIELD RULE". Neither holds a line break.
 absl::Status BadField(std::string_view field, std::string_view rule);
-// Of BadField; nothing for other statuses.
+// Another refusal that knows its field.
+absl::Status InField(std::string_view field, absl::Status status);
+// Of the two; nothing for other statuses.
 std::optional<FieldRule> FieldRuleOf(const absl::Status& status);
 
 // The refusal of one change as the refusal of its list.
 absl::Status AtChange(std::size_t index, const absl::Status& status);
 
 // The refusals that changes of objects and robots share.
+absl::Status MissingRobot(const std::string& name);
 absl::Status BadName(std::string_view name);
 absl::Status BadPose(std::string_view field);
 

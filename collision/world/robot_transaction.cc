@@ -10,10 +10,6 @@
 namespace cwm::collision {
 namespace {
 
-absl::Status Missing(const std::string& name) {
-  return absl::NotFoundError(absl::StrCat("robot '", name, "' does not exist"));
-}
-
 bool SameStand(const WorldRobot& a, const WorldRobot& b) {
   return SamePose(a.X_WB, b.X_WB) && a.state == b.state;
 }
@@ -46,14 +42,14 @@ absl::Status RobotTransaction::Put(const PutRobot& put) {
 }
 
 absl::Status RobotTransaction::Remove(const RemoveRobot& remove) {
-  if (!Has(remove.name)) return Missing(remove.name);
+  if (!Has(remove.name)) return MissingRobot(remove.name);
   touched_[remove.name] = std::nullopt;
   return absl::OkStatus();
 }
 
 absl::Status RobotTransaction::Set(const SetRobotState& set) {
   const WorldRobot* current = Current(set.name);
-  if (current == nullptr) return Missing(set.name);
+  if (current == nullptr) return MissingRobot(set.name);
   if (set.X_WB.has_value() && !IsPlaceable(*set.X_WB)) return BadPose("x_world_base");
   absl::StatusOr<std::vector<double>> state =
       StateWith(current->model(), current->state, set.joints);
@@ -77,9 +73,7 @@ std::vector<RobotDelta> RobotTransaction::Finish() {
     if (is_same_robot && SameStand(*before, *robot)) continue;
     if (is_same_robot) robot->state_revision = revision_;
     deltas.push_back({.before = std::move(before),
-                      .after = robot.has_value()
-                                   ? std::make_shared<const WorldRobot>(*std::move(robot))
-                                   : nullptr});
+                      .after = robot.has_value() ? Place(*std::move(robot)) : nullptr});
   }
   return deltas;
 }
@@ -91,6 +85,7 @@ const WorldRobot* RobotTransaction::Current(const std::string& name) const {
 }
 
 void RobotTransaction::Touch(WorldRobot robot) {
+  PlaceLinks(robot);
   std::string name = robot.name;
   touched_[std::move(name)] = std::move(robot);
 }

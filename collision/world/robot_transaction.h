@@ -23,12 +23,14 @@ class RobotTransaction {
   absl::Status Set(const SetRobotState& set);
 
   bool Has(const std::string& name) const { return Current(name) != nullptr; }
+  // The robot as the list has left it so far, with its links placed; nullptr when there is none.
+  // Valid until the next change of that robot.
+  const WorldRobot* Current(const std::string& name) const;
 
   // What has an effect, ordered by name.
   std::vector<RobotDelta> Finish();
 
  private:
-  const WorldRobot* Current(const std::string& name) const;
   void Touch(WorldRobot robot);
 
   const WorldSnapshot& base_;

@@ -64,23 +64,42 @@ struct PreparedModel {
 // valid (FindViolation).
 std::shared_ptr<const PreparedModel> Prepare(std::shared_ptr<const HybridModel> model);
 
-struct WorldObject {
-  std::string name;  // unique in its world
-  std::string uid;   // unique for ever; a name that is removed and put again gets a new one
+struct RobotGeometry;  // world_robot.h
+
+// What questions meet: an object of the world, or a robot of it where its state puts it.
+struct Obstacle {
+  std::string name;  // unique in its world, among objects and robots
+  std::shared_ptr<const PreparedModel> geometry;
+  double margin_m = 0;
+  // Of a robot, of which each part is in the frame of its link; nullptr: an object.
+  std::shared_ptr<const RobotGeometry> robot;
+
+  // Follow from where it is; set by Place.
+  std::vector<PlacedPart> parts_W;  // one per part of the geometry
+  Aabb bounds_W;                    // around all of them; empty without parts
+};
+
+// What an object is attached by: it moves with the link, X_WO = X_WL * X_LO.
+struct Attachment {
+  std::string robot;
+  std::string link;
+  Pose X_LO = Pose::Identity();
+  // Of the robot, that may touch the object besides `link`; ordered, none twice. Another model of
+  // the robot may lack some: they mean nothing then.
+  std::vector<std::string> touch_links;
+};
+
+struct WorldObject : Obstacle {
+  std::string uid;  // unique for ever; a name that is removed and put again gets a new one
   ObjectKind kind = ObjectKind::kUser;
   Owner owner = Owner::kUser;
   ObjectState state = ObjectState::kConfirmed;
   Pose X_WO = Pose::Identity();
-  std::shared_ptr<const PreparedModel> geometry;
+  std::shared_ptr<const Attachment> attachment;  // nullptr: stands free
   std::string supported_by;  // name of the support or object that carries it; may be empty
-  double margin_m = 0;
   Revision create_revision;
   Revision geometry_revision;  // last change of the model
-  Revision pose_revision;      // last change of the pose
-
-  // Follow from X_WO and geometry; set by Place.
-  std::vector<PlacedPart> parts_W;  // one per part of the geometry
-  Aabb bounds_W;                    // around all of them; empty without parts
+  Revision pose_revision;      // last change of the pose, or of what it is attached by
 
   const HybridModel& model() const { return *geometry->model; }
 

@@ -3,6 +3,8 @@
 #include <utility>
 
 #include "collision/engines/exact_engine.h"
+#include "collision/geometry/quick_bounds.h"
+#include "collision/robot/kinematics.h"
 #include "collision/spheres/containing_spheres.h"
 
 namespace cwm::collision {
@@ -60,6 +62,32 @@ std::shared_ptr<const RobotGeometry> PrepareRobot(std::shared_ptr<const RobotMod
     robot->prepared_spheres_around = PrepareSpheres(*robot->spheres_around);
   robot->spheres_as_given = std::move(spheres_as_given);
   return robot;
+}
+
+void PlaceLinks(WorldRobot& robot) {
+  robot.X_WL.resize(robot.model().links.size(), Pose::Identity());
+  LinkPoses(robot.model(), robot.X_WB, robot.state, robot.X_WL);
+}
+
+WorldRobotPtr Place(WorldRobot robot) {
+  PlaceLinks(robot);
+  const PreparedModel& geometry = *robot.robot->geometry;
+  robot.body = {};
+  robot.body.name = robot.name;
+  robot.body.geometry = robot.robot->geometry;
+  robot.body.robot = robot.robot;
+  robot.body.parts_W.reserve(geometry.parts.size());
+  for (std::size_t k = 0; k < geometry.parts.size(); ++k) {
+    const PreparedPart& part = geometry.parts[k];
+    const Pose& X_WL = robot.X_WL[static_cast<std::size_t>(robot.robot->link_of_part[k])];
+    const Pose X_WP = X_WL * part.X_OP;
+    // A robot moves often: what has many vertices gets a box around its box.
+    const Aabb bounds_W = HasManyVertices(part.shape) ? BoundsOfBox(part.bounds_O, X_WL)
+                                                      : TightBounds(part.shape, X_WP);
+    robot.body.parts_W.push_back({.X_WP = X_WP, .bounds_W = bounds_W});
+    robot.body.bounds_W.extend(bounds_W);
+  }
+  return std::make_shared<const WorldRobot>(std::move(robot));
 }
 
 }  // namespace cwm::collision

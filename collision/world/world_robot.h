@@ -52,6 +52,10 @@ struct WorldRobot {
   Revision create_revision;
   Revision state_revision;  // last change of X_WB or the state
 
+  // Follow from the rest; set by Place.
+  std::vector<Pose> X_WL;  // by link of the model
+  Obstacle body;           // as others meet it: the parts of robot->geometry
+
   const RobotModel& model() const { return *robot->model; }
 
   // What a writer states as `expected_object_revision`.
@@ -59,6 +63,11 @@ struct WorldRobot {
 };
 
 using WorldRobotPtr = std::shared_ptr<const WorldRobot>;
+
+// The poses of the links alone.
+void PlaceLinks(WorldRobot& robot);
+// The robot with its links and their parts where its base and state put them, ready for a snapshot.
+WorldRobotPtr Place(WorldRobot robot);
 
 // What differs between two revisions of a world.
 struct RobotDelta {

@@ -2,16 +2,40 @@
 
 #include <algorithm>
 #include <cassert>
+#include <iterator>
 #include <utility>
 
 namespace cwm::collision {
 namespace {
 
-BoundsTree<WorldObject> TreeOver(std::span<const WorldObjectPtr> objects) {
-  std::vector<const WorldObject*> items;
-  items.reserve(objects.size());
+BoundsTree<Obstacle> TreeOver(std::span<const WorldObjectPtr> objects,
+                              const std::vector<WorldRobotPtr>& robots) {
+  std::vector<const Obstacle*> items;
+  items.reserve(objects.size() + robots.size());
   for (const WorldObjectPtr& object : objects) items.push_back(object.get());
-  return BoundsTree<WorldObject>(items);
+  for (const WorldRobotPtr& robot : robots) items.push_back(&robot->body);
+  return BoundsTree<Obstacle>(items);
+}
+
+bool IsAttached(const WorldObjectPtr& object) {
+  return object != nullptr && object->attachment != nullptr;
+}
+
+std::vector<WorldObjectPtr> AttachedOf(std::span<const WorldObjectPtr> objects) {
+  std::vector<WorldObjectPtr> attached;
+  std::copy_if(objects.begin(), objects.end(), std::back_inserter(attached), IsAttached);
+  return attached;
+}
+
+std::vector<WorldObjectPtr> AttachedAfter(std::vector<WorldObjectPtr> attached,
+                                          std::span<const ObjectDelta> deltas) {
+  for (const auto& [before, after] : deltas) {
+    if (IsAttached(before)) std::erase(attached, before);
+    if (IsAttached(after)) attached.push_back(after);
+  }
+  std::sort(attached.begin(), attached.end(),
+            [](const WorldObjectPtr& a, const WorldObjectPtr& b) { return a->name < b->name; });
+  return attached;
 }
 
 // The first robot whose name is not less.
@@ -43,7 +67,8 @@ WorldSnapshot::WorldSnapshot(Revision revision, std::span<const WorldObjectPtr> 
                              std::vector<WorldRobotPtr> robots_by_name, PairRules pair_rules)
     : revision_(revision),
       objects_(objects_by_name),
-      bounds_(TreeOver(objects_by_name)),
+      bounds_(TreeOver(objects_by_name, robots_by_name)),
+      attached_(std::make_shared<const std::vector<WorldObjectPtr>>(AttachedOf(objects_by_name))),
       robots_(std::make_shared<const Robots>(std::move(robots_by_name))),
       pair_rules_(std::make_shared<const PairRules>(std::move(pair_rules))) {
   [[maybe_unused]] const auto precedes = [](const auto& a, const auto& b) {
@@ -67,6 +92,17 @@ WorldSnapshot WorldSnapshot::After(Revision revision, std::span<const ObjectDelt
       next.objects_ = next.objects_.Without(before->name);
     }
   }
+  const bool other_attached = std::any_of(deltas.begin(), deltas.end(), [](const auto& delta) {
+    return IsAttached(delta.before) || IsAttached(delta.after);
+  });
+  if (other_attached) {
+    next.attached_ =
+        std::make_shared<const std::vector<WorldObjectPtr>>(AttachedAfter(*attached_, deltas));
+  }
+  for (const auto& [before, after] : robot_deltas) {
+    if (before != nullptr) next.bounds_ = next.bounds_.Without(before->body);
+    if (after != nullptr) next.bounds_ = next.bounds_.With(after->body);
+  }
   if (!robot_deltas.empty()) {
     next.robots_ = std::make_shared<const Robots>(RobotsAfter(*robots_, robot_deltas));
   }
@@ -77,6 +113,33 @@ WorldSnapshot WorldSnapshot::After(Revision revision, std::span<const ObjectDelt
 WorldObjectPtr WorldSnapshot::Find(std::string_view name) const {
   const WorldObjectPtr* object = objects_.Find(name);
   return object != nullptr ? *object : nullptr;
+}
+
+const Obstacle& WorldSnapshot::ObstacleAt(std::size_t index) const {
+  if (index < objects_.size()) return *objects_[index];
+  return (*robots_)[index - objects_.size()]->body;
+}
+
+std::size_t WorldSnapshot::IndexOf(const Obstacle& obstacle) const {
+  if (obstacle.robot == nullptr) return *objects_.RankOf(obstacle.name);
+  const auto rank = LowerBound(*robots_, obstacle.name) - robots_->begin();
+  return objects_.size() + static_cast<std::size_t>(rank);
+}
+
+std::size_t WorldSnapshot::RankByName(const Obstacle& obstacle) const {
+  const auto robots_before =
+      static_cast<std::size_t>(LowerBound(*robots_, obstacle.name) - robots_->begin());
+  if (obstacle.robot == nullptr) return *objects_.RankOf(obstacle.name) + robots_before;
+  std::size_t first = 0, last = objects_.size();  // of the objects with a lesser name
+  while (first < last) {
+    const std::size_t middle = first + (last - first) / 2;
+    if (objects_[middle]->name < obstacle.name) {
+      first = middle + 1;
+    } else {
+      last = middle;
+    }
+  }
+  return first + robots_before;
 }
 
 WorldRobotPtr WorldSnapshot::FindRobot(std::string_view name) const {

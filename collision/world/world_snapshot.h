@@ -20,10 +20,10 @@
 
 namespace cwm::collision {
 
-// What the tree over the bounds knows of an object.
-inline const Aabb& BoundsOf(const WorldObject& object) { return object.bounds_W; }
-inline bool Precedes(const WorldObject& a, const WorldObject& b) { return a.name < b.name; }
-inline std::uint64_t SaltOf(const WorldObject& object) { return HashOf(object.name); }
+// What the tree over the bounds knows of an obstacle.
+inline const Aabb& BoundsOf(const Obstacle& obstacle) { return obstacle.bounds_W; }
+inline bool Precedes(const Obstacle& a, const Obstacle& b) { return a.name < b.name; }
+inline std::uint64_t SaltOf(const Obstacle& obstacle) { return HashOf(obstacle.name); }
 
 class WorldSnapshot {
  public:
@@ -35,8 +35,8 @@ class WorldSnapshot {
 
   // The snapshot that differs from this one by the deltas, each of another name: `before` is what
   // this one holds, `after` made by Place. Shares all that the deltas do not touch: a delta costs
-  // some dozens of small nodes, whatever the number of objects; deltas of robots a pointer for each
-  // robot, of which there are few. `pair_rules`: all of them; nullptr where none differs.
+  // some dozens of small nodes, whatever the number of objects; deltas of robots besides a pointer
+  // for each robot, of which there are few. `pair_rules`: all; nullptr where none differs.
   WorldSnapshot After(Revision revision, std::span<const ObjectDelta> deltas,
                       std::span<const RobotDelta> robot_deltas = {},
                       std::shared_ptr<const PairRules> pair_rules = nullptr) const;
@@ -46,8 +46,17 @@ class WorldSnapshot {
   const ObjectTable& objects() const { return objects_; }
   // nullptr when there is none.
   WorldObjectPtr Find(std::string_view name) const;
-  // Over the objects' bounds in the world frame.
-  const BoundsTree<WorldObject>& bounds() const { return bounds_; }
+  // Over the bounds of all objects and robots in the world frame.
+  const BoundsTree<Obstacle>& bounds() const { return bounds_; }
+  // Objects that are attached, ordered by name. Few; shared by all snapshots between which none
+  // differs.
+  const std::vector<WorldObjectPtr>& attached() const { return *attached_; }
+  // Objects by rank, then robots: how answers number what they name.
+  const Obstacle& ObstacleAt(std::size_t index) const;
+  // Of one that this snapshot holds.
+  std::size_t IndexOf(const Obstacle& obstacle) const;
+  // Its place among all objects and robots, ordered by name.
+  std::size_t RankByName(const Obstacle& obstacle) const;
 
   // Ordered by name; no robot has the name of an object. Shared by all snapshots between which no
   // robot differs.
@@ -63,13 +72,16 @@ class WorldSnapshot {
 
   Revision revision_;
   ObjectTable objects_;
-  BoundsTree<WorldObject> bounds_;  // refers to objects that objects_ keeps alive
+  BoundsTree<Obstacle> bounds_;  // refers to what objects_ and robots_ keep alive
+  std::shared_ptr<const std::vector<WorldObjectPtr>> attached_ =
+      std::make_shared<const std::vector<WorldObjectPtr>>();
   std::shared_ptr<const Robots> robots_ = std::make_shared<const Robots>();
   std::shared_ptr<const PairRules> pair_rules_ = std::make_shared<const PairRules>();
 };
 
 // Adds or replaces the object of that name. A put over an object that is equal in all fields has no
-// effect; an equal model keeps the geometry revision even when it was prepared again.
+// effect; an equal model keeps the geometry revision even when it was prepared again. It says where
+// the object stands: one that was attached stands free then, and so does one that is moved.
 struct PutObject {
   std::string name;
   ObjectKind kind = ObjectKind::kUser;
@@ -85,6 +97,21 @@ struct MoveObject {
   Pose X_WO = Pose::Identity();
 };
 struct RemoveObject {
+  std::string name;
+};
+
+// Fixes the object to a link of the robot as it stands by then; one that is attached already is
+// attached anew. It moves with the link until it is put, moved or detached, or the link is no more:
+// then it stands where it is.
+struct AttachObject {
+  std::string name;
+  std::string robot;
+  std::string link;
+  std::optional<Pose> X_LO = {};              // absent: where it is
+  std::vector<std::string> touch_links = {};  // in any order
+};
+// Of one that is not attached: no effect.
+struct DetachObject {
   std::string name;
 };
 
@@ -127,8 +154,8 @@ struct ExpireRules {
 inline constexpr std::size_t kMostPairRules = 4096;
 
 struct Change {
-  std::variant<PutObject, MoveObject, RemoveObject, PutRobot, RemoveRobot, SetRobotState,
-               AllowCollision, SetPairMargin, ExpireRules>
+  std::variant<PutObject, MoveObject, RemoveObject, AttachObject, DetachObject, PutRobot,
+               RemoveRobot, SetRobotState, AllowCollision, SetPairMargin, ExpireRules>
       what;
   // latest_revision() of the object or robot before this list, as its writer knew it; another one,
   // or no such object, aborts the whole list. Not for rules of pairs, which have none.
@@ -154,13 +181,16 @@ absl::StatusOr<std::shared_ptr<const WorldSnapshot>> Apply(
 // Which change Apply refused, as a payload of its status; nothing for a status of another source.
 struct ApplyFault {
   std::size_t change = 0;  // index in the list
-  // "name", "pose", "geometry", "margin_m"; of a robot "name", "x_world_base", "robot", "state",
+  // "name", "pose", "geometry", "margin_m"; of what is attached "robot", "link", "x_link_object",
+  // "touch_links[2]"; of a robot "name", "x_world_base", "robot", "state",
   // "joints.values[2].variable" and the like; of a pair "pair.a.name", "margin_m" and the like;
   // "expected_object_revision"; empty: the change as a whole.
   std::string field;
   std::string rule;  // what the field breaks, or what is wrong with the change
 };
 std::optional<ApplyFault> FaultOf(const absl::Status& status);
+// Whether what Apply has not found is a robot.
+bool IsOfUnknownRobot(const Change& change, const ApplyFault& fault);
 
 // What differs between two snapshots of one world, ordered by name. An object that was removed and
 // put again is two deltas, removed first.

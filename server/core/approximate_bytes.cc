@@ -40,14 +40,21 @@ std::int64_t GeometryBytes(const PreparedModel& geometry) {
          static_cast<std::int64_t>(geometry.parts.size()) * kPreparedPartBytes;
 }
 
+constexpr std::int64_t kPlacedPartBytes = sizeof(Pose) + sizeof(Aabb);
+
 std::int64_t OwnBytes(const WorldObject& object) {
-  constexpr std::int64_t kPlacedPartBytes = sizeof(Pose) + sizeof(Aabb);
-  return static_cast<std::int64_t>(sizeof(WorldObject)) + kObjectExtraBytes +
+  const std::int64_t attachment =
+      object.attachment == nullptr
+          ? 0
+          : static_cast<std::int64_t>(sizeof(collision::Attachment)) + kObjectExtraBytes;
+  return static_cast<std::int64_t>(sizeof(WorldObject)) + kObjectExtraBytes + attachment +
          static_cast<std::int64_t>(object.geometry->parts.size()) * kPlacedPartBytes;
 }
 
 std::int64_t OwnBytes(const collision::WorldRobot& robot) {
-  return static_cast<std::int64_t>(sizeof(robot) + robot.state.size() * sizeof(double)) +
+  return static_cast<std::int64_t>(sizeof(robot) + robot.state.size() * sizeof(double) +
+                                   robot.X_WL.size() * sizeof(Pose)) +
+         static_cast<std::int64_t>(robot.body.parts_W.size()) * kPlacedPartBytes +
          kObjectExtraBytes;
 }
 

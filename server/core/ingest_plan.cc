@@ -20,6 +20,11 @@ using collision::WorldObjectPtr;
 using perception::Association;
 using What = Association::What;
 
+// What users own, and what is attached: known to be at its link, seen there or not.
+bool IsNoScansToChange(const WorldObject& object) {
+  return object.owner == Owner::kUser || object.attachment != nullptr;
+}
+
 perception::KnownObject ToKnown(const WorldObject& object) {
   using Kind = perception::KnownObject::Kind;
   Kind kind = Kind::kObject;
@@ -27,7 +32,7 @@ perception::KnownObject ToKnown(const WorldObject& object) {
   if (object.kind == ObjectKind::kResidual) kind = Kind::kResidual;
   return {.name = object.name,
           .kind = kind,
-          .owned_by_user = object.owner == Owner::kUser,
+          .owned_by_user = IsNoScansToChange(object),
           .X_WO = object.X_WO,
           .model = object.geometry->model};
 }
@@ -97,8 +102,8 @@ class Planner {
     return association.known < 0 ? nullptr
                                  : match_.known[static_cast<std::size_t>(association.known)].get();
   }
-  static bool OwnedByUser(const WorldObject* known) {
-    return known != nullptr && known->owner == Owner::kUser;
+  static bool StaysAsItIs(const WorldObject* known) {
+    return known != nullptr && IsNoScansToChange(*known);
   }
 
   void NameDetections(const std::function<std::string(const std::string&)>& next_name) {
@@ -117,7 +122,7 @@ class Planner {
   void CollectRemoved() {
     for (const Association& association : match_.associations) {
       const WorldObject* known = KnownOf(association);
-      if (InMode(association.what, mode_) == What::kRemove && !OwnedByUser(known)) {
+      if (InMode(association.what, mode_) == What::kRemove && !StaysAsItIs(known)) {
         removed_.insert(known->name);
       }
     }
@@ -132,7 +137,7 @@ class Planner {
   void PlanDetection(int d) {
     const Association& association = AssociationOf(d);
     const WorldObject* known = KnownOf(association);
-    if (association.what == What::kExplained || OwnedByUser(known)) return;
+    if (association.what == What::kExplained || StaysAsItIs(known)) return;
     switch (InMode(association.what, mode_)) {
       case What::kAdd:
         Add(d);
@@ -190,7 +195,7 @@ class Planner {
   // Known objects that the scan shows nothing of.
   void PlanUnseen(const Association& association) {
     const WorldObject& known = *KnownOf(association);
-    if (OwnedByUser(&known)) return;
+    if (StaysAsItIs(&known)) return;
     switch (InMode(association.what, mode_)) {
       case What::kRemove:
         plan_.removed.push_back(known.name);

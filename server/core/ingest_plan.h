@@ -71,7 +71,8 @@ struct IngestPlan {
 
 // Names the new and lists the changes. `next_name` gives the next free name of a stem. Internal
 // when the associations do not cover the scene. In IngestMode::kAdd nothing is moved, removed or
-// marked as occluded. A user's object is never changed, whatever the associations say.
+// marked as occluded. A user's object is never changed, whatever the associations say, nor is one
+// that is attached to a robot: it is known to be at its link, seen there or not.
 absl::StatusOr<IngestPlan> PlanIngest(
     const SceneMatch& match, const Detections& detections, IngestMode mode,
     DetectionGeometry& geometry,

@@ -23,6 +23,7 @@ std::string FieldOf(const Change& change, const collision::ApplyFault& fault,
   std::string place = absl::StrCat(list, "[", fault.change, "]");
   if (fault.field != "expected_object_revision") {
     if (std::holds_alternative<collision::SetRobotState>(change.what)) place += ".robot_state";
+    if (std::holds_alternative<collision::AttachObject>(change.what)) place += ".attach";
     if (std::holds_alternative<collision::AllowCollision>(change.what)) place += ".allow";
     if (std::holds_alternative<collision::SetPairMargin>(change.what)) place += ".margin";
   }
@@ -51,9 +52,13 @@ absl::Status ExplainRefusal(const absl::Status& status, const collision::WorldSn
     if (!IsOfPairs(*change)) {
       details.metadata[is_of_robot ? "robot" : "object"] = NameOf(*change);
     }
+    if (const auto* attach = std::get_if<collision::AttachObject>(&change->what)) {
+      details.metadata["robot"] = attach->robot;
+    }
   }
   if (status.code() == absl::StatusCode::kNotFound) {
-    details.reason = is_of_robot ? "ROBOT_UNKNOWN" : "OBJECT_UNKNOWN";
+    const bool no_robot = change != nullptr && IsOfUnknownRobot(*change, *fault);
+    details.reason = no_robot ? "ROBOT_UNKNOWN" : "OBJECT_UNKNOWN";
   } else if (status.code() == absl::StatusCode::kAborted) {
     details.reason = "OBJECT_REVISION_MISMATCH";
     if (change != nullptr && change->expected_object_revision.has_value()) {

@@ -89,6 +89,12 @@ absl::StatusOr<PlanningScene> SceneOf(const collision::WorldSnapshot& snapshot,
   std::int64_t triangles = 0;
   for (const collision::WorldObjectPtr& object : snapshot.objects()) {
     PlannedObject planned{.name = object->name, .X_WO = object->X_WO, .shapes = {}};
+    if (const auto& held = object->attachment) {
+      planned.attachment = {.robot = held->robot,
+                            .link = held->link,
+                            .X_LO = held->X_LO,
+                            .touch_links = held->touch_links};
+    }
     for (const collision::PreparedPart& part : object->geometry->parts) {
       planned.shapes.push_back(ShapeOf(*object, part));
       const PlannerShape& shape = planned.shapes.back();

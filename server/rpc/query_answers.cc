@@ -22,14 +22,14 @@ struct Asked {
   SnapshotPtr snapshot;          // of that revision, with the overlay
   QuestionOptions options;
 
-  AnswerContext Context(std::vector<std::string> body_links = {}) const {
+  AnswerContext Context(BodyNames body = {}) const {
     return {.world_uid = world->uid(),
             .revision = revision,
             .snapshot = *snapshot,
             .form = options.form,
             .precision = options.precision,
             .verdicts_only = options.query.naming == collision::Naming::kWhereAsked,
-            .body_links = std::move(body_links)};
+            .body = std::move(body)};
   }
 };
 
@@ -92,11 +92,12 @@ std::int64_t OnePerRow(const collision::QueryOptions&, const collision::WorldSna
   return 1;
 }
 
-// One answer an object at most, and one for the body itself.
+// One answer an object and a robot at most, and one for the body itself.
 std::int64_t ResultsPerRow(const collision::QueryOptions& options,
                            const collision::WorldSnapshot& world) {
-  return std::min<std::int64_t>(options.max_results,
-                                static_cast<std::int64_t>(world.objects().size()) + 1);
+  return std::min<std::int64_t>(
+      options.max_results,
+      static_cast<std::int64_t>(world.objects().size() + world.robots().size()) + 1);
 }
 
 std::int64_t ContactsPerRow(const collision::QueryOptions& options,
@@ -110,9 +111,10 @@ absl::Status AnswerBody(Runtime& runtime, const Request& request, const CallCont
   auto asked = Understand(runtime, request, call, held);
   if (!asked.ok()) return asked.status();
   const Application& application = runtime.application;
-  auto question =
-      FromProto(request.subject(), {*asked->snapshot, application.geometry, application.limits},
-                FieldPath().Field("subject"));
+  auto question = FromProto(
+      request.subject(),
+      {*asked->snapshot, application.geometry, application.limits, asked->options.query.ignore},
+      FieldPath().Field("subject"));
   if (!question.ok()) return question.status();
   const std::unique_ptr<const collision::BodyRows> rows = RowsOf(*question);
   auto status = CheckForm(asked->options.form, rows->size(), application.limits);
@@ -123,7 +125,7 @@ absl::Status AnswerBody(Runtime& runtime, const Request& request, const CallCont
   if (!status.ok()) return status;
   auto answers = kind.ask(*asked->snapshot, question->body, *rows, asked->options.query, call.stop);
   if (!answers.ok()) return answers.status();
-  ToProto(*answers, asked->Context(BodyLinksOf(*question)), response);
+  ToProto(*answers, asked->Context(BodyNamesOf(*question)), response);
   return absl::OkStatus();
 }
 
@@ -162,7 +164,8 @@ absl::Status Answer(Runtime& runtime, const v1::CheckMotionsRequest& request,
   auto asked = Understand(runtime, request, call, held);
   if (!asked.ok()) return asked.status();
   const Application& application = runtime.application;
-  auto motions = FromProto(request, {*asked->snapshot, application.geometry, application.limits});
+  auto motions = FromProto(request, {*asked->snapshot, application.geometry, application.limits,
+                                     asked->options.query.ignore});
   if (!motions.ok()) return motions.status();
   auto status = CheckForm(asked->options.form, motions->paths.size(), application.limits);
   if (!status.ok()) return status;
@@ -170,7 +173,7 @@ absl::Status Answer(Runtime& runtime, const v1::CheckMotionsRequest& request,
   auto answers = collision::CheckPaths(*asked->snapshot, question.body, *WaypointsOf(question),
                                        motions->paths, asked->options.query, call.stop);
   if (!answers.ok()) return answers.status();
-  ToProto(*answers, asked->Context(BodyLinksOf(question)), response);
+  ToProto(*answers, asked->Context(BodyNamesOf(question)), response);
   return absl::OkStatus();
 }
 

@@ -123,19 +123,38 @@ std::vector<std::int32_t> SetObjects(const std::vector<std::int32_t>& snapshot_i
                                      std::size_t completed, const AnswerContext& context,
                                      Response* response) {
   SetHead(completed, context, response);
-  const auto& objects = context.snapshot.objects();
-  std::vector<std::int32_t> reply_index(objects.size(), kNoObject);
+  const collision::WorldSnapshot& snapshot = context.snapshot;
+  const std::size_t objects = snapshot.objects().size();
+  std::vector<std::int32_t> reply_index(objects + snapshot.robots().size(), kNoObject);
   for (const std::int32_t index : snapshot_indices) {
     if (IsOfObject(index)) reply_index[index] = 0;
   }
-  std::int32_t count = 0;
-  for (std::size_t i = 0; i < objects.size(); ++i) {
-    if (reply_index[i] == kNoObject) continue;
-    reply_index[i] = count++;
+  std::vector<std::size_t> mentioned;
+  for (std::size_t i = 0; i < reply_index.size(); ++i) {
+    if (reply_index[i] != kNoObject) mentioned.push_back(i);
+  }
+  std::inplace_merge(mentioned.begin(),
+                     std::lower_bound(mentioned.begin(), mentioned.end(), objects), mentioned.end(),
+                     [&](std::size_t a, std::size_t b) {
+                       return snapshot.ObstacleAt(a).name < snapshot.ObstacleAt(b).name;
+                     });
+  for (const std::size_t i : mentioned) {
+    reply_index[i] = response->objects_size();
     v1::ObjectRef* ref = response->add_objects();
-    ref->set_name(objects[i]->name);
-    const bool is_of_overlay = objects[i]->create_revision > context.revision;
-    if (!is_of_overlay) ref->set_uid(objects[i]->uid);
+    const auto set = [&](const auto& thing) {
+      ref->set_name(thing.name);
+      const bool is_of_overlay = thing.create_revision > context.revision;
+      if (!is_of_overlay) ref->set_uid(thing.uid);
+    };
+    if (i < objects) {
+      set(*snapshot.objects()[i]);
+    } else {
+      const collision::WorldRobot& robot = *snapshot.robots()[i - objects];
+      set(robot);
+      for (const int link : robot.robot->link_of_part) {
+        ref->add_part_links(robot.model().links[static_cast<std::size_t>(link)].name);
+      }
+    }
   }
   std::vector<std::int32_t> translated(snapshot_indices.size());
   for (std::size_t i = 0; i < translated.size(); ++i) {
@@ -147,7 +166,8 @@ std::vector<std::int32_t> SetObjects(const std::vector<std::int32_t>& snapshot_i
 
 template <class Response>
 void SetLinks(const AnswerContext& context, Response* response) {
-  for (const std::string& link : context.body_links) response->add_body_links(link);
+  for (const std::string& link : context.body.links) response->add_body_links(link);
+  for (const std::string& object : context.body.objects) response->add_body_objects(object);
 }
 
 template <class Response>
@@ -173,19 +193,39 @@ struct PairAt {
   std::int32_t object, body_part, object_part;
 };
 
-// The two things that a row is about, `row` of any message that names them. An object is named, the
-// robot that asks is not.
+// What is met: its name, of a robot the link as well.
+template <class Row>
+void SetObstacle(std::int32_t index, std::int32_t part, const AnswerContext& context, Row* row) {
+  const collision::Obstacle& met = context.snapshot.ObstacleAt(static_cast<std::size_t>(index));
+  row->set_object(met.name);
+  row->set_object_part(part);
+  if (met.robot == nullptr) return;
+  const int link = met.robot->link_of_part[static_cast<std::size_t>(part)];
+  row->set_object_link(met.robot->model->links[static_cast<std::size_t>(link)].name);
+}
+
+// The two things that a row is about, `row` of any message that names them. What is met is named,
+// the robot that asks is not.
 template <class Row>
 void SetPair(const PairAt& pair, const AnswerContext& context, Row* row) {
   const auto link_of = [&](std::int32_t part) {
-    return context.body_links[static_cast<std::size_t>(part)];
+    return context.body.links[static_cast<std::size_t>(part)];
   };
-  if (IsOfObject(pair.object)) row->set_object(context.snapshot.objects()[pair.object]->name);
+  const auto carried_of = [&](std::int32_t part) {
+    return context.body.objects.empty() ? std::string()
+                                        : context.body.objects[static_cast<std::size_t>(part)];
+  };
+  if (IsOfObject(pair.object)) SetObstacle(pair.object, pair.object_part, context, row);
   row->set_body_part(pair.body_part);
   row->set_object_part(pair.object_part);
-  if (context.body_links.empty()) return;
+  if (context.body.links.empty()) return;
   row->set_body_link(link_of(pair.body_part));
-  if (pair.object == collision::kItself) row->set_object_link(link_of(pair.object_part));
+  if (const std::string name = carried_of(pair.body_part); !name.empty()) {
+    row->set_body_object(name);
+  }
+  if (pair.object != collision::kItself) return;
+  row->set_object_link(link_of(pair.object_part));
+  if (const std::string name = carried_of(pair.object_part); !name.empty()) row->set_object(name);
 }
 
 v1::PairRow PairRowAt(const collision::PairColumns& answers, std::size_t i,
@@ -324,8 +364,10 @@ std::vector<collision::Trust> TrustOf(const collision::RayColumns& answers,
   std::vector<collision::Trust> trust(answers.completed, collision::Trust::kExact);
   for (std::size_t i = 0; i < answers.completed; ++i) {
     if (answers.hit[i] == 0) continue;
-    const auto object = snapshot.objects()[answers.object[i]];
-    const Shape& shape = object->geometry->parts[answers.object_part[i]].shape;
+    const collision::Obstacle& met =
+        snapshot.ObstacleAt(static_cast<std::size_t>(answers.object[i]));
+    const Shape& shape =
+        met.geometry->parts[static_cast<std::size_t>(answers.object_part[i])].shape;
     const Mesh* const mesh = std::get_if<Mesh>(&shape);
     if (mesh != nullptr && !mesh->watertight) trust[i] = collision::Trust::kSurfaceOnly;
   }
@@ -338,7 +380,7 @@ std::vector<double> BoundColumn(const collision::PointColumns& answers) {
   return bound_m;
 }
 
-void SetRows(const collision::PointColumns& answers, const collision::WorldSnapshot& snapshot,
+void SetRows(const collision::PointColumns& answers, const AnswerContext& context,
              v1::SamplePointsResponse* response) {
   const std::vector<double> bound_m = BoundColumn(answers);
   for (std::size_t i = 0; i < answers.completed; ++i) {
@@ -348,8 +390,7 @@ void SetRows(const collision::PointColumns& answers, const collision::WorldSnaps
     if (answers.state[i] == collision::SampleState::kBeyond) continue;
     row->set_distance_m(answers.distance_m[i]);
     *row->mutable_gradient() = VectorAt(answers.gradient, i);
-    row->set_object(snapshot.objects()[answers.object[i]]->name);
-    row->set_object_part(answers.object_part[i]);
+    SetObstacle(answers.object[i], answers.object_part[i], context, row);
     if (answers.trust[i] == collision::Trust::kBounded) row->set_bound_m(bound_m[i]);
   }
 }
@@ -384,8 +425,7 @@ void ToProto(const collision::RayColumns& answers, std::span<const collision::Ra
     *row->mutable_point() =
         server::ToProto(Vector3(rays[i].origin + answers.distance_m[i] * rays[i].direction));
     *row->mutable_normal() = VectorAt(answers.normal, i);
-    row->set_object(context.snapshot.objects()[answers.object[i]]->name);
-    row->set_object_part(answers.object_part[i]);
+    SetObstacle(answers.object[i], answers.object_part[i], context, row);
   }
 }
 
@@ -396,7 +436,7 @@ void ToProto(const collision::PointColumns& answers, const AnswerContext& contex
     if (answers.state[i] == collision::SampleState::kBeyond) near_objects[i] = kNoObject;
   }
   const auto objects = SetObjects(near_objects, answers.completed, context, response);
-  if (context.form == Form::kRows) return SetRows(answers, context.snapshot, response);
+  if (context.form == Form::kRows) return SetRows(answers, context, response);
   response->set_scalar(context.precision == Precision::kSingle ? v1::SCALAR_F32 : v1::SCALAR_F64);
   response->set_state(EnumBytes(answers.state));
   response->set_distance_m(Scalars(answers.distance_m, context.precision));

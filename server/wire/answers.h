@@ -1,5 +1,6 @@
-// Answer columns onto the wire: as bytes, column by column, or as messages row by row. Objects are
-// named by an index into the reply's own list, ordered by name, of those that answers mention.
+// Answer columns onto the wire: as bytes, column by column, or as messages row by row. Objects
+// and robots are named by an index into the reply's own list, ordered by name, of those that
+// answers mention.
 #pragma once
 
 #include <string>
@@ -18,8 +19,8 @@ struct AnswerContext {
   const collision::WorldSnapshot& snapshot;  // with the request's overlay, if it has one
   Form form = Form::kColumns;
   Precision precision = Precision::kDouble;
-  bool verdicts_only = false;                // of collisions: no pair is named
-  std::vector<std::string> body_links = {};  // of a robot that asks, by part of the body
+  bool verdicts_only = false;  // of collisions: no pair is named
+  BodyNames body = {};         // of a robot that asks
 };
 
 void ToProto(const collision::CollisionColumns& answers, const AnswerContext& context,

@@ -81,6 +81,23 @@ absl::StatusOr<collision::MoveObject> MoveOf(const v1::MoveObject& move, const F
   return collision::MoveObject{.name = move.name(), .X_WO = *X_WO};
 }
 
+absl::StatusOr<collision::AttachObject> AttachOf(const v1::AttachObject& attach,
+                                                 const FieldPath& path) {
+  if (auto status = CheckName(attach.name(), path.Field("name")); !status.ok()) return status;
+  if (auto status = CheckName(attach.robot(), path.Field("robot")); !status.ok()) return status;
+  collision::AttachObject result;
+  result.name = attach.name();
+  result.robot = attach.robot();
+  result.link = attach.link();
+  if (attach.has_x_link_object()) {
+    auto X_LO = FromProto(attach.x_link_object(), path.Field("x_link_object"));
+    if (!X_LO.ok()) return X_LO.status();
+    result.X_LO = *X_LO;
+  }
+  result.touch_links.assign(attach.touch_links().begin(), attach.touch_links().end());
+  return result;
+}
+
 absl::StatusOr<collision::Change> ChangeOf(const v1::Change& change, const Limits& limits,
                                            const GeometryStore& store, const FieldPath& path) {
   collision::Change result;
@@ -123,13 +140,23 @@ absl::StatusOr<collision::Change> ChangeOf(const v1::Change& change, const Limit
       result.what = *std::move(set);
       break;
     }
-    case v1::Change::kAttach:
-      return path.Field("attach").Error("is given, must be absent: no world attaches objects yet");
-    case v1::Change::kDetach:
-      return path.Field("detach").Error("is given, must be absent: no world attaches objects yet");
+    case v1::Change::kAttach: {
+      auto attach = AttachOf(change.attach(), path.Field("attach"));
+      if (!attach.ok()) return attach.status();
+      result.what = *std::move(attach);
+      break;
+    }
+    case v1::Change::kDetach: {
+      const FieldPath detach_path = path.Field("detach");
+      auto status = CheckName(change.detach().name(), detach_path.Field("name"));
+      if (!status.ok()) return status;
+      result.what = collision::DetachObject{change.detach().name()};
+      break;
+    }
     case v1::Change::WHAT_NOT_SET:
       return path.Field("what").Error(
-          "is absent, must be one of put, move, remove, robot_state, allow, margin");
+          "is absent, must be one of put, move, remove, robot_state, allow, margin, attach, "
+          "detach");
   }
   if (change.has_expected_object_revision()) {
     result.expected_object_revision = collision::Revision{change.expected_object_revision()};

@@ -19,6 +19,7 @@ constexpr int kMaxResults = 64;
 constexpr int kMaxContacts = 1'024;
 constexpr int kDefaultContacts = 16;
 constexpr int kMaxIgnored = 65'536;
+constexpr double kMostSupportTolerance_m = 0.1;
 constexpr double kMostSigmas = 1'000;  // far beyond any confidence, and no overflow
 
 template <class Enum>
@@ -117,6 +118,14 @@ absl::Status SetPairs(const v1::QueryOptions& options, const FieldPath& path,
     auto pair = FromProto(options.ignore_pairs(i), path.Item("ignore_pairs", i));
     if (!pair.ok()) return pair.status();
     query.ignore_pairs.push_back(*std::move(pair));
+  }
+  if (options.has_support_tolerance_m()) {
+    query.support_tolerance_m = options.support_tolerance_m();
+    if (!(query.support_tolerance_m >= 0 && query.support_tolerance_m <= kMostSupportTolerance_m)) {
+      return path.Field("support_tolerance_m")
+          .Error(absl::StrCat("is ", query.support_tolerance_m, ", must be 0 to ",
+                              kMostSupportTolerance_m));
+    }
   }
   if (options.verdicts_only()) query.naming = collision::Naming::kWhereAsked;
   query.margin_sigma = options.margin_sigma();

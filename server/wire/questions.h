@@ -62,13 +62,18 @@ struct Question {
 // The rows as questions take them, and as motions do; both refer to the question.
 std::unique_ptr<const collision::BodyRows> RowsOf(const Question& question);
 std::unique_ptr<const collision::Waypoints> WaypointsOf(const Question& question);
-// Of a robot the link of each part of the body; else nothing.
-std::vector<std::string> BodyLinksOf(const Question& question);
+// Of a robot that asks what each part of its body is.
+struct BodyNames {
+  std::vector<std::string> links = {};    // of an object that it carries the one that carries it
+  std::vector<std::string> objects = {};  // empty where a part is the robot's own, or all are
+};
+BodyNames BodyNamesOf(const Question& question);
 
 struct QuestionSource {
   const collision::WorldSnapshot& snapshot;  // for a subject that is of the world
   const GeometryStore& store;
   const Limits& limits;
+  std::span<const std::string> ignore = {};  // of the options: a robot does not carry it either
 };
 // NotFound OBJECT_UNKNOWN or ROBOT_UNKNOWN for a subject that is not in the snapshot.
 absl::StatusOr<Question> FromProto(const v1::Subject& subject, const QuestionSource& source,

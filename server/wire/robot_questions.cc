@@ -7,6 +7,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "collision/geometry/validation.h"
+#include "collision/query/carried_objects.h"
 #include "collision/robot/xml_element.h"
 #include "collision/world/apply_fault.h"
 #include "server/core/error.h"
@@ -63,6 +64,25 @@ absl::Status CheckSize(const RobotModel& model, const std::vector<std::int64_t>&
   return path.Field("scope").Error(absl::StrCat(
       "asks about ", pairs, " pairs of the robot's own parts, must be ROBOT_SCOPE_WORLD above ",
       kMaxSelfPairs));
+}
+
+// The same with what it carries.
+absl::Status CheckCarried(const collision::QueryBody& body, const FieldPath& path) {
+  if (body.carried.empty()) return absl::OkStatus();
+  const auto parts = static_cast<std::int64_t>(body.geometry->parts.size());
+  if (parts > kMaxRobotParts) {
+    return path.Field("robot").Error(absl::StrCat("has ", parts,
+                                                  " parts with what is attached to it, must have "
+                                                  "at most ",
+                                                  kMaxRobotParts));
+  }
+  const auto pairs = static_cast<std::int64_t>(body.self_pairs.size());
+  if (pairs <= kMaxSelfPairs) return absl::OkStatus();
+  return path.Field("scope").Error(
+      absl::StrCat("asks about ", pairs,
+                   " pairs of the robot's own parts and of what is attached to it, must be "
+                   "ROBOT_SCOPE_WORLD above ",
+                   kMaxSelfPairs));
 }
 
 absl::StatusOr<collision::QueryBody> BodyOfSpheres(const collision::WorldRobot& robot,
@@ -193,9 +213,14 @@ absl::StatusOr<Question> FromProto(const v1::RobotSubject& subject, const Questi
   RobotStates states;
   states.robot = source.snapshot.FindRobot(subject.robot());
   if (states.robot == nullptr) return UnknownRobot(subject.robot());
-  auto body = BodyOf(*states.robot, subject, path);
-  if (!body.ok()) return body.status();
-  body->self = states.robot->name;  // rules of pairs know it by that, whatever stands for its links
+  auto bare = BodyOf(*states.robot, subject, path);
+  if (!bare.ok()) return bare.status();
+  const auto scope = FromProto(subject.scope(), path.Field("scope"));
+  if (!scope.ok()) return scope.status();
+  collision::QueryBody body = collision::WithCarriedObjects(*std::move(bare), source.snapshot,
+                                                            *states.robot, *scope, source.ignore);
+  if (auto status = CheckCarried(body, path); !status.ok()) return status;
+  body.self = states.robot->name;  // rules of pairs know it by that, whatever stands for its links
   const auto group = GroupOf(*states.robot, subject.group(), path.Field("group"));
   if (!group.ok()) return group.status();
   states.group = *group;
@@ -212,7 +237,7 @@ absl::StatusOr<Question> FromProto(const v1::RobotSubject& subject, const Questi
       RowsFromProto(subject.rows(), states, source.limits.max_batch_rows, path.Field("rows"));
   if (!rows.ok()) return rows.status();
   states.rows = *std::move(rows);
-  return Question{*std::move(body), std::move(states)};
+  return Question{std::move(body), std::move(states)};
 }
 
 namespace {
@@ -241,14 +266,18 @@ std::unique_ptr<const collision::Waypoints> WaypointsOf(const Question& question
                                                     std::get<std::vector<Pose>>(question.where));
 }
 
-std::vector<std::string> BodyLinksOf(const Question& question) {
-  std::vector<std::string> links;
+BodyNames BodyNamesOf(const Question& question) {
+  BodyNames names;
   const auto* states = std::get_if<RobotStates>(&question.where);
-  if (states == nullptr) return links;
-  for (const int link : question.body.frame_of_part) {
-    links.push_back(states->robot->model().links[static_cast<std::size_t>(link)].name);
+  if (states == nullptr) return names;
+  for (const int frame : question.body.frame_of_part) {
+    const collision::CarriedObject* carried = question.body.CarriedIn(frame);
+    const int link = carried != nullptr ? carried->link : frame;
+    names.links.push_back(states->robot->model().links[static_cast<std::size_t>(link)].name);
+    if (question.body.carried.empty()) continue;
+    names.objects.push_back(carried != nullptr ? carried->object->name : "");
   }
-  return links;
+  return names;
 }
 
 }  // namespace cwm::server

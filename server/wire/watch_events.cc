@@ -1,5 +1,6 @@
 #include "server/wire/watch_events.h"
 
+#include "collision/world/attachment.h"
 #include "server/wire/pair_rules.h"
 #include "server/wire/poses.h"
 #include "server/wire/robots.h"
@@ -22,7 +23,8 @@ bool OnlyMoved(const collision::WorldObject& before, const collision::WorldObjec
   return before.uid == after.uid && before.geometry_revision == after.geometry_revision &&
          before.pose_revision != after.pose_revision && before.kind == after.kind &&
          before.owner == after.owner && before.state == after.state &&
-         before.supported_by == after.supported_by && before.margin_m == after.margin_m;
+         before.supported_by == after.supported_by && before.margin_m == after.margin_m &&
+         SameAttachment(before.attachment.get(), after.attachment.get());
 }
 
 void SetEvent(const collision::ObjectDelta& delta, const WatchContext& context,

@@ -47,6 +47,19 @@ TEST(ExpandRows, NamesObjectsAndLinks) {
   EXPECT_TRUE(response.verdicts().empty() && response.trust().empty());
 }
 
+TEST(ExpandRows, NamesWhatIsCarriedAndLinksOfOtherRobots) {
+  pb::CheckCollisionsResponse response = RobotChecked();
+  for (const char* link : {"base", "hand"}) response.mutable_objects(0)->add_part_links(link);
+  for (const char* object : {"", "mug"}) response.add_body_objects(object);
+  response.set_object_part(Bytes({-1, 1, 1}));
+  ASSERT_TRUE(ExpandRows(response).ok());
+  EXPECT_EQ(response.rows(1).object_link(), "hand") << "of the robot that is called cup";
+  EXPECT_EQ(response.rows(1).body_object(), "mug");
+  EXPECT_FALSE(response.rows(2).has_body_object());
+  EXPECT_EQ(response.rows(2).object(), "mug");
+  EXPECT_EQ(response.rows(2).object_link(), "hand");
+}
+
 TEST(ExpandRows, RefusesWhatNamesNothing) {
   for (const std::int32_t object : {1, -3}) {
     pb::CheckCollisionsResponse response = RobotChecked();
@@ -58,6 +71,12 @@ TEST(ExpandRows, RefusesWhatNamesNothing) {
     response.set_object_part(Bytes({-1, 7, part}));
     EXPECT_EQ(ExpandRows(response).code(), absl::StatusCode::kDataLoss) << part;
   }
+  pb::CheckCollisionsResponse no_such_part = RobotChecked();
+  no_such_part.mutable_objects(0)->add_part_links("base");
+  EXPECT_EQ(ExpandRows(no_such_part).code(), absl::StatusCode::kDataLoss);
+  pb::CheckCollisionsResponse too_few = RobotChecked();
+  too_few.add_body_objects("");
+  EXPECT_EQ(ExpandRows(too_few).code(), absl::StatusCode::kDataLoss);
   pb::CheckCollisionsResponse no_robot = RobotChecked();
   no_robot.clear_body_links();
   EXPECT_EQ(ExpandRows(no_robot).code(), absl::StatusCode::kDataLoss) << "no robot, no itself";

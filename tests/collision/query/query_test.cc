@@ -379,13 +379,15 @@ TEST(WorldFilter, CountsObjectsThatAreNeitherIgnoredNorAskingAndPartsOfTheRepres
   QueryOptions options;
   options.ignore = {"b", "nobody"};
   options.representation = Representation::kSurfaces;
-  const WorldFilter filter(*world, options, /*self=*/"c");
+  QueryBody body;
+  body.self = "c";
+  const WorldFilter filter(*world, options, body);
   EXPECT_FALSE(filter.Skips(*world->Find("a")));
   EXPECT_TRUE(filter.Skips(*world->Find("b")));
   EXPECT_TRUE(filter.Skips(*world->Find("c")));
-  EXPECT_TRUE(filter.Skips(PartSource::kShape));
-  EXPECT_FALSE(filter.Skips(PartSource::kSurface));
-  EXPECT_FALSE(filter.Skips(PartSource::kHandle));
+  EXPECT_TRUE(filter.SkipsPart(*world->Find("a"), PartSource::kShape));
+  EXPECT_FALSE(filter.SkipsPart(*world->Find("a"), PartSource::kSurface));
+  EXPECT_FALSE(filter.SkipsPart(*world->Find("a"), PartSource::kHandle));
 }
 
 TEST(BodySearch, AsksPairsWithinReachAloneAndNarrowsAsToldTo) {

@@ -303,7 +303,7 @@ TEST(Snapshot, AnswersForEverAsItDidWhileOthersAreMadeFromIt) {
   EXPECT_EQ(Names(*first), names);
   std::size_t found = 0;
   first->bounds().ForEachWithin({Vector3(-1, -1, -1), Vector3(3, 3, 3)}, 0,
-                                [&](const WorldObject&) { ++found; });
+                                [&](const Obstacle&) { ++found; });
   EXPECT_EQ(found, 300u);
 }
 

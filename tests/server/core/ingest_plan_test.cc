@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "absl/strings/str_cat.h"
+#include "tests/collision/world/test_arm.h"
 #include "tests/server/core/test_objects.h"
 
 namespace cwm::server {
@@ -15,6 +16,7 @@ using collision::ObjectKind;
 using collision::ObjectState;
 using collision::Owner;
 using collision::PutObject;
+using collision::testing::PutArm;
 using perception::Association;
 using ::testing::ElementsAre;
 using ::testing::IsEmpty;
@@ -82,6 +84,24 @@ TEST_F(IngestPlanTest, KeepingChangesNothing) {
   EXPECT_THAT(plan.changes, IsEmpty());
   EXPECT_THAT(plan.names, ElementsAre("table", "box"));
   EXPECT_THAT(plan.kept, ElementsAre("table", "box"));
+}
+
+TEST_F(IngestPlanTest, WhatIsAttachedStaysAsItIsWhateverTheAssociationsSay) {
+  Apply({{PutArm("arm"), {}},
+         {collision::AttachObject{.name = "box", .robot = "arm", .link = "tip"}, {}}});
+  for (const What what : {What::kMove, What::kReplace, What::kKeep}) {
+    Decide({keep_table, {.what = what, .known = 0, .object = 0, .X_WO = MakeTranslation(0, 0, 3)}});
+    const IngestPlan plan = MustPlan();
+    EXPECT_THAT(plan.changes, IsEmpty());
+    EXPECT_THAT(plan.names, ElementsAre("table", "box"));
+  }
+  scene.objects.clear();
+  for (const What what : {What::kRemove, What::kOcclude}) {
+    Decide({keep_table, {.what = what, .known = 0}});
+    const IngestPlan plan = MustPlan();
+    EXPECT_THAT(plan.changes, IsEmpty());
+    EXPECT_THAT(plan.removed, IsEmpty());
+  }
 }
 
 TEST_F(IngestPlanTest, ReplacingKeepsNameAndMarginAndTakesModelAndPose) {

@@ -151,7 +151,7 @@ TEST_F(Answers, SamplesBeyondNameNothingAndBoundsComeWhereAPointIsBounded) {
 // Link 0 meets object c, and then link 2 of the robot itself.
 TEST_F(Answers, OfARobotNameItsLinks) {
   AnswerContext context = Context(Form::kColumns);
-  context.body_links = {"base", "arm", "hand"};
+  context.body.links = {"base", "arm", "hand"};
   pairs_.object = {2, 0, collision::kItself};
   pairs_.body_part = {0, 1, 0};
   pairs_.object_part = {3, 4, 2};
@@ -253,7 +253,7 @@ TEST_F(MotionAnswers, SinglePrecisionKeepsBoundsBounds) {
 
 TEST_F(MotionAnswers, RowsSayWhatTheirVerdictKnows) {
   AnswerContext context = Context(Form::kRows);
-  context.body_links = {"arm", "hand"};
+  context.body.links = {"arm", "hand"};
   v1::CheckMotionsResponse response;
   ToProto(motions_, context, &response);
   ASSERT_EQ(response.rows_size(), 6);

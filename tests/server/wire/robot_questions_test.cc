@@ -95,7 +95,7 @@ TEST_F(RobotSubjects, HaveRowsOfTheirGroupOverTheirBase) {
   std::vector<Pose> X_WL(7);
   rows->Place(1, X_WL);
   EXPECT_EQ(X_WL[0].translation(), Vector3(1, 0, 0));
-  EXPECT_THAT(BodyLinksOf(*question), ElementsAre("base", "upper", "tip", "tip"));
+  EXPECT_THAT(BodyNamesOf(*question).links, ElementsAre("base", "upper", "tip", "tip"));
 }
 
 TEST_F(RobotSubjects, HaveEveryVariableWithoutAGroup) {
@@ -132,7 +132,7 @@ TEST_F(RobotSubjects, AreOfSpheresWhereTheyHaveSome) {
   robot_.set_robot_geometry(v1::ROBOT_GEOMETRY_SPHERES_AS_GIVEN);
   const auto question = Convert();
   ASSERT_TRUE(question.ok()) << question.status();
-  EXPECT_THAT(BodyLinksOf(*question), ElementsAre("base", "base"));
+  EXPECT_THAT(BodyNamesOf(*question).links, ElementsAre("base", "base"));
   EXPECT_EQ(question->body.best_trust, collision::Trust::kDegraded);
   robot_.set_robot("bare");
   const absl::Status none = Convert().status();

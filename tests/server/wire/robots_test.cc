@@ -172,11 +172,11 @@ class WireRobotEvents : public ::testing::Test {
 };
 
 TEST_F(WireRobotEvents, AMotionIsSmallAndAnotherRobotIsAPut) {
-  const auto before = std::make_shared<const collision::WorldRobot>(WorldArm());
+  const auto before = collision::Place(WorldArm());
   collision::WorldRobot moved = *before;
   moved.state[0] = 0.75;
   moved.state_revision = {6};
-  const auto after = std::make_shared<const collision::WorldRobot>(moved);
+  const auto after = collision::Place(moved);
   const v1::RobotEvent state = EventOf(before, after);
   EXPECT_EQ(state.state().name(), "left");
   EXPECT_EQ(state.state().state(0), 0.75);
@@ -200,8 +200,7 @@ TEST_F(WireRobotEvents, TheInitialStateTellsRobotsAfterAllObjects) {
     object.geometry = geometry;
     objects.push_back(collision::Place(std::move(object)));
   }
-  const collision::WorldSnapshot snapshot(
-      {6}, objects, {std::make_shared<const collision::WorldRobot>(WorldArm())});
+  const collision::WorldSnapshot snapshot({6}, objects, {collision::Place(WorldArm())});
   std::size_t next = 0;
   int messages = 0, robots = 0;
   for (bool done = false; !done; ++messages) {

@@ -1,0 +1,57 @@
+#include "collision/query/carried_objects.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace cwm::collision {
+namespace {
+
+std::vector<CarriedObject> CarriedBy(const WorldRobot& robot, const WorldSnapshot& world,
+                                     std::span<const std::string> ignore) {
+  std::vector<CarriedObject> carried;
+  for (const WorldObjectPtr& object : world.attached()) {
+    if (object->attachment->robot != robot.name) continue;
+    if (std::find(ignore.begin(), ignore.end(), object->name) != ignore.end()) continue;
+    const std::optional<int> link = robot.model().FindLink(object->attachment->link);
+    if (!link.has_value()) continue;  // the world detaches what loses its link
+    carried.push_back({.object = object, .link = *link, .X_FO = object->attachment->X_LO});
+  }
+  return carried;
+}
+
+// Whether a part in the frame is asked of the carried object by itself.
+bool IsAsked(const QueryBody& body, const CarriedObject& carried, int frame) {
+  if (const CarriedObject* other = body.CarriedIn(frame)) return other->link != carried.link;
+  if (frame == carried.link) return false;
+  const std::vector<std::string>& touch = carried.object->attachment->touch_links;
+  const std::string& link = body.robot->links[static_cast<std::size_t>(frame)].name;
+  return !std::binary_search(touch.begin(), touch.end(), link);
+}
+
+}  // namespace
+
+QueryBody WithCarriedObjects(QueryBody body, const WorldSnapshot& world, const WorldRobot& robot,
+                             RobotScope scope, std::span<const std::string> ignore) {
+  body.carried = CarriedBy(robot, world, ignore);
+  if (body.carried.empty()) return body;
+  auto geometry = std::make_shared<PreparedModel>(*body.geometry);
+  for (std::size_t k = 0; k < body.carried.size(); ++k) {
+    const CarriedObject& carried = body.carried[k];
+    const PreparedModel& added = *carried.object->geometry;
+    const std::size_t before = geometry->parts.size();
+    for (std::size_t part = 0; part < added.parts.size(); ++part) {
+      const auto mine = static_cast<std::int32_t>(before + part);
+      for (std::size_t other = 0; other < before && scope != RobotScope::kWorld; ++other) {
+        const auto theirs = static_cast<std::int32_t>(other);
+        if (IsAsked(body, carried, body.FrameOf(theirs))) body.self_pairs.push_back({mine, theirs});
+      }
+    }
+    geometry->parts.insert(geometry->parts.end(), added.parts.begin(), added.parts.end());
+    geometry->widest_sigma_m = std::max(geometry->widest_sigma_m, added.widest_sigma_m);
+    body.frame_of_part.resize(geometry->parts.size(), body.frame_count + static_cast<int>(k));
+  }
+  body.geometry = std::move(geometry);
+  return body;
+}
+
+}  // namespace cwm::collision
