@@ -14,6 +14,7 @@ void AddChangeCommands(CommandLine& line);  // move, remove
 void AddAttachCommands(CommandLine& line);  // attach, detach
 void AddRuleCommands(CommandLine& line);    // allow, margin, rules
 void AddImportCommand(CommandLine& line);   // import
+void AddExportCommand(CommandLine& line);   // export
 void AddRobotCommands(CommandLine& line);   // robot load, list, get, remove
 void AddPairCommands(CommandLine& line);    // distance, contacts
 void AddCheckCommand(CommandLine& line);    // check

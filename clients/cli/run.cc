@@ -67,6 +67,7 @@ void AddCommands(CommandLine& line, const report::PageAssets& page_assets) {
   AddAttachCommands(line);
   AddRuleCommands(line);
   AddImportCommand(line);
+  AddExportCommand(line);
   AddRobotCommands(line);
   AddPairCommands(line);
   AddCheckCommand(line);

@@ -1,206 +1,139 @@
-#include <algorithm>
-#include <cmath>
-#include <functional>
-#include <map>
+// Planning scenes: which format a file is in, and the whole of one in YAML.
 #include <set>
-
-#include <yaml-cpp/yaml.h>
+#include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
 #include "clients/formats/format_error.h"
-#include "clients/formats/scalar.h"
 #include "clients/formats/scene_file.h"
+#include "clients/formats/scene_yaml.h"
+#include "clients/formats/text_cursor.h"
 
 namespace cwm::formats {
 namespace {
 
-// Scenes written with two or three decimals are off by up to half a percent; more is a mistake.
-constexpr double kQuaternionTolerance = 0.01;
-
-// A place in the document: the node and how one got there. Asking an absent node for its type would
-// throw, so the questions are asked here.
-struct Place {
-  YAML::Node node;
-  std::string path;
-
-  Place operator[](const char* key) const {
-    return {is_map() ? node[key] : YAML::Node(YAML::NodeType::Undefined), path + "." + key};
+// Each is said once, with the links or things that it is about.
+void WarnOfPadding(const FieldReader& reader, const Place& scene, const char* list,
+                   const char* value, double neutral, std::vector<std::string>& warnings) {
+  std::vector<std::string> links;
+  const Place entries = scene[list];
+  for (std::size_t i = 0; i < entries.size(); ++i) {
+    const auto number = reader.Number(entries[i][value]);
+    const auto link = reader.Name(entries[i]["link_name"]);
+    if (number.ok() && *number == neutral) continue;
+    links.push_back(link.ok() ? Printable(*link) : "a link without name");
   }
-  Place operator[](std::size_t index) const {
-    return {node[index], absl::StrCat(path, "[", index, "]")};
+  if (links.empty()) return;
+  warnings.push_back(absl::StrCat(list, " of ", absl::StrJoin(links, ", "),
+                                  ": left out, robots are taken as they are"));
+}
+
+void WarnOfOctomap(const Place& world, std::vector<std::string>& warnings) {
+  const Place data = world["octomap"]["octomap"]["data"];
+  const bool is_there = data.size() > 0 || (data.is_scalar() && !data.node.Scalar().empty());
+  if (is_there) warnings.push_back("world.octomap: left out, only objects are read");
+}
+
+absl::StatusOr<SceneFile> ReadScene(const Place& root, const FieldReader& reader,
+                                    const SceneOptions& options) {
+  SceneFile scene;
+  const Place list = root["world"]["collision_objects"];
+  const Place attached = root["robot_state"]["attached_collision_objects"];
+  // A scene without objects is one; a file without anything of a scene is none.
+  const bool is_scene = root["robot_state"].present() || root["allowed_collision_matrix"].present();
+  if (!list.present() && !is_scene) return reader.Error(list, "is missing");
+  if (absl::Status status = reader.CheckList(list); !status.ok()) return status;
+  if (root["robot_model_name"].is_scalar()) {
+    scene.robot_model_name = root["robot_model_name"].node.Scalar();
   }
-  bool present() const { return node.IsDefined() && !node.IsNull(); }
-  bool is_map() const { return node.IsDefined() && node.IsMap(); }
-  bool is_list() const { return node.IsDefined() && node.IsSequence(); }
-  bool is_scalar() const { return node.IsDefined() && node.IsScalar(); }
-  std::size_t size() const { return is_list() ? node.size() : 0; }
-};
-
-class SceneParser {
- public:
-  explicit SceneParser(const std::string& file) : file_(file) {}
-
-  absl::StatusOr<SceneFile> Parse(const YAML::Node& root) {
-    const Place objects = Place{root, "scene"}["world"]["collision_objects"];
-    if (!objects.present()) return Error(objects, "is missing");
-    if (!objects.is_list()) return Error(objects, "must be a list");
-    for (std::size_t i = 0; i < objects.size(); ++i) {
-      if (absl::Status status = ReadObject(objects[i]); !status.ok()) return status;
-    }
-    return std::move(scene_);
-  }
-
- private:
-  absl::Status Error(const Place& place, const std::string& rule) const {
-    return FileError(file_, {.field = place.path.substr(place.path.find('.') + 1),
-                             .value = place.is_scalar() ? place.node.Scalar() : "",
-                             .rule = rule});
-  }
-
-  absl::Status ReadObject(const Place& place) {
-    SceneObject object;
-    const Place id = place["id"];
-    if (!id.is_scalar() || id.node.Scalar().empty()) {
-      return Error(id, "must be a name");
-    }
-    object.id = id.node.Scalar();
-    if (!ids_.insert(object.id).second) return Error(id, "must not appear twice");
-    if (place["pose"].present()) {
-      if (absl::Status status = ReadPose(place["pose"], object.pose); !status.ok()) return status;
-    }
-    for (const char* left_out : {"meshes", "planes"}) {
-      if (place[left_out].size() > 0) {
-        scene_.warnings.push_back(absl::StrCat(object.id, ": ", place[left_out].size(), " ",
-                                               left_out, " left out, only primitives are read"));
-      }
-    }
-    if (absl::Status status = ReadPrimitives(place, object); !status.ok()) return status;
-    if (object.primitives.empty()) {
-      scene_.warnings.push_back(absl::StrCat(object.id, ": left out, it has no primitives"));
+  const auto frames =
+      SceneFrames::Read(reader, root["fixed_frame_transforms"], options.world_frame);
+  if (!frames.ok()) return frames.status();
+  std::set<std::string> ids;
+  for (std::size_t i = 0; i < list.size(); ++i) {
+    auto object = ReadObject(reader, list[i], scene.warnings);
+    if (!object.ok()) return object.status();
+    if (!ids.insert(object->id).second) return reader.Error(list[i]["id"], "must not appear twice");
+    const auto frame = frames->Find(reader, list[i]["header"]);
+    if (!frame.ok()) return frame.status();
+    object->pose = Composed(*frame, object->pose);
+    if (object->shapes.empty()) {
+      scene.warnings.push_back(absl::StrCat(Printable(object->id), ": left out, it has no shapes"));
     } else {
-      scene_.objects.push_back(std::move(object));
+      scene.objects.push_back(*std::move(object));
     }
-    return absl::OkStatus();
   }
-
-  absl::Status ReadPrimitives(const Place& place, SceneObject& object) const {
-    const Place shapes = place["primitives"];
-    const Place poses = place["primitive_poses"];
-    for (const Place& list : {shapes, poses}) {
-      if (list.present() && !list.is_list()) return Error(list, "must be a list");
+  auto state = ReadRobotState(reader, root["robot_state"], *frames, scene.warnings);
+  if (!state.ok()) return state.status();
+  scene.robot_state = *std::move(state);
+  for (std::size_t i = 0; i < scene.robot_state.attached.size(); ++i) {
+    const SceneObject& object = scene.robot_state.attached[i].object;
+    if (!object.shapes.empty() && !ids.insert(object.id).second) {
+      return reader.Error(attached[i]["object"]["id"], "must not appear twice");
     }
-    if (shapes.size() != poses.size()) {
-      return Error(poses, absl::StrCat("must hold a pose for each of ", shapes.size(),
-                                       " primitives, holds ", poses.size()));
-    }
-    for (std::size_t i = 0; i < shapes.size(); ++i) {
-      ScenePrimitive primitive;
-      if (absl::Status status = ReadShape(shapes[i], primitive); !status.ok()) return status;
-      if (absl::Status status = ReadPose(poses[i], primitive.pose); !status.ok()) return status;
-      object.primitives.push_back(primitive);
-    }
-    return absl::OkStatus();
   }
+  auto allowed = ReadAllowedCollisions(reader, root["allowed_collision_matrix"], scene.warnings);
+  if (!allowed.ok()) return allowed.status();
+  scene.allowed_collisions = *std::move(allowed);
+  WarnOfPadding(reader, root, "link_padding", "padding", 0, scene.warnings);
+  WarnOfPadding(reader, root, "link_scale", "scale", 1, scene.warnings);
+  WarnOfOctomap(root["world"], scene.warnings);
+  return scene;
+}
 
-  absl::Status ReadShape(const Place& place, ScenePrimitive& primitive) const {
-    using Dimensions = std::vector<double>;
-    struct Kind {
-      std::size_t count;
-      std::function<decltype(primitive.shape)(const Dimensions&)> make;
-    };
-    static const std::map<std::string, Kind> kKinds = {
-        {"box",
-         {3,
-          [](const Dimensions& d) {
-            return SceneBox{{d[0], d[1], d[2]}};
-          }}},
-        {"sphere", {1, [](const Dimensions& d) { return SceneSphere{d[0]}; }}},
-        {"cylinder",
-         {2,
-          [](const Dimensions& d) {
-            return SceneCylinder{d[0], d[1]};
-          }}},
-        {"cone", {2, [](const Dimensions& d) {
-                    return SceneCone{d[0], d[1]};
-                  }}}};
-    const Place type = place["type"];
-    const auto kind = type.is_scalar() ? kKinds.find(type.node.Scalar()) : kKinds.end();
-    if (kind == kKinds.end()) return Error(type, "must be box, sphere, cylinder or cone");
-    const auto dimensions = ReadNumbers(place["dimensions"], kind->second.count);
-    if (!dimensions.ok()) return dimensions.status();
-    for (std::size_t i = 0; i < dimensions->size(); ++i) {
-      if ((*dimensions)[i] <= 0) return Error(place["dimensions"][i], "must be positive");
-    }
-    primitive.shape = kind->second.make(*dimensions);
-    return absl::OkStatus();
-  }
-
-  absl::Status ReadPose(const Place& place, ScenePose& pose) const {
-    const auto position = ReadVector(place["position"], {"x", "y", "z"});
-    if (!position.ok()) return position.status();
-    const auto orientation = ReadVector(place["orientation"], {"x", "y", "z", "w"});
-    if (!orientation.ok()) return orientation.status();
-    std::copy(position->begin(), position->end(), pose.position_m.begin());
-    double squared = 0;
-    for (const double q : *orientation) squared += q * q;
-    const double norm = std::sqrt(squared);
-    if (!(std::abs(norm - 1) <= kQuaternionTolerance)) {
-      return Error(place["orientation"],
-                   absl::StrCat("has length ", FormatNumber(norm), ", must be within 1 % of 1"));
-    }
-    for (std::size_t i = 0; i < 4; ++i) pose.orientation_xyzw[i] = (*orientation)[i] / norm;
-    return absl::OkStatus();
-  }
-
-  // [x, y, z] or {x: .., y: .., z: ..}: both are written by tools around MoveIt.
-  absl::StatusOr<std::vector<double>> ReadVector(const Place& place,
-                                                 const std::vector<const char*>& names) const {
-    if (!place.is_map()) return ReadNumbers(place, names.size());
-    std::vector<double> values;
-    for (const char* name : names) {
-      const auto value = ReadNumber(place[name]);
-      if (!value.ok()) return value.status();
-      values.push_back(*value);
-    }
-    return values;
-  }
-
-  absl::StatusOr<std::vector<double>> ReadNumbers(const Place& place, std::size_t count) const {
-    if (!place.is_list() || place.size() != count) {
-      return Error(place,
-                   absl::StrCat("must be a list of ", count, count == 1 ? " number" : " numbers"));
-    }
-    std::vector<double> values;
-    for (std::size_t i = 0; i < count; ++i) {
-      const auto value = ReadNumber(place[i]);
-      if (!value.ok()) return value.status();
-      values.push_back(*value);
-    }
-    return values;
-  }
-
-  absl::StatusOr<double> ReadNumber(const Place& place) const {
-    char bytes[sizeof(double)];
-    const bool number = place.is_scalar() && ParseScalar(place.node.Scalar(), Scalar::kF64, bytes);
-    if (!number || !std::isfinite(ToDouble(bytes, Scalar::kF64))) {
-      return Error(place, "must be a finite number");
-    }
-    return ToDouble(bytes, Scalar::kF64);
-  }
-
-  const std::string& file_;
-  SceneFile scene_;
-  std::set<std::string> ids_;
-};
+// The second line begins with an object or ends the scene; no YAML has such a line there.
+bool IsTextScene(std::string_view bytes) {
+  TextCursor cursor(bytes);
+  cursor.NextLine();  // the name
+  const auto second = cursor.NextLine();
+  if (!second) return false;
+  const auto words = SplitWords(*second);
+  return !words.empty() && (words[0] == "*" || words[0] == ".");
+}
 
 }  // namespace
 
-absl::StatusOr<SceneFile> ParseScene(std::string_view yaml, const std::string& file) {
+absl::StatusOr<SceneFrames> SceneFrames::Read(const FieldReader& reader, const Place& transforms,
+                                              const std::string& world_frame) {
+  SceneFrames frames;
+  for (const std::string& name : {std::string(), std::string("world"), world_frame}) {
+    frames.frames_[name] = ScenePose{};
+  }
+  if (absl::Status status = reader.CheckList(transforms); !status.ok()) return status;
+  for (std::size_t i = 0; i < transforms.size(); ++i) {
+    const Place entry = transforms[i];
+    const auto child = reader.Name(entry["child_frame_id"]);
+    if (!child.ok()) return child.status();
+    const auto transform = reader.Transform(entry["transform"]);
+    if (!transform.ok()) return transform.status();
+    const std::size_t slash = (*child)[0] == '/' ? 1 : 0;
+    frames.frames_.emplace(child->substr(slash), *transform);
+  }
+  return frames;
+}
+
+absl::StatusOr<ScenePose> SceneFrames::Find(const FieldReader& reader, const Place& header) const {
+  const Place id = header["frame_id"];
+  std::string name = id.is_scalar() ? id.node.Scalar() : "";
+  if (!name.empty() && name[0] == '/') name.erase(0, 1);
+  const auto found = frames_.find(name);
+  if (found != frames_.end()) return found->second;
+  return reader.Error(id, "must be the world's frame or one of fixed_frame_transforms");
+}
+
+absl::StatusOr<SceneFile> ParseYamlScene(std::string_view yaml, const std::string& file,
+                                         const SceneOptions& options) {
   try {  // yaml-cpp reports by exceptions; they end here
-    return SceneParser(file).Parse(YAML::Load(std::string(yaml)));
+    const YAML::Node root = YAML::Load(std::string(yaml));
+    return ReadScene(Place{root, "scene"}, FieldReader(file), options);
   } catch (const YAML::Exception& error) {
     return FileError(file, {"YAML", "", error.what()});
   }
+}
+
+absl::StatusOr<SceneFile> ParseScene(std::string_view bytes, const std::string& file,
+                                     const SceneOptions& options) {
+  return IsTextScene(bytes) ? ParseTextScene(bytes, file) : ParseYamlScene(bytes, file, options);
 }
 
 }  // namespace cwm::formats

@@ -8,6 +8,7 @@
 #include "proto/transfer/sha256.h"
 #include "server/rpc/at_revision.h"
 #include "server/rpc/call.h"
+#include "server/rpc/export_call.h"
 #include "server/rpc/geometry_calls.h"
 #include "server/rpc/object_pages.h"
 #include "server/rpc/watch_call.h"
@@ -205,6 +206,11 @@ grpc::ServerWriteReactor<v1::ReadGeometryResponse>* WorldService::ReadGeometry(
 grpc::ServerReadReactor<v1::WriteGeometryRequest>* WorldService::WriteGeometry(
     grpc::CallbackServerContext*, v1::WriteGeometryResponse* response) {
   return new WriteGeometryCall(runtime_, response);
+}
+
+grpc::ServerWriteReactor<v1::ExportWorldResponse>* WorldService::ExportWorld(
+    grpc::CallbackServerContext* context, const v1::ExportWorldRequest* request) {
+  return new ExportWorldCall(context, runtime_, *request);
 }
 
 }  // namespace cwm::server

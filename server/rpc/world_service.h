@@ -34,6 +34,8 @@ class WorldService final : public v1::WorldService::CallbackService {
       grpc::CallbackServerContext* context, const v1::ReadGeometryRequest* request) override;
   grpc::ServerReadReactor<v1::WriteGeometryRequest>* WriteGeometry(
       grpc::CallbackServerContext* context, v1::WriteGeometryResponse* response) override;
+  grpc::ServerWriteReactor<v1::ExportWorldResponse>* ExportWorld(
+      grpc::CallbackServerContext* context, const v1::ExportWorldRequest* request) override;
 
  private:
   Runtime& runtime_;

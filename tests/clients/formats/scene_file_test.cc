@@ -48,26 +48,110 @@ TEST(SceneFile, ReadsEveryPrimitiveWithHeightBeforeRadius) {
   ASSERT_EQ(scene->objects.size(), 1u);
   const SceneObject& object = scene->objects[0];
   EXPECT_THAT(object.pose.position_m, ElementsAre(0, 0, 1));
-  ASSERT_EQ(object.primitives.size(), 4u);
-  EXPECT_THAT(std::get<SceneBox>(object.primitives[0].shape).size_m, ElementsAre(0.1, 0.2, 0.3));
-  EXPECT_THAT(object.primitives[0].pose.position_m, ElementsAre(1, 2, 3));
-  EXPECT_EQ(std::get<SceneCylinder>(object.primitives[1].shape).height_m, 0.14);
-  EXPECT_EQ(std::get<SceneCylinder>(object.primitives[1].shape).radius_m, 0.03);
-  EXPECT_EQ(std::get<SceneCone>(object.primitives[2].shape).height_m, 0.2);
-  EXPECT_EQ(std::get<SceneCone>(object.primitives[2].shape).radius_m, 0.05);
-  EXPECT_THAT(object.primitives[2].pose.orientation_xyzw, ElementsAre(0, 0, 0, 1));
-  EXPECT_EQ(std::get<SceneSphere>(object.primitives[3].shape).radius_m, 0.5);
+  ASSERT_EQ(object.shapes.size(), 4u);
+  EXPECT_THAT(std::get<SceneBox>(object.shapes[0].shape).size_m, ElementsAre(0.1, 0.2, 0.3));
+  EXPECT_THAT(object.shapes[0].pose.position_m, ElementsAre(1, 2, 3));
+  EXPECT_EQ(std::get<SceneCylinder>(object.shapes[1].shape).height_m, 0.14);
+  EXPECT_EQ(std::get<SceneCylinder>(object.shapes[1].shape).radius_m, 0.03);
+  EXPECT_EQ(std::get<SceneCone>(object.shapes[2].shape).height_m, 0.2);
+  EXPECT_EQ(std::get<SceneCone>(object.shapes[2].shape).radius_m, 0.05);
+  EXPECT_THAT(object.shapes[2].pose.orientation_xyzw, ElementsAre(0, 0, 0, 1));
+  EXPECT_EQ(std::get<SceneSphere>(object.shapes[3].shape).radius_m, 0.5);
 }
 
-TEST(SceneFile, LeavesMeshesOutWithAWarning) {
-  const auto scene =
-      ParseScene(Scene("    - {id: statue, meshes: [{vertices: []}], mesh_poses: [{}]}\n" +
-                       Object(kSphere, kIdentity)),
-                 "s.yaml");
+TEST(SceneFile, ReadsMeshesAndPlanes) {
+  const auto scene = ParseScene(Scene(R"(
+    - id: statue
+      meshes:
+        - vertices: [[0, 0, 0], {x: 1, y: 0, z: 0}, [0, 1, 0], [0, 0, 1]]
+          triangles: [[0, 2, 1], {vertex_indices: [0, 1, 3]}, [0, 3, 2], [1, 2, 3], [1, 1, 2]]
+      mesh_poses: [{position: [1, 2, 3], orientation: [0, 0, 0, 1]}]
+      planes: [{coef: [0, 0, 2, -4]}, {coef: [0, 0, -1, 0]}]
+      plane_poses:
+        - {position: [1, 0, 0], orientation: [0, 0, 0, 1]}
+        - {position: [0, 0, 0], orientation: [0, 0, 0, 1]}
+)"),
+                                "s.yaml");
   ASSERT_TRUE(scene.ok()) << scene.status();
-  EXPECT_EQ(scene->objects.size(), 1u);
-  EXPECT_THAT(scene->warnings, ElementsAre(HasSubstr("statue: 1 meshes left out"),
-                                           HasSubstr("statue: left out, it has no primitives")));
+  ASSERT_EQ(scene->objects.size(), 1u);
+  const auto& shapes = scene->objects[0].shapes;
+  ASSERT_EQ(shapes.size(), 3u);
+  const auto& mesh = std::get<MeshFile>(shapes[0].shape);
+  EXPECT_EQ(mesh.vertices.size(), 4u);
+  EXPECT_EQ(mesh.triangles.size(), 4u);
+  EXPECT_THAT(scene->warnings, ElementsAre(HasSubstr("statue: 1 triangles that use a vertex")));
+  // 2 z - 4 = 0 is z = 2, solid below it; -z = 0 is solid above.
+  ASSERT_TRUE(std::holds_alternative<SceneHalfSpace>(shapes[1].shape));
+  EXPECT_THAT(shapes[1].pose.position_m, ElementsAre(1, 0, 2));
+  EXPECT_THAT(shapes[1].pose.orientation_xyzw, ElementsAre(0, 0, 0, 1));
+  EXPECT_THAT(shapes[2].pose.orientation_xyzw, ElementsAre(1, 0, 0, 0));
+}
+
+TEST(SceneFile, ReadsTheRobotAndWhatItHoldsAndMayTouch) {
+  const auto scene = ParseScene(R"(
+robot_model_name: arm
+robot_state:
+  joint_state: {name: [a, b], position: [0.5, -1e-3]}
+  multi_dof_joint_state:
+    joint_names: [virtual_joint]
+    transforms: [{translation: {x: 1, y: 0, z: 0}, rotation: [0, 0, 1, 0]}]
+  attached_collision_objects:
+    - link_name: hand
+      object: {header: {frame_id: hand}, id: can, primitives: [{type: 3, dimensions: [0.2, 0.1, 0]}],
+               primitive_poses: [{position: [0, 0, 0.1], orientation: [0, 0, 0, 1]}]}
+      touch_links: [finger]
+allowed_collision_matrix:
+  entry_names: [hand, can]
+  entry_values: [[false, true], {enabled: [1, 0]}]
+  default_entry_names: [can]
+  default_entry_values: [yes]
+link_padding: [{link_name: hand, padding: 0.01}, {link_name: arm, padding: 0}]
+link_scale: [{link_name: hand, scale: 1.0}]
+world: {octomap: {octomap: {data: [1, 2]}}}
+)",
+                                "s.yaml");
+  ASSERT_TRUE(scene.ok()) << scene.status();
+  EXPECT_EQ(scene->robot_model_name, "arm");
+  ASSERT_EQ(scene->robot_state.joints.size(), 2u);
+  EXPECT_EQ(scene->robot_state.joints[1].position, -1e-3);
+  ASSERT_EQ(scene->robot_state.multi_dof_joints.size(), 1u);
+  EXPECT_THAT(scene->robot_state.multi_dof_joints[0].transform.position_m, ElementsAre(1, 0, 0));
+  ASSERT_EQ(scene->robot_state.attached.size(), 1u);
+  const SceneAttachedObject& attached = scene->robot_state.attached[0];
+  EXPECT_TRUE(attached.pose_is_in_link);
+  EXPECT_EQ(attached.link, "hand");
+  EXPECT_THAT(attached.touch_links, ElementsAre("finger"));
+  EXPECT_EQ(std::get<SceneCylinder>(attached.object.shapes.at(0).shape).radius_m, 0.1);
+  EXPECT_TRUE(scene->allowed_collisions.allowed[0][1]);
+  EXPECT_FALSE(scene->allowed_collisions.allowed[1][1]);
+  EXPECT_THAT(scene->allowed_collisions.defaults, ElementsAre(std::pair("can", true)));
+  EXPECT_THAT(scene->warnings,
+              ElementsAre(HasSubstr("link_padding of hand"), HasSubstr("world.octomap")));
+}
+
+TEST(SceneFile, PutsPosesIntoTheWorldByTheirFrames) {
+  const std::string text = R"(
+fixed_frame_transforms:
+  - {child_frame_id: /shelf, transform: {translation: [0, 0, 1], rotation: [0, 0, 1, 0]}}
+world:
+  collision_objects:
+    - {header: {frame_id: FRAME}, id: thing, primitives: [{type: sphere, dimensions: [1]}],
+       primitive_poses: [{position: [0, 0, 0], orientation: [0, 0, 0, 1]}],
+       pose: {position: [1, 0, 0], orientation: [0, 0, 0, 1]}}
+)";
+  const auto parse = [&](const std::string& frame, const std::string& world_frame) {
+    std::string with_frame = text;
+    with_frame.replace(with_frame.find("FRAME"), 5, frame);
+    return ParseScene(with_frame, "s.yaml", {.world_frame = world_frame});
+  };
+  const auto on_shelf = parse("shelf", "");
+  ASSERT_TRUE(on_shelf.ok()) << on_shelf.status();
+  EXPECT_THAT(on_shelf->objects[0].pose.position_m, ElementsAre(-1, 0, 1));
+  EXPECT_EQ(parse("/world", "")->objects[0].pose.position_m[0], 1);
+  EXPECT_EQ(parse("odom", "odom")->objects[0].pose.position_m[0], 1);
+  EXPECT_THAT(std::string(parse("odom", "").status().message()),
+              AllOf(HasSubstr("collision_objects[0].header.frame_id is odom"),
+                    HasSubstr("must be the world's frame")));
 }
 
 struct Lie {
@@ -107,6 +191,29 @@ INSTANTIATE_TEST_SUITE_P(
             "primitives[0].dimensions[1] is -2", "must be positive"},
         Lie{"NanDimension", Scene(Object("{type: sphere, dimensions: [nan]}", kIdentity)),
             "dimensions[0] is nan", "must be a finite number"},
+        Lie{"HugeNumber", Scene(Object("{type: sphere, dimensions: [1e7]}", kIdentity)),
+            "dimensions[0] is 1e7", "must be at most 1e+06"},
+        Lie{"MeshOfAnotherFile",
+            Scene("    - {id: m, meshes: [{resource: a.stl}], mesh_poses: [" +
+                  std::string(kIdentity) + "]}"),
+            "meshes[0].resource is a.stl", "only meshes with vertices"},
+        Lie{"CornerOutOfRange",
+            Scene("    - {id: m, meshes: [{vertices: [[0, 0, 0]], triangles: [[0, 0, 1]]}], "
+                  "mesh_poses: [" +
+                  std::string(kIdentity) + "]}"),
+            "triangles[0][2] is 1", "an index of 1 vertices"},
+        Lie{"PlaneWithoutNormal",
+            Scene("    - {id: p, planes: [{coef: [0, 0, 0, 1]}], plane_poses: [" +
+                  std::string(kIdentity) + "]}"),
+            "planes[0].coef", "normal that is not 0"},
+        Lie{"Removal", Scene("    - {id: p, operation: 1}"), "operation is 1", "must be add"},
+        Lie{"FewerPositionsThanNames", "robot_state: {joint_state: {name: [a, b], position: [1]}}",
+            "joint_state.position", "one for each of 2 names"},
+        Lie{"MatrixNotSquare",
+            "allowed_collision_matrix: {entry_names: [a, b], entry_values: [[true, true], [true]]}",
+            "entry_values[1]", "one for each of 2 entry_names"},
+        Lie{"NoTruthValue", "allowed_collision_matrix: {entry_names: [a], entry_values: [[maybe]]}",
+            "entry_values[0][0] is maybe", "must be true or false"},
         Lie{"MissingPose", Scene(Object(kSphere, "")), "primitive_poses", "a pose for each of 1"},
         Lie{"ZeroQuaternion",
             Scene(Object(kSphere, "{position: [0, 0, 0], orientation: [0, 0, 0, 0]}")),
@@ -128,7 +235,7 @@ TEST(SceneFile, ReadsEveryMotionBenchMakerScene) {
     ASSERT_TRUE(scene.ok()) << scene.status();
     EXPECT_TRUE(scene->warnings.empty()) << name;
     EXPECT_FALSE(scene->objects.empty()) << name;
-    for (const SceneObject& object : scene->objects) primitives += object.primitives.size();
+    for (const SceneObject& object : scene->objects) primitives += object.shapes.size();
     ++scenes;
   }
   EXPECT_EQ(scenes, 700);

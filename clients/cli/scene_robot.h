@@ -1,0 +1,38 @@
+// What a planning scene says of a robot, as changes of a world that holds the robot.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "clients/formats/scene_file.h"
+#include "cwm/v1/world.pb.h"
+
+namespace cwm::cli {
+
+// "a, b, c" of the first five, "and 4 more" of the rest.
+std::string Listed(const std::vector<std::string>& names);
+
+struct SceneState {
+  cwm::v1::SetRobotState set;
+  bool sets_base = false;
+  std::vector<std::string> warnings;  // what was left out, and why
+};
+
+// A joint of several degrees of freedom that the robot does not have is the virtual joint by which
+// it stands in the world: the pose of its base. Left out are fixed joints, which have no value,
+// joints that follow others, and joints that the robot does not have; all with a warning but a
+// fixed joint at 0.
+SceneState StateOf(const formats::SceneRobotState& state, const cwm::v1::Robot& robot);
+
+struct SceneRules {
+  std::vector<cwm::v1::NamedPair> pairs;
+  std::vector<std::string> warnings;
+};
+
+// The pairs that may collide, each once. A name is that of a link of the robot (nullptr: there is
+// none) or of an object of the scene; others are left out with a warning. What may by default touch
+// everything is allowed with "*", or, where the matrix makes exceptions, with each thing of the
+// scene that it may touch.
+SceneRules RulesOf(const formats::SceneFile& scene, const cwm::v1::Robot* robot);
+
+}  // namespace cwm::cli

@@ -1,0 +1,145 @@
+// Allowed collisions of a planning scene; declared in scene_robot.h.
+#include <algorithm>
+#include <map>
+#include <set>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "clients/cli/scene_objects.h"
+#include "clients/cli/scene_robot.h"
+#include "clients/formats/format_error.h"
+
+namespace cwm::cli {
+namespace {
+
+namespace pb = cwm::v1;
+
+class RuleMaker {
+ public:
+  RuleMaker(const formats::SceneFile& scene, const pb::Robot* robot)
+      : collisions_(scene.allowed_collisions), robot_(robot) {
+    AddThings(scene);
+    const auto& names = collisions_.names;
+    for (std::size_t i = 0; i < names.size(); ++i) row_.emplace(names[i], i);
+    for (const auto& [name, allowed] : collisions_.defaults) defaults_[name] = allowed;
+  }
+
+  SceneRules Make() {
+    for (const auto& [name, allowed] : collisions_.defaults) {
+      if (allowed) AllowByDefault(name);
+    }
+    const auto& names = collisions_.names;
+    for (std::size_t i = 0; i < names.size(); ++i) {
+      for (std::size_t j = i + 1; j < names.size(); ++j) {
+        if (collisions_.allowed[i][j]) Allow(names[i], names[j]);
+      }
+    }
+    WarnOfUnknown();
+    return std::move(rules_);
+  }
+
+ private:
+  void AddThings(const formats::SceneFile& scene) {
+    if (robot_ != nullptr) {
+      for (const pb::RobotLink& link : robot_->links()) {
+        pb::NamedThing thing;
+        thing.set_name(robot_->name());
+        thing.set_link(link.name());
+        if (link.collision_count() > 0) solid_.push_back(link.name());
+        things_[link.name()] = thing;
+      }
+    }
+    const auto add_object = [&](const formats::SceneObject& object) {
+      pb::NamedThing thing;
+      thing.set_name(WorldName(object.id));
+      if (things_.emplace(object.id, thing).second) solid_.push_back(object.id);
+    };
+    for (const auto& object : scene.objects) add_object(object);
+    for (const auto& attached : scene.robot_state.attached) add_object(attached.object);
+  }
+
+  // What the file says of two different names.
+  bool IsAllowed(const std::string& a, const std::string& b) const {
+    const auto row_a = row_.find(a);
+    const auto row_b = row_.find(b);
+    if (row_a != row_.end() && row_b != row_.end()) {
+      const auto [first, second] = std::minmax(row_a->second, row_b->second);
+      return collisions_.allowed[first][second];
+    }
+    const auto default_a = defaults_.find(a);
+    const auto default_b = defaults_.find(b);
+    if (default_a == defaults_.end() && default_b == defaults_.end()) return false;
+    return (default_a == defaults_.end() || default_a->second) &&
+           (default_b == defaults_.end() || default_b->second);
+  }
+
+  void AllowByDefault(const std::string& name) {
+    std::vector<std::string> allowed;
+    bool has_exceptions = false;
+    for (const std::string& other : solid_) {
+      if (other == name) continue;
+      if (IsAllowed(name, other)) allowed.push_back(other);
+      if (!IsAllowed(name, other)) has_exceptions = true;
+    }
+    if (!has_exceptions) {
+      const auto thing = things_.find(name);
+      if (thing == things_.end()) {
+        unknown_.insert(name);
+        return;
+      }
+      pb::NamedPair pair;
+      *pair.mutable_a() = thing->second;
+      pair.mutable_b()->set_name("*");
+      touches_all_.insert(name);
+      rules_.pairs.push_back(pair);
+      return;
+    }
+    for (const std::string& other : allowed) Allow(name, other);
+    rules_.warnings.push_back(absl::StrCat(
+        "allowed_collision_matrix: ", formats::Printable(name),
+        " may by default touch all but some: allowed with what the scene has, not with what comes "
+        "later"));
+  }
+
+  void Allow(const std::string& a, const std::string& b) {
+    const auto thing_a = things_.find(a);
+    const auto thing_b = things_.find(b);
+    if (thing_a == things_.end()) unknown_.insert(a);
+    if (thing_b == things_.end()) unknown_.insert(b);
+    if (thing_a == things_.end() || thing_b == things_.end()) return;
+    if (touches_all_.count(a) + touches_all_.count(b) > 0) return;
+    if (!done_.insert(std::minmax(a, b)).second) return;
+    pb::NamedPair pair;
+    *pair.mutable_a() = thing_a->second;
+    *pair.mutable_b() = thing_b->second;
+    rules_.pairs.push_back(pair);
+  }
+
+  void WarnOfUnknown() {
+    if (unknown_.empty()) return;
+    std::vector<std::string> names;
+    for (const std::string& name : unknown_) names.push_back(formats::Printable(name));
+    const std::string links =
+        robot_ == nullptr ? "" : absl::StrCat("links of ", robot_->name(), " nor ");
+    rules_.warnings.push_back(absl::StrCat("allowed_collision_matrix: ", Listed(names),
+                                           ": left out, no ", links, "objects of the scene"));
+  }
+
+  const formats::SceneAllowedCollisions& collisions_;
+  const pb::Robot* const robot_;
+  std::map<std::string, pb::NamedThing> things_;  // by the name in the file
+  std::vector<std::string> solid_;                // those that collide
+  std::map<std::string, std::size_t> row_;
+  std::map<std::string, bool> defaults_;
+  std::set<std::string> touches_all_, unknown_;
+  std::set<std::pair<std::string, std::string>> done_;
+  SceneRules rules_;
+};
+
+}  // namespace
+
+SceneRules RulesOf(const formats::SceneFile& scene, const pb::Robot* robot) {
+  return RuleMaker(scene, robot).Make();
+}
+
+}  // namespace cwm::cli

@@ -1,0 +1,151 @@
+// A robot's state and its allowed collisions of a planning scene in YAML.
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "clients/formats/format_error.h"
+#include "clients/formats/scene_yaml.h"
+
+namespace cwm::formats {
+namespace {
+
+absl::Status CheckCounts(const FieldReader& reader, const Place& values, std::size_t actual,
+                         std::size_t expected, const char* of_what) {
+  if (actual == expected) return absl::OkStatus();
+  return reader.Error(values, absl::StrCat("must hold one for each of ", expected, " ", of_what,
+                                           ", holds ", actual));
+}
+
+absl::Status ReadJoints(const FieldReader& reader, const Place& place, SceneRobotState& state) {
+  const auto names = reader.Names(place["name"]);
+  if (!names.ok()) return names.status();
+  const Place positions = place["position"];
+  if (absl::Status status = reader.CheckList(positions); !status.ok()) return status;
+  auto status = CheckCounts(reader, positions, positions.size(), names->size(), "names");
+  if (!status.ok()) return status;
+  for (std::size_t i = 0; i < names->size(); ++i) {
+    const auto position = reader.Number(positions[i]);
+    if (!position.ok()) return position.status();
+    state.joints.push_back({(*names)[i], *position});
+  }
+  return absl::OkStatus();
+}
+
+absl::Status ReadMultiDofJoints(const FieldReader& reader, const Place& place,
+                                const SceneFrames& frames, SceneRobotState& state) {
+  const auto names = reader.Names(place["joint_names"]);
+  if (!names.ok()) return names.status();
+  const Place transforms = place["transforms"];
+  if (absl::Status status = reader.CheckList(transforms); !status.ok()) return status;
+  auto status = CheckCounts(reader, transforms, transforms.size(), names->size(), "joint_names");
+  if (!status.ok()) return status;
+  if (names->empty()) return absl::OkStatus();
+  const auto frame = frames.Find(reader, place["header"]);
+  if (!frame.ok()) return frame.status();
+  for (std::size_t i = 0; i < names->size(); ++i) {
+    const auto transform = reader.Transform(transforms[i]);
+    if (!transform.ok()) return transform.status();
+    state.multi_dof_joints.push_back({(*names)[i], Composed(*frame, *transform)});
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<SceneAttachedObject> ReadAttached(const FieldReader& reader, const Place& place,
+                                                 const SceneFrames& frames,
+                                                 std::vector<std::string>& warnings) {
+  SceneAttachedObject attached;
+  auto link = reader.Name(place["link_name"]);
+  if (!link.ok()) return link.status();
+  attached.link = *std::move(link);
+  auto touch_links = reader.Names(place["touch_links"]);
+  if (!touch_links.ok()) return touch_links.status();
+  attached.touch_links = *std::move(touch_links);
+  const Place object_place = place["object"];
+  auto object = ReadObject(reader, object_place, warnings);
+  if (!object.ok()) return object.status();
+  attached.object = *std::move(object);
+  const Place frame_id = object_place["header"]["frame_id"];
+  attached.pose_is_in_link = frame_id.is_scalar() && frame_id.node.Scalar() == attached.link;
+  if (attached.pose_is_in_link) return attached;
+  const auto frame = frames.Find(reader, object_place["header"]);
+  if (!frame.ok()) return frame.status();
+  attached.object.pose = Composed(*frame, attached.object.pose);
+  return attached;
+}
+
+absl::Status ReadMatrix(const FieldReader& reader, const Place& place,
+                        SceneAllowedCollisions& collisions) {
+  const std::size_t count = collisions.names.size();
+  if (absl::Status status = reader.CheckList(place); !status.ok()) return status;
+  auto status = CheckCounts(reader, place, place.size(), count, "entry_names");
+  if (!status.ok()) return status;
+  for (std::size_t i = 0; i < count; ++i) {
+    const Place entry = place[i];
+    const Place row = entry.is_map() ? entry["enabled"] : entry;
+    if (absl::Status list = reader.CheckList(row); !list.ok()) return list;
+    status = CheckCounts(reader, row, row.size(), count, "entry_names");
+    if (!status.ok()) return status;
+    std::vector<bool>& allowed = collisions.allowed.emplace_back();
+    for (std::size_t j = 0; j < count; ++j) {
+      const auto value = reader.Bool(row[j]);
+      if (!value.ok()) return value.status();
+      allowed.push_back(*value);
+    }
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+absl::StatusOr<SceneRobotState> ReadRobotState(const FieldReader& reader, const Place& place,
+                                               const SceneFrames& frames,
+                                               std::vector<std::string>& warnings) {
+  SceneRobotState state;
+  absl::Status status = ReadJoints(reader, place["joint_state"], state);
+  if (!status.ok()) return status;
+  status = ReadMultiDofJoints(reader, place["multi_dof_joint_state"], frames, state);
+  if (!status.ok()) return status;
+  const Place attached = place["attached_collision_objects"];
+  if (status = reader.CheckList(attached); !status.ok()) return status;
+  for (std::size_t i = 0; i < attached.size(); ++i) {
+    auto object = ReadAttached(reader, attached[i], frames, warnings);
+    if (!object.ok()) return object.status();
+    state.attached.push_back(*std::move(object));
+  }
+  return state;
+}
+
+absl::StatusOr<SceneAllowedCollisions> ReadAllowedCollisions(const FieldReader& reader,
+                                                             const Place& place,
+                                                             std::vector<std::string>& warnings) {
+  SceneAllowedCollisions collisions;
+  auto names = reader.Names(place["entry_names"]);
+  if (!names.ok()) return names.status();
+  collisions.names = *std::move(names);
+  if (auto status = ReadMatrix(reader, place["entry_values"], collisions); !status.ok()) {
+    return status;
+  }
+  const auto& allowed = collisions.allowed;
+  for (std::size_t i = 0; i < allowed.size(); ++i) {
+    for (std::size_t j = i + 1; j < allowed.size(); ++j) {
+      if (allowed[i][j] == allowed[j][i]) continue;
+      warnings.push_back(absl::StrCat(
+          "allowed_collision_matrix: says two things of ", Printable(collisions.names[i]), " and ",
+          Printable(collisions.names[j]), "; that in the row of the first is taken"));
+    }
+  }
+  const auto default_names = reader.Names(place["default_entry_names"]);
+  if (!default_names.ok()) return default_names.status();
+  const Place values = place["default_entry_values"];
+  if (absl::Status status = reader.CheckList(values); !status.ok()) return status;
+  auto status =
+      CheckCounts(reader, values, values.size(), default_names->size(), "default_entry_names");
+  if (!status.ok()) return status;
+  for (std::size_t i = 0; i < default_names->size(); ++i) {
+    const auto value = reader.Bool(values[i]);
+    if (!value.ok()) return value.status();
+    collisions.defaults.emplace_back((*default_names)[i], *value);
+  }
+  return collisions;
+}
+
+}  // namespace cwm::formats

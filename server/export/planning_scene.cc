@@ -1,0 +1,151 @@
+#include "server/export/planning_scene.h"
+
+#include <algorithm>
+#include <map>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
+#include "server/core/error.h"
+
+namespace cwm::server {
+namespace {
+
+using collision::PartSource;
+using collision::RobotModel;
+
+// Each note with the objects that it is about: said once, of the first few by name.
+class Notes {
+ public:
+  void Add(const std::string& note, const std::string& object) {
+    std::vector<std::string>& objects = objects_[note];
+    if (objects.empty() || objects.back() != object) objects.push_back(object);
+  }
+  std::vector<std::string> Lines() const {
+    constexpr std::size_t kShown = 5;
+    std::vector<std::string> lines;
+    for (const auto& [note, objects] : objects_) {
+      const std::size_t shown = std::min(objects.size(), kShown);
+      std::string line = absl::StrJoin(objects.begin(),
+                                       objects.begin() + static_cast<std::ptrdiff_t>(shown), ", ");
+      if (objects.size() > shown) {
+        absl::StrAppend(&line, " and ", objects.size() - shown, " more");
+      }
+      lines.push_back(absl::StrCat(line, ": ", note));
+    }
+    return lines;
+  }
+
+ private:
+  std::map<std::string, std::vector<std::string>> objects_;
+};
+
+PlannerShape ShapeOf(const collision::WorldObject& object, const collision::PreparedPart& part) {
+  PlannerShape shape = ToPlanner({part.X_OP, part.shape});
+  const bool is_vessel = part.source == PartSource::kShape &&
+                         object.model().shapes[static_cast<std::size_t>(part.index)].vessel;
+  if (is_vessel) shape.note = "a vessel is written as its mesh";
+  return shape;
+}
+
+std::int64_t TrianglesOf(const PlannerShape& shape) {
+  const auto* mesh = std::get_if<PlannerMesh>(&shape.shape);
+  return mesh == nullptr ? 0 : static_cast<std::int64_t>((*mesh)->triangles.size());
+}
+
+// A joint of several variables, of which `value` is the first.
+Pose TransformOf(collision::JointKind kind, const double* value) {
+  if (kind == collision::JointKind::kPlanar) {
+    return MakePose({value[0], value[1], 0},
+                    Quaternion(Eigen::AngleAxisd(value[2], Vector3::UnitZ())));
+  }
+  return MakePose({value[0], value[1], value[2]},
+                  Quaternion(value[6], value[3], value[4], value[5]).normalized());
+}
+
+PlannedRobotState StateOf(const collision::WorldRobot& robot) {
+  PlannedRobotState state;
+  // The name that MoveIt's setup assistant gives it: an SRDF's own is not kept.
+  state.multi_dof_joints.push_back({"virtual_joint", robot.X_WB});
+  const RobotModel& model = robot.model();
+  for (std::size_t i = 0; i < model.variables.size(); ++i) {
+    const collision::Variable& variable = model.variables[i];
+    const collision::ModelLink& link = model.links[static_cast<std::size_t>(variable.link)];
+    const bool is_multi_dof =
+        link.kind == collision::JointKind::kPlanar || link.kind == collision::JointKind::kFloating;
+    if (!is_multi_dof) state.joints.push_back({variable.name, robot.state[i]});
+    if (is_multi_dof && variable.component == 0) {
+      state.multi_dof_joints.push_back({link.joint, TransformOf(link.kind, &robot.state[i])});
+    }
+  }
+  return state;
+}
+
+}  // namespace
+
+absl::StatusOr<PlanningScene> SceneOf(const collision::WorldSnapshot& snapshot,
+                                      std::int64_t max_triangles) {
+  PlanningScene scene;
+  Notes notes;
+  std::int64_t triangles = 0;
+  for (const collision::WorldObjectPtr& object : snapshot.objects()) {
+    PlannedObject planned{.name = object->name, .X_WO = object->X_WO, .shapes = {}};
+    if (const auto& held = object->attachment) {
+      planned.attachment = {.robot = held->robot,
+                            .link = held->link,
+                            .X_LO = held->X_LO,
+                            .touch_links = held->touch_links};
+    }
+    for (const collision::PreparedPart& part : object->geometry->parts) {
+      planned.shapes.push_back(ShapeOf(*object, part));
+      const PlannerShape& shape = planned.shapes.back();
+      if (!shape.note.empty()) notes.Add(shape.note, object->name);
+      triangles += TrianglesOf(shape);
+      if (triangles <= max_triangles) continue;
+      return MakeError(absl::StatusCode::kResourceExhausted,
+                       absl::StrCat("the meshes up to ", object->name, " have ", triangles,
+                                    " triangles, must have at most ", max_triangles, " together"),
+                       {.reason = "GEOMETRY_TOO_LARGE"});
+    }
+    if (object->margin_m > 0) notes.Add("its margin is left out", object->name);
+    if (planned.shapes.empty()) {
+      notes.Add("left out, it has no shapes", object->name);
+    } else {
+      scene.objects.push_back(std::move(planned));
+    }
+  }
+  scene.warnings = notes.Lines();
+  return scene;
+}
+
+void AddRobotAndRules(const collision::WorldSnapshot& snapshot, const collision::WorldRobot* robot,
+                      PlanningScene& scene) {
+  if (robot != nullptr) {
+    scene.robot_name = robot->model().name;
+    scene.robot_state = StateOf(*robot);
+  }
+  for (PlannedObject& object : scene.objects) {
+    if (!object.attachment || (robot && object.attachment->robot == robot->name)) continue;
+    scene.warnings.push_back(
+        absl::StrCat(object.name, ": stands free, it is attached to ", object.attachment->robot));
+    object.attachment.reset();
+  }
+  scene.allowed = AllowedMatrixOf(snapshot.pair_rules(), robot, scene.warnings);
+  for (const collision::WorldRobotPtr& other : snapshot.robots()) {
+    if (other.get() == robot) continue;
+    scene.warnings.push_back(absl::StrCat(other->name, ": left out, a scene has one robot"));
+  }
+}
+
+void LeaveOutAttached(PlanningScene& scene) {
+  const auto is_attached = [](const PlannedObject& object) {
+    return object.attachment.has_value();
+  };
+  for (const PlannedObject& object : scene.objects) {
+    if (!is_attached(object)) continue;
+    scene.warnings.push_back(
+        absl::StrCat(object.name, ": left out, it is attached to ", object.attachment->robot));
+  }
+  std::erase_if(scene.objects, is_attached);
+}
+
+}  // namespace cwm::server

@@ -1,0 +1,142 @@
+#include "server/rpc/export_call.h"
+
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
+#include "proto/transfer/chunks.h"
+#include "server/core/error.h"
+#include "server/core/load_robot.h"
+#include "server/export/moveit_scene.h"
+#include "server/rpc/at_revision.h"
+#include "server/rpc/status_conversion.h"
+#include "server/wire/objects.h"
+#include "server/wire/questions.h"
+
+namespace cwm::server {
+namespace {
+
+// As many as fit into one message with room to spare; a scene has some tens.
+constexpr std::size_t kMostWarnings = 1'000;
+
+absl::StatusOr<bool> IsYaml(v1::ExportFormat format) {
+  switch (format) {
+    case v1::EXPORT_FORMAT_UNSPECIFIED:
+    case v1::EXPORT_FORMAT_MOVEIT_SCENE:
+      return false;
+    case v1::EXPORT_FORMAT_MOVEIT_YAML:
+      return true;
+    default:
+      return FieldPath().Field("format").Error(
+          absl::StrCat("is ", static_cast<int>(format), ", must be a known ExportFormat"));
+  }
+}
+
+// The robot of that name; without one the only robot, or nullptr where there is none.
+absl::StatusOr<collision::WorldRobotPtr> RobotOf(const collision::WorldSnapshot& snapshot,
+                                                 const std::string& name) {
+  const FieldPath root;
+  const FieldPath path = root.Field("robot");
+  if (!name.empty()) {
+    if (auto status = CheckName(name, path); !status.ok()) return status;
+    auto robot = snapshot.FindRobot(name);
+    if (robot == nullptr) return UnknownRobot(name);
+    return robot;
+  }
+  const auto& robots = snapshot.robots();
+  if (robots.empty()) return collision::WorldRobotPtr();
+  if (robots.size() == 1) return robots[0];
+  std::vector<std::string> names;
+  for (const auto& robot : robots) names.push_back(robot->name);
+  return path.Error(absl::StrCat("is empty, must be one of ", absl::StrJoin(names, ", ")));
+}
+
+}  // namespace
+
+ExportWorldCall::ExportWorldCall(grpc::CallbackServerContext* context, Runtime& runtime,
+                                 const v1::ExportWorldRequest& request)
+    : runtime_(runtime), request_(request), call_{DeadlineOf(*context), stop_.get_token()} {
+  Await();
+}
+
+void ExportWorldCall::Await() {
+  const auto await =
+      WhatToAwait(runtime_, request_.world(), request_.world_uid(), request_.at_revision());
+  if (!await.ok()) return Finish(ToGrpcStatus(await.status()));
+  if (!await->has_value()) return Enqueue();
+  const std::shared_ptr<World>& world = (*await)->world;
+  runtime_.waits.Await({world, (*await)->revision, call_.deadline, call_.stop}, runtime_.reads,
+                       [this, world](absl::StatusOr<SnapshotPtr> snapshot) {
+                         if (!snapshot.ok()) return Finish(ToGrpcStatus(snapshot.status()));
+                         call_.reached = {world, *std::move(snapshot)};
+                         Open();
+                       });
+}
+
+void ExportWorldCall::Enqueue() {
+  if (runtime_.reads.TryPush([this] { Open(); })) return;
+  Finish(ToGrpcStatus(Overloaded("the server has more work than it can take", "QUEUE_FULL")));
+}
+
+void ExportWorldCall::Open() {
+  const absl::Status status =
+      RunGuarded([this](const CallContext& call) { return Format(call); }, call_);
+  call_.reached.reset();  // a slow reader keeps no world alive
+  if (!status.ok()) return Finish(ToGrpcStatus(status));
+  WriteNext();
+}
+
+absl::Status ExportWorldCall::Format(const CallContext& call) {
+  const auto is_yaml = IsYaml(request_.format());
+  if (!is_yaml.ok()) return is_yaml.status();
+  const FieldPath root;
+  const auto rule = FromProto(request_.at_revision(), root.Field("at_revision"));
+  if (!rule.ok()) return rule.status();
+  const auto at = FindWorldAt(runtime_, request_.world(), request_.world_uid(), *rule, call);
+  if (!at.ok()) return at.status();
+  const collision::WorldSnapshot& snapshot = *at->snapshot;
+  auto scene = SceneOf(snapshot, runtime_.application.limits.max_mesh_triangles);
+  if (!scene.ok()) return scene.status();
+  scene->name = at->world->name();
+  if (*is_yaml) {
+    const auto robot = RobotOf(snapshot, request_.robot());
+    if (!robot.ok()) return robot.status();
+    AddRobotAndRules(snapshot, robot->get(), *scene);
+  } else {
+    LeaveOutAttached(*scene);
+  }
+  if (!*is_yaml && (!snapshot.robots().empty() || !snapshot.pair_rules().empty())) {
+    scene->warnings.emplace_back(
+        "robots and rules of pairs: left out, the format has objects alone");
+  }
+  bytes_ = *is_yaml ? FormatSceneYaml(*scene) : FormatSceneText(*scene);
+  warnings_ = std::move(scene->warnings);
+  message_.set_world_uid(at->world->uid());
+  message_.set_revision(snapshot.revision().value);
+  message_.set_total_bytes(static_cast<std::int64_t>(bytes_.size()));
+  return absl::OkStatus();
+}
+
+void ExportWorldCall::WriteNext() {
+  message_.set_offset(static_cast<std::int64_t>(offset_));
+  const std::size_t count = std::min<std::size_t>(kMaxChunkBytes, bytes_.size() - offset_);
+  message_.set_data(bytes_.data() + offset_, count);
+  offset_ += count;
+  message_.set_done(offset_ == bytes_.size());
+  if (message_.done()) {
+    for (std::size_t i = 0; i < std::min(warnings_.size(), kMostWarnings); ++i) {
+      message_.add_warnings(warnings_[i]);
+    }
+  }
+  StartWrite(&message_);
+}
+
+void ExportWorldCall::OnWriteDone(bool ok) {
+  if (!ok) return Finish(ToGrpcStatus(CallCancelled()));
+  if (message_.done()) return Finish(grpc::Status::OK);
+  WriteNext();
+}
+
+}  // namespace cwm::server

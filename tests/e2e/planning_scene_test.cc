@@ -1,0 +1,207 @@
+// Planning scenes in and out, as a user types them.
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <random>
+#include <sstream>
+
+#include "tests/e2e/server_fixture.h"
+#include "tests/support/outside_data.h"
+
+namespace cwm::testing {
+namespace {
+
+using nlohmann::json;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+std::string ContentOf(const std::string& path) {
+  std::ostringstream text;
+  text << std::ifstream(path).rdbuf();
+  return text.str();
+}
+
+// The first line of both formats has the name of the world.
+std::string AfterTheName(const std::string& scene) { return scene.substr(scene.find('\n')); }
+
+constexpr char kUrdf[] = R"(<robot name="arm">
+<link name="base"><collision><geometry><sphere radius="0.1"/></geometry></collision></link>
+<link name="hand">
+<collision><origin xyz="0.5 0 0"/><geometry><sphere radius="0.1"/></geometry></collision></link>
+<joint name="shoulder" type="revolute"><parent link="base"/><child link="hand"/><axis xyz="0 0 1"/>
+<limit lower="-3" upper="3"/></joint></robot>
+)";
+
+constexpr char kScene[] = R"(
+robot_model_name: arm
+robot_state:
+  joint_state: {name: [shoulder, ghost], position: [1.5, 0.25]}
+  multi_dof_joint_state: {joint_names: [virtual_joint], transforms: [{translation: [1, 2, 0], rotation: [0, 0, 0, 1]}]}
+allowed_collision_matrix:
+  entry_names: [base, hand, post, <octomap>]
+  entry_values: [[false, true, true, true], [true, false, false, false], [true, false, false, false], [true, false, false, false]]
+  default_entry_names: [floor]
+  default_entry_values: [true]
+link_padding: [{link_name: hand, padding: 0.01}]
+world:
+  collision_objects:
+    - {id: post, primitives: [{type: box, dimensions: [0.2, 0.2, 0.2]}], primitive_poses: [{position: [1.5, 2, 0], orientation: [0, 0, 0, 1]}]}
+    - {id: floor, planes: [{coef: [0, 0, 1, 1]}], plane_poses: [{position: [0, 0, 0], orientation: [0, 0, 0, 1]}]}
+    - id: big mesh
+      meshes: [{vertices: [[0, 0, 0], [0.3, 0, 0], [0, 0.3, 0], [0, 0, 0.3]], triangles: [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]}]
+      mesh_poses: [{position: [5, 0, 0], orientation: [0, 0, 0, 1]}]
+)";
+
+class PlanningSceneCommand : public ServerTest {
+ protected:
+  void SetUp() override {
+    ServerTest::SetUp();
+    std::ofstream(scratch() / "arm.urdf") << kUrdf;
+    std::ofstream(scratch() / "scene.yaml") << kScene;
+  }
+  void LoadArm(const std::string& world = "default") {
+    CwmJson({"robot", "load", scratch() / "arm.urdf", "--world", world});
+  }
+};
+
+TEST_F(PlanningSceneCommand, ImportTakesObjectsStateAndPairsInOneRevision) {
+  LoadArm();
+  const Finished run = Cwm({"import", scratch() / "scene.yaml"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.out, AllOf(HasSubstr("the state of arm (1 joint value and its base)"),
+                             HasSubstr("3 objects of 3 shapes, 1 a mesh"),
+                             HasSubstr("3 allowed pairs"), HasSubstr("revision 2")));
+  for (const char* warning :
+       {"ghost: left out", "link_padding of hand", "put as big_mesh", "<octomap>: left out"}) {
+    EXPECT_THAT(run.err, HasSubstr(warning));
+  }
+  const json robot = CwmJson({"robot", "get", "arm"}).at("robots").at(0);
+  EXPECT_EQ(robot.at("state").at(0), 1.5);
+  EXPECT_EQ(robot.at("x_world_base").at("ty_m"), 2.0);
+  EXPECT_THAT(Cwm({"rules"}).out, AllOf(HasSubstr("arm:base"), HasSubstr("post")));
+  // The base stands on the floor's level only by its rule: without it, it would be 0.9 m above.
+  EXPECT_EQ(CwmJson({"check", "--sphere", "0.1", "--at", "0,0,-1.5"}).at("rows")[0].at("verdict"),
+            "VERDICT_COLLISION");
+  EXPECT_EQ(CwmJson({"check", "--sphere", "0.1", "--at", "0,0,-0.8"}).at("rows")[0].at("verdict"),
+            "VERDICT_FREE");
+  EXPECT_EQ(
+      CwmJson({"check", "--sphere", "0.01", "--at", "5.05,0.05,0.05"}).at("rows")[0].at("verdict"),
+      "VERDICT_COLLISION");
+}
+
+TEST_F(PlanningSceneCommand, ImportLeavesOutWhatIsNotWantedOrNotThere) {
+  const Finished without_robot = Cwm({"import", scratch() / "scene.yaml"});
+  ASSERT_EQ(without_robot.exit_code, 0) << without_robot.err;
+  EXPECT_THAT(without_robot.err, HasSubstr("`cwm robot load` it first"));
+  EXPECT_THAT(without_robot.out, AllOf(HasSubstr("3 objects"), Not(HasSubstr("state"))));
+  LoadArm("second");
+  const Finished less = Cwm({"import", scratch() / "scene.yaml", "--world", "second", "--without",
+                             "state", "--without", "allowed"});
+  ASSERT_EQ(less.exit_code, 0) << less.err;
+  EXPECT_THAT(less.out, AllOf(Not(HasSubstr("state")), Not(HasSubstr("pair"))));
+  EXPECT_EQ(CwmJson({"robot", "get", "arm", "--world", "second"}).at("robots")[0].at("state")[0],
+            0);
+  const Finished unknown =
+      Cwm({"import", scratch() / "scene.yaml", "--world", "second", "--robot", "ghost"});
+  EXPECT_EQ(unknown.exit_code, 3) << unknown.err;
+}
+
+TEST_F(PlanningSceneCommand, ExportIsWhatImportReads) {
+  LoadArm();
+  ASSERT_EQ(Cwm({"import", scratch() / "scene.yaml"}).exit_code, 0);
+  const json said = CwmJson({"export", scratch() / "out.yaml"});
+  EXPECT_EQ(said.at("revision"), "2");
+  EXPECT_THAT(said.at("warnings").dump(), HasSubstr("floor: a half-space is written as a plane"));
+  LoadArm("again");
+  const Finished run = Cwm({"import", scratch() / "out.yaml", "--world", "again"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.out,
+              AllOf(HasSubstr("3 objects"), HasSubstr("its base"), HasSubstr("3 allowed")));
+  ASSERT_EQ(Cwm({"export", scratch() / "again.yaml", "--world", "again"}).exit_code, 0);
+  EXPECT_EQ(AfterTheName(ContentOf(scratch() / "again.yaml")),
+            AfterTheName(ContentOf(scratch() / "out.yaml")));
+  const Finished text = Cwm({"export", "-", "--format", "scene"});
+  EXPECT_EQ(text.exit_code, 0) << text.err;
+  EXPECT_THAT(text.out, AllOf(HasSubstr("* post\n1.5 2 0\n"), HasSubstr("plane\n0 0 1 0\n")));
+  EXPECT_THAT(text.err, HasSubstr("robots and rules of pairs: left out"));
+  std::ofstream(scratch() / "text.scene") << text.out;
+  ASSERT_EQ(Cwm({"import", scratch() / "text.scene", "--world", "third"}).exit_code, 0);
+  const Finished third = Cwm({"export", "-", "--format", "scene", "--world", "third"});
+  EXPECT_EQ(AfterTheName(third.out), AfterTheName(text.out));
+}
+
+TEST_F(PlanningSceneCommand, ExportSaysWhatIsWrong) {
+  EXPECT_EQ(Cwm({"export", scratch() / "x.scene"}).exit_code, 3) << "there is no world yet";
+  CwmJson({"put", "crate", "--box", "1,1,1"});
+  CwmJson({"put", "crate", "--box", "2,1,1"});
+  EXPECT_EQ(Cwm({"export", scratch() / "x.obj"}).exit_code, 1);
+  EXPECT_EQ(Cwm({"export", scratch() / "x.yaml", "--robot", "ghost"}).exit_code, 3);
+  EXPECT_EQ(Cwm({"export", scratch() / "x.yaml", "--at-revision", "9"}).exit_code, 4);
+  EXPECT_EQ(Cwm({"export", "/nowhere/x.yaml"}).exit_code, 8);
+  const Finished old = Cwm({"export", "-", "--format", "scene", "--at-revision", "1"});
+  EXPECT_THAT(old.out, HasSubstr("box\n1 1 1\n"));
+  std::ofstream(scratch() / "bad.scene") << "x\n* a\n1\nbox\n1 nan 1\n";
+  const Finished bad = Cwm({"import", scratch() / "bad.scene"});
+  EXPECT_EQ(bad.exit_code, 8);
+  EXPECT_THAT(bad.err, HasSubstr("bad.scene: line 5: box is nan, must be a finite number"));
+}
+
+// The verdicts of the Panda for the same random states, in both worlds.
+TEST_F(PlanningSceneCommand, KeepsEveryFamilyOfProblemsAsThePandaSeesIt) {
+  const auto panda = OutsideData("motion_bench_maker/panda");
+  if (!panda) GTEST_SKIP() << "planning scenes (motion_bench_maker) are not in CWM_DATA";
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> angle(-2, 2);
+  std::ostringstream states;
+  for (int i = 0; i < 100; ++i) {
+    json joints = json::array();
+    for (int k = 0; k < 7; ++k) joints.push_back(k == 3 ? angle(random) / 2 - 1.2 : angle(random));
+    states << json{{"joints", joints}} << "\n";
+  }
+  const auto load = [&](const std::string& world) {
+    CwmJson({"robot", "load", *panda + "/panda.urdf", "--srdf", *panda + "/panda.srdf",
+             "--package-dir", *panda, "--world", world});
+  };
+  const auto verdicts = [&](const std::string& world) {
+    const json rows = CwmJson({"check", "--robot", "panda", "--group", "panda_arm", "--joints", "-",
+                               "--world", world},
+                              states.str())
+                          .at("rows");
+    std::vector<std::string> found;
+    for (const json& row : rows) found.push_back(row.at("verdict"));
+    return found;
+  };
+  int families = 0;
+  long collisions = 0;
+  for (const auto& family : std::filesystem::directory_iterator(*panda + "/problems")) {
+    const std::string name = family.path().filename();
+    SCOPED_TRACE(name);
+    ++families;
+    load(name);
+    const Finished run = Cwm({"import", family.path() / "scene0001.yaml", "--world", name});
+    ASSERT_EQ(run.exit_code, 0) << run.err;
+    EXPECT_THAT(run.out, AllOf(HasSubstr("the state of panda (7 joint values and its base)"),
+                               HasSubstr("allowed pairs")));
+    const std::vector<std::string> before = verdicts(name);
+    ASSERT_EQ(before.size(), 100U);
+    collisions += std::count(before.begin(), before.end(), "VERDICT_COLLISION");
+    for (const char* ending : {".yaml", ".scene"}) {
+      const std::string world = name + ending;
+      const std::string file = scratch() / world;
+      ASSERT_EQ(Cwm({"export", file, "--world", name}).exit_code, 0);
+      load(world);
+      ASSERT_EQ(Cwm({"import", file, "--world", world}).exit_code, 0);
+      EXPECT_EQ(verdicts(world), before) << ending;
+      CwmJson({"call", "cwm.v1.WorldService/DeleteWorld", json{{"world", world}}.dump()});
+    }
+  }
+  EXPECT_EQ(families, 7);
+  EXPECT_GT(collisions, 70);
+  EXPECT_LT(collisions, 690);
+}
+
+}  // namespace
+}  // namespace cwm::testing

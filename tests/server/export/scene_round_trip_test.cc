@@ -1,0 +1,177 @@
+// Every shape out in both formats and back in, compared by distances.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <random>
+
+#include "clients/formats/scene_file.h"
+#include "collision/geometry/signed_distance.h"
+#include "collision/geometry/tessellate.h"
+#include "server/export/moveit_scene.h"
+
+namespace cwm::server {
+namespace {
+
+using collision::WorldSnapshot;
+
+// Poses go through quaternions.
+constexpr double kRounding_m = 1e-12;
+
+Pose PoseFrom(const formats::ScenePose& pose) {
+  const auto& q = pose.orientation_xyzw;
+  const auto& p = pose.position_m;
+  return MakePose({p[0], p[1], p[2]}, Quaternion(q[3], q[0], q[1], q[2]));
+}
+
+struct ToShape {
+  Shape operator()(const formats::SceneBox& s) const {
+    return Box{{s.size_m[0], s.size_m[1], s.size_m[2]}};
+  }
+  Shape operator()(const formats::SceneSphere& s) const { return Sphere{s.radius_m}; }
+  Shape operator()(const formats::SceneCylinder& s) const {
+    return Cylinder{s.radius_m, s.height_m};
+  }
+  Shape operator()(const formats::SceneCone& s) const { return Cone{s.radius_m, 0, s.height_m}; }
+  Shape operator()(const formats::SceneHalfSpace&) const { return HalfSpace{}; }
+  Shape operator()(const formats::MeshFile& s) const {
+    TriangleMesh mesh;
+    for (const auto& v : s.vertices) mesh.vertices.emplace_back(v[0], v[1], v[2]);
+    mesh.triangles.assign(s.triangles.begin(), s.triangles.end());
+    return MakeMesh(std::move(mesh));
+  }
+};
+
+double DistanceIn(const collision::WorldObject& object, const Vector3& p_W) {
+  double nearest_m = std::numeric_limits<double>::infinity();
+  for (const auto& part : object.geometry->parts) {
+    const Vector3 p = (object.X_WO * part.X_OP).inverse() * p_W;
+    nearest_m = std::min(nearest_m, SignedDistance_m(part.shape, p));
+  }
+  return nearest_m;
+}
+
+double DistanceIn(const formats::SceneObject& object, const Vector3& p_W) {
+  double nearest_m = std::numeric_limits<double>::infinity();
+  for (const formats::SceneShape& shape : object.shapes) {
+    const Vector3 p = (PoseFrom(object.pose) * PoseFrom(shape.pose)).inverse() * p_W;
+    nearest_m = std::min(nearest_m, SignedDistance_m(std::visit(ToShape{}, shape.shape), p));
+  }
+  return nearest_m;
+}
+
+TriangleMesh Tetrahedron() {
+  return {.vertices = {{0, 0, 0}, {0.3, 0, 0}, {0, 0.3, 0}, {0, 0, 1.0 / 3}},
+          .triangles = {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}}};
+}
+
+struct Case {
+  std::string name;
+  Shape shape;
+  double tolerance_m;
+};
+
+std::vector<Case> Cases() {
+  const Polygon square = {{0.1, 0}, {0.5, 0.3}, {0.2, 0.7}, {-0.2, 0.4}};  // turned by 3:4
+  const Polygon hole = {{0.1, 0.3}, {0.2, 0.3}, {0.15, 0.4}};
+  const Polygon crooked = {{0, 0}, {1, 0}, {1, 1}, {0, 1.01}};
+  const double round_m = kDefaultDeviation_m + kRounding_m;
+  const auto hull = std::make_shared<const TriangleMesh>(Tetrahedron());
+  return {{"Sphere", Sphere{0.1}, kRounding_m},
+          {"Box", Box{{0.1, 0.2, 1.0 / 3}}, kRounding_m},
+          {"Cylinder", Cylinder{0.1, 0.3}, kRounding_m},
+          {"ConeUp", Cone{0.2, 0, 0.3}, kRounding_m},
+          {"ConeDown", Cone{0, 0.2, 0.3}, kRounding_m},
+          {"ConeStraight", Cone{0.2, 0.2, 0.3}, kRounding_m},
+          {"Cup", Cone{0.1, 0.2, 0.3}, round_m},
+          {"Capsule", Capsule{0.1, 0.3}, round_m},
+          {"HalfSpace", HalfSpace{}, kRounding_m},
+          {"Square", Plate{square, {}, 0.02}, kRounding_m},
+          {"WithHole", Plate{square, {hole}, 0.02}, kRounding_m},
+          {"Crooked", Plate{crooked, {}, 0.02}, kRounding_m},
+          {"Convex", Convex{hull}, kRounding_m},
+          {"Mesh", MakeMesh(Tetrahedron()), kRounding_m}};
+}
+
+// Each case as an object of one part, with its pose as its own, and as one of two parts.
+std::shared_ptr<const WorldSnapshot> WorldOfAll() {
+  const Pose X_WO = MakePose({0.1, -0.2, 1.0 / 3}, Quaternion(0.5, 0.1, -0.7, 0.5).normalized());
+  const Pose X_OS = MakePose({0.3, 0, 0.1}, Quaternion(0.2, 0.9, 0, 0.4).normalized());
+  std::vector<collision::Change> changes;
+  for (const Case& c : Cases()) {
+    HybridModel alone, beside;
+    alone.shapes.push_back({.X_OS = Pose::Identity(), .shape = c.shape, .fit = {}});
+    beside.shapes.push_back({.X_OS = X_OS, .shape = c.shape, .fit = {}});
+    beside.shapes.push_back({.X_OS = Pose::Identity(), .shape = Sphere{0.01}, .fit = {}});
+    for (auto& [name, model] : {std::pair(c.name, &alone), std::pair(c.name + ".2", &beside)}) {
+      changes.push_back(
+          {collision::PutObject{.name = name,
+                                .X_WO = X_WO,
+                                .geometry = collision::Prepare(
+                                    std::make_shared<const HybridModel>(std::move(*model))),
+                                .supported_by = {}},
+           std::nullopt});
+    }
+  }
+  auto world = Apply(std::make_shared<const WorldSnapshot>(), changes);
+  EXPECT_TRUE(world.ok()) << world.status();
+  return *world;
+}
+
+constexpr std::int64_t kAnyTriangles = 1'000'000;
+
+void ExpectSameGeometry(const WorldSnapshot& world, const std::string& text) {
+  const auto scene = formats::ParseScene(text, "exported");
+  ASSERT_TRUE(scene.ok()) << scene.status();
+  ASSERT_EQ(scene->objects.size(), world.objects().size());
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> coordinate(-1, 1);
+  for (const formats::SceneObject& read : scene->objects) {
+    const auto object = world.Find(read.id);
+    ASSERT_NE(object, nullptr) << read.id;
+    const auto cases = Cases();
+    const auto known = std::find_if(cases.begin(), cases.end(), [&](const Case& c) {
+      return c.name == read.id.substr(0, read.id.find('.'));
+    });
+    for (int i = 0; i < 40; ++i) {
+      const Vector3 p(coordinate(random), coordinate(random), coordinate(random));
+      EXPECT_NEAR(DistanceIn(read, p), DistanceIn(*object, p), known->tolerance_m) << read.id;
+    }
+  }
+}
+
+TEST(SceneRoundTrip, KeepsEveryShapeWhereItIs) {
+  const auto world = WorldOfAll();
+  const auto scene = SceneOf(*world, kAnyTriangles);
+  ASSERT_TRUE(scene.ok()) << scene.status();
+  ExpectSameGeometry(*world, FormatSceneText(*scene));
+  ExpectSameGeometry(*world, FormatSceneYaml(*scene));
+}
+
+TEST(SceneRoundTrip, WritesTheSameBytesEveryTime) {
+  const auto first = SceneOf(*WorldOfAll(), kAnyTriangles);
+  const auto second = SceneOf(*WorldOfAll(), kAnyTriangles);
+  EXPECT_EQ(FormatSceneText(*first), FormatSceneText(*second));
+  EXPECT_EQ(FormatSceneYaml(*first), FormatSceneYaml(*second));
+}
+
+TEST(SceneRoundTrip, SaysWhatBecameAMesh) {
+  const auto scene = SceneOf(*WorldOfAll(), kAnyTriangles);
+  EXPECT_THAT(scene->warnings,
+              ::testing::UnorderedElementsAre(
+                  ::testing::HasSubstr("Cup, Cup.2: a truncated cone is written as a mesh, up to"),
+                  ::testing::HasSubstr("Capsule, Capsule.2: a capsule is written as a mesh, up to"),
+                  ::testing::HasSubstr("Crooked, Crooked.2, WithHole, WithHole.2: a plate is"),
+                  ::testing::HasSubstr("HalfSpace, HalfSpace.2: a half-space is written as")));
+}
+
+TEST(SceneRoundTrip, RefusesMoreTrianglesThanMayBe) {
+  const auto scene = SceneOf(*WorldOfAll(), 100);
+  EXPECT_EQ(scene.status().code(), absl::StatusCode::kResourceExhausted);
+  EXPECT_THAT(std::string(scene.status().message()), ::testing::HasSubstr("at most 100"));
+}
+
+}  // namespace
+}  // namespace cwm::server
