@@ -7,6 +7,7 @@
 #include "perception/model/extraction.h"
 #include "perception/model/handles.h"
 #include "perception/model/one_solid.h"
+#include "perception/model/parted_solids.h"
 #include "perception/model/shell_fit.h"
 #include "perception/model/solid_assembly.h"
 #include "perception/model/vessel_handles.h"
@@ -84,7 +85,9 @@ ObjectModel ModelObject(const OrientedPoints& points, const std::optional<Pose>&
                            options,  work,   ground,       RaysPast(searched, ground, passing)};
   Assembly assembly = AssembleSolids(ExtractShapes(context), context, ground);
   PreferOneSolid(context, assembly);
-  std::optional<Vessel> vessel = SearchesAny(options) ? Vessel::Find(points, work) : std::nullopt;
+  const bool is_parted = PreferPartedSolids(context, assembly);
+  std::optional<Vessel> vessel =
+      SearchesAny(options) && !is_parted ? Vessel::Find(points, work) : std::nullopt;
   if (vessel) PreferShells(vessel->walls(), context, assembly);
   model.notes = std::move(assembly.notes);
   model.shapes = InLevelFrame(std::move(assembly.solids), context);

@@ -15,7 +15,10 @@ namespace cwm::perception {
 namespace {
 
 constexpr double kLeastExplained = 0.9;  // of the points; what is left of them is meshed
-constexpr double kPositive = 3;          // evidence, as kDecisive is (Kass and Raftery 1995)
+// Of the value of a solid, that another one of its kind has that is preferred: faces that were taken
+// for the whole, walls that were cut off. What differs by less is known better from its faces.
+constexpr double kMuchBetter = 0.6;
+constexpr double kPositive = 3;  // evidence, as kDecisive is (Kass and Raftery 1995)
 // Twice the logarithm of how many things stand for each that lies on its side; chosen.
 constexpr double kLyingPrior = 4;
 // Of the rays beside and behind: mixed pixels, and silhouettes that are 2 mm off. Thin boxes hold
@@ -29,12 +32,18 @@ constexpr double kLeastSeen = 0.1;
 constexpr double kMostShared = 0.25;
 constexpr int kPlacesPerSide = 6;
 
+double PriorOf(WholeKind kind) {
+  if (kind == WholeKind::kLeaningCylinder) return kUprightPrior;
+  return Lies(kind) ? kLyingPrior : 0;
+}
+
 bool IsSought(WholeKind kind, const ModelerOptions& options) {
   switch (kind) {
     case WholeKind::kBall:
       return options.search_spheres;
     case WholeKind::kUprightCylinder:
     case WholeKind::kLyingCylinder:
+    case WholeKind::kLeaningCylinder:
       return options.search_cylinders;
     case WholeKind::kUprightCone:
     case WholeKind::kLyingCone:
@@ -55,12 +64,6 @@ int DegreesOfFreedom(const Shape& shape) {
     return 4 + static_cast<int>(plate->outline.size());
   }
   return 6;
-}
-
-Account AccountOf(const std::vector<Solid>& solids, const FitContext& c) {
-  int parameters = 0;
-  for (const Solid& solid : solids) parameters += DegreesOfFreedom(solid.shape);
-  return AccountOf(solids, parameters, c);
 }
 
 // Flatter cones are cylinders; whether a steeper slope is worth its parameter, the criterion tells.
@@ -136,37 +139,6 @@ bool Overlap(const Solid& a, const Solid& b) {
   return shared > kMostShared * inside;
 }
 
-// The one solid that accounts for the context's points better than those known, if any does.
-std::optional<WholeFit> BetterSolid(const FitContext& context, const std::vector<Solid>& solids) {
-  std::vector<Solid> known = solids;
-  // What to beat: the solids as they are, and the best whole one of the kind that they are already.
-  const Account assembled = AccountOf(AnyOverlap(solids) ? std::vector<Solid>() : solids, context);
-  double rival = assembled.value - kPositive;
-  std::optional<WholeFit> best;
-  double best_value = rival;
-  for (WholeKind kind : {WholeKind::kBall, WholeKind::kUprightCylinder, WholeKind::kUprightCone,
-                         WholeKind::kLyingCylinder, WholeKind::kLyingCone, WholeKind::kUprightBox,
-                         WholeKind::kTiltedBox}) {
-    if (!IsSought(kind, context.options)) continue;
-    std::optional<WholeFit> fit = FitWhole(kind, known, assembled, context);
-    if (!fit) continue;
-    known.push_back(fit->solid);  // a cone may grow out of a cylinder
-    const double value = fit->value + (Lies(kind) ? kLyingPrior : 0);
-    if (IsAlready(solids, fit->solid.shape)) {
-      if (HasWorthySlope(*fit)) rival = std::min(rival, value - kPositive);
-      continue;
-    }
-    if (value < best_value && IsCredible(*fit, context)) best = std::move(fit), best_value = value;
-  }
-  if (best_value >= rival) return std::nullopt;
-  return best;
-}
-
-Solid Described(WholeFit fit, const FitContext& context) {
-  fit.solid.parameter_sigma = CoefficientSigmas(fit, CovarianceOf(fit, context), context);
-  return std::move(fit.solid);
-}
-
 // Which points lie on which of the solids, the nearest.
 std::vector<std::vector<std::uint32_t>> PointsPerSolid(const std::vector<Solid>& solids,
                                                        const ModelPoints& points) {
@@ -201,6 +173,45 @@ void PreferOneSolidEach(const FitContext& c, std::vector<Solid>& solids) {
 }
 
 }  // namespace
+
+Account AccountOf(const std::vector<Solid>& solids, const FitContext& c) {
+  int parameters = 0;
+  for (const Solid& solid : solids) parameters += DegreesOfFreedom(solid.shape);
+  return AccountOf(solids, parameters, c);
+}
+
+std::optional<WholeFit> BetterSolid(const FitContext& context, const std::vector<Solid>& solids) {
+  std::vector<Solid> known = solids;
+  // What to beat: the solids as they are, and the best whole one of the kind that they are already.
+  const Account assembled = AccountOf(AnyOverlap(solids) ? std::vector<Solid>() : solids, context);
+  double rival = assembled.value - kPositive;
+  std::optional<WholeFit> best, same;
+  double best_value = rival, same_value = rival;
+  for (WholeKind kind :
+       {WholeKind::kBall, WholeKind::kUprightCylinder, WholeKind::kUprightCone,
+        WholeKind::kLyingCylinder, WholeKind::kLyingCone, WholeKind::kLeaningCylinder,
+        WholeKind::kUprightBox, WholeKind::kTiltedBox}) {
+    if (!IsSought(kind, context.options)) continue;
+    std::optional<WholeFit> fit = FitWhole(kind, known, assembled, context);
+    if (!fit) continue;
+    known.push_back(fit->solid);  // a cone may grow out of a cylinder
+    const double value = fit->value + PriorOf(kind);
+    if (IsAlready(solids, fit->solid.shape)) {
+      if (HasWorthySlope(*fit)) rival = std::min(rival, value - kPositive);
+      if (!same || value < same_value) same = std::move(fit), same_value = value;
+      continue;
+    }
+    if (value < best_value && IsCredible(*fit, context)) best = std::move(fit), best_value = value;
+  }
+  if (best_value < rival) return best;
+  if (same && same_value < kMuchBetter * assembled.value && IsCredible(*same, context)) return same;
+  return std::nullopt;
+}
+
+Solid Described(WholeFit fit, const FitContext& context) {
+  fit.solid.parameter_sigma = CoefficientSigmas(fit, CovarianceOf(fit, context), context);
+  return std::move(fit.solid);
+}
 
 bool AnyOverlap(const std::vector<Solid>& solids) {
   for (std::size_t a = 0; a < solids.size(); ++a) {

@@ -2,15 +2,27 @@
 // them better than the solids that were assembled wall by wall and face by face.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "perception/model/solid_assembly.h"
+#include "perception/model/whole_fit.h"
 
 namespace cwm::perception {
 
 // Whether one of them lies by a quarter or more in another, deeper than noise puts it: no two things
 // are in one place.
 bool AnyOverlap(const std::vector<Solid>& solids);
+
+// Of assembled solids, with as many parameters as they have.
+Account AccountOf(const std::vector<Solid>& solids, const FitContext& context);
+
+// The one closed solid that accounts for the context's points better than `solids`, by more than
+// kPositive, if any does: no ray contradicts it, and it is not of the kind of the only one of them.
+std::optional<WholeFit> BetterSolid(const FitContext& context, const std::vector<Solid>& solids);
+
+// The solid, with the standard deviations of its parameters.
+Solid Described(WholeFit fit, const FitContext& context);
 
 // Replaces the solids of an object on a known ground by one where the criterion prefers it
 // decisively, no ray contradicts it, and it is not of the kind that the object is already. Solids that

@@ -37,6 +37,9 @@ constexpr double kSteepestSlope = 0.36;     // 20 degrees: wider cups are bowls
 // One standard deviation: half of the cups have half angles below 6 degrees where nothing tells.
 constexpr double kSlopeSpread = 0.15;
 constexpr double kLeastLying = 1.2;  // radii of length: what is shorter falls on its end
+// Sine of the elevation, and its distance from 1: nearer to level or upright a cylinder lies or stands.
+constexpr double kLeastLean = 0.05;
+constexpr double kLeastLeaning = 2;  // radii of length: what is shorter does not stay
 constexpr double kWorthMoving = 2;   // of the criterion: rays that a fit without them runs across
 constexpr double kNear_m = 0.02;     // of rays to a fit: steps that rays cause are smaller
 
@@ -131,6 +134,10 @@ bool IsWithin(double radius_m, const ModelerOptions& options) {
 bool IsValid(WholeKind kind, const WholeParameters& x, const ModelerOptions& options) {
   if (!x.allFinite() || std::abs(SlopeOf(kind, x)) > kSteepestSlope) return false;
   if (Lies(kind) && x(4) < kLeastLying * x(3)) return false;
+  if (kind == WholeKind::kLeaningCylinder &&
+      (std::abs(std::sin(x(3)) - 0.5) > 0.5 - kLeastLean || x(5) < kLeastLeaning * x(4))) {
+    return false;
+  }
   const Shape shape = Place(kind, x).shape;
   if (const auto* sphere = std::get_if<Sphere>(&shape)) return IsWithin(sphere->radius_m, options);
   if (const auto* cylinder = std::get_if<Cylinder>(&shape)) {
@@ -346,6 +353,35 @@ void AddRaysNear(const Solid& solid, const FitContext& c, Evidence& evidence) {
   evidence.ray_weight = c.free.weight * static_cast<double>(evidence.points.p_G.size()) / measured;
 }
 
+// What no point shows, a box does not claim: the ends of its surface that nothing pulls at, hidden
+// ones, are where its points end. Its foot is on the ground or told by its faces.
+void EndAtPoints(const ModelPoints& points, const PointsOnGround& on_ground, WholeFit& fit) {
+  const auto* box = std::get_if<Box>(&fit.solid.shape);
+  if (box == nullptr || fit.solid.inliers.empty()) return;
+  const Vector3 middle = fit.solid.X_MS.translation();
+  Vector3 size_m = box->size_m, shift_S = Vector3::Zero();
+  for (Eigen::Index k = 0; k < (fit.kind == WholeKind::kUprightBox ? 2 : 3); ++k) {
+    const Vector3 along = fit.solid.X_MS.linear().col(k);
+    const Interval extent = ExtentAlong(along, points, fit.solid.inliers);
+    const double half_m = 0.5 * box->size_m(k), at_m = along.dot(middle);
+    const double low_m = std::max(-half_m, extent.low_m - at_m - points.widest_gate_m);
+    const double high_m = std::min(half_m, extent.high_m - at_m + points.widest_gate_m);
+    const bool low_shown = low_m == -half_m, high_shown = high_m == half_m;
+    const double low = low_shown ? low_m : extent.low_m - at_m;
+    const double high = high_shown ? high_m : extent.high_m - at_m;
+    if (!(high - low > 0) || (low_shown && high_shown)) continue;
+    size_m(k) = high - low;
+    shift_S(k) = 0.5 * (low + high);
+  }
+  if (size_m == box->size_m) return;
+  fit.solid.X_MS.translate(shift_S);
+  fit.solid.shape = Box{.size_m = size_m};
+  fit.parameters.tail<3>() = size_m;
+  const Vector3 at_G = on_ground.X_MG.inverse(Eigen::Isometry) * fit.solid.X_MS.translation();
+  fit.parameters.head<2>() = at_G.head<2>();
+  if (fit.kind == WholeKind::kTiltedBox) fit.parameters(2) = at_G.z();
+}
+
 // From `at`, whose residuals need not be known yet. Nothing where it leaves too many points aside.
 std::optional<WholeFit> Converged(WholeKind kind, Minimum at, const Evidence& evidence,
                                   const FitContext& c) {
@@ -361,6 +397,7 @@ std::optional<WholeFit> Converged(WholeKind kind, Minimum at, const Evidence& ev
   fit.solid.X_MS = evidence.points.X_MG * placed.X_GS;
   fit.solid.shape = placed.shape;
   fit.solid.inliers = InliersOf(fit.solid, c.points);
+  EndAtPoints(c.points, evidence.points, fit);
   const auto points = static_cast<Eigen::Index>(evidence.points.p_G.size());
   const double unlikely = at.residuals.tail<1>()(0);
   const Misfit misfit = MisfitOf(placed, at.residuals.head(points), evidence.points);

@@ -1,6 +1,7 @@
 #include "perception/model/whole_kind.h"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 
 namespace cwm::perception {
@@ -20,6 +21,15 @@ WholeSolid PlaceLying(const WholeParameters& x, double slope) {
   WholeSolid out;
   out.X_GS.linear() = AxisAt(x(2), slope * cosine);
   out.X_GS.translation() = Vector3(x(0), x(1), x(3) * cosine);
+  return out;
+}
+
+WholeSolid PlaceLeaning(const WholeParameters& x) {
+  const double sine = std::sin(x(3)), cosine = std::cos(x(3));
+  WholeSolid out;
+  out.X_GS.linear() = AxisAt(x(2), sine);
+  out.X_GS.translation() = Vector3(x(0), x(1), 0.5 * x(5) * std::abs(sine) + x(4) * cosine);
+  out.shape = Cylinder{.radius_m = x(4), .length_m = x(5)};
   return out;
 }
 
@@ -67,6 +77,14 @@ std::optional<WholeParameters> OfLying(WholeKind kind, const Axial& a) {
   WholeParameters x(kind == WholeKind::kLyingCone ? 6 : 5);
   x.head<5>() << a.at.x(), a.at.y(), std::atan2(a.axis.y(), a.axis.x()), a.radius_mid_m, a.length_m;
   if (kind == WholeKind::kLyingCone) x(5) = a.slope;
+  return x;
+}
+
+std::optional<WholeParameters> OfLeaning(const Axial& a) {
+  const double sine = std::clamp(a.axis.z(), -1.0, 1.0);
+  WholeParameters x(6);
+  x << a.at.x(), a.at.y(), std::atan2(a.axis.y(), a.axis.x()), std::asin(sine), a.radius_mid_m,
+      a.length_m;
   return x;
 }
 
@@ -121,6 +139,8 @@ WholeSolid Place(WholeKind kind, const WholeParameters& x) {
                        .length_m = x(4)};
       break;
     }
+    case WholeKind::kLeaningCylinder:
+      return PlaceLeaning(x);
     case WholeKind::kUprightBox:
       out.X_GS.linear() = RotationBy(Vector3(0, 0, x(2)));
       out.X_GS.translation() = Vector3(x(0), x(1), 0.5 * x(5));
@@ -140,6 +160,7 @@ std::optional<WholeParameters> ParametersOf(WholeKind kind, const WholeSolid& so
   const std::optional<Axial> axial = AsAxial(solid);
   if (!axial) return std::nullopt;
   if (Lies(kind)) return OfLying(kind, *axial);
+  if (kind == WholeKind::kLeaningCylinder) return OfLeaning(*axial);
   const bool upright = kind == WholeKind::kUprightCylinder || kind == WholeKind::kUprightCone;
   return upright ? OfUpright(kind, *axial) : std::nullopt;
 }

@@ -13,6 +13,7 @@ enum class WholeKind {
   kUprightCone,      // x y height radius_top slope
   kLyingCylinder,    // x y yaw radius length
   kLyingCone,        // x y yaw radius_mid length slope, touching along its lowest line
+  kLeaningCylinder,  // x y yaw elevation radius length, touching with the lowest place of its rim
   kUprightBox,       // x y yaw width depth height
   kTiltedBox,        // x y z, a rotation vector, width depth height
 };

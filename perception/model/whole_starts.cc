@@ -15,9 +15,10 @@ namespace {
 constexpr double kNearlyAll = 0.97;  // of the points; what noise throws beyond is left out
 constexpr double kBelowTop_sigma = 4;
 constexpr std::size_t kLeastWallPoints = 12;
-constexpr int kYaws = 4;              // of what lies, 45 degrees apart
-constexpr double kEndOn = 3;          // radii, the length of what lies with its end in view
-constexpr double kStartSlope = 0.12;  // 7 degrees, on either side: a cup's
+constexpr int kYaws = 4;                 // of what lies, 45 degrees apart
+constexpr double kEndOn = 3;             // radii, the length of what lies with its end in view
+constexpr double kStartTurn_rad = 0.25;  // of what leans, about its points' direction
+constexpr double kStartSlope = 0.12;     // 7 degrees, on either side: a cup's
 
 double TopOf_m(const PointsOnGround& points) {
   std::vector<double> heights;
@@ -130,6 +131,28 @@ std::vector<WholeParameters> LyingStarts(const PointsOnGround& points) {
   return starts;
 }
 
+// Along the points, which show a half of it.
+std::vector<WholeParameters> LeaningStarts(const PointsOnGround& points) {
+  Vector3 mean = Vector3::Zero();
+  for (const Vector3& p : points.p_G) mean += p / static_cast<double>(points.p_G.size());
+  Matrix3 spread = Matrix3::Zero();
+  for (const Vector3& p : points.p_G) spread += (p - mean) * (p - mean).transpose();
+  Vector3 axis = Eigen::SelfAdjointEigenSolver<Matrix3>(spread).eigenvectors().col(2);
+  if (axis.z() < 0) axis = -axis;
+  const double yaw_rad = std::atan2(axis.y(), axis.x());
+  const Vector3 across(-std::sin(yaw_rad), std::cos(yaw_rad), 0);
+  const Extent width = ExtentOf(points, across);
+  std::vector<WholeParameters> starts;
+  for (const double turn_rad : {-kStartTurn_rad, 0.0, kStartTurn_rad}) {
+    const double elevation_rad = std::asin(std::min(1.0, axis.z())) + turn_rad;
+    WholeParameters x(6);
+    x << mean.x(), mean.y(), yaw_rad, elevation_rad, 0.5 * width.size_m,
+        TopOf_m(points) / std::max(0.1, std::sin(elevation_rad));
+    starts.push_back(std::move(x));
+  }
+  return starts;
+}
+
 std::vector<WholeParameters> BoxStarts(const PointsOnGround& points) {
   std::vector<Vector2> flat;
   for (const Vector3& p : points.p_G) flat.emplace_back(p.head<2>());
@@ -153,6 +176,8 @@ std::vector<WholeParameters> Suggested(WholeKind kind, const PointsOnGround& poi
     case WholeKind::kLyingCylinder:
     case WholeKind::kLyingCone:
       return LyingStarts(points);
+    case WholeKind::kLeaningCylinder:
+      return LeaningStarts(points);
     case WholeKind::kUprightBox:
       return BoxStarts(points);
     case WholeKind::kTiltedBox:  // from what is known alone

@@ -99,6 +99,55 @@ TEST(AnyOverlap, OfASmallSolidWithinALargeOne) {
   EXPECT_FALSE(AnyOverlap({At(0, large), At(0.12, Cylinder{0.02, 0.05})}));
 }
 
+// Two boxes of one height that touch: their tops are one surface, which no crease and no jump cuts.
+TEST(ModelObject, FindsBothOfTwoBoxesWhoseTopsRunIntoEachOther) {
+  const Vector3 first_m(0.12, 0.07, 0.06), second_m(0.05, 0.14, 0.06);
+  SimulatedObject boxes = OfOnePart(Box{first_m}, 0.5 * first_m.z());
+  boxes.parts.push_back(
+      {MakeTranslation(0.5 * (first_m.x() + second_m.x()) + 0.001, 0.02, 0.5 * second_m.z()),
+       Box{second_m}});
+  constexpr double kSteep_rad = 55 * std::numbers::pi / 180;
+  for (std::uint64_t seed = 40; seed < 46; ++seed) {
+    const ScannedObject scan = ScanOnTable(boxes, kDistance_m, kSteep_rad, seed);
+    const ObjectModel model =
+        ModelObject(scan.points, scan.X_WSupport, SensorNoise{}, ModelerOptions{});
+    ASSERT_EQ(model.shapes.size(), 2u) << seed;
+    for (const ShapePart& part : model.shapes) {
+      ASSERT_TRUE(std::holds_alternative<Box>(part.shape)) << seed;
+      // As high as they are, and no larger than one of them.
+      EXPECT_NEAR(std::get<Box>(part.shape).size_m.z(), 0.06, 0.006) << seed;
+      EXPECT_LT(std::get<Box>(part.shape).size_m.maxCoeff(), 0.15) << seed;
+    }
+  }
+}
+
+TEST(ModelObject, CutsNoBoxInTwo) {
+  for (std::uint64_t seed = 40; seed < 46; ++seed) {
+    const ObjectModel model = Model(OfOnePart(Box{{0.21, 0.06, 0.08}}, 0.04), seed);
+    EXPECT_EQ(model.shapes.size(), 1u) << seed;
+  }
+}
+
+TEST(ModelObject, ACylinderThatLeansIsOne) {
+  constexpr double kRadius_m = 0.025, kLength_m = 0.14, kLean_rad = 0.6;
+  for (int k = 0; k < 8; ++k) {
+    const double yaw_rad = k * std::numbers::pi / 4;
+    SimulatedObject can{.name = "can"};
+    Pose X = Pose::Identity();
+    X.linear() = BasisFromZ(Vector3(std::sin(kLean_rad) * std::cos(yaw_rad),
+                                    std::sin(kLean_rad) * std::sin(yaw_rad), std::cos(kLean_rad)));
+    X.translation().z() = 0.5 * kLength_m * std::cos(kLean_rad) + kRadius_m * std::sin(kLean_rad);
+    can.parts.push_back({X, Cylinder{kRadius_m, kLength_m}});
+    const ObjectModel model = Model(can, 60 + static_cast<std::uint64_t>(k));
+    ASSERT_EQ(model.shapes.size(), 1u) << "yaw " << 45 * k;
+    ASSERT_TRUE(std::holds_alternative<Cylinder>(model.shapes[0].shape)) << "yaw " << 45 * k;
+    EXPECT_NEAR(std::get<Cylinder>(model.shapes[0].shape).radius_m, kRadius_m, 0.002);
+    // Few points show the rims, at grazing angles: their heights are known to 5 sigma.
+    EXPECT_NEAR(std::get<Cylinder>(model.shapes[0].shape).length_m, kLength_m,
+                0.0075 / std::cos(kLean_rad));
+  }
+}
+
 TEST(ProlongedDistance, RunsOnBeyondTheEnds) {
   EXPECT_NEAR(ProlongedDistance_m(Cylinder{0.03, 0.1}, Vector3(0, 0.032, 5)), 0.002, 1e-12);
   EXPECT_NEAR(ProlongedDistance_m(Box{{0.2, 0.3, 0.4}}, Vector3(3, 0.149, -7)), 0.001, 1e-12);

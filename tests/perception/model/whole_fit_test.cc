@@ -95,6 +95,8 @@ std::vector<Eigen::Index> SizesOf(WholeKind kind) {
       return {3, 4};
     case WholeKind::kLyingCone:
       return {3, 4, 5};
+    case WholeKind::kLeaningCylinder:
+      return {4, 5};
     case WholeKind::kUprightBox:  // width and depth may change places
       return {5};
     case WholeKind::kTiltedBox:
@@ -130,12 +132,14 @@ TEST_P(FitWholeTest, ErrsByAboutItsStandardDeviations) {
 
 INSTANTIATE_TEST_SUITE_P(
     Kinds, FitWholeTest,
-    testing::Values(Case{"Ball", WholeKind::kBall, {0.01, 0.02, 0.03, 0.03}},
-                    Case{"UprightCylinder", WholeKind::kUprightCylinder, {0.01, 0.02, 0.1, 0.015}},
-                    Case{"UprightCone", WholeKind::kUprightCone, {0.01, 0.02, 0.1, 0.045, 0.15}},
-                    Case{"LyingCylinder", WholeKind::kLyingCylinder, {0.01, 0.02, 0.4, 0.02, 0.1}},
-                    Case{"LyingCone", WholeKind::kLyingCone, {0.01, 0.02, 0.4, 0.03, 0.1, 0.12}},
-                    Case{"UprightBox", WholeKind::kUprightBox, {0.01, 0.02, 0.4, 0.06, 0.1, 0.05}}),
+    testing::Values(
+        Case{"Ball", WholeKind::kBall, {0.01, 0.02, 0.03, 0.03}},
+        Case{"UprightCylinder", WholeKind::kUprightCylinder, {0.01, 0.02, 0.1, 0.015}},
+        Case{"UprightCone", WholeKind::kUprightCone, {0.01, 0.02, 0.1, 0.045, 0.15}},
+        Case{"LyingCylinder", WholeKind::kLyingCylinder, {0.01, 0.02, 0.4, 0.02, 0.1}},
+        Case{"LyingCone", WholeKind::kLyingCone, {0.01, 0.02, 0.4, 0.03, 0.1, 0.12}},
+        Case{"LeaningCylinder", WholeKind::kLeaningCylinder, {0.01, 0.02, 0.4, 0.9, 0.02, 0.12}},
+        Case{"UprightBox", WholeKind::kUprightBox, {0.01, 0.02, 0.4, 0.06, 0.1, 0.05}}),
     [](const testing::TestParamInfo<Case>& info) { return info.param.name; });
 
 TEST(FitWhole, StartsATiltedBoxFromOneThatIsKnown) {
@@ -163,6 +167,28 @@ TEST(FitWhole, GivesUpWhereEveryStartIsFarWorseThanItsRival) {
   const Account account = AccountOf({fit->solid}, 6, f.Context());
   EXPECT_NEAR(account.value, fit->value, 1e-6 * fit->value);
   EXPECT_FALSE(FitWhole(WholeKind::kBall, {}, account, f.Context()).has_value());
+}
+
+// Of a box whose far half something hides: no point pulls at the end that nobody saw.
+TEST(FitWhole, EndsABoxWhereItsPointsEnd) {
+  WholeParameters box(6);
+  box << 0, 0, 0, 0.2, 0.06, 0.05;
+  OrientedPoints seen = SeenOf(WholeKind::kUprightBox, box, kSigma_m);
+  constexpr float kHiddenBeyond_m = 0.03f;
+  OrientedPoints half;
+  half.viewpoint = seen.viewpoint;
+  for (std::size_t i = 0; i < seen.size(); ++i) {
+    if (seen.points[i].x() > kHiddenBeyond_m) continue;
+    half.points.push_back(seen.points[i]);
+    half.normals.push_back(seen.normals[i]);
+    half.sigma_m.push_back(seen.sigma_m[i]);
+    half.normal_sigma_rad.push_back(seen.normal_sigma_rad[i]);
+    half.cloud_index.push_back(static_cast<std::uint32_t>(half.cloud_index.size()));
+  }
+  const Fixture f(half);
+  const auto fit = FitWhole(WholeKind::kUprightBox, {}, kFarAway, f.Context());
+  ASSERT_TRUE(fit.has_value());
+  EXPECT_NEAR(std::get<Box>(fit->solid.shape).size_m.maxCoeff(), 0.13, 4 * kSigma_m);
 }
 
 // Nothing thinner than twice the least radius is a box: one of that thickness would stand for it.

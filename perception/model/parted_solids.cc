@@ -1,0 +1,346 @@
+#include "perception/model/parted_solids.h"
+
+#include <algorithm>
+#include <array>
+#include <bitset>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <numeric>
+#include <optional>
+#include <utility>
+
+#include "collision/geometry/polygon.h"
+#include "perception/model/free_space.h"
+#include "perception/model/one_solid.h"
+
+namespace cwm::perception {
+namespace {
+
+using Members = std::vector<std::uint32_t>;
+
+constexpr double kLeastExplained = 0.9;  // of the points, as of any one solid
+// Of the points on one solid, beyond which it is left alone: as where it has no handle.
+constexpr double kNearlyAll = 0.96;
+constexpr double kNoise = 0.01;      // of the points of a solid, beyond their gates
+constexpr double kMostPassed = 0.1;  // of the rays beside and behind, half of what a solid may have
+constexpr double kMostHulls = 1.05;  // of that of all: borders blur by a few pixels
+// Of the value of several solids, and of one solid of all points, that parts may have. The slow warp
+// of sensors bends a face more than the criterion expects: of things that stood alone two solids had
+// 0.69 of one and more, of things that touched 0.56 and less.
+constexpr double kMostOfSeveral = 0.8, kMostOfOne = 0.6;
+constexpr std::size_t kMostParts = 5;  // of an object; caps work
+constexpr int kMostFits = 16;          // of parts, likewise
+// Cuts that are looked at: 15 degrees and a sixteenth of the extent apart. What they miss of a part
+// goes to it once its solid is known.
+constexpr int kYaws = 12, kOffsets = 15;
+constexpr double kLeastPart = 150;        // measured points; smaller ones are left to be meshed
+constexpr std::size_t kHullPoints = 192;  // of a part: its outline is known to a few pixels
+constexpr double kLeastShare = 0.05;      // of a part, on either side
+constexpr std::size_t kMostCuts = 4;      // that are tried of a part
+constexpr double kOtherCut = 0.1;         // of the points, on another side
+constexpr double kMostLeft = 0.97;        // of the hull's area: things side by side leave gaps
+
+struct Cut {
+  Vector2 normal = Vector2::UnitX();
+  double offset_m = 0;
+  double left = 1;  // the hulls of both sides, of the hull of all
+  std::bitset<kHullPoints> side;
+};
+
+double HullArea_m2(std::vector<Vector2> points) {
+  const Polygon hull = ConvexHull(std::move(points));
+  return hull.size() < 3 ? 0 : SignedArea_m2(hull);
+}
+
+// From above.
+class Plan {
+ public:
+  explicit Plan(const FitContext& c) : c_(c), level_(BasisFromZ(c.ground.up).leftCols<2>()) {}
+  Vector2 At(std::uint32_t i) const { return level_.transpose() * c_.points.p[i]; }
+
+ private:
+  const FitContext& c_;
+  const Eigen::Matrix<double, 3, 2> level_;
+};
+
+// Those that leave the least of the hull, each other than the ones before.
+std::vector<Cut> CutsOf(const Members& part, const Plan& plan) {
+  std::vector<Vector2> points;
+  for (std::uint32_t i : Thinned(part, kHullPoints)) points.push_back(plan.At(i));
+  const double all_m2 = HullArea_m2(points);
+  const auto least = std::max<std::size_t>(
+      3, static_cast<std::size_t>(kLeastShare * static_cast<double>(points.size())));
+  std::vector<Cut> cuts;
+  if (!(all_m2 > 0)) return cuts;
+  for (int k = 0; k < kYaws; ++k) {
+    const double yaw_rad = k * std::numbers::pi / kYaws;
+    Cut cut{.normal = Vector2(std::cos(yaw_rad), std::sin(yaw_rad)), .side = {}};
+    double low_m = std::numeric_limits<double>::infinity(), high_m = -low_m;
+    for (const Vector2& p : points) {
+      low_m = std::min(low_m, cut.normal.dot(p)), high_m = std::max(high_m, cut.normal.dot(p));
+    }
+    for (int j = 1; j <= kOffsets; ++j) {
+      cut.offset_m = low_m + (high_m - low_m) * j / (kOffsets + 1);
+      std::vector<Vector2> below, above;
+      cut.side.reset();
+      for (std::size_t i = 0; i < points.size(); ++i) {
+        const bool is_above = cut.normal.dot(points[i]) > cut.offset_m;
+        (is_above ? above : below).push_back(points[i]);
+        cut.side[i] = is_above;
+      }
+      if (std::min(below.size(), above.size()) < least) continue;
+      cut.left = (HullArea_m2(std::move(below)) + HullArea_m2(std::move(above))) / all_m2;
+      if (cut.left <= kMostLeft) cuts.push_back(cut);
+    }
+  }
+  std::stable_sort(cuts.begin(), cuts.end(),
+                   [](const Cut& a, const Cut& b) { return a.left < b.left; });
+  std::vector<Cut> best;
+  for (const Cut& cut : cuts) {
+    if (best.size() == kMostCuts) break;
+    const bool is_other = std::ranges::all_of(best, [&](const Cut& known) {
+      const std::size_t differ = (cut.side ^ known.side).count();
+      const std::size_t apart = std::min(differ, points.size() - differ);
+      return static_cast<double>(apart) > kOtherCut * static_cast<double>(points.size());
+    });
+    if (is_other) best.push_back(cut);
+  }
+  return best;
+}
+
+struct Part {
+  Members members;
+  std::optional<WholeFit> fit;  // of most of them; the solid without inliers
+};
+
+class Parting {
+ public:
+  explicit Parting(const FitContext& c) : c_(c), plan_(c) {}
+
+  // Solids that account for nearly all points together, if there are.
+  std::optional<std::vector<Part>> Run() {
+    Members open(c_.points.size());
+    std::iota(open.begin(), open.end(), std::uint32_t{0});
+    std::vector<Part> parts;
+    while (IsWorthAPart(open)) {
+      if (parts.size() >= kMostParts) return std::nullopt;
+      if (auto fit = parts.empty() ? std::nullopt : FitOf(open)) {
+        parts.push_back({std::exchange(open, {}), std::move(fit)});
+        break;
+      }
+      std::vector<Part> sides = SolidsBesideACut(open);
+      if (sides.empty()) return std::nullopt;
+      if (sides.size() == 1) {
+        parts.push_back(Taken(std::move(sides[0]), open));
+      } else {
+        std::ranges::move(sides, std::back_inserter(parts));
+        open.clear();
+      }
+    }
+    return Joined(Refined(std::move(parts)));
+  }
+
+  Solid SolidOf(const Part& part) const {
+    const ModelPoints own = Subset(c_.points, part.members);
+    Solid solid = Described(*part.fit, AloneWith(own));
+    for (std::uint32_t i : part.members) {
+      if (IsOn(part, i)) solid.inliers.push_back(i);
+    }
+    return solid;
+  }
+
+ private:
+  bool IsWorthAPart(const Members& members) const {
+    const auto count = static_cast<double>(members.size());
+    return count > (1 - kLeastExplained) * static_cast<double>(c_.points.size()) ||
+           count * c_.points.weight >= kLeastPart;
+  }
+
+  // Both sides of the cut that leaves each of them accounted for, the best such cut; else, of the
+  // sides that are, the one of most points.
+  std::vector<Part> SolidsBesideACut(const Members& open) {
+    std::vector<Part> best;
+    double best_value = std::numeric_limits<double>::infinity();
+    for (const Cut& cut : CutsOf(open, plan_)) {
+      if (fits_ >= kMostFits) break;
+      std::array<Part, 2> sides;
+      for (std::uint32_t i : open) {
+        sides[cut.normal.dot(plan_.At(i)) > cut.offset_m ? 1 : 0].members.push_back(i);
+      }
+      for (Part& side : sides) side.fit = FitOf(side.members);
+      if (sides[0].fit && sides[1].fit) {
+        const double value = ValueOf({sides[0].fit->solid, sides[1].fit->solid}, open);
+        if (value < best_value - kDecisive) {  // cuts that leave less come first
+          best_value = value;
+          best.clear();
+          std::ranges::move(sides, std::back_inserter(best));
+        }
+      } else if (best.size() < 2) {
+        for (Part& side : sides) {
+          if (!side.fit) continue;
+          if (best.empty() || side.members.size() > best[0].members.size()) best = {side};
+        }
+      }
+    }
+    return best;
+  }
+
+  double ValueOf(const std::vector<Solid>& solids, const Members& members) const {
+    const ModelPoints own = Subset(c_.points, members);
+    return AccountOf(solids, AloneWith(own)).value;
+  }
+
+  FitContext AloneWith(const ModelPoints& own) const {
+    return {own, c_.octree, c_.connectivity, c_.noise, c_.options, c_.work, c_.ground, c_.free};
+  }
+
+  // With the open points that lie on it: cuts run beside the true border.
+  Part Taken(Part part, Members& open) const {
+    Members rest;
+    part.members.clear();
+    for (std::uint32_t i : open) (IsOn(part, i) ? part.members : rest).push_back(i);
+    open = std::move(rest);
+    return part;
+  }
+
+  std::optional<WholeFit> FitOf(const Members& members) {
+    const ModelPoints own = Subset(c_.points, members);
+    if (static_cast<double>(own.size()) * own.weight < c_.options.min_inliers) return std::nullopt;
+    ++fits_;
+    std::optional<WholeFit> fit = BetterSolid(AloneWith(own), {});
+    if (!fit) return fit;
+    Members on;
+    for (std::uint32_t i : fit->solid.inliers) on.push_back(members[i]);
+    // What lies off it may have drawn its ends to where none of its own points are.
+    if (static_cast<double>(on.size()) < (1 - kNoise) * static_cast<double>(members.size())) {
+      return FitOf(on);
+    }
+    fit->solid.inliers.clear();
+    return fit;
+  }
+
+  double Off_m(const Part& part, std::uint32_t i) const {
+    const Solid& solid = part.fit->solid;
+    return std::abs(SignedDistance_m(solid, solid.X_MS.inverse(Eigen::Isometry) * c_.points.p[i]));
+  }
+  bool IsOn(const Part& part, std::uint32_t i) const {
+    return Off_m(part, i) <= c_.points.gate_m[i];
+  }
+
+  // What lies off its own solid goes to the one that it is nearest to; all are fitted anew.
+  std::vector<Part> Refined(std::vector<Part> parts) {
+    std::vector<Members> members(parts.size());
+    std::vector<char> settled(c_.points.size(), 0);
+    for (std::size_t k = 0; k < parts.size(); ++k) {
+      for (std::uint32_t i : parts[k].members) {
+        if (!IsOn(parts[k], i)) continue;
+        settled[i] = 1;
+        members[k].push_back(i);
+      }
+    }
+    for (std::uint32_t i = 0; i < c_.points.size(); ++i) {
+      if (settled[i]) continue;
+      std::vector<double> off_m;
+      for (const Part& part : parts) off_m.push_back(Off_m(part, i));
+      const auto nearest = std::ranges::min_element(off_m) - off_m.begin();
+      members[static_cast<std::size_t>(nearest)].push_back(i);
+    }
+    for (Members& of_part : members) std::ranges::sort(of_part);
+    for (std::size_t k = 0; k < parts.size(); ++k) {
+      if (auto fit = FitOf(members[k])) parts[k] = {std::move(members[k]), std::move(fit)};
+    }
+    return parts;
+  }
+
+  // What one solid was cut into is put together again: one accounts for both.
+  std::vector<Part> Joined(std::vector<Part> parts) {
+    for (std::size_t a = 0; a < parts.size(); ++a) {
+      for (std::size_t b = a + 1; b < parts.size();) {
+        if (parts.size() == 2) return parts;  // no one solid does, of all
+        Members both;
+        std::ranges::merge(parts[a].members, parts[b].members, std::back_inserter(both));
+        std::optional<WholeFit> fit = FitOf(both);
+        if (!fit) {
+          ++b;
+          continue;
+        }
+        parts[a] = {std::move(both), std::move(fit)};
+        parts.erase(parts.begin() + static_cast<std::ptrdiff_t>(b));
+        b = a + 1;
+      }
+    }
+    return parts;
+  }
+
+  const FitContext& c_;
+  const Plan plan_;
+  int fits_ = 0;
+};
+
+std::size_t CountOn(const std::vector<Solid>& solids, const ModelPoints& points) {
+  std::vector<char> on(points.size(), 0);
+  for (const Solid& solid : solids) {
+    const Pose X_SM = solid.X_MS.inverse(Eigen::Isometry);
+    for (std::uint32_t i = 0; i < points.size(); ++i) {
+      on[i] |= std::abs(SignedDistance_m(solid, X_SM * points.p[i])) <= points.gate_m[i];
+    }
+  }
+  return static_cast<std::size_t>(std::ranges::count(on, 1));
+}
+
+// But for mixed pixels, and without filling what rays were seen to pass.
+bool IsOneSolid(const std::vector<Solid>& solids, const FitContext& c) {
+  return solids.size() == 1 &&
+         static_cast<double>(CountOn(solids, c.points)) >=
+             kNearlyAll * static_cast<double>(c.points.size()) &&
+         PassedShare(solids.front(), c.free) <= kMostPassed;
+}
+
+bool AccountForAll(const std::vector<Solid>& solids, const FitContext& c) {
+  return static_cast<double>(CountOn(solids, c.points)) >=
+         kLeastExplained * static_cast<double>(c.points.size());
+}
+
+// From above: what lies about the same axis or one on the other was not cut where things touch.
+bool AreSideBySide(const std::vector<Part>& parts, const Plan& plan) {
+  std::vector<Vector2> all;
+  double sum_m2 = 0;
+  for (const Part& part : parts) {
+    std::vector<Vector2> own;
+    for (std::uint32_t i : part.members) own.push_back(plan.At(i));
+    all.insert(all.end(), own.begin(), own.end());
+    sum_m2 += HullArea_m2(std::move(own));
+  }
+  return sum_m2 <= kMostHulls * HullArea_m2(std::move(all));
+}
+
+// Below which parts are preferred to the solids as they are, and to one of all points.
+double MostValue(const std::vector<Solid>& solids, const FitContext& c) {
+  const Account assembled = AccountOf(AnyOverlap(solids) ? std::vector<Solid>() : solids, c);
+  const double apart = kMostOfSeveral * assembled.value;
+  const std::optional<WholeFit> whole = BetterSolid(c, {});
+  return whole ? std::min(apart, kMostOfOne * whole->value) : apart;
+}
+
+}  // namespace
+
+bool PreferPartedSolids(const FitContext& context, Assembly& assembly) {
+  if (!context.ground.known || IsOneSolid(assembly.solids, context)) return false;
+  Parting parting(context);
+  const std::optional<std::vector<Part>> parts = parting.Run();
+  if (!parts || parts->size() < 2 || !AreSideBySide(*parts, Plan(context))) return false;
+  std::vector<Solid> solids;
+  for (const Part& part : *parts) solids.push_back(parting.SolidOf(part));
+  if (AnyOverlap(solids) || !AccountForAll(solids, context) ||
+      AccountOf(solids, context).value > MostValue(assembly.solids, context)) {
+    return false;
+  }
+  const bool any_crossed =
+      std::ranges::any_of(solids, [&](const Solid& s) { return IsCrossed(s, context); });
+  if (any_crossed) return false;
+  assembly.solids = std::move(solids);
+  return true;
+}
+
+}  // namespace cwm::perception
