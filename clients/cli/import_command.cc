@@ -99,7 +99,7 @@ absl::Status PlanObjects(Session& session, const std::vector<const SceneObject*>
                                  {pb::GEOMETRY_FORMAT_MESH_F64, EncodeMesh(mesh)});
   };
   std::map<std::string, std::string> id_of_name;
-  std::size_t shapes = 0, meshes = 0;
+  std::size_t meshes = 0;
   for (const SceneObject* scene_object : objects) {
     auto object = ToObject(*scene_object, store);
     if (!object.ok()) return object.status();
@@ -115,17 +115,15 @@ absl::Status PlanObjects(Session& session, const std::vector<const SceneObject*>
                                            "\": put as ", object->name(),
                                            ", names have letters, digits and _-./"));
     }
-    shapes += scene_object->shapes.size();
     for (const auto& shape : scene_object->shapes) {
       meshes += std::holds_alternative<formats::MeshFile>(shape.shape) ? 1 : 0;
     }
     *plan.changes.emplace_back().mutable_put()->mutable_object() = *std::move(object);
   }
   if (!objects.empty()) {
-    plan.taken.push_back(absl::StrCat(
-        Counted(objects.size(), "object"), " of ", Counted(shapes, "shape"),
-        meshes == 0 ? ""
-                    : absl::StrCat(", ", meshes, meshes == 1 ? " a mesh" : " of them meshes")));
+    const std::string of_meshes =
+        meshes == 0 ? "" : absl::StrCat(" (", meshes, meshes == 1 ? " mesh)" : " meshes)");
+    plan.taken.push_back(absl::StrCat(Counted(objects.size(), "object"), of_meshes));
   }
   return absl::OkStatus();
 }

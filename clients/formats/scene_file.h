@@ -59,7 +59,7 @@ struct SceneAttachedObject {
 
 struct SceneRobotState {
   std::vector<SceneJoint> joints;
-  // Floating and planar joints, the virtual joint among them by which the robot stands in the scene.
+  // Floating and planar joints, among them the virtual joint by which the robot stands there.
   std::vector<SceneMultiDofJoint> multi_dof_joints;
   std::vector<SceneAttachedObject> attached;
   bool empty() const { return joints.empty() && multi_dof_joints.empty(); }

@@ -125,7 +125,7 @@ absl::StatusOr<SceneFile> ParseYamlScene(std::string_view yaml, const std::strin
                                          const SceneOptions& options) {
   try {  // yaml-cpp reports by exceptions; they end here
     const YAML::Node root = YAML::Load(std::string(yaml));
-    return ReadScene(Place{root, "scene"}, FieldReader(file), options);
+    return ReadScene(Place{root, "scene"}, FieldReader(file, yaml.size()), options);
   } catch (const YAML::Exception& error) {
     return FileError(file, {"YAML", "", error.what()});
   }

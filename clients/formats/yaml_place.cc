@@ -53,6 +53,8 @@ absl::StatusOr<bool> FieldReader::Bool(const Place& place) const {
 }
 
 absl::StatusOr<double> FieldReader::Number(const Place& place) const {
+  if (numbers_left_ == 0) return Error(place, "must not be repeated by aliases so many times");
+  --numbers_left_;
   double value = 0;
   const auto fault = NumberFault(place.is_scalar() ? place.node.Scalar() : "", value);
   if (fault) return Error(place, *fault);

@@ -1,4 +1,4 @@
-// Places in a YAML document, and what planning scenes have there: numbers, poses, names. Errors name
+// Places in a YAML document, and what planning scenes have there. Errors name
 // the file, the path, the value and the rule.
 #pragma once
 
@@ -32,7 +32,8 @@ struct Place {
 // Reads fields of one file.
 class FieldReader {
  public:
-  explicit FieldReader(std::string file) : file_(std::move(file)) {}
+  // A file of so many bytes has fewer numbers; only aliases could repeat them beyond all memory.
+  FieldReader(std::string file, std::size_t bytes) : file_(std::move(file)), numbers_left_(bytes) {}
 
   absl::Status Error(const Place& place, const std::string& rule) const;
   // A list, or nothing at all.
@@ -55,6 +56,7 @@ class FieldReader {
   absl::StatusOr<ScenePose> PoseOf(const Place& position, const Place& orientation) const;
 
   const std::string file_;
+  mutable std::size_t numbers_left_;
 };
 
 }  // namespace cwm::formats

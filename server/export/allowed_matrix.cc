@@ -1,6 +1,9 @@
 // Rules of pairs as MoveIt's matrix; declared in planning_scene.h.
+#include <algorithm>
 #include <map>
+#include <optional>
 #include <set>
+#include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "server/export/planning_scene.h"

@@ -1,5 +1,6 @@
 #include "server/export/planner_shape.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <optional>

@@ -70,7 +70,7 @@ absl::StatusOr<PlanningScene> SceneOf(const collision::WorldSnapshot& snapshot,
 void AddRobotAndRules(const collision::WorldSnapshot& snapshot, const collision::WorldRobot* robot,
                       PlanningScene& scene);
 
-// Takes out what robots hold, with a warning: a format that has objects alone would have it stand in
+// Takes out what robots hold, with a warning: where there are objects alone it would stand in
 // the robot's way.
 void LeaveOutAttached(PlanningScene& scene);
 

@@ -32,9 +32,9 @@ TEST(Run, PrintsHelpOnStdoutWithExamplesFirst) {
   const Outcome help = RunWith({"--help"});
   EXPECT_EQ(help.code, ExitCode::kDone);
   EXPECT_LT(help.out.find("Examples:"), help.out.find("Usage"));
-  for (const char* command :
-       {"status", "segment", "report", "ingest", "objects", "get", "put", "move", "remove",
-        "import", "robot", "distance", "contacts", "check", "ray", "sample", "watch", "call"}) {
+  for (const char* command : {"status", "segment", "report", "ingest", "objects", "get", "put",
+                              "move", "remove", "import", "export", "robot", "distance", "contacts",
+                              "check", "ray", "sample", "watch", "call"}) {
     EXPECT_THAT(help.out, HasSubstr(std::string("  ") + command + " "));
   }
   EXPECT_EQ(help.err, "");

@@ -25,6 +25,12 @@ std::string Object(const std::string& primitive, const std::string& pose) {
   return "    - {id: thing, primitives: [" + primitive + "], primitive_poses: [" + pose + "]}\n";
 }
 
+std::string Repeated(const std::string& text, int times) {
+  std::string all;
+  for (int i = 0; i < times; ++i) all += text;
+  return all;
+}
+
 const char kIdentity[] = "{position: [1, 2, 3], orientation: [0, 0, 0, 1]}";
 const char kSphere[] = "{type: sphere, dimensions: [0.5]}";
 
@@ -97,7 +103,8 @@ robot_state:
     transforms: [{translation: {x: 1, y: 0, z: 0}, rotation: [0, 0, 1, 0]}]
   attached_collision_objects:
     - link_name: hand
-      object: {header: {frame_id: hand}, id: can, primitives: [{type: 3, dimensions: [0.2, 0.1, 0]}],
+      object: {header: {frame_id: hand}, id: can,
+               primitives: [{type: 3, dimensions: [0.2, 0.1, 0]}],
                primitive_poses: [{position: [0, 0, 0.1], orientation: [0, 0, 0, 1]}]}
       touch_links: [finger]
 allowed_collision_matrix:
@@ -206,6 +213,12 @@ INSTANTIATE_TEST_SUITE_P(
             Scene("    - {id: p, planes: [{coef: [0, 0, 0, 1]}], plane_poses: [" +
                   std::string(kIdentity) + "]}"),
             "planes[0].coef", "normal that is not 0"},
+        Lie{"RepeatedByAliases",
+            Scene("    - {id: m, meshes: [&m {vertices: [[0, 0, 0], [1, 0, 0], [0, 1, 0]], "
+                  "triangles: [[0, 1, 2]]}" +
+                  Repeated(", *m", 500) + "], mesh_poses: [&p " + std::string(kIdentity) +
+                  Repeated(", *p", 500) + "]}"),
+            "mesh", "must not be repeated by aliases"},
         Lie{"Removal", Scene("    - {id: p, operation: 1}"), "operation is 1", "must be add"},
         Lie{"FewerPositionsThanNames", "robot_state: {joint_state: {name: [a, b], position: [1]}}",
             "joint_state.position", "one for each of 2 names"},

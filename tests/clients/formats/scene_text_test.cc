@@ -78,7 +78,8 @@ constexpr char kOlder[] =
 constexpr char kYaml[] = R"(
 robot_state:
   joint_state: {name: [a], position: [0.5]}
-  multi_dof_joint_state: {joint_names: [v], transforms: [{translation: [0, 0, 0], rotation: [0, 0, 0, 1]}]}
+  multi_dof_joint_state: {joint_names: [v], 
+                          transforms: [{translation: [0, 0, 0], rotation: [0, 0, 0, 1]}]}
 allowed_collision_matrix: {entry_names: [a], entry_values: [[true]]}
 world:
   collision_objects:
