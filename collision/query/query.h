@@ -104,8 +104,8 @@ struct QueryOptions {
   std::vector<NamedPair> ignore_pairs = {};  // that may collide, besides those of the world
   // >= 0: so many deviations of its surface are part of each part's margin.
   double margin_sigma = 0;
-  // For a large batch, the caller's included: each takes chunks of rows. Answers are the same bytes on
-  // any number.
+  // For a large batch, the caller's included: each takes chunks of rows. The answer has the same
+  // bytes on any number.
   int threads = 1;
   // Work stops here and the completed prefix is returned.
   std::optional<std::chrono::steady_clock::time_point> give_up_at = {};

@@ -41,7 +41,8 @@ Runtime::Runtime(Application& application_in)
                .threads = kBatchesOfCore * cores,
                .capacity = kQueryCapacity,
                .awaited_capacity = kMaxWaits}),
-      // Lower, yet not starved by what else runs on a robot: a quarter of a core that it must share.
+      // Lower, yet not starved by what else runs on a robot: a quarter of a core that it must
+      // share.
       ingest({.name = "ingest", .threads = kScansAtOnce, .capacity = kIngestCapacity, .nice = 5}),
       reads({.name = "reads",
              .threads = cores,
