@@ -27,7 +27,8 @@ struct ConnectOptions {
   std::optional<std::chrono::milliseconds> deadline;
 };
 
-// Cheap to make: the network is touched by the first call. Thread-safe.
+// Cheap to make: the network is touched by the first call. Thread-safe. Its calls share one socket:
+// what must not wait behind large messages has a connection of its own.
 class Connection {
  public:
   explicit Connection(ConnectOptions options);

@@ -58,8 +58,8 @@ void LimitTrust(PairColumns& columns, Trust best);
 // Appends the pairs of a finished row.
 void AppendRow(PairColumns& columns, const std::vector<FoundPair>& pairs, ObjectRanks& ranks);
 
-// The first `completed` rows of pieces of a batch, in their order: whole pieces but for the last, and
-// what lies behind it is dropped.
+// The first `completed` rows of pieces of a batch, in their order: whole pieces but for the last,
+// and what lies behind it is dropped.
 PairColumns Joined(std::vector<PairColumns> pieces, std::size_t completed);
 
 }  // namespace cwm::collision

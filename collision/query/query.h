@@ -144,8 +144,8 @@ struct QueryOptions {
   // >= 0: how deep an object that asks or is carried may reach into what supports it, where no rule
   // sets the margin of the two.
   double support_tolerance_m = kSupportTolerance_m;
-  // For a large batch, the caller's included: each takes chunks of rows. Answers are the same bytes on
-  // any number.
+  // For a large batch, the caller's included: each takes chunks of rows. The answer has the same
+  // bytes on any number.
   int threads = 1;
   // Work stops here and the completed prefix is returned.
   std::optional<std::chrono::steady_clock::time_point> give_up_at = {};

@@ -1,8 +1,9 @@
 // A batch in chunks, which several threads may take.
 //
 // Chunks are made of the batch alone, each is answered by one thread into a place of its own, and
-// they are taken in their order: the same bytes on any number of threads, and whenever the batch must
-// end early, what is answered up to the first chunk that is not whole is a prefix of the full answer.
+// they are taken in their order: the same bytes on any number of threads, and whenever the batch
+// must end early, what is answered up to the first chunk that is not whole is a prefix of the full
+// answer.
 #pragma once
 
 #include <cstddef>
@@ -29,8 +30,8 @@ struct ChunkEnd {
   absl::Status status = {};
 };
 
-// Answers chunks, one after the other; used by one thread. After one that is not whole it is asked no
-// more.
+// Answers chunks, one after the other; used by one thread. After one that is not whole it is asked
+// no more.
 class ChunkWorker {
  public:
   virtual ~ChunkWorker() = default;
@@ -38,10 +39,10 @@ class ChunkWorker {
 };
 
 // Answers the chunks on at most `threads` threads, the caller's included, each with a worker of its
-// own, and returns how many rows from the first on are answered: all, or what time sufficed for; the
-// error of the first chunk that is not whole, if it has one. Threads live for the call; where the
-// system has none to give, fewer do the work. `make_worker` is called by all of them at once. An
-// exception of theirs is the caller's.
+// own, and returns how many rows from the first on are answered: all, or what time sufficed for;
+// the error of the first chunk that is not whole, if it has one. Threads live for the call; where
+// the system has none to give, fewer do the work. `make_worker` is called by all of them at once.
+// An exception of theirs is the caller's.
 absl::StatusOr<std::size_t> AnswerTogether(
     const std::vector<RowChunk>& chunks, int threads,
     const std::function<std::unique_ptr<ChunkWorker>()>& make_worker);

@@ -6,7 +6,6 @@
 #include <unistd.h>
 
 #include <atomic>
-#include <chrono>
 #include <condition_variable>
 #include <cstdint>
 #include <deque>
@@ -21,38 +20,12 @@ namespace {
 // Linux shows at most 15 characters of a thread's name.
 constexpr std::size_t kThreadNameLength = 15;
 
-// Of threads that yield to others: longer than any that the kernel gives by itself (0.7 to 3 ms).
-constexpr auto kSliceOfYielding = std::chrono::milliseconds(5);
-
-// sched_setattr(2), of which Debian 12's C library has no declaration.
-struct SchedulingAttributes {
-  std::uint32_t size = sizeof(SchedulingAttributes);
-  std::uint32_t policy = 0;
-  std::uint64_t flags = 0;
-  std::int32_t nice = 0;
-  std::uint32_t priority = 0;
-  std::uint64_t runtime_ns = 0;
-  std::uint64_t deadline_ns = 0;
-  std::uint64_t period_ns = 0;
-};
-
-// Who asks for longer slices gets no more of the core and no less, but leaves it at once to a thread
-// of usual slices that wakes; of equal ones that would wait for the end of the slice: a millisecond
-// for each thread that a small question goes through. Linux 6.12; ignored before it.
-void TakeLongSlices() {
-  SchedulingAttributes attributes;
-  if (syscall(SYS_sched_getattr, 0, &attributes, sizeof(attributes), 0) != 0) return;
-  attributes.runtime_ns = std::chrono::nanoseconds(kSliceOfYielding).count();
-  syscall(SYS_sched_setattr, 0, &attributes, 0);
-}
-
 void NameAndRankThisThread(const WorkQueueOptions& options) {
   pthread_setname_np(pthread_self(), options.name.substr(0, kThreadNameLength).c_str());
   if (options.nice == 0) return;
   // On Linux the nice value belongs to the thread. A refusal (raising priority without the right
   // to) leaves the default, which is slower for others but never wrong.
   setpriority(PRIO_PROCESS, static_cast<id_t>(syscall(SYS_gettid)), options.nice);
-  TakeLongSlices();
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
-// Which queue answers a question, and on how many threads: a few rows are answered at once, whatever
-// batches are under way.
+// Which queue answers a question, and on how many threads: a few rows are answered at once,
+// whatever batches are under way.
 #pragma once
 
 #include <cstddef>

@@ -23,7 +23,6 @@ constexpr auto kPauseOfQueries = std::chrono::milliseconds(500);
 // Batches that share a core: further ones wait for their turn. More of them share it more evenly,
 // and hold more answers at a time.
 constexpr int kBatchesOfCore = 2;
-constexpr int kNiceOfBatches = 1;  // hardly less of the core, but whoever wakes goes first
 
 int Cores() { return static_cast<int>(std::max(1U, std::thread::hardware_concurrency())); }
 
@@ -41,9 +40,9 @@ Runtime::Runtime(Application& application_in)
       batches({.name = "batches",
                .threads = kBatchesOfCore * cores,
                .capacity = kQueryCapacity,
-               .awaited_capacity = kMaxWaits,
-               .nice = kNiceOfBatches}),
-      // Lower, yet not starved by what else runs on a robot: a quarter of a core that it must share.
+               .awaited_capacity = kMaxWaits}),
+      // Lower, yet not starved by what else runs on a robot: a quarter of a core that it must
+      // share.
       ingest({.name = "ingest", .threads = kScansAtOnce, .capacity = kIngestCapacity, .nice = 5}),
       reads({.name = "reads",
              .threads = cores,

@@ -61,11 +61,11 @@ class Runtime {
   const int cores;
 
   // One queue per class of work, each with a thread per core but the ingests', of which one already
-  // uses every core, the batches', and the robots', which are loaded rarely and take seconds. A crowd
-  // of one class delays the others by its share of the cores, never by its queue: a read does not
-  // wait for a write that prepares geometry.
+  // uses every core, the batches', and the robots', which are loaded rarely and take seconds. A
+  // crowd of one class delays the others by its share of the cores, never by its queue: a read does
+  // not wait for a write that prepares geometry.
   WorkQueue query;    // questions of a few rows (query_queue.h)
-  WorkQueue batches;  // of more; its threads yield to all others but the scans
+  WorkQueue batches;  // of more
   WorkQueue ingest;   // its threads yield to all others
   WorkQueue reads;    // of worlds, objects, geometry, the server
   WorkQueue writes;

@@ -1,5 +1,6 @@
 #include "server/rpc/server.h"
 
+#include <grpc/grpc.h>
 #include <grpcpp/ext/proto_server_reflection_plugin.h>
 #include <grpcpp/grpcpp.h>
 #include <grpcpp/health_check_service_interface.h>
@@ -31,11 +32,6 @@ constexpr int kClientPingPeriod_ms = 10'000;
 // Streams that drain end at once; only one whose client does not read takes longer.
 constexpr auto kStreamsEndWithin = std::chrono::milliseconds(500);
 
-// Reflection is a synchronous service, of which a thread waits for calls so long at a time. A server
-// that stops while that thread is about to wait does not always wake it (gRPC 1.51), and then ends
-// with this; 10 s is gRPC's default.
-constexpr int kReflectionWait_ms = 250;
-
 void SetChannelArguments(const Limits& limits, grpc::ServerBuilder& builder) {
   builder.SetMaxReceiveMessageSize(static_cast<int>(limits.max_message_bytes));
   builder.AddChannelArgument(GRPC_ARG_MAX_METADATA_SIZE,
@@ -47,7 +43,6 @@ void SetChannelArguments(const Limits& limits, grpc::ServerBuilder& builder) {
                              kClientPingPeriod_ms);
   // Two servers on one port would share its clients between two different worlds.
   builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);
-  builder.SetSyncServerOption(grpc::ServerBuilder::CQ_TIMEOUT_MSEC, kReflectionWait_ms);
 }
 
 // Sockets that are made while it lives are the user's alone.
@@ -61,6 +56,13 @@ class PrivateUmask {
  private:
   const mode_t before_;
 };
+
+// gRPC cleans up after the last of its objects, and waits there for up to 10 s (1.51): for a poll
+// that a message has left behind which the socket did not take at once. It is kept for the process.
+void KeepLibrary() {
+  static std::once_flag once;
+  std::call_once(once, grpc_init);
+}
 
 struct BoundAddress {
   std::string address;
@@ -112,6 +114,7 @@ struct Server::State {
 };
 
 absl::Status Server::State::Start(const std::vector<std::string>& listen) {
+  KeepLibrary();
   grpc::EnableDefaultHealthCheckService(true);
   // The library serves health without a descriptor; naming ours links it, so that reflection tells
   // it.

@@ -19,8 +19,8 @@ namespace cwm::server {
 // A message goes through three places, each of which holds one: it is read, it is answered, its
 // answer is written. Whatever happens (a reaction, an answer, a drain) is noted under the lock, and
 // then all that can is moved on. Only there are operations started and is the call finished: once,
-// when nothing is being answered or written and nothing more can come. Tasks and waits hold the call
-// alive.
+// when nothing is being answered or written and nothing more can come. Tasks and waits hold the
+// call alive.
 class StreamQueriesCall final
     : public grpc::ServerBidiReactor<v1::StreamQueriesRequest, v1::StreamQueriesResponse>,
       public Drainable,
@@ -61,8 +61,8 @@ class StreamQueriesCall final
   bool counted_ = false;                     // in the quota of streams
 
   enum class Place { kEmpty, kUnderWay, kDone };
-  // What is under way belongs to who does it. Held over StartRead, StartWrite and Finish: gRPC never
-  // reacts within them.
+  // What is under way belongs to who does it. Held over StartRead, StartWrite and Finish: gRPC
+  // never reacts within them.
   std::mutex mutex_;
   Place read_ = Place::kEmpty;
   Place answer_ = Place::kEmpty;

@@ -275,7 +275,10 @@ void MeasureRobotLatency(Report& report) {
         PandaIn("problem_0", RandomStates(*all, all->problems[0], batch, 2), geometry);
     std::atomic<bool> stop = false;
     std::thread load([&] {
-      Stream stream(server.connection());
+      // A planner beside a control loop: each has its own connection.
+      const client::Connection planner(
+          {.address = server.connection().address(), .deadline = std::nullopt});
+      Stream stream(planner);
       while (!stop && stream.AskOften(question, 10)) {
       }
     });

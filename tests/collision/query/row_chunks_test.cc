@@ -1,5 +1,5 @@
-// Batches in chunks: how the chunks end, and that every question has the same bytes on any number of
-// threads.
+// Batches in chunks: how the chunks end, and that every question has the same bytes on any number
+// of threads.
 #include "collision/query/row_chunks.h"
 
 #include <gmock/gmock.h>
