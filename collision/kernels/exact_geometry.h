@@ -35,8 +35,8 @@ class ExactGeometry {
   // Present for meshes only.
   const TriangleTree* tree() const { return tree_ ? &*tree_ : nullptr; }
   bool IsOpen() const;
-  // Of a mesh, where it has them: built by the first who asks, since most meshes of a scan are never
-  // asked about, while others wait.
+  // Of a mesh, where it has them: built by the first who asks, since most meshes of a scan are
+  // never asked about, while others wait.
   const MeshHulls* hulls() const;
 
  private:

@@ -16,8 +16,8 @@ constexpr int kMaxIterations = 128;
 // Upper and lower bound of the distance agree to this share of it: a few roundings of double.
 constexpr double kRelativeGap = 1e-14;
 
-// Where a gap is below this share of the extent, a plane across it must part the cores by so much of
-// it, or its direction is not believed.
+// Where a gap is below this share of the extent, a plane across it must part the cores by so much
+// of it, or its direction is not believed.
 constexpr double kNearShare = 1e-6;
 constexpr double kLeastCertified = 0.9;
 
@@ -103,8 +103,8 @@ class Solver {
     GjkAnswer answer{GjkOutcome::kSeparated, distance_,
                      Vector3::Zero(),        Vector3::Zero(),
                      -nearest_ / distance_,  std::max(0.0, distance_ - lower_bound_)};
-    // Round cores of very different sizes: the last points may tell a direction that parts them less
-    // than an earlier one did.
+    // Round cores of very different sizes: the last points may tell a direction that parts them
+    // less than an earlier one did.
     if (lower_bound_ - last_lower_bound_ > kTouchingShare * size_) {
       answer.normal = -parting_.normalized();
     }

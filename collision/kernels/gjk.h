@@ -34,9 +34,9 @@ inline constexpr double kTouchingShare = 1e-9;
 GjkAnswer GjkDistance(const CoreDifference& difference,
                       double max_distance_m = std::numeric_limits<double>::infinity());
 
-// Whether the cores are nearer than `near_m` or else farther than `far_m`, which is no less: sooner told
-// than how near they are. Nothing where they are in between, or where a rounding decides: then the
-// distance must tell.
+// Whether the cores are nearer than `near_m` or else farther than `far_m`, which is no less:
+// sooner told than how near they are. Nothing where they are in between, or where a rounding
+// decides: then the distance must tell.
 struct GjkLimits {
   double near_m = 0;
   double far_m = 0;

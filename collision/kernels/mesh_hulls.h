@@ -35,8 +35,8 @@ class MeshHulls {
   const ConvexCore& around() const { return around_.core(); }
 
   // Lies in the solid, no point of its inside on a triangle: the hull, shrunk about its centre as
-  // little as that takes. What overlaps it overlaps the mesh, by far more than a rounding. None of an
-  // open mesh, nor of one whose hull has a hollow in the middle.
+  // little as that takes. What overlaps it overlaps the mesh, by far more than a rounding. None of
+  // an open mesh, nor of one whose hull has a hollow in the middle.
   const ConvexCore* within() const { return within_ ? &within_->core() : nullptr; }
 
   // No point of the hull around is farther from the one within.

@@ -1,6 +1,6 @@
-// Yes or no for meshes: by their hulls, and where these leave it open by trees of balls, then single
-// triangles. A ball around a node against the solid's own distance tells more than two boxes do,
-// above all of the walls and boards of a scene.
+// Yes or no for meshes: by their hulls, and where these leave it open by trees of balls, then
+// single triangles. A ball around a node against the solid's own distance tells more than two
+// boxes do, above all of the walls and boards of a scene.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -15,7 +15,8 @@
 namespace cwm::collision {
 namespace {
 
-// How far a point is from a convex piece: what is positive is a lower bound, what is negative exact.
+// How far a point is from a convex piece: what is positive is a lower bound, what is negative
+// exact.
 class PieceDistance {
  public:
   explicit PieceDistance(const ConvexCore& piece) : piece_(piece) {}
@@ -103,8 +104,8 @@ class CrossingSearch {
     return b_.nodes()[static_cast<std::size_t>(i)];
   }
 
-  // How far the balls of two nodes are from each other's middle, in their radii; nothing where balls
-  // or boxes show that the nodes are apart.
+  // How far the balls of two nodes are from each other's middle, in their radii; nothing where
+  // balls or boxes show that the nodes are apart.
   std::optional<double> Closeness(std::int32_t i, std::int32_t j) const {
     const TriangleTree::Node &a = NodeA(i), &b = NodeB(j);
     const Vector3 between = X_AB_ * b.bounds.center() - a.bounds.center();

@@ -42,8 +42,8 @@ class Best {
 };
 
 // How far a search for the nearest triangles must look: to the limit, or to where hulls within the
-// meshes are, which are no nearer to each other than the meshes. Nothing where hulls around them are
-// farther apart than the limit.
+// meshes are, which are no nearer to each other than the meshes. Nothing where hulls around them
+// are farther apart than the limit.
 std::optional<double> Reach_m(const MeshHulls& a, const MeshHulls& b, const Pose& X_AB,
                               double max_distance_m) {
   const double rounding_m = kTouchingShare * (a.around().extent_m + b.around().extent_m);
@@ -119,8 +119,8 @@ PairDistance MeshToPieces(const ExactGeometry& a, const ExactGeometry& b, const 
 
 namespace {
 
-// Two trees at once: the larger node is opened. `offer` is shown a triangle of A, one of B as a core
-// and returns the distance that still matters, kEnd to end.
+// Two trees at once: the larger node is opened. `offer` is shown a triangle of A, one of B as a
+// core and returns the distance that still matters, kEnd to end.
 template <class Offer>
 class DualSearch {
  public:

@@ -31,8 +31,8 @@ Pose PlanarMotion(const Vector3& axis_J, const double* v) {
   return motion;
 }
 
-// A frame after it has turned about an axis of its own. Of most joints that is z, about which two of
-// its axes turn in their plane.
+// A frame after it has turned about an axis of its own. Of most joints that is z, about which two
+// of its axes turn in their plane.
 Matrix3 Turned(const Matrix3& R_WJ, const Vector3& axis_J, double angle_rad) {
   if (axis_J != Vector3::UnitZ()) {
     return R_WJ * Eigen::AngleAxisd(angle_rad, axis_J).toRotationMatrix();

@@ -15,7 +15,8 @@ void MeasureInterpreter(Report& report);
 // Questions in process, by engine: distances_per_s.
 void MeasureEngines(Report& report);
 
-// How right the exact kernels are: closed_form_worst_rel, iterative_worst_m, fuzz_pairs, fuzz_failures.
+// How right the exact kernels are: closed_form_worst_rel, iterative_worst_m, fuzz_pairs,
+// fuzz_failures.
 void MeasureOracles(Report& report);
 
 // Pairs of 20 cm shapes by engine and worlds of up to 10 000 objects: change_us_30, change_us_1000,
@@ -27,12 +28,12 @@ void MeasureWorlds(Report& report);
 // publish_us_10000, publish_bytes_200, publish_bytes_10000.
 void MeasurePublishing(Report& report);
 
-// The distance of the world at points, in process and through a running server: sample_points_per_s,
-// sample_points_grpc_per_s.
+// The distance of the world at points, in process and through a running server:
+// sample_points_per_s, sample_points_grpc_per_s.
 void MeasureSamples(Report& report);
 
-// Shapes found in 500 random scenes, those invented, and the errors of their parameters: shape_found,
-// shape_spurious, radius_median_mm, radius_p95_mm, axis_median_deg, axis_p95_deg,
+// Shapes found in 500 random scenes, those invented, and the errors of their parameters:
+// shape_found, shape_spurious, radius_median_mm, radius_p95_mm, axis_median_deg, axis_p95_deg,
 // box_edge_median_mm, box_edge_p95_mm, cone_half_angle_median_deg, centre_median_mm,
 // sigma_calibration. Quickly: 40 of the scenes.
 void MeasureShapes(Report& report);

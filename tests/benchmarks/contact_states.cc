@@ -28,8 +28,8 @@ class Arm {
     return CheckCollisions(*problem_.world, body_, RowsOf(rows), {})->verdict;
   }
 
-  // How far a point of the arm moves at most between two states. What one rigid motion moves farthest
-  // of a box is a corner.
+  // How far a point of the arm moves at most between two states. What one rigid motion moves
+  // farthest of a box is a corner.
   double Motion_m(const std::vector<double>& from, const std::vector<double>& to) {
     const std::vector<Vector3> before = Corners(from), after = Corners(to);
     double widest_m2 = 0;

@@ -1,5 +1,5 @@
-// Where FCL tells another verdict of the Panda's meshes than the exact engine, over a million states
-// of which many are next to contact, and why.
+// Where FCL tells another verdict of the Panda's meshes than the exact engine, over a million
+// states of which many are next to contact, and why.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -23,7 +23,8 @@ namespace {
 using namespace collision;
 
 constexpr std::size_t kStates = 1000000;
-// What nobody can measure: the surfaces are given in single precision, FCL's own tolerances are 1e-6.
+// What nobody can measure: the surfaces are given in single precision, FCL's own tolerances are
+// 1e-6.
 constexpr double kTouching_m = 1e-6;
 
 enum class Why { kContained, kTouching, kUnknown };
@@ -38,8 +39,8 @@ struct PlacedPart {
   Pose X_WP;
 };
 
-// Whether all corners of one lie in the other: by solid angles or formulas, not by the trees and hulls
-// that the engine looks at. If surfaces crossed, some would not.
+// Whether all corners of one lie in the other: by solid angles or formulas, not by the trees and
+// hulls that the engine looks at. If surfaces crossed, some would not.
 bool HoldsAllOf(const PlacedPart& holder, const PlacedPart& other) {
   const Pose X_HO = holder.X_WP.inverse(Eigen::Isometry) * other.X_WP;
   const auto* mesh = std::get_if<Mesh>(&holder.part.shape);
@@ -54,10 +55,14 @@ bool HoldsAllOf(const PlacedPart& holder, const PlacedPart& other) {
 
 // Whether FCL tells the other verdict after the second part has moved by no more than kTouching_m.
 bool ChangesWithinTouching(const FclRobot& fcl, const FclRobot::Pair& pair, bool told) {
-  for (int k = 0; k < 27; ++k) {
-    const Vector3 d(k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1);
-    if (d.isZero()) continue;
-    if (fcl.PairCollides(pair, kTouching_m * d.normalized()) != told) return true;
+  for (const double x : {-1.0, 0.0, 1.0}) {
+    for (const double y : {-1.0, 0.0, 1.0}) {
+      for (const double z : {-1.0, 0.0, 1.0}) {
+        const Vector3 d(x, y, z);
+        if (d.isZero()) continue;
+        if (fcl.PairCollides(pair, kTouching_m * d.normalized()) != told) return true;
+      }
+    }
   }
   return false;
 }
@@ -73,8 +78,8 @@ class Explainer {
     }
   }
 
-  // Of a state in which the verdicts differ, as `fcl` was last asked: every pair of which they do must
-  // be explained, and there must be one.
+  // Of a state in which the verdicts differ, as `fcl` was last asked: every pair of which they do
+  // must be explained, and there must be one.
   Why Explain(std::span<const Pose> X_WF) const {
     bool any = false, contained = true;
     const auto must_be_told = [&](const FclRobot::Pair& pair) {

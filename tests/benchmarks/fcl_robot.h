@@ -20,8 +20,9 @@ class FclRobot {
   // The same with FCL's tree of boxes over the world and boxes of the parts, as MoveIt asks.
   bool CollidesByTree(std::span<const Pose> X_WF);
 
-  // Two parts of the body, or a part of it and one of the world, by number in the order of its objects
-  // and of their parts: as the last question placed them, but the second moved by an offset.
+  // Two parts of the body, or a part of it and one of the world, by number in the order of its
+  // objects and of their parts: as the last question placed them, but the second moved by an
+  // offset.
   struct Pair {
     std::size_t part = 0;
     std::size_t other = 0;
