@@ -15,8 +15,9 @@ namespace cwm::perception {
 namespace {
 
 constexpr double kLeastExplained = 0.9;  // of the points; what is left of them is meshed
-// Of the value of a solid, that another one of its kind has that is preferred: faces that were taken
-// for the whole, walls that were cut off. What differs by less is known better from its faces.
+// Of the value of a solid, that another one of its kind has that is preferred: faces that were
+// taken for the whole, walls that were cut off. What differs by less is known better from its
+// faces.
 constexpr double kMuchBetter = 0.6;
 constexpr double kPositive = 3;  // evidence, as kDecisive is (Kass and Raftery 1995)
 // Twice the logarithm of how many things stand for each that lies on its side; chosen.

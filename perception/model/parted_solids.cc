@@ -25,9 +25,9 @@ constexpr double kNearlyAll = 0.96;
 constexpr double kNoise = 0.01;      // of the points of a solid, beyond their gates
 constexpr double kMostPassed = 0.1;  // of the rays beside and behind, half of what a solid may have
 constexpr double kMostHulls = 1.05;  // of that of all: borders blur by a few pixels
-// Of the value of several solids, and of one solid of all points, that parts may have. The slow warp
-// of sensors bends a face more than the criterion expects: of things that stood alone two solids had
-// 0.69 of one and more, of things that touched 0.56 and less.
+// Of the value of several solids, and of one solid of all points, that parts may have. The slow
+// warp of sensors bends a face more than the criterion expects: of things that stood alone two
+// solids had 0.69 of one and more, of things that touched 0.56 and less.
 constexpr double kMostOfSeveral = 0.8, kMostOfOne = 0.6;
 constexpr std::size_t kMostParts = 5;  // of an object; caps work
 constexpr int kMostFits = 16;          // of parts, likewise
