@@ -42,6 +42,10 @@ struct SetShape {
     shape = Cylinder{c.radius_m, c.height_m};
   }
   void operator()(const formats::SceneCone& c) const { shape = Cone{c.radius_m, 0, c.height_m}; }
+  void operator()(const formats::SceneHalfSpace&) const { shape = HalfSpace{}; }
+  void operator()(const formats::MeshFile&) const {
+    throw std::runtime_error("no problem of MotionBenchMaker has a mesh");
+  }
 
   Shape& shape;
 };
@@ -54,7 +58,7 @@ std::shared_ptr<const collision::WorldSnapshot> WorldOf(const formats::SceneFile
     std::ranges::replace(put.name, ' ', '_');
     put.X_WO = ToPose(object.pose);
     std::vector<Placed<>> shapes;
-    for (const formats::ScenePrimitive& primitive : object.primitives) {
+    for (const formats::SceneShape& primitive : object.shapes) {
       Placed<>& placed = shapes.emplace_back();
       placed.X_FS = ToPose(primitive.pose);
       std::visit(SetShape{placed.shape}, primitive.shape);

@@ -69,16 +69,15 @@ TEST_F(WireObject, BecomesAMessageInEachView) {
   const auto changes = Convert();
   ASSERT_TRUE(changes.ok());
   const auto& put = std::get<collision::PutObject>((*changes)[0].what);
-  const auto object = collision::Place({.name = put.name,
-                                        .uid = "u1",
-                                        .X_WO = put.X_WO,
-                                        .geometry = put.geometry,
-                                        .supported_by = {},
-                                        .create_revision = {1},
-                                        .geometry_revision = {2},
-                                        .pose_revision = {3},
-                                        .parts_W = {},
-                                        .bounds_W = {}});
+  collision::WorldObject placed;
+  placed.name = put.name;
+  placed.uid = "u1";
+  placed.X_WO = put.X_WO;
+  placed.geometry = put.geometry;
+  placed.create_revision = {1};
+  placed.geometry_revision = {2};
+  placed.pose_revision = {3};
+  const auto object = collision::Place(std::move(placed));
   const v1::Object basic = ToProto(*object, View::kBasic, {}, store_);
   EXPECT_EQ(basic.shapes_size(), 0);
   EXPECT_EQ(basic.owner(), v1::OWNER_USER);
@@ -145,15 +144,14 @@ class WireEvents : public ::testing::Test {
   collision::WorldObject Object() const {
     auto model = std::make_shared<HybridModel>();
     model->shapes.push_back({.X_OS = Pose::Identity(), .shape = Sphere{0.1}, .fit = {}});
-    return {.name = "ball",
-            .uid = "u",
-            .geometry = collision::Prepare(std::move(model)),
-            .supported_by = {},
-            .create_revision = {1},
-            .geometry_revision = {1},
-            .pose_revision = {1},
-            .parts_W = {},
-            .bounds_W = {}};
+    collision::WorldObject object;
+    object.name = "ball";
+    object.uid = "u";
+    object.geometry = collision::Prepare(std::move(model));
+    object.create_revision = {1};
+    object.geometry_revision = {1};
+    object.pose_revision = {1};
+    return object;
   }
   v1::ObjectEvent EventOf(collision::WorldObjectPtr before, collision::WorldObjectPtr after) {
     WatchStep step{.what = WatchStep::What::kEvents, .revision = {2}, .snapshot = {}, .deltas = {}};

@@ -26,7 +26,9 @@ collision::WorldRobot WorldArm() {
           .X_WB = MakeTranslation(1, 2, 3),
           .state = put.state,
           .create_revision = {3},
-          .state_revision = {5}};
+          .state_revision = {5},
+          .X_WL = {},
+          .body = {}};
 }
 
 TEST(WireRobot, TellsLinksVariablesGroupsAndState) {
