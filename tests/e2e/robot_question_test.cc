@@ -123,7 +123,7 @@ TEST_F(RobotQuestion, TakesMotionsFromLinesAndAnswersEachByALine) {
       "{\"robot\": \"arm\", \"group\": \"both\", \"joints\": [[1.5, 0], [2.5, 0]]}\n"
       "{\"robot\": \"arm\", \"group\": \"both\", \"joints\": [[1.5, 0], [1, 0], [0, 0]]}\n"
       "{\"sphere\": 0.1, \"at\": [[0, 1, 0], [2, 1, 0], [2, 0, 0], [0, 0, 0]]}\n"
-      "{\"object\": \"post\", \"at\": [[1, 0, 0], [1, 0, 5]]}\n";
+      "{\"object\": \"post\", \"at\": [[1, 0, 0.3], [1, 0, 5]]}\n";
   const Finished answered = Cwm({"-o", "ndjson", "motion"}, lines);
   EXPECT_EQ(answered.exit_code, 0) << answered.err;
   std::vector<json> rows;
@@ -164,6 +164,9 @@ TEST_F(RobotQuestion, AnswersForThePandaOfMotionBenchMaker) {
   if (!panda) GTEST_SKIP() << "the Panda (motion_bench_maker) is not in CWM_DATA";
   CwmJson({"robot", "load", *panda + "/panda.urdf", "--srdf", *panda + "/panda.srdf", "--spheres",
            *panda + "/panda_spherized.urdf", "--package-dir", *panda});
+  const json met = CwmJson({"check", "--robot", "panda", "--joints", "ready"});
+  EXPECT_EQ(met.at("rows").at(0).at("object"), "arm") << "it stands where the Panda stands";
+  CwmJson({"robot", "remove", "arm"});
   const json ready = CwmJson({"check", "--robot", "panda", "--joints", "ready"});
   EXPECT_EQ(ready.at("rows").at(0).at("verdict"), "VERDICT_FREE");
   EXPECT_EQ(ready.at("rows").at(0).at("trust"), "TRUST_EXACT");

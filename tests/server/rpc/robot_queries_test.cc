@@ -312,16 +312,21 @@ TEST_F(RobotQueries, MotionsOfShapesAndObjectsKeepMarginsAndLeaveOutWhatTheyAreT
   EXPECT_EQ(free.verdicts(), std::string(1, v1::MOTION_VERDICT_FREE));
   EXPECT_THAT(free.body_links(), ElementsAre());
   request.mutable_options()->set_margin_m(0.011);
+  const v1::CheckMotionsResponse met = Move(request);
+  ASSERT_EQ(met.objects_size(), 1);
+  EXPECT_EQ(met.objects(0).name(), "r") << "the robot stands in the way";
+  request.mutable_options()->add_ignore("r");
   const v1::CheckMotionsResponse contact = Move(request);
   EXPECT_EQ(contact.verdicts(), std::string(1, v1::MOTION_VERDICT_CONTACT));
   EXPECT_EQ(contact.objects(0).name(), "post");
   request.mutable_options()->add_ignore("post");
   EXPECT_EQ(Move(request).verdicts(), std::string(1, v1::MOTION_VERDICT_FREE));
-  request.mutable_options()->clear_ignore();
+  request.mutable_options()->mutable_ignore()->RemoveLast();
   request.mutable_options()->add_overlay()->mutable_remove()->set_name("post");
   EXPECT_EQ(Move(request).verdicts(), std::string(1, v1::MOTION_VERDICT_FREE));
   v1::CheckMotionsRequest ball;
   *ball.mutable_subject() = SphereAt({-1, 0.5, 0.5, 3});
+  ball.mutable_options()->add_ignore("r");
   EXPECT_EQ(Move(ball).verdicts(),
             std::string({v1::MOTION_VERDICT_FREE, v1::MOTION_VERDICT_CONTACT}));
 }
