@@ -65,8 +65,8 @@ void AddAttachCommands(CommandLine& line) {
         "cwm attach mug --robot panda --link panda_hand --pose 0,0,0.12"},
        "It moves with the link, and is asked with the robot: against the world and against the "
        "robot's links\n"
-       "other than this one and those that may touch it. A move, or cwm detach, lets it stand "
-       "free again."},
+       "other than this one and those that may touch it. A put, a move or cwm detach lets "
+       "it stand free again."},
       [attach](Session& session) { return Attach(session, *attach); });
   attaching.add_option("NAME", attach->name, "of the object")->required();
   attaching.add_option("--robot", attach->robot, "of the world")->type_name("NAME")->required();

@@ -26,17 +26,13 @@ Enclosure EnclosureOf(const ExactGeometry& geometry) {
 PairDistance WithDepthBound(const PairDistance& deepest_part, const ExactGeometry& a,
                             const ExactGeometry& b, const Pose& X_AB) {
   PairDistance answer = deepest_part;
-  if (a.IsOpen() || b.IsOpen()) {
-    answer.trust = Trust::kSurfaceOnly;
-    answer.bound_m = 0;
-    return answer;
-  }
   const Enclosure around_a = EnclosureOf(a), around_b = EnclosureOf(b);
   const Pose X_EaEb = around_a.X_SE.inverse() * X_AB * around_b.X_SE;
   const PairDistance hulls = ConvexDistance(around_a.core, around_b.core, X_EaEb);
   answer.bound_m = std::max(answer.distance_m - hulls.distance_m, 0.0) + deepest_part.bound_m;
   answer.trust = answer.bound_m <= kExactTolerance_m ? Trust::kExact : Trust::kBounded;
   if (answer.trust == Trust::kExact) answer.bound_m = 0;
+  if (a.IsOpen() || b.IsOpen()) answer.trust = Trust::kSurfaceOnly;
   return answer;
 }
 

@@ -31,7 +31,8 @@ bool MeshMeetsPieces(const ExactGeometry& a, const ExactGeometry& b, const Pose&
 bool MeshMeetsMesh(const ExactGeometry& a, const ExactGeometry& b, const Pose& X_AB);
 
 // Labels a penetrating answer of parts whose depth is at most the true one: kBounded by the depth
-// of the convex enclosures, kExact where that leaves nothing open, kSurfaceOnly with an open mesh.
+// of the convex enclosures, kExact where that leaves nothing open; kSurfaceOnly with an open mesh,
+// with the same bound.
 PairDistance WithDepthBound(const PairDistance& deepest_part, const ExactGeometry& a,
                             const ExactGeometry& b, const Pose& X_AB);
 

@@ -41,7 +41,7 @@ bool ExactSupports(ShapeKind a, ShapeKind b);
 //   of a point that lies inside; the least translation is at least that and at most the depth of
 //   the mesh's box: kBounded by the difference. Containment counts as penetration, either way
 //   round;
-// * an open mesh: kSurfaceOnly, the same without an inside and without a bound.
+// * an open mesh: kSurfaceOnly, the same without an inside; where it overlaps, with the same bound.
 // Precondition: ExactSupports; else the answer is kDegraded (see ExactSupports).
 PairDistance ExactDistance(const PlacedExact& a, const PlacedExact& b,
                            double max_distance_m = std::numeric_limits<double>::infinity());

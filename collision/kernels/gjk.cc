@@ -148,7 +148,8 @@ std::optional<bool> GjkOverlap(const CoreDifference& difference, const GjkLimits
   if (answer.overlaps) return true;
   const double distance_m = answer.distance_m;
   if (answer.outcome == GjkOutcome::kTouching && distance_m > 0) return std::nullopt;
-  if (distance_m >= near_m && distance_m <= far_m) return std::nullopt;
+  // From above; out of work, it may be too large.
+  if (distance_m >= near_m && distance_m - answer.bound_m <= far_m) return std::nullopt;
   return distance_m < near_m;
 }
 

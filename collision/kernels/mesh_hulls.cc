@@ -8,9 +8,9 @@
 namespace cwm::collision {
 namespace {
 
-// So many take quickhull a tenth of a second where all lie on the hull (measured), else some
-// milliseconds.
-constexpr std::size_t kMostVertices = 4096;
+// So many take quickhull some tens of milliseconds where all lie on the hull, once for a mesh, else
+// some milliseconds.
+constexpr std::size_t kMostVertices = 2048;
 // With more corners, looking for the farthest costs what a walk through the triangles does.
 constexpr std::size_t kMostCorners = 2048;
 // Of the extent: how far a vertex may lie outside of what quickhull made, a hundredth of the gap
@@ -23,14 +23,18 @@ constexpr double kFurtherShrinking = 1e-5;
 constexpr double kLeastScale = 0.5;
 
 // The planes of a hull around its centre, as points n / h of the polar set: a point p is within the
-// plane, shrunk by a scale, when p.dot(n / h) is below that scale.
+// plane, shrunk by a scale, when p.dot(n / h) is below that scale. No vertex is beyond a plane, the
+// normals of slivers included.
 std::vector<Vector3> PolarOf(const TriangleMesh& hull, const Vector3& centre) {
+  std::vector<Vector3> spokes = hull.vertices;
+  for (Vector3& spoke : spokes) spoke -= centre;
+  const VertexLanes ends(spokes);
   std::vector<Vector3> polar;
   polar.reserve(hull.triangles.size());
   for (const auto& [a, b, c] : hull.triangles) {
     const Vector3& corner = hull.vertices[a];
     const Vector3 normal = (hull.vertices[b] - corner).cross(hull.vertices[c] - corner);
-    const double height = normal.dot(corner - centre);
+    const double height = normal.dot(spokes[ends.Farthest(normal)]);
     if (height > 0) polar.push_back(normal / height);
   }
   return polar;

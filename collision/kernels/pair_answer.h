@@ -28,7 +28,7 @@ struct PairDistance {
   Vector3 normal =
       Vector3::UnitZ();  // unit, from A to B: moving B along it by the depth makes them touch
   Trust trust = Trust::kExact;
-  double bound_m = 0;  // with kBounded: |distance_m - true| <= bound_m
+  double bound_m = 0;  // |distance_m - true| <= bound_m, unless kDegraded
   Solver solver = Solver::kKernels;
 };
 

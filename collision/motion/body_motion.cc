@@ -25,6 +25,18 @@ bool IsRotary(JointKind kind) {
   return kind == JointKind::kRevolute || kind == JointKind::kContinuous;
 }
 
+// Whether a whole turn of the variable leaves the robot as it was: of a continuous joint that
+// nothing follows but what turns with it a whole number of times. Else the short way would end
+// elsewhere than the row says.
+bool ComesAround(const RobotModel& model, std::size_t variable) {
+  const auto joint = static_cast<std::size_t>(model.variables[variable].link);
+  if (model.links[joint].kind != JointKind::kContinuous) return false;
+  return std::ranges::all_of(model.links, [&](const ModelLink& link) {
+    const bool follows = link.follows && link.variable == static_cast<int>(variable);
+    return !follows || (IsRotary(link.kind) && std::trunc(link.multiplier) == link.multiplier);
+  });
+}
+
 }  // namespace
 
 RigidMotion::RigidMotion(const QueryBody& body, const Pose& X_WB_from, const Pose& X_WB_to)
@@ -60,9 +72,7 @@ JointMotion::JointMotion(const RobotModel& model, const QueryBody& body, const P
                          std::span<const double> from, std::span<const double> to)
     : model_(model), body_(body), X_WB_(X_WB), from_(from.begin(), from.end()) {
   for (std::size_t v = 0; v < from.size(); ++v) {
-    const auto link = static_cast<std::size_t>(model.variables[v].link);
-    step_.push_back(model.links[link].kind == JointKind::kContinuous ? TurnBetween(from[v], to[v])
-                                                                     : to[v] - from[v]);
+    step_.push_back(ComesAround(model, v) ? TurnBetween(from[v], to[v]) : to[v] - from[v]);
   }
   for (const ModelLink& link : model.links) {
     const bool moves = IsRotary(link.kind) || link.kind == JointKind::kPrismatic;

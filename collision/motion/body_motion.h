@@ -41,7 +41,8 @@ class RigidMotion : public BodyMotion {
   std::vector<double> travel_m_;
 };
 
-// A robot whose joints move linearly, continuous ones the short way. A planar or floating joint whose
+// A robot whose joints move linearly, continuous ones the short way, but for those that a joint
+// follows which a whole turn would leave elsewhere. A planar or floating joint whose
 // variables differ is not followed: see FirstNotFollowed.
 class JointMotion : public BodyMotion {
  public:

@@ -218,10 +218,9 @@ class EdgeSearch {
       place.contact = place.gap_m < 0;
       return place;
     }
-    const bool is_known = answer.trust == Trust::kExact || answer.trust == Trust::kBounded;
-    const double bound_m = answer.trust == Trust::kBounded ? answer.bound_m : 0;
-    place.contact = is_known && place.gap_m + bound_m < 0;
-    if (!place.contact) place.gap_m -= bound_m;
+    const bool is_known = place.certain;
+    place.contact = is_known && place.gap_m + answer.bound_m < 0;
+    if (!place.contact) place.gap_m -= answer.bound_m;
     place.certain = is_known && (place.contact || place.gap_m >= 0);
     return place;
   }

@@ -62,8 +62,7 @@ struct MotionAnswer {
 };
 void Append(MotionColumns& columns, const MotionAnswer& answer);
 
-// Edges one after the other, for who decides by the last which is next. One per call, used by one
-// thread.
+// Edges one after the other, for who decides by the last which is next. Used by one thread.
 class EdgeChecker {
  public:
   EdgeChecker(const WorldSnapshot& world, const QueryBody& body, const QueryOptions& options,

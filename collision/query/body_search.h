@@ -43,7 +43,7 @@ struct FramePairs {
 };
 FramePairs FramePairsOf(const QueryBody& body);
 
-// One per call, used by one thread; allocates at construction, and in a world with rules of pairs
+// Used by one thread; allocates at construction, and in a world with rules of pairs
 // when it first meets an object.
 class BodySearch {
  public:

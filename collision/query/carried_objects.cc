@@ -30,6 +30,15 @@ bool IsAsked(const QueryBody& body, const CarriedObject& carried, int frame) {
 
 }  // namespace
 
+std::size_t CountCarriedParts(const WorldSnapshot& world, const WorldRobot& robot,
+                              std::span<const std::string> ignore) {
+  std::size_t count = 0;
+  for (const CarriedObject& carried : CarriedBy(robot, world, ignore)) {
+    count += carried.object->geometry->parts.size();
+  }
+  return count;
+}
+
 QueryBody WithCarriedObjects(QueryBody body, const WorldSnapshot& world, const WorldRobot& robot,
                              RobotScope scope, std::span<const std::string> ignore) {
   body.carried = CarriedBy(robot, world, ignore);

@@ -9,6 +9,10 @@
 
 namespace cwm::collision {
 
+// How many parts that is, of a robot that asks: what WithCarriedObjects adds, to be told before.
+std::size_t CountCarriedParts(const WorldSnapshot& world, const WorldRobot& robot,
+                              std::span<const std::string> ignore = {});
+
 // The body of the robot with what the world has attached to it but for the names that are ignored;
 // ordered by name. Unless the scope is the world alone, each object is asked of the robot's links
 // but the one that it is attached to and those that it may touch, and of the others but those on

@@ -8,7 +8,7 @@
 
 namespace cwm::collision {
 
-// One per call, used by one thread.
+// Used by one thread.
 class Interrupt {
  public:
   enum class Reason { kNone, kStopped, kTimeUp };

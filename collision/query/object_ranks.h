@@ -8,7 +8,7 @@
 
 namespace cwm::collision {
 
-// One per call, used by one thread: asks the snapshot once per obstacle.
+// Used by one thread: asks the snapshot once per obstacle.
 class ObjectRanks {
  public:
   explicit ObjectRanks(const WorldSnapshot& world) : world_(world) {}

@@ -45,7 +45,7 @@ class ObstacleTerms {
   const RobotGeometry* by_link_ = nullptr;
 };
 
-// One per call, used by one thread. Refers to the world and the body. Making it costs some tens of
+// Used by one thread. Refers to the world and the body. Making it costs some tens of
 // nanoseconds a rule; what rules say of an object is put together when it is first met.
 class PairRuleLookup {
  public:

@@ -13,7 +13,7 @@
 
 namespace cwm::collision {
 
-// One per call and thread. Allocates when it meets an object for the first time, never per point.
+// Used by one thread. Allocates when it meets an object for the first time, never per point.
 class PointSampler {
  public:
   // `limit_m`: of QueryOptions.

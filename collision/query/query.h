@@ -157,8 +157,9 @@ enum class Verdict : std::uint8_t { kNotComputed, kFree, kCollision, kOutOfLimit
 inline constexpr std::int32_t kItself = -2;
 
 // One byte a row; for a row in collision or undecided a pair that told. A row is undecided when no
-// pair surely collides and of some pair the distance and its bound straddle the margin: never with
-// AUTO or EXACT, whose bounds are about depths alone.
+// pair surely collides and of some pair the distance and its bound straddle the margin. AUTO and EXACT
+// bound depths alone: with them only what may reach into its support, or meets unseen space that is
+// to be reported, is undecided.
 struct CollisionColumns {
   std::vector<Verdict> verdict;
   std::vector<std::int32_t> object;     // WorldSnapshot::ObstacleAt, kItself; -1: no pair is named

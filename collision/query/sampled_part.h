@@ -75,7 +75,7 @@ class SampledPart {
   bool watertight_ = false;
 };
 
-// Makes parts when they are first asked for. One per call and thread.
+// Makes parts when they are first asked for. Used by one thread.
 class SampledParts {
  public:
   SampledParts(const WorldSnapshot& world, const WorldFilter& filter)

@@ -22,8 +22,8 @@ class SphereCheck {
  public:
   // Nothing where the question is another one: other shapes without spheres around them, too few
   // rows, rows that are no states of joints, FCL or Bullet asked for by name, joints that lanes do
-  // not move, margins below zero, objects carried, terms of pairs (rules, ignored pairs,
-  // deviations).
+  // not move, margins below zero, objects carried, unseen space to be reported, terms of
+  // pairs (rules, ignored pairs, deviations).
   static std::optional<SphereCheck> Make(const WorldSnapshot& world, const QueryBody& body,
                                          const BodyRows& rows, const QueryOptions& options);
 

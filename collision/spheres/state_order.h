@@ -12,7 +12,7 @@
 namespace cwm::collision {
 
 // Cells of the joints' ranges, halved again and again across the joint that sweeps its spheres
-// through the longest arc. One per call, used by one thread.
+// through the longest arc. Used by one thread.
 class StateOrder {
  public:
   explicit StateOrder(const SphereProgram& program);

@@ -44,11 +44,6 @@ auto LowerBound(Rules& rules, const NamedPair& pair) {
 
 }  // namespace
 
-bool Includes(const NamedThing& thing, const PartName& part) {
-  if (IsEverything(thing)) return true;
-  return thing.name == part.name && (thing.link.empty() || thing.link == part.link);
-}
-
 NamedPair Ordered(NamedPair pair) {
   if (pair.b < pair.a) std::swap(pair.a, pair.b);
   return pair;

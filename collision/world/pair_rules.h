@@ -25,13 +25,6 @@ struct NamedThing {
   friend auto operator<=>(const NamedThing&, const NamedThing&) = default;
 };
 
-// A part of a body or of the world as rules know it. Empty where it has no name.
-struct PartName {
-  std::string_view name;
-  std::string_view link;
-};
-bool Includes(const NamedThing& thing, const PartName& part);
-
 // In either order: a rule and all that compares them have it as Ordered makes it.
 struct NamedPair {
   NamedThing a, b;

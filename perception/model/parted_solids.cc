@@ -124,13 +124,12 @@ class Parting {
     std::iota(open.begin(), open.end(), std::uint32_t{0});
     std::vector<Part> parts;
     while (IsWorthAPart(open)) {
-      if (parts.size() >= kMostParts) return std::nullopt;
       if (auto fit = parts.empty() ? std::nullopt : FitOf(open)) {
         parts.push_back({std::exchange(open, {}), std::move(fit)});
         break;
       }
       std::vector<Part> sides = SolidsBesideACut(open);
-      if (sides.empty()) return std::nullopt;
+      if (sides.empty() || parts.size() + sides.size() > kMostParts) return std::nullopt;
       if (sides.size() == 1) {
         parts.push_back(Taken(std::move(sides[0]), open));
       } else {
@@ -259,7 +258,7 @@ class Parting {
       for (std::size_t b = a + 1; b < parts.size();) {
         if (parts.size() == 2) return parts;  // no one solid does, of all
         Members both;
-        std::ranges::merge(parts[a].members, parts[b].members, std::back_inserter(both));
+        std::ranges::set_union(parts[a].members, parts[b].members, std::back_inserter(both));
         std::optional<WholeFit> fit = FitOf(both);
         if (!fit) {
           ++b;

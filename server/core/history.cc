@@ -23,7 +23,8 @@ History::Forgotten History::Append(SnapshotPtr next, EventPtr event) {
   const collision::PairRules& rules = snapshots_.back().snapshot->pair_rules();
   const std::int64_t rule_bytes = &rules != &next->pair_rules() ? ApproximateBytes(rules) : 0;
   snapshots_.back().bytes += superseded + rule_bytes;
-  const std::int64_t own = ApproximateOwnBytes(*next, event->deltas.size());
+  const std::int64_t own =
+      ApproximateOwnBytes(*next, event->deltas.size() + event->robot_deltas.size());
   snapshots_.push_back({std::move(next), own});
   snapshot_bytes_ += superseded + rule_bytes + own;
 

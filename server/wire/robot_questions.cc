@@ -67,17 +67,23 @@ absl::Status CheckSize(const RobotModel& model, const std::vector<std::int64_t>&
 }
 
 // The same with what it carries.
-absl::Status CheckCarried(const collision::QueryBody& body, const FieldPath& path) {
-  if (body.carried.empty()) return absl::OkStatus();
-  const auto parts = static_cast<std::int64_t>(body.geometry->parts.size());
-  if (parts > kMaxRobotParts) {
+absl::StatusOr<collision::QueryBody> WithCarried(collision::QueryBody bare,
+                                                 const QuestionSource& source,
+                                                 const collision::WorldRobot& robot,
+                                                 collision::RobotScope scope,
+                                                 const FieldPath& path) {
+  const std::size_t carried = collision::CountCarriedParts(source.snapshot, robot, source.ignore);
+  const auto parts = static_cast<std::int64_t>(bare.geometry->parts.size() + carried);
+  if (carried > 0 && parts > kMaxRobotParts) {  // before their pairs are made, which are many more
     return path.Field("robot").Error(absl::StrCat("has ", parts,
                                                   " parts with what is attached to it, must have "
                                                   "at most ",
                                                   kMaxRobotParts));
   }
+  collision::QueryBody body =
+      collision::WithCarriedObjects(std::move(bare), source.snapshot, robot, scope, source.ignore);
   const auto pairs = static_cast<std::int64_t>(body.self_pairs.size());
-  if (pairs <= kMaxSelfPairs) return absl::OkStatus();
+  if (carried == 0 || pairs <= kMaxSelfPairs) return body;
   return path.Field("scope").Error(
       absl::StrCat("asks about ", pairs,
                    " pairs of the robot's own parts and of what is attached to it, must be "
@@ -217,9 +223,9 @@ absl::StatusOr<Question> FromProto(const v1::RobotSubject& subject, const Questi
   if (!bare.ok()) return bare.status();
   const auto scope = FromProto(subject.scope(), path.Field("scope"));
   if (!scope.ok()) return scope.status();
-  collision::QueryBody body = collision::WithCarriedObjects(*std::move(bare), source.snapshot,
-                                                            *states.robot, *scope, source.ignore);
-  if (auto status = CheckCarried(body, path); !status.ok()) return status;
+  auto carrying = WithCarried(*std::move(bare), source, *states.robot, *scope, path);
+  if (!carrying.ok()) return carrying.status();
+  collision::QueryBody body = *std::move(carrying);
   body.self = states.robot->name;  // rules of pairs know it by that, whatever stands for its links
   const auto group = GroupOf(*states.robot, subject.group(), path.Field("group"));
   if (!group.ok()) return group.status();

@@ -140,6 +140,23 @@ TEST(JointMotion, TurnsContinuousJointsTheShortWay) {
   EXPECT_NEAR(X_WL[1].linear()(0, 0), -1, 1e-12);  // by way of pi, not of 0
 }
 
+TEST(JointMotion, EndsWhereItsRowIsWhateverFollowsAContinuousJoint) {
+  for (const std::string kind : {"prismatic", "revolute"}) {
+    const auto robot = RobotOf(Ball("a") + Ball("b") + Ball("c") +
+                               JointText("roll", "continuous", "a", "b", "<axis xyz=\"0 0 1\"/>") +
+                               JointText("also", kind, "b", "c",
+                                         "<axis xyz=\"0 0 1\"/><limit lower=\"-9\" upper=\"9\"/>"
+                                         "<mimic joint=\"roll\" multiplier=\"0.3\"/>"));
+    const QueryBody body = BodyFromRobot(*robot, RobotScope::kBoth);
+    const std::vector<double> from = {-3}, to = {3};
+    const JointMotion motion(*robot->model, body, Pose::Identity(), from, to);
+    std::vector<Pose> X_WL(3), X_to(3);
+    motion.Place(1, X_WL);
+    LinkPoses(*robot->model, Pose::Identity(), to, X_to);
+    EXPECT_TRUE(X_WL[2].isApprox(X_to[2], 1e-12)) << kind;
+  }
+}
+
 TEST(JointMotion, DoesNotFollowPlanarAndFloatingJointsThatMove) {
   const auto robot = RobotOf(Ball("a") + Ball("b") + JointText("drive", "planar", "a", "b", ""));
   const std::vector<double> here = {0, 0, 0}, there = {0, 1, 0};

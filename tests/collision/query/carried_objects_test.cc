@@ -8,6 +8,7 @@
 #include <numbers>
 #include <random>
 
+#include "collision/geometry/tessellate.h"
 #include "collision/robot/kinematics.h"
 #include "tests/collision/query/random_world.h"
 #include "tests/collision/world/test_arm.h"
@@ -199,6 +200,26 @@ TEST(AskingObjects, MayReachIntoWhatSupportsThem) {
   const QueryBody cup = BodyFromObject(*world->Find("cup"));
   const std::vector<Pose> poses = {MakeTranslation(0, 0, 0.047), MakeTranslation(0, 0, 0.0449)};
   EXPECT_THAT(CheckCollisions(*world, cup, poses, {})->verdict, ElementsAre(kFree, kHit));
+}
+
+// Of many small triangles that overlap, only some are measured: none need be as deep as the mesh.
+TEST(AskingObjects, WithOpenMeshesAreNotFreeWhereTheyAreSunkIntoWhatSupportsThem) {
+  TriangleMesh open = Tessellate(Sphere{0.1}, 5e-5);
+  open.triangles.pop_back();
+  auto put = PutOf("residual", {{.X_FS = Pose::Identity(), .shape = MakeMesh(std::move(open))}},
+                   MakeTranslation(0, 0, 1));
+  std::get<PutObject>(put.what).supported_by = "table";
+  const SnapshotPtr world =
+      WorldOf({put, PutOf("table", {{.X_FS = Pose::Identity(), .shape = Box{{2, 2, 0.2}}}},
+                          MakeTranslation(0, 0, -0.1))});
+  const QueryBody residual = BodyFromObject(*world->Find("residual"));
+  std::vector<Pose> poses;
+  for (const double deep_m : {0.002, 0.01, 0.03, 0.08}) {
+    poses.push_back(MakeTranslation(0, 0, 0.1 - deep_m));
+  }
+  const auto verdicts = CheckCollisions(*world, residual, poses, {})->verdict;
+  EXPECT_EQ(verdicts[0], kFree);
+  for (std::size_t i = 1; i < poses.size(); ++i) EXPECT_NE(verdicts[i], kFree) << i;
 }
 
 TEST(AskingObjects, ThatAreAttachedStayWithWhatHoldsThem) {

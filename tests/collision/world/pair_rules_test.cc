@@ -177,14 +177,5 @@ TEST(PairRules, DifferenceTellsWhatSetRuleRepeats) {
   }
 }
 
-TEST(PairRules, AThingIncludesItsParts) {
-  EXPECT_TRUE(Includes({"*"}, {"", ""}));
-  EXPECT_TRUE(Includes({"arm"}, {"arm", "tip"}));
-  EXPECT_TRUE(Includes({"arm", "tip"}, {"arm", "tip"}));
-  EXPECT_FALSE(Includes({"arm", "tip"}, {"arm", "base"}));
-  EXPECT_FALSE(Includes({"arm", "tip"}, {"arm", ""}));
-  EXPECT_FALSE(Includes({"arm"}, {"", ""}));
-}
-
 }  // namespace
 }  // namespace cwm::collision
