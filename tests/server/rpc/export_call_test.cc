@@ -150,6 +150,7 @@ TEST_F(ExportTest, RefusesMoreTrianglesThanImportReads) {
 
 TEST_F(ExportTest, RefusesAMatrixOfTooManyNames) {
   std::vector<v1::Change> changes;
+  PutBox("hub", 0);
   for (int i = 0; i < 2'048; ++i) {
     v1::NamedPair& pair = *changes.emplace_back().mutable_allow()->mutable_pair();
     pair.mutable_a()->set_name("hub");
