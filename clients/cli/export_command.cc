@@ -81,8 +81,8 @@ void AddExportCommand(CommandLine& line) {
        "the world as a MoveIt planning scene (YAML or .scene)",
        {"cwm export shelf.scene", "cwm export scene.yaml --robot panda --at-revision 7",
         "cwm export - --format yaml | less"},
-       "YAML also has the state of the robot, what it holds and which pairs may collide; .scene "
-       "has\nobjects alone and leaves out what robots hold. Shapes that MoveIt does not know\n"
+       "YAML also has the state of the robot, what it holds and which pairs may collide; .scene\n"
+       "has objects alone and leaves out what robots hold. Shapes that MoveIt does not know\n"
        "become meshes, which warnings say. `cwm import` reads both."},
       [arguments](Session& session) { return Export(session, *arguments); });
   command.add_option("OUT", arguments->file, "the file; \"-\": stdout")->required();

@@ -34,7 +34,8 @@ void WarnOfOctomap(const Place& world, std::vector<std::string>& warnings) {
   if (is_there) warnings.push_back("world.octomap: left out, only objects are read");
 }
 
-// `ids` of the list of objects. Each is attached once; one without shapes is an object of the scene.
+// `ids` of the list of objects. Each is attached once, one without shapes is an object of the
+// scene.
 absl::Status CheckAttached(const SceneFile& scene, std::set<std::string> ids,
                            const FieldReader& reader, const Place& places) {
   std::set<std::string> with_shapes, attached;

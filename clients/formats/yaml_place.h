@@ -40,8 +40,8 @@ class FieldReader {
   // A list, or nothing at all.
   absl::Status CheckList(const Place& place) const;
 
-  // The text of a number, a name, a truth value; empty for what has none. Whatever is kept of a file
-  // is read by it: it is what counts.
+  // The text of a number, a name, a truth value; empty for what has none. Whatever is kept of a
+  // file is read by it: it is what counts.
   absl::StatusOr<std::string> Scalar(const Place& place) const;
   absl::StatusOr<std::string> Name(const Place& place) const;
   // Empty where there is none.

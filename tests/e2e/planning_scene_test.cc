@@ -180,7 +180,8 @@ robot_state:
       object: {id: lid, primitives: [{type: sphere, dimensions: [0.1]}],
                primitive_poses: [{position: [0.5, 0, 0.2], orientation: [0, 0, 0, 1]}]}
     - link_name: gripper
-      object: {header: {frame_id: gripper}, id: pen, primitives: [{type: sphere, dimensions: [0.1]}],
+      object: {header: {frame_id: gripper}, id: pen,
+               primitives: [{type: sphere, dimensions: [0.1]}],
                primitive_poses: [{position: [0.5, 0, 0.2], orientation: [0, 0, 0, 1]}]}
 allowed_collision_matrix: {default_entry_names: [base], default_entry_values: [true]}
 )";

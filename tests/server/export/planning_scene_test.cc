@@ -136,16 +136,19 @@ TEST(PlanningSceneTest, SaysWhatTheRobotHoldsInTheFrameOfTheLink) {
               Contains(HasSubstr("cup: left out, it is attached to crane")));
 }
 
-TEST(PlanningSceneTest, SaysWhatIsUnseenSpace) {
+Change PutBall(const std::string& name, collision::ObjectKind kind) {
   HybridModel ball;
   ball.shapes.push_back({.X_OS = Pose::Identity(), .shape = Sphere{0.1}, .fit = {}});
-  const auto world = WorldWith(
-      {{collision::PutObject{
-            .name = "behind",
-            .kind = collision::ObjectKind::kUnseen,
-            .geometry = collision::Prepare(std::make_shared<const HybridModel>(std::move(ball))),
-            .supported_by = {}},
-        std::nullopt}});
+  return {collision::PutObject{
+              .name = name,
+              .kind = kind,
+              .geometry = collision::Prepare(std::make_shared<const HybridModel>(std::move(ball))),
+              .supported_by = {}},
+          std::nullopt};
+}
+
+TEST(PlanningSceneTest, SaysWhatIsUnseenSpace) {
+  const auto world = WorldWith({PutBall("behind", collision::ObjectKind::kUnseen)});
   const auto scene = SceneOf(*world, 0);
   ASSERT_TRUE(scene.ok()) << scene.status();
   EXPECT_THAT(scene->warnings, ElementsAre(HasSubstr("behind: becomes an object like any other")));
@@ -171,6 +174,7 @@ TEST(PlanningSceneTest, HasSoManyAllowedNamesAndNoMore) {
 // The caller may go away at any time: whatever the work does then, it ends with what it is told.
 TEST(PlanningSceneTest, EndsWhereverItIsToldTo) {
   const auto world = WorldWith({{collision::testing::PutArm("crane"), std::nullopt},
+                                PutBall("cup", collision::ObjectKind::kUser),
                                 Allow({{"crane", "tip"}, {"*"}}),
                                 Allow({{"cup"}, {"tray"}})});
   int asked = 0;
@@ -183,11 +187,12 @@ TEST(PlanningSceneTest, EndsWhereverItIsToldTo) {
     if (!scene.ok()) return scene.status();
     const auto added = AddRobotAndRules(*world, world->FindRobot("crane").get(), *scene, go_on);
     if (!added.ok()) return added;
-    return FormatSceneYaml(*scene, go_on).status();
+    const auto text = FormatSceneText(*scene, go_on);
+    return text.ok() ? FormatSceneYaml(*scene, go_on).status() : text.status();
   };
   ASSERT_TRUE(make(1'000).ok());
   const int all = asked;
-  EXPECT_GE(all, 3 + 2 + 1 + 5);  // links, rules, defaults, rows
+  EXPECT_EQ(all, 3 * 1 + 7 + 2 + 1 + 5);  // the cup thrice, links, rules, defaults, rows
   for (int times = 0; times < all; ++times) {
     EXPECT_TRUE(absl::IsCancelled(make(times))) << times;
     EXPECT_EQ(asked, times + 1);
