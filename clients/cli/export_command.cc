@@ -81,9 +81,9 @@ void AddExportCommand(CommandLine& line) {
        "the world as a MoveIt planning scene (YAML or .scene)",
        {"cwm export shelf.scene", "cwm export scene.yaml --robot panda --at-revision 7",
         "cwm export - --format yaml | less"},
-       "YAML also has the state of the robot and which pairs may collide; .scene has objects "
-       "alone.\nShapes that MoveIt does not know become meshes, which warnings say. `cwm import` "
-       "reads both."},
+       "YAML also has the state of the robot, what it holds and which pairs may collide; .scene\n"
+       "has objects alone and leaves out what robots hold. Shapes that MoveIt does not know\n"
+       "become meshes, which warnings say. `cwm import` reads both."},
       [arguments](Session& session) { return Export(session, *arguments); });
   command.add_option("OUT", arguments->file, "the file; \"-\": stdout")->required();
   command.add_option("--format", arguments->format, "scene or yaml; default: how the name ends")

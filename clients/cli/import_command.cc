@@ -57,7 +57,8 @@ std::string Counted(std::size_t count, const std::string& what) {
 bool NeedsRobot(const SceneFile& scene, const ImportArguments& arguments) {
   return (arguments.Takes(Part::kState) && !scene.robot_state.empty()) ||
          (arguments.Takes(Part::kAttached) && !scene.robot_state.attached.empty()) ||
-         (arguments.Takes(Part::kAllowed) && !scene.allowed_collisions.names.empty());
+         (arguments.Takes(Part::kAllowed) &&
+          (!scene.allowed_collisions.names.empty() || !scene.allowed_collisions.defaults.empty()));
 }
 
 // The robot that is named, or the only one of the world; nothing where there is none.
@@ -105,14 +106,14 @@ absl::Status PlanObjects(Session& session, const std::vector<const SceneObject*>
     if (!object.ok()) return object.status();
     const auto [known, is_new] = id_of_name.emplace(object->name(), scene_object->id);
     if (!is_new) {
-      return absl::InvalidArgumentError(
-          absl::StrCat("ids \"", formats::Printable(known->second), "\" and \"",
-                       formats::Printable(scene_object->id), "\" would both be \"", object->name(),
-                       "\", must differ in letters, digits and _-./"));
+      return absl::InvalidArgumentError(absl::StrCat(
+          "ids \"", formats::Printable(known->second), "\" and \"",
+          formats::Printable(scene_object->id), "\" would both be \"",
+          formats::Printable(object->name()), "\", must differ in letters, digits and _-./"));
     }
     if (object->name() != scene_object->id) {
       plan.warnings.push_back(absl::StrCat("\"", formats::Printable(scene_object->id),
-                                           "\": put as ", object->name(),
+                                           "\": put as ", formats::Printable(object->name()),
                                            ", names have letters, digits and _-./"));
     }
     for (const auto& shape : scene_object->shapes) {
@@ -138,21 +139,50 @@ void PlanRules(const SceneFile& scene, const pb::Robot* robot, Plan& plan) {
   plan.taken.push_back(Counted(rules.pairs.size(), "allowed pair"));
 }
 
-void PlanAttached(const SceneFile& scene, const pb::Robot& robot, Plan& plan) {
-  for (const SceneAttachedObject& attached : scene.robot_state.attached) {
-    pb::AttachObject& attach = *plan.changes.emplace_back().mutable_attach();
-    attach.set_name(WorldName(attached.object.id));
-    attach.set_robot(robot.name());
-    attach.set_link(attached.link);
-    for (const std::string& link : attached.touch_links) attach.add_touch_links(link);
-    // Put in the frame of the link, it goes where that is; else it stays where it was put.
-    if (!attached.pose_is_in_link || attached.object.shapes.empty()) continue;
-    const auto put = std::find_if(plan.changes.begin(), plan.changes.end(), [&](const auto& c) {
-      return c.has_put() && c.put().object().name() == attach.name();
-    });
-    *attach.mutable_x_link_object() = put->put().object().x_world_object();
+// Whether the file says where in the world it is, whatever the robot may be.
+bool StandsInWorld(const SceneAttachedObject& attached) {
+  return !attached.pose_is_in_link || attached.object.shapes.empty();
+}
+
+void PlanAttached(const SceneAttachedObject& attached, const pb::Robot& robot, Plan& plan) {
+  pb::AttachObject& attach = *plan.changes.emplace_back().mutable_attach();
+  attach.set_name(WorldName(attached.object.id));
+  attach.set_robot(robot.name());
+  attach.set_link(attached.link);
+  std::vector<std::string> unknown;
+  for (const std::string& link : attached.touch_links) {
+    if (HasLink(robot, link)) {
+      attach.add_touch_links(link);
+    } else {
+      unknown.push_back(link);
+    }
   }
-  const std::size_t count = scene.robot_state.attached.size();
+  if (!unknown.empty()) {
+    plan.warnings.push_back(absl::StrCat(formats::Printable(attached.object.id), ": touch_links ",
+                                         Listed(unknown), ": left out, ", robot.name(),
+                                         " has no such links"));
+  }
+  // Put in the frame of the link, it goes where that is; else it stays where it was put.
+  if (StandsInWorld(attached)) return;
+  const auto put = std::find_if(plan.changes.begin(), plan.changes.end(), [&](const auto& c) {
+    return c.has_put() && c.put().object().name() == attach.name();
+  });
+  *attach.mutable_x_link_object() = put->put().object().x_world_object();
+}
+
+void PlanAttached(const SceneFile& scene, const pb::Robot& robot, Plan& plan) {
+  std::size_t count = 0;
+  for (const SceneAttachedObject& attached : scene.robot_state.attached) {
+    if (HasLink(robot, attached.link)) {
+      PlanAttached(attached, robot, plan);
+      ++count;
+      continue;
+    }
+    plan.warnings.push_back(absl::StrCat(
+        formats::Printable(attached.object.id),
+        StandsInWorld(attached) ? ": stands free, " : ": left out with its pose in that link, ",
+        robot.name(), " has no link ", formats::Printable(attached.link), " to hold it"));
+  }
   if (count > 0) plan.taken.push_back(Counted(count, "attached object"));
 }
 
@@ -179,7 +209,10 @@ absl::StatusOr<Plan> MakePlan(Session& session, const SceneFile& scene,
   std::vector<const SceneObject*> objects;
   for (const SceneObject& object : scene.objects) objects.push_back(&object);
   for (const SceneAttachedObject& attached : scene.robot_state.attached) {
-    if (attaches && !attached.object.shapes.empty()) objects.push_back(&attached.object);
+    if (!attaches || attached.object.shapes.empty()) continue;
+    if (StandsInWorld(attached) || HasLink(*robot, attached.link)) {
+      objects.push_back(&attached.object);
+    }
   }
   absl::Status status;
   if (robot && arguments.Takes(Part::kState)) status = PlanState(scene, *robot, plan);
@@ -221,7 +254,7 @@ void AddImportCommand(CommandLine& line) {
        "Objects are put under their ids: boxes, cylinders, spheres, cones, meshes, and planes as\n"
        "half-spaces, solid where the normal points away from. Of YAML also the state of the robot, "
        "its base,\nwhat it holds and which pairs may collide: for these the world must have the "
-       "robot.\nWhat is left out is said in warnings."},
+       "robot.\nWhat is left out is said in warnings. A file has at most 64 MiB."},
       [arguments](Session& session) { return Import(session, *arguments); });
   command.add_option("SCENE", arguments->file, "a YAML or .scene file")->required();
   command

@@ -4,6 +4,7 @@
 
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
+#include "clients/formats/format_error.h"
 
 namespace cwm::cli {
 namespace {
@@ -87,8 +88,8 @@ absl::StatusOr<pb::Object> ToObject(const formats::SceneObject& scene_object,
     if (!is_its_shape) *part.mutable_x_object_shape() = ToProto(shape.pose);
     const absl::Status status = std::visit(FillShape{part, store}, shape.shape);
     if (!status.ok()) {
-      return absl::Status(status.code(),
-                          absl::StrCat(scene_object.id, ": ", std::string(status.message())));
+      return absl::Status(status.code(), absl::StrCat(formats::Printable(scene_object.id), ": ",
+                                                      std::string(status.message())));
     }
   }
   return object;

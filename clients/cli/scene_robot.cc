@@ -7,6 +7,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "clients/cli/scene_objects.h"
+#include "clients/formats/format_error.h"
 
 namespace cwm::cli {
 namespace {
@@ -91,10 +92,16 @@ void SetMultiDofJoint(const formats::SceneMultiDofJoint& joint, const pb::Robot&
 std::string Listed(const std::vector<std::string>& names) {
   constexpr std::size_t kShown = 5;
   const std::size_t shown = std::min(names.size(), kShown);
-  std::string text =
-      absl::StrJoin(names.begin(), names.begin() + static_cast<std::ptrdiff_t>(shown), ", ");
+  std::string text = absl::StrJoin(
+      names.begin(), names.begin() + static_cast<std::ptrdiff_t>(shown), ", ",
+      [](std::string* out, const std::string& name) { *out += formats::Printable(name); });
   if (names.size() > shown) absl::StrAppend(&text, " and ", names.size() - shown, " more");
   return text;
+}
+
+bool HasLink(const pb::Robot& robot, const std::string& link) {
+  return std::any_of(robot.links().begin(), robot.links().end(),
+                     [&](const pb::RobotLink& known) { return known.name() == link; });
 }
 
 SceneState StateOf(const formats::SceneRobotState& scene, const pb::Robot& robot) {

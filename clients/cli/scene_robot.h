@@ -9,8 +9,10 @@
 
 namespace cwm::cli {
 
-// "a, b, c" of the first five, "and 4 more" of the rest.
+// "a, b, c" of the first five, printable, "and 4 more" of the rest.
 std::string Listed(const std::vector<std::string>& names);
+
+bool HasLink(const cwm::v1::Robot& robot, const std::string& link);
 
 struct SceneState {
   cwm::v1::SetRobotState set;

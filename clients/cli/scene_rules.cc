@@ -117,8 +117,7 @@ class RuleMaker {
 
   void WarnOfUnknown() {
     if (unknown_.empty()) return;
-    std::vector<std::string> names;
-    for (const std::string& name : unknown_) names.push_back(formats::Printable(name));
+    const std::vector<std::string> names(unknown_.begin(), unknown_.end());
     const std::string links =
         robot_ == nullptr ? "" : absl::StrCat("links of ", robot_->name(), " nor ");
     rules_.warnings.push_back(absl::StrCat("allowed_collision_matrix: ", Listed(names),

@@ -34,6 +34,27 @@ void WarnOfOctomap(const Place& world, std::vector<std::string>& warnings) {
   if (is_there) warnings.push_back("world.octomap: left out, only objects are read");
 }
 
+// `ids` of the list of objects. Each is attached once, one without shapes is an object of the
+// scene.
+absl::Status CheckAttached(const SceneFile& scene, std::set<std::string> ids,
+                           const FieldReader& reader, const Place& places) {
+  std::set<std::string> with_shapes, attached;
+  for (const SceneObject& object : scene.objects) with_shapes.insert(object.id);
+  for (std::size_t i = 0; i < scene.robot_state.attached.size(); ++i) {
+    const SceneObject& object = scene.robot_state.attached[i].object;
+    const Place id = places[i]["object"]["id"];
+    if (!attached.insert(object.id).second) return reader.Error(id, "must not be attached twice");
+    if (!object.shapes.empty() && !ids.insert(object.id).second) {
+      return reader.Error(id, "must not appear twice");
+    }
+    if (object.shapes.empty() && with_shapes.count(object.id) == 0) {
+      return reader.Error(
+          id, "must have shapes, here or as the collision object of world.collision_objects");
+    }
+  }
+  return absl::OkStatus();
+}
+
 absl::StatusOr<SceneFile> ReadScene(const Place& root, const FieldReader& reader,
                                     const SceneOptions& options) {
   SceneFile scene;
@@ -66,11 +87,8 @@ absl::StatusOr<SceneFile> ReadScene(const Place& root, const FieldReader& reader
   auto state = ReadRobotState(reader, root["robot_state"], *frames, scene.warnings);
   if (!state.ok()) return state.status();
   scene.robot_state = *std::move(state);
-  for (std::size_t i = 0; i < scene.robot_state.attached.size(); ++i) {
-    const SceneObject& object = scene.robot_state.attached[i].object;
-    if (!object.shapes.empty() && !ids.insert(object.id).second) {
-      return reader.Error(attached[i]["object"]["id"], "must not appear twice");
-    }
+  if (absl::Status status = CheckAttached(scene, std::move(ids), reader, attached); !status.ok()) {
+    return status;
   }
   auto allowed = ReadAllowedCollisions(reader, root["allowed_collision_matrix"], scene.warnings);
   if (!allowed.ok()) return allowed.status();

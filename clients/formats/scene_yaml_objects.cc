@@ -111,8 +111,10 @@ class ObjectReader {
     std::array<std::uint32_t, 3> triangle = {};
     for (std::size_t i = 0; i < 3; ++i) {
       const Place corner = place[i];
+      const auto word = reader_.Scalar(corner);
+      if (!word.ok()) return word.status();
       char bytes[sizeof(std::uint32_t)];
-      if (corner.is_scalar() && ParseScalar(corner.node.Scalar(), Scalar::kU32, bytes)) {
+      if (ParseScalar(*word, Scalar::kU32, bytes)) {
         std::memcpy(&triangle[i], bytes, sizeof(bytes));
         if (triangle[i] < mesh.vertices.size()) continue;
       }

@@ -2,6 +2,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
 #include "clients/formats/format_error.h"
 #include "clients/formats/scene_yaml.h"
 
@@ -72,6 +73,26 @@ absl::StatusOr<SceneAttachedObject> ReadAttached(const FieldReader& reader, cons
   return attached;
 }
 
+// Where the two halves of the matrix differ: said once, of the first few pairs.
+void WarnOfAsymmetry(const SceneAllowedCollisions& collisions, std::vector<std::string>& warnings) {
+  constexpr std::size_t kShown = 5;
+  std::vector<std::string> shown;
+  std::size_t count = 0;
+  const auto& allowed = collisions.allowed;
+  for (std::size_t i = 0; i < allowed.size(); ++i) {
+    for (std::size_t j = i + 1; j < allowed.size(); ++j) {
+      if (allowed[i][j] == allowed[j][i] || ++count > kShown) continue;
+      shown.push_back(
+          absl::StrCat(Printable(collisions.names[i]), " and ", Printable(collisions.names[j])));
+    }
+  }
+  if (count == 0) return;
+  const std::string more = count > kShown ? absl::StrCat(" and ", count - kShown, " more") : "";
+  warnings.push_back(absl::StrCat("allowed_collision_matrix: says two things of ",
+                                  absl::StrJoin(shown, ", "), more,
+                                  "; that in the row of the first is taken"));
+}
+
 absl::Status ReadMatrix(const FieldReader& reader, const Place& place,
                         SceneAllowedCollisions& collisions) {
   const std::size_t count = collisions.names.size();
@@ -124,15 +145,7 @@ absl::StatusOr<SceneAllowedCollisions> ReadAllowedCollisions(const FieldReader& 
   if (auto status = ReadMatrix(reader, place["entry_values"], collisions); !status.ok()) {
     return status;
   }
-  const auto& allowed = collisions.allowed;
-  for (std::size_t i = 0; i < allowed.size(); ++i) {
-    for (std::size_t j = i + 1; j < allowed.size(); ++j) {
-      if (allowed[i][j] == allowed[j][i]) continue;
-      warnings.push_back(absl::StrCat(
-          "allowed_collision_matrix: says two things of ", Printable(collisions.names[i]), " and ",
-          Printable(collisions.names[j]), "; that in the row of the first is taken"));
-    }
-  }
+  WarnOfAsymmetry(collisions, warnings);
   const auto default_names = reader.Names(place["default_entry_names"]);
   if (!default_names.ok()) return default_names.status();
   const Place values = place["default_entry_values"];

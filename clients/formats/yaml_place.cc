@@ -28,9 +28,19 @@ absl::Status FieldReader::CheckList(const Place& place) const {
   return place.present() && !place.is_list() ? Error(place, "must be a list") : absl::OkStatus();
 }
 
+absl::StatusOr<std::string> FieldReader::Scalar(const Place& place) const {
+  if (!place.is_scalar()) return "";
+  const std::string& text = place.node.Scalar();
+  const std::size_t bytes = std::max<std::size_t>(1, text.size());
+  if (bytes > left_) return Error(place, "must not be repeated by aliases so many times");
+  left_ -= bytes;
+  return text;
+}
+
 absl::StatusOr<std::string> FieldReader::Name(const Place& place) const {
-  if (!place.is_scalar() || place.node.Scalar().empty()) return Error(place, "must be a name");
-  return place.node.Scalar();
+  auto name = Scalar(place);
+  if (name.ok() && name->empty()) return Error(place, "must be a name");
+  return name;
 }
 
 absl::StatusOr<std::vector<std::string>> FieldReader::Names(const Place& place) const {
@@ -45,18 +55,19 @@ absl::StatusOr<std::vector<std::string>> FieldReader::Names(const Place& place) 
 }
 
 absl::StatusOr<bool> FieldReader::Bool(const Place& place) const {
-  const std::string word = place.is_scalar() ? place.node.Scalar() : "";
-  if (word == "0" || word == "1") return word == "1";
+  const auto word = Scalar(place);
+  if (!word.ok()) return word.status();
+  if (*word == "0" || *word == "1") return *word == "1";
   bool value = false;
   if (place.is_scalar() && YAML::convert<bool>::decode(place.node, value)) return value;
   return Error(place, "must be true or false");
 }
 
 absl::StatusOr<double> FieldReader::Number(const Place& place) const {
-  if (numbers_left_ == 0) return Error(place, "must not be repeated by aliases so many times");
-  --numbers_left_;
+  const auto word = Scalar(place);
+  if (!word.ok()) return word.status();
   double value = 0;
-  const auto fault = NumberFault(place.is_scalar() ? place.node.Scalar() : "", value);
+  const auto fault = NumberFault(*word, value);
   if (fault) return Error(place, *fault);
   return value;
 }

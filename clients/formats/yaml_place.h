@@ -32,13 +32,17 @@ struct Place {
 // Reads fields of one file.
 class FieldReader {
  public:
-  // A file of so many bytes has fewer numbers; only aliases could repeat them beyond all memory.
-  FieldReader(std::string file, std::size_t bytes) : file_(std::move(file)), numbers_left_(bytes) {}
+  // A file of so many bytes has fewer in what it says, even where an escape of two bytes stands for
+  // three; only aliases could repeat that beyond all memory.
+  FieldReader(std::string file, std::size_t bytes) : file_(std::move(file)), left_(2 * bytes) {}
 
   absl::Status Error(const Place& place, const std::string& rule) const;
   // A list, or nothing at all.
   absl::Status CheckList(const Place& place) const;
 
+  // The text of a number, a name, a truth value; empty for what has none. Whatever is kept of a
+  // file is read by it: it is what counts.
+  absl::StatusOr<std::string> Scalar(const Place& place) const;
   absl::StatusOr<std::string> Name(const Place& place) const;
   // Empty where there is none.
   absl::StatusOr<std::vector<std::string>> Names(const Place& place) const;
@@ -56,7 +60,7 @@ class FieldReader {
   absl::StatusOr<ScenePose> PoseOf(const Place& position, const Place& orientation) const;
 
   const std::string file_;
-  mutable std::size_t numbers_left_;
+  mutable std::size_t left_;  // bytes of scalars
 };
 
 }  // namespace cwm::formats

@@ -1,11 +1,12 @@
 // Rules of pairs as MoveIt's matrix; declared in planning_scene.h.
 #include <algorithm>
 #include <map>
-#include <optional>
 #include <set>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "server/core/error.h"
+#include "server/export/notes.h"
 #include "server/export/planning_scene.h"
 
 namespace cwm::server {
@@ -25,19 +26,29 @@ std::string NameOf(const PairRule& rule) {
 
 class MatrixMaker {
  public:
-  explicit MatrixMaker(const WorldRobot* robot, const collision::PairRules& rules) : robot_(robot) {
+  MatrixMaker(const collision::WorldSnapshot& snapshot, const WorldRobot* robot) : robot_(robot) {
     if (robot_ != nullptr) {
       for (const collision::ModelLink& link : robot_->model().links) {
-        if (!link.collisions.empty()) names_.insert(link.name);
+        if (!link.collisions.empty()) links_.push_back(link.name);
       }
     }
-    for (const PairRule& rule : rules) {
-      if (!rule.allowed) continue;
+    for (const collision::WorldRobotPtr& other : snapshot.robots()) {
+      if (other.get() != robot_) others_.insert(other->name);
+    }
+    names_.insert(links_.begin(), links_.end());
+    for (const PairRule& rule : snapshot.pair_rules()) {
+      if (!rule.allowed || IsOfAnother(rule)) continue;
       for (const NamedThing* thing : {&rule.pair.a, &rule.pair.b}) {
-        const auto names = NamesOf(*thing);
-        if (names && !IsEverything(*thing)) names_.insert(names->begin(), names->end());
+        if (IsEverything(*thing) || IsRobot(*thing)) continue;
+        names_.insert(thing->link.empty() ? thing->name : thing->link);
       }
     }
+  }
+
+  std::size_t name_count() const { return names_.size(); }
+
+  // Before any pair is allowed: takes the square of the names.
+  void LayOut() {
     std::size_t index = 0;
     for (const std::string& name : names_) index_[name] = index++;
     allowed_.assign(names_.size(), std::vector<bool>(names_.size(), false));
@@ -45,14 +56,15 @@ class MatrixMaker {
 
   // Links next to each other and those of one body are among them: MoveIt's matrix has no other way
   // to say so.
-  void AllowUncheckedLinks() {
-    if (robot_ == nullptr) return;
+  absl::Status AllowUncheckedLinks(const GoOn& go_on) {
+    if (robot_ == nullptr) return absl::OkStatus();
     const auto& links = robot_->model().links;
     std::set<std::pair<int, int>> checked;
     for (const collision::LinkPair& pair : robot_->model().self_pairs) {
       checked.insert(std::minmax(pair.first, pair.second));
     }
     for (int i = 0; i < static_cast<int>(links.size()); ++i) {
+      if (absl::Status status = go_on(); !status.ok()) return status;
       for (int j = i + 1; j < static_cast<int>(links.size()); ++j) {
         const auto& a = links[static_cast<std::size_t>(i)];
         const auto& b = links[static_cast<std::size_t>(j)];
@@ -60,43 +72,59 @@ class MatrixMaker {
         Allow(a.name, b.name);
       }
     }
+    return absl::OkStatus();
   }
 
-  // False for a rule of another robot, of which the scene knows nothing.
-  bool Take(const PairRule& rule) {
-    const auto names_a = NamesOf(rule.pair.a);
-    const auto names_b = NamesOf(rule.pair.b);
-    if (!names_a || !names_b) return false;
-    for (const std::string& a : *names_a) {
-      for (const std::string& b : *names_b) Allow(a, b);
+  // Whether the rule is of another robot, of which the scene knows nothing.
+  bool IsOfAnother(const PairRule& rule) const {
+    return IsOfAnother(rule.pair.a) || IsOfAnother(rule.pair.b);
+  }
+
+  void Take(const PairRule& rule) {
+    const auto& [a, b] = rule.pair;
+    if (IsEverything(a) || IsEverything(b)) {
+      AddDefault(IsEverything(a) ? b : a);
+      return;
     }
-    if (IsEverything(rule.pair.a)) by_default_.insert(names_b->begin(), names_b->end());
-    if (IsEverything(rule.pair.b)) by_default_.insert(names_a->begin(), names_a->end());
-    return true;
+    const std::vector<std::string> names_b = NamesOf(b);
+    for (const std::string& name_a : NamesOf(a)) {
+      for (const std::string& name_b : names_b) Allow(name_a, name_b);
+    }
   }
 
-  AllowedMatrix Made() const {
-    return {.names = {names_.begin(), names_.end()},
-            .allowed = allowed_,
-            .by_default = {by_default_.begin(), by_default_.end()}};
+  absl::StatusOr<AllowedMatrix> Made(const GoOn& go_on) {
+    for (const std::string& name : by_default_) {
+      if (absl::Status status = go_on(); !status.ok()) return status;
+      for (const std::string& other : names_) Allow(name, other);
+    }
+    return AllowedMatrix{.names = {names_.begin(), names_.end()},
+                         .allowed = std::move(allowed_),
+                         .by_default = {by_default_.begin(), by_default_.end()}};
   }
 
  private:
   static bool IsEverything(const NamedThing& thing) { return thing.name == collision::kEverything; }
+  bool IsRobot(const NamedThing& thing) const {
+    return robot_ != nullptr && thing.name == robot_->name && thing.link.empty();
+  }
+  bool IsOfAnother(const NamedThing& thing) const {
+    if (IsEverything(thing) || (robot_ != nullptr && thing.name == robot_->name)) return false;
+    return !thing.link.empty() || others_.count(thing.name) > 0;
+  }
 
-  // As the scene calls the thing; everything is every name.
-  std::optional<std::vector<std::string>> NamesOf(const NamedThing& thing) const {
-    if (IsEverything(thing)) return std::vector<std::string>(names_.begin(), names_.end());
-    if (robot_ != nullptr && thing.name == robot_->name) {
-      if (!thing.link.empty()) return std::vector<std::string>{thing.link};
-      std::vector<std::string> links;
-      for (const collision::ModelLink& link : robot_->model().links) {
-        if (!link.collisions.empty()) links.push_back(link.name);
-      }
-      return links;
+  // As the scene calls the thing, which is not everything.
+  std::vector<std::string> NamesOf(const NamedThing& thing) const {
+    if (IsRobot(thing)) return links_;
+    return {thing.link.empty() ? thing.name : thing.link};
+  }
+
+  // Its pairs are made at the end, once for each name.
+  void AddDefault(const NamedThing& thing) {
+    if (IsEverything(thing)) {
+      by_default_ = names_;
+    } else {
+      for (const std::string& name : NamesOf(thing)) by_default_.insert(name);
     }
-    if (!thing.link.empty()) return std::nullopt;
-    return std::vector<std::string>{thing.name};
   }
 
   void Allow(const std::string& a, const std::string& b) {
@@ -107,6 +135,8 @@ class MatrixMaker {
   }
 
   const WorldRobot* const robot_;
+  std::vector<std::string> links_;  // of the robot, those that collide
+  std::set<std::string> others_;    // robots of which the scene knows nothing
   std::set<std::string> names_;
   std::map<std::string, std::size_t> index_;
   std::vector<std::vector<bool>> allowed_;
@@ -115,23 +145,34 @@ class MatrixMaker {
 
 }  // namespace
 
-AllowedMatrix AllowedMatrixOf(const collision::PairRules& rules, const WorldRobot* robot,
-                              std::vector<std::string>& warnings) {
-  MatrixMaker maker(robot, rules);
-  maker.AllowUncheckedLinks();
-  for (const PairRule& rule : rules) {
-    if (rule.margin_m) {
-      warnings.push_back(absl::StrCat(NameOf(rule), ": the margin of the pair is left out"));
-    }
-    if (!rule.allowed) continue;
-    if (!maker.Take(rule)) {
-      warnings.push_back(
-          absl::StrCat(NameOf(rule), ": the rule is left out, it is of another robot"));
-    } else if (rule.expires) {
-      warnings.push_back(absl::StrCat(NameOf(rule), ": allowed for good, here it ends by itself"));
-    }
+absl::StatusOr<AllowedMatrix> AllowedMatrixOf(const collision::WorldSnapshot& snapshot,
+                                              const WorldRobot* robot,
+                                              std::vector<std::string>& warnings,
+                                              const GoOn& go_on) {
+  MatrixMaker maker(snapshot, robot);
+  if (maker.name_count() > kMostAllowedNames) {
+    return MakeError(
+        absl::StatusCode::kResourceExhausted,
+        absl::StrCat("the matrix of allowed collisions would have ", maker.name_count(),
+                     " names of links and objects, must have at most ", kMostAllowedNames),
+        {.reason = "EXPORT_TOO_LARGE"});
   }
-  return maker.Made();
+  maker.LayOut();
+  if (absl::Status status = maker.AllowUncheckedLinks(go_on); !status.ok()) return status;
+  Notes notes;
+  for (const PairRule& rule : snapshot.pair_rules()) {
+    if (absl::Status status = go_on(); !status.ok()) return status;
+    if (rule.margin_m) notes.Add("the margin of the pair is left out", NameOf(rule));
+    if (!rule.allowed) continue;
+    if (maker.IsOfAnother(rule)) {
+      notes.Add("the rule is left out, it is of another robot", NameOf(rule));
+      continue;
+    }
+    maker.Take(rule);
+    if (rule.expires) notes.Add("allowed for good, here it ends by itself", NameOf(rule));
+  }
+  notes.AppendTo(warnings);
+  return maker.Made(go_on);
 }
 
 }  // namespace cwm::server

@@ -1,43 +1,14 @@
 #include "server/export/planning_scene.h"
 
-#include <algorithm>
-#include <map>
-
 #include "absl/strings/str_cat.h"
-#include "absl/strings/str_join.h"
 #include "server/core/error.h"
+#include "server/export/notes.h"
 
 namespace cwm::server {
 namespace {
 
 using collision::PartSource;
 using collision::RobotModel;
-
-// Each note with the objects that it is about: said once, of the first few by name.
-class Notes {
- public:
-  void Add(const std::string& note, const std::string& object) {
-    std::vector<std::string>& objects = objects_[note];
-    if (objects.empty() || objects.back() != object) objects.push_back(object);
-  }
-  std::vector<std::string> Lines() const {
-    constexpr std::size_t kShown = 5;
-    std::vector<std::string> lines;
-    for (const auto& [note, objects] : objects_) {
-      const std::size_t shown = std::min(objects.size(), kShown);
-      std::string line = absl::StrJoin(objects.begin(),
-                                       objects.begin() + static_cast<std::ptrdiff_t>(shown), ", ");
-      if (objects.size() > shown) {
-        absl::StrAppend(&line, " and ", objects.size() - shown, " more");
-      }
-      lines.push_back(absl::StrCat(line, ": ", note));
-    }
-    return lines;
-  }
-
- private:
-  std::map<std::string, std::vector<std::string>> objects_;
-};
 
 PlannerShape ShapeOf(const collision::WorldObject& object, const collision::PreparedPart& part) {
   PlannerShape shape = ToPlanner({part.X_OP, part.shape});
@@ -83,17 +54,19 @@ PlannedRobotState StateOf(const collision::WorldRobot& robot) {
 }  // namespace
 
 absl::StatusOr<PlanningScene> SceneOf(const collision::WorldSnapshot& snapshot,
-                                      std::int64_t max_triangles) {
+                                      std::int64_t max_triangles, const GoOn& go_on) {
   PlanningScene scene;
   Notes notes;
   std::int64_t triangles = 0;
   for (const collision::WorldObjectPtr& object : snapshot.objects()) {
+    if (absl::Status status = go_on(); !status.ok()) return status;
     PlannedObject planned{.name = object->name, .X_WO = object->X_WO, .shapes = {}};
     if (const auto& held = object->attachment) {
       planned.attachment = {.robot = held->robot,
                             .link = held->link,
                             .X_LO = held->X_LO,
-                            .touch_links = held->touch_links};
+                            .touch_links = held->touch_links,
+                            .supported_by = object->supported_by};
     }
     for (const collision::PreparedPart& part : object->geometry->parts) {
       planned.shapes.push_back(ShapeOf(*object, part));
@@ -106,6 +79,10 @@ absl::StatusOr<PlanningScene> SceneOf(const collision::WorldSnapshot& snapshot,
                                     " triangles, must have at most ", max_triangles, " together"),
                        {.reason = "GEOMETRY_TOO_LARGE"});
     }
+    if (object->kind == collision::ObjectKind::kUnseen) {
+      notes.Add("becomes an object like any other, here it is space that no sensor has seen",
+                object->name);
+    }
     if (object->margin_m > 0) notes.Add("its margin is left out", object->name);
     if (planned.shapes.empty()) {
       notes.Add("left out, it has no shapes", object->name);
@@ -113,27 +90,40 @@ absl::StatusOr<PlanningScene> SceneOf(const collision::WorldSnapshot& snapshot,
       scene.objects.push_back(std::move(planned));
     }
   }
-  scene.warnings = notes.Lines();
+  notes.AppendTo(scene.warnings);
   return scene;
 }
 
-void AddRobotAndRules(const collision::WorldSnapshot& snapshot, const collision::WorldRobot* robot,
-                      PlanningScene& scene) {
+absl::Status AddRobotAndRules(const collision::WorldSnapshot& snapshot,
+                              const collision::WorldRobot* robot, PlanningScene& scene,
+                              const GoOn& go_on) {
   if (robot != nullptr) {
     scene.robot_name = robot->model().name;
     scene.robot_state = StateOf(*robot);
   }
+  Notes notes;
   for (PlannedObject& object : scene.objects) {
-    if (!object.attachment || (robot && object.attachment->robot == robot->name)) continue;
+    if (!object.attachment) continue;
+    if (robot && object.attachment->robot == robot->name) {
+      const std::string& support = object.attachment->supported_by;
+      if (!support.empty()) {
+        notes.Add("what supports it is left out, a planner sees it touch that", object.name);
+      }
+      continue;
+    }
     scene.warnings.push_back(
         absl::StrCat(object.name, ": stands free, it is attached to ", object.attachment->robot));
     object.attachment.reset();
   }
-  scene.allowed = AllowedMatrixOf(snapshot.pair_rules(), robot, scene.warnings);
+  notes.AppendTo(scene.warnings);
+  auto allowed = AllowedMatrixOf(snapshot, robot, scene.warnings, go_on);
+  if (!allowed.ok()) return allowed.status();
+  scene.allowed = *std::move(allowed);
   for (const collision::WorldRobotPtr& other : snapshot.robots()) {
     if (other.get() == robot) continue;
     scene.warnings.push_back(absl::StrCat(other->name, ": left out, a scene has one robot"));
   }
+  return absl::OkStatus();
 }
 
 void LeaveOutAttached(PlanningScene& scene) {

@@ -2,11 +2,12 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
+#include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "collision/world/world_snapshot.h"
 #include "server/export/planner_shape.h"
@@ -19,6 +20,7 @@ struct PlannedAttachment {
   std::string link;
   Pose X_LO = Pose::Identity();
   std::vector<std::string> touch_links;
+  std::string supported_by = {};  // which it may touch, and no scene can say; empty: nothing
 };
 
 struct PlannedObject {
@@ -59,23 +61,34 @@ struct PlanningScene {
   std::vector<std::string> warnings;  // what a planning scene says otherwise, or not at all
 };
 
+// Asked between objects, rules and rows: anything but OK ends the work, which returns it.
+using GoOn = std::function<absl::Status()>;
+
+// Names of one matrix: its text then has some 25 MB. Robots have some hundred links.
+inline constexpr std::size_t kMostAllowedNames = 2'048;
+
 // The objects of a snapshot, by name: every part that collision checking sees. ResourceExhausted
 // GEOMETRY_TOO_LARGE when their meshes have more than `max_triangles` together.
 absl::StatusOr<PlanningScene> SceneOf(const collision::WorldSnapshot& snapshot,
-                                      std::int64_t max_triangles);
+                                      std::int64_t max_triangles,
+                                      const GoOn& go_on = absl::OkStatus);
 
 // Adds what a scene says beside its objects: the robot's state and base (`robot` may be null) and
 // which pairs may collide. Links that the robot does not check against each other may. What another
-// robot holds stands free then, where it is.
-void AddRobotAndRules(const collision::WorldSnapshot& snapshot, const collision::WorldRobot* robot,
-                      PlanningScene& scene);
+// robot holds stands free then, where it is. Errors are those of AllowedMatrixOf.
+absl::Status AddRobotAndRules(const collision::WorldSnapshot& snapshot,
+                              const collision::WorldRobot* robot, PlanningScene& scene,
+                              const GoOn& go_on = absl::OkStatus);
 
 // Takes out what robots hold, with a warning: where there are objects alone it would stand in
 // the robot's way.
 void LeaveOutAttached(PlanningScene& scene);
 
-// The matrix alone; warnings of rules that it cannot say.
-AllowedMatrix AllowedMatrixOf(const collision::PairRules& rules, const collision::WorldRobot* robot,
-                              std::vector<std::string>& warnings);
+// The matrix alone; warnings of rules that it cannot say. ResourceExhausted EXPORT_TOO_LARGE when
+// it would have more than kMostAllowedNames.
+absl::StatusOr<AllowedMatrix> AllowedMatrixOf(const collision::WorldSnapshot& snapshot,
+                                              const collision::WorldRobot* robot,
+                                              std::vector<std::string>& warnings,
+                                              const GoOn& go_on = absl::OkStatus);
 
 }  // namespace cwm::server

@@ -41,9 +41,10 @@ struct ShapeWriter {
 
 }  // namespace
 
-std::string FormatSceneText(const PlanningScene& scene) {
+absl::StatusOr<std::string> FormatSceneText(const PlanningScene& scene, const GoOn& go_on) {
   std::string text = absl::StrCat(scene.name, "\n");
   for (const PlannedObject& object : scene.objects) {
+    if (absl::Status status = go_on(); !status.ok()) return status;
     absl::StrAppend(&text, "* ", object.name, "\n");
     AppendPose(object.X_WO, text);
     absl::StrAppend(&text, object.shapes.size(), "\n");
@@ -54,7 +55,8 @@ std::string FormatSceneText(const PlanningScene& scene) {
     }
     absl::StrAppend(&text, "0\n");  // no subframes
   }
-  return text + ".\n";
+  text += ".\n";  // not `text + ..`, which would copy all of it
+  return text;
 }
 
 }  // namespace cwm::server

@@ -49,7 +49,8 @@ std::string MeshText(const TriangleMesh& mesh) {
     const auto& [a, b, c] = mesh.triangles[i];
     absl::StrAppend(&text, i == 0 ? "[" : ", [", a, ", ", b, ", ", c, "]");
   }
-  return text + "]}";
+  text += "]}";  // not `text + ..`, which would copy all of it
+  return text;
 }
 
 // An object in its frame F, its keys each after `indent`.
@@ -130,25 +131,27 @@ void AppendState(const PlannedRobotState& state, std::string& yaml) {
                   "\n    transforms: [", absl::StrJoin(transforms, ", "), "]\n");
 }
 
-void AppendMatrix(const AllowedMatrix& matrix, std::string& yaml) {
+absl::Status AppendMatrix(const AllowedMatrix& matrix, const GoOn& go_on, std::string& yaml) {
   absl::StrAppend(&yaml, "allowed_collision_matrix:\n  entry_names: ", Names(matrix.names),
                   "\n  entry_values:\n");
   for (const std::vector<bool>& row : matrix.allowed) {
+    if (absl::Status status = go_on(); !status.ok()) return status;
     yaml += "    - [";
     for (std::size_t i = 0; i < row.size(); ++i) {
       absl::StrAppend(&yaml, i == 0 ? "" : ", ", row[i] ? "true" : "false");
     }
     yaml += "]\n";
   }
-  if (matrix.by_default.empty()) return;
+  if (matrix.by_default.empty()) return absl::OkStatus();
   const std::vector<std::string> values(matrix.by_default.size(), "true");
   absl::StrAppend(&yaml, "  default_entry_names: ", Names(matrix.by_default),
                   "\n  default_entry_values: [", absl::StrJoin(values, ", "), "]\n");
+  return absl::OkStatus();
 }
 
 }  // namespace
 
-std::string FormatSceneYaml(const PlanningScene& scene) {
+absl::StatusOr<std::string> FormatSceneYaml(const PlanningScene& scene, const GoOn& go_on) {
   std::string yaml = absl::StrCat("name: ", Quoted(scene.name), "\n");
   if (!scene.robot_name.empty()) {
     absl::StrAppend(&yaml, "robot_model_name: ", Quoted(scene.robot_name), "\n");
@@ -156,18 +159,25 @@ std::string FormatSceneYaml(const PlanningScene& scene) {
     const char* key = "  attached_collision_objects:\n";
     for (const PlannedObject& object : scene.objects) {
       if (!object.attachment) continue;
+      if (absl::Status status = go_on(); !status.ok()) return status;
       yaml += std::exchange(key, "");
       AppendAttached(object, yaml);
     }
   }
   absl::StrAppend(&yaml, "fixed_frame_transforms:\n  - child_frame_id: world\n    transform: ",
                   TransformText(Pose::Identity()), "\n");
-  if (!scene.allowed.names.empty()) AppendMatrix(scene.allowed, yaml);
-  std::string free;
-  for (const PlannedObject& object : scene.objects) {
-    if (!object.attachment) AppendObject(object, free);
+  if (!scene.allowed.names.empty()) {
+    if (auto status = AppendMatrix(scene.allowed, go_on, yaml); !status.ok()) return status;
   }
-  absl::StrAppend(&yaml, "world:\n  collision_objects:", free.empty() ? " []\n" : "\n", free);
+  yaml += "world:\n  collision_objects:";
+  const std::size_t none = yaml.size();
+  for (const PlannedObject& object : scene.objects) {
+    if (object.attachment) continue;
+    if (absl::Status status = go_on(); !status.ok()) return status;
+    if (yaml.size() == none) yaml += "\n";
+    AppendObject(object, yaml);
+  }
+  if (yaml.size() == none) yaml += " []\n";
   return yaml;
 }
 

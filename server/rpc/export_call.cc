@@ -21,6 +21,17 @@ namespace {
 // As many as fit into one message with room to spare; a scene has some tens.
 constexpr std::size_t kMostWarnings = 1'000;
 
+// As text a closed mesh of so many has some 55 MB: `cwm import` reads files of up to 64 MiB.
+constexpr std::int64_t kMostTriangles = 1'000'000;
+
+absl::Status GoOnWith(const CallContext& call) {
+  if (call.stop.stop_requested()) return CallCancelled();
+  if (Clock::now() < call.deadline) return absl::OkStatus();
+  return MakeError(absl::StatusCode::kDeadlineExceeded,
+                   "the deadline was reached before the text was made",
+                   {.reason = "TIME_BUDGET_SPENT"});
+}
+
 absl::StatusOr<bool> IsYaml(v1::ExportFormat format) {
   switch (format) {
     case v1::EXPORT_FORMAT_UNSPECIFIED:
@@ -58,7 +69,16 @@ absl::StatusOr<collision::WorldRobotPtr> RobotOf(const collision::WorldSnapshot&
 ExportWorldCall::ExportWorldCall(grpc::CallbackServerContext* context, Runtime& runtime,
                                  const v1::ExportWorldRequest& request)
     : runtime_(runtime), request_(request), call_{DeadlineOf(*context), stop_.get_token()} {
-  Await();
+  if (counted_) {
+    Await();
+  } else {
+    Finish(ToGrpcStatus(Overloaded("too many streams are open", "TOO_MANY_STREAMS")));
+  }
+}
+
+void ExportWorldCall::OnDone() {
+  if (counted_) runtime_.streams.GiveBack();
+  delete this;
 }
 
 void ExportWorldCall::Await() {
@@ -97,13 +117,17 @@ absl::Status ExportWorldCall::Format(const CallContext& call) {
   const auto at = FindWorldAt(runtime_, request_.world(), request_.world_uid(), *rule, call);
   if (!at.ok()) return at.status();
   const collision::WorldSnapshot& snapshot = *at->snapshot;
-  auto scene = SceneOf(snapshot, runtime_.application.limits.max_mesh_triangles);
+  const GoOn go_on = [&call] { return GoOnWith(call); };
+  const std::int64_t most_triangles =
+      std::min(kMostTriangles, runtime_.application.limits.max_mesh_triangles);
+  auto scene = SceneOf(snapshot, most_triangles, go_on);
   if (!scene.ok()) return scene.status();
   scene->name = at->world->name();
   if (*is_yaml) {
     const auto robot = RobotOf(snapshot, request_.robot());
     if (!robot.ok()) return robot.status();
-    AddRobotAndRules(snapshot, robot->get(), *scene);
+    const absl::Status added = AddRobotAndRules(snapshot, robot->get(), *scene, go_on);
+    if (!added.ok()) return added;
   } else {
     LeaveOutAttached(*scene);
   }
@@ -111,7 +135,9 @@ absl::Status ExportWorldCall::Format(const CallContext& call) {
     scene->warnings.emplace_back(
         "robots and rules of pairs: left out, the format has objects alone");
   }
-  bytes_ = *is_yaml ? FormatSceneYaml(*scene) : FormatSceneText(*scene);
+  auto bytes = *is_yaml ? FormatSceneYaml(*scene, go_on) : FormatSceneText(*scene, go_on);
+  if (!bytes.ok()) return bytes.status();
+  bytes_ = *std::move(bytes);
   warnings_ = std::move(scene->warnings);
   message_.set_world_uid(at->world->uid());
   message_.set_revision(snapshot.revision().value);
@@ -128,6 +154,9 @@ void ExportWorldCall::WriteNext() {
   if (message_.done()) {
     for (std::size_t i = 0; i < std::min(warnings_.size(), kMostWarnings); ++i) {
       message_.add_warnings(warnings_[i]);
+    }
+    if (warnings_.size() > kMostWarnings) {
+      message_.add_warnings(absl::StrCat("and ", warnings_.size() - kMostWarnings, " more"));
     }
   }
   StartWrite(&message_);

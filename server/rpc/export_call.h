@@ -21,7 +21,7 @@ class ExportWorldCall final : public grpc::ServerWriteReactor<v1::ExportWorldRes
  private:
   void OnWriteDone(bool ok) override;
   void OnCancel() override { stop_.request_stop(); }
-  void OnDone() override { delete this; }
+  void OnDone() override;
 
   void Await();
   void Enqueue();
@@ -31,6 +31,7 @@ class ExportWorldCall final : public grpc::ServerWriteReactor<v1::ExportWorldRes
 
   Runtime& runtime_;
   const v1::ExportWorldRequest request_;
+  const bool counted_ = runtime_.streams.TryTake();
   std::stop_source stop_;
   CallContext call_;
   std::string bytes_;

@@ -167,6 +167,41 @@ robot_state:
   EXPECT_THAT(free.out, Not(HasSubstr("object"))) << free.err;
 }
 
+TEST_F(PlanningSceneCommand, ImportGoesOnWithoutLinksThatTheRobotLacks) {
+  LoadArm();
+  std::ofstream(scratch() / "other.yaml") << R"(
+robot_state:
+  attached_collision_objects:
+    - link_name: hand
+      touch_links: [base, thumb]
+      object: {id: can, primitives: [{type: sphere, dimensions: [0.1]}],
+               primitive_poses: [{position: [0.6, 0, 0], orientation: [0, 0, 0, 1]}]}
+    - link_name: gripper
+      object: {id: lid, primitives: [{type: sphere, dimensions: [0.1]}],
+               primitive_poses: [{position: [0.5, 0, 0.2], orientation: [0, 0, 0, 1]}]}
+    - link_name: gripper
+      object: {header: {frame_id: gripper}, id: pen,
+               primitives: [{type: sphere, dimensions: [0.1]}],
+               primitive_poses: [{position: [0.5, 0, 0.2], orientation: [0, 0, 0, 1]}]}
+allowed_collision_matrix: {default_entry_names: [base], default_entry_values: [true]}
+)";
+  const Finished run = Cwm({"import", scratch() / "other.yaml"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.out, AllOf(HasSubstr("2 objects"), HasSubstr("1 attached object")));
+  for (const char* warning :
+       {"can: touch_links thumb: left out, arm has no such links",
+        "lid: stands free, arm has no link gripper", "pen: left out with its pose in that link"}) {
+    EXPECT_THAT(run.err, HasSubstr(warning));
+  }
+  EXPECT_EQ(CwmJson({"get", "can"}).at("object").at("attachment").at("touch_links"),
+            json::array({"base"}));
+  const json lid = CwmJson({"get", "lid"}).at("object");
+  EXPECT_FALSE(lid.contains("attachment"));
+  EXPECT_EQ(lid.at("x_world_object").at("tz_m"), 0.2);
+  // What may touch everything needs the robot, of which the file says nothing else.
+  EXPECT_THAT(Cwm({"rules"}).out, HasSubstr("arm:base"));
+}
+
 TEST_F(PlanningSceneCommand, ExportSaysWhatIsWrong) {
   EXPECT_EQ(Cwm({"export", scratch() / "x.scene"}).exit_code, 3) << "there is no world yet";
   CwmJson({"put", "crate", "--box", "1,1,1"});

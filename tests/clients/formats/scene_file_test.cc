@@ -136,6 +136,20 @@ world: {octomap: {octomap: {data: [1, 2]}}}
               ElementsAre(HasSubstr("link_padding of hand"), HasSubstr("world.octomap")));
 }
 
+TEST(SceneFile, SaysOnceWhereTheMatrixContradictsItself) {
+  std::string rows;
+  for (int i = 0; i < 4; ++i) {
+    rows += std::string(i == 0 ? "" : ", ") + "[" + Repeated("0, ", i) + Repeated("1, ", 4 - i) +
+            "]";  // allowed above the diagonal alone
+  }
+  const auto scene = ParseScene(
+      "allowed_collision_matrix: {entry_names: [a, b, c, d], entry_values: [" + rows + "]}", "s");
+  ASSERT_TRUE(scene.ok()) << scene.status();
+  EXPECT_THAT(scene->warnings,
+              ElementsAre(AllOf(HasSubstr("two things of a and b, a and c, a and d, b and c, "),
+                                HasSubstr("b and d and 1 more; "))));
+}
+
 TEST(SceneFile, PutsPosesIntoTheWorldByTheirFrames) {
   const std::string text = R"(
 fixed_frame_transforms:
@@ -219,6 +233,32 @@ INSTANTIATE_TEST_SUITE_P(
                   Repeated(", *m", 500) + "], mesh_poses: [&p " + std::string(kIdentity) +
                   Repeated(", *p", 500) + "]}"),
             "mesh", "must not be repeated by aliases"},
+        Lie{"TouchLinksRepeatedByAliases",
+            "robot_state: {attached_collision_objects: [&o {link_name: hand, touch_links: &l [" +
+                Repeated("finger, ", 500) + "thumb], object: {id: o}}" + Repeated(", *o", 500) +
+                "]}",
+            "touch_links[", "must not be repeated by aliases"},
+        Lie{"TrianglesRepeatedByAliases",
+            Scene("    - {id: m, meshes: [{vertices: &v [[0, 0, 0], [1, 0, 0], [0, 1, 0]], "
+                  "triangles: &t [[0, 1, 2]" +
+                  Repeated(", [0, 1, 2]", 500) + "]}" +
+                  Repeated(", {vertices: *v, triangles: *t}", 500) + "], mesh_poses: [&p " +
+                  kIdentity + Repeated(", *p", 500) + "]}"),
+            "triangles[", "must not be repeated by aliases"},
+        Lie{"RowsRepeatedByAliases",
+            "allowed_collision_matrix: {entry_names: [a" + Repeated(", a", 999) +
+                "], entry_values: [&r [1" + Repeated(", 1", 999) + "]" + Repeated(", *r", 999) +
+                "]}",
+            "entry_values[", "must not be repeated by aliases"},
+        Lie{"AttachedButNowhere",
+            Scene("    - {id: bare}\nrobot_state: {attached_collision_objects: [{link_name: hand, "
+                  "object: {id: bare}}]}\n"),
+            "attached_collision_objects[0].object.id is bare", "must have shapes"},
+        Lie{"AttachedTwice",
+            Scene(Object(kSphere, kIdentity) +
+                  "robot_state: {attached_collision_objects: [&a {link_name: hand, object: {id: "
+                  "thing}}, *a]}\n"),
+            "attached_collision_objects[1].object.id is thing", "must not be attached twice"},
         Lie{"Removal", Scene("    - {id: p, operation: 1}"), "operation is 1", "must be add"},
         Lie{"FewerPositionsThanNames", "robot_state: {joint_state: {name: [a, b], position: [1]}}",
             "joint_state.position", "one for each of 2 names"},

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "clients/formats/scene_file.h"
+#include "server/core/error.h"
 #include "server/export/moveit_scene.h"
 #include "server/export/scene_numbers.h"
 #include "tests/collision/world/test_arm.h"
@@ -14,6 +15,7 @@ using collision::AllowCollision;
 using collision::Change;
 using collision::NamedPair;
 using collision::WorldSnapshot;
+using ::testing::AllOf;
 using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
@@ -27,7 +29,7 @@ std::shared_ptr<const WorldSnapshot> WorldWith(const std::vector<Change>& change
 }
 
 formats::SceneFile Read(const PlanningScene& scene) {
-  const auto read = formats::ParseScene(FormatSceneYaml(scene), "exported");
+  const auto read = formats::ParseScene(FormatSceneYaml(scene).value(), "exported");
   EXPECT_TRUE(read.ok()) << read.status();
   return *read;
 }
@@ -51,7 +53,7 @@ TEST(PlanningSceneTest, SaysWhereTheRobotIsToTheLastBit) {
   const auto world = WorldWith({{arm, std::nullopt}});
   auto scene = SceneOf(*world, 0);
   ASSERT_TRUE(scene.ok());
-  AddRobotAndRules(*world, world->FindRobot("crane").get(), *scene);
+  ASSERT_TRUE(AddRobotAndRules(*world, world->FindRobot("crane").get(), *scene).ok());
   const formats::SceneFile read = Read(*scene);
   EXPECT_EQ(read.robot_model_name, "arm");
   ASSERT_EQ(read.robot_state.joints.size(), 3u);
@@ -70,7 +72,7 @@ TEST(PlanningSceneTest, AllowsWhatRulesAndTheRobotAllow) {
                                 Allow({{"cup"}, {"tray"}}),
                                 Allow({{"crane", "base"}, {"*"}})});
   auto scene = SceneOf(*world, 0);
-  AddRobotAndRules(*world, world->FindRobot("crane").get(), *scene);
+  ASSERT_TRUE(AddRobotAndRules(*world, world->FindRobot("crane").get(), *scene).ok());
   const formats::SceneFile read = Read(*scene);
   EXPECT_THAT(read.allowed_collisions.names, ElementsAre("base", "cup", "tip", "tray", "upper"));
   EXPECT_TRUE(IsAllowed(read, "tip", "cup"));
@@ -88,12 +90,16 @@ TEST(PlanningSceneTest, SaysWhichRulesItCannotSay) {
        {collision::testing::PutArm("other"), std::nullopt},
        {AllowCollision{.pair = {{"cup"}, {"tray"}}, .expires = in_a_while}, std::nullopt},
        {collision::SetPairMargin{.pair = {{"cup"}, {"*"}}, .margin_m = 0.1}, std::nullopt},
+       {collision::SetPairMargin{.pair = {{"mug"}, {"*"}}, .margin_m = 0.1}, std::nullopt},
+       Allow({{"other"}, {"cup"}}),
        Allow({{"other", "tip"}, {"cup"}})});
   auto scene = SceneOf(*world, 0);
-  AddRobotAndRules(*world, world->FindRobot("crane").get(), *scene);
+  ASSERT_TRUE(AddRobotAndRules(*world, world->FindRobot("crane").get(), *scene).ok());
   EXPECT_THAT(scene->warnings, Contains(HasSubstr("cup and tray: allowed for good")));
-  EXPECT_THAT(scene->warnings, Contains(HasSubstr("* and cup: the margin of the pair")));
-  EXPECT_THAT(scene->warnings, Contains(HasSubstr("other:tip: the rule is left out")));
+  EXPECT_THAT(scene->warnings, Contains(HasSubstr("* and cup, * and mug: the margin of the pair")));
+  EXPECT_THAT(scene->warnings,
+              Contains(HasSubstr("cup and other, cup and other:tip: the rule is left out")));
+  EXPECT_THAT(scene->allowed.names, ElementsAre("base", "cup", "tip", "tray", "upper"));
   EXPECT_THAT(scene->warnings, Contains(HasSubstr("other: left out, a scene has one robot")));
 }
 
@@ -103,12 +109,15 @@ TEST(PlanningSceneTest, SaysWhatTheRobotHoldsInTheFrameOfTheLink) {
   PlannedObject cup{.name = "cup", .X_WO = MakeTranslation(5, 0, 0), .shapes = {}};
   cup.shapes.push_back(ToPlanner({Pose::Identity(), Sphere{0.1}}));
   scene.objects = {cup, cup};
-  scene.objects[0].attachment = {
-      .robot = "crane", .link = "tip", .X_LO = MakeTranslation(0, 0, 0.1), .touch_links = {"fore"}};
+  scene.objects[0].attachment = {.robot = "crane",
+                                 .link = "tip",
+                                 .X_LO = MakeTranslation(0, 0, 0.1),
+                                 .touch_links = {"fore"},
+                                 .supported_by = "table"};
   scene.objects[1].name = "mug";
   scene.objects[1].attachment = {.robot = "other", .link = "tip", .touch_links = {}};
   PlanningScene objects_alone = scene;
-  AddRobotAndRules(*world, world->FindRobot("crane").get(), scene);
+  ASSERT_TRUE(AddRobotAndRules(*world, world->FindRobot("crane").get(), scene).ok());
   const formats::SceneFile read = Read(scene);
   ASSERT_EQ(read.robot_state.attached.size(), 1u);
   const formats::SceneAttachedObject& attached = read.robot_state.attached[0];
@@ -120,10 +129,74 @@ TEST(PlanningSceneTest, SaysWhatTheRobotHoldsInTheFrameOfTheLink) {
   ASSERT_EQ(read.objects.size(), 1u);
   EXPECT_EQ(read.objects[0].id, "mug");
   EXPECT_THAT(scene.warnings, Contains(HasSubstr("mug: stands free, it is attached to other")));
+  EXPECT_THAT(scene.warnings, Contains(HasSubstr("cup: what supports it is left out")));
   LeaveOutAttached(objects_alone);
   EXPECT_TRUE(objects_alone.objects.empty());
   EXPECT_THAT(objects_alone.warnings,
               Contains(HasSubstr("cup: left out, it is attached to crane")));
+}
+
+Change PutBall(const std::string& name, collision::ObjectKind kind) {
+  HybridModel ball;
+  ball.shapes.push_back({.X_OS = Pose::Identity(), .shape = Sphere{0.1}, .fit = {}});
+  return {collision::PutObject{
+              .name = name,
+              .kind = kind,
+              .geometry = collision::Prepare(std::make_shared<const HybridModel>(std::move(ball))),
+              .supported_by = {}},
+          std::nullopt};
+}
+
+TEST(PlanningSceneTest, SaysWhatIsUnseenSpace) {
+  const auto world = WorldWith({PutBall("behind", collision::ObjectKind::kUnseen)});
+  const auto scene = SceneOf(*world, 0);
+  ASSERT_TRUE(scene.ok()) << scene.status();
+  EXPECT_THAT(scene->warnings, ElementsAre(HasSubstr("behind: becomes an object like any other")));
+}
+
+TEST(PlanningSceneTest, HasSoManyAllowedNamesAndNoMore) {
+  std::vector<Change> changes;
+  for (std::size_t i = 0; i < kMostAllowedNames - 1; ++i) {
+    changes.push_back(Allow({{"hub"}, {"thing" + std::to_string(i)}}));
+  }
+  std::vector<std::string> warnings;
+  const auto most = AllowedMatrixOf(*WorldWith(changes), nullptr, warnings);
+  ASSERT_TRUE(most.ok()) << most.status();
+  EXPECT_EQ(most->names.size(), kMostAllowedNames);
+  changes.push_back(Allow({{"hub"}, {"one"}}));
+  const auto more = AllowedMatrixOf(*WorldWith(changes), nullptr, warnings);
+  EXPECT_EQ(more.status().code(), absl::StatusCode::kResourceExhausted);
+  EXPECT_EQ(DetailsOf(more.status()).reason, "EXPORT_TOO_LARGE");
+  EXPECT_THAT(std::string(more.status().message()),
+              AllOf(HasSubstr("2049 names"), HasSubstr("at most 2048")));
+}
+
+// The caller may go away at any time: whatever the work does then, it ends with what it is told.
+TEST(PlanningSceneTest, EndsWhereverItIsToldTo) {
+  const auto world = WorldWith({{collision::testing::PutArm("crane"), std::nullopt},
+                                PutBall("cup", collision::ObjectKind::kUser),
+                                Allow({{"crane", "tip"}, {"*"}}),
+                                Allow({{"cup"}, {"tray"}})});
+  int asked = 0;
+  const auto make = [&](int times) -> absl::Status {
+    asked = 0;
+    const GoOn go_on = [&] {
+      return ++asked > times ? absl::CancelledError("enough") : absl::OkStatus();
+    };
+    auto scene = SceneOf(*world, 0, go_on);
+    if (!scene.ok()) return scene.status();
+    const auto added = AddRobotAndRules(*world, world->FindRobot("crane").get(), *scene, go_on);
+    if (!added.ok()) return added;
+    const auto text = FormatSceneText(*scene, go_on);
+    return text.ok() ? FormatSceneYaml(*scene, go_on).status() : text.status();
+  };
+  ASSERT_TRUE(make(1'000).ok());
+  const int all = asked;
+  EXPECT_EQ(all, 3 * 1 + 7 + 2 + 1 + 5);  // the cup thrice, links, rules, defaults, rows
+  for (int times = 0; times < all; ++times) {
+    EXPECT_TRUE(absl::IsCancelled(make(times))) << times;
+    EXPECT_EQ(asked, times + 1);
+  }
 }
 
 TEST(PlanningSceneTest, WritesNumbersAndNamesThatEveryReaderTakesForSuch) {

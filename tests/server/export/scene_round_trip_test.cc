@@ -146,15 +146,15 @@ TEST(SceneRoundTrip, KeepsEveryShapeWhereItIs) {
   const auto world = WorldOfAll();
   const auto scene = SceneOf(*world, kAnyTriangles);
   ASSERT_TRUE(scene.ok()) << scene.status();
-  ExpectSameGeometry(*world, FormatSceneText(*scene));
-  ExpectSameGeometry(*world, FormatSceneYaml(*scene));
+  ExpectSameGeometry(*world, FormatSceneText(*scene).value());
+  ExpectSameGeometry(*world, FormatSceneYaml(*scene).value());
 }
 
 TEST(SceneRoundTrip, WritesTheSameBytesEveryTime) {
   const auto first = SceneOf(*WorldOfAll(), kAnyTriangles);
   const auto second = SceneOf(*WorldOfAll(), kAnyTriangles);
-  EXPECT_EQ(FormatSceneText(*first), FormatSceneText(*second));
-  EXPECT_EQ(FormatSceneYaml(*first), FormatSceneYaml(*second));
+  EXPECT_EQ(FormatSceneText(*first).value(), FormatSceneText(*second).value());
+  EXPECT_EQ(FormatSceneYaml(*first).value(), FormatSceneYaml(*second).value());
 }
 
 TEST(SceneRoundTrip, SaysWhatBecameAMesh) {

@@ -1,0 +1,204 @@
+// Worlds as files, over a real socket.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "proto/transfer/chunks.h"
+#include "proto/transfer/mesh_bytes.h"
+#include "server/core/geometry_store.h"
+#include "server/export/moveit_scene.h"
+#include "tests/collision/robot/robot_text.h"
+#include "tests/server/rpc/running_server.h"
+
+namespace cwm::server {
+namespace {
+
+using ::testing::HasSubstr;
+
+// A strip of triangles, of some 35 bytes of text a vertex.
+TriangleMesh Strip(std::uint32_t vertex_count) {
+  TriangleMesh mesh;
+  for (std::uint32_t i = 0; i < vertex_count; ++i) {
+    const std::uint32_t rung = i / 2;
+    mesh.vertices.emplace_back(0.001 * rung, i % 2, 0);
+    if (i >= 2) mesh.triangles.push_back({i - 2, i - 1, i});
+  }
+  return mesh;
+}
+
+class ExportTest : public RunningServer {
+ protected:
+  explicit ExportTest(const Limits& limits = {}) : RunningServer(limits, {}) {}
+
+  struct Exported {
+    grpc::Status status;
+    std::vector<v1::ExportWorldResponse> messages;
+  };
+
+  Exported Export(const v1::ExportWorldRequest& request = {}) {
+    Call call;
+    const auto reader = world_->ExportWorld(&call, request);
+    Exported exported;
+    v1::ExportWorldResponse message;
+    while (reader->Read(&message)) exported.messages.push_back(message);
+    exported.status = reader->Finish();
+    return exported;
+  }
+
+  // So many sheets, each of the same mesh.
+  void PutSheets(int count, const TriangleMesh& mesh) {
+    const auto stored = application_.geometry.Put(BlobFormat::kMeshF64, EncodeMesh(mesh));
+    ASSERT_TRUE(stored.ok()) << stored.status();
+    std::vector<v1::Change> changes;
+    for (int i = 0; i < count; ++i) {
+      v1::Object* object = changes.emplace_back().mutable_put()->mutable_object();
+      object->set_name("sheet" + std::to_string(i));
+      object->add_shapes()->mutable_mesh()->set_hash(stored->hash);
+    }
+    Apply(changes);
+  }
+
+  void Apply(const std::vector<v1::Change>& changes) {
+    Call call;
+    v1::ApplyChangesRequest request;
+    request.mutable_changes()->Assign(changes.begin(), changes.end());
+    v1::ApplyChangesResponse response;
+    const grpc::Status status = world_->ApplyChanges(&call, request, &response);
+    ASSERT_TRUE(status.ok()) << status.error_message();
+  }
+};
+
+TEST_F(ExportTest, ComesInChunksOfWhichTheLastIsDone) {
+  PutSheets(1, Strip(80'000));
+  const Exported exported = Export();
+  ASSERT_TRUE(exported.status.ok()) << exported.status.error_message();
+  const std::shared_ptr<World> world = *application_.worlds.Find("default");
+  const auto snapshot = world->At(Latest{}, Clock::time_point::max(), {});
+  ASSERT_TRUE(snapshot.ok()) << snapshot.status();
+  auto scene = SceneOf(**snapshot, 1'000'000);
+  ASSERT_TRUE(scene.ok()) << scene.status();
+  scene->name = "default";
+  const std::string expected = FormatSceneText(*scene).value();
+  ASSERT_GT(exported.messages.size(), 2u);
+  std::string received;
+  for (const v1::ExportWorldResponse& message : exported.messages) {
+    EXPECT_EQ(message.world_uid(), world->uid());
+    EXPECT_EQ(message.revision(), 1);
+    EXPECT_EQ(message.total_bytes(), static_cast<std::int64_t>(expected.size()));
+    EXPECT_EQ(message.offset(), static_cast<std::int64_t>(received.size()));
+    EXPECT_LE(message.data().size(), std::size_t{kMaxChunkBytes});
+    received += message.data();
+    EXPECT_EQ(message.done(), &message == &exported.messages.back());
+  }
+  EXPECT_TRUE(received == expected);  // not EXPECT_EQ, which would print both
+}
+
+TEST_F(ExportTest, SaysAThousandWarningsAndHowManyMore) {
+  v1::LoadRobotResponse loaded;
+  Call load;
+  const auto writer = robot_->LoadRobot(&load, &loaded);
+  v1::LoadRobotRequest urdf;
+  urdf.mutable_header()->set_name("r");
+  urdf.mutable_header()->set_urdf(collision::testing::Robot(collision::testing::ThreeBalls()));
+  writer->Write(urdf);
+  urdf.mutable_finish();
+  writer->Write(urdf);
+  writer->WritesDone();
+  ASSERT_TRUE(writer->Finish().ok());
+  std::vector<v1::Change> changes;
+  for (int i = 0; i < 1'004; ++i) {
+    const std::string name = "cup" + std::to_string(i);
+    changes.push_back(PutBoxChange(name, 5));
+    v1::AttachObject& attach = *changes.emplace_back().mutable_attach();
+    attach.set_name(name);
+    attach.set_robot("r");
+    attach.set_link("e");
+  }
+  Apply(changes);
+  const Exported exported = Export();
+  ASSERT_EQ(exported.messages.size(), 1u) << exported.status.error_message();
+  const auto& warnings = exported.messages[0].warnings();
+  ASSERT_EQ(warnings.size(), 1'001);
+  EXPECT_EQ(warnings[0], "cup0: left out, it is attached to r");
+  // Of the 1 004 cups, and of the robot.
+  EXPECT_EQ(warnings[1'000], "and 5 more");
+}
+
+TEST_F(ExportTest, RefusesWhatItDoesNotKnow) {
+  const std::int64_t revision = PutBox("a", 0);
+  v1::ExportWorldRequest request;
+  request.set_format(static_cast<v1::ExportFormat>(99));
+  Exported refused = Export(request);
+  EXPECT_EQ(refused.status.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+  EXPECT_EQ(FieldIn(refused.status), "format");
+  EXPECT_THAT(refused.status.error_message(), HasSubstr("is 99"));
+  EXPECT_TRUE(refused.messages.empty());
+  request.clear_format();
+  request.set_world_uid("another");
+  refused = Export(request);
+  EXPECT_EQ(refused.status.error_code(), grpc::StatusCode::FAILED_PRECONDITION);
+  EXPECT_EQ(ReasonIn(refused.status), "WORLD_REPLACED");
+  ExpectRevision(revision);
+}
+
+TEST_F(ExportTest, RefusesMoreTrianglesThanImportReads) {
+  PutSheets(3, Strip(400'000));
+  const Exported refused = Export();
+  EXPECT_EQ(refused.status.error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
+  EXPECT_EQ(ReasonIn(refused.status), "GEOMETRY_TOO_LARGE");
+  EXPECT_THAT(refused.status.error_message(), HasSubstr("at most 1000000"));
+}
+
+TEST_F(ExportTest, RefusesAMatrixOfTooManyNames) {
+  std::vector<v1::Change> changes;
+  PutBox("hub", 0);
+  for (int i = 0; i < 2'048; ++i) {
+    v1::NamedPair& pair = *changes.emplace_back().mutable_allow()->mutable_pair();
+    pair.mutable_a()->set_name("hub");
+    pair.mutable_b()->set_name("thing" + std::to_string(i));
+  }
+  Apply(changes);
+  v1::ExportWorldRequest as_yaml;
+  as_yaml.set_format(v1::EXPORT_FORMAT_MOVEIT_YAML);
+  const Exported refused = Export(as_yaml);
+  EXPECT_EQ(refused.status.error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
+  EXPECT_EQ(ReasonIn(refused.status), "EXPORT_TOO_LARGE");
+  EXPECT_THAT(refused.status.error_message(), HasSubstr("2049 names"));
+  EXPECT_TRUE(Export().status.ok()) << "objects alone have no matrix";
+}
+
+class OneExportTest : public ExportTest {
+ protected:
+  static Limits OneStream() {
+    Limits limits;
+    limits.max_streams = 1;
+    return limits;
+  }
+  OneExportTest() : ExportTest(OneStream()) {}
+};
+
+TEST_F(OneExportTest, CancelledInTheMiddleMakesRoomForAnother) {
+  PutSheets(1, Strip(600'000));  // more than lies in the buffers of a socket
+  Call call;
+  const auto reader = world_->ExportWorld(&call, {});
+  v1::ExportWorldResponse message;
+  ASSERT_TRUE(reader->Read(&message));
+  EXPECT_FALSE(message.done());
+  const Exported refused = Export();
+  EXPECT_EQ(refused.status.error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
+  EXPECT_EQ(ReasonIn(refused.status), "TOO_MANY_STREAMS");
+  EXPECT_TRUE(DetailsIn(refused.status).has_retry);
+  call.TryCancel();
+  EXPECT_EQ(reader->Finish().error_code(), grpc::StatusCode::CANCELLED);
+  // The server hears of it a moment later.
+  v1::ExportWorldRequest unknown;
+  unknown.set_world("nobody");
+  bool admitted = false;
+  for (int i = 0; i < 1'000 && !admitted; ++i) {
+    admitted = Export(unknown).status.error_code() == grpc::StatusCode::NOT_FOUND;
+  }
+  EXPECT_TRUE(admitted);
+  ExpectRevision(1);
+}
+
+}  // namespace
+}  // namespace cwm::server
