@@ -19,7 +19,6 @@ namespace {
 using testing::Arm;
 using ::testing::ElementsAre;
 using ::testing::IsEmpty;
-using testing::JointText;
 using SnapshotPtr = std::shared_ptr<const WorldSnapshot>;
 
 // Links "base" (a box of 0.2 m at the origin), "rod" (turns about the base's z; a ball of 0.05 m at
