@@ -16,6 +16,8 @@ constexpr int kMaxIterations = 128;
 // Upper and lower bound of the distance agree to this share of it: a few roundings of double.
 constexpr double kRelativeGap = 1e-14;
 
+// An offset below this share of the extent is not begun with.
+constexpr double kTellingShare = 1e-4;
 // Where a gap is below this share of the extent, a plane across it must part the cores by so much
 // of it, or its direction is not believed.
 constexpr double kNearShare = 1e-6;
@@ -142,7 +144,8 @@ std::optional<bool> GjkOverlap(const CoreDifference& difference, const GjkLimits
   const double rounding_m = kTouchingShare * difference.extent_m();
   const double far_m = limits.far_m + rounding_m, near_m = limits.near_m - rounding_m;
   Vector3 offset = difference.NearOffset();
-  if (!(offset.norm() > rounding_m)) offset = difference.CentreOffset();
+  // Across a tiny one rounding tells the direction.
+  if (!(offset.norm() > kTellingShare * difference.extent_m())) offset = difference.CentreOffset();
   const GjkAnswer answer = Solver(difference, far_m, near_m).Run(offset);
   if (answer.outcome == GjkOutcome::kBeyond) return false;
   if (answer.overlaps) return true;
