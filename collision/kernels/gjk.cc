@@ -16,8 +16,6 @@ constexpr int kMaxIterations = 128;
 // Upper and lower bound of the distance agree to this share of it: a few roundings of double.
 constexpr double kRelativeGap = 1e-14;
 
-// An offset below this share of the extent is not begun with.
-constexpr double kTellingShare = 1e-4;
 // Where a gap is below this share of the extent, a plane across it must part the cores by so much
 // of it, or its direction is not believed.
 constexpr double kNearShare = 1e-6;
@@ -62,6 +60,9 @@ class Solver {
       const SimplexFeature feature = NearestToOrigin(corners_, count_);
       // Rounding has the last word: no vertex of D leads nearer to the origin.
       if (!(feature.distance_squared < distance_ * distance_)) break;
+      // Nor nearer than a plane allows: of thin corners, rounding can put the nearest point there.
+      const double least = lower_bound_ - touching_;
+      if (least > 0 && feature.distance_squared < least * least) break;
       Reduce(feature);
     }
     if (distance_ > touching_ && IsDirectionTold()) return Separated();
@@ -144,8 +145,7 @@ std::optional<bool> GjkOverlap(const CoreDifference& difference, const GjkLimits
   const double rounding_m = kTouchingShare * difference.extent_m();
   const double far_m = limits.far_m + rounding_m, near_m = limits.near_m - rounding_m;
   Vector3 offset = difference.NearOffset();
-  // Across a tiny one rounding tells the direction.
-  if (!(offset.norm() > kTellingShare * difference.extent_m())) offset = difference.CentreOffset();
+  if (!(offset.norm() > rounding_m)) offset = difference.CentreOffset();
   const GjkAnswer answer = Solver(difference, far_m, near_m).Run(offset);
   if (answer.outcome == GjkOutcome::kBeyond) return false;
   if (answer.overlaps) return true;

@@ -69,6 +69,22 @@ TEST(ExactDistance, OfLargeRoundShapesStatesWhatItLeavesOpen) {
   }
 }
 
+// A barrel of 0.1 mm and a rod of 1.4 m, a picometre apart: the corners that they leave GJK are so
+// thin that rounding once put the nearest point 0.3 um nearer than a plane between them allows.
+TEST(ExactDistance, OfAGrainBesideARodIsNoNearerThanAPlaneBetweenThem) {
+  const auto grain = PrepareExact(Cylinder{0.00013441536157768414, 0.00010228078464367771});
+  const auto rod = PrepareExact(Capsule{9.7488182196107484e-05, 1.3786670202733937});
+  Pose X_GR = Pose::Identity();
+  X_GR.linear() << 0.56327237425758203, -0.51708250330197891, 0.64447646751234089,
+      0.39180902417644092, 0.85386413310765974, 0.342639359627889, -0.72746815804688747,
+      0.059512410228991494, 0.68355566858640326;
+  X_GR.translation() = Vector3(0.043873463069003416, 0.023576226304235458, 0.046773891850465467);
+  const PairDistance answer = ExactDistance({*grain, Pose::Identity()}, {*rod, X_GR});
+  EXPECT_NEAR(answer.distance_m, 1e-12, 1e-9);
+  const PairDistance swapped = ExactDistance({*rod, X_GR}, {*grain, Pose::Identity()});
+  EXPECT_NEAR(swapped.distance_m, 1e-12, 1e-9);
+}
+
 TEST(ExactRay, HitsAHullWithACornerOnAnEdgeAndRoundedCorners) {
   TriangleMesh mesh = Tessellate(Cylinder{0.05, 0.1}, 1e-4);
   for (Vector3& v : mesh.vertices) v = v.cast<float>().cast<double>();  // as clients send them
