@@ -6,7 +6,6 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
-#include "proto/transfer/chunks.h"
 #include "server/core/error.h"
 #include "server/core/load_robot.h"
 #include "server/export/moveit_scene.h"
@@ -68,47 +67,20 @@ absl::StatusOr<collision::WorldRobotPtr> RobotOf(const collision::WorldSnapshot&
 
 ExportWorldCall::ExportWorldCall(grpc::CallbackServerContext* context, Runtime& runtime,
                                  const v1::ExportWorldRequest& request)
-    : runtime_(runtime), request_(request), call_{DeadlineOf(*context), stop_.get_token()} {
-  if (counted_) {
-    Await();
+    : ChunkedRead(context, runtime), request_(request) {
+  if (!counted_) {
+    Start(Overloaded("too many streams are open", "TOO_MANY_STREAMS"));
   } else {
-    Finish(ToGrpcStatus(Overloaded("too many streams are open", "TOO_MANY_STREAMS")));
+    Start(WhatToAwait(runtime, request_.world(), request_.world_uid(), request_.at_revision()));
   }
 }
 
 void ExportWorldCall::OnDone() {
   if (counted_) runtime_.streams.GiveBack();
-  delete this;
+  ChunkedRead::OnDone();
 }
 
-void ExportWorldCall::Await() {
-  const auto await =
-      WhatToAwait(runtime_, request_.world(), request_.world_uid(), request_.at_revision());
-  if (!await.ok()) return Finish(ToGrpcStatus(await.status()));
-  if (!await->has_value()) return Enqueue();
-  const std::shared_ptr<World>& world = (*await)->world;
-  runtime_.waits.Await({world, (*await)->revision, call_.deadline, call_.stop}, runtime_.reads,
-                       [this, world](absl::StatusOr<SnapshotPtr> snapshot) {
-                         if (!snapshot.ok()) return Finish(ToGrpcStatus(snapshot.status()));
-                         call_.reached = {world, *std::move(snapshot)};
-                         Open();
-                       });
-}
-
-void ExportWorldCall::Enqueue() {
-  if (runtime_.reads.TryPush([this] { Open(); })) return;
-  Finish(ToGrpcStatus(Overloaded("the server has more work than it can take", "QUEUE_FULL")));
-}
-
-void ExportWorldCall::Open() {
-  const absl::Status status =
-      RunGuarded([this](const CallContext& call) { return Format(call); }, call_);
-  call_.reached.reset();  // a slow reader keeps no world alive
-  if (!status.ok()) return Finish(ToGrpcStatus(status));
-  WriteNext();
-}
-
-absl::Status ExportWorldCall::Format(const CallContext& call) {
+absl::Status ExportWorldCall::Prepare(const CallContext& call) {
   const auto is_yaml = IsYaml(request_.format());
   if (!is_yaml.ok()) return is_yaml.status();
   const FieldPath root;
@@ -137,35 +109,22 @@ absl::Status ExportWorldCall::Format(const CallContext& call) {
   }
   auto bytes = *is_yaml ? FormatSceneYaml(*scene, go_on) : FormatSceneText(*scene, go_on);
   if (!bytes.ok()) return bytes.status();
-  bytes_ = *std::move(bytes);
+  bytes_ = std::make_shared<const std::string>(*std::move(bytes));
   warnings_ = std::move(scene->warnings);
   message_.set_world_uid(at->world->uid());
   message_.set_revision(snapshot.revision().value);
-  message_.set_total_bytes(static_cast<std::int64_t>(bytes_.size()));
+  message_.set_total_bytes(static_cast<std::int64_t>(bytes_->size()));
   return absl::OkStatus();
 }
 
-void ExportWorldCall::WriteNext() {
-  message_.set_offset(static_cast<std::int64_t>(offset_));
-  const std::size_t count = std::min<std::size_t>(kMaxChunkBytes, bytes_.size() - offset_);
-  message_.set_data(bytes_.data() + offset_, count);
-  offset_ += count;
-  message_.set_done(offset_ == bytes_.size());
-  if (message_.done()) {
-    for (std::size_t i = 0; i < std::min(warnings_.size(), kMostWarnings); ++i) {
-      message_.add_warnings(warnings_[i]);
-    }
-    if (warnings_.size() > kMostWarnings) {
-      message_.add_warnings(absl::StrCat("and ", warnings_.size() - kMostWarnings, " more"));
-    }
+void ExportWorldCall::Complete(v1::ExportWorldResponse& message) {
+  if (!message.done()) return;
+  for (std::size_t i = 0; i < std::min(warnings_.size(), kMostWarnings); ++i) {
+    message.add_warnings(warnings_[i]);
   }
-  StartWrite(&message_);
-}
-
-void ExportWorldCall::OnWriteDone(bool ok) {
-  if (!ok) return Finish(ToGrpcStatus(CallCancelled()));
-  if (message_.done()) return Finish(grpc::Status::OK);
-  WriteNext();
+  if (warnings_.size() > kMostWarnings) {
+    message.add_warnings(absl::StrCat("and ", warnings_.size() - kMostWarnings, " more"));
+  }
 }
 
 }  // namespace cwm::server

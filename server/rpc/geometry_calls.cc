@@ -5,7 +5,6 @@
 
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
-#include "proto/transfer/chunks.h"
 #include "proto/transfer/mesh_bytes.h"
 #include "proto/transfer/sha256.h"
 #include "server/core/error.h"
@@ -48,40 +47,16 @@ absl::Status OneOfTwo(const std::string& fault) {
 
 ReadGeometryCall::ReadGeometryCall(grpc::CallbackServerContext* context, Runtime& runtime,
                                    const v1::ReadGeometryRequest& request)
-    : runtime_(runtime), request_(request), call_{DeadlineOf(*context), stop_.get_token()} {
-  Await();
+    : ChunkedRead(context, runtime), request_(request) {
+  if (!request_.hash().empty()) {
+    Start(std::nullopt);
+  } else {
+    const v1::ObjectSurface& object = request_.object();
+    Start(WhatToAwait(runtime, object.world(), object.world_uid(), object.at_revision()));
+  }
 }
 
-void ReadGeometryCall::Await() {
-  if (!request_.hash().empty()) return Enqueue();
-  const v1::ObjectSurface& object = request_.object();
-  const auto await =
-      WhatToAwait(runtime_, object.world(), object.world_uid(), object.at_revision());
-  if (!await.ok()) return Finish(ToGrpcStatus(await.status()));
-  if (!await->has_value()) return Enqueue();
-  const std::shared_ptr<World>& world = (*await)->world;
-  runtime_.waits.Await({world, (*await)->revision, call_.deadline, call_.stop}, runtime_.reads,
-                       [this, world](absl::StatusOr<SnapshotPtr> snapshot) {
-                         if (!snapshot.ok()) return Finish(ToGrpcStatus(snapshot.status()));
-                         call_.reached = {world, *std::move(snapshot)};
-                         Open();
-                       });
-}
-
-void ReadGeometryCall::Enqueue() {
-  if (runtime_.reads.TryPush([this] { Open(); })) return;
-  Finish(ToGrpcStatus(Overloaded("the server has more work than it can take", "QUEUE_FULL")));
-}
-
-void ReadGeometryCall::Open() {
-  const absl::Status status =
-      RunGuarded([this](const CallContext& call) { return Find(call); }, call_);
-  call_.reached.reset();  // a slow reader keeps no world alive
-  if (!status.ok()) return Finish(ToGrpcStatus(status));
-  WriteNext();
-}
-
-absl::Status ReadGeometryCall::Find(const CallContext& call) {
+absl::Status ReadGeometryCall::Prepare(const CallContext& call) {
   const bool by_hash = !request_.hash().empty();
   if (by_hash == request_.has_object()) {
     return OneOfTwo(by_hash ? "are both given" : "are both absent");
@@ -138,20 +113,8 @@ absl::Status ReadGeometryCall::Begin() {
   return absl::OkStatus();
 }
 
-void ReadGeometryCall::WriteNext() {
-  message_.set_offset(static_cast<std::int64_t>(offset_));
-  const std::size_t count = std::min<std::size_t>(kMaxChunkBytes, bytes_->size() - offset_);
-  message_.set_data(bytes_->data() + offset_, count);
-  offset_ += count;
-  message_.set_done(offset_ == bytes_->size());
-  StartWrite(&message_);
-}
-
-void ReadGeometryCall::OnWriteDone(bool ok) {
-  if (!ok) return Finish(ToGrpcStatus(CallCancelled()));
-  if (message_.done()) return Finish(grpc::Status::OK);
-  message_.clear_header();
-  WriteNext();
+void ReadGeometryCall::Complete(v1::ReadGeometryResponse& message) {
+  if (message.offset() > request_.offset()) message.clear_header();
 }
 
 WriteGeometryCall::WriteGeometryCall(Runtime& runtime, v1::WriteGeometryResponse* response)

@@ -10,39 +10,28 @@
 
 #include "cwm/v1/world.grpc.pb.h"
 #include "server/rpc/call.h"
+#include "server/rpc/chunked_read.h"
 #include "server/rpc/upload.h"
 
 namespace cwm::server {
 
-// Both delete themselves when gRPC is done with them.
-class ReadGeometryCall final : public grpc::ServerWriteReactor<v1::ReadGeometryResponse> {
+class ReadGeometryCall final : public ChunkedRead<v1::ReadGeometryResponse> {
  public:
   ReadGeometryCall(grpc::CallbackServerContext* context, Runtime& runtime,
                    const v1::ReadGeometryRequest& request);
 
  private:
-  void OnWriteDone(bool ok) override;
-  void OnCancel() override { stop_.request_stop(); }
-  void OnDone() override { delete this; }
+  absl::Status Prepare(const CallContext& call) override;
+  void Complete(v1::ReadGeometryResponse& message) override;
 
-  void Await();
-  void Enqueue();
-  void Open();
-  absl::Status Find(const CallContext& call);
   absl::Status FindBlob();
   absl::Status FindSurface(const CallContext& call);
   absl::Status Begin();
-  void WriteNext();
 
-  Runtime& runtime_;
   const v1::ReadGeometryRequest request_;
-  std::stop_source stop_;
-  CallContext call_;
-  std::shared_ptr<const std::string> bytes_;
-  std::size_t offset_ = 0;
-  v1::ReadGeometryResponse message_;
 };
 
+// Deletes itself when gRPC is done with it.
 class WriteGeometryCall final : public grpc::ServerReadReactor<v1::WriteGeometryRequest> {
  public:
   WriteGeometryCall(Runtime& runtime, v1::WriteGeometryResponse* response);

@@ -1,0 +1,90 @@
+// A read that is answered in chunks of bytes.
+#pragma once
+
+#include <grpcpp/grpcpp.h>
+
+#include <algorithm>
+#include <memory>
+#include <optional>
+#include <stop_token>
+#include <string>
+#include <utility>
+
+#include "proto/transfer/chunks.h"
+#include "server/core/error.h"
+#include "server/rpc/call.h"
+#include "server/rpc/status_conversion.h"
+
+namespace cwm::server {
+
+// Waits for the revision that it is about, is prepared on the queue of reads, then written as fast as
+// the client reads, with no world kept alive. Deletes itself when gRPC is done with it.
+template <class Response>
+class ChunkedRead : public grpc::ServerWriteReactor<Response> {
+ protected:
+  ChunkedRead(grpc::CallbackServerContext* context, Runtime& runtime)
+      : runtime_(runtime), call_{DeadlineOf(*context), stop_.get_token()} {}
+
+  // The last thing that a constructor does.
+  void Start(const absl::StatusOr<std::optional<RevisionToAwait>>& await) {
+    if (!await.ok()) return this->Finish(ToGrpcStatus(await.status()));
+    if (!await->has_value()) return Enqueue();
+    const std::shared_ptr<World>& world = (*await)->world;
+    runtime_.waits.Await({world, (*await)->revision, call_.deadline, call_.stop}, runtime_.reads,
+                         [this, world](absl::StatusOr<SnapshotPtr> snapshot) {
+                           if (!snapshot.ok()) {
+                             return this->Finish(ToGrpcStatus(snapshot.status()));
+                           }
+                           call_.reached = {world, *std::move(snapshot)};
+                           Open();
+                         });
+  }
+
+  // Sets the bytes, where to begin in them, and what else the first message says.
+  virtual absl::Status Prepare(const CallContext& call) = 0;
+  // What else a message says of which offset, data and done are set.
+  virtual void Complete(Response& message) = 0;
+  void OnDone() override { delete this; }
+
+  Runtime& runtime_;
+  std::shared_ptr<const std::string> bytes_;
+  std::size_t offset_ = 0;  // of the next chunk
+  Response message_;
+
+ private:
+  void Enqueue() {
+    if (runtime_.reads.TryPush([this] { Open(); })) return;
+    this->Finish(
+        ToGrpcStatus(Overloaded("the server has more work than it can take", "QUEUE_FULL")));
+  }
+
+  void Open() {
+    const absl::Status status =
+        RunGuarded([this](const CallContext& call) { return Prepare(call); }, call_);
+    call_.reached.reset();  // a slow reader keeps no world alive
+    if (!status.ok()) return this->Finish(ToGrpcStatus(status));
+    WriteNext();
+  }
+
+  void WriteNext() {
+    message_.set_offset(static_cast<std::int64_t>(offset_));
+    const std::size_t count = std::min<std::size_t>(kMaxChunkBytes, bytes_->size() - offset_);
+    message_.set_data(bytes_->data() + offset_, count);
+    offset_ += count;
+    message_.set_done(offset_ == bytes_->size());
+    Complete(message_);
+    this->StartWrite(&message_);
+  }
+
+  void OnWriteDone(bool ok) override {
+    if (!ok) return this->Finish(ToGrpcStatus(CallCancelled()));
+    if (message_.done()) return this->Finish(grpc::Status::OK);
+    WriteNext();
+  }
+  void OnCancel() override { stop_.request_stop(); }
+
+  std::stop_source stop_;
+  CallContext call_;
+};
+
+}  // namespace cwm::server
