@@ -42,11 +42,11 @@ struct Together {
 
 PairRuleLookup::PairRuleLookup(const WorldSnapshot& world, const QueryBody& body,
                                const QueryOptions& options)
-    : body_(body) {
+    : world_(world), body_(body) {
   for (const NamedPair& pair : options.ignore_pairs) {
     ignored_.push_back({.pair = Ordered(pair), .allowed = true});
   }
-  if (body.attachment != nullptr) AllowAttachment(world);
+  if (body.attachment != nullptr) AllowAttachment();
   for (const PairRule& rule : world.pair_rules()) Add(rule);
   for (const PairRule& rule : ignored_) Add(rule);
   if (!of_everything_.empty()) terms_of_everything_ = TermsOf(of_everything_, nullptr);
@@ -65,9 +65,18 @@ void PairRuleLookup::Add(const PairRule& rule) {
 void PairRuleLookup::Add(const PairRule& rule, const NamedThing& mine, const NamedThing& theirs) {
   const std::optional<int> frames = FramesOf(mine);
   if (!frames.has_value()) return;
-  auto& applied = theirs.name == kEverything ? of_everything_ : of_named_;
+  const bool of_everything = theirs.name == kEverything;
+  // Scenes of planners bring rules of all that they ever knew, and of each two links.
+  if (!of_everything && !IsThere(theirs.name)) return;
+  auto& applied = of_everything ? of_everything_ : of_named_;
   applied.push_back({*frames, &rule, &theirs});
   widest_margin_m_ = std::max(widest_margin_m_, rule.margin_m.value_or(0));
+}
+
+// Whether the world has it as an obstacle to the body: not the body itself.
+bool PairRuleLookup::IsThere(const std::string& name) const {
+  if (name == body_.self) return false;
+  return world_.Find(name) != nullptr || world_.FindRobot(name) != nullptr;
 }
 
 // That of the body which the thing includes, or several, or nothing.
@@ -91,14 +100,14 @@ bool PairRuleLookup::Covers(int frames, int frame) const {
 }
 
 // An object that asks by itself stays as it is with what holds it, and with what is held there too.
-void PairRuleLookup::AllowAttachment(const WorldSnapshot& world) {
+void PairRuleLookup::AllowAttachment() {
   const Attachment& by = *body_.attachment;
   const auto allow = [&](const NamedThing& other) {
     ignored_.push_back({.pair = Ordered({{body_.self}, other}), .allowed = true});
   };
   allow({by.robot, by.link});
   for (const std::string& link : by.touch_links) allow({by.robot, link});
-  for (const WorldObjectPtr& other : world.attached()) {
+  for (const WorldObjectPtr& other : world_.attached()) {
     const Attachment& of_other = *other->attachment;
     const bool is_there = of_other.robot == by.robot && of_other.link == by.link;
     if (is_there && other->name != body_.self) allow({other->name});
@@ -184,6 +193,10 @@ void PairRuleLookup::ResolveSelfPairs() {
     }
     of_self_pairs_.push_back(pair.Terms());
   }
+  const bool says_something =
+      std::any_of(of_self_pairs_.begin(), of_self_pairs_.end(),
+                  [](const PairTerms& terms) { return terms.allowed || terms.has_margin; });
+  if (!says_something) of_self_pairs_.clear();
 }
 
 }  // namespace cwm::collision

@@ -54,9 +54,11 @@ class PairRuleLookup {
   ObstacleTerms Of(const Obstacle& obstacle) {
     return of_everything_.empty() && of_named_.empty() ? ObstacleTerms() : Met(obstacle);
   }
-  // By self pair of the body; empty where no rule applies.
+  // Whether some rule is about the body and what there is in the world.
+  bool MayChangeWorldPairs() const { return !of_everything_.empty() || !of_named_.empty(); }
+  // By self pair of the body; empty where no rule applies to any.
   std::span<const PairTerms> OfSelfPairs() const { return of_self_pairs_; }
-  // The widest margin that a rule sets of any pair; 0 when none does.
+  // The widest margin that a rule sets of the body and the world; 0 when none does.
   double widest_margin_m() const { return widest_margin_m_; }
 
  private:
@@ -74,7 +76,8 @@ class PairRuleLookup {
     const RobotGeometry* by_link = nullptr;
   };
 
-  void AllowAttachment(const WorldSnapshot& world);
+  bool IsThere(const std::string& name) const;
+  void AllowAttachment();
   void Add(const PairRule& rule);
   void Add(const PairRule& rule, const NamedThing& mine, const NamedThing& theirs);
   std::optional<int> FramesOf(const NamedThing& thing) const;
@@ -85,6 +88,7 @@ class PairRuleLookup {
   Terms TermsOf(std::span<const Applied> applied, const RobotGeometry* robot) const;
   void ResolveSelfPairs();
 
+  const WorldSnapshot& world_;
   const QueryBody& body_;
   std::vector<PairRule> ignored_;  // of the request, and what the body is attached to
   std::vector<Applied> of_everything_;

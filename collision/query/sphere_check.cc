@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "collision/query/body_search.h"
+#include "collision/query/pair_rule_lookup.h"
 #include "collision/query/sphere_scene.h"
 #include "collision/robot/kinematics.h"
 
@@ -15,22 +16,26 @@ namespace {
 // nothing.
 constexpr std::size_t kFewestRows = 256;
 
-std::optional<std::vector<PlacedSphere>> SpheresOf(const QueryBody& body) {
-  std::vector<PlacedSphere> spheres;
-  spheres.reserve(body.geometry->parts.size());
-  for (std::size_t k = 0; k < body.geometry->parts.size(); ++k) {
-    const PreparedPart& part = body.geometry->parts[k];
-    const auto* sphere = std::get_if<Sphere>(&part.shape);
+using Spheres = std::vector<PlacedSphere>;
+
+// Of the body without what it carries, where that is made of spheres.
+std::optional<Spheres> OwnSpheres(const QueryBody& body) {
+  Spheres spheres;
+  const std::vector<PreparedPart>& parts = body.geometry->parts;
+  spheres.reserve(parts.size());
+  for (std::size_t k = 0; k < parts.size(); ++k) {
+    const int frame = body.FrameOf(static_cast<std::int32_t>(k));
+    if (frame >= body.frame_count) break;
+    const auto* sphere = std::get_if<Sphere>(&parts[k].shape);
     if (sphere == nullptr) return std::nullopt;
-    spheres.push_back({.link = body.frame_of_part.empty() ? 0 : body.frame_of_part[k],
-                       .centre_L = part.X_OP.translation(),
-                       .radius_m = sphere->radius_m});
+    spheres.push_back(
+        {.link = frame, .centre_L = parts[k].X_OP.translation(), .radius_m = sphere->radius_m});
   }
   return spheres;
 }
 
-std::vector<PlacedSphere> SpheresAround(const SphereModel& around) {
-  std::vector<PlacedSphere> spheres;
+Spheres SpheresAround(const SphereModel& around) {
+  Spheres spheres;
   for (std::size_t link = 0; link < around.links.size(); ++link) {
     for (const LinkSphere& sphere : around.links[link]) {
       spheres.push_back({.link = static_cast<int>(link),
@@ -39,6 +44,46 @@ std::vector<PlacedSphere> SpheresAround(const SphereModel& around) {
     }
   }
   return spheres;
+}
+
+// One around each part of what is carried, with its margin: nothing of the object is asked for more.
+void AddCarried(const QueryBody& body, Spheres& spheres) {
+  for (std::size_t k = 0; k < body.carried.size(); ++k) {
+    const WorldObject& object = *body.carried[k].object;
+    const double margin_m = std::max(0.0, object.margin_m);
+    for (const PreparedPart& part : object.geometry->parts) {
+      spheres.push_back({.link = body.frame_count + static_cast<int>(k),
+                         .centre_L = part.bounds_O.center(),
+                         .radius_m = 0.5 * part.bounds_O.sizes().norm() + margin_m});
+    }
+  }
+}
+
+std::vector<HungFrame> HungFramesOf(const QueryBody& body) {
+  std::vector<HungFrame> hung;
+  for (const CarriedObject& carried : body.carried) {
+    hung.push_back({.link = carried.link, .X_LF = carried.X_FO});
+  }
+  return hung;
+}
+
+// Whether pairs that are apart by the usual margin are so by those of rules.
+bool KeepWhatIsFree(const PairRuleLookup& rules, double margin_m) {
+  const auto keeps = [&](const PairTerms& terms) {
+    return !terms.has_margin || terms.margin_m <= margin_m;
+  };
+  const std::span<const PairTerms> of_itself = rules.OfSelfPairs();
+  return rules.widest_margin_m() <= margin_m &&
+         std::all_of(of_itself.begin(), of_itself.end(), keeps);
+}
+
+bool IsForLanes(const RobotModel& model, const QueryBody& body, const QueryOptions& options) {
+  if (model.links.size() != static_cast<std::size_t>(body.frame_count)) return false;
+  const EngineChoice engine = options.engine;
+  if (engine != EngineChoice::kAuto && engine != EngineChoice::kExact) return false;
+  if (options.margin_sigma > 0) return false;
+  if (options.unseen == UnseenSpace::kReport) return false;  // who is met matters then
+  return options.margin_m >= 0 && body.margin_m + options.margin_m >= 0;
 }
 
 Verdict VerdictOf(StateMark mark, LaneVerdict told) {
@@ -70,41 +115,40 @@ SphereCheck::SphereCheck(const JointRows& rows, SphereProgram program, LaneScene
 std::optional<SphereCheck> SphereCheck::Make(const WorldSnapshot& world, const QueryBody& body,
                                              const BodyRows& rows, const QueryOptions& options) {
   const auto* joints = dynamic_cast<const JointRows*>(&rows);
-  if (joints == nullptr ||
-      joints->model().links.size() != static_cast<std::size_t>(body.frame_count)) {
-    return std::nullopt;
-  }
-  if (options.engine != EngineChoice::kAuto && options.engine != EngineChoice::kExact) {
-    return std::nullopt;
-  }
-  if (!body.carried.empty()) return std::nullopt;  // spheres know the links alone
-  // Pairs with terms of their own are looked at one by one.
-  const bool has_terms = !world.pair_rules().empty() || !options.ignore_pairs.empty();
-  if (has_terms || options.margin_sigma > 0) return std::nullopt;
-  if (options.unseen == UnseenSpace::kReport) return std::nullopt;  // who is met matters then
+  if (joints == nullptr || !IsForLanes(joints->model(), body, options)) return std::nullopt;
   const double margin_m = body.margin_m + options.margin_m;
-  if (!(options.margin_m >= 0) || !(margin_m >= 0)) return std::nullopt;
-  std::optional<std::vector<PlacedSphere>> spheres = SpheresOf(body);
-  const Meaning meaning = spheres ? Meaning::kTheBody : Meaning::kAroundTheBody;
+  const PairRuleLookup rules(world, body, options);
+  if (!KeepWhatIsFree(rules, std::min(options.margin_m, margin_m))) return std::nullopt;
+  const bool has_rules = rules.MayChangeWorldPairs() || !rules.OfSelfPairs().empty();
+
+  std::optional<Spheres> spheres = OwnSpheres(body);
+  const bool is_the_body = spheres.has_value() && body.carried.empty() && !has_rules;
+  if (!is_the_body && rows.size() < kFewestRows) return std::nullopt;
+  if (!spheres) {
+    if (body.around == nullptr) return std::nullopt;
+    spheres = SpheresAround(*body.around);
+  }
+  AddCarried(body, *spheres);
   std::vector<SpherePair> pairs;
   std::vector<LinkPair> link_pairs;
-  if (meaning == Meaning::kTheBody) {
+  if (is_the_body) {
     pairs.reserve(body.self_pairs.size());
     for (const PartPair& pair : body.self_pairs) pairs.push_back({pair.first, pair.second});
   } else {
-    if (body.around == nullptr || rows.size() < kFewestRows) return std::nullopt;
-    spheres = SpheresAround(*body.around);
     link_pairs = FramePairsOf(body).pairs;
   }
-  std::optional<SphereProgram> program =
-      CompileSpheres(joints->model(), joints->group(), joints->states().base, *spheres,
-                     {.spheres = pairs, .links = link_pairs}, options.margin_m);
+  const std::vector<HungFrame> hung = HungFramesOf(body);
+  std::optional<SphereProgram> program = CompileSpheres(
+      joints->model(), joints->group(), joints->states().base,
+      {.spheres = *spheres, .hung = hung, .pairs = {.spheres = pairs, .links = link_pairs}},
+      options.margin_m);
   if (!program) return std::nullopt;
   const WorldFilter filter(world, options, body);
   LaneScene scene = body.asks_world
                         ? CompileScene(world, filter, *program, joints->states().X_WB, margin_m)
                         : EmptyScene(*program);
-  return SphereCheck(*joints, *std::move(program), std::move(scene), meaning);
+  return SphereCheck(*joints, *std::move(program), std::move(scene),
+                     is_the_body ? Meaning::kTheBody : Meaning::kAroundTheBody);
 }
 
 std::span<const Verdict> SphereCheck::Judge(std::size_t first, std::size_t count) {

@@ -1,6 +1,6 @@
 // States of a robot, many at once in single precision: of one that is spheres alone all but what is
-// too near to contact, of another by the spheres around its parts what these show to be free. What
-// stays open is asked plainly.
+// too near to contact; of another, of one that carries objects, and where rules of pairs apply, by
+// the spheres around its parts what these show to be free. What stays open is asked plainly.
 #pragma once
 
 #include <memory>
@@ -22,8 +22,8 @@ class SphereCheck {
  public:
   // Nothing where the question is another one: other shapes without spheres around them, too few
   // rows, rows that are no states of joints, FCL or Bullet asked for by name, joints that lanes do
-  // not move, margins below zero, objects carried, unseen space to be reported, terms of
-  // pairs (rules, ignored pairs, deviations).
+  // not move, margins below zero, unseen space to be reported, deviations, rules of pairs that set
+  // more than the request's margin.
   static std::optional<SphereCheck> Make(const WorldSnapshot& world, const QueryBody& body,
                                          const BodyRows& rows, const QueryOptions& options);
 

@@ -54,6 +54,13 @@ class Compiler {
     return true;
   }
 
+  void AddHung(std::span<const HungFrame> hung) {
+    for (const HungFrame& each : hung) {
+      const Fixed link = links_[static_cast<std::size_t>(each.link)];
+      links_.push_back({.frame = link.frame, .X_FL = link.X_FL * each.X_LF});
+    }
+  }
+
   void AddSpheres(std::span<const PlacedSphere> spheres) {
     LaneProgram& lanes = program_.lanes;
     lane_of_.resize(spheres.size());
@@ -126,7 +133,7 @@ class Compiler {
     };
     std::vector<Tagged> all;
     const auto clusters = static_cast<std::int32_t>(program_.lanes.clusters.size());
-    std::vector<std::vector<std::int32_t>> of_link(model_.links.size());
+    std::vector<std::vector<std::int32_t>> of_link(links_.size());
     for (std::int32_t c = 0; c < clusters; ++c) {
       of_link[static_cast<std::size_t>(link_of_cluster_[static_cast<std::size_t>(c)])].push_back(c);
     }
@@ -377,7 +384,7 @@ class Compiler {
   std::vector<int> column_of_;  // by variable; -1: not of the group
   std::vector<Pose> X_BL_;      // at the base state
   std::vector<Frame> frames_;
-  std::vector<Fixed> links_;
+  std::vector<Fixed> links_;                        // the hung frames after those of the model
   std::vector<std::int32_t> lane_of_, cluster_of_;  // by sphere as given
   std::vector<std::int32_t> group_of_cluster_, link_of_cluster_;
   SphereProgram program_;
@@ -386,14 +393,14 @@ class Compiler {
 }  // namespace
 
 std::optional<SphereProgram> CompileSpheres(const RobotModel& model, const JointGroup& group,
-                                            std::span<const double> base,
-                                            std::span<const PlacedSphere> spheres,
-                                            const TouchingPairs& pairs, double pair_margin_m) {
+                                            std::span<const double> base, const SphereSet& set,
+                                            double pair_margin_m) {
   Compiler compiler(model, group, base);
   if (!compiler.AddLinks()) return std::nullopt;
-  compiler.AddSpheres(spheres);
-  compiler.AddPairs(spheres, pairs.spheres, pair_margin_m);
-  compiler.AddPairs(pairs.links, pair_margin_m);
+  compiler.AddHung(set.hung);
+  compiler.AddSpheres(set.spheres);
+  compiler.AddPairs(set.spheres, set.pairs.spheres, pair_margin_m);
+  compiler.AddPairs(set.pairs.links, pair_margin_m);
   return compiler.Take();
 }
 

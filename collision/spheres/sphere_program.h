@@ -10,8 +10,14 @@
 
 namespace cwm::collision {
 
-struct PlacedSphere {
+// Fixed to a link: a frame of its own beside those of the links.
+struct HungFrame {
   int link = 0;
+  Pose X_LF = Pose::Identity();
+};
+
+struct PlacedSphere {
+  int link = 0;  // of the model; beyond its links the k-th hung frame
   Vector3 centre_L = Vector3::Zero();
   double radius_m = 0;
 };
@@ -41,12 +47,18 @@ struct SphereProgram {
   std::vector<Ball> reach_of_group;
 };
 
+// What lanes move, and what of it must not touch.
+struct SphereSet {
+  std::span<const PlacedSphere> spheres;
+  std::span<const HungFrame> hung = {};
+  TouchingPairs pairs = {};  // hung frames are links too
+};
+
 // `base` has a value for each variable of the model; those of the group are not read. A pair is
 // apart by `pair_margin_m` or more. Nothing where a planar or a floating joint moves.
 std::optional<SphereProgram> CompileSpheres(const RobotModel& model, const JointGroup& group,
-                                            std::span<const double> base,
-                                            std::span<const PlacedSphere> spheres,
-                                            const TouchingPairs& pairs, double pair_margin_m);
+                                            std::span<const double> base, const SphereSet& set,
+                                            double pair_margin_m);
 
 // Half a unit in the last place of 1.
 inline constexpr double kFloatRounding = 5.9604644775390625e-8;

@@ -29,9 +29,9 @@ namespace {
 
 // An object that no one can tell from `b`, its revisions aside.
 bool SameContent(const WorldObject& a, const WorldObject& b) {
-  return a.name == b.name && a.uid == b.uid && a.kind == b.kind && a.owner == b.owner &&
-         a.state == b.state && SamePose(a.X_WO, b.X_WO) && a.geometry == b.geometry &&
-         a.supported_by == b.supported_by && a.margin_m == b.margin_m &&
+  return a.name == b.name && a.create_revision == b.create_revision && a.kind == b.kind &&
+         a.owner == b.owner && a.state == b.state && SamePose(a.X_WO, b.X_WO) &&
+         a.geometry == b.geometry && a.supported_by == b.supported_by && a.margin_m == b.margin_m &&
          SameAttachment(a.attachment.get(), b.attachment.get());
 }
 
@@ -238,8 +238,6 @@ class Transaction {
   WorldObject Added(const PutObject& put) const {
     WorldObject object;
     object.name = put.name;
-    // One object of a name can be made per revision, so the two together are unique for ever.
-    object.uid = absl::StrCat(put.name, "@", revision_.value);
     object.geometry = put.geometry;
     object.X_WO = put.X_WO;
     object.create_revision = revision_;

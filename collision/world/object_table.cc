@@ -237,7 +237,7 @@ struct ObjectTable::DifferenceOf {
 
   void Compare(const WorldObjectPtr& before, const WorldObjectPtr& after) {
     if (before == after) return;
-    if (before->uid == after->uid) {
+    if (before->IsSameAs(*after)) {
       deltas.push_back({.before = before, .after = after});
     } else {
       deltas.push_back({.before = before, .after = nullptr});

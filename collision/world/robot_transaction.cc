@@ -29,8 +29,6 @@ absl::Status RobotTransaction::Put(const PutRobot& put) {
     robot = *current;
   } else {
     robot.name = put.name;
-    // As of objects; no name is a robot's and an object's in one revision.
-    robot.uid = absl::StrCat(put.name, "@", revision_.value);
     robot.robot = put.robot;
     robot.create_revision = revision_;
     robot.state_revision = revision_;
@@ -69,7 +67,7 @@ std::vector<RobotDelta> RobotTransaction::Finish() {
   for (auto& [name, robot] : touched_) {
     WorldRobotPtr before = base_.FindRobot(name);
     if (before == nullptr && !robot.has_value()) continue;
-    const bool is_same_robot = before != nullptr && robot.has_value() && before->uid == robot->uid;
+    const bool is_same_robot = before != nullptr && robot.has_value() && before->IsSameAs(*robot);
     if (is_same_robot && SameStand(*before, *robot)) continue;
     if (is_same_robot) robot->state_revision = revision_;
     deltas.push_back({.before = std::move(before),

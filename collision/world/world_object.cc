@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "absl/strings/str_cat.h"
 #include "collision/geometry/surface_sigma.h"
 
 namespace cwm::collision {
@@ -83,6 +84,10 @@ std::shared_ptr<const PreparedModel> Prepare(std::shared_ptr<const HybridModel> 
   }
   prepared->model = std::move(model);
   return prepared;
+}
+
+std::string UidOf(const std::string& name, Revision create_revision) {
+  return create_revision.value == 0 ? "" : absl::StrCat(name, "@", create_revision.value);
 }
 
 std::shared_ptr<const WorldObject> Place(WorldObject object) {

@@ -21,9 +21,9 @@ struct Revision {
   friend auto operator<=>(const Revision&, const Revision&) = default;
 };
 
-enum class ObjectKind { kSupport, kObject, kResidual, kUnseen, kUser };
-enum class Owner { kPerception, kUser };
-enum class ObjectState { kConfirmed, kOccluded, kLost };
+enum class ObjectKind : std::uint8_t { kSupport, kObject, kResidual, kUnseen, kUser };
+enum class Owner : std::uint8_t { kPerception, kUser };
+enum class ObjectState : std::uint8_t { kConfirmed, kOccluded, kLost };
 
 std::string_view NameOf(ObjectKind kind);    // "SUPPORT" ...
 std::string_view NameOf(Owner owner);        // "PERCEPTION", "USER"
@@ -89,19 +89,29 @@ struct Attachment {
   std::vector<std::string> touch_links;
 };
 
+// One thing of a name can be made per revision, so the two together are unique for ever. Empty for
+// revision 0, in which no world made anything.
+std::string UidOf(const std::string& name, Revision create_revision);
+
 struct WorldObject : Obstacle {
-  std::string uid;  // unique for ever; a name that is removed and put again gets a new one
+  Pose X_WO = Pose::Identity();
+  std::shared_ptr<const Attachment> attachment;  // nullptr: stands free
+  std::string supported_by;    // name of the support or object that carries it; may be empty
+  Revision create_revision;    // 0: not of a world yet
+  Revision geometry_revision;  // last change of the model
+  Revision pose_revision;      // last change of the pose, or of what it is attached by
   ObjectKind kind = ObjectKind::kUser;
   Owner owner = Owner::kUser;
   ObjectState state = ObjectState::kConfirmed;
-  Pose X_WO = Pose::Identity();
-  std::shared_ptr<const Attachment> attachment;  // nullptr: stands free
-  std::string supported_by;  // name of the support or object that carries it; may be empty
-  Revision create_revision;
-  Revision geometry_revision;  // last change of the model
-  Revision pose_revision;      // last change of the pose, or of what it is attached by
 
   const HybridModel& model() const { return *geometry->model; }
+
+  // Unique for ever; one that is removed and put again gets a new one. Empty for an object that no
+  // world made.
+  std::string Uid() const { return UidOf(name, create_revision); }
+  bool IsSameAs(const WorldObject& other) const {
+    return create_revision == other.create_revision && name == other.name;
+  }
 
   // What a writer states as `expected_object_revision`.
   Revision latest_revision() const { return std::max(geometry_revision, pose_revision); }

@@ -43,20 +43,25 @@ std::shared_ptr<const RobotGeometry> PrepareRobot(std::shared_ptr<const RobotMod
 
 struct WorldRobot {
   std::string name;  // unique among robots and objects of its world
-  std::string uid;   // unique for ever; another model under the name gets a new one
   std::shared_ptr<const RobotGeometry> robot;
   Pose X_WB = Pose::Identity();  // the root link in the world
   // One finite value for each variable of the model; may lie outside its limits, as the joints of a
   // robot that was pushed there do.
   std::vector<double> state;
-  Revision create_revision;
-  Revision state_revision;  // last change of X_WB or the state
+  Revision create_revision;  // of another model under the name a new one
+  Revision state_revision;   // last change of X_WB or the state
 
   // Follow from the rest; set by Place.
   std::vector<Pose> X_WL;  // by link of the model
   Obstacle body;           // as others meet it: the parts of robot->geometry
 
   const RobotModel& model() const { return *robot->model; }
+
+  // As of objects; no name is a robot's and an object's in one revision.
+  std::string Uid() const { return UidOf(name, create_revision); }
+  bool IsSameAs(const WorldRobot& other) const {
+    return create_revision == other.create_revision && name == other.name;
+  }
 
   // What a writer states as `expected_object_revision`.
   Revision latest_revision() const { return state_revision; }

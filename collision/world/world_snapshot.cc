@@ -161,7 +161,7 @@ std::vector<RobotDelta> RobotDifference(const WorldSnapshot& before, const World
       deltas.push_back({.before = *a++, .after = nullptr});
     } else if (a == a_end || (*b)->name < (*a)->name) {
       deltas.push_back({.before = nullptr, .after = *b++});
-    } else if ((*a)->uid != (*b)->uid) {
+    } else if (!(*a)->IsSameAs(**b)) {
       deltas.push_back({.before = *a++, .after = nullptr});
       deltas.push_back({.before = nullptr, .after = *b++});
     } else {

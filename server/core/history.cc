@@ -112,8 +112,8 @@ auto ByNameOf(const Members& members) {
 }
 
 // Backwards: a member that was made anew is a removal followed by an addition.
-template <class Delta, class Ptr>
-void UndoDeltas(const std::vector<Delta>& deltas, ByName<Ptr>& by_name) {
+template <class Deltas, class Ptr>
+void UndoDeltas(const Deltas& deltas, ByName<Ptr>& by_name) {
   for (auto delta = deltas.rbegin(); delta != deltas.rend(); ++delta) {
     if (delta->before == nullptr) {
       by_name.erase(delta->after->name);

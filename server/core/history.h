@@ -8,6 +8,7 @@
 #include <memory>
 #include <vector>
 
+#include "absl/container/inlined_vector.h"
 #include "collision/world/world_snapshot.h"
 #include "server/core/limits.h"
 #include "server/core/watch.h"
@@ -18,7 +19,7 @@ namespace cwm::server {
 struct Event {
   collision::Revision revision;
   Clock::time_point when;
-  std::vector<collision::ObjectDelta> deltas;
+  absl::InlinedVector<collision::ObjectDelta, 1> deltas;  // one is most frequent
   std::vector<collision::RobotDelta> robot_deltas = {};
   std::vector<collision::PairRuleDelta> rule_deltas = {};
 

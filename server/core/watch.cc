@@ -87,8 +87,9 @@ class LosslessCursor final : public Cursor {
   absl::StatusOr<std::optional<WatchStep>> NextChange() override {
     const WorldFeed::Look look = feed().LookAfter(position());
     if (look.event != nullptr) {
-      return Advance(look.event->revision, look.event->deltas, look.event->robot_deltas,
-                     look.event->rule_deltas);
+      const Event& event = *look.event;
+      return Advance(event.revision, {event.deltas.begin(), event.deltas.end()}, event.robot_deltas,
+                     event.rule_deltas);
     }
     if (look.compacted) return TooSlow(position(), look.oldest_watch);
     return UpToDate(look.ending);

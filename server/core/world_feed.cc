@@ -111,9 +111,11 @@ WorldFeed::Aftermath WorldFeed::Publish(SnapshotPtr next,
                                         std::vector<collision::ObjectDelta> deltas,
                                         std::vector<collision::RobotDelta> robot_deltas,
                                         std::vector<collision::PairRuleDelta> rule_deltas) {
-  auto event =
-      std::make_shared<const Event>(Event{next->revision(), now_(), std::move(deltas),
-                                          std::move(robot_deltas), std::move(rule_deltas)});
+  auto event = std::make_shared<const Event>(Event{next->revision(),
+                                                   now_(),
+                                                   {deltas.begin(), deltas.end()},
+                                                   std::move(robot_deltas),
+                                                   std::move(rule_deltas)});
   Aftermath aftermath;
   {
     std::lock_guard lock(mutex_);

@@ -144,7 +144,7 @@ std::vector<std::int32_t> SetObjects(const std::vector<std::int32_t>& snapshot_i
     const auto set = [&](const auto& thing) {
       ref->set_name(thing.name);
       const bool is_of_overlay = thing.create_revision > context.revision;
-      if (!is_of_overlay) ref->set_uid(thing.uid);
+      if (!is_of_overlay) ref->set_uid(thing.Uid());
     };
     if (i < objects) {
       set(*snapshot.objects()[i]);

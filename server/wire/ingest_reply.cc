@@ -40,7 +40,7 @@ void SetChanges(const IngestOutcome& outcome, v1::IngestChanges* changes) {
 
 // A provisional object is in no world: its name may be that of another there.
 Observation ObservationOf(const collision::WorldObject& object, const World& world) {
-  return object.uid.empty() ? Observation{} : world.observations().Of(object.name);
+  return object.create_revision.value == 0 ? Observation{} : world.observations().Of(object.name);
 }
 
 absl::Status Hold(const std::shared_ptr<const TriangleMesh>& mesh, GeometryStore& store) {
@@ -51,7 +51,7 @@ absl::Status Hold(const std::shared_ptr<const TriangleMesh>& mesh, GeometryStore
 // The meshes of a provisional object end with it: they are held like labels, so that who asked can
 // still read what the reply names.
 absl::Status HoldMeshes(const collision::WorldObject& object, GeometryStore& store) {
-  if (!object.uid.empty() || object.geometry == nullptr) return absl::OkStatus();
+  if (object.create_revision.value != 0 || object.geometry == nullptr) return absl::OkStatus();
   for (const ShapePart& part : object.model().shapes) {
     const auto* mesh = std::get_if<Mesh>(&part.shape);  // a vessel's
     if (mesh == nullptr) continue;

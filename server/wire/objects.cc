@@ -127,7 +127,7 @@ v1::Object ToProto(const collision::WorldObject& object, View view, const Observ
                    GeometryStore& store) {
   v1::Object proto;
   proto.set_name(object.name);
-  proto.set_uid(object.uid);
+  proto.set_uid(object.Uid());
   proto.set_kind(ToProto(object.kind));
   proto.set_owner(ToProto(object.owner));
   proto.set_state(ToProto(object.state));

@@ -95,7 +95,7 @@ v1::Robot ToProto(const collision::WorldRobot& robot) {
   const RobotModel& model = robot.model();
   v1::Robot proto;
   proto.set_name(robot.name);
-  proto.set_uid(robot.uid);
+  proto.set_uid(robot.Uid());
   for (std::size_t i = 0; i < model.links.size(); ++i) {
     *proto.add_links() = LinkMessage(*robot.robot, i);
   }

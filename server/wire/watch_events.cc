@@ -20,7 +20,7 @@ v1::Object ObjectMessage(const collision::WorldObject& object, const WatchContex
 }
 
 bool OnlyMoved(const collision::WorldObject& before, const collision::WorldObject& after) {
-  return before.uid == after.uid && before.geometry_revision == after.geometry_revision &&
+  return before.IsSameAs(after) && before.geometry_revision == after.geometry_revision &&
          before.pose_revision != after.pose_revision && before.kind == after.kind &&
          before.owner == after.owner && before.state == after.state &&
          before.supported_by == after.supported_by && before.margin_m == after.margin_m &&
@@ -43,7 +43,7 @@ void SetEvent(const collision::ObjectDelta& delta, const WatchContext& context,
 void SetEvent(const collision::RobotDelta& delta, v1::RobotEvent* event) {
   if (delta.after == nullptr) {
     event->set_remove(delta.before->name);
-  } else if (delta.before != nullptr && delta.before->uid == delta.after->uid) {
+  } else if (delta.before != nullptr && delta.before->IsSameAs(*delta.after)) {
     *event->mutable_state() = ToStateEvent(*delta.after);
   } else {
     *event->mutable_put() = ToProto(*delta.after);

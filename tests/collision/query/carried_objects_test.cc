@@ -9,7 +9,9 @@
 #include <random>
 
 #include "collision/geometry/tessellate.h"
+#include "collision/query/sphere_check.h"
 #include "collision/robot/kinematics.h"
+#include "tests/collision/query/plain_rows.h"
 #include "tests/collision/query/random_world.h"
 #include "tests/collision/world/test_arm.h"
 
@@ -297,11 +299,9 @@ TEST(RobotsOfTheWorld, AreMetInLanesAsPairByPair) {
   QueryBody spheres =
       BodyFromSpheres(*robot->robot, *robot->robot->prepared_spheres_around, RobotScope::kBoth);
   spheres.self = "arm";
-  QueryOptions plainly;
-  plainly.ignore_pairs = {{{"nobody"}, {"nothing"}}};
   for (const QueryBody& body : {BodyFromRobot(*robot, RobotScope::kBoth), spheres}) {
     const auto in_lanes = *CheckCollisions(*world, body, states, {});
-    const auto by_pairs = *CheckCollisions(*world, body, states, plainly);
+    const auto by_pairs = *CheckCollisions(*world, body, PlainRows(states), {});
     EXPECT_EQ(in_lanes.verdict, by_pairs.verdict);
     EXPECT_EQ(in_lanes.object, by_pairs.object);
     EXPECT_GT(std::ranges::count(in_lanes.verdict, kFree), 200);
@@ -338,6 +338,45 @@ TEST(CarriedObjects, OfSpheresAreAskedExactly) {
                          {.X_WB = robot->X_WB, .base = robot->state, .rows = rows});
   const auto told = *CheckCollisions(*world, body, states, {});
   for (std::size_t k = 0; k < 300; ++k) ASSERT_EQ(told.verdict[k], k % 2 == 0 ? kFree : kHit) << k;
+}
+
+// Objects with margins on two links, one of which stands on what it may sink into, and rules of pairs
+// that allow and that set less than the request's margin: spheres prove no more than the pairs.
+TEST(CarriedObjects, AreAskedInLanesAsPairByPair) {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> angle(-3, 3), slide(-1, 1);
+  SnapshotPtr world = RandomWorld(20, random, true);
+  Change far_one = Held("far_one");
+  std::get<PutObject>(far_one.what).margin_m = 0.03;
+  const std::string first = world->ObstacleAt(0).name, second = world->ObstacleAt(1).name;
+  const auto rule = [](const NamedThing& a, const NamedThing& b) { return NamedPair{a, b}; };
+  world = With(world, {Robot("arm"), Held("box"), Attach("box", RandomPose(random, 0.2)), far_one,
+                       Attach("far_one", MakeTranslation(0.1, 0.3, 0), {"base"}, "rod"),
+                       Of(AllowCollision{.pair = rule({"arm", "rod"}, {first})}),
+                       Of(AllowCollision{.pair = rule({"box"}, {"arm", "base"})}),
+                       Of(SetPairMargin{.pair = rule({"arm"}, {second}), .margin_m = 0.001})});
+  std::vector<double> rows;
+  for (int k = 0; k < 3000; ++k) rows.insert(rows.end(), {angle(random), slide(random)});
+  const Asked of_links = ArmIn(*world, rows);
+  const WorldRobotPtr& robot = of_links.robot;
+  QueryBody spheres =
+      BodyFromSpheres(*robot->robot, *robot->robot->prepared_spheres_around, RobotScope::kBoth);
+  spheres.self = "arm";
+  spheres = WithCarriedObjects(std::move(spheres), *world, *robot, RobotScope::kBoth);
+  const JointRows states = of_links.Rows();
+  const QueryOptions options{.margin_m = 0.01};
+  for (const QueryBody& body : {of_links.body, spheres}) {
+    ASSERT_TRUE(SphereCheck::Make(*world, body, states, options).has_value());
+    const auto in_lanes = *CheckCollisions(*world, body, states, options);
+    const auto by_pairs = *CheckCollisions(*world, body, PlainRows(states), options);
+    EXPECT_EQ(in_lanes.verdict, by_pairs.verdict);
+    EXPECT_EQ(in_lanes.object, by_pairs.object);
+    EXPECT_EQ(in_lanes.body_part, by_pairs.body_part);
+    EXPECT_GT(std::ranges::count(in_lanes.verdict, kFree), 200);
+    EXPECT_GT(std::ranges::count(in_lanes.verdict, kHit), 200);
+  }
+  const QueryOptions less{.margin_m = 0.0005};  // than that of a rule
+  EXPECT_FALSE(SphereCheck::Make(*world, of_links.body, states, less).has_value());
 }
 
 // What a robot that carries a box says equals what its links and the box say one by one.

@@ -79,7 +79,7 @@ TEST_F(WorldRobots, AreOrderedByNameWhateverTheOrderOfPuts) {
   Do({Of(PutArm("c", arm)), Of(PutArm("a", arm))});
   Do({Of(PutArm("b", arm))});
   EXPECT_THAT(Names(), ElementsAre("a", "b", "c"));
-  EXPECT_EQ(world->FindRobot("b")->uid, "b@2");
+  EXPECT_EQ(world->FindRobot("b")->Uid(), "b@2");
   EXPECT_EQ(world->FindRobot("d"), nullptr);
   Do({Of(RemoveRobot{"a"})});
   EXPECT_THAT(Names(), ElementsAre("b", "c"));
@@ -98,11 +98,11 @@ TEST_F(WorldRobots, OfAnotherModelUnderTheNameAreOthers) {
   Do({Of(PutArm("arm", Arm(ArmUrdf("arm", "0.2"))))});
   EXPECT_EQ(world->revision(), Revision{2});
   const WorldRobotPtr other = world->FindRobot("arm");
-  EXPECT_EQ(other->uid, "arm@2");
+  EXPECT_EQ(other->Uid(), "arm@2");
   EXPECT_EQ(other->create_revision, Revision{2});
   const auto deltas = RobotDifference(*before, *world);
   ASSERT_EQ(deltas.size(), 2u);
-  EXPECT_EQ(deltas[0].before->uid, "arm@1");
+  EXPECT_EQ(deltas[0].before->Uid(), "arm@1");
   EXPECT_EQ(deltas[0].after, nullptr);
   EXPECT_EQ(deltas[1].before, nullptr);
   EXPECT_EQ(deltas[1].after, other);
@@ -116,7 +116,7 @@ TEST_F(WorldRobots, MoveWithoutNewGeometry) {
   Do({Of(set)});
   const WorldRobotPtr after = world->FindRobot("arm");
   EXPECT_EQ(after->robot, before->robot);
-  EXPECT_EQ(after->uid, before->uid);
+  EXPECT_EQ(after->Uid(), before->Uid());
   EXPECT_EQ(after->state[0], 0.25);
   EXPECT_EQ(after->X_WB.translation(), Vector3(1, 2, 3));
   EXPECT_EQ(after->create_revision, Revision{1});

@@ -76,7 +76,7 @@ TEST(Apply, AMoveChangesThePoseRevisionAloneAndSharesTheGeometry) {
   const auto after = MustApply(before, {Move("cup", 3)});
   const auto cup = after->Find("cup");
   EXPECT_EQ(cup->geometry, before->Find("cup")->geometry);
-  EXPECT_EQ(cup->uid, before->Find("cup")->uid);
+  EXPECT_EQ(cup->Uid(), before->Find("cup")->Uid());
   EXPECT_EQ(cup->create_revision, Revision{1});
   EXPECT_EQ(cup->geometry_revision, Revision{1});
   EXPECT_EQ(cup->pose_revision, Revision{2});
@@ -89,7 +89,7 @@ TEST(Apply, AReplacedModelChangesTheGeometryRevisionAlone) {
   const auto after = MustApply(before, {Of(Put("cup", Sphere{0.2}))});
   EXPECT_EQ(after->Find("cup")->geometry_revision, Revision{2});
   EXPECT_EQ(after->Find("cup")->pose_revision, Revision{1});
-  EXPECT_EQ(after->Find("cup")->uid, before->Find("cup")->uid);
+  EXPECT_EQ(after->Find("cup")->Uid(), before->Find("cup")->Uid());
   EXPECT_NEAR(after->Find("cup")->bounds_W.max().x(), 0.2, 1e-12);
 }
 
@@ -121,7 +121,7 @@ TEST(Apply, ANameThatIsRemovedAndPutAgainIsAnotherObject) {
   const auto first = MustApply(Empty(), {Of(Put("cup", Sphere{0.1}))});
   const auto again = MustApply(first, {Remove("cup"), Of(Put("cup", Sphere{0.1}))});
   EXPECT_NE(again, first);
-  EXPECT_NE(again->Find("cup")->uid, first->Find("cup")->uid);
+  EXPECT_NE(again->Find("cup")->Uid(), first->Find("cup")->Uid());
   EXPECT_EQ(again->Find("cup")->create_revision, Revision{2});
 }
 

@@ -22,8 +22,8 @@ class Recorder {
   void Record(std::vector<Change> changes, Clock::time_point when = kStart) {
     SnapshotPtr next = *collision::Apply(latest_, changes);
     auto deltas = collision::Difference(*latest_, *next);
-    history.Append(next,
-                   std::make_shared<const Event>(Event{next->revision(), when, std::move(deltas)}));
+    history.Append(next, std::make_shared<const Event>(
+                             Event{next->revision(), when, {deltas.begin(), deltas.end()}}));
     latest_ = std::move(next);
   }
 

@@ -100,7 +100,7 @@ TEST_F(IngestTest, WhatMovedMovesAndTheRestIsNotTouched) {
   EXPECT_EQ(Get("object_1"), left);
   EXPECT_EQ(Get("support_1"), table);
   const WorldObjectPtr after = Get("object_2");
-  EXPECT_EQ(after->uid, right->uid);
+  EXPECT_EQ(after->Uid(), right->Uid());
   EXPECT_EQ(after->geometry, right->geometry) << "a move rebuilds nothing";
   EXPECT_EQ(after->geometry_revision, Revision{1});
   EXPECT_EQ(after->pose_revision, Revision{2});

@@ -45,7 +45,8 @@ TEST(PairRuleHistory, UndoingEventsLeadsBackToEachSnapshot) {
   for (const auto& changes : Story()) {
     SnapshotPtr next = *collision::Apply(latest, changes);
     ASSERT_NE(next, latest);
-    Event event{next->revision(), {}, collision::Difference(*latest, *next), {}, {}};
+    const auto deltas = collision::Difference(*latest, *next);
+    Event event{next->revision(), {}, {deltas.begin(), deltas.end()}, {}, {}};
     event.rule_deltas = collision::RuleDifference(latest->pair_rules(), next->pair_rules());
     history.Append(next, std::make_shared<const Event>(std::move(event)));
     latest = std::move(next);

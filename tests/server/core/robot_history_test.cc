@@ -56,10 +56,11 @@ TEST_F(RobotHistory, UndoingEventsLeadsBackToEachSnapshot) {
                                         {Of(PutArm("bench")), Remove("a")},
                                         {Of(RemoveRobot{"arm"})}}) {
     SnapshotPtr next = *collision::Apply(latest, changes);
+    const auto deltas = collision::Difference(*latest, *next);
     history.Append(
         next, std::make_shared<const Event>(Event{next->revision(),
                                                   {},
-                                                  collision::Difference(*latest, *next),
+                                                  {deltas.begin(), deltas.end()},
                                                   collision::RobotDifference(*latest, *next)}));
     latest = std::move(next);
   }

@@ -113,7 +113,7 @@ TEST_F(WatchTest, CoalescedTellsAnObjectThatWasMadeAnew) {
   ASSERT_EQ(step.deltas.size(), 2u);
   EXPECT_EQ(step.deltas[0].after, nullptr);
   EXPECT_EQ(step.deltas[1].before, nullptr);
-  EXPECT_NE(step.deltas[0].before->uid, step.deltas[1].after->uid);
+  EXPECT_NE(step.deltas[0].before->Uid(), step.deltas[1].after->Uid());
 }
 
 TEST_F(WatchTest, ResumesAfterAnyKeptRevisionInBothModes) {

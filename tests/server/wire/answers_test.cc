@@ -18,7 +18,7 @@ class Answers : public ::testing::Test {
     for (const char* name : {"a", "b", "c"}) {
       collision::WorldObject object;
       object.name = name;
-      object.uid = std::string("uid_") + name;
+      object.create_revision = {2};
       auto model = std::make_shared<HybridModel>();
       for (int part = 0; part < 6; ++part) {
         model->shapes.push_back({.X_OS = Pose::Identity(), .shape = Sphere{0.1}, .fit = {}});
@@ -55,7 +55,7 @@ TEST_F(Answers, ColumnsAreTheBytesOfTheAnswer) {
   EXPECT_EQ(response.completed_count(), 2);
   ASSERT_EQ(response.objects_size(), 2);
   EXPECT_EQ(response.objects(0).name(), "a");
-  EXPECT_EQ(response.objects(1).uid(), "uid_c");
+  EXPECT_EQ(response.objects(1).uid(), "c@2");
   const v1::PairColumns& columns = response.columns();
   EXPECT_EQ(columns.scalar(), v1::SCALAR_F64);
   EXPECT_THAT(NumbersIn<std::uint32_t>(columns.row_begin()), ElementsAre(0, 1, 3));

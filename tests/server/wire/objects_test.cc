@@ -71,7 +71,6 @@ TEST_F(WireObject, BecomesAMessageInEachView) {
   const auto& put = std::get<collision::PutObject>((*changes)[0].what);
   collision::WorldObject placed;
   placed.name = put.name;
-  placed.uid = "u1";
   placed.X_WO = put.X_WO;
   placed.geometry = put.geometry;
   placed.create_revision = {1};
@@ -146,7 +145,6 @@ class WireEvents : public ::testing::Test {
     model->shapes.push_back({.X_OS = Pose::Identity(), .shape = Sphere{0.1}, .fit = {}});
     collision::WorldObject object;
     object.name = "ball";
-    object.uid = "u";
     object.geometry = collision::Prepare(std::move(model));
     object.create_revision = {1};
     object.geometry_revision = {1};
@@ -183,7 +181,7 @@ TEST_F(WireEvents, AMoveIsSmallAndEverythingElseIsAPut) {
   hidden.state = collision::ObjectState::kOccluded;
   EXPECT_TRUE(EventOf(before, collision::Place(hidden)).has_put());
   collision::WorldObject another = moved;
-  another.uid = "v";
+  another.create_revision = {2};
   EXPECT_TRUE(EventOf(before, collision::Place(another)).has_put());
   EXPECT_TRUE(EventOf(nullptr, before).has_put());
   EXPECT_EQ(EventOf(before, nullptr).remove(), "ball");

@@ -21,7 +21,6 @@ using ::testing::ElementsAre;
 collision::WorldRobot WorldArm() {
   const collision::PutRobot put = PutArm("left");
   return {.name = put.name,
-          .uid = "left@3",
           .robot = put.robot,
           .X_WB = MakeTranslation(1, 2, 3),
           .state = put.state,
