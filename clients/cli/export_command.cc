@@ -1,10 +1,10 @@
 // cwm export
+#include <filesystem>
 #include <map>
 #include <memory>
 #include <ostream>
 
 #include "absl/strings/ascii.h"
-#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "clients/cli/commands.h"
 #include "clients/cli/exit_code.h"
@@ -24,16 +24,46 @@ struct ExportArguments {
   pb::ExportFormat format = pb::EXPORT_FORMAT_UNSPECIFIED;
 };
 
+const std::map<std::string, pb::ExportFormat>& Formats() {
+  static const std::map<std::string, pb::ExportFormat> formats = {
+      {"glb", pb::EXPORT_FORMAT_GLB},
+      {"ply", pb::EXPORT_FORMAT_PLY},
+      {"scene", pb::EXPORT_FORMAT_MOVEIT_SCENE},
+      {"sdf", pb::EXPORT_FORMAT_SDF},
+      {"urdf", pb::EXPORT_FORMAT_URDF},
+      {"yaml", pb::EXPORT_FORMAT_MOVEIT_YAML}};
+  return formats;
+}
+
 // What --format says, else how the name ends.
 absl::StatusOr<pb::ExportFormat> FormatOf(const ExportArguments& arguments) {
   if (arguments.format != pb::EXPORT_FORMAT_UNSPECIFIED) return arguments.format;
-  const std::string name = absl::AsciiStrToLower(arguments.file);
-  if (absl::EndsWith(name, ".scene")) return pb::EXPORT_FORMAT_MOVEIT_SCENE;
-  if (absl::EndsWith(name, ".yaml") || absl::EndsWith(name, ".yml")) {
-    return pb::EXPORT_FORMAT_MOVEIT_YAML;
-  }
+  std::string ending =
+      absl::AsciiStrToLower(std::filesystem::path(arguments.file).extension().string());
+  if (ending == ".yml") ending = ".yaml";
+  const auto found = ending.empty() ? Formats().end() : Formats().find(ending.substr(1));
+  if (found != Formats().end()) return found->second;
   return UsageError(absl::StrCat("OUT: \"", arguments.file,
-                                 "\" must end in .scene or .yaml, or --format say it"));
+                                 "\" must end in .glb, .ply, .scene, .sdf, .urdf or .yaml, or "
+                                 "--format say it"));
+}
+
+// Those that the first refers to, where it will lie.
+absl::Status WriteFilesBeside(const std::string& first,
+                              const std::vector<client::ExportedFile>& files) {
+  const std::filesystem::path folder = std::filesystem::path(first).parent_path();
+  for (const client::ExportedFile& file : files) {
+    const std::filesystem::path path = folder / file.name;
+    std::error_code failed;
+    std::filesystem::create_directories(path.parent_path(), failed);
+    if (failed) {
+      return absl::InvalidArgumentError(
+          absl::StrCat(path.parent_path().string(), ": cannot be made: ", failed.message()));
+    }
+    const absl::Status written = formats::WriteFileBytes(path.string(), file.bytes);
+    if (!written.ok()) return written;
+  }
+  return absl::OkStatus();
 }
 
 absl::Status Export(Session& session, const ExportArguments& arguments) {
@@ -50,21 +80,35 @@ absl::Status Export(Session& session, const ExportArguments& arguments) {
   if (!exported.ok()) return exported.status();
   for (const std::string& warning : exported->warnings) session.Warn(warning);
   if (arguments.file == "-") {
+    if (!exported->files.empty()) {
+      return UsageError(absl::StrCat("OUT: \"-\" has no room for the ", exported->files.size(),
+                                     " meshes that lie beside the file, must be a file"));
+    }
     session.streams.out << exported->bytes;
     return absl::OkStatus();
   }
-  const absl::Status written = formats::WriteFileBytes(arguments.file, exported->bytes);
+  absl::Status written = WriteFilesBeside(arguments.file, exported->files);
+  if (written.ok()) written = formats::WriteFileBytes(arguments.file, exported->bytes);
   if (!written.ok()) return written;
   // The reply as one message, without the file's bytes.
   pb::ExportWorldResponse response;
   response.set_world_uid(exported->world_uid);
   response.set_revision(exported->revision);
   response.set_total_bytes(static_cast<std::int64_t>(exported->bytes.size()));
+  for (const client::ExportedFile& file : exported->files) {
+    pb::ExportedFile& listed = *response.add_files();
+    listed.set_name(file.name);
+    listed.set_byte_count(static_cast<std::int64_t>(file.bytes.size()));
+  }
   response.set_done(true);
   for (const std::string& warning : exported->warnings) response.add_warnings(warning);
   session.Print(response, [&] {
     session.streams.out << "exported " << Bytes(static_cast<double>(exported->bytes.size()))
-                        << " to " << arguments.file << ", revision " << exported->revision << "\n";
+                        << " to " << arguments.file;
+    if (!exported->files.empty()) {
+      session.streams.out << " and " << exported->files.size() << " meshes beside it";
+    }
+    session.streams.out << ", revision " << exported->revision << "\n";
   });
   return absl::OkStatus();
 }
@@ -72,23 +116,28 @@ absl::Status Export(Session& session, const ExportArguments& arguments) {
 }  // namespace
 
 void AddExportCommand(CommandLine& line) {
-  static const std::map<std::string, pb::ExportFormat> kFormats = {
-      {"scene", pb::EXPORT_FORMAT_MOVEIT_SCENE}, {"yaml", pb::EXPORT_FORMAT_MOVEIT_YAML}};
   const auto arguments = std::make_shared<ExportArguments>();
   CLI::App& command = AddCommand(
       line,
       {"export",
-       "the world as a MoveIt planning scene (YAML or .scene)",
-       {"cwm export shelf.scene", "cwm export scene.yaml --robot panda --at-revision 7",
+       "the world as a file of another tool: GLB, PLY, MoveIt's scenes, URDF, SDF",
+       {"cwm export kitchen.glb", "cwm export shelf.scene",
+        "cwm export scene.yaml --robot panda --at-revision 7", "cwm export kitchen.urdf",
         "cwm export - --format yaml | less"},
-       "YAML also has the state of the robot, what it holds and which pairs may collide; .scene\n"
-       "has objects alone and leaves out what robots hold. Shapes that MoveIt does not know\n"
-       "become meshes, which warnings say. `cwm import` reads both."},
+       "GLB and PLY: objects and robots as collision checking sees them, in colours; GLB has a "
+       "node "
+       "for each.\n"
+       "YAML, a MoveIt planning scene, also has the state of the robot, what it holds and which "
+       "pairs\nmay collide; .scene has objects alone and leaves out what robots hold. `cwm import` "
+       "reads both.\n"
+       "URDF has a link for each object, SDF a static model; their meshes are STL files in a "
+       "folder beside.\n"
+       "What a format cannot say, warnings do."},
       [arguments](Session& session) { return Export(session, *arguments); });
   command.add_option("OUT", arguments->file, "the file; \"-\": stdout")->required();
-  command.add_option("--format", arguments->format, "scene or yaml; default: how the name ends")
-      ->transform(OneOf(kFormats))
-      ->type_name("FORMAT");
+  command.add_option("--format", arguments->format, "of the file; default: how the name ends")
+      ->transform(OneOf(Formats()))
+      ->type_name("glb|ply|scene|sdf|urdf|yaml");
   command
       .add_option("--robot", arguments->robot,
                   "whose state it is; default: the only robot of the world")

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -10,6 +9,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "collision/world/world_snapshot.h"
+#include "server/export/go_on.h"
 #include "server/export/planner_shape.h"
 
 namespace cwm::server {
@@ -60,9 +60,6 @@ struct PlanningScene {
   AllowedMatrix allowed;
   std::vector<std::string> warnings;  // what a planning scene says otherwise, or not at all
 };
-
-// Asked between objects, rules and rows: anything but OK ends the work, which returns it.
-using GoOn = std::function<absl::Status()>;
 
 // Names of one matrix: its text then has some 25 MB. Robots have some hundred links.
 inline constexpr std::size_t kMostAllowedNames = 2'048;

@@ -8,7 +8,9 @@
 #include "absl/strings/str_join.h"
 #include "server/core/error.h"
 #include "server/core/load_robot.h"
+#include "server/export/drawn_world.h"
 #include "server/export/moveit_scene.h"
+#include "server/export/simulator_model.h"
 #include "server/rpc/at_revision.h"
 #include "server/rpc/status_conversion.h"
 #include "server/wire/objects.h"
@@ -23,6 +25,10 @@ constexpr std::size_t kMostWarnings = 1'000;
 // As text a closed mesh of so many has some 55 MB: `cwm import` reads files of up to 64 MiB.
 constexpr std::int64_t kMostTriangles = 1'000'000;
 
+std::int64_t MostTriangles(const Runtime& runtime) {
+  return std::min(kMostTriangles, runtime.application.limits.max_mesh_triangles);
+}
+
 absl::Status GoOnWith(const CallContext& call) {
   if (call.stop.stop_requested()) return CallCancelled();
   if (Clock::now() < call.deadline) return absl::OkStatus();
@@ -31,17 +37,10 @@ absl::Status GoOnWith(const CallContext& call) {
                    {.reason = "TIME_BUDGET_SPENT"});
 }
 
-absl::StatusOr<bool> IsYaml(v1::ExportFormat format) {
-  switch (format) {
-    case v1::EXPORT_FORMAT_UNSPECIFIED:
-    case v1::EXPORT_FORMAT_MOVEIT_SCENE:
-      return false;
-    case v1::EXPORT_FORMAT_MOVEIT_YAML:
-      return true;
-    default:
-      return FieldPath().Field("format").Error(
-          absl::StrCat("is ", static_cast<int>(format), ", must be a known ExportFormat"));
-  }
+absl::Status CheckFormat(v1::ExportFormat format) {
+  if (v1::ExportFormat_IsValid(format)) return absl::OkStatus();
+  return FieldPath().Field("format").Error(
+      absl::StrCat("is ", static_cast<int>(format), ", must be a known ExportFormat"));
 }
 
 // The robot of that name; without one the only robot, or nullptr where there is none.
@@ -81,43 +80,93 @@ void ExportWorldCall::OnDone() {
 }
 
 absl::Status ExportWorldCall::Prepare(const CallContext& call) {
-  const auto is_yaml = IsYaml(request_.format());
-  if (!is_yaml.ok()) return is_yaml.status();
+  if (absl::Status known = CheckFormat(request_.format()); !known.ok()) return known;
   const FieldPath root;
   const auto rule = FromProto(request_.at_revision(), root.Field("at_revision"));
   if (!rule.ok()) return rule.status();
   const auto at = FindWorldAt(runtime_, request_.world(), request_.world_uid(), *rule, call);
   if (!at.ok()) return at.status();
-  const collision::WorldSnapshot& snapshot = *at->snapshot;
   const GoOn go_on = [&call] { return GoOnWith(call); };
-  const std::int64_t most_triangles =
-      std::min(kMostTriangles, runtime_.application.limits.max_mesh_triangles);
-  auto scene = SceneOf(snapshot, most_triangles, go_on);
-  if (!scene.ok()) return scene.status();
-  scene->name = at->world->name();
-  if (*is_yaml) {
-    const auto robot = RobotOf(snapshot, request_.robot());
-    if (!robot.ok()) return robot.status();
-    const absl::Status added = AddRobotAndRules(snapshot, robot->get(), *scene, go_on);
-    if (!added.ok()) return added;
-  } else {
-    LeaveOutAttached(*scene);
-  }
-  if (!*is_yaml && (!snapshot.robots().empty() || !snapshot.pair_rules().empty())) {
-    scene->warnings.emplace_back(
-        "robots and rules of pairs: left out, the format has objects alone");
-  }
-  auto bytes = *is_yaml ? FormatSceneYaml(*scene, go_on) : FormatSceneText(*scene, go_on);
-  if (!bytes.ok()) return bytes.status();
-  bytes_ = std::make_shared<const std::string>(*std::move(bytes));
-  warnings_ = std::move(scene->warnings);
+  const absl::Status formatted = Format(*at->snapshot, at->world->name(), go_on);
+  if (!formatted.ok()) return formatted;
   message_.set_world_uid(at->world->uid());
-  message_.set_revision(snapshot.revision().value);
+  message_.set_revision(at->snapshot->revision().value);
   message_.set_total_bytes(static_cast<std::int64_t>(bytes_->size()));
   return absl::OkStatus();
 }
 
+absl::Status ExportWorldCall::Format(const collision::WorldSnapshot& snapshot,
+                                     const std::string& world, const GoOn& go_on) {
+  const v1::ExportFormat format = request_.format();
+  if (format == v1::EXPORT_FORMAT_GLB || format == v1::EXPORT_FORMAT_PLY) {
+    return FormatDrawing(snapshot, world, go_on);
+  }
+  auto scene = SceneOf(snapshot, MostTriangles(runtime_), go_on);
+  if (!scene.ok()) return scene.status();
+  scene->name = world;
+  if (format != v1::EXPORT_FORMAT_URDF && format != v1::EXPORT_FORMAT_SDF) {
+    return FormatScene(snapshot, *std::move(scene), go_on);
+  }
+  if (!snapshot.robots().empty()) {
+    scene->warnings.emplace_back("robots: left out, they have descriptions of their own");
+  }
+  return FormatModel(*std::move(scene), go_on);
+}
+
+absl::Status ExportWorldCall::FormatScene(const collision::WorldSnapshot& snapshot,
+                                          PlanningScene scene, const GoOn& go_on) {
+  const bool is_yaml = request_.format() == v1::EXPORT_FORMAT_MOVEIT_YAML;
+  if (is_yaml) {
+    const auto robot = RobotOf(snapshot, request_.robot());
+    if (!robot.ok()) return robot.status();
+    const absl::Status added = AddRobotAndRules(snapshot, robot->get(), scene, go_on);
+    if (!added.ok()) return added;
+  } else {
+    LeaveOutAttached(scene);
+    if (!snapshot.robots().empty() || !snapshot.pair_rules().empty()) {
+      scene.warnings.emplace_back(
+          "robots and rules of pairs: left out, the format has objects alone");
+    }
+  }
+  auto bytes = is_yaml ? FormatSceneYaml(scene, go_on) : FormatSceneText(scene, go_on);
+  if (!bytes.ok()) return bytes.status();
+  bytes_ = std::make_shared<const std::string>(*std::move(bytes));
+  warnings_ = std::move(scene.warnings);
+  return absl::OkStatus();
+}
+
+absl::Status ExportWorldCall::FormatDrawing(const collision::WorldSnapshot& snapshot,
+                                            const std::string& world, const GoOn& go_on) {
+  auto drawn = Draw(snapshot, MostTriangles(runtime_), go_on);
+  if (!drawn.ok()) return drawn.status();
+  drawn->name = world;
+  const bool is_glb = request_.format() == v1::EXPORT_FORMAT_GLB;
+  auto bytes = is_glb ? FormatGlb(*drawn, go_on) : FormatPly(*drawn, go_on);
+  if (!bytes.ok()) return bytes.status();
+  bytes_ = std::make_shared<const std::string>(*std::move(bytes));
+  warnings_ = std::move(drawn->warnings);
+  return absl::OkStatus();
+}
+
+absl::Status ExportWorldCall::FormatModel(PlanningScene scene, const GoOn& go_on) {
+  const bool is_urdf = request_.format() == v1::EXPORT_FORMAT_URDF;
+  auto model = is_urdf ? FormatUrdf(scene, go_on) : FormatSdf(scene, go_on);
+  if (!model.ok()) return model.status();
+  std::string bytes;
+  for (const NamedFile& file : model->files) {
+    bytes += file.bytes;
+    if (model->files.size() == 1) break;
+    v1::ExportedFile& listed = *message_.add_files();
+    listed.set_name(file.name);
+    listed.set_byte_count(static_cast<std::int64_t>(file.bytes.size()));
+  }
+  bytes_ = std::make_shared<const std::string>(std::move(bytes));
+  warnings_ = std::move(model->warnings);
+  return absl::OkStatus();
+}
+
 void ExportWorldCall::Complete(v1::ExportWorldResponse& message) {
+  if (message.offset() > 0) message.clear_files();
   if (!message.done()) return;
   for (std::size_t i = 0; i < std::min(warnings_.size(), kMostWarnings); ++i) {
     message.add_warnings(warnings_[i]);

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "cwm/v1/world.grpc.pb.h"
+#include "server/export/planning_scene.h"
 #include "server/rpc/chunked_read.h"
 
 namespace cwm::server {
@@ -20,6 +21,15 @@ class ExportWorldCall final : public ChunkedRead<v1::ExportWorldResponse> {
   absl::Status Prepare(const CallContext& call) override;
   void Complete(v1::ExportWorldResponse& message) override;
   void OnDone() override;
+
+  // What the file is made of: sets bytes, warnings and, where there are several, the files.
+  absl::Status Format(const collision::WorldSnapshot& snapshot, const std::string& world,
+                      const GoOn& go_on);
+  absl::Status FormatScene(const collision::WorldSnapshot& snapshot, PlanningScene scene,
+                           const GoOn& go_on);
+  absl::Status FormatDrawing(const collision::WorldSnapshot& snapshot, const std::string& world,
+                             const GoOn& go_on);
+  absl::Status FormatModel(PlanningScene scene, const GoOn& go_on);
 
   const v1::ExportWorldRequest request_;
   const bool counted_ = runtime_.streams.TryTake();

@@ -92,6 +92,22 @@ TEST_F(ExportTest, ComesInChunksOfWhichTheLastIsDone) {
   EXPECT_TRUE(received == expected);  // not EXPECT_EQ, which would print both
 }
 
+TEST_F(ExportTest, SendsFilesOneAfterTheOther) {
+  PutSheets(2, Strip(50'000));
+  v1::ExportWorldRequest request;
+  request.set_format(v1::EXPORT_FORMAT_URDF);
+  const Exported exported = Export(request);
+  ASSERT_TRUE(exported.status.ok()) << exported.status.error_message();
+  ASSERT_GT(exported.messages.size(), 1u);
+  const auto& files = exported.messages[0].files();
+  ASSERT_EQ(files.size(), 2);  // both sheets are of one mesh
+  EXPECT_EQ(files[0].name(), "");
+  EXPECT_EQ(files[1].name(), "default_meshes/0_sheet0.stl");
+  EXPECT_EQ(files[1].byte_count(), 84 + 50 * 49'998);
+  EXPECT_EQ(files[0].byte_count() + files[1].byte_count(), exported.messages[0].total_bytes());
+  EXPECT_EQ(exported.messages[1].files_size(), 0);
+}
+
 TEST_F(ExportTest, SaysAThousandWarningsAndHowManyMore) {
   v1::LoadRobotResponse loaded;
   Call load;

@@ -1,0 +1,216 @@
+#include "server/export/drawn_world.h"
+
+#include <map>
+#include <optional>
+
+#include "absl/strings/str_cat.h"
+#include "collision/geometry/tessellate.h"
+#include "server/core/error.h"
+#include "server/export/notes.h"
+
+namespace cwm::server {
+namespace {
+
+using collision::PartSource;
+using collision::PreparedModel;
+using collision::PreparedPart;
+
+Look LookOf(const collision::WorldObject& object, const PreparedPart& part) {
+  if (object.kind == collision::ObjectKind::kUnseen) return Look::kUnseen;
+  if (object.owner == collision::Owner::kUser) return Look::kUser;
+  if (part.source == PartSource::kSurface) return Look::kSurface;
+  if (part.source == PartSource::kHandle) return Look::kHandle;
+  const ShapePart& shape = object.model().shapes[static_cast<std::size_t>(part.index)];
+  if (shape.role == PartRole::kCompleted) return Look::kCompleted;
+  return object.kind == collision::ObjectKind::kSupport ? Look::kSupport : Look::kObject;
+}
+
+bool IsClosed(const Shape& shape) {
+  const auto* mesh = std::get_if<Mesh>(&shape);
+  return mesh == nullptr || mesh->watertight;
+}
+
+void Append(const TriangleMesh& mesh, const Pose& X_BM, TriangleMesh& all) {
+  const auto first = static_cast<std::uint32_t>(all.vertices.size());
+  for (const Vector3& vertex : mesh.vertices) all.vertices.push_back(X_BM * vertex);
+  for (const auto& [a, b, c] : mesh.triangles) {
+    all.triangles.push_back({first + a, first + b, first + c});
+  }
+}
+
+// Gathers the parts of one body, those that look the same together.
+class BodyDrawer {
+ public:
+  void Add(const PreparedPart& part, Look look) {
+    const bool is_closed = IsClosed(part.shape);
+    DrawnPiece& piece = pieces_[{look, is_closed}];
+    piece.look = look;
+    piece.is_closed = is_closed;
+    if (const auto* mesh = std::get_if<Mesh>(&part.shape)) {
+      if (mesh->mesh != nullptr) Append(*mesh->mesh, part.X_OP, piece.mesh);
+    } else {
+      Append(Tessellate(part.shape), part.X_OP, piece.mesh);
+    }
+  }
+
+  std::shared_ptr<const DrawnBody> Finish() {
+    DrawnBody body;
+    for (auto& [key, piece] : pieces_) {
+      if (!piece.mesh.triangles.empty()) body.push_back(std::move(piece));
+    }
+    return std::make_shared<const DrawnBody>(std::move(body));
+  }
+
+ private:
+  std::map<std::pair<Look, bool>, DrawnPiece> pieces_;
+};
+
+std::vector<std::pair<std::string, std::string>> FactsOf(const collision::WorldObject& object) {
+  std::vector<std::pair<std::string, std::string>> facts = {
+      {"uid", object.Uid()},
+      {"kind", std::string(NameOf(object.kind))},
+      {"owner", std::string(NameOf(object.owner))},
+      {"state", std::string(NameOf(object.state))}};
+  if (!object.supported_by.empty()) facts.emplace_back("supported_by", object.supported_by);
+  if (object.attachment != nullptr) {
+    facts.emplace_back("attached_to",
+                       absl::StrCat(object.attachment->robot, "/", object.attachment->link));
+  }
+  return facts;
+}
+
+class WorldDrawer {
+ public:
+  WorldDrawer(std::int64_t max_triangles, const GoOn& go_on)
+      : max_triangles_(max_triangles), go_on_(go_on) {}
+
+  absl::Status Add(const collision::WorldObject& object) {
+    // What it is made of and whose it is decide how it looks.
+    const Key key{object.geometry.get(), object.kind, object.owner};
+    std::shared_ptr<const DrawnBody>& body = body_of_[key];
+    if (body == nullptr) {
+      BodyDrawer drawer;
+      for (const PreparedPart& part : object.geometry->parts) {
+        if (!std::holds_alternative<HalfSpace>(part.shape)) drawer.Add(part, LookOf(object, part));
+      }
+      body = drawer.Finish();
+    }
+    for (const PreparedPart& part : object.geometry->parts) {
+      if (std::holds_alternative<HalfSpace>(part.shape)) {
+        notes_.Add("a half-space is left out, it has no end", object.name);
+      }
+    }
+    return Add({.name = object.name,
+                .robot = {},
+                .X_WB = object.X_WO,
+                .body = body,
+                .facts = FactsOf(object)});
+  }
+
+  absl::Status Add(const collision::WorldRobot& robot) {
+    const collision::RobotGeometry& geometry = *robot.robot;
+    const std::vector<collision::ModelLink>& links = geometry.model->links;
+    std::vector<BodyDrawer> drawers(links.size());
+    for (std::size_t k = 0; k < geometry.geometry->parts.size(); ++k) {
+      drawers[static_cast<std::size_t>(geometry.link_of_part[k])].Add(geometry.geometry->parts[k],
+                                                                      Look::kRobot);
+    }
+    for (std::size_t i = 0; i < links.size(); ++i) {
+      const absl::Status added = Add({.name = links[i].name,
+                                      .robot = robot.name,
+                                      .X_WB = robot.X_WL[i],
+                                      .body = drawers[i].Finish()});
+      if (!added.ok()) return added;
+    }
+    return absl::OkStatus();
+  }
+
+  DrawnWorld Finish() {
+    notes_.AppendTo(world_.warnings);
+    return std::move(world_);
+  }
+
+ private:
+  using Key = std::tuple<const PreparedModel*, collision::ObjectKind, collision::Owner>;
+
+  absl::Status Add(DrawnThing thing) {
+    for (const DrawnPiece& piece : *thing.body) {
+      triangles_ += static_cast<std::int64_t>(piece.mesh.triangles.size());
+    }
+    if (triangles_ > max_triangles_) {
+      return MakeError(absl::StatusCode::kResourceExhausted,
+                       absl::StrCat("what is drawn up to ", thing.name, " has ", triangles_,
+                                    " triangles, must have at most ", max_triangles_, " together"),
+                       {.reason = "GEOMETRY_TOO_LARGE"});
+    }
+    if (!thing.body->empty()) world_.things.push_back(std::move(thing));
+    return go_on_();
+  }
+
+  const std::int64_t max_triangles_;
+  const GoOn& go_on_;
+  std::int64_t triangles_ = 0;
+  std::map<Key, std::shared_ptr<const DrawnBody>> body_of_;
+  Notes notes_;
+  DrawnWorld world_;
+};
+
+}  // namespace
+
+std::string_view NameOf(Look look) {
+  switch (look) {
+    case Look::kSupport:
+      return "support";
+    case Look::kObject:
+      return "object";
+    case Look::kCompleted:
+      return "completed";
+    case Look::kSurface:
+      return "surface";
+    case Look::kHandle:
+      return "handle";
+    case Look::kUnseen:
+      return "unseen";
+    case Look::kUser:
+      return "user";
+    case Look::kRobot:
+      return "robot";
+  }
+  return "?";
+}
+
+std::array<std::uint8_t, 4> ColourOf(Look look) {
+  switch (look) {
+    case Look::kSupport:
+      return {176, 168, 153, 255};
+    case Look::kObject:
+      return {66, 122, 194, 255};
+    case Look::kCompleted:
+      return {158, 189, 224, 255};
+    case Look::kSurface:
+      return {203, 128, 74, 255};
+    case Look::kHandle:
+      return {214, 168, 45, 255};
+    case Look::kUnseen:
+      return {128, 128, 140, 64};
+    case Look::kUser:
+      return {92, 158, 106, 255};
+    case Look::kRobot:
+      return {224, 224, 228, 255};
+  }
+  return {255, 255, 255, 255};
+}
+
+absl::StatusOr<DrawnWorld> Draw(const collision::WorldSnapshot& snapshot,
+                                std::int64_t max_triangles, const GoOn& go_on) {
+  WorldDrawer drawer(max_triangles, go_on);
+  for (const collision::WorldObjectPtr& object : snapshot.objects()) {
+    if (absl::Status added = drawer.Add(*object); !added.ok()) return added;
+  }
+  for (const collision::WorldRobotPtr& robot : snapshot.robots()) {
+    if (absl::Status added = drawer.Add(*robot); !added.ok()) return added;
+  }
+  return drawer.Finish();
+}
+
+}  // namespace cwm::server

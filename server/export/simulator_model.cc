@@ -1,0 +1,287 @@
+#include "server/export/simulator_model.h"
+
+#include <tinyxml2.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <map>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "collision/geometry/tessellate.h"
+#include "server/export/file_bytes.h"
+#include "server/export/notes.h"
+#include "server/export/scene_numbers.h"
+
+namespace cwm::server {
+namespace {
+
+using tinyxml2::XMLElement;
+
+// Of a half-space in URDF, as in meshes of it (tessellate.h).
+constexpr double kGroundSide_m = 20, kGroundDepth_m = 1;
+
+XMLElement& Child(XMLElement& parent, const char* name) {
+  return *parent.InsertNewChildElement(name);
+}
+void SetText(XMLElement& parent, const char* name, const std::string& text) {
+  Child(parent, name).SetText(text.c_str());
+}
+
+// Turns about the fixed axes x, y, z, one after the other: R = Rz(yaw) Ry(pitch) Rx(roll).
+Vector3 RollPitchYaw(const Matrix3& R) {
+  const double cos_pitch = std::hypot(R(0, 0), R(1, 0));
+  const double pitch = std::atan2(-R(2, 0), cos_pitch);
+  // Where x points up or down, roll and yaw turn about one axis: all of it is yaw.
+  if (cos_pitch < 1e-9) return {0, pitch, std::atan2(-R(0, 1), R(1, 1))};
+  return {std::atan2(R(2, 1), R(2, 2)), pitch, std::atan2(R(1, 0), R(0, 0))};
+}
+
+// "x y z", "roll pitch yaw".
+std::pair<std::string, std::string> PoseTexts(const Pose& pose) {
+  return {Text(pose.translation(), " "), Text(RollPitchYaw(pose.linear()), " ")};
+}
+
+// Binary STL: facets with normals of length 0, which readers take from the vertices.
+std::string StlOf(const TriangleMesh& mesh) {
+  constexpr std::size_t kHeaderBytes = 80;
+  std::string bytes(kHeaderBytes, ' ');
+  bytes.replace(0, 19, "binary STL, metres ");
+  AppendBytes(static_cast<std::uint32_t>(mesh.triangles.size()), bytes);
+  for (const auto& triangle : mesh.triangles) {
+    for (int i = 0; i < 3; ++i) AppendBytes(0.0F, bytes);
+    for (const std::uint32_t vertex : triangle) {
+      for (const double coordinate : mesh.vertices[vertex]) {
+        AppendBytes(static_cast<float>(coordinate), bytes);
+      }
+    }
+    AppendBytes(std::uint16_t{0}, bytes);
+  }
+  return bytes;
+}
+
+// The files of meshes, each mesh once.
+class MeshFiles {
+ public:
+  explicit MeshFiles(std::string folder) : folder_(std::move(folder)) {}
+
+  // The name of the file. `of` names the object.
+  std::string Add(const PlannerMesh& mesh, const std::string& of) {
+    const auto [at, is_new] = name_of_.try_emplace(mesh.get());
+    if (!is_new) return at->second;
+    std::string safe = of;
+    std::replace(safe.begin(), safe.end(), '/', '_');
+    // The number keeps "a/b" and "a_b" apart.
+    at->second = absl::StrCat(folder_, "/", files_.size(), "_", safe, ".stl");
+    files_.push_back({at->second, StlOf(*mesh)});
+    kept_.push_back(mesh);  // its address stays its own
+    return at->second;
+  }
+
+  std::vector<NamedFile> Take() { return std::move(files_); }
+
+ private:
+  std::string folder_;
+  std::map<const TriangleMesh*, std::string> name_of_;
+  std::vector<NamedFile> files_;
+  std::vector<PlannerMesh> kept_;
+};
+
+PlannerMesh ConeMesh(const PlannerPrimitive& cone) {
+  return std::make_shared<const TriangleMesh>(
+      Tessellate(Cone{.radius_bottom_m = cone.dimensions_m[1],
+                      .radius_top_m = 0,
+                      .length_m = cone.dimensions_m[0]}));
+}
+
+// Writes <geometry> of one part. What differs between the formats is how numbers are put.
+class GeometryWriter {
+ public:
+  enum class Format { kUrdf, kSdf };
+  GeometryWriter(Format format, MeshFiles& meshes, const std::string& object)
+      : format_(format), meshes_(meshes), object_(object) {}
+
+  void Write(const PlannerShape& shape, XMLElement& parent) const {
+    XMLElement& geometry = Child(parent, "geometry");
+    std::visit([&](const auto& s) { WriteShape(s, geometry); }, shape.shape);
+  }
+
+ private:
+  using Kind = PlannerPrimitive::Kind;
+
+  void WriteShape(const PlannerPrimitive& s, XMLElement& geometry) const {
+    const auto& d = s.dimensions_m;
+    switch (s.kind) {
+      case Kind::kBox:
+        return Set(Child(geometry, "box"), {{"size", Text({d[0], d[1], d[2]}, " ")}});
+      case Kind::kSphere:
+        return Set(Child(geometry, "sphere"), {{"radius", NumberText(d[0])}});
+      case Kind::kCylinder:
+        return Set(Child(geometry, "cylinder"),
+                   {{"radius", NumberText(d[1])}, {"length", NumberText(d[0])}});
+      case Kind::kCone:
+        return WriteShape(ConeMesh(s), geometry);
+    }
+  }
+  void WriteShape(const PlannerMesh& mesh, XMLElement& geometry) const {
+    const char* const key = format_ == Format::kUrdf ? "filename" : "uri";
+    Set(Child(geometry, "mesh"), {{key, meshes_.Add(mesh, object_)}});
+  }
+  void WriteShape(const PlannerPlane&, XMLElement& geometry) const {
+    if (format_ == Format::kUrdf) {
+      return Set(Child(geometry, "box"),
+                 {{"size", Text({kGroundSide_m, kGroundSide_m, kGroundDepth_m}, " ")}});
+    }
+    const std::string side = NumberText(kGroundSide_m);
+    Set(Child(geometry, "plane"), {{"normal", "0 0 1"}, {"size", side + " " + side}});
+  }
+
+  void Set(XMLElement& element,
+           const std::vector<std::pair<const char*, std::string>>& values) const {
+    for (const auto& [name, value] : values) {
+      if (format_ == Format::kUrdf) {
+        element.SetAttribute(name, value.c_str());
+      } else {
+        SetText(element, name, value);
+      }
+    }
+  }
+
+  Format format_;
+  MeshFiles& meshes_;
+  const std::string& object_;
+};
+
+Pose PoseInUrdf(const PlannerShape& shape) {
+  if (!std::holds_alternative<PlannerPlane>(shape.shape)) return shape.X_OS;
+  return shape.X_OS * MakeTranslation(0, 0, -0.5 * kGroundDepth_m);
+}
+
+void AddOrigin(const Pose& pose, XMLElement& parent) {
+  XMLElement& origin = Child(parent, "origin");
+  const auto [xyz, rpy] = PoseTexts(pose);
+  origin.SetAttribute("xyz", xyz.c_str());
+  origin.SetAttribute("rpy", rpy.c_str());
+}
+
+void AddSdfPose(const Pose& pose, XMLElement& parent) {
+  const auto [xyz, rpy] = PoseTexts(pose);
+  SetText(parent, "pose", xyz + " " + rpy);
+}
+
+void AddUrdfObject(const PlannedObject& object, const std::string& root, MeshFiles& meshes,
+                   XMLElement& robot) {
+  XMLElement& link = Child(robot, "link");
+  link.SetAttribute("name", object.name.c_str());
+  const GeometryWriter geometry(GeometryWriter::Format::kUrdf, meshes, object.name);
+  for (const char* kind : {"visual", "collision"}) {
+    for (const PlannerShape& shape : object.shapes) {
+      XMLElement& part = Child(link, kind);
+      AddOrigin(PoseInUrdf(shape), part);
+      geometry.Write(shape, part);
+    }
+  }
+  XMLElement& joint = Child(robot, "joint");
+  joint.SetAttribute("name", (object.name + "_stands").c_str());
+  joint.SetAttribute("type", "fixed");
+  AddOrigin(object.X_WO, joint);
+  Child(joint, "parent").SetAttribute("link", root.c_str());
+  Child(joint, "child").SetAttribute("link", object.name.c_str());
+}
+
+void AddSdfObject(const PlannedObject& object, MeshFiles& meshes, XMLElement& world) {
+  XMLElement& model = Child(world, "model");
+  model.SetAttribute("name", object.name.c_str());
+  SetText(model, "static", "true");
+  AddSdfPose(object.X_WO, model);
+  XMLElement& link = Child(model, "link");
+  link.SetAttribute("name", "link");
+  const GeometryWriter geometry(GeometryWriter::Format::kSdf, meshes, object.name);
+  for (const char* kind : {"visual", "collision"}) {
+    int number = 0;
+    for (const PlannerShape& shape : object.shapes) {
+      XMLElement& part = Child(link, kind);
+      part.SetAttribute("name", absl::StrCat(kind, "_", number++).c_str());
+      AddSdfPose(shape.X_OS, part);
+      geometry.Write(shape, part);
+    }
+  }
+}
+
+std::string RootName(const PlanningScene& scene) {
+  std::string root = "world";
+  const auto is_taken = [&](const PlannedObject& object) { return object.name == root; };
+  while (std::any_of(scene.objects.begin(), scene.objects.end(), is_taken)) root += "_";
+  return root;
+}
+
+std::vector<std::string> WarningsOf(const PlanningScene& scene, bool has_planes) {
+  std::vector<std::string> warnings = scene.warnings;
+  Notes notes;
+  for (const PlannedObject& object : scene.objects) {
+    for (const PlannerShape& shape : object.shapes) {
+      const auto* primitive = std::get_if<PlannerPrimitive>(&shape.shape);
+      if (primitive != nullptr && primitive->kind == PlannerPrimitive::Kind::kCone) {
+        notes.Add("a cone is written as a mesh", object.name);
+      }
+      if (!has_planes && std::holds_alternative<PlannerPlane>(shape.shape)) {
+        notes.Add("a half-space ends after 10 m and 1 m below", object.name);
+      }
+    }
+    if (object.attachment) notes.Add("stands free, a robot holds it", object.name);
+  }
+  notes.AppendTo(warnings);
+  return warnings;
+}
+
+std::string FolderOf(const PlanningScene& scene) {
+  std::string name = scene.name;
+  std::replace(name.begin(), name.end(), '/', '_');
+  return name + "_meshes";
+}
+
+ModelFiles FilesOf(tinyxml2::XMLDocument& document, MeshFiles& meshes,
+                   std::vector<std::string> warnings) {
+  tinyxml2::XMLPrinter printer;
+  document.Print(&printer);
+  ModelFiles model{.files = {{"", printer.CStr()}}, .warnings = std::move(warnings)};
+  for (NamedFile& file : meshes.Take()) model.files.push_back(std::move(file));
+  return model;
+}
+
+}  // namespace
+
+absl::StatusOr<ModelFiles> FormatUrdf(const PlanningScene& scene, const GoOn& go_on) {
+  tinyxml2::XMLDocument document;
+  document.InsertEndChild(document.NewDeclaration());
+  XMLElement* const robot = document.NewElement("robot");
+  document.InsertEndChild(robot);
+  robot->SetAttribute("name", scene.name.c_str());
+  const std::string root = RootName(scene);
+  Child(*robot, "link").SetAttribute("name", root.c_str());
+  MeshFiles meshes(FolderOf(scene));
+  for (const PlannedObject& object : scene.objects) {
+    if (absl::Status status = go_on(); !status.ok()) return status;
+    AddUrdfObject(object, root, meshes, *robot);
+  }
+  return FilesOf(document, meshes, WarningsOf(scene, false));
+}
+
+absl::StatusOr<ModelFiles> FormatSdf(const PlanningScene& scene, const GoOn& go_on) {
+  tinyxml2::XMLDocument document;
+  document.InsertEndChild(document.NewDeclaration());
+  XMLElement* const sdf = document.NewElement("sdf");
+  document.InsertEndChild(sdf);
+  sdf->SetAttribute("version", "1.7");
+  XMLElement& world = Child(*sdf, "world");
+  world.SetAttribute("name", scene.name.c_str());
+  MeshFiles meshes(FolderOf(scene));
+  for (const PlannedObject& object : scene.objects) {
+    if (absl::Status status = go_on(); !status.ok()) return status;
+    AddSdfObject(object, meshes, world);
+  }
+  return FilesOf(document, meshes, WarningsOf(scene, true));
+}
+
+}  // namespace cwm::server

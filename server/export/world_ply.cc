@@ -1,0 +1,66 @@
+// PLY; declared in drawn_world.h.
+#include <bit>
+
+#include "absl/strings/str_cat.h"
+#include "server/export/drawn_world.h"
+#include "server/export/file_bytes.h"
+
+namespace cwm::server {
+namespace {
+
+std::string Header(const DrawnWorld& world, std::size_t vertices, std::size_t triangles) {
+  std::string text = "ply\nformat binary_little_endian 1.0\n";
+  absl::StrAppend(&text, "comment world ", world.name, ", metres, z up\n");
+  for (std::size_t i = 0; i < world.things.size(); ++i) {
+    const DrawnThing& thing = world.things[i];
+    absl::StrAppend(&text, "comment thing ", i, " ", thing.robot, thing.robot.empty() ? "" : "/",
+                    thing.name, "\n");
+  }
+  absl::StrAppend(&text, "element vertex ", vertices,
+                  "\nproperty double x\nproperty double y\nproperty double z\n"
+                  "property uchar red\nproperty uchar green\nproperty uchar blue\n");
+  absl::StrAppend(&text, "element face ", triangles,
+                  "\nproperty list uchar uint vertex_indices\nproperty uint thing\nend_header\n");
+  return text;
+}
+
+}  // namespace
+
+absl::StatusOr<std::string> FormatPly(const DrawnWorld& world, const GoOn& go_on) {
+  std::size_t vertices = 0, triangles = 0;
+  for (const DrawnThing& thing : world.things) {
+    for (const DrawnPiece& piece : *thing.body) {
+      vertices += piece.mesh.vertices.size();
+      triangles += piece.mesh.triangles.size();
+    }
+  }
+  std::string bytes = Header(world, vertices, triangles);
+  constexpr std::size_t kVertexBytes = 27, kFaceBytes = 17;
+  bytes.reserve(bytes.size() + kVertexBytes * vertices + kFaceBytes * triangles);
+  for (const DrawnThing& thing : world.things) {
+    if (absl::Status status = go_on(); !status.ok()) return status;
+    for (const DrawnPiece& piece : *thing.body) {
+      const auto colour = ColourOf(piece.look);
+      for (const Vector3& vertex : piece.mesh.vertices) {
+        const Vector3 p_W = thing.X_WB * vertex;
+        for (int i = 0; i < 3; ++i) AppendBytes(p_W[i], bytes);
+        for (std::size_t i = 0; i < 3; ++i) AppendBytes(colour[i], bytes);
+      }
+    }
+  }
+  std::uint32_t first = 0, number = 0;
+  for (const DrawnThing& thing : world.things) {
+    for (const DrawnPiece& piece : *thing.body) {
+      for (const auto& triangle : piece.mesh.triangles) {
+        AppendBytes(std::uint8_t{3}, bytes);
+        for (const std::uint32_t vertex : triangle) AppendBytes(first + vertex, bytes);
+        AppendBytes(number, bytes);
+      }
+      first += static_cast<std::uint32_t>(piece.mesh.vertices.size());
+    }
+    ++number;
+  }
+  return bytes;
+}
+
+}  // namespace cwm::server

@@ -1,0 +1,125 @@
+// GLB and PLY, read back by other readers.
+#include "server/export/drawn_world.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <nlohmann/json.hpp>
+#include <numbers>
+
+#include "clients/formats/ply.h"
+#include "collision/query/query.h"
+#include "collision/robot/glb_file.h"
+#include "server/core/error.h"
+#include "tests/collision/world/test_arm.h"
+#include "tests/server/export/world_of_all.h"
+
+namespace cwm::server {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+std::shared_ptr<const collision::WorldSnapshot> WithArm(
+    const std::shared_ptr<const collision::WorldSnapshot>& world) {
+  auto arm = collision::testing::PutArm("crane");
+  arm.X_WB = MakeTranslation(3, 0, 0);
+  const std::vector<collision::Change> changes = {{arm, std::nullopt}};
+  return *Apply(world, changes);
+}
+
+DrawnWorld Drawn(const collision::WorldSnapshot& snapshot) {
+  auto drawn = Draw(snapshot, 1'000'000);
+  EXPECT_TRUE(drawn.ok()) << drawn.status();
+  drawn->name = "room";
+  return *drawn;
+}
+
+nlohmann::json JsonOf(const std::string& glb) {
+  std::uint32_t length = 0;
+  std::memcpy(&length, glb.data() + 12, sizeof(length));
+  return nlohmann::json::parse(glb.substr(20, length));
+}
+
+// Of all solids of the world that have an end.
+double Distance_m(const collision::WorldSnapshot& world, const Vector3& p_W) {
+  double nearest_m = std::numeric_limits<double>::infinity();
+  for (const auto& object : world.objects()) {
+    for (const auto& part : object->geometry->parts) {
+      if (std::holds_alternative<HalfSpace>(part.shape)) continue;
+      const Vector3 p = (object->X_WO * part.X_OP).inverse() * p_W;
+      const double distance_m = std::abs(SignedDistance_m(part.shape, p));
+      nearest_m = std::min(nearest_m, distance_m);
+    }
+  }
+  return nearest_m;
+}
+
+TEST(DrawnWorldTest, HasItsVerticesOnTheSurfacesInEachFormat) {
+  const auto world = WorldOfAll();
+  const DrawnWorld drawn = Drawn(*world);
+  const auto glb = collision::ReadGlb(FormatGlb(drawn).value(), {});
+  ASSERT_TRUE(glb.ok()) << glb.status();
+  const Eigen::AngleAxisd to_z_up(std::numbers::pi / 2, Vector3::UnitX());
+  ASSERT_GT(glb->vertices.size(), 1000u);
+  for (const Vector3& vertex : glb->vertices) {
+    EXPECT_LT(Distance_m(*world, to_z_up * vertex), 1e-6);
+  }
+  const auto ply = formats::ParsePlyMesh(FormatPly(drawn).value(), "world.ply");
+  ASSERT_TRUE(ply.ok()) << ply.status();
+  EXPECT_EQ(ply->triangles.size(), glb->triangles.size());
+  for (const auto& [x, y, z] : ply->vertices) EXPECT_LT(Distance_m(*world, {x, y, z}), 1e-12);
+}
+
+TEST(DrawnWorldTest, LeavesOutWhatHasNoEnd) {
+  EXPECT_THAT(Drawn(*WorldOfAll()).warnings,
+              ElementsAre(HasSubstr("HalfSpace, HalfSpace.2: a half-space is left out")));
+}
+
+TEST(GlbExport, NamesObjectsAndRobotsAndSaysWhatTheyAre) {
+  const nlohmann::json json = JsonOf(FormatGlb(Drawn(*WithArm(WorldOfAll()))).value());
+  std::map<std::string, nlohmann::json> by_name;
+  for (const auto& node : json["nodes"]) by_name[node["name"]] = node;
+  EXPECT_EQ(json["nodes"][0]["name"], "room");
+  EXPECT_EQ(by_name.at("Cup")["extras"]["kind"], "USER");
+  EXPECT_EQ(by_name.at("Cup")["extras"]["uid"], "Cup@1");
+  EXPECT_TRUE(by_name.contains("crane"));
+  EXPECT_GT(by_name.at("crane")["children"].size(), 1u);
+  const auto link = by_name.at("crane")["children"][0].get<std::size_t>();
+  EXPECT_TRUE(json["nodes"][link].contains("mesh"));
+}
+
+TEST(GlbExport, SharesTheMeshOfOneModel) {
+  const auto geometry = collision::BodyFromShapes({{.shape = Box{{0.1, 0.1, 0.1}}}}).geometry;
+  std::vector<collision::Change> changes;
+  for (const char* name : {"a", "b", "c"}) {
+    changes.push_back({collision::PutObject{.name = name, .geometry = geometry, .supported_by = {}},
+                       std::nullopt});
+  }
+  const auto world = Apply(std::make_shared<const collision::WorldSnapshot>(), changes);
+  EXPECT_EQ(JsonOf(FormatGlb(Drawn(**world)).value())["meshes"].size(), 1u);
+}
+
+TEST(GlbExport, OfAnEmptyWorldIsAnEmptyScene) {
+  const DrawnWorld empty = Drawn(collision::WorldSnapshot());
+  const nlohmann::json json = JsonOf(FormatGlb(empty).value());
+  EXPECT_EQ(json["nodes"].size(), 1u);
+  EXPECT_FALSE(json.contains("meshes"));
+  EXPECT_THAT(FormatPly(empty).value(), HasSubstr("element face 0\n"));
+}
+
+TEST(PlyExport, NamesThings) {
+  const std::string ply = FormatPly(Drawn(*WithArm(WorldOfAll()))).value();
+  EXPECT_THAT(ply, HasSubstr("comment thing 0 Box\n"));
+  EXPECT_THAT(ply, HasSubstr(" crane/"));
+}
+
+TEST(DrawnWorldTest, RefusesMoreTrianglesThanMayBe) {
+  const auto drawn = Draw(*WorldOfAll(), 100);
+  EXPECT_EQ(drawn.status().code(), absl::StatusCode::kResourceExhausted);
+  EXPECT_THAT(std::string(drawn.status().message()), HasSubstr("at most 100"));
+}
+
+}  // namespace
+}  // namespace cwm::server

@@ -1,0 +1,178 @@
+// URDF and SDFormat, read back and compared by distances.
+#include "server/export/simulator_model.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <tinyxml2.h>
+
+#include <functional>
+#include <map>
+#include <random>
+#include <sstream>
+
+#include "collision/robot/mesh_file.h"
+#include "collision/robot/urdf.h"
+#include "tests/server/export/world_of_all.h"
+
+namespace cwm::server {
+namespace {
+
+using ::testing::Contains;
+using ::testing::HasSubstr;
+
+// STL files hold floats.
+constexpr double kFloat_m = 1e-7;
+
+ModelFiles Urdf() {
+  auto scene = SceneOf(*WorldOfAll(), 1'000'000);
+  EXPECT_TRUE(scene.ok()) << scene.status();
+  scene->name = "room/1";
+  return FormatUrdf(*scene).value();
+}
+ModelFiles Sdf() {
+  auto scene = SceneOf(*WorldOfAll(), 1'000'000);
+  EXPECT_TRUE(scene.ok()) << scene.status();
+  scene->name = "room/1";
+  return FormatSdf(*scene).value();
+}
+
+absl::StatusOr<std::string> FileOf(const ModelFiles& model, std::string_view name) {
+  for (const NamedFile& file : model.files) {
+    if (file.name == name) return file.bytes;
+  }
+  return absl::NotFoundError("must be one of the files beside");
+}
+
+// What was read of one object.
+using Parts = std::vector<Placed<>>;
+
+double DistanceIn(const Parts& parts, const Vector3& p_W) {
+  double nearest_m = std::numeric_limits<double>::infinity();
+  for (const auto& [X_WP, shape] : parts) {
+    nearest_m = std::min(nearest_m, SignedDistance_m(shape, X_WP.inverse() * p_W));
+  }
+  return nearest_m;
+}
+
+// `without`: a case that is not compared.
+void ExpectSameGeometry(const std::map<std::string, Parts>& read, const std::string& without) {
+  const auto world = WorldOfAll();
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> coordinate(-1, 1);
+  ASSERT_EQ(read.size(), world->objects().size());
+  for (const Case& c : Cases()) {
+    if (c.name == without) continue;
+    // Every cone becomes a mesh here.
+    const bool is_cone = std::holds_alternative<Cone>(c.shape);
+    const double tolerance_m =
+        kFloat_m + (is_cone ? std::max(c.tolerance_m, kDefaultDeviation_m) : c.tolerance_m);
+    for (const std::string& name : {c.name, c.name + ".2"}) {
+      ASSERT_TRUE(read.contains(name)) << name;
+      for (int i = 0; i < 40; ++i) {
+        const Vector3 p(coordinate(random), coordinate(random), coordinate(random));
+        EXPECT_NEAR(DistanceIn(read.at(name), p), DistanceInObject(*world->Find(name), p),
+                    tolerance_m)
+            << name;
+      }
+    }
+  }
+}
+
+TEST(UrdfExport, KeepsEveryShapeWhereItIs) {
+  const ModelFiles model = Urdf();
+  const auto robot = collision::ReadUrdf(model.files[0].bytes,
+                                         [&](std::string_view uri) { return FileOf(model, uri); });
+  ASSERT_TRUE(robot.ok()) << robot.status();
+  EXPECT_EQ(robot->name, "room/1");
+  std::map<std::string, Parts> read;
+  for (const collision::Joint& joint : robot->joints) {
+    EXPECT_EQ(joint.parent, "world");
+    for (const collision::Link& link : robot->links) {
+      if (link.name != joint.child) continue;
+      for (const collision::CollisionGeometry& part : link.collisions) {
+        read[link.name].emplace_back(joint.X_PJ * part.X_LG, part.shape);
+      }
+    }
+  }
+  ExpectSameGeometry(read, "HalfSpace");
+  // Its top is the plane's, as far as its sides and its bottom are farther.
+  const auto world = WorldOfAll();
+  const Parts& ground = read.at("HalfSpace");
+  for (const Vector3& p : {Vector3(0.1, 0.2, 0.3), Vector3(0.2, -0.1, 0.2)}) {
+    const double distance_m = DistanceInObject(*world->Find("HalfSpace"), p);
+    ASSERT_GT(distance_m, -0.4);
+    EXPECT_NEAR(DistanceIn(ground, p), distance_m, kRounding_m);
+  }
+  EXPECT_THAT(model.warnings, Contains(HasSubstr("HalfSpace.2: a half-space ends after 10 m")));
+}
+
+Pose PoseOf(const tinyxml2::XMLElement& element) {
+  std::istringstream text(element.FirstChildElement("pose")->GetText());
+  Vector3 p, rpy;
+  text >> p.x() >> p.y() >> p.z() >> rpy.x() >> rpy.y() >> rpy.z();
+  Pose X = MakeTranslation(p.x(), p.y(), p.z());
+  X.linear() =
+      (Eigen::AngleAxisd(rpy.z(), Vector3::UnitZ()) * Eigen::AngleAxisd(rpy.y(), Vector3::UnitY()) *
+       Eigen::AngleAxisd(rpy.x(), Vector3::UnitX()))
+          .toRotationMatrix();
+  return X;
+}
+
+Shape ShapeOf(const tinyxml2::XMLElement& geometry, const ModelFiles& model) {
+  const tinyxml2::XMLElement& shape = *geometry.FirstChildElement();
+  const std::string kind = shape.Name();
+  const auto number = [&](const char* name) { return shape.FirstChildElement(name)->DoubleText(); };
+  if (kind == "sphere") return Sphere{number("radius")};
+  if (kind == "cylinder") return Cylinder{number("radius"), number("length")};
+  if (kind == "plane") return HalfSpace{};
+  if (kind == "box") {
+    std::istringstream text(shape.FirstChildElement("size")->GetText());
+    Vector3 size_m;
+    text >> size_m.x() >> size_m.y() >> size_m.z();
+    return Box{size_m};
+  }
+  EXPECT_EQ(kind, "mesh");
+  const std::string uri = shape.FirstChildElement("uri")->GetText();
+  return MakeMesh(*collision::ReadMeshFile(FileOf(model, uri).value(), uri));
+}
+
+TEST(SdfExport, KeepsEveryShapeWhereItIs) {
+  const ModelFiles model = Sdf();
+  tinyxml2::XMLDocument document;
+  ASSERT_EQ(document.Parse(model.files[0].bytes.c_str()), tinyxml2::XML_SUCCESS);
+  const tinyxml2::XMLElement& sdf = *document.RootElement();
+  EXPECT_STREQ(sdf.Attribute("version"), "1.7");
+  std::map<std::string, Parts> read;
+  for (const auto* of = sdf.FirstChildElement("world")->FirstChildElement("model"); of != nullptr;
+       of = of->NextSiblingElement("model")) {
+    EXPECT_STREQ(of->FirstChildElement("static")->GetText(), "true");
+    const tinyxml2::XMLElement& link = *of->FirstChildElement("link");
+    for (const auto* part = link.FirstChildElement("collision"); part != nullptr;
+         part = part->NextSiblingElement("collision")) {
+      const Shape shape = ShapeOf(*part->FirstChildElement("geometry"), model);
+      read[of->Attribute("name")].emplace_back(PoseOf(*of) * PoseOf(*part), shape);
+    }
+  }
+  ExpectSameGeometry(read, "");
+}
+
+TEST(SimulatorModels, HaveEachMeshOnceInAFolderBeside) {
+  const ModelFiles model = Urdf();
+  EXPECT_EQ(model.files[0].name, "");
+  ASSERT_GT(model.files.size(), 2u);
+  for (std::size_t i = 1; i < model.files.size(); ++i) {
+    EXPECT_THAT(model.files[i].name,
+                ::testing::MatchesRegex("room_1_meshes/[0-9]+_[A-Za-z.2]+.stl"));
+    EXPECT_THAT(model.files[0].bytes, HasSubstr(model.files[i].name));
+  }
+}
+
+TEST(SimulatorModels, AreTheSameBytesEveryTime) {
+  const ModelFiles first = Urdf(), second = Urdf();
+  for (std::size_t i = 0; i < first.files.size(); ++i) {
+    EXPECT_EQ(first.files[i].bytes, second.files[i].bytes);
+  }
+}
+
+}  // namespace
+}  // namespace cwm::server
