@@ -2,6 +2,7 @@
 #pragma once
 
 #include <iosfwd>
+#include <optional>
 #include <string>
 
 #include "absl/status/status.h"
@@ -10,8 +11,9 @@ namespace cwm::cli {
 
 // What the hint needs to know about the command that failed.
 struct FailedCommand {
-  std::string name;     // "distance"
-  std::string address;  // of the server
+  std::string name;                                 // "distance"
+  std::string address;                              // of the server
+  std::optional<std::string> meant = std::nullopt;  // the name that a mistyped one is nearest to
 };
 
 // "cwm: WHAT", a line for each field at fault, the reason, and a hint.

@@ -7,10 +7,14 @@
 #include <ostream>
 
 #include "clients/cli/commands.h"
+#include "clients/cli/completion.h"
 #include "clients/cli/error_report.h"
+#include "clients/cli/known_names.h"
+#include "clients/cli/nearest_word.h"
 #include "clients/cli/one_of.h"
 #include "clients/cli/out_pipe.h"
 #include "clients/cli/report_command.h"
+#include "clients/cpp/call_error.h"
 
 namespace cwm::cli {
 namespace {
@@ -76,7 +80,25 @@ void AddCommands(CommandLine& line, const report::PageAssets& page_assets) {
   AddSampleCommand(line);
   AddWatchCommand(line);
   AddCallCommand(line);
+  AddCompletionCommand(line);
   line.app.require_subcommand(1);
+}
+
+std::vector<std::string> CommandNames(const CLI::App& app) {
+  std::vector<std::string> names;
+  for (const Candidate& command : CandidatesFor(app, {""}, nullptr)) names.push_back(command.word);
+  return names;
+}
+
+// The object or robot that a name was perhaps to be of.
+std::optional<std::string> Meant(const absl::Status& status, const Session& session) {
+  const client::ErrorDetails details = client::DetailsOf(status);
+  const bool is_robot = details.reason == "ROBOT_UNKNOWN";
+  if (!is_robot && details.reason != "OBJECT_UNKNOWN") return std::nullopt;
+  const auto unknown = details.metadata.find(is_robot ? "robot" : "object");
+  if (unknown == details.metadata.end()) return std::nullopt;
+  return NearestWord(unknown->second,
+                     KnownNames(session, is_robot ? Named::kRobot : Named::kObject));
 }
 
 // Help and version are no errors; they are data, on stdout.
@@ -91,8 +113,10 @@ ExitCode Explain(const CommandLine& line, const CLI::ParseError& error) {
   const std::vector<std::string> unknown = line.app.remaining();
   const bool no_command =
       chosen.empty() && !unknown.empty();  // CLI11 says only that one is missing
+  FailedCommand failed{.name = command, .address = "", .meant = std::nullopt};
+  if (no_command) failed.meant = NearestWord(unknown.front(), CommandNames(line.app));
   ReportError(UsageError(no_command ? "unknown command '" + unknown.front() + "'" : error.what()),
-              {command, ""}, streams.err);
+              failed, streams.err);
   return ExitCode::kUsage;
 }
 
@@ -120,7 +144,7 @@ ExitCode Run(const std::vector<std::string>& arguments, Streams streams,
   }
   if (!line.result.ok()) {
     const std::string address = session.address.empty() ? DefaultAddress() : session.address;
-    ReportError(line.result, {line.command, address}, streams.err);
+    ReportError(line.result, {line.command, address, Meant(line.result, session)}, streams.err);
     return ExitCodeOf(line.result);
   }
   return session.found_collision ? ExitCode::kCollision : ExitCode::kDone;

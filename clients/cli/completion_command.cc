@@ -1,0 +1,57 @@
+// cwm completion, and what its scripts ask
+#include <memory>
+#include <ostream>
+
+#include "absl/strings/str_cat.h"
+#include "clients/cli/commands.h"
+#include "clients/cli/completion.h"
+#include "clients/cli/exit_code.h"
+
+namespace cwm::cli {
+namespace {
+
+absl::Status PrintScript(Session& session, const std::string& shell) {
+  const char* const script = CompletionScript(shell);
+  if (script == nullptr) {
+    return UsageError(absl::StrCat("SHELL: \"", shell, "\" must be bash, zsh or fish"));
+  }
+  session.streams.out << script;
+  return absl::OkStatus();
+}
+
+// "WORD\tDESCRIPTION" a line, as fish takes it.
+absl::Status PrintCandidates(const CLI::App& app, const std::vector<std::string>& words,
+                             Session& session) {
+  const NameSource names = [&](Named what) { return KnownNames(session, what); };
+  for (const Candidate& each : CandidatesFor(app, words, names)) {
+    session.streams.out << each.word << "\t" << each.description << "\n";
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+void AddCompletionCommand(CommandLine& line) {
+  const auto shell = std::make_shared<std::string>();
+  CLI::App& command =
+      AddCommand(line,
+                 {"completion",
+                  "a script that lets bash, zsh or fish complete commands, options and names",
+                  {"source <(cwm completion bash)", "cwm completion zsh > \"${fpath[1]}/_cwm\"",
+                   "cwm completion fish > ~/.config/fish/completions/cwm.fish"},
+                  "Names of objects, robots and worlds are asked of the server while one types; "
+                  "CWM_ADDR says\n"
+                  "which."},
+                 [shell](Session& session) { return PrintScript(session, *shell); });
+  command.add_option("SHELL", *shell, "bash, zsh or fish")->required()->type_name("bash|zsh|fish");
+
+  // Everything behind it is taken as it stands.
+  CLI::App* const asked = line.app.add_subcommand("__complete", "what may follow the words");
+  asked->group("")->prefix_command();
+  asked->callback([&line, asked] {
+    line.command = asked->get_name();
+    line.result = PrintCandidates(line.app, asked->remaining(), line.session);
+  });
+}
+
+}  // namespace cwm::cli
