@@ -267,7 +267,7 @@ class Watch:
         """Goes on, or raises."""
         if isinstance(error, errors.WorldReplaced):
             return self._begin_anew("the world was replaced: the server was restarted, or the world deleted")
-        if self._begun and isinstance(error, errors.OutOfRange):
+        if isinstance(error, errors.RevisionCompacted):
             return self._begin_anew(f"the server no longer keeps what happened since: {error.message}")
         # A server that lost its memory does not know the world before somebody makes it once more.
         waits_for_world = self._lost_at is not None and error.reason == "WORLD_UNKNOWN"

@@ -1,0 +1,29 @@
+"""The Python client's part of python_benchmark.cc: the same batches, timed; prints JSON.
+
+python_batches.py ADDRESS WORLD ROBOT GROUP STATES_FILE ROWS BATCHES
+"""
+
+import json
+import sys
+import time
+
+import numpy as np
+
+import cwm
+
+
+def main() -> None:
+    address, world_name, robot, group, file_name, rows, batches = sys.argv[1:]
+    states = np.fromfile(file_name, dtype="<f8").reshape(int(rows), -1)
+    subject = cwm.RobotSubject(robot, group, geometry="spheres_as_given")
+    with cwm.connect(address, world_name) as world:
+        answer = world.check(subject, states, verdicts_only=True)  # to get warm
+        start = time.perf_counter()
+        for _ in range(int(batches)):
+            answer = world.check(subject, states, verdicts_only=True)
+            collisions = np.count_nonzero(answer.collision)
+        batch_s = (time.perf_counter() - start) / int(batches)
+    print(json.dumps({"batch_s": batch_s, "collisions": collisions}))
+
+
+main()
