@@ -12,12 +12,17 @@ import numpy as np
 import cwm
 
 
+# As many in python_benchmark.cc: a new connection finds out how much may be under way on it.
+WARM_UP = 10
+
+
 def main() -> None:
     address, world_name, robot, group, file_name, rows, batches = sys.argv[1:]
     states = np.fromfile(file_name, dtype="<f8").reshape(int(rows), -1)
     subject = cwm.RobotSubject(robot, group, geometry="spheres_as_given")
     with cwm.connect(address, world_name) as world:
-        answer = world.check(subject, states, verdicts_only=True)  # to get warm
+        for _ in range(WARM_UP):
+            world.check(subject, states, verdicts_only=True)
         start = time.perf_counter()
         for _ in range(int(batches)):
             answer = world.check(subject, states, verdicts_only=True)

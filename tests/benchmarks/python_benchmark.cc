@@ -25,7 +25,9 @@ using Clock = std::chrono::steady_clock;
 // One problem of each family; the 700 are ordered by family.
 constexpr std::size_t kProblemStep = 100;
 constexpr std::size_t kBatch = 10'000;
-constexpr int kBatches = 20;
+constexpr int kBatches = 30;
+// As many in python_batches.py: a new connection finds out how much may be under way on it.
+constexpr int kWarmUp = 10;
 constexpr int kRounds = 3;
 
 // A robot of a world, and states of it to ask about.
@@ -39,12 +41,13 @@ struct Times {
   std::size_t collisions = 0;  // of one batch: both must find the same
 };
 
-// Each request is made anew, as that of a planner; the first is to get warm.
-std::optional<Times> AskInCpp(const client::Connection& connection, const Question& question) {
+// Each request is made anew, as that of a planner; over a connection of its own, as Python's.
+std::optional<Times> AskInCpp(const std::string& address, const Question& question) {
+  const client::Connection connection({.address = address, .deadline = std::nullopt});
   Times times;
   Clock::time_point start;
-  for (int i = 0; i <= kBatches; ++i) {
-    if (i == 1) start = Clock::now();
+  for (int i = 0; i < kWarmUp + kBatches; ++i) {
+    if (i == kWarmUp) start = Clock::now();
     v1::CheckCollisionsRequest request = question.request;
     const auto answer =
         connection.Call(&v1::QueryService::Stub::CheckCollisions, connection.queries(), request);
@@ -82,12 +85,13 @@ std::optional<Times> AskInPython(const client::Connection& connection, const Que
 }
 
 // A small robot of our own in the benchmark world, for machines without the planning problems.
-std::optional<Question> OwnQuestion(const client::Connection& connection) {
+absl::StatusOr<Question> OwnQuestion(const client::Connection& connection) {
   v1::LoadRobotHeader header;
   header.set_name("balls");
   header.set_urdf(collision::testing::ThreeBalls());
   header.set_spheres(header.urdf());
-  if (!client::LoadRobot(connection, header, {}).ok()) return std::nullopt;
+  const auto loaded = client::LoadRobot(connection, header, {});
+  if (!loaded.ok()) return loaded.status();
   std::mt19937_64 random(1);
   std::uniform_real_distribution<double> angle_rad(-3, 3);
   std::vector<double> states(2 * kBatch);
@@ -105,7 +109,9 @@ std::vector<Question> Questions(const client::Connection& connection, Report& re
   if (!all) {
     report.Detail(
         "motion_bench_maker is not in CWM_DATA: a robot of three balls instead of the Panda");
-    if (auto own = OwnQuestion(connection)) questions.push_back(*std::move(own));
+    auto own = OwnQuestion(connection);
+    if (own.ok()) questions.push_back(*std::move(own));
+    if (!own.ok()) report.Detail(std::string(own.status().message()));
     return questions;
   }
   for (std::size_t k = 0; k < all->problems.size(); k += kProblemStep) {
@@ -132,7 +138,7 @@ void MeasurePython(Report& report) {
     std::vector<double> python_rounds_s, cpp_rounds_s;
     for (int round = 0; round < kRounds; ++round) {
       std::string error;
-      const auto cpp = AskInCpp(connection, question);
+      const auto cpp = AskInCpp(connection.address(), question);
       const auto python = AskInPython(connection, question, scratch, error);
       if (!cpp || !python) return report.Fail("a batch failed: " + error);
       if (cpp->collisions != python->collisions) {

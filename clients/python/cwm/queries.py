@@ -106,9 +106,9 @@ def _most_rows(view: WorldView, batches: Batches, head_bytes: int) -> int:
                       limits.max_answers // batches.answers_a_row))
 
 
-def ask(view: WorldView, method: Callable, make: Callable[[int, int], object], batches: Batches,
+def ask(view: WorldView, method: Callable, kind: type, fill: Callable[[object, int, int], None], batches: Batches,
         options: QueryOptions, meshes: Sequence[shapes.Mesh] = ()) -> list:
-    """The replies, in order, all of one revision. `make(begin, end)` is the request about those units, without options."""
+    """The replies, in order, all of one revision. `fill(request, begin, end)` puts those units into a request of the kind."""
     message = options_to_proto(options)
     budget_s = options.get("time_budget_s")
     end_s = None if budget_s is None else time.monotonic() + arrays.number(budget_s, "time_budget_s", low=0)
@@ -122,9 +122,8 @@ def ask(view: WorldView, method: Callable, make: Callable[[int, int], object], b
             if left_s <= 0 and replies:
                 break
             message.time_budget.FromNanoseconds(max(1, round(1e9 * left_s)))
-        request = make(first, end)
-        request.world = view.name
-        request.options.CopyFrom(message)
+        request = kind(world=view.name, options=message)
+        fill(request, first, end)
         reply = view.connection.with_meshes(meshes, view.timeout_s,
                                             lambda: view.connection.call(method, request, view.timeout_s))
         replies.append(reply)

@@ -51,12 +51,11 @@ class Subject:
     def row_bytes(self) -> int:
         return 1 if self.rows is None else self.rows.strides[0]
 
-    def batch(self, begin: int, end: int) -> query_pb2.Subject:
-        message = query_pb2.Subject()
+    def fill(self, message: query_pb2.Subject, begin: int, end: int) -> None:
+        """Into the request itself: a message that is copied copies its rows."""
         message.CopyFrom(self.message)
         if self.rows is not None:
             self.set_rows(message, arrays.scalar_of(self.rows), self.rows[begin:end].tobytes())
-        return message
 
 
 def _setter(*path: str) -> Callable[[query_pb2.Subject, int, bytes], None]:

@@ -157,8 +157,8 @@ class WorldView:
 
     def _ask(self, method, kind, subject: Subject, options: QueryOptions, answers_a_row: int = 1) -> Merged:
         batches = queries.rows_of(subject.row_count, subject.row_bytes, answers_a_row)
-        replies = queries.ask(self, method, lambda begin, end: kind(subject=subject.batch(begin, end)), batches, options,
-                              subject.meshes)
+        replies = queries.ask(self, method, kind, lambda request, begin, end: subject.fill(request.subject, begin, end),
+                              batches, options, subject.meshes)
         return Merged(replies, subject.row_count)
 
     def check(self, subject: SubjectLike, rows: npt.ArrayLike | None = None,
@@ -225,12 +225,13 @@ class WorldView:
                  options: QueryOptions) -> results.MotionResult:
         whole = Subject(subject.message, rows, subject.set_rows, subject.meshes)
 
-        def make(first: int, end: int) -> query_pb2.CheckMotionsRequest:
-            counts = np.diff(begin[first:end + 1]).tolist() if counted else ()
-            return query_pb2.CheckMotionsRequest(subject=whole.batch(begin[first], begin[end]), path_row_counts=counts)
+        def fill(request: query_pb2.CheckMotionsRequest, first: int, end: int) -> None:
+            whole.fill(request.subject, begin[first], begin[end])
+            if counted:
+                request.path_row_counts.extend(np.diff(begin[first:end + 1]).tolist())
 
-        replies = queries.ask(self, self.connection.queries.CheckMotions, make, Batches(begin, whole.row_bytes), options,
-                              whole.meshes)
+        replies = queries.ask(self, self.connection.queries.CheckMotions, query_pb2.CheckMotionsRequest, fill,
+                              Batches(begin, whole.row_bytes), options, whole.meshes)
         merged = Merged(replies, len(begin) - 1)
         return results.MotionResult(
             **merged.head(), **merged.robot(), object_index=merged.indices(),
@@ -248,11 +249,13 @@ class WorldView:
             raise ValueError(f"directions[{zero[0]}] is 0 0 0, must have a positive length")
         rows = np.concatenate([np.broadcast_to(begin, along.shape), along], axis=1)
         scalar = arrays.scalar_of(rows)
-        replies = queries.ask(
-            self, self.connection.queries.CastRays,
-            lambda first, end: query_pb2.CastRaysRequest(
-                rays=query_pb2.RayRows(scalar=scalar, data=rows[first:end].tobytes())),
-            queries.rows_of(len(rows), rows.strides[0]), options)
+
+        def fill(request: query_pb2.CastRaysRequest, first: int, end: int) -> None:
+            request.rays.scalar = scalar
+            request.rays.data = rows[first:end].tobytes()
+
+        replies = queries.ask(self, self.connection.queries.CastRays, query_pb2.CastRaysRequest, fill,
+                              queries.rows_of(len(rows), rows.strides[0]), options)
         merged = Merged(replies, len(rows))
         return results.RayResult(
             **merged.head(), hit=merged.column("hit", "u1").astype(bool), distance_m=merged.scalars("distance_m"),
@@ -263,11 +266,13 @@ class WorldView:
         """The signed distance of the world at points (N, 3), and its gradient."""
         rows = arrays.rows(points, "points", 3)
         scalar = arrays.scalar_of(rows)
-        replies = queries.ask(
-            self, self.connection.queries.SamplePoints,
-            lambda first, end: query_pb2.SamplePointsRequest(
-                points=query_pb2.Subject.Points(scalar=scalar, data=rows[first:end].tobytes())),
-            queries.rows_of(len(rows), rows.strides[0]), options)
+
+        def fill(request: query_pb2.SamplePointsRequest, first: int, end: int) -> None:
+            request.points.scalar = scalar
+            request.points.data = rows[first:end].tobytes()
+
+        replies = queries.ask(self, self.connection.queries.SamplePoints, query_pb2.SamplePointsRequest, fill,
+                              queries.rows_of(len(rows), rows.strides[0]), options)
         merged = Merged(replies, len(rows))
         return results.SampleResult(
             **merged.head(), state=merged.column("state", "u1"), distance_m=merged.scalars("distance_m"),
