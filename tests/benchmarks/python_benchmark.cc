@@ -88,7 +88,7 @@ std::optional<Times> AskInPython(const client::Connection& connection, const Que
 absl::StatusOr<Question> OwnQuestion(const client::Connection& connection) {
   v1::LoadRobotHeader header;
   header.set_name("balls");
-  header.set_urdf(collision::testing::ThreeBalls());
+  header.set_urdf(collision::testing::Robot(collision::testing::ThreeBalls()));
   header.set_spheres(header.urdf());
   const auto loaded = client::LoadRobot(connection, header, {});
   if (!loaded.ok()) return loaded.status();

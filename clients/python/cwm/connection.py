@@ -12,7 +12,7 @@ import grpc
 
 from cwm import errors, shapes
 from cwm.checksums import crc32c
-from cwm.v1 import admin_pb2, admin_pb2_grpc, perception_pb2_grpc, query_pb2_grpc, robot_pb2_grpc, world_pb2, world_pb2_grpc
+from cwm.v1 import admin_pb2, admin_pb2_grpc, perception_pb2_grpc, query_pb2, robot_pb2_grpc, world_pb2, world_pb2_grpc
 
 Answer = TypeVar("Answer")
 
@@ -55,6 +55,18 @@ def pieces(data: bytes | memoryview) -> Iterator[tuple[int, bytes]]:
         yield offset, bytes(view[offset:offset + CHUNK_BYTES])
 
 
+class _Queries:
+    """The unary methods of QueryService by their names, which take requests as bytes (see bulk.py)."""
+
+    def __init__(self, channel: grpc.Channel):
+        service = query_pb2.DESCRIPTOR.services_by_name["QueryService"]
+        for method in service.methods:
+            if method.name != "StreamQueries":
+                answer = getattr(query_pb2, method.output_type.name)
+                setattr(self, method.name, channel.unary_unary(f"/{service.full_name}/{method.name}",
+                                                               response_deserializer=answer.FromString))
+
+
 class Connection:
     """Thread-safe. Shared by everything that was made from it."""
 
@@ -65,7 +77,7 @@ class Connection:
         self._channel = grpc.insecure_channel(self.address, options=_CHANNEL_OPTIONS)
         self.worlds = world_pb2_grpc.WorldServiceStub(self._channel)
         self.perception = perception_pb2_grpc.PerceptionServiceStub(self._channel)
-        self.queries = query_pb2_grpc.QueryServiceStub(self._channel)
+        self.queries = _Queries(self._channel)
         self.robots = robot_pb2_grpc.RobotServiceStub(self._channel)
         self.admin = admin_pb2_grpc.AdminServiceStub(self._channel)
         self._limits: admin_pb2.Limits | None = None

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Callable, Iterator, Sequence, TypedDict
 import numpy as np
 
 from cwm import arrays, changes as changes_module, enums, shapes
+from cwm.bulk import Bulk
 from cwm.changes import Change, Thing
 from cwm.results import NOTHING
 from cwm.v1 import geometry_pb2, query_pb2
@@ -81,8 +82,8 @@ def options_to_proto(options: QueryOptions) -> query_pb2.QueryOptions:
 class Batches:
     """How a question is cut. A unit, a row or a motion of several, stays whole; unit i has rows begin[i] to begin[i + 1]."""
 
+    bulk: Bulk
     unit_begin: np.ndarray
-    row_bytes: int
     answers_a_row: int = 1
 
     @property
@@ -102,13 +103,14 @@ def _ranges(batches: Batches, most_rows: int) -> Iterator[tuple[int, int]]:
 def _most_rows(view: WorldView, batches: Batches, head_bytes: int) -> int:
     limits = view.connection.limits(view.timeout_s)
     free_bytes = limits.max_message_bytes - _HEAD_BYTES - head_bytes
-    return max(1, min(limits.max_batch_rows, free_bytes // batches.row_bytes,
+    return max(1, min(limits.max_batch_rows, free_bytes // batches.bulk.row_bytes,
                       limits.max_answers // batches.answers_a_row))
 
 
 def ask(view: WorldView, method: Callable, kind: type, fill: Callable[[object, int, int], None], batches: Batches,
         options: QueryOptions, meshes: Sequence[shapes.Mesh] = ()) -> list:
-    """The replies, in order, all of one revision. `fill(request, begin, end)` puts those units into a request of the kind."""
+    """The replies, in order, all of one revision. `fill(request, begin, end)` puts what is not rows of those units into a
+    request of the kind."""
     message = options_to_proto(options)
     budget_s = options.get("time_budget_s")
     end_s = None if budget_s is None else time.monotonic() + arrays.number(budget_s, "time_budget_s", low=0)
@@ -124,8 +126,9 @@ def ask(view: WorldView, method: Callable, kind: type, fill: Callable[[object, i
             message.time_budget.FromNanoseconds(max(1, round(1e9 * left_s)))
         request = kind(world=view.name, options=message)
         fill(request, first, end)
+        data = batches.bulk.request_bytes(request, batches.unit_begin[first], batches.unit_begin[end])
         reply = view.connection.with_meshes(meshes, view.timeout_s,
-                                            lambda: view.connection.call(method, request, view.timeout_s))
+                                            lambda: view.connection.call(method, data, view.timeout_s))
         replies.append(reply)
         if reply.completed_count < end - first:
             break
@@ -134,9 +137,9 @@ def ask(view: WorldView, method: Callable, kind: type, fill: Callable[[object, i
     return replies
 
 
-def rows_of(row_count: int, row_bytes: int, answers_a_row: int = 1) -> Batches:
+def rows_of(bulk: Bulk, answers_a_row: int = 1) -> Batches:
     """Each row is a unit."""
-    return Batches(np.arange(row_count + 1), row_bytes, answers_a_row)
+    return Batches(bulk, np.arange((1 if bulk.rows is None else len(bulk.rows)) + 1), answers_a_row)
 
 
 def answers_a_row(options: QueryOptions, of_contacts: bool) -> int:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Callable, Mapping, Sequence, Union
+from typing import Mapping, Sequence, Union
 
 import numpy as np
 import numpy.typing as npt
 
 from cwm import arrays, enums, poses, robots, shapes
+from cwm.bulk import Bulk
 from cwm.v1 import query_pb2
 
 
@@ -38,35 +39,28 @@ SubjectLike = Union[RobotSubject, shapes.ShapeLike, str, npt.ArrayLike]
 class Subject:
     """A subject with its rows, ready to be cut into batches."""
 
-    message: query_pb2.Subject  # without rows
-    rows: np.ndarray | None  # (N, W); None: the one row that the server knows
-    set_rows: Callable[[query_pb2.Subject, int, bytes], None]  # scalar and data
+    message: query_pb2.Subject  # without the bytes of the rows
+    bulk: Bulk  # no rows: the one row that the server knows
     meshes: Sequence[shapes.Mesh] = ()
 
     @property
     def row_count(self) -> int:
-        return 1 if self.rows is None else len(self.rows)
+        return 1 if self.bulk.rows is None else len(self.bulk.rows)
 
-    @property
-    def row_bytes(self) -> int:
-        return 1 if self.rows is None else self.rows.strides[0]
-
-    def fill(self, message: query_pb2.Subject, begin: int, end: int) -> None:
-        """Into the request itself: a message that is copied copies its rows."""
-        message.CopyFrom(self.message)
-        if self.rows is not None:
-            self.set_rows(message, arrays.scalar_of(self.rows), self.rows[begin:end].tobytes())
+    def with_rows(self, rows: np.ndarray) -> Subject:
+        """The same with other rows, as wide."""
+        return _subject(self.message, rows, *self.bulk.path[1:-1], meshes=self.meshes)
 
 
-def _setter(*path: str) -> Callable[[query_pb2.Subject, int, bytes], None]:
-    def set_rows(message: query_pb2.Subject, scalar: int, data: bytes) -> None:
+def _subject(message: query_pb2.Subject, rows: np.ndarray | None, *path: str,
+             meshes: Sequence[shapes.Mesh] = ()) -> Subject:
+    """`path`: from the subject to the message that has the scalar and the data of the rows."""
+    if rows is not None:
         target = message
         for name in path:
             target = getattr(target, name)
-        target.scalar = scalar
-        target.data = data
-
-    return set_rows
+        target.scalar = arrays.scalar_of(rows)
+    return Subject(message, Bulk(rows, ("subject", *path, "data")), meshes)
 
 
 def _robot(what: RobotSubject, value: npt.ArrayLike | None, name: str) -> Subject:
@@ -80,14 +74,14 @@ def _robot(what: RobotSubject, value: npt.ArrayLike | None, name: str) -> Subjec
         robot.x_world_base.CopyFrom(poses.to_proto(what.pose, "pose"))
     if what.base_state is not None or what.named_state is not None:
         robot.base_state.CopyFrom(robots.joint_state(what.base_state, what.named_state, "base_state"))
-    return Subject(message, None if value is None else arrays.rows(value, name), _setter("robot", "rows"))
+    return _subject(message, None if value is None else arrays.rows(value, name), "robot", "rows")
 
 
 def _body(items: list[shapes.Placed], value: npt.ArrayLike | None, name: str) -> Subject:
     message = query_pb2.Subject()
     message.shapes.shapes.extend(shapes.placed_to_proto(item) for item in items)
     rows = poses.to_rows(np.eye(4) if value is None else value, name)
-    return Subject(message, rows, _setter("shapes", "x_world_body"), shapes.meshes_of(items))
+    return _subject(message, rows, "shapes", "x_world_body", meshes=shapes.meshes_of(items))
 
 
 def _is_shapes(what: object) -> bool:
@@ -103,11 +97,11 @@ def subject_of(what: SubjectLike, value: npt.ArrayLike | None, name: str = "rows
     if isinstance(what, str):
         message = query_pb2.Subject()
         message.object.name = what
-        return Subject(message, None if value is None else poses.to_rows(value, name), _setter("object", "x_world_object"))
+        return _subject(message, None if value is None else poses.to_rows(value, name), "object", "x_world_object")
     if _is_shapes(what):
         return _body(shapes.placed(what, "subject"), value, name)
     if value is not None:
         raise TypeError(f"{name} is given with a subject of points, which has no rows beside the points")
     message = query_pb2.Subject()
     message.points.SetInParent()
-    return Subject(message, arrays.rows(what, "points", 3), _setter("points"))
+    return _subject(message, arrays.rows(what, "points", 3), "points")

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from cwm import arrays, enums, objects, queries, results, robots, shapes, watch
+from cwm.bulk import Bulk
 from cwm.connection import Connection
 from cwm.queries import Batches, Merged, QueryOptions
 from cwm.subjects import RobotSubject, Subject, SubjectLike, subject_of
@@ -156,9 +157,8 @@ class WorldView:
         return b"".join(reply.data for reply in calls)
 
     def _ask(self, method, kind, subject: Subject, options: QueryOptions, answers_a_row: int = 1) -> Merged:
-        batches = queries.rows_of(subject.row_count, subject.row_bytes, answers_a_row)
-        replies = queries.ask(self, method, kind, lambda request, begin, end: subject.fill(request.subject, begin, end),
-                              batches, options, subject.meshes)
+        replies = queries.ask(self, method, kind, lambda request, *_: request.subject.CopyFrom(subject.message),
+                              queries.rows_of(subject.bulk, answers_a_row), options, subject.meshes)
         return Merged(replies, subject.row_count)
 
     def check(self, subject: SubjectLike, rows: npt.ArrayLike | None = None,
@@ -198,11 +198,11 @@ class WorldView:
         Joints go linearly, continuous ones the short way; of poses the origin linearly, the rotation by slerp.
         """
         first, last = subject_of(subject, starts, "starts"), subject_of(subject, ends, "ends")
-        if first.rows is None or last.rows is None or first.rows.shape != last.rows.shape:
-            shapes_given = [None if s.rows is None else s.rows.shape for s in (first, last)]
-            raise ValueError(f"starts has the shape {shapes_given[0]} and ends {shapes_given[1]}, must be alike")
-        kind = np.promote_types(first.rows.dtype, last.rows.dtype)
-        both = np.stack([first.rows.astype(kind), last.rows.astype(kind)], axis=1).reshape(-1, first.rows.shape[1])
+        begin, end = first.bulk.rows, last.bulk.rows
+        if begin is None or end is None or begin.shape != end.shape:
+            given = [None if rows is None else rows.shape for rows in (begin, end)]
+            raise ValueError(f"starts has the shape {given[0]} and ends {given[1]}, must be alike")
+        both = np.stack([begin, end], axis=1).reshape(-1, begin.shape[1])  # of the finer precision
         return self._motions(first, both, np.arange(0, len(both) + 1, 2), False, options)
 
     def paths(self, subject: RobotSubject | shapes.ShapeLike | str, paths: Sequence[npt.ArrayLike],
@@ -211,27 +211,27 @@ class WorldView:
         bound = [subject_of(subject, path, f"paths[{i}]") for i, path in enumerate(paths)]
         if not bound:
             raise ValueError("paths is empty, must have at least one")
-        widths = {None if item.rows is None else item.rows.shape[1] for item in bound}
+        widths = {None if item.bulk.rows is None else item.bulk.rows.shape[1] for item in bound}
         short = next((i for i, item in enumerate(bound) if item.row_count < 2), None)
         if short is not None:
             raise ValueError(f"paths[{short}] has {bound[short].row_count} rows, must have at least 2")
         if len(widths) > 1:
             raise ValueError(f"paths have rows of {sorted(widths)} numbers, must be alike")
-        rows = np.concatenate([item.rows for item in bound])
+        rows = np.concatenate([item.bulk.rows for item in bound])
         begin = np.concatenate([[0], np.cumsum([item.row_count for item in bound])])
         return self._motions(bound[0], rows, begin, True, options)
 
     def _motions(self, subject: Subject, rows: np.ndarray, begin: np.ndarray, counted: bool,
                  options: QueryOptions) -> results.MotionResult:
-        whole = Subject(subject.message, rows, subject.set_rows, subject.meshes)
+        whole = subject.with_rows(rows)
 
         def fill(request: query_pb2.CheckMotionsRequest, first: int, end: int) -> None:
-            whole.fill(request.subject, begin[first], begin[end])
+            request.subject.CopyFrom(whole.message)
             if counted:
                 request.path_row_counts.extend(np.diff(begin[first:end + 1]).tolist())
 
         replies = queries.ask(self, self.connection.queries.CheckMotions, query_pb2.CheckMotionsRequest, fill,
-                              Batches(begin, whole.row_bytes), options, whole.meshes)
+                              Batches(whole.bulk, begin), options, whole.meshes)
         merged = Merged(replies, len(begin) - 1)
         return results.MotionResult(
             **merged.head(), **merged.robot(), object_index=merged.indices(),
@@ -249,13 +249,9 @@ class WorldView:
             raise ValueError(f"directions[{zero[0]}] is 0 0 0, must have a positive length")
         rows = np.concatenate([np.broadcast_to(begin, along.shape), along], axis=1)
         scalar = arrays.scalar_of(rows)
-
-        def fill(request: query_pb2.CastRaysRequest, first: int, end: int) -> None:
-            request.rays.scalar = scalar
-            request.rays.data = rows[first:end].tobytes()
-
-        replies = queries.ask(self, self.connection.queries.CastRays, query_pb2.CastRaysRequest, fill,
-                              queries.rows_of(len(rows), rows.strides[0]), options)
+        replies = queries.ask(self, self.connection.queries.CastRays, query_pb2.CastRaysRequest,
+                              lambda request, *_: setattr(request.rays, "scalar", scalar),
+                              queries.rows_of(Bulk(rows, ("rays", "data"))), options)
         merged = Merged(replies, len(rows))
         return results.RayResult(
             **merged.head(), hit=merged.column("hit", "u1").astype(bool), distance_m=merged.scalars("distance_m"),
@@ -266,13 +262,9 @@ class WorldView:
         """The signed distance of the world at points (N, 3), and its gradient."""
         rows = arrays.rows(points, "points", 3)
         scalar = arrays.scalar_of(rows)
-
-        def fill(request: query_pb2.SamplePointsRequest, first: int, end: int) -> None:
-            request.points.scalar = scalar
-            request.points.data = rows[first:end].tobytes()
-
-        replies = queries.ask(self, self.connection.queries.SamplePoints, query_pb2.SamplePointsRequest, fill,
-                              queries.rows_of(len(rows), rows.strides[0]), options)
+        replies = queries.ask(self, self.connection.queries.SamplePoints, query_pb2.SamplePointsRequest,
+                              lambda request, *_: setattr(request.points, "scalar", scalar),
+                              queries.rows_of(Bulk(rows, ("points", "data"))), options)
         merged = Merged(replies, len(rows))
         return results.SampleResult(
             **merged.head(), state=merged.column("state", "u1"), distance_m=merged.scalars("distance_m"),

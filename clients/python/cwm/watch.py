@@ -271,8 +271,9 @@ class Watch:
             return self._begin_anew(f"the server no longer keeps what happened since: {error.message}")
         # A server that lost its memory does not know the world before somebody makes it once more.
         waits_for_world = self._lost_at is not None and error.reason == "WORLD_UNKNOWN"
-        too_slow = error.reason == "WATCH_TOO_SLOW"
-        if not (isinstance(error, errors.Unavailable) or waits_for_world or too_slow) or not self._begun:
+        # Nobody here cancelled it: a server that ends does.
+        ended = isinstance(error, (errors.Unavailable, errors.Cancelled)) or error.reason == "WATCH_TOO_SLOW"
+        if not (ended or waits_for_world) or not self._begun:
             self._closed.set()
             raise error
         self._lose(error)
