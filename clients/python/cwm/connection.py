@@ -17,8 +17,8 @@ from cwm.v1 import admin_pb2, admin_pb2_grpc, perception_pb2_grpc, query_pb2, ro
 Answer = TypeVar("Answer")
 
 CHUNK_BYTES = 1 << 20
-# Before a call is tried once more, unless the server says how long.
-_RETRY_AFTER_S = 0.2
+# A server that is restarted is back within it; then a call is tried once more.
+_BACK_WITHIN_S = 3.0
 
 _CHANNEL_OPTIONS = [
     # Of what is sent the server has the word; replies with columns of many answers may be long.
@@ -95,7 +95,11 @@ class Connection:
     def limits(self, timeout_s: float | None) -> admin_pb2.Limits:
         """As the server published them when it was asked first."""
         if self._limits is None:
-            self._limits = self.call(self.admin.GetServerInfo, admin_pb2.GetServerInfoRequest(), timeout_s).limits
+            limits = self.call(self.admin.GetServerInfo, admin_pb2.GetServerInfoRequest(), timeout_s).limits
+            # A block as large as a message, untouched, and free at once: from then on the C library keeps blocks of up to
+            # that size instead of giving each back to the system, which costs a batch as much as all else here.
+            bytes(limits.max_message_bytes)
+            self._limits = limits
         return self._limits
 
     def call(self, method: Callable[..., Answer], request: object, timeout_s: float | None) -> Answer:
@@ -109,11 +113,19 @@ class Connection:
         try:
             return self._run(attempt, timeout_s)
         except errors.Unavailable as error:
-            pause_s = error.retry_after_s or _RETRY_AFTER_S
-            if end is not None and time.monotonic() + pause_s >= end:
+            if self._limits is None or not self._is_back(error.retry_after_s, end):  # it never answered yet, or is away
                 raise
-        time.sleep(pause_s)
         return self._run(attempt, None if end is None else max(0.0, end - time.monotonic()))
+
+    def _is_back(self, retry_after_s: float | None, end: float | None) -> bool:
+        """Waits a little for the server; false when it does not come back, or only after the time `end`."""
+        time.sleep(retry_after_s or 0)
+        wait_s = _BACK_WITHIN_S if end is None else min(_BACK_WITHIN_S, end - time.monotonic())
+        try:
+            grpc.channel_ready_future(self._channel).result(timeout=max(0.0, wait_s))
+        except grpc.FutureTimeoutError:
+            return False
+        return True
 
     def _run(self, attempt: Callable[[float | None], Answer], timeout_s: float | None) -> Answer:
         try:
