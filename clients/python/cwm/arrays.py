@@ -1,5 +1,6 @@
-"""Arrays of users, checked before they are sent. Lists, integers, float32, Fortran order and strides are converted; what cannot
-be meant is refused by an error that names the argument, what it is and the rule.
+"""Arrays of users, checked before they are sent. Lists, integers, float32, Fortran order and
+strides are converted; what cannot be meant is refused by an error that names the argument, what
+it is and the rule.
 """
 
 from __future__ import annotations
@@ -15,9 +16,13 @@ FloatArray = npt.NDArray[np.floating]
 
 
 def numbers(value: npt.ArrayLike, name: str) -> FloatArray:
-    """`value` as a C-ordered little-endian array of float32 (where it is one) or float64. TypeError for anything but numbers."""
+    """`value` as a C-ordered little-endian array of float32 (where it is one) or float64.
+    TypeError for anything but numbers.
+    """
     if isinstance(value, np.ma.MaskedArray):
-        raise TypeError(f"{name} is a masked array, must be a plain one: fill or drop what is masked")
+        raise TypeError(
+            f"{name} is a masked array, must be a plain one: fill or drop what is masked"
+        )
     try:
         array = np.asarray(value)
     except ValueError as error:  # ragged lists
@@ -47,7 +52,9 @@ def rows(value: npt.ArrayLike, name: str, width: int | None = None) -> FloatArra
     if array.ndim != 2 or (width is not None and array.shape[1] != width):
         raise ValueError(f"{name} has the shape {array.shape}, must be {wanted}")
     if array.size == 0:
-        raise ValueError(f"{name} has the shape {array.shape}, must be {wanted} with at least one row")
+        raise ValueError(
+            f"{name} has the shape {array.shape}, must be {wanted} with at least one row"
+        )
     return finite(array, name)
 
 
@@ -61,7 +68,11 @@ def vector(value: npt.ArrayLike, name: str, size: int = 3) -> FloatArray:
 
 def number(value: float, name: str, *, low: float | None = None) -> float:
     """A finite number, at least `low`."""
-    if isinstance(value, (bool, str, bytes)) or not np.isscalar(value) or isinstance(value, complex):
+    if (
+        isinstance(value, (bool, str, bytes))
+        or not np.isscalar(value)
+        or isinstance(value, complex)
+    ):
         raise TypeError(f"{name} is {value!r}, must be a number")
     result = float(value)
     if not np.isfinite(result) or (low is not None and result < low):

@@ -1,7 +1,9 @@
-"""Rows of numbers in a request, without the copies that protobuf would make of them: half of what a batch costs in Python.
+"""Rows of numbers in a request, without the copies that protobuf would make of them: half of what a
+batch costs in Python.
 
-A message that comes twice in the bytes of another is merged by whoever parses them, so that the request is written as protobuf
-does it, and behind it once more the messages around the rows, holding nothing else.
+A message that comes twice in the bytes of another is merged by whoever parses them, so that the
+request is written as protobuf does it, and behind it once more the messages around the rows,
+holding nothing else.
 """
 
 from __future__ import annotations
@@ -25,7 +27,9 @@ def _varint(value: int) -> bytes:
 
 @dataclass(frozen=True, eq=False)
 class Bulk:
-    """Rows (N, W), C-ordered, for the `bytes` field at the path of names, from the request on. None: there are no rows."""
+    """Rows (N, W), C-ordered, for the `bytes` field at the path of names, from the request on.
+    None: there are no rows.
+    """
 
     rows: np.ndarray | None
     path: tuple[str, ...]

@@ -1,7 +1,7 @@
 """Changes of a world, for `World.apply` and for the `overlay` of a question.
 
-`expected_revision` is the object's revision as the writer knows it (`Object.revision`; of a robot `state_revision`):
-another one raises RevisionConflict, and nothing is changed.
+`expected_revision` is the object's revision as the writer knows it (`Object.revision`; of a robot
+`state_revision`): another one raises RevisionConflict, and nothing is changed.
 """
 
 from __future__ import annotations
@@ -22,7 +22,9 @@ def _thing(value: Thing, name: str) -> world_pb2.NamedThing:
     if isinstance(value, tuple):
         if len(value) != 2:
             raise TypeError(f"{name} is {value!r}, must be a name or (robot, link)")
-        return world_pb2.NamedThing(name=arrays.text(value[0], name), link=arrays.text(value[1], name))
+        return world_pb2.NamedThing(
+            name=arrays.text(value[0], name), link=arrays.text(value[1], name)
+        )
     return world_pb2.NamedThing(name=arrays.text(value, name))
 
 
@@ -32,7 +34,9 @@ def pair_to_proto(a: Thing, b: Thing) -> world_pb2.NamedPair:
 
 @dataclass(frozen=True, eq=False)  # poses are arrays
 class Put:
-    """Adds the object, or replaces the one of that name. `shape`: one or several, each maybe `Placed`."""
+    """Adds the object, or replaces the one of that name. `shape`: one or several, each maybe
+    `Placed`.
+    """
 
     name: str
     shape: shapes.ShapeLike
@@ -82,7 +86,9 @@ class Remove:
 
 @dataclass(frozen=True, eq=False)  # poses are arrays
 class Attach:
-    """Fixes an object to a link of a robot, as a gripper does; without a pose (X_link_object) where it is now."""
+    """Fixes an object to a link of a robot, as a gripper does; without a pose (X_link_object)
+    where it is now.
+    """
 
     name: str
     robot: str
@@ -183,4 +189,9 @@ def changes_to_proto(changes: Sequence[Change], name: str) -> list[world_pb2.Cha
 
 def meshes_of(changes: Sequence[Change]) -> list[shapes.Mesh]:
     """Those that the server may not hold yet."""
-    return [mesh for change in changes if isinstance(change, Put) for mesh in shapes.meshes_of(change.parts())]
+    return [
+        mesh
+        for change in changes
+        if isinstance(change, Put)
+        for mesh in shapes.meshes_of(change.parts())
+    ]

@@ -1,7 +1,7 @@
 """CRC-32C (Castagnoli) of upload chunks: reflected polynomial 0x82F63B78, RFC 3720 appendix B.4.
 
-A checksum is linear over the bits, so that a megabyte is cut into lanes which advance side by side as numpy columns, and whose
-remainders are then merged in pairs, halving their number each time.
+A checksum is linear over the bits, so that a megabyte is cut into lanes which advance side by side
+as numpy columns, and whose remainders are then merged in pairs, halving their number each time.
 """
 
 from __future__ import annotations
@@ -42,7 +42,9 @@ def _word_table() -> np.ndarray:
 
 @functools.lru_cache(maxsize=64)
 def _zeros_tables(byte_count: int) -> tuple[np.ndarray, np.ndarray]:
-    """What a remainder becomes after so many zero bytes, by its low and its high 16 bits. A power of two, at least 2."""
+    """What a remainder becomes after so many zero bytes, by its low and its high 16 bits. A
+    power of two, at least 2.
+    """
     if byte_count == 2:
         low = _word_table()
         return low, np.arange(1 << 16, dtype=np.uint32)
@@ -68,11 +70,12 @@ def crc32c(data: bytes | memoryview) -> int:
     if len(data) < _VECTOR_BYTES:
         return _small(_ALL_ONES, bytes(data)) ^ _ALL_ONES
     lanes = 1 << ((len(data) - 1) // _LANE_BYTES).bit_length()
-    # Zeros in front leave no remainder; the inverted first four bytes are what the initial value of all ones means.
+    # Zeros in front leave no remainder; the inverted first four bytes are what the initial value of
+    # all ones means.
     padded = np.zeros(lanes * _LANE_BYTES, dtype=np.uint8)
     begin = padded.size - len(data)
     padded[begin:] = np.frombuffer(data, dtype=np.uint8)
-    padded[begin:begin + 4] ^= 0xFF
+    padded[begin : begin + 4] ^= 0xFF
     columns = np.ascontiguousarray(padded.view("<u2").reshape(lanes, _LANE_BYTES // 2).T)
     table = _word_table()
     remainders = np.zeros(lanes, dtype=np.uint32)

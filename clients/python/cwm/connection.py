@@ -12,7 +12,15 @@ import grpc
 
 from cwm import errors, shapes
 from cwm.checksums import crc32c
-from cwm.v1 import admin_pb2, admin_pb2_grpc, perception_pb2_grpc, query_pb2, robot_pb2_grpc, world_pb2, world_pb2_grpc
+from cwm.v1 import (
+    admin_pb2,
+    admin_pb2_grpc,
+    perception_pb2_grpc,
+    query_pb2,
+    robot_pb2_grpc,
+    world_pb2,
+    world_pb2_grpc,
+)
 
 Answer = TypeVar("Answer")
 
@@ -24,7 +32,8 @@ _CHANNEL_OPTIONS = [
     # Of what is sent the server has the word; replies with columns of many answers may be long.
     ("grpc.max_receive_message_length", -1),
     ("grpc.max_send_message_length", -1),
-    # The server answers pings of idle watches; 30 s notices a lost peer without waking a laptop much.
+    # The server answers pings of idle watches; 30 s notices a lost peer without waking a laptop
+    # much.
     ("grpc.keepalive_time_ms", 30_000),
     # A proxy is for the web, not for a socket beside us.
     ("grpc.enable_http_proxy", 0),
@@ -38,7 +47,9 @@ _CHANNEL_OPTIONS = [
 
 
 def default_address() -> str:
-    """$CWM_ADDR, else "unix:${XDG_RUNTIME_DIR:-/tmp}/cwm-$UID.sock". Empty variables count as unset."""
+    """$CWM_ADDR, else "unix:${XDG_RUNTIME_DIR:-/tmp}/cwm-$UID.sock". Empty variables count as
+    unset.
+    """
     folder = os.environ.get("XDG_RUNTIME_DIR") or "/tmp"
     return os.environ.get("CWM_ADDR") or f"unix:{folder}/cwm-{os.getuid()}.sock"
 
@@ -52,19 +63,27 @@ def pieces(data: bytes | memoryview) -> Iterator[tuple[int, bytes]]:
     """Offset and bytes of each chunk."""
     view = memoryview(data)
     for offset in range(0, len(view), CHUNK_BYTES):
-        yield offset, bytes(view[offset:offset + CHUNK_BYTES])
+        yield offset, bytes(view[offset : offset + CHUNK_BYTES])
 
 
 class _Queries:
-    """The unary methods of QueryService by their names, which take requests as bytes (see bulk.py)."""
+    """The unary methods of QueryService by their names, which take requests as bytes (see
+    bulk.py).
+    """
 
     def __init__(self, channel: grpc.Channel):
         service = query_pb2.DESCRIPTOR.services_by_name["QueryService"]
         for method in service.methods:
             if method.name != "StreamQueries":
                 answer = getattr(query_pb2, method.output_type.name)
-                setattr(self, method.name, channel.unary_unary(f"/{service.full_name}/{method.name}",
-                                                               response_deserializer=answer.FromString))
+                setattr(
+                    self,
+                    method.name,
+                    channel.unary_unary(
+                        f"/{service.full_name}/{method.name}",
+                        response_deserializer=answer.FromString,
+                    ),
+                )
 
 
 class Connection:
@@ -72,7 +91,7 @@ class Connection:
 
     def __init__(self, address: str | None):
         if address is not None and not isinstance(address, str):
-            raise TypeError(f"address is {address!r}, must be \"unix:PATH\" or \"HOST:PORT\"")
+            raise TypeError(f'address is {address!r}, must be "unix:PATH" or "HOST:PORT"')
         self.address = address or default_address()
         self._channel = grpc.insecure_channel(self.address, options=_CHANNEL_OPTIONS)
         self.worlds = world_pb2_grpc.WorldServiceStub(self._channel)
@@ -95,15 +114,22 @@ class Connection:
     def limits(self, timeout_s: float | None) -> admin_pb2.Limits:
         """As the server published them when it was asked first."""
         if self._limits is None:
-            limits = self.call(self.admin.GetServerInfo, admin_pb2.GetServerInfoRequest(), timeout_s).limits
-            # A block as large as a message, untouched, and free at once: from then on the C library keeps blocks of up to
-            # that size instead of giving each back to the system, which costs a batch as much as all else here.
+            limits = self.call(
+                self.admin.GetServerInfo, admin_pb2.GetServerInfoRequest(), timeout_s
+            ).limits
+            # A block as large as a message, untouched, and free at once: from then on the C library
+            # keeps blocks of up to that size instead of giving each back to the system, which costs
+            # a batch as much as all else here.
             bytes(limits.max_message_bytes)
             self._limits = limits
         return self._limits
 
-    def call(self, method: Callable[..., Answer], request: object, timeout_s: float | None) -> Answer:
-        """A call that may be repeated: a question, or a write with a request_id. UNAVAILABLE is tried once more."""
+    def call(
+        self, method: Callable[..., Answer], request: object, timeout_s: float | None
+    ) -> Answer:
+        """A call that may be repeated: a question, or a write with a request_id. UNAVAILABLE is
+        tried once more.
+        """
         return self.repeat(lambda timeout_s: method(request, timeout=timeout_s), timeout_s)
 
     def repeat(self, attempt: Callable[[float | None], Answer], timeout_s: float | None) -> Answer:
@@ -113,12 +139,16 @@ class Connection:
         try:
             return self._run(attempt, timeout_s)
         except errors.Unavailable as error:
-            if self._limits is None or not self._is_back(error.retry_after_s, end):  # it never answered yet, or is away
+            if self._limits is None or not self._is_back(
+                error.retry_after_s, end
+            ):  # it never answered yet, or is away
                 raise
         return self._run(attempt, None if end is None else max(0.0, end - time.monotonic()))
 
     def _is_back(self, retry_after_s: float | None, end: float | None) -> bool:
-        """Waits a little for the server; false when it does not come back, or only after the time `end`."""
+        """Waits a little for the server; false when it does not come back, or only after the
+        time `end`.
+        """
         time.sleep(retry_after_s or 0)
         wait_s = _BACK_WITHIN_S if end is None else min(_BACK_WITHIN_S, end - time.monotonic())
         try:
@@ -137,8 +167,9 @@ class Connection:
         if self._closed:
             raise ValueError(f"the connection to {self.address} is closed")
 
-    def stream(self, method: Callable[..., Iterable[Answer]], request: object,
-               timeout_s: float | None) -> Iterator[Answer]:
+    def stream(
+        self, method: Callable[..., Iterable[Answer]], request: object, timeout_s: float | None
+    ) -> Iterator[Answer]:
         """The messages of a call that streams; not repeated."""
         self._check_open()
         try:
@@ -159,15 +190,18 @@ class Connection:
 
         data, expected = self.repeat(read, timeout_s)
         if hashlib.sha256(data).hexdigest() != expected:
-            raise errors.DataLoss(f"geometry {expected} arrived with another hash", code=grpc.StatusCode.DATA_LOSS)
+            raise errors.DataLoss(
+                f"geometry {expected} arrived with another hash", code=grpc.StatusCode.DATA_LOSS
+            )
         return data
 
     def write_mesh(self, mesh: shapes.Mesh, timeout_s: float | None) -> None:
         blob = mesh.blob
 
         def messages() -> Iterator[world_pb2.WriteGeometryRequest]:
-            header = world_pb2.WriteGeometryRequest.Header(format=world_pb2.GEOMETRY_FORMAT_MESH_F64,
-                                                           total_bytes=len(blob), hash=mesh.hash)
+            header = world_pb2.WriteGeometryRequest.Header(
+                format=world_pb2.GEOMETRY_FORMAT_MESH_F64, total_bytes=len(blob), hash=mesh.hash
+            )
             yield world_pb2.WriteGeometryRequest(header=header)
             for offset, data in pieces(blob):
                 chunk = world_pb2.WriteGeometryRequest.Chunk(offset=offset, data=data)
@@ -176,9 +210,12 @@ class Connection:
         self.repeat(lambda left_s: self.worlds.WriteGeometry(messages(), timeout=left_s), timeout_s)
         self._held.add(mesh.hash)
 
-    def with_meshes(self, meshes: Sequence[shapes.Mesh], timeout_s: float | None,
-                    ask: Callable[[], Answer]) -> Answer:
-        """`ask`, once the server holds the meshes. It may have lost those that were sent before: then once more."""
+    def with_meshes(
+        self, meshes: Sequence[shapes.Mesh], timeout_s: float | None, ask: Callable[[], Answer]
+    ) -> Answer:
+        """`ask`, once the server holds the meshes. It may have lost those that were sent before:
+        then once more.
+        """
         for mesh in meshes:
             if mesh.hash not in self._held:
                 self.write_mesh(mesh, timeout_s)
@@ -192,7 +229,9 @@ class Connection:
         return ask()
 
 
-def upload_chunks(data: bytes | memoryview, make: Callable[[int, bytes, int], Answer]) -> Iterator[Answer]:
+def upload_chunks(
+    data: bytes | memoryview, make: Callable[[int, bytes, int], Answer]
+) -> Iterator[Answer]:
     """A message of offset, bytes and CRC-32C for each chunk."""
     for offset, piece in pieces(data):
         yield make(offset, piece, crc32c(piece))

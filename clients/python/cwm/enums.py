@@ -65,8 +65,9 @@ class MotionVerdict(enum.IntEnum):
 
 
 class Trust(enum.IntEnum):
-    """How far an answer may be believed: BOUNDED is off by at most bound_m, SURFACE_ONLY is of open geometry without an
-    inside, DEGRADED has no known bound."""
+    """How far an answer may be believed: BOUNDED is off by at most bound_m, SURFACE_ONLY is of
+    open geometry without an inside, DEGRADED has no known bound.
+    """
 
     NONE = 0
     EXACT = 1
@@ -76,8 +77,9 @@ class Trust(enum.IntEnum):
 
 
 class SampleState(enum.IntEnum):
-    """Of a point: SMOOTH has the gradient of the distance, at a KINK two nearest places pull different ways, BEYOND is farther
-    than max_distance_m from everything."""
+    """Of a point: SMOOTH has the gradient of the distance, at a KINK two nearest places pull
+    different ways, BEYOND is farther than max_distance_m from everything.
+    """
 
     SMOOTH = 1
     KINK = 2
@@ -132,7 +134,9 @@ class JointKind(enum.IntEnum):
 
 
 class IngestMode(enum.IntEnum):
-    """UPDATE replaces the view, ADD removes and moves nothing, SEGMENT_ONLY leaves the world as it is."""
+    """UPDATE replaces the view, ADD removes and moves nothing, SEGMENT_ONLY leaves the world as
+    it is.
+    """
 
     UPDATE = 1
     ADD = 2
@@ -149,7 +153,9 @@ class SensorModel(enum.IntEnum):
 
 
 class Clustering(enum.IntEnum):
-    """OBJECTS divides what stands on a support before shapes are searched; NONE does not, for dense clutter."""
+    """OBJECTS divides what stands on a support before shapes are searched; NONE does not, for
+    dense clutter.
+    """
 
     OBJECTS = 1
     NONE = 2

@@ -1,7 +1,7 @@
 """What a call raises: one class for each kind of failure, with what the server said about it.
 
-`Error` is the base of all of them. Arrays that cannot be right are refused before anything is sent, by ValueError or
-TypeError that name the argument.
+`Error` is the base of all of them. Arrays that cannot be right are refused before anything is sent,
+by ValueError or TypeError that name the argument.
 """
 
 from __future__ import annotations
@@ -27,14 +27,21 @@ class FieldViolation:
 class Error(Exception):
     """A call that failed.
 
-    code: the gRPC status code, `reason`: a stable word for programs ("OBJECT_UNKNOWN"), `message`: a sentence for people,
-    `metadata`: names and values that belong to the reason, `fields`: what was wrong in the request, `retry_after_s`: when
-    the server wants to be asked again, or None.
+    code: the gRPC status code, `reason`: a stable word for programs ("OBJECT_UNKNOWN"), `message`:
+    a sentence for people, `metadata`: names and values that belong to the reason, `fields`: what
+    was wrong in the request, `retry_after_s`: when the server wants to be asked again, or None.
     """
 
-    def __init__(self, message: str, *, code: grpc.StatusCode = grpc.StatusCode.UNKNOWN, reason: str = "",
-                 metadata: dict[str, str] | None = None, fields: tuple[FieldViolation, ...] = (),
-                 retry_after_s: float | None = None):
+    def __init__(
+        self,
+        message: str,
+        *,
+        code: grpc.StatusCode = grpc.StatusCode.UNKNOWN,
+        reason: str = "",
+        metadata: dict[str, str] | None = None,
+        fields: tuple[FieldViolation, ...] = (),
+        retry_after_s: float | None = None,
+    ):
         super().__init__(message)
         self.message = message
         self.code = code
@@ -64,7 +71,9 @@ class Aborted(Error):
 
 
 class RevisionConflict(Aborted):
-    """The world, the object or the robot has another revision than the one expected. Nothing was changed."""
+    """The world, the object or the robot has another revision than the one expected. Nothing was
+    changed.
+    """
 
 
 class FailedPrecondition(Error):
@@ -72,7 +81,9 @@ class FailedPrecondition(Error):
 
 
 class WorldReplaced(FailedPrecondition):
-    """The world of that name is another one by now: it was deleted, or the server lost its memory."""
+    """The world of that name is another one by now: it was deleted, or the server lost its
+    memory.
+    """
 
 
 class OutOfRange(Error):
@@ -143,7 +154,8 @@ def _details_of(error: grpc.RpcError) -> dict:
                 return {}
     details: dict = {}
     for item in packed.details:
-        # The standard types are read by our own messages with their field numbers: the name alone counts.
+        # The standard types are read by our own messages with their field numbers: the name alone
+        # counts.
         name = item.type_url.rpartition("/")[2]
         if name == "google.rpc.ErrorInfo":
             info = error_details_pb2.ErrorInfo.FromString(item.value)
@@ -151,7 +163,9 @@ def _details_of(error: grpc.RpcError) -> dict:
             details["metadata"] = dict(info.metadata)
         elif name == "google.rpc.BadRequest":
             request = error_details_pb2.BadRequest.FromString(item.value)
-            details["fields"] = tuple(FieldViolation(v.field, v.description) for v in request.field_violations)
+            details["fields"] = tuple(
+                FieldViolation(v.field, v.description) for v in request.field_violations
+            )
         elif name == "google.rpc.RetryInfo":
             delay = error_details_pb2.RetryInfo.FromString(item.value).retry_delay
             details["retry_after_s"] = delay.seconds + 1e-9 * delay.nanos

@@ -47,8 +47,9 @@ class IngestChanges:
 class IngestResult:
     """What the world holds of a scan, at `revision`.
 
-    labels: (N,) uint32, one a point in the order given (row by row of an organised cloud), or None when none were wanted.
-    0 is unexplained, 1 to 9 the supports (the tenth and later share 9), object i (from 1) has 10 * (i + 1) + part.
+    labels: (N,) uint32, one a point in the order given (row by row of an organised cloud), or None
+    when none were wanted. 0 is unexplained, 1 to 9 the supports (the tenth and later share 9),
+    object i (from 1) has 10 * (i + 1) + part.
     """
 
     world_uid: str  # empty: no world holds it (SEGMENT_ONLY)
@@ -62,7 +63,9 @@ class IngestResult:
     labels: np.ndarray | None = field(default=None, compare=False, repr=False)
 
     def mask(self, item: objects.Object | str) -> np.ndarray:
-        """(N,) bool: the points of a support or an object of this result. KeyError for any other."""
+        """(N,) bool: the points of a support or an object of this result. KeyError for any
+        other.
+        """
         if self.labels is None:
             raise ValueError("labels were not asked for: ingest(..., labels=True)")
         name = item if isinstance(item, str) else item.name
@@ -86,7 +89,9 @@ def _cloud(points: npt.ArrayLike, normals: npt.ArrayLike | None) -> tuple[np.nda
     if normals is not None:
         other = arrays.numbers(normals, "normals")
         if other.shape != cloud.shape:
-            raise ValueError(f"normals has the shape {other.shape}, must be that of points, {cloud.shape}")
+            raise ValueError(
+                f"normals has the shape {other.shape}, must be that of points, {cloud.shape}"
+            )
         kind = np.promote_types(cloud.dtype, other.dtype)
         cloud = np.concatenate([cloud.astype(kind), other.astype(kind)], axis=-1)
     cloud = cloud.reshape(-1, cloud.shape[-1])
@@ -95,43 +100,60 @@ def _cloud(points: npt.ArrayLike, normals: npt.ArrayLike | None) -> tuple[np.nda
     return np.ascontiguousarray(cloud), width, height
 
 
-def make_header(points: npt.ArrayLike, normals: npt.ArrayLike | None) -> tuple[perception_pb2.IngestCloudHeader, np.ndarray]:
+def make_header(
+    points: npt.ArrayLike, normals: npt.ArrayLike | None
+) -> tuple[perception_pb2.IngestCloudHeader, np.ndarray]:
     """A header with the layout of the cloud, and the cloud as it travels."""
     cloud, width, height = _cloud(points, normals)
-    header = perception_pb2.IngestCloudHeader(point_count=len(cloud), total_bytes=cloud.nbytes, width=width, height=height)
+    header = perception_pb2.IngestCloudHeader(
+        point_count=len(cloud), total_bytes=cloud.nbytes, width=width, height=height
+    )
     size = cloud.dtype.itemsize
     header.layout.point_step = size * cloud.shape[1]
-    for i, name in enumerate(("x", "y", "z", "normal_x", "normal_y", "normal_z")[:cloud.shape[1]]):
+    for i, name in enumerate(("x", "y", "z", "normal_x", "normal_y", "normal_z")[: cloud.shape[1]]):
         header.layout.fields.add(name=name, offset=i * size, type=_FIELD_TYPES[size])
     return header, cloud
 
 
-def set_sensor(header: perception_pb2.IngestCloudHeader, sensor: enums.SensorModel | str | float) -> None:
+def set_sensor(
+    header: perception_pb2.IngestCloudHeader, sensor: enums.SensorModel | str | float
+) -> None:
     """A model by its name, or the standard deviation of a constant noise in metres."""
     if isinstance(sensor, (str, enums.SensorModel)):
         header.sensor_model.kind = enums.word(enums.SensorModel, sensor, "sensor")
         return
     sigma_m = arrays.number(sensor, "sensor")
     if sigma_m <= 0:
-        raise ValueError(f"sensor is {sensor!r}, must be the name of a model or a standard deviation above 0 m")
+        raise ValueError(
+            f"sensor is {sensor!r}, must be the name of a model or a standard deviation above 0 m"
+        )
     header.sensor_model.kind = perception_pb2.SensorModel.KIND_CONSTANT
     header.sensor_model.sigma_m = sigma_m
 
 
-def set_pose(header: perception_pb2.IngestCloudHeader, x_world_sensor: npt.ArrayLike | None,
-             up: npt.ArrayLike | None) -> None:
+def set_pose(
+    header: perception_pb2.IngestCloudHeader,
+    x_world_sensor: npt.ArrayLike | None,
+    up: npt.ArrayLike | None,
+) -> None:
     if x_world_sensor is not None:
         header.x_world_sensor.CopyFrom(poses.to_proto(x_world_sensor, "x_world_sensor"))
     if up is not None:
         header.up.x, header.up.y, header.up.z = arrays.vector(up, "up").tolist()
 
 
-def messages(header: perception_pb2.IngestCloudHeader, cloud: np.ndarray) -> Iterator[perception_pb2.IngestCloudRequest]:
+def messages(
+    header: perception_pb2.IngestCloudHeader, cloud: np.ndarray
+) -> Iterator[perception_pb2.IngestCloudRequest]:
     """Header, chunks, finish."""
     data = memoryview(cloud).cast("B")
     yield perception_pb2.IngestCloudRequest(header=header)
-    yield from upload_chunks(data, lambda offset, piece, crc: perception_pb2.IngestCloudRequest(
-        chunk=perception_pb2.CloudChunk(offset=offset, data=piece, crc32c=crc)))
+    yield from upload_chunks(
+        data,
+        lambda offset, piece, crc: perception_pb2.IngestCloudRequest(
+            chunk=perception_pb2.CloudChunk(offset=offset, data=piece, crc32c=crc)
+        ),
+    )
     digest = hashlib.sha256(data).hexdigest()
     yield perception_pb2.IngestCloudRequest(finish=perception_pb2.CloudFinish(sha256=digest))
 
@@ -139,12 +161,15 @@ def messages(header: perception_pb2.IngestCloudHeader, cloud: np.ndarray) -> Ite
 def labels_of(reply: perception_pb2.IngestCloudResponse, view: WorldView) -> np.ndarray | None:
     data = reply.labels
     if reply.labels_hash:
-        data = view.connection.read_blob(world_pb2.ReadGeometryRequest(hash=reply.labels_hash), view.timeout_s)
+        data = view.connection.read_blob(
+            world_pb2.ReadGeometryRequest(hash=reply.labels_hash), view.timeout_s
+        )
     return np.frombuffer(data, dtype="<u4") if data else None
 
 
-def result_of(reply: perception_pb2.IngestCloudResponse, view: WorldView | None,
-              labels: np.ndarray | None) -> IngestResult:
+def result_of(
+    reply: perception_pb2.IngestCloudResponse, view: WorldView | None, labels: np.ndarray | None
+) -> IngestResult:
     """`view` is the world at the reply's revision, None where no world holds the result."""
 
     def several(items) -> tuple[objects.Object, ...]:
@@ -152,9 +177,21 @@ def result_of(reply: perception_pb2.IngestCloudResponse, view: WorldView | None,
 
     report, changes = reply.report, reply.changes
     return IngestResult(
-        reply.world_uid, reply.revision, poses.from_proto(reply.x_world_sensor),
-        IngestReport(report.points_in, report.points_finite, report.points_explained, report.points_rejected,
-                     tuple(report.warnings)),
-        several(reply.supports), several(reply.objects),
-        IngestChanges(*(tuple(getattr(changes, name)) for name in IngestChanges.__dataclass_fields__)),
-        {stage.stage: stage.elapsed_ms for stage in reply.stages}, labels)
+        reply.world_uid,
+        reply.revision,
+        poses.from_proto(reply.x_world_sensor),
+        IngestReport(
+            report.points_in,
+            report.points_finite,
+            report.points_explained,
+            report.points_rejected,
+            tuple(report.warnings),
+        ),
+        several(reply.supports),
+        several(reply.objects),
+        IngestChanges(
+            *(tuple(getattr(changes, name)) for name in IngestChanges.__dataclass_fields__)
+        ),
+        {stage.stage: stage.elapsed_ms for stage in reply.stages},
+        labels,
+    )

@@ -1,4 +1,6 @@
-"""Objects of a world as values. Poses are (4, 4) arrays X_a_b: the frame b in the frame a, metres."""
+"""Objects of a world as values. Poses are (4, 4) arrays X_a_b: the frame b in the frame a,
+metres.
+"""
 
 from __future__ import annotations
 
@@ -19,9 +21,24 @@ _COEFFICIENTS: dict[str, tuple[str, ...]] = {
     "half_space": ("normal_x", "normal_y", "normal_z", "d"),
     "plate": ("normal_x", "normal_y", "normal_z", "d"),
     "sphere": ("center_x", "center_y", "center_z", "radius"),
-    "cylinder": ("point_on_axis_x", "point_on_axis_y", "point_on_axis_z", "axis_direction_x", "axis_direction_y",
-                 "axis_direction_z", "radius"),
-    "cone": ("apex_x", "apex_y", "apex_z", "axis_direction_x", "axis_direction_y", "axis_direction_z", "half_angle_rad"),
+    "cylinder": (
+        "point_on_axis_x",
+        "point_on_axis_y",
+        "point_on_axis_z",
+        "axis_direction_x",
+        "axis_direction_y",
+        "axis_direction_z",
+        "radius",
+    ),
+    "cone": (
+        "apex_x",
+        "apex_y",
+        "apex_z",
+        "axis_direction_x",
+        "axis_direction_y",
+        "axis_direction_z",
+        "half_angle_rad",
+    ),
 }
 
 
@@ -34,13 +51,16 @@ class FitQuality:
     inlier_count: int
     inlier_ratio: float
     observed_fraction: float
-    # One standard deviation of each coefficient, in their order; of a box, of its three sizes. Empty: unknown.
+    # One standard deviation of each coefficient, in their order; of a box, of its three sizes.
+    # Empty: unknown.
     parameter_sigma: tuple[float, ...]
 
 
 @dataclass(frozen=True)
 class Vessel:
-    """An open vessel: a solid of revolution about z with a wall, a rim and a floor, the foot at z = -height/2."""
+    """An open vessel: a solid of revolution about z with a wall, a rim and a floor, the foot at
+    z = -height/2.
+    """
 
     rim_radius_m: float
     foot_radius_m: float
@@ -140,18 +160,24 @@ class Object:
         return max(self.pose_revision, self.geometry_revision)
 
     def mesh(self) -> tuple[np.ndarray, np.ndarray]:
-        """All that the object is made of as one mesh in its own frame: vertices (V, 3) float64, triangles (T, 3) uint32.
+        """All that the object is made of as one mesh in its own frame: vertices (V, 3) float64,
+        triangles (T, 3) uint32.
 
-        FailedPrecondition for an object with a half-space, RevisionCompacted when the object was read too long ago.
+        FailedPrecondition for an object with a half-space, RevisionCompacted when the object was
+        read too long ago.
         """
         if self._view is None:
-            raise ValueError(f"{self.name} was provisional: no world holds it, and nobody knows its mesh")
+            raise ValueError(
+                f"{self.name} was provisional: no world holds it, and nobody knows its mesh"
+            )
         return self._view.surface(self.name)
 
 
 def _oriented_box(message) -> OrientedBox:
     box = message.box
-    return OrientedBox((box.size_x_m, box.size_y_m, box.size_z_m), poses.from_proto(message.x_object_box))
+    return OrientedBox(
+        (box.size_x_m, box.size_y_m, box.size_z_m), poses.from_proto(message.x_object_box)
+    )
 
 
 def _optional(message, name: str) -> float | None:
@@ -162,25 +188,49 @@ def _vessel(message) -> Vessel:
     def profile(vertices) -> np.ndarray:
         return np.array([(vertex.x, vertex.y) for vertex in vertices]).reshape(-1, 2)
 
-    return Vessel(message.rim_radius_m, message.foot_radius_m, message.height_m, message.depth_m, message.wall_thickness_m,
-                  _optional(message, "rim_radius_sigma_m"), _optional(message, "wall_thickness_sigma_m"),
-                  profile(message.outer_profile), profile(message.inner_profile))
+    return Vessel(
+        message.rim_radius_m,
+        message.foot_radius_m,
+        message.height_m,
+        message.depth_m,
+        message.wall_thickness_m,
+        _optional(message, "rim_radius_sigma_m"),
+        _optional(message, "wall_thickness_sigma_m"),
+        profile(message.outer_profile),
+        profile(message.inner_profile),
+    )
 
 
 def part_from_proto(message: world_pb2.ShapePart) -> Part:
     fit = None
     if message.HasField("fit"):
         f = message.fit
-        fit = FitQuality(f.rms_m, f.max_residual_m, f.inlier_count, f.inlier_ratio, f.observed_fraction,
-                         tuple(f.parameter_sigma))
+        fit = FitQuality(
+            f.rms_m,
+            f.max_residual_m,
+            f.inlier_count,
+            f.inlier_ratio,
+            f.observed_fraction,
+            tuple(f.parameter_sigma),
+        )
     names = _COEFFICIENTS.get(message.WhichOneof("shape"), ())
-    return Part(shapes.shape_from_proto(message), poses.from_proto(message.x_object_shape),
-                enums.PartRole(message.role or enums.PartRole.FITTED), dict(zip(names, message.coefficients)), fit,
-                _vessel(message.vessel) if message.HasField("vessel") else None)
+    return Part(
+        shapes.shape_from_proto(message),
+        poses.from_proto(message.x_object_shape),
+        enums.PartRole(message.role or enums.PartRole.FITTED),
+        dict(zip(names, message.coefficients)),
+        fit,
+        _vessel(message.vessel) if message.HasField("vessel") else None,
+    )
 
 
 def attachment_from_proto(message: world_pb2.Attachment) -> Attachment:
-    return Attachment(message.robot, message.link, poses.from_proto(message.x_link_object), tuple(message.touch_links))
+    return Attachment(
+        message.robot,
+        message.link,
+        poses.from_proto(message.x_link_object),
+        tuple(message.touch_links),
+    )
 
 
 def time_from_proto(message) -> datetime.datetime:
@@ -190,18 +240,41 @@ def time_from_proto(message) -> datetime.datetime:
 def object_from_proto(message: world_pb2.Object, revision: int, view: WorldView | None) -> Object:
     """`view` is the world at the revision; None for one that no world holds."""
     return Object(
-        name=message.name, uid=message.uid, kind=enums.ObjectKind(message.kind), owner=enums.Owner(message.owner),
-        state=enums.ObjectState(message.state), pose=poses.from_proto(message.x_world_object),
+        name=message.name,
+        uid=message.uid,
+        kind=enums.ObjectKind(message.kind),
+        owner=enums.Owner(message.owner),
+        state=enums.ObjectState(message.state),
+        pose=poses.from_proto(message.x_world_object),
         parts=tuple(part_from_proto(part) for part in message.shapes),
-        surfaces=tuple(Surface(s.hash, s.vertex_count, s.triangle_count, s.watertight, s.point_count)
-                       for s in message.surfaces),
-        handles=tuple(Handle(h.shape_index, h.point_count, (h.axis.x, h.axis.y, h.axis.z), _oriented_box(h.bounds), h.hash)
-                      for h in message.handles),
+        surfaces=tuple(
+            Surface(s.hash, s.vertex_count, s.triangle_count, s.watertight, s.point_count)
+            for s in message.surfaces
+        ),
+        handles=tuple(
+            Handle(
+                h.shape_index,
+                h.point_count,
+                (h.axis.x, h.axis.y, h.axis.z),
+                _oriented_box(h.bounds),
+                h.hash,
+            )
+            for h in message.handles
+        ),
         supported_by=message.supported_by,
         bounds=_oriented_box(message.bounds) if message.HasField("bounds") else None,
-        point_count=message.point_count, create_revision=message.create_revision,
-        geometry_revision=message.geometry_revision, pose_revision=message.pose_revision,
-        last_observed=time_from_proto(message.last_observed) if message.HasField("last_observed") else None,
+        point_count=message.point_count,
+        create_revision=message.create_revision,
+        geometry_revision=message.geometry_revision,
+        pose_revision=message.pose_revision,
+        last_observed=time_from_proto(message.last_observed)
+        if message.HasField("last_observed")
+        else None,
         margin_m=message.margin_m,
-        attachment=attachment_from_proto(message.attachment) if message.HasField("attachment") else None,
-        reachable=message.reachable if message.HasField("reachable") else None, world_revision=revision, _view=view)
+        attachment=attachment_from_proto(message.attachment)
+        if message.HasField("attachment")
+        else None,
+        reachable=message.reachable if message.HasField("reachable") else None,
+        world_revision=revision,
+        _view=view,
+    )

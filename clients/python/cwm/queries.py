@@ -1,4 +1,6 @@
-"""Questions in batches: what is above the server's limits is cut, asked of one revision, and put together again."""
+"""Questions in batches: what is above the server's limits is cut, asked of one revision, and put
+together again.
+"""
 
 from __future__ import annotations
 
@@ -25,14 +27,15 @@ _HEAD_BYTES = 1 << 16
 class QueryOptions(TypedDict, total=False):
     """Keyword arguments of every question. Lengths in metres.
 
-    margin_m: of verdicts, motions and contacts: nearer than that, strictly, is a collision; distances are geometric.
-    max_distance_m: how far to look. k: nearest objects a row, 1 to 64. max_contacts: a row, 1 to 1 024.
-    engine: "auto", "exact", "fcl" or "bullet". representation: "shapes", "surfaces" or "hybrid".
-    unseen: what space that no sensor has seen counts as: "ignore", "report" or "block".
-    ignore: names of objects and robots left out. ignore_pairs: pairs that may collide, see `Allow`.
-    overlay: changes that hold for this question alone. time_budget_s: the rows completed by then are the answer.
-    margin_sigma: inflates fitted parts by so many standard deviations. support_tolerance_m: how deep what stands may sink.
-    verdicts_only: of `check`: names no pair, which is sooner told.
+    margin_m: of verdicts, motions and contacts: nearer than that, strictly, is a collision;
+    distances are geometric. max_distance_m: how far to look. k: nearest objects a row, 1 to 64.
+    max_contacts: a row, 1 to 1 024. engine: "auto", "exact", "fcl" or "bullet". representation:
+    "shapes", "surfaces" or "hybrid". unseen: what space that no sensor has seen counts as:
+    "ignore", "report" or "block". ignore: names of objects and robots left out. ignore_pairs: pairs
+    that may collide, see `Allow`. overlay: changes that hold for this question alone.
+    time_budget_s: the rows completed by then are the answer. margin_sigma: inflates fitted parts by
+    so many standard deviations. support_tolerance_m: how deep what stands may sink. verdicts_only:
+    of `check`: names no pair, which is sooner told.
     """
 
     margin_m: float
@@ -52,7 +55,11 @@ class QueryOptions(TypedDict, total=False):
 
 
 _NUMBERS = ("margin_m", "max_distance_m", "margin_sigma", "support_tolerance_m")
-_WORDS = {"engine": enums.Engine, "representation": enums.Representation, "unseen": enums.UnseenSpace}
+_WORDS = {
+    "engine": enums.Engine,
+    "representation": enums.Representation,
+    "unseen": enums.UnseenSpace,
+}
 
 
 def options_to_proto(options: QueryOptions) -> query_pb2.QueryOptions:
@@ -72,7 +79,9 @@ def options_to_proto(options: QueryOptions) -> query_pb2.QueryOptions:
     if options.get("max_contacts") is not None:
         message.max_contacts = arrays.count(options["max_contacts"], "max_contacts", low=1)
     message.ignore.extend(arrays.texts(options.get("ignore") or (), "ignore"))
-    message.ignore_pairs.extend(changes_module.pair_to_proto(a, b) for a, b in options.get("ignore_pairs") or ())
+    message.ignore_pairs.extend(
+        changes_module.pair_to_proto(a, b) for a, b in options.get("ignore_pairs") or ()
+    )
     message.overlay.extend(changes_module.changes_to_proto(options.get("overlay") or (), "overlay"))
     message.verdicts_only = bool(options.get("verdicts_only", False))
     return message
@@ -80,7 +89,9 @@ def options_to_proto(options: QueryOptions) -> query_pb2.QueryOptions:
 
 @dataclass(frozen=True, eq=False)
 class Batches:
-    """How a question is cut. A unit, a row or a motion of several, stays whole; unit i has rows begin[i] to begin[i + 1]."""
+    """How a question is cut. A unit, a row or a motion of several, stays whole; unit i has rows
+    begin[i] to begin[i + 1].
+    """
 
     bulk: Bulk
     unit_begin: np.ndarray
@@ -103,17 +114,35 @@ def _ranges(batches: Batches, most_rows: int) -> Iterator[tuple[int, int]]:
 def _most_rows(view: WorldView, batches: Batches, head_bytes: int) -> int:
     limits = view.connection.limits(view.timeout_s)
     free_bytes = limits.max_message_bytes - _HEAD_BYTES - head_bytes
-    return max(1, min(limits.max_batch_rows, free_bytes // batches.bulk.row_bytes,
-                      limits.max_answers // batches.answers_a_row))
+    return max(
+        1,
+        min(
+            limits.max_batch_rows,
+            free_bytes // batches.bulk.row_bytes,
+            limits.max_answers // batches.answers_a_row,
+        ),
+    )
 
 
-def ask(view: WorldView, method: Callable, kind: type, fill: Callable[[object, int, int], None], batches: Batches,
-        options: QueryOptions, meshes: Sequence[shapes.Mesh] = ()) -> list:
-    """The replies, in order, all of one revision. `fill(request, begin, end)` puts what is not rows of those units into a
-    request of the kind."""
+def ask(
+    view: WorldView,
+    method: Callable,
+    kind: type,
+    fill: Callable[[object, int, int], None],
+    batches: Batches,
+    options: QueryOptions,
+    meshes: Sequence[shapes.Mesh] = (),
+) -> list:
+    """The replies, in order, all of one revision. `fill(request, begin, end)` puts what is not
+    rows of those units into a request of the kind.
+    """
     message = options_to_proto(options)
     budget_s = options.get("time_budget_s")
-    end_s = None if budget_s is None else time.monotonic() + arrays.number(budget_s, "time_budget_s", low=0)
+    end_s = (
+        None
+        if budget_s is None
+        else time.monotonic() + arrays.number(budget_s, "time_budget_s", low=0)
+    )
     meshes = [*meshes, *changes_module.meshes_of(options.get("overlay") or ())]
     most_rows = _most_rows(view, batches, message.ByteSize())
     replies: list = []
@@ -126,9 +155,12 @@ def ask(view: WorldView, method: Callable, kind: type, fill: Callable[[object, i
             message.time_budget.FromNanoseconds(max(1, round(1e9 * left_s)))
         request = kind(world=view.name, options=message)
         fill(request, first, end)
-        data = batches.bulk.request_bytes(request, batches.unit_begin[first], batches.unit_begin[end])
-        reply = view.connection.with_meshes(meshes, view.timeout_s,
-                                            lambda: view.connection.call(method, data, view.timeout_s))
+        data = batches.bulk.request_bytes(
+            request, batches.unit_begin[first], batches.unit_begin[end]
+        )
+        reply = view.connection.with_meshes(
+            meshes, view.timeout_s, lambda: view.connection.call(method, data, view.timeout_s)
+        )
         replies.append(reply)
         if reply.completed_count < end - first:
             break
@@ -158,10 +190,19 @@ class Merged:
         refs = {ref.name: ref for reply in replies for ref in reply.objects}
         names = sorted(refs)  # by code point, as the server's bytes
         position = {name: i for i, name in enumerate(names)}
-        self._maps = [np.array([position[ref.name] for ref in reply.objects], dtype=np.int32) for reply in replies]
-        self._head = dict(world_uid=replies[0].world_uid, revision=replies[0].revision, row_count=row_count,
-                          completed_count=self.completed, names=tuple(names), uids=tuple(refs[n].uid for n in names),
-                          part_links=tuple(tuple(refs[n].part_links) for n in names))
+        self._maps = [
+            np.array([position[ref.name] for ref in reply.objects], dtype=np.int32)
+            for reply in replies
+        ]
+        self._head = dict(
+            world_uid=replies[0].world_uid,
+            revision=replies[0].revision,
+            row_count=row_count,
+            completed_count=self.completed,
+            names=tuple(names),
+            uids=tuple(refs[n].uid for n in names),
+            part_links=tuple(tuple(refs[n].part_links) for n in names),
+        )
 
     def head(self) -> dict:
         return self._head
@@ -174,14 +215,18 @@ class Merged:
         return parts[0] if len(parts) == 1 else np.concatenate(parts)
 
     def _trim(self, reply, column: np.ndarray) -> np.ndarray:
-        return column[:reply.completed_count]
+        return column[: reply.completed_count]
 
     def column(self, name: str, dtype: str) -> np.ndarray:
         """A column of the replies themselves, one entry a unit; -1 where they have none."""
         parts = []
         for reply in self.replies:
             data = getattr(reply, name)
-            column = np.frombuffer(data, dtype=dtype) if data else np.full(reply.completed_count, NOTHING, dtype=dtype)
+            column = (
+                np.frombuffer(data, dtype=dtype)
+                if data
+                else np.full(reply.completed_count, NOTHING, dtype=dtype)
+            )
             parts.append(self._trim(reply, column))
         return self._join(parts)
 
@@ -190,13 +235,21 @@ class Merged:
         parts = []
         for reply in self.replies:
             data = getattr(reply, name)
-            column = arrays.columns(data, reply.scalar, width) if data else np.zeros(reply.completed_count)
+            column = (
+                arrays.columns(data, reply.scalar, width)
+                if data
+                else np.zeros(reply.completed_count)
+            )
             parts.append(self._trim(reply, column))
         return self._join(parts)
 
     def indices(self, name: str = "object_index") -> np.ndarray:
-        return self._join([self._renumbered(getattr(reply, name), i, reply.completed_count)
-                           for i, reply in enumerate(self.replies)])
+        return self._join(
+            [
+                self._renumbered(getattr(reply, name), i, reply.completed_count)
+                for i, reply in enumerate(self.replies)
+            ]
+        )
 
     def _renumbered(self, data: bytes, i: int, count: int | None) -> np.ndarray:
         if not data:
@@ -222,9 +275,21 @@ class Merged:
             return self._join([np.frombuffer(getattr(c, name), dtype=dtype) for c in columns])
 
         trust = [np.frombuffer(c.trust, dtype=np.uint8) for c in columns]
-        bounds = [arrays.columns(c.bound_m, c.scalar) if c.bound_m else np.zeros(len(t)) for c, t in zip(columns, trust)]
-        return dict(row_begin=np.concatenate(begins), distance_m=scalars("distance_m"),
-                    point_body=scalars("point_body", 3), point_object=scalars("point_object", 3),
-                    normal=scalars("normal", 3), trust=self._join(trust), bound_m=self._join(bounds),
-                    object_index=self._join([self._renumbered(c.object_index, i, None) for i, c in enumerate(columns)]),
-                    body_part=plain("body_part", "<i4"), object_part=plain("object_part", "<i4"))
+        bounds = [
+            arrays.columns(c.bound_m, c.scalar) if c.bound_m else np.zeros(len(t))
+            for c, t in zip(columns, trust)
+        ]
+        return dict(
+            row_begin=np.concatenate(begins),
+            distance_m=scalars("distance_m"),
+            point_body=scalars("point_body", 3),
+            point_object=scalars("point_object", 3),
+            normal=scalars("normal", 3),
+            trust=self._join(trust),
+            bound_m=self._join(bounds),
+            object_index=self._join(
+                [self._renumbered(c.object_index, i, None) for i, c in enumerate(columns)]
+            ),
+            body_part=plain("body_part", "<i4"),
+            object_part=plain("object_part", "<i4"),
+        )

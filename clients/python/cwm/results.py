@@ -1,7 +1,8 @@
 """Answers as numpy columns, read from the reply without a copy (they are read-only).
 
-Answers name what they are about by an index into `names`; `objects` resolves them. Rows are those of the question; when a
-time budget was spent first, the columns have the rows that were completed, from the first on.
+Answers name what they are about by an index into `names`; `objects` resolves them. Rows are those
+of the question; when a time budget was spent first, the columns have the rows that were completed,
+from the first on.
 """
 
 from __future__ import annotations
@@ -26,24 +27,31 @@ class Head:
     completed_count: int  # answered
     names: tuple[str, ...]  # of what answers mention, ordered
     uids: tuple[str, ...]
-    part_links: tuple[tuple[str, ...], ...]  # of each that is a robot, the link of each of its parts
+    part_links: tuple[
+        tuple[str, ...], ...
+    ]  # of each that is a robot, the link of each of its parts
 
     @property
     def complete(self) -> bool:
         return self.completed_count == self.row_count
 
     def _resolve(self, index: np.ndarray) -> np.ndarray:
-        """Names, None where nothing is named, "" for the robot that asks. Negative indices count from the end."""
+        """Names, None where nothing is named, "" for the robot that asks. Negative indices count
+        from the end.
+        """
         return np.array([*self.names, "", None], dtype=object)[index]
 
 
 @dataclass(frozen=True, eq=False)
 class _Pairs(Head):
-    object_index: np.ndarray  # int32: into names; -1 nothing; -2 the robot itself, of which object_part is the other part
+    # int32: into names; -1 nothing; -2 the robot itself, of which object_part is the other part
+    object_index: np.ndarray
     body_part: np.ndarray  # int32
     object_part: np.ndarray  # int32
     body_links: tuple[str, ...]  # of a robot that asks, the link of each body part
-    body_objects: tuple[str, ...]  # the object that it carries, "" where the part is its own; nothing carried: empty
+    body_objects: tuple[
+        str, ...
+    ]  # the object that it carries, "" where the part is its own; nothing carried: empty
 
     @property
     def objects(self) -> np.ndarray:
@@ -71,7 +79,9 @@ class CheckResult(_Pairs):
 
 @dataclass(frozen=True, eq=False)
 class PairResult(_Pairs):
-    """Distances or contacts: A answers to N rows; those of row i are row_begin[i] to row_begin[i + 1]."""
+    """Distances or contacts: A answers to N rows; those of row i are row_begin[i] to row_begin[i
+    + 1].
+    """
 
     row_begin: np.ndarray  # (N + 1,) uint32
     distance_m: np.ndarray  # (A,) < 0: penetration; without margins
@@ -84,7 +94,9 @@ class PairResult(_Pairs):
     @property
     def row(self) -> np.ndarray:
         """(A,) the row that each answer is to."""
-        return np.repeat(np.arange(len(self.row_begin) - 1), np.diff(self.row_begin.astype(np.int64)))
+        return np.repeat(
+            np.arange(len(self.row_begin) - 1), np.diff(self.row_begin.astype(np.int64))
+        )
 
     @property
     def nearest_m(self) -> np.ndarray:
@@ -100,10 +112,12 @@ class MotionResult(_Pairs):
     """One entry a motion; row_count and completed_count are of motions."""
 
     verdict: np.ndarray  # (M,) uint8, see MotionVerdict
-    segment: np.ndarray  # (M,) int32: from the motion's row `segment` to the next; -1 where free or not computed
+    # (M,) int32: from the motion's row `segment` to the next; -1 where free or not computed
+    segment: np.ndarray
     lo: np.ndarray  # (M,) share of the segment: nothing is met before
     hi: np.ndarray  # (M,) share of the segment: the pair named is in contact there
-    clearance_m: np.ndarray  # (M,) of a free motion: no pair comes nearer to its margin; told up to 0.02
+    # (M,) of a free motion: no pair comes nearer to its margin; told up to 0.02
+    clearance_m: np.ndarray
 
     @property
     def free(self) -> np.ndarray:
@@ -130,7 +144,9 @@ class RayResult(Head):
 
 @dataclass(frozen=True, eq=False)
 class SampleResult(Head):
-    """The signed distance of the world at points; the other columns mean something where state is not BEYOND."""
+    """The signed distance of the world at points; the other columns mean something where state
+    is not BEYOND.
+    """
 
     state: np.ndarray  # (N,) uint8, see SampleState
     distance_m: np.ndarray  # (N,) < 0: inside
@@ -143,4 +159,6 @@ class SampleResult(Head):
     @property
     def objects(self) -> np.ndarray:
         """(N,) names as an array of str; None where nothing is near enough."""
-        return self._resolve(np.where(self.state == enums.SampleState.BEYOND, NOTHING, self.object_index))
+        return self._resolve(
+            np.where(self.state == enums.SampleState.BEYOND, NOTHING, self.object_index)
+        )

@@ -26,7 +26,9 @@ class WorldInfo:
 
 @dataclass(frozen=True)
 class ServerInfo:
-    """What a server says of itself. `limits` and `retention` by the names of cwm.v1.Limits and Retention."""
+    """What a server says of itself. `limits` and `retention` by the names of cwm.v1.Limits and
+    Retention.
+    """
 
     version: str
     uptime_s: float
@@ -37,10 +39,13 @@ class ServerInfo:
 
 
 class Server:
-    """A connection to a server. `connect` makes one that is asked for a world; several worlds share one."""
+    """A connection to a server. `connect` makes one that is asked for a world; several worlds
+    share one.
+    """
 
     def __init__(self, address: str | None = None, *, timeout_s: float | None = None):
-        """address: "unix:PATH" or "HOST:PORT", None: $CWM_ADDR, else the socket that a server has by default.
+        """address: "unix:PATH" or "HOST:PORT", None: $CWM_ADDR, else the socket that a server has
+        by default.
 
         Unavailable when none answers there.
         """
@@ -65,35 +70,65 @@ class Server:
         self.connection.close()
 
     def info(self) -> ServerInfo:
-        reply = self.connection.call(self.connection.admin.GetServerInfo, admin_pb2.GetServerInfoRequest(), self.timeout_s)
+        reply = self.connection.call(
+            self.connection.admin.GetServerInfo, admin_pb2.GetServerInfoRequest(), self.timeout_s
+        )
 
         def values(message) -> dict:
-            return {descriptor.name: getattr(message, descriptor.name) for descriptor in message.DESCRIPTOR.fields}
+            return {
+                descriptor.name: getattr(message, descriptor.name)
+                for descriptor in message.DESCRIPTOR.fields
+            }
 
-        return ServerInfo(reply.version, reply.uptime_s, reply.store, {e.name: e.version for e in reply.engines},
-                          values(reply.limits), values(reply.retention))
+        return ServerInfo(
+            reply.version,
+            reply.uptime_s,
+            reply.store,
+            {e.name: e.version for e in reply.engines},
+            values(reply.limits),
+            values(reply.retention),
+        )
 
     def worlds(self) -> list[WorldInfo]:
         """By name."""
-        reply = self.connection.call(self.connection.worlds.ListWorlds, world_pb2.ListWorldsRequest(), self.timeout_s)
-        return [WorldInfo(w.name, w.world_uid, w.revision, w.object_count, w.robot_count, w.oldest_exact_revision,
-                          w.oldest_watch_revision) for w in reply.worlds]
+        reply = self.connection.call(
+            self.connection.worlds.ListWorlds, world_pb2.ListWorldsRequest(), self.timeout_s
+        )
+        return [
+            WorldInfo(
+                w.name,
+                w.world_uid,
+                w.revision,
+                w.object_count,
+                w.robot_count,
+                w.oldest_exact_revision,
+                w.oldest_watch_revision,
+            )
+            for w in reply.worlds
+        ]
 
     def world(self, name: str = "default") -> World:
-        """The world of that name, there or not: the first ingest, put or load of a robot makes it."""
+        """The world of that name, there or not: the first ingest, put or load of a robot makes
+        it.
+        """
         return World(self, name, self.timeout_s)
 
     def delete_world(self, name: str) -> None:
         """Ends the world, and with NotFound its watches."""
-        request = world_pb2.DeleteWorldRequest(world=arrays.text(name, "name"), request_id=new_request_id())
+        request = world_pb2.DeleteWorldRequest(
+            world=arrays.text(name, "name"), request_id=new_request_id()
+        )
         self.connection.call(self.connection.worlds.DeleteWorld, request, self.timeout_s)
 
 
-def connect(address: str | None = None, world: str = "default", *, timeout_s: float | None = None) -> World:
+def connect(
+    address: str | None = None, world: str = "default", *, timeout_s: float | None = None
+) -> World:
     """A world of a server, to be used in a `with`.
 
-    address: "unix:PATH" or "HOST:PORT"; None: $CWM_ADDR, else the Unix socket that a server listens on by default.
-    timeout_s: of every call, None: no limit (`World.within` sets another one). Unavailable when no server answers.
+    address: "unix:PATH" or "HOST:PORT"; None: $CWM_ADDR, else the Unix socket that a server listens
+    on by default. timeout_s: of every call, None: no limit (`World.within` sets another one).
+    Unavailable when no server answers.
     """
     arrays.text(world, "world")
     return Server(address, timeout_s=timeout_s).world(world)

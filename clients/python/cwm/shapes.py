@@ -1,4 +1,6 @@
-"""Shapes: what objects are made of and what questions are asked with. Each lies in its own frame, metres."""
+"""Shapes: what objects are made of and what questions are asked with. Each lies in its own
+frame, metres.
+"""
 
 from __future__ import annotations
 
@@ -56,7 +58,9 @@ class Cylinder:
 
 @dataclass(frozen=True)
 class Cone:
-    """Axis z, centred: the bottom disc at z = -length/2, the top disc at z = +length/2. One radius may be 0."""
+    """Axis z, centred: the bottom disc at z = -length/2, the top disc at z = +length/2. One
+    radius may be 0.
+    """
 
     radius_bottom_m: float
     radius_top_m: float
@@ -70,7 +74,9 @@ class Cone:
 
 @dataclass(frozen=True)
 class Capsule:
-    """All points within radius of a segment on z, centred; the length is the one between the two centres."""
+    """All points within radius of a segment on z, centred; the length is the one between the two
+    centres.
+    """
 
     radius_m: float
     length_m: float
@@ -86,7 +92,9 @@ class HalfSpace:
 
 @dataclass(frozen=True)
 class Plate:
-    """Solid for -thickness <= z <= 0 inside the outline and outside of the holes; each a sequence of (x, y)."""
+    """Solid for -thickness <= z <= 0 inside the outline and outside of the holes; each a
+    sequence of (x, y).
+    """
 
     outline: tuple[tuple[float, float], ...]
     thickness_m: float
@@ -98,15 +106,19 @@ class Plate:
 
         _positive(self, "thickness_m")
         object.__setattr__(self, "outline", corners(self.outline, "Plate.outline"))
-        object.__setattr__(self, "holes", tuple(corners(hole, f"Plate.holes[{i}]") for i, hole in enumerate(self.holes)))
+        object.__setattr__(
+            self,
+            "holes",
+            tuple(corners(hole, f"Plate.holes[{i}]") for i, hole in enumerate(self.holes)),
+        )
 
 
 @dataclass(frozen=True)
 class Mesh:
     """Triangles: solid if watertight, else a surface.
 
-    vertices (V, 3) metres and triangles (T, 3) indices, or the hash alone of one that the server holds, whose triangles
-    `World.mesh` reads. Meshes are equal when their hashes are.
+    vertices (V, 3) metres and triangles (T, 3) indices, or the hash alone of one that the server
+    holds, whose triangles `World.mesh` reads. Meshes are equal when their hashes are.
     """
 
     vertices: np.ndarray | None = field(default=None, compare=False, repr=False)
@@ -121,7 +133,9 @@ class Mesh:
         vertices, triangles = check_mesh(self.vertices, self.triangles)
         object.__setattr__(self, "vertices", vertices)
         object.__setattr__(self, "triangles", triangles)
-        object.__setattr__(self, "hash", hashlib.sha256(mesh_bytes(vertices, triangles)).hexdigest())
+        object.__setattr__(
+            self, "hash", hashlib.sha256(mesh_bytes(vertices, triangles)).hexdigest()
+        )
 
     @property
     def blob(self) -> bytes | None:
@@ -137,8 +151,17 @@ class Convex(Mesh):
 Shape = Union[Sphere, Box, Cylinder, Cone, Capsule, HalfSpace, Plate, Convex, Mesh]
 
 # Names of the oneofs of the wire.
-_FIELDS: dict[type, str] = {Sphere: "sphere", Box: "box", Cylinder: "cylinder", Cone: "cone", Capsule: "capsule",
-                            HalfSpace: "half_space", Plate: "plate", Convex: "convex", Mesh: "mesh"}
+_FIELDS: dict[type, str] = {
+    Sphere: "sphere",
+    Box: "box",
+    Cylinder: "cylinder",
+    Cone: "cone",
+    Capsule: "capsule",
+    HalfSpace: "half_space",
+    Plate: "plate",
+    Convex: "convex",
+    Mesh: "mesh",
+}
 
 
 @dataclass(frozen=True)
@@ -156,11 +179,15 @@ def check_mesh(vertices: npt.ArrayLike, triangles: npt.ArrayLike) -> tuple[np.nd
     if corners.dtype.kind not in "iu":
         raise TypeError(f"triangles has the type {corners.dtype}, must be whole numbers")
     if corners.ndim != 2 or corners.shape[1] != 3 or not len(corners):
-        raise ValueError(f"triangles has the shape {corners.shape}, must be (T, 3) with at least one row")
+        raise ValueError(
+            f"triangles has the shape {corners.shape}, must be (T, 3) with at least one row"
+        )
     bad = np.argwhere((corners < 0) | (corners >= len(points)))
     if bad.size:
         row, column = bad[0]
-        raise ValueError(f"triangles[{row}, {column}] is {corners[row, column]}, must be 0 to {len(points) - 1}")
+        raise ValueError(
+            f"triangles[{row}, {column}] is {corners[row, column]}, must be 0 to {len(points) - 1}"
+        )
     return points, np.ascontiguousarray(corners, dtype="<u4")
 
 
@@ -173,7 +200,9 @@ def mesh_bytes(vertices: np.ndarray, triangles: np.ndarray) -> bytes:
 def mesh_from_bytes(data: bytes) -> tuple[np.ndarray, np.ndarray]:
     vertex_count, triangle_count = np.frombuffer(data, dtype="<u4", count=2).tolist()
     vertices = np.frombuffer(data, dtype="<f8", count=3 * vertex_count, offset=8)
-    triangles = np.frombuffer(data, dtype="<u4", count=3 * triangle_count, offset=8 + 24 * vertex_count)
+    triangles = np.frombuffer(
+        data, dtype="<u4", count=3 * triangle_count, offset=8 + 24 * vertex_count
+    )
     return vertices.reshape(-1, 3), triangles.reshape(-1, 3)
 
 
@@ -185,7 +214,9 @@ def set_shape(shape: Shape, message) -> None:
     """Sets the oneof `shape` of a PlacedShape or a ShapePart."""
     name = _FIELDS.get(type(shape))
     if name is None:
-        raise TypeError(f"shape is {shape!r}, must be one of {', '.join(kind.__name__ for kind in _FIELDS)}")
+        raise TypeError(
+            f"shape is {shape!r}, must be one of {', '.join(kind.__name__ for kind in _FIELDS)}"
+        )
     target = getattr(message, name)
     target.SetInParent()
     if isinstance(shape, Plate):
@@ -205,13 +236,21 @@ def shape_from_proto(message) -> Shape:
     value = getattr(message, name)
     kind = next(kind for kind, field_name in _FIELDS.items() if field_name == name)
     if kind is Plate:
+
         def corners(polygon):
             return tuple((vertex.x, vertex.y) for vertex in polygon.vertices)
 
-        return Plate(corners(value.outline), value.thickness_m, tuple(corners(hole) for hole in value.holes))
+        return Plate(
+            corners(value.outline), value.thickness_m, tuple(corners(hole) for hole in value.holes)
+        )
     if issubclass(kind, Mesh):
         return kind(hash=value.hash)
-    return kind(**{descriptor.name: getattr(value, descriptor.name) for descriptor in value.DESCRIPTOR.fields})
+    return kind(
+        **{
+            descriptor.name: getattr(value, descriptor.name)
+            for descriptor in value.DESCRIPTOR.fields
+        }
+    )
 
 
 ShapeLike = Union[Shape, Placed, Sequence[Union[Shape, Placed]]]
@@ -225,7 +264,9 @@ def placed(what: ShapeLike, name: str) -> list[Placed]:
     result = [item if isinstance(item, Placed) else Placed(item) for item in several]
     for item in result:
         if type(item.shape) not in _FIELDS:
-            raise TypeError(f"{name} has {item.shape!r}, must be one of {', '.join(kind.__name__ for kind in _FIELDS)}")
+            raise TypeError(
+                f"{name} has {item.shape!r}, must be one of {', '.join(kind.__name__ for kind in _FIELDS)}"
+            )
     return result
 
 
@@ -237,4 +278,8 @@ def placed_to_proto(item: Placed) -> geometry_pb2.PlacedShape:
 
 def meshes_of(items: Sequence[Placed]) -> list[Mesh]:
     """Those that the server may not hold yet."""
-    return [item.shape for item in items if isinstance(item.shape, Mesh) and item.shape.vertices is not None]
+    return [
+        item.shape
+        for item in items
+        if isinstance(item.shape, Mesh) and item.shape.vertices is not None
+    ]

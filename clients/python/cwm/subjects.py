@@ -1,4 +1,6 @@
-"""What asks: a robot in many states, a shape or an object in many poses, points. Rows are checked here and sent in batches."""
+"""What asks: a robot in many states, a shape or an object in many poses, points. Rows are
+checked here and sent in batches.
+"""
 
 from __future__ import annotations
 
@@ -15,11 +17,13 @@ from cwm.v1 import query_pb2
 
 @dataclass(frozen=True, eq=False)
 class RobotSubject:
-    """A robot of the world; rows are (N, dof), rad or m, in the order of the group's joints (`Robot.variables_of`).
+    """A robot of the world; rows are (N, dof), rad or m, in the order of the group's joints
+    (`Robot.variables_of`).
 
-    group: of the SRDF; "": every variable. base_state and named_state, (group, state): joints that are not in the group;
-    what they leave out has the value that the robot has. pose: X_WB of the root link, None: where the robot stands.
-    geometry "spheres_as_given" is a robot of its own, of which no answer says anything certain about the links.
+    group: of the SRDF; "": every variable. base_state and named_state, (group, state): joints that
+    are not in the group; what they leave out has the value that the robot has. pose: X_WB of the
+    root link, None: where the robot stands. geometry "spheres_as_given" is a robot of its own, of
+    which no answer says anything certain about the links.
     """
 
     robot: str
@@ -31,7 +35,8 @@ class RobotSubject:
     named_state: tuple[str, str] | None = None
 
 
-# A robot; a shape or several that are one body; the name of an object; or an array (N, 3) of points, which has no rows beside.
+# A robot; a shape or several that are one body; the name of an object; or an array (N, 3) of
+# points, which has no rows beside.
 SubjectLike = Union[RobotSubject, shapes.ShapeLike, str, npt.ArrayLike]
 
 
@@ -52,8 +57,12 @@ class Subject:
         return _subject(self.message, rows, *self.bulk.path[1:-1], meshes=self.meshes)
 
 
-def _subject(message: query_pb2.Subject, rows: np.ndarray | None, *path: str,
-             meshes: Sequence[shapes.Mesh] = ()) -> Subject:
+def _subject(
+    message: query_pb2.Subject,
+    rows: np.ndarray | None,
+    *path: str,
+    meshes: Sequence[shapes.Mesh] = (),
+) -> Subject:
     """`path`: from the subject to the message that has the scalar and the data of the rows."""
     if rows is not None:
         target = message
@@ -73,7 +82,9 @@ def _robot(what: RobotSubject, value: npt.ArrayLike | None, name: str) -> Subjec
     if what.pose is not None:
         robot.x_world_base.CopyFrom(poses.to_proto(what.pose, "pose"))
     if what.base_state is not None or what.named_state is not None:
-        robot.base_state.CopyFrom(robots.joint_state(what.base_state, what.named_state, "base_state"))
+        robot.base_state.CopyFrom(
+            robots.joint_state(what.base_state, what.named_state, "base_state")
+        )
     return _subject(message, None if value is None else arrays.rows(value, name), "robot", "rows")
 
 
@@ -86,22 +97,33 @@ def _body(items: list[shapes.Placed], value: npt.ArrayLike | None, name: str) ->
 
 def _is_shapes(what: object) -> bool:
     if isinstance(what, (list, tuple)):
-        return bool(what) and any(isinstance(item, (shapes.Placed, *shapes.Shape.__args__)) for item in what)
+        return bool(what) and any(
+            isinstance(item, (shapes.Placed, *shapes.Shape.__args__)) for item in what
+        )
     return isinstance(what, (shapes.Placed, *shapes.Shape.__args__))
 
 
 def subject_of(what: SubjectLike, value: npt.ArrayLike | None, name: str = "rows") -> Subject:
-    """`value`: joint rows of a robot, poses of a body or of an object (default: its stored pose); none of points."""
+    """`value`: joint rows of a robot, poses of a body or of an object (default: its stored
+    pose); none of points.
+    """
     if isinstance(what, RobotSubject):
         return _robot(what, value, name)
     if isinstance(what, str):
         message = query_pb2.Subject()
         message.object.name = what
-        return _subject(message, None if value is None else poses.to_rows(value, name), "object", "x_world_object")
+        return _subject(
+            message,
+            None if value is None else poses.to_rows(value, name),
+            "object",
+            "x_world_object",
+        )
     if _is_shapes(what):
         return _body(shapes.placed(what, "subject"), value, name)
     if value is not None:
-        raise TypeError(f"{name} is given with a subject of points, which has no rows beside the points")
+        raise TypeError(
+            f"{name} is given with a subject of points, which has no rows beside the points"
+        )
     message = query_pb2.Subject()
     message.points.SetInParent()
     return _subject(message, arrays.rows(what, "points", 3), "points")

@@ -1,8 +1,10 @@
-"""The world as it is, then everything that happens to it, across lost connections and restarts of the server.
+"""The world as it is, then everything that happens to it, across lost connections and restarts of
+the server.
 
-`World.watch()` iterates `Snapshot` first, then `Changes` in the order of revisions, and `Bookmark` when nothing happens.
-A connection that is lost is made again, and the watch goes on after the last revision that was told whole. Where that cannot
-be, since the server has lost its memory or no longer keeps what happened since, a new Snapshot says so in `anew`.
+`World.watch()` iterates `Snapshot` first, then `Changes` in the order of revisions, and `Bookmark`
+when nothing happens. A connection that is lost is made again, and the watch goes on after the last
+revision that was told whole. Where that cannot be, since the server has lost its memory or no
+longer keeps what happened since, a new Snapshot says so in `anew`.
 """
 
 from __future__ import annotations
@@ -90,7 +92,9 @@ Event = Union[ObjectPut, ObjectMoved, ObjectRemoved, RobotPut, RobotMoved, Robot
 
 @dataclass(frozen=True)
 class Snapshot:
-    """All of the world at the revision. `anew`: why the watch had to begin again; "" for the first."""
+    """All of the world at the revision. `anew`: why the watch had to begin again; "" for the
+    first.
+    """
 
     world_uid: str
     revision: int
@@ -111,7 +115,9 @@ class Changes:
 
 @dataclass(frozen=True)
 class Bookmark:
-    """All up to the revision was told. last_observed: when scans saw what they saw once more, by name."""
+    """All up to the revision was told. last_observed: when scans saw what they saw once more, by
+    name.
+    """
 
     world_uid: str
     revision: int
@@ -126,9 +132,13 @@ def _thing(message: world_pb2.NamedThing) -> str | tuple[str, str]:
 
 
 def rule_from_proto(message: world_pb2.PairRule) -> PairRule:
-    return PairRule(_thing(message.pair.a), _thing(message.pair.b), message.allowed,
-                    objects.time_from_proto(message.expires) if message.HasField("expires") else None,
-                    message.margin_m if message.HasField("margin_m") else None)
+    return PairRule(
+        _thing(message.pair.a),
+        _thing(message.pair.b),
+        message.allowed,
+        objects.time_from_proto(message.expires) if message.HasField("expires") else None,
+        message.margin_m if message.HasField("margin_m") else None,
+    )
 
 
 def _object_event(message: world_pb2.ObjectEvent, view: WorldView) -> Event:
@@ -136,7 +146,9 @@ def _object_event(message: world_pb2.ObjectEvent, view: WorldView) -> Event:
     if kind == "put":
         return ObjectPut(objects.object_from_proto(message.put, view.pinned, view))
     if kind == "move":
-        return ObjectMoved(message.move.name, poses.from_proto(message.move.x_world_object), message.pose_revision)
+        return ObjectMoved(
+            message.move.name, poses.from_proto(message.move.x_world_object), message.pose_revision
+        )
     return ObjectRemoved(message.remove)
 
 
@@ -146,17 +158,26 @@ def _robot_event(message) -> Event:
         return RobotPut(robots.robot_from_proto(message.put))
     if kind == "state":
         state = message.state
-        return RobotMoved(state.name, poses.from_proto(state.x_world_base), tuple(state.state), state.state_revision)
+        return RobotMoved(
+            state.name,
+            poses.from_proto(state.x_world_base),
+            tuple(state.state),
+            state.state_revision,
+        )
     return RobotRemoved(message.remove)
 
 
 class Watch:
-    """An iterator of Snapshot, Changes and Bookmark. `close`, from any thread, ends it; so does leaving its `with`.
+    """An iterator of Snapshot, Changes and Bookmark. `close`, from any thread, ends it; so does
+    leaving its `with`.
 
-    NotFound ends it where the world is deleted, Unavailable where no server was found for `give_up_after_s`.
+    NotFound ends it where the world is deleted, Unavailable where no server was found for
+    `give_up_after_s`.
     """
 
-    def __init__(self, view: WorldView, request: world_pb2.WatchWorldRequest, give_up_after_s: float | None):
+    def __init__(
+        self, view: WorldView, request: world_pb2.WatchWorldRequest, give_up_after_s: float | None
+    ):
         self._view = view
         self._request = request
         self._give_up_after_s = give_up_after_s
@@ -210,7 +231,9 @@ class Watch:
                 self._call.cancel()
         message = next(self._call, None)
         if message is None:  # the server ended it without an error: it is shutting down
-            self._lose(errors.Unavailable("the server ended the watch", code=grpc.StatusCode.UNAVAILABLE))
+            self._lose(
+                errors.Unavailable("the server ended the watch", code=grpc.StatusCode.UNAVAILABLE)
+            )
             return None
         self._lost_at, self._pause_s = None, _FIRST_PAUSE_S
         return self._event(message)
@@ -233,7 +256,10 @@ class Watch:
         if self._pending or self._initial is not None:
             return None  # in the middle of a revision it says nothing about it
         self._told(uid, revision)
-        seen = {name: objects.time_from_proto(stamp) for name, stamp in message.bookmark.last_observed.items()}
+        seen = {
+            name: objects.time_from_proto(stamp)
+            for name, stamp in message.bookmark.last_observed.items()
+        }
         return Bookmark(uid, revision, seen)
 
     def _snapshot(self, message: world_pb2.WatchWorldResponse) -> Snapshot | None:
@@ -247,9 +273,14 @@ class Watch:
         view = self._view.as_of(revision, uid)
         anew, self._anew = self._anew, ""
         self._told(uid, revision)
-        return Snapshot(uid, revision, tuple(objects.object_from_proto(o, revision, view) for o in state.objects),
-                        tuple(robots.robot_from_proto(robot) for robot in state.robots),
-                        tuple(rule_from_proto(rule) for rule in state.pair_rules), anew)
+        return Snapshot(
+            uid,
+            revision,
+            tuple(objects.object_from_proto(o, revision, view) for o in state.objects),
+            tuple(robots.robot_from_proto(robot) for robot in state.robots),
+            tuple(rule_from_proto(rule) for rule in state.pair_rules),
+            anew,
+        )
 
     def _told(self, world_uid: str, revision: int) -> None:
         """A lost connection goes on from here."""
@@ -266,13 +297,20 @@ class Watch:
     def _recover(self, error: errors.Error) -> None:
         """Goes on, or raises."""
         if isinstance(error, errors.WorldReplaced):
-            return self._begin_anew("the world was replaced: the server was restarted, or the world deleted")
+            return self._begin_anew(
+                "the world was replaced: the server was restarted, or the world deleted"
+            )
         if isinstance(error, errors.RevisionCompacted):
-            return self._begin_anew(f"the server no longer keeps what happened since: {error.message}")
+            return self._begin_anew(
+                f"the server no longer keeps what happened since: {error.message}"
+            )
         # A server that lost its memory does not know the world before somebody makes it once more.
         waits_for_world = self._lost_at is not None and error.reason == "WORLD_UNKNOWN"
         # Nobody here cancelled it: a server that ends does.
-        ended = isinstance(error, (errors.Unavailable, errors.Cancelled)) or error.reason == "WATCH_TOO_SLOW"
+        ended = (
+            isinstance(error, (errors.Unavailable, errors.Cancelled))
+            or error.reason == "WATCH_TOO_SLOW"
+        )
         if not (ended or waits_for_world) or not self._begun:
             self._closed.set()
             raise error

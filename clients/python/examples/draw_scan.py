@@ -1,5 +1,5 @@
-"""Draws a scan with its labels, and the shapes that the world made of it: `draw_scan.py [OUT.png]`. Written to be read cell by
-cell, as a notebook.
+"""Draws a scan with its labels, and the shapes that the world made of it: `draw_scan.py
+[OUT.png]`. Written to be read cell by cell, as a notebook.
 """
 
 # %% The scan, and what the world holds of it.
@@ -42,7 +42,10 @@ for thing in scan.objects:
 for support in scan.supports:
     for part in support.parts:
         if isinstance(part.shape, cwm.Plate):
-            outline = np.array([(x, y, 0, 1) for x, y in part.shape.outline]) @ (support.pose @ part.pose).T
+            outline = (
+                np.array([(x, y, 0, 1) for x, y in part.shape.outline])
+                @ (support.pose @ part.pose).T
+            )
             room.plot(*np.vstack([outline, outline[:1]])[:, :3].T, color=colors[support.name])
 room.set(xlabel="x (m)", ylabel="y (m)", zlabel="z (m)", zlim=(0, 0.4))
 room.set_box_aspect((1, 1, 0.4))

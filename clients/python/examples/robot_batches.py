@@ -23,6 +23,10 @@ with cwm.connect(world="robot_batches") as world:
     start = time.perf_counter()
     answer = world.check(cwm.RobotSubject("arm"), states)
     elapsed_s = time.perf_counter() - start
-    print(f"{answer.free.sum()} of {len(states)} states are free ({len(states) / elapsed_s:.0f} states/s)")
+    print(
+        f"{answer.free.sum()} of {len(states)} states are free ({len(states) / elapsed_s:.0f} states/s)"
+    )
     for name in ("pillar", ""):
-        print(f"    {np.sum(answer.collision & (answer.objects == name))} hit {name or 'the robot itself'}")
+        print(
+            f"    {np.sum(answer.collision & (answer.objects == name))} hit {name or 'the robot itself'}"
+        )

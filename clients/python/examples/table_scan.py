@@ -1,4 +1,6 @@
-"""A depth camera before a table with a ball and a box, simulated: an organised cloud for the examples."""
+"""A depth camera before a table with a ball and a box, simulated: an organised cloud for the
+examples.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +12,9 @@ TABLE_HALF_M = np.array([0.5, 0.45])
 
 
 def camera_pose() -> np.ndarray:
-    """X_WS, (4, 4): z looks down at the table from behind it, x to the right, y down in the picture."""
+    """X_WS, (4, 4): z looks down at the table from behind it, x to the right, y down in the
+    picture.
+    """
     eye, target = np.array([-0.8, 0.0, 0.7]), np.array([0.05, 0.0, 0.0])
     ahead = (target - eye) / np.linalg.norm(target - eye)
     right = np.cross(ahead, [0, 0, 1])

@@ -16,9 +16,14 @@ with cwm.connect(world="watch_world") as world:
     with world.watch() as happenings:
         for happening in happenings:
             if isinstance(happening, cwm.Snapshot):
-                print(f"revision {happening.revision}: {[thing.name for thing in happening.objects]}", happening.anew)
+                print(
+                    f"revision {happening.revision}: {[thing.name for thing in happening.objects]}",
+                    happening.anew,
+                )
                 threading.Thread(target=change, args=(world,)).start()
             elif isinstance(happening, cwm.Changes):
-                print(f"revision {happening.revision}: {[type(event).__name__ for event in happening.events]}")
+                print(
+                    f"revision {happening.revision}: {[type(event).__name__ for event in happening.events]}"
+                )
                 if cwm.ObjectRemoved("ball") in happening.events:
                     break

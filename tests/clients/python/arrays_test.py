@@ -51,8 +51,14 @@ class Poses(unittest.TestCase):
     def test_of_odd_kinds_are_converted(self):
         turned = np.array([[0, -1, 0, 1], [1, 0, 0, 2], [0, 0, 1, 3], [0, 0, 0, 1]])
         expected = [[1, 2, 3, 0, 0, np.sqrt(0.5), np.sqrt(0.5)]]
-        for given in (turned, turned.astype(np.float32), np.asfortranarray(turned.astype(float)), turned.tolist(),
-                      turned[np.newaxis], np.repeat(turned[np.newaxis].astype(float), 4, axis=0)[::4]):
+        for given in (
+            turned,
+            turned.astype(np.float32),
+            np.asfortranarray(turned.astype(float)),
+            turned.tolist(),
+            turned[np.newaxis],
+            np.repeat(turned[np.newaxis].astype(float), 4, axis=0)[::4],
+        ):
             np.testing.assert_allclose(poses.to_rows(given, "poses"), expected, atol=1e-6)
         self.assertEqual(poses.to_rows(turned.astype(np.float32), "poses").dtype, np.float32)
 
@@ -63,7 +69,9 @@ class Poses(unittest.TestCase):
         for bad in (mirrored, scaled, sheared):
             with self.assertRaisesRegex(ValueError, r"poses\[1\] is no pose"):
                 poses.to_rows([good, bad], "poses")
-        with self.assertRaisesRegex(ValueError, r"poses\[0\] has a quaternion of length 2, must be 1"):
+        with self.assertRaisesRegex(
+            ValueError, r"poses\[0\] has a quaternion of length 2, must be 1"
+        ):
             poses.to_rows([0, 0, 0, 0, 0, 0, 2], "poses")
         with self.assertRaisesRegex(ValueError, r"poses has the shape \(3, 3\), must be"):
             poses.to_rows(np.eye(3), "poses")
@@ -88,7 +96,11 @@ class Rows(unittest.TestCase):
         cases = [
             (np.ones((2, 4)), ValueError, r"points has the shape \(2, 4\), must be \(N, 3\)"),
             (np.ones((2, 2, 3)), ValueError, r"points has the shape \(2, 2, 3\), must be \(N, 3\)"),
-            (np.empty((0, 3)), ValueError, r"points has the shape \(0, 3\), must be \(N, 3\) with at least one row"),
+            (
+                np.empty((0, 3)),
+                ValueError,
+                r"points has the shape \(0, 3\), must be \(N, 3\) with at least one row",
+            ),
             ([[0, 0, 0], [0, np.nan, 0]], ValueError, r"points\[1, 1\] is nan, must be finite"),
             ([[0, 0, np.inf]], ValueError, r"points\[0, 2\] is inf, must be finite"),
             ([["a", "b", "c"]], TypeError, "points has the type <U1, must be real numbers"),
@@ -100,7 +112,9 @@ class Rows(unittest.TestCase):
         ]
         for value, kind, message in cases:
             with self.subTest(message), self.assertRaisesRegex(kind, message):
-                subjects.subject_of(value, None) if value is None else arrays.rows(value, "points", 3)
+                subjects.subject_of(value, None) if value is None else arrays.rows(
+                    value, "points", 3
+                )
 
     def test_of_points_have_no_others_beside_them(self):
         with self.assertRaisesRegex(TypeError, "rows is given with a subject of points"):
@@ -111,35 +125,55 @@ class Clouds(unittest.TestCase):
     def test_keep_their_precision_and_order(self):
         picture = np.asfortranarray(np.arange(24, dtype=np.float32).reshape(2, 4, 3))
         header, cloud = ingest.make_header(picture, None)
-        self.assertEqual((header.width, header.height, header.point_count, header.layout.point_step), (4, 2, 8, 12))
+        self.assertEqual(
+            (header.width, header.height, header.point_count, header.layout.point_step),
+            (4, 2, 8, 12),
+        )
         self.assertEqual(cloud.tobytes(), np.arange(24, dtype=np.float32).tobytes())
         header, _ = ingest.make_header(np.ones((5, 3)), np.ones((5, 3), np.float32))
-        self.assertEqual((header.layout.point_step, [f.name for f in header.layout.fields][3:]),
-                         (48, ["normal_x", "normal_y", "normal_z"]))
+        self.assertEqual(
+            (header.layout.point_step, [f.name for f in header.layout.fields][3:]),
+            (48, ["normal_x", "normal_y", "normal_z"]),
+        )
 
     def test_that_cannot_be_are_refused(self):
-        for value, message in ((np.empty((0, 3)), "at least one point"), (np.ones((4, 2)), r"must be \(N, 3\) or \(H, W, 3\)"),
-                               (np.full((4, 3), np.nan), "at least one must be finite")):
+        for value, message in (
+            (np.empty((0, 3)), "at least one point"),
+            (np.ones((4, 2)), r"must be \(N, 3\) or \(H, W, 3\)"),
+            (np.full((4, 3), np.nan), "at least one must be finite"),
+        ):
             with self.subTest(message), self.assertRaisesRegex(ValueError, message):
                 ingest.make_header(value, None)
-        with self.assertRaisesRegex(ValueError, r"normals has the shape \(3, 3\), must be that of points, \(4, 3\)"):
+        with self.assertRaisesRegex(
+            ValueError, r"normals has the shape \(3, 3\), must be that of points, \(4, 3\)"
+        ):
             ingest.make_header(np.ones((4, 3)), np.ones((3, 3)))
 
 
 class Shapes(unittest.TestCase):
     def test_with_impossible_sizes_are_refused(self):
-        for make, message in ((lambda: cwm.Sphere(0), r"Sphere.radius_m is 0, must be greater than 0"),
-                              (lambda: cwm.Box(1, -1, 1), r"Box.size_y_m is -1, must be greater than 0"),
-                              (lambda: cwm.Cone(-1, 0, 1), r"Cone.radius_bottom_m is -1, must be finite and at least 0"),
-                              (lambda: cwm.Cylinder(float("nan"), 1), r"Cylinder.radius_m is nan, must be finite"),
-                              (lambda: cwm.Mesh(), r"Mesh needs vertices and triangles, or a hash"),
-                              (lambda: cwm.Mesh(np.eye(3), [[0, 1, 3]]), r"triangles\[0, 2\] is 3, must be 0 to 2"),
-                              (lambda: cwm.Plate([[0, 0, 0]], 0.1), r"Plate.outline has the shape \(1, 3\), must be \(N, 2\)")):
+        for make, message in (
+            (lambda: cwm.Sphere(0), r"Sphere.radius_m is 0, must be greater than 0"),
+            (lambda: cwm.Box(1, -1, 1), r"Box.size_y_m is -1, must be greater than 0"),
+            (
+                lambda: cwm.Cone(-1, 0, 1),
+                r"Cone.radius_bottom_m is -1, must be finite and at least 0",
+            ),
+            (lambda: cwm.Cylinder(float("nan"), 1), r"Cylinder.radius_m is nan, must be finite"),
+            (lambda: cwm.Mesh(), r"Mesh needs vertices and triangles, or a hash"),
+            (lambda: cwm.Mesh(np.eye(3), [[0, 1, 3]]), r"triangles\[0, 2\] is 3, must be 0 to 2"),
+            (
+                lambda: cwm.Plate([[0, 0, 0]], 0.1),
+                r"Plate.outline has the shape \(1, 3\), must be \(N, 2\)",
+            ),
+        ):
             with self.subTest(message), self.assertRaisesRegex(ValueError, message):
                 make()
         with self.assertRaisesRegex(TypeError, "Sphere.radius_m is 'big', must be a number"):
             cwm.Sphere("big")
-        with self.assertRaisesRegex(TypeError, "triangles has the type float64, must be whole numbers"):
+        with self.assertRaisesRegex(
+            TypeError, "triangles has the type float64, must be whole numbers"
+        ):
             cwm.Mesh(np.eye(3), [[0.0, 1, 2]])
 
     def test_that_are_meshes_are_told_apart_by_their_hash(self):

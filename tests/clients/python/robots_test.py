@@ -50,16 +50,25 @@ class Robots(ServerCase):
         states = np.random.default_rng(8).uniform([-3, -2], [3, 2], (70_000, 2))
         subject = cwm.RobotSubject("arm", "both", scope="world")
         upper = 0.5 * np.column_stack([np.cos(states[:, 0]), np.sin(states[:, 0])])
-        gap_m = np.minimum(*(np.linalg.norm(place - [0.6, 0.5], axis=1) for place in (hands(states), upper))) - 0.3
+        gap_m = (
+            np.minimum(
+                *(np.linalg.norm(place - [0.6, 0.5], axis=1) for place in (hands(states), upper))
+            )
+            - 0.3
+        )
         answer = self.world.check(subject, states)
         decided = np.abs(gap_m) > 1e-9
         np.testing.assert_array_equal(answer.collision[decided], gap_m[decided] < 0)
         self.assertEqual(set(answer.objects[answer.collision]), {"ball"})
         self.assertEqual(answer.body_links, ("upper", "lower"))
-        np.testing.assert_allclose(self.world.distance(subject, states).distance_m, gap_m, atol=1e-9)
+        np.testing.assert_allclose(
+            self.world.distance(subject, states).distance_m, gap_m, atol=1e-9
+        )
         single = self.world.check(subject, states.astype(np.float32), verdicts_only=True)
         self.assertGreater(np.mean(single.verdict == answer.verdict), 0.999)
-        given = self.world.check(cwm.RobotSubject("arm", "both", "world", "spheres_as_given"), states)
+        given = self.world.check(
+            cwm.RobotSubject("arm", "both", "world", "spheres_as_given"), states
+        )
         np.testing.assert_array_equal(given.verdict[decided], answer.verdict[decided])
 
     def test_are_asked_where_they_stand(self):
@@ -70,22 +79,31 @@ class Robots(ServerCase):
         self.assertTrue(self.world.check(cwm.RobotSubject("arm")).free[0])
         self.world.set_robot_state("arm", {"elbow": 0.25}, pose=cwm.pose([0, 0, 1]))
         robot = self.world.robot("arm")
-        self.assertEqual((robot.state["shoulder"], robot.state["elbow"], robot.pose[2, 3]), (0.5, 0.25, 1))
+        self.assertEqual(
+            (robot.state["shoulder"], robot.state["elbow"], robot.pose[2, 3]), (0.5, 0.25, 1)
+        )
         at_origin = cwm.RobotSubject("arm", "wrist", pose=np.eye(4), base_state={"shoulder": 0})
-        self.assertEqual(self.world.check(at_origin, [[0.0], [2.0]]).collision.tolist(), [True, False])
+        self.assertEqual(
+            self.world.check(at_origin, [[0.0], [2.0]]).collision.tolist(), [True, False]
+        )
 
     def test_say_what_is_out_of_limits_and_certify_motions(self):
         both = cwm.RobotSubject("arm", "both")
         self.assertEqual(self.world.check(both, [[0, 2.5]]).verdict[0], cwm.Verdict.OUT_OF_LIMITS)
         self.world.put("ball", cwm.Sphere(0.2), cwm.pose([1, 0, 0]))
         answer = self.world.motions(both, [[-1, 0], [1, 0]], [[1, 0], [2, 0]])
-        self.assertEqual(answer.verdict.tolist(), [cwm.MotionVerdict.CONTACT, cwm.MotionVerdict.FREE])
+        self.assertEqual(
+            answer.verdict.tolist(), [cwm.MotionVerdict.CONTACT, cwm.MotionVerdict.FREE]
+        )
 
     def test_carry_what_is_attached(self):
         self.world.put("cup", cwm.Sphere(0.05), cwm.pose([1.2, 0, 0]))
         self.world.attach("cup", "arm", "lower", touch_links=["upper"])
         cup = self.world.get("cup")
-        self.assertEqual((cup.attachment.robot, cup.attachment.link, cup.attachment.touch_links), ("arm", "lower", ("upper",)))
+        self.assertEqual(
+            (cup.attachment.robot, cup.attachment.link, cup.attachment.touch_links),
+            ("arm", "lower", ("upper",)),
+        )
         self.world.set_robot_state("arm", {"shoulder": np.pi / 2})
         np.testing.assert_allclose(self.world.get("cup").position, [0, 1.2, 0], atol=1e-9)
         self.world.put("wall", cwm.Box(0.1, 1, 1), cwm.pose([1.28, 0, 0]))
@@ -99,35 +117,70 @@ class Robots(ServerCase):
             package = pathlib.Path(folder) / "my_robot"
             (package / "urdf").mkdir(parents=True)
             urdf = package / "urdf" / "box.urdf"
-            urdf.write_text("""<robot name="box"><link name="base"><collision><geometry>
-                <mesh filename="package://my_robot/meshes/box.obj"/></geometry></collision></link></robot>""")
-            with self.assertRaisesRegex(FileNotFoundError, "mesh package://my_robot/meshes/box.obj of the URDF was not found"):
+            urdf.write_text(
+                """<robot name="box"><link name="base"><collision><geometry>
+                <mesh filename="package://my_robot/meshes/box.obj"/></geometry></collision></link></robot>"""
+            )
+            with self.assertRaisesRegex(
+                FileNotFoundError,
+                "mesh package://my_robot/meshes/box.obj of the URDF was not found",
+            ):
                 self.world.load_robot(urdf)
             (package / "meshes").mkdir()
             (package / "meshes" / "box.obj").write_text(
-                "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n")
+                "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n"
+            )
             for dirs in ((), (folder,)):
-                self.assertEqual(self.world.load_robot(urdf, package_dirs=dirs).links[0].triangle_count, 4)
+                self.assertEqual(
+                    self.world.load_robot(urdf, package_dirs=dirs).links[0].triangle_count, 4
+                )
         self.world.delete_robot("box")
         self.assertEqual([robot.name for robot in self.world.robots()], ["arm"])
 
     def test_that_cannot_be_are_refused(self):
         both = cwm.RobotSubject("arm", "both")
         cases = [
-            (lambda: self.world.check(both, np.empty((0, 2))), ValueError, r"rows has the shape \(0, 2\)"),
-            (lambda: self.world.check(both, [[0, np.nan]]), ValueError, r"rows\[0, 1\] is nan, must be finite"),
-            (lambda: self.world.check(both, np.zeros((2, 2, 2))), ValueError, r"rows has the shape \(2, 2, 2\)"),
-            (lambda: self.world.check(cwm.RobotSubject("arm", scope="all"), [[0, 0]]), ValueError, "scope is 'all'"),
-            (lambda: self.world.set_robot_state("arm", [1, 2]), TypeError, r"joints is \[1, 2\], must be a mapping"),
-            (lambda: self.world.set_robot_state("arm", named_state="bent"), TypeError, "must be .group, state."),
+            (
+                lambda: self.world.check(both, np.empty((0, 2))),
+                ValueError,
+                r"rows has the shape \(0, 2\)",
+            ),
+            (
+                lambda: self.world.check(both, [[0, np.nan]]),
+                ValueError,
+                r"rows\[0, 1\] is nan, must be finite",
+            ),
+            (
+                lambda: self.world.check(both, np.zeros((2, 2, 2))),
+                ValueError,
+                r"rows has the shape \(2, 2, 2\)",
+            ),
+            (
+                lambda: self.world.check(cwm.RobotSubject("arm", scope="all"), [[0, 0]]),
+                ValueError,
+                "scope is 'all'",
+            ),
+            (
+                lambda: self.world.set_robot_state("arm", [1, 2]),
+                TypeError,
+                r"joints is \[1, 2\], must be a mapping",
+            ),
+            (
+                lambda: self.world.set_robot_state("arm", named_state="bent"),
+                TypeError,
+                "must be .group, state.",
+            ),
             (lambda: self.world.load_robot(3), TypeError, "urdf is 3, must be a path or the text"),
             (lambda: self.world.load_robot("/no/such.urdf"), FileNotFoundError, "/no/such.urdf"),
         ]
         for ask, kind, message in cases:
             with self.subTest(message), self.assertRaisesRegex(kind, message):
                 ask()
-        for ask in (lambda: self.world.check(both, [[0, 0, 0]]), lambda: self.world.load_robot("<robot>"),
-                    lambda: self.world.check(cwm.RobotSubject("arm", "leg"), [[0]])):
+        for ask in (
+            lambda: self.world.check(both, [[0, 0, 0]]),
+            lambda: self.world.load_robot("<robot>"),
+            lambda: self.world.check(cwm.RobotSubject("arm", "leg"), [[0]]),
+        ):
             with self.assertRaises((cwm.InvalidArgument, cwm.NotFound)) as caught:
                 ask()
             self.assertTrue(caught.exception.reason)

@@ -16,7 +16,9 @@ BINARIES = pathlib.Path(os.environ.get("CWM_BIN", "build/bin"))
 
 
 class RunningServer:
-    """A cwm-server on a Unix socket; `restart` loses its memory, as a server without a store does."""
+    """A cwm-server on a Unix socket; `restart` loses its memory, as a server without a store
+    does.
+    """
 
     def __init__(self) -> None:
         self._scratch = tempfile.TemporaryDirectory()
@@ -26,7 +28,9 @@ class RunningServer:
 
     def start(self) -> None:
         with open(self.folder / "server.log", "ab") as log:
-            self._process = subprocess.Popen([BINARIES / "cwm-server", "--listen", self.address], stdout=log, stderr=log)
+            self._process = subprocess.Popen(
+                [BINARIES / "cwm-server", "--listen", self.address], stdout=log, stderr=log
+            )
         end = time.monotonic() + 20
         while True:
             try:
@@ -70,7 +74,21 @@ class ServerCase(unittest.TestCase):
 
     def cli(self, *arguments: str, stdin: str = "") -> dict:
         """What the command line says of this test's world, as JSON."""
-        run = subprocess.run([BINARIES / "cwm", "--addr", self.running.address, "--world", self.world.name, "-o", "json",
-                              *arguments], input=stdin, capture_output=True, text=True, check=False)
+        run = subprocess.run(
+            [
+                BINARIES / "cwm",
+                "--addr",
+                self.running.address,
+                "--world",
+                self.world.name,
+                "-o",
+                "json",
+                *arguments,
+            ],
+            input=stdin,
+            capture_output=True,
+            text=True,
+            check=False,
+        )
         self.assertEqual(run.returncode, 0, run.stderr)
         return json.loads(run.stdout)

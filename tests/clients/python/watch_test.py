@@ -35,9 +35,17 @@ class Watches(ServerCase):
             self.world.delete_robot("r")
             told = self.events_until(events, 7)
         self.assertEqual([event.revision for event in told], list(range(2, 8)))
-        self.assertEqual([[type(e) for e in event.events] for event in told],
-                         [[cwm.ObjectMoved], [cwm.ObjectPut, cwm.RuleSet], [cwm.RobotPut], [cwm.RobotMoved],
-                          [cwm.ObjectRemoved], [cwm.RobotRemoved]])
+        self.assertEqual(
+            [[type(e) for e in event.events] for event in told],
+            [
+                [cwm.ObjectMoved],
+                [cwm.ObjectPut, cwm.RuleSet],
+                [cwm.RobotPut],
+                [cwm.RobotMoved],
+                [cwm.ObjectRemoved],
+                [cwm.RobotRemoved],
+            ],
+        )
         self.assertEqual(told[0].events[0].pose[0, 3], 1)
         self.assertEqual(told[1].events[0].object.name, "cube")
         self.assertTrue(told[1].events[1].rule.allowed)
@@ -66,7 +74,9 @@ class Watches(ServerCase):
         with self.world.watch() as events:
             before = next(events)
             told: list = []
-            reader = threading.Thread(target=lambda: told.extend(self.events_until(events, 1)), daemon=True)
+            reader = threading.Thread(
+                target=lambda: told.extend(self.events_until(events, 1)), daemon=True
+            )
             reader.start()
             self.running.restart()
             time.sleep(0.3)  # the watch meets a server that does not know the world yet

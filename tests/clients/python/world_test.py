@@ -1,4 +1,6 @@
-"""Objects, changes and errors against a real server, and beside what the command line says of it."""
+"""Objects, changes and errors against a real server, and beside what the command line says of
+it.
+"""
 
 import unittest
 
@@ -7,11 +9,22 @@ import numpy as np
 import cwm
 from server_case import ServerCase
 
-TETRAHEDRON = cwm.Mesh([[0, 0, 0], [0.1, 0, 0], [0, 0.1, 0], [0, 0, 0.1]], [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]])
+TETRAHEDRON = cwm.Mesh(
+    [[0, 0, 0], [0.1, 0, 0], [0, 0.1, 0], [0, 0, 0.1]], [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]]
+)
 CONVEX = cwm.Convex(TETRAHEDRON.vertices, TETRAHEDRON.triangles)
 PLATE = cwm.Plate([[0, 0], [1, 0], [1, 1], [0, 1]], 0.02, [[[0.4, 0.4], [0.6, 0.4], [0.6, 0.6]]])
-ALL_SHAPES = [cwm.Sphere(0.1), cwm.Box(0.1, 0.2, 0.3), cwm.Cylinder(0.1, 0.2), cwm.Cone(0.1, 0.05, 0.2),
-              cwm.Capsule(0.1, 0.2), cwm.HalfSpace(), PLATE, CONVEX, TETRAHEDRON]
+ALL_SHAPES = [
+    cwm.Sphere(0.1),
+    cwm.Box(0.1, 0.2, 0.3),
+    cwm.Cylinder(0.1, 0.2),
+    cwm.Cone(0.1, 0.05, 0.2),
+    cwm.Capsule(0.1, 0.2),
+    cwm.HalfSpace(),
+    PLATE,
+    CONVEX,
+    TETRAHEDRON,
+]
 
 
 class Objects(ServerCase):
@@ -31,8 +44,13 @@ class Objects(ServerCase):
         self.world.put("lid", [cwm.Cylinder(0.1, 0.01), knob], cwm.pose([0, 0, 1]), margin_m=0.01)
         lid = self.world.get("lid")
         self.assertEqual(lid.margin_m, 0.01)
-        self.assertEqual([part.shape for part in lid.parts], [cwm.Cylinder(0.1, 0.01), cwm.Sphere(0.02)])
-        self.assertEqual(lid.parts[1].coefficients, {"center_x": 0, "center_y": 0, "center_z": 0.1, "radius": 0.02})
+        self.assertEqual(
+            [part.shape for part in lid.parts], [cwm.Cylinder(0.1, 0.01), cwm.Sphere(0.02)]
+        )
+        self.assertEqual(
+            lid.parts[1].coefficients,
+            {"center_x": 0, "center_y": 0, "center_z": 0.1, "radius": 0.02},
+        )
         np.testing.assert_allclose(lid.parts[1].pose[:3, 3], [0, 0, 0.1])
         self.assertEqual(lid.position.tolist(), [0, 0, 1])
 
@@ -48,7 +66,9 @@ class Objects(ServerCase):
         self.assertEqual(caught.exception.reason, "SURFACE_UNBOUNDED")
 
     def test_are_listed_by_kind_prefix_place_and_revision_as_the_command_line_does(self):
-        self.world.apply([cwm.Put(f"cup_{i:04d}", cwm.Sphere(0.01), cwm.pose([i, 0, 0])) for i in range(2500)])
+        self.world.apply(
+            [cwm.Put(f"cup_{i:04d}", cwm.Sphere(0.01), cwm.pose([i, 0, 0])) for i in range(2500)]
+        )
         then = self.world.put("bowl", cwm.Sphere(0.1))
         self.world.remove("bowl")
         everything = self.world.objects()
@@ -59,8 +79,12 @@ class Objects(ServerCase):
         self.assertEqual(len(self.world.objects("user", "cup_10")), 100)
         self.assertEqual(self.world.objects(["support", cwm.ObjectKind.OBJECT]), [])
         near = self.world.objects(within=([2.5, -1, -1], [4.5, 1, 1]), view="basic")
-        self.assertEqual([(thing.name, thing.parts) for thing in near], [("cup_0003", ()), ("cup_0004", ())])
-        self.assertEqual([thing.name for thing in self.world.objects(prefix="b", at=then)], ["bowl"])
+        self.assertEqual(
+            [(thing.name, thing.parts) for thing in near], [("cup_0003", ()), ("cup_0004", ())]
+        )
+        self.assertEqual(
+            [thing.name for thing in self.world.objects(prefix="b", at=then)], ["bowl"]
+        )
 
     def test_of_a_pinned_view_stay_as_they_were(self):
         self.world.put("ball", cwm.Sphere(0.1))
@@ -80,7 +104,9 @@ class Changes(ServerCase):
             self.world.apply([cwm.Move("ball", cwm.pose([1, 0, 0])), cwm.Remove("nothing")])
         self.assertEqual(caught.exception.reason, "OBJECT_UNKNOWN")
         self.assertEqual(self.world.get("ball").position[0], 0)
-        revision = self.world.apply([cwm.Move("ball", cwm.pose([1, 0, 0])), cwm.Put("cube", cwm.Box(1, 1, 1))])
+        revision = self.world.apply(
+            [cwm.Move("ball", cwm.pose([1, 0, 0])), cwm.Put("cube", cwm.Box(1, 1, 1))]
+        )
         self.assertEqual([revision, self.world.revision], [2, 2])
         self.assertEqual(self.world.remove("cube"), 3)
 
@@ -136,7 +162,10 @@ class Worlds(ServerCase):
         server.delete_world(self.world.name)
         with self.assertRaises(cwm.NotFound) as caught:
             self.world.objects()
-        self.assertEqual((caught.exception.reason, caught.exception.metadata), ("WORLD_UNKNOWN", {"world": self.world.name}))
+        self.assertEqual(
+            (caught.exception.reason, caught.exception.metadata),
+            ("WORLD_UNKNOWN", {"world": self.world.name}),
+        )
 
     def test_that_are_replaced_are_told_apart(self):
         self.world.put("ball", cwm.Sphere(0.1))
@@ -150,7 +179,9 @@ class Worlds(ServerCase):
         self.world.put("ball", cwm.Sphere(0.1))
         self.assertIn(b"* ball\n", self.world.export())
         self.assertIn(b"ball", self.world.export("moveit_yaml"))
-        with self.assertRaisesRegex(ValueError, "format is 'blender', must be one of moveit_scene, moveit_yaml"):
+        with self.assertRaisesRegex(
+            ValueError, "format is 'blender', must be one of moveit_scene, moveit_yaml"
+        ):
             self.world.export("blender")
 
     def test_keep_revisions_for_a_while(self):
@@ -171,7 +202,9 @@ class Connections(ServerCase):
         self.assertGreater(info.retention["watch_seconds"], 0)
 
     def test_to_nobody_say_where_they_looked(self):
-        with self.assertRaisesRegex(cwm.Unavailable, "no cwm-server answers at unix:/tmp/nobody.sock"):
+        with self.assertRaisesRegex(
+            cwm.Unavailable, "no cwm-server answers at unix:/tmp/nobody.sock"
+        ):
             cwm.connect("unix:/tmp/nobody.sock", timeout_s=5)
 
     def test_end_calls_by_their_timeout(self):
@@ -196,11 +229,21 @@ class Connections(ServerCase):
 
     def test_have_types_and_messages(self):
         from cwm.v1 import query_pb2, world_pb2
-        for words, message in ((cwm.Verdict, query_pb2.Verdict), (cwm.MotionVerdict, query_pb2.MotionVerdict),
-                               (cwm.Engine, query_pb2.Engine), (cwm.ObjectKind, world_pb2.ObjectKind),
-                               (cwm.UnseenSpace, query_pb2.UnseenSpace), (cwm.SampleState, query_pb2.SampleState)):
+
+        for words, message in (
+            (cwm.Verdict, query_pb2.Verdict),
+            (cwm.MotionVerdict, query_pb2.MotionVerdict),
+            (cwm.Engine, query_pb2.Engine),
+            (cwm.ObjectKind, world_pb2.ObjectKind),
+            (cwm.UnseenSpace, query_pb2.UnseenSpace),
+            (cwm.SampleState, query_pb2.SampleState),
+        ):
             prefix = message.DESCRIPTOR.values_by_number[0].name.removesuffix("UNSPECIFIED")
-            told = {value.name.removeprefix(prefix): value.number for value in message.DESCRIPTOR.values if value.number}
+            told = {
+                value.name.removeprefix(prefix): value.number
+                for value in message.DESCRIPTOR.values
+                if value.number
+            }
             self.assertEqual({word.name: word.value for word in words}, told)
 
 
