@@ -3,10 +3,10 @@
     import cwm
 
     with cwm.connect() as world:
-        scan = world.ingest(points)                                      # (N, 3) metres, as a depth camera gives them
+        scan = world.ingest(points)  # (N, 3) metres, as a depth camera gives them
         for thing in scan.objects:
             print(thing.name, thing.position, [part.shape for part in thing.parts])
-        answer = world.distance(cwm.Sphere(0.05), poses)                 # (N, 4, 4)
+        answer = world.distance(cwm.Sphere(0.05), poses)  # (N, 4, 4)
         print(answer.distance_m, answer.objects)
 
 Metres, radians, seconds; world Z up; poses are (4, 4) arrays X_a_b, the frame b in the frame a.

@@ -27,15 +27,21 @@ _HEAD_BYTES = 1 << 16
 class QueryOptions(TypedDict, total=False):
     """Keyword arguments of every question. Lengths in metres.
 
-    margin_m: of verdicts, motions and contacts: nearer than that, strictly, is a collision;
-    distances are geometric. max_distance_m: how far to look. k: nearest objects a row, 1 to 64.
-    max_contacts: a row, 1 to 1 024. engine: "auto", "exact", "fcl" or "bullet". representation:
-    "shapes", "surfaces" or "hybrid". unseen: what space that no sensor has seen counts as:
-    "ignore", "report" or "block". ignore: names of objects and robots left out. ignore_pairs: pairs
-    that may collide, see `Allow`. overlay: changes that hold for this question alone.
-    time_budget_s: the rows completed by then are the answer. margin_sigma: inflates fitted parts by
-    so many standard deviations. support_tolerance_m: how deep what stands may sink. verdicts_only:
-    of `check`: names no pair, which is sooner told.
+    * margin_m: of verdicts, motions and contacts: nearer than that, strictly, is a collision;
+      distances are geometric
+    * max_distance_m: how far to look
+    * k: nearest objects a row, 1 to 64
+    * max_contacts: a row, 1 to 1 024
+    * engine: "auto", "exact", "fcl" or "bullet"
+    * representation: "shapes", "surfaces" or "hybrid"
+    * unseen: what space that no sensor has seen counts as: "ignore", "report" or "block"
+    * ignore: names of objects and robots left out
+    * ignore_pairs: pairs that may collide, see `Allow`
+    * overlay: changes that hold for this question alone
+    * time_budget_s: the rows completed by then are the answer
+    * margin_sigma: inflates fitted parts by so many standard deviations
+    * support_tolerance_m: how deep what stands may sink into what supports it
+    * verdicts_only: of `check`: names no pair, which is sooner told
     """
 
     margin_m: float
@@ -238,7 +244,7 @@ class Merged:
             column = (
                 arrays.columns(data, reply.scalar, width)
                 if data
-                else np.zeros(reply.completed_count)
+                else np.zeros((reply.completed_count, width)[: 1 + (width > 1)])
             )
             parts.append(self._trim(reply, column))
         return self._join(parts)

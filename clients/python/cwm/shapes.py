@@ -265,7 +265,8 @@ def placed(what: ShapeLike, name: str) -> list[Placed]:
     for item in result:
         if type(item.shape) not in _FIELDS:
             raise TypeError(
-                f"{name} has {item.shape!r}, must be one of {', '.join(kind.__name__ for kind in _FIELDS)}"
+                f"{name} has {item.shape!r}, must be one of "
+                f"{', '.join(kind.__name__ for kind in _FIELDS)}"
             )
     return result
 

@@ -404,7 +404,8 @@ class WorldView:
         begin, along = arrays.rows(origins, "origins", 3), arrays.rows(directions, "directions", 3)
         if len(begin) != len(along) and len(begin) != 1:
             raise ValueError(
-                f"origins has the shape {begin.shape}, must be (3,) or that of directions, {along.shape}"
+                f"origins has the shape {begin.shape}, must be (3,) or that of directions, "
+                f"{along.shape}"
             )
         zero = np.flatnonzero(~along.any(axis=1))
         if zero.size:

@@ -14,13 +14,8 @@ with cwm.connect(world="put_and_ask") as world:
     way = np.tile(np.eye(4), (5, 1, 1))
     way[:, :3, 3] = np.linspace([0.2, 0.1, 0.58], [0.6, 0.1, 0.58], 5)
     answer = world.distance(cwm.Sphere(0.02), way)
-    for pose, distance_m, name, normal in zip(
-        way, answer.distance_m, answer.objects, answer.normal
-    ):
-        print(
-            f"x = {pose[0, 3]:.2f} m: {1000 * distance_m:7.1f} mm to {name}, normal {normal.round(2)}"
-        )
+    for x_m, distance_m, name in zip(way[:, 0, 3], answer.distance_m, answer.objects):
+        print(f"x = {x_m:.2f} m: {1000 * distance_m:7.1f} mm to {name}")
     motion = world.motions(cwm.Sphere(0.02), way[:1], way[-1:])
-    print(
-        f"{cwm.MotionVerdict(motion.verdict[0]).name} at {100 * motion.hi[0]:.0f} % of the way, with {motion.objects[0]}"
-    )
+    verdict = cwm.MotionVerdict(motion.verdict[0]).name
+    print(f"{verdict} at {100 * motion.hi[0]:.0f} % of the way, with {motion.objects[0]}")

@@ -22,8 +22,7 @@ with cwm.connect(world="watch_world") as world:
                 )
                 threading.Thread(target=change, args=(world,)).start()
             elif isinstance(happening, cwm.Changes):
-                print(
-                    f"revision {happening.revision}: {[type(event).__name__ for event in happening.events]}"
-                )
+                kinds = [type(event).__name__ for event in happening.events]
+                print(f"revision {happening.revision}: {kinds}")
                 if cwm.ObjectRemoved("ball") in happening.events:
                     break

@@ -51,7 +51,8 @@ class Examples(unittest.TestCase):
 
     def test_robot_batches(self):
         self.assertRegex(
-            self.run_example("robot_batches.py"), r"\d+ of 100000 states are free(.|\n)* hit pillar"
+            self.run_example("robot_batches.py"),
+            r"\d+ of 100000 states are free(.|\n)* hit the pillar",
         )
 
     def test_watch_world(self):

@@ -11,15 +11,20 @@ from server_case import ServerCase
 
 URDF = """<robot name="arm">
   <link name="base"/>
-  <link name="upper"><collision><origin xyz="0.5 0 0"/><geometry><sphere radius="0.1"/></geometry></collision></link>
-  <link name="lower"><collision><origin xyz="0.5 0 0"/><geometry><sphere radius="0.1"/></geometry></collision></link>
-  <joint name="shoulder" type="revolute"><parent link="base"/><child link="upper"/><axis xyz="0 0 1"/>
+  <link name="upper"><collision><origin xyz="0.5 0 0"/>
+    <geometry><sphere radius="0.1"/></geometry></collision></link>
+  <link name="lower"><collision><origin xyz="0.5 0 0"/>
+    <geometry><sphere radius="0.1"/></geometry></collision></link>
+  <joint name="shoulder" type="revolute"><parent link="base"/><child link="upper"/>
+    <axis xyz="0 0 1"/>
     <limit lower="-3" upper="3"/></joint>
-  <joint name="elbow" type="revolute"><parent link="upper"/><child link="lower"/><origin xyz="0.5 0 0"/><axis xyz="0 0 1"/>
+  <joint name="elbow" type="revolute"><parent link="upper"/><child link="lower"/>
+    <origin xyz="0.5 0 0"/><axis xyz="0 0 1"/>
     <limit lower="-2" upper="2"/></joint></robot>"""
 SRDF = """<robot name="arm"><group name="both"><joint name="shoulder"/><joint name="elbow"/></group>
   <group name="wrist"><joint name="elbow"/></group>
-  <group_state name="bent" group="both"><joint name="shoulder" value="0.5"/><joint name="elbow" value="1"/></group_state>
+  <group_state name="bent" group="both">
+    <joint name="shoulder" value="0.5"/><joint name="elbow" value="1"/></group_state>
   <disable_collisions link1="upper" link2="lower" reason="Adjacent"/></robot>"""
 
 
@@ -119,7 +124,8 @@ class Robots(ServerCase):
             urdf = package / "urdf" / "box.urdf"
             urdf.write_text(
                 """<robot name="box"><link name="base"><collision><geometry>
-                <mesh filename="package://my_robot/meshes/box.obj"/></geometry></collision></link></robot>"""
+                <mesh filename="package://my_robot/meshes/box.obj"/>
+                </geometry></collision></link></robot>"""
             )
             with self.assertRaisesRegex(
                 FileNotFoundError,

@@ -18,7 +18,8 @@ import table_scan  # noqa: E402
 def write_pcd(path: pathlib.Path, points: np.ndarray) -> None:
     height, width = points.shape[:2]
     header = (
-        f"VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH {width}\nHEIGHT {height}\n"
+        "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\n"
+        f"WIDTH {width}\nHEIGHT {height}\n"
         f"VIEWPOINT 0 0 0 1 0 0 0\nPOINTS {width * height}\nDATA binary\n"
     )
     path.write_bytes(header.encode() + points.astype("<f4").tobytes())
