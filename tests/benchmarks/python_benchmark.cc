@@ -37,7 +37,7 @@ struct Question {
 };
 
 struct Times {
-  double batch_s = 0;
+  double batch_s = 0;          // median
   std::size_t collisions = 0;  // of one batch: both must find the same
 };
 
@@ -45,9 +45,9 @@ struct Times {
 std::optional<Times> AskInCpp(const std::string& address, const Question& question) {
   const client::Connection connection({.address = address, .deadline = std::nullopt});
   Times times;
-  Clock::time_point start;
+  std::vector<double> times_s;
   for (int i = 0; i < kWarmUp + kBatches; ++i) {
-    if (i == kWarmUp) start = Clock::now();
+    const Clock::time_point start = Clock::now();
     v1::CheckCollisionsRequest request = question.request;
     const auto answer =
         connection.Call(&v1::QueryService::Stub::CheckCollisions, connection.queries(), request);
@@ -56,8 +56,10 @@ std::optional<Times> AskInCpp(const std::string& address, const Question& questi
     for (const char verdict : answer->verdicts()) {
       times.collisions += verdict == v1::VERDICT_COLLISION ? 1 : 0;
     }
+    if (i < kWarmUp) continue;
+    times_s.push_back(std::chrono::duration<double>(Clock::now() - start).count());
   }
-  times.batch_s = std::chrono::duration<double>(Clock::now() - start).count() / kBatches;
+  times.batch_s = Median(times_s);
   return times;
 }
 

@@ -1,4 +1,4 @@
-"""cwm: ask a collision world model server, with numpy arrays in and out.
+"""Ask a collision world model server, with numpy arrays in and out.
 
     import cwm
 
