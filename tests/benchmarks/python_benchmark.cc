@@ -112,8 +112,11 @@ std::vector<Question> Questions(const client::Connection& connection, Report& re
     report.Detail(
         "motion_bench_maker is not in CWM_DATA: a robot of three balls instead of the Panda");
     auto own = OwnQuestion(connection);
-    if (own.ok()) questions.push_back(*std::move(own));
-    if (!own.ok()) report.Detail(std::string(own.status().message()));
+    if (!own.ok()) {
+      report.Detail(std::string(own.status().message()));
+      return questions;
+    }
+    questions.push_back(*std::move(own));
     return questions;
   }
   for (std::size_t k = 0; k < all->problems.size(); k += kProblemStep) {

@@ -85,9 +85,10 @@ def options_to_proto(options: QueryOptions) -> query_pb2.QueryOptions:
     if options.get("max_contacts") is not None:
         message.max_contacts = arrays.count(options["max_contacts"], "max_contacts", low=1)
     message.ignore.extend(arrays.texts(options.get("ignore") or (), "ignore"))
-    message.ignore_pairs.extend(
-        changes_module.pair_to_proto(a, b) for a, b in options.get("ignore_pairs") or ()
-    )
+    for i, pair in enumerate(options.get("ignore_pairs") or ()):
+        if isinstance(pair, str) or len(pair) != 2:
+            raise TypeError(f"ignore_pairs[{i}] is {pair!r}, must be a pair of things")
+        message.ignore_pairs.append(changes_module.pair_to_proto(*pair))
     message.overlay.extend(changes_module.changes_to_proto(options.get("overlay") or (), "overlay"))
     message.verdicts_only = bool(options.get("verdicts_only", False))
     return message

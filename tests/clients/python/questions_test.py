@@ -206,6 +206,11 @@ class Answers(ServerCase):
         at = cwm.pose()
         cases = [
             (
+                lambda: self.world.sample(np.ones((1, 3)), ignore_pairs=["ab"]),
+                TypeError,
+                r"ignore_pairs\[0\] is 'ab', must be a pair",
+            ),
+            (
                 lambda: self.world.check(cwm.Sphere(1), at, margin=1),
                 TypeError,
                 "margin is no option of a question",
