@@ -85,6 +85,10 @@ void MeasureRobotStream(Report& report);
 
 // One state at a time, idle and beside a stream of batches: unary_idle_p99_ms, unary_loaded_p50_ms.
 void MeasureRobotLatency(Report& report);
+
+// The Python client beside the C++ client, asking the same batches: python_batch_ratio.
+void MeasurePython(Report& report);
+
 // The Panda's 59 given spheres in the same problems: panda_core_us, panda_core_mismatches.
 void MeasureSpheres(Report& report);
 

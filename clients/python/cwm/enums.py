@@ -1,0 +1,179 @@
+"""Words of the interface. Arguments take the member or its name in any case: `engine="exact"`."""
+
+from __future__ import annotations
+
+import enum
+from typing import Type, TypeVar
+
+Word = TypeVar("Word", bound=enum.IntEnum)
+
+
+class ObjectKind(enum.IntEnum):
+    SUPPORT = 1
+    OBJECT = 2
+    RESIDUAL = 3
+    UNSEEN = 4
+    USER = 5
+
+
+class Owner(enum.IntEnum):
+    PERCEPTION = 1
+    USER = 2
+
+
+class ObjectState(enum.IntEnum):
+    UNKNOWN = 0
+    CONFIRMED = 1
+    OCCLUDED = 2
+    LOST = 3
+
+
+class PartRole(enum.IntEnum):
+    """FITTED was measured, COMPLETED supplied where nothing was measured."""
+
+    FITTED = 1
+    COMPLETED = 2
+
+
+class ObjectView(enum.IntEnum):
+    """How much of an object is told: BASIC without shapes, FULL with surfaces and handles."""
+
+    BASIC = 1
+    SHAPES = 2
+    FULL = 3
+
+
+class Verdict(enum.IntEnum):
+    """Of a state."""
+
+    FREE = 1
+    COLLISION = 2
+    OUT_OF_LIMITS = 3
+    UNDECIDED = 4
+    NOT_COMPUTED = 5
+
+
+class MotionVerdict(enum.IntEnum):
+    """Of a motion. FREE and CONTACT are never wrong."""
+
+    FREE = 1
+    CONTACT = 2
+    GRAZING = 3
+    UNDECIDED = 4
+    NOT_COMPUTED = 5
+    OUT_OF_LIMITS = 6
+
+
+class Trust(enum.IntEnum):
+    """How far an answer may be believed: BOUNDED is off by at most bound_m, SURFACE_ONLY is of
+    open geometry without an inside, DEGRADED has no known bound.
+    """
+
+    NONE = 0
+    EXACT = 1
+    BOUNDED = 2
+    SURFACE_ONLY = 3
+    DEGRADED = 4
+
+
+class SampleState(enum.IntEnum):
+    """Of a point: SMOOTH has the gradient of the distance, at a KINK two nearest places pull
+    different ways, BEYOND is farther than max_distance_m from everything.
+    """
+
+    SMOOTH = 1
+    KINK = 2
+    BEYOND = 3
+
+
+class Engine(enum.IntEnum):
+    AUTO = 1
+    EXACT = 2
+    FCL = 3
+    BULLET = 4
+
+
+class Representation(enum.IntEnum):
+    SHAPES = 1
+    SURFACES = 2
+    HYBRID = 3
+
+
+class UnseenSpace(enum.IntEnum):
+    """What space that no sensor has seen counts as."""
+
+    IGNORE = 1
+    REPORT = 2
+    BLOCK = 3
+
+
+class RobotScope(enum.IntEnum):
+    """Against what a robot is asked."""
+
+    WORLD = 1
+    SELF = 2
+    BOTH = 3
+
+
+class RobotGeometry(enum.IntEnum):
+    """What stands for the links of a robot."""
+
+    EXACT = 1
+    SPHERES_CONTAINING = 2
+    SPHERES_AS_GIVEN = 3
+
+
+class JointKind(enum.IntEnum):
+    NONE = 0
+    FIXED = 1
+    REVOLUTE = 2
+    CONTINUOUS = 3
+    PRISMATIC = 4
+    PLANAR = 5
+    FLOATING = 6
+
+
+class IngestMode(enum.IntEnum):
+    """UPDATE replaces the view, ADD removes and moves nothing, SEGMENT_ONLY leaves the world as
+    it is.
+    """
+
+    UPDATE = 1
+    ADD = 2
+    SEGMENT_ONLY = 3
+
+
+class SensorModel(enum.IntEnum):
+    """The noise of a sensor, which drives every threshold."""
+
+    KINECT = 1
+    REALSENSE = 2
+    TIME_OF_FLIGHT = 3
+    TILTING_LASER = 4
+
+
+class Clustering(enum.IntEnum):
+    """OBJECTS divides what stands on a support before shapes are searched; NONE does not, for
+    dense clutter.
+    """
+
+    OBJECTS = 1
+    NONE = 2
+
+
+class ExportFormat(enum.IntEnum):
+    MOVEIT_SCENE = 1
+    MOVEIT_YAML = 2
+
+
+def word(kind: Type[Word], value: Word | str | int, name: str) -> Word:
+    """The member; ValueError names the argument and the words there are."""
+    words = ", ".join(member.name.lower() for member in kind)
+    if isinstance(value, str):
+        try:
+            return kind[value.upper().replace("-", "_")]
+        except KeyError:
+            raise ValueError(f"{name} is {value!r}, must be one of {words}") from None
+    if isinstance(value, kind):
+        return value
+    raise TypeError(f"{name} is {value!r}, must be one of {words}")

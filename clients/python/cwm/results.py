@@ -1,0 +1,164 @@
+"""Answers as numpy columns, read from the reply without a copy (they are read-only).
+
+Answers name what they are about by an index into `names`; `objects` resolves them. Rows are those
+of the question; when a time budget was spent first, the columns have the rows that were completed,
+from the first on.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from cwm import enums
+
+# object_index: nothing named; the robot that asks itself.
+NOTHING, ITSELF = -1, -2
+
+
+@dataclass(frozen=True, eq=False)
+class Head:
+    """What every answer begins with."""
+
+    world_uid: str
+    revision: int
+    row_count: int  # asked
+    completed_count: int  # answered
+    names: tuple[str, ...]  # of what answers mention, ordered
+    uids: tuple[str, ...]
+    part_links: tuple[
+        tuple[str, ...], ...
+    ]  # of each that is a robot, the link of each of its parts
+
+    @property
+    def complete(self) -> bool:
+        return self.completed_count == self.row_count
+
+    def _resolve(self, index: np.ndarray) -> np.ndarray:
+        """Names, None where nothing is named, "" for the robot that asks. Negative indices count
+        from the end.
+        """
+        return np.array([*self.names, "", None], dtype=object)[index]
+
+
+@dataclass(frozen=True, eq=False)
+class _Pairs(Head):
+    # int32: into names; -1 nothing; -2 the robot itself, of which object_part is the other part
+    object_index: np.ndarray
+    body_part: np.ndarray  # int32
+    object_part: np.ndarray  # int32
+    body_links: tuple[str, ...]  # of a robot that asks, the link of each body part
+    body_objects: tuple[
+        str, ...
+    ]  # the object that it carries, "" where the part is its own; nothing carried: empty
+
+    @property
+    def objects(self) -> np.ndarray:
+        """Names as an array of str; None where nothing is named, "" for the robot that asks."""
+        return self._resolve(self.object_index)
+
+
+@dataclass(frozen=True, eq=False)
+class CheckResult(_Pairs):
+    """A verdict a row. The pair named means something where the verdict is COLLISION."""
+
+    verdict: np.ndarray  # (N,) uint8, see Verdict
+    trust: np.ndarray  # (N,) uint8, see Trust
+
+    @property
+    def free(self) -> np.ndarray:
+        """(N,) bool."""
+        return self.verdict == enums.Verdict.FREE
+
+    @property
+    def collision(self) -> np.ndarray:
+        """(N,) bool."""
+        return self.verdict == enums.Verdict.COLLISION
+
+
+@dataclass(frozen=True, eq=False)
+class PairResult(_Pairs):
+    """Distances or contacts: A answers to N rows; those of row i are row_begin[i] to row_begin[i
+    + 1].
+    """
+
+    row_begin: np.ndarray  # (N + 1,) uint32
+    distance_m: np.ndarray  # (A,) < 0: penetration; without margins
+    point_body: np.ndarray  # (A, 3) world frame
+    point_object: np.ndarray  # (A, 3)
+    normal: np.ndarray  # (A, 3) unit, from the body that asks to the object
+    trust: np.ndarray  # (A,) uint8, see Trust
+    bound_m: np.ndarray  # (A,) by how much a BOUNDED answer may be off; 0 for others
+
+    @property
+    def row(self) -> np.ndarray:
+        """(A,) the row that each answer is to."""
+        return np.repeat(
+            np.arange(len(self.row_begin) - 1), np.diff(self.row_begin.astype(np.int64))
+        )
+
+    @property
+    def nearest_m(self) -> np.ndarray:
+        """(N,) the least distance of each row; NaN where there is none."""
+        least = np.full(len(self.row_begin) - 1, np.inf)
+        np.minimum.at(least, self.row, self.distance_m)
+        least[np.diff(self.row_begin.astype(np.int64)) == 0] = np.nan
+        return least
+
+
+@dataclass(frozen=True, eq=False)
+class MotionResult(_Pairs):
+    """One entry a motion; row_count and completed_count are of motions."""
+
+    verdict: np.ndarray  # (M,) uint8, see MotionVerdict
+    # (M,) int32: from the motion's row `segment` to the next; -1 where free or not computed
+    segment: np.ndarray
+    lo: np.ndarray  # (M,) share of the segment: nothing is met before
+    hi: np.ndarray  # (M,) share of the segment: the pair named is in contact there
+    # (M,) of a free motion: no pair comes nearer to its margin; told up to 0.02
+    clearance_m: np.ndarray
+
+    @property
+    def free(self) -> np.ndarray:
+        """(M,) bool."""
+        return self.verdict == enums.MotionVerdict.FREE
+
+
+@dataclass(frozen=True, eq=False)
+class RayResult(Head):
+    """The nearest hit of each ray; the other columns mean something where `hit`."""
+
+    hit: np.ndarray  # (N,) bool
+    distance_m: np.ndarray  # (N,)
+    normal: np.ndarray  # (N, 3) outward
+    object_index: np.ndarray  # (N,) int32
+    object_part: np.ndarray  # (N,) int32
+    trust: np.ndarray  # (N,) uint8, see Trust
+
+    @property
+    def objects(self) -> np.ndarray:
+        """(N,) names as an array of str; None where nothing was hit."""
+        return self._resolve(np.where(self.hit, self.object_index, NOTHING))
+
+
+@dataclass(frozen=True, eq=False)
+class SampleResult(Head):
+    """The signed distance of the world at points; the other columns mean something where state
+    is not BEYOND.
+    """
+
+    state: np.ndarray  # (N,) uint8, see SampleState
+    distance_m: np.ndarray  # (N,) < 0: inside
+    gradient: np.ndarray  # (N, 3) unit: d distance / d point
+    object_index: np.ndarray  # (N,) int32
+    object_part: np.ndarray  # (N,) int32
+    trust: np.ndarray  # (N,) uint8, see Trust
+    bound_m: np.ndarray  # (N,) by how much a BOUNDED point may be deeper; 0 for others
+
+    @property
+    def objects(self) -> np.ndarray:
+        """(N,) names as an array of str; None where nothing is near enough."""
+        return self._resolve(
+            np.where(self.state == enums.SampleState.BEYOND, NOTHING, self.object_index)
+        )

@@ -1,0 +1,215 @@
+"""Robots of a world as values, and the files that make one."""
+
+from __future__ import annotations
+
+import os
+import pathlib
+import xml.etree.ElementTree as ElementTree
+from dataclasses import dataclass, field
+from typing import Mapping, Sequence, Union
+
+import numpy as np
+
+from cwm import arrays, enums, poses
+from cwm.v1 import robot_model_pb2
+
+PathOrText = Union[str, os.PathLike]
+
+# A URDF lies in PACKAGE/urdf or thereabouts: packages are looked for in its folder and so many
+# above.
+_FOLDERS_ABOVE = 3
+_PACKAGE, _FILE = "package://", "file://"
+
+
+@dataclass(frozen=True)
+class Link:
+    """A link and the joint that it hangs on; the root has none."""
+
+    name: str
+    parent: str
+    joint: str
+    joint_kind: enums.JointKind
+    follows: str
+    collision_count: int
+    triangle_count: int
+    sphere_count: int
+
+
+@dataclass(frozen=True)
+class Variable:
+    """One number of a state: rad or m."""
+
+    name: str
+    joint: str
+    joint_kind: enums.JointKind
+    lower: float | None
+    upper: float | None
+
+
+@dataclass(frozen=True)
+class Group:
+    """Joints of the SRDF: a row of a question has one number for each of their variables, in
+    this order.
+    """
+
+    name: str
+    joints: tuple[str, ...]
+    states: Mapping[str, Mapping[str, float]]  # by name; rad or m by variable
+
+
+@dataclass(frozen=True)
+class Robot:
+    """A robot of a world. `pose` is X_WB, its root link in the world."""
+
+    name: str
+    uid: str
+    links: tuple[Link, ...] = field(repr=False)
+    variables: tuple[Variable, ...] = field(repr=False)
+    groups: Mapping[str, Group] = field(repr=False, hash=False)
+    self_pair_count: int
+    pose: np.ndarray = field(compare=False, repr=False)
+    state: Mapping[str, float] = field(
+        hash=False
+    )  # rad or m by variable, in the order of `variables`
+    create_revision: int
+    state_revision: int
+
+    def variables_of(self, group: str = "") -> tuple[Variable, ...]:
+        """What a row of the group has, in its order; of the whole robot without one. KeyError
+        for an unknown group.
+        """
+        if not group:
+            return self.variables
+        by_joint: dict[str, list[Variable]] = {}
+        for variable in self.variables:
+            by_joint.setdefault(variable.joint, []).append(variable)
+        return tuple(
+            variable for joint in self.groups[group].joints for variable in by_joint[joint]
+        )
+
+    def limits(self, group: str = "") -> np.ndarray:
+        """(dof, 2): lower and upper of each number of a row; -inf and inf where there is none."""
+        return np.array(
+            [
+                (-np.inf if v.lower is None else v.lower, np.inf if v.upper is None else v.upper)
+                for v in self.variables_of(group)
+            ]
+        ).reshape(-1, 2)
+
+    def row(self, group: str = "", named_state: str = "") -> np.ndarray:
+        """(dof,): where the robot is, or where a named state of the group puts it."""
+        values = {**self.state, **(self.groups[group].states[named_state] if named_state else {})}
+        return np.array([values[variable.name] for variable in self.variables_of(group)])
+
+
+def robot_from_proto(message: robot_model_pb2.Robot) -> Robot:
+    variables = tuple(
+        Variable(
+            v.name,
+            v.joint,
+            enums.JointKind(v.joint_kind),
+            v.lower if v.HasField("lower") else None,
+            v.upper if v.HasField("upper") else None,
+        )
+        for v in message.variables
+    )
+    groups = {
+        group.name: Group(
+            group.name,
+            tuple(group.joints),
+            {
+                state.name: {value.variable: value.value for value in state.values}
+                for state in group.states
+            },
+        )
+        for group in message.groups
+    }
+    links = tuple(
+        Link(
+            link.name,
+            link.parent,
+            link.joint,
+            enums.JointKind(link.joint_kind),
+            link.follows,
+            link.collision_count,
+            link.triangle_count,
+            link.sphere_count,
+        )
+        for link in message.links
+    )
+    return Robot(
+        message.name,
+        message.uid,
+        links,
+        variables,
+        groups,
+        message.self_pair_count,
+        poses.from_proto(message.x_world_base),
+        dict(zip((v.name for v in variables), message.state)),
+        message.create_revision,
+        message.state_revision,
+    )
+
+
+def joint_state(
+    values: Mapping[str, float] | None, named_state: tuple[str, str] | None, name: str
+) -> robot_model_pb2.RobotJointState:
+    """A state that the SRDF names, as (group, state), and values by variable on top of it."""
+    message = robot_model_pb2.RobotJointState()
+    if named_state is not None:
+        if isinstance(named_state, str) or len(named_state) != 2:
+            raise TypeError(f"named_state is {named_state!r}, must be (group, state)")
+        message.group = arrays.text(named_state[0], "named_state[0]")
+        message.named_state = arrays.text(named_state[1], "named_state[1]")
+    if values is not None and not isinstance(values, Mapping):
+        raise TypeError(f"{name} is {values!r}, must be a mapping of joint names to rad or m")
+    for variable, value in (values or {}).items():
+        message.values.add(
+            variable=arrays.text(variable, name),
+            value=arrays.number(value, f"{name}[{variable!r}]"),
+        )
+    return message
+
+
+def read_text(source: PathOrText, name: str) -> tuple[bytes, pathlib.Path]:
+    """The text of an XML file and the folder that it lies in; what begins with "<" is the text
+    itself.
+    """
+    if isinstance(source, str) and source.lstrip().startswith("<"):
+        return source.encode(), pathlib.Path.cwd()
+    if not isinstance(source, (str, os.PathLike)):
+        raise TypeError(f"{name} is {source!r}, must be a path or the text of the file")
+    path = pathlib.Path(source)
+    return path.read_bytes(), path.parent
+
+
+def collision_mesh_uris(urdf: bytes) -> list[str]:
+    """As the URDF has them, each once. None of what is no XML: the server says what is wrong
+    with it.
+    """
+    try:
+        root = ElementTree.fromstring(urdf)
+    except ElementTree.ParseError:
+        return []
+    uris = (mesh.get("filename", "") for mesh in root.iterfind("link/collision/geometry/mesh"))
+    return [uri for uri in dict.fromkeys(uris) if uri]
+
+
+def find_mesh(uri: str, folder: pathlib.Path, package_dirs: Sequence[PathOrText]) -> pathlib.Path:
+    """The file of a mesh URI; FileNotFoundError says where it was looked for."""
+    if uri.startswith(_FILE):
+        candidates = [pathlib.Path(uri[len(_FILE) :])]
+    elif uri.startswith(_PACKAGE):
+        above = folder.resolve()
+        roots = [pathlib.Path(d) for d in package_dirs] or [
+            above,
+            *list(above.parents)[:_FOLDERS_ABOVE],
+        ]
+        candidates = [root / uri[len(_PACKAGE) :] for root in roots]
+    else:
+        candidates = [folder / uri]
+    for path in candidates:
+        if path.is_file():
+            return path
+    looked = ", ".join(str(path) for path in candidates)
+    raise FileNotFoundError(f"mesh {uri} of the URDF was not found, looked for {looked}")

@@ -1,0 +1,466 @@
+"""What can be asked of a world: at its newest revision, or at one that is pinned."""
+
+from __future__ import annotations
+
+import copy
+from typing import TYPE_CHECKING, Iterator, Sequence, Unpack
+
+import numpy as np
+import numpy.typing as npt
+
+from cwm import arrays, enums, objects, queries, results, robots, shapes, watch
+from cwm.bulk import Bulk
+from cwm.connection import Connection
+from cwm.queries import Batches, Merged, QueryOptions
+from cwm.subjects import RobotSubject, Subject, SubjectLike, subject_of
+from cwm.v1 import query_pb2, robot_pb2, world_pb2
+
+if TYPE_CHECKING:
+    from cwm.server import Server
+
+
+class WorldView:
+    """Questions about one world. Made by `connect`, `Server.world`, `at` and `within`; cheap,
+    thread-safe.
+
+    Every method raises `cwm.Error` and its subclasses for calls that fail, ValueError and TypeError
+    for arguments that cannot be right. Questions take the keyword arguments of `cwm.QueryOptions`;
+    batches above the server's limits are cut, and all of them asked of one revision.
+    """
+
+    def __init__(
+        self,
+        server: Server,
+        name: str,
+        timeout_s: float | None,
+        pinned: int | None = None,
+        uid: str = "",
+    ):
+        self._server = server
+        self.name = arrays.text(name, "world")
+        self.timeout_s = timeout_s
+        self.pinned = pinned
+        self._uid = uid
+
+    def __repr__(self) -> str:
+        at = "" if self.pinned is None else f", revision {self.pinned}"
+        return f"<{type(self).__name__} {self.name!r} at {self.connection.address}{at}>"
+
+    @property
+    def server(self) -> Server:
+        return self._server
+
+    @property
+    def connection(self) -> Connection:
+        return self._server.connection
+
+    def _state(self) -> world_pb2.GetWorldResponse:
+        return self.connection.call(
+            self.connection.worlds.GetWorld,
+            world_pb2.GetWorldRequest(world=self.name),
+            self.timeout_s,
+        )
+
+    @property
+    def revision(self) -> int:
+        """The newest revision, or that of a pinned view. NotFound where nothing has made the
+        world yet.
+        """
+        return self._state().revision if self.pinned is None else self.pinned
+
+    @property
+    def uid(self) -> str:
+        """Of this world alone: another one under the name, also after a restart of the server,
+        has another.
+        """
+        return self._uid or self._state().world_uid
+
+    def rules(self) -> tuple[watch.PairRule, ...]:
+        """Allowed collisions and margins of pairs, as they are now."""
+        return tuple(watch.rule_from_proto(rule) for rule in self._state().pair_rules)
+
+    def as_of(self, revision: int, uid: str) -> WorldView:
+        """The view of that revision, without asking whether it is there."""
+        return WorldView(self._server, self.name, self.timeout_s, revision, uid)
+
+    def at(self, revision: int | None = None) -> WorldView:
+        """The world pinned to a revision, by default the newest: every answer is of that one.
+
+        A server keeps the last ones; RevisionCompacted afterwards.
+        """
+        state = self._state()
+        return self.as_of(
+            state.revision if revision is None else arrays.count(revision, "revision"),
+            state.world_uid,
+        )
+
+    def within(self, timeout_s: float | None):
+        """The same, each of whose calls ends within so many seconds, or raises DeadlineExceeded;
+        None: no limit.
+        """
+        other = copy.copy(self)
+        other.timeout_s = check_timeout(timeout_s)
+        return other
+
+    def fill_revision(self, request) -> None:
+        """Sets at_revision and world_uid where the view is pinned."""
+        if self.pinned is not None:
+            request.at_revision.exact = self.pinned
+            request.world_uid = self._uid
+
+    def _pages(self, method, request, field: str) -> Iterator[tuple[object, int, str]]:
+        """Items of all pages, each with the revision and the world_uid."""
+        while True:
+            reply = self.connection.call(method, request, self.timeout_s)
+            for item in getattr(reply, field):
+                yield item, reply.revision, reply.world_uid
+            if not reply.next_page_token:
+                return
+            request.page_token = reply.next_page_token
+
+    def objects(
+        self,
+        kind: enums.ObjectKind | str | Sequence[enums.ObjectKind | str] | None = None,
+        prefix: str = "",
+        *,
+        within: tuple[npt.ArrayLike, npt.ArrayLike] | None = None,
+        view: enums.ObjectView | str = "full",
+        at: int | None = None,
+    ) -> list[objects.Object]:
+        """Objects by name: of one kind or several, with a prefix, whose bounds touch the box
+        `within` (min, max), (3,) each.
+        """
+        if at is not None:
+            return self.at(at).objects(kind, prefix, within=within, view=view)
+        kinds = (
+            []
+            if kind is None
+            else [kind]
+            if isinstance(kind, (str, enums.ObjectKind))
+            else list(kind)
+        )
+        request = world_pb2.ListObjectsRequest(
+            world=self.name,
+            name_prefix=arrays.text(prefix, "prefix"),
+            kinds=[enums.word(enums.ObjectKind, k, "kind") for k in kinds],
+            view=enums.word(enums.ObjectView, view, "view"),
+        )
+        if within is not None:
+            for corner, value, name in zip(
+                (request.within.min, request.within.max), within, ("min", "max")
+            ):
+                corner.x, corner.y, corner.z = arrays.vector(value, f"within {name}").tolist()
+        self.fill_revision(request)
+        return [
+            objects.object_from_proto(item, revision, self.as_of(revision, uid))
+            for item, revision, uid in self._pages(
+                self.connection.worlds.ListObjects, request, "objects"
+            )
+        ]
+
+    def get(self, name: str) -> objects.Object:
+        """The object with all that is known of it. NotFound where there is none."""
+        request = world_pb2.GetObjectRequest(world=self.name, name=arrays.text(name, "name"))
+        self.fill_revision(request)
+        reply = self.connection.call(self.connection.worlds.GetObject, request, self.timeout_s)
+        return objects.object_from_proto(
+            reply.object, reply.revision, self.as_of(reply.revision, reply.world_uid)
+        )
+
+    def surface(self, name: str) -> tuple[np.ndarray, np.ndarray]:
+        """All that an object is made of as one mesh in its frame: vertices (V, 3) float64,
+        triangles (T, 3) uint32.
+        """
+        request = world_pb2.ReadGeometryRequest(
+            object=world_pb2.ObjectSurface(world=self.name, name=name)
+        )
+        self.fill_revision(request.object)
+        return shapes.mesh_from_bytes(self.connection.read_blob(request, self.timeout_s))
+
+    def mesh(
+        self, what: str | shapes.Mesh | objects.Surface | objects.Handle
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """The mesh that a hash, or something with one, names: vertices (V, 3) float64, triangles
+        (T, 3) uint32.
+        """
+        wanted = what if isinstance(what, str) else what.hash
+        request = world_pb2.ReadGeometryRequest(hash=wanted)
+        return shapes.mesh_from_bytes(self.connection.read_blob(request, self.timeout_s))
+
+    def robots(self) -> list[robots.Robot]:
+        """By name."""
+        request = robot_pb2.ListRobotsRequest(world=self.name)
+        self.fill_revision(request)
+        return [
+            robots.robot_from_proto(item)
+            for item, _, _ in self._pages(self.connection.robots.ListRobots, request, "robots")
+        ]
+
+    def robot(self, name: str) -> robots.Robot:
+        """NotFound where there is none of the name."""
+        request = robot_pb2.ListRobotsRequest(world=self.name, name=arrays.text(name, "name"))
+        self.fill_revision(request)
+        reply = self.connection.call(self.connection.robots.ListRobots, request, self.timeout_s)
+        return robots.robot_from_proto(reply.robots[0])
+
+    def export(
+        self, format: enums.ExportFormat | str = "moveit_scene", *, robot: str = ""
+    ) -> bytes:
+        """The world as a file of another tool; `robot`: of "moveit_yaml", whose state and frame
+        it is.
+        """
+        request = world_pb2.ExportWorldRequest(
+            world=self.name,
+            format=enums.word(enums.ExportFormat, format, "format"),
+            robot=arrays.text(robot, "robot"),
+        )
+        self.fill_revision(request)
+        calls = self.connection.stream(self.connection.worlds.ExportWorld, request, self.timeout_s)
+        return b"".join(reply.data for reply in calls)
+
+    def _ask(
+        self, method, kind, subject: Subject, options: QueryOptions, answers_a_row: int = 1
+    ) -> Merged:
+        replies = queries.ask(
+            self,
+            method,
+            kind,
+            lambda request, *_: request.subject.CopyFrom(subject.message),
+            queries.rows_of(subject.bulk, answers_a_row),
+            options,
+            subject.meshes,
+        )
+        return Merged(replies, subject.row_count)
+
+    def check(
+        self,
+        subject: SubjectLike,
+        rows: npt.ArrayLike | None = None,
+        **options: Unpack[QueryOptions],
+    ) -> results.CheckResult:
+        """Which states collide: a verdict a row, and on the way which pair.
+
+        subject: a `RobotSubject` with joint rows (N, dof); a shape, or several that are one body,
+        with poses (N, 4, 4) or (N, 7); the name of an object with poses; or points (N, 3) alone.
+        Without rows a robot and an object are asked where they are, and a body at the origin.
+        """
+        merged = self._ask(
+            self.connection.queries.CheckCollisions,
+            query_pb2.CheckCollisionsRequest,
+            subject_of(subject, rows),
+            options,
+        )
+        return results.CheckResult(
+            **merged.head(),
+            **merged.robot(),
+            object_index=merged.indices(),
+            body_part=merged.column("body_part", "<i4"),
+            object_part=merged.column("object_part", "<i4"),
+            verdict=merged.column("verdicts", "u1"),
+            trust=merged.column("trust", "u1"),
+        )
+
+    def _pairs(
+        self,
+        method,
+        kind,
+        subject: SubjectLike,
+        rows: npt.ArrayLike | None,
+        options: QueryOptions,
+        of_contacts: bool,
+    ) -> results.PairResult:
+        merged = self._ask(
+            method,
+            kind,
+            subject_of(subject, rows),
+            options,
+            queries.answers_a_row(options, of_contacts),
+        )
+        return results.PairResult(**merged.head(), **merged.robot(), **merged.pairs())
+
+    def distance(
+        self,
+        subject: SubjectLike,
+        rows: npt.ArrayLike | None = None,
+        **options: Unpack[QueryOptions],
+    ) -> results.PairResult:
+        """The k nearest objects of each row (k: 1), with signed distance, points and normal.
+        Subjects as of `check`.
+        """
+        return self._pairs(
+            self.connection.queries.GetDistances,
+            query_pb2.GetDistancesRequest,
+            subject,
+            rows,
+            options,
+            False,
+        )
+
+    def contacts(
+        self,
+        subject: SubjectLike,
+        rows: npt.ArrayLike | None = None,
+        **options: Unpack[QueryOptions],
+    ) -> results.PairResult:
+        """What each row touches, with depth (distance_m < 0), points and normal. Subjects as of
+        `check`.
+        """
+        return self._pairs(
+            self.connection.queries.GetContacts,
+            query_pb2.GetContactsRequest,
+            subject,
+            rows,
+            options,
+            True,
+        )
+
+    def motions(
+        self,
+        subject: RobotSubject | shapes.ShapeLike | str,
+        starts: npt.ArrayLike,
+        ends: npt.ArrayLike,
+        **options: Unpack[QueryOptions],
+    ) -> results.MotionResult:
+        """Whether the way from starts[i] to ends[i] is free, certified: rows as of `check`, as many
+        starts as ends.
+
+        Joints go linearly, continuous ones the short way; of poses the origin linearly, the
+        rotation by slerp.
+        """
+        first, last = subject_of(subject, starts, "starts"), subject_of(subject, ends, "ends")
+        begin, end = first.bulk.rows, last.bulk.rows
+        if begin is None or end is None or begin.shape != end.shape:
+            given = [None if rows is None else rows.shape for rows in (begin, end)]
+            raise ValueError(f"starts has the shape {given[0]} and ends {given[1]}, must be alike")
+        both = np.stack([begin, end], axis=1).reshape(-1, begin.shape[1])  # of the finer precision
+        return self._motions(first, both, np.arange(0, len(both) + 1, 2), False, options)
+
+    def paths(
+        self,
+        subject: RobotSubject | shapes.ShapeLike | str,
+        paths: Sequence[npt.ArrayLike],
+        **options: Unpack[QueryOptions],
+    ) -> results.MotionResult:
+        """Likewise whole paths, each of two rows or more; one verdict a path, `segment` says
+        where on it.
+        """
+        bound = [subject_of(subject, path, f"paths[{i}]") for i, path in enumerate(paths)]
+        if not bound:
+            raise ValueError("paths is empty, must have at least one")
+        widths = {None if item.bulk.rows is None else item.bulk.rows.shape[1] for item in bound}
+        short = next((i for i, item in enumerate(bound) if item.row_count < 2), None)
+        if short is not None:
+            raise ValueError(
+                f"paths[{short}] has {bound[short].row_count} rows, must have at least 2"
+            )
+        if len(widths) > 1:
+            raise ValueError(f"paths have rows of {sorted(widths)} numbers, must be alike")
+        rows = np.concatenate([item.bulk.rows for item in bound])
+        begin = np.concatenate([[0], np.cumsum([item.row_count for item in bound])])
+        return self._motions(bound[0], rows, begin, True, options)
+
+    def _motions(
+        self,
+        subject: Subject,
+        rows: np.ndarray,
+        begin: np.ndarray,
+        counted: bool,
+        options: QueryOptions,
+    ) -> results.MotionResult:
+        whole = subject.with_rows(rows)
+
+        def fill(request: query_pb2.CheckMotionsRequest, first: int, end: int) -> None:
+            request.subject.CopyFrom(whole.message)
+            if counted:
+                request.path_row_counts.extend(np.diff(begin[first : end + 1]).tolist())
+
+        replies = queries.ask(
+            self,
+            self.connection.queries.CheckMotions,
+            query_pb2.CheckMotionsRequest,
+            fill,
+            Batches(whole.bulk, begin),
+            options,
+            whole.meshes,
+        )
+        merged = Merged(replies, len(begin) - 1)
+        return results.MotionResult(
+            **merged.head(),
+            **merged.robot(),
+            object_index=merged.indices(),
+            **{
+                name: merged.column(name, "<i4") for name in ("body_part", "object_part", "segment")
+            },
+            **{name: merged.scalars(name) for name in ("lo", "hi", "clearance_m")},
+            verdict=merged.column("verdicts", "u1"),
+        )
+
+    def rays(
+        self, origins: npt.ArrayLike, directions: npt.ArrayLike, **options: Unpack[QueryOptions]
+    ) -> results.RayResult:
+        """The first thing that each ray hits: origins (N, 3) or (3,), directions (N, 3) of any
+        positive length.
+        """
+        begin, along = arrays.rows(origins, "origins", 3), arrays.rows(directions, "directions", 3)
+        if len(begin) != len(along) and len(begin) != 1:
+            raise ValueError(
+                f"origins has the shape {begin.shape}, must be (3,) or that of directions, "
+                f"{along.shape}"
+            )
+        zero = np.flatnonzero(~along.any(axis=1))
+        if zero.size:
+            raise ValueError(f"directions[{zero[0]}] is 0 0 0, must have a positive length")
+        rows = np.concatenate([np.broadcast_to(begin, along.shape), along], axis=1)
+        scalar = arrays.scalar_of(rows)
+        replies = queries.ask(
+            self,
+            self.connection.queries.CastRays,
+            query_pb2.CastRaysRequest,
+            lambda request, *_: setattr(request.rays, "scalar", scalar),
+            queries.rows_of(Bulk(rows, ("rays", "data"))),
+            options,
+        )
+        merged = Merged(replies, len(rows))
+        return results.RayResult(
+            **merged.head(),
+            hit=merged.column("hit", "u1").astype(bool),
+            distance_m=merged.scalars("distance_m"),
+            normal=merged.scalars("normal", 3),
+            object_index=merged.indices(),
+            object_part=merged.column("object_part", "<i4"),
+            trust=merged.column("trust", "u1"),
+        )
+
+    def sample(
+        self, points: npt.ArrayLike, **options: Unpack[QueryOptions]
+    ) -> results.SampleResult:
+        """The signed distance of the world at points (N, 3), and its gradient."""
+        rows = arrays.rows(points, "points", 3)
+        scalar = arrays.scalar_of(rows)
+        replies = queries.ask(
+            self,
+            self.connection.queries.SamplePoints,
+            query_pb2.SamplePointsRequest,
+            lambda request, *_: setattr(request.points, "scalar", scalar),
+            queries.rows_of(Bulk(rows, ("points", "data"))),
+            options,
+        )
+        merged = Merged(replies, len(rows))
+        return results.SampleResult(
+            **merged.head(),
+            state=merged.column("state", "u1"),
+            distance_m=merged.scalars("distance_m"),
+            gradient=merged.scalars("gradient", 3),
+            object_index=merged.indices(),
+            object_part=merged.column("object_part", "<i4"),
+            trust=merged.column("trust", "u1"),
+            bound_m=merged.scalars("bound_m"),
+        )
+
+
+def check_timeout(timeout_s: float | None) -> float | None:
+    if timeout_s is None:
+        return None
+    if arrays.number(timeout_s, "timeout_s") <= 0:
+        raise ValueError(f"timeout_s is {timeout_s!r}, must be greater than 0, or None")
+    return float(timeout_s)

@@ -1,0 +1,279 @@
+"""A world with all that changes it."""
+
+from __future__ import annotations
+
+from typing import Mapping, Sequence
+
+import numpy.typing as npt
+
+from cwm import arrays, changes, enums, ingest, poses, robots, shapes, watch
+from cwm.connection import new_request_id, upload_chunks
+from cwm.changes import Change, Thing
+from cwm.v1 import perception_pb2, robot_pb2, world_pb2
+from cwm.view import WorldView, check_timeout
+
+_SEARCHES = ("planes", "cylinders", "spheres", "cones")
+
+
+class World(WorldView):
+    """One world of a server; leaving its `with` closes the connection.
+
+    Writes return the revision that they made. They are sent once more when the server was not to be
+    reached, under a request_id by which it recognises what it did already.
+    """
+
+    def __enter__(self) -> World:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Ends the connection, and every watch over it."""
+        self._server.close()
+
+    # What is seen.
+
+    def ingest(
+        self,
+        points: npt.ArrayLike,
+        x_world_sensor: npt.ArrayLike | None = None,
+        *,
+        up: npt.ArrayLike | None = None,
+        sensor: enums.SensorModel | str | float = "kinect",
+        sensor_name: str = "",
+        normals: npt.ArrayLike | None = None,
+        mode: enums.IngestMode | str = "update",
+        labels: bool = True,
+        clustering: enums.Clustering | str = "objects",
+        search: Sequence[str] = _SEARCHES,
+        time_budget_s: float | None = None,
+        expected_revision: int | None = None,
+    ) -> ingest.IngestResult:
+        """Shows the world a scan, and returns what it made of it.
+
+        points: (N, 3), or (H, W, 3) as an organised cloud, metres in the sensor's frame; NaN where
+        the sensor saw nothing. x_world_sensor: pose of the sensor, (4, 4) or (7,); None: estimated
+        once for each `sensor_name`, with `up` (3,), in the sensor's frame, if given. sensor:
+        "kinect", "realsense", "time_of_flight", "tilting_laser", or the standard deviation of its
+        noise in metres. normals: like points. search: kinds of shapes, of "planes", "cylinders",
+        "spheres" and "cones".
+        """
+        header, cloud = ingest.make_header(points, normals)
+        header.world = self.name
+        header.sensor = arrays.text(sensor_name, "sensor_name")
+        header.request_id = new_request_id()
+        header.mode = enums.word(enums.IngestMode, mode, "mode")
+        header.want_point_labels = bool(labels)
+        header.options.clustering = enums.word(enums.Clustering, clustering, "clustering")
+        for kind in (
+            unknown for unknown in arrays.texts(search, "search") if unknown not in _SEARCHES
+        ):
+            raise ValueError(f"search has {kind!r}, must be of {', '.join(_SEARCHES)}")
+        for kind in _SEARCHES:
+            setattr(header.options, f"search_{kind}", kind in search)
+        ingest.set_sensor(header, sensor)
+        ingest.set_pose(header, x_world_sensor, up)
+        if time_budget_s is not None:
+            header.time_budget.FromNanoseconds(
+                round(1e9 * arrays.number(time_budget_s, "time_budget_s", low=0))
+            )
+        if expected_revision is not None:
+            header.expected_revision = arrays.count(expected_revision, "expected_revision")
+        reply = self.connection.repeat(
+            lambda left_s: self.connection.perception.IngestCloud(
+                ingest.messages(header, cloud), timeout=left_s
+            ),
+            self.timeout_s,
+        )
+        held = header.mode != perception_pb2.INGEST_MODE_SEGMENT_ONLY
+        view = self.as_of(reply.revision, reply.world_uid) if held else None
+        return ingest.result_of(reply, view, ingest.labels_of(reply, self) if labels else None)
+
+    # What is changed.
+
+    def apply(
+        self, changes_in_order: Sequence[Change], *, expected_revision: int | None = None
+    ) -> int:
+        """All changes in order, or none; one revision. RevisionConflict when the world, or an
+        object, has another one than the one expected.
+        """
+        request = world_pb2.ApplyChangesRequest(
+            world=self.name,
+            request_id=new_request_id(),
+            changes=changes.changes_to_proto(changes_in_order, "changes"),
+        )
+        if expected_revision is not None:
+            request.expected_revision = arrays.count(expected_revision, "expected_revision")
+        return self.connection.with_meshes(
+            changes.meshes_of(changes_in_order),
+            self.timeout_s,
+            lambda: self.connection.call(
+                self.connection.worlds.ApplyChanges, request, self.timeout_s
+            ),
+        ).revision
+
+    def put(
+        self,
+        name: str,
+        shape: shapes.ShapeLike,
+        pose: npt.ArrayLike | None = None,
+        *,
+        margin_m: float = 0.0,
+        supported_by: str = "",
+        expected_revision: int | None = None,
+    ) -> int:
+        """Adds an object, or replaces the one of the name: a shape or several (`Placed`), at
+        X_WO, (4, 4) or (7,).
+        """
+        return self.apply(
+            [
+                changes.Put(
+                    name, shape, pose, margin_m, supported_by, expected_revision=expected_revision
+                )
+            ]
+        )
+
+    def move(self, name: str, pose: npt.ArrayLike, *, expected_revision: int | None = None) -> int:
+        """Moves an object to X_WO, (4, 4) or (7,)."""
+        return self.apply([changes.Move(name, pose, expected_revision=expected_revision)])
+
+    def remove(self, name: str, *, expected_revision: int | None = None) -> int:
+        return self.apply([changes.Remove(name, expected_revision=expected_revision)])
+
+    def attach(
+        self,
+        name: str,
+        robot: str,
+        link: str,
+        pose: npt.ArrayLike | None = None,
+        *,
+        touch_links: Sequence[str] = (),
+    ) -> int:
+        """Fixes an object to a link of a robot at X_link_object, by default where it is: it
+        moves with the link from now on.
+        """
+        return self.apply([changes.Attach(name, robot, link, pose, touch_links)])
+
+    def detach(self, name: str) -> int:
+        """Lets an object stand where it is."""
+        return self.apply([changes.Detach(name)])
+
+    def allow(
+        self, a: Thing, b: Thing, *, expires_after_s: float | None = None, withdraw: bool = False
+    ) -> int:
+        """Lets two things touch: each a name, (robot, link), or "*" for everything."""
+        return self.apply([changes.Allow(a, b, expires_after_s, withdraw)])
+
+    def margin(self, a: Thing, b: Thing, margin_m: float | None) -> int:
+        """Sets the margin of a pair; None ends it."""
+        return self.apply([changes.Margin(a, b, margin_m)])
+
+    def set_robot_state(
+        self,
+        robot: str,
+        joints: Mapping[str, float] | None = None,
+        *,
+        named_state: tuple[str, str] | None = None,
+        pose: npt.ArrayLike | None = None,
+        expected_revision: int | None = None,
+    ) -> int:
+        """Where a robot is: a state of its SRDF (group, state), joints on top of it in rad or m,
+        its base X_WB.
+        """
+        return self.apply(
+            [
+                changes.SetState(
+                    robot, joints, named_state, pose, expected_revision=expected_revision
+                )
+            ]
+        )
+
+    def load_robot(
+        self,
+        urdf: robots.PathOrText,
+        *,
+        srdf: robots.PathOrText | None = None,
+        spheres: robots.PathOrText | None = None,
+        package_dirs: Sequence[robots.PathOrText] = (),
+        name: str = "",
+        pose: npt.ArrayLike | None = None,
+        joints: Mapping[str, float] | None = None,
+        named_state: tuple[str, str] | None = None,
+    ) -> robots.Robot:
+        """Loads a robot, in place of another one of its name. Files are paths, or texts that begin
+        with "<".
+
+        spheres: a "spherized" URDF of the same links. package_dirs: where package:// URIs begin, by
+        default the folder of the URDF and the three above it; FileNotFoundError names a mesh that
+        is not there. pose: X_WB.
+        """
+        text, folder = robots.read_text(urdf, "urdf")
+        header = robot_pb2.LoadRobotHeader(
+            world=self.name, name=arrays.text(name, "name"), urdf=text, request_id=new_request_id()
+        )
+        if srdf is not None:
+            header.srdf = robots.read_text(srdf, "srdf")[0]
+        if spheres is not None:
+            header.spheres = robots.read_text(spheres, "spheres")[0]
+        if pose is not None:
+            header.x_world_base.CopyFrom(poses.to_proto(pose, "pose"))
+        if joints is not None or named_state is not None:
+            header.initial_state.CopyFrom(robots.joint_state(joints, named_state, "joints"))
+        files = {
+            uri: robots.find_mesh(uri, folder, package_dirs).read_bytes()
+            for uri in robots.collision_mesh_uris(text)
+        }
+        reply = self.connection.repeat(
+            lambda left_s: self.connection.robots.LoadRobot(
+                _robot_messages(header, files), timeout=left_s
+            ),
+            self.timeout_s,
+        )
+        return robots.robot_from_proto(reply.robot) if reply.HasField("robot") else self.robot(name)
+
+    def delete_robot(self, name: str) -> int:
+        request = robot_pb2.DeleteRobotRequest(
+            world=self.name, name=arrays.text(name, "name"), request_id=new_request_id()
+        )
+        return self.connection.call(
+            self.connection.robots.DeleteRobot, request, self.timeout_s
+        ).revision
+
+    # What happens.
+
+    def watch(
+        self,
+        *,
+        from_revision: int | None = None,
+        coalesced: bool = False,
+        view: enums.ObjectView | str = "shapes",
+        give_up_after_s: float | None = None,
+    ) -> watch.Watch:
+        """The world as it is and then what happens to it: see `cwm.watch`. `with world.watch() as
+        events: ...` ends it.
+
+        from_revision: only what comes after it. coalesced: of a burst only the newest state of each
+        object. give_up_after_s: how long to look for a server that went away; None: for good.
+        """
+        request = world_pb2.WatchWorldRequest(
+            world=self.name,
+            view=enums.word(enums.ObjectView, view, "view"),
+            mode=world_pb2.WATCH_MODE_COALESCED if coalesced else world_pb2.WATCH_MODE_LOSSLESS,
+        )
+        if from_revision is not None:
+            request.from_revision = arrays.count(from_revision, "from_revision")
+        return watch.Watch(self, request, check_timeout(give_up_after_s))
+
+
+def _robot_messages(header: robot_pb2.LoadRobotHeader, files: Mapping[str, bytes]):
+    yield robot_pb2.LoadRobotRequest(header=header)
+    for name, data in files.items():
+        yield robot_pb2.LoadRobotRequest(file=robot_pb2.RobotFile(name=name, total_bytes=len(data)))
+        yield from upload_chunks(
+            data,
+            lambda offset, piece, crc: robot_pb2.LoadRobotRequest(
+                chunk=robot_pb2.RobotFileChunk(offset=offset, data=piece, crc32c=crc)
+            ),
+        )
+    yield robot_pb2.LoadRobotRequest(finish=robot_pb2.LoadRobotFinish())

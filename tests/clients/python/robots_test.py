@@ -1,0 +1,196 @@
+"""Robots: two links of a planar arm, whose kinematics the test knows by heart."""
+
+import pathlib
+import tempfile
+import unittest
+
+import numpy as np
+
+import cwm
+from server_case import ServerCase
+
+URDF = """<robot name="arm">
+  <link name="base"/>
+  <link name="upper"><collision><origin xyz="0.5 0 0"/>
+    <geometry><sphere radius="0.1"/></geometry></collision></link>
+  <link name="lower"><collision><origin xyz="0.5 0 0"/>
+    <geometry><sphere radius="0.1"/></geometry></collision></link>
+  <joint name="shoulder" type="revolute"><parent link="base"/><child link="upper"/>
+    <axis xyz="0 0 1"/>
+    <limit lower="-3" upper="3"/></joint>
+  <joint name="elbow" type="revolute"><parent link="upper"/><child link="lower"/>
+    <origin xyz="0.5 0 0"/><axis xyz="0 0 1"/>
+    <limit lower="-2" upper="2"/></joint></robot>"""
+SRDF = """<robot name="arm"><group name="both"><joint name="shoulder"/><joint name="elbow"/></group>
+  <group name="wrist"><joint name="elbow"/></group>
+  <group_state name="bent" group="both">
+    <joint name="shoulder" value="0.5"/><joint name="elbow" value="1"/></group_state>
+  <disable_collisions link1="upper" link2="lower" reason="Adjacent"/></robot>"""
+
+
+def hands(states: np.ndarray) -> np.ndarray:
+    """(N, 2): where the sphere of the lower link is."""
+    first, both = states[:, 0], states.sum(axis=1)
+    return 0.5 * np.column_stack([np.cos(first) + np.cos(both), np.sin(first) + np.sin(both)])
+
+
+class Robots(ServerCase):
+    def setUp(self) -> None:
+        super().setUp()
+        self.arm = self.world.load_robot(URDF, srdf=SRDF, spheres=URDF)
+
+    def test_tell_what_they_are(self):
+        self.assertEqual([link.name for link in self.arm.links], ["base", "upper", "lower"])
+        self.assertEqual(self.arm.links[2].joint_kind, cwm.JointKind.REVOLUTE)
+        np.testing.assert_array_equal(self.arm.limits("both"), [[-3, 3], [-2, 2]])
+        np.testing.assert_array_equal(self.arm.limits("wrist"), [[-2, 2]])
+        np.testing.assert_array_equal(self.arm.row("both", "bent"), [0.5, 1])
+        self.assertEqual(self.world.robots(), [self.world.robot("arm")])
+        with self.assertRaises(cwm.NotFound) as caught:
+            self.world.robot("leg")
+        self.assertEqual(caught.exception.reason, "ROBOT_UNKNOWN")
+
+    def test_are_asked_about_many_states(self):
+        self.world.put("ball", cwm.Sphere(0.2), cwm.pose([0.6, 0.5, 0]))
+        states = np.random.default_rng(8).uniform([-3, -2], [3, 2], (70_000, 2))
+        subject = cwm.RobotSubject("arm", "both", scope="world")
+        upper = 0.5 * np.column_stack([np.cos(states[:, 0]), np.sin(states[:, 0])])
+        gap_m = (
+            np.minimum(
+                *(np.linalg.norm(place - [0.6, 0.5], axis=1) for place in (hands(states), upper))
+            )
+            - 0.3
+        )
+        answer = self.world.check(subject, states)
+        decided = np.abs(gap_m) > 1e-9
+        np.testing.assert_array_equal(answer.collision[decided], gap_m[decided] < 0)
+        self.assertEqual(set(answer.objects[answer.collision]), {"ball"})
+        self.assertEqual(answer.body_links, ("upper", "lower"))
+        np.testing.assert_allclose(
+            self.world.distance(subject, states).distance_m, gap_m, atol=1e-9
+        )
+        single = self.world.check(subject, states.astype(np.float32), verdicts_only=True)
+        self.assertGreater(np.mean(single.verdict == answer.verdict), 0.999)
+        given = self.world.check(
+            cwm.RobotSubject("arm", "both", "world", "spheres_as_given"), states
+        )
+        np.testing.assert_array_equal(given.verdict[decided], answer.verdict[decided])
+
+    def test_are_asked_where_they_stand(self):
+        self.world.put("ball", cwm.Sphere(0.2), cwm.pose([1, 0, 0]))
+        self.assertEqual(self.world.check(cwm.RobotSubject("arm")).objects.tolist(), ["ball"])
+        self.world.set_robot_state("arm", named_state=("both", "bent"))
+        self.assertEqual(self.world.robot("arm").state, {"shoulder": 0.5, "elbow": 1.0})
+        self.assertTrue(self.world.check(cwm.RobotSubject("arm")).free[0])
+        self.world.set_robot_state("arm", {"elbow": 0.25}, pose=cwm.pose([0, 0, 1]))
+        robot = self.world.robot("arm")
+        self.assertEqual(
+            (robot.state["shoulder"], robot.state["elbow"], robot.pose[2, 3]), (0.5, 0.25, 1)
+        )
+        at_origin = cwm.RobotSubject("arm", "wrist", pose=np.eye(4), base_state={"shoulder": 0})
+        self.assertEqual(
+            self.world.check(at_origin, [[0.0], [2.0]]).collision.tolist(), [True, False]
+        )
+
+    def test_say_what_is_out_of_limits_and_certify_motions(self):
+        both = cwm.RobotSubject("arm", "both")
+        self.assertEqual(self.world.check(both, [[0, 2.5]]).verdict[0], cwm.Verdict.OUT_OF_LIMITS)
+        self.world.put("ball", cwm.Sphere(0.2), cwm.pose([1, 0, 0]))
+        answer = self.world.motions(both, [[-1, 0], [1, 0]], [[1, 0], [2, 0]])
+        self.assertEqual(
+            answer.verdict.tolist(), [cwm.MotionVerdict.CONTACT, cwm.MotionVerdict.FREE]
+        )
+
+    def test_carry_what_is_attached(self):
+        self.world.put("cup", cwm.Sphere(0.05), cwm.pose([1.2, 0, 0]))
+        self.world.attach("cup", "arm", "lower", touch_links=["upper"])
+        cup = self.world.get("cup")
+        self.assertEqual(
+            (cup.attachment.robot, cup.attachment.link, cup.attachment.touch_links),
+            ("arm", "lower", ("upper",)),
+        )
+        self.world.set_robot_state("arm", {"shoulder": np.pi / 2})
+        np.testing.assert_allclose(self.world.get("cup").position, [0, 1.2, 0], atol=1e-9)
+        self.world.put("wall", cwm.Box(0.1, 1, 1), cwm.pose([1.28, 0, 0]))
+        hit = self.world.check(cwm.RobotSubject("arm", "both"), [[0, 0]])
+        self.assertEqual((hit.objects[0], hit.body_objects[hit.body_part[0]]), ("wall", "cup"))
+        self.world.detach("cup")
+        self.assertIsNone(self.world.get("cup").attachment)
+
+    def test_are_loaded_from_files_with_meshes(self):
+        with tempfile.TemporaryDirectory() as folder:
+            package = pathlib.Path(folder) / "my_robot"
+            (package / "urdf").mkdir(parents=True)
+            urdf = package / "urdf" / "box.urdf"
+            urdf.write_text(
+                """<robot name="box"><link name="base"><collision><geometry>
+                <mesh filename="package://my_robot/meshes/box.obj"/>
+                </geometry></collision></link></robot>"""
+            )
+            with self.assertRaisesRegex(
+                FileNotFoundError,
+                "mesh package://my_robot/meshes/box.obj of the URDF was not found",
+            ):
+                self.world.load_robot(urdf)
+            (package / "meshes").mkdir()
+            (package / "meshes" / "box.obj").write_text(
+                "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n"
+            )
+            for dirs in ((), (folder,)):
+                self.assertEqual(
+                    self.world.load_robot(urdf, package_dirs=dirs).links[0].triangle_count, 4
+                )
+        self.world.delete_robot("box")
+        self.assertEqual([robot.name for robot in self.world.robots()], ["arm"])
+
+    def test_that_cannot_be_are_refused(self):
+        both = cwm.RobotSubject("arm", "both")
+        cases = [
+            (
+                lambda: self.world.check(both, np.empty((0, 2))),
+                ValueError,
+                r"rows has the shape \(0, 2\)",
+            ),
+            (
+                lambda: self.world.check(both, [[0, np.nan]]),
+                ValueError,
+                r"rows\[0, 1\] is nan, must be finite",
+            ),
+            (
+                lambda: self.world.check(both, np.zeros((2, 2, 2))),
+                ValueError,
+                r"rows has the shape \(2, 2, 2\)",
+            ),
+            (
+                lambda: self.world.check(cwm.RobotSubject("arm", scope="all"), [[0, 0]]),
+                ValueError,
+                "scope is 'all'",
+            ),
+            (
+                lambda: self.world.set_robot_state("arm", [1, 2]),
+                TypeError,
+                r"joints is \[1, 2\], must be a mapping",
+            ),
+            (
+                lambda: self.world.set_robot_state("arm", named_state="bent"),
+                TypeError,
+                "must be .group, state.",
+            ),
+            (lambda: self.world.load_robot(3), TypeError, "urdf is 3, must be a path or the text"),
+            (lambda: self.world.load_robot("/no/such.urdf"), FileNotFoundError, "/no/such.urdf"),
+        ]
+        for ask, kind, message in cases:
+            with self.subTest(message), self.assertRaisesRegex(kind, message):
+                ask()
+        for ask in (
+            lambda: self.world.check(both, [[0, 0, 0]]),
+            lambda: self.world.load_robot("<robot>"),
+            lambda: self.world.check(cwm.RobotSubject("arm", "leg"), [[0]]),
+        ):
+            with self.assertRaises((cwm.InvalidArgument, cwm.NotFound)) as caught:
+                ask()
+            self.assertTrue(caught.exception.reason)
+
+
+if __name__ == "__main__":
+    unittest.main()
