@@ -57,6 +57,7 @@ from cwm.errors import (
     Unavailable,
     WorldReplaced,
 )
+from cwm.exports import ExportedWorld
 from cwm.ingest import IngestChanges, IngestReport, IngestResult
 from cwm.objects import Attachment, FitQuality, Handle, Object, OrientedBox, Part, Surface, Vessel
 from cwm.poses import pose
@@ -107,6 +108,7 @@ __all__ = [
         "connection",
         "enums",
         "errors",
+        "exports",
         "ingest",
         "objects",
         "poses",

@@ -164,6 +164,10 @@ class Clustering(enum.IntEnum):
 class ExportFormat(enum.IntEnum):
     MOVEIT_SCENE = 1
     MOVEIT_YAML = 2
+    GLB = 3
+    PLY = 4
+    URDF = 5
+    SDF = 6
 
 
 def word(kind: Type[Word], value: Word | str | int, name: str) -> Word:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Iterator, Sequence, Unpack
 import numpy as np
 import numpy.typing as npt
 
-from cwm import arrays, enums, objects, queries, results, robots, shapes, watch
+from cwm import arrays, enums, exports, objects, queries, results, robots, shapes, watch
 from cwm.bulk import Bulk
 from cwm.connection import Connection
 from cwm.queries import Batches, Merged, QueryOptions
@@ -205,9 +205,11 @@ class WorldView:
 
     def export(
         self, format: enums.ExportFormat | str = "moveit_scene", *, robot: str = ""
-    ) -> bytes:
-        """The world as a file of another tool; `robot`: of "moveit_yaml", whose state and frame
-        it is.
+    ) -> exports.ExportedWorld:
+        """The world as a file of another tool: `world.export("glb").save("kitchen.glb")`.
+
+        format: "moveit_scene", "moveit_yaml", "glb", "ply", "urdf" or "sdf"; robot: of
+        "moveit_yaml", whose state and frame it is.
         """
         request = world_pb2.ExportWorldRequest(
             world=self.name,
@@ -216,7 +218,7 @@ class WorldView:
         )
         self.fill_revision(request)
         calls = self.connection.stream(self.connection.worlds.ExportWorld, request, self.timeout_s)
-        return b"".join(reply.data for reply in calls)
+        return exports.exported_from_replies(list(calls))
 
     def _ask(
         self, method, kind, subject: Subject, options: QueryOptions, answers_a_row: int = 1

@@ -2,6 +2,8 @@
 it.
 """
 
+import pathlib
+import tempfile
 import unittest
 
 import numpy as np
@@ -177,12 +179,25 @@ class Worlds(ServerCase):
 
     def test_go_to_other_tools(self):
         self.world.put("ball", cwm.Sphere(0.1))
-        self.assertIn(b"* ball\n", self.world.export())
-        self.assertIn(b"ball", self.world.export("moveit_yaml"))
+        self.assertIn(b"* ball\n", self.world.export().data)
+        self.assertIn(b"ball", self.world.export("moveit_yaml").data)
+        self.assertEqual(self.world.export("glb").data[:4], b"glTF")
         with self.assertRaisesRegex(
-            ValueError, "format is 'blender', must be one of moveit_scene, moveit_yaml"
+            ValueError, "format is 'blender', must be one of moveit_scene, moveit_yaml, glb"
         ):
             self.world.export("blender")
+
+    def test_go_to_simulators_with_their_meshes_beside(self):
+        self.world.put("cup", cwm.Cone(0.03, 0.04, 0.1))
+        exported = self.world.export("urdf")
+        self.assertEqual(list(exported.files), [f"{self.world.name}_meshes/0_cup.stl"])
+        self.assertTrue(any("truncated cone" in warning for warning in exported.warnings))
+        with tempfile.TemporaryDirectory() as folder:
+            exported.save(f"{folder}/kitchen.urdf")
+            for name, data in exported.files.items():
+                self.assertIn(name.encode(), exported.data)
+                self.assertEqual(pathlib.Path(folder, name).read_bytes(), data)
+            self.assertEqual(pathlib.Path(folder, "kitchen.urdf").read_bytes(), exported.data)
 
     def test_keep_revisions_for_a_while(self):
         for i in range(300):
