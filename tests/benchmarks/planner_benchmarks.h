@@ -1,0 +1,18 @@
+// What measures the motion planner.
+#pragma once
+
+#include <cstddef>
+
+#include "clients/planner/plan_motion.h"
+#include "tests/benchmarks/report.h"
+
+namespace cwm::benchmarks {
+
+struct PlannerMeasure {
+  std::size_t first = 0, step = 1;  // of the 700 problems: 1 takes all
+  bool beside_fcl = true;
+  planner::PlanOptions options = {};
+};
+void MeasurePlanner(const PlannerMeasure& measure, Report& report);
+
+}  // namespace cwm::benchmarks
