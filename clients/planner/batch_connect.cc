@@ -63,7 +63,9 @@ bool BatchConnect::TryDirectly() {
     status_ = batch_.Ask();
     if (!status_.ok() || !batch_.IsFree(edge)) return false;
   }
-  const auto row = [&](int tree) { return Row(Tree(tree).row(0).begin(), Tree(tree).row(0).end()); };
+  const auto row = [&](int tree) {
+    return Row(Tree(tree).row(0).begin(), Tree(tree).row(0).end());
+  };
   Publish({row(0), row(1)});
   return true;
 }
@@ -100,7 +102,8 @@ std::vector<int> BatchConnect::Grow(int tree) {
   return reached;
 }
 
-std::vector<BatchConnect::Meeting> BatchConnect::Connect(int tree, const std::vector<int>& reached) {
+std::vector<BatchConnect::Meeting> BatchConnect::Connect(int tree,
+                                                         const std::vector<int>& reached) {
   JointTree& other = Tree(1 - tree);
   std::vector<int> nearest;
   for (const int node : reached) {

@@ -34,9 +34,8 @@ JointSpace::JointSpace(std::vector<Joint> joints, std::uint32_t seed)
   }
   // Not setBounds: OMPL refuses a joint whose limits are one value, which may well stand still.
   bounds_ = bounds;
-  setStateSamplerAllocator([seed](const ob::StateSpace* space) {
-    return std::make_shared<SeededSampler>(space, seed);
-  });
+  setStateSamplerAllocator(
+      [seed](const ob::StateSpace* space) { return std::make_shared<SeededSampler>(space, seed); });
 }
 
 std::optional<std::size_t> JointSpace::OutOfLimits(std::span<const double> row) const {

@@ -121,9 +121,8 @@ class Shortening {
     for (std::size_t k = 0; k < cuts.size(); ++k) {
       if (batch_.IsFree(k)) order.push_back(k);
     }
-    std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-      return cuts[a].saving > cuts[b].saving;
-    });
+    std::stable_sort(order.begin(), order.end(),
+                     [&](std::size_t a, std::size_t b) { return cuts[a].saving > cuts[b].saving; });
     for (const std::size_t k : order) {
       const bool is_apart = std::all_of(chosen.begin(), chosen.end(), [&](const Cut& other) {
         return cuts[k].to.along <= other.from.along || other.to.along <= cuts[k].from.along;
@@ -162,7 +161,7 @@ class Shortening {
   ompl::RNG random_;
   std::vector<Row> path_;
   std::vector<std::vector<Row>> earlier_;  // before each round that changed it
-  std::vector<double> along_;  // of each vertex
+  std::vector<double> along_;              // of each vertex
   std::size_t taken_ = 0;
 };
 

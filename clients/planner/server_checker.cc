@@ -50,8 +50,8 @@ absl::StatusOr<std::vector<std::uint8_t>> ServerChecker::Answer(std::span<const 
     if (!status.ok()) return status;
   }
   if (free.size() * width != rows.size()) {
-    return absl::DataLossError(absl::StrCat("the server answered ", free.size(), " of ",
-                                            rows.size() / width, " states"));
+    return absl::DataLossError(
+        absl::StrCat("the server answered ", free.size(), " of ", rows.size() / width, " states"));
   }
   return free;
 }

@@ -38,9 +38,8 @@ class FclChecker : public planner::StateChecker {
  private:
   absl::StatusOr<std::vector<std::uint8_t>> Answer(std::span<const double> rows,
                                                    std::size_t) override {
-    const collision::JointRows states(
-        *all_.robot->model, *all_.arm,
-        {.base = DefaultVariables(*all_.robot->model), .rows = rows});
+    const collision::JointRows states(*all_.robot->model, *all_.arm,
+                                      {.base = DefaultVariables(*all_.robot->model), .rows = rows});
     std::vector<std::uint8_t> free(states.size());
     for (std::size_t k = 0; k < states.size(); ++k) {
       states.Place(k, X_WL_);

@@ -1,4 +1,4 @@
-#include "clients/cli/scene_robot.h"
+#include "clients/scene/scene_robot.h"
 
 #include <algorithm>
 #include <cmath>
@@ -6,10 +6,10 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
-#include "clients/cli/scene_objects.h"
 #include "clients/formats/format_error.h"
+#include "clients/scene/scene_objects.h"
 
-namespace cwm::cli {
+namespace cwm::scene {
 namespace {
 
 namespace pb = cwm::v1;
@@ -116,4 +116,4 @@ SceneState StateOf(const formats::SceneRobotState& scene, const pb::Robot& robot
   return state;
 }
 
-}  // namespace cwm::cli
+}  // namespace cwm::scene

@@ -7,7 +7,7 @@
 #include "clients/formats/scene_file.h"
 #include "cwm/v1/world.pb.h"
 
-namespace cwm::cli {
+namespace cwm::scene {
 
 // "a, b, c" of the first five, printable, "and 4 more" of the rest.
 std::string Listed(const std::vector<std::string>& names);
@@ -37,4 +37,4 @@ struct SceneRules {
 // scene that it may touch.
 SceneRules RulesOf(const formats::SceneFile& scene, const cwm::v1::Robot* robot);
 
-}  // namespace cwm::cli
+}  // namespace cwm::scene
