@@ -1,0 +1,320 @@
+#include "clients/planner/command.h"
+
+#include <ompl/util/Console.h>
+#include <CLI/CLI.hpp>
+
+#include <chrono>
+#include <cmath>
+#include <map>
+#include <optional>
+#include <ostream>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "clients/cli/exit_code.h"
+#include "clients/cli/number_list.h"
+#include "clients/cli/one_of.h"
+#include "clients/cpp/connection.h"
+#include "clients/formats/file_bytes.h"
+#include "clients/formats/motion_request.h"
+#include "clients/planner/path_answers.h"
+#include "clients/planner/plan_motion.h"
+#include "clients/planner/plan_report.h"
+#include "clients/planner/planned_group.h"
+#include "clients/planner/planning_world.h"
+#include "clients/planner/server_checker.h"
+#include "clients/scene/scene_robot.h"
+
+namespace cwm::planner {
+namespace {
+
+using cli::UsageError;
+
+constexpr char kDescription[] =
+    "cwm-plan: a motion of a robot that the server has, free of collision\n\n"
+    "Examples:\n"
+    "  cwm-plan --robot panda --problem scene0001.yaml request0001.yaml\n"
+    "  cwm-plan --robot panda --group panda_arm --goal ready\n"
+    "  cwm-plan --group panda_arm --start ready --goal=-1.2,0.3,0,-1.9,0,1.6,0.8 -o json\n"
+    "  cwm-plan request.yaml --certify\n\n"
+    "Without a start, from where the robot stands; options go before what the request says. The\n"
+    "world is not changed: a scene given with --problem is laid over the questions.\n\n"
+    "Exit codes: 0 solved, 1 usage, 2 unavailable, 3 not found, 4 revision conflict, 5 deadline,\n"
+    "6 permission, 7 resource exhausted, 8 bad input, 10 start in collision, 11 goal in "
+    "collision,\n"
+    "12 start out of limits, 13 goal out of limits, 14 no path in the time given, 15 path not\n"
+    "certified (with --certify), 70 anything else.";
+
+// Of text that people and planners write.
+constexpr std::int64_t kMaxSceneBytes = 64 << 20, kMaxRequestBytes = 1 << 20;
+constexpr double kLongestPlan_s = 86'400;
+
+enum class Form { kTable = 1, kJson };
+
+struct Arguments {
+  std::string request, problem, robot, start, goal, address, world;
+  std::optional<std::string> group;
+  std::optional<double> time_s;
+  PlanOptions options;
+  Form form = Form::kTable;
+  bool certify = false;
+};
+
+void AddOptions(CLI::App& app, Arguments& arguments) {
+  static const std::map<std::string, Form> kForms = {{"table", Form::kTable},
+                                                     {"json", Form::kJson}};
+  app.add_option("REQUEST", arguments.request, "a MoveIt motion plan request (YAML)");
+  app.add_option(
+         "--problem", arguments.problem,
+         "a MoveIt planning scene (YAML or .scene) to plan in, instead of what the world has")
+      ->type_name("SCENE");
+  app.add_option("--robot", arguments.robot, "a robot of the world; default: the only one")
+      ->type_name("NAME");
+  app.add_option("--group", arguments.group,
+                 "the joints that move; default: the request's, else all of the robot's")
+      ->type_name("NAME");
+  app.add_option("--start", arguments.start,
+                 "rad, m (--start=-1,... where it begins with a minus), or a state that the SRDF "
+                 "names; default: the request's, else as the robot stands")
+      ->type_name("V,V,...|STATE");
+  app.add_option("--goal", arguments.goal, "likewise; default: the request's")
+      ->type_name("V,V,...|STATE");
+  app.add_option("--time", arguments.time_s,
+                 "seconds to look for a path; default: the request's, else 5")
+      ->type_name("S");
+  app.add_option("--range", arguments.options.connect.range,
+                 "the longest motion that the search grows by; default: 1 (rad, m)")
+      ->type_name("D");
+  app.add_option("--seed", arguments.options.seed, "the same seed plans the same; default: 1")
+      ->type_name("N");
+  app.add_flag("--certify", arguments.certify,
+               "ask the server about the path between its states as well: some tens of "
+               "milliseconds more");
+  app.add_option("--addr", arguments.address,
+                 "unix:PATH or HOST:PORT of the server; default $CWM_ADDR, else "
+                 "unix:${XDG_RUNTIME_DIR:-/tmp}/cwm-$UID.sock")
+      ->type_name("ADDR");
+  app.add_option("-w,--world", arguments.world, "the world; default: \"default\"")
+      ->type_name("NAME");
+  app.add_option("-o,--output", arguments.form, "table (default) or json")
+      ->transform(cli::OneOf(kForms))
+      ->type_name("FORM");
+}
+
+absl::Status CheckArguments(const Arguments& arguments) {
+  if (arguments.goal.empty() && arguments.request.empty()) {
+    return UsageError("--goal, or a request with one, must be given");
+  }
+  if (arguments.time_s && !(*arguments.time_s > 0 && *arguments.time_s <= kLongestPlan_s)) {
+    return UsageError(absl::StrCat("--time is ", *arguments.time_s,
+                                   ", must be more than 0 and at most ", kLongestPlan_s, " s"));
+  }
+  const double range = arguments.options.connect.range;
+  if (!(range >= kCoarseStep && range <= 1e6)) {
+    return UsageError(
+        absl::StrCat("--range is ", range, ", must be at least ", kCoarseStep, " and at most 1e6"));
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<formats::MotionRequest> ReadRequest(const Arguments& arguments) {
+  if (arguments.request.empty()) return formats::MotionRequest();
+  const auto bytes = formats::ReadFileBytes(arguments.request, kMaxRequestBytes);
+  if (!bytes.ok()) return bytes.status();
+  return formats::ParseMotionRequest(*bytes, arguments.request);
+}
+
+absl::StatusOr<Surroundings> ReadSurroundings(const client::Connection& connection,
+                                              const Arguments& arguments,
+                                              const PlanningWorld& world) {
+  if (arguments.problem.empty()) return AsItIs(world);
+  const auto bytes = formats::ReadFileBytes(arguments.problem, kMaxSceneBytes);
+  if (!bytes.ok()) return bytes.status();
+  const auto scene = formats::ParseScene(*bytes, arguments.problem);
+  if (!scene.ok()) return scene.status();
+  return SceneAlone(connection, world, *scene);
+}
+
+absl::Status About(const std::string& what, const absl::Status& status) {
+  return absl::Status(status.code(), absl::StrCat(what, ": ", std::string(status.message())));
+}
+
+// What --start or --goal says.
+absl::StatusOr<Row> ParseEnd(const std::string& option, const std::string& text,
+                             const v1::Robot& robot, const PlannedGroup& group) {
+  if (!cli::StartsWithNumber(text)) {
+    auto row = NamedState(robot, group, text);
+    if (!row.ok())
+      return UsageError(absl::StrCat(option, ": ", std::string(row.status().message())));
+    return row;
+  }
+  return cli::ParseNumbers(text,
+                           {option, absl::StrCat(group.joints.size(), " numbers, V,V,... (rad, m)"),
+                            group.joints.size()});
+}
+
+// Everything that is asked, from options and files.
+struct Task {
+  PlanningWorld world;
+  PlannedGroup group;
+  PlanProblem problem;
+  v1::CheckCollisionsRequest question;
+  PlanOptions options;
+};
+
+absl::StatusOr<Task> ReadTask(const client::Connection& connection, const Arguments& arguments,
+                              std::vector<std::string>& warnings) {
+  const auto request = ReadRequest(arguments);
+  if (!request.ok()) return request.status();
+  Task task;
+  auto world = ReadPlanningWorld(connection, arguments.world, arguments.robot);
+  if (!world.ok()) return world.status();
+  task.world = *std::move(world);
+  const auto surroundings = ReadSurroundings(connection, arguments, task.world);
+  if (!surroundings.ok()) return surroundings.status();
+  auto group = GroupOf(surroundings->robot, arguments.group.value_or(request->group));
+  if (!group.ok()) return group.status();
+  task.group = *std::move(group);
+  const scene::SceneState start = scene::StateOf(request->start, task.world.robot, "start_state");
+  for (const auto* list : {&request->warnings, &surroundings->warnings, &start.warnings}) {
+    warnings.insert(warnings.end(), list->begin(), list->end());
+  }
+  task.problem.joints = task.group.joints;
+  task.problem.start = With(task.group, task.group.standing, request->start.joints);
+  if (!arguments.start.empty()) {
+    auto row = ParseEnd("--start", arguments.start, surroundings->robot, task.group);
+    if (!row.ok()) return row.status();
+    task.problem.start = *std::move(row);
+  }
+  auto goal = arguments.goal.empty()
+                  ? WholeRow(task.group, request->goal)
+                  : ParseEnd("--goal", arguments.goal, surroundings->robot, task.group);
+  if (!goal.ok()) {
+    return arguments.goal.empty()
+               ? About(absl::StrCat(arguments.request, ": goal_constraints[0].joint_constraints"),
+                       goal.status())
+               : goal.status();
+  }
+  task.problem.goal = *std::move(goal);
+  task.question =
+      QuestionOf(task.world, *surroundings, task.group.name, task.problem.joints, start.set);
+  task.options = arguments.options;
+  if (request->allowed_time_s) task.options.time_limit_s = *request->allowed_time_s;
+  if (arguments.time_s) task.options.time_limit_s = *arguments.time_s;
+  return task;
+}
+
+PlanExit ExitOf(const PlanReport& report) {
+  switch (report.result.outcome) {
+    case Outcome::kSolved:
+      break;
+    case Outcome::kStartOutOfLimits:
+      return PlanExit::kStartOutOfLimits;
+    case Outcome::kGoalOutOfLimits:
+      return PlanExit::kGoalOutOfLimits;
+    case Outcome::kStartInCollision:
+      return PlanExit::kStartInCollision;
+    case Outcome::kGoalInCollision:
+      return PlanExit::kGoalInCollision;
+    case Outcome::kNoPath:
+      return PlanExit::kNoPath;
+  }
+  const bool doubted = report.certificate && report.certificate->verdict != v1::MOTION_VERDICT_FREE;
+  return doubted ? PlanExit::kNotCertified : PlanExit::kSolved;
+}
+
+// What is to be said of an outcome beside its name.
+absl::StatusOr<std::string> Reason(const client::Connection& connection, const Task& task,
+                                   const PlanResult& result) {
+  switch (result.outcome) {
+    case Outcome::kSolved:
+      return "";
+    case Outcome::kNoPath:
+      return absl::StrCat("none was found in ", task.options.time_limit_s,
+                          " s (--time); there may be none");
+    case Outcome::kStartInCollision:
+      return WhatCollides(connection, task.question, task.problem.start);
+    case Outcome::kGoalInCollision:
+      return WhatCollides(connection, task.question, task.problem.goal);
+    case Outcome::kStartOutOfLimits:
+    case Outcome::kGoalOutOfLimits:
+      break;
+  }
+  const bool is_start = result.outcome == Outcome::kStartOutOfLimits;
+  const Joint& joint = task.problem.joints[*result.joint];
+  return absl::StrCat(joint.name, " is ",
+                      (is_start ? task.problem.start : task.problem.goal)[*result.joint],
+                      ", must be ", joint.lower, " to ", joint.upper);
+}
+
+absl::StatusOr<PlanExit> Plan(const Arguments& arguments, std::ostream& out, std::ostream& err) {
+  if (absl::Status status = CheckArguments(arguments); !status.ok()) return status;
+  client::ConnectOptions options;
+  if (!arguments.address.empty()) options.address = arguments.address;
+  const client::Connection connection(options);
+  std::vector<std::string> warnings;
+  const auto task = ReadTask(connection, arguments, warnings);
+  for (const std::string& warning : warnings) err << "cwm-plan: warning: " << warning << "\n";
+  if (!task.ok()) return task.status();
+  ServerChecker checker(connection, task->question);
+  const auto result = PlanMotion(task->problem, checker, task->options);
+  if (!result.ok()) return result.status();
+  auto why = Reason(connection, *task, *result);
+  if (!why.ok()) return why.status();
+  PlanReport report{.world = task->world, .group = task->group, .result = *result, .why = *why};
+  if (arguments.certify && result->outcome == Outcome::kSolved) {
+    auto certificate = Certify(connection, task->question, result->path);
+    if (!certificate.ok()) return certificate.status();
+    report.certificate = *std::move(certificate);
+  }
+  if (arguments.form == Form::kJson) {
+    PrintJson(report, out);
+  } else {
+    PrintTable(report, out);
+  }
+  if (result->outcome != Outcome::kSolved) err << "cwm-plan: " << Summary(report) << "\n";
+  return ExitOf(report);
+}
+
+int Explain(const absl::Status& status, const std::string& address, std::ostream& err) {
+  const client::ErrorDetails details = client::DetailsOf(status);
+  err << "cwm-plan: " << status.message() << "\n";
+  for (const auto& [field, description] : details.fields) {
+    const std::string line = absl::StrCat(field, ": ", description);
+    if (line != status.message()) err << "  " << line << "\n";
+  }
+  if (absl::IsUnavailable(status)) {
+    err << "hint: tried " << address
+        << "; start `cwm-server`, or name another with --addr or CWM_ADDR\n";
+  } else if (cli::IsUsageError(status)) {
+    err << "hint: `cwm-plan --help` shows examples and units\n";
+  }
+  return static_cast<int>(cli::ExitCodeOf(status));
+}
+
+}  // namespace
+
+int Run(const std::vector<std::string>& arguments, std::ostream& out, std::ostream& err) {
+  ompl::msg::noOutputHandler();  // what it has to say is in the answers
+  Arguments parsed;
+  CLI::App app(kDescription, "cwm-plan");
+  app.set_version_flag("--version", "cwm-plan " CWM_VERSION);
+  AddOptions(app, parsed);
+  try {  // CLI11 reports by exceptions; they end here
+    app.parse(std::vector<std::string>(arguments.rbegin(), arguments.rend()));
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success)) {
+      return app.exit(error, out, err);
+    }
+    return Explain(UsageError(error.what()), "", err);
+  }
+  const auto exit = Plan(parsed, out, err);
+  out.flush();
+  if (!exit.ok()) {
+    return Explain(exit.status(), parsed.address.empty() ? DefaultAddress() : parsed.address, err);
+  }
+  if (!out) return Explain(absl::InternalError("stdout cannot be written"), "", err);
+  return static_cast<int>(*exit);
+}
+
+}  // namespace cwm::planner
