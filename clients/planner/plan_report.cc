@@ -96,6 +96,8 @@ void PrintTable(const PlanReport& report, std::ostream& out) {
           << report.certificate->what_is_met;
     }
     out << "\n";
+  } else if (result.outcome == Outcome::kSolved) {
+    out << absl::StrFormat("free at states %g apart; in between --certify asks\n", kFineStep);
   }
   out << "asked " << result.asked.states << " states in " << result.asked.batches
       << (result.asked.batches == 1 ? " batch" : " batches") << " of revision "
@@ -105,9 +107,12 @@ void PrintTable(const PlanReport& report, std::ostream& out) {
 void PrintJson(const PlanReport& report, std::ostream& out) {
   const PlanResult& result = report.result;
   nlohmann::ordered_json json = {
-      {"outcome", NameOf(result.outcome)}, {"why", report.why},
-      {"world", report.world.name},        {"world_uid", report.world.world_uid},
-      {"revision", report.world.revision}, {"robot", report.world.robot.name()},
+      {"outcome", NameOf(result.outcome)},
+      {"why", report.why},
+      {"world", report.world.name.empty() ? "default" : report.world.name},
+      {"world_uid", report.world.world_uid},
+      {"revision", report.world.revision},
+      {"robot", report.world.robot.name()},
       {"group", report.group.name}};
   json["joints"] = nlohmann::json::array();
   for (const Joint& joint : report.group.joints) json["joints"].push_back(joint.name);

@@ -2,19 +2,18 @@
 // and of FCL in process.
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <cstdio>
-#include <cstdlib>
-#include <functional>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "clients/planner/path_answers.h"
 #include "clients/planner/plan_motion.h"
 #include "clients/planner/server_checker.h"
 #include "collision/query/robot_body.h"
 #include "collision/robot/kinematics.h"
+#include "tests/benchmarks/benchmarks.h"
 #include "tests/benchmarks/fcl_robot.h"
 #include "tests/benchmarks/panda_problems.h"
 #include "tests/benchmarks/panda_server.h"
@@ -84,7 +83,7 @@ bool IsFreeByFcl(const planner::PlanProblem& plan, const std::vector<planner::Ro
 
 struct Tally {
   std::vector<double> times_ms, finding_ms;
-  int solved = 0, invalid = 0;
+  int solved = 0;
   double length = 0, found_length = 0, batches = 0, states = 0, rounds = 0;
 
   void Add(const PlanResult& result, double time_ms) {
@@ -114,7 +113,7 @@ struct Tally {
   }
 };
 
-// Of a plan and its time.
+// Of a plan and its time; nothing when the checker failed.
 std::optional<PlanResult> Plan(const planner::PlanProblem& problem, planner::StateChecker& checker,
                                const planner::PlanOptions& options, Tally& tally) {
   const auto start = std::chrono::steady_clock::now();
@@ -125,6 +124,100 @@ std::optional<PlanResult> Plan(const planner::PlanProblem& problem, planner::Sta
   return *result;
 }
 
+// Whether the server knows paths that were asked state by state to be free in between.
+struct Certificates {
+  int free = 0, contact = 0, doubt = 0;
+  std::vector<double> times_ms;
+
+  absl::Status Add(const client::Connection& connection, const v1::CheckCollisionsRequest& question,
+                   const std::vector<planner::Row>& path) {
+    const auto start = std::chrono::steady_clock::now();
+    const auto certificate = planner::Certify(connection, question, path);
+    const std::chrono::duration<double, std::milli> took = std::chrono::steady_clock::now() - start;
+    if (!certificate.ok()) return certificate.status();
+    times_ms.push_back(took.count());
+    if (certificate->verdict == v1::MOTION_VERDICT_FREE) {
+      ++free;
+    } else if (certificate->verdict == v1::MOTION_VERDICT_CONTACT) {
+      ++contact;
+    } else {
+      ++doubt;
+    }
+    return absl::OkStatus();
+  }
+};
+
+struct Measured {
+  Tally server, fcl;
+  int invalid = 0;
+  Certificates certificates;
+};
+
+absl::Status MeasureProblem(const PandaProblems& all, const PandaProblem& problem,
+                            const PlannerMeasure& measure, const client::Connection& connection,
+                            Measured& measured, Report& report) {
+  const std::string world = "planned";
+  if (const auto put = PutPandaProblem(connection, problem, world); !put.ok()) return put;
+  const planner::PlanProblem plan = ToPlan(all, problem);
+  const v1::CheckCollisionsRequest question = PandaIn(world, {}, v1::ROBOT_GEOMETRY_EXACT);
+  FclChecker fcl(all, problem);
+  planner::ServerChecker checker(connection, question);
+  const auto result = Plan(plan, checker, measure.options, measured.server);
+  if (!result) return absl::InternalError("the server failed");
+  if (result->outcome != planner::Outcome::kSolved) {
+    report.Detail(problem.name + ": not solved");
+  } else {
+    if (!IsFreeByFcl(plan, result->path, fcl)) {
+      ++measured.invalid;
+      report.Detail(problem.name + ": FCL finds the path in collision");
+    }
+    if (measure.certify) {
+      const auto status = measured.certificates.Add(connection, question, result->path);
+      if (!status.ok()) return status;
+    }
+  }
+  if (measure.beside_fcl && !Plan(plan, fcl, measure.options, measured.fcl)) {
+    return absl::InternalError("FCL failed");
+  }
+  v1::DeleteWorldRequest remove;
+  remove.set_world(world);
+  return connection.Call(&v1::WorldService::Stub::DeleteWorld, connection.worlds(), remove)
+      .status();
+}
+
+void AddFigures(const Measured& measured, Report& report) {
+  const std::string how =
+      "the Panda in the scenes of MotionBenchMaker, meshes, robot and scene loaded before; finding "
+      "and shortening by batches over one stream, client and server on the same cores; one seed";
+  report.Add({.key = "mbm_solved_of_700",
+              .value = static_cast<double>(measured.server.solved),
+              .unit = "problems",
+              .rival = "FCL in process, same planner",
+              .rival_value = static_cast<double>(measured.fcl.solved),
+              .how = how + ", at most 5 s each"});
+  report.Add({.key = "mbm_median_ms",
+              .value = Median(measured.server.times_ms),
+              .unit = "ms",
+              .rival = "FCL in process, same planner",
+              .rival_value = Median(measured.fcl.times_ms),
+              .ratio = Median(measured.fcl.times_ms) / Median(measured.server.times_ms),
+              .how = how});
+  report.Add(
+      {.key = "mbm_p95_ms",
+       .value = Quantile(measured.server.times_ms, 0.95),
+       .unit = "ms",
+       .rival = "FCL in process, same planner",
+       .rival_value = Quantile(measured.fcl.times_ms, 0.95),
+       .ratio = Quantile(measured.fcl.times_ms, 0.95) / Quantile(measured.server.times_ms, 0.95),
+       .how = how});
+  report.Add({.key = "mbm_invalid_paths",
+              .value = static_cast<double>(measured.invalid),
+              .unit = "paths",
+              .how =
+                  "of those solved: some state, 0.01 rad apart along the path, is in collision by "
+                  "FCL on the meshes in process, or it does not join start and goal"});
+}
+
 }  // namespace
 
 void MeasurePlanner(const PlannerMeasure& measure, Report& report) {
@@ -132,35 +225,29 @@ void MeasurePlanner(const PlannerMeasure& measure, Report& report) {
   if (!all) return report.Detail("skipped: motion_bench_maker is not in CWM_DATA");
   const RunningServer server;
   if (!server.up()) return report.Fail("no server");
-  Tally ours, rival;
+  Measured measured;
   for (std::size_t k = measure.first; k < all->problems.size(); k += measure.step) {
-    const PandaProblem& problem = all->problems[k];
-    const std::string world = "problem_" + std::to_string(k);
-    if (const auto put = PutPandaProblem(server.connection(), problem, world); !put.ok()) {
-      return report.Fail(problem.name + ": " + std::string(put.message()));
+    const auto status =
+        MeasureProblem(*all, all->problems[k], measure, server.connection(), measured, report);
+    if (!status.ok()) {
+      return report.Fail(all->problems[k].name + ": " + std::string(status.message()));
     }
-    const planner::PlanProblem plan = ToPlan(*all, problem);
-    FclChecker fcl(*all, problem);
-    planner::ServerChecker checker(server.connection(),
-                                   PandaIn(world, {}, v1::ROBOT_GEOMETRY_EXACT));
-    const auto result = Plan(plan, checker, measure.options, ours);
-    if (!result) return report.Fail(problem.name + ": the server failed");
-    if (result->outcome == planner::Outcome::kSolved && !IsFreeByFcl(plan, result->path, fcl)) {
-      ++ours.invalid;
-      report.Detail(problem.name + ": FCL finds the path in collision");
-    }
-    if (result->outcome != planner::Outcome::kSolved) report.Detail(problem.name + ": not solved");
-    if (measure.beside_fcl && !Plan(plan, fcl, measure.options, rival)) {
-      return report.Fail(problem.name + ": FCL failed");
-    }
-    v1::DeleteWorldRequest remove;
-    remove.set_world(world);
-    const auto removed = server.connection().Call(&v1::WorldService::Stub::DeleteWorld,
-                                                  server.connection().worlds(), remove);
-    if (!removed.ok()) return report.Fail(std::string(removed.status().message()));
   }
-  ours.Describe("the server", report);
-  if (measure.beside_fcl) rival.Describe("FCL in process", report);
+  measured.server.Describe("the server", report);
+  if (measure.beside_fcl) measured.fcl.Describe("FCL in process", report);
+  if (measure.certify) {
+    const Certificates& c = measured.certificates;
+    char text[240];
+    std::snprintf(
+        text, sizeof(text),
+        "certified by CheckMotions: %d free, %d in contact between states, %d undecided or "
+        "grazing; median %.1f ms a path, p95 %.1f ms",
+        c.free, c.contact, c.doubt, Median(c.times_ms), Quantile(c.times_ms, 0.95));
+    report.Detail(text);
+  }
+  if (measure.step == 1 && measure.first == 0 && measure.beside_fcl) AddFigures(measured, report);
 }
+
+void MeasurePlanning(Report& report) { MeasurePlanner({}, report); }
 
 }  // namespace cwm::benchmarks

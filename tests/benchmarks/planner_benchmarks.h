@@ -1,4 +1,4 @@
-// What measures the motion planner.
+// The motion planner on a part of the problems, or with other options.
 #pragma once
 
 #include <cstddef>
@@ -11,8 +11,10 @@ namespace cwm::benchmarks {
 struct PlannerMeasure {
   std::size_t first = 0, step = 1;  // of the 700 problems: 1 takes all
   bool beside_fcl = true;
+  bool certify = true;
   planner::PlanOptions options = {};
 };
+// Figures of all problems alone; details of any.
 void MeasurePlanner(const PlannerMeasure& measure, Report& report);
 
 }  // namespace cwm::benchmarks
