@@ -5,10 +5,11 @@
 
 namespace cwm::planner {
 
-std::size_t EdgeBatch::Add(std::span<const double> from, std::span<const double> to, double step) {
+std::size_t EdgeBatch::Add(std::span<const double> from, std::span<const double> to, double step,
+                           std::size_t parts) {
   begins_.push_back(rows_.size() / space_.width());
-  const double length = space_.Distance(from, to);
-  const auto count = std::max<std::size_t>(1, static_cast<std::size_t>(std::ceil(length / step)));
+  const double steps = std::ceil(space_.Distance(from, to) / step);
+  const std::size_t count = parts * std::max<std::size_t>(1, static_cast<std::size_t>(steps));
   for (std::size_t k = 1; k <= count; ++k) {
     rows_.resize(rows_.size() + space_.width());
     const std::span<double> row(rows_.end() - static_cast<std::ptrdiff_t>(space_.width()),

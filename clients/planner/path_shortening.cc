@@ -8,6 +8,9 @@
 namespace cwm::planner {
 namespace {
 
+// Short cuts graze what they cut past: the whole is asked once more, and so many times more finely.
+constexpr std::size_t kFinalParts = 2;
+
 // Less is not worth two questions.
 constexpr double kLeastSaving = 0.01;
 
@@ -51,7 +54,8 @@ class Shortening {
   // asked once more as it is now, and where such a state is not free, as it was before.
   absl::StatusOr<std::vector<Row>> LatestThatIsFree() {
     for (; !earlier_.empty(); earlier_.pop_back()) {
-      for (std::size_t k = 1; k < path_.size(); ++k) batch_.Add(path_[k - 1], path_[k], kFineStep);
+      for (std::size_t k = 1; k < path_.size(); ++k)
+        batch_.Add(path_[k - 1], path_[k], kFineStep, kFinalParts);
       if (const absl::Status status = batch_.Ask(); !status.ok()) return status;
       bool is_free = true;
       for (std::size_t k = 0; k + 1 < path_.size(); ++k) is_free = is_free && batch_.IsFree(k);

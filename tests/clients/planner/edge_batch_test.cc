@@ -36,6 +36,10 @@ TEST(EdgeBatch, AsksTheEndOfTheShortestMotionAndNothingOfNone) {
   ASSERT_TRUE(batch.Ask().ok());
   EXPECT_TRUE(batch.IsFree(0));
   EXPECT_EQ(world.asked().states, 1);
+  batch.Add({{-1, 0.5}}, {{-0.995, 0.5}}, 0.01, 2);
+  batch.Add({{-1, 0.5}}, {{0, 0.5}}, 0.01, 2);
+  ASSERT_TRUE(batch.Ask().ok());
+  EXPECT_EQ(world.asked().states, 1 + 2 + 200);
 }
 
 }  // namespace
