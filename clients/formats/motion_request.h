@@ -20,9 +20,9 @@ struct MotionRequest {
   std::vector<std::string> warnings;     // what was left out, and why
 };
 
-// The one goal is of joints: other constraints of it, several goals, and constraints of the whole path
-// are refused; tolerances, the workspace, planners and scaling are left out. Anything that does not fit
-// is INVALID_ARGUMENT naming `file`, the field's path, its value and the rule.
+// The one goal is of joints: other constraints of it, several goals, and constraints of the whole
+// path are refused; tolerances, the workspace, planners and scaling are left out. Anything that
+// does not fit is INVALID_ARGUMENT naming `file`, the field's path, its value and the rule.
 absl::StatusOr<MotionRequest> ParseMotionRequest(std::string_view yaml, const std::string& file);
 
 }  // namespace cwm::formats

@@ -29,8 +29,7 @@ struct ConnectOptions {
 // ends, a round at a time, is a TIMEOUT. The same seed and answers make the same path.
 class BatchConnect : public ompl::base::Planner {
  public:
-  // The checker must outlive the planner; of what it was set up with, the space information is asked
-  // for its space alone.
+  // The checker must outlive the planner; the space information is asked for its space alone.
   BatchConnect(const ompl::base::SpaceInformationPtr& information, StateChecker& checker,
                const ConnectOptions& options);
 

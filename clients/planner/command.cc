@@ -1,10 +1,8 @@
 #include "clients/planner/command.h"
 
 #include <ompl/util/Console.h>
-#include <CLI/CLI.hpp>
 
-#include <chrono>
-#include <cmath>
+#include <CLI/CLI.hpp>
 #include <map>
 #include <optional>
 #include <ostream>
@@ -12,18 +10,13 @@
 
 #include "absl/strings/str_cat.h"
 #include "clients/cli/exit_code.h"
-#include "clients/cli/number_list.h"
 #include "clients/cli/one_of.h"
 #include "clients/cpp/connection.h"
-#include "clients/formats/file_bytes.h"
-#include "clients/formats/motion_request.h"
 #include "clients/planner/path_answers.h"
 #include "clients/planner/plan_motion.h"
 #include "clients/planner/plan_report.h"
-#include "clients/planner/planned_group.h"
-#include "clients/planner/planning_world.h"
+#include "clients/planner/plan_task.h"
 #include "clients/planner/server_checker.h"
-#include "clients/scene/scene_robot.h"
 
 namespace cwm::planner {
 namespace {
@@ -45,17 +38,13 @@ constexpr char kDescription[] =
     "12 start out of limits, 13 goal out of limits, 14 no path in the time given, 15 path not\n"
     "certified (with --certify), 70 anything else.";
 
-// Of text that people and planners write.
-constexpr std::int64_t kMaxSceneBytes = 64 << 20, kMaxRequestBytes = 1 << 20;
 constexpr double kLongestPlan_s = 86'400;
 
 enum class Form { kTable = 1, kJson };
 
 struct Arguments {
-  std::string request, problem, robot, start, goal, address, world;
-  std::optional<std::string> group;
-  std::optional<double> time_s;
-  PlanOptions options;
+  TaskArguments task;
+  std::string address;
   Form form = Form::kTable;
   bool certify = false;
 };
@@ -63,29 +52,29 @@ struct Arguments {
 void AddOptions(CLI::App& app, Arguments& arguments) {
   static const std::map<std::string, Form> kForms = {{"table", Form::kTable},
                                                      {"json", Form::kJson}};
-  app.add_option("REQUEST", arguments.request, "a MoveIt motion plan request (YAML)");
+  app.add_option("REQUEST", arguments.task.request, "a MoveIt motion plan request (YAML)");
   app.add_option(
-         "--problem", arguments.problem,
+         "--problem", arguments.task.problem,
          "a MoveIt planning scene (YAML or .scene) to plan in, instead of what the world has")
       ->type_name("SCENE");
-  app.add_option("--robot", arguments.robot, "a robot of the world; default: the only one")
+  app.add_option("--robot", arguments.task.robot, "a robot of the world; default: the only one")
       ->type_name("NAME");
-  app.add_option("--group", arguments.group,
+  app.add_option("--group", arguments.task.group,
                  "the joints that move; default: the request's, else all of the robot's")
       ->type_name("NAME");
-  app.add_option("--start", arguments.start,
+  app.add_option("--start", arguments.task.start,
                  "rad, m (--start=-1,... where it begins with a minus), or a state that the SRDF "
                  "names; default: the request's, else as the robot stands")
       ->type_name("V,V,...|STATE");
-  app.add_option("--goal", arguments.goal, "likewise; default: the request's")
+  app.add_option("--goal", arguments.task.goal, "likewise; default: the request's")
       ->type_name("V,V,...|STATE");
-  app.add_option("--time", arguments.time_s,
+  app.add_option("--time", arguments.task.time_s,
                  "seconds to look for a path; default: the request's, else 5")
       ->type_name("S");
-  app.add_option("--range", arguments.options.connect.range,
+  app.add_option("--range", arguments.task.options.connect.range,
                  "the longest motion that the search grows by; default: 1 (rad, m)")
       ->type_name("D");
-  app.add_option("--seed", arguments.options.seed, "the same seed plans the same; default: 1")
+  app.add_option("--seed", arguments.task.options.seed, "the same seed plans the same; default: 1")
       ->type_name("N");
   app.add_flag("--certify", arguments.certify,
                "ask the server about the path between its states as well, some 100 ms more, and "
@@ -94,7 +83,7 @@ void AddOptions(CLI::App& app, Arguments& arguments) {
                  "unix:PATH or HOST:PORT of the server; default $CWM_ADDR, else "
                  "unix:${XDG_RUNTIME_DIR:-/tmp}/cwm-$UID.sock")
       ->type_name("ADDR");
-  app.add_option("-w,--world", arguments.world, "the world; default: \"default\"")
+  app.add_option("-w,--world", arguments.task.world, "the world; default: \"default\"")
       ->type_name("NAME");
   app.add_option("-o,--output", arguments.form, "table (default) or json")
       ->transform(cli::OneOf(kForms))
@@ -102,106 +91,20 @@ void AddOptions(CLI::App& app, Arguments& arguments) {
 }
 
 absl::Status CheckArguments(const Arguments& arguments) {
-  if (arguments.goal.empty() && arguments.request.empty()) {
+  if (arguments.task.goal.empty() && arguments.task.request.empty()) {
     return UsageError("--goal, or a request with one, must be given");
   }
-  if (arguments.time_s && !(*arguments.time_s > 0 && *arguments.time_s <= kLongestPlan_s)) {
-    return UsageError(absl::StrCat("--time is ", *arguments.time_s,
+  if (arguments.task.time_s &&
+      !(*arguments.task.time_s > 0 && *arguments.task.time_s <= kLongestPlan_s)) {
+    return UsageError(absl::StrCat("--time is ", *arguments.task.time_s,
                                    ", must be more than 0 and at most ", kLongestPlan_s, " s"));
   }
-  const double range = arguments.options.connect.range;
+  const double range = arguments.task.options.connect.range;
   if (!(range >= kCoarseStep && range <= 1e6)) {
     return UsageError(
         absl::StrCat("--range is ", range, ", must be at least ", kCoarseStep, " and at most 1e6"));
   }
   return absl::OkStatus();
-}
-
-absl::StatusOr<formats::MotionRequest> ReadRequest(const Arguments& arguments) {
-  if (arguments.request.empty()) return formats::MotionRequest();
-  const auto bytes = formats::ReadFileBytes(arguments.request, kMaxRequestBytes);
-  if (!bytes.ok()) return bytes.status();
-  return formats::ParseMotionRequest(*bytes, arguments.request);
-}
-
-absl::StatusOr<Surroundings> ReadSurroundings(const client::Connection& connection,
-                                              const Arguments& arguments,
-                                              const PlanningWorld& world) {
-  if (arguments.problem.empty()) return AsItIs(world);
-  const auto bytes = formats::ReadFileBytes(arguments.problem, kMaxSceneBytes);
-  if (!bytes.ok()) return bytes.status();
-  const auto scene = formats::ParseScene(*bytes, arguments.problem);
-  if (!scene.ok()) return scene.status();
-  return SceneAlone(connection, world, *scene);
-}
-
-absl::Status About(const std::string& what, const absl::Status& status) {
-  return absl::Status(status.code(), absl::StrCat(what, ": ", std::string(status.message())));
-}
-
-// What --start or --goal says.
-absl::StatusOr<Row> ParseEnd(const std::string& option, const std::string& text,
-                             const v1::Robot& robot, const PlannedGroup& group) {
-  if (!cli::StartsWithNumber(text)) {
-    auto row = NamedState(robot, group, text);
-    if (!row.ok())
-      return UsageError(absl::StrCat(option, ": ", std::string(row.status().message())));
-    return row;
-  }
-  return cli::ParseNumbers(text,
-                           {option, absl::StrCat(group.joints.size(), " numbers, V,V,... (rad, m)"),
-                            group.joints.size()});
-}
-
-// Everything that is asked, from options and files.
-struct Task {
-  PlanningWorld world;
-  PlannedGroup group;
-  PlanProblem problem;
-  v1::CheckCollisionsRequest question;
-  PlanOptions options;
-};
-
-absl::StatusOr<Task> ReadTask(const client::Connection& connection, const Arguments& arguments,
-                              std::vector<std::string>& warnings) {
-  const auto request = ReadRequest(arguments);
-  if (!request.ok()) return request.status();
-  Task task;
-  auto world = ReadPlanningWorld(connection, arguments.world, arguments.robot);
-  if (!world.ok()) return world.status();
-  task.world = *std::move(world);
-  const auto surroundings = ReadSurroundings(connection, arguments, task.world);
-  if (!surroundings.ok()) return surroundings.status();
-  auto group = GroupOf(surroundings->robot, arguments.group.value_or(request->group));
-  if (!group.ok()) return group.status();
-  task.group = *std::move(group);
-  const scene::SceneState start = scene::StateOf(request->start, task.world.robot, "start_state");
-  for (const auto* list : {&request->warnings, &surroundings->warnings, &start.warnings}) {
-    warnings.insert(warnings.end(), list->begin(), list->end());
-  }
-  task.problem.joints = task.group.joints;
-  task.problem.start = With(task.group, task.group.standing, request->start.joints);
-  if (!arguments.start.empty()) {
-    auto row = ParseEnd("--start", arguments.start, surroundings->robot, task.group);
-    if (!row.ok()) return row.status();
-    task.problem.start = *std::move(row);
-  }
-  auto goal = arguments.goal.empty()
-                  ? WholeRow(task.group, request->goal)
-                  : ParseEnd("--goal", arguments.goal, surroundings->robot, task.group);
-  if (!goal.ok()) {
-    return arguments.goal.empty()
-               ? About(absl::StrCat(arguments.request, ": goal_constraints[0].joint_constraints"),
-                       goal.status())
-               : goal.status();
-  }
-  task.problem.goal = *std::move(goal);
-  task.question =
-      QuestionOf(task.world, *surroundings, task.group.name, task.problem.joints, start.set);
-  task.options = arguments.options;
-  if (request->allowed_time_s) task.options.time_limit_s = *request->allowed_time_s;
-  if (arguments.time_s) task.options.time_limit_s = *arguments.time_s;
-  return task;
 }
 
 PlanExit ExitOf(const PlanReport& report) {
@@ -252,7 +155,7 @@ struct Planned {
   std::optional<Certificate> certificate;
 };
 
-// Of 700 problems of MotionBenchMaker 14 have a path with contact between its states (README.md): a
+// Of 700 problems of MotionBenchMaker 7 have a path with contact between its states (README.md): a
 // second try fails seldom, a third hardly ever.
 constexpr int kMostTries = 5;
 
@@ -280,7 +183,7 @@ absl::StatusOr<PlanExit> Plan(const Arguments& arguments, std::ostream& out, std
   if (!arguments.address.empty()) options.address = arguments.address;
   const client::Connection connection(options);
   std::vector<std::string> warnings;
-  const auto task = ReadTask(connection, arguments, warnings);
+  const auto task = ReadTask(connection, arguments.task, warnings);
   for (const std::string& warning : warnings) err << "cwm-plan: warning: " << warning << "\n";
   if (!task.ok()) return task.status();
   const auto planned = PlanCertified(connection, *task, arguments.certify);

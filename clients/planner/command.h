@@ -7,8 +7,8 @@
 
 namespace cwm::planner {
 
-// What it answers to the shell beside what `cwm` does: 1 usage, 2 unavailable, 3 not found, 4 revision
-// conflict, 5 deadline, 6 permission, 7 exhausted, 8 bad input, 70 anything else.
+// What it answers to the shell beside what `cwm` does: 1 usage, 2 unavailable, 3 not found, 4
+// revision conflict, 5 deadline, 6 permission, 7 exhausted, 8 bad input, 70 anything else.
 enum class PlanExit {
   kSolved = 0,
   kStartInCollision = 10,

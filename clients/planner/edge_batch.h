@@ -23,9 +23,11 @@ class EdgeBatch {
   // Both must outlive the batch.
   EdgeBatch(const JointSpace& space, StateChecker& checker) : space_(space), checker_(checker) {}
 
-  // The motion without its beginning, which is known to be free: its end and states between, evenly,
-  // so many that none is more than a step from the next. Returns its index.
-  std::size_t Add(std::span<const double> from, std::span<const double> to, double step);
+  // The motion without its beginning, which is known to be free: its end and states between,
+  // evenly, so many that none is more than a step from the next, and each step in so many parts.
+  // Returns its index.
+  std::size_t Add(std::span<const double> from, std::span<const double> to, double step,
+                  std::size_t parts = 1);
   // A single state.
   std::size_t Add(std::span<const double> row);
   std::size_t size() const { return begins_.size(); }
@@ -33,8 +35,8 @@ class EdgeBatch {
   // Asks; whatever was added before belongs to a batch that is over.
   absl::Status Ask();
 
-  // Of the last batch asked. The share of the motion up to its last free state before the first that
-  // is not: 1 where all of it is free, 0 where nothing is.
+  // Of the last batch asked. The share of the motion up to its last free state before the first
+  // that is not: 1 where all of it is free, 0 where nothing is.
   double FreeShare(std::size_t edge) const { return shares_[edge]; }
   bool IsFree(std::size_t edge) const { return shares_[edge] == 1; }
 

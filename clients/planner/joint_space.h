@@ -23,9 +23,9 @@ struct Joint {
   double lower = 0, upper = 0;
 };
 
-// Rows of numbers, one a joint. Between two rows a limited joint moves linearly and a continuous one
-// the short way, as the server moves a robot. The distance is that of Euclid, radians and metres
-// counted alike: no joint moves by more than it.
+// Rows of numbers, one a joint. Between two rows a limited joint moves linearly and a continuous
+// one the short way, as the server moves a robot. The distance is that of Euclid, radians and
+// metres counted alike: no joint moves by more than it.
 class JointSpace : public ompl::base::RealVectorStateSpace {
  public:
   // The seed is of the samplers that the space makes: the first one made samples the same rows in

@@ -27,7 +27,8 @@ class JointTree {
   int Nearest(std::span<const double> row) const;
   // Takes away the node, not the root, and all that grew from it.
   void Cut(int node);
-  // Whether the motion to the node from its parent has been asked at the fine step; of the root, true.
+  // Whether the motion to the node from its parent has been asked at the fine step; true of the
+  // root.
   bool IsConfirmed(int node) const { return confirmed_[static_cast<std::size_t>(node)] != 0; }
   void Confirm(int node) { confirmed_[static_cast<std::size_t>(node)] = 1; }
   // From the root to the node, both included.

@@ -12,8 +12,8 @@
 
 namespace cwm::planner {
 
-// "panda_hand meets shelf", "panda_link7 meets panda_link5 of the robot itself". The question is that
-// of QuestionOf.
+// "panda_hand meets shelf", "panda_link7 meets panda_link5 of the robot itself". The question is
+// that of QuestionOf.
 absl::StatusOr<std::string> WhatCollides(const client::Connection& connection,
                                          v1::CheckCollisionsRequest question, const Row& row);
 

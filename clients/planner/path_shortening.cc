@@ -8,7 +8,8 @@
 namespace cwm::planner {
 namespace {
 
-// Short cuts graze what they cut past: the whole is asked once more, and so many times more finely.
+// Short cuts graze what they cut past: the whole is asked once more, twice as finely. Measured on the
+// 700 problems of MotionBenchMaker: 14 paths have contact between states at 1, 7 at 2, 6 at 4.
 constexpr std::size_t kFinalParts = 2;
 
 // Less is not worth two questions.
@@ -50,8 +51,8 @@ class Shortening {
   }
 
  private:
-  // A motion that a short cut left half of has not been asked at the states of that half: the path is
-  // asked once more as it is now, and where such a state is not free, as it was before.
+  // A motion that a short cut left half of has not been asked at the states of that half: the path
+  // is asked once more as it is now, and where such a state is not free, as it was before.
   absl::StatusOr<std::vector<Row>> LatestThatIsFree() {
     for (; !earlier_.empty(); earlier_.pop_back()) {
       for (std::size_t k = 1; k < path_.size(); ++k)

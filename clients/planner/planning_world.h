@@ -37,8 +37,9 @@ struct Surroundings {
 
 Surroundings AsItIs(const PlanningWorld& world);
 
-// The scene takes the place of all that the world has beside the robot: objects, other robots, rules
-// of pairs. Nobody else sees it: it is laid over the questions. Its meshes are stored with the server.
+// The scene takes the place of all that the world has beside the robot: objects, other robots,
+// rules of pairs. Nobody else sees it: it is laid over the questions. Its meshes are stored with
+// the server.
 absl::StatusOr<Surroundings> SceneAlone(const client::Connection& connection,
                                         const PlanningWorld& world,
                                         const formats::SceneFile& scene);

@@ -13,9 +13,10 @@ namespace cwm::planner {
 
 class ServerChecker : public StateChecker {
  public:
-  // The question says of which world, robot and group, at which revision and with which overlay; its
-  // rows are filled in. A state is free where its verdict is FREE. The connection must outlive the
-  // checker; no deadline: each batch is answered in milliseconds, and a lost server ends the stream.
+  // The question says of which world, robot and group, at which revision and with which overlay;
+  // its rows are filled in. A state is free where its verdict is FREE. The connection must outlive
+  // the checker; no deadline: each batch is answered in milliseconds, and a lost server ends the
+  // stream.
   ServerChecker(const client::Connection& connection, v1::CheckCollisionsRequest question);
   ~ServerChecker() override;
   ServerChecker(const ServerChecker&) = delete;

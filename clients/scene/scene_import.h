@@ -34,8 +34,8 @@ struct SceneImport {
 // Whether the scene says anything of the parts that are taken.
 bool NeedsRobot(const formats::SceneFile& scene, const ImportOptions& options);
 
-// Meshes are stored with the server; the changes are for the caller to apply, in this order, or to lay
-// over a question. INVALID_ARGUMENT where two objects would have one name.
+// Meshes are stored with the server; the changes are for the caller to apply, in this order, or to
+// lay over a question. INVALID_ARGUMENT where two objects would have one name.
 absl::StatusOr<SceneImport> ImportOf(const client::Connection& connection,
                                      const formats::SceneFile& scene, const ImportOptions& options);
 

@@ -1,7 +1,7 @@
-// The motion planner without the rest: the figures of ./dev bench people-planner, or of a part of the
-// problems with other options.
-//   cwm-bench-planner [--json FILE] [--first N] [--step N] [--seed N] [--range D] [--samples N] [--rounds N]
-//                     [--cuts N] [--time S] [--fcl 0|1] [--certify 0|1]
+// The motion planner without the rest: the figures of ./dev bench people-planner, or of a part of
+// the problems with other options.
+//   cwm-bench-planner [--json FILE] [--first N] [--step N] [--seed N] [--range D] [--samples N]
+//                     [--rounds N] [--cuts N] [--time S] [--fcl 0|1] [--certify 0|1]
 #include <cstdlib>
 #include <functional>
 #include <map>

@@ -90,7 +90,8 @@ TEST_F(PlanCommand, GoesAroundWhatIsInTheWay) {
   const json& path = plan.at("path");
   EXPECT_EQ(path.front(), json({1.0, 0.0}));
   EXPECT_EQ(path.back(), json({-1.0, 0.0}));
-  // Between states 0.01 rad apart a hand at 1 m, by which both joints move it, moves so far at most.
+  // Between states 0.01 rad apart a hand at 1 m, by which both joints move it, moves so far at
+  // most.
   constexpr double kBetweenStates_m = 0.01 / 2 * 1.5;
   double length = 0;
   for (std::size_t k = 1; k < path.size(); ++k) {
@@ -207,7 +208,8 @@ TEST_F(PlanCommand, TakesRequestsAndRefusesThoseThatAreNone) {
   EXPECT_THAT(leg.err, HasSubstr("must be one of arm: both, wrist"));
 }
 
-// What the scene allows, what its robot holds and what it does not have count, and nothing of it stays.
+// What the scene allows, what its robot holds and what it does not have count, and nothing of it
+// stays.
 TEST_F(PlanCommand, PlansInASceneAloneAndLeavesTheWorldAsItIs) {
   const std::string request = Write("request.yaml", kRequest);
   const std::int64_t revision = RevisionOf("default");

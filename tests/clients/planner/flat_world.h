@@ -59,7 +59,8 @@ inline double LeastClearance(const FlatWorld& world, const std::vector<Row>& pat
   return least;
 }
 
-// Between two free states so far apart a line is at most so deep in a disc of the radius: its sagitta.
+// Between two free states so far apart a line is at most so deep in a disc of the radius: its
+// sagitta.
 inline double DeepestBetween(double step, double radius) {
   return radius - std::sqrt(radius * radius - step * step / 4);
 }

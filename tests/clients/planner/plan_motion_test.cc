@@ -84,7 +84,8 @@ TEST(PlanMotion, EndsInTimeWithoutAPath) {
   EXPECT_TRUE(plan->path.empty());
 }
 
-// A wall that the coarse step jumps over: trees grow through it, and what is asked finely is cut off.
+// A wall that the coarse step jumps over: trees grow through it, and what is asked finely is cut
+// off.
 TEST(PlanMotion, FindsTheGapInAWallThinnerThanTheCoarseStep) {
   std::vector<Disc> thin;
   constexpr double kThin = 0.012;
