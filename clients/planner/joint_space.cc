@@ -63,6 +63,10 @@ double JointSpace::Distance(std::span<const double> a, std::span<const double> b
 
 void JointSpace::Interpolate(std::span<const double> a, std::span<const double> b, double t,
                              std::span<double> out) const {
+  if (t >= 1) {  // by its difference an end may come out past its limit by a rounding
+    std::copy(b.begin(), b.end(), out.begin());
+    return;
+  }
   for (std::size_t j = 0; j < width(); ++j) out[j] = a[j] + t * Difference(j, a[j], b[j]);
 }
 

@@ -8,9 +8,8 @@
 
 namespace cwm::planner {
 
-// Nearest rows are found by looking at all, joint by joint in arrays of their own: for the few
-// thousand rows of a plan that is sooner done than a tree of distances is descended, and equal
-// distances are decided by age.
+// Nearest rows are found by looking at all, joint by joint in arrays of their own: a plan has a few
+// thousand rows, equal distances are decided by age, and what is cut off is no node at once.
 class JointTree {
  public:
   JointTree(const JointSpace& space, std::span<const double> root);

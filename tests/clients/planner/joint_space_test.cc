@@ -31,6 +31,15 @@ TEST(JointSpace, MovesAContinuousJointTheShortWayAndALimitedOneStraight) {
   EXPECT_NEAR(space.Distance({{3 + 4 * kPi, 0.1}}, b), space.Distance(a, b), kRounding);
 }
 
+TEST(JointSpace, EndsAMotionAtItsVeryEnd) {
+  const JointSpace space(Flat(), 1);
+  for (double x = -1; x < 1; x += 0.0137) {
+    Row end(2);
+    space.Interpolate({{x, 0.3}}, {{1, -1}}, 1, end);
+    EXPECT_EQ(end, (Row{1, -1})) << "a limit is within limits";
+  }
+}
+
 TEST(JointSpace, NamesTheJointThatIsOutOfLimits) {
   const JointSpace space(TurnAndSlide(), 1);
   EXPECT_FALSE(space.OutOfLimits({{100, 0.5}}).has_value());
