@@ -19,7 +19,7 @@ endif()
 # cwm_library(NAME SOURCES... ): a static library with the project's options.
 function(cwm_library name)
   add_library(${name} STATIC ${ARGN})
-  target_link_libraries(${name} PUBLIC cwm_options)
+  target_link_libraries(${name} PUBLIC $<BUILD_INTERFACE:cwm_options>)  # of no use to who links what is installed
 endfunction()
 
 # cwm_test(NAME SOURCES a.cc ... LINK targets... [LABELS labels...]): one GoogleTest binary; each

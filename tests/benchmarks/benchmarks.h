@@ -95,6 +95,10 @@ void MeasureSpheres(Report& report);
 // Certified motions against dense sampling: motion_false, motion_undecided.
 void MeasureMotions(Report& report);
 
+// The motion planner on 700 problems through a running server, beside FCL in process:
+// mbm_solved_of_700, mbm_median_ms, mbm_p95_ms, mbm_invalid_paths.
+void MeasurePlanning(Report& report);
+
 // What was found in one of those scenes, shape by shape. Family: table, clutter, kitchen, vessels.
 void ReplayScene(const std::string& family, std::uint64_t seed, Report& report);
 

@@ -1,4 +1,4 @@
-#include "clients/cli/scene_objects.h"
+#include "clients/scene/scene_objects.h"
 
 #include <algorithm>
 
@@ -6,7 +6,7 @@
 #include "absl/strings/str_cat.h"
 #include "clients/formats/format_error.h"
 
-namespace cwm::cli {
+namespace cwm::scene {
 namespace {
 
 namespace pb = cwm::v1;
@@ -95,4 +95,4 @@ absl::StatusOr<pb::Object> ToObject(const formats::SceneObject& scene_object,
   return object;
 }
 
-}  // namespace cwm::cli
+}  // namespace cwm::scene

@@ -5,11 +5,11 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "clients/cli/scene_objects.h"
-#include "clients/cli/scene_robot.h"
 #include "clients/formats/format_error.h"
+#include "clients/scene/scene_objects.h"
+#include "clients/scene/scene_robot.h"
 
-namespace cwm::cli {
+namespace cwm::scene {
 namespace {
 
 namespace pb = cwm::v1;
@@ -141,4 +141,4 @@ SceneRules RulesOf(const formats::SceneFile& scene, const pb::Robot* robot) {
   return RuleMaker(scene, robot).Make();
 }
 
-}  // namespace cwm::cli
+}  // namespace cwm::scene

@@ -1,4 +1,4 @@
-#include "clients/cli/scene_robot.h"
+#include "clients/scene/scene_robot.h"
 
 #include <algorithm>
 #include <cmath>
@@ -6,10 +6,10 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
-#include "clients/cli/scene_objects.h"
 #include "clients/formats/format_error.h"
+#include "clients/scene/scene_objects.h"
 
-namespace cwm::cli {
+namespace cwm::scene {
 namespace {
 
 namespace pb = cwm::v1;
@@ -52,9 +52,10 @@ void AddPlanar(const formats::SceneMultiDofJoint& joint, pb::SetRobotState& set)
 struct LeftOut {
   std::vector<std::string> unknown, fixed, following;
 
-  void Warn(const std::string& robot, std::vector<std::string>& warnings) const {
+  void Warn(const std::string& field, const std::string& robot,
+            std::vector<std::string>& warnings) const {
     const auto warn = [&](const std::vector<std::string>& joints, const std::string& why) {
-      if (!joints.empty()) warnings.push_back(absl::StrCat("robot_state: ", Listed(joints), why));
+      if (!joints.empty()) warnings.push_back(absl::StrCat(field, ": ", Listed(joints), why));
     };
     warn(unknown, absl::StrCat(": left out, ", robot, " has no such joints"));
     warn(fixed, absl::StrCat(": left out, ", robot, " has them fixed at 0"));
@@ -104,7 +105,8 @@ bool HasLink(const pb::Robot& robot, const std::string& link) {
                      [&](const pb::RobotLink& known) { return known.name() == link; });
 }
 
-SceneState StateOf(const formats::SceneRobotState& scene, const pb::Robot& robot) {
+SceneState StateOf(const formats::SceneRobotState& scene, const pb::Robot& robot,
+                   const std::string& field) {
   SceneState state;
   state.set.set_name(robot.name());
   LeftOut left_out;
@@ -112,8 +114,8 @@ SceneState StateOf(const formats::SceneRobotState& scene, const pb::Robot& robot
   for (const auto& joint : scene.multi_dof_joints) {
     SetMultiDofJoint(joint, robot, state, left_out);
   }
-  left_out.Warn(robot.name(), state.warnings);
+  left_out.Warn(field, robot.name(), state.warnings);
   return state;
 }
 
-}  // namespace cwm::cli
+}  // namespace cwm::scene

@@ -8,7 +8,7 @@
 #include "clients/formats/scene_file.h"
 #include "cwm/v1/world.pb.h"
 
-namespace cwm::cli {
+namespace cwm::scene {
 
 cwm::v1::Pose ToProto(const formats::ScenePose& pose);
 
@@ -24,4 +24,4 @@ using StoreMesh = std::function<absl::StatusOr<std::string>(const formats::MeshF
 absl::StatusOr<cwm::v1::Object> ToObject(const formats::SceneObject& scene_object,
                                          const StoreMesh& store);
 
-}  // namespace cwm::cli
+}  // namespace cwm::scene

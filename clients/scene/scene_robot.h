@@ -7,7 +7,7 @@
 #include "clients/formats/scene_file.h"
 #include "cwm/v1/world.pb.h"
 
-namespace cwm::cli {
+namespace cwm::scene {
 
 // "a, b, c" of the first five, printable, "and 4 more" of the rest.
 std::string Listed(const std::vector<std::string>& names);
@@ -23,8 +23,9 @@ struct SceneState {
 // A joint of several degrees of freedom that the robot does not have is the virtual joint by which
 // it stands in the world: the pose of its base. Left out are fixed joints, which have no value,
 // joints that follow others, and joints that the robot does not have; all with a warning but a
-// fixed joint at 0.
-SceneState StateOf(const formats::SceneRobotState& state, const cwm::v1::Robot& robot);
+// fixed joint at 0, which begin with the name of the field.
+SceneState StateOf(const formats::SceneRobotState& state, const cwm::v1::Robot& robot,
+                   const std::string& field = "robot_state");
 
 struct SceneRules {
   std::vector<cwm::v1::NamedPair> pairs;
@@ -37,4 +38,4 @@ struct SceneRules {
 // scene that it may touch.
 SceneRules RulesOf(const formats::SceneFile& scene, const cwm::v1::Robot* robot);
 
-}  // namespace cwm::cli
+}  // namespace cwm::scene

@@ -1,0 +1,11 @@
+// All of the C++ client; installed as <cwm/client.h>.
+#pragma once
+
+#include "clients/cpp/call_error.h"
+#include "clients/cpp/cloud_upload.h"
+#include "clients/cpp/connection.h"
+#include "clients/cpp/geometry_transfer.h"
+#include "clients/cpp/point_labels.h"
+#include "clients/cpp/robot_upload.h"
+#include "clients/cpp/row_bytes.h"
+#include "clients/cpp/world_export.h"

@@ -1,0 +1,202 @@
+#include "clients/planner/batch_connect.h"
+
+#include <ompl/base/goals/GoalState.h>
+#include <ompl/geometric/PathGeometric.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace cwm::planner {
+namespace {
+
+namespace ob = ompl::base;
+
+// Meetings of one round that are asked at the fine step: more than one, because the shortest may be
+// none.
+constexpr std::size_t kMostConfirmed = 3;
+
+const JointSpace& SpaceOf(const ob::SpaceInformationPtr& information) {
+  return *information->getStateSpace()->as<JointSpace>();
+}
+
+}  // namespace
+
+BatchConnect::BatchConnect(const ob::SpaceInformationPtr& information, StateChecker& checker,
+                           const ConnectOptions& options)
+    : ob::Planner(information, "BatchConnect"),
+      space_(SpaceOf(information)),
+      options_(options),
+      batch_(space_, checker) {
+  specs_.recognizedGoal = ob::GOAL_STATE;
+}
+
+void BatchConnect::clear() {
+  ob::Planner::clear();
+  sampler_.reset();
+  trees_.clear();
+  status_ = absl::OkStatus();
+  rounds_ = 0;
+}
+
+ob::PlannerStatus BatchConnect::solve(const ob::PlannerTerminationCondition& condition) {
+  checkValidity();
+  if (trees_.empty()) {  // else a plan that ran out of time goes on
+    const auto* goal = pdef_->getGoal()->as<ob::GoalState>();
+    sampler_ = si_->allocStateSampler();
+    trees_.emplace_back(space_, space_.RowOf(pdef_->getStartState(0)));
+    trees_.emplace_back(space_, space_.RowOf(goal->getState()));
+    if (TryDirectly()) return ob::PlannerStatus::EXACT_SOLUTION;
+  }
+  while (status_.ok() && !condition()) {
+    if (const auto path = GrowAndConnect()) {
+      Publish(*path);
+      return ob::PlannerStatus::EXACT_SOLUTION;
+    }
+  }
+  return status_.ok() ? ob::PlannerStatus::TIMEOUT : ob::PlannerStatus::ABORT;
+}
+
+bool BatchConnect::TryDirectly() {
+  for (const double step : {kCoarseStep, kFineStep}) {
+    const std::size_t edge = batch_.Add(Tree(0).row(0), Tree(1).row(0), step);
+    status_ = batch_.Ask();
+    if (!status_.ok() || !batch_.IsFree(edge)) return false;
+  }
+  const auto row = [&](int tree) {
+    return Row(Tree(tree).row(0).begin(), Tree(tree).row(0).end());
+  };
+  Publish({row(0), row(1)});
+  return true;
+}
+
+std::optional<std::vector<Row>> BatchConnect::GrowAndConnect() {
+  ++rounds_;
+  const int tree = Tree(0).size() <= Tree(1).size() ? 0 : 1;
+  const std::vector<int> reached = Grow(tree);
+  if (!status_.ok() || reached.empty()) return std::nullopt;
+  std::vector<Meeting> meetings = Connect(tree, reached);
+  if (!status_.ok() || meetings.empty()) return std::nullopt;
+  return Confirm(std::move(meetings));
+}
+
+std::vector<int> BatchConnect::Grow(int tree) {
+  const auto count = static_cast<std::size_t>(options_.samples);
+  std::vector<int> nearest(count);
+  std::vector<Row> ends(count, Row(space_.width()));
+  ob::State* sample = si_->allocState();
+  for (std::size_t k = 0; k < count; ++k) {
+    sampler_->sampleUniform(sample);
+    nearest[k] = Tree(tree).Nearest(space_.RowOf(sample));
+    const std::span<const double> from = Tree(tree).row(nearest[k]);
+    const double length = space_.Distance(from, space_.RowOf(sample));
+    space_.Interpolate(from, space_.RowOf(sample), std::min(1.0, options_.range / length), ends[k]);
+    batch_.Add(from, ends[k], kCoarseStep);
+  }
+  si_->freeState(sample);
+  status_ = batch_.Ask();
+  std::vector<int> reached;
+  for (std::size_t k = 0; status_.ok() && k < count; ++k) {
+    if (batch_.IsFree(k)) reached.push_back(Tree(tree).Add(nearest[k], ends[k]));
+  }
+  return reached;
+}
+
+std::vector<BatchConnect::Meeting> BatchConnect::Connect(int tree,
+                                                         const std::vector<int>& reached) {
+  JointTree& other = Tree(1 - tree);
+  std::vector<int> nearest;
+  for (const int node : reached) {
+    nearest.push_back(other.Nearest(Tree(tree).row(node)));
+    batch_.Add(other.row(nearest.back()), Tree(tree).row(node), kCoarseStep);
+  }
+  status_ = batch_.Ask();
+  std::vector<Meeting> meetings;
+  Row row(space_.width());
+  for (std::size_t k = 0; status_.ok() && k < reached.size(); ++k) {
+    const Row from(other.row(nearest[k]).begin(), other.row(nearest[k]).end());
+    const Row to(Tree(tree).row(reached[k]).begin(), Tree(tree).row(reached[k]).end());
+    const double length = space_.Distance(from, to);
+    const double free_length = batch_.FreeShare(k) * length;
+    int node = nearest[k];
+    for (double done = options_.range; done <= free_length && done < length;
+         done += options_.range) {
+      space_.Interpolate(from, to, done / length, row);
+      node = other.Add(node, row);
+    }
+    if (!batch_.IsFree(k)) continue;
+    node = other.Add(node, to);
+    Meeting& meeting = meetings.emplace_back();
+    meeting.nodes[static_cast<std::size_t>(tree)] = reached[k];
+    meeting.nodes[static_cast<std::size_t>(1 - tree)] = node;
+    meeting.length = LengthOf(PathOf(meeting));
+  }
+  return meetings;
+}
+
+std::optional<std::vector<Row>> BatchConnect::Confirm(std::vector<Meeting> meetings) {
+  std::stable_sort(meetings.begin(), meetings.end(),
+                   [](const Meeting& a, const Meeting& b) { return a.length < b.length; });
+  if (meetings.size() > kMostConfirmed) meetings.resize(kMostConfirmed);
+  struct Doubt {
+    int tree, node;
+  };
+  std::vector<Doubt> doubts;
+  for (const Meeting& meeting : meetings) {
+    for (const int tree : {0, 1}) {
+      for (const int node : Tree(tree).PathTo(meeting.nodes[static_cast<std::size_t>(tree)])) {
+        if (Tree(tree).IsConfirmed(node)) continue;
+        Tree(tree).Confirm(node);  // by now, or cut off below
+        doubts.push_back({tree, node});
+        batch_.Add(Tree(tree).row(Tree(tree).parent(node)), Tree(tree).row(node), kFineStep);
+      }
+    }
+  }
+  status_ = batch_.Ask();
+  if (!status_.ok()) return std::nullopt;
+  for (std::size_t k = 0; k < doubts.size(); ++k) {
+    if (!batch_.IsFree(k) && Tree(doubts[k].tree).IsAlive(doubts[k].node)) {
+      Tree(doubts[k].tree).Cut(doubts[k].node);
+    }
+  }
+  for (const Meeting& meeting : meetings) {
+    if (IsAlive(meeting)) return PathOf(meeting);
+  }
+  return std::nullopt;
+}
+
+bool BatchConnect::IsAlive(const Meeting& meeting) const {
+  return Tree(0).IsAlive(meeting.nodes[0]) && Tree(1).IsAlive(meeting.nodes[1]);
+}
+
+std::vector<Row> BatchConnect::PathOf(const Meeting& meeting) const {
+  std::vector<Row> path;
+  for (const int node : Tree(0).PathTo(meeting.nodes[0])) {
+    path.emplace_back(Tree(0).row(node).begin(), Tree(0).row(node).end());
+  }
+  std::vector<int> back = Tree(1).PathTo(meeting.nodes[1]);
+  std::reverse(back.begin(), back.end());
+  for (std::size_t k = 1; k < back.size(); ++k) {  // the first is where they meet
+    path.emplace_back(Tree(1).row(back[k]).begin(), Tree(1).row(back[k]).end());
+  }
+  return path;
+}
+
+double BatchConnect::LengthOf(const std::vector<Row>& path) const {
+  double length = 0;
+  for (std::size_t k = 1; k < path.size(); ++k) length += space_.Distance(path[k - 1], path[k]);
+  return length;
+}
+
+void BatchConnect::Publish(const std::vector<Row>& path) {
+  auto solution = std::make_shared<ompl::geometric::PathGeometric>(si_);
+  ob::State* state = si_->allocState();
+  for (const Row& row : path) {
+    std::copy(row.begin(), row.end(), space_.RowOf(state).begin());
+    solution->append(state);
+  }
+  si_->freeState(state);
+  pdef_->addSolutionPath(solution, /*approximate=*/false, /*difference=*/0, getName());
+}
+
+}  // namespace cwm::planner

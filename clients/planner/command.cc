@@ -1,0 +1,249 @@
+#include "clients/planner/command.h"
+
+#include <ompl/util/Console.h>
+
+#include <CLI/CLI.hpp>
+#include <map>
+#include <optional>
+#include <ostream>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "clients/cli/exit_code.h"
+#include "clients/cli/one_of.h"
+#include "clients/cpp/connection.h"
+#include "clients/planner/path_answers.h"
+#include "clients/planner/plan_motion.h"
+#include "clients/planner/plan_report.h"
+#include "clients/planner/plan_task.h"
+#include "clients/planner/server_checker.h"
+
+namespace cwm::planner {
+namespace {
+
+using cli::UsageError;
+
+constexpr char kDescription[] =
+    "cwm-plan: a motion of a robot that the server has, free of collision\n\n"
+    "Examples:\n"
+    "  cwm-plan --robot panda --problem scene0001.yaml request0001.yaml\n"
+    "  cwm-plan --robot panda --group panda_arm --goal ready\n"
+    "  cwm-plan --group panda_arm --start ready --goal=-1.2,0.3,0,-1.9,0,1.6,0.8 -o json\n"
+    "  cwm-plan request.yaml --certify\n\n"
+    "Without a start, from where the robot stands; options go before what the request says. The\n"
+    "world is not changed: a scene given with --problem is laid over the questions.\n\n"
+    "Exit codes: 0 solved, 1 usage, 2 unavailable, 3 not found, 4 revision conflict, 5 deadline,\n"
+    "6 permission, 7 resource exhausted, 8 bad input, 10 start in collision, 11 goal in "
+    "collision,\n"
+    "12 start out of limits, 13 goal out of limits, 14 no path in the time given, 15 path not\n"
+    "certified (with --certify), 70 anything else.";
+
+constexpr double kLongestPlan_s = 86'400;
+
+enum class Form { kTable = 1, kJson };
+
+struct Arguments {
+  TaskArguments task;
+  std::string address;
+  Form form = Form::kTable;
+  bool certify = false;
+};
+
+void AddOptions(CLI::App& app, Arguments& arguments) {
+  static const std::map<std::string, Form> kForms = {{"table", Form::kTable},
+                                                     {"json", Form::kJson}};
+  app.add_option("REQUEST", arguments.task.request, "a MoveIt motion plan request (YAML)");
+  app.add_option(
+         "--problem", arguments.task.problem,
+         "a MoveIt planning scene (YAML or .scene) to plan in, instead of what the world has")
+      ->type_name("SCENE");
+  app.add_option("--robot", arguments.task.robot, "a robot of the world; default: the only one")
+      ->type_name("NAME");
+  app.add_option("--group", arguments.task.group,
+                 "the joints that move; default: the request's, else all of the robot's")
+      ->type_name("NAME");
+  app.add_option("--start", arguments.task.start,
+                 "rad, m (--start=-1,... where it begins with a minus), or a state that the SRDF "
+                 "names; default: the request's, else as the robot stands")
+      ->type_name("V,V,...|STATE");
+  app.add_option("--goal", arguments.task.goal, "likewise; default: the request's")
+      ->type_name("V,V,...|STATE");
+  app.add_option("--time", arguments.task.time_s,
+                 "seconds to look for a path; default: the request's, else 5")
+      ->type_name("S");
+  app.add_option("--range", arguments.task.options.connect.range,
+                 "the longest motion that the search grows by; default: 1 (rad, m)")
+      ->type_name("D");
+  app.add_option("--seed", arguments.task.options.seed, "the same seed plans the same; default: 1")
+      ->type_name("N");
+  app.add_flag("--certify", arguments.certify,
+               "ask the server about the path between its states as well, some 100 ms more, and "
+               "plan anew with the next seed where it is not free");
+  app.add_option("--addr", arguments.address,
+                 "unix:PATH or HOST:PORT of the server; default $CWM_ADDR, else "
+                 "unix:${XDG_RUNTIME_DIR:-/tmp}/cwm-$UID.sock")
+      ->type_name("ADDR");
+  app.add_option("-w,--world", arguments.task.world, "the world; default: \"default\"")
+      ->type_name("NAME");
+  app.add_option("-o,--output", arguments.form, "table (default) or json")
+      ->transform(cli::OneOf(kForms))
+      ->type_name("FORM");
+}
+
+absl::Status CheckArguments(const Arguments& arguments) {
+  if (arguments.task.goal.empty() && arguments.task.request.empty()) {
+    return UsageError("--goal, or a request with one, must be given");
+  }
+  if (arguments.task.time_s &&
+      !(*arguments.task.time_s > 0 && *arguments.task.time_s <= kLongestPlan_s)) {
+    return UsageError(absl::StrCat("--time is ", *arguments.task.time_s,
+                                   ", must be more than 0 and at most ", kLongestPlan_s, " s"));
+  }
+  const double range = arguments.task.options.connect.range;
+  if (!(range >= kCoarseStep && range <= 1e6)) {
+    return UsageError(
+        absl::StrCat("--range is ", range, ", must be at least ", kCoarseStep, " and at most 1e6"));
+  }
+  return absl::OkStatus();
+}
+
+PlanExit ExitOf(const PlanReport& report) {
+  switch (report.result.outcome) {
+    case Outcome::kSolved:
+      break;
+    case Outcome::kStartOutOfLimits:
+      return PlanExit::kStartOutOfLimits;
+    case Outcome::kGoalOutOfLimits:
+      return PlanExit::kGoalOutOfLimits;
+    case Outcome::kStartInCollision:
+      return PlanExit::kStartInCollision;
+    case Outcome::kGoalInCollision:
+      return PlanExit::kGoalInCollision;
+    case Outcome::kNoPath:
+      return PlanExit::kNoPath;
+  }
+  const bool doubted = report.certificate && report.certificate->verdict != v1::MOTION_VERDICT_FREE;
+  return doubted ? PlanExit::kNotCertified : PlanExit::kSolved;
+}
+
+// What is to be said of an outcome beside its name.
+absl::StatusOr<std::string> Reason(const client::Connection& connection, const Task& task,
+                                   const PlanResult& result) {
+  switch (result.outcome) {
+    case Outcome::kSolved:
+      return "";
+    case Outcome::kNoPath:
+      return absl::StrCat("none was found in ", task.options.time_limit_s,
+                          " s (--time); there may be none");
+    case Outcome::kStartInCollision:
+      return WhatCollides(connection, task.question, task.problem.start);
+    case Outcome::kGoalInCollision:
+      return WhatCollides(connection, task.question, task.problem.goal);
+    case Outcome::kStartOutOfLimits:
+    case Outcome::kGoalOutOfLimits:
+      break;
+  }
+  const bool is_start = result.outcome == Outcome::kStartOutOfLimits;
+  const Joint& joint = task.problem.joints[*result.joint];
+  return absl::StrCat(joint.name, " is ",
+                      (is_start ? task.problem.start : task.problem.goal)[*result.joint],
+                      ", must be ", joint.lower, " to ", joint.upper);
+}
+
+struct Planned {
+  PlanResult result;
+  std::optional<Certificate> certificate;
+};
+
+// Of 700 problems of MotionBenchMaker 7 have a path with contact between its states (README.md): a
+// second try fails seldom, a third hardly ever.
+constexpr int kMostTries = 5;
+
+absl::StatusOr<Planned> PlanCertified(const client::Connection& connection, const Task& task,
+                                      bool certify) {
+  ServerChecker checker(connection, task.question);
+  PlanOptions options = task.options;
+  Planned planned;
+  for (int tried = 0; tried < kMostTries; ++tried, ++options.seed) {
+    auto result = PlanMotion(task.problem, checker, options);
+    if (!result.ok()) return result.status();
+    planned.result = *std::move(result);
+    if (!certify || planned.result.outcome != Outcome::kSolved) break;
+    auto certificate = Certify(connection, task.question, planned.result.path);
+    if (!certificate.ok()) return certificate.status();
+    planned.certificate = *std::move(certificate);
+    if (planned.certificate->verdict == v1::MOTION_VERDICT_FREE) break;
+  }
+  return planned;
+}
+
+absl::StatusOr<PlanExit> Plan(const Arguments& arguments, std::ostream& out, std::ostream& err) {
+  if (absl::Status status = CheckArguments(arguments); !status.ok()) return status;
+  client::ConnectOptions options;
+  if (!arguments.address.empty()) options.address = arguments.address;
+  const client::Connection connection(options);
+  std::vector<std::string> warnings;
+  const auto task = ReadTask(connection, arguments.task, warnings);
+  for (const std::string& warning : warnings) err << "cwm-plan: warning: " << warning << "\n";
+  if (!task.ok()) return task.status();
+  const auto planned = PlanCertified(connection, *task, arguments.certify);
+  if (!planned.ok()) return planned.status();
+  const PlanResult& result = planned->result;
+  auto why = Reason(connection, *task, result);
+  if (!why.ok()) return why.status();
+  const PlanReport report{.world = task->world,
+                          .group = task->group,
+                          .result = result,
+                          .why = *std::move(why),
+                          .certificate = planned->certificate};
+  if (arguments.form == Form::kJson) {
+    PrintJson(report, out);
+  } else {
+    PrintTable(report, out);
+  }
+  if (result.outcome != Outcome::kSolved) err << "cwm-plan: " << Summary(report) << "\n";
+  return ExitOf(report);
+}
+
+int Explain(const absl::Status& status, const std::string& address, std::ostream& err) {
+  const client::ErrorDetails details = client::DetailsOf(status);
+  err << "cwm-plan: " << status.message() << "\n";
+  for (const auto& [field, description] : details.fields) {
+    const std::string line = absl::StrCat(field, ": ", description);
+    if (line != status.message()) err << "  " << line << "\n";
+  }
+  if (absl::IsUnavailable(status)) {
+    err << "hint: tried " << address
+        << "; start `cwm-server`, or name another with --addr or CWM_ADDR\n";
+  } else if (cli::IsUsageError(status)) {
+    err << "hint: `cwm-plan --help` shows examples and units\n";
+  }
+  return static_cast<int>(cli::ExitCodeOf(status));
+}
+
+}  // namespace
+
+int Run(const std::vector<std::string>& arguments, std::ostream& out, std::ostream& err) {
+  ompl::msg::noOutputHandler();  // what it has to say is in the answers
+  Arguments parsed;
+  CLI::App app(kDescription, "cwm-plan");
+  app.set_version_flag("--version", "cwm-plan " CWM_VERSION);
+  AddOptions(app, parsed);
+  try {  // CLI11 reports by exceptions; they end here
+    app.parse(std::vector<std::string>(arguments.rbegin(), arguments.rend()));
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success)) {
+      return app.exit(error, out, err);
+    }
+    return Explain(UsageError(error.what()), "", err);
+  }
+  const auto exit = Plan(parsed, out, err);
+  out.flush();
+  if (!exit.ok()) {
+    return Explain(exit.status(), parsed.address.empty() ? DefaultAddress() : parsed.address, err);
+  }
+  if (!out) return Explain(absl::InternalError("stdout cannot be written"), "", err);
+  return static_cast<int>(*exit);
+}
+
+}  // namespace cwm::planner

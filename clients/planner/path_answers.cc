@@ -1,0 +1,66 @@
+#include "clients/planner/path_answers.h"
+
+#include <cstring>
+
+#include "absl/strings/str_cat.h"
+
+namespace cwm::planner {
+namespace {
+
+void AddRow(const Row& row, v1::Subject& subject) {
+  v1::JointRows& rows = *subject.mutable_robot()->mutable_rows();
+  rows.set_scalar(v1::SCALAR_F64);
+  rows.mutable_data()->append(reinterpret_cast<const char*>(row.data()),
+                              row.size() * sizeof(double));
+}
+
+// Of a CollisionRow or a MotionRow; empty where no pair is named.
+template <class Answer>
+std::string Meeting(const Answer& row) {
+  if (!row.has_body_link() && !row.has_object()) return "";
+  const std::string who = row.has_body_object() ? row.body_object() : row.body_link();
+  if (!row.has_object()) {
+    return absl::StrCat(who, " meets ", row.object_link(), " of the robot itself");
+  }
+  const std::string of_robot = row.has_object_link() ? absl::StrCat(":", row.object_link()) : "";
+  return absl::StrCat(who, " meets ", row.object(), of_robot);
+}
+
+}  // namespace
+
+absl::StatusOr<std::string> WhatCollides(const client::Connection& connection,
+                                         v1::CheckCollisionsRequest question, const Row& row) {
+  AddRow(row, *question.mutable_subject());
+  question.mutable_options()->set_result_form(v1::RESULT_FORM_ROWS);
+  const auto answer =
+      connection.Call(&v1::QueryService::Stub::CheckCollisions, connection.queries(), question);
+  if (!answer.ok()) return answer.status();
+  if (answer->rows_size() != 1) return absl::DataLossError("the server answered no row of 1");
+  const std::string meeting = Meeting(answer->rows(0));
+  return meeting.empty()
+             ? absl::StrCat("the verdict is ", v1::Verdict_Name(answer->rows(0).verdict()))
+             : meeting;
+}
+
+absl::StatusOr<Certificate> Certify(const client::Connection& connection,
+                                    const v1::CheckCollisionsRequest& question,
+                                    const std::vector<Row>& path) {
+  v1::CheckMotionsRequest request;
+  request.set_world(question.world());
+  *request.mutable_subject() = question.subject();
+  *request.mutable_options() = question.options();
+  request.mutable_options()->set_result_form(v1::RESULT_FORM_ROWS);
+  for (const Row& row : path) AddRow(row, *request.mutable_subject());
+  request.add_path_row_counts(static_cast<std::int32_t>(path.size()));
+  const auto answer =
+      connection.Call(&v1::QueryService::Stub::CheckMotions, connection.queries(), request);
+  if (!answer.ok()) return answer.status();
+  if (answer->rows_size() != 1) return absl::DataLossError("the server answered no motion of 1");
+  const v1::MotionRow& row = answer->rows(0);
+  return Certificate{.verdict = row.verdict(),
+                     .clearance_m = row.clearance_m(),
+                     .segment = row.segment(),
+                     .what_is_met = Meeting(row)};
+}
+
+}  // namespace cwm::planner

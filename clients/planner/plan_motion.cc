@@ -1,0 +1,152 @@
+#include "clients/planner/plan_motion.h"
+
+#include <ompl/base/PlannerTerminationCondition.h>
+#include <ompl/base/ProblemDefinition.h>
+#include <ompl/base/ScopedState.h>
+#include <ompl/base/SpaceInformation.h>
+#include <ompl/geometric/PathGeometric.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <memory>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+
+namespace cwm::planner {
+namespace {
+
+namespace ob = ompl::base;
+using Clock = std::chrono::steady_clock;
+
+double Since_s(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+absl::Status CheckRow(const PlanProblem& problem, const Row& row, const char* name) {
+  if (row.size() != problem.joints.size()) {
+    return absl::InvalidArgumentError(absl::StrCat(name, " has ", row.size(),
+                                                   " numbers, must have one for each of ",
+                                                   problem.joints.size(), " joints"));
+  }
+  for (std::size_t j = 0; j < row.size(); ++j) {
+    if (std::isfinite(row[j])) continue;
+    return absl::InvalidArgumentError(
+        absl::StrCat(name, ": ", problem.joints[j].name, " is ", row[j], ", must be finite"));
+  }
+  return absl::OkStatus();
+}
+
+absl::Status CheckProblem(const PlanProblem& problem) {
+  if (problem.joints.empty()) {
+    return absl::InvalidArgumentError("joints: there is none, must be at least one");
+  }
+  for (const Joint& joint : problem.joints) {
+    if (joint.kind == Joint::Kind::kLimited && !(joint.lower <= joint.upper)) {
+      return absl::InvalidArgumentError(absl::StrCat(joint.name, ": limits are ", joint.lower,
+                                                     " to ", joint.upper, ", must not cross"));
+    }
+  }
+  if (absl::Status status = CheckRow(problem, problem.start, "start"); !status.ok()) return status;
+  return CheckRow(problem, problem.goal, "goal");
+}
+
+// One state at a time, for what of OMPL wants to know; BatchConnect asks in batches.
+class SingleStates : public ob::StateValidityChecker {
+ public:
+  SingleStates(ob::SpaceInformation* information, const JointSpace& space, StateChecker& checker)
+      : ob::StateValidityChecker(information), space_(space), checker_(checker) {}
+
+  bool isValid(const ob::State* state) const override {
+    const auto free = checker_.AreFree(space_.RowOf(state), space_.width());
+    return free.ok() && free->front() == 1;
+  }
+
+ private:
+  const JointSpace& space_;
+  StateChecker& checker_;
+};
+
+// What is wrong with the ends; nothing: they are free.
+absl::StatusOr<std::optional<Outcome>> OutcomeOfEnds(const JointSpace& space,
+                                                     const PlanProblem& problem,
+                                                     StateChecker& checker, PlanResult& result) {
+  if ((result.joint = space.OutOfLimits(problem.start))) return Outcome::kStartOutOfLimits;
+  if ((result.joint = space.OutOfLimits(problem.goal))) return Outcome::kGoalOutOfLimits;
+  EdgeBatch ends(space, checker);
+  ends.Add(problem.start);
+  ends.Add(problem.goal);
+  if (absl::Status status = ends.Ask(); !status.ok()) return status;
+  if (!ends.IsFree(0)) return Outcome::kStartInCollision;
+  if (!ends.IsFree(1)) return Outcome::kGoalInCollision;
+  return std::nullopt;
+}
+
+// Empty: none was found in time.
+absl::StatusOr<std::vector<Row>> FindPath(const std::shared_ptr<JointSpace>& space,
+                                          const PlanProblem& problem, StateChecker& checker,
+                                          const PlanOptions& options, PlanResult& result) {
+  const auto information = std::make_shared<ob::SpaceInformation>(space);
+  information->setStateValidityChecker(
+      std::make_shared<SingleStates>(information.get(), *space, checker));
+  information->setup();
+  const auto definition = std::make_shared<ob::ProblemDefinition>(information);
+  ob::ScopedState<> start(space), goal(space);
+  std::copy(problem.start.begin(), problem.start.end(), space->RowOf(start.get()).begin());
+  std::copy(problem.goal.begin(), problem.goal.end(), space->RowOf(goal.get()).begin());
+  definition->setStartAndGoalStates(start, goal);
+  BatchConnect planner(information, checker, options.connect);
+  planner.setProblemDefinition(definition);
+  planner.setup();
+  const Clock::time_point begin = Clock::now();
+  const ob::PlannerTerminationCondition out_of_time(
+      [&] { return Since_s(begin) >= options.time_limit_s; });
+  const ob::PlannerStatus solved = planner.solve(out_of_time);
+  result.rounds = planner.rounds();
+  if (!planner.status().ok()) return planner.status();
+  std::vector<Row> path;
+  if (!solved) return path;
+  auto* found = definition->getSolutionPath()->as<ompl::geometric::PathGeometric>();
+  for (const ob::State* state : found->getStates()) {
+    const std::span<const double> row = space->RowOf(state);
+    path.emplace_back(row.begin(), row.end());
+  }
+  return path;
+}
+
+}  // namespace
+
+absl::StatusOr<PlanResult> PlanMotion(const PlanProblem& problem, StateChecker& checker,
+                                      const PlanOptions& options) {
+  if (absl::Status status = CheckProblem(problem); !status.ok()) return status;
+  const Asked before = checker.asked();
+  const auto space = std::make_shared<JointSpace>(problem.joints, options.seed);
+  PlanResult result;
+  const auto done = [&](Outcome outcome) {
+    result.outcome = outcome;
+    result.asked = {.batches = checker.asked().batches - before.batches,
+                    .states = checker.asked().states - before.states};
+    return result;
+  };
+  const Clock::time_point start = Clock::now();
+  const auto ends = OutcomeOfEnds(*space, problem, checker, result);
+  if (!ends.ok()) return ends.status();
+  if (*ends) return done(**ends);
+  auto path = FindPath(space, problem, checker, options, result);
+  if (!path.ok()) return path.status();
+  result.finding_s = Since_s(start);
+  if (path->empty()) return done(Outcome::kNoPath);
+  const Clock::time_point found = Clock::now();
+  result.found_length = LengthOf(*space, *path);
+  ShorteningOptions shortening = options.shortening;
+  shortening.seed = options.seed;
+  auto shorter = Shorten(*space, checker, *std::move(path), shortening);
+  if (!shorter.ok()) return shorter.status();
+  result.path = *std::move(shorter);
+  result.length = LengthOf(*space, result.path);
+  result.shortening_s = Since_s(found);
+  return done(Outcome::kSolved);
+}
+
+}  // namespace cwm::planner

@@ -1,0 +1,100 @@
+#include "clients/planner/plan_task.h"
+
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "clients/cli/exit_code.h"
+#include "clients/cli/number_list.h"
+#include "clients/formats/file_bytes.h"
+#include "clients/formats/motion_request.h"
+#include "clients/scene/scene_robot.h"
+
+namespace cwm::planner {
+namespace {
+
+using cli::UsageError;
+
+// Of text that people and planners write.
+constexpr std::int64_t kMaxSceneBytes = 64 << 20, kMaxRequestBytes = 1 << 20;
+
+absl::StatusOr<formats::MotionRequest> ReadRequest(const TaskArguments& arguments) {
+  if (arguments.request.empty()) return formats::MotionRequest();
+  const auto bytes = formats::ReadFileBytes(arguments.request, kMaxRequestBytes);
+  if (!bytes.ok()) return bytes.status();
+  return formats::ParseMotionRequest(*bytes, arguments.request);
+}
+
+absl::StatusOr<Surroundings> ReadSurroundings(const client::Connection& connection,
+                                              const TaskArguments& arguments,
+                                              const PlanningWorld& world) {
+  if (arguments.problem.empty()) return AsItIs(world);
+  const auto bytes = formats::ReadFileBytes(arguments.problem, kMaxSceneBytes);
+  if (!bytes.ok()) return bytes.status();
+  const auto scene = formats::ParseScene(*bytes, arguments.problem);
+  if (!scene.ok()) return scene.status();
+  return SceneAlone(connection, world, *scene);
+}
+
+absl::Status About(const std::string& what, const absl::Status& status) {
+  return absl::Status(status.code(), absl::StrCat(what, ": ", std::string(status.message())));
+}
+
+// What --start or --goal says.
+absl::StatusOr<Row> ParseEnd(const std::string& option, const std::string& text,
+                             const v1::Robot& robot, const PlannedGroup& group) {
+  if (!cli::StartsWithNumber(text)) {
+    auto row = NamedState(robot, group, text);
+    if (!row.ok())
+      return UsageError(absl::StrCat(option, ": ", std::string(row.status().message())));
+    return row;
+  }
+  return cli::ParseNumbers(text,
+                           {option, absl::StrCat(group.joints.size(), " numbers, V,V,... (rad, m)"),
+                            group.joints.size()});
+}
+
+}  // namespace
+
+absl::StatusOr<Task> ReadTask(const client::Connection& connection, const TaskArguments& arguments,
+                              std::vector<std::string>& warnings) {
+  const auto request = ReadRequest(arguments);
+  if (!request.ok()) return request.status();
+  Task task;
+  auto world = ReadPlanningWorld(connection, arguments.world, arguments.robot);
+  if (!world.ok()) return world.status();
+  task.world = *std::move(world);
+  const auto surroundings = ReadSurroundings(connection, arguments, task.world);
+  if (!surroundings.ok()) return surroundings.status();
+  auto group = GroupOf(surroundings->robot, arguments.group.value_or(request->group));
+  if (!group.ok()) return group.status();
+  task.group = *std::move(group);
+  const scene::SceneState start = scene::StateOf(request->start, task.world.robot, "start_state");
+  for (const auto* list : {&request->warnings, &surroundings->warnings, &start.warnings}) {
+    warnings.insert(warnings.end(), list->begin(), list->end());
+  }
+  task.problem.joints = task.group.joints;
+  task.problem.start = With(task.group, task.group.standing, request->start.joints);
+  if (!arguments.start.empty()) {
+    auto row = ParseEnd("--start", arguments.start, surroundings->robot, task.group);
+    if (!row.ok()) return row.status();
+    task.problem.start = *std::move(row);
+  }
+  auto goal = arguments.goal.empty()
+                  ? WholeRow(task.group, request->goal)
+                  : ParseEnd("--goal", arguments.goal, surroundings->robot, task.group);
+  if (!goal.ok()) {
+    return arguments.goal.empty()
+               ? About(absl::StrCat(arguments.request, ": goal_constraints[0].joint_constraints"),
+                       goal.status())
+               : goal.status();
+  }
+  task.problem.goal = *std::move(goal);
+  task.question =
+      QuestionOf(task.world, *surroundings, task.group.name, task.problem.joints, start.set);
+  task.options = arguments.options;
+  if (request->allowed_time_s) task.options.time_limit_s = *request->allowed_time_s;
+  if (arguments.time_s) task.options.time_limit_s = *arguments.time_s;
+  return task;
+}
+
+}  // namespace cwm::planner

@@ -1,0 +1,37 @@
+// What is to be planned, from options and files.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "clients/cpp/connection.h"
+#include "clients/planner/plan_motion.h"
+#include "clients/planner/planned_group.h"
+#include "clients/planner/planning_world.h"
+
+namespace cwm::planner {
+
+// As they were typed; empty: not given.
+struct TaskArguments {
+  std::string request, problem, robot, start, goal, world;
+  std::optional<std::string> group;
+  std::optional<double> time_s;
+  PlanOptions options = {};
+};
+
+struct Task {
+  PlanningWorld world;
+  PlannedGroup group;
+  PlanProblem problem;
+  v1::CheckCollisionsRequest question;
+  PlanOptions options;
+};
+
+// Options go before what the request says. Adds to the warnings what was left out of the files, and
+// why. A mistake in an option is a usage error (clients/cli/exit_code.h).
+absl::StatusOr<Task> ReadTask(const client::Connection& connection, const TaskArguments& arguments,
+                              std::vector<std::string>& warnings);
+
+}  // namespace cwm::planner

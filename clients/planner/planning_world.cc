@@ -1,0 +1,154 @@
+#include "clients/planner/planning_world.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
+#include "clients/scene/scene_import.h"
+
+namespace cwm::planner {
+namespace {
+
+void SetExact(const PlanningWorld& world, v1::AtRevision* at) { at->set_exact(world.revision); }
+
+// The names of all objects.
+absl::StatusOr<std::vector<std::string>> ObjectsOf(const client::Connection& connection,
+                                                   const PlanningWorld& world) {
+  v1::ListObjectsRequest request;
+  request.set_world(world.name);
+  request.set_world_uid(world.world_uid);
+  request.set_view(v1::OBJECT_VIEW_BASIC);
+  SetExact(world, request.mutable_at_revision());
+  std::vector<std::string> names;
+  do {
+    const auto page =
+        connection.Call(&v1::WorldService::Stub::ListObjects, connection.worlds(), request);
+    if (!page.ok()) return page.status();
+    for (const v1::Object& object : page->objects()) names.push_back(object.name());
+    request.set_page_token(page->next_page_token());
+  } while (!request.page_token().empty());
+  return names;
+}
+
+absl::Status ChooseRobot(const std::vector<v1::Robot>& robots, const std::string& name,
+                         PlanningWorld& world) {
+  std::vector<std::string> names;
+  for (const v1::Robot& robot : robots) names.push_back(robot.name());
+  const auto chosen = std::find(names.begin(), names.end(), name);
+  if (!name.empty() && chosen == names.end()) {
+    return absl::NotFoundError(absl::StrCat("no robot \"", name, "\" in the world, which has ",
+                                            names.empty() ? "none" : absl::StrJoin(names, ", ")));
+  }
+  if (name.empty() && names.size() != 1) {
+    return absl::NotFoundError(
+        names.empty()
+            ? "the world has no robot: `cwm robot load` it first"
+            : absl::StrCat("--robot must say which: the world has ", absl::StrJoin(names, ", ")));
+  }
+  const std::size_t index = name.empty() ? 0 : static_cast<std::size_t>(chosen - names.begin());
+  world.robot = robots[index];
+  names.erase(names.begin() + static_cast<std::ptrdiff_t>(index));
+  world.other_robots = std::move(names);
+  return absl::OkStatus();
+}
+
+void Remove(const std::string& object, v1::QueryOptions& options) {
+  options.add_overlay()->mutable_remove()->set_name(object);
+}
+
+void Withdraw(const v1::PairRule& rule, v1::QueryOptions& options) {
+  if (rule.allowed()) {
+    v1::AllowCollision& allow = *options.add_overlay()->mutable_allow();
+    *allow.mutable_pair() = rule.pair();
+    allow.set_withdraw(true);
+  }
+  if (rule.has_margin_m()) *options.add_overlay()->mutable_margin()->mutable_pair() = rule.pair();
+}
+
+// The robot's state as the changes leave it, for joints that a plan is told nothing of.
+void Follow(const v1::SetRobotState& set, v1::Robot& robot) {
+  for (const v1::VariableValue& value : set.joints().values()) {
+    for (int i = 0; i < robot.variables_size() && i < robot.state_size(); ++i) {
+      if (robot.variables(i).name() == value.variable()) robot.set_state(i, value.value());
+    }
+  }
+}
+
+}  // namespace
+
+absl::StatusOr<PlanningWorld> ReadPlanningWorld(const client::Connection& connection,
+                                                const std::string& world,
+                                                const std::string& robot) {
+  v1::GetWorldRequest get;
+  get.set_world(world);
+  const auto found = connection.Call(&v1::WorldService::Stub::GetWorld, connection.worlds(), get);
+  if (!found.ok()) return found.status();
+  PlanningWorld read{.name = world,
+                     .world_uid = found->world_uid(),
+                     .revision = found->revision(),
+                     .robot = {},
+                     .other_robots = {},
+                     .rules = {found->pair_rules().begin(), found->pair_rules().end()}};
+  v1::ListRobotsRequest request;
+  request.set_world(world);
+  request.set_world_uid(read.world_uid);
+  SetExact(read, request.mutable_at_revision());
+  std::vector<v1::Robot> robots;
+  do {
+    const auto page =
+        connection.Call(&v1::RobotService::Stub::ListRobots, connection.robots(), request);
+    if (!page.ok()) return page.status();
+    robots.insert(robots.end(), page->robots().begin(), page->robots().end());
+    request.set_page_token(page->next_page_token());
+  } while (!request.page_token().empty());
+  if (absl::Status status = ChooseRobot(robots, robot, read); !status.ok()) return status;
+  return read;
+}
+
+Surroundings AsItIs(const PlanningWorld& world) {
+  Surroundings surroundings{.options = {}, .robot = world.robot, .warnings = {}};
+  surroundings.options.set_world_uid(world.world_uid);
+  SetExact(world, surroundings.options.mutable_at_revision());
+  return surroundings;
+}
+
+absl::StatusOr<Surroundings> SceneAlone(const client::Connection& connection,
+                                        const PlanningWorld& world,
+                                        const formats::SceneFile& scene) {
+  const auto import = scene::ImportOf(connection, scene, {.robot = &world.robot, .without = {}});
+  if (!import.ok()) return import.status();
+  const auto objects = ObjectsOf(connection, world);
+  if (!objects.ok()) return objects.status();
+  Surroundings surroundings = AsItIs(world);
+  surroundings.warnings = import->warnings;
+  for (const std::string& object : *objects) Remove(object, surroundings.options);
+  for (const v1::PairRule& rule : world.rules) Withdraw(rule, surroundings.options);
+  for (const std::string& robot : world.other_robots) surroundings.options.add_ignore(robot);
+  for (const v1::Change& change : import->changes) {
+    *surroundings.options.add_overlay() = change;
+    if (change.has_robot_state()) Follow(change.robot_state(), surroundings.robot);
+  }
+  return surroundings;
+}
+
+v1::CheckCollisionsRequest QuestionOf(const PlanningWorld& world, const Surroundings& surroundings,
+                                      const std::string& group, const std::vector<Joint>& joints,
+                                      const v1::SetRobotState& start) {
+  v1::CheckCollisionsRequest question;
+  question.set_world(world.name);
+  *question.mutable_options() = surroundings.options;
+  v1::RobotSubject& subject = *question.mutable_subject()->mutable_robot();
+  subject.set_robot(world.robot.name());
+  subject.set_group(group);
+  if (start.has_x_world_base()) *subject.mutable_x_world_base() = start.x_world_base();
+  for (const v1::VariableValue& value : start.joints().values()) {
+    const bool is_planned = std::any_of(joints.begin(), joints.end(), [&](const Joint& joint) {
+      return joint.name == value.variable();
+    });
+    if (!is_planned) *subject.mutable_base_state()->add_values() = value;
+  }
+  return question;
+}
+
+}  // namespace cwm::planner

@@ -1,0 +1,177 @@
+#include "clients/scene/scene_import.h"
+
+#include <algorithm>
+#include <map>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "clients/cpp/geometry_transfer.h"
+#include "clients/formats/format_error.h"
+#include "clients/scene/scene_objects.h"
+#include "clients/scene/scene_robot.h"
+#include "proto/transfer/mesh_bytes.h"
+
+namespace cwm::scene {
+namespace {
+
+namespace pb = cwm::v1;
+using formats::SceneAttachedObject;
+using formats::SceneFile;
+using formats::SceneObject;
+
+std::string Counted(std::size_t count, const std::string& what) {
+  return absl::StrCat(count, " ", what, count == 1 ? "" : "s");
+}
+
+absl::Status PlanState(const SceneFile& scene, const pb::Robot& robot, SceneImport& plan) {
+  if (scene.robot_state.empty()) return absl::OkStatus();
+  SceneState state = StateOf(scene.robot_state, robot);
+  const int count = state.set.joints().values_size();
+  plan.warnings.insert(plan.warnings.end(), state.warnings.begin(), state.warnings.end());
+  if (count == 0 && !state.sets_base) return absl::OkStatus();
+  *plan.changes.emplace_back().mutable_robot_state() = std::move(state.set);
+  plan.taken.push_back(absl::StrCat("the state of ", robot.name(), " (",
+                                    Counted(static_cast<std::size_t>(count), "joint value"),
+                                    state.sets_base ? " and its base" : "", ")"));
+  return absl::OkStatus();
+}
+
+absl::Status PlanObjects(const client::Connection& connection,
+                         const std::vector<const SceneObject*>& objects, SceneImport& plan) {
+  const StoreMesh store = [&connection](const formats::MeshFile& mesh) {
+    return client::WriteGeometry(connection, {pb::GEOMETRY_FORMAT_MESH_F64, EncodeMesh(mesh)});
+  };
+  std::map<std::string, std::string> id_of_name;
+  std::size_t meshes = 0;
+  for (const SceneObject* scene_object : objects) {
+    auto object = ToObject(*scene_object, store);
+    if (!object.ok()) return object.status();
+    const auto [known, is_new] = id_of_name.emplace(object->name(), scene_object->id);
+    if (!is_new) {
+      return absl::InvalidArgumentError(absl::StrCat(
+          "ids \"", formats::Printable(known->second), "\" and \"",
+          formats::Printable(scene_object->id), "\" would both be \"",
+          formats::Printable(object->name()), "\", must differ in letters, digits and _-./"));
+    }
+    if (object->name() != scene_object->id) {
+      plan.warnings.push_back(absl::StrCat("\"", formats::Printable(scene_object->id),
+                                           "\": put as ", formats::Printable(object->name()),
+                                           ", names have letters, digits and _-./"));
+    }
+    for (const auto& shape : scene_object->shapes) {
+      meshes += std::holds_alternative<formats::MeshFile>(shape.shape) ? 1 : 0;
+    }
+    *plan.changes.emplace_back().mutable_put()->mutable_object() = *std::move(object);
+  }
+  if (!objects.empty()) {
+    const std::string of_meshes =
+        meshes == 0 ? "" : absl::StrCat(" (", meshes, meshes == 1 ? " mesh)" : " meshes)");
+    plan.taken.push_back(absl::StrCat(Counted(objects.size(), "object"), of_meshes));
+  }
+  return absl::OkStatus();
+}
+
+void PlanRules(const SceneFile& scene, const pb::Robot* robot, SceneImport& plan) {
+  SceneRules rules = RulesOf(scene, robot);
+  plan.warnings.insert(plan.warnings.end(), rules.warnings.begin(), rules.warnings.end());
+  if (rules.pairs.empty()) return;
+  for (const pb::NamedPair& pair : rules.pairs) {
+    *plan.changes.emplace_back().mutable_allow()->mutable_pair() = pair;
+  }
+  plan.taken.push_back(Counted(rules.pairs.size(), "allowed pair"));
+}
+
+// Whether the file says where in the world it is, whatever the robot may be.
+bool StandsInWorld(const SceneAttachedObject& attached) {
+  return !attached.pose_is_in_link || attached.object.shapes.empty();
+}
+
+void PlanAttached(const SceneAttachedObject& attached, const pb::Robot& robot, SceneImport& plan) {
+  pb::AttachObject& attach = *plan.changes.emplace_back().mutable_attach();
+  attach.set_name(WorldName(attached.object.id));
+  attach.set_robot(robot.name());
+  attach.set_link(attached.link);
+  std::vector<std::string> unknown;
+  for (const std::string& link : attached.touch_links) {
+    if (HasLink(robot, link)) {
+      attach.add_touch_links(link);
+    } else {
+      unknown.push_back(link);
+    }
+  }
+  if (!unknown.empty()) {
+    plan.warnings.push_back(absl::StrCat(formats::Printable(attached.object.id), ": touch_links ",
+                                         Listed(unknown), ": left out, ", robot.name(),
+                                         " has no such links"));
+  }
+  // Put in the frame of the link, it goes where that is; else it stays where it was put.
+  if (StandsInWorld(attached)) return;
+  const auto put = std::find_if(plan.changes.begin(), plan.changes.end(), [&](const auto& c) {
+    return c.has_put() && c.put().object().name() == attach.name();
+  });
+  *attach.mutable_x_link_object() = put->put().object().x_world_object();
+}
+
+void PlanAttached(const SceneFile& scene, const pb::Robot& robot, SceneImport& plan) {
+  std::size_t count = 0;
+  for (const SceneAttachedObject& attached : scene.robot_state.attached) {
+    if (HasLink(robot, attached.link)) {
+      PlanAttached(attached, robot, plan);
+      ++count;
+      continue;
+    }
+    plan.warnings.push_back(absl::StrCat(
+        formats::Printable(attached.object.id),
+        StandsInWorld(attached) ? ": stands free, " : ": left out with its pose in that link, ",
+        robot.name(), " has no link ", formats::Printable(attached.link), " to hold it"));
+  }
+  if (count > 0) plan.taken.push_back(Counted(count, "attached object"));
+}
+
+}  // namespace
+
+bool ImportOptions::Takes(Part part) const {
+  return std::find(without.begin(), without.end(), part) == without.end();
+}
+
+bool NeedsRobot(const SceneFile& scene, const ImportOptions& options) {
+  return (options.Takes(Part::kState) && !scene.robot_state.empty()) ||
+         (options.Takes(Part::kAttached) && !scene.robot_state.attached.empty()) ||
+         (options.Takes(Part::kAllowed) &&
+          (!scene.allowed_collisions.names.empty() || !scene.allowed_collisions.defaults.empty()));
+}
+
+absl::StatusOr<SceneImport> ImportOf(const client::Connection& connection, const SceneFile& scene,
+                                     const ImportOptions& options) {
+  SceneImport plan;
+  plan.warnings = scene.warnings;
+  const pb::Robot* robot = NeedsRobot(scene, options) ? options.robot : nullptr;
+  if (robot == nullptr && NeedsRobot(scene, options)) {
+    plan.warnings.push_back(
+        "the world has no robot: its state, what it holds and what its links may touch are left "
+        "out; `cwm robot load` it first");
+  } else if (robot != nullptr && !scene.robot_model_name.empty() &&
+             robot->name() != scene.robot_model_name) {
+    plan.warnings.push_back(absl::StrCat("the scene is of ",
+                                         formats::Printable(scene.robot_model_name), ", taken for ",
+                                         robot->name()));
+  }
+  const bool attaches = robot != nullptr && options.Takes(Part::kAttached);
+  std::vector<const SceneObject*> objects;
+  for (const SceneObject& object : scene.objects) objects.push_back(&object);
+  for (const SceneAttachedObject& attached : scene.robot_state.attached) {
+    if (!attaches || attached.object.shapes.empty()) continue;
+    if (StandsInWorld(attached) || HasLink(*robot, attached.link)) {
+      objects.push_back(&attached.object);
+    }
+  }
+  absl::Status status;
+  if (robot != nullptr && options.Takes(Part::kState)) status = PlanState(scene, *robot, plan);
+  if (status.ok()) status = PlanObjects(connection, objects, plan);
+  if (!status.ok()) return status;
+  if (options.Takes(Part::kAllowed)) PlanRules(scene, robot, plan);
+  if (attaches) PlanAttached(scene, *robot, plan);
+  return plan;
+}
+
+}  // namespace cwm::scene

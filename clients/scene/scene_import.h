@@ -1,0 +1,42 @@
+// A planning scene as changes of a world.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "clients/cpp/connection.h"
+#include "clients/formats/scene_file.h"
+#include "cwm/v1/world.pb.h"
+
+namespace cwm::scene {
+
+// Parts of a scene beside its objects: all of them are about its robot.
+enum class Part { kState = 1, kAllowed, kAttached };
+
+struct ImportOptions {
+  // Of the world, whose scene it is; nullptr: the world has none, and the parts are left out with a
+  // warning.
+  const cwm::v1::Robot* robot = nullptr;
+  std::vector<Part> without = {};
+
+  bool Takes(Part part) const;
+};
+
+// What is taken of a scene, for people to read and the server to do.
+struct SceneImport {
+  std::vector<cwm::v1::Change> changes;
+  std::vector<std::string> taken;
+  std::vector<std::string> warnings;  // those of the scene included
+};
+
+// Whether the scene says anything of the parts that are taken.
+bool NeedsRobot(const formats::SceneFile& scene, const ImportOptions& options);
+
+// Meshes are stored with the server; the changes are for the caller to apply, in this order, or to
+// lay over a question. INVALID_ARGUMENT where two objects would have one name.
+absl::StatusOr<SceneImport> ImportOf(const client::Connection& connection,
+                                     const formats::SceneFile& scene, const ImportOptions& options);
+
+}  // namespace cwm::scene

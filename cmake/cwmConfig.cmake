@@ -1,0 +1,10 @@
+# find_package(cwm): the target cwm::client, and what it links.
+include(CMakeFindDependencyMacro)
+find_dependency(Threads)
+find_dependency(absl)
+find_dependency(OpenSSL)
+find_dependency(Protobuf)
+find_dependency(gRPC CONFIG)
+find_dependency(tinyxml2)
+find_dependency(yaml-cpp)
+include(${CMAKE_CURRENT_LIST_DIR}/cwmTargets.cmake)

@@ -1,0 +1,68 @@
+// A point in the plane, x and y from -1 to 1, among discs: who is free is a formula.
+#pragma once
+
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "clients/planner/joint_space.h"
+#include "clients/planner/state_checker.h"
+
+namespace cwm::planner {
+
+struct Disc {
+  double x, y, radius;
+};
+
+class FlatWorld : public StateChecker {
+ public:
+  explicit FlatWorld(std::vector<Disc> discs) : discs_(std::move(discs)) {}
+
+  // Negative inside of a disc.
+  double Clearance(double x, double y) const {
+    double least = std::numeric_limits<double>::infinity();
+    for (const Disc& disc : discs_) {
+      least = std::min(least, std::hypot(x - disc.x, y - disc.y) - disc.radius);
+    }
+    return least;
+  }
+
+ private:
+  absl::StatusOr<std::vector<std::uint8_t>> Answer(std::span<const double> rows,
+                                                   std::size_t width) override {
+    std::vector<std::uint8_t> free;
+    for (std::size_t k = 0; k < rows.size(); k += width) {
+      free.push_back(Clearance(rows[k], rows[k + 1]) >= 0 ? 1 : 0);
+    }
+    return free;
+  }
+
+  std::vector<Disc> discs_;
+};
+
+inline std::vector<Joint> Flat() {
+  return {{.name = "x", .kind = Joint::Kind::kLimited, .lower = -1, .upper = 1},
+          {.name = "y", .kind = Joint::Kind::kLimited, .lower = -1, .upper = 1}};
+}
+
+// How deep the path is in discs at worst, followed by steps of 1e-4.
+inline double LeastClearance(const FlatWorld& world, const std::vector<Row>& path) {
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t k = 1; k < path.size(); ++k) {
+    const Row &a = path[k - 1], &b = path[k];
+    const int steps = 1 + static_cast<int>(std::hypot(b[0] - a[0], b[1] - a[1]) / 1e-4);
+    for (int i = 0; i <= steps; ++i) {
+      const double t = static_cast<double>(i) / steps;
+      least = std::min(least, world.Clearance(a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1])));
+    }
+  }
+  return least;
+}
+
+// Between two free states so far apart a line is at most so deep in a disc of the radius: its
+// sagitta.
+inline double DeepestBetween(double step, double radius) {
+  return radius - std::sqrt(radius * radius - step * step / 4);
+}
+
+}  // namespace cwm::planner
