@@ -6,6 +6,7 @@ if(NOT EXISTS ${esbuild} OR NOT EXISTS ${SOURCE_DIR}/node_modules/three)
   message(FATAL_ERROR "clients/web/node_modules is missing or not complete: ./dev build installs what the pages are made "
                       "of, and ./dev setup build does so without building")
 endif()
+include(${CMAKE_CURRENT_LIST_DIR}/generate.cmake)
 get_filename_component(directory ${OUTPUT} DIRECTORY)
 set(page ${SOURCE_DIR}/src/${PAGE})
 set(entries ${page}/main.ts ${page}/style.css)

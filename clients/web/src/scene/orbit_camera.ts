@@ -86,17 +86,27 @@ export class OrbitCamera {
     this.moveTarget(this.homeTarget);
   }
 
-  // Lets a pane's element turn the camera. The wheel zooms only while the element has the focus: else it
-  // scrolls the page.
-  attach(element: HTMLElement): void {
+  // Shows the whole of `bounds` from where the camera looks now, or along `-direction`.
+  frame(bounds: Box3, direction?: Vector3): void {
+    const from = direction ?? this.camera.position.clone().sub(this.target);
+    const view = fittingView(bounds, from.clone().normalize());
+    this.camera.position.copy(view.position);
+    this.moveTarget(view.target);
+  }
+
+  // Lets a pane's element turn the camera. Where the page scrolls, the wheel zooms only while the element has
+  // the focus: else it scrolls the page.
+  attach(element: HTMLElement, scrolls = true): void {
     const controls = new OrbitControls(this.camera, element);
     controls.target = this.target;
     controls.zoomToCursor = true;
-    controls.enableZoom = false;
+    controls.enableZoom = !scrolls;
     controls.addEventListener("change", this.changed);
     this.controls.push(controls);
-    element.addEventListener("focus", () => { controls.enableZoom = true; });
-    element.addEventListener("blur", () => { controls.enableZoom = false; });
+    if (scrolls) {
+      element.addEventListener("focus", () => { controls.enableZoom = true; });
+      element.addEventListener("blur", () => { controls.enableZoom = false; });
+    }
     element.addEventListener("pointerdown", () => element.focus({ preventScroll: true }));
     element.addEventListener("keydown", (event) => this.onKey(event));
   }
