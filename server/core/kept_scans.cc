@@ -47,7 +47,7 @@ std::vector<std::string> NamesOf(const std::vector<collision::WorldObjectPtr>& o
   std::vector<std::string> names;
   for (const collision::WorldObjectPtr& object : objects) {
     // One without a uid is in no world.
-    names.push_back(object == nullptr || object->uid.empty() ? "" : object->name);
+    names.push_back(object == nullptr || object->Uid().empty() ? "" : object->name);
   }
   return names;
 }

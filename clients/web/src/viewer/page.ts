@@ -84,7 +84,7 @@ export class Page {
     menu.addEventListener("click", () => body.classList.toggle("listing"));
     this.toolbar.root.prepend(menu);
     const middle = element("main", "middle", this.picture.stage.root, this.empty, this.scale, this.notices,
-      element("div", "bottom", this.questions.root, this.timeline.root));
+      element("div", "bottom", this.questions.answer, this.questions.root, this.timeline.root));
     this.notices.setAttribute("role", "alert");
     this.empty.hidden = true;
     body.append(this.toolbar.root, left, middle, right, this.help);

@@ -27,7 +27,7 @@ const fragmentShader = `
 
   void main() {
     float fog = 1.0 - smoothstep(0.25, 1.0, length(place - center.xy) / reach_m);
-    float alpha = max(0.16 * line(cell_m), 0.34 * line(10.0 * cell_m)) * fog;
+    float alpha = max(0.11 * line(cell_m), 0.26 * line(10.0 * cell_m)) * fog;
     if (alpha < 0.004) discard;
     gl_FragColor = vec4(ink, alpha);
   }

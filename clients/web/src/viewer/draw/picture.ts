@@ -63,7 +63,7 @@ export class Picture {
 
   setAnswer(question: Question, answer: Answer): void {
     const size = this.stage.camera.position.distanceTo(this.stage.orbit.target);
-    this.answer = answerPicture(question, answer, size / 25);
+    this.answer = answerPicture(question, answer, size / 18);
     this.refresh();
   }
 

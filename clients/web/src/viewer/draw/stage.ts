@@ -41,7 +41,7 @@ export class Stage {
   beforeFrame: () => void = () => {};   // what must be in step with the picture
   private readonly renderer = new WebGLRenderer({ antialias: false, alpha: true });  // the shading smooths
   private readonly shading = new DepthShading();
-  private readonly lamp = new DirectionalLight(0xffffff, 1.9);
+  private readonly lamp = new DirectionalLight(0xffffff, 1.7);
   private readonly raycaster = new Raycaster();
   private readonly cross = axisCross();
   private waiting = false;
@@ -51,7 +51,7 @@ export class Stage {
     this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
     this.renderer.info.autoReset = false;
     this.renderer.domElement.setAttribute("aria-hidden", "true");
-    this.scene.add(new HemisphereLight(0xffffff, 0x8d8d99, 1.6), new AmbientLight(0xffffff, 0.35), this.lamp, this.lamp.target);
+    this.scene.add(new HemisphereLight(0xffffff, 0x8d8d99, 1.6), new AmbientLight(0xffffff, 0.6), this.lamp, this.lamp.target);
     this.scene.add(this.grid.object);
     this.scene.matrixWorldAutoUpdate = true;
     this.orbit = new OrbitCamera(() => this.requestRender());

@@ -15,7 +15,7 @@ const mostKept = 50;
 export class QuestionPanel {
   readonly root = element("section", "question");
   readonly input = element("input", "line");
-  private readonly answer = element("div", "answer");
+  readonly answer = element("div", "answer");
   private readonly past: string[] = [];
   private at = 0;
 
@@ -29,7 +29,7 @@ export class QuestionPanel {
     this.input.addEventListener("keydown", (event) => this.onKey(event));
     this.answer.setAttribute("role", "status");
     this.answer.hidden = true;
-    this.root.append(this.answer, this.input);
+    this.root.append(this.input);
   }
 
   showAnswer(text: string, { title, verdict, columns, rows }: Answer, revision: string): void {
