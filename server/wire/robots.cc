@@ -117,7 +117,7 @@ v1::Robot ToProto(const collision::WorldRobot& robot) {
 void SetLinks(const collision::WorldRobot& robot, LinkShapes shapes, GeometryStore& store,
               v1::GetRobotLinksResponse* response) {
   const RobotModel& model = robot.model();
-  response->set_robot_uid(robot.uid);
+  response->set_robot_uid(robot.Uid());
   for (std::size_t i = 0; i < model.links.size(); ++i) {
     v1::PlacedLink* link = response->add_links();
     link->set_link(model.links[i].name);
