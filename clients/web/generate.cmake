@@ -1,13 +1,14 @@
-# cmake -DSOURCE_DIR=clients/web -P generate.cmake: the messages of proto/cwm/v1 as TypeScript in `generated`, made anew when
+# cmake -P generate.cmake, or included: the messages of proto/cwm/v1 as TypeScript in `generated`, made anew when
 # a .proto is newer. Needs protoc, which all builds need, and what package.json names; no network.
-set(protos ${SOURCE_DIR}/../../proto)
-set(plugin ${SOURCE_DIR}/node_modules/.bin/protoc-gen-es)
-set(generated ${SOURCE_DIR}/generated)
+set(web_dir ${CMAKE_CURRENT_LIST_DIR})
+set(protos ${web_dir}/../../proto)
+set(plugin ${web_dir}/node_modules/.bin/protoc-gen-es)
+set(generated ${web_dir}/generated)
 find_program(protoc protoc)
 if(NOT EXISTS ${plugin} OR NOT protoc)
   message(FATAL_ERROR "protoc-gen-es or protoc is missing: ./dev setup build installs both")
 endif()
-file(LOCK ${SOURCE_DIR}/node_modules/.generate GUARD PROCESS TIMEOUT 60)  # builds and tests make them at the same time
+file(LOCK ${web_dir}/node_modules/.generate GUARD PROCESS TIMEOUT 60)  # builds and tests make them at the same time
 file(GLOB sources ${protos}/cwm/v1/*.proto)
 set(stale FALSE)
 foreach(source ${sources})

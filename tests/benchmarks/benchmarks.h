@@ -85,6 +85,9 @@ void MeasureRobotStream(Report& report);
 
 // One state at a time, idle and beside a stream of batches: unary_idle_p99_ms, unary_loaded_p50_ms.
 void MeasureRobotLatency(Report& report);
+// The viewer's page in a browser: viewer_frame_cpu_ms, viewer_draw_calls, viewer_update_ms.
+void MeasureViewer(Report& report);
+
 // The Panda's 59 given spheres in the same problems: panda_core_us, panda_core_mismatches.
 void MeasureSpheres(Report& report);
 
