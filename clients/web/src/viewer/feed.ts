@@ -35,11 +35,14 @@ class Latest {
 
   private async run(): Promise<void> {
     this.isRunning = true;
-    while (this.isWanted) {
-      this.isWanted = false;
-      await this.work();
+    try {
+      while (this.isWanted) {
+        this.isWanted = false;
+        await this.work();
+      }
+    } finally {
+      this.isRunning = false;
     }
-    this.isRunning = false;
   }
 }
 
@@ -49,7 +52,7 @@ export class Feed {
   private cancel: (() => void) | undefined;
   private timer = 0;
   private isOpen = false;
-  private shapes = new Map<string, readonly PlacedLink[]>();  // by the robot's uid
+  private shapes = new Map<string, readonly PlacedLink[]>();  // by the uids of the world and the robot
   private placed = new Map<string, RobotModel>();
   private readonly robots = new Latest(() => this.placeRobots());
   private readonly scans = new Latest(() => this.listScans());
@@ -182,12 +185,13 @@ export class Feed {
   }
 
   private async linksOf(robot: Robot): Promise<readonly PlacedLink[] | undefined> {
-    const shapes = this.shapes.get(robot.uid);
+    const key = `${this.model.state.world_uid} ${robot.uid}`;
+    const shapes = this.shapes.get(key);
     try {
       const { links, robot_uid } = await this.link.call<RobotLinks>("RobotService/GetRobotLinks", {
         world: this.world ?? "", name: robot.name, with_shapes: shapes === undefined });
-      if (shapes === undefined) this.shapes.set(robot_uid, links);
-      else if (robot_uid !== robot.uid) return undefined;  // replaced meanwhile: its event follows
+      if (robot_uid !== robot.uid) return undefined;  // replaced meanwhile: its event follows
+      if (shapes === undefined) this.shapes.set(key, links);
       return links.map((link, i) => ({ ...link, shapes: shapes?.[i]?.shapes ?? link.shapes }));
     } catch (error) {
       this.report(error);

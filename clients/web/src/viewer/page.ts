@@ -1,6 +1,6 @@
 // The page: what is chosen, and who hears of it.
 import { element } from "../page/dom";
-import type { PairRule, Scan, World } from "../world/stream";
+import type { Scan, World } from "../world/stream";
 import { answerOf, type Reply } from "./answer";
 import { Picture } from "./draw/picture";
 import { Feed, type RobotModel } from "./feed";
@@ -201,8 +201,7 @@ export class Page {
 
   private showSelection(): void {
     const thing = this.selected === undefined ? undefined : this.things.things.get(this.selected);
-    const rules: Iterable<PairRule> = this.seen.state.rules.values();
-    this.details.show(thing, rules);
+    this.details.show(thing, this.seen.state.rules);
     this.picture.setSelected(thing);
   }
 

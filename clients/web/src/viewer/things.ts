@@ -27,8 +27,9 @@ export interface Thing {
 
 export const isRobot = (of: Thing["of"]): of is RobotModel => "links" in of;
 
-function objectThing(object: WorldObject, color: string, before: Thing | undefined): Thing {
-  const shape = `${object.uid} ${object.geometry_revision} ${object.kind}`;
+// Uids and revisions begin anew in a new world.
+function objectThing(world_uid: string, object: WorldObject, color: string, before: Thing | undefined): Thing {
+  const shape = `${world_uid} ${object.uid} ${object.geometry_revision} ${object.kind}`;
   const drawn: SceneThing = {
     name: object.name, color, shape, frames: [matrixOf(object.x_world_object)],
     parts: before && before.drawn.shape === shape ? before.drawn.parts
@@ -36,9 +37,9 @@ function objectThing(object: WorldObject, color: string, before: Thing | undefin
   return { name: object.name, kind: shortName(object.kind, "OBJECT_KIND") as Kind, color, of: object, drawn };
 }
 
-function robotThing(model: RobotModel, color: string, before: Thing | undefined): Thing {
+function robotThing(world_uid: string, model: RobotModel, color: string, before: Thing | undefined): Thing {
   const { robot, links } = model;
-  const shape = `robot ${robot.uid}`;
+  const shape = `${world_uid} robot ${robot.uid}`;
   const drawn: SceneThing = {
     name: robot.name, color, shape, frames: links.map(({ x_world_link }) => matrixOf(x_world_link)),
     parts: before && before.drawn.shape === shape ? before.drawn.parts
@@ -57,14 +58,15 @@ export class ThingList {
       if (!state.objects.has(name) && !robots.has(name)) this.things.delete(name);
     }
     for (const object of state.objects.values()) {
-      const before = this.things.get(object.name);
-      if (before?.of !== object) this.things.set(object.name, objectThing(object, this.colors.of(object.name), before));
+      const { name } = object;
+      const before = this.things.get(name);
+      if (before?.of !== object) this.things.set(name, objectThing(state.world_uid, object, this.colors.of(name), before));
     }
     let index = 0;
     for (const model of robots.values()) {
       const color = robotColors[index++ % robotColors.length] as string;
       const before = this.things.get(model.robot.name);
-      if (before?.of !== model) this.things.set(model.robot.name, robotThing(model, color, before));
+      if (before?.of !== model) this.things.set(model.robot.name, robotThing(state.world_uid, model, color, before));
     }
   }
 }

@@ -4,6 +4,8 @@ import { BufferAttribute, BufferGeometry } from "three";
 const attempts = 3;
 const pause_ms = 400;
 
+const mostKept = 500;
+
 export async function fetchBlob(hash: string): Promise<ArrayBuffer> {
   for (let attempt = 1; ; ++attempt) {
     try {
@@ -36,6 +38,17 @@ export class MeshLibrary {
   private readonly onTheWay = new Map<string, Promise<BufferGeometry | undefined>>();
 
   constructor(private readonly failed: (why: string) => void) {}
+
+  // Of those that nobody uses, the ones beyond what is worth keeping: they are in the browser's cache, too.
+  trim(isUsed: (hash: string) => boolean): void {
+    if (this.known.size <= mostKept) return;
+    for (const [hash, geometry] of this.known) {
+      if (isUsed(hash)) continue;
+      geometry.dispose();
+      this.known.delete(hash);
+      this.onTheWay.delete(hash);
+    }
+  }
 
   // What has arrived.
   now(hash: string): BufferGeometry | undefined { return this.known.get(hash); }

@@ -3,7 +3,7 @@ import { BufferAttribute, BufferGeometry, Color, Group, Points, PointsMaterial }
 import type { Scan } from "../../world/stream";
 import { fetchBlob } from "./blobs";
 
-interface Held { scan: Scan; points: Points; labels: Uint32Array; }
+interface Held { scan: Scan; points: Points; labels: Uint32Array; painted: ReadonlyMap<number, string>; }
 
 export const looseColor = "#8a8f98";  // of points that belong to nothing
 
@@ -45,8 +45,11 @@ export class Clouds {
     }
   }
 
+  // After a change of the world: most leave the colours as they are, and a million points alone.
   recolor(): void {
-    for (const held of this.held.values()) this.paint(held);
+    for (const held of this.held.values()) {
+      if ([...held.painted].some(([label, color]) => this.colorOfLabel(label, held.scan) !== color)) this.paint(held);
+    }
   }
 
   private async load(scan: Scan): Promise<void> {
@@ -54,7 +57,7 @@ export class Clouds {
     if (this.wanted.get(scan.sensor) !== scan) return;  // a newer one is on its way
     const before = this.held.get(scan.sensor);
     if (before) this.drop(scan.sensor, before);
-    const held = { scan, points: this.cloudOf(points), labels: new Uint32Array(labels) };
+    const held = { scan, points: this.cloudOf(points), labels: new Uint32Array(labels), painted: new Map() };
     this.held.set(scan.sensor, held);
     this.paint(held);
     this.root.add(held.points);
@@ -72,7 +75,8 @@ export class Clouds {
     return points;
   }
 
-  private paint({ scan, points, labels }: Held): void {
+  private paint(held: Held): void {
+    const { scan, points, labels } = held;
     const colors = points.geometry.getAttribute("color");
     const bytes = colors.array as Uint8Array;
     const known = new Map<number, readonly [number, number, number]>();
@@ -84,12 +88,17 @@ export class Clouds {
       bytes[3 * i + 2] = b;
     }
     colors.needsUpdate = true;
+    held.painted = new Map([...known.keys()].map((label) => [label, this.colorOfLabel(label, scan)]));
+  }
+
+  private colorOfLabel(label: number, scan: Scan): string {
+    const name = ownerOfLabel(label, scan);
+    return (name !== undefined && this.colorOf(name)) || looseColor;
   }
 
   private colorBytes(label: number, scan: Scan, known: Map<number, readonly [number, number, number]>):
       readonly [number, number, number] {
-    const name = ownerOfLabel(label, scan);
-    const color = new Color((name !== undefined && this.colorOf(name)) || looseColor);
+    const color = new Color(this.colorOfLabel(label, scan));
     const made = [255 * color.r, 255 * color.g, 255 * color.b] as const;
     known.set(label, made);
     return made;

@@ -25,6 +25,8 @@ export class MeshBatch<Owner> implements Batch<Owner> {
 
   get count(): number { return this.slots.size; }
 
+  holds(key: string): boolean { return this.held.has(key); }
+
   // Geometries of one key are the same; they have positions, normals and an index.
   add(owner: Owner, key: string, geometry: BufferGeometry, matrix: Matrix4, color: Color): Slot<Owner> {
     const held = this.hold(key, geometry);

@@ -81,7 +81,3 @@ export function partsOf(object: WorldObject): Part[] {
   });
   return [...shapes, ...surfaces, ...handles];
 }
-
-// Whether two states of an object are drawn by the same parts, wherever they are.
-export const sameParts = (a: WorldObject, b: WorldObject): boolean =>
-  a.uid === b.uid && a.kind === b.kind && a.geometry_revision === b.geometry_revision && a.shapes.length === b.shapes.length;

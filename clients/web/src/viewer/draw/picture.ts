@@ -26,6 +26,7 @@ export class Picture {
   selectionColor = "#1f5fbf";
   shown: Shown = { names: false, frames: false };
   private things: readonly Thing[] = [];
+  private byName: ReadonlyMap<string, Thing> = new Map();
   private selected: Thing | undefined;
   private answer: AnswerPicture | undefined;
   private isStale = false;
@@ -46,6 +47,7 @@ export class Picture {
   // Those that are to be seen; the picture follows with its next frame.
   setThings(things: readonly Thing[]): void {
     this.things = things;
+    this.byName = new Map(things.map((thing) => [thing.name, thing]));
     this.refresh();
   }
 
@@ -97,7 +99,7 @@ export class Picture {
 
   // Half-spaces have no end, and are drawn with one.
   private finiteBounds(name: string): Box3 {
-    const thing = this.things.find((one) => one.name === name);
+    const thing = this.byName.get(name);
     if (thing && !isRobot(thing.of) && thing.of.shapes.some(({ half_space }) => half_space)) return new Box3();
     return this.view.boundsOf(name);
   }

@@ -58,6 +58,7 @@ export class WorldView {
         this.add(thing);
       }
     }
+    this.library.trim((hash) => [...this.meshes.values()].some((batch) => batch.holds(hash)));
   }
 
   // Draws all things anew without these layers.

@@ -123,15 +123,17 @@ function rulesOf(name: string, rules: Iterable<PairRule>): HTMLElement[] {
 export class Details {
   readonly root = element("section", "details");
   private shown: Thing["of"] | undefined;
+  private rules: ReadonlyMap<string, PairRule> | undefined;
 
   constructor(private readonly listener: { close: () => void; frame: (name: string) => void }) {
     this.root.setAttribute("aria-label", "Details of the selection");
     this.root.hidden = true;
   }
 
-  show(thing: Thing | undefined, rules: Iterable<PairRule>): void {
-    if (thing?.of === this.shown) return;
+  show(thing: Thing | undefined, rules: ReadonlyMap<string, PairRule>): void {
+    if (thing?.of === this.shown && rules === this.rules) return;
     this.shown = thing?.of;
+    this.rules = rules;
     this.root.hidden = thing === undefined;
     if (!thing) return;
     const { of } = thing;
@@ -145,6 +147,6 @@ export class Details {
     this.root.replaceChildren(
       element("header", "", name, frame, close),
       ...(isRobot(of) ? robotSections(of) : [objectFacts(of, thing.kind === "user" ? "user's object" : thing.kind), ...objectSections(of)]),
-      ...rulesOf(thing.name, rules));
+      ...rulesOf(thing.name, rules.values()));
   }
 }

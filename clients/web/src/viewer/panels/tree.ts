@@ -17,6 +17,9 @@ interface Branch { root: HTMLElement; list: HTMLElement; box: HTMLInputElement; 
 // More rows than this are not read but searched; a list of them would cost more than the picture.
 const mostRows = 400;
 
+// thing_2 before thing_10.
+const order = new Intl.Collator("en", { numeric: true });
+
 function checkbox(label: string): HTMLInputElement {
   const box = element("input");
   box.type = "checkbox";
@@ -51,7 +54,7 @@ export class Tree {
   }
 
   show(things: Iterable<Thing>): void {
-    const now = [...things].sort((a, b) => a.name.localeCompare(b.name, "en", { numeric: true }));
+    const now = [...things].sort((a, b) => order.compare(a.name, b.name));
     const isSame = now.length === this.things.length && now.every((thing, i) => {
       const before = this.things[i];
       return before?.name === thing.name && before.kind === thing.kind && before.color === thing.color;
