@@ -66,14 +66,19 @@ export class OpenedPage {
 
   static async open(browser: Browser, url: string, colorScheme: "light" | "dark" = "light",
                     viewport = { width: 1280, height: 800 }): Promise<OpenedPage> {
+    const blank = await browser.newPage();  // in front of the other it would have all the frames
     const context = await browser.newContext({ viewport, colorScheme });
-    const opened = new OpenedPage(await context.newPage(), await context.newPage());
+    const opened = new OpenedPage(await context.newPage(), blank);
+    await opened.page.bringToFront();
     await opened.page.goto(url);
     await opened.page.waitForFunction(() => "cwmViewer" in window);
     return opened;
   }
 
-  close(): Promise<void> { return this.page.context().close(); }
+  async close(): Promise<void> {
+    await this.blank.close();
+    await this.page.context().close();
+  }
 
   facts(): Promise<Facts> { return this.page.evaluate(() => window.cwmViewer.facts()); }
 
@@ -125,6 +130,7 @@ export class OpenedPage {
   }
 
   async ask(question: string): Promise<string> {
+    if (await this.page.isVisible(".answer")) await this.page.click(".answer .close");
     await this.page.fill(".line", question);
     await this.page.press(".line", "Enter");
     await this.page.waitForSelector(".answer:not([hidden])");

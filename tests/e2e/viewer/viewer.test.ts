@@ -103,10 +103,13 @@ test("a change shows within 200 ms", async () => {
   await page.settle(1);
   const times_ms: number[] = [];
   for (let i = 1; i <= 7; ++i) {
+    await page.settle(i);  // software draws the picture before for long
     const began = Date.now();
     await server.cwm("move", "crate", "--to", `${0.05 * i},0,0.1`);
-    await until("the move was drawn", async () => Number((await page.facts()).revision) === 1 + i);
-    await until("it was drawn", async () => (await page.facts()).last_update_ms >= began);
+    await until("the move was drawn", async () => {
+      const facts = await page.facts();
+      return Number(facts.revision) === 1 + i && facts.last_update_ms >= began;
+    });
     times_ms.push((await page.facts()).last_update_ms - began);
   }
   // From before the command line begins to after the picture is drawn, on a machine that does other things too: the best.
@@ -172,7 +175,7 @@ test("a question is answered as the command line answers it, and drawn", async (
   assert.match(text, /exact/);
   assert.match(await page.ask("contacts sphere 0.05 at 0.5 0 0.62"), /1 contact, deepest 30\.00 mm/);
   assert.match(await page.ask("check box 0.1 0.1 0.1 at 0.5 0 0.6"), /In collision with crate/);
-  assert.match(await page.ask("ray from 0.5 0 2 direction 0 0 -1"), /Hits crate after 1\u20099?400|Hits crate after 1400\.00 mm/);
+  assert.match(await page.ask("ray from 0.5 0 2 direction 0 0 -1"), /Hits crate after 1400\.00 mm/);
   await page.keep("question");
   assert.match(await page.ask("distance object nobody"), /OBJECT_UNKNOWN|nobody/);
   assert.match(await page.ask("distance sphere -1 at 0 0 0"), /radius_m/, "the field that the server names");

@@ -32,13 +32,12 @@ function cornersOf(bounds: Box3): Vector3[] {
     corner & 4 ? bounds.max.z : bounds.min.z));
 }
 
-// Looking along `-direction`, as near as a pane of the usual aspect sees every corner of `bounds`, and those
-// in the middle of it.
-function fittingView(bounds: Box3, direction: Vector3): View {
+// Looking along `-direction`, as near as a pane of the usual aspect sees every corner, and those in the middle
+// of it. The corners lie in `bounds`.
+function fittingView(bounds: Box3, direction: Vector3, corners = cornersOf(bounds)): View {
   const right = new Vector3(0, 0, 1).cross(direction).normalize();
   const up = direction.clone().cross(right);
   const slope = Math.tan((fieldOfView_deg * Math.PI) / 360) / margin;
-  const corners = cornersOf(bounds);
   const target = bounds.getCenter(new Vector3());
   const radius = Math.max(bounds.getSize(new Vector3()).length() / 2, 0.01);  // never inside, be it a point
   let distance = radius / slope;
@@ -86,10 +85,11 @@ export class OrbitCamera {
     this.moveTarget(this.homeTarget);
   }
 
-  // Shows the whole of `bounds` from where the camera looks now, or along `-direction`.
-  frame(bounds: Box3, direction?: Vector3): void {
+  // Shows the whole of all boxes, which are not empty, from where the camera looks now, or along `-direction`.
+  frame(boxes: readonly Box3[], direction?: Vector3): void {
     const from = direction ?? this.camera.position.clone().sub(this.target);
-    const view = fittingView(bounds, from.clone().normalize());
+    const all = boxes.reduce((sum, box) => sum.union(box), new Box3());
+    const view = fittingView(all, from.clone().normalize(), boxes.flatMap(cornersOf));
     this.camera.position.copy(view.position);
     this.moveTarget(view.target);
   }

@@ -41,7 +41,7 @@ export class Picture {
     this.clouds = new Clouds(colorOf, () => this.stage.requestRender(), failed);
     this.stage.scene.add(this.view.root, this.clouds.root, this.axes.object, this.selection.object, this.answerLines.object);
     this.stage.beforeFrame = () => this.update();
-    this.stage.frame(new Box3(new Vector3(-0.5, -0.5, 0), new Vector3(0.5, 0.5, 0.5)), "1");
+    this.stage.frame([new Box3(new Vector3(-0.5, -0.5, 0), new Vector3(0.5, 0.5, 0.5))], "1");
   }
 
   // Those that are to be seen; the picture follows with its next frame.
@@ -87,9 +87,8 @@ export class Picture {
   // What `names` reach, or all that is seen.
   frame(names: readonly string[] | undefined, view?: string): void {
     this.update();
-    const bounds = new Box3();
-    for (const name of names ?? this.things.map((thing) => thing.name)) bounds.union(this.finiteBounds(name));
-    this.stage.frame(bounds, view);
+    const all = names ?? this.things.map((thing) => thing.name);
+    this.stage.frame(all.map((name) => this.finiteBounds(name)), view);
   }
 
   pick(event: PointerEvent): string | undefined {
@@ -118,14 +117,12 @@ export class Picture {
   // The first look shows everything; the floor lies where the world begins, for sensors above it and below.
   private place(): void {
     if (this.isFramed || this.things.length === 0) return;
-    const bounds = new Box3();
-    for (const { name, kind } of this.things) {
-      if (kind !== "unseen") bounds.union(this.finiteBounds(name));
-    }
-    if (bounds.isEmpty()) return;
+    const boxes = this.things.filter(({ kind }) => kind !== "unseen").map(({ name }) => this.finiteBounds(name))
+      .filter((box) => !box.isEmpty());
+    if (boxes.length === 0) return;
     this.isFramed = true;
-    this.stage.floor_m = Math.min(0, bounds.min.z);
-    this.stage.frame(bounds, "1");
+    this.stage.floor_m = Math.min(0, ...boxes.map(({ min }) => min.z));
+    this.stage.frame(boxes, "1");
   }
 
   // Another world: look at it anew.

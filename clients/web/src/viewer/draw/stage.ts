@@ -95,8 +95,9 @@ export class Stage {
     this.onFrame();
   }
 
-  frame(bounds: Box3, view?: string): void {
-    if (!bounds.isEmpty()) this.orbit.frame(bounds, view === undefined ? undefined : viewDirections[view]);
+  frame(boxes: readonly Box3[], view?: string): void {
+    const full = boxes.filter((box) => !box.isEmpty());
+    if (full.length > 0) this.orbit.frame(full, view === undefined ? undefined : viewDirections[view]);
   }
 
   // Where a place of the world is on the page, in CSS pixels of the window.
