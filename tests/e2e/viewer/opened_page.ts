@@ -1,5 +1,5 @@
 // The page in a headless Chromium, as a user sees it, and what it tells of itself.
-import { existsSync, mkdirSync } from "node:fs";
+import { existsSync, mkdirSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { chromium, type Browser, type Page } from "playwright-core";
 import { until } from "./running_server";
@@ -127,6 +127,23 @@ export class OpenedPage {
   async keep(name: string): Promise<void> {
     mkdirSync(pictures, { recursive: true });
     await this.page.screenshot({ path: join(pictures, `${name}.png`) });
+  }
+
+  // For readers: small.
+  async keepSmall(name: string): Promise<void> {
+    const png = (await this.page.screenshot()).toString("base64");
+    const webp = await this.blank.evaluate(async (text) => {
+      const image = await createImageBitmap(await (await fetch(`data:image/png;base64,${text}`)).blob());
+      const canvas = new OffscreenCanvas(image.width, image.height);
+      canvas.getContext("2d")?.drawImage(image, 0, 0);
+      const blob = await canvas.convertToBlob({ type: "image/webp", quality: 0.86 });
+      const bytes = new Uint8Array(await blob.arrayBuffer());
+      let packed = "";
+      for (let i = 0; i < bytes.length; i += 1 << 15) packed += String.fromCharCode(...bytes.subarray(i, i + (1 << 15)));
+      return btoa(packed);
+    }, png);
+    mkdirSync(pictures, { recursive: true });
+    writeFileSync(join(pictures, `${name}.webp`), new Uint8Array(Buffer.from(webp, "base64")));
   }
 
   async ask(question: string): Promise<string> {

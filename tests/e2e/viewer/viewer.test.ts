@@ -43,7 +43,7 @@ function assertGround(actual: Rgb, what: string): void {
 
 test("every object that the server lists is there, in the list and in the picture", async () => {
   await server.ingestKitchen();
-  await server.cwm("put", "crate", "--box", "0.3,0.2,0.2", "--at", "0.2,-0.9,1");
+  await server.cwm("put", "crate", "--box", "0.15,0.2,0.16", "--at", "0.5,-0.55,0.98");
   await open();
   await page.settle(await revision());
   const all = await listed();
@@ -56,7 +56,12 @@ test("every object that the server lists is there, in the list and in the pictur
   const { scans } = JSON.parse(await server.cwm("call", "ListScans")) as { scans: { keptCount?: string; kept_count?: string }[] };
   await until("the scan was shown", async () => (await page.facts()).cloud_points > 0);
   assert.equal((await page.facts()).cloud_points, Number(scans[0]?.kept_count ?? scans[0]?.keptCount));
-  await page.keep("kitchen-light");
+  await page.keepSmall("kitchen");
+  await page.page.keyboard.press("p");  // the model alone
+  await page.page.getByText("object_1", { exact: true }).click();
+  assert.match(await page.ask("distance sphere 0.05 at 0.35 -0.1 1.25 max-results 2"), /away/);
+  await page.settle(2);
+  await page.keepSmall("kitchen-question");
   assert.deepEqual(page.complaints, []);
 });
 

@@ -1,6 +1,5 @@
 // The head of the page: which world, whether it is connected, what is shown, and what can be done.
 import { element } from "../../page/dom";
-import { count } from "../../page/quantity";
 import type { World } from "../../world/stream";
 import type { LinkState } from "../messages";
 
@@ -26,13 +25,13 @@ export class Toolbar {
   }
 
   showWorlds(worlds: readonly World[], chosen: string | undefined): void {
-    const options = worlds.map(({ name, object_count }) => {
-      const option = element("option", "", `${name} · ${count(object_count)}`);
+    const options = worlds.map(({ name }) => {
+      const option = element("option", "", name);
       option.value = name;
       return option;
     });
     if (chosen !== undefined && !worlds.some(({ name }) => name === chosen)) {
-      const option = element("option", "", `${chosen} · none`);
+      const option = element("option", "", `${chosen} (none yet)`);
       option.value = chosen;
       options.push(option);
     }
