@@ -114,3 +114,9 @@ test("a ray that hits nothing is drawn all the same", () => {
   assert.equal(answer.title, "Hits nothing");
   assert.deepEqual(answer.marks[0]?.to, { x: 5, y: 0, z: 0 });
 });
+
+test("a robot that meets itself is told with its links", () => {
+  const answer = answerOf(parseQuestion("check robot panda"), { revision: "1", rows: [
+    { verdict: "VERDICT_COLLISION", body_link: "hand", object_link: "elbow", trust: "TRUST_EXACT" }] });
+  assert.equal(answer.title, "In collision with itself (hand, elbow)");
+});

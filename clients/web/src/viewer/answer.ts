@@ -54,8 +54,11 @@ const trustOf = (row: { trust: string; bound_m?: number }): string => {
   return row.bound_m === undefined ? word : `${word}, ± ${mm(row.bound_m, 3)} mm`;
 };
 
-const named = (row: { object?: string; object_link?: string }): string =>
-  (row.object ? row.object + (row.object_link ? `:${row.object_link}` : "") : "itself");
+// A robot may meet itself; then its two links are told.
+function named({ object, object_link, body_link }: { object?: string; object_link?: string; body_link?: string }): string {
+  if (object) return object + (object_link ? `:${object_link}` : "");
+  return body_link && object_link ? `itself (${body_link}, ${object_link})` : "itself";
+}
 
 function pairsAnswer(kind: "distance" | "contacts", pairs: readonly PairRow[]): Answer {
   const deepest = Math.min(...pairs.map((row) => Number(row.distance_m)));

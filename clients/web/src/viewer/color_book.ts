@@ -31,7 +31,9 @@ export class ColorBook {
   private enter(object: WorldObject, kind: string): void {
     const pose = object.x_world_object;
     const place = new Vector3(pose?.tx_m ?? 0, pose?.ty_m ?? 0, pose?.tz_m ?? 0);
-    this.entries.set(object.name, { color: this.choose(kind, place), place, kind });
+    // A half-space is a floor or a wall, and fills the picture.
+    const looksLike = object.shapes.some(({ half_space }) => half_space) ? "support" : kind;
+    this.entries.set(object.name, { color: this.choose(looksLike, place), place, kind });
   }
 
   private choose(kind: string, place: Vector3): string {

@@ -14,12 +14,13 @@ export class Link {
   private readonly worker: Worker;
   private readonly readers = new Map<number, StreamReader<Json>>();
   private lastId = 0;
+  onState: (state: LinkState) => void = () => {};
 
-  constructor(script: string, onState: (state: LinkState) => void) {
+  constructor(script: string) {
     this.worker = new Worker(script, { type: "module" });
     this.worker.onmessage = (event: MessageEvent<FromWorker>) => {
       const said = event.data;
-      if (said.what === "state") onState(said.state);
+      if (said.what === "state") this.onState(said.state);
       else if (said.what === "message") this.readers.get(said.id)?.message(said.message);
       else this.end(said.id, said.error);
     };

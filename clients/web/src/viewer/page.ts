@@ -5,7 +5,7 @@ import { answerOf, type Reply } from "./answer";
 import { Picture } from "./draw/picture";
 import { Feed, type RobotModel } from "./feed";
 import { publish } from "./hooks";
-import { CallFailure, Link } from "./link";
+import { CallFailure, type Link } from "./link";
 import type { LinkState } from "./messages";
 import { Details } from "./panels/details";
 import { helpDialog } from "./panels/help";
@@ -27,7 +27,6 @@ export class Page {
   private readonly things = new ThingList();
   private readonly picture = new Picture((name) => this.things.things.get(name)?.color, (why) => this.notice(why));
   private readonly theme = new ThemeSwitch(() => this.showTheme());
-  private readonly link: Link;
   private readonly feed: Feed;
   private readonly toolbar: Toolbar;
   private readonly tree: Tree;
@@ -51,7 +50,7 @@ export class Page {
   private lastUpdate_ms = 0;  // of Date.now(), when the state was drawn that came last
   private isDrawnUpToDate = true;
 
-  constructor(body: HTMLElement) {
+  constructor(body: HTMLElement, private readonly link: Link) {
     this.tree = new Tree({
       select: (name) => this.select(name), frame: (name) => this.picture.frame([name]),
       toggle: (name) => this.toggle(this.hiddenNames, name), toggleKind: (kind) => this.toggle(this.hiddenKinds, kind) });
@@ -62,7 +61,7 @@ export class Page {
     this.toolbar = new Toolbar((world) => this.choose(world), () => { this.feed.refreshWorlds().catch(() => undefined); });
     this.addTools();
     this.layOut(body);
-    this.link = new Link("/worker.js", (state) => this.onLink(state));
+    this.link.onState = (state) => this.onLink(state);
     this.feed = new Feed(this.link, {
       worlds: (worlds) => this.showWorlds(worlds), state: (state) => this.onState(state), robots: (robots) => this.onRobots(robots),
       scans: (scans) => this.onScans(scans), missing: (world) => this.onMissing(world),

@@ -17,6 +17,9 @@ import { WorldView, type SceneThing } from "./world_view";
 const lineWidth_px = 2;
 const axesLength_m = 0.2;
 
+// Meshes and robots come after what they belong to.
+const firstLook_ms = 2500;
+
 export interface Shown { names: boolean; frames: boolean; }
 
 export class Picture {
@@ -31,6 +34,7 @@ export class Picture {
   private answer: AnswerPicture | undefined;
   private isStale = false;
   private isFramed = false;
+  private firstFramed_ms = 0;
   private readonly axes = new Lines(lineWidth_px, false);
   private readonly selection = new Lines(lineWidth_px, true);
   private readonly answerLines = new Lines(1.5 * lineWidth_px, true);
@@ -87,6 +91,7 @@ export class Picture {
   // What `names` reach, or all that is seen.
   frame(names: readonly string[] | undefined, view?: string): void {
     this.update();
+    this.stage.isTouched = true;
     const all = names ?? this.things.map((thing) => thing.name);
     this.stage.frame(all.map((name) => this.finiteBounds(name)), view);
   }
@@ -114,19 +119,25 @@ export class Picture {
     this.stage.labels.set([...(this.answer?.labels ?? []), ...(this.shown.names ? this.names() : this.nameOfSelected())]);
   }
 
-  // The first look shows everything; the floor lies where the world begins, for sensors above it and below.
+  // The first look shows everything, what arrives a moment later too, unless the user looks elsewhere by then; the floor
+  // lies where the world begins, for sensors above it and below.
   private place(): void {
-    if (this.isFramed || this.things.length === 0) return;
+    const isLate = performance.now() - this.firstFramed_ms > firstLook_ms || this.stage.isTouched;
+    if (this.isFramed && isLate) return;
     const boxes = this.things.filter(({ kind }) => kind !== "unseen").map(({ name }) => this.finiteBounds(name))
       .filter((box) => !box.isEmpty());
     if (boxes.length === 0) return;
+    if (!this.isFramed) this.firstFramed_ms = performance.now();
     this.isFramed = true;
     this.stage.floor_m = Math.min(0, ...boxes.map(({ min }) => min.z));
     this.stage.frame(boxes, "1");
   }
 
   // Another world: look at it anew.
-  reset(): void { this.isFramed = false; }
+  reset(): void {
+    this.isFramed = false;
+    this.stage.isTouched = false;
+  }
 
   private updateLines(): void {
     const size = this.shown.frames ? this.things.flatMap((thing) => {

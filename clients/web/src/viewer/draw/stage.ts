@@ -37,6 +37,7 @@ export class Stage {
   readonly figures: FrameFigures = { frames: 0, draw_calls: 0, triangles: 0, points: 0, script_ms: 0 };
   readonly scriptTimes_ms: number[] = [];  // of the last frames
   floor_m = 0;
+  isTouched = false;  // whether somebody has chosen where to look from
   onFrame: () => void = () => {};       // after each picture
   beforeFrame: () => void = () => {};   // what must be in step with the picture
   private readonly renderer = new WebGLRenderer({ antialias: false, alpha: true });  // the shading smooths
@@ -61,6 +62,9 @@ export class Stage {
     this.root.setAttribute("aria-label", "The world. Arrow keys turn, with shift they move, plus and minus zoom, f shows all, " +
       "the question mark tells the other keys.");
     this.orbit.attach(this.root, false);
+    for (const touch of ["pointerdown", "wheel", "keydown"]) {
+      this.root.addEventListener(touch, () => { this.isTouched = true; }, { passive: true });
+    }
     new ResizeObserver(() => this.requestRender()).observe(this.root);
   }
 

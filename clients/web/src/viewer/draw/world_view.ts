@@ -43,7 +43,10 @@ export class WorldView {
   private readonly meshes = new Map<Look, MeshBatch<Placed>>();
   private hidden: ReadonlySet<Layer> = new Set();
 
-  constructor(private readonly library: MeshLibrary, private readonly changed: () => void) {}
+  // The usual batches are there from the first picture on, so that their shaders are ready when objects come.
+  constructor(private readonly library: MeshLibrary, private readonly changed: () => void) {
+    for (const unit of ["box", "shaft", "capsule"] as const) this.shapeBatch(unit, "solid");
+  }
 
   sync(things: ReadonlyMap<string, SceneThing>): void {
     for (const [name, drawn] of this.drawn) {

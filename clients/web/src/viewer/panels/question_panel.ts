@@ -70,7 +70,7 @@ export class QuestionPanel {
 
   private row(columns: readonly string[], row: readonly string[]): HTMLElement {
     return element("tr", "", ...row.map((cell, i) => {
-      if (columns[i] !== "object" || cell === "" || cell === "none" || cell === "itself") return element("td", "", cell);
+      if (columns[i] !== "object" || cell === "" || cell === "none" || cell.startsWith("itself")) return element("td", "", cell);
       const button = element("button", "link", cell);
       button.addEventListener("click", () => this.listener.select(cell.split(":")[0] ?? cell));
       return element("td", "", button);
