@@ -10,6 +10,7 @@
 #include "perception/interpret_scene.h"
 #include "server/options.h"
 #include "server/rpc/server.h"
+#include "server/web/viewer_server.h"
 
 namespace {
 
@@ -46,6 +47,22 @@ std::string Joined(const std::vector<std::string>& addresses) {
   return text;
 }
 
+using cwm::server::ViewerServer;
+
+// nullptr: none. A default address that cannot be had is no reason not to serve; one that was asked
+// for is.
+absl::StatusOr<std::unique_ptr<ViewerServer>> StartViewer(
+    const std::optional<cwm::server::Options::Viewer>& asked, const cwm::server::Server& server) {
+  if (!asked) return nullptr;
+  auto viewer = ViewerServer::Start(
+      {.address = asked->address, .token = asked->token, .files = cwm::server::BundledPage()},
+      server.InProcessChannel());
+  if (viewer.ok() || !asked->is_default || absl::IsInvalidArgument(viewer.status())) return viewer;
+  spdlog::warn("{}; going on without a viewer, --viewer HOST:PORT gives it another address",
+               std::string(viewer.status().message()));
+  return nullptr;
+}
+
 int Run(const cwm::server::Options& options) {
   constexpr int kUnavailableExitCode = 2;
   const sigset_t signals = BlockEndingSignals();
@@ -58,9 +75,19 @@ int Run(const cwm::server::Options& options) {
   }
   std::fprintf(stderr, "cwm-server %s listens on %s\n", CWM_VERSION,
                Joined((*server)->addresses()).c_str());
+  auto viewer = StartViewer(options.viewer, **server);
+  if (!viewer.ok()) {
+    spdlog::error("{}", std::string(viewer.status().message()));
+    return kUnavailableExitCode;
+  }
+  if (*viewer != nullptr) {
+    std::fprintf(stderr, "cwm-server %s shows the world at %s\n", CWM_VERSION,
+                 (*viewer)->url().c_str());
+  }
   int signal = 0;
   sigwait(&signals, &signal);
   spdlog::info("signal {}: finishing what is under way", signal);
+  if (*viewer != nullptr) (*viewer)->Stop();
   (*server)->Stop(kGrace);
   spdlog::info("stopped");
   return 0;

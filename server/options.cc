@@ -1,6 +1,8 @@
 #include "server/options.h"
 
 #include <CLI/CLI.hpp>
+#include <cstdio>
+#include <cstdlib>
 
 #include "proto/transfer/default_address.h"
 
@@ -9,6 +11,20 @@ namespace {
 
 constexpr int kUsageExitCode = 1;  // as the command line's
 
+// Empty when it is taken, else what is wrong with it.
+std::string TakeViewer(const std::string& text, Options& options) {
+  if (text == "off") {
+    options.viewer.reset();
+    return {};
+  }
+  auto address = ParseViewerAddress(text);
+  if (!address.ok()) return std::string(address.status().message());
+  const char* const token = std::getenv("CWM_VIEWER_TOKEN");
+  options.viewer =
+      Options::Viewer{.address = *std::move(address), .token = token == nullptr ? "" : token};
+  return {};
+}
+
 }  // namespace
 
 ParsedOptions ParseOptions(int argc, const char* const* argv) {
@@ -16,6 +32,9 @@ ParsedOptions ParseOptions(int argc, const char* const* argv) {
                "cwm-server");
   app.footer(
       "Example: cwm-server --listen unix:/tmp/cwm.sock --listen 127.0.0.1:50051\n"
+      "         cwm-server --viewer 0.0.0.0:8640     who has the printed token looks from "
+      "anywhere\n"
+      "CWM_VIEWER_TOKEN chooses the viewer's token, and asks for it on loopback too.\n"
       "SIGTERM and SIGINT end it within 10 s: what is under way is finished first.");
   Options options;
   std::string store = "memory";
@@ -24,6 +43,13 @@ ParsedOptions ParseOptions(int argc, const char* const* argv) {
          "unix:PATH or HOST:PORT of loopback; may be given several times; default $CWM_ADDR, "
          "else unix:${XDG_RUNTIME_DIR:-/tmp}/cwm-$UID.sock")
       ->type_name("ADDRESS");
+  std::string viewer = kDefaultViewer;
+  app.add_option(
+         "--viewer", viewer,
+         "where browsers see the world: HOST:PORT (port 0 picks one), or off; nothing can be "
+         "changed there, and beyond loopback a token is needed")
+      ->type_name("HOST:PORT|off")
+      ->capture_default_str();
   app.add_option("--store", store, "where worlds are kept")
       ->check(CLI::IsMember({"memory"}))
       ->capture_default_str();
@@ -37,6 +63,11 @@ ParsedOptions ParseOptions(int argc, const char* const* argv) {
     const int code = app.exit(error);
     return {.options = std::nullopt, .exit_code = code == 0 ? 0 : kUsageExitCode};
   }
+  if (const std::string wrong = TakeViewer(viewer, options); !wrong.empty()) {
+    std::fprintf(stderr, "%s\nRun with --help for more information.\n", wrong.c_str());
+    return {.options = std::nullopt, .exit_code = kUsageExitCode};
+  }
+  if (options.viewer) options.viewer->is_default = app.count("--viewer") == 0;
   if (options.listen.empty()) options.listen.push_back(DefaultAddress());
   return {.options = std::move(options), .exit_code = 0};
 }

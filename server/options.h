@@ -5,10 +5,18 @@
 #include <string>
 #include <vector>
 
+#include "server/web/viewer_address.h"
+
 namespace cwm::server {
 
 struct Options {
   std::vector<std::string> listen;
+  struct Viewer {
+    ViewerAddress address;
+    bool is_default = true;  // another server may have it already
+    std::string token;       // of CWM_VIEWER_TOKEN; empty: none was given
+  };
+  std::optional<Viewer> viewer;  // absent: off
   std::string log_level = "info";
 };
 

@@ -82,6 +82,11 @@ absl::StatusOr<EncodedMesh> EncodeSurface(const collision::PreparedModel& model,
   return encoded;
 }
 
+// A label, or a point.
+std::size_t BytesOfOne(BlobFormat format) {
+  return format == BlobFormat::kPointsF32 ? 3 * sizeof(float) : sizeof(std::uint32_t);
+}
+
 absl::Status InvalidMesh(const absl::Status& status) {
   return InvalidField("mesh", std::string(status.message()));
 }
@@ -114,6 +119,8 @@ struct GeometryStore::State {
 
     std::shared_ptr<const Blob> blob;       // held while recently used, else null
     std::list<std::string>::iterator used;  // into `recent`, where blob is set
+    std::uint64_t number = 0;               // of this time that the blob is held
+    int puts = 0;                           // how often it came since
     std::vector<WeakMesh> meshes;           // equal ones that objects use; mostly one
 
     void Add(const std::shared_ptr<const TriangleMesh>& mesh) {
@@ -142,6 +149,7 @@ struct GeometryStore::State {
   std::list<std::string> recent;                   // hashes of held blobs, newest first
   std::int64_t held_bytes = 0;
   std::size_t purge_at = kFirstPurge;
+  std::uint64_t last_number = 0;  // given to a blob that is held
   EncodedMeshes encoded;
 
   // A decoded mesh takes about the room of its bytes.
@@ -159,7 +167,26 @@ struct GeometryStore::State {
     entry.Add(blob->mesh);
     held_bytes += Cost(*blob);
     entry.blob = std::move(blob);
+    entry.number = ++last_number;
+    entry.puts = 0;
     return Shrink();
+  }
+
+  // One of those who put it needs it no more.
+  std::shared_ptr<const Blob> Release(const std::string& hash, std::uint64_t number) {
+    const auto found = entries.find(hash);
+    if (found == entries.end() || found->second.blob == nullptr || found->second.number != number ||
+        --found->second.puts > 0) {
+      return nullptr;
+    }
+    recent.erase(found->second.used);
+    return LetGo(found->second);
+  }
+
+  // The caller takes it from `recent`.
+  std::shared_ptr<const Blob> LetGo(Entry& entry) {
+    held_bytes -= Cost(*entry.blob);
+    return std::exchange(entry.blob, nullptr);
   }
 
   // The same bytes again, now with their mesh.
@@ -176,9 +203,7 @@ struct GeometryStore::State {
     Freed freed;
     while (held_bytes > max_bytes && recent.size() > 1) {
       const auto oldest = entries.find(recent.back());
-      held_bytes -= Cost(*oldest->second.blob);
-      freed.push_back(std::move(oldest->second.blob));
-      oldest->second.blob = nullptr;
+      freed.push_back(LetGo(oldest->second));
       recent.pop_back();
     }
     PurgeDead();
@@ -209,10 +234,36 @@ GeometryStore::GeometryStore(std::int64_t max_bytes, const Limits& limits)
                        .mutex = {},
                        .entries = {},
                        .recent = {},
+                       .held_bytes = 0,
+                       .purge_at = State::kFirstPurge,
+                       .last_number = 0,
                        .encoded = EncodedMeshes(limits.encoded_mesh_bytes)}) {}
 GeometryStore::~GeometryStore() = default;
 
 absl::StatusOr<GeometryStore::Stored> GeometryStore::Put(BlobFormat format, std::string bytes) {
+  Stored stored;
+  const auto number = Put(format, std::move(bytes), stored);
+  if (!number.ok()) return number.status();
+  return stored;
+}
+
+absl::StatusOr<HeldBlob> GeometryStore::PutForHolder(BlobFormat format, std::string bytes) {
+  Stored stored;
+  const auto number = Put(format, std::move(bytes), stored);
+  if (!number.ok()) return number.status();
+  const auto release = [weak = std::weak_ptr<State>(state_), hash = stored.hash,
+                        number = *number](const void*) {
+    const std::shared_ptr<State> state = weak.lock();
+    if (state == nullptr) return;
+    std::shared_ptr<const Blob> freed;  // after the lock
+    const std::lock_guard lock(state->mutex);
+    freed = state->Release(hash, number);
+  };
+  return HeldBlob{.hash = stored.hash, .hold = std::shared_ptr<const void>(nullptr, release)};
+}
+
+absl::StatusOr<std::uint64_t> GeometryStore::Put(BlobFormat format, std::string bytes,
+                                                 Stored& stored) {
   auto blob = std::make_shared<Blob>();
   blob->format = format;
   if (format == BlobFormat::kMeshF64) {
@@ -224,9 +275,10 @@ absl::StatusOr<GeometryStore::Stored> GeometryStore::Put(BlobFormat format, std:
     absl::StatusOr<TriangleMesh> mesh = DecodeMesh(bytes);
     if (!mesh.ok()) return mesh.status();
     blob->mesh = std::make_shared<const TriangleMesh>(*std::move(mesh));
-  } else if (bytes.size() % sizeof(std::uint32_t) != 0) {
-    return InvalidField("labels",
-                        absl::StrCat("has ", bytes.size(), " bytes, must be a multiple of 4"));
+  } else if (bytes.size() % BytesOfOne(format) != 0) {
+    return InvalidField(
+        format == BlobFormat::kLabelsU32 ? "labels" : "points",
+        absl::StrCat("has ", bytes.size(), " bytes, must be a multiple of ", BytesOfOne(format)));
   }
   blob->bytes = std::make_shared<const std::string>(std::move(bytes));
   if (State::Cost(*blob) > state_->max_bytes) {
@@ -236,14 +288,16 @@ absl::StatusOr<GeometryStore::Stored> GeometryStore::Put(BlobFormat format, std:
   State::Freed freed;
   std::lock_guard lock(state_->mutex);
   State::Entry* const known = state_->Touch(hash);
-  const Stored stored{.hash = hash, .already_known = known != nullptr};
+  stored = {.hash = hash, .already_known = known != nullptr};
   // What was known by a living mesh alone is held from now on: its writer will ask for it.
   if (known == nullptr || known->blob == nullptr) {
     freed = state_->Hold(hash, std::move(blob));
   } else if (known->blob->mesh == nullptr && blob->mesh != nullptr) {  // were labels until now
     freed = state_->Replace(*known, std::move(blob));
   }
-  return stored;
+  State::Entry& entry = state_->entries[hash];
+  ++entry.puts;
+  return entry.number;
 }
 
 absl::StatusOr<GeometryStore::Stored> GeometryStore::PutAgain(BlobFormat format,

@@ -1,4 +1,4 @@
-// Blobs by content: meshes and label images, named by the SHA-256 of their bytes, so that none
+// Blobs by content: meshes, label images and points, named by the SHA-256 of their bytes, so that none
 // travels twice. And the full surfaces of objects, made when they are read.
 #pragma once
 
@@ -16,7 +16,13 @@
 
 namespace cwm::server {
 
-enum class BlobFormat { kMeshF64, kLabelsU32 };
+enum class BlobFormat { kMeshF64, kLabelsU32, kPointsF32 };
+
+// A blob that is let go with the last copy of its hold.
+struct HeldBlob {
+  std::string hash;
+  std::shared_ptr<const void> hold;
+};
 
 struct Blob {
   BlobFormat format = BlobFormat::kMeshF64;
@@ -47,6 +53,9 @@ class GeometryStore {
   // InvalidArgument when a mesh blob is malformed or breaks a rule (indices, finite, triangles):
   // names field, value, rule. ResourceExhausted GEOMETRY_TOO_LARGE when it can never fit.
   absl::StatusOr<Stored> Put(BlobFormat format, std::string bytes);
+  // As Put, of what is of use for a while: let go with the last hold, unless others put the same
+  // bytes meanwhile; sooner where more recently used ones need the room.
+  absl::StatusOr<HeldBlob> PutForHolder(BlobFormat format, std::string bytes);
   // Of a blob that is known: as if its bytes had come again. NotFound GEOMETRY_UNKNOWN.
   absl::StatusOr<Stored> PutAgain(BlobFormat format, std::string_view hash);
   // Makes the mesh of an object readable by its hash; holds it weakly.
@@ -63,7 +72,10 @@ class GeometryStore {
 
  private:
   struct State;
-  std::unique_ptr<State> state_;
+  // The number under which the store holds what was put.
+  absl::StatusOr<std::uint64_t> Put(BlobFormat format, std::string bytes, Stored& stored);
+
+  std::shared_ptr<State> state_;  // holds may outlive the store
 };
 
 }  // namespace cwm::server

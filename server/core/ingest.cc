@@ -111,7 +111,11 @@ class IngestRun {
   }
 
   static absl::StatusOr<IngestOutcome> Replayed(const WriteOutcome& first) {
-    if (first.ingest != nullptr) return *first.ingest;
+    if (first.ingest != nullptr) {
+      IngestOutcome outcome = *first.ingest;
+      outcome.replayed = true;
+      return outcome;
+    }
     // The id was given to other changes whose digest happens to be the same.
     return MakeError(absl::StatusCode::kFailedPrecondition,
                      "request_id: was used before for changes, not for a scan",

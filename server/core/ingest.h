@@ -27,6 +27,7 @@ struct IngestRequest {
 
 struct IngestOutcome {
   collision::Revision revision;
+  bool replayed = false;  // a retry: this is what the first try came to
   Pose X_WC = Pose::Identity();
   perception::InterpretReport report;
   // The world's objects behind the labels: supports, then objects in label order. Provisional ones

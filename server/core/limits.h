@@ -36,6 +36,9 @@ struct Limits {
   // Encodings kept for who reads in ranges or again: the residual meshes of some four scans of
   // 640 x 480 (14 MB each), or one larger mesh.
   std::int64_t encoded_mesh_bytes = std::int64_t{64} << 20;
+  // Of a scan as it is kept to be looked at: more than a screen has pixels for, 16 MB with labels.
+  std::int64_t max_kept_scan_points = 1'000'000;
+  std::int64_t max_kept_scans = 64;  // of one world, each of another sensor
   // All files of one robot together: ten times what the meshes of a PR2 take, finest included.
   std::int64_t max_robot_bytes = std::int64_t{512} << 20;
   std::int64_t max_robot_files = 4'096;  // a mesh for each of robot.max_links

@@ -98,6 +98,7 @@ struct World::State {
   std::unordered_map<std::string, SensorPose> sensor_poses;
 
   Observations observations;
+  KeptScans scans;
 
   // Under the turn.
   absl::StatusOr<std::optional<WriteOutcome>> Precheck(const WriteOptions& options) {
@@ -167,7 +168,8 @@ World::World(std::string name, std::string uid, Retention retention,
                        .last_number = {},
                        .sensors_mutex = {},
                        .sensor_poses = {},
-                       .observations = {}}) {}
+                       .observations = {},
+                       .scans = {}}) {}
 
 World::~World() {
   if (state_->expiry != nullptr) state_->expiry->Set(state_->uid, {}, std::nullopt);
@@ -237,6 +239,8 @@ void World::KeepPose(const std::string& sensor, const SensorPose& pose) {
 
 Observations& World::observations() { return state_->observations; }
 const Observations& World::observations() const { return state_->observations; }
+
+KeptScans& World::scans() { return state_->scans; }
 
 absl::StatusOr<std::unique_ptr<WatchCursor>> World::Watch(const WatchOptions& options,
                                                           std::function<void()> wake) {

@@ -14,6 +14,7 @@
 
 #include "absl/status/statusor.h"
 #include "collision/world/world_snapshot.h"
+#include "server/core/kept_scans.h"
 #include "server/core/limits.h"
 #include "server/core/observations.h"
 #include "server/core/watch.h"
@@ -121,6 +122,9 @@ class World : public std::enable_shared_from_this<World> {
   // What scans told of the objects; it goes with the object.
   Observations& observations();
   const Observations& observations() const;
+
+  // The newest scan of each sensor.
+  KeptScans& scans();
 
   // Starts a watch; see watch.h. OutOfRange REVISION_COMPACTED / REVISION_IN_FUTURE, NotFound
   // WORLD_DELETED, Unavailable SERVER_DRAINING.

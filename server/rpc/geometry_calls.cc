@@ -29,8 +29,26 @@ absl::Status CheckTriangleCount(const std::string& bytes, const Limits& limits) 
 }
 
 BlobFormat FormatOf(const v1::WriteGeometryRequest::Header& header) {
-  return header.format() == v1::GEOMETRY_FORMAT_LABELS_U32 ? BlobFormat::kLabelsU32
-                                                           : BlobFormat::kMeshF64;
+  switch (header.format()) {
+    case v1::GEOMETRY_FORMAT_LABELS_U32:
+      return BlobFormat::kLabelsU32;
+    case v1::GEOMETRY_FORMAT_POINTS_F32:
+      return BlobFormat::kPointsF32;
+    default:
+      return BlobFormat::kMeshF64;
+  }
+}
+
+v1::GeometryFormat ToProto(BlobFormat format) {
+  switch (format) {
+    case BlobFormat::kMeshF64:
+      return v1::GEOMETRY_FORMAT_MESH_F64;
+    case BlobFormat::kLabelsU32:
+      return v1::GEOMETRY_FORMAT_LABELS_U32;
+    case BlobFormat::kPointsF32:
+      return v1::GEOMETRY_FORMAT_POINTS_F32;
+  }
+  return v1::GEOMETRY_FORMAT_UNSPECIFIED;
 }
 
 // The fields that name what is to be read, of which there must be one.
@@ -69,8 +87,7 @@ absl::Status ReadGeometryCall::FindBlob() {
   const auto blob = runtime_.application.geometry.Get(request_.hash());
   if (!blob.ok()) return blob.status();
   bytes_ = (*blob)->bytes;
-  const bool is_mesh = (*blob)->format == BlobFormat::kMeshF64;
-  message_.set_format(is_mesh ? v1::GEOMETRY_FORMAT_MESH_F64 : v1::GEOMETRY_FORMAT_LABELS_U32);
+  message_.set_format(ToProto((*blob)->format));
   message_.mutable_header()->set_hash(request_.hash());
   return absl::OkStatus();
 }

@@ -151,6 +151,15 @@ absl::StatusOr<IngestRequest> IngestCall::MakeRequest() {
   return request;
 }
 
+// To be looked at: without room for it there is nothing to see, and the scan is no worse.
+void IngestCall::KeepScan(World& world, const IngestRequest& request,
+                          const IngestOutcome& outcome) {
+  if (outcome.replayed) return;
+  Application& application = runtime_.application;
+  auto scan = MakeKeptScan(request, outcome, application.limits, application.geometry);
+  if (scan.ok()) world.scans().Keep(*std::move(scan), application.limits.max_kept_scans);
+}
+
 absl::Status IngestCall::Work() {
   if (call_.stop.stop_requested()) return CallCancelled();
   Application& application = runtime_.application;
@@ -166,7 +175,10 @@ absl::Status IngestCall::Work() {
   if (!outcome.ok()) {
     return absl::IsCancelled(outcome.status()) && budget.spent() ? OutOfTime() : outcome.status();
   }
-  if (request->mode != IngestMode::kSegmentOnly) lease->Keep();
+  if (request->mode != IngestMode::kSegmentOnly) {
+    lease->Keep();
+    KeepScan(**lease, *request, *outcome);
+  }
   auto status = ToProto({*outcome, **lease, plan_->want_point_labels}, application.limits,
                         application.geometry, response_);
   if (!lease->kept()) response_->clear_world_uid();

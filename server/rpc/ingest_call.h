@@ -34,6 +34,7 @@ class IngestCall final : public grpc::ServerReadReactor<v1::IngestCloudRequest> 
   void Enqueue();
   absl::Status Work();
   absl::StatusOr<IngestRequest> MakeRequest();
+  void KeepScan(World& world, const IngestRequest& request, const IngestOutcome& outcome);
 
   Runtime& runtime_;
   v1::IngestCloudResponse* const response_;

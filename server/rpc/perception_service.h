@@ -12,6 +12,9 @@ class PerceptionService final : public v1::PerceptionService::CallbackService {
 
   grpc::ServerReadReactor<v1::IngestCloudRequest>* IngestCloud(
       grpc::CallbackServerContext* context, v1::IngestCloudResponse* response) override;
+  grpc::ServerUnaryReactor* ListScans(grpc::CallbackServerContext* context,
+                                      const v1::ListScansRequest* request,
+                                      v1::ListScansResponse* response) override;
 
  private:
   Runtime& runtime_;

@@ -7,6 +7,8 @@
 #include "server/rpc/load_robot_call.h"
 #include "server/rpc/robot_pages.h"
 #include "server/wire/objects.h"
+#include "server/wire/questions.h"
+#include "server/wire/robots.h"
 
 namespace cwm::server {
 namespace {
@@ -35,6 +37,23 @@ absl::Status Delete(Application& application, const v1::DeleteRobotRequest& requ
   return absl::OkStatus();
 }
 
+absl::Status GetLinks(const Runtime& runtime, const v1::GetRobotLinksRequest& request,
+                      const CallContext& call, v1::GetRobotLinksResponse* response) {
+  const FieldPath root;
+  if (auto status = CheckName(request.name(), root.Field("name")); !status.ok()) return status;
+  const auto rule = FromProto(request.at_revision(), root.Field("at_revision"));
+  if (!rule.ok()) return rule.status();
+  const auto at = FindWorldAt(runtime, request.world(), request.world_uid(), *rule, call);
+  if (!at.ok()) return at.status();
+  const collision::WorldRobotPtr robot = at->snapshot->FindRobot(request.name());
+  if (robot == nullptr) return UnknownRobot(request.name());
+  response->set_world_uid(at->world->uid());
+  response->set_revision(at->snapshot->revision().value);
+  SetLinks(*robot, request.with_shapes() ? LinkShapes::kAll : LinkShapes::kNone,
+           runtime.application.geometry, response);
+  return absl::OkStatus();
+}
+
 }  // namespace
 
 grpc::ServerReadReactor<v1::LoadRobotRequest>* RobotService::LoadRobot(
@@ -49,6 +68,17 @@ grpc::ServerUnaryReactor* RobotService::ListRobots(grpc::CallbackServerContext* 
       context, runtime_, runtime_.reads,
       [this, request, response](const CallContext& call) {
         return ListPage(runtime_, *request, call, response);
+      },
+      WhatToAwait(runtime_, request->world(), request->world_uid(), request->at_revision()));
+}
+
+grpc::ServerUnaryReactor* RobotService::GetRobotLinks(grpc::CallbackServerContext* context,
+                                                      const v1::GetRobotLinksRequest* request,
+                                                      v1::GetRobotLinksResponse* response) {
+  return StartUnary(
+      context, runtime_, runtime_.reads,
+      [this, request, response](const CallContext& call) {
+        return GetLinks(runtime_, *request, call, response);
       },
       WhatToAwait(runtime_, request->world(), request->world_uid(), request->at_revision()));
 }

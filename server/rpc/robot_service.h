@@ -15,6 +15,9 @@ class RobotService final : public v1::RobotService::CallbackService {
   grpc::ServerUnaryReactor* ListRobots(grpc::CallbackServerContext* context,
                                        const v1::ListRobotsRequest* request,
                                        v1::ListRobotsResponse* response) override;
+  grpc::ServerUnaryReactor* GetRobotLinks(grpc::CallbackServerContext* context,
+                                          const v1::GetRobotLinksRequest* request,
+                                          v1::GetRobotLinksResponse* response) override;
   grpc::ServerUnaryReactor* DeleteRobot(grpc::CallbackServerContext* context,
                                         const v1::DeleteRobotRequest* request,
                                         v1::DeleteRobotResponse* response) override;

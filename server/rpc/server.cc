@@ -181,6 +181,13 @@ Server::~Server() { Stop(std::chrono::milliseconds(0)); }
 
 const std::vector<std::string>& Server::addresses() const { return state_->addresses; }
 
+std::shared_ptr<grpc::Channel> Server::InProcessChannel() const {
+  grpc::ChannelArguments arguments;
+  arguments.SetMaxReceiveMessageSize(-1);
+  arguments.SetMaxSendMessageSize(-1);
+  return state_->grpc->InProcessChannel(arguments);
+}
+
 void Server::Stop(std::chrono::milliseconds grace) {
   if (state_->grpc == nullptr) return;
   state_->grpc->GetHealthCheckService()->SetServingStatus(false);

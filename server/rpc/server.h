@@ -1,6 +1,8 @@
 // The gRPC server: all services on the given addresses, until it is drained.
 #pragma once
 
+#include <grpcpp/channel.h>
+
 #include <chrono>
 #include <memory>
 #include <string>
@@ -22,6 +24,9 @@ class Server {
 
   // As a client takes them.
   const std::vector<std::string>& addresses() const;
+
+  // To the same services without a socket, for what runs in this process. Messages of any size.
+  std::shared_ptr<grpc::Channel> InProcessChannel() const;
 
   // Health says NOT_SERVING, no new upload begins, watches end with a bookmark, streams end, calls
   // under way finish; what is not done after `grace` is cancelled. Returns when all has ended.

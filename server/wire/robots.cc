@@ -6,6 +6,7 @@
 #include "server/wire/numbers.h"
 #include "server/wire/objects.h"
 #include "server/wire/poses.h"
+#include "server/wire/shapes.h"
 
 namespace cwm::server {
 namespace {
@@ -111,6 +112,22 @@ v1::Robot ToProto(const collision::WorldRobot& robot) {
   proto.set_create_revision(robot.create_revision.value);
   proto.set_state_revision(robot.state_revision.value);
   return proto;
+}
+
+void SetLinks(const collision::WorldRobot& robot, LinkShapes shapes, GeometryStore& store,
+              v1::GetRobotLinksResponse* response) {
+  const RobotModel& model = robot.model();
+  response->set_robot_uid(robot.Uid());
+  for (std::size_t i = 0; i < model.links.size(); ++i) {
+    v1::PlacedLink* link = response->add_links();
+    link->set_link(model.links[i].name);
+    *link->mutable_x_world_link() = ToProto(robot.X_WL[i]);
+    if (shapes == LinkShapes::kNone) continue;
+    for (const collision::CollisionGeometry& geometry : model.links[i].collisions) {
+      *link->add_shapes() =
+          ToProto(ShapePart{.X_OS = geometry.X_LG, .shape = geometry.shape}, store);
+    }
+  }
 }
 
 v1::RobotStateEvent ToStateEvent(const collision::WorldRobot& robot) {

@@ -4,7 +4,9 @@
 #include "absl/status/statusor.h"
 #include "collision/world/world_robot.h"
 #include "collision/world/world_snapshot.h"
+#include "cwm/v1/robot.pb.h"
 #include "cwm/v1/robot_model.pb.h"
+#include "server/core/geometry_store.h"
 #include "server/wire/field_path.h"
 
 namespace cwm::server {
@@ -13,6 +15,12 @@ v1::JointKind ToProto(collision::JointKind kind);
 
 // Unlimited variables have no limits; what mimics another joint is not among the variables.
 v1::Robot ToProto(const collision::WorldRobot& robot);
+// The poses of all links as the robot stands, and with `shapes` what of them collides: meshes become
+// readable by their hash.
+enum class LinkShapes { kNone, kAll };
+void SetLinks(const collision::WorldRobot& robot, LinkShapes shapes, GeometryStore& store,
+              v1::GetRobotLinksResponse* response);
+
 v1::RobotStateEvent ToStateEvent(const collision::WorldRobot& robot);
 
 // The form alone: whether the robot has such groups and variables is told when it is applied

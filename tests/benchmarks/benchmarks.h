@@ -89,6 +89,9 @@ void MeasureRobotLatency(Report& report);
 // The Python client beside the C++ client, asking the same batches: python_batch_ratio.
 void MeasurePython(Report& report);
 
+// The viewer's page in a browser: viewer_frame_cpu_ms, viewer_draw_calls, viewer_update_ms.
+void MeasureViewer(Report& report);
+
 // The Panda's 59 given spheres in the same problems: panda_core_us, panda_core_mismatches.
 void MeasureSpheres(Report& report);
 

@@ -44,8 +44,9 @@ const std::map<std::string, std::vector<std::function<void(Report&)>>>& Groups()
       {"collision-latency", {MeasureRobotLatency}},
       {"collision-samples", {MeasureSamples}},
       {"collision-worlds", {MeasureWorlds, MeasurePublishing}},
-      {"people", {MeasurePython, MeasurePlanning}},
+      {"people", {MeasurePython, MeasurePlanning, MeasureViewer}},
       {"people-planner", {MeasurePlanning}},
+      {"people-viewer", {MeasureViewer}},
   };
   return groups;
 }

@@ -60,7 +60,7 @@ bool SetShape(const Shape& shape, v1::ShapePart* part) {
 }
 
 RunningServer::RunningServer()
-    : process_({ServerProgram(), "--listen", "unix:" + scratch_ / "cwm.sock"},
+    : process_({ServerProgram(), "--listen", "unix:" + scratch_ / "cwm.sock", "--viewer", "off"},
                scratch_ / "server.log"),
       connection_({.address = "unix:" + scratch_ / "cwm.sock", .deadline = std::nullopt}) {
   const auto deadline = std::chrono::system_clock::now() + std::chrono::seconds(10);

@@ -14,9 +14,9 @@ std::string Program(const std::string& name) {
 }
 
 void ServerTest::SetUp() {
-  server_ = std::make_unique<Background>(
-      std::vector<std::string>{Program("cwm-server"), "--listen", address()},
-      scratch_ / "server.log");
+  std::vector<std::string> command = {Program("cwm-server"), "--listen", address(), "--viewer",
+                                      viewer()};
+  server_ = std::make_unique<Background>(command, scratch_ / "server.log");
   for (int i = 0; i < 200; ++i) {
     if (Cwm({"status"}).exit_code == 0) return;
     ASSERT_TRUE(server_->Running()) << ServerLog();
@@ -36,6 +36,14 @@ std::string ServerTest::ServerLog() const {
   std::ostringstream text;
   text << file.rdbuf();
   return text.str();
+}
+
+int ServerTest::ViewerPort() const {
+  const std::string log = ServerLog();
+  const std::size_t url = log.find("shows the world at http://");
+  const std::size_t slash = log.find('/', log.find("//", url) + 2);
+  if (url == std::string::npos || slash == std::string::npos) return 0;
+  return std::stoi(log.substr(log.rfind(':', slash) + 1));
 }
 
 Finished ServerTest::Cwm(std::vector<std::string> arguments, const std::string& input) const {

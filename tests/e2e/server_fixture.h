@@ -33,6 +33,11 @@ class ServerTest : public ::testing::Test {
   // The revision of a world, -1 where it is unknown.
   std::int64_t RevisionOf(const std::string& world) const;
 
+  // Where the viewer listens, as --viewer has it.
+  virtual std::string viewer() const { return "off"; }
+  // The port that the server says it shows the world at.
+  int ViewerPort() const;
+
   std::string address() const { return "unix:" + scratch_ / "cwm.sock"; }
   const ScratchDirectory& scratch() const { return scratch_; }
   Background& server() { return *server_; }

@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { count, fixed, mm, percent, plural } from "../../../clients/web/src/report/quantity";
-import { coefficients, dimensions, rotation, shapeName } from "../../../clients/web/src/report/shape_text";
+import { count, fixed, mm, percent, plural } from "../../../clients/web/src/page/quantity";
+import { coefficients, dimensions, rotation, shapeName } from "../../../clients/web/src/page/shape_text";
 import type { ShapePart } from "../../../clients/web/src/world/types";
 
 test("numbers keep their decimals, and a zero has no sign", () => {

@@ -1,3 +1,5 @@
 include(${CMAKE_CURRENT_LIST_DIR}/web_tools.cmake)
+include(${web}/generate.cmake)
 run(${web}/node_modules/.bin/tsc --project clients/web)
 run(${web}/node_modules/.bin/tsc --project tests/clients/web)
+run(${web}/node_modules/.bin/tsc --project tests/e2e/viewer)

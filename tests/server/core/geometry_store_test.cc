@@ -131,6 +131,63 @@ TEST(GeometryStore, LetsGoOfTheLeastRecentlyUsed) {
   EXPECT_TRUE(store.Get(c).ok());
 }
 
+TEST(GeometryStore, WhatIsPutForAHolderGoesWithIt) {
+  GeometryStore store(kRoomy);
+  auto held = store.PutForHolder(BlobFormat::kPointsF32, std::string(12, '\1'));
+  ASSERT_TRUE(held.ok()) << held.status();
+  const std::string hash = held->hash;
+  EXPECT_EQ((*store.Get(hash))->format, BlobFormat::kPointsF32);
+  auto other = *held;
+  held->hold.reset();
+  EXPECT_TRUE(store.Get(hash).ok()) << "one of two copies is left";
+  other.hold.reset();
+  EXPECT_FALSE(store.Get(hash).ok());
+}
+
+TEST(GeometryStore, WhatOthersPutTooStays) {
+  GeometryStore store(kRoomy);
+  for (const bool first : {true, false}) {
+    const std::string bytes = Labels(first ? 10 : 20);
+    std::string hash;
+    if (first) hash = store.Put(BlobFormat::kLabelsU32, bytes)->hash;
+    {
+      const auto held = store.PutForHolder(BlobFormat::kLabelsU32, bytes);
+      const auto again = store.PutForHolder(BlobFormat::kLabelsU32, bytes);
+      if (!first) hash = store.Put(BlobFormat::kLabelsU32, bytes)->hash;
+      EXPECT_EQ(held->hash, hash);
+    }
+    EXPECT_TRUE(store.Get(hash).ok()) << first;
+  }
+}
+
+TEST(GeometryStore, AHolderOfWhatHadToGoTakesNothingFromWhoPutItAnew) {
+  GeometryStore store(std::int64_t{4} * 30);
+  auto held = store.PutForHolder(BlobFormat::kLabelsU32, Labels(20));
+  ASSERT_TRUE(store.Put(BlobFormat::kLabelsU32, Labels(25)).ok());  // needs the room
+  EXPECT_FALSE(store.Get(held->hash).ok());
+  ASSERT_TRUE(store.Put(BlobFormat::kLabelsU32, Labels(20)).ok());
+  held->hold.reset();
+  EXPECT_TRUE(store.Get(held->hash).ok());
+}
+
+TEST(GeometryStore, HoldersMayOutliveIt) {
+  std::shared_ptr<const void> hold;
+  {
+    GeometryStore store(kRoomy);
+    hold = store.PutForHolder(BlobFormat::kLabelsU32, Labels(1))->hold;
+  }
+  hold.reset();
+}
+
+TEST(GeometryStore, PointsHaveThreeNumbers) {
+  GeometryStore store(kRoomy);
+  const auto stored = store.Put(BlobFormat::kPointsF32, std::string(16, '\1'));
+  EXPECT_EQ(stored.status().code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_NE(stored.status().message().find("has 16 bytes, must be a multiple of 12"),
+            std::string::npos)
+      << stored.status();
+}
+
 TEST(GeometryStore, KeepsTheMeshesThatObjectsUse) {
   GeometryStore store(600);  // room for one tetrahedron: bytes and mesh, 304 each
   const std::string hash = store.Put(BlobFormat::kMeshF64, EncodeMesh(Tetrahedron()))->hash;

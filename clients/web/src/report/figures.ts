@@ -1,7 +1,7 @@
 // What the scan came to in numbers: the head of the page, its key figures, warnings and stages.
 import type { IngestReport, StageTime } from "../world/types";
-import { element, withTitle } from "./dom";
-import { count, ms, percent, plural } from "./quantity";
+import { element, withTitle } from "../page/dom";
+import { count, ms, percent, plural } from "../page/quantity";
 import type { ScanRecord } from "./record";
 import type { Thing } from "./things";
 

@@ -3,8 +3,8 @@ import { AmbientLight, Box3, Color, DirectionalLight, HemisphereLight, Material,
          Vector2, Vector3, WebGLRenderer } from "three";
 import { DepthShading, type Region } from "../scene/depth_shading";
 import { OrbitCamera } from "../scene/orbit_camera";
-import { axisCross } from "./axis_cross";
-import { element } from "./dom";
+import { axisCross } from "../page/axis_cross";
+import { element } from "../page/dom";
 import type { Highlight } from "./highlight";
 import type { Picture } from "./pictures";
 import type { Thing } from "./things";

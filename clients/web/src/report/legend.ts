@@ -1,5 +1,5 @@
 // What the pictures' looks mean, and how they are turned.
-import { element } from "./dom";
+import { element } from "../page/dom";
 
 function entry(look: string, text: string): HTMLElement {
   return element("span", "entry", element("span", `look ${look}`), text);

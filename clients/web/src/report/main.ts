@@ -3,7 +3,7 @@ import { Box3, Vector3 } from "three";
 import { meshSource } from "../scene/mesh_geometry";
 import type { MeshSource } from "../scene/shape_geometry";
 import { describe, publish } from "./drawn";
-import { element } from "./dom";
+import { element } from "../page/dom";
 import { heading, keyFigures, stageBars, warnings } from "./figures";
 import { Gallery } from "./gallery";
 import { Highlight } from "./highlight";

@@ -1,10 +1,10 @@
 // Every thing of the scan with its parts, their fit and their coefficients.
 import { isCompleted, type Handle, type ShapePart, type SurfacePart } from "../world/types";
 import { shortName } from "../world/types";
-import { element, numbers, swatch, withTitle } from "./dom";
+import { element, numbers, swatch, withTitle } from "../page/dom";
 import type { Highlight } from "./highlight";
-import { count, mm, percent } from "./quantity";
-import { coefficients, dimensions, position, rotation, shapeName } from "./shape_text";
+import { count, mm, percent } from "../page/quantity";
+import { coefficients, dimensions, position, rotation, shapeName } from "../page/shape_text";
 import type { Thing } from "./things";
 
 interface Column { title: string; unit?: string; numeric?: boolean; meaning?: string; }

@@ -32,13 +32,12 @@ function cornersOf(bounds: Box3): Vector3[] {
     corner & 4 ? bounds.max.z : bounds.min.z));
 }
 
-// Looking along `-direction`, as near as a pane of the usual aspect sees every corner of `bounds`, and those
-// in the middle of it.
-function fittingView(bounds: Box3, direction: Vector3): View {
+// Looking along `-direction`, as near as a pane of the usual aspect sees every corner, and those in the middle
+// of it. The corners lie in `bounds`.
+function fittingView(bounds: Box3, direction: Vector3, corners = cornersOf(bounds)): View {
   const right = new Vector3(0, 0, 1).cross(direction).normalize();
   const up = direction.clone().cross(right);
   const slope = Math.tan((fieldOfView_deg * Math.PI) / 360) / margin;
-  const corners = cornersOf(bounds);
   const target = bounds.getCenter(new Vector3());
   const radius = Math.max(bounds.getSize(new Vector3()).length() / 2, 0.01);  // never inside, be it a point
   let distance = radius / slope;
@@ -86,17 +85,28 @@ export class OrbitCamera {
     this.moveTarget(this.homeTarget);
   }
 
-  // Lets a pane's element turn the camera. The wheel zooms only while the element has the focus: else it
-  // scrolls the page.
-  attach(element: HTMLElement): void {
+  // Shows the whole of all boxes, which are not empty, from where the camera looks now, or along `-direction`.
+  frame(boxes: readonly Box3[], direction?: Vector3): void {
+    const from = direction ?? this.camera.position.clone().sub(this.target);
+    const all = boxes.reduce((sum, box) => sum.union(box), new Box3());
+    const view = fittingView(all, from.clone().normalize(), boxes.flatMap(cornersOf));
+    this.camera.position.copy(view.position);
+    this.moveTarget(view.target);
+  }
+
+  // Lets a pane's element turn the camera. Where the page scrolls, the wheel zooms only while the element has
+  // the focus: else it scrolls the page.
+  attach(element: HTMLElement, scrolls = true): void {
     const controls = new OrbitControls(this.camera, element);
     controls.target = this.target;
     controls.zoomToCursor = true;
-    controls.enableZoom = false;
+    controls.enableZoom = !scrolls;
     controls.addEventListener("change", this.changed);
     this.controls.push(controls);
-    element.addEventListener("focus", () => { controls.enableZoom = true; });
-    element.addEventListener("blur", () => { controls.enableZoom = false; });
+    if (scrolls) {
+      element.addEventListener("focus", () => { controls.enableZoom = true; });
+      element.addEventListener("blur", () => { controls.enableZoom = false; });
+    }
     element.addEventListener("pointerdown", () => element.focus({ preventScroll: true }));
     element.addEventListener("keydown", (event) => this.onKey(event));
   }

@@ -85,17 +85,30 @@ export interface Handle {
   hash: string;  // empty: it has no mesh
 }
 
+// What an object is attached by.
+export interface Attachment { robot: string; link: string; x_link_object?: Pose; touch_links: string[]; }
+
 export interface WorldObject {
   name: string;
+  uid: string;
   kind: string;
+  owner: string;
   state: string;
   x_world_object?: Pose;  // absent where a user's object stands for it
   shapes: ShapePart[];
   surfaces: SurfacePart[];
   handles: Handle[];
   supported_by: string;
+  bounds?: OrientedBox;  // absent for an unbounded object
   point_count: string;
+  create_revision: string;
+  geometry_revision: string;
+  pose_revision: string;
+  last_observed?: string;
+  margin_m: number;
+  attached_to: string;
   reachable?: boolean;
+  attachment?: Attachment;
 }
 
 export interface IngestReport {

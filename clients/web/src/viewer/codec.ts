@@ -1,0 +1,62 @@
+// Messages of cwm.v1 as bytes and as protobuf JSON; the worker alone holds this.
+import { create, fromBinary, fromJson, toBinary, toJson, type DescMessage, type JsonValue } from "@bufbuild/protobuf";
+import { BadRequestSchema, ErrorInfoSchema, StatusSchema } from "../../generated/cwm/v1/error_details_pb";
+import { PerceptionService } from "../../generated/cwm/v1/perception_pb";
+import { QueryService } from "../../generated/cwm/v1/query_pb";
+import { RobotService } from "../../generated/cwm/v1/robot_pb";
+import { ViewerRequestSchema, ViewerResponseSchema, type ViewerCallEnd, type ViewerResponse }
+  from "../../generated/cwm/v1/viewer_pb";
+import { WorldService } from "../../generated/cwm/v1/world_pb";
+import type { CallError, Json, Method } from "./messages";
+
+const services = [WorldService, RobotService, PerceptionService, QueryService];
+
+interface Shape { input: DescMessage; output: DescMessage; }
+
+function shapeOf(method: Method): Shape {
+  for (const service of services) {
+    for (const one of service.methods) {
+      if (`${service.name}/${one.name}` === method) return one;
+    }
+  }
+  throw new Error(`method: ${method} is none of the server's`);
+}
+
+export function beginBytes(call_id: number, method: Method, request: Json): Uint8Array<ArrayBuffer> {
+  const { input } = shapeOf(method);
+  const bytes = toBinary(input, fromJson(input, request as JsonValue));
+  return toBinary(ViewerRequestSchema, create(ViewerRequestSchema, {
+    callId: BigInt(call_id), what: { case: "begin", value: { method: `cwm.v1.${method}`, request: bytes } } }));
+}
+
+export function cancelBytes(call_id: number): Uint8Array<ArrayBuffer> {
+  return toBinary(ViewerRequestSchema, create(ViewerRequestSchema, {
+    callId: BigInt(call_id), what: { case: "cancel", value: true } }));
+}
+
+export const responseOf = (bytes: Uint8Array): ViewerResponse => fromBinary(ViewerResponseSchema, bytes);
+
+// Names as in the .proto, and every field that is not a message or optional there.
+export function messageOf(method: Method, bytes: Uint8Array): Json {
+  const { output } = shapeOf(method);
+  return toJson(output, fromBinary(output, bytes), { useProtoFieldName: true, alwaysEmitImplicit: true }) as Json;
+}
+
+const codeNames = [
+  "OK", "CANCELLED", "UNKNOWN", "INVALID_ARGUMENT", "DEADLINE_EXCEEDED", "NOT_FOUND", "ALREADY_EXISTS",
+  "PERMISSION_DENIED", "RESOURCE_EXHAUSTED", "FAILED_PRECONDITION", "ABORTED", "OUT_OF_RANGE", "UNIMPLEMENTED",
+  "INTERNAL", "UNAVAILABLE", "DATA_LOSS", "UNAUTHENTICATED"];
+
+export function errorOf(end: ViewerCallEnd): CallError {
+  const error: CallError = {
+    code: end.code, name: codeNames[end.code] ?? String(end.code), message: end.message, reason: "", fields: [] };
+  if (end.details.length === 0) return error;
+  for (const { typeUrl, value } of fromBinary(StatusSchema, end.details).details) {
+    if (typeUrl.endsWith("/google.rpc.ErrorInfo")) error.reason = fromBinary(ErrorInfoSchema, value).reason;
+    if (typeUrl.endsWith("/google.rpc.BadRequest")) {
+      error.fields = fromBinary(BadRequestSchema, value).fieldViolations
+        .map(({ field, description }) => ({ field, description }));
+    }
+  }
+  return error;
+}

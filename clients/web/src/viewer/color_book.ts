@@ -1,0 +1,65 @@
+// Which object has which colour. An object keeps its colour as long as it is there, whatever comes and goes around it.
+import { Vector3 } from "three";
+import { objectColors, repeated, residualColors, supportColors } from "../scene/palette";
+import { shortName, type WorldObject } from "../world/types";
+
+// A user's things are the user's: apart from all that was perceived, they are put there on purpose.
+export const unseenColor = "#8d86a8";
+export const robotColors: readonly string[] = ["#c9ced6", "#b9c4cf", "#d2c8bb"];
+
+interface Entry { color: string; place: Vector3; kind: string; }
+
+export class ColorBook {
+  private readonly entries = new Map<string, Entry>();
+  private readonly counts = new Map<string, number>();
+
+  // Of the objects that are there now; forgets the others.
+  update(objects: Iterable<WorldObject>): void {
+    const present = new Set<string>();
+    for (const object of objects) {
+      present.add(object.name);
+      const kind = shortName(object.kind, "OBJECT_KIND");
+      if (this.entries.get(object.name)?.kind !== kind) this.enter(object, kind);
+    }
+    for (const name of [...this.entries.keys()]) {
+      if (!present.has(name)) this.entries.delete(name);
+    }
+  }
+
+  of(name: string): string { return this.entries.get(name)?.color ?? (residualColors[0] as string); }
+
+  private enter(object: WorldObject, kind: string): void {
+    const pose = object.x_world_object;
+    const place = new Vector3(pose?.tx_m ?? 0, pose?.ty_m ?? 0, pose?.tz_m ?? 0);
+    // A half-space is a floor or a wall, and fills the picture.
+    const looksLike = object.shapes.some(({ half_space }) => half_space) ? "support" : kind;
+    this.entries.set(object.name, { color: this.choose(looksLike, place), place, kind });
+  }
+
+  private choose(kind: string, place: Vector3): string {
+    if (kind === "unseen") return unseenColor;
+    if (kind === "support") return repeated(supportColors, this.next(kind));
+    if (kind === "residual") return repeated(residualColors, this.next(kind));
+    return this.farthest(place);
+  }
+
+  private next(kind: string): number {
+    const count = this.counts.get(kind) ?? 0;
+    this.counts.set(kind, count + 1);
+    return count;
+  }
+
+  // The colour whose nearest holder is farthest away, earlier colours first.
+  private farthest(place: Vector3): string {
+    const nearest = new Map<string, number>(objectColors.map((color) => [color, Infinity]));
+    for (const { color, place: other } of this.entries.values()) {
+      const known = nearest.get(color);
+      if (known !== undefined) nearest.set(color, Math.min(known, place.distanceToSquared(other)));
+    }
+    let best = objectColors[0] as string;
+    for (const color of objectColors) {
+      if ((nearest.get(color) ?? 0) > (nearest.get(best) ?? 0)) best = color;
+    }
+    return best;
+  }
+}

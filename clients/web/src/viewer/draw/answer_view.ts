@@ -1,0 +1,51 @@
+// An answer in the picture: the body that was asked about, lines between nearest points, contacts with their normals.
+import { Matrix4, Vector3 } from "three";
+import type { Vector3 as ApiVector3 } from "../../world/types";
+import { matrixOf } from "../../scene/pose";
+import type { Answer } from "../answer";
+import type { Question } from "../question";
+import type { Label } from "./labels";
+import { arrowSegments, type Segment } from "./lines";
+import { shapeParts } from "./parts";
+import type { SceneThing } from "./world_view";
+
+const freeColor = "#1f8fff";
+const touchColor = "#e5383b";
+
+export interface AnswerPicture { body: SceneThing | undefined; segments: Segment[]; labels: Label[]; }
+
+export const bodyName = "\u0000question";  // no object can have it
+
+const vector = ({ x, y, z }: ApiVector3): Vector3 => new Vector3(x, y, z);
+
+// Three short strokes: a point, seen from anywhere.
+function crossSegments(at: Vector3, size_m: number, color: string): Segment[] {
+  return [0, 1, 2].map((axis) => {
+    const arm = new Vector3().setComponent(axis, size_m);
+    return { from: at.clone().sub(arm), to: at.clone().add(arm), color };
+  });
+}
+
+export function bodyOf({ subject }: Question, verdict: Answer["verdict"] | "asked"): SceneThing | undefined {
+  if (!subject) return undefined;
+  const color = verdict === "collision" ? touchColor : freeColor;
+  const X: Matrix4 = matrixOf(subject.at);
+  return {
+    name: bodyName, color, shape: JSON.stringify(subject.shape), frames: [X],
+    parts: shapeParts({ ...subject.shape, role: "", coefficients: [] }, "shapes", "ghost").map((part) => ({ frame: 0, part })) };
+}
+
+// Strokes are as long as `scale_m`, about a twentieth of what is in the picture.
+export function answerPicture(question: Question, answer: Answer, scale_m: number): AnswerPicture {
+  const segments: Segment[] = [];
+  const labels: Label[] = [];
+  for (const { from, to, normal, text, touches } of answer.marks) {
+    const color = touches && question.kind !== "ray" ? touchColor : freeColor;
+    const [a, b] = [vector(from), vector(to)];
+    segments.push({ from: a, to: b, color }, ...crossSegments(b, 0.12 * scale_m, color));
+    if (question.kind !== "ray") segments.push(...crossSegments(a, 0.12 * scale_m, color));
+    if (normal) segments.push(...arrowSegments(b, vector(normal), scale_m, "#f59f00"));
+    if (text !== "") labels.push({ text, at: a.add(b).multiplyScalar(0.5), kind: "mark" });
+  }
+  return { body: bodyOf(question, answer.verdict), segments, labels };
+}

@@ -1,0 +1,83 @@
+// What of an object is drawn: its parts as instances of batches. Pure but for three.js's matrices.
+import { Matrix4, Vector3 } from "three";
+import { matrixOf } from "../../scene/pose";
+import { isCompleted, type Plate, type ShapeOneOf, type ShapePart, type WorldObject } from "../../world/types";
+import type { Look } from "./looks";
+import type { Unit } from "./shape_batch";
+
+export type Layer = "shapes" | "surfaces" | "handles";
+
+// One instance. `local` goes from the geometry to the object.
+export interface Part {
+  layer: Layer;
+  look: Look;
+  local: Matrix4;
+  geometry:
+    | { is: "unit"; unit: Unit; form: readonly [number, number] }
+    | { is: "plate"; plate: Plate; face: "top" | "rest" }
+    | { is: "mesh"; hash: string };
+}
+
+// Half-spaces have no end: they are shown as a slab of this size.
+const halfSpaceSide_m = 20;
+const halfSpaceDepth_m = 1;
+
+const thinnest = 1e-6;  // nothing may vanish: a matrix without volume has no normals
+
+const scaled = (matrix: Matrix4, x: number, y: number, z: number): Matrix4 =>
+  matrix.clone().scale(new Vector3(Math.max(x, thinnest), Math.max(y, thinnest), Math.max(z, thinnest)));
+
+function unit(matrix: Matrix4, kind: Unit, size: readonly [number, number, number],
+              form: readonly [number, number] = [1, 1]): Pick<Part, "local" | "geometry"> {
+  return { local: scaled(matrix, ...size), geometry: { is: "unit", unit: kind, form } };
+}
+
+// Undefined for what has no geometry of its own here: plates are two parts.
+function simplePart(shape: ShapeOneOf, matrix: Matrix4): Pick<Part, "local" | "geometry"> | undefined {
+  const { sphere, box, cylinder, cone, capsule, half_space, convex, mesh } = shape;
+  if (sphere) return unit(matrix, "capsule", [sphere.radius_m, sphere.radius_m, sphere.radius_m], [0, 0]);
+  if (box) return unit(matrix, "box", [box.size_x_m, box.size_y_m, box.size_z_m]);
+  if (cylinder) return unit(matrix, "shaft", [cylinder.radius_m, cylinder.radius_m, cylinder.length_m]);
+  if (cone) {
+    const widest = Math.max(cone.radius_bottom_m, cone.radius_top_m, thinnest);
+    return unit(matrix, "shaft", [widest, widest, cone.length_m],
+                [cone.radius_bottom_m / widest, cone.radius_top_m / widest]);
+  }
+  if (capsule) {
+    const radius = Math.max(capsule.radius_m, thinnest);
+    return unit(matrix, "capsule", [radius, radius, radius], [capsule.length_m / 2 / radius, 0]);
+  }
+  if (half_space) {
+    const middle = matrix.clone().multiply(new Matrix4().makeTranslation(0, 0, -halfSpaceDepth_m / 2));
+    return unit(middle, "box", [halfSpaceSide_m, halfSpaceSide_m, halfSpaceDepth_m]);
+  }
+  const hash = convex?.hash ?? mesh?.hash;
+  return hash ? { local: matrix, geometry: { is: "mesh", hash } } : undefined;
+}
+
+// Of a support's plate the top was measured although its body was supplied.
+export function shapeParts(part: ShapePart, layer: Layer, special?: Look): Part[] {
+  const local = matrixOf(part.x_object_shape);
+  const look: Look = special ?? (isCompleted(part) ? "completed" : "solid");
+  if (part.plate) {
+    const top: Look = special ?? (part.fit ? "solid" : look);
+    const { plate } = part;
+    return [{ layer, look: top, local, geometry: { is: "plate", plate, face: "top" } },
+            { layer, look, local, geometry: { is: "plate", plate, face: "rest" } }];
+  }
+  const simple = simplePart(part, local);
+  return simple ? [{ layer, look, ...simple }] : [];
+}
+
+export function partsOf(object: WorldObject): Part[] {
+  const special: Look | undefined = object.kind === "OBJECT_KIND_UNSEEN" ? "unseen" : undefined;
+  const shapes = object.shapes.flatMap((part) => shapeParts(part, "shapes", special));
+  const surfaces = object.surfaces.map(({ hash }): Part => (
+    { layer: "surfaces", look: special ?? "solid", local: new Matrix4(), geometry: { is: "mesh", hash } }));
+  const handles = object.handles.map(({ hash, bounds }): Part => {
+    if (hash) return { layer: "handles", look: "solid", local: new Matrix4(), geometry: { is: "mesh", hash } };
+    const { size_x_m: x, size_y_m: y, size_z_m: z } = bounds.box;
+    return { layer: "handles", look: "completed", ...unit(matrixOf(bounds.x_object_box), "box", [x, y, z]) };
+  });
+  return [...shapes, ...surfaces, ...handles];
+}

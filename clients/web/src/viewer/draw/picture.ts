@@ -1,0 +1,176 @@
+// The picture of things: which of them, which is selected, their names and frames, the scans, and the answer to a question.
+import { Box3, Matrix4, Vector3 } from "three";
+import type { Scan } from "../../world/stream";
+import { matrixOf } from "../../scene/pose";
+import type { Answer } from "../answer";
+import type { Question } from "../question";
+import { frameOf, isRobot, type Thing } from "../things";
+import { answerPicture, bodyName, bodyOf, type AnswerPicture } from "./answer_view";
+import { MeshLibrary } from "./blobs";
+import { Clouds } from "./cloud";
+import type { Label } from "./labels";
+import { boxSegments, frameSegments, Lines } from "./lines";
+import type { Layer } from "./parts";
+import { Stage } from "./stage";
+import { WorldView, type SceneThing } from "./world_view";
+
+const lineWidth_px = 2;
+const axesLength_m = 0.2;
+
+// Meshes and robots come after what they belong to.
+const firstLook_ms = 2500;
+
+export interface Shown { names: boolean; frames: boolean; }
+
+export class Picture {
+  readonly stage = new Stage();
+  readonly view: WorldView;
+  readonly clouds: Clouds;
+  selectionColor = "#1f5fbf";
+  shown: Shown = { names: false, frames: false };
+  private things: readonly Thing[] = [];
+  private byName: ReadonlyMap<string, Thing> = new Map();
+  private selected: Thing | undefined;
+  private answer: AnswerPicture | undefined;
+  private isStale = false;
+  private isFramed = false;
+  private firstFramed_ms = 0;
+  private readonly axes = new Lines(lineWidth_px, false);
+  private readonly selection = new Lines(lineWidth_px, true);
+  private readonly answerLines = new Lines(1.5 * lineWidth_px, true);
+
+  constructor(colorOf: (name: string) => string | undefined, failed: (why: string) => void) {
+    const changed = (): void => this.refresh();
+    this.view = new WorldView(new MeshLibrary(failed), changed);
+    this.clouds = new Clouds(colorOf, () => this.stage.requestRender(), failed);
+    this.stage.scene.add(this.view.root, this.clouds.root, this.axes.object, this.selection.object, this.answerLines.object);
+    this.stage.beforeFrame = () => this.update();
+    this.stage.frame([new Box3(new Vector3(-0.5, -0.5, 0), new Vector3(0.5, 0.5, 0.5))], "1");
+  }
+
+  // Those that are to be seen; the picture follows with its next frame.
+  setThings(things: readonly Thing[]): void {
+    this.things = things;
+    this.byName = new Map(things.map((thing) => [thing.name, thing]));
+    this.refresh();
+  }
+
+  setSelected(thing: Thing | undefined): void {
+    this.selected = thing;
+    this.refresh();
+  }
+
+  setScans(scans: readonly Scan[]): void { this.clouds.sync(scans); }
+
+  setAsked(question: Question): void {
+    this.answer = { body: bodyOf(question, "asked"), segments: [], labels: [] };
+    this.refresh();
+  }
+
+  setAnswer(question: Question, answer: Answer): void {
+    const size = this.stage.camera.position.distanceTo(this.stage.orbit.target);
+    this.answer = answerPicture(question, answer, size / 18);
+    this.refresh();
+  }
+
+  clearAnswer(): void {
+    this.answer = undefined;
+    this.refresh();
+  }
+
+  hideLayers(layers: ReadonlySet<Layer>): void {
+    this.view.hideLayers(layers);
+    this.refresh();
+  }
+
+  refresh(): void {
+    this.isStale = true;
+    this.stage.requestRender();
+  }
+
+  // What `names` reach, or all that is seen.
+  frame(names: readonly string[] | undefined, view?: string): void {
+    this.update();
+    this.stage.isTouched = true;
+    const all = names ?? this.things.map((thing) => thing.name);
+    this.stage.frame(all.map((name) => this.finiteBounds(name)), view);
+  }
+
+  pick(event: PointerEvent): string | undefined {
+    const name = this.view.pick(this.stage.rayAt(event));
+    return name === bodyName ? undefined : name;
+  }
+
+  // Half-spaces have no end, and are drawn with one.
+  private finiteBounds(name: string): Box3 {
+    const thing = this.byName.get(name);
+    if (thing && !isRobot(thing.of) && thing.of.shapes.some(({ half_space }) => half_space)) return new Box3();
+    return this.view.boundsOf(name);
+  }
+
+  private update(): void {
+    if (!this.isStale) return;
+    this.isStale = false;
+    const drawn = new Map<string, SceneThing>(this.things.map((thing) => [thing.name, thing.drawn]));
+    if (this.answer?.body) drawn.set(bodyName, this.answer.body);
+    this.view.sync(drawn);
+    this.place();
+    this.updateLines();
+    this.stage.labels.set([...(this.answer?.labels ?? []), ...(this.shown.names ? this.names() : this.nameOfSelected())]);
+  }
+
+  // The first look shows everything, what arrives a moment later too, unless the user looks elsewhere by then; the floor
+  // lies where the world begins, for sensors above it and below.
+  private place(): void {
+    const isLate = performance.now() - this.firstFramed_ms > firstLook_ms || this.stage.isTouched;
+    if (this.isFramed && isLate) return;
+    const boxes = this.things.filter(({ kind }) => kind !== "unseen").map(({ name }) => this.finiteBounds(name))
+      .filter((box) => !box.isEmpty());
+    if (boxes.length === 0) return;
+    if (!this.isFramed) this.firstFramed_ms = performance.now();
+    this.isFramed = true;
+    this.stage.floor_m = Math.min(0, ...boxes.map(({ min }) => min.z));
+    this.stage.frame(boxes, "1");
+  }
+
+  // Another world: look at it anew.
+  reset(): void {
+    this.isFramed = false;
+    this.stage.isTouched = false;
+  }
+
+  private updateLines(): void {
+    const size = this.shown.frames ? this.things.flatMap((thing) => {
+      const extent = this.finiteBounds(thing.name).getSize(new Vector3()).length();
+      const length_m = Math.min(Math.max(0.35 * extent, 0.02), 0.3);
+      const frames = isRobot(thing.of) ? thing.drawn.frames : [frameOf(thing)];
+      return frames.flatMap((X) => frameSegments(X, isRobot(thing.of) ? 0.08 : length_m));
+    }) : [];
+    this.axes.set([...frameSegments(new Matrix4(), axesLength_m), ...size]);
+    this.selection.set(this.selectionSegments());
+    this.answerLines.set(this.answer?.segments ?? []);
+  }
+
+  private selectionSegments(): ReturnType<typeof boxSegments> {
+    const thing = this.selected;
+    if (!thing) return [];
+    if (isRobot(thing.of)) return boxSegments(this.view.boundsOf(thing.name), new Matrix4(), this.selectionColor);
+    const { bounds } = thing.of;
+    if (!bounds) return [];
+    const { size_x_m: x, size_y_m: y, size_z_m: z } = bounds.box;
+    const half = new Vector3(x, y, z).divideScalar(2).addScalar(0.002);  // beside the surface, not in it
+    const X = frameOf(thing).clone().multiply(matrixOf(bounds.x_object_box));
+    return boxSegments(new Box3(half.clone().negate(), half), X, this.selectionColor);
+  }
+
+  private labelOf(thing: Thing): Label[] {
+    const bounds = this.finiteBounds(thing.name);
+    if (bounds.isEmpty()) return [];
+    const at = bounds.getCenter(new Vector3()).setZ(bounds.max.z);
+    return [{ text: thing.name, at, kind: "name" }];
+  }
+
+  private names(): Label[] { return this.things.filter(({ kind }) => kind !== "unseen").flatMap((thing) => this.labelOf(thing)); }
+
+  private nameOfSelected(): Label[] { return this.selected ? this.labelOf(this.selected) : []; }
+}

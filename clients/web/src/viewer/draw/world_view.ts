@@ -1,0 +1,206 @@
+// The things of a world as instances of a few batches, kept in step with what they are: what did not change is not touched.
+import { Box3, BufferGeometry, Color, Group, Matrix4, Vector3, type Raycaster } from "three";
+import { plateGeometry } from "../../scene/shape_geometry";
+import type { Plate } from "../../world/types";
+import type { Batch, Slot } from "./batch";
+import type { MeshLibrary } from "./blobs";
+import type { Look } from "./looks";
+import { MeshBatch } from "./mesh_batch";
+import type { Layer, Part } from "./parts";
+import { ShapeBatch, type Unit } from "./shape_batch";
+
+// Something with a name that is drawn. A change makes another value; `shape` says whether its parts are as before.
+export interface SceneThing {
+  name: string;
+  color: string;
+  shape: string;
+  frames: readonly Matrix4[];  // in the world, of its parts
+  parts: readonly { frame: number; part: Part }[];
+}
+
+interface Placed { thing: Drawn; frame: number; part: Part; batch: Batch<Placed>; slot: Slot<Placed>; }
+
+interface Drawn { value: SceneThing; placed: Placed[]; isGone: boolean; }
+
+// The same order in every picture: what lets through comes last.
+const renderOrder: Record<Look, number> = { solid: 0, completed: 1, unseen: 2, ghost: 3 };
+
+// The triangles of one of a plate's two groups.
+function plateFace(plate: Plate, face: "top" | "rest"): BufferGeometry {
+  const whole = plateGeometry(plate);
+  const group = whole.groups[face === "top" ? 0 : 1];
+  const index = whole.index;
+  whole.deleteAttribute("uv");
+  if (group && index) whole.setIndex([...index.array.slice(group.start, group.start + group.count)]);
+  whole.clearGroups();
+  return whole;
+}
+
+export class WorldView {
+  readonly root = new Group();
+  private readonly drawn = new Map<string, Drawn>();
+  private readonly shapes = new Map<string, ShapeBatch<Placed>>();
+  private readonly meshes = new Map<Look, MeshBatch<Placed>>();
+  private hidden: ReadonlySet<Layer> = new Set();
+
+  // The usual batches are there from the first picture on, so that their shaders are ready when objects come.
+  constructor(private readonly library: MeshLibrary, private readonly changed: () => void) {
+    for (const unit of ["box", "shaft", "capsule"] as const) this.shapeBatch(unit, "solid");
+  }
+
+  sync(things: ReadonlyMap<string, SceneThing>): void {
+    for (const [name, drawn] of this.drawn) {
+      if (!things.has(name)) this.remove(name, drawn);
+    }
+    for (const thing of things.values()) {
+      const drawn = this.drawn.get(thing.name);
+      if (drawn?.value === thing) continue;
+      if (drawn && drawn.value.shape === thing.shape) this.update(drawn, thing);
+      else {
+        if (drawn) this.remove(thing.name, drawn);
+        this.add(thing);
+      }
+    }
+    this.library.trim((hash) => [...this.meshes.values()].some((batch) => batch.holds(hash)));
+  }
+
+  // Draws all things anew without these layers.
+  hideLayers(hidden: ReadonlySet<Layer>): void {
+    const things = new Map([...this.drawn].map(([name, { value }]) => [name, value]));
+    this.sync(new Map());
+    this.hidden = hidden;
+    this.sync(things);
+  }
+
+  // The name of what the ray meets first; what lets through only where nothing solid is met.
+  pick(raycaster: Raycaster): string | undefined {
+    let nearest = Infinity;
+    let name: string | undefined;
+    for (const batch of [...this.shapes.values(), ...this.meshes.values()]) {
+      for (const { owner, distance } of batch.hits(raycaster)) {
+        const behind = owner.part.look === "solid" ? 0 : owner.part.look === "unseen" ? 2e6 : 1e3;
+        if (distance + behind >= nearest) continue;
+        nearest = distance + behind;
+        name = owner.thing.value.name;
+      }
+    }
+    return name;
+  }
+
+  get instanceCount(): number {
+    return [...this.shapes.values(), ...this.meshes.values()].reduce((sum, batch) => sum + batch.count, 0);
+  }
+
+  // Where the drawn parts of a thing are, as instances hold it. Empty where nothing is drawn, or nothing yet.
+  boundsOf(name: string): Box3 {
+    const bounds = new Box3();
+    for (const { part, frame, thing } of this.drawn.get(name)?.placed ?? []) {
+      const X = new Matrix4().multiplyMatrices(thing.value.frames[frame] ?? new Matrix4(), part.local);
+      bounds.union(this.partBox(part).applyMatrix4(X));
+    }
+    return bounds;
+  }
+
+  private partBox(part: Part): Box3 {
+    const { geometry } = part;
+    if (geometry.is === "unit") {
+      const wide = geometry.unit === "box" ? 0.5 : 1;
+      const high = geometry.unit === "capsule" ? 1 + geometry.form[0] : 0.5;
+      return new Box3(new Vector3(-wide, -wide, -high), new Vector3(wide, wide, high));
+    }
+    if (geometry.is === "mesh") return this.library.now(geometry.hash)?.boundingBox?.clone() ?? new Box3();
+    const { outline, thickness_m } = geometry.plate;
+    const box = new Box3();
+    for (const { x, y } of outline.vertices) box.expandByPoint(new Vector3(x, y, 0)).expandByPoint(new Vector3(x, y, -thickness_m));
+    return box;
+  }
+
+  private add(value: SceneThing): void {
+    const drawn: Drawn = { value, placed: [], isGone: false };
+    this.drawn.set(value.name, drawn);
+    for (const { frame, part } of value.parts) {
+      if (!this.hidden.has(part.layer)) this.place(drawn, frame, part);
+    }
+  }
+
+  private place(drawn: Drawn, frame: number, part: Part): void {
+    const { geometry } = part;
+    if (geometry.is === "unit") this.placeUnit(drawn, frame, part, geometry.unit, geometry.form);
+    else if (geometry.is === "plate") {
+      const key = JSON.stringify([geometry.face, geometry.plate]);
+      this.placeMesh(drawn, frame, part, key, plateFace(geometry.plate, geometry.face));
+    } else {
+      const known = this.library.now(geometry.hash);
+      if (known) this.placeMesh(drawn, frame, part, geometry.hash, known);
+      else void this.placeLater(drawn, frame, part, geometry.hash);
+    }
+  }
+
+  private async placeLater(drawn: Drawn, frame: number, part: Part, hash: string): Promise<void> {
+    const mesh = await this.library.get(hash);
+    if (!mesh || drawn.isGone) return;
+    this.placeMesh(drawn, frame, part, hash, mesh);
+    this.changed();
+  }
+
+  private placeUnit(drawn: Drawn, frame: number, part: Part, unit: Unit, form: readonly [number, number]): void {
+    const batch = this.shapeBatch(unit, part.look);
+    this.put(drawn, frame, part, batch, (placed) => batch.add(placed, this.matrixOf(placed), new Color(drawn.value.color), form));
+  }
+
+  private placeMesh(drawn: Drawn, frame: number, part: Part, key: string, geometry: BufferGeometry): void {
+    if ((geometry.index?.count ?? 0) === 0) return;
+    const batch = this.meshBatch(part.look);
+    this.put(drawn, frame, part, batch, (placed) => batch.add(placed, key, geometry, this.matrixOf(placed), new Color(drawn.value.color)));
+  }
+
+  private put(thing: Drawn, frame: number, part: Part, batch: Batch<Placed>, add: (placed: Placed) => Slot<Placed>): void {
+    const placed = { thing, frame, part, batch } as Placed;
+    placed.slot = add(placed);
+    thing.placed.push(placed);
+  }
+
+  private readonly matrix = new Matrix4();
+  private matrixOf({ thing, frame, part }: Placed): Matrix4 {
+    return this.matrix.multiplyMatrices(thing.value.frames[frame] ?? this.matrix.identity(), part.local);
+  }
+
+  private update(drawn: Drawn, value: SceneThing): void {
+    const isRecolored = drawn.value.color !== value.color;
+    drawn.value = value;
+    const color = new Color(value.color);
+    for (const placed of drawn.placed) {
+      placed.batch.setMatrix(placed.slot, this.matrixOf(placed));
+      if (isRecolored) placed.batch.setColor(placed.slot, color);
+    }
+  }
+
+  private remove(name: string, drawn: Drawn): void {
+    drawn.isGone = true;
+    for (const { batch, slot } of drawn.placed) batch.remove(slot);
+    this.drawn.delete(name);
+  }
+
+  private shapeBatch(unit: Unit, look: Look): ShapeBatch<Placed> {
+    const key = `${unit} ${look}`;
+    let batch = this.shapes.get(key);
+    if (!batch) {
+      batch = new ShapeBatch<Placed>(unit, look, (before, now) => this.root.remove(before).add(now));
+      batch.object.renderOrder = renderOrder[look];
+      this.shapes.set(key, batch);
+      this.root.add(batch.object);
+    }
+    return batch;
+  }
+
+  private meshBatch(look: Look): MeshBatch<Placed> {
+    let batch = this.meshes.get(look);
+    if (!batch) {
+      batch = new MeshBatch<Placed>(look);
+      batch.object.renderOrder = renderOrder[look];
+      this.meshes.set(look, batch);
+      this.root.add(batch.object);
+    }
+    return batch;
+  }
+}

@@ -1,0 +1,217 @@
+// Keeps the page in step with one world of the server: its watch, the links of its robots, its newest scans, and its past.
+import type { PlacedLink, Robot, RobotLinks, Scan, WatchWorldResponse, World } from "../world/stream";
+import type { WorldObject } from "../world/types";
+import { CallFailure, type Link } from "./link";
+import { notFound, type CallError, type Json } from "./messages";
+import { WorldModel, type WorldState } from "./world_model";
+
+// A world that does not exist may be made at any time; so may another one.
+const lookAgain_ms = 1000;
+
+// Of a list in pages.
+const pageSize = 1000;
+
+export interface RobotModel { robot: Robot; links: readonly PlacedLink[]; }
+
+export interface FeedListener {
+  worlds: (worlds: readonly World[]) => void;
+  state: (state: WorldState) => void;       // the newest
+  robots: (robots: ReadonlyMap<string, RobotModel>) => void;
+  scans: (scans: readonly Scan[]) => void;
+  missing: (world: string) => void;         // there is no such world (yet)
+  failed: (error: CallError) => void;
+}
+
+// Does one thing at a time, and once more when it was asked for meanwhile.
+class Latest {
+  private isRunning = false;
+  private isWanted = false;
+  constructor(private readonly work: () => Promise<void>) {}
+
+  want(): void {
+    this.isWanted = true;
+    if (!this.isRunning) void this.run();
+  }
+
+  private async run(): Promise<void> {
+    this.isRunning = true;
+    try {
+      while (this.isWanted) {
+        this.isWanted = false;
+        await this.work();
+      }
+    } finally {
+      this.isRunning = false;
+    }
+  }
+}
+
+export class Feed {
+  world: string | undefined;  // undefined: the first that there is
+  readonly model = new WorldModel();
+  private cancel: (() => void) | undefined;
+  private timer = 0;
+  private isOpen = false;
+  private shapes = new Map<string, readonly PlacedLink[]>();  // by the uids of the world and the robot
+  private placed = new Map<string, RobotModel>();
+  private readonly robots = new Latest(() => this.placeRobots());
+  private readonly scans = new Latest(() => this.listScans());
+
+  constructor(private readonly link: Link, private readonly listener: FeedListener) {}
+
+  opened(): void {
+    this.isOpen = true;
+    void this.begin();
+  }
+
+  lost(): void {
+    this.isOpen = false;
+    this.stop();
+  }
+
+  choose(world: string): void {
+    this.world = world;
+    this.stop();
+    this.placed.clear();
+    void this.begin();
+  }
+
+  async refreshWorlds(): Promise<readonly World[]> {
+    const { worlds } = await this.link.call<{ worlds: World[] }>("WorldService/ListWorlds", {});
+    this.listener.worlds(worlds);
+    return worlds;
+  }
+
+  // The world as it was.
+  async at(revision: string): Promise<{ state: WorldState; robots: Map<string, RobotModel> }> {
+    const at_revision = { exact: revision };
+    const objects = await this.pages<WorldObject>("WorldService/ListObjects", "objects", { at_revision, view: "OBJECT_VIEW_FULL" });
+    const list = await this.pages<Robot>("RobotService/ListRobots", "robots", { at_revision });
+    const robots = new Map<string, RobotModel>();
+    for (const robot of list) {
+      const { links } = await this.link.call<RobotLinks>("RobotService/GetRobotLinks", {
+        world: this.world ?? "", name: robot.name, at_revision, with_shapes: true });
+      robots.set(robot.name, { robot, links });
+    }
+    return { robots, state: {
+      world_uid: this.model.state.world_uid, revision, rules: new Map(),
+      objects: new Map(objects.map((object) => [object.name, object])),
+      robots: new Map(list.map((robot) => [robot.name, robot])) } };
+  }
+
+  async oldestRevision(): Promise<number> {
+    const { world } = await this.link.call<{ world?: World }>("WorldService/GetWorld", { world: this.world ?? "" });
+    return Number(world?.oldest_exact_revision ?? 0);
+  }
+
+  private async pages<Item>(method: "WorldService/ListObjects" | "RobotService/ListRobots", field: string,
+                            request: Json): Promise<Item[]> {
+    const all: Item[] = [];
+    for (let page_token = ""; ;) {
+      const page = await this.link.call<Json>(method, { world: this.world ?? "", page_size: pageSize, page_token, ...request });
+      all.push(...(page[field] as Item[]));
+      page_token = page["next_page_token"] as string;
+      if (page_token === "") return all;
+    }
+  }
+
+  private stop(): void {
+    window.clearTimeout(this.timer);
+    this.cancel?.();
+    this.cancel = undefined;
+  }
+
+  private later(): void {
+    window.clearTimeout(this.timer);
+    this.timer = window.setTimeout(() => { if (this.isOpen) void this.begin(); }, lookAgain_ms);
+  }
+
+  private async begin(): Promise<void> {
+    this.stop();
+    try {
+      const worlds = await this.refreshWorlds();
+      this.world ??= (worlds.find(({ name }) => name === "default") ?? worlds[0])?.name;
+      if (this.world === undefined || !worlds.some(({ name }) => name === this.world)) {
+        this.listener.missing(this.world ?? "default");
+        this.later();
+        return;
+      }
+      this.watch(this.world);
+    } catch (error) {
+      if (error instanceof CallFailure) this.ended(error.error);
+      else throw error;
+    }
+  }
+
+  private watch(world: string): void {
+    this.stop();
+    this.model.restart();
+    this.cancel = this.link.stream<WatchWorldResponse>("WorldService/WatchWorld",
+      { world, mode: "WATCH_MODE_COALESCED", view: "OBJECT_VIEW_FULL" }, {
+        message: (response) => {
+          if (!this.model.apply(response)) return;
+          this.listener.state(this.model.state);
+          this.robots.want();
+          this.scans.want();
+        },
+        end: (error) => {
+          this.cancel = undefined;
+          this.ended(error);
+        },
+      });
+  }
+
+  // A watch ends when the world is deleted or the server goes; either may come back.
+  private ended(error: CallError | undefined): void {
+    if (!this.isOpen) return;
+    if (error && error.code !== notFound) this.listener.failed(error);
+    this.later();
+  }
+
+  private async placeRobots(): Promise<void> {
+    const { robots } = this.model.state;
+    let isChanged = false;
+    for (const name of [...this.placed.keys()]) {
+      if (!robots.has(name)) isChanged = this.placed.delete(name) || isChanged;
+    }
+    for (const [name, robot] of robots) {
+      if (this.placed.get(name)?.robot === robot) continue;
+      const links = await this.linksOf(robot);
+      if (!links) continue;
+      this.placed.set(name, { robot, links });
+      isChanged = true;
+    }
+    if (isChanged) this.listener.robots(new Map(this.placed));
+  }
+
+  private async linksOf(robot: Robot): Promise<readonly PlacedLink[] | undefined> {
+    const key = `${this.model.state.world_uid} ${robot.uid}`;
+    const shapes = this.shapes.get(key);
+    try {
+      const { links, robot_uid } = await this.link.call<RobotLinks>("RobotService/GetRobotLinks", {
+        world: this.world ?? "", name: robot.name, with_shapes: shapes === undefined });
+      if (robot_uid !== robot.uid) return undefined;  // replaced meanwhile: its event follows
+      if (shapes === undefined) this.shapes.set(key, links);
+      return links.map((link, i) => ({ ...link, shapes: shapes?.[i]?.shapes ?? link.shapes }));
+    } catch (error) {
+      this.report(error);
+      return undefined;
+    }
+  }
+
+  private async listScans(): Promise<void> {
+    try {
+      const { scans } = await this.link.call<{ scans: Scan[] }>("PerceptionService/ListScans", { world: this.world ?? "" });
+      this.listener.scans(scans);
+    } catch (error) {
+      this.report(error);
+    }
+  }
+
+  // What is gone by now, or the connection with it, says itself elsewhere.
+  private report(error: unknown): void {
+    if (!(error instanceof CallFailure)) throw error;
+    const isOver = [notFound, 14, 12].includes(error.error.code);
+    if (!isOver) this.listener.failed(error.error);
+  }
+}

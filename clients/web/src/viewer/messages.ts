@@ -1,0 +1,38 @@
+// What the page and its worker say to each other.
+export type Json = Record<string, unknown>;
+
+export type Method =
+  | "WorldService/ListWorlds" | "WorldService/GetWorld" | "WorldService/ListObjects" | "WorldService/WatchWorld"
+  | "RobotService/ListRobots" | "RobotService/GetRobotLinks" | "PerceptionService/ListScans"
+  | "QueryService/CheckCollisions" | "QueryService/GetDistances" | "QueryService/GetContacts" | "QueryService/CastRays";
+
+// How a call ended that did not end well.
+export interface CallError {
+  code: number;  // of gRPC
+  name: string;  // "NOT_FOUND"
+  message: string;
+  reason: string;
+  fields: { field: string; description: string }[];
+}
+
+export type LinkState =
+  | { is: "connecting" }
+  | { is: "open" }
+  | { is: "waiting"; until_ms: number };  // of Date.now(): then it tries again
+
+export type ToWorker =
+  | { what: "begin"; id: number; method: Method; request: Json }
+  | { what: "cancel"; id: number };
+
+export type FromWorker =
+  | { what: "state"; state: LinkState }
+  | { what: "message"; id: number; message: Json }
+  | { what: "end"; id: number; error?: CallError };
+
+export const unavailable = 14;
+export const notFound = 5;
+
+// Before the n-th attempt in a row, n from 0: at once after a restart, never more than a few seconds.
+export function backOff_ms(attempt: number): number {
+  return Math.min(100 * 2 ** attempt, 3000);
+}

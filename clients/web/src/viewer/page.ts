@@ -1,0 +1,343 @@
+// The page: what is chosen, and who hears of it.
+import { element } from "../page/dom";
+import type { Scan, World } from "../world/stream";
+import { answerOf, type Reply } from "./answer";
+import { Picture } from "./draw/picture";
+import { Feed, type RobotModel } from "./feed";
+import { publish } from "./hooks";
+import { CallFailure, type Link } from "./link";
+import type { LinkState } from "./messages";
+import { Details } from "./panels/details";
+import { helpDialog } from "./panels/help";
+import { QuestionPanel } from "./panels/question_panel";
+import { Timeline } from "./panels/timeline";
+import { Toolbar } from "./panels/toolbar";
+import { Tree } from "./panels/tree";
+import type { Question } from "./question";
+import { styleColor, ThemeSwitch } from "./theme";
+import { ThingList, type Kind, type Thing } from "./things";
+import { emptyWorld, type WorldState } from "./world_model";
+
+interface Seen { state: WorldState; robots: ReadonlyMap<string, RobotModel>; }
+
+const pointSizes_px = [1, 2, 3, 5];
+const noticeTime_ms = 6000;
+
+export class Page {
+  private readonly things = new ThingList();
+  private readonly picture = new Picture((name) => this.things.things.get(name)?.color, (why) => this.notice(why));
+  private readonly theme = new ThemeSwitch(() => this.showTheme());
+  private readonly feed: Feed;
+  private readonly toolbar: Toolbar;
+  private readonly tree: Tree;
+  private readonly details: Details;
+  private readonly questions: QuestionPanel;
+  private readonly timeline: Timeline;
+  private readonly help = helpDialog();
+  private readonly empty = element("p", "empty");
+  private readonly scale = element("p", "scale");
+  private readonly notices = element("div", "notices");
+  private live: Seen = { state: emptyWorld, robots: new Map() };
+  private past: Seen | undefined;  // what is shown instead of what is live
+  private wantedRevision: number | undefined;
+  private isGoing = false;
+  private selected: string | undefined;
+  private readonly hiddenNames = new Set<string>();
+  private readonly hiddenKinds = new Set<Kind>();
+  private pointSize = 1;
+  private firstPicture_ms = 0;
+  private updates = 0;
+  private lastUpdate_ms = 0;  // of Date.now(), when the state was drawn that came last
+  private isDrawnUpToDate = true;
+
+  constructor(body: HTMLElement, private readonly link: Link) {
+    this.tree = new Tree({
+      select: (name) => this.select(name), frame: (name) => this.picture.frame([name]),
+      toggle: (name) => this.toggle(this.hiddenNames, name), toggleKind: (kind) => this.toggle(this.hiddenKinds, kind) });
+    this.details = new Details({ close: () => this.select(undefined), frame: (name) => this.picture.frame([name]) });
+    this.questions = new QuestionPanel({
+      ask: (question) => void this.ask(question), clear: () => this.picture.clearAnswer(), select: (name) => this.select(name) });
+    this.timeline = new Timeline({ go: (revision) => void this.go(revision), live: () => this.goLive() });
+    this.toolbar = new Toolbar((world) => this.choose(world), () => { this.feed.refreshWorlds().catch(() => undefined); });
+    this.addTools();
+    this.layOut(body);
+    this.link.onState = (state) => this.onLink(state);
+    this.feed = new Feed(this.link, {
+      worlds: (worlds) => this.showWorlds(worlds), state: (state) => this.onState(state), robots: (robots) => this.onRobots(robots),
+      scans: (scans) => this.onScans(scans), missing: (world) => this.onMissing(world),
+      failed: ({ name, message }) => this.notice(`${name}: ${message}`) });
+    this.listen();
+    this.showTheme();
+    publish({ stage: this.picture.stage, view: this.picture.view, things: () => this.things.things.values(),
+              isShown: (thing) => this.isShown(thing), facts: () => this.facts() });
+  }
+
+  private get seen(): Seen { return this.past ?? this.live; }
+
+  private layOut(body: HTMLElement): void {
+    const left = element("aside", "side left", this.tree.root);
+    left.setAttribute("aria-label", "Objects");
+    const right = element("aside", "side right", this.details.root);
+    const menu = element("button", "menu", "\u2630");
+    menu.setAttribute("aria-label", "Show or hide the list of objects");
+    menu.addEventListener("click", () => body.classList.toggle("listing"));
+    this.toolbar.root.prepend(menu);
+    const middle = element("main", "middle", this.picture.stage.root, this.empty, this.scale, this.notices,
+      element("div", "bottom", this.questions.answer, this.questions.root, this.timeline.root));
+    this.notices.setAttribute("role", "alert");
+    this.empty.hidden = true;
+    body.append(this.toolbar.root, left, middle, right, this.help);
+  }
+
+  private addTools(): void {
+    const { picture, toolbar } = this;
+    toolbar.addSwitch({ key: "n", title: "Names", label: "Names", isOn: false, turn: (isOn) => {
+      picture.shown.names = isOn;
+      picture.refresh();
+    } });
+    toolbar.addSwitch({ key: "x", title: "Frames of objects", label: "Frames", isOn: false, turn: (isOn) => {
+      picture.shown.frames = isOn;
+      picture.refresh();
+    } });
+    toolbar.addSwitch({ key: "p", title: "Points of the newest scans", label: "Scan", isOn: true, turn: (isOn) => {
+      picture.clouds.root.visible = isOn;
+      picture.refresh();
+    } });
+    toolbar.addSwitch({ key: "m", title: "Shapes, surfaces and handles", label: "Model", isOn: true, turn: (isOn) => {
+      picture.hideLayers(new Set(isOn ? [] : ["shapes", "surfaces", "handles"] as const));
+    } });
+    toolbar.addAction({ key: "f", title: "Everything, or the selection", label: "Frame", run: () => this.frame() });
+    toolbar.addAction({ key: "g", title: "Save the picture", label: "Save", run: () => void this.save() });
+    toolbar.addAction({ key: "t", title: "Light or dark", label: "Theme", run: () => this.theme.toggle() });
+    toolbar.addAction({ key: "?", title: "Keys and questions", label: "Help", run: () => this.help.showModal() });
+  }
+
+  private listen(): void {
+    this.picture.stage.onClick((event) => this.select(this.picture.pick(event)));
+    this.picture.stage.onFrame = () => this.onFrame();
+    window.addEventListener("keydown", (event) => this.onKey(event));
+  }
+
+  private onLink(state: LinkState): void {
+    this.toolbar.showLink(state);
+    if (state.is === "open") this.feed.opened();
+    else if (state.is === "waiting") this.feed.lost();
+  }
+
+  private onState(state: WorldState): void {
+    const isOther = state.world_uid !== this.live.state.world_uid;
+    this.live = { ...this.live, state };
+    this.empty.hidden = true;
+    ++this.updates;
+    this.isDrawnUpToDate = false;
+    if (isOther && this.past) this.timeline.goLive();
+    if (isOther && this.picture.view.instanceCount === 0) this.picture.reset();
+    this.showRange();
+    if (!this.past) this.show();
+  }
+
+  private onRobots(robots: ReadonlyMap<string, RobotModel>): void {
+    this.live = { ...this.live, robots };
+    if (!this.past) this.show();
+  }
+
+  private onScans(scans: readonly Scan[]): void {
+    if (!this.past) this.picture.setScans(scans);
+  }
+
+  private onMissing(world: string): void {
+    this.empty.textContent = `There is no world \u201c${world}\u201d yet. It appears here as soon as somebody puts an object into it.`;
+    this.empty.hidden = false;
+    if (this.live.state.objects.size > 0 || this.live.robots.size > 0) {
+      this.live = { state: emptyWorld, robots: new Map() };
+      this.picture.setScans([]);
+      this.show();
+    }
+  }
+
+  private showWorlds(worlds: readonly World[]): void { this.toolbar.showWorlds(worlds, this.feed.world); }
+
+  private choose(world: string): void {
+    this.past = undefined;
+    this.select(undefined);
+    this.questions.clear();
+    this.live = { state: emptyWorld, robots: new Map() };
+    this.show();
+    this.picture.setScans([]);
+    this.picture.reset();
+    this.feed.choose(world);
+  }
+
+  // Panels and picture follow what is seen.
+  private show(): void {
+    const { state, robots } = this.seen;
+    this.things.update(state, robots);
+    if (this.selected !== undefined && !this.things.things.has(this.selected)) this.select(undefined);
+    this.tree.show(this.things.things.values());
+    this.showSelection();
+    this.showShown();
+    this.picture.clouds.recolor();
+  }
+
+  private isShown({ name, kind }: Thing): boolean { return !this.hiddenNames.has(name) && !this.hiddenKinds.has(kind); }
+
+  private showShown(): void {
+    this.picture.setThings([...this.things.things.values()].filter((thing) => this.isShown(thing)));
+  }
+
+  private toggle<Value>(set: Set<Value>, value: Value): void {
+    if (!set.delete(value)) set.add(value);
+    this.tree.setHidden(this.hiddenNames, this.hiddenKinds);
+    this.showShown();
+  }
+
+  private select(name: string | undefined): void {
+    this.selected = name;
+    this.tree.select(name);
+    document.body.classList.toggle("detailing", name !== undefined);
+    this.showSelection();
+  }
+
+  private showSelection(): void {
+    const thing = this.selected === undefined ? undefined : this.things.things.get(this.selected);
+    this.details.show(thing, this.seen.state.rules);
+    this.picture.setSelected(thing);
+  }
+
+  private frame(view?: string): void {
+    this.picture.frame(this.selected === undefined || view !== undefined ? undefined : [this.selected], view);
+  }
+
+  private rangeIsAsked = false;
+  private showRange(): void {
+    const newest = Number(this.live.state.revision);
+    if (this.rangeIsAsked) return;
+    this.rangeIsAsked = true;
+    this.feed.oldestRevision().catch(() => newest).then((oldest) => {
+      this.rangeIsAsked = false;
+      this.timeline.setRange(oldest, Number(this.live.state.revision));
+    });
+  }
+
+  // To the revision that was asked for last, one at a time.
+  private async go(revision: number): Promise<void> {
+    this.wantedRevision = revision;
+    if (this.isGoing) return;
+    this.isGoing = true;
+    try {
+      for (let at = -1; this.wantedRevision !== undefined && this.wantedRevision !== at;) {
+        at = this.wantedRevision;
+        const seen = await this.feed.at(String(at));
+        if (this.wantedRevision === undefined) break;
+        this.past = seen;
+        this.picture.clouds.root.visible = false;  // the scans of then are no more
+        this.show();
+      }
+    } catch (error) {
+      if (!(error instanceof CallFailure)) throw error;
+      this.notice(error.message);
+      this.timeline.goLive();
+    } finally {
+      this.isGoing = false;
+    }
+  }
+
+  private goLive(): void {
+    this.wantedRevision = undefined;
+    if (!this.past) return;
+    this.past = undefined;
+    this.picture.clouds.root.visible = true;
+    this.show();
+  }
+
+  private async ask(question: Question): Promise<void> {
+    const { request, method } = question;
+    const options = { ...(request["options"] as object), ...(this.past && { at_revision: { exact: this.past.state.revision } }) };
+    this.picture.setAsked(question);
+    try {
+      const reply = await this.link.call<Reply>(method, { ...request, world: this.feed.world ?? "", options });
+      const answer = answerOf(question, reply);
+      this.picture.setAnswer(question, answer);
+      this.questions.showAnswer(question.kind, answer, reply.revision);
+    } catch (error) {
+      if (!(error instanceof CallFailure)) throw error;
+      this.questions.showError(error.error);
+    }
+  }
+
+  private async save(): Promise<void> {
+    try {
+      const blob = await this.picture.stage.screenshot(styleColor("--picture"));
+      const anchor = element("a");
+      anchor.href = URL.createObjectURL(blob);
+      anchor.download = `${this.feed.world ?? "world"}-${this.seen.state.revision}.png`;
+      anchor.click();
+      URL.revokeObjectURL(anchor.href);
+    } catch (error) {
+      this.notice(String(error));
+    }
+  }
+
+  private notice(text: string): void {
+    if ([...this.notices.children].some((child) => child.textContent === text)) return;
+    const notice = element("p", "notice", text);
+    this.notices.append(notice);
+    window.setTimeout(() => notice.remove(), noticeTime_ms);
+  }
+
+  private showTheme(): void {
+    this.picture.stage.grid.setInk(styleColor("--grid"));
+    this.picture.selectionColor = styleColor("--accent");
+    this.picture.refresh();
+  }
+
+  private onFrame(): void {
+    const { grid, figures } = this.picture.stage;
+    const cell_m = grid.cell_m;
+    const text = `grid ${cell_m >= 1 ? `${cell_m} m` : cell_m >= 0.01 ? `${Math.round(100 * cell_m)} cm` : `${Math.round(1000 * cell_m)} mm`}`;
+    if (this.scale.textContent !== text) this.scale.textContent = text;
+    if (this.firstPicture_ms === 0 && this.updates > 0) this.firstPicture_ms = performance.now();
+    if (!this.isDrawnUpToDate && figures.frames > 0) this.lastUpdate_ms = Date.now();
+    this.isDrawnUpToDate = true;
+  }
+
+  private facts(): Record<string, unknown> {
+    const { state } = this.seen;
+    return { world: this.feed.world ?? "", world_uid: state.world_uid, revision: state.revision, updates: this.updates,
+             first_picture_ms: this.firstPicture_ms, last_update_ms: this.lastUpdate_ms,
+             cloud_points: this.picture.clouds.pointCount, is_live: this.past === undefined,
+             selected: this.selected ?? "", theme: this.theme.now };
+  }
+
+  private changePointSize(): void {
+    this.pointSize = (this.pointSize + 1) % pointSizes_px.length;
+    this.picture.clouds.setSize(pointSizes_px[this.pointSize] ?? 2);
+    this.picture.refresh();
+  }
+
+  private escape(): void {
+    if (this.questions.isAnswered) this.questions.clear();
+    else this.select(undefined);
+    document.body.classList.remove("listing");
+    this.picture.stage.root.focus();
+  }
+
+  private onKey(event: KeyboardEvent): void {
+    if (event.ctrlKey || event.metaKey || event.altKey || this.help.open) return;
+    if (event.key === "Escape") {
+      this.escape();
+      return;
+    }
+    const typing = event.target instanceof HTMLInputElement && ["text", "search"].includes(event.target.type);
+    if (typing || event.target instanceof HTMLSelectElement) return;
+    const keys: Record<string, () => void> = {
+      f: () => this.frame(), "/": () => this.tree.search.focus(), q: () => this.questions.input.focus(), l: () => this.timeline.goLive(),
+      t: () => this.theme.toggle(), g: () => void this.save(), "?": () => this.help.showModal(), s: () => this.changePointSize(),
+      h: () => { if (this.selected !== undefined) this.toggle(this.hiddenNames, this.selected); } };
+    const key = Object.hasOwn(keys, event.key) ? keys[event.key] : undefined;
+    if (key) key();
+    else if (/^[1-6]$/.test(event.key)) this.frame(event.key);
+    else if (!this.toolbar.turn(event.key)) return;
+    event.preventDefault();
+  }
+}

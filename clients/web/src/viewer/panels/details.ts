@@ -1,0 +1,152 @@
+// What is known of the thing that was clicked.
+import { element, numbers, swatch } from "../../page/dom";
+import { count, degrees, fixed, mm, percent } from "../../page/quantity";
+import { coefficients, dimensions, position, rotation, shapeName } from "../../page/shape_text";
+import { isCompleted, shortName, type FitQuality, type Pose, type ShapePart, type WorldObject } from "../../world/types";
+import type { PairRule } from "../../world/stream";
+import type { RobotModel } from "../feed";
+import { isRobot, type Thing } from "../things";
+
+function fact(term: string, ...value: (Node | string)[]): HTMLElement[] {
+  return [element("dt", "", term), element("dd", "", ...value)];
+}
+
+const facts = (...all: HTMLElement[][]): HTMLElement => element("dl", "facts", ...all.flat());
+
+const words = (value: string, type: string): string => shortName(value, type).replaceAll("_", " ");
+
+function poseFacts(pose: Pose | undefined): HTMLElement[][] {
+  if (!pose) return [fact("Position", "0  0  0 m")];
+  const turned = rotation(pose);
+  return [fact("Position", numbers(position(pose)), " m"), ...(turned ? [fact("Rotation", turned)] : [])];
+}
+
+function fitFacts(fit: FitQuality): HTMLElement {
+  return facts(
+    fact("rms", `${mm(fit.rms_m, 2)} mm`), fact("largest residual", `${mm(fit.max_residual_m, 2)} mm`),
+    fact("inliers", `${count(fit.inlier_count)} (${percent(fit.inlier_ratio)} %)`),
+    fact("observed", `${percent(fit.observed_fraction, 0)} %`));
+}
+
+function shapeSection(part: ShapePart, index: number): HTMLElement {
+  const size = dimensions(part);
+  const role = element("span", `role ${isCompleted(part) ? "completed" : "fitted"}`, isCompleted(part) ? "completed" : part.fit ? "fitted" : "given");
+  const section = element("section", "part", element("h3", "", `${index} · ${shapeName(part)}`, role));
+  if (size) section.append(element("p", "size", part.plate ? size : `${size} mm`));
+  const table = element("table", "coefficients");
+  for (const { name, value, sigma, unit } of coefficients(part)) {
+    const [letter = name, sub] = name.split("_");
+    const cell = element("th", "", letter);
+    cell.scope = "row";
+    if (sub) cell.append(element("sub", "", sub));
+    table.append(element("tr", "", cell, element("td", "number", value), element("td", "unit", unit), element("td", "sigma", sigma)));
+  }
+  if (table.childElementCount > 0) section.append(table);
+  if (part.fit) section.append(fitFacts(part.fit));
+  return section;
+}
+
+// "2026-01-02T03:04:05.678Z" without what a clock on the wall does not say.
+const time = (stamp: string): string => stamp.replace("T", " ").replace(/(\.\d+)?Z$/, " UTC");
+
+function objectFacts(object: WorldObject, kindWord: string): HTMLElement {
+  return facts(
+    fact("Kind", kindWord), fact("Owner", words(object.owner, "OWNER")), fact("State", words(object.state, "OBJECT_STATE")),
+    ...poseFacts(object.x_world_object),
+    ...(object.supported_by ? [fact("Stands on", object.supported_by)] : []),
+    ...(object.attached_to ? [fact("Attached to", object.attached_to)] : []),
+    ...(object.margin_m > 0 ? [fact("Margin", `${mm(object.margin_m)} mm`)] : []),
+    ...(Number(object.point_count) > 0 ? [fact("Points", count(object.point_count))] : []),
+    ...(object.reachable === undefined ? [] : [fact("Reachable", object.reachable ? "yes" : "no")]),
+    ...(object.last_observed ? [fact("Last seen", time(object.last_observed))] : []),
+    fact("Revisions", `made ${count(object.create_revision)}, shape ${count(object.geometry_revision)}, pose ${count(object.pose_revision)}`));
+}
+
+function meshLine(kind: string, text: string, hash: string): HTMLElement {
+  const section = element("section", "part", element("h3", "", kind), element("p", "size", text));
+  if (hash) {
+    const code = element("code", "hash", hash.slice(0, 12));
+    code.title = hash;
+    section.append(code);
+  }
+  return section;
+}
+
+function objectSections(object: WorldObject): HTMLElement[] {
+  return [
+    ...object.shapes.map(shapeSection),
+    ...object.surfaces.map(({ hash, vertex_count, triangle_count, watertight, point_count }) => meshLine("Surface",
+      `${count(triangle_count)} triangles, ${count(vertex_count)} vertices, ${watertight ? "watertight" : "open"}, ` +
+      `for ${count(point_count)} points`, hash)),
+    ...object.handles.map(({ shape_index, point_count, hash, bounds: { box } }) => meshLine("Handle",
+      `${shape_index < 0 ? "of the surface" : `on shape ${shape_index}`}, ${count(point_count)} points, ` +
+      `${mm(box.size_x_m)} × ${mm(box.size_y_m)} × ${mm(box.size_z_m)} mm`, hash))];
+}
+
+function robotSections({ robot, links }: RobotModel): HTMLElement[] {
+  const table = element("table", "joints");
+  robot.variables.forEach((variable, i) => {
+    const value = robot.state[i] ?? 0;
+    const { lower, upper } = variable;
+    const name = element("th", "", variable.name);
+    name.scope = "row";
+    const row = element("tr", "", name, element("td", "number", fixed(value, 3)));
+    const cell = element("td", "limits");
+    if (lower !== undefined && upper !== undefined && upper > lower) {
+      const meter = element("meter");
+      meter.min = lower;
+      meter.max = upper;
+      meter.value = value;
+      meter.title = `${degrees(lower, 1)}° to ${degrees(upper, 1)}° where it turns`;
+      cell.append(meter);
+    }
+    row.append(cell);
+    table.append(row);
+  });
+  return [
+    facts(fact("Links", count(links.length)), ...poseFacts(robot.x_world_base), fact("State revision", count(robot.state_revision))),
+    element("section", "part", element("h3", "", "Joints, rad or m"), table)];
+}
+
+function rulesOf(name: string, rules: Iterable<PairRule>): HTMLElement[] {
+  const about = [...rules].filter(({ pair: { a, b } }) => a.name === name || b.name === name);
+  if (about.length === 0) return [];
+  const list = element("ul", "rules", ...about.map(({ pair: { a, b }, allowed, margin_m }) => {
+    const other = a.name === name ? b : a;
+    const whom = `${other.name === "*" ? "everything" : other.name}${other.link ? `:${other.link}` : ""}`;
+    return element("li", "", [allowed ? `may touch ${whom}` : "", margin_m === undefined ? "" : `margin ${mm(margin_m)} mm to ${whom}`]
+      .filter((text) => text !== "").join(", "));
+  }));
+  return [element("section", "part", element("h3", "", "Rules"), list)];
+}
+
+export class Details {
+  readonly root = element("section", "details");
+  private shown: Thing["of"] | undefined;
+  private rules: ReadonlyMap<string, PairRule> | undefined;
+
+  constructor(private readonly listener: { close: () => void; frame: (name: string) => void }) {
+    this.root.setAttribute("aria-label", "Details of the selection");
+    this.root.hidden = true;
+  }
+
+  show(thing: Thing | undefined, rules: ReadonlyMap<string, PairRule>): void {
+    if (thing?.of === this.shown && rules === this.rules) return;
+    this.shown = thing?.of;
+    this.rules = rules;
+    this.root.hidden = thing === undefined;
+    if (!thing) return;
+    const { of } = thing;
+    const name = element("h2", "", swatch(thing.color), element("span", "", thing.name));
+    const frame = element("button", "quiet", "Frame");
+    frame.title = "Move the camera so that it fills the picture (f)";
+    frame.addEventListener("click", () => this.listener.frame(thing.name));
+    const close = element("button", "quiet", "\u2715");
+    close.setAttribute("aria-label", "Close the details");
+    close.addEventListener("click", () => this.listener.close());
+    this.root.replaceChildren(
+      element("header", "", name, frame, close),
+      ...(isRobot(of) ? robotSections(of) : [objectFacts(of, thing.kind === "user" ? "user's object" : thing.kind), ...objectSections(of)]),
+      ...rulesOf(thing.name, rules.values()));
+  }
+}

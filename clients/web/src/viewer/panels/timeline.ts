@@ -1,0 +1,59 @@
+// A slider over the revisions that the server still knows exactly, and the way back to now.
+import { element } from "../../page/dom";
+import { count } from "../../page/quantity";
+
+export interface TimelineListener { go: (revision: number) => void; live: () => void; }
+
+export class Timeline {
+  readonly root = element("section", "timeline");
+  private readonly slider = element("input");
+  private readonly text = element("output", "revision");
+  private readonly live = element("button", "live", "Live");
+  private oldest = 0;
+  private newest = 0;
+  private shown: number | undefined;
+
+  constructor(private readonly listener: TimelineListener) {
+    this.root.setAttribute("aria-label", "Revisions of the world");
+    this.slider.type = "range";
+    this.slider.step = "1";
+    this.slider.setAttribute("aria-label", "Revision of the world");
+    this.slider.addEventListener("input", () => this.move(Number(this.slider.value)));
+    this.live.type = "button";
+    this.live.title = "Show the world as it is now (l)";
+    this.live.addEventListener("click", () => this.goLive());
+    this.root.append(this.slider, this.text, this.live);
+    this.paint();
+  }
+
+  setRange(oldest: number, newest: number): void {
+    this.oldest = Math.min(oldest, newest);
+    this.newest = newest;
+    this.paint();
+  }
+
+  goLive(): void {
+    this.shown = undefined;
+    this.paint();
+    this.listener.live();
+  }
+
+  private move(revision: number): void {
+    this.shown = revision >= this.newest ? undefined : revision;
+    this.paint();
+    if (this.shown === undefined) this.listener.live();
+    else this.listener.go(this.shown);
+  }
+
+  private paint(): void {
+    const at = this.shown ?? this.newest;
+    this.slider.min = String(this.oldest);
+    this.slider.max = String(this.newest);
+    this.slider.value = String(at);
+    this.slider.disabled = this.newest <= this.oldest;
+    this.slider.style.setProperty("--share", String(this.newest > this.oldest ? (at - this.oldest) / (this.newest - this.oldest) : 1));
+    this.text.textContent = `revision ${count(at)}`;
+    this.live.setAttribute("aria-pressed", String(this.shown === undefined));
+    this.root.classList.toggle("past", this.shown !== undefined);
+  }
+}

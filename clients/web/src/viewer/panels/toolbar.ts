@@ -1,0 +1,74 @@
+// The head of the page: which world, whether it is connected, what is shown, and what can be done.
+import { element } from "../../page/dom";
+import type { World } from "../../world/stream";
+import type { LinkState } from "../messages";
+
+export interface Switch { key: string; title: string; label: string; isOn: boolean; turn: (isOn: boolean) => void; }
+
+export interface Action { key: string; title: string; label: string; run: () => void; }
+
+export class Toolbar {
+  readonly root = element("header", "toolbar");
+  private readonly worlds = element("select");
+  private readonly dot = element("span", "dot");
+  private readonly connection = element("span", "connection");
+  private readonly tools = element("div", "tools");
+  private readonly switches = new Map<string, { button: HTMLButtonElement; value: Switch }>();
+
+  constructor(choose: (world: string) => void, refresh: () => void) {
+    this.worlds.setAttribute("aria-label", "World");
+    this.worlds.addEventListener("change", () => choose(this.worlds.value));
+    this.worlds.addEventListener("pointerdown", refresh);
+    this.connection.setAttribute("role", "status");
+    this.root.append(element("span", "brand", "cwm"), this.worlds, this.dot, this.connection, this.tools);
+    this.showLink({ is: "connecting" });
+  }
+
+  showWorlds(worlds: readonly World[], chosen: string | undefined): void {
+    const options = worlds.map(({ name }) => {
+      const option = element("option", "", name);
+      option.value = name;
+      return option;
+    });
+    if (chosen !== undefined && !worlds.some(({ name }) => name === chosen)) {
+      const option = element("option", "", `${chosen} (none yet)`);
+      option.value = chosen;
+      options.push(option);
+    }
+    this.worlds.replaceChildren(...options);
+    if (chosen !== undefined) this.worlds.value = chosen;
+    this.worlds.hidden = options.length === 0;
+  }
+
+  showLink(state: LinkState): void {
+    this.dot.className = `dot ${state.is}`;
+    this.connection.textContent = state.is === "open" ? "Connected" : state.is === "connecting" ? "Connecting \u2026" : "Connection lost, trying again \u2026";
+  }
+
+  addSwitch(value: Switch): void {
+    const button = this.button(value);
+    button.setAttribute("aria-pressed", String(value.isOn));
+    button.addEventListener("click", () => this.turn(value.key));
+    this.switches.set(value.key, { button, value });
+  }
+
+  addAction(action: Action): void { this.button(action).addEventListener("click", () => action.run()); }
+
+  // False for a key that is no switch's.
+  turn(key: string): boolean {
+    const found = this.switches.get(key);
+    if (!found) return false;
+    found.value.isOn = !found.value.isOn;
+    found.button.setAttribute("aria-pressed", String(found.value.isOn));
+    found.value.turn(found.value.isOn);
+    return true;
+  }
+
+  private button({ key, title, label }: { key: string; title: string; label: string }): HTMLButtonElement {
+    const button = element("button", "tool", label);
+    button.type = "button";
+    button.title = `${title} (${key})`;
+    this.tools.append(button);
+    return button;
+  }
+}

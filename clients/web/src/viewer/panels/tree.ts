@@ -1,0 +1,199 @@
+// All things by kind: counts, search, what is shown of them. Rows are buttons of a tree; arrow keys walk it.
+import { element, swatch } from "../../page/dom";
+import { count } from "../../page/quantity";
+import { kinds, kindTitles, type Kind, type Thing } from "../things";
+
+export interface TreeListener {
+  select: (name: string) => void;
+  frame: (name: string) => void;
+  toggle: (name: string) => void;
+  toggleKind: (kind: Kind) => void;
+}
+
+interface Row { root: HTMLElement; box: HTMLInputElement; name: HTMLElement; state: HTMLElement; thing: Thing; }
+
+interface Branch { root: HTMLElement; list: HTMLElement; box: HTMLInputElement; count: HTMLElement; title: HTMLElement; isOpen: boolean; }
+
+// More rows than this are not read but searched; a list of them would cost more than the picture.
+const mostRows = 400;
+
+// thing_2 before thing_10.
+const order = new Intl.Collator("en", { numeric: true });
+
+function checkbox(label: string): HTMLInputElement {
+  const box = element("input");
+  box.type = "checkbox";
+  box.checked = true;
+  box.tabIndex = -1;
+  box.setAttribute("aria-label", label);
+  return box;
+}
+
+export class Tree {
+  readonly root = element("section", "tree");
+  readonly search = element("input", "search");
+  private readonly list = element("div", "branches");
+  private readonly rows = new Map<string, Row>();
+  private readonly branches = new Map<Kind, Branch>();
+  private things: readonly Thing[] = [];
+  private selected: string | undefined;
+  private hidden: { names: ReadonlySet<string>; kinds: ReadonlySet<Kind> } = { names: new Set(), kinds: new Set() };
+
+  constructor(private readonly listener: TreeListener) {
+    this.search.type = "search";
+    this.search.placeholder = "Search  /";
+    this.search.setAttribute("aria-label", "Search objects by name");
+    this.search.addEventListener("input", () => this.build());
+    this.search.addEventListener("keydown", (event) => this.onSearchKey(event));
+    this.list.setAttribute("role", "tree");
+    this.list.setAttribute("aria-label", "Objects by kind");
+    this.list.addEventListener("keydown", (event) => this.onKey(event));
+    for (const kind of kinds) this.branches.set(kind, this.branch(kind));
+    this.list.append(...[...this.branches.values()].map(({ root }) => root));
+    this.root.append(this.search, this.list);
+  }
+
+  show(things: Iterable<Thing>): void {
+    const now = [...things].sort((a, b) => order.compare(a.name, b.name));
+    const isSame = now.length === this.things.length && now.every((thing, i) => {
+      const before = this.things[i];
+      return before?.name === thing.name && before.kind === thing.kind && before.color === thing.color;
+    });
+    this.things = now;
+    if (!isSame) this.build();
+    else for (const thing of now) this.refresh(thing);
+  }
+
+  setHidden(names: ReadonlySet<string>, hiddenKinds: ReadonlySet<Kind>): void {
+    this.hidden = { names, kinds: hiddenKinds };
+    for (const [name, row] of this.rows) {
+      row.box.checked = !names.has(name);
+      row.root.classList.toggle("off", names.has(name));
+    }
+    for (const [kind, branch] of this.branches) {
+      branch.box.checked = !hiddenKinds.has(kind);
+      branch.root.classList.toggle("off", hiddenKinds.has(kind));
+    }
+  }
+
+  select(name: string | undefined): void {
+    const before = this.selected === undefined ? undefined : this.rows.get(this.selected);
+    before?.root.setAttribute("aria-selected", "false");
+    this.selected = name;
+    const row = name === undefined ? undefined : this.rows.get(name);
+    row?.root.setAttribute("aria-selected", "true");
+    row?.root.scrollIntoView({ block: "nearest" });
+  }
+
+  private branch(kind: Kind): Branch {
+    const root = element("div", "branch");
+    const title = element("button", "kind", kindTitles[kind]);
+    title.type = "button";
+    const number = element("span", "count");
+    title.append(number);
+    title.setAttribute("role", "treeitem");
+    title.setAttribute("aria-expanded", "true");
+    const box = checkbox(`Show ${kindTitles[kind]}`);
+    box.addEventListener("change", () => this.listener.toggleKind(kind));
+    const list = element("div", "leaves");
+    list.setAttribute("role", "group");
+    const head = element("div", "row head", box, title);
+    root.append(head, list);
+    const branch: Branch = { root, list, box, count: number, title, isOpen: true };
+    title.addEventListener("click", () => this.open(branch, !branch.isOpen));
+    return branch;
+  }
+
+  private open(branch: Branch, isOpen: boolean): void {
+    branch.isOpen = isOpen;
+    branch.list.hidden = !isOpen;
+    branch.title.setAttribute("aria-expanded", String(isOpen));
+  }
+
+  private build(): void {
+    const wanted = this.search.value.trim().toLowerCase();
+    const focused = document.activeElement instanceof HTMLElement ? document.activeElement.dataset["thing"] : undefined;
+    this.rows.clear();
+    for (const [kind, branch] of this.branches) {
+      const all = this.things.filter((thing) => thing.kind === kind);
+      const found = wanted === "" ? all : all.filter(({ name }) => name.toLowerCase().includes(wanted));
+      branch.root.hidden = found.length === 0;
+      branch.count.textContent = found.length === all.length ? count(all.length) : `${count(found.length)} of ${count(all.length)}`;
+      branch.list.replaceChildren(...found.slice(0, mostRows).map((thing) => this.row(thing)));
+      if (found.length > mostRows) branch.list.append(element("p", "more", `and ${count(found.length - mostRows)} more: search for them`));
+    }
+    this.setHidden(this.hidden.names, this.hidden.kinds);
+    this.select(this.selected);
+    if (focused !== undefined) this.rows.get(focused)?.name.focus();
+  }
+
+  private row(thing: Thing): HTMLElement {
+    const { name } = thing;
+    const box = checkbox(`Show ${name}`);
+    box.addEventListener("change", () => this.listener.toggle(name));
+    const button = element("button", "name", swatch(thing.color), element("span", "text", name));
+    button.type = "button";
+    button.dataset["thing"] = name;
+    button.addEventListener("click", () => this.listener.select(name));
+    button.addEventListener("dblclick", () => this.listener.frame(name));
+    const state = element("span", "state");
+    const root = element("div", "row leaf", box, button, state);
+    root.setAttribute("role", "treeitem");
+    root.setAttribute("aria-selected", "false");
+    this.rows.set(name, { root, box, name: button, state, thing });
+    this.refresh(thing);
+    return root;
+  }
+
+  private refresh(thing: Thing): void {
+    const row = this.rows.get(thing.name);
+    if (!row) return;
+    row.thing = thing;
+    const state = "state" in thing.of ? thing.of.state : "";
+    row.state.textContent = state === "OBJECT_STATE_OCCLUDED" ? "occluded" : state === "OBJECT_STATE_LOST" ? "lost" : "";
+  }
+
+  private readonly buttons = (): HTMLElement[] =>
+    [...this.list.querySelectorAll<HTMLElement>("button")].filter((button) => button.offsetParent !== null);
+
+  private onKey(event: KeyboardEvent): void {
+    const all = this.buttons();
+    const at = all.indexOf(document.activeElement as HTMLElement);
+    const name = all[at]?.dataset["thing"];
+    const branch = [...this.branches.values()].find(({ title }) => title === all[at]);
+    if (event.key === "ArrowDown") all[Math.min(at + 1, all.length - 1)]?.focus();
+    else if (event.key === "ArrowUp" && at > 0) all[at - 1]?.focus();
+    else if (event.key === "Home") all[0]?.focus();
+    else if (event.key === "End") all.at(-1)?.focus();
+    else if (event.key === "ArrowLeft") this.leave(name, branch);
+    else if (event.key === "ArrowRight" && branch) this.open(branch, true);
+    else if (event.key === " ") this.toggleFocused(name, branch);
+    else return;
+    event.preventDefault();
+    event.stopPropagation();
+  }
+
+  private leave(name: string | undefined, branch: Branch | undefined): void {
+    if (branch) this.open(branch, false);
+    const kind = name === undefined ? undefined : this.rows.get(name)?.thing.kind;
+    if (kind) this.branches.get(kind)?.title.focus();
+  }
+
+  private toggleFocused(name: string | undefined, branch: Branch | undefined): void {
+    const kind = [...this.branches].find(([, one]) => one === branch)?.[0];
+    if (name !== undefined) this.listener.toggle(name);
+    else if (kind) this.listener.toggleKind(kind);
+  }
+
+  private onSearchKey(event: KeyboardEvent): void {
+    const leaves = this.buttons().filter((button) => button.dataset["thing"] !== undefined);
+    if (event.key === "ArrowDown") leaves[0]?.focus();
+    else if (event.key === "Enter" && leaves[0]?.dataset["thing"] !== undefined) this.listener.select(leaves[0].dataset["thing"]);
+    else if (event.key === "Escape" && this.search.value !== "") {
+      this.search.value = "";
+      this.build();
+      event.stopPropagation();
+    } else return;
+    event.preventDefault();
+  }
+}

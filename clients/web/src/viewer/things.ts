@@ -1,0 +1,75 @@
+// What is listed and drawn of a state of the world: objects and robots in one list, each with its kind and its colour. What
+// did not change keeps its identity, so that the picture touches only what did.
+import { Matrix4 } from "three";
+import type { SceneThing } from "./draw/world_view";
+import { partsOf, shapeParts } from "./draw/parts";
+import { matrixOf } from "../scene/pose";
+import { shortName, type WorldObject } from "../world/types";
+import { ColorBook, robotColors } from "./color_book";
+import type { RobotModel } from "./feed";
+import type { WorldState } from "./world_model";
+
+export type Kind = "support" | "object" | "residual" | "user" | "unseen" | "robot";
+
+export const kinds: readonly Kind[] = ["object", "user", "support", "residual", "unseen", "robot"];
+
+export const kindTitles: Record<Kind, string> = {
+  object: "Objects", user: "User's objects", support: "Supports", residual: "Residuals", unseen: "Unseen space",
+  robot: "Robots" };
+
+export interface Thing {
+  name: string;
+  kind: Kind;
+  color: string;
+  of: WorldObject | RobotModel;
+  drawn: SceneThing;
+}
+
+export const isRobot = (of: Thing["of"]): of is RobotModel => "links" in of;
+
+// Uids and revisions begin anew in a new world.
+function objectThing(world_uid: string, object: WorldObject, color: string, before: Thing | undefined): Thing {
+  const shape = `${world_uid} ${object.uid} ${object.geometry_revision} ${object.kind}`;
+  const drawn: SceneThing = {
+    name: object.name, color, shape, frames: [matrixOf(object.x_world_object)],
+    parts: before && before.drawn.shape === shape ? before.drawn.parts
+      : partsOf(object).map((part) => ({ frame: 0, part })) };
+  return { name: object.name, kind: shortName(object.kind, "OBJECT_KIND") as Kind, color, of: object, drawn };
+}
+
+function robotThing(world_uid: string, model: RobotModel, color: string, before: Thing | undefined): Thing {
+  const { robot, links } = model;
+  const shape = `${world_uid} robot ${robot.uid}`;
+  const drawn: SceneThing = {
+    name: robot.name, color, shape, frames: links.map(({ x_world_link }) => matrixOf(x_world_link)),
+    parts: before && before.drawn.shape === shape ? before.drawn.parts
+      : links.flatMap(({ shapes }, frame) => shapes.flatMap((part) =>
+        shapeParts(part, "shapes", "solid").map((one) => ({ frame, part: one })))) };
+  return { name: robot.name, kind: "robot", color, of: model, drawn };
+}
+
+export class ThingList {
+  readonly things = new Map<string, Thing>();
+  private readonly colors = new ColorBook();
+
+  update(state: WorldState, robots: ReadonlyMap<string, RobotModel>): void {
+    this.colors.update(state.objects.values());
+    for (const name of [...this.things.keys()]) {
+      if (!state.objects.has(name) && !robots.has(name)) this.things.delete(name);
+    }
+    for (const object of state.objects.values()) {
+      const { name } = object;
+      const before = this.things.get(name);
+      if (before?.of !== object) this.things.set(name, objectThing(state.world_uid, object, this.colors.of(name), before));
+    }
+    let index = 0;
+    for (const model of robots.values()) {
+      const color = robotColors[index++ % robotColors.length] as string;
+      const before = this.things.get(model.robot.name);
+      if (before?.of !== model) this.things.set(model.robot.name, robotThing(state.world_uid, model, color, before));
+    }
+  }
+}
+
+// Of an object its frame; of a robot that of its root link.
+export const frameOf = ({ drawn }: Thing): Matrix4 => drawn.frames[0] ?? new Matrix4();

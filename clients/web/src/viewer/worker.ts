@@ -1,0 +1,86 @@
+// The connection, off the page's thread: bytes in and out of the socket, messages to and from the page.
+import { beginBytes, cancelBytes, errorOf, messageOf, responseOf } from "./codec";
+import { backOff_ms, unavailable, type CallError, type FromWorker, type Json, type LinkState, type Method, type ToWorker }
+  from "./messages";
+
+// The library of types for workers and the one for documents exclude each other; this is all that is used of it.
+declare function postMessage(message: FromWorker): void;
+
+// A socket that does not open in this time will not.
+const patience_ms = 5000;
+
+const underWay = new Map<number, Method>();
+let socket: WebSocket | undefined;
+let attempt = 0;
+
+const tell = (state: LinkState): void => postMessage({ what: "state", state });
+
+function end(id: number, error?: CallError): void {
+  if (!underWay.delete(id)) return;
+  postMessage(error ? { what: "end", id, error } : { what: "end", id });
+}
+
+const gone = (message: string): CallError =>
+  ({ code: unavailable, name: "UNAVAILABLE", message, reason: "", fields: [] });
+
+function receive(bytes: Uint8Array): void {
+  const { callId, what } = responseOf(bytes);
+  const id = Number(callId);
+  const method = underWay.get(id);
+  if (method === undefined) return;  // of a call that was cancelled
+  if (what.case === "message") postMessage({ what: "message", id, message: messageOf(method, what.value) });
+  else if (what.case === "end") end(id, what.value.code === 0 ? undefined : errorOf(what.value));
+}
+
+function lost(from: WebSocket): void {
+  if (socket !== from) return;
+  socket = undefined;
+  for (const id of [...underWay.keys()]) end(id, gone("the connection to the server was lost"));
+  const wait_ms = backOff_ms(attempt++);
+  tell({ is: "waiting", until_ms: Date.now() + wait_ms });
+  setTimeout(open, wait_ms);
+}
+
+function open(): void {
+  tell({ is: "connecting" });
+  const scheme = self.location.protocol === "https:" ? "wss" : "ws";
+  const opening = new WebSocket(`${scheme}://${self.location.host}/socket`);
+  socket = opening;
+  opening.binaryType = "arraybuffer";
+  const overdue = setTimeout(() => opening.close(), patience_ms);
+  opening.onopen = () => {
+    clearTimeout(overdue);
+    attempt = 0;
+    tell({ is: "open" });
+  };
+  opening.onmessage = (event) => receive(new Uint8Array(event.data as ArrayBuffer));
+  opening.onclose = () => {
+    clearTimeout(overdue);
+    lost(opening);
+  };
+}
+
+// A request that is none of the method's, such as a number that does not fit its field, never leaves.
+function begin(id: number, method: Method, request: Json, on: WebSocket): void {
+  try {
+    on.send(beginBytes(id, method, request));
+  } catch (error) {
+    end(id, { code: 3, name: "INVALID_ARGUMENT", message: String(error), reason: "", fields: [] });
+  }
+}
+
+self.onmessage = (event: MessageEvent<ToWorker>) => {
+  const message = event.data;
+  if (message.what === "cancel") {
+    if (underWay.delete(message.id)) socket?.send(cancelBytes(message.id));
+    return;
+  }
+  underWay.set(message.id, message.method);
+  if (socket?.readyState !== WebSocket.OPEN) {
+    end(message.id, gone("there is no connection to the server"));
+    return;
+  }
+  begin(message.id, message.method, message.request, socket);
+};
+
+open();

@@ -1,0 +1,108 @@
+// The newest state of a world, built from what a watch says. Pure: no socket, no picture. States are values: what did not
+// change is the same object in the next state, so that readers compare by identity.
+import type { PairRule, Robot, RobotEvent, ObjectEvent, WatchWorldResponse } from "../world/stream";
+import type { WorldObject } from "../world/types";
+
+export interface WorldState {
+  world_uid: string;
+  revision: string;
+  objects: ReadonlyMap<string, WorldObject>;
+  robots: ReadonlyMap<string, Robot>;
+  rules: ReadonlyMap<string, PairRule>;
+}
+
+export const emptyWorld: WorldState = {
+  world_uid: "", revision: "0", objects: new Map(), robots: new Map(), rules: new Map() };
+
+export function ruleKey({ pair: { a, b } }: PairRule): string {
+  return JSON.stringify([[a.name, a.link], [b.name, b.link]].sort((x, y) => (String(x) < String(y) ? -1 : 1)));
+}
+
+const isUnchanged = (before: WorldObject | undefined, now: WorldObject): boolean =>
+  before !== undefined && JSON.stringify(before) === JSON.stringify(now);
+
+interface Changing {
+  objects: Map<string, WorldObject>;
+  robots: Map<string, Robot>;
+  rules: Map<string, PairRule>;
+}
+
+function applyObject({ put, move, remove, pose_revision }: ObjectEvent, objects: Map<string, WorldObject>): void {
+  if (put) objects.set(put.name, put);
+  if (remove !== undefined) objects.delete(remove);
+  const moved = move ? objects.get(move.name) : undefined;
+  if (!move || !moved) return;
+  const { x_world_object: _before, ...rest } = moved;
+  objects.set(move.name, { ...rest, pose_revision, ...(move.x_world_object && { x_world_object: move.x_world_object }) });
+}
+
+function applyRobot({ put, state, remove }: RobotEvent, robots: Map<string, Robot>): void {
+  if (put) robots.set(put.name, put);
+  if (remove !== undefined) robots.delete(remove);
+  const robot = state ? robots.get(state.name) : undefined;
+  if (state && robot) robots.set(state.name, { ...robot, ...state });
+}
+
+function applyRule(rule: PairRule, rules: Map<string, PairRule>): void {
+  if (rule.allowed || rule.margin_m !== undefined) rules.set(ruleKey(rule), rule);
+  else rules.delete(ruleKey(rule));
+}
+
+export class WorldModel {
+  private state_: WorldState = emptyWorld;
+  private pending: WatchWorldResponse[] = [];  // of the initial state or a revision, until they are complete
+
+  get state(): WorldState { return this.state_; }
+
+  // A new watch begins: its initial state takes the place of what is known once it is complete.
+  restart(): void { this.pending = []; }
+
+  // True when the state is another than before.
+  apply(response: WatchWorldResponse): boolean {
+    if (response.bookmark) return this.applyBookmark(response);
+    this.pending.push(response);
+    if (response.initial_state && !response.initial_state.initial_state_done) return false;
+    if (response.events?.more) return false;
+    const all = this.pending;
+    this.pending = [];
+    if (response.initial_state) this.begin(all, response);
+    else this.change(all, response);
+    return true;
+  }
+
+  // Objects that are as they were keep their identity: a reconnection redraws only what changed meanwhile.
+  private begin(all: readonly WatchWorldResponse[], { world_uid, revision }: WatchWorldResponse): void {
+    const now: Changing = { objects: new Map(), robots: new Map(), rules: new Map() };
+    for (const { initial_state } of all) {
+      for (const object of initial_state?.objects ?? []) {
+        const before = this.state_.objects.get(object.name);
+        now.objects.set(object.name, before && isUnchanged(before, object) ? before : object);
+      }
+      for (const robot of initial_state?.robots ?? []) now.robots.set(robot.name, robot);
+      for (const rule of initial_state?.pair_rules ?? []) applyRule(rule, now.rules);
+    }
+    this.state_ = { world_uid, revision, ...now };
+  }
+
+  private change(all: readonly WatchWorldResponse[], { world_uid, revision }: WatchWorldResponse): void {
+    const { objects, robots, rules } = this.state_;
+    const now: Changing = { objects: new Map(objects), robots: new Map(robots), rules: new Map(rules) };
+    for (const { events } of all) {
+      for (const event of events?.events ?? []) applyObject(event, now.objects);
+      for (const event of events?.robot_events ?? []) applyRobot(event, now.robots);
+      for (const rule of events?.pair_rules ?? []) applyRule(rule, now.rules);
+    }
+    this.state_ = { world_uid, revision, ...now };
+  }
+
+  // Sightings change no geometry and make no revision; they are noted in place, for the details.
+  private applyBookmark({ revision, bookmark }: WatchWorldResponse): boolean {
+    for (const [name, at] of Object.entries(bookmark?.last_observed ?? {})) {
+      const object = this.state_.objects.get(name);
+      if (object) object.last_observed = at;
+    }
+    const isNewer = revision !== this.state_.revision && this.pending.length === 0;
+    if (isNewer) this.state_ = { ...this.state_, revision };
+    return isNewer;
+  }
+}

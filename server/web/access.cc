@@ -1,0 +1,194 @@
+#include "server/web/access.h"
+
+#include <algorithm>
+#include <array>
+#include <random>
+#include <utility>
+#include <vector>
+
+#include <boost/asio/ip/address.hpp>
+
+#include "absl/strings/ascii.h"
+#include "absl/strings/match.h"
+#include "absl/strings/numbers.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "absl/strings/str_join.h"
+
+namespace cwm::server {
+namespace {
+
+constexpr int kHttpPort = 80;  // that of a Host without one
+constexpr std::size_t kShortestToken = 16;
+constexpr std::size_t kLongestToken = 128;
+constexpr std::string_view kTokenParameter = "token";
+
+std::string_view View(boost::beast::string_view text) { return {text.data(), text.size()}; }
+
+std::string Lower(std::string_view text) {
+  return absl::AsciiStrToLower(absl::string_view(text.data(), text.size()));
+}
+
+bool IsAddressLiteral(std::string_view host) {
+  if (host.size() > 2 && host.front() == '[' && host.back() == ']') {
+    host = host.substr(1, host.size() - 2);
+  }
+  boost::system::error_code error;
+  boost::asio::ip::make_address(std::string(host), error);
+  return !error;
+}
+
+// Another name than this may lead here.
+bool IsEverywhere(const std::string& host) {
+  boost::system::error_code error;
+  const auto address = boost::asio::ip::make_address(host, error);
+  return !error && address.is_unspecified();
+}
+
+// Its value, if there is one and no more.
+std::optional<std::string_view> Only(const HttpRequest& request, http::field name) {
+  if (request.count(name) != 1) return std::nullopt;
+  return View(request[name]);
+}
+
+// How many there are and what they say, for people.
+std::string Shown(const HttpRequest& request, http::field name) {
+  constexpr std::size_t kShownBytes = 100;
+  if (request.count(name) == 0) return "is absent";
+  if (request.count(name) > 1) return "is there more than once";
+  std::string text(View(request[name]).substr(0, kShownBytes));
+  for (char& c : text) {
+    if (!absl::ascii_isprint(static_cast<unsigned char>(c))) c = '?';
+  }
+  return absl::StrCat("is \"", text, "\"");
+}
+
+}  // namespace
+
+Access::Access(ViewerAddress asked, ViewerAddress bound, std::string token)
+    : asked_(std::move(asked)), bound_(std::move(bound)), token_(std::move(token)) {}
+
+std::optional<Access::Refusal> Access::CheckHost(const HttpRequest& request) const {
+  std::vector<std::string> names;
+  for (const std::string& host : {asked_.host, bound_.host, std::string("localhost"),
+                                  std::string("127.0.0.1"), std::string("::1")}) {
+    const std::string name = Lower(ViewerAddress{host, bound_.port}.Text());
+    if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+  }
+  std::string given;
+  if (const auto host = Only(request, http::field::host)) given = Lower(*host);
+  if (bound_.port == kHttpPort && given.find(':', given.rfind(']') + 1) == std::string::npos) {
+    given += absl::StrCat(":", kHttpPort);
+  }
+  if (std::find(names.begin(), names.end(), given) != names.end()) return std::nullopt;
+  // An address that is no name cannot be made to lead elsewhere.
+  const std::string port = absl::StrCat(":", bound_.port);
+  if (IsEverywhere(bound_.host) && absl::EndsWith(given, port) &&
+      IsAddressLiteral(std::string_view(given).substr(0, given.size() - port.size()))) {
+    return std::nullopt;
+  }
+  return Refusal{.why = absl::StrCat("Host: ", Shown(request, http::field::host),
+                                     ", must be one of ", absl::StrJoin(names, ", "))};
+}
+
+std::optional<Access::Refusal> Access::CheckOrigin(const HttpRequest& request) {
+  if (request.count(http::field::origin) == 0) return std::nullopt;
+  const auto host = Only(request, http::field::host);
+  const auto origin = Only(request, http::field::origin);
+  const std::string own = absl::StrCat("http://", Lower(host.value_or("")));
+  if (host && origin && Lower(*origin) == own) return std::nullopt;
+  return Refusal{
+      .why = absl::StrCat("Origin: ", Shown(request, http::field::origin), ", must be ", own)};
+}
+
+std::optional<Access::Refusal> Access::CheckToken(const HttpRequest& request) const {
+  if (token_.empty()) return std::nullopt;
+  const std::string_view target = View(request.target());
+  const auto given = PathOf(target) == "/" ? ParameterOf(target, kTokenParameter) : std::nullopt;
+  if (given) {
+    if (SameSecret(*given, token_)) return std::nullopt;
+    return Refusal{.why = "token: is wrong; open the address that cwm-server printed"};
+  }
+  const std::string name = CookieName();
+  bool has_cookie = false;
+  const auto range = request.equal_range(http::field::cookie);
+  for (auto field = range.first; field != range.second; ++field) {
+    std::string_view rest = View(field->value());
+    while (!rest.empty()) {
+      const std::size_t end = std::min(rest.find(';'), rest.size());
+      std::string_view pair = rest.substr(0, end);
+      rest.remove_prefix(std::min(end + 1, rest.size()));
+      pair.remove_prefix(std::min(pair.find_first_not_of(' '), pair.size()));
+      const std::size_t equals = pair.find('=');
+      if (equals == std::string_view::npos || pair.substr(0, equals) != name) continue;
+      if (SameSecret(pair.substr(equals + 1), token_)) return std::nullopt;
+      has_cookie = true;
+    }
+  }
+  return Refusal{.why = absl::StrCat("token: is ",
+                                     has_cookie ? "not that of this server any more" : "absent",
+                                     "; open the address that cwm-server printed")};
+}
+
+std::optional<std::string> Access::CookieFor(const HttpRequest& request) const {
+  if (token_.empty()) return std::nullopt;
+  const std::string_view target = View(request.target());
+  const auto given = ParameterOf(target, kTokenParameter);
+  if (PathOf(target) != "/" || !given || !SameSecret(*given, token_)) return std::nullopt;
+  return absl::StrCat(CookieName(), "=", token_, "; Path=/; HttpOnly; SameSite=Strict");
+}
+
+std::string Access::Url() const {
+  const ViewerAddress shown{.host = asked_.host, .port = bound_.port};
+  const std::string base = absl::StrCat("http://", shown.Text(), "/");
+  return token_.empty() ? base : absl::StrCat(base, "?token=", token_);
+}
+
+// Cookies are shared by all ports of a host.
+std::string Access::CookieName() const { return absl::StrCat("cwm_viewer_", bound_.port); }
+
+std::string RandomToken() {
+  std::random_device bits;
+  std::string token;
+  for (int i = 0; i < 4; ++i) absl::StrAppendFormat(&token, "%08x", bits());
+  return token;
+}
+
+bool IsToken(std::string_view text) {
+  const auto allowed = [](char c) {
+    return absl::ascii_isalnum(static_cast<unsigned char>(c)) || c == '_' || c == '-';
+  };
+  return text.size() >= kShortestToken && text.size() <= kLongestToken &&
+         std::all_of(text.begin(), text.end(), allowed);
+}
+
+bool SameSecret(std::string_view given, std::string_view secret) {
+  if (given.size() != secret.size()) return false;
+  volatile unsigned char different = 0;
+  for (std::size_t i = 0; i < secret.size(); ++i) {
+    different = static_cast<unsigned char>(different | (given[i] ^ secret[i]));
+  }
+  return different == 0;
+}
+
+std::string_view PathOf(std::string_view target) {
+  return target.substr(0, std::min(target.find('?'), target.size()));
+}
+
+std::optional<std::string_view> ParameterOf(std::string_view target, std::string_view name) {
+  const std::size_t question = target.find('?');
+  if (question == std::string_view::npos) return std::nullopt;
+  std::string_view rest = target.substr(question + 1);
+  while (!rest.empty()) {
+    const std::size_t end = std::min(rest.find('&'), rest.size());
+    const std::string_view pair = rest.substr(0, end);
+    rest.remove_prefix(std::min(end + 1, rest.size()));
+    const std::size_t equals = pair.find('=');
+    if (equals != std::string_view::npos && pair.substr(0, equals) == name) {
+      return pair.substr(equals + 1);
+    }
+  }
+  return std::nullopt;
+}
+
+}  // namespace cwm::server

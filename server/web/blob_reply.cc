@@ -1,0 +1,126 @@
+#include "server/web/blob_reply.h"
+
+#include <boost/asio/buffer.hpp>
+#include <boost/beast/http/serializer.hpp>
+#include <boost/beast/http/write.hpp>
+#include <memory>
+#include <utility>
+
+#include "cwm/v1/world.pb.h"
+
+namespace cwm::server {
+namespace {
+
+using boost::beast::error_code;
+
+http::status StatusOf(grpc::StatusCode code) {
+  switch (code) {
+    case grpc::StatusCode::NOT_FOUND:
+      return http::status::not_found;
+    case grpc::StatusCode::RESOURCE_EXHAUSTED:
+    case grpc::StatusCode::UNAVAILABLE:
+      return http::status::service_unavailable;
+    default:
+      return http::status::internal_server_error;
+  }
+}
+
+// One blob on its way: a chunk is read when the one before was written.
+class BlobOnItsWay : public std::enable_shared_from_this<BlobOnItsWay> {
+ public:
+  BlobOnItsWay(boost::beast::tcp_stream& stream, House& house, const BlobReply::Question& question,
+               std::function<void(BlobReply::Outcome)> done)
+      : stream_(stream),
+        limits_(house.limits),
+        request_(question.request),
+        etag_("\"" + question.hash + "\""),
+        done_(std::move(done)) {}
+
+  void Begin(Bridge& bridge, const std::string& hash) {
+    v1::ReadGeometryRequest request;
+    request.set_hash(hash);
+    call_ = BridgeCall::Start(
+        bridge, "cwm.v1.WorldService/ReadGeometry", request.SerializeAsString(),
+        {.message = [self = shared_from_this()](std::string bytes) { self->Take(bytes); },
+         .end = [self = shared_from_this()](const grpc::Status& status) { self->End(status); }});
+  }
+
+ private:
+  void Take(const std::string& bytes) {
+    if (!chunk_.ParseFromString(bytes)) return Fail();
+    if (header_.has_value()) return WriteChunk();
+    MakeHeader();
+    stream_.expires_after(limits_.no_byte_taken);
+    serializer_.emplace(*header_);
+    http::async_write_header(stream_, *serializer_,
+                             [self = shared_from_this()](error_code error, std::size_t) {
+                               if (error) return self->Fail();
+                               if (self->is_head()) return self->call_->Cancel();
+                               self->WriteChunk();
+                             });
+  }
+
+  void MakeHeader() {
+    header_.emplace(http::status::ok, request_.version());
+    SetSafetyHeaders(*header_);
+    header_->set(http::field::content_type, "application/octet-stream");
+    header_->set(http::field::cache_control, "public, max-age=31536000, immutable");
+    header_->set(http::field::etag, etag_);
+    header_->keep_alive(request_.keep_alive());
+    header_->content_length(static_cast<std::uint64_t>(chunk_.total_bytes()));
+  }
+
+  // Whatever the stream takes at a time, each in a time of its own.
+  void WriteChunk(std::size_t from = 0) {
+    if (from == chunk_.data().size()) {
+      is_whole_ = chunk_.done();
+      return call_->ReadNext();
+    }
+    stream_.expires_after(limits_.no_byte_taken);
+    stream_.async_write_some(
+        boost::asio::buffer(chunk_.data()) + from,
+        [self = shared_from_this(), from](error_code error, std::size_t written) {
+          if (error) return self->Fail();
+          self->WriteChunk(from + written);
+        });
+  }
+
+  void Fail() {
+    failed_ = true;
+    call_->Cancel();
+  }
+
+  void End(const grpc::Status& status) {
+    call_.reset();
+    if (!header_.has_value() && !failed_) {
+      const std::string& why = status.ok() ? "the answer was empty" : status.error_message();
+      return done_({.refusal = TextReply(request_, StatusOf(status.error_code()), why)});
+    }
+    const bool is_whole = !failed_ && (is_head() || (is_whole_ && status.ok()));
+    done_({.keep_alive = is_whole && request_.keep_alive()});
+  }
+
+  bool is_head() const { return request_.method() == http::verb::head; }
+
+  boost::beast::tcp_stream& stream_;
+  const ViewerLimits& limits_;
+  const HttpRequest request_;
+  const std::string etag_;
+  const std::function<void(BlobReply::Outcome)> done_;
+  std::shared_ptr<BridgeCall> call_;
+  v1::ReadGeometryResponse chunk_;
+  std::optional<http::response<http::empty_body>> header_;
+  std::optional<http::response_serializer<http::empty_body>> serializer_;
+  bool is_whole_ = false;
+  bool failed_ = false;
+};
+
+}  // namespace
+
+void BlobReply::Start(boost::beast::tcp_stream& stream, House& house, const Question& question,
+                      std::function<void(Outcome)> done) {
+  std::make_shared<BlobOnItsWay>(stream, house, question, std::move(done))
+      ->Begin(house.bridge, question.hash);
+}
+
+}  // namespace cwm::server

@@ -1,0 +1,19 @@
+// What all connections of a viewer share.
+#pragma once
+
+#include "server/web/bridge_call.h"
+#include "server/web/guests.h"
+#include "server/web/routes.h"
+#include "server/web/viewer_limits.h"
+
+namespace cwm::server {
+
+// Outlives its guests; on the viewer's thread alone.
+struct House {
+  const ViewerLimits limits;
+  const Site site;
+  Bridge bridge;
+  Guests guests = {};
+};
+
+}  // namespace cwm::server

@@ -1,0 +1,116 @@
+#include "server/web/http_connection.h"
+
+#include <boost/beast/http/error.hpp>
+#include <boost/beast/http/read.hpp>
+#include <boost/beast/http/write.hpp>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "server/web/blob_reply.h"
+#include "server/web/socket_session.h"
+
+namespace cwm::server {
+namespace {
+
+using boost::beast::error_code;
+
+}  // namespace
+
+HttpConnection::HttpConnection(boost::asio::ip::tcp::socket socket, House& house)
+    : Guest(house.guests), house_(house), stream_(std::move(socket)) {}
+
+void HttpConnection::ReadRequest() {
+  parser_.emplace();
+  parser_->header_limit(house_.limits.header_bytes);
+  parser_->body_limit(0);
+  waits_ = true;
+  stream_.expires_after(house_.limits.idle_http);
+  http::async_read(
+      stream_, buffer_, *parser_,
+      [self = shared_from_this()](error_code error, std::size_t) { self->Answer(error); });
+}
+
+void HttpConnection::Answer(error_code error) {
+  waits_ = false;
+  if (house_.guests.closed) return Leave();
+  if (error) return RefuseMalformed(error);
+  auto route = house_.site.RouteOf(parser_->get());
+  if (auto* reply = std::get_if<HttpReply>(&route)) return Send(std::move(*reply));
+  if (const auto* blob = std::get_if<Site::ReadBlob>(&route)) return ReadBlob(blob->hash);
+  OpenSocket();
+}
+
+// What went wrong on the way is the connection's end; what was sent wrong is said before it.
+void HttpConnection::RefuseMalformed(error_code error) {
+  if (error.category() != http::make_error_code(http::error::bad_version).category() ||
+      error == http::error::end_of_stream || error == http::error::partial_message) {
+    return Leave();
+  }
+  http::status status = http::status::bad_request;
+  std::string why = absl::StrCat("request: ", error.message());
+  if (error == http::error::header_limit) {
+    status = http::status::request_header_fields_too_large;
+    why = absl::StrCat("header: must have at most ", house_.limits.header_bytes, " bytes");
+  } else if (error == http::error::body_limit || error == http::error::unexpected_body) {
+    status = http::status::payload_too_large;
+    why = "body: must be empty";
+  }
+  HttpReply reply = status == http::status::payload_too_large && !IsReading(parser_->get())
+                        ? MethodRefusal(parser_->get())
+                        : TextReply({}, status, why);
+  reply.keep_alive(false);
+  Send(std::move(reply));
+}
+
+void HttpConnection::Send(HttpReply reply) {
+  reply_ = std::move(reply);
+  stream_.expires_after(house_.limits.no_byte_taken);
+  http::async_write(stream_, reply_, [self = shared_from_this()](error_code error, std::size_t) {
+    self->Next(!error && self->reply_.keep_alive());
+  });
+}
+
+void HttpConnection::OpenSocket() {
+  if (house_.guests.sockets >= house_.limits.sockets) {
+    HttpReply reply = TextReply(parser_->get(), http::status::service_unavailable,
+                                absl::StrCat("socket: there are ", house_.limits.sockets,
+                                             " already, must be at most as many"));
+    reply.set(http::field::retry_after, "10");
+    return Send(std::move(reply));
+  }
+  std::make_shared<SocketSession>(stream_.release_socket(), house_)->Accept(parser_->release());
+}
+
+void HttpConnection::ReadBlob(const std::string& hash) {
+  BlobReply::Start(stream_, house_, {.request = parser_->get(), .hash = hash},
+                   [self = shared_from_this()](BlobReply::Outcome outcome) {
+                     if (outcome.refusal) return self->Send(*std::move(outcome.refusal));
+                     self->Next(outcome.keep_alive);
+                   });
+}
+
+void HttpConnection::Next(bool keep_alive) {
+  if (house_.guests.closed) return Leave();
+  if (keep_alive) return ReadRequest();
+  error_code error;
+  stream_.socket().shutdown(boost::asio::ip::tcp::socket::shutdown_send, error);
+  if (error) return Leave();
+  stream_.expires_after(house_.limits.goodbye);
+  DrainInput();
+}
+
+// A connection that is closed over bytes that nobody read is reset, and the reply may be lost.
+void HttpConnection::DrainInput() {
+  stream_.async_read_some(boost::asio::buffer(trash_),
+                          [self = shared_from_this()](error_code error, std::size_t) {
+                            if (error) return self->Leave();
+                            self->DrainInput();
+                          });
+}
+
+void HttpConnection::Leave() {
+  waits_ = false;
+  stream_.close();
+}
+
+}  // namespace cwm::server

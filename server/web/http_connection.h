@@ -1,0 +1,45 @@
+// One connection of a browser until it ends or becomes a WebSocket.
+#pragma once
+
+#include <array>
+#include <boost/beast/core/flat_buffer.hpp>
+#include <boost/beast/core/tcp_stream.hpp>
+#include <boost/beast/http/parser.hpp>
+#include <boost/beast/http/serializer.hpp>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "server/web/house.h"
+
+namespace cwm::server {
+
+// Request by request. Lives as long as an operation of its own is under way.
+class HttpConnection final : public Guest, public std::enable_shared_from_this<HttpConnection> {
+ public:
+  HttpConnection(boost::asio::ip::tcp::socket socket, House& house);
+
+  void ReadRequest();
+  void Leave() override;
+  bool waits() const override { return waits_; }
+
+ private:
+  void Answer(boost::beast::error_code error);
+  void RefuseMalformed(boost::beast::error_code error);
+  void Send(HttpReply reply);
+  void OpenSocket();
+  void ReadBlob(const std::string& hash);
+  void Next(bool keep_alive);
+  void DrainInput();
+
+  House& house_;
+  boost::beast::tcp_stream stream_;
+  boost::beast::flat_buffer buffer_;
+  // A request may follow on the connection that the one before came on.
+  std::optional<http::request_parser<http::empty_body>> parser_;
+  HttpReply reply_;
+  std::array<char, 4096> trash_;
+  bool waits_ = false;
+};
+
+}  // namespace cwm::server

@@ -1,0 +1,13 @@
+// What a page may ask: the methods that change nothing.
+#pragma once
+
+#include <span>
+#include <string_view>
+
+namespace cwm::server {
+
+// "cwm.v1.WorldService/WatchWorld"; ordered.
+std::span<const std::string_view> ReadableMethods();
+bool IsReadable(std::string_view method);
+
+}  // namespace cwm::server

@@ -1,0 +1,244 @@
+#include "server/web/socket_session.h"
+
+#include <algorithm>
+#include <boost/asio/buffer.hpp>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "server/core/error.h"
+#include "server/rpc/status_conversion.h"
+#include "server/web/readable_methods.h"
+
+namespace cwm::server {
+namespace {
+
+namespace websocket = boost::beast::websocket;
+using boost::beast::error_code;
+
+// A message is written in frames of so many bytes, and each that is taken is a sign of life.
+constexpr std::size_t kPieceBytes = 16 << 10;
+// What the kernel holds of a socket: the older the states are that a slow page finds there, the
+// longer it lags. Enough for 1 GB/s at 0.25 ms.
+constexpr int kKernelBytes = 256 << 10;
+constexpr std::size_t kLongestReason = 123;  // of a close frame
+
+grpc::Status NotReadable(const std::string& method) {
+  constexpr std::size_t kShownBytes = 100;
+  return ToGrpcStatus(MakeError(
+      absl::StatusCode::kPermissionDenied,
+      absl::StrCat("method: is \"", method.substr(0, kShownBytes),
+                   "\", must be one that only reads; change the world by gRPC"),
+      {.reason = "METHOD_NOT_READABLE", .metadata = {{"method", method.substr(0, kShownBytes)}}}));
+}
+
+grpc::Status TooManyCalls(std::size_t most) {
+  return ToGrpcStatus(Overloaded(
+      absl::StrCat("there are ", most, " calls of this socket already, must be at most as many"),
+      "TOO_MANY_CALLS"));
+}
+
+}  // namespace
+
+SocketSession::SocketSession(boost::asio::ip::tcp::socket socket, House& house)
+    : Guest(house.guests),
+      house_(house),
+      stream_(std::move(socket)),
+      stall_timer_(house.bridge.context),
+      ping_timer_(house.bridge.context) {
+  ++house_.guests.sockets;
+}
+
+SocketSession::~SocketSession() { --house_.guests.sockets; }
+
+void SocketSession::Accept(HttpRequest request) {
+  request_ = std::move(request);
+  error_code ignored;
+  auto& socket = boost::beast::get_lowest_layer(stream_).socket();
+  socket.set_option(boost::asio::socket_base::send_buffer_size(kKernelBytes), ignored);
+  socket.set_option(boost::asio::ip::tcp::no_delay(true), ignored);
+  stream_.set_option(websocket::stream_base::timeout{.handshake_timeout = house_.limits.goodbye,
+                                                     .idle_timeout = websocket::stream_base::none(),
+                                                     .keep_alive_pings = false});
+  stream_.read_message_max(house_.limits.message_bytes);
+  stream_.binary(true);
+  stream_.auto_fragment(false);
+  stream_.control_callback(
+      [this](websocket::frame_type, boost::beast::string_view) { heard_ = true; });
+  stream_.async_accept(request_, [self = shared_from_this()](error_code error) {
+    if (error || self->closing_) return self->Drop();
+    self->Read();
+    self->Ping();
+  });
+}
+
+void SocketSession::Read() {
+  if (closing_ || reading_ || waiting_.size() > house_.limits.waiting_messages) return;
+  reading_ = true;
+  stream_.async_read(input_, [self = shared_from_this()](error_code error, std::size_t) {
+    self->reading_ = false;
+    self->Take(error);
+  });
+}
+
+void SocketSession::Take(error_code error) {
+  if (error) return Drop();  // of a malformed frame the stream itself has said so
+  heard_ = true;
+  if (closing_) return;
+  if (!stream_.got_binary()) {
+    return Close(CloseCode::unknown_data, "message: is text, must be a binary ViewerRequest");
+  }
+  v1::ViewerRequest request;
+  const bool is_one = request.ParseFromArray(input_.data().data(), static_cast<int>(input_.size()));
+  input_.consume(input_.size());
+  if (!is_one) return Close(CloseCode::bad_payload, "message: must be a cwm.v1.ViewerRequest");
+  switch (request.what_case()) {
+    case v1::ViewerRequest::kBegin:
+      if (calls_.contains(request.call_id())) {
+        return Close(CloseCode::policy_error, absl::StrCat("call_id: is ", request.call_id(),
+                                                           ", must be of no call under way"));
+      }
+      Begin(request.call_id(), request.begin());
+      break;
+    case v1::ViewerRequest::kCancel:
+      Cancel(request.call_id());
+      break;
+    case v1::ViewerRequest::WHAT_NOT_SET:
+      return Close(CloseCode::policy_error, "what: is absent, must be one of begin, cancel");
+  }
+  Read();
+}
+
+void SocketSession::Begin(std::uint64_t id, const v1::ViewerCall& asked) {
+  if (!IsReadable(asked.method())) return SendEnd(id, NotReadable(asked.method()));
+  const std::size_t most = house_.limits.calls_of_socket;
+  if (calls_.size() >= most) return SendEnd(id, TooManyCalls(most));
+  const std::weak_ptr<SocketSession> weak = weak_from_this();
+  calls_[id] = BridgeCall::Start(house_.bridge, asked.method(), asked.request(),
+                                 {.message =
+                                      [weak, id](std::string message) {
+                                        const auto self = weak.lock();
+                                        if (self != nullptr)
+                                          self->SendMessage(id, std::move(message));
+                                      },
+                                  .end =
+                                      [weak, id](const grpc::Status& status) {
+                                        const auto self = weak.lock();
+                                        if (self == nullptr || self->closing_) return;
+                                        self->calls_.erase(id);
+                                        self->SendEnd(id, status);
+                                      }});
+}
+
+// One that is over already may just be on its way to the page.
+void SocketSession::Cancel(std::uint64_t id) {
+  const auto call = calls_.find(id);
+  if (call != calls_.end()) call->second->Cancel();
+}
+
+void SocketSession::SendMessage(std::uint64_t id, std::string message) {
+  v1::ViewerResponse response;
+  response.set_call_id(id);
+  response.set_message(std::move(message));
+  Send(response, true);
+}
+
+void SocketSession::SendEnd(std::uint64_t id, const grpc::Status& status) {
+  v1::ViewerResponse response;
+  response.set_call_id(id);
+  response.mutable_end()->set_code(status.error_code());
+  response.mutable_end()->set_message(status.error_message());
+  response.mutable_end()->set_details(status.error_details());
+  Send(response, false);
+}
+
+void SocketSession::Send(const v1::ViewerResponse& response, bool call_goes_on) {
+  if (closing_) return;
+  waiting_.push_back({.bytes = response.SerializeAsString(),
+                      .call_id = response.call_id(),
+                      .call_goes_on = call_goes_on});
+  if (!writing_) WriteNext();
+}
+
+void SocketSession::WriteNext() {
+  if (waiting_.empty() || closing_) return;
+  written_ = std::move(waiting_.front());
+  waiting_.pop_front();
+  written_to_ = 0;
+  writing_ = true;
+  WritePiece();
+}
+
+void SocketSession::WritePiece() {
+  const std::size_t count = std::min(kPieceBytes, written_.bytes.size() - written_to_);
+  const bool is_last = written_to_ + count == written_.bytes.size();
+  stall_timer_.expires_after(house_.limits.no_byte_taken);
+  stall_timer_.async_wait([weak = weak_from_this()](error_code error) {
+    const auto self = weak.lock();
+    if (!error && self != nullptr) self->Drop();
+  });
+  const auto piece = boost::asio::buffer(written_.bytes.data() + written_to_, count);
+  written_to_ += count;
+  stream_.async_write_some(is_last, piece,
+                           [self = shared_from_this(), is_last](error_code error, std::size_t) {
+                             if (error) return self->Drop();
+                             if (self->closing_) return;
+                             self->stall_timer_.cancel();
+                             if (!is_last) return self->WritePiece();
+                             self->writing_ = false;
+                             const auto call = self->calls_.find(self->written_.call_id);
+                             if (self->written_.call_goes_on && call != self->calls_.end())
+                               call->second->ReadNext();
+                             self->WriteNext();
+                             self->Read();
+                           });
+}
+
+// A page that does not answer until the next ping is gone. One that is not read may have answered.
+void SocketSession::Ping() {
+  if (closing_) return;
+  if (reading_ && !heard_) return Drop();
+  if (!pinging_) {  // the last one may still wait for a message to be written
+    heard_ = false;
+    pinging_ = true;
+    stream_.async_ping({}, [self = shared_from_this()](error_code error) {
+      self->pinging_ = false;
+      if (error && !self->closing_) self->Drop();
+    });
+  }
+  ping_timer_.expires_after(house_.limits.ping_period);
+  ping_timer_.async_wait([weak = weak_from_this()](error_code error) {
+    const auto self = weak.lock();
+    if (!error && self != nullptr) self->Ping();
+  });
+}
+
+void SocketSession::Leave() { Close(CloseCode::going_away, "the server stops"); }
+
+void SocketSession::Close(CloseCode code, std::string_view reason) {
+  if (closing_) return;
+  closing_ = true;
+  for (const auto& [id, call] : calls_) call->Cancel();
+  calls_.clear();
+  waiting_.clear();
+  ping_timer_.cancel();
+  if (!stream_.is_open()) return Drop();
+  stall_timer_.expires_after(house_.limits.goodbye);
+  stall_timer_.async_wait([weak = weak_from_this()](error_code error) {
+    const auto self = weak.lock();
+    if (!error && self != nullptr) self->Drop();
+  });
+  const std::string text(reason.substr(0, kLongestReason));
+  stream_.async_close({code, text}, [self = shared_from_this()](error_code) { self->Drop(); });
+}
+
+void SocketSession::Drop() {
+  closing_ = true;
+  for (const auto& [id, call] : calls_) call->Cancel();
+  calls_.clear();
+  waiting_.clear();
+  ping_timer_.cancel();
+  stall_timer_.cancel();
+  boost::beast::get_lowest_layer(stream_).close();
+}
+
+}  // namespace cwm::server

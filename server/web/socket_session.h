@@ -1,0 +1,72 @@
+// A page's WebSocket: calls in, their messages out.
+#pragma once
+
+#include <boost/asio/steady_timer.hpp>
+#include <boost/beast/core/flat_buffer.hpp>
+#include <boost/beast/core/tcp_stream.hpp>
+#include <boost/beast/websocket/stream.hpp>
+#include <deque>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <unordered_map>
+
+#include "cwm/v1/viewer.pb.h"
+#include "server/web/house.h"
+
+namespace cwm::server {
+
+// Carries each call of the page to the services and back. Of each call one message at most waits to
+// be written, so a page that reads slowly holds up its own calls and nothing else. Lives as long as
+// an operation of its own is under way.
+class SocketSession final : public Guest, public std::enable_shared_from_this<SocketSession> {
+ public:
+  SocketSession(boost::asio::ip::tcp::socket socket, House& house);
+  ~SocketSession() override;
+
+  void Accept(HttpRequest request);
+  void Leave() override;
+  bool waits() const override { return false; }
+
+ private:
+  using CloseCode = boost::beast::websocket::close_code;
+
+  // A message to the page, and the call that goes on once it is written.
+  struct Outgoing {
+    std::string bytes;
+    std::uint64_t call_id = 0;
+    bool call_goes_on = false;
+  };
+
+  void Read();
+  void Take(boost::beast::error_code error);
+  void Begin(std::uint64_t id, const v1::ViewerCall& asked);
+  void Cancel(std::uint64_t id);
+  void SendMessage(std::uint64_t id, std::string message);
+  void SendEnd(std::uint64_t id, const grpc::Status& status);
+  void Send(const v1::ViewerResponse& response, bool call_goes_on);
+  void WriteNext();
+  void WritePiece();
+  void Ping();
+  // Says why, and ends when the page has heard it.
+  void Close(CloseCode code, std::string_view reason);
+  void Drop();
+
+  House& house_;
+  boost::beast::websocket::stream<boost::beast::tcp_stream> stream_;
+  boost::asio::steady_timer stall_timer_;
+  boost::asio::steady_timer ping_timer_;
+  boost::beast::flat_buffer input_;
+  HttpRequest request_;  // while it is accepted
+  std::unordered_map<std::uint64_t, std::shared_ptr<BridgeCall>> calls_;
+  std::deque<Outgoing> waiting_;
+  Outgoing written_;  // being written
+  std::size_t written_to_ = 0;
+  bool writing_ = false;
+  bool reading_ = false;
+  bool heard_ = true;  // since the last ping
+  bool pinging_ = false;
+  bool closing_ = false;
+};
+
+}  // namespace cwm::server

@@ -1,0 +1,30 @@
+// What those who look may cost. Tests set smaller ones.
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+
+namespace cwm::server {
+
+struct ViewerLimits {
+  // A page takes one socket; more people than that do not look at one robot.
+  std::size_t sockets = 64;
+  // A browser opens six connections a page beside the socket. Each holds one of the process's file
+  // descriptors, of which there are 1 024 by default.
+  std::size_t connections = 256;
+  // A watch, the questions of a page and the meshes it reads at a time.
+  std::size_t calls_of_socket = 16;
+  // A request of the page: some 10 000 rows of a question. What is asked in bulk is asked by gRPC.
+  std::size_t message_bytes = 1 << 20;
+  std::uint32_t header_bytes = 16 << 10;  // as gRPC's metadata
+  // Answers that wait for one socket beside those of its calls: beyond, nothing more is read of it.
+  std::size_t waiting_messages = 64;
+
+  std::chrono::milliseconds idle_http = std::chrono::seconds(15);  // between and within requests
+  std::chrono::milliseconds no_byte_taken = std::chrono::seconds(30);
+  std::chrono::milliseconds ping_period = std::chrono::seconds(20);
+  std::chrono::milliseconds goodbye = std::chrono::seconds(2);  // for the answer to a close
+};
+
+}  // namespace cwm::server

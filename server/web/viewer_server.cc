@@ -1,0 +1,154 @@
+#include "server/web/viewer_server.h"
+
+#include <spdlog/spdlog.h>
+
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/post.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <exception>
+#include <optional>
+#include <thread>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "server/web/house.h"
+#include "server/web/http_connection.h"
+
+namespace cwm::server {
+namespace {
+
+using boost::asio::ip::tcp;
+using boost::system::error_code;
+
+// When there is no file descriptor left for a connection, one may be soon.
+constexpr auto kPauseOfAccepting = std::chrono::milliseconds(100);
+
+absl::Status CannotListen(const ViewerAddress& address, const error_code& error) {
+  const std::string what = absl::StrCat("--viewer ", address.Text(), ": ", error.message());
+  return error == boost::asio::error::address_in_use ? absl::AlreadyExistsError(what)
+                                                     : absl::UnavailableError(what);
+}
+
+absl::StatusOr<tcp::endpoint> Resolve(boost::asio::io_context& context,
+                                      const ViewerAddress& address) {
+  error_code error;
+  const auto found = tcp::resolver(context).resolve(address.host, std::to_string(address.port),
+                                                    tcp::resolver::passive, error);
+  if (error) return CannotListen(address, error);
+  return found.begin()->endpoint();
+}
+
+absl::StatusOr<tcp::acceptor> Listen(boost::asio::io_context& context,
+                                     const ViewerAddress& address) {
+  const auto endpoint = Resolve(context, address);
+  if (!endpoint.ok()) return endpoint.status();
+  tcp::acceptor acceptor(context);
+  error_code error;
+  acceptor.open(endpoint->protocol(), error);
+  if (!error) acceptor.set_option(tcp::acceptor::reuse_address(true), error);
+  if (!error) acceptor.bind(*endpoint, error);
+  if (!error) acceptor.listen(boost::asio::socket_base::max_listen_connections, error);
+  if (error) return CannotListen(address, error);
+  return acceptor;
+}
+
+}  // namespace
+
+struct ViewerServer::State {
+  State(std::unique_ptr<boost::asio::io_context> context_in, tcp::acceptor acceptor_in,
+        const ViewerLimits& limits, Site site, const std::shared_ptr<grpc::Channel>& services)
+      : context(std::move(context_in)),
+        house{.limits = limits,
+              .site = std::move(site),
+              .bridge = {*context, grpc::GenericStub(services)}},
+        acceptor(std::move(acceptor_in)),
+        pause(*context),
+        url(house.site.access().Url()) {
+    AcceptNext();
+    thread = std::thread([this] { Run(); });
+  }
+
+  void Run() {
+    for (;;) {
+      try {
+        context->run();
+        return;
+      } catch (const std::exception& error) {  // of one connection, which ends with it
+        spdlog::error("viewer: {}", error.what());
+      }
+    }
+  }
+
+  void AcceptNext() {
+    acceptor.async_accept([this](error_code error, tcp::socket socket) {
+      if (house.guests.closed) return;
+      if (!error) {
+        Welcome(std::move(socket));
+        return AcceptNext();
+      }
+      pause.expires_after(kPauseOfAccepting);
+      pause.async_wait([this](error_code) {
+        if (!house.guests.closed) AcceptNext();
+      });
+    });
+  }
+
+  // Where there are too many, who has asked for nothing makes room; without such a one, the last to
+  // come is not heard.
+  void Welcome(tcp::socket socket) {
+    if (house.guests.size() >= house.limits.connections) {
+      Guest* const waiting = house.guests.LongestWaiting();
+      if (waiting == nullptr) return;
+      waiting->Leave();
+    }
+    std::make_shared<HttpConnection>(std::move(socket), house)->ReadRequest();
+  }
+
+  void Close() {
+    house.guests.closed = true;
+    error_code ignored;
+    acceptor.close(ignored);
+    pause.cancel();
+    house.guests.AllLeave();
+  }
+
+  const std::unique_ptr<boost::asio::io_context> context;
+  House house;
+  tcp::acceptor acceptor;
+  boost::asio::steady_timer pause;
+  const std::string url;
+  std::thread thread;
+};
+
+absl::StatusOr<std::unique_ptr<ViewerServer>> ViewerServer::Start(
+    const ViewerOptions& options, const std::shared_ptr<grpc::Channel>& services) {
+  if (!options.token.empty() && !IsToken(options.token)) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("CWM_VIEWER_TOKEN: has ", options.token.size(),
+                     " characters, must be 16 to 128 letters, digits, _ and -"));
+  }
+  auto context = std::make_unique<boost::asio::io_context>(1);
+  auto acceptor = Listen(*context, options.address);
+  if (!acceptor.ok()) return acceptor.status();
+  const tcp::endpoint endpoint = acceptor->local_endpoint();
+  const ViewerAddress bound{.host = endpoint.address().to_string(), .port = endpoint.port()};
+  std::string token = options.token;
+  if (token.empty() && !endpoint.address().is_loopback()) token = RandomToken();
+  Site site(Access(options.address, bound, std::move(token)), options.files);
+  return std::unique_ptr<ViewerServer>(new ViewerServer(std::make_unique<State>(
+      std::move(context), *std::move(acceptor), options.limits, std::move(site), services)));
+}
+
+ViewerServer::ViewerServer(std::unique_ptr<State> state) : state_(std::move(state)) {}
+
+ViewerServer::~ViewerServer() { Stop(); }
+
+const std::string& ViewerServer::url() const { return state_->url; }
+
+void ViewerServer::Stop() {
+  if (!state_->thread.joinable()) return;
+  boost::asio::post(*state_->context, [this] { state_->Close(); });
+  state_->thread.join();
+}
+
+}  // namespace cwm::server

@@ -1,0 +1,11 @@
+// Scans that a world keeps to be looked at.
+#pragma once
+
+#include "cwm/v1/perception.pb.h"
+#include "server/core/kept_scans.h"
+
+namespace cwm::server {
+
+v1::Scan ToProto(const KeptScan& scan);
+
+}  // namespace cwm::server

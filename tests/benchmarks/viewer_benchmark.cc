@@ -1,0 +1,57 @@
+// The viewer's page in a browser, with 2 000 objects: a script under Node measures, this reports.
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "tests/benchmarks/benchmarks.h"
+#include "tests/support/process.h"
+
+namespace cwm::benchmarks {
+namespace {
+
+using nlohmann::json;
+
+constexpr char kWhere[] =
+    "the page in a headless Chromium that draws in software, 1280 x 800, 2 000 objects of five "
+    "kinds of shapes; ";
+
+}  // namespace
+
+void MeasureViewer(Report& report) {
+  const testing::ScratchDirectory scratch;
+  const std::string figures = scratch / "figures.json";
+  const auto programs = std::filesystem::read_symlink("/proc/self/exe").parent_path();
+  const std::string source = CWM_SOURCE_DIR;
+  const testing::Finished run = testing::RunProgram(
+      {"/usr/bin/env", "CWM_BIN=" + programs.string(), "CWM_FIGURES=" + figures, "cmake",
+       "-DSOURCE_DIR=" + source, "-DBINARY_DIR=" + scratch / "bundle",
+       "-DFILE=tests/benchmarks/viewer_figures.ts", "-P", source + "/tests/e2e/viewer/run.cmake"});
+  std::ifstream file(figures);
+  const json found = json::parse(file, nullptr, /*allow_exceptions=*/false);
+  if (run.exit_code != 0 || !found.is_object()) {
+    return report.Fail("the viewer's page could not be measured: " + run.err);
+  }
+  char text[100];
+  std::snprintf(text, sizeof(text), "viewer: first picture of 2 000 objects after %.0f ms",
+                found.value("first_picture_ms", 0.0));
+  report.Detail(text);
+  report.Add({.key = "viewer_frame_cpu_ms",
+              .value = found.value("frame_cpu_ms", 0.0),
+              .unit = "ms",
+              .how = std::string(kWhere) +
+                     "time of the page's script in a frame, median while the camera turns"});
+  report.Add({.key = "viewer_draw_calls",
+              .value = found.value("draw_calls", 0.0),
+              .unit = "1",
+              .how = std::string(kWhere) + "draw calls of one frame, floor and axes included"});
+  report.Add({.key = "viewer_update_ms",
+              .value = found.value("update_ms", 0.0),
+              .unit = "ms",
+              .how = std::string(kWhere) +
+                     "from before the command line is started to move one of them until it is "
+                     "drawn, median of 20"});
+}
+
+}  // namespace cwm::benchmarks

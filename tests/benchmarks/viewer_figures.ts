@@ -1,0 +1,71 @@
+// Measures the viewer's page with 2 000 objects and writes what it finds as JSON into the file that CWM_FIGURES names.
+import { writeFileSync } from "node:fs";
+import { openBrowser, OpenedPage } from "../e2e/viewer/opened_page";
+import { pause, RunningServer, until } from "../e2e/viewer/running_server";
+
+const objectCount = 2000;
+const turns = 120;
+const moves = 20;
+
+const shapes = [
+  { sphere: { radius_m: 0.1 } }, { box: { size_x_m: 0.2, size_y_m: 0.1, size_z_m: 0.2 } },
+  { cylinder: { radius_m: 0.08, length_m: 0.2 } }, { cone: { radius_bottom_m: 0.06, radius_top_m: 0.1, length_m: 0.2 } },
+  { capsule: { radius_m: 0.05, length_m: 0.1 } }];
+
+const placeOf = (i: number): object => ({ tx_m: (i % 50) / 3, ty_m: Math.floor(i / 50) / 3, tz_m: 0.2, qx: 0, qy: 0, qz: 0, qw: 1 });
+
+const putAll = (): object[] => Array.from({ length: objectCount }, (_, i) =>
+  ({ put: { object: { name: `thing_${i}`, shapes: [shapes[i % shapes.length]], x_world_object: placeOf(i) } } }));
+
+function median(values: readonly number[]): number {
+  const sorted = [...values].sort((a, b) => a - b);
+  return sorted[Math.floor(sorted.length / 2)] ?? NaN;
+}
+
+// The camera turns, a key press a frame: every frame is drawn anew.
+async function turn(page: OpenedPage): Promise<number[]> {
+  await page.page.focus(".stage");
+  const { frames } = await page.facts();
+  for (let i = 0; i < turns; ++i) await page.page.keyboard.press("ArrowLeft");
+  await pause(500);
+  const facts = await page.facts();
+  return facts.script_times_ms.slice(-(facts.frames - frames));
+}
+
+// From before the call to after the drawing, once for each move.
+async function move(server: RunningServer, page: OpenedPage): Promise<number[]> {
+  const times_ms: number[] = [];
+  for (let i = 1; i <= moves; ++i) {
+    const began = Date.now();
+    await server.apply([{ move: { name: "thing_0", x_world_object: { ...placeOf(0), tz_m: 0.2 + 0.01 * i } } }]);
+    await until("the move was drawn", async () => {
+      const facts = await page.facts();
+      return Number(facts.revision) === 1 + i && facts.last_update_ms >= began;
+    });
+    times_ms.push((await page.facts()).last_update_ms - began);
+  }
+  return times_ms;
+}
+
+async function measure(): Promise<object> {
+  const server = new RunningServer();
+  const browser = await openBrowser();
+  try {
+    await server.start();
+    await server.apply(putAll());
+    const page = await OpenedPage.open(browser, server.url);
+    await page.settle(1);
+    const frame_cpu_ms = median(await turn(page));
+    const { draw_calls, first_picture_ms } = await page.facts();
+    return { frame_cpu_ms, draw_calls, first_picture_ms, update_ms: median(await move(server, page)) };
+  } finally {
+    await browser.close();
+    await server.close();
+  }
+}
+
+measure().then((figures) => writeFileSync(process.env["CWM_FIGURES"] ?? "viewer_figures.json", JSON.stringify(figures)))
+  .catch((error: unknown) => {
+    console.error(error);
+    process.exitCode = 1;
+  });

@@ -1,0 +1,110 @@
+// Objects as instances, colours that stay, labels of points, meshes as the server sends them.
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import { Matrix4, Vector3 } from "three";
+import { ColorBook } from "../../../clients/web/src/viewer/color_book";
+import { meshOf } from "../../../clients/web/src/viewer/draw/blobs";
+import { ownerOfLabel } from "../../../clients/web/src/viewer/draw/cloud";
+import { partsOf, type Part } from "../../../clients/web/src/viewer/draw/parts";
+import { ShapeBatch } from "../../../clients/web/src/viewer/draw/shape_batch";
+import { backOff_ms } from "../../../clients/web/src/viewer/messages";
+import { objectColors } from "../../../clients/web/src/scene/palette";
+import type { ShapeOneOf, WorldObject } from "../../../clients/web/src/world/types";
+import { Color } from "three";
+
+function objectOf(shapes: ShapeOneOf[], more: Partial<WorldObject> = {}): WorldObject {
+  return { name: "thing", uid: "thing@1", kind: "OBJECT_KIND_OBJECT", owner: "OWNER_PERCEPTION", state: "OBJECT_STATE_CONFIRMED",
+           shapes: shapes.map((shape) => ({ ...shape, role: "PART_ROLE_FITTED", coefficients: [] })), surfaces: [], handles: [],
+           supported_by: "", point_count: "0", create_revision: "1", geometry_revision: "1", pose_revision: "1", margin_m: 0,
+           attached_to: "", ...more };
+}
+
+const sizes = (part: Part | undefined): number[] =>
+  (part ? new Vector3().setFromMatrixScale(part.local).toArray().map((value) => Number(value.toFixed(9))) : []);
+
+test("shapes become unit geometries, scaled", () => {
+  const [ball, box, can] = partsOf(objectOf([
+    { sphere: { radius_m: 0.1 } }, { box: { size_x_m: 1, size_y_m: 2, size_z_m: 3 } }, { cylinder: { radius_m: 0.2, length_m: 0.5 } }]));
+  assert.deepEqual(sizes(ball), [0.1, 0.1, 0.1]);
+  assert.deepEqual(sizes(box), [1, 2, 3]);
+  assert.deepEqual(sizes(can), [0.2, 0.2, 0.5]);
+});
+
+test("a cone and a capsule carry their form", () => {
+  const [cone, capsule] = partsOf(objectOf([
+    { cone: { radius_bottom_m: 0.1, radius_top_m: 0.2, length_m: 1 } }, { capsule: { radius_m: 0.1, length_m: 0.6 } }]));
+  assert.deepEqual(cone?.geometry, { is: "unit", unit: "shaft", form: [0.5, 1] });
+  assert.deepEqual(sizes(cone), [0.2, 0.2, 1]);
+  assert.ok(capsule?.geometry.is === "unit" && Math.abs(capsule.geometry.form[0] - 3) < 1e-12);
+});
+
+test("the top of a support was measured, its body completed", () => {
+  const plate = { outline: { vertices: [] }, holes: [], thickness_m: 0.02 };
+  const fit = { rms_m: 0, max_residual_m: 0, inlier_count: "1", inlier_ratio: 1, observed_fraction: 1, parameter_sigma: [] };
+  const object = objectOf([]);
+  object.shapes = [{ plate, role: "PART_ROLE_COMPLETED", coefficients: [], fit }];
+  assert.deepEqual(partsOf(object).map(({ look }) => look), ["solid", "completed"]);
+});
+
+test("unseen space looks like nothing else", () => {
+  const [part] = partsOf(objectOf([{ box: { size_x_m: 1, size_y_m: 1, size_z_m: 1 } }], { kind: "OBJECT_KIND_UNSEEN" }));
+  assert.equal(part?.look, "unseen");
+});
+
+test("instances stay with their owners when others go and when there are many", () => {
+  const batch = new ShapeBatch<string>("box", "solid", () => undefined);
+  const place = (x: number): Matrix4 => new Matrix4().makeTranslation(x, 0, 0);
+  const slots = Array.from({ length: 100 }, (_, i) => batch.add(`${i}`, place(i), new Color(i / 100, 0, 0), [i, 0]));
+  for (let i = 0; i < 100; i += 3) batch.remove(slots[i] as (typeof slots)[0]);
+  assert.equal(batch.count, 66);
+  const matrix = new Matrix4();
+  const color = new Color();
+  slots.forEach((slot, i) => {
+    if (i % 3 === 0) return;
+    batch.object.getMatrixAt(slot.index, matrix);
+    batch.object.getColorAt(slot.index, color);
+    assert.equal(new Vector3().setFromMatrixPosition(matrix).x, i);
+    assert.ok(Math.abs(color.r - i / 100) < 1e-6);
+    assert.equal(batch.object.geometry.getAttribute("form").getX(slot.index), i);
+  });
+});
+
+test("an object keeps its colour while others come and go, and neighbours differ", () => {
+  const book = new ColorBook();
+  const named = (name: string, x: number): WorldObject =>
+    objectOf([], { name, x_world_object: { tx_m: x, ty_m: 0, tz_m: 0, qx: 0, qy: 0, qz: 0, qw: 1 } });
+  const row = Array.from({ length: 3 * objectColors.length }, (_, i) => named(`thing_${i}`, i));
+  book.update(row);
+  const before = row.map(({ name }) => book.of(name));
+  before.slice(1).forEach((color, i) => assert.notEqual(color, before[i]));
+  const fewer = row.filter((_, i) => i % 2 === 0);
+  book.update([...fewer, named("new", 0.5)]);
+  fewer.forEach(({ name }, i) => assert.equal(book.of(name), before[2 * i]));
+  assert.notEqual(book.of("new"), book.of("thing_0"));
+});
+
+test("labels name their owners", () => {
+  const scan = { sensor: "", revision: "1", point_count: "0", kept_count: "0", points_hash: "", labels_hash: "",
+                 supports: ["table"], objects: ["mug", "box"] };
+  assert.deepEqual([0, 1, 2, 20, 29, 30, 99].map((label) => ownerOfLabel(label, scan)),
+                   [undefined, "table", undefined, "mug", "mug", "box", undefined]);
+});
+
+test("a mesh is read as it is sent, and what is no mesh is refused", () => {
+  const bytes = new ArrayBuffer(8 + 24 * 3 + 12);
+  new Uint32Array(bytes, 0, 2).set([3, 1]);
+  new Float64Array(bytes, 8, 9).set([0, 0, 0, 1, 0, 0, 0, 1, 0]);
+  new Uint32Array(bytes, 8 + 72, 3).set([0, 1, 2]);
+  const mesh = meshOf(bytes);
+  assert.equal(mesh.getAttribute("position").count, 3);
+  assert.deepEqual([...(mesh.index?.array ?? [])], [0, 1, 2]);
+  assert.throws(() => meshOf(bytes.slice(0, 40)), /40 bytes, must be 92/);
+  assert.throws(() => meshOf(new ArrayBuffer(3)), /3 bytes/);
+});
+
+test("attempts to connect begin soon and never wait long", () => {
+  const waits = Array.from({ length: 12 }, (_, i) => backOff_ms(i));
+  assert.ok((waits[0] ?? Infinity) <= 100);
+  assert.ok(waits.every((wait, i) => i === 0 || wait >= (waits[i - 1] ?? 0)));
+  assert.equal(waits.at(-1), 3000);
+});

@@ -1,0 +1,150 @@
+#include "server/web/access.h"
+
+#include <gtest/gtest.h>
+
+#include "server/web/readable_methods.h"
+#include "server/web/viewer_address.h"
+
+namespace cwm::server {
+namespace {
+
+constexpr char kToken[] = "0123456789abcdef";
+
+HttpRequest RequestTo(const std::string& host, const std::string& target = "/") {
+  HttpRequest request(http::verb::get, target, 11);
+  if (!host.empty()) request.insert(http::field::host, host);
+  return request;
+}
+
+Access Loopback(const std::string& token = "") {
+  return Access({"localhost", 8640}, {"127.0.0.1", 8640}, token);
+}
+
+TEST(Access, HostsThatAreThisServerAreLetIn) {
+  for (const char* host : {"127.0.0.1:8640", "localhost:8640", "LocalHost:8640", "[::1]:8640"}) {
+    EXPECT_FALSE(Loopback().CheckHost(RequestTo(host)).has_value()) << host;
+  }
+}
+
+TEST(Access, OtherHostsAreRefusedAndTheRuleIsSaid) {
+  for (const char* host : {"evil.example:8640", "evil.example", "127.0.0.1", "127.0.0.1:8641", "",
+                           "localhost:8640.evil.example", "127.0.0.1:8640@evil.example", "[::1]",
+                           "192.168.1.7:8640", "0x7f000001:8640"}) {
+    const auto refusal = Loopback().CheckHost(RequestTo(host));
+    ASSERT_TRUE(refusal.has_value()) << host;
+    EXPECT_EQ(refusal->status, http::status::forbidden);
+    EXPECT_NE(refusal->why.find("must be one of localhost:8640, 127.0.0.1:8640, [::1]:8640"),
+              std::string::npos)
+        << refusal->why;
+  }
+  HttpRequest twice = RequestTo("127.0.0.1:8640");
+  twice.insert(http::field::host, "127.0.0.1:8640");
+  EXPECT_NE(Loopback().CheckHost(twice)->why.find("more than once"), std::string::npos);
+}
+
+TEST(Access, TheHttpPortNeedNotBeNamed) {
+  const Access access({"127.0.0.1", 80}, {"127.0.0.1", 80}, "");
+  EXPECT_FALSE(access.CheckHost(RequestTo("127.0.0.1")).has_value());
+  EXPECT_FALSE(access.CheckHost(RequestTo("[::1]")).has_value());
+  EXPECT_FALSE(access.CheckHost(RequestTo("127.0.0.1:80")).has_value());
+  EXPECT_TRUE(access.CheckHost(RequestTo("evil.example")).has_value());
+}
+
+TEST(Access, OfAllInterfacesAddressesAreLetInAndNamesAreNot) {
+  const Access access({"0.0.0.0", 8640}, {"0.0.0.0", 8640}, kToken);
+  EXPECT_FALSE(access.CheckHost(RequestTo("192.168.1.7:8640")).has_value());
+  EXPECT_FALSE(access.CheckHost(RequestTo("[fe80::1]:8640")).has_value());
+  EXPECT_TRUE(access.CheckHost(RequestTo("evil.example:8640")).has_value());
+  EXPECT_TRUE(access.CheckHost(RequestTo("192.168.1.7:8641")).has_value());
+}
+
+TEST(Access, AnOriginMustBeThePagesOwn) {
+  HttpRequest request = RequestTo("localhost:8640", "/socket");
+  EXPECT_FALSE(Access::CheckOrigin(request).has_value()) << "a program";
+  request.set(http::field::origin, "http://localhost:8640");
+  EXPECT_FALSE(Access::CheckOrigin(request).has_value());
+  for (const char* origin : {"http://evil.example", "null", "http://localhost", "",
+                             "http://localhost:8640.evil.example", "http://127.0.0.1:8640"}) {
+    request.set(http::field::origin, origin);
+    EXPECT_TRUE(Access::CheckOrigin(request).has_value()) << origin;
+  }
+}
+
+TEST(Access, WithoutATokenNoneIsAskedFor) {
+  EXPECT_FALSE(Loopback().CheckToken(RequestTo("localhost:8640")).has_value());
+  EXPECT_EQ(Loopback().Url(), "http://localhost:8640/");
+}
+
+TEST(Access, ATokenIsTakenFromTheAddressOfThePageOrTheCookieItGives) {
+  const Access access = Loopback(kToken);
+  EXPECT_EQ(access.Url(), "http://localhost:8640/?token=0123456789abcdef");
+  const HttpRequest first = RequestTo("localhost:8640", "/?x=1&token=0123456789abcdef");
+  EXPECT_FALSE(access.CheckToken(first).has_value());
+  EXPECT_EQ(access.CookieFor(first).value(),
+            "cwm_viewer_8640=0123456789abcdef; Path=/; HttpOnly; SameSite=Strict");
+  HttpRequest next = RequestTo("localhost:8640", "/viewer.js");
+  next.set(http::field::cookie, "a=b; cwm_viewer_8640=0123456789abcdef;c=d");
+  EXPECT_FALSE(access.CheckToken(next).has_value());
+  EXPECT_FALSE(access.CookieFor(next).has_value());
+}
+
+TEST(Access, WrongTokensAreRefused) {
+  const Access access = Loopback(kToken);
+  for (const char* target : {"/", "/?token=", "/?token=0123456789abcdee", "/?token=0123456789abcde",
+                             "/?token=0123456789abcdef0", "/?Token=0123456789abcdef",
+                             "/viewer.js?token=0123456789abcdef", "/socket"}) {
+    const HttpRequest request = RequestTo("localhost:8640", target);
+    EXPECT_TRUE(access.CheckToken(request).has_value()) << target;
+    EXPECT_FALSE(access.CookieFor(request).has_value()) << target;
+  }
+  for (const char* cookie : {"cwm_viewer_8640=", "cwm_viewer_8640=0123456789abcdee", ";;;", "=",
+                             "cwm_viewer_8641=0123456789abcdef", "cwm_viewer_8640",
+                             "xcwm_viewer_8640=0123456789abcdef"}) {
+    HttpRequest request = RequestTo("localhost:8640");
+    request.set(http::field::cookie, cookie);
+    EXPECT_TRUE(access.CheckToken(request).has_value()) << cookie;
+  }
+}
+
+TEST(Access, TokensHaveARule) {
+  EXPECT_TRUE(IsToken(RandomToken()));
+  EXPECT_NE(RandomToken(), RandomToken());
+  EXPECT_TRUE(IsToken(std::string(128, 'a')));
+  EXPECT_FALSE(IsToken(std::string(129, 'a')));
+  EXPECT_FALSE(IsToken(std::string(15, 'a')));
+  EXPECT_FALSE(IsToken("0123456789abcde;"));
+  EXPECT_FALSE(IsToken("0123456789 abcdef"));
+}
+
+TEST(ViewerAddress, HostsAndPortsAreRead) {
+  EXPECT_EQ(ParseViewerAddress("127.0.0.1:8640")->Text(), "127.0.0.1:8640");
+  EXPECT_EQ(ParseViewerAddress("robot.local:0")->Text(), "robot.local:0");
+  EXPECT_EQ(ParseViewerAddress("[::1]:65535")->Text(), "[::1]:65535");
+  EXPECT_EQ(ParseViewerAddress("[::1]:1")->host, "::1");
+  EXPECT_EQ(ParseViewerAddress(kDefaultViewer)->port, 8640);
+}
+
+TEST(ViewerAddress, OthersAreRefusedByValueAndRule) {
+  for (const char* text :
+       {"", "off ", "8640", "127.0.0.1", "127.0.0.1:", "127.0.0.1:65536", ":8640", "127.0.0.1:-1",
+        "127.0.0.1:+1", "127.0.0.1: 1", "::1:8640", "[::1]", "[]:1", "[x]:1", "a b:1",
+        "http://127.0.0.1:1", "127.0.0.1:1/", "127.0.0.1:99999999999999999999"}) {
+    const auto address = ParseViewerAddress(text);
+    ASSERT_FALSE(address.ok()) << text;
+    EXPECT_NE(
+        address.status().message().find("--viewer: is \"" + std::string(text) + "\", must be"),
+        std::string::npos)
+        << address.status();
+  }
+}
+
+TEST(ReadableMethods, AreOrdered) {
+  const auto methods = ReadableMethods();
+  EXPECT_TRUE(std::is_sorted(methods.begin(), methods.end()));
+  EXPECT_TRUE(IsReadable("cwm.v1.WorldService/WatchWorld"));
+  EXPECT_FALSE(IsReadable("cwm.v1.WorldService/ApplyChanges"));
+  EXPECT_FALSE(IsReadable(""));
+}
+
+}  // namespace
+}  // namespace cwm::server
