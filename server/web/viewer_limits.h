@@ -24,7 +24,7 @@ struct ViewerLimits {
   std::chrono::milliseconds idle_http = std::chrono::seconds(15);  // between and within requests
   std::chrono::milliseconds no_byte_taken = std::chrono::seconds(30);
   std::chrono::milliseconds ping_period = std::chrono::seconds(20);
-  std::chrono::milliseconds goodbye = std::chrono::seconds(2);  // for the answer to a close
+  std::chrono::milliseconds goodbye = std::chrono::seconds(1);  // for the answer to a close
 };
 
 }  // namespace cwm::server

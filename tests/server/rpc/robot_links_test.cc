@@ -95,7 +95,8 @@ TEST_F(RobotLinksTest, LinksAreWhereTheStateHasThem) {
 
 TEST_F(RobotLinksTest, ShapesAreThoseOfTheUrdf) {
   LoadArm();
-  for (const v1::PlacedLink& link : MustGet("arm", true).links()) {
+  const v1::GetRobotLinksResponse links = MustGet("arm", true);
+  for (const v1::PlacedLink& link : links.links()) {
     if (link.link() == "tip") {
       ASSERT_EQ(link.shapes_size(), 2);
       EXPECT_EQ(link.shapes(1).box().size_x_m(), 0.1);
