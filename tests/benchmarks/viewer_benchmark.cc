@@ -50,8 +50,8 @@ void MeasureViewer(Report& report) {
               .value = found.value("update_ms", 0.0),
               .unit = "ms",
               .how = std::string(kWhere) +
-                     "from before the command line is started to move one of them until it is "
-                     "drawn, median of 20"});
+                     "from before the command line is started to move one of them until the "
+                     "page has issued the drawing, nothing else being drawn, median of 9"});
 }
 
 }  // namespace cwm::benchmarks

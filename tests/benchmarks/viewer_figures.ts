@@ -1,18 +1,19 @@
 // Measures the viewer's page with 2 000 objects and writes what it finds as JSON into the file that CWM_FIGURES names.
 import { writeFileSync } from "node:fs";
 import { openBrowser, OpenedPage } from "../e2e/viewer/opened_page";
-import { pause, RunningServer, until } from "../e2e/viewer/running_server";
+import { RunningServer, until } from "../e2e/viewer/running_server";
 
 const objectCount = 2000;
-const turns = 120;
-const moves = 20;
+const turns = 40;
+const moves = 9;
 
 const shapes = [
   { sphere: { radius_m: 0.1 } }, { box: { size_x_m: 0.2, size_y_m: 0.1, size_z_m: 0.2 } },
   { cylinder: { radius_m: 0.08, length_m: 0.2 } }, { cone: { radius_bottom_m: 0.06, radius_top_m: 0.1, length_m: 0.2 } },
   { capsule: { radius_m: 0.05, length_m: 0.1 } }];
 
-const placeOf = (i: number): object => ({ tx_m: (i % 50) / 3, ty_m: Math.floor(i / 50) / 3, tz_m: 0.2, qx: 0, qy: 0, qz: 0, qw: 1 });
+const placeOf = (i: number): object =>
+  ({ tx_m: (i % 50) / 3, ty_m: Math.floor(i / 50) / 3, tz_m: 0.2, qx: 0, qy: 0, qz: 0, qw: 1 });
 
 const putAll = (): object[] => Array.from({ length: objectCount }, (_, i) =>
   ({ put: { object: { name: `thing_${i}`, shapes: [shapes[i % shapes.length]], x_world_object: placeOf(i) } } }));
@@ -22,22 +23,28 @@ function median(values: readonly number[]): number {
   return sorted[Math.floor(sorted.length / 2)] ?? NaN;
 }
 
-// The camera turns, a key press a frame: every frame is drawn anew.
+// The camera turns, a key press a frame: every frame is drawn anew, when the one before is finished.
 async function turn(page: OpenedPage): Promise<number[]> {
   await page.page.focus(".stage");
-  const { frames } = await page.facts();
-  for (let i = 0; i < turns; ++i) await page.page.keyboard.press("ArrowLeft");
-  await pause(500);
-  const facts = await page.facts();
-  return facts.script_times_ms.slice(-(facts.frames - frames));
+  const times_ms: number[] = [];
+  for (let i = 0; i < turns; ++i) {
+    await page.finishDrawing();
+    const { frames } = await page.facts();
+    await page.page.keyboard.press("ArrowLeft");
+    await until("it was drawn", async () => (await page.facts()).frames > frames);
+    times_ms.push((await page.facts()).script_times_ms.at(-1) ?? NaN);
+  }
+  return times_ms;
 }
 
-// From before the call to after the drawing, once for each move.
+// From before the call until the page has issued the drawing, once for each move.
 async function move(server: RunningServer, page: OpenedPage): Promise<number[]> {
   const times_ms: number[] = [];
   for (let i = 1; i <= moves; ++i) {
+    await page.settle(i);
+    await page.finishDrawing();
     const began = Date.now();
-    await server.apply([{ move: { name: "thing_0", x_world_object: { ...placeOf(0), tz_m: 0.2 + 0.01 * i } } }]);
+    await server.cwm("move", "thing_0", "--to", `0,0,${0.2 + 0.01 * i}`);
     await until("the move was drawn", async () => {
       const facts = await page.facts();
       return Number(facts.revision) === 1 + i && facts.last_update_ms >= began;

@@ -104,6 +104,14 @@ export class OpenedPage {
     });
   }
 
+  // Until all that was to be drawn has been: where software draws, that takes longer than to say what.
+  async finishDrawing(): Promise<void> {
+    await this.page.evaluate(() => {
+      const gl = document.querySelector("canvas")?.getContext("webgl2");
+      gl?.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));
+    });
+  }
+
   // The window as pixels, by way of a page without a policy.
   async pixels(): Promise<(x: number, y: number) => Rgb> {
     const png = (await this.page.screenshot()).toString("base64");

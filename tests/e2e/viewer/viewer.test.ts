@@ -56,12 +56,12 @@ test("every object that the server lists is there, in the list and in the pictur
   const { scans } = JSON.parse(await server.cwm("call", "ListScans")) as { scans: { keptCount?: string; kept_count?: string }[] };
   await until("the scan was shown", async () => (await page.facts()).cloud_points > 0);
   assert.equal((await page.facts()).cloud_points, Number(scans[0]?.kept_count ?? scans[0]?.keptCount));
-  await page.keepSmall("kitchen");
+  await page.keepSmall("viewer-kitchen");
   await page.page.keyboard.press("p");  // the model alone
   await page.page.getByText("object_1", { exact: true }).click();
   assert.match(await page.ask("distance sphere 0.05 at 0.35 -0.1 1.25 max-results 2"), /away/);
   await page.settle(2);
-  await page.keepSmall("kitchen-question");
+  await page.keepSmall("viewer-question");
   assert.deepEqual(page.complaints, []);
 });
 
@@ -108,7 +108,8 @@ test("a change shows within 200 ms", async () => {
   await page.settle(1);
   const times_ms: number[] = [];
   for (let i = 1; i <= 7; ++i) {
-    await page.settle(i);  // software draws the picture before for long
+    await page.settle(i);
+    await page.finishDrawing();
     const began = Date.now();
     await server.cwm("move", "crate", "--to", `${0.05 * i},0,0.1`);
     await until("the move was drawn", async () => {

@@ -44,6 +44,7 @@ export class Page {
   private selected: string | undefined;
   private readonly hiddenNames = new Set<string>();
   private readonly hiddenKinds = new Set<Kind>();
+  private scanIsWanted = true;
   private pointSize = 1;
   private firstPicture_ms = 0;
   private updates = 0;
@@ -100,7 +101,8 @@ export class Page {
       picture.refresh();
     } });
     toolbar.addSwitch({ key: "p", title: "Points of the newest scans", label: "Scan", isOn: true, turn: (isOn) => {
-      picture.clouds.root.visible = isOn;
+      this.scanIsWanted = isOn;
+      picture.clouds.root.visible = isOn && !this.past;
       picture.refresh();
     } });
     toolbar.addSwitch({ key: "m", title: "Shapes, surfaces and handles", label: "Model", isOn: true, turn: (isOn) => {
@@ -246,7 +248,7 @@ export class Page {
     this.wantedRevision = undefined;
     if (!this.past) return;
     this.past = undefined;
-    this.picture.clouds.root.visible = true;
+    this.picture.clouds.root.visible = this.scanIsWanted;
     this.show();
   }
 

@@ -8,7 +8,9 @@ import { materialFor, withForm, type Look } from "./looks";
 
 export type Unit = "box" | "shaft" | "capsule";
 
+// Of a full circle. There may be thousands, and a ball has many more triangles than a can.
 const circleSegments = 48;
+const ballSegments = 36;
 const smallest = 16;
 
 // three.js has its round shapes along y.
@@ -17,13 +19,13 @@ const yToZ = Math.PI / 2;
 function unitGeometry(unit: Unit): BufferGeometry {
   if (unit === "box") return new BoxGeometry(1, 1, 1);
   if (unit === "shaft") return new CylinderGeometry(1, 1, 1, circleSegments).rotateX(yToZ);
-  return new CapsuleGeometry(1, 2, circleSegments / 4, circleSegments).rotateX(yToZ);
+  return new CapsuleGeometry(1, 2, ballSegments / 4, ballSegments).rotateX(yToZ);
 }
 
 // The instance as it is, for a ray that has met its bounds: the shader's form is not in the geometry.
 function formedGeometry(unit: Unit, x: number, y: number): BufferGeometry {
   if (unit === "shaft") return new CylinderGeometry(y, x, 1, circleSegments).rotateX(yToZ);
-  if (unit === "capsule") return new CapsuleGeometry(1, 2 * x, circleSegments / 4, circleSegments).rotateX(yToZ);
+  if (unit === "capsule") return new CapsuleGeometry(1, 2 * x, ballSegments / 4, ballSegments).rotateX(yToZ);
   return unitGeometry(unit);
 }
 
