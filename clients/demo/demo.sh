@@ -60,6 +60,7 @@ The server stays up until you press Ctrl-C. From another terminal:
   cwm put crate --box 0.3,0.2,0.2 --at 0,0,1      add an object of yours
   cwm distance --sphere 0.03 --at 0,0,1.2         ask
   cwm watch                                       see every change as it happens
+$(sed -n 's/^cwm-server .*shows the world at \(http[^ ]*\).*/Look at it live in a browser: \1/p' "$scratch/server.log")
   cwm --help
 TEXT
 wait "$server"
