@@ -44,7 +44,7 @@ const std::map<std::string, std::vector<std::function<void(Report&)>>>& Groups()
       {"collision-latency", {MeasureRobotLatency}},
       {"collision-samples", {MeasureSamples}},
       {"collision-worlds", {MeasureWorlds, MeasurePublishing}},
-      {"people", {}},
+      {"people", {MeasureGrasps}},
   };
   return groups;
 }
