@@ -49,6 +49,14 @@ void AddBox(const GripperBox& box, pb::Subject::Shapes& shapes) {
   placed.mutable_box()->set_size_z_m(box.size_m.z());
 }
 
+void NoteVerdict(const pb::CheckCollisionsResponse& response, std::size_t row, Assessment& answer) {
+  if (response.verdicts()[row] == pb::VERDICT_FREE) return;
+  answer.fault = Fault::kBlocked;
+  if (response.verdicts()[row] != pb::VERDICT_COLLISION) return;
+  const auto object = At<std::int32_t>(response.object_index(), row);
+  if (object >= 0) answer.culprit = response.objects(object).name();
+}
+
 // Which attempts are still worth a question.
 using Indices = std::vector<std::size_t>;
 
@@ -61,6 +69,8 @@ class Assessor {
         attempts_(attempts),
         answers_(attempts.size()) {}
 
+  // Whether the open gripper has room where it closes: the cheapest question, which most fail.
+  absl::Status AskPlaces();
   absl::Status AskApproaches();
   absl::Status AskClosing();
   absl::Status AskContacts();
@@ -84,7 +94,7 @@ class Assessor {
     return request;
   }
 
-  absl::Status AskApproaches(std::size_t begin, std::size_t end);
+  absl::Status AskApproaches(const Indices& indices);
   absl::Status AskClosing(const std::string& target, const Indices& indices);
   void ReadContacts(const pb::CastRaysResponse& response, std::size_t first_row, std::size_t i);
 
@@ -94,21 +104,43 @@ class Assessor {
   std::vector<Assessment> answers_;
 };
 
-absl::Status Assessor::AskApproaches() {
+absl::Status Assessor::AskPlaces() {
   for (std::size_t begin = 0; begin < attempts_.size(); begin += kMotionsPerBatch) {
     const std::size_t end = std::min(begin + kMotionsPerBatch, attempts_.size());
-    if (absl::Status status = AskApproaches(begin, end); !status.ok()) return status;
+    auto request = NewRequest<pb::CheckCollisionsRequest>();
+    request.mutable_options()->set_margin_m(question_.clearance_m);
+    pb::Subject::Shapes& shapes = *request.mutable_subject()->mutable_shapes();
+    for (const GripperBox& box : OpenBoxes(question_.gripper)) AddBox(box, shapes);
+    std::vector<PoseRow> rows;
+    for (std::size_t i = begin; i < end; ++i) rows.push_back(RowOf(attempts_[i].X_WG));
+    shapes.mutable_x_world_body()->set_data(client::RowBytes(rows));
+    const auto response =
+        connection_.Call(&pb::QueryService::Stub::CheckCollisions, connection_.queries(), request);
+    if (!response.ok()) return response.status();
+    for (std::size_t i = begin; i < end; ++i) NoteVerdict(*response, i - begin, answers_[i]);
   }
   return absl::OkStatus();
 }
 
-absl::Status Assessor::AskApproaches(std::size_t begin, std::size_t end) {
+absl::Status Assessor::AskApproaches() {
+  const Indices good = Good();
+  for (std::size_t begin = 0; begin < good.size(); begin += kMotionsPerBatch) {
+    const std::size_t end = std::min(begin + kMotionsPerBatch, good.size());
+    const absl::Status status =
+        AskApproaches(Indices(good.begin() + static_cast<std::ptrdiff_t>(begin),
+                              good.begin() + static_cast<std::ptrdiff_t>(end)));
+    if (!status.ok()) return status;
+  }
+  return absl::OkStatus();
+}
+
+absl::Status Assessor::AskApproaches(const Indices& indices) {
   auto request = NewRequest<pb::CheckMotionsRequest>();
   request.mutable_options()->set_margin_m(question_.clearance_m);
   pb::Subject::Shapes& shapes = *request.mutable_subject()->mutable_shapes();
   for (const GripperBox& box : OpenBoxes(question_.gripper)) AddBox(box, shapes);
   std::vector<PoseRow> rows;
-  for (std::size_t i = begin; i < end; ++i) {
+  for (const std::size_t i : indices) {
     const Isometry3d& X_WG = attempts_[i].X_WG;
     rows.push_back(RowOf(X_WG * Eigen::Translation3d(0, 0, -question_.approach_m)));
     rows.push_back(RowOf(X_WG));
@@ -117,15 +149,15 @@ absl::Status Assessor::AskApproaches(std::size_t begin, std::size_t end) {
   const auto response =
       connection_.Call(&pb::QueryService::Stub::CheckMotions, connection_.queries(), request);
   if (!response.ok()) return response.status();
-  for (std::size_t i = begin; i < end; ++i) {
-    const std::size_t row = i - begin;
+  for (std::size_t row = 0; row < indices.size(); ++row) {
+    Assessment& answer = answers_[indices[row]];
     if (response->verdicts()[row] == pb::MOTION_VERDICT_FREE) {
-      answers_[i].clearance_m = question_.clearance_m + At<double>(response->clearance_m(), row);
+      answer.clearance_m = question_.clearance_m + At<double>(response->clearance_m(), row);
       continue;
     }
-    answers_[i].fault = Fault::kBlocked;
+    answer.fault = Fault::kBlocked;
     const auto object = At<std::int32_t>(response->object_index(), row);
-    if (object >= 0) answers_[i].culprit = response->objects(object).name();
+    if (object >= 0) answer.culprit = response->objects(object).name();
   }
   return absl::OkStatus();
 }
@@ -153,13 +185,7 @@ absl::Status Assessor::AskClosing(const std::string& target, const Indices& indi
       connection_.Call(&pb::QueryService::Stub::CheckCollisions, connection_.queries(), request);
   if (!response.ok()) return response.status();
   for (std::size_t row = 0; row < indices.size(); ++row) {
-    if (response->verdicts()[row] == pb::VERDICT_FREE) continue;
-    Assessment& answer = answers_[indices[row]];
-    answer.fault = Fault::kBlocked;
-    const auto object = At<std::int32_t>(response->object_index(), row);
-    if (object >= 0 && response->verdicts()[row] == pb::VERDICT_COLLISION) {
-      answer.culprit = response->objects(object).name();
-    }
+    NoteVerdict(*response, row, answers_[indices[row]]);
   }
   return absl::OkStatus();
 }
@@ -246,6 +272,7 @@ absl::StatusOr<std::vector<Assessment>> Assess(const client::Connection& connect
                                                const Question& question,
                                                const std::vector<Attempt>& attempts) {
   Assessor assessor(connection, question, attempts);
+  if (absl::Status status = assessor.AskPlaces(); !status.ok()) return status;
   if (absl::Status status = assessor.AskApproaches(); !status.ok()) return status;
   if (absl::Status status = assessor.AskClosing(); !status.ok()) return status;
   if (absl::Status status = assessor.AskContacts(); !status.ok()) return status;

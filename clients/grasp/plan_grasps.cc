@@ -106,16 +106,20 @@ absl::StatusOr<std::vector<pb::Object>> Targets(const PlanRequest& request,
   return targets;
 }
 
-// What stands in the way of the most candidates, the object itself after all others.
-std::string MainBlocker(const ObjectPlan& plan) {
-  std::string main;
-  std::int64_t most = 0;
+// "71 by table, 12 by its own shape": what stands in the way, the most first.
+std::string Blockers(const ObjectPlan& plan) {
+  std::vector<std::pair<std::int64_t, std::string>> blockers;
   for (const auto& [name, count] : plan.blocked_by) {
-    if (name == plan.object.name() || name.empty() || count <= most) continue;
-    most = count;
-    main = name;
+    const bool own = name == plan.object.name();
+    blockers.emplace_back(count, own ? "its own shape" : name.empty() ? "what is unsure" : name);
   }
-  return main.empty() ? "its own shape" : main;
+  std::stable_sort(blockers.begin(), blockers.end(),
+                   [](const auto& a, const auto& b) { return a.first > b.first; });
+  std::string text;
+  for (const auto& [count, name] : blockers) {
+    absl::StrAppend(&text, text.empty() ? "" : ", ", count, " by ", name);
+  }
+  return text;
 }
 
 std::string WhyNone(const Candidates& candidates, const ObjectPlan& plan,
@@ -125,8 +129,8 @@ std::string WhyNone(const Candidates& candidates, const ObjectPlan& plan,
     std::int64_t blocked = 0;
     for (const auto& [name, count] : plan.blocked_by) blocked += count;
     if (2 * blocked >= plan.tried_count) {
-      return absl::StrFormat("no free approach: %d of %d blocked, most by %s", blocked,
-                             plan.tried_count, MainBlocker(plan));
+      return absl::StrFormat("no free approach: %d of %d blocked, %s", blocked, plan.tried_count,
+                             Blockers(plan));
     }
     return absl::StrFormat("no hold: the pads of %d of %d slip or miss", plan.tried_count - blocked,
                            plan.tried_count);
@@ -142,6 +146,32 @@ std::string WhyNone(const Candidates& candidates, const ObjectPlan& plan,
                            std::atan(request.friction) * 180 / std::numbers::pi);
   }
   return "no opposite surfaces are known of it";
+}
+
+// The same to a robot: some millimetres and degrees apart, or half a turn about the approach.
+bool NearlySame(const Grasp& a, const Grasp& b) {
+  constexpr double kNear_m = 0.005, kNear_rad = 0.35;
+  const Eigen::Isometry3d& X_WA = a.candidate.X_FG;
+  const Eigen::Isometry3d& X_WB = b.candidate.X_FG;
+  if ((X_WA.translation() - X_WB.translation()).norm() > kNear_m) return false;
+  const Eigen::Matrix3d R_AB = X_WA.linear().transpose() * X_WB.linear();
+  const Eigen::AngleAxisd as_is(R_AB);
+  const Eigen::AngleAxisd turned(R_AB * Eigen::Vector3d(-1, -1, 1).asDiagonal());
+  return std::min(std::abs(as_is.angle()), std::abs(turned.angle())) < kNear_rad;
+}
+
+// The best first, each unlike all that are better.
+std::vector<Grasp> Best(std::vector<Grasp> grasps, int most) {
+  std::stable_sort(grasps.begin(), grasps.end(),
+                   [](const Grasp& a, const Grasp& b) { return a.score > b.score; });
+  std::vector<Grasp> best;
+  for (const Grasp& grasp : grasps) {
+    if (best.size() == static_cast<std::size_t>(most)) break;
+    const bool known = std::any_of(best.begin(), best.end(),
+                                   [&](const Grasp& better) { return NearlySame(better, grasp); });
+    if (!known) best.push_back(grasp);
+  }
+  return best;
 }
 
 // Which attempts are of which object.
@@ -165,9 +195,7 @@ ObjectPlan PlanOf(const pb::Object& object, const Share& share,
     plan.grasps.push_back(grasp);
   }
   plan.free_count = static_cast<std::int64_t>(plan.grasps.size());
-  std::stable_sort(plan.grasps.begin(), plan.grasps.end(),
-                   [](const Grasp& a, const Grasp& b) { return a.score > b.score; });
-  if (plan.grasps.size() > static_cast<std::size_t>(request.top)) plan.grasps.resize(request.top);
+  plan.grasps = Best(std::move(plan.grasps), request.top);
   if (plan.free_count == 0) plan.why = WhyNone(share.candidates, plan, request);
   return plan;
 }

@@ -57,6 +57,17 @@ class Sampler {
     if (Fits(line)) found_.list.push_back(CandidateAt(line, approach_S, way));
   }
 
+  // Round things are thicker in the middle than fingers are long: there the tips alone may hold, the
+  // pads drawn back from the line, as far as the wall stays within the pads and the friction.
+  void AddRound(const ClosingLine& line, const Vector3d& first_S, const char* way) {
+    AddAround(line, first_S, way);
+    const std::size_t begin = found_.list.size();
+    AddAround(line, first_S, way);
+    for (std::size_t i = begin; i < found_.list.size(); ++i) {
+      found_.list[i].X_FG.translate(Vector3d(0, 0, -0.3 * options_.gripper.pad_length_m));
+    }
+  }
+
   // From all around the line, beginning with `first_S`.
   void AddAround(const ClosingLine& line, const Vector3d& first_S, const char* way) {
     if (!Fits(line)) return;
@@ -109,11 +120,11 @@ void AddAcross(const Wall& wall, const char* way, Sampler& sampler) {
         wall.radius_bottom_m + share * (wall.radius_top_m - wall.radius_bottom_m);
     for (int k = 0; k < kAzimuths; ++k) {
       const double angle_rad = std::numbers::pi * k / kAzimuths;
-      sampler.AddAround({.middle_S = {0, 0, z_m},
-                         .direction_S = {std::cos(angle_rad), std::sin(angle_rad), 0},
-                         .width_m = 2 * radius_m,
-                         .tilt_rad = tilt_rad},
-                        Vector3d::UnitZ(), way);
+      sampler.AddRound({.middle_S = {0, 0, z_m},
+                        .direction_S = {std::cos(angle_rad), std::sin(angle_rad), 0},
+                        .width_m = 2 * radius_m,
+                        .tilt_rad = tilt_rad},
+                       Vector3d::UnitZ(), way);
     }
   }
 }
@@ -216,10 +227,10 @@ Candidates SampleSphere(const cwm::v1::Sphere& sphere, const SamplerOptions& opt
     const double rise_rad = std::numbers::pi / 4 * height;
     for (int k = 0; k < (height + 1 == kHeights ? 1 : kAzimuths); ++k) {
       const Vector3d around = Eigen::AngleAxisd(std::numbers::pi * k / kAzimuths, up) * level;
-      sampler.AddAround({.middle_S = Vector3d::Zero(),
-                         .direction_S = std::cos(rise_rad) * around + std::sin(rise_rad) * up,
-                         .width_m = 2 * sphere.radius_m()},
-                        up, "sphere");
+      sampler.AddRound({.middle_S = Vector3d::Zero(),
+                        .direction_S = std::cos(rise_rad) * around + std::sin(rise_rad) * up,
+                        .width_m = 2 * sphere.radius_m()},
+                       up, "sphere");
     }
   }
   return sampler.Take();

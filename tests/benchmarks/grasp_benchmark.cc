@@ -7,6 +7,7 @@
 
 #include "clients/cpp/cloud_upload.h"
 #include "clients/grasp/plan_grasps.h"
+#include "clients/grasp/sample_object.h"
 #include "clients/simulator/simulated_files.h"
 #include "perception/simulation/random_scenes.h"
 #include "perception/simulation/virtual_scanner.h"
