@@ -19,9 +19,22 @@ using Eigen::Vector3d;
 
 constexpr std::size_t kMotionsPerBatch = 4096;  // far below the limits of rows; keeps replies quick
 
-// Places of a pad, as shares of its half width and half length: the middle first.
-constexpr std::array<std::array<double, 2>, 5> kPadPlaces = {
-    {{0, 0}, {0.8, 0}, {-0.8, 0}, {0, 0.8}, {0, -0.8}}};
+// Places of a pad, as shares of its half width and half length: the middle first, then outwards.
+constexpr std::array<std::array<double, 2>, 15> kPadPlaces = {{{0, 0},
+                                                               {0, 0.4},
+                                                               {0, -0.4},
+                                                               {0.8, 0},
+                                                               {-0.8, 0},
+                                                               {0, 0.8},
+                                                               {0, -0.8},
+                                                               {0.8, 0.4},
+                                                               {0.8, -0.4},
+                                                               {-0.8, 0.4},
+                                                               {-0.8, -0.4},
+                                                               {0.8, 0.8},
+                                                               {0.8, -0.8},
+                                                               {-0.8, 0.8},
+                                                               {-0.8, -0.8}}};
 constexpr std::size_t kRaysPerAttempt = 2 * kPadPlaces.size();
 
 template <class T>
@@ -55,6 +68,20 @@ void NoteVerdict(const pb::CheckCollisionsResponse& response, std::size_t row, A
   if (response.verdicts()[row] != pb::VERDICT_COLLISION) return;
   const auto object = At<std::int32_t>(response.object_index(), row);
   if (object >= 0) answer.culprit = response.objects(object).name();
+}
+
+// The place of a pad that meets something first; of places that do so within a micrometre, the one
+// nearest to the middle. The ray of the middle has hit.
+std::size_t FirstMet(const pb::CastRaysResponse& response, std::size_t middle) {
+  constexpr double kSame_m = 1e-6;
+  std::size_t first = middle;
+  for (std::size_t row = middle + 1; row < middle + kPadPlaces.size(); ++row) {
+    if (response.hit()[row] == 0) continue;
+    const double sooner_m =
+        At<double>(response.distance_m(), first) - At<double>(response.distance_m(), row);
+    if (sooner_m > kSame_m) first = row;
+  }
+  return first;
 }
 
 // Which attempts are still worth a question.
@@ -231,8 +258,9 @@ void Assessor::ReadContacts(const pb::CastRaysResponse& response, std::size_t fi
       answer.fault = Fault::kMisses;
       return;
     }
+    const std::size_t first = FirstMet(response, middle);
     const std::string held =
-        response.objects(At<std::int32_t>(response.object_index(), middle)).name();
+        response.objects(At<std::int32_t>(response.object_index(), first)).name();
     if (answer.held.empty()) answer.held = held;
     const std::string& wanted = attempts_[i].target.empty() ? answer.held : attempts_[i].target;
     if (held != wanted) {
@@ -240,21 +268,20 @@ void Assessor::ReadContacts(const pb::CastRaysResponse& response, std::size_t fi
       answer.culprit = held;
       return;
     }
-    const Vector3d inward_W = side == 0 ? closing_W : Vector3d(-closing_W);
+    travel_m[side] = At<double>(response.distance_m(), first);
+    const auto& [y, z] = kPadPlaces[first - middle];
+    const double direction = side == 0 ? 1 : -1;
     Contact& contact = answer.contacts[side];
-    contact.normal_W = {At<double>(response.normal(), 3 * middle),
-                        At<double>(response.normal(), 3 * middle + 1),
-                        At<double>(response.normal(), 3 * middle + 2)};
-    const double depth_m = At<double>(response.distance_m(), middle);
     contact.point_W =
-        attempts_[i].X_WG.translation() + (depth_m - question_.gripper.opening_m / 2) * inward_W;
-    contact.angle_rad = std::acos(std::clamp(-contact.normal_W.dot(inward_W), -1.0, 1.0));
-    contact.part = At<std::int32_t>(response.object_part(), middle);
-    travel_m[side] = depth_m;
-    for (std::size_t place = 1; place < kPadPlaces.size(); ++place) {
-      if (response.hit()[middle + place] == 0) continue;
-      travel_m[side] = std::min(travel_m[side], At<double>(response.distance_m(), middle + place));
-    }
+        attempts_[i].X_WG * Vector3d(direction * (travel_m[side] - question_.gripper.opening_m / 2),
+                                     y * question_.gripper.finger_width_m / 2,
+                                     z * question_.gripper.pad_length_m / 2);
+    contact.normal_W = {At<double>(response.normal(), 3 * first),
+                        At<double>(response.normal(), 3 * first + 1),
+                        At<double>(response.normal(), 3 * first + 2)};
+    contact.angle_rad =
+        std::acos(std::clamp(-contact.normal_W.dot(direction * closing_W), -1.0, 1.0));
+    contact.part = At<std::int32_t>(response.object_part(), first);
   }
   answer.width_m = question_.gripper.opening_m - travel_m[0] - travel_m[1];
   answer.off_centre_m = std::abs(travel_m[0] - travel_m[1]) / 2;

@@ -29,7 +29,7 @@ struct Attempt {
   std::string target = {};  // the object to be taken; empty: whatever both pads meet first
 };
 
-// Where a pad's middle line meets the target.
+// Where a flat pad meets the target first.
 struct Contact {
   Eigen::Vector3d point_W = Eigen::Vector3d::Zero();
   Eigen::Vector3d normal_W = Eigen::Vector3d::Zero();  // outward
@@ -54,9 +54,10 @@ struct Assessment {
   double off_centre_m = 0;               // how far the object is pushed until both have
 };
 
-// One assessment for each attempt. The motions of all are asked in batches, certified, not sampled;
-// then, for what is left, whether the closing fingers meet anything but the target, and rays from the
-// pads: from the middle and, near their borders, from four places more.
+// One assessment for each attempt. First whether the open gripper has room at the grasp, then its
+// motions, certified, not sampled, then whether the closing fingers meet anything but the target, and
+// rays from 15 places of each pad: that of the middle has to hit, and the first place that meets the
+// target has to hold it within friction.
 absl::StatusOr<std::vector<Assessment>> Assess(const client::Connection& connection,
                                                const Question& question,
                                                const std::vector<Attempt>& attempts);

@@ -24,19 +24,21 @@ Candidates SamplePart(const pb::ShapePart& part, const SamplerOptions& options) 
   return {};
 }
 
-// One standard deviation of the width. Fits tell it of the radius, last, and of the edges of boxes;
-// where they do not, both walls are off by the noise of the points around them.
+// One standard deviation of the width. Fits tell it of the radius, last, and of the edges of boxes,
+// where 0 says that an end was not seen: then the edge is a guess, off by a centimetre and more.
+// Where they do not tell, both walls are off by the noise of the points around them.
 double WidthSigma_m(const pb::ShapePart& part, const Vector3d& closing_S) {
+  constexpr double kGuessed_m = 0.01;
   const auto& sigma = part.fit().parameter_sigma();
-  double sigma_m = 0;
   if (part.has_box() && sigma.size() == 3) {
     int axis = 0;
     closing_S.cwiseAbs().maxCoeff(&axis);
-    sigma_m = sigma[axis];
-  } else if ((part.has_cylinder() || part.has_sphere()) && !sigma.empty()) {
-    sigma_m = 2 * sigma[sigma.size() - 1];
+    return sigma[axis] > 0 ? sigma[axis] : kGuessed_m;
   }
-  return sigma_m > 0 ? sigma_m : part.fit().rms_m();
+  if ((part.has_cylinder() || part.has_sphere()) && !sigma.empty() && sigma[sigma.size() - 1] > 0) {
+    return 2 * sigma[sigma.size() - 1];
+  }
+  return part.fit().rms_m();
 }
 
 Candidates Placed(Candidates candidates, const Isometry3d& X_WF) {

@@ -19,7 +19,7 @@ struct ClosingLine {
   double tilt_rad = 0;
 };
 
-constexpr int kDirectionsAround = 8;  // edges and corners of a box: 45 degrees apart
+constexpr int kDirectionsAround = 16;  // 22.5 degrees apart: faces and corners of a box among them
 
 // Some direction across the line from which the others are counted.
 Vector3d Across(const Vector3d& direction, const Vector3d& wanted) {
@@ -64,7 +64,8 @@ class Sampler {
     const std::size_t begin = found_.list.size();
     AddAround(line, first_S, way);
     for (std::size_t i = begin; i < found_.list.size(); ++i) {
-      found_.list[i].X_FG.translate(Vector3d(0, 0, -0.3 * options_.gripper.pad_length_m));
+      found_.list[i].drawn_back_m = 0.3 * options_.gripper.pad_length_m;
+      found_.list[i].X_FG.translate(Vector3d(0, 0, -found_.list[i].drawn_back_m));
     }
   }
 

@@ -20,7 +20,8 @@ TEST(SampleObject, CandidatesAreInTheWorld) {
   const Candidates found = SampleObject(BallAt(0.5, 0.1), {});
   ASSERT_FALSE(found.list.empty());
   for (const Candidate& candidate : found.list) {
-    EXPECT_NEAR((candidate.X_FG.translation() - Eigen::Vector3d(0.5, 0, 0.1)).norm(), 0, 1e-12);
+    const Eigen::Vector3d middle = candidate.X_FG * Eigen::Vector3d(0, 0, candidate.drawn_back_m);
+    EXPECT_NEAR((middle - Eigen::Vector3d(0.5, 0, 0.1)).norm(), 0, 1e-12);
   }
 }
 
@@ -30,6 +31,16 @@ TEST(SampleObject, SigmaOfTheWidthIsTwiceThatOfTheRadius) {
     ball.mutable_shapes(0)->mutable_fit()->add_parameter_sigma(sigma);
   }
   EXPECT_DOUBLE_EQ(SampleObject(ball, {}).list.front().sigma_m, 0.001);
+}
+
+TEST(SampleObject, EdgesOfWhichNoEndWasSeenAreGuesses) {
+  cwm::v1::Object object;
+  cwm::v1::ShapePart& part = *object.add_shapes();
+  part.mutable_box()->set_size_x_m(0.05);
+  part.mutable_box()->set_size_y_m(1);
+  part.mutable_box()->set_size_z_m(1);
+  for (const double sigma : {0.0, 0.001, 0.001}) part.mutable_fit()->add_parameter_sigma(sigma);
+  EXPECT_DOUBLE_EQ(SampleObject(object, {}).list.front().sigma_m, 0.01);
 }
 
 TEST(SampleObject, NothingKnownMakesNoCandidates) {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <numbers>
 
 namespace cwm::grasp {
 namespace {
@@ -22,7 +23,8 @@ void ExpectPadsOnSurface(const Candidates& candidates,
     EXPECT_NEAR((R.transpose() * R - Eigen::Matrix3d::Identity()).norm(), 0, 1e-12);
     EXPECT_NEAR(R.determinant(), 1, 1e-12);
     for (const double side : {-0.5, 0.5}) {
-      const Vector3d pad = candidate.X_FG * Vector3d(side * candidate.width_m, 0, 0);
+      const Vector3d pad =
+          candidate.X_FG * Vector3d(side * candidate.width_m, 0, candidate.drawn_back_m);
       EXPECT_NEAR(distance_m(pad), 0, 1e-9) << candidate.way;
     }
   }
@@ -58,8 +60,9 @@ TEST(SampleBox, PadsTouchOppositeFacesFromAllSides) {
     EXPECT_NEAR(std::abs(candidate.X_FG.linear()(0, 0)), 1, kExact_m);  // the only axis that fits
     EXPECT_DOUBLE_EQ(candidate.width_m, 0.05);
   }
-  for (const Vector3d& approach : {Vector3d(0, 1, 0), Vector3d(0, -1, 0), Vector3d(0, 0, 1),
-                                   Vector3d(0, 0, -1), Vector3d(0, M_SQRT1_2, M_SQRT1_2)}) {
+  for (const Vector3d& approach :
+       {Vector3d(0, 1, 0), Vector3d(0, -1, 0), Vector3d(0, 0, 1), Vector3d(0, 0, -1),
+        Vector3d(0, std::numbers::sqrt2 / 2, std::numbers::sqrt2 / 2)}) {
     EXPECT_TRUE(HasApproach(found, approach)) << approach.transpose();
   }
 }
