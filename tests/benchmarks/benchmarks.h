@@ -54,8 +54,13 @@ struct Seeds {
 inline constexpr Seeds kSeedsOfShapes{0, 250};
 inline constexpr Seeds kSeedsOfShapesQuickly{0, 20};
 inline constexpr Seeds kSeedsOfHandles{0, 100};
+inline constexpr Seeds kSeedsOfGrasps{1000, 60};
 void MeasureShapesOn(const Seeds& seeds, Report& report);
 void MeasureHandlesOn(const Seeds& seeds, Report& report);
+
+// The best grasps of things on simulated tables, judged by the truth: grasp_success.
+void MeasureGrasps(Report& report);
+void MeasureGraspsOn(const Seeds& seeds, Report& report);
 
 // Real scans through the running server and PCL's chain with the same outputs: seg_learn_wov,
 // seg_learn_fus, seg_learn_fos, seg_learn_f1, scan_ms, scan_p95_ms, pcl_full_ratio.

@@ -44,7 +44,8 @@ const std::map<std::string, std::vector<std::function<void(Report&)>>>& Groups()
       {"collision-latency", {MeasureRobotLatency}},
       {"collision-samples", {MeasureSamples}},
       {"collision-worlds", {MeasureWorlds, MeasurePublishing}},
-      {"people", {MeasurePython, MeasurePlanning, MeasureViewer}},
+      {"people", {MeasurePython, MeasurePlanning, MeasureGrasps, MeasureViewer}},
+      {"people-grasps", {MeasureGrasps}},
       {"people-planner", {MeasurePlanning}},
       {"people-viewer", {MeasureViewer}},
   };

@@ -1,0 +1,255 @@
+#include "clients/grasp/plan_grasps.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <numeric>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "clients/grasp/sample_object.h"
+
+namespace cwm::grasp {
+namespace {
+
+namespace pb = cwm::v1;
+
+absl::Status CheckRange(const char* option, double value, double least, double most,
+                        const char* rule) {
+  if (std::isfinite(value) && value >= least && value <= most) return absl::OkStatus();
+  return absl::InvalidArgumentError(absl::StrCat(option, ": ", value, " must be ", rule));
+}
+
+struct ReadWorld {
+  std::string world_uid;
+  std::int64_t revision = 0;
+  std::map<std::string, pb::Object> objects;
+};
+
+absl::StatusOr<ReadWorld> Read(const client::Connection& connection, const std::string& world) {
+  pb::ListObjectsRequest request;
+  request.set_world(world);
+  request.set_view(pb::OBJECT_VIEW_FULL);
+  ReadWorld read;
+  do {
+    const auto page =
+        connection.Call(&pb::WorldService::Stub::ListObjects, connection.worlds(), request);
+    if (!page.ok()) return page.status();
+    read.world_uid = page->world_uid();
+    read.revision = page->revision();
+    for (const pb::Object& object : page->objects()) read.objects[object.name()] = object;
+    request.set_page_token(page->next_page_token());
+  } while (!request.page_token().empty());
+  return read;
+}
+
+// Letters to change, add or leave out.
+std::size_t EditDistance(const std::string& a, const std::string& b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  std::iota(row.begin(), row.end(), 0);
+  for (std::size_t i = 1; i <= a.size(); ++i) {
+    std::size_t diagonal = row[0];
+    row[0] = i;
+    for (std::size_t j = 1; j <= b.size(); ++j) {
+      const std::size_t changed = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
+      diagonal = row[j];
+      row[j] = std::min({row[j] + 1, row[j - 1] + 1, changed});
+    }
+  }
+  return row.back();
+}
+
+absl::Status Unknown(const std::string& name, const ReadWorld& world) {
+  std::string nearest;
+  std::size_t least = name.size() / 2 + 1;  // farther away is another word
+  for (const auto& [known, object] : world.objects) {
+    const std::size_t distance = EditDistance(name, known);
+    if (distance >= least) continue;
+    least = distance;
+    nearest = known;
+  }
+  std::string message = absl::StrCat("object \"", name, "\" is not in the world");
+  if (!nearest.empty()) absl::StrAppend(&message, "; did you mean \"", nearest, "\"?");
+  return absl::NotFoundError(message);
+}
+
+// Why nobody takes such an object; empty: it can be.
+std::string Untakeable(const pb::Object& object) {
+  if (object.kind() == pb::OBJECT_KIND_SUPPORT) return "is a support: it stays where it is";
+  if (object.kind() == pb::OBJECT_KIND_UNSEEN) return "is unseen space: nothing is known of it";
+  if (!object.has_bounds()) return "has no bounds: it reaches without end";
+  if (!object.attached_to().empty()) return absl::StrCat("is held by ", object.attached_to());
+  return "";
+}
+
+absl::StatusOr<std::vector<pb::Object>> Targets(const PlanRequest& request,
+                                                const ReadWorld& world) {
+  std::vector<pb::Object> targets;
+  if (request.objects.empty()) {
+    for (const auto& [name, object] : world.objects) {
+      const bool unexplained = object.kind() == pb::OBJECT_KIND_RESIDUAL;
+      if (!unexplained && Untakeable(object).empty()) targets.push_back(object);
+    }
+    return targets;
+  }
+  std::map<std::string, pb::Object> wanted;  // each once, by name
+  for (const std::string& name : request.objects) {
+    const auto found = world.objects.find(name);
+    if (found == world.objects.end()) return Unknown(name, world);
+    const std::string why = Untakeable(found->second);
+    if (!why.empty()) {
+      return absl::InvalidArgumentError(absl::StrCat("object \"", name, "\" ", why));
+    }
+    wanted[name] = found->second;
+  }
+  for (const auto& [name, object] : wanted) targets.push_back(object);
+  return targets;
+}
+
+// "71 by table, 12 by its own shape": what stands in the way, the most first.
+std::string Blockers(const ObjectPlan& plan) {
+  std::vector<std::pair<std::int64_t, std::string>> blockers;
+  for (const auto& [name, count] : plan.blocked_by) {
+    const bool own = name == plan.object.name();
+    blockers.emplace_back(count, own ? "its own shape" : name.empty() ? "what is unsure" : name);
+  }
+  std::stable_sort(blockers.begin(), blockers.end(),
+                   [](const auto& a, const auto& b) { return a.first > b.first; });
+  std::string text;
+  for (const auto& [count, name] : blockers) {
+    absl::StrAppend(&text, text.empty() ? "" : ", ", count, " by ", name);
+  }
+  return text;
+}
+
+std::string WhyNone(const Candidates& candidates, const ObjectPlan& plan,
+                    const PlanRequest& request) {
+  const double most_m = request.gripper.opening_m - 2 * request.clearance_m;
+  if (plan.tried_count > 0) {
+    std::int64_t blocked = 0;
+    for (const auto& [name, count] : plan.blocked_by) blocked += count;
+    if (2 * blocked >= plan.tried_count) {
+      return absl::StrFormat("no free approach: %d of %d blocked, %s", blocked, plan.tried_count,
+                             Blockers(plan));
+    }
+    return absl::StrFormat("no hold: the pads of %d of %d slip or miss", plan.tried_count - blocked,
+                           plan.tried_count);
+  }
+  if (candidates.narrowest_m > most_m) {
+    return absl::StrFormat("too wide by %.1f mm: %.1f mm at its narrowest, %.1f mm fit",
+                           1e3 * (candidates.narrowest_m - most_m), 1e3 * candidates.narrowest_m,
+                           1e3 * most_m);
+  }
+  if (candidates.least_tilt_rad >= 0) {
+    return absl::StrFormat("slips: its wall is tilted by %.1f deg, friction %.2g holds %.1f deg",
+                           candidates.least_tilt_rad * 180 / std::numbers::pi, request.friction,
+                           std::atan(request.friction) * 180 / std::numbers::pi);
+  }
+  return "no opposite surfaces are known of it";
+}
+
+// The same to a robot: some millimetres and degrees apart, or half a turn about the approach.
+bool NearlySame(const Grasp& a, const Grasp& b) {
+  constexpr double kNear_m = 0.005, kNear_rad = 0.35;
+  const Eigen::Isometry3d& X_WA = a.candidate.X_FG;
+  const Eigen::Isometry3d& X_WB = b.candidate.X_FG;
+  if ((X_WA.translation() - X_WB.translation()).norm() > kNear_m) return false;
+  const Eigen::Matrix3d R_AB = X_WA.linear().transpose() * X_WB.linear();
+  const Eigen::AngleAxisd as_is(R_AB);
+  const Eigen::AngleAxisd turned(R_AB * Eigen::Vector3d(-1, -1, 1).asDiagonal());
+  return std::min(std::abs(as_is.angle()), std::abs(turned.angle())) < kNear_rad;
+}
+
+// The best first, each unlike all that are better.
+std::vector<Grasp> Best(std::vector<Grasp> grasps, int most) {
+  std::stable_sort(grasps.begin(), grasps.end(),
+                   [](const Grasp& a, const Grasp& b) { return a.score > b.score; });
+  std::vector<Grasp> best;
+  for (const Grasp& grasp : grasps) {
+    if (best.size() == static_cast<std::size_t>(most)) break;
+    const bool known = std::any_of(best.begin(), best.end(),
+                                   [&](const Grasp& better) { return NearlySame(better, grasp); });
+    if (!known) best.push_back(grasp);
+  }
+  return best;
+}
+
+// Which attempts are of which object.
+struct Share {
+  Candidates candidates;
+  std::size_t first_attempt = 0;
+};
+
+ObjectPlan PlanOf(const pb::Object& object, const Share& share,
+                  const std::vector<Assessment>& assessments, const PlanRequest& request,
+                  const Question& question) {
+  ObjectPlan plan{.object = object};
+  plan.tried_count = static_cast<std::int64_t>(share.candidates.list.size());
+  for (std::size_t i = 0; i < share.candidates.list.size(); ++i) {
+    const Assessment& assessment = assessments[share.first_attempt + i];
+    if (assessment.fault == Fault::kBlocked) ++plan.blocked_by[assessment.culprit];
+    if (assessment.fault != Fault::kNone) continue;
+    Grasp grasp{.candidate = share.candidates.list[i], .assessment = assessment};
+    grasp.factors = FactorsOf(grasp.candidate, assessment, object, question);
+    grasp.score = ScoreOf(grasp.factors);
+    plan.grasps.push_back(grasp);
+  }
+  plan.free_count = static_cast<std::int64_t>(plan.grasps.size());
+  plan.grasps = Best(std::move(plan.grasps), request.top);
+  if (plan.free_count == 0) plan.why = WhyNone(share.candidates, plan, request);
+  return plan;
+}
+
+}  // namespace
+
+absl::Status Validate(const PlanRequest& request) {
+  for (const absl::Status& status :
+       {Validate(request.gripper), CheckRange("--friction", request.friction, 0, 10, "0 to 10"),
+        CheckRange("--approach", request.approach_m, 0, 1, "0 to 1 m"),
+        CheckRange("--clearance", request.clearance_m, 0, request.gripper.opening_m / 2,
+                   "0 to half of --opening"),
+        CheckRange("--top", request.top, 1, 10000, "1 to 10000")}) {
+    if (!status.ok()) return status;
+  }
+  return absl::OkStatus();
+}
+
+Question QuestionOf(const PlanRequest& request, const Plan& plan) {
+  return {.world = request.world,
+          .world_uid = plan.world_uid,
+          .revision = plan.revision,
+          .gripper = request.gripper,
+          .friction = request.friction,
+          .approach_m = request.approach_m,
+          .clearance_m = request.clearance_m};
+}
+
+absl::StatusOr<Plan> PlanGrasps(const client::Connection& connection, const PlanRequest& request) {
+  if (absl::Status status = Validate(request); !status.ok()) return status;
+  const auto world = Read(connection, request.world);
+  if (!world.ok()) return world.status();
+  const auto targets = Targets(request, *world);
+  if (!targets.ok()) return targets.status();
+
+  Plan plan{.world_uid = world->world_uid, .revision = world->revision, .objects = {}};
+  const SamplerOptions options{
+      .gripper = request.gripper, .friction = request.friction, .least_gap_m = request.clearance_m};
+  std::vector<Share> shares;
+  std::vector<Attempt> attempts;
+  for (const pb::Object& object : *targets) {
+    Share share{.candidates = SampleObject(object, options), .first_attempt = attempts.size()};
+    for (const Candidate& candidate : share.candidates.list) {
+      attempts.push_back({.X_WG = candidate.X_FG, .target = object.name()});
+    }
+    shares.push_back(std::move(share));
+  }
+  const Question question = QuestionOf(request, plan);
+  const auto assessments = Assess(connection, question, attempts);
+  if (!assessments.ok()) return assessments.status();
+  for (std::size_t i = 0; i < targets->size(); ++i) {
+    plan.objects.push_back(PlanOf((*targets)[i], shares[i], *assessments, request, question));
+  }
+  return plan;
+}
+
+}  // namespace cwm::grasp

@@ -1,0 +1,70 @@
+#include "clients/grasp/quality.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "clients/grasp/sample_object.h"
+
+namespace cwm::grasp {
+namespace {
+
+namespace pb = cwm::v1;
+using Eigen::Vector3d;
+
+constexpr double kWorst = 0.05;      // of a factor: a bad grasp still ranks above a worse one
+constexpr double kUnseenPart = 0.2;  // completed where nothing was measured, by symmetry or support
+
+double Share(double value) { return std::clamp(value, kWorst, 1.0); }
+
+double ObservedShare(const pb::Object& object, int part) {
+  if (part < 0 || part >= object.shapes_size()) return 1;  // a mesh of measured points
+  const pb::ShapePart& shape = object.shapes(part);
+  if (shape.role() == pb::PART_ROLE_COMPLETED) return kUnseenPart;
+  return shape.has_fit() ? shape.fit().observed_fraction() : 1.0;
+}
+
+Vector3d MiddleOf(const pb::Object& object) {
+  const Eigen::Isometry3d X_WO = ToIsometry(object.x_world_object());
+  if (!object.has_bounds()) return X_WO.translation();
+  return X_WO * ToIsometry(object.bounds().x_object_box()).translation();
+}
+
+double DistanceToLine_m(const Vector3d& point, const Vector3d& origin, const Vector3d& direction) {
+  return (point - origin).cross(direction).norm();
+}
+
+}  // namespace
+
+Factors FactorsOf(const Candidate& candidate, const Assessment& assessment,
+                  const pb::Object& object, const Question& question) {
+  constexpr double kLever_m = 0.05;       // halves the factor: fingers of 2 cm hold no long lever
+  constexpr double kEnoughRoom_m = 0.01;  // the errors of a depth camera at 1 m, three times
+  constexpr double kPush_m = 0.01;        // halves the factor: small things topple when pushed more
+  const Eigen::Isometry3d& X_WG = candidate.X_FG;
+  const auto& [a, b] = assessment.contacts;
+  const double cone_rad = std::atan(question.friction);
+  const double lever_m =
+      DistanceToLine_m(MiddleOf(object), X_WG.translation(), X_WG.linear().col(0));
+  const double gap_m = (question.gripper.opening_m - assessment.width_m) / 2;
+  return {
+      .antipodal = Share(1 - std::max(a.angle_rad, b.angle_rad) / std::max(cone_rad, 1e-9)),
+      .centred = Share(1 / (1 + lever_m / kLever_m)),
+      .observed = Share(0.5 * (ObservedShare(object, a.part) + ObservedShare(object, b.part))),
+      .clearance = Share(assessment.clearance_m / kEnoughRoom_m),
+      .width = Share(gap_m / (3 * candidate.sigma_m + kEnoughRoom_m / 2)),
+      .upright = Share((1 - X_WG.linear()(2, 2)) / 2),
+      .still = Share(1 / (1 + assessment.off_centre_m / kPush_m)),
+  };
+}
+
+double ScoreOf(const Factors& factors) {
+  // Whether it holds and gets there counts twice as much as what it is preferred for.
+  const double log_score = 2 * std::log(factors.antipodal) + 1 * std::log(factors.centred) +
+                           1 * std::log(factors.observed) + 2 * std::log(factors.clearance) +
+                           2 * std::log(factors.width) + 1 * std::log(factors.upright) +
+                           1 * std::log(factors.still);
+  constexpr double kWeights = 10;
+  return std::exp(log_score / kWeights);
+}
+
+}  // namespace cwm::grasp

@@ -1,0 +1,149 @@
+#include "clients/grasp/sample_shape.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <numbers>
+
+namespace cwm::grasp {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kExact_m = 1e-12;
+
+// Both pads touch: the surface lies at either end of the closing line, and no nearer.
+void ExpectPadsOnSurface(const Candidates& candidates,
+                         const std::function<double(const Vector3d&)>& distance_m) {
+  ASSERT_FALSE(candidates.list.empty());
+  for (const Candidate& candidate : candidates.list) {
+    const Eigen::Matrix3d R = candidate.X_FG.linear();
+    EXPECT_NEAR((R.transpose() * R - Eigen::Matrix3d::Identity()).norm(), 0, 1e-12);
+    EXPECT_NEAR(R.determinant(), 1, 1e-12);
+    for (const double side : {-0.5, 0.5}) {
+      const Vector3d pad =
+          candidate.X_FG * Vector3d(side * candidate.width_m, 0, candidate.drawn_back_m);
+      EXPECT_NEAR(distance_m(pad), 0, 1e-9) << candidate.way;
+    }
+  }
+}
+
+bool HasApproach(const Candidates& candidates, const Vector3d& approach) {
+  return std::any_of(candidates.list.begin(), candidates.list.end(), [&](const Candidate& c) {
+    return (c.X_FG.linear().col(2) - approach).norm() < 1e-9;
+  });
+}
+
+cwm::v1::Box MakeBox(double x_m, double y_m, double z_m) {
+  cwm::v1::Box box;
+  box.set_size_x_m(x_m);
+  box.set_size_y_m(y_m);
+  box.set_size_z_m(z_m);
+  return box;
+}
+
+cwm::v1::Cone MakeCone(double bottom_m, double top_m, double length_m) {
+  cwm::v1::Cone cone;
+  cone.set_radius_bottom_m(bottom_m);
+  cone.set_radius_top_m(top_m);
+  cone.set_length_m(length_m);
+  return cone;
+}
+
+TEST(SampleBox, PadsTouchOppositeFacesFromAllSides) {
+  const Candidates found = SampleBox(MakeBox(0.05, 0.2, 0.3), {});
+  const Vector3d half(0.025, 0.1, 0.15);
+  ExpectPadsOnSurface(found, [&](const Vector3d& p) { return (p.cwiseAbs() - half).maxCoeff(); });
+  for (const Candidate& candidate : found.list) {
+    EXPECT_NEAR(std::abs(candidate.X_FG.linear()(0, 0)), 1, kExact_m);  // the only axis that fits
+    EXPECT_DOUBLE_EQ(candidate.width_m, 0.05);
+  }
+  for (const Vector3d& approach :
+       {Vector3d(0, 1, 0), Vector3d(0, -1, 0), Vector3d(0, 0, 1), Vector3d(0, 0, -1),
+        Vector3d(0, std::numbers::sqrt2 / 2, std::numbers::sqrt2 / 2)}) {
+    EXPECT_TRUE(HasApproach(found, approach)) << approach.transpose();
+  }
+}
+
+TEST(SampleBox, OpeningLessTwoGapsIsTheLimit) {
+  const SamplerOptions options{.gripper = {.opening_m = 0.08}, .least_gap_m = 0.002};
+  EXPECT_FALSE(SampleBox(MakeBox(0.99 * 0.076, 1, 1), options).list.empty());
+  const Candidates none = SampleBox(MakeBox(1.01 * 0.076, 1, 1), options);
+  EXPECT_TRUE(none.list.empty());
+  EXPECT_DOUBLE_EQ(none.narrowest_m, 1.01 * 0.076);
+}
+
+TEST(SampleCylinder, PadsTouchAcrossTheWallAndTheEnds) {
+  cwm::v1::Cylinder cylinder;
+  cylinder.set_radius_m(0.03);
+  cylinder.set_length_m(0.07);
+  const Candidates found = SampleCylinder(cylinder, {});
+  ExpectPadsOnSurface(found, [](const Vector3d& p) {
+    return std::max(std::hypot(p.x(), p.y()) - 0.03, std::abs(p.z()) - 0.035);
+  });
+  EXPECT_TRUE(HasApproach(found, -Vector3d::UnitZ()));
+  EXPECT_TRUE(std::any_of(found.list.begin(), found.list.end(),
+                          [](const Candidate& c) { return c.way == "cylinder ends"; }));
+}
+
+TEST(SampleCone, WidthIsTheLocalOneAndTiltIsThatOfTheWall) {
+  const Candidates found = SampleCone(MakeCone(0.02, 0.03, 0.1), {});
+  ExpectPadsOnSurface(
+      found, [](const Vector3d& p) { return std::hypot(p.x(), p.y()) - (0.025 + 0.1 * p.z()); });
+  EXPECT_NEAR(found.list.front().tilt_rad, std::atan(0.1), kExact_m);
+}
+
+TEST(SampleCone, FrictionLimitsTheTilt) {
+  // The wall falls by 0.4 of its height: just what friction 0.4 holds.
+  const auto wall = [](double slope) { return MakeCone(0.005 + slope * 0.06, 0.005, 0.06); };
+  EXPECT_FALSE(SampleCone(wall(0.99 * 0.4), {.friction = 0.4}).list.empty());
+  const Candidates slippery = SampleCone(wall(1.01 * 0.4), {.friction = 0.4});
+  for (const Candidate& candidate : slippery.list) EXPECT_EQ(candidate.way, "cone ends");
+  EXPECT_NEAR(slippery.least_tilt_rad, std::atan(1.01 * 0.4), kExact_m);
+}
+
+TEST(SampleSphere, EveryLineRunsThroughTheMiddle) {
+  cwm::v1::Sphere sphere;
+  sphere.set_radius_m(0.035);
+  const Candidates found = SampleSphere(sphere, {});
+  ExpectPadsOnSurface(found, [](const Vector3d& p) { return p.norm() - 0.035; });
+  EXPECT_TRUE(HasApproach(found, -Vector3d::UnitZ()));
+}
+
+TEST(SampleVessel, OneFingerInsideAndOneOutsideOfTheRim) {
+  cwm::v1::Vessel vessel;
+  vessel.set_height_m(0.1);
+  vessel.set_foot_radius_m(0.06);
+  vessel.set_rim_radius_m(0.06);
+  const auto add = [](auto* profile, double x, double y) {
+    cwm::v1::Vector2& point = *profile->Add();
+    point.set_x(x);
+    point.set_y(y);
+  };
+  add(vessel.mutable_outer_profile(), 0.06, -0.05);
+  add(vessel.mutable_outer_profile(), 0.06, 0.05);
+  add(vessel.mutable_inner_profile(), 0.056, 0.05);
+  add(vessel.mutable_inner_profile(), 0.056, -0.046);
+  add(vessel.mutable_inner_profile(), 0, -0.046);
+  const Candidates found = SampleVessel(vessel, {});
+  ASSERT_FALSE(found.list.empty());  // 120 mm wide as a whole: rims alone
+  for (const Candidate& candidate : found.list) {
+    EXPECT_EQ(candidate.way, "rim");
+    EXPECT_NEAR(candidate.width_m, 0.004, kExact_m);
+    EXPECT_NEAR(candidate.X_FG.translation().head<2>().norm(), 0.058, kExact_m);
+    EXPECT_NEAR(candidate.X_FG.linear()(2, 2), -1, kExact_m);
+  }
+}
+
+TEST(SampleHandle, ClosesAcrossItsLength) {
+  const Candidates found = SampleHandle(MakeBox(0.012, 0.03, 0.08), Vector3d::UnitZ(), {});
+  ASSERT_FALSE(found.list.empty());
+  for (const Candidate& candidate : found.list) {
+    EXPECT_NEAR(candidate.X_FG.linear()(2, 0), 0, kExact_m);
+  }
+}
+
+}  // namespace
+}  // namespace cwm::grasp
