@@ -139,6 +139,17 @@ std::vector<Candidate> CandidatesFor(const CLI::App& app, const std::vector<std:
   return candidates;
 }
 
+std::string ValueGiven(const CLI::App& app, const std::vector<std::string>& words,
+                       const std::string& option) {
+  const CLI::Option* const wanted = app.get_option(option);
+  std::string value;
+  for (std::size_t i = 0; i + 2 < words.size(); ++i) {  // the last is being typed
+    const bool is_it = absl::StartsWith(words[i], "-") && wanted->check_name(words[i]);
+    if (is_it) value = words[i + 1];
+  }
+  return value;
+}
+
 const char* CompletionScript(const std::string& shell) {
   static const std::map<std::string, const char*> scripts = {{"bash", R"script(# cwm completion bash
 _cwm() {
@@ -161,7 +172,11 @@ _cwm() {
     _files
   fi
 }
-compdef _cwm cwm
+if [[ $funcstack[1] == _cwm ]]; then  # loaded by the first completion
+  _cwm "$@"
+else
+  compdef _cwm cwm
+fi
 )script"},
                                                              {"fish", R"script(# cwm completion fish
 complete -c cwm -k -a '(cwm __complete (commandline -opc)[2..-1] (commandline -ct) 2>/dev/null)'

@@ -23,6 +23,10 @@ using NameSource = std::function<std::vector<std::string>(Named)>;
 std::vector<Candidate> CandidatesFor(const CLI::App& app, const std::vector<std::string>& words,
                                      const NameSource& names);
 
+// The value of an option of all commands that the words give, as "--world", "-w"; empty: none.
+std::string ValueGiven(const CLI::App& app, const std::vector<std::string>& words,
+                       const std::string& option);
+
 // The script that a shell evaluates: it asks `cwm __complete WORD...` each time. nullptr for a
 // shell that is not bash, zsh or fish.
 const char* CompletionScript(const std::string& shell);

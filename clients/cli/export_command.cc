@@ -106,7 +106,8 @@ absl::Status Export(Session& session, const ExportArguments& arguments) {
     session.streams.out << "exported " << Bytes(static_cast<double>(exported->bytes.size()))
                         << " to " << arguments.file;
     if (!exported->files.empty()) {
-      session.streams.out << " and " << exported->files.size() << " meshes beside it";
+      const std::size_t count = exported->files.size();
+      session.streams.out << " and " << count << (count == 1 ? " mesh" : " meshes") << " beside it";
     }
     session.streams.out << ", revision " << exported->revision << "\n";
   });

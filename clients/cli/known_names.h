@@ -10,7 +10,7 @@ namespace cwm::cli {
 
 enum class Named { kObject, kRobot, kWorld };
 
-// At most a thousand; empty where the server does not answer within half a second.
+// At most ten thousand; empty where the server does not answer within half a second.
 std::vector<std::string> KnownNames(const Session& session, Named what);
 
 }  // namespace cwm::cli

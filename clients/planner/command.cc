@@ -127,7 +127,7 @@ PlanExit ExitOf(const PlanReport& report) {
 }
 
 // What is to be said of an outcome beside its name.
-absl::StatusOr<std::string> Reason(const client::Connection& connection, const Task& task,
+absl::StatusOr<std::string> Reason(QueryStream& stream, const Task& task,
                                    const PlanResult& result) {
   switch (result.outcome) {
     case Outcome::kSolved:
@@ -136,9 +136,9 @@ absl::StatusOr<std::string> Reason(const client::Connection& connection, const T
       return absl::StrCat("none was found in ", task.options.time_limit_s,
                           " s (--time); there may be none");
     case Outcome::kStartInCollision:
-      return WhatCollides(connection, task.question, task.problem.start);
+      return WhatCollides(stream, task.question, task.problem.start);
     case Outcome::kGoalInCollision:
-      return WhatCollides(connection, task.question, task.problem.goal);
+      return WhatCollides(stream, task.question, task.problem.goal);
     case Outcome::kStartOutOfLimits:
     case Outcome::kGoalOutOfLimits:
       break;
@@ -159,17 +159,18 @@ struct Planned {
 // second try fails seldom, a third hardly ever.
 constexpr int kMostTries = 5;
 
-absl::StatusOr<Planned> PlanCertified(const client::Connection& connection, const Task& task,
-                                      bool certify) {
-  ServerChecker checker(connection, task.question);
+absl::StatusOr<Planned> PlanCertified(QueryStream& stream, const Task& task, bool certify) {
+  ServerChecker checker(stream, task.question);
   PlanOptions options = task.options;
   Planned planned;
   for (int tried = 0; tried < kMostTries; ++tried, ++options.seed) {
     auto result = PlanMotion(task.problem, checker, options);
     if (!result.ok()) return result.status();
+    // A path that is in doubt is more than none.
+    if (result->outcome != Outcome::kSolved && planned.certificate) break;
     planned.result = *std::move(result);
     if (!certify || planned.result.outcome != Outcome::kSolved) break;
-    auto certificate = Certify(connection, task.question, planned.result.path);
+    auto certificate = Certify(stream, task.question, planned.result.path);
     if (!certificate.ok()) return certificate.status();
     planned.certificate = *std::move(certificate);
     if (planned.certificate->verdict == v1::MOTION_VERDICT_FREE) break;
@@ -186,10 +187,11 @@ absl::StatusOr<PlanExit> Plan(const Arguments& arguments, std::ostream& out, std
   const auto task = ReadTask(connection, arguments.task, warnings);
   for (const std::string& warning : warnings) err << "cwm-plan: warning: " << warning << "\n";
   if (!task.ok()) return task.status();
-  const auto planned = PlanCertified(connection, *task, arguments.certify);
+  QueryStream stream(connection);
+  const auto planned = PlanCertified(stream, *task, arguments.certify);
   if (!planned.ok()) return planned.status();
   const PlanResult& result = planned->result;
-  auto why = Reason(connection, *task, result);
+  auto why = Reason(stream, *task, result);
   if (!why.ok()) return why.status();
   const PlanReport report{.world = task->world,
                           .group = task->group,

@@ -1,6 +1,7 @@
 #include "clients/planner/path_answers.h"
 
 #include <cstring>
+#include <utility>
 
 #include "absl/strings/str_cat.h"
 
@@ -28,35 +29,37 @@ std::string Meeting(const Answer& row) {
 
 }  // namespace
 
-absl::StatusOr<std::string> WhatCollides(const client::Connection& connection,
-                                         v1::CheckCollisionsRequest question, const Row& row) {
+absl::StatusOr<std::string> WhatCollides(QueryStream& stream, v1::CheckCollisionsRequest question,
+                                         const Row& row) {
   AddRow(row, *question.mutable_subject());
   question.mutable_options()->set_result_form(v1::RESULT_FORM_ROWS);
-  const auto answer =
-      connection.Call(&v1::QueryService::Stub::CheckCollisions, connection.queries(), question);
-  if (!answer.ok()) return answer.status();
-  if (answer->rows_size() != 1) return absl::DataLossError("the server answered no row of 1");
-  const std::string meeting = Meeting(answer->rows(0));
+  v1::StreamQueriesRequest request;
+  *request.mutable_check_collisions() = std::move(question);
+  const auto response = stream.Ask(request);
+  if (!response.ok()) return response.status();
+  const v1::CheckCollisionsResponse& answer = response->check_collisions();
+  if (answer.rows_size() != 1) return absl::DataLossError("the server answered no row of 1");
+  const std::string meeting = Meeting(answer.rows(0));
   return meeting.empty()
-             ? absl::StrCat("the verdict is ", v1::Verdict_Name(answer->rows(0).verdict()))
+             ? absl::StrCat("the verdict is ", v1::Verdict_Name(answer.rows(0).verdict()))
              : meeting;
 }
 
-absl::StatusOr<Certificate> Certify(const client::Connection& connection,
-                                    const v1::CheckCollisionsRequest& question,
+absl::StatusOr<Certificate> Certify(QueryStream& stream, const v1::CheckCollisionsRequest& question,
                                     const std::vector<Row>& path) {
-  v1::CheckMotionsRequest request;
+  v1::StreamQueriesRequest asked;
+  v1::CheckMotionsRequest& request = *asked.mutable_check_motions();
   request.set_world(question.world());
   *request.mutable_subject() = question.subject();
   *request.mutable_options() = question.options();
   request.mutable_options()->set_result_form(v1::RESULT_FORM_ROWS);
   for (const Row& row : path) AddRow(row, *request.mutable_subject());
   request.add_path_row_counts(static_cast<std::int32_t>(path.size()));
-  const auto answer =
-      connection.Call(&v1::QueryService::Stub::CheckMotions, connection.queries(), request);
-  if (!answer.ok()) return answer.status();
-  if (answer->rows_size() != 1) return absl::DataLossError("the server answered no motion of 1");
-  const v1::MotionRow& row = answer->rows(0);
+  const auto response = stream.Ask(asked);
+  if (!response.ok()) return response.status();
+  const v1::CheckMotionsResponse& answer = response->check_motions();
+  if (answer.rows_size() != 1) return absl::DataLossError("the server answered no motion of 1");
+  const v1::MotionRow& row = answer.rows(0);
   return Certificate{.verdict = row.verdict(),
                      .clearance_m = row.clearance_m(),
                      .segment = row.segment(),

@@ -11,34 +11,12 @@ namespace {
 // Far below what a message may hold; thousands of states of any robot.
 constexpr std::size_t kMostNumbers = 1 << 18;
 
-// As a unary call has it.
-absl::Status FromError(const v1::QueryError& error) {
-  std::string message = error.message();
-  for (const v1::FieldError& field : error.fields()) {
-    const std::string line = absl::StrCat(field.field(), ": ", field.description());
-    if (line != message) absl::StrAppend(&message, "; ", line);
-  }
-  if (!error.reason().empty()) absl::StrAppend(&message, " (", error.reason(), ")");
-  return absl::Status(static_cast<absl::StatusCode>(error.code()), message);
-}
-
 }  // namespace
 
-ServerChecker::ServerChecker(const client::Connection& connection,
-                             v1::CheckCollisionsRequest question)
-    : stream_(connection.queries().StreamQueries(&context_)) {
+ServerChecker::ServerChecker(QueryStream& stream, v1::CheckCollisionsRequest question)
+    : stream_(stream) {
   *request_.mutable_check_collisions() = std::move(question);
   request_.mutable_check_collisions()->mutable_options()->set_verdicts_only(true);
-}
-
-ServerChecker::~ServerChecker() {
-  if (stream_ == nullptr) return;
-  stream_->WritesDone();
-  v1::StreamQueriesResponse ignored;
-  while (stream_->Read(&ignored)) {
-  }
-  // What went wrong was told by the question that it went wrong with.
-  static_cast<void>(stream_->Finish());
 }
 
 absl::StatusOr<std::vector<std::uint8_t>> ServerChecker::Answer(std::span<const double> rows,
@@ -57,26 +35,18 @@ absl::StatusOr<std::vector<std::uint8_t>> ServerChecker::Answer(std::span<const 
 }
 
 absl::Status ServerChecker::AskPart(std::span<const double> rows, std::vector<std::uint8_t>& free) {
-  request_.set_id(request_.id() + 1);
   v1::JointRows& joint_rows =
       *request_.mutable_check_collisions()->mutable_subject()->mutable_robot()->mutable_rows();
   joint_rows.set_scalar(v1::SCALAR_F64);
   std::string& data = *joint_rows.mutable_data();
   data.resize(rows.size_bytes());
   std::memcpy(data.data(), rows.data(), data.size());
-  v1::StreamQueriesResponse response;
-  if (!stream_->Write(request_) || !stream_->Read(&response)) return EndOfStream();
-  if (response.has_error()) return FromError(response.error());
-  for (const char verdict : response.check_collisions().verdicts()) {
+  const auto response = stream_.Ask(request_);
+  if (!response.ok()) return response.status();
+  for (const char verdict : response->check_collisions().verdicts()) {
     free.push_back(verdict == static_cast<char>(v1::VERDICT_FREE) ? 1 : 0);
   }
   return absl::OkStatus();
-}
-
-absl::Status ServerChecker::EndOfStream() {
-  absl::Status status = client::FromGrpc(stream_->Finish());
-  stream_.reset();
-  return status.ok() ? absl::UnavailableError("the server ended the stream") : status;
 }
 
 }  // namespace cwm::planner

@@ -3,13 +3,17 @@
 #include <tinyxml2.h>
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <functional>
 #include <map>
+#include <set>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "collision/geometry/tessellate.h"
+#include "proto/transfer/sha256.h"
+#include "server/core/error.h"
 #include "server/export/file_bytes.h"
 #include "server/export/notes.h"
 #include "server/export/scene_numbers.h"
@@ -68,15 +72,18 @@ class MeshFiles {
 
   // The name of the file. `of` names the object.
   std::string Add(const PlannerMesh& mesh, const std::string& of) {
-    const auto [at, is_new] = name_of_.try_emplace(mesh.get());
-    if (!is_new) return at->second;
+    std::string& name = name_of_[mesh.get()];
+    if (!name.empty()) return name;
+    std::string bytes = StlOf(*mesh);
+    const auto [same, is_new] = name_of_bytes_.try_emplace(Sha256Hex(bytes));
+    kept_.push_back(mesh);  // its address stays its own
+    if (!is_new) return name = same->second;
     std::string safe = of;
     std::replace(safe.begin(), safe.end(), '/', '_');
     // The number keeps "a/b" and "a_b" apart.
-    at->second = absl::StrCat(folder_, "/", files_.size(), "_", safe, ".stl");
-    files_.push_back({at->second, StlOf(*mesh)});
-    kept_.push_back(mesh);  // its address stays its own
-    return at->second;
+    name = absl::StrCat(folder_, "/", files_.size(), "_", safe, ".stl");
+    files_.push_back({name, std::move(bytes)});
+    return same->second = name;
   }
 
   std::vector<NamedFile> Take() { return std::move(files_); }
@@ -84,15 +91,42 @@ class MeshFiles {
  private:
   std::string folder_;
   std::map<const TriangleMesh*, std::string> name_of_;
+  std::map<std::string, std::string> name_of_bytes_;  // by digest
   std::vector<NamedFile> files_;
   std::vector<PlannerMesh> kept_;
 };
 
-PlannerMesh ConeMesh(const PlannerPrimitive& cone) {
-  return std::make_shared<const TriangleMesh>(
-      Tessellate(Cone{.radius_bottom_m = cone.dimensions_m[1],
-                      .radius_top_m = 0,
-                      .length_m = cone.dimensions_m[0]}));
+// Cones become meshes, those of one size the same; `warnings` say so. The error is that of
+// simulator_model.h.
+absl::Status MeshCones(PlanningScene& scene, std::int64_t max_triangles) {
+  std::map<std::pair<double, double>, PlannerMesh> mesh_of;  // by length and radius
+  std::int64_t triangles = 0;
+  Notes notes;
+  for (PlannedObject& object : scene.objects) {
+    for (PlannerShape& part : object.shapes) {
+      const auto* cone = std::get_if<PlannerPrimitive>(&part.shape);
+      if (cone != nullptr && cone->kind == PlannerPrimitive::Kind::kCone) {
+        const double length_m = cone->dimensions_m[0], radius_m = cone->dimensions_m[1];
+        PlannerMesh& mesh = mesh_of[{length_m, radius_m}];
+        if (mesh == nullptr) {
+          mesh = std::make_shared<const TriangleMesh>(Tessellate(
+              Cone{.radius_bottom_m = radius_m, .radius_top_m = 0, .length_m = length_m}));
+        }
+        part.shape = mesh;
+        notes.Add("a cone is written as a mesh", object.name);
+      }
+      const auto* mesh = std::get_if<PlannerMesh>(&part.shape);
+      if (mesh == nullptr) continue;
+      triangles += static_cast<std::int64_t>((*mesh)->triangles.size());
+      if (triangles <= max_triangles) continue;
+      return MakeError(absl::StatusCode::kResourceExhausted,
+                       absl::StrCat("the meshes up to ", object.name, " have ", triangles,
+                                    " triangles, must have at most ", max_triangles, " together"),
+                       {.reason = "GEOMETRY_TOO_LARGE"});
+    }
+  }
+  notes.AppendTo(scene.warnings);
+  return absl::OkStatus();
 }
 
 // Writes <geometry> of one part. What differs between the formats is how numbers are put.
@@ -121,7 +155,7 @@ class GeometryWriter {
         return Set(Child(geometry, "cylinder"),
                    {{"radius", NumberText(d[1])}, {"length", NumberText(d[0])}});
       case Kind::kCone:
-        return WriteShape(ConeMesh(s), geometry);
+        assert(false);  // see MeshCones
     }
   }
   void WriteShape(const PlannerMesh& mesh, XMLElement& geometry) const {
@@ -216,15 +250,31 @@ std::string RootName(const PlanningScene& scene) {
   return root;
 }
 
+// World and models; "Reserved names" of SDFormat's specification of frame semantics.
+bool IsReserved(const std::string& name) {
+  return name == "world" || (name.size() >= 4 && name.starts_with("__") && name.ends_with("__"));
+}
+
+// Gives those that are reserved, or taken by one so renamed, "_1" behind.
+void KeepReservedNames(PlanningScene& scene) {
+  if (IsReserved(scene.name)) scene.name += "_1";
+  std::set<std::string> taken;
+  for (const PlannedObject& object : scene.objects) taken.insert(object.name);
+  for (PlannedObject& object : scene.objects) {
+    if (!IsReserved(object.name)) continue;
+    std::string name = object.name + "_1";
+    while (!taken.insert(name).second) name += "_1";
+    scene.warnings.push_back(
+        absl::StrCat(object.name, ": written as ", name, ", its name is reserved"));
+    object.name = name;
+  }
+}
+
 std::vector<std::string> WarningsOf(const PlanningScene& scene, bool has_planes) {
   std::vector<std::string> warnings = scene.warnings;
   Notes notes;
   for (const PlannedObject& object : scene.objects) {
     for (const PlannerShape& shape : object.shapes) {
-      const auto* primitive = std::get_if<PlannerPrimitive>(&shape.shape);
-      if (primitive != nullptr && primitive->kind == PlannerPrimitive::Kind::kCone) {
-        notes.Add("a cone is written as a mesh", object.name);
-      }
       if (!has_planes && std::holds_alternative<PlannerPlane>(shape.shape)) {
         notes.Add("a half-space ends after 10 m and 1 m below", object.name);
       }
@@ -252,7 +302,9 @@ ModelFiles FilesOf(tinyxml2::XMLDocument& document, MeshFiles& meshes,
 
 }  // namespace
 
-absl::StatusOr<ModelFiles> FormatUrdf(const PlanningScene& scene, const GoOn& go_on) {
+absl::StatusOr<ModelFiles> FormatUrdf(PlanningScene scene, std::int64_t max_triangles,
+                                      const GoOn& go_on) {
+  if (absl::Status meshed = MeshCones(scene, max_triangles); !meshed.ok()) return meshed;
   tinyxml2::XMLDocument document;
   document.InsertEndChild(document.NewDeclaration());
   XMLElement* const robot = document.NewElement("robot");
@@ -268,7 +320,10 @@ absl::StatusOr<ModelFiles> FormatUrdf(const PlanningScene& scene, const GoOn& go
   return FilesOf(document, meshes, WarningsOf(scene, false));
 }
 
-absl::StatusOr<ModelFiles> FormatSdf(const PlanningScene& scene, const GoOn& go_on) {
+absl::StatusOr<ModelFiles> FormatSdf(PlanningScene scene, std::int64_t max_triangles,
+                                     const GoOn& go_on) {
+  if (absl::Status meshed = MeshCones(scene, max_triangles); !meshed.ok()) return meshed;
+  KeepReservedNames(scene);
   tinyxml2::XMLDocument document;
   document.InsertEndChild(document.NewDeclaration());
   XMLElement* const sdf = document.NewElement("sdf");

@@ -150,7 +150,9 @@ absl::Status ExportWorldCall::FormatDrawing(const collision::WorldSnapshot& snap
 
 absl::Status ExportWorldCall::FormatModel(PlanningScene scene, const GoOn& go_on) {
   const bool is_urdf = request_.format() == v1::EXPORT_FORMAT_URDF;
-  auto model = is_urdf ? FormatUrdf(scene, go_on) : FormatSdf(scene, go_on);
+  const std::int64_t most = MostTriangles(runtime_);
+  auto model = is_urdf ? FormatUrdf(std::move(scene), most, go_on)
+                       : FormatSdf(std::move(scene), most, go_on);
   if (!model.ok()) return model.status();
   std::string bytes;
   for (const NamedFile& file : model->files) {

@@ -129,10 +129,10 @@ struct Certificates {
   int free = 0, contact = 0, doubt = 0;
   std::vector<double> times_ms;
 
-  absl::Status Add(const client::Connection& connection, const v1::CheckCollisionsRequest& question,
+  absl::Status Add(planner::QueryStream& stream, const v1::CheckCollisionsRequest& question,
                    const std::vector<planner::Row>& path) {
     const auto start = std::chrono::steady_clock::now();
-    const auto certificate = planner::Certify(connection, question, path);
+    const auto certificate = planner::Certify(stream, question, path);
     const std::chrono::duration<double, std::milli> took = std::chrono::steady_clock::now() - start;
     if (!certificate.ok()) return certificate.status();
     times_ms.push_back(took.count());
@@ -161,7 +161,8 @@ absl::Status MeasureProblem(const PandaProblems& all, const PandaProblem& proble
   const planner::PlanProblem plan = ToPlan(all, problem);
   const v1::CheckCollisionsRequest question = PandaIn(world, {}, v1::ROBOT_GEOMETRY_EXACT);
   FclChecker fcl(all, problem);
-  planner::ServerChecker checker(connection, question);
+  planner::QueryStream stream(connection);
+  planner::ServerChecker checker(stream, question);
   const auto result = Plan(plan, checker, measure.options, measured.server);
   if (!result) return absl::InternalError("the server failed");
   if (result->outcome != planner::Outcome::kSolved) {
@@ -172,7 +173,7 @@ absl::Status MeasureProblem(const PandaProblems& all, const PandaProblem& proble
       report.Detail(problem.name + ": FCL finds the path in collision");
     }
     if (measure.certify) {
-      const auto status = measured.certificates.Add(connection, question, result->path);
+      const auto status = measured.certificates.Add(stream, question, result->path);
       if (!status.ok()) return status;
     }
   }

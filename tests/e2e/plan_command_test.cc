@@ -251,7 +251,8 @@ TEST_F(PlanCommand, TellsOfAServerThatIsGone) {
   const client::Connection connection({.address = address(), .deadline = {}});
   v1::CheckCollisionsRequest question;
   question.mutable_subject()->mutable_robot()->set_robot("arm");
-  planner::ServerChecker checker(connection, question);
+  planner::QueryStream stream(connection);
+  planner::ServerChecker checker(stream, question);
   const std::vector<double> rows = {1, 0, 0, 0, -1, 0, 3.5, 0};
   const auto free = checker.AreFree(rows, 2);
   ASSERT_TRUE(free.ok()) << free.status();
@@ -265,7 +266,7 @@ TEST_F(PlanCommand, TellsOfAServerThatIsGone) {
   EXPECT_THAT(nobody.err, HasSubstr("nobody.sock; start `cwm-server`"));
   v1::CheckCollisionsRequest of_ghost;
   of_ghost.mutable_subject()->mutable_robot()->set_robot("ghost");
-  planner::ServerChecker ghost(connection, of_ghost);
+  planner::ServerChecker ghost(stream, of_ghost);
   EXPECT_TRUE(absl::IsNotFound(ghost.AreFree(rows, 2).status()));
 }
 

@@ -15,6 +15,10 @@ from cwm.v1 import geometry_pb2
 FloatArray = npt.NDArray[np.floating]
 
 
+_YEAR_S = 366 * 86_400
+INT32_MOST = 2**31 - 1  # what a message holds
+
+
 def numbers(value: npt.ArrayLike, name: str) -> FloatArray:
     """`value` as a C-ordered little-endian array of float32 (where it is one) or float64.
     TypeError for anything but numbers.
@@ -66,6 +70,14 @@ def vector(value: npt.ArrayLike, name: str, size: int = 3) -> FloatArray:
     return finite(array, name)
 
 
+def seconds(value: float, name: str) -> float:
+    """At least 0 and at most a year, more than which no server waits."""
+    result = number(value, name, low=0)
+    if result > _YEAR_S:
+        raise ValueError(f"{name} is {value!r}, must be at most {_YEAR_S:g}")
+    return result
+
+
 def number(value: float, name: str, *, low: float | None = None) -> float:
     """A finite number, at least `low`."""
     if (
@@ -81,12 +93,14 @@ def number(value: float, name: str, *, low: float | None = None) -> float:
     return result
 
 
-def count(value: int, name: str, *, low: int = 0) -> int:
+def count(value: int, name: str, *, low: int = 0, most: int = 2**63 - 1) -> int:
     """A whole number, at least `low`."""
     if isinstance(value, bool) or not isinstance(value, (int, np.integer)):
         raise TypeError(f"{name} is {value!r}, must be a whole number")
     if value < low:
         raise ValueError(f"{name} is {value}, must be at least {low}")
+    if value > most:
+        raise ValueError(f"{name} is {value}, must be at most {most}")
     return int(value)
 
 

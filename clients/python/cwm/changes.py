@@ -131,7 +131,7 @@ class Allow:
         change.allow.pair.CopyFrom(pair_to_proto(self.a, self.b))
         change.allow.withdraw = bool(self.withdraw)
         if self.expires_after_s is not None:
-            seconds = arrays.number(self.expires_after_s, "expires_after_s", low=0)
+            seconds = arrays.seconds(self.expires_after_s, "expires_after_s")
             change.allow.expires_after.FromNanoseconds(round(1e9 * seconds))
 
 

@@ -149,7 +149,8 @@ class Connection:
         """Waits a little for the server; false when it does not come back, or only after the
         time `end`.
         """
-        time.sleep(retry_after_s or 0)
+        pause_s = retry_after_s or 0
+        time.sleep(pause_s if end is None else max(0.0, min(pause_s, end - time.monotonic())))
         wait_s = _BACK_WITHIN_S if end is None else min(_BACK_WITHIN_S, end - time.monotonic())
         try:
             grpc.channel_ready_future(self._channel).result(timeout=max(0.0, wait_s))

@@ -68,14 +68,20 @@ class IngestResult:
         """
         if self.labels is None:
             raise ValueError("labels were not asked for: ingest(..., labels=True)")
-        name = item if isinstance(item, str) else item.name
+        # What a user's object explains has no name.
+        def is_meant(other: objects.Object) -> bool:
+            if isinstance(item, str):
+                return other.name == item != ""
+            return other is item or other.name == item.name != ""
+
         for i, support in enumerate(self.supports):
-            if support.name == name:
+            if is_meant(support):
                 return self.labels == min(i + 1, _LAST_SUPPORT_LABEL)
         for i, other in enumerate(self.objects):
-            if other.name == name:
+            if is_meant(other):
                 return self.labels // 10 == i + 2
-        raise KeyError(f"{name} is none of the supports and objects of this scan")
+        name = item if isinstance(item, str) else item.name
+        raise KeyError(f"{name!r} is none of the supports and objects of this scan")
 
 
 def _cloud(points: npt.ArrayLike, normals: npt.ArrayLike | None) -> tuple[np.ndarray, int, int]:
@@ -173,7 +179,10 @@ def result_of(
     """`view` is the world at the reply's revision, None where no world holds the result."""
 
     def several(items) -> tuple[objects.Object, ...]:
-        return tuple(objects.object_from_proto(item, reply.revision, view) for item in items)
+        return tuple(
+            objects.object_from_proto(item, reply.revision, view if item.name else None)
+            for item in items
+        )
 
     report, changes = reply.report, reply.changes
     return IngestResult(

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Callable, Iterator, Sequence, TypedDict
 
 import numpy as np
 
-from cwm import arrays, changes as changes_module, enums, shapes
+from cwm import arrays, changes as changes_module, enums, errors, shapes
 from cwm.bulk import Bulk
 from cwm.changes import Change, Thing
 from cwm.results import NOTHING
@@ -81,9 +81,11 @@ def options_to_proto(options: QueryOptions) -> query_pb2.QueryOptions:
         if options.get(name) is not None:
             setattr(message, name, enums.word(kind, options[name], name))
     if options.get("k") is not None:
-        message.max_results = arrays.count(options["k"], "k", low=1)
+        message.max_results = arrays.count(options["k"], "k", low=1, most=arrays.INT32_MOST)
     if options.get("max_contacts") is not None:
-        message.max_contacts = arrays.count(options["max_contacts"], "max_contacts", low=1)
+        message.max_contacts = arrays.count(
+            options["max_contacts"], "max_contacts", low=1, most=arrays.INT32_MOST
+        )
     message.ignore.extend(arrays.texts(options.get("ignore") or (), "ignore"))
     for i, pair in enumerate(options.get("ignore_pairs") or ()):
         if isinstance(pair, str) or len(pair) != 2:
@@ -131,6 +133,10 @@ def _most_rows(view: WorldView, batches: Batches, head_bytes: int) -> int:
     )
 
 
+# A world of which joint states are published at 100 Hz keeps a revision for two or three seconds.
+_MOST_BEGINNINGS = 3
+
+
 def ask(
     view: WorldView,
     method: Callable,
@@ -141,14 +147,33 @@ def ask(
     meshes: Sequence[shapes.Mesh] = (),
 ) -> list:
     """The replies, in order, all of one revision. `fill(request, begin, end)` puts what is not
-    rows of those units into a request of the kind.
+    rows of those units into a request of the kind. A question of several requests begins anew
+    where the server has forgotten its revision meanwhile, unless the view is pinned to it.
     """
+    for _ in range(_MOST_BEGINNINGS - 1):
+        try:
+            return _ask_once(view, method, kind, fill, batches, options, meshes)
+        except errors.RevisionCompacted:
+            if view.pinned is not None:
+                raise
+    return _ask_once(view, method, kind, fill, batches, options, meshes)
+
+
+def _ask_once(
+    view: WorldView,
+    method: Callable,
+    kind: type,
+    fill: Callable[[object, int, int], None],
+    batches: Batches,
+    options: QueryOptions,
+    meshes: Sequence[shapes.Mesh],
+) -> list:
     message = options_to_proto(options)
     budget_s = options.get("time_budget_s")
     end_s = (
         None
         if budget_s is None
-        else time.monotonic() + arrays.number(budget_s, "time_budget_s", low=0)
+        else time.monotonic() + arrays.seconds(budget_s, "time_budget_s")
     )
     meshes = [*meshes, *changes_module.meshes_of(options.get("overlay") or ())]
     most_rows = _most_rows(view, batches, message.ByteSize())

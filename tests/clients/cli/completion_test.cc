@@ -80,6 +80,15 @@ TEST(Completion, OffersNamesWhereNamesAreMeant) {
   EXPECT_THAT(CandidatesFor(app, {"get", "mug", "--robot", "x"}, known), IsEmpty());
 }
 
+TEST(Completion, KnowsTheOptionsThatAreGiven) {
+  CLI::App app;
+  std::string world;
+  app.add_option("-w,--world", world);
+  EXPECT_EQ(ValueGiven(app, {"-w", "kitchen", "get", ""}, "--world"), "kitchen");
+  EXPECT_EQ(ValueGiven(app, {"get", "--world", "kitchen", ""}, "--world"), "kitchen");
+  EXPECT_EQ(ValueGiven(app, {"get", "--world", "kit"}, "--world"), "") << "being typed";
+}
+
 TEST(Completion, HasAScriptForThreeShells) {
   for (const char* shell : {"bash", "zsh", "fish"}) {
     const Outcome outcome = RunWith({"completion", shell});

@@ -193,6 +193,47 @@ class Answers(ServerCase):
             answer.distance_m[-1000:], self.world.sample(points[-1000:]).distance_m
         )
 
+    def test_that_are_cut_see_nothing_of_what_is_written_meanwhile(self):
+        poses = np.tile(cwm.pose([0, 0, 20]), (100, 1, 1))  # far from all else
+        self.world.put("wanderer", cwm.Sphere(0.1), cwm.pose([5, 0, 20]))
+        call, moved = self.world.connection.call, []
+
+        def call_and_move(method, request, timeout_s):
+            answer = call(method, request, timeout_s)
+            if method is self.world.connection.queries.GetDistances:
+                moved.append(0.1 * len(moved))
+                self.world.move("wanderer", cwm.pose([1 + moved[-1], 0, 20]))
+            return answer
+
+        with (
+            mock.patch.object(queries, "_most_rows", return_value=10),
+            mock.patch.object(self.world.connection, "call", call_and_move),
+        ):
+            answer = self.world.distance(cwm.Sphere(0.01), poses)
+        self.assertEqual((len(moved), len(np.unique(answer.distance_m))), (10, 1))
+        self.assertNotEqual(
+            self.world.distance(cwm.Sphere(0.01), poses[:1]).distance_m[0], answer.distance_m[0]
+        )
+        self.world.remove("wanderer")
+
+    def test_that_are_cut_begin_anew_where_their_revision_is_forgotten(self):
+        points = np.random.default_rng(8).uniform(-1, 2, (100, 3))
+        call, calls = self.world.connection.call, []
+
+        def forget_once(method, request, timeout_s):
+            calls.append(method)
+            if len(calls) == 3:
+                raise cwm.RevisionCompacted("forgotten")
+            return call(method, request, timeout_s)
+
+        with (
+            mock.patch.object(queries, "_most_rows", return_value=40),
+            mock.patch.object(self.world.connection, "call", forget_once),
+        ):
+            answer = self.world.sample(points)
+        self.assertEqual(len(calls), 6)
+        np.testing.assert_array_equal(answer.distance_m, self.world.sample(points).distance_m)
+
     def test_in_a_time_budget_are_a_prefix(self):
         points = np.random.default_rng(7).uniform(-1, 2, (1_000_000, 3))
         some = self.world.sample(points, time_budget_s=0.01)

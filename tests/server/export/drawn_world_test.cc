@@ -7,6 +7,7 @@
 #include <cstring>
 #include <nlohmann/json.hpp>
 #include <numbers>
+#include <set>
 
 #include "clients/formats/ply.h"
 #include "collision/query/query.h"
@@ -65,6 +66,12 @@ TEST(DrawnWorldTest, HasItsVerticesOnTheSurfacesInEachFormat) {
   ASSERT_GT(glb->vertices.size(), 1000u);
   for (const Vector3& vertex : glb->vertices) {
     EXPECT_LT(Distance_m(*world, to_z_up * vertex), 1e-6);
+  }
+  std::set<std::string> named;
+  for (const DrawnThing& thing : drawn.things) named.insert(thing.name);
+  for (const auto& object : world->objects()) {
+    const bool is_drawn = object->name != "HalfSpace";  // "HalfSpace.2" has a sphere as well
+    EXPECT_EQ(named.contains(object->name), is_drawn) << object->name;
   }
   const auto ply = formats::ParsePlyMesh(FormatPly(drawn).value(), "world.ply");
   ASSERT_TRUE(ply.ok()) << ply.status();

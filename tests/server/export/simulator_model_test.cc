@@ -22,18 +22,19 @@ using ::testing::HasSubstr;
 
 // STL files hold floats.
 constexpr double kFloat_m = 1e-7;
+constexpr std::int64_t kAnyTriangles = 1'000'000;
 
 ModelFiles Urdf() {
   auto scene = SceneOf(*WorldOfAll(), 1'000'000);
   EXPECT_TRUE(scene.ok()) << scene.status();
   scene->name = "room/1";
-  return FormatUrdf(*scene).value();
+  return FormatUrdf(*std::move(scene), kAnyTriangles).value();
 }
 ModelFiles Sdf() {
   auto scene = SceneOf(*WorldOfAll(), 1'000'000);
   EXPECT_TRUE(scene.ok()) << scene.status();
   scene->name = "room/1";
-  return FormatSdf(*scene).value();
+  return FormatSdf(*std::move(scene), kAnyTriangles).value();
 }
 
 absl::StatusOr<std::string> FileOf(const ModelFiles& model, std::string_view name) {
@@ -164,7 +165,41 @@ TEST(SimulatorModels, HaveEachMeshOnceInAFolderBeside) {
     EXPECT_THAT(model.files[i].name,
                 ::testing::MatchesRegex("room_1_meshes/[0-9]+_[A-Za-z.2]+.stl"));
     EXPECT_THAT(model.files[0].bytes, HasSubstr(model.files[i].name));
+    for (std::size_t other = 1; other < i; ++other) {
+      EXPECT_NE(model.files[i].bytes, model.files[other].bytes)
+          << model.files[i].name << " and " << model.files[other].name;
+    }
   }
+}
+
+TEST(SimulatorModels, CountTheTrianglesOfConesToo) {
+  PlanningScene scene;
+  for (int i = 0; i < 3; ++i) {
+    const PlannerPrimitive cone{.kind = PlannerPrimitive::Kind::kCone,
+                                .dimensions_m = {0.1 + 0.01 * i, 0.05, 0},
+                                .dimension_count = 2};
+    scene.objects.push_back({.name = "cone" + std::to_string(i),
+                             .shapes = {{.X_OS = Pose::Identity(), .shape = cone, .note = {}}}});
+  }
+  const auto triangles = static_cast<std::int64_t>(Tessellate(Cone{0.05, 0, 0.1}).triangles.size());
+  EXPECT_TRUE(FormatUrdf(scene, 3 * triangles).ok());
+  const auto refused = FormatSdf(scene, 3 * triangles - 1);
+  EXPECT_EQ(refused.status().code(), absl::StatusCode::kResourceExhausted);
+  EXPECT_THAT(std::string(refused.status().message()), HasSubstr("the meshes up to cone2 have"));
+}
+
+TEST(SdfExport, KeepsReservedNamesToTheFormat) {
+  PlanningScene scene;
+  scene.name = "world";
+  for (const char* name : {"__model__", "world", "world_1"}) {
+    scene.objects.push_back({.name = name, .shapes = {}});
+  }
+  const ModelFiles model = FormatSdf(scene, kAnyTriangles).value();
+  for (const char* name : {"<world name=\"world_1\"", "<model name=\"__model___1\"",
+                           "<model name=\"world_1_1\"", "<model name=\"world_1\""}) {
+    EXPECT_THAT(model.files[0].bytes, HasSubstr(name));
+  }
+  EXPECT_THAT(model.warnings, Contains(HasSubstr("world: written as world_1_1")));
 }
 
 TEST(SimulatorModels, AreTheSameBytesEveryTime) {

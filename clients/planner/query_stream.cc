@@ -1,0 +1,49 @@
+#include "clients/planner/query_stream.h"
+
+#include "absl/strings/str_cat.h"
+
+namespace cwm::planner {
+namespace {
+
+// As a unary call has it.
+absl::Status FromError(const v1::QueryError& error) {
+  std::string message = error.message();
+  for (const v1::FieldError& field : error.fields()) {
+    const std::string line = absl::StrCat(field.field(), ": ", field.description());
+    if (line != message) absl::StrAppend(&message, "; ", line);
+  }
+  if (!error.reason().empty()) absl::StrAppend(&message, " (", error.reason(), ")");
+  return absl::Status(static_cast<absl::StatusCode>(error.code()), message);
+}
+
+}  // namespace
+
+QueryStream::QueryStream(const client::Connection& connection)
+    : stream_(connection.queries().StreamQueries(&context_)) {}
+
+QueryStream::~QueryStream() {
+  if (stream_ == nullptr) return;
+  stream_->WritesDone();
+  v1::StreamQueriesResponse ignored;
+  while (stream_->Read(&ignored)) {
+  }
+  // What went wrong was told by the question that it went wrong with.
+  static_cast<void>(stream_->Finish());
+}
+
+absl::StatusOr<v1::StreamQueriesResponse> QueryStream::Ask(v1::StreamQueriesRequest& request) {
+  if (stream_ == nullptr) return absl::UnavailableError("the server ended the stream");
+  request.set_id(++id_);
+  v1::StreamQueriesResponse response;
+  if (!stream_->Write(request) || !stream_->Read(&response)) return EndOfStream();
+  if (response.has_error()) return FromError(response.error());
+  return response;
+}
+
+absl::Status QueryStream::EndOfStream() {
+  absl::Status status = client::FromGrpc(stream_->Finish());
+  stream_.reset();
+  return status.ok() ? absl::UnavailableError("the server ended the stream") : status;
+}
+
+}  // namespace cwm::planner

@@ -1,0 +1,33 @@
+// Questions over one stream, which keeps the snapshot that it answers from: an exact revision stays
+// known however often the world changes meanwhile.
+#pragma once
+
+#include <memory>
+
+#include "absl/status/statusor.h"
+#include "clients/cpp/connection.h"
+#include "cwm/v1/query.pb.h"
+
+namespace cwm::planner {
+
+class QueryStream {
+ public:
+  // The connection must outlive the stream; no deadline: a lost server ends it.
+  explicit QueryStream(const client::Connection& connection);
+  ~QueryStream();
+  QueryStream(const QueryStream&) = delete;
+  QueryStream& operator=(const QueryStream&) = delete;
+
+  // The answer to the request, of which the id is set; an error in it is the call's.
+  absl::StatusOr<v1::StreamQueriesResponse> Ask(v1::StreamQueriesRequest& request);
+
+ private:
+  absl::Status EndOfStream();
+
+  grpc::ClientContext context_;
+  std::unique_ptr<grpc::ClientReaderWriter<v1::StreamQueriesRequest, v1::StreamQueriesResponse>>
+      stream_;
+  std::int64_t id_ = 0;
+};
+
+}  // namespace cwm::planner
