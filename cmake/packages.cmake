@@ -3,6 +3,7 @@ install(FILES packaging/cwm-server.service DESTINATION lib/systemd/system COMPON
 
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME cwm)
+set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "")  # each component brings its own
 set(CPACK_PACKAGE_CONTACT "The cwm developers <cwm@localhost>")
 set(CPACK_PACKAGE_DIRECTORY ${PROJECT_BINARY_DIR}/packages)
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)

@@ -55,8 +55,9 @@ TEST_F(ManualPageTest, HidesWhatHelpHides) { EXPECT_THAT(Page(), Not(HasSubstr("
 
 TEST_F(ManualPageTest, LeavesOutSectionsWithoutContent) {
   EXPECT_THAT(Page(), Not(HasSubstr("ENVIRONMENT")));
-  EXPECT_THAT(ManualPage(app_, {.environment = {{"TEA_KIND", "green or black"}}}),
-              HasSubstr(".SH ENVIRONMENT\n.TP\n\\fBTEA_KIND\\fR\ngreen or black\n"));
+  EXPECT_THAT(
+      ManualPage(app_, {.version = "1.2.3", .environment = {{"TEA_KIND", "green or black"}}}),
+      HasSubstr(".SH ENVIRONMENT\n.TP\n\\fBTEA_KIND\\fR\ngreen or black\n"));
 }
 
 TEST_F(ManualPageTest, ShowsWhatRoffWouldTakeForItsOwn) {
