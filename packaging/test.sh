@@ -17,7 +17,9 @@ fail() {
   echo "package test: $*" >&2
   exit 1
 }
-inside() { chroot "$root" env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/root CWM_ADDR=unix:/run/cwm/cwm.sock "$@"; }
+# Replaces the shell, so that the background process that is killed at the end is the program itself.
+become() { exec chroot "$root" env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/root CWM_ADDR=unix:/run/cwm/cwm.sock "$@"; }
+inside() { (become "$@"); }
 
 # apt installs the packages with what they depend on, and nothing that they only recommend. What a minimal system leaves out
 # of the documentation stays in here: manual pages are looked for.
@@ -41,7 +43,7 @@ gzip -dc "$root/usr/share/man/man1/cwm.1.gz" | grep -q '^.SS ingest' || fail "cw
 
 # As the unit does, which needs a running systemd: the user, its folder, the socket, the options of /etc/default.
 inside install -d -o cwm -g cwm /run/cwm
-inside setpriv --reuid=cwm --regid=cwm --init-groups \
+become setpriv --reuid=cwm --regid=cwm --init-groups \
   sh -c '. /etc/default/cwm-server; exec /usr/bin/cwm-server $CWM_SERVER_OPTIONS --viewer off' &
 server=$!
 for _ in $(seq 100); do [ -S "$root/run/cwm/cwm.sock" ] && break; sleep 0.1; done
