@@ -2,7 +2,7 @@
 include(CMakePackageConfigHelpers)
 include(GNUInstallDirs)
 
-foreach(program cwm-server cwm cwm-plan cwm-simulator)
+foreach(program cwm-server cwm cwm-grasp cwm-plan cwm-simulator)
   if(TARGET ${program})  # some need PCL
     set(component cli)
     if(program STREQUAL cwm-server)

@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <cstdlib>
 
+#include "manual/manual_page.h"
 #include "proto/transfer/default_address.h"
 
 namespace cwm::server {
@@ -56,6 +57,11 @@ ParsedOptions ParseOptions(int argc, const char* const* argv) {
   app.add_option("--log-level", options.log_level, "what is told on stderr")
       ->check(CLI::IsMember({"debug", "info", "warn", "error", "off"}))
       ->capture_default_str();
+  manual::AddManualPage(
+      app, {.section = "8",
+            .version = CWM_VERSION,
+            .environment = {{"CWM_ADDR", "where it listens, when --listen does not say it"},
+                            {"CWM_VIEWER_TOKEN", "the viewer's token"}}});
   app.set_version_flag("--version", std::string("cwm-server ") + CWM_VERSION);
   try {
     app.parse(argc, argv);

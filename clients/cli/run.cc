@@ -15,6 +15,7 @@
 #include "clients/cli/out_pipe.h"
 #include "clients/cli/report_command.h"
 #include "clients/cpp/call_error.h"
+#include "manual/manual_page.h"
 
 namespace cwm::cli {
 namespace {
@@ -130,6 +131,10 @@ ExitCode Run(const std::vector<std::string>& arguments, Streams streams,
   CommandLine line{.app = CLI::App(kDescription, "cwm"), .session = session};
   line.app.formatter(std::make_shared<ShortListFormatter>());
   line.app.set_version_flag("--version", "cwm " CWM_VERSION);
+  manual::AddManualPage(
+      line.app, {.version = CWM_VERSION,
+                 .environment = {{"CWM_ADDR", "where the server is, when --addr does not say it"},
+                                 {"NO_COLOR", "when set, tables are plain"}}});
   AddGlobalOptions(line.app, session);
   AddCommands(line, page_assets);
   try {  // CLI11 reports by exceptions; they end here

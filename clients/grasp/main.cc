@@ -15,6 +15,7 @@
 #include "clients/formats/file_bytes.h"
 #include "clients/grasp/plan_grasps.h"
 #include "clients/grasp/plan_report.h"
+#include "manual/manual_page.h"
 
 namespace {
 
@@ -122,6 +123,9 @@ int main(int argc, char** argv) {
       "cwm-grasp");
   Arguments arguments;
   std::string form = "table";
+  cwm::manual::AddManualPage(
+      app, {.version = CWM_VERSION,
+            .environment = {{"CWM_ADDR", "where the server is, when --addr does not say it"}}});
   AddOptions(app, arguments, form);
   try {
     app.parse(argc, argv);

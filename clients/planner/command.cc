@@ -17,6 +17,7 @@
 #include "clients/planner/plan_report.h"
 #include "clients/planner/plan_task.h"
 #include "clients/planner/server_checker.h"
+#include "manual/manual_page.h"
 
 namespace cwm::planner {
 namespace {
@@ -230,6 +231,9 @@ int Run(const std::vector<std::string>& arguments, std::ostream& out, std::ostre
   Arguments parsed;
   CLI::App app(kDescription, "cwm-plan");
   app.set_version_flag("--version", "cwm-plan " CWM_VERSION);
+  manual::AddManualPage(
+      app, {.version = CWM_VERSION,
+            .environment = {{"CWM_ADDR", "where the server is, when --addr does not say it"}}});
   AddOptions(app, parsed);
   try {  // CLI11 reports by exceptions; they end here
     app.parse(std::vector<std::string>(arguments.rbegin(), arguments.rend()));

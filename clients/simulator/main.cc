@@ -18,6 +18,7 @@
 #include "clients/simulator/scene_edits.h"
 #include "clients/simulator/scene_file.h"
 #include "clients/simulator/simulated_files.h"
+#include "manual/manual_page.h"
 #include "perception/simulation/several_views.h"
 #include "perception/simulation/unorganised.h"
 #include "perception/simulation/virtual_scanner.h"
@@ -211,6 +212,7 @@ int main(int argc, char** argv) {
       "  cwm-simulator --scene table --objects 12 --sensor realsense --out table.pcd",
       "cwm-simulator");
   Arguments arguments;
+  cwm::manual::AddManualPage(app, {.version = CWM_VERSION});
   AddOptions(app, arguments);
   try {
     app.parse(argc, argv);
