@@ -175,7 +175,7 @@ std::string Environment(const Facts& facts) {
 }  // namespace
 
 std::string ManualPage(const CLI::App& app, const Facts& facts) {
-  const std::string name = app.get_name();
+  const std::string& name = app.get_name();
   std::string description = app.get_description();
   if (StartsWith(description, name + ": ")) description.erase(0, name.size() + 2);
   if (!app.get_footer().empty()) description += "\n\n" + app.get_footer();

@@ -91,7 +91,7 @@ TEST(UrdfExport, KeepsEveryShapeWhereItIs) {
     for (const collision::Link& link : robot->links) {
       if (link.name != joint.child) continue;
       for (const collision::CollisionGeometry& part : link.collisions) {
-        read[link.name].emplace_back(joint.X_PJ * part.X_LG, part.shape);
+        read[link.name].push_back(Placed<>{joint.X_PJ * part.X_LG, part.shape});
       }
     }
   }
@@ -151,7 +151,7 @@ TEST(SdfExport, KeepsEveryShapeWhereItIs) {
     for (const auto* part = link.FirstChildElement("collision"); part != nullptr;
          part = part->NextSiblingElement("collision")) {
       const Shape shape = ShapeOf(*part->FirstChildElement("geometry"), model);
-      read[of->Attribute("name")].emplace_back(PoseOf(*of) * PoseOf(*part), shape);
+      read[of->Attribute("name")].push_back(Placed<>{PoseOf(*of) * PoseOf(*part), shape});
     }
   }
   ExpectSameGeometry(read, "");

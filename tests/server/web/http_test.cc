@@ -157,7 +157,7 @@ TEST_F(HttpTest, MalformedRequestsAreRefusedAndTheConnectionEnds) {
       {RequestText(port(), "GET", "/", {{"Content-Length", "99999999999"}}), 413, "must be empty"},
       {RequestText(port(), "GET", "/", {{"Transfer-Encoding", "chunked"}}) + "5\r\nhello\r\n", 413,
        "must be empty"},
-      {"\x16\x03\x01\x02\x00\x01\x00\x01\xfc\x03\x03", 400, "request: "},
+      {std::string("\x16\x03\x01\x02\x00\x01\x00\x01\xfc\x03\x03", 11), 400, "request: "},
       {"GET / HTTP/9.9\r\n\r\n", 400, "request: "},
       {"GET\r\n\r\n", 400, "request: "},
       {std::string("GET /\0 HTTP/1.1\r\n\r\n", 19), 400, "request: "},

@@ -161,7 +161,8 @@ TEST_F(SocketTest, AWatchTellsWhatAWatchOfGrpcTells) {
 }
 
 TEST_F(SocketTest, LargeStreamsArriveWhole) {
-  std::string bytes(9'000'000, '\0');
+  std::string bytes;
+  bytes.resize(9'000'000);
   for (std::size_t i = 0; i < bytes.size(); ++i) bytes[i] = static_cast<char>(i * 7919 >> 5);
   const auto stored = application_.geometry.Put(BlobFormat::kLabelsU32, bytes);
   ASSERT_TRUE(stored.ok());
@@ -394,8 +395,9 @@ TEST_F(SmallSockets, WhoAnswersNoPingIsGone) {
 }
 
 TEST_F(SmallSockets, WhoTakesNoBytesIsGone) {
-  const auto stored =
-      application_.geometry.Put(BlobFormat::kLabelsU32, std::string(40'000'000, 'a'));
+  std::string bytes;
+  bytes.resize(40'000'000, 'a');
+  const auto stored = application_.geometry.Put(BlobFormat::kLabelsU32, bytes);
   ASSERT_TRUE(stored.ok());
   v1::ReadGeometryRequest request;
   request.set_hash(stored->hash);
