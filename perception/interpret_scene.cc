@@ -26,6 +26,13 @@ constexpr std::uint32_t kMostSupportLabels = 9, kMostPartLabels = 9;
 // of the sensors that have a noise model here, end at 30 m (Hokuyo UTM-30LX).
 constexpr double kFarthest_m = 100;
 
+// To cut a thing may cost as much as all else that is asked of it. Of a scan, so many things may be
+// cut, the largest: 25 fill an image of a Kinect.
+constexpr std::size_t kLeastCut = 25, kPointsPerCutThing = 640 * 480 / kLeastCut;
+std::size_t MostCutThings(const SegmentedScene& scene) {
+  return std::max(kLeastCut, scene.points.size() / kPointsPerCutThing);
+}
+
 class Stopwatch {
  public:
   explicit Stopwatch(std::vector<StageTime>& stages) : stages_(stages) {}
@@ -95,6 +102,11 @@ void AddWarnings(const SegmentedScene& scene, InterpretReport& report) {
   if (scene.supports.empty()) {
     report.warnings.push_back("no support found: all points are residual geometry");
   }
+  if (scene.things.size() > MostCutThings(scene)) {
+    report.warnings.push_back(absl::StrCat(
+        "of ", scene.things.size(), " things the largest ", MostCutThings(scene),
+        " alone were looked at for things that touch: the others may be several each"));
+  }
 }
 
 // Steps 1 to 5.
@@ -132,6 +144,9 @@ DescribedScene DescribeScene(const SegmentedScene& scene, const Pose& X_WL,
   std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
     return scene.things[a].points.size() > scene.things[b].points.size();
   });
+  InterpretOptions uncut = options;
+  uncut.modeler.part_touching = false;
+  const std::size_t most_cut = MostCutThings(scene);
   const SceneRays rays(scene, work);
   const auto describe = [&](std::size_t k) {
     if (k < scene.supports.size()) {
@@ -140,8 +155,9 @@ DescribedScene DescribeScene(const SegmentedScene& scene, const Pose& X_WL,
           DescribeSupport(support, scene.points, X_WL, FloorOf(options), options.surface, work);
       return;
     }
-    const std::size_t t = order[k - scene.supports.size()];
-    described.things[t] = ModelThing(scene, t, rays, options, work);
+    const std::size_t rank = k - scene.supports.size();
+    const std::size_t t = order[rank];
+    described.things[t] = ModelThing(scene, t, rays, rank < most_cut ? options : uncut, work);
   };
   ParallelFor(order.size() + scene.supports.size(), 1, work,
               [&](std::size_t begin, std::size_t end) {

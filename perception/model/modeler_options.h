@@ -14,6 +14,8 @@ struct ModelerOptions {
   bool search_cylinders = true;
   bool search_spheres = true;
   bool search_cones = true;
+  // Whether what was seen as one may be things that touch, parted by upright cuts.
+  bool part_touching = true;
   double max_radius_m = 0.5;  // larger curved shapes are not told from planes at close range
   // Chosen: what is thinner shows five pixels of a Kinect at 0.8 m or fewer across.
   double min_radius_m = 0.004;

@@ -209,6 +209,16 @@ std::optional<WholeFit> BetterSolid(const FitContext& context, const std::vector
   return std::nullopt;
 }
 
+std::optional<WholeFit> FittedAnew(const WholeFit& fit, const FitContext& context) {
+  const Account none = AccountOf({}, context);
+  std::optional<WholeFit> anew = FitWhole(fit.kind, {fit.solid}, none, context);
+  if (!anew || anew->value + PriorOf(anew->kind) >= none.value - kPositive ||
+      !IsCredible(*anew, context)) {
+    return std::nullopt;
+  }
+  return anew;
+}
+
 Solid Described(WholeFit fit, const FitContext& context) {
   fit.solid.parameter_sigma = CoefficientSigmas(fit, CovarianceOf(fit, context), context);
   return std::move(fit.solid);

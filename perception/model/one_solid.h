@@ -21,6 +21,10 @@ Account AccountOf(const std::vector<Solid>& solids, const FitContext& context);
 // kPositive, if any does: no ray contradicts it, and it is not of the kind of the only one of them.
 std::optional<WholeFit> BetterSolid(const FitContext& context, const std::vector<Solid>& solids);
 
+// The solid of the same kind that accounts best for other points, the context's: most of those that
+// it was fitted to. Nothing where that is no better than none, or a ray contradicts it.
+std::optional<WholeFit> FittedAnew(const WholeFit& fit, const FitContext& context);
+
 // The solid, with the standard deviations of its parameters.
 Solid Described(WholeFit fit, const FitContext& context);
 

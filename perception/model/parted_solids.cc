@@ -205,20 +205,28 @@ class Parting {
     return part;
   }
 
-  std::optional<WholeFit> FitOf(const Members& members) {
-    const ModelPoints own = Subset(c_.points, members);
-    if (static_cast<double>(own.size()) * own.weight < c_.options.min_inliers) return std::nullopt;
+  std::optional<WholeFit> FitOf(Members members) {
+    if (!IsEnough(members)) return std::nullopt;
+    ModelPoints own = Subset(c_.points, members);
     ++fits_;
     std::optional<WholeFit> fit = BetterSolid(AloneWith(own), {});
-    if (!fit) return fit;
-    Members on;
-    for (std::uint32_t i : fit->solid.inliers) on.push_back(members[i]);
     // What lies off it may have drawn its ends to where none of its own points are.
-    if (static_cast<double>(on.size()) < (1 - kNoise) * static_cast<double>(members.size())) {
-      return FitOf(on);
+    while (fit) {
+      Members on;
+      for (std::uint32_t i : fit->solid.inliers) on.push_back(members[i]);
+      if (static_cast<double>(on.size()) >= (1 - kNoise) * static_cast<double>(members.size())) {
+        fit->solid.inliers.clear();
+        break;
+      }
+      members = std::move(on);
+      if (!IsEnough(members)) return std::nullopt;
+      own = Subset(c_.points, members);
+      fit = FittedAnew(*fit, AloneWith(own));
     }
-    fit->solid.inliers.clear();
     return fit;
+  }
+  bool IsEnough(const Members& members) const {
+    return static_cast<double>(members.size()) * c_.points.weight >= c_.options.min_inliers;
   }
 
   double Off_m(const Part& part, std::uint32_t i) const {
@@ -327,7 +335,10 @@ double MostValue(const std::vector<Solid>& solids, const FitContext& c) {
 }  // namespace
 
 bool PreferPartedSolids(const FitContext& context, Assembly& assembly) {
-  if (!context.ground.known || IsOneSolid(assembly.solids, context)) return false;
+  if (!context.options.part_touching || !context.ground.known ||
+      IsOneSolid(assembly.solids, context)) {
+    return false;
+  }
   Parting parting(context);
   const std::optional<std::vector<Part>> parts = parting.Run();
   if (!parts || parts->size() < 2 || !AreSideBySide(*parts, Plan(context))) return false;

@@ -1,4 +1,6 @@
-// What a caller decides about an interpretation: when it ends, and whose the sensor's pose is.
+// What a caller decides about an interpretation: when it ends, and whose the sensor's pose is; and
+// what it gives up to end in time.
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <atomic>
@@ -67,6 +69,31 @@ TEST(InterpretScene, JudgesReachOnlyFromAGivenPose) {
   EXPECT_EQ(given->supports[0].reachable, true);  // the counter's top is at 0.9 m
   ASSERT_EQ(kept->supports.size(), given->supports.size());
   for (const DetectedSupport& support : kept->supports) EXPECT_FALSE(support.reachable.has_value());
+}
+
+// The counter with `count` balls on it, in rows, apart from each other.
+SimulatedScene Balls(int count) {
+  SimulatedScene scene = KitchenCounter();
+  std::erase_if(scene.objects, [](const SimulatedObject& object) { return !object.is_support; });
+  constexpr double kRadius_m = 0.025, kPitch_m = 0.09, kTop_m = 0.9, kMiddle_m = 0.65;
+  constexpr int kPerRow = 7;
+  for (int k = 0; k < count; ++k) {
+    const Pose X_WO = MakeTranslation(kMiddle_m + kPitch_m * (k / kPerRow - 2),
+                                      kPitch_m * (k % kPerRow - 3), kTop_m + kRadius_m);
+    scene.objects.push_back({.parts = {{Pose::Identity(), Sphere{kRadius_m}}}, .X_WO = X_WO});
+  }
+  return scene;
+}
+
+TEST(InterpretScene, SaysWhereThingsWereTooManyToBeCut) {
+  const auto cut = ::testing::HasSubstr("alone were looked at for things that touch");
+  for (const int count : {20, 35}) {
+    const auto scene = InterpretScene(Scan(Balls(count), KitchenCamera(), {}).cloud, {});
+    ASSERT_TRUE(scene.ok()) << scene.status();
+    ASSERT_GE(scene->objects.size(), static_cast<std::size_t>(count));
+    const bool told = ::testing::Matches(::testing::Contains(cut))(scene->report.warnings);
+    EXPECT_EQ(told, count > 25);
+  }
 }
 
 }  // namespace
