@@ -19,6 +19,10 @@ absl::StatusOr<CloudFile> ParsePlyCloud(std::string_view bytes, const std::strin
 // no vertex, a coordinate is not finite, or there is no face.
 absl::StatusOr<MeshFile> ParsePlyMesh(std::string_view bytes, const std::string& file);
 
+// Whether the header announces faces: then it is a mesh, else a cloud. A header that is no such is
+// for the readers to refuse.
+bool HasPlyFaces(std::string_view bytes);
+
 // binary_little_endian with coordinates as doubles: reading it back gives the same mesh.
 std::string FormatPlyMesh(const MeshFile& mesh);
 

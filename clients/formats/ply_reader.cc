@@ -214,4 +214,12 @@ absl::StatusOr<MeshFile> ParsePlyMesh(std::string_view bytes, const std::string&
   return parser.Mesh();
 }
 
+bool HasPlyFaces(std::string_view bytes) {
+  TextCursor cursor(bytes);
+  const auto header = ParsePlyHeader(cursor, "");
+  return header.ok() &&
+         std::any_of(header->elements.begin(), header->elements.end(),
+                     [](const PlyElement& e) { return e.name == "face" && e.count > 0; });
+}
+
 }  // namespace cwm::formats

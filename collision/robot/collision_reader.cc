@@ -5,7 +5,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "collision/geometry/validation.h"
-#include "collision/robot/mesh_file.h"
+#include "collision/mesh_files/mesh_file.h"
 
 namespace cwm::collision {
 namespace {
@@ -147,7 +147,7 @@ absl::StatusOr<std::shared_ptr<const TriangleMesh>> CollisionReader::FileOf(
   if (file != nullptr) return file;
   const absl::StatusOr<std::string> bytes = source_(uri);
   if (!bytes.ok()) return FileFault(mesh, bytes.status());
-  absl::StatusOr<TriangleMesh> read = ReadMeshFile(*bytes, uri, limits_);
+  absl::StatusOr<TriangleMesh> read = ReadMeshFile(*bytes, uri, limits_.mesh_file);
   if (!read.ok()) return FileFault(mesh, read.status());
   file = std::make_shared<const TriangleMesh>(*std::move(read));
   return file;

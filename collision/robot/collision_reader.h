@@ -12,7 +12,7 @@
 #include "collision/robot/robot_description.h"
 #include "collision/robot/robot_limits.h"
 #include "collision/robot/urdf.h"
-#include "collision/robot/xml_element.h"
+#include "collision/xml/xml_element.h"
 
 namespace cwm::collision {
 

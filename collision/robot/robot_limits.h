@@ -4,6 +4,8 @@
 
 #include <cstddef>
 
+#include "collision/mesh_files/mesh_file_limits.h"
+
 namespace cwm::collision {
 
 struct RobotLimits {
@@ -11,13 +13,9 @@ struct RobotLimits {
   std::size_t max_xml_bytes = std::size_t{8} << 20;
   // The self pairs of so many links are eight million.
   int max_links = 4096;
-  int max_groups = 256;  // of an SRDF; PR2 has nine
-  // One mesh file. A binary STL of five million triangles fits.
-  std::size_t max_mesh_bytes = std::size_t{256} << 20;
-  // One Collada file, which takes up to forty times its size while read.
-  std::size_t max_collada_bytes = std::size_t{64} << 20;
-  std::size_t max_mesh_triangles = 5'000'000;  // of one mesh: half a GB while read
-  std::size_t max_triangles = 10'000'000;      // of all meshes of a robot together
+  int max_groups = 256;                    // of an SRDF; PR2 has nine
+  MeshFileLimits mesh_file = {};           // of one mesh
+  std::size_t max_triangles = 10'000'000;  // of all meshes of a robot together
 };
 
 }  // namespace cwm::collision

@@ -9,7 +9,7 @@
 #include "collision/robot/kinematic_tree.h"
 #include "collision/robot/mimic.h"
 #include "collision/robot/self_pairs.h"
-#include "collision/robot/xml_element.h"
+#include "collision/xml/xml_element.h"
 
 namespace cwm::collision {
 namespace {

@@ -6,7 +6,7 @@
 #include "absl/strings/str_cat.h"
 #include "collision/robot/kinematic_tree.h"
 #include "collision/robot/srdf_groups.h"
-#include "collision/robot/xml_element.h"
+#include "collision/xml/xml_element.h"
 
 namespace cwm::collision {
 namespace {

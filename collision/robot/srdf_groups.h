@@ -11,7 +11,7 @@
 #include "collision/robot/kinematic_tree.h"
 #include "collision/robot/robot_description.h"
 #include "collision/robot/srdf.h"
-#include "collision/robot/xml_element.h"
+#include "collision/xml/xml_element.h"
 
 namespace cwm::collision {
 

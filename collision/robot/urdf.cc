@@ -8,7 +8,7 @@
 #include "collision/robot/collision_reader.h"
 #include "collision/robot/kinematic_tree.h"
 #include "collision/robot/mimic.h"
-#include "collision/robot/xml_element.h"
+#include "collision/xml/xml_element.h"
 
 namespace cwm::collision {
 namespace {

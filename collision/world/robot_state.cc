@@ -8,8 +8,8 @@
 
 #include "absl/strings/str_cat.h"
 #include "collision/geometry/validation.h"
-#include "collision/robot/xml_element.h"
 #include "collision/world/apply_fault.h"
+#include "collision/xml/xml_element.h"
 
 namespace cwm::collision {
 namespace {

@@ -3,7 +3,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "collision/robot/xml_element.h"
+#include "collision/xml/xml_element.h"
 #include "proto/transfer/crc32c.h"
 #include "server/core/error.h"
 #include "server/rpc/status_conversion.h"

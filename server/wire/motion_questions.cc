@@ -3,7 +3,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "collision/robot/xml_element.h"
+#include "collision/xml/xml_element.h"
 #include "server/wire/questions.h"
 
 namespace cwm::server {

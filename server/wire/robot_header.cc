@@ -4,9 +4,9 @@
 
 #include "absl/strings/str_cat.h"
 #include "collision/robot/kinematics.h"
-#include "collision/robot/xml_element.h"
 #include "collision/world/apply_fault.h"
 #include "collision/world/robot_state.h"
+#include "collision/xml/xml_element.h"
 #include "server/wire/numbers.h"
 #include "server/wire/objects.h"
 #include "server/wire/poses.h"

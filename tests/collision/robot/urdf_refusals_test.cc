@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "collision/robot/urdf.h"
-#include "tests/collision/robot/mesh_bytes.h"
+#include "tests/collision/mesh_files/mesh_bytes.h"
 #include "tests/collision/robot/robot_text.h"
 
 namespace cwm::collision {

@@ -5,7 +5,7 @@
 
 #include <numbers>
 
-#include "tests/collision/robot/mesh_bytes.h"
+#include "tests/collision/mesh_files/mesh_bytes.h"
 #include "tests/collision/robot/robot_text.h"
 
 namespace cwm::collision {

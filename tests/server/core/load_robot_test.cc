@@ -93,8 +93,8 @@ TEST(ReadRobot, SaysWhichLimitIsTooSmall) {
   expect({.urdf = ArmUrdf()}, {.max_xml_bytes = 100}, "at most 100");
   expect({.urdf = ArmUrdf(), .srdf = ArmSrdf()}, {.max_groups = 0}, "at most 0");
   const RobotFiles mesh{.urdf = Robot(MeshLink("a", "a.obj")), .meshes = {{"a.obj", kTetrahedron}}};
-  expect(mesh, {.max_mesh_bytes = 10}, "at most 10");
-  expect(mesh, {.max_mesh_triangles = 3}, "at most 3 triangles");
+  expect(mesh, {.mesh_file = {.max_bytes = 10}}, "at most 10");
+  expect(mesh, {.mesh_file = {.max_triangles = 3}}, "at most 3 triangles");
   expect(mesh, {.max_triangles = 3}, "at most 3 triangles together");
 }
 

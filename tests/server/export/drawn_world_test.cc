@@ -10,8 +10,8 @@
 #include <set>
 
 #include "clients/formats/ply.h"
+#include "collision/mesh_files/glb_file.h"
 #include "collision/query/query.h"
-#include "collision/robot/glb_file.h"
 #include "server/core/error.h"
 #include "tests/collision/world/test_arm.h"
 #include "tests/server/export/world_of_all.h"

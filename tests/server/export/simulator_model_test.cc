@@ -10,7 +10,7 @@
 #include <random>
 #include <sstream>
 
-#include "collision/robot/mesh_file.h"
+#include "collision/mesh_files/mesh_file.h"
 #include "collision/robot/urdf.h"
 #include "tests/server/export/world_of_all.h"
 

@@ -1,4 +1,4 @@
-#include "collision/robot/collada_geometry.h"
+#include "collision/mesh_files/collada_geometry.h"
 
 #include <algorithm>
 #include <cmath>
@@ -8,8 +8,8 @@
 
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
-#include "collision/robot/mesh_text.h"
-#include "collision/robot/parse_number.h"
+#include "collision/mesh_files/mesh_text.h"
+#include "collision/xml/parse_number.h"
 
 namespace cwm::collision {
 namespace {

@@ -1,4 +1,4 @@
-#include "tests/collision/robot/mesh_bytes.h"
+#include "tests/collision/mesh_files/mesh_bytes.h"
 
 #include <array>
 #include <cstring>

@@ -5,7 +5,8 @@
 
 #include "absl/status/statusor.h"
 #include "collision/geometry/triangle_mesh.h"
-#include "collision/robot/robot_limits.h"
+#include "collision/mesh_files/mesh_file_limits.h"
+#include "collision/mesh_files/up_axis.h"
 
 namespace cwm::collision {
 
@@ -13,6 +14,9 @@ namespace cwm::collision {
 // polygons; lines are left out. Nodes may use nodes of the library, which are then there each time.
 // What would put surfaces elsewhere if it were passed over is refused: strips and fans, skins,
 // lookat and skew.
-absl::StatusOr<TriangleMesh> ReadCollada(std::string_view bytes, const RobotLimits& limits);
+absl::StatusOr<TriangleMesh> ReadCollada(std::string_view bytes, const MeshFileLimits& limits);
+
+// What <up_axis> says, Y where it says nothing.
+absl::StatusOr<UpAxis> ColladaUpAxis(std::string_view bytes, const MeshFileLimits& limits);
 
 }  // namespace cwm::collision

@@ -1,4 +1,4 @@
-#include "collision/robot/xml_element.h"
+#include "collision/xml/xml_element.h"
 
 #include <tinyxml2.h>
 
@@ -9,7 +9,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
-#include "collision/robot/parse_number.h"
+#include "collision/xml/parse_number.h"
 
 namespace cwm::collision {
 namespace {

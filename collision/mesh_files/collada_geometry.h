@@ -7,7 +7,7 @@
 
 #include "absl/status/statusor.h"
 #include "collision/geometry/pose.h"
-#include "collision/robot/xml_element.h"
+#include "collision/xml/xml_element.h"
 
 namespace cwm::collision {
 

@@ -1,4 +1,4 @@
-#include "collision/robot/parse_number.h"
+#include "collision/xml/parse_number.h"
 
 #include "absl/strings/numbers.h"
 

@@ -1,11 +1,11 @@
-#include "collision/robot/mesh_file.h"
+#include "collision/mesh_files/mesh_file.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <map>
 
-#include "tests/collision/robot/mesh_bytes.h"
+#include "tests/collision/mesh_files/mesh_bytes.h"
 
 namespace cwm::collision {
 namespace {

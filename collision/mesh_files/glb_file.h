@@ -5,11 +5,11 @@
 
 #include "absl/status/statusor.h"
 #include "collision/geometry/triangle_mesh.h"
-#include "collision/robot/robot_limits.h"
+#include "collision/mesh_files/mesh_file_limits.h"
 
 namespace cwm::collision {
 
 // As ReadMeshFile, of files that glb_guard.h lets through.
-absl::StatusOr<TriangleMesh> ReadGlb(std::string_view bytes, const RobotLimits& limits);
+absl::StatusOr<TriangleMesh> ReadGlb(std::string_view bytes, const MeshFileLimits& limits);
 
 }  // namespace cwm::collision

@@ -1,4 +1,4 @@
-#include "collision/robot/glb_file.h"
+#include "collision/mesh_files/glb_file.h"
 
 #include <assimp/BaseImporter.h>
 #include <assimp/importerdesc.h>
@@ -15,9 +15,9 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
-#include "collision/robot/glb_guard.h"
-#include "collision/robot/mesh_builder.h"
-#include "collision/robot/xml_element.h"
+#include "collision/mesh_files/glb_guard.h"
+#include "collision/mesh_files/mesh_builder.h"
+#include "collision/xml/xml_element.h"
 
 namespace cwm::collision {
 namespace {
@@ -55,7 +55,7 @@ void KeepOnly(std::string_view name, Assimp::Importer& importer) {
 // Gathers the triangles of a scene.
 class Collector {
  public:
-  explicit Collector(const RobotLimits& limits) : mesh_(limits.max_mesh_triangles) {}
+  explicit Collector(const MeshFileLimits& limits) : mesh_(limits.max_triangles) {}
 
   // Recurses as deep as the nodes, which the guard bounds.
   absl::Status Add(const aiScene& scene, const aiNode& node, const Affine& X_FP) {
@@ -111,7 +111,7 @@ absl::Status CheckFaces(const aiScene& scene) {
   return absl::OkStatus();
 }
 
-absl::StatusOr<TriangleMesh> Import(std::string_view bytes, const RobotLimits& limits) {
+absl::StatusOr<TriangleMesh> Import(std::string_view bytes, const MeshFileLimits& limits) {
   Assimp::Importer importer;
   KeepOnly(kImporter, importer);
   importer.SetIOHandler(new NoFiles);  // the importer owns it
@@ -130,7 +130,7 @@ absl::StatusOr<TriangleMesh> Import(std::string_view bytes, const RobotLimits& l
 
 }  // namespace
 
-absl::StatusOr<TriangleMesh> ReadGlb(std::string_view bytes, const RobotLimits& limits) {
+absl::StatusOr<TriangleMesh> ReadGlb(std::string_view bytes, const MeshFileLimits& limits) {
   if (absl::Status status = GuardGlb(bytes, limits); !status.ok()) return status;
   try {  // assimp catches most of its own exceptions; the rest end here
     return Import(bytes, limits);

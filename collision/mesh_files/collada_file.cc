@@ -1,4 +1,4 @@
-#include "collision/robot/collada_file.h"
+#include "collision/mesh_files/collada_file.h"
 
 #include <algorithm>
 #include <map>
@@ -8,10 +8,11 @@
 #include <utility>
 #include <vector>
 
+#include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
-#include "collision/robot/collada_geometry.h"
-#include "collision/robot/mesh_builder.h"
-#include "collision/robot/xml_element.h"
+#include "collision/mesh_files/collada_geometry.h"
+#include "collision/mesh_files/mesh_builder.h"
+#include "collision/xml/xml_element.h"
 
 namespace cwm::collision {
 namespace {
@@ -24,7 +25,7 @@ constexpr std::size_t kMostElements = 1'000'000;
 
 class ColladaReader {
  public:
-  explicit ColladaReader(const RobotLimits& limits) : mesh_(limits.max_mesh_triangles) {}
+  explicit ColladaReader(const MeshFileLimits& limits) : mesh_(limits.max_triangles) {}
 
   absl::StatusOr<TriangleMesh> Read(const XmlElement& root) {
     if (root.tag() != "COLLADA") return root.Fault("must have the root element <COLLADA>");
@@ -172,11 +173,30 @@ class ColladaReader {
 
 }  // namespace
 
-absl::StatusOr<TriangleMesh> ReadCollada(std::string_view bytes, const RobotLimits& limits) {
+absl::StatusOr<TriangleMesh> ReadCollada(std::string_view bytes, const MeshFileLimits& limits) {
   const absl::StatusOr<XmlDocument> document =
       XmlDocument::Parse(bytes, "Collada", limits.max_collada_bytes);
   if (!document.ok()) return document.status();
   return ColladaReader(limits).Read(document->root());
+}
+
+absl::StatusOr<UpAxis> ColladaUpAxis(std::string_view bytes, const MeshFileLimits& limits) {
+  const absl::StatusOr<XmlDocument> document =
+      XmlDocument::Parse(bytes, "Collada", limits.max_collada_bytes);
+  if (!document.ok()) return document.status();
+  for (const XmlElement& asset : document->root().Children("asset")) {
+    for (const XmlElement& element : asset.Children("up_axis")) {
+      const absl::StatusOr<std::string_view> content = element.Content();
+      if (!content.ok()) return content.status();
+      const absl::string_view axis = absl::StripAsciiWhitespace({content->data(), content->size()});
+      if (axis == "X_UP") return UpAxis::kX;
+      if (axis == "Y_UP") return UpAxis::kY;
+      if (axis == "Z_UP") return UpAxis::kZ;
+      return element.Fault(
+          absl::StrCat("is ", Quoted({axis.data(), axis.size()}), ", must be X_UP, Y_UP or Z_UP"));
+    }
+  }
+  return UpAxis::kY;
 }
 
 }  // namespace cwm::collision

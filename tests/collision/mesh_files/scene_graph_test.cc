@@ -1,4 +1,4 @@
-#include "collision/robot/scene_graph.h"
+#include "collision/mesh_files/scene_graph.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,11 +1,11 @@
-#include "collision/robot/mesh_text.h"
+#include "collision/mesh_files/mesh_text.h"
 
 #include <algorithm>
 #include <cctype>
 #include <string>
 
 #include "absl/strings/str_cat.h"
-#include "collision/robot/parse_number.h"
+#include "collision/xml/parse_number.h"
 
 namespace cwm::collision {
 namespace {

@@ -1,4 +1,4 @@
-#include "collision/robot/glb_guard.h"
+#include "collision/mesh_files/glb_guard.h"
 
 // glTF 2.0, sections 3.5 (nodes), 3.6 (buffers, views, accessors) and 4.4
 // (the container).
@@ -15,7 +15,7 @@
 
 #include "absl/status/statusor.h"
 #include "absl/strings/str_cat.h"
-#include "collision/robot/scene_graph.h"
+#include "collision/mesh_files/scene_graph.h"
 
 namespace cwm::collision {
 namespace {
@@ -125,7 +125,7 @@ std::string WordOf(const Json& object, const char* key) {
 
 class GlbChecker {
  public:
-  GlbChecker(const Json& json, std::string_view binary, const RobotLimits& limits)
+  GlbChecker(const Json& json, std::string_view binary, const MeshFileLimits& limits)
       : json_(json), binary_(binary), limits_(limits) {}
 
   absl::Status Check() {
@@ -230,10 +230,9 @@ class GlbChecker {
         }
         elements += *more;
         // Three indices and half a vertex with its normal and colours a triangle.
-        if (elements > 8 * limits_.max_mesh_triangles) {
-          return absl::ResourceExhaustedError(absl::StrCat("must have at most ",
-                                                           limits_.max_mesh_triangles,
-                                                           " triangles in all its primitives"));
+        if (elements > 8 * limits_.max_triangles) {
+          return absl::ResourceExhaustedError(absl::StrCat(
+              "must have at most ", limits_.max_triangles, " triangles in all its primitives"));
         }
         if (!UsesItsVertices(primitive)) return Fault("faces must use vertices that there are");
       }
@@ -291,12 +290,12 @@ class GlbChecker {
 
   const Json& json_;
   std::string_view binary_;
-  const RobotLimits& limits_;
+  const MeshFileLimits& limits_;
 };
 
 }  // namespace
 
-absl::Status GuardGlb(std::string_view bytes, const RobotLimits& limits) {
+absl::Status GuardGlb(std::string_view bytes, const MeshFileLimits& limits) {
   const absl::StatusOr<Chunks> chunks = Split(bytes);
   if (!chunks.ok()) return chunks.status();
   const absl::StatusOr<Json> json = Parse(chunks->json);

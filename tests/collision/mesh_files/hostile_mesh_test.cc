@@ -8,8 +8,8 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_replace.h"
-#include "collision/robot/mesh_file.h"
-#include "tests/collision/robot/mesh_bytes.h"
+#include "collision/mesh_files/mesh_file.h"
+#include "tests/collision/mesh_files/mesh_bytes.h"
 
 namespace cwm::collision {
 namespace {
@@ -27,7 +27,7 @@ using testing::TextStl;
 const TriangleMesh kBox = BoxMesh({1, 1, 1});
 
 std::string RefusalOf(const std::string& bytes, const std::string& name,
-                      const RobotLimits& limits = {}) {
+                      const MeshFileLimits& limits = {}) {
   const auto mesh = ReadMeshFile(bytes, name, limits);
   return mesh.ok() ? "" : std::string(mesh.status().message());
 }
@@ -79,17 +79,17 @@ TEST(HostileMesh, AnStlThatIsCutShortOrLiesAboutItsLengthIsRefused) {
 }
 
 TEST(HostileMesh, LimitsAreSaidInTheRefusal) {
-  EXPECT_THAT(RefusalOf(BinaryStl(kBox), "a.stl", {.max_mesh_bytes = 683}),
+  EXPECT_THAT(RefusalOf(BinaryStl(kBox), "a.stl", {.max_bytes = 683}),
               HasSubstr("is 684 bytes long, must be at most 683"));
-  EXPECT_EQ(RefusalOf(BinaryStl(kBox), "a.stl", {.max_mesh_bytes = 684}), "");
+  EXPECT_EQ(RefusalOf(BinaryStl(kBox), "a.stl", {.max_bytes = 684}), "");
   for (const auto& [name, bytes] : {std::pair("a.stl", BinaryStl(kBox)),
                                     {"a.obj", Obj(kBox)},
                                     {"a.dae", Collada(kBox)},
                                     {"a.glb", Glb(kBox)}}) {
-    EXPECT_THAT(RefusalOf(bytes, name, {.max_mesh_triangles = 11}),
+    EXPECT_THAT(RefusalOf(bytes, name, {.max_triangles = 11}),
                 HasSubstr("must have at most 11 triangles"))
         << name;
-    EXPECT_EQ(RefusalOf(bytes, name, {.max_mesh_triangles = 12}), "") << name;
+    EXPECT_EQ(RefusalOf(bytes, name, {.max_triangles = 12}), "") << name;
   }
   EXPECT_THAT(RefusalOf(Collada(kBox), "a.dae", {.max_collada_bytes = 100}),
               HasSubstr("must be at most 100"));
@@ -101,15 +101,18 @@ TEST(HostileMesh, VerticesThatAreNotFiniteAreRefused) {
   for (const float value : {nan, inf, -inf}) {
     std::string stl = BinaryStl(kBox);
     std::memcpy(stl.data() + 84 + 12, &value, sizeof(value));
-    EXPECT_EQ(RefusalOf(stl, "a.stl"), "must have finite vertices");
+    EXPECT_THAT(RefusalOf(stl, "a.stl"), HasSubstr("triangle 0 has the corner ("));
+    EXPECT_THAT(RefusalOf(stl, "a.stl"), HasSubstr("must have finite vertices"));
     std::string binary = GlbBinary(kBox);
     std::memcpy(binary.data(), &value, sizeof(value));
-    EXPECT_EQ(RefusalOf(Glb(GlbJson(kBox), binary), "a.glb"), "must have finite vertices");
+    EXPECT_THAT(RefusalOf(Glb(GlbJson(kBox), binary), "a.glb"),
+                HasSubstr("must have finite vertices"));
   }
 }
 
 TEST(HostileMesh, FacesOfVerticesThatAreNotThereAreRefused) {
-  EXPECT_NE(RefusalOf("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n", "a.obj"), "");
+  EXPECT_EQ(RefusalOf("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n", "a.obj"),
+            "line 4: corner \"9\" must be one of the 3 vertices that come before the face");
   EXPECT_NE(RefusalOf("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 -9\n", "a.obj"), "");
   TriangleMesh wild = kBox;
   wild.triangles[0][0] = 8;
@@ -120,9 +123,10 @@ TEST(HostileMesh, FacesOfVerticesThatAreNotThereAreRefused) {
 TEST(HostileMesh, TextThatIsNoNumberIsRefusedWithItsLine) {
   EXPECT_EQ(RefusalOf("v 0 0 0\nv 1 x 0\n", "a.obj"), "line 2: a vertex must have three numbers");
   EXPECT_EQ(RefusalOf("v 0 0 0\nv 1 0\n", "a.obj"), "line 2: a vertex must have three numbers");
-  EXPECT_EQ(RefusalOf("v 0 0 0\nv 1 0 0\nf 1 2\n", "a.obj"), "faces must have 3 to 4096 corners");
+  EXPECT_EQ(RefusalOf("v 0 0 0\nv 1 0 0\nf 1 2\n", "a.obj"),
+            "line 3: faces must have 3 to 4096 corners");
   EXPECT_EQ(RefusalOf("v 0 0 nan\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "a.obj"),
-            "must have finite vertices");
+            "line 4: triangle 0 has the corner (0, 0, nan), must have finite vertices");
   EXPECT_EQ(RefusalOf("solid\nfacet\nvertex 0 0\n", "a.stl"), "line 3: must have three numbers");
   EXPECT_EQ(RefusalOf("solid\nvertex 0 0 0\n", "a.stl"), "line 2: must be one of three of a facet");
   EXPECT_EQ(RefusalOf("solid\nfacet\nvertex 0 0 0\nendfacet\n", "a.stl"),

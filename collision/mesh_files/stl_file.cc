@@ -1,4 +1,4 @@
-#include "collision/robot/stl_file.h"
+#include "collision/mesh_files/stl_file.h"
 
 #include <array>
 #include <cstdint>
@@ -9,8 +9,8 @@
 
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
-#include "collision/robot/mesh_builder.h"
-#include "collision/robot/mesh_text.h"
+#include "collision/mesh_files/mesh_builder.h"
+#include "collision/mesh_files/mesh_text.h"
 
 namespace cwm::collision {
 namespace {
@@ -28,8 +28,8 @@ std::uint32_t CountIn(std::string_view bytes) {
   return count;
 }
 
-absl::StatusOr<TriangleMesh> ReadBinary(std::string_view bytes, const RobotLimits& limits) {
-  MeshBuilder mesh(limits.max_mesh_triangles);
+absl::StatusOr<TriangleMesh> ReadBinary(std::string_view bytes, const MeshFileLimits& limits) {
+  MeshBuilder mesh(limits.max_triangles);
   for (std::size_t at = kHeader; at < bytes.size(); at += kTriangle) {
     float c[9];
     std::memcpy(c, bytes.data() + at + kCorners, sizeof(c));
@@ -42,7 +42,7 @@ absl::StatusOr<TriangleMesh> ReadBinary(std::string_view bytes, const RobotLimit
 
 class TextReader {
  public:
-  explicit TextReader(const RobotLimits& limits) : mesh_(limits.max_mesh_triangles) {}
+  explicit TextReader(const MeshFileLimits& limits) : mesh_(limits.max_triangles) {}
 
   absl::StatusOr<TriangleMesh> Read(std::string_view text) {
     MeshText lines(text);
@@ -86,7 +86,7 @@ class TextReader {
 
 }  // namespace
 
-absl::StatusOr<TriangleMesh> ReadStl(std::string_view bytes, const RobotLimits& limits) {
+absl::StatusOr<TriangleMesh> ReadStl(std::string_view bytes, const MeshFileLimits& limits) {
   const std::uint32_t count = CountIn(bytes);
   if (bytes.size() >= kHeader && bytes.size() == kHeader + kTriangle * std::size_t{count}) {
     return ReadBinary(bytes, limits);

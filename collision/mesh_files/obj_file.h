@@ -5,12 +5,12 @@
 
 #include "absl/status/statusor.h"
 #include "collision/geometry/triangle_mesh.h"
-#include "collision/robot/robot_limits.h"
+#include "collision/mesh_files/mesh_file_limits.h"
 
 namespace cwm::collision {
 
 // As ReadMeshFile: vertices and the faces over them, of all objects and groups as one mesh.
 // Everything else is passed over.
-absl::StatusOr<TriangleMesh> ReadObj(std::string_view bytes, const RobotLimits& limits);
+absl::StatusOr<TriangleMesh> ReadObj(std::string_view bytes, const MeshFileLimits& limits);
 
 }  // namespace cwm::collision

@@ -1,4 +1,4 @@
-#include "collision/robot/mesh_builder.h"
+#include "collision/mesh_files/mesh_builder.h"
 
 #include <utility>
 
@@ -46,7 +46,12 @@ std::vector<std::array<int, 3>> Cut(const Corners& corners) {
 absl::Status MeshBuilder::Add(const std::array<Vector3, 3>& corners) {
   TriangleMesh::Triangle t;
   for (int i = 0; i < 3; ++i) {
-    if (!corners[i].allFinite()) return absl::InvalidArgumentError("must have finite vertices");
+    if (!corners[i].allFinite()) {
+      const Vector3& p = corners[i];
+      return absl::InvalidArgumentError(absl::StrCat("triangle ", added_, " has the corner (",
+                                                     p.x(), ", ", p.y(), ", ", p.z(),
+                                                     "), must have finite vertices"));
+    }
   }
   if (added_++ == max_triangles_) {
     return absl::ResourceExhaustedError(

@@ -6,12 +6,12 @@
 #include <string_view>
 
 #include "absl/status/status.h"
-#include "collision/robot/robot_limits.h"
+#include "collision/mesh_files/mesh_file_limits.h"
 
 namespace cwm::collision {
 
 // The nodes make a tree that is neither deep nor large; accessors and views lie inside the file's
 // own binary chunk; primitives are triangles whose indices are vertices that there are.
-absl::Status GuardGlb(std::string_view bytes, const RobotLimits& limits);
+absl::Status GuardGlb(std::string_view bytes, const MeshFileLimits& limits);
 
 }  // namespace cwm::collision

@@ -1,20 +1,23 @@
-#include "collision/robot/obj_file.h"
+#include "collision/mesh_files/obj_file.h"
 
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <utility>
 #include <vector>
 
 #include "absl/strings/numbers.h"
-#include "collision/robot/mesh_builder.h"
-#include "collision/robot/mesh_text.h"
+#include "absl/strings/str_cat.h"
+#include "collision/mesh_files/mesh_builder.h"
+#include "collision/mesh_files/mesh_text.h"
+#include "collision/xml/xml_element.h"
 
 namespace cwm::collision {
 namespace {
 
 class ObjReader {
  public:
-  explicit ObjReader(const RobotLimits& limits) : mesh_(limits.max_mesh_triangles) {}
+  explicit ObjReader(const MeshFileLimits& limits) : mesh_(limits.max_triangles) {}
 
   absl::StatusOr<TriangleMesh> Read(std::string_view text) {
     MeshText lines(text);
@@ -39,10 +42,14 @@ class ObjReader {
     std::vector<Vector3> corners;
     for (std::size_t i = 1; i < line.words() && !line.word(i).starts_with('#'); ++i) {
       const std::optional<std::size_t> vertex = VertexOf(line.word(i));
-      if (!vertex.has_value()) return line.Fault("a face must use vertices that come before it");
+      if (!vertex.has_value()) {
+        return line.Fault(absl::StrCat("corner ", Quoted(line.word(i)), " must be one of the ",
+                                       vertices_.size(), " vertices that come before the face"));
+      }
       corners.push_back(vertices_[*vertex]);
     }
-    return mesh_.AddPolygon(corners);
+    const absl::Status status = mesh_.AddPolygon(corners);
+    return absl::IsInvalidArgument(status) ? line.Fault(std::string(status.message())) : status;
   }
 
   // "7", "7/1", "7//3", "7/1/3": counted from 1, or from the end where negative.
@@ -61,7 +68,7 @@ class ObjReader {
 
 }  // namespace
 
-absl::StatusOr<TriangleMesh> ReadObj(std::string_view bytes, const RobotLimits& limits) {
+absl::StatusOr<TriangleMesh> ReadObj(std::string_view bytes, const MeshFileLimits& limits) {
   return ObjReader(limits).Read(bytes);
 }
 

@@ -1,0 +1,32 @@
+// The header of an NPY file: a dictionary as Python writes it.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "absl/status/statusor.h"
+
+namespace cwm::formats {
+
+// A member of a structured type: ("x", "<f4"), or ("rgb", "|u1", (3,)).
+struct NpyMember {
+  std::string name;
+  std::string type;                 // "<f4"
+  std::vector<std::int64_t> shape;  // of a subarray
+};
+
+struct NpyHeader {
+  std::string type;                // "<f8"; empty: structured
+  std::vector<NpyMember> members;  // of a structured type
+  bool fortran_order = false;
+  std::vector<std::int64_t> shape;
+  std::size_t data_begin = 0;  // in the file
+};
+
+// Numbers of shapes are at least 0. INVALID_ARGUMENT names the byte of the file where the
+// dictionary is not as numpy writes it.
+absl::StatusOr<NpyHeader> ParseNpyHeader(std::string_view bytes, const std::string& file);
+
+}  // namespace cwm::formats
