@@ -1,19 +1,27 @@
 // cwm import
+#include <filesystem>
 #include <map>
 #include <memory>
 #include <optional>
-#include <ostream>
+#include <string_view>
 
+#include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "clients/cli/all_pages.h"
 #include "clients/cli/change_arguments.h"
 #include "clients/cli/commands.h"
 #include "clients/cli/exit_code.h"
+#include "clients/cli/mesh_arguments.h"
+#include "clients/cli/number_list.h"
 #include "clients/cli/one_of.h"
+#include "clients/cli/scan_arguments.h"
+#include "clients/cli/scan_ingest.h"
+#include "clients/formats/cloud_reader.h"
 #include "clients/formats/file_bytes.h"
 #include "clients/formats/scene_file.h"
 #include "clients/scene/scene_import.h"
+#include "clients/scene/scene_objects.h"
 
 namespace cwm::cli {
 namespace {
@@ -22,13 +30,80 @@ namespace pb = cwm::v1;
 using scene::Part;
 
 // A planning scene is text of some kilobytes; this is a mesh-laden one many times over.
-constexpr std::int64_t kMaxSceneBytes = 64 << 20;
+constexpr std::size_t kMaxSceneBytes = std::size_t{64} << 20;
+
+// What a file may hold; also the names of the groups of options that go with it.
+constexpr char kCloud[] = "Clouds", kMesh[] = "Meshes", kScene[] = "Scenes";
 
 struct ImportArguments {
-  std::string file, robot, world_frame;
+  std::string file, robot, world_frame, name, at = "0,0,0";
   std::vector<Part> without;
+  MeshArguments mesh;
+  ScanArguments scan;
   ChangeArguments change;
 };
+
+std::string EndingOf(const std::string& file) {
+  return absl::AsciiStrToLower(std::filesystem::path(file).extension().string());
+}
+
+// By the first bytes where they tell, else by the name's ending; what neither tells is a scene, of
+// which the reader says what is wrong.
+const char* ContentOf(std::string_view bytes, const std::string& file) {
+  if (IsMeshFile(bytes, file)) return kMesh;
+  const std::string ending = EndingOf(file);
+  if (ending == ".scene" || ending == ".yaml" || ending == ".yml") return kScene;
+  for (const char* cloud : {".pcd", ".ply", ".xyz", ".npy", ".asc", ".csv", ".txt"}) {
+    if (ending == cloud) return kCloud;
+  }
+  return formats::CloudFormatOf(bytes) ? kCloud : kScene;
+}
+
+// Options that go with files of another content are not silently passed over.
+absl::Status CheckOptions(const CLI::App& command, const ImportArguments& arguments,
+                          const std::string& content) {
+  for (const CLI::Option* option : command.get_options()) {
+    const std::string& group = option->get_group();
+    const bool of_files = group == kCloud || group == kMesh || group == kScene;
+    const bool of_changes = option->check_name("--expected-revision");
+    const bool fits = of_changes ? content != kCloud : !of_files || group == content;
+    if (option->count() == 0 || fits) continue;
+    return UsageError(absl::StrCat(option->get_name(), " does not go with ", arguments.file,
+                                   ", which is read as: ", absl::AsciiStrToLower(content)));
+  }
+  return absl::OkStatus();
+}
+
+absl::Status ImportCloud(Session& session, const ImportArguments& arguments,
+                         std::string_view bytes) {
+  auto header = ToHeader(arguments.scan, session);
+  if (!header.ok()) return header.status();
+  header->set_mode(pb::INGEST_MODE_UPDATE);
+  header->set_request_id(arguments.change.request_id);
+  return IngestScan(session, *header, {.bytes = bytes, .name = arguments.file});
+}
+
+absl::Status ImportMesh(Session& session, const ImportArguments& arguments,
+                        std::string_view bytes) {
+  const auto pose = ParsePose(arguments.at, "--at");
+  if (!pose.ok()) return pose.status();
+  const auto mesh = ParseMeshFile(bytes, arguments.file, arguments.mesh);
+  if (!mesh.ok()) return mesh.status();
+  if (const auto warning = SizeWarning(*mesh, arguments.file)) session.Warn(*warning);
+  const auto part = UploadMesh(session, *mesh);
+  if (!part.ok()) return part.status();
+  pb::Change change;
+  pb::Object& object = *change.mutable_put()->mutable_object();
+  object.set_name(arguments.name.empty()
+                      ? scene::WorldName(std::filesystem::path(arguments.file).stem().string())
+                      : arguments.name);
+  object.set_kind(pb::OBJECT_KIND_USER);
+  *object.mutable_x_world_object() = ToProto(*pose);
+  *object.add_shapes() = *part;
+  return Apply(session, arguments.change, {change},
+               absl::StrCat("imported ", object.name(), ", a mesh of ", mesh->triangles.size(),
+                            mesh->triangles.size() == 1 ? " triangle" : " triangles"));
+}
 
 // The robot that is named, or the only one of the world; nothing where there is none.
 absl::StatusOr<std::optional<pb::Robot>> FindRobot(Session& session, const std::string& name) {
@@ -49,11 +124,14 @@ absl::StatusOr<std::optional<pb::Robot>> FindRobot(Session& session, const std::
                                  absl::StrJoin(names, ", ")));
 }
 
-absl::Status Import(Session& session, const ImportArguments& arguments) {
-  const auto bytes = formats::ReadFileBytes(arguments.file, kMaxSceneBytes);
-  if (!bytes.ok()) return bytes.status();
+absl::Status ImportScene(Session& session, const ImportArguments& arguments,
+                         std::string_view bytes) {
+  if (bytes.size() > kMaxSceneBytes) {
+    return absl::InvalidArgumentError(absl::StrCat(arguments.file, ": size is ", bytes.size(),
+                                                   " bytes, must be at most ", kMaxSceneBytes));
+  }
   const auto file =
-      formats::ParseScene(*bytes, arguments.file, {.world_frame = arguments.world_frame});
+      formats::ParseScene(bytes, arguments.file, {.world_frame = arguments.world_frame});
   if (!file.ok()) return file.status();
   scene::ImportOptions options{.robot = nullptr, .without = arguments.without};
   std::optional<pb::Robot> robot;
@@ -73,38 +151,75 @@ absl::Status Import(Session& session, const ImportArguments& arguments) {
                absl::StrCat("imported ", absl::StrJoin(plan->taken, ", ")));
 }
 
+absl::Status Import(Session& session, const CLI::App& command, const ImportArguments& arguments) {
+  const auto bytes = formats::ReadFileBytes(arguments.file);
+  if (!bytes.ok()) return bytes.status();
+  const std::string content = ContentOf(*bytes, arguments.file);
+  if (absl::Status status = CheckOptions(command, arguments, content); !status.ok()) return status;
+  if (content == kCloud) return ImportCloud(session, arguments, *bytes);
+  if (content == kMesh) return ImportMesh(session, arguments, *bytes);
+  return ImportScene(session, arguments, *bytes);
+}
+
 }  // namespace
 
 void AddImportCommand(CommandLine& line) {
   static const std::map<std::string, Part> kParts = {
       {"state", Part::kState}, {"allowed", Part::kAllowed}, {"attached", Part::kAttached}};
   const auto arguments = std::make_shared<ImportArguments>();
+  // The action asks which of its options were given.
+  const auto self = std::make_shared<const CLI::App*>();
   CLI::App& command = AddCommand(
       line,
       {"import",
-       "a MoveIt planning scene (YAML or .scene), in one revision",
-       {"cwm import scene0001.yaml", "cwm import shelf.scene --world shelf",
+       "files of other tools: scans, meshes, MoveIt's planning scenes",
+       {"cwm import scan.npy --up 0,-1,0", "cwm import cup.stl --scale 0.001 --at 0.6,0,0.8",
+        "cwm import chair.glb --name kitchen/chair", "cwm import scene0001.yaml",
+        "cwm import shelf.scene --world shelf",
         "cwm import scene0001.yaml --robot panda --without state"},
-       "Objects are put under their ids: boxes, cylinders, spheres, cones, meshes, and planes as\n"
-       "half-spaces, solid where the normal points away from. Of YAML also the state of the robot, "
-       "its base,\nwhat it holds and which pairs may collide: for these the world must have the "
-       "robot.\nWhat is left out is said in warnings. A file has at most 64 MiB."},
-      [arguments](Session& session) { return Import(session, *arguments); });
-  command.add_option("SCENE", arguments->file, "a YAML or .scene file")->required();
+       "What a file is, its first bytes say, or else its ending.\n"
+       "Clouds: PCD, PLY without faces, XYZ (text, also .csv .txt .asc), NPY. A scan as for `cwm "
+       "ingest`, which\nhas more options.\n"
+       "Meshes: STL, OBJ, PLY with faces, DAE, GLB. One object, named as the file, of all that "
+       "the file draws,\nsolid where watertight. Units are metres; the unit of a DAE is applied. "
+       "Z is up; of GLB it is Y,\nof DAE what it says.\n"
+       "Scenes: YAML or .scene. Objects are put under their ids, in one revision: boxes, "
+       "cylinders, spheres,\ncones, meshes, and planes as half-spaces, solid where the normal "
+       "points away from. Of YAML also the\nstate of the robot, its base, what it holds and which "
+       "pairs may collide: for these the world must\nhave the robot. What is left out is said in "
+       "warnings. A scene has at most 64 MiB."},
+      [arguments, self](Session& session) { return Import(session, **self, *arguments); });
+  *self = &command;
+  command.add_option("FILE", arguments->file, "a cloud, a mesh or a planning scene")->required();
+  command
+      .add_option("--name", arguments->name, "of the object; default: the file's, without ending")
+      ->type_name("NAME")
+      ->group(kMesh);
+  command.add_option("--at", arguments->at, "its pose in the world (m); default: the origin")
+      ->type_name("X,Y,Z[,QX,QY,QZ,QW]")
+      ->group(kMesh);
+  AddMeshOptions(command, kMesh, arguments->mesh);
+  const std::size_t before_scan = command.get_options().size();
+  AddScanOptions(command, arguments->scan);
+  const std::vector<CLI::Option*> options = command.get_options({});
+  for (std::size_t i = before_scan; i < options.size(); ++i) options[i]->group(kCloud);
   command
       .add_option("--robot", arguments->robot,
                   "whose state it is; default: the only robot of the world")
-      ->type_name("NAME");
+      ->type_name("NAME")
+      ->group(kScene);
   command
       .add_option("--without", arguments->without,
                   "leave out the robot's state, the allowed pairs, attached objects; repeatable")
       ->transform(OneOf(kParts))
       ->allow_extra_args(false)
-      ->type_name("state|allowed|attached");
+      ->type_name("state|allowed|attached")
+      ->group(kScene);
   command
       .add_option("--world-frame", arguments->world_frame,
                   "a frame of the file that is the world's, besides \"world\"")
-      ->type_name("FRAME");
+      ->type_name("FRAME")
+      ->group(kScene);
   AddChangeOptions(command, arguments->change);
 }
 

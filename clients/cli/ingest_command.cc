@@ -1,12 +1,11 @@
 // cwm ingest
 #include <memory>
-#include <ostream>
 
 #include "clients/cli/commands.h"
 #include "clients/cli/exit_code.h"
 #include "clients/cli/scan_arguments.h"
-#include "clients/cli/scan_report.h"
-#include "clients/formats/cloud_reader.h"
+#include "clients/cli/scan_ingest.h"
+#include "clients/formats/file_bytes.h"
 
 namespace cwm::cli {
 namespace {
@@ -21,23 +20,13 @@ struct IngestArguments {
 
 absl::Status IngestFile(Session& session, const IngestArguments& arguments,
                         const cwm::v1::IngestCloudHeader& header, const std::string& file) {
-  const auto cloud = formats::ReadCloud(file);
-  if (!cloud.ok()) return cloud.status();
-  auto response = SendScan(session, header, *cloud, file);
-  if (!response.ok()) return response.status();
-  if (!arguments.labels.empty()) {
-    absl::Status written = WriteLabelled(session, *response, *cloud, arguments.labels);
-    if (!written.ok()) return written;
-    response->clear_labels();  // they are in the file
-  }
-  session.Print(*response, [&] {
-    if (arguments.files.size() > 1) session.streams.out << file << "\n";
-    PrintScanReport(*response, session.color() ? TableStyle::kColor : TableStyle::kPlain,
-                    session.streams.out);
-    if (arguments.files.size() > 1) session.streams.out << "\n";
-  });
-  session.streams.out.flush();
-  return absl::OkStatus();
+  const auto bytes = formats::ReadFileBytes(file);
+  if (!bytes.ok()) return bytes.status();
+  return IngestScan(session, header,
+                    {.bytes = *bytes,
+                     .name = file,
+                     .title = arguments.files.size() > 1 ? file : "",
+                     .labels_path = arguments.labels});
 }
 
 absl::Status Ingest(Session& session, const IngestArguments& arguments) {
@@ -69,11 +58,15 @@ void AddIngestCommand(CommandLine& line) {
        "scans into the world: what is seen is added, moved, replaced or removed",
        {"cwm ingest scan.pcd", "cwm ingest scan1.pcd scan2.pcd --world kitchen --up 0,-1,0",
         "cwm ingest scan.ply --x-world-sensor 0,0,1.2,1,0,0,0 --labels labelled.pcd -o json"},
-       "Files are PCD or PLY in the sensor's frame, metres. Several are sent one after another, "
-       "and the\n"
-       "first that fails ends it."},
+       "Files are PCD, PLY, XYZ or NPY in the sensor's frame, metres, told apart by their content. "
+       "XYZ is\n"
+       "text, x y z first on each line or columns that its header names; NPY what numpy.save "
+       "writes of an\n"
+       "array (N, 3), (H, W, 3) or of a structured one. Several are sent one after another, and "
+       "the first\n"
+       "that fails ends it."},
       [arguments](Session& session) { return Ingest(session, *arguments); });
-  command.add_option("FILE", arguments->files, "PCD or PLY files")->required();
+  command.add_option("FILE", arguments->files, "PCD, PLY, XYZ or NPY files")->required();
   AddScanOptions(command, arguments->scan);
   command.add_option("--labels", arguments->labels, "write the labelled cloud to this PCD file")
       ->type_name("OUT.pcd");

@@ -6,11 +6,9 @@
 #include "clients/cli/change_arguments.h"
 #include "clients/cli/commands.h"
 #include "clients/cli/exit_code.h"
+#include "clients/cli/mesh_arguments.h"
 #include "clients/cli/number_list.h"
-#include "clients/cpp/geometry_transfer.h"
 #include "clients/formats/file_bytes.h"
-#include "clients/formats/ply.h"
-#include "proto/transfer/mesh_bytes.h"
 
 namespace cwm::cli {
 namespace {
@@ -20,6 +18,7 @@ namespace pb = cwm::v1;
 struct PutArguments {
   std::string name, mesh, at = "0,0,0", supported_by;
   ShapeArguments shape;
+  MeshArguments mesh_options;
   double margin_m = 0;
   bool unseen = false;
   ChangeArguments change;
@@ -36,23 +35,19 @@ pb::ShapePart ToPart(const pb::PlacedShape& shape) {
   return part;
 }
 
-absl::StatusOr<pb::ShapePart> UploadMesh(Session& session, const std::string& path) {
-  const auto bytes = formats::ReadFileBytes(path);
+absl::StatusOr<pb::ShapePart> ReadMeshPart(Session& session, const PutArguments& arguments) {
+  const auto bytes = formats::ReadFileBytes(arguments.mesh);
   if (!bytes.ok()) return bytes.status();
-  const auto mesh = formats::ParsePlyMesh(*bytes, path);
+  const auto mesh = ParseMeshFile(*bytes, arguments.mesh, arguments.mesh_options);
   if (!mesh.ok()) return mesh.status();
-  const auto hash = client::WriteGeometry(session.connection(),
-                                          {pb::GEOMETRY_FORMAT_MESH_F64, EncodeMesh(*mesh)});
-  if (!hash.ok()) return hash.status();
-  pb::ShapePart part;
-  part.mutable_mesh()->set_hash(*hash);
-  return part;
+  if (const auto warning = SizeWarning(*mesh, arguments.mesh)) session.Warn(*warning);
+  return UploadMesh(session, *mesh);
 }
 
 absl::StatusOr<pb::ShapePart> ReadPart(Session& session, const PutArguments& arguments) {
   if (!arguments.mesh.empty()) {
     if (HasShape(arguments.shape)) return UsageError("--mesh: only one shape at a time");
-    return UploadMesh(session, arguments.mesh);
+    return ReadMeshPart(session, arguments);
   }
   const auto shape = ToShape(arguments.shape);
   if (!shape.ok()) return shape.status();
@@ -85,13 +80,16 @@ void AddPutCommand(CommandLine& line) {
                   "an object of yours into the world, or in place of the one of that name",
                   {"cwm put crate --box 0.4,0.3,0.2 --at 0.6,0,0.1",
                    "cwm put post --cylinder 0.03,0.9 --at 1,0,0.45 --margin 0.01",
-                   "cwm put statue --mesh statue.ply --at 0,1,0"},
+                   "cwm put statue --mesh statue.stl --scale 0.001 --at 0,1,0"},
                   "What you put is yours: scans neither move nor remove it."},
                  [arguments](Session& session) { return Put(session, *arguments); });
   command.add_option("NAME", arguments->name, "of the object")->required();
   AddShapeOptions(command, arguments->shape);
-  command.add_option("--mesh", arguments->mesh, "a mesh, solid where watertight")
-      ->type_name("FILE.ply");
+  command
+      .add_option("--mesh", arguments->mesh,
+                  "a mesh, solid where watertight: STL, OBJ, PLY, DAE or GLB")
+      ->type_name("FILE");
+  AddMeshOptions(command, "Meshes", arguments->mesh_options);
   command.add_option("--at", arguments->at, "its pose in the world (m); default: the origin")
       ->type_name("X,Y,Z[,QX,QY,QZ,QW]");
   command.add_option("--margin", arguments->margin_m, "its own collision margin (m)")

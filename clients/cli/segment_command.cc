@@ -52,7 +52,7 @@ void AddSegmentCommand(CommandLine& line) {
                   "label of the input is\n"
                   "ignored and replaced."},
                  [arguments](Session& session) { return Segment(session, *arguments); });
-  command.add_option("IN", arguments->input, "a PCD or PLY file")->required();
+  command.add_option("IN", arguments->input, "a PCD, PLY, XYZ or NPY file")->required();
   command.add_option("OUT", arguments->output, "the labelled PCD file")->required();
   AddScanOptions(command, arguments->scan);
 }

@@ -1,0 +1,39 @@
+#include "clients/cli/scan_ingest.h"
+
+#include <ostream>
+
+#include "absl/strings/str_cat.h"
+#include "clients/cli/scan_arguments.h"
+#include "clients/cli/scan_report.h"
+#include "clients/formats/cloud_reader.h"
+#include "clients/formats/ply.h"
+
+namespace cwm::cli {
+
+absl::Status IngestScan(Session& session, const cwm::v1::IngestCloudHeader& header,
+                        const ScanFile& file) {
+  const auto cloud = formats::ParseCloud(file.bytes, file.name);
+  if (!cloud.ok()) return cloud.status();
+  if (formats::HasPlyFaces(file.bytes)) {
+    session.Warn(absl::StrCat(file.name,
+                              ": has faces, its vertices are taken as a scan; `cwm import` puts it "
+                              "as a mesh"));
+  }
+  auto response = SendScan(session, header, *cloud, file.name);
+  if (!response.ok()) return response.status();
+  if (!file.labels_path.empty()) {
+    absl::Status written = WriteLabelled(session, *response, *cloud, file.labels_path);
+    if (!written.ok()) return written;
+    response->clear_labels();  // they are in the file
+  }
+  session.Print(*response, [&] {
+    if (!file.title.empty()) session.streams.out << file.title << "\n";
+    PrintScanReport(*response, session.color() ? TableStyle::kColor : TableStyle::kPlain,
+                    session.streams.out);
+    if (!file.title.empty()) session.streams.out << "\n";
+  });
+  session.streams.out.flush();
+  return absl::OkStatus();
+}
+
+}  // namespace cwm::cli
