@@ -111,7 +111,13 @@ absl::StatusOr<TriangleMesh> ParseMeshFile(std::string_view bytes, const std::st
   const auto up = UpOf(bytes, file, arguments);
   if (!up.ok()) return In(file, up.status());
   TriangleMesh standing = collision::WithZUp(*up, *std::move(mesh));
-  for (Vector3& p : standing.vertices) p *= arguments.scale;
+  for (Vector3& p : standing.vertices) {
+    p *= arguments.scale;
+    if (!p.allFinite()) {
+      return In(file, absl::InvalidArgumentError(
+                          absl::StrCat("vertices must be finite after --scale ", arguments.scale)));
+    }
+  }
   return standing;
 }
 

@@ -192,8 +192,8 @@ absl::StatusOr<UpAxis> ColladaUpAxis(std::string_view bytes, const MeshFileLimit
       if (axis == "X_UP") return UpAxis::kX;
       if (axis == "Y_UP") return UpAxis::kY;
       if (axis == "Z_UP") return UpAxis::kZ;
-      return element.Fault(
-          absl::StrCat("is ", Quoted({axis.data(), axis.size()}), ", must be X_UP, Y_UP or Z_UP"));
+      return element.Fault(absl::StrCat("holds ", Quoted({axis.data(), axis.size()}),
+                                        ", must be X_UP, Y_UP or Z_UP"));
     }
   }
   return UpAxis::kY;

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <random>
 
 #include "clients/formats/file_bytes.h"
 
@@ -24,6 +25,49 @@ TEST(ReadCloud, TellsFormatsApartByTheirContent) {
   ASSERT_TRUE(cloud.ok()) << cloud.status();
   EXPECT_EQ(cloud->size(), 1);
   std::filesystem::remove(path);
+}
+
+TEST(ParseCloud, TellsPointsInTextFromOtherText) {
+  EXPECT_EQ(CloudFormatOf("# made by hand\n0.1, 0.2, 0.3\n"), CloudFormat::kXyz);
+  EXPECT_EQ(CloudFormatOf("# .PCD v0.7\n"), CloudFormat::kPcd);
+  EXPECT_EQ(CloudFormatOf("\x93NUMPY\x01"), CloudFormat::kNpy);
+  EXPECT_EQ(CloudFormatOf("ply\n"), CloudFormat::kPly);
+  EXPECT_EQ(CloudFormatOf("name: shelf\n"), std::nullopt);
+  EXPECT_EQ(ParseCloud("1 2 3\n", "a.pcd")->size(), 1);
+}
+
+// Whatever comes, there is an answer: a cloud whose bytes are those of its points, or a fault.
+TEST(ParseCloud, ReadsOrRefusesFilesWithBytesChangedAtRandom) {
+  const std::string ply =
+      "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\n"
+      "property float z\nend_header\n1 2 3\n4 5 6\n";
+  const std::string pcd =
+      "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nWIDTH 2\nHEIGHT 1\nDATA ascii\n1 2 3\n4 "
+      "5 "
+      "6\n";
+  const std::string dictionary =
+      "{'descr': [('x', '<f4'), ('', '|V1'), ('y', '>i2'), ('z', '|i1', (1,))], "
+      "'fortran_order': False, 'shape': (1, 2), }\n";
+  std::string npy = "\x93NUMPY";
+  npy += {'\1', '\0', static_cast<char>(dictionary.size()), '\0'};
+  npy += dictionary + std::string(16, 'a');
+  std::mt19937 random(11);
+  for (const std::string& bytes : {ply, pcd, npy, std::string("x,y,z,nx\n1,2,3,4\n5,6,7,8\n")}) {
+    ASSERT_TRUE(ParseCloud(bytes, "whole").ok()) << ParseCloud(bytes, "whole").status();
+    for (int round = 0; round < 3000; ++round) {
+      std::string changed = bytes;
+      for (int i = 0; i < 1 + round % 4; ++i) {
+        changed[random() % changed.size()] = static_cast<char>(random() % 256);
+      }
+      if (round % 10 == 0) changed.resize(random() % changed.size());
+      const auto cloud = ParseCloud(changed, "changed");
+      if (cloud.ok()) {
+        ASSERT_EQ(cloud->bytes.size(), static_cast<std::size_t>(cloud->size()) * cloud->point_step);
+      } else {
+        ASSERT_THAT(std::string(cloud.status().message()), ::testing::StartsWith("changed: "));
+      }
+    }
+  }
 }
 
 TEST(ReadCloud, NamesWhatItCannotRead) {

@@ -78,6 +78,15 @@ TEST(Ply, SplitsPolygonsIntoFansAndSkipsOtherElements) {
   EXPECT_EQ(mesh->triangles, (Triangles{{0, 1, 2}, {0, 2, 3}}));
 }
 
+TEST(Ply, TellsMeshesFromCloudsByTheirFaces) {
+  EXPECT_TRUE(HasPlyFaces(Square("3 0 1 2")));
+  EXPECT_FALSE(HasPlyFaces(Ply("ascii", std::string("element vertex 1\n") + kVertex, "1 2 3\n")));
+  EXPECT_FALSE(HasPlyFaces(
+      Ply("ascii", std::string("element vertex 1\n") + kVertex + "element face 0\n" + kFace,
+          "1 2 3\n")));
+  EXPECT_FALSE(HasPlyFaces("ply\nelement face 3\n"));
+}
+
 TEST(Ply, MeshesSurviveARoundTripToTheLastBit) {
   const MeshFile mesh{.vertices = {{0.1, 1.0 / 3, -1e-300}, {1, 2, 3}, {4, 5, 6}},
                       .triangles = {{0, 1, 2}, {2, 1, 0}}};

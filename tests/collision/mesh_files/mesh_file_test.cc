@@ -125,6 +125,32 @@ TEST(MeshFile, AppliesTheUnitOfAColladaFileAndTurnsNoAxisUp) {
   }
 }
 
+TEST(UpAxis, IsWhatAColladaFileSaysAndYOfGlb) {
+  const TriangleMesh box = BoxMesh(kSize_m);
+  EXPECT_EQ(UpAxisOf(Glb(box), "a.GLB").value(), UpAxis::kY);
+  EXPECT_EQ(UpAxisOf(Obj(box), "a.obj").value(), UpAxis::kZ);
+  EXPECT_EQ(UpAxisOf(Collada(box, {.up_axis = "X_UP"}), "a.dae").value(), UpAxis::kX);
+  EXPECT_EQ(UpAxisOf(Collada(box, {.up_axis = " Y_UP\n"}), "a.dae").value(), UpAxis::kY);
+  EXPECT_EQ(UpAxisOf(Collada(box, {.up_axis = "Z_UP"}), "a.dae").value(), UpAxis::kZ);
+  EXPECT_EQ(UpAxisOf("<COLLADA/>", "a.dae").value(), UpAxis::kY);
+  EXPECT_FALSE(UpAxisOf("not xml", "a.dae").ok());
+  EXPECT_EQ(std::string(UpAxisOf(Collada(box, {.up_axis = "UP"}), "a.dae").status().message()),
+            "Collada: asset: up_axis: holds \"UP\", must be X_UP, Y_UP or Z_UP");
+}
+
+// By the drawing in Collada's manual: Y_UP looks along -z with x to the right, X_UP along -z with y
+// to the left.
+TEST(UpAxis, IsTurnedToZWithoutMirroring) {
+  const TriangleMesh axes{.vertices = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, .triangles = {{0, 1, 2}}};
+  using Vertices = std::vector<Vector3>;
+  EXPECT_EQ(WithZUp(UpAxis::kZ, axes).vertices, axes.vertices);
+  EXPECT_EQ(WithZUp(UpAxis::kY, axes).vertices, (Vertices{{1, 0, 0}, {0, 0, 1}, {0, -1, 0}}));
+  EXPECT_EQ(WithZUp(UpAxis::kX, axes).vertices, (Vertices{{0, 0, 1}, {-1, 0, 0}, {0, -1, 0}}));
+  for (const UpAxis up : {UpAxis::kX, UpAxis::kY, UpAxis::kZ}) {
+    EXPECT_NEAR(SignedVolume_m3(WithZUp(up, BoxMesh(kSize_m))), kVolume_m3, 1e-15);
+  }
+}
+
 TEST(MeshFile, AppliesTheTransformsOfNodesBelowEachOther) {
   // Half the size, then moved: the inner node acts first.
   const char kNodes[] =

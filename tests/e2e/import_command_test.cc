@@ -1,0 +1,167 @@
+// Files of other tools into a real world: what is imported answers like what was exported.
+#include <gmock/gmock.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "tests/e2e/server_fixture.h"
+
+namespace cwm::testing {
+namespace {
+
+using nlohmann::json;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+constexpr int kUsage = 1, kBadInput = 8;  // exit codes, see `cwm --help`
+
+// Files have single precision: 2^-24 of coordinates below 2 m, at both ends of a distance.
+constexpr double kRounding_m = 4 * 0x1p-24;
+
+class ImportCommand : public ServerTest {
+ protected:
+  std::string File(const std::string& name) const { return scratch() / name; }
+
+  std::string Write(const std::string& name, const std::string& content) const {
+    std::ofstream(File(name), std::ios::binary) << content;
+    return File(name);
+  }
+
+  // From a sphere of 5 cm at places around what stands at 0.5, 0.2, 1.
+  std::vector<double> Distances(const std::string& world) const {
+    std::vector<double> found;
+    const json reply =
+        CwmJson({"-w", world, "distance", "--sphere", "0.05", "--at", "0.5,0.2,1.4", "--at",
+                 "0.9,0.2,1", "--at", "0.5,-0.3,1.01", "--at", "0.1,0.5,0.7"});
+    for (const json& distance : reply.at("distance_m")) found.push_back(distance.get<double>());
+    return found;
+  }
+
+  void ExpectSameDistances(const std::string& world, const std::string& as) const {
+    const std::vector<double> got = Distances(world), want = Distances(as);
+    ASSERT_EQ(want.size(), 4U);
+    ASSERT_EQ(got.size(), want.size());
+    for (std::size_t i = 0; i < want.size(); ++i) EXPECT_NEAR(got[i], want[i], kRounding_m) << i;
+  }
+
+  void ExpectRefused(const std::vector<std::string>& arguments, int exit_code,
+                     const std::string& said) const {
+    const Finished run = Cwm(arguments);
+    EXPECT_EQ(run.exit_code, exit_code) << run.out << run.err;
+    EXPECT_THAT(run.err, HasSubstr(said));
+  }
+};
+
+// A wedge that is the same from no two sides.
+constexpr char kWedge[] =
+    "v 0.4 0.1 0.9\nv 0.6 0.1 0.9\nv 0.4 0.25 0.9\nv 0.4 0.1 1.1\n"
+    "f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
+
+TEST_F(ImportCommand, TakesWhatWasExportedAndAnswersTheSame) {
+  const Finished imported = Cwm({"import", Write("wedge.obj", kWedge)});
+  ASSERT_EQ(imported.exit_code, 0) << imported.err;
+  EXPECT_THAT(imported.out, HasSubstr("imported wedge, a mesh of 4 triangles, revision 1"));
+  ASSERT_EQ(Cwm({"export", File("all.glb")}).exit_code, 0);
+  ASSERT_EQ(Cwm({"export", File("all.ply")}).exit_code, 0);
+  ASSERT_EQ(Cwm({"get", "wedge", "--mesh", File("one.glb")}).exit_code, 0);
+  ASSERT_EQ(Cwm({"get", "wedge", "--mesh", File("one.ply")}).exit_code, 0);
+  ASSERT_EQ(Cwm({"export", File("all.sdf")}).exit_code, 0);
+  std::string stl;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(scratch().path())) {
+    if (entry.path().extension() == ".stl") stl = entry.path();
+  }
+  ASSERT_NE(stl, "");
+  for (const std::string& file :
+       {File("all.glb"), File("all.ply"), File("one.glb"), File("one.ply"), stl}) {
+    const std::string world = "of_" + std::filesystem::path(file).filename().string();
+    const Finished back = Cwm({"-w", world, "import", file});
+    ASSERT_EQ(back.exit_code, 0) << file << back.err;
+    ExpectSameDistances(world, "default");
+  }
+}
+
+TEST_F(ImportCommand, ScalesTurnsPlacesAndNames) {
+  Write("wedge.obj", kWedge);
+  CwmJson({"-w", "plain", "import", File("wedge.obj")});
+  std::string millimetres = "# y is up\n";
+  for (const char* line :
+       {"v 400 900 -100\n", "v 600 900 -100\n", "v 400 900 -250\n", "v 400 1100 -100\n"}) {
+    millimetres += line;
+  }
+  Write("odd name (1).obj", millimetres + "f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
+  const Finished warned = Cwm({"-w", "huge", "import", File("odd name (1).obj")});
+  EXPECT_EQ(warned.exit_code, 0);
+  EXPECT_THAT(warned.err, HasSubstr("are these millimetres? --scale 0.001"));
+  const Finished turned = Cwm(
+      {"-w", "turned", "import", File("odd name (1).obj"), "--scale", "0.001", "--up-axis", "y"});
+  ASSERT_EQ(turned.exit_code, 0) << turned.err;
+  EXPECT_THAT(turned.out, HasSubstr("imported odd_name__1_,"));
+  EXPECT_EQ(turned.err, "");
+  ExpectSameDistances("turned", "plain");
+  // `put --mesh` is the same.
+  CwmJson({"-w", "put", "put", "w", "--mesh", File("odd name (1).obj"), "--scale", "0.001",
+           "--up-axis", "y"});
+  ExpectSameDistances("put", "plain");
+  // Elsewhere under another name.
+  CwmJson({"-w", "moved", "import", File("wedge.obj"), "--name", "shelf/w", "--at", "1,0,0"});
+  EXPECT_EQ(CwmJson({"-w", "moved", "get", "shelf/w"}).at("object").at("x_world_object").at("tx_m"),
+            1);
+}
+
+TEST_F(ImportCommand, TakesCloudsAsIngestDoes) {
+  std::string xyz = "# x y z\n", csv = "x;y;z\n";
+  for (int i = 0; i < 60; ++i) {
+    for (int k = 0; k < 60; ++k) {
+      const std::string x = std::to_string(0.01 * i - 0.3), y = std::to_string(0.01 * k - 0.3);
+      xyz += x + " " + y + " 1\n";
+      csv += x + ";" + y + ";1\n";
+    }
+  }
+  Write("table.xyz", xyz);
+  Write("table.csv", csv);
+  const Finished saved = RunProgram(
+      {"/usr/bin/python3", "-c",
+       "import numpy, sys; numpy.save(sys.argv[2], numpy.loadtxt(sys.argv[1]).astype('>f4'))",
+       File("table.xyz"), File("table.npy")});
+  ASSERT_EQ(saved.exit_code, 0) << saved.err;
+  const std::vector<std::string> scan = {"--up", "0,0,-1", "--sensor-model", "0.001"};
+  for (const std::string command : {"import", "ingest"}) {
+    for (const std::string name : {"table.xyz", "table.csv", "table.npy"}) {
+      std::vector<std::string> line = {"-w", command + name, command, File(name)};
+      line.insert(line.end(), scan.begin(), scan.end());
+      const json reply = CwmJson(line);
+      EXPECT_EQ(reply.at("supports").size(), 1U) << command << name;
+      EXPECT_EQ(reply.at("points_total"), 3600) << command << name;
+    }
+  }
+  // The vertices of a mesh may be a scan too, but not unsaid.
+  const Finished mesh = Cwm({"-w", "m", "put", "b", "--box", "1,1,1"});
+  ASSERT_EQ(mesh.exit_code, 0) << mesh.err;
+  ASSERT_EQ(Cwm({"-w", "m", "get", "b", "--mesh", File("b.ply")}).exit_code, 0);
+  EXPECT_THAT(Cwm({"-w", "m2", "ingest", File("b.ply")}).err,
+              HasSubstr("has faces, its vertices are taken as a scan"));
+}
+
+TEST_F(ImportCommand, RefusesBadFilesAndOptionsThatDoNotFit) {
+  CwmJson({"put", "can", "--cylinder", "0.03,0.1"});
+  ExpectRefused({"import", Write("a.stl", "solid\nfacet\nvertex 0 0\n")}, kBadInput,
+                "a.stl: line 3: must have three numbers");
+  ExpectRefused({"import", Write("a.glb", "glTF")}, kBadInput, "a.glb: ");
+  ExpectRefused({"import", Write("a.dae", "<COLLADA>")}, kBadInput, "a.dae: ");
+  ExpectRefused({"import", Write("a.ply", "ply\nformat ascii 2.0\n")}, kBadInput, "a.ply: format");
+  ExpectRefused({"import", Write("a.npy", "\x93NUMPY\x09")}, kBadInput, "a.npy: version");
+  ExpectRefused({"import", Write("a.xyz", "1 2 3\n1 2\n")}, kBadInput,
+                "a.xyz: line 2 number of columns is 2, must be at least 3");
+  ExpectRefused({"import", Write("b.xyz", "hello\n")}, kBadInput, "first line is hello");
+  ExpectRefused({"import", Write("wedge.obj", kWedge), "--robot", "panda"}, kUsage, "--robot");
+  ExpectRefused({"import", File("wedge.obj"), "--up", "0,0,1"}, kUsage, "--up");
+  ExpectRefused({"import", File("wedge.obj"), "--scale", "0"}, kUsage, "--scale is 0");
+  ExpectRefused({"import", File("wedge.obj"), "--up-axis", "w"}, kUsage, "must be x, y or z");
+  ExpectRefused({"import", Write("c.xyz", "1 2 3\n"), "--scale", "2"}, kUsage, "--scale");
+  ExpectRefused({"import", File("c.xyz"), "--expected-revision", "1"}, kUsage,
+                "--expected-revision");
+  EXPECT_EQ(RevisionOf("default"), 1) << "bad input changed the world";
+}
+
+}  // namespace
+}  // namespace cwm::testing
