@@ -59,6 +59,11 @@ const char* ContentOf(std::string_view bytes, const std::string& file) {
   return formats::CloudFormatOf(bytes) ? kCloud : kScene;
 }
 
+std::string NameOf(const std::string& content) {
+  if (content == kCloud) return "a cloud";
+  return content == kMesh ? "a mesh" : "a planning scene";
+}
+
 // Options that go with files of another content are not silently passed over.
 absl::Status CheckOptions(const CLI::App& command, const ImportArguments& arguments,
                           const std::string& content) {
@@ -69,7 +74,7 @@ absl::Status CheckOptions(const CLI::App& command, const ImportArguments& argume
     const bool fits = of_changes ? content != kCloud : !of_files || group == content;
     if (option->count() == 0 || fits) continue;
     return UsageError(absl::StrCat(option->get_name(), " does not go with ", arguments.file,
-                                   ", which is read as: ", absl::AsciiStrToLower(content)));
+                                   ", which is read as ", NameOf(content)));
   }
   return absl::OkStatus();
 }

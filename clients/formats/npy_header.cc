@@ -166,8 +166,9 @@ absl::Status ReadEntry(Literal& in, std::set<std::string>& known, NpyHeader& hea
   }
   if (*key == "shape") {
     auto shape = in.Shape();
-    if (shape.ok()) header.shape = *std::move(shape);
-    return shape.status();
+    if (!shape.ok()) return shape.status();
+    header.shape = *std::move(shape);
+    return absl::OkStatus();
   }
   return in.Fault("have the keys descr, fortran_order and shape alone");
 }

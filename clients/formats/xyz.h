@@ -19,6 +19,7 @@ bool LooksLikeXyz(std::string_view bytes);
 // - Where the last line before the first point, a comment or not, names columns x, y and z among
 //   others ("# x y z nx ny nz", "//X Y Z R G B", "x,y,z,intensity"), each is a field of that name in
 //   lower case; nx ny nz are normal_x normal_y normal_z. Every line must have as many numbers.
+//   At most 256 columns may be named.
 // - Else the first three numbers of a line are x y z and what follows is left out.
 // "nan" stands for a point that was not measured. The cloud is not organised.
 absl::StatusOr<CloudFile> ParseXyz(std::string_view bytes, const std::string& file);

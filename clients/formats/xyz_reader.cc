@@ -24,11 +24,20 @@ std::string_view Trimmed(std::string_view text) {
 }
 
 // Between commas or semicolons, which may have blanks beside them and one of which may end the
-// line; else between blanks. An empty word is one that is missing.
+// line; else between blanks. An empty word is one that is missing. No more than one word too many,
+// however long the line is.
 Words SplitColumns(std::string_view line) {
-  if (line.find_first_of(",;") == std::string_view::npos) return SplitWords(line);
   Words words;
-  for (line = Trimmed(line); !line.empty();) {
+  if (line.find_first_of(",;") == std::string_view::npos) {
+    TextCursor cursor(line);
+    while (words.size() <= kMostColumns) {
+      const auto word = cursor.NextWord();
+      if (!word) break;
+      words.push_back(*word);
+    }
+    return words;
+  }
+  for (line = Trimmed(line); !line.empty() && words.size() <= kMostColumns;) {
     const std::size_t end = std::min(line.find_first_of(",;"), line.size());
     words.push_back(Trimmed(line.substr(0, end)));
     line.remove_prefix(std::min(end + 1, line.size()));
@@ -123,8 +132,8 @@ class XyzReader {
       cloud_.fields.push_back({.name = name, .type = Scalar::kF64});
     }
     if (names_.size() > kMostColumns) {
-      return Fault("number of columns", absl::StrCat(names_.size()),
-                   absl::StrCat("must be at most ", kMostColumns));
+      return Fault("number of columns", absl::StrCat("more than ", kMostColumns),
+                   absl::StrCat("must be at most ", kMostColumns, " where they are named"));
     }
     cloud_.point_step = LayOut(cloud_.fields);
     return absl::OkStatus();

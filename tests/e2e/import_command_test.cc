@@ -33,7 +33,9 @@ class ImportCommand : public ServerTest {
     const json reply =
         CwmJson({"-w", world, "distance", "--sphere", "0.05", "--at", "0.5,0.2,1.4", "--at",
                  "0.9,0.2,1", "--at", "0.5,-0.3,1.01", "--at", "0.1,0.5,0.7"});
-    for (const json& distance : reply.at("distance_m")) found.push_back(distance.get<double>());
+    for (const json& row : reply.at("rows")) {
+      found.push_back(row.at("answers").at(0).at("distance_m").get<double>());
+    }
     return found;
   }
 
@@ -131,7 +133,7 @@ TEST_F(ImportCommand, TakesCloudsAsIngestDoes) {
       line.insert(line.end(), scan.begin(), scan.end());
       const json reply = CwmJson(line);
       EXPECT_EQ(reply.at("supports").size(), 1U) << command << name;
-      EXPECT_EQ(reply.at("points_total"), 3600) << command << name;
+      EXPECT_EQ(reply.at("points_in"), "3600") << command << name;
     }
   }
   // The vertices of a mesh may be a scan too, but not unsaid.
@@ -157,7 +159,8 @@ TEST_F(ImportCommand, RefusesBadFilesAndOptionsThatDoNotFit) {
   ExpectRefused({"import", File("wedge.obj"), "--up", "0,0,1"}, kUsage, "--up");
   ExpectRefused({"import", File("wedge.obj"), "--scale", "0"}, kUsage, "--scale is 0");
   ExpectRefused({"import", File("wedge.obj"), "--up-axis", "w"}, kUsage, "must be x, y or z");
-  ExpectRefused({"import", Write("c.xyz", "1 2 3\n"), "--scale", "2"}, kUsage, "--scale");
+  ExpectRefused({"import", Write("c.xyz", "1 2 3\n"), "--scale", "2"}, kUsage,
+                "--scale does not go with " + File("c.xyz") + ", which is read as a cloud");
   ExpectRefused({"import", File("c.xyz"), "--expected-revision", "1"}, kUsage,
                 "--expected-revision");
   EXPECT_EQ(RevisionOf("default"), 1) << "bad input changed the world";

@@ -105,7 +105,17 @@ TEST(Xyz, RefusesMoreColumnsThanAPointCanHave) {
   }
   const auto cloud = ParseXyz(header + "\n" + row + "\n", "wide.xyz");
   EXPECT_THAT(std::string(cloud.status().message()),
-              HasSubstr("number of columns is 303, must be at most 256"));
+              HasSubstr("number of columns is more than 256, must be at most 256"));
+}
+
+// Columns that nobody asked for cost nothing, however many there are.
+TEST(Xyz, LeavesOutTheRestOfALongLine) {
+  std::string row = "1,2,3";
+  for (int i = 0; i < 100'000; ++i) row += ",";
+  const auto cloud = ParseXyz(row + "\n4,5,6\n", "long.csv");
+  ASSERT_TRUE(cloud.ok()) << cloud.status();
+  EXPECT_EQ(cloud->size(), 2);
+  EXPECT_EQ(cloud->bytes.size(), 6 * sizeof(double));
 }
 
 // A cut leaves fewer points or a fault, never another first point.
