@@ -133,7 +133,7 @@ TEST_F(ImportCommand, TakesCloudsAsIngestDoes) {
       line.insert(line.end(), scan.begin(), scan.end());
       const json reply = CwmJson(line);
       EXPECT_EQ(reply.at("supports").size(), 1U) << command << name;
-      EXPECT_EQ(reply.at("points_in"), "3600") << command << name;
+      EXPECT_EQ(reply.at("report").at("points_in"), "3600") << command << name;
     }
   }
   // The vertices of a mesh may be a scan too, but not unsaid.
