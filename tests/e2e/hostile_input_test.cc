@@ -122,7 +122,8 @@ TEST_F(HostileInput, LyingCloudFilesAreRefusedByFieldValueAndRule) {
       {"unknown data", [](PcdHeader& h) { h.data = "morse"; },
        "DATA is morse, must be ascii, binary or binary_compressed"},
       {"wrong magic", [](PcdHeader& h) { h.magic = "GIF89a\n"; },
-       "must be that of a PCD (\"# .PCD\") or PLY (\"ply\") file"},
+       "must be that of a PCD (\"# .PCD\"), PLY (\"ply\") or NPY (\"\\x93NUMPY\") file, or begin "
+       "with three numbers (XYZ)"},
   };
   for (const Case& test : cases) {
     SCOPED_TRACE(test.name);
