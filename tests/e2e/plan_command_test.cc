@@ -251,7 +251,7 @@ TEST_F(PlanCommand, TellsOfAServerThatIsGone) {
   const client::Connection connection({.address = address(), .deadline = {}});
   v1::CheckCollisionsRequest question;
   question.mutable_subject()->mutable_robot()->set_robot("arm");
-  planner::QueryStream stream(connection);
+  client::QueryStream stream(connection);
   planner::ServerChecker checker(stream, question);
   const std::vector<double> rows = {1, 0, 0, 0, -1, 0, 3.5, 0};
   const auto free = checker.AreFree(rows, 2);
