@@ -80,6 +80,7 @@ void AddCommands(CommandLine& line, const report::PageAssets& page_assets) {
   AddRayCommand(line);
   AddSampleCommand(line);
   AddWatchCommand(line);
+  AddBenchCommand(line);
   AddCallCommand(line);
   AddCompletionCommand(line);
   line.app.require_subcommand(1);
