@@ -103,12 +103,8 @@ absl::StatusOr<Target> ReadWorld(Session& session, const BenchArguments& argumen
   Target target;
   target.world.name = session.world;
   target.world.region = RegionOf(*objects);
-  for (const pb::Object& object : objects->objects()) {
-    target.world.everything.push_back(object.name());
-  }
   for (const pb::Robot& robot : robots->robots()) {
     if (robot.name() == arguments.robot) target.robot = robot;
-    target.world.everything.push_back(robot.name());
   }
   report.world = session.world.empty() ? "default" : session.world;
   report.is_own_world = false;
@@ -118,12 +114,6 @@ absl::StatusOr<Target> ReadWorld(Session& session, const BenchArguments& argumen
   robots_request.set_name(arguments.robot);  // the server says that there is none, and how
   return connection.Call(&pb::RobotService::Stub::ListRobots, connection.robots(), robots_request)
       .status();
-}
-
-AskedWorld ToAsked(const OwnWorld& own, const std::vector<pb::Change>& scene) {
-  AskedWorld world{.name = own.name()};
-  for (const pb::Change& change : scene) world.everything.push_back(change.put().object().name());
-  return world;
 }
 
 absl::Status RunJobs(Session& session, const std::vector<Job>& jobs, const MeasureOptions& options,
@@ -203,7 +193,7 @@ absl::Status Bench(Session& session, const BenchArguments& arguments) {
     auto made = OwnWorld::Make(connection, OwnWorldName(), scene);
     if (!made.ok()) return made.status();
     own = *std::move(made);
-    target.world = ToAsked(*own, scene);
+    target.world.name = own->name();
     report->world = own->name();
     report->object_count = static_cast<std::int64_t>(scene.size());
   } else {
@@ -213,19 +203,26 @@ absl::Status Bench(Session& session, const BenchArguments& arguments) {
   }
   client::QueryStream stream(connection);
   std::vector<Job> jobs;
-  AddQuestion(connection, stream, target.world, Distances(target.world, 1), jobs);
-  AddQuestion(connection, stream, target.world, BodyChecks(target.world, arguments.batch), jobs);
-  AddQuestion(connection, stream, target.world, Distances(target.world, arguments.batch), jobs);
-  AddQuestion(connection, stream, target.world, SampledPoints(target.world, arguments.batch), jobs);
+  const auto add = [&](Question (*ask)(const AskedWorld&, int), int rows) {
+    AddQuestion(
+        connection, stream, target.world,
+        [ask, rows](const AskedWorld& world) { return ask(world, rows); }, jobs);
+  };
+  add(Distances, 1);
+  add(BodyChecks, arguments.batch);
+  add(Distances, arguments.batch);
+  add(SampledPoints, arguments.batch);
   if (target.robot) {
-    AddQuestion(connection, stream, target.world,
-                RobotStates(target.world, *target.robot, arguments.batch), jobs);
+    AddQuestion(
+        connection, stream, target.world,
+        [&](const AskedWorld& world) { return RobotStates(world, *target.robot, arguments.batch); },
+        jobs);
   }
   if (arguments.writes) {
     auto made = OwnWorld::Make(connection, own->name() + "-scans", {BenchScene().front()});
     if (!made.ok()) return made.status();
     scanned = *std::move(made);
-    AddMoves(connection, target.world, jobs);
+    AddMoves(connection, own->name(), BenchScene().front().put().object().name(), jobs);
     AddIngests(connection, scanned->name(), jobs);
   }
   const absl::Status measured = RunJobs(
@@ -260,9 +257,10 @@ void AddBenchCommand(CommandLine& line) {
        "and p99 are\n"
        "of all calls (p99 of at least 100). One call is under way at a time: more clients may get "
        "more out of\n"
-       "the server. ANSWERING is the share of the time that asking about the same world with "
-       "everything in it\n"
-       "ignored saves. Times are this client's, and include its own work and the way there."},
+       "the server. ANSWERING is the share of the time that is saved by asking the same "
+       "1 km above, where\n"
+       "nothing is: what the server works on its answers. Times are this client's, and include its "
+       "own work and the way there."},
       [arguments](Session& session) { return Bench(session, *arguments); });
   command.add_option("--seconds", arguments->seconds, "of each measurement; default 2")
       ->type_name("S");

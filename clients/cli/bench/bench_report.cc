@@ -1,6 +1,7 @@
 #include "clients/cli/bench/bench_report.h"
 
 #include <algorithm>
+#include <cmath>
 #include <ostream>
 
 #include "absl/strings/match.h"
@@ -15,7 +16,7 @@ using Json = nlohmann::ordered_json;
 
 // 1234567 as "1 234 567".
 std::string Grouped(double value) {
-  std::string digits = Fixed(value, value < 10 ? 1 : 0);
+  std::string digits = Fixed(value, value < 10 && value != std::floor(value) ? 1 : 0);
   const std::size_t end = std::min(digits.find('.'), digits.size());
   for (std::size_t k = 3; k < end; k += 3) digits.insert(end - k, " ");
   return digits;
@@ -33,12 +34,13 @@ std::string Spread(const Measurement& measured) {
 }
 
 void PrintHead(const BenchReport& report, std::ostream& out) {
-  const bool here = IsThisMachine(report.address);
+  const bool is_local = IsLocal(report.address);
   out << "server  " << report.address << " (" << TransportOf(report.address) << "), version "
       << report.server.version() << ", up " << Fixed(report.server.uptime_s(), 0) << " s\n";
   out << "client  version " << report.client_version << ", " << report.cores
       << (report.cores == 1 ? " core" : " cores")
-      << (here ? ", which it shares with the server" : "; those of the server are not known");
+      << (is_local ? ", shared with the server unless something forwards the address"
+                   : "; those of the server are not known");
   if (report.load) out << ", load " << Fixed(*report.load, 1) << " before it began";
   out << "\n";
   out << "world   ";
@@ -56,10 +58,10 @@ void PrintHead(const BenchReport& report, std::ostream& out) {
 
 std::string TransportOf(const std::string& address) {
   if (absl::StartsWith(address, "unix:")) return "Unix socket";
-  return IsThisMachine(address) ? "TCP over loopback" : "TCP";
+  return IsLocal(address) ? "TCP over loopback" : "TCP";
 }
 
-bool IsThisMachine(const std::string& address) {
+bool IsLocal(const std::string& address) {
   return absl::StartsWith(address, "unix:") || absl::StartsWith(address, "localhost:") ||
          absl::StartsWith(address, "127.") || absl::StartsWith(address, "[::1]:");
 }
@@ -73,11 +75,11 @@ std::string Limits(const BenchReport& report) {
     client_cpu = std::max(client_cpu, line.measured.client_cpu);
   }
   if (work.empty()) return "";
-  return absl::StrCat(
-      "Of the time of a batch over a stream the server answers: ", absl::StrJoin(work, ", "),
-      ". The rest is the\nmessages: packed, carried and read on both sides. This "
-      "client used up to ",
-      Fixed(100 * client_cpu, 0), " % of one core meanwhile.");
+  return absl::StrCat("Of the time of a batch over a stream the server works on its answers: ",
+                      absl::StrJoin(work, ", "),
+                      ".\nThe rest is its messages: packed, carried and read on both sides. This "
+                      "client used up to ",
+                      Fixed(100 * client_cpu, 0), " % of one core meanwhile.");
 }
 
 void PrintBench(const BenchReport& report, TableStyle style, std::ostream& out) {
@@ -128,7 +130,7 @@ Json ToJson(const BenchLine& line) {
 Json ToJson(const BenchReport& report) {
   Json json = {{"address", report.address},
                {"transport", TransportOf(report.address)},
-               {"same_machine", IsThisMachine(report.address)},
+               {"is_local_address", IsLocal(report.address)},
                {"server_version", report.server.version()},
                {"server_uptime_s", report.server.uptime_s()},
                {"client_version", report.client_version},

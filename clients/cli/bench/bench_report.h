@@ -21,8 +21,7 @@ struct BenchLine {
   std::string unit;     // of a row: "rows", "changes", "points"
   std::int64_t rows_per_call = 1;
   Measurement measured = {};
-  // The share of the time that the same rows cost beyond the same rows asked of nothing; absent
-  // where that was not asked.
+  // Of the time of a call, what it saves to ask where nothing is; absent where that was not measured.
   std::optional<double> work_share = {};
 };
 
@@ -39,10 +38,10 @@ struct BenchReport {
   std::vector<BenchLine> lines;
 };
 
-// "Unix socket" or "TCP over loopback": this machine, which client and server share; "TCP": which
-// machine answers is not known.
+// Of this machine: a Unix socket or loopback. Whether something forwards it elsewhere cannot be told.
+bool IsLocal(const std::string& address);
+// "Unix socket", "TCP over loopback" or "TCP".
 std::string TransportOf(const std::string& address);
-bool IsThisMachine(const std::string& address);
 
 void PrintBench(const BenchReport& report, TableStyle style, std::ostream& out);
 nlohmann::ordered_json ToJson(const BenchReport& report);

@@ -18,12 +18,13 @@ constexpr double kShareOfNothing = 0.5;
 }  // namespace
 
 void AddQuestion(const client::Connection& connection, client::QueryStream& stream,
-                 const AskedWorld& world, Question question, std::vector<Job>& jobs) {
-  const auto asked = std::make_shared<Question>(std::move(question));
+                 const AskedWorld& world, const std::function<Question(const AskedWorld&)>& ask,
+                 std::vector<Job>& jobs) {
+  const auto asked = std::make_shared<Question>(ask(world));
   BenchLine line{.of = asked->of, .through = "unary", .unit = "rows", .rows_per_call = asked->rows};
   jobs.push_back(
       {.line = line, .call = [&connection, asked] { return AskUnary(connection, *asked); }});
-  const auto of_nothing = std::make_shared<Question>(OfNothing(world, *asked));
+  const auto of_nothing = std::make_shared<Question>(OfNothing(world, ask));
   line.through = "stream";
   jobs.push_back(
       {.line = line,
@@ -31,12 +32,12 @@ void AddQuestion(const client::Connection& connection, client::QueryStream& stre
        .call_of_nothing = [&stream, of_nothing] { return AskStream(stream, *of_nothing); }});
 }
 
-void AddMoves(const client::Connection& connection, const AskedWorld& world,
-              std::vector<Job>& jobs) {
+void AddMoves(const client::Connection& connection, const std::string& world,
+              const std::string& object, std::vector<Job>& jobs) {
   const auto moved = std::make_shared<pb::ApplyChangesRequest>();
-  moved->set_world(world.name);
+  moved->set_world(world);
   pb::MoveObject& move = *moved->add_changes()->mutable_move();
-  move.set_name(world.everything.front());
+  move.set_name(object);
   move.mutable_x_world_object()->set_qw(1);
   jobs.push_back(
       {.line = {.of = "changes", .through = "unary", .unit = "changes", .rows_per_call = 1},

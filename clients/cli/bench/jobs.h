@@ -21,12 +21,13 @@ struct Job {
 
 // The Add functions keep references to the connection and the stream, which must outlive the jobs.
 
-// The question in unary calls, and over the stream.
+// What `ask` asks of the world, in unary calls and over the stream.
 void AddQuestion(const client::Connection& connection, client::QueryStream& stream,
-                 const AskedWorld& world, Question question, std::vector<Job>& jobs);
-// Moves the first object of the world to and fro, a revision each time.
-void AddMoves(const client::Connection& connection, const AskedWorld& world,
-              std::vector<Job>& jobs);
+                 const AskedWorld& world, const std::function<Question(const AskedWorld&)>& ask,
+                 std::vector<Job>& jobs);
+// Moves the object to and fro, a revision each time.
+void AddMoves(const client::Connection& connection, const std::string& world,
+              const std::string& object, std::vector<Job>& jobs);
 // Sends the same scan again and again, as a camera that stands still.
 void AddIngests(const client::Connection& connection, const std::string& world,
                 std::vector<Job>& jobs);

@@ -2,8 +2,8 @@
 
 #include <unistd.h>
 
-#include <cmath>
 #include <random>
+#include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "clients/cli/bench/bench_poses.h"
@@ -38,6 +38,16 @@ pb::ShapePart SomeShape(int i, Random& random) {
       break;
   }
   return part;
+}
+
+// Whichever has the name, where no uid is given.
+absl::Status Delete(const client::Connection& connection, const std::string& name,
+                    const std::string& uid) {
+  pb::DeleteWorldRequest request;
+  request.set_world(name);
+  request.set_world_uid(uid);
+  return connection.Call(&pb::WorldService::Stub::DeleteWorld, connection.worlds(), request)
+      .status();
 }
 
 }  // namespace
@@ -75,7 +85,12 @@ absl::StatusOr<std::unique_ptr<OwnWorld>> OwnWorld::Make(const client::Connectio
   request.mutable_changes()->Add(changes.begin(), changes.end());
   const auto made =
       connection.Call(&pb::WorldService::Stub::ApplyChanges, connection.worlds(), request);
-  if (!made.ok()) return made.status();
+  if (!made.ok()) {
+    // After a deadline it may be there all the same, under a name that is nobody else's.
+    static_cast<void>(
+        Delete(client::Connection({.address = connection.address(), .deadline = {}}), name, ""));
+    return made.status();
+  }
   return std::unique_ptr<OwnWorld>(new OwnWorld(connection, name, made->world_uid()));
 }
 
@@ -86,12 +101,8 @@ OwnWorld::~OwnWorld() {
 
 absl::Status OwnWorld::Remove() {
   if (uid_.empty()) return absl::OkStatus();
-  pb::DeleteWorldRequest request;
-  request.set_world(name_);
-  request.set_world_uid(uid_);
-  uid_.clear();
-  return connection_.Call(&pb::WorldService::Stub::DeleteWorld, connection_.worlds(), request)
-      .status();
+  const std::string uid = std::exchange(uid_, "");
+  return Delete(connection_, name_, uid);
 }
 
 }  // namespace cwm::cli

@@ -16,6 +16,9 @@ constexpr std::uint64_t kPosesSeed = 7;
 constexpr std::uint64_t kPointsSeed = 8;
 constexpr std::uint64_t kStatesSeed = 9;
 
+// More than any world is high.
+constexpr double kFarAbove_m = 1000;
+
 // What is alike in all requests.
 template <class Request>
 void SetCommon(const AskedWorld& world, Request& request) {
@@ -116,19 +119,27 @@ Question RobotStates(const AskedWorld& world, const pb::Robot& robot, int rows) 
   return question;
 }
 
-Question OfNothing(const AskedWorld& world, Question question) {
+Question OfNothing(const AskedWorld& world, const std::function<Question(const AskedWorld&)>& ask) {
+  AskedWorld above = world;
+  above.region.least[2] += kFarAbove_m;
+  above.region.most[2] += kFarAbove_m;
+  Question question = ask(above);
   pb::StreamQueriesRequest& request = question.request;
-  pb::QueryOptions* options = nullptr;
   if (request.has_check_collisions()) {
-    options = request.mutable_check_collisions()->mutable_options();
     pb::Subject& subject = *request.mutable_check_collisions()->mutable_subject();
-    if (subject.has_robot()) subject.mutable_robot()->set_scope(pb::ROBOT_SCOPE_WORLD);
-  } else if (request.has_get_distances()) {
-    options = request.mutable_get_distances()->mutable_options();
-  } else {
-    options = request.mutable_sample_points()->mutable_options();
+    if (!subject.has_robot()) return question;
+    subject.mutable_robot()->set_scope(pb::ROBOT_SCOPE_WORLD);
+    pb::Pose& base = *subject.mutable_robot()->mutable_x_world_base();
+    base.set_tz_m(kFarAbove_m);
+    base.set_qw(1);
   }
-  options->mutable_ignore()->Add(world.everything.begin(), world.everything.end());
+  // Of what is nearest, nothing is near enough to be looked for.
+  if (request.has_get_distances()) {
+    request.mutable_get_distances()->mutable_options()->set_max_distance_m(0);
+  }
+  if (request.has_sample_points()) {
+    request.mutable_sample_points()->mutable_options()->set_max_distance_m(0);
+  }
   return question;
 }
 

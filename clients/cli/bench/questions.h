@@ -1,8 +1,8 @@
 // What a benchmark asks, and how it travels.
 #pragma once
 
+#include <functional>
 #include <string>
-#include <vector>
 
 #include "absl/status/statusor.h"
 #include "clients/cli/bench/bench_poses.h"
@@ -21,8 +21,7 @@ struct Question {
 // What is asked of which world.
 struct AskedWorld {
   std::string name;
-  Region region = kBenchRegion;              // where bodies and points are asked
-  std::vector<std::string> everything = {};  // objects and robots, of a question that meets nothing
+  Region region = kBenchRegion;  // where bodies and points are asked
 };
 
 // Of the body of a gripper, a box of 0.10 x 0.08 x 0.20 m, at random places.
@@ -34,9 +33,9 @@ Question SampledPoints(const AskedWorld& world, int rows);
 // either side, or moves 1 m; what floats stays.
 Question RobotStates(const AskedWorld& world, const cwm::v1::Robot& robot, int rows);
 
-// The same rows asked of nothing: what is left is the call, its messages and, of robots, where their
-// links are.
-Question OfNothing(const AskedWorld& world, Question question);
+// What `ask` asks, 1 km above the world: what is left is the call, its messages and, of robots, where
+// their links are.
+Question OfNothing(const AskedWorld& world, const std::function<Question(const AskedWorld&)>& ask);
 
 // One call each. INTERNAL when not every row is answered.
 absl::Status AskUnary(const client::Connection& connection, const Question& question);
