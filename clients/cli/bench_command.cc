@@ -118,8 +118,7 @@ absl::StatusOr<Target> ReadWorld(Session& session, const BenchArguments& argumen
 
 absl::Status RunJobs(Session& session, const std::vector<Job>& jobs, const MeasureOptions& options,
                      BenchReport& report) {
-  Progress progress(session.streams.err, session.streams.err_is_terminal ? ProgressStyle::kOneLine
-                                                                         : ProgressStyle::kSilent);
+  Progress progress(session);
   double left_s = 0;
   for (const Job& job : jobs) left_s += SecondsOf(job, options.seconds);
   for (std::size_t i = 0; i < jobs.size(); ++i) {
