@@ -5,8 +5,8 @@
 
 namespace cwm::cli {
 
-// While it lives, the first SIGINT or SIGTERM is noted, so that what was begun can be put away; the
-// second ends the process as ever. One at a time.
+// While it lives, the first SIGINT and the first SIGTERM are noted, so that what was begun can be
+// put away; a second one ends the process as ever. One at a time.
 class Interruption {
  public:
   Interruption();
