@@ -71,9 +71,8 @@ void WarnOfUnknownNames(Session& session, const pb::QueryOptions& options) {
   if (names.empty()) return;
   for (const std::string& name : options.ignore()) {
     if (Has(names, name)) continue;
-    WarnWithNearest(
-        session, absl::StrCat("--ignore: nothing is named \"", name, "\", so nothing is left out"),
-        NearestWord(name, names));
+    WarnWithNearest(session, absl::StrCat("--ignore: nothing is named \"", name, "\""),
+                    NearestWord(name, names));
   }
   for (const pb::NamedPair& pair : options.ignore_pairs()) {
     WarnOfThing(session, pair.a(), names);
