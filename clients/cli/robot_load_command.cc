@@ -76,7 +76,7 @@ absl::StatusOr<std::vector<client::RobotFile>> ReadMeshes(const LoadArguments& a
 absl::StatusOr<pb::LoadRobotResponse> Send(Session& session, const pb::LoadRobotHeader& header,
                                            const std::vector<client::RobotFile>& files) {
   Progress progress(session);
-  const std::string meshes = absl::StrCat("in ", files.size(), " meshes");
+  const std::string meshes = absl::StrCat(files.size(), " meshes");
   const auto show = [&](std::int64_t sent, std::int64_t total) {
     if (sent >= total)
       return progress.Stage(absl::StrCat("the server reads ", files.size(), " meshes"));

@@ -134,9 +134,9 @@ TEST(Questions, HaveTheRowsThatTheySay) {
   const Question checks = BodyChecks(world, 5);
   EXPECT_EQ(checks.request.check_collisions().world(), "kitchen");
   EXPECT_EQ(checks.request.check_collisions().subject().shapes().x_world_body().data().size(),
-            5 * 7 * sizeof(double));
+            sizeof(double) * 5 * 7);
   const Question points = SampledPoints(world, 5);
-  EXPECT_EQ(points.request.sample_points().points().data().size(), 5 * 3 * sizeof(double));
+  EXPECT_EQ(points.request.sample_points().points().data().size(), sizeof(double) * 5 * 3);
 }
 
 TEST(Questions, DrawStatesWithinTheLimitsOfARobot) {
@@ -167,8 +167,9 @@ TEST(BenchScan, SeesTheTableAndTheFloorBehindIt) {
   const formats::CloudFile cloud = BenchScan();
   ASSERT_EQ(cloud.size(), 640 * 480);
   ASSERT_EQ(cloud.bytes.size(), cloud.point_step * 640 * 480);
+  constexpr std::size_t kMiddle = 240 * 640 + 320;
   std::array<float, 3> middle = {};
-  std::memcpy(middle.data(), &cloud.bytes[cloud.point_step * (240 * 640 + 320)], sizeof(middle));
+  std::memcpy(middle.data(), &cloud.bytes[cloud.point_step * kMiddle], sizeof(middle));
   // The eye is 0.7 m beside and 0.8 m above the middle of the table; 0.002 m is the noise there.
   EXPECT_NEAR(middle[2], std::hypot(0.7, 0.8), 5 * 0.002);
   std::array<float, 3> top = {};

@@ -44,6 +44,29 @@ TEST(Run, PrintsHelpOnStdoutWithExamplesFirst) {
   EXPECT_LT(one.out.find("cwm distance --box"), one.out.find("--engine"));
 }
 
+TEST(Run, BeginsTheHelpOfEveryCommandWithExamples) {
+  const auto names = [](std::vector<std::string> words) {
+    words.insert(words.begin(), "__complete");
+    std::istringstream lines(RunWith(words).out);
+    std::vector<std::string> found;
+    for (std::string line; std::getline(lines, line);) {
+      found.push_back(line.substr(0, line.find('\t')));
+    }
+    return found;
+  };
+  std::vector<std::vector<std::string>> commands;
+  for (const std::string& name : names({""})) commands.push_back({name});
+  for (const std::string& name : names({"robot", ""})) commands.push_back({"robot", name});
+  EXPECT_GE(commands.size(), 29u);
+  for (std::vector<std::string> command : commands) {
+    command.emplace_back("--help");
+    const Outcome help = RunWith(command);
+    EXPECT_EQ(help.code, ExitCode::kDone) << help.err;
+    EXPECT_NE(help.out.find("\n\nExamples:\n  "), std::string::npos) << help.out;
+    EXPECT_LT(help.out.find("Examples:"), help.out.find("Usage:")) << help.out;
+  }
+}
+
 TEST(Run, TellsItsVersionOnStdout) {
   const Outcome version = RunWith({"--version"});
   EXPECT_EQ(version.code, ExitCode::kDone);
