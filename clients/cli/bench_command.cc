@@ -175,7 +175,8 @@ absl::StatusOr<BenchReport> StartReport(Session& session, const BenchArguments& 
 void RemoveOrWarn(OwnWorld& own, Session& session) {
   const absl::Status removed = own.Remove();
   if (removed.ok()) return;
-  session.Warn(absl::StrCat("the world ", own.name(), " stays (", std::string(removed.message()),
+  session.Warn(absl::StrCat("the world ", own.name(), " may still be there (",
+                            std::string(removed.message()),
                             "): cwm call DeleteWorld '{\"world\": \"", own.name(), "\"}'"));
 }
 

@@ -102,7 +102,8 @@ OwnWorld::~OwnWorld() {
 absl::Status OwnWorld::Remove() {
   if (uid_.empty()) return absl::OkStatus();
   const std::string uid = std::exchange(uid_, "");
-  return Delete(connection_, name_, uid);
+  absl::Status removed = Delete(connection_, name_, uid);
+  return absl::IsNotFound(removed) ? absl::OkStatus() : removed;
 }
 
 }  // namespace cwm::cli

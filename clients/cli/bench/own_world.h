@@ -29,7 +29,7 @@ class OwnWorld {
   OwnWorld& operator=(const OwnWorld&) = delete;
 
   const std::string& name() const { return name_; }
-  // Once; later calls and the destructor do nothing.
+  // Once; later calls and the destructor do nothing. OK also when somebody else has removed it.
   absl::Status Remove();
 
  private:

@@ -149,10 +149,10 @@ TEST(Questions, DrawStatesWithinTheLimitsOfARobot) {
   robot.add_variables()->set_joint_kind(pb::JOINT_KIND_CONTINUOUS);
   robot.add_variables()->set_joint_kind(pb::JOINT_KIND_FLOATING);
   for (const double value : {0.25, 0.0, 0.6}) robot.add_state(value);
-  constexpr int kRows = 100;
-  const Question states = RobotStates({.name = "w"}, robot, kRows);
+  constexpr std::size_t kRows = 100;
+  const Question states = RobotStates({.name = "w"}, robot, static_cast<int>(kRows));
   const std::string& data = states.request.check_collisions().subject().robot().rows().data();
-  std::array<double, 3 * kRows> numbers = {};
+  std::array<double, kRows* 3> numbers = {};
   ASSERT_EQ(data.size(), sizeof(numbers));
   std::memcpy(numbers.data(), data.data(), sizeof(numbers));
   for (std::size_t row = 0; row < kRows; ++row) {
