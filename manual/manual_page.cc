@@ -62,9 +62,8 @@ class DescriptionReader {
       EndVerbatim();
       in_exit_codes_ = in_examples_ = false;
       at_paragraph_ = true;
-    } else if (line == "Examples:" || StartsWith(line, "Example: ")) {
+    } else if (line == "Examples:") {
       in_examples_ = true;
-      if (StartsWith(line, "Example: ")) TakeVerbatim(line.substr(9));
     } else if (const std::size_t at = line.find("Exit codes: "); at != std::string::npos) {
       if (at > 0) TakeText(line.substr(0, at));
       in_exit_codes_ = true;

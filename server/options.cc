@@ -10,6 +10,15 @@
 namespace cwm::server {
 namespace {
 
+constexpr char kDescription[] =
+    "cwm-server: a collision world model server, point clouds in, geometric answers out\n\n"
+    "Examples:\n"
+    "  cwm-server                                 for this user's programs; viewer on port 8640\n"
+    "  cwm-server --listen unix:/tmp/cwm.sock --listen 127.0.0.1:50051\n"
+    "  cwm-server --viewer 0.0.0.0:8640           who has the printed token looks from anywhere\n\n"
+    "CWM_VIEWER_TOKEN chooses the viewer's token, and asks for it on loopback too.\n"
+    "SIGTERM and SIGINT end it within 10 s: what is under way is finished first.";
+
 constexpr int kUsageExitCode = 1;  // as the command line's
 
 // Empty when it is taken, else what is wrong with it.
@@ -29,14 +38,7 @@ std::string TakeViewer(const std::string& text, Options& options) {
 }  // namespace
 
 ParsedOptions ParseOptions(int argc, const char* const* argv) {
-  CLI::App app("Collision world model server: point clouds in, geometric answers out",
-               "cwm-server");
-  app.footer(
-      "Example: cwm-server --listen unix:/tmp/cwm.sock --listen 127.0.0.1:50051\n"
-      "         cwm-server --viewer 0.0.0.0:8640     who has the printed token looks from "
-      "anywhere\n"
-      "CWM_VIEWER_TOKEN chooses the viewer's token, and asks for it on loopback too.\n"
-      "SIGTERM and SIGINT end it within 10 s: what is under way is finished first.");
+  CLI::App app(kDescription, "cwm-server");
   Options options;
   std::string store = "memory";
   app.add_option(

@@ -22,6 +22,7 @@ void AddMotionCommand(CommandLine& line);      // motion
 void AddRayCommand(CommandLine& line);         // ray
 void AddSampleCommand(CommandLine& line);      // sample
 void AddWatchCommand(CommandLine& line);       // watch
+void AddBenchCommand(CommandLine& line);       // bench
 void AddCallCommand(CommandLine& line);        // call
 void AddCompletionCommand(CommandLine& line);  // completion
 

@@ -9,6 +9,7 @@
 #include "clients/cli/commands.h"
 #include "clients/cli/exit_code.h"
 #include "clients/cli/one_of.h"
+#include "clients/cli/progress.h"
 #include "clients/cli/quantity.h"
 #include "clients/cli/question_arguments.h"
 #include "clients/cpp/world_export.h"
@@ -66,6 +67,16 @@ absl::Status WriteFilesBeside(const std::string& first,
   return absl::OkStatus();
 }
 
+absl::StatusOr<client::ExportedWorld> Fetch(Session& session,
+                                            const pb::ExportWorldRequest& request) {
+  Progress progress(session);
+  progress.Stage("the server makes the file");
+  return client::ExportWorld(
+      session.connection(), request, [&](std::int64_t received, std::int64_t total) {
+        progress.Moved({.doing = "receiving", .moved_bytes = received, .total_bytes = total});
+      });
+}
+
 absl::Status Export(Session& session, const ExportArguments& arguments) {
   const auto format = FormatOf(arguments);
   if (!format.ok()) return format.status();
@@ -76,7 +87,7 @@ absl::Status Export(Session& session, const ExportArguments& arguments) {
   *request.mutable_at_revision() = *revision;
   request.set_format(*format);
   request.set_robot(arguments.robot);
-  const auto exported = client::ExportWorld(session.connection(), request);
+  const auto exported = Fetch(session, request);
   if (!exported.ok()) return exported.status();
   for (const std::string& warning : exported->warnings) session.Warn(warning);
   if (arguments.file == "-") {

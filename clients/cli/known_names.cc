@@ -10,9 +10,6 @@ namespace pb = cwm::v1;
 // Somebody waits at the keyboard.
 constexpr std::chrono::milliseconds kPatience(500);
 
-// The most that a page has.
-constexpr int kMostNames = 10'000;
-
 }  // namespace
 
 std::vector<std::string> KnownNames(const Session& session, Named what) {
@@ -37,7 +34,7 @@ std::vector<std::string> KnownNames(const Session& session, Named what) {
     pb::ListObjectsRequest request;
     request.set_world(session.world);
     request.set_view(pb::OBJECT_VIEW_BASIC);
-    request.set_page_size(kMostNames);
+    request.set_page_size(static_cast<int>(kMostNames));
     const auto listed =
         connection.Call(&pb::WorldService::Stub::ListObjects, connection.worlds(), request);
     if (!listed.ok()) return names;

@@ -1,6 +1,7 @@
 // The names that there are on the server, for completion and for what somebody may have meant.
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -10,7 +11,10 @@ namespace cwm::cli {
 
 enum class Named { kObject, kRobot, kWorld };
 
-// At most ten thousand; empty where the server does not answer within half a second.
+// What one page of a list has at most.
+inline constexpr std::size_t kMostNames = 10'000;
+
+// At most kMostNames; empty where the server does not answer within half a second.
 std::vector<std::string> KnownNames(const Session& session, Named what);
 
 }  // namespace cwm::cli

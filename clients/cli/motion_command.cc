@@ -11,6 +11,7 @@
 #include "clients/cli/quantity.h"
 #include "clients/cli/question_arguments.h"
 #include "clients/cli/table.h"
+#include "clients/cli/unknown_names.h"
 
 namespace cwm::cli {
 namespace {
@@ -86,6 +87,7 @@ absl::StatusOr<pb::CheckMotionsResponse> AskMotions(Session& session,
     options.set_world_uid(answer->world_uid());
   }
   all.set_completed_count(completed);
+  WarnOfUnknownNames(session, options);
   return all;
 }
 

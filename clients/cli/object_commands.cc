@@ -14,6 +14,7 @@
 #include "clients/cli/number_list.h"
 #include "clients/cli/object_table.h"
 #include "clients/cli/one_of.h"
+#include "clients/cli/progress.h"
 #include "clients/cli/question_arguments.h"
 #include "clients/cpp/geometry_transfer.h"
 #include "clients/formats/file_bytes.h"
@@ -91,6 +92,15 @@ absl::StatusOr<MeshFormat> FormatFor(const std::string& file) {
   return UsageError(absl::StrCat("--mesh: \"", file, "\" must end in .ply or .glb"));
 }
 
+absl::StatusOr<client::Surface> Fetch(Session& session, const pb::ObjectSurface& object) {
+  Progress progress(session);
+  progress.Stage("the server makes the mesh");
+  return client::ReadSurface(
+      session.connection(), object, [&](std::int64_t received, std::int64_t total) {
+        progress.Moved({.doing = "receiving", .moved_bytes = received, .total_bytes = total});
+      });
+}
+
 // The object's surface at the revision that `shown` is of, in the world's frame.
 absl::Status WriteMesh(Session& session, const pb::GetObjectResponse& shown,
                        const std::string& file, MeshFormat format) {
@@ -99,7 +109,7 @@ absl::Status WriteMesh(Session& session, const pb::GetObjectResponse& shown,
   object.set_world_uid(shown.world_uid());
   object.set_name(shown.object().name());
   object.mutable_at_revision()->set_exact(shown.revision());
-  auto surface = client::ReadSurface(session.connection(), object);
+  auto surface = Fetch(session, object);
   if (!surface.ok()) return surface.status();
   const formats::MeshFile mesh_W =
       Transformed(surface->header.x_world_object(), std::move(surface->mesh));

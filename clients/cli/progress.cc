@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <ostream>
+#include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "clients/cli/quantity.h"
@@ -13,27 +14,34 @@ constexpr char kEraseLine[] = "\r\033[K";
 
 }  // namespace
 
-std::string UploadText(const Upload& upload) {
-  const auto sent = static_cast<double>(upload.sent_bytes);
-  const auto total = static_cast<double>(upload.total_bytes);
-  std::string text = absl::StrCat("sending ", Bytes(sent), " of ", Bytes(total), ", ",
-                                  upload.sent_bytes / upload.point_bytes, " of ",
-                                  upload.total_bytes / upload.point_bytes, " points");
-  if (upload.elapsed_s <= 0 || upload.sent_bytes <= 0) return text;
-  const double rate = sent / upload.elapsed_s;
-  absl::StrAppend(&text, ", ", Bytes(rate), "/s, ", Fixed(std::ceil((total - sent) / rate), 0),
-                  " s left");
+std::string TransferText(const Transfer& transfer) {
+  const auto moved = static_cast<double>(transfer.moved_bytes);
+  const auto total = static_cast<double>(transfer.total_bytes);
+  std::string text = absl::StrCat(transfer.doing, " ", Bytes(moved), " of ", Bytes(total));
+  if (!transfer.of_what.empty()) absl::StrAppend(&text, ", ", transfer.of_what);
+  if (transfer.bytes_per_s <= 0) return text;
+  absl::StrAppend(&text, ", ", Bytes(transfer.bytes_per_s), "/s, ",
+                  Fixed(std::ceil((total - moved) / transfer.bytes_per_s), 0), " s left");
   return text;
 }
 
-void Progress::Sent(Upload upload) {
-  if (upload.sent_bytes >= upload.total_bytes) {
-    return Stage(
-        absl::StrCat("the server interprets ", upload.total_bytes / upload.point_bytes, " points"));
-  }
-  const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start_;
-  upload.elapsed_s = elapsed.count();
-  Stage(UploadText(upload));
+std::string CountText(const Transfer& transfer, std::int64_t bytes_each,
+                      const std::string& things) {
+  return absl::StrCat(transfer.moved_bytes / bytes_each, " of ", transfer.total_bytes / bytes_each,
+                      " ", things);
+}
+
+Progress::Progress(const Session& session)
+    : Progress(session.streams.err, session.streams.err_is_terminal ? ProgressStyle::kOneLine
+                                                                    : ProgressStyle::kSilent) {}
+
+void Progress::Moved(Transfer transfer) {
+  const auto now = std::chrono::steady_clock::now();
+  if (!first_) first_ = {now, transfer.moved_bytes};
+  const std::chrono::duration<double> elapsed = now - first_->when;
+  const auto moved = static_cast<double>(transfer.moved_bytes - first_->moved_bytes);
+  if (elapsed.count() > 0) transfer.bytes_per_s = moved / elapsed.count();
+  Stage(TransferText(transfer));
 }
 
 void Progress::Stage(const std::string& stage) {

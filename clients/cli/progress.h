@@ -4,40 +4,53 @@
 #include <chrono>
 #include <cstdint>
 #include <iosfwd>
+#include <optional>
 #include <string>
+
+#include "clients/cli/session.h"
 
 namespace cwm::cli {
 
 enum class ProgressStyle { kSilent, kOneLine };
 
-// A cloud on its way. `point_bytes` and `total_bytes` are positive.
-struct Upload {
-  std::int64_t sent_bytes = 0;
+// Bytes on their way. `total_bytes` is positive.
+struct Transfer {
+  std::string doing;  // "sending"
+  std::int64_t moved_bytes = 0;
   std::int64_t total_bytes = 0;
-  std::int64_t point_bytes = 0;  // of one point
-  double elapsed_s = 0;
+  double bytes_per_s = 0;    // 0: not known yet
+  std::string of_what = {};  // "87381 of 307200 points"; empty: nothing is said
 };
 
-// "sending 1.0 MB of 3.7 MB, 87381 of 307200 points, 2.5 MB/s, 1 s left"; the rate is the mean so
-// far, and is left out with the time where no time has passed.
-std::string UploadText(const Upload& upload);
+// "sending 1.0 MB of 3.7 MB, 87381 of 307200 points, 2.5 MB/s, 1 s left"; rate and time are left
+// out where the rate is not known.
+std::string TransferText(const Transfer& transfer);
+
+// "87381 of 307200 points": whole ones of `bytes_each`, which is positive.
+std::string CountText(const Transfer& transfer, std::int64_t bytes_each, const std::string& things);
 
 // Rewrites one line of `err` and wipes it at the end, so that nothing of it stays. Silent when err
 // is no terminal.
 class Progress {
  public:
+  explicit Progress(const Session& session);
   Progress(std::ostream& err, ProgressStyle style) : err_(err), style_(style) {}
   ~Progress() { Clear(); }
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
-  // `elapsed_s` is filled in: since this was made.
-  void Sent(Upload upload);
+  // `bytes_per_s` is filled in: the mean since the first of these, before which the server may have
+  // been making what is received.
+  void Moved(Transfer transfer);
   void Stage(const std::string& stage);
   void Clear();
 
  private:
-  const std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+  struct First {
+    std::chrono::steady_clock::time_point when;
+    std::int64_t moved_bytes;
+  };
+  std::optional<First> first_;
   std::ostream& err_;
   ProgressStyle style_;
   bool shown_ = false;

@@ -12,6 +12,7 @@
 #include "absl/status/statusor.h"
 #include "clients/cli/body_arguments.h"
 #include "clients/cli/row_columns.h"
+#include "clients/cli/unknown_names.h"
 #include "cwm/v1/query.pb.h"
 
 namespace cwm::cli {
@@ -75,6 +76,7 @@ absl::StatusOr<Response> AskAll(Session& session, Method method, const std::vect
     if (answer->completed_count() < static_cast<std::int64_t>(batch.row_count)) break;
   }
   all.set_completed_count(completed);  // a prefix of all rows
+  WarnOfUnknownNames(session, options);
   return all;
 }
 
@@ -101,6 +103,7 @@ absl::StatusOr<Response> AskInMessages(Session& session, Method method,
     options.set_world_uid(answer->world_uid());
   }
   all.set_completed_count(completed);
+  WarnOfUnknownNames(session, options);
   return all;
 }
 

@@ -8,7 +8,6 @@
 #include "clients/cli/change_arguments.h"
 #include "clients/cli/number_list.h"
 #include "clients/cli/progress.h"
-#include "clients/cli/quantity.h"
 #include "clients/cli/robot_table.h"
 #include "clients/cpp/robot_upload.h"
 #include "clients/formats/file_bytes.h"
@@ -76,15 +75,15 @@ absl::StatusOr<std::vector<client::RobotFile>> ReadMeshes(const LoadArguments& a
 
 absl::StatusOr<pb::LoadRobotResponse> Send(Session& session, const pb::LoadRobotHeader& header,
                                            const std::vector<client::RobotFile>& files) {
-  Progress progress(session.streams.err, session.streams.err_is_terminal ? ProgressStyle::kOneLine
-                                                                         : ProgressStyle::kSilent);
-  return client::LoadRobot(
-      session.connection(), header, files, [&](std::int64_t sent, std::int64_t total) {
-        progress.Stage(sent < total ? absl::StrCat("sending ", Bytes(static_cast<double>(sent)),
-                                                   " of ", Bytes(static_cast<double>(total)),
-                                                   " in ", files.size(), " meshes")
-                                    : absl::StrCat("the server reads ", files.size(), " meshes"));
-      });
+  Progress progress(session);
+  const std::string meshes = absl::StrCat(files.size(), " meshes");
+  const auto show = [&](std::int64_t sent, std::int64_t total) {
+    if (sent >= total)
+      return progress.Stage(absl::StrCat("the server reads ", files.size(), " meshes"));
+    progress.Moved(
+        {.doing = "sending", .moved_bytes = sent, .total_bytes = total, .of_what = meshes});
+  };
+  return client::LoadRobot(session.connection(), header, files, show);
 }
 
 absl::Status Load(Session& session, const LoadArguments& arguments) {

@@ -12,6 +12,7 @@
 #include "clients/cli/quantity.h"
 #include "clients/cli/question_arguments.h"
 #include "clients/cli/table.h"
+#include "clients/cli/unknown_names.h"
 
 namespace cwm::cli {
 namespace {
@@ -54,6 +55,13 @@ std::string Both(const PairArguments& arguments) {
   return absl::StrCat(arguments.a, " and ", arguments.b);
 }
 
+absl::Status ApplyRule(Session& session, const PairArguments& arguments, const pb::Change& change,
+                       const pb::NamedPair& pair, const std::string& done) {
+  absl::Status status = Apply(session, arguments.change, {change}, done);
+  if (status.ok()) WarnOfUnknownNames(session, pair);
+  return status;
+}
+
 absl::Status Allow(Session& session, const AllowArguments& arguments) {
   const auto pair = PairOf(arguments);
   if (!pair.ok()) return pair.status();
@@ -70,7 +78,7 @@ absl::Status Allow(Session& session, const AllowArguments& arguments) {
     *change.mutable_allow()->mutable_expires_after() = ToDuration(*arguments.for_s);
     absl::StrAppend(&done, " for ", *arguments.for_s, " s");
   }
-  return Apply(session, arguments.change, {change}, done);
+  return ApplyRule(session, arguments, change, *pair, done);
 }
 
 absl::Status SetMargin(Session& session, const MarginArguments& arguments) {
@@ -82,8 +90,8 @@ absl::Status SetMargin(Session& session, const MarginArguments& arguments) {
   pb::Change change;
   *change.mutable_margin()->mutable_pair() = *pair;
   if (arguments.margin_m) change.mutable_margin()->set_margin_m(*arguments.margin_m);
-  return Apply(
-      session, arguments.change, {change},
+  return ApplyRule(
+      session, arguments, change, *pair,
       absl::StrCat(Both(arguments), arguments.margin_m ? ": margin " + Length(*arguments.margin_m)
                                                        : ": no margin of their own"));
 }

@@ -80,26 +80,56 @@ void AddCommands(CommandLine& line, const report::PageAssets& page_assets) {
   AddRayCommand(line);
   AddSampleCommand(line);
   AddWatchCommand(line);
+  AddBenchCommand(line);
   AddCallCommand(line);
   AddCompletionCommand(line);
   line.app.require_subcommand(1);
 }
 
+// Nobody asks a server about a line that is not understood.
+std::vector<std::string> NoNames(Named) { return {}; }
+
 std::vector<std::string> CommandNames(const CLI::App& app) {
   std::vector<std::string> names;
-  for (const Candidate& command : CandidatesFor(app, {""}, nullptr)) names.push_back(command.word);
+  for (const Candidate& command : CandidatesFor(app, {""}, NoNames)) names.push_back(command.word);
   return names;
 }
 
-// The object or robot that a name was perhaps to be of.
+// The last of the commands that were recognised; the application where none was.
+const CLI::App& ChosenCommand(const CLI::App& app) {
+  const CLI::App* chosen = &app;
+  while (!chosen->get_subcommands().empty()) chosen = chosen->get_subcommands().front();
+  return *chosen;
+}
+
+// The option that the first of the words that look like one was perhaps to be.
+std::optional<std::string> MeantOption(const CLI::App& command,
+                                       const std::vector<std::string>& words) {
+  std::vector<std::string> options;
+  for (const Candidate& option : CandidatesFor(command, {"--"}, NoNames)) {
+    options.push_back(option.word);
+  }
+  for (const std::string& word : words) {
+    if (word.substr(0, 2) == "--") return NearestWord(word.substr(0, word.find('=')), options);
+  }
+  return std::nullopt;
+}
+
+// The object, robot or world that a name was perhaps to be of.
 std::optional<std::string> Meant(const absl::Status& status, const Session& session) {
+  struct Kind {
+    Named named;
+    std::string key;  // in the metadata
+  };
+  static const std::map<std::string, Kind> kKinds = {{"OBJECT_UNKNOWN", {Named::kObject, "object"}},
+                                                     {"ROBOT_UNKNOWN", {Named::kRobot, "robot"}},
+                                                     {"WORLD_UNKNOWN", {Named::kWorld, "world"}}};
   const client::ErrorDetails details = client::DetailsOf(status);
-  const bool is_robot = details.reason == "ROBOT_UNKNOWN";
-  if (!is_robot && details.reason != "OBJECT_UNKNOWN") return std::nullopt;
-  const auto unknown = details.metadata.find(is_robot ? "robot" : "object");
+  const auto kind = kKinds.find(details.reason);
+  if (kind == kKinds.end()) return std::nullopt;
+  const auto unknown = details.metadata.find(kind->second.key);
   if (unknown == details.metadata.end()) return std::nullopt;
-  return NearestWord(unknown->second,
-                     KnownNames(session, is_robot ? Named::kRobot : Named::kObject));
+  return NearestWord(unknown->second, KnownNames(session, kind->second.named));
 }
 
 // Help and version are no errors; they are data, on stdout.
@@ -109,13 +139,22 @@ ExitCode Explain(const CommandLine& line, const CLI::ParseError& error) {
     line.app.exit(error, streams.out, streams.err);
     return ExitCode::kDone;
   }
-  const auto chosen = line.app.get_subcommands();
-  const std::string command = chosen.empty() ? "" : chosen.front()->get_name();
-  const std::vector<std::string> unknown = line.app.remaining();
+  const CLI::App& chosen = ChosenCommand(line.app);
+  const std::vector<std::string> unknown = line.app.remaining(/*recurse=*/true);
+  // CLI11 says only that one is missing.
+  const auto any = [](const CLI::App*) { return true; };
   const bool no_command =
-      chosen.empty() && !unknown.empty();  // CLI11 says only that one is missing
-  FailedCommand failed{.name = command, .address = "", .meant = std::nullopt};
-  if (no_command) failed.meant = NearestWord(unknown.front(), CommandNames(line.app));
+      !chosen.get_subcommands(any).empty() && !unknown.empty() && unknown.front().front() != '-';
+  FailedCommand failed{
+      .name = &chosen == &line.app ? "" : chosen.get_name(), .address = "", .meant = std::nullopt};
+  if (chosen.get_parent() != nullptr && chosen.get_parent() != &line.app) {
+    failed.name = chosen.get_parent()->get_name() + " " + failed.name;
+  }
+  if (no_command) {
+    failed.meant = NearestWord(unknown.front(), CommandNames(chosen));
+  } else {
+    failed.meant = MeantOption(chosen, unknown);
+  }
   ReportError(UsageError(no_command ? "unknown command '" + unknown.front() + "'" : error.what()),
               failed, streams.err);
   return ExitCode::kUsage;

@@ -104,14 +104,17 @@ absl::StatusOr<pb::IngestCloudResponse> SendScan(Session& session,
                                                  const std::string& file) {
   const auto geometry = client::GeometryOf(cloud);
   if (!geometry.ok()) return WithFile(geometry.status(), file);
-  Progress progress(session.streams.err, session.streams.err_is_terminal ? ProgressStyle::kOneLine
-                                                                         : ProgressStyle::kSilent);
-  return client::IngestCloud(
-      session.connection(), header, *geometry, [&](std::int64_t sent, std::int64_t total) {
-        progress.Sent({.sent_bytes = sent,
-                       .total_bytes = total,
-                       .point_bytes = static_cast<std::int64_t>(geometry->point_step)});
-      });
+  Progress progress(session);
+  const auto show = [&](std::int64_t sent, std::int64_t total) {
+    if (sent >= total) {
+      return progress.Stage(absl::StrCat("the server interprets ", geometry->size(), " points"));
+    }
+    Transfer transfer{.doing = "sending", .moved_bytes = sent, .total_bytes = total};
+    transfer.of_what =
+        CountText(transfer, static_cast<std::int64_t>(geometry->point_step), "points");
+    progress.Moved(transfer);
+  };
+  return client::IngestCloud(session.connection(), header, *geometry, show);
 }
 
 absl::Status CheckLabelledName(const std::string& argument, const std::string& path) {

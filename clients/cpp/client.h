@@ -6,6 +6,8 @@
 #include "clients/cpp/connection.h"
 #include "clients/cpp/geometry_transfer.h"
 #include "clients/cpp/point_labels.h"
+#include "clients/cpp/progress.h"
+#include "clients/cpp/query_stream.h"
 #include "clients/cpp/robot_upload.h"
 #include "clients/cpp/row_bytes.h"
 #include "clients/cpp/world_export.h"

@@ -2,17 +2,14 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <vector>
 
 #include "absl/status/statusor.h"
 #include "clients/cpp/connection.h"
+#include "clients/cpp/progress.h"
 #include "clients/formats/cloud_file.h"
 
 namespace cwm::client {
-
-// Told after every chunk: bytes sent so far, of how many.
-using Progress = std::function<void(std::int64_t sent_bytes, std::int64_t total_bytes)>;
 
 // Only what the server uses of a cloud: x y z, and the normals when all three are there.
 // INVALID_ARGUMENT when a coordinate is missing, has more than one number, or is a 64-bit integer.

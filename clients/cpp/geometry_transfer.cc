@@ -19,7 +19,8 @@ struct Received {
 };
 
 absl::StatusOr<Received> Receive(const Connection& connection,
-                                 const pb::ReadGeometryRequest& request) {
+                                 const pb::ReadGeometryRequest& request,
+                                 const Progress& progress = {}) {
   grpc::ClientContext context;
   connection.Prepare(context);
   const auto reader = connection.worlds().ReadGeometry(&context, request);
@@ -29,6 +30,8 @@ absl::StatusOr<Received> Receive(const Connection& connection,
     if (chunk.has_header()) received.header = chunk.header();
     received.blob.format = chunk.format();
     received.blob.bytes += chunk.data();
+    if (!progress) continue;
+    progress(static_cast<std::int64_t>(received.blob.bytes.size()), chunk.total_bytes());
   }
   if (const grpc::Status status = reader->Finish(); !status.ok()) return FromGrpc(status);
   return received;
@@ -51,10 +54,11 @@ absl::StatusOr<Blob> ReadGeometry(const Connection& connection, const std::strin
   return std::move(received->blob);
 }
 
-absl::StatusOr<Surface> ReadSurface(const Connection& connection, const pb::ObjectSurface& object) {
+absl::StatusOr<Surface> ReadSurface(const Connection& connection, const pb::ObjectSurface& object,
+                                    const Progress& progress) {
   pb::ReadGeometryRequest request;
   *request.mutable_object() = object;
-  auto received = Receive(connection, request);
+  auto received = Receive(connection, request, progress);
   if (!received.ok()) return received.status();
   const std::string& bytes = received->blob.bytes;
   auto status = CheckHash("surface", bytes, received->header.hash());

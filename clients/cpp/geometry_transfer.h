@@ -6,6 +6,7 @@
 
 #include "absl/status/statusor.h"
 #include "clients/cpp/connection.h"
+#include "clients/cpp/progress.h"
 #include "clients/formats/mesh_file.h"
 
 namespace cwm::client {
@@ -25,7 +26,8 @@ struct Surface {
 // All that an object is made of as one mesh. DATA_LOSS when what arrives is not what the header's
 // hash says.
 absl::StatusOr<Surface> ReadSurface(const Connection& connection,
-                                    const cwm::v1::ObjectSurface& object);
+                                    const cwm::v1::ObjectSurface& object,
+                                    const Progress& progress = {});
 
 // Stores the blob and returns its hash; bytes that the server has already are sent once more and
 // stored once.

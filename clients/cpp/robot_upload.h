@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
-#include "clients/cpp/cloud_upload.h"
 #include "clients/cpp/connection.h"
+#include "clients/cpp/progress.h"
 
 namespace cwm::client {
 

@@ -44,7 +44,8 @@ absl::Status Divide(const google::protobuf::RepeatedPtrField<pb::ExportedFile>& 
 }  // namespace
 
 absl::StatusOr<ExportedWorld> ExportWorld(const Connection& connection,
-                                          const pb::ExportWorldRequest& request) {
+                                          const pb::ExportWorldRequest& request,
+                                          const Progress& progress) {
   grpc::ClientContext context;
   connection.Prepare(context);
   const auto reader = connection.worlds().ExportWorld(&context, request);
@@ -54,6 +55,7 @@ absl::StatusOr<ExportedWorld> ExportWorld(const Connection& connection,
   while (reader->Read(&chunk)) {
     if (chunk.offset() == 0) files = chunk.files();
     exported.bytes += chunk.data();
+    if (progress) progress(static_cast<std::int64_t>(exported.bytes.size()), chunk.total_bytes());
   }
   if (const grpc::Status status = reader->Finish(); !status.ok()) return FromGrpc(status);
   if (!chunk.done() || static_cast<std::int64_t>(exported.bytes.size()) != chunk.total_bytes()) {

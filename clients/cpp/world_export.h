@@ -7,6 +7,7 @@
 
 #include "absl/status/statusor.h"
 #include "clients/cpp/connection.h"
+#include "clients/cpp/progress.h"
 
 namespace cwm::client {
 
@@ -26,6 +27,7 @@ struct ExportedWorld {
 
 // DATA_LOSS when less arrives than was announced, or files have names that lead elsewhere.
 absl::StatusOr<ExportedWorld> ExportWorld(const Connection& connection,
-                                          const cwm::v1::ExportWorldRequest& request);
+                                          const cwm::v1::ExportWorldRequest& request,
+                                          const Progress& progress = {});
 
 }  // namespace cwm::client

@@ -128,7 +128,7 @@ PlanExit ExitOf(const PlanReport& report) {
 }
 
 // What is to be said of an outcome beside its name.
-absl::StatusOr<std::string> Reason(QueryStream& stream, const Task& task,
+absl::StatusOr<std::string> Reason(client::QueryStream& stream, const Task& task,
                                    const PlanResult& result) {
   switch (result.outcome) {
     case Outcome::kSolved:
@@ -160,7 +160,7 @@ struct Planned {
 // second try fails seldom, a third hardly ever.
 constexpr int kMostTries = 5;
 
-absl::StatusOr<Planned> PlanCertified(QueryStream& stream, const Task& task, bool certify) {
+absl::StatusOr<Planned> PlanCertified(client::QueryStream& stream, const Task& task, bool certify) {
   ServerChecker checker(stream, task.question);
   PlanOptions options = task.options;
   Planned planned;
@@ -188,7 +188,7 @@ absl::StatusOr<PlanExit> Plan(const Arguments& arguments, std::ostream& out, std
   const auto task = ReadTask(connection, arguments.task, warnings);
   for (const std::string& warning : warnings) err << "cwm-plan: warning: " << warning << "\n";
   if (!task.ok()) return task.status();
-  QueryStream stream(connection);
+  client::QueryStream stream(connection);
   const auto planned = PlanCertified(stream, *task, arguments.certify);
   if (!planned.ok()) return planned.status();
   const PlanResult& result = planned->result;

@@ -29,8 +29,8 @@ std::string Meeting(const Answer& row) {
 
 }  // namespace
 
-absl::StatusOr<std::string> WhatCollides(QueryStream& stream, v1::CheckCollisionsRequest question,
-                                         const Row& row) {
+absl::StatusOr<std::string> WhatCollides(client::QueryStream& stream,
+                                         v1::CheckCollisionsRequest question, const Row& row) {
   AddRow(row, *question.mutable_subject());
   question.mutable_options()->set_result_form(v1::RESULT_FORM_ROWS);
   v1::StreamQueriesRequest request;
@@ -45,7 +45,8 @@ absl::StatusOr<std::string> WhatCollides(QueryStream& stream, v1::CheckCollision
              : meeting;
 }
 
-absl::StatusOr<Certificate> Certify(QueryStream& stream, const v1::CheckCollisionsRequest& question,
+absl::StatusOr<Certificate> Certify(client::QueryStream& stream,
+                                    const v1::CheckCollisionsRequest& question,
                                     const std::vector<Row>& path) {
   v1::StreamQueriesRequest asked;
   v1::CheckMotionsRequest& request = *asked.mutable_check_motions();

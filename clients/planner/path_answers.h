@@ -6,16 +6,16 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "clients/cpp/query_stream.h"
 #include "clients/planner/joint_space.h"
-#include "clients/planner/query_stream.h"
 #include "cwm/v1/query.pb.h"
 
 namespace cwm::planner {
 
 // "panda_hand meets shelf", "panda_link7 meets panda_link5 of the robot itself". The question is
 // that of QuestionOf.
-absl::StatusOr<std::string> WhatCollides(QueryStream& stream, v1::CheckCollisionsRequest question,
-                                         const Row& row);
+absl::StatusOr<std::string> WhatCollides(client::QueryStream& stream,
+                                         v1::CheckCollisionsRequest question, const Row& row);
 
 // Of the motion from row to row, which no sample decides.
 struct Certificate {
@@ -24,7 +24,8 @@ struct Certificate {
   int segment = 0;          // else: from this row of the path to the next
   std::string what_is_met;  // as above; empty where no pair is named
 };
-absl::StatusOr<Certificate> Certify(QueryStream& stream, const v1::CheckCollisionsRequest& question,
+absl::StatusOr<Certificate> Certify(client::QueryStream& stream,
+                                    const v1::CheckCollisionsRequest& question,
                                     const std::vector<Row>& path);
 
 }  // namespace cwm::planner

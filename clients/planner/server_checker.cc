@@ -13,7 +13,7 @@ constexpr std::size_t kMostNumbers = 1 << 18;
 
 }  // namespace
 
-ServerChecker::ServerChecker(QueryStream& stream, v1::CheckCollisionsRequest question)
+ServerChecker::ServerChecker(client::QueryStream& stream, v1::CheckCollisionsRequest question)
     : stream_(stream) {
   *request_.mutable_check_collisions() = std::move(question);
   request_.mutable_check_collisions()->mutable_options()->set_verdicts_only(true);

@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "clients/planner/query_stream.h"
+#include "clients/cpp/query_stream.h"
 #include "clients/planner/state_checker.h"
 #include "cwm/v1/query.pb.h"
 
@@ -16,7 +16,7 @@ class ServerChecker : public StateChecker {
   // The question says of which world, robot and group, at which revision and with which overlay;
   // its rows are filled in. A state is free where its verdict is FREE. The stream must outlive the
   // checker.
-  ServerChecker(QueryStream& stream, v1::CheckCollisionsRequest question);
+  ServerChecker(client::QueryStream& stream, v1::CheckCollisionsRequest question);
 
  private:
   absl::StatusOr<std::vector<std::uint8_t>> Answer(std::span<const double> rows,
@@ -24,7 +24,7 @@ class ServerChecker : public StateChecker {
   // Adds the verdicts of so many rows.
   absl::Status AskPart(std::span<const double> rows, std::vector<std::uint8_t>& free);
 
-  QueryStream& stream_;
+  client::QueryStream& stream_;
   v1::StreamQueriesRequest request_;
 };
 

@@ -136,9 +136,19 @@ FramePairs FramePairsOf(const QueryBody& body) {
 }
 
 void BodySearch::PlaceBody(const BodyRows& rows, std::size_t row, const LaneOpen& open) {
+  rows.Place(row, OwnFrames());
+  PlaceParts(row, open);
+}
+
+void BodySearch::PlaceBody(std::span<const Pose> X_WF, std::size_t row, const LaneOpen& open) {
+  std::ranges::copy(X_WF, OwnFrames().begin());
+  PlaceParts(row, open);
+}
+
+// With what is carried.
+void BodySearch::PlaceParts(std::size_t row, const LaneOpen& open) {
   row_ = static_cast<std::int64_t>(row);
-  const auto own = static_cast<std::size_t>(body_.frame_count);
-  rows.Place(row, std::span(X_WF_).first(own));
+  const std::size_t own = OwnFrames().size();
   for (std::size_t k = 0; k < body_.carried.size(); ++k) {
     const CarriedObject& carried = body_.carried[k];
     X_WF_[own + k] = X_WF_[static_cast<std::size_t>(carried.link)] * carried.X_FO;

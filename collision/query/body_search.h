@@ -66,6 +66,8 @@ class BodySearch {
   // Puts the body where the row has it. What is not open is not asked about: bits of `worlds` are
   // frames, bits of `pairs` those of FramePairsOf, both modulo kTags.
   void PlaceBody(const BodyRows& rows, std::size_t row, const LaneOpen& open = kAllOpen);
+  // The same where the row's frames, but for those of what it carries, are known already.
+  void PlaceBody(std::span<const Pose> X_WF, std::size_t row, const LaneOpen& open);
   static constexpr LaneOpen kAllOpen{~std::uint64_t{0}, ~std::uint64_t{0}};
   const Aabb& body_bounds_W() const { return bounds_W_; }
 
@@ -115,6 +117,11 @@ class BodySearch {
   };
   using EngineTable = std::array<std::array<const Engine*, kShapeKindCount>, kShapeKindCount>;
 
+  // Those of X_WF_ that are not of what the body carries.
+  std::span<Pose> OwnFrames() {
+    return std::span(X_WF_).first(static_cast<std::size_t>(body_.frame_count));
+  }
+  void PlaceParts(std::size_t row, const LaneOpen& open);
   // Where no rule sets another.
   double UsualMargin_m(const BodyPart& mine, const std::string& theirs,
                        double their_margin_m) const {

@@ -114,6 +114,38 @@ RowVerdict JudgeRow(BodySearch& search, UnseenSpace unseen) {
 // are to be put in order; others up to some 10 us.
 constexpr std::size_t kRowsOfSpheres = 1024, kRowsOfOthers = 256;
 
+// The frames of rows in their order, several of them placed at a time.
+class PlacedRows {
+ public:
+  explicit PlacedRows(const BodyRows& rows, int frame_count)
+      : rows_(rows), frames_(static_cast<std::size_t>(frame_count)), X_WF_(kAtOnce * frames_) {}
+
+  void Begin(std::vector<std::size_t> order) {
+    order_ = std::move(order);
+    next_ = placed_ = 0;
+  }
+  // Of the next row.
+  std::span<const Pose> Next() {
+    if (next_ == placed_) {
+      const std::size_t count = std::min(kAtOnce, order_.size() - placed_);
+      rows_.PlaceSome(std::span(order_).subspan(placed_, count),
+                      std::span(X_WF_).first(count * frames_));
+      first_ = placed_;
+      placed_ += count;
+    }
+    return std::span(X_WF_).subspan((next_++ - first_) * frames_, frames_);
+  }
+
+ private:
+  static constexpr std::size_t kAtOnce = 8;  // as many states as lanes of double precision
+
+  const BodyRows& rows_;
+  const std::size_t frames_;
+  std::vector<Pose> X_WF_;
+  std::vector<std::size_t> order_;
+  std::size_t next_ = 0, first_ = 0, placed_ = 0;
+};
+
 // Every row has a verdict, those that time does not suffice for as well.
 CollisionColumns MakeRoom(std::size_t rows) {
   return {.verdict = std::vector<Verdict>(rows, Verdict::kNotComputed),
@@ -150,16 +182,22 @@ class Checker : public ChunkWorker {
       : batch_(batch),
         search_(batch.world, batch.body, batch.options, batch.stop),
         ranks_(batch.world),
-        spheres_(batch.spheres) {}
+        spheres_(batch.spheres),
+        placed_(batch.rows, batch.body.frame_count) {}
 
   ChunkEnd Answer(const RowChunk& chunk) override {
     std::span<const Verdict> known;  // by spheres in lanes, all rows at once
     if (spheres_ && !search_.MustEnd()) known = spheres_->Judge(chunk.first, chunk.count);
+    const auto is_known = [&](std::size_t k) { return !known.empty() && IsWholeAnswer(known[k]); };
+    std::vector<std::size_t> asked;
+    for (std::size_t k = 0; k < chunk.count; ++k) {
+      if (!is_known(k)) asked.push_back(chunk.first + k);
+    }
+    placed_.Begin(std::move(asked));
     std::size_t k = 0;
     for (; k < chunk.count && !search_.MustEnd(); ++k) {
-      const bool is_known = spheres_ && IsWholeAnswer(known[k]);
-      const RowVerdict told = is_known ? RowVerdict{.verdict = known[k], .pair = {}}
-                                       : AskPlainly(chunk.first + k, OpenOf(k));
+      const RowVerdict told = is_known(k) ? RowVerdict{.verdict = known[k], .pair = {}}
+                                          : AskPlainly(chunk.first + k, OpenOf(k));
       if (search_.ended()) break;
       Write(chunk.first + k, told);
     }
@@ -178,8 +216,9 @@ class Checker : public ChunkWorker {
   }
 
   RowVerdict AskPlainly(std::size_t row, const LaneOpen& open) {
+    const std::span<const Pose> X_WF = placed_.Next();
     if (!batch_.rows.IsWithinLimits(row)) return {.verdict = Verdict::kOutOfLimits, .pair = {}};
-    search_.PlaceBody(batch_.rows, row, open);
+    search_.PlaceBody(X_WF, row, open);
     return JudgeRow(search_, batch_.options.unseen);
   }
 
@@ -196,6 +235,7 @@ class Checker : public ChunkWorker {
   BodySearch search_;
   ObjectRanks ranks_;
   std::optional<SphereCheck> spheres_;
+  PlacedRows placed_;
 };
 
 }  // namespace

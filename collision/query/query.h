@@ -90,6 +90,12 @@ class BodyRows {
   virtual std::size_t size() const = 0;
   // Sets X_WF, one pose for each frame of the body but those of what it carries.
   virtual void Place(std::size_t row, std::span<Pose> X_WF) const = 0;
+  // The same of several rows but for the last bits, one after the other in `X_WF`, which has as many
+  // poses for each. What is told of a row depends on that row alone.
+  virtual void PlaceSome(std::span<const std::size_t> rows, std::span<Pose> X_WF) const {
+    const std::size_t frames = rows.empty() ? 0 : X_WF.size() / rows.size();
+    for (std::size_t k = 0; k < rows.size(); ++k) Place(rows[k], X_WF.subspan(k * frames, frames));
+  }
   // Whether the row is a state that the body can be in: else its verdict is OUT_OF_LIMITS. Distances
   // and contacts are told all the same.
   virtual bool IsWithinLimits(std::size_t) const { return true; }

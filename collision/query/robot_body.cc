@@ -11,12 +11,16 @@ namespace {
 // Robots of one or two arms have no more; longer states are allocated.
 using Variables = absl::InlinedVector<double, 32>;
 
-Variables With(const std::vector<double>& base, const JointGroup& group,
-               std::span<const double> row) {
-  Variables variables(base.begin(), base.end());
+void SetGroup(const JointGroup& group, std::span<const double> row, std::span<double> variables) {
   for (std::size_t k = 0; k < row.size(); ++k) {
     variables[static_cast<std::size_t>(group.variables[k])] = row[k];
   }
+}
+
+Variables With(const std::vector<double>& base, const JointGroup& group,
+               std::span<const double> row) {
+  Variables variables(base.begin(), base.end());
+  SetGroup(group, row, {variables.data(), variables.size()});
   return variables;
 }
 
@@ -80,8 +84,15 @@ std::span<const double> JointRows::Row(std::size_t row) const {
   return states_.rows.subspan(row * width, width);
 }
 
-void JointRows::Place(std::size_t row, std::span<Pose> X_WL) const {
-  LinkPoses(model_, states_.X_WB, With(states_.base, group_, Row(row)), X_WL);
+void JointRows::Place(std::size_t row, std::span<Pose> X_WL) const { PlaceSome({&row, 1}, X_WL); }
+
+void JointRows::PlaceSome(std::span<const std::size_t> rows, std::span<Pose> X_WL) const {
+  absl::InlinedVector<double, 64> states;  // eight of a robot of one arm
+  for (std::size_t row : rows) {
+    states.insert(states.end(), states_.base.begin(), states_.base.end());
+    SetGroup(group_, Row(row), std::span(states.data(), states.size()).last(states_.base.size()));
+  }
+  LinkPosesOfStates(model_, states_.X_WB, {states.data(), states.size()}, X_WL);
 }
 
 bool JointRows::IsWithinLimits(std::size_t row) const {

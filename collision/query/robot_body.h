@@ -41,6 +41,7 @@ class JointRows : public BodyRows {
 
   std::size_t size() const override { return count_; }
   void Place(std::size_t row, std::span<Pose> X_WL) const override;
+  void PlaceSome(std::span<const std::size_t> rows, std::span<Pose> X_WL) const override;
   bool IsWithinLimits(std::size_t row) const override;
 
   const RobotModel& model() const { return model_; }

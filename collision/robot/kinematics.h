@@ -25,7 +25,13 @@ namespace cwm::collision {
 void LinkPoses(const RobotModel& model, const Pose& X_WB, std::span<const double> variables,
                std::span<Pose> X_WL);
 
-// The same of the links that a group moves alone: `X_WL` holds the poses of a state that differs in
+// Of as many states as `X_WL` has room for, one after the other in both, several at a time in the
+// machine's lanes. What is told of a state depends on that state alone; it is that of LinkPoses but for
+// the last bits.
+void LinkPosesOfStates(const RobotModel& model, const Pose& X_WB, std::span<const double> states,
+                       std::span<Pose> X_WL);
+
+// LinkPoses of the links that a group moves alone: `X_WL` holds the poses of a state that differs in
 // variables of the group alone, and gets those of the new one.
 void MovedLinkPoses(const RobotModel& model, const JointGroup& group,
                     std::span<const double> variables, std::span<Pose> X_WL);

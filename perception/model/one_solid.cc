@@ -113,8 +113,8 @@ bool IsCredible(const WholeFit& fit, const FitContext& c) {
   const auto all = static_cast<double>(c.points.size());
   return static_cast<double>(fit.solid.inliers.size()) >= kLeastExplained * all &&
          HasWorthySlope(fit) && LooksCurved(fit.solid, c) &&
-         SeenShare(fit.solid, c) >= kLeastSeen && !IsCrossed(fit.solid, c) &&
-         PassedShare(fit.solid, c.free) <= kMostPassed;
+         PassedShare(fit.solid, c.free) <= kMostPassed && !IsCrossed(fit.solid, c) &&
+         SeenShare(fit.solid, c) >= kLeastSeen;
 }
 
 bool IsAlready(const std::vector<Solid>& solids, const Shape& shape) {
@@ -186,6 +186,7 @@ std::optional<WholeFit> BetterSolid(const FitContext& context, const std::vector
   // What to beat: the solids as they are, and the best whole one of the kind that they are already.
   const Account assembled = AccountOf(AnyOverlap(solids) ? std::vector<Solid>() : solids, context);
   double rival = assembled.value - kPositive;
+  Account hopeful = assembled;  // what a start must come near to
   std::optional<WholeFit> best, same;
   double best_value = rival, same_value = rival;
   for (WholeKind kind :
@@ -193,7 +194,7 @@ std::optional<WholeFit> BetterSolid(const FitContext& context, const std::vector
         WholeKind::kLyingCylinder, WholeKind::kLyingCone, WholeKind::kLeaningCylinder,
         WholeKind::kUprightBox, WholeKind::kTiltedBox}) {
     if (!IsSought(kind, context.options)) continue;
-    std::optional<WholeFit> fit = FitWhole(kind, known, assembled, context);
+    std::optional<WholeFit> fit = FitWhole(kind, known, hopeful, context);
     if (!fit) continue;
     known.push_back(fit->solid);  // a cone may grow out of a cylinder
     const double value = fit->value + PriorOf(kind);
@@ -202,7 +203,10 @@ std::optional<WholeFit> BetterSolid(const FitContext& context, const std::vector
       if (!same || value < same_value) same = std::move(fit), same_value = value;
       continue;
     }
-    if (value < best_value && IsCredible(*fit, context)) best = std::move(fit), best_value = value;
+    if (value < best_value && IsCredible(*fit, context)) {
+      hopeful.loss = std::min(hopeful.loss, fit->loss);
+      best = std::move(fit), best_value = value;
+    }
   }
   if (best_value < rival) return best;
   if (same && same_value < kMuchBetter * assembled.value && IsCredible(*same, context)) return same;

@@ -403,6 +403,7 @@ std::optional<WholeFit> Converged(WholeKind kind, Minimum at, const Evidence& ev
   const Misfit misfit = MisfitOf(placed, at.residuals.head(points), evidence.points);
   fit.value = ValueOf(misfit, static_cast<int>(at.x.size()), evidence.points, c) +
               CostOf(fit.solid, c) + unlikely * unlikely;
+  fit.loss = StartLoss(at.residuals, evidence.points.p_G.size());
   return fit;
 }
 

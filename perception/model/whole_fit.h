@@ -14,6 +14,7 @@ struct WholeFit {
   WholeParameters parameters;
   Solid solid;       // its inliers are the points within their distance gates
   double value = 0;  // as Account::value, and with how unlikely a cone's slope is
+  double loss = 0;   // as Account::loss
 };
 
 // Of solids together, each point counting for the nearest of them.

@@ -129,7 +129,7 @@ struct Certificates {
   int free = 0, contact = 0, doubt = 0;
   std::vector<double> times_ms;
 
-  absl::Status Add(planner::QueryStream& stream, const v1::CheckCollisionsRequest& question,
+  absl::Status Add(client::QueryStream& stream, const v1::CheckCollisionsRequest& question,
                    const std::vector<planner::Row>& path) {
     const auto start = std::chrono::steady_clock::now();
     const auto certificate = planner::Certify(stream, question, path);
@@ -161,7 +161,7 @@ absl::Status MeasureProblem(const PandaProblems& all, const PandaProblem& proble
   const planner::PlanProblem plan = ToPlan(all, problem);
   const v1::CheckCollisionsRequest question = PandaIn(world, {}, v1::ROBOT_GEOMETRY_EXACT);
   FclChecker fcl(all, problem);
-  planner::QueryStream stream(connection);
+  client::QueryStream stream(connection);
   planner::ServerChecker checker(stream, question);
   const auto result = Plan(plan, checker, measure.options, measured.server);
   if (!result) return absl::InternalError("the server failed");

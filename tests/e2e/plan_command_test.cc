@@ -247,11 +247,37 @@ TEST_F(PlanCommand, PlansInASceneAloneAndLeavesTheWorldAsItIs) {
   EXPECT_EQ(RevisionOf("default"), revision);
 }
 
+// A needle's tip at 1 m goes by, and only the way there leads through a grain: states 0.005 rad apart,
+// of which the whole path is asked, are 5 mm apart there, and the two meet for 0.6 mm.
+TEST_F(PlanCommand, DoesNotCallAPathCertifiedThatMeetsSomethingBetweenItsStates) {
+  const std::string urdf = Write("needle.urdf", R"(<robot name="needle"><link name="base"/>
+<link name="tip"><collision><origin xyz="1 0 0"/><geometry><sphere radius="0.0001"/></geometry>
+</collision></link>
+<joint name="turn" type="revolute"><parent link="base"/><child link="tip"/><axis xyz="0 0 1"/>
+<limit lower="-3" upper="3"/></joint></robot>
+)");
+  CwmJson({"robot", "load", urdf, "--world", "sewing"});
+  // Of the 200 steps from -0.5 to 0.5 in the middle of one.
+  CwmJson({"put", "grain", "--sphere", "0.0002", "--at", "0.999996875,0.002499997,0", "--world",
+           "sewing"});
+  const std::vector<std::string> asked = {"--world", "sewing", "--start=-0.5", "--goal", "0.5"};
+  EXPECT_EQ(PlanJson(asked).at("outcome"), "SOLVED") << "its states are free";
+  std::vector<std::string> certified = asked;
+  certified.insert(certified.end(), {"--certify", "-o", "json"});
+  const Finished run = Plan(certified);
+  EXPECT_EQ(run.exit_code, 15) << run.out << run.err;
+  const json certificate = json::parse(run.out).at("certificate");
+  EXPECT_EQ(certificate.at("verdict"), "CONTACT");
+  EXPECT_THAT(certificate.dump(), HasSubstr("grain"));
+  certified.resize(certified.size() - 2);
+  EXPECT_THAT(Plan(certified).out, HasSubstr("tip meets grain"));
+}
+
 TEST_F(PlanCommand, TellsOfAServerThatIsGone) {
   const client::Connection connection({.address = address(), .deadline = {}});
   v1::CheckCollisionsRequest question;
   question.mutable_subject()->mutable_robot()->set_robot("arm");
-  planner::QueryStream stream(connection);
+  client::QueryStream stream(connection);
   planner::ServerChecker checker(stream, question);
   const std::vector<double> rows = {1, 0, 0, 0, -1, 0, 3.5, 0};
   const auto free = checker.AreFree(rows, 2);

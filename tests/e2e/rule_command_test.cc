@@ -50,6 +50,35 @@ TEST_F(RuleCommand, SetsListsAndEndsRules) {
   EXPECT_THAT(Cwm({"rules"}).out, HasSubstr("panda:panda_hand"));
 }
 
+TEST_F(RuleCommand, WarnsOfNamesThatNothingHas) {
+  const std::vector<std::string> ball = {"check", "--sphere", "0.1", "--at", "0,0,0"};
+  const auto warned = [&](std::vector<std::string> line, const std::vector<std::string>& more) {
+    line.insert(line.end(), more.begin(), more.end());
+    const Finished asked = Cwm(line);
+    EXPECT_EQ(asked.exit_code, 0) << asked.err;
+    return asked.err;
+  };
+  EXPECT_THAT(warned(ball, {"--ignore", "crat"}),
+              HasSubstr("--ignore: nothing is named \"crat\"; did you mean crate?"));
+  EXPECT_THAT(warned(ball, {"--ignore", "spoon"}), HasSubstr("nothing is named \"spoon\"\n"));
+  EXPECT_EQ(warned(ball, {"--ignore", "crate"}), "");
+  EXPECT_THAT(warned(ball, {"--ignore-pair", "crat,*"}), HasSubstr("did you mean crate?"));
+  EXPECT_EQ(warned(ball, {"--ignore-pair", "crate,*"}), "");
+  for (const std::vector<std::string>& question :
+       {std::vector<std::string>{"ray", "--from", "0,0,1", "--direction", "0,0,-1"},
+        {"sample", "0,0,1"},
+        {"distance", "--sphere", "0.1", "--at", "0,0,1"},
+        {"motion", "--sphere", "0.1", "--at", "0,0,1", "--at", "0,0,2"}}) {
+    EXPECT_THAT(warned(question, {"--ignore", "crat"}), HasSubstr("did you mean crate?"));
+  }
+  EXPECT_THAT(warned({"allow", "crat", "*"}, {}), HasSubstr("did you mean crate?"));
+  EXPECT_THAT(warned({"margin", "crate", "crat", "0.1"}, {}), HasSubstr("did you mean crate?"));
+  EXPECT_EQ(warned({"allow", "spoon", "crate"}, {}), "") << "it may come later";
+  const Finished world = Cwm({"objects", "--world", "defalt"});
+  EXPECT_EQ(world.exit_code, 3);
+  EXPECT_THAT(world.err, HasSubstr("did you mean default?"));
+}
+
 TEST_F(RuleCommand, AllowsForAWhile) {
   EXPECT_EQ(CwmJson({"allow", "crate", "*", "--for", "0.3"}).at("revision"), "2");
   EXPECT_THAT(Cwm({"rules"}).out, ::testing::AnyOf(HasSubstr("allowed until"), HasSubstr("no ")));

@@ -20,6 +20,16 @@ using nlohmann::json;
 
 class ServerLife : public ServerTest {};
 
+TEST_F(ServerLife, HelpBeginsWithExamples) {
+  for (const char* program : {"cwm-server", "cwm-simulator", "cwm"}) {
+    const Finished help = RunProgram({Program(program), "--help"});
+    EXPECT_EQ(help.exit_code, 0);
+    const std::size_t examples = help.out.find(std::string("\n\nExamples:\n  ") + program);
+    EXPECT_NE(examples, std::string::npos) << help.out;
+    EXPECT_LT(examples, help.out.find("Usage:"));
+  }
+}
+
 TEST_F(ServerLife, SocketIsThereForItsOwnerAlone) {
   struct stat info = {};
   ASSERT_EQ(stat(address().substr(5).c_str(), &info), 0);

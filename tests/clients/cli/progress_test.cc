@@ -3,51 +3,80 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <sstream>
+#include <thread>
 
 namespace cwm::cli {
 namespace {
 
+using ::testing::ContainsRegex;
 using ::testing::EndsWith;
 using ::testing::HasSubstr;
 
-// 640 x 480 points of three floats, the first mebibyte sent in half a second.
-constexpr Upload kKinect{.sent_bytes = 1 << 20,
-                         .total_bytes = std::int64_t{307'200} * 12,
-                         .point_bytes = 12,
-                         .elapsed_s = 0.5};
+// 640 x 480 points of three floats, the first mebibyte sent, two a second.
+const Transfer kKinect{.doing = "sending",
+                       .moved_bytes = 1 << 20,
+                       .total_bytes = std::int64_t{307'200} * 12,
+                       .bytes_per_s = 2 << 20,
+                       .of_what = "87381 of 307200 points"};
 
-TEST(UploadText, SaysBytesPointsRateAndTimeLeft) {
+TEST(TransferText, SaysBytesPointsRateAndTimeLeft) {
   // 2 637 824 bytes are left at 2 097 152 a second: 1.26 s, rounded up.
-  EXPECT_EQ(UploadText(kKinect),
+  EXPECT_EQ(TransferText(kKinect),
             "sending 1.0 MB of 3.7 MB, 87381 of 307200 points, 2.1 MB/s, 2 s left");
+  EXPECT_EQ(CountText(kKinect, 12, "points"), kKinect.of_what);
 }
 
-TEST(UploadText, ClaimsNoRateBeforeTimeHasPassed) {
-  Upload upload = kKinect;
-  upload.elapsed_s = 0;
-  EXPECT_THAT(UploadText(upload), EndsWith("87381 of 307200 points"));
+TEST(TransferText, ClaimsNoRateBeforeTimeHasPassed) {
+  Transfer transfer = kKinect;
+  transfer.bytes_per_s = 0;
+  EXPECT_THAT(TransferText(transfer), EndsWith("87381 of 307200 points"));
+  transfer.of_what = "";
+  EXPECT_EQ(TransferText(transfer), "sending 1.0 MB of 3.7 MB");
 }
 
 TEST(Progress, RewritesOneLineAndWipesIt) {
   std::ostringstream err;
   {
     Progress progress(err, ProgressStyle::kOneLine);
-    progress.Sent(kKinect);
+    progress.Moved(kKinect);
     EXPECT_THAT(err.str(), HasSubstr("\r\033[Ksending 1.0 MB of 3.7 MB"));
-    Upload all = kKinect;
-    all.sent_bytes = all.total_bytes;
-    progress.Sent(all);
+    progress.Stage("the server interprets 307200 points");
     EXPECT_THAT(err.str(), HasSubstr("\r\033[Kthe server interprets 307200 points ..."));
   }
   EXPECT_THAT(err.str(), EndsWith("\r\033[K"));
   EXPECT_EQ(err.str().find('\n'), std::string::npos);
 }
 
+TEST(Progress, MeasuresTheRateFromTheFirstBytesOn) {
+  std::ostringstream err;
+  Progress progress(err, ProgressStyle::kOneLine);
+  // The server works before it sends: that is no part of the rate.
+  std::this_thread::sleep_for(std::chrono::milliseconds(400));
+  progress.Moved({.doing = "receiving", .moved_bytes = 1'000'000, .total_bytes = 62'000'000});
+  EXPECT_THAT(err.str(), EndsWith("receiving 1.0 MB of 62.0 MB ..."));
+  std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  progress.Moved({.doing = "receiving", .moved_bytes = 2'000'000, .total_bytes = 62'000'000});
+  // 60 MB are left: at 1 MB in 10 ms or somewhat more it is a second or few, at 2 MB in 410 ms 13.
+  EXPECT_THAT(err.str(), ContainsRegex("MB/s, [1-5] s left ...$"));
+}
+
 TEST(Progress, IsSilentWhereNobodyWatches) {
   std::ostringstream err;
-  Progress(err, ProgressStyle::kSilent).Sent(kKinect);
+  Progress(err, ProgressStyle::kSilent).Moved(kKinect);
   EXPECT_EQ(err.str(), "");
+}
+
+TEST(Progress, ShowsItselfOnATerminalAlone) {
+  for (const bool terminal : {false, true}) {
+    std::istringstream in;
+    std::ostringstream out, err;
+    const Session session({.in = in, .out = out, .err = err, .err_is_terminal = terminal});
+    Progress(session).Stage("the server makes the file");
+    EXPECT_EQ(err.str().empty(), !terminal);
+    EXPECT_EQ(out.str(), "");
+  }
 }
 
 }  // namespace

@@ -32,15 +32,39 @@ TEST(Run, PrintsHelpOnStdoutWithExamplesFirst) {
   const Outcome help = RunWith({"--help"});
   EXPECT_EQ(help.code, ExitCode::kDone);
   EXPECT_LT(help.out.find("Examples:"), help.out.find("Usage"));
-  for (const char* command : {"status", "segment", "report", "ingest", "objects", "get", "put",
-                              "move", "remove", "import", "export", "robot", "distance", "contacts",
-                              "check", "ray", "sample", "watch", "call"}) {
+  for (const char* command :
+       {"status", "segment", "report", "ingest", "objects", "get",      "put",
+        "move",   "remove",  "import", "export", "robot",   "distance", "contacts",
+        "check",  "ray",     "sample", "watch",  "bench",   "call"}) {
     EXPECT_THAT(help.out, HasSubstr(std::string("  ") + command + " "));
   }
   EXPECT_EQ(help.err, "");
   const Outcome one = RunWith({"distance", "--help"});
   EXPECT_EQ(one.code, ExitCode::kDone);
   EXPECT_LT(one.out.find("cwm distance --box"), one.out.find("--engine"));
+}
+
+TEST(Run, BeginsTheHelpOfEveryCommandWithExamples) {
+  const auto names = [](std::vector<std::string> words) {
+    words.insert(words.begin(), "__complete");
+    std::istringstream lines(RunWith(words).out);
+    std::vector<std::string> found;
+    for (std::string line; std::getline(lines, line);) {
+      found.push_back(line.substr(0, line.find('\t')));
+    }
+    return found;
+  };
+  std::vector<std::vector<std::string>> commands;
+  for (const std::string& name : names({""})) commands.push_back({name});
+  for (const std::string& name : names({"robot", ""})) commands.push_back({"robot", name});
+  EXPECT_GE(commands.size(), 29u);
+  for (std::vector<std::string> command : commands) {
+    command.emplace_back("--help");
+    const Outcome help = RunWith(command);
+    EXPECT_EQ(help.code, ExitCode::kDone) << help.err;
+    EXPECT_NE(help.out.find("\n\nExamples:\n  "), std::string::npos) << help.out;
+    EXPECT_LT(help.out.find("Examples:"), help.out.find("Usage:")) << help.out;
+  }
 }
 
 TEST(Run, TellsItsVersionOnStdout) {
@@ -124,6 +148,13 @@ TEST(Run, EndsWithUsageOnMistakesOfTheCommandLine) {
       {"ingest", "a.pcd", "b.pcd", "--labels", "out.pcd"},
       {"ingest", "a.pcd", "--sensor-model", "sonar"},
       {"ingest", "a.pcd", "--clusters", "blobs"},
+      {"bench", "--seconds", "0"},
+      {"bench", "--seconds", "nan"},
+      {"bench", "--seconds", "601"},
+      {"bench", "--batch", "0"},
+      {"bench", "--batch", "many"},
+      {"bench", "--writes", "--world", "kitchen"},
+      {"bench", "--writes", "--robot", "panda"},
   };
   for (const auto& mistake : mistakes) {
     const Outcome outcome = RunWith(mistake);
@@ -131,6 +162,18 @@ TEST(Run, EndsWithUsageOnMistakesOfTheCommandLine) {
     EXPECT_THAT(outcome.err, AllOf(HasSubstr("cwm: usage: "), HasSubstr("hint: ")));
     EXPECT_EQ(outcome.out, "");
   }
+}
+
+TEST(Run, SaysWhatAMistypedWordWasPerhapsToBe) {
+  EXPECT_THAT(RunWith({"objekts"}).err, HasSubstr("did you mean objects?"));
+  EXPECT_THAT(RunWith({"robot", "lod", "x"}).err,
+              AllOf(HasSubstr("unknown command 'lod'"), HasSubstr("did you mean load?")));
+  EXPECT_THAT(RunWith({"check", "--objct", "mug"}).err, HasSubstr("did you mean --object?"));
+  EXPECT_THAT(RunWith({"check", "--objct=mug"}).err, HasSubstr("did you mean --object?"));
+  EXPECT_THAT(RunWith({"--wrld", "kitchen", "status"}).err, HasSubstr("did you mean --world?"));
+  EXPECT_THAT(RunWith({"robot", "get", "--nme", "x"}).err, HasSubstr("`cwm robot get --help`"));
+  EXPECT_THAT(RunWith({"completion", "bash", "more"}).err, Not(HasSubstr("unknown command")));
+  EXPECT_THAT(RunWith({"put"}).err, AllOf(HasSubstr("NAME is required"), HasSubstr("`cwm put ")));
 }
 
 TEST(Run, SaysThatNoServerListensAndWhatToDo) {
@@ -148,6 +191,7 @@ TEST(Run, SaysThatNoServerListensAndWhatToDo) {
            {"ray", "--from", "-1,0,0", "--direction", "-1,0,0"},
            {"sample", "-1,0,0", "-0.5,0,0"},
            {"watch"},
+           {"bench"},
            {"call", "GetServerInfo"}}) {
     const Outcome outcome = RunWith(command);
     EXPECT_EQ(outcome.code, ExitCode::kUnavailable)

@@ -203,5 +203,49 @@ TEST(Kinematics, DefaultsAreZeroOrTheMiddleOfLimitsThatExcludeIt) {
   EXPECT_EQ(OutOfLimits(*model, values), std::nullopt);
 }
 
+// Every kind that lanes take, about z and about another axis, with one that follows.
+std::string ManyJoints() {
+  const std::string limits = "<limit lower=\"-9e9\" upper=\"9e9\"/>";
+  return Links("abcdefg") + JointText("j1", "revolute", "a", "b", kOriginText + limits) +
+         JointText("j2", "continuous", "b", "c", std::string(kOriginText) + kAxisText) +
+         JointText("j3", "prismatic", "c", "d", std::string(kOriginText) + kAxisText + limits) +
+         JointText("j4", "fixed", "d", "e", kOriginText) +
+         JointText("j5", "revolute", "b", "f",
+                   "<axis xyz=\"0 0 1\"/><mimic joint=\"j2\" multiplier=\"-2\" offset=\"0.1\"/>" +
+                       limits) +
+         JointText("j6", "continuous", "f", "g", "<axis xyz=\"0 0 1\"/>");
+}
+
+TEST(LinkPosesOfStates, AreThoseOfEachState) {
+  constexpr double kOfSines = 1e-13;  // of six joints, each off by a few units in the last place
+  const std::string whole = Links("ab") + JointText("j", "floating", "a", "b", kOriginText);
+  for (const ModelPtr& model : {ModelOf(ManyJoints()), ModelOf(whole)}) {
+    const std::size_t width = model->variables.size(), links = model->links.size();
+    std::mt19937 random(7);
+    std::uniform_real_distribution<double> value(-4, 4);
+    for (const std::size_t count : {1U, 3U, 8U, 21U}) {
+      std::vector<double> states(count * width);
+      for (double& v : states) v = value(random);
+      states.back() = 1e7;  // many turns: more than lanes take
+      std::vector<Pose> together(count * links), alone(links);
+      LinkPosesOfStates(*model, kBase, states, together);
+      for (std::size_t k = 0; k < count; ++k) {
+        const std::vector<double> state(
+            states.begin() + static_cast<std::ptrdiff_t>(k * width),
+            states.begin() + static_cast<std::ptrdiff_t>((k + 1) * width));
+        const std::vector<Pose> plain = PosesOf(*model, kBase, state);
+        LinkPosesOfStates(*model, kBase, state, alone);
+        for (std::size_t link = 0; link < links; ++link) {
+          const Pose& X_WL = together[k * links + link];
+          EXPECT_EQ(X_WL.matrix(), alone[link].matrix()) << "state " << k << " of " << count;
+          EXPECT_LT((X_WL.matrix() - plain[link].matrix()).norm(),
+                    kOfSines * plain[link].matrix().norm())
+              << "state " << k << " of " << count << ", link " << link;
+        }
+      }
+    }
+  }
+}
+
 }  // namespace
 }  // namespace cwm::collision

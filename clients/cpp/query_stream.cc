@@ -1,8 +1,8 @@
-#include "clients/planner/query_stream.h"
+#include "clients/cpp/query_stream.h"
 
 #include "absl/strings/str_cat.h"
 
-namespace cwm::planner {
+namespace cwm::client {
 namespace {
 
 // As a unary call has it.
@@ -18,7 +18,7 @@ absl::Status FromError(const v1::QueryError& error) {
 
 }  // namespace
 
-QueryStream::QueryStream(const client::Connection& connection)
+QueryStream::QueryStream(const Connection& connection)
     : stream_(connection.queries().StreamQueries(&context_)) {}
 
 QueryStream::~QueryStream() {
@@ -41,9 +41,9 @@ absl::StatusOr<v1::StreamQueriesResponse> QueryStream::Ask(v1::StreamQueriesRequ
 }
 
 absl::Status QueryStream::EndOfStream() {
-  absl::Status status = client::FromGrpc(stream_->Finish());
+  absl::Status status = FromGrpc(stream_->Finish());
   stream_.reset();
   return status.ok() ? absl::UnavailableError("the server ended the stream") : status;
 }
 
-}  // namespace cwm::planner
+}  // namespace cwm::client

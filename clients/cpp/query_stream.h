@@ -8,12 +8,12 @@
 #include "clients/cpp/connection.h"
 #include "cwm/v1/query.pb.h"
 
-namespace cwm::planner {
+namespace cwm::client {
 
 class QueryStream {
  public:
   // The connection must outlive the stream; no deadline: a lost server ends it.
-  explicit QueryStream(const client::Connection& connection);
+  explicit QueryStream(const Connection& connection);
   ~QueryStream();
   QueryStream(const QueryStream&) = delete;
   QueryStream& operator=(const QueryStream&) = delete;
@@ -30,4 +30,4 @@ class QueryStream {
   std::int64_t id_ = 0;
 };
 
-}  // namespace cwm::planner
+}  // namespace cwm::client

@@ -1,0 +1,17 @@
+// Names that nothing has. Where a question leaves things out, or a rule is about things that may come later,
+// the server takes them; what was mistyped would go unnoticed.
+#pragma once
+
+#include "clients/cli/session.h"
+#include "cwm/v1/query.pb.h"
+
+namespace cwm::cli {
+
+// Warns of each name to ignore, alone or in pairs, that no object or robot of the world has.
+void WarnOfUnknownNames(Session& session, const cwm::v1::QueryOptions& options);
+
+// Warns of names that nothing has while something has a similar one: a rule may be about what comes
+// later.
+void WarnOfUnknownNames(Session& session, const cwm::v1::NamedPair& pair);
+
+}  // namespace cwm::cli
