@@ -28,7 +28,7 @@ constexpr double kFarthest_m = 100;
 
 // To cut a thing may cost as much as all else that is asked of it. Of a scan, so many things may be
 // cut, the largest: 25 fill an image of a Kinect.
-constexpr std::size_t kLeastCut = 25, kPointsPerCutThing = 640 * 480 / kLeastCut;
+constexpr std::size_t kLeastCut = 25, kPointsPerCutThing = 640UL * 480 / kLeastCut;
 std::size_t MostCutThings(const SegmentedScene& scene) {
   return std::max(kLeastCut, scene.points.size() / kPointsPerCutThing);
 }

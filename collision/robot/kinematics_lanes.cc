@@ -32,12 +32,8 @@ struct Turn {
 Turn TurnAbout(const Vector3& axis, Lane sine, Lane cosine) {
   const Lane rest = hn::Sub(All(1), cosine);
   Turn turn;
-  for (int row = 0; row < 3; ++row) {
-    for (int column = 0; column < 3; ++column) {
-      turn.of[3 * row + column] = hn::Mul(rest, All(axis[row] * axis[column]));
-    }
-    turn.of[4 * row] = hn::Add(turn.of[4 * row], cosine);
-  }
+  for (int at = 0; at < 9; ++at) turn.of[at] = hn::Mul(rest, All(axis[at / 3] * axis[at % 3]));
+  for (int at : {0, 4, 8}) turn.of[at] = hn::Add(turn.of[at], cosine);
   const auto cross = [&](int at, double part)
                          HWY_ATTR { turn.of[at] = hn::MulAdd(sine, All(part), turn.of[at]); };
   cross(1, -axis.z()), cross(2, axis.y()), cross(5, -axis.x());

@@ -28,7 +28,7 @@ Sampled FromShortestSide(const TriangleMesh& mesh, const TriangleMesh::Triangle&
   std::array<Vector3, 3> p = {mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]]};
   const std::array<double, 3> across = {(p[1] - p[2]).norm(), (p[2] - p[0]).norm(),
                                         (p[0] - p[1]).norm()};
-  std::ranges::rotate(p, p.begin() + (std::ranges::min_element(across) - across.begin()));
+  std::rotate(p.begin(), p.begin() + (std::ranges::min_element(across) - across.begin()), p.end());
   const Vector3 to_first = p[1] - p[0], to_second = p[2] - p[0];
   return {.apex = p[0],
           .to_first = to_first,

@@ -78,8 +78,9 @@ SimulatedScene Balls(int count) {
   constexpr double kRadius_m = 0.025, kPitch_m = 0.09, kTop_m = 0.9, kMiddle_m = 0.65;
   constexpr int kPerRow = 7;
   for (int k = 0; k < count; ++k) {
-    const Pose X_WO = MakeTranslation(kMiddle_m + kPitch_m * (k / kPerRow - 2),
-                                      kPitch_m * (k % kPerRow - 3), kTop_m + kRadius_m);
+    const int row = k / kPerRow, column = k % kPerRow;
+    const Pose X_WO = MakeTranslation(kMiddle_m + kPitch_m * (row - 2), kPitch_m * (column - 3),
+                                      kTop_m + kRadius_m);
     scene.objects.push_back({.parts = {{Pose::Identity(), Sphere{kRadius_m}}}, .X_WO = X_WO});
   }
   return scene;

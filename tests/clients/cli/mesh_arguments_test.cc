@@ -85,7 +85,7 @@ TEST(ParseMeshFile, NamesTheFileAndTheRuleOfWhatItRefuses) {
   EXPECT_EQ(Refusal("v 0 0 0\nv 1 0\n", "dir/a.obj"),
             "dir/a.obj: line 2: a vertex must have three numbers");
   EXPECT_THAT(Refusal("ply\nformat ascii 1.0\n", "a.ply"), StartsWith("a.ply: "));
-  EXPECT_THAT(Refusal("glTF\2\0\0\0", "a.glb"), StartsWith("a.glb: "));
+  EXPECT_THAT(Refusal(std::string("glTF\2\0\0\0", 8), "a.glb"), StartsWith("a.glb: "));
   const double nan = std::numeric_limits<double>::quiet_NaN();
   for (const double scale : {0., -1., nan, std::numeric_limits<double>::infinity()}) {
     EXPECT_THAT(Refusal(BinaryStl(kBox), "a.stl", {.scale = scale}),
