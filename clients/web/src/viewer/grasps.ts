@@ -162,9 +162,9 @@ export function planWarning({ world, world_uid, revision }: GraspPlan, state: Wo
   return `Planned at revision ${revision}, shown is ${state.revision}: other things may be in the way now.`;
 }
 
-const stops: readonly Triple[] = [[200, 40, 50], [232, 160, 0], [20, 120, 210]];
+const stops: readonly Triple[] = [[200, 40, 50], [232, 160, 0], [0, 170, 130], [20, 90, 220]];
 
-// Red is poor, amber fair, blue good, for every kind of colour vision.
+// From red by amber and green to blue, which is good; never near the grey of what is stale.
 export function scoreColor(score: number): string {
   const at = Math.min(Math.max(score, 0), 1) * (stops.length - 1);
   const low = Math.min(Math.floor(at), stops.length - 2);

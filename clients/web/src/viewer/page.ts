@@ -345,7 +345,8 @@ export class Page {
     if (typing || event.target instanceof HTMLSelectElement) return;
     const keys: Record<string, () => void> = {
       f: () => this.frame(), "/": () => this.tree.search.focus(), q: () => this.questions.input.focus(), l: () => this.timeline.goLive(),
-      t: () => this.theme.toggle(), g: () => void this.save(), o: () => this.grasps.opener.ask(), "?": () => this.help.showModal(), s: () => this.changePointSize(),
+      t: () => this.theme.toggle(), g: () => void this.save(), o: () => this.grasps.opener.ask(),
+      "?": () => this.help.showModal(), s: () => this.changePointSize(),
       h: () => { if (this.selected !== undefined) this.toggle(this.hiddenNames, this.selected); } };
     const key = Object.hasOwn(keys, event.key) ? keys[event.key] : undefined;
     if (key) key();

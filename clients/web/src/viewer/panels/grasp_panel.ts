@@ -93,7 +93,7 @@ export class GraspPanel {
 
   private legend(): HTMLElement {
     const bar = element("span", "bar");
-    [0, 0.5, 1].forEach((score, i) => bar.style.setProperty(`--stop-${i}`, scoreColor(score)));
+    [0, 1, 2, 3].forEach((stop) => bar.style.setProperty(`--stop-${stop}`, scoreColor(stop / 3)));
     return element("p", "quality", "quality 0", bar, "1", swatch("#8a8f96"), "stale");
   }
 
