@@ -2,8 +2,8 @@
 // darker. After Boucheny, "Interactive scientific visualization of large datasets: towards a
 // perceptive-based approach" (2009), eye-dome lighting.
 import {
-  DepthTexture, HalfFloatType, NoBlending, ShaderMaterial, UnsignedIntType, Vector2, WebGLRenderTarget,
-  type PerspectiveCamera, type Scene, type WebGLRenderer,
+  DepthTexture, HalfFloatType, Mesh, NoBlending, PlaneGeometry, Scene, ShaderMaterial, UnsignedIntType, Vector2,
+  WebGLRenderTarget, type PerspectiveCamera, type WebGLRenderer,
 } from "three";
 import { FullScreenQuad } from "three/examples/jsm/postprocessing/Pass.js";
 
@@ -67,6 +67,15 @@ export class DepthShading {
     },
   });
   private readonly quad = new FullScreenQuad(this.material);
+
+  // Has the programs for the scene as it is now made beside everything else; the first picture waits for none of them then.
+  async prepare(renderer: WebGLRenderer, scene: Scene, camera: PerspectiveCamera): Promise<void> {
+    renderer.setRenderTarget(this.target);  // programs differ by what they draw into
+    const things = renderer.compileAsync(scene, camera);
+    renderer.setRenderTarget(null);
+    const alone = new Scene().add(new Mesh(new PlaneGeometry(), this.material));
+    await Promise.all([things, renderer.compileAsync(alone, camera)]);
+  }
 
   // Draws the scene; `drawn` is called before the shading itself adds to what the renderer counts.
   render(renderer: WebGLRenderer, scene: Scene, camera: PerspectiveCamera, region: Region, drawn: () => void): void {

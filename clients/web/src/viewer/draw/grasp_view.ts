@@ -41,42 +41,49 @@ function approach({ x_world_grasp, x_world_pregrasp }: Grasp, color: string): Se
 
 export class GraspView {
   readonly root = new Group();
-  private readonly batch: ShapeBatch<Grasp>;
+  private batch: ShapeBatch<Grasp> | undefined;  // from the first gripper on: its programs are not for every page
   private slots: Slot<Grasp>[] = [];
   private readonly ways = new Lines(lineWidth_px, false);
   private readonly chosen = new Lines(1.5 * lineWidth_px, true);
   private count_ = 0;
 
   constructor() {
-    this.batch = new ShapeBatch<Grasp>("box", "ghost", (before, now) => this.root.remove(before).add(now));
-    this.batch.object.renderOrder = 4;
-    this.batch.object.visible = false;
-    this.root.add(this.batch.object, this.ways.object, this.chosen.object);
+    this.root.add(this.ways.object, this.chosen.object);
   }
 
   // Of the grippers that are drawn.
   get count(): number { return this.count_; }
 
   set({ boxes, shown, chosen }: GraspPicture, accent: string): void {
-    for (const slot of this.slots.reverse()) this.batch.remove(slot);
+    for (const slot of this.slots.reverse()) this.batch?.remove(slot);
     this.slots = [];
-    for (const drawn of shown) this.add(boxes, drawn);
+    if (shown.length > 0) this.batch ??= this.makeBatch();
+    if (this.batch) {
+      for (const drawn of shown) this.add(this.batch, boxes, drawn);
+      this.batch.object.visible = shown.length > 0;
+    }
     this.count_ = shown.length;
-    this.batch.object.visible = shown.length > 0;
     this.ways.set(shown.filter(({ grasp }) => grasp !== chosen).flatMap((drawn) => approach(drawn.grasp, colorOf(drawn))));
     this.chosen.set(chosen && shown.some(({ grasp }) => grasp === chosen) ? this.marks(boxes, chosen, accent) : []);
   }
 
   hits(raycaster: Raycaster): Hit<Grasp> | undefined {
-    return this.batch.hits(raycaster).sort((a, b) => a.distance - b.distance)[0];
+    return this.batch?.hits(raycaster).sort((a, b) => a.distance - b.distance)[0];
   }
 
-  private add(boxes: readonly GripperBox[], drawn: DrawnGrasp): void {
+  private makeBatch(): ShapeBatch<Grasp> {
+    const batch = new ShapeBatch<Grasp>("box", "ghost", (before, now) => this.root.remove(before).add(now));
+    batch.object.renderOrder = 4;
+    this.root.add(batch.object);
+    return batch;
+  }
+
+  private add(batch: ShapeBatch<Grasp>, boxes: readonly GripperBox[], drawn: DrawnGrasp): void {
     const X = matrixOf(drawn.grasp.x_world_grasp);
     const color = new Color(colorOf(drawn));
     for (const { centre, size_m } of boxes) {
       const local = new Matrix4().makeTranslation(...centre).scale(vector(size_m));
-      this.slots.push(this.batch.add(drawn.grasp, new Matrix4().multiplyMatrices(X, local), color, [0, 0]));
+      this.slots.push(batch.add(drawn.grasp, new Matrix4().multiplyMatrices(X, local), color, [0, 0]));
     }
   }
 

@@ -51,6 +51,7 @@ export class Picture {
     this.stage.scene.add(this.view.root, this.clouds.root, this.grasps.root, this.axes.object, this.selection.object, this.answerLines.object);
     this.stage.beforeFrame = () => this.update();
     this.stage.frame([new Box3(new Vector3(-0.5, -0.5, 0), new Vector3(0.5, 0.5, 0.5))], "1");
+    this.stage.prepare();
   }
 
   // Those that are to be seen; the picture follows with its next frame.

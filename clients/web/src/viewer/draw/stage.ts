@@ -46,6 +46,7 @@ export class Stage {
   private readonly raycaster = new Raycaster();
   private readonly cross = axisCross();
   private waiting = false;
+  private isPrepared = false;
 
   // Throws where the browser has no WebGL 2.
   constructor() {
@@ -70,8 +71,17 @@ export class Stage {
 
   get camera(): PerspectiveCamera { return this.orbit.camera; }
 
+  // Once all that is always there is in the scene: nothing is drawn before its programs are ready, and the page goes on.
+  prepare(): void {
+    const ready = (): void => {
+      this.isPrepared = true;
+      this.requestRender();
+    };
+    this.shading.prepare(this.renderer, this.scene, this.camera).then(ready, ready);  // what failed fails again as it is drawn
+  }
+
   requestRender(): void {
-    if (this.waiting) return;
+    if (this.waiting || !this.isPrepared) return;
     this.waiting = true;
     requestAnimationFrame(() => {
       this.waiting = false;
