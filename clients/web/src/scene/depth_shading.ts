@@ -68,13 +68,13 @@ export class DepthShading {
   });
   private readonly quad = new FullScreenQuad(this.material);
 
-  // Has the programs for the scene as it is now made beside everything else; the first picture waits for none of them then.
-  async prepare(renderer: WebGLRenderer, scene: Scene, camera: PerspectiveCamera): Promise<void> {
+  // Has the programs for the scene as it is now made, and waits for none of them: who draws later does not wait then.
+  prepare(renderer: WebGLRenderer, scene: Scene, camera: PerspectiveCamera): void {
     renderer.setRenderTarget(this.target);  // programs differ by what they draw into
-    const things = renderer.compileAsync(scene, camera);
+    renderer.compile(scene, camera);
     renderer.setRenderTarget(null);
-    const alone = new Scene().add(new Mesh(new PlaneGeometry(), this.material));
-    await Promise.all([things, renderer.compileAsync(alone, camera)]);
+    renderer.compile(new Scene().add(new Mesh(new PlaneGeometry(), this.material)), camera);
+    renderer.getContext().flush();
   }
 
   // Draws the scene; `drawn` is called before the shading itself adds to what the renderer counts.

@@ -146,6 +146,7 @@ export class Page {
     if (isOther && this.picture.view.instanceCount === 0) this.picture.reset();
     this.showRange();
     if (!this.past) this.show();
+    this.picture.stage.begin();
   }
 
   private onRobots(robots: ReadonlyMap<string, RobotModel>): void {
@@ -160,6 +161,7 @@ export class Page {
   private onMissing(world: string): void {
     this.empty.textContent = `There is no world \u201c${world}\u201d yet. It appears here as soon as somebody puts an object into it.`;
     this.empty.hidden = false;
+    this.picture.stage.begin();
     if (this.live.state.objects.size > 0 || this.live.robots.size > 0) {
       this.live = { state: emptyWorld, robots: new Map() };
       this.picture.setScans([]);
