@@ -57,8 +57,7 @@ export class ColorBook {
     const nearest = new Float64Array(objectColors.length).fill(Infinity);
     for (const { index, place } of this.entries.values()) {
       if (index < 0) continue;
-      const [dx, dy, dz] = [place.x - x, place.y - y, place.z - z];
-      const squared = dx * dx + dy * dy + dz * dz;
+      const squared = (place.x - x) ** 2 + (place.y - y) ** 2 + (place.z - z) ** 2;
       if (squared < (nearest[index] as number)) nearest[index] = squared;
     }
     return objectColors[nearest.indexOf(Math.max(...nearest))] as string;
