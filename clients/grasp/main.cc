@@ -34,7 +34,8 @@ void AddOptions(CLI::App& app, Arguments& arguments, std::string& form) {
   grasp::Gripper& gripper = request.gripper;
   app.add_option("OBJECT", request.objects, "names; default: all that can be taken");
   app.add_option("--top", request.top, "grasps of each object; default 5")->type_name("N");
-  app.add_option("--json", arguments.json, "write the grasps to this file")->type_name("FILE");
+  app.add_option("--json", arguments.json, "write the grasps to this file, which the viewer draws")
+      ->type_name("FILE");
   app.add_option("-o,--output", form, "table (default) or json")
       ->check(CLI::IsMember({"table", "json"}).description(""))
       ->type_name("FORM");
@@ -61,7 +62,8 @@ void AddOptions(CLI::App& app, Arguments& arguments, std::string& form) {
       ->type_name("M");
 }
 
-void Print(const grasp::Plan& plan) {
+// `json`: the file that has them too; empty: none.
+void Print(const grasp::Plan& plan, const std::string& json) {
   const bool color = ::isatty(STDOUT_FILENO) != 0 && std::getenv("NO_COLOR") == nullptr;
   std::vector<cli::TableRow> rows;
   for (const grasp::ObjectPlan& object : plan.objects) {
@@ -87,7 +89,9 @@ void Print(const grasp::Plan& plan) {
                    {"POSITION m"},
                    {"APPROACH"}},
                   rows, color ? cli::TableStyle::kColor : cli::TableStyle::kPlain, std::cout);
-  std::cout << "revision " << plan.revision << "\n";
+  std::cout << "revision " << plan.revision << "\n"
+            << (json.empty() ? "to see them: add --json FILE, then drop FILE on the viewer's page\n"
+                             : "to see them: drop " + json + " on the viewer's page\n");
 }
 
 absl::Status Run(Arguments& arguments) {
@@ -102,13 +106,16 @@ absl::Status Run(Arguments& arguments) {
   const auto plan = grasp::PlanGrasps(connection, arguments.request);
   if (!plan.ok()) return plan.status();
   const std::string json = grasp::PlanJson(*plan, arguments.request);
+  if (!arguments.json.empty()) {
+    const absl::Status written = cwm::formats::WriteFileBytes(arguments.json, json);
+    if (!written.ok()) return written;
+  }
   if (arguments.json_on_stdout) {
     std::cout << json;
   } else {
-    Print(*plan);
+    Print(*plan, arguments.json);
   }
-  if (arguments.json.empty()) return absl::OkStatus();
-  return cwm::formats::WriteFileBytes(arguments.json, json);
+  return absl::OkStatus();
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
 // The viewer's page in a browser, with 2 000 objects: a script under Node measures, this reports.
-#include <cstdio>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -33,10 +33,18 @@ void MeasureViewer(Report& report) {
   if (run.exit_code != 0 || !found.is_object()) {
     return report.Fail("the viewer's page could not be measured: " + run.err);
   }
-  char text[100];
-  std::snprintf(text, sizeof(text), "viewer: first picture of 2 000 objects after %.0f ms",
-                found.value("first_picture_ms", 0.0));
-  report.Detail(text);
+  const std::string finished =
+      std::to_string(std::lround(found.value("first_picture_finished_ms", 0.0)));
+  report.Detail("viewer: the software that draws finishes the first picture after " + finished +
+                " ms");
+  report.Add({.key = "viewer_first_picture_ms",
+              .value = found.value("first_picture_ms", 0.0),
+              .unit = "ms",
+              .how = std::string(kWhere) +
+                     "from the start of the navigation, nothing cached, until the page has issued "
+                     "the drawing of all of them, median of 7; drawn in software they are seen "
+                     "after " +
+                     finished + " ms"});
   report.Add({.key = "viewer_frame_cpu_ms",
               .value = found.value("frame_cpu_ms", 0.0),
               .unit = "ms",

@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 
 #include <cmath>
+#include <fstream>
 
 #include "tests/e2e/server_fixture.h"
 
@@ -10,6 +11,7 @@ namespace {
 
 using nlohmann::json;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 class GraspCommand : public ServerTest {
  protected:
@@ -105,6 +107,19 @@ TEST_F(GraspCommand, NamesWhatIsInTheWay) {
   }
   EXPECT_EQ(all, found.at("tried_count"));
   EXPECT_GT(walls, all / 2);
+}
+
+TEST_F(GraspCommand, SaysHowToSeeTheGrasps) {
+  CwmJson({"put", "ball", "--sphere", "0.03", "--at", "0,0,0.03"});
+  EXPECT_THAT(Grasp({}).out, HasSubstr("to see them: add --json FILE"));
+  const std::string path = scratch() / "grasps.json";
+  EXPECT_THAT(Grasp({"--json", path}).out, HasSubstr("to see them: drop " + path));
+  const json written = json::parse(std::ifstream(path));
+  EXPECT_EQ(written.at("objects").size(), 2U);
+  EXPECT_EQ(json::parse(Grasp({"-o", "json"}).out), written) << "a program reads all of it";
+  const Finished nowhere = Grasp({"--json", scratch() / "none/grasps.json"});
+  EXPECT_NE(nowhere.exit_code, 0);
+  EXPECT_THAT(nowhere.out, Not(HasSubstr("drop")));
 }
 
 TEST_F(GraspCommand, BadInputIsNamed) {

@@ -25,6 +25,9 @@ export interface Facts {
   cloud_points: number;
   is_live: boolean;
   selected: string;
+  grasps: number;
+  grippers: number;
+  chosen_grasp: number;
   theme: string;
   frames: number;
   draw_calls: number;

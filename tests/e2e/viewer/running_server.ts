@@ -60,6 +60,13 @@ export class RunningServer {
     return stdout;
   }
 
+  // What the grasp planner finds, as the file that it writes.
+  async grasps(...words: string[]): Promise<string> {
+    const path = join(this.folder, "grasps.json");
+    await run(program("cwm-grasp"), ["--addr", this.address, "--json", path, ...words]);
+    return path;
+  }
+
   async json(...words: string[]): Promise<Record<string, unknown>> {
     return JSON.parse(await this.cwm("-o", "json", ...words)) as Record<string, unknown>;
   }

@@ -2,8 +2,8 @@
 // darker. After Boucheny, "Interactive scientific visualization of large datasets: towards a
 // perceptive-based approach" (2009), eye-dome lighting.
 import {
-  DepthTexture, HalfFloatType, NoBlending, ShaderMaterial, UnsignedIntType, Vector2, WebGLRenderTarget,
-  type PerspectiveCamera, type Scene, type WebGLRenderer,
+  DepthTexture, HalfFloatType, Mesh, NoBlending, PlaneGeometry, Scene, ShaderMaterial, UnsignedIntType, Vector2,
+  WebGLRenderTarget, type PerspectiveCamera, type WebGLRenderer,
 } from "three";
 import { FullScreenQuad } from "three/examples/jsm/postprocessing/Pass.js";
 
@@ -67,6 +67,15 @@ export class DepthShading {
     },
   });
   private readonly quad = new FullScreenQuad(this.material);
+
+  // Has the programs for the scene as it is now made, and waits for none of them: who draws later does not wait then.
+  prepare(renderer: WebGLRenderer, scene: Scene, camera: PerspectiveCamera): void {
+    renderer.setRenderTarget(this.target);  // programs differ by what they draw into
+    renderer.compile(scene, camera);
+    renderer.setRenderTarget(null);
+    renderer.compile(new Scene().add(new Mesh(new PlaneGeometry(), this.material)), camera);
+    renderer.getContext().flush();
+  }
 
   // Draws the scene; `drawn` is called before the shading itself adds to what the renderer counts.
   render(renderer: WebGLRenderer, scene: Scene, camera: PerspectiveCamera, region: Region, drawn: () => void): void {

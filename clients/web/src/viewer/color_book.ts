@@ -7,7 +7,8 @@ import { shortName, type WorldObject } from "../world/types";
 export const unseenColor = "#8d86a8";
 export const robotColors: readonly string[] = ["#c9ced6", "#b9c4cf", "#d2c8bb"];
 
-interface Entry { color: string; place: Vector3; kind: string; }
+// `index` is that of an object's colour, -1 for colours of other kinds.
+interface Entry { color: string; index: number; place: Vector3; kind: string; }
 
 export class ColorBook {
   private readonly entries = new Map<string, Entry>();
@@ -33,7 +34,8 @@ export class ColorBook {
     const place = new Vector3(pose?.tx_m ?? 0, pose?.ty_m ?? 0, pose?.tz_m ?? 0);
     // A half-space is a floor or a wall, and fills the picture.
     const looksLike = object.shapes.some(({ half_space }) => half_space) ? "support" : kind;
-    this.entries.set(object.name, { color: this.choose(looksLike, place), place, kind });
+    const color = this.choose(looksLike, place);
+    this.entries.set(object.name, { color, index: objectColors.indexOf(color), place, kind });
   }
 
   private choose(kind: string, place: Vector3): string {
@@ -49,17 +51,15 @@ export class ColorBook {
     return count;
   }
 
-  // The colour whose nearest holder is farthest away, earlier colours first.
-  private farthest(place: Vector3): string {
-    const nearest = new Map<string, number>(objectColors.map((color) => [color, Infinity]));
-    for (const { color, place: other } of this.entries.values()) {
-      const known = nearest.get(color);
-      if (known !== undefined) nearest.set(color, Math.min(known, place.distanceToSquared(other)));
+  // The colour whose nearest holder is farthest away, earlier colours first. Thousands of objects ask it of thousands before
+  // the first picture: by numbers alone.
+  private farthest({ x, y, z }: Vector3): string {
+    const nearest = new Float64Array(objectColors.length).fill(Infinity);
+    for (const { index, place } of this.entries.values()) {
+      if (index < 0) continue;
+      const squared = (place.x - x) ** 2 + (place.y - y) ** 2 + (place.z - z) ** 2;
+      if (squared < (nearest[index] as number)) nearest[index] = squared;
     }
-    let best = objectColors[0] as string;
-    for (const color of objectColors) {
-      if ((nearest.get(color) ?? 0) > (nearest.get(best) ?? 0)) best = color;
-    }
-    return best;
+    return objectColors[nearest.indexOf(Math.max(...nearest))] as string;
   }
 }

@@ -4,6 +4,7 @@ import type { Scan, World } from "../world/stream";
 import { answerOf, type Reply } from "./answer";
 import { Picture } from "./draw/picture";
 import { Feed, type RobotModel } from "./feed";
+import { GraspDesk } from "./grasp_desk";
 import { publish } from "./hooks";
 import { CallFailure, type Link } from "./link";
 import type { LinkState } from "./messages";
@@ -26,6 +27,7 @@ const noticeTime_ms = 6000;
 export class Page {
   private readonly things = new ThingList();
   private readonly picture = new Picture((name) => this.things.things.get(name)?.color, (why) => this.notice(why));
+  private readonly grasps = new GraspDesk(this.picture, (object) => this.select(this.things.things.has(object) ? object : undefined));
   private readonly theme = new ThemeSwitch(() => this.showTheme());
   private readonly feed: Feed;
   private readonly toolbar: Toolbar;
@@ -76,7 +78,7 @@ export class Page {
   private get seen(): Seen { return this.past ?? this.live; }
 
   private layOut(body: HTMLElement): void {
-    const left = element("aside", "side left", this.tree.root);
+    const left = element("aside", "side left", this.tree.root, this.grasps.panel.root, this.grasps.opener.input);
     left.setAttribute("aria-label", "Objects");
     const right = element("aside", "side right", this.details.root);
     const menu = element("button", "menu", "\u2630");
@@ -108,6 +110,10 @@ export class Page {
     toolbar.addSwitch({ key: "m", title: "Shapes, surfaces and handles", label: "Model", isOn: true, turn: (isOn) => {
       picture.hideLayers(new Set(isOn ? [] : ["shapes", "surfaces", "handles"] as const));
     } });
+    toolbar.addSwitch({ key: "k", title: "Grippers of the grasps that were opened", label: "Grasps", isOn: true,
+                        turn: (isOn) => this.grasps.turn(isOn) });
+    toolbar.addAction({ key: "o", title: "Open grasps that cwm-grasp --json wrote, or drop the file on the page", label: "Open",
+                        run: () => this.grasps.opener.ask() });
     toolbar.addAction({ key: "f", title: "Everything, or the selection", label: "Frame", run: () => this.frame() });
     toolbar.addAction({ key: "g", title: "Save the picture", label: "Save", run: () => void this.save() });
     toolbar.addAction({ key: "t", title: "Light or dark", label: "Theme", run: () => this.theme.toggle() });
@@ -115,7 +121,11 @@ export class Page {
   }
 
   private listen(): void {
-    this.picture.stage.onClick((event) => this.select(this.picture.pick(event)));
+    this.picture.stage.onClick((event) => {
+      const picked = this.picture.pick(event);
+      if (typeof picked === "object") this.grasps.choose(picked);
+      else this.select(picked);
+    });
     this.picture.stage.onFrame = () => this.onFrame();
     window.addEventListener("keydown", (event) => this.onKey(event));
   }
@@ -136,6 +146,7 @@ export class Page {
     if (isOther && this.picture.view.instanceCount === 0) this.picture.reset();
     this.showRange();
     if (!this.past) this.show();
+    this.picture.stage.begin();
   }
 
   private onRobots(robots: ReadonlyMap<string, RobotModel>): void {
@@ -150,6 +161,7 @@ export class Page {
   private onMissing(world: string): void {
     this.empty.textContent = `There is no world \u201c${world}\u201d yet. It appears here as soon as somebody puts an object into it.`;
     this.empty.hidden = false;
+    this.picture.stage.begin();
     if (this.live.state.objects.size > 0 || this.live.robots.size > 0) {
       this.live = { state: emptyWorld, robots: new Map() };
       this.picture.setScans([]);
@@ -179,6 +191,7 @@ export class Page {
     this.showSelection();
     this.showShown();
     this.picture.clouds.recolor();
+    this.grasps.follow(state);
   }
 
   private isShown({ name, kind }: Thing): boolean { return !this.hiddenNames.has(name) && !this.hiddenKinds.has(kind); }
@@ -196,6 +209,7 @@ export class Page {
   private select(name: string | undefined): void {
     this.selected = name;
     this.tree.select(name);
+    this.grasps.selected(name);
     document.body.classList.toggle("detailing", name !== undefined);
     this.showSelection();
   }
@@ -289,8 +303,7 @@ export class Page {
 
   private showTheme(): void {
     this.picture.stage.grid.setInk(styleColor("--grid"));
-    this.picture.selectionColor = styleColor("--accent");
-    this.picture.refresh();
+    this.picture.setSelectionColor(styleColor("--accent"));
   }
 
   private onFrame(): void {
@@ -308,7 +321,7 @@ export class Page {
     return { world: this.feed.world ?? "", world_uid: state.world_uid, revision: state.revision, updates: this.updates,
              first_picture_ms: this.firstPicture_ms, last_update_ms: this.lastUpdate_ms,
              cloud_points: this.picture.clouds.pointCount, is_live: this.past === undefined,
-             selected: this.selected ?? "", theme: this.theme.now };
+             selected: this.selected ?? "", theme: this.theme.now, ...this.grasps.facts() };
   }
 
   private changePointSize(): void {
@@ -334,7 +347,8 @@ export class Page {
     if (typing || event.target instanceof HTMLSelectElement) return;
     const keys: Record<string, () => void> = {
       f: () => this.frame(), "/": () => this.tree.search.focus(), q: () => this.questions.input.focus(), l: () => this.timeline.goLive(),
-      t: () => this.theme.toggle(), g: () => void this.save(), "?": () => this.help.showModal(), s: () => this.changePointSize(),
+      t: () => this.theme.toggle(), g: () => void this.save(), o: () => this.grasps.opener.ask(),
+      "?": () => this.help.showModal(), s: () => this.changePointSize(),
       h: () => { if (this.selected !== undefined) this.toggle(this.hiddenNames, this.selected); } };
     const key = Object.hasOwn(keys, event.key) ? keys[event.key] : undefined;
     if (key) key();

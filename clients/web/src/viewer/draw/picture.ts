@@ -4,10 +4,12 @@ import type { Scan } from "../../world/stream";
 import { matrixOf } from "../../scene/pose";
 import type { Answer } from "../answer";
 import type { Question } from "../question";
+import type { Grasp } from "../grasps";
 import { frameOf, isRobot, type Thing } from "../things";
 import { answerPicture, bodyName, bodyOf, type AnswerPicture } from "./answer_view";
 import { MeshLibrary } from "./blobs";
 import { Clouds } from "./cloud";
+import { GraspView, noGrasps, type GraspPicture } from "./grasp_view";
 import type { Label } from "./labels";
 import { boxSegments, frameSegments, Lines } from "./lines";
 import type { Layer } from "./parts";
@@ -26,13 +28,16 @@ export class Picture {
   readonly stage = new Stage();
   readonly view: WorldView;
   readonly clouds: Clouds;
-  selectionColor = "#1f5fbf";
+  readonly grasps = new GraspView();
   shown: Shown = { names: false, frames: false };
   private things: readonly Thing[] = [];
   private byName: ReadonlyMap<string, Thing> = new Map();
   private selected: Thing | undefined;
   private answer: AnswerPicture | undefined;
+  private graspPicture: GraspPicture = noGrasps;
+  private graspsAreStale = false;
   private isStale = false;
+  private selectionColor = "#1f5fbf";
   private isFramed = false;
   private firstFramed_ms = 0;
   private readonly axes = new Lines(lineWidth_px, false);
@@ -43,9 +48,10 @@ export class Picture {
     const changed = (): void => this.refresh();
     this.view = new WorldView(new MeshLibrary(failed), changed);
     this.clouds = new Clouds(colorOf, () => this.stage.requestRender(), failed);
-    this.stage.scene.add(this.view.root, this.clouds.root, this.axes.object, this.selection.object, this.answerLines.object);
+    this.stage.scene.add(this.view.root, this.clouds.root, this.grasps.root, this.axes.object, this.selection.object, this.answerLines.object);
     this.stage.beforeFrame = () => this.update();
     this.stage.frame([new Box3(new Vector3(-0.5, -0.5, 0), new Vector3(0.5, 0.5, 0.5))], "1");
+    this.stage.prepare();
   }
 
   // Those that are to be seen; the picture follows with its next frame.
@@ -78,6 +84,18 @@ export class Picture {
     this.refresh();
   }
 
+  setSelectionColor(color: string): void {
+    this.selectionColor = color;
+    this.graspsAreStale = true;
+    this.refresh();
+  }
+
+  setGrasps(grasps: GraspPicture | undefined): void {
+    this.graspPicture = grasps ?? noGrasps;
+    this.graspsAreStale = true;
+    this.stage.requestRender();
+  }
+
   hideLayers(layers: ReadonlySet<Layer>): void {
     this.view.hideLayers(layers);
     this.refresh();
@@ -96,9 +114,13 @@ export class Picture {
     this.stage.frame(all.map((name) => this.finiteBounds(name)), view);
   }
 
-  pick(event: PointerEvent): string | undefined {
-    const name = this.view.pick(this.stage.rayAt(event));
-    return name === bodyName ? undefined : name;
+  // A thing's name or a gripper's grasp, whichever the ray meets first.
+  pick(event: PointerEvent): string | Grasp | undefined {
+    const ray = this.stage.rayAt(event);
+    const thing = this.view.pick(ray);
+    const gripper = this.grasps.hits(ray);
+    if (gripper && gripper.distance < (thing?.distance ?? Infinity)) return gripper.owner;
+    return thing?.owner === bodyName ? undefined : thing?.owner;
   }
 
   // Half-spaces have no end, and are drawn with one.
@@ -109,6 +131,8 @@ export class Picture {
   }
 
   private update(): void {
+    if (this.graspsAreStale) this.grasps.set(this.graspPicture, this.selectionColor);
+    this.graspsAreStale = false;
     if (!this.isStale) return;
     this.isStale = false;
     const drawn = new Map<string, SceneThing>(this.things.map((thing) => [thing.name, thing.drawn]));

@@ -13,6 +13,9 @@ import { Labels } from "./labels";
 // A press that moves less than this is a click.
 const clickSlack_px = 4;
 
+// Until something is drawn even where the server says nothing.
+const patience_ms = 1000;
+
 // Light comes over the viewer's left shoulder.
 const lampPlace = new Vector3(-1, 1.4, 1.5);
 
@@ -46,6 +49,8 @@ export class Stage {
   private readonly raycaster = new Raycaster();
   private readonly cross = axisCross();
   private waiting = false;
+  private isBegun = false;
+  private isUpdating = false;
 
   // Throws where the browser has no WebGL 2.
   constructor() {
@@ -70,8 +75,21 @@ export class Stage {
 
   get camera(): PerspectiveCamera { return this.orbit.camera; }
 
+  // Once all that is always there is in the scene.
+  prepare(): void {
+    this.shading.prepare(this.renderer, this.scene, this.camera);
+    window.setTimeout(() => this.begin(), patience_ms);
+  }
+
+  // There is something to draw. An empty picture before it would hold up what is to come.
+  begin(): void {
+    if (this.isBegun) return;
+    this.isBegun = true;
+    this.requestRender();
+  }
+
   requestRender(): void {
-    if (this.waiting) return;
+    if (this.waiting || this.isUpdating || !this.isBegun) return;
     this.waiting = true;
     requestAnimationFrame(() => {
       this.waiting = false;
@@ -83,8 +101,10 @@ export class Stage {
     const { width, height } = this.root.getBoundingClientRect();
     if (width === 0 || height === 0) return;
     const began = performance.now();
+    this.isUpdating = true;  // what asks for a picture now gets this one
     this.beforeFrame();
     this.fit(width, height);
+    this.isUpdating = false;
     this.renderer.info.reset();
     this.shading.render(this.renderer, this.scene, this.camera, { x: 0, y: 0, width, height }, () => {
       const { calls, triangles, points } = this.renderer.info.render;

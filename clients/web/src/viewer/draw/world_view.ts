@@ -2,7 +2,7 @@
 import { Box3, BufferGeometry, Color, Group, Matrix4, Vector3, type Raycaster } from "three";
 import { plateGeometry } from "../../scene/shape_geometry";
 import type { Plate } from "../../world/types";
-import type { Batch, Slot } from "./batch";
+import type { Batch, Hit, Slot } from "./batch";
 import type { MeshLibrary } from "./blobs";
 import type { Look } from "./looks";
 import { MeshBatch } from "./mesh_batch";
@@ -73,18 +73,15 @@ export class WorldView {
   }
 
   // The name of what the ray meets first; what lets through only where nothing solid is met.
-  pick(raycaster: Raycaster): string | undefined {
-    let nearest = Infinity;
-    let name: string | undefined;
+  pick(raycaster: Raycaster): Hit<string> | undefined {
+    let nearest: Hit<string> | undefined;
     for (const batch of [...this.shapes.values(), ...this.meshes.values()]) {
       for (const { owner, distance } of batch.hits(raycaster)) {
         const behind = owner.part.look === "solid" ? 0 : owner.part.look === "unseen" ? 2e6 : 1e3;
-        if (distance + behind >= nearest) continue;
-        nearest = distance + behind;
-        name = owner.thing.value.name;
+        if (distance + behind < (nearest?.distance ?? Infinity)) nearest = { owner: owner.thing.value.name, distance: distance + behind };
       }
     }
-    return name;
+    return nearest;
   }
 
   get instanceCount(): number {

@@ -12,6 +12,8 @@ const keys: readonly (readonly [key: string, meaning: string])[] = [
   ["/", "search"],
   ["q", "ask a question"],
   ["n  x  p  s", "names, frames, the scan's points, smaller or larger points"],
+  ["o", "open the grasps that cwm-grasp --json wrote; the file can be dropped on the page too"],
+  ["k", "hide the grippers of grasps, or show them again"],
   ["l", "back from an older revision to now"],
   ["t", "light or dark"],
   ["g", "save the picture as PNG"],
