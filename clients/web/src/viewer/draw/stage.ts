@@ -102,9 +102,12 @@ export class Stage {
     if (width === 0 || height === 0) return;
     const began = performance.now();
     this.isUpdating = true;  // what asks for a picture now gets this one
-    this.beforeFrame();
-    this.fit(width, height);
-    this.isUpdating = false;
+    try {
+      this.beforeFrame();
+      this.fit(width, height);
+    } finally {
+      this.isUpdating = false;
+    }
     this.renderer.info.reset();
     this.shading.render(this.renderer, this.scene, this.camera, { x: 0, y: 0, width, height }, () => {
       const { calls, triangles, points } = this.renderer.info.render;
