@@ -1,11 +1,12 @@
 // Objects as instances, colours that stay, labels of points, meshes as the server sends them.
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { Matrix4, Vector3 } from "three";
+import { Matrix4, SphereGeometry, Vector3, type BufferGeometry } from "three";
 import { ColorBook } from "../../../clients/web/src/viewer/color_book";
 import { meshOf } from "../../../clients/web/src/viewer/draw/blobs";
 import { ownerOfLabel } from "../../../clients/web/src/viewer/draw/cloud";
 import { partsOf, type Part } from "../../../clients/web/src/viewer/draw/parts";
+import { MeshBatch } from "../../../clients/web/src/viewer/draw/mesh_batch";
 import { ShapeBatch } from "../../../clients/web/src/viewer/draw/shape_batch";
 import { backOff_ms } from "../../../clients/web/src/viewer/messages";
 import { objectColors } from "../../../clients/web/src/scene/palette";
@@ -107,4 +108,21 @@ test("attempts to connect begin soon and never wait long", () => {
   assert.ok((waits[0] ?? Infinity) <= 100);
   assert.ok(waits.every((wait, i) => i === 0 || wait >= (waits[i - 1] ?? 0)));
   assert.equal(waits.at(-1), 3000);
+});
+
+// Of 33 x (rings + 1) vertices.
+const ball = (rings: number): BufferGeometry => new SphereGeometry(1, 32, rings);
+
+test("meshes are replaced as often as they change, the last one of a look too", () => {
+  const batch = new MeshBatch<string>("solid");
+  for (let k = 0; k < 12; ++k) {
+    const slot = batch.add("alone", `mesh ${k}`, ball(30 + 7 * (k % 5)), new Matrix4(), new Color("red"));
+    assert.equal(batch.count, 1);
+    batch.remove(slot);
+    assert.equal(batch.count, 0);
+  }
+  const slots = Array.from({ length: 20 }, (_, k) => batch.add(`${k}`, `many ${k}`, ball(40), new Matrix4(), new Color("red")));
+  for (const slot of slots) batch.remove(slot);
+  batch.add("last", "last", ball(60), new Matrix4(), new Color("red"));
+  assert.equal(batch.count, 1);
 });

@@ -85,16 +85,18 @@ export class Feed {
   // The world as it was.
   async at(revision: string): Promise<{ state: WorldState; robots: Map<string, RobotModel> }> {
     const at_revision = { exact: revision };
-    const objects = await this.pages<WorldObject>("WorldService/ListObjects", "objects", { at_revision, view: "OBJECT_VIEW_FULL" });
-    const list = await this.pages<Robot>("RobotService/ListRobots", "robots", { at_revision });
+    const world = this.world ?? "";  // also where another one is chosen meanwhile
+    const { world_uid } = this.model.state;
+    const objects = await this.pages<WorldObject>("WorldService/ListObjects", "objects", world, { at_revision, view: "OBJECT_VIEW_FULL" });
+    const list = await this.pages<Robot>("RobotService/ListRobots", "robots", world, { at_revision });
     const robots = new Map<string, RobotModel>();
     for (const robot of list) {
       const { links } = await this.link.call<RobotLinks>("RobotService/GetRobotLinks", {
-        world: this.world ?? "", name: robot.name, at_revision, with_shapes: true });
+        world, name: robot.name, at_revision, with_shapes: true });
       robots.set(robot.name, { robot, links });
     }
     return { robots, state: {
-      world_uid: this.model.state.world_uid, revision, rules: new Map(),
+      world_uid, revision, rules: new Map(),
       objects: new Map(objects.map((object) => [object.name, object])),
       robots: new Map(list.map((robot) => [robot.name, robot])) } };
   }
@@ -105,10 +107,10 @@ export class Feed {
   }
 
   private async pages<Item>(method: "WorldService/ListObjects" | "RobotService/ListRobots", field: string,
-                            request: Json): Promise<Item[]> {
+                            world: string, request: Json): Promise<Item[]> {
     const all: Item[] = [];
     for (let page_token = ""; ;) {
-      const page = await this.link.call<Json>(method, { world: this.world ?? "", page_size: pageSize, page_token, ...request });
+      const page = await this.link.call<Json>(method, { world, page_size: pageSize, page_token, ...request });
       all.push(...(page[field] as Item[]));
       page_token = page["next_page_token"] as string;
       if (page_token === "") return all;
@@ -149,6 +151,8 @@ export class Feed {
     this.cancel = this.link.stream<WatchWorldResponse>("WorldService/WatchWorld",
       { world, mode: "WATCH_MODE_COALESCED", view: "OBJECT_VIEW_FULL" }, {
         message: (response) => {
+          // A scan that changed nothing makes no revision, and is a scan all the same.
+          if (Object.keys(response.bookmark?.last_observed ?? {}).length > 0) this.scans.want();
           if (!this.model.apply(response)) return;
           this.listener.state(this.model.state);
           this.robots.want();

@@ -155,7 +155,7 @@ export class Page {
   }
 
   private onScans(scans: readonly Scan[]): void {
-    if (!this.past) this.picture.setScans(scans);
+    this.picture.setScans(scans);  // hidden where the past is shown
   }
 
   private onMissing(world: string): void {
@@ -172,7 +172,7 @@ export class Page {
   private showWorlds(worlds: readonly World[]): void { this.toolbar.showWorlds(worlds, this.feed.world); }
 
   private choose(world: string): void {
-    this.past = undefined;
+    this.timeline.goLive();
     this.select(undefined);
     this.questions.clear();
     this.live = { state: emptyWorld, robots: new Map() };
@@ -244,7 +244,7 @@ export class Page {
       for (let at = -1; this.wantedRevision !== undefined && this.wantedRevision !== at;) {
         at = this.wantedRevision;
         const seen = await this.feed.at(String(at));
-        if (this.wantedRevision === undefined) break;
+        if (this.wantedRevision === undefined || seen.state.world_uid !== this.live.state.world_uid) break;
         this.past = seen;
         this.picture.clouds.root.visible = false;  // the scans of then are no more
         this.show();

@@ -28,8 +28,13 @@ function receive(bytes: Uint8Array): void {
   const id = Number(callId);
   const method = underWay.get(id);
   if (method === undefined) return;  // of a call that was cancelled
-  if (what.case === "message") postMessage({ what: "message", id, message: messageOf(method, what.value) });
-  else if (what.case === "end") end(id, what.value.code === 0 ? undefined : errorOf(what.value));
+  try {
+    if (what.case === "message") postMessage({ what: "message", id, message: messageOf(method, what.value) });
+    else if (what.case === "end") end(id, what.value.code === 0 ? undefined : errorOf(what.value));
+  } catch (error) {  // a message lost is a call lost: a watch begins anew
+    socket?.send(cancelBytes(id));
+    end(id, gone(`a message of the server cannot be read: ${String(error)}`));
+  }
 }
 
 function lost(from: WebSocket): void {

@@ -3,6 +3,9 @@ import { BufferAttribute, BufferGeometry, Color, Group, Points, PointsMaterial }
 import type { Scan } from "../../world/stream";
 import { fetchBlob } from "./blobs";
 
+const isSame = (a: Scan | undefined, b: Scan): boolean =>
+  a?.points_hash === b.points_hash && a.labels_hash === b.labels_hash;
+
 interface Held { scan: Scan; points: Points; labels: Uint32Array; painted: ReadonlyMap<number, string>; }
 
 export const looseColor = "#8a8f98";  // of points that belong to nothing
@@ -18,6 +21,7 @@ export class Clouds {
   readonly root = new Group();
   private readonly held = new Map<string, Held>();
   private wanted = new Map<string, Scan>();
+  private readonly loading = new Set<string>();  // sensors; one load of each at a time
   private size_px = 2;
 
   constructor(private readonly colorOf: (name: string) => string | undefined, private readonly changed: () => void,
@@ -38,10 +42,11 @@ export class Clouds {
     for (const [sensor, held] of this.held) {
       if (!this.wanted.has(sensor)) this.drop(sensor, held);
     }
-    for (const scan of scans) {
-      const known = this.held.get(scan.sensor)?.scan;
-      if (known?.points_hash === scan.points_hash && known.labels_hash === scan.labels_hash) continue;
-      this.load(scan).catch((error: unknown) => this.failed(error instanceof Error ? error.message : String(error)));
+    for (const { sensor } of scans) {
+      if (this.loading.has(sensor)) continue;
+      this.loading.add(sensor);
+      this.follow(sensor).catch((error: unknown) => this.failed(error instanceof Error ? error.message : String(error)))
+        .finally(() => this.loading.delete(sensor));
     }
   }
 
@@ -52,9 +57,17 @@ export class Clouds {
     }
   }
 
+  // Until what is held is what is wanted: scans that follow each other faster than they arrive are
+  // each shown or passed over, and the last one is shown.
+  private async follow(sensor: string): Promise<void> {
+    for (let scan = this.wanted.get(sensor); scan && !isSame(this.held.get(sensor)?.scan, scan); scan = this.wanted.get(sensor)) {
+      await this.load(scan);
+    }
+  }
+
   private async load(scan: Scan): Promise<void> {
     const [points, labels] = await Promise.all([fetchBlob(scan.points_hash), fetchBlob(scan.labels_hash)]);
-    if (this.wanted.get(scan.sensor) !== scan) return;  // a newer one is on its way
+    if (!this.wanted.has(scan.sensor)) return;
     const before = this.held.get(scan.sensor);
     if (before) this.drop(scan.sensor, before);
     const held = { scan, points: this.cloudOf(points), labels: new Uint32Array(labels), painted: new Map() };

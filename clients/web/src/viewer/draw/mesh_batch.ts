@@ -84,7 +84,7 @@ export class MeshBatch<Owner> implements Batch<Owner> {
     const indices = geometry.index?.count ?? 0;
     const fits = (): boolean => this.object.unusedVertexCount >= vertices && this.object.unusedIndexCount >= indices;
     if (fits()) return;
-    if (this.held.size > 0) this.object.optimize();
+    this.object.optimize();  // where nothing is left too: what is gone counts as used until then
     if (fits()) return;
     let usedVertices = 0;
     let usedIndices = 0;
