@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <utility>
 
 #include "collision/geometry/aabb.h"
@@ -9,6 +10,7 @@
 #include "perception/model/free_space.h"
 #include "perception/model/model_selection.h"
 #include "perception/model/observed.h"
+#include "perception/model/round_solid.h"
 #include "perception/model/whole_fit.h"
 
 namespace cwm::perception {
@@ -157,6 +159,17 @@ std::vector<std::vector<std::uint32_t>> PointsPerSolid(const std::vector<Solid>&
   return members;
 }
 
+// What replaces a solid of all the context's points: the better one of all kinds, or, of a lone face
+// that is a disc, the disc, where only a box accounts for it better than with its outline's corners.
+std::optional<Solid> Replacement(const Solid& solid, const FitContext& c) {
+  std::optional<Solid> disc = MakeDisc(solid, c);
+  std::optional<WholeFit> better = BetterSolid(c, {solid});
+  const bool is_box = better && std::holds_alternative<Box>(better->solid.shape);
+  if (disc && (!better || (is_box && AccountOf({*disc}, c).value < better->value))) return disc;
+  if (!better) return std::nullopt;
+  return Described(*std::move(better), c);
+}
+
 // Each of several solids by itself: things that touch may be one object.
 void PreferOneSolidEach(const FitContext& c, std::vector<Solid>& solids) {
   const auto members = PointsPerSolid(solids, c.points);
@@ -165,11 +178,13 @@ void PreferOneSolidEach(const FitContext& c, std::vector<Solid>& solids) {
     if (static_cast<double>(own.size()) * own.weight < c.options.min_inliers) continue;
     const FitContext alone{own,       c.octree, c.connectivity, c.noise,
                            c.options, c.work,   c.ground,       c.free};
-    std::optional<WholeFit> better = BetterSolid(alone, {solids[k]});
+    Solid solid = solids[k];
+    solid.inliers.resize(members[k].size());
+    std::iota(solid.inliers.begin(), solid.inliers.end(), std::uint32_t{0});
+    std::optional<Solid> better = Replacement(solid, alone);
     if (!better) continue;
-    Solid solid = Described(*std::move(better), alone);
-    for (std::uint32_t& i : solid.inliers) i = members[k][i];
-    if (!IsCrossed(solid, c)) solids[k] = std::move(solid);
+    for (std::uint32_t& i : better->inliers) i = members[k][i];
+    if (!IsCrossed(*better, c)) solids[k] = *std::move(better);
   }
 }
 
@@ -239,9 +254,13 @@ bool AnyOverlap(const std::vector<Solid>& solids) {
 
 void PreferOneSolid(const FitContext& context, Assembly& assembly) {
   if (!context.ground.known) return;
-  if (std::optional<WholeFit> better = BetterSolid(context, assembly.solids)) {
+  if (assembly.solids.size() == 1) {
+    if (std::optional<Solid> better = Replacement(assembly.solids.front(), context)) {
+      assembly.solids = {*std::move(better)};
+    }
+  } else if (std::optional<WholeFit> better = BetterSolid(context, assembly.solids)) {
     assembly.solids = {Described(*std::move(better), context)};
-  } else if (assembly.solids.size() > 1) {
+  } else {
     PreferOneSolidEach(context, assembly.solids);
   }
 }

@@ -8,6 +8,7 @@
 #include "collision/geometry/coefficients.h"
 #include "collision/geometry/polygon.h"
 #include "perception/model/box_solid.h"
+#include "perception/model/free_space.h"
 
 namespace cwm::perception {
 namespace {
@@ -15,6 +16,10 @@ namespace {
 constexpr double kRectangleFill = 0.85;  // a disc fills 0.79 of its square
 constexpr double kOutlineFill = 0.55;    // of the hull's cells that hold points; chosen: no L
 constexpr double kCellSpacings = 2.5;    // 6 points a cell: chance leaves one of 500 empty
+// Of the rays beside and behind an outline that is filled less, as mixed pixels are: what hides the
+// rest of a face lets none of them through.
+constexpr double kMostPassed = 0.05;
+constexpr double kMostSunk_m = 0.003;  // below the ground: noise of the ground
 
 Rectangle BoundsAlong(const Polygon& hull, const Vector2& x) {
   Rectangle r{x, {}};
@@ -64,6 +69,22 @@ Solid BoxBehind(const Matrix3& face, const PlaneModel& plane, const Eigen::Align
   return solid;
 }
 
+// Of a convex outline in the face, what is not below the ground.
+Polygon AboveGround(const Polygon& hull, const Matrix3& face, const PlaneModel& plane,
+                    const Ground& ground) {
+  const auto height_m = [&](const Vector2& p) {
+    return ground.Height_m(plane.point + face.leftCols<2>() * p);
+  };
+  Polygon above;
+  for (std::size_t k = 0; k < hull.size(); ++k) {
+    const Vector2 &p = hull[k], &next = hull[(k + 1) % hull.size()];
+    const double at_m = height_m(p), next_m = height_m(next);
+    if (at_m >= 0) above.push_back(p);
+    if ((at_m < 0) != (next_m < 0)) above.emplace_back(p + at_m / (at_m - next_m) * (next - p));
+  }
+  return ConvexHull(std::move(above));
+}
+
 std::vector<double> PlaneSigmas(const ShapeFit& fit, const PlaneModel& plane,
                                 const Vector3& origin_L) {
   if (fit.covariance.rows() != PlaneModel::kParameterCount) return {};
@@ -78,6 +99,17 @@ std::vector<double> PlaneSigmas(const ShapeFit& fit, const PlaneModel& plane,
   std::vector<double> sigma;
   for (double v : variance) sigma.push_back(std::sqrt(std::max(0.0, v)));
   return sigma;
+}
+
+Solid PlateBehind(const Matrix3& face, const ShapeFit& fit, Polygon outline, double thickness_m,
+                  const FitContext& context) {
+  const auto& plane = std::get<PlaneModel>(fit.model);
+  Solid solid;
+  solid.X_MS.linear() = face;
+  solid.X_MS.translation() = plane.point;
+  solid.shape = Plate{.outline = std::move(outline), .holes = {}, .thickness_m = thickness_m};
+  solid.parameter_sigma = PlaneSigmas(fit, plane, context.points.origin_L);
+  return solid;
 }
 
 }  // namespace
@@ -106,34 +138,42 @@ std::optional<Solid> MakePlaneSolid(const ShapeFit& fit, const FitContext& conte
   const Polygon hull = ConvexHull(flat);
   if (hull.size() < 3) return std::nullopt;
   const double hull_area = SignedArea_m2(hull);
-  if (FilledArea_m2(flat, kCellSpacings * context.points.spacing_m) < kOutlineFill * hull_area) {
+  const double thickness_m = Thickness_m(plane, ground);
+  const bool is_filled =
+      FilledArea_m2(flat, kCellSpacings * context.points.spacing_m) >= kOutlineFill * hull_area;
+  if (!is_filled &&
+      (context.free.rays.empty() || PassedShare(PlateBehind(face, fit, hull, thickness_m, context),
+                                                context.free) > kMostPassed)) {
     return std::nullopt;
   }
-  const double thickness_m = Thickness_m(plane, ground);
   const Rectangle rectangle = SmallestRectangle(hull);
   Solid solid;
   if (hull_area >= kRectangleFill * rectangle.area_m2()) {
     const Vector3 x = rectangle.x.x() * face.col(0) + rectangle.x.y() * face.col(1);
-    face.col(0) = x;
-    face.col(1) = plane.normal.cross(x);
+    Matrix3 along = face;
+    along.col(0) = x;
+    along.col(1) = plane.normal.cross(x);
     Eigen::AlignedBox2d bounds;
     for (int k = 0; k < 2; ++k) {
-      const Interval extent = ExtentAlong(face.col(k), context.points, fit.covered);
-      const double at_m = face.col(k).dot(plane.point);
+      const Interval extent = ExtentAlong(along.col(k), context.points, fit.covered);
+      const double at_m = along.col(k).dot(plane.point);
       bounds.min()(k) = extent.low_m - at_m;
       bounds.max()(k) = extent.high_m - at_m;
     }
-    StandOnGround(face, plane, ground, bounds);
+    StandOnGround(along, plane, ground, bounds);
     if (!(bounds.sizes().minCoeff() > 0)) return std::nullopt;
-    solid = BoxBehind(face, plane, bounds, thickness_m);
+    solid = BoxBehind(along, plane, bounds, thickness_m);
   } else {
-    solid.X_MS.linear() = face;
-    solid.X_MS.translation() = plane.point;
-    solid.shape = Plate{.outline = hull, .holes = {}, .thickness_m = thickness_m};
-    solid.parameter_sigma = PlaneSigmas(fit, plane, context.points.origin_L);
+    solid = PlateBehind(face, fit, hull, thickness_m, context);
+  }
+  // Its body may be: the ground is solid.
+  const double behind_m = thickness_m * std::max(0.0, plane.normal.dot(ground.up));
+  if (ground.known && LowestHeight_m(solid, ground) < -kMostSunk_m - behind_m) {
+    Polygon above = AboveGround(hull, face, plane, ground);
+    if (above.size() < 3) return std::nullopt;
+    solid = PlateBehind(face, fit, std::move(above), thickness_m, context);
   }
   solid.inliers = fit.inliers;
-  if (ground.known && LowestHeight_m(solid, ground) < -0.003) return std::nullopt;
   return solid;
 }
 

@@ -27,8 +27,8 @@ struct Rectangle {
 Rectangle SmallestRectangle(const Polygon& hull);
 
 // A box where the outline is about a rectangle, else a plate over its convex hull; the top (seen)
-// face where it was measured. Nothing where the points do not fill their outline: such a face is
-// better meshed.
+// face where it was measured. What would be below the ground is cut off. Nothing where the points do
+// not fill their outline though rays were seen to pass the rest of it: such a face is better meshed.
 std::optional<Solid> MakePlaneSolid(const ShapeFit& fit, const FitContext& context,
                                     const Ground& ground);
 

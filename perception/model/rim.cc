@@ -40,12 +40,18 @@ struct Circle {
   double radius_m = 0;
   Matrix3 covariance = Matrix3::Zero();
   double scatter_m = 0;
+  std::size_t edges = 0;  // that agree with it
 };
 
 // Weighted counts of a sector, inside the band where its edge is looked for and in it.
 struct Sector {
   double inside = 0, band = 0;
 };
+
+int SectorCount(double radius_m) {
+  return std::clamp(static_cast<int>(2 * std::numbers::pi * radius_m / kSectorArc_m),
+                    kFewestSectors, kMostSectors);
+}
 
 class FaceEdge {
  public:
@@ -77,8 +83,7 @@ class FaceEdge {
   std::vector<Edge> EdgesAround(const Vector3& center, double radius_m) const {
     const double reach_m = std::min(kReach_m, kMostReachShare * radius_m);
     const double inner_m = radius_m - reach_m, outer_m = radius_m + reach_m;
-    const int count = std::clamp(static_cast<int>(2 * std::numbers::pi * radius_m / kSectorArc_m),
-                                 kFewestSectors, kMostSectors);
+    const int count = SectorCount(radius_m);
     const double width_rad = 2 * std::numbers::pi / count;
     std::vector<Sector> sectors(static_cast<std::size_t>(count));
     for (std::uint32_t i : on_face_) {
@@ -156,6 +161,7 @@ std::optional<Circle> FitCircle(std::vector<Edge> edges) {
               .scatter_m = scatter_m};
     std::erase_if(edges,
                   [&](const Edge& e) { return std::abs(residual_m(e)) > kOutlier * scatter_m; });
+    circle.edges = edges.size();
   }
   return circle;
 }
@@ -197,6 +203,7 @@ std::optional<Rim> MeasureRim(const PlaneModel& face, const ConeModel& wall, dou
     if (!(rim.radius_m > context.options.min_radius_m)) return std::nullopt;
     const auto circle = FitCircle(edge.EdgesAround(rim.center, rim.radius_m));
     if (!circle) return std::nullopt;
+    rim.seen = static_cast<double>(circle->edges) / SectorCount(rim.radius_m);
     rim.center += rim.basis.leftCols<2>() * circle->center;
     rim.radius_m = circle->radius_m;
     rim.covariance = circle->covariance;

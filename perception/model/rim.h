@@ -16,6 +16,7 @@ struct Rim {
   Matrix3 covariance = Matrix3::Zero();  // of the centre along `basis` columns 0 and 1, and radius
   Matrix3 basis = Matrix3::Identity();   // column 2 is the face's normal
   double scatter_m = 0;                  // robust standard deviation of the sectors' edges
+  double seen = 0;                       // share of the circle whose edge agrees with it
 };
 
 // Measures the edge of `face`, a disc about the axis of `wall` (whose cross section is known to

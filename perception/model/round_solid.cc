@@ -14,6 +14,9 @@ namespace {
 // near the rim they agree with neither.
 constexpr double kCapSlack_m = 0.01;
 constexpr double kCapSlack_sigma = 7;
+// Of a lone disc: most of the half whose edge is sure to end in a jump, and an even edge; that of a
+// square scatters by 0.1.
+constexpr double kLeastOfRim = 0.4, kMostScatter = 0.05;
 
 // Heights along the axis, relative to the cone's point.
 struct Ends {
@@ -189,6 +192,34 @@ std::optional<Solid> MakeRoundSolid(const ShapeFit& fit, const std::vector<Shape
     return MakeAxial(*cone, fit, fits, context, ground, used);
   }
   return std::nullopt;
+}
+
+std::optional<Solid> MakeDisc(const Solid& plate, const FitContext& c) {
+  const auto* flat = std::get_if<Plate>(&plate.shape);
+  if (flat == nullptr || !c.options.search_cylinders) return std::nullopt;
+  const PlaneModel face{.point = plate.X_MS.translation(), .normal = plate.X_MS.linear().col(2)};
+  const std::optional<Rim> rim = MeasureRim(face, c);
+  if (!rim || rim->seen < kLeastOfRim || rim->scatter_m > kMostScatter * rim->radius_m ||
+      rim->radius_m > c.options.max_radius_m) {
+    return std::nullopt;
+  }
+  const ConeModel wall{.point = rim->center - 0.5 * flat->thickness_m * face.normal,
+                       .axis = CanonicalAxis(face.normal, c.ground.up),
+                       .radius_m = rim->radius_m};
+  Solid disc{OnAxis(wall, {}),
+             Cylinder{.radius_m = rim->radius_m, .length_m = flat->thickness_m},
+             plate.inliers,
+             {}};
+  if (plate.parameter_sigma.size() < 3) return disc;
+  // The centre is known across the axis from the rim, the axis from the face.
+  const auto across = rim->basis.leftCols<2>();
+  const Vector3 center =
+      (across * rim->covariance.topLeftCorner<2, 2>() * across.transpose()).diagonal().cwiseSqrt();
+  disc.parameter_sigma.assign(center.begin(), center.end());
+  disc.parameter_sigma.insert(disc.parameter_sigma.end(), plate.parameter_sigma.begin(),
+                              plate.parameter_sigma.begin() + 3);
+  disc.parameter_sigma.push_back(std::sqrt(rim->covariance(2, 2)));
+  return disc;
 }
 
 }  // namespace cwm::perception

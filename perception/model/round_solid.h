@@ -16,4 +16,8 @@ std::optional<Solid> MakeRoundSolid(const ShapeFit& fit, const std::vector<Shape
                                     const FitContext& context, const Ground& ground,
                                     std::vector<char>& used);
 
+// A plate whose edge is a circle, as a cylinder of the same thickness; nothing of others, and where
+// too little of the circle is seen.
+std::optional<Solid> MakeDisc(const Solid& plate, const FitContext& context);
+
 }  // namespace cwm::perception

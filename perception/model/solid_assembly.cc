@@ -64,9 +64,8 @@ Assembly AssembleSolids(const Extraction& extraction, const FitContext& context,
         kLeastLoneShare * static_cast<double>(context.points.size())) {
       continue;
     }
-    if (std::optional<Solid> solid = MakePlaneSolid(fits[k], context, ground)) {
-      if (!IsCrossed(*solid, context)) out.solids.push_back(*std::move(solid));
-    }
+    std::optional<Solid> solid = MakePlaneSolid(fits[k], context, ground);
+    if (solid && !IsCrossed(*solid, context)) out.solids.push_back(*std::move(solid));
   }
   return out;
 }
