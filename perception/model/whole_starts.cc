@@ -2,9 +2,13 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
+#include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <numbers>
+#include <utility>
 
+#include "collision/geometry/aabb.h"
 #include "collision/geometry/polygon.h"
 #include "perception/cloud/quantile.h"
 #include "perception/model/plane_solid.h"
@@ -18,6 +22,8 @@ constexpr std::size_t kLeastWallPoints = 12;
 constexpr int kYaws = 4;                 // of what lies, 45 degrees apart
 constexpr double kEndOn = 3;             // radii, the length of what lies with its end in view
 constexpr double kStartTurn_rad = 0.25;  // of what leans, about its points' direction
+constexpr double kLeastLean = 0.1;       // sine of the elevation
+constexpr double kLeastRoundness = 0.6;  // of a face, its lesser extent of the other: an end's
 constexpr double kStartSlope = 0.12;     // 7 degrees, on either side: a cup's
 
 double TopOf_m(const PointsOnGround& points) {
@@ -153,6 +159,31 @@ std::vector<WholeParameters> LeaningStarts(const PointsOnGround& points) {
   return starts;
 }
 
+// Behind the faces of a known solid that are about as wide as high: of what leans with its end in
+// view little else may be seen. Down to the ground.
+std::vector<WholeParameters> LeaningBehind(const WholeSolid& known) {
+  const Aabb bounds = TightBounds(known.shape, Pose::Identity());
+  const Vector3 size_m = bounds.sizes();
+  std::vector<WholeParameters> starts;
+  for (Eigen::Index k = 0; k < 3; ++k) {
+    Vector3 axis = known.X_GS.linear().col(k);
+    if (axis.z() < 0) axis = -axis;
+    const double across_m = size_m((k + 1) % 3), other_m = size_m((k + 2) % 3);
+    if (std::min(across_m, other_m) < kLeastRoundness * std::max(across_m, other_m)) continue;
+    const double elevation_rad = std::asin(std::min(1.0, axis.z()));
+    if (std::sin(elevation_rad) < kLeastLean) continue;
+    const double radius_m = 0.25 * (across_m + other_m);
+    const Vector3 face = known.X_GS * bounds.center() + 0.5 * size_m(k) * axis;
+    const double length_m = std::max(
+        size_m(k), (face.z() - radius_m * std::cos(elevation_rad)) / std::sin(elevation_rad));
+    const Vector3 at = face - 0.5 * length_m * axis;
+    WholeParameters x(6);
+    x << at.x(), at.y(), std::atan2(axis.y(), axis.x()), elevation_rad, radius_m, length_m;
+    starts.push_back(std::move(x));
+  }
+  return starts;
+}
+
 std::vector<WholeParameters> BoxStarts(const PointsOnGround& points) {
   std::vector<Vector2> flat;
   for (const Vector3& p : points.p_G) flat.emplace_back(p.head<2>());
@@ -201,8 +232,11 @@ std::vector<WholeParameters> StartsOf(WholeKind kind, const std::vector<Solid>& 
   }
   const Pose X_GM = points.X_MG.inverse(Eigen::Isometry);
   for (const Solid& solid : known) {
-    if (auto x = ParametersOf(kind, {X_GM * solid.X_MS, solid.shape})) {
+    const WholeSolid placed{X_GM * solid.X_MS, solid.shape};
+    if (auto x = ParametersOf(kind, placed)) {
       starts.push_back(*std::move(x));
+    } else if (kind == WholeKind::kLeaningCylinder) {
+      std::ranges::move(LeaningBehind(placed), std::back_inserter(starts));
     }
   }
   if (!IsConical(kind)) return starts;
