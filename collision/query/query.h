@@ -33,6 +33,8 @@
 
 namespace cwm::collision {
 
+class ProgramMemo;  // spheres/program_memo.h
+
 // Two parts of one body.
 struct PartPair {
   std::int32_t first = 0;
@@ -70,6 +72,7 @@ struct QueryBody {
   // CheckCollisions proves pairs apart for many states at once: verdicts and the pairs named are the
   // same without; a pair shown apart so adds nothing to what weakens the trust of a free row.
   std::shared_ptr<const SphereModel> around = {};
+  std::shared_ptr<ProgramMemo> programs = {};  // of `robot`; nullptr: each question compiles
 
   int FrameOf(std::int32_t part) const {
     return frame_of_part.empty() ? 0 : frame_of_part[static_cast<std::size_t>(part)];

@@ -28,6 +28,7 @@ Variables With(const std::vector<double>& base, const JointGroup& group,
 void SetScope(const RobotGeometry& robot, RobotScope scope, QueryBody& body) {
   const RobotModel& model = *robot.model;
   body.robot = robot.model;
+  body.programs = robot.programs;
   body.frame_count = static_cast<int>(model.links.size());
   body.asks_world = scope != RobotScope::kSelf;
   if (scope == RobotScope::kWorld) return;

@@ -8,6 +8,7 @@
 #include "collision/query/pair_rule_lookup.h"
 #include "collision/query/sphere_scene.h"
 #include "collision/robot/kinematics.h"
+#include "collision/spheres/program_memo.h"
 
 namespace cwm::collision {
 namespace {
@@ -86,6 +87,18 @@ bool IsForLanes(const RobotModel& model, const QueryBody& body, const QueryOptio
   return options.margin_m >= 0 && body.margin_m + options.margin_m >= 0;
 }
 
+// Nothing where lanes cannot move the joints.
+std::shared_ptr<const SphereProgram> ProgramOf(const QueryBody& body, const JointRows& joints,
+                                               const SphereSet& set, double margin_m) {
+  const std::vector<double>& base = joints.states().base;
+  if (body.programs && &body.programs->model() == &joints.model()) {
+    return body.programs->Find(joints.group(), base, set, margin_m);
+  }
+  auto program = CompileSpheres(joints.model(), joints.group(), base, set, margin_m);
+  if (!program) return nullptr;
+  return std::make_shared<const SphereProgram>(*std::move(program));
+}
+
 Verdict VerdictOf(StateMark mark, LaneVerdict told) {
   if (mark == StateMark::kOutOfLimits) return Verdict::kOutOfLimits;
   if (mark == StateMark::kTooFar || told == LaneVerdict::kOpen) return Verdict::kUndecided;
@@ -94,13 +107,13 @@ Verdict VerdictOf(StateMark mark, LaneVerdict told) {
 
 }  // namespace
 
-SphereCheck::SphereCheck(const JointRows& rows, SphereProgram program, LaneScene scene,
-                         Meaning meaning)
+SphereCheck::SphereCheck(const JointRows& rows, std::shared_ptr<const SphereProgram> program,
+                         LaneScene scene, Meaning meaning)
     : rows_(&rows),
       meaning_(meaning),
       program_(std::move(program)),
       scene_(std::move(scene)),
-      order_(program_) {
+      order_(*program_) {
   const RobotModel& model = rows.model();
   std::vector<double> base = rows.states().base;
   for (const int variable : rows.group().variables) {
@@ -138,8 +151,8 @@ std::optional<SphereCheck> SphereCheck::Make(const WorldSnapshot& world, const Q
     link_pairs = FramePairsOf(body).pairs;
   }
   const std::vector<HungFrame> hung = HungFramesOf(body);
-  std::optional<SphereProgram> program = CompileSpheres(
-      joints->model(), joints->group(), joints->states().base,
+  const std::shared_ptr<const SphereProgram> program = ProgramOf(
+      body, *joints,
       {.spheres = *spheres, .hung = hung, .pairs = {.spheres = pairs, .links = link_pairs}},
       options.margin_m);
   if (!program) return std::nullopt;
@@ -147,21 +160,21 @@ std::optional<SphereCheck> SphereCheck::Make(const WorldSnapshot& world, const Q
   LaneScene scene = body.asks_world
                         ? CompileScene(world, filter, *program, joints->states().X_WB, margin_m)
                         : EmptyScene(*program);
-  return SphereCheck(*joints, *std::move(program), std::move(scene),
+  return SphereCheck(*joints, program, std::move(scene),
                      is_the_body ? Meaning::kTheBody : Meaning::kAroundTheBody);
 }
 
 std::span<const Verdict> SphereCheck::Judge(std::size_t first, std::size_t count) {
   const std::size_t width = rows_->group().variables.size();
   const std::size_t stride = (count + kMostLanes - 1) / kMostLanes * kMostLanes;
-  values_.resize(program_.inputs.size() * stride);
+  values_.resize(program_->inputs.size() * stride);
   sorted_values_.resize(values_.size());
   marks_.resize(count);
   verdicts_.resize(count);
-  LoadStates(program_.inputs, rows_->states().rows.data() + first * width, width, count, stride,
+  LoadStates(program_->inputs, rows_->states().rows.data() + first * width, width, count, stride,
              values_.data(), marks_.data());
   const std::span<const std::uint32_t> order = order_.Of(values_.data(), stride, count);
-  for (std::size_t k = 0; k < program_.inputs.size(); ++k) {
+  for (std::size_t k = 0; k < program_->inputs.size(); ++k) {
     const float* from = values_.data() + k * stride;
     float* to = sorted_values_.data() + k * stride;
     for (std::size_t i = 0; i < count; ++i) to[i] = from[order[i]];
@@ -176,7 +189,7 @@ void SphereCheck::JudgeLanes(std::size_t stride, std::size_t count,
                              std::span<const std::uint32_t> order) {
   if (meaning_ == Meaning::kTheBody) {
     told_.resize(count);
-    JudgeStates(program_.lanes, scene_, sorted_values_.data(), stride, count, memory_,
+    JudgeStates(program_->lanes, scene_, sorted_values_.data(), stride, count, memory_,
                 told_.data());
     for (std::size_t i = 0; i < count; ++i) {
       verdicts_[order[i]] = VerdictOf(marks_[order[i]], told_[i]);
@@ -185,7 +198,7 @@ void SphereCheck::JudgeLanes(std::size_t stride, std::size_t count,
   }
   found_.resize(count);
   open_.resize(count);
-  FindOpen(program_.lanes, scene_, sorted_values_.data(), stride, count, memory_, found_.data());
+  FindOpen(program_->lanes, scene_, sorted_values_.data(), stride, count, memory_, found_.data());
   for (std::size_t i = 0; i < count; ++i) {
     const bool is_unknown = marks_[order[i]] == StateMark::kTooFar;
     open_[order[i]] = is_unknown ? BodySearch::kAllOpen : found_[i];

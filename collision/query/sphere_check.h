@@ -37,12 +37,13 @@ class SphereCheck {
 
  private:
   enum class Meaning { kTheBody, kAroundTheBody };
-  SphereCheck(const JointRows& rows, SphereProgram program, LaneScene scene, Meaning meaning);
+  SphereCheck(const JointRows& rows, std::shared_ptr<const SphereProgram> program, LaneScene scene,
+              Meaning meaning);
   void JudgeLanes(std::size_t stride, std::size_t count, std::span<const std::uint32_t> order);
 
   const JointRows* rows_;
   Meaning meaning_;
-  SphereProgram program_;
+  std::shared_ptr<const SphereProgram> program_;
   LaneScene scene_;
   bool base_is_within_limits_ = true;
   StateOrder order_;

@@ -6,6 +6,7 @@
 #include "collision/geometry/quick_bounds.h"
 #include "collision/robot/kinematics.h"
 #include "collision/spheres/containing_spheres.h"
+#include "collision/spheres/program_memo.h"
 
 namespace cwm::collision {
 namespace {
@@ -56,6 +57,7 @@ std::shared_ptr<const RobotGeometry> PrepareRobot(std::shared_ptr<const RobotMod
   }
   robot->geometry = Prepare(std::move(shapes));
   robot->model = std::move(model);
+  robot->programs = std::make_shared<ProgramMemo>(*robot->model);
   if (spheres_as_given) robot->prepared_spheres_as_given = PrepareSpheres(*spheres_as_given);
   robot->spheres_around = SpheresAroundLinks(*robot);
   if (robot->spheres_around)

@@ -13,6 +13,8 @@
 
 namespace cwm::collision {
 
+class ProgramMemo;  // spheres/program_memo.h
+
 // A sphere model ready for every engine: one part a sphere, in the frame of its link, by link and
 // within a link as listed. Immutable, shared.
 struct PreparedSpheres {
@@ -35,6 +37,7 @@ struct RobotGeometry {
   // ever.
   std::shared_ptr<const SphereModel> spheres_around;
   std::optional<PreparedSpheres> prepared_spheres_around;  // of those
+  std::shared_ptr<ProgramMemo> programs;                   // of questions about this robot
 };
 
 // Heavy: builds trees and hulls. Call it without any lock held. `model` is not null.
