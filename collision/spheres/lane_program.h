@@ -10,6 +10,8 @@
 
 namespace cwm::collision {
 
+inline constexpr int kTags = 64;  // bits of LaneOpen
+
 // The joint that moves a frame: X_PF = (rotation, shift) * motion. The motion is the turn by the
 // value about z or the shift by the value along z. Frame 0 is the root and has none.
 struct LaneJoint {

@@ -3,6 +3,7 @@
 #include "hwy/foreach_target.h"  // compiles this file once for each instruction set
 //
 #include <algorithm>
+#include <bit>
 
 #include "collision/spheres/sphere_lanes.h"
 #include "hwy/highway.h"
@@ -186,6 +187,8 @@ class Judge {
   void Find(const float* values, std::size_t stride, LaneOpen* found) {
     std::fill_n(found, width_, LaneOpen{});
     found_ = found;
+    std::fill_n(worlds_, kTags, hn::FirstN(kTag, 0));
+    std::fill_n(pairs_, kTags, hn::FirstN(kTag, 0));
     Run(values, stride);
   }
 
@@ -245,21 +248,24 @@ class Judge {
 
   bool IsDone() const { return hn::AllTrue(kTag, hit_); }
   // Whether some lane that is not hit yet is not clear.
-  bool Matters(Lane beyond, float band_m2) const {
-    return !hn::AllFalse(kTag, hn::AndNot(hit_, hn::Lt(beyond, All(band_m2))));
+  bool Matters(Lane beyond, float band_m2) const { return Matters(beyond, band_m2, hit_); }
+  static bool Matters(Lane beyond, float band_m2, LaneMask done) {
+    return !hn::AllFalse(kTag, hn::AndNot(done, hn::Lt(beyond, All(band_m2))));
   }
   void Keep(Lane beyond, float band_m2, bool is_hull) {
     open_ = hn::Or(open_, hn::Lt(beyond, All(band_m2)));
     if (!is_hull) hit_ = hn::Or(hit_, hn::Lt(beyond, All(-band_m2)));
   }
-  void Note(Lane beyond, float band_m2, std::uint64_t LaneOpen::*what, std::int32_t tag) {
-    const LaneMask open = hn::Lt(beyond, All(band_m2));
+  // Which lanes are open is told of each tag once: `known` are those that were told.
+  void Note(Lane beyond, float band_m2, std::uint64_t LaneOpen::*what, std::int32_t tag,
+            LaneMask& known) {
+    const LaneMask open = hn::AndNot(known, hn::Lt(beyond, All(band_m2)));
     if (hn::AllFalse(kTag, open)) return;
+    known = hn::Or(known, open);
     std::uint8_t some[8] = {};
     hn::StoreMaskBits(kTag, open, some);
-    const unsigned bits = some[0] | unsigned{some[1]} << 8;
-    for (std::size_t i = 0; i < width_; ++i) {
-      found_[i].*what |= static_cast<std::uint64_t>(bits >> i & 1) << tag;
+    for (unsigned bits = some[0] | unsigned{some[1]} << 8; bits != 0; bits &= bits - 1) {
+      found_[std::countr_zero(bits)].*what |= std::uint64_t{1} << tag;
     }
   }
 
@@ -320,7 +326,7 @@ class Judge {
         lowest = hn::Min(lowest, BeyondReach(at, LoadPoint(centres_, b), reach_m));
       }
     }
-    Note(lowest, pair.band.spheres_m2, &LaneOpen::pairs, pair.tag);
+    Note(lowest, pair.band.spheres_m2, &LaneOpen::pairs, pair.tag, pairs_[pair.tag]);
   }
 
   void MeetWorld(std::size_t g) {
@@ -347,13 +353,14 @@ class Judge {
       const auto at = static_cast<std::size_t>(c);
       const LaneCluster& cluster = program_.clusters[at];
       const Lane reach = All(cluster.bound.radius_m + obstacle.margin_m);
-      if (!Matters(Beyond(obstacle, LoadPoint(bounds_, at), reach), band.bounds_m2)) continue;
+      const LaneMask done = found_ == nullptr ? hit_ : worlds_[cluster.tag];
+      if (!Matters(Beyond(obstacle, LoadPoint(bounds_, at), reach), band.bounds_m2, done)) continue;
       PlaceSpheres(at);
       const Lane lowest = Lowest(obstacle, cluster);
       if (found_ == nullptr) {
         Keep(lowest, band.spheres_m2, obstacle.is_hull);
       } else {
-        Note(lowest, band.spheres_m2, &LaneOpen::worlds, cluster.tag);
+        Note(lowest, band.spheres_m2, &LaneOpen::worlds, cluster.tag, worlds_[cluster.tag]);
       }
     }
   }
@@ -412,7 +419,8 @@ class Judge {
   std::int32_t* near_ = nullptr;    // what a walk has found, without a branch that is hard to guess
   std::int32_t* group_placed_ = nullptr;  // by group: the bounds of its clusters
   LaneMask hit_, open_;
-  LaneOpen* found_ = nullptr;  // by lane; null: a verdict is all that is wanted
+  LaneOpen* found_ = nullptr;              // by lane; null: a verdict is all that is wanted
+  LaneMask worlds_[kTags], pairs_[kTags];  // lanes that were found open, by tag
 };
 
 void JudgeAll(const LaneProgram& program, const LaneScene& scene, const float* values,

@@ -34,7 +34,6 @@ struct TouchingPairs {
   std::span<const SpherePair> spheres = {};
   std::span<const LinkPair> links = {};
 };
-inline constexpr int kTags = 64;
 
 struct SphereProgram {
   LaneProgram lanes;
