@@ -281,20 +281,27 @@ class Judge {
     if (!Matters(apart, pair.bounds_m2)) return;
     PlaceBounds(a);
     PlaceBounds(b);
+    if (found_ != nullptr) {  // what is found of one pair saves the next of these links
+      for (std::int32_t k = pair.begin; k < pair.end; ++k) {
+        const LaneClusterPair& two = program_.cluster_pairs[static_cast<std::size_t>(k)];
+        if (IsNear(two, pairs_[two.tag])) MeetSpheres(two);
+      }
+      return;
+    }
     std::int32_t* end = near_;
     for (std::int32_t k = pair.begin; k < pair.end; ++k) {
       *end = k;
-      end += IsNear(program_.cluster_pairs[static_cast<std::size_t>(k)]) ? 1 : 0;
+      end += IsNear(program_.cluster_pairs[static_cast<std::size_t>(k)], hit_) ? 1 : 0;
     }
     for (const std::int32_t* k = near_; k < end; ++k) {
       MeetSpheres(program_.cluster_pairs[static_cast<std::size_t>(*k)]);
     }
   }
 
-  bool IsNear(const LaneClusterPair& pair) const {
+  bool IsNear(const LaneClusterPair& pair, LaneMask done) const {
     const auto a = static_cast<std::size_t>(pair.first), b = static_cast<std::size_t>(pair.second);
     const Lane apart = BeyondReach(LoadPoint(bounds_, a), LoadPoint(bounds_, b), pair.reach_m);
-    return Matters(apart, pair.band.bounds_m2);
+    return Matters(apart, pair.band.bounds_m2, done);
   }
 
   void MeetSpheres(const LaneClusterPair& pair) {
