@@ -64,4 +64,12 @@ inline constexpr double kSineError = 2.5e-7;
 // For tests: what JudgeStates takes for the sines and cosines of `count` angles.
 void LaneSines(const float* angles, std::size_t count, float* sines, float* cosines);
 
+// Cells of one value's range, each with bits of a key.
+struct CellKeys {
+  float lower = 0, cells_per_unit = 0;
+  std::vector<std::uint32_t> key_of_cell;  // at least one; of what lies beyond, the first and last
+};
+// Sets in each key the bits of the cell that its value, a finite one, lies in.
+void AddKeys(const CellKeys& cells, const float* values, std::size_t count, std::uint32_t* keys);
+
 }  // namespace cwm::collision

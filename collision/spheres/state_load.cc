@@ -86,6 +86,28 @@ void LoadAll(std::span<const LaneInput> inputs, const double* rows, std::size_t 
   }
 }
 
+void AddKeysOfAll(const CellKeys& cells, const float* values, std::size_t count,
+                  std::uint32_t* keys) {
+  const hn::CappedTag<float, kMostLanes> real;
+  const hn::RebindToSigned<decltype(real)> index;
+  const hn::RebindToUnsigned<decltype(real)> key;
+  const std::size_t lanes = hn::Lanes(real);
+  const auto lower = hn::Set(real, cells.lower), scale = hn::Set(real, cells.cells_per_unit);
+  const auto last = hn::Set(real, static_cast<float>(cells.key_of_cell.size() - 1));
+  std::size_t i = 0;
+  for (; i + lanes <= count; i += lanes) {
+    const auto at = hn::Mul(hn::Sub(hn::LoadU(real, values + i), lower), scale);
+    const auto cell = hn::ConvertTo(index, hn::Min(hn::Max(at, hn::Zero(real)), last));
+    const auto of_cell = hn::GatherIndex(key, cells.key_of_cell.data(), cell);
+    hn::StoreU(hn::Or(hn::LoadU(key, keys + i), of_cell), key, keys + i);
+  }
+  for (; i < count; ++i) {
+    const float at = (values[i] - cells.lower) * cells.cells_per_unit;
+    const float most = static_cast<float>(cells.key_of_cell.size() - 1);
+    keys[i] |= cells.key_of_cell[static_cast<std::size_t>(HWY_MIN(HWY_MAX(at, 0.0F), most))];
+  }
+}
+
 }  // namespace
 }  // namespace HWY_NAMESPACE
 }  // namespace cwm::collision
@@ -95,10 +117,15 @@ HWY_AFTER_NAMESPACE();
 namespace cwm::collision {
 
 HWY_EXPORT(LoadAll);
+HWY_EXPORT(AddKeysOfAll);
 
 void LoadStates(std::span<const LaneInput> inputs, const double* rows, std::size_t width,
                 std::size_t count, std::size_t stride, float* values, StateMark* marks) {
   HWY_DYNAMIC_DISPATCH(LoadAll)(inputs, rows, width, count, stride, values, marks);
+}
+
+void AddKeys(const CellKeys& cells, const float* values, std::size_t count, std::uint32_t* keys) {
+  HWY_DYNAMIC_DISPATCH(AddKeysOfAll)(cells, values, count, keys);
 }
 
 }  // namespace cwm::collision

@@ -23,15 +23,15 @@ StateOrder::StateOrder(const SphereProgram& program) {
     Axis& axis = axes_.emplace_back();
     const std::size_t cells = std::size_t{1} << halvings;
     axis.input = k;
-    axis.lower = static_cast<float>(program.inputs[k].lower);
-    axis.cells_per_unit = static_cast<float>(static_cast<double>(cells) / range);
+    axis.cells.lower = static_cast<float>(program.inputs[k].lower);
+    axis.cells.cells_per_unit = static_cast<float>(static_cast<double>(cells) / range);
     for (std::size_t cell = 0; cell < cells; ++cell) {
       std::uint32_t key = 0;
       for (std::size_t h = 0; h < halvings; ++h) {
         const auto half = static_cast<std::uint32_t>(cell >> (halvings - 1 - h) & 1);
         key |= half << bits[k][h];
       }
-      axis.key_of_cell.push_back(key);
+      axis.cells.key_of_cell.push_back(key);
     }
   }
 }
@@ -40,12 +40,7 @@ std::span<const std::uint32_t> StateOrder::Of(const float* values, std::size_t s
                                               std::size_t count) {
   keys_.assign(count, 0);
   for (const Axis& axis : axes_) {
-    const float* value = values + axis.input * stride;
-    const float last = static_cast<float>(axis.key_of_cell.size() - 1);
-    for (std::size_t i = 0; i < count; ++i) {
-      const float cell = std::clamp((value[i] - axis.lower) * axis.cells_per_unit, 0.0F, last);
-      keys_[i] |= axis.key_of_cell[static_cast<std::size_t>(static_cast<int>(cell))];
-    }
+    AddKeys(axis.cells, values + axis.input * stride, count, keys_.data());
   }
   begin_.assign((std::size_t{1} << kHalvings) + 1, 0);
   for (const std::uint32_t key : keys_) ++begin_[key + 1];

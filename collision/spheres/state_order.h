@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "collision/spheres/sphere_lanes.h"
 #include "collision/spheres/sphere_program.h"
 
 namespace cwm::collision {
@@ -26,8 +27,7 @@ class StateOrder {
 
   struct Axis {
     std::size_t input = 0;
-    float lower = 0, cells_per_unit = 0;
-    std::vector<std::uint32_t> key_of_cell;
+    CellKeys cells;
   };
   std::vector<Axis> axes_;
   std::vector<std::uint32_t> keys_, order_, begin_;
