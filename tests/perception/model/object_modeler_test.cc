@@ -118,6 +118,63 @@ TEST(ModelObject, CanUnderItsLidIsACylinderAndNoPlate) {
   }
 }
 
+// A wide cup whose wall hides behind its lid: what is seen of it is a disc, and not its corners.
+TEST(ModelObject, LidAloneIsADisc) {
+  const Cone cup{.radius_bottom_m = 0.03, .radius_top_m = 0.05, .length_m = 0.12};
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    const ObjectModel model =
+        Model(ScanOnTable(OfOnePart(cup, 0.06), 0.9, 84 * std::numbers::pi / 180, seed));
+    ASSERT_EQ(model.shapes.size(), 1u) << seed;
+    const auto* disc = std::get_if<Cylinder>(&model.shapes[0].shape);
+    if (disc == nullptr) {  // or all of it
+      EXPECT_TRUE(std::holds_alternative<Cone>(model.shapes[0].shape)) << seed;
+      continue;
+    }
+    const Pose& X_OS = model.shapes[0].X_OS;
+    EXPECT_NEAR(disc->radius_m, cup.radius_top_m, kSize_m) << seed;
+    EXPECT_NEAR(X_OS.translation().z() + 0.5 * disc->length_m, cup.length_m, kSize_m) << seed;
+    EXPECT_LT(X_OS.translation().head<2>().norm(), kSize_m) << seed;
+    EXPECT_EQ(model.shapes[0].fit->parameter_sigma.size(), 7u) << seed;
+  }
+}
+
+// Of a can that leans and is seen from its end, the end says where its axis points.
+TEST(ModelObject, LeaningCanSeenFromItsEndIsACylinder) {
+  const Cylinder can{.radius_m = 0.0325, .length_m = 0.1};
+  const double lean_rad = 35 * std::numbers::pi / 180;
+  SimulatedObject object = OfOnePart(can, 0);
+  object.X_WO.linear() = Eigen::AngleAxisd(-lean_rad, Vector3::UnitY()).toRotationMatrix();
+  object.X_WO.translation().z() =
+      0.5 * can.length_m * std::cos(lean_rad) + can.radius_m * std::sin(lean_rad);
+  const Vector3 axis = object.X_WO.linear().col(2);
+  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+    const ObjectModel model =
+        Model(ScanOnTable(object, kDistance_m, 75 * std::numbers::pi / 180, seed));
+    const auto* found = OnlyShape<Cylinder>(model);
+    ASSERT_NE(found, nullptr) << seed;
+    EXPECT_NEAR(found->radius_m, can.radius_m, kSize_m) << seed;
+    EXPECT_GT(std::abs(model.shapes[0].X_OS.linear().col(2).dot(axis)), std::cos(0.1)) << seed;
+  }
+}
+
+// The thin solid of a face that inclines towards the sensor reaches below what it stands on where the
+// face meets it: the face is kept all the same.
+TEST(ModelObject, LoneFaceIsKeptDownToTheGround) {
+  const double tilt_rad = 37 * std::numbers::pi / 180;
+  SimulatedObject object = OfOnePart(Box{.size_m = {0.18, 0.17, 0.04}}, 0);
+  object.X_WO.linear() = Eigen::AngleAxisd(-tilt_rad, Vector3::UnitY()).toRotationMatrix();
+  object.X_WO.translation().z() = 0.09 * std::sin(tilt_rad) + 0.02 * std::cos(tilt_rad);
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    ScannedObject scan = ScanOnTable(object, kDistance_m, 0.5 * std::numbers::pi - tilt_rad, seed);
+    scan.X_WSupport.translation().z() += 0.04 * std::cos(tilt_rad);
+    const ObjectModel model = Model(scan);
+    ASSERT_EQ(model.shapes.size(), 1u) << seed;
+    const ShapeKind kind = KindOf(model.shapes[0].shape);
+    EXPECT_TRUE(kind == ShapeKind::kBox || kind == ShapeKind::kPlate) << NameOf(kind);
+    EXPECT_GT(ExplainedShare(model), 0.95) << seed;
+  }
+}
+
 TEST(ModelObject, WallsBehindDiscsAreOfKindsThatAreSearchedForAlone) {
   const Cylinder can{.radius_m = 0.035, .length_m = 0.12};
   const ScannedObject scan = ScanOnTable(OfOnePart(can, 0.06), kDistance_m, kElevation_rad, 1);
