@@ -72,6 +72,7 @@ class Joiner {
 
   void Run() {
     for (const ModelledThing& thing : modelled_) bounds_.push_back(BoundsOf(thing));
+    ReturnHandles();
     JoinAll();
     if (any_joined_) SortBySize();
   }
@@ -106,6 +107,76 @@ class Joiner {
     }
   }
 
+  // What an occluder cuts off may stand out from another thing, as a handle does.
+  void ReturnHandles() {
+    for (std::size_t a = 0; a < modelled_.size(); ++a) {
+      for (std::size_t b = 0; b < modelled_.size() && attempts_ < kMostAttempts; ++b) {
+        if (modelled_[a].model->handles.empty()) break;
+        if (a == b || bounds_[a].exteriorDistance(bounds_[b]) > kLargestGap_m) continue;
+        work_.Poll();
+        const Points handles = HandlesOn(a, b);
+        if (handles.empty()) continue;
+        ++attempts_;
+        any_joined_ |= Return(handles, a, b);
+      }
+    }
+  }
+
+  // The points of those handles of a thing that lie on the one solid that another is, prolonged.
+  Points HandlesOn(std::size_t a, std::size_t b) const {
+    const ModelledThing &thing = modelled_[a], &other = modelled_[b];
+    Points found;
+    if (!IsOneSolid(other.model->shapes, other.part_of_point, kLeastAlone)) return found;
+    const ShapePart& solid = other.model->shapes.front();
+    if (solid.vessel) return found;
+    const Pose X_SL = (other.X_LO * solid.X_OS).inverse(Eigen::Isometry);
+    for (std::size_t h = 0; h < thing.model->handles.size(); ++h) {
+      const auto part = static_cast<std::int32_t>(thing.model->shapes.size() + h);
+      Points members;
+      std::size_t on = 0;
+      for (std::size_t k = 0; k < thing.part_of_point.size(); ++k) {
+        if (thing.part_of_point[k] != part) continue;
+        const std::uint32_t i = scene_.things[a].points[k];
+        members.push_back(i);
+        on += IsOnProlonged(solid, X_SL, i);
+      }
+      if (static_cast<double>(on) < kLeastAlone * static_cast<double>(members.size())) continue;
+      found.insert(found.end(), members.begin(), members.end());
+    }
+    std::ranges::sort(found);
+    return found;
+  }
+
+  // Models both anew, with and without what the first had for handles.
+  bool Return(const Points& handles, std::size_t a, std::size_t b) {
+    SegmentedThing &taker = scene_.things[a], &owner = scene_.things[b];
+    if (handles.size() == taker.points.size()) return false;
+    const SegmentedThing before_a = taker, before_b = owner;
+    std::erase_if(taker.points,
+                  [&](std::uint32_t i) { return std::ranges::binary_search(handles, i); });
+    owner.points.insert(owner.points.end(), handles.begin(), handles.end());
+    std::ranges::sort(owner.points);
+    const std::size_t nodes = before_a.node_count * handles.size() / before_a.points.size();
+    taker.node_count -= nodes;
+    owner.node_count += nodes;
+    const SceneRays rays(scene_, work_);
+    const auto is_one_solid = [](const ObjectModel& found) {
+      return IsOneSolid(found.shapes, found.part_of_point, kLeastExplained);
+    };
+    std::optional<ModelledThing> whole =
+        ModelThingIf(is_one_solid, scene_, b, rays, options_, work_);
+    if (!whole) {
+      taker = before_a;
+      owner = before_b;
+      return false;
+    }
+    modelled_[a] = ModelThing(scene_, a, rays, options_, work_);
+    modelled_[b] = *std::move(whole);
+    bounds_[a] = BoundsOf(modelled_[a]);
+    bounds_[b] = BoundsOf(modelled_[b]);
+    return true;
+  }
+
   static Eigen::AlignedBox3f BoundsOf(const ModelledThing& thing) {
     Eigen::AlignedBox3f bounds;
     for (const Eigen::Vector3f& p : thing.thinned_L) bounds.extend(p);
@@ -127,12 +198,15 @@ class Joiner {
     if (solid.vessel) return false;  // has no end that goes on
     const Points sample = Thinned(other.points, kSample);
     const Pose X_SL = (thing.X_LO * solid.X_OS).inverse(Eigen::Isometry);
-    const auto on = std::ranges::count_if(sample, [&](std::uint32_t i) {
-      const Vector3 p = X_SL * scene_.points.points[i].cast<double>();
-      return ProlongedDistance_m(solid.shape, p) <=
-             std::max(kBelongs_m, kDistanceGate_sigma * double{scene_.points.sigma_m[i]});
-    });
+    const auto on = std::ranges::count_if(
+        sample, [&](std::uint32_t i) { return IsOnProlonged(solid, X_SL, i); });
     return static_cast<double>(on) >= kLeastProlonging * static_cast<double>(sample.size());
+  }
+
+  bool IsOnProlonged(const ShapePart& solid, const Pose& X_SL, std::uint32_t point) const {
+    const Vector3 p = X_SL * scene_.points.points[point].cast<double>();
+    return ProlongedDistance_m(solid.shape, p) <=
+           std::max(kBelongs_m, kDistanceGate_sigma * double{scene_.points.sigma_m[point]});
   }
 
   // Of places on straight lines between them.
