@@ -50,7 +50,7 @@ export class MeshLibrary {
   private readonly onTheWay = new Map<string, Coming>();
   private bytes = 0;
 
-  constructor(private readonly failed: (why: string) => void) {}
+  constructor(private readonly failed: (why: string) => void, private readonly fetchOf: typeof fetchBlob = fetchBlob) {}
 
   get size(): number { return this.known.size; }
 
@@ -84,7 +84,7 @@ export class MeshLibrary {
 
   private async fetch(hash: string, wanted: readonly (() => boolean)[]): Promise<BufferGeometry | undefined> {
     try {
-      const geometry = meshOf(await fetchBlob(hash, () => wanted.some((isWanted) => isWanted())));
+      const geometry = meshOf(await this.fetchOf(hash, () => wanted.some((isWanted) => isWanted())));
       this.known.set(hash, geometry);
       this.bytes += bytesOf(geometry);
       return geometry;
