@@ -49,6 +49,7 @@ export class RunningServer {
     if (!child) return;
     this.child = undefined;
     const ended = new Promise<number | null>((resolve) => child.once("exit", resolve));
+    child.kill("SIGCONT");  // a test that failed may have left it frozen
     child.kill("SIGTERM");
     const code = await ended;
     if (code !== 0) throw new Error(`the server ended with ${code}: ${this.log}`);

@@ -57,7 +57,7 @@ export class Page {
 
   constructor(body: HTMLElement, private readonly link: Link) {
     this.tree = new Tree({
-      select: (name) => this.select(name), frame: (name) => this.picture.frame([name]),
+      select: (name) => this.selectInList(name), frame: (name) => this.picture.frame([name]),
       toggle: (name) => this.toggle(this.hiddenNames, name), toggleKind: (kind) => this.toggle(this.hiddenKinds, kind) });
     this.details = new Details({ close: () => this.select(undefined), frame: (name) => this.picture.frame([name]) });
     this.questions = new QuestionPanel({
@@ -138,7 +138,7 @@ export class Page {
     else if (state.is === "waiting") this.feed.lost();
     else if (state.is === "refused") {
       this.feed.lost();
-      this.notice(`${state.why} \u2014 load this page again once that is mended`, Infinity);
+      this.notice(`The server refuses this page. ${state.why}`, Infinity);
     }
   }
 
@@ -233,6 +233,12 @@ export class Page {
     this.grasps.selected(name);
     document.body.classList.toggle("detailing", name !== undefined);
     this.showSelection();
+  }
+
+  // In a narrow window the list lies over what is selected.
+  private selectInList(name: string): void {
+    document.body.classList.remove("listing");
+    this.select(name);
   }
 
   private showSelection(): void {

@@ -45,13 +45,18 @@ function receive(bytes: Uint8Array): void {
   }
 }
 
-// What is under way ends; a connection follows.
+// The page hears why before it hears that what was under way is over.
+function over(state: LinkState, message: string): void {
+  socket = undefined;
+  tell(state);
+  for (const id of [...underWay.keys()]) end(id, gone(message));
+}
+
+// A connection follows.
 function lost(from: WebSocket, reason: string, wait_ms = backOff_ms(attempt++)): void {
   if (socket !== from) return;
-  socket = undefined;
   why = reason;
-  for (const id of [...underWay.keys()]) end(id, gone("the connection to the server was lost"));
-  tell({ is: "waiting", why });
+  over({ is: "waiting", why }, "the connection to the server was lost");
   setTimeout(open, wait_ms);
 }
 
@@ -67,9 +72,7 @@ async function failed(to: WebSocket): Promise<void> {
   const refusal = await askWhy(patience_ms);
   if (socket !== to) return;
   if (!refusal.isFinal) return lost(to, refusal.why, Math.max(refusal.wait_ms, backOff_ms(attempt++)));
-  socket = undefined;
-  for (const id of [...underWay.keys()]) end(id, gone(refusal.why));
-  tell({ is: "refused", why: refusal.why });
+  over({ is: "refused", why: refusal.why }, refusal.why);
 }
 
 function open(): void {

@@ -49,6 +49,7 @@ export class Toolbar {
 
   showLink(state: LinkState): void {
     this.dot.className = `dot ${state.is}`;
+    this.root.classList.toggle("connected", state.is === "open");
     this.connection.textContent = this.connection.title = linkText(state);
   }
 
