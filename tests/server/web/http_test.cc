@@ -312,7 +312,7 @@ class LargeFile : public HttpTest {
   }
   static ViewerLimits Limits() {
     ViewerLimits limits;
-    limits.no_byte_taken = std::chrono::milliseconds(700);
+    limits.no_byte_taken = std::chrono::milliseconds(1'500);
     return limits;
   }
   LargeFile() : HttpTest(Limits(), "", Files()) {}
@@ -327,7 +327,7 @@ TEST_F(LargeFile, ComesWholeOnASlowLineAndNotAtAllWhereNobodyReads) {
   // Longer than a reader may take nothing, all together.
   std::size_t taken = 0;
   for (int i = 0; i < 8; ++i) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(250));
+    std::this_thread::sleep_for(std::chrono::milliseconds(400));
     for (std::size_t piece = 0; piece < (std::size_t{3} << 20);) {
       const std::size_t read = slow.Take((std::size_t{3} << 20) - piece);
       ASSERT_GT(read, 0U) << taken;

@@ -24,6 +24,7 @@ export class Toolbar {
 
   constructor(choose: (world: string) => void, refresh: () => void) {
     this.worlds.setAttribute("aria-label", "World");
+    this.worlds.hidden = true;  // until there are some
     this.worlds.addEventListener("change", () => choose(this.worlds.value));
     this.worlds.addEventListener("pointerdown", refresh);
     this.connection.setAttribute("role", "status");
