@@ -291,6 +291,18 @@ test("what is unticked is not drawn, and the keys find what they promise", async
   await page.page.keyboard.press("ArrowLeft");
   assert.deepEqual(await stops(), [await focused()]);
   await page.page.keyboard.press("ArrowRight");
+  // Whoever is at a row stays there when others come, and in the tree when it goes itself.
+  await page.page.keyboard.press("ArrowDown");
+  assert.equal(await focused(), "ball");
+  await server.cwm("put", "apple", "--sphere", "0.1", "--at", "1.2,0,0.5");
+  await page.settle(5);
+  assert.equal(await focused(), "ball");
+  await server.cwm("remove", "apple");
+  await page.page.keyboard.press("End");
+  assert.equal(await focused(), "crate");
+  await server.cwm("move", "ball", "--to", "0.6,0,0.6");
+  await page.settle(7);
+  assert.deepEqual(await stops(), ["crate"]);
   await page.page.keyboard.press("Escape");
   await page.page.keyboard.press("/");
   await page.page.keyboard.type("bal");

@@ -141,10 +141,11 @@ export class Tree {
     }
     this.setHidden(this.hidden.names, this.hidden.kinds);
     this.select(this.selected);
-    if (focused !== undefined) this.rows.get(focused)?.name.focus();
     const kept = stop === undefined ? this.stop : this.rows.get(stop)?.name;
     const all = this.buttons();
     this.stopAt(kept && all.includes(kept) ? kept : all[0]);
+    // Who was at a row that is gone goes on from the top.
+    if (focused !== undefined) (this.rows.get(focused)?.name ?? this.stop)?.focus();
   }
 
   // Where the tabulator comes to.
