@@ -81,8 +81,13 @@ int Run(const cwm::server::Options& options) {
     return kUnavailableExitCode;
   }
   if (*viewer != nullptr) {
+    const std::vector<std::string>& urls = (*viewer)->urls();
     std::fprintf(stderr, "cwm-server %s shows the world at %s\n", CWM_VERSION,
-                 (*viewer)->url().c_str());
+                 urls.front().c_str());
+    // Of another name or network; each on a line, to be clicked or copied.
+    for (auto url = urls.begin() + 1; url != urls.end(); ++url) {
+      std::fprintf(stderr, "  or at %s\n", url->c_str());
+    }
   }
   int signal = 0;
   sigwait(&signals, &signal);

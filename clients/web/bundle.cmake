@@ -1,6 +1,7 @@
 # cmake -DSOURCE_DIR=... -DPAGE=report -DFORMAT=iife|esm -DTEMPLATE=x.cc.in -DOUTPUT=x.cc -P bundle.cmake: bundles main.ts,
 # style.css and, where it is there, worker.ts of src/PAGE, each into one file, and puts them and index.html into the
-# template as @main_js@, @style_css@, @worker_js@, @index_html@ (empty for what the page has not). Needs no network.
+# template as @main_js@, @style_css@, @worker_js@, @index_html@ (empty for what the page has not); where the template asks for
+# @main_js_gzip@ and its like, those by gzip too, as numbers between commas. Needs no network.
 set(esbuild ${SOURCE_DIR}/node_modules/.bin/esbuild)
 if(NOT EXISTS ${esbuild} OR NOT EXISTS ${SOURCE_DIR}/node_modules/three)
   message(FATAL_ERROR "clients/web/node_modules is missing or not complete: ./dev build installs what the pages are made "
@@ -28,8 +29,22 @@ function(read_if_there path variable)
   endif()
   set(${variable} "${content}" PARENT_SCOPE)
 endfunction()
-read_if_there(${directory}/${PAGE}/main.js main_js)
-read_if_there(${directory}/${PAGE}/worker.js worker_js)
-read_if_there(${directory}/${PAGE}/style.css style_css)
+# Without the file's name and time, so that the same page makes the same bytes.
+function(compress_if_asked path variable)
+  set(numbers "")
+  if(template MATCHES "@${variable}@" AND EXISTS ${path})
+    find_program(gzip gzip REQUIRED)
+    execute_process(COMMAND ${gzip} -9 -n -c ${path} OUTPUT_FILE ${path}.gz COMMAND_ERROR_IS_FATAL ANY)
+    file(READ ${path}.gz digits HEX)
+    string(REGEX REPLACE "(..)" "0x\\1," numbers "${digits}")
+  endif()
+  set(${variable} "${numbers}" PARENT_SCOPE)
+endfunction()
+file(READ ${TEMPLATE} template)
+foreach(name main.js worker.js style.css)
+  string(REPLACE "." "_" variable ${name})
+  read_if_there(${directory}/${PAGE}/${name} ${variable})
+  compress_if_asked(${directory}/${PAGE}/${name} ${variable}_gzip)
+endforeach()
 read_if_there(${page}/index.html index_html)
 configure_file(${TEMPLATE} ${OUTPUT} @ONLY)

@@ -19,6 +19,8 @@ struct Limits {
   std::int64_t max_batch_rows = 65'536;
   std::int64_t max_rows_as_messages = 1'024;
   std::int64_t max_watchers = 256;
+  // Of pages of the viewer, of which each may have two: a browser never refuses a robot's watch.
+  std::int64_t max_viewer_watchers = 256;
   std::int64_t max_metadata_bytes = 16 << 10;
   std::int64_t max_streams = 1'000;
   std::int64_t max_inline_bytes = 1 << 20;  // labels above it travel by hash

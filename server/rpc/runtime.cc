@@ -31,6 +31,7 @@ int Cores() { return static_cast<int>(std::max(1U, std::thread::hardware_concurr
 Runtime::Runtime(Application& application_in)
     : application(application_in),
       watchers(application.limits.max_watchers),
+      viewer_watchers(application.limits.max_viewer_watchers),
       streams(application.limits.max_streams),
       cores(Cores()),
       query({.name = "query",
@@ -53,7 +54,9 @@ Runtime::Runtime(Application& application_in)
       // Each watch has one task waiting at most, so that none is ever refused.
       watch({.name = "watch",
              .threads = cores,
-             .capacity = static_cast<std::size_t>(application.limits.max_watchers) + 1}) {}
+             .capacity = static_cast<std::size_t>(application.limits.max_watchers +
+                                                  application.limits.max_viewer_watchers) +
+                         1}) {}
 
 // Its last task may be about to wake a queue.
 Runtime::~Runtime() { timer.Stop(); }

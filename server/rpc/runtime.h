@@ -53,6 +53,7 @@ class Runtime {
   OpenStreams open_streams;  // before the queues, which hold calls
   Timer timer;
   Quota watchers;
+  Quota viewer_watchers;  // of calls from this process: those of pages that browsers show
   Quota streams;
   Quota upload_bytes{kMaxUploadBytes};
   Quota read_ahead{kMaxReadAhead};  // messages of streams

@@ -29,23 +29,33 @@ absl::StatusOr<WatchOptions> OptionsOf(const v1::WatchWorldRequest& request) {
   return options;
 }
 
+// Whoever comes over a socket has an address, such as "unix:" or "ipv4:127.0.0.1:4711".
+bool IsOfThisProcess(const grpc::CallbackServerContext& context) {
+  return context.peer().find(':') == std::string::npos;
+}
+
 }  // namespace
 
-WatchCall* WatchCall::Start(Runtime& runtime, const v1::WatchWorldRequest& request) {
-  const std::shared_ptr<WatchCall> call(new WatchCall(runtime, request));
+WatchCall* WatchCall::Start(const grpc::CallbackServerContext& context, Runtime& runtime,
+                            const v1::WatchWorldRequest& request) {
+  const bool is_viewers = IsOfThisProcess(context);
+  Quota& quota = is_viewers ? runtime.viewer_watchers : runtime.watchers;
+  const std::shared_ptr<WatchCall> call(new WatchCall(runtime, quota, request));
   call->self_ = call;
-  call->counted_ = runtime.watchers.TryTake();
+  call->counted_ = quota.TryTake();
   if (call->counted_) {
     call->EnqueuePump();
   } else {
-    call->End(Overloaded(absl::StrCat("there are ", runtime.watchers.most(), " watchers already"),
-                         "TOO_MANY_WATCHERS"));
+    call->End(
+        Overloaded(absl::StrCat("there are ", quota.most(),
+                                is_viewers ? " watchers in browsers" : " watchers", " already"),
+                   is_viewers ? "TOO_MANY_VIEWERS" : "TOO_MANY_WATCHERS"));
   }
   return call.get();
 }
 
-WatchCall::WatchCall(Runtime& runtime, const v1::WatchWorldRequest& request)
-    : runtime_(runtime), request_(request) {}
+WatchCall::WatchCall(Runtime& runtime, Quota& quota, const v1::WatchWorldRequest& request)
+    : runtime_(runtime), request_(request), quota_(quota) {}
 
 void WatchCall::Wake() {
   {
@@ -204,7 +214,7 @@ void WatchCall::End(const absl::Status& status) {
 }
 
 void WatchCall::OnDone() {
-  if (counted_) runtime_.watchers.GiveBack();
+  if (counted_) quota_.GiveBack();
   self_.reset();  // *this may be gone after it
 }
 

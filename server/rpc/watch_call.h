@@ -18,10 +18,11 @@ namespace cwm::server {
 class WatchCall final : public grpc::ServerWriteReactor<v1::WatchWorldResponse>,
                         public std::enable_shared_from_this<WatchCall> {
  public:
-  static WatchCall* Start(Runtime& runtime, const v1::WatchWorldRequest& request);
+  static WatchCall* Start(const grpc::CallbackServerContext& context, Runtime& runtime,
+                          const v1::WatchWorldRequest& request);
 
  private:
-  WatchCall(Runtime& runtime, const v1::WatchWorldRequest& request);
+  WatchCall(Runtime& runtime, Quota& quota, const v1::WatchWorldRequest& request);
 
   void OnWriteDone(bool ok) override;
   void OnCancel() override;
@@ -45,7 +46,8 @@ class WatchCall final : public grpc::ServerWriteReactor<v1::WatchWorldResponse>,
   const OpenStreams::Token open_{runtime_.open_streams};
   const v1::WatchWorldRequest request_;
   std::shared_ptr<WatchCall> self_;  // until OnDone
-  bool counted_ = false;             // in the quota of watchers
+  Quota& quota_;                     // of watchers of its kind
+  bool counted_ = false;             // there
 
   // The holder's.
   View view_ = View::kShapes;

@@ -115,6 +115,21 @@ absl::Status Get(Runtime& runtime, const v1::GetObjectRequest& request, const Ca
   return absl::OkStatus();
 }
 
+absl::Status Describe(Runtime& runtime, const v1::GetWorldRequest& request, const CallContext& call,
+                      v1::GetWorldResponse* response) {
+  auto rule = FromProto(request.at_revision(), FieldPath().Field("at_revision"));
+  if (!rule.ok()) return rule.status();
+  auto at = FindWorldAt(runtime, request.world(), "", *rule, call);
+  if (!at.ok()) return at.status();
+  *response->mutable_world() = WorldMessage(*at->world, *at->snapshot);
+  response->set_world_uid(response->world().world_uid());
+  response->set_revision(response->world().revision());
+  for (const collision::PairRule& pair : at->snapshot->pair_rules()) {
+    *response->add_pair_rules() = ToProto(pair);
+  }
+  return absl::OkStatus();
+}
+
 }  // namespace
 
 grpc::ServerUnaryReactor* WorldService::ListWorlds(grpc::CallbackServerContext* context,
@@ -131,19 +146,12 @@ grpc::ServerUnaryReactor* WorldService::ListWorlds(grpc::CallbackServerContext* 
 grpc::ServerUnaryReactor* WorldService::GetWorld(grpc::CallbackServerContext* context,
                                                  const v1::GetWorldRequest* request,
                                                  v1::GetWorldResponse* response) {
-  return StartUnary(context, runtime_, runtime_.reads,
-                    [this, request, response](const CallContext&) {
-                      auto world = runtime_.application.worlds.Find(request->world());
-                      if (!world.ok()) return world.status();
-                      const SnapshotPtr latest = (*world)->Snapshot();
-                      *response->mutable_world() = WorldMessage(**world, *latest);
-                      response->set_world_uid(response->world().world_uid());
-                      response->set_revision(response->world().revision());
-                      for (const collision::PairRule& rule : latest->pair_rules()) {
-                        *response->add_pair_rules() = ToProto(rule);
-                      }
-                      return absl::OkStatus();
-                    });
+  return StartUnary(
+      context, runtime_, runtime_.reads,
+      [this, request, response](const CallContext& call) {
+        return Describe(runtime_, *request, call, response);
+      },
+      WhatToAwait(runtime_, request->world(), "", request->at_revision()));
 }
 
 grpc::ServerUnaryReactor* WorldService::DeleteWorld(grpc::CallbackServerContext* context,
@@ -194,8 +202,8 @@ grpc::ServerUnaryReactor* WorldService::ApplyChanges(grpc::CallbackServerContext
 }
 
 grpc::ServerWriteReactor<v1::WatchWorldResponse>* WorldService::WatchWorld(
-    grpc::CallbackServerContext*, const v1::WatchWorldRequest* request) {
-  return WatchCall::Start(runtime_, *request);
+    grpc::CallbackServerContext* context, const v1::WatchWorldRequest* request) {
+  return WatchCall::Start(*context, runtime_, *request);
 }
 
 grpc::ServerWriteReactor<v1::ReadGeometryResponse>* WorldService::ReadGeometry(

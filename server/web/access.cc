@@ -65,16 +65,28 @@ std::string Shown(const HttpRequest& request, http::field name) {
 
 }  // namespace
 
-Access::Access(ViewerAddress asked, ViewerAddress bound, std::string token)
-    : asked_(std::move(asked)), bound_(std::move(bound)), token_(std::move(token)) {}
+Access::Access(ViewerAddress asked, ViewerAddress bound, std::string token, ThisMachine machine)
+    : asked_(std::move(asked)),
+      bound_(std::move(bound)),
+      token_(std::move(token)),
+      machine_(std::move(machine)) {}
+
+std::vector<std::string> Access::Hosts() const {
+  std::vector<std::string> hosts = {asked_.host, bound_.host, "localhost", "127.0.0.1", "::1"};
+  hosts.insert(hosts.end(), machine_.names.begin(), machine_.names.end());
+  std::vector<std::string> with_port;
+  for (const std::string& host : hosts) {
+    if (IsEverywhere(host)) continue;  // is where to listen, and leads nowhere
+    const std::string name = Lower(ViewerAddress{host, bound_.port}.Text());
+    if (std::find(with_port.begin(), with_port.end(), name) == with_port.end()) {
+      with_port.push_back(name);
+    }
+  }
+  return with_port;
+}
 
 std::optional<Access::Refusal> Access::CheckHost(const HttpRequest& request) const {
-  std::vector<std::string> names;
-  for (const std::string& host : {asked_.host, bound_.host, std::string("localhost"),
-                                  std::string("127.0.0.1"), std::string("::1")}) {
-    const std::string name = Lower(ViewerAddress{host, bound_.port}.Text());
-    if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
-  }
+  const std::vector<std::string> names = Hosts();
   std::string given;
   if (const auto host = Only(request, http::field::host)) given = Lower(*host);
   if (bound_.port == kHttpPort && given.find(':', given.rfind(']') + 1) == std::string::npos) {
@@ -87,8 +99,10 @@ std::optional<Access::Refusal> Access::CheckHost(const HttpRequest& request) con
       IsAddressLiteral(std::string_view(given).substr(0, given.size() - port.size()))) {
     return std::nullopt;
   }
-  return Refusal{.why = absl::StrCat("Host: ", Shown(request, http::field::host),
-                                     ", must be one of ", absl::StrJoin(names, ", "))};
+  return Refusal{
+      .why = absl::StrCat("Host: ", Shown(request, http::field::host), ", must be one of ",
+                          absl::StrJoin(names, ", "),
+                          IsEverywhere(bound_.host) ? absl::StrCat(", ADDRESS", port) : "")};
 }
 
 std::optional<Access::Refusal> Access::CheckOrigin(const HttpRequest& request) {
@@ -138,10 +152,26 @@ std::optional<std::string> Access::CookieFor(const HttpRequest& request) const {
   return absl::StrCat(CookieName(), "=", token_, "; Path=/; HttpOnly; SameSite=Strict");
 }
 
-std::string Access::Url() const {
-  const ViewerAddress shown{.host = asked_.host, .port = bound_.port};
-  const std::string base = absl::StrCat("http://", shown.Text(), "/");
-  return token_.empty() ? base : absl::StrCat(base, "?token=", token_);
+std::vector<std::string> Access::Urls() const {
+  std::vector<std::string> hosts;
+  if (!IsEverywhere(bound_.host)) {
+    hosts = {asked_.host};
+  } else {
+    // One that listens on IPv4 alone does not hear the others.
+    const bool is_v4 = bound_.host.find(':') == std::string::npos;
+    for (const std::string& address : machine_.addresses) {
+      if (!is_v4 || address.find(':') == std::string::npos) hosts.push_back(address);
+    }
+    if (!machine_.names.empty()) hosts.push_back(machine_.names.front());
+    if (hosts.empty()) hosts = {is_v4 ? "127.0.0.1" : "::1"};
+  }
+  std::vector<std::string> urls;
+  for (const std::string& host : hosts) {
+    const std::string base =
+        absl::StrCat("http://", ViewerAddress{.host = host, .port = bound_.port}.Text(), "/");
+    urls.push_back(token_.empty() ? base : absl::StrCat(base, "?token=", token_));
+  }
+  return urls;
 }
 
 // Cookies are shared by all ports of a host.

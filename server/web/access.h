@@ -5,8 +5,10 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "server/web/http_types.h"
+#include "server/web/this_machine.h"
 #include "server/web/viewer_address.h"
 
 namespace cwm::server {
@@ -15,7 +17,7 @@ class Access {
  public:
   // `asked` is the host that the user gave, `bound` where the server listens for it. An empty token:
   // none is needed.
-  Access(ViewerAddress asked, ViewerAddress bound, std::string token);
+  Access(ViewerAddress asked, ViewerAddress bound, std::string token, ThisMachine machine = {});
 
   struct Refusal {
     http::status status = http::status::forbidden;
@@ -23,7 +25,9 @@ class Access {
   };
 
   // Of any request: Host must be this server, so that no foreign name that leads here (DNS
-  // rebinding) makes it one site with a stranger's page.
+  // rebinding) makes it one site with a stranger's page. That is the host that was asked for, where
+  // it led, localhost, a name of this machine; where all interfaces are listened on, any address
+  // too, which no stranger can make lead elsewhere.
   std::optional<Refusal> CheckHost(const HttpRequest& request) const;
   // Of what opens a socket: browsers let any page open one and say whose page it is. Programs say
   // nothing.
@@ -34,15 +38,18 @@ class Access {
   // The value of Set-Cookie for a request that gave the token in its address; else nothing.
   std::optional<std::string> CookieFor(const HttpRequest& request) const;
 
-  // What a user opens.
-  std::string Url() const;
+  // What users open, the best first: where all interfaces are listened on, by this machine's
+  // addresses and name.
+  std::vector<std::string> Urls() const;
 
  private:
   std::string CookieName() const;
+  std::vector<std::string> Hosts() const;  // that are always let in, with the port
 
   const ViewerAddress asked_;
   const ViewerAddress bound_;
   const std::string token_;
+  const ThisMachine machine_;
 };
 
 // 128 random bits as hex.

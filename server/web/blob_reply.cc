@@ -39,8 +39,9 @@ class BlobOnItsWay : public std::enable_shared_from_this<BlobOnItsWay> {
   void Begin(Bridge& bridge, const std::string& hash) {
     v1::ReadGeometryRequest request;
     request.set_hash(hash);
+    const std::string method = "cwm.v1.WorldService/ReadGeometry";
     call_ = BridgeCall::Start(
-        bridge, "cwm.v1.WorldService/ReadGeometry", request.SerializeAsString(),
+        bridge, {.method = method, .request = request.SerializeAsString()},
         {.message = [self = shared_from_this()](std::string bytes) { self->Take(bytes); },
          .end = [self = shared_from_this()](const grpc::Status& status) { self->End(status); }});
   }

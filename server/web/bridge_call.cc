@@ -20,13 +20,14 @@ std::string BytesOf(const grpc::ByteBuffer& buffer) {
 
 }  // namespace
 
-std::shared_ptr<BridgeCall> BridgeCall::Start(Bridge& bridge, const std::string& method,
-                                              const std::string& request, Listener listener) {
+std::shared_ptr<BridgeCall> BridgeCall::Start(Bridge& bridge, const Asked& asked,
+                                              Listener listener) {
   const std::shared_ptr<BridgeCall> call(new BridgeCall(bridge, std::move(listener)));
   call->self_ = call;
-  const grpc::Slice slice(request);
+  if (asked.time) call->call_.set_deadline(std::chrono::system_clock::now() + *asked.time);
+  const grpc::Slice slice(asked.request);
   call->request_ = grpc::ByteBuffer(&slice, 1);
-  bridge.services.PrepareBidiStreamingCall(&call->call_, "/" + method, {}, call.get());
+  bridge.services.PrepareBidiStreamingCall(&call->call_, "/" + asked.method, {}, call.get());
   call->AddHold();  // reads begin outside of the reactor's own callbacks
   call->StartWriteLast(&call->request_, {});
   call->StartRead(&call->response_);

@@ -6,8 +6,10 @@
 
 #include <boost/asio/executor_work_guard.hpp>
 #include <boost/asio/io_context.hpp>
+#include <chrono>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 
 namespace cwm::server {
@@ -28,9 +30,12 @@ class BridgeCall final : public grpc::ClientBidiReactor<grpc::ByteBuffer, grpc::
     std::function<void(std::string message)> message;  // then nothing until ReadNext
     std::function<void(grpc::Status)> end;             // once, at last
   };
-  // `method` as in readable_methods.h.
-  static std::shared_ptr<BridgeCall> Start(Bridge& bridge, const std::string& method,
-                                           const std::string& request, Listener listener);
+  struct Asked {
+    const std::string& method;  // as in readable_methods.h
+    const std::string& request;
+    std::optional<std::chrono::milliseconds> time = {};  // after which it ends; absent: never
+  };
+  static std::shared_ptr<BridgeCall> Start(Bridge& bridge, const Asked& asked, Listener listener);
 
   void ReadNext();
   // No message comes any more, but an end.

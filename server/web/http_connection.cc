@@ -3,6 +3,7 @@
 #include <boost/beast/http/error.hpp>
 #include <boost/beast/http/read.hpp>
 #include <boost/beast/http/write.hpp>
+#include <boost/beast/websocket/rfc6455.hpp>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -13,6 +14,10 @@ namespace cwm::server {
 namespace {
 
 using boost::beast::error_code;
+
+// A reply is written in pieces, and each that is taken is a sign of life: a file of the page may
+// take long on a slow line.
+constexpr std::size_t kPieceBytes = 64 << 10;
 
 }  // namespace
 
@@ -63,11 +68,20 @@ void HttpConnection::RefuseMalformed(error_code error) {
 }
 
 void HttpConnection::Send(HttpReply reply) {
+  serializer_.reset();
   reply_ = std::move(reply);
+  serializer_.emplace(reply_);
+  serializer_->limit(kPieceBytes);
+  WritePiece();
+}
+
+void HttpConnection::WritePiece() {
   stream_.expires_after(house_.limits.no_byte_taken);
-  http::async_write(stream_, reply_, [self = shared_from_this()](error_code error, std::size_t) {
-    self->Next(!error && self->reply_.keep_alive());
-  });
+  http::async_write_some(stream_, *serializer_,
+                         [self = shared_from_this()](error_code error, std::size_t) {
+                           if (!error && !self->serializer_->is_done()) return self->WritePiece();
+                           self->Next(!error && self->reply_.keep_alive());
+                         });
 }
 
 void HttpConnection::OpenSocket() {
@@ -77,6 +91,9 @@ void HttpConnection::OpenSocket() {
                                              " already, must be at most as many"));
     reply.set(http::field::retry_after, "10");
     return Send(std::move(reply));
+  }
+  if (!boost::beast::websocket::is_upgrade(parser_->get())) {
+    return Send(UpgradeRefusal(parser_->get()));
   }
   std::make_shared<SocketSession>(stream_.release_socket(), house_)->Accept(parser_->release());
 }

@@ -27,6 +27,7 @@ class HttpConnection final : public Guest, public std::enable_shared_from_this<H
   void Answer(boost::beast::error_code error);
   void RefuseMalformed(boost::beast::error_code error);
   void Send(HttpReply reply);
+  void WritePiece();
   void OpenSocket();
   void ReadBlob(const std::string& hash);
   void Next(bool keep_alive);
@@ -38,6 +39,7 @@ class HttpConnection final : public Guest, public std::enable_shared_from_this<H
   // A request may follow on the connection that the one before came on.
   std::optional<http::request_parser<http::empty_body>> parser_;
   HttpReply reply_;
+  std::optional<http::response_serializer<ReplyBody>> serializer_;  // of it
   std::array<char, 4096> trash_;
   bool waits_ = false;
 };

@@ -5,12 +5,18 @@
 
 namespace cwm::server {
 
-// Texts that live as long as the process; empty where the page has none of the kind.
+// A text and the same by gzip, where that was made.
+struct PageFile {
+  std::string_view bytes;
+  std::string_view gzip = {};
+};
+
+// What lives as long as the process; empty where the page has none of the kind.
 struct PageFiles {
-  std::string_view page;    // of "/"
-  std::string_view script;  // of "/viewer.js"
-  std::string_view worker;  // of "/worker.js"
-  std::string_view style;   // of "/style.css"
+  PageFile page = {};    // of "/"
+  PageFile script = {};  // of "/viewer.js"
+  PageFile worker = {};  // of "/worker.js"
+  PageFile style = {};   // of "/style.css"
 };
 
 // Of a library of its own (cwm_viewer_page): only what links it is built with Node.

@@ -16,6 +16,10 @@ constexpr std::string_view kMethods[] = {
     "cwm.v1.WorldService/ReadGeometry",  "cwm.v1.WorldService/WatchWorld",
 };
 
+// In whatever time their reader takes, or without an end.
+constexpr std::string_view kReadGeometry = "cwm.v1.WorldService/ReadGeometry";
+constexpr std::string_view kWatchWorld = "cwm.v1.WorldService/WatchWorld";
+
 }  // namespace
 
 std::span<const std::string_view> ReadableMethods() { return kMethods; }
@@ -23,5 +27,9 @@ std::span<const std::string_view> ReadableMethods() { return kMethods; }
 bool IsReadable(std::string_view method) {
   return std::binary_search(std::begin(kMethods), std::end(kMethods), method);
 }
+
+bool IsWatch(std::string_view method) { return method == kWatchWorld; }
+
+bool IsStream(std::string_view method) { return IsWatch(method) || method == kReadGeometry; }
 
 }  // namespace cwm::server

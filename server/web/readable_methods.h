@@ -10,4 +10,9 @@ namespace cwm::server {
 std::span<const std::string_view> ReadableMethods();
 bool IsReadable(std::string_view method);
 
+// Takes what time its reader takes, or has no end of its own.
+bool IsStream(std::string_view method);
+// Counts as a watcher while it lasts.
+bool IsWatch(std::string_view method);
+
 }  // namespace cwm::server

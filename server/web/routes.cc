@@ -1,10 +1,12 @@
 #include "server/web/routes.h"
 
 #include <algorithm>
-#include <boost/beast/websocket/rfc6455.hpp>
+#include <boost/beast/http/rfc7230.hpp>
 #include <optional>
 #include <utility>
 
+#include "absl/strings/match.h"
+#include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "proto/transfer/sha256.h"
 
@@ -21,6 +23,22 @@ bool IsHash(std::string_view text) {
 }
 
 boost::beast::string_view Beast(std::string_view text) { return {text.data(), text.size()}; }
+
+// Whether a reader takes it as Accept-Encoding says: named, and not with q=0.
+bool TakesGzip(const HttpRequest& request) {
+  const http::ext_list codings(request[http::field::accept_encoding]);
+  for (const auto& [name, parameters] : codings) {
+    if (!absl::EqualsIgnoreCase(absl::string_view(name.data(), name.size()), "gzip")) continue;
+    for (const auto& [key, value] : parameters) {
+      double quality = 1;
+      if (key != "q") continue;
+      return absl::SimpleAtod(absl::string_view(value.data(), value.size()), &quality) &&
+             quality > 0;
+    }
+    return true;
+  }
+  return false;
+}
 
 // What scripts, styles and connections of the page may be: its own. `host` was checked.
 std::string PolicyFor(std::string_view host) {
@@ -39,8 +57,8 @@ Site::Site(Access access, const PageFiles& files) : access_(std::move(access)) {
                     File{"/viewer.js", kScript, files.script, {}},
                     File{"/worker.js", kScript, files.worker, {}},
                     File{"/style.css", "text/css; charset=utf-8", files.style, {}}}) {
-    if (file.bytes.empty()) continue;
-    file.etag = absl::StrCat("\"", Sha256Hex(file.bytes).substr(0, kEtagDigits), "\"");
+    if (file.file.bytes.empty()) continue;
+    file.etag = Sha256Hex(file.file.bytes).substr(0, kEtagDigits);
     files_.push_back(std::move(file));
   }
 }
@@ -62,11 +80,7 @@ Site::Route Site::RouteOf(const HttpRequest& request) const {
     if (const auto refusal = Access::CheckOrigin(request)) {
       return TextReply(request, refusal->status, refusal->why);
     }
-    if (boost::beast::websocket::is_upgrade(request)) return OpenSocket{};
-    HttpReply reply = TextReply(request, http::status::upgrade_required,
-                                "Upgrade: must be websocket, version 13");
-    reply.set(http::field::upgrade, "websocket");
-    return reply;
+    return OpenSocket{};
   }
   if (path.substr(0, kBlobs.size()) == kBlobs) {
     const std::string_view hash = path.substr(kBlobs.size());
@@ -78,11 +92,14 @@ Site::Route Site::RouteOf(const HttpRequest& request) const {
 }
 
 HttpReply Site::ReplyOf(const HttpRequest& request, const File& file) const {
-  const bool is_known = request[http::field::if_none_match] == Beast(file.etag);
+  const bool is_gzip = !file.file.gzip.empty() && TakesGzip(request);
+  const std::string etag = absl::StrCat("\"", file.etag, is_gzip ? "-gzip" : "", "\"");
+  const bool is_known = request[http::field::if_none_match] == Beast(etag);
   HttpReply reply(is_known ? http::status::not_modified : http::status::ok, request.version());
   SetSafetyHeaders(reply);
   reply.set(http::field::cache_control, "no-cache");
-  reply.set(http::field::etag, file.etag);
+  reply.set(http::field::etag, etag);
+  if (!file.file.gzip.empty()) reply.set(http::field::vary, "Accept-Encoding");
   if (const auto cookie = access_.CookieFor(request)) {
     reply.set(http::field::set_cookie, *cookie);
     reply.set(http::field::cache_control, "no-store");
@@ -91,7 +108,8 @@ HttpReply Site::ReplyOf(const HttpRequest& request, const File& file) const {
     reply.set(http::field::content_type, Beast(file.type));
     const auto host = request[http::field::host];
     reply.set("Content-Security-Policy", PolicyFor({host.data(), host.size()}));
-    reply.body() = std::string(file.bytes);
+    if (is_gzip) reply.set(http::field::content_encoding, "gzip");
+    reply.body().file = is_gzip ? file.file.gzip : file.file.bytes;
   }
   Seal(request, reply);
   return reply;
@@ -103,7 +121,7 @@ HttpReply TextReply(const HttpRequest& request, http::status status, std::string
   reply.set("Content-Security-Policy", "default-src 'none'; frame-ancestors 'none'");
   reply.set(http::field::cache_control, "no-store");
   reply.set(http::field::content_type, "text/plain; charset=utf-8");
-  reply.body() = std::string(text) + "\n";
+  reply.body().text = std::string(text) + "\n";
   Seal(request, reply);
   return reply;
 }
@@ -119,6 +137,13 @@ HttpReply MethodRefusal(const HttpRequest& request) {
   return reply;
 }
 
+HttpReply UpgradeRefusal(const HttpRequest& request) {
+  HttpReply reply =
+      TextReply(request, http::status::upgrade_required, "Upgrade: must be websocket, version 13");
+  reply.set(http::field::upgrade, "websocket");
+  return reply;
+}
+
 void SetSafetyHeaders(http::fields& fields) {
   fields.set("X-Content-Type-Options", "nosniff");
   fields.set("Referrer-Policy", "no-referrer");
@@ -129,8 +154,8 @@ void SetSafetyHeaders(http::fields& fields) {
 void Seal(const HttpRequest& request, HttpReply& reply) {
   reply.keep_alive(request.keep_alive());
   if (reply.result() == http::status::not_modified) return;
-  const std::size_t size = reply.body().size();
-  if (request.method() == http::verb::head) reply.body().clear();
+  const std::size_t size = reply.body().bytes().size();
+  if (request.method() == http::verb::head) reply.body() = {};
   reply.content_length(size);
 }
 

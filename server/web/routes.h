@@ -16,7 +16,7 @@ class Site {
  public:
   Site(Access access, const PageFiles& files);
 
-  struct OpenSocket {};
+  struct OpenSocket {};  // or say why not, whoever asks
   struct ReadBlob {
     std::string hash;  // 64 lower-case hex digits
   };
@@ -29,8 +29,8 @@ class Site {
   struct File {
     std::string_view path;
     std::string_view type;
-    std::string_view bytes;
-    std::string etag;
+    PageFile file;
+    std::string etag;  // without quotes
   };
   HttpReply ReplyOf(const HttpRequest& request, const File& file) const;
 
@@ -43,6 +43,8 @@ HttpReply TextReply(const HttpRequest& request, http::status status, std::string
 // Methods that only read; of others, the reply.
 bool IsReading(const HttpRequest& request);
 HttpReply MethodRefusal(const HttpRequest& request);
+// Of who asks for the socket and for no WebSocket.
+HttpReply UpgradeRefusal(const HttpRequest& request);
 void SetSafetyHeaders(http::fields& fields);
 // Sets the length; a reply to HEAD loses its body.
 void Seal(const HttpRequest& request, HttpReply& reply);

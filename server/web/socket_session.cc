@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "absl/time/time.h"
 #include "server/core/error.h"
 #include "server/rpc/status_conversion.h"
 #include "server/web/readable_methods.h"
@@ -31,10 +32,24 @@ grpc::Status NotReadable(const std::string& method) {
       {.reason = "METHOD_NOT_READABLE", .metadata = {{"method", method.substr(0, kShownBytes)}}}));
 }
 
-grpc::Status TooManyCalls(std::size_t most) {
-  return ToGrpcStatus(Overloaded(
-      absl::StrCat("there are ", most, " calls of this socket already, must be at most as many"),
-      "TOO_MANY_CALLS"));
+grpc::Status TooMany(const char* what, std::size_t most, const char* reason) {
+  return ToGrpcStatus(Overloaded(absl::StrCat("there are ", most, " ", what,
+                                              " of this socket already, must be at most as many"),
+                                 reason));
+}
+
+grpc::Status TooLong(std::chrono::milliseconds most) {
+  return ToGrpcStatus(MakeError(
+      absl::StatusCode::kDeadlineExceeded,
+      absl::StrCat("there was no answer within ", absl::FormatDuration(absl::FromChrono(most)),
+                   ", the most that a page waits; ask by gRPC with a deadline of your own"),
+      {.reason = "CALL_TOO_LONG"}));
+}
+
+grpc::Status TooSlow(std::size_t most) {
+  return ToGrpcStatus(Overloaded(absl::StrCat("this socket is read too slowly: more than ", most,
+                                              " bytes would wait for it, must be at most as many"),
+                                 "SOCKET_TOO_SLOW"));
 }
 
 }  // namespace
@@ -108,34 +123,68 @@ void SocketSession::Take(error_code error) {
   Read();
 }
 
+std::optional<grpc::Status> SocketSession::Refusal(const std::string& method) const {
+  const ViewerLimits& limits = house_.limits;
+  if (!IsReadable(method)) return NotReadable(method);
+  if (calls_.size() >= limits.calls_of_socket) {
+    return TooMany("calls", limits.calls_of_socket, "TOO_MANY_CALLS");
+  }
+  // One that was cancelled is about to end: who changes worlds quickly is not held up by it.
+  const auto watches = std::count_if(calls_.begin(), calls_.end(), [](const auto& one) {
+    return one.second.is_watch && !one.second.is_cancelled;
+  });
+  if (IsWatch(method) && static_cast<std::size_t>(watches) >= limits.watches_of_socket) {
+    return TooMany("watches", limits.watches_of_socket, "TOO_MANY_VIEWERS");
+  }
+  return std::nullopt;
+}
+
 void SocketSession::Begin(std::uint64_t id, const v1::ViewerCall& asked) {
-  if (!IsReadable(asked.method())) return SendEnd(id, NotReadable(asked.method()));
-  const std::size_t most = house_.limits.calls_of_socket;
-  if (calls_.size() >= most) return SendEnd(id, TooManyCalls(most));
+  if (const auto refusal = Refusal(asked.method())) return SendEnd(id, *refusal);
   const std::weak_ptr<SocketSession> weak = weak_from_this();
-  calls_[id] = BridgeCall::Start(house_.bridge, asked.method(), asked.request(),
-                                 {.message =
-                                      [weak, id](std::string message) {
-                                        const auto self = weak.lock();
-                                        if (self != nullptr)
-                                          self->SendMessage(id, std::move(message));
-                                      },
-                                  .end =
-                                      [weak, id](const grpc::Status& status) {
-                                        const auto self = weak.lock();
-                                        if (self == nullptr || self->closing_) return;
-                                        self->calls_.erase(id);
-                                        self->SendEnd(id, status);
-                                      }});
+  BridgeCall::Asked question{.method = asked.method(), .request = asked.request()};
+  if (!IsStream(asked.method())) question.time = house_.limits.call_time;
+  Carried& carried = calls_[id];
+  carried.is_watch = IsWatch(asked.method());
+  carried.call = BridgeCall::Start(house_.bridge, question,
+                                   {.message =
+                                        [weak, id](std::string message) {
+                                          if (const auto self = weak.lock())
+                                            self->SendMessage(id, std::move(message));
+                                        },
+                                    .end =
+                                        [weak, id](const grpc::Status& status) {
+                                          if (const auto self = weak.lock()) self->End(id, status);
+                                        }});
 }
 
 // One that is over already may just be on its way to the page.
 void SocketSession::Cancel(std::uint64_t id) {
-  const auto call = calls_.find(id);
-  if (call != calls_.end()) call->second->Cancel();
+  const auto carried = calls_.find(id);
+  if (carried == calls_.end()) return;
+  carried->second.is_cancelled = true;
+  carried->second.call->Cancel();
+}
+
+void SocketSession::End(std::uint64_t id, const grpc::Status& status) {
+  const auto carried = calls_.find(id);
+  if (closing_ || carried == calls_.end()) return;
+  grpc::Status said = carried->second.why.value_or(status);
+  if (said.error_code() == grpc::StatusCode::DEADLINE_EXCEEDED) {
+    said = TooLong(house_.limits.call_time);
+  }
+  calls_.erase(carried);
+  SendEnd(id, said);
 }
 
 void SocketSession::SendMessage(std::uint64_t id, std::string message) {
+  const auto carried = calls_.find(id);
+  if (carried == calls_.end()) return;
+  const std::size_t most = house_.limits.waiting_bytes;
+  if (!waiting_.empty() && waiting_bytes_ + message.size() > most) {
+    carried->second.why = TooSlow(most);
+    return Cancel(id);
+  }
   v1::ViewerResponse response;
   response.set_call_id(id);
   response.set_message(std::move(message));
@@ -156,6 +205,7 @@ void SocketSession::Send(const v1::ViewerResponse& response, bool call_goes_on) 
   waiting_.push_back({.bytes = response.SerializeAsString(),
                       .call_id = response.call_id(),
                       .call_goes_on = call_goes_on});
+  waiting_bytes_ += waiting_.back().bytes.size();
   if (!writing_) WriteNext();
 }
 
@@ -163,6 +213,7 @@ void SocketSession::WriteNext() {
   if (waiting_.empty() || closing_) return;
   written_ = std::move(waiting_.front());
   waiting_.pop_front();
+  waiting_bytes_ -= written_.bytes.size();
   written_to_ = 0;
   writing_ = true;
   WritePiece();
@@ -187,7 +238,7 @@ void SocketSession::WritePiece() {
                              self->writing_ = false;
                              const auto call = self->calls_.find(self->written_.call_id);
                              if (self->written_.call_goes_on && call != self->calls_.end())
-                               call->second->ReadNext();
+                               call->second.call->ReadNext();
                              self->WriteNext();
                              self->Read();
                            });
@@ -217,7 +268,7 @@ void SocketSession::Leave() { Close(CloseCode::going_away, "the server stops"); 
 void SocketSession::Close(CloseCode code, std::string_view reason) {
   if (closing_) return;
   closing_ = true;
-  for (const auto& [id, call] : calls_) call->Cancel();
+  for (const auto& [id, carried] : calls_) carried.call->Cancel();
   calls_.clear();
   waiting_.clear();
   ping_timer_.cancel();
@@ -233,7 +284,7 @@ void SocketSession::Close(CloseCode code, std::string_view reason) {
 
 void SocketSession::Drop() {
   closing_ = true;
-  for (const auto& [id, call] : calls_) call->Cancel();
+  for (const auto& [id, carried] : calls_) carried.call->Cancel();
   calls_.clear();
   waiting_.clear();
   ping_timer_.cancel();

@@ -7,6 +7,7 @@
 #include <boost/beast/websocket/stream.hpp>
 #include <deque>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <unordered_map>
@@ -17,8 +18,9 @@
 namespace cwm::server {
 
 // Carries each call of the page to the services and back. Of each call one message at most waits to
-// be written, so a page that reads slowly holds up its own calls and nothing else. Lives as long as
-// an operation of its own is under way.
+// be written, so a page that reads slowly holds up its own calls and nothing else; where those that
+// wait are too many bytes together, the call of the next one ends. Lives as long as an operation of
+// its own is under way.
 class SocketSession final : public Guest, public std::enable_shared_from_this<SocketSession> {
  public:
   SocketSession(boost::asio::ip::tcp::socket socket, House& house);
@@ -38,10 +40,21 @@ class SocketSession final : public Guest, public std::enable_shared_from_this<So
     bool call_goes_on = false;
   };
 
+  // A call under way.
+  struct Carried {
+    std::shared_ptr<BridgeCall> call;
+    bool is_watch = false;
+    bool is_cancelled = false;
+    std::optional<grpc::Status> why = {};  // it ends, other than it says itself
+  };
+
   void Read();
   void Take(boost::beast::error_code error);
   void Begin(std::uint64_t id, const v1::ViewerCall& asked);
   void Cancel(std::uint64_t id);
+  // A call that may not begin: why.
+  std::optional<grpc::Status> Refusal(const std::string& method) const;
+  void End(std::uint64_t id, const grpc::Status& status);
   void SendMessage(std::uint64_t id, std::string message);
   void SendEnd(std::uint64_t id, const grpc::Status& status);
   void Send(const v1::ViewerResponse& response, bool call_goes_on);
@@ -58,9 +71,10 @@ class SocketSession final : public Guest, public std::enable_shared_from_this<So
   boost::asio::steady_timer ping_timer_;
   boost::beast::flat_buffer input_;
   HttpRequest request_;  // while it is accepted
-  std::unordered_map<std::uint64_t, std::shared_ptr<BridgeCall>> calls_;
+  std::unordered_map<std::uint64_t, Carried> calls_;
   std::deque<Outgoing> waiting_;
-  Outgoing written_;  // being written
+  std::size_t waiting_bytes_ = 0;  // of those
+  Outgoing written_;               // being written
   std::size_t written_to_ = 0;
   bool writing_ = false;
   bool reading_ = false;

@@ -15,15 +15,22 @@ struct ViewerLimits {
   std::size_t connections = 256;
   // A watch, the questions of a page and the meshes it reads at a time.
   std::size_t calls_of_socket = 16;
+  // The one of the world that is shown, and that of another while it is chosen. All sockets together
+  // stay below what the services keep for them (Limits::max_viewer_watchers).
+  std::size_t watches_of_socket = 2;
   // A request of the page: some 10 000 rows of a question. What is asked in bulk is asked by gRPC.
   std::size_t message_bytes = 1 << 20;
   std::uint32_t header_bytes = 16 << 10;  // as gRPC's metadata
   // Answers that wait for one socket beside those of its calls: beyond, nothing more is read of it.
   std::size_t waiting_messages = 64;
+  // What the calls of one socket may have waiting to be written: one message of the largest.
+  std::size_t waiting_bytes = 16 << 20;
 
   std::chrono::milliseconds idle_http = std::chrono::seconds(15);  // between and within requests
   std::chrono::milliseconds no_byte_taken = std::chrono::seconds(30);
   std::chrono::milliseconds ping_period = std::chrono::seconds(20);
+  // Of a call that is no stream: whoever asks more than this asks by gRPC.
+  std::chrono::milliseconds call_time = std::chrono::seconds(30);
   std::chrono::milliseconds goodbye = std::chrono::seconds(1);  // for the answer to a close
 };
 

@@ -63,7 +63,7 @@ struct ViewerServer::State {
               .bridge = {*context, grpc::GenericStub(services)}},
         acceptor(std::move(acceptor_in)),
         pause(*context),
-        url(house.site.access().Url()) {
+        urls(house.site.access().Urls()) {
     AcceptNext();
     thread = std::thread([this] { Run(); });
   }
@@ -116,7 +116,7 @@ struct ViewerServer::State {
   House house;
   tcp::acceptor acceptor;
   boost::asio::steady_timer pause;
-  const std::string url;
+  const std::vector<std::string> urls;
   std::thread thread;
 };
 
@@ -134,7 +134,7 @@ absl::StatusOr<std::unique_ptr<ViewerServer>> ViewerServer::Start(
   const ViewerAddress bound{.host = endpoint.address().to_string(), .port = endpoint.port()};
   std::string token = options.token;
   if (token.empty() && !endpoint.address().is_loopback()) token = RandomToken();
-  Site site(Access(options.address, bound, std::move(token)), options.files);
+  Site site(Access(options.address, bound, std::move(token), LookUpThisMachine()), options.files);
   return std::unique_ptr<ViewerServer>(new ViewerServer(std::make_unique<State>(
       std::move(context), *std::move(acceptor), options.limits, std::move(site), services)));
 }
@@ -143,7 +143,7 @@ ViewerServer::ViewerServer(std::unique_ptr<State> state) : state_(std::move(stat
 
 ViewerServer::~ViewerServer() { Stop(); }
 
-const std::string& ViewerServer::url() const { return state_->url; }
+const std::vector<std::string>& ViewerServer::urls() const { return state_->urls; }
 
 void ViewerServer::Stop() {
   if (!state_->thread.joinable()) return;

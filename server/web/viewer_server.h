@@ -5,6 +5,7 @@
 
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "absl/status/statusor.h"
 #include "server/web/page_files.h"
@@ -32,9 +33,9 @@ class ViewerServer {
       const ViewerOptions& options, const std::shared_ptr<grpc::Channel>& services);
   ~ViewerServer();  // stops
 
-  // What a user opens: with the port that was picked in the place of 0, and the token if one is
-  // needed.
-  const std::string& url() const;
+  // What users open, at least one: with the port that was picked in the place of 0, and the token
+  // if one is needed.
+  const std::vector<std::string>& urls() const;
 
   // Sockets are closed with "going away"; returns when all has ended, within some seconds. The
   // services must still be there.

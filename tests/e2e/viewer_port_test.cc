@@ -86,6 +86,10 @@ TEST_F(ViewerPortTest, ThePageOfTheBuildIsServed) {
     const HttpAnswer answer = Ask(port, file);
     EXPECT_EQ(answer.status, 200);
     EXPECT_FALSE(answer.body.empty());
+    const HttpAnswer zipped = Ask(port, file, {{"Accept-Encoding", "gzip"}});
+    EXPECT_EQ(zipped.fields.at("content-encoding"), "gzip");
+    EXPECT_EQ(zipped.body.substr(0, 2), "\x1f\x8b");
+    EXPECT_LT(2 * zipped.body.size(), answer.body.size());
   }
 }
 
@@ -240,8 +244,22 @@ TEST_F(ViewerOptions, BeyondLoopbackTheTokenIsPrintedAndNeeded) {
   const std::string said = Say({"--viewer", "0.0.0.0:0"});
   const std::size_t token = said.find("/?token=");
   ASSERT_NE(token, std::string::npos) << said;
+  EXPECT_EQ(said.find("http://0.0.0.0"), std::string::npos) << said;
   const int port = PortIn(said);
   EXPECT_EQ(Ask(port, "/").status, 403);
+  // Each address that is printed is let in, and no name of a stranger's.
+  int printed = 0;
+  for (std::size_t at = 0; (at = said.find("http://", at)) != std::string::npos; ++printed) {
+    at += 7;
+    const std::size_t path = said.find('/', at);
+    const std::string host = said.substr(at, path - at);
+    EXPECT_EQ(Ask(port, said.substr(path, said.find('\n', path) - path), {{"Host", host}}).status,
+              200)
+        << host;
+  }
+  EXPECT_GT(printed, 0);
+  const std::string evil = "evil.example:" + std::to_string(port);
+  EXPECT_NE(Ask(port, "/", {{"Host", evil}}).body.find("Host: is \"" + evil), std::string::npos);
   EXPECT_EQ(Ask(port, said.substr(token, said.find('\n', token) - token)).status, 200);
   EXPECT_EQ(WebSocketClient(port).status(), 403);
   EXPECT_EQ(server_->Stop(), 0);

@@ -77,6 +77,20 @@ HttpAnswer RawConnection::Receive(bool to_head, std::chrono::milliseconds patien
   return answer;
 }
 
+std::size_t RawConnection::Take(std::size_t most, std::chrono::milliseconds patience) {
+  std::string taken(most, '\0');
+  bool done = false;
+  std::size_t count = 0;
+  socket_.async_read_some(boost::asio::buffer(taken), [&](error_code, std::size_t read) {
+    done = true;
+    count = read;
+  });
+  if (RunUntil(context_, done, patience)) return count;
+  socket_.cancel();
+  RunUntil(context_, done, std::chrono::seconds(1));
+  return count;
+}
+
 bool RawConnection::Ends(std::chrono::milliseconds patience) {
   const auto end = std::chrono::steady_clock::now() + patience;
   std::string trash(1 << 16, '\0');

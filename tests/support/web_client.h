@@ -34,6 +34,8 @@ class RawConnection {
   // The next answer on the connection; `to_head`: one without a body.
   HttpAnswer Receive(bool to_head = false,
                      std::chrono::milliseconds patience = std::chrono::seconds(20));
+  // Reads so many bytes at most, of whatever comes next: how many there were.
+  std::size_t Take(std::size_t most, std::chrono::milliseconds patience = std::chrono::seconds(10));
   // Whether the other side ends the connection within that time; what it sends is dropped.
   bool Ends(std::chrono::milliseconds patience);
 

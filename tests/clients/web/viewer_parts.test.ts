@@ -1,13 +1,14 @@
 // Objects as instances, colours that stay, labels of points, meshes as the server sends them.
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { Matrix4, SphereGeometry, Vector3, type BufferGeometry } from "three";
+import { Matrix4, Raycaster, SphereGeometry, Vector3, type BufferGeometry } from "three";
 import { ColorBook } from "../../../clients/web/src/viewer/color_book";
-import { meshOf } from "../../../clients/web/src/viewer/draw/blobs";
+import { MeshLibrary, meshOf } from "../../../clients/web/src/viewer/draw/blobs";
 import { ownerOfLabel } from "../../../clients/web/src/viewer/draw/cloud";
 import { partsOf, type Part } from "../../../clients/web/src/viewer/draw/parts";
 import { MeshBatch } from "../../../clients/web/src/viewer/draw/mesh_batch";
 import { ShapeBatch } from "../../../clients/web/src/viewer/draw/shape_batch";
+import { WorldView, type SceneThing } from "../../../clients/web/src/viewer/draw/world_view";
 import { backOff_ms } from "../../../clients/web/src/viewer/messages";
 import { objectColors } from "../../../clients/web/src/scene/palette";
 import type { ShapeOneOf, WorldObject } from "../../../clients/web/src/world/types";
@@ -125,4 +126,63 @@ test("meshes are replaced as often as they change, the last one of a look too", 
   for (const slot of slots) batch.remove(slot);
   batch.add("last", "last", ball(60), new Matrix4(), new Color("red"));
   assert.equal(batch.count, 1);
+});
+
+// A cube of 0.2 m at x, in the look that its role or kind gives it.
+function cubeAt(name: string, x: number, role: "PART_ROLE_FITTED" | "PART_ROLE_COMPLETED", kind = "OBJECT_KIND_OBJECT"): SceneThing {
+  const object = objectOf([{ box: { size_x_m: 0.2, size_y_m: 0.2, size_z_m: 0.2 } }], { kind });
+  object.shapes = object.shapes.map((shape) => ({ ...shape, role }));
+  return { name, color: "#888888", shape: name, frames: [new Matrix4().makeTranslation(x, 0, 0)],
+           parts: partsOf(object).map((part) => ({ frame: 0, part })) };
+}
+
+test("what was completed is pointed at as what was measured is; unseen space lets through", () => {
+  const view = new WorldView(new MeshLibrary(assert.fail), () => undefined);
+  const ray = new Raycaster(new Vector3(-5, 0, 0), new Vector3(1, 0, 0));
+  const show = (...things: SceneThing[]): void => view.sync(new Map(things.map((thing) => [thing.name, thing])));
+  const back = cubeAt("back", 3, "PART_ROLE_FITTED");
+  show(back, cubeAt("hatched", 1, "PART_ROLE_COMPLETED"));
+  assert.equal(view.pick(ray)?.owner, "hatched");
+  show(back, cubeAt("dotted", 0, "PART_ROLE_FITTED", "OBJECT_KIND_UNSEEN"));
+  assert.equal(view.pick(ray)?.owner, "back");
+  show(cubeAt("dotted", 0, "PART_ROLE_FITTED", "OBJECT_KIND_UNSEEN"));
+  assert.equal(view.pick(ray)?.owner, "dotted");
+});
+
+// MESH_F64 of one triangle.
+function triangleBytes(): ArrayBuffer {
+  const bytes = new ArrayBuffer(8 + 24 * 3 + 12);
+  new Uint32Array(bytes, 0, 2).set([3, 1]);
+  new Float64Array(bytes, 8, 9).set([0, 0, 0, 1, 0, 0, 0, 1, 0]);
+  new Uint32Array(bytes, 8 + 72, 3).set([0, 1, 2]);
+  return bytes;
+}
+
+test("of meshes that nobody uses the oldest go, and as many stay as are worth keeping", async () => {
+  let fetched = 0;
+  const library = new MeshLibrary(assert.fail, () => {
+    ++fetched;
+    return Promise.resolve(triangleBytes());
+  });
+  const name = (i: number): string => `mesh ${i}`;
+  for (let i = 0; i < 600; ++i) await library.get(name(i), () => true);
+  library.trim((hash) => hash === name(0));
+  assert.equal(library.size, 500);
+  assert.ok(library.now(name(0)), "is used");
+  assert.equal(library.now(name(1)), undefined);
+  assert.ok(library.now(name(599)), "came last");
+  await library.get(name(599), () => true);
+  assert.equal(fetched, 600);
+  const twice = await Promise.all([library.get(name(1), () => true), library.get(name(1), () => true)]);
+  assert.equal(fetched, 601, "who asks meanwhile waits for the same");
+  assert.equal(twice[0], twice[1]);
+});
+
+test("a mesh that cannot be had is told once, and fetched when it is asked for again", async () => {
+  const told: string[] = [];
+  const answers = [Promise.reject(new Error("404")), Promise.resolve(triangleBytes())];
+  const library = new MeshLibrary((why) => told.push(why), () => answers.shift() ?? Promise.reject(new Error("asked too often")));
+  assert.equal(await library.get("mesh", () => true), undefined);
+  assert.deepEqual(told, ["404"]);
+  assert.ok(await library.get("mesh", () => true));
 });

@@ -1,7 +1,7 @@
 // What a watch says, applied: no delete is lost, a revision comes whole, what stays keeps its identity.
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { WorldModel } from "../../../clients/web/src/viewer/world_model";
+import { rulesByPair, WorldModel } from "../../../clients/web/src/viewer/world_model";
 import type { ObjectEvent, PairRule, Robot, WatchWorldResponse } from "../../../clients/web/src/world/stream";
 import type { Pose, WorldObject } from "../../../clients/web/src/world/types";
 
@@ -87,6 +87,26 @@ test("a rule that allows nothing and sets no margin is no more, whichever way ro
   assert.equal(model.state.rules.size, 1);
   model.apply(rule("a", "b", {}));
   assert.equal(model.state.rules.size, 0);
+});
+
+test("rules that nobody changes stay the same value, through changes of others and a reconnection", () => {
+  const rules: PairRule[] = [{ pair: { a: { name: "a", link: "" }, b: { name: "b", link: "" } }, allowed: true }];
+  const begin = (revision: string): WatchWorldResponse => ({ world_uid: "w", revision, initial_state: {
+    objects: [object("a")], initial_state_done: true, robots: [], pair_rules: structuredClone(rules) } });
+  const model = new WorldModel();
+  model.apply(begin("1"));
+  const before = model.state.rules;
+  assert.equal(before.size, 1);
+  model.apply(events("2", [{ move: { name: "a", x_world_object: at(3) }, pose_revision: "2" }]));
+  assert.equal(model.state.rules, before);
+  model.restart();
+  model.apply(begin("3"));
+  assert.equal(model.state.rules, before);
+  model.apply({ world_uid: "w", revision: "4", events: { events: [], more: false, robot_events: [], pair_rules: [
+    { pair: { a: { name: "a", link: "" }, b: { name: "*", link: "" } }, allowed: false, margin_m: 0.1 }] } });
+  assert.equal(model.state.rules.size, 2);
+  assert.equal(before.size, 1);
+  assert.deepEqual([...rulesByPair([...model.state.rules.values()])], [...model.state.rules]);
 });
 
 test("a sighting is noted and makes no revision of the picture", () => {

@@ -27,16 +27,21 @@ export class RunningServer {
   private child: ChildProcess | undefined;
   private log = "";
 
-  // On the same port as before, if it ran before.
-  async start(): Promise<void> {
+  // On the same port as before, if it ran before; with a token where one is given.
+  async start(token = ""): Promise<void> {
     const viewer = this.url === "" ? "127.0.0.1:0" : new URL(this.url).host;
     this.log = "";
-    const child = spawn(program("cwm-server"), ["--listen", this.address, "--viewer", viewer], { stdio: ["ignore", "ignore", "pipe"] });
+    const child = spawn(program("cwm-server"), ["--listen", this.address, "--viewer", viewer], {
+      stdio: ["ignore", "ignore", "pipe"], env: { ...process.env, CWM_VIEWER_TOKEN: token } });
     this.child = child;
     child.stderr?.on("data", (text: Buffer) => { this.log += text.toString(); });
     await until(`the server told where it shows the world; it says: ${this.log}`, () => /http:\S+/.test(this.log));
     this.url = /http:\S+/.exec(this.log)?.[0] ?? "";
   }
+
+  // Its connections stay and nothing comes of them, as where a cable is pulled; until it goes on.
+  freeze(): void { this.child?.kill("SIGSTOP"); }
+  goOn(): void { this.child?.kill("SIGCONT"); }
 
   // Throws where it does not end by itself.
   async stop(): Promise<void> {
@@ -44,6 +49,7 @@ export class RunningServer {
     if (!child) return;
     this.child = undefined;
     const ended = new Promise<number | null>((resolve) => child.once("exit", resolve));
+    child.kill("SIGCONT");  // a test that failed may have left it frozen
     child.kill("SIGTERM");
     const code = await ended;
     if (code !== 0) throw new Error(`the server ended with ${code}: ${this.log}`);

@@ -43,10 +43,13 @@ class PairRulesTest : public RunningServer {
     if (revision != nullptr) *revision = response.revision();
     return status;
   }
-  v1::GetWorldResponse World() {
+  // As it is, or as it was at a revision.
+  v1::GetWorldResponse World(std::int64_t revision = 0) {
     Call call;
+    v1::GetWorldRequest request;
+    if (revision > 0) request.mutable_at_revision()->set_exact(revision);
     v1::GetWorldResponse response;
-    EXPECT_TRUE(world_->GetWorld(&call, {}, &response).ok());
+    EXPECT_TRUE(world_->GetWorld(&call, request, &response).ok());
     return response;
   }
   // At the left box, 0.05 m beside it, and far from both.
@@ -83,6 +86,16 @@ TEST_F(PairRulesTest, OfTheWorldHoldForEveryQuestion) {
   v1::QueryOptions before;
   before.mutable_at_revision()->set_exact(3);
   EXPECT_THAT(Verdicts(before), ElementsAre(kHit, kHit, kFree));
+  EXPECT_TRUE(World(2).pair_rules().empty());
+  ASSERT_EQ(World(3).pair_rules_size(), 1);
+  EXPECT_FALSE(World(3).pair_rules(0).allowed());
+  EXPECT_EQ(World(3).revision(), 3);
+  v1::GetWorldRequest future;
+  future.mutable_at_revision()->set_exact(99);
+  v1::GetWorldResponse response;
+  Call call;
+  EXPECT_EQ(world_->GetWorld(&call, future, &response).error_code(),
+            grpc::StatusCode::OUT_OF_RANGE);
 }
 
 TEST_F(PairRulesTest, OfAQuestionHoldForItAlone) {

@@ -1,5 +1,6 @@
 #include "server/web/access.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "server/web/readable_methods.h"
@@ -7,6 +8,9 @@
 
 namespace cwm::server {
 namespace {
+
+using ::testing::ElementsAre;
+using ::testing::IsEmpty;
 
 constexpr char kToken[] = "0123456789abcdef";
 
@@ -50,12 +54,61 @@ TEST(Access, TheHttpPortNeedNotBeNamed) {
   EXPECT_TRUE(access.CheckHost(RequestTo("evil.example")).has_value());
 }
 
-TEST(Access, OfAllInterfacesAddressesAreLetInAndNamesAreNot) {
-  const Access access({"0.0.0.0", 8640}, {"0.0.0.0", 8640}, kToken);
+TEST(Access, OfAllInterfacesAddressesAreLetInAndForeignNamesAreNot) {
+  const Access access({"0.0.0.0", 8640}, {"0.0.0.0", 8640}, kToken,
+                      {.names = {"robot.lab.example", "robot", "robot.local"}});
+  for (const char* host :
+       {"robot:8640", "Robot.local:8640", "robot.lab.example:8640", "localhost:8640"}) {
+    EXPECT_FALSE(access.CheckHost(RequestTo(host)).has_value()) << host;
+  }
+  for (const char* host : {"robot.evil.example:8640", "robot", "robot.local.:8640",
+                           "robot.localevil:8640", "robot:8641"}) {
+    EXPECT_TRUE(access.CheckHost(RequestTo(host)).has_value()) << host;
+  }
+  EXPECT_EQ(access.CheckHost(RequestTo("evil.example"))->why,
+            "Host: is \"evil.example\", must be one of localhost:8640, 127.0.0.1:8640, [::1]:8640, "
+            "robot.lab.example:8640, robot:8640, robot.local:8640, ADDRESS:8640");
   EXPECT_FALSE(access.CheckHost(RequestTo("192.168.1.7:8640")).has_value());
   EXPECT_FALSE(access.CheckHost(RequestTo("[fe80::1]:8640")).has_value());
   EXPECT_TRUE(access.CheckHost(RequestTo("evil.example:8640")).has_value());
   EXPECT_TRUE(access.CheckHost(RequestTo("192.168.1.7:8641")).has_value());
+}
+
+TEST(Access, UrlsAreThoseThatOthersCanOpen) {
+  const ThisMachine robot{.names = {"robot", "robot.local"},
+                          .addresses = {"192.168.1.7", "10.0.0.2", "fd00::7"}};
+  EXPECT_THAT(
+      Access({"0.0.0.0", 8640}, {"0.0.0.0", 8640}, "", robot).Urls(),
+      ElementsAre("http://192.168.1.7:8640/", "http://10.0.0.2:8640/", "http://robot:8640/"));
+  EXPECT_THAT(Access({"::", 8640}, {"::", 8640}, kToken, {.addresses = {"fd00::7"}}).Urls(),
+              ElementsAre("http://[fd00::7]:8640/?token=0123456789abcdef"));
+  EXPECT_THAT(Access({"0.0.0.0", 8640}, {"0.0.0.0", 8640}, "").Urls(),
+              ElementsAre("http://127.0.0.1:8640/"))
+      << "a machine alone";
+  EXPECT_THAT(Access({"robot.lan", 8640}, {"192.168.1.7", 8640}, "", robot).Urls(),
+              ElementsAre("http://robot.lan:8640/"))
+      << "as it was asked for";
+}
+
+TEST(Access, EachUrlIsLetIn) {
+  const ThisMachine machine = LookUpThisMachine();
+  for (const char* everywhere : {"0.0.0.0", "::"}) {
+    const Access access({everywhere, 8640}, {everywhere, 8640}, "", machine);
+    for (const std::string& url : access.Urls()) {
+      const std::string host = url.substr(7, url.size() - 8);
+      EXPECT_FALSE(access.CheckHost(RequestTo(host)).has_value()) << host;
+    }
+  }
+}
+
+TEST(ThisMachine, NamesAreThoseThatNoStrangerHas) {
+  EXPECT_THAT(NamesOf("Robot"), ElementsAre("robot", "robot.local"));
+  EXPECT_THAT(NamesOf("robot.lab.example"),
+              ElementsAre("robot.lab.example", "robot", "robot.local"));
+  EXPECT_THAT(NamesOf("robot.local"), ElementsAre("robot.local", "robot"));
+  for (const char* none : {"", "localhost", "localhost.localdomain", "(none)", "a b", "7", "<x>"}) {
+    EXPECT_THAT(NamesOf(none), IsEmpty()) << none;
+  }
 }
 
 TEST(Access, AnOriginMustBeThePagesOwn) {
@@ -72,12 +125,12 @@ TEST(Access, AnOriginMustBeThePagesOwn) {
 
 TEST(Access, WithoutATokenNoneIsAskedFor) {
   EXPECT_FALSE(Loopback().CheckToken(RequestTo("localhost:8640")).has_value());
-  EXPECT_EQ(Loopback().Url(), "http://localhost:8640/");
+  EXPECT_THAT(Loopback().Urls(), ElementsAre("http://localhost:8640/"));
 }
 
 TEST(Access, ATokenIsTakenFromTheAddressOfThePageOrTheCookieItGives) {
   const Access access = Loopback(kToken);
-  EXPECT_EQ(access.Url(), "http://localhost:8640/?token=0123456789abcdef");
+  EXPECT_THAT(access.Urls(), ElementsAre("http://localhost:8640/?token=0123456789abcdef"));
   const HttpRequest first = RequestTo("localhost:8640", "/?x=1&token=0123456789abcdef");
   EXPECT_FALSE(access.CheckToken(first).has_value());
   EXPECT_EQ(access.CookieFor(first).value(),

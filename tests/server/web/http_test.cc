@@ -1,6 +1,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <thread>
+
 #include "proto/transfer/sha256.h"
 #include "tests/server/web/running_viewer.h"
 
@@ -62,6 +64,29 @@ TEST_F(HttpTest, AFileThatIsKnownIsNotSentAgain) {
   EXPECT_EQ(second.status, 304);
   EXPECT_EQ(second.body, "");
   EXPECT_EQ(Ask("/viewer.js", {{"If-None-Match", "\"other\""}}).status, 200);
+}
+
+TEST_F(HttpTest, WhoTakesGzipGetsIt) {
+  for (const char* accepted : {"gzip", "br, gzip;q=0.5", "deflate,GZIP ; q=1"}) {
+    const HttpAnswer zipped = Ask("/viewer.js", {{"Accept-Encoding", accepted}});
+    EXPECT_EQ(zipped.body, "zipped") << accepted;
+    EXPECT_EQ(zipped.fields.at("content-encoding"), "gzip");
+    EXPECT_EQ(zipped.fields.at("vary"), "Accept-Encoding");
+    EXPECT_EQ(zipped.fields.at("content-type"), "text/javascript; charset=utf-8");
+  }
+  for (const char* accepted :
+       {"", "identity", "gzip;q=0", "br, gzip; q=0.000", "xgzip", "gzip;q=x", ";;;,,", "gzip;q"}) {
+    const HttpAnswer plain = Ask("/viewer.js", {{"Accept-Encoding", accepted}});
+    EXPECT_EQ(plain.body, "script()") << accepted;
+    EXPECT_FALSE(plain.fields.contains("content-encoding")) << accepted;
+    EXPECT_EQ(plain.fields.at("vary"), "Accept-Encoding");
+  }
+  // What is known of one is not known of the other.
+  const HttpAnswer zipped = Ask("/viewer.js", {{"Accept-Encoding", "gzip"}});
+  const std::string etag = zipped.fields.at("etag");
+  EXPECT_EQ(Ask("/viewer.js", {{"If-None-Match", etag}}).status, 200);
+  EXPECT_EQ(Ask("/viewer.js", {{"If-None-Match", etag}, {"Accept-Encoding", "gzip"}}).status, 304);
+  EXPECT_FALSE(Ask("/style.css", {{"Accept-Encoding", "gzip"}}).fields.contains("vary"));
 }
 
 TEST_F(HttpTest, HeadTellsTheSameWithoutTheBody) {
@@ -201,8 +226,11 @@ TEST_F(HttpTest, AnAddressThatIsTakenIsSaidToBe) {
 TEST_F(HttpTest, BeyondLoopbackATokenIsMade) {
   const auto open = ViewerServer::Start(At("0.0.0.0", 0), server_->InProcessChannel());
   ASSERT_TRUE(open.ok()) << open.status();
-  EXPECT_THAT((*open)->url(),
-              ::testing::MatchesRegex("http://0\\.0\\.0\\.0:[0-9]+/\\?token=[0-9a-f]{32}"));
+  for (const std::string& url : (*open)->urls()) {
+    EXPECT_THAT(url,
+                ::testing::MatchesRegex("http://[a-zA-Z0-9._-]+:[0-9]+/\\?token=[0-9a-f]{32}"));
+    EXPECT_THAT(url, Not(HasSubstr("0.0.0.0"))) << "nobody else can open that";
+  }
   ViewerOptions options = At("127.0.0.1", 0);
   options.token = "short";
   const auto weak = ViewerServer::Start(options, server_->InProcessChannel());
@@ -270,6 +298,47 @@ TEST_F(SmallLimits, ARequestThatDribblesIsCutShort) {
     cut = !slow.Send(" ") || slow.Ends(std::chrono::milliseconds(50));
   }
   EXPECT_TRUE(cut);
+  ExpectServes();
+}
+
+// Of the page's own files, larger than what the kernel takes at once.
+class LargeFile : public HttpTest {
+ protected:
+  static PageFiles Files() {
+    static const std::string script(24 << 20, 's');
+    PageFiles files = RunningViewer::Files();
+    files.script = {.bytes = script};
+    return files;
+  }
+  static ViewerLimits Limits() {
+    ViewerLimits limits;
+    limits.no_byte_taken = std::chrono::milliseconds(1'500);
+    return limits;
+  }
+  LargeFile() : HttpTest(Limits(), "", Files()) {}
+};
+
+TEST_F(LargeFile, ComesWholeOnASlowLineAndNotAtAllWhereNobodyReads) {
+  RawConnection slow(port());
+  RawConnection never(port());
+  for (RawConnection* connection : {&slow, &never}) {
+    ASSERT_TRUE(connection->Send(RequestText(port(), "GET", "/viewer.js")));
+  }
+  // Longer than a reader may take nothing, all together.
+  std::size_t taken = 0;
+  for (int i = 0; i < 8; ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(400));
+    for (std::size_t piece = 0; piece < (std::size_t{3} << 20);) {
+      const std::size_t read = slow.Take((std::size_t{3} << 20) - piece);
+      ASSERT_GT(read, 0U) << taken;
+      piece += read;
+    }
+    taken += std::size_t{3} << 20;
+  }
+  EXPECT_EQ(taken, Files().script.bytes.size());
+  EXPECT_GT(slow.Take(4096), 0U) << "the header's bytes are left";
+  const HttpAnswer late = never.Receive();
+  EXPECT_EQ(late.status, 0) << "it ends before the length that it named";
   ExpectServes();
 }
 

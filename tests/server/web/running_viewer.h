@@ -61,12 +61,17 @@ class ViewerPage {
 
 class RunningViewer : public RunningServer {
  protected:
-  explicit RunningViewer(const ViewerLimits& limits = {}, const std::string& token = {}) {
+  static PageFiles Files() {
+    return {.page = {.bytes = "<!doctype html>page"},
+            .script = {.bytes = "script()", .gzip = "zipped"},
+            .style = {.bytes = "body{}"}};
+  }
+  explicit RunningViewer(const ViewerLimits& limits = {}, const std::string& token = {},
+                         const PageFiles& files = Files(), const Limits& of_server = {})
+      : RunningServer(of_server, {}) {
     ViewerOptions options = At("127.0.0.1", 0);
     options.token = token;
-    options.files.page = "<!doctype html>page";
-    options.files.script = "script()";
-    options.files.style = "body{}";
+    options.files = files;
     options.limits = limits;
     auto viewer = ViewerServer::Start(options, server_->InProcessChannel());
     if (!viewer.ok()) throw std::runtime_error(std::string(viewer.status().message()));
@@ -81,7 +86,7 @@ class RunningViewer : public RunningServer {
     return options;
   }
   int port() const {
-    const std::string& url = viewer_->url();
+    const std::string& url = viewer_->urls().front();
     return std::stoi(url.substr(url.rfind(':') + 1));
   }
   testing::HttpAnswer Ask(const std::string& target, const testing::HttpFields& fields = {},

@@ -1,56 +1,19 @@
-#include <gmock/gmock.h>
+// The calls of a page, and every way to close its socket.
 #include <google/protobuf/descriptor.h>
-#include <gtest/gtest.h>
 
 #include <thread>
 
 #include "server/web/readable_methods.h"
-#include "tests/server/web/running_viewer.h"
+#include "tests/server/web/socket_fixture.h"
 
 namespace cwm::server {
 namespace {
 
-using std::chrono::milliseconds;
 using std::chrono::seconds;
 using ::testing::HasSubstr;
 using testing::RawConnection;
 using testing::RequestText;
 using testing::WebSocketClient;
-
-constexpr char kList[] = "cwm.v1.WorldService/ListObjects";
-constexpr char kGet[] = "cwm.v1.WorldService/GetObject";
-constexpr char kWatch[] = "cwm.v1.WorldService/WatchWorld";
-
-class SocketTest : public RunningViewer {
- protected:
-  using RunningViewer::RunningViewer;
-
-  static std::string WatchRequest(v1::WatchMode mode = v1::WATCH_MODE_LOSSLESS) {
-    v1::WatchWorldRequest request;
-    request.set_mode(mode);
-    return request.SerializeAsString();
-  }
-  void MoveBox(const std::string& name, double x_m) {
-    v1::ApplyChangesRequest request;
-    v1::MoveObject* move = request.add_changes()->mutable_move();
-    move->set_name(name);
-    move->mutable_x_world_object()->set_tx_m(x_m);
-    move->mutable_x_world_object()->set_qw(1);
-    v1::ApplyChangesResponse response;
-    Call call;
-    const auto status = world_->ApplyChanges(&call, request, &response);
-    ASSERT_TRUE(status.ok()) << status.error_message();
-  }
-  // What is wrong closes the socket with a code and a reason, and harms nobody else.
-  void ExpectClosed(WebSocketClient& socket, int code, const std::string& reason) {
-    while (socket.Read()) {
-    }
-    EXPECT_TRUE(socket.closed());
-    EXPECT_EQ(socket.close_code(), code);
-    EXPECT_THAT(socket.close_reason(), HasSubstr(reason));
-    ExpectServes();
-  }
-};
 
 TEST_F(SocketTest, AnswersAreThoseOfTheServices) {
   PutBox("a", 1);
@@ -213,25 +176,6 @@ TEST_F(SocketTest, AWatchedWorldThatIsDeletedEndsTheCall) {
   EXPECT_EQ(last.end().code(), grpc::StatusCode::NOT_FOUND);
 }
 
-TEST_F(SocketTest, TooManyCallsAreRefusedOneByOne) {
-  PutBox("a", 1);
-  ViewerPage page(port());
-  const std::size_t most = ViewerLimits{}.calls_of_socket;
-  for (std::size_t i = 0; i < most; ++i) page.Begin(i, kWatch, WatchRequest());
-  for (std::size_t i = 0; i < most; ++i) {
-    EXPECT_EQ(page.Next().what_case(), v1::ViewerResponse::kMessage);
-  }
-  page.Begin(100, kList, "");
-  const v1::ViewerResponse refused = page.Next();
-  EXPECT_EQ(refused.call_id(), 100U);
-  EXPECT_EQ(refused.end().code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
-  EXPECT_THAT(refused.end().message(), HasSubstr("16 calls"));
-  page.Cancel(3);
-  EXPECT_EQ(page.Next().end().code(), grpc::StatusCode::CANCELLED);
-  page.Begin(100, kList, "");
-  EXPECT_EQ(page.Next().what_case(), v1::ViewerResponse::kMessage);
-}
-
 TEST_F(SocketTest, TextIsRefused) {
   WebSocketClient socket(port());
   EXPECT_TRUE(socket.SendText("hello"));
@@ -348,131 +292,6 @@ TEST_F(SocketTest, AServerStopsThoughNobodyReads) {
   const auto start = std::chrono::steady_clock::now();
   viewer_->Stop();
   EXPECT_LT(std::chrono::steady_clock::now() - start, ViewerLimits{}.goodbye + seconds(3));
-}
-
-class SmallSockets : public SocketTest {
- protected:
-  static ViewerLimits Limits() {
-    ViewerLimits limits;
-    limits.sockets = 2;
-    limits.no_byte_taken = milliseconds(500);
-    limits.ping_period = milliseconds(300);
-    return limits;
-  }
-  SmallSockets() : SocketTest(Limits()) {}
-};
-
-TEST_F(SmallSockets, MoreThanThereMayBeAreRefused) {
-  WebSocketClient first(port());
-  auto second = std::make_unique<WebSocketClient>(port());
-  EXPECT_EQ(second->status(), 101);
-  EXPECT_EQ(WebSocketClient(port()).status(), 503);
-  second.reset();
-  int status = 0;
-  for (int i = 0; i < 100 && status != 101; ++i) {
-    std::this_thread::sleep_for(milliseconds(20));
-    status = WebSocketClient(port()).status();
-  }
-  EXPECT_EQ(status, 101) << "there is room again";
-}
-
-TEST_F(SmallSockets, WhoAnswersNoPingIsGone) {
-  RawConnection dead(port());
-  ASSERT_TRUE(dead.Send(RequestText(port(), "GET", "/socket",
-                                    {{"Connection", "Upgrade"},
-                                     {"Upgrade", "websocket"},
-                                     {"Sec-WebSocket-Version", "13"},
-                                     {"Sec-WebSocket-Key", "dGhlIHNhbXBsZSBub25jZQ=="}})));
-  EXPECT_EQ(dead.Receive().status, 101);
-  WebSocketClient alive(port());
-  bool ended = false;
-  for (int i = 0; i < 100 && !ended; ++i) {
-    EXPECT_FALSE(alive.Read(milliseconds(50)).has_value());  // answers pings meanwhile
-    ended = dead.Ends(milliseconds(50));
-  }
-  EXPECT_TRUE(ended);
-  EXPECT_FALSE(alive.closed());
-}
-
-TEST_F(SmallSockets, WhoTakesNoBytesIsGone) {
-  std::string bytes;
-  bytes.resize(40'000'000, 'a');
-  const auto stored = application_.geometry.Put(BlobFormat::kLabelsU32, bytes);
-  ASSERT_TRUE(stored.ok());
-  v1::ReadGeometryRequest request;
-  request.set_hash(stored->hash);
-  ViewerPage page(port(), {.receive_bytes = 16 << 10});
-  page.Begin(1, "cwm.v1.WorldService/ReadGeometry", request.SerializeAsString());
-  std::this_thread::sleep_for(seconds(2));
-  std::size_t read = 0;
-  while (const auto message = page.socket().Read(seconds(2))) read += message->size();
-  EXPECT_TRUE(page.socket().closed());
-  EXPECT_LT(read, stored->hash.size() + 20'000'000);
-  ExpectServes();
-}
-
-// Each refusal is an answer: without a bound, who asks and never reads would fill the memory.
-TEST_F(SocketTest, WhoAsksWithoutReadingIsNotReadEither) {
-  RawConnection asks(port());
-  ASSERT_TRUE(asks.Send(RequestText(port(), "GET", "/socket",
-                                    {{"Connection", "Upgrade"},
-                                     {"Upgrade", "websocket"},
-                                     {"Sec-WebSocket-Version", "13"},
-                                     {"Sec-WebSocket-Key", "dGhlIHNhbXBsZSBub25jZQ=="}})));
-  ASSERT_EQ(asks.Receive().status, 101);
-  v1::ViewerRequest request;
-  request.mutable_begin()->set_method("no such method");
-  const std::string payload = request.SerializeAsString();
-  ASSERT_LT(payload.size(), 126U);
-  std::string frame = "\x82";
-  frame += static_cast<char>(0x80 | payload.size());
-  frame += std::string(4, '\0') + payload;  // masked by nothing
-  std::string many;
-  for (int i = 0; i < 10'000; ++i) many += frame;
-  std::size_t sent = 0;
-  constexpr std::size_t kFarMoreThanBuffers = 64 << 20;
-  while (sent < kFarMoreThanBuffers && asks.Send(many, seconds(1))) sent += many.size();
-  EXPECT_LT(sent, kFarMoreThanBuffers);
-  ExpectServes();
-}
-
-// A page that sleeps gets the newest state when it wakes, not what it slept through.
-TEST_F(SocketTest, ASlowPageGetsNewerStatesNotMoreOfThem) {
-  constexpr int kBoxes = 50;
-  constexpr int kMoves = 3'000;
-  for (int i = 0; i < kBoxes; ++i) PutBox("box_" + std::to_string(i), i);
-  ViewerPage page(port(), {.receive_bytes = 16 << 10});
-  page.Begin(1, kWatch, WatchRequest(v1::WATCH_MODE_COALESCED));
-  page.Next();
-  for (int i = 0; i < kMoves; ++i) {
-    v1::ApplyChangesRequest request;
-    for (int k = 0; k < kBoxes; ++k) {
-      v1::MoveObject* move = request.add_changes()->mutable_move();
-      move->set_name("box_" + std::to_string(k));
-      move->mutable_x_world_object()->set_tx_m(0.001 * (i + 1) + k);
-      move->mutable_x_world_object()->set_qw(1);
-    }
-    v1::ApplyChangesResponse response;
-    Call call;
-    ASSERT_TRUE(world_->ApplyChanges(&call, request, &response).ok());
-  }
-  const std::int64_t last = kBoxes + kMoves;
-  int messages = 0;
-  std::int64_t revision = 0;
-  double box_7_x_m = 0;
-  while (revision < last) {
-    const v1::ViewerResponse response = page.Next();
-    v1::WatchWorldResponse message;
-    ASSERT_EQ(response.what_case(), v1::ViewerResponse::kMessage);
-    ASSERT_TRUE(message.ParseFromString(response.message()));
-    for (const v1::ObjectEvent& event : message.events().events()) {
-      if (event.move().name() == "box_7") box_7_x_m = event.move().x_world_object().tx_m();
-    }
-    revision = message.revision();
-    ++messages;
-  }
-  EXPECT_LT(messages, kMoves / 3) << "of which most were in buffers when it fell asleep";
-  EXPECT_DOUBLE_EQ(box_7_x_m, 0.001 * kMoves + 7);
 }
 
 }  // namespace

@@ -1,12 +1,15 @@
 // Keeps the page in step with one world of the server: its watch, the links of its robots, its newest scans, and its past.
-import type { PlacedLink, Robot, RobotLinks, Scan, WatchWorldResponse, World } from "../world/stream";
+import type { PairRule, PlacedLink, Robot, RobotLinks, Scan, WatchWorldResponse, World } from "../world/stream";
 import type { WorldObject } from "../world/types";
 import { CallFailure, type Link } from "./link";
-import { notFound, type CallError, type Json } from "./messages";
-import { WorldModel, type WorldState } from "./world_model";
+import { backOff_ms, notFound, unavailable, type CallError, type Json } from "./messages";
+import { Latest, patiently } from "./retry";
+import { rulesByPair, WorldModel, type WorldState } from "./world_model";
 
 // A world that does not exist may be made at any time; so may another one.
 const lookAgain_ms = 1000;
+
+const unimplemented = 12;  // of a server without robots or scans
 
 // Of a list in pages.
 const pageSize = 1000;
@@ -16,34 +19,11 @@ export interface RobotModel { robot: Robot; links: readonly PlacedLink[]; }
 export interface FeedListener {
   worlds: (worlds: readonly World[]) => void;
   state: (state: WorldState) => void;       // the newest
+  observed: (objects: readonly string[]) => void;  // their last_observed is another
   robots: (robots: ReadonlyMap<string, RobotModel>) => void;
   scans: (scans: readonly Scan[]) => void;
   missing: (world: string) => void;         // there is no such world (yet)
   failed: (error: CallError) => void;
-}
-
-// Does one thing at a time, and once more when it was asked for meanwhile.
-class Latest {
-  private isRunning = false;
-  private isWanted = false;
-  constructor(private readonly work: () => Promise<void>) {}
-
-  want(): void {
-    this.isWanted = true;
-    if (!this.isRunning) void this.run();
-  }
-
-  private async run(): Promise<void> {
-    this.isRunning = true;
-    try {
-      while (this.isWanted) {
-        this.isWanted = false;
-        await this.work();
-      }
-    } finally {
-      this.isRunning = false;
-    }
-  }
 }
 
 export class Feed {
@@ -51,6 +31,7 @@ export class Feed {
   readonly model = new WorldModel();
   private cancel: (() => void) | undefined;
   private timer = 0;
+  private failures = 0;  // of the watch, since it last said something
   private isOpen = false;
   private shapes = new Map<string, readonly PlacedLink[]>();  // by the uids of the world and the robot
   private placed = new Map<string, RobotModel>();
@@ -82,13 +63,18 @@ export class Feed {
     return worlds;
   }
 
-  // The world as it was.
-  async at(revision: string): Promise<{ state: WorldState; robots: Map<string, RobotModel> }> {
+  // The world as it was. A server that has no room for the question is asked again while the answer is wanted.
+  at(revision: string, isWanted: () => boolean): Promise<{ state: WorldState; robots: Map<string, RobotModel> }> {
+    return patiently(() => this.lookAt(revision), () => this.isOpen && isWanted());
+  }
+
+  private async lookAt(revision: string): Promise<{ state: WorldState; robots: Map<string, RobotModel> }> {
     const at_revision = { exact: revision };
     const world = this.world ?? "";  // also where another one is chosen meanwhile
     const { world_uid } = this.model.state;
     const objects = await this.pages<WorldObject>("WorldService/ListObjects", "objects", world, { at_revision, view: "OBJECT_VIEW_FULL" });
     const list = await this.pages<Robot>("RobotService/ListRobots", "robots", world, { at_revision });
+    const { pair_rules } = await this.link.call<{ pair_rules: PairRule[] }>("WorldService/GetWorld", { world, at_revision });
     const robots = new Map<string, RobotModel>();
     for (const robot of list) {
       const { links } = await this.link.call<RobotLinks>("RobotService/GetRobotLinks", {
@@ -96,7 +82,7 @@ export class Feed {
       robots.set(robot.name, { robot, links });
     }
     return { robots, state: {
-      world_uid, revision, rules: new Map(),
+      world_uid, revision, rules: rulesByPair(pair_rules),
       objects: new Map(objects.map((object) => [object.name, object])),
       robots: new Map(list.map((robot) => [robot.name, robot])) } };
   }
@@ -123,9 +109,9 @@ export class Feed {
     this.cancel = undefined;
   }
 
-  private later(): void {
+  private later(wait_ms = lookAgain_ms): void {
     window.clearTimeout(this.timer);
-    this.timer = window.setTimeout(() => { if (this.isOpen) void this.begin(); }, lookAgain_ms);
+    this.timer = window.setTimeout(() => { if (this.isOpen) void this.begin(); }, wait_ms);
   }
 
   private async begin(): Promise<void> {
@@ -151,9 +137,14 @@ export class Feed {
     this.cancel = this.link.stream<WatchWorldResponse>("WorldService/WatchWorld",
       { world, mode: "WATCH_MODE_COALESCED", view: "OBJECT_VIEW_FULL" }, {
         message: (response) => {
-          // A scan that changed nothing makes no revision, and is a scan all the same.
-          if (Object.keys(response.bookmark?.last_observed ?? {}).length > 0) this.scans.want();
-          if (!this.model.apply(response)) return;
+          this.failures = 0;
+          const isChanged = this.model.apply(response);
+          const observed = Object.keys(response.bookmark?.last_observed ?? {});
+          if (observed.length > 0) {
+            this.scans.want();  // a scan that changed nothing makes no revision, and is a scan all the same
+            this.listener.observed(observed);
+          }
+          if (!isChanged) return;
           this.listener.state(this.model.state);
           this.robots.want();
           this.scans.want();
@@ -169,7 +160,7 @@ export class Feed {
   private ended(error: CallError | undefined): void {
     if (!this.isOpen) return;
     if (error && error.code !== notFound) this.listener.failed(error);
-    this.later();
+    this.later(Math.max(lookAgain_ms, backOff_ms(this.failures++)));
   }
 
   private async placeRobots(): Promise<void> {
@@ -177,6 +168,10 @@ export class Feed {
     let isChanged = false;
     for (const name of [...this.placed.keys()]) {
       if (!robots.has(name)) isChanged = this.placed.delete(name) || isChanged;
+    }
+    const present = new Set([...robots.values()].map((robot) => this.shapesKey(robot)));
+    for (const key of [...this.shapes.keys()]) {
+      if (!present.has(key)) this.shapes.delete(key);
     }
     for (const [name, robot] of robots) {
       if (this.placed.get(name)?.robot === robot) continue;
@@ -189,10 +184,10 @@ export class Feed {
   }
 
   private async linksOf(robot: Robot): Promise<readonly PlacedLink[] | undefined> {
-    const key = `${this.model.state.world_uid} ${robot.uid}`;
+    const key = this.shapesKey(robot);
     const shapes = this.shapes.get(key);
     try {
-      const { links, robot_uid } = await this.link.call<RobotLinks>("RobotService/GetRobotLinks", {
+      const { links, robot_uid } = await this.asked<RobotLinks>("RobotService/GetRobotLinks", {
         world: this.world ?? "", name: robot.name, with_shapes: shapes === undefined });
       if (robot_uid !== robot.uid) return undefined;  // replaced meanwhile: its event follows
       if (shapes === undefined) this.shapes.set(key, links);
@@ -204,18 +199,27 @@ export class Feed {
   }
 
   private async listScans(): Promise<void> {
+    const { world } = this;
     try {
-      const { scans } = await this.link.call<{ scans: Scan[] }>("PerceptionService/ListScans", { world: this.world ?? "" });
-      this.listener.scans(scans);
+      const { scans } = await this.asked<{ scans: Scan[] }>("PerceptionService/ListScans", { world: this.world ?? "" });
+      if (this.world === world) this.listener.scans(scans);
     } catch (error) {
       this.report(error);
     }
   }
 
+  private shapesKey(robot: Robot): string { return `${this.model.state.world_uid} ${robot.uid}`; }
+
+  // Again where the server has no room for it just now, while there is a connection to the same world.
+  private asked<Message>(method: "RobotService/GetRobotLinks" | "PerceptionService/ListScans", request: Json): Promise<Message> {
+    const { world } = this;
+    return patiently(() => this.link.call<Message>(method, request), () => this.isOpen && this.world === world);
+  }
+
   // What is gone by now, or the connection with it, says itself elsewhere.
   private report(error: unknown): void {
     if (!(error instanceof CallFailure)) throw error;
-    const isOver = [notFound, 14, 12].includes(error.error.code);
-    if (!isOver) this.listener.failed(error.error);
+    const isOver = [notFound, unavailable, unimplemented].includes(error.error.code);
+    if (this.isOpen && !isOver) this.listener.failed(error.error);
   }
 }

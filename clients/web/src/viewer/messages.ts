@@ -15,10 +15,12 @@ export interface CallError {
   fields: { field: string; description: string }[];
 }
 
+// `why`: what was said of the last attempt or connection; empty where nothing was.
 export type LinkState =
-  | { is: "connecting" }
+  | { is: "connecting"; why: string }
   | { is: "open" }
-  | { is: "waiting"; until_ms: number };  // of Date.now(): then it tries again
+  | { is: "waiting"; why: string }   // to try again
+  | { is: "refused"; why: string };  // for good
 
 export type ToWorker =
   | { what: "begin"; id: number; method: Method; request: Json }
@@ -31,6 +33,7 @@ export type FromWorker =
 
 export const unavailable = 14;
 export const notFound = 5;
+export const resourceExhausted = 8;
 
 // Before the n-th attempt in a row, n from 0: at once after a restart, never more than a few seconds.
 export function backOff_ms(attempt: number): number {

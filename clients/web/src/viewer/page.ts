@@ -8,6 +8,7 @@ import { GraspDesk } from "./grasp_desk";
 import { publish } from "./hooks";
 import { CallFailure, type Link } from "./link";
 import type { LinkState } from "./messages";
+import { Newest } from "./retry";
 import { Details } from "./panels/details";
 import { helpDialog } from "./panels/help";
 import { QuestionPanel } from "./panels/question_panel";
@@ -43,6 +44,7 @@ export class Page {
   private past: Seen | undefined;  // what is shown instead of what is live
   private wantedRevision: number | undefined;
   private isGoing = false;
+  private readonly asked = new Newest();
   private selected: string | undefined;
   private readonly hiddenNames = new Set<string>();
   private readonly hiddenKinds = new Set<Kind>();
@@ -55,11 +57,11 @@ export class Page {
 
   constructor(body: HTMLElement, private readonly link: Link) {
     this.tree = new Tree({
-      select: (name) => this.select(name), frame: (name) => this.picture.frame([name]),
+      select: (name) => this.selectInList(name), frame: (name) => this.picture.frame([name]),
       toggle: (name) => this.toggle(this.hiddenNames, name), toggleKind: (kind) => this.toggle(this.hiddenKinds, kind) });
     this.details = new Details({ close: () => this.select(undefined), frame: (name) => this.picture.frame([name]) });
     this.questions = new QuestionPanel({
-      ask: (question) => void this.ask(question), clear: () => this.picture.clearAnswer(), select: (name) => this.select(name) });
+      ask: (question) => void this.ask(question), clear: () => this.dropQuestion(), select: (name) => this.select(name) });
     this.timeline = new Timeline({ go: (revision) => void this.go(revision), live: () => this.goLive() });
     this.toolbar = new Toolbar((world) => this.choose(world), () => { this.feed.refreshWorlds().catch(() => undefined); });
     this.addTools();
@@ -67,7 +69,7 @@ export class Page {
     this.link.onState = (state) => this.onLink(state);
     this.feed = new Feed(this.link, {
       worlds: (worlds) => this.showWorlds(worlds), state: (state) => this.onState(state), robots: (robots) => this.onRobots(robots),
-      scans: (scans) => this.onScans(scans), missing: (world) => this.onMissing(world),
+      observed: (names) => this.onObserved(names), scans: (scans) => this.onScans(scans), missing: (world) => this.onMissing(world),
       failed: ({ name, message }) => this.notice(`${name}: ${message}`) });
     this.listen();
     this.showTheme();
@@ -134,6 +136,10 @@ export class Page {
     this.toolbar.showLink(state);
     if (state.is === "open") this.feed.opened();
     else if (state.is === "waiting") this.feed.lost();
+    else if (state.is === "refused") {
+      this.feed.lost();
+      this.notice(`The server refuses this page. ${state.why}`, Infinity);
+    }
   }
 
   private onState(state: WorldState): void {
@@ -143,10 +149,16 @@ export class Page {
     ++this.updates;
     this.isDrawnUpToDate = false;
     if (isOther && this.past) this.timeline.goLive();
+    this.forgetHidden();
     if (isOther && this.picture.view.instanceCount === 0) this.picture.reset();
     this.showRange();
     if (!this.past) this.show();
     this.picture.stage.begin();
+  }
+
+  // Sightings are noted in place.
+  private onObserved(names: readonly string[]): void {
+    if (!this.past && this.selected !== undefined && names.includes(this.selected)) this.details.refresh();
   }
 
   private onRobots(robots: ReadonlyMap<string, RobotModel>): void {
@@ -176,6 +188,7 @@ export class Page {
     this.select(undefined);
     this.questions.clear();
     this.live = { state: emptyWorld, robots: new Map() };
+    this.forgetHidden();
     this.show();
     this.picture.setScans([]);
     this.picture.reset();
@@ -187,11 +200,19 @@ export class Page {
     const { state, robots } = this.seen;
     this.things.update(state, robots);
     if (this.selected !== undefined && !this.things.things.has(this.selected)) this.select(undefined);
-    this.tree.show(this.things.things.values());
+    this.tree.show(this.things.things);
     this.showSelection();
     this.showShown();
     this.picture.clouds.recolor();
     this.grasps.follow(state);
+  }
+
+  // What is no more is not hidden when something else comes by its name.
+  private forgetHidden(): void {
+    const { objects, robots } = this.live.state;
+    const gone = [...this.hiddenNames].filter((name) => !objects.has(name) && !robots.has(name));
+    for (const name of gone) this.hiddenNames.delete(name);
+    if (gone.length > 0) this.tree.setHidden(this.hiddenNames, this.hiddenKinds);
   }
 
   private isShown({ name, kind }: Thing): boolean { return !this.hiddenNames.has(name) && !this.hiddenKinds.has(kind); }
@@ -212,6 +233,12 @@ export class Page {
     this.grasps.selected(name);
     document.body.classList.toggle("detailing", name !== undefined);
     this.showSelection();
+  }
+
+  // In a narrow window the list lies over what is selected.
+  private selectInList(name: string): void {
+    document.body.classList.remove("listing");
+    this.select(name);
   }
 
   private showSelection(): void {
@@ -243,7 +270,8 @@ export class Page {
     try {
       for (let at = -1; this.wantedRevision !== undefined && this.wantedRevision !== at;) {
         at = this.wantedRevision;
-        const seen = await this.feed.at(String(at));
+        const seen = await this.lookAt(at);
+        if (!seen) continue;
         if (this.wantedRevision === undefined || seen.state.world_uid !== this.live.state.world_uid) break;
         this.past = seen;
         this.picture.clouds.root.visible = false;  // the scans of then are no more
@@ -258,6 +286,17 @@ export class Page {
     }
   }
 
+  // Undefined where another one is wanted by the time that it fails.
+  private async lookAt(revision: number): Promise<Seen | undefined> {
+    const isWanted = (): boolean => this.wantedRevision === revision;
+    try {
+      return await this.feed.at(String(revision), isWanted);
+    } catch (error) {
+      if (isWanted()) throw error;
+      return undefined;
+    }
+  }
+
   private goLive(): void {
     this.wantedRevision = undefined;
     if (!this.past) return;
@@ -269,16 +308,23 @@ export class Page {
   private async ask(question: Question): Promise<void> {
     const { request, method } = question;
     const options = { ...(request["options"] as object), ...(this.past && { at_revision: { exact: this.past.state.revision } }) };
+    const isWanted = this.asked.begin();
     this.picture.setAsked(question);
     try {
       const reply = await this.link.call<Reply>(method, { ...request, world: this.feed.world ?? "", options });
+      if (!isWanted()) return;
       const answer = answerOf(question, reply);
       this.picture.setAnswer(question, answer);
       this.questions.showAnswer(question.kind, answer, reply.revision);
     } catch (error) {
       if (!(error instanceof CallFailure)) throw error;
-      this.questions.showError(error.error);
+      if (isWanted()) this.questions.showError(error.error);
     }
+  }
+
+  private dropQuestion(): void {
+    this.asked.drop();
+    this.picture.clearAnswer();
   }
 
   private async save(): Promise<void> {
@@ -294,11 +340,11 @@ export class Page {
     }
   }
 
-  private notice(text: string): void {
+  private notice(text: string, time_ms = noticeTime_ms): void {
     if ([...this.notices.children].some((child) => child.textContent === text)) return;
     const notice = element("p", "notice", text);
     this.notices.append(notice);
-    window.setTimeout(() => notice.remove(), noticeTime_ms);
+    if (Number.isFinite(time_ms)) window.setTimeout(() => notice.remove(), time_ms);
   }
 
   private showTheme(): void {
@@ -331,7 +377,7 @@ export class Page {
   }
 
   private escape(): void {
-    if (this.questions.isAnswered) this.questions.clear();
+    if (this.questions.isAnswered || this.asked.isPending) this.questions.clear();
     else this.select(undefined);
     document.body.classList.remove("listing");
     this.picture.stage.root.focus();

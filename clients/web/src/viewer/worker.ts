@@ -2,6 +2,8 @@
 import { beginBytes, cancelBytes, errorOf, messageOf, responseOf } from "./codec";
 import { backOff_ms, unavailable, type CallError, type FromWorker, type Json, type LinkState, type Method, type ToWorker }
   from "./messages";
+import { askWhy } from "./refusal";
+import { Silence } from "./silence";
 
 // The library of types for workers and the one for documents exclude each other; this is all that is used of it.
 declare function postMessage(message: FromWorker): void;
@@ -9,9 +11,14 @@ declare function postMessage(message: FromWorker): void;
 // A socket that does not open in this time will not.
 const patience_ms = 5000;
 
+// How often it is looked whether a connection is silent.
+const listen_ms = 1000;
+
 const underWay = new Map<number, Method>();
 let socket: WebSocket | undefined;
 let attempt = 0;
+let why = "";  // the last connection ended, or none came
+const silence = new Silence();
 
 const tell = (state: LinkState): void => postMessage({ what: "state", state });
 
@@ -24,6 +31,7 @@ const gone = (message: string): CallError =>
   ({ code: unavailable, name: "UNAVAILABLE", message, reason: "", fields: [] });
 
 function receive(bytes: Uint8Array): void {
+  silence.heard(Date.now());
   const { callId, what } = responseOf(bytes);
   const id = Number(callId);
   const method = underWay.get(id);
@@ -37,32 +45,62 @@ function receive(bytes: Uint8Array): void {
   }
 }
 
-function lost(from: WebSocket): void {
-  if (socket !== from) return;
+// The page hears why before it hears that what was under way is over.
+function over(state: LinkState, message: string): void {
   socket = undefined;
-  for (const id of [...underWay.keys()]) end(id, gone("the connection to the server was lost"));
-  const wait_ms = backOff_ms(attempt++);
-  tell({ is: "waiting", until_ms: Date.now() + wait_ms });
+  tell(state);
+  for (const id of [...underWay.keys()]) end(id, gone(message));
+}
+
+// A connection follows.
+function lost(from: WebSocket, reason: string, wait_ms = backOff_ms(attempt++)): void {
+  if (socket !== from) return;
+  why = reason;
+  over({ is: "waiting", why }, "the connection to the server was lost");
   setTimeout(open, wait_ms);
 }
 
+// Its end is not waited for: over a dead network it does not come.
+function drop(silent: WebSocket): void {
+  silent.onmessage = silent.onclose = null;
+  silent.close();
+  lost(silent, "the server was silent");
+}
+
+// One that never opened.
+async function failed(to: WebSocket): Promise<void> {
+  const refusal = await askWhy(patience_ms);
+  if (socket !== to) return;
+  if (!refusal.isFinal) return lost(to, refusal.why, Math.max(refusal.wait_ms, backOff_ms(attempt++)));
+  over({ is: "refused", why: refusal.why }, refusal.why);
+}
+
 function open(): void {
-  tell({ is: "connecting" });
+  tell({ is: "connecting", why });
   const scheme = self.location.protocol === "https:" ? "wss" : "ws";
   const opening = new WebSocket(`${scheme}://${self.location.host}/socket`);
   socket = opening;
   opening.binaryType = "arraybuffer";
+  let isOpened = false;
   const overdue = setTimeout(() => opening.close(), patience_ms);
   opening.onopen = () => {
     clearTimeout(overdue);
+    isOpened = true;
     attempt = 0;
+    why = "";
+    silence.opened(Date.now());
     tell({ is: "open" });
   };
   opening.onmessage = (event) => receive(new Uint8Array(event.data as ArrayBuffer));
-  opening.onclose = () => {
+  opening.onclose = (event) => {
     clearTimeout(overdue);
-    lost(opening);
+    if (isOpened) lost(opening, event.reason);
+    else void failed(opening);
   };
+}
+
+function listen(): void {
+  if (socket?.readyState === WebSocket.OPEN && underWay.size > 0 && silence.isOver(Date.now())) drop(socket);
 }
 
 // A request that is none of the method's, such as a number that does not fit its field, never leaves.
@@ -80,6 +118,7 @@ self.onmessage = (event: MessageEvent<ToWorker>) => {
     if (underWay.delete(message.id)) socket?.send(cancelBytes(message.id));
     return;
   }
+  if (underWay.size === 0) silence.heard(Date.now());  // nothing had to come until now
   underWay.set(message.id, message.method);
   if (socket?.readyState !== WebSocket.OPEN) {
     end(message.id, gone("there is no connection to the server"));
@@ -89,3 +128,4 @@ self.onmessage = (event: MessageEvent<ToWorker>) => {
 };
 
 open();
+setInterval(listen, listen_ms);

@@ -43,6 +43,13 @@ function applyRobot({ put, state, remove }: RobotEvent, robots: Map<string, Robo
   if (state && robot) robots.set(state.name, { ...robot, ...state });
 }
 
+// By what they are of; without those that say nothing.
+export function rulesByPair(all: readonly PairRule[]): ReadonlyMap<string, PairRule> {
+  const rules = new Map<string, PairRule>();
+  for (const rule of all) applyRule(rule, rules);
+  return rules;
+}
+
 function applyRule(rule: PairRule, rules: Map<string, PairRule>): void {
   if (rule.allowed || rule.margin_m !== undefined) rules.set(ruleKey(rule), rule);
   else rules.delete(ruleKey(rule));
@@ -81,18 +88,21 @@ export class WorldModel {
       for (const robot of initial_state?.robots ?? []) now.robots.set(robot.name, robot);
       for (const rule of initial_state?.pair_rules ?? []) applyRule(rule, now.rules);
     }
-    this.state_ = { world_uid, revision, ...now };
+    const { rules } = this.state_;
+    const isSame = JSON.stringify([...rules]) === JSON.stringify([...now.rules]);
+    this.state_ = { world_uid, revision, ...now, rules: isSame ? rules : now.rules };
   }
 
   private change(all: readonly WatchWorldResponse[], { world_uid, revision }: WatchWorldResponse): void {
     const { objects, robots, rules } = this.state_;
+    const areRuled = all.some(({ events }) => (events?.pair_rules.length ?? 0) > 0);
     const now: Changing = { objects: new Map(objects), robots: new Map(robots), rules: new Map(rules) };
     for (const { events } of all) {
       for (const event of events?.events ?? []) applyObject(event, now.objects);
       for (const event of events?.robot_events ?? []) applyRobot(event, now.robots);
       for (const rule of events?.pair_rules ?? []) applyRule(rule, now.rules);
     }
-    this.state_ = { world_uid, revision, ...now };
+    this.state_ = { world_uid, revision, ...now, rules: areRuled ? now.rules : rules };
   }
 
   // Sightings change no geometry and make no revision; they are noted in place, for the details.

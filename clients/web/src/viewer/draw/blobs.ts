@@ -1,23 +1,30 @@
 // Blobs by hash from the server, which the browser keeps for ever: meshes, points, labels.
 import { BufferAttribute, BufferGeometry } from "three";
+import { PassingFailure, patiently } from "../retry";
 
-const attempts = 3;
-const pause_ms = 400;
-
+// Beyond these, what nobody uses goes: the browser has it in its cache, too.
 const mostKept = 500;
+const mostKept_bytes = 256 << 20;
 
-export async function fetchBlob(hash: string): Promise<ArrayBuffer> {
-  for (let attempt = 1; ; ++attempt) {
-    try {
-      const response = await fetch(`/geometry/${encodeURIComponent(hash)}`);
-      if (!response.ok) throw new Error(`/geometry/${hash}: ${response.status}`);
-      return await response.arrayBuffer();
-    } catch (error) {
-      if (attempt === attempts) throw error;
-      await new Promise((resolve) => setTimeout(resolve, pause_ms * attempt));
-    }
+// The server has no room for it just now, or something between says that for it.
+const passing = new Set([408, 429, 502, 503, 504]);
+
+async function fetchOnce(hash: string): Promise<ArrayBuffer> {
+  const path = `/geometry/${encodeURIComponent(hash)}`;
+  let response: Response;
+  try {
+    response = await fetch(path);
+    if (response.ok) return await response.arrayBuffer();
+  } catch (error) {  // of the network; the page says itself that it is gone
+    throw new PassingFailure(`${path}: ${String(error)}`);
   }
+  const why = `${path}: ${response.status}`;
+  throw passing.has(response.status) ? new PassingFailure(why) : new Error(why);
 }
+
+// Again and again while it is wanted and what fails may pass.
+export const fetchBlob = (hash: string, isWanted: () => boolean): Promise<ArrayBuffer> =>
+  patiently(() => fetchOnce(hash), isWanted);
 
 // MESH_F64 of world.proto. Throws when the bytes are not a mesh.
 export function meshOf(bytes: ArrayBuffer): BufferGeometry {
@@ -33,41 +40,57 @@ export function meshOf(bytes: ArrayBuffer): BufferGeometry {
   return geometry;
 }
 
+const bytesOf = (geometry: BufferGeometry): number =>
+  24 * geometry.getAttribute("position").count + 4 * (geometry.index?.count ?? 0);  // with normals
+
+interface Coming { mesh: Promise<BufferGeometry | undefined>; wanted: (() => boolean)[]; }
+
 export class MeshLibrary {
-  private readonly known = new Map<string, BufferGeometry>();
-  private readonly onTheWay = new Map<string, Promise<BufferGeometry | undefined>>();
+  private readonly known = new Map<string, BufferGeometry>();  // the ones that came first are first
+  private readonly onTheWay = new Map<string, Coming>();
+  private bytes = 0;
 
-  constructor(private readonly failed: (why: string) => void) {}
+  constructor(private readonly failed: (why: string) => void, private readonly fetchOf: typeof fetchBlob = fetchBlob) {}
 
-  // Of those that nobody uses, the ones beyond what is worth keeping: they are in the browser's cache, too.
+  get size(): number { return this.known.size; }
+
+  // Of those that nobody uses the oldest go, until what is left is worth keeping.
   trim(isUsed: (hash: string) => boolean): void {
-    if (this.known.size <= mostKept) return;
     for (const [hash, geometry] of this.known) {
+      if (this.known.size <= mostKept && this.bytes <= mostKept_bytes) return;
       if (isUsed(hash)) continue;
       geometry.dispose();
       this.known.delete(hash);
-      this.onTheWay.delete(hash);
+      this.bytes -= bytesOf(geometry);
     }
   }
 
   // What has arrived.
   now(hash: string): BufferGeometry | undefined { return this.known.get(hash); }
 
-  // Undefined where it cannot be had, which is told once.
-  get(hash: string): Promise<BufferGeometry | undefined> {
+  // Undefined where it cannot be had, which is told once, and where nobody wants it any more.
+  get(hash: string, isWanted: () => boolean): Promise<BufferGeometry | undefined> {
+    const known = this.known.get(hash);
+    if (known) return Promise.resolve(known);
     let coming = this.onTheWay.get(hash);
-    if (!coming) {
-      coming = fetchBlob(hash).then((bytes) => {
-        const geometry = meshOf(bytes);
-        this.known.set(hash, geometry);
-        return geometry;
-      }).catch((error: unknown) => {
-        this.failed(error instanceof Error ? error.message : String(error));
-        this.onTheWay.delete(hash);
-        return undefined;
-      });
+    if (coming) coming.wanted.push(isWanted);
+    else {
+      const wanted = [isWanted];
+      coming = { wanted, mesh: this.fetch(hash, wanted).finally(() => this.onTheWay.delete(hash)) };
       this.onTheWay.set(hash, coming);
     }
-    return coming;
+    return coming.mesh;
+  }
+
+  private async fetch(hash: string, wanted: readonly (() => boolean)[]): Promise<BufferGeometry | undefined> {
+    try {
+      const geometry = meshOf(await this.fetchOf(hash, () => wanted.some((isWanted) => isWanted())));
+      this.known.set(hash, geometry);
+      this.bytes += bytesOf(geometry);
+      return geometry;
+    } catch (error) {
+      if (!(error instanceof PassingFailure)) this.failed(error instanceof Error ? error.message : String(error));
+      return undefined;
+    }
   }
 }

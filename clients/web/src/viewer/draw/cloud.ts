@@ -61,12 +61,20 @@ export class Clouds {
   // each shown or passed over, and the last one is shown.
   private async follow(sensor: string): Promise<void> {
     for (let scan = this.wanted.get(sensor); scan && !isSame(this.held.get(sensor)?.scan, scan); scan = this.wanted.get(sensor)) {
-      await this.load(scan);
+      try {
+        await this.load(scan);
+      } catch (error) {  // of one that another has replaced meanwhile it is no matter
+        if (this.isWanted(scan)) throw error;
+      }
     }
   }
 
+  private isWanted(scan: Scan): boolean { return isSame(this.wanted.get(scan.sensor), scan); }
+
   private async load(scan: Scan): Promise<void> {
-    const [points, labels] = await Promise.all([fetchBlob(scan.points_hash), fetchBlob(scan.labels_hash)]);
+    const [points, labels] = await Promise.all(
+      [scan.points_hash, scan.labels_hash].map((hash) => fetchBlob(hash, () => this.isWanted(scan))));
+    if (!points || !labels) return;
     if (!this.wanted.has(scan.sensor)) return;
     const before = this.held.get(scan.sensor);
     if (before) this.drop(scan.sensor, before);

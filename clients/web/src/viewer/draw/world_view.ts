@@ -49,6 +49,11 @@ export class WorldView {
   }
 
   sync(things: ReadonlyMap<string, SceneThing>): void {
+    this.follow(things);
+    this.trim();
+  }
+
+  private follow(things: ReadonlyMap<string, SceneThing>): void {
     for (const [name, drawn] of this.drawn) {
       if (!things.has(name)) this.remove(name, drawn);
     }
@@ -61,23 +66,26 @@ export class WorldView {
         this.add(thing);
       }
     }
-    this.library.trim((hash) => [...this.meshes.values()].some((batch) => batch.holds(hash)));
   }
+
+  // Lets meshes go that nothing here is drawn with.
+  private trim(): void { this.library.trim((hash) => [...this.meshes.values()].some((batch) => batch.holds(hash))); }
 
   // Draws all things anew without these layers.
   hideLayers(hidden: ReadonlySet<Layer>): void {
     const things = new Map([...this.drawn].map(([name, { value }]) => [name, value]));
-    this.sync(new Map());
+    this.follow(new Map());  // and keeps all meshes
     this.hidden = hidden;
     this.sync(things);
   }
 
-  // The name of what the ray meets first; what lets through only where nothing solid is met.
+  // The name of what the ray meets first. What was completed is hatched and can be pointed at as well as what was measured;
+  // what a question is about, and space that nobody has seen, only where nothing else is met.
   pick(raycaster: Raycaster): Hit<string> | undefined {
     let nearest: Hit<string> | undefined;
     for (const batch of [...this.shapes.values(), ...this.meshes.values()]) {
       for (const { owner, distance } of batch.hits(raycaster)) {
-        const behind = owner.part.look === "solid" ? 0 : owner.part.look === "unseen" ? 2e6 : 1e3;
+        const behind = owner.part.look === "unseen" ? 2e6 : owner.part.look === "ghost" ? 1e3 : 0;
         if (distance + behind < (nearest?.distance ?? Infinity)) nearest = { owner: owner.thing.value.name, distance: distance + behind };
       }
     }
@@ -134,7 +142,7 @@ export class WorldView {
   }
 
   private async placeLater(drawn: Drawn, frame: number, part: Part, hash: string): Promise<void> {
-    const mesh = await this.library.get(hash);
+    const mesh = await this.library.get(hash, () => !drawn.isGone);
     if (!mesh || drawn.isGone) return;
     this.placeMesh(drawn, frame, part, hash, mesh);
     this.changed();

@@ -108,8 +108,9 @@ function robotSections({ robot, links }: RobotModel): HTMLElement[] {
     element("section", "part", element("h3", "", "Joints, rad or m"), table)];
 }
 
-function rulesOf(name: string, rules: Iterable<PairRule>): HTMLElement[] {
-  const about = [...rules].filter(({ pair: { a, b } }) => a.name === name || b.name === name);
+const isAbout = (name: string, { pair: { a, b } }: PairRule): boolean => a.name === name || b.name === name;
+
+function rulesSection(name: string, about: readonly PairRule[]): HTMLElement[] {
   if (about.length === 0) return [];
   const list = element("ul", "rules", ...about.map(({ pair: { a, b }, allowed, margin_m }) => {
     const other = a.name === name ? b : a;
@@ -122,31 +123,48 @@ function rulesOf(name: string, rules: Iterable<PairRule>): HTMLElement[] {
 
 export class Details {
   readonly root = element("section", "details");
-  private shown: Thing["of"] | undefined;
-  private rules: ReadonlyMap<string, PairRule> | undefined;
+  private readonly head = element("header");
+  private readonly body = element("div");
+  private shown: Thing | undefined;
+  private rules: readonly PairRule[] = [];  // about it
 
   constructor(private readonly listener: { close: () => void; frame: (name: string) => void }) {
     this.root.setAttribute("aria-label", "Details of the selection");
     this.root.hidden = true;
+    this.root.append(this.head, this.body);
   }
 
+  // What did not change stays as it is, the buttons while the name does: with the focus, and what was scrolled to.
   show(thing: Thing | undefined, rules: ReadonlyMap<string, PairRule>): void {
-    if (thing?.of === this.shown && rules === this.rules) return;
-    this.shown = thing?.of;
-    this.rules = rules;
+    const before = this.shown;
+    const about = thing ? [...rules.values()].filter((rule) => isAbout(thing.name, rule)) : [];
+    const isSame = thing?.of === before?.of && about.length === this.rules.length &&
+      about.every((rule, i) => rule === this.rules[i]);
+    if (isSame) return;
+    this.shown = thing;
+    this.rules = about;
     this.root.hidden = thing === undefined;
     if (!thing) return;
-    const { of } = thing;
-    const name = element("h2", "", swatch(thing.color), element("span", "", thing.name));
+    if (thing.name !== before?.name || thing.color !== before.color) this.writeHead(thing);
+    this.writeBody(thing);
+  }
+
+  // Something of the thing that was shown has changed in place.
+  refresh(): void { if (this.shown) this.writeBody(this.shown); }
+
+  private writeHead({ name, color }: Thing): void {
     const frame = element("button", "quiet", "Frame");
     frame.title = "Move the camera so that it fills the picture (f)";
-    frame.addEventListener("click", () => this.listener.frame(thing.name));
+    frame.addEventListener("click", () => this.listener.frame(name));
     const close = element("button", "quiet", "\u2715");
     close.setAttribute("aria-label", "Close the details");
     close.addEventListener("click", () => this.listener.close());
-    this.root.replaceChildren(
-      element("header", "", name, frame, close),
-      ...(isRobot(of) ? robotSections(of) : [objectFacts(of, thing.kind === "user" ? "user's object" : thing.kind), ...objectSections(of)]),
-      ...rulesOf(thing.name, rules.values()));
+    this.head.replaceChildren(element("h2", "", swatch(color), element("span", "", name)), frame, close);
+  }
+
+  private writeBody({ name, kind, of }: Thing): void {
+    this.body.replaceChildren(
+      ...(isRobot(of) ? robotSections(of) : [objectFacts(of, kind === "user" ? "user's object" : kind), ...objectSections(of)]),
+      ...rulesSection(name, this.rules));
   }
 }

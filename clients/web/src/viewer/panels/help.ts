@@ -8,6 +8,7 @@ const keys: readonly (readonly [key: string, meaning: string])[] = [
   ["arrows, + \u2212", "turn and zoom; with shift, move"],
   ["drag, wheel", "turn, zoom; with the right button, move"],
   ["click", "select an object; in the tree, twice fills the picture with it"],
+  ["arrows, space", "in the tree: from row to row, out of a branch and into it; hide, or show again"],
   ["h", "hide the selection, or show it again"],
   ["/", "search"],
   ["q", "ask a question"],

@@ -7,6 +7,13 @@ export interface Switch { key: string; title: string; label: string; isOn: boole
 
 export interface Action { key: string; title: string; label: string; run: () => void; }
 
+export function linkText(state: LinkState): string {
+  if (state.is === "open") return "Connected";
+  if (state.is === "refused") return `Refused: ${state.why}`;
+  if (state.is === "connecting" && state.why === "") return "Connecting \u2026";
+  return `No connection${state.why === "" ? "" : `: ${state.why}`}, trying again \u2026`;
+}
+
 export class Toolbar {
   readonly root = element("header", "toolbar");
   private readonly worlds = element("select");
@@ -17,11 +24,12 @@ export class Toolbar {
 
   constructor(choose: (world: string) => void, refresh: () => void) {
     this.worlds.setAttribute("aria-label", "World");
+    this.worlds.hidden = true;  // until there are some
     this.worlds.addEventListener("change", () => choose(this.worlds.value));
     this.worlds.addEventListener("pointerdown", refresh);
     this.connection.setAttribute("role", "status");
     this.root.append(element("span", "brand", "cwm"), this.worlds, this.dot, this.connection, this.tools);
-    this.showLink({ is: "connecting" });
+    this.showLink({ is: "connecting", why: "" });
   }
 
   showWorlds(worlds: readonly World[], chosen: string | undefined): void {
@@ -42,7 +50,8 @@ export class Toolbar {
 
   showLink(state: LinkState): void {
     this.dot.className = `dot ${state.is}`;
-    this.connection.textContent = state.is === "open" ? "Connected" : state.is === "connecting" ? "Connecting \u2026" : "Connection lost, trying again \u2026";
+    this.root.classList.toggle("connected", state.is === "open");
+    this.connection.textContent = this.connection.title = linkText(state);
   }
 
   addSwitch(value: Switch): void {

@@ -1,4 +1,5 @@
-// All things by kind: counts, search, what is shown of them. Rows are buttons of a tree; arrow keys walk it.
+// All things by kind: counts, search, what is shown of them. Rows are buttons of a tree: one of them is reached by the
+// tabulator, the others from there by arrow keys.
 import { element, swatch } from "../../page/dom";
 import { count } from "../../page/quantity";
 import { kinds, kindTitles, type Kind, type Thing } from "../things";
@@ -10,7 +11,7 @@ export interface TreeListener {
   toggleKind: (kind: Kind) => void;
 }
 
-interface Row { root: HTMLElement; box: HTMLInputElement; name: HTMLElement; state: HTMLElement; thing: Thing; }
+interface Row { root: HTMLElement; box: HTMLInputElement; name: HTMLElement; state: HTMLElement; thing: Thing | undefined; }
 
 interface Branch { root: HTMLElement; list: HTMLElement; box: HTMLInputElement; count: HTMLElement; title: HTMLElement; isOpen: boolean; }
 
@@ -35,7 +36,8 @@ export class Tree {
   private readonly list = element("div", "branches");
   private readonly rows = new Map<string, Row>();
   private readonly branches = new Map<Kind, Branch>();
-  private things: readonly Thing[] = [];
+  private things: ReadonlyMap<string, Thing> = new Map();
+  private stop: HTMLElement | undefined;  // of the tabulator
   private selected: string | undefined;
   private hidden: { names: ReadonlySet<string>; kinds: ReadonlySet<Kind> } = { names: new Set(), kinds: new Set() };
 
@@ -48,20 +50,26 @@ export class Tree {
     this.list.setAttribute("role", "tree");
     this.list.setAttribute("aria-label", "Objects by kind");
     this.list.addEventListener("keydown", (event) => this.onKey(event));
+    this.list.addEventListener("focusin", ({ target }) => {
+      if (target instanceof HTMLButtonElement) this.stopAt(target);
+    });
     for (const kind of kinds) this.branches.set(kind, this.branch(kind));
     this.list.append(...[...this.branches.values()].map(({ root }) => root));
     this.root.append(this.search, this.list);
   }
 
-  show(things: Iterable<Thing>): void {
-    const now = [...things].sort((a, b) => order.compare(a.name, b.name));
-    const isSame = now.length === this.things.length && now.every((thing, i) => {
-      const before = this.things[i];
-      return before?.name === thing.name && before.kind === thing.kind && before.color === thing.color;
-    });
-    this.things = now;
+  // Most changes move things: rows are made anew only when others are there, or look otherwise.
+  show(things: ReadonlyMap<string, Thing>): void {
+    const before = this.things;
+    this.things = new Map(things);
+    let isSame = before.size === things.size;
+    for (const [name, thing] of things) {
+      const was = before.get(name);
+      isSame &&= was !== undefined && was.kind === thing.kind && was.color === thing.color;
+      if (!isSame) break;
+    }
     if (!isSame) this.build();
-    else for (const thing of now) this.refresh(thing);
+    else for (const [name, row] of this.rows) this.refresh(row, things.get(name));
   }
 
   setHidden(names: ReadonlySet<string>, hiddenKinds: ReadonlySet<Kind>): void {
@@ -78,10 +86,13 @@ export class Tree {
 
   select(name: string | undefined): void {
     const before = this.selected === undefined ? undefined : this.rows.get(this.selected);
-    before?.root.setAttribute("aria-selected", "false");
+    before?.name.setAttribute("aria-selected", "false");
+    before?.root.classList.remove("selected");
     this.selected = name;
     const row = name === undefined ? undefined : this.rows.get(name);
-    row?.root.setAttribute("aria-selected", "true");
+    row?.name.setAttribute("aria-selected", "true");
+    row?.root.classList.add("selected");
+    if (row && !this.list.contains(document.activeElement) && this.buttons().includes(row.name)) this.stopAt(row.name);
     row?.root.scrollIntoView({ block: "nearest" });
   }
 
@@ -91,6 +102,7 @@ export class Tree {
     title.type = "button";
     const number = element("span", "count");
     title.append(number);
+    title.tabIndex = -1;
     title.setAttribute("role", "treeitem");
     title.setAttribute("aria-expanded", "true");
     const box = checkbox(`Show ${kindTitles[kind]}`);
@@ -98,6 +110,8 @@ export class Tree {
     const list = element("div", "leaves");
     list.setAttribute("role", "group");
     const head = element("div", "row head", box, title);
+    head.setAttribute("role", "none");
+    root.setAttribute("role", "none");
     root.append(head, list);
     const branch: Branch = { root, list, box, count: number, title, isOpen: true };
     title.addEventListener("click", () => this.open(branch, !branch.isOpen));
@@ -108,14 +122,17 @@ export class Tree {
     branch.isOpen = isOpen;
     branch.list.hidden = !isOpen;
     branch.title.setAttribute("aria-expanded", String(isOpen));
+    if (!isOpen && this.stop && branch.list.contains(this.stop)) this.stopAt(branch.title);
   }
 
   private build(): void {
     const wanted = this.search.value.trim().toLowerCase();
     const focused = document.activeElement instanceof HTMLElement ? document.activeElement.dataset["thing"] : undefined;
+    const stop = this.stop?.dataset["thing"];
+    const sorted = [...this.things.values()].sort((a, b) => order.compare(a.name, b.name));
     this.rows.clear();
     for (const [kind, branch] of this.branches) {
-      const all = this.things.filter((thing) => thing.kind === kind);
+      const all = sorted.filter((thing) => thing.kind === kind);
       const found = wanted === "" ? all : all.filter(({ name }) => name.toLowerCase().includes(wanted));
       branch.root.hidden = found.length === 0;
       branch.count.textContent = found.length === all.length ? count(all.length) : `${count(found.length)} of ${count(all.length)}`;
@@ -124,7 +141,18 @@ export class Tree {
     }
     this.setHidden(this.hidden.names, this.hidden.kinds);
     this.select(this.selected);
-    if (focused !== undefined) this.rows.get(focused)?.name.focus();
+    const kept = stop === undefined ? this.stop : this.rows.get(stop)?.name;
+    const all = this.buttons();
+    this.stopAt(kept && all.includes(kept) ? kept : all[0]);
+    // Who was at a row that is gone goes on from the top.
+    if (focused !== undefined) (this.rows.get(focused)?.name ?? this.stop)?.focus();
+  }
+
+  // Where the tabulator comes to.
+  private stopAt(button: HTMLElement | undefined): void {
+    if (this.stop) this.stop.tabIndex = -1;
+    this.stop = button;
+    if (button) button.tabIndex = 0;
   }
 
   private row(thing: Thing): HTMLElement {
@@ -133,28 +161,33 @@ export class Tree {
     box.addEventListener("change", () => this.listener.toggle(name));
     const button = element("button", "name", swatch(thing.color), element("span", "text", name));
     button.type = "button";
+    button.tabIndex = -1;
+    button.setAttribute("role", "treeitem");
+    button.setAttribute("aria-selected", "false");
     button.dataset["thing"] = name;
     button.addEventListener("click", () => this.listener.select(name));
     button.addEventListener("dblclick", () => this.listener.frame(name));
     const state = element("span", "state");
     const root = element("div", "row leaf", box, button, state);
-    root.setAttribute("role", "treeitem");
-    root.setAttribute("aria-selected", "false");
-    this.rows.set(name, { root, box, name: button, state, thing });
-    this.refresh(thing);
+    root.setAttribute("role", "none");
+    const row: Row = { root, box, name: button, state, thing: undefined };
+    this.rows.set(name, row);
+    this.refresh(row, thing);
     return root;
   }
 
-  private refresh(thing: Thing): void {
-    const row = this.rows.get(thing.name);
-    if (!row) return;
+  private refresh(row: Row, thing: Thing | undefined): void {
+    if (!thing || row.thing === thing) return;
     row.thing = thing;
     const state = "state" in thing.of ? thing.of.state : "";
     row.state.textContent = state === "OBJECT_STATE_OCCLUDED" ? "occluded" : state === "OBJECT_STATE_LOST" ? "lost" : "";
   }
 
-  private readonly buttons = (): HTMLElement[] =>
-    [...this.list.querySelectorAll<HTMLElement>("button")].filter((button) => button.offsetParent !== null);
+  // Those that are to be seen while the list is, from the top.
+  private buttons(): HTMLElement[] {
+    return [...this.branches.values()].filter(({ root }) => !root.hidden).flatMap(({ title, list, isOpen }) =>
+      [title, ...(isOpen ? list.querySelectorAll<HTMLElement>(".name") : [])]);
+  }
 
   private onKey(event: KeyboardEvent): void {
     const all = this.buttons();
@@ -175,7 +208,7 @@ export class Tree {
 
   private leave(name: string | undefined, branch: Branch | undefined): void {
     if (branch) this.open(branch, false);
-    const kind = name === undefined ? undefined : this.rows.get(name)?.thing.kind;
+    const kind = name === undefined ? undefined : this.rows.get(name)?.thing?.kind;
     if (kind) this.branches.get(kind)?.title.focus();
   }
 

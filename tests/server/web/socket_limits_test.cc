@@ -1,0 +1,317 @@
+// What a page may cost: calls, watches, time, bytes that wait for it.
+#include <thread>
+
+#include "tests/server/web/socket_fixture.h"
+
+namespace cwm::server {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+using ::testing::HasSubstr;
+using testing::RawConnection;
+using testing::RequestText;
+using testing::WebSocketClient;
+
+class ManyWatches : public SocketTest {
+ protected:
+  static ViewerLimits Limits() {
+    ViewerLimits limits;
+    limits.watches_of_socket = limits.calls_of_socket;
+    return limits;
+  }
+  ManyWatches() : SocketTest(Limits()) {}
+};
+
+TEST_F(ManyWatches, TooManyCallsAreRefusedOneByOne) {
+  PutBox("a", 1);
+  ViewerPage page(port());
+  const std::size_t most = ViewerLimits{}.calls_of_socket;
+  for (std::size_t i = 0; i < most; ++i) page.Begin(i, kWatch, WatchRequest());
+  for (std::size_t i = 0; i < most; ++i) {
+    EXPECT_EQ(page.Next().what_case(), v1::ViewerResponse::kMessage);
+  }
+  page.Begin(100, kList, "");
+  const v1::ViewerResponse refused = page.Next();
+  EXPECT_EQ(refused.call_id(), 100U);
+  EXPECT_EQ(refused.end().code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
+  EXPECT_THAT(refused.end().message(), HasSubstr("16 calls"));
+  page.Cancel(3);
+  EXPECT_EQ(page.Next().end().code(), grpc::StatusCode::CANCELLED);
+  page.Begin(100, kList, "");
+  EXPECT_EQ(page.Next().what_case(), v1::ViewerResponse::kMessage);
+}
+
+TEST_F(SocketTest, APageWatchesTwoWorldsAtMost) {
+  PutBox("a", 1);
+  ViewerPage page(port());
+  for (const std::uint64_t id : {1U, 2U}) {
+    page.Begin(id, kWatch, WatchRequest());
+    EXPECT_EQ(page.Next().what_case(), v1::ViewerResponse::kMessage);
+  }
+  page.Begin(3, kWatch, WatchRequest());
+  const v1::ViewerResponse refused = page.Next();
+  EXPECT_EQ(refused.call_id(), 3U);
+  EXPECT_EQ(refused.end().code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
+  EXPECT_THAT(refused.end().message(), HasSubstr("2 watches of this socket"));
+  // Who goes from world to world is not held up by what is about to end.
+  for (std::uint64_t id = 4; id < 12; ++id) {
+    page.Cancel(id == 4 ? 1 : id - 1);
+    page.Begin(id, kWatch, WatchRequest());
+  }
+  for (;;) {
+    const v1::ViewerResponse response = page.Next();
+    ASSERT_NE(response.what_case(), v1::ViewerResponse::WHAT_NOT_SET);
+    ASSERT_NE(response.end().code(), grpc::StatusCode::RESOURCE_EXHAUSTED) << response.call_id();
+    if (response.call_id() == 11) break;
+  }
+}
+
+class FewWatchers : public SocketTest {
+ protected:
+  static Limits OfServer() {
+    Limits limits;
+    limits.max_watchers = 1;
+    limits.max_viewer_watchers = 2;
+    return limits;
+  }
+  FewWatchers() : SocketTest(ViewerLimits{}, "", Files(), OfServer()) {}
+};
+
+TEST_F(FewWatchers, BrowsersAndProgramsTakeNoneFromEachOther) {
+  PutBox("a", 1);
+  ViewerPage first(port());
+  ViewerPage second(port());
+  for (ViewerPage* page : {&first, &second}) {
+    page->Begin(1, kWatch, WatchRequest());
+    EXPECT_EQ(page->Next().what_case(), v1::ViewerResponse::kMessage);
+  }
+  Call call;
+  const auto watch = world_->WatchWorld(&call, {});
+  v1::WatchWorldResponse message;
+  EXPECT_TRUE(watch->Read(&message)) << "a robot's watch";
+  second.Begin(2, kWatch, WatchRequest());
+  const v1::ViewerResponse refused = second.Next();
+  EXPECT_EQ(refused.end().code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
+  EXPECT_THAT(refused.end().message(), HasSubstr("2 watchers in browsers"));
+  EXPECT_EQ(DetailsIn({grpc::StatusCode::UNKNOWN, "", refused.end().details()}).info.reason(),
+            "TOO_MANY_VIEWERS");
+  Call other;
+  const auto one_too_many = world_->WatchWorld(&other, {});
+  EXPECT_FALSE(one_too_many->Read(&message));
+  EXPECT_EQ(ReasonIn(one_too_many->Finish()), "TOO_MANY_WATCHERS");
+  second.Cancel(1);
+  EXPECT_EQ(second.Next().end().code(), grpc::StatusCode::CANCELLED);
+  // The services hear of it a moment later.
+  v1::ViewerResponse admitted;
+  for (std::uint64_t id = 3; id < 500 && admitted.message().empty(); ++id) {
+    second.Begin(id, kWatch, WatchRequest());
+    admitted = second.Next();
+  }
+  EXPECT_FALSE(admitted.message().empty());
+}
+
+class ShortCalls : public SocketTest {
+ protected:
+  static ViewerLimits Limits() {
+    ViewerLimits limits;
+    limits.call_time = milliseconds(300);
+    return limits;
+  }
+  ShortCalls() : SocketTest(Limits()) {}
+};
+
+TEST_F(ShortCalls, ACallEndsInTimeAndAWatchDoesNot) {
+  PutBox("a", 1);
+  ViewerPage page(port());
+  page.Begin(1, kWatch, WatchRequest());
+  EXPECT_EQ(page.Next().call_id(), 1U);
+  v1::GetObjectRequest waits;  // for a revision that does not come
+  waits.set_name("a");
+  waits.mutable_at_revision()->set_at_least(1'000);
+  page.Begin(2, kGet, waits.SerializeAsString());
+  const auto start = std::chrono::steady_clock::now();
+  const v1::ViewerResponse late = page.Next(seconds(10));
+  EXPECT_GE(std::chrono::steady_clock::now() - start, milliseconds(250));
+  EXPECT_EQ(late.call_id(), 2U);
+  EXPECT_EQ(late.end().code(), grpc::StatusCode::DEADLINE_EXCEEDED);
+  EXPECT_THAT(late.end().message(), HasSubstr("no answer within 300ms"));
+  PutBox("b", 2);
+  EXPECT_EQ(page.Next().what_case(), v1::ViewerResponse::kMessage) << "the watch goes on";
+}
+
+class SmallSockets : public SocketTest {
+ protected:
+  static ViewerLimits Limits() {
+    ViewerLimits limits;
+    limits.sockets = 2;
+    limits.no_byte_taken = milliseconds(500);
+    limits.ping_period = milliseconds(300);
+    return limits;
+  }
+  SmallSockets() : SocketTest(Limits()) {}
+};
+
+TEST_F(SmallSockets, MoreThanThereMayBeAreRefused) {
+  WebSocketClient first(port());
+  auto second = std::make_unique<WebSocketClient>(port());
+  EXPECT_EQ(second->status(), 101);
+  EXPECT_EQ(WebSocketClient(port()).status(), 503);
+  // A browser tells its page nothing of that; it may ask without opening one.
+  const testing::HttpAnswer why = Ask("/socket");
+  EXPECT_EQ(why.status, 503);
+  EXPECT_THAT(why.body, HasSubstr("socket: there are 2 already, must be at most as many"));
+  second.reset();
+  int status = 0;
+  for (int i = 0; i < 100 && status != 101; ++i) {
+    std::this_thread::sleep_for(milliseconds(20));
+    status = WebSocketClient(port()).status();
+  }
+  EXPECT_EQ(status, 101) << "there is room again";
+}
+
+TEST_F(SmallSockets, WhoAnswersNoPingIsGone) {
+  RawConnection dead(port());
+  ASSERT_TRUE(dead.Send(RequestText(port(), "GET", "/socket",
+                                    {{"Connection", "Upgrade"},
+                                     {"Upgrade", "websocket"},
+                                     {"Sec-WebSocket-Version", "13"},
+                                     {"Sec-WebSocket-Key", "dGhlIHNhbXBsZSBub25jZQ=="}})));
+  EXPECT_EQ(dead.Receive().status, 101);
+  WebSocketClient alive(port());
+  bool ended = false;
+  for (int i = 0; i < 100 && !ended; ++i) {
+    EXPECT_FALSE(alive.Read(milliseconds(50)).has_value());  // answers pings meanwhile
+    ended = dead.Ends(milliseconds(50));
+  }
+  EXPECT_TRUE(ended);
+  EXPECT_FALSE(alive.closed());
+}
+
+TEST_F(SmallSockets, WhoTakesNoBytesIsGone) {
+  std::string bytes;
+  bytes.resize(40'000'000, 'a');
+  const auto stored = application_.geometry.Put(BlobFormat::kLabelsU32, bytes);
+  ASSERT_TRUE(stored.ok());
+  v1::ReadGeometryRequest request;
+  request.set_hash(stored->hash);
+  ViewerPage page(port(), {.receive_bytes = 16 << 10});
+  page.Begin(1, "cwm.v1.WorldService/ReadGeometry", request.SerializeAsString());
+  std::this_thread::sleep_for(seconds(2));
+  std::size_t read = 0;
+  while (const auto message = page.socket().Read(seconds(2))) read += message->size();
+  EXPECT_TRUE(page.socket().closed());
+  EXPECT_LT(read, stored->hash.size() + 20'000'000);
+  ExpectServes();
+}
+
+class FewBytes : public SocketTest {
+ protected:
+  static ViewerLimits Limits() {
+    ViewerLimits limits;
+    limits.waiting_bytes = 3 << 20;
+    return limits;
+  }
+  FewBytes() : SocketTest(Limits()) {}
+};
+
+// Of each call one message waits at most: of sixteen they could be 256 MiB.
+TEST_F(FewBytes, WhatWaitsForASlowPageIsBounded) {
+  std::string bytes(1 << 20, 'a');
+  const auto stored = application_.geometry.Put(BlobFormat::kLabelsU32, bytes);
+  ASSERT_TRUE(stored.ok());
+  v1::ReadGeometryRequest request;
+  request.set_hash(stored->hash);
+  ViewerPage page(port(), {.receive_bytes = 16 << 10});
+  constexpr std::uint64_t kCalls = 10;
+  for (std::uint64_t id = 1; id <= kCalls; ++id) {
+    page.Begin(id, "cwm.v1.WorldService/ReadGeometry", request.SerializeAsString());
+  }
+  std::this_thread::sleep_for(seconds(1));
+  std::uint64_t whole = 0;
+  std::uint64_t ended = 0;
+  while (whole + ended < kCalls) {
+    const v1::ViewerResponse response = page.Next();
+    ASSERT_NE(response.what_case(), v1::ViewerResponse::WHAT_NOT_SET);
+    if (response.what_case() == v1::ViewerResponse::kMessage) continue;
+    if (response.end().code() == grpc::StatusCode::OK) {
+      ++whole;
+      continue;
+    }
+    ++ended;
+    EXPECT_EQ(response.end().code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
+    EXPECT_THAT(response.end().message(), HasSubstr("read too slowly: more than 3145728 bytes"));
+  }
+  EXPECT_GE(whole, 3U) << "one that is written, and those that may wait";
+  EXPECT_GE(ended, 3U);
+  const auto [messages, end] =
+      page.Call("cwm.v1.WorldService/ReadGeometry", request.SerializeAsString());
+  EXPECT_EQ(end.code(), 0) << "once it reads again it is served again";
+}
+
+// Each refusal is an answer: without a bound, who asks and never reads would fill the memory.
+TEST_F(SocketTest, WhoAsksWithoutReadingIsNotReadEither) {
+  RawConnection asks(port());
+  ASSERT_TRUE(asks.Send(RequestText(port(), "GET", "/socket",
+                                    {{"Connection", "Upgrade"},
+                                     {"Upgrade", "websocket"},
+                                     {"Sec-WebSocket-Version", "13"},
+                                     {"Sec-WebSocket-Key", "dGhlIHNhbXBsZSBub25jZQ=="}})));
+  ASSERT_EQ(asks.Receive().status, 101);
+  v1::ViewerRequest request;
+  request.mutable_begin()->set_method("no such method");
+  const std::string payload = request.SerializeAsString();
+  ASSERT_LT(payload.size(), 126U);
+  std::string frame = "\x82";
+  frame += static_cast<char>(0x80 | payload.size());
+  frame += std::string(4, '\0') + payload;  // masked by nothing
+  std::string many;
+  for (int i = 0; i < 10'000; ++i) many += frame;
+  std::size_t sent = 0;
+  constexpr std::size_t kFarMoreThanBuffers = 64 << 20;
+  while (sent < kFarMoreThanBuffers && asks.Send(many, seconds(1))) sent += many.size();
+  EXPECT_LT(sent, kFarMoreThanBuffers);
+  ExpectServes();
+}
+
+// A page that sleeps gets the newest state when it wakes, not what it slept through.
+TEST_F(SocketTest, ASlowPageGetsNewerStatesNotMoreOfThem) {
+  constexpr int kBoxes = 50;
+  constexpr int kMoves = 3'000;
+  for (int i = 0; i < kBoxes; ++i) PutBox("box_" + std::to_string(i), i);
+  ViewerPage page(port(), {.receive_bytes = 16 << 10});
+  page.Begin(1, kWatch, WatchRequest(v1::WATCH_MODE_COALESCED));
+  page.Next();
+  for (int i = 0; i < kMoves; ++i) {
+    v1::ApplyChangesRequest request;
+    for (int k = 0; k < kBoxes; ++k) {
+      v1::MoveObject* move = request.add_changes()->mutable_move();
+      move->set_name("box_" + std::to_string(k));
+      move->mutable_x_world_object()->set_tx_m(0.001 * (i + 1) + k);
+      move->mutable_x_world_object()->set_qw(1);
+    }
+    v1::ApplyChangesResponse response;
+    Call call;
+    ASSERT_TRUE(world_->ApplyChanges(&call, request, &response).ok());
+  }
+  const std::int64_t last = kBoxes + kMoves;
+  int messages = 0;
+  std::int64_t revision = 0;
+  double box_7_x_m = 0;
+  while (revision < last) {
+    const v1::ViewerResponse response = page.Next();
+    v1::WatchWorldResponse message;
+    ASSERT_EQ(response.what_case(), v1::ViewerResponse::kMessage);
+    ASSERT_TRUE(message.ParseFromString(response.message()));
+    for (const v1::ObjectEvent& event : message.events().events()) {
+      if (event.move().name() == "box_7") box_7_x_m = event.move().x_world_object().tx_m();
+    }
+    revision = message.revision();
+    ++messages;
+  }
+  EXPECT_LT(messages, kMoves / 3) << "of which most were in buffers when it fell asleep";
+  EXPECT_DOUBLE_EQ(box_7_x_m, 0.001 * kMoves + 7);
+}
+
+}  // namespace
+}  // namespace cwm::server
