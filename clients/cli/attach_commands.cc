@@ -7,6 +7,7 @@
 #include "clients/cli/change_arguments.h"
 #include "clients/cli/commands.h"
 #include "clients/cli/number_list.h"
+#include "clients/cli/unknown_names.h"
 
 namespace cwm::cli {
 namespace {
@@ -36,9 +37,15 @@ absl::Status Attach(Session& session, const AttachArguments& arguments) {
     *attach.mutable_x_link_object() = ToProto(*pose);
   }
   for (const std::string& link : arguments.touch_links) attach.add_touch_links(link);
-  return Apply(
+  absl::Status done = Apply(
       session, arguments.change, {change},
       absl::StrCat("attached ", arguments.name, " to ", arguments.robot, "/", arguments.link));
+  if (absl::IsInvalidArgument(done)) {
+    std::vector<std::string> links = arguments.touch_links;
+    links.insert(links.begin(), arguments.link);
+    WarnOfUnknownLinks(session, arguments.robot, links);
+  }
+  return done;
 }
 
 absl::Status Detach(Session& session, const DetachArguments& arguments) {

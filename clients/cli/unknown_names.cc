@@ -55,12 +55,7 @@ void WarnOfThing(Session& session, const pb::NamedThing& thing,
     return WarnWithNearest(session, absl::StrCat("nothing is named \"", thing.name(), "\" yet"),
                            nearest);
   }
-  if (thing.link().empty()) return;
-  const std::vector<std::string> links = LinksOf(session, thing.name());
-  if (Has(links, thing.link())) return;
-  WarnWithNearest(session,
-                  absl::StrCat("\"", thing.name(), "\" has no link \"", thing.link(), "\""),
-                  NearestWord(thing.link(), links));
+  if (!thing.link().empty()) WarnOfUnknownLinks(session, thing.name(), {thing.link()});
 }
 
 }  // namespace
@@ -84,6 +79,17 @@ void WarnOfUnknownNames(Session& session, const pb::NamedPair& pair) {
   const std::vector<std::string> names = NamesOfWorld(session);
   WarnOfThing(session, pair.a(), names);
   WarnOfThing(session, pair.b(), names);
+}
+
+void WarnOfUnknownLinks(Session& session, const std::string& robot,
+                        const std::vector<std::string>& links) {
+  const std::vector<std::string> known = LinksOf(session, robot);
+  if (known.empty()) return;
+  for (const std::string& link : links) {
+    if (Has(known, link)) continue;
+    WarnWithNearest(session, absl::StrCat("\"", robot, "\" has no link \"", link, "\""),
+                    NearestWord(link, known));
+  }
 }
 
 }  // namespace cwm::cli

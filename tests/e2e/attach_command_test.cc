@@ -102,6 +102,9 @@ TEST_F(AttachCommand, SaysWhatIsWrong) {
   };
   failure({"attach", "box", "--robot", "arm"}, 1, "--link");
   failure({"attach", "box", "--robot", "arm", "--link", "tail"}, 8, "attach.link");
+  failure({"attach", "box", "--robot", "arm", "--link", "hnd"}, 8, "did you mean hand?");
+  failure({"attach", "box", "--robot", "arm", "--link", "hand", "--touch-links", "bse"}, 8,
+          "did you mean base?");
   failure({"attach", "box", "--robot", "nobody", "--link", "hand"}, 3, "nobody");
   failure({"attach", "ghost", "--robot", "arm", "--link", "hand"}, 3, "ghost");
   failure({"detach", "ghost"}, 3, "ghost");
