@@ -20,6 +20,7 @@
 #include "clients/formats/cloud_reader.h"
 #include "clients/formats/file_bytes.h"
 #include "clients/formats/scene_file.h"
+#include "clients/meshes/mesh_reading.h"
 #include "clients/scene/scene_import.h"
 #include "clients/scene/scene_objects.h"
 
@@ -50,7 +51,7 @@ std::string EndingOf(const std::string& file) {
 // By the first bytes where they tell, else by the name's ending; what neither tells is a scene, of
 // which the reader says what is wrong.
 const char* ContentOf(std::string_view bytes, const std::string& file) {
-  if (IsMeshFile(bytes, file)) return kMesh;
+  if (meshes::IsMesh(bytes, file)) return kMesh;
   const std::string ending = EndingOf(file);
   if (ending == ".scene" || ending == ".yaml" || ending == ".yml") return kScene;
   for (const char* cloud : {".pcd", ".ply", ".xyz", ".npy", ".asc", ".csv", ".txt"}) {

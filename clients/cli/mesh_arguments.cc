@@ -1,21 +1,16 @@
 #include "clients/cli/mesh_arguments.h"
 
-#include <algorithm>
-#include <array>
 #include <cmath>
-#include <filesystem>
 #include <map>
 #include <utility>
 
-#include "absl/strings/ascii.h"
+#include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "clients/cli/exit_code.h"
 #include "clients/cli/one_of.h"
 #include "clients/cpp/geometry_transfer.h"
-#include "clients/formats/format_error.h"
-#include "clients/formats/ply.h"
-#include "collision/mesh_files/mesh_builder.h"
+#include "clients/meshes/mesh_reading.h"
 #include "collision/mesh_files/mesh_file.h"
 #include "proto/transfer/mesh_bytes.h"
 
@@ -28,54 +23,6 @@ using collision::UpAxis;
 // A cup of 0.1 m is 100 long in millimetres, a screw of 10 mm is 10; what is longer than this in
 // metres is no thing but a building.
 constexpr double kLongest_m = 10;
-
-constexpr std::array<std::string_view, 4> kEndings = {".stl", ".obj", ".dae", ".glb"};
-
-std::string EndingOf(std::string_view file) {
-  return absl::AsciiStrToLower(std::filesystem::path(file).extension().string());
-}
-
-bool IsGlb(std::string_view bytes) { return bytes.starts_with("glTF"); }
-bool IsPly(std::string_view bytes) { return bytes.starts_with("ply"); }
-
-// Polygons of a PLY as triangles whose vertices are one where they are at the same place, as the
-// other readers have them.
-absl::StatusOr<TriangleMesh> ParsePly(std::string_view bytes, const std::string& file) {
-  const auto read = formats::ParsePlyMesh(bytes, file);
-  if (!read.ok()) return read.status();
-  collision::MeshBuilder mesh(collision::MeshFileLimits{}.max_triangles);
-  for (const auto& triangle : read->triangles) {
-    std::array<Vector3, 3> corners;
-    for (std::size_t i = 0; i < 3; ++i) corners[i] = Vector3(read->vertices[triangle[i]].data());
-    if (absl::Status status = mesh.Add(corners); !status.ok()) return status;
-  }
-  return std::move(mesh).Finish();
-}
-
-absl::Status In(const std::string& file, const absl::Status& status) {
-  const std::string message(status.message());
-  if (message.starts_with(file)) return status;
-  return absl::Status(status.code(), absl::StrCat(file, ": ", message));
-}
-
-// As it stands in the file.
-absl::StatusOr<TriangleMesh> ParseAsItStands(std::string_view bytes, const std::string& file) {
-  if (IsPly(bytes)) return ParsePly(bytes, file);
-  if (IsGlb(bytes)) return collision::ReadMeshFile(bytes, ".glb");
-  const std::string ending = EndingOf(file);
-  if (std::find(kEndings.begin(), kEndings.end(), ending) == kEndings.end()) {
-    return formats::FileError(
-        file, {"the ending", ending, "must be .stl, .obj, .dae, .glb or .ply, where it is a mesh"});
-  }
-  return collision::ReadMeshFile(bytes, ending);
-}
-
-absl::StatusOr<UpAxis> UpOf(std::string_view bytes, const std::string& file,
-                            const MeshArguments& arguments) {
-  if (arguments.up) return *arguments.up;
-  if (IsPly(bytes)) return UpAxis::kZ;
-  return collision::UpAxisOf(bytes, IsGlb(bytes) ? ".glb" : EndingOf(file));
-}
 
 }  // namespace
 
@@ -95,27 +42,22 @@ void AddMeshOptions(CLI::App& command, const std::string& group, MeshArguments& 
       ->group(group);
 }
 
-bool IsMeshFile(std::string_view bytes, std::string_view file) {
-  if (IsPly(bytes)) return formats::HasPlyFaces(bytes);
-  const std::string ending = EndingOf(file);
-  return IsGlb(bytes) || std::find(kEndings.begin(), kEndings.end(), ending) != kEndings.end();
-}
-
 absl::StatusOr<TriangleMesh> ParseMeshFile(std::string_view bytes, const std::string& file,
                                            const MeshArguments& arguments) {
   if (!(arguments.scale > 0) || !std::isfinite(arguments.scale)) {
     return UsageError(absl::StrCat("--scale is ", arguments.scale, ", must be above 0"));
   }
-  auto mesh = ParseAsItStands(bytes, file);
-  if (!mesh.ok()) return In(file, mesh.status());
-  const auto up = UpOf(bytes, file, arguments);
-  if (!up.ok()) return In(file, up.status());
+  auto mesh = meshes::ParseMesh(bytes, file);
+  if (!mesh.ok()) return mesh.status();
+  const auto up =
+      arguments.up ? absl::StatusOr<UpAxis>(*arguments.up) : meshes::UpAxisOfMesh(bytes, file);
+  if (!up.ok()) return up.status();
   TriangleMesh standing = collision::WithZUp(*up, *std::move(mesh));
   for (Vector3& p : standing.vertices) {
     p *= arguments.scale;
     if (!p.allFinite()) {
-      return In(file, absl::InvalidArgumentError(
-                          absl::StrCat("vertices must be finite after --scale ", arguments.scale)));
+      return absl::InvalidArgumentError(
+          absl::StrCat(file, ": vertices must be finite after --scale ", arguments.scale));
     }
   }
   return standing;

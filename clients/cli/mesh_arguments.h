@@ -22,9 +22,6 @@ struct MeshArguments {
 // In a group of that name of the help.
 void AddMeshOptions(CLI::App& command, const std::string& group, MeshArguments& arguments);
 
-// By what it begins with (GLB; PLY with faces), or how its name ends (STL, OBJ, DAE, GLB).
-bool IsMeshFile(std::string_view bytes, std::string_view file);
-
 // The mesh of a file in metres, Z up. Vertices at the same place are one. INVALID_ARGUMENT names
 // file, place and rule; a usage error for a scale that is none.
 absl::StatusOr<TriangleMesh> ParseMeshFile(std::string_view bytes, const std::string& file,

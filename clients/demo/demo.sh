@@ -54,13 +54,14 @@ fi
 [ "$once" = 1 ] && exit 0
 cat <<TEXT
 
-The server stays up until you press Ctrl-C. From another terminal:
+The server stays up until you press Ctrl-C.
+$(sed -n 's/^cwm-server .*shows the world at \(http[^ ]*\).*/Look at it live in a browser: \1/p' "$scratch/server.log")
+From another terminal:
   export CWM_ADDR=unix:$socket PATH=$bin:\$PATH
   cwm objects                                     what stands there
   cwm put crate --box 0.3,0.2,0.2 --at 0,0,1      add an object of yours
   cwm distance --sphere 0.03 --at 0,0,1.2         ask
   cwm watch                                       see every change as it happens
-$(sed -n 's/^cwm-server .*shows the world at \(http[^ ]*\).*/Look at it live in a browser: \1/p' "$scratch/server.log")
   cwm --help
 TEXT
 wait "$server"

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "clients/simulator/mesh_reading.h"
+#include "clients/meshes/mesh_reading.h"
 #include "collision/geometry/validation.h"
 
 namespace cwm::simulator {
@@ -107,7 +107,7 @@ absl::StatusOr<Shape> ReadMeshFile(const YamlPlace& place) {
     scale = *factor;
   }
   const auto path = std::filesystem::path(place.file()).parent_path() / *name;
-  auto mesh = ReadMesh(path.string());
+  auto mesh = meshes::ReadMesh(path.string());
   if (!mesh.ok())
     return place["file"].Error(
         absl::StrCat("cannot be used: ", std::string(mesh.status().message())));

@@ -1,4 +1,4 @@
-#include "clients/simulator/mesh_reading.h"
+#include "clients/meshes/mesh_reading.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -10,7 +10,7 @@
 #include "clients/formats/ply.h"
 #include "tests/support/process.h"
 
-namespace cwm::simulator {
+namespace cwm::meshes {
 namespace {
 
 using ::testing::HasSubstr;
@@ -123,4 +123,4 @@ TEST(ReadMesh, RefusesBrokenFilesByLineFieldAndRule) {
 }
 
 }  // namespace
-}  // namespace cwm::simulator
+}  // namespace cwm::meshes

@@ -1,0 +1,87 @@
+#include "clients/meshes/mesh_reading.h"
+
+#include <algorithm>
+#include <array>
+#include <filesystem>
+#include <utility>
+
+#include "absl/status/status.h"
+#include "absl/strings/ascii.h"
+#include "absl/strings/str_cat.h"
+#include "clients/formats/file_bytes.h"
+#include "clients/formats/format_error.h"
+#include "clients/formats/ply.h"
+#include "collision/mesh_files/mesh_builder.h"
+#include "collision/mesh_files/mesh_file.h"
+
+namespace cwm::meshes {
+namespace {
+
+constexpr std::array<std::string_view, 4> kEndings = {".stl", ".obj", ".dae", ".glb"};
+
+std::string EndingOf(std::string_view file) {
+  return absl::AsciiStrToLower(std::filesystem::path(file).extension().string());
+}
+bool HasKnownEnding(std::string_view file) {
+  return std::find(kEndings.begin(), kEndings.end(), EndingOf(file)) != kEndings.end();
+}
+
+bool IsGlb(std::string_view bytes) { return bytes.starts_with("glTF"); }
+bool IsPly(std::string_view bytes) { return bytes.starts_with("ply"); }
+
+// Polygons of a PLY as triangles whose vertices are one where they are at the same place, as the
+// other readers have them.
+absl::StatusOr<TriangleMesh> ParsePly(std::string_view bytes, const std::string& file) {
+  const auto read = formats::ParsePlyMesh(bytes, file);
+  if (!read.ok()) return read.status();
+  collision::MeshBuilder mesh(collision::MeshFileLimits{}.max_triangles);
+  for (const auto& triangle : read->triangles) {
+    std::array<Vector3, 3> corners;
+    for (std::size_t i = 0; i < 3; ++i) corners[i] = Vector3(read->vertices[triangle[i]].data());
+    if (absl::Status status = mesh.Add(corners); !status.ok()) return status;
+  }
+  return std::move(mesh).Finish();
+}
+
+absl::Status In(const std::string& file, const absl::Status& status) {
+  const std::string message(status.message());
+  if (status.ok() || message.starts_with(file)) return status;
+  return absl::Status(status.code(), absl::StrCat(file, ": ", message));
+}
+
+}  // namespace
+
+bool IsMesh(std::string_view bytes, std::string_view file) {
+  if (IsPly(bytes)) return formats::HasPlyFaces(bytes);
+  return IsGlb(bytes) || HasKnownEnding(file);
+}
+
+absl::StatusOr<TriangleMesh> ParseMesh(std::string_view bytes, const std::string& file) {
+  if (!IsPly(bytes) && !IsGlb(bytes) && !HasKnownEnding(file)) {
+    return formats::FileError(file, {"the ending", EndingOf(file),
+                                     "must be .stl, .obj, .dae, .glb or .ply, where it is a mesh"});
+  }
+  auto mesh = IsPly(bytes) ? ParsePly(bytes, file)
+                           : collision::ReadMeshFile(bytes, IsGlb(bytes) ? ".glb" : EndingOf(file));
+  if (!mesh.ok()) return In(file, mesh.status());
+  return mesh;
+}
+
+absl::StatusOr<collision::UpAxis> UpAxisOfMesh(std::string_view bytes, const std::string& file) {
+  if (IsPly(bytes)) return collision::UpAxis::kZ;
+  auto up = collision::UpAxisOf(bytes, IsGlb(bytes) ? ".glb" : EndingOf(file));
+  if (!up.ok()) return In(file, up.status());
+  return up;
+}
+
+absl::StatusOr<TriangleMesh> ReadMesh(const std::string& path) {
+  const auto bytes = formats::ReadFileBytes(path);
+  if (!bytes.ok()) return bytes.status();
+  auto mesh = ParseMesh(*bytes, path);
+  if (!mesh.ok()) return mesh.status();
+  const auto up = UpAxisOfMesh(*bytes, path);
+  if (!up.ok()) return up.status();
+  return collision::WithZUp(*up, *std::move(mesh));
+}
+
+}  // namespace cwm::meshes
