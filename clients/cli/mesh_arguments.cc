@@ -1,6 +1,7 @@
 #include "clients/cli/mesh_arguments.h"
 
 #include <cmath>
+#include <cstdint>
 #include <map>
 #include <utility>
 
@@ -9,6 +10,7 @@
 #include "absl/strings/str_format.h"
 #include "clients/cli/exit_code.h"
 #include "clients/cli/one_of.h"
+#include "clients/cli/progress.h"
 #include "clients/cpp/geometry_transfer.h"
 #include "clients/meshes/mesh_reading.h"
 #include "collision/mesh_files/mesh_file.h"
@@ -74,8 +76,15 @@ std::optional<std::string> SizeWarning(const TriangleMesh& mesh, const std::stri
 }
 
 absl::StatusOr<pb::ShapePart> UploadMesh(Session& session, const TriangleMesh& mesh) {
-  const auto hash =
-      client::WriteGeometry(session.connection(), {pb::GEOMETRY_FORMAT_MESH_F64, EncodeMesh(mesh)});
+  Progress progress(session);
+  const std::string triangles = absl::StrCat("a mesh of ", mesh.triangles.size(), " triangles");
+  const auto hash = client::WriteGeometry(
+      session.connection(), {pb::GEOMETRY_FORMAT_MESH_F64, EncodeMesh(mesh)},
+      [&](std::int64_t sent, std::int64_t total) {
+        if (sent >= total) return progress.Stage("the server stores " + triangles);
+        progress.Moved(
+            {.doing = "sending", .moved_bytes = sent, .total_bytes = total, .of_what = triangles});
+      });
   if (!hash.ok()) return hash.status();
   pb::ShapePart part;
   part.mutable_mesh()->set_hash(*hash);

@@ -31,7 +31,7 @@ absl::StatusOr<TriangleMesh> ParseMeshFile(std::string_view bytes, const std::st
 // warn of, or nothing.
 std::optional<std::string> SizeWarning(const TriangleMesh& mesh, const std::string& file);
 
-// Stores the mesh with the server.
+// Stores the mesh with the server, and shows how far that is.
 absl::StatusOr<cwm::v1::ShapePart> UploadMesh(Session& session, const TriangleMesh& mesh);
 
 }  // namespace cwm::cli

@@ -1,5 +1,7 @@
 #include "clients/cpp/geometry_transfer.h"
 
+#include <algorithm>
+#include <cstdint>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -68,7 +70,8 @@ absl::StatusOr<Surface> ReadSurface(const Connection& connection, const pb::Obje
   return Surface{*std::move(mesh), std::move(received->header)};
 }
 
-absl::StatusOr<std::string> WriteGeometry(const Connection& connection, const Blob& blob) {
+absl::StatusOr<std::string> WriteGeometry(const Connection& connection, const Blob& blob,
+                                          const Progress& progress) {
   grpc::ClientContext context;
   connection.Prepare(context);
   pb::WriteGeometryResponse response;
@@ -82,6 +85,9 @@ absl::StatusOr<std::string> WriteGeometry(const Connection& connection, const Bl
     request.mutable_chunk()->set_offset(static_cast<std::int64_t>(offset));
     request.mutable_chunk()->set_data(blob.bytes.substr(offset, kMaxChunkBytes));
     open = writer->Write(request);
+    if (!open || !progress) continue;
+    progress(static_cast<std::int64_t>(std::min(offset + kMaxChunkBytes, blob.bytes.size())),
+             static_cast<std::int64_t>(blob.bytes.size()));
   }
   if (open) writer->WritesDone();
   if (const grpc::Status status = writer->Finish(); !status.ok()) return FromGrpc(status);

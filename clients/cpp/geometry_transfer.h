@@ -30,8 +30,9 @@ absl::StatusOr<Surface> ReadSurface(const Connection& connection,
                                     const Progress& progress = {});
 
 // Stores the blob and returns its hash; bytes that the server has already are sent once more and
-// stored once.
-absl::StatusOr<std::string> WriteGeometry(const Connection& connection, const Blob& blob);
+// stored once. `progress` hears how much was handed to the connection.
+absl::StatusOr<std::string> WriteGeometry(const Connection& connection, const Blob& blob,
+                                          const Progress& progress = {});
 
 // A blob of GEOMETRY_FORMAT_MESH_F64; mesh_bytes.h encodes one. INVALID_ARGUMENT when the bytes are
 // no such mesh or a corner is no vertex.
