@@ -1,9 +1,12 @@
 // Files of other tools into a real world: what is imported answers like what was exported.
 #include <gmock/gmock.h>
 
+#include <cstdint>
 #include <filesystem>
 #include <fstream>
+#include <sstream>
 
+#include "clients/cli/mesh_arguments.h"
 #include "tests/e2e/server_fixture.h"
 
 namespace cwm::testing {
@@ -58,6 +61,31 @@ class ImportCommand : public ServerTest {
 constexpr char kWedge[] =
     "v 0.4 0.1 0.9\nv 0.6 0.1 0.9\nv 0.4 0.25 0.9\nv 0.4 0.1 1.1\n"
     "f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
+
+TEST_F(ImportCommand, TellsOnATerminalHowFarAMeshIs) {
+  for (const bool terminal : {false, true}) {
+    TriangleMesh
+        mesh;  // of several chunks; what the server has already it does not read to its end
+    for (std::uint32_t i = 0; i < 150'000; ++i) {
+      mesh.vertices.emplace_back(0.001 * i, terminal ? 1 : 0, i % 2);
+      if (i >= 2) mesh.triangles.push_back({i - 2, i - 1, i});
+    }
+    std::istringstream in;
+    std::ostringstream out, err;
+    cli::Session session({.in = in, .out = out, .err = err, .err_is_terminal = terminal});
+    session.address = address();
+    const auto part = cli::UploadMesh(session, mesh);
+    ASSERT_TRUE(part.ok()) << part.status();
+    EXPECT_EQ(out.str(), "");
+    if (!terminal) {
+      EXPECT_EQ(err.str(), "");
+      continue;
+    }
+    EXPECT_THAT(err.str(), AllOf(HasSubstr("sending 1.0 MB of 5.4 MB, a mesh of 149998 triangles"),
+                                 HasSubstr("MB/s"), HasSubstr("the server stores a mesh of")));
+    EXPECT_TRUE(err.str().ends_with("\r\033[K")) << "nothing of it stays";
+  }
+}
 
 TEST_F(ImportCommand, TakesWhatWasExportedAndAnswersTheSame) {
   const Finished imported = Cwm({"import", Write("wedge.obj", kWedge)});

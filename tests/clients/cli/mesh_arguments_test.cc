@@ -7,6 +7,7 @@
 #include <random>
 
 #include "clients/formats/ply.h"
+#include "clients/meshes/mesh_reading.h"
 #include "tests/collision/mesh_files/mesh_bytes.h"
 
 namespace cwm::cli {
@@ -52,7 +53,7 @@ std::string Refusal(const std::string& bytes, const std::string& file,
 
 TEST(ParseMeshFile, ReadsTheSameSolidFromEveryFormat) {
   for (const auto& [file, bytes] : kFiles) {
-    EXPECT_TRUE(IsMeshFile(bytes, file)) << file;
+    EXPECT_TRUE(meshes::IsMesh(bytes, file)) << file;
     const auto mesh = ParseMeshFile(bytes, file, {.scale = 2, .up = UpAxis::kZ});
     ASSERT_TRUE(mesh.ok()) << mesh.status();
     EXPECT_EQ(mesh->vertices.size(), 8U) << file;
