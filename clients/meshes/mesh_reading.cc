@@ -2,8 +2,11 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdint>
 #include <filesystem>
+#include <map>
 #include <utility>
+#include <vector>
 
 #include "absl/status/status.h"
 #include "absl/strings/ascii.h"
@@ -11,7 +14,7 @@
 #include "clients/formats/file_bytes.h"
 #include "clients/formats/format_error.h"
 #include "clients/formats/ply.h"
-#include "collision/mesh_files/mesh_builder.h"
+#include "collision/geometry/validation.h"
 #include "collision/mesh_files/mesh_file.h"
 
 namespace cwm::meshes {
@@ -29,18 +32,38 @@ bool HasKnownEnding(std::string_view file) {
 bool IsGlb(std::string_view bytes) { return bytes.starts_with("glTF"); }
 bool IsPly(std::string_view bytes) { return bytes.starts_with("ply"); }
 
-// Polygons of a PLY as triangles whose vertices are one where they are at the same place, as the
-// other readers have them.
+// Vertices in the order of the file, each place once; triangles that collapse so are left out.
+TriangleMesh Welded(const formats::MeshFile& file) {
+  TriangleMesh mesh;
+  std::map<std::array<double, 3>, std::uint32_t> index_of;
+  std::vector<std::uint32_t> renamed;
+  for (const std::array<double, 3>& p : file.vertices) {
+    const auto [place, is_new] =
+        index_of.try_emplace(p, static_cast<std::uint32_t>(mesh.vertices.size()));
+    if (is_new) mesh.vertices.emplace_back(p.data());
+    renamed.push_back(place->second);
+  }
+  for (const auto& [a, b, c] : file.triangles) {
+    const TriangleMesh::Triangle corners = {renamed[a], renamed[b], renamed[c]};
+    if (corners[0] == corners[1] || corners[1] == corners[2] || corners[2] == corners[0]) continue;
+    mesh.triangles.push_back(corners);
+  }
+  return mesh;
+}
+
 absl::StatusOr<TriangleMesh> ParsePly(std::string_view bytes, const std::string& file) {
   const auto read = formats::ParsePlyMesh(bytes, file);
   if (!read.ok()) return read.status();
-  collision::MeshBuilder mesh(collision::MeshFileLimits{}.max_triangles);
-  for (const auto& triangle : read->triangles) {
-    std::array<Vector3, 3> corners;
-    for (std::size_t i = 0; i < 3; ++i) corners[i] = Vector3(read->vertices[triangle[i]].data());
-    if (absl::Status status = mesh.Add(corners); !status.ok()) return status;
+  constexpr std::size_t kMost = collision::MeshFileLimits{}.max_triangles;
+  if (read->triangles.size() > kMost) {
+    return absl::ResourceExhaustedError(
+        absl::StrCat("has ", read->triangles.size(), " triangles, must have at most ", kMost));
   }
-  return std::move(mesh).Finish();
+  TriangleMesh mesh = Welded(*read);
+  if (const auto violation = FindViolation(mesh)) {
+    return formats::FileError(file, {violation->field, violation->value, violation->rule});
+  }
+  return mesh;
 }
 
 absl::Status In(const std::string& file, const absl::Status& status) {

@@ -80,7 +80,8 @@ void SocketSession::Accept(HttpRequest request) {
   stream_.control_callback(
       [this](websocket::frame_type, boost::beast::string_view) { heard_ = true; });
   stream_.async_accept(request_, [self = shared_from_this()](error_code error) {
-    if (error || self->closing_) return self->Drop();
+    if (error || self->dropped_) return self->Drop();
+    if (self->closing_) return self->SayGoodbye();  // decided while hands were shaken
     self->Read();
     self->Ping();
   });
@@ -272,18 +273,21 @@ void SocketSession::Close(CloseCode code, std::string_view reason) {
   calls_.clear();
   waiting_.clear();
   ping_timer_.cancel();
-  if (!stream_.is_open()) return Drop();
+  goodbye_ = {code, std::string(reason.substr(0, kLongestReason))};
   stall_timer_.expires_after(house_.limits.goodbye);
   stall_timer_.async_wait([weak = weak_from_this()](error_code error) {
     const auto self = weak.lock();
     if (!error && self != nullptr) self->Drop();
   });
-  const std::string text(reason.substr(0, kLongestReason));
-  stream_.async_close({code, text}, [self = shared_from_this()](error_code) { self->Drop(); });
+  if (stream_.is_open()) SayGoodbye();
+}
+
+void SocketSession::SayGoodbye() {
+  stream_.async_close(goodbye_, [self = shared_from_this()](error_code) { self->Drop(); });
 }
 
 void SocketSession::Drop() {
-  closing_ = true;
+  closing_ = dropped_ = true;
   for (const auto& [id, carried] : calls_) carried.call->Cancel();
   calls_.clear();
   waiting_.clear();

@@ -63,6 +63,7 @@ class SocketSession final : public Guest, public std::enable_shared_from_this<So
   void Ping();
   // Says why, and ends when the page has heard it.
   void Close(CloseCode code, std::string_view reason);
+  void SayGoodbye();
   void Drop();
 
   House& house_;
@@ -81,6 +82,8 @@ class SocketSession final : public Guest, public std::enable_shared_from_this<So
   bool heard_ = true;  // since the last ping
   bool pinging_ = false;
   bool closing_ = false;
+  bool dropped_ = false;
+  boost::beast::websocket::close_reason goodbye_;
 };
 
 }  // namespace cwm::server

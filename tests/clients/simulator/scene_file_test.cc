@@ -228,7 +228,7 @@ INSTANTIATE_TEST_SUITE_P(
         Lie{"MissingMesh", "cylinder: {radius_m: 0.04, length_m: 0.1}", "mesh: {file: no.ply}",
             ":14: objects[1].parts[0].mesh.file is no.ply, cannot be used"},
         Lie{"MeshOfAnotherFormat", "cylinder: {radius_m: 0.04, length_m: 0.1}",
-            "mesh: {file: no.dae}", "must be .ply, .stl or .obj"},
+            "mesh: {file: lie.yaml}", "must be .stl, .obj, .dae, .glb or .ply"},
         Lie{"MeshScaledAway", "cylinder: {radius_m: 0.04, length_m: 0.1}",
             "mesh: {file: no.ply, scale: 0}", "scale is 0, must be positive"},
         Lie{"ObjectsAsMap", "objects:\n", "objects: {}\nothers:\n", "others is no known key"},
