@@ -28,6 +28,7 @@ constexpr double kLeastHidden = 0.25;
 // Each models two things anew, together as many points as the scene has. Of 317 scenes, real and
 // simulated, none asked for more than three.
 constexpr int kMostAttempts = 6;
+constexpr int kMostReturns = 6;           // of handles, likewise
 constexpr std::size_t kSample = 64;       // points, to ask whether a solid reaches so far
 constexpr double kLeastProlonging = 0.6;  // of them, on the prolonged surface
 constexpr std::size_t kJudged = 400;      // points, to compare with how it was
@@ -86,8 +87,7 @@ class Joiner {
           ++b;
           continue;
         }
-        const std::size_t points = scene_.things[a].points.size() + scene_.things[b].points.size();
-        if (points > points_left_) {
+        if (!MaySpend(a, b)) {
           ++b;
           continue;
         }
@@ -96,7 +96,6 @@ class Joiner {
           return;
         }
         ++attempts_;
-        points_left_ -= points;
         if (Join(a, b)) {
           any_joined_ = true;
           b = a + 1;  // what it has become may reach others
@@ -110,16 +109,32 @@ class Joiner {
   // What an occluder cuts off may stand out from another thing, as a handle does.
   void ReturnHandles() {
     for (std::size_t a = 0; a < modelled_.size(); ++a) {
-      for (std::size_t b = 0; b < modelled_.size() && attempts_ < kMostAttempts; ++b) {
+      for (std::size_t b = 0; b < modelled_.size() && returns_ < kMostReturns; ++b) {
         if (modelled_[a].model->handles.empty()) break;
-        if (a == b || bounds_[a].exteriorDistance(bounds_[b]) > kLargestGap_m) continue;
+        if (a == b || !MayOwn(b, a)) continue;
         work_.Poll();
         const Points handles = HandlesOn(a, b);
-        if (handles.empty()) continue;
-        ++attempts_;
+        if (handles.empty() || !MaySpend(a, b)) continue;
+        ++returns_;
         any_joined_ |= Return(handles, a, b);
       }
     }
+  }
+
+  // What stands on something, and beside it what stands there too or hangs in the air.
+  bool MayOwn(std::size_t owner, std::size_t taker) const {
+    const std::int32_t on = scene_.things[owner].supported_by;
+    const std::int32_t other_on = scene_.things[taker].supported_by;
+    return on >= 0 && (other_on < 0 || other_on == on) &&
+           bounds_[owner].exteriorDistance(bounds_[taker]) <= kLargestGap_m;
+  }
+
+  // To model both anew.
+  bool MaySpend(std::size_t a, std::size_t b) {
+    const std::size_t points = scene_.things[a].points.size() + scene_.things[b].points.size();
+    if (points > points_left_) return false;
+    points_left_ -= points;
+    return true;
   }
 
   // The points of those handles of a thing that lie on the one solid that another is, prolonged.
@@ -151,6 +166,7 @@ class Joiner {
   bool Return(const Points& handles, std::size_t a, std::size_t b) {
     SegmentedThing &taker = scene_.things[a], &owner = scene_.things[b];
     if (handles.size() == taker.points.size()) return false;
+    if (Between(handles, owner.points).through > kMostContradictions) return false;
     const SegmentedThing before_a = taker, before_b = owner;
     std::erase_if(taker.points,
                   [&](std::uint32_t i) { return std::ranges::binary_search(handles, i); });
@@ -165,7 +181,7 @@ class Joiner {
     };
     std::optional<ModelledThing> whole =
         ModelThingIf(is_one_solid, scene_, b, rays, options_, work_);
-    if (!whole) {
+    if (!whole || !Explains(*whole, owner.points, handles)) {
       taker = before_a;
       owner = before_b;
       return false;
@@ -175,6 +191,15 @@ class Joiner {
     bounds_[a] = BoundsOf(modelled_[a]);
     bounds_[b] = BoundsOf(modelled_[b]);
     return true;
+  }
+
+  // Whether the thing's first shape accounts for these of its points, which are ascending.
+  static bool Explains(const ModelledThing& thing, const Points& all, const Points& some) {
+    std::size_t explained = 0;
+    for (std::size_t k = 0; k < all.size(); ++k) {
+      explained += thing.part_of_point[k] == 0 && std::ranges::binary_search(some, all[k]);
+    }
+    return static_cast<double>(explained) >= kLeastAlone * static_cast<double>(some.size());
   }
 
   static Eigen::AlignedBox3f BoundsOf(const ModelledThing& thing) {
@@ -209,8 +234,11 @@ class Joiner {
            std::max(kBelongs_m, kDistanceGate_sigma * double{scene_.points.sigma_m[point]});
   }
 
-  // Of places on straight lines between them.
-  bool IsHiddenBetween(const Points& a, const Points& b) const {
+  // Of places on straight lines between them, the shares that were seen through and that are hidden.
+  struct Sight {
+    double through = 0, hidden = 0;
+  };
+  Sight Between(const Points& a, const Points& b) const {
     int through = 0, hidden = 0, seen = 0;
     for (std::size_t line = 0; line < kSightLines; ++line) {
       // Evenly spread over both, in an order that pairs each with many of the other.
@@ -226,7 +254,11 @@ class Joiner {
         hidden += sight == Visibility::kHidden;
       }
     }
-    return through <= kMostContradictions * seen && hidden >= kLeastHidden * seen;
+    return {static_cast<double>(through) / seen, static_cast<double>(hidden) / seen};
+  }
+  bool IsHiddenBetween(const Points& a, const Points& b) const {
+    const Sight sight = Between(a, b);
+    return sight.through <= kMostContradictions && sight.hidden >= kLeastHidden;
   }
 
   // Models the first with the points of the second, on the ground of the lower one.
@@ -310,7 +342,7 @@ class Joiner {
   SegmentedScene& scene_;
   std::vector<ModelledThing>& modelled_;
   std::vector<Eigen::AlignedBox3f> bounds_;
-  int attempts_ = 0;
+  int attempts_ = 0, returns_ = 0;
   std::size_t points_left_;
   bool any_joined_ = false;
 };

@@ -80,6 +80,9 @@ bool IsMesh(std::string_view bytes, std::string_view file) {
 }
 
 absl::StatusOr<TriangleMesh> ParseMesh(std::string_view bytes, const std::string& file) {
+  if (!IsPly(bytes) && EndingOf(file) == ".ply") {
+    return formats::FileError(file, {"the beginning", "another", "must be ply, as of a PLY"});
+  }
   if (!IsPly(bytes) && !IsGlb(bytes) && !HasKnownEnding(file)) {
     return formats::FileError(file, {"the ending", EndingOf(file),
                                      "must be .stl, .obj, .dae, .glb or .ply, where it is a mesh"});

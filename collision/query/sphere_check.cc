@@ -13,8 +13,8 @@
 namespace cwm::collision {
 namespace {
 
-// Spheres around the parts of an arm take a tenth of a millisecond to set up: fewer rows gain
-// nothing.
+// Spheres around the parts of an arm take a tenth of a millisecond to set up when they are asked for
+// the first time: fewer rows gain nothing then.
 constexpr std::size_t kFewestRows = 256;
 
 using Spheres = std::vector<PlacedSphere>;

@@ -48,7 +48,7 @@ std::shared_ptr<const SphereProgram> ProgramMemo::Find(const JointGroup& group,
     const std::lock_guard lock(mutex_);
     if (auto kept = Kept(group, fixed, set, pair_margin_m)) return kept;
   }
-  std::optional<SphereProgram> compiled = CompileSpheres(model_, group, base, set, pair_margin_m);
+  std::optional<SphereProgram> compiled = CompileSpheres(model_, group, fixed, set, pair_margin_m);
   if (!compiled) return nullptr;
   auto program = std::make_shared<const SphereProgram>(*std::move(compiled));
   Entry entry{.variables = group.variables,

@@ -34,7 +34,8 @@ class ProgramMemo {
     double pair_margin_m = 0;
     std::shared_ptr<const SphereProgram> program;
   };
-  // A robot's groups, with empty hands and with something in them; some 50 kB each.
+  // A robot's groups, with empty hands and with something in them. 50 kB each of an arm; of a robot
+  // of spheres twice the list of its pairs.
   static constexpr std::size_t kMostKept = 8;
 
   std::shared_ptr<const SphereProgram> Kept(const JointGroup& group,

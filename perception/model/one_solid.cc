@@ -159,10 +159,23 @@ std::vector<std::vector<std::uint32_t>> PointsPerSolid(const std::vector<Solid>&
   return members;
 }
 
+// No ray passes where the plate has nothing, no part of it sinks that was cut off, and the criterion
+// prefers it.
+bool IsCredibleDisc(const Solid& disc, const Solid& plate, const FitContext& c) {
+  constexpr double kSunk_m = 0.003;  // noise
+  if (PassedShare(disc, c.free) > kMostPassed) return false;
+  if (c.ground.known &&
+      LowestHeight_m(disc, c.ground) < LowestHeight_m(plate, c.ground) - kSunk_m) {
+    return false;
+  }
+  return AccountOf({disc}, c).value <= AccountOf({plate}, c).value;
+}
+
 // What replaces a solid of all the context's points: the better one of all kinds, or, of a lone face
 // that is a disc, the disc, where only a box accounts for it better than with its outline's corners.
 std::optional<Solid> Replacement(const Solid& solid, const FitContext& c) {
   std::optional<Solid> disc = MakeDisc(solid, c);
+  if (disc && !IsCredibleDisc(*disc, solid, c)) disc.reset();
   std::optional<WholeFit> better = BetterSolid(c, {solid});
   const bool is_box = better && std::holds_alternative<Box>(better->solid.shape);
   if (disc && (!better || (is_box && AccountOf({*disc}, c).value < better->value))) return disc;

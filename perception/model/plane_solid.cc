@@ -16,8 +16,8 @@ namespace {
 constexpr double kRectangleFill = 0.85;  // a disc fills 0.79 of its square
 constexpr double kOutlineFill = 0.55;    // of the hull's cells that hold points; chosen: no L
 constexpr double kCellSpacings = 2.5;    // 6 points a cell: chance leaves one of 500 empty
-// Of the rays beside and behind an outline that is filled less, as mixed pixels are: what hides the
-// rest of a face lets none of them through.
+// Of the rays past an object with an outline that is filled less, and of the face's points that are
+// behind it: mixed pixels. What hides the rest of a face lets no more of them through.
 constexpr double kMostPassed = 0.05;
 constexpr double kMostSunk_m = 0.003;  // below the ground: noise of the ground
 
@@ -112,6 +112,19 @@ Solid PlateBehind(const Matrix3& face, const ShapeFit& fit, Polygon outline, dou
   return solid;
 }
 
+// Whether rays were seen to pass the plate, to what is beside and behind the object or to the
+// object's own points behind the face; open too where no rays tell.
+bool IsOpen(const Solid& plate, const PlaneModel& plane, const FitContext& c) {
+  if (c.free.rays.empty() || PassedShare(plate, c.free) > kMostPassed) return true;
+  std::size_t behind = 0, on = 0;
+  for (std::uint32_t i = 0; i < c.points.size(); ++i) {
+    const double off_m = plane.Distance_m(c.points.p[i]);
+    on += std::abs(off_m) <= c.points.gate_m[i];
+    behind += off_m < -c.points.gate_m[i] && Enters(plate, c.points.viewpoint, c.points.p[i]);
+  }
+  return static_cast<double>(behind) > kMostPassed * static_cast<double>(on);
+}
+
 }  // namespace
 
 Rectangle SmallestRectangle(const Polygon& hull) {
@@ -141,9 +154,7 @@ std::optional<Solid> MakePlaneSolid(const ShapeFit& fit, const FitContext& conte
   const double thickness_m = Thickness_m(plane, ground);
   const bool is_filled =
       FilledArea_m2(flat, kCellSpacings * context.points.spacing_m) >= kOutlineFill * hull_area;
-  if (!is_filled &&
-      (context.free.rays.empty() || PassedShare(PlateBehind(face, fit, hull, thickness_m, context),
-                                                context.free) > kMostPassed)) {
+  if (!is_filled && IsOpen(PlateBehind(face, fit, hull, thickness_m, context), plane, context)) {
     return std::nullopt;
   }
   const Rectangle rectangle = SmallestRectangle(hull);
@@ -170,7 +181,7 @@ std::optional<Solid> MakePlaneSolid(const ShapeFit& fit, const FitContext& conte
   const double behind_m = thickness_m * std::max(0.0, plane.normal.dot(ground.up));
   if (ground.known && LowestHeight_m(solid, ground) < -kMostSunk_m - behind_m) {
     Polygon above = AboveGround(hull, face, plane, ground);
-    if (above.size() < 3) return std::nullopt;
+    if (above.size() < 3 || SignedArea_m2(above) < kOutlineFill * hull_area) return std::nullopt;
     solid = PlateBehind(face, fit, std::move(above), thickness_m, context);
   }
   solid.inliers = fit.inliers;

@@ -223,7 +223,7 @@ std::optional<Rim> MeasureRim(const PlaneModel& face, const FitContext& context)
 
 template <class M>
 M FuseRim(const M& wall, const Rim& rim, Eigen::MatrixXd& covariance) {
-  const ConeModel cone = wall.AsCone();
+  const ConeModel& cone = wall.AsCone();
   const double height_m = cone.axis.dot(rim.center - cone.point);
   const Matrix3 across = BasisFromZ(cone.axis);
   const Vector3 off = rim.center - (cone.point + height_m * cone.axis);
