@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 #include <optional>
 #include <utility>
@@ -137,7 +138,8 @@ class Joiner {
     return true;
   }
 
-  // The points of those handles of a thing that lie on the one solid that another is, prolonged.
+  // The points of those handles of a thing that lie on the one solid that another is, as it is or
+  // prolonged.
   Points HandlesOn(std::size_t a, std::size_t b) const {
     const ModelledThing &thing = modelled_[a], &other = modelled_[b];
     Points found;
@@ -153,7 +155,7 @@ class Joiner {
         if (thing.part_of_point[k] != part) continue;
         const std::uint32_t i = scene_.things[a].points[k];
         members.push_back(i);
-        on += IsOnProlonged(solid, X_SL, i);
+        on += IsOnSolid(solid, X_SL, i) || IsOnProlonged(solid, X_SL, i);
       }
       if (static_cast<double>(on) < kLeastAlone * static_cast<double>(members.size())) continue;
       found.insert(found.end(), members.begin(), members.end());
@@ -228,6 +230,11 @@ class Joiner {
     return static_cast<double>(on) >= kLeastProlonging * static_cast<double>(sample.size());
   }
 
+  bool IsOnSolid(const ShapePart& solid, const Pose& X_SL, std::uint32_t point) const {
+    const Vector3 p = X_SL * scene_.points.points[point].cast<double>();
+    return std::abs(SignedDistance_m(solid, p)) <=
+           kDistanceGate_sigma * double{scene_.points.sigma_m[point]};
+  }
   bool IsOnProlonged(const ShapePart& solid, const Pose& X_SL, std::uint32_t point) const {
     const Vector3 p = X_SL * scene_.points.points[point].cast<double>();
     return ProlongedDistance_m(solid.shape, p) <=

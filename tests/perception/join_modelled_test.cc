@@ -5,8 +5,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numbers>
 
+#include "perception/simulation/random_scenes.h"
 #include "perception/simulation/virtual_scanner.h"
 
 namespace cwm::perception {
@@ -106,6 +108,51 @@ TEST(JoinModelled, ThingsAreLargestFirstAndRestOnWhatTheyRestedOn) {
   const DetectedObject& below = found.objects[static_cast<std::size_t>(above->rests_on)];
   EXPECT_NEAR(below.X_WO.translation().y(), 0.28, 0.03);
   EXPECT_LT(below.X_WO.translation().z(), above->X_WO.translation().z());
+}
+
+// Of the points of a true object, the greatest share that one found object has.
+double LargestShare(const SimulatedCloud& scan, const SceneInterpretation& found,
+                    std::int32_t object) {
+  std::map<std::uint32_t, double> count;
+  double all = 0;
+  for (std::size_t i = 0; i < scan.object.size(); ++i) {
+    if (scan.object[i] != object) continue;
+    ++all;
+    ++count[found.labels[i] / 10];
+  }
+  double most = 0;
+  for (const auto& [label, points] : count) most = std::max(most, points);
+  return most / all;
+}
+
+// A sphere stands before a short cylinder; what it leaves to be seen on one side is next to another
+// cylinder, whose handle it seems to be.
+TEST(JoinModelled, WhatSeemsAHandleOfItsNeighbourIsGivenBack) {
+  const SimulatedView view = RandomScene(SceneFamily::kClutter, 55);
+  const SimulatedCloud scan = Scan(view.scene, view.camera, {.seed = 55});
+  const auto found = InterpretScene(scan.cloud, {});
+  ASSERT_TRUE(found.ok()) << found.status();
+  EXPECT_GT(LargestShare(scan, *found, 3), 0.95);
+}
+
+// The handle of a pan is level with the top of a box beside it, which prolonged would have it.
+TEST(JoinModelled, AHandleBesideABoxOfItsHeightStaysWithItsPan) {
+  SimulatedObject pan = Thing("pan", Cylinder{0.06, 0.08}, MakeTranslation(0, -0.1, 0.04));
+  Pose X_WHandle = MakeTranslation(0, 0.03, 0.06);
+  X_WHandle.rotate(Eigen::AngleAxisd(std::numbers::pi / 2, Vector3::UnitX()));
+  pan.X_WO = Pose::Identity();
+  pan.parts = {{MakeTranslation(0, -0.1, 0.04), Cylinder{0.06, 0.08}},
+               {X_WHandle, Capsule{0.007, 0.13}}};
+  const SimulatedScene scene{
+      {Table(), pan, Thing("box", Box{{0.1, 0.1, 0.067}}, MakeTranslation(0, 0.22, 0.0335))}};
+  InterpretOptions options;
+  options.X_WC = Camera().X_WC;
+  const SimulatedCloud scan = Scan(scene, Camera(), {.seed = 3});
+  const auto found = InterpretScene(scan.cloud, options);
+  ASSERT_TRUE(found.ok()) << found.status();
+  EXPECT_GT(LargestShare(scan, *found, 1), 0.95);
+  EXPECT_GT(LargestShare(scan, *found, 2), 0.95);
+  EXPECT_EQ(found->objects.size(), 2u);
 }
 
 }  // namespace
