@@ -11,6 +11,7 @@
 #include "perception/adopt_handles.h"
 #include "perception/cloud/measured_points.h"
 #include "perception/cloud/parallel_for.h"
+#include "perception/cut_rims.h"
 #include "perception/describe_support.h"
 #include "perception/join_modelled.h"
 #include "perception/model_thing.h"
@@ -213,6 +214,9 @@ absl::StatusOr<SceneInterpretation> Interpret(const PointCloud& cloud,
   // Steps 6 and 7: shapes, and triangulated surfaces for what they leave.
   DescribedScene described = DescribeScene(*scene, X_WL, options, work);
   JoinModelled(options, work, *scene, described.things);
+  for (std::size_t t = 0; t < described.things.size(); ++t) {
+    CutRoundedRims(*scene, t, described.things[t], work);
+  }
   watch.Done("shapes");
 
   // Step 8: the hybrid model of all, in the world.

@@ -153,7 +153,7 @@ std::optional<ModelledThing> ModelThingIf(const WantedShapes& wanted, const Segm
   const std::optional<Pose> X_LSupport = WhatItStandsOn(scene, thing);
   ObjectModel found = thing.plates.empty()
                           ? ModelObject(points, X_LSupport, options.noise, options.modeler, work,
-                                        rays.Past(index, work))
+                                        rays.Past(index, X_LSupport, work))
                           : ModelStructure(points, thing.plates, work);
   if (!wanted(found)) return std::nullopt;
   if (X_LSupport && scene.sight) {

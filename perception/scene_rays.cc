@@ -9,7 +9,7 @@ namespace {
 // Of all: a thing of 2 000 of a camera's 300 000 pixels has some 300 of these about it, and to look
 // at all of them for each thing takes 0.1 ms.
 constexpr std::size_t kMostRays = 40'000;
-// Around what the thing's points fill of the view: as much as a solid may reach beyond what is seen
+// Around what the thing's points and their feet fill of the view: as much as a solid may reach beyond what is seen
 // of it, and twelve pixels of a Kinect.
 constexpr float kBesideShare = 0.15f;
 constexpr float kBeside_rad = 0.02f;
@@ -18,15 +18,42 @@ constexpr int kPointsPerPiece = 1 << 14;  // of some nanoseconds
 // Where rays cross the plane at distance 1 that is normal to the middle one of a thing's.
 struct View {
   Eigen::Matrix3f across = Eigen::Matrix3f::Identity();
-  Eigen::AlignedBox2f bounds;
+  Eigen::AlignedBox2f about;     // of the points
+  Eigen::AlignedBox2f standing;  // of the points and their feet
 
-  bool Holds(const Eigen::Vector3f& ray) const {
+  // Nothing of what lies behind the viewer.
+  std::optional<Eigen::Vector2f> At(const Eigen::Vector3f& ray) const {
     const Eigen::Vector3f x = across.transpose() * ray;
-    return x.z() > 0 && bounds.contains(Eigen::Vector2f(x.head<2>() / x.z()));
+    if (!(x.z() > 0)) return std::nullopt;
+    return Eigen::Vector2f(x.head<2>() / x.z());
   }
 };
 
-View ViewOf(const SegmentedScene& scene, const SegmentedThing& thing, const Work& work) {
+void Widen(Eigen::AlignedBox2f& box) {
+  if (box.isEmpty()) return;
+  const Eigen::Vector2f beside =
+      kBesideShare * box.sizes() + Eigen::Vector2f::Constant(kBeside_rad);
+  box.min() -= beside;
+  box.max() += beside;
+}
+
+// Takes a point to where it would stand.
+class Feet {
+ public:
+  explicit Feet(const Pose& X_LSupport)
+      : up_(X_LSupport.linear().col(2).cast<float>()),
+        offset_m_(up_.dot(X_LSupport.translation().cast<float>())) {}
+  Eigen::Vector3f operator()(const Eigen::Vector3f& p) const {
+    return p - (up_.dot(p) - offset_m_) * up_;
+  }
+
+ private:
+  Eigen::Vector3f up_;
+  float offset_m_;
+};
+
+View ViewOf(const SegmentedScene& scene, const SegmentedThing& thing,
+            const std::optional<Pose>& X_LSupport, const Work& work) {
   PollEvery poll(work, kPointsPerPiece);
   const Eigen::Vector3f viewpoint = scene.points.viewpoint.cast<float>();
   Eigen::Vector3f middle = Eigen::Vector3f::Zero();
@@ -34,16 +61,18 @@ View ViewOf(const SegmentedScene& scene, const SegmentedThing& thing, const Work
   View view;
   if (!(middle.norm() > 0)) return view;
   view.across = BasisFromZ(middle.normalized().cast<double>()).cast<float>();
+  std::optional<Feet> feet;
+  if (X_LSupport) feet.emplace(*X_LSupport);
   for (std::uint32_t i : thing.points) {
     poll();
-    const Eigen::Vector3f x = view.across.transpose() * (scene.points.points[i] - viewpoint);
-    if (x.z() > 0) view.bounds.extend(Eigen::Vector2f(x.head<2>() / x.z()));
+    const Eigen::Vector3f& p = scene.points.points[i];
+    if (const auto at = view.At(p - viewpoint)) view.about.extend(*at);
+    if (!feet) continue;
+    if (const auto at = view.At((*feet)(p)-viewpoint)) view.standing.extend(*at);
   }
-  if (view.bounds.isEmpty()) return view;
-  const Eigen::Vector2f beside =
-      kBesideShare * view.bounds.sizes() + Eigen::Vector2f::Constant(kBeside_rad);
-  view.bounds.min() -= beside;
-  view.bounds.max() += beside;
+  view.standing.extend(view.about);
+  Widen(view.about);
+  Widen(view.standing);
   return view;
 }
 
@@ -67,15 +96,28 @@ SceneRays::SceneRays(const SegmentedScene& scene, const Work& work) : scene_(sce
   }
 }
 
-PassingRays SceneRays::Past(std::size_t thing, const Work& work) const {
-  const View view = ViewOf(scene_, scene_.things[thing], work);
+PassingRays SceneRays::Past(std::size_t thing, const std::optional<Pose>& X_LSupport,
+                            const Work& work) const {
+  const View view = ViewOf(scene_, scene_.things[thing], X_LSupport, work);
   PassingRays out;
   out.weight = static_cast<double>(stride_);
+  std::vector<std::uint32_t> below;
+  const auto add = [&](std::uint32_t point) {
+    out.ends.push_back(scene_.points.points[point]);
+    out.sigma_m.push_back(scene_.points.sigma_m[point]);
+  };
   for (const Ray& ray : rays_) {
-    if (ray.thing == static_cast<std::int32_t>(thing) || !view.Holds(ray.from_viewpoint)) continue;
-    out.ends.push_back(scene_.points.points[ray.point]);
-    out.sigma_m.push_back(scene_.points.sigma_m[ray.point]);
+    if (ray.thing == static_cast<std::int32_t>(thing)) continue;
+    const std::optional<Eigen::Vector2f> at = view.At(ray.from_viewpoint);
+    if (!at || !view.standing.contains(*at)) continue;
+    if (view.about.contains(*at)) {
+      add(ray.point);
+    } else {
+      below.push_back(ray.point);
+    }
   }
+  out.about = out.ends.size();
+  for (std::uint32_t point : below) add(point);
   return out;
 }
 

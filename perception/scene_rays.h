@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "perception/model/passing_rays.h"
@@ -15,8 +16,10 @@ class SceneRays {
  public:
   SceneRays(const SegmentedScene& scene, const Work& work);
 
-  // Those that run near the points of the thing of this index and end on something else.
-  PassingRays Past(std::size_t thing, const Work& work) const;
+  // Those that run near the points of the thing of this index, or between them and what it stands on
+  // where that is known (z = 0 of `X_LSupport`, z up), and end on something else.
+  PassingRays Past(std::size_t thing, const std::optional<Pose>& X_LSupport,
+                   const Work& work) const;
 
  private:
   struct Ray {

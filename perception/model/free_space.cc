@@ -16,14 +16,12 @@ constexpr double kEntered_m = 0.001;    // less is the noise of a surface
 constexpr double kLeastStep_m = 0.001;  // where it is straight, a wall of 3 mm is not stepped over
 
 // The deepest place of the segment in the solid is found by steps of what is known to be free of
-// deeper places: the signed distance changes by at most the length of a step.
-bool RunsDeep(const Solid& solid, const Pose& X_SM, const Vector3& sensor, const Vector3& p,
-              double depth_m, double reach_m) {
-  const Vector3 to_sensor = (sensor - p).normalized();
-  const double length_m = std::min((sensor - p).norm(), reach_m);
+// deeper places: the signed distance changes by at most the length of a step. `way` is a unit vector.
+bool RunsDeep(const Solid& solid, const Pose& X_SM, const Vector3& p, const Vector3& way,
+              double length_m, double depth_m) {
   double t = 0;
   for (int step = 0; step < kMostSteps && t < length_m; ++step) {
-    const double signed_m = SignedDistance_m(solid, X_SM * (p + t * to_sensor));
+    const double signed_m = SignedDistance_m(solid, X_SM * (p + t * way));
     if (signed_m < -depth_m) return true;
     t += std::max(signed_m + depth_m, 0.002);
   }
@@ -52,6 +50,16 @@ double PassedShare(const Solid& solid, const FreeRays& free) {
   return static_cast<double>(entering) / static_cast<double>(free.rays.size());
 }
 
+double PassedDeep(const Solid& solid, const FreeRays& free) {
+  const Pose X_SM = solid.X_MS.inverse(Eigen::Isometry);
+  const auto deep = std::count_if(free.rays.begin(), free.rays.end(), [&](const FreeRay& ray) {
+    const Vector3 way = ray.p.back() - ray.p.front();
+    const double length_m = way.norm();
+    return RunsDeep(solid, X_SM, ray.p.front(), way / length_m, length_m, kMostDepth_m);
+  });
+  return static_cast<double>(deep) * free.weight;
+}
+
 Contradiction FindContradiction(const Solid& solid, const ModelPoints& points) {
   const Pose X_SM = solid.X_MS.inverse();
   const Aabb bounds = TightBounds(solid.shape, solid.X_MS);
@@ -62,7 +70,10 @@ Contradiction FindContradiction(const Solid& solid, const ModelPoints& points) {
     const double depth_m = std::max(kMostDepth_m, points.gate_m[i]);
     // From the point, no farther than the other side of the solid.
     const double reach_m = (points.p[i] - bounds.center()).norm() + 0.5 * bounds.diagonal().norm();
-    found.rays += RunsDeep(solid, X_SM, points.viewpoint, points.p[i], depth_m, reach_m) ? 1 : 0;
+    const Vector3 to_sensor = points.viewpoint - points.p[i];
+    const double range_m = to_sensor.norm();
+    found.rays += RunsDeep(solid, X_SM, points.p[i], to_sensor / range_m,
+                           std::min(range_m, reach_m), depth_m);
   }
   return found;
 }

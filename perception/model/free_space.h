@@ -24,4 +24,7 @@ bool Enters(const Solid& solid, const Vector3& begin, const Vector3& end);
 // Of the rays that passed the object by, the share that enters the solid; 0 of none.
 double PassedShare(const Solid& solid, const FreeRays& free);
 
+// How many measured rays that passed the object by ran deeper than kMostDepth_m in the solid.
+double PassedDeep(const Solid& solid, const FreeRays& free);
+
 }  // namespace cwm::perception

@@ -8,7 +8,9 @@
 namespace cwm::perception {
 namespace {
 
-constexpr std::size_t kMostRays = 160;
+// Of those about the object, and of all: hardly any thing hangs so high above what it stands on that
+// the second says more.
+constexpr std::size_t kMostRaysAbout = 160, kMostRays = 480;
 // Before what a ray met: its noise, and a mixed pixel's share of the way.
 constexpr double kBefore_sigma = 3, kBefore_m = 0.005;
 
@@ -33,6 +35,7 @@ FreeRays RaysPast(const ModelPoints& points, const Ground& ground, const Passing
   FreeRays out;
   if (points.size() == 0 || !ground.known) return out;
   const Reach reach = ReachOf(points, ground);
+  std::size_t about = 0;
   for (std::size_t k = 0; k < passing.ends.size(); ++k) {
     const Vector3 ray = passing.ends[k].cast<double>() - points.origin_L - points.viewpoint;
     const double range_m = ray.norm();
@@ -52,9 +55,11 @@ FreeRays RaysPast(const ModelPoints& points, const Ground& ground, const Passing
       free.p[static_cast<std::size_t>(j)] = points.viewpoint + at_m / range_m * ray;
     }
     out.rays.push_back(free);
+    about += k < passing.about;
   }
   const std::size_t stride =
-      std::max<std::size_t>(1, (out.rays.size() + kMostRays - 1) / kMostRays);
+      std::max({std::size_t{1}, (about + kMostRaysAbout - 1) / kMostRaysAbout,
+                (out.rays.size() + kMostRays - 1) / kMostRays});
   for (std::size_t k = 0; k * stride < out.rays.size(); ++k) out.rays[k] = out.rays[k * stride];
   out.rays.resize((out.rays.size() + stride - 1) / stride);
   out.weight = passing.weight * static_cast<double>(stride);

@@ -17,8 +17,9 @@ namespace cwm::perception {
 // As measured, in the level frame, from the viewpoint of the object's points. Even samples, each for
 // `weight` measured rays.
 struct PassingRays {
-  std::vector<Eigen::Vector3f> ends;  // metres
+  std::vector<Eigen::Vector3f> ends;  // metres; of rays about the object, then of those below it
   std::vector<float> sigma_m;         // of the range
+  std::size_t about = 0;              // how many of them are about the object
   double weight = 1;
 };
 
@@ -34,7 +35,8 @@ struct FreeRays {
   double weight = 1;  // measured rays that each stands for
 };
 
-// Those that come near what the points and the ground below them leave room for.
+// Those that come near what the points and the ground below them leave room for: as many of those
+// below as there are per view of those about it.
 FreeRays RaysPast(const ModelPoints& points, const Ground& ground, const PassingRays& passing);
 
 // The least of the signed distances of its places to the solid: negative inside. X_SR is of the

@@ -95,6 +95,30 @@ TEST(InterpretScene, FindsThatABoxOnABoxRestsOnItAndEndsThere) {
   EXPECT_NEAR(bounds.min().z(), 0.08, 0.015);  // 3 sigma and the rounded crease: one jump
 }
 
+// A mug-sized can that hangs 0.3 m above the table, as on a shelf that is no support of its own; behind
+// it a wall.
+TEST(InterpretScene, LengthensNothingThroughSpaceThatRaysCrossed) {
+  SimulatedScene hung = TableWithCan();
+  hung.objects[1].parts = {{.shape = Cylinder{0.045, 0.1}}};
+  hung.objects[1].X_WO = MakeTranslation(0.1, 0, 0.35);
+  hung.objects.push_back({.name = "wall",
+                          .parts = {{.shape = Box{{0.02, 1.0, 1.0}}}},
+                          .X_WO = MakeTranslation(0.6, 0, 0.5)});
+  const SimulatedCloud truth = Scan(hung, Camera(), {});
+  InterpretOptions options;
+  options.X_WC = Camera().X_WC;
+  const auto scene = InterpretScene(truth.cloud, options);
+  ASSERT_TRUE(scene.ok()) << scene.status();
+  int found = 0;
+  for (const DetectedObject& object : scene->objects) {
+    const Aabb bounds = TightBounds(*object.model, object.X_WO);
+    if (bounds.sizes().head<2>().maxCoeff() > 0.5 || bounds.max().z() < 0.3) continue;
+    ++found;
+    EXPECT_GT(bounds.min().z(), 0.25);
+  }
+  EXPECT_GE(found, 1);
+}
+
 TEST(InterpretScene, MarksTheBodyOfASupportAsCompletedAndItsTopAsMeasured) {
   const SimulatedCloud truth = Scan(TableWithCan(), Camera(), {});
   const auto scene = InterpretScene(truth.cloud, {});

@@ -3,6 +3,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+
 namespace cwm::perception {
 namespace {
 
@@ -42,12 +45,12 @@ SegmentedScene ThingOnWall() {
 TEST(SceneRays, AreNoneOfACloudThatMayHaveBeenSeenFromSeveralPlaces) {
   SegmentedScene scene = ThingOnWall();
   scene.sight.reset();
-  EXPECT_TRUE(SceneRays(scene, kUnbounded).Past(0, kUnbounded).ends.empty());
+  EXPECT_TRUE(SceneRays(scene, kUnbounded).Past(0, std::nullopt, kUnbounded).ends.empty());
 }
 
 TEST(SceneRays, PassAThingWhereTheyEndBesideItAndNotOnIt) {
   const SegmentedScene scene = ThingOnWall();
-  const PassingRays rays = SceneRays(scene, kUnbounded).Past(0, kUnbounded);
+  const PassingRays rays = SceneRays(scene, kUnbounded).Past(0, std::nullopt, kUnbounded);
   ASSERT_FALSE(rays.ends.empty());
   EXPECT_EQ(rays.ends.size(), rays.sigma_m.size());
   const float half_m = kPitch_m * kThing;
@@ -56,6 +59,25 @@ TEST(SceneRays, PassAThingWhereTheyEndBesideItAndNotOnIt) {
     EXPECT_GT(away_m, half_m);
     EXPECT_LT(away_m, 2 * half_m);  // 30 % of its width and 40 mm at two metres
   }
+}
+
+TEST(SceneRays, RunBelowAThingThatHangsAboveWhatItStandsOn) {
+  const SegmentedScene scene = ThingOnWall();
+  Pose X_LSupport = MakeTranslation(0, 0.3, 2);  // y points down
+  X_LSupport.linear() = BasisFromZ(-Vector3::UnitY());
+  const PassingRays rays = SceneRays(scene, kUnbounded).Past(0, X_LSupport, kUnbounded);
+  const PassingRays unknown = SceneRays(scene, kUnbounded).Past(0, std::nullopt, kUnbounded);
+  ASSERT_EQ(rays.about, unknown.ends.size());
+  EXPECT_EQ(unknown.about, unknown.ends.size());
+  EXPECT_TRUE(std::equal(unknown.ends.begin(), unknown.ends.end(), rays.ends.begin()));
+  ASSERT_GT(rays.ends.size(), rays.about);
+  const float beside_m = 2 * kPitch_m * kThing;
+  float lowest_m = 0;
+  for (std::size_t k = rays.about; k < rays.ends.size(); ++k) {
+    EXPECT_LT(std::abs(rays.ends[k].x()), beside_m);
+    lowest_m = std::max(lowest_m, rays.ends[k].y());
+  }
+  EXPECT_GT(lowest_m, 0.29f);  // metres: down to its feet
 }
 
 TEST(SceneRays, StandForAllThatWereMeasured) {
@@ -67,8 +89,8 @@ TEST(SceneRays, StandForAllThatWereMeasured) {
     dense.points.sigma_m.insert(dense.points.sigma_m.end(), scene.points.sigma_m.begin(),
                                 scene.points.sigma_m.end());
   }
-  const PassingRays one = SceneRays(scene, kUnbounded).Past(0, kUnbounded);
-  const PassingRays four = SceneRays(dense, kUnbounded).Past(0, kUnbounded);
+  const PassingRays one = SceneRays(scene, kUnbounded).Past(0, std::nullopt, kUnbounded);
+  const PassingRays four = SceneRays(dense, kUnbounded).Past(0, std::nullopt, kUnbounded);
   EXPECT_EQ(one.weight, 1);
   EXPECT_EQ(four.weight, 4);
 }

@@ -7,6 +7,8 @@
 #include <cmath>
 
 #include "collision/geometry/signed_distance.h"
+#include "perception/model/free_space.h"
+#include "perception/model/one_solid.h"
 #include "perception/simulation/random_draws.h"
 
 namespace cwm::perception {
@@ -272,6 +274,44 @@ TEST(FitWhole, TellsACupFromACanByTheRaysBesideItsFoot) {
   EXPECT_GT(can->value, blind->value + kDecisive);
   EXPECT_GT(can->value, cup->value + kDecisive);
   EXPECT_GT(SlopeOf(cup->kind, cup->parameters), RoundTop::kSlope - 0.05);
+}
+
+// Of a can of which only what is higher than this is in view: what it stands on is further below, or
+// something hides its foot.
+TEST(BetterSolid, StandsOnNoGroundBelowWhichRaysPassed) {
+  constexpr float kInView_m = 0.2f;
+  const Vector3 foot(0, 0, 0);
+  OrientedPoints seen;
+  seen.viewpoint = kEye;
+  WholeParameters can(4);
+  can << 0, 0, 0.1, 0.04;
+  const OrientedPoints low = SeenOf(WholeKind::kUprightCylinder, can, kSigma_m);
+  for (std::size_t i = 0; i < low.size(); ++i) {
+    seen.points.push_back(low.points[i] + Eigen::Vector3f(0, 0, kInView_m));
+    seen.normals.push_back(low.normals[i]);
+    seen.sigma_m.push_back(low.sigma_m[i]);
+    seen.normal_sigma_rad.push_back(low.normal_sigma_rad[i]);
+    seen.cloud_index.push_back(low.cloud_index[i]);
+  }
+  const Fixture f(seen);
+  FitContext context = f.Context();
+  const auto blind = BetterSolid(context, {});
+  ASSERT_TRUE(blind.has_value());
+  EXPECT_NEAR(std::get<Cylinder>(blind->solid.shape).length_m, 0.3, 0.005);
+  // Beside it, and as many through the lower half of what was supplied.
+  PassingRays rays;
+  rays.weight = 10;
+  for (const double aside_m : {-0.1, -0.06, 0.0, 0.06, 0.1}) {
+    for (double height_m = 0.02; height_m < 0.15; height_m += 0.01) {
+      const Vector3 beside = foot + Vector3(0.447 * aside_m, -0.894 * aside_m, height_m);
+      rays.ends.push_back((beside + 0.2 * (beside - kEye).normalized()).cast<float>());
+      rays.sigma_m.push_back(static_cast<float>(kSigma_m));
+    }
+  }
+  context.free = RaysPast(f.points, context.ground, rays);
+  ASSERT_GT(context.free.rays.size(), 40u);
+  ASSERT_LE(PassedShare(blind->solid, context.free), 0.25);
+  EXPECT_FALSE(BetterSolid(context, {}).has_value());
 }
 
 TEST(FitWhole, CountsWhatTheSlowWarpIsLikelyToDoForLittle) {
