@@ -66,8 +66,9 @@ bool IsFreeBeyond(const BoxView& box, const End& end) {
   X_BM.pretranslate(-end.side * (box.half_m(end.axis) + 0.5 * kBeyond_m) * Vector3::Unit(end.axis));
   const Shape beyond = Box{.size_m = size_m};
   const DistanceToShape distance_m(beyond);
-  return std::any_of(box.c.free.rays.begin(), box.c.free.rays.end(),
-                     [&](const FreeRay& ray) { return Clearance_m(distance_m, X_BM, ray) < 0; });
+  return std::any_of(box.c.free.rays.begin(), box.c.free.rays.end(), [&](const FreeRay& ray) {
+    return NearestTo(distance_m, X_BM, ray).clearance_m < 0;
+  });
 }
 
 std::optional<double> EndSigma_m(const BoxView& box, const End& end) {

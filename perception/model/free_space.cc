@@ -12,6 +12,7 @@ namespace {
 // each advances by at least 2 mm, so that 24 cross 5 cm along a surface and far more elsewhere.
 constexpr std::size_t kRays = 600;
 constexpr int kMostSteps = 24;
+constexpr double kMostPassed = 0.05;    // rays, for each point
 constexpr double kEntered_m = 0.001;    // less is the noise of a surface
 constexpr double kLeastStep_m = 0.001;  // where it is straight, a wall of 3 mm is not stepped over
 
@@ -58,6 +59,10 @@ double PassedDeep(const Solid& solid, const FreeRays& free) {
     return RunsDeep(solid, X_SM, ray.p.front(), way / length_m, length_m, kMostDepth_m);
   });
   return static_cast<double>(deep) * free.weight;
+}
+
+bool IsPassedThrough(const Solid& solid, double points, const FreeRays& free) {
+  return PassedDeep(solid, free) > kMostPassed * points;
 }
 
 Contradiction FindContradiction(const Solid& solid, const ModelPoints& points) {

@@ -27,4 +27,8 @@ double PassedShare(const Solid& solid, const FreeRays& free);
 // How many measured rays that passed the object by ran deeper than kMostDepth_m in the solid.
 double PassedDeep(const Solid& solid, const FreeRays& free);
 
+// Whether these are more than noise and mixed pixels account for, of a solid of so many measured
+// points. Of a thing that hangs high they are few of the rays beside it, but as many as its points.
+bool IsPassedThrough(const Solid& solid, double points, const FreeRays& free);
+
 }  // namespace cwm::perception

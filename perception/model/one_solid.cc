@@ -27,9 +27,6 @@ constexpr double kLyingPrior = 4;
 // Of the rays beside and behind: mixed pixels, and silhouettes that are 2 mm off. Thin boxes hold
 // none of them deep, but are as wide as their outermost points.
 constexpr double kMostPassed = 0.2;
-// For each measured point, rays that run deep in it: what noise and mixed pixels account for. Of a
-// thing on an unknown shelf they are few of those beside it, but as many as its points.
-constexpr double kMostDeep = 0.05;
 // Of the whole surface: half of it faces away, and what hides seven tenths of the rest leaves 0.15;
 // two thirds of that, for the foot in the support's band and for rims at grazing incidence.
 constexpr double kLeastSeen = 0.1;
@@ -119,8 +116,7 @@ bool IsCredible(const WholeFit& fit, const FitContext& c) {
   return static_cast<double>(fit.solid.inliers.size()) >= kLeastExplained * all &&
          HasWorthySlope(fit) && LooksCurved(fit.solid, c) &&
          PassedShare(fit.solid, c.free) <= kMostPassed &&
-         PassedDeep(fit.solid, c.free) <= kMostDeep * all * c.points.weight &&
-         !IsCrossed(fit.solid, c) &&
+         !IsPassedThrough(fit.solid, all * c.points.weight, c.free) && !IsCrossed(fit.solid, c) &&
          SeenShare(fit.solid, c) >= kLeastSeen;
 }
 

@@ -114,6 +114,15 @@ struct Part {
   std::optional<WholeFit> fit;  // of most of them; the solid without inliers
 };
 
+// Cuts run beside the true border: what a solid claims beyond it is less its own fault while parts are
+// sought than in the end. Each ray stands for no more rays than before.
+FreeRays FewOf(const FreeRays& free) {
+  constexpr std::size_t kOneIn = 4;
+  FreeRays few{.rays = {}, .weight = free.weight};
+  for (std::size_t k = 0; k < free.rays.size(); k += kOneIn) few.rays.push_back(free.rays[k]);
+  return few;
+}
+
 class Parting {
  public:
   explicit Parting(const FitContext& c) : c_(c), plan_(c) {}
@@ -193,7 +202,7 @@ class Parting {
   }
 
   FitContext AloneWith(const ModelPoints& own) const {
-    return {own, c_.octree, c_.connectivity, c_.noise, c_.options, c_.work, c_.ground, c_.free};
+    return {own, c_.octree, c_.connectivity, c_.noise, c_.options, c_.work, c_.ground, few_};
   }
 
   // With the open points that lie on it: cuts run beside the true border.
@@ -284,6 +293,7 @@ class Parting {
 
   const FitContext& c_;
   const Plan plan_;
+  const FreeRays few_ = FewOf(c_.free);  // while parts are sought
   int fits_ = 0;
 };
 
@@ -348,8 +358,10 @@ bool PreferPartedSolids(const FitContext& context, Assembly& assembly) {
       AccountOf(solids, context).value > MostValue(assembly.solids, context)) {
     return false;
   }
-  const bool any_crossed =
-      std::ranges::any_of(solids, [&](const Solid& s) { return IsCrossed(s, context); });
+  const bool any_crossed = std::ranges::any_of(solids, [&](const Solid& s) {
+    const double points = static_cast<double>(s.inliers.size()) * context.points.weight;
+    return IsCrossed(s, context) || IsPassedThrough(s, points, context.free);
+  });
   if (any_crossed) return false;
   assembly.solids = std::move(solids);
   return true;

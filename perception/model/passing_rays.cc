@@ -12,6 +12,9 @@ namespace {
 // the second says more.
 constexpr std::size_t kMostRaysAbout = 160, kMostRays = 480;
 // Before what a ray met: its noise, and a mixed pixel's share of the way.
+constexpr double kPlaceSpacing_m = 0.008;
+constexpr double kNearestWithin_m = 0.0004;
+constexpr double kGolden = 0.6180339887498949;
 constexpr double kBefore_sigma = 3, kBefore_m = 0.005;
 
 // About the points and their feet on the ground: a solid that stands or lies there fits in it.
@@ -66,10 +69,54 @@ FreeRays RaysPast(const ModelPoints& points, const Ground& ground, const Passing
   return out;
 }
 
-double Clearance_m(const DistanceToShape& distance_m, const Pose& X_SR, const FreeRay& ray) {
-  double least_m = std::numeric_limits<double>::infinity();
-  for (const Vector3& p : ray.p) least_m = std::min(least_m, distance_m(X_SR * p));
-  return least_m;
+NearestPlace NearestTo(const DistanceToShape& distance_m, const Pose& X_SR, const FreeRay& ray) {
+  NearestPlace best{.clearance_m = std::numeric_limits<double>::infinity()};
+  std::size_t nearest = 0;
+  for (std::size_t k = 0; k < ray.p.size(); ++k) {
+    const double clearance_m = distance_m(X_SR * ray.p[k]);
+    if (clearance_m < best.clearance_m) best = {clearance_m, ray.p[k]}, nearest = k;
+  }
+  Vector3 low = ray.p[nearest - (nearest > 0)];
+  Vector3 high = ray.p[std::min(nearest + 1, ray.p.size() - 1)];
+  // The distance changes by no more than the way, and along a line it has one minimum.
+  if (best.clearance_m > (high - low).norm()) return best;
+  double left_m = 0, right_m = 0;
+  Vector3 left, right;
+  const auto probe_left = [&] {
+    left = high - kGolden * (high - low);
+    left_m = distance_m(X_SR * left);
+  };
+  const auto probe_right = [&] {
+    right = low + kGolden * (high - low);
+    right_m = distance_m(X_SR * right);
+  };
+  probe_left();
+  probe_right();
+  while ((high - low).norm() > kNearestWithin_m) {
+    if (left_m < right_m) {
+      high = right, right = left, right_m = left_m;
+      probe_left();
+    } else {
+      low = left, left = right, left_m = right_m;
+      probe_right();
+    }
+  }
+  if (left_m < best.clearance_m) best = {left_m, left};
+  if (right_m < best.clearance_m) best = {right_m, right};
+  return best;
+}
+
+FreeRay PlacedAround(const Vector3& p, const FreeRay& ray) {
+  FreeRay placed{.p = {}, .sigma_m = ray.sigma_m};
+  const Vector3 way = ray.p.back() - ray.p.front();
+  const double length_m = way.norm();
+  const double at_m = way.dot(p - ray.p.front()) / length_m;
+  for (int k = 0; k < kFreePlaces; ++k) {
+    const double aside_m = (k - 0.5 * (kFreePlaces - 1)) * kPlaceSpacing_m;
+    const double along_m = std::clamp(at_m + aside_m, 0.0, length_m);
+    placed.p[static_cast<std::size_t>(k)] = ray.p.front() + along_m / length_m * way;
+  }
+  return placed;
 }
 
 }  // namespace cwm::perception

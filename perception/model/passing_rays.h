@@ -39,8 +39,17 @@ struct FreeRays {
 // below as there are per view of those about it.
 FreeRays RaysPast(const ModelPoints& points, const Ground& ground, const PassingRays& passing);
 
-// The least of the signed distances of its places to the solid: negative inside. X_SR is of the
-// frame in which the ray is given.
-double Clearance_m(const DistanceToShape& distance_m, const Pose& X_SR, const FreeRay& ray);
+// Where a ray is deepest in a convex solid or, outside, nearest to it.
+struct NearestPlace {
+  double clearance_m = 0;       // signed distance to the surface, negative inside
+  Vector3 p = Vector3::Zero();  // in the ray's frame
+};
+// To 0.2 mm of the way where the ray comes so near that it may be inside. X_SR is of the frame in which
+// the ray is given.
+NearestPlace NearestTo(const DistanceToShape& distance_m, const Pose& X_SR, const FreeRay& ray);
+
+// The ray with its places 8 mm apart about one of its points, no farther than it is free: fits move by
+// less than that.
+FreeRay PlacedAround(const Vector3& p, const FreeRay& ray);
 
 }  // namespace cwm::perception

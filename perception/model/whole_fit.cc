@@ -314,7 +314,7 @@ double CostOf(const Solid& solid, const FitContext& c) {
   const DistanceToShape distance_m(solid.shape);
   double squares = 0;
   for (const FreeRay& ray : c.free.rays) {
-    const double depth = Depth_sigma(Clearance_m(distance_m, X_SM, ray), ray);
+    const double depth = Depth_sigma(NearestTo(distance_m, X_SM, ray).clearance_m, ray);
     squares += std::min(depth * depth, kTruncatedSquare);
   }
   return squares * c.free.weight / kPointsPerIndependentSample;
@@ -344,8 +344,9 @@ void AddRaysNear(const Solid& solid, const FitContext& c, Evidence& evidence) {
   const DistanceToShape distance_m(solid.shape);
   std::vector<Vector3> places;
   for (const FreeRay& ray : c.free.rays) {
-    if (Clearance_m(distance_m, X_SM, ray) > kNear_m) continue;
-    FreeRay& near = evidence.rays_G.emplace_back(ray);
+    const NearestPlace nearest = NearestTo(distance_m, X_SM, ray);
+    if (nearest.clearance_m > kNear_m) continue;
+    FreeRay& near = evidence.rays_G.emplace_back(PlacedAround(nearest.p, ray));
     for (Vector3& p : near.p) places.emplace_back(p = X_GM * p);
   }
   evidence.places_G = PlaceLanes(places);
@@ -492,6 +493,7 @@ Account AccountOf(const std::vector<Solid>& solids, int parameters, const FitCon
     cost += CostOf(solid, c);
   }
   return {.value = ValueOf(nearest, parameters, points, c) + cost,
+          .rays = cost,
           .loss = StartLoss(nearest.residuals, points.p_G.size())};
 }
 

@@ -77,21 +77,62 @@ TEST(RaysPast, ThinManyAndKeepTheirWeight) {
     many.ends.emplace_back(0.03f, 1e-5f * static_cast<float>(k), 0.0f);
     many.sigma_m.push_back(kSigma_m);
   }
-  const FreeRays free = RaysPast(points, LevelGround(points), many);
-  EXPECT_LT(free.rays.size(), 200U);
-  EXPECT_NEAR(free.weight * static_cast<double>(free.rays.size()), 1000, free.weight);
+  many.about = 1000;
+  const FreeRays about = RaysPast(points, LevelGround(points), many);
+  EXPECT_LT(about.rays.size(), 200U);
+  EXPECT_NEAR(about.weight * static_cast<double>(about.rays.size()), 1000, about.weight);
+  many.about = 100;  // the others are below it: as dense as these, but for their number
+  const FreeRays below = RaysPast(points, LevelGround(points), many);
+  EXPECT_LT(below.rays.size(), 500U);
+  EXPECT_GT(below.rays.size(), 2 * about.rays.size());
+  EXPECT_NEAR(below.weight * static_cast<double>(below.rays.size()), 1000, below.weight);
+}
+
+TEST(PlacedAround, KeepsToTheRayAndToWhereItIsFree) {
+  const ModelPoints points = DiscAtHeight();
+  const FreeRays free = RaysPast(points, LevelGround(points), To(Eigen::Vector3f(0, 0.03f, 0)));
+  ASSERT_EQ(free.rays.size(), 1U);
+  const FreeRay& ray = free.rays.front();
+  const Vector3 way = (ray.p.back() - ray.p.front()).normalized();
+  for (const Vector3& p : {ray.p.front(), ray.p[2], ray.p.back()}) {
+    const FreeRay placed = PlacedAround(p, ray);
+    EXPECT_EQ(placed.sigma_m, ray.sigma_m);
+    for (const Vector3& place : placed.p) {
+      const double along_m = way.dot(place - ray.p.front());
+      EXPECT_LT((place - ray.p.front() - along_m * way).norm(), 1e-12);
+      EXPECT_GE(along_m, -1e-12);
+      EXPECT_LE(along_m, (ray.p.back() - ray.p.front()).norm() + 1e-12);
+      EXPECT_LT((place - p).norm(), 0.03);
+    }
+  }
+}
+
+// A pole as thick as the way between two places of the ray is long: neither needs to be in it.
+TEST(NearestTo, FindsTheDeepestPlaceBetweenTheOnesGiven) {
+  FreeRay ray;
+  for (int k = 0; k < kFreePlaces; ++k) {
+    ray.p[static_cast<std::size_t>(k)] = Vector3(0.05 * k - 0.12, 0.004, 0);
+  }
+  const Shape pole = Cylinder{.radius_m = 0.01, .length_m = 1};
+  const NearestPlace in =
+      NearestTo(DistanceToShape(pole), Pose(Eigen::Translation3d(-0.01, 0, 0)), ray);
+  EXPECT_NEAR(in.clearance_m, -0.006, 1e-5);
+  EXPECT_NEAR(in.p.x(), 0.01, 5e-4);
+  const NearestPlace out =
+      NearestTo(DistanceToShape(pole), Pose(Eigen::Translation3d(0, 0.02, 0)), ray);
+  EXPECT_NEAR(out.clearance_m, 0.014, 1e-5);
 }
 
 // The ray meets the ground beside the foot of a cup and within that of a can of the same top.
-TEST(Clearance, IsNegativeInTheCanThatTheRayCrossesAndNotInTheCup) {
+TEST(NearestTo, IsNegativeInTheCanThatTheRayCrossesAndNotInTheCup) {
   const ModelPoints points = DiscAtHeight();
   const FreeRays free = RaysPast(points, LevelGround(points), To(Eigen::Vector3f(0, 0.03f, 0)));
   ASSERT_EQ(free.rays.size(), 1U);
   const Pose X_SM = StandsAtOrigin(points);
   const Shape can = Cylinder{.radius_m = kRadius_m, .length_m = kHeight_m};
-  EXPECT_LT(Clearance_m(DistanceToShape(can), X_SM, free.rays.front()), -0.005);
+  EXPECT_LT(NearestTo(DistanceToShape(can), X_SM, free.rays.front()).clearance_m, -0.005);
   const Shape thin = Cone{.radius_bottom_m = 0.005, .radius_top_m = 0.005, .length_m = kHeight_m};
-  EXPECT_GT(Clearance_m(DistanceToShape(thin), X_SM, free.rays.front()), 0);
+  EXPECT_GT(NearestTo(DistanceToShape(thin), X_SM, free.rays.front()).clearance_m, 0);
 }
 
 }  // namespace
