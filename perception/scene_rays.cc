@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
 
 namespace cwm::perception {
 namespace {
@@ -21,6 +22,14 @@ struct View {
   Eigen::AlignedBox2f about;     // of the points
   Eigen::AlignedBox2f standing;  // of the points and their feet
 
+  Eigen::Vector3f middle() const { return across.col(2); }
+  // To the middle, of all that `standing` holds: tells most rays apart by one product.
+  float LeastCosine() const {
+    if (standing.isEmpty()) return 2;
+    const Eigen::Vector2f farthest = standing.min().cwiseAbs().cwiseMax(standing.max().cwiseAbs());
+    constexpr float kRounding = 1e-5f;
+    return 1 / std::sqrt(1 + farthest.squaredNorm()) - kRounding;
+  }
   // Nothing of what lies behind the viewer.
   std::optional<Eigen::Vector2f> At(const Eigen::Vector3f& ray) const {
     const Eigen::Vector3f x = across.transpose() * ray;
@@ -86,7 +95,7 @@ SceneRays::SceneRays(const SegmentedScene& scene, const Work& work) : scene_(sce
   const Eigen::Vector3f viewpoint = scene.points.viewpoint.cast<float>();
   for (std::size_t i = 0; i < count; i += stride_) {
     rays_.push_back({.point = static_cast<std::uint32_t>(i),
-                     .from_viewpoint = scene.points.points[i] - viewpoint});
+                     .direction = (scene.points.points[i] - viewpoint).normalized()});
   }
   for (std::size_t t = 0; t < scene.things.size(); ++t) {
     for (std::uint32_t i : scene.things[t].points) {
@@ -102,13 +111,15 @@ PassingRays SceneRays::Past(std::size_t thing, const std::optional<Pose>& X_LSup
   PassingRays out;
   out.weight = static_cast<double>(stride_);
   std::vector<std::uint32_t> below;
+  const float least_cos = view.LeastCosine();
   const auto add = [&](std::uint32_t point) {
     out.ends.push_back(scene_.points.points[point]);
     out.sigma_m.push_back(scene_.points.sigma_m[point]);
   };
   for (const Ray& ray : rays_) {
     if (ray.thing == static_cast<std::int32_t>(thing)) continue;
-    const std::optional<Eigen::Vector2f> at = view.At(ray.from_viewpoint);
+    if (ray.direction.dot(view.middle()) < least_cos) continue;
+    const std::optional<Eigen::Vector2f> at = view.At(ray.direction);
     if (!at || !view.standing.contains(*at)) continue;
     if (view.about.contains(*at)) {
       add(ray.point);

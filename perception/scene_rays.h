@@ -25,7 +25,7 @@ class SceneRays {
   struct Ray {
     std::uint32_t point = 0;  // that it ends at, into SegmentedScene::points
     std::int32_t thing = -1;  // whose point that is; -1: a support's, or nothing's
-    Eigen::Vector3f from_viewpoint = Eigen::Vector3f::Zero();
+    Eigen::Vector3f direction = Eigen::Vector3f::Zero();  // unit, from the viewpoint
   };
 
   const SegmentedScene& scene_;

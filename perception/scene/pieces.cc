@@ -200,17 +200,26 @@ struct Claim {
 class PieceGrower {
  public:
   PieceGrower(const SurfaceGraph& graph, const std::vector<SupportPlane>& supports, Pieces& pieces)
-      : graph_(graph), supports_(supports), pieces_(pieces), best_(graph.size(), kUnclaimed) {}
+      : graph_(graph), supports_(supports), pieces_(pieces) {
+    const OrientedPoints& nodes = graph.nodes();
+    targets_.reserve(graph.size());
+    for (std::size_t i = 0; i < graph.size(); ++i) {
+      Target& target = targets_.emplace_back();
+      target.p = nodes.points[i];
+      target.sigma_m = nodes.sigma_m[i];
+      if (pieces.of_node[i] != kNoPiece) target.least_cost = kTaken;
+    }
+  }
 
   void Grow() {
     std::vector<Claim> first;
     for (std::uint32_t i = 0; i < graph_.size(); ++i) {
-      if (pieces_.of_node[i] != kNoPiece) continue;
+      if (IsTaken(i)) continue;
       std::optional<Claim> best;
       graph_.ForEachLinked(i, [&](std::size_t j) {
         const std::int32_t piece = pieces_.of_node[j];
         if (piece == kNoPiece) return;
-        const Claim claim = ClaimOn(i, static_cast<std::uint32_t>(j), piece);
+        const Claim claim = ClaimOn(i, {static_cast<std::uint32_t>(j), piece});
         if (Improves(claim)) best = claim;
       });
       if (best) first.push_back(*best);
@@ -219,44 +228,58 @@ class PieceGrower {
     while (!claims_.empty()) {
       const Claim claim = claims_.top();
       claims_.pop();
-      if (pieces_.of_node[claim.node] == kNoPiece) Take(claim);
+      if (!IsTaken(claim.node)) Take(claim);
     }
   }
 
  private:
   using Queue = std::priority_queue<Claim, std::vector<Claim>, std::greater<>>;
 
-  // The best claim on a node so far: no other one can win.
-  struct Best {
-    float cost;
+  // What is asked of a node that is claimed, in one place: they are asked for in no order.
+  struct Target {
+    Vector3f p = Vector3f::Zero();
+    float sigma_m = 0;
+    // The best claim on it so far: no other one can win.
+    float least_cost = std::numeric_limits<float>::infinity();
+    std::int32_t piece = 0;
+  };
+  static constexpr float kTaken = -1;  // the least cost of what has its piece
+
+  struct Anchor {
+    std::uint32_t node;
     std::int32_t piece;
   };
-  static constexpr Best kUnclaimed{std::numeric_limits<float>::infinity(), 0};
 
-  Claim ClaimOn(std::uint32_t to, std::uint32_t anchor, std::int32_t piece) const {
-    const OrientedPoints& nodes = graph_.nodes();
+  bool IsTaken(std::size_t node) const { return targets_[node].least_cost == kTaken; }
+
+  Claim ClaimOn(std::uint32_t to, const Anchor& anchor) const {
+    const Target& target = targets_[to];
     float distance;
-    if (piece < pieces_.support_count) {
+    if (anchor.piece < pieces_.support_count) {
       distance = static_cast<float>(
-          supports_[static_cast<std::size_t>(piece)].plane.Height_m(nodes.points[to]));
+          supports_[static_cast<std::size_t>(anchor.piece)].plane.Height_m(target.p));
     } else {
-      distance = nodes.normals[anchor].dot(nodes.points[to] - nodes.points[anchor]);
+      const Vector3f& normal = graph_.nodes().normals[anchor.node];
+      distance = normal.dot(target.p - targets_[anchor.node].p);
     }
-    return {std::abs(distance) / nodes.sigma_m[to], to, anchor, piece};
+    return {std::abs(distance) / target.sigma_m, to, anchor.node, anchor.piece};
   }
 
   bool Improves(const Claim& claim) {
-    Best& best = best_[claim.node];
-    if (std::tie(claim.cost, claim.piece) >= std::tie(best.cost, best.piece)) return false;
-    best = {claim.cost, claim.piece};
+    Target& target = targets_[claim.node];
+    if (std::tie(claim.cost, claim.piece) >= std::tie(target.least_cost, target.piece))
+      return false;
+    target.least_cost = claim.cost;
+    target.piece = claim.piece;
     return true;
   }
 
   void Take(const Claim& claim) {
     pieces_.of_node[claim.node] = claim.piece;
+    targets_[claim.node].least_cost = kTaken;
     graph_.ForEachLinked(claim.node, [&](std::size_t to) {
-      if (pieces_.of_node[to] != kNoPiece) return;
-      const Claim next = ClaimOn(static_cast<std::uint32_t>(to), claim.anchor, claim.piece);
+      if (IsTaken(to)) return;
+      const Claim next = ClaimOn(static_cast<std::uint32_t>(to), {claim.anchor, claim.piece});
       if (Improves(next)) claims_.push(next);
     });
   }
@@ -264,7 +287,7 @@ class PieceGrower {
   const SurfaceGraph& graph_;
   const std::vector<SupportPlane>& supports_;
   Pieces& pieces_;
-  std::vector<Best> best_;
+  std::vector<Target> targets_;
   Queue claims_;
 };
 
