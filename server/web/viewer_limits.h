@@ -26,8 +26,13 @@ struct ViewerLimits {
   std::uint32_t header_bytes = 16 << 10;  // as gRPC's metadata
   // Answers that wait for one socket beside those of its calls: beyond, nothing more is read of it.
   std::size_t waiting_messages = 64;
-  // What the calls of one socket may have waiting to be written: one message of the largest.
+  // What the calls of one socket may have waiting to be written for longer than `catch_up`: one
+  // message of the largest. Answers that come at once may be more, and a page that reads has them
+  // in a moment; even of 4 MB/s it is below in time after two of the largest.
   std::size_t waiting_bytes = 16 << 20;
+  std::chrono::milliseconds catch_up = std::chrono::seconds(5);
+  // And at any time: four of the largest, of sixteen that the calls could be.
+  std::size_t burst_bytes = 64 << 20;
 
   std::chrono::milliseconds idle_http = std::chrono::seconds(15);  // between and within requests
   std::chrono::milliseconds no_byte_taken = std::chrono::seconds(30);
