@@ -219,7 +219,7 @@ void SocketSession::CheckCatchingUp() {
     waiting_bytes_ -= waiting_[i].bytes.size();
     waiting_.erase(waiting_.begin() + static_cast<std::ptrdiff_t>(i));
     const auto carried = calls_.find(id);
-    if (carried == calls_.end()) continue;  // the page cancelled it
+    if (carried == calls_.end() || carried->second.is_cancelled) continue;  // by the page
     carried->second.why =
         TooSlow(limits.waiting_bytes,
                 absl::StrCat("waited for it for ",
