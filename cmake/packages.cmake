@@ -4,7 +4,10 @@ install(FILES packaging/cwm-server.service DESTINATION lib/systemd/system COMPON
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME cwm)
 set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "")  # each component brings its own
-set(CPACK_PACKAGE_CONTACT "The cwm developers <cwm@localhost>")
+# Debian wants one. Until somebody answers for the packages the default says that nobody does.
+set(CWM_MAINTAINER "Nobody yet (built locally) <nobody@cwm.invalid>" CACHE STRING
+    "who answers for the Debian packages: NAME <ADDRESS>")
+set(CPACK_PACKAGE_CONTACT "${CWM_MAINTAINER}")
 set(CPACK_PACKAGE_DIRECTORY ${PROJECT_BINARY_DIR}/packages)
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_PRE_BUILD_SCRIPTS ${PROJECT_SOURCE_DIR}/packaging/stage.cmake)

@@ -25,6 +25,13 @@ inside() { (become "$@"); }
 # of the documentation stays in here: manual pages are looked for.
 set -- "$packages"/*.deb
 [ -f "$1" ] || fail "no packages in $packages"
+for package in "$@"; do
+  case $(dpkg-deb -f "$package" Maintainer) in
+    *@localhost\>*) fail "$package names a maintainer who is on every machine another" ;;
+    *\<*@*.*\>) ;;
+    *) fail "$package has no maintainer: $(dpkg-deb -f "$package" Maintainer)" ;;
+  esac
+done
 mmdebstrap --quiet --mode=root --variant=apt --aptopt='APT::Install-Recommends "false"' \
   --customize-hook='mkdir -p "$1/packages"' --customize-hook="cp $packages/*.deb \"\$1/packages\"" \
   --customize-hook='chroot "$1" sh -c "apt-get update -qq && apt-get install -y -qq /packages/*.deb"' \
@@ -35,6 +42,7 @@ rm -f "$root.log"
 inside id cwm >/dev/null || fail "the user cwm is missing"
 for file in etc/default/cwm-server usr/lib/systemd/system/cwm-server.service usr/share/man/man8/cwm-server.8.gz \
   usr/share/man/man1/cwm.1.gz usr/share/man/man1/cwm-plan.1.gz usr/share/man/man1/cwm-simulator.1.gz \
+  usr/share/doc/cwm-server/copyright usr/share/doc/cwm-server/three.js.LICENSE usr/share/doc/cwm-cli/three.js.LICENSE \
   usr/share/bash-completion/completions/cwm usr/share/zsh/vendor-completions/_cwm usr/share/fish/vendor_completions.d/cwm.fish \
   usr/include/cwm/client.h; do
   [ -s "$root/$file" ] || fail "/$file is missing"

@@ -35,16 +35,18 @@ absl::Status PrintCandidates(const CLI::App& app, const std::vector<std::string>
 
 void AddCompletionCommand(CommandLine& line) {
   const auto shell = std::make_shared<std::string>();
-  CLI::App& command =
-      AddCommand(line,
-                 {"completion",
-                  "a script that lets bash, zsh or fish complete commands, options and names",
-                  {"source <(cwm completion bash)", "cwm completion zsh > \"${fpath[1]}/_cwm\"",
-                   "cwm completion fish > ~/.config/fish/completions/cwm.fish"},
-                  "Names of objects, robots and worlds are asked of the server while one types; "
-                  "CWM_ADDR says\n"
-                  "which."},
-                 [shell](Session& session) { return PrintScript(session, *shell); });
+  CLI::App& command = AddCommand(
+      line,
+      {"completion",
+       "a script that lets bash, zsh or fish complete commands, options and names",
+       {"source <(cwm completion bash)", "source <(cwm completion zsh)",
+        "cwm completion fish | source"},
+       "It lasts as long as the shell: for good, put the line into ~/.bashrc, into ~/.zshrc "
+       "after compinit,\n"
+       "or into ~/.config/fish/config.fish. Names of objects, robots and worlds are asked "
+       "of the server\n"
+       "while one types; CWM_ADDR says which."},
+      [shell](Session& session) { return PrintScript(session, *shell); });
   command.add_option("SHELL", *shell, "bash, zsh or fish")->required()->type_name("bash|zsh|fish");
 
   // Everything behind it is taken as it stands.

@@ -61,6 +61,9 @@ std::string Hint(const absl::Status& status, const client::ErrorDetails& details
     case absl::StatusCode::kDeadlineExceeded:
       return "allow more time with --deadline SECONDS, or send fewer rows";
     case absl::StatusCode::kInvalidArgument:
+      if (command.program != "cwm") {
+        return absl::StrCat("`", command.program, " --help` shows examples and units");
+      }
       return command.name.empty()
                  ? "`cwm --help` lists the commands"
                  : absl::StrCat("`cwm ", command.name, " --help` shows examples and units");
@@ -73,7 +76,7 @@ std::string Hint(const absl::Status& status, const client::ErrorDetails& details
 
 void ReportError(const absl::Status& status, const FailedCommand& command, std::ostream& err) {
   const client::ErrorDetails details = client::DetailsOf(status);
-  err << "cwm: " << Category(status) << ": " << status.message() << "\n";
+  err << command.program << ": " << Category(status) << ": " << status.message() << "\n";
   for (const auto& [field, description] : details.fields) {
     const std::string line = absl::StrCat(field, ": ", description);
     if (line != status.message()) err << "  " << line << "\n";

@@ -14,9 +14,10 @@ struct FailedCommand {
   std::string name;                                 // "distance"
   std::string address;                              // of the server
   std::optional<std::string> meant = std::nullopt;  // the name that a mistyped one is nearest to
+  std::string program = "cwm";
 };
 
-// "cwm: WHAT", a line for each field at fault, the reason, and a hint.
+// "PROGRAM: WHAT", a line for each field at fault, the reason, and a hint.
 void ReportError(const absl::Status& status, const FailedCommand& command, std::ostream& err);
 
 }  // namespace cwm::cli

@@ -133,9 +133,8 @@ void AddExportCommand(CommandLine& line) {
       line,
       {"export",
        "the world as a file of another tool: GLB, PLY, MoveIt's scenes, URDF, SDF",
-       {"cwm export kitchen.glb", "cwm export shelf.scene",
-        "cwm export scene.yaml --robot panda --at-revision 7", "cwm export kitchen.urdf",
-        "cwm export - --format yaml | less"},
+       {"cwm export kitchen.glb", "cwm export shelf.scene", "cwm export scene.yaml --robot panda",
+        "cwm export kitchen.urdf", "cwm export - --format yaml | less"},
        "GLB and PLY: objects and robots as collision checking sees them, in colours; GLB has a "
        "node "
        "for each.\n"

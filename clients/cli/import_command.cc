@@ -15,6 +15,7 @@
 #include "clients/cli/mesh_arguments.h"
 #include "clients/cli/number_list.h"
 #include "clients/cli/one_of.h"
+#include "clients/cli/progress.h"
 #include "clients/cli/scan_arguments.h"
 #include "clients/cli/scan_ingest.h"
 #include "clients/formats/cloud_reader.h"
@@ -130,6 +131,21 @@ absl::StatusOr<std::optional<pb::Robot>> FindRobot(Session& session, const std::
                                  absl::StrJoin(names, ", ")));
 }
 
+// Shows how far the meshes are. A mesh that the server has already is not read to its end.
+absl::StatusOr<scene::SceneImport> SendScene(Session& session, const formats::SceneFile& file,
+                                             scene::ImportOptions options) {
+  Progress progress(session);
+  options.progress = [&progress](const scene::MeshesSent& sent) {
+    const std::string what = absl::StrCat("mesh ", sent.mesh, " of ", sent.meshes);
+    if (sent.sent_bytes >= sent.total_bytes) return progress.Stage("the server stores " + what);
+    progress.Moved({.doing = "sending",
+                    .moved_bytes = sent.sent_bytes,
+                    .total_bytes = sent.total_bytes,
+                    .of_what = what});
+  };
+  return scene::ImportOf(session.connection(), file, options);
+}
+
 absl::Status ImportScene(Session& session, const ImportArguments& arguments,
                          std::string_view bytes) {
   if (bytes.size() > kMaxSceneBytes) {
@@ -147,7 +163,7 @@ absl::Status ImportScene(Session& session, const ImportArguments& arguments,
     robot = *std::move(found);
     if (robot) options.robot = &*robot;
   }
-  const auto plan = scene::ImportOf(session.connection(), *file, options);
+  const auto plan = SendScene(session, *file, options);
   if (!plan.ok()) return plan.status();
   for (const std::string& warning : plan->warnings) session.Warn(warning);
   if (plan->changes.empty()) {

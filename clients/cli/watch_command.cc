@@ -163,7 +163,7 @@ void AddWatchCommand(CommandLine& line) {
       AddCommand(line,
                  {"watch",
                   "the world as it is, then every change in the order of revisions",
-                  {"cwm watch", "cwm watch --from 41 -o ndjson", "cwm watch --once -o ndjson"},
+                  {"cwm watch", "cwm watch --from 1 -o ndjson", "cwm watch --once -o ndjson"},
                   "One line a change; -o json and -o ndjson print one message a line. With --from "
                   "N only what came\n"
                   "after revision N. Ends with the server, at --deadline, --count or --once."},

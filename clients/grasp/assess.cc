@@ -17,7 +17,9 @@ using client::RayRow;
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-constexpr std::size_t kMotionsPerBatch = 4096;  // far below the limits of rows; keeps replies quick
+// Attempts of a call with a row or two of each; far below a server's limit of rows (65 536), and
+// quick to reply to.
+constexpr std::size_t kAttemptsPerBatch = 4096;
 
 // Places of a pad, as shares of its half width and half length: the middle first, then outwards.
 constexpr std::array<std::array<double, 2>, 15> kPadPlaces = {{{0, 0},
@@ -36,6 +38,8 @@ constexpr std::array<std::array<double, 2>, 15> kPadPlaces = {{{0, 0},
                                                                {-0.8, 0.8},
                                                                {-0.8, -0.8}}};
 constexpr std::size_t kRaysPerAttempt = 2 * kPadPlaces.size();
+// Of a call with all rays of each.
+constexpr std::size_t kRayAttemptsPerBatch = 8 * kAttemptsPerBatch / kRaysPerAttempt;
 
 template <class T>
 T At(const std::string& column, std::size_t index) {
@@ -87,6 +91,18 @@ std::size_t FirstMet(const pb::CastRaysResponse& response, std::size_t middle) {
 // Which attempts are still worth a question.
 using Indices = std::vector<std::size_t>;
 
+// Asks of some at a time, until one question fails.
+template <class Ask>
+absl::Status InBatches(const Indices& indices, const Ask& ask) {
+  for (std::size_t begin = 0; begin < indices.size(); begin += kAttemptsPerBatch) {
+    const std::size_t end = std::min(begin + kAttemptsPerBatch, indices.size());
+    const absl::Status status = ask(Indices(indices.begin() + static_cast<std::ptrdiff_t>(begin),
+                                            indices.begin() + static_cast<std::ptrdiff_t>(end)));
+    if (!status.ok()) return status;
+  }
+  return absl::OkStatus();
+}
+
 class Assessor {
  public:
   Assessor(const client::Connection& connection, const Question& question,
@@ -132,8 +148,8 @@ class Assessor {
 };
 
 absl::Status Assessor::AskPlaces() {
-  for (std::size_t begin = 0; begin < attempts_.size(); begin += kMotionsPerBatch) {
-    const std::size_t end = std::min(begin + kMotionsPerBatch, attempts_.size());
+  for (std::size_t begin = 0; begin < attempts_.size(); begin += kAttemptsPerBatch) {
+    const std::size_t end = std::min(begin + kAttemptsPerBatch, attempts_.size());
     auto request = NewRequest<pb::CheckCollisionsRequest>();
     request.mutable_options()->set_margin_m(question_.clearance_m);
     pb::Subject::Shapes& shapes = *request.mutable_subject()->mutable_shapes();
@@ -150,15 +166,7 @@ absl::Status Assessor::AskPlaces() {
 }
 
 absl::Status Assessor::AskApproaches() {
-  const Indices good = Good();
-  for (std::size_t begin = 0; begin < good.size(); begin += kMotionsPerBatch) {
-    const std::size_t end = std::min(begin + kMotionsPerBatch, good.size());
-    const absl::Status status =
-        AskApproaches(Indices(good.begin() + static_cast<std::ptrdiff_t>(begin),
-                              good.begin() + static_cast<std::ptrdiff_t>(end)));
-    if (!status.ok()) return status;
-  }
-  return absl::OkStatus();
+  return InBatches(Good(), [this](const Indices& batch) { return AskApproaches(batch); });
 }
 
 absl::Status Assessor::AskApproaches(const Indices& indices) {
@@ -195,7 +203,9 @@ absl::Status Assessor::AskClosing() {
     if (!attempts_[i].target.empty()) by_target[attempts_[i].target].push_back(i);
   }
   for (const auto& [target, indices] : by_target) {
-    if (absl::Status status = AskClosing(target, indices); !status.ok()) return status;
+    const absl::Status status = InBatches(
+        indices, [this, &name = target](const Indices& batch) { return AskClosing(name, batch); });
+    if (!status.ok()) return status;
   }
   return absl::OkStatus();
 }
@@ -219,8 +229,8 @@ absl::Status Assessor::AskClosing(const std::string& target, const Indices& indi
 
 absl::Status Assessor::AskContacts() {
   const Indices good = Good();
-  for (std::size_t begin = 0; begin < good.size(); begin += kMotionsPerBatch) {
-    const std::size_t end = std::min(begin + kMotionsPerBatch, good.size());
+  for (std::size_t begin = 0; begin < good.size(); begin += kRayAttemptsPerBatch) {
+    const std::size_t end = std::min(begin + kRayAttemptsPerBatch, good.size());
     std::vector<RayRow> rays;
     for (std::size_t g = begin; g < end; ++g) {
       const Isometry3d& X_WG = attempts_[good[g]].X_WG;

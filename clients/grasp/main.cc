@@ -142,6 +142,7 @@ int main(int argc, char** argv) {
   arguments.json_on_stdout = form == "json";
   const absl::Status status = Run(arguments);
   if (status.ok()) return 0;
-  cli::ReportError(status, {"", arguments.address}, std::cerr);
+  cli::ReportError(status, {.name = "", .address = arguments.address, .program = "cwm-grasp"},
+                   std::cerr);
   return static_cast<int>(cli::ExitCodeOf(status));
 }

@@ -28,7 +28,7 @@ constexpr char kDescription[] =
     "cwm-plan: a motion of a robot that the server has, free of collision\n\n"
     "Examples:\n"
     "  cwm-plan --robot panda --problem scene0001.yaml request0001.yaml\n"
-    "  cwm-plan --robot panda --group panda_arm --goal ready\n"
+    "  cwm-plan --robot panda --group panda_arm --start extended --goal ready\n"
     "  cwm-plan --group panda_arm --start ready --goal=-1.2,0.3,0,-1.9,0,1.6,0.8 -o json\n"
     "  cwm-plan request.yaml --certify\n\n"
     "Without a start, from where the robot stands; options go before what the request says. The\n"

@@ -36,13 +36,51 @@ absl::Status PlanState(const SceneFile& scene, const pb::Robot& robot, SceneImpo
   return absl::OkStatus();
 }
 
-absl::Status PlanObjects(const client::Connection& connection,
-                         const std::vector<const SceneObject*>& objects, SceneImport& plan) {
-  const StoreMesh store = [&connection](const formats::MeshFile& mesh) {
-    return client::WriteGeometry(connection, {pb::GEOMETRY_FORMAT_MESH_F64, EncodeMesh(mesh)});
+std::int64_t EncodedBytes(const formats::MeshFile& mesh) {
+  std::size_t bytes = 0;
+  ForEachMeshPiece(mesh, [&bytes](const void*, std::size_t size) { bytes += size; });
+  return static_cast<std::int64_t>(bytes);
+}
+
+// What is before the first of them is sent.
+MeshesSent NoneSent(const std::vector<const SceneObject*>& objects) {
+  MeshesSent sent;
+  for (const SceneObject* object : objects) {
+    for (const auto& shape : object->shapes) {
+      if (const auto* mesh = std::get_if<formats::MeshFile>(&shape.shape)) {
+        ++sent.meshes;
+        sent.total_bytes += EncodedBytes(*mesh);
+      }
+    }
+  }
+  return sent;
+}
+
+// Stores one mesh after the other. `sent` outlives it and is of those that were before.
+StoreMesh StoreWith(const client::Connection& connection, const ImportOptions& options,
+                    MeshesSent& sent) {
+  return [&connection, &options, &sent](const formats::MeshFile& mesh) {
+    ++sent.mesh;
+    const std::string bytes = EncodeMesh(mesh);
+    const auto size = static_cast<std::int64_t>(bytes.size());
+    auto hash = client::WriteGeometry(connection, {pb::GEOMETRY_FORMAT_MESH_F64, bytes},
+                                      [&](std::int64_t of_mesh, std::int64_t) {
+                                        if (!options.progress) return;
+                                        MeshesSent now = sent;
+                                        now.sent_bytes += of_mesh;
+                                        options.progress(now);
+                                      });
+    sent.sent_bytes += size;
+    return hash;
   };
+}
+
+absl::Status PlanObjects(const client::Connection& connection, const ImportOptions& options,
+                         const std::vector<const SceneObject*>& objects, SceneImport& plan) {
+  MeshesSent sent = NoneSent(objects);
+  const std::size_t meshes = sent.meshes;
+  const StoreMesh store = StoreWith(connection, options, sent);
   std::map<std::string, std::string> id_of_name;
-  std::size_t meshes = 0;
   for (const SceneObject* scene_object : objects) {
     auto object = ToObject(*scene_object, store);
     if (!object.ok()) return object.status();
@@ -57,9 +95,6 @@ absl::Status PlanObjects(const client::Connection& connection,
       plan.warnings.push_back(absl::StrCat("\"", formats::Printable(scene_object->id),
                                            "\": put as ", formats::Printable(object->name()),
                                            ", names have letters, digits and _-./"));
-    }
-    for (const auto& shape : scene_object->shapes) {
-      meshes += std::holds_alternative<formats::MeshFile>(shape.shape) ? 1 : 0;
     }
     *plan.changes.emplace_back().mutable_put()->mutable_object() = *std::move(object);
   }
@@ -167,7 +202,7 @@ absl::StatusOr<SceneImport> ImportOf(const client::Connection& connection, const
   }
   absl::Status status;
   if (robot != nullptr && options.Takes(Part::kState)) status = PlanState(scene, *robot, plan);
-  if (status.ok()) status = PlanObjects(connection, objects, plan);
+  if (status.ok()) status = PlanObjects(connection, options, objects, plan);
   if (!status.ok()) return status;
   if (options.Takes(Part::kAllowed)) PlanRules(scene, robot, plan);
   if (attaches) PlanAttached(scene, *robot, plan);

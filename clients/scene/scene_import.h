@@ -1,6 +1,8 @@
 // A planning scene as changes of a world.
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <string>
 #include <vector>
@@ -15,11 +17,20 @@ namespace cwm::scene {
 // Parts of a scene beside its objects: all of them are about its robot.
 enum class Part { kState = 1, kAllowed, kAttached };
 
+// How far the meshes of a scene are on their way to the server.
+struct MeshesSent {
+  std::size_t mesh = 0;  // that is being sent, from 1
+  std::size_t meshes = 0;
+  std::int64_t sent_bytes = 0;  // of all meshes, those before included
+  std::int64_t total_bytes = 0;
+};
+
 struct ImportOptions {
   // Of the world, whose scene it is; nullptr: the world has none, and the parts are left out with a
   // warning.
   const cwm::v1::Robot* robot = nullptr;
   std::vector<Part> without = {};
+  std::function<void(const MeshesSent&)> progress = {};  // hears it whenever some are handed over
 
   bool Takes(Part part) const;
 };

@@ -208,6 +208,7 @@ int main(int argc, char** argv) {
       "  cwm-simulator --out scan.pcd --truth truth.json\n"
       "  cwm-simulator --without ball --move mug=0.1,0,0 --seed 2 --out later.pcd\n"
       "  cwm-simulator --random clutter --seed 3 --labels --out clutter.pcd --truth truth.json\n"
+      "  cwm-simulator --random vessels --seed 7 --write-scene my.yaml --out vessels.pcd\n"
       "  cwm-simulator --scene my.yaml --sensor realsense --views 3 --out my.pcd\n"
       "  cwm-simulator --scene table --objects 12 --sensor realsense --out table.pcd",
       "cwm-simulator");

@@ -29,20 +29,31 @@ std::string Lower(std::string_view text) {
   return absl::AsciiStrToLower(absl::string_view(text.data(), text.size()));
 }
 
-bool IsAddressLiteral(std::string_view host) {
+// As Host names it, so with brackets or without.
+std::optional<boost::asio::ip::address> AddressIn(std::string_view host) {
   if (host.size() > 2 && host.front() == '[' && host.back() == ']') {
     host = host.substr(1, host.size() - 2);
   }
   boost::system::error_code error;
-  boost::asio::ip::make_address(std::string(host), error);
-  return !error;
+  const auto address = boost::asio::ip::make_address(std::string(host), error);
+  if (error) return std::nullopt;
+  return address;
 }
 
 // Another name than this may lead here.
 bool IsEverywhere(const std::string& host) {
-  boost::system::error_code error;
-  const auto address = boost::asio::ip::make_address(host, error);
-  return !error && address.is_unspecified();
+  const auto address = AddressIn(host);
+  return address && address->is_unspecified();
+}
+
+bool IsLoopback(const std::string& host) {
+  const auto address = AddressIn(host);
+  return address && address->is_loopback();
+}
+
+// No stranger can have it: he who is on this machine looks at 127.0.0.1 as well.
+bool IsNameOfLoopback(const std::string& host) {
+  return Lower(host) == "localhost" || IsLoopback(host);
 }
 
 // Its value, if there is one and no more.
@@ -72,8 +83,10 @@ Access::Access(ViewerAddress asked, ViewerAddress bound, std::string token, This
       machine_(std::move(machine)) {}
 
 std::vector<std::string> Access::Hosts() const {
-  std::vector<std::string> hosts = {asked_.host, bound_.host, "localhost", "127.0.0.1", "::1"};
-  hosts.insert(hosts.end(), machine_.names.begin(), machine_.names.end());
+  std::vector<std::string> hosts = {bound_.host, "localhost", "127.0.0.1", "::1"};
+  const bool is_loopback = IsLoopback(bound_.host);
+  if (!is_loopback || IsNameOfLoopback(asked_.host)) hosts.insert(hosts.begin(), asked_.host);
+  if (!is_loopback) hosts.insert(hosts.end(), machine_.names.begin(), machine_.names.end());
   std::vector<std::string> with_port;
   for (const std::string& host : hosts) {
     if (IsEverywhere(host)) continue;  // is where to listen, and leads nowhere
@@ -95,14 +108,17 @@ std::optional<Access::Refusal> Access::CheckHost(const HttpRequest& request) con
   if (std::find(names.begin(), names.end(), given) != names.end()) return std::nullopt;
   // An address that is no name cannot be made to lead elsewhere.
   const std::string port = absl::StrCat(":", bound_.port);
-  if (IsEverywhere(bound_.host) && absl::EndsWith(given, port) &&
-      IsAddressLiteral(std::string_view(given).substr(0, given.size() - port.size()))) {
-    return std::nullopt;
+  std::string others;
+  if (IsEverywhere(bound_.host)) others = absl::StrCat(", ADDRESS", port);
+  if (IsLoopback(bound_.host)) others = absl::StrCat(", another of 127.0.0.0/8 with ", port);
+  if (!others.empty() && absl::EndsWith(given, port)) {
+    const auto address = AddressIn(std::string_view(given).substr(0, given.size() - port.size()));
+    if (address && (IsEverywhere(bound_.host) || (address->is_v4() && address->is_loopback()))) {
+      return std::nullopt;
+    }
   }
-  return Refusal{
-      .why = absl::StrCat("Host: ", Shown(request, http::field::host), ", must be one of ",
-                          absl::StrJoin(names, ", "),
-                          IsEverywhere(bound_.host) ? absl::StrCat(", ADDRESS", port) : "")};
+  return Refusal{.why = absl::StrCat("Host: ", Shown(request, http::field::host),
+                                     ", must be one of ", absl::StrJoin(names, ", "), others)};
 }
 
 std::optional<Access::Refusal> Access::CheckOrigin(const HttpRequest& request) {
@@ -155,7 +171,8 @@ std::optional<std::string> Access::CookieFor(const HttpRequest& request) const {
 std::vector<std::string> Access::Urls() const {
   std::vector<std::string> hosts;
   if (!IsEverywhere(bound_.host)) {
-    hosts = {asked_.host};
+    const bool is_let_in = !IsLoopback(bound_.host) || IsNameOfLoopback(asked_.host);
+    hosts = {is_let_in ? asked_.host : bound_.host};
   } else {
     // One that listens on IPv4 alone does not hear the others.
     const bool is_v4 = bound_.host.find(':') == std::string::npos;

@@ -25,9 +25,11 @@ class Access {
   };
 
   // Of any request: Host must be this server, so that no foreign name that leads here (DNS
-  // rebinding) makes it one site with a stranger's page. That is the host that was asked for, where
-  // it led, localhost, a name of this machine; where all interfaces are listened on, any address
-  // too, which no stranger can make lead elsewhere.
+  // rebinding) makes it one site with a stranger's page. On loopback that is localhost and the
+  // addresses of loopback alone: no token keeps out who took a name of this machine in the user's
+  // network. Elsewhere it is also the host that was asked for, where it led, and a name of this
+  // machine; where all interfaces are listened on, any address, which no stranger can make lead
+  // elsewhere.
   std::optional<Refusal> CheckHost(const HttpRequest& request) const;
   // Of what opens a socket: browsers let any page open one and say whose page it is. Programs say
   // nothing.
@@ -38,8 +40,8 @@ class Access {
   // The value of Set-Cookie for a request that gave the token in its address; else nothing.
   std::optional<std::string> CookieFor(const HttpRequest& request) const;
 
-  // What users open, the best first: where all interfaces are listened on, by this machine's
-  // addresses and name.
+  // What users open, the best first, each of them let in: where all interfaces are listened on, by
+  // this machine's addresses and name.
   std::vector<std::string> Urls() const;
 
  private:

@@ -46,9 +46,10 @@ grpc::Status TooLong(std::chrono::milliseconds most) {
       {.reason = "CALL_TOO_LONG"}));
 }
 
-grpc::Status TooSlow(std::size_t most) {
+// `when`: such bytes would wait, or did for some time.
+grpc::Status TooSlow(std::size_t most, const std::string& when) {
   return ToGrpcStatus(Overloaded(absl::StrCat("this socket is read too slowly: more than ", most,
-                                              " bytes would wait for it, must be at most as many"),
+                                              " bytes ", when, ", must be at most as many"),
                                  "SOCKET_TOO_SLOW"));
 }
 
@@ -59,7 +60,8 @@ SocketSession::SocketSession(boost::asio::ip::tcp::socket socket, House& house)
       house_(house),
       stream_(std::move(socket)),
       stall_timer_(house.bridge.context),
-      ping_timer_(house.bridge.context) {
+      ping_timer_(house.bridge.context),
+      catch_up_timer_(house.bridge.context) {
   ++house_.guests.sockets;
 }
 
@@ -181,15 +183,49 @@ void SocketSession::End(std::uint64_t id, const grpc::Status& status) {
 void SocketSession::SendMessage(std::uint64_t id, std::string message) {
   const auto carried = calls_.find(id);
   if (carried == calls_.end()) return;
-  const std::size_t most = house_.limits.waiting_bytes;
+  const std::size_t most = house_.limits.burst_bytes;
   if (!waiting_.empty() && waiting_bytes_ + message.size() > most) {
-    carried->second.why = TooSlow(most);
+    carried->second.why = TooSlow(most, "would wait for it");
     return Cancel(id);
   }
   v1::ViewerResponse response;
   response.set_call_id(id);
   response.set_message(std::move(message));
   Send(response, true);
+  ExpectCatchingUp();
+}
+
+void SocketSession::ExpectCatchingUp() {
+  if (closing_ || catching_up_ || waiting_bytes_ <= house_.limits.waiting_bytes) return;
+  catching_up_ = true;
+  catch_up_timer_.expires_at(waiting_.front().since + house_.limits.catch_up);
+  catch_up_timer_.async_wait([weak = weak_from_this()](error_code error) {
+    const auto self = weak.lock();
+    if (!error && self != nullptr) self->CheckCatchingUp();
+  });
+}
+
+// What waits is in the order in which it came: as long as the first of it is young, the page keeps
+// up, however much there is.
+void SocketSession::CheckCatchingUp() {
+  catching_up_ = false;
+  const ViewerLimits& limits = house_.limits;
+  const auto too_old = std::chrono::steady_clock::now() - limits.catch_up;
+  if (waiting_.empty() || waiting_.front().since > too_old) return ExpectCatchingUp();
+  // The ends of calls are small, and the page is owed them.
+  for (std::size_t i = waiting_.size() - 1; i > 0 && waiting_bytes_ > limits.waiting_bytes; --i) {
+    if (!waiting_[i].call_goes_on) continue;
+    const std::uint64_t id = waiting_[i].call_id;
+    waiting_bytes_ -= waiting_[i].bytes.size();
+    waiting_.erase(waiting_.begin() + static_cast<std::ptrdiff_t>(i));
+    const auto carried = calls_.find(id);
+    if (carried == calls_.end() || carried->second.is_cancelled) continue;  // by the page
+    carried->second.why =
+        TooSlow(limits.waiting_bytes,
+                absl::StrCat("waited for it for ",
+                             absl::FormatDuration(absl::FromChrono(limits.catch_up))));
+    Cancel(id);
+  }
 }
 
 void SocketSession::SendEnd(std::uint64_t id, const grpc::Status& status) {
@@ -205,7 +241,8 @@ void SocketSession::Send(const v1::ViewerResponse& response, bool call_goes_on) 
   if (closing_) return;
   waiting_.push_back({.bytes = response.SerializeAsString(),
                       .call_id = response.call_id(),
-                      .call_goes_on = call_goes_on});
+                      .call_goes_on = call_goes_on,
+                      .since = std::chrono::steady_clock::now()});
   waiting_bytes_ += waiting_.back().bytes.size();
   if (!writing_) WriteNext();
 }
@@ -273,6 +310,7 @@ void SocketSession::Close(CloseCode code, std::string_view reason) {
   calls_.clear();
   waiting_.clear();
   ping_timer_.cancel();
+  catch_up_timer_.cancel();
   goodbye_ = {code, std::string(reason.substr(0, kLongestReason))};
   stall_timer_.expires_after(house_.limits.goodbye);
   stall_timer_.async_wait([weak = weak_from_this()](error_code error) {
@@ -292,6 +330,7 @@ void SocketSession::Drop() {
   calls_.clear();
   waiting_.clear();
   ping_timer_.cancel();
+  catch_up_timer_.cancel();
   stall_timer_.cancel();
   boost::beast::get_lowest_layer(stream_).close();
 }

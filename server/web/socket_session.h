@@ -5,6 +5,7 @@
 #include <boost/beast/core/flat_buffer.hpp>
 #include <boost/beast/core/tcp_stream.hpp>
 #include <boost/beast/websocket/stream.hpp>
+#include <chrono>
 #include <deque>
 #include <memory>
 #include <optional>
@@ -19,8 +20,8 @@ namespace cwm::server {
 
 // Carries each call of the page to the services and back. Of each call one message at most waits to
 // be written, so a page that reads slowly holds up its own calls and nothing else; where those that
-// wait are too many bytes together, the call of the next one ends. Lives as long as an operation of
-// its own is under way.
+// wait are too many bytes together for too long, the calls of the last ones end. Lives as long as an
+// operation of its own is under way.
 class SocketSession final : public Guest, public std::enable_shared_from_this<SocketSession> {
  public:
   SocketSession(boost::asio::ip::tcp::socket socket, House& house);
@@ -38,6 +39,7 @@ class SocketSession final : public Guest, public std::enable_shared_from_this<So
     std::string bytes;
     std::uint64_t call_id = 0;
     bool call_goes_on = false;
+    std::chrono::steady_clock::time_point since = {};  // it waits
   };
 
   // A call under way.
@@ -58,6 +60,9 @@ class SocketSession final : public Guest, public std::enable_shared_from_this<So
   void SendMessage(std::uint64_t id, std::string message);
   void SendEnd(std::uint64_t id, const grpc::Status& status);
   void Send(const v1::ViewerResponse& response, bool call_goes_on);
+  // Where more waits than may for long: looks again when the first of it has waited too long.
+  void ExpectCatchingUp();
+  void CheckCatchingUp();
   void WriteNext();
   void WritePiece();
   void Ping();
@@ -70,6 +75,7 @@ class SocketSession final : public Guest, public std::enable_shared_from_this<So
   boost::beast::websocket::stream<boost::beast::tcp_stream> stream_;
   boost::asio::steady_timer stall_timer_;
   boost::asio::steady_timer ping_timer_;
+  boost::asio::steady_timer catch_up_timer_;
   boost::beast::flat_buffer input_;
   HttpRequest request_;  // while it is accepted
   std::unordered_map<std::uint64_t, Carried> calls_;
@@ -81,6 +87,7 @@ class SocketSession final : public Guest, public std::enable_shared_from_this<So
   bool reading_ = false;
   bool heard_ = true;  // since the last ping
   bool pinging_ = false;
+  bool catching_up_ = false;
   bool closing_ = false;
   bool dropped_ = false;
   boost::beast::websocket::close_reason goodbye_;

@@ -3,6 +3,7 @@
 #include <spdlog/spdlog.h>
 
 #include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/ip/v6_only.hpp>
 #include <boost/asio/post.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <exception>
@@ -46,6 +47,10 @@ absl::StatusOr<tcp::acceptor> Listen(boost::asio::io_context& context,
   error_code error;
   acceptor.open(endpoint->protocol(), error);
   if (!error) acceptor.set_option(tcp::acceptor::reuse_address(true), error);
+  if (!error && endpoint->address().is_v6() && endpoint->address().is_unspecified()) {
+    // All interfaces are those of IPv4 too, also where the system has it otherwise (bindv6only).
+    acceptor.set_option(boost::asio::ip::v6_only(false), error);
+  }
   if (!error) acceptor.bind(*endpoint, error);
   if (!error) acceptor.listen(boost::asio::socket_base::max_listen_connections, error);
   if (error) return CannotListen(address, error);

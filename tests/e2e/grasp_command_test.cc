@@ -12,6 +12,7 @@ namespace {
 using nlohmann::json;
 using ::testing::HasSubstr;
 using ::testing::Not;
+using ::testing::StartsWith;
 
 class GraspCommand : public ServerTest {
  protected:
@@ -122,11 +123,34 @@ TEST_F(GraspCommand, SaysHowToSeeTheGrasps) {
   EXPECT_THAT(nowhere.out, Not(HasSubstr("drop")));
 }
 
+// Each grasp casts 30 rays, and a question holds 65 536.
+TEST_F(GraspCommand, TakesMoreThanOneQuestionHolds) {
+  json changes = json::array();
+  for (int i = 0; i < 24; ++i) {  // in the air, where every side can be reached
+    const json pose = {{"tx_m", 0.6 * (i % 8)}, {"ty_m", 0.6 * (i % 3)}, {"tz_m", 1}, {"qw", 1}};
+    const json box = {{"size_x_m", 0.05}, {"size_y_m", 0.2}, {"size_z_m", 0.1}};
+    changes.push_back({{"put",
+                        {{"object",
+                          {{"name", "box_" + std::to_string(i)},
+                           {"x_world_object", pose},
+                           {"shapes", json::array({{{"box", box}}})}}}}}});
+  }
+  CwmJson({"call", "ApplyChanges", json{{"changes", changes}}.dump()});
+  const Finished finished = Grasp({"--top", "10000", "-o", "json"});
+  ASSERT_EQ(finished.exit_code, 0) << finished.err;
+  const json plan = json::parse(finished.out);
+  std::size_t grasps = 0;
+  for (const json& object : plan.at("objects")) grasps += object.at("grasps").size();
+  EXPECT_EQ(plan["objects"].size(), 25U) << "the table too";
+  EXPECT_GT(30 * grasps, 65'536U) << "as many as this is about";
+}
+
 TEST_F(GraspCommand, BadInputIsNamed) {
   CwmJson({"put", "ball", "--sphere", "0.03", "--at", "0,0,0.03"});
   const Finished mistyped = Grasp({"bal"});
   EXPECT_EQ(mistyped.exit_code, 3);
   EXPECT_THAT(mistyped.err, HasSubstr("did you mean \"ball\"?"));
+  EXPECT_THAT(mistyped.err, StartsWith("cwm-grasp: not found")) << "whose error it is";
   const Finished narrow = Grasp({"--opening", "0"});
   EXPECT_EQ(narrow.exit_code, 1);
   EXPECT_THAT(narrow.err, HasSubstr("--opening: 0 m must be"));

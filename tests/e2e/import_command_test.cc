@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "clients/cli/mesh_arguments.h"
+#include "clients/cli/run.h"
 #include "tests/e2e/server_fixture.h"
 
 namespace cwm::testing {
@@ -83,6 +84,40 @@ TEST_F(ImportCommand, TellsOnATerminalHowFarAMeshIs) {
     }
     EXPECT_THAT(err.str(), AllOf(HasSubstr("sending 1.0 MB of 5.4 MB, a mesh of 149998 triangles"),
                                  HasSubstr("MB/s"), HasSubstr("the server stores a mesh of")));
+    EXPECT_TRUE(err.str().ends_with("\r\033[K")) << "nothing of it stays";
+  }
+}
+
+// A strip in a MoveIt scene's text, of some 2.2 MB as it is sent.
+std::string StripInScene(const std::string& id, int y_m) {
+  constexpr int kVertices = 60'000;
+  std::ostringstream text;
+  text << "* " << id << "\n1\nmesh\n" << kVertices << ' ' << kVertices - 2 << '\n';
+  for (int i = 0; i < kVertices; ++i) text << 0.001 * i << ' ' << y_m << ' ' << i % 2 << '\n';
+  for (int i = 2; i < kVertices; ++i) text << i - 2 << ' ' << i - 1 << ' ' << i << '\n';
+  text << "0 0 0\n0 0 0 1\n0 0 0 0\n";
+  return text.str();
+}
+
+TEST_F(ImportCommand, TellsOnATerminalHowFarTheMeshesOfASceneAre) {
+  for (const bool terminal : {false, true}) {
+    const int y_m = terminal ? 10 : 0;
+    const std::string file = Write("strips.scene", "strips\n" + StripInScene("near", y_m) +
+                                                       StripInScene("far", y_m + 1) + ".\n");
+    std::istringstream in;
+    std::ostringstream out, err;
+    const cli::ExitCode code =
+        cli::Run({"--addr", address(), "import", file},
+                 {.in = in, .out = out, .err = err, .err_is_terminal = terminal});
+    ASSERT_EQ(static_cast<int>(code), 0) << err.str();
+    EXPECT_THAT(out.str(), HasSubstr("imported 2 objects (2 meshes)"));
+    if (!terminal) {
+      EXPECT_EQ(err.str(), "");
+      continue;
+    }
+    EXPECT_THAT(err.str(), AllOf(HasSubstr("sending 1.0 MB of 4.3 MB, mesh 1 of 2"),
+                                 HasSubstr("sending 3.2 MB of 4.3 MB, mesh 2 of 2"),
+                                 HasSubstr("MB/s"), HasSubstr("the server stores mesh 2 of 2")));
     EXPECT_TRUE(err.str().ends_with("\r\033[K")) << "nothing of it stays";
   }
 }

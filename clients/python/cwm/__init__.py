@@ -1,19 +1,31 @@
 """Ask a collision world model server, with numpy arrays in and out.
 
     import cwm
-
     with cwm.connect() as world:
-        scan = world.ingest(points)  # (N, 3) metres, as a depth camera gives them
-        for thing in scan.objects:
-            print(thing.name, thing.position, [part.shape for part in thing.parts])
-        answer = world.distance(cwm.Sphere(0.05), poses)  # (N, 4, 4)
-        print(answer.distance_m, answer.objects)
+        scan = world.ingest(points)                         # (N, 3) metres, of a depth camera
+        answer = world.distance(cwm.Sphere(0.05), poses)    # (N, 4, 4)
+    print(scan.objects, answer.distance_m, answer.objects)
 
 Metres, radians, seconds; world Z up; poses are (4, 4) arrays X_a_b, the frame b in the frame a.
-`World` lists what can be asked and changed, `QueryOptions` the keyword arguments of questions,
-`Error` what a call may raise. The messages of the interface are in `cwm.v1`, e.g. `from cwm.v1
-import world_pb2`.
+`World`, below, is what can be asked and changed. `help(cwm.NAME)` tells of the rest:
+
+    begin      connect, Server, World, WorldView (one revision), default_address, pose,
+               ServerInfo, WorldInfo
+    shapes     Sphere, Box, Cylinder, Cone, Capsule, HalfSpace, Plate, Convex, Mesh, Placed
+    questions  RobotSubject, QueryOptions (the keyword arguments of all of them)
+    answers    CheckResult, PairResult, MotionResult, RayResult, SampleResult, Verdict, Trust
+    scans      IngestResult, IngestReport, IngestChanges
+    world      Object, Part, FitQuality, Handle, Surface, Vessel, OrientedBox, Attachment,
+               PairRule, Robot, Group, Link, Variable, ExportedWorld
+    changes    Put, Move, Remove, Attach, Detach, Allow, Margin, SetState, for World.apply
+    watch      Watch: Snapshot, Bookmark, and Changes of ObjectPut, ObjectMoved, ObjectRemoved,
+               RobotPut, RobotMoved, RobotRemoved, RuleSet
+    errors     Error (reason, metadata, FieldViolation), NotFound, Unavailable, ...
+
+Words of the interface are enums (`cwm.Engine`); arguments take their names too: engine="exact".
 """
+
+from typing import TYPE_CHECKING
 
 from cwm.changes import Allow, Attach, Change, Detach, Margin, Move, Put, Remove, SetState
 from cwm.connection import default_address
@@ -96,31 +108,105 @@ from cwm.watch import (
 )
 from cwm.world import World
 
-__all__ = [
-    name
-    for name in dir()
-    if not name.startswith("_")
-    and name
-    not in {
-        "arrays",
-        "changes",
-        "checksums",
-        "connection",
-        "enums",
-        "errors",
-        "exports",
-        "ingest",
-        "objects",
-        "poses",
-        "queries",
-        "results",
-        "robots",
-        "server",
-        "shapes",
-        "subjects",
-        "v1",
-        "view",
-        "watch",
-        "world",
-    }
-]
+# What `help(cwm)` tells whole: the rest is in the list above, each with a help of its own. Checkers
+# of types take __all__ for what may be named.
+__all__ = ["World", "connect", "pose"]
+if TYPE_CHECKING:
+    __all__ += [
+        "Aborted",
+        "Allow",
+        "Attach",
+        "Attachment",
+        "Bookmark",
+        "Box",
+        "Cancelled",
+        "Capsule",
+        "Change",
+        "Changes",
+        "CheckResult",
+        "Clustering",
+        "Cone",
+        "Convex",
+        "Cylinder",
+        "DataLoss",
+        "DeadlineExceeded",
+        "Detach",
+        "Engine",
+        "Error",
+        "ExportFormat",
+        "ExportedWorld",
+        "FailedPrecondition",
+        "FieldViolation",
+        "FitQuality",
+        "Group",
+        "HalfSpace",
+        "Handle",
+        "IngestChanges",
+        "IngestMode",
+        "IngestReport",
+        "IngestResult",
+        "Internal",
+        "InvalidArgument",
+        "JointKind",
+        "Link",
+        "Margin",
+        "Mesh",
+        "MotionResult",
+        "MotionVerdict",
+        "Move",
+        "NotFound",
+        "Object",
+        "ObjectKind",
+        "ObjectMoved",
+        "ObjectPut",
+        "ObjectRemoved",
+        "ObjectState",
+        "ObjectView",
+        "OrientedBox",
+        "OutOfRange",
+        "Owner",
+        "PairResult",
+        "PairRule",
+        "Part",
+        "PartRole",
+        "PermissionDenied",
+        "Placed",
+        "Plate",
+        "Put",
+        "QueryOptions",
+        "RayResult",
+        "Remove",
+        "Representation",
+        "ResourceExhausted",
+        "RevisionCompacted",
+        "RevisionConflict",
+        "Robot",
+        "RobotGeometry",
+        "RobotMoved",
+        "RobotPut",
+        "RobotRemoved",
+        "RobotScope",
+        "RobotSubject",
+        "RuleSet",
+        "SampleResult",
+        "SampleState",
+        "SensorModel",
+        "Server",
+        "ServerInfo",
+        "SetState",
+        "Shape",
+        "Snapshot",
+        "Sphere",
+        "Surface",
+        "Trust",
+        "Unavailable",
+        "UnseenSpace",
+        "Variable",
+        "Verdict",
+        "Vessel",
+        "Watch",
+        "WorldInfo",
+        "WorldReplaced",
+        "WorldView",
+        "default_address",
+    ]

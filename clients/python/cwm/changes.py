@@ -45,10 +45,10 @@ class Put:
     supported_by: str = ""
     expected_revision: int | None = field(default=None, kw_only=True)
 
-    def parts(self) -> list[shapes.Placed]:
+    def _parts(self) -> list[shapes.Placed]:
         return shapes.placed(self.shape, "shape")
 
-    def fill(self, change: world_pb2.Change) -> None:
+    def _fill(self, change: world_pb2.Change) -> None:
         item = change.put.object
         item.name = arrays.text(self.name, "name")
         if self.pose is not None:
@@ -57,7 +57,7 @@ class Put:
             item.x_world_object.qw = 1
         item.margin_m = arrays.number(self.margin_m, "margin_m", low=0)
         item.supported_by = arrays.text(self.supported_by, "supported_by")
-        for part in self.parts():
+        for part in self._parts():
             message = item.shapes.add(x_object_shape=poses.to_proto(part.pose, "pose"))
             shapes.set_shape(part.shape, message)
 
@@ -70,7 +70,7 @@ class Move:
     pose: npt.ArrayLike
     expected_revision: int | None = field(default=None, kw_only=True)
 
-    def fill(self, change: world_pb2.Change) -> None:
+    def _fill(self, change: world_pb2.Change) -> None:
         change.move.name = arrays.text(self.name, "name")
         change.move.x_world_object.CopyFrom(poses.to_proto(self.pose, "pose"))
 
@@ -80,7 +80,7 @@ class Remove:
     name: str
     expected_revision: int | None = field(default=None, kw_only=True)
 
-    def fill(self, change: world_pb2.Change) -> None:
+    def _fill(self, change: world_pb2.Change) -> None:
         change.remove.name = arrays.text(self.name, "name")
 
 
@@ -97,7 +97,7 @@ class Attach:
     touch_links: Sequence[str] = ()
     expected_revision: int | None = field(default=None, kw_only=True)
 
-    def fill(self, change: world_pb2.Change) -> None:
+    def _fill(self, change: world_pb2.Change) -> None:
         attach = change.attach
         attach.name = arrays.text(self.name, "name")
         attach.robot = arrays.text(self.robot, "robot")
@@ -114,7 +114,7 @@ class Detach:
     name: str
     expected_revision: int | None = field(default=None, kw_only=True)
 
-    def fill(self, change: world_pb2.Change) -> None:
+    def _fill(self, change: world_pb2.Change) -> None:
         change.detach.name = arrays.text(self.name, "name")
 
 
@@ -127,7 +127,7 @@ class Allow:
     expires_after_s: float | None = None
     withdraw: bool = False
 
-    def fill(self, change: world_pb2.Change) -> None:
+    def _fill(self, change: world_pb2.Change) -> None:
         change.allow.pair.CopyFrom(pair_to_proto(self.a, self.b))
         change.allow.withdraw = bool(self.withdraw)
         if self.expires_after_s is not None:
@@ -143,7 +143,7 @@ class Margin:
     b: Thing
     margin_m: float | None
 
-    def fill(self, change: world_pb2.Change) -> None:
+    def _fill(self, change: world_pb2.Change) -> None:
         change.margin.pair.CopyFrom(pair_to_proto(self.a, self.b))
         if self.margin_m is not None:
             change.margin.margin_m = arrays.number(self.margin_m, "margin_m", low=0)
@@ -159,7 +159,7 @@ class SetState:
     pose: npt.ArrayLike | None = None
     expected_revision: int | None = field(default=None, kw_only=True)
 
-    def fill(self, change: world_pb2.Change) -> None:
+    def _fill(self, change: world_pb2.Change) -> None:
         state = change.robot_state
         state.name = arrays.text(self.robot, "robot")
         state.joints.CopyFrom(robots.joint_state(self.joints, self.named_state, "joints"))
@@ -174,7 +174,7 @@ def change_to_proto(change: Change, name: str) -> world_pb2.Change:
     if not isinstance(change, (Put, Move, Remove, Attach, Detach, Allow, Margin, SetState)):
         raise TypeError(f"{name} is {change!r}, must be one of the classes of cwm.changes")
     message = world_pb2.Change()
-    change.fill(message)
+    change._fill(message)
     expected = getattr(change, "expected_revision", None)
     if expected is not None:
         message.expected_object_revision = arrays.count(expected, f"{name}.expected_revision")
@@ -193,5 +193,5 @@ def meshes_of(changes: Sequence[Change]) -> list[shapes.Mesh]:
         mesh
         for change in changes
         if isinstance(change, Put)
-        for mesh in shapes.meshes_of(change.parts())
+        for mesh in shapes.meshes_of(change._parts())
     ]

@@ -79,7 +79,7 @@ class WorldView:
         """Allowed collisions and margins of pairs, as they are now."""
         return tuple(watch.rule_from_proto(rule) for rule in self._state().pair_rules)
 
-    def as_of(self, revision: int, uid: str) -> WorldView:
+    def _as_of(self, revision: int, uid: str) -> WorldView:
         """The view of that revision, without asking whether it is there."""
         return WorldView(self._server, self.name, self.timeout_s, revision, uid)
 
@@ -89,7 +89,7 @@ class WorldView:
         A server keeps the last ones; RevisionCompacted afterwards.
         """
         state = self._state()
-        return self.as_of(
+        return self._as_of(
             state.revision if revision is None else arrays.count(revision, "revision"),
             state.world_uid,
         )
@@ -152,7 +152,7 @@ class WorldView:
                 corner.x, corner.y, corner.z = arrays.vector(value, f"within {name}").tolist()
         self.fill_revision(request)
         return [
-            objects.object_from_proto(item, revision, self.as_of(revision, uid))
+            objects.object_from_proto(item, revision, self._as_of(revision, uid))
             for item, revision, uid in self._pages(
                 self.connection.worlds.ListObjects, request, "objects"
             )
@@ -164,7 +164,7 @@ class WorldView:
         self.fill_revision(request)
         reply = self.connection.call(self.connection.worlds.GetObject, request, self.timeout_s)
         return objects.object_from_proto(
-            reply.object, reply.revision, self.as_of(reply.revision, reply.world_uid)
+            reply.object, reply.revision, self._as_of(reply.revision, reply.world_uid)
         )
 
     def surface(self, name: str) -> tuple[np.ndarray, np.ndarray]:

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Mapping, Union
 import grpc
 import numpy as np
 
-from cwm import errors, objects, poses, robots
+from cwm import enums, errors, objects, poses, robots
 from cwm.v1 import world_pb2
 
 if TYPE_CHECKING:
@@ -176,10 +176,22 @@ class Watch:
     """
 
     def __init__(
-        self, view: WorldView, request: world_pb2.WatchWorldRequest, give_up_after_s: float | None
+        self,
+        view: WorldView,
+        *,
+        from_revision: int | None,
+        coalesced: bool,
+        told: enums.ObjectView,
+        give_up_after_s: float | None,
     ):
         self._view = view
-        self._request = request
+        request = self._request = world_pb2.WatchWorldRequest(
+            world=view.name,
+            view=told,
+            mode=world_pb2.WATCH_MODE_COALESCED if coalesced else world_pb2.WATCH_MODE_LOSSLESS,
+        )
+        if from_revision is not None:
+            request.from_revision = from_revision
         self._give_up_after_s = give_up_after_s
         self._call: grpc.Call | None = None
         self._closed = threading.Event()
@@ -244,7 +256,7 @@ class Watch:
             return self._snapshot(message)
         uid, revision = message.world_uid, message.revision
         if what == "events":
-            view = self._view.as_of(revision, uid)
+            view = self._view._as_of(revision, uid)
             self._pending += [_object_event(event, view) for event in message.events.events]
             self._pending += [_robot_event(event) for event in message.events.robot_events]
             self._pending += [RuleSet(rule_from_proto(rule)) for rule in message.events.pair_rules]
@@ -270,7 +282,7 @@ class Watch:
             return None
         state, self._initial = self._initial, None
         uid, revision = message.world_uid, message.revision
-        view = self._view.as_of(revision, uid)
+        view = self._view._as_of(revision, uid)
         anew, self._anew = self._anew, ""
         self._told(uid, revision)
         return Snapshot(

@@ -87,7 +87,7 @@ class World(WorldView):
             self.timeout_s,
         )
         held = header.mode != perception_pb2.INGEST_MODE_SEGMENT_ONLY
-        view = self.as_of(reply.revision, reply.world_uid) if held else None
+        view = self._as_of(reply.revision, reply.world_uid) if held else None
         return ingest.result_of(reply, view, ingest.labels_of(reply, self) if labels else None)
 
     # What is changed.
@@ -256,14 +256,15 @@ class World(WorldView):
         from_revision: only what comes after it. coalesced: of a burst only the newest state of each
         object. give_up_after_s: how long to look for a server that went away; None: for good.
         """
-        request = world_pb2.WatchWorldRequest(
-            world=self.name,
-            view=enums.word(enums.ObjectView, view, "view"),
-            mode=world_pb2.WATCH_MODE_COALESCED if coalesced else world_pb2.WATCH_MODE_LOSSLESS,
-        )
         if from_revision is not None:
-            request.from_revision = arrays.count(from_revision, "from_revision")
-        return watch.Watch(self, request, check_timeout(give_up_after_s))
+            from_revision = arrays.count(from_revision, "from_revision")
+        return watch.Watch(
+            self,
+            from_revision=from_revision,
+            coalesced=coalesced,
+            told=enums.word(enums.ObjectView, view, "view"),
+            give_up_after_s=check_timeout(give_up_after_s),
+        )
 
 
 def _robot_messages(header: robot_pb2.LoadRobotHeader, files: Mapping[str, bytes]):

@@ -48,6 +48,20 @@ async function drawn(count: number): Promise<void> {
 
 const notes = (): Promise<string[]> => page.page.$$eval(".grasp .note", (all) => all.map(({ textContent }) => textContent ?? ""));
 
+// How many lines each takes, and none is cut.
+const lines = (...selectors: string[]): Promise<number[]> => page.page.evaluate((all) => all.map((selector) => {
+  const place = document.querySelector<HTMLElement>(selector);
+  if (!place || place.scrollWidth > place.clientWidth) return 0;
+  const texts = document.createTreeWalker(place, NodeFilter.SHOW_TEXT);
+  const bottoms = new Set<number>();
+  while (texts.nextNode()) {
+    const range = document.createRange();
+    range.selectNodeContents(texts.currentNode);
+    for (const { bottom } of range.getClientRects()) bottoms.add(Math.round(bottom / 8));
+  }
+  return bottoms.size;
+}), selectors);
+
 // A can and a box, each a hand's breadth wide at most, and a crate that no gripper takes.
 async function putThings(): Promise<void> {
   await server.cwm("put", "can", "--cylinder", "0.03,0.14", "--at", "0,0,0.07");
@@ -74,6 +88,8 @@ test("grippers are where their grasps are, in the colour of their quality, in on
   await openGrasps(path);
   await drawn(2);
   assert.equal((await page.facts()).grasps, 6);
+  assert.deepEqual(await lines(".grasps h2", ".grasps .of", ".grasps .all"), [1, 1, 1]);
+  assert.equal(await page.page.textContent(".grasps .opening"), "opening 80 mm");
   assert.ok((await page.facts()).draw_calls - calls <= 2, "the grippers and the ways to them");
   const now = await page.pixels();
   await page.keep("grasps");

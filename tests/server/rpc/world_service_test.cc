@@ -98,16 +98,25 @@ TEST_F(WorldServiceTest, ARetryGetsTheFirstReplyAndOtherContentIsRefused) {
   v1::ApplyChangesRequest request;
   request.set_request_id("once");
   *request.add_changes() = PutBoxChange("a", 0);
-  v1::ApplyChangesResponse response;
-  ASSERT_TRUE(Apply(request, &response).ok());
-  PutBox("b", 1);
-  ASSERT_TRUE(Apply(request, &response).ok());
-  EXPECT_EQ(response.revision(), 1);
+  v1::ApplyChangesResponse first;
+  ASSERT_TRUE(Apply(request, &first).ok());
+  v1::ApplyChangesRequest away;
+  away.add_changes()->mutable_remove()->set_name("a");
+  ASSERT_TRUE(Apply(away).ok());
+  v1::ApplyChangesResponse again;
+  ASSERT_TRUE(Apply(request, &again).ok());
+  EXPECT_EQ(again.SerializeAsString(), first.SerializeAsString());
+  EXPECT_EQ(again.revision(), 1);
   ExpectRevision(2);
   *request.add_changes() = PutBoxChange("c", 2);
   const grpc::Status reused = Apply(request);
+  EXPECT_EQ(reused.error_code(), grpc::StatusCode::FAILED_PRECONDITION);
   EXPECT_EQ(ReasonIn(reused), "REQUEST_ID_REUSED");
+  EXPECT_THAT(reused.error_message(), HasSubstr("once")) << "it names the id";
   ExpectRevision(2);
+  v1::ListObjectsResponse listed;
+  ASSERT_TRUE(List({}, &listed).ok());
+  EXPECT_THAT(Names(listed), ElementsAre());
 }
 
 TEST_F(WorldServiceTest, ARetryGetsTheFirstReplyBeforeItsChangesAreLookedAt) {

@@ -30,6 +30,49 @@ TEST(Access, HostsThatAreThisServerAreLetIn) {
   }
 }
 
+// Who owns "robot" in some network the laptop visits could make it lead here: there is no token.
+TEST(Access, OnLoopbackItsOwnNamesAndAddressesAreLetInAlone) {
+  const ThisMachine robot{.names = {"robot.lab.example", "robot", "robot.local"},
+                          .addresses = {"192.168.1.7"}};
+  struct Case {
+    ViewerAddress asked;
+    ViewerAddress bound;
+  };
+  for (const Case& one :
+       {Case{{"127.0.0.1", 8640}, {"127.0.0.1", 8640}}, Case{{"::1", 8640}, {"::1", 8640}},
+        Case{{"localhost", 8640}, {"127.0.0.1", 8640}},
+        Case{{"robot", 8640}, {"127.0.1.1", 8640}}}) {  // as in Debian's hosts
+    const Access access(one.asked, one.bound, "", robot);
+    SCOPED_TRACE(one.asked.Text() + " " + one.bound.Text());
+    for (const char* host : {"localhost:8640", "127.0.0.1:8640", "127.0.1.1:8640",
+                             "127.255.255.254:8640", "[::1]:8640"}) {
+      EXPECT_FALSE(access.CheckHost(RequestTo(host)).has_value()) << host;
+    }
+    for (const char* host :
+         {"robot:8640", "robot.local:8640", "robot.lab.example:8640", "192.168.1.7:8640",
+          "128.0.0.1:8640", "126.255.255.255:8640", "0.0.0.0:8640", "[::]:8640", "127.1:8640",
+          "127.0.0.1.evil.example:8640", "[::ffff:127.0.0.1]:8640", "127.0.1.1:8641"}) {
+      const auto refusal = access.CheckHost(RequestTo(host));
+      ASSERT_TRUE(refusal.has_value()) << host;
+      EXPECT_NE(refusal->why.find("another of 127.0.0.0/8 with :8640"), std::string::npos)
+          << refusal->why;
+    }
+    for (const std::string& url : access.Urls()) {
+      const std::string host = url.substr(7, url.size() - 8);
+      EXPECT_FALSE(access.CheckHost(RequestTo(host)).has_value()) << url;
+    }
+  }
+}
+
+TEST(Access, OnAnAddressOfANetworkTheMachinesNamesAreLetIn) {
+  const Access access({"192.168.1.7", 8640}, {"192.168.1.7", 8640}, kToken,
+                      {.names = {"robot", "robot.local"}});
+  for (const char* host : {"192.168.1.7:8640", "robot:8640", "robot.local:8640"}) {
+    EXPECT_FALSE(access.CheckHost(RequestTo(host)).has_value()) << host;
+  }
+  EXPECT_TRUE(access.CheckHost(RequestTo("192.168.1.8:8640")).has_value());
+}
+
 TEST(Access, OtherHostsAreRefusedAndTheRuleIsSaid) {
   for (const char* host : {"evil.example:8640", "evil.example", "127.0.0.1", "127.0.0.1:8641", "",
                            "localhost:8640.evil.example", "127.0.0.1:8640@evil.example", "[::1]",

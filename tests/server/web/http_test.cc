@@ -237,6 +237,19 @@ TEST_F(HttpTest, BeyondLoopbackATokenIsMade) {
   EXPECT_EQ(weak.status().code(), absl::StatusCode::kInvalidArgument);
 }
 
+TEST_F(HttpTest, OnAllInterfacesOfIPv6ThoseOfIPv4AreHeardToo) {
+  ViewerOptions options = At("::", 0);
+  options.files = Files();
+  options.token = "a-token-of-a-user";
+  const auto open = ViewerServer::Start(options, server_->InProcessChannel());
+  if (!open.ok()) GTEST_SKIP() << "IPv6 is not installed";
+  const std::string url = (*open)->urls().front();
+  const std::size_t path = url.rfind('/');
+  const std::size_t colon = url.rfind(':', path);
+  const int its_port = std::stoi(url.substr(colon + 1, path - colon - 1));
+  EXPECT_EQ(testing::Ask(its_port, "/?token=a-token-of-a-user").status, 200) << "by 127.0.0.1";
+}
+
 class TokenTest : public HttpTest {
  protected:
   TokenTest() : HttpTest(ViewerLimits{}, "a-token-of-a-user") {}

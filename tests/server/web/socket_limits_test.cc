@@ -205,48 +205,119 @@ TEST_F(SmallSockets, WhoTakesNoBytesIsGone) {
   ExpectServes();
 }
 
+// Ten answers of 1 MiB at once for a page that reads none of them for a second.
 class FewBytes : public SocketTest {
  protected:
-  static ViewerLimits Limits() {
+  static constexpr std::uint64_t kCalls = 10;
+  static constexpr auto kPause = milliseconds(1'000);
+  static ViewerLimits Limits(milliseconds catch_up, std::size_t burst_bytes = 64 << 20) {
     ViewerLimits limits;
     limits.waiting_bytes = 3 << 20;
+    limits.catch_up = catch_up;
+    limits.burst_bytes = burst_bytes;
     return limits;
   }
-  FewBytes() : SocketTest(Limits()) {}
+  explicit FewBytes(const ViewerLimits& limits = Limits(kPause / 4)) : SocketTest(limits) {}
+
+  struct Outcome {
+    std::uint64_t whole = 0;
+    std::uint64_t ended = 0;
+    std::string why;  // the last of them did
+  };
+  static Outcome TakeAll(ViewerPage& page, milliseconds pause = {}) {
+    Outcome outcome;
+    while (outcome.whole + outcome.ended < kCalls) {
+      const v1::ViewerResponse response = page.Next();
+      EXPECT_NE(response.what_case(), v1::ViewerResponse::WHAT_NOT_SET);
+      if (response.what_case() == v1::ViewerResponse::WHAT_NOT_SET) break;
+      if (response.what_case() == v1::ViewerResponse::kMessage) {
+        std::this_thread::sleep_for(pause);
+        continue;
+      }
+      if (response.end().code() == grpc::StatusCode::OK) {
+        ++outcome.whole;
+        continue;
+      }
+      ++outcome.ended;
+      outcome.why = response.end().message();
+      EXPECT_EQ(response.end().code(), grpc::StatusCode::RESOURCE_EXHAUSTED) << outcome.why;
+      EXPECT_EQ(DetailsIn({grpc::StatusCode::UNKNOWN, "", response.end().details()}).info.reason(),
+                "SOCKET_TOO_SLOW");
+    }
+    return outcome;
+  }
+  Outcome AskAndPause() {
+    const auto stored =
+        application_.geometry.Put(BlobFormat::kLabelsU32, std::string(1 << 20, 'a'));
+    EXPECT_TRUE(stored.ok());
+    v1::ReadGeometryRequest request;
+    request.set_hash(stored->hash);
+    ViewerPage page(port(), {.receive_bytes = 16 << 10});
+    for (std::uint64_t id = 1; id <= kCalls; ++id) {
+      page.Begin(id, "cwm.v1.WorldService/ReadGeometry", request.SerializeAsString());
+    }
+    std::this_thread::sleep_for(kPause);
+    const Outcome outcome = TakeAll(page);
+    const auto [messages, end] =
+        page.Call("cwm.v1.WorldService/ReadGeometry", request.SerializeAsString());
+    EXPECT_EQ(end.code(), 0) << "once it reads again it is served again";
+    return outcome;
+  }
 };
 
 // Of each call one message waits at most: of sixteen they could be 256 MiB.
 TEST_F(FewBytes, WhatWaitsForASlowPageIsBounded) {
-  std::string bytes(1 << 20, 'a');
-  const auto stored = application_.geometry.Put(BlobFormat::kLabelsU32, bytes);
+  const Outcome outcome = AskAndPause();
+  EXPECT_THAT(outcome.why,
+              HasSubstr("too slowly: more than 3145728 bytes waited for it for 250ms"));
+  EXPECT_GE(outcome.whole, 3U) << "one that is written, and those that may wait";
+  EXPECT_GE(outcome.ended, 3U);
+}
+
+class TimeToCatchUp : public FewBytes {
+ protected:
+  TimeToCatchUp() : FewBytes(Limits(10 * kPause)) {}
+};
+
+TEST_F(TimeToCatchUp, ABurstEndsNoCallOfAPageThatTakesItInTime) {
+  const Outcome outcome = AskAndPause();
+  EXPECT_EQ(outcome.whole, kCalls) << outcome.why;
+}
+
+class SmallBurst : public FewBytes {
+ protected:
+  SmallBurst() : FewBytes(Limits(10 * kPause, 5 << 20)) {}
+};
+
+TEST_F(SmallBurst, ABurstIsBoundedToo) {
+  const Outcome outcome = AskAndPause();
+  EXPECT_THAT(outcome.why, HasSubstr("too slowly: more than 5242880 bytes would wait for it"));
+  EXPECT_GE(outcome.whole, 4U);
+  EXPECT_GE(outcome.ended, 3U);
+}
+
+// Of a page that takes 40 MiB/s, each message waits for a quarter of a second, of which more are
+// there at any time than may be for long.
+class SteadyReader : public FewBytes {
+ protected:
+  SteadyReader() : FewBytes(Limits(kPause)) {}
+};
+
+TEST_F(SteadyReader, APageThatKeepsUpIsServedHoweverMuchThereIs) {
+  constexpr std::size_t kMessages = 8;
+  const auto stored =
+      application_.geometry.Put(BlobFormat::kLabelsU32, std::string(kMessages << 20, 'a'));
   ASSERT_TRUE(stored.ok());
   v1::ReadGeometryRequest request;
   request.set_hash(stored->hash);
   ViewerPage page(port(), {.receive_bytes = 16 << 10});
-  constexpr std::uint64_t kCalls = 10;
+  const auto start = std::chrono::steady_clock::now();
   for (std::uint64_t id = 1; id <= kCalls; ++id) {
     page.Begin(id, "cwm.v1.WorldService/ReadGeometry", request.SerializeAsString());
   }
-  std::this_thread::sleep_for(seconds(1));
-  std::uint64_t whole = 0;
-  std::uint64_t ended = 0;
-  while (whole + ended < kCalls) {
-    const v1::ViewerResponse response = page.Next();
-    ASSERT_NE(response.what_case(), v1::ViewerResponse::WHAT_NOT_SET);
-    if (response.what_case() == v1::ViewerResponse::kMessage) continue;
-    if (response.end().code() == grpc::StatusCode::OK) {
-      ++whole;
-      continue;
-    }
-    ++ended;
-    EXPECT_EQ(response.end().code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
-    EXPECT_THAT(response.end().message(), HasSubstr("read too slowly: more than 3145728 bytes"));
-  }
-  EXPECT_GE(whole, 3U) << "one that is written, and those that may wait";
-  EXPECT_GE(ended, 3U);
-  const auto [messages, end] =
-      page.Call("cwm.v1.WorldService/ReadGeometry", request.SerializeAsString());
-  EXPECT_EQ(end.code(), 0) << "once it reads again it is served again";
+  const Outcome outcome = TakeAll(page, milliseconds(25));
+  EXPECT_EQ(outcome.whole, kCalls) << outcome.why;
+  EXPECT_GT(std::chrono::steady_clock::now() - start, kPause) << "longer than may be";
 }
 
 // Each refusal is an answer: without a bound, who asks and never reads would fill the memory.

@@ -15,6 +15,7 @@ const mostRows = 300;
 export class GraspPanel {
   readonly root = element("section", "grasps");
   private readonly body = element("div", "");
+  private readonly opening = element("span", "opening");
   private readonly error = element("p", "error");
   private readonly warning = element("p", "warning");
   private readonly list = element("div", "ranking");
@@ -28,7 +29,7 @@ export class GraspPanel {
     this.error.setAttribute("role", "alert");
     this.warning.setAttribute("role", "status");
     this.list.addEventListener("keydown", (event) => this.onKey(event));
-    this.root.append(close, element("h2", "", "Grasps"), this.error, this.body);
+    this.root.append(close, element("h2", "", "Grasps", this.opening), this.error, this.body);
     this.root.hidden = true;
     this.error.hidden = true;
   }
@@ -47,9 +48,10 @@ export class GraspPanel {
     this.rows.clear();
     this.list.replaceChildren(...grasps.slice(0, mostRows).map((grasp) => this.row(grasp)));
     if (grasps.length > mostRows) this.list.append(element("p", "more", `${grasps.length - mostRows} more, drawn but not listed`));
+    this.opening.textContent = `opening ${mm(opening_m, 0)} mm`;
     const objects = new Set(grasps.map(({ object }) => object)).size;
     this.body.replaceChildren(
-      withTitle(element("p", "of", `${plural(grasps.length, "grasp")} of ${plural(objects, "object")}, opening ${mm(opening_m, 0)} mm`), file),
+      withTitle(element("p", "of", `${plural(grasps.length, "grasp")} of ${plural(objects, "object")}`), file),
       this.warning, ...(grasps.length > 0 ? [this.legend(), this.choice(isAll), this.list] : []), ...this.without(graspless));
   }
 
@@ -74,6 +76,7 @@ export class GraspPanel {
   clear(): void {
     this.rows.clear();
     this.body.replaceChildren();
+    this.opening.textContent = "";
     this.error.hidden = true;
     this.root.hidden = true;
   }
@@ -102,7 +105,7 @@ export class GraspPanel {
     box.type = "checkbox";
     box.checked = isAll;
     box.addEventListener("change", () => this.listener.showAll(box.checked));
-    return element("label", "all", box, "Draw all, not only the best of each object");
+    return withTitle(element("label", "all", box, "Draw all, not only the best"), "the best of each object");
   }
 
   private without(graspless: GraspPlan["graspless"]): HTMLElement[] {
