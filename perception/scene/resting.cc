@@ -185,8 +185,7 @@ void FindSupportsUnderStacks(const OrientedPoints& nodes, const std::vector<Plac
         }
         if (!Under(*upper, on_support[s])) continue;
         hanging[r].supported_by = static_cast<std::int32_t>(s);
-        on_support[s].push_back(*std::move(upper));
-        upper.reset();
+        on_support[s].push_back(*std::exchange(upper, std::nullopt));
         grown = true;
       }
     }
