@@ -28,8 +28,8 @@ constexpr std::uint32_t kMostSupportLabels = 9, kMostPartLabels = 9;
 constexpr double kFarthest_m = 100;
 
 // To cut a thing may cost as much as all else that is asked of it. Of a scan, so many things may be
-// cut, the largest: 25 fill an image of a Kinect, a room of many images has half as many in each.
-constexpr std::size_t kLeastCut = 25, kPointsPerCutThing = 640UL * 480 / 12;
+// cut, the largest: 25 fill an image of a Kinect, a room of many images has a quarter as many in each.
+constexpr std::size_t kLeastCut = 25, kPointsPerCutThing = 640UL * 480 / 6;
 std::size_t MostCutThings(const SegmentedScene& scene) {
   return std::max(kLeastCut, scene.points.size() / kPointsPerCutThing);
 }

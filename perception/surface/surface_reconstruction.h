@@ -14,7 +14,8 @@ namespace cwm::perception {
 struct SurfaceOptions {
   // Distance between vertices after thinning; the median noise of the points where that is more.
   double spacing_m = 0.004;
-  int max_triangles = 20000;  // per call; the spacing is widened until it holds
+  // Per call, so of one thing or support; the spacing is widened until it holds.
+  int max_triangles = 10000;
 };
 
 struct Surface {
