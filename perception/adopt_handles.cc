@@ -24,6 +24,10 @@ constexpr double kMostShare = 0.5;  // of the vessel's points, that its handle m
 // Of what a thing keeps beside the handle, on the vessel's wall: then it is a part of the vessel.
 constexpr double kOnWall = 0.8;
 
+// Points that may be looked at for handles of other things, in those of the scene: kitchens with their
+// walls ask for five, a thousand balls that touch for fifty.
+constexpr std::size_t kMostLooks = 10;
+
 using Points = std::vector<std::uint32_t>;
 
 Eigen::AlignedBox3f BoundsOf(const OrientedPoints& points, const Points& members) {
@@ -60,7 +64,8 @@ class Adoption {
         vessels_(scene.things.size()),
         known_(scene.things.size()),
         asked_(scene.things.size(), 0),
-        given_to_(scene.things.size()) {
+        given_to_(scene.things.size()),
+        looks_left_(kMostLooks * scene.points.size()) {
     std::iota(given_to_.begin(), given_to_.end(), std::size_t{0});
     for (const SegmentedThing& thing : scene.things) {
       bounds_.push_back(BoundsOf(scene.points, thing.points));
@@ -98,6 +103,11 @@ class Adoption {
         }
         if (!asked_[k]) Ask(k);
         if (!vessels_[k]) break;
+        if (scene_.things[from].points.size() > looks_left_) {
+          all_looked_at_ = false;
+          return;
+        }
+        looks_left_ -= scene_.things[from].points.size();
         GivePartsOf(from, k);
       }
     }
@@ -105,6 +115,7 @@ class Adoption {
 
   // Per thing the one that it is given to: itself where none.
   const std::vector<std::size_t>& given_to() const { return given_to_; }
+  bool all_looked_at() const { return all_looked_at_; }
   // Places in their lists of the points of things that go to another one without the rest.
   const std::vector<GivenPart>& given_parts() const { return given_parts_; }
 
@@ -205,6 +216,8 @@ class Adoption {
   std::vector<char> asked_;
   std::vector<std::size_t> given_to_;
   std::vector<GivenPart> given_parts_;
+  std::size_t looks_left_;
+  bool all_looked_at_ = true;
 };
 
 // Removes things without points and brings the rest in order.
@@ -255,7 +268,7 @@ bool AnyGiven(const std::vector<std::size_t>& given_to) {
 
 }  // namespace
 
-void AdoptHandles(SegmentedScene& scene, const Work& work) {
+bool AdoptHandles(SegmentedScene& scene, const Work& work) {
   std::vector<SegmentedThing>& things = scene.things;
   Adoption adoption(scene, work);
   for (int round = 0; round < kMostRounds && adoption.Give();) ++round;
@@ -270,6 +283,7 @@ void AdoptHandles(SegmentedScene& scene, const Work& work) {
     things[given_to[k]].node_count += things[k].node_count;
   }
   if (AnyGiven(given_to) || !adoption.given_parts().empty()) Tidy(things, given_to);
+  return adoption.all_looked_at();
 }
 
 }  // namespace cwm::perception

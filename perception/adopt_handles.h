@@ -11,7 +11,7 @@ namespace cwm::perception {
 // Gives things that are handles of another thing's wall of revolution (model/vessel_handles.h), and
 // do not stand on a support themselves, to that thing; of things that hold more than a handle, its
 // points alone, or all where the rest lies on the wall too. Objects stay before residuals, largest
-// first.
-void AdoptHandles(SegmentedScene& scene, const Work& work);
+// first. False where there were too many things that touch to look for parts of handles in all.
+bool AdoptHandles(SegmentedScene& scene, const Work& work);
 
 }  // namespace cwm::perception

@@ -124,7 +124,10 @@ absl::StatusOr<SegmentedScene> Segment(const PointCloud& cloud, const InterpretO
                                  .stage_done = [&](std::string_view s) { watch.Done(s); }};
   if (options.X_WC) segment_options.R_LC = options.X_WC->linear();
   absl::StatusOr<SegmentedScene> scene = SegmentScene(*std::move(measured), segment_options, work);
-  if (scene.ok()) AdoptHandles(*scene, work);
+  if (scene.ok() && !AdoptHandles(*scene, work)) {
+    report.warnings.push_back(
+        "too many things touch to look for handles of each in all others: some may be missed");
+  }
   return scene;
 }
 

@@ -42,7 +42,7 @@ class CutOff : public ::testing::Test {
 TEST_F(CutOff, AnEarReturnsToItsMug) {
   AddTube(Ear(), 0.01, scene_.points);
   AddThing(-1);
-  AdoptHandles(scene_, kUnbounded);
+  EXPECT_TRUE(AdoptHandles(scene_, kUnbounded));
   ASSERT_EQ(scene_.things.size(), 1u);
   EXPECT_EQ(scene_.things[0].points.size(), scene_.points.size());
   EXPECT_EQ(scene_.things[0].node_count, scene_.points.size());
@@ -52,7 +52,7 @@ TEST_F(CutOff, AnEarReturnsToItsMug) {
 TEST_F(CutOff, APenThatStandsBesideItStaysAThing) {
   AddTube({{0, kMugRadius_m + 0.02, 0}, {0, kMugRadius_m + 0.03, 0.12}}, 0.01, scene_.points);
   AddThing(0);
-  AdoptHandles(scene_, kUnbounded);
+  EXPECT_TRUE(AdoptHandles(scene_, kUnbounded));
   EXPECT_EQ(scene_.things.size(), 2u);
 }
 
@@ -64,7 +64,7 @@ TEST_F(CutOff, AnEarThatABoxTookReturnsAndTheBoxStays) {
     AddTube({{0, y, 0}, {0, y, 0.1}}, 0.002, scene_.points);
   }
   AddThing(0);
-  AdoptHandles(scene_, kUnbounded);
+  EXPECT_TRUE(AdoptHandles(scene_, kUnbounded));
   ASSERT_EQ(scene_.things.size(), 2u);
   const std::size_t all = scene_.points.size();
   EXPECT_EQ(scene_.things[0].points.size() + scene_.things[1].points.size(), all);
@@ -87,7 +87,7 @@ TEST_F(CutOff, APieceOfTheWallReturnsWithItsEar) {
   const auto is_near_ear = [&](std::uint32_t i) { return scene_.points.points[i].y() > 0.03f; };
   std::copy_if(mug.begin(), mug.end(), std::back_inserter(piece), is_near_ear);
   std::erase_if(mug, is_near_ear);
-  AdoptHandles(scene_, kUnbounded);
+  EXPECT_TRUE(AdoptHandles(scene_, kUnbounded));
   ASSERT_EQ(scene_.things.size(), 1u);
   EXPECT_EQ(scene_.things[0].points.size(), scene_.points.size());
 }
@@ -100,10 +100,22 @@ TEST_F(CutOff, WhatRestsOnTheEarRestsOnTheMug) {
   AddThing(0);
   scene_.things[2].rests_on = 1;
   scene_.things[1].rests_on = 0;
-  AdoptHandles(scene_, kUnbounded);
+  EXPECT_TRUE(AdoptHandles(scene_, kUnbounded));
   ASSERT_EQ(scene_.things.size(), 2u);
   EXPECT_EQ(scene_.things[0].rests_on, -1);
   EXPECT_EQ(scene_.things[1].rests_on, 0);
+}
+
+// Sixteen in one place: as many pairs as no kitchen has.
+TEST_F(CutOff, ACrowdIsNotLookedAtInAllPairsAndLosesNothing) {
+  for (int k = 1; k < 16; ++k) {
+    AddMug(Vector2::Zero(), scene_.points);
+    AddThing(0);
+  }
+  EXPECT_FALSE(AdoptHandles(scene_, kUnbounded));
+  std::size_t points = 0;
+  for (const SegmentedThing& thing : scene_.things) points += thing.points.size();
+  EXPECT_EQ(points, scene_.points.size());
 }
 
 }  // namespace
