@@ -62,7 +62,8 @@ double PassedDeep(const Solid& solid, const FreeRays& free) {
 }
 
 bool IsPassedThrough(const Solid& solid, double points, const FreeRays& free) {
-  return PassedDeep(solid, free) > kMostPassed * points;
+  // One sampled ray stands for many, and may be a mixed pixel's.
+  return PassedDeep(solid, free) > kMostPassed * points + free.weight;
 }
 
 Contradiction FindContradiction(const Solid& solid, const ModelPoints& points) {

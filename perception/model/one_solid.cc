@@ -1,5 +1,6 @@
 #include "perception/model/one_solid.h"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -114,7 +115,7 @@ double SeenShare(const Solid& solid, const FitContext& c) {
 bool IsCredible(const WholeFit& fit, const FitContext& c) {
   const auto all = static_cast<double>(c.points.size());
   return static_cast<double>(fit.solid.inliers.size()) >= kLeastExplained * all &&
-         HasWorthySlope(fit) && LooksCurved(fit.solid, c) &&
+         HasWorthySlope(fit) && LooksCurved(fit.solid, c) && LooksFlat(fit.solid, c) &&
          PassedShare(fit.solid, c.free) <= kMostPassed &&
          !IsPassedThrough(fit.solid, all * c.points.weight, c.free) && !IsCrossed(fit.solid, c) &&
          SeenShare(fit.solid, c) >= kLeastSeen;
@@ -203,6 +204,48 @@ void PreferOneSolidEach(const FitContext& c, std::vector<Solid>& solids) {
 }
 
 }  // namespace
+
+bool LooksFlat(const Solid& solid, const FitContext& c) {
+  constexpr double kMostBend_sigma = 4;  // of the bend of their quadric, as for curved surfaces
+  constexpr int kTerms = 6;
+  const auto* box = std::get_if<Box>(&solid.shape);
+  if (box == nullptr) return true;
+  Eigen::Index thin = 0;
+  if (box->size_m.minCoeff(&thin) > 2 * c.points.widest_gate_m) return true;
+  const Eigen::Index across = (thin + 1) % 3, along = (thin + 2) % 3;
+  const Vector3 half = 0.5 * box->size_m;
+  const Pose X_SM = solid.X_MS.inverse(Eigen::Isometry);
+  using Terms = Eigen::Matrix<double, kTerms, 1>;
+  Eigen::Matrix<double, kTerms, kTerms> square = Eigen::Matrix<double, kTerms, kTerms>::Zero();
+  Terms toward = Terms::Zero();
+  double sigma_m = 0;
+  std::size_t count = 0;
+  for (std::uint32_t i : solid.inliers) {
+    const Vector3 p = X_SM * c.points.p[i];
+    const Vector3 to_face = half - p.cwiseAbs();
+    if (to_face[thin] > to_face[across] || to_face[thin] > to_face[along]) continue;
+    const double x = p[across] / half[across], y = p[along] / half[along];
+    const Terms terms{1, x, y, x * x, x * y, y * y};
+    square += terms * terms.transpose();
+    toward += p[thin] * terms;
+    sigma_m += c.points.sigma_m[i];
+    ++count;
+  }
+  if (count < kTerms) return true;
+  sigma_m /= static_cast<double>(count);
+  square.diagonal().array() += 1e-6 * static_cast<double>(count);
+  const Eigen::LDLT<Eigen::Matrix<double, kTerms, kTerms>> solver(square);
+  const Terms quadric = solver.solve(toward);
+  const Terms variance =
+      solver.solve(Eigen::Matrix<double, kTerms, kTerms>::Identity()).diagonal() *
+      (static_cast<double>(count) / std::max(1.0, c.IndependentSamples(count)));
+  const auto is_bent = [&](Eigen::Index k) {
+    const double bend_m = std::abs(quadric[k]);
+    return bend_m > 0.001 + 0.5 * sigma_m + 2 * c.noise.WarpSigma_m() +
+                        kMostBend_sigma * sigma_m * std::sqrt(variance[k]);
+  };
+  return !is_bent(3) && !is_bent(5);
+}
 
 Account AccountOf(const std::vector<Solid>& solids, const FitContext& c) {
   int parameters = 0;

@@ -14,6 +14,11 @@ namespace cwm::perception {
 // are in one place.
 bool AnyOverlap(const std::vector<Solid>& solids);
 
+// Whether the points of a thin box are as flat as noise and the sensor's slow warp leave a face: all of
+// a wall that is bent by no more than the box is thick would lie within the gates of its two faces.
+// Thicker boxes and other solids are.
+bool LooksFlat(const Solid& solid, const FitContext& context);
+
 // Of assembled solids, with as many parameters as they have.
 Account AccountOf(const std::vector<Solid>& solids, const FitContext& context);
 

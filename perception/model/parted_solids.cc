@@ -358,10 +358,8 @@ bool PreferPartedSolids(const FitContext& context, Assembly& assembly) {
       AccountOf(solids, context).value > MostValue(assembly.solids, context)) {
     return false;
   }
-  const bool any_crossed = std::ranges::any_of(solids, [&](const Solid& s) {
-    const double points = static_cast<double>(s.inliers.size()) * context.points.weight;
-    return IsCrossed(s, context) || IsPassedThrough(s, points, context.free);
-  });
+  const bool any_crossed =
+      std::ranges::any_of(solids, [&](const Solid& s) { return IsCrossed(s, context); });
   if (any_crossed) return false;
   assembly.solids = std::move(solids);
   return true;

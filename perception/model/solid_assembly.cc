@@ -22,7 +22,9 @@ bool IsCrossed(const Solid& solid, const FitContext& context) {
   // In proportion to the solid's own points: a small one in a large object counts too.
   const double own = static_cast<double>(solid.inliers.size()) /
                      static_cast<double>(context.points.size()) * static_cast<double>(found.looked);
-  return static_cast<double>(found.rays) > kCrossedShare * own + 3;
+  if (static_cast<double>(found.rays) > kCrossedShare * own + 3) return true;
+  const double measured = static_cast<double>(solid.inliers.size()) * context.points.weight;
+  return IsPassedThrough(solid, measured, context.free);
 }
 
 Assembly AssembleSolids(const Extraction& extraction, const FitContext& context,

@@ -19,7 +19,8 @@ struct Assembly {
 inline constexpr std::string_view kSeenFromBothSides =
     "a curved wall is seen from both sides: meshed, not filled";
 
-// Whether more rays cross a solid than mixed pixels and a few outliers explain.
+// Whether more rays cross a solid than mixed pixels and a few outliers explain, of those to the object's
+// own points or of those that passed it by.
 bool IsCrossed(const Solid& solid, const FitContext& context);
 
 // Round solids take their caps first, then boxes their faces, then what is left becomes thin

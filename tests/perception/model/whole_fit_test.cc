@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cmath>
+#include <numbers>
 
 #include "collision/geometry/signed_distance.h"
 #include "perception/model/free_space.h"
@@ -312,6 +313,48 @@ TEST(BetterSolid, StandsOnNoGroundBelowWhichRaysPassed) {
   ASSERT_GT(context.free.rays.size(), 40u);
   ASSERT_LE(PassedShare(blind->solid, context.free), 0.25);
   EXPECT_FALSE(BetterSolid(context, {}).has_value());
+}
+
+// 10 by 15 cm across the x axis, of a wall that is bent about the z axis by this much at its sides.
+OrientedPoints WallBentBy(double bend_m, double noise_m) {
+  RandomDraws random(3, 0);
+  OrientedPoints points;
+  points.viewpoint = Vector3(-1.5, 0, 0.7);
+  while (points.size() < 900) {
+    const double y = random.Uniform(-1, 1);
+    const Vector3 p(bend_m * (y * y - 0.5) + noise_m * random.Normal(), 0.05 * y,
+                    random.Uniform(0.01, 0.15));
+    points.points.push_back(p.cast<float>());
+    points.normals.push_back(-Eigen::Vector3f::UnitX());
+    points.sigma_m.push_back(static_cast<float>(noise_m));
+    points.normal_sigma_rad.push_back(0.2f);
+    points.cloud_index.push_back(static_cast<std::uint32_t>(points.cloud_index.size()));
+  }
+  return points;
+}
+
+TEST(LooksFlat, IsNoBoardThatHoldsABentWall) {
+  for (const double bend_m : {0.0, 0.003, 0.012}) {
+    const Fixture f(WallBentBy(bend_m, 0.0035));
+    Solid board;
+    board.shape = Box{.size_m = {0.012, 0.1, 0.15}};
+    board.X_MS = Eigen::Translation3d(Vector3(0, 0, 0.075) - f.points.origin_L);
+    for (std::uint32_t i = 0; i < f.points.size(); ++i) board.inliers.push_back(i);
+    EXPECT_EQ(LooksFlat(board, f.Context()), bend_m < 0.01) << bend_m;
+    board.shape = Box{.size_m = {0.04, 0.1, 0.15}};  // its faces are farther apart than their gates
+    EXPECT_TRUE(LooksFlat(board, f.Context()));
+  }
+}
+
+TEST(BetterSolid, IsABoardWhereItIsFlat) {
+  WholeParameters board(6);
+  board << 0, 0, 0.5 * std::numbers::pi - std::atan2(0.3, 0.6), 0.012, 0.1, 0.15;
+  OrientedPoints seen = SeenOf(WholeKind::kUprightBox, board, 0.0035);
+  for (float& sigma_m : seen.sigma_m) sigma_m = 0.0035f;
+  const Fixture f(seen);
+  const auto solid = BetterSolid(f.Context(), {});
+  ASSERT_TRUE(solid.has_value());
+  EXPECT_TRUE(std::holds_alternative<Box>(solid->solid.shape));
 }
 
 TEST(FitWhole, CountsWhatTheSlowWarpIsLikelyToDoForLittle) {
