@@ -91,6 +91,10 @@ class Joiner {
           continue;
         }
         if (!MaySpend(a, b)) {
+          if (!std::exchange(told_of_points_, true)) {
+            modelled_[a].notes.push_back(
+                "parts of it may stand apart: the cap of points of joins was reached");
+          }
           ++b;
           continue;
         }
@@ -353,7 +357,7 @@ class Joiner {
   std::vector<Eigen::AlignedBox3f> bounds_;
   int attempts_ = 0, returns_ = 0;
   std::size_t points_left_;
-  bool any_joined_ = false;
+  bool any_joined_ = false, told_of_points_ = false;
 };
 
 }  // namespace

@@ -10,8 +10,8 @@ namespace {
 // Of all: a thing of 2 000 of a camera's 300 000 pixels has some 300 of these about it, and to look
 // at all of them for each thing takes 0.1 ms.
 constexpr std::size_t kMostRays = 40'000;
-// Around what the thing's points and their feet fill of the view: as much as a solid may reach beyond what is seen
-// of it, and twelve pixels of a Kinect.
+// Around what the thing's points and their feet fill of the view: as much as a solid may reach beyond
+// what is seen of it, and twelve pixels of a Kinect.
 constexpr float kBesideShare = 0.15f;
 constexpr float kBeside_rad = 0.02f;
 constexpr int kPointsPerPiece = 1 << 14;  // of some nanoseconds

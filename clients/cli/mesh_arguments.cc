@@ -12,15 +12,13 @@
 #include "clients/cli/one_of.h"
 #include "clients/cli/progress.h"
 #include "clients/cpp/geometry_transfer.h"
-#include "clients/meshes/mesh_reading.h"
-#include "collision/mesh_files/mesh_file.h"
 #include "proto/transfer/mesh_bytes.h"
 
 namespace cwm::cli {
 namespace {
 
 namespace pb = cwm::v1;
-using collision::UpAxis;
+using meshes::UpAxis;
 
 // A cup of 0.1 m is 100 long in millimetres, a screw of 10 mm is 10; what is longer than this in
 // metres is no thing but a building.
@@ -49,20 +47,16 @@ absl::StatusOr<TriangleMesh> ParseMeshFile(std::string_view bytes, const std::st
   if (!(arguments.scale > 0) || !std::isfinite(arguments.scale)) {
     return UsageError(absl::StrCat("--scale is ", arguments.scale, ", must be above 0"));
   }
-  auto mesh = meshes::ParseMesh(bytes, file);
+  auto mesh = meshes::ParseUprightMesh(bytes, file, arguments.up);
   if (!mesh.ok()) return mesh.status();
-  const auto up =
-      arguments.up ? absl::StatusOr<UpAxis>(*arguments.up) : meshes::UpAxisOfMesh(bytes, file);
-  if (!up.ok()) return up.status();
-  TriangleMesh standing = collision::WithZUp(*up, *std::move(mesh));
-  for (Vector3& p : standing.vertices) {
+  for (Vector3& p : mesh->vertices) {
     p *= arguments.scale;
     if (!p.allFinite()) {
       return absl::InvalidArgumentError(
           absl::StrCat(file, ": vertices must be finite after --scale ", arguments.scale));
     }
   }
-  return standing;
+  return mesh;
 }
 
 std::optional<std::string> SizeWarning(const TriangleMesh& mesh, const std::string& file) {

@@ -8,15 +8,14 @@
 
 #include "absl/status/statusor.h"
 #include "clients/cli/session.h"
-#include "collision/geometry/triangle_mesh.h"
-#include "collision/mesh_files/up_axis.h"
+#include "clients/meshes/mesh_reading.h"
 #include "cwm/v1/world.pb.h"
 
 namespace cwm::cli {
 
 struct MeshArguments {
-  double scale = 1;                          // metres a unit of the file
-  std::optional<collision::UpAxis> up = {};  // nothing: what the file says
+  double scale = 1;                       // metres a unit of the file
+  std::optional<meshes::UpAxis> up = {};  // nothing: what the file says
 };
 
 // In a group of that name of the help.

@@ -72,6 +72,13 @@ absl::Status In(const std::string& file, const absl::Status& status) {
   return absl::Status(status.code(), absl::StrCat(file, ": ", message));
 }
 
+absl::StatusOr<UpAxis> UpAxisOf(std::string_view bytes, const std::string& file) {
+  if (IsPly(bytes)) return UpAxis::kZ;
+  auto up = collision::UpAxisOf(bytes, IsGlb(bytes) ? ".glb" : EndingOf(file));
+  if (!up.ok()) return In(file, up.status());
+  return up;
+}
+
 }  // namespace
 
 bool IsMesh(std::string_view bytes, std::string_view file) {
@@ -93,21 +100,19 @@ absl::StatusOr<TriangleMesh> ParseMesh(std::string_view bytes, const std::string
   return mesh;
 }
 
-absl::StatusOr<collision::UpAxis> UpAxisOfMesh(std::string_view bytes, const std::string& file) {
-  if (IsPly(bytes)) return collision::UpAxis::kZ;
-  auto up = collision::UpAxisOf(bytes, IsGlb(bytes) ? ".glb" : EndingOf(file));
-  if (!up.ok()) return In(file, up.status());
-  return up;
+absl::StatusOr<TriangleMesh> ParseUprightMesh(std::string_view bytes, const std::string& file,
+                                              std::optional<UpAxis> up) {
+  auto mesh = ParseMesh(bytes, file);
+  if (!mesh.ok()) return mesh.status();
+  const auto axis = up ? absl::StatusOr<UpAxis>(*up) : UpAxisOf(bytes, file);
+  if (!axis.ok()) return axis.status();
+  return collision::WithZUp(*axis, *std::move(mesh));
 }
 
 absl::StatusOr<TriangleMesh> ReadMesh(const std::string& path) {
   const auto bytes = formats::ReadFileBytes(path);
   if (!bytes.ok()) return bytes.status();
-  auto mesh = ParseMesh(*bytes, path);
-  if (!mesh.ok()) return mesh.status();
-  const auto up = UpAxisOfMesh(*bytes, path);
-  if (!up.ok()) return up.status();
-  return collision::WithZUp(*up, *std::move(mesh));
+  return ParseUprightMesh(*bytes, path);
 }
 
 }  // namespace cwm::meshes

@@ -1,6 +1,7 @@
 // Triangle meshes of the usual formats, as users have them.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -9,6 +10,8 @@
 #include "collision/mesh_files/up_axis.h"
 
 namespace cwm::meshes {
+
+using collision::UpAxis;
 
 // Whether the bytes are to be read as a mesh: a PLY that has faces, a GLB, or what the ending of the
 // file's name says is STL, OBJ or Collada.
@@ -19,10 +22,12 @@ bool IsMesh(std::string_view bytes, std::string_view file);
 // names the file: other endings, what is broken, what has no triangle or too much of something.
 absl::StatusOr<TriangleMesh> ParseMesh(std::string_view bytes, const std::string& file);
 
-// Which axis of the file is up (collision/mesh_files/mesh_file.h); z of a PLY.
-absl::StatusOr<collision::UpAxis> UpAxisOfMesh(std::string_view bytes, const std::string& file);
+// The same with z up: `up` is the axis of the file that is, else what the file says
+// (collision/mesh_files/mesh_file.h), z of a PLY.
+absl::StatusOr<TriangleMesh> ParseUprightMesh(std::string_view bytes, const std::string& file,
+                                              std::optional<UpAxis> up = {});
 
-// The mesh of that path with z up. Also refuses files that cannot be read.
+// The mesh of that path with z up as it says. Also refuses files that cannot be read.
 absl::StatusOr<TriangleMesh> ReadMesh(const std::string& path);
 
 }  // namespace cwm::meshes

@@ -116,8 +116,7 @@ bool IsCredible(const WholeFit& fit, const FitContext& c) {
   const auto all = static_cast<double>(c.points.size());
   return static_cast<double>(fit.solid.inliers.size()) >= kLeastExplained * all &&
          HasWorthySlope(fit) && LooksCurved(fit.solid, c) && LooksFlat(fit.solid, c) &&
-         PassedShare(fit.solid, c.free) <= kMostPassed &&
-         !IsPassedThrough(fit.solid, all * c.points.weight, c.free) && !IsCrossed(fit.solid, c) &&
+         PassedShare(fit.solid, c.free) <= kMostPassed && !IsCrossed(fit.solid, c) &&
          SeenShare(fit.solid, c) >= kLeastSeen;
 }
 
@@ -206,8 +205,12 @@ void PreferOneSolidEach(const FitContext& c, std::vector<Solid>& solids) {
 }  // namespace
 
 bool LooksFlat(const Solid& solid, const FitContext& c) {
-  constexpr double kMostBend_sigma = 4;  // of the bend of their quadric, as for curved surfaces
-  constexpr int kTerms = 6;
+  // Of the quadric through them, from the middle to a side: what is significant of a curved surface's
+  // sagitta (IsSignificant), and both ends of the slow warp.
+  constexpr double kLeastBend_m = 0.001, kLeastBend_sigma = 0.5, kMostBend_sigma = 4;
+  constexpr double kWarps = 2;
+  constexpr double kLeastInformation = 1e-6;  // of a term that the points do not tell, for each
+  constexpr int kTerms = 6;                   // 1, x, y, x^2, x y, y^2
   const auto* box = std::get_if<Box>(&solid.shape);
   if (box == nullptr) return true;
   Eigen::Index thin = 0;
@@ -233,7 +236,7 @@ bool LooksFlat(const Solid& solid, const FitContext& c) {
   }
   if (count < kTerms) return true;
   sigma_m /= static_cast<double>(count);
-  square.diagonal().array() += 1e-6 * static_cast<double>(count);
+  square.diagonal().array() += kLeastInformation * static_cast<double>(count);
   const Eigen::LDLT<Eigen::Matrix<double, kTerms, kTerms>> solver(square);
   const Terms quadric = solver.solve(toward);
   const Terms variance =
@@ -241,7 +244,7 @@ bool LooksFlat(const Solid& solid, const FitContext& c) {
       (static_cast<double>(count) / std::max(1.0, c.IndependentSamples(count)));
   const auto is_bent = [&](Eigen::Index k) {
     const double bend_m = std::abs(quadric[k]);
-    return bend_m > 0.001 + 0.5 * sigma_m + 2 * c.noise.WarpSigma_m() +
+    return bend_m > kLeastBend_m + kLeastBend_sigma * sigma_m + kWarps * c.noise.WarpSigma_m() +
                         kMostBend_sigma * sigma_m * std::sqrt(variance[k]);
   };
   return !is_bent(3) && !is_bent(5);

@@ -151,7 +151,7 @@ class Parting {
 
   Solid SolidOf(const Part& part) const {
     const ModelPoints own = Subset(c_.points, part.members);
-    Solid solid = Described(*part.fit, AloneWith(own));
+    Solid solid = Described(*part.fit, AloneWith(own, c_.free));
     for (std::uint32_t i : part.members) {
       if (IsOn(part, i)) solid.inliers.push_back(i);
     }
@@ -198,11 +198,11 @@ class Parting {
 
   double ValueOf(const std::vector<Solid>& solids, const Members& members) const {
     const ModelPoints own = Subset(c_.points, members);
-    return AccountOf(solids, AloneWith(own)).value;
+    return AccountOf(solids, AloneWith(own, few_)).value;
   }
 
-  FitContext AloneWith(const ModelPoints& own) const {
-    return {own, c_.octree, c_.connectivity, c_.noise, c_.options, c_.work, c_.ground, few_};
+  FitContext AloneWith(const ModelPoints& own, const FreeRays& free) const {
+    return {own, c_.octree, c_.connectivity, c_.noise, c_.options, c_.work, c_.ground, free};
   }
 
   // With the open points that lie on it: cuts run beside the true border.
@@ -218,7 +218,7 @@ class Parting {
     if (!IsEnough(members)) return std::nullopt;
     ModelPoints own = Subset(c_.points, members);
     ++fits_;
-    std::optional<WholeFit> fit = BetterSolid(AloneWith(own), {});
+    std::optional<WholeFit> fit = BetterSolid(AloneWith(own, few_), {});
     // What lies off it may have drawn its ends to where none of its own points are.
     while (fit) {
       Members on;
@@ -230,7 +230,7 @@ class Parting {
       members = std::move(on);
       if (!IsEnough(members)) return std::nullopt;
       own = Subset(c_.points, members);
-      fit = FittedAnew(*fit, AloneWith(own));
+      fit = FittedAnew(*fit, AloneWith(own, few_));
     }
     return fit;
   }

@@ -11,10 +11,10 @@ namespace {
 // Of those about the object, and of all: hardly any thing hangs so high above what it stands on that
 // the second says more.
 constexpr std::size_t kMostRaysAbout = 160, kMostRays = 480;
-// Before what a ray met: its noise, and a mixed pixel's share of the way.
-constexpr double kPlaceSpacing_m = 0.008;
+constexpr double kPlaceSpacing_m = 0.008;  // six places span 4 cm: fits move by less
 constexpr double kNearestWithin_m = 0.0004;
-constexpr double kGolden = 0.6180339887498949;
+constexpr double kGolden = 0.6180339887498949;  // the golden section's share
+// Before what a ray met: its noise, and a mixed pixel's share of the way.
 constexpr double kBefore_sigma = 3, kBefore_m = 0.005;
 
 // About the points and their feet on the ground: a solid that stands or lies there fits in it.

@@ -493,7 +493,6 @@ Account AccountOf(const std::vector<Solid>& solids, int parameters, const FitCon
     cost += CostOf(solid, c);
   }
   return {.value = ValueOf(nearest, parameters, points, c) + cost,
-          .rays = cost,
           .loss = StartLoss(nearest.residuals, points.p_G.size())};
 }
 

@@ -20,7 +20,6 @@ struct WholeFit {
 // Of solids together, each point counting for the nearest of them.
 struct Account {
   double value = 0;  // as Criterion::value, with the rays that run deep in the solids
-  double rays = 0;   // their part of it
   double loss = 0;   // robust, per point
 };
 Account AccountOf(const std::vector<Solid>& solids, int parameters, const FitContext& context);

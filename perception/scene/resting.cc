@@ -23,8 +23,8 @@ constexpr double kTopShare = 0.9;      // of column heights: above, a handle or 
 constexpr std::size_t kLeastTop_cells = 4;  // that make a top
 constexpr double kLeastOver = 0.5;          // of a footprint: what holds less would tip
 constexpr double kBorder_m = 0.01;          // footprints blur by a cell
-// Of an object's that are looked at, evenly spread: two in each cell where one fills the view of a
-// Kinect at 1 m, all of them of what is smaller than 30 cm there.
+// Of an object's nodes, evenly spread, so many are looked at: two in each cell where one fills the
+// view of a Kinect at 1 m, all of them of what is smaller than 30 cm there.
 constexpr std::size_t kMostNodes = 20'000;
 
 using Cell = std::pair<int, int>;
