@@ -190,7 +190,7 @@ void AddObjects(const SegmentedScene& scene, std::vector<ModelledThing> modelled
          .X_WO = X_WL * thing.X_LO,
          .model = std::move(thing.model),
          .supported_by = support,
-         .rests_on = scene.things[k].rests_on,
+         .rests_on = thing.reaches_support ? -1 : scene.things[k].rests_on,
          .points_L = std::move(thing.thinned_L)});
     result.report.points_explained += thing.explained;
     for (const std::string& note : thing.notes) {

@@ -16,6 +16,7 @@ namespace {
 
 constexpr float kAssociationSpacing_m = 0.004f;  // as DetectedObject::points_L promises
 constexpr int kPointsPerPiece = 512;             // of a microsecond or less
+constexpr double kFewLeft = 0.1;  // of the points of one solid, as the modeler allows
 
 using Points = std::vector<std::uint32_t>;
 
@@ -123,6 +124,39 @@ std::optional<Pose> WhatItStandsOn(const SegmentedScene& scene, const SegmentedT
   return X_LSupport;
 }
 
+// What hides its foot may seem to carry it.
+struct Standing {
+  std::optional<Pose> X_LSupport;  // nothing: on nothing known
+  ObjectModel found;
+  bool reaches_support = false;
+};
+
+double UnexplainedShare(const ObjectModel& found) {
+  return static_cast<double>(std::ranges::count(found.part_of_point, kUnexplained)) /
+         static_cast<double>(found.part_of_point.size());
+}
+
+Standing ModelStanding(const OrientedPoints& points, const SegmentedScene& scene, std::size_t index,
+                       const SceneRays& rays, const InterpretOptions& options, const Work& work) {
+  const SegmentedThing& thing = scene.things[index];
+  const auto model = [&](const std::optional<Pose>& X_LSupport) {
+    return ModelObject(points, X_LSupport, options.noise, options.modeler, work,
+                       rays.Past(index, X_LSupport, work));
+  };
+  const std::optional<Pose> X_LSupport = WhatItStandsOn(scene, thing);
+  Standing best{X_LSupport, model(X_LSupport)};
+  if (!X_LSupport || !(thing.foot_height_m > 0)) return best;
+  const double left = UnexplainedShare(best.found);
+  // One solid is right already: of 31 things in simulated scenes that seem to rest on others, 26 are.
+  if (best.found.shapes.size() == 1 && left <= kFewLeft) return best;
+  Standing lower{X_LSupport, {}, true};
+  lower.X_LSupport->translate(Vector3(0, 0, -thing.foot_height_m));
+  lower.found = model(lower.X_LSupport);
+  const bool is_simpler =
+      lower.found.shapes.size() <= best.found.shapes.size() && UnexplainedShare(lower.found) < left;
+  return is_simpler ? lower : best;
+}
+
 // All counts are those of the measured points.
 HybridModel InMeasuredPoints(HybridModel model, const ThingSample& sample) {
   const auto scale = [&sample](int& count) {
@@ -150,12 +184,11 @@ std::optional<ModelledThing> ModelThingIf(const WantedShapes& wanted, const Segm
   const Pose X_OL = out.X_LO.inverse(Eigen::Isometry);
 
   // Step 6: shapes, and handles on them.
-  const std::optional<Pose> X_LSupport = WhatItStandsOn(scene, thing);
-  ObjectModel found = thing.plates.empty()
-                          ? ModelObject(points, X_LSupport, options.noise, options.modeler, work,
-                                        rays.Past(index, X_LSupport, work))
-                          : ModelStructure(points, thing.plates, work);
+  auto [X_LSupport, found, reaches_support] =
+      thing.plates.empty() ? ModelStanding(points, scene, index, rays, options, work)
+                           : Standing{{}, ModelStructure(points, thing.plates, work)};
   if (!wanted(found)) return std::nullopt;
+  out.reaches_support = reaches_support;
   if (X_LSupport && scene.sight) {
     CompleteHidden({points, *X_LSupport}, *scene.sight, found.shapes);
   }

@@ -23,6 +23,9 @@ struct ModelledThing {
   std::vector<Eigen::Vector3f> thinned_L;
   std::uint64_t explained = 0;
   std::vector<std::string> notes;
+  // Its shapes are simpler standing on the support than on what seemed to lie between: that hides
+  // its foot.
+  bool reaches_support = false;
 };
 
 // Steps 6 to 8 (paper, section III) for one thing of the scene, whose rays are `rays`. Throws Stopped

@@ -138,7 +138,10 @@ class Parting {
         break;
       }
       std::vector<Part> sides = SolidsBesideACut(open);
-      if (sides.empty() || parts.size() + sides.size() > kMostParts) return std::nullopt;
+      if (sides.empty() || parts.size() + sides.size() > kMostParts) {
+        if (parts.size() > 1 && AreFew(open)) break;  // left to be meshed
+        return std::nullopt;
+      }
       if (sides.size() == 1) {
         parts.push_back(Taken(std::move(sides[0]), open));
       } else {
@@ -160,9 +163,11 @@ class Parting {
 
  private:
   bool IsWorthAPart(const Members& members) const {
-    const auto count = static_cast<double>(members.size());
-    return count > (1 - kLeastExplained) * static_cast<double>(c_.points.size()) ||
-           count * c_.points.weight >= kLeastPart;
+    return !AreFew(members) || static_cast<double>(members.size()) * c_.points.weight >= kLeastPart;
+  }
+  bool AreFew(const Members& members) const {
+    return static_cast<double>(members.size()) <=
+           (1 - kLeastExplained) * static_cast<double>(c_.points.size());
   }
 
   // Both sides of the cut that leaves each of them accounted for, the best such cut; else, of the
@@ -297,7 +302,8 @@ class Parting {
   int fits_ = 0;
 };
 
-std::size_t CountOn(const std::vector<Solid>& solids, const ModelPoints& points) {
+// Per point: whether it lies on one of them.
+std::vector<char> OnAny(const std::vector<Solid>& solids, const ModelPoints& points) {
   std::vector<char> on(points.size(), 0);
   for (const Solid& solid : solids) {
     const Pose X_SM = solid.X_MS.inverse(Eigen::Isometry);
@@ -305,7 +311,25 @@ std::size_t CountOn(const std::vector<Solid>& solids, const ModelPoints& points)
       on[i] |= std::abs(SignedDistance_m(solid, X_SM * points.p[i])) <= points.gate_m[i];
     }
   }
-  return static_cast<std::size_t>(std::ranges::count(on, 1));
+  return on;
+}
+
+std::size_t CountOn(const std::vector<Solid>& solids, const ModelPoints& points) {
+  return static_cast<std::size_t>(std::ranges::count(OnAny(solids, points), 1));
+}
+
+// Those known solids that account for what the parts leave: a ball between two boxes.
+std::vector<Solid> BesideParts(const std::vector<Solid>& known, const std::vector<Solid>& parts,
+                               const ModelPoints& points) {
+  const std::vector<char> on = OnAny(parts, points);
+  std::vector<Solid> beside;
+  for (const Solid& solid : known) {
+    const auto free = std::ranges::count_if(solid.inliers, [&](std::uint32_t i) { return !on[i]; });
+    if (static_cast<double>(free) >= kLeastExplained * static_cast<double>(solid.inliers.size())) {
+      beside.push_back(solid);
+    }
+  }
+  return beside;
 }
 
 // But for mixed pixels, and without filling what rays were seen to pass.
@@ -354,6 +378,8 @@ bool PreferPartedSolids(const FitContext& context, Assembly& assembly) {
   if (!parts || parts->size() < 2 || !AreSideBySide(*parts, Plan(context))) return false;
   std::vector<Solid> solids;
   for (const Part& part : *parts) solids.push_back(parting.SolidOf(part));
+  std::ranges::move(BesideParts(assembly.solids, solids, context.points),
+                    std::back_inserter(solids));
   if (AnyOverlap(solids) || !AccountForAll(solids, context) ||
       AccountOf(solids, context).value > MostValue(assembly.solids, context)) {
     return false;

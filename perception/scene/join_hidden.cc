@@ -30,6 +30,10 @@ constexpr int kSightLines = 48;
 constexpr int kPlacesPerLine = 8;
 constexpr double kMostContradictions = 0.06;  // of the places between: mixed pixels at edges
 constexpr double kLeastHidden = 0.25;         // the rest lies on the parts themselves
+constexpr double kLevel_cos = 0.966;          // 15 degrees from up
+// Of level parts: what is longer is no thing on a table (FindStructures). Boxes of the same height
+// have tops that share a plane, those of low ones are nearly all that is seen of them.
+constexpr float kLongestThing_m = 0.5f;
 
 struct Facet {
   Plane plane;
@@ -149,6 +153,26 @@ class CommonCylinder {
   bool curved_ = false;
 };
 
+Members EvenlySpread(const Members& members, int count) {
+  Members some;
+  for (int k = 0; k < count; ++k) {
+    some.push_back(members[static_cast<std::size_t>(k) * members.size() / count]);
+  }
+  return some;
+}
+
+// Whether two tops lie too far from each other to be one.
+bool AreTopsOfTwo(const OrientedPoints& nodes, const Facet& a, const Facet& b) {
+  if (a.plane.normal.z() < kLevel_cos || b.plane.normal.z() < kLevel_cos) return false;
+  const Members some_a = EvenlySpread(a.members, kSightLines);
+  const Members some_b = EvenlySpread(b.members, kSightLines);
+  return std::ranges::any_of(some_a, [&](std::uint32_t i) {
+    return std::ranges::any_of(some_b, [&](std::uint32_t j) {
+      return (nodes.points[i] - nodes.points[j]).norm() > kLongestThing_m;
+    });
+  });
+}
+
 // Looks at places on straight lines between members of two parts.
 class BetweenParts {
  public:
@@ -196,7 +220,7 @@ void JoinAcrossOccluders(const OrientedPoints& nodes, const PieceViews& views,
   auto same_object = [&](std::size_t a, std::size_t b) {
     for (const Facet& fa : facets[a]) {
       for (const Facet& fb : facets[b]) {
-        if (!SharePlane(nodes, fa, fb)) continue;
+        if (!SharePlane(nodes, fa, fb) || AreTopsOfTwo(nodes, fa, fb)) continue;
         if (touch(a, b) || between.IsHidden(fa.members, fb.members)) return true;
       }
     }
