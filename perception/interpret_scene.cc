@@ -15,6 +15,7 @@
 #include "perception/describe_support.h"
 #include "perception/join_modelled.h"
 #include "perception/model_thing.h"
+#include "perception/release_standing.h"
 #include "perception/scene/segment_scene.h"
 
 namespace cwm::perception {
@@ -217,6 +218,7 @@ absl::StatusOr<SceneInterpretation> Interpret(const PointCloud& cloud,
   // Steps 6 and 7: shapes, and triangulated surfaces for what they leave.
   DescribedScene described = DescribeScene(*scene, X_WL, options, work);
   JoinModelled(options, work, *scene, described.things);
+  ReleaseStanding(options, work, *scene, described.things);
   for (std::size_t t = 0; t < described.things.size(); ++t) {
     CutRoundedRims(*scene, t, described.things[t], work);
   }

@@ -3,7 +3,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <optional>
 #include <utility>
 
@@ -12,6 +11,7 @@
 #include "perception/model/model_points.h"
 #include "perception/model/prolonged.h"
 #include "perception/model/shape_fit.h"
+#include "perception/order_things.h"
 #include "perception/scene/surface_graph.h"
 
 namespace cwm::perception {
@@ -78,7 +78,7 @@ class Joiner {
     for (const ModelledThing& thing : modelled_) bounds_.push_back(BoundsOf(thing));
     ReturnHandles();
     JoinAll();
-    if (any_joined_) SortBySize();
+    if (any_joined_) SortBySize(scene_, modelled_);
   }
 
  private:
@@ -325,29 +325,6 @@ class Joiner {
       if (below > static_cast<std::int32_t>(gone)) --below;
       if (below == static_cast<std::int32_t>(k)) below = -1;
     }
-  }
-
-  // As SegmentedScene::things promises.
-  void SortBySize() {
-    std::vector<std::size_t> order(scene_.things.size());
-    std::iota(order.begin(), order.end(), std::size_t{0});
-    const auto objects = std::ranges::find_if(
-        scene_.things, [](const SegmentedThing& thing) { return thing.supported_by < 0; });
-    std::stable_sort(order.begin(), order.begin() + (objects - scene_.things.begin()),
-                     [&](std::size_t a, std::size_t b) {
-                       return scene_.things[a].node_count > scene_.things[b].node_count;
-                     });
-    std::vector<std::int32_t> place(order.size());
-    for (std::size_t k = 0; k < order.size(); ++k) place[order[k]] = static_cast<std::int32_t>(k);
-    std::vector<SegmentedThing> things;
-    std::vector<ModelledThing> modelled;
-    for (std::size_t k : order) {
-      SegmentedThing& thing = things.emplace_back(std::move(scene_.things[k]));
-      if (thing.rests_on >= 0) thing.rests_on = place[static_cast<std::size_t>(thing.rests_on)];
-      modelled.push_back(std::move(modelled_[k]));
-    }
-    scene_.things = std::move(things);
-    modelled_ = std::move(modelled);
   }
 
   const InterpretOptions& options_;

@@ -117,13 +117,6 @@ class ModelBuilder {
   HybridModel model_;
 };
 
-std::optional<Pose> WhatItStandsOn(const SegmentedScene& scene, const SegmentedThing& thing) {
-  if (thing.supported_by < 0) return std::nullopt;
-  Pose X_LSupport = scene.supports[static_cast<std::size_t>(thing.supported_by)].plate.X_FS;
-  X_LSupport.translate(Vector3(0, 0, thing.foot_height_m));  // of a stack: the top below it
-  return X_LSupport;
-}
-
 // What hides its foot may seem to carry it.
 struct Standing {
   std::optional<Pose> X_LSupport;  // nothing: on nothing known
@@ -172,6 +165,13 @@ HybridModel InMeasuredPoints(HybridModel model, const ThingSample& sample) {
 }
 
 }  // namespace
+
+std::optional<Pose> WhatItStandsOn(const SegmentedScene& scene, const SegmentedThing& thing) {
+  if (thing.supported_by < 0) return std::nullopt;
+  Pose X_LSupport = scene.supports[static_cast<std::size_t>(thing.supported_by)].plate.X_FS;
+  X_LSupport.translate(Vector3(0, 0, thing.foot_height_m));  // of a stack: the top below it
+  return X_LSupport;
+}
 
 std::optional<ModelledThing> ModelThingIf(const WantedShapes& wanted, const SegmentedScene& scene,
                                           std::size_t index, const SceneRays& rays,

@@ -28,6 +28,10 @@ struct ModelledThing {
   bool reaches_support = false;
 };
 
+// The top of its support or of what lies between (z up, in the level frame); nothing where that is
+// unknown.
+std::optional<Pose> WhatItStandsOn(const SegmentedScene& scene, const SegmentedThing& thing);
+
 // Steps 6 to 8 (paper, section III) for one thing of the scene, whose rays are `rays`. Throws Stopped
 // when `work` is stopped.
 ModelledThing ModelThing(const SegmentedScene& scene, std::size_t index, const SceneRays& rays,

@@ -8,6 +8,7 @@
 #include <variant>
 
 #include "collision/geometry/signed_distance.h"
+#include "perception/cloud/quantile.h"
 #include "perception/model/connectivity.h"
 #include "perception/model/explain.h"
 #include "perception/model/prolonged.h"
@@ -23,15 +24,18 @@ namespace {
 constexpr std::size_t kLeastPoints = 60;  // as of a shape: ModelerOptions::min_inliers
 constexpr double kLeastLength_m = 0.02;
 constexpr double kMostLength_m = 0.25;
-constexpr double kMostWidth_m = 0.03;       // across, as seen: a fat pan's, with noise at its edges
-constexpr double kMostSeenWidth_m = 0.034;  // anywhere: as Vessel has it
-constexpr double kMostExtent_m = 0.045;     // least extent of all of it, bends included
-constexpr double kLeastElongation = 2;      // length to width
-constexpr double kRootGap_m = 0.015;        // from the surface to its nearest point
-constexpr double kLeastReach_m = 0.015;     // of its farthest point: more than a rough wall
-constexpr double kLeastCell_m = 0.006;      // 4 sigma of a Kinect at 0.8 m: noise parts no handle
-constexpr double kCellSpacings = 3;         // as in Connectivity
-constexpr int kPointsPerPiece = 2048;       // of some 0.2 us
+constexpr double kMostWidth_m = 0.03;    // across, as seen: a fat pan's, with noise at its edges
+constexpr double kMostExtent_m = 0.045;  // least extent of all of it, bends included
+constexpr double kLeastElongation = 2;   // length to width
+constexpr double kRootGap_m = 0.015;     // from the surface to its nearest point
+constexpr double kLeastReach_m = 0.015;  // of its farthest point: more than a rough wall
+constexpr double kLeastCell_m = 0.006;   // 4 sigma of a Kinect at 0.8 m: noise parts no handle
+constexpr double kCellSpacings = 3;      // as in Connectivity
+constexpr int kPointsPerPiece = 2048;    // of some 0.2 us
+
+// The band above a support that is given to it, and a little of what noise leaves.
+constexpr double kOnGround_sigma = 4;
+constexpr double kNearlyAll = 0.9;  // of a cluster's points, in that band
 
 // Points of a cluster that may lie on the host's surface, prolonged beyond its ends, where they are
 // more of it rather than a handle.
@@ -40,6 +44,20 @@ constexpr double kMostSolidShare = 0.3;  // of a solid's points, that a handle o
 constexpr double kLargerSolid = 2;       // chosen: half of it and more is not the handle's
 constexpr double kCoaxial_cos = 0.94;    // 20 degrees: a bottle's neck, a knob on a lid
 constexpr double kCoaxialOffset = 0.5;   // of the host's radius
+
+// Whether nearly all of the points are within their noise of the ground, as what an object's foot
+// took of its support is. `ground` is in the points' frame.
+bool LiesOn(const OrientedPoints& points, const std::vector<std::uint32_t>& members,
+            const Ground& ground) {
+  if (!ground.known || members.empty()) return false;
+  std::vector<double> heights_m;
+  double sigma_m = 0;
+  for (std::uint32_t i : members) {
+    heights_m.push_back(ground.Height_m(points.points[i].cast<double>()));
+    sigma_m = std::max(sigma_m, double{points.sigma_m[i]});
+  }
+  return Quantile(std::move(heights_m), kNearlyAll) <= kOnGround_sigma * sigma_m;
+}
 
 bool ProlongsHost(const OrientedPoints& points, const std::vector<std::uint32_t>& cluster,
                   const ShapePart& host) {
@@ -117,7 +135,7 @@ bool IsHandle(const OrientedPoints& points, const std::vector<std::uint32_t>& cl
   const Slenderness bar = MeasureSlenderness(positions, points.viewpoint, spacing_m);
   return bar.length_m >= kLeastLength_m && bar.length_m <= kMostLength_m &&
          bar.width_m <= kMostWidth_m && bar.length_m >= kLeastElongation * bar.width_m &&
-         SeenWidth_m(positions, points.viewpoint) <= kMostSeenWidth_m;
+         SeenWidth_m(positions, points.viewpoint) <= kMostSeenHandleWidth_m;
 }
 
 void AddHandle(const Placed<Box>& box, const std::vector<std::uint32_t>& cluster, int shape_index,
@@ -201,7 +219,7 @@ std::vector<std::size_t> CountBesideWall(const Vessel& vessel, const OrientedPoi
 
 }  // namespace
 
-void DropSolidsOfHandles(const OrientedPoints& points, double spacing_m,
+void DropSolidsOfHandles(const OrientedPoints& points, double spacing_m, const Ground& ground,
                          std::vector<ShapePart>& solids, std::vector<std::int32_t>& part_of_point,
                          const Work& work) {
   const std::vector<std::vector<std::uint32_t>> members =
@@ -218,20 +236,22 @@ void DropSolidsOfHandles(const OrientedPoints& points, double spacing_m,
                         !std::holds_alternative<Sphere>(solids[k].shape) &&
                         static_cast<double>(members[k].size()) <
                             kMostSolidShare * static_cast<double>(main->size());
-    drop[k] = may_be && IsHandle(points, members[k], spacing_m, PrincipalBox(points, members[k]),
-                                 NearestHost(points, members[k], host, work));
+    drop[k] = may_be && !LiesOn(points, members[k], ground) &&
+              IsHandle(points, members[k], spacing_m, PrincipalBox(points, members[k]),
+                       NearestHost(points, members[k], host, work));
   }
   Drop(drop, solids, part_of_point);
 }
 
-Clusters HandlesOfVessel(const Vessel& vessel, const OrientedPoints& points,
+Clusters HandlesOfVessel(const Vessel& vessel, const OrientedPoints& points, const Ground& ground,
                          const std::vector<ShapePart>& solids,
                          const std::vector<std::int32_t>& part_of_point, const Work& work) {
   const std::vector<std::size_t> beside_wall =
       CountBesideWall(vessel, points, part_of_point, solids.size());
   Clusters handles = vessel.FindHandles(points, std::vector<char>(points.size(), 1), work);
   std::erase_if(handles, [&](const std::vector<std::uint32_t>& handle) {
-    return IsPartOfSolid(handle, solids, beside_wall, part_of_point);
+    return LiesOn(points, handle, ground) ||
+           IsPartOfSolid(handle, solids, beside_wall, part_of_point);
   });
   std::vector<char> unexplained(points.size(), 0);
   for (std::size_t i = 0; i < points.size(); ++i) unexplained[i] = part_of_point[i] < 0;
@@ -240,6 +260,9 @@ Clusters HandlesOfVessel(const Vessel& vessel, const OrientedPoints& points,
   }
   if (solids.empty()) return handles;
   Clusters more = vessel.FindHandles(points, unexplained, work);
+  std::erase_if(more, [&](const std::vector<std::uint32_t>& handle) {
+    return LiesOn(points, handle, ground);
+  });
   std::move(more.begin(), more.end(), std::back_inserter(handles));
   vessel.Join(points, handles);
   return handles;
@@ -257,8 +280,8 @@ void TakeFromSolids(const Clusters& clusters, std::vector<ShapePart>& solids,
   Drop(drop, solids, part_of_point);
 }
 
-void FindHandles(const OrientedPoints& points, double spacing_m, ObjectModel& model,
-                 const Work& work) {
+void FindHandles(const OrientedPoints& points, double spacing_m, const Ground& ground,
+                 ObjectModel& model, const Work& work) {
   std::vector<std::uint32_t> rest;
   std::vector<Eigen::Vector3f> positions;
   for (std::uint32_t i = 0; i < points.size(); ++i) {
@@ -278,6 +301,7 @@ void FindHandles(const OrientedPoints& points, double spacing_m, ObjectModel& mo
     if (cluster.size() < kLeastPoints) break;  // largest first
     for (std::uint32_t& k : cluster) k = rest[k];
     if (ExtentOf(points, cluster).maxCoeff() > kMostLength_m) continue;  // along it, it is longer
+    if (LiesOn(points, cluster, ground)) continue;
     const Host host = NearestHost(points, cluster, model.shapes, work);
     const auto of_host = static_cast<double>(of_solids[host.solid].size());
     const bool is_small =

@@ -81,6 +81,7 @@ ObjectModel ModelObject(const OrientedPoints& points, const std::optional<Pose>&
   const Octree octree(searched);
   const Connectivity connectivity(searched);
   const Ground ground = GroundOf(X_LSupport, searched.origin_L);
+  const Ground ground_L = GroundOf(X_LSupport, Vector3::Zero());
   const FitContext context{searched, octree, connectivity, noise,
                            options,  work,   ground,       RaysPast(searched, ground, passing)};
   Assembly assembly = AssembleSolids(ExtractShapes(context), context, ground);
@@ -95,14 +96,15 @@ ObjectModel ModelObject(const OrientedPoints& points, const std::optional<Pose>&
   if (IsOneSolid(model)) vessel.reset();
   Clusters of_vessel;
   if (vessel) {
-    of_vessel = HandlesOfVessel(*vessel, points, model.shapes, model.part_of_point, work);
+    of_vessel = HandlesOfVessel(*vessel, points, ground_L, model.shapes, model.part_of_point, work);
     TakeFromSolids(of_vessel, model.shapes, model.part_of_point);
   }
-  DropSolidsOfHandles(points, searched.spacing_m, model.shapes, model.part_of_point, work);
+  DropSolidsOfHandles(points, searched.spacing_m, ground_L, model.shapes, model.part_of_point,
+                      work);
   MeasureQuality(points, model.part_of_point, searched.spacing_m, model.shapes, work);
   AddHandles(points, of_vessel, model, work);
   // What stands out from a wall and is no handle of it is none of a solid in its place.
-  if (!vessel) FindHandles(points, searched.spacing_m, model, work);
+  if (!vessel) FindHandles(points, searched.spacing_m, ground_L, model, work);
   // The wall was that of a handle.
   if (ExplainsNearlyAll(model)) std::erase(model.notes, kSeenFromBothSides);
   return model;
@@ -120,7 +122,7 @@ ObjectModel ModelStructure(const OrientedPoints& points, const std::vector<Place
   const double spacing_m = ThinForSearch(points, SearchPoints(points.size()), work).spacing_m;
   model.part_of_point = ExplainPoints(points, model.shapes, work);
   MeasureQuality(points, model.part_of_point, spacing_m, model.shapes, work);
-  FindHandles(points, spacing_m, model, work);
+  FindHandles(points, spacing_m, Ground(), model, work);
   return model;
 }
 

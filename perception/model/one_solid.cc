@@ -31,6 +31,9 @@ constexpr double kMostPassed = 0.2;
 // Of the whole surface: half of it faces away, and what hides seven tenths of the rest leaves 0.15;
 // two thirds of that, for the foot in the support's band and for rims at grazing incidence.
 constexpr double kLeastSeen = 0.1;
+// Of an upright cylinder that is seen from above little but its top is, which tells all but its
+// height; the ground tells that.
+constexpr double kLeastSeenUpright = 0.07;
 // Of a solid's volume, sampled at so many places a side, that may lie deep in another: solids of
 // things that touch share less.
 constexpr double kMostShared = 0.25;
@@ -112,12 +115,16 @@ double SeenShare(const Solid& solid, const FitContext& c) {
   return ObservedFraction(solid.shape, points_S, CoverCell_m(c.points.spacing_m));
 }
 
+double LeastSeen(WholeKind kind) {
+  return kind == WholeKind::kUprightCylinder ? kLeastSeenUpright : kLeastSeen;
+}
+
 bool IsCredible(const WholeFit& fit, const FitContext& c) {
   const auto all = static_cast<double>(c.points.size());
   return static_cast<double>(fit.solid.inliers.size()) >= kLeastExplained * all &&
          HasWorthySlope(fit) && LooksCurved(fit.solid, c) && LooksFlat(fit.solid, c) &&
          PassedShare(fit.solid, c.free) <= kMostPassed && !IsCrossed(fit.solid, c) &&
-         SeenShare(fit.solid, c) >= kLeastSeen;
+         SeenShare(fit.solid, c) >= LeastSeen(fit.kind);
 }
 
 bool IsAlready(const std::vector<Solid>& solids, const Shape& shape) {

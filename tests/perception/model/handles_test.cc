@@ -37,10 +37,11 @@ OrientedPoints Bar(double gap_m, double width_m, double length_m) {
   return points;
 }
 
-std::vector<Handle> Find(const OrientedPoints& points, std::vector<std::int32_t>& parts) {
+std::vector<Handle> Find(const OrientedPoints& points, std::vector<std::int32_t>& parts,
+                         const Ground& ground = {}) {
   ObjectModel model{.shapes = Cup(), .handles = {}, .part_of_point = {}, .notes = {}};
   model.part_of_point.assign(points.points.size(), kUnexplained);
-  FindHandles(points, kSpacing_m, model, kUnbounded);
+  FindHandles(points, kSpacing_m, ground, model, kUnbounded);
   parts = model.part_of_point;
   return model.handles;
 }
@@ -99,6 +100,15 @@ TEST(FindHandles, RefusesWhatIsFarThickShortOrFew) {
   }
 }
 
+TEST(FindHandles, TakesNothingThatLiesOnTheGround) {
+  const OrientedPoints bar = Bar(0.01, 0.016, 0.06);  // 3 cm below the origin and above it
+  std::vector<std::int32_t> parts;
+  const Ground along{.known = true, .up = Vector3::UnitX(), .point = {kRadius_m + 0.022, 0, 0}};
+  EXPECT_TRUE(Find(bar, parts, along).empty());
+  const Ground below{.known = true, .up = Vector3::UnitZ(), .point = {0, 0, -0.03}};
+  EXPECT_EQ(Find(bar, parts, below).size(), 1u);
+}
+
 TEST(FindHandles, TakesNoPatchThatContinuesTheWall) {
   // Above the cup's end, on its wall prolonged: 60 mm high, 15 mm wide and bent like the wall.
   OrientedPoints patch;
@@ -125,7 +135,7 @@ std::vector<ShapePart> Dropped(const OrientedPoints& points, const ShapePart& sm
   all.points.insert(all.points.end(), points.points.begin(), points.points.end());
   parts.assign(all.points.size(), 1);
   std::fill_n(parts.begin(), kOfCup, 0);
-  DropSolidsOfHandles(all, kSpacing_m, solids, parts, kUnbounded);
+  DropSolidsOfHandles(all, kSpacing_m, Ground(), solids, parts, kUnbounded);
   return solids;
 }
 
@@ -157,7 +167,7 @@ TEST(FindHandles, LeavesPointsOfShapesAlone) {
   const OrientedPoints bar = Bar(0.01, 0.016, 0.06);
   ObjectModel model{.shapes = Cup(), .handles = {}, .part_of_point = {}, .notes = {}};
   model.part_of_point.assign(bar.points.size(), 0);  // all explained by the cup
-  FindHandles(bar, kSpacing_m, model, kUnbounded);
+  FindHandles(bar, kSpacing_m, Ground(), model, kUnbounded);
   EXPECT_TRUE(model.handles.empty());
 }
 

@@ -70,10 +70,12 @@ TEST(HandlesOfVessel, AreNoBalls) {
     const std::vector<std::int32_t> part_of_point = ExplainPoints(scan.points, shapes, kUnbounded);
     const std::optional<Vessel> vessel = Vessel::Find(scan.points, kUnbounded);
     if (!vessel) continue;
-    EXPECT_TRUE(HandlesOfVessel(*vessel, scan.points, shapes, part_of_point, kUnbounded).empty());
+    EXPECT_TRUE(
+        HandlesOfVessel(*vessel, scan.points, Ground(), shapes, part_of_point, kUnbounded).empty());
     shapes.pop_back();
     const std::vector<std::int32_t> unknown = ExplainPoints(scan.points, shapes, kUnbounded);
-    looks_like_one += !HandlesOfVessel(*vessel, scan.points, shapes, unknown, kUnbounded).empty();
+    looks_like_one +=
+        !HandlesOfVessel(*vessel, scan.points, Ground(), shapes, unknown, kUnbounded).empty();
   }
   EXPECT_GT(looks_like_one, 0);  // where nobody knows that it is a ball
 }

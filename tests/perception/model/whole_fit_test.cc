@@ -205,6 +205,19 @@ TEST(FitWhole, MakesNoBoxOfASheet) {
   EXPECT_TRUE(FitWhole(WholeKind::kUprightBox, {}, kFarAway, thick.Context()).has_value());
 }
 
+// Of a beaker that narrows to a foot of 4 mm, which would tip: nothing so slim at its foot is offered.
+TEST(FitWhole, StandsNoConeOnItsTip) {
+  WholeParameters cone(5);
+  cone << 0, 0, 0.12, 0.04, 0.3;
+  const Fixture tip(SeenOf(WholeKind::kUprightCone, cone, 0));
+  EXPECT_FALSE(FitWhole(WholeKind::kUprightCone, {}, kFarAway, tip.Context()).has_value());
+  cone(4) = 0.2;  // a foot of 16 mm
+  const Fixture cup(SeenOf(WholeKind::kUprightCone, cone, 0));
+  const auto stands = FitWhole(WholeKind::kUprightCone, {}, kFarAway, cup.Context());
+  ASSERT_TRUE(stands.has_value());
+  EXPECT_NEAR(std::get<Cone>(stands->solid.shape).radius_bottom_m, 0.016, 1e-4);
+}
+
 TEST(FitWhole, AsksForAGround) {
   const Fixture f(SeenOf(WholeKind::kBall, Eigen::Vector4d(0, 0, 0.03, 0.03), 0));
   FitContext context = f.Context();

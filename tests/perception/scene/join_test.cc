@@ -169,6 +169,17 @@ TEST(JoinAcrossOccluders, KeepsFacesApartThatAreFartherThanObjectsAreLarge) {
   }
 }
 
+// Boxes of one height: nearly all that is seen of low ones is their tops.
+TEST(JoinAcrossOccluders, KeepsLevelTopsApartThatTogetherAreLongerThanObjectsAre) {
+  for (const double length_m : {0.15, 0.25}) {
+    Seen seen;
+    const std::size_t left = seen.Add(Top(-0.6, {0.9, 1}, {-0.04 - length_m, -0.04}));
+    const std::size_t right = seen.Add(Top(-0.6, {0.9, 1}, {0.04, 0.04 + length_m}));
+    seen.Add(Face(0.7, {-0.03, 0.03}, {-0.6, -0.3}));
+    EXPECT_EQ(seen.OccludersJoin(left, right), length_m < 0.2) << length_m;
+  }
+}
+
 TEST(JoinAcrossOccluders, JoinsPartsOfOneCanBehindAPole) {
   Seen seen;
   const std::size_t left = seen.Add(Wall(0.05, {-75, -20}, kHeights, 1));
