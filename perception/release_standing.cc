@@ -9,6 +9,7 @@
 
 #include "collision/geometry/aabb.h"
 #include "perception/model/handles.h"
+#include "perception/model/object_modeler.h"
 #include "perception/order_things.h"
 
 namespace cwm::perception {
@@ -26,7 +27,8 @@ constexpr double kLeastExplained = 0.96;  // of the points: a handle, too, is a 
 constexpr double kMostGap_m = 0.005;
 constexpr double kUpright_cos = 0.98;  // 11 degrees: what is known as upright is exactly so
 
-// Wider than any handle. What lies is longer than wide: an ear is as well a bit of a coin on edge.
+// Wider and longer than handles are across. What lies is longer than wide: an ear is as well a bit of a
+// coin on edge.
 bool IsRoundThing(const ShapePart& part, const Vector3& up) {
   if (part.vessel) return false;
   if (const auto* sphere = std::get_if<Sphere>(&part.shape)) {
@@ -39,7 +41,15 @@ bool IsRoundThing(const ShapePart& part, const Vector3& up) {
     radius_m = std::max(cone->radius_bottom_m, cone->radius_top_m), length_m = cone->length_m;
   }
   const bool is_upright = std::abs(part.X_OS.linear().col(2).dot(up)) > kUpright_cos;
-  return 2 * radius_m > kMostSeenHandleWidth_m && (is_upright || length_m > 2 * radius_m);
+  return std::min(2 * radius_m, length_m) > kMostSeenHandleWidth_m &&
+         (is_upright || length_m > 2 * radius_m);
+}
+
+// And touches what it stands on.
+bool StandsRound(const ShapePart& part, const Pose& X_LSupport) {
+  const Pose X_SupportS = X_LSupport.inverse(Eigen::Isometry) * part.X_OS;
+  return IsRoundThing(part, X_LSupport.linear().col(2)) &&
+         std::abs(TightBounds(part.shape, X_SupportS).min().z()) <= kMostGap_m;
 }
 
 class Release {
@@ -47,10 +57,13 @@ class Release {
   Release(const InterpretOptions& options, const Work& work, SegmentedScene& scene,
           std::vector<ModelledThing>& modelled)
       : options_(options),
+        look_options_(options),
         work_(work),
         scene_(scene),
         modelled_(modelled),
-        points_left_(scene.points.size() / kOneModelledAnew) {}
+        points_left_(scene.points.size() / kOneModelledAnew) {
+    look_options_.modeler.part_touching = false;  // one solid is asked for
+  }
 
   void Run() {
     const std::size_t before = scene_.things.size();
@@ -85,6 +98,7 @@ class Release {
   bool IsReleased(std::size_t k, std::size_t handle) {
     const Points members = PointsOfHandle(k, handle);
     if (members.empty() || members.size() == scene_.things[k].points.size()) return false;
+    if (!MayStand(members, scene_.things[k])) return false;
     const SegmentedThing before = scene_.things[k];
     SegmentedThing own = before;
     own.points = members;
@@ -98,9 +112,9 @@ class Release {
     const auto place = end - scene_.things.begin();
     scene_.things.insert(end, std::move(own));
     const SceneRays rays(scene_, work_);
-    const auto stands = [&](const ObjectModel& found) { return StandsRound(found, before); };
+    const auto stands = [&](const ObjectModel& found) { return IsOneThatStands(found, before); };
     auto alone =
-        ModelThingIf(stands, scene_, static_cast<std::size_t>(place), rays, options_, work_);
+        ModelThingIf(stands, scene_, static_cast<std::size_t>(place), rays, look_options_, work_);
     if (!alone) {
       scene_.things.erase(scene_.things.begin() + place);
       scene_.things[k] = before;
@@ -121,24 +135,24 @@ class Release {
     return members;
   }
 
-  // One round solid that touches what the thing stands on.
-  bool StandsRound(const ObjectModel& found, const SegmentedThing& thing) const {
+  // Before it is modelled with all that was seen around it.
+  bool MayStand(const Points& members, const SegmentedThing& thing) const {
     const Pose X_LSupport = *WhatItStandsOn(scene_, thing);
-    if (found.shapes.size() != 1 ||
-        !IsRoundThing(found.shapes.front(), X_LSupport.linear().col(2))) {
-      return false;
-    }
+    const auto solid = ModelOneSolid(Subset(scene_.points, members), X_LSupport, options_.noise,
+                                     look_options_.modeler, work_);
+    return solid && StandsRound(*solid, X_LSupport);
+  }
+
+  bool IsOneThatStands(const ObjectModel& found, const SegmentedThing& thing) const {
     const auto explained = std::ranges::count(found.part_of_point, 0);
-    if (static_cast<double>(explained) <
-        kLeastExplained * static_cast<double>(found.part_of_point.size())) {
-      return false;
-    }
-    const ShapePart& part = found.shapes.front();
-    const Pose X_SupportS = X_LSupport.inverse(Eigen::Isometry) * part.X_OS;
-    return std::abs(TightBounds(part.shape, X_SupportS).min().z()) <= kMostGap_m;
+    return found.shapes.size() == 1 &&
+           static_cast<double>(explained) >=
+               kLeastExplained * static_cast<double>(found.part_of_point.size()) &&
+           StandsRound(found.shapes.front(), *WhatItStandsOn(scene_, thing));
   }
 
   const InterpretOptions& options_;
+  InterpretOptions look_options_;
   const Work& work_;
   SegmentedScene& scene_;
   std::vector<ModelledThing>& modelled_;

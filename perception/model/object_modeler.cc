@@ -1,6 +1,7 @@
 #include "perception/model/object_modeler.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "perception/model/box_sigma.h"
 #include "perception/model/explain.h"
@@ -69,6 +70,30 @@ bool SearchesAny(const ModelerOptions& options) {
          options.search_cones;
 }
 
+bool IsEnough(const ModelPoints& thinned, const ModelerOptions& options) {
+  return static_cast<double>(thinned.size()) * thinned.weight >= options.min_inliers;
+}
+
+// What is searched of an object, and what stays beside it while it is.
+struct Searched {
+  Searched(ModelPoints thinned, const std::optional<Pose>& X_LSupport)
+      : points(std::move(thinned)),
+        octree(points),
+        connectivity(points),
+        ground(GroundOf(X_LSupport, points.origin_L)) {}
+
+  FitContext Context(const SensorNoise& noise, const ModelerOptions& options, const Work& work,
+                     const PassingRays& passing) const {
+    return {points,  octree, connectivity, noise,
+            options, work,   ground,       RaysPast(points, ground, passing)};
+  }
+
+  const ModelPoints points;
+  const Octree octree;
+  const Connectivity connectivity;
+  const Ground ground;
+};
+
 }  // namespace
 
 ObjectModel ModelObject(const OrientedPoints& points, const std::optional<Pose>& X_LSupport,
@@ -76,15 +101,13 @@ ObjectModel ModelObject(const OrientedPoints& points, const std::optional<Pose>&
                         const PassingRays& passing) {
   ObjectModel model;
   model.part_of_point.assign(points.size(), kUnexplained);
-  const ModelPoints searched = ThinForSearch(points, SearchPoints(points.size()), work);
-  if (static_cast<double>(searched.size()) * searched.weight < options.min_inliers) return model;
-  const Octree octree(searched);
-  const Connectivity connectivity(searched);
-  const Ground ground = GroundOf(X_LSupport, searched.origin_L);
+  ModelPoints thinned = ThinForSearch(points, SearchPoints(points.size()), work);
+  if (!IsEnough(thinned, options)) return model;
+  const Searched searched(std::move(thinned), X_LSupport);
+  const double spacing_m = searched.points.spacing_m;
   const Ground ground_L = GroundOf(X_LSupport, Vector3::Zero());
-  const FitContext context{searched, octree, connectivity, noise,
-                           options,  work,   ground,       RaysPast(searched, ground, passing)};
-  Assembly assembly = AssembleSolids(ExtractShapes(context), context, ground);
+  const FitContext context = searched.Context(noise, options, work, passing);
+  Assembly assembly = AssembleSolids(ExtractShapes(context), context, searched.ground);
   PreferOneSolid(context, assembly);
   const bool is_parted = PreferPartedSolids(context, assembly);
   std::optional<Vessel> vessel =
@@ -99,15 +122,26 @@ ObjectModel ModelObject(const OrientedPoints& points, const std::optional<Pose>&
     of_vessel = HandlesOfVessel(*vessel, points, ground_L, model.shapes, model.part_of_point, work);
     TakeFromSolids(of_vessel, model.shapes, model.part_of_point);
   }
-  DropSolidsOfHandles(points, searched.spacing_m, ground_L, model.shapes, model.part_of_point,
-                      work);
-  MeasureQuality(points, model.part_of_point, searched.spacing_m, model.shapes, work);
+  DropSolidsOfHandles(points, spacing_m, ground_L, model.shapes, model.part_of_point, work);
+  MeasureQuality(points, model.part_of_point, spacing_m, model.shapes, work);
   AddHandles(points, of_vessel, model, work);
   // What stands out from a wall and is no handle of it is none of a solid in its place.
-  if (!vessel) FindHandles(points, searched.spacing_m, ground_L, model, work);
+  if (!vessel) FindHandles(points, spacing_m, ground_L, model, work);
   // The wall was that of a handle.
   if (ExplainsNearlyAll(model)) std::erase(model.notes, kSeenFromBothSides);
   return model;
+}
+
+std::optional<ShapePart> ModelOneSolid(const OrientedPoints& points, const Pose& X_LSupport,
+                                       const SensorNoise& noise, const ModelerOptions& options,
+                                       const Work& work) {
+  ModelPoints thinned = ThinForSearch(points, SearchPoints(points.size()), work);
+  if (!IsEnough(thinned, options)) return std::nullopt;
+  const Searched searched(std::move(thinned), X_LSupport);
+  const FitContext context = searched.Context(noise, options, work, {});
+  const std::optional<WholeFit> fit = BetterSolid(context, {});
+  if (!fit) return std::nullopt;
+  return InLevelFrame({fit->solid}, context).front();
 }
 
 ObjectModel ModelStructure(const OrientedPoints& points, const std::vector<Placed<Plate>>& plates,

@@ -22,6 +22,12 @@ ObjectModel ModelObject(const OrientedPoints& points, const std::optional<Pose>&
                         const SensorNoise& noise, const ModelerOptions& options,
                         const Work& work = {}, const PassingRays& passing = {});
 
+// The one closed solid on the support that accounts for nearly all points, where one does: what they
+// are likely to be, for less than a model.
+std::optional<ShapePart> ModelOneSolid(const OrientedPoints& points, const Pose& X_LSupport,
+                                       const SensorNoise& noise, const ModelerOptions& options,
+                                       const Work& work = {});
+
 // A wall or front of which the plates are known, in the level frame: they are its shapes, COMPLETED
 // since their bodies were supplied, and what stands out from them may be handles.
 ObjectModel ModelStructure(const OrientedPoints& points, const std::vector<Placed<Plate>>& plates,
