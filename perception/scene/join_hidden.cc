@@ -220,8 +220,9 @@ void JoinAcrossOccluders(const OrientedPoints& nodes, const PieceViews& views,
   auto same_object = [&](std::size_t a, std::size_t b) {
     for (const Facet& fa : facets[a]) {
       for (const Facet& fb : facets[b]) {
-        if (!SharePlane(nodes, fa, fb) || AreTopsOfTwo(nodes, fa, fb)) continue;
-        if (touch(a, b) || between.IsHidden(fa.members, fb.members)) return true;
+        if (!SharePlane(nodes, fa, fb)) continue;
+        if (touch(a, b)) return true;
+        if (!AreTopsOfTwo(nodes, fa, fb) && between.IsHidden(fa.members, fb.members)) return true;
       }
     }
     const Members& sa = views.pieces[a].sample;
