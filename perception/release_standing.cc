@@ -19,7 +19,7 @@ using Points = std::vector<std::uint32_t>;
 
 // Each models a handle, and where that stands, the thing that it is released from anew. No simulated
 // scene asks for more than seven, or has more than 0.4 of that many points in such things.
-constexpr int kMostLooks = 24;
+constexpr int kMostLooks = 8;
 constexpr std::size_t kOneModelledAnew = 8;
 
 constexpr double kLeastExplained = 0.96;  // of the points: a handle, too, is a bit of a cylinder
