@@ -10,6 +10,7 @@
 #include "collision/geometry/coefficients.h"
 #include "collision/geometry/distance_to_shape.h"
 #include "perception/model/solid_lanes.h"
+#include "perception/model/whole_limits.h"
 #include "perception/model/whole_starts.h"
 
 namespace cwm::perception {
@@ -23,9 +24,7 @@ constexpr std::size_t kStartPoints = 80;  // to find the best start
 constexpr std::array<double, 3> kScales_sigma = {10, 4, 2.5};
 constexpr int kFirstIterations = 3;  // of every start
 constexpr int kIterations = 8;       // per scale, of the best
-// Of an upright cone's height, its foot's radius: with its mass in the middle it tips at 11 degrees.
-constexpr double kLeastFoot = 0.1;
-constexpr double kHopeless = 3;  // times a rival's loss, at the best start
+constexpr double kHopeless = 3;      // times a rival's loss, at the best start
 // Of the points, within their gates, at the best start and after the widest scale: of 1 500 fits in
 // simulated scenes that ended with 0.9 of them, 1 in 500 had less at the start, none less then.
 constexpr double kLeastAtStart = 0.5, kLeastOnTheWay = 0.85;
@@ -35,15 +34,10 @@ constexpr double kConverged = 1e-3;         // relative decrease of the loss
 constexpr double kLeastInformation = 1e-9;  // of a parameter that no point tells
 constexpr double kStep = 1e-6;              // metres or radians, of numerical derivatives
 constexpr double kFarAway_sigma = 1e6;      // from no solid at all
-constexpr double kSteepestSlope = 0.36;     // 20 degrees: wider cups are bowls
 // One standard deviation: half of the cups have half angles below 6 degrees where nothing tells.
 constexpr double kSlopeSpread = 0.15;
-constexpr double kLeastLying = 1.2;  // radii of length: what is shorter falls on its end
-// Sine of the elevation, and its distance from 1: nearer to level or upright a cylinder lies or stands.
-constexpr double kLeastLean = 0.05;
-constexpr double kLeastLeaning = 2;  // radii of length: what is shorter does not stay
-constexpr double kWorthMoving = 2;   // of the criterion: rays that a fit without them runs across
-constexpr double kNear_m = 0.02;     // of rays to a fit: steps that rays cause are smaller
+constexpr double kWorthMoving = 2;  // of the criterion: rays that a fit without them runs across
+constexpr double kNear_m = 0.02;    // of rays to a fit: steps that rays cause are smaller
 
 PointsOnGround OnGround(const FitContext& c, std::size_t most = kUsedPoints) {
   PointsOnGround out;
@@ -127,40 +121,6 @@ Eigen::VectorXd WeightsOf(const Eigen::VectorXd& r, double scale) {
 
 double LossOf(const Eigen::VectorXd& r, const Eigen::VectorXd& counts, double scale) {
   return (counts.array() * r.array().square() / (1 + r.array().square() / (scale * scale))).sum();
-}
-
-bool IsWithin(double radius_m, const ModelerOptions& options) {
-  return radius_m >= options.min_radius_m && radius_m <= options.max_radius_m;
-}
-
-bool IsValid(WholeKind kind, const WholeParameters& x, const ModelerOptions& options) {
-  if (!x.allFinite() || std::abs(SlopeOf(kind, x)) > kSteepestSlope) return false;
-  if (Lies(kind) && x(4) < kLeastLying * x(3)) return false;
-  if (kind == WholeKind::kLeaningCylinder &&
-      (std::abs(std::sin(x(3)) - 0.5) > 0.5 - kLeastLean || x(5) < kLeastLeaning * x(4))) {
-    return false;
-  }
-  const Shape shape = Place(kind, x).shape;
-  if (const auto* sphere = std::get_if<Sphere>(&shape)) return IsWithin(sphere->radius_m, options);
-  if (const auto* cylinder = std::get_if<Cylinder>(&shape)) {
-    return IsWithin(cylinder->radius_m, options) && cylinder->length_m >= options.min_radius_m;
-  }
-  if (const auto* cone = std::get_if<Cone>(&shape)) {
-    if (!Lies(kind) && cone->radius_bottom_m < kLeastFoot * cone->length_m) return false;
-    return IsWithin(cone->radius_bottom_m, options) && IsWithin(cone->radius_top_m, options) &&
-           cone->length_m >= options.min_radius_m;
-  }
-  return std::get<Box>(shape).size_m.minCoeff() >= 2 * options.min_radius_m;
-}
-
-// A limit holds it back: what the points ask for is shorter still, and does not lie; or thinner
-// still, and is a sheet, whose box would take up what lies between its points.
-bool IsHeldBack(const WholeFit& fit, const ModelerOptions& options) {
-  constexpr double kBarely = 1.02;  // steps end where the next one would be beyond
-  if (const auto* box = std::get_if<Box>(&fit.solid.shape)) {
-    return box->size_m.minCoeff() < kBarely * 2 * options.min_radius_m;
-  }
-  return Lies(fit.kind) && fit.parameters(4) < kBarely * kLeastLying * fit.parameters(3);
 }
 
 struct Minimum {

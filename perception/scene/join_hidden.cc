@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "perception/scene/plane_fit.h"
+#include "perception/scene/structures.h"
 #include "perception/scene/surface_graph.h"
 
 namespace cwm::perception {
@@ -31,9 +32,6 @@ constexpr int kPlacesPerLine = 8;
 constexpr double kMostContradictions = 0.06;  // of the places between: mixed pixels at edges
 constexpr double kLeastHidden = 0.25;         // the rest lies on the parts themselves
 constexpr double kLevel_cos = 0.966;          // 15 degrees from up
-// Of level parts: what is longer is no thing on a table (FindStructures). Boxes of the same height
-// have tops that share a plane, those of low ones are nearly all that is seen of them.
-constexpr float kLongestThing_m = 0.5f;
 
 struct Facet {
   Plane plane;
@@ -161,14 +159,15 @@ Members EvenlySpread(const Members& members, int count) {
   return some;
 }
 
-// Whether two tops lie too far from each other to be one.
+// Whether two tops lie too far from each other to be one. Boxes of the same height have tops that share
+// a plane; those of low ones are nearly all that is seen of them.
 bool AreTopsOfTwo(const OrientedPoints& nodes, const Facet& a, const Facet& b) {
   if (a.plane.normal.z() < kLevel_cos || b.plane.normal.z() < kLevel_cos) return false;
   const Members some_a = EvenlySpread(a.members, kSightLines);
   const Members some_b = EvenlySpread(b.members, kSightLines);
   return std::ranges::any_of(some_a, [&](std::uint32_t i) {
     return std::ranges::any_of(some_b, [&](std::uint32_t j) {
-      return (nodes.points[i] - nodes.points[j]).norm() > kLongestThing_m;
+      return (nodes.points[i] - nodes.points[j]).norm() > float{kLongestThing_m};
     });
   });
 }

@@ -10,8 +10,6 @@
 namespace cwm::perception {
 namespace {
 
-// Chosen: the tallest thing on a counter is a bottle or a box of half a metre.
-constexpr double kLeastReach_m = 0.5;
 constexpr double kLeastShare = 0.85;        // of a piece on its plane; the rest: handles, edges
 constexpr double kNormalGate_cos = 0.9;     // 25 degrees
 constexpr std::size_t kMostSamples = 400;   // of a piece, evenly spread
@@ -68,10 +66,10 @@ std::optional<Plane> StructurePlane(const OrientedPoints& nodes, const Nodes& sa
   if (sample.size() < kFewestSamples) return std::nullopt;
   Eigen::AlignedBox3f bounds;
   for (std::uint32_t i : sample) bounds.extend(nodes.points[i]);
-  if (bounds.diagonal().norm() < kLeastReach_m) return std::nullopt;
+  if (bounds.diagonal().norm() < kLongestThing_m) return std::nullopt;
   const std::optional<Plane> plane = FitPlane(nodes, sample, sample[0]);
   if (!plane || ShareOn(*plane, nodes, sample) < kLeastShare) return std::nullopt;
-  if (Reach_m(*plane, nodes, sample) < kLeastReach_m) return std::nullopt;
+  if (Reach_m(*plane, nodes, sample) < kLongestThing_m) return std::nullopt;
   return plane;
 }
 
