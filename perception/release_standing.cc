@@ -68,7 +68,10 @@ class Release {
   void Run() {
     const std::size_t before = scene_.things.size();
     for (std::size_t k = 0; k < scene_.things.size(); ++k) {
-      if (scene_.things[k].supported_by < 0) break;  // residuals follow
+      SegmentedThing& thing = scene_.things[k];
+      if (thing.supported_by < 0) break;  // residuals follow
+      // What is released from it stands where it turned out to stand.
+      if (modelled_[k].reaches_support) thing.foot_height_m = 0, thing.rests_on = -1;
       while (ReleaseOne(k)) {
       }
     }
