@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "collision/kernels/exact.h"
+#include "collision/kernels/exact_geometry.h"
 
 namespace cwm::collision {
 
@@ -24,9 +25,18 @@ class LazyForms {
     return form != nullptr ? form : Build(slot);
   }
 
+  void BuildHulls() const {
+    BuildExact();
+    exact_->hulls();
+  }
+
  private:
-  const EngineGeometry* Build(std::size_t slot) const {
+  void BuildExact() const {
     std::call_once(exact_once_, [this] { exact_ = PrepareExact(shape_); });
+  }
+
+  const EngineGeometry* Build(std::size_t slot) const {
+    BuildExact();
     std::call_once(once_[slot], [this, slot] {
       forms_[slot] = GetEngine(static_cast<EngineKind>(slot)).PrepareFrom(exact_);
       published_[slot].store(forms_[slot].get(), std::memory_order_release);
@@ -93,6 +103,8 @@ std::shared_ptr<const LazyForms> FormsOf(const Shape& shape) {
 }  // namespace
 
 const EngineGeometry* PreparedShape::operator[](int engine) const { return forms_->Get(engine); }
+
+void PreparedShape::BuildHulls() const { forms_->BuildHulls(); }
 
 PreparedShape PrepareForAll(const Shape& shape) {
   PreparedShape prepared;

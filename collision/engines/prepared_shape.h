@@ -20,6 +20,10 @@ class PreparedShape {
   // this. The first call builds it, or waits for the one that does.
   const EngineGeometry* operator[](int engine) const;
 
+  // Builds at once what the kernels leave to the first who asks: the hulls of a mesh. For shapes
+  // that will surely be asked about, so that no query waits for them.
+  void BuildHulls() const;
+
  private:
   friend PreparedShape PrepareForAll(const Shape& shape);
 

@@ -56,6 +56,7 @@ std::shared_ptr<const RobotGeometry> PrepareRobot(std::shared_ptr<const RobotMod
     }
   }
   robot->geometry = Prepare(std::move(shapes));
+  for (const PreparedPart& part : robot->geometry->parts) part.engines.BuildHulls();
   robot->model = std::move(model);
   robot->programs = std::make_shared<ProgramMemo>(*robot->model);
   if (spheres_as_given) robot->prepared_spheres_as_given = PrepareSpheres(*spheres_as_given);
