@@ -88,7 +88,8 @@ void MeasureUnexplained(Report& report);
 // The same robot asked through a running server: panda_stream_states_per_s.
 void MeasureRobotStream(Report& report);
 
-// One state at a time, idle and beside a stream of batches: unary_idle_p99_ms, unary_loaded_p50_ms.
+// One state at a time: unary_idle_p99_ms, unary_in_a_row_p50_ms, and beside a stream of batches
+// unary_loaded_p50_ms.
 void MeasureRobotLatency(Report& report);
 
 // The Python client beside the C++ client, asking the same batches: python_batch_ratio.
