@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "absl/status/status.h"
+#include "perception/cloud/downsample.h"
 #include "perception/cloud/normals.h"
 #include "perception/cloud/parallel_for.h"
 #include "perception/cloud/quantile.h"
@@ -162,42 +163,49 @@ LevelFrame FindLevelFrame(const MeasuredPoints& measured, const SegmentOptions& 
   return {LevelOrientation(*up, view_C), up_known};
 }
 
-// What is found out about the measured surface once its points have normals.
-struct Surface {
-  std::optional<VoxelGrid> grid;  // of a cloud that is no image
-  std::optional<SurfaceGraph> graph;
-  std::vector<char> crease;  // per node
+// The nodes of the surface: the points of an image, the cells of any other cloud.
+struct Cells {
+  VoxelGrid grid;
+  OrientedPoints nodes;
 };
 
-// Step 1, and who lies beside whom. Turns the points into the level frame: before their cells are
-// made where it is known, so that they are made once.
+// Step 1. Turns the points into the level frame: before their cells are made where it is known, so
+// that they are made once. Cells of a cloud that is no image.
 LevelFrame MeasureSurface(MeasuredPoints& measured, const SegmentOptions& options, const Work& work,
-                          Surface& surface) {
+                          std::optional<Cells>& cells) {
   const bool turn_first = options.R_LC && !measured.organised();
   if (turn_first) Rotate(measured.oriented, *options.R_LC, work);
-  surface.grid = EstimateNormals(measured, work);
+  std::optional<VoxelGrid> grid = EstimateNormals(measured, work);
   options.stage_done("normals");
   work.Poll();
   const LevelFrame level = FindLevelFrame(measured, options, work);
   if (!turn_first) Rotate(measured.oriented, level.R_LC, work);
-  if (surface.grid) {
-    if (!turn_first) {
-      surface.grid = VoxelGrid::Build(measured.oriented.points, surface.grid->edge_m(), work);
-    }
-    surface.graph = SurfaceGraph::OfGrid(measured.oriented, *surface.grid, work);
-  } else {
-    surface.graph = SurfaceGraph::OfImage(measured, work);
-  }
-  surface.crease = ConcaveCreases(*surface.graph, kConcave_rad, work);
+  if (!grid) return level;
+  if (!turn_first) grid = VoxelGrid::Build(measured.oriented.points, grid->edge_m(), work);
+  OrientedPoints nodes = Downsample(measured.oriented, *grid, work);
+  cells = {.grid = *std::move(grid), .nodes = std::move(nodes)};
   return level;
 }
 
+// Which nodes lie beside which, and where the surface bends.
+struct Surface {
+  SurfaceGraph graph;
+  std::vector<char> crease;  // per node
+};
+
+Surface LinkNodes(const MeasuredPoints& measured, const Cells* cells, const Work& work) {
+  Surface surface{cells ? SurfaceGraph::OfGrid(cells->nodes, cells->grid, work)
+                        : SurfaceGraph::OfImage(measured, work),
+                  {}};
+  surface.crease = ConcaveCreases(surface.graph, kConcave_rad, work);
+  return surface;
+}
+
 // Cells of about two pixels.
-SightMap MakeSightMap(const SurfaceGraph& graph, const MeasuredPoints& measured,
-                      const VoxelGrid* grid) {
-  if (!grid) return SightMap(graph.nodes(), 2 * measured.pixel_angle_rad);
+SightMap MakeSightMap(const MeasuredPoints& measured, const Cells* cells) {
+  if (!cells) return SightMap(measured.oriented, 2 * measured.pixel_angle_rad);
   const auto range = static_cast<float>(MeanPoint(measured.oriented).norm());
-  return SightMap(graph.nodes(), 2 * grid->edge_m() / std::max(0.1f, range));
+  return SightMap(cells->nodes, 2 * cells->grid.edge_m() / std::max(0.1f, range));
 }
 
 struct Supports {
@@ -207,11 +215,11 @@ struct Supports {
 
 // Steps 2 to 4: planes and their plates; planes that span no area are dropped. Of a cloud that is
 // no image nobody knows whether it was seen from one place.
-Supports FindSupports(const SurfaceGraph& graph, const CoarseCloud& coarse, const SightMap* sight,
+Supports FindSupports(const OrientedPoints& nodes, const CoarseCloud& coarse, const SightMap* sight,
                       const Work& work) {
   Supports found;
   for (const SupportPlane& plane : FindSupportPlanes(coarse, Vector3::UnitZ(), sight, work)) {
-    for (BoundedSupport& part : BoundSupport(plane, coarse, graph.nodes(), sight)) {
+    for (BoundedSupport& part : BoundSupport(plane, coarse, nodes, sight)) {
       found.planes.push_back(std::move(part.support));
       found.plates.push_back(std::move(part.plate));
     }
@@ -276,25 +284,33 @@ void Collect(const SurfaceGraph& graph, const Pieces& pieces, const Regions& reg
 SegmentedScene SegmentInSteps(MeasuredPoints measured, const SegmentOptions& options,
                               const Work& work) {
   SegmentedScene scene;
-  Surface surface;
-  const LevelFrame level = MeasureSurface(measured, options, work, surface);
+  std::optional<Cells> cells_of_cloud;
+  const LevelFrame level = MeasureSurface(measured, options, work, cells_of_cloud);
   scene.R_LC = level.R_LC;
   scene.up_known = level.up_known;
-  const VoxelGrid* cells = surface.grid ? &*surface.grid : nullptr;
-  const SurfaceGraph& graph = *surface.graph;
+  const Cells* cells = cells_of_cloud ? &*cells_of_cloud : nullptr;
+  const OrientedPoints& nodes = cells ? cells->nodes : measured.oriented;
+
+  // The supports need no links, and the links no supports.
+  std::optional<Surface> surface;
   std::optional<CoarseCloud> coarse_cloud;
   std::optional<SightMap> sight_map;
-  DoBoth(
-      work, [&] { coarse_cloud = MakeCoarseCloud(graph.nodes(), work); },
-      [&] { sight_map = MakeSightMap(graph, measured, cells); });
+  Supports supports;
+  const auto find_supports = [&] {
+    DoBoth(
+        work, [&] { coarse_cloud = MakeCoarseCloud(nodes, work); },
+        [&] { sight_map = MakeSightMap(measured, cells); });
+    supports = FindSupports(nodes, *coarse_cloud, cells ? nullptr : &*sight_map, work);
+  };
+  DoBoth(work, find_supports, [&] { surface = LinkNodes(measured, cells, work); });
+  const SurfaceGraph& graph = surface->graph;
   const CoarseCloud& coarse = *coarse_cloud;
   const SightMap& sight = *sight_map;
-  Supports supports = FindSupports(graph, coarse, cells ? nullptr : &sight, work);
   options.stage_done("supports");
   work.Poll();
 
   // Step 5: what stands on them.
-  Pieces pieces = CutIntoPieces(graph, surface.crease, coarse, supports.planes, work);
+  Pieces pieces = CutIntoPieces(graph, surface->crease, coarse, supports.planes, work);
   options.stage_done("clusters");
   work.Poll();
   pieces = JoinPieces(graph, std::move(pieces), sight, work);
@@ -303,7 +319,7 @@ SegmentedScene SegmentInSteps(MeasuredPoints measured, const SegmentOptions& opt
   if (options.clustering == Clustering::kNone) MergeOnSupports(regions);
   options.stage_done("split");
 
-  Collect(graph, pieces, regions, std::move(supports), cells, scene);
+  Collect(graph, pieces, regions, std::move(supports), cells ? &cells->grid : nullptr, scene);
   BoundStructures(graph, coarse, regions, cells ? nullptr : &sight, work, scene);
   if (cells == nullptr) scene.sight = *std::move(sight_map);
   scene.points = std::move(measured.oriented);

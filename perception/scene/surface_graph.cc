@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <numeric>
 
-#include "perception/cloud/downsample.h"
 #include "perception/cloud/normals.h"
 #include "perception/cloud/parallel_for.h"
 
@@ -91,12 +90,11 @@ SurfaceGraph SurfaceGraph::OfImage(const MeasuredPoints& measured, const Work& w
   return graph;
 }
 
-SurfaceGraph SurfaceGraph::OfGrid(const OrientedPoints& points, const VoxelGrid& grid,
+SurfaceGraph SurfaceGraph::OfGrid(const OrientedPoints& nodes, const VoxelGrid& grid,
                                   const Work& work) {
   SurfaceGraph graph;
   graph.grid_ = &grid;
-  graph.own_nodes_ = std::make_shared<OrientedPoints>(Downsample(points, grid, work));
-  graph.nodes_ = graph.own_nodes_.get();
+  graph.nodes_ = &nodes;
   graph.range_m_ = Ranges(*graph.nodes_, work);
   graph.LinkCells(work);
   return graph;

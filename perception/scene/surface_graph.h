@@ -27,8 +27,9 @@ class SurfaceGraph {
   // Of an organised cloud: nodes are its points. `measured` must outlive the graph, and may be
   // turned meanwhile: who is linked does not depend on the frame.
   static SurfaceGraph OfImage(const MeasuredPoints& measured, const Work& work);
-  // Of any cloud: nodes are the cells of the grid.
-  static SurfaceGraph OfGrid(const OrientedPoints& points, const VoxelGrid& grid, const Work& work);
+  // Of any cloud: nodes are the cells of the grid, as Downsample makes them. Both must outlive the
+  // graph.
+  static SurfaceGraph OfGrid(const OrientedPoints& nodes, const VoxelGrid& grid, const Work& work);
 
   const OrientedPoints& nodes() const { return *nodes_; }
   std::size_t size() const { return nodes_->size(); }
@@ -73,7 +74,6 @@ class SurfaceGraph {
   std::shared_ptr<const SurfacePlanes> planes_;  // of an image
   const VoxelGrid* grid_ = nullptr;              // of a grid
   const OrientedPoints* nodes_ = nullptr;
-  std::shared_ptr<OrientedPoints> own_nodes_;  // of a grid
   std::vector<float> range_m_;
   std::vector<std::uint8_t> beside_;         // of an image: bit k per node, linked to kBeside[k]
   std::vector<char> at_step_;                // of an image, per node

@@ -6,6 +6,7 @@
 #include <functional>
 #include <numbers>
 
+#include "perception/cloud/downsample.h"
 #include "perception/scene/join_hidden.h"
 #include "perception/scene/join_pieces.h"
 #include "perception/scene/join_vessels.h"
@@ -261,7 +262,8 @@ class Cells {
   // The object of each piece, in the order in which they were added.
   std::vector<std::int32_t> Join() const {
     const VoxelGrid grid = VoxelGrid::Build(points_.points, kCell_m);
-    const SurfaceGraph graph = SurfaceGraph::OfGrid(points_, grid, kUnbounded);
+    const OrientedPoints nodes = Downsample(points_, grid, kUnbounded);
+    const SurfaceGraph graph = SurfaceGraph::OfGrid(nodes, grid, kUnbounded);
     Pieces pieces;
     for (std::size_t c = 0; c < grid.size(); ++c) {
       pieces.of_node.push_back(piece_of_point_[grid.PointsOf(c)[0]]);

@@ -6,6 +6,8 @@
 #include <numeric>
 #include <optional>
 
+#include "perception/cloud/downsample.h"
+
 namespace cwm::perception {
 namespace {
 
@@ -70,7 +72,8 @@ class TableScene {
 
   Regions Form() const {
     const VoxelGrid grid = VoxelGrid::Build(points_.points, kCell_m);
-    const SurfaceGraph graph = SurfaceGraph::OfGrid(points_, grid, kUnbounded);
+    const OrientedPoints nodes = Downsample(points_, grid, kUnbounded);
+    const SurfaceGraph graph = SurfaceGraph::OfGrid(nodes, grid, kUnbounded);
     const CoarseCloud coarse = MakeCoarseCloud(graph.nodes());
     Pieces pieces{.of_node = {}, .support_count = 1, .piece_count = 3, .patch_of = {}};
     for (std::size_t c = 0; c < grid.size(); ++c) {
