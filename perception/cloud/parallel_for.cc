@@ -5,6 +5,7 @@
 #include <exception>
 #include <mutex>
 #include <thread>
+#include <utility>
 #include <vector>
 
 namespace cwm::perception {
@@ -13,6 +14,7 @@ namespace {
 // One loop while it runs: its threads that have no more of its ranges to take, which loops within its
 // bodies may have.
 struct Loop {
+  Loop* const around;  // of which this one is in a body; null for none
   std::atomic<int> free_threads{0};
 };
 thread_local Loop* around = nullptr;  // of which this thread runs a body
@@ -28,18 +30,18 @@ class InBodyOf {
   Loop* const before_ = around;
 };
 
-// Free threads of the loop around, given back at the end.
+// Free threads of the loops around, the innermost first, given back at the end.
 class Claim {
  public:
-  Claim(Loop* loop, int most) : loop_(loop) {
-    if (!loop_) return;
-    int free = loop_->free_threads;
-    do {
-      count_ = std::clamp(most, 0, free);
-    } while (!loop_->free_threads.compare_exchange_weak(free, free - count_));
+  Claim(Loop* innermost, int most) {
+    for (Loop* loop = innermost; loop != nullptr && count_ < most; loop = loop->around) {
+      const int taken = TakeFrom(*loop, most - count_);
+      if (taken > 0) taken_.emplace_back(loop, taken);
+      count_ += taken;
+    }
   }
   ~Claim() {
-    if (loop_) loop_->free_threads += count_;
+    for (const auto& [loop, count] : taken_) loop->free_threads += count;
   }
   Claim(const Claim&) = delete;
   Claim& operator=(const Claim&) = delete;
@@ -47,7 +49,15 @@ class Claim {
   int count() const { return count_; }
 
  private:
-  Loop* const loop_;
+  static int TakeFrom(Loop& loop, int most) {
+    int free = loop.free_threads, taken = 0;
+    do {
+      taken = std::clamp(most, 0, free);
+    } while (!loop.free_threads.compare_exchange_weak(free, free - taken));
+    return taken;
+  }
+
+  std::vector<std::pair<Loop*, int>> taken_;
   int count_ = 0;
 };
 
@@ -65,7 +75,7 @@ void ParallelFor(std::size_t count, std::size_t range_size, const Work& work,
   const int useful = static_cast<int>(std::min(ranges, static_cast<std::size_t>(work.Threads())));
   const Claim claimed(around, useful - 1);
   const int helpers = around ? claimed.count() : useful - 1;
-  Loop loop;
+  Loop loop{.around = around};
   std::atomic<std::size_t> next{0};
   std::exception_ptr first_failure;
   std::mutex failure_mutex;

@@ -13,9 +13,9 @@ namespace cwm::perception {
 // run in any order: a body must write only what belongs to its own range, and then the result does
 // not depend on the number of threads. Polls before each range: a range should take at most about a
 // millisecond, or its body poll as well. A loop within the body of another one runs on that body's
-// thread and on those that the other one has no more ranges for: there are never more threads than
-// the outermost loop was given. The first exception of a body, Stopped among them, ends the loop and
-// is rethrown.
+// thread and on those that the loops around it have no more ranges for: there are never more threads
+// than the outermost loop was given. The first exception of a body, Stopped among them, ends the loop
+// and is rethrown.
 void ParallelFor(std::size_t count, std::size_t range_size, const Work& work,
                  const std::function<void(std::size_t begin, std::size_t end)>& body);
 

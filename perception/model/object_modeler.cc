@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "perception/cloud/parallel_for.h"
 #include "perception/model/box_sigma.h"
 #include "perception/model/explain.h"
 #include "perception/model/extraction.h"
@@ -108,10 +109,18 @@ ObjectModel ModelObject(const OrientedPoints& points, const std::optional<Pose>&
   const Ground ground_L = GroundOf(X_LSupport, Vector3::Zero());
   const FitContext context = searched.Context(noise, options, work, passing);
   Assembly assembly = AssembleSolids(ExtractShapes(context), context, searched.ground);
-  PreferOneSolid(context, assembly);
-  const bool is_parted = PreferPartedSolids(context, assembly);
-  std::optional<Vessel> vessel =
-      SearchesAny(options) && !is_parted ? Vessel::Find(points, work) : std::nullopt;
+  std::optional<Vessel> vessel;
+  bool is_parted = false;
+  DoBoth(
+      work,
+      [&] {
+        PreferOneSolid(context, assembly);
+        is_parted = PreferPartedSolids(context, assembly);
+      },
+      [&] {
+        if (SearchesAny(options)) vessel = Vessel::Find(points, work);
+      });
+  if (is_parted) vessel.reset();
   if (vessel) PreferShells(vessel->walls(), context, assembly);
   model.notes = std::move(assembly.notes);
   model.shapes = InLevelFrame(std::move(assembly.solids), context);

@@ -2,15 +2,18 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <bitset>
 #include <cmath>
 #include <limits>
 #include <numbers>
 #include <numeric>
 #include <optional>
+#include <span>
 #include <utility>
 
 #include "collision/geometry/polygon.h"
+#include "perception/cloud/parallel_for.h"
 #include "perception/model/free_space.h"
 #include "perception/model/one_solid.h"
 
@@ -181,7 +184,7 @@ class Parting {
       for (std::uint32_t i : open) {
         sides[cut.normal.dot(plan_.At(i)) > cut.offset_m ? 1 : 0].members.push_back(i);
       }
-      for (Part& side : sides) side.fit = FitOf(side.members);
+      FitEach(sides);
       if (sides[0].fit && sides[1].fit) {
         const double value = ValueOf({sides[0].fit->solid, sides[1].fit->solid}, open);
         if (value < best_value - kDecisive) {  // cuts that leave less come first
@@ -217,6 +220,13 @@ class Parting {
     for (std::uint32_t i : open) (IsOn(part, i) ? part.members : rest).push_back(i);
     open = std::move(rest);
     return part;
+  }
+
+  // Each by itself, in parallel.
+  void FitEach(std::span<Part> parts) {
+    ParallelFor(parts.size(), 1, c_.work, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t k = begin; k < end; ++k) parts[k].fit = FitOf(parts[k].members);
+    });
   }
 
   std::optional<WholeFit> FitOf(Members members) {
@@ -270,8 +280,11 @@ class Parting {
       members[static_cast<std::size_t>(nearest)].push_back(i);
     }
     for (Members& of_part : members) std::ranges::sort(of_part);
+    std::vector<Part> anew;
+    for (Members& of_part : members) anew.push_back({std::move(of_part), {}});
+    FitEach(anew);
     for (std::size_t k = 0; k < parts.size(); ++k) {
-      if (auto fit = FitOf(members[k])) parts[k] = {std::move(members[k]), std::move(fit)};
+      if (anew[k].fit) parts[k] = std::move(anew[k]);
     }
     return parts;
   }
@@ -299,7 +312,7 @@ class Parting {
   const FitContext& c_;
   const Plan plan_;
   const FreeRays few_ = FewOf(c_.free);  // while parts are sought
-  int fits_ = 0;
+  std::atomic<int> fits_ = 0;
 };
 
 // Per point: whether it lies on one of them.

@@ -118,22 +118,47 @@ TEST(ParallelFor, LeavesItsThreadsToTheLoopWithinWhereThereIsOneRange) {
   EXPECT_EQ(threads, 2);
 }
 
-TEST(ParallelFor, TakesTheThreadThatTheLoopAroundHasNoMoreRangesFor) {
-  const Work work{.max_threads = 2};
+// Loops until two threads have run one: forever where there is only one.
+void LoopUntilTwoThreadsRan(const Work& work) {
   std::mutex mutex;
   std::set<std::thread::id> seen;
+  for (bool both = false; !both;) {
+    ParallelFor(100, 1, work, [&](std::size_t, std::size_t) {
+      const std::lock_guard lock(mutex);
+      seen.insert(std::this_thread::get_id());
+      both = seen.size() == 2;
+    });
+  }
+}
+
+TEST(ParallelFor, TakesTheThreadThatTheLoopAroundHasNoMoreRangesFor) {
+  const Work work{.max_threads = 2};
+  bool taken = false;
   ParallelFor(2, 1, work, [&](std::size_t begin, std::size_t) {
     if (begin == 0) return;  // the thread of this range soon has none
-    bool both = false;
-    while (!both) {
-      ParallelFor(100, 1, work, [&](std::size_t, std::size_t) {
-        const std::lock_guard lock(mutex);
-        seen.insert(std::this_thread::get_id());
-        both = seen.size() == 2;
-      });
-    }
+    LoopUntilTwoThreadsRan(work);
+    taken = true;
   });
-  EXPECT_EQ(seen.size(), 2u);
+  EXPECT_TRUE(taken);
+}
+
+TEST(ParallelFor, TakesTheThreadOfALoopFartherOutOnceThatHasNoMoreRanges) {
+  const Work work{.max_threads = 2};
+  std::atomic<bool> is_inside{false};
+  bool taken = false;
+  ParallelFor(2, 1, work, [&](std::size_t begin, std::size_t) {
+    if (begin == 0) {  // keeps its thread from the loop in the middle
+      while (!is_inside) std::this_thread::yield();
+      return;
+    }
+    ParallelFor(2, 1, work, [&](std::size_t middle, std::size_t) {
+      is_inside = true;
+      if (middle == 1) return;
+      LoopUntilTwoThreadsRan(work);
+      taken = true;
+    });
+  });
+  EXPECT_TRUE(taken);
 }
 
 TEST(ParallelFor, GivesThreadsBackToTheLoopAroundAfterAnException) {
