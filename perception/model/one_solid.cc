@@ -8,6 +8,7 @@
 
 #include "collision/geometry/aabb.h"
 #include "collision/geometry/signed_distance.h"
+#include "perception/cloud/parallel_for.h"
 #include "perception/model/free_space.h"
 #include "perception/model/model_selection.h"
 #include "perception/model/observed.h"
@@ -194,19 +195,22 @@ std::optional<Solid> Replacement(const Solid& solid, const FitContext& c) {
 // Each of several solids by itself: things that touch may be one object.
 void PreferOneSolidEach(const FitContext& c, std::vector<Solid>& solids) {
   const auto members = PointsPerSolid(solids, c.points);
-  for (std::size_t k = 0; k < solids.size(); ++k) {
+  const auto prefer_one = [&](std::size_t k) {
     const ModelPoints own = Subset(c.points, members[k]);
-    if (static_cast<double>(own.size()) * own.weight < c.options.min_inliers) continue;
+    if (static_cast<double>(own.size()) * own.weight < c.options.min_inliers) return;
     const FitContext alone{own,       c.octree, c.connectivity, c.noise,
                            c.options, c.work,   c.ground,       c.free};
     Solid solid = solids[k];
     solid.inliers.resize(members[k].size());
     std::iota(solid.inliers.begin(), solid.inliers.end(), std::uint32_t{0});
     std::optional<Solid> better = Replacement(solid, alone);
-    if (!better) continue;
+    if (!better) return;
     for (std::uint32_t& i : better->inliers) i = members[k][i];
     if (!IsCrossed(*better, c)) solids[k] = *std::move(better);
-  }
+  };
+  ParallelFor(solids.size(), 1, c.work, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) prefer_one(k);
+  });
 }
 
 }  // namespace
