@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <utility>
 
@@ -41,7 +42,7 @@ constexpr double kMostShared = 0.25;
 constexpr int kPlacesPerSide = 6;
 
 double PriorOf(WholeKind kind) {
-  if (kind == WholeKind::kLeaningCylinder) return kUprightPrior;
+  if (kind == WholeKind::kLeaningCylinder || kind == WholeKind::kTiltedBox) return kUprightPrior;
   return Lies(kind) ? kLyingPrior : 0;
 }
 
@@ -271,10 +272,13 @@ std::optional<WholeFit> BetterSolid(const FitContext& context, const std::vector
   std::vector<Solid> known = solids;
   // What to beat: the solids as they are, and the best whole one of the kind that they are already.
   const Account assembled = AccountOf(AnyOverlap(solids) ? std::vector<Solid>() : solids, context);
-  double rival = assembled.value - kPositive;
+  const double rival = assembled.value - kPositive;
   Account hopeful = assembled;  // what a start must come near to
   std::optional<WholeFit> best, same;
   double best_value = rival, same_value = rival;
+  // Of its kind, what another kind must do better than: clearly, unless that is the simpler one.
+  double incumbent_value = std::numeric_limits<double>::infinity();
+  Eigen::Index incumbent_parameters = 0;
   for (WholeKind kind :
        {WholeKind::kBall, WholeKind::kUprightCylinder, WholeKind::kUprightCone,
         WholeKind::kLyingCylinder, WholeKind::kLyingCone, WholeKind::kLeaningCylinder,
@@ -285,7 +289,10 @@ std::optional<WholeFit> BetterSolid(const FitContext& context, const std::vector
     known.push_back(fit->solid);  // a cone may grow out of a cylinder
     const double value = fit->value + PriorOf(kind);
     if (IsAlready(solids, fit->solid.shape)) {
-      if (HasWorthySlope(*fit)) rival = std::min(rival, value - kPositive);
+      if (HasWorthySlope(*fit) && value < incumbent_value) {
+        incumbent_value = value;
+        incumbent_parameters = fit->parameters.size();
+      }
       if (!same || value < same_value) same = std::move(fit), same_value = value;
       continue;
     }
@@ -294,7 +301,10 @@ std::optional<WholeFit> BetterSolid(const FitContext& context, const std::vector
       best = std::move(fit), best_value = value;
     }
   }
-  if (best_value < rival) return best;
+  if (best) {
+    const bool is_simpler = best->parameters.size() < incumbent_parameters;
+    if (best_value < incumbent_value - (is_simpler ? 0 : kPositive)) return best;
+  }
   if (same && same_value < kMuchBetter * assembled.value && IsCredible(*same, context)) return same;
   return std::nullopt;
 }
