@@ -129,6 +129,27 @@ bool IsCredible(const WholeFit& fit, const FitContext& c) {
          SeenShare(fit.solid, c) >= LeastSeen(fit.kind);
 }
 
+int DegreesOfFreedom(const std::vector<Solid>& solids) {
+  int sum = 0;
+  for (const Solid& solid : solids) sum += DegreesOfFreedom(solid.shape);
+  return sum;
+}
+
+struct Valued {
+  WholeFit fit;
+  double value = 0;  // with its kind's prior
+};
+
+// What a fit must do better than: clearly, unless the fit is the simpler one.
+struct Rival {
+  double value = std::numeric_limits<double>::infinity();
+  int parameters = 0;
+
+  bool IsBeatenBy(const WholeFit& fit, double its_value) const {
+    return its_value < value - (fit.parameters.size() < parameters ? 0 : kPositive);
+  }
+};
+
 bool IsAlready(const std::vector<Solid>& solids, const Shape& shape) {
   return solids.size() == 1 && KindOf(solids.front().shape) == KindOf(shape);
 }
@@ -263,22 +284,17 @@ bool LooksFlat(const Solid& solid, const FitContext& c) {
 }
 
 Account AccountOf(const std::vector<Solid>& solids, const FitContext& c) {
-  int parameters = 0;
-  for (const Solid& solid : solids) parameters += DegreesOfFreedom(solid.shape);
-  return AccountOf(solids, parameters, c);
+  return AccountOf(solids, DegreesOfFreedom(solids), c);
 }
 
 std::optional<WholeFit> BetterSolid(const FitContext& context, const std::vector<Solid>& solids) {
   std::vector<Solid> known = solids;
   // What to beat: the solids as they are, and the best whole one of the kind that they are already.
   const Account assembled = AccountOf(AnyOverlap(solids) ? std::vector<Solid>() : solids, context);
-  const double rival = assembled.value - kPositive;
+  const Rival as_they_are{assembled.value, DegreesOfFreedom(solids)};
+  Rival of_same_kind;
   Account hopeful = assembled;  // what a start must come near to
-  std::optional<WholeFit> best, same;
-  double best_value = rival, same_value = rival;
-  // Of its kind, what another kind must do better than: clearly, unless that is the simpler one.
-  double incumbent_value = std::numeric_limits<double>::infinity();
-  Eigen::Index incumbent_parameters = 0;
+  std::optional<Valued> best, same;
   for (WholeKind kind :
        {WholeKind::kBall, WholeKind::kUprightCylinder, WholeKind::kUprightCone,
         WholeKind::kLyingCylinder, WholeKind::kLyingCone, WholeKind::kLeaningCylinder,
@@ -289,23 +305,22 @@ std::optional<WholeFit> BetterSolid(const FitContext& context, const std::vector
     known.push_back(fit->solid);  // a cone may grow out of a cylinder
     const double value = fit->value + PriorOf(kind);
     if (IsAlready(solids, fit->solid.shape)) {
-      if (HasWorthySlope(*fit) && value < incumbent_value) {
-        incumbent_value = value;
-        incumbent_parameters = fit->parameters.size();
+      if (HasWorthySlope(*fit) && value < of_same_kind.value) {
+        of_same_kind = {value, static_cast<int>(fit->parameters.size())};
       }
-      if (!same || value < same_value) same = std::move(fit), same_value = value;
+      if (!same || value < same->value) same = Valued{*std::move(fit), value};
       continue;
     }
-    if (value < best_value && IsCredible(*fit, context)) {
+    if (best && value >= best->value) continue;
+    if (as_they_are.IsBeatenBy(*fit, value) && IsCredible(*fit, context)) {
       hopeful.loss = std::min(hopeful.loss, fit->loss);
-      best = std::move(fit), best_value = value;
+      best = Valued{*std::move(fit), value};
     }
   }
-  if (best) {
-    const bool is_simpler = best->parameters.size() < incumbent_parameters;
-    if (best_value < incumbent_value - (is_simpler ? 0 : kPositive)) return best;
+  if (best && of_same_kind.IsBeatenBy(best->fit, best->value)) return std::move(best->fit);
+  if (same && same->value < kMuchBetter * assembled.value && IsCredible(same->fit, context)) {
+    return std::move(same->fit);
   }
-  if (same && same_value < kMuchBetter * assembled.value && IsCredible(*same, context)) return same;
   return std::nullopt;
 }
 
