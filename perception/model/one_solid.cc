@@ -41,9 +41,18 @@ constexpr double kLeastSeenUpright = 0.07;
 constexpr double kMostShared = 0.25;
 constexpr int kPlacesPerSide = 6;
 
-double PriorOf(WholeKind kind) {
-  if (kind == WholeKind::kLeaningCylinder || kind == WholeKind::kTiltedBox) return kUprightPrior;
-  return Lies(kind) ? kLyingPrior : 0;
+double PriorOf(const WholeFit& fit) {
+  switch (fit.kind) {
+    case WholeKind::kLeaningCylinder:
+    case WholeKind::kTiltedBox:
+      return kUprightPrior;
+    case WholeKind::kUprightBox: {
+      const Vector3& size_m = std::get<Box>(fit.solid.shape).size_m;
+      return size_m.head<2>().maxCoeff() > size_m.z() ? kLyingPrior : 0;
+    }
+    default:
+      return Lies(fit.kind) ? kLyingPrior : 0;
+  }
 }
 
 bool IsSought(WholeKind kind, const ModelerOptions& options) {
@@ -303,7 +312,7 @@ std::optional<WholeFit> BetterSolid(const FitContext& context, const std::vector
     std::optional<WholeFit> fit = FitWhole(kind, known, hopeful, context);
     if (!fit) continue;
     known.push_back(fit->solid);  // a cone may grow out of a cylinder
-    const double value = fit->value + PriorOf(kind);
+    const double value = fit->value + PriorOf(*fit);
     if (IsAlready(solids, fit->solid.shape)) {
       if (HasWorthySlope(*fit) && value < of_same_kind.value) {
         of_same_kind = {value, static_cast<int>(fit->parameters.size())};
@@ -327,7 +336,7 @@ std::optional<WholeFit> BetterSolid(const FitContext& context, const std::vector
 std::optional<WholeFit> FittedAnew(const WholeFit& fit, const FitContext& context) {
   const Account none = AccountOf({}, context);
   std::optional<WholeFit> anew = FitWhole(fit.kind, {fit.solid}, none, context);
-  if (!anew || anew->value + PriorOf(anew->kind) >= none.value - kPositive ||
+  if (!anew || anew->value + PriorOf(*anew) >= none.value - kPositive ||
       !IsCredible(*anew, context)) {
     return std::nullopt;
   }
