@@ -41,6 +41,8 @@ constexpr double kLeastSeenUpright = 0.07;
 constexpr double kMostShared = 0.25;
 constexpr int kPlacesPerSide = 6;
 
+// Boxes are held to the same as what is round: else a rod that leans or lies would be a box wherever
+// both fit it.
 double PriorOf(const WholeFit& fit) {
   switch (fit.kind) {
     case WholeKind::kLeaningCylinder:
