@@ -308,29 +308,31 @@ CurvedEvidence MeasureEvidence(const ConeModel& cone, const ShapeFit& fit,
   return EvidenceOf(cone.radius_m, Quantile(angles, 0.97) - Quantile(angles, 0.03));
 }
 
-bool IsSignificant(const CurvedEvidence& e, double sigma_m, double independent_samples) {
+bool IsSignificant(const CurvedEvidence& e, double sigma_m, double independent_samples,
+                   double least_sigma) {
   // The curvature that noise makes of a flat patch has a standard deviation of 26.8 sigma /
   // (sqrt(n) L^2): of a parabola fitted to n points spread evenly over the chord L, 2 sqrt(180).
   const double flat_curvature =
-      4 * kFlatCurvature * sigma_m /
+      least_sigma * kFlatCurvature * sigma_m /
       (std::sqrt(std::max(1.0, independent_samples)) * e.chord_m * e.chord_m);
   return 1 / e.radius_m > flat_curvature && e.sagitta_m > 0.001 + 0.5 * sigma_m &&
          e.arc_rad >= kLeastArc_rad;
 }
 
-bool IsSignificantlyCurved(const ShapeFit& fit, const FitContext& context) {
+bool IsSignificantlyCurved(const ShapeFit& fit, const FitContext& context, double least_sigma) {
   double sigma_m = 0;
   for (std::uint32_t i : fit.inliers) sigma_m += context.points.sigma_m[i];
   sigma_m /= static_cast<double>(fit.inliers.size());
   const double samples = context.IndependentSamples(fit.inliers.size());
   if (const auto* sphere = std::get_if<SphereModel>(&fit.model)) {
-    return IsSignificant(MeasureEvidence(*sphere, fit, context), sigma_m, samples);
+    return IsSignificant(MeasureEvidence(*sphere, fit, context), sigma_m, samples, least_sigma);
   }
   if (const auto* cylinder = std::get_if<CylinderModel>(&fit.model)) {
-    return IsSignificant(MeasureEvidence(cylinder->AsCone(), fit, context), sigma_m, samples);
+    return IsSignificant(MeasureEvidence(cylinder->AsCone(), fit, context), sigma_m, samples,
+                         least_sigma);
   }
   if (const auto* cone = std::get_if<ConeModel>(&fit.model)) {
-    return IsSignificant(MeasureEvidence(*cone, fit, context), sigma_m, samples);
+    return IsSignificant(MeasureEvidence(*cone, fit, context), sigma_m, samples, least_sigma);
   }
   return true;
 }

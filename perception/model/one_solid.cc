@@ -27,6 +27,7 @@ constexpr double kMuchBetter = 0.6;
 constexpr double kPositive = 3;  // evidence, as kDecisive is (Kass and Raftery 1995)
 // Twice the logarithm of how many things stand for each that lies on its side; chosen.
 constexpr double kLyingPrior = 4;
+constexpr double kTurned_rad = 0.1;  // farther from upright or level, an assembled solid leans
 // Of the rays beside and behind: mixed pixels, and silhouettes that are 2 mm off. Thin boxes hold
 // none of them deep, but are as wide as their outermost points.
 constexpr double kMostPassed = 0.2;
@@ -36,6 +37,9 @@ constexpr double kLeastSeen = 0.1;
 // Of an upright cylinder that is seen from above little but its top is, which tells all but its
 // height; the ground tells that.
 constexpr double kLeastSeenUpright = 0.07;
+// Of the curvature that noise gives flat patches: a strip of a rod needs less than a patch that is
+// found by itself, as the criterion has compared the whole rod with boxes.
+constexpr double kLeastCurved_sigma = 2;
 // Of a solid's volume, sampled at so many places a side, that may lie deep in another: solids of
 // things that touch share less.
 constexpr double kMostShared = 0.25;
@@ -55,6 +59,25 @@ double PriorOf(const WholeFit& fit) {
     default:
       return Lies(fit.kind) ? kLyingPrior : 0;
   }
+}
+
+// Of one that was assembled.
+double PriorOf(const Solid& solid, const Vector3& up) {
+  const Vector3 rise = solid.X_MS.linear().transpose() * up;  // of its axes, as sines
+  if (const auto* box = std::get_if<Box>(&solid.shape)) {
+    Eigen::Index upright = 0;
+    if (rise.cwiseAbs().maxCoeff(&upright) < std::cos(kTurned_rad)) return kUprightPrior;
+    return box->size_m.maxCoeff() > box->size_m(upright) ? kLyingPrior : 0;
+  }
+  double slope = 0;
+  if (const auto* cone = std::get_if<Cone>(&solid.shape)) {
+    slope = (cone->radius_top_m - cone->radius_bottom_m) / cone->length_m;
+  } else if (!std::holds_alternative<Cylinder>(solid.shape)) {
+    return 0;
+  }
+  if (std::abs(rise.z()) > std::cos(kTurned_rad)) return 0;
+  const double leans_rad = std::abs(std::asin(std::clamp(rise.z(), -1.0, 1.0)) - std::atan(slope));
+  return leans_rad > kTurned_rad ? kUprightPrior : kLyingPrior;
 }
 
 bool IsSought(WholeKind kind, const ModelerOptions& options) {
@@ -118,7 +141,7 @@ bool LooksCurved(const Solid& solid, const FitContext& c) {
   for (std::uint32_t i : solid.inliers) {
     if (std::abs(Distance_m(*model, c.points.p[i])) <= c.points.gate_m[i]) fit.inliers.push_back(i);
   }
-  return !fit.inliers.empty() && IsSignificantlyCurved(fit, c);
+  return !fit.inliers.empty() && IsSignificantlyCurved(fit, c, kLeastCurved_sigma);
 }
 
 double SeenShare(const Solid& solid, const FitContext& c) {
@@ -302,7 +325,8 @@ std::optional<WholeFit> BetterSolid(const FitContext& context, const std::vector
   std::vector<Solid> known = solids;
   // What to beat: the solids as they are, and the best whole one of the kind that they are already.
   const Account assembled = AccountOf(AnyOverlap(solids) ? std::vector<Solid>() : solids, context);
-  const Rival as_they_are{assembled.value, DegreesOfFreedom(solids)};
+  const double prior = solids.size() == 1 ? PriorOf(solids.front(), context.ground.up) : 0;
+  const Rival as_they_are{assembled.value + prior, DegreesOfFreedom(solids)};
   Rival of_same_kind;
   Account hopeful = assembled;  // what a start must come near to
   std::optional<Valued> best, same;

@@ -36,6 +36,8 @@ constexpr double kStep = 1e-6;              // metres or radians, of numerical d
 constexpr double kFarAway_sigma = 1e6;      // from no solid at all
 // One standard deviation: half of the cups have half angles below 6 degrees where nothing tells.
 constexpr double kSlopeSpread = 0.15;
+constexpr double kMostBeyond =
+    3;  // radii of a rod beyond its points: it may show little but an end
 constexpr double kWorthMoving = 2;  // of the criterion: rays that a fit without them runs across
 constexpr double kNear_m = 0.02;    // of rays to a fit: steps that rays cause are smaller
 
@@ -346,6 +348,33 @@ void EndAtPoints(const ModelPoints& points, const PointsOnGround& on_ground, Who
   if (fit.kind == WholeKind::kTiltedBox) fit.parameters(2) = at_G.z();
 }
 
+// Nothing pulls at an end that no point shows: what lies or leans ends at its points where it would
+// reach farther beyond them than what hides behind an end is likely to. What leans starts on the ground.
+void EndNearPoints(const ModelPoints& points, const PointsOnGround& on_ground,
+                   const ModelerOptions& options, WholeFit& fit) {
+  const bool leans = fit.kind == WholeKind::kLeaningCylinder;
+  if ((!leans && !Lies(fit.kind)) || fit.solid.inliers.empty()) return;
+  const Eigen::Index radius = leans ? 4 : 3, length = radius + 1;
+  const Vector3 axis = fit.solid.X_MS.linear().col(2);
+  const double half_m = 0.5 * fit.parameters(length), at_m = axis.dot(fit.solid.X_MS.translation());
+  const double most_m = kMostBeyond * fit.parameters(radius);
+  const Interval shown = ExtentAlong(axis, points, fit.solid.inliers);
+  const double low_m = shown.low_m - at_m, high_m = shown.high_m - at_m;
+  const bool low_ends = leans || low_m + half_m <= most_m, high_ends = half_m - high_m <= most_m;
+  if (low_ends && high_ends) return;
+  const double from_m = low_ends ? -half_m : low_m, to_m = high_ends ? half_m : high_m;
+  const double shift_m = 0.5 * (from_m + to_m);
+  WholeParameters x = fit.parameters;
+  x.head<2>() += shift_m * (on_ground.X_MG.linear().transpose() * axis).head<2>();
+  x(radius) += SlopeOf(fit.kind, x) * shift_m;
+  x(length) = to_m - from_m;
+  if (!IsValid(fit.kind, x, options)) return;
+  const WholeSolid placed = Place(fit.kind, x);
+  fit.parameters = x;
+  fit.solid.X_MS = on_ground.X_MG * placed.X_GS;
+  fit.solid.shape = placed.shape;
+}
+
 // From `at`, whose residuals need not be known yet. Nothing where it leaves too many points aside.
 std::optional<WholeFit> Converged(WholeKind kind, Minimum at, const Evidence& evidence,
                                   const FitContext& c) {
@@ -362,6 +391,7 @@ std::optional<WholeFit> Converged(WholeKind kind, Minimum at, const Evidence& ev
   fit.solid.shape = placed.shape;
   fit.solid.inliers = InliersOf(fit.solid, c.points);
   EndAtPoints(c.points, evidence.points, fit);
+  EndNearPoints(c.points, evidence.points, c.options, fit);
   const auto points = static_cast<Eigen::Index>(evidence.points.p_G.size());
   const double unlikely = at.residuals.tail<1>()(0);
   const Misfit misfit = MisfitOf(placed, at.residuals.head(points), evidence.points);
