@@ -15,6 +15,8 @@
 #include "perception/describe_support.h"
 #include "perception/join_modelled.h"
 #include "perception/model_thing.h"
+#include "perception/order_things.h"
+#include "perception/part_standing.h"
 #include "perception/release_standing.h"
 #include "perception/scene/segment_scene.h"
 
@@ -218,6 +220,8 @@ absl::StatusOr<SceneInterpretation> Interpret(const PointCloud& cloud,
   // Steps 6 and 7: shapes, and triangulated surfaces for what they leave.
   DescribedScene described = DescribeScene(*scene, X_WL, options, work);
   JoinModelled(options, work, *scene, described.things);
+  StandAsModelled(described.things, *scene);
+  PartStanding(options, work, *scene, described.things);
   ReleaseStanding(options, work, *scene, described.things);
   for (std::size_t t = 0; t < described.things.size(); ++t) {
     CutRoundedRims(*scene, t, described.things[t], work);

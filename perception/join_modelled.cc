@@ -56,14 +56,6 @@ double MisfitOf(const ModelledThing& thing, const Points& points, const Oriented
   return sum / static_cast<double>(points.size());
 }
 
-// That accounts for so much of the points.
-bool IsOneSolid(const std::vector<ShapePart>& shapes,
-                const std::vector<std::int32_t>& part_of_point, double least_explained) {
-  const auto explained = std::ranges::count(part_of_point, 0);
-  return shapes.size() == 1 && static_cast<double>(explained) >=
-                                   least_explained * static_cast<double>(part_of_point.size());
-}
-
 class Joiner {
  public:
   Joiner(const InterpretOptions& options, const Work& work, SegmentedScene& scene,

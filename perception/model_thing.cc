@@ -173,6 +173,13 @@ std::optional<Pose> WhatItStandsOn(const SegmentedScene& scene, const SegmentedT
   return X_LSupport;
 }
 
+bool IsOneSolid(const std::vector<ShapePart>& shapes,
+                const std::vector<std::int32_t>& part_of_point, double least_explained) {
+  const auto explained = std::ranges::count(part_of_point, 0);
+  return shapes.size() == 1 && static_cast<double>(explained) >=
+                                   least_explained * static_cast<double>(part_of_point.size());
+}
+
 std::optional<ModelledThing> ModelThingIf(const WantedShapes& wanted, const SegmentedScene& scene,
                                           std::size_t index, const SceneRays& rays,
                                           const InterpretOptions& options, const Work& work) {

@@ -32,6 +32,10 @@ struct ModelledThing {
 // unknown.
 std::optional<Pose> WhatItStandsOn(const SegmentedScene& scene, const SegmentedThing& thing);
 
+// Whether it is a single shape that explains so much of the points.
+bool IsOneSolid(const std::vector<ShapePart>& shapes,
+                const std::vector<std::int32_t>& part_of_point, double least_explained);
+
 // Steps 6 to 8 (paper, section III) for one thing of the scene, whose rays are `rays`. Throws Stopped
 // when `work` is stopped.
 ModelledThing ModelThing(const SegmentedScene& scene, std::size_t index, const SceneRays& rays,

@@ -8,12 +8,23 @@
 
 namespace cwm::perception {
 
+std::size_t CountObjects(const SegmentedScene& scene) {
+  const auto end = std::ranges::find_if(
+      scene.things, [](const SegmentedThing& thing) { return thing.supported_by < 0; });
+  return static_cast<std::size_t>(end - scene.things.begin());
+}
+
+void StandAsModelled(const std::vector<ModelledThing>& modelled, SegmentedScene& scene) {
+  for (std::size_t k = 0; k < modelled.size(); ++k) {
+    if (modelled[k].reaches_support)
+      scene.things[k].foot_height_m = 0, scene.things[k].rests_on = -1;
+  }
+}
+
 void SortBySize(SegmentedScene& scene, std::vector<ModelledThing>& modelled) {
   std::vector<std::size_t> order(scene.things.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
-  const auto objects = std::ranges::find_if(
-      scene.things, [](const SegmentedThing& thing) { return thing.supported_by < 0; });
-  std::stable_sort(order.begin(), order.begin() + (objects - scene.things.begin()),
+  std::stable_sort(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(CountObjects(scene)),
                    [&](std::size_t a, std::size_t b) {
                      return scene.things[a].node_count > scene.things[b].node_count;
                    });

@@ -67,11 +67,7 @@ class Release {
 
   void Run() {
     const std::size_t before = scene_.things.size();
-    for (std::size_t k = 0; k < scene_.things.size(); ++k) {
-      SegmentedThing& thing = scene_.things[k];
-      if (thing.supported_by < 0) break;  // residuals follow
-      // What is released from it stands where it turned out to stand.
-      if (modelled_[k].reaches_support) thing.foot_height_m = 0, thing.rests_on = -1;
+    for (std::size_t k = 0; k < CountObjects(scene_); ++k) {
       while (ReleaseOne(k)) {
       }
     }
@@ -110,10 +106,8 @@ class Release {
     host.node_count -= own.node_count;
     std::erase_if(host.points,
                   [&](std::uint32_t i) { return std::ranges::binary_search(members, i); });
-    const auto end = std::ranges::find_if(
-        scene_.things, [](const SegmentedThing& thing) { return thing.supported_by < 0; });
-    const auto place = end - scene_.things.begin();
-    scene_.things.insert(end, std::move(own));
+    const auto place = static_cast<std::ptrdiff_t>(CountObjects(scene_));
+    scene_.things.insert(scene_.things.begin() + place, std::move(own));
     const SceneRays rays(scene_, work_);
     const auto stands = [&](const ObjectModel& found) { return IsOneThatStands(found, before); };
     auto alone =
@@ -147,10 +141,7 @@ class Release {
   }
 
   bool IsOneThatStands(const ObjectModel& found, const SegmentedThing& thing) const {
-    const auto explained = std::ranges::count(found.part_of_point, 0);
-    return found.shapes.size() == 1 &&
-           static_cast<double>(explained) >=
-               kLeastExplained * static_cast<double>(found.part_of_point.size()) &&
+    return IsOneSolid(found.shapes, found.part_of_point, kLeastExplained) &&
            StandsRound(found.shapes.front(), *WhatItStandsOn(scene_, thing));
   }
 

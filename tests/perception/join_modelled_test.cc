@@ -4,38 +4,17 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cmath>
 #include <map>
 #include <numbers>
 
 #include "perception/simulation/random_scenes.h"
 #include "perception/simulation/virtual_scanner.h"
+#include "tests/perception/table_scene.h"
 
 namespace cwm::perception {
 namespace {
 
 constexpr double kRadius_m = 0.012, kLength_m = 0.24;
-
-// From 1.1 m, 35 degrees down, onto the origin.
-PinholeCamera Camera() {
-  constexpr double kDown_rad = 35 * std::numbers::pi / 180;
-  PinholeCamera camera;
-  const Vector3 forward(std::cos(kDown_rad), 0, -std::sin(kDown_rad)), right(0, -1, 0);
-  camera.X_WC.linear() << right, forward.cross(right), forward;
-  camera.X_WC.translation() = -1.1 * forward;
-  return camera;
-}
-
-SimulatedObject Thing(const std::string& name, const Shape& shape, const Pose& X_WO) {
-  return {.name = name, .parts = {{.shape = shape}}, .X_WO = X_WO};
-}
-
-SimulatedObject Table() {
-  return {.name = "table",
-          .parts = {{MakeTranslation(0, 0, -0.015), Box{{1.2, 1.0, 0.03}}}},
-          .X_WO = Pose::Identity(),
-          .is_support = true};
-}
 
 // A rod of this length that lies across the view, its middle at y.
 SimulatedObject Rod(double length_m, double y_m) {
@@ -46,15 +25,6 @@ SimulatedObject Rod(double length_m, double y_m) {
 
 SimulatedObject Post() {
   return Thing("post", Box{{0.03, 0.05, 0.16}}, MakeTranslation(-0.08, 0, 0.08));
-}
-
-SceneInterpretation Interpreted(SimulatedScene scene) {
-  InterpretOptions options;
-  options.X_WC = Camera().X_WC;
-  const SimulatedCloud scan = Scan(scene, Camera(), {.seed = 3});
-  auto interpretation = InterpretScene(scan.cloud, options);
-  EXPECT_TRUE(interpretation.ok()) << interpretation.status();
-  return *std::move(interpretation);
 }
 
 // Lengths of the cylinders, ascending.
@@ -146,8 +116,8 @@ TEST(JoinModelled, AHandleBesideABoxOfItsHeightStaysWithItsPan) {
   const SimulatedScene scene{
       {Table(), pan, Thing("box", Box{{0.1, 0.1, 0.067}}, MakeTranslation(0, 0.22, 0.0335))}};
   InterpretOptions options;
-  options.X_WC = Camera().X_WC;
-  const SimulatedCloud scan = Scan(scene, Camera(), {.seed = 3});
+  options.X_WC = TableCamera().X_WC;
+  const SimulatedCloud scan = Scan(scene, TableCamera(), {.seed = 3});
   const auto found = InterpretScene(scan.cloud, options);
   ASSERT_TRUE(found.ok()) << found.status();
   EXPECT_GT(LargestShare(scan, *found, 1), 0.95);
