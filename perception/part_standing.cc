@@ -193,12 +193,21 @@ class Parter {
     scene_.things[parting.place] = std::move(parting.whole);
   }
 
+  // Where it stands, below the middle of its points.
+  Vector3 FootOf(const SegmentedThing& thing) const {
+    Vector3 middle_L = Vector3::Zero();
+    for (std::uint32_t i : thing.points) middle_L += scene_.points.points[i].cast<double>();
+    const Pose X_LFoot = *WhatItStandsOn(scene_, thing);
+    Vector3 foot =
+        X_LFoot.inverse(Eigen::Isometry) * (middle_L / static_cast<double>(thing.points.size()));
+    foot.z() = 0;
+    return X_LFoot * foot;
+  }
+
   void Keep(Parting& parting) {
     for (SegmentedThing& thing : scene_.things) {
       if (thing.rests_on != static_cast<std::int32_t>(parting.place)) continue;
-      const Vector3 p_L =
-          scene_.points.points[thing.points[thing.points.size() / 2]].cast<double>();
-      const std::size_t part = Nearest(modelled_[parting.place], p_L);
+      const std::size_t part = Nearest(modelled_[parting.place], FootOf(thing));
       thing.rests_on = static_cast<std::int32_t>(parting.PlaceOf(part));
     }
     modelled_[parting.place] = *std::move(parting.anew.front());
