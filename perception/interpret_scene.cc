@@ -36,6 +36,11 @@ constexpr std::size_t kLeastCut = 25, kPointsPerCutThing = 640UL * 480 / 6;
 std::size_t MostCutThings(const SegmentedScene& scene) {
   return std::max(kLeastCut, scene.points.size() / kPointsPerCutThing);
 }
+// Of these many a scene is full; what is smaller than so many others is modelled in haste.
+constexpr std::size_t kUnhurriedPerCutThing = 4;
+std::size_t MostUnhurriedThings(const SegmentedScene& scene) {
+  return kUnhurriedPerCutThing * MostCutThings(scene);
+}
 
 class Stopwatch {
  public:
@@ -111,6 +116,11 @@ void AddWarnings(const SegmentedScene& scene, InterpretReport& report) {
         "of ", scene.things.size(), " things the largest ", MostCutThings(scene),
         " alone were looked at for things that touch: the others may be several each"));
   }
+  if (scene.things.size() > MostUnhurriedThings(scene)) {
+    report.warnings.push_back(absl::StrCat(
+        "of ", scene.things.size(), " things all but the largest ", MostUnhurriedThings(scene),
+        " were modelled in haste: some shapes of theirs may be missed"));
+  }
 }
 
 // Steps 1 to 5.
@@ -153,7 +163,14 @@ DescribedScene DescribeScene(const SegmentedScene& scene, const Pose& X_WL,
   });
   InterpretOptions uncut = options;
   uncut.modeler.part_touching = false;
-  const std::size_t most_cut = MostCutThings(scene);
+  InterpretOptions in_haste = uncut;
+  in_haste.modeler.in_haste = true;
+  const auto options_of =
+      [&, most_cut = MostCutThings(scene),
+       most_unhurried = MostUnhurriedThings(scene)](std::size_t rank) -> const InterpretOptions& {
+    if (rank < most_cut) return options;
+    return rank < most_unhurried ? uncut : in_haste;
+  };
   const SceneRays rays(scene, work);
   const auto describe = [&](std::size_t k) {
     if (k < scene.supports.size()) {
@@ -164,7 +181,7 @@ DescribedScene DescribeScene(const SegmentedScene& scene, const Pose& X_WL,
     }
     const std::size_t rank = k - scene.supports.size();
     const std::size_t t = order[rank];
-    described.things[t] = ModelThing(scene, t, rays, rank < most_cut ? options : uncut, work);
+    described.things[t] = ModelThing(scene, t, rays, options_of(rank), work);
   };
   ParallelFor(order.size() + scene.supports.size(), 1, work,
               [&](std::size_t begin, std::size_t end) {

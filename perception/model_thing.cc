@@ -138,7 +138,7 @@ Standing ModelStanding(const OrientedPoints& points, const SegmentedScene& scene
   };
   const std::optional<Pose> X_LSupport = WhatItStandsOn(scene, thing);
   Standing best{X_LSupport, model(X_LSupport)};
-  if (!X_LSupport || !(thing.foot_height_m > 0)) return best;
+  if (!X_LSupport || !(thing.foot_height_m > 0) || options.modeler.in_haste) return best;
   const double left = UnexplainedShare(best.found);
   // One solid is right already: of 31 things in simulated scenes that seem to rest on others, 26 are.
   if (best.found.shapes.size() == 1 && left <= kFewLeft) return best;

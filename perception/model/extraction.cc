@@ -16,6 +16,7 @@ constexpr int kMostRefusals = 48;
 // Refusals without a shape between them. Of the shapes in 45 real scans and 112 simulated ones none
 // came after more than 12; what has no shape goes through a candidate after the other.
 constexpr int kMostRefusalsInRow = 13;
+constexpr int kMostRefusalsInHaste = 4;
 
 std::vector<std::uint32_t> OnAndBeside(const ShapeFit& fit, const FitContext& c,
                                        const std::vector<char>& available) {
@@ -31,6 +32,7 @@ std::vector<std::uint32_t> OnAndBeside(const ShapeFit& fit, const FitContext& c,
 }  // namespace
 
 Extraction ExtractShapes(const FitContext& context) {
+  const int most_in_row = context.options.in_haste ? kMostRefusalsInHaste : kMostRefusalsInRow;
   Extraction out;
   CandidateList candidates(context.points, context.connectivity, context.options.seed,
                            context.work);
@@ -56,7 +58,7 @@ Extraction ExtractShapes(const FitContext& context) {
       ++in_row;
     }
     if (static_cast<int>(out.fits.size()) < kMostShapes && refusals < kMostRefusals &&
-        in_row < kMostRefusalsInRow) {
+        in_row < most_in_row) {
       continue;
     }
     out.notes.push_back("shape search ended at its cap of shapes; the rest becomes surfaces");

@@ -16,6 +16,9 @@ struct ModelerOptions {
   bool search_cones = true;
   // Whether what was seen as one may be things that touch, parted by upright cuts.
   bool part_touching = true;
+  // For small things among more than any scene holds: of whole solids only balls and upright
+  // cylinders and boxes, no vessels, and the search for shapes gives up sooner.
+  bool in_haste = false;
   double max_radius_m = 0.5;  // larger curved shapes are not told from planes at close range
   // Chosen: what is thinner shows five pixels of a Kinect at 0.8 m or fewer across.
   double min_radius_m = 0.004;

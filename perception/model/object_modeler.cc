@@ -111,15 +111,18 @@ ObjectModel ModelObject(const OrientedPoints& points, const std::optional<Pose>&
   Assembly assembly = AssembleSolids(ExtractShapes(context), context, searched.ground);
   std::optional<Vessel> vessel;
   bool is_parted = false;
-  DoBoth(
-      work,
-      [&] {
-        PreferOneSolid(context, assembly);
-        is_parted = PreferPartedSolids(context, assembly);
-      },
-      [&] {
-        if (SearchesAny(options)) vessel = Vessel::Find(points, work);
-      });
+  const auto prefer_solids = [&] {
+    PreferOneSolid(context, assembly);
+    is_parted = PreferPartedSolids(context, assembly);
+  };
+  const auto find_vessel = [&] {
+    if (SearchesAny(options)) vessel = Vessel::Find(points, work);
+  };
+  if (options.in_haste) {
+    prefer_solids();
+  } else {
+    DoBoth(work, prefer_solids, find_vessel);
+  }
   if (is_parted) vessel.reset();
   if (vessel) PreferShells(vessel->walls(), context, assembly);
   model.notes = std::move(assembly.notes);

@@ -80,7 +80,14 @@ double PriorOf(const Solid& solid, const Vector3& up) {
   return leans_rad > kTurned_rad ? kUprightPrior : kLyingPrior;
 }
 
+// The few that most things are and that take the fewest starts.
+bool IsSoughtInHaste(WholeKind kind) {
+  return kind == WholeKind::kBall || kind == WholeKind::kUprightCylinder ||
+         kind == WholeKind::kUprightBox;
+}
+
 bool IsSought(WholeKind kind, const ModelerOptions& options) {
+  if (options.in_haste && !IsSoughtInHaste(kind)) return false;
   switch (kind) {
     case WholeKind::kBall:
       return options.search_spheres;
