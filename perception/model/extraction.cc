@@ -16,6 +16,7 @@ constexpr int kMostRefusals = 48;
 // Refusals without a shape between them. Of the shapes in 45 real scans and 112 simulated ones none
 // came after more than 12; what has no shape goes through a candidate after the other.
 constexpr int kMostRefusalsInRow = 13;
+// Chosen: a thousand balls in the air cost a quarter less.
 constexpr int kMostRefusalsInHaste = 4;
 
 std::vector<std::uint32_t> OnAndBeside(const ShapeFit& fit, const FitContext& c,
