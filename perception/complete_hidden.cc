@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "collision/geometry/aabb.h"
+#include "collision/geometry/signed_distance.h"
 #include "perception/cloud/quantile.h"
 #include "perception/model/solid.h"
 #include "perception/scene/surface_graph.h"
@@ -20,6 +21,8 @@ constexpr int kDirections = 24;           // around it: 8 mm apart on a radius o
 // Where the wall turns away from the sensor, places on it are too near to its outline to be told
 // from what lies beside it.
 constexpr double kLeastFacing_cos = 0.35;
+// So they are moved inwards, by less than half of the narrowest solid.
+constexpr double kInwards_m = 0.01;
 // Mixed pixels and the width of the map's cells at the edge of what hides the wall.
 constexpr double kMostPassed = 0.03;
 constexpr double kMostSeen = 0.15;     // of the wall itself, or nothing would hide it
@@ -124,9 +127,11 @@ struct Outward {
   }
 };
 
-// What the sensor saw of the wall that would be supplied.
+// What the sensor saw of the wall that would be supplied, or, of what a wall seen from above hides
+// itself, of its inside.
 struct Seen {
-  int places = 0, passed = 0, on_surface = 0;
+  int facing = 0, on_surface = 0;
+  int places = 0, passed = 0;  // facing or not
 };
 
 Seen LookAtSupplied(const ShapePart& longer, const Upright& upright, double gap_m,
@@ -147,21 +152,26 @@ Seen LookAtSupplied(const ShapePart& longer, const Upright& upright, double gap_
       Vector3 place = std::visit(Width{upright.axis, along_m, direction}, longer.shape) * direction;
       place[upright.axis] = along_m;
       const Vector3 normal = std::visit(Outward{upright.axis, direction}, longer.shape);
-      if (normal.dot((viewpoint_S - place).normalized()) < kLeastFacing_cos) continue;
+      const bool faces = normal.dot((viewpoint_S - place).normalized()) >= kLeastFacing_cos;
+      if (!faces) place -= kInwards_m * normal;
       const Visibility visibility =
           sight.Look((longer.X_OS * place).cast<float>(), static_cast<float>(tolerance_m));
       ++seen.places;
       seen.passed += visibility == Visibility::kSeenThrough;
+      if (!faces) continue;
+      ++seen.facing;
       seen.on_surface += visibility == Visibility::kOnSurface;
     }
   }
   return seen;
 }
 
-// Points of the object below the solid: something else of it is there.
-bool ShowsItselfBelow(const StandingThing& thing, const ShapePart& part, const Upright& upright,
-                      double gap_m) {
+// Points of the object below the solid that are not on the wall which would be supplied: something
+// else of it is there.
+bool ShowsItselfBelow(const StandingThing& thing, const ShapePart& part, const ShapePart& longer,
+                      const Upright& upright, double gap_m) {
   const Pose X_SL = part.X_OS.inverse(Eigen::Isometry);
+  const Pose X_LongerL = longer.X_OS.inverse(Eigen::Isometry);
   Aabb below = TightBounds(part.shape, Pose::Identity());
   const double bottom_m = -upright.sign * upright.half_length_m;
   below.min()[upright.axis] = std::min(bottom_m, bottom_m - upright.sign * gap_m);
@@ -174,7 +184,9 @@ bool ShowsItselfBelow(const StandingThing& thing, const ShapePart& part, const U
     wide.max().array() += gate_m;
     // Above: only what is clear of the noise at the solid's own lower end.
     (upright.sign > 0 ? wide.max() : wide.min())[upright.axis] = bottom_m - upright.sign * gate_m;
-    count += wide.contains(X_SL * thing.points.points[i].cast<double>());
+    const Vector3 p = thing.points.points[i].cast<double>();
+    count += wide.contains(X_SL * p) &&
+             std::abs(SignedDistance_m(longer.shape, X_LongerL * p)) > gate_m;
   }
   return count > kOwnBelow;
 }
@@ -209,12 +221,11 @@ void CompleteHidden(const StandingThing& thing, const SightMap& sight,
     const std::optional<Upright> upright = UprightOf(part, up_L);
     if (!upright) continue;
     const double gap_m = HeightOfLowest_m(part, thing.X_LSupport);
-    if (gap_m < kLeastGap_m || ShowsItselfBelow(thing, part, *upright, gap_m)) continue;
+    if (gap_m < kLeastGap_m) continue;
     std::optional<ShapePart> longer = Lengthened(part, *upright, gap_m);
-    if (!longer) continue;
+    if (!longer || ShowsItselfBelow(thing, part, *longer, *upright, gap_m)) continue;
     const Seen seen = LookAtSupplied(*longer, *upright, gap_m, sight, tolerance_m);
-    if (seen.places == 0 || seen.passed > kMostPassed * seen.places ||
-        seen.on_surface > kMostSeen * seen.places) {
+    if (seen.passed > kMostPassed * seen.places || seen.on_surface > kMostSeen * seen.facing) {
       continue;
     }
     longer->role = PartRole::kCompleted;

@@ -19,9 +19,10 @@ struct StandingThing {
 // Upright boxes, cylinders and cones that end above what the object stands on are lengthened down
 // to it, and COMPLETED from then on, when
 //   - nearly all of the wall so supplied that faces the sensor lies behind something nearer, or in
-//     directions in which nothing was measured, and no ray passed through any of it but what mixed
-//     pixels account for;
-//   - the object shows nothing of its own below the solid, which would be what it stands on.
+//     directions in which nothing was measured, and no ray passed through any of it, or just inside
+//     of what does not face the sensor, but what mixed pixels account for;
+//   - the object shows nothing of its own below the solid, which would be what it stands on, but on
+//     that wall.
 // Their observed fraction is from then on that of the longer solid. What ends within 3 mm of it
 // already, lies, leans, or ends below stays as it is. `shapes` are in the level frame.
 void CompleteHidden(const StandingThing& thing, const SightMap& sight,

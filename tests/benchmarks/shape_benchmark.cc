@@ -146,13 +146,16 @@ void AddFigures(const ShapeTally& tally, std::size_t scenes, Report& report) {
 }
 
 void AttachFailures(const ShapeTally& tally, Report& report) {
-  constexpr const char* kFile = "shape_failures.txt";
-  std::vector<std::string> lines;
-  for (const Failure& failure : tally.failures())
-    lines.push_back(failure.scene + ": " + failure.what);
-  report.Detail(std::to_string(lines.size()) + " failures, listed in " + kFile +
-                " beside the figures; one of them again: ./dev bench scene FAMILY SEED");
-  report.Attach(kFile, std::move(lines));
+  const auto attach = [&report](const char* file, const char* what,
+                                const std::vector<Failure>& failures) {
+    std::vector<std::string> lines;
+    for (const Failure& failure : failures) lines.push_back(failure.scene + ": " + failure.what);
+    report.Detail(std::to_string(lines.size()) + what + ", listed in " + file +
+                  " beside the figures; one of them again: ./dev bench scene FAMILY SEED");
+    report.Attach(file, std::move(lines));
+  };
+  attach("shape_failures.txt", " failures", tally.failures());
+  attach("shape_errors.txt", " shapes found with a large error", tally.large_errors());
 }
 
 void PrintShares(const std::string& of, const ShapeTally& tally, Report& report) {
@@ -201,7 +204,14 @@ std::string Describe(const Shape& shape, const Pose& X_WS) {
   return text;
 }
 
-void PrintScene(const SceneShapes& shapes, Report& report) {
+// What the object of a found shape stands on.
+std::string Below(const perception::DetectedObject& object) {
+  if (object.rests_on >= 0) return " on object " + std::to_string(object.rests_on);
+  return object.supported_by >= 0 ? " on a support" : " on nothing";
+}
+
+void PrintScene(const SceneShapes& shapes, const perception::SceneInterpretation& interpretation,
+                Report& report) {
   for (std::size_t t = 0; t < shapes.truth.size(); ++t) {
     const TrueShape& truth = shapes.truth[t];
     const ShapeOutcome& outcome = shapes.outcomes[t];
@@ -216,7 +226,9 @@ void PrintScene(const SceneShapes& shapes, Report& report) {
     const FoundShape& found = shapes.found[f];
     report.Detail("found " + std::to_string(f) + " " + Describe(found.part.shape, found.X_WS) +
                   "  " + std::to_string(found.points.size()) + " points, object " +
-                  std::to_string(found.object));
+                  std::to_string(found.object) +
+                  Below(interpretation.objects[static_cast<std::size_t>(found.object)]) +
+                  (found.part.role == PartRole::kCompleted ? ", completed" : ""));
   }
 }
 
@@ -280,7 +292,7 @@ void ReplayScene(const std::string& family, std::uint64_t seed, Report& report) 
   const absl::StatusOr<SimulatedCase> run = RunCase({*known, seed});
   if (!run.ok()) return report.Fail(std::string(run.status().message()));
   const SceneShapes shapes = MatchShapes(run->view());
-  PrintScene(shapes, report);
+  PrintScene(shapes, run->interpretation, report);
   ShapeTally tally;
   tally.Add(NameOf(CaseName{*known, seed}), run->view(), shapes);
   PrintTally(tally, report);

@@ -78,9 +78,9 @@ SimulatedScene Balls(int count) {
   constexpr double kRadius_m = 0.02, kPitch_m = 0.065, kTop_m = 0.9, kNearest_m = 0.4;
   constexpr int kPerRow = 13;
   for (int k = 0; k < count; ++k) {
-    const int row = k / kPerRow, column = k % kPerRow;
-    const Pose X_WO = MakeTranslation(kNearest_m + kPitch_m * row,
-                                      kPitch_m * (column - kPerRow / 2), kTop_m + kRadius_m);
+    const int row = k / kPerRow, from_middle = k % kPerRow - kPerRow / 2;
+    const Pose X_WO = MakeTranslation(kNearest_m + kPitch_m * row, kPitch_m * from_middle,
+                                      kTop_m + kRadius_m);
     scene.objects.push_back({.parts = {{Pose::Identity(), Sphere{kRadius_m}}}, .X_WO = X_WO});
   }
   return scene;

@@ -1,6 +1,8 @@
 #include "tests/benchmarks/quality/shape_tally.h"
 
 #include <cstdio>
+#include <numbers>
+#include <utility>
 
 namespace cwm::benchmarks {
 namespace {
@@ -24,6 +26,28 @@ std::string Describe(const TrueShape& truth, const SceneShapes& shapes,
                 std::string(NameOf(outcome.outcome)).c_str(), as.c_str(), outcome.iou,
                 outcome.object_iou, outcome.surface_sigma);
   return text;
+}
+
+// Empty where none is large.
+std::string DescribeLarge(const TrueShape& truth, const FoundShape& found,
+                          const ShapeErrors& errors) {
+  std::string large;
+  const auto add = [&large](const char* name, double value, double most, const char* unit) {
+    if (!(value > most)) return;
+    char text[60];
+    std::snprintf(text, sizeof(text), ", %s off by %.1f %s", name, value, unit);
+    large += text;
+  };
+  constexpr double kMillimetres = 1000, kDegrees = 180 / std::numbers::pi;
+  add("radius", kMillimetres * errors.radius_m.value_or(0),
+      kMillimetres * ShapeTally::kLargeRadius_m, "mm");
+  add("axis", kDegrees * errors.axis_rad.value_or(0), ShapeTally::kLargeAxis_deg, "deg");
+  for (const double length_m : errors.length_m) {
+    add("length", kMillimetres * length_m, kMillimetres * ShapeTally::kLargeLength_m, "mm");
+  }
+  if (large.empty()) return large;
+  return std::string(NameOf(KindOf(truth.shape))) + " of " + std::to_string(truth.points.size()) +
+         " points as a " + std::string(NameOf(KindOf(found.part.shape))) + large;
 }
 
 std::string Describe(const FoundShape& found, Invention what) {
@@ -59,9 +83,12 @@ void ShapeTally::AddTruth(const std::string& scene, const InterpretedView& view,
   if (radius_m && *radius_m < kThin_m) thin_.Add(truth, outcome.errors);
   if (!IsFound(outcome.outcome)) {
     failures_.push_back({scene, Describe(truth, shapes, outcome)});
-  } else {
-    calibration_.Add(truth, shapes.found[static_cast<std::size_t>(outcome.best)]);
+    return;
   }
+  const FoundShape& found = shapes.found[static_cast<std::size_t>(outcome.best)];
+  calibration_.Add(truth, found);
+  std::string large = DescribeLarge(truth, found, outcome.errors);
+  if (!large.empty()) large_errors_.push_back({scene, std::move(large)});
 }
 
 void ShapeTally::Add(const std::string& scene, const InterpretedView& view,

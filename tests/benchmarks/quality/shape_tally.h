@@ -39,6 +39,7 @@ class ShapeTally {
   const ErrorSamples& far_errors() const { return far_; }    // beyond kFar_m
   const ErrorSamples& thin_errors() const { return thin_; }  // below kThin_m of radius
   const std::vector<Failure>& failures() const { return failures_; }
+  const std::vector<Failure>& large_errors() const { return large_errors_; }  // of what was found
   const ParameterCalibration& calibration() const { return calibration_; }
 
   // A table of kinds against outcomes, and one of what was invented.
@@ -46,6 +47,8 @@ class ShapeTally {
 
   static constexpr double kFar_m = 1.0;
   static constexpr double kThin_m = 0.025;
+  // Errors beyond these are listed: 95 of 100 should not be.
+  static constexpr double kLargeRadius_m = 0.0025, kLargeAxis_deg = 2.5, kLargeLength_m = 0.006;
 
  private:
   void AddTruth(const std::string& scene, const InterpretedView& view, const TrueShape& truth,
@@ -55,7 +58,7 @@ class ShapeTally {
   std::map<ShapeKind, std::array<int, kOutcomeCount>> outcomes_;
   std::array<int, kInventionCount> inventions_ = {};
   ErrorSamples all_, far_, thin_;
-  std::vector<Failure> failures_;
+  std::vector<Failure> failures_, large_errors_;
   ParameterCalibration calibration_;
 };
 
