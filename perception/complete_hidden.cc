@@ -5,10 +5,12 @@
 #include <limits>
 #include <numbers>
 #include <optional>
+#include <utility>
 
 #include "collision/geometry/aabb.h"
 #include "collision/geometry/signed_distance.h"
 #include "perception/cloud/quantile.h"
+#include "perception/model/lengthened.h"
 #include "perception/model/solid.h"
 #include "perception/scene/surface_graph.h"
 
@@ -35,24 +37,11 @@ struct Upright {
   double half_length_m = 0;
 };
 
-struct HalfLength {
-  double operator()(const Cylinder& c) const { return 0.5 * c.length_m; }
-  double operator()(const Cone& c) const { return 0.5 * c.length_m; }
-  template <class Other>
-  double operator()(const Other&) const {
-    return 0;
-  }
-};
-
 std::optional<Upright> UprightOf(const ShapePart& part, const Vector3& up_L) {
   const Vector3 up_S = part.X_OS.linear().transpose() * up_L;
   Upright upright;
-  if (const auto* box = std::get_if<Box>(&part.shape)) {
-    up_S.cwiseAbs().maxCoeff(&upright.axis);
-    upright.half_length_m = 0.5 * box->size_m[upright.axis];
-  } else {
-    upright.half_length_m = std::visit(HalfLength{}, part.shape);
-  }
+  if (std::holds_alternative<Box>(part.shape)) up_S.cwiseAbs().maxCoeff(&upright.axis);
+  upright.half_length_m = 0.5 * LengthAlong_m(part.shape, upright.axis).value_or(0);
   if (std::abs(up_S[upright.axis]) < std::cos(kSameDirection_rad)) return std::nullopt;
   upright.sign = up_S[upright.axis] > 0 ? 1 : -1;
   if (!(upright.half_length_m > 0)) return std::nullopt;
@@ -60,24 +49,16 @@ std::optional<Upright> UprightOf(const ShapePart& part, const Vector3& up_L) {
 }
 
 // The solid lengthened by `gap_m` at its lower end; nothing where it would end in an apex before.
-std::optional<ShapePart> Lengthened(const ShapePart& part, const Upright& upright, double gap_m) {
+std::optional<ShapePart> LongerBelow(const ShapePart& part, const Upright& upright, double gap_m) {
+  const SolidEnd lower{upright.axis, -upright.sign};
+  if (!(gap_m < MostLonger_m(part.shape, lower))) return std::nullopt;
+  Placed<> placed = Lengthened({part.X_OS, part.shape}, lower, gap_m);
   ShapePart longer = part;
-  Vector3 shift = Vector3::Zero();
-  shift[upright.axis] = -0.5 * gap_m * upright.sign;
-  longer.X_OS = part.X_OS * Eigen::Translation3d(shift);
-  if (auto* box = std::get_if<Box>(&longer.shape)) {
-    box->size_m[upright.axis] += gap_m;
-    if (longer.fit && !longer.fit->parameter_sigma.empty()) {
-      longer.fit->parameter_sigma[static_cast<std::size_t>(upright.axis)] = 0;  // not seen
-    }
-  } else if (auto* cylinder = std::get_if<Cylinder>(&longer.shape)) {
-    cylinder->length_m += gap_m;
-  } else if (auto* cone = std::get_if<Cone>(&longer.shape)) {
-    const double slope = (cone->radius_top_m - cone->radius_bottom_m) / cone->length_m;
-    double& lower_m = upright.sign > 0 ? cone->radius_bottom_m : cone->radius_top_m;
-    lower_m -= upright.sign * slope * gap_m;
-    cone->length_m += gap_m;
-    if (!(lower_m > 0)) return std::nullopt;
+  longer.X_OS = placed.X_FS;
+  longer.shape = std::move(placed.shape);
+  if (std::holds_alternative<Box>(part.shape) && longer.fit &&
+      !longer.fit->parameter_sigma.empty()) {
+    longer.fit->parameter_sigma[static_cast<std::size_t>(upright.axis)] = 0;  // not seen
   }
   return longer;
 }
@@ -185,8 +166,8 @@ bool ShowsItselfBelow(const StandingThing& thing, const ShapePart& part, const S
     // Above: only what is clear of the noise at the solid's own lower end.
     (upright.sign > 0 ? wide.max() : wide.min())[upright.axis] = bottom_m - upright.sign * gate_m;
     const Vector3 p = thing.points.points[i].cast<double>();
-    count += wide.contains(X_SL * p) &&
-             std::abs(SignedDistance_m(longer.shape, X_LongerL * p)) > gate_m;
+    count +=
+        wide.contains(X_SL * p) && std::abs(SignedDistance_m(longer.shape, X_LongerL * p)) > gate_m;
   }
   return count > kOwnBelow;
 }
@@ -222,7 +203,7 @@ void CompleteHidden(const StandingThing& thing, const SightMap& sight,
     if (!upright) continue;
     const double gap_m = HeightOfLowest_m(part, thing.X_LSupport);
     if (gap_m < kLeastGap_m) continue;
-    std::optional<ShapePart> longer = Lengthened(part, *upright, gap_m);
+    std::optional<ShapePart> longer = LongerBelow(part, *upright, gap_m);
     if (!longer || ShowsItselfBelow(thing, part, *longer, *upright, gap_m)) continue;
     const Seen seen = LookAtSupplied(*longer, *upright, gap_m, sight, tolerance_m);
     if (seen.passed > kMostPassed * seen.places || seen.on_surface > kMostSeen * seen.facing) {

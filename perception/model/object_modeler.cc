@@ -9,6 +9,7 @@
 #include "perception/model/extraction.h"
 #include "perception/model/handles.h"
 #include "perception/model/one_solid.h"
+#include "perception/model/own_ends.h"
 #include "perception/model/parted_solids.h"
 #include "perception/model/shell_fit.h"
 #include "perception/model/solid_assembly.h"
@@ -114,6 +115,7 @@ ObjectModel ModelObject(const OrientedPoints& points, const std::optional<Pose>&
   const auto prefer_solids = [&] {
     PreferOneSolid(context, assembly);
     is_parted = PreferPartedSolids(context, assembly);
+    ReachOwnPoints(context, assembly.solids);
   };
   const auto find_vessel = [&] {
     if (SearchesAny(options)) vessel = Vessel::Find(points, work);
