@@ -36,8 +36,9 @@ constexpr double kStep = 1e-6;              // metres or radians, of numerical d
 constexpr double kFarAway_sigma = 1e6;      // from no solid at all
 // One standard deviation: half of the cups have half angles below 6 degrees where nothing tells.
 constexpr double kSlopeSpread = 0.15;
-constexpr double kMostBeyond =
-    3;  // radii of a rod beyond its points: it may show little but an end
+// Radii of what leans, beyond its points: with its end in view it may show little else. The wall of
+// what lies is in view from above wherever nothing hides it.
+constexpr double kMostBeyond = 3;
 constexpr double kWorthMoving = 2;  // of the criterion: rays that a fit without them runs across
 constexpr double kNear_m = 0.02;    // of rays to a fit: steps that rays cause are smaller
 
@@ -348,7 +349,7 @@ void EndAtPoints(const ModelPoints& points, const PointsOnGround& on_ground, Who
   if (fit.kind == WholeKind::kTiltedBox) fit.parameters(2) = at_G.z();
 }
 
-// Nothing pulls at an end that no point shows: what lies or leans ends at its points where it would
+// Nothing pulls at an end that no point shows: what lies ends at its points, what leans where it would
 // reach farther beyond them than what hides behind an end is likely to. What leans starts on the ground.
 void EndNearPoints(const ModelPoints& points, const PointsOnGround& on_ground,
                    const ModelerOptions& options, WholeFit& fit) {
@@ -357,7 +358,7 @@ void EndNearPoints(const ModelPoints& points, const PointsOnGround& on_ground,
   const Eigen::Index radius = leans ? 4 : 3, length = radius + 1;
   const Vector3 axis = fit.solid.X_MS.linear().col(2);
   const double half_m = 0.5 * fit.parameters(length), at_m = axis.dot(fit.solid.X_MS.translation());
-  const double most_m = kMostBeyond * fit.parameters(radius);
+  const double most_m = leans ? kMostBeyond * fit.parameters(radius) : points.widest_gate_m;
   const Interval shown = ExtentAlong(axis, points, fit.solid.inliers);
   const double low_m = shown.low_m - at_m, high_m = shown.high_m - at_m;
   const bool low_ends = leans || low_m + half_m <= most_m, high_ends = half_m - high_m <= most_m;
