@@ -1,5 +1,6 @@
 #include "perception/scene/regions.h"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -22,15 +23,23 @@ using Eigen::Vector3f;
 // what lies beyond it by more than half would tip.
 constexpr double kOverhang_m = 0.03;     // beyond the outline, and still over the support
 constexpr double kLeastShareOver = 0.5;  // of a region's nodes
-constexpr double kFootHeight_m = 0.02;   // plus 3 sigma: the lowest points stand on the support
+// Of a region that hides the support below itself, or reaches out of the view, fewer nodes are over
+// what is seen of it; those that are below its top are of something beside it.
+constexpr double kLeastShareOverSeen = 0.05, kMostShareBelow = 0.05;
+constexpr double kFootHeight_m = 0.02;  // plus 3 sigma: the lowest points stand on the support
 // A ball seen from above shows nothing of its underside: the tangent rays leave it at 0.3 of its
 // radius, its grazing rim returns nothing up to 0.6, and the lowest tenth of what is seen reaches
 // to 0.8, which is about this share of the width that is seen. Beyond 12 cm nothing that rolls is
 // manipulated.
 constexpr double kHiddenUndersideShare = 0.45;
 constexpr double kWidestRound_m = 0.12;
+// Seen more steeply it shows no foot at all, but where that is: of so many of its nodes, all but
+// creases and mixed pixels lie on one sphere.
+constexpr std::size_t kBallNodes = 400;
+constexpr double kLeastOnBall = 0.9;
 constexpr double kLowestShare = 0.1;       // of a region's nodes are asked what holds them
 constexpr double kLeastStanding = 0.2;     // of those; what hangs shows empty space below all
+constexpr std::size_t kAskedNodes = 256;   // of a region's, evenly spread
 constexpr double kFootprintCell_m = 0.01;  // the paper's octree leaves
 constexpr double kMostRejectedShare = 0.005;
 constexpr std::size_t kMostResiduals = 256;  // more of them share the last one
@@ -90,10 +99,14 @@ class Floor {
 
   bool Carries(const NodeList& region) const {
     const std::vector<std::size_t> over = NodesOver(region);
-    if (static_cast<double>(over.size()) < kLeastShareOver * static_cast<double>(region.size())) {
-      return false;
+    const auto all = static_cast<double>(region.size()), share = static_cast<double>(over.size());
+    if (share < kLeastShareOver * all) {
+      return share >= kLeastShareOverSeen * all && HidesItsPlace(region) &&
+             StandsOrIsHidden({region.begin(), region.end()}) &&
+             Footprint_m2(over) >= kSmallestFootprint_m2;
     }
-    return StandsOrIsHidden(over) && Footprint_m2(over) >= kSmallestFootprint_m2;
+    return (StandsOrIsHidden(over) || IsBallOnIt(over)) &&
+           Footprint_m2(over) >= kSmallestFootprint_m2;
   }
 
  private:
@@ -124,6 +137,47 @@ class Floor {
       if (latest->second) over.push_back(i);
     }
     return over;
+  }
+
+  // Whether nobody sees what of the support is below, and nothing of the region is lower.
+  bool HidesItsPlace(const NodeList& region) const {
+    std::size_t below = 0, unseen = 0, asked = 0;
+    for (std::size_t k = 0; k < region.size(); k += region.size() / kAskedNodes + 1, ++asked) {
+      const float sigma = graph_.nodes().sigma_m[region[k]];
+      Vector3 local = Local(graph_.nodes().points[region[k]]);
+      below += local.z() < -kPlaneGate_sigma * sigma;
+      local.z() = 0;
+      const Visibility seen =
+          sight_.Look((plate_.X_FS * local).cast<float>(), LargestJump_m(sigma));
+      unseen += seen == Visibility::kHidden || seen == Visibility::kNoReturn;
+    }
+    return static_cast<double>(below) <= kMostShareBelow * static_cast<double>(asked) &&
+           static_cast<double>(unseen) >= kLeastShareOver * static_cast<double>(asked);
+  }
+
+  // Through the nodes, the algebraic fit |p|^2 = 2 c . p + k (Kasa 1976).
+  bool IsBallOnIt(const std::vector<std::size_t>& over) const {
+    const std::size_t stride = over.size() / kBallNodes + 1;
+    Eigen::Matrix4d normal = Eigen::Matrix4d::Zero();
+    Eigen::Vector4d right = Eigen::Vector4d::Zero();
+    for (std::size_t k = 0; k < over.size(); k += stride) {
+      const Vector3 p = Local(graph_.nodes().points[over[k]]);
+      const Eigen::Vector4d row(2 * p.x(), 2 * p.y(), 2 * p.z(), 1);
+      normal += row * row.transpose();
+      right += p.squaredNorm() * row;
+    }
+    const Eigen::Vector4d x = normal.ldlt().solve(right);
+    const double radius_m = std::sqrt(x[3] + x.head<3>().squaredNorm());
+    if (!(radius_m < 0.5 * kWidestRound_m + kFootHeight_m)) return false;
+    std::size_t asked = 0, on = 0;
+    float sigma = 0;
+    for (std::size_t k = 0; k < over.size(); k += stride, ++asked) {
+      sigma = std::max(sigma, graph_.nodes().sigma_m[over[k]]);
+      const double off_m = (Local(graph_.nodes().points[over[k]]) - x.head<3>()).norm() - radius_m;
+      on += std::abs(off_m) <= kPlaneGate_sigma * graph_.nodes().sigma_m[over[k]];
+    }
+    return static_cast<double>(on) >= kLeastOnBall * static_cast<double>(asked) &&
+           std::abs(x[2] - radius_m) <= LargestJump_m(sigma);
   }
 
   // The lowest points touch the support, or nobody can see whether what they belong to does.
