@@ -23,9 +23,9 @@ using Eigen::Vector3f;
 // what lies beyond it by more than half would tip.
 constexpr double kOverhang_m = 0.03;     // beyond the outline, and still over the support
 constexpr double kLeastShareOver = 0.5;  // of a region's nodes
-// Of a region that hides the support below itself, or reaches out of the view, fewer nodes are over
-// what is seen of it; those that are below its top are of something beside it.
-constexpr double kLeastShareOverSeen = 0.05, kMostShareBelow = 0.05;
+// Of a region that reaches out of the view, fewer nodes are over what is seen of the support; those
+// that are below its top are of something beside it.
+constexpr double kLeastShareOverSeen = 0.05, kMostShareBelow = 0.05, kLeastShareOutOfView = 0.1;
 constexpr double kFootHeight_m = 0.02;  // plus 3 sigma: the lowest points stand on the support
 // A ball seen from above shows nothing of its underside: the tangent rays leave it at 0.3 of its
 // radius, its grazing rim returns nothing up to 0.6, and the lowest tenth of what is seen reaches
@@ -139,20 +139,24 @@ class Floor {
     return over;
   }
 
-  // Whether nobody sees what of the support is below, and nothing of the region is lower.
+  // Whether what of the support is below is out of the view or hidden, and nothing of the region is
+  // lower.
   bool HidesItsPlace(const NodeList& region) const {
-    std::size_t below = 0, unseen = 0, asked = 0;
+    std::size_t below = 0, hidden = 0, out_of_view = 0, asked = 0;
     for (std::size_t k = 0; k < region.size(); k += region.size() / kAskedNodes + 1, ++asked) {
       const float sigma = graph_.nodes().sigma_m[region[k]];
       Vector3 local = Local(graph_.nodes().points[region[k]]);
       below += local.z() < -kPlaneGate_sigma * sigma;
-      local.z() = 0;
+      local.z() = 0.5 * kFootHeight_m;
       const Visibility seen =
           sight_.Look((plate_.X_FS * local).cast<float>(), LargestJump_m(sigma));
-      unseen += seen == Visibility::kHidden || seen == Visibility::kNoReturn;
+      hidden += seen == Visibility::kHidden;
+      out_of_view += seen == Visibility::kNoReturn;
     }
-    return static_cast<double>(below) <= kMostShareBelow * static_cast<double>(asked) &&
-           static_cast<double>(unseen) >= kLeastShareOver * static_cast<double>(asked);
+    const auto all = static_cast<double>(asked);
+    return static_cast<double>(below) <= kMostShareBelow * all &&
+           static_cast<double>(out_of_view) >= kLeastShareOutOfView * all &&
+           static_cast<double>(hidden + out_of_view) >= kLeastShareOver * all;
   }
 
   // Through the nodes, the algebraic fit |p|^2 = 2 c . p + k (Kasa 1976).

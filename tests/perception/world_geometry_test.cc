@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 #include <set>
+#include <utility>
+#include <vector>
 
 #include "collision/geometry/signed_distance.h"
 #include "perception/cloud/sensor_noise.h"
@@ -132,6 +134,69 @@ TEST(InterpretScene, CompletesACanBehindABoardDownToTheTableAndSaysSo) {
   EXPECT_NEAR(TightBounds(completed->shape, X_WS).max().z(), 0.16, 0.005);
   ASSERT_TRUE(completed->fit.has_value());
   EXPECT_LT(completed->fit->observed_fraction, seen->fit->observed_fraction);
+}
+
+// A box on a table of 1.2 x 1 m at z = 0, and what else there is.
+SimulatedScene BoxOnTable(const Vector3& size_m, std::vector<SimulatedObject> beside) {
+  SimulatedScene scene;
+  scene.objects.push_back({.name = "table",
+                           .parts = {{MakeTranslation(0, 0, -0.015), Box{{1.2, 1.0, 0.03}}}},
+                           .X_WO = Pose::Identity(),
+                           .is_support = true});
+  scene.objects.push_back({.name = "box",
+                           .parts = {{Pose::Identity(), Box{size_m}}},
+                           .X_WO = MakeTranslation(0.1, 0, 0.5 * size_m.z())});
+  for (SimulatedObject& object : beside) scene.objects.push_back(std::move(object));
+  return scene;
+}
+
+// The one nearest to a place, if any.
+const ShapePart* BoxAt(const SceneInterpretation& scene, const Vector3& p_W, Pose* X_WS) {
+  const ShapePart* nearest = nullptr;
+  double nearest_m = 0.1;
+  for (const DetectedObject& object : scene.objects) {
+    if (object.kind != DetectedKind::kObject) continue;
+    for (const ShapePart& part : object.model->shapes) {
+      const Pose X_WPart = object.X_WO * part.X_OS;
+      const double distance_m = (X_WPart.translation() - p_W).norm();
+      if (KindOf(part.shape) != ShapeKind::kBox || distance_m >= nearest_m) continue;
+      nearest_m = distance_m, nearest = &part, *X_WS = X_WPart;
+    }
+  }
+  return nearest;
+}
+
+TEST(InterpretScene, CompletesABoxOfWhichTheTopAloneIsSeen) {
+  const Vector3 size_m(0.15, 0.1, 0.12);
+  const SceneInterpretation scene =
+      Interpreted(BoxOnTable(size_m, {}), LookingAlong({0, 0, -1}, {0.1, 0, 0.9}));
+  Pose X_WS;
+  const ShapePart* box = BoxAt(scene, {0.1, 0, 0.1}, &X_WS);
+  ASSERT_NE(box, nullptr);
+  EXPECT_EQ(box->role, PartRole::kCompleted);
+  // 3 sigma at 0.9 m of the table and of the top, either.
+  constexpr double kEither_m = 0.005;
+  const Aabb bounds = TightBounds(box->shape, X_WS);
+  EXPECT_NEAR(bounds.min().z(), 0, kEither_m);
+  EXPECT_NEAR(bounds.max().z(), size_m.z(), kEither_m);
+  EXPECT_GT(Clearance_m(scene, {0.1, 0.5 * size_m.y() + 0.02, 0.06}), 0.005);
+}
+
+TEST(InterpretScene, ABoxReachesToTheEndThatIsSeenBeyondAPost) {
+  // The post stands before a third of the box and is higher: its face and its top are seen in two.
+  const Vector3 size_m(0.1, 0.36, 0.1);
+  const SimulatedObject post{.name = "post",
+                             .parts = {{Pose::Identity(), Box{{0.03, 0.08, 0.3}}}},
+                             .X_WO = MakeTranslation(-0.1, -0.06, 0.15)};
+  const SceneInterpretation scene =
+      Interpreted(BoxOnTable(size_m, {post}), LookingAlong({1, 0, -1}, {-0.636, 0, 0.7}));
+  Pose X_WS;
+  const ShapePart* box = BoxAt(scene, {0.1, 0, 0.05}, &X_WS);
+  ASSERT_NE(box, nullptr);
+  constexpr double kEdges_m = 0.006;  // two pixels at 1 m for either end
+  const Aabb bounds = TightBounds(box->shape, X_WS);
+  EXPECT_NEAR(bounds.min().y(), -0.5 * size_m.y(), kEdges_m);
+  EXPECT_NEAR(bounds.max().y(), 0.5 * size_m.y(), kEdges_m);
 }
 
 TEST(InterpretScene, MakesOneObjectOfManyShapesOfWhatStandsOnASupportWithoutClusters) {

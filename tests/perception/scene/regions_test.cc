@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <numbers>
 #include <numeric>
 #include <optional>
 
@@ -55,6 +57,21 @@ class TableScene {
       }
       for (double x = 0.5 * kStep_m; x < size_m.x(); x += kStep_m) {
         Put(low + Vector3(x, y, size_m.z()), Vector3::UnitZ(), 1);
+      }
+    }
+    return *this;
+  }
+
+  // What of a ball is seen from above: all that is farther up than this from its equator. It touches
+  // the table, or hangs so high above it.
+  TableScene& AddBall(const Vector2& at_m, double radius_m, double from_rad, double hangs_m) {
+    const Vector3 middle = kCorner + Vector3(at_m.x(), at_m.y(), radius_m + hangs_m);
+    for (double up_rad = from_rad; up_rad < 0.5 * std::numbers::pi; up_rad += kStep_m / radius_m) {
+      const double step_rad = kStep_m / (radius_m * std::cos(up_rad));
+      for (double turn_rad = 0; turn_rad < 2 * std::numbers::pi; turn_rad += step_rad) {
+        const Vector3 out(std::cos(up_rad) * std::cos(turn_rad),
+                          std::cos(up_rad) * std::sin(turn_rad), std::sin(up_rad));
+        Put(middle + radius_m * out, out, 1);
       }
     }
     return *this;
@@ -145,6 +162,19 @@ TEST(FormRegions, ABoxInTheShadowOfAnotherThingStandsOnTheTable) {
           .Form();
   ASSERT_EQ(regions.segments.size(), 2u);
   for (const Segment& segment : regions.segments) EXPECT_EQ(segment.supported_by, 0);
+}
+
+TEST(FormRegions, ABallOfWhichNoFootIsSeenStandsWhereItTouches) {
+  constexpr double kRadius_m = 0.058, kFrom_rad = 0.35;
+  EXPECT_EQ(TableScene().AddBall({0.3, 0.3}, kRadius_m, kFrom_rad, 0).SupportOfTheBox(), 0);
+  EXPECT_EQ(TableScene().AddBall({0.3, 0.3}, kRadius_m, kFrom_rad, 0.05).SupportOfTheBox(), -1);
+}
+
+TEST(FormRegions, AThingThatReachesOutOfTheViewStandsOnTheTableUnlessItIsSeenBelow) {
+  // 5 of 20 cm are over what is seen of the table; where its foot and the rest of it are, nothing is
+  // measured.
+  EXPECT_EQ(TableScene().AddBox({-0.15, 0.2, 0.1}, {0.2, 0.2, 0.2}).SupportOfTheBox(), 0);
+  EXPECT_EQ(TableScene().AddBox({-0.15, 0.2, -0.4}, {0.2, 0.2, 0.6}).SupportOfTheBox(), -1);
 }
 
 TEST(FormRegions, EveryNodeIsOfASupportAThingOrRejected) {
