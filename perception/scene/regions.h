@@ -28,7 +28,8 @@ struct Regions {
 };
 
 // Each piece is one object (JoinPieces). A region of linked pieces stands on a support when most of
-// it lies over the support's outline, it reaches down to it or its foot is hidden, and its
+// it lies over the support's outline (of one that reaches out of the view, a part of it, and nothing of
+// it is lower), it reaches down to it, its foot is hidden or it is a ball that touches it, and its
 // footprint on the support's cells is at least kSmallestFootprint_m2; or when it rests on objects
 // that do (FindSupportsUnderStacks). Linked pieces that stand on nothing become one residual each, and
 // so does each wall or front (FindStructures), which is part of no region. Objects that rest on

@@ -39,8 +39,9 @@ void MeasureSamples(Report& report);
 void MeasureShapes(Report& report);
 void MeasureShapesQuickly(Report& report);
 
-// The same of 40 scenes under the noise of time of flight: tof_shape_found, tof_shape_spurious.
-void MeasureTimeOfFlight(Report& report);
+// The same of 40 scenes under the noise of other sensors: realsense_shape_found,
+// realsense_shape_spurious, tof_shape_found, tof_shape_spurious.
+void MeasureOtherSensors(Report& report);
 
 // Handles of 100 random scenes of mugs, pans and jugs: handle_recall, handle_precision.
 void MeasureHandles(Report& report);

@@ -1,6 +1,6 @@
 // The quality of perception without a server: quick to build where perception is worked on. The same
 // figures as ./dev bench perception prints.
-//   cwm-bench-quality [quick|shapes|tof|handles|claims|scene FAMILY SEED] [--json FILE]
+//   cwm-bench-quality [quick|shapes|sensors|handles|claims|scene FAMILY SEED] [--json FILE]
 //                     [--first-seed N] [--seeds N]
 // The last two, of quick, shapes and handles, take other random scenes than those of the figures,
 // such as scenes that nobody has looked at: what was tuned on some holds only where it holds there.
@@ -23,8 +23,8 @@ struct SeededPart {
 
 const std::map<std::string, void (*)(Report&)>& Parts() {
   static const std::map<std::string, void (*)(Report&)> parts = {
-      {"quick", MeasureShapesQuickly}, {"shapes", MeasureShapes}, {"handles", MeasureHandles},
-      {"tof", MeasureTimeOfFlight},    {"claims", MeasureClaims},
+      {"quick", MeasureShapesQuickly},  {"shapes", MeasureShapes}, {"handles", MeasureHandles},
+      {"sensors", MeasureOtherSensors}, {"claims", MeasureClaims},
   };
   return parts;
 }
@@ -80,7 +80,8 @@ void Run(const Call& call, Report& report) {
     ReplayScene(words[1], std::strtoull(words[2].c_str(), nullptr, 10), report);
   } else {
     report.Fail(
-        "takes quick, shapes, tof, handles, claims, or scene FAMILY SEED; seeds with quick, shapes "
+        "takes quick, shapes, sensors, handles, claims, or scene FAMILY SEED; seeds with quick, "
+        "shapes "
         "or handles alone");
   }
 }

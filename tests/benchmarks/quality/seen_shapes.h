@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "collision/geometry/hybrid_model.h"
+#include "perception/cloud/sensor_noise.h"
 #include "perception/scene_interpretation.h"
 #include "perception/simulation/virtual_scanner.h"
 
@@ -32,6 +33,7 @@ struct InterpretedView {
   const perception::PinholeCamera& camera;
   const perception::SimulatedCloud& scan;
   const perception::SceneInterpretation& interpretation;
+  perception::SensorNoise noise = {};  // of the scan
 };
 
 // Parts of this extent or more are the room and its furniture, not things to handle.

@@ -55,7 +55,7 @@ double AxialSigma_m(const TrueShape& truth, const InterpretedView& view) {
   double sum_m = 0;
   for (std::uint32_t i : truth.points) sum_m += view.scan.cloud.points[i].z();
   const double depth_m = sum_m / static_cast<double>(truth.points.size());
-  return perception::SensorNoise{}.AxialSigma_m(depth_m);
+  return view.noise.AxialSigma_m(depth_m);
 }
 
 class Matcher {

@@ -36,6 +36,7 @@ std::optional<SceneFamily> FamilyNamed(std::string_view name) {
 
 absl::StatusOr<SimulatedCase> RunCase(const CaseName& name, const perception::SensorNoise& noise) {
   SimulatedCase result;
+  result.noise = noise;
   result.simulated = perception::RandomScene(name.family, name.seed);
   const perception::SimulatedView& view = result.simulated;
   result.scan = perception::Scan(view.scene, view.camera, {.noise = noise, .seed = name.seed});

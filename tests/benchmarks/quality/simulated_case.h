@@ -26,8 +26,11 @@ struct SimulatedCase {
   perception::SimulatedView simulated;
   perception::SimulatedCloud scan;
   perception::SceneInterpretation interpretation;
+  perception::SensorNoise noise;
 
-  InterpretedView view() const { return {simulated.scene, simulated.camera, scan, interpretation}; }
+  InterpretedView view() const {
+    return {simulated.scene, simulated.camera, scan, interpretation, noise};
+  }
 };
 
 // The sensor's noise drawn from the seed of the scene, and told to the interpreter; else its own
