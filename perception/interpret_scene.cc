@@ -100,7 +100,28 @@ bool IsTooLargeForItsSensor(const OrientedPoints& points) {
   return 2 * static_cast<std::size_t>(far) > points.size();
 }
 
-void AddWarnings(const SegmentedScene& scene, InterpretReport& report) {
+// To an up that was given, by its name in the API.
+void WarnOfUp(const SegmentedScene& scene, const InterpretOptions& options,
+              std::vector<std::string>& warnings) {
+  const bool is_estimate =
+      options.X_WC && options.X_WC_source == InterpretOptions::PoseSource::kEstimated;
+  if (scene.up_verdict == UpVerdict::kPlausible || is_estimate) return;
+  const Vector3 up_C = options.X_WC ? Vector3(scene.R_LC.row(2).transpose()) : *options.up_C;
+  const std::string given =
+      absl::StrCat(options.X_WC ? "x_world_sensor with up along (" : "up (", up_C.x(), ", ",
+                   up_C.y(), ", ", up_C.z(), ") of the sensor's frame");
+  if (scene.up_verdict == UpVerdict::kSeenFromBelow) {
+    warnings.push_back(absl::StrCat(given, " may be upside down: it says that the sensor sees ",
+                                    "level surfaces from below alone"));
+    return;
+  }
+  warnings.push_back(absl::StrCat(
+      given, " seems to be upside down: it says that the sensor sees level surfaces from below; ",
+      options.X_WC ? "taken as it is" : "taken the other way round"));
+}
+
+void AddWarnings(const SegmentedScene& scene, const InterpretOptions& options,
+                 InterpretReport& report) {
   if (IsTooLargeForItsSensor(scene.points)) {
     report.warnings.push_back(absl::StrCat("half of the points are farther away than ", kFarthest_m,
                                            " m: coordinates are metres, are these millimetres?"));
@@ -108,6 +129,7 @@ void AddWarnings(const SegmentedScene& scene, InterpretReport& report) {
   if (!scene.up_known) {
     report.warnings.push_back("no plane tells where up is: the sensor's own axes are taken");
   }
+  WarnOfUp(scene, options, report.warnings);
   if (scene.supports.empty()) {
     report.warnings.push_back("no support found: all points are residual geometry");
   }
@@ -250,7 +272,7 @@ absl::StatusOr<SceneInterpretation> Interpret(const PointCloud& cloud,
   AddSupports(*scene, std::move(described.supports), result);
   AddObjects(*scene, std::move(described.things), X_WL, result);
   result.report.points_rejected = scene->rejected.size();
-  AddWarnings(*scene, result.report);
+  AddWarnings(*scene, options, result.report);
   return result;
 }
 

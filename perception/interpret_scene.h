@@ -26,7 +26,8 @@ struct InterpretOptions {
   enum class PoseSource { kGiven, kEstimated };
   PoseSource X_WC_source = PoseSource::kGiven;
   // Up in the sensor's frame, any positive length. Used when X_WC is unknown; without it up is
-  // estimated as the normal of the dominant support plane.
+  // estimated as the normal of the dominant support plane. One that is upside down by what the cloud
+  // shows is taken the other way round, and a warning says so; of X_WC a warning says so.
   std::optional<Vector3> up_C;
   Clustering clustering = Clustering::kObjects;
   ModelerOptions modeler;

@@ -140,27 +140,35 @@ std::optional<VoxelGrid> EstimateNormals(MeasuredPoints& measured, const Work& w
   return grid;
 }
 
-CoarseCloud CellsForUp(const MeasuredPoints& measured, const Work& work) {
-  return measured.organised() ? SketchCoarseCloud(measured, work)
-                              : MakeCoarseCloud(measured.oriented, work);
-}
-
 struct LevelFrame {
   Matrix3 R_LC = Matrix3::Identity();
   bool up_known = true;
+  UpVerdict up_verdict = UpVerdict::kPlausible;
 };
 
-// Given, or told by the largest plane.
+// Given, or told by the largest plane. The points are in frame C, or in L where `turned_to_level`.
 LevelFrame FindLevelFrame(const MeasuredPoints& measured, const SegmentOptions& options,
-                          const Work& work) {
-  if (options.R_LC) return {*options.R_LC, true};
-  const bool is_image = measured.organised();
-  std::optional<Vector3> up = options.up_C;
-  if (!up) up = EstimateUp(CellsForUp(measured, work), is_image);
-  const bool up_known = up.has_value();
-  if (!up) up = is_image ? Vector3(-Vector3::UnitY()) : Vector3(Vector3::UnitZ());
-  const Vector3 view_C = is_image ? Vector3(Vector3::UnitZ()) : MeanPoint(measured.oriented);
-  return {LevelOrientation(*up, view_C), up_known};
+                          bool turned_to_level, const Work& work) {
+  const CoarseCloud cells = CellsForUp(measured, work);
+  std::optional<ImageAxes> image;
+  if (measured.organised()) image = AxesOf(measured);
+  if (options.R_LC) {
+    const Vector3 up =
+        turned_to_level ? Vector3(Vector3::UnitZ()) : Vector3(options.R_LC->row(2).transpose());
+    return {*options.R_LC, true, JudgeUp(cells, up, image)};
+  }
+  LevelFrame level;
+  Vector3 up = image ? image->up : Vector3(Vector3::UnitZ());
+  if (options.up_C) {
+    level.up_verdict = JudgeUp(cells, *options.up_C, image);
+    up = level.up_verdict == UpVerdict::kReversed ? Vector3(-*options.up_C) : *options.up_C;
+  } else if (const std::optional<Vector3> estimate = EstimateUp(cells, image)) {
+    up = *estimate;
+  } else {
+    level.up_known = false;
+  }
+  level.R_LC = LevelOrientation(up, image ? image->forward : MeanPoint(measured.oriented));
+  return level;
 }
 
 // The nodes of the surface: the points of an image, the cells of any other cloud.
@@ -178,7 +186,7 @@ LevelFrame MeasureSurface(MeasuredPoints& measured, const SegmentOptions& option
   std::optional<VoxelGrid> grid = EstimateNormals(measured, work);
   options.stage_done("normals");
   work.Poll();
-  const LevelFrame level = FindLevelFrame(measured, options, work);
+  const LevelFrame level = FindLevelFrame(measured, options, turn_first, work);
   if (!turn_first) Rotate(measured.oriented, level.R_LC, work);
   if (!grid) return level;
   if (!turn_first) grid = VoxelGrid::Build(measured.oriented.points, grid->edge_m(), work);
@@ -288,6 +296,7 @@ SegmentedScene SegmentInSteps(MeasuredPoints measured, const SegmentOptions& opt
   const LevelFrame level = MeasureSurface(measured, options, work, cells_of_cloud);
   scene.R_LC = level.R_LC;
   scene.up_known = level.up_known;
+  scene.up_verdict = level.up_verdict;
   const Cells* cells = cells_of_cloud ? &*cells_of_cloud : nullptr;
   const OrientedPoints& nodes = cells ? cells->nodes : measured.oriented;
 

@@ -13,6 +13,7 @@
 #include "perception/scene/clustering.h"
 #include "perception/scene/plane_fit.h"
 #include "perception/scene/sight_map.h"
+#include "perception/scene/up.h"
 
 namespace cwm::perception {
 
@@ -45,6 +46,9 @@ struct SegmentedThing {
 struct SegmentedScene {
   Matrix3 R_LC = Matrix3::Identity();
   bool up_known = true;  // false: the cloud shows no plane that could tell
+  // Of an up that was given. A vector that is kReversed was taken the other way round; an
+  // orientation is taken as it is.
+  UpVerdict up_verdict = UpVerdict::kPlausible;
   OrientedPoints points;
   std::vector<SegmentedSupport> supports;  // largest first
   std::vector<SegmentedThing> things;      // objects, largest first, then residuals

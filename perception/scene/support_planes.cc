@@ -8,6 +8,7 @@
 #include "perception/cloud/downsample.h"
 #include "perception/cloud/parallel_for.h"
 #include "perception/cloud/quantile.h"
+#include "perception/scene/cell_clusters.h"
 #include "perception/scene/support_gaps.h"
 
 namespace cwm::perception {
@@ -25,15 +26,12 @@ constexpr std::size_t kMedianSample = 4096;  // fixes the median noise to 2 perc
 constexpr float kSketchedPerCell = 16;
 constexpr float kMostSketchStride = 16;
 constexpr double kMostTilt_rad = 12 * kDegree;      // of a cell's normal against up
-constexpr double kSmoothTurn_rad = 10 * kDegree;    // between neighbouring cells of one surface
 constexpr double kCoplanarAngle_rad = 3 * kDegree;  // pieces of one support
 constexpr double kCoplanarGap_m = 0.01;
 // What rises less than this above a support twice its size is an object's top, not a shelf.
 constexpr double kHighestObjectTop_m = 0.4;
 constexpr double kObjectTopShare = 0.5;
 constexpr double kOwnShare = 0.5;  // of the cells on a support's plane among and beside its own
-constexpr double kLeastUpComponent = 0.17;  // 10 degrees above the optical axis's plane
-constexpr double kLeastPlaneShare = 0.02;   // of all cells: smaller planes do not tell up
 
 // Odd, so that it runs through all columns of an image.
 std::size_t StrideOfSample(std::size_t count) { return count / kMedianSample | 1; }
@@ -48,39 +46,6 @@ std::vector<T> EveryNth(const std::vector<T>& values, std::size_t n) {
 
 float CoarseCell_m(std::vector<float> sigma_m) {
   return std::max(kSmallestCoarseCell_m, kCoarseCell_sigma * Median(std::move(sigma_m)));
-}
-
-// A coarse cloud whose cells' normals are turned.
-struct CellView {
-  const VoxelGrid& grid;
-  const OrientedPoints& cells;
-};
-
-// Connected sets of eligible cells; `joined(a, b)` decides for neighbours. Largest first.
-template <class Eligible, class Joined>
-std::vector<std::vector<std::uint32_t>> Cluster(const CellView& coarse, Eligible&& eligible,
-                                                Joined&& joined) {
-  std::vector<char> visited(coarse.cells.size(), 0);
-  std::vector<std::vector<std::uint32_t>> clusters;
-  for (std::uint32_t start = 0; start < coarse.cells.size(); ++start) {
-    if (visited[start] || !eligible(start)) continue;
-    std::vector<std::uint32_t> members{start};
-    visited[start] = 1;
-    for (std::size_t k = 0; k < members.size(); ++k) {
-      const std::uint32_t member = members[k];
-      coarse.grid.ForEachWithin(1, coarse.grid.cell(member), [&](std::size_t found) {
-        const auto other = static_cast<std::uint32_t>(found);
-        if (visited[other] || !eligible(other) || !joined(member, other)) return;
-        visited[other] = 1;
-        members.push_back(other);
-      });
-    }
-    std::sort(members.begin(), members.end());
-    clusters.push_back(std::move(members));
-  }
-  std::stable_sort(clusters.begin(), clusters.end(),
-                   [](const auto& a, const auto& b) { return a.size() > b.size(); });
-  return clusters;
 }
 
 // A cell of a plane covers about its face; seen at a slant it is the same.
@@ -215,27 +180,6 @@ CoarseCloud SketchCoarseCloud(const MeasuredPoints& image, const Work& work) {
   return coarse;
 }
 
-std::optional<Vector3> EstimateUp(const CoarseCloud& coarse, bool optical_frame) {
-  const float turn_cos = static_cast<float>(std::cos(kSmoothTurn_rad));
-  const std::vector<Vector3f>& normals = coarse.cells.normals;
-  const auto clusters = Cluster(
-      {coarse.grid, coarse.cells}, [&](std::uint32_t c) { return !normals[c].isZero(); },
-      [&](std::uint32_t a, std::uint32_t b) { return normals[a].dot(normals[b]) >= turn_cos; });
-  std::optional<Vector3> likely, possible;
-  double likely_area = 0, possible_area = 0;
-  const double least = kLeastPlaneShare * static_cast<double>(coarse.cells.size());
-  for (const auto& cluster : clusters) {
-    if (static_cast<double>(cluster.size()) < least || cluster.size() < 3) break;
-    const std::optional<Plane> plane = FitPlane(coarse.cells, cluster, cluster[0]);
-    if (!plane) continue;
-    const auto area = static_cast<double>(Inliers(*plane, coarse.cells, cluster).size());
-    const bool is_likely = !optical_frame || -plane->normal.y() >= kLeastUpComponent;
-    if (is_likely && area > likely_area) likely = plane->normal, likely_area = area;
-    if (area > possible_area) possible = plane->normal, possible_area = area;
-  }
-  return likely ? likely : possible;
-}
-
 std::vector<SupportPlane> FindSupportPlanes(const CoarseCloud& coarse, const Vector3& up,
                                             const SightMap* sight, const Work& work) {
   OrientedPoints flipped = coarse.cells;  // up first: given normals may point anywhere
@@ -246,7 +190,7 @@ std::vector<SupportPlane> FindSupportPlanes(const CoarseCloud& coarse, const Vec
   const CellView cloud{coarse.grid, flipped};
   const float tilt_cos = static_cast<float>(std::cos(kMostTilt_rad));
   const float step = static_cast<float>(std::tan(kMostTilt_rad));
-  const auto clusters = Cluster(
+  const auto clusters = ClusterCells(
       cloud, [&](std::uint32_t c) { return cloud.cells.normals[c].dot(up_f) >= tilt_cos; },
       [&](std::uint32_t a, std::uint32_t b) {
         const Vector3f d = cloud.cells.points[a] - cloud.cells.points[b];

@@ -1,4 +1,4 @@
-// Up, and the horizontal planes that things stand on (paper, section III steps 2 to 4).
+// The horizontal planes that things stand on (paper, section III steps 2 to 4).
 #pragma once
 
 #include <optional>
@@ -21,11 +21,6 @@ CoarseCloud MakeCoarseCloud(const OrientedPoints& nodes, const Work& work = {});
 
 // The same cells of an image, of as many of its points as they need: enough to find planes by.
 CoarseCloud SketchCoarseCloud(const MeasuredPoints& image, const Work& work = {});
-
-// The normal of the largest plane in the view that can be a support, unit. Of an optical frame
-// (organised clouds: z forward, y down) such a normal has a component along -y; planes that show
-// none are taken only when there is no other. Nothing when the cloud shows no plane.
-std::optional<Vector3> EstimateUp(const CoarseCloud& coarse, bool optical_frame);
 
 // A place that cannot hold an object of 15 x 15 cm is not worth being a support of its own.
 inline constexpr double kSmallestSupport_m2 = 0.0225;

@@ -1,0 +1,192 @@
+#include "perception/scene/up.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include "perception/cloud/voxel_grid.h"
+#include "perception/scene/cell_clusters.h"
+#include "perception/scene/footprint.h"
+
+namespace cwm::perception {
+namespace {
+
+using Eigen::Vector3f;
+
+constexpr double kDegree = std::numbers::pi / 180;
+constexpr double kSmoothTurn_rad = 10 * kDegree;  // between neighbouring cells of one surface
+constexpr double kLeastUpComponent = 0.17;        // 10 degrees above the optical axis's plane
+constexpr double kLeastPlaneShare = 0.02;         // of all cells: smaller planes do not tell up
+
+// Of a cloud that is no image: three images of a Kinect, in a tenth of a second.
+constexpr std::size_t kMostPointsForUp = std::size_t{1} << 20;
+constexpr std::size_t kRaySample = 4096;  // tells a mean ray to a percent of the field of view
+// Rays of a camera, up to 120 degrees wide, average to more; those of a scan all around to nothing.
+constexpr float kLeastMeanRay = 0.5f;
+
+constexpr double kMostTilt_rad = 12 * kDegree;  // of level cells, as of supports
+// Flatter, a surface passes through the sensor's place, and is seen from neither side.
+constexpr double kLeastDrop = 0.1;
+// Of the level cells that are seen from below and from above: of a room both are seen, of a table
+// with up upside down one alone, but for what else is level by chance.
+constexpr double kMostlyBelow = 3;
+// What stands on a support: as high as a bottle, over a share of it. Lamps cover less of a ceiling.
+constexpr double kHighestStanding_m = 0.3;
+constexpr double kLeastStandingShare = 0.05;
+
+Vector3 NearestAxis(const Vector3f& direction) {
+  Eigen::Index axis = 0;
+  direction.cwiseAbs().maxCoeff(&axis);
+  Vector3 unit = Vector3::Zero();
+  unit[axis] = direction[axis] < 0 ? -1 : 1;
+  return unit;
+}
+
+Vector3f Without(Vector3f direction, const Vector3& axis) {
+  direction -= direction.dot(axis.cast<float>()) * axis.cast<float>();
+  return direction;
+}
+
+struct LevelCells {
+  std::vector<std::uint32_t> from_below;  // ascending
+  std::size_t others = 0;                 // from above, or neither
+};
+
+LevelCells FindLevelCells(const OrientedPoints& cells, const Vector3& up) {
+  LevelCells level;
+  const double tilt_cos = std::cos(kMostTilt_rad);
+  for (std::uint32_t c = 0; c < cells.size(); ++c) {
+    if (std::abs(cells.normals[c].cast<double>().dot(up)) < tilt_cos) continue;
+    const Vector3 ray = cells.points[c].cast<double>() - cells.viewpoint;
+    if (ray.dot(up) > kLeastDrop * ray.norm()) {
+      level.from_below.push_back(c);
+    } else {
+      ++level.others;
+    }
+  }
+  return level;
+}
+
+// Cells near a plane, over its footprint.
+struct BesidePlane {
+  std::size_t before = 0;  // on the sensor's side
+  std::size_t behind = 0;
+
+  bool Stands(std::size_t on_plane, double least_ratio) const {
+    const auto count = static_cast<double>(before);
+    return count >= kLeastStandingShare * static_cast<double>(on_plane) &&
+           count >= least_ratio * static_cast<double>(behind);
+  }
+};
+
+BesidePlane CountBeside(const CoarseCloud& coarse, const Plane& plane,
+                        const std::vector<std::uint32_t>& inliers) {
+  const OrientedPoints& cells = coarse.cells;
+  const double edge_m = coarse.grid.edge_m();
+  const Footprint footprint(plane, cells, inliers, edge_m);
+  const double side = plane.Height_m(cells.viewpoint) < 0 ? -1 : 1;
+  BesidePlane beside;
+  for (std::uint32_t c = 0; c < cells.size(); ++c) {
+    const Vector3 place = cells.points[c].cast<double>();
+    const double height_m = side * plane.Height_m(place);
+    const double gate_m = std::max(edge_m, double{kPlaneGate_sigma * cells.sigma_m[c]});
+    if (std::abs(height_m) <= gate_m || std::abs(height_m) > kHighestStanding_m) continue;
+    if (footprint.Surrounds(place)) ++(height_m > 0 ? beside.before : beside.behind);
+  }
+  return beside;
+}
+
+}  // namespace
+
+ImageAxes AxesOf(const MeasuredPoints& image) {
+  const std::size_t stride = std::max<std::size_t>(1, image.image.size() / kRaySample) | 1;
+  Vector3f sum = Vector3f::Zero(), towards_top = Vector3f::Zero();
+  float count = 0, rows = 0;
+  std::vector<std::pair<float, Vector3f>> rays;  // with their rows
+  for (std::size_t i = 0; i < image.image.size(); i += stride) {
+    if (image.image[i] < 0) continue;
+    const Vector3f& point = image.oriented.points[static_cast<std::size_t>(image.image[i])];
+    const auto row = static_cast<float>(i / static_cast<std::size_t>(image.width));
+    rays.emplace_back(row, point.normalized());
+    sum += rays.back().second;
+    rows += row;
+    ++count;
+  }
+  for (const auto& [row, ray] : rays) towards_top += (rows / count - row) * ray;
+  ImageAxes axes;
+  const bool is_all_around = sum.norm() < kLeastMeanRay * count;
+  const Vector3 forward = NearestAxis(sum);
+  if (!is_all_around) towards_top = Without(towards_top, forward);
+  if (!(towards_top.norm() > 0)) return axes;
+  axes.up = NearestAxis(towards_top);
+  if (!is_all_around) {
+    axes.forward = forward;
+  } else {
+    axes.forward = axes.up.x() == 0 ? Vector3(Vector3::UnitX()) : Vector3(Vector3::UnitZ());
+  }
+  return axes;
+}
+
+CoarseCloud CellsForUp(const MeasuredPoints& measured, const Work& work) {
+  if (measured.organised()) return SketchCoarseCloud(measured, work);
+  const OrientedPoints& all = measured.oriented;
+  if (all.size() <= kMostPointsForUp) return MakeCoarseCloud(all, work);
+  std::vector<std::uint32_t> some;
+  const std::size_t stride = all.size() / kMostPointsForUp + 1;
+  for (std::size_t i = 0; i < all.size(); i += stride) {
+    some.push_back(static_cast<std::uint32_t>(i));
+  }
+  return MakeCoarseCloud(Subset(all, some), work);
+}
+
+std::optional<Vector3> EstimateUp(const CoarseCloud& coarse,
+                                  const std::optional<ImageAxes>& image) {
+  const float turn_cos = static_cast<float>(std::cos(kSmoothTurn_rad));
+  const std::vector<Vector3f>& normals = coarse.cells.normals;
+  const auto clusters = ClusterCells(
+      {coarse.grid, coarse.cells}, [&](std::uint32_t c) { return !normals[c].isZero(); },
+      [&](std::uint32_t a, std::uint32_t b) { return normals[a].dot(normals[b]) >= turn_cos; });
+  std::optional<Vector3> likely, possible;
+  double likely_area = 0, possible_area = 0;
+  const double least = kLeastPlaneShare * static_cast<double>(coarse.cells.size());
+  for (const auto& cluster : clusters) {
+    if (static_cast<double>(cluster.size()) < least || cluster.size() < 3) break;
+    const std::optional<Plane> plane = FitPlane(coarse.cells, cluster, cluster[0]);
+    if (!plane) continue;
+    const auto area = static_cast<double>(Inliers(*plane, coarse.cells, cluster).size());
+    const bool is_likely = !image || image->up.dot(plane->normal) >= kLeastUpComponent;
+    if (is_likely && area > likely_area) likely = plane->normal, likely_area = area;
+    if (area > possible_area) possible = plane->normal, possible_area = area;
+  }
+  return likely ? likely : possible;
+}
+
+UpVerdict JudgeUp(const CoarseCloud& coarse, const Vector3& up,
+                  const std::optional<ImageAxes>& image) {
+  const Vector3 unit_up = up.normalized();
+  const LevelCells level = FindLevelCells(coarse.cells, unit_up);
+  const double count = static_cast<double>(level.from_below.size());
+  const double edge_m = coarse.grid.edge_m();
+  const bool is_seen_from_below =
+      count * edge_m * edge_m >= kSmallestSupport_m2 &&
+      count >= kLeastPlaneShare * static_cast<double>(coarse.cells.size()) &&
+      count >= kMostlyBelow * static_cast<double>(level.others);
+  if (!is_seen_from_below) return UpVerdict::kPlausible;
+  // A camera upside down that looks up at a ceiling is one that stands upright and looks down, and
+  // the other way round.
+  const double image_up = image ? image->up.dot(unit_up) : 0;
+  if (image_up <= -kLeastUpComponent) return UpVerdict::kReversed;
+  if (image_up >= kLeastUpComponent) return UpVerdict::kSeenFromBelow;
+  const std::optional<Plane> plane = FitPlane(coarse.cells, level.from_below, level.from_below[0]);
+  bool things_stand = false;
+  if (plane) {
+    const std::vector<std::uint32_t> inliers = Inliers(*plane, coarse.cells, level.from_below);
+    const BesidePlane beside = CountBeside(coarse, *plane, inliers);
+    things_stand = beside.Stands(inliers.size(), image ? 0 : kMostlyBelow);
+  }
+  if (!image) return things_stand ? UpVerdict::kSeenFromBelow : UpVerdict::kPlausible;
+  return things_stand ? UpVerdict::kReversed : UpVerdict::kSeenFromBelow;
+}
+
+}  // namespace cwm::perception

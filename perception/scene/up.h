@@ -1,0 +1,44 @@
+// Where up is: estimated from a cloud, or given and doubted.
+#pragma once
+
+#include <optional>
+
+#include "perception/cloud/measured_points.h"
+#include "perception/cloud/work.h"
+#include "perception/scene/support_planes.h"
+
+namespace cwm::perception {
+
+// The axes of the sensor's frame that an image looks along and that its rows count against, told by
+// its rays: z and -y of an optical frame, x and z of a body's.
+struct ImageAxes {
+  Vector3 forward = Vector3::UnitZ();
+  Vector3 up = -Vector3::UnitY();
+};
+
+// In the frame that the points are in. An optical frame's where the rays do not tell. An image all
+// around looks along x, or along z where x is up.
+ImageAxes AxesOf(const MeasuredPoints& image);
+
+// The cells that up is estimated or doubted by: of some of the points.
+CoarseCloud CellsForUp(const MeasuredPoints& measured, const Work& work = {});
+
+// The normal of the largest plane in the view that can be a support, unit. Planes of an image whose
+// normal does not show along its up are taken only when there is no other. Nothing when the cloud
+// shows no plane.
+std::optional<Vector3> EstimateUp(const CoarseCloud& coarse, const std::optional<ImageAxes>& image);
+
+// What the level surfaces of a cloud say to an up that was given. Tables and floors lie below the
+// sensor, unless it looks at a ceiling alone.
+enum class UpVerdict {
+  kPlausible,
+  kSeenFromBelow,  // level surfaces are seen from below, and nothing tells why
+  kReversed,       // and the image or what stands on them tells that up is upside down
+};
+
+// `image` is that of an organised cloud. Any other may have been seen from several places: it is
+// never kReversed, and kSeenFromBelow only when things stand on the lower sides of its surfaces.
+UpVerdict JudgeUp(const CoarseCloud& coarse, const Vector3& up,
+                  const std::optional<ImageAxes>& image);
+
+}  // namespace cwm::perception
