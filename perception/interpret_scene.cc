@@ -126,8 +126,12 @@ void AddWarnings(const SegmentedScene& scene, const InterpretOptions& options,
     report.warnings.push_back(absl::StrCat("half of the points are farther away than ", kFarthest_m,
                                            " m: coordinates are metres, are these millimetres?"));
   }
-  if (!scene.up_known) {
+  if (scene.up_source == UpSource::kNoPlane) {
     report.warnings.push_back("no plane tells where up is: the sensor's own axes are taken");
+  }
+  if (scene.up_source == UpSource::kBarePlane) {
+    report.warnings.push_back(
+        "up is taken from a plane that nothing stands on and that may be a wall");
   }
   WarnOfUp(scene, options, report.warnings);
   if (scene.supports.empty()) {
@@ -254,6 +258,8 @@ absl::StatusOr<SceneInterpretation> Interpret(const PointCloud& cloud,
 
   result.X_WC.linear() = scene->R_LC;
   if (options.X_WC) result.X_WC = *options.X_WC;
+  result.pose_is_guess =
+      scene->up_source == UpSource::kBarePlane || scene->up_source == UpSource::kNoPlane;
   const Pose X_WL(Eigen::Translation3d(result.X_WC.translation()));
 
   // Steps 6 and 7: shapes, and triangulated surfaces for what they leave.

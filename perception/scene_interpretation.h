@@ -59,6 +59,9 @@ struct InterpretReport {
 
 struct SceneInterpretation {
   Pose X_WC = Pose::Identity();  // given or estimated
+  // X_WC was estimated, and nothing bears it out: no plane tells where up is, or one that may be a
+  // wall. Good for this scan alone.
+  bool pose_is_guess = false;
   std::vector<DetectedSupport> supports;
   std::vector<DetectedObject> objects;  // objects first, then residuals
   // One label per input point: 0 none, 1-9 supports, object i (from 1, in the order above,

@@ -142,7 +142,7 @@ std::optional<VoxelGrid> EstimateNormals(MeasuredPoints& measured, const Work& w
 
 struct LevelFrame {
   Matrix3 R_LC = Matrix3::Identity();
-  bool up_known = true;
+  UpSource up_source = UpSource::kGiven;
   UpVerdict up_verdict = UpVerdict::kPlausible;
 };
 
@@ -155,17 +155,18 @@ LevelFrame FindLevelFrame(const MeasuredPoints& measured, const SegmentOptions& 
   if (options.R_LC) {
     const Vector3 up =
         turned_to_level ? Vector3(Vector3::UnitZ()) : Vector3(options.R_LC->row(2).transpose());
-    return {*options.R_LC, true, JudgeUp(cells, up, image)};
+    return {*options.R_LC, UpSource::kGiven, JudgeUp(cells, up, image)};
   }
   LevelFrame level;
   Vector3 up = image ? image->up : Vector3(Vector3::UnitZ());
   if (options.up_C) {
     level.up_verdict = JudgeUp(cells, *options.up_C, image);
     up = level.up_verdict == UpVerdict::kReversed ? Vector3(-*options.up_C) : *options.up_C;
-  } else if (const std::optional<Vector3> estimate = EstimateUp(cells, image)) {
-    up = *estimate;
+  } else if (const std::optional<UpEstimate> estimate = EstimateUp(cells, image)) {
+    level.up_source = estimate->shows_in_image ? UpSource::kSupport : UpSource::kBarePlane;
+    up = estimate->up;
   } else {
-    level.up_known = false;
+    level.up_source = UpSource::kNoPlane;
   }
   level.R_LC = LevelOrientation(up, image ? image->forward : MeanPoint(measured.oriented));
   return level;
@@ -289,13 +290,25 @@ void Collect(const SurfaceGraph& graph, const Pieces& pieces, const Regions& reg
   scene.rejected = node_points.Of(regions.rejected);
 }
 
+// An estimate of up, once it is known what stands on supports that are level by it.
+UpSource BorneOut(const SegmentedScene& scene) {
+  const bool from_plane =
+      scene.up_source == UpSource::kSupport || scene.up_source == UpSource::kBarePlane;
+  if (!from_plane) return scene.up_source;
+  if (scene.supports.empty()) return UpSource::kBarePlane;
+  const bool anything_stands =
+      std::any_of(scene.things.begin(), scene.things.end(),
+                  [](const SegmentedThing& thing) { return thing.supported_by >= 0; });
+  return anything_stands ? UpSource::kSupport : scene.up_source;
+}
+
 SegmentedScene SegmentInSteps(MeasuredPoints measured, const SegmentOptions& options,
                               const Work& work) {
   SegmentedScene scene;
   std::optional<Cells> cells_of_cloud;
   const LevelFrame level = MeasureSurface(measured, options, work, cells_of_cloud);
   scene.R_LC = level.R_LC;
-  scene.up_known = level.up_known;
+  scene.up_source = level.up_source;
   scene.up_verdict = level.up_verdict;
   const Cells* cells = cells_of_cloud ? &*cells_of_cloud : nullptr;
   const OrientedPoints& nodes = cells ? cells->nodes : measured.oriented;
@@ -329,6 +342,7 @@ SegmentedScene SegmentInSteps(MeasuredPoints measured, const SegmentOptions& opt
   options.stage_done("split");
 
   Collect(graph, pieces, regions, std::move(supports), cells ? &cells->grid : nullptr, scene);
+  scene.up_source = BorneOut(scene);
   BoundStructures(graph, coarse, regions, cells ? nullptr : &sight, work, scene);
   if (cells == nullptr) scene.sight = *std::move(sight_map);
   scene.points = std::move(measured.oriented);

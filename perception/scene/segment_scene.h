@@ -45,7 +45,7 @@ struct SegmentedThing {
 // far from the world's origin the sensor is.
 struct SegmentedScene {
   Matrix3 R_LC = Matrix3::Identity();
-  bool up_known = true;  // false: the cloud shows no plane that could tell
+  UpSource up_source = UpSource::kGiven;
   // Of an up that was given. A vector that is kReversed was taken the other way round; an
   // orientation is taken as it is.
   UpVerdict up_verdict = UpVerdict::kPlausible;

@@ -140,14 +140,14 @@ CoarseCloud CellsForUp(const MeasuredPoints& measured, const Work& work) {
   return MakeCoarseCloud(Subset(all, some), work);
 }
 
-std::optional<Vector3> EstimateUp(const CoarseCloud& coarse,
-                                  const std::optional<ImageAxes>& image) {
+std::optional<UpEstimate> EstimateUp(const CoarseCloud& coarse,
+                                     const std::optional<ImageAxes>& image) {
   const float turn_cos = static_cast<float>(std::cos(kSmoothTurn_rad));
   const std::vector<Vector3f>& normals = coarse.cells.normals;
   const auto clusters = ClusterCells(
       {coarse.grid, coarse.cells}, [&](std::uint32_t c) { return !normals[c].isZero(); },
       [&](std::uint32_t a, std::uint32_t b) { return normals[a].dot(normals[b]) >= turn_cos; });
-  std::optional<Vector3> likely, possible;
+  std::optional<UpEstimate> likely, possible;
   double likely_area = 0, possible_area = 0;
   const double least = kLeastPlaneShare * static_cast<double>(coarse.cells.size());
   for (const auto& cluster : clusters) {
@@ -155,9 +155,10 @@ std::optional<Vector3> EstimateUp(const CoarseCloud& coarse,
     const std::optional<Plane> plane = FitPlane(coarse.cells, cluster, cluster[0]);
     if (!plane) continue;
     const auto area = static_cast<double>(Inliers(*plane, coarse.cells, cluster).size());
-    const bool is_likely = !image || image->up.dot(plane->normal) >= kLeastUpComponent;
-    if (is_likely && area > likely_area) likely = plane->normal, likely_area = area;
-    if (area > possible_area) possible = plane->normal, possible_area = area;
+    const bool shows = image && image->up.dot(plane->normal) >= kLeastUpComponent;
+    const UpEstimate estimate{.up = plane->normal, .shows_in_image = shows};
+    if (shows && area > likely_area) likely = estimate, likely_area = area;
+    if (area > possible_area) possible = estimate, possible_area = area;
   }
   return likely ? likely : possible;
 }

@@ -23,10 +23,24 @@ ImageAxes AxesOf(const MeasuredPoints& image);
 // The cells that up is estimated or doubted by: of some of the points.
 CoarseCloud CellsForUp(const MeasuredPoints& measured, const Work& work = {});
 
-// The normal of the largest plane in the view that can be a support, unit. Planes of an image whose
-// normal does not show along its up are taken only when there is no other. Nothing when the cloud
-// shows no plane.
-std::optional<Vector3> EstimateUp(const CoarseCloud& coarse, const std::optional<ImageAxes>& image);
+// What up was taken from.
+enum class UpSource {
+  kGiven,
+  kSupport,    // estimated: a plane that lies in the image as supports do, or that things stand on
+  kBarePlane,  // estimated: a plane that may as well be a wall
+  kNoPlane     // the sensor's own axes, for no plane tells
+};
+
+struct UpEstimate {
+  Vector3 up = Vector3::UnitZ();  // unit
+  bool shows_in_image = false;    // along the image's up, as the normals of supports do
+};
+
+// The normal of the largest plane in the view that can be a support. Planes of an image whose normal
+// does not show along its up are taken only when there is no other. Nothing when the cloud shows no
+// plane.
+std::optional<UpEstimate> EstimateUp(const CoarseCloud& coarse,
+                                     const std::optional<ImageAxes>& image);
 
 // What the level surfaces of a cloud say to an up that was given. Tables and floors lie below the
 // sensor, unless it looks at a ceiling alone.

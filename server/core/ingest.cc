@@ -154,7 +154,7 @@ class IngestRun {
   void KeepPose() {
     if (request_.options.X_WC.has_value()) {
       world_.KeepPose(request_.sensor, {*request_.options.X_WC, true});
-    } else if (!assumed_pose_.has_value()) {
+    } else if (!assumed_pose_.has_value() && !scene_.pose_is_guess) {
       world_.KeepPose(request_.sensor, {scene_.X_WC, false});
     }
   }

@@ -149,6 +149,25 @@ TEST(GivenUp, OfACloudThatIsNoImageIsDoubtedByWhatStandsAlone) {
   EXPECT_EQ(Segmented(things, options).up_verdict, UpVerdict::kPlausible);
 }
 
+TEST(EstimatedUp, IsKnownFromATableAndFromThingsThatStand) {
+  EXPECT_EQ(Segmented(Scan({{TableTop()}}, LookingDown(35 * kDegree), {}).cloud, {}).up_source,
+            UpSource::kSupport);
+  const PointCloud things = Scan(TableWithThings(), LookingDown(35 * kDegree), {}).cloud;
+  EXPECT_EQ(Segmented(Shuffled(things), {}).up_source, UpSource::kSupport);
+}
+
+TEST(EstimatedUp, OfABareWallOrALineIsAGuess) {
+  const PinholeCamera camera = CameraAt(LookAt(Vector3::Zero(), Vector3(1, 0, 0)));
+  const SimulatedScene wall{{Block({0.2, 6, 6}, {1.5, 0, 0})}};
+  EXPECT_EQ(Segmented(Scan(wall, camera, {}).cloud, {}).up_source, UpSource::kBarePlane);
+  PointCloud line;
+  for (int i = 0; i < 2000; ++i) line.points.push_back({0.001f * static_cast<float>(i), 0, 1});
+  line.width = static_cast<int>(line.size());
+  EXPECT_EQ(Segmented(line, {}).up_source, UpSource::kNoPlane);
+  EXPECT_EQ(Segmented({.points = {{0, 0, 1}}, .normals = {}, .width = 1}, {}).up_source,
+            UpSource::kNoPlane);
+}
+
 TEST(ImageAxes, AreTheOnesThatTheRaysTell) {
   const PointCloud optical = Scan(TableWithThings(), LookingDown(35 * kDegree), {}).cloud;
   const ImageAxes of_camera = AxesOf(*CollectMeasured(optical, {}));

@@ -239,6 +239,21 @@ TEST_F(IngestTest, TheFirstEstimateIsKeptUntilAPoseIsGiven) {
   EXPECT_EQ(noting.given_x_m.back(), std::nullopt) << "each sensor has its own";
 }
 
+// Of a bare wall or a single point nobody knows where up is: what the next scans show tells.
+TEST_F(IngestTest, AGuessedPoseIsNotKept) {
+  TableScan wall = ScanTable(TwoBoxes());
+  wall.truth.pose_is_guess = true;
+  NotingInterpreter guessing(wall);
+  IngestRequest request = RequestFor(wall);
+  request.options.X_WC.reset();
+  MustIngest(request, guessing.AsFunction());
+  EXPECT_FALSE(world.PoseOf("head").has_value());
+  NotingInterpreter sure(ScanTable(TwoBoxes()));
+  MustIngest(request, sure.AsFunction());
+  EXPECT_THAT(sure.given_x_m, ElementsAre(std::nullopt));
+  EXPECT_TRUE(world.PoseOf("head").has_value());
+}
+
 // A kept pose is what it was when it was kept: an estimate knows no floor.
 TEST_F(IngestTest, TheInterpreterIsToldWhetherTheKeptPoseWasGiven) {
   using Source = perception::InterpretOptions::PoseSource;
