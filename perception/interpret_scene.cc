@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
+#include <numbers>
 #include <numeric>
 #include <string_view>
 #include <utility>
@@ -19,6 +21,7 @@
 #include "perception/part_standing.h"
 #include "perception/release_standing.h"
 #include "perception/scene/segment_scene.h"
+#include "perception/sensor_up.h"
 
 namespace cwm::perception {
 namespace {
@@ -120,6 +123,14 @@ void WarnOfUp(const SegmentedScene& scene, const InterpretOptions& options,
       options.X_WC ? "taken as it is" : "taken the other way round"));
 }
 
+void WarnOfContradiction(const InterpretOptions& options, std::vector<std::string>& warnings) {
+  if (!options.X_WC || !options.up_C || AgreesWithUp(*options.X_WC, *options.up_C)) return;
+  const double angle_deg = AngleToUp_rad(*options.X_WC, *options.up_C) * 180 / std::numbers::pi;
+  warnings.push_back(absl::StrCat("up (", options.up_C->x(), ", ", options.up_C->y(), ", ",
+                                  options.up_C->z(), ") contradicts x_world_sensor by ",
+                                  std::lround(angle_deg), " degrees: the pose is taken"));
+}
+
 void AddWarnings(const SegmentedScene& scene, const InterpretOptions& options,
                  InterpretReport& report) {
   if (IsTooLargeForItsSensor(scene.points)) {
@@ -134,6 +145,7 @@ void AddWarnings(const SegmentedScene& scene, const InterpretOptions& options,
         "up is taken from a plane that nothing stands on and that may be a wall");
   }
   WarnOfUp(scene, options, report.warnings);
+  WarnOfContradiction(options, report.warnings);
   if (scene.supports.empty()) {
     report.warnings.push_back("no support found: all points are residual geometry");
   }

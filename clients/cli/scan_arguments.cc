@@ -57,7 +57,10 @@ void AddScanOptions(CLI::App& command, ScanArguments& scan) {
       .add_option("--x-world-sensor", scan.x_world_sensor,
                   "the sensor's pose in the world (m); default: estimated, and kept")
       ->type_name("X,Y,Z,QX,QY,QZ,QW");
-  command.add_option("--up", scan.up, "upwards in the sensor's frame, or auto (default)")
+  command
+      .add_option("--up", scan.up,
+                  "upwards in the sensor's frame, or auto (default); makes a new estimate where a "
+                  "kept one differs, but overrules no pose that was given")
       ->type_name("auto|X,Y,Z");
   command
       .add_option("--sensor-model", scan.sensor_model,

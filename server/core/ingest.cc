@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "perception/sensor_up.h"
 #include "server/core/error.h"
 #include "server/core/ingest_plan.h"
 
@@ -23,8 +24,21 @@ constexpr std::size_t kLongestSensorName = 128;  // as for worlds and objects
 
 absl::Status Cancelled() { return absl::CancelledError("ingest: the caller went away"); }
 
-bool SamePose(const SensorPose& a, const SensorPose& b) {
-  return a.X_WC.matrix() == b.X_WC.matrix() && a.given == b.given;
+bool SamePose(const std::optional<SensorPose>& a, const std::optional<SensorPose>& b) {
+  if (!a.has_value() || !b.has_value()) return a.has_value() == b.has_value();
+  return a->X_WC.matrix() == b->X_WC.matrix() && a->given == b->given;
+}
+
+// What a scan is interpreted by: a given pose rules, be it given with an earlier scan; an estimate
+// of an earlier scan holds unless this one is given an up that speaks against it. Nothing: it is
+// estimated anew.
+std::optional<SensorPose> PoseFor(const IngestRequest& request,
+                                  const std::optional<SensorPose>& kept) {
+  if (request.options.X_WC.has_value()) return SensorPose{*request.options.X_WC, true};
+  if (!kept.has_value() || kept->given) return kept;
+  const std::optional<Vector3>& up_C = request.options.up_C;
+  if (up_C.has_value() && !perception::AgreesWithUp(kept->X_WC, *up_C)) return std::nullopt;
+  return kept;
 }
 
 // An object that is in no world: what a scan showed, under a name of its own. Its geometry has the
@@ -49,14 +63,17 @@ perception::Work WorkOf(const perception::InterpretOptions& options, std::stop_t
           .on_piece = options.on_piece};
 }
 
+enum class PoseOrigin { kTold, kThisScan };  // given or kept, or estimated from the scan itself
+
 class IngestRun {
  public:
   IngestRun(World& world, const IngestRequest& request, SceneInterpretation scene,
-            std::optional<SensorPose> assumed_pose, std::stop_token stop)
+            std::optional<SensorPose> kept_pose, PoseOrigin origin, std::stop_token stop)
       : world_(world),
         request_(request),
         scene_(std::move(scene)),
-        assumed_pose_(std::move(assumed_pose)),
+        kept_pose_(std::move(kept_pose)),
+        origin_(origin),
         stop_(std::move(stop)),
         detections_(scene_),
         geometry_(detections_) {}
@@ -129,12 +146,10 @@ class IngestRun {
   // Under the writer's turn.
   absl::StatusOr<std::vector<collision::Change>> Changes(const SnapshotPtr& latest,
                                                          IfStale if_stale) {
-    if (!request_.options.X_WC.has_value()) {
-      const std::optional<SensorPose> kept = world_.PoseOf(request_.sensor);
-      if (kept.has_value() && !(assumed_pose_.has_value() && SamePose(*kept, *assumed_pose_))) {
-        refusal_ = Refusal::kOtherPose;
-        return absl::AbortedError("the sensor got another pose");
-      }
+    if (!request_.options.X_WC.has_value() &&
+        !SamePose(world_.PoseOf(request_.sensor), kept_pose_)) {
+      refusal_ = Refusal::kOtherPose;
+      return absl::AbortedError("the sensor got another pose");
     }
     if (latest != match_.snapshot) {
       if (if_stale == IfStale::kRefuse) {
@@ -154,7 +169,7 @@ class IngestRun {
   void KeepPose() {
     if (request_.options.X_WC.has_value()) {
       world_.KeepPose(request_.sensor, {*request_.options.X_WC, true});
-    } else if (!assumed_pose_.has_value() && !scene_.pose_is_guess) {
+    } else if (origin_ == PoseOrigin::kThisScan && !scene_.pose_is_guess) {
       world_.KeepPose(request_.sensor, {scene_.X_WC, false});
     }
   }
@@ -213,7 +228,8 @@ class IngestRun {
   World& world_;
   const IngestRequest& request_;
   const SceneInterpretation scene_;
-  const std::optional<SensorPose> assumed_pose_;  // given or kept when the scan was interpreted
+  const std::optional<SensorPose> kept_pose_;  // by the world when the scan was interpreted
+  const PoseOrigin origin_;
   const std::stop_token stop_;
   const Detections detections_;
   DetectionGeometry geometry_;
@@ -255,11 +271,12 @@ absl::StatusOr<IngestOutcome> Ingest(World& world, const IngestRequest& request,
   if (!decided.ok()) return decided.status();
   if (decided->has_value()) return IngestRun::Replayed(**decided);
   for (int attempt = 1; attempt <= kInterpretTries; ++attempt) {
-    std::optional<SensorPose> pose = world.PoseOf(request.sensor);
-    if (request.options.X_WC.has_value()) pose = {*request.options.X_WC, true};
+    const std::optional<SensorPose> kept = world.PoseOf(request.sensor);
+    const std::optional<SensorPose> pose = PoseFor(request, kept);
     absl::StatusOr<SceneInterpretation> scene = InterpretWith(pose, request, interpret, stop);
     if (!scene.ok()) return scene.status();
-    IngestRun run(world, request, *std::move(scene), pose, stop);
+    IngestRun run(world, request, *std::move(scene), kept,
+                  pose.has_value() ? PoseOrigin::kTold : PoseOrigin::kThisScan, stop);
     if (request.mode == IngestMode::kSegmentOnly) return run.SegmentOnly();
     absl::StatusOr<std::optional<IngestOutcome>> outcome = run.Write();
     if (!outcome.ok()) return outcome.status();

@@ -50,7 +50,8 @@ using Interpreter = std::function<absl::StatusOr<perception::SceneInterpretation
 // At most one revision; none when nothing changed. InvalidArgument from the interpreter; the errors
 // of World::Update; Cancelled when stopped, with nothing written; Aborted SENSOR_POSE_CHANGED when
 // the sensor's pose was given anew again and again meanwhile. The sensor's pose is kept in the
-// world: a given one replaces, an estimated one stays until one is given; a guess is not kept.
+// world: a given one replaces, an estimated one stays until one is given or an up that
+// speaks against it; a guess is not kept.
 absl::StatusOr<IngestOutcome> Ingest(World& world, const IngestRequest& request,
                                      const Interpreter& interpret, std::stop_token stop);
 

@@ -115,7 +115,8 @@ class World : public std::enable_shared_from_this<World> {
   // given twice. Only under the writer's turn (in `make`).
   std::string NextName(const std::string& stem);
 
-  // The sensor's first estimated pose is kept until one is given. Keep replaces.
+  // The sensor's first estimated pose is kept until one is given, or an up that speaks against it.
+  // Keep replaces.
   std::optional<SensorPose> PoseOf(const std::string& sensor) const;
   void KeepPose(const std::string& sensor, const SensorPose& pose);
 

@@ -71,6 +71,18 @@ TEST(InterpretScene, JudgesReachOnlyFromAGivenPose) {
   for (const DetectedSupport& support : kept->supports) EXPECT_FALSE(support.reachable.has_value());
 }
 
+TEST(InterpretScene, SaysWhereUpContradictsTheGivenPose) {
+  const PointCloud cloud = Scan(KitchenCounter(), KitchenCamera(), {}).cloud;
+  InterpretOptions options;
+  options.X_WC = KitchenCamera().X_WC;
+  options.up_C = options.X_WC->linear().row(2).transpose();
+  const auto contradicts = ::testing::HasSubstr("contradicts x_world_sensor by 90 degrees");
+  EXPECT_THAT(InterpretScene(cloud, options)->report.warnings,
+              ::testing::Not(::testing::Contains(contradicts)));
+  options.up_C = options.X_WC->linear().row(0).transpose();
+  EXPECT_THAT(InterpretScene(cloud, options)->report.warnings, ::testing::Contains(contradicts));
+}
+
 // The counter with `count` balls on it, in rows, apart from each other.
 SimulatedScene Balls(int count) {
   SimulatedScene scene = KitchenCounter();
@@ -79,8 +91,8 @@ SimulatedScene Balls(int count) {
   constexpr int kPerRow = 13;
   for (int k = 0; k < count; ++k) {
     const int row = k / kPerRow, from_middle = k % kPerRow - kPerRow / 2;
-    const Pose X_WO = MakeTranslation(kNearest_m + kPitch_m * row, kPitch_m * from_middle,
-                                      kTop_m + kRadius_m);
+    const Pose X_WO =
+        MakeTranslation(kNearest_m + kPitch_m * row, kPitch_m * from_middle, kTop_m + kRadius_m);
     scene.objects.push_back({.parts = {{Pose::Identity(), Sphere{kRadius_m}}}, .X_WO = X_WO});
   }
   return scene;

@@ -54,10 +54,11 @@ class World(WorldView):
 
         points: (N, 3), or (H, W, 3) as an organised cloud, metres in the sensor's frame; NaN where
         the sensor saw nothing. x_world_sensor: pose of the sensor, (4, 4) or (7,); None: estimated
-        once for each `sensor_name`, with `up` (3,), in the sensor's frame, if given. sensor:
-        "kinect", "realsense", "time_of_flight", "tilting_laser", or the standard deviation of its
-        noise in metres. normals: like points. search: kinds of shapes, of "planes", "cylinders",
-        "spheres" and "cones".
+        once for each `sensor_name`, with `up` (3,), in the sensor's frame, if given; an `up` that
+        contradicts that estimate makes another one. sensor: "kinect", "realsense",
+        "time_of_flight", "tilting_laser", or the standard deviation of its noise in metres.
+        normals: like points. search: kinds of shapes, of "planes", "cylinders", "spheres" and
+        "cones".
         """
         header, cloud = ingest.make_header(points, normals)
         header.world = self.name

@@ -216,6 +216,12 @@ class NotingInterpreter {
   TableScan scan_;
 };
 
+Pose Turned(const Pose& X_WC, double angle_rad) {
+  return Pose(Eigen::AngleAxisd(angle_rad, Vector3::UnitX())) * X_WC;
+}
+
+Vector3 UpOf(const Pose& X_WC) { return X_WC.linear().row(2).transpose(); }
+
 TEST_F(IngestTest, TheFirstEstimateIsKeptUntilAPoseIsGiven) {
   const TableScan scan = ScanTable(TwoBoxes());
   NotingInterpreter noting(scan);
@@ -252,6 +258,36 @@ TEST_F(IngestTest, AGuessedPoseIsNotKept) {
   MustIngest(request, sure.AsFunction());
   EXPECT_THAT(sure.given_x_m, ElementsAre(std::nullopt));
   EXPECT_TRUE(world.PoseOf("head").has_value());
+}
+
+// An up that speaks against an earlier estimate was told by somebody: it makes another one.
+TEST_F(IngestTest, AnUpThatContradictsAKeptEstimateReplacesIt) {
+  const TableScan scan = ScanTable(TwoBoxes());
+  NotingInterpreter noting(scan);
+  IngestRequest request = RequestFor(scan);
+  request.options.X_WC.reset();
+  const Pose estimate = Turned(scan.truth.X_WC, 0.2);  // off by more than 5 degrees
+  world.KeepPose("head", {estimate, false});
+  request.options.up_C = UpOf(Turned(estimate, 0.05));  // off by less
+  MustIngest(request, noting.AsFunction());
+  EXPECT_EQ(world.PoseOf("head")->X_WC.matrix(), estimate.matrix());
+  request.options.up_C = UpOf(scan.truth.X_WC);
+  MustIngest(request, noting.AsFunction());
+  EXPECT_EQ(world.PoseOf("head")->X_WC.matrix(), scan.truth.X_WC.matrix());
+  EXPECT_FALSE(world.PoseOf("head")->given);
+  EXPECT_THAT(noting.given_x_m, ElementsAre(estimate.translation().x(), std::nullopt));
+}
+
+TEST_F(IngestTest, AGivenPoseRulesOverAnUp) {
+  const TableScan scan = ScanTable(TwoBoxes());
+  NotingInterpreter noting(scan);
+  IngestRequest request = RequestFor(scan);
+  MustIngest(request, noting.AsFunction());
+  request.options.X_WC.reset();
+  request.options.up_C = UpOf(Turned(scan.truth.X_WC, 0.2));
+  MustIngest(request, noting.AsFunction());
+  EXPECT_EQ(noting.given_x_m.back(), scan.truth.X_WC.translation().x());
+  EXPECT_TRUE(world.PoseOf("head")->given);
 }
 
 // A kept pose is what it was when it was kept: an estimate knows no floor.

@@ -1,0 +1,25 @@
+// Two words on where up is: of a sensor's pose, and of an up vector.
+#pragma once
+
+#include <cmath>
+#include <numbers>
+
+#include "collision/geometry/pose.h"
+
+namespace cwm::perception {
+
+// An up vector may be off by 3 degrees, as an accelerometer's on a moving robot is, and an estimate
+// of up by 1; what differs by more speaks of another pose.
+inline constexpr double kMostUpError_rad = 5 * std::numbers::pi / 180;
+
+// Between the world's z and an up in the sensor's frame C, of any positive length, in [0, pi].
+inline double AngleToUp_rad(const Pose& X_WC, const Vector3& up_C) {
+  const Vector3 z_C = X_WC.linear().row(2).transpose();
+  return std::atan2(z_C.cross(up_C).norm(), z_C.dot(up_C));
+}
+
+inline bool AgreesWithUp(const Pose& X_WC, const Vector3& up_C) {
+  return AngleToUp_rad(X_WC, up_C) <= kMostUpError_rad;
+}
+
+}  // namespace cwm::perception
