@@ -30,12 +30,13 @@ bool SamePose(const std::optional<SensorPose>& a, const std::optional<SensorPose
 }
 
 // What a scan is interpreted by: a given pose rules, be it given with an earlier scan; an estimate
-// of an earlier scan holds unless this one is given an up that speaks against it. Nothing: it is
-// estimated anew.
+// of an earlier scan holds unless this one is given an up that speaks against it, or is segmented
+// alone, which tells the same whatever was ingested before. Nothing: it is estimated anew.
 std::optional<SensorPose> PoseFor(const IngestRequest& request,
                                   const std::optional<SensorPose>& kept) {
   if (request.options.X_WC.has_value()) return SensorPose{*request.options.X_WC, true};
   if (!kept.has_value() || kept->given) return kept;
+  if (request.mode == IngestMode::kSegmentOnly) return std::nullopt;
   const std::optional<Vector3>& up_C = request.options.up_C;
   if (up_C.has_value() && !perception::AgreesWithUp(kept->X_WC, *up_C)) return std::nullopt;
   return kept;

@@ -52,6 +52,7 @@ using Interpreter = std::function<absl::StatusOr<perception::SceneInterpretation
 // the sensor's pose was given anew again and again meanwhile. The sensor's pose is kept in the
 // world: a given one replaces, an estimated one stays until one is given or an up that
 // speaks against it; a guess is not kept.
+// kSegmentOnly takes a kept pose when it was given, but no estimate of earlier scans.
 absl::StatusOr<IngestOutcome> Ingest(World& world, const IngestRequest& request,
                                      const Interpreter& interpret, std::stop_token stop);
 

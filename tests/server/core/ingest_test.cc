@@ -290,6 +290,21 @@ TEST_F(IngestTest, AGivenPoseRulesOverAnUp) {
   EXPECT_TRUE(world.PoseOf("head")->given);
 }
 
+// What a scan shows does not depend on what was ingested before, but for what somebody told.
+TEST_F(IngestTest, SegmentOnlyUsesNoEstimateOfEarlierScans) {
+  const TableScan scan = ScanTable(TwoBoxes());
+  NotingInterpreter noting(scan);
+  IngestRequest request = RequestFor(scan);
+  request.options.X_WC.reset();
+  MustIngest(request, noting.AsFunction());
+  request.mode = IngestMode::kSegmentOnly;
+  MustIngest(request, noting.AsFunction());
+  EXPECT_EQ(noting.given_x_m.back(), std::nullopt);
+  world.KeepPose("head", {scan.truth.X_WC, true});
+  MustIngest(request, noting.AsFunction());
+  EXPECT_EQ(noting.given_x_m.back(), scan.truth.X_WC.translation().x());
+}
+
 // A kept pose is what it was when it was kept: an estimate knows no floor.
 TEST_F(IngestTest, TheInterpreterIsToldWhetherTheKeptPoseWasGiven) {
   using Source = perception::InterpretOptions::PoseSource;
