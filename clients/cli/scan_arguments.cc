@@ -58,9 +58,11 @@ void AddScanOptions(CLI::App& command, ScanArguments& scan) {
                   "the sensor's pose in the world (m); default: estimated, and kept")
       ->type_name("X,Y,Z,QX,QY,QZ,QW");
   command
-      .add_option("--up", scan.up,
-                  "upwards in the sensor's frame, or auto (default); makes a new estimate where a "
-                  "kept one differs, but overrules no pose that was given")
+      .add_option(
+          "--up", scan.up,
+          "upwards in the sensor's frame, or auto (default): the largest plane that an upright "
+          "camera can see from above; makes a new estimate where a kept one differs, but "
+          "overrules no pose that was given")
       ->type_name("auto|X,Y,Z");
   command
       .add_option("--sensor-model", scan.sensor_model,

@@ -18,6 +18,13 @@ constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kSmoothTurn_rad = 10 * kDegree;  // between neighbouring cells of one surface
 constexpr double kLeastUpComponent = 0.17;        // 10 degrees above the optical axis's plane
 constexpr double kLeastPlaneShare = 0.02;         // of all cells: smaller planes do not tell up
+// Of a plane's area, where its normal does not show along the image's up. It shows across it of walls,
+// and of tables seen from straight above or by a camera on its side: these are larger than the side of
+// any box on them, and walls seldom more than three times as large as what stands before them.
+constexpr double kAcrossWeight = 1.0 / 3;
+// Against it, of the walls that a camera sees which looks down, and of the tables of one that hangs
+// upside down, which are fewer.
+constexpr double kAgainstWeight = 0.1;
 
 // Of a cloud that is no image: three images of a Kinect, in a tenth of a second.
 constexpr std::size_t kMostPointsForUp = std::size_t{1} << 20;
@@ -34,6 +41,11 @@ constexpr double kMostlyBelow = 3;
 // What stands on a support: as high as a bottle, over a share of it. Lamps cover less of a ceiling.
 constexpr double kHighestStanding_m = 0.3;
 constexpr double kLeastStandingShare = 0.05;
+
+double WeightOf(double image_up) {
+  if (image_up >= kLeastUpComponent) return 1;
+  return image_up > -kLeastUpComponent ? kAcrossWeight : kAgainstWeight;
+}
 
 Vector3 NearestAxis(const Vector3f& direction) {
   Eigen::Index axis = 0;
@@ -147,20 +159,24 @@ std::optional<UpEstimate> EstimateUp(const CoarseCloud& coarse,
   const auto clusters = ClusterCells(
       {coarse.grid, coarse.cells}, [&](std::uint32_t c) { return !normals[c].isZero(); },
       [&](std::uint32_t a, std::uint32_t b) { return normals[a].dot(normals[b]) >= turn_cos; });
-  std::optional<UpEstimate> likely, possible;
-  double likely_area = 0, possible_area = 0;
+  std::optional<UpEstimate> best;
+  double best_score = 0;
   const double least = kLeastPlaneShare * static_cast<double>(coarse.cells.size());
   for (const auto& cluster : clusters) {
     if (static_cast<double>(cluster.size()) < least || cluster.size() < 3) break;
     const std::optional<Plane> plane = FitPlane(coarse.cells, cluster, cluster[0]);
     if (!plane) continue;
     const auto area = static_cast<double>(Inliers(*plane, coarse.cells, cluster).size());
-    const bool shows = image && image->up.dot(plane->normal) >= kLeastUpComponent;
-    const UpEstimate estimate{.up = plane->normal, .shows_in_image = shows};
-    if (shows && area > likely_area) likely = estimate, likely_area = area;
-    if (area > possible_area) possible = estimate, possible_area = area;
+    // Given normals may point anywhere; what an image shows, it shows from the sensor's side.
+    const bool turned = image && plane->Height_m(coarse.cells.viewpoint) < 0;
+    const Vector3 up = turned ? Vector3(-plane->normal) : plane->normal;
+    const double image_up = image ? image->up.dot(up) : 0;
+    const double score = area * (image ? WeightOf(image_up) : 1);
+    if (score <= best_score) continue;
+    best = {.up = up, .shows_in_image = image_up >= kLeastUpComponent};
+    best_score = score;
   }
-  return likely ? likely : possible;
+  return best;
 }
 
 UpVerdict JudgeUp(const CoarseCloud& coarse, const Vector3& up,
