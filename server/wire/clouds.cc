@@ -321,8 +321,8 @@ absl::Status CheckPrecision(const CloudPlan& plan, std::string_view bytes) {
       const std::string name = absl::StrCat("point ", i, ".", std::string(kCoordinates[axis]));
       return FieldPath().Field(name).Error(
           absl::StrCat("is ", value, ", must be within ", kFarthestPoint_m,
-                       " m of the sensor: coordinates are in its frame, give the offset in "
-                       "x_world_sensor"));
+                       " m of the sensor: coordinates are metres in its frame; are these "
+                       "millimetres? Else give the offset in x_world_sensor"));
     }
   }
   return absl::OkStatus();

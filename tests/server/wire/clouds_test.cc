@@ -93,6 +93,7 @@ TEST(WireCloud, DoublesThatWouldLoseTheirPrecisionAreRefused) {
   const auto refused = DecodeCloud(*plan, BytesOf<double>({0, 0, 1, 0, 4.5e6, 1}));
   EXPECT_EQ(FieldAtFault(refused.status()), "point 1.y");
   EXPECT_THAT(TextOf(refused.status()), HasSubstr("give the offset in x_world_sensor"));
+  EXPECT_THAT(TextOf(refused.status()), HasSubstr("are these millimetres?"));
   const double nan = std::numeric_limits<double>::quiet_NaN();
   EXPECT_TRUE(DecodeCloud(*plan, BytesOf<double>({nan, nan, nan, 0, 0, 1})).ok());
 }
