@@ -9,6 +9,7 @@
 #include "perception/cloud/parallel_for.h"
 #include "perception/cloud/quantile.h"
 #include "perception/scene/cell_clusters.h"
+#include "perception/scene/footprint.h"
 #include "perception/scene/support_gaps.h"
 
 namespace cwm::perception {
@@ -31,6 +32,12 @@ constexpr double kCoplanarGap_m = 0.01;
 // What rises less than this above a support twice its size is an object's top, not a shelf.
 constexpr double kHighestObjectTop_m = 0.4;
 constexpr double kObjectTopShare = 0.5;
+// Unless one sees under it, as under the boards of low tables, benches and shelves: over so much of its
+// area, more than mixed pixels and a lid that stands out make. Not below the size of a stool's seat:
+// things that stand on a foot are objects.
+constexpr double kSeenUnderShare = 0.05;
+constexpr double kSmallestBoard_m2 = 0.05;
+constexpr double kBoardClearance_m = 0.1;  // thicker than a board and what hangs on its edge
 constexpr double kOwnShare = 0.5;  // of the cells on a support's plane among and beside its own
 
 // Odd, so that it runs through all columns of an image.
@@ -138,6 +145,21 @@ bool IsSurface(const CellView& coarse, const SupportPlane& plane) {
   return static_cast<double>(own.size()) >= kOwnShare * static_cast<double>(others.size());
 }
 
+// Whether something was measured between the patch and the support, where a body that stands on it
+// and has the patch for its top would be. What is seen under the support itself tells nothing.
+bool IsSeenUnder(const CellView& coarse, const SupportPlane& patch, const SupportPlane& support) {
+  if (patch.area_m2 < kSmallestBoard_m2) return false;
+  const Footprint footprint(patch.plane, coarse.cells, patch.cells, coarse.grid.edge_m());
+  std::size_t under = 0;
+  for (std::size_t c = 0; c < coarse.cells.size(); ++c) {
+    const Vector3 place = coarse.cells.points[c].cast<double>();
+    const double depth_m = kMostWarp_sigma * coarse.cells.sigma_m[c];
+    under += patch.plane.Height_m(place) < -kBoardClearance_m &&
+             support.plane.Height_m(place) > -depth_m && footprint.Covers(place);
+  }
+  return Area_m2(coarse, under) >= kSeenUnderShare * patch.area_m2;
+}
+
 // Whether the patch lies over the support, within its extent, low enough to be part of an object.
 bool IsObjectTop(const CellView& coarse, const SupportPlane& patch, const SupportPlane& support) {
   const Vector3 middle = MeanPoint(coarse, patch.cells);
@@ -147,7 +169,7 @@ bool IsObjectTop(const CellView& coarse, const SupportPlane& patch, const Suppor
   Eigen::AlignedBox3d bounds;
   for (std::uint32_t c : support.cells) bounds.extend(coarse.cells.points[c].cast<double>());
   const Vector3 below = middle - height * support.plane.normal;
-  return bounds.squaredExteriorDistance(below) < 0.1 * 0.1;
+  return bounds.squaredExteriorDistance(below) < 0.1 * 0.1 && !IsSeenUnder(coarse, patch, support);
 }
 
 }  // namespace

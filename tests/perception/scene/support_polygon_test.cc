@@ -178,6 +178,35 @@ TEST(SupportPolygon, FindsAShelfAndATableAtOnce) {
   EXPECT_GT(supports.Outside_m({-0.1, 0.1}, shelf_m), 0.1);
 }
 
+// Low enough to be the top of a carton on the floor, but for what is seen under it.
+TEST(SupportPolygon, OfALowTableUnderWhichTheFloorIsSeen) {
+  const double top_m = 0.38;
+  const SupportsOf supports(ScanOf({Slab(Rectangle({0.2, -0.4}, {0.8, 0.4}), top_m)}).cloud);
+  EXPECT_EQ(supports.At(top_m).size(), 1u);
+  EXPECT_LT(supports.Outside_m({0.5, 0}, top_m), -0.15);
+  EXPECT_FALSE(supports.At(0).empty());
+}
+
+TEST(SupportPolygon, OfAShelfCloseAboveACounter) {
+  const double shelf_m = kTop_m + 0.3;
+  const SupportsOf supports(ScanOf({Slab(Rectangle({-0.35, -0.5}, {0.45, 0.5})),
+                                    Slab(Rectangle({0.2, -0.35}, {0.45, 0.35}), shelf_m)})
+                                .cloud);
+  EXPECT_EQ(supports.At(shelf_m).size(), 1u);
+  EXPECT_EQ(supports.At(kTop_m).size(), 1u);
+}
+
+TEST(SupportPolygon, IsNoneOfACartonOnTheFloor) {
+  const double top_m = 0.38;
+  const SupportsOf carton(ScanOf({Block({0.6, 0.8, top_m}, {0.5, 0, top_m / 2})}).cloud);
+  EXPECT_TRUE(carton.At(top_m).empty());
+  // Nor of two of one height, between which the floor is seen.
+  const SupportsOf two(ScanOf({Block({0.6, 0.3, top_m}, {0.5, -0.2, top_m / 2}),
+                               Block({0.6, 0.3, top_m}, {0.5, 0.2, top_m / 2})})
+                           .cloud);
+  EXPECT_TRUE(two.At(top_m).empty());
+}
+
 PointCloud Shuffled(const PointCloud& cloud) {
   PointCloud shuffled;
   shuffled.points = cloud.points;
