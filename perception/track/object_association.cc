@@ -134,7 +134,8 @@ class ObjectMatcher {
     ForFreePairs(std::move(pairs), [&](const Pair& pair) {
       const Pose& X_LO = moved_.at({pair.known, pair.detected});
       const Pose& X_WO_old = ObjectOf(pair.known).X_WO;
-      const bool at_rest = evidence_.LargestShift_m(pair.known, X_LO) < kSmallestMove_m;
+      const bool at_rest =
+          evidence_.LargestShift_m(pair.known, X_LO) < scan_.SmallestMove_m(X_LO.translation());
       Take(at_rest ? What::kKeep : What::kMove, pair, at_rest ? X_WO_old : scan_.InWorld(X_LO));
     });
   }

@@ -3,11 +3,9 @@
 #pragma once
 
 #include <map>
-#include <numbers>
 #include <utility>
 #include <vector>
 
-#include "perception/cloud/sensor_noise.h"
 #include "perception/track/association.h"
 #include "perception/track/model_surface.h"
 #include "perception/track/scan_evidence.h"
@@ -16,9 +14,6 @@ namespace cwm::perception {
 
 // A detection of which this share is explained by what is known already is nothing new.
 inline constexpr double kExplainedShare = 0.9;
-
-// Smaller displacements may be the warp of two scans: 3 standard deviations of their difference.
-inline constexpr double kSmallestMove_m = 3 * std::numbers::sqrt2 * kSlowWarp_m;
 
 // A known object that the user does not own and that is no support.
 struct KnownEvidence {

@@ -11,7 +11,9 @@ namespace {
 
 constexpr double kSigmas = 3;
 // A model made of one scan and the points of another carry one warp each.
-constexpr double kWarpOfBoth_m = kSlowWarp_m * std::numbers::sqrt2;
+constexpr double kOfBoth = std::numbers::sqrt2;
+// A place is fitted to at least so many points: fewer make no object that could be told from others.
+constexpr double kLeastFitted = 100;
 constexpr float kPointCell_m = 0.012F;      // three times the distance of thinned points
 constexpr double kLargestIncidence = 0.26;  // cos 75 degrees: beyond, depths jump between pixels
 
@@ -33,7 +35,10 @@ bool DetectedPoints::AnyWithin(const Vector3& p_L, double distance_m) const {
 }
 
 ScanEvidence::ScanEvidence(const PointCloud& cloud, const Pose& X_WC, const SensorNoise& noise)
-    : p_WL_(X_WC.translation()), R_CL_(X_WC.linear().transpose()), noise_(noise), view_(cloud) {}
+    : p_WL_(X_WC.translation()),
+      R_CL_(X_WC.linear().transpose()),
+      noise_(noise),
+      view_(cloud) {}
 
 Pose ScanEvidence::InLevelFrame(Pose X_WO) const {
   X_WO.translation() -= p_WL_;
@@ -48,7 +53,13 @@ Pose ScanEvidence::InWorld(Pose X_LO) const {
 double ScanEvidence::Gate_m(const Vector3& p_L) const {
   // Depth where the optical axis is z; the range is never smaller.
   const double range_m = p_L.norm();
-  return kSigmas * std::hypot(noise_.AxialSigma_m(range_m), kWarpOfBoth_m);
+  return kSigmas * std::hypot(noise_.AxialSigma_m(range_m), kOfBoth * noise_.WarpSigma_m());
+}
+
+double ScanEvidence::SmallestMove_m(const Vector3& p_L) const {
+  const double fit_sigma_m =
+      noise_.AxialSigma_m(p_L.norm()) / std::sqrt(kLeastFitted / kPointsPerIndependentSample);
+  return kSigmas * kOfBoth * std::max(fit_sigma_m, noise_.WarpSigma_m());
 }
 
 double ScanEvidence::Tolerance_m(const Vector3& p_L) const {

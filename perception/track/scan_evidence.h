@@ -37,6 +37,9 @@ class ScanEvidence {
   // Two measurements of one surface agree within this distance: three standard deviations of the
   // noise of the one and of the slow warp of both.
   double Gate_m(const Vector3& p_L) const;
+  // Smaller displacements may be errors of two scans: three standard deviations of the difference of
+  // their slow warps, or of the noise that is left of a fit where that is more.
+  double SmallestMove_m(const Vector3& p_L) const;
   // Within it a surface explains a point: ExplainedWithin_m.
   double Tolerance_m(const Vector3& p_L) const;
 
