@@ -258,8 +258,9 @@ void AddObjects(const SegmentedScene& scene, std::vector<ModelledThing> modelled
 }
 
 // The paper's section III, step by step.
-absl::StatusOr<SceneInterpretation> Interpret(const PointCloud& cloud,
-                                              const InterpretOptions& options, const Work& work) {
+absl::StatusOr<SceneInterpretation> Interpret(const PointCloud& cloud, InterpretOptions options,
+                                              const Work& work) {
+  options.noise = NoiseIn(cloud, options.noise);
   if (absl::Status status = CheckOptions(options); !status.ok()) return status;
   SceneInterpretation result;
   Stopwatch watch(result.report.stages);

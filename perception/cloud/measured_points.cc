@@ -148,6 +148,7 @@ absl::StatusOr<MeasuredPoints> CollectMeasured(const PointCloud& cloud, const Se
   if (absl::Status status = CheckLayout(cloud); !status.ok()) return status;
   const std::vector<Range> ranges = CountFinite(cloud, work);
   if (absl::Status status = CheckExtent(cloud, ranges); !status.ok()) return status;
+  const SensorNoise noise_of_image = NoiseIn(cloud, noise);
   MeasuredPoints measured;
   if (cloud.organised()) {
     measured.width = cloud.width;
@@ -156,7 +157,7 @@ absl::StatusOr<MeasuredPoints> CollectMeasured(const PointCloud& cloud, const Se
   }
   Resize(ranges.back().first + ranges.back().finite, measured.oriented);
   ParallelFor(cloud.size(), kPointsPerPiece, work, [&](std::size_t begin, std::size_t end) {
-    Collect(cloud, noise, {begin, end, ranges[begin / kPointsPerPiece].first}, measured);
+    Collect(cloud, noise_of_image, {begin, end, ranges[begin / kPointsPerPiece].first}, measured);
   });
   OrientedPoints& out = measured.oriented;
   if (out.points.empty()) {

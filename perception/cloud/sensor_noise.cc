@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "perception/cloud/point_cloud.h"
+
 namespace cwm::perception {
 namespace {
 
@@ -32,8 +34,8 @@ double KinectLateralSigma_m(double z, double incidence_rad) {
   return (0.8 + 0.035 * theta / (kHalfPi - theta)) * z / kKinectFocal_px;
 }
 
-// 640 pixels over 90 degrees: f = (W / 2) / tan 45 degrees.
-constexpr double kRealSenseFocal_px = 320;
+// 90 degrees wide: f = (W / 2) / tan 45 degrees.
+double RealSenseFocal_px(int image_width_px) { return std::max(1.0, image_width_px / 2.0); }
 
 }  // namespace
 
@@ -43,7 +45,7 @@ double SensorNoise::AxialSigma_m(double depth_m, double incidence_rad) const {
     case SensorModel::kKinect:
       return KinectAxialSigma_m(z, incidence_rad);
     case SensorModel::kRealSense:
-      return std::max(1e-4, z * z * 0.1 / (kRealSenseFocal_px * 0.05));
+      return std::max(1e-4, z * z * 0.1 / (RealSenseFocal_px(image_width_px) * 0.05));
     case SensorModel::kTimeOfFlight:
       return std::max(1e-4, 0.01 * z);
     case SensorModel::kTiltingLaser:
@@ -62,7 +64,8 @@ double SensorNoise::LateralSigma_m(double depth_m, double incidence_rad) const {
     case SensorModel::kKinect:
       return KinectLateralSigma_m(z, incidence_rad);
     case SensorModel::kRealSense:
-      return 0.5 * z / kRealSenseFocal_px;  // half a pixel: what block matching resolves
+      // Half a pixel: what block matching resolves.
+      return 0.5 * z / RealSenseFocal_px(image_width_px);
     case SensorModel::kTimeOfFlight:
       return 0.5 * z / kKinectFocal_px;  // half a pixel of a sensor of similar resolution
     case SensorModel::kTiltingLaser:
@@ -73,6 +76,11 @@ double SensorNoise::LateralSigma_m(double depth_m, double incidence_rad) const {
       return constant_sigma_m;
   }
   return constant_sigma_m;
+}
+
+SensorNoise NoiseIn(const PointCloud& cloud, SensorNoise noise) {
+  if (cloud.organised()) noise.image_width_px = cloud.width;
+  return noise;
 }
 
 bool Triangulates(SensorModel model) {

@@ -8,6 +8,8 @@
 
 namespace cwm::perception {
 
+struct PointCloud;
+
 enum class SensorModel {
   kKinect,
   kRealSense,
@@ -23,12 +25,13 @@ bool Triangulates(SensorModel model);
 struct SensorNoise {
   SensorModel model = SensorModel::kKinect;
   double constant_sigma_m = 0.002;  // used by kConstant alone
+  int image_width_px = 640;         // used by kRealSense alone: see NoiseIn
 
   // One standard deviation along the ray, metres, at depth z (distance along the optical axis) and
   // incidence angle theta (between ray and surface normal).
   //   kKinect        0.0012 + 0.0019 (z - 0.4)^2; beyond 60 degrees
   //                  + 0.0001 / sqrt(z) theta^2 / (pi/2 - theta)^2 (Nguyen, Izadi and Lovell 2012)
-  //   kRealSense     0.1 pixel of disparity at 640 pixels over 90 degrees and 50 mm baseline
+  //   kRealSense     0.1 pixel of disparity at image_width_px over 90 degrees and 50 mm baseline
   //   kTimeOfFlight  0.01 z
   //   kTiltingLaser  max(0.018, 0.0015 + 0.0006 range), Hokuyo UTM-30LX
   //   kSickLms400    0.0065, between 0.003 on bright and 0.010 on dark surfaces
@@ -42,6 +45,10 @@ struct SensorNoise {
   // that triangulate, 0 for all others.
   double WarpSigma_m() const;
 };
+
+// The noise with the width of the image that an organised cloud is; as it was for any other. Images
+// are taken for whole ones: of a part that was cut out nobody says how wide the whole was.
+SensorNoise NoiseIn(const PointCloud& cloud, SensorNoise noise);
 
 // Depth cameras that triangulate warp slowly besides, by this much rms: measured on the tables of
 // real Kinect scans, where points nearer than a quarter of 0.2 m err together.

@@ -159,7 +159,9 @@ SimulatedCloud Scan(const SimulatedScene& scene, const PinholeCamera& camera,
   assert(camera.width > 0 && camera.height > 0 && camera.focal_px > 0);
   const RangeImage image = Render(scene, camera);
   std::optional<NoisyCamera> noisy;
-  if (!options.noiseless) noisy.emplace(scene, image, camera, options);
+  ScanOptions of_image = options;
+  of_image.noise.image_width_px = camera.width;
+  if (!options.noiseless) noisy.emplace(scene, image, camera, of_image);
   SimulatedCloud scan = EmptyCloud(camera);
   for (int v = 0; v < camera.height; ++v) {
     for (int u = 0; u < camera.width; ++u) {

@@ -37,7 +37,7 @@ bool DetectedPoints::AnyWithin(const Vector3& p_L, double distance_m) const {
 ScanEvidence::ScanEvidence(const PointCloud& cloud, const Pose& X_WC, const SensorNoise& noise)
     : p_WL_(X_WC.translation()),
       R_CL_(X_WC.linear().transpose()),
-      noise_(noise),
+      noise_(NoiseIn(cloud, noise)),
       view_(cloud) {}
 
 Pose ScanEvidence::InLevelFrame(Pose X_WO) const {

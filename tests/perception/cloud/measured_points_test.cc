@@ -56,5 +56,31 @@ TEST(SensorNoise, FollowsThePublishedKinectModel) {
   EXPECT_NEAR(noise.LateralSigma_m(1.05), 0.8 * 1.05 / 525, 1e-9);
 }
 
+// The same disparity is a larger angle in a narrower image.
+TEST(SensorNoise, OfARealSenseFollowsTheWidthOfItsImage) {
+  PointCloud cloud = Cloud(std::vector<Vector3f>(4, Vector3f(0, 0, 2)));
+  const SensorNoise real_sense{.model = SensorModel::kRealSense};
+  EXPECT_NEAR(NoiseIn(cloud, real_sense).AxialSigma_m(2), 4 * 0.1 / (320 * 0.05), 1e-9);
+  cloud.width = 1280;
+  cloud.height = 720;
+  EXPECT_NEAR(NoiseIn(cloud, real_sense).AxialSigma_m(2), 4 * 0.1 / (640 * 0.05), 1e-9);
+  EXPECT_NEAR(NoiseIn(cloud, real_sense).LateralSigma_m(2), 0.5 * 2 / 640, 1e-9);
+  EXPECT_EQ(NoiseIn(cloud, {}).AxialSigma_m(2), SensorNoise().AxialSigma_m(2)) << "of a Kinect";
+}
+
+TEST(CollectMeasured, TakesTheNoiseOfTheImage) {
+  PointCloud cloud;  // of 160 x 120 pixels over 90 degrees
+  cloud.width = 160;
+  cloud.height = 120;
+  for (int i = 0; i < 160 * 120; ++i) {
+    const Vector3f ray(static_cast<float>(i % 160 - 80) / 80, static_cast<float>(i / 160 - 60) / 80,
+                       1);
+    cloud.points.push_back(ray);
+  }
+  const auto measured = CollectMeasured(cloud, {.model = SensorModel::kRealSense});
+  ASSERT_TRUE(measured.ok());
+  EXPECT_NEAR(measured->oriented.sigma_m[0], 0.1 / (80 * 0.05), 1e-6);
+}
+
 }  // namespace
 }  // namespace cwm::perception
