@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <tuple>
 #include <type_traits>
 #include <vector>
 
@@ -17,10 +18,48 @@ constexpr std::int64_t kMostDraws = 60000;
 // A draw that starts on a shape finds it when the cell has a good size for it (one level of three)
 // and the sample's noise lets it pass its tests (assumed: half of them).
 constexpr double kDrawSucceeds = 1.0 / 6;
-constexpr std::uint32_t kLeastCellPoints = 4;  // the largest sample, of a cone, and its tester
-constexpr int kAttempts = 4;                   // to hit an available point of a cell
+constexpr std::uint32_t kLeastCellPoints = std::tuple_size_v<decltype(DrawnSample::points)>;
+constexpr int kAttempts = 4;  // to hit an available point of a cell
+
+// Of any size that holds a sample, each equally likely.
+std::uint32_t CellAround(const Octree& octree, std::uint32_t point, std::mt19937_64& random) {
+  const std::span<const Octree::Node> nodes = octree.nodes();
+  std::uint32_t cell = octree.LeafOf(point);
+  while (nodes[cell].parent != Octree::kNone &&
+         nodes[cell].end - nodes[cell].begin < kLeastCellPoints) {
+    cell = nodes[cell].parent;
+  }
+  std::size_t levels = 1;
+  for (std::uint32_t up = nodes[cell].parent; up != Octree::kNone; up = nodes[up].parent) ++levels;
+  for (std::size_t k = RandomIndex(random, levels); k > 0; --k) cell = nodes[cell].parent;
+  return cell;
+}
 
 }  // namespace
+
+std::optional<DrawnSample> DrawSample(const Octree& octree, const std::vector<char>& available,
+                                      std::mt19937_64& random) {
+  std::uint32_t first = 0;
+  do {
+    first = static_cast<std::uint32_t>(RandomIndex(random, available.size()));
+  } while (!available[first]);
+  DrawnSample sample{.points = {first, first, first, first},
+                     .cell = CellAround(octree, first, random)};
+  const Octree::Node& cell = octree.nodes()[sample.cell];
+  auto& drawn = sample.points;
+  for (std::size_t k = 1; k < drawn.size(); ++k) {
+    bool found = false;
+    for (int attempt = 0; attempt < kAttempts && !found; ++attempt) {
+      drawn[k] =
+          cell.begin + static_cast<std::uint32_t>(RandomIndex(random, cell.end - cell.begin));
+      found = available[drawn[k]] &&
+              std::find(drawn.begin(), drawn.begin() + static_cast<std::ptrdiff_t>(k), drawn[k]) ==
+                  drawn.begin() + static_cast<std::ptrdiff_t>(k);
+    }
+    if (!found) return std::nullopt;
+  }
+  return sample;
+}
 
 ShapeSearch::ShapeSearch(const ModelPoints& points, const Octree& octree, CandidateList& candidates,
                          const ModelerOptions& options, const Work& work)
@@ -57,44 +96,16 @@ std::optional<Candidate> ShapeSearch::Next() {
   return std::nullopt;
 }
 
-// Of any size that holds a sample, each equally likely.
-const Octree::Node& ShapeSearch::CellAround(std::uint32_t point) {
-  const std::span<const Octree::Node> nodes = octree_.nodes();
-  std::uint32_t cell = octree_.LeafOf(point);
-  while (nodes[cell].parent != Octree::kNone &&
-         nodes[cell].end - nodes[cell].begin < kLeastCellPoints) {
-    cell = nodes[cell].parent;
-  }
-  std::size_t levels = 1;
-  for (std::uint32_t up = nodes[cell].parent; up != Octree::kNone; up = nodes[up].parent) ++levels;
-  for (std::size_t k = RandomIndex(random_, levels); k > 0; --k) cell = nodes[cell].parent;
-  return nodes[cell];
-}
-
 void ShapeSearch::Draw() {
-  const std::vector<char>& available = candidates_.available();
-  std::uint32_t first = 0;
-  do {  // ends: Next() draws only while points are available
-    first = static_cast<std::uint32_t>(RandomIndex(random_, points_.size()));
-  } while (!available[first]);
-  const Octree::Node& cell = CellAround(first);
-  std::array<std::uint32_t, 4> drawn{first, first, first, first};
-  for (std::size_t k = 1; k < drawn.size(); ++k) {
-    bool found = false;
-    for (int attempt = 0; attempt < kAttempts && !found; ++attempt) {
-      drawn[k] =
-          cell.begin + static_cast<std::uint32_t>(RandomIndex(random_, cell.end - cell.begin));
-      found = available[drawn[k]] &&
-              std::find(drawn.begin(), drawn.begin() + static_cast<std::ptrdiff_t>(k), drawn[k]) ==
-                  drawn.begin() + static_cast<std::ptrdiff_t>(k);
-    }
-    if (!found) return;
-  }
-  const std::span<const std::uint32_t> sample(drawn.data(), 3);
-  if (options_.search_planes) Propose<PlaneModel>(sample, drawn[3]);
-  if (options_.search_spheres) Propose<SphereModel>(sample, drawn[3]);
-  if (options_.search_cylinders) Propose<CylinderModel>(sample, drawn[3]);
-  if (options_.search_cones) Propose<ConeModel>(sample, drawn[3]);
+  // Next() draws only while points are available.
+  const std::optional<DrawnSample> drawn = DrawSample(octree_, candidates_.available(), random_);
+  if (!drawn) return;
+  const std::span<const std::uint32_t> sample(drawn->points.data(), 3);
+  const std::uint32_t tester = drawn->points[3];
+  if (options_.search_planes) Propose<PlaneModel>(sample, tester);
+  if (options_.search_spheres) Propose<SphereModel>(sample, tester);
+  if (options_.search_cylinders) Propose<CylinderModel>(sample, tester);
+  if (options_.search_cones) Propose<ConeModel>(sample, tester);
 }
 
 template <ShapeModel M>

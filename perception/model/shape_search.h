@@ -1,9 +1,11 @@
 // RMSAC: the randomised search for the next shape that explains many points (paper, section V).
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <random>
+#include <vector>
 
 #include "perception/cloud/work.h"
 #include "perception/model/candidate_list.h"
@@ -12,8 +14,20 @@
 
 namespace cwm::perception {
 
-// Minimal samples are drawn inside one cell of a random level of the octree around a random point.
-// A model must agree with its own sample and with one more point of the cell (the T(1,1) test)
+// The largest minimal sample, a cone's, and a point to test what it spans; all different.
+struct DrawnSample {
+  std::array<std::uint32_t, 4> points = {};
+  std::uint32_t cell = 0;  // of the octree, that holds them all
+};
+
+// Inside one cell around a random available point: of those that hold enough points one of a random
+// level, each level equally likely. Nothing when the cell's available points are too few to be hit.
+// One point at least is available, and `available` has one flag per point.
+std::optional<DrawnSample> DrawSample(const Octree& octree, const std::vector<char>& available,
+                                      std::mt19937_64& random);
+
+// Minimal samples are drawn inside one cell of a random level of the octree around a random point
+// (DrawSample). A model must agree with its own sample and with one more point of the cell (the T(1,1) test)
 // before it becomes a candidate.
 class ShapeSearch {
  public:
@@ -30,7 +44,6 @@ class ShapeSearch {
 
  private:
   void Draw();
-  const Octree::Node& CellAround(std::uint32_t point);
   template <ShapeModel M>
   void Propose(std::span<const std::uint32_t> sample, std::uint32_t tester);
 

@@ -2,6 +2,7 @@
 // scene makes.
 #include "perception/interpret_scene.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -181,6 +182,39 @@ TEST(InterpretScene, DegenerateCloudsBecomeResidualsAndSaySo) {
       EXPECT_EQ(object.kind, DetectedKind::kResidual);
     }
   }
+}
+
+TEST(InterpretScene, AnImageOfOneRepeatedPointIsOneResidual) {
+  PointCloud cloud{.points = std::vector<Vector3f>(640 * 480, Vector3f(0.1f, -0.2f, 0.9f)),
+                   .normals = {},
+                   .width = 640,
+                   .height = 480};
+  const auto scene = InterpretScene(cloud, {});
+  ASSERT_TRUE(scene.ok()) << scene.status();
+  EXPECT_TRUE(scene->supports.empty());
+  EXPECT_LE(scene->objects.size(), 1u);
+  EXPECT_TRUE(scene->pose_is_guess);
+  EXPECT_EQ(Unlabelled(*scene, cloud), scene->report.points_rejected);
+}
+
+TEST(InterpretScene, SaysThatUpIsUpsideDownAndTurnsAVectorButNoPose) {
+  const PointCloud cloud = Scan(TableWithCan(), Camera(), {}).cloud;
+  InterpretOptions options;
+  options.up_C = -Camera().X_WC.linear().row(2).transpose();
+  const auto turned = InterpretScene(cloud, options);
+  ASSERT_TRUE(turned.ok()) << turned.status();
+  EXPECT_THAT(turned->report.warnings,
+              ::testing::Contains(::testing::MatchesRegex(
+                  "up \\(.*\\) of the sensor's frame seems to be upside down.*other way round")));
+  EXPECT_EQ(turned->supports.size(), 1u);
+  options.up_C.reset();
+  options.X_WC = Pose(Matrix3(Vector3(1, -1, -1).asDiagonal())) * Camera().X_WC;
+  const auto kept = InterpretScene(cloud, options);
+  ASSERT_TRUE(kept.ok()) << kept.status();
+  EXPECT_THAT(kept->report.warnings,
+              ::testing::Contains(::testing::MatchesRegex(
+                  "x_world_sensor with up along .* seems to be upside down.*taken as it is")));
+  EXPECT_EQ(kept->X_WC.matrix(), options.X_WC->matrix());
 }
 
 bool DoubtsTheUnit(const SceneInterpretation& scene) {

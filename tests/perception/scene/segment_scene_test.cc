@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <limits>
 #include <numeric>
 #include <random>
 
@@ -163,6 +165,30 @@ TEST(SegmentScene, FindsTheSameObjectsInAShuffledCloud) {
   EXPECT_EQ(scene.supports.size(), 1u);
   EXPECT_GT(BestOverlap(scene, shuffled, 1), kLeastOverlap);
   EXPECT_GT(BestOverlap(scene, shuffled, 2), kLeastOverlap);
+}
+
+// Normals that are none are estimated, as where a cloud has none.
+TEST(SegmentScene, TakesNoNormalsThatAreNotANumberOrOfNoLength) {
+  const PointCloud bare =
+      Scan(Table({BoxAt("box", {0.1, 0.1, 0.15}, {0, 0.2, 0.075})}), Camera(), {}).cloud;
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  const Eigen::Vector3f none[] = {Eigen::Vector3f::Zero(), Eigen::Vector3f::Constant(nan),
+                                  Eigen::Vector3f(0, nan, 1)};
+  PointCloud mixed = bare;
+  for (std::size_t i = 0; i < bare.size(); ++i) mixed.normals.push_back(none[i % std::size(none)]);
+  for (const bool is_image : {true, false}) {
+    PointCloud without = bare, with = mixed;
+    if (!is_image) {
+      with.width = without.width = static_cast<int>(bare.size());
+      with.height = without.height = 1;
+    }
+    const SegmentedScene a = Segmented(without), b = Segmented(with);
+    EXPECT_EQ(a.points.normals, b.points.normals);
+    ASSERT_EQ(a.things.size(), b.things.size());
+    for (std::size_t k = 0; k < a.things.size(); ++k)
+      EXPECT_EQ(a.things[k].points, b.things[k].points);
+    EXPECT_EQ(a.supports.size(), 1u);
+  }
 }
 
 TEST(SegmentScene, IsTheSameOnAnyNumberOfThreads) {

@@ -98,6 +98,13 @@ TEST(WireCloud, DoublesThatWouldLoseTheirPrecisionAreRefused) {
   EXPECT_TRUE(DecodeCloud(*plan, BytesOf<double>({nan, nan, nan, 0, 0, 1})).ok());
 }
 
+// The interpreter doubts the unit by the whole cloud: single precision holds it.
+TEST(WireCloud, MillimetresAsFloatsAreLeftToTheInterpreter) {
+  const auto plan = Convert(PackedHeader(2));
+  ASSERT_TRUE(plan.ok());
+  EXPECT_TRUE(DecodeCloud(*plan, BytesOf<float>({0, 0, 800, 0, 120, 5000})).ok());
+}
+
 TEST(WireCloud, CloudsWithoutAPointAreRefusedByTheirField) {
   const auto plan = Convert(PackedHeader(2));
   ASSERT_TRUE(plan.ok());
