@@ -44,8 +44,15 @@ RigidMotion::RigidMotion(const QueryBody& body, const Pose& X_WB_from, const Pos
       step_m_(X_WB_to.translation() - X_WB_from.translation()),
       turn_(Matrix3(X_WB_from.linear().transpose() * X_WB_to.linear())) {
   for (const PreparedPart& part : body.geometry->parts) {
-    travel_m_.push_back(step_m_.norm() + std::abs(turn_.angle()) * ReachOf_m(part.bounds_O));
+    sweep_m_.push_back(std::abs(turn_.angle()) * ReachOf_m(part.bounds_O));
   }
+}
+
+// A point that turns about an axis moves perpendicularly to it: along the axis not at all.
+double RigidMotion::TravelAlong_m(std::int32_t part, const Vector3& nhat_W) const {
+  const Vector3 axis_W = from_.linear() * turn_.axis();
+  return nhat_W.dot(step_m_) +
+         nhat_W.cross(axis_W).norm() * sweep_m_[static_cast<std::size_t>(part)];
 }
 
 void RigidMotion::Place(double fraction, std::span<Pose> X_WF) const {

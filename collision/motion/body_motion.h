@@ -19,6 +19,10 @@ class BodyMotion {
   virtual void Place(double fraction, std::span<Pose> X_WF) const = 0;
   // No point of the part travels farther, in the world, than this times the share of the edge.
   virtual double Travel_m(std::int32_t part) const = 0;
+  // The same along a unit vector of the world: as much, or less where the part is known to move past
+  // it, and below zero where it moves away. Backwards along the edge it is that of the opposite
+  // vector.
+  virtual double TravelAlong_m(std::int32_t part, const Vector3&) const { return Travel_m(part); }
   // The same of a self pair: of a point of one part as the other one sees it.
   virtual double RelativeTravel_m(const PartPair& pair) const = 0;
 };
@@ -30,15 +34,16 @@ class RigidMotion : public BodyMotion {
 
   void Place(double fraction, std::span<Pose> X_WF) const override;
   double Travel_m(std::int32_t part) const override {
-    return travel_m_[static_cast<std::size_t>(part)];
+    return step_m_.norm() + sweep_m_[static_cast<std::size_t>(part)];
   }
+  double TravelAlong_m(std::int32_t part, const Vector3& nhat_W) const override;
   double RelativeTravel_m(const PartPair&) const override { return 0; }
 
  private:
   const Pose from_;
   const Vector3 step_m_;
   const Eigen::AngleAxisd turn_;  // in the frame of `from_`
-  std::vector<double> travel_m_;
+  std::vector<double> sweep_m_;   // by part: how far the turn alone takes its points at most
 };
 
 // A robot whose joints move linearly, continuous ones the short way, but for those that a joint

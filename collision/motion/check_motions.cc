@@ -1,8 +1,11 @@
 #include "collision/motion/check_motions.h"
 
 #include <algorithm>
+#include <limits>
 #include <numeric>
 #include <utility>
+
+#include "collision/geometry/aabb.h"
 
 namespace cwm::collision {
 namespace {
@@ -21,6 +24,9 @@ constexpr double kNarrowest = 1e-10;
 // A gap of this and less is not proven: what closes by a millimetre over the edge is then bracketed
 // as closely as kBracket.
 constexpr double kFinest_m = 5e-8;
+// Of how far a pair can travel: what is nearer takes tens of places to prove by halving, more than a
+// plane between the two costs.
+constexpr double kPlaneWithin = 1.0 / 64;
 
 // A pair that may come near on the edge. Its poses are those of the place looked at last.
 struct Candidate {
@@ -35,6 +41,10 @@ struct Place {
   double gap_m = 0;
   bool contact = false;
   bool certain = true;
+  // Of a pair that nearly touches: a gap along `normal`, from the body to the object, between planes
+  // that each have one of the two wholly behind them; none is known of others.
+  double plane_gap_m = -std::numeric_limits<double>::infinity();
+  Vector3 normal = Vector3::Zero();
 };
 
 // One row: the body at a fraction of an edge.
@@ -139,7 +149,7 @@ class EdgeSearch {
     if (to > 0) CertifyAsFarAsWorkSuffices(candidate, start, LookAt(candidate, to));
   }
 
-  // What slides along at no gap is grazing, without a proof of all of it.
+  // What slides along nearly at no gap is proven to half a kGrazing_m where it cannot be more finely.
   void CertifyAsFarAsWorkSuffices(const Candidate& candidate, const Place& a, const Place& b) {
     const EdgeResult before = result_;
     const double open_before = open_from_;
@@ -157,31 +167,56 @@ class EdgeSearch {
     return {.verdict = MotionVerdict::kContact, .lo = lo, .hi = hi, .clearance_m = 0, .pair = id};
   }
 
-  // From left to right; true when there is no need to look further.
+  // From left to right; true when there is no need to look further. Once work has run out, an
+  // interval is left open, as undecided, unless it ends in contact: such a one takes few places.
   bool Certify(const Candidate& candidate, const Place& a, const Place& b) {
     const double width = b.fraction - a.fraction;
     const double travel_m = candidate.travel_m * width;
     const double least_m = std::min(a.gap_m, b.gap_m);
     const double between_m = 0.5 * (a.gap_m + b.gap_m - travel_m);
-    if (!b.contact && a.certain && b.certain && between_m >= kTold * least_m) {
-      StayClear(std::min(least_m, between_m), a.fraction, b.fraction);
+    const double plane_m = GapAlongPlanes_m(candidate, a, b);
+    const double proven_m = std::max(between_m, plane_m);
+    const bool is_certain = !b.contact && a.certain && b.certain;
+    if (is_certain && proven_m >= kTold * least_m) {
+      StayClear(std::min(least_m, proven_m), a.fraction, b.fraction);
       return false;
     }
-    const bool at_end = width <= kNarrowest || places_ >= kMostPlaces || search_.ended();
-    if (b.contact && (width <= kBracket || at_end)) {
+    if (search_.ended()) return true;
+    const bool is_narrowest = width <= kNarrowest;
+    if (b.contact && (width <= kBracket || is_narrowest)) {
       result_ = Contact(std::min(a.fraction, open_from_), b.fraction, candidate.pair.id);
       return true;
     }
-    const bool is_grazing = !b.contact && least_m <= finest_m_ && travel_m <= finest_m_;
-    if (is_grazing || at_end) {
-      const bool grazes = is_grazing && a.certain && b.certain;
+    const bool is_grazing = !b.contact && least_m <= finest_m_ &&
+                            (travel_m <= finest_m_ || plane_m >= -0.5 * finest_m_);
+    if (is_grazing || is_narrowest || (!b.contact && places_ >= kMostPlaces)) {
+      const bool grazes = is_grazing && is_certain;
       open_from_ = std::min(open_from_, a.fraction);
       if (result_.verdict == MotionVerdict::kContact) result_.lo = std::min(result_.lo, open_from_);
       Doubt(grazes ? MotionVerdict::kGrazing : MotionVerdict::kUndecided, a.fraction, b.fraction);
-      return at_end;
+      // Undecided it stays, but for a contact: no more work is worth it.
+      if (!is_grazing) places_ = kMostPlaces;
+      return false;
     }
     const Place middle = LookAt(candidate, 0.5 * (a.fraction + b.fraction));
     return Certify(candidate, a, middle) || (!middle.contact && Certify(candidate, middle, b));
+  }
+
+  // The least gap from one place to another by the planes of either, against which the body moves
+  // no more than along their normal: what slides on a plane does not close. Of whole shapes, so
+  // that it is none where one of them reaches around the other; none either of what grazes near one
+  // place alone, before it is known near which.
+  double GapAlongPlanes_m(const Candidate& candidate, const Place& a, const Place& b) const {
+    constexpr double kNone_m = -std::numeric_limits<double>::infinity();
+    const double width = b.fraction - a.fraction;
+    const auto least_m = [&](const Place& place, const Vector3& toward) {
+      if (place.plane_gap_m == kNone_m) return kNone_m;
+      const double travel_m = motion_.TravelAlong_m(candidate.pair.id.body_part, toward);
+      return place.plane_gap_m - std::max(0.0, travel_m) * width;
+    };
+    const double plane_m = std::max(least_m(a, a.normal), least_m(b, -b.normal));
+    const bool grazes_all_along = std::max(a.gap_m, b.gap_m) <= kGrazing_m;
+    return plane_m > kGrazing_m || grazes_all_along || width <= kBracket ? plane_m : kNone_m;
   }
 
   // Proven from one fraction to another: no contact, but maybe a graze.
@@ -211,6 +246,7 @@ class EdgeSearch {
     Place place{.fraction = fraction};
     place.gap_m = std::min(answer.distance_m, reach_m) - pair.margin_m;
     place.certain = answer.trust != Trust::kDegraded;
+    if (place.gap_m <= kPlaneWithin * candidate.travel_m) SetPlane(pair, answer.normal, place);
     // The kernels call an overlap what is one: of a margin of none or more it is a contact,
     // whatever the depth. Where some depth is let pass, what is known of it counts.
     const bool is_apart = answer.distance_m >= 0;
@@ -223,6 +259,22 @@ class EdgeSearch {
     if (!place.contact) place.gap_m -= answer.bound_m;
     place.certain = is_known && (place.contact || place.gap_m >= 0);
     return place;
+  }
+
+  // Not of self pairs, of which both parts move, nor of meshes: their vertices are too many.
+  void SetPlane(const BodySearch::Pair& pair, const Vector3& normal, Place& place) const {
+    const bool has_mesh =
+        pair.body.kind == ShapeKind::kMesh || pair.object.kind == ShapeKind::kMesh;
+    if (pair.id.IsOfItself() || has_mesh) return;
+    const Pose X_NW(BasisFromZ(normal).transpose());  // z is the normal
+    const auto along = [&](const Shape& shape, const Pose& X_WS) {
+      return TightBounds(shape, X_NW * X_WS);
+    };
+    const auto object_part = static_cast<std::size_t>(pair.id.object_part);
+    const Shape& theirs = pair.id.object->geometry->parts[object_part].shape;
+    const double body_m = along(search_.ShapeOf(pair.id.body_part), pair.body.X_WS).max().z();
+    place.normal = normal;
+    place.plane_gap_m = along(theirs, pair.object.X_WS).min().z() - body_m - pair.margin_m;
   }
 
   BodySearch& search_;

@@ -1,7 +1,8 @@
 // Whether a body meets the world, or itself, on its way: certified, never sampled. Between two
 // fractions of an edge at which the distances are known, no pair can have closed by more than its
 // parts can have travelled (conservative advancement: Mirtich 1996; with bounds on rotation as of
-// Zhang, Lee and Kim 2006); where that is not enough, the edge is halved.
+// Zhang, Lee and Kim 2006), nor, where a plane parts the two, by more than they can have travelled
+// along its normal; where that is not enough, the edge is halved.
 #pragma once
 
 #include <cstdint>
@@ -23,7 +24,7 @@ enum class MotionVerdict : std::uint8_t {
   kNotComputed,
   kFree,         // every distance stays at or above its margin, all along: never wrong
   kContact,      // some pair is below its margin at `hi`: never wrong
-  kGrazing,      // no contact found, but a pair comes within kGrazing_m of its margin
+  kGrazing,      // a pair comes within kGrazing_m of its margin, and none deeper below it than that
   kUndecided,    // the work or the trust of the answers did not suffice
   kOutOfLimits,  // of a path: it has a row that the body cannot be in
 };
@@ -40,9 +41,8 @@ struct MotionColumns {
   // out of limits its first row that is. -1 where the motion is free or not computed.
   std::vector<std::int32_t> segment;
   // Shares of the edge. Of a contact: free up to `lo`, in contact at `hi`, hi - lo <= kBracket unless
-  // something grazes before it for so long that it is not proven; an edge that begins in contact has
-  // 0 and 0. Of a grazing or undecided one where that is. Else 0
-  // and 1.
+  // something grazes before it, or comes so near for so long that it is not proven free; an edge that
+  // begins in contact has 0 and 0. Of a grazing or undecided one where that is. Else 0 and 1.
   std::vector<double> lo, hi;
   // Of a free motion: no pair comes nearer to its margin than that, which is 2 cm at most: what stays
   // farther away is not measured. 0 for the others.

@@ -86,6 +86,9 @@ class BodySearch {
   bool asks_world() const { return body_.asks_world; }
   bool asks_itself() const { return !body_.self_pairs.empty(); }
   std::size_t part_count() const { return parts_.size(); }
+  const Shape& ShapeOf(std::int32_t body_part) const {
+    return parts_[static_cast<std::size_t>(body_part)].part->shape;
+  }
   const std::vector<PartPair>& self_pairs() const { return body_.self_pairs; }
 
   bool Skips(const Obstacle& object) const { return filter_.Skips(object); }

@@ -78,6 +78,33 @@ TEST(RigidMotion, NoPointTravelsFartherThanItsPart) {
   EXPECT_GT(closest, 0.5);  // it is a bound, not just any number
 }
 
+TEST(RigidMotion, NoPointTravelsFartherAlongADirectionThanItsPart) {
+  std::mt19937 random(2);
+  const QueryBody body = Gripper();
+  for (int k = 0; k < 300; ++k) {
+    const RigidMotion motion(body, RandomPose(random, 0.2), RandomPose(random, 0.2));
+    const double from = std::uniform_real_distribution<double>(0, 1)(random);
+    const double to = std::uniform_real_distribution<double>(from, 1)(random);
+    const Vector3 nhat = RandomPose(random, 0).linear().col(0);
+    Pose X_from, X_to;
+    motion.Place(from, {&X_from, 1});
+    motion.Place(to, {&X_to, 1});
+    for (std::int32_t part = 0; part < 2; ++part) {
+      const Vector3 p = PointOf(body.geometry->parts[static_cast<std::size_t>(part)], random);
+      const double moved_m = nhat.dot(X_to * p - X_from * p);
+      EXPECT_LE(moved_m, motion.TravelAlong_m(part, nhat) * (to - from) + kRounding_m);
+      EXPECT_LE(-moved_m, motion.TravelAlong_m(part, -nhat) * (to - from) + kRounding_m);
+    }
+  }
+}
+
+TEST(RigidMotion, TravelsNotAtAllAlongWhatItTurnsAbout) {
+  Pose to = MakeTranslation(1, 2, 0);
+  to.linear() = Eigen::AngleAxisd(1, Vector3::UnitZ()).toRotationMatrix();
+  const RigidMotion motion(Gripper(), Pose::Identity(), to);
+  EXPECT_EQ(motion.TravelAlong_m(0, Vector3::UnitZ()), 0);
+}
+
 TEST(RigidMotion, BeginsAndEndsAtItsPosesAndTurnsTheShortWay) {
   const Pose from = MakeTranslation(1, 2, 3);
   Pose to = MakeTranslation(2, 2, 3);
