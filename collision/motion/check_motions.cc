@@ -163,6 +163,13 @@ class EdgeSearch {
     Certify(candidate, a, b);
   }
 
+  // The pair is free up to `from` and in contact at `to`, and so are all others up to where they are
+  // proven: a contact that is known already is no earlier than `to`, but free up to its `lo` alone.
+  void Meet(const Candidate& candidate, double from, double to) {
+    const double others = result_.verdict == MotionVerdict::kContact ? result_.lo : 1;
+    result_ = Contact(std::min({from, others, open_from_}), to, candidate.pair.id);
+  }
+
   static EdgeResult Contact(double lo, double hi, const PairId& id) {
     return {.verdict = MotionVerdict::kContact, .lo = lo, .hi = hi, .clearance_m = 0, .pair = id};
   }
@@ -184,7 +191,7 @@ class EdgeSearch {
     if (search_.ended()) return true;
     const bool is_narrowest = width <= kNarrowest;
     if (b.contact && (width <= kBracket || is_narrowest)) {
-      result_ = Contact(std::min(a.fraction, open_from_), b.fraction, candidate.pair.id);
+      Meet(candidate, a.fraction, b.fraction);
       return true;
     }
     const bool is_grazing = !b.contact && least_m <= finest_m_ &&

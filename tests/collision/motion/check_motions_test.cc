@@ -43,6 +43,23 @@ TEST(CheckMotions, BracketsTheFirstContact) {
   EXPECT_EQ(columns.object[0], 0);
 }
 
+// The one that is met first is known to be met before the other one is looked at, up to there alone:
+// by other fractions, of which the last that is free lies behind the first contact.
+TEST(CheckMotions, IsFreeOfAllThatItMeetsNearlyAtOnce) {
+  const double first = 0.915468, second = 0.9155;
+  const std::vector<Placed<>> ball = {{.X_FS = Pose::Identity(), .shape = Sphere{0.1}}};
+  const auto world = WorldOf({PutOf("first", ball, MakeTranslation(first + 0.2, 0, 0)),
+                              PutOf("second", ball, MakeTranslation(second + 0.2, 0, 0))});
+  const QueryBody body = BallBody();
+  Edges edges;
+  edges.push_back(std::make_unique<RigidMotion>(body, Pose::Identity(), MakeTranslation(1, 0, 0)));
+  const MotionColumns columns = *CheckMotions(*world, body, edges, {});
+  ASSERT_EQ(columns.verdict[0], MotionVerdict::kContact);
+  EXPECT_LE(columns.lo[0], first);
+  EXPECT_GE(columns.hi[0], first);
+  EXPECT_LE(columns.hi[0] - columns.lo[0], kBracket);
+}
+
 TEST(CheckMotions, ProvesAMissOfAMillimetre) {
   const MotionColumns columns = Past(0.201);
   ASSERT_EQ(columns.verdict[0], MotionVerdict::kFree);
