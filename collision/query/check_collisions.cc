@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <cmath>
 #include <memory>
 #include <optional>
 #include <utility>
@@ -36,15 +35,16 @@ bool HasStandIn(const BodySearch::Pair& pair) {
          (pair.body.kind == ShapeKind::kCone || pair.object.kind == ShapeKind::kCone);
 }
 
-// Whether the true distance lies below the margin, as far as the answer can tell.
+// Whether the true distance lies strictly below the margin, as far as the answer can tell.
 Verdict Decide(const PairDistance& answer, double margin_m) {
   // The kernels call an overlap what is one; their bound is about its depth.
   const bool overlap_is_proven = answer.solver == Solver::kKernels && answer.distance_m < 0;
   if (overlap_is_proven && margin_m >= 0) return Verdict::kCollision;
-  if (std::abs(answer.distance_m - margin_m) <= answer.bound_m) return Verdict::kUndecided;
-  if (answer.distance_m < margin_m) return Verdict::kCollision;
+  if (answer.distance_m + answer.bound_m < margin_m) return Verdict::kCollision;
   // Witnesses bound a distance from above only.
-  return answer.trust == Trust::kDegraded ? Verdict::kUndecided : Verdict::kFree;
+  const bool is_known = answer.trust != Trust::kDegraded;
+  const bool is_clear = is_known && answer.distance_m - answer.bound_m >= margin_m;
+  return is_clear ? Verdict::kFree : Verdict::kUndecided;
 }
 
 PairVerdict Judge(const BodySearch::Pair& pair) {
