@@ -42,7 +42,7 @@ class Quickhull {
     } while (!pending_.empty());
     if (!IsLocallyConvex()) return std::nullopt;
     TriangleMesh mesh = Extract();
-    if (!IsWatertight(mesh)) return std::nullopt;
+    if (!SharesEdges(mesh)) return std::nullopt;
     return mesh;
   }
 

@@ -23,14 +23,13 @@ std::vector<std::uint32_t> Welded(const std::vector<Vector3>& vertices) {
   return welded;
 }
 
-}  // namespace
-
-bool IsWatertight(const TriangleMesh& mesh) {
-  if (mesh.triangles.empty()) return false;
+// Whether each edge of the triangles, of one way, has one of the other way.
+bool PairsEdges(const std::vector<TriangleMesh::Triangle>& triangles) {
+  if (triangles.empty()) return false;
   std::vector<std::uint64_t> forward, backward;
-  forward.reserve(3 * mesh.triangles.size());
-  backward.reserve(3 * mesh.triangles.size());
-  for (const TriangleMesh::Triangle& t : mesh.triangles) {
+  forward.reserve(3 * triangles.size());
+  backward.reserve(3 * triangles.size());
+  for (const TriangleMesh::Triangle& t : triangles) {
     for (int i = 0; i < 3; ++i) {
       const std::uint64_t from = t[i], to = t[(i + 1) % 3];
       if (from == to) return false;
@@ -42,6 +41,25 @@ bool IsWatertight(const TriangleMesh& mesh) {
   if (std::adjacent_find(forward.begin(), forward.end()) != forward.end()) return false;
   std::sort(backward.begin(), backward.end());
   return forward == backward;
+}
+
+}  // namespace
+
+bool SharesEdges(const TriangleMesh& mesh) { return PairsEdges(mesh.triangles); }
+
+// By indices first: solids that touch along an edge share its places, and are closed all the same.
+bool IsWatertight(const TriangleMesh& mesh) {
+  if (SharesEdges(mesh)) return true;
+  const std::vector<std::uint32_t> welded = Welded(mesh.vertices);
+  std::vector<TriangleMesh::Triangle> triangles;
+  triangles.reserve(mesh.triangles.size());
+  for (const TriangleMesh::Triangle& t : mesh.triangles) {
+    const std::uint32_t a = welded[t[0]], b = welded[t[1]], c = welded[t[2]];
+    // Without an area: the edges that it has left are each other's.
+    if (a == b || b == c || c == a) continue;
+    triangles.push_back({a, b, c});
+  }
+  return PairsEdges(triangles);
 }
 
 std::vector<Vector3> ComponentPoints(const TriangleMesh& mesh) {

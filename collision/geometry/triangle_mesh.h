@@ -20,8 +20,11 @@ struct TriangleMesh {
 };
 
 // True when every edge is shared by exactly two triangles that run through it in opposite
-// directions: the mesh then bounds a volume and "inside" has a meaning.
+// directions: the mesh then bounds a volume and "inside" has a meaning. Edges are the same where
+// their ends are at the same places, whether or not the triangles share indices: an STL never does.
 bool IsWatertight(const TriangleMesh& mesh);
+// The same of indices alone, as hulls have it. What is so is watertight.
+bool SharesEdges(const TriangleMesh& mesh);
 
 // One vertex of each part of the surface that hangs together; vertices at the same place hang
 // together whether or not they share an index. Vertices without a triangle are no part.

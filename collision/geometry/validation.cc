@@ -112,7 +112,7 @@ MaybeViolation CheckHull(const TriangleMesh& hull) {
   if (hull.triangles.size() > static_cast<std::size_t>(kMostHullTriangles)) {
     return Violation{"hull", count, "must have at most 16384 triangles; send a mesh instead"};
   }
-  if (!IsWatertight(hull)) {
+  if (!SharesEdges(hull)) {
     return Violation{"hull", count, "must be watertight: each edge shared by two triangles"};
   }
   const double volume_m3 = SignedVolume_m3(hull);

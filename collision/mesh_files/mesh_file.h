@@ -17,9 +17,9 @@ namespace cwm::collision {
 // - Units are metres, but that the <unit> of a Collada file is applied. No axis is turned up: Z of
 //   the file is Z of the mesh, whatever <up_axis> says. For the links of robots RViz and MoveIt do
 //   the same; what either shows is what is checked here. Who wants up to be up asks UpAxisOf.
-// - Vertices at the same place become one, so that IsWatertight has a meaning (an STL names each
-//   corner anew). Triangles that then use a vertex twice are left out; those without an area but
-//   with three corners stay, since the surface would gape without them.
+// - Vertices at the same place become one (an STL names each corner anew). Triangles that then use a
+//   vertex twice are left out; those without an area but with three corners stay, since the surface
+//   would gape without them.
 //
 // Refuses empty and malformed files, other formats, vertices that are not finite, and with
 // RESOURCE_EXHAUSTED more than the limits say. Nothing but `bytes` is read: materials, textures and external buffers are never

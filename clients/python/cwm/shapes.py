@@ -115,7 +115,7 @@ class Plate:
 
 @dataclass(frozen=True)
 class Mesh:
-    """Triangles: solid if watertight, else a surface.
+    """Triangles: solid if watertight, else a surface. They need not share vertices, as STL has it.
 
     vertices (V, 3) metres and triangles (T, 3) indices, or the hash alone of one that the server
     holds, whose triangles `World.mesh` reads. Meshes are equal when their hashes are.

@@ -253,18 +253,32 @@ TEST(Query, EquallyNearObjectsAreNamedInTheOrderOfTheirNames) {
   EXPECT_THAT(GetDistances(*world, probe, at, options)->object, ElementsAre(0, 1, 2, 3));
 }
 
+// As STL has it: each triangle with vertices of its own.
+TriangleMesh Unshared(const TriangleMesh& mesh) {
+  TriangleMesh loose;
+  for (const TriangleMesh::Triangle& t : mesh.triangles) {
+    const auto first = static_cast<std::uint32_t>(loose.vertices.size());
+    for (const std::uint32_t v : t) loose.vertices.push_back(mesh.vertices[v]);
+    loose.triangles.push_back({first, first + 1, first + 2});
+  }
+  return loose;
+}
+
 TEST(Query, AClosedMeshContainsWithEveryEngine) {
-  const auto world = WorldOf(
-      {PutOf("cupboard", {{.X_FS = Pose::Identity(), .shape = MakeMesh(BoxMesh({1, 1, 1}))}},
-             Pose::Identity())});
+  const TriangleMesh shared = BoxMesh({1, 1, 1});
   const QueryBody cup = BodyFromShapes({{.X_FS = Pose::Identity(), .shape = Cylinder{0.04, 0.1}}});
   const std::vector<Pose> at = {MakeTranslation(0.1, 0.2, 0.1)};
-  for (const EngineChoice engine :
-       {EngineChoice::kAuto, EngineChoice::kExact, EngineChoice::kFcl, EngineChoice::kBullet}) {
-    QueryOptions options;
-    options.engine = engine;
-    EXPECT_EQ(CheckCollisions(*world, cup, at, options)->verdict[0], Verdict::kCollision);
-    EXPECT_LT(GetDistances(*world, cup, at, options)->distance_m[0], 0);
+  for (const TriangleMesh& mesh : {shared, Unshared(shared)}) {
+    const auto world = WorldOf({PutOf("cupboard", {{.shape = MakeMesh(mesh)}}, Pose::Identity())});
+    for (const EngineChoice engine :
+         {EngineChoice::kAuto, EngineChoice::kExact, EngineChoice::kFcl, EngineChoice::kBullet}) {
+      QueryOptions options;
+      options.engine = engine;
+      const CollisionColumns told = *CheckCollisions(*world, cup, at, options);
+      EXPECT_EQ(told.verdict[0], Verdict::kCollision);
+      EXPECT_NE(told.trust[0], Trust::kSurfaceOnly);
+      EXPECT_LT(GetDistances(*world, cup, at, options)->distance_m[0], 0);
+    }
   }
 }
 
