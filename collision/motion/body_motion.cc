@@ -16,6 +16,10 @@ double ReachOf_m(const Aabb& bounds) {
   return bounds.min().cwiseAbs().cwiseMax(bounds.max().cwiseAbs()).norm();
 }
 
+// How far a turn takes what reaches so far from its axis. A half-space reaches to infinity, and yet
+// is not moved where it is not turned.
+double SweepOf_m(double turn_rad, double reach_m) { return turn_rad > 0 ? turn_rad * reach_m : 0; }
+
 // The short way around.
 double TurnBetween(double from_rad, double to_rad) {
   return std::remainder(to_rad - from_rad, 2 * std::numbers::pi);
@@ -44,7 +48,7 @@ RigidMotion::RigidMotion(const QueryBody& body, const Pose& X_WB_from, const Pos
       step_m_(X_WB_to.translation() - X_WB_from.translation()),
       turn_(Matrix3(X_WB_from.linear().transpose() * X_WB_to.linear())) {
   for (const PreparedPart& part : body.geometry->parts) {
-    sweep_m_.push_back(std::abs(turn_.angle()) * ReachOf_m(part.bounds_O));
+    sweep_m_.push_back(SweepOf_m(std::abs(turn_.angle()), ReachOf_m(part.bounds_O)));
   }
 }
 
@@ -52,7 +56,7 @@ RigidMotion::RigidMotion(const QueryBody& body, const Pose& X_WB_from, const Pos
 double RigidMotion::TravelAlong_m(std::int32_t part, const Vector3& nhat_W) const {
   const Vector3 axis_W = from_.linear() * turn_.axis();
   return nhat_W.dot(step_m_) +
-         nhat_W.cross(axis_W).norm() * sweep_m_[static_cast<std::size_t>(part)];
+         SweepOf_m(nhat_W.cross(axis_W).norm(), sweep_m_[static_cast<std::size_t>(part)]);
 }
 
 void RigidMotion::Place(double fraction, std::span<Pose> X_WF) const {

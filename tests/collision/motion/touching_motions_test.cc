@@ -70,6 +70,27 @@ TEST(TouchingMotions, MeetTheFloorThatTheySinkInto) {
   }
 }
 
+// A half-space that asks reaches to infinity.
+TEST(TouchingMotions, OfAHalfSpaceAreThoseOfItsPlane) {
+  const auto world = WorldOf({PutOf("ball", {{.shape = Sphere{0.25}}}, MakeTranslation(0, 0, 1))});
+  for (const double turn_rad : {0.0, 1.0}) {
+    const auto at = [&](double z_m, double angle_rad) {
+      Pose X_WB = MakeTranslation(0, 0, z_m);
+      X_WB.linear() = Eigen::AngleAxisd(angle_rad, Vector3::UnitZ()).toRotationMatrix();
+      return X_WB;
+    };
+    EXPECT_EQ(Along(*world, HalfSpace{}, at(0, 0), at(0.5, turn_rad)).verdict,
+              MotionVerdict::kFree);
+    const MotionAnswer met = Along(*world, HalfSpace{}, at(0, 0), at(1, turn_rad));
+    EXPECT_NE(met.verdict, MotionVerdict::kFree) << turn_rad;
+    if (turn_rad == 0) {
+      ASSERT_EQ(met.verdict, MotionVerdict::kContact);
+      EXPECT_LE(met.lo, 0.75);
+      EXPECT_GE(met.hi, 0.75);
+    }
+  }
+}
+
 // An L with inner edges at x = 0.25 and y = 0.25.
 Plate Angle() {
   return {.outline = {{0, 0}, {8, 0}, {8, 0.25}, {0.25, 0.25}, {0.25, 1}, {0, 1}},
