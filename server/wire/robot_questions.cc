@@ -2,6 +2,7 @@
 #include <cmath>
 #include <cstring>
 #include <numeric>
+#include <span>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -137,6 +138,8 @@ absl::StatusOr<collision::QueryBody> BodyOf(const collision::WorldRobot& robot,
   }
 }
 
+std::string RowField(std::size_t row) { return absl::StrCat("data row ", row); }
+
 absl::StatusOr<const JointGroup*> GroupOf(const collision::WorldRobot& robot,
                                           const std::string& name, const FieldPath& path) {
   const RobotModel& model = robot.model();
@@ -159,16 +162,36 @@ template <class Number>
 absl::Status ReadValues(const RobotModel& model, const JointGroup& group, const std::string& data,
                         std::vector<double>& values, const FieldPath& path) {
   const std::size_t width = group.variables.size();
-  for (std::size_t i = 0; i < values.size(); ++i) {
+  for (std::size_t i = 0, k = 0; i < values.size(); ++i, k = k + 1 < width ? k + 1 : 0) {
     Number value;
     std::memcpy(&value, data.data() + i * sizeof(value), sizeof(value));
+    const auto& variable = model.variables[static_cast<std::size_t>(group.variables[k])];
     values[i] = value;
     if (std::abs(values[i]) <= kLargestCoordinate_m) continue;  // not NaN
-    const auto variable = static_cast<std::size_t>(group.variables[i % width]);
-    const std::string field = absl::StrCat("data row ", i / width);
-    return path.Field(field).Error(absl::StrCat(model.variables[variable].name, " is ", values[i],
-                                                ", must be finite and at most ",
-                                                kLargestCoordinate_m, " in magnitude"));
+    return path.Field(RowField(i / width))
+        .Error(absl::StrCat(variable.name, " is ", values[i], ", must be finite and at most ",
+                            kLargestCoordinate_m, " in magnitude"));
+  }
+  return absl::OkStatus();
+}
+
+// A group has all variables of a joint or none, one after the other.
+absl::Status CheckQuaternions(const RobotModel& model, const JointGroup& group,
+                              std::span<const double> values, const FieldPath& path) {
+  constexpr int kQuaternionAt = 3;  // of a floating joint's variables
+  const std::size_t width = group.variables.size();
+  for (std::size_t k = 0; k < width; ++k) {
+    const auto& variable = model.variables[static_cast<std::size_t>(group.variables[k])];
+    const auto& link = model.links[static_cast<std::size_t>(variable.link)];
+    const bool is_first = variable.component == kQuaternionAt;
+    if (link.kind != collision::JointKind::kFloating || !is_first) continue;
+    for (std::size_t i = k; i < values.size(); i += width) {
+      const double length = Eigen::Map<const Eigen::Vector4d>(&values[i]).norm();
+      if (std::abs(length - 1) <= kQuaternionTolerance) continue;
+      return path.Field(RowField(i / width))
+          .Error(absl::StrCat("the quaternion of ", link.joint, " has length ", length,
+                              ", must be 1 within 1e-3"));
+    }
   }
   return absl::OkStatus();
 }
@@ -197,6 +220,7 @@ absl::StatusOr<std::vector<double>> RowsFromProto(const v1::JointRows& rows,
                                   ? ReadValues<float>(model, group, rows.data(), values, path)
                                   : ReadValues<double>(model, group, rows.data(), values, path);
   if (!status.ok()) return status;
+  if (auto turned = CheckQuaternions(model, group, values, path); !turned.ok()) return turned;
   return values;
 }
 

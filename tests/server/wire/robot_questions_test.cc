@@ -100,10 +100,34 @@ TEST_F(RobotSubjects, HaveRowsOfTheirGroupOverTheirBase) {
 
 TEST_F(RobotSubjects, HaveEveryVariableWithoutAGroup) {
   robot_.clear_group();
-  SetRows(std::vector<double>(20, 0.0));
+  std::vector<double> rows(20, 0.0);
+  rows[9] = rows[19] = 1;  // qw
+  SetRows(rows);
   EXPECT_EQ(RowsOf(*Convert())->size(), 2u);
-  SetRows(std::vector<double>(19, 0.0));
+  rows.pop_back();
+  SetRows(rows);
   ExpectFault("robot.rows.data", "has 152 bytes, must be a multiple of 80 (10 F64 a row)");
+}
+
+TEST_F(RobotSubjects, HaveUnitQuaternionsOfFloatingJoints) {
+  robot_.clear_group();
+  std::vector<double> rows(30, 0.0);
+  const auto set = [&](double second_qw, double third_qw) {
+    rows[9] = 1;
+    rows[19] = second_qw;
+    rows[29] = third_qw;
+    SetRows(rows);
+  };
+  set(0.9991, 1.0009);
+  EXPECT_TRUE(Convert().ok()) << "as poses may be";
+  set(1, 1.0011);
+  ExpectFault("robot.rows.data row 2",
+              "the quaternion of float has length 1.0011, must be 1 within 1e-3");
+  set(0, 1);
+  ExpectFault("robot.rows.data row 1", "has length 0");
+  robot_.mutable_rows()->set_scalar(v1::SCALAR_F32);
+  robot_.mutable_rows()->set_data(BytesOf(std::vector<float>(10, 0.0F)));
+  ExpectFault("robot.rows.data row 0", "has length 0");
 }
 
 TEST_F(RobotSubjects, OutliveTheWorldThatTheyAreOf) {
