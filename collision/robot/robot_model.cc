@@ -46,6 +46,7 @@ class ModelMaker {
     FinishGroup(model_->all);
     if (absl::Status status = AddGroups(); !status.ok()) return status;
     model_->self_pairs = SelfPairs(*model_, semantic_);
+    if (semantic_ != nullptr) model_->left_out = semantic_->left_out;
     return std::shared_ptr<const RobotModel>(std::move(model_));
   }
 

@@ -88,6 +88,7 @@ struct RobotModel {
   // it disables are left out, and no others; without one, a link and the next above it that has
   // geometry are: such neighbours touch at their joint.
   std::vector<LinkPair> self_pairs;
+  std::vector<std::string> left_out;  // of the SRDF, as SemanticDescription has it
 
   // By name; nothing where there is none.
   std::optional<int> FindLink(std::string_view name) const;

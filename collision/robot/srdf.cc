@@ -36,6 +36,7 @@ class SrdfReader {
       status = ForEach(root, "disable_default_collisions", &SrdfReader::AddDisabledLink);
     }
     if (!status.ok()) return status;
+    semantic_.left_out = left_out_.Lines();
     return std::move(semantic_);
   }
 
@@ -44,7 +45,8 @@ class SrdfReader {
 
   absl::Status ForEach(const XmlElement& root, const char* tag, Adder add) {
     for (const XmlElement& element : root.Children(tag)) {
-      if (absl::Status status = (this->*add)(element); !status.ok()) return status;
+      const absl::Status status = (this->*add)(element);
+      if (!status.ok() && !left_out_.Takes(status)) return status;
     }
     return absl::OkStatus();
   }
@@ -63,7 +65,7 @@ class SrdfReader {
     const absl::StatusOr<std::string> name = element.Name("name");
     if (!name.ok()) return name.status();
     joint.name = *name;
-    if (names_.joints.count(*name) > 0 || !names_.virtual_joints.insert(*name).second) {
+    if (names_.joints.count(*name) > 0 || names_.virtual_joints.count(*name) > 0) {
       return element.Fault("must not have the name of another joint");
     }
     const absl::StatusOr<std::string> type = element.Text("type");
@@ -78,6 +80,7 @@ class SrdfReader {
     const absl::StatusOr<int> child = LinkAt(element, "child_link", names_);
     if (!child.ok()) return child.status();
     joint.child_link = robot_.links[*child].name;
+    names_.virtual_joints.insert(*name);
     semantic_.virtual_joints.push_back(std::move(joint));
     return absl::OkStatus();
   }
@@ -87,7 +90,8 @@ class SrdfReader {
       return ExcessAt("srdf", absl::StrCat("has ", elements.size(), " groups, must have at most ",
                                            limits_.max_groups));
     }
-    absl::StatusOr<std::vector<SemanticGroup>> groups = ReadGroups(elements, robot_, tree, names_);
+    absl::StatusOr<std::vector<SemanticGroup>> groups =
+        ReadGroups(elements, robot_, tree, names_, left_out_);
     if (!groups.ok()) return groups.status();
     semantic_.groups = *std::move(groups);
     for (const SemanticGroup& group : semantic_.groups) groups_.insert(group.name);
@@ -97,7 +101,7 @@ class SrdfReader {
   absl::StatusOr<std::string> GroupAt(const XmlElement& element, const char* attribute) const {
     const absl::StatusOr<std::string> name = element.Text(attribute);
     if (name.ok() && groups_.count(*name) == 0) {
-      return element.FaultOf(attribute, "must be a group of the SRDF");
+      return Unknown(element, attribute, "must be a group of the SRDF");
     }
     return name;
   }
@@ -114,7 +118,8 @@ class SrdfReader {
     state.name = *name;
     state.group = *group;
     for (const XmlElement& joint : element.Children("joint")) {
-      if (absl::Status status = AddPosition(joint, state); !status.ok()) return status;
+      const absl::Status status = AddPosition(joint, state);
+      if (!status.ok() && !left_out_.Takes(status)) return status;
     }
     semantic_.states.push_back(std::move(state));
     return absl::OkStatus();
@@ -201,6 +206,7 @@ class SrdfReader {
   std::set<std::string> groups_;
   std::set<std::pair<std::string, std::string>> states_;  // group and name
   SemanticDescription semantic_;
+  LeftOut left_out_;
 };
 
 }  // namespace

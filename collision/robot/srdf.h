@@ -64,7 +64,11 @@ struct SemanticDescription {
   std::vector<EndEffector> end_effectors;
   std::vector<VirtualJoint> virtual_joints;
   std::vector<std::string> passive_joints;
+  std::vector<std::string> left_out;  // a line for each element that names what there is not
 };
+
+// More lines than this are one that says how many.
+inline constexpr std::size_t kMostLeftOut = 20;
 
 // A group is the union of what its elements name: <joint> that joint, <link> the joint that the
 // link hangs on, <chain> the joints on the way between its two links (through the link that both
@@ -72,10 +76,14 @@ struct SemanticDescription {
 // that is. Virtual joints are left out of groups and states; other elements are passed over, the
 // name of the robot and sphere approximations among them.
 //
+// Elements that name a link, a joint or a group that neither file has are left out with a line in
+// `left_out`, as MoveIt does: an SRDF often outlives links of its URDF. Of groups and states that is
+// the one member.
+//
 // Refuses, with INVALID_ARGUMENT that names the element, the value and the rule: malformed XML,
-// names that neither file has, groups that hold themselves, group or state names that appear twice,
-// positions with another number of values than the joint has (those of fixed joints are left out,
-// as in MoveIt). RESOURCE_EXHAUSTED likewise for what RobotLimits excludes.
+// groups that hold themselves, group or state names that appear twice, positions with another number
+// of values than the joint has (those of fixed joints are left out, as in MoveIt).
+// RESOURCE_EXHAUSTED likewise for what RobotLimits excludes.
 absl::StatusOr<SemanticDescription> ReadSrdf(std::string_view xml, const RobotDescription& robot,
                                              const RobotLimits& limits = {});
 

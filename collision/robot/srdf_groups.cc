@@ -10,8 +10,8 @@ namespace {
 class GroupReader {
  public:
   GroupReader(const std::vector<XmlElement>& elements, const RobotDescription& robot,
-              const KinematicTree& tree, const RobotNames& names)
-      : elements_(elements), robot_(robot), tree_(tree), names_(names) {}
+              const KinematicTree& tree, const RobotNames& names, LeftOut& left_out)
+      : elements_(elements), robot_(robot), tree_(tree), names_(names), left_out_(left_out) {}
 
   absl::StatusOr<std::vector<SemanticGroup>> Read() {
     for (std::size_t i = 0; i < elements_.size(); ++i) {
@@ -47,7 +47,7 @@ class GroupReader {
       if (child.tag() == "link") status = AddLink(child, members);
       if (child.tag() == "chain") status = AddChain(child, members);
       if (child.tag() == "group") status = AddGroup(child, members);
-      if (!status.ok()) return status;
+      if (!status.ok() && !left_out_.Takes(status)) return status;
     }
     members_[group] = std::move(members);
     stages_[group] = Stage::kDone;
@@ -91,7 +91,7 @@ class GroupReader {
     const absl::StatusOr<std::string> name = element.Name("name");
     if (!name.ok()) return name.status();
     const auto group = index_.find(*name);
-    if (group == index_.end()) return element.FaultOf("name", "must be a group of the SRDF");
+    if (group == index_.end()) return Unknown(element, "name", "must be a group of the SRDF");
     if (stages_[group->second] == Stage::kOpen) {
       return element.FaultOf("name", "must not be a group that holds this one");
     }
@@ -115,6 +115,7 @@ class GroupReader {
   const RobotDescription& robot_;
   const KinematicTree& tree_;
   const RobotNames& names_;
+  LeftOut& left_out_;
   std::map<std::string, int> index_;
   std::vector<Members> members_;
   std::vector<Stage> stages_;
@@ -122,12 +123,34 @@ class GroupReader {
 
 }  // namespace
 
+bool LeftOut::Takes(const absl::Status& status) {
+  if (!absl::IsNotFound(status)) return false;
+  if (lines_.size() == kMostLeftOut) {
+    ++more_;
+  } else {
+    lines_.push_back(absl::StrCat(std::string(status.message()), "; left out"));
+  }
+  return true;
+}
+
+std::vector<std::string> LeftOut::Lines() const {
+  std::vector<std::string> lines = lines_;
+  if (more_ > 0) {
+    lines.push_back(absl::StrCat("srdf: ", more_, " more elements that name what there is not"));
+  }
+  return lines;
+}
+
+absl::Status Unknown(const XmlElement& element, const char* attribute, std::string_view rule) {
+  return absl::NotFoundError(element.FaultOf(attribute, rule).message());
+}
+
 absl::StatusOr<int> LinkAt(const XmlElement& element, const char* attribute,
                            const RobotNames& names) {
   const absl::StatusOr<std::string> name = element.Text(attribute);
   if (!name.ok()) return name.status();
   const auto link = names.links.find(*name);
-  if (link == names.links.end()) return element.FaultOf(attribute, "must be a link of the robot");
+  if (link == names.links.end()) return Unknown(element, attribute, "must be a link of the robot");
   return link->second;
 }
 
@@ -138,14 +161,14 @@ absl::StatusOr<std::optional<int>> JointAt(const XmlElement& element, const char
   const auto joint = names.joints.find(*name);
   if (joint != names.joints.end()) return std::optional<int>(joint->second);
   if (names.virtual_joints.count(*name) > 0) return std::optional<int>();
-  return element.FaultOf(attribute, "must be a joint of the robot");
+  return Unknown(element, attribute, "must be a joint of the robot");
 }
 
 absl::StatusOr<std::vector<SemanticGroup>> ReadGroups(const std::vector<XmlElement>& elements,
                                                       const RobotDescription& robot,
                                                       const KinematicTree& tree,
-                                                      const RobotNames& names) {
-  return GroupReader(elements, robot, tree, names).Read();
+                                                      const RobotNames& names, LeftOut& left_out) {
+  return GroupReader(elements, robot, tree, names, left_out).Read();
 }
 
 }  // namespace cwm::collision

@@ -5,6 +5,7 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "absl/status/statusor.h"
@@ -22,17 +23,33 @@ struct RobotNames {
   std::set<std::string> virtual_joints;
 };
 
-// The name in an attribute, which must be a link of the robot; its index.
+// Elements that name what there is not.
+class LeftOut {
+ public:
+  // Notes it where the status is of such an element: NotFound.
+  bool Takes(const absl::Status& status);
+  // At most kMostLeftOut, and how many more there are.
+  std::vector<std::string> Lines() const;
+
+ private:
+  std::vector<std::string> lines_;
+  std::size_t more_ = 0;
+};
+
+// NotFound, of an element that names what there is not, in the words of XmlElement::FaultOf.
+absl::Status Unknown(const XmlElement& element, const char* attribute, std::string_view rule);
+
+// The name in an attribute, which must be a link of the robot, or it is Unknown; its index.
 absl::StatusOr<int> LinkAt(const XmlElement& element, const char* attribute,
                            const RobotNames& names);
 // The same of a joint; nothing for a virtual one.
 absl::StatusOr<std::optional<int>> JointAt(const XmlElement& element, const char* attribute,
                                            const RobotNames& names);
 
-// Reads <group> elements, in their order.
+// Reads <group> elements, in their order, but for members that are unknown.
 absl::StatusOr<std::vector<SemanticGroup>> ReadGroups(const std::vector<XmlElement>& elements,
                                                       const RobotDescription& robot,
                                                       const KinematicTree& tree,
-                                                      const RobotNames& names);
+                                                      const RobotNames& names, LeftOut& left_out);
 
 }  // namespace cwm::collision

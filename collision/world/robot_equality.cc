@@ -50,7 +50,7 @@ bool Same(const JointGroup& a, const JointGroup& b) {
 
 bool Same(const RobotModel& a, const RobotModel& b) {
   return a.name == b.name && Same(a.links, b.links) && Same(a.variables, b.variables) &&
-         Same(a.groups, b.groups) && a.self_pairs == b.self_pairs;
+         Same(a.groups, b.groups) && a.self_pairs == b.self_pairs && a.left_out == b.left_out;
 }
 
 }  // namespace

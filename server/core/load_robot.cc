@@ -117,6 +117,8 @@ std::vector<std::string> WarningsOf(const collision::RobotGeometry& robot, bool 
     const bool is_fixed = link.kind == collision::JointKind::kFixed;
     if (link.collisions.empty() && !is_fixed) bare.push_back(link.name);
   }
+  const std::vector<std::string>& left_out = robot.model->left_out;
+  warnings.insert(warnings.end(), left_out.begin(), left_out.end());
   AddWarning(open, "with an open mesh: surfaces alone, without an inside", warnings);
   AddWarning(bare, "without collision geometry: never in collision", warnings);
   return warnings;

@@ -33,7 +33,7 @@ absl::StatusOr<std::shared_ptr<const collision::RobotGeometry>> ReadRobot(
     RobotFiles files, const collision::RobotLimits& limits, const std::stop_token& stop);
 
 // What a user should know before trusting answers about the robot: open meshes, moved links without
-// collision geometry, that no SRDF was given.
+// collision geometry, that no SRDF was given or what of it was left out.
 std::vector<std::string> WarningsOf(const collision::RobotGeometry& robot, bool has_srdf);
 
 // One change. InvalidArgument INVALID_FIELD ("header.name") for the name of an object,

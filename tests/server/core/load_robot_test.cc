@@ -74,8 +74,8 @@ TEST(ReadRobot, NamesTheFileThePlaceAndTheRule) {
               "header.urdf", "must not have a DOCTYPE");
   ExpectField(Refusal({.urdf = ArmUrdf(), .srdf = ArmSrdf("nan")}), "header.srdf", "nan");
   ExpectField(Refusal({.urdf = ArmUrdf(),
-                       .srdf = "<robot name=\"arm\"><group_state name=\"s\" "
-                               "group=\"ghost\"/></robot>"}),
+                       .srdf = "<robot name=\"arm\"><group name=\"ghost\"/>"
+                               "<group name=\"ghost\"/></robot>"}),
               "header.srdf", "ghost");
   ExpectField(Refusal({.urdf = ArmUrdf(), .spheres = Robot(Links("z"))}), "header.spheres",
               "must be a link");
@@ -120,6 +120,10 @@ TEST(WarningsOfARobot, TellWhatAnswersDependOn) {
   EXPECT_THAT(WarningsOf(**robot, true),
               ElementsAre("link b with an open mesh: surfaces alone, without an inside"));
   EXPECT_EQ(WarningsOf(**robot, false).size(), 2u);
+  EXPECT_EQ(
+      WarningsOf(*Arm(ArmUrdf(), "<robot name=\"arm\"><passive_joint name=\"gone\"/></robot>"),
+                 true)[0],
+      "srdf: passive_joint \"gone\" name is \"gone\": must be a joint of the robot; left out");
 }
 
 TEST(LoadRobot, MakesOneRevisionAndNoneTheSecondTime) {
