@@ -1,6 +1,7 @@
 // A robot that asks; declared in questions.h.
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <numeric>
 #include <span>
 #include <utility>
@@ -158,6 +159,19 @@ absl::StatusOr<const JointGroup*> GroupOf(const collision::WorldRobot& robot,
                                  Quoted(robot.name)));
 }
 
+// Clamped to a limit and rounded to single precision, a value may lie beyond the limit: it is at it.
+double Unrounded(float value, const collision::Variable& variable) {
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  if (value > variable.upper && std::nextafter(value, -kInfinity) < variable.upper) {
+    return variable.upper;
+  }
+  if (value < variable.lower && std::nextafter(value, kInfinity) > variable.lower) {
+    return variable.lower;
+  }
+  return value;
+}
+double Unrounded(double value, const collision::Variable&) { return value; }
+
 template <class Number>
 absl::Status ReadValues(const RobotModel& model, const JointGroup& group, const std::string& data,
                         std::vector<double>& values, const FieldPath& path) {
@@ -166,7 +180,7 @@ absl::Status ReadValues(const RobotModel& model, const JointGroup& group, const 
     Number value;
     std::memcpy(&value, data.data() + i * sizeof(value), sizeof(value));
     const auto& variable = model.variables[static_cast<std::size_t>(group.variables[k])];
-    values[i] = value;
+    values[i] = Unrounded(value, variable);
     if (std::abs(values[i]) <= kLargestCoordinate_m) continue;  // not NaN
     return path.Field(RowField(i / width))
         .Error(absl::StrCat(variable.name, " is ", values[i], ", must be finite and at most ",

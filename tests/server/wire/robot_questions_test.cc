@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <functional>
 #include <limits>
 
@@ -128,6 +129,42 @@ TEST_F(RobotSubjects, HaveUnitQuaternionsOfFloatingJoints) {
   robot_.mutable_rows()->set_scalar(v1::SCALAR_F32);
   robot_.mutable_rows()->set_data(BytesOf(std::vector<float>(10, 0.0F)));
   ExpectFault("robot.rows.data row 0", "has length 0");
+}
+
+// float(0.0873) is greater than 0.0873, float(0.04) less than 0.04.
+TEST_F(RobotSubjects, OfSinglePrecisionAreAtTheLimitThatTheyWereClampedTo) {
+  std::string urdf = ArmUrdf();
+  const std::string limits = "lower=\"-1\" upper=\"1\"";
+  urdf.replace(urdf.find(limits), limits.size(), "lower=\"-0.0873\" upper=\"0.0873\"");
+  const std::vector<collision::Change> changes = {
+      {.what = collision::testing::PutArm("left", Arm(urdf)), .expected_object_revision = {}}};
+  snapshot_ = *collision::Apply(snapshot_, changes);
+  const float least = -0.0873F, most = 0.0873F;
+  ASSERT_GT(double{most}, 0.0873);
+  std::vector<float> rows;
+  std::vector<bool> is_inside;
+  while (is_inside.size() < 400) {  // lanes take as many
+    for (const float elbow : {most, least, 0.0F, std::nextafter(most, 1.0F),
+                              std::nextafter(least, -1.0F), std::nextafter(most, 0.0F)}) {
+      rows.insert(rows.end(), {elbow, 0.1F});
+      is_inside.push_back(elbow >= least && elbow <= most);
+    }
+  }
+  robot_.mutable_rows()->set_scalar(v1::SCALAR_F32);
+  robot_.mutable_rows()->set_data(BytesOf(rows));
+  const auto question = Convert();
+  ASSERT_TRUE(question.ok()) << question.status();
+  EXPECT_EQ(std::get<RobotStates>(question->where).rows[0], 0.0873);
+  const auto asked = RowsOf(*question);
+  const auto in_lanes = *collision::CheckCollisions(*snapshot_, question->body, *asked, {});
+  for (std::size_t row = 0; row < is_inside.size(); ++row) {
+    EXPECT_EQ(asked->IsWithinLimits(row), is_inside[row]) << row;
+    EXPECT_EQ(in_lanes.verdict[row] != collision::Verdict::kOutOfLimits, is_inside[row]) << row;
+  }
+  const std::vector<double> doubles(rows.begin(), rows.end());
+  robot_.mutable_rows()->set_scalar(v1::SCALAR_F64);
+  robot_.mutable_rows()->set_data(BytesOf(doubles));
+  EXPECT_FALSE(RowsOf(*Convert())->IsWithinLimits(0)) << "double precision needs no such leave";
 }
 
 TEST_F(RobotSubjects, OutliveTheWorldThatTheyAreOf) {
