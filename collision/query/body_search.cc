@@ -105,12 +105,14 @@ BodySearch::BodySearch(const WorldSnapshot& world, const QueryBody& body,
                       .cheap_bounds = !HasManyVertices(part.shape),
                       .open_mesh = IsOpenMesh(part.shape),
                       .at_frame = part.X_OP.matrix().isIdentity(0),
+                      .skipped = filter_.SkipsPart(body, frame, part.source),
                       .frame = frame,
                       .margin_m = carried != nullptr ? carried->object->margin_m : body.margin_m,
                       .supported_by = supported_by.empty() ? nullptr : &supported_by,
                       .inflation_m = sigmas_ * part.sigma_m,
                       .X_WP = Pose::Identity(),
                       .bounds_W = Aabb()});
+    has_parts_ = has_parts_ || !parts_.back().skipped;
   }
   widest_margin_m_ += sigmas_ * (body.geometry->widest_sigma_m + world.objects().widest_sigma_m());
   X_WF_.resize(static_cast<std::size_t>(body.AllFrames()), Pose::Identity());
@@ -160,7 +162,7 @@ void BodySearch::PlaceParts(std::size_t row, const LaneOpen& open) {
     if ((open.pairs >> k & 1) != 0) needed |= frames_of_pair_[k];
   }
   for (BodyPart& mine : parts_) {
-    if (!IsOpen(needed, mine.frame)) continue;
+    if (mine.skipped || !IsOpen(needed, mine.frame)) continue;
     const Pose& X_WF = X_WF_[static_cast<std::size_t>(mine.frame)];
     mine.X_WP = mine.at_frame ? X_WF : X_WF * mine.part->X_OP;
     mine.bounds_W = mine.cheap_bounds ? TightBounds(mine.part->shape, mine.X_WP)

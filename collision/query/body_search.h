@@ -83,7 +83,7 @@ class BodySearch {
   void ForEachSelfPair(From from, double reach_m, Question question, Visit&& visit);
   // No pair of the body and the world has more.
   double widest_margin_m() const { return widest_margin_m_; }
-  bool asks_world() const { return body_.asks_world; }
+  bool asks_world() const { return body_.asks_world && has_parts_; }
   bool asks_itself() const { return !body_.self_pairs.empty(); }
   std::size_t part_count() const { return parts_.size(); }
   const Shape& ShapeOf(std::int32_t body_part) const {
@@ -111,6 +111,7 @@ class BodySearch {
     bool cheap_bounds;  // tight bounds take a handful of operations
     bool open_mesh;
     bool at_frame;  // not moved from where the frame is
+    bool skipped;   // by the representation
     int frame;
     double margin_m;                  // of the object that it is a part of
     const std::string* supported_by;  // of that object; nullptr: by nothing
@@ -162,6 +163,7 @@ class BodySearch {
   EngineChoice choice_;
   std::array<EngineTable, 2> engines_;  // by Question: kCollides, kDistance
   std::vector<BodyPart> parts_;
+  bool has_parts_ = false;  // that are not skipped
   std::vector<Pose> X_WF_;
   Aabb bounds_W_;
   LaneOpen open_ = kAllOpen;
@@ -181,7 +183,7 @@ void BodySearch::ForEachPair(const Obstacle& object, From from, double reach_m, 
   const double more_m = sigmas_ * object.geometry->widest_sigma_m;
   for (std::size_t b = 0; b < parts_.size(); ++b) {
     const BodyPart& mine = parts_[b];
-    if (!IsOpen(open_.worlds, mine.frame)) continue;
+    if (mine.skipped || !IsOpen(open_.worlds, mine.frame)) continue;
     const double usual_m = UsualMargin_m(mine, object.name, object.margin_m);
     double margin_m = usual_m + mine.inflation_m;
     double start_m = Start_m(from, margin_m, more_m);
@@ -225,6 +227,7 @@ void BodySearch::ForEachSelfPair(From from, double reach_m, Question question, V
     const auto [first, second] = body_.self_pairs[i];
     const BodyPart& a = parts_[static_cast<std::size_t>(first)];
     const BodyPart& b = parts_[static_cast<std::size_t>(second)];
+    if (a.skipped || b.skipped) continue;
     double margin_m = UsualSelfMargin_m(a, b);
     if (!rules.empty()) {
       if (rules[i].allowed) continue;

@@ -82,6 +82,10 @@ struct QueryBody {
   const CarriedObject* CarriedIn(int frame) const {
     return frame < frame_count ? nullptr : &carried[static_cast<std::size_t>(frame - frame_count)];
   }
+  // Whether what is in the frame is of an object of the world, which asks or is carried.
+  bool IsOfObject(int frame) const {
+    return CarriedIn(frame) != nullptr || (robot == nullptr && !self.empty());
+  }
 };
 QueryBody BodyFromShapes(std::vector<Placed<>> shapes);
 QueryBody BodyFromObject(const WorldObject& object);
@@ -117,7 +121,8 @@ class PoseRows : public BodyRows {
 
 enum class EngineChoice { kAuto, kExact, kFcl, kBullet };
 std::string_view NameOf(EngineChoice choice);  // as in the API, e.g. "FCL"
-// Which parts of world objects count: HYBRID is shapes and surfaces and handles.
+// Which parts of world objects count, of the one that asks and of those that are carried as well:
+// HYBRID is shapes and surfaces and handles. Shapes that ask and robots are asked whole.
 enum class Representation { kHybrid, kShapes, kSurfaces };
 
 // Whether CheckCollisions names a pair for each row in collision, or for those alone that it asked

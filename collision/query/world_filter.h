@@ -1,5 +1,6 @@
 // What of the world a question counts: objects and robots but the ignored ones and the one that
-// asks with what it carries, parts of the chosen representation. Of a robot all parts count.
+// asks with what it carries, parts of the chosen representation. Of what asks, parts of objects are
+// chosen likewise. Of a robot all parts count, and all shapes that were sent.
 #pragma once
 
 #include <algorithm>
@@ -23,6 +24,10 @@ class WorldFilter {
   }
   bool SkipsPart(const Obstacle& obstacle, PartSource source) const {
     return obstacle.robot == nullptr && Skips(source);
+  }
+  // Likewise of a part of the body in the frame.
+  bool SkipsPart(const QueryBody& body, int frame, PartSource source) const {
+    return body.IsOfObject(frame) && Skips(source);
   }
 
  private:

@@ -33,7 +33,8 @@ class QueryOptions(TypedDict, total=False):
     * k: nearest objects a row, 1 to 64
     * max_contacts: a row, 1 to 1 024
     * engine: "auto", "exact", "fcl" or "bullet"
-    * representation: "shapes", "surfaces" or "hybrid"
+    * representation: "shapes", "surfaces" or "hybrid", of objects, of the one that asks and of
+      carried ones as well
     * unseen: what space that no sensor has seen counts as: "ignore", "report" or "block"
     * ignore: names of objects and robots left out
     * ignore_pairs: pairs that may collide, see `Allow`

@@ -1,0 +1,108 @@
+// Which parts of an object count where it is what asks, or is carried by what asks.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "collision/query/carried_objects.h"
+#include "tests/collision/query/random_world.h"
+#include "tests/collision/world/test_arm.h"
+
+namespace cwm::collision {
+namespace {
+
+using testing::Arm;
+using ::testing::Each;
+using ::testing::ElementsAre;
+using ::testing::IsEmpty;
+
+// A ball at its origin, and a measured cube of 0.2 m whose middle is at y = 1.
+Change Hybrid(const std::string& name) {
+  auto model = std::make_shared<HybridModel>();
+  model->shapes.push_back({.X_OS = Pose::Identity(),
+                           .shape = Sphere{0.1},
+                           .role = PartRole::kFitted,
+                           .fit = std::nullopt});
+  TriangleMesh cube = BoxMesh({0.2, 0.2, 0.2});
+  for (Vector3& v : cube.vertices) v.y() += 1;
+  model->surfaces.push_back({.surface = MakeMesh(cube), .point_count = 0});
+  PutObject put;
+  put.name = name;
+  put.geometry = Prepare(model);
+  return {.what = put, .expected_object_revision = {}};
+}
+
+Change Post(const std::string& name, double x_m, double y_m) {
+  return PutOf(name, {{.shape = Box{{0.1, 0.1, 0.1}}}}, MakeTranslation(x_m, y_m, 0));
+}
+
+QueryOptions Of(Representation representation) { return {.representation = representation}; }
+
+TEST(Representation, ChoosesThePartsOfTheObjectThatAsks) {
+  const auto world = WorldOf({Hybrid("thing"), Post("post", 5, 0)});
+  const QueryBody thing = BodyFromObject(*world->Find("thing"));
+  // With its ball in the post, with its cube in it, clear of it.
+  const std::vector<Pose> poses = {MakeTranslation(5, 0, 0), MakeTranslation(5, -1, 0),
+                                   MakeTranslation(5, 1, 0)};
+  const auto verdicts = [&](Representation representation) {
+    return CheckCollisions(*world, thing, PoseRows(poses), Of(representation))->verdict;
+  };
+  constexpr auto kHit = Verdict::kCollision, kFree = Verdict::kFree;
+  // The post is a shape.
+  EXPECT_THAT(verdicts(Representation::kHybrid), ElementsAre(kHit, kHit, kFree));
+  EXPECT_THAT(verdicts(Representation::kShapes), ElementsAre(kHit, kFree, kFree));
+  EXPECT_THAT(verdicts(Representation::kSurfaces), Each(kFree));
+  const auto nearest = *GetDistances(*world, thing, PoseRows(poses), Of(Representation::kShapes));
+  EXPECT_THAT(nearest.body_part, Each(0));
+  EXPECT_NEAR(nearest.distance_m[1], 1 - 0.05 - 0.1, 1e-9);
+}
+
+TEST(Representation, MayLeaveNothingOfTheObjectThatAsks) {
+  const auto world = WorldOf({Post("asks", 0, 0), Hybrid("thing")});
+  const QueryBody post = BodyFromObject(*world->Find("asks"));
+  const std::vector<Pose> poses = {MakeTranslation(0, 1, 0)};
+  const QueryOptions options = Of(Representation::kSurfaces);
+  EXPECT_THAT(CheckCollisions(*world, post, PoseRows(poses), options)->verdict,
+              ElementsAre(Verdict::kFree));
+  EXPECT_THAT(GetDistances(*world, post, PoseRows(poses), options)->distance_m, IsEmpty());
+  EXPECT_THAT(GetContacts(*world, post, PoseRows(poses), options)->distance_m, IsEmpty());
+}
+
+TEST(Representation, LeavesShapesThatAskWhole) {
+  const auto world = WorldOf({Hybrid("thing")});
+  const QueryBody probe = BodyFromShapes({{.shape = Sphere{0.1}}});
+  const std::vector<Pose> poses = {MakeTranslation(0, 1, 0)};
+  EXPECT_THAT(
+      CheckCollisions(*world, probe, PoseRows(poses), Of(Representation::kSurfaces))->verdict,
+      ElementsAre(Verdict::kCollision));
+}
+
+TEST(Representation, ChoosesThePartsOfWhatIsCarried) {
+  Change attach{.what = AttachObject{.name = "thing",
+                                     .robot = "arm",
+                                     .link = "tip",
+                                     .X_LO = Pose::Identity(),
+                                     .touch_links = {}},
+                .expected_object_revision = {}};
+  Change arm{.what = testing::PutArm("arm", Arm()), .expected_object_revision = {}};
+  // Where the cube is; the tip stands at the origin, its boxes are links and count in any case.
+  const auto world = WorldOf({arm, Hybrid("thing"), attach, Post("post", 0, 1)});
+  const WorldRobotPtr robot = world->FindRobot("arm");
+  const QueryBody body = WithCarriedObjects(BodyFromRobot(*robot, RobotScope::kWorld), *world,
+                                            *robot, RobotScope::kWorld);
+  const JointGroup& all = robot->model().all;
+  for (const std::size_t count : {1, 300}) {  // plainly and with lanes
+    std::vector<double> values;
+    for (std::size_t i = 0; i < count; ++i) {
+      values.insert(values.end(), robot->state.begin(), robot->state.end());
+    }
+    const JointRows rows(robot->model(), all,
+                         {.X_WB = robot->X_WB, .base = robot->state, .rows = values});
+    const auto verdicts = [&](Representation representation) {
+      return CheckCollisions(*world, body, rows, Of(representation))->verdict;
+    };
+    EXPECT_THAT(verdicts(Representation::kHybrid), Each(Verdict::kCollision));
+    EXPECT_THAT(verdicts(Representation::kShapes), Each(Verdict::kFree));
+  }
+}
+
+}  // namespace
+}  // namespace cwm::collision
