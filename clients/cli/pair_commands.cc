@@ -21,7 +21,7 @@ struct PairArguments {
 
 std::string TrustText(const pb::PairRow& pair) {
   const std::string trust = ShortName(pair.trust());
-  return pair.has_bound_m() ? absl::StrCat(trust, " to ", Length(pair.bound_m())) : trust;
+  return pair.bound_m() > 0 ? absl::StrCat(trust, " to ", Length(pair.bound_m())) : trust;
 }
 
 void PrintPairs(const google::protobuf::RepeatedPtrField<pb::PairRows>& rows, Session& session) {

@@ -108,7 +108,9 @@ absl::Status ExpandPairs(Response& response) {
       SetVector(normal, i, pair.mutable_normal());
       if (!SetPair({index[i], body_part[i], object_part[i]}, response, pair)) return Mismatch();
       pair.set_trust(static_cast<pb::Trust>(columns.trust()[i]));
-      if (bound.size() > 0 && pair.trust() == pb::TRUST_BOUNDED) pair.set_bound_m(bound[i]);
+      const bool has_bound =
+          pair.trust() == pb::TRUST_BOUNDED || pair.trust() == pb::TRUST_SURFACE_ONLY;
+      if (bound.size() > 0 && has_bound) pair.set_bound_m(bound[i]);
     }
   }
   response.clear_columns();

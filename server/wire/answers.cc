@@ -98,6 +98,23 @@ std::string Scalars(const std::vector<double>& values, Precision precision) {
   return bytes;
 }
 
+// Where single precision may not round to.
+enum class Bound { kLower, kUpper };
+
+// The values as answer columns of that precision can hold them, none on the wrong side.
+std::vector<double> Rounded(std::vector<double> values, Bound bound, Precision precision) {
+  if (precision == Precision::kDouble) return values;
+  const float outward = bound == Bound::kLower ? -std::numeric_limits<float>::infinity()
+                                               : std::numeric_limits<float>::infinity();
+  for (double& value : values) {
+    auto single = static_cast<float>(value);
+    const bool is_inside = bound == Bound::kLower ? single > value : single < value;
+    if (is_inside) single = std::nextafter(single, outward);
+    value = single;
+  }
+  return values;
+}
+
 template <class Enum>
 std::string EnumBytes(const std::vector<Enum>& values) {
   std::string bytes(values.size(), '\0');
@@ -170,6 +187,21 @@ void SetLinks(const AnswerContext& context, Response* response) {
   for (const std::string& object : context.body.objects) response->add_body_objects(object);
 }
 
+// By how much the distance may be off: nothing is known of what is DEGRADED, what is EXACT has none.
+bool HasBound(collision::Trust trust) {
+  return trust == collision::Trust::kBounded || trust == collision::Trust::kSurfaceOnly;
+}
+
+std::vector<double> BoundColumn(const collision::PairColumns& answers) {
+  std::vector<double> bound_m(answers.bound_m.size(), 0);
+  for (std::size_t i = 0; i < bound_m.size(); ++i) {
+    const collision::Trust trust = answers.trust[i];
+    if (HasBound(trust)) bound_m[i] = answers.bound_m[i];
+    if (trust == collision::Trust::kDegraded) bound_m[i] = std::numeric_limits<double>::quiet_NaN();
+  }
+  return bound_m;
+}
+
 template <class Response>
 void SetColumns(const collision::PairColumns& answers, const std::vector<std::int32_t>& objects,
                 Precision precision, Response* response) {
@@ -186,7 +218,8 @@ void SetColumns(const collision::PairColumns& answers, const std::vector<std::in
   columns->set_trust(EnumBytes(answers.trust));
   const bool all_exact = std::all_of(answers.trust.begin(), answers.trust.end(),
                                      [](auto trust) { return trust == collision::Trust::kExact; });
-  if (!all_exact) columns->set_bound_m(Scalars(answers.bound_m, precision));
+  if (all_exact) return;
+  columns->set_bound_m(Scalars(Rounded(BoundColumn(answers), Bound::kUpper, precision), precision));
 }
 
 struct PairAt {
@@ -237,7 +270,7 @@ v1::PairRow PairRowAt(const collision::PairColumns& answers, std::size_t i,
   *row.mutable_normal() = VectorAt(answers.normal, i);
   SetPair({answers.object[i], answers.body_part[i], answers.object_part[i]}, context, &row);
   row.set_trust(ToProto(answers.trust[i]));
-  if (answers.trust[i] == collision::Trust::kBounded) row.set_bound_m(answers.bound_m[i]);
+  if (HasBound(answers.trust[i])) row.set_bound_m(answers.bound_m[i]);
   return row;
 }
 
@@ -299,23 +332,6 @@ void ToProto(const collision::CollisionColumns& answers, const AnswerContext& co
 }
 
 namespace {
-
-// Where single precision may not round to.
-enum class Bound { kLower, kUpper };
-
-// The values as answer columns of that precision can hold them, none on the wrong side.
-std::vector<double> Rounded(std::vector<double> values, Bound bound, Precision precision) {
-  if (precision == Precision::kDouble) return values;
-  const float outward = bound == Bound::kLower ? -std::numeric_limits<float>::infinity()
-                                               : std::numeric_limits<float>::infinity();
-  for (double& value : values) {
-    auto single = static_cast<float>(value);
-    const bool is_inside = bound == Bound::kLower ? single > value : single < value;
-    if (is_inside) single = std::nextafter(single, outward);
-    value = single;
-  }
-  return values;
-}
 
 void SetRows(const collision::MotionColumns& answers, const AnswerContext& context,
              v1::CheckMotionsResponse* response) {
@@ -445,7 +461,8 @@ void ToProto(const collision::PointColumns& answers, const AnswerContext& contex
   response->set_object_part(Bytes(answers.object_part));
   response->set_trust(EnumBytes(answers.trust));
   if (answers.bounds.empty()) return;
-  response->set_bound_m(Scalars(BoundColumn(answers), context.precision));
+  response->set_bound_m(
+      Scalars(Rounded(BoundColumn(answers), Bound::kUpper, context.precision), context.precision));
 }
 
 }  // namespace cwm::server

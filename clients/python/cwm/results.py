@@ -89,7 +89,8 @@ class PairResult(_Pairs):
     point_object: np.ndarray  # (A, 3)
     normal: np.ndarray  # (A, 3) unit, from the body that asks to the object
     trust: np.ndarray  # (A,) uint8, see Trust
-    bound_m: np.ndarray  # (A,) by how much a BOUNDED answer may be off; 0 for others
+    # (A,) by how much a BOUNDED or SURFACE_ONLY answer may be off; 0 for EXACT, NaN for DEGRADED
+    bound_m: np.ndarray
 
     @property
     def row(self) -> np.ndarray:

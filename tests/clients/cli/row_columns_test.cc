@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <cstdint>
+#include <initializer_list>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -12,9 +14,12 @@ namespace {
 
 namespace pb = cwm::v1;
 
-std::string Bytes(const std::vector<std::int32_t>& values) {
-  return std::string(reinterpret_cast<const char*>(values.data()),
-                     values.size() * sizeof(std::int32_t));
+template <class Number>
+std::string Bytes(const std::vector<Number>& values) {
+  return std::string(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(Number));
+}
+std::string Bytes(std::initializer_list<std::int32_t> values) {
+  return Bytes(std::vector<std::int32_t>(values));
 }
 
 // Free, in the cup, in itself.
@@ -58,6 +63,31 @@ TEST(ExpandRows, NamesWhatIsCarriedAndLinksOfOtherRobots) {
   EXPECT_FALSE(response.rows(2).has_body_object());
   EXPECT_EQ(response.rows(2).object(), "mug");
   EXPECT_EQ(response.rows(2).object_link(), "hand");
+}
+
+TEST(ExpandRows, CarriesTheBoundsOfWhatIsBoundedOrASurfaceAlone) {
+  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+  pb::GetDistancesResponse response;
+  response.add_objects()->set_name("cup");
+  pb::PairColumns& columns = *response.mutable_columns();
+  columns.set_row_begin(Bytes(std::vector<std::uint32_t>{0, 4}));
+  columns.set_distance_m(Bytes(std::vector<double>(4)));
+  for (std::string* vectors :
+       {columns.mutable_point_body(), columns.mutable_point_object(), columns.mutable_normal()}) {
+    *vectors = Bytes(std::vector<double>(12));
+  }
+  for (std::string* indices : {columns.mutable_object_index(), columns.mutable_body_part(),
+                               columns.mutable_object_part()}) {
+    *indices = Bytes({0, 0, 0, 0});
+  }
+  columns.set_trust("\x01\x02\x03\x04");
+  columns.set_bound_m(Bytes(std::vector<double>{0, 0.125, 0.25, kNone}));
+  ASSERT_TRUE(ExpandRows(response).ok());
+  const auto& answers = response.rows(0).answers();
+  EXPECT_FALSE(answers[0].has_bound_m());
+  EXPECT_EQ(answers[1].bound_m(), 0.125);
+  EXPECT_EQ(answers[2].bound_m(), 0.25);
+  EXPECT_FALSE(answers[3].has_bound_m());
 }
 
 TEST(ExpandRows, RefusesWhatNamesNothing) {

@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "tests/server/wire/wire_test_values.h"
 
 namespace cwm::server {
@@ -82,6 +84,31 @@ TEST_F(Answers, BoundsAreLeftOutWhereAllIsExact) {
   v1::GetDistancesResponse response;
   ToProto(pairs_, Context(Form::kColumns), &response);
   EXPECT_TRUE(response.columns().bound_m().empty());
+}
+
+TEST_F(Answers, BoundsAreOfWhatIsBoundedOrASurfaceAlone) {
+  pairs_.trust = {collision::Trust::kExact, collision::Trust::kSurfaceOnly,
+                  collision::Trust::kDegraded};
+  pairs_.bound_m = {1e-9, 0.1, 0.5};  // of a degraded answer it is that of an engine's part of it
+  for (const Precision precision : {Precision::kDouble, Precision::kSingle}) {
+    v1::GetDistancesResponse columns;
+    ToProto(pairs_, Context(Form::kColumns, precision), &columns);
+    std::vector<double> told = NumbersIn<double>(columns.columns().bound_m());
+    if (precision == Precision::kSingle) {
+      const auto single = NumbersIn<float>(columns.columns().bound_m());
+      told.assign(single.begin(), single.end());
+    }
+    ASSERT_EQ(told.size(), 3u);
+    EXPECT_EQ(told[0], 0);
+    EXPECT_GE(told[1], 0.1) << "not rounded down";
+    EXPECT_FLOAT_EQ(static_cast<float>(told[1]), 0.1F);
+    EXPECT_TRUE(std::isnan(told[2]));
+  }
+  v1::GetDistancesResponse rows;
+  ToProto(pairs_, Context(Form::kRows), &rows);
+  EXPECT_FALSE(rows.rows(0).answers(0).has_bound_m());
+  EXPECT_EQ(rows.rows(1).answers(0).bound_m(), 0.1);
+  EXPECT_FALSE(rows.rows(1).answers(1).has_bound_m());
 }
 
 TEST_F(Answers, RowsSayTheSameWithNames) {

@@ -51,7 +51,7 @@ const triple = (v: Vector3 | undefined, decimals: number): string =>
 
 const trustOf = (row: { trust: string; bound_m?: number }): string => {
   const word = shortName(row.trust, "TRUST").replace("_", " ");
-  return row.bound_m === undefined ? word : `${word}, ± ${mm(row.bound_m, 3)} mm`;
+  return row.bound_m ? `${word}, ± ${mm(row.bound_m, 3)} mm` : word;
 };
 
 // A robot may meet itself; then its two links are told.
