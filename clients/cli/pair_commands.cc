@@ -120,8 +120,7 @@ void AddPairCommands(CommandLine& line) {
   AddBodyOptions(contacts, contact->body);
   AddQuestionOptions(contacts, contact->question);
   AddPairRuleOptions(contacts, contact->question);
-  contacts
-      .add_option("--max-contacts", contact->question.max_contacts, "contacts a row; default 16")
+  contacts.add_option("--max-contacts", contact->question.max_contacts, "points a row; default 16")
       ->type_name("N");
 }
 

@@ -63,9 +63,9 @@ class Engine {
                                 double max_distance_m) const = 0;
 
   // Contacts are answers with distance_m < max_distance_m, deepest first, appended to `contacts`,
-  // at most `max_count` of them; at least one when Distance is below max_distance_m. Here: that
-  // one, which is what every engine can say reliably (FCL gives one per primitive pair, Bullet's
-  // grow over frames in a persistent manifold).
+  // at most `max_count` of them; the first is Distance's answer where that is below max_distance_m.
+  // Here: that one alone, which is what every engine can say reliably (FCL gives one per primitive
+  // pair, Bullet's grow over frames in a persistent manifold).
   virtual void Contacts(const PlacedGeometry& a, const PlacedGeometry& b, double max_distance_m,
                         int max_count, std::vector<PairDistance>& contacts) const;
 };

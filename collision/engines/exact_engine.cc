@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "collision/kernels/contact_patch.h"
 #include "collision/kernels/exact_geometry.h"
 
 namespace cwm::collision {
@@ -32,6 +33,12 @@ bool ExactEngine::Collides(const PlacedGeometry& a, const PlacedGeometry& b) con
 PairDistance ExactEngine::Distance(const PlacedGeometry& a, const PlacedGeometry& b,
                                    double max_distance_m) const {
   return ExactDistance(Placed(a.geometry, a.X_WS), Placed(b.geometry, b.X_WS), max_distance_m);
+}
+
+void ExactEngine::Contacts(const PlacedGeometry& a, const PlacedGeometry& b, double max_distance_m,
+                           int max_count, std::vector<PairDistance>& contacts) const {
+  ExactContacts(Placed(a.geometry, a.X_WS), Placed(b.geometry, b.X_WS), {max_distance_m, max_count},
+                contacts);
 }
 
 std::optional<RayHit> CastRay(const EngineGeometry& exact, const Pose& X_WS, const Ray& ray) {

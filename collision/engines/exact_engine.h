@@ -18,6 +18,9 @@ class ExactEngine final : public Engine {
   bool Collides(const PlacedGeometry& a, const PlacedGeometry& b) const override;
   PairDistance Distance(const PlacedGeometry& a, const PlacedGeometry& b,
                         double max_distance_m) const override;
+  // As many as kernels/contact_patch.h finds.
+  void Contacts(const PlacedGeometry& a, const PlacedGeometry& b, double max_distance_m,
+                int max_count, std::vector<PairDistance>& contacts) const override;
 };
 
 // First hit of a ray with a geometry that ExactEngine prepared, in the frame of X_WS.

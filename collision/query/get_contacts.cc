@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <iterator>
 #include <memory>
 #include <utility>
 #include <vector>
@@ -11,20 +12,28 @@
 namespace cwm::collision {
 namespace {
 
-// Gathers the contacts of a row, with a buffer for those of a pair.
+// Gathers the contacts of a row, with a buffer for those of a pair. Further points of a pair get what
+// room the first ones of all pairs leave: no pair is pushed out by the corners of another.
 class ContactFinder : public RowFinder {
  public:
   ContactFinder(BodySearch& search, int max_count)
-      : search_(search), max_count_(max_count), best_(max_count) {}
+      : search_(search), max_count_(max_count), first_(max_count), further_(max_count) {}
 
   const std::vector<FoundPair>& Find() override {
     FindAll();
-    return best_.pairs();
+    const std::vector<FoundPair>& first = first_.pairs();
+    const std::vector<FoundPair>& further = further_.pairs();
+    const std::size_t room = static_cast<std::size_t>(std::max(0, max_count_)) - first.size();
+    const auto end = further.begin() + static_cast<std::ptrdiff_t>(std::min(room, further.size()));
+    found_.clear();
+    std::merge(first.begin(), first.end(), further.begin(), end, std::back_inserter(found_));
+    return found_;
   }
 
  private:
   void FindAll() {
-    best_.Clear();
+    first_.Clear();
+    further_.Clear();
     const auto add = [&](const BodySearch::Pair& pair) { return Add(pair); };
     search_.ForEachSelfPair(BodySearch::From::kMargin, 0, Question::kDistance, add);
     if (!search_.asks_world() || search_.ended()) return;
@@ -41,13 +50,16 @@ class ContactFinder : public RowFinder {
   double Add(const BodySearch::Pair& pair) {
     scratch_.clear();
     pair.engine.Contacts(pair.body, pair.object, pair.margin_m, max_count_, scratch_);
-    for (const PairDistance& contact : scratch_) best_.Add({.answer = contact, .id = pair.id});
+    for (std::size_t i = 0; i < scratch_.size(); ++i) {
+      (i == 0 ? first_ : further_).Add({.answer = scratch_[i], .id = pair.id});
+    }
     return 0;
   }
 
   BodySearch& search_;
   const int max_count_;
-  BestPairs best_;
+  BestPairs first_, further_;  // each pair's deepest, and the others
+  std::vector<FoundPair> found_;
   std::vector<PairDistance> scratch_;
 };
 

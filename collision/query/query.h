@@ -148,7 +148,7 @@ struct QueryOptions {
   // Objects farther than this are not reported by GetDistances and SamplePoints.
   double max_distance_m = std::numeric_limits<double>::infinity();
   int max_results = 1;                       // nearest objects per row of GetDistances
-  int max_contacts = 16;                     // per row of GetContacts
+  int max_contacts = 16;                     // points per row of GetContacts
   Naming naming = Naming::kEachRow;          // of CheckCollisions
   std::vector<std::string> ignore = {};      // names of objects and robots that are left out
   std::vector<NamedPair> ignore_pairs = {};  // that may collide, besides those of the world
@@ -243,7 +243,10 @@ absl::StatusOr<CollisionColumns> CheckCollisions(const WorldSnapshot& world, con
 absl::StatusOr<PairColumns> GetDistances(const WorldSnapshot& world, const QueryBody& body,
                                          const BodyRows& rows, const QueryOptions& options,
                                          std::stop_token stop = {});
-// Contacts are pairs with distance below the margin, deepest first within a row.
+// Contacts are points of pairs with distance below the margin, deepest first within a row. By the
+// exact kernels a pair whose faces or edges meet has up to kMostPatchPoints besides its deepest
+// (kernels/contact_patch.h); of meshes, and by other engines, there is the deepest alone. Where a row
+// has more than max_contacts, the deepest points of pairs come before further ones of any pair.
 absl::StatusOr<PairColumns> GetContacts(const WorldSnapshot& world, const QueryBody& body,
                                         const BodyRows& rows, const QueryOptions& options,
                                         std::stop_token stop = {});

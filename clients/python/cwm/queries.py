@@ -31,7 +31,7 @@ class QueryOptions(TypedDict, total=False):
       distances are geometric
     * max_distance_m: how far to look
     * k: nearest objects a row, 1 to 64
-    * max_contacts: a row, 1 to 1 024
+    * max_contacts: points a row, 1 to 1 024: the deepest of each pair before further ones
     * engine: "auto", "exact", "fcl" or "bullet"
     * representation: "shapes", "surfaces" or "hybrid", of objects, of the one that asks and of
       carried ones as well

@@ -304,8 +304,8 @@ class WorldView:
         rows: npt.ArrayLike | None = None,
         **options: Unpack[QueryOptions],
     ) -> results.PairResult:
-        """What each row touches, with depth (distance_m < 0), points and normal. Subjects as of
-        `check`.
+        """What each row touches, with depth (distance_m < 0), points and normal; several points
+        of a pair whose faces or edges meet. Subjects as of `check`.
         """
         return self._pairs(
             self.connection.queries.GetContacts,

@@ -142,24 +142,6 @@ TEST_F(QueryTest, AStateCollidesWhenSomePairIsNearerThanTheMargin) {
   }
 }
 
-TEST_F(QueryTest, ContactsAreThePairsNearerThanTheMarginDeepestFirst) {
-  QueryOptions options;
-  options.margin_m = 0.05;
-  options.max_contacts = 4;
-  const PairColumns columns = *GetContacts(*world_, body_, poses_, options);
-  for (std::size_t row = 0; row < poses_.size(); ++row) {
-    auto expected = BrutePairs(*world_, body_, poses_[row]);
-    std::erase_if(expected, [](const BrutePair& p) { return p.distance_m >= 0.05; });
-    std::stable_sort(expected.begin(), expected.end(),
-                     [](const auto& a, const auto& b) { return a.distance_m < b.distance_m; });
-    const std::size_t begin = columns.row_begin[row];
-    ASSERT_EQ(columns.row_begin[row + 1] - begin, std::min<std::size_t>(4, expected.size()));
-    for (std::size_t k = begin; k < columns.row_begin[row + 1]; ++k) {
-      EXPECT_NEAR(columns.distance_m[k], expected[k - begin].distance_m, 1e-7);
-    }
-  }
-}
-
 TEST_F(QueryTest, TheMarginOfAnObjectAddsToThatOfTheRequest) {
   PutObject put;
   put.name = "ball";

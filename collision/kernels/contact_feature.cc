@@ -1,0 +1,242 @@
+#include "collision/kernels/contact_feature.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <numbers>
+#include <optional>
+#include <span>
+
+#include "collision/geometry/polygon.h"
+#include "collision/geometry/triangle.h"
+
+namespace cwm::collision {
+namespace {
+
+// Of the polygon in a disc: 97 % of its area.
+constexpr int kDiscCorners = 16;
+
+// Shorter than this, the share of a direction that is across an axis is rounding and points nowhere.
+constexpr double kNoDirection = 1e-9;
+
+// Corners of a hull that lie nearer to a plane, as a share of the extent, are on it: four roundings
+// of the single precision in which hulls are sent.
+constexpr double kCoplanarShare = 2.5e-7;
+
+ContactFeature Point(const Vector3& p) {
+  ContactFeature point;
+  point.Add(p);
+  return point;
+}
+
+ContactFeature Line(const Vector3& p, const Vector3& q) {
+  ContactFeature line;
+  line.Add(p);
+  line.Add(q);
+  return line;
+}
+
+ContactFeature FeatureOf(const Box& box, const Vector3& d) {
+  // Always from the same corner: what comes of it turns with the box.
+  Vector3 corner = 0.5 * box.size_m;
+  std::array<int, 3> free = {};
+  int count = 0;
+  Vector3 normal = Vector3::Zero();
+  for (int axis = 0; axis < 3; ++axis) {
+    if (std::abs(d[axis]) <= kMostLean) {
+      free[static_cast<std::size_t>(count++)] = axis;
+    } else {
+      corner[axis] = std::copysign(corner[axis], d[axis]);
+      normal[axis] = std::copysign(1.0, d[axis]);
+    }
+  }
+  ContactFeature feature = Point(corner);
+  if (count == 0) return feature;
+  const auto mirrored = [](Vector3 p, int axis) {
+    p[axis] = -p[axis];
+    return p;
+  };
+  const Vector3 second = mirrored(corner, free[0]);
+  feature.Add(second);
+  if (count == 1) return feature;
+  feature.Add(mirrored(second, free[1]));
+  feature.Add(mirrored(corner, free[1]));
+  feature.normal = normal;
+  return feature;
+}
+
+// On z = z_m, facing as `d` does. Its deepest corner is one of the polygon's where one is deepest.
+ContactFeature Disc(double radius_m, double z_m, const Vector3& d) {
+  ContactFeature disc;
+  const double begin = d.head<2>().norm() > kNoDirection ? std::atan2(d.y(), d.x()) : 0;
+  for (int i = 0; i < kDiscCorners; ++i) {
+    const double angle = begin + 2 * std::numbers::pi * i / kDiscCorners;
+    disc.Add({radius_m * std::cos(angle), radius_m * std::sin(angle), z_m});
+  }
+  disc.normal = Vector3(0, 0, std::copysign(1.0, d.z()));
+  return disc;
+}
+
+ContactFeature FeatureOf(const Cone& cone, const Vector3& d) {
+  const double half = 0.5 * cone.length_m, radial = d.head<2>().norm();
+  const Vector3 foremost = SupportPoint(cone, d);
+  const double cap_m = d.z() > 0 ? cone.radius_top_m : cone.radius_bottom_m;
+  const bool is_cap = (foremost.z() > 0) == (d.z() > 0);
+  if (radial <= kMostLean && is_cap && cap_m > 0) return Disc(cap_m, foremost.z(), d);
+  if (radial <= kNoDirection) return Point(foremost);
+  // Of the side: outward, as radial and axial shares.
+  const Vector2 side =
+      Vector2(cone.length_m, cone.radius_bottom_m - cone.radius_top_m).normalized();
+  const double sine = radial * side.y() - d.z() * side.x();
+  const double cosine = radial * side.x() + d.z() * side.y();
+  if (std::abs(sine) > kMostLean || cosine < 0) return Point(foremost);
+  const Vector2 outward = d.head<2>() / radial;
+  const auto on_rim = [&](double radius_m, double z_m) {
+    return Vector3(radius_m * outward.x(), radius_m * outward.y(), z_m);
+  };
+  return Line(on_rim(cone.radius_bottom_m, -half), on_rim(cone.radius_top_m, half));
+}
+
+ContactFeature FeatureOf(const Cylinder& cylinder, const Vector3& d) {
+  return FeatureOf(Cone{cylinder.radius_m, cylinder.radius_m, cylinder.length_m}, d);
+}
+
+ContactFeature CapsuleFeature(double half_length_m, double radius_m, const Vector3& d) {
+  const double radial = d.head<2>().norm();
+  if (std::abs(d.z()) > kMostLean || half_length_m == 0) {
+    return Point(Vector3(0, 0, std::copysign(half_length_m, d.z())) + radius_m * d);
+  }
+  const Vector3 off = Vector3(d.x(), d.y(), 0) * (radius_m / radial);
+  return Line(off - Vector3(0, 0, half_length_m), off + Vector3(0, 0, half_length_m));
+}
+
+// The polygon itself, or corners of it that lie far apart.
+Polygon Thinned(const Polygon& polygon) {
+  if (polygon.size() <= ContactFeature::kMostCorners) return polygon;
+  Polygon thinned;
+  std::size_t last = polygon.size();
+  for (int i = 0; i < ContactFeature::kMostCorners; ++i) {
+    const double angle = 2 * std::numbers::pi * i / ContactFeature::kMostCorners;
+    const Vector2 direction(std::cos(angle), std::sin(angle));
+    const auto farthest = std::max_element(
+        polygon.begin(), polygon.end(),
+        [&](const Vector2& p, const Vector2& q) { return p.dot(direction) < q.dot(direction); });
+    const auto index = static_cast<std::size_t>(farthest - polygon.begin());
+    if (index == last || (!thinned.empty() && *farthest == thinned.front())) continue;
+    thinned.push_back(*farthest);
+    last = index;
+  }
+  return thinned;
+}
+
+// A piece of a plate: the corners of a polygon at z = 0, counter-clockwise, then those below.
+ContactFeature PrismFeature(std::span<const Vector3> vertices, const Vector3& d) {
+  const std::size_t sides = vertices.size() / 2;
+  const std::span<const Vector3> rim = vertices.subspan(d.z() > 0 ? 0 : sides, sides);
+  const std::span<const Vector3> other = vertices.subspan(d.z() > 0 ? sides : 0, sides);
+  const double radial = d.head<2>().norm();
+  if (radial <= kMostLean) {
+    Polygon polygon;
+    for (const Vector3& v : rim) polygon.emplace_back(v.x(), v.y());
+    ContactFeature cap;
+    for (const Vector2& p : Thinned(polygon)) cap.Add({p.x(), p.y(), rim.front().z()});
+    cap.normal = Vector3(0, 0, std::copysign(1.0, d.z()));
+    return cap;
+  }
+  const Vector2 beside = d.head<2>() / radial;
+  std::size_t best = 0;
+  double most = -1;
+  Vector2 outward = Vector2::Zero();
+  for (std::size_t i = 0; i < sides; ++i) {
+    const Vector3 along = rim[(i + 1) % sides] - rim[i];
+    const Vector2 normal = Vector2(along.y(), -along.x()).normalized();
+    if (!(normal.dot(beside) > most)) continue;
+    most = normal.dot(beside);
+    outward = normal;
+    best = i;
+  }
+  const std::size_t next = (best + 1) % sides;
+  const bool is_upright = std::abs(d.z()) <= kMostLean;
+  const double sine = beside.x() * outward.y() - beside.y() * outward.x();
+  if (most > 0 && std::abs(sine) <= kMostLean) {
+    if (!is_upright) return Line(rim[best], rim[next]);
+    ContactFeature side = Line(rim[best], rim[next]);
+    side.Add(other[next]);
+    side.Add(other[best]);
+    side.normal = Vector3(outward.x(), outward.y(), 0);
+    return side;
+  }
+  const auto foremost = static_cast<std::size_t>(
+      std::max_element(rim.begin(), rim.end(),
+                       [&](const Vector3& p, const Vector3& q) { return p.dot(d) < q.dot(d); }) -
+      rim.begin());
+  return is_upright ? Line(rim[foremost], other[foremost]) : Point(rim[foremost]);
+}
+
+// The face of a hull in the plane of a triangle, facing along its normal.
+ContactFeature HullFace(const TriangleMesh& hull, const Vector3& on_face, const Vector3& normal,
+                        double tolerance_m) {
+  const Matrix3 R = BasisFromZ(normal);
+  std::vector<Vector2> points;
+  for (const Vector3& v : hull.vertices) {
+    const Vector3 offset = v - on_face;
+    if (std::abs(normal.dot(offset)) > tolerance_m) continue;
+    points.emplace_back(R.col(0).dot(offset), R.col(1).dot(offset));
+  }
+  ContactFeature face;
+  for (const Vector2& p : Thinned(ConvexHull(std::move(points)))) {
+    face.Add(on_face + R.col(0) * p.x() + R.col(1) * p.y());
+  }
+  face.normal = normal;
+  return face;
+}
+
+// Of the faces and edges at the foremost corner, the face that leans least, else the edge.
+ContactFeature HullFeature(const TriangleMesh& hull, double extent_m, const Vector3& d) {
+  std::uint32_t foremost = 0;
+  for (std::uint32_t i = 1; i < hull.vertices.size(); ++i) {
+    if (hull.vertices[i].dot(d) > hull.vertices[foremost].dot(d)) foremost = i;
+  }
+  const Vector3& corner = hull.vertices[foremost];
+  Vector3 face_normal = Vector3::Zero();
+  double steepest = -1;  // of the edges' rises, none of which is above 0
+  Vector3 end = corner;
+  for (const auto& triangle : hull.triangles) {
+    if (std::find(triangle.begin(), triangle.end(), foremost) == triangle.end()) continue;
+    const auto& [a, b, c] = triangle;
+    const auto normal = SureNormal(hull.vertices[a], hull.vertices[b], hull.vertices[c]);
+    if (normal && normal->dot(d) > face_normal.dot(d)) face_normal = *normal;
+    for (const std::uint32_t k : triangle) {
+      const Vector3 along = hull.vertices[k] - corner;
+      if (k == foremost || !(along.dot(d) > steepest * along.norm())) continue;
+      steepest = along.dot(d) / along.norm();
+      end = hull.vertices[k];
+    }
+  }
+  if (face_normal.cross(d).norm() <= kMostLean && !face_normal.isZero(0)) {
+    ContactFeature face = HullFace(hull, corner, face_normal, kCoplanarShare * extent_m);
+    if (face.count > 2) return face;
+  }
+  return steepest >= -kMostLean ? Line(corner, end) : Point(corner);
+}
+
+}  // namespace
+
+ContactFeature ForemostFeature(const ExactGeometry& shape, std::size_t piece, const Vector3& d) {
+  const ConvexCore& core = shape.pieces()[piece];
+  if (const auto* box = std::get_if<Box>(&core.core)) return FeatureOf(*box, d);
+  if (const auto* cylinder = std::get_if<Cylinder>(&core.core)) return FeatureOf(*cylinder, d);
+  if (const auto* cone = std::get_if<Cone>(&core.core)) return FeatureOf(*cone, d);
+  if (const auto* segment = std::get_if<SegmentCore>(&core.core)) {
+    return CapsuleFeature(segment->half_length_m, core.radius_m, d);
+  }
+  if (const auto* convex = std::get_if<Convex>(&shape.shape())) {
+    return HullFeature(*convex->hull, core.extent_m, d);
+  }
+  if (const auto* prism = std::get_if<VertexCore>(&core.core)) {
+    return PrismFeature(prism->vertices, d);
+  }
+  return Point(core.radius_m * d);
+}
+
+}  // namespace cwm::collision
