@@ -95,11 +95,7 @@ std::optional<PairDistance> AskBullet(const btConvexShape& a, const btTransform&
 // The kernels, where Bullet has failed on two convex shapes.
 PairDistance WithoutBullet(const BulletForm& a, const Pose& X_WA, const BulletForm& b,
                            const Pose& X_WB) {
-  if (ExactSupports(a.kind, b.kind))
-    return ExactDistance({a.solid->exact(), X_WA}, {b.solid->exact(), X_WB});
-  PairDistance answer = OverlapBound(*a.solid, X_WA, *b.solid, X_WB);
-  answer.trust = Trust::kDegraded;
-  return answer;
+  return ExactDistance({a.solid->exact(), X_WA}, {b.solid->exact(), X_WB});
 }
 
 PairDistance ConvexDistance(const BulletForm& a, const Pose& X_WA, const BulletForm& b,

@@ -74,8 +74,7 @@ class Engine {
 const Engine& GetEngine(EngineKind kind);
 
 // The engine that `AUTO` uses for the pair: exact kernels first, then whichever the table of trust
-// names. nullptr when none answers the pair, which is the case for two half-spaces alone (their
-// depth is infinite unless they face each other exactly).
+// names. Never null: the kernels answer every pair.
 const Engine* BestEngine(ShapeKind a, ShapeKind b, Question question);
 
 }  // namespace cwm::collision

@@ -24,8 +24,7 @@ struct ContactLimits {
 // points on both surfaces that lie on a line along it; their distance is the signed one along that
 // line, never less than the first, which they follow deepest first.
 //
-// Of pairs with a mesh, and of two half-spaces, the first alone is told. Precondition: as of
-// ExactDistance.
+// Of pairs with a mesh, and of two half-spaces, the first alone is told.
 void ExactContacts(const PlacedExact& a, const PlacedExact& b, const ContactLimits& limits,
                    std::vector<PairDistance>& contacts);
 

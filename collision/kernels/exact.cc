@@ -18,12 +18,19 @@ Family FamilyOf(const ExactGeometry& geometry) {
   return geometry.kind() == ShapeKind::kMesh ? Family::kMesh : Family::kPieces;
 }
 
-// Two half-spaces part along their normals when they face each other; else they overlap without
-// end, which the largest coordinate stands for.
+// Half-spaces of which the normals are nearer to opposite face each other: some tens of roundings of
+// products of poses, and over kLargestCoordinate_m their planes depart by 1e-8 m from parallel ones.
+constexpr double kFacingSine = 1e-14;
+
+// Two half-spaces that face each other part along their normals. Others overlap without end: no
+// translation between the coordinates of a world parts them.
 PairDistance HalfSpaceToHalfSpace(const Pose& X_AB) {
   const Vector3 normal_b = X_AB.linear().col(2), p = X_AB.translation();
   PairDistance answer{.distance_m = -kLargestCoordinate_m, .trust = Trust::kDegraded};
-  if (normal_b == Vector3(-Vector3::UnitZ())) answer.distance_m = p.z();
+  if (normal_b.z() < 0 && normal_b.head<2>().norm() <= kFacingSine) {
+    answer.distance_m = p.z();
+    answer.trust = Trust::kExact;
+  }
   answer.point_a = Vector3(p.x(), p.y(), 0);
   answer.point_b = answer.point_a + answer.distance_m * answer.normal;
   return answer;
@@ -75,10 +82,6 @@ PairDistance OrderedDistance(const ExactGeometry& a, const ExactGeometry& b, con
 }
 
 }  // namespace
-
-bool ExactSupports(ShapeKind a, ShapeKind b) {
-  return a != ShapeKind::kHalfSpace || b != ShapeKind::kHalfSpace;
-}
 
 PairDistance ExactDistance(const PlacedExact& a, const PlacedExact& b, double max_distance_m) {
   const Pose X_AB = RelativePose(a.X_FS, b.X_FS);

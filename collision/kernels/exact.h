@@ -22,10 +22,6 @@ struct PlacedExact {
   const Pose& X_FS;
 };
 
-// True when the pair has an exact kernel: every pair but two half-spaces, which overlap without
-// end unless they face each other.
-bool ExactSupports(ShapeKind a, ShapeKind b);
-
 // Signed distance of A and B in frame F. When the distance is known to exceed `max_distance_m` the
 // search may stop: the distance returned is then some lower bound > max_distance_m and the
 // witnesses are not meaningful.
@@ -41,12 +37,14 @@ bool ExactSupports(ShapeKind a, ShapeKind b);
 //   of a point that lies inside; the least translation is at least that and at most the depth of
 //   the mesh's box: kBounded by the difference. Containment counts as penetration, either way
 //   round;
-// * an open mesh: kSurfaceOnly, the same without an inside; where it overlaps, with the same bound.
-// Precondition: ExactSupports; else the answer is kDegraded (see ExactSupports).
+// * an open mesh: kSurfaceOnly, the same without an inside; where it overlaps, with the same bound;
+// * two half-spaces: kExact where their normals are opposite, the layer that both fill. Others overlap
+//   without end: -kLargestCoordinate_m, since no translation within a world parts them, kDegraded,
+//   without meaningful witnesses.
 PairDistance ExactDistance(const PlacedExact& a, const PlacedExact& b,
                            double max_distance_m = std::numeric_limits<double>::infinity());
 
-// Whether the signed distance is negative, told without measuring it. Precondition: as above.
+// Whether the signed distance is negative, told without measuring it. Exact for two half-spaces too.
 bool ExactOverlap(const PlacedExact& a, const PlacedExact& b);
 
 // First hit of a ray with the surface, from outside or inside.

@@ -235,7 +235,8 @@ struct PointColumns {
 
 // The three poll `stop` every few rows; a stopped call returns Cancelled. Unimplemented when the
 // chosen engine cannot answer a pair that comes up: the message names row, engine, object, part and
-// the two kinds. kAuto answers all but a half-space asked of a half-space.
+// the two kinds. kAuto and kExact answer every pair. Two half-spaces overlap unless they face each other
+// across a gap; where they overlap without end the distance is -kLargestCoordinate_m, kDegraded.
 absl::StatusOr<CollisionColumns> CheckCollisions(const WorldSnapshot& world, const QueryBody& body,
                                                  const BodyRows& rows, const QueryOptions& options,
                                                  std::stop_token stop = {});

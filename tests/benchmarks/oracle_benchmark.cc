@@ -43,7 +43,7 @@ double WorstOverPairs(const Ask& ask, bool of_formulas) {
   double worst = 0;
   for (const ShapeKind a : kKinds) {
     for (const ShapeKind b : kKinds) {
-      if (!collision::ExactSupports(a, b)) continue;
+      if (a == ShapeKind::kHalfSpace && b == a) continue;  // a layer, or no depth
       if (collision::HasLongDoubleOracle(a, b) != of_formulas) continue;
       worst = std::max(worst, ask(a, b));
     }

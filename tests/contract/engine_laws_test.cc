@@ -67,15 +67,17 @@ class EngineLaws : public testing::TestWithParam<Case> {
   PairDistance Ask() const { return engine_.Distance(a_.get(), b_.get(), kFar_m); }
 
   // Whether a law may be asked of the answer: a best effort claims nothing. Which answers may be one is
-  // limited, so that no engine passes by degrading everything: overlaps of Bullet, and what FCL says of
-  // a mesh and anything but a sphere or a mesh.
+  // limited, so that no engine passes by degrading everything: overlaps of Bullet and of two half-spaces, and what
+  // FCL says of a mesh and anything but a sphere or a mesh.
   bool Judges(const PairDistance& answer) const {
     if (answer.trust != Trust::kDegraded) return true;
     const ShapeKind kind_a = KindOf(GetParam().a->shape), kind_b = KindOf(GetParam().b->shape);
     const bool has_mesh = kind_a == ShapeKind::kMesh || kind_b == ShapeKind::kMesh;
+    const bool both_endless = kind_a == ShapeKind::kHalfSpace && kind_b == kind_a;
     const bool has_sphere = kind_a == ShapeKind::kSphere || kind_b == ShapeKind::kSphere;
     const bool overlaps = answer.distance_m <= kTouching_m;
     EXPECT_TRUE((GetParam().engine == EngineKind::kBullet && overlaps) ||
+                (both_endless && overlaps) ||
                 (GetParam().engine == EngineKind::kFcl && has_mesh && !has_sphere &&
                  kind_a != kind_b && !overlaps))
         << answer.distance_m;

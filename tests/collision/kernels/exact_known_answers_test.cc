@@ -1,6 +1,8 @@
 // Distances that anyone can work out by hand.
 #include <gtest/gtest.h>
 
+#include "collision/geometry/validation.h"
+
 #include <string>
 
 #include "collision/kernels/exact.h"
@@ -64,13 +66,38 @@ TEST(ExactKnownAnswers, CylinderFloatsAboveAndSinksIntoHalfSpace) {
   EXPECT_NEAR(answer.normal.z(), -1, 1e-15);
 }
 
-TEST(ExactKnownAnswers, FacingHalfSpacesAreALayerAndOthersAreNotSupported) {
-  EXPECT_FALSE(ExactSupports(ShapeKind::kHalfSpace, ShapeKind::kHalfSpace));
-  EXPECT_TRUE(ExactSupports(ShapeKind::kHalfSpace, ShapeKind::kMesh));
+TEST(ExactKnownAnswers, HalfSpacesThatFaceEachOtherAreAGapOrALayer) {
   const auto half = PrepareExact(HalfSpace{});
-  const Pose X_FA = Pose::Identity(), X_FB = MakePose({0, 0, 0.3}, Quaternion(0, 1, 0, 0));
-  EXPECT_NEAR(ExactDistance({*half, X_FA}, {*half, X_FB}).distance_m, 0.3, kTolerance_m);
-  EXPECT_EQ(ExactDistance({*half, X_FA}, {*half, X_FA}).trust, Trust::kDegraded);
+  const Pose X_FA =
+      MakePose({1, 2, 3}, Quaternion(Eigen::AngleAxisd(0.7, Vector3(1, 2, 3).normalized())));
+  for (const double gap_m : {0.3, -0.2}) {
+    const Pose X_FB = X_FA * MakePose({5, -4, gap_m}, Quaternion(0, 1, 0, 0));
+    const PairDistance answer = ExactDistance({*half, X_FA}, {*half, X_FB});
+    EXPECT_NEAR(answer.distance_m, gap_m, kTolerance_m);
+    EXPECT_EQ(answer.trust, Trust::kExact);
+    const Vector3 up = X_FA.linear().col(2);
+    EXPECT_NEAR((answer.normal - up).norm(), 0, kTolerance_m);
+    EXPECT_NEAR(up.dot(answer.point_a - X_FA.translation()), 0, kTolerance_m);
+    EXPECT_NEAR(up.dot(answer.point_b - X_FB.translation()), 0, kTolerance_m);
+    EXPECT_EQ(ExactOverlap({*half, X_FA}, {*half, X_FB}), gap_m < 0);
+  }
+  // Touching is no collision.
+  const Pose X_FC = MakePose({0, 0, 0}, Quaternion(0, 1, 0, 0));
+  EXPECT_FALSE(ExactOverlap({*half, Pose::Identity()}, {*half, X_FC}));
+}
+
+TEST(ExactKnownAnswers, OtherHalfSpacesOverlapWithoutEnd) {
+  const auto half = PrepareExact(HalfSpace{});
+  const Quaternion facing(0, 1, 0, 0);
+  for (const Pose& X_FB :
+       {MakeTranslation(0, 0, 1000), MakeTranslation(0, 0, -1000),
+        MakePose({0, 0, 1}, Quaternion(Eigen::AngleAxisd(1.5, Vector3::UnitX()))),
+        MakePose({0, 0, 1}, Quaternion(Eigen::AngleAxisd(1e-9, Vector3::UnitX())) * facing)}) {
+    const PairDistance answer = ExactDistance({*half, Pose::Identity()}, {*half, X_FB});
+    EXPECT_EQ(answer.distance_m, -kLargestCoordinate_m);
+    EXPECT_EQ(answer.trust, Trust::kDegraded);
+    EXPECT_TRUE(ExactOverlap({*half, Pose::Identity()}, {*half, X_FB}));
+  }
 }
 
 TEST(ExactKnownAnswers, BeyondTheLimitIsALowerBoundAboveIt) {

@@ -74,6 +74,24 @@ TEST(CheckMotions, TellsNoClearanceThatItDidNotLookFor) {
   EXPECT_LT(columns.clearance_m[0], 0.1);
 }
 
+// Down onto a floor: a half-space that does not turn travels as far as its frame.
+TEST(CheckMotions, AHalfSpaceSlides) {
+  const auto world = WorldOf(
+      {PutOf("floor", {{.X_FS = Pose::Identity(), .shape = HalfSpace{}}}, Pose::Identity())});
+  const QueryBody body = BodyFromShapes({{.X_FS = Pose::Identity(), .shape = HalfSpace{}}});
+  const auto facing = [](double z_m) { return MakePose({0, 0, z_m}, Quaternion(0, 1, 0, 0)); };
+  Edges edges;
+  edges.push_back(std::make_unique<RigidMotion>(body, facing(1), facing(-0.5)));
+  edges.push_back(std::make_unique<RigidMotion>(body, facing(1), facing(0.01)));
+  edges.push_back(std::make_unique<RigidMotion>(body, Pose::Identity(), facing(1)));
+  const MotionColumns columns = *CheckMotions(*world, body, edges, {});
+  EXPECT_THAT(columns.verdict, ::testing::ElementsAre(MotionVerdict::kContact, MotionVerdict::kFree,
+                                                      MotionVerdict::kContact));
+  EXPECT_LE(columns.lo[0], 2.0 / 3);
+  EXPECT_GE(columns.hi[0], 2.0 / 3);
+  EXPECT_EQ(columns.hi[2], 0);  // beside each other from the beginning
+}
+
 TEST(CheckMotions, GrazesWhereItAllButTouches) {
   EXPECT_EQ(Past(0.2 + 1e-7).verdict[0], MotionVerdict::kGrazing);
   EXPECT_EQ(Past(0.2 - 1e-5).verdict[0], MotionVerdict::kContact);

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "collision/geometry/validation.h"
 #include "collision/query/body_search.h"
 #include "collision/query/world_filter.h"
 #include "tests/collision/query/random_world.h"
@@ -291,6 +292,35 @@ TEST(Query, APairThatTheEngineCannotAnswerIsNamed) {
       BodyFromShapes({{.X_FS = Pose::Identity(), .shape = MakeMesh(BoxMesh({1, 1, 1}))}});
   EXPECT_EQ(CheckCollisions(*meshes, mesh, at, options).status().code(),
             absl::StatusCode::kUnimplemented);
+}
+
+// A floor, a slope and a ceiling, asked with a half-space that faces down.
+TEST(Query, HalfSpacesAreAskedOfEachOtherAndFailNoBatch) {
+  const Shape half = HalfSpace{};
+  const Quaternion down(0, 1, 0, 0);
+  const auto world = WorldOf(
+      {PutOf("ceiling", {{.X_FS = Pose::Identity(), .shape = half}}, MakePose({0, 0, 3}, down)),
+       PutOf("floor", {{.X_FS = Pose::Identity(), .shape = half}}, Pose::Identity())});
+  const QueryBody body = BodyFromShapes({{.X_FS = Pose::Identity(), .shape = half}});
+  const std::vector<Pose> at = {MakePose({0, 0, 1}, down), MakePose({0, 0, -0.5}, down),
+                                MakeTranslation(0, 0, -1)};
+  for (const EngineChoice engine : {EngineChoice::kAuto, EngineChoice::kExact}) {
+    QueryOptions options{.engine = engine, .max_results = 2, .ignore = {"ceiling"}};
+    EXPECT_THAT(CheckCollisions(*world, body, at, options)->verdict,
+                ElementsAre(Verdict::kFree, Verdict::kCollision, Verdict::kCollision));
+    const PairColumns near = *GetDistances(*world, body, at, options);
+    EXPECT_THAT(near.distance_m,
+                ElementsAre(testing::DoubleNear(1, 1e-12), testing::DoubleNear(-0.5, 1e-12),
+                            -kLargestCoordinate_m));
+    EXPECT_THAT(near.trust, ElementsAre(Trust::kExact, Trust::kExact, Trust::kDegraded));
+    EXPECT_THAT(GetContacts(*world, body, at, options)->row_begin, ElementsAre(0, 0, 1, 2));
+    options.ignore = {"floor"};
+    EXPECT_THAT(CheckCollisions(*world, body, at, options)->verdict,
+                ElementsAre(Verdict::kCollision, Verdict::kCollision, Verdict::kFree));
+    options.margin_m = 4.1;
+    EXPECT_THAT(CheckCollisions(*world, body, {&at[2], 1}, options)->verdict,
+                ElementsAre(Verdict::kCollision));
+  }
 }
 
 // A truncated cone that FCL and Bullet hold as a prism of 64 sides around it.
