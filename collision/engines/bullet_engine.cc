@@ -220,17 +220,17 @@ std::shared_ptr<const EngineGeometry> BulletEngine::PrepareFrom(
   return std::make_shared<const BulletForm>(std::move(exact));
 }
 
-bool BulletEngine::Collides(const PlacedGeometry& a, const PlacedGeometry& b) const {
-  return Distance(a, b, 0).distance_m < 0;
+bool BulletEngine::Collides(const PlacedGeometry& a, const PlacedGeometry& b, WorkCounter*) const {
+  return Distance(a, b, 0, nullptr).distance_m < 0;
 }
 
 PairDistance BulletEngine::Distance(const PlacedGeometry& a, const PlacedGeometry& b,
-                                    double max_distance_m) const {
+                                    double max_distance_m, WorkCounter*) const {
   const auto rank = [](ShapeKind kind) {  // the one that needs special treatment comes second
     return kind == ShapeKind::kMesh || kind == ShapeKind::kHalfSpace ? kShapeKindCount
                                                                      : static_cast<int>(kind);
   };
-  if (rank(a.kind) > rank(b.kind)) return Swapped(Distance(b, a, max_distance_m));
+  if (rank(a.kind) > rank(b.kind)) return Swapped(Distance(b, a, max_distance_m, nullptr));
   if (b.kind == ShapeKind::kMesh) {
     return MeshDistance(FormOf(a), a.X_WS, FormOf(b), b.X_WS, max_distance_m);
   }

@@ -18,9 +18,10 @@ class BulletEngine final : public Engine {
   bool Supports(ShapeKind a, ShapeKind b, Question question) const override;
   std::shared_ptr<const EngineGeometry> PrepareFrom(
       std::shared_ptr<const ExactGeometry> exact) const override;
-  bool Collides(const PlacedGeometry& a, const PlacedGeometry& b) const override;
-  PairDistance Distance(const PlacedGeometry& a, const PlacedGeometry& b,
-                        double max_distance_m) const override;
+  bool Collides(const PlacedGeometry& a, const PlacedGeometry& b,
+                WorkCounter* work = nullptr) const override;
+  PairDistance Distance(const PlacedGeometry& a, const PlacedGeometry& b, double max_distance_m,
+                        WorkCounter* work = nullptr) const override;
 };
 
 }  // namespace cwm::collision

@@ -12,6 +12,7 @@
 
 #include "collision/geometry/shape.h"
 #include "collision/kernels/pair_answer.h"
+#include "collision/kernels/work_counter.h"
 
 namespace cwm::collision {
 
@@ -55,19 +56,22 @@ class Engine {
 
   // Precondition of the three: Supports(a.kind, b.kind, question). `Collides` is true when the
   // solids overlap (distance < 0; touching within 1e-9 m may count either way); containment in a
-  // closed solid is an overlap.
-  virtual bool Collides(const PlacedGeometry& a, const PlacedGeometry& b) const = 0;
+  // closed solid is an overlap. `work` as for ExactDistance: the kernels alone count and can be ended
+  // within a pair.
+  virtual bool Collides(const PlacedGeometry& a, const PlacedGeometry& b,
+                        WorkCounter* work = nullptr) const = 0;
 
   // See ExactDistance for `max_distance_m`.
   virtual PairDistance Distance(const PlacedGeometry& a, const PlacedGeometry& b,
-                                double max_distance_m) const = 0;
+                                double max_distance_m, WorkCounter* work = nullptr) const = 0;
 
   // Contacts are answers with distance_m < max_distance_m, deepest first, appended to `contacts`,
   // at most `max_count` of them; the first is Distance's answer where that is below max_distance_m.
   // Here: that one alone, which is what every engine can say reliably (FCL gives one per primitive
   // pair, Bullet's grow over frames in a persistent manifold).
   virtual void Contacts(const PlacedGeometry& a, const PlacedGeometry& b, double max_distance_m,
-                        int max_count, std::vector<PairDistance>& contacts) const;
+                        int max_count, std::vector<PairDistance>& contacts,
+                        WorkCounter* work = nullptr) const;
 };
 
 // The three engines, living as long as the process.

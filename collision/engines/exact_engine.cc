@@ -26,19 +26,22 @@ std::shared_ptr<const EngineGeometry> ExactEngine::PrepareFrom(
   return std::make_shared<const ExactForm>(std::move(exact));
 }
 
-bool ExactEngine::Collides(const PlacedGeometry& a, const PlacedGeometry& b) const {
-  return ExactOverlap(Placed(a.geometry, a.X_WS), Placed(b.geometry, b.X_WS));
+bool ExactEngine::Collides(const PlacedGeometry& a, const PlacedGeometry& b,
+                           WorkCounter* work) const {
+  return ExactOverlap(Placed(a.geometry, a.X_WS), Placed(b.geometry, b.X_WS), work);
 }
 
 PairDistance ExactEngine::Distance(const PlacedGeometry& a, const PlacedGeometry& b,
-                                   double max_distance_m) const {
-  return ExactDistance(Placed(a.geometry, a.X_WS), Placed(b.geometry, b.X_WS), max_distance_m);
+                                   double max_distance_m, WorkCounter* work) const {
+  return ExactDistance(Placed(a.geometry, a.X_WS), Placed(b.geometry, b.X_WS), max_distance_m,
+                       work);
 }
 
 void ExactEngine::Contacts(const PlacedGeometry& a, const PlacedGeometry& b, double max_distance_m,
-                           int max_count, std::vector<PairDistance>& contacts) const {
-  ExactContacts(Placed(a.geometry, a.X_WS), Placed(b.geometry, b.X_WS), {max_distance_m, max_count},
-                contacts);
+                           int max_count, std::vector<PairDistance>& contacts,
+                           WorkCounter* work) const {
+  ExactContacts(Placed(a.geometry, a.X_WS), Placed(b.geometry, b.X_WS),
+                {max_distance_m, max_count, work}, contacts);
 }
 
 std::optional<RayHit> CastRay(const EngineGeometry& exact, const Pose& X_WS, const Ray& ray) {

@@ -15,12 +15,14 @@ class ExactEngine final : public Engine {
   bool Supports(ShapeKind a, ShapeKind b, Question question) const override;  // always
   std::shared_ptr<const EngineGeometry> PrepareFrom(
       std::shared_ptr<const ExactGeometry> exact) const override;
-  bool Collides(const PlacedGeometry& a, const PlacedGeometry& b) const override;
-  PairDistance Distance(const PlacedGeometry& a, const PlacedGeometry& b,
-                        double max_distance_m) const override;
+  bool Collides(const PlacedGeometry& a, const PlacedGeometry& b,
+                WorkCounter* work = nullptr) const override;
+  PairDistance Distance(const PlacedGeometry& a, const PlacedGeometry& b, double max_distance_m,
+                        WorkCounter* work = nullptr) const override;
   // As many as kernels/contact_patch.h finds.
   void Contacts(const PlacedGeometry& a, const PlacedGeometry& b, double max_distance_m,
-                int max_count, std::vector<PairDistance>& contacts) const override;
+                int max_count, std::vector<PairDistance>& contacts,
+                WorkCounter* work = nullptr) const override;
 };
 
 // First hit of a ray with a geometry that ExactEngine prepared, in the frame of X_WS.

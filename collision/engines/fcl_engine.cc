@@ -198,8 +198,8 @@ std::shared_ptr<const EngineGeometry> FclEngine::PrepareFrom(
   return std::make_shared<const FclForm>(std::move(exact));
 }
 
-bool FclEngine::Collides(const PlacedGeometry& a, const PlacedGeometry& b) const {
-  if (a.kind > b.kind) return Collides(b, a);  // half the pairs of solvers to trust
+bool FclEngine::Collides(const PlacedGeometry& a, const PlacedGeometry& b, WorkCounter*) const {
+  if (a.kind > b.kind) return Collides(b, a, nullptr);  // half the pairs of solvers to trust
   const FclForm& form_a = FormOf(a);
   const FclForm& form_b = FormOf(b);
   for (const FclPiece& piece_a : form_a.shape.pieces) {
@@ -212,8 +212,8 @@ bool FclEngine::Collides(const PlacedGeometry& a, const PlacedGeometry& b) const
 }
 
 PairDistance FclEngine::Distance(const PlacedGeometry& a, const PlacedGeometry& b,
-                                 double max_distance_m) const {
-  if (a.kind > b.kind) return Swapped(Distance(b, a, max_distance_m));
+                                 double max_distance_m, WorkCounter*) const {
+  if (a.kind > b.kind) return Swapped(Distance(b, a, max_distance_m, nullptr));
   return FclDistance({FormOf(a), a.X_WS, FormOf(b), b.X_WS});
 }
 

@@ -1,6 +1,11 @@
 #include "collision/kernels/compound_pair.h"
 
 #include <algorithm>
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <utility>
 
 #include "collision/kernels/closed_forms.h"
 #include "collision/kernels/convex_pair.h"
@@ -36,23 +41,85 @@ PairDistance WithDepthBound(const PairDistance& deepest_part, const ExactGeometr
   return answer;
 }
 
-PairDistance HalfSpaceToAny(const ExactGeometry& b, const Pose& X_AB) {
-  PairDistance lowest{.distance_m = std::numeric_limits<double>::infinity()};
-  const auto consider = [&](const ConvexCore& part) {
-    const PairDistance answer = HalfSpaceToConvex(part, X_AB);
-    if (answer.distance_m < lowest.distance_m) lowest = answer;
+namespace {
+
+// Of a mesh the corner that is lowest in the frame of a half-space, if it is no higher than
+// `max_height_m`: by the boxes of its tree, of which most are higher than what is known by then. The
+// first corner that is found below `enough_m` ends the search.
+struct HeightLimits {
+  double max_height_m, enough_m;
+};
+std::optional<Vector3> LowestCorner(const TriangleTree& tree, const Pose& X_AB,
+                                    const HeightLimits& limits, WorkCounter* work) {
+  const Vector3 up_B = X_AB.linear().row(2).transpose();
+  const Vector3 reach_B = up_B.cwiseAbs();
+  const auto lower_bound_m = [&](std::int32_t node) {
+    const Aabb& box = tree.nodes()[static_cast<std::size_t>(node)].bounds;
+    return X_AB.translation().z() + up_B.dot(box.center()) - 0.5 * reach_B.dot(box.sizes());
   };
-  for (const ConvexCore& piece : b.pieces()) consider(piece);
-  if (b.tree() == nullptr) return lowest;
-  for (const TriangleCorners& t : b.tree()->triangles()) {
-    for (const Vector3& corner : t.corners) {
-      const Vector3 p = X_AB * corner;
-      if (p.z() >= lowest.distance_m) continue;
-      lowest = {p.z(), Vector3(p.x(), p.y(), 0), p, Vector3::UnitZ()};
+  // Bounds are told with a few roundings of the largest number in them.
+  const double largest_m =
+      X_AB.translation().norm() + tree.bounds().min().norm() + tree.bounds().max().norm();
+  const double rounding_m = 8 * std::numeric_limits<double>::epsilon() * largest_m;
+  std::optional<Vector3> lowest;
+  double limit_m = limits.max_height_m;
+  struct Entry {
+    std::int32_t node;
+    double bound_m;
+  };
+  std::array<Entry, kTreeStack> stack;
+  std::size_t size = 0;
+  stack[size++] = {0, lower_bound_m(0)};
+  while (size > 0) {
+    const Entry entry = stack[--size];
+    if (MustEnd(work, 1)) return lowest;
+    if (entry.bound_m - rounding_m > limit_m) continue;
+    const TriangleTree::Node& node = tree.nodes()[static_cast<std::size_t>(entry.node)];
+    for (std::int32_t i = node.first; i < node.first + node.count; ++i) {
+      for (const Vector3& corner : tree.triangle(i).corners) {
+        const Vector3 p = X_AB * corner;
+        if (p.z() > limit_m || (lowest && p.z() == limit_m)) continue;
+        lowest = p;
+        limit_m = p.z();
+      }
     }
+    if (lowest && limit_m < limits.enough_m) return lowest;
+    if (node.count > 0) continue;
+    Entry left{entry.node + 1, lower_bound_m(entry.node + 1)};
+    Entry right{node.right, lower_bound_m(node.right)};
+    if (left.bound_m < right.bound_m) std::swap(left, right);
+    stack[size++] = left;  // the lower one comes off first
+    stack[size++] = right;
   }
-  if (b.IsOpen()) lowest.trust = Trust::kSurfaceOnly;
   return lowest;
+}
+
+PairDistance LowestPiece(const ExactGeometry& b, const Pose& X_AB) {
+  PairDistance lowest{.distance_m = std::numeric_limits<double>::infinity()};
+  for (const ConvexCore& piece : b.pieces()) {
+    const PairDistance answer = HalfSpaceToConvex(piece, X_AB);
+    if (answer.distance_m < lowest.distance_m) lowest = answer;
+  }
+  return lowest;
+}
+
+}  // namespace
+
+PairDistance HalfSpaceToAny(const ExactGeometry& b, const Pose& X_AB, const SearchLimits& limits) {
+  if (b.tree() == nullptr) return LowestPiece(b, X_AB);
+  constexpr double kNone_m = -std::numeric_limits<double>::infinity();
+  const std::optional<Vector3> lowest =
+      LowestCorner(*b.tree(), X_AB, {limits.max_distance_m, kNone_m}, limits.work);
+  if (!lowest) return JustBeyond(limits.max_distance_m);
+  PairDistance answer{lowest->z(), Vector3(lowest->x(), lowest->y(), 0), *lowest, Vector3::UnitZ()};
+  if (b.IsOpen()) answer.trust = Trust::kSurfaceOnly;
+  return answer;
+}
+
+bool HalfSpaceMeetsAny(const ExactGeometry& b, const Pose& X_AB, WorkCounter* work) {
+  if (b.tree() == nullptr) return LowestPiece(b, X_AB).distance_m < 0;
+  const std::optional<Vector3> lowest = LowestCorner(*b.tree(), X_AB, {0, 0}, work);
+  return lowest && lowest->z() < 0;
 }
 
 namespace {
@@ -62,10 +129,12 @@ struct PiecePair {
 };
 
 // The pair whose bounds are nearest to each other: its answer rules out most of the others.
-PiecePair LikelyNearest(const ExactGeometry& a, const ExactGeometry& b, const Pose& X_AB) {
+PiecePair LikelyNearest(const ExactGeometry& a, const ExactGeometry& b, const Pose& X_AB,
+                        WorkCounter* work) {
   PiecePair nearest;
   double least = std::numeric_limits<double>::infinity();
   for (std::size_t j = 0; j < b.pieces().size(); ++j) {
+    if (MustEnd(work, a.pieces().size())) break;
     const Aabb bounds_b = b.piece_bounds()[j].transformed(X_AB);
     for (std::size_t i = 0; i < a.pieces().size(); ++i) {
       const double gap = BoxGap_m(a.piece_bounds()[i], bounds_b);
@@ -80,16 +149,19 @@ PiecePair LikelyNearest(const ExactGeometry& a, const ExactGeometry& b, const Po
 }  // namespace
 
 PairDistance PiecesToPieces(const ExactGeometry& a, const ExactGeometry& b, const Pose& X_AB,
-                            double max_distance_m) {
-  const PiecePair first = LikelyNearest(a, b, X_AB);
+                            const SearchLimits& limits) {
+  const double max_distance_m = limits.max_distance_m;
+  const PiecePair first = LikelyNearest(a, b, X_AB, limits.work);
   PairDistance best =
       ConvexDistance(a.pieces()[first.a], b.pieces()[first.b], X_AB, std::max(max_distance_m, 0.0));
   for (std::size_t j = 0; j < b.pieces().size(); ++j) {
+    if (MustEnd(limits.work, a.pieces().size())) return best;
     const Aabb bounds_b = b.piece_bounds()[j].transformed(X_AB);
     for (std::size_t i = 0; i < a.pieces().size(); ++i) {
       const double limit = std::min(best.distance_m, max_distance_m);
       if (i == first.a && j == first.b) continue;
       if (BoxGap_m(a.piece_bounds()[i], bounds_b) > std::max(limit, 0.0)) continue;
+      if (MustEnd(limits.work, kStepsOfConvexPair)) return best;
       const PairDistance answer =
           ConvexDistance(a.pieces()[i], b.pieces()[j], X_AB, std::max(limit, 0.0));
       if (answer.distance_m < best.distance_m) best = answer;
@@ -99,14 +171,17 @@ PairDistance PiecesToPieces(const ExactGeometry& a, const ExactGeometry& b, cons
   return best.distance_m < 0 ? WithDepthBound(best, a, b, X_AB) : best;
 }
 
-bool PiecesMeetPieces(const ExactGeometry& a, const ExactGeometry& b, const Pose& X_AB) {
+bool PiecesMeetPieces(const ExactGeometry& a, const ExactGeometry& b, const Pose& X_AB,
+                      WorkCounter* work) {
   if (a.pieces().size() == 1 && b.pieces().size() == 1) {
     return ConvexOverlap(a.pieces().front(), b.pieces().front(), X_AB);
   }
   for (std::size_t j = 0; j < b.pieces().size(); ++j) {
+    if (MustEnd(work, a.pieces().size())) return false;
     const Aabb bounds_b = b.piece_bounds()[j].transformed(X_AB);
     for (std::size_t i = 0; i < a.pieces().size(); ++i) {
       if (BoxGap_m(a.piece_bounds()[i], bounds_b) > 0) continue;
+      if (MustEnd(work, kStepsOfConvexPair)) return false;
       if (ConvexOverlap(a.pieces()[i], b.pieces()[j], X_AB)) return true;
     }
   }

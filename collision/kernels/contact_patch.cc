@@ -177,14 +177,15 @@ Pose InPlaneOf(const Matrix3& R_FP, const Vector3& origin, const Pose& X_FS) {
 
 class PatchSearch {
  public:
-  PatchSearch(const PlacedExact& a, const PlacedExact& b, double max_distance_m,
+  PatchSearch(const PlacedExact& a, const PlacedExact& b, const ContactLimits& limits,
               const PairDistance& deepest)
       : a_(a.geometry),
         b_(b.geometry),
         R_FP_(BasisFromZ(deepest.normal)),
         X_PA_(InPlaneOf(R_FP_, deepest.point_a, a.X_FS)),
         X_PB_(InPlaneOf(R_FP_, deepest.point_a, b.X_FS)),
-        max_distance_m_(max_distance_m),
+        max_distance_m_(limits.max_distance_m),
+        work_(limits.work),
         deepest_(deepest) {}
 
   void AppendTo(std::vector<PairDistance>& contacts, std::size_t most) {
@@ -225,9 +226,11 @@ class PatchSearch {
     const Side &outer = a_is_outer ? a : b, &inner = a_is_outer ? b : a;
     const Pose X_IO = inner.X_PS.inverse(Eigen::Isometry) * outer.X_PS;
     for (std::size_t i = 0; i < PieceCount(outer.geometry); ++i) {
+      if (MustEnd(work_, PieceCount(inner.geometry))) return;
       const Foreground of_outer = Foremost(outer, i);
       for (std::size_t k = 0; k < PieceCount(inner.geometry); ++k) {
         if (!AreNear(outer.geometry, i, inner.geometry, k, X_IO)) continue;
+        if (MustEnd(work_, kStepsOfConvexPair)) return;
         const Foreground of_inner = Foremost(inner, k);
         a_is_outer ? Gather(of_outer, of_inner) : Gather(of_inner, of_outer);
       }
@@ -280,6 +283,7 @@ class PatchSearch {
   const Matrix3 R_FP_;
   const Pose X_PA_, X_PB_;
   const double max_distance_m_;
+  WorkCounter* const work_;
   const PairDistance deepest_;
   Spots spots_;
   double reach_m_ = 0;
@@ -297,12 +301,13 @@ void ExactContacts(const PlacedExact& a, const PlacedExact& b, const ContactLimi
                    std::vector<PairDistance>& contacts) {
   if (limits.max_count < 1) return;
   // Of what overlaps the depth is known only where the search is not ended by it.
-  const PairDistance deepest = ExactDistance(a, b, std::max(0.0, limits.max_distance_m));
+  const PairDistance deepest =
+      ExactDistance(a, b, std::max(0.0, limits.max_distance_m), limits.work);
   if (!(deepest.distance_m < limits.max_distance_m)) return;
   const std::size_t most = contacts.size() + static_cast<std::size_t>(limits.max_count);
   contacts.push_back(deepest);
   if (limits.max_count == 1 || !HasFeatures(a.geometry, b.geometry)) return;
-  PatchSearch(a, b, limits.max_distance_m, deepest).AppendTo(contacts, most);
+  PatchSearch(a, b, limits, deepest).AppendTo(contacts, most);
 }
 
 }  // namespace cwm::collision

@@ -14,6 +14,7 @@ inline constexpr int kMostPatchPoints = 4;
 struct ContactLimits {
   double max_distance_m = 0;
   int max_count = 1;
+  WorkCounter* work = nullptr;  // see ExactDistance
 };
 
 // Contacts of A and B in frame F with distance_m < max_distance_m, at most max_count, appended to

@@ -60,14 +60,15 @@ Pose RelativePose(const Pose& X_FA, const Pose& X_FB) {
 
 // FamilyOf(a) <= FamilyOf(b); in the frame of A.
 PairDistance OrderedDistance(const ExactGeometry& a, const ExactGeometry& b, const Pose& X_AB,
-                             double max_distance_m) {
+                             const SearchLimits& limits) {
+  const double max_distance_m = limits.max_distance_m;
   if (FamilyOf(a) == Family::kHalfSpace) {
     if (FamilyOf(b) == Family::kHalfSpace) return HalfSpaceToHalfSpace(X_AB);
-    return HalfSpaceToAny(b, X_AB);
+    return HalfSpaceToAny(b, X_AB, limits);
   }
   if (FamilyOf(a) == Family::kMesh) {
-    return FamilyOf(b) == Family::kMesh ? MeshToMesh(a, b, X_AB, max_distance_m)
-                                        : MeshToPieces(a, b, X_AB, max_distance_m);
+    return FamilyOf(b) == Family::kMesh ? MeshToMesh(a, b, X_AB, limits)
+                                        : MeshToPieces(a, b, X_AB, limits);
   }
   if (a.kind() == ShapeKind::kPlate && b.kind() == ShapeKind::kSphere) {
     return PlateToSphere(a, b, X_AB);
@@ -78,30 +79,35 @@ PairDistance OrderedDistance(const ExactGeometry& a, const ExactGeometry& b, con
   if (a.pieces().size() == 1 && b.pieces().size() == 1) {
     return ConvexDistance(a.pieces().front(), b.pieces().front(), X_AB, max_distance_m);
   }
-  return PiecesToPieces(a, b, X_AB, max_distance_m);
+  return PiecesToPieces(a, b, X_AB, limits);
 }
 
 }  // namespace
 
-PairDistance ExactDistance(const PlacedExact& a, const PlacedExact& b, double max_distance_m) {
+PairDistance ExactDistance(const PlacedExact& a, const PlacedExact& b, double max_distance_m,
+                           WorkCounter* work) {
+  const SearchLimits limits{max_distance_m, work};
   const Pose X_AB = RelativePose(a.X_FS, b.X_FS);
   if (FamilyOf(a.geometry) <= FamilyOf(b.geometry)) {
-    return InFrame(a.X_FS, OrderedDistance(a.geometry, b.geometry, X_AB, max_distance_m));
+    return InFrame(a.X_FS, OrderedDistance(a.geometry, b.geometry, X_AB, limits));
   }
   const Pose X_BA = X_AB.inverse();
-  return Swapped(InFrame(b.X_FS, OrderedDistance(b.geometry, a.geometry, X_BA, max_distance_m)));
+  return Swapped(InFrame(b.X_FS, OrderedDistance(b.geometry, a.geometry, X_BA, limits)));
 }
 
-bool ExactOverlap(const PlacedExact& a, const PlacedExact& b) {
-  if (FamilyOf(a.geometry) > FamilyOf(b.geometry)) return ExactOverlap(b, a);
+bool ExactOverlap(const PlacedExact& a, const PlacedExact& b, WorkCounter* work) {
+  if (FamilyOf(a.geometry) > FamilyOf(b.geometry)) return ExactOverlap(b, a, work);
   const Family family_a = FamilyOf(a.geometry), family_b = FamilyOf(b.geometry);
-  if (family_a == Family::kHalfSpace) return ExactDistance(a, b, 0).distance_m < 0;
   const Pose X_AB = RelativePose(a.X_FS, b.X_FS);
-  if (family_a == Family::kMesh) {
-    return family_b == Family::kMesh ? MeshMeetsMesh(a.geometry, b.geometry, X_AB)
-                                     : MeshMeetsPieces(a.geometry, b.geometry, X_AB);
+  if (family_a == Family::kHalfSpace) {
+    return family_b == Family::kHalfSpace ? HalfSpaceToHalfSpace(X_AB).distance_m < 0
+                                          : HalfSpaceMeetsAny(b.geometry, X_AB, work);
   }
-  return PiecesMeetPieces(a.geometry, b.geometry, X_AB);
+  if (family_a == Family::kMesh) {
+    return family_b == Family::kMesh ? MeshMeetsMesh(a.geometry, b.geometry, X_AB, work)
+                                     : MeshMeetsPieces(a.geometry, b.geometry, X_AB, work);
+  }
+  return PiecesMeetPieces(a.geometry, b.geometry, X_AB, work);
 }
 
 std::optional<RayHit> ExactRay(const PlacedExact& shape, const Ray& ray) {

@@ -9,6 +9,7 @@
 
 #include "collision/geometry/shape.h"
 #include "collision/kernels/pair_answer.h"
+#include "collision/kernels/work_counter.h"
 
 namespace cwm::collision {
 
@@ -41,11 +42,15 @@ struct PlacedExact {
 // * two half-spaces: kExact where their normals are opposite, the layer that both fill. Others overlap
 //   without end: -kLargestCoordinate_m, since no translation within a world parts them, kDegraded,
 //   without meaningful witnesses.
+//
+// Searches of several pieces or triangles tell `work` what they do and end when it says so: the
+// answer is void then.
 PairDistance ExactDistance(const PlacedExact& a, const PlacedExact& b,
-                           double max_distance_m = std::numeric_limits<double>::infinity());
+                           double max_distance_m = std::numeric_limits<double>::infinity(),
+                           WorkCounter* work = nullptr);
 
 // Whether the signed distance is negative, told without measuring it. Exact for two half-spaces too.
-bool ExactOverlap(const PlacedExact& a, const PlacedExact& b);
+bool ExactOverlap(const PlacedExact& a, const PlacedExact& b, WorkCounter* work = nullptr);
 
 // First hit of a ray with the surface, from outside or inside.
 struct RayHit {

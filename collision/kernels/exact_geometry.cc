@@ -40,7 +40,7 @@ ExactGeometry::ExactGeometry(const Shape& shape) : shape_(Normalised(shape)) {
   } else if (const auto* mesh = std::get_if<Mesh>(&shape_)) {
     AddMesh(*mesh);
   } else if (kind() != ShapeKind::kHalfSpace) {
-    pieces_.push_back(CoreOf(shape_));
+    pieces_.push_back(WithLanes(CoreOf(shape_)));
     piece_bounds_.push_back(TightBounds(shape_, Pose::Identity()));
   }
 }
@@ -50,11 +50,18 @@ void ExactGeometry::AddPlate(const Plate& plate) {
     prisms_.push_back(Prism(piece, plate.thickness_m));
   }
   for (const std::vector<Vector3>& prism : prisms_) {
-    pieces_.push_back(CoreOf(std::span(prism)));
+    pieces_.push_back(WithLanes(CoreOf(std::span(prism))));
     piece_bounds_.push_back(BoundsOf(prism));
   }
   enclosing_prism_ = Prism(ConvexHull(plate.outline), plate.thickness_m);
-  enclosure_ = CoreOf(std::span(std::as_const(enclosing_prism_)));
+  enclosure_ = WithLanes(CoreOf(std::span(std::as_const(enclosing_prism_))));
+}
+
+ConvexCore ExactGeometry::WithLanes(ConvexCore core) {
+  auto* hull = std::get_if<VertexCore>(&core.core);
+  if (hull == nullptr || hull->vertices.size() < VertexLanes::kFewest) return core;
+  hull->lanes = lanes_.emplace_back(std::make_unique<const VertexLanes>(hull->vertices)).get();
+  return core;
 }
 
 void ExactGeometry::AddMesh(const Mesh& mesh) {

@@ -42,10 +42,13 @@ class ExactGeometry {
  private:
   void AddPlate(const Plate& plate);
   void AddMesh(const Mesh& mesh);
+  // Of many corners, the farthest along a direction is found by lanes.
+  ConvexCore WithLanes(ConvexCore core);
 
   const Shape shape_;
   std::vector<std::vector<Vector3>> prisms_;
   std::vector<Vector3> enclosing_prism_;
+  std::vector<std::unique_ptr<const VertexLanes>> lanes_;
   std::vector<ConvexCore> pieces_;
   std::vector<Aabb> piece_bounds_;
   ConvexCore enclosure_;

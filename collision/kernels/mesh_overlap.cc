@@ -64,7 +64,8 @@ bool TriangleMeets(const TriangleCorners& triangle, const ConvexCore& piece, con
   return ConvexOverlap(CoreOf(std::span<const Vector3>(triangle.corners)), piece, X_AB);
 }
 
-bool SurfaceMeets(const TriangleTree& tree, const ConvexCore& piece, const Pose& X_AB) {
+bool SurfaceMeets(const TriangleTree& tree, const ConvexCore& piece, const Pose& X_AB,
+                  WorkCounter* work) {
   const Pose X_BA = X_AB.inverse(Eigen::Isometry);
   const PieceDistance distance_m(piece);
   std::array<std::int32_t, kTreeStack> stack;
@@ -73,6 +74,7 @@ bool SurfaceMeets(const TriangleTree& tree, const ConvexCore& piece, const Pose&
   while (size > 0) {
     const std::int32_t index = stack[--size];
     const TriangleTree::Node& node = tree.nodes()[static_cast<std::size_t>(index)];
+    if (MustEnd(work, node.count > 0 ? kStepsOfConvexPair : 1)) return false;
     const double off_m = distance_m(X_BA * node.bounds.center());
     if (off_m > node.radius_m) continue;
     if (off_m < -node.radius_m) return true;  // all of it lies inside
@@ -91,8 +93,8 @@ bool SurfaceMeets(const TriangleTree& tree, const ConvexCore& piece, const Pose&
 // Whether the triangles of two meshes cross anywhere.
 class CrossingSearch {
  public:
-  CrossingSearch(const TriangleTree& a, const TriangleTree& b, const Pose& X_AB)
-      : a_(a), b_(b), X_AB_(X_AB), reach_AB_(X_AB.linear().cwiseAbs()) {}
+  CrossingSearch(const TriangleTree& a, const TriangleTree& b, const Pose& X_AB, WorkCounter* work)
+      : a_(a), b_(b), X_AB_(X_AB), reach_AB_(X_AB.linear().cwiseAbs()), work_(work) {}
 
   bool Run() const { return Closeness(0, 0) && Visit(0, 0); }
 
@@ -125,6 +127,7 @@ class CrossingSearch {
   // looked at first.
   bool Visit(std::int32_t i, std::int32_t j) const {
     const TriangleTree::Node &a = NodeA(i), &b = NodeB(j);
+    if (MustEnd(work_, 2)) return true;  // two pairs of nodes, or some triangles
     if (a.count > 0 && b.count > 0) return LeavesCross(a, b);
     const bool open_a = b.count > 0 || (a.count == 0 && a.radius_m >= b.radius_m);
     const std::array<std::int32_t, 2> left = {open_a ? i + 1 : i, open_a ? j : j + 1};
@@ -162,25 +165,30 @@ class CrossingSearch {
   const TriangleTree& b_;
   const Pose& X_AB_;
   const Matrix3 reach_AB_;
+  WorkCounter* const work_;
 };
 
-bool EnclosesAPart(const ExactGeometry& a, const ExactGeometry& b, const Pose& X_AB) {
+bool EnclosesAPart(const ExactGeometry& a, const ExactGeometry& b, const Pose& X_AB,
+                   WorkCounter* work) {
   if (a.IsOpen()) return false;
   const std::vector<Vector3>& points_B = b.tree()->component_points();
-  return std::any_of(points_B.begin(), points_B.end(),
-                     [&](const Vector3& p_B) { return a.tree()->Encloses(X_AB * p_B); });
+  return std::any_of(points_B.begin(), points_B.end(), [&](const Vector3& p_B) {
+    return MustEnd(work, kStepsOfEnclosing) || a.tree()->Encloses(X_AB * p_B);
+  });
 }
 
 double RadiusOf(const TriangleTree& tree) { return tree.nodes().front().radius_m; }
 
-bool MeshMeetsPiece(const ExactGeometry& a, const ConvexCore& piece, const Pose& X_AB) {
+bool MeshMeetsPiece(const ExactGeometry& a, const ConvexCore& piece, const Pose& X_AB,
+                    WorkCounter* work) {
   const TriangleTree& tree = *a.tree();
   const Vector3 centre_B = X_AB.inverse(Eigen::Isometry) * tree.bounds().center();
   if (PieceDistance(piece)(centre_B) > RadiusOf(tree)) return false;
   if (a.hulls() != nullptr) {
     if (const auto told = HullsOverlap(*a.hulls(), piece, X_AB)) return *told;
   }
-  return SurfaceMeets(tree, piece, X_AB) || (!a.IsOpen() && tree.Encloses(X_AB * piece.centre));
+  return SurfaceMeets(tree, piece, X_AB, work) ||
+         (!a.IsOpen() && tree.Encloses(X_AB * piece.centre));
 }
 
 bool BallsMeet(const TriangleTree& a, const TriangleTree& b, const Pose& X_AB) {
@@ -191,21 +199,25 @@ bool BallsMeet(const TriangleTree& a, const TriangleTree& b, const Pose& X_AB) {
 
 }  // namespace
 
-bool MeshMeetsPieces(const ExactGeometry& a, const ExactGeometry& b, const Pose& X_AB) {
+bool MeshMeetsPieces(const ExactGeometry& a, const ExactGeometry& b, const Pose& X_AB,
+                     WorkCounter* work) {
   if (std::holds_alternative<Sphere>(b.shape())) {
-    return MeshToPieces(a, b, X_AB, 0).distance_m < 0;
+    return MeshToPieces(a, b, X_AB, {0, work}).distance_m < 0;
   }
-  return std::any_of(b.pieces().begin(), b.pieces().end(),
-                     [&](const ConvexCore& piece) { return MeshMeetsPiece(a, piece, X_AB); });
+  return std::any_of(b.pieces().begin(), b.pieces().end(), [&](const ConvexCore& piece) {
+    return MustEnd(work, kStepsOfConvexPair) || MeshMeetsPiece(a, piece, X_AB, work);
+  });
 }
 
-bool MeshMeetsMesh(const ExactGeometry& a, const ExactGeometry& b, const Pose& X_AB) {
+bool MeshMeetsMesh(const ExactGeometry& a, const ExactGeometry& b, const Pose& X_AB,
+                   WorkCounter* work) {
   if (!BallsMeet(*a.tree(), *b.tree(), X_AB)) return false;
   if (a.hulls() != nullptr && b.hulls() != nullptr) {
     if (const auto told = HullsOverlap(*a.hulls(), *b.hulls(), X_AB)) return *told;
   }
-  return CrossingSearch(*a.tree(), *b.tree(), X_AB).Run() || EnclosesAPart(a, b, X_AB) ||
-         EnclosesAPart(b, a, X_AB.inverse(Eigen::Isometry));
+  return CrossingSearch(*a.tree(), *b.tree(), X_AB, work).Run() ||
+         EnclosesAPart(a, b, X_AB, work) ||
+         EnclosesAPart(b, a, X_AB.inverse(Eigen::Isometry), work);
 }
 
 }  // namespace cwm::collision

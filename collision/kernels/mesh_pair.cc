@@ -63,6 +63,12 @@ PairDistance TriangleToConvex(const TriangleCorners& triangle, const ConvexCore&
   return IterativeConvexDistance(core, b, X_AB, std::max(limit_m, 0.0));
 }
 
+// Of asking one triangle about it: some four times for its farthest corner along a direction.
+std::size_t StepsOf(const ConvexCore& piece) {
+  const auto* hull = std::get_if<VertexCore>(&piece.core);
+  return kStepsOfConvexPair + (hull != nullptr ? hull->vertices.size() : 0);
+}
+
 Aabb BoundsIn(const Aabb& bounds_B, const Pose& X_AB) { return bounds_B.transformed(X_AB); }
 
 // A sphere by the point of the mesh nearest to its centre. Inside or not, the centre must move at
@@ -91,7 +97,8 @@ PairDistance Enclosed(const ExactGeometry& a, const Vector3& centre) {
 }  // namespace
 
 PairDistance MeshToPieces(const ExactGeometry& a, const ExactGeometry& b, const Pose& X_AB,
-                          double max_distance_m) {
+                          const SearchLimits& limits) {
+  const double max_distance_m = limits.max_distance_m;
   const TriangleTree& tree = *a.tree();
   if (const auto* sphere = std::get_if<Sphere>(&b.shape())) {
     PairDistance answer = MeshToSphere(a, *sphere, X_AB.translation(), max_distance_m);
@@ -102,12 +109,17 @@ PairDistance MeshToPieces(const ExactGeometry& a, const ExactGeometry& b, const 
   Best best(max_distance_m);
   for (std::size_t j = 0; j < b.pieces().size(); ++j) {
     const ConvexCore& piece = b.pieces()[j];
+    const std::size_t steps = StepsOf(piece);
     const Vector3 centre = X_AB * piece.centre;
-    tree.ForEachNear(BoundsIn(b.piece_bounds()[j], X_AB), best.limit_m(),
-                     [&](const TriangleCorners& triangle, std::int32_t) {
-                       best.Offer(TriangleToConvex(triangle, piece, X_AB, best.limit_m()));
-                       return best.IsDone() ? TriangleTree::kEnd : best.limit_m();
-                     });
+    tree.ForEachNear(
+        BoundsIn(b.piece_bounds()[j], X_AB), best.limit_m(),
+        [&](const TriangleCorners& triangle, std::int32_t) {
+          best.Offer(TriangleToConvex(triangle, piece, X_AB, best.limit_m()));
+          const bool must_end = MustEnd(limits.work, steps);
+          return must_end || best.IsDone() ? TriangleTree::kEnd : best.limit_m();
+        },
+        limits.work);
+    if (MustEnd(limits.work, 1)) return best.answer();
     if (!a.IsOpen() && tree.Encloses(centre)) best.Offer(Enclosed(a, centre));
   }
   PairDistance answer = best.answer();
@@ -124,9 +136,14 @@ namespace {
 template <class Offer>
 class DualSearch {
  public:
-  DualSearch(const TriangleTree& a, const TriangleTree& b, const Pose& X_AB, double limit_m,
-             Offer offer)
-      : a_(a), b_(b), X_AB_(X_AB), limit_m_(limit_m), offer_(std::move(offer)) {}
+  DualSearch(const TriangleTree& a, const TriangleTree& b, const Pose& X_AB,
+             const SearchLimits& limits, Offer offer)
+      : a_(a),
+        b_(b),
+        X_AB_(X_AB),
+        limit_m_(limits.max_distance_m),
+        work_(limits.work),
+        offer_(std::move(offer)) {}
 
   void Run() { Visit(0, 0, Gap(0, 0)); }
 
@@ -143,6 +160,7 @@ class DualSearch {
 
   void Visit(std::int32_t i, std::int32_t j, double gap) {
     if (limit_m_ == TriangleTree::kEnd || gap > std::max(limit_m_, 0.0)) return;
+    if (MustEnd(work_, 1)) limit_m_ = TriangleTree::kEnd;
     const TriangleTree::Node &a = NodeA(i), &b = NodeB(j);
     if (a.count > 0 && b.count > 0) return VisitLeaves(a, b);
     const bool open_a =
@@ -161,6 +179,7 @@ class DualSearch {
       const ConvexCore core = CoreOf(std::span<const Vector3>(b_.triangle(j).corners));
       for (std::int32_t i = a.first; i < a.first + a.count; ++i) {
         limit_m_ = offer_(a_.triangle(i), core);
+        if (MustEnd(work_, kStepsOfConvexPair)) limit_m_ = TriangleTree::kEnd;
         if (limit_m_ == TriangleTree::kEnd) return;
       }
     }
@@ -170,13 +189,15 @@ class DualSearch {
   const TriangleTree& b_;
   const Pose& X_AB_;
   double limit_m_;
+  WorkCounter* const work_;
   Offer offer_;
 };
 
 // The parts of mesh B that lie inside of the closed mesh A, in the frame of A.
 void OfferEnclosedParts(const ExactGeometry& a, const ExactGeometry& b, const Pose& X_AB,
-                        Best& best) {
+                        WorkCounter* work, Best& best) {
   for (const Vector3& p_B : b.tree()->component_points()) {
+    if (MustEnd(work, kStepsOfEnclosing)) return;
     const Vector3 p = X_AB * p_B;
     if (a.tree()->Encloses(p)) best.Offer(Enclosed(a, p));
   }
@@ -187,19 +208,20 @@ void OfferEnclosedParts(const ExactGeometry& a, const ExactGeometry& b, const Po
 namespace {
 
 PairDistance TrianglesToTriangles(const ExactGeometry& a, const ExactGeometry& b, const Pose& X_AB,
-                                  double max_distance_m) {
+                                  const SearchLimits& limits) {
+  const double max_distance_m = limits.max_distance_m;
   Best best(max_distance_m);
-  DualSearch(*a.tree(), *b.tree(), X_AB, max_distance_m,
+  DualSearch(*a.tree(), *b.tree(), X_AB, limits,
              [&](const TriangleCorners& triangle, const ConvexCore& core) {
                best.Offer(TriangleToConvex(triangle, core, X_AB, best.limit_m()));
                return best.IsDone() ? TriangleTree::kEnd : best.limit_m();
              })
       .Run();
   // Where surfaces do not cross, a point of each part tells whether it lies inside of the other.
-  if (!best.IsOverlapping() && !a.IsOpen()) OfferEnclosedParts(a, b, X_AB, best);
+  if (!best.IsOverlapping() && !a.IsOpen()) OfferEnclosedParts(a, b, X_AB, limits.work, best);
   if (!best.IsOverlapping() && !b.IsOpen()) {
     Best swapped(max_distance_m);
-    OfferEnclosedParts(b, a, X_AB.inverse(), swapped);
+    OfferEnclosedParts(b, a, X_AB.inverse(), limits.work, swapped);
     if (swapped.IsOverlapping()) best.Offer(Swapped(InFrame(X_AB, swapped.answer())));
   }
   PairDistance answer = best.answer();
@@ -212,16 +234,17 @@ PairDistance TrianglesToTriangles(const ExactGeometry& a, const ExactGeometry& b
 }  // namespace
 
 PairDistance MeshToMesh(const ExactGeometry& a, const ExactGeometry& b, const Pose& X_AB,
-                        double max_distance_m) {
+                        const SearchLimits& limits) {
+  const double max_distance_m = limits.max_distance_m;
   if (a.hulls() != nullptr && b.hulls() != nullptr) {
     const std::optional<double> reach_m = Reach_m(*a.hulls(), *b.hulls(), X_AB, max_distance_m);
     if (!reach_m) return JustBeyond(max_distance_m);
     if (*reach_m < max_distance_m) {
-      const PairDistance answer = TrianglesToTriangles(a, b, X_AB, *reach_m);
+      const PairDistance answer = TrianglesToTriangles(a, b, X_AB, {*reach_m, limits.work});
       if (answer.distance_m <= *reach_m) return answer;
     }
   }
-  return TrianglesToTriangles(a, b, X_AB, max_distance_m);
+  return TrianglesToTriangles(a, b, X_AB, limits);
 }
 
 }  // namespace cwm::collision

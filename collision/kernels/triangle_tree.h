@@ -49,10 +49,11 @@ class TriangleTree {
 
   // Visits triangles that may be within a distance of a box, near subtrees first: visit(triangle,
   // index) returns the distance that still matters from then on; with a negative one only triangles
-  // whose bounds overlap the box do, and kEnd ends the search.
+  // whose bounds overlap the box do, and kEnd ends the search, as `work` may.
   static constexpr double kEnd = -std::numeric_limits<double>::infinity();
   template <class Visit>
-  void ForEachNear(const Aabb& box, double max_distance_m, Visit&& visit) const;
+  void ForEachNear(const Aabb& box, double max_distance_m, Visit&& visit,
+                   WorkCounter* work = nullptr) const;
 
   // The nearest point of the triangles; `signed_distance_m` is positive on the side of its normal.
   struct Nearest {
@@ -85,7 +86,8 @@ class TriangleTree {
 inline constexpr int kTreeStack = 128;
 
 template <class Visit>
-void TriangleTree::ForEachNear(const Aabb& box, double max_distance_m, Visit&& visit) const {
+void TriangleTree::ForEachNear(const Aabb& box, double max_distance_m, Visit&& visit,
+                               WorkCounter* work) const {
   struct Entry {
     std::int32_t node;
     double gap;
@@ -97,6 +99,7 @@ void TriangleTree::ForEachNear(const Aabb& box, double max_distance_m, Visit&& v
   while (size > 0) {
     const Entry entry = stack[--size];
     if (entry.gap > std::max(limit, 0.0)) continue;
+    if (MustEnd(work, 1)) return;
     const Node& node = nodes_[static_cast<std::size_t>(entry.node)];
     if (node.count > 0) {
       for (std::int32_t i = node.first; i < node.first + node.count; ++i) {

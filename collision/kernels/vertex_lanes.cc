@@ -31,9 +31,10 @@ std::size_t FarthestOf(const double* coordinates, std::size_t stride, double dx,
   const double *x = coordinates, *y = x + stride, *z = y + stride;
   const Lane of_x = hn::Set(kTag, dx), of_y = hn::Set(kTag, dy), of_z = hn::Set(kTag, dz);
   const auto along = [&](std::size_t i) HWY_ATTR {
-    const Lane yz =
-        hn::Add(hn::Mul(hn::LoadU(kTag, y + i), of_y), hn::Mul(hn::LoadU(kTag, z + i), of_z));
-    return hn::Add(hn::Mul(hn::LoadU(kTag, x + i), of_x), yz);
+    // In the order in which Eigen sums a dot product of two vectors of three.
+    const Lane xy =
+        hn::Add(hn::Mul(hn::LoadU(kTag, x + i), of_x), hn::Mul(hn::LoadU(kTag, y + i), of_y));
+    return hn::Add(xy, hn::Mul(hn::LoadU(kTag, z + i), of_z));
   };
   const std::size_t lanes = hn::Lanes(kTag), half = stride / 2;
   const Lane step = hn::Set(kTag, static_cast<double>(lanes));

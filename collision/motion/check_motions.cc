@@ -128,7 +128,7 @@ class EdgeSearch {
 
   void Add(const BodySearch::Pair& pair, double travel_m) {
     const double reach_m = Reach_m(pair.margin_m, travel_m);
-    const PairDistance answer = pair.engine.Distance(pair.body, pair.object, reach_m);
+    const PairDistance answer = pair.engine.Distance(pair.body, pair.object, reach_m, pair.work);
     if (answer.distance_m > reach_m) return;
     candidates_.push_back({pair, travel_m, answer.distance_m - pair.margin_m});
   }
@@ -248,7 +248,7 @@ class EdgeSearch {
     search_.PlaceBody(EdgeRow(motion_, fraction), 0);
     const BodySearch::Pair& pair = candidate.pair;
     const double reach_m = Reach_m(pair.margin_m, candidate.travel_m);
-    const PairDistance answer = pair.engine.Distance(pair.body, pair.object, reach_m);
+    const PairDistance answer = pair.engine.Distance(pair.body, pair.object, reach_m, pair.work);
     search_.CountPair(pair);
     Place place{.fraction = fraction};
     place.gap_m = std::min(answer.distance_m, reach_m) - pair.margin_m;

@@ -55,6 +55,8 @@ class BodySearch {
     PlacedGeometry object;
     bool has_open_mesh;
     double margin_m;
+    int weight;         // of asking, in units of Interrupt, besides what is counted within
+    WorkCounter* work;  // the search's: what is asked of the engine is void once it has ended
   };
 
   // Where the reach of a walk begins: at the surfaces, or at the margin of each pair.
@@ -95,7 +97,7 @@ class BodySearch {
   const WorldSnapshot& world() const { return world_; }
 
   // A pair that was asked once more; its geometries lie where PlaceBody has put the body since.
-  void CountPair(const Pair& pair) { MustEndAfter(pair.body.kind, pair.object.kind); }
+  void CountPair(const Pair& pair) { interrupt_.After(pair.weight); }
 
   // Whether the row at hand is void: interrupted, or an engine had no answer.
   bool ended() const { return !status_.ok() || interrupt_.reason() != Interrupt::Reason::kNone; }
@@ -112,6 +114,7 @@ class BodySearch {
     bool open_mesh;
     bool at_frame;  // not moved from where the frame is
     bool skipped;   // by the representation
+    int weight;     // see WeightOf
     int frame;
     double margin_m;                  // of the object that it is a part of
     const std::string* supported_by;  // of that object; nullptr: by nothing
@@ -145,12 +148,6 @@ class BodySearch {
   static double Start_m(From from, double margin_m, double more_m) {
     return from == From::kMargin ? std::max(0.0, margin_m + more_m) : 0;
   }
-  // After a pair was asked; true when the batch must end.
-  bool MustEndAfter(ShapeKind a, ShapeKind b) {
-    // Meshes take up to tens of microseconds, everything else less than one or two.
-    const bool heavy = a == ShapeKind::kMesh || b == ShapeKind::kMesh;
-    return interrupt_.After(heavy ? 64 : 1);
-  }
 
   const WorldSnapshot& world_;
   const QueryBody& body_;
@@ -175,6 +172,9 @@ class BodySearch {
 };
 
 bool IsOpenMesh(const Shape& shape);
+
+// What the shape adds to the work of a pair, in units of Interrupt: microseconds, by number of corners.
+int WeightOf(const Shape& shape);
 
 template <class Visit>
 void BodySearch::ForEachPair(const Obstacle& object, From from, double reach_m, Question question,
@@ -208,13 +208,16 @@ void BodySearch::ForEachPair(const Obstacle& object, From from, double reach_m, 
       const Engine* engine = EngineFor(mine.kind, kind, asked);
       if (engine == nullptr) return RefusePair(id, asked);
       const int slot = static_cast<int>(engine->kind());
+      const int weight = 1 + mine.weight + WeightOf(theirs.shape);
       reach_m = visit(Pair{id,
                            *engine,
                            {mine.kind, *mine.part->engines[slot], mine.X_WP},
                            {kind, *theirs.engines[slot], placed.X_WP},
                            mine.open_mesh || IsOpenMesh(theirs.shape),
-                           pair_margin_m});
-      if (MustEndAfter(mine.kind, kind)) return;
+                           pair_margin_m,
+                           weight,
+                           &interrupt_});
+      if (interrupt_.After(weight)) return;
     }
   }
 }
@@ -242,13 +245,16 @@ void BodySearch::ForEachSelfPair(From from, double reach_m, Question question, V
     const Engine* engine = EngineFor(a.kind, b.kind, asked);
     if (engine == nullptr) return RefusePair(id, asked);
     const int slot = static_cast<int>(engine->kind());
+    const int weight = 1 + a.weight + b.weight;
     reach_m = visit(Pair{id,
                          *engine,
                          {a.kind, *a.part->engines[slot], a.X_WP},
                          {b.kind, *b.part->engines[slot], b.X_WP},
                          a.open_mesh || b.open_mesh,
-                         margin_m});
-    if (MustEndAfter(a.kind, b.kind)) return;
+                         margin_m,
+                         weight,
+                         &interrupt_});
+    if (interrupt_.After(weight)) return;
   }
 }
 

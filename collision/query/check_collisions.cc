@@ -52,10 +52,11 @@ PairVerdict Judge(const BodySearch::Pair& pair) {
   const bool is_bullet =
       pair.engine.kind() == EngineKind::kBullet;  // it decides by distance itself
   if (margin_m == 0 && !HasStandIn(pair) && !is_bullet) {
-    const bool collides = pair.engine.Collides(pair.body, pair.object);
+    const bool collides = pair.engine.Collides(pair.body, pair.object, pair.work);
     return {collides ? Verdict::kCollision : Verdict::kFree, TrustOfYesNo(pair)};
   }
-  const PairDistance answer = pair.engine.Distance(pair.body, pair.object, std::max(0.0, margin_m));
+  const PairDistance answer =
+      pair.engine.Distance(pair.body, pair.object, std::max(0.0, margin_m), pair.work);
   const Verdict verdict = Decide(answer, margin_m);
   const bool is_clear = verdict == Verdict::kFree && answer.trust != Trust::kDegraded;
   return {verdict, is_clear ? TrustOfYesNo(pair) : answer.trust};

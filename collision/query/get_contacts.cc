@@ -49,7 +49,7 @@ class ContactFinder : public RowFinder {
   // The reach beyond the margins that still matters.
   double Add(const BodySearch::Pair& pair) {
     scratch_.clear();
-    pair.engine.Contacts(pair.body, pair.object, pair.margin_m, max_count_, scratch_);
+    pair.engine.Contacts(pair.body, pair.object, pair.margin_m, max_count_, scratch_, pair.work);
     for (std::size_t i = 0; i < scratch_.size(); ++i) {
       (i == 0 ? first_ : further_).Add({.answer = scratch_[i], .id = pair.id});
     }

@@ -39,7 +39,7 @@ class NearestPair {
   const FoundPair& found() const { return found_; }
 
   double Add(const BodySearch::Pair& pair) {
-    const PairDistance answer = pair.engine.Distance(pair.body, pair.object, limit_m_);
+    const PairDistance answer = pair.engine.Distance(pair.body, pair.object, limit_m_, pair.work);
     const bool nearer = !is_found_ || answer.distance_m < found_.answer.distance_m;
     if (answer.distance_m <= limit_m_ && nearer) {
       is_found_ = true;

@@ -1,15 +1,19 @@
 // When a batch must end early: because the caller went away, or because its time is up.
 #pragma once
 
+#include <algorithm>
 #include <chrono>
+#include <cstddef>
 #include <optional>
 #include <stop_token>
 #include <utility>
 
+#include "collision/kernels/work_counter.h"
+
 namespace cwm::collision {
 
 // Used by one thread.
-class Interrupt {
+class Interrupt final : public WorkCounter {
  public:
   enum class Reason { kNone, kStopped, kTimeUp };
 
@@ -22,6 +26,15 @@ class Interrupt {
     work_ += units;
     if (work_ < kUnitsBetweenLooks) return reason_ != Reason::kNone;
     return Look();
+  }
+
+  // What a kernel does within a pair, in steps of some tens of nanoseconds.
+  bool MustEndAfter(std::size_t steps) override {
+    steps_ += steps;
+    if (steps_ < kStepsOfUnit) return reason_ != Reason::kNone;
+    const std::size_t units = std::min<std::size_t>(steps_ / kStepsOfUnit, kUnitsBetweenLooks);
+    steps_ = 0;
+    return After(static_cast<int>(units));
   }
 
   bool Look() {
@@ -39,10 +52,12 @@ class Interrupt {
  private:
   // A look costs 30 ns; 64 units keep it below a hundredth and the reaction far below 10 ms.
   static constexpr int kUnitsBetweenLooks = 64;
+  static constexpr std::size_t kStepsOfUnit = 32;
 
   std::stop_token stop_;
   std::optional<std::chrono::steady_clock::time_point> give_up_at_;
   int work_ = kUnitsBetweenLooks;  // the first step looks
+  std::size_t steps_ = 0;          // less than a unit
   Reason reason_ = Reason::kNone;
 };
 

@@ -203,5 +203,21 @@ TEST(VertexLanes, FindWhatAPlainLoopFinds) {
   }
 }
 
+// Of corners in a plane across the direction the order of the sums decides.
+TEST(VertexLanes, FindWhatAPlainLoopFindsWhereRoundingDecides) {
+  RandomPairs random(54);
+  for (int k = 0; k < 500; ++k) {
+    const Vector3 d = random.Direction();
+    std::vector<Vector3> vertices;
+    for (int i = 0; i < 40; ++i) {
+      const Vector3 v = random.Direction();
+      vertices.push_back(v + (1 - v.dot(d)) * d);
+    }
+    const VertexLanes lanes(vertices);
+    EXPECT_EQ(vertices[lanes.Farthest(d)],
+              cwm::SupportPoint(std::span<const Vector3>(vertices), d));
+  }
+}
+
 }  // namespace
 }  // namespace cwm::collision
