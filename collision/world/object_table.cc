@@ -2,17 +2,49 @@
 
 #include <algorithm>
 #include <boost/smart_ptr/intrusive_ref_counter.hpp>
+#include <cmath>
+#include <limits>
 #include <utility>
 
 namespace cwm::collision {
+namespace {
 
-// Small on purpose: a kept revision owns the path that its change copied, some dozen nodes.
+// No less, as no bound may be.
+float RoundedUp(double value) {
+  const auto rounded = static_cast<float>(value);
+  return rounded < value ? std::nextafter(rounded, std::numeric_limits<float>::infinity())
+                         : rounded;
+}
+
+// The largest of some objects' values, none less than 0.
+struct Widest {
+  float margin_m = 0;
+  float sigma_m = 0;
+
+  void Include(const Widest& other) {
+    margin_m = std::max(margin_m, other.margin_m);
+    sigma_m = std::max(sigma_m, other.sigma_m);
+  }
+};
+
+}  // namespace
+
+// An object, which the copies of its node in all versions share.
+struct ObjectTable::Entry : boost::intrusive_ref_counter<ObjectTable::Entry> {
+  explicit Entry(WorldObjectPtr o) : object(std::move(o)) {}
+  WorldObjectPtr object;
+};
+
+// Small on purpose: a kept revision owns the path that its change copied, some dozen nodes. 40 bytes
+// fill what the allocator hands out; it has no block between that and 56.
 struct ObjectTable::Node : boost::intrusive_ref_counter<ObjectTable::Node> {
   std::uint32_t size = 0;
-  WorldObjectPtr object;
+  Widest widest;  // of the objects of this tree
+  EntryPtr entry;
   NodePtr left, right;
 
-  std::string_view name() const { return object->name; }
+  const WorldObjectPtr& object() const { return entry->object; }
+  std::string_view name() const { return entry->object->name; }
   static std::uint32_t SizeOf(const NodePtr& node) { return node == nullptr ? 0 : node->size; }
   // Which of two names is the root of a tree that holds both.
   static bool IsAbove(std::string_view a, std::string_view b) {
@@ -22,6 +54,12 @@ struct ObjectTable::Node : boost::intrusive_ref_counter<ObjectTable::Node> {
   bool IsAbove(const Node& other) const { return IsAbove(name(), other.name()); }
 };
 
+void intrusive_ptr_add_ref(const ObjectTable::Entry* entry) {
+  boost::sp_adl_block::intrusive_ptr_add_ref<ObjectTable::Entry>(entry);
+}
+void intrusive_ptr_release(const ObjectTable::Entry* entry) {
+  boost::sp_adl_block::intrusive_ptr_release<ObjectTable::Entry>(entry);
+}
 void intrusive_ptr_add_ref(const ObjectTable::Node* node) {
   boost::sp_adl_block::intrusive_ptr_add_ref<ObjectTable::Node>(node);
 }
@@ -43,7 +81,7 @@ std::uint64_t HashOf(std::string_view name) {
 }
 
 ObjectTable::Iterator::reference ObjectTable::Iterator::operator*() const {
-  return path_.back()->object;
+  return path_.back()->object();
 }
 
 void ObjectTable::Iterator::Descend(const Node* node) {
@@ -63,32 +101,13 @@ ObjectTable::Iterator ObjectTable::Iterator::operator++(int) {
   return before;
 }
 
-ObjectTable::ObjectTable(std::span<const WorldObjectPtr> objects) : root_(Build(objects)) {
-  for (const WorldObjectPtr& object : objects) Count(*object);
-}
+ObjectTable::ObjectTable(std::span<const WorldObjectPtr> objects) : root_(Build(objects)) {}
 
 std::size_t ObjectTable::size() const { return Node::SizeOf(root_); }
 
-void ObjectTable::Widest::Add(double value) {
-  if (value < most) return;
-  count = value > most ? 1 : count + 1;
-  most = value;
-}
+double ObjectTable::widest_margin_m() const { return empty() ? 0 : root_->widest.margin_m; }
 
-bool ObjectTable::Widest::Drop(double value) { return value < most || --count > 0; }
-
-void ObjectTable::Count(const WorldObject& object) {
-  margins_.Add(object.margin_m);
-  sigmas_.Add(object.geometry->widest_sigma_m);
-}
-
-void ObjectTable::Uncount(const WorldObject& object) {
-  const bool is_margin_known = margins_.Drop(object.margin_m);
-  const bool is_sigma_known = sigmas_.Drop(object.geometry->widest_sigma_m);
-  if (is_margin_known && is_sigma_known) return;
-  margins_ = sigmas_ = {};
-  for (const WorldObjectPtr& other : *this) Count(*other);
-}
+double ObjectTable::widest_sigma_m() const { return empty() ? 0 : root_->widest.sigma_m; }
 
 ObjectTable::Iterator ObjectTable::begin() const {
   Iterator first;
@@ -100,7 +119,7 @@ const WorldObjectPtr& ObjectTable::operator[](std::size_t rank) const {
   const Node* node = root_.get();
   while (true) {
     const std::size_t before = Node::SizeOf(node->left);
-    if (rank == before) return node->object;
+    if (rank == before) return node->object();
     if (rank < before) {
       node = node->left.get();
     } else {
@@ -113,7 +132,7 @@ const WorldObjectPtr& ObjectTable::operator[](std::size_t rank) const {
 const WorldObjectPtr* ObjectTable::Find(std::string_view name) const {
   for (const Node* node = root_.get(); node != nullptr;) {
     const int order = name.compare(node->name());
-    if (order == 0) return &node->object;
+    if (order == 0) return &node->object();
     node = (order < 0 ? node->left : node->right).get();
   }
   return nullptr;
@@ -131,29 +150,28 @@ std::optional<std::size_t> ObjectTable::RankOf(std::string_view name) const {
 }
 
 ObjectTable ObjectTable::With(WorldObjectPtr object) const {
-  const WorldObjectPtr* before = Find(object->name);
-  const WorldObject& added = *object;
-  ObjectTable next = *this;
-  next.root_ =
-      before != nullptr ? Replace(root_, std::move(object)) : Insert(root_, std::move(object));
-  next.Count(added);
-  if (before != nullptr) next.Uncount(**before);
+  const bool is_known = Find(object->name) != nullptr;
+  EntryPtr entry(new Entry(std::move(object)));
+  ObjectTable next;
+  next.root_ = is_known ? Replace(root_, std::move(entry)) : Insert(root_, std::move(entry));
   return next;
 }
 
 ObjectTable ObjectTable::Without(std::string_view name) const {
-  const WorldObjectPtr* before = Find(name);
-  if (before == nullptr) return *this;
-  ObjectTable next = *this;
+  if (Find(name) == nullptr) return *this;
+  ObjectTable next;
   next.root_ = Remove(root_, name);
-  next.Uncount(**before);
   return next;
 }
 
-ObjectTable::NodePtr ObjectTable::Make(WorldObjectPtr object, NodePtr left, NodePtr right) {
+ObjectTable::NodePtr ObjectTable::Make(EntryPtr entry, NodePtr left, NodePtr right) {
   const boost::intrusive_ptr<Node> node(new Node);
+  const WorldObject& object = *entry->object;
   node->size = 1 + Node::SizeOf(left) + Node::SizeOf(right);
-  node->object = std::move(object);
+  node->widest = {RoundedUp(object.margin_m), RoundedUp(object.geometry->widest_sigma_m)};
+  if (left != nullptr) node->widest.Include(left->widest);
+  if (right != nullptr) node->widest.Include(right->widest);
+  node->entry = std::move(entry);
   node->left = std::move(left);
   node->right = std::move(right);
   return node;
@@ -166,49 +184,50 @@ ObjectTable::NodePtr ObjectTable::Build(std::span<const WorldObjectPtr> objects)
                                      [](const WorldObjectPtr& a, const WorldObjectPtr& b) {
                                        return Node::IsAbove(b->name, a->name);
                                      });
-  return Make(*root, Build({objects.begin(), root}), Build({root + 1, objects.end()}));
+  return Make(EntryPtr(new Entry(*root)), Build({objects.begin(), root}),
+              Build({root + 1, objects.end()}));
 }
 
 ObjectTable::Halves ObjectTable::Split(const NodePtr& node, std::string_view name) {
   if (node == nullptr) return {};
   if (node->name() < name) {
     Halves right = Split(node->right, name);
-    return {Make(node->object, node->left, std::move(right.before)), std::move(right.behind)};
+    return {Make(node->entry, node->left, std::move(right.before)), std::move(right.behind)};
   }
   Halves left = Split(node->left, name);
-  return {std::move(left.before), Make(node->object, std::move(left.behind), node->right)};
+  return {std::move(left.before), Make(node->entry, std::move(left.behind), node->right)};
 }
 
 ObjectTable::NodePtr ObjectTable::Join(const NodePtr& left, const NodePtr& right) {
   if (left == nullptr) return right;
   if (right == nullptr) return left;
-  if (left->IsAbove(*right)) return Make(left->object, left->left, Join(left->right, right));
-  return Make(right->object, Join(left, right->left), right->right);
+  if (left->IsAbove(*right)) return Make(left->entry, left->left, Join(left->right, right));
+  return Make(right->entry, Join(left, right->left), right->right);
 }
 
-ObjectTable::NodePtr ObjectTable::Insert(const NodePtr& node, WorldObjectPtr&& object) {
-  if (node == nullptr) return Make(std::move(object), nullptr, nullptr);
-  const bool is_before = object->name < node->name();
-  if (Node::IsAbove(object->name, node->name())) {
-    Halves halves = Split(node, object->name);
-    return Make(std::move(object), std::move(halves.before), std::move(halves.behind));
+ObjectTable::NodePtr ObjectTable::Insert(const NodePtr& node, EntryPtr&& entry) {
+  if (node == nullptr) return Make(std::move(entry), nullptr, nullptr);
+  const bool is_before = entry->object->name < node->name();
+  if (Node::IsAbove(entry->object->name, node->name())) {
+    Halves halves = Split(node, entry->object->name);
+    return Make(std::move(entry), std::move(halves.before), std::move(halves.behind));
   }
-  return is_before ? Make(node->object, Insert(node->left, std::move(object)), node->right)
-                   : Make(node->object, node->left, Insert(node->right, std::move(object)));
+  return is_before ? Make(node->entry, Insert(node->left, std::move(entry)), node->right)
+                   : Make(node->entry, node->left, Insert(node->right, std::move(entry)));
 }
 
-ObjectTable::NodePtr ObjectTable::Replace(const NodePtr& node, WorldObjectPtr&& object) {
-  const int order = std::string_view(object->name).compare(node->name());
-  if (order == 0) return Make(std::move(object), node->left, node->right);
-  return order < 0 ? Make(node->object, Replace(node->left, std::move(object)), node->right)
-                   : Make(node->object, node->left, Replace(node->right, std::move(object)));
+ObjectTable::NodePtr ObjectTable::Replace(const NodePtr& node, EntryPtr&& entry) {
+  const int order = std::string_view(entry->object->name).compare(node->name());
+  if (order == 0) return Make(std::move(entry), node->left, node->right);
+  return order < 0 ? Make(node->entry, Replace(node->left, std::move(entry)), node->right)
+                   : Make(node->entry, node->left, Replace(node->right, std::move(entry)));
 }
 
 ObjectTable::NodePtr ObjectTable::Remove(const NodePtr& node, std::string_view name) {
   const int order = name.compare(node->name());
   if (order == 0) return Join(node->left, node->right);
-  return order < 0 ? Make(node->object, Remove(node->left, name), node->right)
-                   : Make(node->object, node->left, Remove(node->right, name));
+  return order < 0 ? Make(node->entry, Remove(node->left, name), node->right)
+                   : Make(node->entry, node->left, Remove(node->right, name));
 }
 
 // Walks both trees at once and skips what they share. A name that only one holds is cut out of the
@@ -221,16 +240,16 @@ struct ObjectTable::DifferenceOf {
     if (before == nullptr || (after != nullptr && after->IsAbove(*before))) {
       const Halves halves = Split(before, after->name());
       (*this)(halves.before, after->left);
-      deltas.push_back({.before = nullptr, .after = after->object});
+      deltas.push_back({.before = nullptr, .after = after->object()});
       (*this)(halves.behind, after->right);
     } else if (after == nullptr || before->IsAbove(*after)) {
       const Halves halves = Split(after, before->name());
       (*this)(before->left, halves.before);
-      deltas.push_back({.before = before->object, .after = nullptr});
+      deltas.push_back({.before = before->object(), .after = nullptr});
       (*this)(before->right, halves.behind);
     } else {
       (*this)(before->left, after->left);
-      Compare(before->object, after->object);
+      Compare(before->object(), after->object());
       (*this)(before->right, after->right);
     }
   }

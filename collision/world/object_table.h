@@ -33,8 +33,12 @@ std::uint64_t HashOf(std::string_view name);
 // of the names, so that its shape follows from the names in it alone. Find, With, Without and
 // access by rank cost the logarithm of the size; names chosen by an adversary can make them linear.
 class ObjectTable {
+  struct Entry;
   struct Node;
+  using EntryPtr = boost::intrusive_ptr<const Entry>;
   using NodePtr = boost::intrusive_ptr<const Node>;
+  friend void intrusive_ptr_add_ref(const Entry* entry);
+  friend void intrusive_ptr_release(const Entry* entry);
   friend void intrusive_ptr_add_ref(const Node* node);
   friend void intrusive_ptr_release(const Node* node);
 
@@ -77,10 +81,10 @@ class ObjectTable {
   // nullptr when there is none.
   const WorldObjectPtr* Find(std::string_view name) const;
   std::optional<std::size_t> RankOf(std::string_view name) const;
-  // The largest margin of any object; 0 without objects.
-  double widest_margin_m() const { return margins_.most; }
+  // No object has a larger margin: the largest, rounded up to single precision; 0 without objects.
+  double widest_margin_m() const;
   // Likewise of the deviation of any part's surface.
-  double widest_sigma_m() const { return sigmas_.most; }
+  double widest_sigma_m() const;
 
   // The very same objects, not equal ones.
   friend bool operator==(const ObjectTable& a, const ObjectTable& b) {
@@ -102,34 +106,18 @@ class ObjectTable {
   static std::vector<ObjectDelta> Difference(const ObjectTable& before, const ObjectTable& after);
 
  private:
-  // The largest of the objects' values, none less than 0, and how many objects have it.
-  struct Widest {
-    double most = 0;
-    std::size_t count = 0;
-
-    void Add(double value);
-    // False when no object is left that has the largest value: it is to be looked for anew.
-    bool Drop(double value);
-  };
-
   struct Halves;
   struct DifferenceOf;
 
-  static NodePtr Make(WorldObjectPtr object, NodePtr left, NodePtr right);
+  static NodePtr Make(EntryPtr entry, NodePtr left, NodePtr right);
   static NodePtr Build(std::span<const WorldObjectPtr> objects);
   static Halves Split(const NodePtr& node, std::string_view name);
   static NodePtr Join(const NodePtr& left, const NodePtr& right);
-  static NodePtr Insert(const NodePtr& node, WorldObjectPtr&& object);
-  static NodePtr Replace(const NodePtr& node, WorldObjectPtr&& object);
+  static NodePtr Insert(const NodePtr& node, EntryPtr&& entry);
+  static NodePtr Replace(const NodePtr& node, EntryPtr&& entry);
   static NodePtr Remove(const NodePtr& node, std::string_view name);
 
-  void Count(const WorldObject& object);
-  // Looks at every object where the last one with a largest value goes: a change that makes that so
-  // is the one kind whose cost grows with the size.
-  void Uncount(const WorldObject& object);
-
   NodePtr root_;
-  Widest margins_, sigmas_;
 };
 
 }  // namespace cwm::collision
