@@ -8,7 +8,6 @@
 
 #include "collision/geometry/validation.h"
 #include "collision/query/body_search.h"
-#include "collision/query/world_filter.h"
 #include "tests/collision/query/random_world.h"
 
 namespace cwm::collision {
@@ -395,25 +394,6 @@ TEST_F(QueryTest, TheSameQuestionGivesTheSameBytesWhateverTheOrderOfInsertion) {
     EXPECT_EQ(GetDistances(*world, body_, poses_, options)->object, distances.object);
     EXPECT_EQ(CheckCollisions(*world, body_, poses_, options)->object, verdicts.object);
   }
-}
-
-TEST(WorldFilter, CountsObjectsThatAreNeitherIgnoredNorAskingAndPartsOfTheRepresentation) {
-  const auto ball = std::vector<Placed<>>{{.X_FS = Pose::Identity(), .shape = Sphere{0.1}}};
-  const auto world =
-      WorldOf({PutOf("a", ball, Pose::Identity()), PutOf("b", ball, Pose::Identity()),
-               PutOf("c", ball, Pose::Identity())});
-  QueryOptions options;
-  options.ignore = {"b", "nobody"};
-  options.representation = Representation::kSurfaces;
-  QueryBody body;
-  body.self = "c";
-  const WorldFilter filter(*world, options, body);
-  EXPECT_FALSE(filter.Skips(*world->Find("a")));
-  EXPECT_TRUE(filter.Skips(*world->Find("b")));
-  EXPECT_TRUE(filter.Skips(*world->Find("c")));
-  EXPECT_TRUE(filter.SkipsPart(*world->Find("a"), PartSource::kShape));
-  EXPECT_FALSE(filter.SkipsPart(*world->Find("a"), PartSource::kSurface));
-  EXPECT_FALSE(filter.SkipsPart(*world->Find("a"), PartSource::kHandle));
 }
 
 TEST(BodySearch, AsksPairsWithinReachAloneAndNarrowsAsToldTo) {

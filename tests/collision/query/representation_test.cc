@@ -1,8 +1,9 @@
-// Which parts of an object count where it is what asks, or is carried by what asks.
+// Which objects count, and which parts of them: of those asked, of what asks and of what it carries.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "collision/query/carried_objects.h"
+#include "collision/query/world_filter.h"
 #include "tests/collision/query/random_world.h"
 #include "tests/collision/world/test_arm.h"
 
@@ -35,6 +36,25 @@ Change Post(const std::string& name, double x_m, double y_m) {
 }
 
 QueryOptions Of(Representation representation) { return {.representation = representation}; }
+
+TEST(WorldFilter, CountsObjectsThatAreNeitherIgnoredNorAskingAndPartsOfTheRepresentation) {
+  const auto ball = std::vector<Placed<>>{{.X_FS = Pose::Identity(), .shape = Sphere{0.1}}};
+  const auto world =
+      WorldOf({PutOf("a", ball, Pose::Identity()), PutOf("b", ball, Pose::Identity()),
+               PutOf("c", ball, Pose::Identity())});
+  QueryOptions options;
+  options.ignore = {"b", "nobody"};
+  options.representation = Representation::kSurfaces;
+  QueryBody body;
+  body.self = "c";
+  const WorldFilter filter(*world, options, body);
+  EXPECT_FALSE(filter.Skips(*world->Find("a")));
+  EXPECT_TRUE(filter.Skips(*world->Find("b")));
+  EXPECT_TRUE(filter.Skips(*world->Find("c")));
+  EXPECT_TRUE(filter.SkipsPart(*world->Find("a"), PartSource::kShape));
+  EXPECT_FALSE(filter.SkipsPart(*world->Find("a"), PartSource::kSurface));
+  EXPECT_FALSE(filter.SkipsPart(*world->Find("a"), PartSource::kHandle));
+}
 
 TEST(Representation, ChoosesThePartsOfTheObjectThatAsks) {
   const auto world = WorldOf({Hybrid("thing"), Post("post", 5, 0)});
