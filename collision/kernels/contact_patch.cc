@@ -29,7 +29,7 @@ struct Spot {
   double gap_m() const { return of_b_m - of_a_m; }
 };
 using Spots = absl::InlinedVector<Spot, 64>;
-using Corners = absl::InlinedVector<Vector2, 2 * ContactFeature::kMostCorners>;
+using Corners = absl::InlinedVector<Vector2, std::size_t{2} * ContactFeature::kMostCorners>;
 
 double Cross(const Vector2& u, const Vector2& v) { return u.x() * v.y() - u.y() * v.x(); }
 

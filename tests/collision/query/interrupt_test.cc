@@ -13,7 +13,7 @@ namespace cwm::collision {
 namespace {
 
 // Looks are due after 64 units of 32 steps.
-constexpr std::size_t kStepsBetweenLooks = 64 * 32;
+constexpr std::size_t kStepsBetweenLooks = std::size_t{64} * 32;
 
 TEST(Interrupt, LooksAfterSoMuchWorkWhateverItsPortions) {
   for (const std::size_t portion : {1u, 7u, 32u, 100u, 5'000u}) {
