@@ -178,7 +178,7 @@ TEST_F(RobotServiceTest, RefusesBadFilesAndMakesNoWorld) {
   ExpectBadFile("no xml", "");
   ExpectBadFile(MeshRobot("x.obj"), "must be one of the files sent along");
   v1::LoadRobotHeader header = ArmHeader();
-  header.set_srdf("<robot name=\"arm\"><group_state name=\"s\" group=\"ghost\"/></robot>");
+  header.set_srdf("<robot name=\"arm\"><group name=\"g\"><group name=\"g\"/></group></robot>");
   EXPECT_EQ(FieldIn(Load(header)), "header.srdf");
   header = ArmHeader();
   header.mutable_initial_state()->set_group("reach");
