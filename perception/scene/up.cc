@@ -119,7 +119,8 @@ ImageAxes AxesOf(const MeasuredPoints& image) {
   for (std::size_t i = 0; i < image.image.size(); i += stride) {
     if (image.image[i] < 0) continue;
     const Vector3f& point = image.oriented.points[static_cast<std::size_t>(image.image[i])];
-    const auto row = static_cast<float>(i / static_cast<std::size_t>(image.width));
+    const std::size_t rows_above = i / static_cast<std::size_t>(image.width);
+    const auto row = static_cast<float>(rows_above);
     rays.emplace_back(row, point.normalized());
     sum += rays.back().second;
     rows += row;
