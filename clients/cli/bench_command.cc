@@ -46,7 +46,7 @@ int UsableCores() {
   return sched_getaffinity(0, sizeof(usable), &usable) == 0 ? std::max(1, CPU_COUNT(&usable)) : 1;
 }
 
-absl::Status CheckArguments(const BenchArguments& arguments, const Session& session) {
+absl::Status ValidateArguments(const BenchArguments& arguments, const Session& session) {
   if (!(arguments.seconds >= kLeastSeconds && arguments.seconds <= kMostSeconds)) {
     return UsageError(absl::StrCat("--seconds is ", arguments.seconds, ", must be ", kLeastSeconds,
                                    " to ", kMostSeconds));
@@ -138,7 +138,7 @@ void PrintReport(const BenchReport& report, Session& session) {
   std::ostream& out = session.streams.out;
   switch (session.form) {
     case OutputForm::kTable:
-      return PrintBench(report, session.color() ? TableStyle::kColor : TableStyle::kPlain, out);
+      return PrintBench(report, session.table_style(), out);
     case OutputForm::kNdjson:
       for (const BenchLine& line : report.lines) out << ToJson(line).dump() << "\n";
       return;
@@ -181,7 +181,7 @@ void RemoveOrWarn(OwnWorld& own, Session& session) {
 }
 
 absl::Status Bench(Session& session, const BenchArguments& arguments) {
-  if (absl::Status status = CheckArguments(arguments, session); !status.ok()) return status;
+  if (absl::Status status = ValidateArguments(arguments, session); !status.ok()) return status;
   auto report = StartReport(session, arguments);
   if (!report.ok()) return report.status();
   const client::Connection& connection = session.connection();

@@ -34,7 +34,7 @@ void PrintVerdicts(const pb::CheckCollisionsResponse& response, Session& session
               {"OBJECT PART", Align::kRight},
               {"BODY LINK"},
               {"BODY PART", Align::kRight}},
-             lines, session.color() ? TableStyle::kColor : TableStyle::kPlain, session.streams.out);
+             lines, session.table_style(), session.streams.out);
 }
 
 absl::Status Check(Session& session, const CheckArguments& arguments) {

@@ -14,11 +14,11 @@ namespace {
 
 using google::protobuf::Descriptor;
 using google::protobuf::FieldDescriptor;
-using Json = nlohmann::ordered_json;
+using OrderedJson = nlohmann::ordered_json;
 
-absl::Status ReplaceFiles(const Descriptor& type, Json& value);
+absl::Status ReplaceFiles(const Descriptor& type, OrderedJson& value);
 
-absl::Status ReplaceFile(Json& value) {
+absl::Status ReplaceFile(OrderedJson& value) {
   if (!value.is_string()) return absl::OkStatus();
   const auto text = value.get<std::string>();
   if (text.empty() || text[0] != '@') return absl::OkStatus();
@@ -32,9 +32,9 @@ absl::Status ReplaceFile(Json& value) {
   return absl::OkStatus();
 }
 
-absl::Status ReplaceInField(const FieldDescriptor& field, Json& value) {
+absl::Status ReplaceInField(const FieldDescriptor& field, OrderedJson& value) {
   if (value.is_array()) {
-    for (Json& element : value) {
+    for (OrderedJson& element : value) {
       if (absl::Status status = ReplaceInField(field, element); !status.ok()) return status;
     }
     return absl::OkStatus();
@@ -45,7 +45,7 @@ absl::Status ReplaceInField(const FieldDescriptor& field, Json& value) {
 }
 
 // Puts the bytes of files where the JSON names them.
-absl::Status ReplaceFiles(const Descriptor& type, Json& value) {
+absl::Status ReplaceFiles(const Descriptor& type, OrderedJson& value) {
   if (!value.is_object()) return absl::OkStatus();
   for (auto& [name, member] : value.items()) {
     const FieldDescriptor* field = type.FindFieldByName(name);
@@ -71,7 +71,7 @@ std::string ToJson(const google::protobuf::Message& message, JsonSpacing spacing
 }
 
 absl::Status FromJson(const std::string& json, google::protobuf::Message& message) {
-  Json value = Json::parse(json, nullptr, /*allow_exceptions=*/false);
+  OrderedJson value = OrderedJson::parse(json, nullptr, /*allow_exceptions=*/false);
   if (value.is_discarded() || !value.is_object()) {
     return absl::InvalidArgumentError(
         absl::StrCat("message is not a JSON object: ", json.substr(0, 60)));

@@ -113,7 +113,7 @@ void PrintMotions(const pb::CheckMotionsResponse& response, Session& session) {
               {"OBJECT PART", Align::kRight},
               {"BODY LINK"},
               {"BODY PART", Align::kRight}},
-             lines, session.color() ? TableStyle::kColor : TableStyle::kPlain, session.streams.out);
+             lines, session.table_style(), session.streams.out);
 }
 
 absl::Status Move(Session& session, const MotionArguments& arguments) {

@@ -35,10 +35,6 @@ struct GetArguments {
   std::string name, at_revision, mesh;
 };
 
-TableStyle StyleOf(const Session& session) {
-  return session.color() ? TableStyle::kColor : TableStyle::kPlain;
-}
-
 absl::StatusOr<pb::ListObjectsRequest> ToRequest(const ListArguments& arguments,
                                                  const Session& session) {
   pb::ListObjectsRequest request;
@@ -76,7 +72,7 @@ absl::Status List(Session& session, const ListArguments& arguments) {
         for (const pb::Object& object : response->objects()) session.PrintLine(object);
       },
       [&] {
-        PrintObjects(response->objects(), StyleOf(session), session.streams.out);
+        PrintObjects(response->objects(), session.table_style(), session.streams.out);
         session.streams.out << "revision " << response->revision() << "\n";
       });
   return absl::OkStatus();
@@ -138,7 +134,7 @@ absl::Status Get(Session& session, const GetArguments& arguments) {
     if (!written.ok()) return written;
   }
   session.Print(*response, [&] {
-    PrintObjectDetails(response->object(), StyleOf(session), session.streams.out);
+    PrintObjectDetails(response->object(), session.table_style(), session.streams.out);
     session.streams.out << "revision " << response->revision() << "\n";
   });
   return absl::OkStatus();

@@ -47,7 +47,7 @@ void PrintPairs(const google::protobuf::RepeatedPtrField<pb::PairRows>& rows, Se
               {"POINT ON OBJECT m"},
               {"NORMAL"},
               {"TRUST"}},
-             lines, session.color() ? TableStyle::kColor : TableStyle::kPlain, session.streams.out);
+             lines, session.table_style(), session.streams.out);
 }
 
 template <class Request, class Response, class Method>

@@ -104,7 +104,7 @@ void PrintHits(const pb::CastRaysResponse& response, Session& session) {
               {"DISTANCE mm", Align::kRight},
               {"POINT m"},
               {"NORMAL"}},
-             lines, session.color() ? TableStyle::kColor : TableStyle::kPlain, session.streams.out);
+             lines, session.table_style(), session.streams.out);
 }
 
 absl::StatusOr<pb::CastRaysResponse> Cast(Session& session, const std::vector<client::RayRow>& rays,

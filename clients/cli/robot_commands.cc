@@ -20,14 +20,10 @@ struct ShowArguments {
   std::string at_revision;
 };
 
-struct RemoveArguments {
+struct RemoveRobotArguments {
   std::string name;
   ChangeArguments change;
 };
-
-TableStyle StyleOf(const Session& session) {
-  return session.color() ? TableStyle::kColor : TableStyle::kPlain;
-}
 
 absl::StatusOr<pb::ListRobotsResponse> ListAll(Session& session, const ShowArguments& arguments) {
   pb::ListRobotsRequest request;
@@ -49,7 +45,7 @@ absl::Status List(Session& session, const ShowArguments& arguments) {
         for (const pb::Robot& robot : response->robots()) session.PrintLine(robot);
       },
       [&] {
-        PrintRobots(response->robots(), StyleOf(session), session.streams.out);
+        PrintRobots(response->robots(), session.table_style(), session.streams.out);
         session.streams.out << "revision " << response->revision() << "\n";
       });
   return absl::OkStatus();
@@ -59,13 +55,13 @@ absl::Status Get(Session& session, const ShowArguments& arguments) {
   const auto response = ListAll(session, arguments);
   if (!response.ok()) return response.status();
   session.Print(*response, [&] {
-    PrintRobotDetails(response->robots(0), StyleOf(session), session.streams.out);
+    PrintRobotDetails(response->robots(0), session.table_style(), session.streams.out);
     session.streams.out << "revision " << response->revision() << "\n";
   });
   return absl::OkStatus();
 }
 
-absl::Status Remove(Session& session, const RemoveArguments& arguments) {
+absl::Status Remove(Session& session, const RemoveRobotArguments& arguments) {
   pb::DeleteRobotRequest request;
   request.set_world(session.world);
   request.set_name(arguments.name);
@@ -108,7 +104,7 @@ void AddGetCommand(CommandLine& line, CLI::App& family) {
 }
 
 void AddRemoveCommand(CommandLine& line, CLI::App& family) {
-  const auto arguments = std::make_shared<RemoveArguments>();
+  const auto arguments = std::make_shared<RemoveRobotArguments>();
   CLI::App& command =
       AddCommand(line, family, {"remove", "a robot", {"cwm robot remove panda"}},
                  [arguments](Session& session) { return Remove(session, *arguments); });

@@ -94,8 +94,7 @@ absl::Status Load(Session& session, const LoadArguments& arguments) {
   const auto response = Send(session, *header, *files);
   if (!response.ok()) return response.status();
   session.Print(*response, [&] {
-    PrintRobotDetails(response->robot(), session.color() ? TableStyle::kColor : TableStyle::kPlain,
-                      session.streams.out);
+    PrintRobotDetails(response->robot(), session.table_style(), session.streams.out);
     session.streams.out << "revision " << response->revision() << "\n";
     for (const std::string& warning : response->warnings()) session.Warn(warning);
   });

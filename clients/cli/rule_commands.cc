@@ -25,22 +25,22 @@ constexpr char kThings[] =
 
 constexpr double kLongest_s = 366 * 24 * 3600;  // what the server takes
 
-struct PairArguments {
+struct RuleArguments {
   std::string a, b;
   ChangeArguments change;
 };
 
-struct AllowArguments : PairArguments {
+struct AllowArguments : RuleArguments {
   std::optional<double> for_s;
   bool withdraw = false;
 };
 
-struct MarginArguments : PairArguments {
+struct MarginArguments : RuleArguments {
   std::optional<double> margin_m;
   bool unset = false;
 };
 
-absl::StatusOr<pb::NamedPair> PairOf(const PairArguments& arguments) {
+absl::StatusOr<pb::NamedPair> PairOf(const RuleArguments& arguments) {
   const auto a = ParseThing(arguments.a, "A");
   if (!a.ok()) return a.status();
   const auto b = ParseThing(arguments.b, "B");
@@ -51,11 +51,11 @@ absl::StatusOr<pb::NamedPair> PairOf(const PairArguments& arguments) {
   return pair;
 }
 
-std::string Both(const PairArguments& arguments) {
+std::string Both(const RuleArguments& arguments) {
   return absl::StrCat(arguments.a, " and ", arguments.b);
 }
 
-absl::Status ApplyRule(Session& session, const PairArguments& arguments, const pb::Change& change,
+absl::Status ApplyRule(Session& session, const RuleArguments& arguments, const pb::Change& change,
                        const pb::NamedPair& pair, const std::string& done) {
   absl::Status status = Apply(session, arguments.change, {change}, done);
   if (status.ok()) WarnOfUnknownNames(session, pair);
@@ -123,13 +123,13 @@ absl::Status List(Session& session) {
         for (const pb::PairRule& rule : world->pair_rules()) session.PrintLine(rule);
       },
       [&] {
-        const TableStyle style = session.color() ? TableStyle::kColor : TableStyle::kPlain;
+        const TableStyle style = session.table_style();
         PrintRules(*world, style, session.streams.out);
       });
   return absl::OkStatus();
 }
 
-void AddPair(CLI::App& command, PairArguments& pair) {
+void AddPair(CLI::App& command, RuleArguments& pair) {
   command.add_option("A", pair.a, "one of the two")->required();
   command.add_option("B", pair.b, "the other")->required();
 }

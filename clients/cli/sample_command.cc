@@ -102,7 +102,7 @@ void PrintSamples(const pb::SamplePointsResponse& response, Session& session) {
               {"DISTANCE mm", Align::kRight},
               {"GRADIENT"},
               {"NOTE"}},
-             lines, session.color() ? TableStyle::kColor : TableStyle::kPlain, session.streams.out);
+             lines, session.table_style(), session.streams.out);
 }
 
 absl::StatusOr<pb::SamplePointsResponse> Sample(Session& session, const std::vector<Point>& points,

@@ -28,8 +28,7 @@ absl::Status IngestScan(Session& session, const cwm::v1::IngestCloudHeader& head
   }
   session.Print(*response, [&] {
     if (!file.title.empty()) session.streams.out << file.title << "\n";
-    PrintScanReport(*response, session.color() ? TableStyle::kColor : TableStyle::kPlain,
-                    session.streams.out);
+    PrintScanReport(*response, session.table_style(), session.streams.out);
     if (!file.title.empty()) session.streams.out << "\n";
   });
   session.streams.out.flush();

@@ -29,10 +29,8 @@ absl::Status Segment(Session& session, const SegmentArguments& arguments) {
   absl::Status written = WriteLabelled(session, *response, *cloud, arguments.output);
   if (!written.ok()) return written;
   response->clear_labels();  // they are in the file
-  session.Print(*response, [&] {
-    PrintScanReport(*response, session.color() ? TableStyle::kColor : TableStyle::kPlain,
-                    session.streams.out);
-  });
+  session.Print(*response,
+                [&] { PrintScanReport(*response, session.table_style(), session.streams.out); });
   return absl::OkStatus();
 }
 

@@ -9,6 +9,7 @@
 #include <optional>
 #include <string>
 
+#include "clients/cli/table.h"
 #include "clients/cpp/connection.h"
 
 namespace cwm::cli {
@@ -45,6 +46,7 @@ struct Session {
   const client::Connection& connection();
 
   bool color() const { return streams.out_is_terminal && !no_color; }
+  TableStyle table_style() const { return color() ? TableStyle::kColor : TableStyle::kPlain; }
 
   // A response in the form asked for: JSON, or `table` called.
   void Print(const google::protobuf::Message& response, const std::function<void()>& table);

@@ -13,11 +13,7 @@ namespace cwm::cli {
 namespace {
 
 namespace pb = cwm::v1;
-using Json = nlohmann::ordered_json;
-
-TableStyle StyleOf(const Session& session) {
-  return session.color() ? TableStyle::kColor : TableStyle::kPlain;
-}
+using OrderedJson = nlohmann::ordered_json;
 
 // "SERVING", "NOT_SERVING", or "UNKNOWN" from a server without health checking.
 absl::StatusOr<std::string> Health(Session& session) {
@@ -45,7 +41,7 @@ void PrintStatus(const std::string& health, const pb::GetServerInfoResponse& inf
                      absl::StrCat(world.object_count()), world.world_uid()}});
   }
   PrintTable({{"WORLD"}, {"REVISION", Align::kRight}, {"OBJECTS", Align::kRight}, {"UID"}}, rows,
-             StyleOf(session), out);
+             session.table_style(), out);
 }
 
 absl::Status Status(Session& session) {
@@ -63,9 +59,9 @@ absl::Status Status(Session& session) {
     return absl::OkStatus();
   }
   // Three replies in one object.
-  Json json = {{"address", connection.address()}, {"health", *health}};
-  json["server_info"] = Json::parse(ToJson(*info, JsonSpacing::kOneLine));
-  json["worlds"] = Json::parse(ToJson(*worlds, JsonSpacing::kOneLine))["worlds"];
+  OrderedJson json = {{"address", connection.address()}, {"health", *health}};
+  json["server_info"] = OrderedJson::parse(ToJson(*info, JsonSpacing::kOneLine));
+  json["worlds"] = OrderedJson::parse(ToJson(*worlds, JsonSpacing::kOneLine))["worlds"];
   session.streams.out << json.dump(session.form == OutputForm::kJson ? 1 : -1) << "\n";
   return absl::OkStatus();
 }
@@ -78,7 +74,7 @@ void PrintInfo(const pb::GetServerInfoResponse& info, Session& session) {
   for (const pb::EngineInfo& engine : info.engines()) {
     rows.push_back({{engine.name(), engine.version()}});
   }
-  PrintTable({{"ENGINE"}, {"VERSION"}}, rows, StyleOf(session), out);
+  PrintTable({{"ENGINE"}, {"VERSION"}}, rows, session.table_style(), out);
   const pb::Limits& limits = info.limits();
   const pb::Retention& retention = info.retention();
   const auto bytes = [](std::int64_t size) { return Bytes(static_cast<double>(size)); };
@@ -97,7 +93,7 @@ void PrintInfo(const pb::GetServerInfoResponse& info, Session& session) {
               {{"watch events kept", absl::StrCat(retention.watch_events())}},
               {{"watch events kept for", Fixed(retention.watch_seconds(), 0) + " s"}},
               {{"request ids kept for", Fixed(retention.request_id_seconds(), 0) + " s"}}},
-             StyleOf(session), out);
+             session.table_style(), out);
 }
 
 absl::Status Info(Session& session) {

@@ -8,7 +8,7 @@
 namespace cwm::server {
 namespace {
 
-v1::Limits ToProto(const Limits& limits) {
+v1::Limits LimitsToProto(const Limits& limits) {
   v1::Limits proto;
   proto.set_max_message_bytes(limits.max_message_bytes);
   proto.set_max_chunk_bytes(limits.max_chunk_bytes);
@@ -30,7 +30,7 @@ v1::Limits ToProto(const Limits& limits) {
   return proto;
 }
 
-v1::Retention ToProto(const Retention& retention) {
+v1::Retention RetentionToProto(const Retention& retention) {
   v1::Retention proto;
   proto.set_exact_snapshots(retention.exact_snapshots);
   proto.set_watch_events(retention.watch_events);
@@ -46,8 +46,8 @@ grpc::ServerUnaryReactor* AdminService::GetServerInfo(grpc::CallbackServerContex
                                                       v1::GetServerInfoResponse* response) {
   return StartUnary(context, runtime_, runtime_.reads, [this, response](const CallContext&) {
     response->set_version(CWM_VERSION);
-    *response->mutable_limits() = ToProto(runtime_.application.limits);
-    *response->mutable_retention() = ToProto(runtime_.application.retention);
+    *response->mutable_limits() = LimitsToProto(runtime_.application.limits);
+    *response->mutable_retention() = RetentionToProto(runtime_.application.retention);
     for (int i = 0; i < collision::kEngineCount; ++i) {
       const auto kind = static_cast<collision::EngineKind>(i);
       v1::EngineInfo* engine = response->add_engines();

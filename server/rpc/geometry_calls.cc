@@ -39,7 +39,7 @@ BlobFormat FormatOf(const v1::WriteGeometryRequest::Header& header) {
   }
 }
 
-v1::GeometryFormat ToProto(BlobFormat format) {
+v1::GeometryFormat FormatToProto(BlobFormat format) {
   switch (format) {
     case BlobFormat::kMeshF64:
       return v1::GEOMETRY_FORMAT_MESH_F64;
@@ -87,7 +87,7 @@ absl::Status ReadGeometryCall::FindBlob() {
   const auto blob = runtime_.application.geometry.Get(request_.hash());
   if (!blob.ok()) return blob.status();
   bytes_ = (*blob)->bytes;
-  message_.set_format(ToProto((*blob)->format));
+  message_.set_format(FormatToProto((*blob)->format));
   message_.mutable_header()->set_hash(request_.hash());
   return absl::OkStatus();
 }

@@ -17,7 +17,7 @@ using boost::beast::error_code;
 
 // A reply is written in pieces, and each that is taken is a sign of life: a file of the page may
 // take long on a slow line.
-constexpr std::size_t kPieceBytes = 64 << 10;
+constexpr std::size_t kBodyPieceBytes = 64 << 10;
 
 }  // namespace
 
@@ -71,7 +71,7 @@ void HttpConnection::Send(HttpReply reply) {
   serializer_.reset();
   reply_ = std::move(reply);
   serializer_.emplace(reply_);
-  serializer_->limit(kPieceBytes);
+  serializer_->limit(kBodyPieceBytes);
   WritePiece();
 }
 

@@ -17,7 +17,7 @@ namespace websocket = boost::beast::websocket;
 using boost::beast::error_code;
 
 // A message is written in frames of so many bytes, and each that is taken is a sign of life.
-constexpr std::size_t kPieceBytes = 16 << 10;
+constexpr std::size_t kFramePieceBytes = 16 << 10;
 // What the kernel holds of a socket: the older the states are that a slow page finds there, the
 // longer it lags. Enough for 1 GB/s at 0.25 ms.
 constexpr int kKernelBytes = 256 << 10;
@@ -258,7 +258,7 @@ void SocketSession::WriteNext() {
 }
 
 void SocketSession::WritePiece() {
-  const std::size_t count = std::min(kPieceBytes, written_.bytes.size() - written_to_);
+  const std::size_t count = std::min(kFramePieceBytes, written_.bytes.size() - written_to_);
   const bool is_last = written_to_ + count == written_.bytes.size();
   stall_timer_.expires_after(house_.limits.no_byte_taken);
   stall_timer_.async_wait([weak = weak_from_this()](error_code error) {

@@ -21,7 +21,7 @@ constexpr std::int32_t kNoObject = -1;
 // Neither none nor the body itself.
 bool IsOfObject(std::int32_t index) { return index >= 0; }
 
-v1::Verdict ToProto(collision::Verdict verdict) {
+v1::Verdict EnumToProto(collision::Verdict verdict) {
   switch (verdict) {
     case collision::Verdict::kNotComputed:
       return v1::VERDICT_NOT_COMPUTED;
@@ -37,7 +37,7 @@ v1::Verdict ToProto(collision::Verdict verdict) {
   return v1::VERDICT_UNSPECIFIED;
 }
 
-v1::Trust ToProto(collision::Trust trust) {
+v1::Trust EnumToProto(collision::Trust trust) {
   switch (trust) {
     case collision::Trust::kExact:
       return v1::TRUST_EXACT;
@@ -51,7 +51,7 @@ v1::Trust ToProto(collision::Trust trust) {
   return v1::TRUST_UNSPECIFIED;
 }
 
-v1::SampleState ToProto(collision::SampleState state) {
+v1::SampleState EnumToProto(collision::SampleState state) {
   switch (state) {
     case collision::SampleState::kSmooth:
       return v1::SAMPLE_STATE_SMOOTH;
@@ -63,7 +63,7 @@ v1::SampleState ToProto(collision::SampleState state) {
   return v1::SAMPLE_STATE_UNSPECIFIED;
 }
 
-v1::MotionVerdict ToProto(collision::MotionVerdict verdict) {
+v1::MotionVerdict EnumToProto(collision::MotionVerdict verdict) {
   switch (verdict) {
     case collision::MotionVerdict::kNotComputed:
       return v1::MOTION_VERDICT_NOT_COMPUTED;
@@ -119,12 +119,12 @@ template <class Enum>
 std::string EnumBytes(const std::vector<Enum>& values) {
   std::string bytes(values.size(), '\0');
   std::transform(values.begin(), values.end(), bytes.begin(),
-                 [](Enum value) { return static_cast<char>(ToProto(value)); });
+                 [](Enum value) { return static_cast<char>(EnumToProto(value)); });
   return bytes;
 }
 
 v1::Vector3 VectorAt(const std::vector<double>& values, std::size_t i) {
-  return server::ToProto(Vector3(values[3 * i], values[3 * i + 1], values[3 * i + 2]));
+  return ToProto(Vector3(values[3 * i], values[3 * i + 1], values[3 * i + 2]));
 }
 
 template <class Response>
@@ -269,7 +269,7 @@ v1::PairRow PairRowAt(const collision::PairColumns& answers, std::size_t i,
   *row.mutable_point_object() = VectorAt(answers.point_object, i);
   *row.mutable_normal() = VectorAt(answers.normal, i);
   SetPair({answers.object[i], answers.body_part[i], answers.object_part[i]}, context, &row);
-  row.set_trust(ToProto(answers.trust[i]));
+  row.set_trust(EnumToProto(answers.trust[i]));
   if (HasBound(answers.trust[i])) row.set_bound_m(answers.bound_m[i]);
   return row;
 }
@@ -324,8 +324,8 @@ void ToProto(const collision::CollisionColumns& answers, const AnswerContext& co
   }
   for (std::size_t i = 0; i < answers.completed; ++i) {
     v1::CollisionRow* row = response->add_rows();
-    row->set_verdict(ToProto(answers.verdict[i]));
-    row->set_trust(ToProto(answers.trust[i]));
+    row->set_verdict(EnumToProto(answers.verdict[i]));
+    row->set_trust(EnumToProto(answers.trust[i]));
     if (!named || answers.object[i] == kNoObject) continue;
     SetPair({answers.object[i], answers.body_part[i], answers.object_part[i]}, context, row);
   }
@@ -337,7 +337,7 @@ void SetRows(const collision::MotionColumns& answers, const AnswerContext& conte
              v1::CheckMotionsResponse* response) {
   for (std::size_t i = 0; i < answers.completed; ++i) {
     v1::MotionRow* row = response->add_rows();
-    row->set_verdict(ToProto(answers.verdict[i]));
+    row->set_verdict(EnumToProto(answers.verdict[i]));
     if (answers.verdict[i] == collision::MotionVerdict::kFree) {
       row->set_clearance_m(answers.clearance_m[i]);
       continue;
@@ -401,8 +401,8 @@ void SetRows(const collision::PointColumns& answers, const AnswerContext& contex
   const std::vector<double> bound_m = BoundColumn(answers);
   for (std::size_t i = 0; i < answers.completed; ++i) {
     v1::SampleRow* row = response->add_rows();
-    row->set_state(ToProto(answers.state[i]));
-    row->set_trust(ToProto(answers.trust[i]));
+    row->set_state(EnumToProto(answers.state[i]));
+    row->set_trust(EnumToProto(answers.trust[i]));
     if (answers.state[i] == collision::SampleState::kBeyond) continue;
     row->set_distance_m(answers.distance_m[i]);
     *row->mutable_gradient() = VectorAt(answers.gradient, i);
@@ -435,11 +435,11 @@ void ToProto(const collision::RayColumns& answers, std::span<const collision::Ra
   for (std::size_t i = 0; i < answers.completed; ++i) {
     v1::RayRow* row = response->add_rows();
     row->set_hit(answers.hit[i] != 0);
-    row->set_trust(ToProto(trust[i]));
+    row->set_trust(EnumToProto(trust[i]));
     if (answers.hit[i] == 0) continue;
     row->set_distance_m(answers.distance_m[i]);
     *row->mutable_point() =
-        server::ToProto(Vector3(rays[i].origin + answers.distance_m[i] * rays[i].direction));
+        ToProto(Vector3(rays[i].origin + answers.distance_m[i] * rays[i].direction));
     *row->mutable_normal() = VectorAt(answers.normal, i);
     SetObstacle(answers.object[i], answers.object_part[i], context, row);
   }

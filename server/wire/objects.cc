@@ -34,11 +34,11 @@ v1::Handle HandleToProto(const Handle& handle, GeometryStore& store) {
   return proto;
 }
 
-v1::Attachment ToProto(const collision::Attachment& attachment) {
+v1::Attachment AttachmentToProto(const collision::Attachment& attachment) {
   v1::Attachment proto;
   proto.set_robot(attachment.robot);
   proto.set_link(attachment.link);
-  *proto.mutable_x_link_object() = server::ToProto(attachment.X_LO);
+  *proto.mutable_x_link_object() = ToProto(attachment.X_LO);
   for (const std::string& link : attachment.touch_links) proto.add_touch_links(link);
   return proto;
 }
@@ -135,7 +135,7 @@ v1::Object ToProto(const collision::WorldObject& object, View view, const Observ
   proto.set_supported_by(object.supported_by);
   if (const collision::Attachment* by = object.attachment.get()) {
     proto.set_attached_to(absl::StrCat(by->robot, "/", by->link));
-    *proto.mutable_attachment() = ToProto(*by);
+    *proto.mutable_attachment() = AttachmentToProto(*by);
   }
   proto.set_margin_m(object.margin_m);
   proto.set_create_revision(object.create_revision.value);

@@ -17,12 +17,12 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Not;
 
-struct Outcome {
+struct Printed {
   ExitCode code;
   std::string out, err;
 };
 
-Outcome RunWith(const std::vector<std::string>& arguments) {
+Printed RunWords(const std::vector<std::string>& arguments) {
   std::istringstream input;
   std::ostringstream out, err;
   const ExitCode code = Run(arguments, {.in = input, .out = out, .err = err});
@@ -32,7 +32,7 @@ Outcome RunWith(const std::vector<std::string>& arguments) {
 // The words that may follow, one a line.
 std::string After(std::vector<std::string> words) {
   words.insert(words.begin(), "__complete");
-  const Outcome outcome = RunWith(words);
+  const Printed outcome = RunWords(words);
   EXPECT_EQ(outcome.code, ExitCode::kDone);
   std::istringstream lines(outcome.out);
   std::string all;
@@ -91,11 +91,11 @@ TEST(Completion, KnowsTheOptionsThatAreGiven) {
 
 TEST(Completion, HasAScriptForThreeShells) {
   for (const char* shell : {"bash", "zsh", "fish"}) {
-    const Outcome outcome = RunWith({"completion", shell});
+    const Printed outcome = RunWords({"completion", shell});
     EXPECT_EQ(outcome.code, ExitCode::kDone);
     EXPECT_THAT(outcome.out, HasSubstr("cwm __complete"));
   }
-  const Outcome refused = RunWith({"completion", "csh"});
+  const Printed refused = RunWords({"completion", "csh"});
   EXPECT_EQ(refused.code, ExitCode::kUsage);
   EXPECT_THAT(refused.err, HasSubstr("\"csh\" must be bash, zsh or fish"));
 }
@@ -105,7 +105,7 @@ TEST(NearestWord, IsTheOneWithFewestEdits) {
   EXPECT_EQ(NearestWord("objct_1", {"object_1", "object_2"}), "object_1");
   EXPECT_EQ(NearestWord("spoon", {"mug", "plate"}), std::nullopt);
   EXPECT_EQ(NearestWord("x", {}), std::nullopt);
-  EXPECT_THAT(RunWith({"objcts"}).err, HasSubstr("did you mean objects?"));
+  EXPECT_THAT(RunWords({"objcts"}).err, HasSubstr("did you mean objects?"));
 }
 
 }  // namespace

@@ -17,17 +17,6 @@ namespace {
 
 using ::testing::HasSubstr;
 
-// A strip of triangles, of some 35 bytes of text a vertex.
-TriangleMesh Strip(std::uint32_t vertex_count) {
-  TriangleMesh mesh;
-  for (std::uint32_t i = 0; i < vertex_count; ++i) {
-    const std::uint32_t rung = i / 2;
-    mesh.vertices.emplace_back(0.001 * rung, i % 2, 0);
-    if (i >= 2) mesh.triangles.push_back({i - 2, i - 1, i});
-  }
-  return mesh;
-}
-
 class ExportTest : public RunningServer {
  protected:
   explicit ExportTest(const Limits& limits = {}) : RunningServer(limits, {}) {}

@@ -12,17 +12,6 @@ namespace {
 
 using ::testing::HasSubstr;
 
-// A strip of triangles; four bytes a vertex coordinate twice: about 36 bytes a vertex.
-TriangleMesh Strip(std::uint32_t vertex_count) {
-  TriangleMesh mesh;
-  for (std::uint32_t i = 0; i < vertex_count; ++i) {
-    const std::uint32_t rung = i / 2;
-    mesh.vertices.emplace_back(0.001 * rung, i % 2, 0);
-    if (i >= 2) mesh.triangles.push_back({i - 2, i - 1, i});
-  }
-  return mesh;
-}
-
 class GeometryTest : public RunningServer {
  protected:
   using Chunk = v1::WriteGeometryRequest::Chunk;

@@ -14,8 +14,6 @@ namespace {
 using collision::testing::ArmUrdf;
 using collision::testing::Robot;
 
-constexpr char kTetrahedron[] =
-    "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
 constexpr double kRounding = 1e-12;
 
 class RobotLinksTest : public RunningServer {

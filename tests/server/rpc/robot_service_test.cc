@@ -22,9 +22,6 @@ using ::testing::HasSubstr;
 using Files = std::map<std::string, std::string>;
 using Loading = grpc::ClientWriter<v1::LoadRobotRequest>;
 
-constexpr char kTetrahedron[] =
-    "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
-
 std::string MeshRobot(const std::string& uri) {
   return Robot("<link name=\"hand\"><collision><geometry><mesh filename=\"" + uri +
                "\"/></geometry></collision></link>\n");

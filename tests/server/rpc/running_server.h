@@ -42,6 +42,13 @@ class RunningServer : public ::testing::Test {
   std::unique_ptr<v1::WorldService::Stub> world_;
 };
 
+// A file of a tetrahedron as OBJ.
+inline constexpr char kTetrahedron[] =
+    "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
+
+// A strip of triangles, of some 36 bytes a vertex (35 as text).
+TriangleMesh Strip(std::uint32_t vertex_count);
+
 // A call that does not hang a test.
 class Call : public grpc::ClientContext {
  public:

@@ -93,10 +93,13 @@ TEST_F(Answers, BoundsAreOfWhatIsBoundedOrASurfaceAlone) {
   for (const Precision precision : {Precision::kDouble, Precision::kSingle}) {
     v1::GetDistancesResponse columns;
     ToProto(pairs_, Context(Form::kColumns, precision), &columns);
-    std::vector<double> told = NumbersIn<double>(columns.columns().bound_m());
+    const std::string& bytes = columns.columns().bound_m();
+    std::vector<double> told;
     if (precision == Precision::kSingle) {
-      const auto single = NumbersIn<float>(columns.columns().bound_m());
+      const auto single = NumbersIn<float>(bytes);
       told.assign(single.begin(), single.end());
+    } else {
+      told = NumbersIn<double>(bytes);
     }
     ASSERT_EQ(told.size(), 3u);
     EXPECT_EQ(told[0], 0);

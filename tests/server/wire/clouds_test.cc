@@ -14,7 +14,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+constexpr float kNanF = std::numeric_limits<float>::quiet_NaN();
 
 void AddField(v1::CloudLayout* layout, const char* name, int offset, v1::FieldType type) {
   v1::CloudField* field = layout->add_fields();
@@ -43,7 +43,7 @@ absl::StatusOr<CloudPlan> Convert(const v1::IngestCloudHeader& header) {
 TEST(WireCloud, PackedPointsAreReadAsTheyLie) {
   const auto plan = Convert(PackedHeader(3));
   ASSERT_TRUE(plan.ok()) << plan.status();
-  const auto cloud = DecodeCloud(*plan, BytesOf<float>({1, 2, 3, kNan, kNan, kNan, 7, 8, 9}));
+  const auto cloud = DecodeCloud(*plan, BytesOf<float>({1, 2, 3, kNanF, kNanF, kNanF, 7, 8, 9}));
   ASSERT_TRUE(cloud.ok());
   ASSERT_EQ(cloud->size(), 3u);
   EXPECT_EQ(cloud->points[0], Eigen::Vector3f(1, 2, 3));

@@ -12,9 +12,6 @@
 namespace cwm::server {
 namespace {
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-constexpr std::int64_t kStoreBytes = 1 << 20;
-
 class WireObject : public ::testing::Test {
  protected:
   WireObject() {

@@ -14,7 +14,6 @@ namespace {
 
 using ::testing::HasSubstr;
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 // Round trips go through a unit quaternion and back: a few units in the last place.
 constexpr double kRoundTrip = 1e-14;

@@ -13,8 +13,6 @@
 namespace cwm::server {
 namespace {
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-
 absl::StatusOr<QuestionOptions> Convert(const v1::QueryOptions& options) {
   const FieldPath root;
   return FromProto(options, root.Field("options"));

@@ -1,6 +1,8 @@
 // Bytes of rows, and what errors say, for tests of the conversions.
 #pragma once
 
+#include <cstdint>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -8,6 +10,9 @@
 #include "server/core/error.h"
 
 namespace cwm::server {
+
+inline constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+inline constexpr std::int64_t kStoreBytes = 1 << 20;
 
 template <class Number>
 std::string BytesOf(const std::vector<Number>& values) {
