@@ -11,6 +11,7 @@
 #include "collision/geometry/signed_distance.h"
 #include "perception/cloud/quantile.h"
 #include "perception/model/lengthened.h"
+#include "perception/model/model_points.h"
 #include "perception/model/solid.h"
 #include "perception/scene/surface_graph.h"
 
@@ -147,6 +148,25 @@ Seen LookAtSupplied(const ShapePart& longer, const Upright& upright, double gap_
   return seen;
 }
 
+bool IsHidden(const Seen& seen) {
+  return seen.passed <= kMostPassed * seen.places && seen.on_surface <= kMostSeen * seen.facing;
+}
+
+// How much of the lower end of an upright solid that stands shows no point of it.
+double UnseenFoot_m(const StandingThing& thing, const ShapePart& part) {
+  constexpr double kLowest = 0.01;  // of the points on it, mixed pixels
+  const Pose X_SL = part.X_OS.inverse(Eigen::Isometry);
+  const Pose X_SupportL = thing.X_LSupport.inverse(Eigen::Isometry);
+  std::vector<double> heights_m;
+  for (std::size_t i = 0; i < thing.points.size(); ++i) {
+    const Vector3 p = thing.points.points[i].cast<double>();
+    const double gate_m = kDistanceGate_sigma * thing.points.sigma_m[i];
+    if (std::abs(SignedDistance_m(part.shape, X_SL * p)) > gate_m) continue;
+    heights_m.push_back((X_SupportL * p).z());
+  }
+  return heights_m.empty() ? 0 : Quantile(heights_m, kLowest);
+}
+
 // Points of the object below the solid that are not on the wall which would be supplied: something
 // else of it is there.
 bool ShowsItselfBelow(const StandingThing& thing, const ShapePart& part, const ShapePart& longer,
@@ -202,13 +222,20 @@ void CompleteHidden(const StandingThing& thing, const SightMap& sight,
     const std::optional<Upright> upright = UprightOf(part, up_L);
     if (!upright) continue;
     const double gap_m = HeightOfLowest_m(part, thing.X_LSupport);
-    if (gap_m < kLeastGap_m) continue;
-    std::optional<ShapePart> longer = LongerBelow(part, *upright, gap_m);
-    if (!longer || ShowsItselfBelow(thing, part, *longer, *upright, gap_m)) continue;
-    const Seen seen = LookAtSupplied(*longer, *upright, gap_m, sight, tolerance_m);
-    if (seen.passed > kMostPassed * seen.places || seen.on_surface > kMostSeen * seen.facing) {
+    if (gap_m < kLeastGap_m) {
+      // A fit that stands already: whether it had to guess its foot.
+      const double unseen_m = UnseenFoot_m(thing, part);
+      if (unseen_m < kStandingGap_m) continue;
+      Upright seen_part = *upright;
+      seen_part.half_length_m -= 0.5 * unseen_m;
+      if (IsHidden(LookAtSupplied(part, seen_part, unseen_m, sight, tolerance_m))) {
+        part.role = PartRole::kCompleted;
+      }
       continue;
     }
+    std::optional<ShapePart> longer = LongerBelow(part, *upright, gap_m);
+    if (!longer || ShowsItselfBelow(thing, part, *longer, *upright, gap_m)) continue;
+    if (!IsHidden(LookAtSupplied(*longer, *upright, gap_m, sight, tolerance_m))) continue;
     longer->role = PartRole::kCompleted;
     if (longer->fit) {
       longer->fit->observed_fraction *= SurfaceArea_m2(part.shape) / SurfaceArea_m2(longer->shape);

@@ -24,7 +24,8 @@ struct StandingThing {
 //   - the object shows nothing of its own below the solid, which would be what it stands on, but on
 //     that wall.
 // Their observed fraction is from then on that of the longer solid. What ends within 3 mm of it
-// already, lies, leans, or ends below stays as it is. `shapes` are in the level frame.
+// already is COMPLETED as it is where the same is true of 30 mm or more of its foot that no point
+// shows; what lies, leans, or ends below stays as it is. `shapes` are in the level frame.
 void CompleteHidden(const StandingThing& thing, const SightMap& sight,
                     std::vector<ShapePart>& shapes);
 

@@ -151,7 +151,7 @@ Solid MakeBox(const BoxFaces& faces, const std::vector<ShapeFit>& fits, const Fi
   Vector3 low, high;
   bool bottom_seen = false;
   for (int k = 0; k < 3; ++k) {
-    const Interval extent = ExtentAlong(R.col(k), context.points, solid.inliers);
+    const Interval extent = ExtentAlong(R.col(k), context.points, solid.inliers, Density::kFading);
     low(k) = extent.low_m, high(k) = extent.high_m;
     for (std::size_t face : faces) {
       const double along = PlaneOf(fits[face]).normal.dot(R.col(k));

@@ -21,9 +21,9 @@ namespace {
 
 constexpr double kLeastExplained = 0.9;  // of the points; what is left of them is meshed
 // Of the value of a solid, that another one of its kind has that is preferred: faces that were
-// taken for the whole, walls that were cut off. What differs by less is known better from its
-// faces.
-constexpr double kMuchBetter = 0.6;
+// taken for the whole, and what has a lid and rays beside it, which say more of its width than its
+// wall does. What differs by less is known better from its faces, and a ball is all wall.
+constexpr double kMuchBetter = 0.8, kBetterWithLid = 0.9;
 constexpr double kPositive = 3;  // evidence, as kDecisive is (Kass and Raftery 1995)
 // Twice the logarithm of how many things stand for each that lies on its side; chosen.
 constexpr double kLyingPrior = 4;
@@ -190,6 +190,12 @@ struct Rival {
     return its_value < value - (fit.parameters.size() < parameters ? 0 : kPositive);
   }
 };
+
+double MostOfValue(const WholeFit& fit) {
+  const ShapeKind kind = KindOf(fit.solid.shape);
+  const bool has_lid = kind == ShapeKind::kCylinder || kind == ShapeKind::kCone;
+  return has_lid ? kBetterWithLid : kMuchBetter;
+}
 
 bool IsAlready(const std::vector<Solid>& solids, const Shape& shape) {
   return solids.size() == 1 && KindOf(solids.front().shape) == KindOf(shape);
@@ -360,7 +366,8 @@ std::optional<WholeFit> BetterSolid(const FitContext& context, const std::vector
     }
   }
   if (best && of_same_kind.IsBeatenBy(best->fit, best->value)) return std::move(best->fit);
-  if (same && same->value < kMuchBetter * assembled.value && IsCredible(same->fit, context)) {
+  if (same && same->value < MostOfValue(same->fit) * assembled.value &&
+      IsCredible(same->fit, context)) {
     return std::move(same->fit);
   }
   return std::nullopt;

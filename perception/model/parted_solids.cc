@@ -41,7 +41,8 @@ constexpr double kLeastPart = 150;        // measured points; smaller ones are l
 constexpr std::size_t kHullPoints = 192;  // of a part: its outline is known to a few pixels
 constexpr double kLeastShare = 0.05;      // of a part, on either side
 constexpr std::size_t kMostCuts = 4;      // that are tried of a part
-constexpr double kOtherCut = 0.1;         // of the points, on another side
+// Of the points, on another side: of another cut, and of the same but beside it.
+constexpr double kOtherCut = 0.1, kBesideCut = 0.05;
 // Of what the hull from above holds up to the top: things side by side leave gaps, or differ in height.
 constexpr double kMostLeft = 0.97;
 
@@ -50,6 +51,18 @@ struct Cut {
   double offset_m = 0;
   double left = 1;  // what both sides hold, of what all hold
   std::bitset<kHullPoints> side;
+
+  // The share of the points that are on another side of the other cut.
+  double Apart(const Cut& other, std::size_t points) const {
+    const std::size_t differ = (side ^ other.side).count();
+    return static_cast<double>(std::min(differ, points - differ)) / static_cast<double>(points);
+  }
+};
+
+// With the one that leaves the least of those beside it: what both leave may differ by noise alone.
+struct Candidate {
+  Cut cut;
+  std::optional<Cut> beside;
 };
 
 double HullArea_m2(std::vector<Vector2> points) {
@@ -85,14 +98,14 @@ class Plan {
 };
 
 // Those that leave the least, each other than the ones before.
-std::vector<Cut> CutsOf(const Members& part, const Plan& plan) {
+std::vector<Candidate> CutsOf(const Members& part, const Plan& plan) {
   std::vector<Vector3> points;
   for (std::uint32_t i : Thinned(part, kHullPoints)) points.push_back(plan.Above(i));
   const double all_m3 = Held_m3(points);
   const auto least = std::max<std::size_t>(
       3, static_cast<std::size_t>(kLeastShare * static_cast<double>(points.size())));
   std::vector<Cut> cuts;
-  if (!(all_m3 > 0)) return cuts;
+  if (!(all_m3 > 0)) return {};
   for (int k = 0; k < kYaws; ++k) {
     const double yaw_rad = k * std::numbers::pi / kYaws;
     Cut cut{.normal = Vector2(std::cos(yaw_rad), std::sin(yaw_rad)), .side = {}};
@@ -117,15 +130,16 @@ std::vector<Cut> CutsOf(const Members& part, const Plan& plan) {
   }
   std::stable_sort(cuts.begin(), cuts.end(),
                    [](const Cut& a, const Cut& b) { return a.left < b.left; });
-  std::vector<Cut> best;
+  std::vector<Candidate> best;
   for (const Cut& cut : cuts) {
-    if (best.size() == kMostCuts) break;
-    const bool is_other = std::ranges::all_of(best, [&](const Cut& known) {
-      const std::size_t differ = (cut.side ^ known.side).count();
-      const std::size_t apart = std::min(differ, points.size() - differ);
-      return static_cast<double>(apart) > kOtherCut * static_cast<double>(points.size());
+    const auto known = std::ranges::find_if(best, [&](const Candidate& candidate) {
+      return candidate.cut.Apart(cut, points.size()) <= kOtherCut;
     });
-    if (is_other) best.push_back(cut);
+    if (known == best.end()) {
+      if (best.size() < kMostCuts) best.push_back({cut, {}});
+    } else if (!known->beside && known->cut.Apart(cut, points.size()) > kBesideCut) {
+      known->beside = cut;
+    }
   }
   return best;
 }
@@ -191,33 +205,50 @@ class Parting {
            (1 - kLeastExplained) * static_cast<double>(c_.points.size());
   }
 
+  std::array<Part, 2> SidesOf(const Cut& cut, const Members& open) {
+    std::array<Part, 2> sides;
+    for (std::uint32_t i : open) {
+      sides[cut.normal.dot(plan_.At(i)) > cut.offset_m ? 1 : 0].members.push_back(i);
+    }
+    FitEach(sides);
+    return sides;
+  }
+
   // Both sides of the cut that leaves each of them accounted for, the best such cut; else, of the
   // sides that are, the one of most points.
   std::vector<Part> SolidsBesideACut(const Members& open) {
     std::vector<Part> best;
     double best_value = std::numeric_limits<double>::infinity();
-    for (const Cut& cut : CutsOf(open, plan_)) {
+    const auto offer = [&](std::array<Part, 2> sides) {
+      const double value = ValueOf({sides[0].fit->solid, sides[1].fit->solid}, open);
+      if (value >= best_value - kDecisive) return;  // cuts that leave less come first
+      best_value = value;
+      best.clear();
+      std::ranges::move(sides, std::back_inserter(best));
+    };
+    std::vector<Cut> beside;
+    for (const Candidate& candidate : CutsOf(open, plan_)) {
       if (fits_ >= kMostFits) break;
-      std::array<Part, 2> sides;
-      for (std::uint32_t i : open) {
-        sides[cut.normal.dot(plan_.At(i)) > cut.offset_m ? 1 : 0].members.push_back(i);
-      }
-      FitEach(sides);
+      std::array<Part, 2> sides = SidesOf(candidate.cut, open);
       if (sides[0].fit && sides[1].fit) {
-        const double value = ValueOf({sides[0].fit->solid, sides[1].fit->solid}, open);
-        if (value < best_value - kDecisive) {  // cuts that leave less come first
-          best_value = value;
-          best.clear();
-          std::ranges::move(sides, std::back_inserter(best));
-        }
-      } else if (best.size() < 2) {
-        for (Part& side : sides) {
-          if (!side.fit) continue;
-          if (best.empty() || TellsMore(side, best[0])) best = {side};
-        }
-        // Of 89 objects that could be cut, 88 had a solid beside the cut that leaves the least.
-        if (best.empty()) return best;
+        offer(std::move(sides));
+        continue;
       }
+      if (candidate.beside) beside.push_back(*candidate.beside);
+      if (best.size() == 2) continue;
+      for (Part& side : sides) {
+        if (!side.fit) continue;
+        if (best.empty() || TellsMore(side, best[0])) best = {side};
+      }
+      // Of 89 objects that could be cut, 88 had a solid beside the cut that leaves the least.
+      if (best.empty()) return best;
+    }
+    if (best.size() < 2) return best;
+    // Two solids do: the cut that missed the true border by little may have been the better one.
+    for (const Cut& cut : beside) {
+      if (fits_ >= kMostFits) break;
+      std::array<Part, 2> sides = SidesOf(cut, open);
+      if (sides[0].fit && sides[1].fit) offer(std::move(sides));
     }
     return best;
   }

@@ -10,7 +10,7 @@ namespace {
 
 // Of those about the object, and of all: hardly any thing hangs so high above what it stands on that
 // the second says more.
-constexpr std::size_t kMostRaysAbout = 160, kMostRays = 480;
+constexpr std::size_t kMostRaysAbout = 320, kMostRays = 960;
 constexpr double kPlaceSpacing_m = 0.008;  // six places span 4 cm: fits move by less
 constexpr double kNearestWithin_m = 0.0004;
 constexpr double kGolden = 0.6180339887498949;  // the golden section's share
@@ -67,6 +67,12 @@ FreeRays RaysPast(const ModelPoints& points, const Ground& ground, const Passing
   out.rays.resize((out.rays.size() + stride - 1) / stride);
   out.weight = passing.weight * static_cast<double>(stride);
   return out;
+}
+
+bool MayComeNear(const Vector3& middle, double radius_m, const FreeRay& ray) {
+  const Vector3 way = ray.p.back() - ray.p.front(), from = middle - ray.p.front();
+  const double at = std::clamp(way.dot(from) / way.squaredNorm(), 0.0, 1.0);
+  return (from - at * way).squaredNorm() <= radius_m * radius_m;
 }
 
 NearestPlace NearestTo(const DistanceToShape& distance_m, const Pose& X_SR, const FreeRay& ray) {

@@ -39,6 +39,9 @@ struct FreeRays {
 // below as there are per view of those about it.
 FreeRays RaysPast(const ModelPoints& points, const Ground& ground, const PassingRays& passing);
 
+// Whether any of the ray is within that of a place: tells most rays from a solid's bounding sphere.
+bool MayComeNear(const Vector3& middle, double radius_m, const FreeRay& ray);
+
 // Where a ray is deepest in a convex solid or, outside, nearest to it.
 struct NearestPlace {
   double clearance_m = 0;       // signed distance to the surface, negative inside

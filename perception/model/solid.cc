@@ -14,13 +14,25 @@ constexpr double kExtentBin_m = 0.004;  // about two standard deviations of the 
 constexpr int kMostBins = 128;          // half a metre in bins of that width; wider ones beyond
 constexpr int kFewestBins = 6;          // shorter than 24 mm: the ends are all there is
 
+// Of the bins behind one, in the 32 mm next to it: a face that leads away from the sensor has ever
+// fewer points in as much length. No more than in all, where another face adds to its own, and no
+// less than half of that, where stray points follow each other.
+double TypicalBehind(const std::vector<double>& counts, std::size_t bin, double typical) {
+  constexpr std::ptrdiff_t kBins = 8;
+  const auto begin = counts.begin() + static_cast<std::ptrdiff_t>(bin) + 1;
+  const std::vector<double> behind(begin, begin + std::min(kBins, counts.end() - begin));
+  return behind.empty() ? typical : std::clamp(Quantile(behind, 0.5), 0.5 * typical, typical);
+}
+
 // From the first bin on, where an edge of full density would lie that holds as many points as the
 // ragged one: points scatter beyond an edge as much as they are missing before it.
-double RaggedEnd_m(const std::vector<double>& counts, double typical, double width_m) {
-  double outside = 0;
+double RaggedEnd_m(const std::vector<double>& counts, double width_m, Density density) {
+  const double of_all = std::max(1.0, Quantile(counts, 0.5));
   for (std::size_t k = 0; k < counts.size(); ++k) {
-    outside += std::min(counts[k], typical);
+    const double typical = density == Density::kEven ? of_all : TypicalBehind(counts, k, of_all);
     if (counts[k] < 0.5 * typical) continue;
+    double outside = 0;
+    for (std::size_t j = 0; j <= k; ++j) outside += std::min(counts[j], typical);
     return static_cast<double>(k + 1) * width_m - std::min(outside / typical, 2.0) * width_m;
   }
   return 0;
@@ -63,7 +75,7 @@ double LowestHeight_m(const Solid& solid, const Ground& ground) {
 }
 
 Interval ExtentAlong(const Vector3& direction, const ModelPoints& points,
-                     const std::vector<std::uint32_t>& listed) {
+                     const std::vector<std::uint32_t>& listed, Density density) {
   std::vector<double> values;
   values.reserve(listed.size());
   for (std::uint32_t i : listed) values.push_back(direction.dot(points.p[i]));
@@ -76,10 +88,9 @@ Interval ExtentAlong(const Vector3& direction, const ModelPoints& points,
   for (double v : values) {
     counts[static_cast<std::size_t>(std::min(bins - 1.0, (v - least_m) / width_m))] += 1;
   }
-  const double typical = std::max(1.0, Quantile(counts, 0.5));
-  const double low_m = RaggedEnd_m(counts, typical, width_m);
+  const double low_m = RaggedEnd_m(counts, width_m, density);
   std::reverse(counts.begin(), counts.end());
-  const double high_m = length_m - RaggedEnd_m(counts, typical, width_m);
+  const double high_m = length_m - RaggedEnd_m(counts, width_m, density);
   if (!(high_m > low_m)) return {least_m, least_m + length_m};
   return {least_m + low_m, least_m + high_m};
 }

@@ -44,13 +44,16 @@ inline constexpr double kStandingGap_m = 0.03;
 // Lowest point of a convex solid or plate along -up.
 double LowestHeight_m(const Solid& solid, const Ground& ground);
 
-// Interval that the listed points fill along a unit direction, for faces and walls of about even
-// density: each end lies where a sharp edge would hold the points that noise scatters about it.
+// Of points along a face: about even, or less and less away from the sensor, down to half.
+enum class Density { kEven, kFading };
+
+// Interval that the listed points fill along a unit direction, for faces and walls of such density:
+// each end lies where a sharp edge would hold the points that noise scatters about it.
 struct Interval {
   double low_m = 0, high_m = 0;
   double length_m() const { return high_m - low_m; }
 };
 Interval ExtentAlong(const Vector3& direction, const ModelPoints& points,
-                     const std::vector<std::uint32_t>& listed);
+                     const std::vector<std::uint32_t>& listed, Density density = Density::kEven);
 
 }  // namespace cwm::perception

@@ -73,19 +73,19 @@ TEST(RaysPast, AskForAGround) {
 TEST(RaysPast, ThinManyAndKeepTheirWeight) {
   const ModelPoints points = DiscAtHeight();
   PassingRays many;
-  for (int k = 0; k < 1000; ++k) {
-    many.ends.emplace_back(0.03f, 1e-5f * static_cast<float>(k), 0.0f);
+  for (int k = 0; k < 4000; ++k) {
+    many.ends.emplace_back(0.03f, 2.5e-6f * static_cast<float>(k), 0.0f);
     many.sigma_m.push_back(kSigma_m);
   }
-  many.about = 1000;
+  many.about = 4000;
   const FreeRays about = RaysPast(points, LevelGround(points), many);
-  EXPECT_LT(about.rays.size(), 200U);
-  EXPECT_NEAR(about.weight * static_cast<double>(about.rays.size()), 1000, about.weight);
-  many.about = 100;  // the others are below it: as dense as these, but for their number
+  EXPECT_LT(about.rays.size(), 800U);
+  EXPECT_NEAR(about.weight * static_cast<double>(about.rays.size()), 4000, about.weight);
+  many.about = 400;  // the others are below it: as dense as these, but for their number
   const FreeRays below = RaysPast(points, LevelGround(points), many);
-  EXPECT_LT(below.rays.size(), 500U);
+  EXPECT_LT(below.rays.size(), 2000U);
   EXPECT_GT(below.rays.size(), 2 * about.rays.size());
-  EXPECT_NEAR(below.weight * static_cast<double>(below.rays.size()), 1000, below.weight);
+  EXPECT_NEAR(below.weight * static_cast<double>(below.rays.size()), 4000, below.weight);
 }
 
 TEST(PlacedAround, KeepsToTheRayAndToWhereItIsFree) {
@@ -108,6 +108,16 @@ TEST(PlacedAround, KeepsToTheRayAndToWhereItIsFree) {
 }
 
 // A pole as thick as the way between two places of the ray is long: neither needs to be in it.
+TEST(MayComeNear, AsksForThePartOfTheLineThatTheRayIs) {
+  FreeRay ray{.p = {}, .sigma_m = kSigma_m};
+  for (int k = 0; k < kFreePlaces; ++k) ray.p[static_cast<std::size_t>(k)] = {0.1 * k, 0, 0};
+  EXPECT_TRUE(MayComeNear({0.25, 0.04, 0}, 0.05, ray));
+  EXPECT_FALSE(MayComeNear({0.25, 0.06, 0}, 0.05, ray));
+  EXPECT_FALSE(MayComeNear({-0.06, 0, 0}, 0.05, ray)) << "before it begins";
+  EXPECT_FALSE(MayComeNear({0.56, 0, 0}, 0.05, ray)) << "behind its end";
+  EXPECT_TRUE(MayComeNear({0.54, 0, 0}, 0.05, ray));
+}
+
 TEST(NearestTo, FindsTheDeepestPlaceBetweenTheOnesGiven) {
   FreeRay ray;
   for (int k = 0; k < kFreePlaces; ++k) {

@@ -45,8 +45,15 @@ ScannedObject ScanOnTable(const SimulatedObject& object, double distance_m, doub
   ScannedObject out;
   out.points.viewpoint = camera.X_WC.translation();
   const OrientedPoints& all = measured.oriented;
+  constexpr std::size_t kOneRayIn = 7;
+  out.passing.weight = kOneRayIn;
   for (std::size_t i = 0; i < all.size(); ++i) {
-    if (scan.object[all.cloud_index[i]] != 1) continue;
+    if (scan.object[all.cloud_index[i]] != 1) {
+      if (i % kOneRayIn != 0) continue;
+      out.passing.ends.push_back((camera.X_WC * all.points[i].cast<double>()).cast<float>());
+      out.passing.sigma_m.push_back(all.sigma_m[i]);
+      continue;
+    }
     out.points.points.push_back((camera.X_WC * all.points[i].cast<double>()).cast<float>());
     out.points.normals.push_back(
         (camera.X_WC.linear() * all.normals[i].cast<double>()).cast<float>());
@@ -54,6 +61,7 @@ ScannedObject ScanOnTable(const SimulatedObject& object, double distance_m, doub
     out.points.normal_sigma_rad.push_back(all.normal_sigma_rad[i]);
     out.points.cloud_index.push_back(all.cloud_index[i]);
   }
+  out.passing.about = out.passing.ends.size();
   return out;
 }
 

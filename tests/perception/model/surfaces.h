@@ -2,14 +2,16 @@
 #pragma once
 
 #include "perception/cloud/oriented_points.h"
+#include "perception/model/passing_rays.h"
 #include "perception/simulation/virtual_scanner.h"
 
 namespace cwm::perception {
 
 // One object on a table at z = 0, seen by a Kinect from `distance_m` at `elevation_rad` above the
-// table, in W: its true points with estimated normals.
+// table, in W: its true points with estimated normals, and the rays that went by to the table.
 struct ScannedObject {
   OrientedPoints points;
+  PassingRays passing;
   Pose X_WSupport = Pose::Identity();
 };
 ScannedObject ScanOnTable(const SimulatedObject& object, double distance_m, double elevation_rad,

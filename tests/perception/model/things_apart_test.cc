@@ -111,8 +111,8 @@ TEST(ModelObject, FindsBothOfTwoBoxesWhoseTopsRunIntoEachOther) {
   constexpr double kSteep_rad = 55 * std::numbers::pi / 180;
   for (std::uint64_t seed = 40; seed < 46; ++seed) {
     const ScannedObject scan = ScanOnTable(boxes, kDistance_m, kSteep_rad, seed);
-    const ObjectModel model =
-        ModelObject(scan.points, scan.X_WSupport, SensorNoise{}, ModelerOptions{});
+    const ObjectModel model = ModelObject(scan.points, scan.X_WSupport, SensorNoise{},
+                                          ModelerOptions{}, {}, scan.passing);
     ASSERT_EQ(model.shapes.size(), 2u) << seed;
     for (const ShapePart& part : model.shapes) {
       ASSERT_TRUE(std::holds_alternative<Box>(part.shape)) << seed;

@@ -13,13 +13,13 @@
 namespace cwm::server {
 namespace {
 
-absl::StatusOr<QuestionOptions> Convert(const v1::QueryOptions& options) {
+absl::StatusOr<QuestionOptions> ConvertOptions(const v1::QueryOptions& options) {
   const FieldPath root;
   return FromProto(options, root.Field("options"));
 }
 
 TEST(QueryOptions, HaveTheDocumentedDefaults) {
-  const auto options = Convert({});
+  const auto options = ConvertOptions({});
   ASSERT_TRUE(options.ok());
   EXPECT_TRUE(std::holds_alternative<Latest>(options->at_revision));
   EXPECT_EQ(options->query.engine, collision::EngineChoice::kAuto);
@@ -46,7 +46,7 @@ TEST(QueryOptions, KeepWhatIsGiven) {
   proto.mutable_time_budget()->set_nanos(5'000'000);
   proto.set_scalar(v1::SCALAR_F32);
   proto.set_result_form(v1::RESULT_FORM_ROWS);
-  const auto options = Convert(proto);
+  const auto options = ConvertOptions(proto);
   ASSERT_TRUE(options.ok()) << options.status();
   EXPECT_EQ(std::get<Exactly>(options->at_revision).revision.value, 7);
   EXPECT_EQ(options->query.engine, collision::EngineChoice::kBullet);
@@ -83,7 +83,8 @@ TEST(QueryOptions, FaultsAreNamed) {
            {[](auto& o) { o.set_scalar(static_cast<v1::Scalar>(7)); }, "options.scalar"}}) {
     v1::QueryOptions options;
     c.spoil(options);
-    EXPECT_EQ(FieldAtFault(Convert(options).status()), c.field) << Convert(options).status();
+    EXPECT_EQ(FieldAtFault(ConvertOptions(options).status()), c.field)
+        << ConvertOptions(options).status();
   }
 }
 
@@ -103,7 +104,7 @@ class Subjects : public ::testing::Test {
     const collision::WorldObjectPtr objects[] = {collision::Place(object)};
     snapshot_ = collision::WorldSnapshot({1}, objects);
   }
-  absl::StatusOr<Question> Convert(const v1::Subject& subject) {
+  absl::StatusOr<Question> ConvertOptions(const v1::Subject& subject) {
     return FromProto(subject, {snapshot_, store_, limits_}, {});
   }
 
@@ -117,26 +118,26 @@ TEST_F(Subjects, ShapesAtPoses) {
   subject.mutable_shapes()->add_shapes()->mutable_sphere()->set_radius_m(0.1);
   subject.mutable_shapes()->mutable_x_world_body()->set_data(
       BytesOf<double>({1, 0, 0, 0, 0, 0, 1, 2, 0, 0, 0, 0, 0, 1}));
-  const auto question = Convert(subject);
+  const auto question = ConvertOptions(subject);
   ASSERT_TRUE(question.ok()) << question.status();
   EXPECT_EQ(PosesOf(*question).size(), 2u);
   EXPECT_EQ(question->body.geometry->parts.size(), 1u);
   EXPECT_TRUE(question->body.self.empty());
   subject.mutable_shapes()->clear_shapes();
-  EXPECT_EQ(FieldAtFault(Convert(subject).status()), "shapes.shapes");
+  EXPECT_EQ(FieldAtFault(ConvertOptions(subject).status()), "shapes.shapes");
 }
 
 TEST_F(Subjects, AWorldObjectStandsWhereItIsUnlessPosesAreGiven) {
   v1::Subject subject;
   subject.mutable_object()->set_name("ball");
-  const auto stored = Convert(subject);
+  const auto stored = ConvertOptions(subject);
   ASSERT_TRUE(stored.ok());
   ASSERT_EQ(PosesOf(*stored).size(), 1u);
   EXPECT_EQ(PosesOf(*stored)[0].translation(), Vector3(1, 2, 3));
   EXPECT_EQ(stored->body.self, "ball");
   subject.mutable_object()->mutable_x_world_object()->set_data(
       BytesOf<double>({9, 0, 0, 0, 0, 0, 1}));
-  const auto given = Convert(subject);
+  const auto given = ConvertOptions(subject);
   ASSERT_TRUE(given.ok());
   EXPECT_EQ(PosesOf(*given)[0].translation(), Vector3(9, 0, 0));
 }
@@ -144,7 +145,7 @@ TEST_F(Subjects, AWorldObjectStandsWhereItIsUnlessPosesAreGiven) {
 TEST_F(Subjects, AnUnknownObjectIsNotFound) {
   v1::Subject subject;
   subject.mutable_object()->set_name("ghost");
-  const auto status = Convert(subject).status();
+  const auto status = ConvertOptions(subject).status();
   EXPECT_TRUE(absl::IsNotFound(status));
   EXPECT_EQ(DetailsOf(status).reason, "OBJECT_UNKNOWN");
   EXPECT_EQ(DetailsOf(status).metadata.at("object"), "ghost");
@@ -152,10 +153,10 @@ TEST_F(Subjects, AnUnknownObjectIsNotFound) {
 
 TEST_F(Subjects, PointsAndNothing) {
   v1::Subject subject;
-  EXPECT_EQ(FieldAtFault(Convert(subject).status()), "what");
+  EXPECT_EQ(FieldAtFault(ConvertOptions(subject).status()), "what");
   subject.mutable_points()->set_scalar(v1::SCALAR_F32);
   subject.mutable_points()->set_data(BytesOf<float>({1, 2, 3}));
-  const auto question = Convert(subject);
+  const auto question = ConvertOptions(subject);
   ASSERT_TRUE(question.ok());
   EXPECT_EQ(PosesOf(*question)[0].translation(), Vector3(1, 2, 3));
 }
