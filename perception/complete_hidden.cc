@@ -222,6 +222,7 @@ void CompleteHidden(const StandingThing& thing, const SightMap& sight,
     const std::optional<Upright> upright = UprightOf(part, up_L);
     if (!upright) continue;
     const double gap_m = HeightOfLowest_m(part, thing.X_LSupport);
+    if (gap_m < -kLeastGap_m) continue;
     if (gap_m < kLeastGap_m) {
       // A fit that stands already: whether it had to guess its foot.
       const double unseen_m = UnseenFoot_m(thing, part);

@@ -23,7 +23,8 @@ bool LooksFlat(const Solid& solid, const FitContext& context);
 Account AccountOf(const std::vector<Solid>& solids, const FitContext& context);
 
 // The one closed solid that accounts for the context's points better than `solids`, by more than
-// kPositive, if any does: no ray contradicts it, and it is not of the kind of the only one of them.
+// kPositive, if any does, and no ray contradicts it. Of the kind of the only one of them it must account
+// for them better by far, by a tenth where it has a lid.
 std::optional<WholeFit> BetterSolid(const FitContext& context, const std::vector<Solid>& solids);
 
 // The solid of the same kind that accounts best for other points, the context's: most of those that
@@ -34,8 +35,7 @@ std::optional<WholeFit> FittedAnew(const WholeFit& fit, const FitContext& contex
 Solid Described(WholeFit fit, const FitContext& context);
 
 // Replaces the solids of an object on a known ground by one where the criterion prefers it
-// decisively, no ray contradicts it, and it is not of the kind that the object is already. Solids that
-// overlap account for nothing.
+// decisively and no ray contradicts it, as BetterSolid does. Solids that overlap account for nothing.
 void PreferOneSolid(const FitContext& context, Assembly& assembly);
 
 }  // namespace cwm::perception

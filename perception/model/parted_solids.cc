@@ -40,7 +40,7 @@ constexpr int kYaws = 12, kOffsets = 15;
 constexpr double kLeastPart = 150;        // measured points; smaller ones are left to be meshed
 constexpr std::size_t kHullPoints = 192;  // of a part: its outline is known to a few pixels
 constexpr double kLeastShare = 0.05;      // of a part, on either side
-constexpr std::size_t kMostCuts = 4;      // that are tried of a part
+constexpr std::size_t kMostCuts = 4;      // that are tried of a part, each with one beside it
 // Of the points, on another side: of another cut, and of the same but beside it.
 constexpr double kOtherCut = 0.1, kBesideCut = 0.05;
 // Of what the hull from above holds up to the top: things side by side leave gaps, or differ in height.
@@ -221,7 +221,7 @@ class Parting {
     double best_value = std::numeric_limits<double>::infinity();
     const auto offer = [&](std::array<Part, 2> sides) {
       const double value = ValueOf({sides[0].fit->solid, sides[1].fit->solid}, open);
-      if (value >= best_value - kDecisive) return;  // cuts that leave less come first
+      if (!(value < best_value - kDecisive)) return;  // cuts that leave less come first
       best_value = value;
       best.clear();
       std::ranges::move(sides, std::back_inserter(best));

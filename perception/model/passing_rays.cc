@@ -72,7 +72,7 @@ FreeRays RaysPast(const ModelPoints& points, const Ground& ground, const Passing
 bool MayComeNear(const Vector3& middle, double radius_m, const FreeRay& ray) {
   const Vector3 way = ray.p.back() - ray.p.front(), from = middle - ray.p.front();
   const double at = std::clamp(way.dot(from) / way.squaredNorm(), 0.0, 1.0);
-  return (from - at * way).squaredNorm() <= radius_m * radius_m;
+  return !((from - at * way).squaredNorm() > radius_m * radius_m);
 }
 
 NearestPlace NearestTo(const DistanceToShape& distance_m, const Pose& X_SR, const FreeRay& ray) {

@@ -24,7 +24,8 @@ constexpr std::size_t kStartPoints = 80;  // to find the best start
 // mixed pixels ask for.
 constexpr std::array<double, 3> kScales_sigma = {10, 4, 2.5};
 // Of normal residuals in the narrowest loss: the variance that it leaves, in terms of the one that its
-// weights suggest (the mean weight is 0.80, the efficiency 0.86).
+// weights suggest (the mean weight is 0.80, the efficiency 0.86). Of residuals far wider than stated their
+// own weighted square takes its place.
 constexpr double kVariance = 0.93;
 constexpr int kFirstIterations = 3;  // of every start
 constexpr int kIterations = 8;       // per scale, of the best
@@ -278,20 +279,25 @@ double ValueOf(const Misfit& misfit, int parameters, const PointsOnGround& point
   return CriterionOf(squares / static_cast<double>(count), c.points.size(), parameters, c).value;
 }
 
-// About the solid's origin.
-double BoundingRadius_m(const Solid& solid) {
-  return 0.5 * TightBounds(solid.shape, Pose::Identity()).diagonal().norm();
-}
+// In the frame of the model points. Of a plate, whose origin may be anywhere in it, too.
+struct BoundingSphere {
+  explicit BoundingSphere(const Solid& solid) {
+    const Aabb bounds = TightBounds(solid.shape, Pose::Identity());
+    middle = solid.X_MS * bounds.center();
+    radius_m = 0.5 * bounds.diagonal().norm();
+  }
+  Vector3 middle = Vector3::Zero();
+  double radius_m = 0;
+};
 
 // Of rays that run deep in a solid, in the currency of the criterion.
 double CostOf(const Solid& solid, const FitContext& c) {
   const Pose X_SM = solid.X_MS.inverse(Eigen::Isometry);
   const DistanceToShape distance_m(solid.shape);
-  const Vector3 middle = solid.X_MS.translation();
-  const double radius_m = BoundingRadius_m(solid);
+  const BoundingSphere sphere(solid);
   double squares = 0;
   for (const FreeRay& ray : c.free.rays) {
-    if (!MayComeNear(middle, radius_m, ray)) continue;
+    if (!MayComeNear(sphere.middle, sphere.radius_m, ray)) continue;
     const double depth = Depth_sigma(NearestTo(distance_m, X_SM, ray).clearance_m, ray);
     squares += std::min(depth * depth, kTruncatedSquare);
   }
@@ -320,11 +326,10 @@ void AddRaysNear(const Solid& solid, const FitContext& c, Evidence& evidence) {
   const Pose X_SM = solid.X_MS.inverse(Eigen::Isometry);
   const Pose X_GM = evidence.points.X_MG.inverse(Eigen::Isometry);
   const DistanceToShape distance_m(solid.shape);
-  const Vector3 middle = solid.X_MS.translation();
-  const double radius_m = BoundingRadius_m(solid) + kNear_m;
+  const BoundingSphere sphere(solid);
   std::vector<Vector3> places;
   for (const FreeRay& ray : c.free.rays) {
-    if (!MayComeNear(middle, radius_m, ray)) continue;
+    if (!MayComeNear(sphere.middle, sphere.radius_m + kNear_m, ray)) continue;
     const NearestPlace nearest = NearestTo(distance_m, X_SM, ray);
     if (nearest.clearance_m > kNear_m) continue;
     FreeRay& near = evidence.rays_G.emplace_back(PlacedAround(nearest.p, ray));

@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <optional>
+#include <variant>
 
 #include "perception/interpret_scene.h"
 #include "perception/simulation/virtual_scanner.h"
@@ -13,6 +15,7 @@ namespace cwm::perception {
 namespace {
 
 constexpr double kRadius_m = 0.024, kLength_m = 0.125;
+constexpr double kPixel_m = 0.0022;  // wide, at the can
 
 SimulatedScene CanOnTable() {
   SimulatedScene scene;
@@ -59,9 +62,8 @@ TEST(CanSizes, AreToldByTheLidAndByTheRaysBesideTheCan) {
     squares += error_m * error_m;
     worst_m = std::max(worst_m, std::abs(error_m));
   }
-  // A pixel is 2.2 mm wide there. Of the wall alone: 2.2 mm rms, 4 at worst.
-  EXPECT_LT(std::sqrt(squares / kScans), 0.0012);
-  EXPECT_LT(worst_m, 0.0025);
+  EXPECT_LT(std::sqrt(squares / kScans), 0.5 * kPixel_m);
+  EXPECT_LT(worst_m, kPixel_m);
 }
 
 }  // namespace

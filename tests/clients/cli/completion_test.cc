@@ -32,9 +32,9 @@ Printed RunWords(const std::vector<std::string>& arguments) {
 // The words that may follow, one a line.
 std::string After(std::vector<std::string> words) {
   words.insert(words.begin(), "__complete");
-  const Printed outcome = RunWords(words);
-  EXPECT_EQ(outcome.code, ExitCode::kDone);
-  std::istringstream lines(outcome.out);
+  const Printed printed = RunWords(words);
+  EXPECT_EQ(printed.code, ExitCode::kDone);
+  std::istringstream lines(printed.out);
   std::string all;
   for (std::string line; std::getline(lines, line);) all += line.substr(0, line.find('\t')) + "\n";
   return all;
@@ -91,9 +91,9 @@ TEST(Completion, KnowsTheOptionsThatAreGiven) {
 
 TEST(Completion, HasAScriptForThreeShells) {
   for (const char* shell : {"bash", "zsh", "fish"}) {
-    const Printed outcome = RunWords({"completion", shell});
-    EXPECT_EQ(outcome.code, ExitCode::kDone);
-    EXPECT_THAT(outcome.out, HasSubstr("cwm __complete"));
+    const Printed printed = RunWords({"completion", shell});
+    EXPECT_EQ(printed.code, ExitCode::kDone);
+    EXPECT_THAT(printed.out, HasSubstr("cwm __complete"));
   }
   const Printed refused = RunWords({"completion", "csh"});
   EXPECT_EQ(refused.code, ExitCode::kUsage);

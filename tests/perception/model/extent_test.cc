@@ -1,9 +1,10 @@
 // How far points fill a direction.
 #include <gtest/gtest.h>
 
-#include <cmath>
+#include <cstdint>
 #include <numeric>
 #include <random>
+#include <vector>
 
 #include "perception/model/solid.h"
 
@@ -11,6 +12,8 @@ namespace cwm::perception {
 namespace {
 
 constexpr double kLength_m = 0.2;
+// Half of the bins of 4 mm in which points are counted; most of one where they are few.
+constexpr double kHalfBin_m = 0.002, kBin_m = 0.004;
 
 // Points on the x axis from 0 to kLength_m: as many at its far end, in as much length, as `far` of those
 // at its near end; each off by noise of 2 mm.
@@ -37,22 +40,23 @@ TEST(ExtentAlong, EndsWhereASharpEdgeWouldHoldThePoints) {
   const ModelPoints even = Fading(1, 4000);
   for (const Density density : {Density::kEven, Density::kFading}) {
     const Interval extent = AlongX(even, density);
-    EXPECT_NEAR(extent.low_m, 0, 0.002);
-    EXPECT_NEAR(extent.high_m, kLength_m, 0.002);
+    EXPECT_NEAR(extent.low_m, 0, kHalfBin_m);
+    EXPECT_NEAR(extent.high_m, kLength_m, kHalfBin_m);
   }
 }
 
 TEST(ExtentAlong, ReachesTheFarEndOfAFaceThatLeadsAway) {
   const ModelPoints fading = Fading(0.25, 4000);
-  EXPECT_LT(AlongX(fading, Density::kEven).high_m, kLength_m - 0.006) << "as of even density";
-  EXPECT_NEAR(AlongX(fading, Density::kFading).high_m, kLength_m, 0.003);
-  EXPECT_NEAR(AlongX(fading, Density::kFading).low_m, 0, 0.003);
+  EXPECT_LT(AlongX(fading, Density::kEven).high_m, kLength_m - 1.5 * kBin_m)
+      << "as of even density";
+  EXPECT_NEAR(AlongX(fading, Density::kFading).high_m, kLength_m, kBin_m);
+  EXPECT_NEAR(AlongX(fading, Density::kFading).low_m, 0, kBin_m);
 }
 
 TEST(ExtentAlong, IsNotLedOnByStrayPointsBeyondAnEnd) {
   ModelPoints points = Fading(0.5, 4000);
   for (int i = 0; i < 40; ++i) points.p.emplace_back(kLength_m + 0.001 * i, 0, 0);
-  EXPECT_NEAR(AlongX(points, Density::kFading).high_m, kLength_m, 0.004);
+  EXPECT_NEAR(AlongX(points, Density::kFading).high_m, kLength_m, kBin_m);
 }
 
 }  // namespace

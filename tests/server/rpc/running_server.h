@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "collision/geometry/triangle_mesh.h"
 #include "cwm/v1/admin.grpc.pb.h"
 #include "cwm/v1/error_details.pb.h"
 #include "cwm/v1/perception.grpc.pb.h"
