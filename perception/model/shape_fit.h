@@ -20,8 +20,8 @@ namespace cwm::perception {
 Vector3 CanonicalAxis(const Vector3& axis, const Vector3& up);
 
 // Of an axis that is held to up, where up is the normal of a support: the slow warp of 1.3 mm tilts
-// the plane of a table of a metre by 1.3 mm sqrt(12) / (1 m sqrt(12 independent patches)); 1.1 mrad rms are measured on simulated ones.
-// Supports of half of that are known half as well.
+// the plane of a table of a metre by 1.3 mm sqrt(12) / (1 m sqrt(12 independent patches)); measured on
+// simulated ones: 1.1 mrad rms. Smaller supports are known less well than this says.
 inline constexpr double kUpSigma_rad = 0.0013;
 
 // What fits are made from; everything outlives them.
