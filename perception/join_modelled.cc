@@ -37,6 +37,7 @@ constexpr double kLeastProlonging = 0.6;  // of them, on the prolonged surface
 constexpr std::size_t kJudged = 400;      // points, to compare with how it was
 constexpr double kLeastExplained = 0.9;   // of their points, as of any one solid
 constexpr double kLeastAlone = 0.8;  // likewise of what is prolonged; true parts had that and more
+constexpr double kThickestLid_m = 0.01;  // lone faces have 5 mm and what the noise adds
 // Of the mean square in variances: warp moves the parts apart; true parts lost 0.1.
 constexpr double kMostLoss = 0.5;
 
@@ -212,8 +213,19 @@ class Joiner {
     const SegmentedThing &first = scene_.things[a], &second = scene_.things[b];
     if (first.supported_by < 0 || first.supported_by != second.supported_by) return false;
     if (bounds_[a].exteriorDistance(bounds_[b]) > kLargestGap_m) return false;
-    return (Prolongs(modelled_[a], second) || Prolongs(modelled_[b], first)) &&
+    return (Prolongs(modelled_[a], second) || Prolongs(modelled_[b], first) || IsLidOn(a, b) ||
+            IsLidOn(b, a)) &&
            IsHiddenBetween(first.points, second.points);
+  }
+
+  // Whether the thing is a lone face that rests on the other one: of what an occluder leaves of a
+  // cup, the lid and a strip of the wall may be things apart, and a cup prolonged is no cylinder.
+  bool IsLidOn(std::size_t lid, std::size_t other) const {
+    const ModelledThing& thing = modelled_[lid];
+    if (scene_.things[lid].rests_on != static_cast<std::int32_t>(other)) return false;
+    if (!IsOneSolid(thing.model->shapes, thing.part_of_point, kLeastAlone)) return false;
+    const Aabb bounds_S = TightBounds(thing.model->shapes.front().shape, Pose::Identity());
+    return bounds_S.sizes().minCoeff() <= kThickestLid_m;
   }
 
   // Whether the thing is a solid that, prolonged, explains the other one.
