@@ -1,10 +1,12 @@
 // How well the sizes of boxes are known, and where nobody saw an end.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
 #include "perception/interpret_scene.h"
+#include "perception/simulation/random_scenes.h"
 #include "perception/simulation/virtual_scanner.h"
 
 namespace cwm::perception {
@@ -90,6 +92,24 @@ TEST(BoxSizes, AreUnknownWhereAnEndIsHidden) {
     EXPECT_EQ(box.sigma_m[0], 0) << seed << ": " << box.size_m.transpose();
     EXPECT_GT(box.sigma_m[2], 0) << seed;
   }
+}
+
+// Of the top of a large box, all of it that is seen, things in front hide a third.
+TEST(BoxSizes, AFaceThatSomethingHidesAPartOfIsABox) {
+  constexpr std::size_t kBox = 9;  // of the scene's objects
+  const SimulatedView view = RandomScene(SceneFamily::kClutter, 1104);
+  InterpretOptions options;
+  options.X_WC = view.camera.X_WC;
+  const auto found = InterpretScene(Scan(view.scene, view.camera, {.seed = 1104}).cloud, options);
+  ASSERT_TRUE(found.ok()) << found.status();
+  const Shape& shape = found->objects[0].model->shapes[0].shape;  // the largest
+  const auto* box = std::get_if<Box>(&shape);
+  ASSERT_NE(box, nullptr);
+  const Vector3& true_m = std::get<Box>(view.scene.objects[kBox].parts[0].shape).size_m;
+  const auto [shorter_m, longer_m] = std::minmax(box->size_m.x(), box->size_m.y());
+  EXPECT_NEAR(shorter_m, std::min(true_m.x(), true_m.y()), 0.006);
+  EXPECT_NEAR(longer_m, std::max(true_m.x(), true_m.y()), 0.006);
+  EXPECT_EQ(found->objects[0].model->shapes[0].role, PartRole::kCompleted);
 }
 
 }  // namespace

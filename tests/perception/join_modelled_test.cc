@@ -125,5 +125,38 @@ TEST(JoinModelled, AHandleBesideABoxOfItsHeightStaysWithItsPan) {
   EXPECT_EQ(found->objects.size(), 2u);
 }
 
+SimulatedObject Screen(double y_m, double width_m, double height_m) {
+  return Thing("screen", Box{{0.02, width_m, height_m}},
+               MakeTranslation(-0.12, y_m, 0.5 * height_m));
+}
+
+// Of an upright cup (its number is of the scene's objects) a box leaves the lid and a strip of the wall.
+TEST(JoinModelled, TheLidOfACupAndAStripOfItsWallAreOneThing) {
+  struct Cup {
+    SceneFamily family;
+    std::uint64_t seed;
+    std::int32_t object;
+  };
+  for (const auto& [family, seed, object] :
+       {Cup{SceneFamily::kClutter, 1056, 10}, Cup{SceneFamily::kTable, 1240, 1}}) {
+    const SimulatedView view = RandomScene(family, seed);
+    const SimulatedCloud scan = Scan(view.scene, view.camera, {.seed = seed});
+    InterpretOptions options;
+    options.X_WC = view.camera.X_WC;
+    const auto found = InterpretScene(scan.cloud, options);
+    ASSERT_TRUE(found.ok()) << found.status();
+    EXPECT_GT(LargestShare(scan, *found, object), 0.95);
+  }
+}
+
+// A slab that rests on a box that is less wide is another thing, of whichever little is seen.
+TEST(JoinModelled, ASlabOnABoxIsNoLidOfIt) {
+  const SimulatedScene scene{
+      {Table(), Screen(-0.06, 0.14, 0.145),
+       Thing("box", Box{{0.07, 0.07, 0.1}}, MakeTranslation(0, 0, 0.05)),
+       Thing("slab", Box{{0.12, 0.12, 0.008}}, MakeTranslation(0, 0, 0.104))}};
+  EXPECT_EQ(Interpreted(scene).objects.size(), 3u);
+}
+
 }  // namespace
 }  // namespace cwm::perception
