@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kRectangleFill = 0.85;  // a disc fills 0.79 of its square
 // Of a rectangle that something hides a part of: how much of its outline is seen at least (of lids
-// that are round 0.2 to 0.46 would be, of the faces of 20 such boxes 0.56 to 0.66), and of its area.
+// that are round 0.2 to 0.46 would be, of the faces of eight such boxes 0.56 to 0.66), and of its area.
 constexpr double kSeenOutline = 0.55;
 constexpr double kSeenArea = 0.5;
 constexpr double kOutlineFill = 0.55;  // of the hull's cells that hold points; chosen: no L
