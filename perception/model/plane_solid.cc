@@ -20,8 +20,9 @@ constexpr double kSeenOutline = 0.55;
 constexpr double kSeenArea = 0.5;
 constexpr double kOutlineFill = 0.55;  // of the hull's cells that hold points; chosen: no L
 constexpr double kCellSpacings = 2.5;  // 6 points a cell: chance leaves one of 500 empty
-// Of the rays past an object with an outline that is filled less, and of the face's points that are
-// behind it: mixed pixels. What hides the rest of a face lets no more of them through.
+// Of the rays past an object with an outline that is filled less or that is a rectangle's in part, and
+// of the face's points that are behind it: mixed pixels. What hides the rest of a face lets no more of
+// them through.
 constexpr double kMostPassed = 0.05;
 constexpr double kMostSunk_m = 0.003;  // below the ground: noise of the ground
 
@@ -116,15 +117,15 @@ Solid PlateBehind(const Matrix3& face, const ShapeFit& fit, Polygon outline, dou
   return solid;
 }
 
-// Whether rays were seen to pass the plate, to what is beside and behind the object or to the
-// object's own points behind the face; open too where no rays tell.
-bool IsOpen(const Solid& plate, const PlaneModel& plane, const FitContext& c) {
-  if (c.free.rays.empty() || PassedShare(plate, c.free) > kMostPassed) return true;
+// Whether rays were seen to pass the solid behind the face, to what is beside and behind the object or
+// to the object's own points behind the face; open too where no rays tell.
+bool IsOpen(const Solid& solid, const PlaneModel& plane, const FitContext& c) {
+  if (c.free.rays.empty() || PassedShare(solid, c.free) > kMostPassed) return true;
   std::size_t behind = 0, on = 0;
   for (std::uint32_t i = 0; i < c.points.size(); ++i) {
     const double off_m = plane.Distance_m(c.points.p[i]);
     on += std::abs(off_m) <= c.points.gate_m[i];
-    behind += off_m < -c.points.gate_m[i] && Enters(plate, c.points.viewpoint, c.points.p[i]);
+    behind += off_m < -c.points.gate_m[i] && Enters(solid, c.points.viewpoint, c.points.p[i]);
   }
   return static_cast<double>(behind) > kMostPassed * static_cast<double>(on);
 }
@@ -147,7 +148,7 @@ double SharedOutline(const Polygon& hull, const Rectangle& rectangle, double tol
   return shared_m / (2 * rectangle.bounds.sizes().sum());
 }
 
-// Of which the hull is what something in front leaves.
+// Of which the hull may be what something in front leaves: the one that shares most of its outline.
 std::optional<Rectangle> PartlyHiddenRectangle(const Polygon& hull, double tolerance_m) {
   std::optional<Rectangle> best;
   double most = kSeenOutline;
@@ -210,11 +211,9 @@ std::optional<Solid> MakePlaneSolid(const ShapeFit& fit, const FitContext& conte
   const double thickness_m = Thickness_m(plane, ground);
   const bool is_filled =
       FilledArea_m2(flat, kCellSpacings * context.points.spacing_m) >= kOutlineFill * hull_area;
-  if (!is_filled && IsOpen(PlateBehind(face, fit, hull, thickness_m, context), plane, context)) {
-    return std::nullopt;
-  }
-  const Rectangle smallest = SmallestRectangle(hull);
   Solid solid = PlateBehind(face, fit, hull, thickness_m, context);
+  if (!is_filled && IsOpen(solid, plane, context)) return std::nullopt;
+  const Rectangle smallest = SmallestRectangle(hull);
   if (hull_area >= kRectangleFill * smallest.area_m2()) {
     std::optional<Solid> box = BoxOver(smallest, face, fit, thickness_m, context, ground);
     if (!box) return std::nullopt;

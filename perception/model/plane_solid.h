@@ -27,9 +27,10 @@ struct Rectangle {
 Rectangle SmallestRectangle(const Polygon& hull);
 
 // A box where the outline is about a rectangle, or most of a rectangle's whose rest something hides
-// (COMPLETED: no ray passed it); else a plate over its convex hull; the top (seen) face where it was
-// measured. What would be below the ground is cut off. Nothing where the points do not fill their
-// outline though rays were seen to pass the rest of it: such a face is better meshed.
+// (COMPLETED; no more rays pass it than are mixed pixels); else a plate over its convex hull; the top
+// (seen) face where it was measured. What would be below the ground is cut off. Nothing where the
+// points do not fill their outline though rays were seen to pass the rest of it: such a face is better
+// meshed.
 std::optional<Solid> MakePlaneSolid(const ShapeFit& fit, const FitContext& context,
                                     const Ground& ground);
 
