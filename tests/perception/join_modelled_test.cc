@@ -152,10 +152,13 @@ TEST(JoinModelled, TheLidOfACupAndAStripOfItsWallAreOneThing) {
 // A slab that rests on a box that is less wide is another thing, of whichever little is seen.
 TEST(JoinModelled, ASlabOnABoxIsNoLidOfIt) {
   const SimulatedScene scene{
-      {Table(), Screen(-0.06, 0.14, 0.145),
+      {Table(), Screen(-0.06, 0.14, 0.12),
        Thing("box", Box{{0.07, 0.07, 0.1}}, MakeTranslation(0, 0, 0.05)),
-       Thing("slab", Box{{0.12, 0.12, 0.008}}, MakeTranslation(0, 0, 0.104))}};
-  EXPECT_EQ(Interpreted(scene).objects.size(), 3u);
+       Thing("slab", Box{{0.11, 0.11, 0.008}}, MakeTranslation(0, 0, 0.104))}};
+  const SceneInterpretation found = Interpreted(scene);
+  EXPECT_EQ(found.objects.size(), 3u);
+  const auto on_another = [](const DetectedObject& object) { return object.rests_on >= 0; };
+  EXPECT_EQ(std::ranges::count_if(found.objects, on_another), 1);
 }
 
 }  // namespace
