@@ -21,63 +21,6 @@ std::vector<float> Ranges(const OrientedPoints& nodes, const Work& work) {
 
 float Square(float x) { return x * x; }
 
-struct CellLinks {
-  std::vector<std::uint32_t> links;
-  std::vector<std::array<std::uint32_t, 2>> pairs;
-};
-
-// A surface has 19 cells between two and three cells away from one of its own, the corner of a room
-// three times as many. What has more fills space: nothing bends there, and its pairs would take a
-// hundred times the work.
-constexpr std::size_t kMostAround = 60;
-
-// The best opposite of each node around `center`: nearest to straight across, at least 150 degrees
-// apart.
-std::vector<std::array<std::uint32_t, 2>> OppositePairs(const OrientedPoints& nodes,
-                                                        const Eigen::Vector3f& center,
-                                                        const std::vector<std::uint32_t>& around) {
-  constexpr float kLeastAcross_cos = -0.866f;
-  if (around.size() > kMostAround) return {};
-  std::vector<Eigen::Vector3f> towards;
-  towards.reserve(around.size());
-  for (std::uint32_t a : around) towards.push_back((nodes.points[a] - center).normalized());
-  std::vector<float> best(around.size(), kLeastAcross_cos);
-  std::vector<std::size_t> opposite(around.size());
-  std::iota(opposite.begin(), opposite.end(), std::size_t{0});
-  for (std::size_t a = 1; a < around.size(); ++a) {
-    for (std::size_t b = 0; b < a; ++b) {
-      const float cosine = towards[a].dot(towards[b]);
-      if (cosine < best[a]) best[a] = cosine, opposite[a] = b;
-      if (cosine < best[b]) best[b] = cosine, opposite[b] = a;
-    }
-  }
-  std::vector<std::array<std::uint32_t, 2>> pairs;
-  for (std::size_t a = 0; a < around.size(); ++a) {
-    if (around[opposite[a]] > around[a]) pairs.push_back({around[a], around[opposite[a]]});
-  }
-  return pairs;
-}
-
-// Cells that touch are linked. Opposite partners lie two to three cells away: two cells are one
-// normal neighbourhood's radius when the cells are built for it (kRadius_cells of
-// segment_scene.cc).
-CellLinks LinksOfCell(const VoxelGrid& grid, const OrientedPoints& nodes, std::size_t c) {
-  const float nearest_m2 = Square(1.9f * grid.edge_m()), farthest_m2 = Square(3.1f * grid.edge_m());
-  CellLinks found;
-  std::vector<std::uint32_t> around;
-  grid.ForEachWithin(3, grid.cell(c), [&](std::size_t other) {
-    if (other == c) return;
-    const bool touches = (grid.cell(other) - grid.cell(c)).cwiseAbs().maxCoeff() == 1;
-    if (touches) found.links.push_back(static_cast<std::uint32_t>(other));
-    const float distance_m2 = (nodes.points[other] - nodes.points[c]).squaredNorm();
-    if (distance_m2 > nearest_m2 && distance_m2 < farthest_m2) {
-      around.push_back(static_cast<std::uint32_t>(other));
-    }
-  });
-  found.pairs = OppositePairs(nodes, nodes.points[c], around);
-  return found;
-}
-
 }  // namespace
 
 SurfaceGraph SurfaceGraph::OfImage(const MeasuredPoints& measured, const Work& work) {
@@ -147,19 +90,66 @@ void SurfaceGraph::LinkPixels(const Work& work) {
               });
 }
 
+// Cells that touch are linked.
 void SurfaceGraph::LinkCells(const Work& work) {
-  std::vector<CellLinks> found(size());
-  ParallelFor(size(), 64, work, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t c = begin; c < end; ++c) found[c] = LinksOfCell(*grid_, *nodes_, c);
+  constexpr std::size_t kCellsPerPiece = 1024;  // of some 0.5 us each
+  std::vector<std::vector<std::uint32_t>> found(size() / kCellsPerPiece + 1);
+  first_link_.assign(size() + 1, 0);
+  ParallelFor(size(), kCellsPerPiece, work, [&](std::size_t begin, std::size_t end) {
+    std::vector<std::uint32_t>& links = found[begin / kCellsPerPiece];
+    for (std::size_t c = begin; c < end; ++c) {
+      grid_->ForEachWithin(1, grid_->cell(c), [&](std::size_t other) {
+        if (other != c) links.push_back(static_cast<std::uint32_t>(other));
+      });
+      first_link_[c + 1] = static_cast<std::uint32_t>(links.size());  // in its piece
+    }
   });
-  for (const CellLinks& f : found) {
-    first_link_.push_back(static_cast<std::uint32_t>(links_.size()));
-    first_pair_.push_back(static_cast<std::uint32_t>(pairs_.size()));
-    links_.insert(links_.end(), f.links.begin(), f.links.end());
-    pairs_.insert(pairs_.end(), f.pairs.begin(), f.pairs.end());
+  for (std::size_t k = 0; k < found.size(); ++k) {
+    const std::size_t begin = k * kCellsPerPiece, end = std::min(begin + kCellsPerPiece, size());
+    const auto before = static_cast<std::uint32_t>(links_.size());
+    for (std::size_t c = begin; c < end; ++c) first_link_[c + 1] += before;
+    links_.insert(links_.end(), found[k].begin(), found[k].end());
   }
-  first_link_.push_back(static_cast<std::uint32_t>(links_.size()));
-  first_pair_.push_back(static_cast<std::uint32_t>(pairs_.size()));
+}
+
+// Two to three cells away: two cells are one normal neighbourhood's radius when the cells are built
+// for it (kRadius_cells of segment_scene.cc). Of each, the best opposite: nearest to straight across,
+// at least 150 degrees apart.
+SurfaceGraph::CellPairs SurfaceGraph::PairsOfCell(std::size_t cell) const {
+  constexpr float kLeastAcross_cos = -0.866f;
+  const float nearest_m2 = Square(1.9f * grid_->edge_m());
+  const float farthest_m2 = Square(3.1f * grid_->edge_m());
+  std::array<std::uint32_t, kMostAround> around;
+  std::array<Eigen::Vector3f, kMostAround> towards;
+  std::array<float, kMostAround> best;
+  std::array<std::size_t, kMostAround> opposite;
+  std::size_t count = 0;
+  const bool fills_space = grid_->AnyWithin(3, grid_->cell(cell), [&](std::size_t other) {
+    const Eigen::Vector3f there = nodes_->points[other] - nodes_->points[cell];
+    const float distance_m2 = there.squaredNorm();
+    if (distance_m2 <= nearest_m2 || distance_m2 >= farthest_m2) return false;
+    if (count == kMostAround) return true;
+    around[count] = static_cast<std::uint32_t>(other);
+    towards[count] = there / std::sqrt(distance_m2);
+    best[count] = kLeastAcross_cos;
+    opposite[count] = count;
+    ++count;
+    return false;
+  });
+  CellPairs found;
+  if (fills_space) return found;
+  for (std::size_t a = 1; a < count; ++a) {
+    for (std::size_t b = 0; b < a; ++b) {
+      const float cosine = towards[a].dot(towards[b]);
+      if (cosine < best[a]) best[a] = cosine, opposite[a] = b;
+      if (cosine < best[b]) best[b] = cosine, opposite[b] = a;
+    }
+  }
+  for (std::size_t a = 0; a < count; ++a) {
+    if (around[opposite[a]] > around[a])
+      found.pairs[found.count++] = {around[a], around[opposite[a]]};
+  }
+  return found;
 }
 
 }  // namespace cwm::perception

@@ -60,15 +60,24 @@ class SurfaceGraph {
   void ForEachLinkedBefore(std::size_t node, F&& f) const;
 
   // f(a, b) for pairs of nodes about one normal neighbourhood away on opposite sides of this one,
-  // no depth jump between: their neighbourhoods touch, but do not overlap.
+  // no depth jump between: their neighbourhoods touch, but do not overlap. Found anew in a grid.
   template <class F>
   void ForEachOppositePair(std::size_t node, F&& f) const;
 
  private:
+  // A surface has 19 cells between two and three cells away from one of its own, the corner of a room
+  // three times as many. What has more fills space: nothing bends there.
+  static constexpr std::size_t kMostAround = 60;
+  struct CellPairs {
+    std::array<std::array<std::uint32_t, 2>, kMostAround> pairs;
+    std::size_t count = 0;
+  };
+
   std::int32_t AtPixel(int row, int column) const;
   int Reach_px(std::size_t node) const;
   void LinkPixels(const Work& work);
   void LinkCells(const Work& work);
+  CellPairs PairsOfCell(std::size_t cell) const;
 
   const MeasuredPoints* measured_ = nullptr;     // of an image
   std::shared_ptr<const SurfacePlanes> planes_;  // of an image
@@ -78,9 +87,8 @@ class SurfaceGraph {
   std::vector<std::uint8_t> beside_;         // of an image: bit k per node, linked to kBeside[k]
   std::vector<char> at_step_;                // of an image, per node
   std::array<std::ptrdiff_t, 8> step_to_{};  // of an image: pixels from a pixel to kBeside[k]
-  // Of a grid: linked cells and opposite pairs, per node from first to the next first.
-  std::vector<std::uint32_t> first_link_, links_, first_pair_;
-  std::vector<std::array<std::uint32_t, 2>> pairs_;
+  std::vector<std::uint32_t> first_link_,
+      links_;  // of a grid, per node from first to the next first
 };
 
 template <class F>
@@ -113,9 +121,8 @@ void SurfaceGraph::ForEachLinkedBefore(std::size_t node, F&& f) const {
 template <class F>
 void SurfaceGraph::ForEachOppositePair(std::size_t node, F&& f) const {
   if (grid_) {
-    for (std::uint32_t k = first_pair_[node]; k < first_pair_[node + 1]; ++k) {
-      f(pairs_[k][0], pairs_[k][1]);
-    }
+    const CellPairs found = PairsOfCell(node);
+    for (std::size_t k = 0; k < found.count; ++k) f(found.pairs[k][0], found.pairs[k][1]);
     return;
   }
   constexpr int kDirections[4][2] = {{0, 1}, {1, 0}, {1, 1}, {1, -1}};
