@@ -1,10 +1,11 @@
 #include "perception/scene/pieces.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <numbers>
-#include <optional>
 #include <queue>
 #include <tuple>
 
@@ -186,15 +187,6 @@ void SeparatePatches(const SurfaceGraph& graph, Pieces& pieces, const Work& work
   }
 }
 
-struct Claim {
-  float cost;  // distance of the node from the anchor's plane, in sigma
-  std::uint32_t node, anchor;
-  std::int32_t piece;
-  bool operator>(const Claim& other) const {
-    return std::tie(cost, node, piece) > std::tie(other.cost, other.node, other.piece);
-  }
-};
-
 // Labelled nodes claim their unlabelled neighbours; the node goes to the piece whose surface,
 // prolonged from where the claim started, passes nearest to it.
 class PieceGrower {
@@ -212,48 +204,55 @@ class PieceGrower {
   }
 
   void Grow() {
-    std::vector<Claim> first;
+    std::vector<Key> first;
     for (std::uint32_t i = 0; i < graph_.size(); ++i) {
       if (IsTaken(i)) continue;
-      std::optional<Claim> best;
+      bool is_claimed = false;
       graph_.ForEachLinked(i, [&](std::size_t j) {
         const std::int32_t piece = pieces_.of_node[j];
         if (piece == kNoPiece) return;
-        const Claim claim = ClaimOn(i, {static_cast<std::uint32_t>(j), piece});
-        if (Improves(claim)) best = claim;
+        is_claimed |= Improve(targets_[i], {static_cast<std::uint32_t>(j), piece});
       });
-      if (best) first.push_back(*best);
+      if (is_claimed) first.push_back(KeyOf(i));
     }
     claims_ = Queue(std::greater<>(), std::move(first));
     while (!claims_.empty()) {
-      const Claim claim = claims_.top();
+      const auto node = static_cast<std::uint32_t>(claims_.top());
       claims_.pop();
-      if (!IsTaken(claim.node)) Take(claim);
+      if (!IsTaken(node)) Take(node);
     }
   }
 
  private:
-  using Queue = std::priority_queue<Claim, std::vector<Claim>, std::greater<>>;
+  // In the order of their costs, whose bits are those of a number that is not negative, and then of
+  // the nodes that are claimed. By whom is told by the node: when a worse claim comes to its turn,
+  // it is taken.
+  using Key = std::uint64_t;
+  using Queue = std::priority_queue<Key, std::vector<Key>, std::greater<>>;
+
+  struct Anchor {
+    std::uint32_t node = 0;
+    std::int32_t piece = 0;
+  };
 
   // What is asked of a node that is claimed, in one place: they are asked for in no order.
   struct Target {
     Vector3f p = Vector3f::Zero();
     float sigma_m = 0;
-    // The best claim on it so far: no other one can win.
+    // The best claim on it so far: the distance from the anchor's plane, in sigma.
     float least_cost = std::numeric_limits<float>::infinity();
-    std::int32_t piece = 0;
+    Anchor anchor;
   };
   static constexpr float kTaken = -1;  // the least cost of what has its piece
 
-  struct Anchor {
-    std::uint32_t node;
-    std::int32_t piece;
-  };
-
   bool IsTaken(std::size_t node) const { return targets_[node].least_cost == kTaken; }
 
-  Claim ClaimOn(std::uint32_t to, const Anchor& anchor) const {
-    const Target& target = targets_[to];
+  Key KeyOf(std::uint32_t node) const {
+    return Key{std::bit_cast<std::uint32_t>(targets_[node].least_cost)} << 32 | node;
+  }
+
+  // True where this claim on it is the best so far.
+  bool Improve(Target& target, const Anchor& anchor) const {
     float distance;
     if (anchor.piece < pieces_.support_count) {
       distance = static_cast<float>(
@@ -262,25 +261,22 @@ class PieceGrower {
       const Vector3f& normal = graph_.nodes().normals[anchor.node];
       distance = normal.dot(target.p - targets_[anchor.node].p);
     }
-    return {std::abs(distance) / target.sigma_m, to, anchor.node, anchor.piece};
-  }
-
-  bool Improves(const Claim& claim) {
-    Target& target = targets_[claim.node];
-    if (std::tie(claim.cost, claim.piece) >= std::tie(target.least_cost, target.piece))
+    const float cost = std::abs(distance) / target.sigma_m;
+    if (std::tie(cost, anchor.piece) >= std::tie(target.least_cost, target.anchor.piece)) {
       return false;
-    target.least_cost = claim.cost;
-    target.piece = claim.piece;
+    }
+    target.least_cost = cost;
+    target.anchor = anchor;
     return true;
   }
 
-  void Take(const Claim& claim) {
-    pieces_.of_node[claim.node] = claim.piece;
-    targets_[claim.node].least_cost = kTaken;
-    graph_.ForEachLinked(claim.node, [&](std::size_t to) {
-      if (IsTaken(to)) return;
-      const Claim next = ClaimOn(static_cast<std::uint32_t>(to), {claim.anchor, claim.piece});
-      if (Improves(next)) claims_.push(next);
+  void Take(std::uint32_t node) {
+    const Anchor anchor = targets_[node].anchor;
+    pieces_.of_node[node] = anchor.piece;
+    targets_[node].least_cost = kTaken;
+    graph_.ForEachLinked(node, [&](std::size_t to) {
+      if (IsTaken(to) || !Improve(targets_[to], anchor)) return;
+      claims_.push(KeyOf(static_cast<std::uint32_t>(to)));
     });
   }
 
