@@ -194,8 +194,9 @@ class EdgeSearch {
       Meet(candidate, a.fraction, b.fraction);
       return true;
     }
-    const bool is_grazing = !b.contact && least_m <= finest_m_ &&
-                            (travel_m <= finest_m_ || plane_m >= -0.5 * finest_m_);
+    // What slides along a plane grazes as far as it stays at no gap, not where it comes near.
+    const bool slides = std::max(a.gap_m, b.gap_m) <= finest_m_ && plane_m >= -0.5 * finest_m_;
+    const bool is_grazing = !b.contact && least_m <= finest_m_ && (travel_m <= finest_m_ || slides);
     if (is_grazing || is_narrowest || (!b.contact && places_ >= kMostPlaces)) {
       const bool grazes = is_grazing && is_certain;
       open_from_ = std::min(open_from_, a.fraction);
