@@ -1,7 +1,7 @@
 #include "perception/scene/surface_graph.h"
 
 #include <algorithm>
-#include <numeric>
+#include <cmath>
 
 #include "perception/cloud/normals.h"
 #include "perception/cloud/parallel_for.h"
@@ -146,8 +146,8 @@ SurfaceGraph::CellPairs SurfaceGraph::PairsOfCell(std::size_t cell) const {
     }
   }
   for (std::size_t a = 0; a < count; ++a) {
-    if (around[opposite[a]] > around[a])
-      found.pairs[found.count++] = {around[a], around[opposite[a]]};
+    const std::uint32_t node = around[a], other = around[opposite[a]];
+    if (other > node) found.pairs[found.count++] = {node, other};
   }
   return found;
 }

@@ -87,8 +87,8 @@ class SurfaceGraph {
   std::vector<std::uint8_t> beside_;         // of an image: bit k per node, linked to kBeside[k]
   std::vector<char> at_step_;                // of an image, per node
   std::array<std::ptrdiff_t, 8> step_to_{};  // of an image: pixels from a pixel to kBeside[k]
-  std::vector<std::uint32_t> first_link_,
-      links_;  // of a grid, per node from first to the next first
+  // Of a grid: the linked cells, per node from first to the next first.
+  std::vector<std::uint32_t> first_link_, links_;
 };
 
 template <class F>

@@ -158,6 +158,16 @@ TEST(SurfaceReconstruction, WidensTheSpacingUntilTheCapHolds) {
   EXPECT_GE(surface.explained.size(), points.size() * 99 / 100);
 }
 
+// A sample of them tells by how much.
+TEST(SurfaceReconstruction, WidensTheSpacingOfManyPointsNoFartherThanTheCapAsks) {
+  const OrientedPoints points = SpherePatch(200'000, 5);
+  const SurfaceOptions options{.max_triangles = 300};
+  const Surface surface = ReconstructSurface(points, options);
+  ExpectSound(points, surface, options);
+  EXPECT_GT(surface.mesh.triangles.size(), 100U);
+  EXPECT_GE(surface.explained.size(), points.size() * 99 / 100);
+}
+
 TEST(SurfaceReconstruction, CoversALonelyPointByOneSmallTriangle) {
   const OrientedPoints points = PointsOf({{0.1F, 0.2F, 0.3F}});
   const Surface surface = ReconstructSurface(points, {});
