@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "perception/interpret_scene.h"
+#include "perception/simulation/unorganised.h"
 
 namespace cwm::benchmarks {
 namespace {
@@ -16,6 +17,13 @@ constexpr std::array<std::pair<SceneFamily, std::string_view>, 4> kFamilies = {
      {SceneFamily::kClutter, "clutter"},
      {SceneFamily::kKitchen, "kitchen"},
      {SceneFamily::kVessels, "vessels"}}};
+
+// X_BC of a camera that looks along a body's x, its rows across z.
+Pose BodyOfCamera() {
+  Pose X_BC = Pose::Identity();
+  X_BC.linear() << 0, 0, 1, -1, 0, 0, 0, -1, 0;
+  return X_BC;
+}
 
 }  // namespace
 
@@ -34,19 +42,26 @@ std::optional<SceneFamily> FamilyNamed(std::string_view name) {
   return std::nullopt;
 }
 
-absl::StatusOr<SimulatedCase> RunCase(const CaseName& name, const perception::SensorNoise& noise) {
+absl::StatusOr<SimulatedCase> RunCase(const CaseName& name, const CaseSensor& sensor) {
   SimulatedCase result;
-  result.noise = noise;
+  result.noise = sensor.noise;
   result.simulated = perception::RandomScene(name.family, name.seed);
   const perception::SimulatedView& view = result.simulated;
-  result.scan = perception::Scan(view.scene, view.camera, {.noise = noise, .seed = name.seed});
+  result.scan =
+      perception::Scan(view.scene, view.camera, {.noise = sensor.noise, .seed = name.seed});
+  if (sensor.form == CloudForm::kShuffled) result.scan = Shuffled(result.scan, name.seed);
+  // B: the frame that the interpreter is given the cloud in.
+  const Pose X_BC = sensor.form == CloudForm::kBodyImage ? BodyOfCamera() : Pose::Identity();
+  perception::PointCloud cloud = result.scan.cloud;
+  for (Eigen::Vector3f& p : cloud.points) p = (X_BC * p.cast<double>()).cast<float>();
   perception::InterpretOptions options;
   options.max_threads = 1;
-  options.noise = noise;
-  if (name.seed % 2 == 0) options.X_WC = view.camera.X_WC;
-  auto interpretation = perception::InterpretScene(result.scan.cloud, options);
+  options.noise = sensor.noise;
+  if (name.seed % 2 == 0) options.X_WC = view.camera.X_WC * X_BC.inverse();
+  auto interpretation = perception::InterpretScene(cloud, options);
   if (!interpretation.ok()) return interpretation.status();
   result.interpretation = *std::move(interpretation);
+  result.interpretation.X_WC = result.interpretation.X_WC * X_BC;
   return result;
 }
 

@@ -33,10 +33,18 @@ struct SimulatedCase {
   }
 };
 
+// How the cloud reaches the interpreter: as the image of a camera, z forward; as that of a body, x
+// forward and z up; or as points in any order.
+enum class CloudForm { kImage, kBodyImage, kShuffled };
+
+struct CaseSensor {
+  perception::SensorNoise noise = {};
+  CloudForm form = CloudForm::kImage;
+};
+
 // The sensor's noise drawn from the seed of the scene, and told to the interpreter; else its own
 // options, on one thread. The sensor's pose is given for even seeds; for odd ones nothing is, and up
 // is estimated.
-absl::StatusOr<SimulatedCase> RunCase(const CaseName& name,
-                                      const perception::SensorNoise& noise = {});
+absl::StatusOr<SimulatedCase> RunCase(const CaseName& name, const CaseSensor& sensor = {});
 
 }  // namespace cwm::benchmarks
