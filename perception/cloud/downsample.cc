@@ -32,6 +32,7 @@ void SetCell(const OrientedPoints& points, const VoxelGrid& grid, std::size_t c,
 OrientedPoints Downsample(const OrientedPoints& points, const VoxelGrid& grid, const Work& work) {
   OrientedPoints cells;
   cells.viewpoint = points.viewpoint;
+  cells.spread = points.spread;
   cells.points.resize(grid.size());
   cells.normals.assign(grid.size(), Eigen::Vector3f::Zero());
   cells.sigma_m.resize(grid.size());

@@ -41,6 +41,11 @@ CWM_LANES_INLINE Lanes Where(const LaneMask& mask, const Lanes& v) {
   return reinterpret_cast<Lanes>(mask & reinterpret_cast<LaneMask>(v));
 }
 
+CWM_LANES_INLINE Lanes Greater(const Lanes& a, const Lanes& b) {
+  const LaneMask first = a > b;
+  return Where(first, a) + Where(~first, b);
+}
+
 CWM_LANES_INLINE Lanes Absolute(const Lanes& v) {
   return reinterpret_cast<Lanes>(reinterpret_cast<LaneMask>(v) & 0x7fffffff);
 }

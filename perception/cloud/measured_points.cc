@@ -9,6 +9,7 @@
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
 #include "collision/geometry/validation.h"
+#include "perception/cloud/image_axes.h"
 #include "perception/cloud/parallel_for.h"
 #include "perception/cloud/quantile.h"
 #include "perception/cloud/voxel_grid.h"
@@ -120,8 +121,7 @@ struct Batch {
   std::size_t first;       // where its finite points begin
 };
 
-void Collect(const PointCloud& cloud, const SensorNoise& noise, const Batch& batch,
-             MeasuredPoints& measured) {
+void Collect(const PointCloud& cloud, const Batch& batch, MeasuredPoints& measured) {
   OrientedPoints& out = measured.oriented;
   std::size_t k = batch.first;
   for (std::size_t i = batch.begin; i < batch.end; ++i) {
@@ -131,14 +131,29 @@ void Collect(const PointCloud& cloud, const SensorNoise& noise, const Batch& bat
       measured.image[i] = is_finite ? static_cast<std::int32_t>(k) : MeasuredPoints::kNoReturn;
     }
     if (!is_finite) continue;
-    const float depth = cloud.organised() && p.z() > 0 ? p.z() : p.norm();
     out.points[k] = p;
     out.normals[k] =
         cloud.normals.empty() ? Eigen::Vector3f::Zero().eval() : UnitOrZero(cloud.normals[i]);
-    out.sigma_m[k] = static_cast<float>(noise.AxialSigma_m(depth));
     out.cloud_index[k] = static_cast<std::uint32_t>(i);
     ++k;
   }
+}
+
+// By depth along the optical axis, whatever axis of its frame that is; by range of what is no camera's.
+void SetSigmas(const SensorNoise& noise, const Work& work, MeasuredPoints& measured) {
+  Eigen::Vector3f forward = Eigen::Vector3f::Zero();
+  if (measured.organised()) {
+    const ImageAxes axes = AxesOf(measured);
+    if (!axes.is_all_around) forward = axes.forward.cast<float>();
+  }
+  OrientedPoints& out = measured.oriented;
+  ParallelFor(out.size(), kPointsPerPiece, work, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const float depth_m = forward.dot(out.points[i]);
+      const float away_m = depth_m > 0 ? depth_m : out.points[i].norm();
+      out.sigma_m[i] = static_cast<float>(noise.AxialSigma_m(away_m));
+    }
+  });
 }
 
 }  // namespace
@@ -148,7 +163,6 @@ absl::StatusOr<MeasuredPoints> CollectMeasured(const PointCloud& cloud, const Se
   if (absl::Status status = CheckLayout(cloud); !status.ok()) return status;
   const std::vector<Range> ranges = CountFinite(cloud, work);
   if (absl::Status status = CheckExtent(cloud, ranges); !status.ok()) return status;
-  const SensorNoise noise_of_image = NoiseIn(cloud, noise);
   MeasuredPoints measured;
   if (cloud.organised()) {
     measured.width = cloud.width;
@@ -157,9 +171,10 @@ absl::StatusOr<MeasuredPoints> CollectMeasured(const PointCloud& cloud, const Se
   }
   Resize(ranges.back().first + ranges.back().finite, measured.oriented);
   ParallelFor(cloud.size(), kPointsPerPiece, work, [&](std::size_t begin, std::size_t end) {
-    Collect(cloud, noise_of_image, {begin, end, ranges[begin / kPointsPerPiece].first}, measured);
+    Collect(cloud, {begin, end, ranges[begin / kPointsPerPiece].first}, measured);
   });
   OrientedPoints& out = measured.oriented;
+  out.spread = noise.SpreadAboutPlanes();
   if (out.points.empty()) {
     return absl::InvalidArgumentError(absl::StrCat(
         "cloud.points has ", cloud.size(), " points, none of them finite: at least one must be"));
@@ -170,6 +185,7 @@ absl::StatusOr<MeasuredPoints> CollectMeasured(const PointCloud& cloud, const Se
       measured.image.clear();
     }
   }
+  SetSigmas(NoiseIn(cloud, noise), work, measured);
   return measured;
 }
 

@@ -10,7 +10,7 @@
 namespace cwm::perception {
 
 // The neighbourhood's radius in standard deviations of the range: below 6 the normals of a Kinect
-// scatter by more than 10 degrees, above 8 creases wash out.
+// scatter by more than 10 degrees, above 8 creases wash out. Of an image no less than two pixels.
 inline constexpr float kNormalRadius_sigma = 7;
 
 // One standard deviation of a normal's angle from n correlated points spread over radius r.

@@ -5,6 +5,7 @@ namespace cwm::perception {
 OrientedPoints Subset(const OrientedPoints& all, std::span<const std::uint32_t> members) {
   OrientedPoints some;
   some.viewpoint = all.viewpoint;
+  some.spread = all.spread;
   some.points.reserve(members.size());
   some.normals.reserve(members.size());
   some.sigma_m.reserve(members.size());

@@ -2,13 +2,18 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <cstdint>
 #include <span>
 #include <vector>
 
 #include "collision/geometry/pose.h"
+#include "perception/cloud/sensor_noise.h"
 
 namespace cwm::perception {
+
+// Of tables and boards: the noise of precise sensors is less.
+inline constexpr float kUnevenness_m = 0.001f;
 
 // Structure of arrays, all of one length. The level frame L (z up,
 // the sensor at the origin or wherever `viewpoint` says) unless said otherwise.
@@ -19,8 +24,16 @@ struct OrientedPoints {
   std::vector<float> normal_sigma_rad;     // one standard deviation of the normal's angle
   std::vector<std::uint32_t> cloud_index;  // index of the point in the PointCloud
   Vector3 viewpoint = Vector3::Zero();     // position of the sensor
+  PlaneSpread spread = {};                 // of the sensor
 
   std::size_t size() const { return points.size(); }
+
+  // How far from the plane of a flat support a point of it can show, and how far most do.
+  float MostOffPlane_m(std::size_t i) const { return OffPlane_m(spread.most, sigma_m[i]); }
+  float UsuallyOffPlane_m(std::size_t i) const { return OffPlane_m(spread.usual, sigma_m[i]); }
+  static float OffPlane_m(float spread_sigma, float sigma_m) {
+    return std::max(kUnevenness_m, spread_sigma * sigma_m);
+  }
 };
 
 // The listed points, in the order of the list.

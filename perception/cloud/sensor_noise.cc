@@ -87,6 +87,22 @@ bool Triangulates(SensorModel model) {
   return model == SensorModel::kKinect || model == SensorModel::kRealSense;
 }
 
+PlaneSpread SensorNoise::SpreadAboutPlanes() const {
+  switch (model) {
+    case SensorModel::kKinect:
+      return {.most = 12, .usual = 6};
+    case SensorModel::kRealSense:
+      return {.most = 6, .usual = 4};
+    case SensorModel::kTimeOfFlight:
+    case SensorModel::kConstant:
+      return {.most = 4.5F, .usual = 3.5F};
+    case SensorModel::kTiltingLaser:
+    case SensorModel::kSickLms400:
+      return {.most = 3, .usual = 3};
+  }
+  return {};
+}
+
 double SensorNoise::WarpSigma_m() const { return Triangulates(model) ? kSlowWarp_m : 0; }
 
 }  // namespace cwm::perception

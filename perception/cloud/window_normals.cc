@@ -15,6 +15,10 @@ using IntLanes = LaneMask;
 constexpr int kSamplesAcrossRadius = 3;  // 7 x 7 pixels of a window carry what all of them do
 // A window beyond 64 pixels only occurs with the sensor on the surface.
 constexpr float kWidestWindow_px = 64;
+// Neighbours of an image with little noise lie farther apart than noise asks for: a window has 5 x 5
+// pixels at least, and their distance on a surface that is slanted by 60 degrees counts.
+constexpr float kLeastRadius_px = 2;
+constexpr float kMostSlant = 2;
 constexpr float kUnknownSigma_rad = std::numbers::pi_v<float> / 2;
 
 struct Vectors {
@@ -52,13 +56,12 @@ struct Windows {
   IntLanes radius_px, step_px;
 };
 
-CWM_LANES_INLINE Windows WindowsOf(const Lanes& radius_m, const Lanes& range_m,
-                                   float pixel_angle_rad) {
+CWM_LANES_INLINE Windows WindowsOf(const Lanes& radius_m, const Lanes& pixel_m) {
   Windows windows;
   for (int k = 0; k < kLanes; ++k) {
-    const float pixel_m = std::max(range_m[k] * pixel_angle_rad, 1e-6f);
     // Without a point px is NaN, which std::max drops.
-    const float px = std::min(std::max(1.0f, radius_m[k] / pixel_m), kWidestWindow_px);
+    const float px =
+        std::min(std::max(kLeastRadius_px, radius_m[k] / pixel_m[k]), kWidestWindow_px);
     // px / kSamplesAcrossRadius, rounded.
     const int step =
         std::max(1, static_cast<int>((2 * px + kSamplesAcrossRadius) / (2 * kSamplesAcrossRadius)));
@@ -127,10 +130,13 @@ CWM_LANES_INLINE void EstimateBlock(const PointPlanes& points, int row, int colu
   const Vectors p{LoadLanes(points.x.Row(row) + column), LoadLanes(points.y.Row(row) + column),
                   LoadLanes(points.z.Row(row) + column)};
   const Lanes sigma_m = LoadLanes(points.sigma_m.Row(row) + column);
-  const Lanes radius_m = kNormalRadius_sigma * sigma_m;
-  const Lanes reach_m = std::numbers::sqrt2_v<float> * radius_m;
   const Lanes range_m = SquareRoots(Dot(p, p));
-  const Windows windows = WindowsOf(radius_m, range_m, points.pixel_angle_rad);
+  const Lanes pixel_m = range_m * points.pixel_angle_rad;
+  const Lanes of_noise_m = kNormalRadius_sigma * sigma_m;
+  const Lanes radius_m = Greater(of_noise_m, kLeastRadius_px * pixel_m);
+  const Lanes reach_m =
+      std::numbers::sqrt2_v<float> * Greater(of_noise_m, kMostSlant * kLeastRadius_px * pixel_m);
+  const Windows windows = WindowsOf(radius_m, pixel_m);
   // Neighbours mostly have windows of one size: each size is summed once, for all who have it.
   LaneMask waiting = range_m >= Lanes{};  // not where there is no point
   WindowSums sums;

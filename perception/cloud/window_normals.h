@@ -25,7 +25,9 @@ struct RowNormals {
 
 // For each pixel the plane nearest to its neighbours along its ray (see normals.h): of 7 x 7 pixels
 // or fewer that span the radius, those count that lie within sqrt(2) times the radius, since at a
-// grazing view a window reaches farther than the radius. Entries without a point are undefined.
+// grazing view a window reaches farther than the radius. Where noise is small beside the distance of
+// pixels, the radius is two pixels, and neighbours count up to twice as far away. Entries without a
+// point are undefined.
 void EstimateRow(const PointPlanes& points, int row, RowNormals& normals);
 
 }  // namespace cwm::perception

@@ -22,7 +22,6 @@ constexpr float kDegree = std::numbers::pi_v<float> / 180;
 // A support's nodes: max(15 degrees, 3 standard deviations of the normal).
 constexpr float kSupportNormalGate_rad = 15 * kDegree;
 constexpr float kNormalGate_sigma = 3;
-constexpr float kWarp_sigma = 6;  // half of the largest: what rises more is a thing of its own
 constexpr double kLargestPatch_m2 = 0.04;      // the floor of a pot of 22 cm
 constexpr float kFlatShare = 0.9f;             // the rest may be mixed pixels
 constexpr std::size_t kNodesPerPiece = 16384;  // of work, of some 20 ns a node
@@ -107,7 +106,7 @@ std::vector<std::uint32_t> NodesWhere(std::size_t count, const Work& work, const
 }
 
 // A support seen by a real sensor is warped: level nodes that continue it evenly belong to it as
-// far as kMostWarp_sigma, beyond its 3 sigma. Steps and slopes end it.
+// far as MostOffPlane_m, beyond its 3 sigma. Steps and slopes end it.
 void FollowWarp(const SurfaceGraph& graph, const std::vector<SupportPlane>& supports,
                 const std::vector<char>& crease, SupportRelation& to_support, const Work& work) {
   const OrientedPoints& nodes = graph.nodes();
@@ -129,7 +128,7 @@ void FollowWarp(const SurfaceGraph& graph, const std::vector<SupportPlane>& supp
     graph.ForEachLinked(i, [&](std::size_t j) {
       if (!open[j]) return;
       const double other = plane.Height_m(nodes.points[j]);
-      if (std::abs(other) > kMostWarp_sigma * nodes.sigma_m[j]) return;
+      if (std::abs(other) > nodes.MostOffPlane_m(j)) return;
       if (std::abs(other - height) > nodes.sigma_m[j]) return;
       if (!IsLevel(nodes, j, up)) return;
       open[j] = 0;
@@ -363,8 +362,8 @@ void AbsorbFlatPieces(const SurfaceGraph& graph, const std::vector<SupportPlane>
     if (carrier[p] == kNoPiece) continue;
     const Plane& plane = supports[static_cast<std::size_t>(carrier[p])].plane;
     // Nothing stands below a support: there, all that warp can do is believed to be warp.
-    const double height_sigma = plane.Height_m(nodes.points[i]) / nodes.sigma_m[i];
-    flat[p] += height_sigma <= kWarp_sigma && height_sigma >= -kMostWarp_sigma;
+    const double height_m = plane.Height_m(nodes.points[i]);
+    flat[p] += height_m <= nodes.UsuallyOffPlane_m(i) && height_m >= -nodes.MostOffPlane_m(i);
   }
   std::vector<std::int32_t> renamed(carrier.size());
   std::int32_t next = pieces.support_count;

@@ -23,11 +23,6 @@ struct Plane {
 // Points belong to a plane within this many standard deviations of the range.
 inline constexpr float kPlaneGate_sigma = 3;
 
-// How far from its plane a real sensor's slow warp, its distortion and its depth's calibration can
-// show a place of a flat support: 15 mm at 0.6 m in the corners of a Kinect's view, measured on 45
-// scans of tables.
-inline constexpr float kMostWarp_sigma = 12;
-
 // The plane with the most points of `members` within 3 sigma (paper, section III step 3): sample
 // consensus over triples whose normals agree with the plane that they span, refitted to its
 // inliers. The normal points to the side of the members' normals. Nothing when no triple spans a

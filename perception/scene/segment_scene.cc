@@ -213,8 +213,10 @@ Surface LinkNodes(const MeasuredPoints& measured, const Cells* cells, const Work
 // Cells of about two pixels.
 SightMap MakeSightMap(const MeasuredPoints& measured, const Cells* cells) {
   if (!cells) return SightMap(measured.oriented, 2 * measured.pixel_angle_rad);
-  const auto range = static_cast<float>(MeanPoint(measured.oriented).norm());
-  return SightMap(cells->nodes, 2 * cells->grid.edge_m() / std::max(0.1f, range));
+  std::vector<float> ranges_m;
+  for (const Vector3f& p : cells->nodes.points) ranges_m.push_back(p.norm());
+  const float range_m = Median(std::move(ranges_m));
+  return SightMap(cells->nodes, 2 * cells->grid.edge_m() / std::max(0.1f, range_m));
 }
 
 struct Supports {

@@ -39,7 +39,7 @@ double ShareOn(const Plane& plane, const OrientedPoints& nodes, const Nodes& sam
   const Eigen::Vector3f n = plane.normal.cast<float>();
   std::size_t on = 0;
   for (std::uint32_t i : sample) {
-    on += std::abs(plane.Height_m(nodes.points[i])) <= kMostWarp_sigma * nodes.sigma_m[i] &&
+    on += std::abs(plane.Height_m(nodes.points[i])) <= nodes.MostOffPlane_m(i) &&
           nodes.normals[i].dot(n) > kNormalGate_cos;
   }
   return static_cast<double>(on) / static_cast<double>(sample.size());

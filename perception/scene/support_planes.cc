@@ -153,7 +153,7 @@ bool IsSeenUnder(const CellView& coarse, const SupportPlane& patch, const Suppor
   std::size_t under = 0;
   for (std::size_t c = 0; c < coarse.cells.size(); ++c) {
     const Vector3 place = coarse.cells.points[c].cast<double>();
-    const double depth_m = kMostWarp_sigma * coarse.cells.sigma_m[c];
+    const double depth_m = coarse.cells.MostOffPlane_m(c);
     under += patch.plane.Height_m(place) < -kBoardClearance_m &&
              support.plane.Height_m(place) > -depth_m && footprint.Covers(place);
   }
@@ -192,6 +192,7 @@ CoarseCloud SketchCoarseCloud(const MeasuredPoints& image, const Work& work) {
       std::clamp(across_px * across_px / kSketchedPerCell, 1.0f, kMostSketchStride));
   OrientedPoints some;
   some.viewpoint = all.viewpoint;
+  some.spread = all.spread;
   some.points = EveryNth(all.points, stride);
   some.normals = EveryNth(all.normals, stride);
   some.sigma_m = EveryNth(all.sigma_m, stride);

@@ -14,6 +14,9 @@ namespace {
 // Of the distance of a pixel from the tangent plane of the one beside it: on one surface, 4 pairs of
 // 1000 are farther away, by the noise of the points and of the normal.
 constexpr float kStep_sigma = 4;
+// Across the edge of a box it is as far as the pixels are apart, seen at 45 degrees, whatever the
+// noise: lower steps between two surfaces are not told from edges of one.
+constexpr float kStep_px = 1.5f;
 
 using Bytes = std::uint8_t __attribute__((vector_size(kLanes)));
 
@@ -54,6 +57,7 @@ CWM_LANES_INLINE void LinkBlock(const SurfacePlanes& planes, int row, int column
   };
   const Lanes range_m = LoadLanes(planes.range_m.Row(row) + column);
   const Lanes sigma_m = LoadLanes(planes.sigma_m.Row(row) + column);
+  const Lanes least_step_m = kStep_px * planes.pixel_angle_rad * range_m;
   const Vectors here = point(row, column), normal_here = normal(row, column);
   const LaneMask frontal_here = IsFrontal(normal_here, here, range_m);
   LaneMask linked{}, steps{};
@@ -65,9 +69,9 @@ CWM_LANES_INLINE void LinkBlock(const SurfacePlanes& planes, int row, int column
     const Lanes range_there_m = LoadLanes(planes.range_m.Row(v) + u);
     const Lanes jump_m = Absolute(range_m - range_there_m);
     const Lanes other_m = LoadLanes(planes.sigma_m.Row(v) + u);
-    const LaneMask larger = other_m > sigma_m;
-    const Lanes most_sigma_m = Where(larger, other_m) + Where(~larger, sigma_m);
-    const Lanes most_m = LargestJumps_m(most_sigma_m), step_m = kStep_sigma * most_sigma_m;
+    const Lanes most_sigma_m = Greater(other_m, sigma_m);
+    const Lanes most_m = LargestJumps_m(most_sigma_m);
+    const Lanes step_m = Greater(kStep_sigma * most_sigma_m, least_step_m);
     const Vectors normal_there = normal(v, u);
     const Lanes off_here_m = Absolute(Dot(normal_here, d));
     const Lanes off_there_m = Absolute(Dot(normal_there, d));

@@ -28,9 +28,6 @@ constexpr double kAgainstWeight = 0.1;
 
 // Of a cloud that is no image: three images of a Kinect, in a tenth of a second.
 constexpr std::size_t kMostPointsForUp = std::size_t{1} << 20;
-constexpr std::size_t kRaySample = 4096;  // tells a mean ray to a percent of the field of view
-// Rays of a camera, up to 120 degrees wide, average to more; those of a scan all around to nothing.
-constexpr float kLeastMeanRay = 0.5f;
 
 constexpr double kMostTilt_rad = 12 * kDegree;  // of level cells, as of supports
 // Flatter, a surface passes through the sensor's place, and is seen from neither side.
@@ -45,19 +42,6 @@ constexpr double kLeastStandingShare = 0.05;
 double WeightOf(double image_up) {
   if (image_up >= kLeastUpComponent) return 1;
   return image_up > -kLeastUpComponent ? kAcrossWeight : kAgainstWeight;
-}
-
-Vector3 NearestAxis(const Vector3f& direction) {
-  Eigen::Index axis = 0;
-  direction.cwiseAbs().maxCoeff(&axis);
-  Vector3 unit = Vector3::Zero();
-  unit[axis] = direction[axis] < 0 ? -1 : 1;
-  return unit;
-}
-
-Vector3f Without(Vector3f direction, const Vector3& axis) {
-  direction -= direction.dot(axis.cast<float>()) * axis.cast<float>();
-  return direction;
 }
 
 struct LevelCells {
@@ -110,36 +94,6 @@ BesidePlane CountBeside(const CoarseCloud& coarse, const Plane& plane,
 }
 
 }  // namespace
-
-ImageAxes AxesOf(const MeasuredPoints& image) {
-  const std::size_t stride = std::max<std::size_t>(1, image.image.size() / kRaySample) | 1;
-  Vector3f sum = Vector3f::Zero(), towards_top = Vector3f::Zero();
-  float count = 0, rows = 0;
-  std::vector<std::pair<float, Vector3f>> rays;  // with their rows
-  for (std::size_t i = 0; i < image.image.size(); i += stride) {
-    if (image.image[i] < 0) continue;
-    const Vector3f& point = image.oriented.points[static_cast<std::size_t>(image.image[i])];
-    const std::size_t rows_above = i / static_cast<std::size_t>(image.width);
-    const auto row = static_cast<float>(rows_above);
-    rays.emplace_back(row, point.normalized());
-    sum += rays.back().second;
-    rows += row;
-    ++count;
-  }
-  for (const auto& [row, ray] : rays) towards_top += (rows / count - row) * ray;
-  ImageAxes axes;
-  const bool is_all_around = sum.norm() < kLeastMeanRay * count;
-  const Vector3 forward = NearestAxis(sum);
-  if (!is_all_around) towards_top = Without(towards_top, forward);
-  if (!(towards_top.norm() > 0)) return axes;
-  axes.up = NearestAxis(towards_top);
-  if (!is_all_around) {
-    axes.forward = forward;
-  } else {
-    axes.forward = axes.up.x() == 0 ? Vector3(Vector3::UnitX()) : Vector3(Vector3::UnitZ());
-  }
-  return axes;
-}
 
 CoarseCloud CellsForUp(const MeasuredPoints& measured, const Work& work) {
   if (measured.organised()) return SketchCoarseCloud(measured, work);

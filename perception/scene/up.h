@@ -3,22 +3,12 @@
 
 #include <optional>
 
+#include "perception/cloud/image_axes.h"
 #include "perception/cloud/measured_points.h"
 #include "perception/cloud/work.h"
 #include "perception/scene/support_planes.h"
 
 namespace cwm::perception {
-
-// The axes of the sensor's frame that an image looks along and that its rows count against, told by
-// its rays: z and -y of an optical frame, x and z of a body's.
-struct ImageAxes {
-  Vector3 forward = Vector3::UnitZ();
-  Vector3 up = -Vector3::UnitY();
-};
-
-// In the frame that the points are in. An optical frame's where the rays do not tell. An image all
-// around looks along x, or along z where x is up.
-ImageAxes AxesOf(const MeasuredPoints& image);
 
 // The cells that up is estimated or doubted by: of some of the points.
 CoarseCloud CellsForUp(const MeasuredPoints& measured, const Work& work = {});

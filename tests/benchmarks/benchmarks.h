@@ -110,7 +110,8 @@ void MeasureMotions(Report& report);
 void MeasurePlanning(Report& report);
 
 // What was found in one of those scenes, shape by shape. Family: table, clutter, kitchen, vessels.
-void ReplayScene(const std::string& family, std::uint64_t seed, Report& report);
+void ReplayScene(const std::string& family, std::uint64_t seed, const std::string& sensor,
+                 Report& report);
 
 // The running server: scan_ms, transport_us_per_distance, query_p99_during_ingest_ratio.
 void MeasureService(Report& report);

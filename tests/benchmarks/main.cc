@@ -66,7 +66,7 @@ int Replay(const std::vector<std::string>& words) {
     return 1;
   }
   Report report;
-  cwm::benchmarks::ReplayScene(words[1], std::strtoull(words[2].c_str(), nullptr, 10), report);
+  cwm::benchmarks::ReplayScene(words[1], std::strtoull(words[2].c_str(), nullptr, 10), "", report);
   return report.failed() ? 1 : 0;
 }
 

@@ -1,6 +1,7 @@
 // The quality of perception without a server: quick to build where perception is worked on. The same
 // figures as ./dev bench perception prints.
-//   cwm-bench-quality [quick|shapes|sensors|handles|claims|scene FAMILY SEED] [--json FILE]
+//   cwm-bench-quality [quick|shapes|sensors|handles|claims|scene FAMILY SEED [SENSOR]]
+//                     [--json FILE]
 //                     [--first-seed N] [--seeds N]
 // The last two, of quick, shapes and handles, take other random scenes than those of the figures,
 // such as scenes that nobody has looked at: what was tuned on some holds only where it holds there.
@@ -76,13 +77,13 @@ void Run(const Call& call, Report& report) {
     RunSeeded(call, seeded->second, report);
   } else if (!other_seeds && part != Parts().end()) {
     part->second(report);
-  } else if (!other_seeds && words[0] == "scene" && words.size() == 3) {
-    ReplayScene(words[1], std::strtoull(words[2].c_str(), nullptr, 10), report);
+  } else if (!other_seeds && words[0] == "scene" && (words.size() == 3 || words.size() == 4)) {
+    ReplayScene(words[1], std::strtoull(words[2].c_str(), nullptr, 10),
+                words.size() == 4 ? words[3] : "", report);
   } else {
     report.Fail(
-        "takes quick, shapes, sensors, handles, claims, or scene FAMILY SEED; seeds with quick, "
-        "shapes "
-        "or handles alone");
+        "takes quick, shapes, sensors, handles, claims, or scene FAMILY SEED [SENSOR]; seeds with "
+        "quick, shapes or handles alone");
   }
 }
 

@@ -266,6 +266,27 @@ struct OtherSensor {
   const char *key, *name;
 };
 
+// RealSense and time of flight: 4 and 8 mm at 0.8 m, two and a half times and five times a Kinect's.
+const std::vector<OtherSensor>& OtherSensors() {
+  using perception::SensorModel;
+  static const std::vector<OtherSensor> sensors = {
+      {{{.model = SensorModel::kRealSense}}, "realsense", "RealSense: a tenth pixel of disparity"},
+      {{{.model = SensorModel::kTimeOfFlight}},
+       "tof",
+       "time of flight: 1 % of the depth, multipath"},
+      {{{.model = SensorModel::kTiltingLaser}},
+       "laser",
+       "a tilting laser: 18 mm, lines that jitter"},
+      {{{.model = SensorModel::kConstant, .constant_sigma_m = 1e-4}},
+       "fine",
+       "sigma given: 0.1 mm"},
+      {{{.model = SensorModel::kConstant, .constant_sigma_m = 1e-3}}, "given", "sigma given: 1 mm"},
+      {{.form = CloudForm::kShuffled}, "shuffled", "Kinect, points in any order"},
+      {{.form = CloudForm::kBodyImage}, "body", "Kinect, image in a frame with x forward, z up"},
+  };
+  return sensors;
+}
+
 void MeasureSensor(const OtherSensor& other, Report& report) {
   const std::vector<CaseName> cases =
       Cases({.first = 0, .count = 20}, {SceneFamily::kTable, SceneFamily::kClutter});
@@ -297,34 +318,24 @@ void MeasureSensor(const OtherSensor& other, Report& report) {
 
 }  // namespace
 
-// RealSense and time of flight: 4 and 8 mm at 0.8 m, two and a half times and five times a Kinect's.
 void MeasureOtherSensors(Report& report) {
-  using perception::SensorModel;
-  const std::vector<OtherSensor> sensors = {
-      {{{.model = SensorModel::kRealSense}}, "realsense", "RealSense: a tenth pixel of disparity"},
-      {{{.model = SensorModel::kTimeOfFlight}},
-       "tof",
-       "time of flight: 1 % of the depth, multipath"},
-      {{{.model = SensorModel::kTiltingLaser}},
-       "laser",
-       "a tilting laser: 18 mm, lines that jitter"},
-      {{{.model = SensorModel::kConstant, .constant_sigma_m = 1e-4}},
-       "fine",
-       "sigma given: 0.1 mm"},
-      {{{.model = SensorModel::kConstant, .constant_sigma_m = 1e-3}}, "given", "sigma given: 1 mm"},
-      {{.form = CloudForm::kShuffled}, "shuffled", "Kinect, points in any order"},
-      {{.form = CloudForm::kBodyImage}, "body", "Kinect, image in a frame with x forward, z up"},
-  };
-  for (const OtherSensor& sensor : sensors) MeasureSensor(sensor, report);
+  for (const OtherSensor& sensor : OtherSensors()) MeasureSensor(sensor, report);
 }
 
 void MeasureShapesQuickly(Report& report) { MeasureShapesOn(kSeedsOfShapesQuickly, report); }
 
-void ReplayScene(const std::string& family, std::uint64_t seed, Report& report) {
+void ReplayScene(const std::string& family, std::uint64_t seed, const std::string& sensor,
+                 Report& report) {
   const auto known = FamilyNamed(family);
   if (!known)
     return report.Fail("family is '" + family + "', must be table, clutter, kitchen or vessels");
-  const absl::StatusOr<SimulatedCase> run = RunCase({*known, seed});
+  const std::vector<OtherSensor>& others = OtherSensors();
+  const auto other = std::find_if(others.begin(), others.end(),
+                                  [&](const OtherSensor& o) { return o.key == sensor; });
+  if (!sensor.empty() && other == others.end())
+    return report.Fail("sensor is '" + sensor + "', must be a key's first word of the sensors");
+  const absl::StatusOr<SimulatedCase> run =
+      RunCase({*known, seed}, other == others.end() ? CaseSensor() : other->sensor);
   if (!run.ok()) return report.Fail(std::string(run.status().message()));
   const SceneShapes shapes = MatchShapes(run->view());
   PrintScene(shapes, run->interpretation, report);

@@ -24,7 +24,7 @@ Vector3f Ray(int u, int v) {
 
 // depth(ray) tells z along the ray, NaN for none; white noise along the ray.
 template <class Depth>
-MeasuredPoints Image(Depth&& depth, double noise_m) {
+MeasuredPoints Image(Depth&& depth, double noise_m, double told_sigma_m = kNoise_m) {
   std::mt19937 random(3);
   std::normal_distribution<double> noise(0, noise_m > 0 ? noise_m : 1);
   PointCloud cloud;
@@ -37,7 +37,7 @@ MeasuredPoints Image(Depth&& depth, double noise_m) {
     }
   }
   return *CollectMeasured(
-      cloud, SensorNoise{.model = SensorModel::kConstant, .constant_sigma_m = kNoise_m});
+      cloud, SensorNoise{.model = SensorModel::kConstant, .constant_sigma_m = told_sigma_m});
 }
 
 double Angle_rad(const Vector3f& a, const Vector3f& b) {
@@ -68,6 +68,19 @@ TEST(ImageNormals, OfANoisyPlaneStayWithinTheirStatedSigma) {
   }
   // White noise is milder than the correlated noise that sigma is stated for; two axes scatter.
   EXPECT_LT(squares, 2 * stated);
+}
+
+// Its pixels are 1.5 mm apart: more than seven standard deviations.
+TEST(ImageNormals, OfASensorWithLessNoiseThanAPixelIsWide) {
+  constexpr double kFine_m = 1e-4;
+  const Vector3f normal = Vector3f(0.3f, -0.7f, -0.7f).normalized();
+  MeasuredPoints measured = Image(PlaneDepth(normal), kFine_m, kFine_m);
+  EstimateImageNormals(measured, {.max_threads = 2});
+  for (std::size_t i = 0; i < measured.oriented.size(); ++i) {
+    EXPECT_LT(measured.oriented.normal_sigma_rad[i], 0.07);
+    EXPECT_LT(Angle_rad(measured.oriented.normals[i], normal),
+              5 * measured.oriented.normal_sigma_rad[i]);
+  }
 }
 
 TEST(ImageNormals, OfASphereArePointsMinusCenter) {

@@ -229,5 +229,13 @@ TEST(ImageAxes, AreTheOnesThatTheRaysTell) {
   EXPECT_EQ(of_body.up, Vector3::UnitZ());
 }
 
+TEST(MeasuredPoints, HaveTheNoiseOfTheirDepthWhateverAxisOfTheirFrameThatIs) {
+  const PointCloud optical = Scan(TableWithThings(), LookingDown(35 * kDegree), {}).cloud;
+  PointCloud body = optical;
+  for (Eigen::Vector3f& p : body.points) p = Eigen::Vector3f(p.z(), -p.x(), -p.y());
+  EXPECT_EQ(CollectMeasured(body, {})->oriented.sigma_m,
+            CollectMeasured(optical, {})->oriented.sigma_m);
+}
+
 }  // namespace
 }  // namespace cwm::perception
