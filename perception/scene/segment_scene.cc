@@ -29,24 +29,28 @@ constexpr float kCell_sigma = 2.7f;
 constexpr float kSmallestCell_m = 0.002f;  // a pixel at 1 m: finer cells hold single points
 // Cells grow until a cell has this many neighbours, as on a surface without gaps (8 at most).
 constexpr double kLeastNeighbours = 4;
+constexpr double kSlantedShare = 0.25;
 constexpr int kMostGrowth = 8;  // times 1.5 each: 25
 // Of normals: 2.6 cells of 2.7 sigma are the 7 sigma of an image's (kNormalRadius_sigma).
 constexpr float kRadius_cells = 2.6f;
 
-double MeanNeighbours(const VoxelGrid& grid) {
+// Of the cells on surfaces that are seen at a slant, a quarter of all: their points lie farther apart.
+double Neighbours(const VoxelGrid& grid) {
   const std::size_t stride = std::max<std::size_t>(1, grid.size() / 2000);
-  std::size_t neighbours = 0, asked = 0;
-  for (std::size_t c = 0; c < grid.size(); c += stride, ++asked) {
-    grid.ForEachWithin(1, grid.cell(c), [&](std::size_t other) { neighbours += other != c; });
+  std::vector<double> neighbours;
+  for (std::size_t c = 0; c < grid.size(); c += stride) {
+    double count = -1;  // itself
+    grid.ForEachWithin(1, grid.cell(c), [&](std::size_t) { ++count; });
+    neighbours.push_back(count);
   }
-  return static_cast<double>(neighbours) / static_cast<double>(asked);
+  return Quantile(std::move(neighbours), kSlantedShare);
 }
 
 // As fine as the noise allows, as coarse as the spacing of the points asks. Without moments.
 VoxelGrid FineCells(const OrientedPoints& points, const Work& work) {
   float edge = std::max(kSmallestCell_m, kCell_sigma * Median(points.sigma_m));
   VoxelGrid grid = VoxelGrid::BuildCells(points.points, edge, work);
-  for (int k = 0; k < kMostGrowth && MeanNeighbours(grid) < kLeastNeighbours; ++k) {
+  for (int k = 0; k < kMostGrowth && Neighbours(grid) < kLeastNeighbours; ++k) {
     edge *= 1.5f;
     grid = VoxelGrid::BuildCells(points.points, edge, work);
   }
@@ -224,8 +228,8 @@ struct Supports {
   std::vector<Placed<Plate>> plates;  // one per plane
 };
 
-// Steps 2 to 4: planes and their plates; planes that span no area are dropped. Of a cloud that is
-// no image nobody knows whether it was seen from one place.
+// Steps 2 to 4: planes and their plates; planes that span no area are dropped. Without `sight` where
+// not all was seen from one place.
 Supports FindSupports(const OrientedPoints& nodes, const CoarseCloud& coarse, const SightMap* sight,
                       const Work& work) {
   Supports found;
@@ -319,12 +323,14 @@ SegmentedScene SegmentInSteps(MeasuredPoints measured, const SegmentOptions& opt
   std::optional<Surface> surface;
   std::optional<CoarseCloud> coarse_cloud;
   std::optional<SightMap> sight_map;
+  const SightMap* from_one_place = nullptr;  // the map, where all was seen from its viewpoint
   Supports supports;
   const auto find_supports = [&] {
     DoBoth(
         work, [&] { coarse_cloud = MakeCoarseCloud(nodes, work); },
         [&] { sight_map = MakeSightMap(measured, cells); });
-    supports = FindSupports(nodes, *coarse_cloud, cells ? nullptr : &*sight_map, work);
+    if (!cells || IsSeenFromOnePlace(nodes, sight_map->pitch_rad())) from_one_place = &*sight_map;
+    supports = FindSupports(nodes, *coarse_cloud, from_one_place, work);
   };
   DoBoth(work, find_supports, [&] { surface = LinkNodes(measured, cells, work); });
   const SurfaceGraph& graph = surface->graph;
@@ -345,8 +351,8 @@ SegmentedScene SegmentInSteps(MeasuredPoints measured, const SegmentOptions& opt
 
   Collect(graph, pieces, regions, std::move(supports), cells ? &cells->grid : nullptr, scene);
   scene.up_source = BorneOut(scene);
-  BoundStructures(graph, coarse, regions, cells ? nullptr : &sight, work, scene);
-  if (cells == nullptr) scene.sight = *std::move(sight_map);
+  BoundStructures(graph, coarse, regions, from_one_place, work, scene);
+  if (from_one_place != nullptr) scene.sight = *std::move(sight_map);
   scene.points = std::move(measured.oriented);
   return scene;
 }

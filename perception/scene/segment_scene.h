@@ -53,8 +53,8 @@ struct SegmentedScene {
   std::vector<SegmentedSupport> supports;  // largest first
   std::vector<SegmentedThing> things;      // objects, largest first, then residuals
   std::vector<std::uint32_t> rejected;
-  // What was seen in each direction, in the level frame; nothing for a cloud that is no image, which
-  // may have been seen from several places.
+  // What was seen in each direction, in the level frame; nothing where not all was seen from one place
+  // (IsSeenFromOnePlace).
   std::optional<SightMap> sight;
 };
 

@@ -25,6 +25,7 @@ class SightMap {
   Visibility Look(const Eigen::Vector3f& place, float tolerance_m) const;
 
   const Eigen::Vector3f& viewpoint() const { return viewpoint_; }
+  float pitch_rad() const { return 2 / static_cast<float>(cells_per_side_); }  // of a cell, about
 
  private:
   std::size_t CellOf(const Eigen::Vector3f& direction) const;
@@ -33,5 +34,9 @@ class SightMap {
   int cells_per_side_;
   std::vector<float> nearest_m_;  // infinity where nothing was seen
 };
+
+// Whether all may have been seen from the viewpoint: few places lie behind others in its view, as they
+// do where views from elsewhere were merged. `pitch_rad` as of a map of them.
+bool IsSeenFromOnePlace(const OrientedPoints& points, float pitch_rad);
 
 }  // namespace cwm::perception

@@ -39,8 +39,9 @@ void MeasureSamples(Report& report);
 void MeasureShapes(Report& report);
 void MeasureShapesQuickly(Report& report);
 
-// The same of 40 scenes under the noise of other sensors: realsense_shape_found,
-// realsense_shape_spurious, tof_shape_found, tof_shape_spurious.
+// The same of 40 scenes under the noise of other sensors and in other forms of a cloud, *_shape_found,
+// *_shape_spurious and *_sigma_calibration: realsense, tof, laser, fine (a sigma of 0.1 mm is given),
+// given (1 mm), shuffled, merged (three places), body (x forward, z up).
 void MeasureOtherSensors(Report& report);
 
 // Handles of 100 random scenes of mugs, pans and jugs: handle_recall, handle_precision.
@@ -64,7 +65,7 @@ void MeasureGrasps(Report& report);
 void MeasureGraspsOn(const Seeds& seeds, Report& report);
 
 // Real scans through the running server and PCL's chain with the same outputs: seg_learn_wov,
-// seg_learn_fus, seg_learn_fos, seg_learn_f1, scan_ms, scan_p95_ms, pcl_full_ratio.
+// seg_learn_fus, seg_learn_fos, seg_learn_f1, scan_triangles, scan_ms, scan_p95_ms, pcl_full_ratio.
 void MeasureScans(Report& report);
 
 // Real and simulated scans: coverage, free_space_violation, shape_explained, curved_on_boxes.

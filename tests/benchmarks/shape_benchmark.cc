@@ -282,6 +282,7 @@ const std::vector<OtherSensor>& OtherSensors() {
        "sigma given: 0.1 mm"},
       {{{.model = SensorModel::kConstant, .constant_sigma_m = 1e-3}}, "given", "sigma given: 1 mm"},
       {{.form = CloudForm::kShuffled}, "shuffled", "Kinect, points in any order"},
+      {{.form = CloudForm::kThreeViews}, "merged", "Kinect, three places, registered"},
       {{.form = CloudForm::kBodyImage}, "body", "Kinect, image in a frame with x forward, z up"},
   };
   return sensors;

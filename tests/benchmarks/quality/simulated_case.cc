@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "perception/interpret_scene.h"
+#include "perception/simulation/several_views.h"
 #include "perception/simulation/unorganised.h"
 
 namespace cwm::benchmarks {
@@ -47,8 +48,10 @@ absl::StatusOr<SimulatedCase> RunCase(const CaseName& name, const CaseSensor& se
   result.noise = sensor.noise;
   result.simulated = perception::RandomScene(name.family, name.seed);
   const perception::SimulatedView& view = result.simulated;
-  result.scan =
-      perception::Scan(view.scene, view.camera, {.noise = sensor.noise, .seed = name.seed});
+  const perception::ScanOptions scanning{.noise = sensor.noise, .seed = name.seed};
+  result.scan = sensor.form == CloudForm::kThreeViews
+                    ? ScanFromSeveral(view.scene, view.camera, 3, scanning).cloud
+                    : Scan(view.scene, view.camera, scanning);
   if (sensor.form == CloudForm::kShuffled) result.scan = Shuffled(result.scan, name.seed);
   // B: the frame that the interpreter is given the cloud in.
   const Pose X_BC = sensor.form == CloudForm::kBodyImage ? BodyOfCamera() : Pose::Identity();

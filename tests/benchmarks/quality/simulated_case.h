@@ -34,8 +34,8 @@ struct SimulatedCase {
 };
 
 // How the cloud reaches the interpreter: as the image of a camera, z forward; as that of a body, x
-// forward and z up; or as points in any order.
-enum class CloudForm { kImage, kBodyImage, kShuffled };
+// forward and z up; as points in any order; or as those of three cameras, registered.
+enum class CloudForm { kImage, kBodyImage, kShuffled, kThreeViews };
 
 struct CaseSensor {
   perception::SensorNoise noise = {};

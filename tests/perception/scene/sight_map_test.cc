@@ -39,6 +39,24 @@ TEST(SightMap, KnowsNothingWhereNothingCameBack) {
   EXPECT_EQ(sight.Look({0.1f, 1, -1}, kTolerance_m), Visibility::kNoReturn);
 }
 
+// A board of 0.6 m square 1 m in front of the sensor, and of the wall what `is_seen` behind it.
+OrientedPoints WallBehindABoard(bool is_seen) {
+  OrientedPoints points;
+  const OrientedPoints wall = Wall();
+  for (const Vector3f& p : wall.points) {
+    const bool is_behind = std::abs(p.y()) < 0.6f && std::abs(p.z()) < 0.6f;
+    if (is_seen || !is_behind) points.points.push_back(p);
+    if (is_behind) points.points.push_back(p / 2);
+  }
+  points.sigma_m.assign(points.points.size(), 0.002f);
+  return points;
+}
+
+TEST(SeenFromOnePlace, IsNotWhatLiesBehindAnother) {
+  EXPECT_TRUE(IsSeenFromOnePlace(WallBehindABoard(false), kPitch_rad));
+  EXPECT_FALSE(IsSeenFromOnePlace(WallBehindABoard(true), kPitch_rad));
+}
+
 // A table's top 1 m below the sensor at the origin, seen where |y| > `half_gap`; the floor `drop`
 // below it is seen where `floor` says so.
 struct GapScene {

@@ -51,13 +51,15 @@ bool IsFrontal(const OrientedPoints& nodes, std::size_t i) {
 }
 
 // What the header says of ForEachLinked, pixel by pixel.
-bool AreLinked(const OrientedPoints& nodes, std::size_t a, std::size_t b) {
+bool AreLinked(const MeasuredPoints& measured, std::size_t a, std::size_t b) {
+  const OrientedPoints& nodes = measured.oriented;
   const float sigma = std::max(nodes.sigma_m[a], nodes.sigma_m[b]);
   const float jump = std::abs(nodes.points[a].norm() - nodes.points[b].norm());
   const Vector3f d = nodes.points[b] - nodes.points[a];
   const bool known_a = !nodes.normals[a].isZero(), known_b = !nodes.normals[b].isZero();
-  const bool off_a = known_a && std::abs(nodes.normals[a].dot(d)) > 4 * sigma;
-  const bool off_b = known_b && std::abs(nodes.normals[b].dot(d)) > 4 * sigma;
+  const float step = std::max(4 * sigma, 1.5f * measured.pixel_angle_rad * nodes.points[a].norm());
+  const bool off_a = known_a && std::abs(nodes.normals[a].dot(d)) > step;
+  const bool off_b = known_b && std::abs(nodes.normals[b].dot(d)) > step;
   const bool frontal = known_a && known_b && IsFrontal(nodes, a) && IsFrontal(nodes, b);
   if (jump <= LargestJump_m(sigma) && !(frontal ? off_a || off_b : off_a && off_b)) return true;
   return jump <= 3 * LargestJump_m(sigma) && known_a && known_b && !off_a && !off_b;
@@ -77,7 +79,7 @@ TEST(SurfaceGraph, LinksThePixelsBesideEachOtherOnOneSurfaceInTheirOrder) {
             measured.image[static_cast<std::size_t>(v) * kWidth + static_cast<std::size_t>(u)];
         if (other < 0 || static_cast<std::size_t>(other) == i) continue;
         const auto j = static_cast<std::size_t>(other);
-        AreLinked(measured.oriented, i, j) ? expected.push_back(j) : void(++gaps);
+        AreLinked(measured, i, j) ? expected.push_back(j) : void(++gaps);
       }
     }
     graph.ForEachLinked(i, [&](std::size_t j) { found.push_back(j); });
