@@ -218,9 +218,7 @@ class Checker : public ChunkWorker {
 
   RowVerdict AskPlainly(std::size_t row, const LaneOpen& open) {
     const std::span<const Pose> X_WF = placed_.Next();
-    // Lanes have told of those that are not.
-    if (!spheres_ && !batch_.rows.IsWithinLimits(row))
-      return {.verdict = Verdict::kOutOfLimits, .pair = {}};
+    if (!batch_.rows.IsWithinLimits(row)) return {.verdict = Verdict::kOutOfLimits, .pair = {}};
     search_.PlaceBody(X_WF, row, open);
     return JudgeRow(search_, batch_.options.unseen);
   }

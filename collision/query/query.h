@@ -104,7 +104,8 @@ class BodyRows {
     for (std::size_t k = 0; k < rows.size(); ++k) Place(rows[k], X_WF.subspan(k * frames, frames));
   }
   // Whether the row is a state that the body can be in: else its verdict is OUT_OF_LIMITS. Distances
-  // and contacts are told all the same.
+  // and contacts are told all the same: of a robot whose links are where worlds have no room
+  // (JointRows::RangeFault) they are worth nothing.
   virtual bool IsWithinLimits(std::size_t) const { return true; }
 };
 

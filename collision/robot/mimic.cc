@@ -36,6 +36,7 @@ class Resolver {
     if (!HasOneVariable(joint.kind)) {
       return Fault(joint, "must not be given for a joint without exactly one variable");
     }
+    if (absl::Status status = CheckSize(joint); !status.ok()) return status;
     Following following;
     const Joint* at = &joint;
     for (std::size_t steps = 0; at->mimic.has_value(); ++steps) {
@@ -51,10 +52,26 @@ class Resolver {
                                          Quoted(at->name), ", must be one with one variable"));
       }
     }
-    if (!std::isfinite(following.multiplier) || !std::isfinite(following.offset)) {
-      return Fault(joint, "leads along multipliers and offsets that overflow");
+    if (!IsInRange(following.multiplier) || !IsInRange(following.offset)) {
+      return Fault(joint, absl::StrCat("leads to ", Quoted(at->name), " by a multiplier of ",
+                                       following.multiplier, " and an offset of ", following.offset,
+                                       " along the chain, must be at most ", kLargestMimic,
+                                       " in magnitude, both"));
     }
     return std::optional<Following>(following);
+  }
+
+  static bool IsInRange(double value) { return std::abs(value) <= kLargestMimic; }  // not NaN
+
+  static absl::Status CheckSize(const Joint& joint) {
+    const auto fault = [&](const char* attribute, double value) {
+      return FaultAt(
+          absl::StrCat("urdf: joint ", Quoted(joint.name), ": mimic ", attribute, " is ", value),
+          absl::StrCat("must be at most ", kLargestMimic, " in magnitude"));
+    };
+    if (!IsInRange(joint.mimic->multiplier)) return fault("multiplier", joint.mimic->multiplier);
+    if (!IsInRange(joint.mimic->offset)) return fault("offset", joint.mimic->offset);
+    return absl::OkStatus();
   }
 
   static absl::Status Fault(const Joint& joint, const std::string& rule) {

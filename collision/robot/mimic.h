@@ -16,9 +16,12 @@ struct Following {
   double offset = 0;
 };
 
+// The greatest multiplier and offset: gears are far below, and no value of a joint overflows.
+inline constexpr double kLargestMimic = 1e6;
+
 // By joint; nothing for those that follow nobody. Chains are resolved to their end. Refuses
 // followers of an unknown joint, of one without exactly one variable, of themselves in a cycle, and
-// multipliers or offsets that overflow along a chain.
+// multipliers or offsets beyond kLargestMimic, their own or what a chain makes of them.
 absl::StatusOr<std::vector<std::optional<Following>>> ResolveMimics(const RobotDescription& robot);
 
 }  // namespace cwm::collision

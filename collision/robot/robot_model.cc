@@ -9,6 +9,7 @@
 #include "collision/robot/kinematic_tree.h"
 #include "collision/robot/mimic.h"
 #include "collision/robot/self_pairs.h"
+#include "collision/robot/state_range.h"
 #include "collision/xml/xml_element.h"
 
 namespace cwm::collision {
@@ -39,6 +40,7 @@ class ModelMaker {
     AddLinks(*tree);
     AddVariables();
     Follow(*tree, *followings);
+    if (absl::Status status = CheckReach(*model_); !status.ok()) return status;
     model_->all.variables.resize(model_->variables.size());
     for (std::size_t i = 0; i < model_->all.variables.size(); ++i) {
       model_->all.variables[i] = static_cast<int>(i);

@@ -102,8 +102,8 @@ struct RobotModel {
   std::map<std::string, int, std::less<>> group_index;
 };
 
-// `semantic` may be null. Refuses what ReadUrdf and ReadSrdf refuse of trees, mimics and names, for
-// descriptions that come from elsewhere. Positions that an SRDF gives to joints that follow others
+// `semantic` may be null. Refuses what ReadUrdf and ReadSrdf refuse of trees, reaches, mimics and names,
+// for descriptions that come from elsewhere. Positions that an SRDF gives to joints that follow others
 // are left out of its states, as are those of joints outside the state's group.
 absl::StatusOr<std::shared_ptr<const RobotModel>> MakeRobotModel(
     RobotDescription description, const SemanticDescription* semantic);
