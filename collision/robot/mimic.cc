@@ -1,5 +1,6 @@
 #include "collision/robot/mimic.h"
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <string>
@@ -88,6 +89,22 @@ class Resolver {
 
 absl::StatusOr<std::vector<std::optional<Following>>> ResolveMimics(const RobotDescription& robot) {
   return Resolver(robot).Resolve();
+}
+
+std::optional<VariableRange> Narrowed(const VariableRange& source, const Following& following,
+                                      const JointLimits& own) {
+  if (!own.lower.has_value() || !own.upper.has_value()) return source;
+  const double lower = *own.lower - kFollowerTolerance - following.offset;
+  const double upper = *own.upper + kFollowerTolerance - following.offset;
+  if (following.multiplier == 0) {
+    return lower <= 0 && upper >= 0 ? std::optional(source) : std::nullopt;
+  }
+  const double at_lower = lower / following.multiplier, at_upper = upper / following.multiplier;
+  const VariableRange both = {.lower = std::max(source.lower, std::min(at_lower, at_upper)),
+                              .upper = std::min(source.upper, std::max(at_lower, at_upper))};
+  const bool is_whole = both.lower == source.lower && both.upper == source.upper;
+  const double play = 2.01 * kFollowerTolerance / std::abs(following.multiplier);  // and rounding
+  return is_whole || both.upper - both.lower > play ? std::optional(both) : std::nullopt;
 }
 
 }  // namespace cwm::collision

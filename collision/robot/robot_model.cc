@@ -101,7 +101,8 @@ class ModelMaker {
     }
   }
 
-  // After all variables are known: a joint may follow one that comes later.
+  // After all variables are known: a joint may follow one that comes later. MoveIt looks at the limits
+  // of followers at no time; where a finger cannot be is no state, though.
   void Follow(const KinematicTree& tree, const std::vector<std::optional<Following>>& followings) {
     for (ModelLink& link : model_->links) {
       if (!link.follows) continue;
@@ -110,6 +111,20 @@ class ModelMaker {
       link.variable = model_->links[source].variable;
       link.multiplier = following.multiplier;
       link.offset = following.offset;
+      Narrow(robot_.joints[*tree.joint_of[link.urdf_index]], following,
+             model_->variables[link.variable]);
+    }
+  }
+
+  void Narrow(const Joint& follower, const Following& following, Variable& variable) {
+    const VariableRange range = {.lower = variable.lower, .upper = variable.upper};
+    const std::optional<VariableRange> narrowed = Narrowed(range, following, follower.limits);
+    if (!narrowed.has_value()) {
+      model_->contradicting.push_back(follower.name);
+    } else if (narrowed->lower != range.lower || narrowed->upper != range.upper) {
+      model_->narrowing.push_back(follower.name);
+      variable.lower = narrowed->lower;
+      variable.upper = narrowed->upper;
     }
   }
 

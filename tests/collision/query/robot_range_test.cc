@@ -1,4 +1,4 @@
-// States that a robot cannot be in, whatever the limits of its joints say.
+// States that a robot cannot be in: what its joints have no limits against, and followers do.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -6,6 +6,7 @@
 
 #include "collision/query/robot_body.h"
 #include "collision/query/sphere_check.h"
+#include "collision/robot/mimic.h"
 #include "tests/collision/query/plain_rows.h"
 #include "tests/collision/query/random_world.h"
 #include "tests/collision/robot/robot_text.h"
@@ -79,6 +80,27 @@ TEST(RobotRange, IsTheSameInLanes) {
           std::max(std::abs(base_x_m + rows[k]), std::abs(base_x_m + 1.5 * rows[k]));
       EXPECT_EQ(told.verdict[k] == Verdict::kOutOfLimits, farthest_m > 1e6) << rows[k];
     }
+  }
+}
+
+// An arm whose hand follows its elbow: by its own limits not as far as the elbow goes.
+TEST(FollowersOfARobot, HaveLimitsThatAStateMayLeave) {
+  const auto arm = Load(
+      Ball("a") + Ball("b") + Ball("c") +
+      JointText("elbow", "revolute", "a", "b",
+                "<origin xyz=\"0.5 0 0\"/><limit lower=\"-2\" upper=\"2\"/>") +
+      JointText("hand", "revolute", "b", "c",
+                "<origin xyz=\"0.5 0 0\"/><limit lower=\"-3\" upper=\"1\"/><mimic joint=\"elbow\" "
+                "multiplier=\"-2\" offset=\"0.2\"/>"));
+  std::vector<double> rows;
+  for (double elbow = -2.1; elbow < 2.1; elbow += 0.0101) rows.push_back(elbow);
+  ASSERT_GT(rows.size(), 300u) << "lanes take as many";
+  const CollisionColumns told = Check(*arm, rows);
+  for (std::size_t k = 0; k < rows.size(); ++k) {
+    const double hand = -2 * rows[k] + 0.2;
+    const bool is_inside =
+        std::abs(rows[k]) <= 2 && hand >= -3 - kFollowerTolerance && hand <= 1 + kFollowerTolerance;
+    EXPECT_EQ(told.verdict[k] != Verdict::kOutOfLimits, is_inside) << rows[k];
   }
 }
 
