@@ -180,7 +180,9 @@ struct CollisionColumns {
   std::vector<std::int32_t> object;     // WorldSnapshot::ObstacleAt, kItself; -1: no pair is named
   std::vector<std::int32_t> body_part;  // into the body's parts
   std::vector<std::int32_t> object_part;
-  std::vector<Trust> trust;   // of the pair named; of a free row, the weakest of the pairs asked
+  // Of the pair named; of a free row, the weakest of the pairs asked; of one that is not computed of
+  // no meaning, kDegraded.
+  std::vector<Trust> trust;
   std::size_t completed = 0;  // rows answered
 };
 
