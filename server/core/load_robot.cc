@@ -100,7 +100,9 @@ absl::StatusOr<std::shared_ptr<const collision::RobotGeometry>> ReadRobot(
   auto spheres = SpheresOf(files, **model, limits, stop);
   if (!spheres.ok()) return spheres.status();
   if (stop.stop_requested()) return Stopped();
-  return collision::PrepareRobot(*std::move(model), *std::move(spheres));
+  auto robot = collision::PrepareRobot(*std::move(model), *std::move(spheres), stop);
+  if (robot == nullptr) return Stopped();
+  return robot;
 }
 
 std::vector<std::string> WarningsOf(const collision::RobotGeometry& robot, bool has_srdf) {

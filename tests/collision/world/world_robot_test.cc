@@ -63,6 +63,13 @@ class WorldRobots : public ::testing::Test {
   SnapshotPtr world = std::make_shared<const WorldSnapshot>();
 };
 
+TEST(PrepareRobot, EndsWhenItIsStopped) {
+  std::stop_source stop;
+  EXPECT_NE(PrepareRobot(Arm()->model, std::nullopt, stop.get_token()), nullptr);
+  stop.request_stop();
+  EXPECT_EQ(PrepareRobot(Arm()->model, std::nullopt, stop.get_token()), nullptr);
+}
+
 TEST(PrepareRobot, MakesOnePartOfEachShapeInTheFrameOfItsLink) {
   const auto arm = Arm();
   const RobotModel& model = *arm->model;
