@@ -147,13 +147,13 @@ class PlacedRows {
   std::size_t next_ = 0, first_ = 0, placed_ = 0;
 };
 
-// Every row has a verdict, those that time does not suffice for as well.
+// Every row has a verdict, those that time does not suffice for as well. Nothing is known of them.
 CollisionColumns MakeRoom(std::size_t rows) {
   return {.verdict = std::vector<Verdict>(rows, Verdict::kNotComputed),
           .object = std::vector<std::int32_t>(rows, -1),
           .body_part = std::vector<std::int32_t>(rows, -1),
           .object_part = std::vector<std::int32_t>(rows, -1),
-          .trust = std::vector<Trust>(rows, Trust::kExact)};
+          .trust = std::vector<Trust>(rows, Trust::kDegraded)};
 }
 
 // What other threads told of rows behind an end that time has set.
@@ -163,7 +163,7 @@ void Forget(std::size_t first, CollisionColumns& columns) {
   std::fill(columns.object.begin() + from, columns.object.end(), -1);
   std::fill(columns.body_part.begin() + from, columns.body_part.end(), -1);
   std::fill(columns.object_part.begin() + from, columns.object_part.end(), -1);
-  std::fill(columns.trust.begin() + from, columns.trust.end(), Trust::kExact);
+  std::fill(columns.trust.begin() + from, columns.trust.end(), Trust::kDegraded);
 }
 
 // The question, and where its answers go.
@@ -218,9 +218,7 @@ class Checker : public ChunkWorker {
 
   RowVerdict AskPlainly(std::size_t row, const LaneOpen& open) {
     const std::span<const Pose> X_WF = placed_.Next();
-    // Lanes have told of those that are not.
-    if (!spheres_ && !batch_.rows.IsWithinLimits(row))
-      return {.verdict = Verdict::kOutOfLimits, .pair = {}};
+    if (!batch_.rows.IsWithinLimits(row)) return {.verdict = Verdict::kOutOfLimits, .pair = {}};
     search_.PlaceBody(X_WF, row, open);
     return JudgeRow(search_, batch_.options.unseen);
   }

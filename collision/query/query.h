@@ -104,7 +104,8 @@ class BodyRows {
     for (std::size_t k = 0; k < rows.size(); ++k) Place(rows[k], X_WF.subspan(k * frames, frames));
   }
   // Whether the row is a state that the body can be in: else its verdict is OUT_OF_LIMITS. Distances
-  // and contacts are told all the same.
+  // and contacts are told all the same: of a robot whose links are where worlds have no room
+  // (JointRows::RangeFault) they are worth nothing.
   virtual bool IsWithinLimits(std::size_t) const { return true; }
 };
 
@@ -179,7 +180,9 @@ struct CollisionColumns {
   std::vector<std::int32_t> object;     // WorldSnapshot::ObstacleAt, kItself; -1: no pair is named
   std::vector<std::int32_t> body_part;  // into the body's parts
   std::vector<std::int32_t> object_part;
-  std::vector<Trust> trust;   // of the pair named; of a free row, the weakest of the pairs asked
+  // Of the pair named; of a free row, the weakest of the pairs asked; of one that is not computed of
+  // no meaning, kDegraded.
+  std::vector<Trust> trust;
   std::size_t completed = 0;  // rows answered
 };
 

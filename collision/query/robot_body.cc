@@ -78,7 +78,8 @@ JointRows::JointRows(const RobotModel& model, const JointGroup& group, States st
     : model_(model),
       group_(group),
       states_(std::move(states)),
-      count_(group.variables.empty() ? 1 : states_.rows.size() / group.variables.size()) {}
+      count_(group.variables.empty() ? 1 : states_.rows.size() / group.variables.size()),
+      range_(model, group, states_.X_WB, states_.base) {}
 
 std::span<const double> JointRows::Row(std::size_t row) const {
   const std::size_t width = group_.variables.size();
@@ -97,7 +98,8 @@ void JointRows::PlaceSome(std::span<const std::size_t> rows, std::span<Pose> X_W
 }
 
 bool JointRows::IsWithinLimits(std::size_t row) const {
-  return !OutOfLimits(model_, With(states_.base, group_, Row(row))).has_value();
+  return !OutOfLimits(model_, With(states_.base, group_, Row(row))).has_value() &&
+         !RangeFault(row).has_value();
 }
 
 std::vector<double> JointRows::State(std::size_t row) const {

@@ -1,11 +1,14 @@
 // A robot as what asks: its links are the frames of a body, its states the rows.
 #pragma once
 
+#include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "collision/query/query.h"
 #include "collision/robot/robot_model.h"
+#include "collision/robot/state_range.h"
 #include "collision/world/world_robot.h"
 
 namespace cwm::collision {
@@ -42,7 +45,12 @@ class JointRows : public BodyRows {
   std::size_t size() const override { return count_; }
   void Place(std::size_t row, std::span<Pose> X_WL) const override;
   void PlaceSome(std::span<const std::size_t> rows, std::span<Pose> X_WL) const override;
+  // Within those of its joints, and with all links where worlds have room.
   bool IsWithinLimits(std::size_t row) const override;
+  // Where links may get to at all.
+  const StateRange& range() const { return range_; }
+  // What range() finds wrong with the row.
+  std::optional<std::string> RangeFault(std::size_t row) const { return range_.FaultOf(Row(row)); }
 
   const RobotModel& model() const { return model_; }
   const JointGroup& group() const { return group_; }
@@ -57,6 +65,7 @@ class JointRows : public BodyRows {
   const JointGroup& group_;
   const States states_;
   const std::size_t count_;
+  const StateRange range_;
 };
 
 }  // namespace cwm::collision

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "collision/geometry/validation.h"
 #include "collision/query/body_search.h"
 #include "collision/query/pair_rule_lookup.h"
 #include "collision/query/sphere_scene.h"
@@ -129,6 +130,8 @@ std::optional<SphereCheck> SphereCheck::Make(const WorldSnapshot& world, const Q
                                              const BodyRows& rows, const QueryOptions& options) {
   const auto* joints = dynamic_cast<const JointRows*>(&rows);
   if (joints == nullptr || !IsForLanes(joints->model(), body, options)) return std::nullopt;
+  // What slides farther is asked plainly in any case.
+  if (joints->range().Reach_m(kFarthestShift_m) > kLargestCoordinate_m) return std::nullopt;
   const double margin_m = body.margin_m + options.margin_m;
   const PairRuleLookup rules(world, body, options);
   if (!KeepWhatIsFree(rules, std::min(options.margin_m, margin_m))) return std::nullopt;

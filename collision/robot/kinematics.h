@@ -37,9 +37,9 @@ void MovedLinkPoses(const RobotModel& model, const JointGroup& group,
                     std::span<const double> variables, std::span<Pose> X_WL);
 
 // The first variable whose value is below its lower or above its upper limit or not a number. The
-// limits themselves are inside, and any angle of a continuous joint. The quaternion of a floating
-// joint must have a length within 1 % of 1; its qx is named. What joints that follow others reach
-// is not looked at.
+// limits themselves are inside, and any angle of a continuous joint that nothing with limits follows.
+// The quaternion of a floating joint must have a length within 1 % of 1; its qx is named. A joint that
+// follows leaves its limits where its source leaves those of its variable.
 std::optional<int> OutOfLimits(const RobotModel& model, std::span<const double> variables);
 
 // Each variable at 0, or in the middle of its limits where those exclude 0, as MoveIt has it;

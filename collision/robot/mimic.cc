@@ -1,5 +1,6 @@
 #include "collision/robot/mimic.h"
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <string>
@@ -36,6 +37,7 @@ class Resolver {
     if (!HasOneVariable(joint.kind)) {
       return Fault(joint, "must not be given for a joint without exactly one variable");
     }
+    if (absl::Status status = CheckSize(joint); !status.ok()) return status;
     Following following;
     const Joint* at = &joint;
     for (std::size_t steps = 0; at->mimic.has_value(); ++steps) {
@@ -51,10 +53,26 @@ class Resolver {
                                          Quoted(at->name), ", must be one with one variable"));
       }
     }
-    if (!std::isfinite(following.multiplier) || !std::isfinite(following.offset)) {
-      return Fault(joint, "leads along multipliers and offsets that overflow");
+    if (!IsInRange(following.multiplier) || !IsInRange(following.offset)) {
+      return Fault(joint, absl::StrCat("leads to ", Quoted(at->name), " by a multiplier of ",
+                                       following.multiplier, " and an offset of ", following.offset,
+                                       " along the chain, must be at most ", kLargestMimic,
+                                       " in magnitude, both"));
     }
     return std::optional<Following>(following);
+  }
+
+  static bool IsInRange(double value) { return std::abs(value) <= kLargestMimic; }  // not NaN
+
+  static absl::Status CheckSize(const Joint& joint) {
+    const auto fault = [&](const char* attribute, double value) {
+      return FaultAt(
+          absl::StrCat("urdf: joint ", Quoted(joint.name), ": mimic ", attribute, " is ", value),
+          absl::StrCat("must be at most ", kLargestMimic, " in magnitude"));
+    };
+    if (!IsInRange(joint.mimic->multiplier)) return fault("multiplier", joint.mimic->multiplier);
+    if (!IsInRange(joint.mimic->offset)) return fault("offset", joint.mimic->offset);
+    return absl::OkStatus();
   }
 
   static absl::Status Fault(const Joint& joint, const std::string& rule) {
@@ -71,6 +89,22 @@ class Resolver {
 
 absl::StatusOr<std::vector<std::optional<Following>>> ResolveMimics(const RobotDescription& robot) {
   return Resolver(robot).Resolve();
+}
+
+std::optional<VariableRange> Narrowed(const VariableRange& source, const Following& following,
+                                      const JointLimits& own) {
+  if (!own.lower.has_value() || !own.upper.has_value()) return source;
+  const double lower = *own.lower - kFollowerTolerance - following.offset;
+  const double upper = *own.upper + kFollowerTolerance - following.offset;
+  if (following.multiplier == 0) {
+    return lower <= 0 && upper >= 0 ? std::optional(source) : std::nullopt;
+  }
+  const double at_lower = lower / following.multiplier, at_upper = upper / following.multiplier;
+  const VariableRange both = {.lower = std::max(source.lower, std::min(at_lower, at_upper)),
+                              .upper = std::min(source.upper, std::max(at_lower, at_upper))};
+  const bool is_whole = both.lower == source.lower && both.upper == source.upper;
+  const double play = 2.01 * kFollowerTolerance / std::abs(following.multiplier);  // and rounding
+  return is_whole || both.upper - both.lower > play ? std::optional(both) : std::nullopt;
 }
 
 }  // namespace cwm::collision

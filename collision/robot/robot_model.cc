@@ -9,6 +9,7 @@
 #include "collision/robot/kinematic_tree.h"
 #include "collision/robot/mimic.h"
 #include "collision/robot/self_pairs.h"
+#include "collision/robot/state_range.h"
 #include "collision/xml/xml_element.h"
 
 namespace cwm::collision {
@@ -39,6 +40,7 @@ class ModelMaker {
     AddLinks(*tree);
     AddVariables();
     Follow(*tree, *followings);
+    if (absl::Status status = CheckReach(*model_); !status.ok()) return status;
     model_->all.variables.resize(model_->variables.size());
     for (std::size_t i = 0; i < model_->all.variables.size(); ++i) {
       model_->all.variables[i] = static_cast<int>(i);
@@ -99,7 +101,8 @@ class ModelMaker {
     }
   }
 
-  // After all variables are known: a joint may follow one that comes later.
+  // After all variables are known: a joint may follow one that comes later. MoveIt looks at the limits
+  // of followers at no time; where a finger cannot be is no state, though.
   void Follow(const KinematicTree& tree, const std::vector<std::optional<Following>>& followings) {
     for (ModelLink& link : model_->links) {
       if (!link.follows) continue;
@@ -108,6 +111,20 @@ class ModelMaker {
       link.variable = model_->links[source].variable;
       link.multiplier = following.multiplier;
       link.offset = following.offset;
+      Narrow(robot_.joints[*tree.joint_of[link.urdf_index]], following,
+             model_->variables[link.variable]);
+    }
+  }
+
+  void Narrow(const Joint& follower, const Following& following, Variable& variable) {
+    const VariableRange range = {.lower = variable.lower, .upper = variable.upper};
+    const std::optional<VariableRange> narrowed = Narrowed(range, following, follower.limits);
+    if (!narrowed.has_value()) {
+      model_->contradicting.push_back(follower.name);
+    } else if (narrowed->lower != range.lower || narrowed->upper != range.upper) {
+      model_->narrowing.push_back(follower.name);
+      variable.lower = narrowed->lower;
+      variable.upper = narrowed->upper;
     }
   }
 

@@ -43,8 +43,9 @@ struct Variable {
   std::string name;
   int link = 0;  // the one that the joint carries
   int component = 0;
-  // Infinite where the URDF sets none. The quaternion of a floating joint has limits of its own,
-  // see OutOfLimits.
+  // Infinite where nothing sets any. Of the joint's own limits the part in which all that follows it
+  // keeps its limits, too (Narrowed in mimic.h). The quaternion of a floating joint has limits of its
+  // own, see OutOfLimits.
   double lower = 0;
   double upper = 0;
 };
@@ -89,6 +90,9 @@ struct RobotModel {
   // geometry are: such neighbours touch at their joint.
   std::vector<LinkPair> self_pairs;
   std::vector<std::string> left_out;  // of the SRDF, as SemanticDescription has it
+  // Joints that follow others: whose limits narrow those of the variable, and whose limits contradict
+  // them, which are not kept. A user should know of both.
+  std::vector<std::string> narrowing, contradicting;
 
   // By name; nothing where there is none.
   std::optional<int> FindLink(std::string_view name) const;
@@ -102,8 +106,8 @@ struct RobotModel {
   std::map<std::string, int, std::less<>> group_index;
 };
 
-// `semantic` may be null. Refuses what ReadUrdf and ReadSrdf refuse of trees, mimics and names, for
-// descriptions that come from elsewhere. Positions that an SRDF gives to joints that follow others
+// `semantic` may be null. Refuses what ReadUrdf and ReadSrdf refuse of trees, reaches, mimics and names,
+// for descriptions that come from elsewhere. Positions that an SRDF gives to joints that follow others
 // are left out of its states, as are those of joints outside the state's group.
 absl::StatusOr<std::shared_ptr<const RobotModel>> MakeRobotModel(
     RobotDescription description, const SemanticDescription* semantic);

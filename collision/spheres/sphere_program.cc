@@ -14,8 +14,7 @@
 namespace cwm::collision {
 namespace {
 
-// A rail without limits, and angles that lose digits on the way to [-pi, pi].
-constexpr double kFarthestShift_m = 100;
+// Angles that lose digits on the way to [-pi, pi].
 constexpr double kFarthestTurn_rad = 1e4;
 
 constexpr double kRoundedUp = 1 + 4 * kFloatRounding;

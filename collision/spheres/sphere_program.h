@@ -53,6 +53,9 @@ struct SphereSet {
   TouchingPairs pairs = {};  // hung frames are links too
 };
 
+// A rail without limits: lanes take no state that slides a frame farther.
+inline constexpr double kFarthestShift_m = 100;
+
 // `base` has a value for each variable of the model; those of the group are not read. A pair is
 // apart by `pair_margin_m` or more. Nothing where a planar or a floating joint moves.
 std::optional<SphereProgram> CompileSpheres(const RobotModel& model, const JointGroup& group,

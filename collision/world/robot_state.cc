@@ -8,6 +8,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "collision/geometry/validation.h"
+#include "collision/robot/mimic.h"
 #include "collision/world/apply_fault.h"
 #include "collision/xml/xml_element.h"
 

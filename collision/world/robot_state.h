@@ -26,13 +26,9 @@ struct JointValues {
   std::vector<VariableValue> values;
 };
 
-// How far the value of a joint that follows another may be from what that one makes of it: fingers
-// that mimic each other have encoders of their own.
-inline constexpr double kFollowerTolerance = 1e-3;  // rad or m
-
 // `state`, one value for each variable of the model, with `joints` set; what they do not name stays.
 // Fixed joints may be named with 0, joints that follow others with the value that they then have
-// (within kFollowerTolerance): reports of a whole robot name them. Limits are not looked at.
+// (within kFollowerTolerance, mimic.h): reports of a whole robot name them. Limits are not looked at.
 //
 // Refuses (FieldRuleOf: "group", "named_state", "values", "values[2].variable", "values[2].value")
 // unknown groups, states and variables, variables named twice, values that are not finite or beyond

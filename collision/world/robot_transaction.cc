@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "collision/robot/state_range.h"
 #include "collision/world/apply_fault.h"
 #include "collision/world/model_equality.h"
 #include "collision/world/robot_state.h"
@@ -22,6 +23,9 @@ absl::Status RobotTransaction::Put(const PutRobot& put) {
   if (put.robot == nullptr) return BadField("robot", "must be given");
   if (!IsState(*put.robot->model, put.state)) {
     return BadField("state", "must hold one finite value for each variable of the robot");
+  }
+  if (const auto fault = StateFault(*put.robot->model, put.X_WB, put.state)) {
+    return BadField("state", *fault);
   }
   const WorldRobot* current = Current(put.name);
   WorldRobot robot;
@@ -58,6 +62,9 @@ absl::Status RobotTransaction::Set(const SetRobotState& set) {
   WorldRobot robot = *current;
   robot.X_WB = set.X_WB.value_or(current->X_WB);
   robot.state = *std::move(state);
+  if (const auto fault = StateFault(robot.model(), robot.X_WB, robot.state)) {
+    return BadField(set.X_WB.has_value() ? "x_world_base" : "joints", *fault);
+  }
   Touch(std::move(robot));
   return absl::OkStatus();
 }

@@ -11,7 +11,8 @@
 namespace cwm::collision {
 namespace {
 
-std::shared_ptr<const SphereModel> SpheresAroundLinks(const RobotGeometry& robot) {
+std::shared_ptr<const SphereModel> SpheresAroundLinks(const RobotGeometry& robot,
+                                                      const std::stop_token& stop) {
   std::vector<std::vector<LinkPiece>> pieces(robot.model->links.size());
   for (std::size_t k = 0; k < robot.geometry->parts.size(); ++k) {
     const PreparedPart& part = robot.geometry->parts[k];
@@ -22,6 +23,7 @@ std::shared_ptr<const SphereModel> SpheresAroundLinks(const RobotGeometry& robot
   }
   auto around = std::make_shared<SphereModel>();
   for (const std::vector<LinkPiece>& of_link : pieces) {
+    if (stop.stop_requested()) return nullptr;
     std::optional<std::vector<LinkSphere>> spheres = SpheresAround(of_link);
     if (!spheres) return nullptr;
     around->links.push_back(*std::move(spheres));
@@ -46,7 +48,8 @@ PreparedSpheres PrepareSpheres(const SphereModel& spheres) {
 }
 
 std::shared_ptr<const RobotGeometry> PrepareRobot(std::shared_ptr<const RobotModel> model,
-                                                  std::optional<SphereModel> spheres_as_given) {
+                                                  std::optional<SphereModel> spheres_as_given,
+                                                  const std::stop_token& stop) {
   auto robot = std::make_shared<RobotGeometry>();
   auto shapes = std::make_shared<HybridModel>();
   for (int link = 0; link < static_cast<int>(model->links.size()); ++link) {
@@ -56,11 +59,15 @@ std::shared_ptr<const RobotGeometry> PrepareRobot(std::shared_ptr<const RobotMod
     }
   }
   robot->geometry = Prepare(std::move(shapes));
-  for (const PreparedPart& part : robot->geometry->parts) part.engines.BuildHulls();
+  for (const PreparedPart& part : robot->geometry->parts) {
+    if (stop.stop_requested()) return nullptr;
+    part.engines.BuildHulls();
+  }
   robot->model = std::move(model);
   robot->programs = std::make_shared<ProgramMemo>(*robot->model);
   if (spheres_as_given) robot->prepared_spheres_as_given = PrepareSpheres(*spheres_as_given);
-  robot->spheres_around = SpheresAroundLinks(*robot);
+  robot->spheres_around = SpheresAroundLinks(*robot, stop);
+  if (stop.stop_requested()) return nullptr;
   if (robot->spheres_around)
     robot->prepared_spheres_around = PrepareSpheres(*robot->spheres_around);
   robot->spheres_as_given = std::move(spheres_as_given);

@@ -4,6 +4,7 @@
 
 #include <memory>
 #include <optional>
+#include <stop_token>
 #include <string>
 #include <vector>
 
@@ -40,9 +41,11 @@ struct RobotGeometry {
   std::shared_ptr<ProgramMemo> programs;                   // of questions about this robot
 };
 
-// Heavy: builds trees and hulls. Call it without any lock held. `model` is not null.
+// Heavy: builds trees and hulls. Call it without any lock held. `model` is not null. Looks at `stop`
+// between shapes and links: nullptr once it is requested.
 std::shared_ptr<const RobotGeometry> PrepareRobot(std::shared_ptr<const RobotModel> model,
-                                                  std::optional<SphereModel> spheres_as_given);
+                                                  std::optional<SphereModel> spheres_as_given,
+                                                  const std::stop_token& stop = {});
 
 struct WorldRobot {
   std::string name;  // unique among robots and objects of its world

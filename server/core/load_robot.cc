@@ -77,8 +77,8 @@ bool HasOpenMesh(const ModelLink& link) {
   });
 }
 
-// "NAMES WHAT", of at most five names; nothing without names.
-void AddWarning(const std::vector<std::string>& names, const std::string& what,
+// "KIND(s) NAMES WHAT", of at most five names; nothing without names.
+void AddWarning(const char* kind, const std::vector<std::string>& names, const std::string& what,
                 std::vector<std::string>& warnings) {
   constexpr std::size_t kMostNames = 5;
   if (names.empty()) return;
@@ -86,7 +86,7 @@ void AddWarning(const std::vector<std::string>& names, const std::string& what,
   const std::string more =
       names.size() > shown ? absl::StrCat(" and ", names.size() - shown, " more") : "";
   warnings.push_back(absl::StrCat(
-      names.size() == 1 ? "link " : "links ",
+      kind, names.size() == 1 ? " " : "s ",
       absl::StrJoin(names.begin(), names.begin() + static_cast<std::ptrdiff_t>(shown), ", "), more,
       " ", what));
 }
@@ -100,7 +100,9 @@ absl::StatusOr<std::shared_ptr<const collision::RobotGeometry>> ReadRobot(
   auto spheres = SpheresOf(files, **model, limits, stop);
   if (!spheres.ok()) return spheres.status();
   if (stop.stop_requested()) return Stopped();
-  return collision::PrepareRobot(*std::move(model), *std::move(spheres));
+  auto robot = collision::PrepareRobot(*std::move(model), *std::move(spheres), stop);
+  if (robot == nullptr) return Stopped();
+  return robot;
 }
 
 std::vector<std::string> WarningsOf(const collision::RobotGeometry& robot, bool has_srdf) {
@@ -119,8 +121,13 @@ std::vector<std::string> WarningsOf(const collision::RobotGeometry& robot, bool 
   }
   const std::vector<std::string>& left_out = robot.model->left_out;
   warnings.insert(warnings.end(), left_out.begin(), left_out.end());
-  AddWarning(open, "with an open mesh: surfaces alone, without an inside", warnings);
-  AddWarning(bare, "without collision geometry: never in collision", warnings);
+  AddWarning("joint", robot.model->narrowing,
+             "with limits that narrow those of the joint it follows", warnings);
+  AddWarning("joint", robot.model->contradicting,
+             "with limits that contradict those of the joint it follows: they are not kept",
+             warnings);
+  AddWarning("link", open, "with an open mesh: surfaces alone, without an inside", warnings);
+  AddWarning("link", bare, "without collision geometry: never in collision", warnings);
   return warnings;
 }
 

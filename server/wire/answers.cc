@@ -274,6 +274,18 @@ v1::PairRow PairRowAt(const collision::PairColumns& answers, std::size_t i,
   return row;
 }
 
+// Of a row that is not computed there is nothing to trust.
+v1::Trust TrustAt(const collision::CollisionColumns& answers, std::size_t i) {
+  const bool is_told = answers.verdict[i] != collision::Verdict::kNotComputed;
+  return is_told ? EnumToProto(answers.trust[i]) : v1::TRUST_UNSPECIFIED;
+}
+
+std::string TrustColumn(const collision::CollisionColumns& answers) {
+  std::string bytes(answers.trust.size(), '\0');
+  for (std::size_t i = 0; i < bytes.size(); ++i) bytes[i] = static_cast<char>(TrustAt(answers, i));
+  return bytes;
+}
+
 template <class Response>
 void SetPairs(const collision::PairColumns& answers, const AnswerContext& context,
               Response* response) {
@@ -315,7 +327,7 @@ void ToProto(const collision::CollisionColumns& answers, const AnswerContext& co
   }
   if (context.form == Form::kColumns) {
     response->set_verdicts(EnumBytes(answers.verdict));
-    response->set_trust(EnumBytes(answers.trust));
+    response->set_trust(TrustColumn(answers));
     if (!named) return;
     response->set_object_index(Bytes(objects));
     response->set_body_part(Bytes(answers.body_part));
@@ -325,7 +337,7 @@ void ToProto(const collision::CollisionColumns& answers, const AnswerContext& co
   for (std::size_t i = 0; i < answers.completed; ++i) {
     v1::CollisionRow* row = response->add_rows();
     row->set_verdict(EnumToProto(answers.verdict[i]));
-    row->set_trust(EnumToProto(answers.trust[i]));
+    row->set_trust(TrustAt(answers, i));
     if (!named || answers.object[i] == kNoObject) continue;
     SetPair({answers.object[i], answers.body_part[i], answers.object_part[i]}, context, row);
   }

@@ -4,6 +4,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "collision/robot/kinematics.h"
+#include "collision/robot/state_range.h"
 #include "collision/world/apply_fault.h"
 #include "collision/world/robot_state.h"
 #include "collision/xml/xml_element.h"
@@ -97,6 +98,9 @@ absl::StatusOr<collision::PutRobot> PutOf(const RobotPlan& plan,
     const auto fault = collision::FieldRuleOf(state.status());
     if (!fault.has_value()) return state.status();
     return path.Field("initial_state").Field(fault->field).Error(fault->rule);
+  }
+  if (auto fault = collision::StateFault(model, plan.X_WB, *state)) {
+    return path.Field("initial_state").Error(*std::move(fault));
   }
   put.state = *std::move(state);
   put.X_WB = plan.X_WB;

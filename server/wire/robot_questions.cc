@@ -249,6 +249,23 @@ absl::StatusOr<std::vector<double>> BaseFromProto(const v1::RobotJointState& joi
   return rule ? path.Field(rule->field).Error(rule->rule) : state.status();
 }
 
+collision::JointRows JointRowsOf(const RobotStates& states) {
+  return {states.robot->model(),
+          *states.group,
+          {.X_WB = states.X_WB, .base = states.base, .rows = states.rows}};
+}
+
+// Whatever is asked: where links are out of range or nowhere, no answer would mean anything.
+absl::Status CheckRange(const RobotStates& states, const FieldPath& path) {
+  const collision::JointRows rows = JointRowsOf(states);
+  if (!rows.range().MayHaveFaults()) return absl::OkStatus();
+  for (std::size_t row = 0; row < rows.size(); ++row) {
+    if (auto fault = rows.RangeFault(row))
+      return path.Field(RowField(row)).Error(*std::move(fault));
+  }
+  return absl::OkStatus();
+}
+
 }  // namespace
 
 absl::StatusOr<Question> FromProto(const v1::RobotSubject& subject, const QuestionSource& source,
@@ -281,18 +298,9 @@ absl::StatusOr<Question> FromProto(const v1::RobotSubject& subject, const Questi
       RowsFromProto(subject.rows(), states, source.limits.max_batch_rows, path.Field("rows"));
   if (!rows.ok()) return rows.status();
   states.rows = *std::move(rows);
+  if (auto status = CheckRange(states, path.Field("rows")); !status.ok()) return status;
   return Question{std::move(body), std::move(states)};
 }
-
-namespace {
-
-collision::JointRows JointRowsOf(const RobotStates& states) {
-  return {states.robot->model(),
-          *states.group,
-          {.X_WB = states.X_WB, .base = states.base, .rows = states.rows}};
-}
-
-}  // namespace
 
 std::unique_ptr<const collision::BodyRows> RowsOf(const Question& question) {
   if (const auto* states = std::get_if<RobotStates>(&question.where)) {

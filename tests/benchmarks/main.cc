@@ -36,7 +36,7 @@ const std::map<std::string, std::vector<std::function<void(Report&)>>>& Groups()
       {"collision",
        {MeasureOracles, MeasurePairs, MeasureEngines, MeasureSamples, MeasureWorlds,
         MeasurePublishing, MeasureRobots, MeasureUnexplained, MeasureSpheres, MeasureMotions,
-        MeasureRobotStream}},
+        MeasureRobotStream, MeasureRobotLatency}},
       {"collision-pairs", {MeasureOracles, MeasurePairs}},
       {"collision-robots", {MeasureRobots, MeasureUnexplained, MeasureRobotStream}},
       {"collision-spheres", {MeasureSpheres}},

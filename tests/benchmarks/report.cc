@@ -1,6 +1,7 @@
 #include "tests/benchmarks/report.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -9,6 +10,19 @@
 #include <utility>
 
 namespace cwm::benchmarks {
+
+Figure AsRatio(Figure times) {
+  assert(times.ratio.has_value() && times.rival_value.has_value());
+  char text[160];
+  std::snprintf(text, sizeof(text), "; ours %.4g %s, %s %.4g %s", times.value, times.unit.c_str(),
+                times.rival.c_str(), *times.rival_value, times.unit.c_str());
+  return {.key = std::move(times.key),
+          .value = *times.ratio,
+          .unit = "1",
+          .rival = std::move(times.rival),
+          .ratio = times.ratio,
+          .how = times.how + text};
+}
 
 void Report::Add(Figure figure) { figures_.push_back(std::move(figure)); }
 
@@ -33,7 +47,11 @@ void Report::Print() const {
   for (const Figure& figure : figures_) {
     std::printf("%-32s %12.4g %-8s %-26s", figure.key.c_str(), figure.value, figure.unit.c_str(),
                 figure.rival.empty() ? "-" : figure.rival.c_str());
-    if (figure.rival_value) std::printf(" %12.4g", *figure.rival_value);
+    if (figure.rival_value) {
+      std::printf(" %12.4g", *figure.rival_value);
+    } else if (figure.ratio) {
+      std::printf(" %12s", "-");
+    }
     if (figure.ratio) std::printf(" %8.2f", *figure.ratio);
     std::printf("\n    %s\n", figure.how.c_str());
   }

@@ -19,6 +19,10 @@ struct Figure {
   std::string how;                         // what was measured, so that a stranger could repeat it
 };
 
+// The figure of a ratio alone, of a key that names one: its value is the ratio of `times`, whose own
+// values go into the text.
+Figure AsRatio(Figure times);
+
 class Report {
  public:
   void Add(Figure figure);

@@ -137,7 +137,7 @@ void MeasureBesidePcl(const RunningServer& server, const std::vector<formats::Cl
                 "  with one model a cluster, which is less than our outputs: %.0f ms, ratio %.1f",
                 Median(one_model_ms), Median(one_model_ratios));
   report.Detail(text);
-  report.Add(
+  report.Add(AsRatio(
       {.key = "pcl_full_ratio",
        .value = Median(ours_ms),
        .unit = "ms",
@@ -146,7 +146,7 @@ void MeasureBesidePcl(const RunningServer& server, const std::vector<formats::Cl
        .ratio = Median(ratios),
        .how = "PCL in process (voxels, normals, plane, prism, clusters, models until none is "
               "left, MLS, GP3), one thread, over ours through the server, scan by scan on " +
-              std::to_string(ratios.size()) + " scans"});
+              std::to_string(ratios.size()) + " scans"}));
 }
 
 void MeasureLabelled(const RunningServer& server, const std::vector<LabelledScan>& scans,

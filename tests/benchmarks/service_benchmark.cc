@@ -214,9 +214,6 @@ void MeasureQueriesDuringIngest(const RunningServer& server, const BenchmarkScan
   report.Add({.key = "query_p99_during_ingest_ratio",
               .value = Quantile(busy, 0.99) / Quantile(idle, 0.99),
               .unit = "1",
-              .rival = "idle p99, ms",
-              .rival_value = Quantile(idle, 0.99),
-              .ratio = std::nullopt,
               .how = "p99 of unary batches of 100 distances while scans are ingested one after "
                      "another, over the idle p99; "
                      "client and server share the cores"});

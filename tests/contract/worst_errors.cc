@@ -45,6 +45,8 @@ double TrueDistance_m(const PosedPair& pair) {
   if (HasLongDoubleOracle(KindOf(pair.a), KindOf(pair.b))) {
     return static_cast<double>(LongDoubleDistance_m(pair));
   }
+  // No direction has less overlap than the least: that of the kernels is one more to begin at. The
+  // others alone miss the best one by up to 1 mm of depth.
   return -std::min(LeastOverlapNear(pair, AskKernels(pair).normal),
                    SearchedLeastOverlap(pair, kSearchedDirections, 3));
 }

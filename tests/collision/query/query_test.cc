@@ -458,6 +458,7 @@ TEST_F(QueryTest, WhenTimeIsUpTheCompletedPrefixIsTheAnswer) {
   const CollisionColumns verdicts = *CheckCollisions(*world_, body_, poses_, options);
   EXPECT_EQ(verdicts.completed, 0u);
   EXPECT_THAT(verdicts.verdict, testing::Each(Verdict::kNotComputed));
+  EXPECT_THAT(verdicts.trust, testing::Each(Trust::kDegraded)) << "nothing is known";
 
   std::vector<Pose> many(200'000, poses_[0]);
   options.give_up_at = std::chrono::steady_clock::now() + std::chrono::milliseconds(20);

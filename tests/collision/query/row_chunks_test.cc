@@ -238,7 +238,7 @@ TEST_F(BatchTest, TimeThatIsUpLeavesThePrefixOfChecks) {
         columns->object.resize(many.size(), -1);
         columns->body_part.resize(many.size(), -1);
         columns->object_part.resize(many.size(), -1);
-        columns->trust.resize(many.size(), Trust::kExact);
+        columns->trust.resize(many.size(), Trust::kDegraded);
         return columns;
       });
 }

@@ -221,12 +221,29 @@ TEST(UrdfRefusals, MimicsMustLeadToAJointWithOneVariable) {
               HasSubstr("without exactly one variable"));
   EXPECT_THAT(RefusalOfJoint("revolute", "<limit/><mimic joint=\"x\" offset=\"nan\"/>"),
               HasSubstr("mimic offset is \"nan\": must be a finite number"));
-  const std::string huge = "<limit/><mimic joint=\"j\" multiplier=\"1e300\"/>";
-  EXPECT_THAT(RefusalOf(Links("abcd") + JointText("j", "revolute", "a", "b") +
-                        JointText("k", "revolute", "b", "c", huge) +
-                        JointText("l", "revolute", "c", "d",
-                                  "<limit/><mimic joint=\"k\" multiplier=\"1e300\"/>")),
-              HasSubstr("overflow"));
+}
+
+TEST(UrdfRefusals, MimicsMustNotMultiplyBeyondAllGears) {
+  const auto mimic = [](const std::string& numbers) {
+    return "<limit/><mimic joint=\"j\" " + numbers + "/>";
+  };
+  EXPECT_EQ(
+      RefusalOfJoint("revolute", mimic("multiplier=\"-1e305\"")),
+      "urdf: joint \"elbow\": mimic multiplier is -1e+305: must be at most 1e+06 in magnitude");
+  EXPECT_EQ(RefusalOfJoint("prismatic", mimic("offset=\"1.5e6\"")),
+            "urdf: joint \"elbow\": mimic offset is 1.5e+06: must be at most 1e+06 in magnitude");
+  const auto chain = [&](const std::string& first, const std::string& second) {
+    return RefusalOf(
+        Links("abcd") + JointText("j", "revolute", "a", "b") +
+        JointText("k", "revolute", "b", "c", mimic(first)) +
+        JointText("l", "revolute", "c", "d", "<limit/><mimic joint=\"k\" " + second + "/>"));
+  };
+  EXPECT_EQ(chain("multiplier=\"1000\"", "multiplier=\"1000\""), "none");
+  EXPECT_EQ(
+      chain("multiplier=\"2000\"", "multiplier=\"1000\" offset=\"1\""),
+      "urdf: joint \"l\": mimic joint is \"k\": leads to \"j\" by a multiplier of 2e+06 and an "
+      "offset of 1 along the chain, must be at most 1e+06 in magnitude, both");
+  EXPECT_THAT(chain("offset=\"3000\"", "multiplier=\"500\""), HasSubstr("an offset of 1.5e+06"));
 }
 
 TEST(UrdfRefusals, ShapesMustHavePositiveDimensions) {

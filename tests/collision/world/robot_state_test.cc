@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "collision/robot/mimic.h"
 #include "collision/world/apply_fault.h"
 #include "tests/collision/world/test_arm.h"
 

@@ -33,6 +33,11 @@ PutObject Ball(const std::string& name) {
   return put;
 }
 
+// A rail whose limits are none.
+constexpr char kRail[] =
+    "<robot name=\"rail\"><link name=\"a\"/><link name=\"b\"/><joint name=\"j\" type=\"prismatic\">"
+    "<parent link=\"a\"/><child link=\"b\"/><limit lower=\"-1e9\" upper=\"1e9\"/></joint></robot>";
+
 class WorldRobots : public ::testing::Test {
  protected:
   void Do(const std::vector<Change>& changes) {
@@ -57,6 +62,13 @@ class WorldRobots : public ::testing::Test {
 
   SnapshotPtr world = std::make_shared<const WorldSnapshot>();
 };
+
+TEST(PrepareRobot, EndsWhenItIsStopped) {
+  std::stop_source stop;
+  EXPECT_NE(PrepareRobot(Arm()->model, std::nullopt, stop.get_token()), nullptr);
+  stop.request_stop();
+  EXPECT_EQ(PrepareRobot(Arm()->model, std::nullopt, stop.get_token()), nullptr);
+}
 
 TEST(PrepareRobot, MakesOnePartOfEachShapeInTheFrameOfItsLink) {
   const auto arm = Arm();
@@ -202,6 +214,26 @@ TEST_F(WorldRobots, AbortAListThatExpectedAnotherRevisionOfThem) {
   Change missing = Of(RemoveRobot{"ghost"});
   missing.expected_object_revision = Revision{1};
   EXPECT_EQ(Refusal({missing}).code(), absl::StatusCode::kAborted);
+}
+
+TEST_F(WorldRobots, KeepTheirLinksWhereWorldsHaveRoom) {
+  PutRobot put = PutArm("rail", Arm(kRail, "<robot name=\"rail\"/>"));
+  put.state = {6e5};
+  put.X_WB = MakeTranslation(5e5, 0, 0);
+  EXPECT_EQ(FieldAtFault(put), "state");
+  put.X_WB = Pose::Identity();
+  Do({Of(put)});
+  const SetRobotState to_far{.name = "rail", .X_WB = MakeTranslation(5e5, 0, 0), .joints = {}};
+  EXPECT_EQ(FieldAtFault(to_far), "x_world_base");
+  EXPECT_THAT(std::string(Refusal({Of(to_far)}).message()),
+              HasSubstr("puts link \"b\" at (1.1e+06, 0, 0), must be within 1e+06 m"));
+  Do({Of(SetRobotState{.name = "rail", .X_WB = MakeTranslation(-5e5, 0, 0), .joints = {}})});
+  Do({Of(SetRobotState{
+      .name = "rail", .X_WB = std::nullopt, .joints = {.named = {}, .values = {{"j", 1e6}}}})});
+  EXPECT_EQ(
+      FieldAtFault(SetRobotState{
+          .name = "rail", .X_WB = std::nullopt, .joints = {.named = {}, .values = {{"j", -6e5}}}}),
+      "joints");
 }
 
 TEST(SameRobot, TellsApartWhatAnyAnswerCould) {

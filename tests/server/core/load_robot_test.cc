@@ -126,6 +126,19 @@ TEST(WarningsOfARobot, TellWhatAnswersDependOn) {
       "srdf: passive_joint \"gone\" name is \"gone\": must be a joint of the robot; left out");
 }
 
+TEST(WarningsOfARobot, TellWhatTheLimitsOfFollowersDo) {
+  const auto arm_with = [](const std::string& other) {
+    std::string urdf = ArmUrdf();
+    const std::string limits = "<limit lower=\"-0.04\" upper=\"0\"/>";
+    return Arm(urdf.replace(urdf.find(limits), limits.size(), other));
+  };
+  EXPECT_EQ(WarningsOf(*arm_with("<limit lower=\"-0.02\" upper=\"0\"/>"), true)[0],
+            "joint other with limits that narrow those of the joint it follows");
+  EXPECT_EQ(WarningsOf(*arm_with("<limit effort=\"10\"/>"), true)[0],
+            "joint other with limits that contradict those of the joint it follows: they are not "
+            "kept");
+}
+
 TEST(LoadRobot, MakesOneRevisionAndNoneTheSecondTime) {
   World world{"w", "uid", {}};
   const auto first = LoadRobot(world, PutArm("arm"), {}, {});

@@ -150,6 +150,25 @@ TEST_F(Answers, VerdictsNameThePairThatTold) {
   EXPECT_EQ(rows.rows(1).object_part(), 2);
 }
 
+// Time was up: of the rows behind nothing is known, and nothing is said to be trusted.
+TEST_F(Answers, RowsThatAreNotComputedHaveNoTrust) {
+  const collision::CollisionColumns answers{
+      .verdict = {collision::Verdict::kFree, collision::Verdict::kNotComputed},
+      .object = {-1, -1},
+      .body_part = {-1, -1},
+      .object_part = {-1, -1},
+      .trust = {collision::Trust::kExact, collision::Trust::kDegraded},
+      .completed = 1};
+  v1::CheckCollisionsResponse columns;
+  ToProto(answers, Context(Form::kColumns), &columns);
+  EXPECT_EQ(columns.verdicts(), std::string("\x01\x05"));
+  EXPECT_EQ(columns.trust(), std::string("\x01\x00", 2));
+  v1::CheckCollisionsResponse rows;
+  ToProto(answers, Context(Form::kRows), &rows);
+  ASSERT_EQ(rows.rows_size(), 1);
+  EXPECT_EQ(rows.rows(0).trust(), v1::TRUST_EXACT);
+}
+
 TEST_F(Answers, SamplesBeyondNameNothingAndBoundsComeWhereAPointIsBounded) {
   collision::PointColumns answers{
       .state = {collision::SampleState::kBeyond, collision::SampleState::kSmooth},

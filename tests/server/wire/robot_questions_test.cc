@@ -131,6 +131,20 @@ TEST_F(RobotSubjects, HaveUnitQuaternionsOfFloatingJoints) {
   ExpectFault("robot.rows.data row 0", "has length 0");
 }
 
+TEST_F(RobotSubjects, HaveTheirLinksWhereWorldsHaveRoom) {
+  robot_.mutable_x_world_base()->set_tx_m(4e5);
+  robot_.mutable_x_world_base()->set_qw(1);
+  robot_.mutable_rows()->set_scalar(v1::SCALAR_F64);
+  SetRows({0, 0, 0, 5e5});
+  EXPECT_TRUE(Convert().ok()) << "outside of its limits alone";
+  SetRows({0, 0, 0, -9.9e5});
+  EXPECT_TRUE(Convert().ok()) << "to another side";
+  SetRows({0, 0, 0, 7e5});
+  ExpectFault(
+      "robot.rows.data row 1",
+      "puts link \"fore\" at (1.1e+06, 0, 0), must be within 1e+06 m of the world's origin");
+}
+
 // float(0.0873) is greater than 0.0873, float(0.04) less than 0.04.
 TEST_F(RobotSubjects, OfSinglePrecisionAreAtTheLimitThatTheyWereClampedTo) {
   std::string urdf = ArmUrdf();
