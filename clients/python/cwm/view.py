@@ -395,6 +395,7 @@ class WorldView:
             },
             **{name: merged.scalars(name) for name in ("lo", "hi", "clearance_m")},
             verdict=merged.column("verdicts", "u1"),
+            trust=merged.column("trust", "u1"),
         )
 
     def rays(

@@ -176,6 +176,7 @@ TEST_F(RobotQueries, AnswerAsTheCoreDoesByteForByte) {
   EXPECT_EQ(moved.hi(), Bytes(motions.hi));
   EXPECT_EQ(moved.clearance_m(), Bytes(motions.clearance_m));
   EXPECT_EQ(moved.object_index(), Bytes(motions.object));
+  EXPECT_EQ(moved.trust().size(), motions.trust.size());
   for (const char some : {v1::MOTION_VERDICT_CONTACT, v1::MOTION_VERDICT_OUT_OF_LIMITS}) {
     EXPECT_THAT(moved.verdicts(), ::testing::Contains(some));
   }
@@ -298,6 +299,19 @@ TEST_F(RobotQueries, MotionsAreFreeOrMeetSomething) {
   EXPECT_EQ(paths.rows(0).verdict(), v1::MOTION_VERDICT_FREE);
   EXPECT_EQ(paths.rows(1).verdict(), v1::MOTION_VERDICT_OUT_OF_LIMITS);
   EXPECT_EQ(paths.rows(1).segment(), 4);
+}
+
+TEST_F(RobotQueries, MotionsOfSpheresAreLabelledLikeTheirStates) {
+  v1::CheckMotionsRequest request;
+  *request.mutable_subject() = Arm({1, 0, 2, 0, 1, 0, -1, 0});
+  EXPECT_EQ(Move(request).trust(), std::string(2, v1::TRUST_EXACT));
+  for (const auto geometry :
+       {v1::ROBOT_GEOMETRY_SPHERES_AS_GIVEN, v1::ROBOT_GEOMETRY_SPHERES_CONTAINING}) {
+    request.mutable_subject()->mutable_robot()->set_robot_geometry(geometry);
+    const v1::CheckMotionsResponse moved = Move(request);
+    EXPECT_EQ(moved.verdicts(), "\x01\x02");  // free, and in contact
+    EXPECT_EQ(moved.trust(), std::string(2, v1::TRUST_DEGRADED));
+  }
 }
 
 TEST_F(RobotQueries, MotionsOfShapesAndObjectsKeepMarginsAndLeaveOutWhatTheyAreTold) {
