@@ -135,7 +135,7 @@ class EdgeSearch {
     if (MayBeAsked(pair, travel_m)) weakest_ = std::max(weakest_, pair.TrustOfYesNo());
     const double reach_m = Reach_m(pair.margin_m, travel_m);
     const PairDistance answer = pair.engine.Distance(pair.body, pair.object, reach_m, pair.work);
-    if (answer.distance_m > reach_m) return;
+    if (answer.distance_m - answer.bound_m > reach_m) return;
     candidates_.push_back({pair, travel_m, answer.distance_m - pair.margin_m});
   }
 
@@ -284,20 +284,18 @@ class EdgeSearch {
     return place;
   }
 
+  // The kernels call an overlap what is one: of a margin of none or more it is a contact, whatever
+  // the depth. Else what is known counts: of a depth that is let pass, and of a gap between round
+  // shapes of very different sizes, that may be more than bounds.
   static void SetGap(const BodySearch::Pair& pair, const PairDistance& answer, double reach_m,
                      Place& place) {
-    place.gap_m = std::min(answer.distance_m, reach_m) - pair.margin_m;
-    place.certain = answer.trust != Trust::kDegraded;
-    // The kernels call an overlap what is one: of a margin of none or more it is a contact,
-    // whatever the depth. Where some depth is let pass, what is known of it counts.
-    const bool is_apart = answer.distance_m >= 0;
-    if (is_apart || pair.margin_m >= 0) {
-      place.contact = place.gap_m < 0;
-      return;
-    }
-    const bool is_known = place.certain;
-    place.contact = is_known && place.gap_m + answer.bound_m < 0;
-    if (!place.contact) place.gap_m -= answer.bound_m;
+    const bool is_known = answer.trust != Trust::kDegraded;
+    const bool overlap_is_proven = answer.distance_m < 0 && pair.margin_m >= 0;
+    const double most_m = answer.distance_m + answer.bound_m - pair.margin_m;
+    place.contact = overlap_is_proven || (is_known && most_m < 0);
+    place.gap_m = place.contact
+                      ? answer.distance_m - pair.margin_m
+                      : std::min(answer.distance_m - answer.bound_m, reach_m) - pair.margin_m;
     place.certain = is_known && (place.contact || place.gap_m >= 0);
   }
 

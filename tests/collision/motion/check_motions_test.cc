@@ -132,6 +132,39 @@ TEST(CheckMotions, KeepsTheMargin) {
   EXPECT_EQ(Past(0.25, {.margin_m = 0.0499}).verdict[0], MotionVerdict::kFree);
 }
 
+// Of a ball and a disc a thousand times larger the search leaves some micrometres open, within which
+// no motion is free.
+TEST(CheckMotions, IsNoSurerThanTheDistanceIs) {
+  const QueryBody body = BodyFromShapes({{.shape = Capsule{0.05, 0.004}}});
+  Pose X_WDisc = MakeTranslation(712 * 0.8, 712 * 0.2, 712);
+  X_WDisc.rotate(Eigen::AngleAxisd(-0.1, Vector3::UnitX()));
+  X_WDisc.rotate(Eigen::AngleAxisd(0.4, Vector3::UnitY()));
+  const auto world = WorldOf({PutOf("disc", {{.shape = Cylinder{800, 0.002}}}, X_WDisc)});
+  const std::vector<Pose> here = {Pose::Identity()};
+  const PairColumns gap = *GetDistances(*world, body, here, {});
+  const double distance_m = gap.distance_m[0], bound_m = gap.bound_m[0];
+  ASSERT_GT(bound_m, kGrazing_m);
+  const Vector3 nhat(gap.normal[0], gap.normal[1], gap.normal[2]);
+  Pose away = here[0];
+  away.translation() -= 0.001 * nhat;
+  for (const Pose& to : {here[0], away}) {
+    const auto told = [&](double margin_m) {
+      Edges edges;
+      edges.push_back(std::make_unique<RigidMotion>(body, here[0], to));
+      return *CheckMotions(*world, body, edges, {.margin_m = margin_m});
+    };
+    const double open_m = distance_m - 0.5 * bound_m;
+    EXPECT_EQ(CheckCollisions(*world, body, here, {.margin_m = open_m})->verdict[0],
+              Verdict::kUndecided);
+    EXPECT_EQ(told(open_m).verdict[0], MotionVerdict::kUndecided);
+    EXPECT_EQ(told(open_m).trust[0], Trust::kBounded);
+    EXPECT_EQ(told(distance_m + 2 * bound_m).verdict[0], MotionVerdict::kContact);
+    const MotionColumns free = told(distance_m - 2 * bound_m);
+    EXPECT_EQ(free.verdict[0], MotionVerdict::kFree);
+    EXPECT_LE(free.clearance_m[0], (1 + 1e-6) * bound_m);
+  }
+}
+
 TEST(CheckMotions, KeepsTheRulesOfPairs) {
   const auto past = [](const AllowCollision* allow, std::optional<double> margin_m,
                        const QueryOptions& options) {
