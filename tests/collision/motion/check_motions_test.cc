@@ -165,6 +165,49 @@ TEST(CheckMotions, IsNoSurerThanTheDistanceIs) {
   }
 }
 
+// A ball of which the surface is known to 5 mm.
+Change FittedBall(const std::string& name, double x_m) {
+  auto model = std::make_shared<HybridModel>();
+  model->shapes.push_back({.X_OS = Pose::Identity(),
+                           .shape = Sphere{0.1},
+                           .fit = FitQuality{.rms_m = 1, .parameter_sigma = {0, 0, 0.003, 0.002}}});
+  PutObject put;
+  put.name = name;
+  put.X_WO = MakeTranslation(x_m, 0, 0);
+  put.geometry = Prepare(std::move(model));
+  return {.what = std::move(put), .expected_object_revision = {}};
+}
+
+// Past what is at the origin, `aside_m` from its centre.
+MotionVerdict PastWithSigmas(const WorldSnapshot& world, const QueryBody& body, double aside_m,
+                             double sigmas) {
+  Edges edges;
+  edges.push_back(std::make_unique<RigidMotion>(body, MakeTranslation(-1, aside_m, 0),
+                                                MakeTranslation(1, aside_m, 0)));
+  return CheckMotions(world, body, edges, {.margin_sigma = sigmas})->verdict[0];
+}
+
+TEST(CheckMotions, DeviationsOfAFitAreMarginsToo) {
+  const auto world = WorldOf({FittedBall("ball", 0)});
+  const QueryBody body = BallBody();
+  EXPECT_EQ(PastWithSigmas(*world, body, 0.21, 0), MotionVerdict::kFree);
+  EXPECT_EQ(PastWithSigmas(*world, body, 0.21, 1.99), MotionVerdict::kFree);
+  EXPECT_EQ(PastWithSigmas(*world, body, 0.21, 2.01), MotionVerdict::kContact);
+  // They come on top of a rule's margin.
+  const std::vector<Change> rule = {
+      {.what = SetPairMargin{{{"*"}, {"ball"}}, 0.005}, .expected_object_revision = {}}};
+  const auto ruled = *Apply(world, rule);
+  EXPECT_EQ(PastWithSigmas(*ruled, body, 0.21, 0.99), MotionVerdict::kFree);
+  EXPECT_EQ(PastWithSigmas(*ruled, body, 0.21, 1.01), MotionVerdict::kContact);
+}
+
+TEST(CheckMotions, DeviationsOfWhatMovesAreMarginsToo) {
+  const auto world = WorldOf({FittedBall("ball", 0), FittedBall("moves", 1)});
+  const QueryBody body = BodyFromObject(*world->Find("moves"));
+  EXPECT_EQ(PastWithSigmas(*world, body, 0.22, 1.99), MotionVerdict::kFree);
+  EXPECT_EQ(PastWithSigmas(*world, body, 0.22, 2.01), MotionVerdict::kContact);
+}
+
 TEST(CheckMotions, KeepsTheRulesOfPairs) {
   const auto past = [](const AllowCollision* allow, std::optional<double> margin_m,
                        const QueryOptions& options) {
