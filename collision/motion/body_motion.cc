@@ -29,16 +29,29 @@ bool IsRotary(JointKind kind) {
   return kind == JointKind::kRevolute || kind == JointKind::kContinuous;
 }
 
-// Whether a whole turn of the variable leaves the robot as it was: of a continuous joint that
-// nothing follows but what turns with it a whole number of times. Else the short way would end
-// elsewhere than the row says.
+bool IsWholeTurn(double multiplier) { return std::trunc(multiplier) == multiplier; }
+
+// Whether a whole turn of the variable leaves the robot as it was: the heading of a planar joint, and
+// the value of a continuous one that nothing follows but what turns with it a whole number of times.
+// Else the short way would end elsewhere than the row says.
 bool ComesAround(const RobotModel& model, std::size_t variable) {
-  const auto joint = static_cast<std::size_t>(model.variables[variable].link);
-  if (model.links[joint].kind != JointKind::kContinuous) return false;
+  constexpr int kHeading = 2;  // of a planar joint's variables; no joint follows them
+  const Variable& asked = model.variables[variable];
+  const JointKind kind = model.links[static_cast<std::size_t>(asked.link)].kind;
+  if (kind == JointKind::kPlanar) return asked.component == kHeading;
+  if (kind != JointKind::kContinuous) return false;
   return std::ranges::all_of(model.links, [&](const ModelLink& link) {
     const bool follows = link.follows && link.variable == static_cast<int>(variable);
-    return !follows || (IsRotary(link.kind) && std::trunc(link.multiplier) == link.multiplier);
+    return !follows || (IsRotary(link.kind) && IsWholeTurn(link.multiplier));
   });
+}
+
+constexpr std::size_t kQuaternionAt = 3;  // of a floating joint's variables
+
+// One without a length turns nothing (robot/kinematics.h).
+Quaternion RotationAt(const double* q) {
+  const Quaternion rotation(q[3], q[0], q[1], q[2]);
+  return rotation.squaredNorm() > 0 ? rotation.normalized() : Quaternion::Identity();
 }
 
 }  // namespace
@@ -65,49 +78,65 @@ void RigidMotion::Place(double fraction, std::span<Pose> X_WF) const {
   X_WF[0].translation() = from_.translation() + fraction * step_m_;
 }
 
-std::optional<int> JointMotion::FirstNotFollowed(const RobotModel& model,
-                                                 std::span<const double> from,
-                                                 std::span<const double> to) {
-  for (std::size_t k = 0; k < model.links.size(); ++k) {
-    const ModelLink& link = model.links[k];
-    if (link.kind != JointKind::kPlanar && link.kind != JointKind::kFloating) continue;
-    const auto first = static_cast<std::size_t>(link.variable);
-    const auto count = static_cast<std::size_t>(VariableCount(link.kind));
-    const bool stands = std::ranges::equal(from.subspan(first, count), to.subspan(first, count));
-    if (!stands) return static_cast<int>(k);
-  }
-  return std::nullopt;
-}
-
 JointMotion::JointMotion(const RobotModel& model, const QueryBody& body, const Pose& X_WB,
                          std::span<const double> from, std::span<const double> to)
     : model_(model), body_(body), X_WB_(X_WB), from_(from.begin(), from.end()) {
   for (std::size_t v = 0; v < from.size(); ++v) {
     step_.push_back(ComesAround(model, v) ? TurnBetween(from[v], to[v]) : to[v] - from[v]);
   }
-  for (const ModelLink& link : model.links) {
-    const bool moves = IsRotary(link.kind) || link.kind == JointKind::kPrismatic;
-    const auto variable = static_cast<std::size_t>(link.variable);
-    const double factor = link.follows ? link.multiplier : 1;
-    const double step = moves ? std::abs(factor * step_[variable]) : 0;
-    turn_rad_.push_back(IsRotary(link.kind) ? step : 0);
-    slide_m_.push_back(link.kind == JointKind::kPrismatic ? step : 0);
-    double arm_m = 0;  // of sliding joints, at either end of the edge
-    if (link.kind == JointKind::kPrismatic) {
+  for (const ModelLink& link : model.links) joints_.push_back(TravelOf(link, to));
+}
+
+JointMotion::JointTravel JointMotion::TravelOf(const ModelLink& link, std::span<const double> to) {
+  const auto first = static_cast<std::size_t>(link.variable);
+  const double factor = link.follows ? link.multiplier : 1;
+  // From the joint's origin straight ahead: its link is farthest from there at either end.
+  const auto straight = [](const auto& from_m, const auto& step_m) {
+    return JointTravel{.slide_m = step_m.norm(),
+                       .arm_m = std::max(from_m.norm(), (from_m + step_m).norm())};
+  };
+  switch (link.kind) {
+    case JointKind::kFixed:
+      return {};
+    case JointKind::kRevolute:
+    case JointKind::kContinuous:
+      return {.turn_rad = std::abs(factor * step_[first])};
+    case JointKind::kPrismatic: {
       const double offset = link.follows ? link.offset : 0;
-      arm_m = std::max(std::abs(factor * from_[variable] + offset),
-                       std::abs(factor * (from_[variable] + step_[variable]) + offset));
-    } else if (link.kind == JointKind::kPlanar || link.kind == JointKind::kFloating) {
-      const std::size_t axes = link.kind == JointKind::kPlanar ? 2 : 3;
-      for (std::size_t k = 0; k < axes; ++k) arm_m = std::hypot(arm_m, from_[variable + k]);
+      return straight(Eigen::Matrix<double, 1, 1>(factor * from_[first] + offset),
+                      Eigen::Matrix<double, 1, 1>(factor * step_[first]));
     }
-    arm_m_.push_back(arm_m);
+    case JointKind::kPlanar: {
+      JointTravel travel = straight(Vector2(&from_[first]), Vector2(&step_[first]));
+      travel.turn_rad = std::abs(step_[first + 2]);
+      return travel;
+    }
+    case JointKind::kFloating: {
+      JointTravel travel = straight(Vector3(&from_[first]), Vector3(&step_[first]));
+      travel.turn_rad = AddTurn(first + kQuaternionAt, to);
+      return travel;
+    }
   }
+  return {};
+}
+
+double JointMotion::AddTurn(std::size_t first, std::span<const double> to) {
+  const auto same = [&](std::size_t v) { return from_[v] == to[v]; };
+  if (same(first) && same(first + 1) && same(first + 2) && same(first + 3)) return 0;
+  const Quaternion from = RotationAt(&from_[first]);
+  const Eigen::AngleAxisd turn(from.conjugate() * RotationAt(&to[first]));
+  turns_.push_back({first, from, turn});
+  return turn.angle();  // >= 0, by a quaternion
 }
 
 void JointMotion::Place(double fraction, std::span<Pose> X_WL) const {
   absl::InlinedVector<double, 32> variables(from_.begin(), from_.end());
   for (std::size_t v = 0; v < variables.size(); ++v) variables[v] += fraction * step_[v];
+  for (const Turn& turn : turns_) {
+    const Eigen::AngleAxisd part(fraction * turn.whole.angle(), turn.whole.axis());
+    const Eigen::Vector4d q = (turn.from * Quaternion(part)).coeffs();  // x y z w
+    std::ranges::copy(q, &variables[turn.first]);
+  }
   LinkPoses(model_, X_WB_, variables, X_WL);
 }
 
@@ -123,15 +152,17 @@ double JointMotion::Reach_m(std::int32_t part) const {
   return carried == nullptr ? ReachOf_m(bounds) : ReachOf_m(BoundsOfBox(bounds, carried->X_FO));
 }
 
-// From the part outward in: each joint turns all that hangs on it about its own origin.
+// From the part outward in: each joint turns all that hangs on it about its own origin, or, where it
+// slides as well, about that of its link.
 double JointMotion::TravelBelow_m(std::int32_t part, int above) const {
   double reach_m = Reach_m(part);
   double travel_m = 0;
   for (int link = LinkOf(part); link != above;) {
     const auto k = static_cast<std::size_t>(link);
     const ModelLink& model_link = model_.links[k];
-    reach_m += arm_m_[k];  // about the joint's origin
-    travel_m += turn_rad_[k] * reach_m + slide_m_[k];
+    const JointTravel& joint = joints_[k];
+    travel_m += SweepOf_m(joint.turn_rad, reach_m) + joint.slide_m;
+    reach_m += joint.arm_m;                           // about the joint's origin
     reach_m += model_link.X_PJ.translation().norm();  // about the parent's origin
     if (link == model_link.parent) break;             // the root
     link = model_link.parent;
