@@ -84,49 +84,64 @@ JointMotion::JointMotion(const RobotModel& model, const QueryBody& body, const P
   for (std::size_t v = 0; v < from.size(); ++v) {
     step_.push_back(ComesAround(model, v) ? TurnBetween(from[v], to[v]) : to[v] - from[v]);
   }
-  for (const ModelLink& link : model.links) joints_.push_back(TravelOf(link, to));
+  std::vector<Pose> X_WL(model.links.size());
+  LinkPoses(model, X_WB, from, X_WL);
+  for (const ModelLink& link : model.links) {
+    JointTravel joint = TravelOf(link, to);
+    if (const auto parent = static_cast<std::size_t>(link.parent); parent < joints_.size()) {
+      const Matrix3 R_WJ = X_WL[parent].linear() * link.X_PJ.linear();
+      joint.slide_W = R_WJ * joint.slide_W;
+      joint.axis_W = R_WJ * joint.axis_W;
+      joint.is_steady = joints_[parent].is_steady && joints_[parent].turn_rad == 0;
+    }
+    joints_.push_back(joint);
+  }
 }
 
 JointMotion::JointTravel JointMotion::TravelOf(const ModelLink& link, std::span<const double> to) {
   const auto first = static_cast<std::size_t>(link.variable);
   const double factor = link.follows ? link.multiplier : 1;
   // From the joint's origin straight ahead: its link is farthest from there at either end.
-  const auto straight = [](const auto& from_m, const auto& step_m) {
-    return JointTravel{.slide_m = step_m.norm(),
-                       .arm_m = std::max(from_m.norm(), (from_m + step_m).norm())};
+  const auto straight = [](const Vector3& from_J, const Vector3& slide_J) {
+    return JointTravel{.slide_W = slide_J,
+                       .arm_m = std::max(from_J.norm(), (from_J + slide_J).norm())};
   };
   switch (link.kind) {
     case JointKind::kFixed:
       return {};
     case JointKind::kRevolute:
     case JointKind::kContinuous:
-      return {.turn_rad = std::abs(factor * step_[first])};
+      return {.turn_rad = std::abs(factor * step_[first]), .axis_W = link.axis_J};
     case JointKind::kPrismatic: {
       const double offset = link.follows ? link.offset : 0;
-      return straight(Eigen::Matrix<double, 1, 1>(factor * from_[first] + offset),
-                      Eigen::Matrix<double, 1, 1>(factor * step_[first]));
+      return straight((factor * from_[first] + offset) * link.axis_J,
+                      factor * step_[first] * link.axis_J);
     }
     case JointKind::kPlanar: {
-      JointTravel travel = straight(Vector2(&from_[first]), Vector2(&step_[first]));
+      const Eigen::Matrix<double, 3, 2> plane = BasisFromZ(link.axis_J).leftCols<2>();
+      JointTravel travel = straight(plane * Vector2(&from_[first]), plane * Vector2(&step_[first]));
       travel.turn_rad = std::abs(step_[first + 2]);
+      travel.axis_W = link.axis_J;
       return travel;
     }
     case JointKind::kFloating: {
       JointTravel travel = straight(Vector3(&from_[first]), Vector3(&step_[first]));
-      travel.turn_rad = AddTurn(first + kQuaternionAt, to);
+      if (const Turn* const turn = AddTurn(first + kQuaternionAt, to)) {
+        travel.turn_rad = turn->whole.angle();  // >= 0, by a quaternion
+        travel.axis_W = turn->from * turn->whole.axis();
+      }
       return travel;
     }
   }
   return {};
 }
 
-double JointMotion::AddTurn(std::size_t first, std::span<const double> to) {
+const JointMotion::Turn* JointMotion::AddTurn(std::size_t first, std::span<const double> to) {
   const auto same = [&](std::size_t v) { return from_[v] == to[v]; };
-  if (same(first) && same(first + 1) && same(first + 2) && same(first + 3)) return 0;
+  if (same(first) && same(first + 1) && same(first + 2) && same(first + 3)) return nullptr;
   const Quaternion from = RotationAt(&from_[first]);
-  const Eigen::AngleAxisd turn(from.conjugate() * RotationAt(&to[first]));
-  turns_.push_back({first, from, turn});
-  return turn.angle();  // >= 0, by a quaternion
+  const Eigen::AngleAxisd whole(from.conjugate() * RotationAt(&to[first]));
+  return &turns_.emplace_back(Turn{first, from, whole});
 }
 
 void JointMotion::Place(double fraction, std::span<Pose> X_WL) const {
@@ -153,21 +168,38 @@ double JointMotion::Reach_m(std::int32_t part) const {
 }
 
 // From the part outward in: each joint turns all that hangs on it about its own origin, or, where it
-// slides as well, about that of its link.
-double JointMotion::TravelBelow_m(std::int32_t part, int above) const {
+// slides as well, about that of its link. `of` is told the joint and how far the part reaches from
+// there.
+template <class Of>
+double JointMotion::SumBelow_m(std::int32_t part, int above, Of&& of) const {
   double reach_m = Reach_m(part);
   double travel_m = 0;
   for (int link = LinkOf(part); link != above;) {
     const auto k = static_cast<std::size_t>(link);
     const ModelLink& model_link = model_.links[k];
-    const JointTravel& joint = joints_[k];
-    travel_m += SweepOf_m(joint.turn_rad, reach_m) + joint.slide_m;
-    reach_m += joint.arm_m;                           // about the joint's origin
+    travel_m += of(joints_[k], reach_m);
+    reach_m += joints_[k].arm_m;                      // about the joint's origin
     reach_m += model_link.X_PJ.translation().norm();  // about the parent's origin
     if (link == model_link.parent) break;             // the root
     link = model_link.parent;
   }
   return travel_m;
+}
+
+double JointMotion::TravelBelow_m(std::int32_t part, int above) const {
+  return SumBelow_m(part, above, [](const JointTravel& joint, double reach_m) {
+    return SweepOf_m(joint.turn_rad, reach_m) + joint.slide_W.norm();
+  });
+}
+
+// As of a rigid body, but for what moves with a joint that itself is turned: which way that goes
+// changes meanwhile.
+double JointMotion::TravelAlong_m(std::int32_t part, const Vector3& nhat_W) const {
+  return SumBelow_m(part, -1, [&](const JointTravel& joint, double reach_m) {
+    if (!joint.is_steady) return SweepOf_m(joint.turn_rad, reach_m) + joint.slide_W.norm();
+    const double turn_rad = joint.turn_rad * nhat_W.cross(joint.axis_W).norm();
+    return nhat_W.dot(joint.slide_W) + SweepOf_m(turn_rad, reach_m);
+  });
 }
 
 int JointMotion::CommonAncestor(int link, int other) const {

@@ -59,14 +59,17 @@ class JointMotion : public BodyMotion {
 
   void Place(double fraction, std::span<Pose> X_WL) const override;
   double Travel_m(std::int32_t part) const override;
+  double TravelAlong_m(std::int32_t part, const Vector3& nhat_W) const override;
   double RelativeTravel_m(const PartPair& pair) const override;
 
  private:
   // What a joint does to its link over the whole edge.
   struct JointTravel {
+    Vector3 slide_W = Vector3::Zero();  // of the link's origin
     double turn_rad = 0;
-    double slide_m = 0;
-    double arm_m = 0;  // from the joint's origin to the link's, at most
+    Vector3 axis_W = Vector3::UnitZ();  // of that turn
+    double arm_m = 0;                   // from the joint's origin to the link's, at most
+    bool is_steady = true;  // no joint above it turns: else the vectors are those of the start
   };
   // Of a floating joint.
   struct Turn {
@@ -75,16 +78,18 @@ class JointMotion : public BodyMotion {
     Eigen::AngleAxisd whole;  // in the frame of `from`
   };
 
-  // Of the joint above the link.
+  // Of the joint above the link, with vectors in the joint's frame.
   JointTravel TravelOf(const ModelLink& link, std::span<const double> to);
-  // By how much it turns.
-  double AddTurn(std::size_t first, std::span<const double> to);
+  // Of the quaternion from variable `first` on; nullptr where it stays as it is.
+  const Turn* AddTurn(std::size_t first, std::span<const double> to);
   // The link that the part hangs on: of what is carried the one that it is fixed to.
   int LinkOf(std::int32_t part) const;
   // How far any of its points is from the origin of that link.
   double Reach_m(std::int32_t part) const;
   // Of a part, by the joints above its link down to, and without, that of the link `above`.
   double TravelBelow_m(std::int32_t part, int above) const;
+  template <class Of>
+  double SumBelow_m(std::int32_t part, int above, Of&& of) const;
   int CommonAncestor(int link, int other) const;
 
   const RobotModel& model_;

@@ -175,6 +175,46 @@ TEST(JointMotion, NoPointTravelsFartherThanItsPart) {
   ExpectNoPointTravelsFartherThanItsPart(*Rover());
 }
 
+void ExpectNoPointTravelsFartherAlongADirection(const RobotGeometry& robot) {
+  std::mt19937 random(3);
+  const RobotModel& model = *robot.model;
+  const QueryBody body = BodyFromRobot(robot, RobotScope::kBoth);
+  int is_less = 0;
+  for (int k = 0; k < 500; ++k) {
+    const std::vector<double> first = RandomState(model, random);
+    std::vector<double> last = RandomState(model, random);
+    // Joints that stand leave those behind them steady.
+    for (std::size_t v = 0; v < last.size(); ++v) {
+      if (model.links[static_cast<std::size_t>(model.variables[v].link)].urdf_index <= k % 5) {
+        last[v] = first[v];
+      }
+    }
+    const JointMotion motion(model, body, RandomPose(random, 1), first, last);
+    const double from = std::uniform_real_distribution<double>(0, 1)(random);
+    const double to = std::uniform_real_distribution<double>(from, 1)(random);
+    const Vector3 nhat = RandomPose(random, 0).linear().col(0);
+    std::vector<Pose> X_from(model.links.size()), X_to(model.links.size());
+    motion.Place(from, X_from);
+    motion.Place(to, X_to);
+    for (std::int32_t part = 0; part < 5; ++part) {
+      const auto link =
+          static_cast<std::size_t>(robot.link_of_part[static_cast<std::size_t>(part)]);
+      const Vector3 p = PointOf(robot.geometry->parts[static_cast<std::size_t>(part)], random);
+      const double moved_m = nhat.dot(X_to[link] * p - X_from[link] * p);
+      EXPECT_LE(moved_m, motion.TravelAlong_m(part, nhat) * (to - from) + kRounding_m) << part;
+      EXPECT_LE(-moved_m, motion.TravelAlong_m(part, -nhat) * (to - from) + kRounding_m) << part;
+      EXPECT_LE(motion.TravelAlong_m(part, nhat), motion.Travel_m(part) + kRounding_m);
+      if (motion.TravelAlong_m(part, nhat) < 0.5 * motion.Travel_m(part)) ++is_less;
+    }
+  }
+  EXPECT_GT(is_less, 100);
+}
+
+TEST(JointMotion, NoPointTravelsFartherAlongADirectionThanItsPart) {
+  ExpectNoPointTravelsFartherAlongADirection(*Snake());
+  ExpectNoPointTravelsFartherAlongADirection(*Rover());
+}
+
 TEST(JointMotion, BeginsAndEndsAtItsRows) {
   std::mt19937 random(4);
   for (const auto& robot : {Snake(), Rover()}) {

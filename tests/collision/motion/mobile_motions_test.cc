@@ -151,6 +151,33 @@ TEST(MobileMotions, MeetWhatLiesOnTheShortWay) {
   EXPECT_THAT(verdict(0.4), ElementsAre(MotionVerdict::kFree));
 }
 
+// All numbers are binary fractions: a gap of none is exactly that.
+TEST(MobileMotions, SlideOnTheFloorAtAnyLength) {
+  const Asking box(Links("w") +
+                   "<link name=\"base\"><collision><geometry><box size=\"0.5 0.25 0.125\"/>"
+                   "</geometry></collision></link>" +
+                   JointText("drive", "planar", "w", "base",
+                             "<origin xyz=\"0 0 0.0625\"/><axis xyz=\"0 0 1\"/>"));
+  const auto floor = [](double gap_m) {
+    return WorldOf(
+        {PutOf("floor", {{.shape = Box{{32, 32, 1}}}}, MakeTranslation(0, 0, -0.5 - gap_m))});
+  };
+  for (const double length_m : {0.01, 0.5, 4.0, 10.0}) {
+    const std::vector<double> rows = {0, 0, 0, length_m, 0.25, 1};
+    const JointRows states(*box.model, box.model->all,
+                           {.base = DefaultVariables(*box.model), .rows = rows});
+    const auto told = [&](double gap_m) {
+      const std::vector<Path> path = {{}};
+      return *CheckPaths(*floor(gap_m), box.body, JointWaypoints(*box.model, box.body, states),
+                         path, {});
+    };
+    EXPECT_THAT(told(0).verdict, ElementsAre(MotionVerdict::kGrazing)) << length_m;
+    EXPECT_THAT(told(0x1p-14).verdict, ElementsAre(MotionVerdict::kFree)) << length_m;
+    EXPECT_NEAR(told(0x1p-14).clearance_m[0], 0x1p-14, 1e-12) << length_m;
+    EXPECT_THAT(told(-0x1p-14).verdict, ElementsAre(MotionVerdict::kContact)) << length_m;
+  }
+}
+
 // A robot that stands ten kilometres from its joint's origin turns there, not about that.
 TEST(MobileMotions, TurnFarFromTheOriginAsTheyDoThere) {
   const Asking driver = Driver();
