@@ -94,13 +94,14 @@ absl::StatusOr<pb::CheckMotionsResponse> AskMotions(Session& session,
 void PrintMotions(const pb::CheckMotionsResponse& response, Session& session) {
   std::vector<TableRow> lines;
   for (const pb::MotionRow& row : response.rows()) {
-    lines.push_back({{absl::StrCat(lines.size()), ShortName(row.verdict()),
-                      row.has_clearance_m() ? Fixed(1000 * row.clearance_m(), 3) : "",
-                      row.has_segment() ? absl::StrCat(row.segment()) : "",
-                      row.has_lo() ? Fixed(row.lo(), 5) : "",
-                      row.has_hi() ? Fixed(row.hi(), 5) : "", MetName(row), row.object_link(),
-                      row.has_object_part() ? absl::StrCat(row.object_part()) : "", BodyName(row),
-                      row.has_body_part() ? absl::StrCat(row.body_part()) : ""}});
+    lines.push_back(
+        {{absl::StrCat(lines.size()), ShortName(row.verdict()),
+          row.has_clearance_m() ? Fixed(1000 * row.clearance_m(), 3) : "",
+          row.has_segment() ? absl::StrCat(row.segment()) : "",
+          row.has_lo() ? Fixed(row.lo(), 5) : "", row.has_hi() ? Fixed(row.hi(), 5) : "",
+          MetName(row), row.object_link(),
+          row.has_object_part() ? absl::StrCat(row.object_part()) : "", BodyName(row),
+          row.has_body_part() ? absl::StrCat(row.body_part()) : "", ShortName(row.trust())}});
   }
   PrintTable({{"MOTION", Align::kRight},
               {"VERDICT"},
@@ -112,7 +113,8 @@ void PrintMotions(const pb::CheckMotionsResponse& response, Session& session) {
               {"OBJECT LINK"},
               {"OBJECT PART", Align::kRight},
               {"BODY LINK"},
-              {"BODY PART", Align::kRight}},
+              {"BODY PART", Align::kRight},
+              {"TRUST"}},
              lines, session.table_style(), session.streams.out);
 }
 

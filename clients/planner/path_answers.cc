@@ -64,7 +64,8 @@ absl::StatusOr<Certificate> Certify(client::QueryStream& stream,
   return Certificate{.verdict = row.verdict(),
                      .clearance_m = row.clearance_m(),
                      .segment = row.segment(),
-                     .what_is_met = Meeting(row)};
+                     .what_is_met = Meeting(row),
+                     .trust = row.trust()};
 }
 
 }  // namespace cwm::planner

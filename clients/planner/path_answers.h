@@ -23,6 +23,7 @@ struct Certificate {
   double clearance_m = 0;   // FREE: no pair comes nearer to its margin; told up to 0.02
   int segment = 0;          // else: from this row of the path to the next
   std::string what_is_met;  // as above; empty where no pair is named
+  v1::Trust trust = v1::TRUST_UNSPECIFIED;  // of the verdict
 };
 absl::StatusOr<Certificate> Certify(client::QueryStream& stream,
                                     const v1::CheckCollisionsRequest& question,

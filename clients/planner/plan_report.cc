@@ -52,6 +52,10 @@ std::string ShortName(v1::MotionVerdict verdict) {
   return std::string(absl::StripPrefix(v1::MotionVerdict_Name(verdict), "MOTION_VERDICT_"));
 }
 
+std::string ShortName(v1::Trust trust) {
+  return std::string(absl::StripPrefix(v1::Trust_Name(trust), "TRUST_"));
+}
+
 void PrintPath(const PlanReport& report, std::ostream& out) {
   constexpr std::size_t kNumberWidth = 8;
   std::string header = "ROW";
@@ -95,7 +99,7 @@ void PrintTable(const PlanReport& report, std::ostream& out) {
       out << " after row " << report.certificate->segment << ", "
           << report.certificate->what_is_met;
     }
-    out << "\n";
+    out << ", trust " << ShortName(report.certificate->trust) << "\n";
   } else if (result.outcome == Outcome::kSolved) {
     out << absl::StrFormat("free at states %g apart; in between --certify asks\n", kFineStep);
   }
@@ -127,7 +131,8 @@ void PrintJson(const PlanReport& report, std::ostream& out) {
     json["certificate"] = {{"verdict", ShortName(report.certificate->verdict)},
                            {"clearance_m", report.certificate->clearance_m},
                            {"segment", report.certificate->segment},
-                           {"what_is_met", report.certificate->what_is_met}};
+                           {"what_is_met", report.certificate->what_is_met},
+                           {"trust", ShortName(report.certificate->trust)}};
   }
   // Names are the user's bytes: what is no UTF-8 is replaced, not thrown over.
   out << json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) << "\n";

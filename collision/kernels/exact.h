@@ -27,7 +27,8 @@ struct PlacedExact {
 // search may stop: the distance returned is then some lower bound > max_distance_m and the
 // witnesses are not meaningful.
 //
-// Separated pairs are kExact. Overlapping ones:
+// Separated pairs are kExact; kBounded where the search between round shapes of very different sizes
+// leaves more than 1e-7 m open: they are then no farther apart than told. Overlapping ones:
 // * two convex shapes, or a half-space and anything: the least translation that parts them, kExact;
 //   kBounded where the search with a cylinder or cone runs out of work with more than 1e-7 m open;
 // * a plate of several convex pieces: the depth of the deepest pair of pieces. The least

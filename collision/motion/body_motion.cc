@@ -29,16 +29,29 @@ bool IsRotary(JointKind kind) {
   return kind == JointKind::kRevolute || kind == JointKind::kContinuous;
 }
 
-// Whether a whole turn of the variable leaves the robot as it was: of a continuous joint that
-// nothing follows but what turns with it a whole number of times. Else the short way would end
-// elsewhere than the row says.
+bool IsWholeTurn(double multiplier) { return std::trunc(multiplier) == multiplier; }
+
+// Whether a whole turn of the variable leaves the robot as it was: the heading of a planar joint, and
+// the value of a continuous one that nothing follows but what turns with it a whole number of times.
+// Else the short way would end elsewhere than the row says.
 bool ComesAround(const RobotModel& model, std::size_t variable) {
-  const auto joint = static_cast<std::size_t>(model.variables[variable].link);
-  if (model.links[joint].kind != JointKind::kContinuous) return false;
+  constexpr int kHeading = 2;  // of a planar joint's variables; no joint follows them
+  const Variable& asked = model.variables[variable];
+  const JointKind kind = model.links[static_cast<std::size_t>(asked.link)].kind;
+  if (kind == JointKind::kPlanar) return asked.component == kHeading;
+  if (kind != JointKind::kContinuous) return false;
   return std::ranges::all_of(model.links, [&](const ModelLink& link) {
     const bool follows = link.follows && link.variable == static_cast<int>(variable);
-    return !follows || (IsRotary(link.kind) && std::trunc(link.multiplier) == link.multiplier);
+    return !follows || (IsRotary(link.kind) && IsWholeTurn(link.multiplier));
   });
+}
+
+constexpr std::size_t kQuaternionAt = 3;  // of a floating joint's variables
+
+// One without a length turns nothing (robot/kinematics.h).
+Quaternion RotationAt(const double* q) {
+  const Quaternion rotation(q[3], q[0], q[1], q[2]);
+  return rotation.squaredNorm() > 0 ? rotation.normalized() : Quaternion::Identity();
 }
 
 }  // namespace
@@ -65,49 +78,80 @@ void RigidMotion::Place(double fraction, std::span<Pose> X_WF) const {
   X_WF[0].translation() = from_.translation() + fraction * step_m_;
 }
 
-std::optional<int> JointMotion::FirstNotFollowed(const RobotModel& model,
-                                                 std::span<const double> from,
-                                                 std::span<const double> to) {
-  for (std::size_t k = 0; k < model.links.size(); ++k) {
-    const ModelLink& link = model.links[k];
-    if (link.kind != JointKind::kPlanar && link.kind != JointKind::kFloating) continue;
-    const auto first = static_cast<std::size_t>(link.variable);
-    const auto count = static_cast<std::size_t>(VariableCount(link.kind));
-    const bool stands = std::ranges::equal(from.subspan(first, count), to.subspan(first, count));
-    if (!stands) return static_cast<int>(k);
-  }
-  return std::nullopt;
-}
-
 JointMotion::JointMotion(const RobotModel& model, const QueryBody& body, const Pose& X_WB,
                          std::span<const double> from, std::span<const double> to)
     : model_(model), body_(body), X_WB_(X_WB), from_(from.begin(), from.end()) {
   for (std::size_t v = 0; v < from.size(); ++v) {
     step_.push_back(ComesAround(model, v) ? TurnBetween(from[v], to[v]) : to[v] - from[v]);
   }
+  std::vector<Pose> X_WL(model.links.size());
+  LinkPoses(model, X_WB, from, X_WL);
   for (const ModelLink& link : model.links) {
-    const bool moves = IsRotary(link.kind) || link.kind == JointKind::kPrismatic;
-    const auto variable = static_cast<std::size_t>(link.variable);
-    const double factor = link.follows ? link.multiplier : 1;
-    const double step = moves ? std::abs(factor * step_[variable]) : 0;
-    turn_rad_.push_back(IsRotary(link.kind) ? step : 0);
-    slide_m_.push_back(link.kind == JointKind::kPrismatic ? step : 0);
-    double arm_m = 0;  // of sliding joints, at either end of the edge
-    if (link.kind == JointKind::kPrismatic) {
-      const double offset = link.follows ? link.offset : 0;
-      arm_m = std::max(std::abs(factor * from_[variable] + offset),
-                       std::abs(factor * (from_[variable] + step_[variable]) + offset));
-    } else if (link.kind == JointKind::kPlanar || link.kind == JointKind::kFloating) {
-      const std::size_t axes = link.kind == JointKind::kPlanar ? 2 : 3;
-      for (std::size_t k = 0; k < axes; ++k) arm_m = std::hypot(arm_m, from_[variable + k]);
+    JointTravel joint = TravelOf(link, to);
+    if (const auto parent = static_cast<std::size_t>(link.parent); parent < joints_.size()) {
+      const Matrix3 R_WJ = X_WL[parent].linear() * link.X_PJ.linear();
+      joint.slide_W = R_WJ * joint.slide_W;
+      joint.axis_W = R_WJ * joint.axis_W;
+      joint.is_steady = joints_[parent].is_steady && joints_[parent].turn_rad == 0;
     }
-    arm_m_.push_back(arm_m);
+    joints_.push_back(joint);
   }
+}
+
+JointMotion::JointTravel JointMotion::TravelOf(const ModelLink& link, std::span<const double> to) {
+  const auto first = static_cast<std::size_t>(link.variable);
+  const double factor = link.follows ? link.multiplier : 1;
+  // From the joint's origin straight ahead: its link is farthest from there at either end.
+  const auto straight = [](const Vector3& from_J, const Vector3& slide_J) {
+    return JointTravel{.slide_W = slide_J,
+                       .arm_m = std::max(from_J.norm(), (from_J + slide_J).norm())};
+  };
+  switch (link.kind) {
+    case JointKind::kFixed:
+      return {};
+    case JointKind::kRevolute:
+    case JointKind::kContinuous:
+      return {.turn_rad = std::abs(factor * step_[first]), .axis_W = link.axis_J};
+    case JointKind::kPrismatic: {
+      const double offset = link.follows ? link.offset : 0;
+      return straight((factor * from_[first] + offset) * link.axis_J,
+                      factor * step_[first] * link.axis_J);
+    }
+    case JointKind::kPlanar: {
+      const Eigen::Matrix<double, 3, 2> plane = BasisFromZ(link.axis_J).leftCols<2>();
+      JointTravel travel = straight(plane * Vector2(&from_[first]), plane * Vector2(&step_[first]));
+      travel.turn_rad = std::abs(step_[first + 2]);
+      travel.axis_W = link.axis_J;
+      return travel;
+    }
+    case JointKind::kFloating: {
+      JointTravel travel = straight(Vector3(&from_[first]), Vector3(&step_[first]));
+      if (const Turn* const turn = AddTurn(first + kQuaternionAt, to)) {
+        travel.turn_rad = turn->whole.angle();  // >= 0, by a quaternion
+        travel.axis_W = turn->from * turn->whole.axis();
+      }
+      return travel;
+    }
+  }
+  return {};
+}
+
+const JointMotion::Turn* JointMotion::AddTurn(std::size_t first, std::span<const double> to) {
+  const auto same = [&](std::size_t v) { return from_[v] == to[v]; };
+  if (same(first) && same(first + 1) && same(first + 2) && same(first + 3)) return nullptr;
+  const Quaternion from = RotationAt(&from_[first]);
+  const Eigen::AngleAxisd whole(from.conjugate() * RotationAt(&to[first]));
+  return &turns_.emplace_back(Turn{first, from, whole});
 }
 
 void JointMotion::Place(double fraction, std::span<Pose> X_WL) const {
   absl::InlinedVector<double, 32> variables(from_.begin(), from_.end());
   for (std::size_t v = 0; v < variables.size(); ++v) variables[v] += fraction * step_[v];
+  for (const Turn& turn : turns_) {
+    const Eigen::AngleAxisd part(fraction * turn.whole.angle(), turn.whole.axis());
+    const Eigen::Vector4d q = (turn.from * Quaternion(part)).coeffs();  // x y z w
+    std::ranges::copy(q, &variables[turn.first]);
+  }
   LinkPoses(model_, X_WB_, variables, X_WL);
 }
 
@@ -123,20 +167,39 @@ double JointMotion::Reach_m(std::int32_t part) const {
   return carried == nullptr ? ReachOf_m(bounds) : ReachOf_m(BoundsOfBox(bounds, carried->X_FO));
 }
 
-// From the part outward in: each joint turns all that hangs on it about its own origin.
-double JointMotion::TravelBelow_m(std::int32_t part, int above) const {
+// From the part outward in: each joint turns all that hangs on it about its own origin, or, where it
+// slides as well, about that of its link. `of` is told the joint and how far the part reaches from
+// there.
+template <class Of>
+double JointMotion::SumBelow_m(std::int32_t part, int above, Of&& of) const {
   double reach_m = Reach_m(part);
   double travel_m = 0;
   for (int link = LinkOf(part); link != above;) {
     const auto k = static_cast<std::size_t>(link);
     const ModelLink& model_link = model_.links[k];
-    reach_m += arm_m_[k];  // about the joint's origin
-    travel_m += turn_rad_[k] * reach_m + slide_m_[k];
+    travel_m += of(joints_[k], reach_m);
+    reach_m += joints_[k].arm_m;                      // about the joint's origin
     reach_m += model_link.X_PJ.translation().norm();  // about the parent's origin
     if (link == model_link.parent) break;             // the root
     link = model_link.parent;
   }
   return travel_m;
+}
+
+double JointMotion::TravelBelow_m(std::int32_t part, int above) const {
+  return SumBelow_m(part, above, [](const JointTravel& joint, double reach_m) {
+    return SweepOf_m(joint.turn_rad, reach_m) + joint.slide_W.norm();
+  });
+}
+
+// As of a rigid body, but for what moves with a joint that itself is turned: which way that goes
+// changes meanwhile.
+double JointMotion::TravelAlong_m(std::int32_t part, const Vector3& nhat_W) const {
+  return SumBelow_m(part, -1, [&](const JointTravel& joint, double reach_m) {
+    if (!joint.is_steady) return SweepOf_m(joint.turn_rad, reach_m) + joint.slide_W.norm();
+    const double turn_rad = joint.turn_rad * nhat_W.cross(joint.axis_W).norm();
+    return nhat_W.dot(joint.slide_W) + SweepOf_m(turn_rad, reach_m);
+  });
 }
 
 int JointMotion::CommonAncestor(int link, int other) const {

@@ -47,8 +47,9 @@ class RigidMotion : public BodyMotion {
 };
 
 // A robot whose joints move linearly, continuous ones the short way, but for those that a joint
-// follows which a whole turn would leave elsewhere. A planar or floating joint whose
-// variables differ is not followed: see FirstNotFollowed.
+// follows which a whole turn would leave elsewhere. Planar and floating joints move as a rigid body
+// does: straight ahead, while they turn the short way at constant speed; of half a turn either way is
+// as short.
 class JointMotion : public BodyMotion {
  public:
   // A body of the robot (BodyFromRobot, BodyFromSpheres) and what it carries; all variables of the
@@ -56,31 +57,47 @@ class JointMotion : public BodyMotion {
   JointMotion(const RobotModel& model, const QueryBody& body, const Pose& X_WB,
               std::span<const double> from, std::span<const double> to);
 
-  // The first link whose joint moves as no bounds are known of: planar or floating. Nothing when
-  // the motion is one that can be followed.
-  static std::optional<int> FirstNotFollowed(const RobotModel& model, std::span<const double> from,
-                                             std::span<const double> to);
-
   void Place(double fraction, std::span<Pose> X_WL) const override;
   double Travel_m(std::int32_t part) const override;
+  double TravelAlong_m(std::int32_t part, const Vector3& nhat_W) const override;
   double RelativeTravel_m(const PartPair& pair) const override;
 
  private:
+  // What a joint does to its link over the whole edge.
+  struct JointTravel {
+    Vector3 slide_W = Vector3::Zero();  // of the link's origin
+    double turn_rad = 0;
+    Vector3 axis_W = Vector3::UnitZ();  // of that turn
+    double arm_m = 0;                   // from the joint's origin to the link's, at most
+    bool is_steady = true;  // no joint above it turns: else the vectors are those of the start
+  };
+  // Of a floating joint.
+  struct Turn {
+    std::size_t first;  // of the variables of its quaternion
+    Quaternion from;
+    Eigen::AngleAxisd whole;  // in the frame of `from`
+  };
+
+  // Of the joint above the link, with vectors in the joint's frame.
+  JointTravel TravelOf(const ModelLink& link, std::span<const double> to);
+  // Of the quaternion from variable `first` on; nullptr where it stays as it is.
+  const Turn* AddTurn(std::size_t first, std::span<const double> to);
   // The link that the part hangs on: of what is carried the one that it is fixed to.
   int LinkOf(std::int32_t part) const;
   // How far any of its points is from the origin of that link.
   double Reach_m(std::int32_t part) const;
   // Of a part, by the joints above its link down to, and without, that of the link `above`.
   double TravelBelow_m(std::int32_t part, int above) const;
+  template <class Of>
+  double SumBelow_m(std::int32_t part, int above, Of&& of) const;
   int CommonAncestor(int link, int other) const;
 
   const RobotModel& model_;
   const QueryBody& body_;
   const Pose X_WB_;
-  std::vector<double> from_, step_;  // of the variables
-  std::vector<double> turn_rad_;     // per link: of its joint over the whole edge
-  std::vector<double> slide_m_;      // likewise, of one that slides
-  std::vector<double> arm_m_;        // per link: from its joint's origin to its own, at most
+  std::vector<double> from_, step_;  // of the variables; of quaternions see `turns_`
+  std::vector<Turn> turns_;
+  std::vector<JointTravel> joints_;  // by link, of the joint above it
 };
 
 }  // namespace cwm::collision

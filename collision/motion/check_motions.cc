@@ -41,6 +41,7 @@ struct Place {
   double gap_m = 0;
   bool contact = false;
   bool certain = true;
+  Trust trust = Trust::kExact;  // of what is told here: contact, no contact, or neither
   // Of a pair that nearly touches: a gap along `normal`, from the body to the object, between planes
   // that each have one of the two wholly behind them; none is known of others.
   double plane_gap_m = -std::numeric_limits<double>::infinity();
@@ -63,6 +64,7 @@ struct EdgeResult {
   MotionVerdict verdict = MotionVerdict::kFree;
   double lo = 0, hi = 1, clearance_m = kLookout_m;
   PairId pair = {};
+  Trust trust = Trust::kExact;
 };
 
 // One pair after the other, those first that soon could meet; once one does, the others are followed
@@ -78,6 +80,9 @@ class EdgeSearch {
       Follow(candidates_[next]);
     }
     if (result_.verdict != MotionVerdict::kFree) result_.clearance_m = 0;
+    const bool is_of_all_pairs =
+        result_.verdict == MotionVerdict::kFree || result_.verdict == MotionVerdict::kGrazing;
+    if (is_of_all_pairs) result_.trust = weakest_;
     return result_;
   }
 
@@ -127,17 +132,29 @@ class EdgeSearch {
   }
 
   void Add(const BodySearch::Pair& pair, double travel_m) {
+    if (MayBeAsked(pair, travel_m)) weakest_ = std::max(weakest_, pair.TrustOfYesNo());
     const double reach_m = Reach_m(pair.margin_m, travel_m);
     const PairDistance answer = pair.engine.Distance(pair.body, pair.object, reach_m, pair.work);
-    if (answer.distance_m > reach_m) return;
+    if (answer.distance_m - answer.bound_m > reach_m) return;
     candidates_.push_back({pair, travel_m, answer.distance_m - pair.margin_m});
+  }
+
+  // Whether the boxes of the two can meet on the way. Far from its surface an open mesh has no inside
+  // either: distances do not tell.
+  bool MayBeAsked(const BodySearch::Pair& pair, double travel_m) const {
+    const Aabb& theirs_W =
+        pair.id.IsOfItself()
+            ? search_.BoundsOf_W(pair.id.object_part)
+            : pair.id.object->parts_W[static_cast<std::size_t>(pair.id.object_part)].bounds_W;
+    const double reach_m = std::max(0.0, pair.margin_m) + travel_m;
+    return SquaredDistance_m2(search_.BoundsOf_W(pair.id.body_part), theirs_W) <= reach_m * reach_m;
   }
 
   void Follow(const Candidate& candidate) {
     places_ = 0;
     const Place start = LookAt(candidate, 0);
     if (start.contact) {
-      result_ = Contact(0, 0, candidate.pair.id);
+      result_ = Contact(0, start, candidate.pair.id);
       return;
     }
     const double to = result_.verdict == MotionVerdict::kContact ? result_.hi : 1;
@@ -165,13 +182,18 @@ class EdgeSearch {
 
   // The pair is free up to `from` and in contact at `to`, and so are all others up to where they are
   // proven: a contact that is known already is no earlier than `to`, but free up to its `lo` alone.
-  void Meet(const Candidate& candidate, double from, double to) {
+  void Meet(const Candidate& candidate, double from, const Place& to) {
     const double others = result_.verdict == MotionVerdict::kContact ? result_.lo : 1;
     result_ = Contact(std::min({from, others, open_from_}), to, candidate.pair.id);
   }
 
-  static EdgeResult Contact(double lo, double hi, const PairId& id) {
-    return {.verdict = MotionVerdict::kContact, .lo = lo, .hi = hi, .clearance_m = 0, .pair = id};
+  static EdgeResult Contact(double lo, const Place& at, const PairId& id) {
+    return {.verdict = MotionVerdict::kContact,
+            .lo = lo,
+            .hi = at.fraction,
+            .clearance_m = 0,
+            .pair = id,
+            .trust = at.trust};
   }
 
   // From left to right; true when there is no need to look further. Once work has run out, an
@@ -191,7 +213,7 @@ class EdgeSearch {
     if (search_.ended()) return true;
     const bool is_narrowest = width <= kNarrowest;
     if (b.contact && (width <= kBracket || is_narrowest)) {
-      Meet(candidate, a.fraction, b.fraction);
+      Meet(candidate, a.fraction, b);
       return true;
     }
     // What slides along a plane grazes as far as it stays at no gap, not where it comes near.
@@ -201,7 +223,10 @@ class EdgeSearch {
       const bool grazes = is_grazing && is_certain;
       open_from_ = std::min(open_from_, a.fraction);
       if (result_.verdict == MotionVerdict::kContact) result_.lo = std::min(result_.lo, open_from_);
-      Doubt(grazes ? MotionVerdict::kGrazing : MotionVerdict::kUndecided, a.fraction, b.fraction);
+      Doubt({.verdict = grazes ? MotionVerdict::kGrazing : MotionVerdict::kUndecided,
+             .lo = a.fraction,
+             .hi = b.fraction,
+             .trust = std::max(a.trust, b.trust)});
       // Undecided it stays, but for a contact: no more work is worth it.
       if (!is_grazing) places_ = kMostPlaces;
       return false;
@@ -230,18 +255,18 @@ class EdgeSearch {
   // Proven from one fraction to another: no contact, but maybe a graze.
   void StayClear(double clearance_m, double from, double to) {
     result_.clearance_m = std::min(result_.clearance_m, clearance_m);
-    if (clearance_m <= kGrazing_m) Doubt(MotionVerdict::kGrazing, from, to);
+    if (clearance_m <= kGrazing_m) {
+      Doubt({.verdict = MotionVerdict::kGrazing, .lo = from, .hi = to});
+    }
   }
 
   // Of several the worst stays, and of those the first found; a contact overrides them.
-  void Doubt(MotionVerdict verdict, double from, double to) {
+  void Doubt(const EdgeResult& doubt) {
     if (result_.verdict == MotionVerdict::kContact) return;
-    const bool worse = result_.verdict == MotionVerdict::kFree ||
-                       (verdict == MotionVerdict::kUndecided && result_.verdict != verdict);
-    if (!worse) return;
-    result_.verdict = verdict;
-    result_.lo = from;
-    result_.hi = to;
+    const bool worse =
+        result_.verdict == MotionVerdict::kFree ||
+        (doubt.verdict == MotionVerdict::kUndecided && result_.verdict != doubt.verdict);
+    if (worse) result_ = doubt;
   }
 
   Place LookAt(const Candidate& candidate, double fraction) {
@@ -252,21 +277,26 @@ class EdgeSearch {
     const PairDistance answer = pair.engine.Distance(pair.body, pair.object, reach_m, pair.work);
     search_.CountPair(pair);
     Place place{.fraction = fraction};
-    place.gap_m = std::min(answer.distance_m, reach_m) - pair.margin_m;
-    place.certain = answer.trust != Trust::kDegraded;
+    SetGap(pair, answer, reach_m, place);
+    const bool is_yes_or_no = place.contact ? pair.margin_m == 0 : place.certain;
+    place.trust = is_yes_or_no ? pair.TrustOfYesNo() : answer.trust;
     if (place.gap_m <= kPlaneWithin * candidate.travel_m) SetPlane(pair, answer.normal, place);
-    // The kernels call an overlap what is one: of a margin of none or more it is a contact,
-    // whatever the depth. Where some depth is let pass, what is known of it counts.
-    const bool is_apart = answer.distance_m >= 0;
-    if (is_apart || pair.margin_m >= 0) {
-      place.contact = place.gap_m < 0;
-      return place;
-    }
-    const bool is_known = place.certain;
-    place.contact = is_known && place.gap_m + answer.bound_m < 0;
-    if (!place.contact) place.gap_m -= answer.bound_m;
-    place.certain = is_known && (place.contact || place.gap_m >= 0);
     return place;
+  }
+
+  // The kernels call an overlap what is one: of a margin of none or more it is a contact, whatever
+  // the depth. Else what is known counts: of a depth that is let pass, and of a gap between round
+  // shapes of very different sizes, that may be more than bounds.
+  static void SetGap(const BodySearch::Pair& pair, const PairDistance& answer, double reach_m,
+                     Place& place) {
+    const bool is_known = answer.trust != Trust::kDegraded;
+    const bool overlap_is_proven = answer.distance_m < 0 && pair.margin_m >= 0;
+    const double most_m = answer.distance_m + answer.bound_m - pair.margin_m;
+    place.contact = overlap_is_proven || (is_known && most_m < 0);
+    place.gap_m = place.contact
+                      ? answer.distance_m - pair.margin_m
+                      : std::min(answer.distance_m - answer.bound_m, reach_m) - pair.margin_m;
+    place.certain = is_known && (place.contact || place.gap_m >= 0);
   }
 
   // Not of self pairs, of which both parts move, nor of meshes: their vertices are too many.
@@ -290,8 +320,9 @@ class EdgeSearch {
   std::vector<Candidate> candidates_;
   std::vector<std::size_t> order_;
   int places_ = 0;
-  double finest_m_ = kFinest_m;  // a gap of this and less is not proven
-  double open_from_ = 1;         // nothing is proven from here
+  double finest_m_ = kFinest_m;    // a gap of this and less is not proven
+  double open_from_ = 1;           // nothing is proven from here
+  Trust weakest_ = Trust::kExact;  // of the pairs that can come near
   EdgeResult result_;
 };
 
@@ -306,6 +337,7 @@ void Append(MotionColumns& columns, const MotionAnswer& answer) {
   columns.object.push_back(answer.object);
   columns.body_part.push_back(answer.body_part);
   columns.object_part.push_back(answer.object_part);
+  columns.trust.push_back(answer.trust);
 }
 
 namespace {
@@ -319,7 +351,7 @@ QueryOptions WithoutReports(QueryOptions options) {
 
 EdgeChecker::EdgeChecker(const WorldSnapshot& world, const QueryBody& body,
                          const QueryOptions& options, std::stop_token stop)
-    : search_(world, body, WithoutReports(options), stop), ranks_(world) {
+    : body_(body), search_(world, body, WithoutReports(options), stop), ranks_(world) {
   if (options.unseen == UnseenSpace::kReport) {
     with_unseen_.emplace(world, body, options, std::move(stop));
   }
@@ -352,7 +384,8 @@ MotionAnswer EdgeChecker::Check(const BodyMotion& edge) {
           .clearance_m = result.clearance_m,
           .object = result.pair.IsOfItself() ? kItself : ranks_.Of(result.pair.object),
           .body_part = result.pair.body_part,
-          .object_part = result.pair.object_part};
+          .object_part = result.pair.object_part,
+          .trust = std::max(result.trust, body_.best_trust)};
 }
 
 absl::StatusOr<MotionColumns> CheckMotions(const WorldSnapshot& world, const QueryBody& body,

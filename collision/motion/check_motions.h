@@ -50,6 +50,10 @@ struct MotionColumns {
   // The pair of the contact, or with UnseenSpace::kReport of the unseen space that the motion would
   // pass through; as in CollisionColumns; -1 where none is named.
   std::vector<std::int32_t> object, body_part, object_part;
+  // As of a state's verdict, CollisionColumns: of a contact, and of what is undecided, that of the pair
+  // that told; of a motion that is free or grazes, the weakest of the pairs that can come near on its
+  // way.
+  std::vector<Trust> trust;
   std::size_t completed = 0;  // motions answered
 };
 
@@ -59,6 +63,7 @@ struct MotionAnswer {
   std::int32_t segment = -1;
   double lo = 0, hi = 1, clearance_m = 0;
   std::int32_t object = -1, body_part = -1, object_part = -1;
+  Trust trust = Trust::kExact;
 };
 void Append(MotionColumns& columns, const MotionAnswer& answer);
 
@@ -75,12 +80,15 @@ class EdgeChecker {
   MotionAnswer Check(const BodyMotion& edge);
   // Whether the last answer is void: interrupted, or an engine had no answer.
   bool ended() const { return search_.ended() || (with_unseen_ && with_unseen_->ended()); }
+  // Of the body: no answer is labelled better.
+  Trust best_trust() const { return body_.best_trust; }
   // To be asked before each motion.
   bool MustEnd() { return search_.MustEnd(); }
   // Of the whole call: OK when the motions so far are the answer.
   absl::Status Finish() const;
 
  private:
+  const QueryBody& body_;
   BodySearch search_;
   // Where unseen space is to be told of: `search_` knows nothing of it, this one does.
   std::optional<BodySearch> with_unseen_;

@@ -34,9 +34,12 @@ int WeightOf(MotionVerdict verdict) {
 // Void once the checker has ended.
 MotionAnswer Follow(EdgeChecker& checker, const Waypoints& waypoints, const Path& path) {
   if (const auto row = FirstOutOfLimits(waypoints, path)) {
-    return {.verdict = MotionVerdict::kOutOfLimits, .segment = static_cast<std::int32_t>(*row)};
+    return {.verdict = MotionVerdict::kOutOfLimits,
+            .segment = static_cast<std::int32_t>(*row),
+            .trust = checker.best_trust()};
   }
   MotionAnswer told;
+  Trust weakest = Trust::kExact;
   for (std::size_t k = 0; k + 1 < path.row_count && !checker.MustEnd(); ++k) {
     MotionAnswer edge = checker.Check(*waypoints.MotionFrom(path.first_row + k));
     if (edge.verdict != MotionVerdict::kFree) edge.segment = static_cast<std::int32_t>(k);
@@ -45,7 +48,9 @@ MotionAnswer Follow(EdgeChecker& checker, const Waypoints& waypoints, const Path
         edge.verdict == MotionVerdict::kFree && told.verdict == MotionVerdict::kFree;
     if (is_free) told.clearance_m = std::min(told.clearance_m, edge.clearance_m);
     if (k == 0 || WeightOf(edge.verdict) > WeightOf(told.verdict)) told = edge;
+    weakest = std::max(weakest, edge.trust);
   }
+  if (told.verdict != MotionVerdict::kUndecided) told.trust = weakest;
   return told;
 }
 

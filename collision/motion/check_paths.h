@@ -20,7 +20,7 @@ struct Path {
 // One entry a path. A path with a row outside of its limits is kOutOfLimits, and nothing more is
 // looked at. Else its first edge in contact tells, and what lies behind it is not looked at; else
 // the first undecided one, else the first that grazes. A free path has the least clearance of its
-// edges.
+// edges; one that is free or grazes, the weakest trust of them.
 //
 // Engines, margins and `stop` as in CheckMotions.
 absl::StatusOr<MotionColumns> CheckPaths(const WorldSnapshot& world, const QueryBody& body,

@@ -34,8 +34,7 @@ class PoseWaypoints : public Waypoints {
   const std::span<const Pose> X_WB_;
 };
 
-// Of a robot: JointMotion follows from each row to the next (JointMotion::FirstNotFollowed). Refers
-// to the model, and to a body of it.
+// Of a robot, by JointMotion. Refers to the model, and to a body of it.
 class JointWaypoints : public Waypoints {
  public:
   JointWaypoints(const RobotModel& model, const QueryBody& body, const JointRows& rows)

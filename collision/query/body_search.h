@@ -57,6 +57,9 @@ class BodySearch {
     double margin_m;
     int weight;         // of asking, in units of Interrupt, besides what is counted within
     WorkCounter* work;  // the search's: what is asked of the engine is void once it has ended
+
+    // Yes and no needs no label of its own but where a surface has no inside.
+    Trust TrustOfYesNo() const { return has_open_mesh ? Trust::kSurfaceOnly : Trust::kExact; }
   };
 
   // Where the reach of a walk begins: at the surfaces, or at the margin of each pair.
@@ -90,6 +93,9 @@ class BodySearch {
   std::size_t part_count() const { return parts_.size(); }
   const Shape& ShapeOf(std::int32_t body_part) const {
     return parts_[static_cast<std::size_t>(body_part)].part->shape;
+  }
+  const Aabb& BoundsOf_W(std::int32_t body_part) const {
+    return parts_[static_cast<std::size_t>(body_part)].bounds_W;
   }
   const std::vector<PartPair>& self_pairs() const { return body_.self_pairs; }
 

@@ -24,11 +24,6 @@ struct PairVerdict {
   Trust trust;
 };
 
-// Yes and no needs no label of its own but where a surface has no inside.
-Trust TrustOfYesNo(const BodySearch::Pair& pair) {
-  return pair.has_open_mesh ? Trust::kSurfaceOnly : Trust::kExact;
-}
-
 // FCL and Bullet hold cones as circumscribed pieces: their yes or no is one about the pieces.
 bool HasStandIn(const BodySearch::Pair& pair) {
   return pair.engine.kind() != EngineKind::kExact &&
@@ -53,13 +48,13 @@ PairVerdict Judge(const BodySearch::Pair& pair) {
       pair.engine.kind() == EngineKind::kBullet;  // it decides by distance itself
   if (margin_m == 0 && !HasStandIn(pair) && !is_bullet) {
     const bool collides = pair.engine.Collides(pair.body, pair.object, pair.work);
-    return {collides ? Verdict::kCollision : Verdict::kFree, TrustOfYesNo(pair)};
+    return {collides ? Verdict::kCollision : Verdict::kFree, pair.TrustOfYesNo()};
   }
   const PairDistance answer =
       pair.engine.Distance(pair.body, pair.object, std::max(0.0, margin_m), pair.work);
   const Verdict verdict = Decide(answer, margin_m);
   const bool is_clear = verdict == Verdict::kFree && answer.trust != Trust::kDegraded;
-  return {verdict, is_clear ? TrustOfYesNo(pair) : answer.trust};
+  return {verdict, is_clear ? pair.TrustOfYesNo() : answer.trust};
 }
 
 // Gathers the verdict of a row, pair by pair.

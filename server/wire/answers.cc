@@ -350,6 +350,7 @@ void SetRows(const collision::MotionColumns& answers, const AnswerContext& conte
   for (std::size_t i = 0; i < answers.completed; ++i) {
     v1::MotionRow* row = response->add_rows();
     row->set_verdict(EnumToProto(answers.verdict[i]));
+    row->set_trust(EnumToProto(answers.trust[i]));
     if (answers.verdict[i] == collision::MotionVerdict::kFree) {
       row->set_clearance_m(answers.clearance_m[i]);
       continue;
@@ -382,6 +383,7 @@ void ToProto(const collision::MotionColumns& answers, const AnswerContext& conte
   response->set_object_index(Bytes(objects));
   response->set_body_part(Bytes(answers.body_part));
   response->set_object_part(Bytes(answers.object_part));
+  response->set_trust(EnumBytes(answers.trust));
 }
 
 namespace {

@@ -3,13 +3,11 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "collision/xml/xml_element.h"
 #include "server/wire/questions.h"
 
 namespace cwm::server {
 namespace {
 
-using collision::JointKind;
 using collision::Path;
 
 absl::StatusOr<std::vector<Path>> PathsOf(const v1::CheckMotionsRequest& request,
@@ -43,31 +41,6 @@ absl::StatusOr<std::vector<Path>> PathsOf(const v1::CheckMotionsRequest& request
                           " rows of the subject"));
 }
 
-bool IsCompound(const collision::ModelLink& link) {
-  return link.kind == JointKind::kPlanar || link.kind == JointKind::kFloating;
-}
-
-absl::Status CheckFollowed(const RobotStates& states, const std::vector<Path>& paths,
-                           const FieldPath& path) {
-  const collision::RobotModel& model = states.robot->model();
-  if (std::ranges::none_of(model.links, IsCompound)) return absl::OkStatus();
-  const collision::JointRows rows(model, *states.group, {.base = states.base, .rows = states.rows});
-  for (const Path& asked : paths) {
-    for (std::size_t k = asked.first_row + 1; k < asked.first_row + asked.row_count; ++k) {
-      const auto link =
-          collision::JointMotion::FirstNotFollowed(model, rows.State(k - 1), rows.State(k));
-      if (!link.has_value()) continue;
-      const collision::ModelLink& moved = model.links[static_cast<std::size_t>(*link)];
-      const std::string field = absl::StrCat("data row ", k);
-      return path.Field(field).Error(
-          absl::StrCat(moved.kind == JointKind::kPlanar ? "planar" : "floating", " joint ",
-                       collision::Quoted(moved.joint), " differs from row ", k - 1,
-                       ", must stand still within a motion: no bounds are known of its way"));
-    }
-  }
-  return absl::OkStatus();
-}
-
 }  // namespace
 
 absl::StatusOr<MotionQuestion> FromProto(const v1::CheckMotionsRequest& request,
@@ -82,11 +55,6 @@ absl::StatusOr<MotionQuestion> FromProto(const v1::CheckMotionsRequest& request,
   if (!question.ok()) return question.status();
   auto paths = PathsOf(request, RowsOf(*question)->size());
   if (!paths.ok()) return paths.status();
-  if (const auto* states = std::get_if<RobotStates>(&question->where)) {
-    const FieldPath robot = subject.Field("robot");
-    auto status = CheckFollowed(*states, *paths, robot.Field("rows"));
-    if (!status.ok()) return status;
-  }
   return MotionQuestion{*std::move(question), *std::move(paths)};
 }
 

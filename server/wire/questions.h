@@ -87,8 +87,7 @@ struct MotionQuestion {
   Question question;
   std::vector<collision::Path> paths;
 };
-// Refuses subjects of points, and planar and floating joints that differ between the rows of a
-// path.
+// Refuses subjects of points.
 absl::StatusOr<MotionQuestion> FromProto(const v1::CheckMotionsRequest& request,
                                          const QuestionSource& source);
 

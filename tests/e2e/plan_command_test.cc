@@ -268,6 +268,7 @@ TEST_F(PlanCommand, DoesNotCallAPathCertifiedThatMeetsSomethingBetweenItsStates)
   EXPECT_EQ(run.exit_code, 15) << run.out << run.err;
   const json certificate = json::parse(run.out).at("certificate");
   EXPECT_EQ(certificate.at("verdict"), "CONTACT");
+  EXPECT_EQ(certificate.at("trust"), "EXACT");
   EXPECT_THAT(certificate.dump(), HasSubstr("grain"));
   certified.resize(certified.size() - 2);
   EXPECT_THAT(Plan(certified).out, HasSubstr("tip meets grain"));

@@ -82,7 +82,7 @@ TEST_F(RobotQuestion, ShowsLinksToPeople) {
   EXPECT_THAT(near.out, HasSubstr("post"));
   EXPECT_THAT(Cwm({"contacts", "--robot", "arm"}).out, HasSubstr("hand"));
   const Finished motion = Cwm({"motion", "--robot", "arm", "--joints", "aside", "--joints", "0,0"});
-  for (const char* text : {"contact", "post", "hand", "FREE TO", "1 of 1 motion"}) {
+  for (const char* text : {"contact", "post", "hand", "FREE TO", "exact", "1 of 1 motion"}) {
     EXPECT_THAT(motion.out, HasSubstr(text));
   }
   EXPECT_EQ(motion.out.find("motions"), std::string::npos);

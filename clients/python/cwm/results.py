@@ -119,6 +119,8 @@ class MotionResult(_Pairs):
     hi: np.ndarray  # (M,) share of the segment: the pair named is in contact there
     # (M,) of a free motion: no pair comes nearer to its margin; told up to 0.02
     clearance_m: np.ndarray
+    # (M,) uint8, see Trust: of the pair named; of a free motion, the weakest of those it comes near
+    trust: np.ndarray
 
     @property
     def free(self) -> np.ndarray:

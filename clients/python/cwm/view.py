@@ -326,8 +326,8 @@ class WorldView:
         """Whether the way from starts[i] to ends[i] is free, certified: rows as of `check`, as many
         starts as ends.
 
-        Joints go linearly, continuous ones the short way; of poses the origin linearly, the
-        rotation by slerp.
+        Joints go linearly, continuous ones the short way; of poses, and of planar and floating
+        joints, the origin linearly, the rotation by slerp.
         """
         first, last = subject_of(subject, starts, "starts"), subject_of(subject, ends, "ends")
         begin, end = first.bulk.rows, last.bulk.rows
@@ -395,6 +395,7 @@ class WorldView:
             },
             **{name: merged.scalars(name) for name in ("lo", "hi", "clearance_m")},
             verdict=merged.column("verdicts", "u1"),
+            trust=merged.column("trust", "u1"),
         )
 
     def rays(

@@ -103,6 +103,7 @@ class Answers(ServerCase):
         self.assertEqual(
             answer.verdict.tolist(), [cwm.MotionVerdict.CONTACT, cwm.MotionVerdict.FREE]
         )
+        self.assertEqual(answer.trust.tolist(), [cwm.Trust.EXACT, cwm.Trust.EXACT])
         touching = (1 - 0.15) / 1.5  # the share of the way where the surfaces meet
         self.assertLessEqual(answer.lo[0], touching)
         self.assertGreaterEqual(answer.hi[0], touching)

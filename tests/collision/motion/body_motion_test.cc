@@ -40,10 +40,24 @@ std::shared_ptr<const RobotGeometry> Snake() {
                 at + axis + limits + "<mimic joint=\"turn\" multiplier=\"-1.5\" offset=\"0.2\"/>"));
 }
 
+// What a hand that a drone carries may be: driven, turned, flown about and slid out, one after the other.
+std::shared_ptr<const RobotGeometry> Rover() {
+  const std::string at = "<origin xyz=\"0.3 0.1 0\" rpy=\"0.4 0.2 -0.7\"/>";
+  const std::string axis = "<axis xyz=\"0.3 -0.5 0.8\"/>";
+  const std::string limits = "<limit lower=\"-2\" upper=\"2\"/>";
+  return RobotOf(Ball("a") + Ball("b") + Ball("c") + Ball("d") + Ball("e") +
+                 JointText("drive", "planar", "a", "b", at + axis) +
+                 JointText("turn", "revolute", "b", "c", at + axis + limits) +
+                 JointText("fly", "floating", "c", "d", at) +
+                 JointText("slide", "prismatic", "d", "e", at + axis + limits));
+}
+
 std::vector<double> RandomState(const RobotModel& model, std::mt19937& random) {
+  constexpr int kQw = 6;  // the last of a floating joint's variables
   std::vector<double> state;
-  for (std::size_t k = 0; k < model.variables.size(); ++k) {
+  for (const Variable& variable : model.variables) {
     state.push_back(std::uniform_real_distribution<double>(-2, 2)(random));
+    if (variable.component == kQw) Eigen::Map<Eigen::Vector4d>(&state.back() - 3).normalize();
   }
   return state;
 }
@@ -121,9 +135,9 @@ TEST(RigidMotion, BeginsAndEndsAtItsPosesAndTurnsTheShortWay) {
   EXPECT_TRUE(at.translation().isApprox(Vector3(1.5, 2, 3)));
 }
 
-TEST(JointMotion, NoPointTravelsFartherThanItsPart) {
+void ExpectNoPointTravelsFartherThanItsPart(const RobotGeometry& of) {
   std::mt19937 random(2);
-  const auto robot = Snake();
+  const RobotGeometry* const robot = &of;
   const RobotModel& model = *robot->model;
   const QueryBody body = BodyFromRobot(*robot, RobotScope::kBoth);
   double closest = 0;
@@ -156,6 +170,112 @@ TEST(JointMotion, NoPointTravelsFartherThanItsPart) {
   EXPECT_GT(closest, 0.3);
 }
 
+TEST(JointMotion, NoPointTravelsFartherThanItsPart) {
+  ExpectNoPointTravelsFartherThanItsPart(*Snake());
+  ExpectNoPointTravelsFartherThanItsPart(*Rover());
+}
+
+void ExpectNoPointTravelsFartherAlongADirection(const RobotGeometry& robot) {
+  std::mt19937 random(3);
+  const RobotModel& model = *robot.model;
+  const QueryBody body = BodyFromRobot(robot, RobotScope::kBoth);
+  int is_less = 0;
+  for (int k = 0; k < 500; ++k) {
+    const std::vector<double> first = RandomState(model, random);
+    std::vector<double> last = RandomState(model, random);
+    // Joints that stand leave those behind them steady.
+    for (std::size_t v = 0; v < last.size(); ++v) {
+      if (model.links[static_cast<std::size_t>(model.variables[v].link)].urdf_index <= k % 5) {
+        last[v] = first[v];
+      }
+    }
+    const JointMotion motion(model, body, RandomPose(random, 1), first, last);
+    const double from = std::uniform_real_distribution<double>(0, 1)(random);
+    const double to = std::uniform_real_distribution<double>(from, 1)(random);
+    const Vector3 nhat = RandomPose(random, 0).linear().col(0);
+    std::vector<Pose> X_from(model.links.size()), X_to(model.links.size());
+    motion.Place(from, X_from);
+    motion.Place(to, X_to);
+    for (std::int32_t part = 0; part < 5; ++part) {
+      const auto link =
+          static_cast<std::size_t>(robot.link_of_part[static_cast<std::size_t>(part)]);
+      const Vector3 p = PointOf(robot.geometry->parts[static_cast<std::size_t>(part)], random);
+      const double moved_m = nhat.dot(X_to[link] * p - X_from[link] * p);
+      EXPECT_LE(moved_m, motion.TravelAlong_m(part, nhat) * (to - from) + kRounding_m) << part;
+      EXPECT_LE(-moved_m, motion.TravelAlong_m(part, -nhat) * (to - from) + kRounding_m) << part;
+      EXPECT_LE(motion.TravelAlong_m(part, nhat), motion.Travel_m(part) + kRounding_m);
+      if (motion.TravelAlong_m(part, nhat) < 0.5 * motion.Travel_m(part)) ++is_less;
+    }
+  }
+  EXPECT_GT(is_less, 100);
+}
+
+TEST(JointMotion, NoPointTravelsFartherAlongADirectionThanItsPart) {
+  ExpectNoPointTravelsFartherAlongADirection(*Snake());
+  ExpectNoPointTravelsFartherAlongADirection(*Rover());
+}
+
+TEST(JointMotion, BeginsAndEndsAtItsRows) {
+  std::mt19937 random(4);
+  for (const auto& robot : {Snake(), Rover()}) {
+    const RobotModel& model = *robot->model;
+    const QueryBody body = BodyFromRobot(*robot, RobotScope::kBoth);
+    for (int k = 0; k < 100; ++k) {
+      const std::vector<double> from = RandomState(model, random), to = RandomState(model, random);
+      const JointMotion motion(model, body, Pose::Identity(), from, to);
+      std::vector<Pose> X_WL(model.links.size()), X_row(model.links.size());
+      for (const auto& [fraction, row] : {std::pair{0.0, from}, std::pair{1.0, to}}) {
+        motion.Place(fraction, X_WL);
+        LinkPoses(model, Pose::Identity(), row, X_row);
+        for (std::size_t link = 0; link < X_WL.size(); ++link) {
+          EXPECT_TRUE(X_WL[link].isApprox(X_row[link], 1e-12)) << link;
+        }
+      }
+    }
+  }
+}
+
+TEST(JointMotion, AFloatingJointMovesAsARigidBodyDoes) {
+  std::mt19937 random(5);
+  const auto robot = RobotOf(Ball("a") + Ball("b") + JointText("fly", "floating", "a", "b", ""));
+  const RobotModel& model = *robot->model;
+  const QueryBody body = BodyFromRobot(*robot, RobotScope::kBoth);
+  for (int k = 0; k < 100; ++k) {
+    const std::vector<double> from = RandomState(model, random);
+    std::vector<double> to = RandomState(model, random);
+    const auto pose = [](const std::vector<double>& v) {
+      return MakePose({v[0], v[1], v[2]}, Quaternion(v[6], v[3], v[4], v[5]));
+    };
+    const RigidMotion rigid(Gripper(), pose(from), pose(to));
+    const JointMotion motion(model, body, Pose::Identity(), from, to);
+    const double fraction = std::uniform_real_distribution<double>(0, 1)(random);
+    Pose X_WB;
+    rigid.Place(fraction, {&X_WB, 1});
+    std::vector<Pose> X_WL(2);
+    motion.Place(fraction, X_WL);
+    EXPECT_TRUE(X_WL[1].isApprox(X_WB, 1e-12));
+    // Of a rotation there are two quaternions; which of them a row has says nothing of the way.
+    for (std::size_t q = 3; q < 7; ++q) to[q] = -to[q];
+    JointMotion(model, body, Pose::Identity(), from, to).Place(fraction, X_WL);
+    EXPECT_TRUE(X_WL[1].isApprox(X_WB, 1e-12));
+  }
+}
+
+TEST(JointMotion, APlanarJointGoesStraightAndTurnsTheShortWay) {
+  const auto robot = RobotOf(Ball("a") + Ball("b") +
+                             JointText("drive", "planar", "a", "b", "<axis xyz=\"0 0 1\"/>"));
+  const QueryBody body = BodyFromRobot(*robot, RobotScope::kBoth);
+  const std::vector<double> from = {1, 2, 3}, to = {3, -2, -3};
+  const JointMotion motion(*robot->model, body, Pose::Identity(), from, to);
+  std::vector<Pose> X_WL(2);
+  motion.Place(0.5, X_WL);
+  EXPECT_TRUE(X_WL[1].translation().isApprox(Vector3(2, 0, 0), 1e-12));
+  EXPECT_NEAR(X_WL[1].linear()(0, 0), -1, 1e-12);  // by way of pi, not of 0
+  // About its own origin, however far that is from the joint's.
+  EXPECT_NEAR(motion.Travel_m(1),
+              std::hypot(2, 4) + 0.1 * std::sqrt(3) * (2 * std::numbers::pi - 6), 1e-12);
+}
+
 TEST(JointMotion, TurnsContinuousJointsTheShortWay) {
   const auto robot = RobotOf(Ball("a") + Ball("b") +
                              JointText("roll", "continuous", "a", "b", "<axis xyz=\"0 0 1\"/>"));
@@ -182,13 +302,6 @@ TEST(JointMotion, EndsWhereItsRowIsWhateverFollowsAContinuousJoint) {
     LinkPoses(*robot->model, Pose::Identity(), to, X_to);
     EXPECT_TRUE(X_WL[2].isApprox(X_to[2], 1e-12)) << kind;
   }
-}
-
-TEST(JointMotion, DoesNotFollowPlanarAndFloatingJointsThatMove) {
-  const auto robot = RobotOf(Ball("a") + Ball("b") + JointText("drive", "planar", "a", "b", ""));
-  const std::vector<double> here = {0, 0, 0}, there = {0, 1, 0};
-  EXPECT_EQ(JointMotion::FirstNotFollowed(*robot->model, here, here), std::nullopt);
-  EXPECT_EQ(JointMotion::FirstNotFollowed(*robot->model, here, there), 1);
 }
 
 }  // namespace

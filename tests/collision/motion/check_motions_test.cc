@@ -11,6 +11,7 @@
 #include "collision/geometry/signed_distance.h"
 #include "collision/robot/kinematics.h"
 #include "collision/robot/srdf.h"
+#include "tests/collision/motion/dense_samples.h"
 #include "tests/collision/query/random_world.h"
 #include "tests/collision/robot/panda_files.h"
 
@@ -132,6 +133,82 @@ TEST(CheckMotions, KeepsTheMargin) {
   EXPECT_EQ(Past(0.25, {.margin_m = 0.0499}).verdict[0], MotionVerdict::kFree);
 }
 
+// Of a ball and a disc a thousand times larger the search leaves some micrometres open, within which
+// no motion is free.
+TEST(CheckMotions, IsNoSurerThanTheDistanceIs) {
+  const QueryBody body = BodyFromShapes({{.shape = Capsule{0.05, 0.004}}});
+  Pose X_WDisc = MakeTranslation(712 * 0.8, 712 * 0.2, 712);
+  X_WDisc.rotate(Eigen::AngleAxisd(-0.1, Vector3::UnitX()));
+  X_WDisc.rotate(Eigen::AngleAxisd(0.4, Vector3::UnitY()));
+  const auto world = WorldOf({PutOf("disc", {{.shape = Cylinder{800, 0.002}}}, X_WDisc)});
+  const std::vector<Pose> here = {Pose::Identity()};
+  const PairColumns gap = *GetDistances(*world, body, here, {});
+  const double distance_m = gap.distance_m[0], bound_m = gap.bound_m[0];
+  ASSERT_GT(bound_m, kGrazing_m);
+  const Vector3 nhat(gap.normal[0], gap.normal[1], gap.normal[2]);
+  Pose away = here[0];
+  away.translation() -= 0.001 * nhat;
+  for (const Pose& to : {here[0], away}) {
+    const auto told = [&](double margin_m) {
+      Edges edges;
+      edges.push_back(std::make_unique<RigidMotion>(body, here[0], to));
+      return *CheckMotions(*world, body, edges, {.margin_m = margin_m});
+    };
+    const double open_m = distance_m - 0.5 * bound_m;
+    EXPECT_EQ(CheckCollisions(*world, body, here, {.margin_m = open_m})->verdict[0],
+              Verdict::kUndecided);
+    EXPECT_EQ(told(open_m).verdict[0], MotionVerdict::kUndecided);
+    EXPECT_EQ(told(open_m).trust[0], Trust::kBounded);
+    EXPECT_EQ(told(distance_m + 2 * bound_m).verdict[0], MotionVerdict::kContact);
+    const MotionColumns free = told(distance_m - 2 * bound_m);
+    EXPECT_EQ(free.verdict[0], MotionVerdict::kFree);
+    EXPECT_LE(free.clearance_m[0], (1 + 1e-6) * bound_m);
+  }
+}
+
+// A ball of which the surface is known to 5 mm.
+Change FittedBall(const std::string& name, double x_m) {
+  auto model = std::make_shared<HybridModel>();
+  model->shapes.push_back({.X_OS = Pose::Identity(),
+                           .shape = Sphere{0.1},
+                           .fit = FitQuality{.rms_m = 1, .parameter_sigma = {0, 0, 0.003, 0.002}}});
+  PutObject put;
+  put.name = name;
+  put.X_WO = MakeTranslation(x_m, 0, 0);
+  put.geometry = Prepare(std::move(model));
+  return {.what = std::move(put), .expected_object_revision = {}};
+}
+
+// Past what is at the origin, `aside_m` from its centre.
+MotionVerdict PastWithSigmas(const WorldSnapshot& world, const QueryBody& body, double aside_m,
+                             double sigmas) {
+  Edges edges;
+  edges.push_back(std::make_unique<RigidMotion>(body, MakeTranslation(-1, aside_m, 0),
+                                                MakeTranslation(1, aside_m, 0)));
+  return CheckMotions(world, body, edges, {.margin_sigma = sigmas})->verdict[0];
+}
+
+TEST(CheckMotions, DeviationsOfAFitAreMarginsToo) {
+  const auto world = WorldOf({FittedBall("ball", 0)});
+  const QueryBody body = BallBody();
+  EXPECT_EQ(PastWithSigmas(*world, body, 0.21, 0), MotionVerdict::kFree);
+  EXPECT_EQ(PastWithSigmas(*world, body, 0.21, 1.99), MotionVerdict::kFree);
+  EXPECT_EQ(PastWithSigmas(*world, body, 0.21, 2.01), MotionVerdict::kContact);
+  // They come on top of a rule's margin.
+  const std::vector<Change> rule = {
+      {.what = SetPairMargin{{{"*"}, {"ball"}}, 0.005}, .expected_object_revision = {}}};
+  const auto ruled = *Apply(world, rule);
+  EXPECT_EQ(PastWithSigmas(*ruled, body, 0.21, 0.99), MotionVerdict::kFree);
+  EXPECT_EQ(PastWithSigmas(*ruled, body, 0.21, 1.01), MotionVerdict::kContact);
+}
+
+TEST(CheckMotions, DeviationsOfWhatMovesAreMarginsToo) {
+  const auto world = WorldOf({FittedBall("ball", 0), FittedBall("moves", 1)});
+  const QueryBody body = BodyFromObject(*world->Find("moves"));
+  EXPECT_EQ(PastWithSigmas(*world, body, 0.22, 1.99), MotionVerdict::kFree);
+  EXPECT_EQ(PastWithSigmas(*world, body, 0.22, 2.01), MotionVerdict::kContact);
+}
+
 TEST(CheckMotions, KeepsTheRulesOfPairs) {
   const auto past = [](const AllowCollision* allow, std::optional<double> margin_m,
                        const QueryOptions& options) {
@@ -202,58 +279,6 @@ TEST(CheckMotions, ARodThatTurnsMeetsThePostOnItsWay) {
   EXPECT_LE(columns.lo[0], truth);
   EXPECT_GE(columns.hi[0], truth);
   EXPECT_EQ(columns.verdict[1], MotionVerdict::kFree);
-}
-
-// The body at fractions of an edge.
-class PlacesOf : public BodyRows {
- public:
-  PlacesOf(const BodyMotion& motion, std::vector<double> fractions)
-      : motion_(motion), fractions_(std::move(fractions)) {}
-  std::size_t size() const override { return fractions_.size(); }
-  void Place(std::size_t row, std::span<Pose> X_WF) const override {
-    motion_.Place(fractions_[row], X_WF);
-  }
-
- private:
-  const BodyMotion& motion_;
-  const std::vector<double> fractions_;
-};
-
-// What dense sampling says of an edge, against its verdict.
-struct Told {
-  int free = 0, contact = 0, other = 0;
-};
-
-void ExpectTrue(const WorldSnapshot& world, const QueryBody& body, const BodyMotion& motion,
-                const MotionColumns& columns, std::size_t edge, int steps, Told& told) {
-  std::vector<double> fractions;
-  for (int k = 0; k <= steps; ++k) fractions.push_back(static_cast<double>(k) / steps);
-  const auto sampled = *CheckCollisions(world, body, PlacesOf(motion, fractions), {});
-  for (int k = 0; k <= steps; ++k) {
-    const double fraction = fractions[static_cast<std::size_t>(k)];
-    const bool collides = sampled.verdict[static_cast<std::size_t>(k)] == Verdict::kCollision;
-    if (!collides) continue;
-    EXPECT_NE(columns.verdict[edge], MotionVerdict::kFree) << edge << " at " << fraction;
-    if (columns.verdict[edge] == MotionVerdict::kContact) {
-      EXPECT_GE(fraction, columns.lo[edge]) << edge;
-    }
-    break;
-  }
-  switch (columns.verdict[edge]) {
-    case MotionVerdict::kFree:
-      ++told.free;
-      break;
-    case MotionVerdict::kContact: {
-      ++told.contact;
-      EXPECT_EQ(CheckCollisions(world, body, PlacesOf(motion, {columns.hi[edge]}), {})->verdict[0],
-                Verdict::kCollision)
-          << edge;
-      EXPECT_LE(columns.hi[edge] - columns.lo[edge], kBracket);
-      break;
-    }
-    default:
-      ++told.other;
-  }
 }
 
 TEST(CheckMotions, IsNeverWrongAboutBodies) {

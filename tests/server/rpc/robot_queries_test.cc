@@ -14,6 +14,9 @@
 namespace cwm::server {
 namespace {
 
+using collision::testing::Ball;
+using collision::testing::JointText;
+using collision::testing::Links;
 using collision::testing::Robot;
 using collision::testing::ThreeBalls;
 using ::testing::Each;
@@ -43,14 +46,17 @@ class RobotQueries : public RunningServer {
     PutBox("post", 1);
   }
   void Load(const std::string& name, bool with_spheres) {
-    Call call;
-    v1::LoadRobotResponse response;
-    const auto writer = robot_->LoadRobot(&call, &response);
     v1::LoadRobotRequest request;
-    request.mutable_header()->set_name(name);
     request.mutable_header()->set_urdf(Robot(ThreeBalls()));
     request.mutable_header()->set_srdf(kSrdf);
     if (with_spheres) request.mutable_header()->set_spheres(Robot(ThreeBalls()));
+    Load(name, request);
+  }
+  void Load(const std::string& name, v1::LoadRobotRequest request) {
+    Call call;
+    v1::LoadRobotResponse response;
+    const auto writer = robot_->LoadRobot(&call, &response);
+    request.mutable_header()->set_name(name);
     writer->Write(request);
     request.mutable_finish();
     writer->Write(request);
@@ -176,6 +182,7 @@ TEST_F(RobotQueries, AnswerAsTheCoreDoesByteForByte) {
   EXPECT_EQ(moved.hi(), Bytes(motions.hi));
   EXPECT_EQ(moved.clearance_m(), Bytes(motions.clearance_m));
   EXPECT_EQ(moved.object_index(), Bytes(motions.object));
+  EXPECT_EQ(moved.trust().size(), motions.trust.size());
   for (const char some : {v1::MOTION_VERDICT_CONTACT, v1::MOTION_VERDICT_OUT_OF_LIMITS}) {
     EXPECT_THAT(moved.verdicts(), ::testing::Contains(some));
   }
@@ -298,6 +305,45 @@ TEST_F(RobotQueries, MotionsAreFreeOrMeetSomething) {
   EXPECT_EQ(paths.rows(0).verdict(), v1::MOTION_VERDICT_FREE);
   EXPECT_EQ(paths.rows(1).verdict(), v1::MOTION_VERDICT_OUT_OF_LIMITS);
   EXPECT_EQ(paths.rows(1).segment(), 4);
+}
+
+// A ball half a metre ahead of what turns from heading 2.5 to -2.5 at (x, 0): by way of the half turn.
+TEST_F(RobotQueries, MotionsOfPlanarAndFloatingJointsTurnTheShortWay) {
+  PutBox("box", 10);
+  const double z = std::sin(1.25), w = std::cos(1.25);
+  const auto rows_at = [&](const std::string& kind, double x_m) {
+    if (kind == "planar") return std::vector<double>{x_m, 0, 2.5, x_m, 0, -2.5};
+    return std::vector<double>{x_m, 0, 0, 0, 0, z, w, x_m, 0, 0, 0, 0, -z, w};
+  };
+  for (const std::string kind : {"planar", "floating"}) {
+    v1::LoadRobotRequest load;
+    load.mutable_header()->set_urdf(Robot(
+        Links("wb") + Ball("hand") + JointText("moves", kind, "w", "b", "<axis xyz=\"0 0 1\"/>") +
+        JointText("ahead", "fixed", "b", "hand", "<origin xyz=\"0.5 0 0\"/>")));
+    Load(kind, load);
+    const auto told = [&](double x_m) {
+      v1::CheckMotionsRequest request;
+      request.mutable_subject()->mutable_robot()->set_robot(kind);
+      request.mutable_subject()->mutable_robot()->mutable_rows()->set_data(
+          Bytes(rows_at(kind, x_m)));
+      return Move(request).verdicts();
+    };
+    EXPECT_EQ(told(10.5), std::string(1, v1::MOTION_VERDICT_CONTACT)) << kind;
+    EXPECT_EQ(told(9.5), std::string(1, v1::MOTION_VERDICT_FREE)) << kind;
+  }
+}
+
+TEST_F(RobotQueries, MotionsOfSpheresAreLabelledLikeTheirStates) {
+  v1::CheckMotionsRequest request;
+  *request.mutable_subject() = Arm({1, 0, 2, 0, 1, 0, -1, 0});
+  EXPECT_EQ(Move(request).trust(), std::string(2, v1::TRUST_EXACT));
+  for (const auto geometry :
+       {v1::ROBOT_GEOMETRY_SPHERES_AS_GIVEN, v1::ROBOT_GEOMETRY_SPHERES_CONTAINING}) {
+    request.mutable_subject()->mutable_robot()->set_robot_geometry(geometry);
+    const v1::CheckMotionsResponse moved = Move(request);
+    EXPECT_EQ(moved.verdicts(), "\x01\x02");  // free, and in contact
+    EXPECT_EQ(moved.trust(), std::string(2, v1::TRUST_DEGRADED));
+  }
 }
 
 TEST_F(RobotQueries, MotionsOfShapesAndObjectsKeepMarginsAndLeaveOutWhatTheyAreTold) {

@@ -239,14 +239,19 @@ class MotionAnswers : public Answers {
     using collision::kItself;
     using collision::MotionVerdict;
     for (const collision::MotionAnswer& answer : std::vector<collision::MotionAnswer>{
-             {.verdict = MotionVerdict::kFree, .lo = 0, .hi = 1, .clearance_m = 0.1 / 7},
+             {.verdict = MotionVerdict::kFree,
+           .lo = 0,
+           .hi = 1,
+           .clearance_m = 0.1 / 7,
+           .trust = collision::Trust::kSurfaceOnly},
              {.verdict = MotionVerdict::kContact,
              .segment = 3,
              .lo = 0.1,
              .hi = 0.7,
              .object = 2,
              .body_part = 1,
-             .object_part = 5},
+             .object_part = 5,
+             .trust = collision::Trust::kBounded},
              {.verdict = MotionVerdict::kContact,
              .segment = 0,
              .lo = 0.7,
@@ -256,7 +261,9 @@ class MotionAnswers : public Answers {
              .object_part = 1},
              {.verdict = MotionVerdict::kGrazing, .segment = 1, .lo = 0.3, .hi = 0.4},
              {.verdict = MotionVerdict::kUndecided, .segment = 2, .lo = 0.5, .hi = 0.6},
-             {.verdict = MotionVerdict::kOutOfLimits, .segment = 4}}) {
+             {.verdict = MotionVerdict::kOutOfLimits,
+             .segment = 4,
+             .trust = collision::Trust::kDegraded}}) {
       Append(motions_, answer);
       ++motions_.completed;
     }
@@ -270,6 +277,7 @@ TEST_F(MotionAnswers, ColumnsAreTheBytesOfTheAnswer) {
   ToProto(motions_, Context(Form::kColumns), &columns);
   EXPECT_EQ(columns.completed_count(), 6);
   EXPECT_EQ(columns.verdicts(), "\x01\x02\x02\x03\x04\x06\x05");
+  EXPECT_EQ(columns.trust(), "\x03\x02\x01\x01\x01\x04\x01");
   EXPECT_EQ(columns.scalar(), v1::SCALAR_F64);
   EXPECT_EQ(columns.segment(), BytesOf(motions_.segment));
   EXPECT_EQ(columns.lo(), BytesOf(motions_.lo));
@@ -316,11 +324,15 @@ TEST_F(MotionAnswers, RowsSayWhatTheirVerdictKnows) {
   EXPECT_EQ(contact.body_link(), "hand");
   EXPECT_EQ(contact.object_part(), 5);
   EXPECT_FALSE(contact.has_clearance_m() || contact.has_object_link());
+  EXPECT_EQ(free.trust(), v1::TRUST_SURFACE_ONLY);
+  EXPECT_EQ(contact.trust(), v1::TRUST_BOUNDED);
+  EXPECT_EQ(response.rows(2).trust(), v1::TRUST_EXACT);
   EXPECT_FALSE(response.rows(2).has_object());
   EXPECT_EQ(response.rows(2).object_link(), "hand");
   EXPECT_FALSE(response.rows(3).has_body_part());
   EXPECT_EQ(response.rows(5).verdict(), v1::MOTION_VERDICT_OUT_OF_LIMITS);
   EXPECT_EQ(response.rows(5).segment(), 4);
+  EXPECT_EQ(response.rows(5).trust(), v1::TRUST_DEGRADED);
   EXPECT_FALSE(response.rows(5).has_lo());
 }
 

@@ -1,0 +1,66 @@
+// Answers about edges against the states on their way.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "collision/motion/check_motions.h"
+
+namespace cwm::collision {
+
+// The body at fractions of an edge.
+class PlacesOf : public BodyRows {
+ public:
+  PlacesOf(const BodyMotion& motion, std::vector<double> fractions)
+      : motion_(motion), fractions_(std::move(fractions)) {}
+  std::size_t size() const override { return fractions_.size(); }
+  void Place(std::size_t row, std::span<Pose> X_WF) const override {
+    motion_.Place(fractions_[row], X_WF);
+  }
+
+ private:
+  const BodyMotion& motion_;
+  const std::vector<double> fractions_;
+};
+
+// What dense sampling says of an edge, against its verdict.
+struct Told {
+  int free = 0, contact = 0, other = 0;
+};
+
+inline void ExpectTrue(const WorldSnapshot& world, const QueryBody& body, const BodyMotion& motion,
+                       const MotionColumns& columns, std::size_t edge, int steps, Told& told) {
+  std::vector<double> fractions;
+  for (int k = 0; k <= steps; ++k) fractions.push_back(static_cast<double>(k) / steps);
+  const auto sampled = *CheckCollisions(world, body, PlacesOf(motion, fractions), {});
+  for (int k = 0; k <= steps; ++k) {
+    const double fraction = fractions[static_cast<std::size_t>(k)];
+    const bool collides = sampled.verdict[static_cast<std::size_t>(k)] == Verdict::kCollision;
+    if (!collides) continue;
+    EXPECT_NE(columns.verdict[edge], MotionVerdict::kFree) << edge << " at " << fraction;
+    if (columns.verdict[edge] == MotionVerdict::kContact) {
+      EXPECT_GE(fraction, columns.lo[edge]) << edge;
+    }
+    break;
+  }
+  switch (columns.verdict[edge]) {
+    case MotionVerdict::kFree:
+      ++told.free;
+      break;
+    case MotionVerdict::kContact: {
+      ++told.contact;
+      EXPECT_EQ(CheckCollisions(world, body, PlacesOf(motion, {columns.hi[edge]}), {})->verdict[0],
+                Verdict::kCollision)
+          << edge;
+      EXPECT_LE(columns.hi[edge] - columns.lo[edge], kBracket);
+      break;
+    }
+    default:
+      ++told.other;
+  }
+}
+
+}  // namespace cwm::collision

@@ -1,0 +1,162 @@
+// How far answers about motions may be believed: as far as those about the states on their way.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <random>
+
+#include "collision/motion/check_paths.h"
+#include "collision/robot/kinematics.h"
+#include "tests/collision/query/random_world.h"
+#include "tests/collision/robot/robot_text.h"
+
+namespace cwm::collision {
+namespace {
+
+using testing::NoMeshes;
+using testing::Robot;
+using testing::ThreeBalls;
+using SnapshotPtr = std::shared_ptr<const WorldSnapshot>;
+
+QueryBody BallBody() { return BodyFromShapes({{.shape = Sphere{0.1}}}); }
+
+Change Ball(const std::string& name, double x_m) {
+  return PutOf(name, {{.shape = Sphere{0.1}}}, MakeTranslation(x_m, 0, 0));
+}
+
+// Of a box of 2 m without its lid: a surface, open at the top.
+Change Bin(double x_m) {
+  TriangleMesh mesh = BoxMesh({2, 2, 2});
+  std::erase_if(mesh.triangles, [&](const TriangleMesh::Triangle& triangle) {
+    return std::ranges::all_of(triangle, [&](auto v) { return mesh.vertices[v].z() > 0; });
+  });
+  return PutOf("bin", {{.shape = MakeMesh(std::move(mesh))}}, MakeTranslation(x_m, 0, 0));
+}
+
+// The ball along x.
+MotionAnswer Along(const SnapshotPtr& world, double from_m, double to_m,
+                   const QueryOptions& options = {}) {
+  const QueryBody body = BallBody();
+  EdgeChecker checker(*world, body, options, {});
+  return checker.Check(
+      RigidMotion(body, MakeTranslation(from_m, 0, 0), MakeTranslation(to_m, 0, 0)));
+}
+
+TEST(MotionTrust, OfAnOpenMeshIsItsSurfaceAlone) {
+  const SnapshotPtr world = WorldOf({Bin(0)});
+  const MotionAnswer inside = Along(world, -0.1, 0.1);  // nowhere near the surface
+  EXPECT_EQ(inside.verdict, MotionVerdict::kFree);
+  EXPECT_EQ(inside.trust, Trust::kSurfaceOnly);
+  const MotionAnswer met = Along(world, 0, 1.5);
+  EXPECT_EQ(met.verdict, MotionVerdict::kContact);
+  EXPECT_EQ(met.trust, Trust::kSurfaceOnly);
+  const MotionAnswer grazing = Along(world, 0.5, 0.9 - 1e-7);
+  EXPECT_EQ(grazing.verdict, MotionVerdict::kGrazing);
+  EXPECT_EQ(grazing.trust, Trust::kSurfaceOnly);
+}
+
+TEST(MotionTrust, IsThatOfThePairInContact) {
+  const MotionAnswer met = Along(WorldOf({Bin(0), Ball("ball", 0.5)}), 0, 0.8);
+  EXPECT_EQ(met.verdict, MotionVerdict::kContact);
+  EXPECT_EQ(met.trust, Trust::kExact);
+}
+
+TEST(MotionTrust, KnowsNothingOfWhatStaysFarAway) {
+  const MotionAnswer free = Along(WorldOf({Bin(0), Ball("ball", 5)}), 3, 4);
+  EXPECT_EQ(free.verdict, MotionVerdict::kFree);
+  EXPECT_EQ(free.trust, Trust::kExact);
+}
+
+TEST(MotionTrust, OfDoubtIsThatOfThePairThatIsDoubted) {
+  Change shadow = Bin(0);
+  std::get<PutObject>(shadow.what).kind = ObjectKind::kUnseen;
+  const MotionAnswer through = Along(WorldOf({shadow}), 0, 1.5, {.unseen = UnseenSpace::kReport});
+  EXPECT_EQ(through.verdict, MotionVerdict::kUndecided);
+  EXPECT_EQ(through.trust, Trust::kSurfaceOnly);
+}
+
+// Which of two pairs in contact is named may differ from that of a state; how far a pair is believed
+// does not.
+TEST(MotionTrust, IsThatOfTheStatesOnTheWay) {
+  std::mt19937 random(7);
+  const SnapshotPtr world = RandomWorld(24, random, true);
+  const QueryBody body = Gripper();
+  std::vector<int> seen(4);
+  for (int k = 0; k < 400; ++k) {
+    const QueryOptions options = {.margin_m = k % 2 == 0 ? 0 : 0.02};
+    Pose from = RandomPose(random, 0.9), to = RandomPose(random, 0.9);
+    // In the middle of an object: of how deep that is, bounds are known alone.
+    const auto middle = static_cast<std::size_t>(k / 4) % world->objects().size();
+    if (k % 4 < 2) from.translation() = world->objects()[middle]->X_WO.translation();
+    const RigidMotion motion(body, from, to);
+    EdgeChecker checker(*world, body, options, {});
+    const MotionAnswer told = checker.Check(motion);
+    const bool is_contact = told.verdict == MotionVerdict::kContact;
+    const double end = is_contact ? told.hi : 1;
+    constexpr int kSteps = 50;
+    for (int step = is_contact ? kSteps : 0; step <= kSteps; ++step) {
+      Pose X_WB;
+      motion.Place(end * step / kSteps, {&X_WB, 1});
+      const CollisionColumns state =
+          *CheckCollisions(*world, body, std::vector<Pose>{X_WB}, options);
+      if (!is_contact) {
+        EXPECT_GE(told.trust, state.trust[0]) << k;
+        continue;
+      }
+      ASSERT_EQ(state.verdict[0], Verdict::kCollision) << k;
+      const bool same = state.object[0] == told.object && state.body_part[0] == told.body_part &&
+                        state.object_part[0] == told.object_part;
+      if (same) {
+        EXPECT_EQ(told.trust, state.trust[0]) << k;
+      }
+    }
+    ++seen[static_cast<std::size_t>(told.trust)];
+  }
+  EXPECT_GT(seen[static_cast<int>(Trust::kExact)], 10);
+  EXPECT_GT(seen[static_cast<int>(Trust::kBounded)], 3);
+  EXPECT_GT(seen[static_cast<int>(Trust::kSurfaceOnly)], 10);
+}
+
+std::vector<Trust> TrustOfPaths(const SnapshotPtr& world, const std::vector<double>& places_m,
+                                const std::vector<Path>& paths) {
+  std::vector<Pose> poses;
+  for (const double x_m : places_m) poses.push_back(MakeTranslation(x_m, 0, 0));
+  const QueryBody body = BallBody();
+  return CheckPaths(*world, body, PoseWaypoints(body, poses), paths, {})->trust;
+}
+
+TEST(MotionTrust, OfAPathIsTheWeakestOfItsEdgesUnlessItMeetsSomething) {
+  const SnapshotPtr world = WorldOf({Bin(0), Ball("ball", 6)});
+  EXPECT_EQ(TrustOfPaths(world, {4, 3.5, 4}, {{.row_count = 3}})[0], Trust::kExact);
+  EXPECT_EQ(TrustOfPaths(world, {4, 3, 1.2, 3}, {{.row_count = 4}})[0], Trust::kSurfaceOnly);
+  EXPECT_EQ(TrustOfPaths(world, {1.2, 3, 7}, {{.row_count = 3}})[0], Trust::kExact);  // at the ball
+}
+
+// One that merely stands for another: no verdict says anything certain about that.
+TEST(MotionTrust, OfARobotOfSpheresIsDegradedWhateverTheVerdict) {
+  const auto description = ReadUrdf(Robot(ThreeBalls()), NoMeshes);
+  const auto model = *MakeRobotModel(*description, nullptr);
+  const auto robot = PrepareRobot(model, std::nullopt);
+  SphereModel spheres;
+  spheres.links.resize(model->links.size());
+  spheres.links[static_cast<std::size_t>(*model->FindLink("e"))] = {{.radius_m = 0.1}};
+  const SnapshotPtr world =
+      WorldOf({PutOf("post", {{.shape = Sphere{0.1}}}, MakeTranslation(0, 1, 0))});
+  // Free, through the post at pi / 2, and beyond the limits.
+  const std::vector<double> states = {0, 0, 1, 0, 1, 0, 2, 0, 0, 0, 3.2, 0};
+  const std::vector<Path> paths = {{}, {.first_row = 2}, {.first_row = 4}};
+  const JointRows rows(*model, model->all, {.base = DefaultVariables(*model), .rows = states});
+  const auto told = [&](const QueryBody& body) {
+    return *CheckPaths(*world, body, JointWaypoints(*model, body, rows), paths, {});
+  };
+  const MotionColumns exact = told(BodyFromRobot(*robot, RobotScope::kBoth));
+  EXPECT_EQ(exact.trust, std::vector<Trust>(3, Trust::kExact));
+  const MotionColumns of_spheres = told(BodyFromSpheres(*robot, spheres, RobotScope::kBoth));
+  EXPECT_EQ(of_spheres.trust, std::vector<Trust>(3, Trust::kDegraded));
+  EXPECT_EQ(of_spheres.verdict,
+            (std::vector<MotionVerdict>{MotionVerdict::kFree, MotionVerdict::kContact,
+                                        MotionVerdict::kOutOfLimits}));
+  EXPECT_EQ(exact.verdict, of_spheres.verdict);
+}
+
+}  // namespace
+}  // namespace cwm::collision
