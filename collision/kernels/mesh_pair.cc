@@ -74,11 +74,12 @@ Aabb BoundsIn(const Aabb& bounds_B, const Pose& X_AB) { return bounds_B.transfor
 // A sphere by the point of the mesh nearest to its centre. Inside or not, the centre must move at
 // least as far as the answer says.
 PairDistance MeshToSphere(const ExactGeometry& a, const Sphere& sphere, const Vector3& centre,
-                          double max_distance_m) {
+                          const SearchLimits& limits) {
+  const double max_distance_m = limits.max_distance_m;
   const bool inside = !a.IsOpen() && a.tree()->Encloses(centre);
   const double reach =
       inside ? std::numeric_limits<double>::infinity() : max_distance_m + sphere.radius_m;
-  const TriangleTree::Nearest nearest = a.tree()->NearestPoint(centre, reach);
+  const TriangleTree::Nearest nearest = a.tree()->NearestPoint(centre, reach, limits.work);
   if (!(nearest.distance_m < reach)) return JustBeyond(max_distance_m);
   const Vector3 offset = centre - nearest.point;
   Vector3 normal = nearest.face_normal;
@@ -90,8 +91,8 @@ PairDistance MeshToSphere(const ExactGeometry& a, const Sphere& sphere, const Ve
 
 // A piece that touches no triangle but lies inside: its centre must cross the surface, all of it
 // must.
-PairDistance Enclosed(const ExactGeometry& a, const Vector3& centre) {
-  return MeshToSphere(a, Sphere{0}, centre, 0);
+PairDistance Enclosed(const ExactGeometry& a, const Vector3& centre, WorkCounter* work) {
+  return MeshToSphere(a, Sphere{0}, centre, {.max_distance_m = 0, .work = work});
 }
 
 }  // namespace
@@ -101,7 +102,7 @@ PairDistance MeshToPieces(const ExactGeometry& a, const ExactGeometry& b, const 
   const double max_distance_m = limits.max_distance_m;
   const TriangleTree& tree = *a.tree();
   if (const auto* sphere = std::get_if<Sphere>(&b.shape())) {
-    PairDistance answer = MeshToSphere(a, *sphere, X_AB.translation(), max_distance_m);
+    PairDistance answer = MeshToSphere(a, *sphere, X_AB.translation(), limits);
     if (answer.distance_m < 0) return WithDepthBound(answer, a, b, X_AB);
     if (a.IsOpen()) answer.trust = Trust::kSurfaceOnly;
     return answer;
@@ -120,7 +121,7 @@ PairDistance MeshToPieces(const ExactGeometry& a, const ExactGeometry& b, const 
         },
         limits.work);
     if (MustEnd(limits.work, 1)) return best.answer();
-    if (!a.IsOpen() && tree.Encloses(centre)) best.Offer(Enclosed(a, centre));
+    if (!a.IsOpen() && tree.Encloses(centre)) best.Offer(Enclosed(a, centre, limits.work));
   }
   PairDistance answer = best.answer();
   if (answer.distance_m > max_distance_m) return JustBeyond(max_distance_m);
@@ -199,7 +200,7 @@ void OfferEnclosedParts(const ExactGeometry& a, const ExactGeometry& b, const Po
   for (const Vector3& p_B : b.tree()->component_points()) {
     if (MustEnd(work, kStepsOfEnclosing)) return;
     const Vector3 p = X_AB * p_B;
-    if (a.tree()->Encloses(p)) best.Offer(Enclosed(a, p));
+    if (a.tree()->Encloses(p)) best.Offer(Enclosed(a, p, work));
   }
 }
 

@@ -114,10 +114,11 @@ std::int32_t TriangleTree::Build(std::int32_t first, std::int32_t count) {
   return index;
 }
 
-TriangleTree::Nearest TriangleTree::NearestPoint(const Vector3& p, double max_distance_m) const {
+TriangleTree::Nearest TriangleTree::NearestPoint(const Vector3& p, double max_distance_m,
+                                                 WorkCounter* work) const {
   Nearest best{.distance_m = max_distance_m};
   const TriangleCorners* face = nullptr;
-  ForEachNear(Aabb(p, p), max_distance_m, [&](const TriangleCorners& t, std::int32_t) {
+  const auto look = [&](const TriangleCorners& t, std::int32_t) {
     const Vector3 q = NearestOnTriangle(t.corners[0], t.corners[1], t.corners[2], p);
     const double distance = (q - p).norm();
     if (distance < best.distance_m) {
@@ -126,7 +127,8 @@ TriangleTree::Nearest TriangleTree::NearestPoint(const Vector3& p, double max_di
       face = &t;
     }
     return best.distance_m;
-  });
+  };
+  ForEachNear(Aabb(p, p), max_distance_m, look, work);
   if (face == nullptr) return {};
   best.face_normal = face->Normal();
   return best;

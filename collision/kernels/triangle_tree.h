@@ -61,7 +61,8 @@ class TriangleTree {
     Vector3 point = Vector3::Zero();
     Vector3 face_normal = Vector3::UnitZ();
   };
-  Nearest NearestPoint(const Vector3& p, double max_distance_m) const;
+  // As far as it was searched where `work` ends it.
+  Nearest NearestPoint(const Vector3& p, double max_distance_m, WorkCounter* work = nullptr) const;
 
   // The first triangle hit by a ray, either side.
   std::optional<RayHit> CastRay(const Ray& ray) const;

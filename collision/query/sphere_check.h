@@ -22,8 +22,8 @@ class SphereCheck {
  public:
   // Nothing where the question is another one: other shapes without spheres around them, too few
   // rows, rows that are no states of joints, FCL or Bullet asked for by name, joints that lanes do
-  // not move, links that may get where worlds have no room, margins below zero, unseen space to be reported, deviations, rules of pairs that set
-  // more than the request's margin.
+  // not move, links that may get where worlds have no room, margins below zero, unseen space to be
+  // reported, deviations, rules of pairs that set more than the request's margin.
   static std::optional<SphereCheck> Make(const WorldSnapshot& world, const QueryBody& body,
                                          const BodyRows& rows, const QueryOptions& options);
 

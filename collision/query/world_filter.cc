@@ -6,6 +6,7 @@ WorldFilter::WorldFilter(const WorldSnapshot& world, const QueryOptions& options
     : representation_(options.representation),
       skips_unseen_(options.unseen == UnseenSpace::kIgnore) {
   for (const std::string& name : options.ignore) Skip(world, name);
+  std::sort(skipped_.begin(), skipped_.end(), std::less<>());
 }
 
 WorldFilter::WorldFilter(const WorldSnapshot& world, const QueryOptions& options,
@@ -13,6 +14,7 @@ WorldFilter::WorldFilter(const WorldSnapshot& world, const QueryOptions& options
     : WorldFilter(world, options) {
   if (!body.self.empty()) Skip(world, body.self);
   for (const CarriedObject& carried : body.carried) Skip(world, carried.object->name);
+  std::sort(skipped_.begin(), skipped_.end(), std::less<>());
 }
 
 void WorldFilter::Skip(const WorldSnapshot& world, const std::string& name) {

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <algorithm>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -20,6 +21,9 @@ class WorldFilter {
 
   bool Skips(const Obstacle& obstacle) const {
     if (skips_unseen_ && IsUnseen(obstacle)) return true;
+    if (skipped_.size() > kFew) {
+      return std::binary_search(skipped_.begin(), skipped_.end(), &obstacle, std::less<>());
+    }
     return std::find(skipped_.begin(), skipped_.end(), &obstacle) != skipped_.end();
   }
   bool SkipsPart(const Obstacle& obstacle, PartSource source) const {
@@ -44,7 +48,8 @@ class WorldFilter {
     return false;
   }
 
-  std::vector<const Obstacle*> skipped_;  // few: a linear search costs least
+  static constexpr std::size_t kFew = 16;  // of which a linear search costs least
+  std::vector<const Obstacle*> skipped_;   // by address
   Representation representation_;
   bool skips_unseen_;
 };

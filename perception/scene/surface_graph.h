@@ -18,8 +18,8 @@
 
 namespace cwm::perception {
 
-// Surfaces never link across a jump in range larger than this (perception noise plus the roughness
-// of what is worth holding together).
+// Surfaces of an image never link across a jump in range larger than this (perception noise plus the
+// roughness of what is worth holding together); of a grid, cells that touch are linked.
 inline float LargestJump_m(float sigma_m) { return 3 * sigma_m + 0.01f; }
 
 class SurfaceGraph {

@@ -99,7 +99,9 @@ TEST_P(AnySensor, FindsWhatStandsOnATable) {
   ASSERT_TRUE(found.ok()) << found.status();
   EXPECT_EQ(found->supports.size(), 1u);
   // Where noise is far less than cells are wide, a lid can be cut off.
-  if (seen.form != Form::kShuffled) EXPECT_EQ(CountObjects(*found), 3) << Listed(*found);
+  if (seen.form != Form::kShuffled) {
+    EXPECT_EQ(CountObjects(*found), 3) << Listed(*found);
+  }
   for (std::size_t k = 1; k < scene.objects.size(); ++k) {
     const SimulatedObject& truth = scene.objects[k];
     const Aabb true_bounds = BoundsInWorld(truth);

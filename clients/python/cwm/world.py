@@ -56,7 +56,8 @@ class World(WorldView):
         the sensor saw nothing. x_world_sensor: pose of the sensor, (4, 4) or (7,); None: estimated
         once for each `sensor_name`, with `up` (3,), in the sensor's frame, if given; an `up` that
         contradicts that estimate makes another one. sensor: "kinect", "realsense",
-        "time_of_flight", "tilting_laser", or the standard deviation of its noise in metres.
+        "time_of_flight", "tilting_laser", or the standard deviation of its noise in metres; of
+        views that were put together with the error of their registration.
         normals: like points. search: kinds of shapes, of "planes", "cylinders", "spheres" and
         "cones".
         """

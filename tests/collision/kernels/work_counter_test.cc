@@ -45,15 +45,15 @@ class EndsAfter : public WorkCounter {
 
 constexpr std::size_t kNever = std::numeric_limits<std::size_t>::max();
 
-// A closed ball of triangles, dented so that it is not convex.
-TriangleMesh DentedBall(int rings, double radius_m) {
+// A closed ball of triangles, dented so that it is not convex, or round.
+TriangleMesh DentedBall(int rings, double radius_m, double dent = 0.05) {
   TriangleMesh mesh;
   const int around = 2 * rings;
   for (int i = 0; i <= rings; ++i) {
     for (int k = 0; k < around; ++k) {
       const double polar = std::numbers::pi * i / rings;
       const double angle = 2 * std::numbers::pi * k / around;
-      const double r = radius_m * (1 + 0.05 * std::sin(6 * angle) * std::sin(4 * polar));
+      const double r = radius_m * (1 + dent * std::sin(6 * angle) * std::sin(4 * polar));
       mesh.vertices.push_back({r * std::sin(polar) * std::cos(angle),
                                r * std::sin(polar) * std::sin(angle), r * std::cos(polar)});
     }
@@ -72,6 +72,11 @@ TriangleMesh DentedBall(int rings, double radius_m) {
 
 Shape OpenBall(double radius_m) {
   return Mesh{std::make_shared<const TriangleMesh>(DentedBall(40, radius_m)), false};
+}
+
+// All of it is about as far from its middle.
+Shape OpenRoundBall() {
+  return Mesh{std::make_shared<const TriangleMesh>(DentedBall(100, 0.5, 0)), false};
 }
 
 // A plate of some pieces for each tooth.
@@ -110,6 +115,7 @@ std::vector<LongPair> LongPairs() {
   return {{"surfaces", OpenBall(0.5), OpenBall(0.45), Pose::Identity()},
           {"surface and hull", OpenBall(0.5), ManyCorners(500), Pose::Identity()},
           {"surface and box", OpenBall(0.5), Box{{0.5, 0.5, 0.5}}, turned},
+          {"surface and ball", OpenRoundBall(), Sphere{0.1}, Pose::Identity()},
           {"surface and plate", OpenBall(0.3), Comb(50), turned},
           {"plates", Comb(200), Comb(200), turned}};
 }
