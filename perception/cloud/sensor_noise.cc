@@ -68,10 +68,10 @@ double SensorNoise::LateralSigma_m(double depth_m, double incidence_rad) const {
       return 0.5 * z / RealSenseFocal_px(image_width_px);
     case SensorModel::kTimeOfFlight:
       return 0.5 * z / kKinectFocal_px;  // half a pixel of a sensor of similar resolution
+    // 0.05 to 0.1 degrees of jitter per line; a quarter of an angular step of 0.25 degrees.
     case SensorModel::kTiltingLaser:
-      return 0.001 * z;  // 0.05 to 0.1 degrees of jitter per line
     case SensorModel::kSickLms400:
-      return 0.001 * z;  // a quarter of its angular step of 0.25 degrees
+      return 0.001 * z;
     case SensorModel::kConstant:
       return constant_sigma_m;
   }

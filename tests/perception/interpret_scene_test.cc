@@ -228,10 +228,11 @@ TEST(InterpretScene, DegenerateCloudsBecomeResidualsAndSaySo) {
 }
 
 TEST(InterpretScene, AnImageOfOneRepeatedPointIsOneResidual) {
-  PointCloud cloud{.points = std::vector<Vector3f>(640 * 480, Vector3f(0.1f, -0.2f, 0.9f)),
-                   .normals = {},
-                   .width = 640,
-                   .height = 480};
+  PointCloud cloud{
+      .points = std::vector<Vector3f>(std::size_t{640} * 480, Vector3f(0.1f, -0.2f, 0.9f)),
+      .normals = {},
+      .width = 640,
+      .height = 480};
   const auto scene = InterpretScene(cloud, {});
   ASSERT_TRUE(scene.ok()) << scene.status();
   EXPECT_TRUE(scene->supports.empty());
