@@ -10,6 +10,8 @@ namespace cwm::perception {
 namespace {
 
 constexpr double kKinectFocal_px = 525;
+constexpr double kLeast_m = 1e-4;       // of a camera, however near
+constexpr double kLeastGiven_m = 1e-5;  // coordinates that are floats resolve little finer
 constexpr double kHalfPi = std::numbers::pi / 2;
 // Nguyen's terms diverge at grazing incidence; no sensor returns a point beyond this angle.
 constexpr double kLargestIncidence_rad = 85 * std::numbers::pi / 180;
@@ -45,17 +47,17 @@ double SensorNoise::AxialSigma_m(double depth_m, double incidence_rad) const {
     case SensorModel::kKinect:
       return KinectAxialSigma_m(z, incidence_rad);
     case SensorModel::kRealSense:
-      return std::max(1e-4, z * z * 0.1 / (RealSenseFocal_px(image_width_px) * 0.05));
+      return std::max(kLeast_m, z * z * 0.1 / (RealSenseFocal_px(image_width_px) * 0.05));
     case SensorModel::kTimeOfFlight:
-      return std::max(1e-4, 0.01 * z);
+      return std::max(kLeast_m, 0.01 * z);
     case SensorModel::kTiltingLaser:
       return std::max(0.018, 0.0015 + 0.0006 * z);
     case SensorModel::kSickLms400:
       return 0.0065;
     case SensorModel::kConstant:
-      return constant_sigma_m;
+      break;
   }
-  return constant_sigma_m;
+  return std::max(kLeastGiven_m, constant_sigma_m);
 }
 
 double SensorNoise::LateralSigma_m(double depth_m, double incidence_rad) const {

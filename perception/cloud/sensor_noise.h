@@ -32,7 +32,7 @@ struct PlaneSpread {
 
 struct SensorNoise {
   SensorModel model = SensorModel::kKinect;
-  double constant_sigma_m = 0.002;  // used by kConstant alone
+  double constant_sigma_m = 0.002;  // used by kConstant alone; less than 1e-5 counts as that
   int image_width_px = 640;         // used by kRealSense alone: see NoiseIn
 
   // One standard deviation along the ray, metres, at depth z (distance along the optical axis) and

@@ -56,6 +56,25 @@ TEST(SensorNoise, FollowsThePublishedKinectModel) {
   EXPECT_NEAR(noise.LateralSigma_m(1.05), 0.8 * 1.05 / 525, 1e-9);
 }
 
+TEST(SensorNoise, ThatIsGivenIsNoLessThanFloatsResolve) {
+  const auto sigma_m = [](double given_m) {
+    return SensorNoise{.model = SensorModel::kConstant, .constant_sigma_m = given_m}.AxialSigma_m(
+        2);
+  };
+  EXPECT_EQ(sigma_m(1e-9), 1e-5);
+  EXPECT_EQ(sigma_m(3e-4), 3e-4);
+}
+
+// How far a flat support may show off its plane is the sensor's own: a Kinect warps, others do not.
+TEST(SensorNoise, TellsWhatAFlatSupportLooksLike) {
+  OrientedPoints points;
+  points.sigma_m = {0.01f, 1e-5f};
+  EXPECT_NEAR(points.UsuallyOffPlane_m(0), 0.06f, 1e-6f);
+  points.spread = SensorNoise{.model = SensorModel::kTimeOfFlight}.SpreadAboutPlanes();
+  EXPECT_NEAR(points.UsuallyOffPlane_m(0), 0.035f, 1e-6f);
+  EXPECT_EQ(points.MostOffPlane_m(1), kUnevenness_m) << "no table is as even as a scanner sees";
+}
+
 // The same disparity is a larger angle in a narrower image.
 TEST(SensorNoise, OfARealSenseFollowsTheWidthOfItsImage) {
   PointCloud cloud = Cloud(std::vector<Vector3f>(4, Vector3f(0, 0, 2)));
