@@ -92,8 +92,8 @@ TEST(CollectMeasured, TakesTheNoiseOfTheImage) {
   cloud.width = 160;
   cloud.height = 120;
   for (int i = 0; i < 160 * 120; ++i) {
-    const Vector3f ray(static_cast<float>(i % 160 - 80) / 80, static_cast<float>(i / 160 - 60) / 80,
-                       1);
+    const int row = i / 160, column = i % 160;
+    const Vector3f ray(static_cast<float>(column - 80) / 80, static_cast<float>(row - 60) / 80, 1);
     cloud.points.push_back(ray);
   }
   const auto measured = CollectMeasured(cloud, {.model = SensorModel::kRealSense});
