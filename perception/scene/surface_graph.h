@@ -45,9 +45,9 @@ class SurfaceGraph {
   const MeasuredPoints* image() const { return measured_; }
 
   // f(other) for the nodes right beside this one on the same surface. On an image: within
-  // LargestJump_m in range and not off the other's tangent plane by more than 4 sigma or 1.5 pixels, neither of
-  // the two (where one is seen at a grazing angle, beyond kFrontal_cos: not both); or within three
-  // times that, as slanted surfaces are, and each on the other's tangent plane.
+  // LargestJump_m in range and not off the other's tangent plane by more than 4 sigma or 1.5 pixels,
+  // neither of the two (where one is seen at a grazing angle, beyond kFrontal_cos: not both); or
+  // within three times that, as slanted surfaces are, and each on the other's tangent plane.
   template <class F>
   void ForEachLinked(std::size_t node, F&& f) const;
 

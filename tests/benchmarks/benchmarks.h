@@ -39,11 +39,6 @@ void MeasureSamples(Report& report);
 void MeasureShapes(Report& report);
 void MeasureShapesQuickly(Report& report);
 
-// The same of 40 scenes under the noise of other sensors and in other forms of a cloud, *_shape_found,
-// *_shape_spurious and *_sigma_calibration: realsense, tof, laser, fine (a sigma of 0.1 mm is given),
-// given (1 mm), shuffled, merged (three places), body (x forward, z up).
-void MeasureOtherSensors(Report& report);
-
 // Handles of 100 random scenes of mugs, pans and jugs: handle_recall, handle_precision.
 void MeasureHandles(Report& report);
 
@@ -57,8 +52,15 @@ inline constexpr Seeds kSeedsOfShapes{0, 250};
 inline constexpr Seeds kSeedsOfShapesQuickly{0, 20};
 inline constexpr Seeds kSeedsOfHandles{0, 100};
 inline constexpr Seeds kSeedsOfGrasps{1000, 60};
+inline constexpr Seeds kSeedsOfSensors{0, 20};
 void MeasureShapesOn(const Seeds& seeds, Report& report);
 void MeasureHandlesOn(const Seeds& seeds, Report& report);
+
+// The same of 40 scenes under the noise of other sensors and in other forms of a cloud, *_shape_found,
+// *_shape_spurious and *_sigma_calibration: realsense, tof, laser, fine (a sigma of 0.1 mm is given),
+// given (1 mm), shuffled, merged (three places), body (x forward, z up).
+// `only` is one of these words; empty: all.
+void MeasureOtherSensorsOn(const Seeds& seeds, const std::string& only, Report& report);
 
 // The best grasps of things on simulated tables, judged by the truth: grasp_success.
 void MeasureGrasps(Report& report);

@@ -1,9 +1,9 @@
 // The quality of perception without a server: quick to build where perception is worked on. The same
 // figures as ./dev bench perception prints.
-//   cwm-bench-quality [quick|shapes|sensors|handles|claims|scene FAMILY SEED [SENSOR]]
+//   cwm-bench-quality [quick|shapes|sensors [SENSOR]|handles|claims|scene FAMILY SEED [SENSOR]]
 //                     [--json FILE]
 //                     [--first-seed N] [--seeds N]
-// The last two, of quick, shapes and handles, take other random scenes than those of the figures,
+// The last two, of quick, shapes, sensors and handles, take other random scenes than those of the figures,
 // such as scenes that nobody has looked at: what was tuned on some holds only where it holds there.
 #include <cstdlib>
 #include <cstring>
@@ -24,8 +24,10 @@ struct SeededPart {
 
 const std::map<std::string, void (*)(Report&)>& Parts() {
   static const std::map<std::string, void (*)(Report&)> parts = {
-      {"quick", MeasureShapesQuickly},  {"shapes", MeasureShapes}, {"handles", MeasureHandles},
-      {"sensors", MeasureOtherSensors}, {"claims", MeasureClaims},
+      {"quick", MeasureShapesQuickly},
+      {"shapes", MeasureShapes},
+      {"handles", MeasureHandles},
+      {"claims", MeasureClaims},
   };
   return parts;
 }
@@ -61,11 +63,10 @@ Call Parse(int argc, char** argv) {
   return call;
 }
 
-void RunSeeded(const Call& call, const SeededPart& part, Report& report) {
-  Seeds seeds = part.seeds;
+Seeds SeedsOf(const Call& call, Seeds seeds) {
   if (!call.first_seed.empty()) seeds.first = std::strtoull(call.first_seed.c_str(), nullptr, 10);
   if (!call.seeds.empty()) seeds.count = std::atoi(call.seeds.c_str());
-  part.measure(seeds, report);
+  return seeds;
 }
 
 void Run(const Call& call, Report& report) {
@@ -74,16 +75,20 @@ void Run(const Call& call, Report& report) {
   const auto part = Parts().find(words[0]);
   const auto seeded = SeededParts().find(words[0]);
   if (other_seeds && seeded != SeededParts().end()) {
-    RunSeeded(call, seeded->second, report);
+    seeded->second.measure(SeedsOf(call, seeded->second.seeds), report);
   } else if (!other_seeds && part != Parts().end()) {
     part->second(report);
+  } else if (words[0] == "sensors" && words.size() <= 2) {
+    MeasureOtherSensorsOn(SeedsOf(call, kSeedsOfSensors), words.size() == 2 ? words[1] : "",
+                          report);
   } else if (!other_seeds && words[0] == "scene" && (words.size() == 3 || words.size() == 4)) {
     ReplayScene(words[1], std::strtoull(words[2].c_str(), nullptr, 10),
                 words.size() == 4 ? words[3] : "", report);
   } else {
     report.Fail(
-        "takes quick, shapes, sensors, handles, claims, or scene FAMILY SEED [SENSOR]; seeds with "
-        "quick, shapes or handles alone");
+        "takes quick, shapes, sensors [SENSOR], handles, claims, or scene FAMILY SEED [SENSOR]; "
+        "seeds "
+        "with quick, shapes, sensors or handles alone");
   }
 }
 

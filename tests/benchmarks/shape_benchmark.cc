@@ -256,7 +256,7 @@ void MeasureHandles(Report& report) { MeasureHandlesOn(kSeedsOfHandles, report);
 
 void MeasureShapes(Report& report) {
   MeasureShapesOn(kSeedsOfShapes, report);
-  MeasureOtherSensors(report);
+  MeasureOtherSensorsOn(kSeedsOfSensors, "", report);
 }
 
 namespace {
@@ -288,9 +288,17 @@ const std::vector<OtherSensor>& OtherSensors() {
   return sensors;
 }
 
-void MeasureSensor(const OtherSensor& other, Report& report) {
-  const std::vector<CaseName> cases =
-      Cases({.first = 0, .count = 20}, {SceneFamily::kTable, SceneFamily::kClutter});
+std::string KeysOfSensors() {
+  std::string keys;
+  for (const OtherSensor& sensor : OtherSensors()) {
+    keys += keys.empty() ? "" : ", ";
+    keys += sensor.key;
+  }
+  return keys;
+}
+
+void MeasureSensor(const OtherSensor& other, const Seeds& seeds, Report& report) {
+  const std::vector<CaseName> cases = Cases(seeds, {SceneFamily::kTable, SceneFamily::kClutter});
   ShapeTally tally;
   ForEachCase(
       cases,
@@ -319,8 +327,14 @@ void MeasureSensor(const OtherSensor& other, Report& report) {
 
 }  // namespace
 
-void MeasureOtherSensors(Report& report) {
-  for (const OtherSensor& sensor : OtherSensors()) MeasureSensor(sensor, report);
+void MeasureOtherSensorsOn(const Seeds& seeds, const std::string& only, Report& report) {
+  bool is_known = only.empty();
+  for (const OtherSensor& sensor : OtherSensors()) {
+    if (!only.empty() && only != sensor.key) continue;
+    is_known = true;
+    MeasureSensor(sensor, seeds, report);
+  }
+  if (!is_known) report.Fail("sensor is '" + only + "', must be one of " + KeysOfSensors());
 }
 
 void MeasureShapesQuickly(Report& report) { MeasureShapesOn(kSeedsOfShapesQuickly, report); }
@@ -334,7 +348,7 @@ void ReplayScene(const std::string& family, std::uint64_t seed, const std::strin
   const auto other = std::find_if(others.begin(), others.end(),
                                   [&](const OtherSensor& o) { return o.key == sensor; });
   if (!sensor.empty() && other == others.end())
-    return report.Fail("sensor is '" + sensor + "', must be a key's first word of the sensors");
+    return report.Fail("sensor is '" + sensor + "', must be one of " + KeysOfSensors());
   const absl::StatusOr<SimulatedCase> run =
       RunCase({*known, seed}, other == others.end() ? CaseSensor() : other->sensor);
   if (!run.ok()) return report.Fail(std::string(run.status().message()));
