@@ -112,7 +112,8 @@ void MeasureMotions(Report& report);
 // mbm_solved_of_700, mbm_median_ms, mbm_p95_ms, mbm_invalid_paths.
 void MeasurePlanning(Report& report);
 
-// What was found in one of those scenes, shape by shape. Family: table, clutter, kitchen, vessels.
+// What was found in one of those scenes, shape by shape. Family: table, clutter, kitchen, vessels;
+// sensor: a word of MeasureOtherSensorsOn, or empty for the image of a Kinect.
 void ReplayScene(const std::string& family, std::uint64_t seed, const std::string& sensor,
                  Report& report);
 
