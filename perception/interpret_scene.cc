@@ -15,6 +15,7 @@
 #include "perception/cloud/parallel_for.h"
 #include "perception/cut_rims.h"
 #include "perception/describe_support.h"
+#include "perception/join_lying_vessels.h"
 #include "perception/join_modelled.h"
 #include "perception/model_thing.h"
 #include "perception/order_things.h"
@@ -277,6 +278,7 @@ absl::StatusOr<SceneInterpretation> Interpret(const PointCloud& cloud, Interpret
 
   // Steps 6 and 7: shapes, and triangulated surfaces for what they leave.
   DescribedScene described = DescribeScene(*scene, X_WL, options, work);
+  JoinLyingVessels(options, work, *scene, described.things);
   JoinModelled(options, work, *scene, described.things);
   StandAsModelled(described.things, *scene);
   PartStanding(options, work, *scene, described.things);

@@ -7,10 +7,10 @@
 #include <utility>
 
 #include "collision/geometry/hybrid_model.h"
+#include "perception/merge_things.h"
 #include "perception/model/explain.h"
 #include "perception/model/model_points.h"
 #include "perception/model/prolonged.h"
-#include "perception/model/shape_fit.h"
 #include "perception/order_things.h"
 #include "perception/scene/surface_graph.h"
 
@@ -34,28 +34,9 @@ constexpr int kMostReturns = 6;  // of handles, likewise
 constexpr std::size_t kOneModelledAnew = 8;
 constexpr std::size_t kSample = 64;       // points, to ask whether a solid reaches so far
 constexpr double kLeastProlonging = 0.6;  // of them, on the prolonged surface
-constexpr std::size_t kJudged = 400;      // points, to compare with how it was
 constexpr double kLeastExplained = 0.9;   // of their points, as of any one solid
 constexpr double kLeastAlone = 0.8;  // likewise of what is prolonged; true parts had that and more
 constexpr double kThickestLid_m = 0.01;  // lone faces have 5 mm and what the noise adds
-// Of the mean square in variances: warp moves the parts apart; true parts lost 0.1.
-constexpr double kMostLoss = 0.5;
-
-// Mean square, truncated, of the distances to the nearest solid, in standard deviations.
-double MisfitOf(const ModelledThing& thing, const Points& points, const OrientedPoints& all) {
-  double sum = 0;
-  for (std::uint32_t i : points) {
-    const Vector3 p = all.points[i].cast<double>();
-    double least = kTruncatedSquare;
-    for (const ShapePart& part : thing.model->shapes) {
-      const double off_m = SignedDistance_m(part, (thing.X_LO * part.X_OS).inverse() * p);
-      const double off = off_m / double{all.sigma_m[i]};
-      least = std::min(least, off * off);
-    }
-    sum += least;
-  }
-  return sum / static_cast<double>(points.size());
-}
 
 class Joiner {
  public:
@@ -278,57 +259,28 @@ class Joiner {
     return sight.through <= kMostContradictions && sight.hidden >= kLeastHidden;
   }
 
-  // Models the first with the points of the second, on the ground of the lower one.
+  // Models the first with the points of the second.
   bool Join(std::size_t a, std::size_t b) {
     SegmentedThing &first = scene_.things[a], &second = scene_.things[b];
     const SegmentedThing before = first;
-    Points of_second = std::exchange(second.points, {});
-    first.points.insert(first.points.end(), of_second.begin(), of_second.end());
-    std::ranges::sort(first.points);
-    first.node_count += second.node_count;
-    if (second.foot_height_m < first.foot_height_m) {
-      first.foot_height_m = second.foot_height_m;
-      first.rests_on = second.rests_on;
-    }
+    const Points of_second = second.points;
+    TakeOver(first, second);
     const auto is_one_solid = [](const ObjectModel& found) {
       return IsOneSolid(found.shapes, found.part_of_point, kLeastExplained);
     };
     std::optional<ModelledThing> joined =
         ModelThingIf(is_one_solid, scene_, a, SceneRays(scene_, work_), options_, work_);
-    if (!joined ||
-        !AccountsForBoth(*joined, before.points, modelled_[a], of_second, modelled_[b])) {
+    if (!joined || !AccountsFor(*joined, modelled_[a], before.points, scene_.points) ||
+        !AccountsFor(*joined, modelled_[b], of_second, scene_.points)) {
       first = before;
-      second.points = std::move(of_second);
+      second.points = of_second;
       return false;
     }
     modelled_[a] = *std::move(joined);
     bounds_[a] = BoundsOf(modelled_[a]);
-    Remove(b, a);
+    bounds_.erase(bounds_.begin() + static_cast<std::ptrdiff_t>(b));
+    RemoveThing(b, a, scene_, modelled_);
     return true;
-  }
-
-  // Nearly as well as they were accounted for by themselves.
-  bool AccountsForBoth(const ModelledThing& joined, const Points& of_a, const ModelledThing& a,
-                       const Points& of_b, const ModelledThing& b) const {
-    const Points some_a = Thinned(of_a, kJudged), some_b = Thinned(of_b, kJudged);
-    return MisfitOf(joined, some_a, scene_.points) <=
-               MisfitOf(a, some_a, scene_.points) + kMostLoss &&
-           MisfitOf(joined, some_b, scene_.points) <=
-               MisfitOf(b, some_b, scene_.points) + kMostLoss;
-  }
-
-  // What rested on it rests on the one that it has become a part of.
-  void Remove(std::size_t gone, std::size_t joined_with) {
-    const auto at = static_cast<std::ptrdiff_t>(gone);
-    scene_.things.erase(scene_.things.begin() + at);
-    modelled_.erase(modelled_.begin() + at);
-    bounds_.erase(bounds_.begin() + at);
-    for (std::size_t k = 0; k < scene_.things.size(); ++k) {
-      std::int32_t& below = scene_.things[k].rests_on;
-      if (below == static_cast<std::int32_t>(gone)) below = static_cast<std::int32_t>(joined_with);
-      if (below > static_cast<std::int32_t>(gone)) --below;
-      if (below == static_cast<std::int32_t>(k)) below = -1;
-    }
   }
 
   const InterpretOptions& options_;

@@ -1,6 +1,7 @@
 #include "perception/model/object_modeler.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "perception/cloud/parallel_for.h"
@@ -8,6 +9,7 @@
 #include "perception/model/explain.h"
 #include "perception/model/extraction.h"
 #include "perception/model/handles.h"
+#include "perception/model/lying_vessel.h"
 #include "perception/model/one_solid.h"
 #include "perception/model/own_ends.h"
 #include "perception/model/parted_solids.h"
@@ -66,6 +68,18 @@ bool IsOneSolid(const ObjectModel& model) {
   return model.shapes.size() == 1 && !model.shapes.front().vessel && ExplainsNearlyAll(model);
 }
 
+// The same of what is assembled: nobody looked into it.
+bool IsOneClosedSolid(const Assembly& assembly, const ModelPoints& points) {
+  if (assembly.solids.size() != 1) return false;
+  const Solid& solid = assembly.solids.front();
+  const Pose X_SM = solid.X_MS.inverse(Eigen::Isometry);
+  std::size_t on = 0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    on += std::abs(SignedDistance_m(solid, X_SM * points.p[i])) <= points.gate_m[i];
+  }
+  return static_cast<double>(on) >= kNearlyAll * static_cast<double>(points.size());
+}
+
 // Without shapes there are no handles (ModelerOptions).
 bool SearchesAny(const ModelerOptions& options) {
   return options.search_planes || options.search_cylinders || options.search_spheres ||
@@ -109,7 +123,8 @@ ObjectModel ModelObject(const OrientedPoints& points, const std::optional<Pose>&
   const double spacing_m = searched.points.spacing_m;
   const Ground ground_L = GroundOf(X_LSupport, Vector3::Zero());
   const FitContext context = searched.Context(noise, options, work, passing);
-  Assembly assembly = AssembleSolids(ExtractShapes(context), context, searched.ground);
+  const Extraction extraction = ExtractShapes(context);
+  Assembly assembly = AssembleSolids(extraction, context, searched.ground);
   std::optional<Vessel> vessel;
   bool is_parted = false;
   const auto prefer_solids = [&] {
@@ -126,6 +141,13 @@ ObjectModel ModelObject(const OrientedPoints& points, const std::optional<Pose>&
     DoBoth(work, prefer_solids, find_vessel);
   }
   if (is_parted) vessel.reset();
+  if (!is_parted && !options.in_haste && SearchesAny(options) &&
+      !IsOneClosedSolid(assembly, context.points)) {
+    const auto standing = vessel ? vessel->walls() : std::vector<RevolvedWall>();
+    if (auto lying = FindLyingWall(points, standing, AxesOf(extraction), context)) {
+      vessel = Vessel(points, {*std::move(lying)});
+    }
+  }
   if (vessel) PreferShells(vessel->walls(), context, assembly);
   model.notes = std::move(assembly.notes);
   model.shapes = InLevelFrame(std::move(assembly.solids), context);
@@ -156,6 +178,20 @@ std::optional<ShapePart> ModelOneSolid(const OrientedPoints& points, const Pose&
   const std::optional<WholeFit> fit = BetterSolid(context, {});
   if (!fit) return std::nullopt;
   return InLevelFrame({fit->solid}, context).front();
+}
+
+std::optional<ShapePart> FindLyingVessel(const OrientedPoints& points,
+                                         const std::optional<Pose>& X_LSupport,
+                                         const std::vector<Vector3>& axes, const SensorNoise& noise,
+                                         const ModelerOptions& options, const Work& work) {
+  ModelPoints thinned = ThinForSearch(points, SearchPoints(points.size()), work);
+  if (!IsEnough(thinned, options)) return std::nullopt;
+  const Searched searched(std::move(thinned), X_LSupport);
+  const FitContext context = searched.Context(noise, options, work, {});
+  const auto wall = FindLyingWall(points, FitRevolvedWalls(points, work), axes, context);
+  if (!wall) return std::nullopt;
+  std::optional<Solid> shell = FitShell(*wall, context);
+  return InLevelFrame({*std::move(shell)}, context).front();
 }
 
 ObjectModel ModelStructure(const OrientedPoints& points, const std::vector<Placed<Plate>>& plates,

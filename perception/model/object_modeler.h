@@ -28,6 +28,13 @@ std::optional<ShapePart> ModelOneSolid(const OrientedPoints& points, const Pose&
                                        const SensorNoise& noise, const ModelerOptions& options,
                                        const Work& work = {});
 
+// The shell of a vessel that lies or leans (FindLyingWall) about one of the axes, which may be none's,
+// or one that the normals suggest.
+std::optional<ShapePart> FindLyingVessel(const OrientedPoints& points,
+                                         const std::optional<Pose>& X_LSupport,
+                                         const std::vector<Vector3>& axes, const SensorNoise& noise,
+                                         const ModelerOptions& options, const Work& work = {});
+
 // A wall or front of which the plates are known, in the level frame: they are its shapes, COMPLETED
 // since their bodies were supplied, and what stands out from them may be handles.
 ObjectModel ModelStructure(const OrientedPoints& points, const std::vector<Placed<Plate>>& plates,

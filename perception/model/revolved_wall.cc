@@ -13,6 +13,7 @@
 #include "perception/cloud/quantile.h"
 #include "perception/cloud/sensor_noise.h"
 #include "perception/model/model_points.h"
+#include "perception/model/solid.h"
 
 namespace cwm::perception {
 namespace {
@@ -35,8 +36,11 @@ constexpr double kMostSlope = 2.7;         // of a wall's radius over its height
 constexpr double kMostJump_m = 0.008;      // besides: from inside to outside, or noise
 constexpr std::size_t kVoters = 3;         // on either side: a handle's width and noise, 18 mm
 constexpr double kLeanSigma = 0.009;       // half a degree: vessels stand, and up is estimated
-constexpr double kLeastOnWall = 0.5;       // of the steep points
-constexpr int kLeastSectors = 4;           // 60 degrees
+constexpr double kFreeLeanSigma = kSameDirection_rad;  // of an axis that a part of the wall told
+constexpr int kMostTurns = 8;         // of the frame to the axis, which is linear about it
+constexpr double kTurned = 0.002;     // radians: a fifth of what the axis of a mug is known to
+constexpr double kLeastOnWall = 0.5;  // of the steep points
+constexpr int kLeastSectors = 4;      // 60 degrees
 // What is seen of it through 180 degrees, so inside as well, needs no majority: two pans side by
 // side. All walls but an object's first must be: a bow alone is soon a bit of a wall.
 constexpr double kLeastOnRoundWall = 0.25;
@@ -54,16 +58,17 @@ struct SteepPoint {
   double gate_m = 0;
 };
 
-std::vector<SteepPoint> SteepPoints(const OrientedPoints& points) {
+std::vector<SteepPoint> SteepPoints(const OrientedPoints& points, const Matrix3& R_LW) {
+  const Eigen::Matrix3f R_WL = R_LW.transpose().cast<float>();
   std::vector<SteepPoint> steep;
   const std::size_t stride = (points.size() + kMostSteep - 1) / kMostSteep;
   for (std::size_t i = 0; i < points.size(); i += std::max<std::size_t>(stride, 1)) {
-    const Vector2 n = points.normals[i].head<2>().cast<double>();
+    const Vector2 n = (R_WL * points.normals[i]).head<2>().cast<double>();
     const double steepness = n.norm();
     if (steepness < kLeastSteepness || !points.points[i].allFinite()) continue;
-    steep.push_back({points.points[i].head<2>().cast<double>(), n / steepness,
-                     double{points.points[i].z()},
-                     kDistanceGate_sigma * double{points.sigma_m[i]}});
+    const Vector3 p = (R_WL * points.points[i]).cast<double>();
+    steep.push_back(
+        {p.head<2>(), n / steepness, p.z(), kDistanceGate_sigma * double{points.sigma_m[i]}});
   }
   return steep;
 }
@@ -127,8 +132,9 @@ enum class Order { kFirst, kLater };  // of the walls of one object
 
 class WallFitter {
  public:
-  WallFitter(std::vector<SteepPoint> steep, const Vector2& axis, Order order)
+  WallFitter(std::vector<SteepPoint> steep, const Vector2& axis, Order order, double lean_sigma)
       : is_first_(order == Order::kFirst),
+        lean_sigma_(lean_sigma),
         steep_(std::move(steep)),
         radius_m_(steep_.size()),
         on_ring_m_(steep_.size()) {
@@ -273,7 +279,7 @@ class WallFitter {
     }
     normal /= kPointsPerIndependentSample;
     right /= kPointsPerIndependentSample;
-    const double prior = 1 / (kLeanSigma * kLeanSigma);
+    const double prior = 1 / (lean_sigma_ * lean_sigma_);
     normal.bottomRightCorner<2, 2>().diagonal().array() += prior;
     right.tail<2>() -= prior * wall_.lean;
     if (!(normal(0, 0) > 0 && normal(1, 1) > 0)) return false;
@@ -329,6 +335,7 @@ class WallFitter {
   }
 
   bool is_first_;
+  double lean_sigma_;
   std::vector<SteepPoint> steep_;
   std::vector<double> radius_m_,
       on_ring_m_;            // per point: its own, and how much more than its ring's
@@ -348,19 +355,20 @@ double RevolvedWall::OuterRadius_m(double z_m) const {
                    within - static_cast<double>(below));
 }
 
-double RevolvedWall::StandsOut_m(const Vector3& p) const {
+double RevolvedWall::StandsOut_m(const Vector3& p_L) const {
+  const Vector3 p = R_LW.transpose() * p_L;
   return (p.head<2>() - AxisAt(p.z())).norm() - OuterRadius_m(p.z());
 }
 
 std::vector<RevolvedWall> FitRevolvedWalls(const OrientedPoints& points, const Work& work) {
-  std::vector<SteepPoint> steep = SteepPoints(points);
+  std::vector<SteepPoint> steep = SteepPoints(points, Matrix3::Identity());
   std::vector<RevolvedWall> walls;
   for (int k = 0; k < kMostWalls && steep.size() >= kLeastSteep; ++k) {
     work.Poll();
     const std::optional<Vector2> axis = AxisOfNormals(steep);
     if (!axis) break;
     const std::optional<RevolvedWall> wall =
-        WallFitter(steep, *axis, k == 0 ? Order::kFirst : Order::kLater).Fit();
+        WallFitter(steep, *axis, k == 0 ? Order::kFirst : Order::kLater, kLeanSigma).Fit();
     if (!wall) break;
     walls.push_back(*wall);
     std::erase_if(steep, [&](const SteepPoint& p) {
@@ -368,6 +376,28 @@ std::vector<RevolvedWall> FitRevolvedWalls(const OrientedPoints& points, const W
     });
   }
   return walls;
+}
+
+std::optional<RevolvedWall> FitRevolvedWall(const OrientedPoints& points, const Vector3& axis_L,
+                                            AxisFreedom freedom, const Work& work) {
+  const bool is_free = freedom == AxisFreedom::kFree;
+  std::optional<RevolvedWall> wall;
+  Vector3 along = axis_L;
+  for (int k = 0; k < (is_free ? kMostTurns : 1); ++k) {
+    work.Poll();
+    const Matrix3 R_LW = BasisFromZ(along);
+    std::vector<SteepPoint> steep = SteepPoints(points, R_LW);
+    if (steep.size() < kLeastSteep) return std::nullopt;
+    const std::optional<Vector2> axis = AxisOfNormals(steep);
+    if (!axis) return std::nullopt;
+    wall = WallFitter(std::move(steep), *axis, Order::kFirst, is_free ? kFreeLeanSigma : kLeanSigma)
+               .Fit();
+    if (!wall) return std::nullopt;
+    wall->R_LW = R_LW;
+    along = wall->Axis();
+    if (wall->lean.norm() < kTurned) break;
+  }
+  return wall;
 }
 
 }  // namespace cwm::perception

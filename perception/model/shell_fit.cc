@@ -52,8 +52,8 @@ struct Place {
 
 Pose FrameOf(const RevolvedWall& wall, const Vector3& origin_L) {
   Pose X_MV = Pose::Identity();
-  X_MV.linear() = BasisFromZ(Vector3(wall.lean.x(), wall.lean.y(), 1).normalized());
-  X_MV.translation() = Vector3(wall.foot.x(), wall.foot.y(), wall.middle_z_m) - origin_L;
+  X_MV.linear() = BasisFromZ(wall.Axis());
+  X_MV.translation() = wall.Middle() - origin_L;
   return X_MV;
 }
 
@@ -310,12 +310,12 @@ class ShellFitter {
     return floor;
   }
 
-  // Where the foot would touch, tilted as it is.
+  // Where the foot would touch, tilted as it is; nothing of what does not stand on it.
   std::optional<double> Ground_m(double foot_radius_m) const {
     if (!c_.ground.known) return std::nullopt;
     const Vector3 axis = X_MV_.linear().col(2);
     const double rise = axis.dot(c_.ground.up);
-    if (!(rise > 0)) return std::nullopt;
+    if (rise < std::cos(kSameDirection_rad)) return std::nullopt;
     const double tilt_sine = axis.cross(c_.ground.up).norm();
     return -c_.ground.Height_m(X_MV_.translation()) / rise + foot_radius_m * tilt_sine;
   }
@@ -395,7 +395,7 @@ void PreferShells(const std::vector<RevolvedWall>& walls, const FitContext& cont
     context.work.Poll();
     // About the axis of another one is what that left over.
     const bool is_rest = std::any_of(walls.begin(), wall, [&](const RevolvedWall& before) {
-      return before.StandsOut_m(Vector3(wall->foot.x(), wall->foot.y(), wall->middle_z_m)) < 0;
+      return before.StandsOut_m(wall->Middle()) < 0;
     });
     if (is_rest) continue;
     std::optional<Solid> shell = FitShell(*wall, context);

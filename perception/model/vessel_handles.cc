@@ -85,13 +85,13 @@ double GapBetween_m(const std::vector<Vector3f>& a, const std::vector<Vector3f>&
 
 }  // namespace
 
-Vessel::Vessel(std::vector<RevolvedWall> walls, double pitch_m)
-    : walls_(std::move(walls)), pitch_m_(pitch_m) {}
+Vessel::Vessel(const OrientedPoints& object, std::vector<RevolvedWall> walls)
+    : walls_(std::move(walls)), pitch_m_(SeenPitch_m(object.points, object.viewpoint)) {}
 
 std::optional<Vessel> Vessel::Find(const OrientedPoints& object, const Work& work) {
   std::vector<RevolvedWall> walls = FitRevolvedWalls(object, work);
   if (walls.empty()) return std::nullopt;
-  return Vessel(std::move(walls), SeenPitch_m(object.points, object.viewpoint));
+  return Vessel(object, std::move(walls));
 }
 
 double Vessel::StandsOut_m(const Eigen::Vector3f& p) const {

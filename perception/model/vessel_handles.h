@@ -29,6 +29,9 @@ class Vessel {
   // Nothing where the object has no such wall (FitRevolvedWalls).
   static std::optional<Vessel> Find(const OrientedPoints& object, const Work& work);
 
+  // Of a wall that is known to be one of the object's.
+  Vessel(const OrientedPoints& object, std::vector<RevolvedWall> walls);
+
   const std::vector<RevolvedWall>& walls() const { return walls_; }
 
   // Clusters that are handles, of those of the object's points for which `among` holds.
@@ -56,7 +59,6 @@ class Vessel {
   bool HasHandle(const OrientedPoints& other, const std::vector<Eigen::Vector3f>& known) const;
 
  private:
-  Vessel(std::vector<RevolvedWall> walls, double pitch_m);
   double StandsOut_m(const Eigen::Vector3f& p) const;  // of the wall that it is nearest to
   bool IsHandle(const OrientedPoints& points, const Cluster& cluster, double gap_m) const;
   bool BeginsAtWall(const OrientedPoints& points, const Cluster& cluster) const;

@@ -9,8 +9,8 @@
 
 #include "collision/geometry/signed_distance.h"
 #include "perception/model/object_modeler.h"
-#include "perception/simulation/vessel_meshes.h"
 #include "tests/perception/model/surfaces.h"
+#include "tests/perception/model/tilted_vessels.h"
 
 namespace cwm::perception {
 namespace {
@@ -20,19 +20,6 @@ constexpr double kElevation_rad = 40 * std::numbers::pi / 180;
 // Two reported deviations of the radius: the slow warp of 1.3 mm and the wall's thickness.
 constexpr double kRadius_m = 0.002;
 constexpr double kHeight_m = 0.006;  // edges are ragged by the lateral noise, 1.1 mm on either side
-
-const VesselWall kMug{.outer = {{0.036, 0}, {0.04, 0.095}}, .wall_m = 0.004, .floor_m = 0.005};
-const VesselWall kPan{.outer = {{0.09, 0}, {0.1, 0.06}}, .wall_m = 0.003, .floor_m = 0.004};
-
-VesselWall Bowl() {
-  VesselWall bowl{.outer = {}, .wall_m = 0.004, .floor_m = 0.006};
-  for (int k = 0; k <= 12; ++k) {
-    const double turn_rad = 0.5 * std::numbers::pi * k / 12;
-    bowl.outer.push_back({.radius_m = 0.03 + 0.045 * std::sin(turn_rad),
-                          .height_m = 0.06 * (1 - std::cos(turn_rad))});
-  }
-  return bowl;
-}
 
 ObjectModel Model(const SimulatedObject& object, std::uint64_t seed) {
   const ScannedObject scan = ScanOnTable(object, kDistance_m, kElevation_rad, seed);
@@ -94,19 +81,19 @@ void ExpectShell(const VesselWall& wall, std::uint64_t seed) {
 }
 
 TEST(Shell, OfAMug) {
-  for (std::uint64_t seed = 1; seed <= 3; ++seed) ExpectShell(kMug, seed);
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) ExpectShell(MugWall(), seed);
 }
 
 TEST(Shell, OfAPan) {
-  for (std::uint64_t seed = 1; seed <= 3; ++seed) ExpectShell(kPan, seed);
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) ExpectShell(PanWall(), seed);
 }
 
 TEST(Shell, OfABowl) {
-  for (std::uint64_t seed = 1; seed <= 3; ++seed) ExpectShell(Bowl(), seed);
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) ExpectShell(BowlWall(), seed);
 }
 
 TEST(Shell, HasTheHandleThatBeginsAtIt) {
-  SimulatedObject mug = OfOnePart(MakeMesh(MakeVessel(kMug)), 0);
+  SimulatedObject mug = OfOnePart(MakeMesh(MakeVessel(MugWall())), 0);
   std::vector<TubePoint> bow;
   for (int k = 0; k <= 16; ++k) {
     const double turn_rad = std::numbers::pi * (k / 16.0 - 0.5);
@@ -125,7 +112,7 @@ TEST(Shell, HasTheHandleThatBeginsAtIt) {
 }
 
 TEST(Shell, LeavesWhatItHoldsToItself) {
-  SimulatedObject bowl = OfOnePart(MakeMesh(MakeVessel(Bowl())), 0);
+  SimulatedObject bowl = OfOnePart(MakeMesh(MakeVessel(BowlWall())), 0);
   bowl.parts.push_back({MakeTranslation(0, 0, 0.041), Sphere{.radius_m = 0.035}});
   const ObjectModel model = Model(bowl, 2);
   const ShapePart* part = OnlyVessel(model);
@@ -147,9 +134,9 @@ TEST(Shell, IsNoneOfACan) {
 }
 
 TEST(Shell, IsNoneOfACupUpsideDown) {
-  SimulatedObject cup = OfOnePart(MakeMesh(MakeVessel(kMug)), 0);
+  SimulatedObject cup = OfOnePart(MakeMesh(MakeVessel(MugWall())), 0);
   cup.X_WO.linear() = Eigen::AngleAxisd(std::numbers::pi, Vector3::UnitX()).matrix();
-  cup.X_WO.translation().z() = kMug.outer.back().height_m;
+  cup.X_WO.translation().z() = MugWall().outer.back().height_m;
   for (std::uint64_t seed = 1; seed <= 3; ++seed) {
     const ObjectModel model = Model(cup, seed);
     EXPECT_EQ(OnlyVessel(model), nullptr);
@@ -171,7 +158,7 @@ TEST(Shell, IsNoneOfABox) {
 }
 
 TEST(Shell, IsTheSameInEveryRun) {
-  const SimulatedObject pan = OfOnePart(MakeMesh(MakeVessel(kPan)), 0);
+  const SimulatedObject pan = OfOnePart(MakeMesh(MakeVessel(PanWall())), 0);
   const ObjectModel first = Model(pan, 5), second = Model(pan, 5);
   ASSERT_NE(OnlyVessel(first), nullptr);
   ASSERT_NE(OnlyVessel(second), nullptr);
