@@ -41,13 +41,13 @@ class LyingVesselJoiner {
   void Run() {
     for (const ModelledThing& thing : modelled_) bounds_.push_back(BoundsOf(thing));
     bool any = false;
-    for (std::size_t a = 0; a < modelled_.size() && attempts_ < kMostAttempts; ++a) {
-      if (!MayBeOfLyingVessel(a)) continue;
+    for (std::size_t a = 0; a < modelled_.size();) {
       work_.Poll();
-      std::vector<std::size_t> parts = Touching(a);
-      if (parts.empty()) continue;
-      parts.insert(parts.begin(), a);
-      any |= Join(std::move(parts));
+      if (MayBeOfLyingVessel(a) && Join(a)) {
+        any = true;  // others have taken its place, or it reaches others now
+      } else {
+        ++a;
+      }
     }
     if (any) SortBySize(scene_, modelled_);
   }
@@ -59,13 +59,24 @@ class LyingVesselJoiner {
     return bounds;
   }
 
-  // What is one closed solid is none, nor what is accounted for as it stands.
+  // What is one closed solid is none, nor what is flat, nor what is accounted for as it stands.
   bool MayBeOfLyingVessel(std::size_t a) const {
     const ModelledThing& thing = modelled_[a];
-    if (scene_.things[a].supported_by < 0 || !IsSmall(a)) return false;
+    if (scene_.things[a].supported_by < 0 || !IsSmall(a) || IsFlat(thing)) return false;
     if (!IsOneSolid(thing.model->shapes, thing.part_of_point, kLeastExplained)) return true;
     const ShapePart& solid = thing.model->shapes.front();
     return solid.vessel && (thing.X_LO * solid.X_OS).linear()(2, 2) < kUpright_cos;
+  }
+
+  static bool IsFlat(const ModelledThing& thing) {
+    const std::vector<ShapePart>& shapes = thing.model->shapes;
+    const auto flat = std::ranges::count_if(thing.part_of_point, [&](std::int32_t part) {
+      if (part < 0 || static_cast<std::size_t>(part) >= shapes.size()) return false;
+      const ShapeKind kind = KindOf(shapes[static_cast<std::size_t>(part)].shape);
+      return kind == ShapeKind::kBox || kind == ShapeKind::kPlate;
+    });
+    return static_cast<double>(flat) >=
+           kLeastExplained * static_cast<double>(thing.part_of_point.size());
   }
 
   bool IsSmall(std::size_t k) const {
@@ -132,10 +143,21 @@ class LyingVesselJoiner {
     return static_cast<double>(on) / static_cast<double>(some.size());
   }
 
-  // Those of the parts that lie on one shell become one thing, if that accounts for them: the first.
-  bool Join(std::vector<std::size_t> parts) {
-    SegmentedThing merged = Merged(parts);
-    if (merged.points.size() > points_left_) return false;
+  // The thing and those that touch it become one, of those that lie on one shell, if that accounts for
+  // them.
+  bool Join(std::size_t a) {
+    std::vector<std::size_t> parts = Touching(a);
+    if (parts.empty()) return false;
+    parts.push_back(a);
+    std::ranges::sort(parts);  // objects before residuals
+    const SegmentedThing merged = Merged(parts);
+    if (attempts_ == kMostAttempts || merged.points.size() > points_left_) {
+      if (!std::exchange(told_of_cap_, true)) {
+        modelled_[a].notes.emplace_back(
+            "parts of a vessel that lies may stand apart: the cap of joins was reached");
+      }
+      return false;
+    }
     points_left_ -= merged.points.size();
     ++attempts_;
     const std::optional<ShapePart> shell =
@@ -145,9 +167,7 @@ class LyingVesselJoiner {
     std::erase_if(parts, [&](std::size_t k) {
       return ShareOn(*shell, scene_.things[k].points) < kLeastOnShell;
     });
-    if (parts.size() < 2) return false;
-    std::ranges::sort(parts);
-    return ModelAsOne(parts);
+    return parts.size() > 1 && ModelAsOne(parts);
   }
 
   bool ModelAsOne(const std::vector<std::size_t>& parts) {
@@ -189,6 +209,7 @@ class LyingVesselJoiner {
   std::vector<Eigen::AlignedBox3f> bounds_;
   int attempts_ = 0;
   std::size_t points_left_;
+  bool told_of_cap_ = false;
 };
 
 }  // namespace

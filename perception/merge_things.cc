@@ -15,7 +15,7 @@ void TakeOver(SegmentedThing& first, SegmentedThing& second) {
   first.points.insert(first.points.end(), of_second.begin(), of_second.end());
   std::ranges::sort(first.points);
   first.node_count += second.node_count;
-  if (second.foot_height_m < first.foot_height_m) {
+  if (second.supported_by >= 0 && second.foot_height_m < first.foot_height_m) {
     first.foot_height_m = second.foot_height_m;
     first.rests_on = second.rests_on;
   }

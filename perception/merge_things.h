@@ -13,7 +13,8 @@ inline constexpr std::size_t kJudgedPoints = 400;
 // Of the mean square in variances: warp moves parts of one thing apart; true parts lost 0.1.
 inline constexpr double kMostLoss = 0.5;
 
-// The points of the second are the first's, on the ground of the lower one; the second has none then.
+// The points of the second are the first's, on the ground of the lower one where both have any; the
+// second has none then.
 void TakeOver(SegmentedThing& first, SegmentedThing& second);
 
 // Drops a thing that has become a part of another: what rested on it rests on that.
