@@ -350,10 +350,10 @@ QueryOptions WithoutReports(QueryOptions options) {
 }  // namespace
 
 EdgeChecker::EdgeChecker(const WorldSnapshot& world, const QueryBody& body,
-                         const QueryOptions& options, std::stop_token stop)
-    : body_(body), search_(world, body, WithoutReports(options), stop), ranks_(world) {
+                         const QueryOptions& options, const Interrupt& interrupt)
+    : body_(body), search_(world, body, WithoutReports(options), interrupt), ranks_(world) {
   if (options.unseen == UnseenSpace::kReport) {
-    with_unseen_.emplace(world, body, options, std::move(stop));
+    with_unseen_.emplace(world, body, options, interrupt);
   }
 }
 
@@ -392,13 +392,15 @@ absl::StatusOr<MotionColumns> CheckMotions(const WorldSnapshot& world, const Que
                                            std::span<const std::unique_ptr<BodyMotion>> edges,
                                            const QueryOptions& options, std::stop_token stop) {
   if (auto status = EdgeChecker::CheckEngine(options); !status.ok()) return status;
-  EdgeChecker checker(world, body, options, std::move(stop));
+  TimeLimit limit(options);
+  EdgeChecker checker(world, body, options, {std::move(stop), limit});
   MotionColumns columns;
   for (const std::unique_ptr<BodyMotion>& edge : edges) {
     if (checker.MustEnd()) break;
     const MotionAnswer answer = checker.Check(*edge);
     if (checker.ended()) break;
     Append(columns, answer);
+    limit.Count(1);
     ++columns.completed;
   }
   if (absl::Status status = checker.Finish(); !status.ok()) return status;

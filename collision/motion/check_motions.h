@@ -71,7 +71,7 @@ void Append(MotionColumns& columns, const MotionAnswer& answer);
 class EdgeChecker {
  public:
   EdgeChecker(const WorldSnapshot& world, const QueryBody& body, const QueryOptions& options,
-              std::stop_token stop);
+              const Interrupt& interrupt);
 
   // Unimplemented when an engine is asked for by name that cannot certify.
   static absl::Status CheckEngine(const QueryOptions& options);

@@ -65,13 +65,15 @@ struct Batch {
   std::span<const Path> paths;
   const QueryOptions& options;
   std::stop_token stop;
+  TimeLimit limit;
   std::vector<MotionAnswer> answers;  // by path
 };
 
 class PathWorker : public ChunkWorker {
  public:
   explicit PathWorker(Batch& batch)
-      : batch_(batch), checker_(batch.world, batch.body, batch.options, batch.stop) {}
+      : batch_(batch),
+        checker_(batch.world, batch.body, batch.options, {batch.stop, batch.limit}) {}
 
   ChunkEnd Answer(const RowChunk& chunk) override {
     std::size_t k = 0;
@@ -82,6 +84,7 @@ class PathWorker : public ChunkWorker {
       if (checker_.ended()) break;
       batch_.answers[chunk.first + k] = answer;
     }
+    batch_.limit.Count(k);
     return {k, checker_.Finish()};
   }
 
@@ -102,6 +105,7 @@ absl::StatusOr<MotionColumns> CheckPaths(const WorldSnapshot& world, const Query
               .paths = paths,
               .options = options,
               .stop = std::move(stop),
+              .limit = TimeLimit(options),
               .answers = std::vector<MotionAnswer>(paths.size())};
   const auto completed = AnswerTogether(EqualChunks(paths.size(), kPathsOfChunk), options.threads,
                                         [&] { return std::make_unique<PathWorker>(batch); });

@@ -91,7 +91,7 @@ int WeightOf(const Shape& shape) {
 }
 
 BodySearch::BodySearch(const WorldSnapshot& world, const QueryBody& body,
-                       const QueryOptions& options, std::stop_token stop)
+                       const QueryOptions& options, Interrupt interrupt)
     : world_(world),
       body_(body),
       filter_(world, options, body),
@@ -104,7 +104,7 @@ BodySearch::BodySearch(const WorldSnapshot& world, const QueryBody& body,
                    rules_.widest_margin_m())),
       choice_(options.engine),
       frame_pairs_(FramePairsOf(body)),
-      interrupt_(std::move(stop), options.give_up_at) {
+      interrupt_(std::move(interrupt)) {
   for (int a = 0; a < kShapeKindCount; ++a) {
     for (int b = 0; b < kShapeKindCount; ++b) {
       const auto kind_a = static_cast<ShapeKind>(a);

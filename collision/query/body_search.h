@@ -66,7 +66,7 @@ class BodySearch {
   enum class From { kSurface, kMargin };
 
   BodySearch(const WorldSnapshot& world, const QueryBody& body, const QueryOptions& options,
-             std::stop_token stop);
+             Interrupt interrupt);
 
   // Puts the body where the row has it. What is not open is not asked about: bits of `worlds` are
   // frames, bits of `pairs` those of FramePairsOf, both modulo kTags.

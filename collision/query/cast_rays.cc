@@ -69,6 +69,7 @@ struct Batch {
   std::span<const RayRow> rays;
   const QueryOptions& options;
   std::stop_token stop;
+  TimeLimit limit;
   WorldFilter filter;
   RayColumns columns;
 };
@@ -76,7 +77,7 @@ struct Batch {
 class Caster : public ChunkWorker {
  public:
   explicit Caster(Batch& batch)
-      : batch_(batch), interrupt_(batch.stop, batch.options.give_up_at), ranks_(batch.world) {}
+      : batch_(batch), interrupt_(batch.stop, batch.limit), ranks_(batch.world) {}
 
   ChunkEnd Answer(const RowChunk& chunk) override {
     std::size_t k = 0;
@@ -85,6 +86,7 @@ class Caster : public ChunkWorker {
       if (has_ended()) break;
       if (nearest.has_value()) Write(chunk.first + k, *nearest);
     }
+    batch_.limit.Count(k);
     if (interrupt_.reason() != Interrupt::Reason::kStopped) return {k};
     return {k, absl::CancelledError("the question was cancelled")};
   }
@@ -134,6 +136,7 @@ absl::StatusOr<RayColumns> CastRays(const WorldSnapshot& world, std::span<const 
               .rays = rays,
               .options = options,
               .stop = std::move(stop),
+              .limit = TimeLimit(options),
               .filter = WorldFilter(world, options),
               .columns = MakeRoom(rays.size())};
   const auto completed = AnswerTogether(EqualChunks(rays.size(), kRaysOfChunk), options.threads,

@@ -168,6 +168,7 @@ struct Batch {
   const BodyRows& rows;
   const QueryOptions& options;
   std::stop_token stop;
+  TimeLimit limit;
   std::optional<SphereCheck> spheres;  // to be copied
   CollisionColumns columns;
 };
@@ -176,7 +177,7 @@ class Checker : public ChunkWorker {
  public:
   explicit Checker(Batch& batch)
       : batch_(batch),
-        search_(batch.world, batch.body, batch.options, batch.stop),
+        search_(batch.world, batch.body, batch.options, {batch.stop, batch.limit}),
         ranks_(batch.world),
         spheres_(batch.spheres),
         placed_(batch.rows, batch.body.frame_count) {}
@@ -197,6 +198,7 @@ class Checker : public ChunkWorker {
       if (search_.ended()) break;
       Write(chunk.first + k, told);
     }
+    batch_.limit.Count(k);
     return {k, search_.Finish()};
   }
 
@@ -244,6 +246,7 @@ absl::StatusOr<CollisionColumns> CheckCollisions(const WorldSnapshot& world, con
               .rows = rows,
               .options = options,
               .stop = std::move(stop),
+              .limit = TimeLimit(options),
               .spheres = SphereCheck::Make(world, body, rows, options),
               .columns = MakeRoom(rows.size())};
   const bool is_spheres = batch.spheres && batch.spheres->tells_collisions();

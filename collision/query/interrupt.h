@@ -2,13 +2,12 @@
 #pragma once
 
 #include <algorithm>
-#include <chrono>
 #include <cstddef>
-#include <optional>
 #include <stop_token>
 #include <utility>
 
 #include "collision/kernels/work_counter.h"
+#include "collision/query/time_limit.h"
 
 namespace cwm::collision {
 
@@ -17,8 +16,10 @@ class Interrupt final : public WorkCounter {
  public:
   enum class Reason { kNone, kStopped, kTimeUp };
 
-  Interrupt(std::stop_token stop, std::optional<std::chrono::steady_clock::time_point> give_up_at)
-      : stop_(std::move(stop)), give_up_at_(give_up_at) {}
+  Interrupt() = default;  // never
+  // `limit` is that of the batch, which outlives this.
+  Interrupt(std::stop_token stop, const TimeLimit& limit)
+      : stop_(std::move(stop)), limit_(&limit) {}
 
   // Counts work and looks around now and then; true when the batch must end. A unit is about a
   // microsecond or less; a heavy step states its weight.
@@ -41,9 +42,7 @@ class Interrupt final : public WorkCounter {
     work_ = 0;
     if (reason_ != Reason::kNone) return true;
     if (stop_.stop_requested()) reason_ = Reason::kStopped;
-    if (give_up_at_.has_value() && std::chrono::steady_clock::now() >= *give_up_at_) {
-      reason_ = Reason::kTimeUp;
-    }
+    if (limit_ != nullptr && limit_->IsReached()) reason_ = Reason::kTimeUp;
     return reason_ != Reason::kNone;
   }
 
@@ -55,7 +54,7 @@ class Interrupt final : public WorkCounter {
   static constexpr std::size_t kStepsOfUnit = 32;
 
   std::stop_token stop_;
-  std::optional<std::chrono::steady_clock::time_point> give_up_at_;
+  const TimeLimit* limit_ = nullptr;
   int work_ = kUnitsBetweenLooks;  // the first step looks
   std::size_t steps_ = 0;          // less than a unit
   Reason reason_ = Reason::kNone;

@@ -16,12 +16,13 @@ class PairWorker : public ChunkWorker {
  public:
   PairWorker(const PairQuestion& question, int per_row,
              const std::function<std::unique_ptr<RowFinder>(BodySearch& search)>& make_finder,
-             std::vector<PairColumns>& told)
+             TimeLimit& limit, std::vector<PairColumns>& told)
       : rows_(question.rows),
         per_row_(static_cast<std::size_t>(std::max(0, per_row))),
-        search_(question.world, question.body, question.options, question.stop),
+        search_(question.world, question.body, question.options, {question.stop, limit}),
         finder_(make_finder(search_)),
         ranks_(question.world),
+        limit_(limit),
         told_(told) {}
 
   ChunkEnd Answer(const RowChunk& chunk) override {
@@ -32,6 +33,7 @@ class PairWorker : public ChunkWorker {
       const std::vector<FoundPair>& pairs = finder_->Find();
       if (search_.ended()) break;
       AppendRow(columns, pairs, ranks_);
+      limit_.Count(pairs.size());
     }
     return {columns.completed, search_.Finish()};
   }
@@ -42,6 +44,7 @@ class PairWorker : public ChunkWorker {
   BodySearch search_;
   std::unique_ptr<RowFinder> finder_;
   ObjectRanks ranks_;
+  TimeLimit& limit_;
   std::vector<PairColumns>& told_;
 };
 
@@ -52,8 +55,9 @@ absl::StatusOr<PairColumns> FindPairs(
     const std::function<std::unique_ptr<RowFinder>(BodySearch& search)>& make_finder) {
   const std::vector<RowChunk> chunks = EqualChunks(question.rows.size(), kRowsOfChunk);
   std::vector<PairColumns> told(chunks.size());  // by chunk
+  TimeLimit limit(question.options);
   const auto completed = AnswerTogether(chunks, question.options.threads, [&] {
-    return std::make_unique<PairWorker>(question, per_row, make_finder, told);
+    return std::make_unique<PairWorker>(question, per_row, make_finder, limit, told);
   });
   if (!completed.ok()) return completed.status();
   PairColumns columns = Joined(std::move(told), *completed);

@@ -55,6 +55,7 @@ struct Batch {
   std::span<const Vector3> points;
   const QueryOptions& options;
   std::stop_token stop;
+  TimeLimit limit;
   WorldFilter filter;
   PointColumns columns;  // without bounds
   std::mutex mutex;
@@ -66,7 +67,7 @@ class Sampler : public ChunkWorker {
   explicit Sampler(Batch& batch)
       : batch_(batch),
         sampler_(batch.world, batch.filter, batch.options.max_distance_m,
-                 {batch.stop, batch.options.give_up_at}) {}
+                 {batch.stop, batch.limit}) {}
   ~Sampler() override {
     const std::lock_guard lock(batch_.mutex);
     batch_.bounds.insert(batch_.bounds.end(), sampler_.bounds().begin(), sampler_.bounds().end());
@@ -76,7 +77,10 @@ class Sampler : public ChunkWorker {
 
   ChunkEnd Answer(const RowChunk& chunk) override {
     const bool whole = sampler_.Answer(batch_.points, chunk.first, chunk.count, batch_.columns);
-    if (whole) return {chunk.count};
+    if (whole) {
+      batch_.limit.Count(chunk.count);
+      return {chunk.count};
+    }
     if (!batch_.stop.stop_requested()) return {0};
     return {0, absl::CancelledError("the question was cancelled")};
   }
@@ -99,6 +103,7 @@ absl::StatusOr<PointColumns> SamplePoints(const WorldSnapshot& world,
               .points = points,
               .options = options,
               .stop = std::move(stop),
+              .limit = TimeLimit(options),
               .filter = WorldFilter(world, options),
               .columns = MakeRoom(points.size()),
               .mutex = {},

@@ -12,7 +12,7 @@
 namespace cwm::server {
 namespace {
 
-// What is left of the deadline after 0.9 of it goes to sending the reply.
+// The last tenth is for what nothing counts: a thread that wakes late, the way to the client.
 constexpr double kShareOfDeadline = 0.9;
 
 // Deletes itself when gRPC is done with it. The queue's task is the only one that finishes it.

@@ -30,7 +30,7 @@ struct CallContext {
 // The call's deadline on the steady clock.
 Clock::time_point DeadlineOf(const grpc::CallbackServerContext& context);
 
-// When work has to give up to answer with what it has: the smaller of the budget and 0.9 of the
+// When the answer has to leave with what there is by then: the smaller of the budget and 0.9 of the
 // remaining deadline. Nothing without either.
 std::optional<Clock::time_point> GiveUpAt(std::optional<std::chrono::nanoseconds> time_budget,
                                           Clock::time_point deadline);

@@ -1,6 +1,7 @@
 #include "server/rpc/query_answers.h"
 
 #include <algorithm>
+#include <chrono>
 #include <memory>
 #include <stop_token>
 #include <string_view>
@@ -15,6 +16,27 @@
 
 namespace cwm::server {
 namespace {
+
+// What an answer is on the wire, in columns.
+struct AnswerSize {
+  int scalars;
+  int bytes;  // of the other columns
+};
+AnswerSize SizeOfAnswer(const v1::CheckCollisionsRequest&) { return {0, 14}; }
+AnswerSize SizeOfAnswer(const v1::GetDistancesRequest&) { return {11, 13}; }
+AnswerSize SizeOfAnswer(const v1::GetContactsRequest&) { return {11, 13}; }
+AnswerSize SizeOfAnswer(const v1::CheckMotionsRequest&) { return {3, 18}; }
+AnswerSize SizeOfAnswer(const v1::CastRaysRequest&) { return {4, 10}; }
+AnswerSize SizeOfAnswer(const v1::SamplePointsRequest&) { return {5, 10}; }
+
+// From an answer that is found to one that is with a client on this machine: three times what it
+// takes where little else is done (1.2 to 1.7 ns a byte of columns, 1 us a message).
+std::chrono::nanoseconds Handover(const AnswerSize& size, const QuestionOptions& options) {
+  constexpr int kOfByte_ns = 4, kOfMessage_ns = 3'000;
+  if (options.form == Form::kRows) return std::chrono::nanoseconds(kOfMessage_ns);
+  const int scalar_bytes = options.precision == Precision::kSingle ? 4 : 8;
+  return std::chrono::nanoseconds(kOfByte_ns * (size.scalars * scalar_bytes + size.bytes));
+}
 
 // What every question has in common once it is understood.
 struct Asked {
@@ -71,6 +93,7 @@ absl::StatusOr<Asked> Understand(Runtime& runtime, const Request& request, const
   auto at = FindWorldAt(runtime, request.world(), *options, call, held);
   if (!at.ok()) return at.status();
   options->query.give_up_at = GiveUpAt(options->time_budget, call.deadline);
+  options->query.handover_of_answer = Handover(SizeOfAnswer(request), *options);
   const collision::Revision revision = at->snapshot->revision();
   auto snapshot = WithOverlay(runtime.application, request.options(), std::move(at->snapshot));
   if (!snapshot.ok()) return snapshot.status();

@@ -18,7 +18,8 @@ constexpr std::size_t kStepsBetweenLooks = std::size_t{64} * 32;
 TEST(Interrupt, LooksAfterSoMuchWorkWhateverItsPortions) {
   for (const std::size_t portion : {1u, 7u, 32u, 100u, 5'000u}) {
     std::stop_source stop;
-    Interrupt interrupt(stop.get_token(), {});
+    const TimeLimit limit{QueryOptions{}};
+    Interrupt interrupt(stop.get_token(), limit);
     EXPECT_FALSE(interrupt.After(1));  // has looked
     stop.request_stop();
     std::size_t steps = 0;

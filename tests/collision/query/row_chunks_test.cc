@@ -217,6 +217,25 @@ TEST_F(BatchTest, TimeThatIsUpLeavesThePrefixOfDistances) {
       });
 }
 
+// With a tenth of the time for each, no more than ten are answered, and those that threads had begun.
+TEST_F(BatchTest, AnswersEndWhereHandingThemOverTakesTheTimeThatIsLeft) {
+  constexpr std::size_t kLongestChunk = 1024;  // most are counted at the end of a chunk
+  constexpr std::size_t kBetweenLooks = 64;    // at the clock
+  for (const int threads : {1, 2}) {
+    const auto options = [&] {
+      return QueryOptions{.threads = threads,
+                          .give_up_at = steady_clock::now() + std::chrono::seconds(2),
+                          .handover_of_answer = milliseconds(200)};
+    };
+    const std::size_t most = static_cast<std::size_t>(threads) * (kLongestChunk + kBetweenLooks);
+    EXPECT_LE(CheckCollisions(*world_, body_, poses_, options())->completed, most);
+    EXPECT_LE(CastRays(*world_, rays_, options())->completed, most);
+    const auto distances = GetDistances(*world_, body_, poses_, options());
+    EXPECT_GT(distances->completed, 0U);
+    EXPECT_LE(distances->completed, static_cast<std::size_t>(threads) * (10 + kBetweenLooks));
+  }
+}
+
 TEST_F(BatchTest, TimeThatIsUpLeavesThePrefixOfRays) {
   std::vector<RayRow> many;
   for (int i = 0; i < 40; ++i) many.insert(many.end(), rays_.begin(), rays_.end());

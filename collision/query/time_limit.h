@@ -1,0 +1,36 @@
+// When the threads of a batch must end for its answer to be there in time.
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+#include <optional>
+
+#include "collision/query/query.h"
+
+namespace cwm::collision {
+
+// A moment, less what handing over takes of all that is answered by then. Thread safe.
+class TimeLimit {
+ public:
+  using Clock = std::chrono::steady_clock;
+
+  explicit TimeLimit(const QueryOptions& options)
+      : give_up_at_(options.give_up_at), handover_(options.handover_of_answer) {}
+
+  void Count(std::size_t answers) {
+    answers_.fetch_add(static_cast<std::int64_t>(answers), std::memory_order_relaxed);
+  }
+
+  bool IsReached() const {
+    if (!give_up_at_.has_value()) return false;
+    return Clock::now() + handover_ * answers_.load(std::memory_order_relaxed) >= *give_up_at_;
+  }
+
+ private:
+  const std::optional<Clock::time_point> give_up_at_;
+  const std::chrono::nanoseconds handover_;
+  std::atomic<std::int64_t> answers_ = 0;
+};
+
+}  // namespace cwm::collision

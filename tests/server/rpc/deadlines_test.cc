@@ -1,0 +1,108 @@
+// Deadlines and time budgets in the middle of batches with large replies.
+#include <chrono>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "cwm/v1/query.grpc.pb.h"
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+#include "tests/server/rpc/running_server.h"
+
+namespace cwm::server {
+namespace {
+
+using std::chrono::milliseconds;
+using ::testing::AllOf;
+using ::testing::Gt;
+using ::testing::Lt;
+
+constexpr int kRows = 65'536, kResults = 16;
+
+// Distances that take a tenth of a second or some, and a reply of 98 MB, which takes longer than
+// that.
+class DeadlineTest : public RunningServer {
+ protected:
+  DeadlineTest() {
+    for (int i = 0; i < kResults; ++i) PutBox("box_" + std::to_string(i), 0.3 * i);
+    *request_.mutable_subject() = SphereAt(std::vector<double>(kRows, 2.05));
+    request_.mutable_options()->set_max_results(kResults);
+  }
+
+  // The answer is part of what `full` is, and some of it is there.
+  void ExpectPrefix(const v1::GetDistancesResponse& part, const v1::GetDistancesResponse& full) {
+    EXPECT_THAT(part.completed_count(), AllOf(Gt(0), Lt(kRows)));
+    const std::string_view begins(part.columns().row_begin());
+    EXPECT_EQ(begins.size(), (part.completed_count() + 1) * sizeof(std::uint32_t));
+    EXPECT_TRUE(std::string_view(full.columns().row_begin()).starts_with(begins));
+    const std::string_view distances_m(part.columns().distance_m());
+    EXPECT_EQ(distances_m.size(), part.completed_count() * kResults * sizeof(double));
+    EXPECT_TRUE(std::string_view(full.columns().distance_m()).starts_with(distances_m));
+  }
+
+  v1::GetDistancesRequest request_;
+};
+
+// Without room for the reply, every deadline that ends before the whole reply is there ended in
+// DEADLINE_EXCEEDED.
+TEST_F(DeadlineTest, ADeadlineInABatchGivesThePrefix) {
+  v1::GetDistancesResponse full;
+  Call unhurried;
+  ASSERT_TRUE(query_->GetDistances(&unhurried, request_, &full).ok());
+  for (const int timeout_ms : {200, 300, 400}) {
+    Call call{milliseconds(timeout_ms)};
+    v1::GetDistancesResponse part;
+    const grpc::Status status = query_->GetDistances(&call, request_, &part);
+    ASSERT_TRUE(status.ok()) << timeout_ms << " ms: " << status.error_message();
+    ExpectPrefix(part, full);
+  }
+}
+
+TEST_F(DeadlineTest, ADeadlineInABatchOfAStreamGivesThePrefix) {
+  v1::GetDistancesResponse full;
+  Call unhurried;
+  ASSERT_TRUE(query_->GetDistances(&unhurried, request_, &full).ok());
+  Call call{milliseconds(400)};
+  const auto stream = query_->StreamQueries(&call);
+  v1::StreamQueriesRequest request;
+  *request.mutable_get_distances() = request_;
+  ASSERT_TRUE(stream->Write(request));
+  v1::StreamQueriesResponse response;
+  ASSERT_TRUE(stream->Read(&response));
+  ExpectPrefix(response.get_distances(), full);
+  stream->WritesDone();
+  EXPECT_FALSE(stream->Read(&response));
+  EXPECT_TRUE(stream->Finish().ok());
+}
+
+TEST_F(DeadlineTest, ADeadlineAmongAnswersInRowsGivesThePrefix) {
+  for (int i = kResults; i < 64; ++i) PutBox("box_" + std::to_string(i), 0.3 * i);
+  *request_.mutable_subject() = SphereAt(std::vector<double>(1'024, 2.05));
+  request_.mutable_options()->set_max_results(64);
+  request_.mutable_options()->set_result_form(v1::RESULT_FORM_ROWS);
+  Call call{milliseconds(150)};
+  v1::GetDistancesResponse part;
+  const grpc::Status status = query_->GetDistances(&call, request_, &part);
+  ASSERT_TRUE(status.ok()) << status.error_message();
+  EXPECT_THAT(part.completed_count(), AllOf(Gt(0), Lt(1'024)));
+  EXPECT_EQ(part.rows_size(), part.completed_count());
+}
+
+// A budget counts the way of the reply as a deadline does; the whole of it would take longer than
+// it allows.
+TEST_F(DeadlineTest, ATimeBudgetInABatchGivesThePrefix) {
+  v1::GetDistancesResponse full;
+  Call unhurried;
+  ASSERT_TRUE(query_->GetDistances(&unhurried, request_, &full).ok());
+  request_.mutable_options()->mutable_time_budget()->set_nanos(100'000'000);
+  Call call;
+  v1::GetDistancesResponse part;
+  ASSERT_TRUE(query_->GetDistances(&call, request_, &part).ok());
+  ExpectPrefix(part, full);
+  // 65 536 rows of 101 bytes for each of 16 results, at 4 ns a byte.
+  EXPECT_LT(part.completed_count(), kRows / 4);
+}
+
+}  // namespace
+}  // namespace cwm::server
