@@ -61,6 +61,10 @@ class Engine {
   virtual bool Collides(const PlacedGeometry& a, const PlacedGeometry& b,
                         WorkCounter* work = nullptr) const = 0;
 
+  // How far what Collides says of closed shapes may be believed: kExact, or kDegraded where a search
+  // may miss an overlap.
+  virtual Trust TrustOfCollides(ShapeKind, ShapeKind) const { return Trust::kExact; }
+
   // See ExactDistance for `max_distance_m`.
   virtual PairDistance Distance(const PlacedGeometry& a, const PlacedGeometry& b,
                                 double max_distance_m, WorkCounter* work = nullptr) const = 0;

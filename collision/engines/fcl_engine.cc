@@ -3,6 +3,7 @@
 #include <fcl/narrowphase/collision.h>
 #include <fcl/narrowphase/distance.h>
 
+#include <algorithm>
 #include <cmath>
 #include <exception>
 #include <limits>
@@ -21,9 +22,10 @@ constexpr Ability N = Ability::kNothing;
 constexpr Ability C = Ability::kCollides;
 constexpr Ability A = Ability::kAll;
 
-// Half-spaces: distance() has no solver for any pair and crashes; collide() is right for convex
-// shapes but the cone (it misses some that lie apex down), tells nothing of another half-space, and
-// knows only the surface of a mesh.
+// What FCL is asked; the rest, all of it about half-spaces, the kernels answer. There distance() has
+// no solver for any pair and crashes; collide() is right for convex shapes but the cone (it misses
+// some that lie apex down), tells nothing of another half-space, and knows only the surface of a
+// mesh.
 constexpr TrustTable kTable = {{
     //                 sph box cyl con cap half pla cvx mesh
     /* sphere     */ {{A, A, A, A, A, C, A, A, A}},
@@ -37,6 +39,16 @@ constexpr TrustTable kTable = {{
     /* mesh       */ {{A, A, A, A, A, N, A, A, A}},
 }};
 static_assert(IsSymmetric(kTable));
+
+// Whether collide(), or the kernels in its place, tell by a formula rather than a search; a <= b.
+bool HasFormula(ShapeKind a, ShapeKind b) {
+  if (a == ShapeKind::kHalfSpace || b == ShapeKind::kHalfSpace) return true;
+  if (a == ShapeKind::kSphere) {
+    return b == ShapeKind::kSphere || b == ShapeKind::kBox || b == ShapeKind::kCylinder ||
+           b == ShapeKind::kCapsule || b == ShapeKind::kMesh;
+  }
+  return a == b && (a == ShapeKind::kBox || a == ShapeKind::kMesh);
+}
 
 // Where GJK stops: FCL's default of 1e-6 is its largest error as well.
 constexpr double kDistanceTolerance_m = 1e-9;
@@ -52,16 +64,21 @@ constexpr double kTouching_m = 1e-9;
 
 struct FclForm final : EngineGeometry {
   explicit FclForm(std::shared_ptr<const ExactGeometry> exact)
-      : kind(exact->kind()), shape(MakeFclShape(exact->shape())) {
-    if (kind != ShapeKind::kHalfSpace) solid.emplace(std::move(exact));
+      : kind(exact->kind()), shape(MakeFclShape(exact->shape())), exact(std::move(exact)) {
+    if (kind != ShapeKind::kHalfSpace) solid.emplace(this->exact);
   }
   ShapeKind kind;
   FclShape shape;
+  std::shared_ptr<const ExactGeometry> exact;
   std::optional<Solid> solid;  // all but half-spaces
 };
 
 const FclForm& FormOf(const PlacedGeometry& placed) {
   return static_cast<const FclForm&>(placed.geometry);
+}
+
+PlacedExact ForKernels(const PlacedGeometry& placed) {
+  return {*FormOf(placed).exact, placed.X_WS};
 }
 
 bool PiecesCollide(const FclPiece& a, const Pose& X_WA, const FclPiece& b, const Pose& X_WB) {
@@ -189,8 +206,10 @@ PairDistance FclDistance(const FclPair& pair) {
 
 }  // namespace
 
-bool FclEngine::Supports(ShapeKind a, ShapeKind b, Question question) const {
-  return Allows(kTable, a, b, question);
+bool FclEngine::Supports(ShapeKind, ShapeKind, Question) const { return true; }
+
+Trust FclEngine::TrustOfCollides(ShapeKind a, ShapeKind b) const {
+  return HasFormula(std::min(a, b), std::max(a, b)) ? Trust::kExact : Trust::kDegraded;
 }
 
 std::shared_ptr<const EngineGeometry> FclEngine::PrepareFrom(
@@ -198,8 +217,12 @@ std::shared_ptr<const EngineGeometry> FclEngine::PrepareFrom(
   return std::make_shared<const FclForm>(std::move(exact));
 }
 
-bool FclEngine::Collides(const PlacedGeometry& a, const PlacedGeometry& b, WorkCounter*) const {
-  if (a.kind > b.kind) return Collides(b, a, nullptr);  // half the pairs of solvers to trust
+bool FclEngine::Collides(const PlacedGeometry& a, const PlacedGeometry& b,
+                         WorkCounter* work) const {
+  if (a.kind > b.kind) return Collides(b, a, work);  // half the pairs of solvers to trust
+  if (!Allows(kTable, a.kind, b.kind, Question::kCollides)) {
+    return ExactOverlap(ForKernels(a), ForKernels(b), work);
+  }
   const FclForm& form_a = FormOf(a);
   const FclForm& form_b = FormOf(b);
   for (const FclPiece& piece_a : form_a.shape.pieces) {
@@ -212,8 +235,11 @@ bool FclEngine::Collides(const PlacedGeometry& a, const PlacedGeometry& b, WorkC
 }
 
 PairDistance FclEngine::Distance(const PlacedGeometry& a, const PlacedGeometry& b,
-                                 double max_distance_m, WorkCounter*) const {
-  if (a.kind > b.kind) return Swapped(Distance(b, a, max_distance_m, nullptr));
+                                 double max_distance_m, WorkCounter* work) const {
+  if (a.kind > b.kind) return Swapped(Distance(b, a, max_distance_m, work));
+  if (!Allows(kTable, a.kind, b.kind, Question::kDistance)) {
+    return ExactDistance(ForKernels(a), ForKernels(b), max_distance_m, work);
+  }
   return FclDistance({FormOf(a), a.X_WS, FormOf(b), b.X_WS});
 }
 

@@ -132,7 +132,7 @@ class EdgeSearch {
   }
 
   void Add(const BodySearch::Pair& pair, double travel_m) {
-    if (MayBeAsked(pair, travel_m)) weakest_ = std::max(weakest_, pair.TrustOfYesNo());
+    if (MayBeAsked(pair, travel_m)) weakest_ = std::max(weakest_, pair.TrustOfProof());
     const double reach_m = Reach_m(pair.margin_m, travel_m);
     const PairDistance answer = pair.engine.Distance(pair.body, pair.object, reach_m, pair.work);
     if (answer.distance_m - answer.bound_m > reach_m) return;
@@ -279,7 +279,7 @@ class EdgeSearch {
     Place place{.fraction = fraction};
     SetGap(pair, answer, reach_m, place);
     const bool is_yes_or_no = place.contact ? pair.margin_m == 0 : place.certain;
-    place.trust = is_yes_or_no ? pair.TrustOfYesNo() : answer.trust;
+    place.trust = is_yes_or_no ? pair.TrustOfProof() : answer.trust;
     if (place.gap_m <= kPlaneWithin * candidate.travel_m) SetPlane(pair, answer.normal, place);
     return place;
   }

@@ -3,6 +3,7 @@
 // pair has is decided here; engines see placed geometries and distances only.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <compare>
 #include <limits>
@@ -58,8 +59,12 @@ class BodySearch {
     int weight;         // of asking, in units of Interrupt, besides what is counted within
     WorkCounter* work;  // the search's: what is asked of the engine is void once it has ended
 
-    // Yes and no needs no label of its own but where a surface has no inside.
-    Trust TrustOfYesNo() const { return has_open_mesh ? Trust::kSurfaceOnly : Trust::kExact; }
+    // What is proven needs no label of its own but where a surface has no inside.
+    Trust TrustOfProof() const { return has_open_mesh ? Trust::kSurfaceOnly : Trust::kExact; }
+    // Of what the engine says without a distance.
+    Trust TrustOfYesNo() const {
+      return std::max(TrustOfProof(), engine.TrustOfCollides(body.kind, object.kind));
+    }
   };
 
   // Where the reach of a walk begins: at the surfaces, or at the margin of each pair.

@@ -54,7 +54,7 @@ PairVerdict Judge(const BodySearch::Pair& pair) {
       pair.engine.Distance(pair.body, pair.object, std::max(0.0, margin_m), pair.work);
   const Verdict verdict = Decide(answer, margin_m);
   const bool is_clear = verdict == Verdict::kFree && answer.trust != Trust::kDegraded;
-  return {verdict, is_clear ? pair.TrustOfYesNo() : answer.trust};
+  return {verdict, is_clear ? pair.TrustOfProof() : answer.trust};
 }
 
 // Gathers the verdict of a row, pair by pair.

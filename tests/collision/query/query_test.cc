@@ -248,32 +248,63 @@ TEST(Query, AClosedMeshContainsWithEveryEngine) {
 }
 
 TEST(Query, APairThatTheEngineCannotAnswerIsNamed) {
+  const Shape cube = MakeMesh(BoxMesh({1, 1, 1}));
+  const auto world =
+      WorldOf({PutOf("m", {{.X_FS = Pose::Identity(), .shape = cube}}, Pose::Identity())});
+  const QueryBody mesh = BodyFromShapes({{.X_FS = Pose::Identity(), .shape = cube}});
+  const std::vector<Pose> at = {MakeTranslation(0, 0, 1.5)};
+  QueryOptions options;
+  options.engine = EngineChoice::kBullet;
+  options.max_distance_m = 1;
+  const std::vector<Pose> far_and_near = {MakeTranslation(0, 0, 9), at[0]};
+  const auto refused = GetDistances(*world, mesh, far_and_near, options);
+  EXPECT_EQ(refused.status().code(), absl::StatusCode::kUnimplemented);
+  for (const char* part : {"row 1", "BULLET", "mesh", "'m'", "shapes[0]", "body part 0"}) {
+    EXPECT_THAT(std::string(refused.status().message()), HasSubstr(part));
+  }
+  EXPECT_TRUE(GetContacts(*world, mesh, at, options).ok());  // out of reach: it does not come up
+  const std::vector<Pose> touching = {MakeTranslation(0, 0, 0.9)};
+  EXPECT_EQ(CheckCollisions(*world, mesh, touching, options).status().code(),
+            absl::StatusCode::kUnimplemented);
+}
+
+TEST(Query, EveryEngineAnswersAboutAHalfSpace) {
   const auto world = WorldOf(
       {PutOf("floor", {{.X_FS = Pose::Identity(), .shape = HalfSpace{}}}, Pose::Identity())});
   const QueryBody box = BodyFromShapes({{.X_FS = Pose::Identity(), .shape = Box{{1, 1, 1}}}});
-  const std::vector<Pose> at = {MakeTranslation(0, 0, 1)};
+  const std::vector<Pose> at = {MakeTranslation(0, 0, 1), MakeTranslation(0, 0, 0.4)};
+  for (const EngineChoice engine :
+       {EngineChoice::kExact, EngineChoice::kFcl, EngineChoice::kBullet}) {
+    QueryOptions options;
+    options.engine = engine;
+    const auto distances = GetDistances(*world, box, at, options);
+    ASSERT_TRUE(distances.ok()) << distances.status();
+    EXPECT_NEAR(distances->distance_m[0], 0.5, 1e-12);
+    EXPECT_NEAR(distances->distance_m[1], -0.1, 1e-12);
+    EXPECT_EQ(distances->trust[0], Trust::kExact);
+    const CollisionColumns told = *CheckCollisions(*world, box, at, options);
+    EXPECT_EQ(told.verdict[0], Verdict::kFree);
+    EXPECT_EQ(told.verdict[1], Verdict::kCollision);
+    EXPECT_EQ(told.trust[1], Trust::kExact);
+  }
+}
+
+TEST(Query, YesAndNoOfASearchOfFclAreLabelledAsBestEffort) {
+  const auto world = WorldOf(
+      {PutOf("can", {{.X_FS = Pose::Identity(), .shape = Cylinder{0.5, 1}}}, Pose::Identity())});
+  const QueryBody box = BodyFromShapes({{.X_FS = Pose::Identity(), .shape = Box{{1, 1, 1}}}});
+  const std::vector<Pose> at = {MakeTranslation(1.1, 1.1, 0), MakeTranslation(0.99, 0, 0.9),
+                                MakeTranslation(0.9, 0, 0)};
   QueryOptions options;
   options.engine = EngineChoice::kFcl;
-  options.max_distance_m = 1;
-  const std::vector<Pose> far_and_near = {MakeTranslation(0, 0, 9), at[0]};
-  const auto refused = GetDistances(*world, box, far_and_near, options);
-  EXPECT_EQ(refused.status().code(), absl::StatusCode::kUnimplemented);
-  for (const char* part :
-       {"row 1", "FCL", "box", "half_space", "'floor'", "shapes[0]", "body part 0"}) {
-    EXPECT_THAT(std::string(refused.status().message()), HasSubstr(part));
-  }
-  EXPECT_EQ(GetContacts(*world, box, {&at[0], 1}, options).status().code(),
-            absl::StatusCode::kOk);  // out of reach: the pair does not come up
-  EXPECT_EQ(CheckCollisions(*world, box, at, options)->verdict[0], Verdict::kFree);
-  options.engine = EngineChoice::kBullet;
-  EXPECT_NEAR(GetDistances(*world, box, at, options)->distance_m[0], 0.5, 1e-12);
-
-  const auto meshes = WorldOf({PutOf(
-      "m", {{.X_FS = Pose::Identity(), .shape = MakeMesh(BoxMesh({1, 1, 1}))}}, Pose::Identity())});
-  const QueryBody mesh =
-      BodyFromShapes({{.X_FS = Pose::Identity(), .shape = MakeMesh(BoxMesh({1, 1, 1}))}});
-  EXPECT_EQ(CheckCollisions(*meshes, mesh, at, options).status().code(),
-            absl::StatusCode::kUnimplemented);
+  const CollisionColumns told = *CheckCollisions(*world, box, at, options);
+  EXPECT_EQ(told.trust[0], Trust::kExact) << "by their boxes";
+  EXPECT_EQ(told.trust[2], Trust::kDegraded);
+  // With a margin it is proven by a distance.
+  options.margin_m = 0.01;
+  EXPECT_EQ(CheckCollisions(*world, box, at, options)->trust[2], Trust::kExact);
+  options = {};
+  EXPECT_EQ(CheckCollisions(*world, box, at, options)->trust[2], Trust::kExact);
 }
 
 // A floor, a slope and a ceiling, asked with a half-space that faces down.
