@@ -239,4 +239,29 @@ ContactFeature ForemostFeature(const ExactGeometry& shape, std::size_t piece, co
   return Point(core.radius_m * d);
 }
 
+std::optional<ContactFeature> ForemostFeature(const TriangleCorners& triangle, AirSide air,
+                                              const Vector3& d) {
+  const auto& c = triangle.corners;
+  const auto sure = SureNormal(c[0], c[1], c[2]);
+  if (!sure) return std::nullopt;  // a needle: those at its sides tell
+  const double along = sure->dot(d);
+  const bool faces_away = air == AirSide::kOfNormal ? along < 0 : along > 0;
+  if (faces_away && air != AirSide::kBoth) return std::nullopt;
+  if (sure->cross(d).norm() <= kMostLean) {
+    ContactFeature face;
+    for (const Vector3& corner : c) face.Add(corner);
+    face.normal = along < 0 ? -*sure : *sure;
+    return face;
+  }
+  std::size_t top = 0;
+  for (std::size_t i = 1; i < 3; ++i) {
+    if (c[i].dot(d) > c[top].dot(d)) top = i;
+  }
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Vector3 edge = c[i] - c[top];
+    if (i != top && -edge.dot(d) <= kMostLean * edge.norm()) return Line(c[top], c[i]);
+  }
+  return Point(c[top]);
+}
+
 }  // namespace cwm::collision

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstddef>
+#include <optional>
 
 #include "collision/kernels/exact_geometry.h"
 
@@ -27,5 +28,12 @@ struct ContactFeature {
 // by corners of an inscribed polygon; a round edge and a ball have a point alone. Linear in the
 // triangles of a hull and the corners of a plate.
 ContactFeature ForemostFeature(const ExactGeometry& shape, std::size_t piece, const Vector3& d);
+
+// Which side of a triangle is that of the air.
+enum class AirSide { kOfNormal, kOther, kBoth };
+
+// The same of one triangle of a surface; nothing where it faces the other way.
+std::optional<ContactFeature> ForemostFeature(const TriangleCorners& triangle, AirSide air,
+                                              const Vector3& d);
 
 }  // namespace cwm::collision

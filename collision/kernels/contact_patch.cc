@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numbers>
+#include <utility>
 
 #include "absl/container/inlined_vector.h"
 #include "collision/geometry/signed_distance.h"
@@ -19,6 +21,10 @@ constexpr double kBorderShare = 1e-9;
 constexpr double kSameShare = 1e-6;
 // Of two numbers that differ by less, rounding must not choose: the first is taken.
 constexpr double kTieShare = 1e-9;
+// Pairs of triangles that are looked at, some 0.2 us each, and places of theirs before those within
+// the others are dropped.
+constexpr int kMostFacetPairs = 65'536;
+constexpr std::size_t kMostSpots = 4'096;
 // A point of a plate's piece that is deeper in the plate is on a cut between pieces.
 constexpr double kOnSurface_m = 1e-7;
 
@@ -114,8 +120,16 @@ Corners CommonLine(const Corners& a, const Corners& b, double border_m) {
   return {a[0] + begin * along, a[0] + end * along};
 }
 
+// A point that a face is opposite to.
+Corners OnFace(const Foreground& point, const Foreground& face) {
+  if (face.IsEndless()) return point.shadow();
+  if (face.IsPoint() || face.IsLine()) return {};
+  return Within(face.shadow(), point.shadow(), kBorderShare * face.reach_m());
+}
+
 Corners Common(const Foreground& a, const Foreground& b) {
-  if (a.IsPoint() || b.IsPoint()) return {};
+  if (a.IsPoint()) return OnFace(a, b);
+  if (b.IsPoint()) return OnFace(b, a);
   if (a.IsEndless()) return b.shadow();
   if (b.IsEndless()) return a.shadow();
   const Foreground& smaller = b.reach_m() < a.reach_m() ? b : a;
@@ -186,12 +200,22 @@ class PatchSearch {
         X_PB_(InPlaneOf(R_FP_, deepest.point_a, b.X_FS)),
         max_distance_m_(limits.max_distance_m),
         work_(limits.work),
-        deepest_(deepest) {}
+        deepest_(deepest),
+        mesh_reach_m_(std::min(ReachOf(a.geometry), ReachOf(b.geometry))) {}
 
   void AppendTo(std::vector<PairDistance>& contacts, std::size_t most) {
-    GatherAll();
+    if (HasMesh()) {
+      GatherFacets();
+    } else {
+      GatherAll();
+    }
     if (spots_.empty()) return;
     const double same_m = kSameShare * reach_m_;
+    if (HasMesh()) {  // of places one above the other, the deeper one comes first
+      DropInner();
+      std::stable_sort(spots_.begin(), spots_.end(),
+                       [](const Spot& s, const Spot& t) { return s.gap_m() < t.gap_m(); });
+    }
     auto chosen = Spanning(spots_, same_m);
     std::stable_sort(chosen.begin(), chosen.end(),
                      [](const Spot& s, const Spot& t) { return s.gap_m() < t.gap_m(); });
@@ -217,6 +241,97 @@ class PatchSearch {
     if (IsEndless(side.geometry)) return Foreground(side.X_PS.translation().z());
     const Vector3 along_S = side.facing * side.X_PS.linear().row(2).transpose();
     return {ForemostFeature(side.geometry, piece, along_S), side.X_PS};
+  }
+
+  static AirSide AirSideOf(const ExactGeometry& mesh) {
+    if (mesh.IsOpen()) return AirSide::kBoth;
+    return mesh.tree()->IsWoundOutward() ? AirSide::kOfNormal : AirSide::kOther;
+  }
+  // Half the extent of a mesh: single corners have none of their own.
+  static double ReachOf(const ExactGeometry& g) {
+    return g.tree() != nullptr ? g.tree()->nodes().front().radius_m
+                               : std::numeric_limits<double>::infinity();
+  }
+  bool HasMesh() const { return std::isfinite(mesh_reach_m_); }
+
+  // Calls visit(foreground, bounds) for the triangles of the side that are near to a box and face the
+  // other side; both boxes in the frame of the side. Ends with what the visit returns.
+  template <class Visit>
+  void ForEachFacet(const Side& side, const Aabb& near, const Visit& visit) {
+    const Vector3 along_S = side.facing * side.X_PS.linear().row(2).transpose();
+    const AirSide air = AirSideOf(side.geometry);
+    // What overlaps lies behind the other surface.
+    const double reach_m = std::max({max_distance_m_, -deepest_.distance_m, 0.0});
+    side.geometry.tree()->ForEachNear(
+        near, reach_m,
+        [&](const TriangleCorners& triangle, std::int32_t) {
+          Aabb bounds;
+          for (const Vector3& corner : triangle.corners) bounds.extend(corner);
+          if (BoxGap_m(bounds, near) > reach_m) return reach_m;
+          const auto feature = ForemostFeature(triangle, air, along_S);
+          const bool goes_on = !feature || visit(Foreground(*feature, side.X_PS), bounds);
+          return goes_on ? reach_m : TriangleTree::kEnd;
+        },
+        work_);
+  }
+
+  void GatherFacets() {
+    const Side a{a_, X_PA_, 1}, b{b_, X_PB_, -1};
+    const bool a_is_outer = a_.tree() != nullptr;
+    const Side &outer = a_is_outer ? a : b, &inner = a_is_outer ? b : a;
+    const Pose X_IO = inner.X_PS.inverse(Eigen::Isometry) * outer.X_PS;
+    int pairs = 0;
+    const auto gather = [&](const Foreground& of_outer, const Foreground& of_inner) {
+      a_is_outer ? Gather(of_outer, of_inner) : Gather(of_inner, of_outer);
+      if (spots_.size() >= kMostSpots) DropInner();
+      return ++pairs < kMostFacetPairs && !MustEndNow(kStepsOfConvexPair);
+    };
+    if (inner.geometry.tree() != nullptr) {
+      const Aabb near = inner.geometry.tree()->bounds().transformed(X_IO.inverse(Eigen::Isometry));
+      ForEachFacet(outer, near, [&](const Foreground& of_outer, const Aabb& bounds) {
+        ForEachFacet(inner, bounds.transformed(X_IO), [&](const Foreground& of_inner, const Aabb&) {
+          return gather(of_outer, of_inner);
+        });
+        return pairs < kMostFacetPairs && !MustEndNow(1);
+      });
+      return;
+    }
+    for (std::size_t k = 0; k < PieceCount(inner.geometry) && !MustEndNow(1); ++k) {
+      const Foreground of_inner = Foremost(inner, k);
+      const Aabb near =
+          IsEndless(inner.geometry)
+              ? outer.geometry.tree()->bounds()
+              : inner.geometry.piece_bounds()[k].transformed(X_IO.inverse(Eigen::Isometry));
+      ForEachFacet(outer, near, [&](const Foreground& of_outer, const Aabb&) {
+        return gather(of_outer, of_inner);
+      });
+    }
+  }
+
+  // Once ended it asks no more.
+  bool MustEndNow(std::size_t steps) { return has_ended_ = has_ended_ || MustEnd(work_, steps); }
+
+  // Keeps those that are outermost in some direction, and the deepest, which comes last where others
+  // are as deep.
+  void DropInner() {
+    constexpr int kDirections = 32;
+    std::array<std::size_t, kDirections + 1> kept = {};
+    for (std::size_t k = 0; k < kept.size(); ++k) {
+      // Not across borders that lie along the axes, of which any place would be outermost.
+      const double angle = 2 * std::numbers::pi * (static_cast<double>(k) + 0.37) / kDirections;
+      const Vector2 out(std::cos(angle), std::sin(angle));
+      const auto rank = [&](const Spot& s) { return k < kDirections ? out.dot(s.xy) : -s.gap_m(); };
+      for (std::size_t i = 1; i < spots_.size(); ++i) {
+        if (rank(spots_[i]) > rank(spots_[kept[k]])) kept[k] = i;
+      }
+    }
+    const auto outer_end = kept.begin() + kDirections;
+    std::sort(kept.begin(), outer_end);
+    const auto end = std::unique(kept.begin(), outer_end);
+    Spots rest;
+    for (auto at = kept.begin(); at != end; ++at) rest.push_back(spots_[*at]);
+    if (!std::binary_search(kept.begin(), end, kept.back())) rest.push_back(spots_[kept.back()]);
+    spots_ = std::move(rest);
   }
 
   // Features of hulls are dear, and a hull is one piece: the solid of fewer pieces is looked at once.
@@ -246,7 +361,7 @@ class PatchSearch {
   }
 
   void Gather(const Foreground& of_a, const Foreground& of_b) {
-    const double reach_m = std::min(of_a.reach_m(), of_b.reach_m());
+    const double reach_m = HasMesh() ? mesh_reach_m_ : std::min(of_a.reach_m(), of_b.reach_m());
     for (const Vector2& xy : Common(of_a, of_b)) {
       Spot spot{xy, of_a.HeightAt(xy), of_b.HeightAt(xy)};
       // Pieces that overlap more have another normal.
@@ -263,7 +378,7 @@ class PatchSearch {
 
   // Sides of a plate's pieces may be cuts through the plate; its top and bottom are not.
   static bool IsOnSurface(const ExactGeometry& g, const Pose& X_PS, const Spot& spot, double z_m) {
-    if (IsEndless(g) || g.pieces().size() == 1) return true;
+    if (g.pieces().size() <= 1) return true;
     if (X_PS.linear().row(2).head<2>().norm() <= kMostLean) return true;
     const Vector3 p_P(spot.xy.x(), spot.xy.y(), z_m);
     return std::abs(SignedDistance_m(g.shape(), X_PS.inverse(Eigen::Isometry) * p_P)) <=
@@ -285,14 +400,14 @@ class PatchSearch {
   const double max_distance_m_;
   WorkCounter* const work_;
   const PairDistance deepest_;
+  const double mesh_reach_m_;  // of the smaller mesh; infinite where there is none
   Spots spots_;
   double reach_m_ = 0;
+  bool has_ended_ = false;
 };
 
 bool HasFeatures(const ExactGeometry& a, const ExactGeometry& b) {
-  const auto is_mesh = [](const ExactGeometry& g) { return g.kind() == ShapeKind::kMesh; };
-  const auto is_endless = [](const ExactGeometry& g) { return g.kind() == ShapeKind::kHalfSpace; };
-  return !is_mesh(a) && !is_mesh(b) && !(is_endless(a) && is_endless(b));
+  return a.kind() != ShapeKind::kHalfSpace || b.kind() != ShapeKind::kHalfSpace;
 }
 
 }  // namespace

@@ -25,7 +25,10 @@ struct ContactLimits {
 // points on both surfaces that lie on a line along it; their distance is the signed one along that
 // line, never less than the first, which they follow deepest first.
 //
-// Of pairs with a mesh, and of two half-spaces, the first alone is told.
+// Of a mesh each triangle has a feature of its own, single corners among them: legs of a table stand on
+// these. The further ones span all of them whose distance along the normal is below max_distance_m and
+// no less than the first, of the first 65536 pairs that lie near each other. Of two half-spaces the first
+// alone is told.
 void ExactContacts(const PlacedExact& a, const PlacedExact& b, const ContactLimits& limits,
                    std::vector<PairDistance>& contacts);
 

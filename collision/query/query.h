@@ -250,7 +250,7 @@ absl::StatusOr<PairColumns> GetDistances(const WorldSnapshot& world, const Query
                                          std::stop_token stop = {});
 // Contacts are points of pairs with distance below the margin, deepest first within a row. By the
 // exact kernels a pair whose faces or edges meet has up to kMostPatchPoints besides its deepest
-// (kernels/contact_patch.h); of meshes, and by other engines, there is the deepest alone. Where a row
+// (kernels/contact_patch.h); by other engines there is the deepest alone. Where a row
 // has more than max_contacts, the deepest points of pairs come before further ones of any pair.
 absl::StatusOr<PairColumns> GetContacts(const WorldSnapshot& world, const QueryBody& body,
                                         const BodyRows& rows, const QueryOptions& options,

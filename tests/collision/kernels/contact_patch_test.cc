@@ -11,6 +11,7 @@
 #include <tuple>
 
 #include "collision/geometry/signed_distance.h"
+#include "collision/geometry/tessellate.h"
 #include "collision/kernels/contact_feature.h"
 #include "tests/collision/kernels/random_pairs.h"
 
@@ -349,6 +350,98 @@ TEST(ContactPatch, MovesWithBoth) {
       ExpectSamePatch(moved, expected);
     }
   }
+}
+
+Shape MeshOf(const Box& box) { return MakeMesh(Tessellate(box)); }
+
+TEST(ContactPatch, OfAMeshThatStandsFlatIsItsCorners) {
+  TriangleMesh inward = Tessellate(kBox);
+  for (auto& triangle : inward.triangles) std::swap(triangle[1], triangle[2]);
+  const std::vector<Solid> tables = {{HalfSpace{}},
+                                     {Box{{2, 2, 0.1}}, MakeTranslation(0, 0, -0.05)},
+                                     {SquarePlate(1, 0.1)},
+                                     {HullOf(Box{{2, 2, 0.1}}), MakeTranslation(0, 0, -0.05)},
+                                     {MeshOf(Box{{2, 2, 0.1}}), MakeTranslation(0, 0, -0.05)}};
+  for (const Solid& table : tables) {
+    for (const Shape& box : {Shape(kBox), MeshOf(kBox), Shape(MakeMesh(inward))}) {
+      if (KindOf(table.shape) != ShapeKind::kMesh && KindOf(box) != ShapeKind::kMesh) continue;
+      SCOPED_TRACE(std::string(NameOf(KindOf(table.shape))) + " " +
+                   std::string(NameOf(KindOf(box))));
+      for (const bool table_first : {true, false}) {
+        const auto contacts = table_first ? ContactsOf(table, {box, kSunk}, 0.005)
+                                          : ContactsOf({box, kSunk}, table, 0.005);
+        ASSERT_GE(contacts.size(), 4u);
+        ASSERT_LE(contacts.size(), 5u);
+        for (const double x : {0.3, 0.5}) {
+          for (const double y : {-0.25, -0.15}) {
+            EXPECT_TRUE(Holds(contacts, {x, y, table_first ? 0 : -kDepth_m}, kIterative_m))
+                << x << " " << y;
+          }
+        }
+        for (const PairDistance& contact : contacts) {
+          EXPECT_NEAR(contact.distance_m, -kDepth_m, kIterative_m);
+          EXPECT_NEAR(contact.normal.z(), table_first ? 1 : -1, kIterative_m);
+        }
+      }
+    }
+  }
+}
+
+// Three legs that end in points.
+TEST(ContactPatch, OfAMeshOnItsLegsIsTheirTips) {
+  const std::vector<Vector3> tips = {{0.2, 0, 0}, {-0.1, 0.15, 0}, {-0.1, -0.15, 0}};
+  TriangleMesh stool;
+  for (const Vector3& tip : tips) {
+    const auto first = static_cast<std::uint32_t>(stool.vertices.size());
+    stool.vertices.insert(stool.vertices.end(),
+                          {tip, tip + Vector3(0.02, 0, 0.3), tip + Vector3(-0.02, 0.02, 0.3),
+                           tip + Vector3(-0.02, -0.02, 0.3)});
+    stool.triangles.insert(stool.triangles.end(), {{first, first + 2, first + 1},
+                                                   {first, first + 3, first + 2},
+                                                   {first, first + 1, first + 3},
+                                                   {first + 1, first + 2, first + 3}});
+  }
+  const Shape mesh = MakeMesh(std::move(stool));
+  ASSERT_TRUE(std::get<Mesh>(mesh).watertight);
+  for (const Solid& floor :
+       {Solid{HalfSpace{}}, Solid{MeshOf(Box{{2, 2, 0.1}}), MakeTranslation(0, 0, -0.05)},
+        Solid{Box{{2, 2, 0.1}}, MakeTranslation(0, 0, -0.05)}}) {
+    for (const double height_m : {-1e-3, 1e-3}) {
+      const auto contacts = ContactsOf(floor, {mesh, MakeTranslation(0, 0, height_m)}, 0.002);
+      ASSERT_THAT(contacts, SizeIs(3)) << NameOf(KindOf(floor.shape)) << " " << height_m;
+      for (const Vector3& tip : tips) EXPECT_TRUE(Holds(contacts, tip, 1e-6));
+      for (const PairDistance& contact : contacts) {
+        EXPECT_NEAR(contact.distance_m, height_m, 1e-6);
+      }
+    }
+    EXPECT_THAT(ContactsOf(floor, {mesh, MakeTranslation(0, 0, -1e-3)}, 0, 2), SizeIs(2));
+  }
+}
+
+// A field of triangles, more than are looked at one by one.
+TEST(ContactPatch, OfAMeshOfManyTrianglesSpansThemAll) {
+  constexpr int kSide = 100;
+  TriangleMesh field;
+  for (int i = 0; i <= kSide; ++i) {
+    for (int k = 0; k <= kSide; ++k) field.vertices.emplace_back(0.01 * i, 0.01 * k, 0);
+  }
+  const auto at = [](int i, int k) { return static_cast<std::uint32_t>((kSide + 1) * i + k); };
+  for (int i = 0; i < kSide; ++i) {
+    for (int k = 0; k < kSide; ++k) {
+      field.triangles.push_back({at(i, k), at(i + 1, k), at(i + 1, k + 1)});
+      field.triangles.push_back({at(i, k), at(i + 1, k + 1), at(i, k + 1)});
+    }
+  }
+  const Solid sheet{MakeMesh(std::move(field))};
+  const auto contacts =
+      ContactsOf(sheet, {Box{{0.73, 0.51, 0.1}}, MakeTranslation(0.5, 0.5, 0.05 + 1e-3)}, 0.002);
+  ASSERT_GE(contacts.size(), 4u);
+  for (const double x : {0.135, 0.865}) {
+    for (const double y : {0.245, 0.755}) {
+      EXPECT_TRUE(Holds(contacts, {x, y, 0}, 1e-6)) << x << " " << y;
+    }
+  }
+  for (const PairDistance& contact : contacts) EXPECT_EQ(contact.trust, Trust::kSurfaceOnly);
 }
 
 // Any shapes in any poses, many of them aligned.
