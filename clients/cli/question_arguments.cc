@@ -9,6 +9,7 @@
 #include "clients/cli/exit_code.h"
 #include "clients/cli/one_of.h"
 #include "clients/cli/pair_arguments.h"
+#include "clients/cli/what_if.h"
 
 namespace cwm::cli {
 namespace pb = cwm::v1;
@@ -47,6 +48,12 @@ void AddQuestionOptions(CLI::App& command, QuestionArguments& question) {
       .add_option("--ignore", question.ignore, "leave this object or robot out; may be repeated")
       ->allow_extra_args(false)
       ->type_name("NAME");
+  command
+      .add_option("--what-if", question.what_if,
+                  absl::StrCat("answer as if the world were changed so, for this question alone: ",
+                               kChangeForms, "; may be repeated, applied in order"))
+      ->allow_extra_args(false)
+      ->type_name("CHANGE");
   command.add_option("--time-budget", question.time_budget_s, "answer what is done by then (s)")
       ->check(CLI::PositiveNumber.description(""))
       ->type_name("S");
@@ -107,6 +114,11 @@ absl::StatusOr<pb::QueryOptions> ToOptions(const QuestionArguments& question) {
     const auto pair = ParsePair(text, "--ignore-pair");
     if (!pair.ok()) return pair.status();
     *options.add_ignore_pairs() = *pair;
+  }
+  for (const std::string& text : question.what_if) {
+    const auto change = ParseChange(text, "--what-if");
+    if (!change.ok()) return change.status();
+    *options.add_overlay() = *change;
   }
   options.set_margin_sigma(question.margin_sigma);
   if (question.support_tolerance_m) {

@@ -28,6 +28,7 @@ struct QuestionArguments {
   int max_contacts = 0;
   std::vector<std::string> ignore;
   std::vector<std::string> ignore_pairs;  // "A,B"
+  std::vector<std::string> what_if;       // see what_if.h
   double margin_sigma = 0;
   std::optional<double> support_tolerance_m;
   std::optional<double> time_budget_s;

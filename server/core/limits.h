@@ -23,6 +23,8 @@ struct Limits {
   std::int64_t max_viewer_watchers = 256;
   std::int64_t max_metadata_bytes = 16 << 10;
   std::int64_t max_streams = 1'000;
+  // A stream keeps its overlay while it lives: a thousand such changes, meshes by hash.
+  std::int64_t max_stream_overlay_bytes = 1 << 20;
   std::int64_t max_inline_bytes = 1 << 20;  // labels above it travel by hash
   std::int64_t max_changes = 65'536;        // in one ApplyChanges
   std::int64_t max_worlds = 1'024;

@@ -17,11 +17,6 @@ namespace {
 constexpr char kDefaultName[] = "default";
 constexpr std::size_t kLongestName = 128;  // fits a file name with room for a suffix
 
-const std::string& Resolve(const std::string& name) {
-  static const std::string& kDefault = *new std::string(kDefaultName);
-  return name.empty() ? kDefault : name;
-}
-
 absl::Status CheckName(const std::string& name) {
   const auto allowed = [](char c) {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
@@ -105,6 +100,11 @@ absl::Status Reused(const std::string& request_id) {
 }
 
 }  // namespace
+
+const std::string& WorldNameOf(const std::string& name) {
+  static const std::string& kDefault = *new std::string(kDefaultName);
+  return name.empty() ? kDefault : name;
+}
 
 struct WorldRegistry::State {
   struct Entry {
@@ -194,10 +194,10 @@ absl::StatusOr<WorldRegistry::Lease> WorldRegistry::FindOrMake(const std::string
   if (const absl::Status valid = CheckName(name); !valid.ok()) return valid;
   std::lock_guard lock(state_->mutex);
   if (!uid.empty()) {
-    const auto found = state_->Find(Resolve(name), uid);
+    const auto found = state_->Find(WorldNameOf(name), uid);
     if (!found.ok()) return found.status();
   }
-  const absl::StatusOr<State::Entry*> entry = state_->FindOrMake(Resolve(name));
+  const absl::StatusOr<State::Entry*> entry = state_->FindOrMake(WorldNameOf(name));
   if (!entry.ok()) return entry.status();
   ++(*entry)->leases;
   return Lease(*state_, (*entry)->world);
@@ -213,7 +213,7 @@ absl::StatusOr<std::shared_ptr<World>> WorldRegistry::FindOrCreate(const std::st
 absl::StatusOr<std::shared_ptr<World>> WorldRegistry::Find(const std::string& name,
                                                            const std::string& uid) const {
   std::lock_guard lock(state_->mutex);
-  return state_->Find(Resolve(name), uid);
+  return state_->Find(WorldNameOf(name), uid);
 }
 
 std::vector<std::shared_ptr<World>> WorldRegistry::List() const {
@@ -229,7 +229,7 @@ std::vector<std::shared_ptr<World>> WorldRegistry::List() const {
 absl::StatusOr<WorldRegistry::Deleted> WorldRegistry::Delete(const std::string& name,
                                                              const std::string& uid,
                                                              const std::string& request_id) {
-  const DeletionMemory::Key key{Resolve(name), request_id};
+  const DeletionMemory::Key key{WorldNameOf(name), request_id};
   absl::StatusOr<std::shared_ptr<World>> world = absl::UnknownError("");
   {
     std::lock_guard lock(state_->mutex);

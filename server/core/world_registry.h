@@ -11,6 +11,9 @@
 
 namespace cwm::server {
 
+// The name that a request means: the empty one is "default".
+const std::string& WorldNameOf(const std::string& name);
+
 // Thread safe. The empty name means "default".
 class WorldRegistry {
  private:

@@ -42,7 +42,7 @@ std::chrono::nanoseconds Handover(const AnswerSize& size, const QuestionOptions&
 struct Asked {
   std::shared_ptr<World> world;
   collision::Revision revision;  // of the world
-  SnapshotPtr snapshot;          // of that revision, with the overlay
+  SnapshotPtr snapshot;          // of that revision, with the overlays
   QuestionOptions options;
 
   AnswerContext Context(BodyNames body = {}) const {
@@ -57,20 +57,23 @@ struct Asked {
 };
 
 // Whether the stream's snapshot is the one that is asked for.
-bool Holds(const HeldSnapshot* held, const World& world, const RevisionRule& rule) {
+bool Holds(const StreamMemory* memory, const World& world, const RevisionRule& rule) {
   const auto* exactly = std::get_if<Exactly>(&rule);
-  return held != nullptr && exactly != nullptr && held->snapshot != nullptr &&
-         held->world_uid == world.uid() && held->snapshot->revision() == exactly->revision;
+  return memory != nullptr && exactly != nullptr && memory->snapshot != nullptr &&
+         memory->world_uid == world.uid() && memory->snapshot->revision() == exactly->revision;
 }
 
 absl::StatusOr<WorldAtRevision> FindWorldAt(const Runtime& runtime, const std::string& name,
                                             const QuestionOptions& options, const CallContext& call,
-                                            HeldSnapshot* held) {
+                                            StreamMemory* memory) {
   const RevisionRule& rule = options.at_revision;
   const auto world = runtime.application.worlds.Find(name, options.world_uid);
-  if (world.ok() && Holds(held, **world, rule)) return WorldAtRevision{*world, held->snapshot};
+  if (world.ok() && Holds(memory, **world, rule)) return WorldAtRevision{*world, memory->snapshot};
   auto at = server::FindWorldAt(runtime, name, options.world_uid, rule, call);
-  if (at.ok() && held != nullptr) *held = {at->world->uid(), at->snapshot};
+  if (at.ok() && memory != nullptr) {
+    memory->world_uid = at->world->uid();
+    memory->snapshot = at->snapshot;
+  }
   return at;
 }
 
@@ -80,21 +83,24 @@ absl::StatusOr<SnapshotPtr> WithOverlay(const Application& application,
   auto changes = FromProto(options.overlay(), application.limits, application.geometry,
                            FieldPath().Field("options"), "overlay");
   if (!changes.ok()) return changes.status();
-  auto changed = collision::Apply(base, *changes);
-  if (changed.ok()) return changed;
-  return ExplainRefusal(changed.status(), *base, *changes, "options.overlay");
+  return WithChanges(base, *changes, "options.overlay");
 }
 
 template <class Request>
 absl::StatusOr<Asked> Understand(Runtime& runtime, const Request& request, const CallContext& call,
-                                 HeldSnapshot* held) {
+                                 StreamMemory* memory) {
   auto options = FromProto(request.options(), FieldPath().Field("options"));
   if (!options.ok()) return options.status();
-  auto at = FindWorldAt(runtime, request.world(), *options, call, held);
+  auto at = FindWorldAt(runtime, request.world(), *options, call, memory);
   if (!at.ok()) return at.status();
   options->query.give_up_at = GiveUpAt(options->time_budget, call.deadline);
   options->query.handover_of_answer = Handover(SizeOfAnswer(request), *options);
   const collision::Revision revision = at->snapshot->revision();
+  if (memory != nullptr) {
+    auto supposed = memory->overlay.Over(*at->world, std::move(at->snapshot));
+    if (!supposed.ok()) return supposed.status();
+    at->snapshot = *std::move(supposed);
+  }
   auto snapshot = WithOverlay(runtime.application, request.options(), std::move(at->snapshot));
   if (!snapshot.ok()) return snapshot.status();
   return Asked{std::move(at->world), revision, *std::move(snapshot), *std::move(options)};
@@ -131,8 +137,9 @@ std::int64_t ContactsPerRow(const collision::QueryOptions& options,
 
 template <class Columns, class Request, class Response>
 absl::Status AnswerBody(Runtime& runtime, const Request& request, const CallContext& call,
-                        HeldSnapshot* held, const BodyQuestion<Columns>& kind, Response* response) {
-  auto asked = Understand(runtime, request, call, held);
+                        StreamMemory* memory, const BodyQuestion<Columns>& kind,
+                        Response* response) {
+  auto asked = Understand(runtime, request, call, memory);
   if (!asked.ok()) return asked.status();
   const Application& application = runtime.application;
   auto question = FromProto(
@@ -158,36 +165,36 @@ absl::Status AnswerBody(Runtime& runtime, const Request& request, const CallCont
 }  // namespace
 
 absl::Status Answer(Runtime& runtime, const v1::CheckCollisionsRequest& request,
-                    const CallContext& call, HeldSnapshot* held,
+                    const CallContext& call, StreamMemory* memory,
                     v1::CheckCollisionsResponse* response) {
   return AnswerBody(
-      runtime, request, call, held,
+      runtime, request, call, memory,
       BodyQuestion<collision::CollisionColumns>{collision::CheckCollisions, "", OnePerRow},
       response);
 }
 
 absl::Status Answer(Runtime& runtime, const v1::GetDistancesRequest& request,
-                    const CallContext& call, HeldSnapshot* held,
+                    const CallContext& call, StreamMemory* memory,
                     v1::GetDistancesResponse* response) {
   return AnswerBody(
-      runtime, request, call, held,
+      runtime, request, call, memory,
       BodyQuestion<collision::PairColumns>{collision::GetDistances, "max_results", ResultsPerRow},
       response);
 }
 
 absl::Status Answer(Runtime& runtime, const v1::GetContactsRequest& request,
-                    const CallContext& call, HeldSnapshot* held,
+                    const CallContext& call, StreamMemory* memory,
                     v1::GetContactsResponse* response) {
   return AnswerBody(
-      runtime, request, call, held,
+      runtime, request, call, memory,
       BodyQuestion<collision::PairColumns>{collision::GetContacts, "max_contacts", ContactsPerRow},
       response);
 }
 
 absl::Status Answer(Runtime& runtime, const v1::CheckMotionsRequest& request,
-                    const CallContext& call, HeldSnapshot* held,
+                    const CallContext& call, StreamMemory* memory,
                     v1::CheckMotionsResponse* response) {
-  auto asked = Understand(runtime, request, call, held);
+  auto asked = Understand(runtime, request, call, memory);
   if (!asked.ok()) return asked.status();
   const Application& application = runtime.application;
   auto motions = FromProto(request, {*asked->snapshot, application.geometry, application.limits,
@@ -206,8 +213,8 @@ absl::Status Answer(Runtime& runtime, const v1::CheckMotionsRequest& request,
 }
 
 absl::Status Answer(Runtime& runtime, const v1::CastRaysRequest& request, const CallContext& call,
-                    HeldSnapshot* held, v1::CastRaysResponse* response) {
-  auto asked = Understand(runtime, request, call, held);
+                    StreamMemory* memory, v1::CastRaysResponse* response) {
+  auto asked = Understand(runtime, request, call, memory);
   if (!asked.ok()) return asked.status();
   const Limits& limits = runtime.application.limits;
   auto rays = FromProto(request.rays(), limits.max_batch_rows, FieldPath().Field("rays"));
@@ -225,9 +232,9 @@ absl::Status Answer(Runtime& runtime, const v1::CastRaysRequest& request, const 
 }
 
 absl::Status Answer(Runtime& runtime, const v1::SamplePointsRequest& request,
-                    const CallContext& call, HeldSnapshot* held,
+                    const CallContext& call, StreamMemory* memory,
                     v1::SamplePointsResponse* response) {
-  auto asked = Understand(runtime, request, call, held);
+  auto asked = Understand(runtime, request, call, memory);
   if (!asked.ok()) return asked.status();
   const Limits& limits = runtime.application.limits;
   auto points =

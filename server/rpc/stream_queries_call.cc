@@ -175,23 +175,28 @@ void StreamQueriesCall::Work() {
 }
 
 absl::Status StreamQueriesCall::AnswerRequest(const CallContext& call) {
+  if (request_.has_overlay()) {
+    auto status = memory_.overlay.Set(runtime_.application, request_.overlay());
+    const bool is_all = request_.query_case() == v1::StreamQueriesRequest::QUERY_NOT_SET;
+    if (is_all || !status.ok()) return status;
+  }
   switch (request_.query_case()) {
     case v1::StreamQueriesRequest::kCheckCollisions:
-      return Answer(runtime_, request_.check_collisions(), call, &held_,
+      return Answer(runtime_, request_.check_collisions(), call, &memory_,
                     response_.mutable_check_collisions());
     case v1::StreamQueriesRequest::kGetDistances:
-      return Answer(runtime_, request_.get_distances(), call, &held_,
+      return Answer(runtime_, request_.get_distances(), call, &memory_,
                     response_.mutable_get_distances());
     case v1::StreamQueriesRequest::kGetContacts:
-      return Answer(runtime_, request_.get_contacts(), call, &held_,
+      return Answer(runtime_, request_.get_contacts(), call, &memory_,
                     response_.mutable_get_contacts());
     case v1::StreamQueriesRequest::kCastRays:
-      return Answer(runtime_, request_.cast_rays(), call, &held_, response_.mutable_cast_rays());
+      return Answer(runtime_, request_.cast_rays(), call, &memory_, response_.mutable_cast_rays());
     case v1::StreamQueriesRequest::kSamplePoints:
-      return Answer(runtime_, request_.sample_points(), call, &held_,
+      return Answer(runtime_, request_.sample_points(), call, &memory_,
                     response_.mutable_sample_points());
     case v1::StreamQueriesRequest::kCheckMotions:
-      return Answer(runtime_, request_.check_motions(), call, &held_,
+      return Answer(runtime_, request_.check_motions(), call, &memory_,
                     response_.mutable_check_motions());
     case v1::StreamQueriesRequest::QUERY_NOT_SET:
       break;

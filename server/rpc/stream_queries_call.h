@@ -56,7 +56,7 @@ class StreamQueriesCall final
   const OpenStreams::Token open_{runtime_.open_streams};
   const Clock::time_point deadline_;
   std::stop_source stop_;
-  HeldSnapshot held_;
+  StreamMemory memory_;
   std::shared_ptr<StreamQueriesCall> self_;  // until OnDone
   bool counted_ = false;                     // in the quota of streams
 

@@ -70,6 +70,25 @@ TEST_F(RobotQuestion, ChecksStatesByNumbersByNameAndAsItStands) {
   EXPECT_EQ(itself.at("rows").at(0).at("trust"), "TRUST_DEGRADED");
 }
 
+TEST_F(RobotQuestion, IsAnsweredAsIfTheWorldWereChanged) {
+  const std::vector<std::string> check = {"check", "--robot", "arm"};
+  const auto supposing = [&](const std::vector<std::string>& changes) {
+    std::vector<std::string> arguments = check;
+    for (const std::string& change : changes) {
+      arguments.insert(arguments.end(), {"--what-if", change});
+    }
+    return Verdicts(arguments)[0];
+  };
+  EXPECT_EQ(supposing({"remove post"}), "VERDICT_FREE");
+  EXPECT_EQ(supposing({"move post 2,0,0"}), "VERDICT_FREE");
+  EXPECT_EQ(supposing({"move post 2,0,0", "move post 1,0,0"}), "VERDICT_COLLISION");
+  EXPECT_EQ(supposing({"allow post,arm:hand"}), "VERDICT_FREE");
+  EXPECT_EQ(supposing({"attach post arm:hand"}), "VERDICT_FREE");
+  EXPECT_EQ(Verdicts(check)[0], "VERDICT_COLLISION") << "nothing was changed";
+  const Finished wrong = Cwm({"check", "--robot", "arm", "--what-if", "remove nobody"});
+  EXPECT_EQ(wrong.exit_code, 3) << wrong.err;
+}
+
 TEST_F(RobotQuestion, ShowsLinksToPeople) {
   const Finished table = Cwm({"check", "--robot", "arm", "--joints", "0,0", "--joints", "bent"});
   EXPECT_EQ(table.exit_code, 0) << table.err;

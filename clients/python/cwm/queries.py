@@ -38,7 +38,7 @@ class QueryOptions(TypedDict, total=False):
     * unseen: what space that no sensor has seen counts as: "ignore", "report" or "block"
     * ignore: names of objects and robots left out
     * ignore_pairs: pairs that may collide, see `Allow`
-    * overlay: changes that hold for this question alone
+    * overlay: changes that hold for this question alone; for several, see `what_if`
     * time_budget_s: the rows completed by then are the answer
     * margin_sigma: inflates fitted parts by so many standard deviations
     * support_tolerance_m: how deep what stands may sink into what supports it
@@ -169,14 +169,15 @@ def _ask_once(
     options: QueryOptions,
     meshes: Sequence[shapes.Mesh],
 ) -> list:
-    message = options_to_proto(options)
+    overlay = [*view.supposed, *(options.get("overlay") or ())]
+    message = options_to_proto({**options, "overlay": overlay})
     budget_s = options.get("time_budget_s")
     end_s = (
         None
         if budget_s is None
         else time.monotonic() + arrays.seconds(budget_s, "time_budget_s")
     )
-    meshes = [*meshes, *changes_module.meshes_of(options.get("overlay") or ())]
+    meshes = [*meshes, *changes_module.meshes_of(overlay)]
     most_rows = _most_rows(view, batches, message.ByteSize())
     replies: list = []
     view.fill_revision(message)

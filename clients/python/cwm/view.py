@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from cwm import arrays, enums, exports, objects, queries, results, robots, shapes, watch
 from cwm.bulk import Bulk
+from cwm.changes import Change, changes_to_proto
 from cwm.connection import Connection
 from cwm.queries import Batches, Merged, QueryOptions
 from cwm.subjects import RobotSubject, Subject, SubjectLike, subject_of
@@ -20,8 +21,8 @@ if TYPE_CHECKING:
 
 
 class WorldView:
-    """Questions about one world. Made by `connect`, `Server.world`, `at` and `within`; cheap,
-    thread-safe.
+    """Questions about one world. Made by `connect`, `Server.world`, `at`, `within` and
+    `what_if`; cheap, thread-safe.
 
     Every method raises `cwm.Error` and its subclasses for calls that fail, ValueError and TypeError
     for arguments that cannot be right. Questions take the keyword arguments of `cwm.QueryOptions`;
@@ -40,6 +41,7 @@ class WorldView:
         self.name = arrays.text(name, "world")
         self.timeout_s = timeout_s
         self.pinned = pinned
+        self.supposed: tuple[Change, ...] = ()
         self._uid = uid
 
     def __repr__(self) -> str:
@@ -89,10 +91,12 @@ class WorldView:
         A server keeps the last ones; RevisionCompacted afterwards.
         """
         state = self._state()
-        return self._as_of(
+        view = self._as_of(
             state.revision if revision is None else arrays.count(revision, "revision"),
             state.world_uid,
         )
+        view.supposed = self.supposed
+        return view
 
     def within(self, timeout_s: float | None):
         """The same, each of whose calls ends within so many seconds, or raises DeadlineExceeded;
@@ -100,6 +104,16 @@ class WorldView:
         """
         other = copy.copy(self)
         other.timeout_s = check_timeout(timeout_s)
+        return other
+
+    def what_if(self, *changes: Change) -> WorldView:
+        """The same, each of whose questions is answered as if the world had been changed so: nobody
+        else sees it and no revision is made. What is listed is the world as it is. A question's own
+        `overlay` comes after these changes.
+        """
+        changes_to_proto(changes, "changes")
+        other = copy.copy(self)
+        other.supposed = (*self.supposed, *changes)
         return other
 
     def fill_revision(self, request) -> None:

@@ -143,6 +143,15 @@ class Answers(ServerCase):
         ]
         ghost = self.world.check(probe, at, overlay=there)
         self.assertEqual((ghost.objects.tolist(), ghost.uids), (["ghost"], ("",)))
+        supposing = self.world.what_if(*there)
+        for asking in (supposing, supposing.at(), supposing.what_if(cwm.Remove("cube"))):
+            ghost = asking.check(probe, at)
+            self.assertEqual((ghost.objects.tolist(), ghost.uids), (["ghost"], ("",)))
+        self.assertTrue(supposing.check(probe, at, overlay=[cwm.Remove("ghost")]).free[0])
+        self.assertTrue(self.world.check(probe, at).free[0])
+        self.assertEqual([o.name for o in supposing.objects()], ["ball", "cube"])
+        with self.assertRaises(TypeError):
+            self.world.what_if("ghost")
         for engine in ("exact", "fcl", "bullet", cwm.Engine.AUTO):
             np.testing.assert_allclose(
                 self.world.distance(probe, at, engine=engine).distance_m, [0.05], atol=1e-4

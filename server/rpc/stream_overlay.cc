@@ -1,0 +1,56 @@
+#include "server/rpc/stream_overlay.h"
+
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "server/core/error.h"
+#include "server/wire/objects.h"
+
+namespace cwm::server {
+namespace {
+
+absl::StatusOr<std::vector<collision::Change>> Read(const Application& application,
+                                                    const v1::StreamOverlay& overlay) {
+  if (overlay.changes().empty()) return std::vector<collision::Change>();
+  const auto bytes = static_cast<std::int64_t>(overlay.ByteSizeLong());
+  const std::int64_t most = application.limits.max_stream_overlay_bytes;
+  if (bytes > most) {
+    return InvalidField("overlay", absl::StrCat("has ", bytes, " bytes, must have at most ", most));
+  }
+  return FromProto(overlay.changes(), application.limits, application.geometry,
+                   FieldPath().Field("overlay"));
+}
+
+}  // namespace
+
+absl::Status StreamOverlay::Set(const Application& application, const v1::StreamOverlay& overlay) {
+  auto changes = Read(application, overlay);
+  world_ = WorldNameOf(overlay.world());
+  legible_ = changes.status();
+  changes_ = changes.ok() ? *std::move(changes) : std::vector<collision::Change>();
+  base_ = changed_ = nullptr;
+  return legible_;
+}
+
+absl::StatusOr<SnapshotPtr> StreamOverlay::Over(const World& world, SnapshotPtr base) {
+  if (world.name() != world_) return base;
+  if (!legible_.ok()) return legible_;
+  if (changes_.empty()) return base;
+  if (base != base_) {
+    auto changed = WithChanges(base, changes_, "overlay.changes");
+    if (!changed.ok()) return changed;
+    changed_ = *std::move(changed);
+    base_ = std::move(base);
+  }
+  return changed_;
+}
+
+absl::StatusOr<SnapshotPtr> WithChanges(const SnapshotPtr& base,
+                                        const std::vector<collision::Change>& changes,
+                                        const std::string& list) {
+  auto changed = collision::Apply(base, changes);
+  if (changed.ok()) return changed;
+  return ExplainRefusal(changed.status(), *base, changes, list);
+}
+
+}  // namespace cwm::server
