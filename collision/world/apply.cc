@@ -117,8 +117,16 @@ class Transaction {
     return status.ok() ? FollowAll(set.name) : status;
   }
 
-  absl::Status operator()(const AllowCollision& allow) { return rules_.Allow(allow); }
-  absl::Status operator()(const SetPairMargin& set) { return rules_.SetMargin(set); }
+  // A rule of what is gone can be ended.
+  absl::Status operator()(const AllowCollision& allow) {
+    const absl::Status status = allow.withdraw ? absl::OkStatus() : CheckLinksOf(allow.pair);
+    return status.ok() ? rules_.Allow(allow) : status;
+  }
+  absl::Status operator()(const SetPairMargin& set) {
+    const bool is_end = !set.margin_m.has_value();
+    const absl::Status status = is_end ? absl::OkStatus() : CheckLinksOf(set.pair);
+    return status.ok() ? rules_.SetMargin(set) : status;
+  }
   absl::Status operator()(const ExpireRules& expire) {
     rules_.Expire(expire);
     return absl::OkStatus();
@@ -170,6 +178,16 @@ class Transaction {
     if (at != touched_.end()) return at->second.has_value() ? &*at->second : nullptr;
     const WorldObjectPtr* object = base_.objects().Find(name);
     return object != nullptr ? object->get() : nullptr;  // kept alive by the base
+  }
+
+  absl::Status CheckLinksOf(const NamedPair& pair) const {
+    const absl::Status status = CheckLinks(pair, [&](const std::string& name) {
+      const WorldRobot* const robot = robots_.Current(name);
+      return NameOwner{.robot = robot != nullptr ? &robot->model() : nullptr,
+                       .is_object = Current(name) != nullptr};
+    });
+    const std::optional<FieldRule> fault = FieldRuleOf(status);
+    return fault ? BadField(absl::StrCat("pair.", fault->field), fault->rule) : status;
   }
 
   void SetPose(WorldObject& object, const Pose& X_WO) const {

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "collision/robot/robot_model.h"
 #include "collision/world/apply_fault.h"
 #include "collision/world/world_object.h"
 
@@ -59,6 +60,25 @@ int Precision(const NamedPair& pair) {
 absl::Status CheckPair(const NamedPair& pair) {
   if (absl::Status status = CheckThing(pair.a, "a"); !status.ok()) return status;
   return CheckThing(pair.b, "b");
+}
+
+absl::Status CheckLinks(const NamedPair& pair,
+                        const std::function<NameOwner(const std::string& name)>& owner_of) {
+  const auto check = [&](const NamedThing& thing, const char* field) {
+    if (thing.link.empty()) return absl::OkStatus();
+    const NameOwner owner = owner_of(thing.name);
+    if (owner.is_object) {
+      return BadField(field, absl::StrCat("is '", thing.link, "', must be empty: '", thing.name,
+                                          "' is an object, which has no links"));
+    }
+    if (owner.robot == nullptr || owner.robot->FindLink(thing.link).has_value()) {
+      return absl::OkStatus();
+    }
+    return BadField(
+        field, absl::StrCat("is '", thing.link, "', must be a link of robot '", thing.name, "'"));
+  };
+  if (absl::Status status = check(pair.a, "a.link"); !status.ok()) return status;
+  return check(pair.b, "b.link");
 }
 
 std::optional<WallTime> NextExpiry(const PairRules& rules) {

@@ -4,6 +4,7 @@
 
 #include <chrono>
 #include <compare>
+#include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -12,6 +13,8 @@
 #include "absl/status/status.h"
 
 namespace cwm::collision {
+
+struct RobotModel;  // robot/robot_model.h
 
 using WallTime = std::chrono::system_clock::time_point;
 
@@ -39,6 +42,14 @@ int Precision(const NamedPair& pair);
 // InvalidArgument ("a.name", "b.link" and the like, see FieldRuleOf) for a name that no object or
 // robot can have, for one of a link that no robot can have, and for a link of everything.
 absl::Status CheckPair(const NamedPair& pair);
+// The same for a link that what has the name now does not have. Of a name that nothing has nothing
+// is known.
+struct NameOwner {
+  const RobotModel* robot = nullptr;
+  bool is_object = false;
+};
+absl::Status CheckLinks(const NamedPair& pair,
+                        const std::function<NameOwner(const std::string& name)>& owner_of);
 
 struct PairRule {
   NamedPair pair;                        // Ordered

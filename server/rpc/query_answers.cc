@@ -7,6 +7,7 @@
 #include <string_view>
 #include <utility>
 
+#include "collision/world/apply_fault.h"
 #include "server/rpc/at_revision.h"
 #include "server/rpc/query_queue.h"
 #include "server/wire/answers.h"
@@ -86,6 +87,23 @@ absl::StatusOr<SnapshotPtr> WithOverlay(const Application& application,
   return WithChanges(base, *changes, "options.overlay");
 }
 
+// Links of pairs are those that their robots have: else nothing would be ignored, unnoticed.
+absl::Status CheckIgnoredPairs(const std::vector<collision::NamedPair>& pairs,
+                               const collision::WorldSnapshot& snapshot) {
+  const auto owner_of = [&](const std::string& name) {
+    const collision::WorldRobotPtr robot = snapshot.FindRobot(name);
+    return collision::NameOwner{.robot = robot != nullptr ? &robot->model() : nullptr,
+                                .is_object = snapshot.Find(name) != nullptr};
+  };
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    const auto fault = collision::FieldRuleOf(CheckLinks(pairs[i], owner_of));
+    if (!fault.has_value()) continue;
+    const FieldPath root, options = root.Field("options");
+    return options.Item("ignore_pairs", static_cast<int>(i)).Field(fault->field).Error(fault->rule);
+  }
+  return absl::OkStatus();
+}
+
 template <class Request>
 absl::StatusOr<Asked> Understand(Runtime& runtime, const Request& request, const CallContext& call,
                                  StreamMemory* memory) {
@@ -103,6 +121,8 @@ absl::StatusOr<Asked> Understand(Runtime& runtime, const Request& request, const
   }
   auto snapshot = WithOverlay(runtime.application, request.options(), std::move(at->snapshot));
   if (!snapshot.ok()) return snapshot.status();
+  auto status = CheckIgnoredPairs(options->query.ignore_pairs, **snapshot);
+  if (!status.ok()) return status;
   return Asked{std::move(at->world), revision, *std::move(snapshot), *std::move(options)};
 }
 

@@ -265,5 +265,31 @@ TEST(SameRobot, TellsApartWhatAnyAnswerCould) {
       *arm, *with("type=\"fixed\"><parent", "type=\"fixed\"><origin xyz=\"1 0 0\"/><parent")));
 }
 
+// Of what is yet to come nothing is known.
+TEST_F(WorldRobots, HaveTheLinksThatRulesOfPairsName) {
+  const auto allow = [](NamedThing a, NamedThing b, bool withdraw = false) {
+    return AllowCollision{
+        .pair = {std::move(a), std::move(b)}, .withdraw = withdraw, .expires = {}};
+  };
+  Do({Of(allow({"arm", "gone"}, {"cup"})), Of(PutArm("arm")), Of(Ball("ball"))});
+  EXPECT_EQ(world->pair_rules().size(), 1U) << "of a robot that was not there yet";
+  Do({Of(allow({"arm", "tip"}, {"ball"})), Of(allow({"other", "tipp"}, {"*"}))});
+  const auto rule = [&](decltype(Change::what) what) {
+    const auto fault = FaultOf(Refusal({Of(std::move(what))}));
+    return fault.has_value() ? fault->field + " " + fault->rule : "";
+  };
+  EXPECT_EQ(rule(allow({"arm", "tipp"}, {"ball"})),
+            "pair.a.link is 'tipp', must be a link of robot 'arm'");
+  EXPECT_EQ(rule(SetPairMargin{.pair = {{"*"}, {"arm", "tipp"}}, .margin_m = 0.1}),
+            "pair.b.link is 'tipp', must be a link of robot 'arm'");
+  EXPECT_EQ(rule(allow({"ball", "tip"}, {"*"})),
+            "pair.a.link is 'tip', must be empty: 'ball' is an object, which has no links");
+  // What was said of a link that is no more can be ended.
+  const std::size_t before = world->pair_rules().size();
+  Do({Of(allow({"arm", "gone"}, {"cup"}, /*withdraw=*/true)),
+      Of(SetPairMargin{.pair = {{"arm", "gone"}, {"cup"}}, .margin_m = {}})});
+  EXPECT_EQ(world->pair_rules().size(), before - 1);
+}
+
 }  // namespace
 }  // namespace cwm::collision

@@ -377,6 +377,28 @@ TEST_F(RobotQueries, MotionsOfShapesAndObjectsKeepMarginsAndLeaveOutWhatTheyAreT
             std::string({v1::MOTION_VERDICT_FREE, v1::MOTION_VERDICT_CONTACT}));
 }
 
+// A name that is wrong would ignore nothing, unnoticed.
+TEST_F(RobotQueries, LinksOfPairsThatAreIgnoredAreThere) {
+  v1::CheckCollisionsRequest request;
+  *request.mutable_subject() = Arm({0, 0});
+  const auto ask = [&](const std::string& name, const std::string& link) {
+    request.mutable_options()->clear_ignore_pairs();
+    v1::NamedPair* pair = request.mutable_options()->add_ignore_pairs();
+    pair->mutable_a()->set_name("post");
+    pair->mutable_b()->set_name(name);
+    pair->mutable_b()->set_link(link);
+    Call call;
+    v1::CheckCollisionsResponse response;
+    return query_->CheckCollisions(&call, request, &response);
+  };
+  EXPECT_TRUE(ask("r", "e").ok());
+  EXPECT_TRUE(ask("nobody", "e").ok());
+  const grpc::Status refused = ask("r", "hand");
+  EXPECT_EQ(FieldIn(refused), "options.ignore_pairs[0].b.link");
+  EXPECT_THAT(refused.error_message(), HasSubstr("is 'hand', must be a link of robot 'r'"));
+  EXPECT_EQ(FieldIn(ask("post", "e")), "options.ignore_pairs[0].b.link");
+}
+
 TEST_F(RobotQueries, MotionsThatCannotBeAreRefused) {
   v1::CheckMotionsRequest request;
   *request.mutable_subject() = Arm({0, 0, 1, 1, 2, 2});
