@@ -31,15 +31,9 @@ absl::Status LoadPanda(const client::Connection& connection, const std::string& 
   return client::LoadRobot(connection, header, meshes).status();
 }
 
-}  // namespace
-
-absl::Status PutPandaProblem(const client::Connection& connection, const PandaProblem& problem,
-                             const std::string& world) {
-  if (auto status = LoadPanda(connection, world); !status.ok()) return status;
-  v1::ApplyChangesRequest request;
-  request.set_world(world);
+absl::Status AddObjects(const PandaProblem& problem, v1::ApplyChangesRequest* request) {
   for (const collision::WorldObjectPtr& object : problem.world->objects()) {
-    v1::Object* put = request.add_changes()->mutable_put()->mutable_object();
+    v1::Object* put = request->add_changes()->mutable_put()->mutable_object();
     put->set_name(object->name);
     SetPose(object->X_WO, put->mutable_x_world_object());
     for (const auto& part : object->model().shapes) {
@@ -50,8 +44,34 @@ absl::Status PutPandaProblem(const client::Connection& connection, const PandaPr
       }
     }
   }
+  return absl::OkStatus();
+}
+
+absl::Status Apply(const client::Connection& connection, const v1::ApplyChangesRequest& request) {
   return connection.Call(&v1::WorldService::Stub::ApplyChanges, connection.worlds(), request)
       .status();
+}
+
+}  // namespace
+
+absl::Status PutPandaProblem(const client::Connection& connection, const PandaProblem& problem,
+                             const std::string& world) {
+  if (auto status = LoadPanda(connection, world); !status.ok()) return status;
+  v1::ApplyChangesRequest request;
+  request.set_world(world);
+  if (auto status = AddObjects(problem, &request); !status.ok()) return status;
+  return Apply(connection, request);
+}
+
+absl::Status ReplacePandaProblem(const client::Connection& connection, const PandaProblem& before,
+                                 const PandaProblem& problem, const std::string& world) {
+  v1::ApplyChangesRequest request;
+  request.set_world(world);
+  for (const collision::WorldObjectPtr& object : before.world->objects()) {
+    request.add_changes()->mutable_remove()->set_name(object->name);
+  }
+  if (auto status = AddObjects(problem, &request); !status.ok()) return status;
+  return Apply(connection, request);
 }
 
 v1::CheckCollisionsRequest PandaIn(const std::string& world, const std::vector<double>& states,

@@ -25,13 +25,13 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-// One problem of each family; the 700 are ordered by family.
-constexpr std::size_t kProblemStep = 100;
+constexpr char kWorld[] = "problem";
 constexpr std::size_t kBatch = 10'000;
-constexpr int kRounds = 5;
+// Spheres are asked in all 700 problems, meshes, which take ten times as long, in every tenth.
+constexpr std::size_t kProblemStepOfMeshes = 10;
 // Of a client that does not wait for an answer before it asks on.
 constexpr int kInFlight = 3;
-constexpr int kBatchesOfSpheres = 20, kBatchesOfMeshes = 4;
+constexpr int kBatches = 6;
 
 // Processor time of a process so far, all its threads.
 double ProcessorTime_s(pid_t pid) {
@@ -116,16 +116,15 @@ struct Asked {
   v1::RobotGeometry geometry;
   pid_t server;
   Stream& stream;
+  std::size_t* problem;  // of which the world has the objects
 };
 
 // Several batches at a time; false when one failed.
 bool MeasureInFlight(const Asked& asked, const v1::CheckCollisionsRequest& question, Rates& rates) {
-  const int times =
-      asked.geometry == v1::ROBOT_GEOMETRY_EXACT ? kBatchesOfMeshes : kBatchesOfSpheres;
-  const double states = static_cast<double>(kBatch) * times;
+  const double states = static_cast<double>(kBatch) * kBatches;
   const double client_s = ProcessorTime_s(getpid()), server_s = ProcessorTime_s(asked.server);
   const Clock::time_point start = Clock::now();
-  if (!asked.stream.AskOften(question, times)) return false;
+  if (!asked.stream.AskOften(question, kBatches)) return false;
   rates.through_us.push_back(1e6 * Since_s(start) / states);
   rates.client_cpu_us.push_back(1e6 * (ProcessorTime_s(getpid()) - client_s) / states);
   rates.server_cpu_us.push_back(1e6 * (ProcessorTime_s(asked.server) - server_s) / states);
@@ -140,29 +139,22 @@ bool Compare(const Asked& asked, std::size_t k, Rates& rates) {
   const collision::JointRows rows(
       *all.robot->model, *all.arm,
       {.base = collision::DefaultVariables(*all.robot->model), .rows = states});
-  const auto question = PandaIn("problem_" + std::to_string(k), states, asked.geometry);
-  std::vector<double> one_us, within_us, within_cpu_us;
-  for (int round = 0; round < kRounds; ++round) {
-    Clock::time_point start = Clock::now();
-    const double cpu_s = ProcessorTime_s(getpid());
-    const auto columns =
-        *collision::CheckCollisions(*problem.world, BodyOf(*all.robot, asked.geometry), rows,
-                                    {.naming = collision::Naming::kWhereAsked});
-    within_us.push_back(1e6 * Since_s(start) / kBatch);
-    within_cpu_us.push_back(1e6 * (ProcessorTime_s(getpid()) - cpu_s) / kBatch);
-    start = Clock::now();
-    const std::string verdicts = asked.stream.Ask(question);
-    one_us.push_back(1e6 * Since_s(start) / kBatch);
-    if (verdicts.size() != kBatch) return false;
-    if (round > 0) continue;
-    for (std::size_t row = 0; row < kBatch; ++row) {
-      const bool collides = columns.verdict[row] == collision::Verdict::kCollision;
-      rates.mismatches += collides != (verdicts[row] == v1::VERDICT_COLLISION) ? 1 : 0;
-    }
+  const auto question = PandaIn(kWorld, states, asked.geometry);
+  Clock::time_point start = Clock::now();
+  const double cpu_s = ProcessorTime_s(getpid());
+  const auto columns =
+      *collision::CheckCollisions(*problem.world, BodyOf(*all.robot, asked.geometry), rows,
+                                  {.naming = collision::Naming::kWhereAsked});
+  rates.within_us.push_back(1e6 * Since_s(start) / kBatch);
+  rates.within_cpu_us.push_back(1e6 * (ProcessorTime_s(getpid()) - cpu_s) / kBatch);
+  start = Clock::now();
+  const std::string verdicts = asked.stream.Ask(question);
+  rates.one_us.push_back(1e6 * Since_s(start) / kBatch);
+  if (verdicts.size() != kBatch) return false;
+  for (std::size_t row = 0; row < kBatch; ++row) {
+    const bool collides = columns.verdict[row] == collision::Verdict::kCollision;
+    rates.mismatches += collides != (verdicts[row] == v1::VERDICT_COLLISION) ? 1 : 0;
   }
-  rates.one_us.push_back(Median(one_us));
-  rates.within_us.push_back(Median(within_us));
-  rates.within_cpu_us.push_back(Median(within_cpu_us));
   return MeasureInFlight(asked, question, rates);
 }
 
@@ -172,11 +164,18 @@ double Mean(const std::vector<double>& values) {
   return sum / static_cast<double>(values.size());
 }
 
-std::optional<Rates> MeasureStreamOf(const Asked& asked, Report& report) {
+// In all problems, or some of each family; the world has the last one that was asked before.
+std::optional<Rates> MeasureStreamOf(const Asked& asked, const client::Connection& connection,
+                                     Report& report) {
+  const std::size_t step = asked.geometry == v1::ROBOT_GEOMETRY_EXACT ? kProblemStepOfMeshes : 1;
+  const std::vector<PandaProblem>& problems = asked.all.problems;
   Rates rates;
-  for (std::size_t k = 0; k < asked.all.problems.size(); k += kProblemStep) {
-    if (Compare(asked, k, rates)) continue;
-    report.Fail("a batch of the Panda failed on the stream");
+  for (std::size_t k = 0; k < problems.size(); k += step) {
+    const absl::Status put =
+        ReplacePandaProblem(connection, problems[*asked.problem], problems[k], kWorld);
+    *asked.problem = k;
+    if (put.ok() && Compare(asked, k, rates)) continue;
+    report.Fail("a batch of the Panda failed on the stream: " + std::string(put.message()));
     return std::nullopt;
   }
   if (rates.mismatches > 0) {
@@ -185,32 +184,28 @@ std::optional<Rates> MeasureStreamOf(const Asked& asked, Report& report) {
   char text[300];
   std::snprintf(
       text, sizeof(text),
-      "the Panda, %s: %.2f us a state with %d batches in flight, %.2f us with one, in process %.2f "
+      "the Panda, %s, %zu problems: %.2f us a state with %d batches in flight, %.2f us with one, "
+      "in process %.2f "
       "us; of a processor %.2f us in the client, %.2f us in the server, in process %.2f us",
       asked.geometry == v1::ROBOT_GEOMETRY_EXACT ? "meshes" : "spheres as given",
-      Mean(rates.through_us), kInFlight, Mean(rates.one_us), Mean(rates.within_us),
-      Mean(rates.client_cpu_us), Mean(rates.server_cpu_us), Mean(rates.within_cpu_us));
+      rates.through_us.size(), Mean(rates.through_us), kInFlight, Mean(rates.one_us),
+      Mean(rates.within_us), Mean(rates.client_cpu_us), Mean(rates.server_cpu_us),
+      Mean(rates.within_cpu_us));
   report.Detail(text);
   return rates;
 }
 
-bool PutProblems(const RunningServer& server, const PandaProblems& all, std::size_t step,
-                 Report& report) {
-  for (std::size_t k = 0; k < all.problems.size(); k += step) {
-    const absl::Status put =
-        PutPandaProblem(server.connection(), all.problems[k], "problem_" + std::to_string(k));
-    if (put.ok()) continue;
-    report.Fail("no world for the Panda: " + std::string(put.message()));
-    return false;
-  }
-  return true;
+bool PutFirstProblem(const RunningServer& server, const PandaProblems& all, Report& report) {
+  const absl::Status put = PutPandaProblem(server.connection(), all.problems[0], kWorld);
+  if (!put.ok()) report.Fail("no world for the Panda: " + std::string(put.message()));
+  return put.ok();
 }
 
 // Milliseconds of unary calls about one state, `every_s` apart; none when one failed.
 std::vector<double> Latencies_ms(const RunningServer& server, const PandaProblems& all, int count,
                                  double every_s) {
   const auto question =
-      PandaIn("problem_0", RandomStates(all, all.problems[0], 1, 1), v1::ROBOT_GEOMETRY_EXACT);
+      PandaIn(kWorld, RandomStates(all, all.problems[0], 1, 1), v1::ROBOT_GEOMETRY_EXACT);
   const client::Connection& connection = server.connection();
   std::vector<double> latencies_ms;
   for (int i = 0; i < count; ++i) {
@@ -231,10 +226,12 @@ void MeasureRobotStream(Report& report) {
   if (!all) return report.Detail("skipped: motion_bench_maker is not in CWM_DATA");
   const RunningServer server;
   if (!server.up()) return report.Fail("no server");
-  if (!PutProblems(server, *all, kProblemStep, report)) return;
+  if (!PutFirstProblem(server, *all, report)) return;
   Stream stream(server.connection());
+  std::size_t problem = 0;
   const auto measure = [&](v1::RobotGeometry geometry) {
-    return MeasureStreamOf({*all, geometry, server.pid(), stream}, report);
+    return MeasureStreamOf({*all, geometry, server.pid(), stream, &problem}, server.connection(),
+                           report);
   };
   const auto exact = measure(v1::ROBOT_GEOMETRY_EXACT);
   const auto spheres = measure(v1::ROBOT_GEOMETRY_SPHERES_AS_GIVEN);
@@ -249,8 +246,8 @@ void MeasureRobotStream(Report& report) {
          .ratio = Mean(rates.within_us) / Mean(rates.through_us),
          .how = "verdicts of " + what +
                 " against scene and self, batches of 10 000 on one StreamQueries over the "
-                "Unix socket, three in flight, client and server share the machine; a problem "
-                "of each family"});
+                "Unix socket, three in flight, client and server share the machine; mean of " +
+                std::to_string(rates.through_us.size()) + " problems"});
   };
   add("panda_stream_states_per_s", "the Panda's 59 spheres as given", *spheres);
   add("panda_exact_stream_states_per_s", "the Panda's meshes", *exact);
@@ -268,12 +265,11 @@ void MeasureRobotLatency(Report& report) {
   if (!all) return report.Detail("skipped: motion_bench_maker is not in CWM_DATA");
   const RunningServer server;
   if (!server.up()) return report.Fail("no server");
-  if (!PutProblems(server, *all, all->problems.size(), report)) return;
+  if (!PutFirstProblem(server, *all, report)) return;
   const std::vector<double> idle_ms = Latencies_ms(server, *all, 20, 3.0);
   const std::vector<double> in_a_row_ms = Latencies_ms(server, *all, 2'000, 0);
   const auto beside = [&](v1::RobotGeometry geometry, std::size_t batch) {
-    const auto question =
-        PandaIn("problem_0", RandomStates(*all, all->problems[0], batch, 2), geometry);
+    const auto question = PandaIn(kWorld, RandomStates(*all, all->problems[0], batch, 2), geometry);
     std::atomic<bool> stop = false;
     std::thread load([&] {
       // A planner beside a control loop: each has its own connection.
