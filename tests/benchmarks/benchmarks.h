@@ -92,6 +92,10 @@ void MeasureUnexplained(Report& report);
 // The same robot asked through a running server: panda_stream_states_per_s.
 void MeasureRobotStream(Report& report);
 
+// A mesh of five million triangles as object and as robot: largest_mesh_object_s,
+// largest_mesh_robot_s, largest_mesh_asked_ms.
+void MeasureLargeMesh(Report& report);
+
 // One state at a time: unary_idle_p99_ms, unary_in_a_row_p50_ms, and beside a stream of batches
 // unary_loaded_p50_ms.
 void MeasureRobotLatency(Report& report);

@@ -1,7 +1,7 @@
 // Robots in planning problems without the rest: quick to build where collision is worked on. The same
 // figures as ./dev bench collision-robots, collision-motions, collision-spheres and collision-latency
 // print; the stream alone as well.
-//   cwm-bench-robots [meshes|differences|motions|spheres|stream|latency|python] [--json FILE]
+//   cwm-bench-robots [meshes|differences|motions|spheres|stream|latency|large|python] [--json FILE]
 #include <string>
 #include <vector>
 
@@ -30,10 +30,12 @@ int main(int argc, char** argv) {
     cwm::benchmarks::MeasureRobotStream(report);
   } else if (part == "latency") {
     cwm::benchmarks::MeasureRobotLatency(report);
+  } else if (part == "large") {
+    cwm::benchmarks::MeasureLargeMesh(report);
   } else if (part == "python") {
     cwm::benchmarks::MeasurePython(report);
   } else {
-    report.Fail("takes meshes, differences, motions, spheres, stream, latency or python");
+    report.Fail("takes meshes, differences, motions, spheres, stream, latency, large or python");
   }
   report.Print();
   if (!json.empty()) report.WriteJson(json);
