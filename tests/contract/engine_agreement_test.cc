@@ -105,6 +105,9 @@ TEST_P(EngineAgreement, OnDistanceWithinWhatTheyClaim) {
   if (!referee_.Supports(KindOf(a->shape), KindOf(b->shape), Question::kDistance)) {
     GTEST_SKIP() << "yes and no only";
   }
+  const bool has_half_space =
+      KindOf(a->shape) == ShapeKind::kHalfSpace || KindOf(b->shape) == ShapeKind::kHalfSpace;
+  if (kind == EngineKind::kFcl && has_half_space) GTEST_SKIP() << "the kernels answer for it";
   int separated = 0, judged = 0;
   for (int i = 0; i < kPlacements; ++i) {
     Next();
