@@ -1,0 +1,124 @@
+// What a stream supposes: for its own questions, whatever revision they ask.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "tests/server/rpc/running_server.h"
+
+namespace cwm::server {
+namespace {
+
+constexpr double kExact_m = 1e-9;
+
+// Distances along one stream, each to the nearest of all that it sees.
+class StreamOverlayTest : public RunningServer {
+ protected:
+  StreamOverlayTest() {
+    PutBox("left", 0);
+    PutBox("right", 2);
+  }
+  v1::StreamQueriesResponse Ask(const v1::StreamQueriesRequest& request) {
+    v1::StreamQueriesResponse response;
+    EXPECT_TRUE(stream_->Write(request) && stream_->Read(&response));
+    return response;
+  }
+  static v1::StreamQueriesRequest AtHalf() {
+    v1::StreamQueriesRequest request;
+    *request.mutable_get_distances()->mutable_subject() = SphereAt({0.5});
+    return request;
+  }
+  static v1::StreamQueriesRequest Supposing(const std::vector<v1::Change>& changes) {
+    v1::StreamQueriesRequest request;
+    request.mutable_overlay()->mutable_changes()->Assign(changes.begin(), changes.end());
+    return request;
+  }
+  static double Nearest_m(const v1::GetDistancesResponse& response) {
+    double distance_m = NAN;
+    const std::string& bytes = response.columns().distance_m();
+    if (bytes.size() >= sizeof(double)) std::memcpy(&distance_m, bytes.data(), sizeof(double));
+    return distance_m;
+  }
+  double NearestToHalf_m() {
+    const v1::StreamQueriesResponse response = Ask(AtHalf());
+    EXPECT_FALSE(response.has_error()) << response.error().message();
+    return Nearest_m(response.get_distances());
+  }
+
+  Call call_;
+  std::unique_ptr<grpc::ClientReaderWriter<v1::StreamQueriesRequest, v1::StreamQueriesResponse>>
+      stream_ = query_->StreamQueries(&call_);
+};
+
+TEST_F(StreamOverlayTest, HoldsForAllQuestionsOfItsStreamAndNoOther) {
+  EXPECT_NEAR(NearestToHalf_m(), 0.3, kExact_m);
+  v1::StreamQueriesRequest opening = Supposing({PutBoxChange("near", 0.9)});
+  opening.set_id(7);
+  const v1::StreamQueriesResponse opened = Ask(opening);
+  EXPECT_EQ(opened.id(), 7);
+  EXPECT_EQ(opened.answer_case(), v1::StreamQueriesResponse::ANSWER_NOT_SET);
+  EXPECT_NEAR(NearestToHalf_m(), 0.2, kExact_m);
+  EXPECT_NEAR(NearestToHalf_m(), 0.2, kExact_m);
+  // Whatever the revision: it is applied to what is asked.
+  PutBox("between", 0.85);
+  EXPECT_NEAR(NearestToHalf_m(), 0.15, kExact_m);
+  v1::StreamQueriesRequest before = AtHalf();
+  before.mutable_get_distances()->mutable_options()->mutable_at_revision()->set_exact(2);
+  const v1::StreamQueriesResponse earlier = Ask(before);
+  EXPECT_EQ(earlier.get_distances().revision(), 2);
+  EXPECT_NEAR(Nearest_m(earlier.get_distances()), 0.2, kExact_m);
+  // A question's own comes after it.
+  v1::StreamQueriesRequest both = AtHalf();
+  v1::Change* own = both.mutable_get_distances()->mutable_options()->add_overlay();
+  own->mutable_remove()->set_name("near");
+  both.mutable_get_distances()->mutable_options()->add_ignore("between");
+  EXPECT_NEAR(Nearest_m(Ask(both).get_distances()), 0.3, kExact_m);
+  // Another one takes its place, with the question that it comes with.
+  v1::StreamQueriesRequest other = AtHalf();
+  *other.mutable_overlay()->add_changes() = PutBoxChange("nearer", 0.8);
+  EXPECT_NEAR(Nearest_m(Ask(other).get_distances()), 0.1, kExact_m);
+  // Nobody else sees it, and no revision is made.
+  v1::GetDistancesResponse response;
+  Call unary;
+  ASSERT_TRUE(query_->GetDistances(&unary, AtHalf().get_distances(), &response).ok());
+  EXPECT_NEAR(Nearest_m(response), 0.15, kExact_m);
+  ExpectRevision(3);
+  // None any more.
+  EXPECT_FALSE(Ask(Supposing({})).has_error());
+  EXPECT_NEAR(NearestToHalf_m(), 0.15, kExact_m);
+}
+
+TEST_F(StreamOverlayTest, IsOfOneWorld) {
+  PutBox("far", 5, "other");
+  Ask(Supposing({PutBoxChange("near", 0.9)}));
+  v1::StreamQueriesRequest elsewhere = AtHalf();
+  elsewhere.mutable_get_distances()->set_world("other");
+  EXPECT_NEAR(Nearest_m(Ask(elsewhere).get_distances()), 4.3, kExact_m);
+  elsewhere.mutable_get_distances()->set_world("default");
+  EXPECT_NEAR(Nearest_m(Ask(elsewhere).get_distances()), 0.2, kExact_m);
+}
+
+TEST_F(StreamOverlayTest, ThatCannotBeAppliedIsToldToEachQuestionAndNeverLeftOut) {
+  v1::Change ghost;
+  ghost.mutable_remove()->set_name("ghost");
+  EXPECT_FALSE(Ask(Supposing({ghost})).has_error()) << "the world may come to have it";
+  for (int i = 0; i < 2; ++i) {
+    const v1::StreamQueriesResponse response = Ask(AtHalf());
+    EXPECT_EQ(response.error().reason(), "OBJECT_UNKNOWN");
+    EXPECT_EQ(response.error().message(), "overlay.changes[0]: object 'ghost' does not exist");
+  }
+  v1::Change nameless;
+  nameless.mutable_remove()->set_name("no such/ name!");
+  EXPECT_EQ(Ask(Supposing({nameless})).error().fields(0).field(), "overlay.changes[0].remove.name");
+  EXPECT_EQ(Ask(AtHalf()).error().fields(0).field(), "overlay.changes[0].remove.name");
+  const std::vector<v1::Change> many(20'000, PutBoxChange("near", 0.9));
+  EXPECT_EQ(Ask(Supposing(many)).error().fields(0).field(), "overlay");
+  EXPECT_FALSE(Ask(Supposing({})).has_error());
+  EXPECT_NEAR(NearestToHalf_m(), 0.3, kExact_m);
+}
+
+}  // namespace
+}  // namespace cwm::server
