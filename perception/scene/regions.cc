@@ -347,7 +347,7 @@ Regions FormRegions(const SurfaceGraph& graph, const CoarseCloud& coarse, const 
     floors.emplace_back(graph, coarse, supports[s], plates[s], sight);
   }
   Regions out;
-  const Structures structures = FindStructures(graph, pieces);
+  const Structures structures = FindStructures(graph, pieces, sight);
   std::vector<Segment> residuals = NodesOfStructures(pieces, structures);
   std::vector<NodeList> regions = NodesOfRegions(graph, pieces, structures, work);
   std::vector<std::int32_t> support(regions.size());

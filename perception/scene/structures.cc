@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "perception/cloud/quantile.h"
+#include "perception/scene/support_gaps.h"
 
 namespace cwm::perception {
 namespace {
@@ -75,19 +76,24 @@ std::optional<Plane> StructurePlane(const OrientedPoints& nodes, const Nodes& sa
 
 }  // namespace
 
-Structures FindStructures(const SurfaceGraph& graph, const Pieces& pieces) {
+Structures FindStructures(const SurfaceGraph& graph, const Pieces& pieces, const SightMap& sight) {
   const std::vector<Nodes> samples = SamplesOfPieces(pieces);
   Structures out{.of_piece = std::vector<std::int32_t>(samples.size(), kNoStructure), .planes = {}};
+  std::vector<std::size_t> first;  // of each structure, the piece that it was found by
   for (std::size_t p = 0; p < samples.size(); ++p) {
     const std::optional<Plane> plane = StructurePlane(graph.nodes(), samples[p]);
     if (!plane) continue;
     out.of_piece[p] = static_cast<std::int32_t>(out.planes.size());
     out.planes.push_back(*plane);
+    first.push_back(p);
   }
   for (std::size_t p = 0; p < samples.size(); ++p) {
     if (out.of_piece[p] != kNoStructure || samples[p].size() < kFewestSamples) continue;
     for (std::size_t s = 0; s < out.planes.size() && out.of_piece[p] == kNoStructure; ++s) {
       if (ShareOn(out.planes[s], graph.nodes(), samples[p]) < kLeastShare) continue;
+      if (!GapIsClosed(out.planes[s], graph.nodes(), samples[first[s]], samples[p], &sight)) {
+        continue;
+      }
       out.of_piece[p] = static_cast<std::int32_t>(s);
     }
   }

@@ -7,6 +7,7 @@
 
 #include "perception/scene/pieces.h"
 #include "perception/scene/plane_fit.h"
+#include "perception/scene/sight_map.h"
 
 namespace cwm::perception {
 
@@ -22,7 +23,8 @@ struct Structures {
 
 // A piece is a structure when nearly all of it is one plane that reaches farther than anything on a
 // table does. Pieces that lie on its plane, as a wall between the things before it does, belong to
-// the same one. Supports are never structures.
-Structures FindStructures(const SurfaceGraph& graph, const Pieces& pieces);
+// the same one where what is between them is hidden (GapIsClosed): the front of a box in the plane of a
+// wall that one sees past is none of it. Supports are never structures.
+Structures FindStructures(const SurfaceGraph& graph, const Pieces& pieces, const SightMap& sight);
 
 }  // namespace cwm::perception
