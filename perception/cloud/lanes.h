@@ -46,6 +46,11 @@ CWM_LANES_INLINE Lanes Greater(const Lanes& a, const Lanes& b) {
   return Where(first, a) + Where(~first, b);
 }
 
+CWM_LANES_INLINE Lanes Lesser(const Lanes& a, const Lanes& b) {
+  const LaneMask first = a < b;
+  return Where(first, a) + Where(~first, b);
+}
+
 CWM_LANES_INLINE Lanes Absolute(const Lanes& v) {
   return reinterpret_cast<Lanes>(reinterpret_cast<LaneMask>(v) & 0x7fffffff);
 }
@@ -54,6 +59,17 @@ CWM_LANES_INLINE Lanes SquareRoots(const Lanes& v) {
   Lanes roots;
   for (int lane = 0; lane < kLanes; ++lane) roots[lane] = std::sqrt(v[lane]);
   return roots;
+}
+
+// Of positive numbers, to some roundings: two steps of Newton's from a guess by the exponent, a third
+// of which is the root's.
+CWM_LANES_INLINE Lanes CubeRoots(const Lanes& v) {
+  constexpr float kThirdOfBias = 709958130.0f;  // 2 / 3 of 127, in the place of the exponent
+  const Lanes bits = __builtin_convertvector(reinterpret_cast<LaneMask>(v), Lanes);
+  Lanes root =
+      reinterpret_cast<Lanes>(__builtin_convertvector(bits / 3.0f + kThirdOfBias, LaneMask));
+  for (int i = 0; i < 2; ++i) root = (2.0f * root + v / (root * root)) / 3.0f;
+  return root;
 }
 
 }  // namespace cwm::perception

@@ -175,6 +175,7 @@ absl::StatusOr<MeasuredPoints> CollectMeasured(const PointCloud& cloud, const Se
   });
   OrientedPoints& out = measured.oriented;
   out.spread = noise.SpreadAboutPlanes();
+  out.points_per_sample = static_cast<float>(noise.PointsPerSample());
   if (out.points.empty()) {
     return absl::InvalidArgumentError(absl::StrCat(
         "cloud.points has ", cloud.size(), " points, none of them finite: at least one must be"));

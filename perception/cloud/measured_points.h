@@ -1,6 +1,7 @@
 // The finite points of a cloud, ready for the scene interpreter.
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <vector>
 
@@ -23,6 +24,9 @@ struct MeasuredPoints {
 
   static constexpr std::int32_t kNoReturn = -1;
   bool organised() const { return !image.empty(); }
+
+  // Between the rays of pixels that err each by itself.
+  float sample_angle_rad() const { return pixel_angle_rad * std::sqrt(oriented.points_per_sample); }
 };
 
 // Checks the cloud and collects its finite points with their noise; normals are those of the cloud

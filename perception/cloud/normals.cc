@@ -57,6 +57,7 @@ PointPlanes PlanesOf(const MeasuredPoints& measured, const Work& work) {
   PointPlanes planes{.width = width,
                      .height = height,
                      .pixel_angle_rad = measured.pixel_angle_rad,
+                     .sample_px = std::sqrt(measured.oriented.points_per_sample),
                      .x = {width, height},
                      .y = {width, height},
                      .z = {width, height},
@@ -87,9 +88,8 @@ void TakeOver(const RowNormals& normals, std::span<const std::int32_t> line,
 
 }  // namespace
 
-float NormalSigma_rad(float sigma_m, float radius_m, float point_count) {
-  const float independent =
-      std::max(1.0f, point_count / static_cast<float>(kPointsPerIndependentSample));
+float NormalSigma_rad(float sigma_m, float radius_m, float sample_count) {
+  const float independent = std::max(1.0f, sample_count);
   return std::min(kUnknownSigma_rad, 2 * sigma_m / (radius_m * std::sqrt(independent)));
 }
 
@@ -123,7 +123,8 @@ void EstimateGridNormals(OrientedPoints& points, const VoxelGrid& grid, float ra
     if (moments.count >= 3) normal = NormalOf(moments.Covariance(), ray, kIterations);
     for (std::uint32_t i : grid.PointsOf(c)) {
       points.normal_sigma_rad[i] =
-          NormalSigma_rad(points.sigma_m[i], radius_m, static_cast<float>(moments.count));
+          NormalSigma_rad(points.sigma_m[i], radius_m,
+                          static_cast<float>(moments.count) / points.points_per_sample);
       if (points.normals[i].isZero()) points.normals[i] = normal;
       TurnToSensor(points.normals[i], points.points[i]);
     }

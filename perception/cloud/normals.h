@@ -2,19 +2,34 @@
 #pragma once
 
 #include <cstddef>
+#include <numbers>
 
+#include "perception/cloud/lanes.h"
 #include "perception/cloud/measured_points.h"
 #include "perception/cloud/voxel_grid.h"
 #include "perception/cloud/work.h"
 
 namespace cwm::perception {
 
-// The neighbourhood's radius in standard deviations of the range: below 6 the normals of a Kinect
-// scatter by more than 10 degrees, above 8 creases wash out. Of an image no less than two pixels.
+// A neighbourhood of radius r errs by noise, 2 sigma s / (sqrt(pi) r^2) of points s apart that err each
+// by itself, and by what bends within it, r / R: least for r^3 = 4 R sigma s / sqrt(pi). R is about that
+// of the largest things for a table; with it a Kinect at up to 1.2 m keeps the radius below.
+inline constexpr float kNormalBend_m = 0.11f;
+// At most so many standard deviations of the range: below 6 the normals of a Kinect scatter by more than
+// 10 degrees, above 8 creases wash out. Of an image no less than two pixels.
 inline constexpr float kNormalRadius_sigma = 7;
 
-// One standard deviation of a normal's angle from n correlated points spread over radius r.
-float NormalSigma_rad(float sigma_m, float radius_m, float point_count);
+CWM_LANES_INLINE Lanes NormalRadii_m(const Lanes& sigma_m, const Lanes& spacing_m) {
+  constexpr float kFactor = 4 * std::numbers::inv_sqrtpi_v<float> * kNormalBend_m;
+  return Lesser(kNormalRadius_sigma * sigma_m, CubeRoots(kFactor * sigma_m * spacing_m));
+}
+inline float NormalRadius_m(float sigma_m, float spacing_m) {
+  return NormalRadii_m(Lanes{} + sigma_m, Lanes{} + spacing_m)[0];
+}
+
+// One standard deviation of a normal's angle from n points spread over radius r that err each by
+// itself.
+float NormalSigma_rad(float sigma_m, float radius_m, float sample_count);
 
 // Both fill in `normals` where they are zero, and normal_sigma_rad everywhere: the plane that is
 // nearest to the neighbours along the sensor's ray, where the noise is. Points farther away than

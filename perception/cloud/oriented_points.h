@@ -25,6 +25,7 @@ struct OrientedPoints {
   std::vector<std::uint32_t> cloud_index;  // index of the point in the PointCloud
   Vector3 viewpoint = Vector3::Zero();     // position of the sensor
   PlaneSpread spread = {};                 // of the sensor
+  float points_per_sample = static_cast<float>(kPointsPerIndependentSample);  // of the sensor
 
   std::size_t size() const { return points.size(); }
 

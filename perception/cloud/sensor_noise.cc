@@ -105,6 +105,11 @@ PlaneSpread SensorNoise::SpreadAboutPlanes() const {
   return {};
 }
 
+double SensorNoise::PointsPerSample() const {
+  const bool is_laser = model == SensorModel::kTiltingLaser || model == SensorModel::kSickLms400;
+  return is_laser ? 1 : kPointsPerIndependentSample;
+}
+
 double SensorNoise::WarpSigma_m() const { return Triangulates(model) ? kSlowWarp_m : 0; }
 
 }  // namespace cwm::perception

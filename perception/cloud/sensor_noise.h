@@ -53,6 +53,10 @@ struct SensorNoise {
   // that triangulate, 0 for all others.
   double WarpSigma_m() const;
 
+  // So many neighbouring points carry the information of one that errs by itself:
+  // kPointsPerIndependentSample, but of lasers, whose beams err one by one, 1.
+  double PointsPerSample() const;
+
   // Of a RealSense, whose noise is some three times a Kinect's, as many millimetres besides noise; of
   // sensors that do not triangulate half of their noise's reach for what their bias does; of lasers,
   // whose beams err one by one, noise alone.

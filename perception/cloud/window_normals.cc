@@ -12,7 +12,9 @@ namespace {
 
 using IntLanes = LaneMask;
 
-constexpr int kSamplesAcrossRadius = 3;  // 7 x 7 pixels of a window carry what all of them do
+// 7 x 7 pixels of a window carry what all of them do, unless pixels nearer to each other err each by
+// itself.
+constexpr int kSamplesAcrossRadius = 3;
 // A window beyond 64 pixels only occurs with the sensor on the surface.
 constexpr float kWidestWindow_px = 64;
 // Neighbours of an image with little noise lie farther apart than noise asks for: a window has 5 x 5
@@ -56,7 +58,7 @@ struct Windows {
   IntLanes radius_px, step_px;
 };
 
-CWM_LANES_INLINE Windows WindowsOf(const Lanes& radius_m, const Lanes& pixel_m) {
+CWM_LANES_INLINE Windows WindowsOf(const Lanes& radius_m, const Lanes& pixel_m, int most_step_px) {
   Windows windows;
   for (int k = 0; k < kLanes; ++k) {
     // Without a point px is NaN, which std::max drops.
@@ -64,7 +66,8 @@ CWM_LANES_INLINE Windows WindowsOf(const Lanes& radius_m, const Lanes& pixel_m) 
         std::min(std::max(kLeastRadius_px, radius_m[k] / pixel_m[k]), kWidestWindow_px);
     // px / kSamplesAcrossRadius, rounded.
     const int step =
-        std::max(1, static_cast<int>((2 * px + kSamplesAcrossRadius) / (2 * kSamplesAcrossRadius)));
+        std::clamp(static_cast<int>((2 * px + kSamplesAcrossRadius) / (2 * kSamplesAcrossRadius)),
+                   1, most_step_px);
     windows.step_px[k] = step;
     windows.radius_px[k] = std::max(step, static_cast<int>(px) / step * step);
   }
@@ -117,12 +120,20 @@ CWM_LANES_INLINE Vectors NormalsOf(const WindowSums& sums, const Vectors& ray) {
 }
 
 // NormalSigma_rad of normals.cc.
-CWM_LANES_INLINE Lanes SigmasOf(const Lanes& sigma_m, const Lanes& radius_m, const Lanes& count) {
-  Lanes independent = count / static_cast<float>(kPointsPerIndependentSample);
+CWM_LANES_INLINE Lanes SigmasOf(const Lanes& sigma_m, const Lanes& radius_m,
+                                const Lanes& sample_count) {
+  Lanes independent = sample_count;
   for (int k = 0; k < kLanes; ++k) independent[k] = std::max(1.0f, independent[k]);
   Lanes sigma_rad = 2.0f * sigma_m / (radius_m * SquareRoots(independent));
   for (int k = 0; k < kLanes; ++k) sigma_rad[k] = std::min(kUnknownSigma_rad, sigma_rad[k]);
   return sigma_rad;
+}
+
+// Two points of a surface that lie the radius apart differ by three deviations of either's noise
+// besides; never farther than a radius that follows from noise alone.
+CWM_LANES_INLINE Lanes ReachesOf(const Lanes& radius_m, const Lanes& sigma_m) {
+  const Lanes apart_m = SquareRoots(radius_m * radius_m + 9.0f * sigma_m * sigma_m);
+  return Lesser(kNormalRadius_sigma * sigma_m, apart_m);
 }
 
 CWM_LANES_INLINE void EstimateBlock(const PointPlanes& points, int row, int column,
@@ -132,11 +143,13 @@ CWM_LANES_INLINE void EstimateBlock(const PointPlanes& points, int row, int colu
   const Lanes sigma_m = LoadLanes(points.sigma_m.Row(row) + column);
   const Lanes range_m = SquareRoots(Dot(p, p));
   const Lanes pixel_m = range_m * points.pixel_angle_rad;
-  const Lanes of_noise_m = kNormalRadius_sigma * sigma_m;
+  const Lanes of_noise_m = NormalRadii_m(sigma_m, points.sample_px * pixel_m);
   const Lanes radius_m = Greater(of_noise_m, kLeastRadius_px * pixel_m);
   const Lanes reach_m =
-      std::numbers::sqrt2_v<float> * Greater(of_noise_m, kMostSlant * kLeastRadius_px * pixel_m);
-  const Windows windows = WindowsOf(radius_m, pixel_m);
+      std::numbers::sqrt2_v<float> *
+      Greater(ReachesOf(of_noise_m, sigma_m), kMostSlant * kLeastRadius_px * pixel_m);
+  const Windows windows =
+      WindowsOf(radius_m, pixel_m, std::max(1, static_cast<int>(points.sample_px)));
   // Neighbours mostly have windows of one size: each size is summed once, for all who have it.
   LaneMask waiting = range_m >= Lanes{};  // not where there is no point
   WindowSums sums;
@@ -155,7 +168,9 @@ CWM_LANES_INLINE void EstimateBlock(const PointPlanes& points, int row, int colu
   StoreLanes(normal.x, &normals.x[at]);
   StoreLanes(normal.y, &normals.y[at]);
   StoreLanes(normal.z, &normals.z[at]);
-  StoreLanes(SigmasOf(sigma_m, radius_m, sums.count * density), &normals.sigma_rad[at]);
+  StoreLanes(
+      SigmasOf(sigma_m, radius_m, sums.count * density / (points.sample_px * points.sample_px)),
+      &normals.sigma_rad[at]);
 }
 
 CWM_LANES_INLINE void EstimateBlocks(const PointPlanes& points, int row, RowNormals& normals) {

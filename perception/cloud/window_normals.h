@@ -11,7 +11,8 @@ namespace cwm::perception {
 struct PointPlanes {
   int width = 0, height = 0;
   float pixel_angle_rad = 0;
-  ImagePlane x, y, z;  // metres, the sensor at the origin
+  float sample_px = 1;  // between pixels that err each by itself
+  ImagePlane x, y, z;   // metres, the sensor at the origin
   ImagePlane sigma_m;
 };
 
@@ -24,8 +25,8 @@ struct RowNormals {
 };
 
 // For each pixel the plane nearest to its neighbours along its ray (see normals.h): of 7 x 7 pixels
-// or fewer that span the radius, those count that lie within sqrt(2) times the radius, since at a
-// grazing view a window reaches farther than the radius. Where noise is small beside the distance of
+// or fewer that span the radius, or as many as err each by itself, those count that lie as near as the
+// noise of such a window reaches, since at a grazing view a window reaches farther than the radius. Where noise is small beside the distance of
 // pixels, the radius is two pixels, and neighbours count up to twice as far away. Entries without a
 // point are undefined.
 void EstimateRow(const PointPlanes& points, int row, RowNormals& normals);

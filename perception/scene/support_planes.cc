@@ -193,6 +193,7 @@ CoarseCloud SketchCoarseCloud(const MeasuredPoints& image, const Work& work) {
   OrientedPoints some;
   some.viewpoint = all.viewpoint;
   some.spread = all.spread;
+  some.points_per_sample = all.points_per_sample;
   some.points = EveryNth(all.points, stride);
   some.normals = EveryNth(all.normals, stride);
   some.sigma_m = EveryNth(all.sigma_m, stride);

@@ -62,8 +62,9 @@ double SurfaceGraph::area_m2(std::size_t node) const {
 }
 
 int SurfaceGraph::Reach_px(std::size_t node) const {
-  const float reach = kNormalRadius_sigma * nodes_->sigma_m[node] /
-                      std::max(range_m_[node] * measured_->pixel_angle_rad, 1e-6f);
+  const float reach =
+      NormalRadius_m(nodes_->sigma_m[node], range_m_[node] * measured_->sample_angle_rad()) /
+      std::max(range_m_[node] * measured_->pixel_angle_rad, 1e-6f);
   return static_cast<int>(std::clamp(reach, 2.0f, 64.0f));
 }
 

@@ -140,10 +140,11 @@ CWM_LANES_INLINE LaneMask CreasesAround(const SurfacePlanes& planes, const Place
 
 CWM_LANES_INLINE LaneMask ReachesOf(const SurfacePlanes& planes, const Place& at) {
   LaneMask reach_px{};
+  const Lanes range_m = LoadLanes(planes.range_m.Row(at.row) + at.column);
+  const Lanes radius_m = NormalRadii_m(LoadLanes(planes.sigma_m.Row(at.row) + at.column),
+                                       planes.sample_angle_rad * range_m);
   for (int k = 0; k < kLanes; ++k) {
-    const float range_m = planes.range_m.Row(at.row)[at.column + k];
-    const float radius_m = kNormalRadius_sigma * planes.sigma_m.Row(at.row)[at.column + k];
-    const float px = radius_m / std::max(range_m * planes.pixel_angle_rad, 1e-6f);
+    const float px = radius_m[k] / std::max(range_m[k] * planes.pixel_angle_rad, 1e-6f);
     // Without a point px is NaN, which std::max drops.
     reach_px[k] = static_cast<int>(std::min(std::max(kLeastReach_px, px), kMostReach_px));
   }
@@ -199,6 +200,7 @@ SurfacePlanes PlanesOfSurface(const MeasuredPoints& measured, const std::vector<
   SurfacePlanes planes{measured.width,
                        measured.height,
                        measured.pixel_angle_rad,
+                       measured.sample_angle_rad(),
                        empty,
                        empty,
                        empty,

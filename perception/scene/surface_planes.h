@@ -11,10 +11,10 @@ namespace cwm::perception {
 
 struct SurfacePlanes {
   int width = 0, height = 0;
-  float pixel_angle_rad = 0;
-  ImagePlane x, y, z;                       // metres
-  ImagePlane normal_x, normal_y, normal_z;  // unit; NaN where unknown
-  ImagePlane range_m;                       // from the viewpoint
+  float pixel_angle_rad = 0, sample_angle_rad = 0;  // as of MeasuredPoints
+  ImagePlane x, y, z;                               // metres
+  ImagePlane normal_x, normal_y, normal_z;          // unit; NaN where unknown
+  ImagePlane range_m;                               // from the viewpoint
   ImagePlane sigma_m;
 };
 
