@@ -59,13 +59,17 @@ class LyingVesselJoiner {
     return bounds;
   }
 
-  // What is one closed solid is none, nor what is flat, nor what is accounted for as it stands.
+  // What is one closed solid is none, nor what is flat, nor what became a vessel that stands although it
+  // might have become one that lies.
   bool MayBeOfLyingVessel(std::size_t a) const {
     const ModelledThing& thing = modelled_[a];
     if (scene_.things[a].supported_by < 0 || !IsSmall(a) || IsFlat(thing)) return false;
-    if (!IsOneSolid(thing.model->shapes, thing.part_of_point, kLeastExplained)) return true;
-    const ShapePart& solid = thing.model->shapes.front();
-    return solid.vessel && (thing.X_LO * solid.X_OS).linear()(2, 2) < kUpright_cos;
+    const auto stands = [&](const ShapePart& part) {
+      return part.vessel && (thing.X_LO * part.X_OS).linear()(2, 2) >= kUpright_cos;
+    };
+    if (std::ranges::any_of(thing.model->shapes, stands)) return false;
+    return !IsOneSolid(thing.model->shapes, thing.part_of_point, kLeastExplained) ||
+           thing.model->shapes.front().vessel;
   }
 
   static bool IsFlat(const ModelledThing& thing) {

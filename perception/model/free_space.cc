@@ -15,6 +15,8 @@ constexpr int kMostSteps = 24;
 constexpr double kMostPassed = 0.05;    // rays, for each point
 constexpr double kEntered_m = 0.001;    // less is the noise of a surface
 constexpr double kLeastStep_m = 0.001;  // where it is straight, a wall of 3 mm is not stepped over
+// Of a solid's least extent: nothing lies deeper than half of it, and its ends are known to less.
+constexpr double kDeepShare = 0.35;
 
 // The deepest place of the segment in the solid is found by steps of what is known to be free of
 // deeper places: the signed distance changes by at most the length of a step. `way` is a unit vector.
@@ -69,17 +71,22 @@ bool IsPassedThrough(const Solid& solid, double points, const FreeRays& free) {
 Contradiction FindContradiction(const Solid& solid, const ModelPoints& points) {
   const Pose X_SM = solid.X_MS.inverse();
   const Aabb bounds = TightBounds(solid.shape, solid.X_MS);
+  const double deepest_m =
+      kDeepShare * TightBounds(solid.shape, Pose::Identity()).sizes().minCoeff();
   const std::size_t stride = std::max<std::size_t>(1, points.size() / kRays);
   Contradiction found;
   for (std::size_t i = 0; i < points.size(); i += stride) {
     ++found.looked;
     const double depth_m = std::max(kMostDepth_m, points.gate_m[i]);
-    // From the point, no farther than the other side of the solid.
+    // From the point, no farther than the other side of the solid. In what is thinner than that depth, a
+    // point of its own surface is as deep by its noise: there from where it has left that behind.
     const double reach_m = (points.p[i] - bounds.center()).norm() + 0.5 * bounds.diagonal().norm();
+    const double begin_m = deepest_m < depth_m ? depth_m : 0;
     const Vector3 to_sensor = points.viewpoint - points.p[i];
     const double range_m = to_sensor.norm();
-    found.rays += RunsDeep(solid, X_SM, points.p[i], to_sensor / range_m,
-                           std::min(range_m, reach_m), depth_m);
+    const Vector3 way = to_sensor / range_m;
+    found.rays += RunsDeep(solid, X_SM, points.p[i] + begin_m * way, way,
+                           std::min(range_m, reach_m) - begin_m, std::min(depth_m, deepest_m));
   }
   return found;
 }

@@ -54,7 +54,7 @@ class LyingVesselSearch {
     }
   }
 
-  // Of a surface with these normals: the mean of them, and what they turn about.
+  // Of a surface with these normals: the mean of them, as of what is flat, and what they turn about.
   void AskNormals() {
     Vector3 mean = Vector3::Zero();
     Matrix3 moments = Matrix3::Zero();
@@ -63,8 +63,7 @@ class LyingVesselSearch {
       moments += n * n.transpose();
     }
     if (mean.norm() > 0) AskAxis(mean.normalized());
-    const Matrix3 axes = Eigen::SelfAdjointEigenSolver<Matrix3>(moments).eigenvectors();
-    for (const auto& axis : axes.colwise()) AskAxis(axis);
+    AskAxis(Eigen::SelfAdjointEigenSolver<Matrix3>(moments).eigenvectors().col(0));
   }
 
   bool IsSettled() const {

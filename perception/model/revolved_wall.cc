@@ -6,7 +6,6 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <random>
 #include <span>
 
@@ -37,10 +36,11 @@ constexpr double kMostJump_m = 0.008;      // besides: from inside to outside, o
 constexpr std::size_t kVoters = 3;         // on either side: a handle's width and noise, 18 mm
 constexpr double kLeanSigma = 0.009;       // half a degree: vessels stand, and up is estimated
 constexpr double kFreeLeanSigma = kSameDirection_rad;  // of an axis that a part of the wall told
-constexpr int kMostTurns = 8;         // of the frame to the axis, which is linear about it
-constexpr double kTurned = 0.002;     // radians: a fifth of what the axis of a mug is known to
-constexpr double kLeastOnWall = 0.5;  // of the steep points
-constexpr int kLeastSectors = 4;      // 60 degrees
+constexpr int kMostTurns = 4;          // of the frame to the axis, which is linear about it
+constexpr double kTurned = 0.002;      // radians: a fifth of what the axis of a mug is known to
+constexpr double kLeastOnWall = 0.5;   // of the steep points
+constexpr double kLeastTurned = 0.25;  // of them, about an axis that is wrong by some degrees
+constexpr int kLeastSectors = 4;       // 60 degrees
 // What is seen of it through 180 degrees, so inside as well, needs no majority: two pans side by
 // side. All walls but an object's first must be: a bow alone is soon a bit of a wall.
 constexpr double kLeastOnRoundWall = 0.25;
@@ -79,13 +79,29 @@ bool Agrees(const SteepPoint& point, const Vector2& axis) {
   return miss_m <= std::max(kLeastMiss_m, kMostMiss_sin * to.norm()) && to.norm() <= kMostRadius_m;
 }
 
+double ShareAgreeing(const std::vector<SteepPoint>& steep, const Vector2& axis) {
+  const auto agreeing =
+      std::ranges::count_if(steep, [&](const SteepPoint& p) { return Agrees(p, axis); });
+  return static_cast<double>(agreeing) / static_cast<double>(steep.size());
+}
+
 bool IsOutside(const SteepPoint& point, const Vector2& axis) {
   return (point.place - axis).dot(point.direction) > 0;
 }
 
+// Of the whole turn, from -180 degrees on. Asked of every point about every axis that is tried: without
+// an angle.
 std::size_t SectorOf(const Vector2& q) {
-  const double turn = std::atan2(q.y(), q.x()) / (2 * std::numbers::pi) + 0.5;
-  return std::min<std::size_t>(static_cast<std::size_t>(turn * kSectors), kSectors - 1);
+  constexpr std::array<double, 5> kTangents = {0.26794919243112270, 0.57735026918962576, 1.0,
+                                               1.7320508075688773, 3.7320508075688773};
+  static_assert(kSectors == 4 * (kTangents.size() + 1));
+  const std::size_t quarter = q.y() < 0 ? (q.x() < 0 ? 0 : 1) : (q.x() >= 0 ? 2 : 3);
+  const bool is_crossed = quarter % 2 == 1;  // from the y axis on
+  const double along = std::abs(is_crossed ? q.y() : q.x());
+  const double across = std::abs(is_crossed ? q.x() : q.y());
+  std::size_t sector = quarter * (kTangents.size() + 1);
+  for (const double tangent : kTangents) sector += across >= tangent * along;
+  return sector;
 }
 
 // How well an axis is borne out: by points all around it, for the many normals of a flat face pass
@@ -389,7 +405,7 @@ std::optional<RevolvedWall> FitRevolvedWall(const OrientedPoints& points, const 
     std::vector<SteepPoint> steep = SteepPoints(points, R_LW);
     if (steep.size() < kLeastSteep) return std::nullopt;
     const std::optional<Vector2> axis = AxisOfNormals(steep);
-    if (!axis) return std::nullopt;
+    if (!axis || ShareAgreeing(steep, *axis) < kLeastTurned) return std::nullopt;
     wall = WallFitter(std::move(steep), *axis, Order::kFirst, is_free ? kFreeLeanSigma : kLeanSigma)
                .Fit();
     if (!wall) return std::nullopt;

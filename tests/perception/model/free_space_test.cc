@@ -47,6 +47,18 @@ TEST(FindContradiction, SeesRaysThatCrossTheSolidOnTheirWay) {
   EXPECT_EQ(found.rays, found.looked);
 }
 
+// A plug of 14 mm in the mouth of a pot: nothing of it is 10 mm deep.
+TEST(FindContradiction, SeesRaysThatCrossWhatIsThin) {
+  Solid plug;
+  plug.shape = Cylinder{.radius_m = 0.2, .length_m = 0.014};
+  const Contradiction through = FindContradiction(plug, SquareAt(-0.1));
+  EXPECT_GT(through.looked, 100u);
+  EXPECT_EQ(through.rays, through.looked);
+  // Its own surface, as far inside as noise takes it.
+  const Contradiction own = FindContradiction(plug, SquareAt(0.007 - 0.004));
+  EXPECT_EQ(own.rays, 0u);
+}
+
 FreeRay Level(double height_m) {
   FreeRay ray;
   for (int k = 0; k < kFreePlaces; ++k) {
