@@ -54,7 +54,7 @@ struct SensorNoise {
   double WarpSigma_m() const;
 
   // So many neighbouring points carry the information of one that errs by itself:
-  // kPointsPerIndependentSample, but of lasers, whose beams err one by one, 1.
+  // kPointsPerIndependentSample, but of lasers, whose beams err one by one, 1. Normals ask alone.
   double PointsPerSample() const;
 
   // Of a RealSense, whose noise is some three times a Kinect's, as many millimetres besides noise; of
