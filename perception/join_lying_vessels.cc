@@ -24,7 +24,8 @@ constexpr double kUpright_cos = 0.97;      // 14 degrees: stands
 constexpr double kLeastExplained = 0.9;    // of a thing's points, as of any one solid
 constexpr double kLeastOnShell = 0.8;      // of the points of a part; the rest: noise at its edge
 constexpr std::size_t kMostParts = 8;      // of the largest that touch
-// Each looks at a few things anew, and may model them.
+// Each looks at a few things anew, and may model them. Of 45 real scans one asked for more than is
+// allowed, of clutter.
 constexpr int kMostAttempts = 6;
 constexpr std::size_t kOneModelledAnew = 8;  // of the scene's points, as of joined things
 
@@ -220,7 +221,7 @@ class LyingVesselJoiner {
 
 void JoinLyingVessels(const InterpretOptions& options, const Work& work, SegmentedScene& scene,
                       std::vector<ModelledThing>& modelled) {
-  LyingVesselJoiner(options, work, scene, modelled).Run();
+  if (SearchesAny(options.modeler)) LyingVesselJoiner(options, work, scene, modelled).Run();
 }
 
 }  // namespace cwm::perception

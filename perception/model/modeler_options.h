@@ -29,4 +29,10 @@ struct ModelerOptions {
   std::uint64_t seed = 1;                  // same seed, same bytes
 };
 
+// Without that there are no handles and no vessels either.
+inline bool SearchesAny(const ModelerOptions& options) {
+  return options.search_planes || options.search_cylinders || options.search_spheres ||
+         options.search_cones;
+}
+
 }  // namespace cwm::perception

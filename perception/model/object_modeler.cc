@@ -80,12 +80,6 @@ bool IsOneClosedSolid(const Assembly& assembly, const ModelPoints& points) {
   return static_cast<double>(on) >= kNearlyAll * static_cast<double>(points.size());
 }
 
-// Without shapes there are no handles (ModelerOptions).
-bool SearchesAny(const ModelerOptions& options) {
-  return options.search_planes || options.search_cylinders || options.search_spheres ||
-         options.search_cones;
-}
-
 bool IsEnough(const ModelPoints& thinned, const ModelerOptions& options) {
   return static_cast<double>(thinned.size()) * thinned.weight >= options.min_inliers;
 }
