@@ -1,14 +1,54 @@
-// Quickhull (Barber, Dobkin and Huhdanpaa 1996) in three dimensions.
+// Quickhull (Barber, Dobkin and Huhdanpaa 1996) in three dimensions, with exact decisions.
 #include <algorithm>
 #include <array>
-#include <limits>
-#include <optional>
+#include <cmath>
+#include <cstdint>
 #include <unordered_map>
 
 #include "collision/geometry/triangle_mesh.h"
 
 namespace cwm {
 namespace {
+
+// What lies within this share of the extent of all faces is no corner.
+constexpr double kNoCorner = 1e-12;
+// Heights in double precision are that sure, as shares of the extent: 8 roundings, doubled.
+constexpr double kSureHeight = 4e-15;
+
+// A point on a lattice of 2^-60 of the extent, where determinants are exact: whether a point sees a
+// face is never a matter of rounding, whose contradictions would break the surface. Slivers are
+// everyday: the corners of a turned box in single precision with points along its edges.
+struct Cell {
+  std::int64_t x = 0, y = 0, z = 0;  // below 2^60
+
+  Cell operator-(const Cell& other) const { return {x - other.x, y - other.y, z - other.z}; }
+};
+
+// GCC's, told that it is one.
+__extension__ using Wide = __int128;
+
+struct WideVector {
+  Wide x, y, z;  // below 2^123
+};
+
+Wide Minor(std::int64_t a, std::int64_t b, std::int64_t c, std::int64_t d) {
+  return Wide{a} * d - Wide{b} * c;
+}
+
+WideVector Cross(const Cell& u, const Cell& v) {
+  return {Minor(u.y, u.z, v.y, v.z), Minor(u.z, u.x, v.z, v.x), Minor(u.x, u.y, v.x, v.y)};
+}
+
+// Of a scalar product below 2^186: by the halves of one of its factors.
+int SignOfProduct(const WideVector& n, const Cell& v) {
+  const auto low = [](Wide value, std::int64_t by) {
+    return static_cast<Wide>(static_cast<std::uint64_t>(value)) * by;
+  };
+  const Wide lows = low(n.x, v.x) + low(n.y, v.y) + low(n.z, v.z);
+  const Wide highs = (n.x >> 64) * v.x + (n.y >> 64) * v.y + (n.z >> 64) * v.z + (lows >> 64);
+  if (highs != 0) return highs > 0 ? 1 : -1;
+  return static_cast<std::uint64_t>(lows) != 0 ? 1 : 0;
+}
 
 struct Face {
   std::array<int, 3> vertices;
@@ -22,36 +62,53 @@ struct HorizonEdge {
   int from, to, beyond;  // `beyond` is the face that stays
 };
 
-// Points whose distance to a face is below `tolerance` count as lying on it.
 class Quickhull {
  public:
-  Quickhull(const std::vector<Vector3>& points, double tolerance)
-      : points_(points), tolerance_(tolerance) {}
+  Quickhull(const std::vector<Vector3>& points, const Eigen::AlignedBox3d& bounds)
+      : points_(points), extent_(bounds.diagonal().norm()), tolerance_(kNoCorner * extent_) {
+    const int exponent = 59 - std::ilogb(extent_);
+    const auto cell = [&](double p, double origin) {
+      return static_cast<std::int64_t>(
+          std::llround(std::ldexp(static_cast<long double>(p) - origin, exponent)));
+    };
+    cells_.reserve(points.size());
+    for (const Vector3& p : points) {
+      cells_.push_back({cell(p.x(), bounds.min().x()), cell(p.y(), bounds.min().y()),
+                        cell(p.z(), bounds.min().z())});
+    }
+  }
 
-  // Nothing when the points span no volume or rounding broke the topology.
-  std::optional<TriangleMesh> Run() {
-    if (!BuildSimplex()) return std::nullopt;
+  // Empty when the points span no volume. It ends: each step adds a point that lies strictly
+  // outside, and then none sees it any more.
+  TriangleMesh Run() {
+    if (!BuildSimplex()) return {};
     do {
       while (!pending_.empty()) {
         const int face = pending_.back();
         pending_.pop_back();
-        if (!F(face).alive || F(face).outside.empty()) continue;
-        if (!AddPoint(face)) return std::nullopt;
+        if (F(face).alive && !F(face).outside.empty()) AddPoint(face);
       }
       ReviewUnclaimed();
     } while (!pending_.empty());
-    if (!IsLocallyConvex()) return std::nullopt;
-    TriangleMesh mesh = Extract();
-    if (!SharesEdges(mesh)) return std::nullopt;
-    return mesh;
+    return Extract();
   }
 
  private:
   const Vector3& P(int index) const { return points_[static_cast<std::size_t>(index)]; }
   Face& F(int index) { return faces_[static_cast<std::size_t>(index)]; }
   const Face& F(int index) const { return faces_[static_cast<std::size_t>(index)]; }
-  double Height(const Face& face, const Vector3& p) const {
-    return face.normal.dot(p - P(face.vertices[0]));
+  const Cell& CellOf(int index) const { return cells_[static_cast<std::size_t>(index)]; }
+  double Height(const Face& face, int point) const {
+    return face.normal.dot(P(point) - P(face.vertices[0]));
+  }
+  // Also from the plane of the face.
+  bool IsSeen(const Face& face, int from) const {
+    const double height = Height(face, from);
+    if (std::abs(height) > kSureHeight * extent_) return height > 0;
+    return SignOfProduct(CrossOf(face.vertices), CellOf(from) - CellOf(face.vertices[0])) >= 0;
+  }
+  WideVector CrossOf(const std::array<int, 3>& v) const {
+    return Cross(CellOf(v[1]) - CellOf(v[0]), CellOf(v[2]) - CellOf(v[0]));
   }
 
   template <class Measure>
@@ -95,14 +152,16 @@ class Quickhull {
   }
 
   Face MakeFace(const std::array<int, 3>& v, const std::array<int, 3>& neighbours) const {
+    const WideVector n = CrossOf(v);
     Face face{.vertices = v, .neighbours = neighbours, .normal = {}, .outside = {}};
-    face.normal = (P(v[1]) - P(v[0])).cross(P(v[2]) - P(v[0])).stableNormalized();
+    face.normal =
+        Vector3(static_cast<double>(n.x), static_cast<double>(n.y), static_cast<double>(n.z))
+            .stableNormalized();
     return face;
   }
 
   // Gives each point to one of the faces from `first_new` on that it lies beyond. Points beyond none
-  // wait for ReviewUnclaimed: they are inside, but among coplanar faces a point may also lose a face
-  // that it saw and see only old ones.
+  // wait for ReviewUnclaimed: they are inside, or beyond an old face by more than beyond these.
   void Distribute(const std::vector<int>& candidates, std::size_t first_new) {
     for (const int index : candidates) {
       if (!Claim(index, first_new)) unclaimed_.push_back(index);
@@ -111,7 +170,7 @@ class Quickhull {
 
   bool Claim(int index, std::size_t first_face) {
     for (std::size_t f = first_face; f < faces_.size(); ++f) {
-      if (!faces_[f].alive || Height(faces_[f], P(index)) <= tolerance_) continue;
+      if (!faces_[f].alive || Height(faces_[f], index) <= tolerance_) continue;
       if (faces_[f].outside.empty()) pending_.push_back(static_cast<int>(f));
       faces_[f].outside.push_back(index);
       return true;
@@ -129,7 +188,7 @@ class Quickhull {
     live_until_ = faces_.size();
     for (const int index : unclaimed_) {
       const auto seen = std::find_if(faces_live_.begin(), faces_live_.end(),
-                                     [&](int f) { return Height(F(f), P(index)) > tolerance_; });
+                                     [&](int f) { return Height(F(f), index) > tolerance_; });
       if (seen == faces_live_.end()) continue;
       if (F(*seen).outside.empty()) pending_.push_back(*seen);
       F(*seen).outside.push_back(index);
@@ -137,18 +196,20 @@ class Quickhull {
     unclaimed_.clear();
   }
 
-  bool AddPoint(int seed) {
+  void AddPoint(int seed) {
     const Face& face = F(seed);
     const int apex = *std::max_element(face.outside.begin(), face.outside.end(), [&](int a, int b) {
-      return Height(face, P(a)) < Height(face, P(b));
+      return Height(face, a) < Height(face, b);
     });
     std::vector<HorizonEdge> horizon;
     std::vector<int> orphans;
-    RemoveVisible(seed, P(apex), horizon, orphans);
-    return Cap(apex, horizon) && (Distribute(orphans, faces_.size() - horizon.size()), true);
+    RemoveVisible(seed, apex, horizon, orphans);
+    std::erase(orphans, apex);
+    Cap(apex, horizon);
+    Distribute(orphans, faces_.size() - horizon.size());
   }
 
-  void RemoveVisible(int seed, const Vector3& eye, std::vector<HorizonEdge>& horizon,
+  void RemoveVisible(int seed, int eye, std::vector<HorizonEdge>& horizon,
                      std::vector<int>& orphans) {
     std::vector<int> stack = {seed}, removed;
     F(seed).alive = false;
@@ -159,7 +220,7 @@ class Quickhull {
       for (const int next : F(at).neighbours) {
         // A face in one plane with the eye goes too: kept, its edges could line up with the eye
         // and raise faces without area.
-        if (!F(next).alive || Height(F(next), eye) < -tolerance_) continue;
+        if (!F(next).alive || !IsSeen(F(next), eye)) continue;
         F(next).alive = false;
         stack.push_back(next);
       }
@@ -175,40 +236,24 @@ class Quickhull {
     }
   }
 
-  // A fan from the horizon to the apex; false when the horizon is not one simple loop.
-  bool Cap(int apex, const std::vector<HorizonEdge>& horizon) {
+  // A fan from the horizon, which is one simple loop, to the apex.
+  void Cap(int apex, const std::vector<HorizonEdge>& horizon) {
     const int base = static_cast<int>(faces_.size());
     std::unordered_map<int, int> starting_at, ending_at;
     for (std::size_t i = 0; i < horizon.size(); ++i) {
       const int index = base + static_cast<int>(i);
-      if (!starting_at.emplace(horizon[i].from, index).second) return false;
-      if (!ending_at.emplace(horizon[i].to, index).second) return false;
+      starting_at.emplace(horizon[i].from, index);
+      ending_at.emplace(horizon[i].to, index);
     }
     for (std::size_t i = 0; i < horizon.size(); ++i) {
       const HorizonEdge& edge = horizon[i];
-      const auto next = starting_at.find(edge.to), previous = ending_at.find(edge.from);
-      if (next == starting_at.end() || previous == ending_at.end()) return false;
-      faces_.push_back(
-          MakeFace({edge.from, edge.to, apex}, {edge.beyond, next->second, previous->second}));
+      faces_.push_back(MakeFace({edge.from, edge.to, apex},
+                                {edge.beyond, starting_at.at(edge.to), ending_at.at(edge.from)}));
       Face& beyond = F(edge.beyond);
       for (std::size_t k = 0; k < 3; ++k) {
         if (beyond.vertices[k] == edge.to) beyond.neighbours[k] = base + static_cast<int>(i);
       }
     }
-    return true;
-  }
-
-  // Rounding on slivers can leave dents; ten tolerances are what coplanar neighbours may differ by.
-  bool IsLocallyConvex() const {
-    for (const Face& face : faces_) {
-      if (!face.alive) continue;
-      for (const int next : face.neighbours) {
-        for (const int v : F(next).vertices) {
-          if (Height(face, P(v)) > 10 * tolerance_) return false;
-        }
-      }
-    }
-    return true;
   }
 
   TriangleMesh Extract() const {
@@ -229,7 +274,8 @@ class Quickhull {
   }
 
   const std::vector<Vector3>& points_;
-  const double tolerance_;
+  const double extent_, tolerance_;
+  std::vector<Cell> cells_;
   std::vector<Face> faces_;
   std::vector<int> pending_;    // faces with points outside, some of them gone meanwhile
   std::vector<int> unclaimed_;  // points beyond no face of the last step
@@ -239,17 +285,12 @@ class Quickhull {
 
 }  // namespace
 
-TriangleMesh ConvexHull3(const std::vector<Vector3>& points, double coarsest_share) {
+TriangleMesh ConvexHull3(const std::vector<Vector3>& points) {
   if (points.size() < 4) return {};
   Eigen::AlignedBox3d bounds;
   for (const Vector3& p : points) bounds.extend(p);
-  const double extent = bounds.diagonal().norm();
-  // Nearly coplanar points can break the topology at the tightest tolerance; a coarser one then
-  // merges them.
-  for (double relative = 1e-12; relative < 2 * coarsest_share; relative *= 10) {
-    if (auto hull = Quickhull(points, relative * extent).Run()) return *std::move(hull);
-  }
-  return {};
+  if (!(bounds.diagonal().norm() > 0)) return {};
+  return Quickhull(points, bounds).Run();
 }
 
 }  // namespace cwm

@@ -33,9 +33,9 @@ std::vector<Vector3> ComponentPoints(const TriangleMesh& mesh);
 // Volume by the divergence theorem; positive for an outward-wound watertight mesh.
 double SignedVolume_m3(const TriangleMesh& mesh);
 
-// The convex hull of points as an outward-wound mesh, by quickhull: exact up to 1e-12 of the extent,
-// or up to the least power of ten that makes a sound mesh, `coarsest_share` at most. Empty when there
-// is none. Beyond a millionth of the extent, points have no volume worth a hull.
-TriangleMesh ConvexHull3(const std::vector<Vector3>& points, double coarsest_share = 1e-6);
+// The convex hull of points as an outward-wound watertight mesh whose corners are among them: no point
+// lies beyond it by more than 1e-12 of the extent. Empty when they span no volume: when all lie within
+// that of a plane. Coordinates must be finite.
+TriangleMesh ConvexHull3(const std::vector<Vector3>& points);
 
 }  // namespace cwm

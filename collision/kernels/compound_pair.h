@@ -2,6 +2,7 @@
 #pragma once
 
 #include <limits>
+#include <optional>
 
 #include "collision/kernels/exact_geometry.h"
 #include "collision/kernels/pair_answer.h"
@@ -42,6 +43,10 @@ bool MeshMeetsPieces(const ExactGeometry& a, const ExactGeometry& b, const Pose&
                      WorkCounter* work);
 bool MeshMeetsMesh(const ExactGeometry& a, const ExactGeometry& b, const Pose& X_AB,
                    WorkCounter* work);
+
+// A point inside of two closed meshes whose triangles touch, in the frame of A: see flush_overlap.h.
+std::optional<Vector3> PointInTouching(const ExactGeometry& a, const ExactGeometry& b,
+                                       const Pose& X_AB, WorkCounter* work);
 
 // Labels a penetrating answer of parts whose depth is at most the true one: kBounded by the depth
 // of the convex enclosures, kExact where that leaves nothing open; kSurfaceOnly with an open mesh,

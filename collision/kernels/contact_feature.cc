@@ -245,8 +245,7 @@ std::optional<ContactFeature> ForemostFeature(const TriangleCorners& triangle, A
   const auto sure = SureNormal(c[0], c[1], c[2]);
   if (!sure) return std::nullopt;  // a needle: those at its sides tell
   const double along = sure->dot(d);
-  const bool faces_away = air == AirSide::kOfNormal ? along < 0 : along > 0;
-  if (faces_away && air != AirSide::kBoth) return std::nullopt;
+  if (along < 0 && air == AirSide::kOfNormal) return std::nullopt;
   if (sure->cross(d).norm() <= kMostLean) {
     ContactFeature face;
     for (const Vector3& corner : c) face.Add(corner);

@@ -30,7 +30,7 @@ struct ContactFeature {
 ContactFeature ForemostFeature(const ExactGeometry& shape, std::size_t piece, const Vector3& d);
 
 // Which side of a triangle is that of the air.
-enum class AirSide { kOfNormal, kOther, kBoth };
+enum class AirSide { kOfNormal, kBoth };
 
 // The same of one triangle of a surface; nothing where it faces the other way.
 std::optional<ContactFeature> ForemostFeature(const TriangleCorners& triangle, AirSide air,

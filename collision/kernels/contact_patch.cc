@@ -244,8 +244,7 @@ class PatchSearch {
   }
 
   static AirSide AirSideOf(const ExactGeometry& mesh) {
-    if (mesh.IsOpen()) return AirSide::kBoth;
-    return mesh.tree()->IsWoundOutward() ? AirSide::kOfNormal : AirSide::kOther;
+    return mesh.IsOpen() ? AirSide::kBoth : AirSide::kOfNormal;
   }
   // Half the extent of a mesh: single corners have none of their own.
   static double ReachOf(const ExactGeometry& g) {

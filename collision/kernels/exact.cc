@@ -1,5 +1,7 @@
 #include "collision/kernels/exact.h"
 
+#include <algorithm>
+
 #include "collision/geometry/signed_distance.h"
 #include "collision/geometry/validation.h"
 #include "collision/kernels/closed_forms.h"
@@ -82,6 +84,17 @@ PairDistance OrderedDistance(const ExactGeometry& a, const ExactGeometry& b, con
   return PiecesToPieces(a, b, X_AB, limits);
 }
 
+// How far a ray runs before it can meet a bounded solid. From there on the hit is measured: formulas
+// lose the square of how far the origin is away in their roundings.
+double WayTo_m(const ExactGeometry& shape, const Ray& ray_S) {
+  Aabb bounds = shape.tree() != nullptr ? shape.tree()->bounds() : Aabb();
+  for (const Aabb& piece : shape.piece_bounds()) bounds.extend(piece);
+  if (bounds.isEmpty()) return 0;
+  const double reach_m = bounds.sizes().norm();  // half of it, and room for rounding
+  const double way_m = ray_S.direction.dot(bounds.center() - ray_S.origin) - reach_m;
+  return std::clamp(way_m, 0.0, ray_S.max_distance_m);
+}
+
 }  // namespace
 
 PairDistance ExactDistance(const PlacedExact& a, const PlacedExact& b, double max_distance_m,
@@ -112,11 +125,16 @@ bool ExactOverlap(const PlacedExact& a, const PlacedExact& b, WorkCounter* work)
 
 std::optional<RayHit> ExactRay(const PlacedExact& shape, const Ray& ray) {
   const Pose X_SF = shape.X_FS.inverse();
-  const Ray ray_S{X_SF * ray.origin, X_SF.linear() * ray.direction, ray.max_distance_m};
+  Ray ray_S{X_SF * ray.origin, X_SF.linear() * ray.direction, ray.max_distance_m};
+  const double way_m = WayTo_m(shape.geometry, ray_S);
+  ray_S.origin += way_m * ray_S.direction;
+  ray_S.max_distance_m -= way_m;
   std::optional<RayHit> hit = shape.geometry.tree() != nullptr
                                   ? shape.geometry.tree()->CastRay(ray_S)
                                   : CastRay(shape.geometry.shape(), ray_S);
-  if (hit) hit->normal = shape.X_FS.linear() * hit->normal;
+  if (!hit) return hit;
+  hit->distance_m += way_m;
+  hit->normal = shape.X_FS.linear() * hit->normal;
   return hit;
 }
 

@@ -14,6 +14,14 @@ std::vector<Vector3> Prism(const Polygon& outline, double thickness_m) {
   return vertices;
 }
 
+// A solid whose normals point inward is as solid as its mirror image: what is told of its surface
+// points outward.
+TriangleMesh TurnedOver(const TriangleMesh& mesh) {
+  TriangleMesh over = mesh;
+  for (TriangleMesh::Triangle& triangle : over.triangles) std::swap(triangle[1], triangle[2]);
+  return over;
+}
+
 Aabb BoundsOf(const std::vector<Vector3>& points) {
   Aabb bounds;
   for (const Vector3& p : points) bounds.extend(p);
@@ -23,11 +31,9 @@ Aabb BoundsOf(const std::vector<Vector3>& points) {
 // A hull as its own corners span it. One that was sent is convex up to the rounding of single
 // precision only, and the planes of its narrow triangles would cut into it.
 Shape Normalised(const Shape& shape) {
-  // Far below what kExact promises of shapes of any size in a world.
-  constexpr double kCoarsestShare = 1e-11;
   const auto* convex = std::get_if<Convex>(&shape);
   if (convex == nullptr) return shape;
-  TriangleMesh hull = ConvexHull3(convex->hull->vertices, kCoarsestShare);
+  TriangleMesh hull = ConvexHull3(convex->hull->vertices);
   if (hull.triangles.empty()) return shape;  // too flat: its corners stay, its planes are rounded
   return Convex{std::make_shared<const TriangleMesh>(std::move(hull))};
 }
@@ -65,7 +71,8 @@ ConvexCore ExactGeometry::WithLanes(ConvexCore core) {
 }
 
 void ExactGeometry::AddMesh(const Mesh& mesh) {
-  tree_.emplace(*mesh.mesh);
+  tree_.emplace(mesh.watertight && SignedVolume_m3(*mesh.mesh) < 0 ? TurnedOver(*mesh.mesh)
+                                                                   : *mesh.mesh);
   enclosure_ = CoreOf(Box{tree_->bounds().sizes()});
   X_SE_.translation() = tree_->bounds().center();
 }

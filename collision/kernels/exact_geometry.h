@@ -32,7 +32,7 @@ class ExactGeometry {
   const ConvexCore& enclosure() const { return enclosure_; }
   const Pose& X_SE() const { return X_SE_; }  // where the enclosure lies in the shape's frame
 
-  // Present for meshes only.
+  // Present for meshes only; of closed ones the normals point outward.
   const TriangleTree* tree() const { return tree_ ? &*tree_ : nullptr; }
   bool IsOpen() const;
   // Of a mesh, where it has them: built by the first who asks, since most meshes of a scan are

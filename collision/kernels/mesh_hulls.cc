@@ -13,9 +13,6 @@ namespace {
 constexpr std::size_t kMostVertices = 2048;
 // With more corners, looking for the farthest costs what a walk through the triangles does.
 constexpr std::size_t kMostCorners = 2048;
-// Of the extent: how far a vertex may lie outside of what quickhull made, a hundredth of the gap
-// from which GJK tells.
-constexpr double kCoarsestShare = 1e-11;
 // So much smaller than it must be is the inner hull, that nobody who looks at the triangles of two
 // meshes whose inner hulls overlap can see them apart.
 constexpr double kFurtherShrinking = 1e-5;
@@ -69,7 +66,7 @@ LaneHull::LaneHull(std::vector<Vector3> vertices)
 
 std::unique_ptr<const MeshHulls> MeshHulls::Of(const Mesh& mesh, const TriangleTree& tree) {
   if (mesh.mesh->vertices.size() > kMostVertices) return nullptr;
-  const TriangleMesh hull = ConvexHull3(mesh.mesh->vertices, kCoarsestShare);
+  const TriangleMesh hull = ConvexHull3(mesh.mesh->vertices);
   if (hull.triangles.empty() || hull.vertices.size() > kMostCorners) return nullptr;
   std::unique_ptr<MeshHulls> hulls(new MeshHulls(hull.vertices));
   if (!mesh.watertight) return hulls;

@@ -6,10 +6,12 @@
 #include <cmath>
 #include <optional>
 #include <span>
+#include <vector>
 
 #include "collision/kernels/closed_forms.h"
 #include "collision/kernels/compound_pair.h"
 #include "collision/kernels/convex_pair.h"
+#include "collision/kernels/flush_overlap.h"
 #include "collision/kernels/triangle_overlap.h"
 
 namespace cwm::collision {
@@ -90,13 +92,26 @@ bool SurfaceMeets(const TriangleTree& tree, const ConvexCore& piece, const Pose&
   return false;
 }
 
-// Whether the triangles of two meshes cross anywhere.
+// Whether the triangles of two meshes cross anywhere, and where they touch.
 class CrossingSearch {
  public:
   CrossingSearch(const TriangleTree& a, const TriangleTree& b, const Pose& X_AB, WorkCounter* work)
-      : a_(a), b_(b), X_AB_(X_AB), reach_AB_(X_AB.linear().cwiseAbs()), work_(work) {}
+      : a_(a),
+        b_(b),
+        X_AB_(X_AB),
+        reach_AB_(X_AB.linear().cwiseAbs()),
+        touching_depth_m_(TouchingDepth_m(a, b, X_AB)),
+        work_(work) {}
 
-  bool Run() const { return Closeness(0, 0) && Visit(0, 0); }
+  // Ends with the first that cross.
+  bool Run() { return Closeness(0, 0) && Visit(0, 0); }
+  // Until there are enough. Those that cross may touch as well, as far as rounding tells.
+  const std::vector<TouchingTriangles>& CollectTouching() {
+    ends_where_crossing_ = false;
+    Run();
+    return touching_;
+  }
+  const std::vector<TouchingTriangles>& touching() const { return touching_; }
 
  private:
   const TriangleTree::Node& NodeA(std::int32_t i) const {
@@ -125,7 +140,7 @@ class CrossingSearch {
 
   // Of two nodes that are not shown to be apart the larger is opened, and the half that lies deeper
   // looked at first.
-  bool Visit(std::int32_t i, std::int32_t j) const {
+  bool Visit(std::int32_t i, std::int32_t j) {
     const TriangleTree::Node &a = NodeA(i), &b = NodeB(j);
     if (MustEnd(work_, 2)) return true;  // two pairs of nodes, or some triangles
     if (a.count > 0 && b.count > 0) return LeavesCross(a, b);
@@ -140,40 +155,51 @@ class CrossingSearch {
     return of_left && !left_first && Visit(left[0], left[1]);
   }
 
-  bool LeavesCross(const TriangleTree::Node& a, const TriangleTree::Node& b) const {
+  bool LeavesCross(const TriangleTree::Node& a, const TriangleTree::Node& b) {
     for (std::int32_t j = b.first; j < b.first + b.count; ++j) {
       const TriangleCorners& own = b_.triangle(j);
       const TrianglePoints other = {X_AB_ * own.corners[0], X_AB_ * own.corners[1],
                                     X_AB_ * own.corners[2]};
       for (std::int32_t i = a.first; i < a.first + a.count; ++i) {
-        if (Cross(a_.triangle(i), own, other)) return true;
+        if (Cross(a_.triangle(i), own, other) && ends_where_crossing_) return true;
       }
     }
     return false;
   }
 
   // `b_in_A` are the corners of `b` in the frame of A.
-  bool Cross(const TriangleCorners& a, const TriangleCorners& b,
-             const TrianglePoints& b_in_A) const {
-    const Overlap told = TrianglesOverlap({a.corners[0], a.corners[1], a.corners[2]}, b_in_A);
+  bool Cross(const TriangleCorners& a, const TriangleCorners& b, const TrianglePoints& b_in_A) {
+    const Overlap told = TrianglesOverlap(a.corners, b_in_A);
     if (told != Overlap::kUnsure) return told == Overlap::kYes;
-    return ConvexOverlap(CoreOf(std::span<const Vector3>(a.corners)),
-                         CoreOf(std::span<const Vector3>(b.corners)), X_AB_);
+    constexpr std::size_t kEnough = 4096;
+    if (touching_.size() < kEnough) touching_.push_back({a.corners, b_in_A});
+    // As MeshToMesh asks: both must tell the same.
+    return IterativeConvexDistance(CoreOf(std::span<const Vector3>(a.corners)),
+                                   CoreOf(std::span<const Vector3>(b.corners)), X_AB_, 0)
+               .distance_m < -touching_depth_m_;
   }
 
   const TriangleTree& a_;
   const TriangleTree& b_;
   const Pose& X_AB_;
   const Matrix3 reach_AB_;
+  const double touching_depth_m_;
   WorkCounter* const work_;
+  bool ends_where_crossing_ = true;
+  std::vector<TouchingTriangles> touching_;
 };
 
+// Points on the surface of A are in neither.
 bool EnclosesAPart(const ExactGeometry& a, const ExactGeometry& b, const Pose& X_AB,
                    WorkCounter* work) {
   if (a.IsOpen()) return false;
+  const double touching_depth_m = TouchingDepth_m(*a.tree(), *b.tree(), X_AB);
   const std::vector<Vector3>& points_B = b.tree()->component_points();
   return std::any_of(points_B.begin(), points_B.end(), [&](const Vector3& p_B) {
-    return MustEnd(work, kStepsOfEnclosing) || a.tree()->Encloses(X_AB * p_B);
+    if (MustEnd(work, kStepsOfEnclosing)) return true;
+    const Vector3 p = X_AB * p_B;
+    return a.tree()->Encloses(p) &&
+           a.tree()->NearestPoint(p, touching_depth_m, work).distance_m >= touching_depth_m;
   });
 }
 
@@ -215,9 +241,20 @@ bool MeshMeetsMesh(const ExactGeometry& a, const ExactGeometry& b, const Pose& X
   if (a.hulls() != nullptr && b.hulls() != nullptr) {
     if (const auto told = HullsOverlap(*a.hulls(), *b.hulls(), X_AB)) return *told;
   }
-  return CrossingSearch(*a.tree(), *b.tree(), X_AB, work).Run() ||
-         EnclosesAPart(a, b, X_AB, work) ||
-         EnclosesAPart(b, a, X_AB.inverse(Eigen::Isometry), work);
+  CrossingSearch search(*a.tree(), *b.tree(), X_AB, work);
+  if (search.Run() || EnclosesAPart(a, b, X_AB, work) ||
+      EnclosesAPart(b, a, X_AB.inverse(Eigen::Isometry), work)) {
+    return true;
+  }
+  if (a.IsOpen() || b.IsOpen()) return false;
+  return PointInBoth({*a.tree(), *b.tree(), X_AB}, search.touching(), work).has_value();
+}
+
+std::optional<Vector3> PointInTouching(const ExactGeometry& a, const ExactGeometry& b,
+                                       const Pose& X_AB, WorkCounter* work) {
+  if (a.IsOpen() || b.IsOpen()) return std::nullopt;
+  CrossingSearch search(*a.tree(), *b.tree(), X_AB, work);
+  return PointInBoth({*a.tree(), *b.tree(), X_AB}, search.CollectTouching(), work);
 }
 
 }  // namespace cwm::collision

@@ -9,6 +9,7 @@
 #include "collision/kernels/closed_forms.h"
 #include "collision/kernels/compound_pair.h"
 #include "collision/kernels/convex_pair.h"
+#include "collision/kernels/flush_overlap.h"
 #include "collision/kernels/gjk.h"
 
 namespace cwm::collision {
@@ -197,10 +198,13 @@ class DualSearch {
 // The parts of mesh B that lie inside of the closed mesh A, in the frame of A.
 void OfferEnclosedParts(const ExactGeometry& a, const ExactGeometry& b, const Pose& X_AB,
                         WorkCounter* work, Best& best) {
+  const double touching_depth_m = TouchingDepth_m(*a.tree(), *b.tree(), X_AB);
   for (const Vector3& p_B : b.tree()->component_points()) {
     if (MustEnd(work, kStepsOfEnclosing)) return;
     const Vector3 p = X_AB * p_B;
-    if (a.tree()->Encloses(p)) best.Offer(Enclosed(a, p, work));
+    if (!a.tree()->Encloses(p)) continue;
+    const PairDistance within = Enclosed(a, p, work);
+    if (within.distance_m < -touching_depth_m) best.Offer(within);
   }
 }
 
@@ -208,13 +212,27 @@ void OfferEnclosedParts(const ExactGeometry& a, const ExactGeometry& b, const Po
 
 namespace {
 
+// A point that lies in both must leave either: B moves at least as far as the point is deep in A, and
+// as it is deep in B.
+void OfferCommon(const ExactGeometry& a, const ExactGeometry& b, const Pose& X_AB,
+                 WorkCounter* work, Best& best) {
+  const std::optional<Vector3> p = PointInTouching(a, b, X_AB, work);
+  if (!p) return;
+  best.Offer(Enclosed(a, *p, work));
+  best.Offer(Swapped(InFrame(X_AB, Enclosed(b, X_AB.inverse() * *p, work))));
+}
+
 PairDistance TrianglesToTriangles(const ExactGeometry& a, const ExactGeometry& b, const Pose& X_AB,
                                   const SearchLimits& limits) {
   const double max_distance_m = limits.max_distance_m;
   Best best(max_distance_m);
+  const double touching_depth_m = TouchingDepth_m(*a.tree(), *b.tree(), X_AB);
   DualSearch(*a.tree(), *b.tree(), X_AB, limits,
              [&](const TriangleCorners& triangle, const ConvexCore& core) {
-               best.Offer(TriangleToConvex(triangle, core, X_AB, best.limit_m()));
+               PairDistance told = TriangleToConvex(triangle, core, X_AB, best.limit_m());
+               if (told.distance_m >= -touching_depth_m)
+                 told.distance_m = std::max(told.distance_m, 0.0);
+               best.Offer(told);
                return best.IsDone() ? TriangleTree::kEnd : best.limit_m();
              })
       .Run();
@@ -224,6 +242,10 @@ PairDistance TrianglesToTriangles(const ExactGeometry& a, const ExactGeometry& b
     Best swapped(max_distance_m);
     OfferEnclosedParts(b, a, X_AB.inverse(), limits.work, swapped);
     if (swapped.IsOverlapping()) best.Offer(Swapped(InFrame(X_AB, swapped.answer())));
+  }
+  const double size_m = a.tree()->nodes().front().radius_m + b.tree()->nodes().front().radius_m;
+  if (!best.IsOverlapping() && best.answer().distance_m <= kTouchingShare * size_m) {
+    OfferCommon(a, b, X_AB, limits.work, best);
   }
   PairDistance answer = best.answer();
   if (answer.distance_m > max_distance_m) return JustBeyond(max_distance_m);

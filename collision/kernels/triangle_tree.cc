@@ -77,12 +77,6 @@ TriangleTree::TriangleTree(const TriangleMesh& mesh) : component_points_(Compone
   for (const TriangleMesh::Triangle& t : mesh.triangles) {
     triangles_.push_back({{mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]]}});
   }
-  double six_volumes_m3 = 0;
-  const Vector3& at = triangles_.front().corners[0];
-  for (const TriangleCorners& t : triangles_) {
-    six_volumes_m3 += (t.corners[0] - at).dot((t.corners[1] - at).cross(t.corners[2] - at));
-  }
-  is_wound_outward_ = six_volumes_m3 >= 0;
   nodes_.reserve(2 * triangles_.size());
   Build(0, static_cast<std::int32_t>(triangles_.size()));
 }

@@ -43,9 +43,6 @@ class TriangleTree {
   const Aabb& bounds() const { return nodes_.front().bounds; }
   const std::vector<TriangleCorners>& triangles() const { return triangles_; }
 
-  // Whether the normals of triangles point out of a watertight mesh; else into it.
-  bool IsWoundOutward() const { return is_wound_outward_; }
-
   // A point of each part of the surface that hangs together. Where no surfaces cross, a part lies
   // wholly inside or wholly outside of another solid, so that one point of it decides.
   const std::vector<Vector3>& component_points() const { return component_points_; }
@@ -83,7 +80,6 @@ class TriangleTree {
   std::vector<TriangleCorners> triangles_;
   std::vector<Node> nodes_;
   std::vector<Vector3> component_points_;
-  bool is_wound_outward_ = true;
 };
 
 // Splits at the median halve the count, so 32-bit counts make at most 32 levels; one entry waits

@@ -23,10 +23,16 @@ void ExpectSoundHull(const std::vector<Vector3>& points, double size_m) {
   EXPECT_EQ(2 * hull.vertices.size(), hull.triangles.size() + 4);
   const double rounding_m = 1e-11 * size_m;  // ten times what ConvexHull3 promises
   for (const TriangleMesh::Triangle& t : hull.triangles) {
-    const Vector3& a = hull.vertices[t[0]];
-    const auto normal = SureNormal(a, hull.vertices[t[1]], hull.vertices[t[2]]);
-    if (!normal) continue;
-    for (const Vector3& p : points) ASSERT_LE(normal->dot(p - a), rounding_m);
+    const Vector3 &a = hull.vertices[t[0]], &b = hull.vertices[t[1]], &c = hull.vertices[t[2]];
+    if (!SureNormal(a, b, c)) continue;
+    // In extended precision: the planes of slivers are no surer than their heights.
+    using Long = Eigen::Matrix<long double, 3, 1>;
+    const Long at = a.cast<long double>();
+    const Long normal =
+        (b.cast<long double>() - at).cross(c.cast<long double>() - at).stableNormalized();
+    for (const Vector3& p : points) {
+      ASSERT_LE(static_cast<double>(normal.dot(p.cast<long double>() - at)), rounding_m);
+    }
   }
 }
 
@@ -55,6 +61,31 @@ TEST(ConvexHull3, OfGridsAndPrismsHoldsThemAll) {
     prism.emplace_back(std::cos(angle), std::sin(angle), i % 2);
   }
   ExpectSoundHull(prism, 3);
+}
+
+// Boxes whose edges, and faces where there are more parts, are cut; turned and rounded, so that none
+// of those points lies on the box any more: its hull has slivers as thin as the rounding.
+TEST(ConvexHull3, OfTurnedBoxesThatWereRoundedHoldsAllTheirPoints) {
+  std::mt19937 random(5);
+  std::normal_distribution<double> normal;
+  const auto rounded = [](double x, int way) {
+    if (way == 0) return x;
+    return way == 1 ? static_cast<double>(static_cast<float>(x)) : std::round(x * 1e6) / 1e6;
+  };
+  for (int k = 0; k < 240; ++k) {
+    Quaternion turn(normal(random), normal(random), normal(random), normal(random));
+    turn.normalize();
+    const int parts = 2 + k % 4, way = k % 3;
+    std::vector<Vector3> points;
+    for (int i = 0; i < (parts + 1) * (parts + 1) * (parts + 1); ++i) {
+      const Vector3 at(i % (parts + 1), i / (parts + 1) % (parts + 1),
+                       i / ((parts + 1) * (parts + 1)));
+      const Vector3 p = turn * (2 * at / parts - Vector3::Ones()).cwiseProduct(Vector3(3, 2, 1));
+      points.emplace_back(rounded(p.x(), way), rounded(p.y(), way), rounded(p.z(), way));
+    }
+    SCOPED_TRACE(k);
+    ExpectSoundHull(points, 8);
+  }
 }
 
 TEST(ConvexHull3, OfAPrismOverACircleTakesNoCubeOfItsCorners) {

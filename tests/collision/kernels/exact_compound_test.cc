@@ -95,6 +95,37 @@ TEST(ExactMesh, MeetsMeshesAndHalfSpaces) {
   EXPECT_NEAR(Solve(crate, MakeTranslation(0, 0, 0.3), HalfSpace{}, kHere).distance_m, -0.2, 1e-12);
 }
 
+TEST(ExactRay, FromAHundredKilometresMeetsTheSurfaceWhereOneFromNearbyDoes) {
+  RandomPairs random(12);
+  std::vector<Shape> shapes = {kFrame, MakeMesh(Tessellate(Capsule{0.3, 0.4}))};
+  for (const ShapeKind kind : {ShapeKind::kSphere, ShapeKind::kBox, ShapeKind::kCylinder,
+                               ShapeKind::kCone, ShapeKind::kCapsule, ShapeKind::kConvex}) {
+    shapes.push_back(random.ConvexShape(kind));
+  }
+  constexpr double kFar_m = 1e5, kRounding_m = 1e-9;
+  int hits = 0;
+  for (const Shape& shape : shapes) {
+    const auto exact = PrepareExact(shape);
+    const Pose X_FS = random.AnyPose(2);
+    const double size = SizeOf({shape, shape});
+    for (int k = 0; k < 200; ++k) {
+      const Vector3 direction = random.Direction();
+      const Vector3 near = X_FS * Vector3(0.2 * size * random.Uniform(0, 1) * random.Direction()) -
+                           4 * size * direction;
+      const auto from_near = ExactRay({*exact, X_FS}, {near, direction});
+      const auto from_far = ExactRay({*exact, X_FS}, {near - kFar_m * direction, direction});
+      // The direction of a ray from so far is known to its rounding, 1e-11 m here: edges may be missed.
+      if (!from_near || !from_far) continue;
+      const double facing = std::abs(from_near->normal.dot(direction));
+      if (facing < 0.1 || !from_far->normal.isApprox(from_near->normal, 1e-3)) continue;
+      EXPECT_NEAR(from_far->distance_m, from_near->distance_m + kFar_m, kRounding_m)
+          << NameOf(KindOf(shape));
+      ++hits;
+    }
+  }
+  EXPECT_GT(hits, 300);
+}
+
 TEST(ExactRay, MeetsTheSurfaceFromOutsideAndInside) {
   RandomPairs random(11);
   std::vector<Shape> shapes = {kFrame, MakeMesh(Tessellate(Capsule{0.3, 0.4}))};

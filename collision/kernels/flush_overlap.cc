@@ -1,0 +1,117 @@
+#include "collision/kernels/flush_overlap.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+namespace cwm::collision {
+namespace {
+
+// Of the meshes' size: what touches is no farther apart (kUnsure in triangle_overlap.cc), points that
+// are asked about lie so far beside a contact, and lines that are shorter have no middle.
+constexpr double kTouching = 2e-10, kBeside = 2e-6, kShortestLine = 1e-5;
+// Behind a face, as a share of how far beside: 3 degrees.
+constexpr double kBehind = 0.05;
+// Along a line of contact: in the middle corners of other triangles are more likely.
+constexpr double kPlaceOnLine = 0.47;
+constexpr std::size_t kMostPairs = 128;  // evenly among those that touch
+constexpr int kMostDoublings = 24;       // from kBeside to beyond any mesh
+
+using Corners = std::vector<Vector3>;
+
+// What lies on the inner side of a plane, which the normal points away from.
+Corners ClippedBehind(const Corners& polygon, const Vector3& on_plane, const Vector3& normal) {
+  Corners kept;
+  for (std::size_t i = 0; i < polygon.size(); ++i) {
+    const Vector3 &p = polygon[i], &q = polygon[(i + 1) % polygon.size()];
+    const double of_p = normal.dot(p - on_plane), of_q = normal.dot(q - on_plane);
+    if (of_p <= 0) kept.push_back(p);
+    if ((of_p < 0 && of_q > 0) || (of_p > 0 && of_q < 0)) {
+      kept.push_back(p + of_p / (of_p - of_q) * (q - p));
+    }
+  }
+  return kept;
+}
+
+Vector3 CrossOf(const TrianglePoints& t) { return (t[1] - t[0]).cross(t[2] - t[0]); }
+
+// Where they touch, thickened: what of `b` lies within `near_m` of `a`.
+Corners ContactOf(const TouchingTriangles& pair, double near_m) {
+  const Vector3 normal = CrossOf(pair.a).stableNormalized();
+  Corners polygon(pair.b.begin(), pair.b.end());
+  for (const double side : {1.0, -1.0}) {
+    polygon = ClippedBehind(polygon, pair.a[0] + side * near_m * normal, side * normal);
+  }
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Vector3 outward = (pair.a[(k + 1) % 3] - pair.a[k]).cross(normal).stableNormalized();
+    polygon = ClippedBehind(polygon, pair.a[k] + near_m * outward, outward);
+  }
+  return polygon;
+}
+
+class Search {
+ public:
+  Search(const ClosedPair& pair, WorkCounter* work)
+      : pair_(pair),
+        X_BA_(pair.X_AB.inverse(Eigen::Isometry)),
+        size_m_(pair.a.nodes().front().radius_m + pair.b.nodes().front().radius_m),
+        work_(work) {}
+
+  std::optional<Vector3> Beside(const TouchingTriangles& touching) const {
+    const Vector3 normals[] = {CrossOf(touching.a).stableNormalized(),
+                               CrossOf(touching.b).stableNormalized()};
+    // What is measured from the frame's origin is rounded by how far away it is.
+    const double near_m = kTouching * (size_m_ + touching.a[0].cwiseAbs().maxCoeff());
+    const Corners contact = ContactOf(touching, near_m);
+    for (std::size_t i = 0; i < contact.size(); ++i) {
+      const Vector3 line = contact[(i + 1) % contact.size()] - contact[i];
+      if (line.norm() < kShortestLine * size_m_) continue;
+      const Vector3 at = contact[i] + kPlaceOnLine * line;
+      for (const Vector3& normal : normals) {
+        const Vector3 along_face = normal.cross(line).stableNormalized();
+        for (const double side : {1.0, -1.0}) {
+          const Vector3 p = at + kBeside * size_m_ * (side * along_face - kBehind * normal);
+          if (IsInBoth(p)) return Deepened(p, -normal);
+          if (MustEnd(work_, 0)) return std::nullopt;
+        }
+      }
+    }
+    return std::nullopt;
+  }
+
+ private:
+  bool IsInBoth(const Vector3& p) const {
+    return !MustEnd(work_, 2 * kStepsOfEnclosing) && pair_.a.Encloses(p) &&
+           pair_.b.Encloses(X_BA_ * p);
+  }
+
+  Vector3 Deepened(const Vector3& from, const Vector3& inward) const {
+    Vector3 deepest = from;
+    double step_m = kBeside * size_m_;
+    for (int k = 0; k < kMostDoublings; ++k, step_m *= 2) {
+      const Vector3 next = from + step_m * inward;
+      if (!IsInBoth(next)) break;
+      deepest = next;
+    }
+    return deepest;
+  }
+
+  const ClosedPair& pair_;
+  const Pose X_BA_;
+  const double size_m_;
+  WorkCounter* const work_;
+};
+
+}  // namespace
+
+std::optional<Vector3> PointInBoth(const ClosedPair& pair,
+                                   std::span<const TouchingTriangles> touching, WorkCounter* work) {
+  const Search search(pair, work);
+  const std::size_t stride = (touching.size() + kMostPairs - 1) / kMostPairs;
+  for (std::size_t i = 0; i < touching.size(); i += stride) {
+    if (const auto found = search.Beside(touching[i])) return found;
+  }
+  return std::nullopt;
+}
+
+}  // namespace cwm::collision

@@ -1,0 +1,118 @@
+// Closed meshes of whole steps: their faces are flush, their surfaces touch and often cross nowhere, and
+// which cells they fill tells whether they share room.
+#include <gtest/gtest.h>
+
+#include <array>
+#include <memory>
+#include <set>
+#include <vector>
+
+#include "collision/geometry/tessellate.h"
+#include "collision/kernels/exact.h"
+#include "collision/kernels/exact_geometry.h"
+
+namespace cwm::collision {
+namespace {
+
+using Cell = std::array<int, 3>;
+
+constexpr double kStep_m = 0.125;  // sums of steps are not rounded
+
+// A plate of whole steps as a mesh, and the cells that it fills.
+struct Block {
+  std::set<Cell> cells;
+  std::shared_ptr<const ExactGeometry> geometry;
+};
+
+Block BlockOf(const std::vector<std::array<int, 2>>& outline, const std::set<Cell>& floor,
+              int layers) {
+  Block block;
+  Plate plate{.outline = {}, .holes = {}, .thickness_m = layers * kStep_m};
+  for (const auto& [x, y] : outline) plate.outline.emplace_back(x * kStep_m, y * kStep_m);
+  for (const Cell& cell : floor) {
+    for (int z = -layers; z < 0; ++z) block.cells.insert({cell[0], cell[1], z});
+  }
+  auto mesh = std::make_shared<const TriangleMesh>(Tessellate(plate));
+  EXPECT_TRUE(IsWatertight(*mesh));
+  block.geometry = PrepareExact(Mesh{.mesh = mesh, .watertight = true});
+  return block;
+}
+
+std::vector<Block> Blocks() {
+  const std::vector<std::array<int, 2>> u = {{0, 0}, {3, 0}, {3, 3}, {2, 3},
+                                             {2, 1}, {1, 1}, {1, 3}, {0, 3}};
+  const std::set<Cell> in_u = {{0, 0}, {1, 0}, {2, 0}, {0, 1}, {0, 2}, {2, 1}, {2, 2}};
+  const std::vector<std::array<int, 2>> l = {{0, 0}, {2, 0}, {2, 1}, {1, 1}, {1, 3}, {0, 3}};
+  const std::set<Cell> in_l = {{0, 0}, {1, 0}, {0, 1}, {0, 2}};
+  const std::vector<std::array<int, 2>> bar = {{0, 0}, {2, 0}, {2, 1}, {0, 1}};
+  return {BlockOf(u, in_u, 1), BlockOf(u, in_u, 3), BlockOf(l, in_l, 2),
+          BlockOf(bar, {{0, 0}, {1, 0}}, 1), BlockOf(bar, {{0, 0}, {1, 0}}, 3)};
+}
+
+bool ShareRoom(const Block& a, const Block& b, const Cell& shift) {
+  for (const Cell& cell : b.cells) {
+    if (a.cells.contains({cell[0] + shift[0], cell[1] + shift[1], cell[2] + shift[2]})) return true;
+  }
+  return false;
+}
+
+void ExpectTold(const Block& a, const Block& b, const Pose& X_FA, const Pose& X_FB, bool overlap) {
+  const PlacedExact at_a{*a.geometry, X_FA}, at_b{*b.geometry, X_FB};
+  EXPECT_EQ(ExactOverlap(at_a, at_b), overlap);
+  const PairDistance distance = ExactDistance(at_a, at_b);
+  EXPECT_EQ(distance.distance_m < 0, overlap) << distance.distance_m;
+  if (!overlap) return;
+  EXPECT_NE(distance.trust, Trust::kSurfaceOnly);
+  // The least that both share is a cell.
+  EXPECT_GE(-distance.distance_m + distance.bound_m, kStep_m * (1 - 1e-9));
+}
+
+TEST(FlushMeshes, AreToldByTheCellsThatTheyFill) {
+  const std::vector<Block> blocks = Blocks();
+  int overlapping = 0, apart = 0;
+  for (const Block& a : blocks) {
+    for (const Block& b : blocks) {
+      for (int k = 0; k < 7 * 7 * 7; ++k) {
+        const Cell shift = {k % 7 - 3, k / 7 % 7 - 3, k / 49 - 3};
+        const bool overlap = ShareRoom(a, b, shift);
+        (overlap ? overlapping : apart) += 1;
+        SCOPED_TRACE(::testing::Message()
+                     << &a - blocks.data() << " and " << &b - blocks.data() << " moved by "
+                     << shift[0] << " " << shift[1] << " " << shift[2]);
+        const Vector3 by = kStep_m * Vector3(shift[0], shift[1], shift[2]);
+        ExpectTold(a, b, Pose::Identity(), MakeTranslation(by.x(), by.y(), by.z()), overlap);
+      }
+    }
+  }
+  EXPECT_GT(overlapping, 900);
+  EXPECT_GT(apart, 1000);
+}
+
+TEST(FlushMeshes, AreToldWhereverTheyLie) {
+  const std::vector<Block> blocks = Blocks();
+  const Pose X_WF = MakePose({20, -30, 5}, Quaternion(0.5, 0.1, -0.7, 0.3).normalized());
+  for (const Block& a : blocks) {
+    for (const Block& b : blocks) {
+      for (int k = 0; k < 5 * 5 * 5; ++k) {
+        const Cell shift = {k % 5 - 2, k / 5 % 5 - 2, k / 25 - 2};
+        if (!ShareRoom(a, b, shift)) continue;  // what touches may overlap by rounding
+        const Vector3 by = kStep_m * Vector3(shift[0], shift[1], shift[2]);
+        ExpectTold(a, b, X_WF, X_WF * MakeTranslation(by.x(), by.y(), by.z()), true);
+      }
+    }
+  }
+}
+
+TEST(ClosedMeshes, WoundInwardTellOfTheirSurfaceAsThoseWoundOutward) {
+  TriangleMesh turned = Tessellate(Box{{1, 1, 1}});
+  for (TriangleMesh::Triangle& t : turned.triangles) std::swap(t[0], t[1]);
+  const auto inward =
+      PrepareExact(Mesh{.mesh = std::make_shared<const TriangleMesh>(turned), .watertight = true});
+  const PlacedExact placed{*inward, Pose::Identity()};
+  const auto hit = ExactRay(placed, {.origin = {0.1, 0.2, 2}, .direction = {0, 0, -1}});
+  ASSERT_TRUE(hit.has_value());
+  EXPECT_TRUE(hit->normal.isApprox(Vector3::UnitZ(), 1e-12)) << hit->normal.transpose();
+}
+
+}  // namespace
+}  // namespace cwm::collision
