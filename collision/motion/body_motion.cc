@@ -32,14 +32,17 @@ bool IsRotary(JointKind kind) {
 bool IsWholeTurn(double multiplier) { return std::trunc(multiplier) == multiplier; }
 
 // Whether a whole turn of the variable leaves the robot as it was: the heading of a planar joint, and
-// the value of a continuous one that nothing follows but what turns with it a whole number of times.
-// Else the short way would end elsewhere than the row says.
+// the value of a continuous one without limits, of its own or of who follows it, that nothing follows
+// but what turns with it a whole number of times. Else the short way would end elsewhere than the row
+// says, or run through states that no limit allows.
 bool ComesAround(const RobotModel& model, std::size_t variable) {
   constexpr int kHeading = 2;  // of a planar joint's variables; no joint follows them
   const Variable& asked = model.variables[variable];
   const JointKind kind = model.links[static_cast<std::size_t>(asked.link)].kind;
   if (kind == JointKind::kPlanar) return asked.component == kHeading;
-  if (kind != JointKind::kContinuous) return false;
+  if (kind != JointKind::kContinuous || std::isfinite(asked.lower) || std::isfinite(asked.upper)) {
+    return false;
+  }
   return std::ranges::all_of(model.links, [&](const ModelLink& link) {
     const bool follows = link.follows && link.variable == static_cast<int>(variable);
     return !follows || (IsRotary(link.kind) && IsWholeTurn(link.multiplier));

@@ -287,6 +287,21 @@ TEST(JointMotion, TurnsContinuousJointsTheShortWay) {
   EXPECT_NEAR(X_WL[1].linear()(0, 0), -1, 1e-12);  // by way of pi, not of 0
 }
 
+// The follower cannot pass pi: no state on the short way is within its limits.
+TEST(JointMotion, TurnsTheLongWayWhereAFollowerHasLimits) {
+  const auto robot = RobotOf(Ball("a") + Ball("b") + Ball("c") +
+                             JointText("roll", "continuous", "a", "b", "<axis xyz=\"0 0 1\"/>") +
+                             JointText("also", "revolute", "b", "c",
+                                       "<axis xyz=\"0 0 1\"/><limit lower=\"-3.1\" upper=\"3.1\"/>"
+                                       "<mimic joint=\"roll\"/>"));
+  const QueryBody body = BodyFromRobot(*robot, RobotScope::kBoth);
+  const JointMotion motion(*robot->model, body, Pose::Identity(), std::vector<double>{3.0},
+                           std::vector<double>{-3.0});
+  std::vector<Pose> X_WL(3);
+  motion.Place(0.5, X_WL);
+  EXPECT_NEAR(X_WL[1].linear()(0, 0), 1, 1e-12);  // by way of 0
+}
+
 TEST(JointMotion, EndsWhereItsRowIsWhateverFollowsAContinuousJoint) {
   for (const std::string kind : {"prismatic", "revolute"}) {
     const auto robot = RobotOf(Ball("a") + Ball("b") + Ball("c") +
