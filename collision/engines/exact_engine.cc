@@ -48,6 +48,10 @@ std::optional<RayHit> CastRay(const EngineGeometry& exact, const Pose& X_WS, con
   return ExactRay(Placed(exact, X_WS), ray);
 }
 
+const Shape& ShapeOf(const EngineGeometry& exact) {
+  return static_cast<const ExactForm&>(exact).geometry->shape();
+}
+
 const TriangleTree* TreeOf(const EngineGeometry& exact) {
   return static_cast<const ExactForm&>(exact).geometry->tree();
 }

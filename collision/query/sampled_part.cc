@@ -12,6 +12,7 @@ namespace cwm::collision {
 SampledPart::SampledPart(const Obstacle& object, const Id& id)
     : id_(id),
       part_(&object.geometry->parts[static_cast<std::size_t>(id.part)]),
+      shape_(&part_->shape),
       bounds_W_(&object.parts_W[static_cast<std::size_t>(id.part)].bounds_W),
       X_WP_(object.parts_W[static_cast<std::size_t>(id.part)].X_WP) {
   for (int i = 0; i < 3; ++i) {
@@ -70,7 +71,11 @@ void SampledPart::Prepare(const Plate& plate) {
   PrepareProfile(PlaneProfile::Outline(plate), LaneSolid::Form::kPlate);
 }
 
-void SampledPart::Prepare(const Convex&) { in_lanes_ = false; }
+void SampledPart::Prepare(const Convex&) {
+  in_lanes_ = false;
+  // The planes of a hull that was sent are not all its corners': see ExactGeometry.
+  shape_ = &ShapeOf(*part_->engines[static_cast<int>(EngineKind::kExact)]);
+}
 
 void SampledPart::Prepare(const Mesh& mesh) {
   in_lanes_ = false;
@@ -112,7 +117,7 @@ PointSample SampledPart::Sample(const Vector3& p_W, double distance_m) const {
   const Vector3 p = InShape(p_W);
   PointSample sample = tree_ != nullptr ? SampleMesh(*tree_, watertight_, p, distance_m)
                        : profile_       ? SampleProfile(p)
-                                        : SampleConvex(std::get<Convex>(part_->shape), p);
+                                        : SampleConvex(std::get<Convex>(*shape_), p);
   sample.gradient = X_WP_.linear() * sample.gradient;
   return sample;
 }
@@ -124,7 +129,7 @@ PointSample SampledPart::SampleProfile(const Vector3& p) const {
 
 double SampledPart::DistanceInShape_m(const Vector3& p, double max_distance_m) const {
   if (tree_ != nullptr) return MeshDistance_m(*tree_, watertight_, p, max_distance_m);
-  return profile_ ? SampleProfile(p).distance_m : SignedDistance_m(part_->shape, p);
+  return profile_ ? SampleProfile(p).distance_m : SignedDistance_m(*shape_, p);
 }
 
 std::span<const SampledPart> SampledParts::Of(const Obstacle& object) {

@@ -65,6 +65,7 @@ class SampledPart {
 
   Id id_;
   const PreparedPart* part_;
+  const Shape* shape_;  // as the kernels take it
   const Aabb* bounds_W_;
   Pose X_WP_;
   LaneSolid solid_;

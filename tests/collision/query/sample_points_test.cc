@@ -7,6 +7,8 @@
 #include <thread>
 #include <vector>
 
+#include "collision/geometry/tessellate.h"
+#include "collision/geometry/validation.h"
 #include "tests/collision/query/room_of_all_kinds.h"
 
 namespace cwm::collision {
@@ -123,6 +125,34 @@ TEST(SamplePoints, TheRepresentationSaysWhichPartsCount) {
   EXPECT_NEAR(at(Representation::kShapes).distance_m[0], 0.3, 1e-12);
   EXPECT_EQ(at(Representation::kShapes).trust[0], Trust::kExact);
   EXPECT_NEAR(at(Representation::kSurfaces).distance_m[0], 0.1, 1e-12);
+}
+
+// A corner that sinks 50 nm below two faces beside it: convex as far as validation asks, but not by the
+// planes of the slivers there.
+TEST(SamplePoints, AHullIsThatOfItsCorners) {
+  TriangleMesh hull = Tessellate(Box{{1, 1, 1}});
+  const auto dent = static_cast<std::uint32_t>(hull.vertices.size());
+  hull.vertices.emplace_back(0, -0.5 + 1e-6, 0.5 - 5e-8);
+  for (TriangleMesh::Triangle& t : hull.triangles) {
+    const Vector3 a = hull.vertices[t[0]], b = hull.vertices[t[1]], c = hull.vertices[t[2]];
+    if (a.z() + b.z() + c.z() < 1.4) continue;  // of the top
+    for (std::size_t i = 0; i < 3; ++i) {
+      const std::uint32_t from = t[i], to = t[(i + 1) % 3], apex = t[(i + 2) % 3];
+      if (hull.vertices[from].y() > -0.4 || hull.vertices[to].y() > -0.4) continue;
+      t = {from, dent, apex};
+      hull.triangles.push_back({dent, to, apex});
+      hull.triangles.push_back({from, to, dent});
+      break;
+    }
+    break;
+  }
+  ASSERT_EQ(hull.triangles.size(), 14U);
+  const Convex dented{std::make_shared<const TriangleMesh>(hull)};
+  ASSERT_FALSE(FindViolation(Shape(dented)).has_value());
+  const auto world =
+      WorldOf({PutOf("box", {{.X_FS = Pose::Identity(), .shape = dented}}, Pose::Identity())});
+  EXPECT_NEAR(SampleOne(*world, {0, 0.4, 0.48}, {}).distance_m[0], -0.02, 1e-6);
+  EXPECT_NEAR(SampleOne(*world, {0, 0.4, 0.6}, {}).distance_m[0], 0.1, 1e-6);
 }
 
 TEST(SamplePoints, MarginsDoNotEnter) {
