@@ -5,10 +5,13 @@
 #include <gtest/gtest.h>
 #include <hwy/targets.h>
 
+#include <array>
 #include <cmath>
+#include <iomanip>
 #include <numbers>
 #include <random>
 #include <set>
+#include <sstream>
 #include <string>
 
 #include "collision/robot/kinematics.h"
@@ -218,6 +221,42 @@ TEST_F(SphereCheckTest, HasThePlainVerdictsWithinAMicrometreOfContact) {
   const auto counts = ExpectPlainVerdicts(*world, body_, Rows(rows), {});
   EXPECT_GT(counts[static_cast<std::size_t>(Verdict::kFree)], 300u);
   EXPECT_GT(counts[static_cast<std::size_t>(Verdict::kCollision)], 300u);
+}
+
+// An arm whose joints stand at right angles to each other, as most robots' do, each in one of the 24
+// ways to do so, with slides among the turns.
+std::shared_ptr<const RobotModel> StraightArm(std::mt19937& random) {
+  const std::string names = "abcdefgh";
+  std::string joints;
+  for (std::size_t k = 0; k + 1 < names.size(); ++k) {
+    const auto quarters = [&] { return std::uniform_int_distribution<int>(-1, 2)(random); };
+    std::ostringstream place;
+    place << std::setprecision(17) << "<origin xyz=\"" << 0.1 * quarters() << " "
+          << 0.1 * quarters() << " 0.15\" rpy=\"" << quarters() * std::numbers::pi / 2 << " "
+          << quarters() * std::numbers::pi / 2 << " " << quarters() * std::numbers::pi / 2
+          << "\"/><axis xyz=\"" << (k % 2 == 0 ? "0 0 1" : "0 -1 0")
+          << "\"/><limit lower=\"-0.8\" upper=\"2.9\"/>";
+    joints += JointText("joint" + std::to_string(k), k % 3 == 0 ? "prismatic" : "revolute",
+                        names.substr(k, 1), names.substr(k + 1, 1), place.str());
+  }
+  return ModelOf(Links(names) + joints);
+}
+
+TEST_F(SphereCheckTest, HasThePlainVerdictsOfJointsAtRightAngles) {
+  const auto world = WorldOf(Solids(random_));
+  std::array<std::size_t, 5> counts{};
+  for (int arm = 0; arm < 24; ++arm) {
+    model_ = StraightArm(random_);
+    body_ = BodyOf(*model_);
+    std::vector<double> rows;
+    for (std::size_t k = 0; k < 600 * model_->all.variables.size(); ++k) {
+      rows.push_back(std::uniform_real_distribution<double>(-0.9, 1.5)(random_));
+    }
+    const auto of_arm = ExpectPlainVerdicts(*world, body_, Rows(rows), {});
+    for (std::size_t k = 0; k < counts.size(); ++k) counts[k] += of_arm[k];
+  }
+  EXPECT_GT(counts[static_cast<std::size_t>(Verdict::kFree)], 200u);
+  EXPECT_GT(counts[static_cast<std::size_t>(Verdict::kCollision)], 2000u);
 }
 
 TEST_F(SphereCheckTest, NamesThePlainPairsWhereEachRowIsNamed) {
