@@ -37,11 +37,26 @@ class SrdfReader {
     }
     if (!status.ok()) return status;
     semantic_.left_out = left_out_.Lines();
+    Doubt(root);
     return std::move(semantic_);
   }
 
  private:
   using Adder = absl::Status (SrdfReader::*)(const XmlElement&);
+
+  // What suggests that it is another file than the user meant.
+  void Doubt(const XmlElement& root) {
+    std::vector<std::string>& lines = semantic_.left_out;
+    if (lines.empty() && semantic_.groups.empty() && semantic_.disabled_pairs.empty() &&
+        semantic_.disabled_links.empty()) {
+      lines.emplace_back("srdf: has neither groups nor pairs of links that are not checked");
+    }
+    const absl::StatusOr<std::string> name = root.Text("name");
+    if (root.Has("name") && name.ok() && *name != robot_.name) {
+      lines.insert(lines.begin(), absl::StrCat("srdf: is of the robot \"", *name,
+                                               "\", the URDF is of \"", robot_.name, "\""));
+    }
+  }
 
   absl::Status ForEach(const XmlElement& root, const char* tag, Adder add) {
     for (const XmlElement& element : root.Children(tag)) {

@@ -73,12 +73,13 @@ inline constexpr std::size_t kMostLeftOut = 20;
 // A group is the union of what its elements name: <joint> that joint, <link> the joint that the
 // link hangs on, <chain> the joints on the way between its two links (through the link that both
 // hang on, where neither hangs on the other), <group> all of another group, wherever in the file
-// that is. Virtual joints are left out of groups and states; other elements are passed over, the
-// name of the robot and sphere approximations among them.
+// that is. Virtual joints are left out of groups and states; other elements are passed over, sphere
+// approximations among them.
 //
 // Elements that name a link, a joint or a group that neither file has are left out with a line in
 // `left_out`, as MoveIt does: an SRDF often outlives links of its URDF. Of groups and states that is
-// the one member.
+// the one member. A line likewise where the robot has another name than the URDF's, or nothing is
+// said of groups and pairs.
 //
 // Refuses, with INVALID_ARGUMENT that names the element, the value and the rule: malformed XML,
 // groups that hold themselves, group or state names that appear twice, positions with another number

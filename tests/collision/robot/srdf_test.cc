@@ -155,6 +155,16 @@ TEST(Srdf, WhatNamesWhatThereIsNotIsLeftOutWithALine) {
           HasSubstr("disable_default_collisions link" + link)));
 }
 
+TEST(Srdf, OfAnotherRobotOrOfNothingIsToldByALine) {
+  const auto nothing = Read("");
+  ASSERT_TRUE(nothing.ok()) << nothing.status();
+  EXPECT_THAT(nothing->left_out, ElementsAre(HasSubstr("neither groups nor pairs")));
+  const auto other =
+      ReadSrdf("<robot name=\"s\"><group name=\"g\"><link name=\"a\"/></group></robot>", Tree());
+  ASSERT_TRUE(other.ok()) << other.status();
+  EXPECT_THAT(other->left_out, ElementsAre("srdf: is of the robot \"s\", the URDF is of \"r\""));
+}
+
 TEST(Srdf, LinesOfWhatIsLeftOutAreBounded) {
   std::string pairs;
   for (std::size_t i = 0; i < kMostLeftOut + 5; ++i) {
