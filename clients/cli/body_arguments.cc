@@ -99,7 +99,9 @@ pb::Subject SubjectOf(const Body& body, std::size_t begin, std::size_t end) {
   } else if (subject.has_object()) {
     set(subject.mutable_object()->mutable_x_world_object());
   } else {
-    set(subject.mutable_robot()->mutable_rows());
+    pb::JointRows& rows = *subject.mutable_robot()->mutable_rows();
+    set(&rows);
+    rows.set_width(static_cast<std::int32_t>(body.width));
   }
   return subject;
 }

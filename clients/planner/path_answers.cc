@@ -11,6 +11,7 @@ namespace {
 void AddRow(const Row& row, v1::Subject& subject) {
   v1::JointRows& rows = *subject.mutable_robot()->mutable_rows();
   rows.set_scalar(v1::SCALAR_F64);
+  rows.set_width(static_cast<std::int32_t>(row.size()));
   rows.mutable_data()->append(reinterpret_cast<const char*>(row.data()),
                               row.size() * sizeof(double));
 }

@@ -24,7 +24,7 @@ absl::StatusOr<std::vector<std::uint8_t>> ServerChecker::Answer(std::span<const 
   std::vector<std::uint8_t> free;
   const std::size_t part = std::max<std::size_t>(1, kMostNumbers / width) * width;
   for (std::size_t begin = 0; begin < rows.size(); begin += part) {
-    const auto status = AskPart(rows.subspan(begin, std::min(part, rows.size() - begin)), free);
+    const auto status = AskPart(rows.subspan(begin, std::min(part, rows.size() - begin)), width, free);
     if (!status.ok()) return status;
   }
   if (free.size() * width != rows.size()) {
@@ -34,10 +34,12 @@ absl::StatusOr<std::vector<std::uint8_t>> ServerChecker::Answer(std::span<const 
   return free;
 }
 
-absl::Status ServerChecker::AskPart(std::span<const double> rows, std::vector<std::uint8_t>& free) {
+absl::Status ServerChecker::AskPart(std::span<const double> rows, std::size_t width,
+                                    std::vector<std::uint8_t>& free) {
   v1::JointRows& joint_rows =
       *request_.mutable_check_collisions()->mutable_subject()->mutable_robot()->mutable_rows();
   joint_rows.set_scalar(v1::SCALAR_F64);
+  joint_rows.set_width(static_cast<std::int32_t>(width));
   std::string& data = *joint_rows.mutable_data();
   data.resize(rows.size_bytes());
   std::memcpy(data.data(), rows.data(), data.size());

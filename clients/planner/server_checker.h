@@ -22,7 +22,8 @@ class ServerChecker : public StateChecker {
   absl::StatusOr<std::vector<std::uint8_t>> Answer(std::span<const double> rows,
                                                    std::size_t width) override;
   // Adds the verdicts of so many rows.
-  absl::Status AskPart(std::span<const double> rows, std::vector<std::uint8_t>& free);
+  absl::Status AskPart(std::span<const double> rows, std::size_t width,
+                       std::vector<std::uint8_t>& free);
 
   client::QueryStream& stream_;
   v1::StreamQueriesRequest request_;

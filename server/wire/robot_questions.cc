@@ -210,10 +210,25 @@ absl::Status CheckQuaternions(const RobotModel& model, const JointGroup& group,
   return absl::OkStatus();
 }
 
+absl::Status CheckWidth(const v1::JointRows& rows, const RobotStates& states,
+                        const FieldPath& path) {
+  const std::vector<int>& variables = states.group->variables;
+  if (rows.width() == 0 || static_cast<std::size_t>(rows.width()) == variables.size()) {
+    return absl::OkStatus();
+  }
+  const std::string names = absl::StrJoin(variables, " ", [&](std::string* out, int variable) {
+    absl::StrAppend(out,
+                    states.robot->model().variables[static_cast<std::size_t>(variable)].name);
+  });
+  return path.Field("width").Error(absl::StrCat("is ", rows.width(), ", must be ", variables.size(),
+                                                ", one for each variable of the group: ", names));
+}
+
 absl::StatusOr<std::vector<double>> RowsFromProto(const v1::JointRows& rows,
                                                   const RobotStates& states, std::int64_t max_rows,
                                                   const FieldPath& path) {
   const JointGroup& group = *states.group;
+  if (auto status = CheckWidth(rows, states, path); !status.ok()) return status;
   if (rows.data().empty()) {
     std::vector<double> row;
     for (const int variable : group.variables) {

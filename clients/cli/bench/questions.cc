@@ -115,6 +115,7 @@ Question RobotStates(const AskedWorld& world, const pb::Robot& robot, int rows) 
     }
   }
   subject.mutable_rows()->set_scalar(pb::SCALAR_F64);
+  subject.mutable_rows()->set_width(robot.variables_size());
   subject.mutable_rows()->set_data(client::RowBytes(numbers));
   return question;
 }

@@ -26,8 +26,9 @@ def pose(
 
 
 def to_matrices(rows: np.ndarray) -> np.ndarray:
-    """(N, 7) rows with unit quaternions as (N, 4, 4) float64."""
-    x, y, z, w = rows[:, 3:].astype(np.float64).T
+    """(N, 7) rows with unit quaternions, which may be rounded, as (N, 4, 4) float64."""
+    quaternions = rows[:, 3:].astype(np.float64)
+    x, y, z, w = (quaternions / np.linalg.norm(quaternions, axis=1, keepdims=True)).T
     matrices = np.zeros((len(rows), 4, 4))
     matrices[:, 0, 0] = 1 - 2 * (y * y + z * z)
     matrices[:, 0, 1] = 2 * (x * y - z * w)

@@ -85,7 +85,10 @@ def _robot(what: RobotSubject, value: npt.ArrayLike | None, name: str) -> Subjec
         robot.base_state.CopyFrom(
             robots.joint_state(what.base_state, what.named_state, "base_state")
         )
-    return _subject(message, None if value is None else arrays.rows(value, name), "robot", "rows")
+    rows = None if value is None else arrays.rows(value, name)
+    if rows is not None:
+        robot.rows.width = rows.shape[1]
+    return _subject(message, rows, "robot", "rows")
 
 
 def _body(items: list[shapes.Placed], value: npt.ArrayLike | None, name: str) -> Subject:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from typing import Mapping, Sequence
 
 import numpy.typing as npt
@@ -209,6 +210,8 @@ class World(WorldView):
         spheres: a "spherized" URDF of the same links. package_dirs: where package:// URIs begin, by
         default the folder of the URDF and the three above it; FileNotFoundError names a mesh that
         is not there. pose: X_WB.
+
+        What a user should know of the files, such as which meshes are open, is a UserWarning each.
         """
         text, folder = robots.read_text(urdf, "urdf")
         header = robot_pb2.LoadRobotHeader(
@@ -232,6 +235,8 @@ class World(WorldView):
             ),
             self.timeout_s,
         )
+        for line in reply.warnings:
+            warnings.warn(line, stacklevel=2)
         return robots.robot_from_proto(reply.robot) if reply.HasField("robot") else self.robot(name)
 
     def delete_robot(self, name: str) -> int:

@@ -48,6 +48,15 @@ class Poses(unittest.TestCase):
         np.testing.assert_allclose(same_way, 1, atol=1e-12)
         np.testing.assert_allclose(poses.to_matrices(back), poses.to_matrices(rows), atol=1e-12)
 
+    def test_rounded_quaternions_turn_and_do_not_scale(self):
+        random = np.random.default_rng(3)
+        for _ in range(500):
+            quaternion = random.normal(size=4)
+            quaternion = np.round(quaternion / np.linalg.norm(quaternion), 3)
+            pose = poses.pose((1, 2, 3), quaternion)
+            np.testing.assert_allclose(pose[:3, :3].T @ pose[:3, :3], np.eye(3), atol=1e-12)
+            self.assertEqual(poses.to_proto(pose, "pose").tx_m, 1)
+
     def test_of_odd_kinds_are_converted(self):
         turned = np.array([[0, -1, 0, 1], [1, 0, 0, 2], [0, 0, 1, 3], [0, 0, 0, 1]])
         expected = [[1, 2, 3, 0, 0, np.sqrt(0.5), np.sqrt(0.5)]]

@@ -50,6 +50,22 @@ class Robots(ServerCase):
             self.world.robot("leg")
         self.assertEqual(caught.exception.reason, "ROBOT_UNKNOWN")
 
+    def test_a_row_of_another_width_is_refused(self):
+        subject = cwm.RobotSubject("arm", "both", scope="world")
+        for rows in (np.zeros((3, 4)), np.zeros((2, 6)), np.zeros(4), np.zeros((4, 1))):
+            with self.assertRaisesRegex(cwm.InvalidArgument, r"rows\.width.*must be 2"):
+                self.world.check(subject, rows)
+        with self.assertRaisesRegex(cwm.InvalidArgument, r"rows\.width is 4, must be 2"):
+            self.world.motions(subject, np.zeros((1, 4)), np.ones((1, 4)))
+
+    def test_what_a_user_should_know_of_the_files_is_a_warning(self):
+        with self.assertWarnsRegex(UserWarning, "no SRDF was given"):
+            self.world.load_robot(URDF, name="alone")
+        with self.assertWarnsRegex(UserWarning, 'is of the robot "leg", the URDF is of "arm"'):
+            self.world.load_robot(URDF, srdf=SRDF.replace('"arm"', '"leg"', 1), name="other")
+        with self.assertWarnsRegex(UserWarning, "has neither groups nor pairs"):
+            self.world.load_robot(URDF, srdf=URDF, name="mistaken")
+
     def test_are_asked_about_many_states(self):
         self.world.put("ball", cwm.Sphere(0.2), cwm.pose([0.6, 0.5, 0]))
         states = np.random.default_rng(8).uniform([-3, -2], [3, 2], (70_000, 2))

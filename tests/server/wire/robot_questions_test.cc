@@ -240,6 +240,15 @@ TEST_F(RobotSubjects, FaultsAreNamed) {
   ExpectFault("robot.rows.data", "has 3 bytes, must be a multiple of 16 (2 F64 a row)");
   robot_.mutable_rows()->set_scalar(static_cast<v1::Scalar>(7));
   ExpectFault("robot.rows.scalar", "is 7");
+  SetRows(std::vector<double>(6, 0.0));  // three rows of two, said to be two of three
+  robot_.mutable_rows()->set_scalar(v1::SCALAR_F64);
+  robot_.mutable_rows()->set_width(3);
+  ExpectFault("robot.rows.width",
+              "is 3, must be 2, one for each variable of the group: elbow slide");
+  robot_.mutable_rows()->set_width(-2);
+  ExpectFault("robot.rows.width", "is -2, must be 2");
+  robot_.mutable_rows()->set_width(2);
+  EXPECT_TRUE(Convert().ok());
   robot_.clear_rows();
   limits_.max_batch_rows = 2;
   SetRows(std::vector<double>(6, 0.0));
