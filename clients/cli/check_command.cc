@@ -83,6 +83,7 @@ void AddCheckCommand(CommandLine& line) {
       [arguments](Session& session) { return Check(session, *arguments); });
   AddBodyOptions(command, arguments->body);
   AddQuestionOptions(command, arguments->question);
+  AddMarginOption(command, arguments->question);
   AddPairRuleOptions(command, arguments->question);
   command.add_flag("--exit-code", arguments->exit_code, "end with 10 when any row is in collision");
 }

@@ -168,6 +168,7 @@ void AddMotionCommand(CommandLine& line) {
       [arguments](Session& session) { return Move(session, *arguments); });
   AddBodyOptions(command, arguments->body);
   AddQuestionOptions(command, arguments->question);
+  AddMarginOption(command, arguments->question);
   AddPairRuleOptions(command, arguments->question);
   command.add_flag("--exit-code", arguments->exit_code,
                    "end with 10 when any motion is in contact");

@@ -1,4 +1,4 @@
-// Options whose argument is one of some words.
+// What the arguments of options may be: one of some words, a time.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "absl/strings/ascii.h"
+#include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 
@@ -30,6 +31,13 @@ CLI::Validator OneOf(std::map<std::string, Enum> values) {
     return absl::StrCat("\"", word, "\" must be ", absl::StrJoin(names, ", "), " or ", last);
   };
   return CLI::Validator(check, "");
+}
+
+// "--deadline: "0" must be a number of seconds, more than 0". For Option::check.
+inline std::string PositiveSeconds(const std::string& text) {
+  double seconds = 0;
+  if (absl::SimpleAtod(text, &seconds) && seconds > 0) return "";
+  return absl::StrCat("\"", text, "\" must be a number of seconds, more than 0");
 }
 
 }  // namespace cwm::cli

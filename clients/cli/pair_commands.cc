@@ -119,6 +119,7 @@ void AddPairCommands(CommandLine& line) {
       });
   AddBodyOptions(contacts, contact->body);
   AddQuestionOptions(contacts, contact->question);
+  AddMarginOption(contacts, contact->question);
   AddPairRuleOptions(contacts, contact->question);
   contacts.add_option("--max-contacts", contact->question.max_contacts, "points a row; default 16")
       ->type_name("N");

@@ -40,8 +40,6 @@ void AddQuestionOptions(CLI::App& command, QuestionArguments& question) {
                   "what space that no sensor has seen counts as: block (default), report or ignore")
       ->transform(OneOf(ShortNames<pb::UnseenSpace>()))
       ->type_name("SPACE");
-  command.add_option("--margin", question.margin_m, "collision means nearer than this (m)")
-      ->type_name("M");
   command.add_option("--max-distance", question.max_distance_m, "leave out what is farther (m)")
       ->type_name("M");
   command
@@ -55,9 +53,14 @@ void AddQuestionOptions(CLI::App& command, QuestionArguments& question) {
       ->allow_extra_args(false)
       ->type_name("CHANGE");
   command.add_option("--time-budget", question.time_budget_s, "answer what is done by then (s)")
-      ->check(CLI::PositiveNumber.description(""))
+      ->check(PositiveSeconds)
       ->type_name("S");
   AddRevisionOption(command, question.at_revision);
+}
+
+void AddMarginOption(CLI::App& command, QuestionArguments& question) {
+  command.add_option("--margin", question.margin_m, "collision means nearer than this (m)")
+      ->type_name("M");
 }
 
 void AddPairRuleOptions(CLI::App& command, QuestionArguments& question) {

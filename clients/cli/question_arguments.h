@@ -35,6 +35,8 @@ struct QuestionArguments {
 };
 
 void AddQuestionOptions(CLI::App& command, QuestionArguments& question);
+// Of verdicts and contacts: distances are geometric.
+void AddMarginOption(CLI::App& command, QuestionArguments& question);
 // Those of questions about pairs, which rays and samples know nothing of.
 void AddPairRuleOptions(CLI::App& command, QuestionArguments& question);
 void AddRevisionOption(CLI::App& command, std::string& at_revision);

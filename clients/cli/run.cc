@@ -57,7 +57,7 @@ void AddGlobalOptions(CLI::App& app, Session& session) {
       ->type_name("FORM");
   app.add_option("--deadline", session.deadline_s,
                  "seconds that a call may take; default: no limit")
-      ->check(CLI::PositiveNumber.description(""))
+      ->check(PositiveSeconds)
       ->type_name("S");
 }
 
