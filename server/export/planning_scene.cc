@@ -84,6 +84,9 @@ absl::StatusOr<PlanningScene> SceneOf(const collision::WorldSnapshot& snapshot,
                 object->name);
     }
     if (object->margin_m > 0) notes.Add("its margin is left out", object->name);
+    if (!object->attachment && !object->supported_by.empty()) {
+      notes.Add("what supports it is left out, a planner sees it touch that", object->name);
+    }
     if (planned.shapes.empty()) {
       notes.Add("left out, it has no shapes", object->name);
     } else {
