@@ -41,6 +41,9 @@ constexpr double kLowestShare = 0.1;       // of a region's nodes are asked what
 constexpr double kLeastStanding = 0.2;     // of those; what hangs shows empty space below all
 constexpr std::size_t kAskedNodes = 256;   // of a region's, evenly spread
 constexpr double kFootprintCell_m = 0.01;  // the paper's octree leaves
+// Cells of a support are so many cells of a footprint wide at most: where noise makes them wider, far
+// away or in a scene of another scale, footprints are as coarse.
+constexpr double kMostReach_cells = 6;
 constexpr double kMostRejectedShare = 0.005;
 constexpr std::size_t kMostResiduals = 256;  // more of them share the last one
 
@@ -92,9 +95,13 @@ class Floor {
  public:
   Floor(const SurfaceGraph& graph, const CoarseCloud& coarse, const SupportPlane& support,
         const Placed<Plate>& plate, const SightMap& sight)
-      : graph_(graph), plate_(plate), sight_(sight), X_SL_(plate.X_FS.inverse(Eigen::Isometry)) {
+      : graph_(graph),
+        plate_(plate),
+        sight_(sight),
+        X_SL_(plate.X_FS.inverse(Eigen::Isometry)),
+        cell_m_(std::max(kFootprintCell_m, coarse.grid.edge_m() / kMostReach_cells)) {
     for (std::uint32_t c : support.cells) occupied_.insert(CellOf(Local(coarse.cells.points[c])));
-    reach_ = static_cast<int>(std::ceil(coarse.grid.edge_m() / kFootprintCell_m));
+    reach_ = static_cast<int>(std::ceil(coarse.grid.edge_m() / cell_m_));
   }
 
   bool Carries(const NodeList& region) const {
@@ -114,8 +121,8 @@ class Floor {
 
   Vector3 Local(const Vector3f& p) const { return X_SL_ * p.cast<double>(); }
   FootprintCell CellOf(const Vector3& local) const {
-    return {static_cast<int>(std::floor(local.x() / kFootprintCell_m)),
-            static_cast<int>(std::floor(local.y() / kFootprintCell_m))};
+    return {static_cast<int>(std::floor(local.x() / cell_m_)),
+            static_cast<int>(std::floor(local.y() / cell_m_))};
   }
 
   std::vector<std::size_t> NodesOver(const NodeList& region) const {
@@ -237,12 +244,11 @@ class Floor {
       }
       shared += touches || IsHiddenAt(cell);
     }
-    return static_cast<double>(shared) * kFootprintCell_m * kFootprintCell_m;
+    return static_cast<double>(shared) * cell_m_ * cell_m_;
   }
 
   bool IsHiddenAt(const FootprintCell& cell) const {
-    const Vector3 local((cell.first + 0.5) * kFootprintCell_m,
-                        (cell.second + 0.5) * kFootprintCell_m, 0);
+    const Vector3 local((cell.first + 0.5) * cell_m_, (cell.second + 0.5) * cell_m_, 0);
     return sight_.Look((plate_.X_FS * local).cast<float>(), static_cast<float>(kFootHeight_m)) ==
            Visibility::kHidden;
   }
@@ -251,6 +257,7 @@ class Floor {
   const Placed<Plate>& plate_;
   const SightMap& sight_;
   Pose X_SL_;
+  double cell_m_;
   std::set<FootprintCell> occupied_;
   int reach_ = 1;
 };
