@@ -37,7 +37,7 @@ const read = (path: string): Written => JSON.parse(readFileSync(path, "utf8")) a
 async function openGrasps(path: string): Promise<void> { await page.page.setInputFiles("input.file", path); }
 
 async function show(scheme: "light" | "dark" = "light"): Promise<void> {
-  page = await OpenedPage.open(browser, server.url, scheme);
+  page = await OpenedPage.open(browser, server.url, { colorScheme: scheme });
   await page.settle(Number((await server.json("objects"))["revision"]));
 }
 

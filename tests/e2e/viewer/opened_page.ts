@@ -57,6 +57,13 @@ export function openBrowser(): Promise<Browser> {
   return chromium.launch({ executablePath, args: ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"] });
 }
 
+// `isReady` is asked in the page; without it, whether the viewer runs.
+export interface Wishes {
+  colorScheme?: "light" | "dark";
+  viewport?: { width: number; height: number };
+  isReady?: () => boolean;
+}
+
 export type Rgb = readonly [number, number, number];
 
 export class OpenedPage {
@@ -67,14 +74,14 @@ export class OpenedPage {
     page.on("pageerror", (error) => this.complaints.push(error.message));
   }
 
-  static async open(browser: Browser, url: string, colorScheme: "light" | "dark" = "light",
-                    viewport = { width: 1280, height: 800 }): Promise<OpenedPage> {
+  static async open(browser: Browser, url: string, wishes: Wishes = {}): Promise<OpenedPage> {
+    const { colorScheme = "light", viewport = { width: 1280, height: 800 }, isReady = () => "cwmViewer" in window } = wishes;
     const blank = await browser.newPage();  // in front of the other it would have all the frames
     const context = await browser.newContext({ viewport, colorScheme });
     const opened = new OpenedPage(await context.newPage(), blank);
     await opened.page.bringToFront();
     await opened.page.goto(url);
-    await opened.page.waitForFunction(() => "cwmViewer" in window);
+    await opened.page.waitForFunction(isReady);
     return opened;
   }
 

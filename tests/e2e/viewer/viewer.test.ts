@@ -22,7 +22,7 @@ afterEach(async () => {
   await server.close();
 });
 
-const open = async (scheme: "light" | "dark" = "light"): Promise<void> => { page = await OpenedPage.open(browser, server.url, scheme); };
+const open = async (scheme: "light" | "dark" = "light"): Promise<void> => { page = await OpenedPage.open(browser, server.url, { colorScheme: scheme }); };
 
 interface Listed { name: string; kind: string; }
 
