@@ -24,7 +24,8 @@ absl::StatusOr<std::vector<std::uint8_t>> ServerChecker::Answer(std::span<const 
   std::vector<std::uint8_t> free;
   const std::size_t part = std::max<std::size_t>(1, kMostNumbers / width) * width;
   for (std::size_t begin = 0; begin < rows.size(); begin += part) {
-    const auto status = AskPart(rows.subspan(begin, std::min(part, rows.size() - begin)), width, free);
+    const auto status =
+        AskPart(rows.subspan(begin, std::min(part, rows.size() - begin)), width, free);
     if (!status.ok()) return status;
   }
   if (free.size() * width != rows.size()) {

@@ -197,9 +197,8 @@ class Judge {
     hit_ = open_ = hn::FirstN(kTag, 0);
     for (std::size_t k = 1; k < program_.joints.size(); ++k) {
       const LaneJoint& joint = program_.joints[k];
-      Frame frame = joint.column[0] < 0
-                        ? Held(LoadFrame(joint.parent), joint)
-                        : HeldStraight(FrameAt(joint.parent), width_, joint);
+      Frame frame = joint.column[0] < 0 ? Held(LoadFrame(joint.parent), joint)
+                                        : HeldStraight(FrameAt(joint.parent), width_, joint);
       Move(frame, joint, hn::LoadU(kTag, values + (k - 1) * stride));
       StoreFrame(k, frame);
     }

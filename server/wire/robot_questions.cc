@@ -217,8 +217,7 @@ absl::Status CheckWidth(const v1::JointRows& rows, const RobotStates& states,
     return absl::OkStatus();
   }
   const std::string names = absl::StrJoin(variables, " ", [&](std::string* out, int variable) {
-    absl::StrAppend(out,
-                    states.robot->model().variables[static_cast<std::size_t>(variable)].name);
+    absl::StrAppend(out, states.robot->model().variables[static_cast<std::size_t>(variable)].name);
   });
   return path.Field("width").Error(absl::StrCat("is ", rows.width(), ", must be ", variables.size(),
                                                 ", one for each variable of the group: ", names));
