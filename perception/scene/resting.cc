@@ -23,6 +23,11 @@ constexpr double kTopShare = 0.9;      // of column heights: above, a handle or 
 constexpr std::size_t kLeastTop_cells = 4;  // that make a top
 constexpr double kLeastOver = 0.5;          // of a footprint: what holds less would tip
 constexpr double kBorder_m = 0.01;          // footprints blur by a cell
+// Of a face that something rests on: 18 degrees, as far beside the foot as a crease rounds it and a few
+// cells more; what a crease takes from the upper one's foot.
+constexpr float kLevelFace_cos = 0.95f;
+constexpr double kBesideFoot_m = 0.03, kMostCrease_m = 0.02;
+constexpr std::size_t kFewestLevel = 24;  // two independent ones
 // Of an object's nodes, evenly spread, so many are looked at: two in each cell where one fills the
 // view of a Kinect at 1 m, all of them of what is smaller than 30 cm there.
 constexpr std::size_t kMostNodes = 20'000;
@@ -117,13 +122,17 @@ bool EndsBelow(const Standing& upper, const Standing& lower) {
   return std::abs(Quantile(std::move(tops), kTopShare) - upper.foot_m) <= upper.band_m;
 }
 
-// Share of the upper one's footprint that lies over the lower one, or of the lower one's top that
-// lies under the upper one, whichever is larger.
-double ShareOver(const Standing& upper, const Standing& lower) {
+// Share of the upper one's footprint that lies over the lower one.
+double ShareOfFootprint(const Standing& upper, const Standing& lower) {
   double inside = 0;
   for (const auto& [cell, top] : upper.top_m) {
     inside += DepthIn_m(lower.hull, CenterOf(cell)) >= kBorder_m;
   }
+  return inside / static_cast<double>(upper.top_m.size());
+}
+
+// Of that and of the lower one's top that lies under the upper one, whichever is larger.
+double ShareOver(const Standing& upper, const Standing& lower) {
   double under = 0, tops = 0;
   for (const auto& [cell, top] : lower.top_m) {
     if (top < upper.foot_m - 2 * upper.band_m) continue;
@@ -131,7 +140,7 @@ double ShareOver(const Standing& upper, const Standing& lower) {
     under += DepthIn_m(upper.hull, CenterOf(cell)) >= -kBorder_m;
   }
   const double under_share = tops >= kLeastTop_cells ? under / tops : 0;
-  return std::max(inside / static_cast<double>(upper.top_m.size()), under_share);
+  return std::max(ShareOfFootprint(upper, lower), under_share);
 }
 
 // What the upper one rests on, of those that stand on the same support: the one that it covers most;
@@ -149,6 +158,28 @@ const Standing* Under(const Standing& upper, const std::vector<Standing>& standi
     best = &lower;
   }
   return best;
+}
+
+// How high the face is that the upper one rests on: of the level nodes of the lower one beside its foot.
+// The upper one's own lowest are higher: of a crease, the lower ones of two sides have the most. Its foot
+// where there is no such face below it, as on rims and round things.
+double ContactHeight_m(const Standing& upper, const Standing& lower, const OrientedPoints& nodes,
+                       const std::vector<Segment>& segments, const Pose& X_PL) {
+  // Of what leans there or stands behind, foot and face are no contact.
+  if (ShareOfFootprint(upper, lower) < kLeastOver) return upper.foot_m;
+  const std::vector<std::uint32_t>& below = segments[lower.segment].nodes;
+  const Eigen::Vector3f up = X_PL.linear().row(2).transpose().cast<float>();
+  std::vector<double> heights;
+  for (std::size_t k = 0; k < below.size(); k += below.size() / kMostNodes + 1) {
+    const std::uint32_t i = below[k];
+    if (nodes.normals[i].dot(up) < kLevelFace_cos) continue;
+    const Vector3 place = X_PL * nodes.points[i].cast<double>();
+    if (place.z() < upper.foot_m - kMostCrease_m - upper.band_m) continue;
+    if (place.z() > upper.foot_m) continue;
+    if (DepthIn_m(upper.hull, place.head<2>()) >= -kBesideFoot_m) heights.push_back(place.z());
+  }
+  if (heights.size() < kFewestLevel) return upper.foot_m;
+  return Quantile(std::move(heights), 0.5);
 }
 
 // Of each support, what stands on it.
@@ -199,7 +230,10 @@ void FindWhatTheyRestOn(const OrientedPoints& nodes, const std::vector<Placed<Pl
       const Standing* under = Under(upper, standing);
       if (!under) continue;
       segments[upper.segment].rests_on = static_cast<std::int32_t>(under->segment);
-      segments[upper.segment].foot_height_m = upper.foot_m;
+      const Pose X_PL =
+          plates[static_cast<std::size_t>(segments[upper.segment].supported_by)].X_FS.inverse(
+              Eigen::Isometry);
+      segments[upper.segment].foot_height_m = ContactHeight_m(upper, *under, nodes, segments, X_PL);
     }
   }
 }

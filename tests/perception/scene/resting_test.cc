@@ -47,16 +47,18 @@ class Resting {
  private:
   std::vector<std::uint32_t> NodesOf(const SeenBox& box) {
     std::vector<std::uint32_t> nodes;
-    const auto put = [&](double x, double y, double z) {
+    const auto put = [&](double x, double y, double z, const Vector3& normal) {
       if (z < box.seen_from_m) return;
       nodes.push_back(static_cast<std::uint32_t>(nodes_.size()));
       nodes_.points.push_back(Vector3(x, y, z).cast<float>());
+      nodes_.normals.push_back(normal.cast<float>());
       nodes_.sigma_m.push_back(kSigma_m);
     };
     for (double y = box.low.y(); y <= box.high.y(); y += kStep_m) {
-      for (double z = box.low.z(); z <= box.high.z(); z += kStep_m) put(box.low.x(), y, z);
+      for (double z = box.low.z(); z <= box.high.z(); z += kStep_m)
+        put(box.low.x(), y, z, -Vector3::UnitX());
       for (double x = box.low.x(); x <= box.high.x() && box.top_seen; x += kStep_m) {
-        put(x, y, box.high.z());
+        put(x, y, box.high.z(), Vector3::UnitZ());
       }
     }
     return nodes;
@@ -76,6 +78,15 @@ TEST(FindWhatTheyRestOn, ASmallBoxOnALargeOne) {
   EXPECT_EQ(scene.Find(), (Found{-1, 0}));
   // The foot is known to the lowest fiftieth of the nodes, here 3 mm of a face.
   EXPECT_NEAR(scene.segments()[1].foot_height_m, 0.08, 0.01);
+}
+
+// A crease takes the upper one's lowest nodes.
+TEST(FindWhatTheyRestOn, AtTheHeightOfTheFaceBelow) {
+  Resting stack;
+  stack.Add({{0, 0, 0}, {0.2, 0.25, 0.08}})
+      .Add({.low = {0.06, 0.08, 0.08}, .high = {0.14, 0.17, 0.2}, .seen_from_m = 0.09});
+  ASSERT_EQ(stack.Find(), (Found{-1, 0}));
+  EXPECT_NEAR(stack.segments()[1].foot_height_m, 0.08, 1e-6);
 }
 
 TEST(FindWhatTheyRestOn, AStackOfEqualBoxesThatHideEachOthersTops) {
