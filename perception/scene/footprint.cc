@@ -55,4 +55,14 @@ bool Footprint::Covers(const Vector3& place) const {
   return true;
 }
 
+bool Footprint::Touches(const Vector3& place) const {
+  const auto [column, row] = PixelOf(place);
+  for (int c = column - 1; c <= column + 1; ++c) {
+    for (int r = row - 1; r <= row + 1; ++r) {
+      if (filled_.contains({c, r})) return true;
+    }
+  }
+  return false;
+}
+
 }  // namespace cwm::perception

@@ -27,10 +27,15 @@ class Footprint {
   // Whether its pixel and all eight beside it are filled.
   bool Covers(const Vector3& place) const;
 
- private:
+  // Whether its pixel or one beside it is.
+  bool Touches(const Vector3& place) const;
+
   using Pixel = std::pair<int, int>;  // column, row
-  using Range = std::pair<int, int>;
   Pixel PixelOf(const Vector3& place) const;
+  double pixel_m() const { return pixel_m_; }
+
+ private:
+  using Range = std::pair<int, int>;
 
   Matrix3 basis_;  // columns: two axes in the plane, and its normal
   Vector3 origin_;

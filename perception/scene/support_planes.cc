@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numbers>
+#include <set>
 #include <span>
 
 #include "perception/cloud/downsample.h"
@@ -38,7 +40,12 @@ constexpr double kObjectTopShare = 0.5;
 constexpr double kSeenUnderShare = 0.05;
 constexpr double kSmallestBoard_m2 = 0.05;
 constexpr double kBoardClearance_m = 0.1;  // thicker than a board and what hangs on its edge
-constexpr double kOwnShare = 0.5;  // of the cells on a support's plane among and beside its own
+// A side is seen where so many of its slices between the creases are; they are an edge of a cell high. Of
+// the top's side, as its area has it, so much must be: one in a view, a part of it hidden.
+constexpr int kFewestSlices = 2;
+constexpr double kWholeSide = 0.75, kLeastSide = 0.5;
+constexpr double kUpright_sin = 0.5;  // of the elevation of its normal: 30 degrees
+constexpr double kOwnShare = 0.5;     // of the cells on a support's plane among and beside its own
 
 // Odd, so that it runs through all columns of an image.
 std::size_t StrideOfSample(std::size_t count) { return count / kMedianSample | 1; }
@@ -160,16 +167,58 @@ bool IsSeenUnder(const CellView& coarse, const SupportPlane& patch, const Suppor
   return Area_m2(coarse, under) >= kSeenUnderShare * patch.area_m2;
 }
 
+// Whether upright faces run from the patch's edge down to the support, facing away from it: the sides of
+// a solid that stands there, however large its top looks beside what it hides of the support.
+bool HasSidesDownTo(const CellView& coarse, const SupportPlane& patch,
+                    const SupportPlane& support) {
+  const Vector3 middle = MeanPoint(coarse, patch.cells);
+  const double edge_m = coarse.grid.edge_m();
+  const double height_m = support.plane.Height_m(middle);
+  const int slices = static_cast<int>(height_m / edge_m) - 2;  // but the creases above and below
+  if (slices < kFewestSlices) return false;
+  const Footprint footprint(patch.plane, coarse.cells, patch.cells, edge_m);
+  std::map<Footprint::Pixel, std::set<int>> sides;
+  for (std::size_t c = 0; c < coarse.cells.size(); ++c) {
+    const Vector3 place = coarse.cells.points[c].cast<double>();
+    const int slice = static_cast<int>(std::floor(support.plane.Height_m(place) / edge_m)) - 1;
+    if (slice < 0 || slice >= slices || !footprint.Touches(place)) continue;
+    const Vector3 normal = coarse.cells.normals[c].cast<double>();
+    const Vector3 away = place - middle - patch.plane.Height_m(place) * patch.plane.normal;
+    if (std::abs(normal.dot(patch.plane.normal)) > kUpright_sin || normal.dot(away) <= 0) continue;
+    sides[footprint.PixelOf(place)].insert(slice);
+  }
+  const auto whole = std::count_if(sides.begin(), sides.end(), [&](const auto& side) {
+    return static_cast<double>(side.second.size()) >= kWholeSide * slices;
+  });
+  return static_cast<double>(whole) * footprint.pixel_m() >= kLeastSide * std::sqrt(patch.area_m2);
+}
+
 // Whether the patch lies over the support, within its extent, low enough to be part of an object.
-bool IsObjectTop(const CellView& coarse, const SupportPlane& patch, const SupportPlane& support) {
+enum class Size { kMuchLess, kAny };  // of the patch beside the support
+bool IsObjectTop(const CellView& coarse, const SupportPlane& patch, const SupportPlane& support,
+                 Size size) {
   const Vector3 middle = MeanPoint(coarse, patch.cells);
   const double height = support.plane.Height_m(middle);
   if (height < 0 || height > kHighestObjectTop_m) return false;
-  if (patch.area_m2 > kObjectTopShare * support.area_m2) return false;
+  if (size == Size::kMuchLess && patch.area_m2 > kObjectTopShare * support.area_m2) return false;
   Eigen::AlignedBox3d bounds;
   for (std::uint32_t c : support.cells) bounds.extend(coarse.cells.points[c].cast<double>());
   const Vector3 below = middle - height * support.plane.normal;
   return bounds.squaredExteriorDistance(below) < 0.1 * 0.1 && !IsSeenUnder(coarse, patch, support);
+}
+
+// Without those that are the tops of solids on others, which what they hide may leave the smaller.
+std::vector<SupportPlane> WithoutTopsOfSolids(const CellView& coarse,
+                                              std::vector<SupportPlane> supports) {
+  std::vector<SupportPlane> kept;
+  for (const SupportPlane& top : supports) {
+    const bool is_top = std::ranges::any_of(supports, [&](const SupportPlane& s) {
+      return &s != &top && IsObjectTop(coarse, top, s, Size::kAny) &&
+             HasSidesDownTo(coarse, top, s);
+    });
+    if (!is_top) kept.push_back(top);
+  }
+  return kept;
 }
 
 }  // namespace
@@ -234,12 +283,13 @@ std::vector<SupportPlane> FindSupportPlanes(const CoarseCloud& coarse, const Vec
   std::vector<SupportPlane> supports;
   for (SupportPlane& plane : planes) {
     const bool is_top = std::any_of(supports.begin(), supports.end(), [&](const SupportPlane& s) {
-      return IsObjectTop(cloud, plane, s);
+      return IsObjectTop(cloud, plane, s, Size::kMuchLess);
     });
     const bool is_large = plane.area_m2 >= kSmallestSupport_m2;
     if (!is_top && is_large && IsSurface(cloud, plane)) supports.push_back(std::move(plane));
   }
-  return supports;
+  // Which way a side faces its own normal tells alone.
+  return WithoutTopsOfSolids({coarse.grid, coarse.cells}, std::move(supports));
 }
 
 }  // namespace cwm::perception
