@@ -170,6 +170,12 @@ absl::StatusOr<SegmentedScene> Segment(const PointCloud& cloud, const InterpretO
   if (!measured.ok()) return measured.status();
   report.points_in = cloud.size();
   report.points_finite = measured->oriented.size();
+  const auto at_sensor =
+      std::ranges::count_if(cloud.points, [](const Eigen::Vector3f& p) { return p.isZero(0); });
+  if (at_sensor > 0) {
+    report.warnings.push_back(absl::StrCat(
+        at_sensor, " points are at the sensor's own place (0, 0, 0): taken for no returns"));
+  }
   SegmentOptions segment_options{.R_LC = std::nullopt,
                                  .up_C = options.up_C,
                                  .clustering = options.clustering,

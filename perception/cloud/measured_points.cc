@@ -73,6 +73,10 @@ Eigen::Vector3f UnitOrZero(const Eigen::Vector3f& v) {
   return std::isfinite(norm) && norm > 1e-6f ? Eigen::Vector3f(v / norm) : Eigen::Vector3f::Zero();
 }
 
+// Drivers tell of no return by coordinates that are not finite, or all zero: nothing is measured at
+// the sensor itself.
+bool IsReturn(const Eigen::Vector3f& p) { return p.allFinite() && !p.isZero(0); }
+
 // A range of kPointsPerPiece points of a cloud.
 struct Range {
   std::size_t finite = 0;
@@ -85,7 +89,7 @@ std::vector<Range> CountFinite(const PointCloud& cloud, const Work& work) {
   ParallelFor(cloud.size(), kPointsPerPiece, work, [&](std::size_t begin, std::size_t end) {
     Range& range = ranges[begin / kPointsPerPiece];
     for (std::size_t i = begin; i < end; ++i) {
-      if (!cloud.points[i].allFinite()) continue;
+      if (!IsReturn(cloud.points[i])) continue;
       ++range.finite;
       const bool is_beyond = cloud.points[i].cwiseAbs().maxCoeff() > kLargestCoordinate_m;
       if (is_beyond && !range.beyond) range.beyond = i;
@@ -126,11 +130,11 @@ void Collect(const PointCloud& cloud, const Batch& batch, MeasuredPoints& measur
   std::size_t k = batch.first;
   for (std::size_t i = batch.begin; i < batch.end; ++i) {
     const Eigen::Vector3f& p = cloud.points[i];
-    const bool is_finite = p.allFinite();
+    const bool is_return = IsReturn(p);
     if (cloud.organised()) {
-      measured.image[i] = is_finite ? static_cast<std::int32_t>(k) : MeasuredPoints::kNoReturn;
+      measured.image[i] = is_return ? static_cast<std::int32_t>(k) : MeasuredPoints::kNoReturn;
     }
-    if (!is_finite) continue;
+    if (!is_return) continue;
     out.points[k] = p;
     out.normals[k] =
         cloud.normals.empty() ? Eigen::Vector3f::Zero().eval() : UnitOrZero(cloud.normals[i]);
@@ -178,7 +182,8 @@ absl::StatusOr<MeasuredPoints> CollectMeasured(const PointCloud& cloud, const Se
   out.points_per_sample = static_cast<float>(noise.PointsPerSample());
   if (out.points.empty()) {
     return absl::InvalidArgumentError(absl::StrCat(
-        "cloud.points has ", cloud.size(), " points, none of them finite: at least one must be"));
+        "cloud.points has ", cloud.size(),
+        " points, none of them finite and away from the sensor: at least one must be"));
   }
   if (measured.organised()) {
     measured.pixel_angle_rad = MedianPixelAngle(measured);
