@@ -88,6 +88,8 @@ ModelPoints ThinForSearch(const OrientedPoints& points, std::size_t most_points,
   out.weight = static_cast<double>(stride);
   for (std::size_t k = 0; k < keyed.size(); k += stride) {
     const std::uint32_t i = keyed[k].index;
+    // Points that are sent many times lie side by side here, and tell no more than one.
+    if (!out.index.empty() && points.points[out.index.back()] == points.points[i]) continue;
     const double sigma_m = std::max<double>(points.sigma_m[i], kLeastSigma_m);
     out.p.push_back(points.points[i].cast<double>() - out.origin_L);
     out.n.push_back(points.normals[i].cast<double>().normalized());
