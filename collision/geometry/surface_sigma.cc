@@ -11,6 +11,7 @@ namespace {
 
 struct SigmaOf {
   const std::vector<double>& s;  // of the coefficients
+  const Vector3& axis;           // of the shape, in the frame of the coefficients
 
   // Nothing for shapes whose deviations have another meaning, or another number.
   std::optional<double> operator()(const Sphere&) const {
@@ -25,8 +26,9 @@ struct SigmaOf {
     if (!Has(7) || growth_m == 0) return std::nullopt;
     // The whole cone's slant is to its base as the truncated one's to its growth.
     const double widest_m = std::max(shape.radius_top_m, shape.radius_bottom_m);
-    const double slant_m = std::hypot(growth_m, shape.length_m) * widest_m / growth_m;
-    return Norm(0) + slant_m * (Norm(3) + s[6]);
+    const double flank_m = std::hypot(growth_m, shape.length_m);
+    const double slant_m = flank_m * widest_m / growth_m;
+    return std::min(Norm(0), OfApex(growth_m / flank_m)) + slant_m * (Norm(3) + s[6]);
   }
   std::optional<double> operator()(const Plate& shape) const {
     if (!Has(4) || shape.outline.empty()) return std::nullopt;
@@ -45,6 +47,16 @@ struct SigmaOf {
   std::optional<double> operator()(const Convex&) const { return std::nullopt; }
   std::optional<double> operator()(const Mesh&) const { return std::nullopt; }
 
+  // How far an apex moves the flank: across the axis as far as itself, along it by the sine of the half
+  // angle. Each coordinate by itself, since they may deviate together.
+  double OfApex(double sine) const {
+    double sum_m = 0;
+    for (int k = 0; k < 3; ++k) {
+      const double along = std::abs(axis[k]), across = std::sqrt(std::max(0.0, 1 - along * along));
+      sum_m += s[static_cast<std::size_t>(k)] * (sine * along + across);
+    }
+    return sum_m;
+  }
   bool Has(std::size_t count) const { return s.size() == count; }
   double Norm(std::size_t first) const { return std::hypot(s[first], s[first + 1], s[first + 2]); }
 };
@@ -53,7 +65,8 @@ struct SigmaOf {
 
 double SurfaceSigma_m(const ShapePart& part) {
   if (!part.fit.has_value()) return 0;
-  return std::visit(SigmaOf{part.fit->parameter_sigma}, part.shape).value_or(part.fit->rms_m);
+  const Vector3 axis = part.X_OS.linear().col(2);
+  return std::visit(SigmaOf{part.fit->parameter_sigma, axis}, part.shape).value_or(part.fit->rms_m);
 }
 
 }  // namespace cwm

@@ -11,7 +11,9 @@ namespace cwm {
 // the sum of squares over a vector's coordinates:
 //   sphere      |s_centre| + s_radius
 //   cylinder    |s_q| + R |s_axis| + s_radius            R: from q to the rim, its farthest point
-//   cone        |s_apex| + L (|s_axis| + s_half_angle)   L: from the apex to the farther rim
+//   cone        s_flank + L (|s_axis| + s_half_angle)    L: from the apex to the farther rim; s_flank:
+//               how far the apex moves it, |s_apex| or the sum of its coordinates' shares, of what
+//               is along the axis a the sine of the half angle, whichever is less
 //   plate       s_d + D |s_normal|                       D: the diagonal around its outline
 //   box         |s_sizes|                                one face may have moved by all of it
 // Of other shapes, and where the deviations are unknown, the fit's rms_m: their scatter is all that

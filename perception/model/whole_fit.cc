@@ -411,9 +411,18 @@ Eigen::MatrixXd CovarianceOf(const WholeFit& fit, const FitContext& c) {
 std::vector<double> CoefficientSigmas(const WholeFit& fit, const Eigen::MatrixXd& covariance,
                                       const FitContext& c) {
   const Pose X_MG = OnGround(c).X_MG;
+  const Pose X_MS = X_MG * Place(fit.kind, fit.parameters).X_GS;
   const auto coefficients = [&](const Eigen::VectorXd& step) {
     const WholeSolid solid = Place(fit.kind, fit.parameters + step);
-    return Coefficients(solid.shape, X_MG * solid.X_GS);
+    std::vector<double> values = Coefficients(solid.shape, X_MG * solid.X_GS);
+    if (std::holds_alternative<Cylinder>(solid.shape)) {
+      // Of a line any point will do: along it, where an end that nothing tells may be anywhere, it has
+      // no error.
+      Eigen::Map<Vector3> point(values.data());
+      const Vector3 axis = X_MS.linear().col(2);
+      point -= axis.dot(point - X_MS.translation()) * axis;
+    }
+    return values;
   };
   std::vector<double> sigma = PropagatedSigmas(coefficients, covariance);
   // Up is known to kUpSigma_rad; the axis of a solid that stands or lies is no better known across
