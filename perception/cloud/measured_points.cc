@@ -12,6 +12,7 @@
 #include "perception/cloud/image_axes.h"
 #include "perception/cloud/parallel_for.h"
 #include "perception/cloud/quantile.h"
+#include "perception/cloud/returns.h"
 #include "perception/cloud/voxel_grid.h"
 
 namespace cwm::perception {
@@ -72,10 +73,6 @@ Eigen::Vector3f UnitOrZero(const Eigen::Vector3f& v) {
   const float norm = v.norm();
   return std::isfinite(norm) && norm > 1e-6f ? Eigen::Vector3f(v / norm) : Eigen::Vector3f::Zero();
 }
-
-// Drivers tell of no return by coordinates that are not finite, or all zero: nothing is measured at
-// the sensor itself.
-bool IsReturn(const Eigen::Vector3f& p) { return p.allFinite() && !p.isZero(0); }
 
 // A range of kPointsPerPiece points of a cloud.
 struct Range {

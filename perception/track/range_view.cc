@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "perception/cloud/returns.h"
+
 namespace cwm::perception {
 namespace {
 
@@ -76,8 +78,8 @@ std::optional<Pinhole> EstimatePinhole(const PointCloud& cloud) {
   LineFit columns;
   LineFit rows;
   for (std::size_t i = 0; i < cloud.points.size(); ++i) {
+    if (!IsReturn(cloud.points[i])) continue;
     const Vector3 p = cloud.points[i].cast<double>();
-    if (!p.allFinite()) continue;
     if (p.z() <= 0) return std::nullopt;
     const auto column = i % cloud.width, row = i / cloud.width;
     columns.Add(p.x() / p.z(), static_cast<double>(column));
@@ -107,7 +109,7 @@ RangeView::RangeView(const PointCloud& cloud) {
     face.cells.assign(static_cast<std::size_t>(face.width) * face.height, {kFar, -kFar});
   }
   for (const Eigen::Vector3f& p : cloud.points) {
-    if (p.allFinite()) Insert(p);
+    if (IsReturn(p)) Insert(p);
   }
 }
 

@@ -4,6 +4,7 @@
 #include <cstring>
 #include <utility>
 
+#include "perception/cloud/returns.h"
 #include "server/core/ingest.h"
 
 namespace cwm::server {
@@ -16,7 +17,7 @@ struct Columns {
 
 std::int64_t CountFinite(const std::vector<Eigen::Vector3f>& points) {
   return std::count_if(points.begin(), points.end(),
-                       [](const Eigen::Vector3f& point) { return point.allFinite(); });
+                       [](const Eigen::Vector3f& point) { return perception::IsReturn(point); });
 }
 
 // Of `finite` points those `kept` whose share of the count is reached anew: evenly spread, all
@@ -31,7 +32,7 @@ Columns Thinned(const IngestRequest& request, const IngestOutcome& outcome, std:
   std::int64_t met = 0;
   for (std::size_t i = 0; i < request.cloud.points.size(); ++i) {
     const Eigen::Vector3f& p_CP = request.cloud.points[i];
-    if (!p_CP.allFinite()) continue;
+    if (!perception::IsReturn(p_CP)) continue;
     const std::int64_t before = met++ * kept / finite;
     if (met * kept / finite == before) continue;
     const Eigen::Vector3f p_WP = (outcome.X_WC * p_CP.cast<double>()).cast<float>();
