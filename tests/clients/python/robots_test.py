@@ -55,7 +55,7 @@ class Robots(ServerCase):
         for rows in (np.zeros((3, 4)), np.zeros((2, 6)), np.zeros(4), np.zeros((4, 1))):
             with self.assertRaisesRegex(cwm.InvalidArgument, r"rows\.width.*must be 2"):
                 self.world.check(subject, rows)
-        with self.assertRaisesRegex(cwm.InvalidArgument, r"rows\.width is 4, must be 2"):
+        with self.assertRaisesRegex(cwm.InvalidArgument, r"rows\.width: is 4, must be 2"):
             self.world.motions(subject, np.zeros((1, 4)), np.ones((1, 4)))
 
     def test_what_a_user_should_know_of_the_files_is_a_warning(self):
