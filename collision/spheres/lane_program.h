@@ -19,10 +19,6 @@ struct LaneJoint {
   bool turns = true;
   float rotation[9] = {};  // row by row
   float shift_m[3] = {};
-  // Of a rotation that only renames axes, as most robots' are: its columns are these of the parent's,
-  // or their opposites. Fewer than none: another rotation.
-  std::int8_t column[3] = {-1, -1, -1};
-  bool is_opposite[3] = {};
 };
 
 // What moves the frame of a joint: multiplier * row[column] + offset, angles taken to [-pi, pi].

@@ -67,59 +67,31 @@ Turn TurnBy(Lane angle) {
           hn::Xor(hn::IfThenElse(odd, s, c), sign_of(hn::Add(quadrant, one)))};
 }
 
-// Where the joint holds its frame: parent * (rotation, shift).
-Frame Held(const Frame& parent, const LaneJoint& joint) {
-  Frame held;
+Frame Hung(const Frame& parent, const LaneJoint& joint, Lane value) {
+  Frame now;
   const float* r = joint.rotation;
+  const Turn turn = joint.turns ? TurnBy(value) : Turn{value, value};
   for (int row = 0; row < 12; row += 4) {
     const Lane a = parent.of[row], b = parent.of[row + 1], c = parent.of[row + 2];
     const auto times = [&](float u, float v, float w, Lane start) HWY_ATTR {
       return hn::MulAdd(a, All(u), hn::MulAdd(b, All(v), hn::MulAdd(c, All(w), start)));
     };
-    for (int k = 0; k < 3; ++k) held.of[row + k] = times(r[k], r[k + 3], r[k + 6], hn::Zero(kTag));
-    held.of[row + 3] =
-        times(joint.shift_m[0], joint.shift_m[1], joint.shift_m[2], parent.of[row + 3]);
-  }
-  return held;
-}
-
-// The same where the rotation renames axes, of twelve vectors in memory: that takes no product, and
-// of shifts most are along one axis.
-Frame HeldStraight(const float* parent, std::size_t width, const LaneJoint& joint) {
-  Frame held;
-  const auto load = [&](int k) HWY_ATTR {
-    return hn::Load(kTag, parent + static_cast<std::size_t>(k) * width);
-  };
-  for (int k = 0; k < 3; ++k) {
-    const Lane sign = All(joint.is_opposite[k] ? -0.0F : 0.0F);
-    for (int row = 0; row < 12; row += 4) {
-      held.of[row + k] = hn::Xor(load(row + joint.column[k]), sign);
+    const Lane x = times(r[0], r[3], r[6], hn::Zero(kTag));
+    const Lane y = times(r[1], r[4], r[7], hn::Zero(kTag));
+    const Lane z = times(r[2], r[5], r[8], hn::Zero(kTag));
+    Lane at = times(joint.shift_m[0], joint.shift_m[1], joint.shift_m[2], parent.of[row + 3]);
+    if (joint.turns) {
+      now.of[row] = hn::MulAdd(x, turn.cosine, hn::Mul(y, turn.sine));
+      now.of[row + 1] = hn::NegMulAdd(x, turn.sine, hn::Mul(y, turn.cosine));
+    } else {
+      now.of[row] = x;
+      now.of[row + 1] = y;
+      at = hn::MulAdd(z, value, at);
     }
+    now.of[row + 2] = z;
+    now.of[row + 3] = at;
   }
-  for (int row = 0; row < 12; row += 4) held.of[row + 3] = load(row + 3);
-  for (int k = 0; k < 3; ++k) {
-    if (joint.shift_m[k] == 0) continue;
-    const Lane shift = All(joint.shift_m[k]);
-    for (int row = 0; row < 12; row += 4) {
-      held.of[row + 3] = hn::MulAdd(load(row + k), shift, held.of[row + 3]);
-    }
-  }
-  return held;
-}
-
-void Move(Frame& held, const LaneJoint& joint, Lane value) {
-  if (joint.turns) {
-    const Turn turn = TurnBy(value);
-    for (int row = 0; row < 12; row += 4) {
-      const Lane x = held.of[row], y = held.of[row + 1];
-      held.of[row] = hn::MulAdd(x, turn.cosine, hn::Mul(y, turn.sine));
-      held.of[row + 1] = hn::NegMulAdd(x, turn.sine, hn::Mul(y, turn.cosine));
-    }
-    return;
-  }
-  for (int row = 0; row < 12; row += 4) {
-    held.of[row + 3] = hn::MulAdd(held.of[row + 2], value, held.of[row + 3]);
-  }
+  return now;
 }
 
 // The squared distance of points from a solid, 0 inside, beyond a squared reach.
@@ -197,10 +169,8 @@ class Judge {
     hit_ = open_ = hn::FirstN(kTag, 0);
     for (std::size_t k = 1; k < program_.joints.size(); ++k) {
       const LaneJoint& joint = program_.joints[k];
-      Frame frame = joint.column[0] < 0 ? Held(LoadFrame(joint.parent), joint)
-                                        : HeldStraight(FrameAt(joint.parent), width_, joint);
-      Move(frame, joint, hn::LoadU(kTag, values + (k - 1) * stride));
-      StoreFrame(k, frame);
+      StoreFrame(k,
+                 Hung(LoadFrame(joint.parent), joint, hn::LoadU(kTag, values + (k - 1) * stride)));
     }
     // What does not move stays placed.
     for (std::size_t g = 0; g < program_.groups.size(); ++g) {
@@ -234,11 +204,8 @@ class Judge {
   std::size_t width() const { return width_; }
 
  private:
-  const float* FrameAt(std::int32_t index) const {
-    return frames_ + static_cast<std::size_t>(index) * 12 * width_;
-  }
   Frame LoadFrame(std::int32_t index) const {
-    const float* from = FrameAt(index);
+    const float* from = frames_ + static_cast<std::size_t>(index) * 12 * width_;
     Frame frame;
     for (std::size_t k = 0; k < 12; ++k) frame.of[k] = hn::Load(kTag, from + k * width_);
     return frame;

@@ -181,7 +181,6 @@ class Compiler {
     LaneJoint joint{.parent = frames_[parent.frame].index, .turns = turns};
     for (int i = 0; i < 9; ++i) joint.rotation[i] = static_cast<float>(X_PF.linear()(i / 3, i % 3));
     for (int i = 0; i < 3; ++i) joint.shift_m[i] = static_cast<float>(X_PF.translation()[i]);
-    NameColumns(X_PF.linear(), joint);
     const Variable& variable = model_.variables[static_cast<std::size_t>(link.variable)];
     const double farthest_variable =
         std::max(std::abs(variable.lower), std::abs(variable.upper)) * std::abs(link.multiplier) +
@@ -209,21 +208,8 @@ class Compiler {
     links_.push_back({.frame = frames_.size() - 1, .X_FL = X_FL});
   }
 
-  // Where the rotation renames axes but for kFloatRounding an entry, which is less than its products
-  // would err by.
-  static void NameColumns(const Matrix3& rotation, LaneJoint& joint) {
-    const Matrix3 whole = rotation.array().round();
-    if ((rotation - whole).cwiseAbs().maxCoeff() > kFloatRounding) return;
-    for (int k = 0; k < 3; ++k) {
-      int column = 0;
-      whole.col(k).cwiseAbs().maxCoeff(&column);
-      joint.column[k] = static_cast<std::int8_t>(column);
-      joint.is_opposite[k] = whole(column, k) < 0;
-    }
-  }
-
   // Rounding errors to first order, each count a little more than what the products and sums of
-  // Held, Move and Place (sphere_lanes.cc) make: u is kFloatRounding, norms are Frobenius'.
+  // Hung and Place (sphere_lanes.cc) make: u is kFloatRounding, norms are Frobenius'.
   Frame Below(const Frame& parent, const Vector3& shift, double travel_m) const {
     constexpr double u = kFloatRounding;
     Frame frame;
