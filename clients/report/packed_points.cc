@@ -24,7 +24,9 @@ std::map<std::uint32_t, std::vector<Point>> MeasuredByLabel(const LabelledCloud&
     for (std::size_t k = 0; k < 3; ++k) {
       p[k] = formats::ToDouble(bytes + fields[k]->offset, fields[k]->type);
     }
-    if (std::isfinite(p[0]) && std::isfinite(p[1]) && std::isfinite(p[2])) {
+    // As the server has it: no return is not finite, or all zeros.
+    const bool is_finite = std::isfinite(p[0]) && std::isfinite(p[1]) && std::isfinite(p[2]);
+    if (is_finite && (p[0] != 0 || p[1] != 0 || p[2] != 0)) {
       measured[scan.labels[i]].push_back(p);
     }
   }

@@ -160,9 +160,9 @@ const Standing* Under(const Standing& upper, const std::vector<Standing>& standi
   return best;
 }
 
-// How high the face is that the upper one rests on: of the level nodes of the lower one beside its foot.
-// The upper one's own lowest are higher: of a crease, the lower ones of two sides have the most. Its foot
-// where there is no such face below it, as on rims and round things.
+// How high the face is that the upper one rests on: the middle of the lower one's level nodes beside the
+// foot. The foot itself is known as too high: the lower one has most of the nodes of the crease between
+// them. It is taken where there is no such face, as on rims and round things.
 double ContactHeight_m(const Standing& upper, const Standing& lower, const OrientedPoints& nodes,
                        const std::vector<Segment>& segments, const Pose& X_PL) {
   // Of what leans there or stands behind, foot and face are no contact.

@@ -193,8 +193,9 @@ bool HasSidesDownTo(const CellView& coarse, const SupportPlane& patch,
   return static_cast<double>(whole) * footprint.pixel_m() >= kLeastSide * std::sqrt(patch.area_m2);
 }
 
+enum class Size { kMuchLess, kAny };  // of a patch beside the support
+
 // Whether the patch lies over the support, within its extent, low enough to be part of an object.
-enum class Size { kMuchLess, kAny };  // of the patch beside the support
 bool IsObjectTop(const CellView& coarse, const SupportPlane& patch, const SupportPlane& support,
                  Size size) {
   const Vector3 middle = MeanPoint(coarse, patch.cells);
@@ -209,7 +210,7 @@ bool IsObjectTop(const CellView& coarse, const SupportPlane& patch, const Suppor
 
 // Without those that are the tops of solids on others, which what they hide may leave the smaller.
 std::vector<SupportPlane> WithoutTopsOfSolids(const CellView& coarse,
-                                              std::vector<SupportPlane> supports) {
+                                              const std::vector<SupportPlane>& supports) {
   std::vector<SupportPlane> kept;
   for (const SupportPlane& top : supports) {
     const bool is_top = std::ranges::any_of(supports, [&](const SupportPlane& s) {
@@ -289,7 +290,7 @@ std::vector<SupportPlane> FindSupportPlanes(const CoarseCloud& coarse, const Vec
     if (!is_top && is_large && IsSurface(cloud, plane)) supports.push_back(std::move(plane));
   }
   // Which way a side faces its own normal tells alone.
-  return WithoutTopsOfSolids({coarse.grid, coarse.cells}, std::move(supports));
+  return WithoutTopsOfSolids({coarse.grid, coarse.cells}, supports);
 }
 
 }  // namespace cwm::perception

@@ -15,14 +15,14 @@ struct Columns {
   std::string labels;
 };
 
-std::int64_t CountFinite(const std::vector<Eigen::Vector3f>& points) {
+std::int64_t CountReturns(const std::vector<Eigen::Vector3f>& points) {
   return std::count_if(points.begin(), points.end(),
                        [](const Eigen::Vector3f& point) { return perception::IsReturn(point); });
 }
 
-// Of `finite` points those `kept` whose share of the count is reached anew: evenly spread, all
+// Of so many `returns` those `kept` whose share of the count is reached anew: evenly spread, all
 // where both are the same.
-Columns Thinned(const IngestRequest& request, const IngestOutcome& outcome, std::int64_t finite,
+Columns Thinned(const IngestRequest& request, const IngestOutcome& outcome, std::int64_t returns,
                 std::int64_t kept) {
   Columns columns;
   columns.points.resize(static_cast<std::size_t>(kept) * 3 * sizeof(float));
@@ -33,8 +33,8 @@ Columns Thinned(const IngestRequest& request, const IngestOutcome& outcome, std:
   for (std::size_t i = 0; i < request.cloud.points.size(); ++i) {
     const Eigen::Vector3f& p_CP = request.cloud.points[i];
     if (!perception::IsReturn(p_CP)) continue;
-    const std::int64_t before = met++ * kept / finite;
-    if (met * kept / finite == before) continue;
+    const std::int64_t before = met++ * kept / returns;
+    if (met * kept / returns == before) continue;
     const Eigen::Vector3f p_WP = (outcome.X_WC * p_CP.cast<double>()).cast<float>();
     std::memcpy(point_out, p_WP.data(), 3 * sizeof(float));
     std::memcpy(label_out, &outcome.labels[i], sizeof(std::uint32_t));
@@ -62,7 +62,7 @@ absl::StatusOr<KeptScan> MakeKeptScan(const IngestRequest& request, const Ingest
                 .revision = outcome.revision,
                 .frame_stamp = stamped ? request.frame_stamp : std::chrono::system_clock::now(),
                 .X_WC = outcome.X_WC,
-                .point_count = CountFinite(request.cloud.points),
+                .point_count = CountReturns(request.cloud.points),
                 .supports = NamesOf(outcome.supports),
                 .objects = NamesOf(outcome.objects)};
   scan.kept_count = std::min(scan.point_count, limits.max_kept_scan_points);

@@ -27,6 +27,9 @@ TEST(SurfaceSigma, IsTheSumOfWhatMovesTheSurface) {
   // Its apex is as far below as half of its length again: the wider rim's slant is 0.05 m.
   EXPECT_DOUBLE_EQ(SurfaceSigma_m(Fitted(Cone{0.015, 0.03, 0.02}, {0, 0.002, 0, 0, 0.1, 0, 0.02})),
                    0.002 + 0.05 * (0.1 + 0.02));
+  // An apex that is known badly along the axis moves the flank by the sine of the half angle, 0.6.
+  EXPECT_NEAR(SurfaceSigma_m(Fitted(Cone{0.015, 0.03, 0.02}, {0, 0, 0.04, 0, 0, 0, 0})), 0.6 * 0.04,
+              1e-12);
   EXPECT_DOUBLE_EQ(SurfaceSigma_m(Fitted(
                        Plate{.outline = {{0, 0}, {3, 0}, {3, 4}}, .holes = {}, .thickness_m = 0.02},
                        {0.001, 0, 0, 0.002})),

@@ -90,6 +90,19 @@ CylinderModel Touching(const SamplePoint& at, RandomDraws& draws) {
   return cylinder;
 }
 
+TEST(ThinForSearch, TakesWhatWasSentManyTimesOnce) {
+  const OrientedPoints once = TwoSquares(5);
+  OrientedPoints often = once;
+  for (int k = 1; k < 1000; ++k) {
+    often.points.insert(often.points.end(), once.points.begin(), once.points.end());
+    often.normals.insert(often.normals.end(), once.normals.begin(), once.normals.end());
+    often.sigma_m.insert(often.sigma_m.end(), once.sigma_m.begin(), once.sigma_m.end());
+    often.normal_sigma_rad.insert(often.normal_sigma_rad.end(), once.normal_sigma_rad.begin(),
+                                  once.normal_sigma_rad.end());
+  }
+  EXPECT_EQ(ThinForSearch(often, 100'000).size(), ThinForSearch(once, 100'000).size());
+}
+
 template <class M>
 class OctreeInliers : public testing::Test {};
 using AllModels = testing::Types<PlaneModel, SphereModel, CylinderModel, ConeModel>;
