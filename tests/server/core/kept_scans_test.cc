@@ -37,7 +37,7 @@ std::vector<std::uint32_t> LabelsIn(const GeometryStore& store, const std::strin
 
 class KeptScansTest : public ::testing::Test {
  protected:
-  // The i-th of `count` points lies at (i, offset, 0) and has the label i.
+  // The i-th of `count` points lies at (i, offset, 1) and has the label i.
   KeptScan RowOf(int count, float offset = 0, std::int64_t revision = 1,
                  const std::string& sensor = "head") {
     IngestRequest request;
@@ -45,7 +45,7 @@ class KeptScansTest : public ::testing::Test {
     IngestOutcome outcome;
     outcome.revision = Revision{revision};
     for (int i = 0; i < count; ++i) {
-      request.cloud.points.emplace_back(static_cast<float>(i), offset, 0.0F);
+      request.cloud.points.emplace_back(static_cast<float>(i), offset, 1.0F);
       outcome.labels.push_back(static_cast<std::uint32_t>(i));
     }
     return MustMake(request, outcome);
@@ -80,6 +80,16 @@ TEST_F(KeptScansTest, FinitePointsLieInTheWorldWithTheirLabels) {
   EXPECT_LT((points[1] - Eigen::Vector3f(5, 24, 36)).norm(), kSinglePrecision_m);
   EXPECT_LT((points[2] - Eigen::Vector3f(2, 27, 39)).norm(), kSinglePrecision_m);
   EXPECT_THAT(LabelsIn(store, scan.labels.hash), ElementsAre(1, 20, 21));
+}
+
+TEST_F(KeptScansTest, WhatWasNoReturnIsNotKept) {
+  IngestRequest request;
+  request.cloud.points = {{0, 0, 0}, {1, 2, 3}, {0, 0, 0}};
+  IngestOutcome outcome;
+  outcome.labels = {0, 20, 0};
+  const KeptScan scan = MustMake(request, outcome);
+  EXPECT_EQ(scan.point_count, 1);
+  EXPECT_THAT(LabelsIn(store, scan.labels.hash), ElementsAre(20));
 }
 
 TEST_F(KeptScansTest, NamesFollowTheLabels) {
@@ -156,7 +166,7 @@ TEST_F(KeptScansTest, SensorsThatWereNotHeardForLongAreForgotten) {
 TEST_F(KeptScansTest, WithoutRoomThereIsNone) {
   GeometryStore small(100);
   IngestRequest request;
-  request.cloud.points.assign(100, Eigen::Vector3f::Zero());
+  request.cloud.points.assign(100, Eigen::Vector3f::UnitZ());
   IngestOutcome outcome;
   outcome.labels.assign(100, 0);
   EXPECT_EQ(MakeKeptScan(request, outcome, limits, small).status().code(),
