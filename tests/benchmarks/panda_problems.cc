@@ -111,7 +111,7 @@ std::shared_ptr<const collision::RobotGeometry> ReadPanda() {
 }  // namespace
 
 std::optional<PandaProblems> ReadPandaProblems() {
-  const auto folder = testing::OutsideData("motion_bench_maker/panda/problems");
+  const auto folder = cwm::testing::OutsideData("motion_bench_maker/panda/problems");
   PandaProblems all;
   all.robot = ReadPanda();
   if (!folder || !all.robot) return std::nullopt;

@@ -22,7 +22,7 @@ constexpr double kNarrow_m = 1e-3;
 constexpr double kNarrowShare = 0.9;
 
 using Case = std::tuple<int, int>;  // places in the catalogue
-class DepthReferee : public testing::TestWithParam<Case> {};
+class DepthReferee : public ::testing::TestWithParam<Case> {};
 
 TEST_P(DepthReferee, LibccdBracketsTheLeastTranslation) {
   const Shape& a = Catalogue()[std::get<0>(GetParam())].shape;
@@ -58,8 +58,8 @@ TEST_P(DepthReferee, LibccdBracketsTheLeastTranslation) {
 }
 
 INSTANTIATE_TEST_SUITE_P(AllPairs, DepthReferee,
-                         testing::Combine(testing::Range(0, 12), testing::Range(0, 12)),
-                         [](const testing::TestParamInfo<Case>& info) {
+                         ::testing::Combine(::testing::Range(0, 12), ::testing::Range(0, 12)),
+                         [](const ::testing::TestParamInfo<Case>& info) {
                            return Catalogue()[std::get<0>(info.param)].name +
                                   Catalogue()[std::get<1>(info.param)].name;
                          });

@@ -47,7 +47,7 @@ std::vector<Case> AllCases() {
   return cases;
 }
 
-std::string NameOfCase(const testing::TestParamInfo<Case>& info) {
+std::string NameOfCase(const ::testing::TestParamInfo<Case>& info) {
   return std::string(NameOf(info.param.referee)) + info.param.a->name + info.param.b->name;
 }
 
@@ -61,7 +61,7 @@ bool IsBestEffort(EngineKind kind, const CatalogueShape& a, const CatalogueShape
          !both_meshes;
 }
 
-class EngineAgreement : public testing::TestWithParam<Case> {
+class EngineAgreement : public ::testing::TestWithParam<Case> {
  protected:
   struct Both {
     PlacedShape a, b;
@@ -144,7 +144,7 @@ TEST_P(EngineAgreement, OnDistanceWithinWhatTheyClaim) {
   EXPECT_GE(judged, 0.9 * separated);
 }
 
-INSTANTIATE_TEST_SUITE_P(AllPairs, EngineAgreement, testing::ValuesIn(AllCases()), NameOfCase);
+INSTANTIATE_TEST_SUITE_P(AllPairs, EngineAgreement, ::testing::ValuesIn(AllCases()), NameOfCase);
 
 }  // namespace
 }  // namespace cwm::collision

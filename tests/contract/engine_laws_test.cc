@@ -47,11 +47,11 @@ std::vector<Case> AllCases() {
   return cases;
 }
 
-std::string NameOfCase(const testing::TestParamInfo<Case>& info) {
+std::string NameOfCase(const ::testing::TestParamInfo<Case>& info) {
   return std::string(NameOf(info.param.engine)) + info.param.a->name + info.param.b->name;
 }
 
-class EngineLaws : public testing::TestWithParam<Case> {
+class EngineLaws : public ::testing::TestWithParam<Case> {
  protected:
   EngineLaws()
       : engine_(GetEngine(GetParam().engine)),
@@ -229,7 +229,7 @@ TEST_P(EngineLaws, MovingByTheDepthAlongTheNormalSeparates) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(AllPairs, EngineLaws, testing::ValuesIn(AllCases()), NameOfCase);
+INSTANTIATE_TEST_SUITE_P(AllPairs, EngineLaws, ::testing::ValuesIn(AllCases()), NameOfCase);
 
 }  // namespace
 }  // namespace cwm::collision

@@ -47,7 +47,7 @@ std::vector<Seen> AllSensors() {
   return all;
 }
 
-class AnySensor : public testing::TestWithParam<Seen> {};
+class AnySensor : public ::testing::TestWithParam<Seen> {};
 
 // X_BC: the optical frame in that of a body, x forward and z up.
 Pose BodyOfCamera() {
@@ -119,7 +119,7 @@ TEST_P(AnySensor, FindsWhatStandsOnATable) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(All, AnySensor, testing::ValuesIn(AllSensors()),
+INSTANTIATE_TEST_SUITE_P(All, AnySensor, ::testing::ValuesIn(AllSensors()),
                          [](const auto& named) { return named.param.name; });
 
 }  // namespace

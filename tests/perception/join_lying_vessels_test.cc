@@ -23,7 +23,7 @@ struct Lying {
 
 void PrintTo(const Lying& lying, std::ostream* out) { *out << lying.name; }
 
-class JoinLyingVessels : public testing::TestWithParam<Lying> {};
+class JoinLyingVessels : public ::testing::TestWithParam<Lying> {};
 
 const DetectedObject* Largest(const SceneInterpretation& scene) {
   const auto by_points = [](const DetectedObject& a, const DetectedObject& b) {
@@ -50,12 +50,12 @@ TEST_P(JoinLyingVessels, MakesThemOneShell) {
 }
 
 INSTANTIATE_TEST_SUITE_P(All, JoinLyingVessels,
-                         testing::Values(Lying{"LeaningMug", MugWall(), 40, 150},
-                                         Lying{"MugOnItsSide", MugWall(), 90, 180},
-                                         Lying{"LeaningPan", PanWall(), 70, 180},
-                                         Lying{"PanOnEdge", PanWall(), 90, 150},
-                                         Lying{"LeaningGlass", GlassWall(), 70, 120},
-                                         Lying{"LeaningBowl", BowlWall(), 70, 150}),
+                         ::testing::Values(Lying{"LeaningMug", MugWall(), 40, 150},
+                                           Lying{"MugOnItsSide", MugWall(), 90, 180},
+                                           Lying{"LeaningPan", PanWall(), 70, 180},
+                                           Lying{"PanOnEdge", PanWall(), 90, 150},
+                                           Lying{"LeaningGlass", GlassWall(), 70, 120},
+                                           Lying{"LeaningBowl", BowlWall(), 70, 150}),
                          [](const auto& named) { return named.param.name; });
 
 TEST(LyingVessels, KeepTheirHandles) {

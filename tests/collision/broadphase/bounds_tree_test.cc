@@ -35,9 +35,9 @@ struct Forest {
   BoundsTree<Item> tree;
 };
 
-using testing::ElementsAre;
-using testing::IsEmpty;
-using testing::UnorderedElementsAre;
+using ::testing::ElementsAre;
+using ::testing::IsEmpty;
+using ::testing::UnorderedElementsAre;
 
 Aabb Cube(const Vector3& centre, double half_m) {
   return {centre.array() - half_m, centre.array() + half_m};
@@ -84,7 +84,8 @@ TEST(BoundsTree, FindsWhatBruteForceFindsWithinADistance) {
         for (int i = 0; i < count; ++i) {
           if (BruteDistance_m(query, boxes[i]) <= distance_m) expected.push_back(i);
         }
-        EXPECT_THAT(Within(tree, query, distance_m), testing::UnorderedElementsAreArray(expected));
+        EXPECT_THAT(Within(tree, query, distance_m),
+                    ::testing::UnorderedElementsAreArray(expected));
       }
     }
   }

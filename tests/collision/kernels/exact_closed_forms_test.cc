@@ -34,7 +34,7 @@ void MoveTo(PosedPair& pair, double distance_m) {
 }
 
 using KindPair = std::pair<ShapeKind, ShapeKind>;
-class ClosedForm : public testing::TestWithParam<KindPair> {};
+class ClosedForm : public ::testing::TestWithParam<KindPair> {};
 
 TEST_P(ClosedForm, IsRightToTwelveDigitsFromAMillimetreToTenMetres) {
   RandomPairs random(41);
@@ -119,8 +119,8 @@ std::vector<KindPair> PairsWithAFormula() {
   return pairs;
 }
 
-INSTANTIATE_TEST_SUITE_P(AllPairs, ClosedForm, testing::ValuesIn(PairsWithAFormula()),
-                         [](const testing::TestParamInfo<KindPair>& info) {
+INSTANTIATE_TEST_SUITE_P(AllPairs, ClosedForm, ::testing::ValuesIn(PairsWithAFormula()),
+                         [](const ::testing::TestParamInfo<KindPair>& info) {
                            return std::string(NameOf(info.param.first)) + "_" +
                                   std::string(NameOf(info.param.second));
                          });

@@ -10,7 +10,7 @@
 namespace cwm::collision {
 namespace {
 
-using testing::HasSubstr;
+using ::testing::HasSubstr;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
@@ -60,7 +60,7 @@ TEST(CastRays, ARayEndsAtTheFirstSurfaceAndTheWayThereIsFree) {
     const QueryBody tip = BodyFromShapes({{.X_FS = Pose::Identity(), .shape = Sphere{1e-9}}});
     const auto verdicts = CheckCollisions(*world, tip, along, {})->verdict;
     if (verdicts.empty() || verdicts[0] == Verdict::kCollision) continue;
-    EXPECT_THAT(verdicts, testing::Each(Verdict::kFree));
+    EXPECT_THAT(verdicts, ::testing::Each(Verdict::kFree));
   }
   EXPECT_GT(hits, 30);
 }

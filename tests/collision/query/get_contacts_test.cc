@@ -12,9 +12,9 @@
 namespace cwm::collision {
 namespace {
 
-using testing::Each;
-using testing::ElementsAre;
-using testing::SizeIs;
+using ::testing::Each;
+using ::testing::ElementsAre;
+using ::testing::SizeIs;
 
 constexpr double kDepth_m = 1e-3;
 constexpr double kRounding_m = 1e-12;
@@ -86,7 +86,7 @@ TEST(GetContacts, OfABoxOnAFloorAreItsCorners) {
                                 MakeTranslation(0.4, 0, 0.15 + kDepth_m)};
   const PairColumns columns = *GetContacts(*world, kBlock, at, {});
   EXPECT_THAT(columns.row_begin, ElementsAre(0, 4, 4));
-  EXPECT_THAT(columns.distance_m, Each(testing::DoubleNear(-kDepth_m, kRounding_m)));
+  EXPECT_THAT(columns.distance_m, Each(::testing::DoubleNear(-kDepth_m, kRounding_m)));
   std::set<std::pair<int, int>> corners;  // centimetres
   for (std::size_t k = 0; k < 4; ++k) {
     // From the block down to the floor.

@@ -13,9 +13,9 @@
 namespace cwm::collision {
 namespace {
 
-using testing::ElementsAre;
-using testing::HasSubstr;
-using testing::IsEmpty;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
@@ -62,7 +62,7 @@ std::vector<BrutePair> BruteNearest(const std::vector<BrutePair>& pairs) {
   return nearest;
 }
 
-class QueryTest : public testing::Test {
+class QueryTest : public ::testing::Test {
  protected:
   std::mt19937 random_{42};
   std::shared_ptr<const WorldSnapshot> world_ = RandomWorld(30, random_, /*with_meshes=*/true);
@@ -323,7 +323,7 @@ TEST(Query, HalfSpacesAreAskedOfEachOtherAndFailNoBatch) {
                 ElementsAre(Verdict::kFree, Verdict::kCollision, Verdict::kCollision));
     const PairColumns near = *GetDistances(*world, body, at, options);
     EXPECT_THAT(near.distance_m,
-                ElementsAre(testing::DoubleNear(1, 1e-12), testing::DoubleNear(-0.5, 1e-12),
+                ElementsAre(::testing::DoubleNear(1, 1e-12), ::testing::DoubleNear(-0.5, 1e-12),
                             -kLargestCoordinate_m));
     EXPECT_THAT(near.trust, ElementsAre(Trust::kExact, Trust::kExact, Trust::kDegraded));
     EXPECT_THAT(GetContacts(*world, body, at, options)->row_begin, ElementsAre(0, 0, 1, 2));
@@ -360,7 +360,7 @@ TEST(Query, AStateWithinTheBoundOfAStandInIsUndecidedByFclAndBullet) {
   }
   const CollisionColumns exact = *CheckCollisions(*world, ball, at, {});
   EXPECT_THAT(exact.verdict, ElementsAre(Verdict::kCollision, Verdict::kFree, Verdict::kFree));
-  EXPECT_THAT(exact.trust, testing::Each(Trust::kExact));
+  EXPECT_THAT(exact.trust, ::testing::Each(Trust::kExact));
 }
 
 TEST_F(QueryTest, NoEngineDecidesWhatTheExactKernelsRefute) {
@@ -471,8 +471,8 @@ TEST_F(QueryTest, WhenTimeIsUpTheCompletedPrefixIsTheAnswer) {
   EXPECT_THAT(none.row_begin, ElementsAre(0u));
   const CollisionColumns verdicts = *CheckCollisions(*world_, body_, poses_, options);
   EXPECT_EQ(verdicts.completed, 0u);
-  EXPECT_THAT(verdicts.verdict, testing::Each(Verdict::kNotComputed));
-  EXPECT_THAT(verdicts.trust, testing::Each(Trust::kDegraded)) << "nothing is known";
+  EXPECT_THAT(verdicts.verdict, ::testing::Each(Verdict::kNotComputed));
+  EXPECT_THAT(verdicts.trust, ::testing::Each(Trust::kDegraded)) << "nothing is known";
 
   std::vector<Pose> many(200'000, poses_[0]);
   options.give_up_at = std::chrono::steady_clock::now() + std::chrono::milliseconds(20);

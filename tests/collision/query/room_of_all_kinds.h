@@ -103,7 +103,7 @@ inline Vector3 GradientOf(const PointColumns& columns, std::size_t row) {
   return Vector3(&columns.gradient[3 * row]);
 }
 
-class SamplePointsTest : public testing::Test {
+class SamplePointsTest : public ::testing::Test {
  protected:
   std::mt19937 random_{42};
   std::vector<Change> changes_ = RoomOfAllKinds(random_);

@@ -14,8 +14,8 @@
 namespace cwm::collision {
 namespace {
 
-using testing::Each;
-using testing::HasSubstr;
+using ::testing::Each;
+using ::testing::HasSubstr;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
@@ -55,7 +55,7 @@ TEST_F(SamplePointsTest, EveryKindOfShapeIsTheNearestOfSomePoints) {
     const Shape& shape = object.geometry->parts[columns.object_part[i]].shape;
     ++nearest[shape.index()];
   }
-  EXPECT_THAT(nearest, Each(testing::Gt(10)));
+  EXPECT_THAT(nearest, Each(::testing::Gt(10)));
 }
 
 TEST(SamplePoints, BesideNothingEveryPointIsBeyond) {

@@ -7,7 +7,7 @@
 namespace cwm::collision {
 namespace {
 
-using testing::ElementsAre;
+using ::testing::ElementsAre;
 
 Change Unseen(const std::string& name, std::vector<Placed<>> shapes, const Pose& X_WO) {
   Change change = PutOf(name, std::move(shapes), X_WO);

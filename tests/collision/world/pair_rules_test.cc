@@ -12,10 +12,10 @@
 namespace cwm::collision {
 namespace {
 
-using testing::ElementsAre;
-using testing::HasSubstr;
-using testing::IsEmpty;
-using testing::SizeIs;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::SizeIs;
 using SnapshotPtr = std::shared_ptr<const WorldSnapshot>;
 
 const WallTime kNoon{std::chrono::hours(500'000)};

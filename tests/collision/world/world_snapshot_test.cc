@@ -12,8 +12,8 @@
 namespace cwm::collision {
 namespace {
 
-using testing::ElementsAre;
-using testing::HasSubstr;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
 using SnapshotPtr = std::shared_ptr<const WorldSnapshot>;
 
 std::shared_ptr<const PreparedModel> ModelOf(Shape shape) {

@@ -26,7 +26,7 @@ struct Lying {
 
 void PrintTo(const Lying& lying, std::ostream* out) { *out << lying.name; }
 
-class LyingVessel : public testing::TestWithParam<Lying> {};
+class LyingVessel : public ::testing::TestWithParam<Lying> {};
 
 TEST_P(LyingVessel, IsAShellAboutItsAxis) {
   const Lying& lying = GetParam();
@@ -54,14 +54,14 @@ TEST_P(LyingVessel, IsAShellAboutItsAxis) {
 }
 
 INSTANTIATE_TEST_SUITE_P(All, LyingVessel,
-                         testing::Values(Lying{"MugOnItsSide", MugWall(), 90, 150, 3},
-                                         Lying{"MugSeenAskew", MugWall(), 90, 120, 3},
-                                         Lying{"LeaningMug", MugWall(), 40, 120, 3},
-                                         Lying{"GlassOnItsSide", GlassWall(), 90, 150, 3},
-                                         Lying{"PanOnEdge", PanWall(), 90, 150, 3},
-                                         Lying{"LeaningPan", PanWall(), 15, 0, 3},
-                                         Lying{"BowlOnEdge", BowlWall(), 90, 180, 3},
-                                         Lying{"LeaningBowl", BowlWall(), 40, 150, 4}),
+                         ::testing::Values(Lying{"MugOnItsSide", MugWall(), 90, 150, 3},
+                                           Lying{"MugSeenAskew", MugWall(), 90, 120, 3},
+                                           Lying{"LeaningMug", MugWall(), 40, 120, 3},
+                                           Lying{"GlassOnItsSide", GlassWall(), 90, 150, 3},
+                                           Lying{"PanOnEdge", PanWall(), 90, 150, 3},
+                                           Lying{"LeaningPan", PanWall(), 15, 0, 3},
+                                           Lying{"BowlOnEdge", BowlWall(), 90, 180, 3},
+                                           Lying{"LeaningBowl", BowlWall(), 40, 150, 4}),
                          [](const auto& named) { return named.param.name; });
 
 TEST(FindLyingWall, IsNoneOfWhatStands) {

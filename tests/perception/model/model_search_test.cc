@@ -104,7 +104,7 @@ TEST(ThinForSearch, TakesWhatWasSentManyTimesOnce) {
 }
 
 template <class M>
-class OctreeInliers : public testing::Test {};
+class OctreeInliers : public ::testing::Test {};
 using AllModels = testing::Types<PlaneModel, SphereModel, CylinderModel, ConeModel>;
 TYPED_TEST_SUITE(OctreeInliers, AllModels);
 

@@ -312,7 +312,7 @@ bool AnyOfKind(const ObjectModel& model, ShapeKind kind) {
                      [kind](const ShapePart& part) { return KindOf(part.shape) == kind; });
 }
 
-class SwitchedKinds : public testing::TestWithParam<Switch> {};
+class SwitchedKinds : public ::testing::TestWithParam<Switch> {};
 
 TEST_P(SwitchedKinds, AreFoundWhenOnAndNotWhenOff) {
   const Switch& param = GetParam();
@@ -327,7 +327,7 @@ TEST_P(SwitchedKinds, AreFoundWhenOnAndNotWhenOff) {
 
 INSTANTIATE_TEST_SUITE_P(
     ModelObject, SwitchedKinds,
-    testing::Values(
+    ::testing::Values(
         Switch{.shape = Box{.size_m = {0.12, 0.08, 0.10}},
                .height_of_center_m = 0.05,
                .on = &ModelerOptions::search_planes},

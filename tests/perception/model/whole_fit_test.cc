@@ -108,7 +108,7 @@ std::vector<Eigen::Index> SizesOf(WholeKind kind) {
   return {};
 }
 
-class FitWholeTest : public testing::TestWithParam<Case> {};
+class FitWholeTest : public ::testing::TestWithParam<Case> {};
 
 TEST_P(FitWholeTest, FindsTheSolidThroughExactPointsWhateverTheirNormalsSay) {
   const WholeParameters truth = ParametersOf(GetParam());
@@ -135,7 +135,7 @@ TEST_P(FitWholeTest, ErrsByAboutItsStandardDeviations) {
 
 INSTANTIATE_TEST_SUITE_P(
     Kinds, FitWholeTest,
-    testing::Values(
+    ::testing::Values(
         Case{"Ball", WholeKind::kBall, {0.01, 0.02, 0.03, 0.03}},
         Case{"UprightCylinder", WholeKind::kUprightCylinder, {0.01, 0.02, 0.1, 0.015}},
         Case{"UprightCone", WholeKind::kUprightCone, {0.01, 0.02, 0.1, 0.045, 0.15}},
@@ -143,7 +143,7 @@ INSTANTIATE_TEST_SUITE_P(
         Case{"LyingCone", WholeKind::kLyingCone, {0.01, 0.02, 0.4, 0.03, 0.1, 0.12}},
         Case{"LeaningCylinder", WholeKind::kLeaningCylinder, {0.01, 0.02, 0.4, 0.9, 0.02, 0.12}},
         Case{"UprightBox", WholeKind::kUprightBox, {0.01, 0.02, 0.4, 0.06, 0.1, 0.05}}),
-    [](const testing::TestParamInfo<Case>& info) { return info.param.name; });
+    [](const ::testing::TestParamInfo<Case>& info) { return info.param.name; });
 
 TEST(FitWhole, StartsATiltedBoxFromOneThatIsKnown) {
   WholeParameters truth(9);

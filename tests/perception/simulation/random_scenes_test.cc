@@ -70,7 +70,7 @@ struct FamilyOfScenes {
   int most_things = 0;
 };
 
-class RandomScenes : public testing::TestWithParam<FamilyOfScenes> {
+class RandomScenes : public ::testing::TestWithParam<FamilyOfScenes> {
  protected:
   static constexpr int kScenes = 6;
 
@@ -168,10 +168,10 @@ TEST_P(RandomScenes, AreTheSameForTheSameSeedAndOthersForAnother) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Families, RandomScenes,
-                         testing::Values(FamilyOfScenes{SceneFamily::kTable, "table", 4, 9},
-                                         FamilyOfScenes{SceneFamily::kClutter, "clutter", 8, 16},
-                                         FamilyOfScenes{SceneFamily::kKitchen, "kitchen", 6, 15},
-                                         FamilyOfScenes{SceneFamily::kVessels, "vessels", 4, 8}),
+                         ::testing::Values(FamilyOfScenes{SceneFamily::kTable, "table", 4, 9},
+                                           FamilyOfScenes{SceneFamily::kClutter, "clutter", 8, 16},
+                                           FamilyOfScenes{SceneFamily::kKitchen, "kitchen", 6, 15},
+                                           FamilyOfScenes{SceneFamily::kVessels, "vessels", 4, 8}),
                          [](const auto& info) { return info.param.name; });
 
 constexpr double kDegree = std::numbers::pi / 180;

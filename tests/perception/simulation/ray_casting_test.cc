@@ -48,7 +48,7 @@ Vector3 RandomPoint(RandomDraws& draws, double extent_m) {
   return {x, y, draws.Uniform(-extent_m, extent_m)};
 }
 
-class RayCasting : public testing::TestWithParam<NamedShape> {};
+class RayCasting : public ::testing::TestWithParam<NamedShape> {};
 
 TEST_P(RayCasting, HitsTheSurfaceWhereTheSignedDistanceFirstVanishes) {
   constexpr int kRays = 2000;
@@ -97,7 +97,7 @@ TEST_P(RayCasting, LeavesASolidWhereItsSurfaceIs) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(AllShapes, RayCasting, testing::ValuesIn(AllShapes()),
+INSTANTIATE_TEST_SUITE_P(AllShapes, RayCasting, ::testing::ValuesIn(AllShapes()),
                          [](const auto& info) { return info.param.name; });
 
 TEST(RayCasting, GivesTheNormalOfTheFaceThatItMeets) {

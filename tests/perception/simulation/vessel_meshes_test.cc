@@ -71,7 +71,7 @@ TEST(TubeMesh, KeepsItsThicknessInABend) {
   EXPECT_NEAR(SignedVolume_m3(mesh), expected, 0.005 * expected);  // mitres at the chords' ends
 }
 
-class Vessels : public testing::TestWithParam<VesselKind> {};
+class Vessels : public ::testing::TestWithParam<VesselKind> {};
 
 TEST_P(Vessels, AreWatertightPartsWithOneHandleThatStandOnTheirFoot) {
   RandomDraws draws(3, 0);
@@ -111,12 +111,12 @@ TEST_P(Vessels, HaveHandlesAndSpoutsThatGrowOutOfTheWall) {
   }
 }
 
-std::string KindName(const testing::TestParamInfo<VesselKind>& info) {
+std::string KindName(const ::testing::TestParamInfo<VesselKind>& info) {
   return std::vector<std::string>{"mug", "pan", "jug"}[static_cast<std::size_t>(info.param)];
 }
 
 INSTANTIATE_TEST_SUITE_P(All, Vessels,
-                         testing::Values(VesselKind::kMug, VesselKind::kPan, VesselKind::kJug),
+                         ::testing::Values(VesselKind::kMug, VesselKind::kPan, VesselKind::kJug),
                          KindName);
 
 }  // namespace

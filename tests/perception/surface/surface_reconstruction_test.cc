@@ -173,7 +173,7 @@ TEST(SurfaceReconstruction, CoversALonelyPointByOneSmallTriangle) {
   const Surface surface = ReconstructSurface(points, {});
   ExpectSound(points, surface, {});
   ASSERT_EQ(surface.mesh.triangles.size(), 1U);
-  EXPECT_THAT(surface.explained, testing::ElementsAre(0U));
+  EXPECT_THAT(surface.explained, ::testing::ElementsAre(0U));
   for (const Vector3& p : surface.mesh.vertices) {
     EXPECT_LE((p - points.points[0].cast<double>()).norm(), SurfaceOptions{}.spacing_m);
   }

@@ -90,7 +90,7 @@ std::map<std::string, std::string> AllKept(const std::vector<KnownObject>& known
   return verdicts;
 }
 
-class TrackingTheKitchen : public testing::Test {
+class TrackingTheKitchen : public ::testing::Test {
  protected:
   void SetUp() override { ASSERT_EQ(known_.size(), before_.objects.size()); }
 

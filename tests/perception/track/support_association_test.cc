@@ -27,7 +27,7 @@ std::shared_ptr<const HybridModel> PlateModel(const Polygon& outline) {
 }
 
 // A table of 0.6 m by 0.5 m, 0.9 m high, before the kitchen's camera.
-class TrackingATable : public testing::Test {
+class TrackingATable : public ::testing::Test {
  protected:
   static constexpr double kHeight_m = 0.9;
 
