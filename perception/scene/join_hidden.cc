@@ -6,8 +6,8 @@
 #include <numbers>
 #include <optional>
 
+#include "perception/scene/long_planes.h"
 #include "perception/scene/plane_fit.h"
-#include "perception/scene/structures.h"
 #include "perception/scene/surface_graph.h"
 
 namespace cwm::perception {

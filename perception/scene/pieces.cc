@@ -12,6 +12,7 @@
 #include "perception/cloud/parallel_for.h"
 #include "perception/scene/connected_sets.h"
 #include "perception/scene/disjoint_sets.h"
+#include "perception/scene/long_planes.h"
 
 namespace cwm::perception {
 namespace {
@@ -139,22 +140,27 @@ void FollowWarp(const SurfaceGraph& graph, const std::vector<SupportPlane>& supp
   }
 }
 
-// Connected nodes that may seed a piece (class 0) get one label each; too small sets stay
-// unlabelled.
-void SeedPieces(const SurfaceGraph& graph, const std::vector<std::int32_t>& may_seed,
-                Pieces& pieces, const Work& work) {
+// Connected nodes of one class that may seed a piece get one label each; too small sets stay unlabelled. Returns the class of
+// each piece; of supports, 0.
+std::vector<std::int32_t> SeedPieces(const SurfaceGraph& graph,
+                                     const std::vector<std::int32_t>& may_seed, Pieces& pieces,
+                                     const Work& work) {
   const ConnectedSets sets = FindConnectedSets(graph, may_seed, work);
   std::vector<std::uint64_t> weights(sets.count(), 0);
   for (std::size_t i = 0; i < graph.size(); ++i) {
     if (may_seed[i] >= 0) weights[static_cast<std::size_t>(sets.of_node[i])] += graph.weight(i);
   }
   std::vector<std::int32_t> piece(sets.count(), kNoPiece);
+  std::vector<std::int32_t> class_of_piece(static_cast<std::size_t>(pieces.piece_count), 0);
   for (std::size_t s = 0; s < sets.count(); ++s) {
-    if (weights[s] >= kSmallestSeed_nodes) piece[s] = pieces.piece_count++;
+    if (weights[s] < kSmallestSeed_nodes) continue;
+    piece[s] = pieces.piece_count++;
+    class_of_piece.push_back(may_seed[sets.first_nodes[s]]);
   }
   for (std::size_t i = 0; i < graph.size(); ++i) {
     if (may_seed[i] >= 0) pieces.of_node[i] = piece[static_cast<std::size_t>(sets.of_node[i])];
   }
+  return class_of_piece;
 }
 
 // Patches of a support that hang together with none of its larger part: seen through a handle, or
@@ -304,13 +310,58 @@ std::vector<PieceSize> SizesOf(const SurfaceGraph& graph, const Pieces& pieces) 
   return sizes;
 }
 
+// The long planes that pieces were seeded on.
+struct PlanesOfPieces {
+  std::vector<Plane> planes;
+  std::vector<std::int32_t> class_of_piece;  // 1 + index into planes, or 0
+
+  std::int32_t ClassOf(std::int32_t piece) const {
+    return class_of_piece[static_cast<std::size_t>(piece)];
+  }
+};
+
+using Links = std::map<std::pair<std::int32_t, std::int32_t>, int>;
+
+// A long plane ends where warp does: of the links between its pieces and those of another class, only those remain whose other
+// piece lies on it as far as warp lets it.
+void DropLinksOffPlanes(const SurfaceGraph& graph, const Pieces& pieces,
+                        const PlanesOfPieces& long_planes, Links& links) {
+  struct Share {
+    std::size_t on = 0, all = 0;
+  };
+  std::map<std::int32_t, std::map<std::int32_t, Share>> on_planes;  // by piece and class
+  for (const auto& [pair, count] : links) {
+    const std::int32_t of_a = long_planes.ClassOf(pair.first);
+    if (of_a != 0 && long_planes.ClassOf(pair.second) != of_a) on_planes[pair.second][of_a];
+  }
+  if (on_planes.empty()) return;
+  for (std::size_t i = 0; i < graph.size(); ++i) {
+    const auto piece = on_planes.find(pieces.of_node[i]);
+    if (piece == on_planes.end()) continue;
+    for (auto& [of_plane, share] : piece->second) {
+      const Plane& plane = long_planes.planes[static_cast<std::size_t>(of_plane) - 1];
+      ++share.all;
+      share.on += IsOnPlane(plane, graph.nodes(), i, Off::kMost);
+    }
+  }
+  const auto is_off = [&](std::int32_t piece, std::int32_t of_plane) {
+    if (of_plane == 0 || long_planes.ClassOf(piece) == of_plane) return false;
+    const Share& share = on_planes.at(piece).at(of_plane);
+    return static_cast<double>(share.on) < double{kFlatShare} * static_cast<double>(share.all);
+  };
+  std::erase_if(links, [&](const auto& link) {
+    const auto& [a, b] = link.first;
+    return is_off(a, long_planes.ClassOf(b)) || is_off(b, long_planes.ClassOf(a));
+  });
+}
+
 // Noise steps too, where a surface is seen at a grazing angle. Pieces that share a good part of
 // their outline without a crease or a step are one; what is seen at a grazing angle alone goes to
 // the one that it shares most of it with, as the narrow side of a box does. The numbers of the
 // others close up.
-void JoinEvenPieces(const SurfaceGraph& graph, const std::vector<char>& crease, Pieces& pieces,
-                    const Work& work) {
-  std::map<std::pair<std::int32_t, std::int32_t>, int> even_links;  // both ways
+void JoinEvenPieces(const SurfaceGraph& graph, const std::vector<char>& crease,
+                    const PlanesOfPieces& long_planes, Pieces& pieces, const Work& work) {
+  Links even_links;  // both ways
   for (std::uint32_t i : BorderNodes(graph, pieces, work)) {
     const std::int32_t a = pieces.of_node[i];
     if (crease[i]) continue;
@@ -319,6 +370,7 @@ void JoinEvenPieces(const SurfaceGraph& graph, const std::vector<char>& crease, 
       if (a != b && b >= pieces.support_count && !crease[j]) ++even_links[{a, b}];
     });
   }
+  DropLinksOffPlanes(graph, pieces, long_planes, even_links);
   if (even_links.empty()) return;
   const std::vector<PieceSize> nodes = SizesOf(graph, pieces);
   DisjointSets sets(nodes.size());
@@ -413,9 +465,11 @@ Pieces CutIntoPieces(const SurfaceGraph& graph, const std::vector<char>& crease,
     const bool is_free = to_support.relation[i] == Relation::kFree;
     if (is_free && !graph.nodes().normals[i].isZero() && !graph.IsAtStep(i)) may_seed[i] = 0;
   }
-  SeedPieces(graph, may_seed, pieces, work);
+  PlanesOfPieces long_planes;
+  long_planes.planes = ClassLongPlanes(graph, may_seed, work);
+  long_planes.class_of_piece = SeedPieces(graph, may_seed, pieces, work);
   PieceGrower(graph, supports, pieces).Grow();
-  JoinEvenPieces(graph, crease, pieces, work);
+  JoinEvenPieces(graph, crease, long_planes, pieces, work);
   AbsorbFlatPieces(graph, supports, pieces, work);
   SeparatePatches(graph, pieces, work);
   return pieces;

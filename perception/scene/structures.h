@@ -13,9 +13,6 @@ namespace cwm::perception {
 
 inline constexpr std::int32_t kNoStructure = -1;
 
-// Chosen: the tallest thing on a counter is a bottle or a box of half a metre.
-inline constexpr double kLongestThing_m = 0.5;
-
 struct Structures {
   std::vector<std::int32_t> of_piece;  // per piece: an index into planes, or kNoStructure
   std::vector<Plane> planes;           // normals to the side that was seen

@@ -285,7 +285,7 @@ TEST_F(PlanCommand, TellsOfAServerThatIsGone) {
   ASSERT_TRUE(free.ok()) << free.status();
   EXPECT_THAT(*free, ::testing::ElementsAre(1, 0, 1, 0));
   const auto width = checker.AreFree(rows, 1);
-  EXPECT_THAT(std::string(width.status().message()), HasSubstr("answered 4 of 8 states"));
+  EXPECT_THAT(std::string(width.status().message()), HasSubstr("rows.width: is 1, must be 2"));
   EXPECT_TRUE(checker.AreFree(rows, 2).ok()) << "the stream goes on";
   const Finished nobody = RunProgram(
       {Program("cwm-plan"), "--addr", "unix:" + scratch() / "nobody.sock", "--goal", "left"});

@@ -71,9 +71,9 @@ TEST(PackedPoints, LeaveOutPointsWithAnyCoordinateThatIsNoNumber) {
 }
 
 TEST(PackedPoints, WidenTheStepForWideScenesAlone) {
-  const PackedPoints narrow = PackPoints({CloudOf({{0, 0, 0}, {1, 0, 0}}), {0, 0}});
+  const PackedPoints narrow = PackPoints({CloudOf({{0, 0, 1}, {1, 0, 1}}), {0, 0}});
   EXPECT_DOUBLE_EQ(narrow.step_m, 1e-4);
-  const PackedPoints wide = PackPoints({CloudOf({{0, 0, 0}, {100, 0, 0}}), {0, 0}});
+  const PackedPoints wide = PackPoints({CloudOf({{0, 0, 1}, {100, 0, 1}}), {0, 0}});
   EXPECT_DOUBLE_EQ(wide.step_m, 100.0 / 65535);
   EXPECT_NEAR(PointAt(wide, 1)[0], 100, 1e-9);
 }
