@@ -31,7 +31,6 @@ constexpr int kSightLines = 48;
 constexpr int kPlacesPerLine = 8;
 constexpr double kMostContradictions = 0.06;  // of the places between: mixed pixels at edges
 constexpr double kLeastHidden = 0.25;         // the rest lies on the parts themselves
-constexpr double kLevel_cos = 0.966;          // 15 degrees from up
 
 struct Facet {
   Plane plane;
@@ -159,10 +158,9 @@ Members EvenlySpread(const Members& members, int count) {
   return some;
 }
 
-// Whether two tops lie too far from each other to be one. Boxes of the same height have tops that share
-// a plane; those of low ones are nearly all that is seen of them.
-bool AreTopsOfTwo(const OrientedPoints& nodes, const Facet& a, const Facet& b) {
-  if (a.plane.normal.z() < kLevel_cos || b.plane.normal.z() < kLevel_cos) return false;
+// Whether two faces reach too far to be one thing's. Boxes of the same height have tops that share a plane, boxes in a row fronts
+// that do. What is longer is a structure's, whose pieces are found by its plane.
+bool AreOfTwo(const OrientedPoints& nodes, const Facet& a, const Facet& b) {
   const Members some_a = EvenlySpread(a.members, kSightLines);
   const Members some_b = EvenlySpread(b.members, kSightLines);
   return std::ranges::any_of(some_a, [&](std::uint32_t i) {
@@ -221,7 +219,7 @@ void JoinAcrossOccluders(const OrientedPoints& nodes, const PieceViews& views,
       for (const Facet& fb : facets[b]) {
         if (!SharePlane(nodes, fa, fb)) continue;
         if (touch(a, b)) return true;
-        if (!AreTopsOfTwo(nodes, fa, fb) && between.IsHidden(fa.members, fb.members)) return true;
+        if (!AreOfTwo(nodes, fa, fb) && between.IsHidden(fa.members, fb.members)) return true;
       }
     }
     const Members& sa = views.pieces[a].sample;

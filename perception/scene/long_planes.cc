@@ -52,8 +52,7 @@ Nodes SampleOf(const Nodes& members) {
 }  // namespace
 
 bool IsOnPlane(const Plane& plane, const OrientedPoints& points, std::size_t i, Off off) {
-  const float off_m =
-      off == Off::kUsually ? points.UsuallyOffPlane_m(i) : points.MostOffPlane_m(i);
+  const float off_m = off == Off::kUsually ? points.UsuallyOffPlane_m(i) : points.MostOffPlane_m(i);
   return std::abs(plane.Height_m(points.points[i])) <= off_m &&
          points.normals[i].dot(plane.normal.cast<float>()) > kNormalGate_cos;
 }
@@ -65,9 +64,8 @@ double ShareOn(const Plane& plane, const OrientedPoints& points,
   return static_cast<double>(on) / static_cast<double>(members.size());
 }
 
-std::optional<Plane> LongPlane(const OrientedPoints& points,
-                               std::span<const std::uint32_t> members, Off off,
-                               double least_share) {
+std::optional<Plane> LongPlane(const OrientedPoints& points, std::span<const std::uint32_t> members,
+                               Off off, double least_share) {
   if (members.empty() || !IsLong(points, members)) return std::nullopt;
   const std::optional<Plane> plane = FitPlane(points, members, members[0]);
   if (!plane || ShareOn(*plane, points, members, off) < least_share) return std::nullopt;
@@ -89,8 +87,7 @@ std::vector<Plane> ClassLongPlanes(const SurfaceGraph& graph, std::vector<std::i
   std::vector<Plane> planes;
   for (Nodes& left : members) {
     work.Poll();
-    while (const auto plane =
-               LongPlane(nodes, SampleOf(left), Off::kUsually, kLeastShareOfSet)) {
+    while (const auto plane = LongPlane(nodes, SampleOf(left), Off::kUsually, kLeastShareOfSet)) {
       std::erase_if(left, [&](std::uint32_t i) {
         if (!IsOnPlane(*plane, nodes, i, Off::kUsually)) return false;
         classes[i] = static_cast<std::int32_t>(planes.size()) + 1;

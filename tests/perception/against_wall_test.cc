@@ -28,8 +28,8 @@ std::vector<Goods> GoodsOfAKitchen() {
 }
 
 SimulatedScene Kitchen(double gap_m) {
-  SimulatedScene scene{{Table(), Thing("wall", Box{{0.02, 3, 2}},
-                                       MakeTranslation(kWall_m + 0.01, 0, 0.5))}};
+  SimulatedScene scene{
+      {Table(), Thing("wall", Box{{0.02, 3, 2}}, MakeTranslation(kWall_m + 0.01, 0, 0.5))}};
   for (const Goods& thing : GoodsOfAKitchen()) {
     scene.objects.push_back(Thing(
         thing.name, thing.shape,

@@ -163,8 +163,8 @@ TEST(JoinAcrossOccluders, KeepsFacesApartThatNoPlaneExplains) {
 TEST(JoinAcrossOccluders, KeepsFacesApartThatAreFartherThanObjectsAreLarge) {
   for (const double gap_m : {0.3, 0.4}) {
     Seen seen;
-    const std::size_t left = seen.Add(Face(1, {-0.5 * gap_m - 0.1, -0.5 * gap_m}, kHeights));
-    const std::size_t right = seen.Add(Face(1, {0.5 * gap_m, 0.5 * gap_m + 0.1}, kHeights));
+    const std::size_t left = seen.Add(Face(1, {-0.5 * gap_m - 0.05, -0.5 * gap_m}, kHeights));
+    const std::size_t right = seen.Add(Face(1, {0.5 * gap_m, 0.5 * gap_m + 0.05}, kHeights));
     seen.Add(Face(0.7, {-0.45 * gap_m, 0.45 * gap_m}, {-0.5, -0.3}));
     EXPECT_EQ(seen.OccludersJoin(left, right), gap_m < 0.35) << gap_m;
   }
@@ -177,6 +177,17 @@ TEST(JoinAcrossOccluders, KeepsLevelTopsApartThatTogetherAreLongerThanObjectsAre
     const std::size_t left = seen.Add(Top(-0.6, {0.9, 1}, {-0.04 - length_m, -0.04}));
     const std::size_t right = seen.Add(Top(-0.6, {0.9, 1}, {0.04, 0.04 + length_m}));
     seen.Add(Face(0.7, {-0.03, 0.03}, {-0.6, -0.3}));
+    EXPECT_EQ(seen.OccludersJoin(left, right), length_m < 0.2) << length_m;
+  }
+}
+
+// Boxes in a row.
+TEST(JoinAcrossOccluders, KeepsFrontsApartThatTogetherAreLongerThanObjectsAre) {
+  for (const double length_m : {0.15, 0.25}) {
+    Seen seen;
+    const std::size_t left = seen.Add(Face(1, {-0.04 - length_m, -0.04}, kHeights));
+    const std::size_t right = seen.Add(Face(1, {0.04, 0.04 + length_m}, kHeights));
+    seen.Add(Face(0.7, {-0.03, 0.03}, {-0.5, -0.3}));
     EXPECT_EQ(seen.OccludersJoin(left, right), length_m < 0.2) << length_m;
   }
 }
