@@ -12,6 +12,7 @@
 #include "perception/cloud/parallel_for.h"
 #include "perception/scene/connected_sets.h"
 #include "perception/scene/disjoint_sets.h"
+#include "perception/scene/flat_pieces.h"
 #include "perception/scene/long_planes.h"
 
 namespace cwm::perception {
@@ -392,44 +393,6 @@ void JoinEvenPieces(const SurfaceGraph& graph, const std::vector<char>& crease,
   pieces.piece_count = next;
 }
 
-// Pieces that nowhere rise (or sink) above what noise and warp of the sensor can make of a support
-// are part of it; the numbers of the others close up.
-void AbsorbFlatPieces(const SurfaceGraph& graph, const std::vector<SupportPlane>& supports,
-                      Pieces& pieces, const Work& work) {
-  const OrientedPoints& nodes = graph.nodes();
-  std::vector<std::int32_t> carrier(static_cast<std::size_t>(pieces.piece_count), kNoPiece);
-  for (std::uint32_t i : BorderNodes(graph, pieces, work)) {
-    const std::int32_t a = pieces.of_node[i];
-    graph.ForEachLinked(i, [&](std::size_t j) {
-      const std::int32_t b = pieces.of_node[j];
-      if (b != kNoPiece && b < pieces.support_count) carrier[static_cast<std::size_t>(a)] = b;
-    });
-  }
-  std::vector<std::uint32_t> all(carrier.size(), 0), flat(carrier.size(), 0);
-  for (std::size_t i = 0; i < graph.size(); ++i) {
-    const std::int32_t a = pieces.of_node[i];
-    if (a < pieces.support_count) continue;
-    const auto p = static_cast<std::size_t>(a);
-    ++all[p];
-    if (carrier[p] == kNoPiece) continue;
-    const Plane& plane = supports[static_cast<std::size_t>(carrier[p])].plane;
-    // Nothing stands below a support: there, all that warp can do is believed to be warp.
-    const double height_m = plane.Height_m(nodes.points[i]);
-    flat[p] += height_m <= nodes.UsuallyOffPlane_m(i) && height_m >= -nodes.MostOffPlane_m(i);
-  }
-  std::vector<std::int32_t> renamed(carrier.size());
-  std::int32_t next = pieces.support_count;
-  for (std::size_t p = 0; p < renamed.size(); ++p) {
-    const bool is_support = p < static_cast<std::size_t>(pieces.support_count);
-    const bool absorbed = !is_support && flat[p] >= kFlatShare * all[p] && carrier[p] != kNoPiece;
-    renamed[p] = is_support ? static_cast<std::int32_t>(p) : absorbed ? carrier[p] : next++;
-  }
-  for (std::int32_t& p : pieces.of_node) {
-    if (p != kNoPiece) p = renamed[static_cast<std::size_t>(p)];
-  }
-  pieces.piece_count = next;
-}
-
 }  // namespace
 
 bool IsContact(int links, std::size_t nodes) {
@@ -470,7 +433,7 @@ Pieces CutIntoPieces(const SurfaceGraph& graph, const std::vector<char>& crease,
   long_planes.class_of_piece = SeedPieces(graph, may_seed, pieces, work);
   PieceGrower(graph, supports, pieces).Grow();
   JoinEvenPieces(graph, crease, long_planes, pieces, work);
-  AbsorbFlatPieces(graph, supports, pieces, work);
+  AbsorbFlatPieces(graph, coarse, supports, pieces, work);
   SeparatePatches(graph, pieces, work);
   return pieces;
 }

@@ -1,0 +1,20 @@
+// A floor that is seen past the edge of a table to where its last pixels are a metre apart.
+#include <gtest/gtest.h>
+
+#include "tests/perception/table_scene.h"
+
+namespace cwm::perception {
+namespace {
+
+TEST(FarFloor, IsASupportToItsEnd) {
+  SimulatedObject floor = Thing("floor", HalfSpace{}, MakeTranslation(0, 0, -0.75));
+  floor.is_support = true;
+  const SceneInterpretation scene =
+      Interpreted({{Table(), std::move(floor),
+                    Thing("box", Box{{0.1, 0.1, 0.1}}, MakeTranslation(0, 0, 0.05))}});
+  EXPECT_GE(scene.report.points_explained, 0.998 * double(scene.report.points_finite));
+  EXPECT_EQ(scene.objects.size(), 1u) << "of the floor's last pixels none is a thing";
+}
+
+}  // namespace
+}  // namespace cwm::perception
