@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <optional>
 #include <set>
 #include <utility>
@@ -27,7 +28,7 @@ class Surroundings {
     for (std::uint32_t c : support.cells) finest.insert(SquareOf(coarse.cells.points[c]));
   }
 
-  // Whether the support has a cell nearer than `gap_m`, or at most twice as far.
+  // Whether the support has a cell nearer than `gap_m`, or somewhat farther: at most four times as far.
   bool Has(const Eigen::Vector3f& point, double gap_m) {
     std::size_t size = 0;
     Square square = SquareOf(point);
@@ -52,12 +53,13 @@ class Surroundings {
   }
 
  private:
-  using Square = std::pair<int, int>;
+  using Square = std::pair<std::int64_t, std::int64_t>;
   using Squares = std::set<Square>;
 
   Square SquareOf(const Eigen::Vector3f& point) const {
     const Eigen::Vector2d at = (across_ * point).cast<double>() / edge_m_;
-    return {static_cast<int>(std::floor(at.x())), static_cast<int>(std::floor(at.y()))};
+    return {static_cast<std::int64_t>(std::floor(at.x())),
+            static_cast<std::int64_t>(std::floor(at.y()))};
   }
 
   static Square Parent(const Square& square) { return {square.first >> 1, square.second >> 1}; }
@@ -181,7 +183,7 @@ class Absorption {
   const OrientedPoints& nodes_;
   const CoarseCloud& coarse_;
   const std::vector<SupportPlane>& supports_;
-  std::vector<Part> parts_;           // that went to no support yet
+  std::vector<Part> parts_;                                // that went to no support yet
   std::vector<std::optional<Surroundings>> surroundings_;  // made when asked
 };
 

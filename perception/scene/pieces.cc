@@ -327,19 +327,23 @@ using Links = std::map<std::pair<std::int32_t, std::int32_t>, int>;
 // piece lies on it as far as warp lets it.
 void DropLinksOffPlanes(const SurfaceGraph& graph, const Pieces& pieces,
                         const PlanesOfPieces& long_planes, Links& links) {
+  if (long_planes.planes.empty()) return;
   struct Share {
     std::size_t on = 0, all = 0;
   };
-  std::map<std::int32_t, std::map<std::int32_t, Share>> on_planes;  // by piece and class
+  // Per piece, by class.
+  std::vector<std::map<std::int32_t, Share>> on_planes(long_planes.class_of_piece.size());
+  const auto ask = [&](std::int32_t piece, std::int32_t of_plane) {
+    if (of_plane == 0 || long_planes.ClassOf(piece) == of_plane) return;
+    on_planes[static_cast<std::size_t>(piece)][of_plane];
+  };
   for (const auto& [pair, count] : links) {
-    const std::int32_t of_a = long_planes.ClassOf(pair.first);
-    if (of_a != 0 && long_planes.ClassOf(pair.second) != of_a) on_planes[pair.second][of_a];
+    ask(pair.first, long_planes.ClassOf(pair.second));
+    ask(pair.second, long_planes.ClassOf(pair.first));
   }
-  if (on_planes.empty()) return;
   for (std::size_t i = 0; i < graph.size(); ++i) {
-    const auto piece = on_planes.find(pieces.of_node[i]);
-    if (piece == on_planes.end()) continue;
-    for (auto& [of_plane, share] : piece->second) {
+    if (pieces.of_node[i] == kNoPiece) continue;
+    for (auto& [of_plane, share] : on_planes[static_cast<std::size_t>(pieces.of_node[i])]) {
       const Plane& plane = long_planes.planes[static_cast<std::size_t>(of_plane) - 1];
       ++share.all;
       share.on += IsOnPlane(plane, graph.nodes(), i, Off::kMost);
@@ -347,7 +351,7 @@ void DropLinksOffPlanes(const SurfaceGraph& graph, const Pieces& pieces,
   }
   const auto is_off = [&](std::int32_t piece, std::int32_t of_plane) {
     if (of_plane == 0 || long_planes.ClassOf(piece) == of_plane) return false;
-    const Share& share = on_planes.at(piece).at(of_plane);
+    const Share& share = on_planes[static_cast<std::size_t>(piece)].at(of_plane);
     return static_cast<double>(share.on) < double{kFlatShare} * static_cast<double>(share.all);
   };
   std::erase_if(links, [&](const auto& link) {
