@@ -10,9 +10,10 @@
 
 namespace cwm::perception {
 
-// Pieces that are linked to a support and nowhere rise above (or sink below) what noise and warp of the sensor can make of it become
-// part of it; so do pieces, and nodes in no piece, that are not linked but lie on its plane beside it, as the last pixels of a
-// far floor do. The numbers of the other pieces close up.
+// Pieces that are linked to a support and nowhere rise above (or sink below) what noise and warp of
+// the sensor can make of it become part of it; so do pieces, and nodes in no piece, that are not
+// linked but lie on its plane beside it, as the last pixels of a far floor do. The numbers of the
+// other pieces close up.
 void AbsorbFlatPieces(const SurfaceGraph& graph, const CoarseCloud& coarse,
                       const std::vector<SupportPlane>& supports, Pieces& pieces, const Work& work);
 

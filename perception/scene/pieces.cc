@@ -25,7 +25,7 @@ constexpr float kDegree = std::numbers::pi_v<float> / 180;
 constexpr float kSupportNormalGate_rad = 15 * kDegree;
 constexpr float kNormalGate_sigma = 3;
 constexpr double kLargestPatch_m2 = 0.04;      // the floor of a pot of 22 cm
-constexpr float kFlatShare = 0.9f;             // the rest may be mixed pixels
+constexpr double kOnPlaneShare = 0.9;          // the rest may be mixed pixels
 constexpr std::size_t kNodesPerPiece = 16384;  // of work, of some 20 ns a node
 constexpr std::size_t kCellsPerPiece = 64;     // of work, of some 100 nodes
 // Links per square root of nodes: a tenth of the outline of a compact piece, each of whose border
@@ -352,7 +352,7 @@ void DropLinksOffPlanes(const SurfaceGraph& graph, const Pieces& pieces,
   const auto is_off = [&](std::int32_t piece, std::int32_t of_plane) {
     if (of_plane == 0 || long_planes.ClassOf(piece) == of_plane) return false;
     const Share& share = on_planes[static_cast<std::size_t>(piece)].at(of_plane);
-    return static_cast<double>(share.on) < double{kFlatShare} * static_cast<double>(share.all);
+    return static_cast<double>(share.on) < kOnPlaneShare * static_cast<double>(share.all);
   };
   std::erase_if(links, [&](const auto& link) {
     const auto& [a, b] = link.first;
