@@ -44,7 +44,7 @@ class DeadlineTest : public RunningServer {
   v1::GetDistancesRequest request_;
 };
 
-// Calls ask(timeout) until it is answered in time: on a machine that does much else not every deadline
+// Calls ask(timeout) until some of it is answered in time: on a machine that does much else not every deadline
 // that suffices for a part can be kept. On one that does not, any of these did.
 template <class Ask>
 void ExpectAnswerInTime(const Ask& ask) {
@@ -67,6 +67,7 @@ TEST_F(DeadlineTest, ADeadlineInABatchGivesThePrefix) {
     Call call(timeout);
     v1::GetDistancesResponse part;
     if (!query_->GetDistances(&call, request_, &part).ok()) return false;
+    if (part.completed_count() == 0) return false;
     ExpectPrefix(part, full);
     return true;
   });
@@ -85,7 +86,7 @@ TEST_F(DeadlineTest, ADeadlineInABatchOfAStreamGivesThePrefix) {
     const bool is_told = stream->Write(request) && stream->Read(&response);
     stream->WritesDone();
     const grpc::Status status = stream->Finish();
-    if (!is_told) return false;
+    if (!is_told || response.get_distances().completed_count() == 0) return false;
     ExpectPrefix(response.get_distances(), full);
     return true;
   });
@@ -100,6 +101,7 @@ TEST_F(DeadlineTest, ADeadlineAmongAnswersInRowsGivesThePrefix) {
     Call call(timeout / 2);
     v1::GetDistancesResponse part;
     if (!query_->GetDistances(&call, request_, &part).ok()) return false;
+    if (part.completed_count() == 0) return false;
     EXPECT_THAT(part.completed_count(), AllOf(Gt(0), Lt(1'024)));
     EXPECT_EQ(part.rows_size(), part.completed_count());
     return true;
@@ -110,13 +112,19 @@ TEST_F(DeadlineTest, ATimeBudgetInABatchGivesThePrefix) {
   v1::GetDistancesResponse full;
   Call unhurried;
   ASSERT_TRUE(query_->GetDistances(&unhurried, request_, &full).ok());
-  request_.mutable_options()->mutable_time_budget()->set_nanos(100'000'000);
-  Call call;
-  v1::GetDistancesResponse part;
-  ASSERT_TRUE(query_->GetDistances(&call, request_, &part).ok());
-  ExpectPrefix(part, full);
-  // 65 536 rows of 101 bytes for each of 16 results, at 4 ns a byte.
-  EXPECT_LT(part.completed_count(), kRows / 4);
+  // 100 ms are a part of it on a machine that does nothing else; on others the first rows take longer.
+  for (const int budget_ms : {100, 200, 400, 800}) {
+    request_.mutable_options()->mutable_time_budget()->set_nanos(budget_ms * 1'000'000);
+    Call call;
+    v1::GetDistancesResponse part;
+    ASSERT_TRUE(query_->GetDistances(&call, request_, &part).ok());
+    if (part.completed_count() == 0) continue;
+    ExpectPrefix(part, full);
+    // 65 536 rows of 101 bytes for each of 16 results, at 4 ns a byte.
+    EXPECT_LT(part.completed_count(), kRows / 4 * budget_ms / 100);
+    return;
+  }
+  FAIL() << "no budget sufficed for a row";
 }
 
 }  // namespace
