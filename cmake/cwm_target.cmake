@@ -51,6 +51,9 @@ function(cwm_test name)
   if(NOT TEST_TIMEOUT)
     set(TEST_TIMEOUT 300)
   endif()
+  if(CWM_SANITIZE)  # slower by an order of magnitude
+    math(EXPR TEST_TIMEOUT "3 * ${TEST_TIMEOUT}")
+  endif()
   set_tests_properties(${name} PROPERTIES LABELS "${TEST_LABELS}" TIMEOUT ${TEST_TIMEOUT})
   foreach(label ${TEST_LABELS})  # tests_fast, tests_concurrency: all binaries of a label
     if(NOT TARGET tests_${label})
