@@ -13,9 +13,6 @@ if(CWM_SANITIZE)
   # -Wmaybe-uninitialized); the other presets still ask.
   target_compile_options(cwm_options INTERFACE -fsanitize=${CWM_SANITIZE} -fno-omit-frame-pointer
                          -fno-sanitize-recover=all -Wno-maybe-uninitialized)
-  # An access through null is a fault anyway, and one that is not aligned is none on this processor; to check each of them
-  # takes a third of the time to compile.
-  target_compile_options(cwm_options INTERFACE $<$<IN_LIST:undefined,$<1:${CWM_SANITIZE}>>:-fno-sanitize=null,alignment>)
   target_link_options(cwm_options INTERFACE -fsanitize=${CWM_SANITIZE})
 endif()
 

@@ -13,8 +13,8 @@ namespace cwm::perception {
 namespace {
 
 constexpr double kFlatShare = 0.9;  // the rest may be mixed pixels
-// Nothing of a support's own surface lies farther from the rest of it than its cells are wide, or, where noise scatters its points,
-// than they are scattered.
+// Of a support's own surface nothing lies farther from the rest than this, or, where noise scatters
+// its points, than they are scattered.
 constexpr double kGap_cells = 2;
 
 // What lies on a plane beside the cells of a support. Distances differ from here to the end of a hall by a factor of a
