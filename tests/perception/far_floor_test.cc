@@ -1,6 +1,8 @@
 // A floor that is seen past the edge of a table to where its last pixels are a metre apart.
 #include <gtest/gtest.h>
 
+#include <utility>
+
 #include "tests/perception/table_scene.h"
 
 namespace cwm::perception {
