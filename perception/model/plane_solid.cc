@@ -7,6 +7,7 @@
 
 #include "collision/geometry/coefficients.h"
 #include "collision/geometry/polygon.h"
+#include "perception/cloud/quantile.h"
 #include "perception/model/box_solid.h"
 #include "perception/model/free_space.h"
 
@@ -24,6 +25,11 @@ constexpr double kCellSpacings = 2.5;  // 6 points a cell: chance leaves one of 
 // of the face's points that are behind it: mixed pixels. What hides the rest of a face lets no more of
 // them through.
 constexpr double kMostPassed = 0.05;
+// Of a side behind a face: the sine at which it is seen, how much of its length holds points, and the share
+// of them that is no deeper than it.
+constexpr double kLeastSide_sin = 0.1;
+constexpr double kSideFill = 0.5;
+constexpr double kNearlyDeepest = 0.95;
 constexpr double kMostSunk_m = 0.003;  // below the ground: noise of the ground
 
 Rectangle BoundsAlong(const Polygon& hull, const Vector2& x) {
@@ -40,7 +46,7 @@ double FilledArea_m2(const std::vector<Vector2>& points, double cell_m) {
   return static_cast<double>(cells.size()) * cell_m * cell_m;
 }
 
-// How far behind the face the solid reaches.
+// How far behind the face the solid reaches where no side of it is seen.
 double Thickness_m(const PlaneModel& plane, const Ground& ground) {
   if (!ground.known || plane.normal.dot(ground.up) < std::cos(kSameDirection_rad)) {
     return kLoneThickness_m;
@@ -59,6 +65,42 @@ void StandOnGround(const Matrix3& face, const PlaneModel& plane, const Ground& g
     if (up > 0 && bounds.min()(k) < ground_m + kStandingGap_m) bounds.min()(k) = ground_m;
     if (up < 0 && bounds.max()(k) > ground_m - kStandingGap_m) bounds.max()(k) = ground_m;
   }
+}
+
+// How far behind a face points lie on those sides of its box that look at the sensor; 0 where there are
+// none along most of a side. A side seen at a slant is narrower than what normals are estimated from: no
+// face of its own, and no mixed pixels either, which lie behind edges where the other side is hidden.
+double SeenDepth_m(const Matrix3& face, const PlaneModel& plane, const Eigen::AlignedBox2d& bounds,
+                   const ModelPoints& points) {
+  double depth_m = 0;
+  for (int side = 0; side < 4; ++side) {
+    const int across = side / 2, along = 1 - across;
+    const double sign = side % 2 == 0 ? -1 : 1;
+    const double at_m = (sign < 0 ? bounds.min() : bounds.max())(across);
+    Vector2 middle = bounds.center();
+    middle(across) = at_m;
+    const Vector3 outward = sign * face.col(across);
+    const Vector3 to_sensor = points.viewpoint - plane.point - face.leftCols<2>() * middle;
+    if (outward.dot(to_sensor) < kLeastSide_sin * to_sensor.norm()) continue;
+    const double cell_m = kCellSpacings * points.spacing_m;
+    std::set<long> cells;
+    std::vector<double> depths_m;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const Vector3 x = points.p[i] - plane.point;
+      const double behind_m = -plane.normal.dot(x), along_m = face.col(along).dot(x);
+      if (behind_m <= points.gate_m[i] || along_m < bounds.min()(along) ||
+          along_m > bounds.max()(along) ||
+          std::abs(face.col(across).dot(x) - at_m) > points.gate_m[i]) {
+        continue;
+      }
+      cells.insert(std::lround(along_m / cell_m));
+      depths_m.push_back(behind_m);
+    }
+    const double covered_m = static_cast<double>(cells.size()) * cell_m;
+    if (covered_m < kSideFill * bounds.sizes()(along)) continue;
+    depth_m = std::max(depth_m, Quantile(std::move(depths_m), kNearlyDeepest));
+  }
+  return depth_m;
 }
 
 Solid BoxBehind(const Matrix3& face, const PlaneModel& plane, const Eigen::AlignedBox2d& bounds,
@@ -179,7 +221,8 @@ std::optional<Solid> BoxOver(const Rectangle& rectangle, const Matrix3& face, co
   }
   StandOnGround(along, plane, ground, bounds);
   if (!(bounds.sizes().minCoeff() > 0)) return std::nullopt;
-  return BoxBehind(along, plane, bounds, thickness_m);
+  const double depth_m = SeenDepth_m(along, plane, bounds, context.points);
+  return BoxBehind(along, plane, bounds, std::max(thickness_m, depth_m));
 }
 
 }  // namespace

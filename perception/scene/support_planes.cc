@@ -31,6 +31,9 @@ constexpr float kMostSketchStride = 16;
 constexpr double kMostTilt_rad = 12 * kDegree;      // of a cell's normal against up
 constexpr double kCoplanarAngle_rad = 3 * kDegree;  // pieces of one support
 constexpr double kCoplanarGap_m = 0.01;
+// Of islands in noise: of their middle, where the sigma is a cell's, and of their cells within its gate.
+constexpr double kCoplanarGap_sigma = 1;
+constexpr double kCoplanarShare = 0.95;
 // What rises less than this above a support twice its size is an object's top, not a shelf.
 constexpr double kHighestObjectTop_m = 0.4;
 constexpr double kObjectTopShare = 0.5;
@@ -91,11 +94,25 @@ Vector3 MeanPoint(const CellView& coarse, std::span<const std::uint32_t> cells) 
   return sum / static_cast<double>(cells.size());
 }
 
-// Normals within 3 degrees, and the middle of the smaller within 1 cm of the larger one's plane.
-bool AreCoplanar(const CellView& coarse, const SupportPlane& a, const SupportPlane& b) {
-  if (a.plane.normal.dot(b.plane.normal) < std::cos(kCoplanarAngle_rad)) return false;
-  const double gap_ab = a.plane.Height_m(MeanPoint(coarse, b.cells));
-  return std::abs(gap_ab) <= kCoplanarGap_m;  // the larger plane judges: it is known better
+// The larger plane judges: it is known better. Normals within 3 degrees, and the middle of the smaller
+// within 1 cm of the larger one's plane; or all that the smaller has is noise about that: of a far
+// floor, islands of noisy cells tilt and rise as they like.
+bool AreCoplanar(const CellView& coarse, const SupportPlane& larger, const SupportPlane& smaller) {
+  const double gap_m = std::abs(larger.plane.Height_m(MeanPoint(coarse, smaller.cells)));
+  if (gap_m <= kCoplanarGap_m &&
+      larger.plane.normal.dot(smaller.plane.normal) >= std::cos(kCoplanarAngle_rad)) {
+    return true;
+  }
+  double sigma_m = 0;
+  std::size_t within = 0;
+  for (std::uint32_t c : smaller.cells) {
+    const double cell_sigma_m = coarse.cells.sigma_m[c];
+    sigma_m += cell_sigma_m / static_cast<double>(smaller.cells.size());
+    within += std::abs(larger.plane.Height_m(coarse.cells.points[c])) <=
+              double{kPlaneGate_sigma} * cell_sigma_m;
+  }
+  return gap_m <= kCoplanarGap_sigma * sigma_m &&
+         static_cast<double>(within) >= kCoplanarShare * static_cast<double>(smaller.cells.size());
 }
 
 // One round over the planes, largest first.

@@ -14,16 +14,22 @@ namespace {
 
 const Vector3 kSize_m(0.12, 0.08, 0.10);
 
-// A table at z = 0, a box on it, in front of which a post hides its right half if `hidden`.
-SimulatedScene BoxOnTable(bool hidden) {
+// A table at z = 0, a box on it.
+SimulatedScene ThingOnTable(const Vector3& size_m) {
   SimulatedScene scene;
   scene.objects.push_back({.name = "table",
                            .parts = {{.shape = Box{{1.2, 1.2, 0.04}}}},
                            .X_WO = MakeTranslation(0, 0, -0.02)});
   scene.objects.push_back({.name = "box",
-                           .parts = {{.shape = Box{kSize_m}}},
-                           .X_WO = MakeTranslation(0, 0, 0.5 * kSize_m.z())});
+                           .parts = {{.shape = Box{size_m}}},
+                           .X_WO = MakeTranslation(0, 0, 0.5 * size_m.z())});
   scene.objects.back().X_WO.rotate(Eigen::AngleAxisd(0.2, Vector3::UnitZ()));
+  return scene;
+}
+
+// The right half of the box hidden by a post, if `hidden`.
+SimulatedScene BoxOnTable(bool hidden) {
+  SimulatedScene scene = ThingOnTable(kSize_m);
   if (hidden) {
     scene.objects.push_back({.name = "post",
                              .parts = {{.shape = Box{{0.06, 0.10, 0.25}}}},
@@ -32,10 +38,14 @@ SimulatedScene BoxOnTable(bool hidden) {
   return scene;
 }
 
-PinholeCamera InFront() {
+constexpr double kNear_m = 0.9126335516;
+
+// So far from a place on the table, 35 degrees down.
+PinholeCamera InFront(double distance_m = kNear_m) {
   PinholeCamera camera;
-  const Vector3 eye(0, -0.75, 0.55);
-  const Vector3 forward = (Vector3(0, 0, 0.03) - eye).normalized();
+  const Vector3 at(0, 0, 0.03);
+  const Vector3 forward = (at - Vector3(0, -0.75, 0.55)).normalized();
+  const Vector3 eye = at - distance_m * forward;
   const Vector3 right = Vector3::UnitX();
   camera.X_WC.linear() << right, forward.cross(right), forward;
   camera.X_WC.translation() = eye;
@@ -48,8 +58,8 @@ struct FoundBox {
 };
 
 // The box nearest to the true one's middle; of size 0 where there is none.
-FoundBox Find(const SimulatedScene& scene, std::uint64_t seed) {
-  const PinholeCamera camera = InFront();
+FoundBox Find(const SimulatedScene& scene, std::uint64_t seed,
+              const PinholeCamera& camera = InFront()) {
   InterpretOptions options;
   options.X_WC = camera.X_WC;
   const auto found = InterpretScene(Scan(scene, camera, {.seed = seed}).cloud, options);
@@ -91,6 +101,21 @@ TEST(BoxSizes, AreUnknownWhereAnEndIsHidden) {
     ASSERT_EQ(box.sigma_m.size(), 3U) << seed;
     EXPECT_EQ(box.sigma_m[0], 0) << seed << ": " << box.size_m.transpose();
     EXPECT_GT(box.sigma_m[2], 0) << seed;
+  }
+}
+
+// Of a carton like a book its front and a strip of its top are seen, narrower than what normals are
+// estimated from: no second face, but points that tell its depth.
+TEST(BoxSizes, AStripBehindAFaceTellsItsDepth) {
+  constexpr double kDepth_m = 0.025;
+  const Vector3 size_m(0.15, kDepth_m, 0.22);
+  for (const double distance_m : {0.9, 1.1, 1.3}) {
+    for (std::uint64_t seed = 1; seed <= 2; ++seed) {
+      const FoundBox box = Find(ThingOnTable(size_m), seed, InFront(distance_m));
+      ASSERT_GT(box.size_m.x(), 0) << distance_m << " m, seed " << seed;
+      EXPECT_NEAR(box.size_m.minCoeff(), kDepth_m, 0.009) << distance_m << " m, seed " << seed;
+      EXPECT_NEAR(box.size_m.maxCoeff(), size_m.z(), 0.006) << distance_m << " m, seed " << seed;
+    }
   }
 }
 

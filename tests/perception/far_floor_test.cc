@@ -18,5 +18,21 @@ TEST(FarFloor, IsASupportToItsEnd) {
   EXPECT_EQ(scene.objects.size(), 1u) << "of the floor's last pixels none is a thing";
 }
 
+// Beyond five metres noise makes islands of the floor, of which each seems to tilt in its own way.
+TEST(FarFloor, IsOneSupportAcrossIslandsOfNoise) {
+  SimulatedObject floor = Thing("floor", HalfSpace{}, MakeTranslation(0, 0, -0.75));
+  floor.is_support = true;
+  const SimulatedScene kitchen{{Table(), std::move(floor)}};
+  PinholeCamera camera = TableCamera();
+  camera.X_WC.translation() += Vector3(-0.2, 0, 0.15);
+  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+    InterpretOptions options;
+    options.X_WC = camera.X_WC;
+    const auto scene = InterpretScene(Scan(kitchen, camera, {.seed = seed}).cloud, options);
+    ASSERT_TRUE(scene.ok()) << scene.status();
+    EXPECT_EQ(scene->supports.size(), 2u) << "table and floor, seed " << seed;
+  }
+}
+
 }  // namespace
 }  // namespace cwm::perception
