@@ -228,6 +228,8 @@ void JoinAcrossOccluders(const OrientedPoints& nodes, const PieceViews& views,
     const CommonCylinder cylinder(nodes, sa, sb);
     return cylinder.Explains(sa) && cylinder.Explains(sb) && between.IsHidden(sa, sb);
   };
+  std::vector<char> is_whole(views.pieces.size(), 0);  // by the root of the set
+  for (std::size_t p = 0; p < is_whole.size(); ++p) is_whole[objects.Root(p)] |= objects.Root(p) != p;
   // Sorted by their left end, so that only parts near each other meet.
   std::sort(parts.begin(), parts.end(), [&](std::size_t a, std::size_t b) {
     return views.pieces[a].bounds.min().x() < views.pieces[b].bounds.min().x();
@@ -238,8 +240,11 @@ void JoinAcrossOccluders(const OrientedPoints& nodes, const PieceViews& views,
       const auto& other = views.pieces[parts[l]].bounds;
       if (other.min().x() > bounds.max().x() + kLargestGap_m) break;
       if (bounds.exteriorDistance(other) > kLargestGap_m) continue;
-      if (objects.Root(parts[k]) == objects.Root(parts[l])) continue;
-      if (same_object(parts[k], parts[l])) objects.Join(parts[k], parts[l]);
+      const std::size_t a = objects.Root(parts[k]), b = objects.Root(parts[l]);
+      if (a == b || (is_whole[a] && is_whole[b])) continue;
+      if (!same_object(parts[k], parts[l])) continue;
+      objects.Join(a, b);
+      is_whole[objects.Root(a)] = is_whole[a] || is_whole[b];
     }
   }
 }

@@ -1,6 +1,8 @@
 #include "perception/scene/join_pieces.h"
 
 #include <algorithm>
+#include <map>
+#include <utility>
 
 #include "perception/scene/disjoint_sets.h"
 #include "perception/scene/join_hidden.h"
@@ -65,6 +67,22 @@ void JoinSmallParts(const PieceViews& views, std::int32_t support_count, Disjoin
   }
 }
 
+// Patches that nothing claimed return to their support, also those that were joined to others of it
+// alone.
+void ReturnPatches(const Pieces& pieces, DisjointSets& objects) {
+  const std::vector<std::size_t> members =
+      SizesOfSets(objects, static_cast<std::size_t>(pieces.piece_count));
+  std::map<std::pair<std::size_t, std::int32_t>, std::vector<std::size_t>> patches;
+  for (const auto& [patch, support] : pieces.patch_of) {
+    const auto p = static_cast<std::size_t>(patch);
+    patches[{objects.Root(p), support}].push_back(p);
+  }
+  for (const auto& [set, alike] : patches) {
+    const auto& [root, support] = set;
+    if (alike.size() == members[root]) objects.Join(root, static_cast<std::size_t>(support));
+  }
+}
+
 }  // namespace
 
 Pieces JoinPieces(const SurfaceGraph& graph, Pieces pieces, const SightMap& sight,
@@ -75,12 +93,7 @@ Pieces JoinPieces(const SurfaceGraph& graph, Pieces pieces, const SightMap& sigh
   JoinVessels(graph.nodes(), views, objects);
   JoinAcrossOccluders(graph.nodes(), views, sight, objects);
   JoinSmallParts(views, pieces.support_count, objects);
-  // Patches that nothing claimed return to their support.
-  const std::vector<std::size_t> members = SizesOfSets(objects, count);
-  for (const auto& [patch, support] : pieces.patch_of) {
-    const auto p = static_cast<std::size_t>(patch);
-    if (members[objects.Root(p)] == 1) objects.Join(p, static_cast<std::size_t>(support));
-  }
+  ReturnPatches(pieces, objects);
   std::vector<std::int32_t> number(count);
   std::int32_t next = 0;
   for (std::size_t p = 0; p < count; ++p) {

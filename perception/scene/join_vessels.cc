@@ -11,6 +11,7 @@ namespace {
 constexpr double kSmallestWall_m2 = 4e-4;  // of a seed: an espresso cup's outside
 constexpr double kLeastAgreement = 0.7;    // of normals with a common axis; noise passes 0.99
 constexpr double kLeastOneSided = 0.8;     // outward or inward
+constexpr double kLeastAgreementOfBoth = 0.9;
 constexpr double kLeastSteep = 0.25;       // of the members: below, the piece is a floor
 constexpr double kLargestVessel_m = 0.3;   // radius; a bowl for a table
 constexpr double kWall_m = 0.015;          // thickness of a wall and roundness of its rim
@@ -18,13 +19,23 @@ constexpr double kRimHeight_m = 0.02;      // inner and outer wall end at about 
 constexpr double kInnerCap_m2 = 12e-4;     // scraps inside that no test can speak for
 constexpr float kLevel = 0.8f;             // n . up of a floor
 
+// A piece that runs over a thin rim shows both sides of a wall.
+bool IsOneSided(const Revolution& r) {
+  return r.outward >= kLeastOneSided || r.outward <= 1 - kLeastOneSided;
+}
+
 bool IsWall(const Revolution& r) {
-  return r.agreement >= kLeastAgreement && r.steep >= kLeastSteep &&
-         r.radius_m <= kLargestVessel_m &&
-         (r.outward >= kLeastOneSided || r.outward <= 1 - kLeastOneSided);
+  return r.agreement >= (IsOneSided(r) ? kLeastAgreement : kLeastAgreementOfBoth) &&
+         r.steep >= kLeastSteep && r.radius_m <= kLargestVessel_m;
 }
 
 bool IsInner(const Revolution& r) { return r.outward < 0.5; }
+
+bool ShowsInside(const Revolution& r) { return r.outward <= kLeastOneSided; }
+
+bool AreBothSides(const Revolution& a, const Revolution& b) {
+  return IsOneSided(a) && IsOneSided(b) && IsInner(a) != IsInner(b);
+}
 
 // Share of the sample within the radius of the axis.
 double ShareWithin(const OrientedPoints& nodes, const PieceView& piece, const Vector2& axis,
@@ -50,19 +61,19 @@ class VesselJoiner {
   // `seed` is a wall with this axis: joins all that belongs to the same vessel.
   void JoinAround(std::size_t seed, const Revolution& wall) {
     std::vector<std::size_t> walls{seed};
-    bool open = IsInner(wall);
+    bool open = ShowsInside(wall);
     double radius = wall.radius_m, rim = views_.pieces[seed].high_z_m;
     for (std::size_t p = 0; p < views_.pieces.size(); ++p) {
       if (p == seed || !MayBelong(p, seed, wall)) continue;
       const Revolution r = JudgeRevolution(nodes_, views_.pieces[p].sample, wall.axis);
       if (!IsWall(r) || r.radius_m > wall.radius_m + kWall_m) continue;
       // Two outsides on one axis are stacked things unless they touch; an inside needs a rim.
-      if (IsInner(r) == IsInner(wall) && !AreInContact(views_, p, seed)) continue;
-      if (IsInner(r) != IsInner(wall) &&
-          std::abs(views_.pieces[p].high_z_m - views_.pieces[seed].high_z_m) > kRimHeight_m) {
-        continue;
-      }
-      open = open || IsInner(r);
+      const bool belongs =
+          AreBothSides(r, wall)
+              ? std::abs(views_.pieces[p].high_z_m - views_.pieces[seed].high_z_m) <= kRimHeight_m
+              : AreInContact(views_, p, seed);
+      if (!belongs) continue;
+      open = open || ShowsInside(r);
       radius = std::max(radius, r.radius_m);
       rim = std::max(rim, views_.pieces[p].high_z_m);
       walls.push_back(p);

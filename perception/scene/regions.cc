@@ -13,6 +13,7 @@
 #include "perception/scene/disjoint_sets.h"
 #include "perception/scene/resting.h"
 #include "perception/scene/structures.h"
+#include "perception/scene/support_gaps.h"
 
 namespace cwm::perception {
 namespace {
@@ -26,6 +27,11 @@ constexpr double kLeastShareOver = 0.5;  // of a region's nodes
 // Of a region that reaches out of the view, fewer nodes are over what is seen of the support; those
 // that are below its top are of something beside it.
 constexpr double kLeastShareOverSeen = 0.05, kMostShareBelow = 0.05, kLeastShareOutOfView = 0.1;
+// Of a support whose near part something hides, a low table behind a counter, things stand so far before
+// what is seen of it at most; asked on so many lines.
+constexpr double kWidestHidden_m = 0.35;
+constexpr std::size_t kAskedLines = 32;
+constexpr double kBeforeFoot_m = 0.03;  // towards the sensor: no shadow of its own
 constexpr double kFootHeight_m = 0.02;  // plus 3 sigma: the lowest points stand on the support
 // A ball seen from above shows nothing of its underside: the tangent rays leave it at 0.3 of its
 // radius, its grazing rim returns nothing up to 0.6, and the lowest tenth of what is seen reaches
@@ -102,15 +108,19 @@ class Floor {
         cell_m_(std::max(kFootprintCell_m, coarse.grid.edge_m() / kMostReach_cells)) {
     for (std::uint32_t c : support.cells) occupied_.insert(CellOf(Local(coarse.cells.points[c])));
     reach_ = static_cast<int>(std::ceil(coarse.grid.edge_m() / cell_m_));
+    for (const FootprintCell& cell : occupied_) extent_.extend(MiddleOf(cell));
   }
 
   bool Carries(const NodeList& region) const {
     const std::vector<std::size_t> over = NodesOver(region);
     const auto all = static_cast<double>(region.size()), share = static_cast<double>(over.size());
     if (share < kLeastShareOver * all) {
-      return share >= kLeastShareOverSeen * all && HidesItsPlace(region) &&
-             StandsOrIsHidden({region.begin(), region.end()}) &&
-             Footprint_m2(over) >= kSmallestFootprint_m2;
+      const std::vector<std::size_t> whole(region.begin(), region.end());
+      if (share >= kLeastShareOverSeen * all && HidesItsPlace(region)) {
+        return StandsOrIsHidden(whole) && Footprint_m2(over) >= kSmallestFootprint_m2;
+      }
+      return IsOverHiddenPart(region) && StandsOrIsHidden(whole) &&
+             Footprint_m2(whole) >= kSmallestFootprint_m2;
     }
     return (StandsOrIsHidden(over) || IsBallOnIt(over)) &&
            Footprint_m2(over) >= kSmallestFootprint_m2;
@@ -123,6 +133,10 @@ class Floor {
   FootprintCell CellOf(const Vector3& local) const {
     return {static_cast<int>(std::floor(local.x() / cell_m_)),
             static_cast<int>(std::floor(local.y() / cell_m_))};
+  }
+
+  Vector2 MiddleOf(const FootprintCell& cell) const {
+    return {(cell.first + 0.5) * cell_m_, (cell.second + 0.5) * cell_m_};
   }
 
   std::vector<std::size_t> NodesOver(const NodeList& region) const {
@@ -164,6 +178,52 @@ class Floor {
     return static_cast<double>(below) <= kMostShareBelow * all &&
            static_cast<double>(out_of_view) >= kLeastShareOutOfView * all &&
            static_cast<double>(hidden + out_of_view) >= kLeastShareOver * all;
+  }
+
+  // Whether the support, of which the rest was seen beside the region, may well go on below it: nothing
+  // of the region is lower, something hides what is before its foot, and all that is between its foot
+  // and what was seen of the support is hidden too.
+  bool IsOverHiddenPart(const NodeList& region) const {
+    const Vector2 sensor = Local(sight_.viewpoint()).head<2>();
+    std::vector<std::pair<Vector2, float>> feet;  // and how far off the sensor may show what is there
+    std::size_t below = 0, before = 0;
+    for (std::size_t k = 0; k < region.size(); k += region.size() / kAskedLines + 1) {
+      const float sigma = graph_.nodes().sigma_m[region[k]], jump_m = LargestJump_m(sigma);
+      const Vector3 local = Local(graph_.nodes().points[region[k]]);
+      const Vector2 foot = local.head<2>();
+      if (extent_.exteriorDistance(foot) > kWidestHidden_m) return false;
+      below += local.z() < -kPlaneGate_sigma * sigma;
+      before += LookAt(foot + kBeforeFoot_m * (sensor - foot).normalized(), jump_m) ==
+                Visibility::kHidden;
+      feet.emplace_back(foot, jump_m);
+    }
+    const auto all = static_cast<double>(feet.size());
+    if (static_cast<double>(below) > kMostShareBelow * all) return false;
+    if (static_cast<double>(before) < kLeastHiddenGap * all) return false;
+    const auto closed = std::ranges::count_if(feet, [&](const auto& foot) {
+      return IsHiddenToSupport(foot.first, foot.second);
+    });
+    return static_cast<double>(closed) >= kLeastHiddenGap * all;
+  }
+
+  Visibility LookAt(const Vector2& foot, float jump_m) const {
+    const Vector3 place = plate_.X_FS * Vector3(foot.x(), foot.y(), 0.5 * kFootHeight_m);
+    return sight_.Look(place.cast<float>(), jump_m);
+  }
+  bool IsHiddenToSupport(const Vector2& from, float jump_m) const {
+    Vector2 to = from;
+    double nearest_m = kWidestHidden_m;
+    for (const FootprintCell& cell : occupied_) {
+      const double away_m = (MiddleOf(cell) - from).norm();
+      if (away_m < nearest_m) nearest_m = away_m, to = MiddleOf(cell);
+    }
+    if (nearest_m >= kWidestHidden_m) return false;
+    int through = 0;  // in a row: one may be a mixed pixel
+    for (double at_m = 0; at_m < nearest_m && through < 2; at_m += cell_m_) {
+      const Vector2 place = from + at_m / nearest_m * (to - from);
+      through = LookAt(place, jump_m) == Visibility::kSeenThrough ? through + 1 : 0;
+    }
+    return through < 2;
   }
 
   // Through the nodes, the algebraic fit |p|^2 = 2 c . p + k (Kasa 1976).
@@ -248,7 +308,8 @@ class Floor {
   }
 
   bool IsHiddenAt(const FootprintCell& cell) const {
-    const Vector3 local((cell.first + 0.5) * cell_m_, (cell.second + 0.5) * cell_m_, 0);
+    const Vector2 middle = MiddleOf(cell);
+    const Vector3 local(middle.x(), middle.y(), 0);
     return sight_.Look((plate_.X_FS * local).cast<float>(), static_cast<float>(kFootHeight_m)) ==
            Visibility::kHidden;
   }
@@ -259,6 +320,7 @@ class Floor {
   Pose X_SL_;
   double cell_m_;
   std::set<FootprintCell> occupied_;
+  Eigen::AlignedBox2d extent_;  // of those
   int reach_ = 1;
 };
 

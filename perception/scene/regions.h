@@ -29,9 +29,10 @@ struct Regions {
 
 // Each piece is one object (JoinPieces). A region of linked pieces stands on a support when most of
 // it lies over the support's outline (of one that reaches out of the view, a part of it, and nothing of
-// it is lower), it reaches down to it, its foot is hidden or it is a ball that touches it, and its
-// footprint on the support's cells is at least kSmallestFootprint_m2; or when it rests on objects
-// that do (FindSupportsUnderStacks). Linked pieces that stand on nothing become one residual each, and
+// it is lower; or beside it, where its foot and all from there to what was seen of the support are hidden), it
+// reaches down to it, its foot is hidden or it is a ball that touches it, and its footprint on the
+// support's cells is at least kSmallestFootprint_m2; or when it rests on objects that do
+// (FindSupportsUnderStacks). Linked pieces that stand on nothing become one residual each, and
 // so does each wall or front (FindStructures), which is part of no region. Objects that rest on
 // others say so (FindWhatTheyRestOn). Nodes in no piece are rejected as long as they are at most
 // 0.5 % of the points; beyond that the larger sets of them become residuals too.

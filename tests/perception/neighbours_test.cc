@@ -1,0 +1,94 @@
+// Things that stand beside each other, on one table and on two, keep to themselves.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "collision/geometry/aabb.h"
+#include "tests/perception/model/tilted_vessels.h"
+#include "tests/perception/table_scene.h"
+
+namespace cwm::perception {
+namespace {
+
+// So many objects, and each of these places is near the middle of one of its own.
+void ExpectOneEach(const SceneInterpretation& scene, const std::vector<Vector2>& places) {
+  EXPECT_EQ(scene.objects.size(), places.size());
+  for (const Vector2& place : places) {
+    const auto stands_there = [&](const DetectedObject& object) {
+      return std::ranges::any_of(object.model->shapes, [&](const ShapePart& part) {
+        return ((object.X_WO * part.X_OS).translation().head<2>() - place).norm() < 0.02;
+      });
+    };
+    EXPECT_EQ(std::ranges::count_if(scene.objects, stands_there), 1) << place.transpose();
+  }
+}
+
+SimulatedObject Upright(const VesselWall& wall, const Vector2& place) {
+  SimulatedObject vessel = TiltedVessel(wall, 0, 0);
+  vessel.X_WO.translation().head<2>() = place;
+  return vessel;
+}
+
+struct Row {
+  std::string name;
+  std::vector<std::pair<VesselWall, Vector2>> vessels;
+};
+
+void PrintTo(const Row& row, std::ostream* out) { *out << row.name; }
+
+class VesselsBeside : public ::testing::TestWithParam<Row> {};
+
+// The floors of all of them share a plane, and their walls hide what lies between.
+TEST_P(VesselsBeside, AreOneObjectEach) {
+  SimulatedScene kitchen{{Table()}};
+  std::vector<Vector2> places;
+  for (const auto& [wall, place] : GetParam().vessels) {
+    kitchen.objects.push_back(Upright(wall, place));
+    places.push_back(place);
+  }
+  ExpectOneEach(Interpreted(kitchen), places);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    All, VesselsBeside,
+    ::testing::Values(Row{"Bowls", {{BowlWall(), {0, -0.1}}, {BowlWall(), {0, 0.1}}}},
+                      Row{"BowlsInDepth", {{BowlWall(), {-0.1, 0}}, {BowlWall(), {0.1, 0.02}}}},
+                      Row{"PanAndBowl", {{PanWall(), {0.05, 0.15}}, {BowlWall(), {-0.1, -0.05}}}},
+                      Row{"MugsAndBowl",
+                          {{MugWall(), {-0.05, -0.15}},
+                           {MugWall(), {-0.05, 0.15}},
+                           {BowlWall(), {0, 0}}}}),
+    [](const auto& named) { return named.param.name; });
+
+// A low table behind the high one, whose edge hides what the things there stand on.
+TEST(LowTable, CarriesWhatItsHiddenPartIsUnder) {
+  constexpr double kLower_m = -0.2;
+  SimulatedObject low = Table();
+  low.name = "low table";
+  low.X_WO = MakeTranslation(1.25, 0, kLower_m);
+  SimulatedObject floor = Thing("floor", HalfSpace{}, MakeTranslation(0, 0, -0.75));
+  floor.is_support = true;
+  const std::vector<Vector2> places{{0.9, 0.15}, {0.88, -0.15}, {-0.1, 0.2}};
+  const SceneInterpretation scene = Interpreted(
+      {{Table(), std::move(low), std::move(floor),
+        Thing("box", Box{{0.15, 0.12, 0.2}},
+              MakeTranslation(places[0].x(), places[0].y(), kLower_m + 0.1)),
+        Thing("can", Cylinder{0.05, 0.2},
+              MakeTranslation(places[1].x(), places[1].y(), kLower_m + 0.1)),
+        Thing("near can", Cylinder{0.04, 0.12},
+              MakeTranslation(places[2].x(), places[2].y(), 0.06))}});
+  ExpectOneEach(scene, places);
+  EXPECT_EQ(scene.supports.size(), 3u);
+  for (const DetectedObject& object : scene.objects) {
+    for (const ShapePart& part : object.model->shapes) {
+      const Aabb bounds = TightBounds(part.shape, object.X_WO * part.X_OS);
+      EXPECT_LT(bounds.sizes().z(), 0.25) << "reaches down to the floor";
+    }
+  }
+}
+
+}  // namespace
+}  // namespace cwm::perception
