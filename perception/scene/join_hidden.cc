@@ -229,7 +229,8 @@ void JoinAcrossOccluders(const OrientedPoints& nodes, const PieceViews& views,
     return cylinder.Explains(sa) && cylinder.Explains(sb) && between.IsHidden(sa, sb);
   };
   std::vector<char> is_whole(views.pieces.size(), 0);  // by the root of the set
-  for (std::size_t p = 0; p < is_whole.size(); ++p) is_whole[objects.Root(p)] |= objects.Root(p) != p;
+  for (std::size_t p = 0; p < is_whole.size(); ++p)
+    is_whole[objects.Root(p)] |= objects.Root(p) != p;
   // Sorted by their left end, so that only parts near each other meet.
   std::sort(parts.begin(), parts.end(), [&](std::size_t a, std::size_t b) {
     return views.pieces[a].bounds.min().x() < views.pieces[b].bounds.min().x();

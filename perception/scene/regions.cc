@@ -185,7 +185,8 @@ class Floor {
   // and what was seen of the support is hidden too.
   bool IsOverHiddenPart(const NodeList& region) const {
     const Vector2 sensor = Local(sight_.viewpoint()).head<2>();
-    std::vector<std::pair<Vector2, float>> feet;  // and how far off the sensor may show what is there
+    std::vector<std::pair<Vector2, float>>
+        feet;  // and how far off the sensor may show what is there
     std::size_t below = 0, before = 0;
     for (std::size_t k = 0; k < region.size(); k += region.size() / kAskedLines + 1) {
       const float sigma = graph_.nodes().sigma_m[region[k]], jump_m = LargestJump_m(sigma);
@@ -200,9 +201,8 @@ class Floor {
     const auto all = static_cast<double>(feet.size());
     if (static_cast<double>(below) > kMostShareBelow * all) return false;
     if (static_cast<double>(before) < kLeastHiddenGap * all) return false;
-    const auto closed = std::ranges::count_if(feet, [&](const auto& foot) {
-      return IsHiddenToSupport(foot.first, foot.second);
-    });
+    const auto closed = std::ranges::count_if(
+        feet, [&](const auto& foot) { return IsHiddenToSupport(foot.first, foot.second); });
     return static_cast<double>(closed) >= kLeastHiddenGap * all;
   }
 

@@ -54,13 +54,12 @@ TEST_P(VesselsBeside, AreOneObjectEach) {
 
 INSTANTIATE_TEST_SUITE_P(
     All, VesselsBeside,
-    ::testing::Values(Row{"Bowls", {{BowlWall(), {0, -0.1}}, {BowlWall(), {0, 0.1}}}},
-                      Row{"BowlsInDepth", {{BowlWall(), {-0.1, 0}}, {BowlWall(), {0.1, 0.02}}}},
-                      Row{"PanAndBowl", {{PanWall(), {0.05, 0.15}}, {BowlWall(), {-0.1, -0.05}}}},
-                      Row{"MugsAndBowl",
-                          {{MugWall(), {-0.05, -0.15}},
-                           {MugWall(), {-0.05, 0.15}},
-                           {BowlWall(), {0, 0}}}}),
+    ::testing::Values(
+        Row{"Bowls", {{BowlWall(), {0, -0.1}}, {BowlWall(), {0, 0.1}}}},
+        Row{"BowlsInDepth", {{BowlWall(), {-0.1, 0}}, {BowlWall(), {0.1, 0.02}}}},
+        Row{"PanAndBowl", {{PanWall(), {0.05, 0.15}}, {BowlWall(), {-0.1, -0.05}}}},
+        Row{"MugsAndBowl",
+            {{MugWall(), {-0.05, -0.15}}, {MugWall(), {-0.05, 0.15}}, {BowlWall(), {0, 0}}}}),
     [](const auto& named) { return named.param.name; });
 
 // A low table behind the high one, whose edge hides what the things there stand on.
@@ -72,14 +71,14 @@ TEST(LowTable, CarriesWhatItsHiddenPartIsUnder) {
   SimulatedObject floor = Thing("floor", HalfSpace{}, MakeTranslation(0, 0, -0.75));
   floor.is_support = true;
   const std::vector<Vector2> places{{0.9, 0.15}, {0.88, -0.15}, {-0.1, 0.2}};
-  const SceneInterpretation scene = Interpreted(
-      {{Table(), std::move(low), std::move(floor),
-        Thing("box", Box{{0.15, 0.12, 0.2}},
-              MakeTranslation(places[0].x(), places[0].y(), kLower_m + 0.1)),
-        Thing("can", Cylinder{0.05, 0.2},
-              MakeTranslation(places[1].x(), places[1].y(), kLower_m + 0.1)),
-        Thing("near can", Cylinder{0.04, 0.12},
-              MakeTranslation(places[2].x(), places[2].y(), 0.06))}});
+  const SceneInterpretation scene =
+      Interpreted({{Table(), std::move(low), std::move(floor),
+                    Thing("box", Box{{0.15, 0.12, 0.2}},
+                          MakeTranslation(places[0].x(), places[0].y(), kLower_m + 0.1)),
+                    Thing("can", Cylinder{0.05, 0.2},
+                          MakeTranslation(places[1].x(), places[1].y(), kLower_m + 0.1)),
+                    Thing("near can", Cylinder{0.04, 0.12},
+                          MakeTranslation(places[2].x(), places[2].y(), 0.06))}});
   ExpectOneEach(scene, places);
   EXPECT_EQ(scene.supports.size(), 3u);
   for (const DetectedObject& object : scene.objects) {
