@@ -70,6 +70,7 @@ Matrix3 AxesOf(const BoxFaces& faces, const std::vector<ShapeFit>& fits, const V
   return R;
 }
 
+// Of all faces; as often as in each of them.
 std::vector<std::uint32_t> AllCovered(const BoxFaces& faces, const std::vector<ShapeFit>& fits) {
   std::vector<std::uint32_t> all;
   for (std::size_t k : faces) {
@@ -147,11 +148,11 @@ Solid MakeBox(const BoxFaces& faces, const std::vector<ShapeFit>& fits, const Fi
               const Ground& ground) {
   const Matrix3 R = AxesOf(faces, fits, ground.up);
   Solid solid;
-  solid.inliers = AllCovered(faces, fits);
+  std::vector<std::uint32_t> covered = AllCovered(faces, fits);
   Vector3 low, high;
   bool bottom_seen = false;
   for (int k = 0; k < 3; ++k) {
-    const Interval extent = ExtentAlong(R.col(k), context.points, solid.inliers, Density::kFading);
+    const Interval extent = ExtentAlong(R.col(k), context.points, covered, Density::kFading);
     low(k) = extent.low_m, high(k) = extent.high_m;
     for (std::size_t face : faces) {
       const double along = PlaneOf(fits[face]).normal.dot(R.col(k));
@@ -161,6 +162,9 @@ Solid MakeBox(const BoxFaces& faces, const std::vector<ShapeFit>& fits, const Fi
     }
   }
   StandOnGround(R, ground, bottom_seen, low, high);
+  std::ranges::sort(covered);
+  covered.erase(std::ranges::unique(covered).begin(), covered.end());
+  solid.inliers = std::move(covered);
   high = high.cwiseMax(low + Vector3::Constant(kLeastThickness_m));
   solid.shape = Box{.size_m = high - low};
   solid.X_MS.linear() = R;

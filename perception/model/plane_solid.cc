@@ -67,38 +67,51 @@ void StandOnGround(const Matrix3& face, const PlaneModel& plane, const Ground& g
   }
 }
 
-// How far behind a face points lie on those sides of its box that look at the sensor; 0 where there are
-// none along most of a side. A side seen at a slant is narrower than what normals are estimated from: no
-// face of its own, and no mixed pixels either, which lie behind edges where the other side is hidden.
-double SeenDepth_m(const Matrix3& face, const PlaneModel& plane, const Eigen::AlignedBox2d& bounds,
-                   const ModelPoints& points) {
-  double depth_m = 0;
-  for (int side = 0; side < 4; ++side) {
-    const int across = side / 2, along = 1 - across;
-    const double sign = side % 2 == 0 ? -1 : 1;
-    const double at_m = (sign < 0 ? bounds.min() : bounds.max())(across);
-    Vector2 middle = bounds.center();
-    middle(across) = at_m;
-    const Vector3 outward = sign * face.col(across);
-    const Vector3 to_sensor = points.viewpoint - plane.point - face.leftCols<2>() * middle;
-    if (outward.dot(to_sensor) < kLeastSide_sin * to_sensor.norm()) continue;
-    const double cell_m = kCellSpacings * points.spacing_m;
-    std::set<long> cells;
-    std::vector<double> depths_m;
+// Of points behind a face, those on one side of its box.
+struct Side {
+  std::vector<double> across_m, depths_m;
+  std::set<long> cells;  // along the side, with points
+};
+
+// How far behind a face points lie on those sides of its box that look at the sensor, which move the bounds
+// to where they are; 0 where there are none along most of a side. A side seen at a slant is narrower than
+// what normals are estimated from: no face of its own, and no mixed pixels either, which lie behind edges
+// whose other side is hidden.
+double SeenDepth_m(const Matrix3& face, const PlaneModel& plane, const ModelPoints& points,
+                   Eigen::AlignedBox2d& bounds) {
+  const double cell_m = kCellSpacings * points.spacing_m;
+  const auto points_on = [&](int across, double at_m) {
+    Side side;
     for (std::size_t i = 0; i < points.size(); ++i) {
       const Vector3 x = points.p[i] - plane.point;
-      const double behind_m = -plane.normal.dot(x), along_m = face.col(along).dot(x);
-      if (behind_m <= points.gate_m[i] || along_m < bounds.min()(along) ||
-          along_m > bounds.max()(along) ||
-          std::abs(face.col(across).dot(x) - at_m) > points.gate_m[i]) {
+      const double depth_m = -plane.normal.dot(x), across_m = face.col(across).dot(x);
+      const double along_m = face.col(1 - across).dot(x);
+      if (depth_m <= points.gate_m[i] || along_m < bounds.min()(1 - across) ||
+          along_m > bounds.max()(1 - across) || std::abs(across_m - at_m) > points.gate_m[i]) {
         continue;
       }
-      cells.insert(std::lround(along_m / cell_m));
-      depths_m.push_back(behind_m);
+      side.across_m.push_back(across_m);
+      side.depths_m.push_back(depth_m);
+      side.cells.insert(std::lround(along_m / cell_m));
     }
-    const double covered_m = static_cast<double>(cells.size()) * cell_m;
-    if (covered_m < kSideFill * bounds.sizes()(along)) continue;
-    depth_m = std::max(depth_m, Quantile(std::move(depths_m), kNearlyDeepest));
+    return side;
+  };
+  double depth_m = 0;
+  for (int k = 0; k < 4; ++k) {
+    const int across = k / 2;
+    double& bound_m = k % 2 == 0 ? bounds.min()(across) : bounds.max()(across);
+    Vector2 middle = bounds.center();
+    middle(across) = bound_m;
+    const Vector3 outward = (k % 2 == 0 ? -1 : 1) * face.col(across);
+    const Vector3 to_sensor = points.viewpoint - plane.point - face.leftCols<2>() * middle;
+    if (outward.dot(to_sensor) < kLeastSide_sin * to_sensor.norm()) continue;
+    Side side = points_on(across, bound_m);
+    if (side.cells.empty()) continue;
+    side = points_on(across, Quantile(std::move(side.across_m), 0.5));  // edges are rounded
+    const double covered_m = static_cast<double>(side.cells.size()) * cell_m;
+    if (covered_m < kSideFill * bounds.sizes()(1 - across)) continue;
+    bound_m = Quantile(std::move(side.across_m), 0.5);
+    depth_m = std::max(depth_m, Quantile(std::move(side.depths_m), kNearlyDeepest));
   }
   return depth_m;
 }
@@ -160,16 +173,24 @@ Solid PlateBehind(const Matrix3& face, const ShapeFit& fit, Polygon outline, dou
 }
 
 // Whether rays were seen to pass the solid behind the face, to what is beside and behind the object or
-// to the object's own points behind the face; open too where no rays tell.
-bool IsOpen(const Solid& solid, const PlaneModel& plane, const FitContext& c) {
-  if (c.free.rays.empty() || PassedShare(solid, c.free) > kMostPassed) return true;
+// to the object's own points behind the face.
+bool IsRunThrough(const Solid& solid, const PlaneModel& plane, const FitContext& c) {
+  if (PassedShare(solid, c.free) > kMostPassed) return true;
+  const Pose X_SM = solid.X_MS.inverse(Eigen::Isometry);
   std::size_t behind = 0, on = 0;
   for (std::uint32_t i = 0; i < c.points.size(); ++i) {
-    const double off_m = plane.Distance_m(c.points.p[i]);
-    on += std::abs(off_m) <= c.points.gate_m[i];
-    behind += off_m < -c.points.gate_m[i] && Enters(solid, c.points.viewpoint, c.points.p[i]);
+    const Vector3& p = c.points.p[i];
+    const double off_m = plane.Distance_m(p), gate_m = c.points.gate_m[i];
+    on += std::abs(off_m) <= gate_m;
+    if (off_m >= -gate_m || std::abs(SignedDistance_m(solid, X_SM * p)) <= gate_m) continue;
+    behind += Enters(solid, c.points.viewpoint, p);
   }
   return static_cast<double>(behind) > kMostPassed * static_cast<double>(on);
+}
+
+// Open too where no rays tell.
+bool IsOpen(const Solid& solid, const PlaneModel& plane, const FitContext& c) {
+  return c.free.rays.empty() || IsRunThrough(solid, plane, c);
 }
 
 // How much of the rectangle's outline is the hull's too, up to a tolerance.
@@ -221,11 +242,24 @@ std::optional<Solid> BoxOver(const Rectangle& rectangle, const Matrix3& face, co
   }
   StandOnGround(along, plane, ground, bounds);
   if (!(bounds.sizes().minCoeff() > 0)) return std::nullopt;
-  const double depth_m = SeenDepth_m(along, plane, bounds, context.points);
-  return BoxBehind(along, plane, bounds, std::max(thickness_m, depth_m));
+  Solid thin = BoxBehind(along, plane, bounds, thickness_m);
+  double depth_m = SeenDepth_m(along, plane, context.points, bounds);
+  if (depth_m <= thickness_m) return thin;
+  if (ground.known && plane.normal.dot(ground.up) > std::cos(kSameDirection_rad)) {
+    const double height_m = ground.Height_m(plane.point);
+    if (std::abs(height_m - depth_m) < kStandingGap_m) depth_m = height_m;
+  }
+  Solid deep = BoxBehind(along, plane, bounds, depth_m);
+  return IsRunThrough(deep, plane, context) ? thin : deep;
 }
 
 }  // namespace
+
+bool IsLoneFace(const Shape& shape) {
+  constexpr double kRounded = 1 + 1e-9;  // sizes are turned to the box's axes
+  const auto* box = std::get_if<Box>(&shape);
+  return box != nullptr && box->size_m.minCoeff() <= kRounded * kLoneThickness_m;
+}
 
 Rectangle SmallestRectangle(const Polygon& hull) {
   Rectangle best;

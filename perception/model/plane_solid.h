@@ -14,6 +14,9 @@ namespace cwm::perception {
 inline constexpr double kLoneThickness_m = 0.005;
 inline constexpr double kLowLevel_m = 0.06;  // books, plates, lids
 
+// A box of a lone face whose thickness nothing told.
+bool IsLoneFace(const Shape& shape);
+
 struct Rectangle {
   Vector2 x = Vector2::UnitX();  // unit, one of its edges
   Eigen::AlignedBox2d bounds;    // along x and its left normal

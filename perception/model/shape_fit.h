@@ -47,7 +47,8 @@ struct ShapeFit {
   std::vector<std::uint32_t> inliers;     // model points, one connected component, ascending
   Eigen::MatrixXd covariance;             // of the local parameters; empty before FinishFit
   // Inliers and what lies on the surface beside them whatever its normal says: normals are rounded
-  // at edges, so the shape's extent is that of these. Empty before the shape is extracted.
+  // at edges, so the shape's extent is that of these. Inliers are in it twice: they are surer to be of
+  // it. Empty before the shape is extracted.
   std::vector<std::uint32_t> covered;
 };
 

@@ -62,6 +62,40 @@ INSTANTIATE_TEST_SUITE_P(
             {{MugWall(), {-0.05, -0.15}}, {MugWall(), {-0.05, 0.15}}, {BowlWall(), {0, 0}}}}),
     [](const auto& named) { return named.param.name; });
 
+class PacketsInARow : public ::testing::TestWithParam<std::vector<double>> {};
+
+// Side by side, flush at the front, of different heights: their fronts are one face, their tops are not.
+TEST_P(PacketsInARow, AreOneBoxEach) {
+  constexpr double kWidth_m = 0.07, kDepth_m = 0.08;
+  SimulatedScene shelf{{Table()}};
+  std::vector<Vector3> middles;
+  for (std::size_t k = 0; k < GetParam().size(); ++k) {
+    const double height_m = GetParam()[k];
+    middles.emplace_back(0, (static_cast<double>(k) - 1) * (kWidth_m + 0.002), 0.5 * height_m);
+    shelf.objects.push_back(Thing("packet" + std::to_string(k), Box{{kDepth_m, kWidth_m, height_m}},
+                                  MakeTranslation(middles[k].x(), middles[k].y(), middles[k].z())));
+  }
+  const SceneInterpretation scene = Interpreted(shelf);
+  EXPECT_EQ(scene.objects.size(), middles.size());
+  for (const Vector3& middle : middles) {
+    const auto is_it = [&](const DetectedObject& object) {
+      if (object.model->shapes.size() != 1) return false;
+      const ShapePart& part = object.model->shapes.front();
+      const Aabb found = TightBounds(part.shape, object.X_WO * part.X_OS);
+      const Vector3 size_m(kDepth_m, kWidth_m, 2 * middle.z());
+      return std::holds_alternative<Box>(part.shape) && (found.center() - middle).norm() < 0.01 &&
+             (found.sizes() - size_m).cwiseAbs().maxCoeff() < 0.015;
+    };
+    EXPECT_EQ(std::ranges::count_if(scene.objects, is_it), 1) << middle.transpose();
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Heights_m, PacketsInARow,
+                         ::testing::Values(std::vector{0.16, 0.12}, std::vector{0.1, 0.14, 0.18},
+                                           std::vector{0.16, 0.1, 0.18},
+                                           std::vector{0.12, 0.16, 0.1},
+                                           std::vector{0.16, 0.1, 0.18, 0.12}));
+
 // A low table behind the high one, whose edge hides what the things there stand on.
 TEST(LowTable, CarriesWhatItsHiddenPartIsUnder) {
   constexpr double kLower_m = -0.2;
