@@ -20,7 +20,7 @@ namespace {
 using Eigen::Vector3f;
 
 // Assumed, not measured on a data set: the sizes of the handles of cups, mugs, pans and jugs for
-// the table, 5 to 15 mm thick and somewhat wider, with room for fingers.
+// the table, 5 to 15 mm thick, bars of pans up to 25, and somewhat wider, with room for fingers.
 constexpr double kLeastLength_m = 0.02;  // of what is seen of it
 constexpr double kMostLength_m = 0.25;
 constexpr double kLeastElongation = 2;   // length to mean width
@@ -29,10 +29,10 @@ constexpr double kLeastReach_m = 0.022;  // from the wall: a finger and the hand
 // none of the spouts, which are as wide where they begin and end free: it may be wider at a bend.
 constexpr double kMostWidth_m = 0.030;
 constexpr double kMostWidthOfBow_m = 0.034;
-constexpr double kMostWidthOfBar_m = 0.0285;
+constexpr double kMostWidthOfBar_m = 0.0345;
 // A hand within a bow, and the bow: what reaches out farther is a bar, which is straight.
 constexpr double kMostReachOfBow_m = 0.065;
-constexpr double kMostBend_m = 0.019;
+constexpr double kMostBend_m = 0.0235;
 constexpr double kLeastBarElongation = 4.7;  // to the seen width: for a hand, 110 mm to 18 mm
 constexpr double kBesideWide_m = 0.01;       // corners of a box, and the noise at its edges
 constexpr double kTail = 0.1;                // on either side, noise among it
