@@ -10,6 +10,7 @@
 #include "collision/geometry/aabb.h"
 #include "perception/cloud/parallel_for.h"
 #include "perception/order_things.h"
+#include "perception/scene/disjoint_sets.h"
 
 namespace cwm::perception {
 namespace {
@@ -21,6 +22,8 @@ constexpr std::size_t kOneModelledAnew = 8;
 constexpr double kLeastExplained = 0.9;  // of their points, as of any one solid
 // From the ground to the lowest place: noise, and what a fit without a view of the foot is wrong by.
 constexpr double kMostGap_m = 0.01;
+// From one to the top of what it rests on, which its own foot hides.
+constexpr double kMostStackedGap_m = 0.02;
 // A box as thin as that may be one face of another.
 constexpr double kLeastThickness_m = 0.02;
 
@@ -55,17 +58,71 @@ bool IsPartOfOneBlock(const Box& a, const Pose& X_SupportA, const Box& b, const 
          turns.rowwise().maxCoeff().minCoeff() > kMostTurn_cos;
 }
 
-bool AreThingsThatStand(const std::vector<ShapePart>& shapes, const Pose& X_SupportO) {
-  if (shapes.size() < 2) return false;
-  for (auto part = shapes.begin(); part != shapes.end(); ++part) {
-    const double gap_m = std::abs(TightBounds(part->shape, X_SupportO * part->X_OS).min().z());
-    if (!IsSolid(*part) || gap_m > kMostGap_m) return false;
-    if (std::any_of(part + 1, shapes.end(),
-                    [&](const ShapePart& other) { return CarriesOn(*part, other, X_SupportO); })) {
-      return false;
+// Things that the solids of an object are, where they stand on what it stands on or on each other.
+struct Things {
+  std::vector<std::size_t> of_solid;  // which thing each solid is of
+  std::vector<std::size_t>
+      below;                   // which thing each one rests on; itself: what the object stands on
+  std::vector<double> foot_m;  // how high that is
+};
+
+// Which of the solids this one rests on, itself where it stands on the ground; nothing where it does
+// neither. Boxes alone are stacked: what is round and on something is its neck, its lid or its knob.
+std::optional<std::size_t> Below(std::size_t solid, const std::vector<ShapePart>& shapes,
+                                 const std::vector<Aabb>& bounds, const Pose& X_SupportO) {
+  const double foot_m = bounds[solid].min().z();
+  if (std::abs(foot_m) <= kMostGap_m) return solid;
+  if (!std::holds_alternative<Box>(shapes[solid].shape)) return std::nullopt;
+  Vector3 under = bounds[solid].center();
+  for (std::size_t other = 0; other < shapes.size(); ++other) {
+    const double top_m = bounds[other].max().z();
+    if (other == solid || !std::holds_alternative<Box>(shapes[other].shape) ||
+        std::abs(foot_m - top_m) > kMostStackedGap_m) {
+      continue;
+    }
+    under.z() = top_m - kMostGap_m;
+    const Pose X_OtherSupport = (X_SupportO * shapes[other].X_OS).inverse(Eigen::Isometry);
+    if (SignedDistance_m(shapes[other], X_OtherSupport * under) < 0) return other;
+  }
+  return std::nullopt;
+}
+
+std::optional<Things> ThingsThatStand(const std::vector<ShapePart>& shapes,
+                                      const Pose& X_SupportO) {
+  if (shapes.size() < 2 || !std::ranges::all_of(shapes, IsSolid)) return std::nullopt;
+  std::vector<Aabb> bounds;
+  for (const ShapePart& part : shapes) {
+    bounds.push_back(TightBounds(part.shape, X_SupportO * part.X_OS));
+  }
+  std::vector<std::size_t> below;
+  bool is_stack = false;
+  for (std::size_t k = 0; k < shapes.size(); ++k) {
+    const std::optional<std::size_t> found = Below(k, shapes, bounds, X_SupportO);
+    if (!found) return std::nullopt;
+    is_stack |= *found != k;
+    below.push_back(*found);
+  }
+  DisjointSets sets(shapes.size());
+  for (std::size_t a = 0; a < shapes.size(); ++a) {
+    for (std::size_t b = a + 1; b < shapes.size(); ++b) {
+      if (!CarriesOn(shapes[a], shapes[b], X_SupportO)) continue;
+      // Side by side it tells that it is one thing; in a stack, which solids are of one.
+      if (!is_stack) return std::nullopt;
+      sets.Join(a, b);
     }
   }
-  return true;
+  Things things{std::vector<std::size_t>(shapes.size()), {}, {}};
+  std::vector<std::size_t> first;  // solid of each thing
+  for (std::size_t k = 0; k < shapes.size(); ++k) {
+    if (sets.Root(k) == k) things.of_solid[k] = first.size(), first.push_back(k);
+    things.of_solid[k] = things.of_solid[sets.Root(k)];
+  }
+  if (first.size() < 2) return std::nullopt;
+  for (std::size_t solid : first) {
+    things.below.push_back(things.of_solid[below[solid]]);
+    things.foot_m.push_back(below[solid] == solid ? 0 : bounds[below[solid]].max().z());
+  }
+  return things;
 }
 
 std::size_t Nearest(const ModelledThing& thing, const Vector3& p_L) {
@@ -77,16 +134,16 @@ std::size_t Nearest(const ModelledThing& thing, const Vector3& p_L) {
   return static_cast<std::size_t>(std::ranges::min_element(off_m) - off_m.begin());
 }
 
-// Of each solid, with those of the others that lie nearest to it. Ascending, as a thing's points are.
-std::vector<Points> PointsOfSolids(const ModelledThing& thing, const Points& points,
-                                   const OrientedPoints& all) {
-  std::vector<Points> groups(thing.model->shapes.size());
+// Of each thing, with those of no solid that lie nearest to it. Ascending, as a thing's points are.
+std::vector<Points> PointsOfThings(const ModelledThing& thing, const Things& things,
+                                   const Points& points, const OrientedPoints& all) {
+  std::vector<Points> groups(things.below.size());
   for (std::size_t i = 0; i < points.size(); ++i) {
     auto part = static_cast<std::size_t>(thing.part_of_point[i]);
-    if (part >= groups.size()) {  // unexplained, or a handle's
+    if (part >= things.of_solid.size()) {  // unexplained, or a handle's
       part = Nearest(thing, all.points[points[i]].cast<double>());
     }
-    groups[part].push_back(points[i]);
+    groups[things.of_solid[part]].push_back(points[i]);
   }
   return groups;
 }
@@ -96,6 +153,7 @@ struct Parting {
   std::size_t place = 0;
   std::size_t others = 0;  // where they begin
   SegmentedThing whole;
+  Things things = {};
   std::vector<std::optional<ModelledThing>> anew = {};  // of each part; nothing: no single solid
 
   std::size_t PlaceOf(std::size_t part) const { return part == 0 ? place : others + part - 1; }
@@ -120,10 +178,11 @@ class Parter {
     const std::size_t objects = CountObjects(scene_);
     for (std::size_t k = 0; k < objects; ++k) {
       work_.Poll();
-      if (!AreThingsThatStand(modelled_[k].model->shapes, X_SupportO(k))) continue;
+      const auto things = ThingsThatStand(modelled_[k].model->shapes, X_SupportO(k));
+      if (!things) continue;
       if (scene_.things[k].points.size() <= points_left_) {
         points_left_ -= scene_.things[k].points.size();
-        Try(k);
+        Try(k, *things);
       } else if (!std::exchange(told_of_points_, true)) {
         modelled_[k].notes.emplace_back(
             "its shapes may be things of their own: the cap of points of parts was reached");
@@ -149,16 +208,18 @@ class Parter {
     return WhatItStandsOn(scene_, scene_.things[k])->inverse(Eigen::Isometry) * modelled_[k].X_LO;
   }
 
-  void Try(std::size_t k) {
+  void Try(std::size_t k, const Things& things) {
     std::vector<Points> groups =
-        PointsOfSolids(modelled_[k], scene_.things[k].points, scene_.points);
+        PointsOfThings(modelled_[k], things, scene_.things[k].points, scene_.points);
     if (std::ranges::any_of(groups, [](const Points& group) { return group.empty(); })) return;
-    const SegmentedThing& whole =
-        partings_.emplace_back(Parting{k, CountObjects(scene_), scene_.things[k]}).whole;
+    const Parting& parting =
+        partings_.emplace_back(Parting{k, CountObjects(scene_), scene_.things[k], things});
+    const SegmentedThing& whole = parting.whole;
     for (std::size_t g = 0; g < groups.size(); ++g) {
       SegmentedThing part = whole;
       part.node_count = whole.node_count * groups[g].size() / whole.points.size();
       part.points = std::move(groups[g]);
+      Stack(parting, g, part);
       if (g == 0) {
         scene_.things[k] = std::move(part);
       } else {
@@ -187,6 +248,14 @@ class Parter {
     });
   }
 
+  // On the part below it, or on what the whole stands on.
+  static void Stack(const Parting& parting, std::size_t part, SegmentedThing& thing) {
+    const std::size_t below = parting.things.below[part];
+    if (below == part) return;
+    thing.rests_on = static_cast<std::int32_t>(parting.PlaceOf(below));
+    thing.foot_height_m = parting.whole.foot_height_m + parting.things.foot_m[part];
+  }
+
   void TakeBack(Parting& parting) {
     const auto others = scene_.things.begin() + static_cast<std::ptrdiff_t>(parting.others);
     scene_.things.erase(others, others + static_cast<std::ptrdiff_t>(parting.anew.size() - 1));
@@ -205,10 +274,16 @@ class Parter {
   }
 
   void Keep(Parting& parting) {
-    for (SegmentedThing& thing : scene_.things) {
-      if (thing.rests_on != static_cast<std::int32_t>(parting.place)) continue;
-      const std::size_t part = Nearest(modelled_[parting.place], FootOf(thing));
-      thing.rests_on = static_cast<std::int32_t>(parting.PlaceOf(part));
+    for (std::size_t k = 0; k < scene_.things.size(); ++k) {
+      SegmentedThing& thing = scene_.things[k];
+      const bool is_part = k == parting.place ||
+                           (k >= parting.others && k + 1 < parting.others + parting.anew.size());
+      if (is_part || thing.rests_on != static_cast<std::int32_t>(parting.place)) continue;
+      const std::size_t solid = Nearest(modelled_[parting.place], FootOf(thing));
+      thing.rests_on = static_cast<std::int32_t>(parting.PlaceOf(parting.things.of_solid[solid]));
+    }
+    for (std::size_t part = 0; part < parting.anew.size(); ++part) {
+      Stack(parting, part, scene_.things[parting.PlaceOf(part)]);
     }
     modelled_[parting.place] = *std::move(parting.anew.front());
     for (std::size_t part = 1; part < parting.anew.size(); ++part) {

@@ -13,8 +13,9 @@ namespace cwm::perception {
 bool CarriesOn(const ShapePart& part, const ShapePart& other, const Pose& X_SupportO);
 
 // `modelled` are the scene's things, one for one. Each object of several solids that all touch what it
-// stands on becomes an object for each of them, where each is one solid when modelled by itself: no
-// vessels, nothing as thin as a face, and none that carries another on. Throws Stopped when `work` is stopped.
+// stands on, or one on the top of another, becomes an object for each of them, where each is one solid when
+// modelled by itself: no vessels, nothing as thin as a face, and none that carries another on (in a stack,
+// those that do are one). Throws Stopped when `work` is stopped.
 void PartStanding(const InterpretOptions& options, const Work& work, SegmentedScene& scene,
                   std::vector<ModelledThing>& modelled);
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <set>
 
 #include "collision/geometry/coefficients.h"
@@ -25,11 +26,9 @@ constexpr double kCellSpacings = 2.5;  // 6 points a cell: chance leaves one of 
 // of the face's points that are behind it: mixed pixels. What hides the rest of a face lets no more of
 // them through.
 constexpr double kMostPassed = 0.05;
-// Of a side behind a face: the sine at which it is seen, how much of its length holds points, and the share
-// of them that is no deeper than it.
+// Of a side behind a face: the sine at which it is seen, how much of its length holds points.
 constexpr double kLeastSide_sin = 0.1;
 constexpr double kSideFill = 0.5;
-constexpr double kNearlyDeepest = 0.95;
 constexpr double kMostSunk_m = 0.003;  // below the ground: noise of the ground
 
 Rectangle BoundsAlong(const Polygon& hull, const Vector2& x) {
@@ -69,8 +68,17 @@ void StandOnGround(const Matrix3& face, const PlaneModel& plane, const Ground& g
 
 // Of points behind a face, those on one side of its box.
 struct Side {
-  std::vector<double> across_m, depths_m;
-  std::set<long> cells;  // along the side, with points
+  std::vector<double> across_m;
+  std::map<long, std::vector<double>> depths_m;  // of each cell along it
+
+  // Of most cells: what another thing's side carries on, on part of its length, is none of its depth.
+  double Depth_m() const {
+    std::vector<double> deepest_m;
+    for (const auto& [cell, depths] : depths_m) {
+      deepest_m.push_back(*std::ranges::max_element(depths));
+    }
+    return Quantile(std::move(deepest_m), 0.5);
+  }
 };
 
 // How far behind a face points lie on those sides of its box that look at the sensor, which move the bounds
@@ -91,8 +99,7 @@ double SeenDepth_m(const Matrix3& face, const PlaneModel& plane, const ModelPoin
         continue;
       }
       side.across_m.push_back(across_m);
-      side.depths_m.push_back(depth_m);
-      side.cells.insert(std::lround(along_m / cell_m));
+      side.depths_m[std::lround(along_m / cell_m)].push_back(depth_m);
     }
     return side;
   };
@@ -106,12 +113,12 @@ double SeenDepth_m(const Matrix3& face, const PlaneModel& plane, const ModelPoin
     const Vector3 to_sensor = points.viewpoint - plane.point - face.leftCols<2>() * middle;
     if (outward.dot(to_sensor) < kLeastSide_sin * to_sensor.norm()) continue;
     Side side = points_on(across, bound_m);
-    if (side.cells.empty()) continue;
+    if (side.across_m.empty()) continue;
     side = points_on(across, Quantile(std::move(side.across_m), 0.5));  // edges are rounded
-    const double covered_m = static_cast<double>(side.cells.size()) * cell_m;
+    const double covered_m = static_cast<double>(side.depths_m.size()) * cell_m;
     if (covered_m < kSideFill * bounds.sizes()(1 - across)) continue;
     bound_m = Quantile(std::move(side.across_m), 0.5);
-    depth_m = std::max(depth_m, Quantile(std::move(side.depths_m), kNearlyDeepest));
+    depth_m = std::max(depth_m, side.Depth_m());
   }
   return depth_m;
 }

@@ -36,6 +36,7 @@ namespace {
 
 // Of a face's points, that lie on the sides of others' solids: more than their edges hold.
 constexpr double kShared = 0.1;
+constexpr double kSameBox = 0.5;
 constexpr std::size_t kMostPieces = 4;  // of what is left of a face
 
 struct SingleFace {
@@ -73,9 +74,11 @@ std::vector<std::uint32_t> OwnOf(const SingleFace& face, const std::vector<Singl
 std::vector<SingleFace> LeaveSidesToOthers(std::vector<SingleFace> faces, const FitContext& c,
                                            const Ground& ground) {
   std::vector<SingleFace> out;
+  // Two faces of one box have each told the other's depth.
   for (const SingleFace& face : faces) {
-    if (face.is_thin()) continue;
-    out.push_back(face);
+    const double own = static_cast<double>(OwnOf(face, out, c.points).size());
+    const double all = static_cast<double>(face.fit.inliers.size());
+    if (!face.is_thin() && own >= (1 - kSameBox) * all) out.push_back(face);
   }
   for (const SingleFace& face : faces) {
     if (!face.is_thin()) continue;

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "tests/perception/table_scene.h"
 
@@ -85,6 +86,21 @@ TEST(PartStanding, CartonsOfThreeHeightsThatAreFlushAreThreeObjects) {
     ASSERT_NE(box, nullptr) << k;
     EXPECT_NEAR(shapes[k].X_FS.translation().z(), 0.075 - 0.015 * static_cast<double>(k), 0.002);
     EXPECT_NEAR(shapes[k].X_FS.translation().y(), 0.061 * (static_cast<double>(k) - 1), kWithin_m);
+  }
+}
+
+// Turned so that a corner of the upper one comes to the edge of the lower one, where their fronts are one
+// surface.
+TEST(PartStanding, TurnedCartonsOnCartonsAreTwoObjects) {
+  constexpr double kDegree_rad = std::numbers::pi / 180;
+  for (const double turned_deg : {-10, 0, 15, 20}) {
+    SimulatedObject upper = Carton({0.14, 0.12, 0.05}, 0, (turned_deg + 20) * kDegree_rad);
+    upper.X_WO.pretranslate(Vector3(0, 0, 0.06));
+    const SceneInterpretation scene = Interpreted(
+        {{Table(), Carton({0.2, 0.16, 0.06}, 0, turned_deg * kDegree_rad), std::move(upper)}});
+    EXPECT_EQ(ShapesOf(scene).size(), 2u) << turned_deg;
+    const auto is_on_another = [](const DetectedObject& object) { return object.rests_on >= 0; };
+    EXPECT_EQ(std::ranges::count_if(scene.objects, is_on_another), 1) << turned_deg;
   }
 }
 
