@@ -43,6 +43,7 @@ constexpr double kWidestRound_m = 0.12;
 // creases and mixed pixels lie on one sphere.
 constexpr std::size_t kBallNodes = 400;
 constexpr double kLeastOnBall = 0.9;
+constexpr double kMostBelow = 0.5;         // of an object's nodes, below its support
 constexpr double kLowestShare = 0.1;       // of a region's nodes are asked what holds them
 constexpr double kLeastStanding = 0.2;     // of those; what hangs shows empty space below all
 constexpr std::size_t kAskedNodes = 256;   // of a region's, evenly spread
@@ -338,8 +339,19 @@ std::int32_t SupportOf(const NodeList& region, const std::vector<Floor>& floors,
   return best;
 }
 
-// One object for each piece of the region.
-void AppendObjects(const Segment& region, const Pieces& pieces, std::vector<Segment>& objects) {
+// Of an edge of a board that something juts over, to which it is linked: below what the board carries.
+bool LiesBelow(const NodeList& members, const Placed<Plate>& plate, const OrientedPoints& nodes) {
+  const Pose X_SL = plate.X_FS.inverse(Eigen::Isometry);
+  const auto below = std::ranges::count_if(members, [&](std::uint32_t i) {
+    return (X_SL * nodes.points[i].cast<double>()).z() < -kPlaneGate_sigma * nodes.sigma_m[i];
+  });
+  return static_cast<double>(below) > kMostBelow * static_cast<double>(members.size());
+}
+
+// One object for each piece of the region, but for those below its support, which are residuals.
+void AppendObjects(const Segment& region, const Pieces& pieces, const OrientedPoints& nodes,
+                   const std::vector<Placed<Plate>>& plates, std::vector<Segment>& objects,
+                   std::vector<Segment>& residuals) {
   std::map<std::int32_t, Segment> by_object;
   for (std::uint32_t i : region.nodes) {
     Segment& segment = by_object[pieces.of_node[i]];
@@ -347,7 +359,14 @@ void AppendObjects(const Segment& region, const Pieces& pieces, std::vector<Segm
     segment.hangs = region.hangs;
     segment.nodes.push_back(i);
   }
-  for (auto& [object, segment] : by_object) objects.push_back(std::move(segment));
+  const Placed<Plate>& plate = plates[static_cast<std::size_t>(region.supported_by)];
+  for (auto& [object, segment] : by_object) {
+    if (LiesBelow(segment.nodes, plate, nodes)) {
+      residuals.push_back({.nodes = std::move(segment.nodes)});
+    } else {
+      objects.push_back(std::move(segment));
+    }
+  }
 }
 
 // Nodes in no piece, grouped by neighbourhood in the coarse grid, largest group first.
@@ -427,7 +446,7 @@ Regions FormRegions(const SurfaceGraph& graph, const CoarseCloud& coarse, const 
   for (std::size_t r = 0; r < regions.size(); ++r) {
     Segment region{.nodes = std::move(regions[r]), .supported_by = support[r]};
     if (support[r] >= 0) {
-      AppendObjects(region, pieces, out.segments);
+      AppendObjects(region, pieces, graph.nodes(), plates, out.segments, residuals);
     } else {
       hanging.push_back(std::move(region));
     }
@@ -435,7 +454,7 @@ Regions FormRegions(const SurfaceGraph& graph, const CoarseCloud& coarse, const 
   FindSupportsUnderStacks(graph.nodes(), plates, out.segments, hanging);
   for (Segment& region : hanging) {
     if (region.supported_by >= 0) {
-      AppendObjects(region, pieces, out.segments);
+      AppendObjects(region, pieces, graph.nodes(), plates, out.segments, residuals);
     } else {
       residuals.push_back(std::move(region));
     }

@@ -96,6 +96,25 @@ INSTANTIATE_TEST_SUITE_P(Heights_m, PacketsInARow,
                                            std::vector{0.12, 0.16, 0.1},
                                            std::vector{0.16, 0.1, 0.18, 0.12}));
 
+// It is linked to the face of the table's edge, which is no object on the table.
+TEST(EdgeOfTheTable, IsNoObjectWhereAThingJutsOverIt) {
+  Pose X_WO = MakeTranslation(-0.58, 0, 0.03);
+  X_WO.rotate(Eigen::AngleAxisd(0.26, Vector3::UnitZ()));
+  const SimulatedScene kitchen{
+      {Table(), Thing("box", Box{{0.15, 0.1, 0.06}}, X_WO),
+       Thing("can", Cylinder{0.035, 0.1}, MakeTranslation(-0.56, 0.2, 0.05))}};
+  PinholeCamera camera = TableCamera();
+  camera.X_WC.translation() += Vector3(-0.35, 0, 0);
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    InterpretOptions options;
+    options.X_WC = camera.X_WC;
+    const auto scene = InterpretScene(Scan(kitchen, camera, {.seed = seed}).cloud, options);
+    ASSERT_TRUE(scene.ok()) << scene.status();
+    EXPECT_EQ(std::ranges::count(scene->objects, DetectedKind::kObject, &DetectedObject::kind), 2)
+        << "seed " << seed;
+  }
+}
+
 // A low table behind the high one, whose edge hides what the things there stand on.
 TEST(LowTable, CarriesWhatItsHiddenPartIsUnder) {
   constexpr double kLower_m = -0.2;
