@@ -5,6 +5,7 @@
 #include "absl/strings/str_cat.h"
 #include "clients/cli/commands.h"
 #include "clients/cli/enum_names.h"
+#include "clients/cli/exit_code.h"
 #include "clients/cli/question_arguments.h"
 #include "clients/cli/table.h"
 
@@ -37,6 +38,11 @@ void PrintVerdicts(const pb::CheckCollisionsResponse& response, Session& session
              lines, session.table_style(), session.streams.out);
 }
 
+ExitCode CodeOf(pb::Verdict verdict) {
+  if (verdict == pb::VERDICT_COLLISION) return ExitCode::kCollision;
+  return verdict == pb::VERDICT_FREE ? ExitCode::kDone : ExitCode::kNotFree;
+}
+
 absl::Status Check(Session& session, const CheckArguments& arguments) {
   const auto options = ToOptions(arguments.question);
   if (!options.ok()) return options.status();
@@ -45,8 +51,8 @@ absl::Status Check(Session& session, const CheckArguments& arguments) {
   const auto answer = AskAll<pb::CheckCollisionsRequest, pb::CheckCollisionsResponse>(
       session, &pb::QueryService::Stub::CheckCollisions, *batches, *options);
   if (!answer.ok()) return answer.status();
-  for (const pb::CollisionRow& row : answer->rows()) {
-    session.found_collision |= arguments.exit_code && row.verdict() == pb::VERDICT_COLLISION;
+  if (arguments.exit_code) {
+    session.answer = CodeOfAll(*answer, RowCount(*batches), CodeOf);
   }
   session.PrintList(
       *answer,
@@ -85,7 +91,7 @@ void AddCheckCommand(CommandLine& line) {
   AddQuestionOptions(command, arguments->question);
   AddMarginOption(command, arguments->question);
   AddPairRuleOptions(command, arguments->question);
-  command.add_flag("--exit-code", arguments->exit_code, "end with 10 when any row is in collision");
+  AddExitCodeOption(command, arguments->exit_code);
 }
 
 }  // namespace cwm::cli

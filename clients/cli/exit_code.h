@@ -17,7 +17,9 @@ enum class ExitCode {
   kPermission = 6,
   kExhausted = 7,
   kBadInput = 8,
-  kCollision = 10,  // with --exit-code alone
+  // With --exit-code alone, which ends with kDone where everything asked is free.
+  kCollision = 10,  // anything asked
+  kNotFree = 11,    // none of it, but not everything is known to be free
   kOther = 70,
 };
 

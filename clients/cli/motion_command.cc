@@ -118,6 +118,11 @@ void PrintMotions(const pb::CheckMotionsResponse& response, Session& session) {
              lines, session.table_style(), session.streams.out);
 }
 
+ExitCode CodeOf(pb::MotionVerdict verdict) {
+  if (verdict == pb::MOTION_VERDICT_CONTACT) return ExitCode::kCollision;
+  return verdict == pb::MOTION_VERDICT_FREE ? ExitCode::kDone : ExitCode::kNotFree;
+}
+
 absl::Status Move(Session& session, const MotionArguments& arguments) {
   const auto options = ToOptions(arguments.question);
   if (!options.ok()) return options.status();
@@ -127,8 +132,8 @@ absl::Status Move(Session& session, const MotionArguments& arguments) {
   if (!requests.ok()) return requests.status();
   const auto answer = AskMotions(session, *requests, *options);
   if (!answer.ok()) return answer.status();
-  for (const pb::MotionRow& row : answer->rows()) {
-    session.found_collision |= arguments.exit_code && row.verdict() == pb::MOTION_VERDICT_CONTACT;
+  if (arguments.exit_code) {
+    session.answer = CodeOfAll(*answer, MotionCount(*bodies), CodeOf);
   }
   session.PrintList(
       *answer,
@@ -170,8 +175,7 @@ void AddMotionCommand(CommandLine& line) {
   AddQuestionOptions(command, arguments->question);
   AddMarginOption(command, arguments->question);
   AddPairRuleOptions(command, arguments->question);
-  command.add_flag("--exit-code", arguments->exit_code,
-                   "end with 10 when any motion is in contact");
+  AddExitCodeOption(command, arguments->exit_code);
 }
 
 }  // namespace cwm::cli

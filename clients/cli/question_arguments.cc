@@ -6,7 +6,6 @@
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "clients/cli/enum_names.h"
-#include "clients/cli/exit_code.h"
 #include "clients/cli/one_of.h"
 #include "clients/cli/pair_arguments.h"
 #include "clients/cli/what_if.h"
@@ -61,6 +60,12 @@ void AddQuestionOptions(CLI::App& command, QuestionArguments& question) {
 void AddMarginOption(CLI::App& command, QuestionArguments& question) {
   command.add_option("--margin", question.margin_m, "collision means nearer than this (m)")
       ->type_name("M");
+}
+
+void AddExitCodeOption(CLI::App& command, bool& exit_code) {
+  command.add_flag("--exit-code", exit_code,
+                   "end with 0 when all that is asked is free, with 10 when any of it collides, "
+                   "else with 11: out of limits, grazing, undecided or not computed");
 }
 
 void AddPairRuleOptions(CLI::App& command, QuestionArguments& question) {

@@ -11,6 +11,7 @@
 
 #include "absl/status/statusor.h"
 #include "clients/cli/body_arguments.h"
+#include "clients/cli/exit_code.h"
 #include "clients/cli/row_columns.h"
 #include "clients/cli/unknown_names.h"
 #include "cwm/v1/query.pb.h"
@@ -40,6 +41,8 @@ void AddMarginOption(CLI::App& command, QuestionArguments& question);
 // Those of questions about pairs, which rays and samples know nothing of.
 void AddPairRuleOptions(CLI::App& command, QuestionArguments& question);
 void AddRevisionOption(CLI::App& command, std::string& at_revision);
+// Of commands that answer by exit code, see CodeOfAll.
+void AddExitCodeOption(CLI::App& command, bool& exit_code);
 
 // A usage error for anything but "", "latest", "N" and "N+".
 absl::StatusOr<cwm::v1::AtRevision> ParseRevision(const std::string& text);
@@ -108,6 +111,20 @@ absl::StatusOr<Response> AskInMessages(Session& session, Method method,
   all.set_completed_count(completed);
   WarnOfUnknownNames(session, options);
   return all;
+}
+
+// What --exit-code ends with. Free is what all rows are known to be: neither a state out of limits
+// nor a row that time did not suffice for may read as free. `code_of` says it of one verdict.
+template <class Response, class CodeOf>
+ExitCode CodeOfAll(const Response& answer, std::size_t asked, CodeOf code_of) {
+  const bool all = static_cast<std::size_t>(answer.completed_count()) == asked;
+  ExitCode code = all ? ExitCode::kDone : ExitCode::kNotFree;
+  for (const auto& row : answer.rows()) {
+    const ExitCode of_row = code_of(row.verdict());
+    if (of_row == ExitCode::kCollision) return of_row;
+    if (of_row != ExitCode::kDone) code = of_row;
+  }
+  return code;
 }
 
 // "revision 7, 3 of 5 rows" under a table.

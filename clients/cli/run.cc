@@ -28,9 +28,8 @@ constexpr char kDescription[] =
     "  cwm distance --box 0.1,0.08,0.2 --at 0.4,0,0.3    how far a gripper is from it\n"
     "  cwm ray --from 0,0,1 --direction 0,0,-1 -o json   one answer for a program\n\n"
     "Exit codes: 0 done, 1 usage, 2 unavailable, 3 not found, 4 revision conflict, 5 deadline or\n"
-    "cancelled, 6 permission, 7 resource exhausted, 8 bad input, 10 in collision with "
-    "--exit-code,\n"
-    "70 anything else.";
+    "cancelled, 6 permission, 7 resource exhausted, 8 bad input, 10 in collision (--exit-code),\n"
+    "11 not known to be free (--exit-code), 70 anything else.";
 
 // In the list of commands each is one line; its examples come with its own --help.
 class ShortListFormatter : public CLI::Formatter {
@@ -191,7 +190,7 @@ ExitCode Run(const std::vector<std::string>& arguments, Streams streams,
     ReportError(line.result, {line.command, address, Meant(line.result, session)}, streams.err);
     return ExitCodeOf(line.result);
   }
-  return session.found_collision ? ExitCode::kCollision : ExitCode::kDone;
+  return session.answer;
 }
 
 }  // namespace cwm::cli

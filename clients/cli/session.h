@@ -9,6 +9,7 @@
 #include <optional>
 #include <string>
 
+#include "clients/cli/exit_code.h"
 #include "clients/cli/table.h"
 #include "clients/cpp/connection.h"
 
@@ -40,7 +41,7 @@ struct Session {
   std::optional<double> deadline_s;
   bool no_color = false;
   // Set by commands that answer by exit code (check --exit-code).
-  bool found_collision = false;
+  ExitCode answer = ExitCode::kDone;
 
   // Opened by the first use.
   const client::Connection& connection();

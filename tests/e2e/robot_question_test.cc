@@ -121,6 +121,22 @@ TEST_F(RobotQuestion, SaysByItsExitCodeWhatItMet) {
   EXPECT_EQ(exit_code({"motion", "--robot", "arm", "--joints", "1.5,0", "--joints", "2.5,0",
                        "--exit-code"}),
             0);
+  // What is not known to be free must not read as free.
+  EXPECT_EQ(exit_code({"check", "--robot", "arm", "--joints=-3.1,0", "--exit-code"}), 11);
+  EXPECT_EQ(exit_code({"check", "--robot", "arm", "--joints=-3.1,0"}), 0);
+  EXPECT_EQ(
+      exit_code({"check", "--robot", "arm", "--joints=-3.1,0", "--joints", "0,0", "--exit-code"}),
+      10)
+      << "a collision outweighs it";
+  EXPECT_EQ(exit_code({"motion", "--robot", "arm", "--joints", "aside", "--joints", "3.1,0",
+                       "--exit-code"}),
+            11);
+  std::string many;
+  for (int i = 0; i < 2000; ++i) many += "[1.5, 0]\n";
+  EXPECT_EQ(exit_code({"check", "--robot", "arm", "--joints", "-", "--time-budget", "1e-6",
+                       "--exit-code"},
+                      many),
+            11);
   EXPECT_EQ(exit_code({"check", "--robot", "ghost"}), 3);
   EXPECT_EQ(exit_code({"check", "--robot", "arm", "--group", "leg"}), 8);
   EXPECT_EQ(exit_code({"check", "--robot", "arm", "--joints", "1,2,3"}), 8);
