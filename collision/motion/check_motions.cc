@@ -278,21 +278,25 @@ class EdgeSearch {
     search_.CountPair(pair);
     Place place{.fraction = fraction};
     SetGap(pair, answer, reach_m, place);
-    const bool is_yes_or_no = place.contact ? pair.margin_m == 0 : place.certain;
+    const bool is_yes_or_no = place.contact ? ProvesContact(pair, answer) : place.certain;
     place.trust = is_yes_or_no ? pair.TrustOfProof() : answer.trust;
     if (place.gap_m <= kPlaneWithin * candidate.travel_m) SetPlane(pair, answer.normal, place);
     return place;
   }
 
   // The kernels call an overlap what is one: of a margin of none or more it is a contact, whatever
-  // the depth. Else what is known counts: of a depth that is let pass, and of a gap between round
-  // shapes of very different sizes, that may be more than bounds.
+  // the depth.
+  static bool ProvesContact(const BodySearch::Pair& pair, const PairDistance& answer) {
+    return answer.distance_m < 0 && pair.margin_m >= 0;
+  }
+
+  // Else what is known counts: of a depth that is let pass, and of a gap between round shapes of very
+  // different sizes, that may be more than bounds.
   static void SetGap(const BodySearch::Pair& pair, const PairDistance& answer, double reach_m,
                      Place& place) {
     const bool is_known = answer.trust != Trust::kDegraded;
-    const bool overlap_is_proven = answer.distance_m < 0 && pair.margin_m >= 0;
     const double most_m = answer.distance_m + answer.bound_m - pair.margin_m;
-    place.contact = overlap_is_proven || (is_known && most_m < 0);
+    place.contact = ProvesContact(pair, answer) || (is_known && most_m < 0);
     place.gap_m = place.contact
                       ? answer.distance_m - pair.margin_m
                       : std::min(answer.distance_m - answer.bound_m, reach_m) - pair.margin_m;

@@ -50,6 +50,11 @@ PairVerdict Judge(const BodySearch::Pair& pair) {
     const bool collides = pair.engine.Collides(pair.body, pair.object, pair.work);
     return {collides ? Verdict::kCollision : Verdict::kFree, pair.TrustOfYesNo()};
   }
+  // The kernels tell that solids overlap long before they know how deep, which no margin asks about.
+  if (margin_m > 0 && pair.engine.kind() == EngineKind::kExact &&
+      pair.engine.Collides(pair.body, pair.object, pair.work)) {
+    return {Verdict::kCollision, pair.TrustOfYesNo()};
+  }
   const PairDistance answer =
       pair.engine.Distance(pair.body, pair.object, std::max(0.0, margin_m), pair.work);
   const Verdict verdict = Decide(answer, margin_m);

@@ -10,6 +10,7 @@
 namespace cwm::collision {
 namespace {
 
+using ::testing::Each;
 using ::testing::ElementsAre;
 
 TEST(Margins, OfExactlyTheDistanceAreKept) {
@@ -23,6 +24,21 @@ TEST(Margins, OfExactlyTheDistanceAreKept) {
     EXPECT_THAT(told.verdict, ElementsAre(Verdict::kFree, Verdict::kCollision));
     EXPECT_THAT(GetContacts(*world, ball, PoseRows(poses), options)->row_begin,
                 ElementsAre(0, 0, 1));
+  }
+}
+
+// How deep is not asked, which of a mesh is known but for bounds.
+TEST(Margins, LeaveAsCertainWhatOverlapsAnyway) {
+  const auto world = WorldOf({PutOf("mesh", {{.shape = MakeMesh(ElbowMesh())}}, Pose::Identity())});
+  const QueryBody ball = BodyFromShapes({{.shape = Sphere{0.25}}});
+  const std::vector<Pose> poses = {MakeTranslation(0.3, -0.06, 0), MakeTranslation(0.4, -0.06, 0),
+                                   MakeTranslation(0, 0, 0)};
+  for (const double margin_m : {0.0, 0.01, 0.1}) {
+    const auto told = *CheckCollisions(*world, ball, PoseRows(poses), {.margin_m = margin_m});
+    EXPECT_THAT(told.verdict, ElementsAre(Verdict::kCollision,
+                                          margin_m < 0.05 ? Verdict::kFree : Verdict::kCollision,
+                                          Verdict::kCollision));
+    EXPECT_THAT(told.trust, Each(Trust::kExact)) << margin_m;
   }
 }
 
