@@ -51,7 +51,12 @@ NamedStates FindStates(const pb::Robot& robot, const std::string& group_name,
 absl::StatusOr<const pb::NamedState*> FindState(const pb::Robot& robot, const std::string& group,
                                                 const std::string& name) {
   const NamedStates states = FindStates(robot, group, name);
-  if (states.found.size() == 1) return states.found.front();
+  if (states.found.size() == 1) {
+    if (!states.found.front()->values().empty()) return states.found.front();
+    return UsageError(absl::StrCat("--joints: \"", name, "\" says nothing that joints of ",
+                                   states.groups.front(),
+                                   " can take: `cwm robot load` warns of what it leaves out"));
+  }
   if (states.found.size() > 1) {
     return UsageError(absl::StrCat("--joints: \"", name, "\" is a state of ",
                                    absl::StrJoin(states.groups, " and "),

@@ -82,6 +82,10 @@ absl::StatusOr<Row> NamedState(const v1::Robot& robot, const PlannedGroup& group
       }
     }
   }
+  if (groups.size() == 1 && joints.empty()) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("\"", name, "\" says nothing that joints of ", groups.front(), " can take"));
+  }
   if (groups.size() == 1) return With(group, group.standing, joints);
   if (groups.empty()) {
     return absl::InvalidArgumentError(

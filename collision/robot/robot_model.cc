@@ -8,6 +8,7 @@
 #include "absl/strings/str_cat.h"
 #include "collision/robot/kinematic_tree.h"
 #include "collision/robot/mimic.h"
+#include "collision/robot/named_states.h"
 #include "collision/robot/self_pairs.h"
 #include "collision/robot/state_range.h"
 #include "collision/xml/xml_element.h"
@@ -46,9 +47,9 @@ class ModelMaker {
       model_->all.variables[i] = static_cast<int>(i);
     }
     FinishGroup(model_->all);
+    if (semantic_ != nullptr) model_->left_out = semantic_->left_out;
     if (absl::Status status = AddGroups(); !status.ok()) return status;
     model_->self_pairs = SelfPairs(*model_, semantic_);
-    if (semantic_ != nullptr) model_->left_out = semantic_->left_out;
     return std::shared_ptr<const RobotModel>(std::move(model_));
   }
 
@@ -176,6 +177,7 @@ class ModelMaker {
   }
 
   absl::Status AddStates() {
+    LeftOut left_out;
     for (const SemanticState& semantic : semantic_->states) {
       const auto found = model_->group_index.find(semantic.group);
       if (found == model_->group_index.end()) {
@@ -184,27 +186,16 @@ class ModelMaker {
                        "must be a group of the SRDF");
       }
       JointGroup& group = model_->groups[found->second];
-      NamedState state{.name = semantic.name, .variables = {}, .values = {}};
       for (const JointPosition& position : semantic.positions) {
-        const std::optional<int> link = model_->FindJoint(position.joint);
-        if (!link.has_value()) return Unknown("joint", position.joint, semantic.group);
-        AppendPosition(model_->links[*link], position.values, group, state);
+        if (!model_->FindJoint(position.joint).has_value()) {
+          return Unknown("joint", position.joint, semantic.group);
+        }
       }
-      group.states.push_back(std::move(state));
+      group.states.push_back(MakeNamedState(semantic, *model_, group, left_out));
     }
+    const std::vector<std::string> lines = left_out.Lines();
+    model_->left_out.insert(model_->left_out.end(), lines.begin(), lines.end());
     return absl::OkStatus();
-  }
-
-  static void AppendPosition(const ModelLink& link, const std::vector<double>& values,
-                             const JointGroup& group, NamedState& state) {
-    std::vector<int> variables;
-    AppendVariables(link, variables);
-    if (variables.empty() || variables.size() != values.size() ||
-        !std::binary_search(group.variables.begin(), group.variables.end(), variables.front())) {
-      return;
-    }
-    state.variables.insert(state.variables.end(), variables.begin(), variables.end());
-    state.values.insert(state.values.end(), values.begin(), values.end());
   }
 
   RobotDescription robot_;

@@ -50,7 +50,7 @@ struct Variable {
   double upper = 0;
 };
 
-// Values for some of the variables.
+// Values for some of the variables, ascending; for none where all that the SRDF says was left out.
 struct NamedState {
   std::string name;
   std::vector<int> variables;
@@ -89,7 +89,8 @@ struct RobotModel {
   // it disables are left out, and no others; without one, a link and the next above it that has
   // geometry are: such neighbours touch at their joint.
   std::vector<LinkPair> self_pairs;
-  std::vector<std::string> left_out;  // of the SRDF, as SemanticDescription has it
+  // Of the SRDF, as SemanticDescription has it, and of its states what MakeNamedState leaves out.
+  std::vector<std::string> left_out;
   // Joints that follow others: whose limits narrow those of the variable, and whose limits contradict
   // them, which are not kept. A user should know of both.
   std::vector<std::string> narrowing, contradicting;
@@ -107,8 +108,7 @@ struct RobotModel {
 };
 
 // `semantic` may be null. Refuses what ReadUrdf and ReadSrdf refuse of trees, reaches, mimics and names,
-// for descriptions that come from elsewhere. Positions that an SRDF gives to joints that follow others
-// are left out of its states, as are those of joints outside the state's group.
+// for descriptions that come from elsewhere.
 absl::StatusOr<std::shared_ptr<const RobotModel>> MakeRobotModel(
     RobotDescription description, const SemanticDescription* semantic);
 

@@ -145,7 +145,7 @@ class SrdfReader {
     if (!joint.ok()) return joint.status();
     if (!joint->has_value()) return absl::OkStatus();
     const Joint& known = robot_.joints[**joint];
-    if (known.kind == JointKind::kFixed) return absl::OkStatus();
+    if (known.kind == JointKind::kFixed) return Unknown(element, "name", "must not be fixed");
     for (const JointPosition& other : state.positions) {
       if (other.joint == known.name) return element.Fault("must not appear twice in a state");
     }

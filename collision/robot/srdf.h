@@ -83,7 +83,7 @@ inline constexpr std::size_t kMostLeftOut = 20;
 //
 // Refuses, with INVALID_ARGUMENT that names the element, the value and the rule: malformed XML,
 // groups that hold themselves, group or state names that appear twice, positions with another number
-// of values than the joint has (those of fixed joints are left out, as in MoveIt).
+// of values than the joint has (those of fixed joints are left out, as in MoveIt, with a line).
 // RESOURCE_EXHAUSTED likewise for what RobotLimits excludes.
 absl::StatusOr<SemanticDescription> ReadSrdf(std::string_view xml, const RobotDescription& robot,
                                              const RobotLimits& limits = {});

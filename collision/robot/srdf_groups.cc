@@ -123,20 +123,24 @@ class GroupReader {
 
 }  // namespace
 
-bool LeftOut::Takes(const absl::Status& status) {
-  if (!absl::IsNotFound(status)) return false;
+void LeftOut::Add(std::string what) {
   if (lines_.size() == kMostLeftOut) {
     ++more_;
   } else {
-    lines_.push_back(absl::StrCat(std::string(status.message()), "; left out"));
+    lines_.push_back(std::move(what) + "; left out");
   }
+}
+
+bool LeftOut::Takes(const absl::Status& status) {
+  if (!absl::IsNotFound(status)) return false;
+  Add(std::string(status.message()));
   return true;
 }
 
 std::vector<std::string> LeftOut::Lines() const {
   std::vector<std::string> lines = lines_;
   if (more_ > 0) {
-    lines.push_back(absl::StrCat("srdf: ", more_, " more elements that name what there is not"));
+    lines.push_back(absl::StrCat("srdf: ", more_, " more elements that are left out"));
   }
   return lines;
 }

@@ -23,9 +23,10 @@ struct RobotNames {
   std::set<std::string> virtual_joints;
 };
 
-// Elements that name what there is not.
+// Elements that name what there is not, and others that cannot be taken.
 class LeftOut {
  public:
+  void Add(std::string what);
   // Notes it where the status is of such an element: NotFound.
   bool Takes(const absl::Status& status);
   // At most kMostLeftOut, and how many more there are.

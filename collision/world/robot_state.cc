@@ -42,6 +42,12 @@ class Setter {
       return BadField("named_state", absl::StrCat("is ", Quoted(named.state),
                                                   ", must be a state of ", Quoted(named.group)));
     }
+    if (state->variables.empty()) {
+      return BadField("named_state",
+                      absl::StrCat("is ", Quoted(named.state),
+                                   ", of which the SRDF says nothing that joints of ",
+                                   Quoted(named.group), " can take: load the robot to see why"));
+    }
     for (std::size_t i = 0; i < state->variables.size(); ++i) {
       state_[state->variables[i]] = state->values[i];
     }

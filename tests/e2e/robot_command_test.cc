@@ -65,6 +65,18 @@ TEST_F(RobotCommand, ShowsTablesToPeople) {
   EXPECT_THAT(Cwm({"watch", "--once"}).out, HasSubstr("robot of 2 links"));
 }
 
+TEST_F(RobotCommand, TellsOfNamedStatesThatSayNothing) {
+  const std::string srdf = scratch() / "crane.srdf";
+  std::ofstream(srdf) << R"(<robot name="crane"><group name="hook"><link name="base"/></group>
+    <group_state name="open" group="hook"><joint name="swing" value="1"/></group_state></robot>)";
+  const Finished loaded = Cwm({"robot", "load", urdf(), "--srdf", srdf});
+  EXPECT_EQ(loaded.exit_code, 0) << loaded.err;
+  EXPECT_THAT(loaded.err, HasSubstr("group_state \"open\": joint \"swing\" is not one of group"));
+  const Finished asked = Cwm({"check", "--robot", "crane", "--group", "hook", "--joints", "open"});
+  EXPECT_EQ(asked.exit_code, 1);
+  EXPECT_THAT(asked.err, HasSubstr("\"open\" says nothing that joints of hook can take"));
+}
+
 TEST_F(RobotCommand, SaysByItsExitCodeWhatWentWrong) {
   EXPECT_EQ(Cwm({"robot"}).exit_code, 1);
   EXPECT_EQ(Cwm({"robot", "load"}).exit_code, 1);

@@ -97,8 +97,13 @@ class Robot:
         ).reshape(-1, 2)
 
     def row(self, group: str = "", named_state: str = "") -> np.ndarray:
-        """(dof,): where the robot is, or where a named state of the group puts it."""
-        values = {**self.state, **(self.groups[group].states[named_state] if named_state else {})}
+        """(dof,): where the robot is, or where a named state of the group puts it. ValueError where
+        that says nothing that its joints can take.
+        """
+        named = self.groups[group].states[named_state] if named_state else {}
+        if named_state and not named:
+            raise ValueError(f"{named_state!r} says nothing that joints of {group!r} can take")
+        values = {**self.state, **named}
         return np.array([values[variable.name] for variable in self.variables_of(group)])
 
 

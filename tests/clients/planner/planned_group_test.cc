@@ -74,6 +74,8 @@ TEST(PlannedGroup, KnowsTheStatesOfTheSrdfByName) {
   EXPECT_THAT(*NamedState(crane, arm, "up"), ElementsAre(1.5, -0.5));
   EXPECT_THAT(std::string(NamedState(crane, arm, "down").status().message()),
               HasSubstr("a named state: up"));
+  EXPECT_THAT(std::string(NamedState(crane, *GroupOf(crane, "base"), "up").status().message()),
+              HasSubstr("\"up\" says nothing that joints of base can take"));
   v1::Robot short_crane = crane;
   short_crane.mutable_variables()->RemoveLast();
   const PlannedGroup all = *GroupOf(short_crane, "");

@@ -46,6 +46,11 @@ class Robots(ServerCase):
         np.testing.assert_array_equal(self.arm.limits("wrist"), [[-2, 2]])
         np.testing.assert_array_equal(self.arm.row("both", "bent"), [0.5, 1])
         self.assertEqual(self.world.robots(), [self.world.robot("arm")])
+        nothing = SRDF.replace('<joint name="shoulder" value="0.5"/>', "").replace(
+            '<joint name="elbow" value="1"/>', ""
+        )
+        with self.assertRaisesRegex(ValueError, "'bent' says nothing"):
+            self.world.load_robot(URDF, srdf=nothing, name="idle").row("both", "bent")
         with self.assertRaises(cwm.NotFound) as caught:
             self.world.robot("leg")
         self.assertEqual(caught.exception.reason, "ROBOT_UNKNOWN")

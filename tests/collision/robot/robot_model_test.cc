@@ -162,6 +162,7 @@ TEST(RobotModel, StatesHoldTheVariablesOfTheirGroupAlone) {
   EXPECT_EQ(group.states[0].name, "s");
   EXPECT_THAT(group.states[0].variables, ElementsAre(1, 2, 3));
   EXPECT_THAT(group.states[0].values, ElementsAre(1, 2, 3));
+  EXPECT_EQ(model->left_out.size(), 2u);  // "ab", and "cd", which follows it
 }
 
 // A chain of balls a - b - c - d, with a revolute joint between each two.

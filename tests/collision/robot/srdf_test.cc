@@ -173,7 +173,7 @@ TEST(Srdf, LinesOfWhatIsLeftOutAreBounded) {
   const auto semantic = Read(pairs);
   ASSERT_TRUE(semantic.ok()) << semantic.status();
   ASSERT_EQ(semantic->left_out.size(), kMostLeftOut + 1);
-  EXPECT_EQ(semantic->left_out.back(), "srdf: 5 more elements that name what there is not");
+  EXPECT_EQ(semantic->left_out.back(), "srdf: 5 more elements that are left out");
 }
 
 TEST(Srdf, MalformedElementsAreRefused) {

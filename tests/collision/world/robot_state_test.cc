@@ -13,6 +13,7 @@ namespace cwm::collision {
 namespace {
 
 using testing::Arm;
+using testing::ArmUrdf;
 
 class RobotState : public ::testing::Test {
  protected:
@@ -47,6 +48,18 @@ TEST_F(RobotState, IsFirstTheNamedOneThenSingleVariables) {
   const auto both = With({.named = ready, .values = {{"elbow", -0.5}, {"slide", 0.1}}});
   EXPECT_EQ(both[0], -0.5);
   EXPECT_EQ(both[1], 0.1);
+}
+
+TEST_F(RobotState, IsNotOneOfTheSrdfThatSaysNothingOfJointsThatMove) {
+  const auto stiff = Arm(ArmUrdf(),
+                         R"(<robot name="arm"><group name="hand"><joint name="bolt"/></group>
+          <group_state name="open" group="hand"><joint name="bolt" value="1"/></group_state></robot>)");
+  const auto refused = StateWith(*stiff->model, DefaultVariables(*stiff->model),
+                                 {.named = JointValues::Named{"hand", "open"}, .values = {}});
+  ASSERT_FALSE(refused.ok());
+  const FieldRule rule = *FieldRuleOf(refused.status());
+  EXPECT_EQ(rule.field, "named_state");
+  EXPECT_THAT(rule.rule, ::testing::StartsWith("is \"open\", of which the SRDF says nothing"));
 }
 
 TEST_F(RobotState, MayLieOutsideTheLimits) { EXPECT_EQ(With(Values({{"elbow", 3}}))[0], 3); }
