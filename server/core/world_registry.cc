@@ -83,15 +83,6 @@ absl::Status Unknown(const std::string& name) {
                    {.reason = "WORLD_UNKNOWN", .metadata = {{"world", name}}});
 }
 
-absl::Status Replaced(const std::string& name, const std::string& expected_uid,
-                      const std::string& actual_uid) {
-  return MakeError(absl::StatusCode::kFailedPrecondition,
-                   absl::StrCat("world_uid: is \"", expected_uid, "\", the world \"", name,
-                                "\" is now \"", actual_uid, "\""),
-                   {.reason = "WORLD_REPLACED",
-                    .metadata = {{"expected_uid", expected_uid}, {"actual_uid", actual_uid}}});
-}
-
 absl::Status Reused(const std::string& request_id) {
   return MakeError(
       absl::StatusCode::kFailedPrecondition,
@@ -104,6 +95,15 @@ absl::Status Reused(const std::string& request_id) {
 const std::string& WorldNameOf(const std::string& name) {
   static const std::string& kDefault = *new std::string(kDefaultName);
   return name.empty() ? kDefault : name;
+}
+
+absl::Status WorldReplaced(const std::string& name, const std::string& expected_uid,
+                           const std::string& actual_uid) {
+  return MakeError(absl::StatusCode::kFailedPrecondition,
+                   absl::StrCat("world_uid: is \"", expected_uid, "\", the world \"", name,
+                                "\" is now \"", actual_uid, "\""),
+                   {.reason = "WORLD_REPLACED",
+                    .metadata = {{"expected_uid", expected_uid}, {"actual_uid", actual_uid}}});
 }
 
 struct WorldRegistry::State {
@@ -128,7 +128,7 @@ struct WorldRegistry::State {
     const auto found = entries.find(name);
     if (found == entries.end() || !found->second.kept) return Unknown(name);
     const std::shared_ptr<World>& world = found->second.world;
-    if (!uid.empty() && uid != world->uid()) return Replaced(name, uid, world->uid());
+    if (!uid.empty() && uid != world->uid()) return WorldReplaced(name, uid, world->uid());
     return world;
   }
 

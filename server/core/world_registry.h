@@ -14,6 +14,10 @@ namespace cwm::server {
 // The name that a request means: the empty one is "default".
 const std::string& WorldNameOf(const std::string& name);
 
+// FailedPrecondition WORLD_REPLACED.
+absl::Status WorldReplaced(const std::string& name, const std::string& expected_uid,
+                           const std::string& actual_uid);
+
 // Thread safe. The empty name means "default".
 class WorldRegistry {
  private:

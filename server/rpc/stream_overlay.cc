@@ -1,6 +1,8 @@
 #include "server/rpc/stream_overlay.h"
 
+#include <chrono>
 #include <utility>
+#include <variant>
 
 #include "absl/strings/str_cat.h"
 #include "server/core/error.h"
@@ -26,6 +28,8 @@ absl::StatusOr<std::vector<collision::Change>> Read(const Application& applicati
 absl::Status StreamOverlay::Set(const Application& application, const v1::StreamOverlay& overlay) {
   auto changes = Read(application, overlay);
   world_ = WorldNameOf(overlay.world());
+  const auto world = application.worlds.Find(world_);
+  world_uid_ = world.ok() ? (*world)->uid() : "";
   legible_ = changes.status();
   changes_ = changes.ok() ? *std::move(changes) : std::vector<collision::Change>();
   base_ = changed_ = nullptr;
@@ -36,6 +40,9 @@ absl::StatusOr<SnapshotPtr> StreamOverlay::Over(const World& world, SnapshotPtr 
   if (world.name() != world_) return base;
   if (!legible_.ok()) return legible_;
   if (changes_.empty()) return base;
+  if (world_uid_.empty()) world_uid_ = world.uid();
+  if (world_uid_ != world.uid()) return WorldReplaced(world_, world_uid_, world.uid());
+  Expire();
   if (base != base_) {
     auto changed = WithChanges(base, changes_, "overlay.changes");
     if (!changed.ok()) return changed;
@@ -43,6 +50,18 @@ absl::StatusOr<SnapshotPtr> StreamOverlay::Over(const World& world, SnapshotPtr 
     base_ = std::move(base);
   }
   return changed_;
+}
+
+// No world publishes the end of what is only supposed. What the revision asked allows by itself is
+// left as that revision has it.
+void StreamOverlay::Expire() {
+  const collision::WallTime now = std::chrono::system_clock::now();
+  for (collision::Change& change : changes_) {
+    auto* allow = std::get_if<collision::AllowCollision>(&change.what);
+    if (allow == nullptr || !allow->expires.has_value() || *allow->expires > now) continue;
+    *allow = {.pair = allow->pair, .withdraw = true};
+    base_ = changed_ = nullptr;
+  }
 }
 
 absl::StatusOr<SnapshotPtr> WithChanges(const SnapshotPtr& base,

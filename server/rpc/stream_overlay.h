@@ -13,15 +13,18 @@ namespace cwm::server {
 // Used by one question at a time.
 class StreamOverlay {
  public:
-  // Holds from now on. A list that cannot be read is refused now, and to each question that it is
+  // Holds from now on, for the world that has the name now or, where none has, first has it. A list that cannot be read is refused now, and to each question that it is
   // about: none is answered as if nobody had asked what if.
   absl::Status Set(const Application& application, const v1::StreamOverlay& overlay);
 
-  // What is asked of the world: `base` with the changes, where they are about it.
+  // What is asked of the world: `base` with the changes, where they are about it. What they allow for
+  // a time ends with it, whatever revision is asked. WORLD_REPLACED of another world under that name.
   absl::StatusOr<SnapshotPtr> Over(const World& world, SnapshotPtr base);
 
  private:
-  std::string world_;
+  void Expire();
+
+  std::string world_, world_uid_;  // the uid empty while there is no such world
   absl::Status legible_;
   std::vector<collision::Change> changes_;
   SnapshotPtr base_, changed_;  // of the last question: most ask the same revision

@@ -1,10 +1,12 @@
 // What a stream supposes: for its own questions, whatever revision they ask.
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <cmath>
 #include <cstring>
 #include <memory>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "tests/server/rpc/running_server.h"
@@ -118,6 +120,47 @@ TEST_F(StreamOverlayTest, ThatCannotBeAppliedIsToldToEachQuestionAndNeverLeftOut
   EXPECT_EQ(Ask(Supposing(many)).error().fields(0).field(), "overlay");
   EXPECT_FALSE(Ask(Supposing({})).has_error());
   EXPECT_NEAR(NearestToHalf_m(), 0.3, kExact_m);
+}
+
+TEST_F(StreamOverlayTest, AllowsForATimeAndNoLonger) {
+  v1::StreamQueriesRequest check;
+  *check.mutable_check_collisions()->mutable_subject() = SphereAt({0});
+  check.mutable_check_collisions()->mutable_options()->set_result_form(v1::RESULT_FORM_ROWS);
+  const auto verdict = [&](const v1::StreamQueriesRequest& asked) {
+    const v1::StreamQueriesResponse response = Ask(asked);
+    EXPECT_FALSE(response.has_error()) << response.error().message();
+    return response.check_collisions().rows(0).verdict();
+  };
+  v1::Change change;
+  change.mutable_allow()->mutable_pair()->mutable_a()->set_name("left");
+  change.mutable_allow()->mutable_pair()->mutable_b()->set_name("*");
+  constexpr std::chrono::seconds kAllowed{1};
+  change.mutable_allow()->mutable_expires_after()->set_seconds(kAllowed.count());
+  v1::StreamQueriesRequest first = check;
+  *first.mutable_overlay()->add_changes() = change;
+  EXPECT_EQ(verdict(first), v1::VERDICT_FREE);
+  std::this_thread::sleep_for(kAllowed);
+  // Of the very revision that was asked before.
+  EXPECT_EQ(verdict(check), v1::VERDICT_COLLISION);
+}
+
+TEST_F(StreamOverlayTest, IsOfNoOtherWorldThatComesToHaveTheName) {
+  Ask(Supposing({PutBoxChange("near", 0.9)}));
+  Call call;
+  v1::DeleteWorldResponse deleted;
+  ASSERT_TRUE(world_->DeleteWorld(&call, {}, &deleted).ok());
+  PutBox("left", 0);
+  EXPECT_EQ(Ask(AtHalf()).error().reason(), "WORLD_REPLACED");
+  Ask(Supposing({PutBoxChange("near", 0.9)}));
+  EXPECT_NEAR(NearestToHalf_m(), 0.2, kExact_m);
+  // One given before there is a world is of the first.
+  v1::StreamQueriesRequest early = Supposing({PutBoxChange("near", 0.9)});
+  early.mutable_overlay()->set_world("later");
+  Ask(early);
+  PutBox("left", 0, "later");
+  v1::StreamQueriesRequest asked = AtHalf();
+  asked.mutable_get_distances()->set_world("later");
+  EXPECT_NEAR(Nearest_m(Ask(asked).get_distances()), 0.2, kExact_m);
 }
 
 }  // namespace
