@@ -24,12 +24,13 @@ void PrintVerdicts(const pb::CheckCollisionsResponse& response, Session& session
   std::vector<TableRow> lines;
   for (const pb::CollisionRow& row : response.rows()) {
     lines.push_back(
-        {{absl::StrCat(lines.size()), ShortName(row.verdict()), MetName(row), row.object_link(),
-          row.has_object_part() ? absl::StrCat(row.object_part()) : "", BodyName(row),
-          row.has_body_part() ? absl::StrCat(row.body_part()) : ""}});
+        {{absl::StrCat(lines.size()), ShortName(row.verdict()), row.variable(), MetName(row),
+          row.object_link(), row.has_object_part() ? absl::StrCat(row.object_part()) : "",
+          BodyName(row), row.has_body_part() ? absl::StrCat(row.body_part()) : ""}});
   }
   PrintTable({{"ROW", Align::kRight},
               {"VERDICT"},
+              {"OUT OF LIMITS"},
               {"OBJECT"},
               {"OBJECT LINK"},
               {"OBJECT PART", Align::kRight},

@@ -95,7 +95,7 @@ void PrintMotions(const pb::CheckMotionsResponse& response, Session& session) {
   std::vector<TableRow> lines;
   for (const pb::MotionRow& row : response.rows()) {
     lines.push_back(
-        {{absl::StrCat(lines.size()), ShortName(row.verdict()),
+        {{absl::StrCat(lines.size()), ShortName(row.verdict()), row.variable(),
           row.has_clearance_m() ? Fixed(1000 * row.clearance_m(), 3) : "",
           row.has_segment() ? absl::StrCat(row.segment()) : "",
           row.has_lo() ? Fixed(row.lo(), 5) : "", row.has_hi() ? Fixed(row.hi(), 5) : "",
@@ -105,6 +105,7 @@ void PrintMotions(const pb::CheckMotionsResponse& response, Session& session) {
   }
   PrintTable({{"MOTION", Align::kRight},
               {"VERDICT"},
+              {"OUT OF LIMITS"},
               {"CLEARANCE mm", Align::kRight},
               {"SEGMENT", Align::kRight},
               {"FREE TO", Align::kRight},

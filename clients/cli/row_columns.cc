@@ -126,14 +126,20 @@ absl::Status ExpandRows(pb::CheckCollisionsResponse& response) {
   const std::size_t rows = response.verdicts().size();
   const ColumnReader<std::int32_t> index(response.object_index()), body_part(response.body_part()),
       object_part(response.object_part());
+  // Of no row where all are within limits.
+  const ColumnReader<std::int32_t> variable(response.variable_index());
   if (index.size() != rows || body_part.size() != rows || object_part.size() != rows ||
-      response.trust().size() != rows) {
+      response.trust().size() != rows || (variable.size() != rows && variable.size() != 0)) {
     return Mismatch();
   }
   for (std::size_t row = 0; row < rows; ++row) {
     pb::CollisionRow& answer = *response.add_rows();
     answer.set_verdict(static_cast<pb::Verdict>(response.verdicts()[row]));
     answer.set_trust(static_cast<pb::Trust>(response.trust()[row]));
+    if (variable.size() > 0 && variable[row] != kNothing) {
+      if (variable[row] < 0 || variable[row] >= response.variables_size()) return Mismatch();
+      answer.set_variable(response.variables(variable[row]));
+    }
     if (index[row] == kNothing) continue;
     if (!SetPair({index[row], body_part[row], object_part[row]}, response, answer)) {
       return Mismatch();
@@ -144,6 +150,8 @@ absl::Status ExpandRows(pb::CheckCollisionsResponse& response) {
   response.clear_body_part();
   response.clear_object_part();
   response.clear_trust();
+  response.clear_variable_index();
+  response.clear_variables();
   return absl::OkStatus();
 }
 

@@ -54,6 +54,9 @@ struct MotionColumns {
   // that told; of a motion that is free or grazes, the weakest of the pairs that can come near on its
   // way.
   std::vector<Trust> trust;
+  // Of the robot that moves: of a path out of limits what its first row that is leaves them by, as in
+  // CollisionColumns; else -1. Empty where no path is, and of edges alone.
+  std::vector<std::int32_t> variable = {};
   std::size_t completed = 0;  // motions answered
 };
 

@@ -54,6 +54,16 @@ MotionAnswer Follow(EdgeChecker& checker, const Waypoints& waypoints, const Path
   return told;
 }
 
+void NameVariables(const Waypoints& waypoints, std::span<const Path> paths,
+                   MotionColumns& columns) {
+  for (std::size_t i = 0; i < columns.completed; ++i) {
+    if (columns.verdict[i] != MotionVerdict::kOutOfLimits) continue;
+    if (columns.variable.empty()) columns.variable.resize(paths.size(), -1);
+    const std::size_t row = paths[i].first_row + static_cast<std::size_t>(columns.segment[i]);
+    columns.variable[i] = waypoints.VariableOutOfLimits(row).value_or(-1);
+  }
+}
+
 // A path takes from a tenth of a millisecond to some.
 constexpr std::size_t kPathsOfChunk = 8;
 
@@ -115,6 +125,7 @@ absl::StatusOr<MotionColumns> CheckPaths(const WorldSnapshot& world, const Query
   for (std::size_t i = 0; i < paths.size(); ++i) {
     Append(columns, i < *completed ? batch.answers[i] : MotionAnswer{});
   }
+  NameVariables(waypoints, paths, columns);
   return columns;
 }
 

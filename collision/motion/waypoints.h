@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <span>
 
 #include "collision/motion/body_motion.h"
@@ -13,8 +14,9 @@ class Waypoints {
  public:
   virtual ~Waypoints() = default;
   virtual std::size_t size() const = 0;
-  // Whether the row is a state that the body can be in.
+  // These two as of BodyRows.
   virtual bool IsWithinLimits(std::size_t) const { return true; }
+  virtual std::optional<int> VariableOutOfLimits(std::size_t) const { return std::nullopt; }
   // From the row to the next. Refers to what the waypoints refer to.
   virtual std::unique_ptr<BodyMotion> MotionFrom(std::size_t row) const = 0;
 };
@@ -42,6 +44,9 @@ class JointWaypoints : public Waypoints {
 
   std::size_t size() const override { return rows_.size(); }
   bool IsWithinLimits(std::size_t row) const override { return rows_.IsWithinLimits(row); }
+  std::optional<int> VariableOutOfLimits(std::size_t row) const override {
+    return rows_.VariableOutOfLimits(row);
+  }
   std::unique_ptr<BodyMotion> MotionFrom(std::size_t row) const override {
     return std::make_unique<JointMotion>(model_, body_, rows_.states().X_WB, rows_.State(row),
                                          rows_.State(row + 1));

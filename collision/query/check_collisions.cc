@@ -241,6 +241,15 @@ class Checker : public ChunkWorker {
   PlacedRows placed_;
 };
 
+// Few rows are out of limits, so that those are looked at once more.
+void NameVariables(const BodyRows& rows, CollisionColumns& columns) {
+  for (std::size_t row = 0; row < columns.completed; ++row) {
+    if (columns.verdict[row] != Verdict::kOutOfLimits) continue;
+    if (columns.variable.empty()) columns.variable.resize(rows.size(), -1);
+    columns.variable[row] = rows.VariableOutOfLimits(row).value_or(-1);
+  }
+}
+
 }  // namespace
 
 absl::StatusOr<CollisionColumns> CheckCollisions(const WorldSnapshot& world, const QueryBody& body,
@@ -261,6 +270,7 @@ absl::StatusOr<CollisionColumns> CheckCollisions(const WorldSnapshot& world, con
   if (!completed.ok()) return completed.status();
   Forget(*completed, batch.columns);
   batch.columns.completed = *completed;
+  if (options.naming == Naming::kEachRow) NameVariables(rows, batch.columns);
   return std::move(batch.columns);
 }
 

@@ -107,6 +107,8 @@ class BodyRows {
   // and contacts are told all the same: of a robot whose links are where worlds have no room
   // (JointRows::RangeFault) they are worth nothing.
   virtual bool IsWithinLimits(std::size_t) const { return true; }
+  // Of a robot that is not, the first of its variables that is out of its limits.
+  virtual std::optional<int> VariableOutOfLimits(std::size_t) const { return std::nullopt; }
 };
 
 // Of a rigid body. Refers to poses that somebody else keeps.
@@ -184,6 +186,9 @@ struct CollisionColumns {
   // Of the pair named; of a free row, the weakest of the pairs asked; of one that is not computed of
   // no meaning, kDegraded.
   std::vector<Trust> trust;
+  // Of the robot that asks: of a row that is kOutOfLimits, BodyRows::VariableOutOfLimits, else -1.
+  // Empty where no row is, or not each row is to be named.
+  std::vector<std::int32_t> variable = {};
   std::size_t completed = 0;  // rows answered
 };
 

@@ -98,8 +98,11 @@ void JointRows::PlaceSome(std::span<const std::size_t> rows, std::span<Pose> X_W
 }
 
 bool JointRows::IsWithinLimits(std::size_t row) const {
-  return !OutOfLimits(model_, With(states_.base, group_, Row(row))).has_value() &&
-         !RangeFault(row).has_value();
+  return !VariableOutOfLimits(row).has_value() && !RangeFault(row).has_value();
+}
+
+std::optional<int> JointRows::VariableOutOfLimits(std::size_t row) const {
+  return OutOfLimits(model_, With(states_.base, group_, Row(row)));
 }
 
 std::vector<double> JointRows::State(std::size_t row) const {

@@ -47,6 +47,7 @@ class JointRows : public BodyRows {
   void PlaceSome(std::span<const std::size_t> rows, std::span<Pose> X_WL) const override;
   // Within those of its joints, and with all links where worlds have room.
   bool IsWithinLimits(std::size_t row) const override;
+  std::optional<int> VariableOutOfLimits(std::size_t row) const override;
   // Where links may get to at all.
   const StateRange& range() const { return range_; }
   // What range() finds wrong with the row.

@@ -187,6 +187,20 @@ void SetLinks(const AnswerContext& context, Response* response) {
   for (const std::string& object : context.body.objects) response->add_body_objects(object);
 }
 
+// What rows are out of limits by, where any is.
+template <class Columns, class Response>
+void SetVariables(const Columns& answers, const AnswerContext& context, Response* response) {
+  if (answers.variable.empty()) return;
+  response->set_variable_index(Bytes(answers.variable));
+  for (const std::string& name : context.body.variables) response->add_variables(name);
+}
+
+template <class Columns, class Row>
+void SetVariable(const Columns& answers, std::size_t i, const AnswerContext& context, Row* row) {
+  if (answers.variable.empty() || answers.variable[i] < 0) return;
+  row->set_variable(context.body.variables[static_cast<std::size_t>(answers.variable[i])]);
+}
+
 // By how much the distance may be off: nothing is known of what is DEGRADED, what is EXACT has none.
 bool HasBound(collision::Trust trust) {
   return trust == collision::Trust::kBounded || trust == collision::Trust::kSurfaceOnly;
@@ -332,12 +346,14 @@ void ToProto(const collision::CollisionColumns& answers, const AnswerContext& co
     response->set_object_index(Bytes(objects));
     response->set_body_part(Bytes(answers.body_part));
     response->set_object_part(Bytes(answers.object_part));
+    SetVariables(answers, context, response);
     return;
   }
   for (std::size_t i = 0; i < answers.completed; ++i) {
     v1::CollisionRow* row = response->add_rows();
     row->set_verdict(EnumToProto(answers.verdict[i]));
     row->set_trust(TrustAt(answers, i));
+    SetVariable(answers, i, context, row);
     if (!named || answers.object[i] == kNoObject) continue;
     SetPair({answers.object[i], answers.body_part[i], answers.object_part[i]}, context, row);
   }
@@ -356,6 +372,7 @@ void SetRows(const collision::MotionColumns& answers, const AnswerContext& conte
       continue;
     }
     row->set_segment(answers.segment[i]);
+    SetVariable(answers, i, context, row);
     if (answers.verdict[i] == collision::MotionVerdict::kOutOfLimits) continue;
     row->set_lo(answers.lo[i]);
     row->set_hi(answers.hi[i]);
@@ -384,6 +401,7 @@ void ToProto(const collision::MotionColumns& answers, const AnswerContext& conte
   response->set_body_part(Bytes(answers.body_part));
   response->set_object_part(Bytes(answers.object_part));
   response->set_trust(EnumBytes(answers.trust));
+  SetVariables(answers, context, response);
 }
 
 namespace {

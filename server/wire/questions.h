@@ -62,10 +62,11 @@ struct Question {
 // The rows as questions take them, and as motions do; both refer to the question.
 std::unique_ptr<const collision::BodyRows> RowsOf(const Question& question);
 std::unique_ptr<const collision::Waypoints> WaypointsOf(const Question& question);
-// Of a robot that asks what each part of its body is.
+// Of a robot that asks what each part of its body and each number of its state is.
 struct BodyNames {
   std::vector<std::string> links = {};    // of an object that it carries the one that carries it
   std::vector<std::string> objects = {};  // empty where a part is the robot's own, or all are
+  std::vector<std::string> variables = {};
 };
 BodyNames BodyNamesOf(const Question& question);
 

@@ -336,6 +336,9 @@ BodyNames BodyNamesOf(const Question& question) {
   BodyNames names;
   const auto* states = std::get_if<RobotStates>(&question.where);
   if (states == nullptr) return names;
+  for (const collision::Variable& variable : states->robot->model().variables) {
+    names.variables.push_back(variable.name);
+  }
   for (const int frame : question.body.frame_of_part) {
     const collision::CarriedObject* carried = question.body.CarriedIn(frame);
     const int link = carried != nullptr ? carried->link : frame;

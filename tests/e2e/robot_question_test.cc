@@ -108,6 +108,21 @@ TEST_F(RobotQuestion, ShowsLinksToPeople) {
   EXPECT_THAT(Cwm({"motion", "--help"}).out, HasSubstr("Examples:\n  cwm motion"));
 }
 
+TEST_F(RobotQuestion, NamesTheJointThatIsOutOfItsLimits) {
+  const json checked = CwmJson({"check", "--robot", "arm", "--joints", "0,3.1", "--joints", "0,0"});
+  EXPECT_EQ(checked.at("rows").at(0).at("variable"), "elbow");
+  EXPECT_FALSE(checked.at("rows").at(1).contains("variable"));
+  const json moved =
+      CwmJson({"motion", "--robot", "arm", "--joints", "1.5,0", "--joints", "3.1,0"});
+  EXPECT_EQ(moved.at("rows").at(0).at("variable"), "shoulder");
+  for (const char* command : {"check", "motion"}) {
+    const Finished table =
+        Cwm({command, "--robot", "arm", "--joints", "1.5,0", "--joints", "1.5,3.1"});
+    EXPECT_THAT(table.out, HasSubstr("OUT OF LIMITS"));
+    EXPECT_THAT(table.out, HasSubstr("elbow"));
+  }
+}
+
 TEST_F(RobotQuestion, SaysByItsExitCodeWhatItMet) {
   const auto exit_code = [&](std::vector<std::string> arguments, const std::string& input = "") {
     const Finished finished = Cwm(std::move(arguments), input);

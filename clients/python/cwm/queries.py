@@ -293,6 +293,13 @@ class Merged:
             return index
         return np.where(index >= 0, self._maps[i][np.maximum(index, 0)], index).astype("<i4")
 
+    def limits(self) -> dict:
+        """What rows are out of limits by; a reply without such a row names no variable."""
+        variables = next((reply.variables for reply in self.replies if reply.variables), ())
+        return dict(
+            variables=tuple(variables), variable_index=self.column("variable_index", "<i4")
+        )
+
     def pairs(self) -> dict:
         """The PairColumns of the replies."""
         columns = [reply.columns for reply in self.replies]

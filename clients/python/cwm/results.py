@@ -60,7 +60,19 @@ class _Pairs(Head):
 
 
 @dataclass(frozen=True, eq=False)
-class CheckResult(_Pairs):
+class _Limited(_Pairs):
+    variables: tuple[str, ...]  # of the robot that asks; empty where nothing is OUT_OF_LIMITS
+    # int32, of what is OUT_OF_LIMITS: into variables, the first that is out of its limits; else -1
+    variable_index: np.ndarray
+
+    @property
+    def out_of_limits(self) -> np.ndarray:
+        """The names of those variables as an array of str; None where all are within limits."""
+        return np.array([*self.variables, None], dtype=object)[self.variable_index]
+
+
+@dataclass(frozen=True, eq=False)
+class CheckResult(_Limited):
     """A verdict a row. The pair named means something where the verdict is COLLISION."""
 
     verdict: np.ndarray  # (N,) uint8, see Verdict
@@ -109,7 +121,7 @@ class PairResult(_Pairs):
 
 
 @dataclass(frozen=True, eq=False)
-class MotionResult(_Pairs):
+class MotionResult(_Limited):
     """One entry a motion; row_count and completed_count are of motions."""
 
     verdict: np.ndarray  # (M,) uint8, see MotionVerdict

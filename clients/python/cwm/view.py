@@ -269,6 +269,7 @@ class WorldView:
         return results.CheckResult(
             **merged.head(),
             **merged.robot(),
+            **merged.limits(),
             object_index=merged.indices(),
             body_part=merged.column("body_part", "<i4"),
             object_part=merged.column("object_part", "<i4"),
@@ -403,6 +404,7 @@ class WorldView:
         return results.MotionResult(
             **merged.head(),
             **merged.robot(),
+            **merged.limits(),
             object_index=merged.indices(),
             **{
                 name: merged.column(name, "<i4") for name in ("body_part", "object_part", "segment")

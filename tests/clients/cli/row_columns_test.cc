@@ -52,6 +52,21 @@ TEST(ExpandRows, NamesObjectsAndLinks) {
   EXPECT_TRUE(response.verdicts().empty() && response.trust().empty());
 }
 
+TEST(ExpandRows, NamesWhatIsOutOfItsLimits) {
+  pb::CheckCollisionsResponse response = RobotChecked();
+  for (const char* variable : {"shoulder", "elbow"}) response.add_variables(variable);
+  response.set_variable_index(Bytes({1, -1, -1}));
+  pb::CheckCollisionsResponse bad = response;
+  ASSERT_TRUE(ExpandRows(response).ok());
+  EXPECT_EQ(response.rows(0).variable(), "elbow");
+  EXPECT_FALSE(response.rows(1).has_variable());
+  EXPECT_TRUE(response.variable_index().empty() && response.variables().empty());
+  bad.set_variable_index(Bytes({2, -1, -1}));
+  EXPECT_EQ(ExpandRows(bad).code(), absl::StatusCode::kDataLoss);
+  bad.set_variable_index(Bytes({1, -1}));
+  EXPECT_EQ(ExpandRows(bad).code(), absl::StatusCode::kDataLoss);
+}
+
 TEST(ExpandRows, NamesWhatIsCarriedAndLinksOfOtherRobots) {
   pb::CheckCollisionsResponse response = RobotChecked();
   for (const char* link : {"base", "hand"}) response.mutable_objects(0)->add_part_links(link);

@@ -115,7 +115,12 @@ class Robots(ServerCase):
 
     def test_say_what_is_out_of_limits_and_certify_motions(self):
         both = cwm.RobotSubject("arm", "both")
-        self.assertEqual(self.world.check(both, [[0, 2.5]]).verdict[0], cwm.Verdict.OUT_OF_LIMITS)
+        checked = self.world.check(both, [[0, 2.5], [0, 0], [4, 2.5]])
+        self.assertEqual(checked.verdict[0], cwm.Verdict.OUT_OF_LIMITS)
+        self.assertEqual(checked.out_of_limits.tolist(), ["elbow", None, "shoulder"])
+        self.assertEqual(self.world.check(both, [[0, 0]]).out_of_limits.tolist(), [None])
+        moved = self.world.motions(both, [[0, 0], [0, 0]], [[0, 2.5], [0, 1]])
+        self.assertEqual(moved.out_of_limits.tolist(), ["elbow", None])
         self.world.put("ball", cwm.Sphere(0.2), cwm.pose([1, 0, 0]))
         answer = self.world.motions(both, [[-1, 0], [1, 0]], [[1, 0], [2, 0]])
         self.assertEqual(

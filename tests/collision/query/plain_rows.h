@@ -14,6 +14,9 @@ class PlainRows : public BodyRows {
   std::size_t size() const override { return rows_.size(); }
   void Place(std::size_t row, std::span<Pose> X_WF) const override { rows_.Place(row, X_WF); }
   bool IsWithinLimits(std::size_t row) const override { return rows_.IsWithinLimits(row); }
+  std::optional<int> VariableOutOfLimits(std::size_t row) const override {
+    return rows_.VariableOutOfLimits(row);
+  }
 
  private:
   const BodyRows& rows_;

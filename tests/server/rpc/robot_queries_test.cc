@@ -305,6 +305,9 @@ TEST_F(RobotQueries, MotionsAreFreeOrMeetSomething) {
   EXPECT_EQ(paths.rows(0).verdict(), v1::MOTION_VERDICT_FREE);
   EXPECT_EQ(paths.rows(1).verdict(), v1::MOTION_VERDICT_OUT_OF_LIMITS);
   EXPECT_EQ(paths.rows(1).segment(), 4);
+  EXPECT_EQ(response.rows(3).variable(), "shoulder");
+  EXPECT_EQ(paths.rows(1).variable(), "shoulder");
+  EXPECT_FALSE(paths.rows(0).has_variable());
 }
 
 // A ball half a metre ahead of what turns from heading 2.5 to -2.5 at (x, 0): by way of the half turn.
