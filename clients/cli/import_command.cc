@@ -131,6 +131,17 @@ absl::StatusOr<std::optional<pb::Robot>> FindRobot(Session& session, const std::
                                  absl::StrJoin(names, ", ")));
 }
 
+absl::StatusOr<std::vector<pb::PairRule>> RulesOfWorld(Session& session) {
+  pb::GetWorldRequest request;
+  request.set_world(session.world);
+  const client::Connection& connection = session.connection();
+  const auto world =
+      connection.Call(&pb::WorldService::Stub::GetWorld, connection.worlds(), request);
+  if (absl::IsNotFound(world.status())) return std::vector<pb::PairRule>();
+  if (!world.ok()) return world.status();
+  return std::vector<pb::PairRule>(world->pair_rules().begin(), world->pair_rules().end());
+}
+
 // Shows how far the meshes are. A mesh that the server has already is not read to its end.
 absl::StatusOr<scene::SceneImport> SendScene(Session& session, const formats::SceneFile& file,
                                              scene::ImportOptions options) {
@@ -155,13 +166,16 @@ absl::Status ImportScene(Session& session, const ImportArguments& arguments,
   const auto file =
       formats::ParseScene(bytes, arguments.file, {.world_frame = arguments.world_frame});
   if (!file.ok()) return file.status();
-  scene::ImportOptions options{.robot = nullptr, .without = arguments.without};
+  scene::ImportOptions options{.without = arguments.without};
   std::optional<pb::Robot> robot;
   if (scene::NeedsRobot(*file, options)) {
     auto found = FindRobot(session, arguments.robot);
     if (!found.ok()) return found.status();
     robot = *std::move(found);
     if (robot) options.robot = &*robot;
+    auto rules = RulesOfWorld(session);
+    if (!rules.ok()) return rules.status();
+    options.rules = *std::move(rules);
   }
   const auto plan = SendScene(session, *file, options);
   if (!plan.ok()) return plan.status();
@@ -208,8 +222,10 @@ void AddImportCommand(CommandLine& line) {
        "Scenes: YAML or .scene. Objects are put under their ids, in one revision: boxes, "
        "cylinders, spheres,\ncones, meshes, and planes as half-spaces, solid where the normal "
        "points away from. Of YAML also the\nstate of the robot, its base, what it holds and which "
-       "pairs may collide: for these the world must\nhave the robot. What is left out is said in "
-       "warnings. A scene has at most 64 MiB."},
+       "pairs may collide: for these the world must\nhave the robot. What was "
+       "allowed before ends where the scene says\nfalse to it; all else of before stays. What is "
+       "left "
+       "out is said in warnings. A scene has at most 64 MiB."},
       [arguments, self](Session& session) { return Import(session, **self, *arguments); });
   *self = &command;
   command.add_option("FILE", arguments->file, "a cloud, a mesh or a planning scene")->required();

@@ -106,9 +106,40 @@ absl::Status PlanObjects(const client::Connection& connection, const ImportOptio
   return absl::OkStatus();
 }
 
-void PlanRules(const SceneFile& scene, const pb::Robot* robot, SceneImport& plan) {
-  SceneRules rules = RulesOf(scene, robot);
+// How many of the rules go on to allow what the scene does not speak of.
+std::size_t CountKept(const std::vector<pb::PairRule>& before, const SceneRules& rules) {
+  const auto has = [](const std::vector<pb::NamedPair>& pairs, const pb::NamedPair& pair) {
+    return std::any_of(pairs.begin(), pairs.end(), [&](const pb::NamedPair& other) {
+      const auto same = [](const pb::NamedThing& x, const pb::NamedThing& y) {
+        return x.name() == y.name() && x.link() == y.link();
+      };
+      return (same(pair.a(), other.a()) && same(pair.b(), other.b())) ||
+             (same(pair.a(), other.b()) && same(pair.b(), other.a()));
+    });
+  };
+  return static_cast<std::size_t>(
+      std::count_if(before.begin(), before.end(), [&](const pb::PairRule& rule) {
+        return rule.allowed() && !has(rules.pairs, rule.pair()) &&
+               !has(rules.withdrawn, rule.pair());
+      }));
+}
+
+void PlanRules(const SceneFile& scene, const ImportOptions& options, SceneImport& plan) {
+  SceneRules rules = RulesOf(scene, options.robot, options.rules);
   plan.warnings.insert(plan.warnings.end(), rules.warnings.begin(), rules.warnings.end());
+  if (const std::size_t kept = CountKept(options.rules, rules); kept > 0) {
+    plan.warnings.push_back(absl::StrCat(Counted(kept, "allowed pair"),
+                                         " of before, which the scene says nothing of, ",
+                                         kept == 1 ? "stays" : "stay", ": see `cwm rules`"));
+  }
+  for (const pb::NamedPair& pair : rules.withdrawn) {
+    pb::AllowCollision& allow = *plan.changes.emplace_back().mutable_allow();
+    *allow.mutable_pair() = pair;
+    allow.set_withdraw(true);
+  }
+  if (!rules.withdrawn.empty()) {
+    plan.taken.push_back(Counted(rules.withdrawn.size(), "pair") + " no more allowed");
+  }
   if (rules.pairs.empty()) return;
   for (const pb::NamedPair& pair : rules.pairs) {
     *plan.changes.emplace_back().mutable_allow()->mutable_pair() = pair;
@@ -204,7 +235,7 @@ absl::StatusOr<SceneImport> ImportOf(const client::Connection& connection, const
   if (robot != nullptr && options.Takes(Part::kState)) status = PlanState(scene, *robot, plan);
   if (status.ok()) status = PlanObjects(connection, options, objects, plan);
   if (!status.ok()) return status;
-  if (options.Takes(Part::kAllowed)) PlanRules(scene, robot, plan);
+  if (options.Takes(Part::kAllowed)) PlanRules(scene, options, plan);
   if (attaches) PlanAttached(scene, *robot, plan);
   return plan;
 }

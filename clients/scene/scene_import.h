@@ -29,6 +29,8 @@ struct ImportOptions {
   // Of the world, whose scene it is; nullptr: the world has none, and the parts are left out with a
   // warning.
   const cwm::v1::Robot* robot = nullptr;
+  // Of the world: what they allow ends where the scene says false to it.
+  std::vector<cwm::v1::PairRule> rules = {};
   std::vector<Part> without = {};
   std::function<void(const MeshesSent&)> progress = {};  // hears it whenever some are handed over
 

@@ -29,13 +29,16 @@ SceneState StateOf(const formats::SceneRobotState& state, const cwm::v1::Robot& 
 
 struct SceneRules {
   std::vector<cwm::v1::NamedPair> pairs;
+  std::vector<cwm::v1::NamedPair> withdrawn;
   std::vector<std::string> warnings;
 };
 
 // The pairs that may collide, each once. A name is that of a link of the robot (nullptr: there is
 // none) or of an object of the scene; others are left out with a warning. What may by default touch
 // everything is allowed with "*", or, where the matrix makes exceptions, with each thing of the
-// scene that it may touch.
-SceneRules RulesOf(const formats::SceneFile& scene, const cwm::v1::Robot* robot);
+// scene that it may touch. Withdrawn is what `before`, rules of the world, allows and the matrix says
+// false to; it says nothing of pairs that it does not have.
+SceneRules RulesOf(const formats::SceneFile& scene, const cwm::v1::Robot* robot,
+                   const std::vector<cwm::v1::PairRule>& before = {});
 
 }  // namespace cwm::scene

@@ -1,6 +1,7 @@
 // Allowed collisions of a planning scene; declared in scene_robot.h.
 #include <algorithm>
 #include <map>
+#include <optional>
 #include <set>
 #include <utility>
 
@@ -24,7 +25,7 @@ class RuleMaker {
     for (const auto& [name, allowed] : collisions_.defaults) defaults_[name] = allowed;
   }
 
-  SceneRules Make() {
+  SceneRules Make(const std::vector<pb::PairRule>& before) {
     for (const auto& [name, allowed] : collisions_.defaults) {
       if (allowed) AllowByDefault(name);
     }
@@ -33,6 +34,9 @@ class RuleMaker {
       for (std::size_t j = i + 1; j < names.size(); ++j) {
         if (collisions_.allowed[i][j]) Allow(names[i], names[j]);
       }
+    }
+    for (const pb::PairRule& rule : before) {
+      if (rule.allowed() && Forbids(rule.pair())) rules_.withdrawn.push_back(rule.pair());
     }
     WarnOfUnknown();
     return std::move(rules_);
@@ -58,8 +62,30 @@ class RuleMaker {
     for (const auto& attached : scene.robot_state.attached) add_object(attached.object);
   }
 
-  // What the file says of two different names.
+  // Whether it says false to what a rule allows; "*" is what it says by default.
+  bool Forbids(const pb::NamedPair& pair) const {
+    const auto a = NameInFile(pair.a()), b = NameInFile(pair.b());
+    if (a && b) return Said(*a, *b) == false;
+    const bool a_is_all = pair.a().name() == "*", b_is_all = pair.b().name() == "*";
+    const auto& one = a ? a : b;
+    if (!one || !(a_is_all || b_is_all)) return false;
+    const auto said = defaults_.find(*one);
+    return said != defaults_.end() && !said->second;
+  }
+
+  std::optional<std::string> NameInFile(const pb::NamedThing& thing) const {
+    for (const auto& [name, known] : things_) {
+      if (known.name() == thing.name() && known.link() == thing.link()) return name;
+    }
+    return std::nullopt;
+  }
+
   bool IsAllowed(const std::string& a, const std::string& b) const {
+    return Said(a, b).value_or(false);
+  }
+
+  // What the file says of two different names; nothing where it does not speak of them.
+  std::optional<bool> Said(const std::string& a, const std::string& b) const {
     const auto row_a = row_.find(a);
     const auto row_b = row_.find(b);
     if (row_a != row_.end() && row_b != row_.end()) {
@@ -68,7 +94,7 @@ class RuleMaker {
     }
     const auto default_a = defaults_.find(a);
     const auto default_b = defaults_.find(b);
-    if (default_a == defaults_.end() && default_b == defaults_.end()) return false;
+    if (default_a == defaults_.end() && default_b == defaults_.end()) return std::nullopt;
     return (default_a == defaults_.end() || default_a->second) &&
            (default_b == defaults_.end() || default_b->second);
   }
@@ -137,8 +163,9 @@ class RuleMaker {
 
 }  // namespace
 
-SceneRules RulesOf(const formats::SceneFile& scene, const pb::Robot* robot) {
-  return RuleMaker(scene, robot).Make();
+SceneRules RulesOf(const formats::SceneFile& scene, const pb::Robot* robot,
+                   const std::vector<pb::PairRule>& before) {
+  return RuleMaker(scene, robot).Make(before);
 }
 
 }  // namespace cwm::scene

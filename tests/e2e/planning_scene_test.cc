@@ -91,6 +91,28 @@ TEST_F(PlanningSceneCommand, ImportTakesObjectsStateAndPairsInOneRevision) {
       "VERDICT_COLLISION");
 }
 
+TEST_F(PlanningSceneCommand, ImportTakesBackWhatWasAllowedBefore) {
+  LoadArm();
+  ASSERT_EQ(Cwm({"import", scratch() / "scene.yaml"}).exit_code, 0);
+  ASSERT_EQ(Cwm({"allow", "post", "arm:hand"}).exit_code, 0);
+  std::string scene = kScene;
+  const auto replace = [&](const std::string& part, const std::string& by) {
+    scene.replace(scene.find(part), part.size(), by);
+  };
+  replace("[false, true, true, true]", "[false, true, false, true]");  // base
+  replace("[true, false, false, false], [true, false, false, false]]",
+          "[false, false, false, false], [true, false, false, false]]");  // post
+  replace("default_entry_names: [floor]", "default_entry_names: [ceiling]");
+  std::ofstream(scratch() / "second.yaml") << scene;
+  const Finished run = Cwm({"import", scratch() / "second.yaml"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.out, HasSubstr("2 pairs no more allowed"));
+  EXPECT_THAT(run.err,
+              HasSubstr("1 allowed pair of before, which the scene says nothing of, stays"));
+  EXPECT_THAT(Cwm({"rules"}).out,
+              AllOf(Not(HasSubstr("post")), HasSubstr("floor"), HasSubstr("arm:hand")));
+}
+
 TEST_F(PlanningSceneCommand, ImportLeavesOutWhatIsNotWantedOrNotThere) {
   const Finished without_robot = Cwm({"import", scratch() / "scene.yaml"});
   ASSERT_EQ(without_robot.exit_code, 0) << without_robot.err;
