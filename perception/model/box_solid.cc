@@ -163,7 +163,7 @@ Solid MakeBox(const BoxFaces& faces, const std::vector<ShapeFit>& fits, const Fi
   }
   StandOnGround(R, ground, bottom_seen, low, high);
   std::ranges::sort(covered);
-  covered.erase(std::ranges::unique(covered).begin(), covered.end());
+  covered.erase(std::unique(covered.begin(), covered.end()), covered.end());
   solid.inliers = std::move(covered);
   high = high.cwiseMax(low + Vector3::Constant(kLeastThickness_m));
   solid.shape = Box{.size_m = high - low};
