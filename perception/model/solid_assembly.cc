@@ -36,7 +36,7 @@ namespace {
 
 // Of a face's points, that lie on the sides of others' solids: more than their edges hold.
 constexpr double kShared = 0.1;
-constexpr double kSameBox = 0.5;
+constexpr double kSameBox = 0.5;        // more of them: the other is of the same box
 constexpr std::size_t kMostPieces = 4;  // of what is left of a face
 
 struct SingleFace {

@@ -11,8 +11,9 @@ namespace {
 constexpr double kSmallestWall_m2 = 4e-4;  // of a seed: an espresso cup's outside
 constexpr double kLeastAgreement = 0.7;    // of normals with a common axis; noise passes 0.99
 constexpr double kLeastOneSided = 0.8;     // outward or inward
-constexpr double kLeastAgreementOfBoth = 0.9;
-constexpr double kLeastSteep = 0.25;      // of the members: below, the piece is a floor
+constexpr double kLeastAgreementOfBoth =
+    0.9;                              // both sides in one piece: two things rarely share an axis
+constexpr double kLeastSteep = 0.25;  // of the members: below, the piece is a floor
 constexpr double kLargestVessel_m = 0.3;  // radius; a bowl for a table
 constexpr double kWall_m = 0.015;         // thickness of a wall and roundness of its rim
 constexpr double kRimHeight_m = 0.02;     // inner and outer wall end at about the same height

@@ -52,8 +52,8 @@ absl::StatusOr<SnapshotPtr> StreamOverlay::Over(const World& world, SnapshotPtr 
   return changed_;
 }
 
-// No world publishes the end of what is only supposed. What the revision asked allows by itself is
-// left as that revision has it.
+// No world publishes the end of what is only supposed. As where a revision ends it, the pair is not
+// allowed then whatever had allowed it before; other allowances are as the revision asked has them.
 void StreamOverlay::Expire() {
   const collision::WallTime now = std::chrono::system_clock::now();
   for (collision::Change& change : changes_) {
