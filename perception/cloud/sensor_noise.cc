@@ -110,6 +110,11 @@ double SensorNoise::PointsPerSample() const {
   return is_laser ? 1 : kPointsPerIndependentSample;
 }
 
-double SensorNoise::WarpSigma_m() const { return Triangulates(model) ? kSlowWarp_m : 0; }
+double SensorNoise::WarpSigma_m() const {
+  const double of_sensor_m = Triangulates(model)                   ? kSlowWarp_m
+                             : model == SensorModel::kTimeOfFlight ? kMultipath_m
+                                                                   : 0;
+  return std::hypot(of_sensor_m, registration_sigma_m);
+}
 
 }  // namespace cwm::perception

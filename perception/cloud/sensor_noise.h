@@ -34,6 +34,7 @@ struct SensorNoise {
   SensorModel model = SensorModel::kKinect;
   double constant_sigma_m = 0.002;  // used by kConstant alone; less than 1e-5 counts as that
   int image_width_px = 640;         // used by kRealSense alone: see NoiseIn
+  double registration_sigma_m = 0;  // of views that are joined in one cloud: see kRegistration_m
 
   // One standard deviation along the ray, metres, at depth z (distance along the optical axis) and
   // incidence angle theta (between ray and surface normal).
@@ -49,8 +50,9 @@ struct SensorNoise {
   // pixels, f = 525).
   double LateralSigma_m(double depth_m, double incidence_rad = 0) const;
 
-  // One standard deviation of the slow warp along the ray, metres: kSlowWarp_m for depth cameras
-  // that triangulate, 0 for all others.
+  // One standard deviation along the ray of what errs alike over a hand's breadth, metres: kSlowWarp_m
+  // for depth cameras that triangulate, kMultipath_m for time of flight, 0 for all others; and the
+  // registration's besides.
   double WarpSigma_m() const;
 
   // So many neighbouring points carry the information of one that errs by itself:
@@ -70,6 +72,12 @@ SensorNoise NoiseIn(const PointCloud& cloud, SensorNoise noise);
 // Depth cameras that triangulate warp slowly besides, by this much rms: measured on the tables of
 // real Kinect scans, where points nearer than a quarter of 0.2 m err together.
 inline constexpr double kSlowWarp_m = 0.0013;
+// Time of flight is long where surfaces light each other: of things on a table, the smaller the more,
+// by 3.5 mm in the mean and 4 to 8 mm rms in simulated scenes (albedo 0.5).
+inline constexpr double kMultipath_m = 0.005;
+// Views that are registered with each other in one cloud do not quite fit: by 2 to 5 mm and 0.2 to 0.5
+// degrees, as what ICP leaves between scans of a room; nobody tells by how much.
+inline constexpr double kRegistration_m = 0.003;
 // The warps of two points d apart correlate like exp(-d^2 / (2 l^2)) with this l: the curvature at
 // d = 0 of waves of 0.2 to 0.6 m, all equally likely.
 inline constexpr double kWarpCorrelation_m = 0.078;

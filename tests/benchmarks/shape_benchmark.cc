@@ -313,6 +313,7 @@ void MeasureSensor(const OtherSensor& other, const Seeds& seeds, Report& report)
   report.Detail(std::string("Seen by ") + other.name + ":");
   for (const std::string& line : tally.Lines()) report.Detail(line);
   PrintErrors("all", tally.errors(), report);
+  PrintCalibration(tally.calibration(), report);
   const std::string how = std::to_string(tally.true_count()) +
                           " true shapes with 300 points or more in " +
                           std::to_string(cases.size()) + " of the random scenes, " + other.name;

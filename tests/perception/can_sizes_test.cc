@@ -9,6 +9,7 @@
 #include <variant>
 
 #include "perception/interpret_scene.h"
+#include "perception/simulation/several_views.h"
 #include "perception/simulation/virtual_scanner.h"
 
 namespace cwm::perception {
@@ -38,18 +39,30 @@ PinholeCamera FarAway() {
   return camera;
 }
 
-std::optional<double> FoundRadius_m(std::uint64_t seed) {
-  const PinholeCamera camera = FarAway();
+// The part that is the can.
+std::optional<ShapePart> FoundIn(const PointCloud& cloud) {
   InterpretOptions options;
-  options.X_WC = camera.X_WC;
-  const auto found = InterpretScene(Scan(CanOnTable(), camera, {.seed = seed}).cloud, options);
+  options.X_WC = FarAway().X_WC;
+  const auto found = InterpretScene(cloud, options);
   if (!found.ok()) return std::nullopt;
   for (const DetectedObject& object : found->objects) {
     for (const ShapePart& part : object.model->shapes) {
-      if (const auto* can = std::get_if<Cylinder>(&part.shape)) return can->radius_m;
+      if (std::holds_alternative<Cylinder>(part.shape)) return part;
     }
   }
   return std::nullopt;
+}
+
+std::optional<double> FoundRadius_m(std::uint64_t seed) {
+  const std::optional<ShapePart> can = FoundIn(Scan(CanOnTable(), FarAway(), {.seed = seed}).cloud);
+  if (!can) return std::nullopt;
+  return std::get<Cylinder>(can->shape).radius_m;
+}
+
+// Of the radius, the last of a cylinder's coefficients.
+double RadiusSigma_m(const std::optional<ShapePart>& can) {
+  if (!can || !can->fit || can->fit->parameter_sigma.size() != 7) return 0;
+  return can->fit->parameter_sigma.back();
 }
 
 TEST(CanSizes, AreToldByTheLidAndByTheRaysBesideTheCan) {
@@ -64,6 +77,18 @@ TEST(CanSizes, AreToldByTheLidAndByTheRaysBesideTheCan) {
   }
   EXPECT_LT(std::sqrt(squares / kScans), 0.5 * kPixel_m);
   EXPECT_LT(worst_m, kPixel_m);
+}
+
+// Three times as many points, which would tell three times as much if the views fitted each other.
+TEST(CanSizes, AreKnownNoBetterThanViewsOfItAreRegistered) {
+  const SimulatedScene scene = CanOnTable();
+  const double of_one_m = RadiusSigma_m(FoundIn(Scan(scene, FarAway(), {.seed = 1}).cloud));
+  const double of_three_m =
+      RadiusSigma_m(FoundIn(ScanFromSeveral(scene, FarAway(), 3, {.seed = 1}).cloud.cloud));
+  EXPECT_GT(of_one_m, 0.0003);
+  EXPECT_LT(of_one_m, 0.003);
+  EXPECT_GT(of_three_m, 0.0006);
+  EXPECT_LT(of_three_m, 0.004);
 }
 
 }  // namespace

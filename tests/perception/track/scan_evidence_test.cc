@@ -15,9 +15,9 @@ ScanEvidence EvidenceOf(const SensorNoise& noise) {
   return {cloud, Pose::Identity(), noise};
 }
 
-TEST(ScanEvidence, GatesOfSensorsThatDoNotTriangulateHoldNoWarp) {
-  for (const SensorModel model : {SensorModel::kTimeOfFlight, SensorModel::kTiltingLaser,
-                                  SensorModel::kSickLms400, SensorModel::kConstant}) {
+TEST(ScanEvidence, GatesOfSensorsWithoutSlowErrorsHoldNoWarp) {
+  for (const SensorModel model :
+       {SensorModel::kTiltingLaser, SensorModel::kSickLms400, SensorModel::kConstant}) {
     const SensorNoise noise{.model = model, .constant_sigma_m = 0.0005};
     EXPECT_DOUBLE_EQ(EvidenceOf(noise).Gate_m(kPlace_L), 3 * noise.AxialSigma_m(1.5));
   }
@@ -29,6 +29,12 @@ TEST(ScanEvidence, GatesOfDepthCamerasHoldTheWarpOfBothScans) {
     EXPECT_DOUBLE_EQ(EvidenceOf(noise).Gate_m(kPlace_L),
                      3 * std::hypot(noise.AxialSigma_m(1.5), std::sqrt(2) * kSlowWarp_m));
   }
+}
+
+TEST(ScanEvidence, GatesOfTimeOfFlightHoldTheMultipathOfBothScans) {
+  const SensorNoise noise{.model = SensorModel::kTimeOfFlight};
+  EXPECT_DOUBLE_EQ(EvidenceOf(noise).Gate_m(kPlace_L),
+                   3 * std::hypot(noise.AxialSigma_m(1.5), std::sqrt(2) * kMultipath_m));
 }
 
 TEST(ScanEvidence, ASmallestMoveIsTheLargerOfWarpAndWhatAFitLeavesOfTheNoise) {
