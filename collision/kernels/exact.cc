@@ -129,9 +129,10 @@ std::optional<RayHit> ExactRay(const PlacedExact& shape, const Ray& ray) {
   const double way_m = WayTo_m(shape.geometry, ray_S);
   ray_S.origin += way_m * ray_S.direction;
   ray_S.max_distance_m -= way_m;
-  std::optional<RayHit> hit = shape.geometry.tree() != nullptr
-                                  ? shape.geometry.tree()->CastRay(ray_S)
-                                  : CastRay(shape.geometry.shape(), ray_S);
+  const TriangleTree* const tree = shape.geometry.tree();
+  std::optional<RayHit> hit = tree == nullptr           ? CastRay(shape.geometry.shape(), ray_S)
+                              : shape.geometry.IsOpen() ? tree->CastRay(ray_S)
+                                                        : tree->CastRayAtSolid(ray_S);
   if (!hit) return hit;
   hit->distance_m += way_m;
   hit->normal = shape.X_FS.linear() * hit->normal;

@@ -53,7 +53,8 @@ PairDistance ExactDistance(const PlacedExact& a, const PlacedExact& b,
 // Whether the signed distance is negative, told without measuring it. Exact for two half-spaces too.
 bool ExactOverlap(const PlacedExact& a, const PlacedExact& b, WorkCounter* work = nullptr);
 
-// First hit of a ray with the surface, from outside or inside.
+// First hit of a ray with the surface of the solid, from outside or inside. Of a closed mesh that is the
+// surface of the union of its shells.
 struct RayHit {
   double distance_m = 0;              // along the unit direction, >= 0
   Vector3 normal = Vector3::UnitZ();  // outward, unit, frame F

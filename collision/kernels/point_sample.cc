@@ -96,6 +96,31 @@ bool MeshPullsTwoWays(const TriangleTree& tree, const Vector3& p,
   return two_ways;
 }
 
+// Whether all triangles at `q`, the place of the surface nearest to a point `p` in a solid that winds
+// around it once, are left on the way from `p`: then what lies behind one of them is outside.
+bool AllAreLeft(const TriangleTree& tree, const Vector3& p, const Vector3& q, int turns) {
+  constexpr double kEdgeOn = 1e-9;  // sine: the side of a triangle that rounding could change
+  const double rounding_m = RoundingAt(p);
+  const Vector3 way = turns * (q - p).normalized();
+  bool all = true;
+  tree.ForEachNear(Aabb(q, q), rounding_m, [&](const TriangleCorners& t, std::int32_t) {
+    if ((NearestOn(t, q) - q).norm() > rounding_m) return rounding_m;
+    const Vector3 area = (t.corners[1] - t.corners[0]).cross(t.corners[2] - t.corners[0]);
+    all = area.dot(way) > kEdgeOn * area.norm();
+    return all ? rounding_m : TriangleTree::kEnd;
+  });
+  return all;
+}
+
+// Of a point in the solid.
+bool IsBuried(const TriangleTree& tree, const Vector3& p, const TriangleTree::Nearest& nearest) {
+  constexpr double kNoDirection_m = 1e-9;  // nearer, the way to the surface is made of rounding
+  if (nearest.distance_m <= kNoDirection_m) return tree.Buries(p, nearest.face_normal);
+  const int turns = tree.Winding(p);
+  if (std::abs(turns) == 1 && AllAreLeft(tree, p, nearest.point, turns)) return false;
+  return tree.Buries(nearest.point, nearest.point - p);
+}
+
 }  // namespace
 
 PointSample SampleRevolved(const PlaneProfile& profile, const Vector3& p) {
@@ -145,7 +170,9 @@ PointSample SampleMesh(const TriangleTree& tree, bool watertight, const Vector3&
   const Vector3 gradient =
       on_surface ? nearest.face_normal : Vector3(sign * (p - nearest.point) / nearest.distance_m);
   const bool kink = (on_surface && !watertight) || MeshPullsTwoWays(tree, p, nearest);
-  return {sign * nearest.distance_m, gradient, kink};
+  // On a triangle within the solid the distance is none, but has a sign.
+  const bool inside = watertight && std::signbit(distance_m);
+  return {sign * nearest.distance_m, gradient, kink, inside && IsBuried(tree, p, nearest)};
 }
 
 double MeshDistance_m(const TriangleTree& tree, bool watertight, const Vector3& p,

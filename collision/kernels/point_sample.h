@@ -14,6 +14,9 @@ struct PointSample {
   double distance_m = 0;                // as SignedDistance_m
   Vector3 gradient = Vector3::UnitZ();  // unit: how the distance grows; at a kink one of the ways
   bool kink = false;                    // see kink.h
+  // In a mesh that overlaps itself: the place to which the distance is lies in the solid too, so
+  // that the point is deeper.
+  bool buried = false;
 };
 
 // Of cones, vessels and plates by their profile: p in the shape's frame.

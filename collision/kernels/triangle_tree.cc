@@ -134,9 +134,9 @@ TriangleTree::Nearest TriangleTree::NearestPoint(const Vector3& p, double max_di
   return best;
 }
 
-std::optional<RayHit> TriangleTree::CastRay(const Ray& ray) const {
+TriangleTree::Crossed TriangleTree::FirstCrossed(const Ray& ray, double after_m) const {
   Ray rest = ray;
-  const TriangleCorners* hit = nullptr;
+  Crossed first;
   std::array<std::int32_t, kTreeStack> stack;
   std::size_t size = 0;
   stack[size++] = 0;
@@ -146,10 +146,11 @@ std::optional<RayHit> TriangleTree::CastRay(const Ray& ray) const {
     if (std::isinf(EntryIntoBox(node.bounds, rest))) continue;
     for (std::int32_t i = node.first; i < node.first + node.count; ++i) {
       const std::optional<Crossing> crossing = Cross(triangle(i), rest);
-      if (!crossing || crossing->distance_m < 0 || crossing->distance_m > rest.max_distance_m) {
+      if (!crossing || !(crossing->distance_m > after_m) ||
+          crossing->distance_m > rest.max_distance_m) {
         continue;
       }
-      hit = &triangle(i);
+      first = {&triangle(i), crossing->distance_m, crossing->clearance, crossing->leaves};
       rest.max_distance_m = crossing->distance_m;
     }
     if (node.count > 0) continue;
@@ -158,16 +159,43 @@ std::optional<RayHit> TriangleTree::CastRay(const Ray& ray) const {
     stack[size++] = left < right ? node.right : index + 1;
     stack[size++] = left < right ? index + 1 : node.right;
   }
-  if (hit == nullptr) return std::nullopt;
-  return RayHit{rest.max_distance_m, hit->Normal()};
+  return first;
 }
 
-bool TriangleTree::Encloses(const Vector3& p) const {
-  if (!bounds().contains(p)) return false;
-  // Any direction serves; this one is parallel to no face that people or scanners make.
-  const Ray ray{p, Vector3(0.5257, 0.2874, 0.8006).normalized()};
-  // Barycentric clearance below which rounding could put the ray on either side of an edge.
-  constexpr double kUnsure = 1e-9;
+namespace {
+
+// Barycentric clearance below which rounding could put the ray on either side of an edge.
+constexpr double kUnsure = 1e-9;
+constexpr double kFromOrigin = -std::numeric_limits<double>::denorm_min();
+
+}  // namespace
+
+std::optional<RayHit> TriangleTree::CastRay(const Ray& ray) const {
+  const Crossed first = FirstCrossed(ray, kFromOrigin);
+  return first.triangle != nullptr ? std::optional(first.Hit()) : std::nullopt;
+}
+
+std::optional<RayHit> TriangleTree::CastRayAtSolid(const Ray& ray) const {
+  if (!bounds().contains(ray.origin)) return CastRay(ray);  // who comes from outside enters first
+  const AllCrossed all = CrossAll(ray.origin, ray.direction);
+  const int turns = all.turns ? *all.turns : Winding(ray.origin);
+  const bool is_within = all.first.triangle && all.first.distance_m <= ray.max_distance_m;
+  Crossed next = all.turns && is_within ? all.first : FirstCrossed(ray, kFromOrigin);
+  if (next.triangle == nullptr) return std::nullopt;
+  // Whoever is in one part alone leaves that, unless the ray runs along an edge or into another part.
+  const int after = turns + (next.leaves ? -1 : 1);
+  if (turns == 0 || (after == 0 && next.clearance > kUnsure)) return next.Hit();
+  while (next.triangle != nullptr) {
+    if (!Buries(ray.origin + next.distance_m * ray.direction, ray.direction)) return next.Hit();
+    next = FirstCrossed(ray, next.distance_m);
+  }
+  return std::nullopt;
+}
+
+TriangleTree::AllCrossed TriangleTree::CrossAll(const Vector3& origin,
+                                                const Vector3& direction) const {
+  const Ray ray{origin, direction};
+  Crossed first{.distance_m = std::numeric_limits<double>::infinity()};
   int turns = 0;
   std::array<std::int32_t, kTreeStack> stack;
   std::size_t size = 0;
@@ -179,23 +207,47 @@ bool TriangleTree::Encloses(const Vector3& p) const {
     for (std::int32_t i = node.first; i < node.first + node.count; ++i) {
       const std::optional<Crossing> crossing = Cross(triangle(i), ray);
       if (!crossing) continue;
-      if (crossing->clearance < kUnsure) return EnclosesByWinding(p);
-      if (crossing->distance_m > 0) turns += crossing->leaves ? 1 : -1;
+      if (crossing->clearance < kUnsure) return {};
+      const double at_m = crossing->distance_m;
+      if (at_m > 0) turns += crossing->leaves ? 1 : -1;
+      if (at_m < 0 || at_m >= first.distance_m) continue;
+      first = {&triangle(i), at_m, crossing->clearance, crossing->leaves};
     }
     if (node.count > 0) continue;
     stack[size++] = index + 1;
     stack[size++] = node.right;
   }
-  return turns != 0;
+  return {turns, first};
 }
 
-bool TriangleTree::EnclosesByWinding(const Vector3& p) const {
+int TriangleTree::Winding(const Vector3& p) const {
+  if (!bounds().contains(p)) return 0;
+  // Any direction serves; this one is parallel to no face that people or scanners make.
+  static const Vector3 kWay = Vector3(0.5257, 0.2874, 0.8006).normalized();
+  const AllCrossed all = CrossAll(p, kWay);
+  return all.turns ? *all.turns : WindingByAngles(p);
+}
+
+int TriangleTree::WindingByAngles(const Vector3& p) const {
   double angle_sr = 0;
   for (const TriangleCorners& t : triangles_) {
     angle_sr += SolidAngle_sr(t.corners[0] - p, t.corners[1] - p, t.corners[2] - p);
   }
   // Of whole turns of 4 pi; half of one is as far from none as from one.
-  return std::abs(angle_sr) > 2.0 * std::numbers::pi;
+  return static_cast<int>(std::lround(angle_sr / (4.0 * std::numbers::pi)));
+}
+
+bool TriangleTree::Buries(const Vector3& p, const Vector3& look) const {
+  // Towards corners and faces of a cube, but in no plane that people make: wherever more than a
+  // quarter of a turn is open about an edge, one of them is in it.
+  static const std::array<Vector3, 7> kWays = {
+      Vector3(0.53, 0.62, 0.58),  Vector3(-0.61, 0.55, 0.57), Vector3(0.56, -0.52, 0.64),
+      Vector3(0.59, 0.58, -0.56), Vector3(0.99, 0.07, -0.04), Vector3(0.05, 0.99, 0.08),
+      Vector3(-0.06, 0.03, 0.99)};
+  const auto holds = [&](const Vector3& way) { return Encloses(p + kBuried_m * way); };
+  return holds(look.normalized()) && std::all_of(kWays.begin(), kWays.end(), [&](const auto& way) {
+           return holds(way.normalized()) && holds(-way.normalized());
+         });
 }
 
 }  // namespace cwm::collision

@@ -66,16 +66,44 @@ class TriangleTree {
 
   // The first triangle hit by a ray, either side.
   std::optional<RayHit> CastRay(const Ray& ray) const;
+  // Of a watertight mesh, where a ray first enters or leaves its solid: triangles within the solid,
+  // where parts overlap, are none of its surface.
+  std::optional<RayHit> CastRayAtSolid(const Ray& ray) const;
 
-  // Whether the surface of a watertight mesh winds around a point, either way: parts that overlap
-  // are a union, a part within another one that faces the other way is a cavity, and a mesh that is
-  // wound inward is as solid as its mirror image. By the crossings of a ray, or by solid angles where
-  // the ray passes too near to an edge to be sure.
-  bool Encloses(const Vector3& p) const;
+  // How often the surface of a watertight mesh winds around a point: 0 outside, 1 in a solid whose
+  // normals point outward, -1 in one that is wound inward, more where parts overlap. By the
+  // crossings of a ray, or by solid angles where the ray passes too near to an edge to be sure.
+  int Winding(const Vector3& p) const;
+  // Whether a point is in the solid of a watertight mesh: parts that overlap are a union, a part
+  // within another one that faces the other way is a cavity, and a mesh that is wound inward is as
+  // solid as its mirror image.
+  bool Encloses(const Vector3& p) const { return Winding(p) != 0; }
+
+  // Whether a point of the surface of a watertight mesh lies within its solid all the same. False
+  // means that some point outside is within kBuried_m. `look` is where one is likely.
+  static constexpr double kBuried_m = 1e-8;  // a tenth of what kExact promises
+  bool Buries(const Vector3& p, const Vector3& look) const;
 
  private:
+  // A triangle on a ray's way; nullptr: none.
+  struct Crossed {
+    const TriangleCorners* triangle = nullptr;
+    double distance_m = 0;
+    double clearance = 0;  // from the triangle's edges: the smallest barycentric coordinate
+    bool leaves = false;   // the ray runs with the triangle's normal
+    RayHit Hit() const { return {distance_m, triangle->Normal()}; }
+  };
   std::int32_t Build(std::int32_t first, std::int32_t count);
-  bool EnclosesByWinding(const Vector3& p) const;
+  int WindingByAngles(const Vector3& p) const;
+  // The nearest, farther than `after_m`.
+  Crossed FirstCrossed(const Ray& ray, double after_m) const;
+  // Of a ray without end how often it leaves the mesh more than it enters, nothing where it passes
+  // too near to an edge to be sure, and the nearest triangle.
+  struct AllCrossed {
+    std::optional<int> turns;
+    Crossed first;
+  };
+  AllCrossed CrossAll(const Vector3& origin, const Vector3& direction) const;
 
   std::vector<TriangleCorners> triangles_;
   std::vector<Node> nodes_;

@@ -199,9 +199,8 @@ void PointSampler::Write(int lane, const PointSample& sample, std::size_t row,
   columns.object[row] = part.id().object;
   columns.object_part[row] = part.id().part;
   columns.trust[row] = part.is_open() ? Trust::kSurfaceOnly : Trust::kExact;
-  if (sample.distance_m >= 0 || nearest_.second_m[lane] > -nearest_.best_m[lane] + kTouching_m) {
-    return;
-  }
+  const bool is_alone = nearest_.second_m[lane] > -nearest_.best_m[lane] + kTouching_m;
+  if (!sample.buried && (sample.distance_m >= 0 || is_alone)) return;
   const Depth depth = DepthOf(lane, sample);
   columns.trust[row] = depth.trust;
   if (depth.trust == Trust::kBounded) {
@@ -237,20 +236,39 @@ bool PointSampler::IsCovered(int lane, const Vector3& way_out_W) const {
 // Whoever leaves all solids somewhere was no deeper than the way there is long.
 PointSampler::Depth PointSampler::DepthOf(int lane, const PointSample& sample) {
   const double depth_m = -sample.distance_m;
-  const Vector3 p_W = PointOf(lane);
-  if (!IsCovered(lane, p_W + depth_m * sample.gradient)) return {Trust::kExact, 0};
+  const Vector3 way_out_W = PointOf(lane) + depth_m * sample.gradient;
+  if (!sample.buried && !IsCovered(lane, way_out_W)) return {Trust::kExact, 0};
+  std::optional<double> way_m = WayOut_m(lane, sample, sample.gradient);
+  if (sample.buried) {  // what is nearest lies as often farther in as farther out
+    const std::optional<double> back_m = WayOut_m(lane, sample, -sample.gradient);
+    if (!way_m || (back_m && *back_m < *way_m)) way_m = back_m;
+  }
+  if (!way_m) return {Trust::kDegraded, 0};
+  return {Trust::kBounded, *way_m - depth_m};
+}
+
+// Along a direction, from the surface of the deepest part on; none where it is not found.
+std::optional<double> PointSampler::WayOut_m(int lane, const PointSample& sample,
+                                             const Vector3& direction_W) {
   // Steps grow, so that they reach a hundred times as far as the depth. Some microseconds each: who
   // finds no way out by then is under the ground.
   constexpr int kMostSteps = 16;
   constexpr double kGrowth = 1.6;
+  const Vector3 p_W = PointOf(lane);
+  const double depth_m = -sample.distance_m;
   double way_m = depth_m, least_step_m = 0.05 * depth_m + kTouching_m;
+  if (sample.buried) {
+    const auto nearest = static_cast<std::size_t>(nearest_.candidate[lane]);
+    const auto exit_m = candidates_[nearest].part->WayOut_m(p_W, direction_W);
+    if (exit_m) way_m = std::max(depth_m, *exit_m + 2 * kTouching_m);
+  }
   for (int step = 0; step < kMostSteps; ++step) {
-    const double distance_m = SolidDistance_m(p_W + way_m * sample.gradient);
-    if (distance_m > kTouching_m) return {Trust::kBounded, way_m - depth_m};
+    const double distance_m = SolidDistance_m(p_W + way_m * direction_W);
+    if (distance_m > kTouching_m) return way_m;
     way_m += std::max(-distance_m + 2 * kTouching_m, least_step_m);
     least_step_m *= kGrowth;
   }
-  return {Trust::kDegraded, 0};
+  return std::nullopt;
 }
 
 // Of the union of all solids; some positive distance outside.

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -51,6 +52,7 @@ class PointSampler {
   void Write(int lane, const PointSample& sample, std::size_t row, PointColumns& columns);
   bool OthersPullElsewhere(int lane, const PointSample& sample) const;
   Depth DepthOf(int lane, const PointSample& sample);
+  std::optional<double> WayOut_m(int lane, const PointSample& sample, const Vector3& direction_W);
   bool IsCovered(int lane, const Vector3& way_out_W) const;
   double SolidDistance_m(const Vector3& p_W);
   Vector3 PointOf(int lane) const { return {points_.x[lane], points_.y[lane], points_.z[lane]}; }

@@ -294,8 +294,9 @@ absl::StatusOr<RayColumns> CastRays(const WorldSnapshot& world, std::span<const 
 // The signed distance of the world at points in the world frame, and which way it grows. That of the
 // nearest part, without margins; the least of all, so in a solid that of the part in which the point
 // is deepest. Where other solids cover the way out of that part the point is deeper in their union:
-// kBounded, or kDegraded where no way out is found. An open mesh has no inside: kSurfaceOnly. Closed
-// meshes and hulls are exact over their triangles, vessels over their profile.
+// kBounded, or kDegraded where no way out is found; so it is where shells of one closed mesh overlap or
+// lie within each other, and the nearest triangle is within their union. An open mesh has no inside:
+// kSurfaceOnly. Closed meshes and hulls are exact over their triangles, vessels over their profile.
 //
 // By the exact kernels, as CastRays. Coordinates are finite. The answer of a point depends on it and
 // on the world alone, bit for bit.

@@ -122,6 +122,11 @@ PointSample SampledPart::Sample(const Vector3& p_W, double distance_m) const {
   return sample;
 }
 
+std::optional<double> SampledPart::WayOut_m(const Vector3& p_W, const Vector3& direction_W) const {
+  const auto exit = tree_->CastRayAtSolid({InShape(p_W), X_WP_.linear().transpose() * direction_W});
+  return exit ? std::optional(exit->distance_m) : std::nullopt;
+}
+
 PointSample SampledPart::SampleProfile(const Vector3& p) const {
   return solid_.form == LaneSolid::Form::kPlate ? SamplePlate(*profile_, solid_.size[0], p)
                                                 : SampleRevolved(*profile_, p);

@@ -45,6 +45,9 @@ class SampledPart {
   const LaneSolid* lanes() const { return short_formula_ ? &solid_ : nullptr; }
   // `distance_m` is what Measure or Distance_m told of the point.
   PointSample Sample(const Vector3& p_W, double distance_m) const;
+  // From a point in the solid of a closed mesh along a unit direction to where that leaves it; none
+  // where rounding hides the place.
+  std::optional<double> WayOut_m(const Vector3& p_W, const Vector3& direction_W) const;
 
  private:
   void Prepare(const Sphere& sphere);
