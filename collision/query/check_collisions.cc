@@ -95,20 +95,42 @@ class RowJudge {
   RowVerdict row_;
 };
 
-RowVerdict JudgeRow(BodySearch& search, UnseenSpace unseen) {
-  RowJudge judge(unseen);
-  const auto add = [&](const BodySearch::Pair& pair) { return judge.Add(pair); };
-  search.ForEachSelfPair(BodySearch::From::kMargin, 0, Question::kCollides, add);
-  if (judge.is_decided() || search.ended() || !search.asks_world()) return judge.row();
-  if (search.body_bounds_W().isEmpty()) return judge.row();  // shown to be clear of the world
+// The pairs of a row that boxes do not show to be apart: add(pair) returns the reach beyond the margins
+// that still matters, none once the row is decided.
+template <class Add>
+void ForEachNearPair(BodySearch& search, Add&& add) {
+  bool is_decided = false;
+  const auto visit_pair = [&](const BodySearch::Pair& pair) {
+    const double reach_m = add(pair);
+    is_decided = reach_m < 0;
+    return reach_m;
+  };
+  search.ForEachSelfPair(BodySearch::From::kMargin, 0, Question::kCollides, visit_pair);
+  if (is_decided || search.ended() || !search.asks_world()) return;
+  if (search.body_bounds_W().isEmpty()) return;  // shown to be clear of the world
   const auto visit = [&](const Obstacle& object) {
     if (search.Skips(object)) return true;
-    search.ForEachPair(object, BodySearch::From::kMargin, 0, Question::kCollides, add);
-    return !judge.is_decided() && !search.ended();
+    search.ForEachPair(object, BodySearch::From::kMargin, 0, Question::kCollides, visit_pair);
+    return !is_decided && !search.ended();
   };
   search.world().bounds().ForEachWithin(search.body_bounds_W(),
                                         std::max(0.0, search.widest_margin_m()), visit);
+}
+
+RowVerdict JudgeRow(BodySearch& search, UnseenSpace unseen) {
+  RowJudge judge(unseen);
+  ForEachNearPair(search, [&](const BodySearch::Pair& pair) { return judge.Add(pair); });
   return judge.row();
+}
+
+// What JudgeRow says of a row that is free, by the exact kernels, without asking any pair.
+Trust TrustOfFreeRow(BodySearch& search) {
+  Trust trust = Trust::kExact;
+  ForEachNearPair(search, [&](const BodySearch::Pair& pair) {
+    trust = std::max(trust, pair.TrustOfProof());
+    return trust >= Trust::kSurfaceOnly ? -1 : 0;
+  });
+  return trust;
 }
 
 // Rows of a chunk. States of spheres take 0.1 us each, in lanes, which are the faster the more there
@@ -193,13 +215,13 @@ class Checker : public ChunkWorker {
     const auto is_known = [&](std::size_t k) { return !known.empty() && IsWholeAnswer(known[k]); };
     std::vector<std::size_t> asked;
     for (std::size_t k = 0; k < chunk.count; ++k) {
-      if (!is_known(k)) asked.push_back(chunk.first + k);
+      if (!is_known(k) || IsOfOpenTrust(known[k])) asked.push_back(chunk.first + k);
     }
     placed_.Begin(std::move(asked));
     std::size_t k = 0;
     for (; k < chunk.count && !search_.MustEnd(); ++k) {
-      const RowVerdict told = is_known(k) ? RowVerdict{.verdict = known[k], .pair = {}}
-                                          : AskPlainly(chunk.first + k, OpenOf(k));
+      const RowVerdict told =
+          is_known(k) ? Known(chunk.first + k, known[k]) : AskPlainly(chunk.first + k, OpenOf(k));
       if (search_.ended()) break;
       Write(chunk.first + k, told);
     }
@@ -218,11 +240,29 @@ class Checker : public ChunkWorker {
     return all ? BodySearch::kAllOpen : spheres_->open()[k];
   }
 
+  // Whether spheres know that it is so, but not how far that may be believed.
+  bool IsOfOpenTrust(Verdict verdict) const {
+    return verdict == Verdict::kFree && spheres_ && spheres_->leaves_trust_open();
+  }
+
+  RowVerdict Known(std::size_t row, Verdict verdict) {
+    RowVerdict told{.verdict = verdict, .pair = {}};
+    if (IsOfOpenTrust(verdict)) told.trust = TrustOfFree(row, placed_.Next());
+    return told;
+  }
+
   RowVerdict AskPlainly(std::size_t row, const LaneOpen& open) {
     const std::span<const Pose> X_WF = placed_.Next();
     if (!batch_.rows.IsWithinLimits(row)) return {.verdict = Verdict::kOutOfLimits, .pair = {}};
     search_.PlaceBody(X_WF, row, open);
-    return JudgeRow(search_, batch_.options.unseen);
+    RowVerdict told = JudgeRow(search_, batch_.options.unseen);
+    if (IsOfOpenTrust(told.verdict)) told.trust = TrustOfFree(row, X_WF);
+    return told;
+  }
+
+  Trust TrustOfFree(std::size_t row, std::span<const Pose> X_WF) {
+    search_.PlaceBody(X_WF, row, BodySearch::kAllOpen);
+    return TrustOfFreeRow(search_);
   }
 
   void Write(std::size_t row, const RowVerdict& told) {

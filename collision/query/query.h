@@ -69,8 +69,7 @@ struct QueryBody {
   // No answer is labelled better: of a body that merely stands for another, DEGRADED.
   Trust best_trust = Trust::kExact;
   // By frame: spheres that together contain the parts, of an open mesh its whole box. With them
-  // CheckCollisions proves pairs apart for many states at once: verdicts and the pairs named are the
-  // same without; a pair shown apart so adds nothing to what weakens the trust of a free row.
+  // CheckCollisions proves pairs apart for many states at once: what is told is the same without.
   std::shared_ptr<const SphereModel> around = {};
   std::shared_ptr<ProgramMemo> programs = {};  // of `robot`; nullptr: each question compiles
 

@@ -100,6 +100,15 @@ std::shared_ptr<const SphereProgram> ProgramOf(const QueryBody& body, const Join
   return std::make_shared<const SphereProgram>(*std::move(program));
 }
 
+bool HasOpenMesh(const QueryBody& body, const WorldFilter& filter) {
+  const std::vector<PreparedPart>& parts = body.geometry->parts;
+  for (std::size_t k = 0; k < parts.size(); ++k) {
+    const int frame = body.FrameOf(static_cast<std::int32_t>(k));
+    if (IsOpenMesh(parts[k].shape) && !filter.SkipsPart(body, frame, parts[k].source)) return true;
+  }
+  return false;
+}
+
 Verdict VerdictOf(StateMark mark, LaneVerdict told) {
   if (mark == StateMark::kOutOfLimits) return Verdict::kOutOfLimits;
   if (mark == StateMark::kTooFar || told == LaneVerdict::kOpen) return Verdict::kUndecided;
@@ -109,11 +118,12 @@ Verdict VerdictOf(StateMark mark, LaneVerdict told) {
 }  // namespace
 
 SphereCheck::SphereCheck(const JointRows& rows, std::shared_ptr<const SphereProgram> program,
-                         LaneScene scene, Meaning meaning)
+                         World world, Meaning meaning)
     : rows_(&rows),
       meaning_(meaning),
       program_(std::move(program)),
-      scene_(std::move(scene)),
+      scene_(std::move(world.scene)),
+      leaves_trust_open_(world.leaves_trust_open),
       order_(*program_) {
   const RobotModel& model = rows.model();
   std::vector<double> base = rows.states().base;
@@ -160,10 +170,16 @@ std::optional<SphereCheck> SphereCheck::Make(const WorldSnapshot& world, const Q
       options.margin_m);
   if (!program) return std::nullopt;
   const WorldFilter filter(world, options, body);
-  LaneScene scene = body.asks_world
-                        ? CompileScene(world, filter, *program, joints->states().X_WB, margin_m)
-                        : EmptyScene(*program);
-  return SphereCheck(*joints, program, std::move(scene),
+  const Pose& X_WB = joints->states().X_WB;
+  World of_lanes{.scene = body.asks_world ? CompileScene(world, filter, *program, X_WB, margin_m)
+                                          : EmptyScene(*program),
+                 .leaves_trust_open = false};
+  if (body.best_trust < Trust::kSurfaceOnly) {
+    of_lanes.leaves_trust_open =
+        HasOpenMesh(body, filter) ||
+        (body.asks_world && MeetsOpenMeshes(world, filter, *program, X_WB, margin_m));
+  }
+  return SphereCheck(*joints, program, std::move(of_lanes),
                      is_the_body ? Meaning::kTheBody : Meaning::kAroundTheBody);
 }
 

@@ -32,12 +32,19 @@ class SphereCheck {
   std::span<const Verdict> Judge(std::size_t first, std::size_t count);
   // By the same rows, what is to be asked about those that are UNDECIDED; empty: everything.
   std::span<const LaneOpen> open() const { return open_; }
+  // Whether the trust of a row that is FREE is to be asked plainly: of what spheres show to be apart
+  // they do not tell whether boxes about it meet those of an open mesh.
+  bool leaves_trust_open() const { return leaves_trust_open_; }
   // Whether COLLISION is told at all: the spheres are the robot.
   bool tells_collisions() const { return meaning_ == Meaning::kTheBody; }
 
  private:
   enum class Meaning { kTheBody, kAroundTheBody };
-  SphereCheck(const JointRows& rows, std::shared_ptr<const SphereProgram> program, LaneScene scene,
+  struct World {
+    LaneScene scene;
+    bool leaves_trust_open;
+  };
+  SphereCheck(const JointRows& rows, std::shared_ptr<const SphereProgram> program, World world,
               Meaning meaning);
   void JudgeLanes(std::size_t stride, std::size_t count, std::span<const std::uint32_t> order);
 
@@ -45,6 +52,7 @@ class SphereCheck {
   Meaning meaning_;
   std::shared_ptr<const SphereProgram> program_;
   LaneScene scene_;
+  bool leaves_trust_open_ = false;
   bool base_is_within_limits_ = true;
   StateOrder order_;
   LaneMemory memory_;

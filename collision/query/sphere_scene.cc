@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "collision/query/body_search.h"
+
 namespace cwm::collision {
 namespace {
 
@@ -200,6 +202,26 @@ LaneScene CompileScene(const WorldSnapshot& world, const WorldFilter& filter,
     }
   });
   return compiler.Take();
+}
+
+bool MeetsOpenMeshes(const WorldSnapshot& world, const WorldFilter& filter,
+                     const SphereProgram& program, const Pose& X_WB, double margin_m) {
+  const double widest_margin_m = world.objects().widest_margin_m() + margin_m;
+  // A part is within its spheres; the box about it that is turned, and then boxed once more, is no
+  // farther out than twice as far.
+  constexpr double kBoxOfBox = 2;
+  const SceneCompiler compiler(program, X_WB, widest_margin_m);
+  const Vector3 reach = Vector3::Constant(kBoxOfBox * compiler.reach_m());
+  const Aabb around_W(X_WB.translation() - reach, X_WB.translation() + reach);
+  bool meets = false;
+  world.bounds().ForEachWithin(around_W, 0, [&](const Obstacle& object) {
+    if (filter.Skips(object)) return true;
+    meets = std::ranges::any_of(object.geometry->parts, [&](const PreparedPart& part) {
+      return IsOpenMesh(part.shape) && !filter.SkipsPart(object, part.source);
+    });
+    return !meets;
+  });
+  return meets;
 }
 
 LaneScene EmptyScene(const SphereProgram& program) {

@@ -12,6 +12,11 @@ namespace cwm::collision {
 LaneScene CompileScene(const WorldSnapshot& world, const WorldFilter& filter,
                        const SphereProgram& program, const Pose& X_WB, double margin_m);
 
+// Whether there are open meshes in the world where boxes around the robot's parts may get: CompileScene
+// takes them for the boxes around them, and tells them from nothing else.
+bool MeetsOpenMeshes(const WorldSnapshot& world, const WorldFilter& filter,
+                     const SphereProgram& program, const Pose& X_WB, double margin_m);
+
 // For a robot that is asked about itself alone.
 LaneScene EmptyScene(const SphereProgram& program);
 
