@@ -11,6 +11,7 @@
 #include "collision/kernels/convex_pair.h"
 #include "collision/kernels/flush_overlap.h"
 #include "collision/kernels/gjk.h"
+#include "collision/kernels/piece_distance.h"
 
 namespace cwm::collision {
 namespace {
@@ -70,6 +71,29 @@ std::size_t StepsOf(const ConvexCore& piece) {
   return kStepsOfConvexPair + (hull != nullptr ? hull->vertices.size() : 0);
 }
 
+using Corners = std::array<Vector3, 3>;
+
+Vector3 MiddleOf(const Corners& c) { return (c[0] + c[1] + c[2]) / 3.0; }
+
+double RadiusAbout(const Vector3& middle, const Corners& c) {
+  return std::sqrt(std::max({(c[0] - middle).squaredNorm(), (c[1] - middle).squaredNorm(),
+                             (c[2] - middle).squaredNorm()}));
+}
+
+// How far apart two triangles are along a direction: no nearer are they at all where it is a unit one.
+double Separation(const Corners& a, const Corners& b, const Vector3& d) {
+  return std::min({d.dot(b[0]), d.dot(b[1]), d.dot(b[2])}) -
+         std::max({d.dot(a[0]), d.dot(a[1]), d.dot(a[2])});
+}
+
+// Whether the line between their middles shows two triangles to be farther apart than a limit.
+bool AreFartherThan(double limit_m, const Corners& a, const Corners& b) {
+  const Vector3 between = MiddleOf(b) - MiddleOf(a);
+  const double separation = Separation(a, b, between);
+  const double limit = std::max(limit_m, 0.0);
+  return separation > 0 && separation * separation > limit * limit * between.squaredNorm();
+}
+
 Aabb BoundsIn(const Aabb& bounds_B, const Pose& X_AB) { return bounds_B.transformed(X_AB); }
 
 // A sphere by the point of the mesh nearest to its centre. Inside or not, the centre must move at
@@ -109,15 +133,29 @@ PairDistance MeshToPieces(const ExactGeometry& a, const ExactGeometry& b, const 
     return answer;
   }
   Best best(max_distance_m);
+  const Pose X_BA = X_AB.inverse(Eigen::Isometry);
   for (std::size_t j = 0; j < b.pieces().size(); ++j) {
     const ConvexCore& piece = b.pieces()[j];
     const std::size_t steps = StepsOf(piece);
     const Vector3 centre = X_AB * piece.centre;
-    tree.ForEachNear(
-        BoundsIn(b.piece_bounds()[j], X_AB), best.limit_m(),
+    const Aabb bounds_A = BoundsIn(b.piece_bounds()[j], X_AB);
+    const PieceDistance distance_m(piece);
+    // By a ball as well as by a box, which is much wider than a piece that lies askew.
+    const auto bound_m = [&](const TriangleTree::Node& node) {
+      return std::max(BoxGap_m(node.bounds, bounds_A),
+                      distance_m(X_BA * node.bounds.center()) - node.radius_m);
+    };
+    tree.ForEachNearBy(
+        bound_m, best.limit_m(),
         [&](const TriangleCorners& triangle, std::int32_t) {
-          best.Offer(TriangleToConvex(triangle, piece, X_AB, best.limit_m()));
-          const bool must_end = MustEnd(limits.work, steps);
+          const Vector3 middle = MiddleOf(triangle.corners);
+          const double off_m = distance_m(X_BA * middle) - RadiusAbout(middle, triangle.corners);
+          std::size_t taken = 1;
+          if (off_m <= std::max(best.limit_m(), 0.0)) {
+            best.Offer(TriangleToConvex(triangle, piece, X_AB, best.limit_m()));
+            taken = steps;
+          }
+          const bool must_end = MustEnd(limits.work, taken);
           return must_end || best.IsDone() ? TriangleTree::kEnd : best.limit_m();
         },
         limits.work);
@@ -143,6 +181,7 @@ class DualSearch {
       : a_(a),
         b_(b),
         X_AB_(X_AB),
+        reach_AB_(X_AB.linear().cwiseAbs()),
         limit_m_(limits.max_distance_m),
         work_(limits.work),
         offer_(std::move(offer)) {}
@@ -156,8 +195,20 @@ class DualSearch {
   const TriangleTree::Node& NodeB(std::int32_t i) const {
     return b_.nodes()[static_cast<std::size_t>(i)];
   }
+  // No triangles of the two nodes are nearer: by their boxes along the axes of either frame, and by
+  // the balls around them.
   double Gap(std::int32_t i, std::int32_t j) const {
-    return BoxGap_m(NodeA(i).bounds, BoundsIn(NodeB(j).bounds, X_AB_));
+    const TriangleTree::Node &a = NodeA(i), &b = NodeB(j);
+    const Vector3 between = X_AB_ * b.bounds.center() - a.bounds.center();
+    const Vector3 between_B = X_AB_.linear().transpose() * between;
+    const Vector3 half_a = 0.5 * a.bounds.sizes(), half_b = 0.5 * b.bounds.sizes();
+    const double along_a =
+        (between.cwiseAbs() - half_a - reach_AB_ * half_b).cwiseMax(0.0).squaredNorm();
+    const double along_b = (between_B.cwiseAbs() - half_b - reach_AB_.transpose() * half_a)
+                               .cwiseMax(0.0)
+                               .squaredNorm();
+    return std::max(std::sqrt(std::max(along_a, along_b)),
+                    between.norm() - a.radius_m - b.radius_m);
   }
 
   void Visit(std::int32_t i, std::int32_t j, double gap) {
@@ -178,10 +229,13 @@ class DualSearch {
 
   void VisitLeaves(const TriangleTree::Node& a, const TriangleTree::Node& b) {
     for (std::int32_t j = b.first; j < b.first + b.count; ++j) {
-      const ConvexCore core = CoreOf(std::span<const Vector3>(b_.triangle(j).corners));
+      const Corners& own = b_.triangle(j).corners;
+      const Corners in_A = {X_AB_ * own[0], X_AB_ * own[1], X_AB_ * own[2]};
+      const ConvexCore core = CoreOf(std::span<const Vector3>(own));
       for (std::int32_t i = a.first; i < a.first + a.count; ++i) {
-        limit_m_ = offer_(a_.triangle(i), core);
-        if (MustEnd(work_, kStepsOfConvexPair)) limit_m_ = TriangleTree::kEnd;
+        const bool is_far = AreFartherThan(limit_m_, a_.triangle(i).corners, in_A);
+        if (!is_far) limit_m_ = offer_(a_.triangle(i), core);
+        if (MustEnd(work_, is_far ? 1 : kStepsOfConvexPair)) limit_m_ = TriangleTree::kEnd;
         if (limit_m_ == TriangleTree::kEnd) return;
       }
     }
@@ -190,6 +244,7 @@ class DualSearch {
   const TriangleTree& a_;
   const TriangleTree& b_;
   const Pose& X_AB_;
+  const Matrix3 reach_AB_;
   double limit_m_;
   WorkCounter* const work_;
   Offer offer_;

@@ -53,7 +53,14 @@ class TriangleTree {
   static constexpr double kEnd = -std::numeric_limits<double>::infinity();
   template <class Visit>
   void ForEachNear(const Aabb& box, double max_distance_m, Visit&& visit,
-                   WorkCounter* work = nullptr) const;
+                   WorkCounter* work = nullptr) const {
+    ForEachNearBy([&](const Node& node) { return BoxGap_m(node.bounds, box); }, max_distance_m,
+                  visit, work);
+  }
+  // The same of what else bounds the distance to a node's triangles from below: bound_m(node).
+  template <class Bound, class Visit>
+  void ForEachNearBy(Bound&& bound_m, double max_distance_m, Visit&& visit,
+                     WorkCounter* work = nullptr) const;
 
   // The nearest point of the triangles; `signed_distance_m` is positive on the side of its normal.
   struct Nearest {
@@ -114,9 +121,9 @@ class TriangleTree {
 // per level.
 inline constexpr int kTreeStack = 128;
 
-template <class Visit>
-void TriangleTree::ForEachNear(const Aabb& box, double max_distance_m, Visit&& visit,
-                               WorkCounter* work) const {
+template <class Bound, class Visit>
+void TriangleTree::ForEachNearBy(Bound&& bound_m, double max_distance_m, Visit&& visit,
+                                 WorkCounter* work) const {
   struct Entry {
     std::int32_t node;
     double gap;
@@ -124,7 +131,7 @@ void TriangleTree::ForEachNear(const Aabb& box, double max_distance_m, Visit&& v
   std::array<Entry, kTreeStack> stack;
   std::size_t size = 0;
   double limit = max_distance_m;
-  stack[size++] = {0, BoxGap_m(bounds(), box)};
+  stack[size++] = {0, bound_m(nodes_.front())};
   while (size > 0) {
     const Entry entry = stack[--size];
     if (entry.gap > std::max(limit, 0.0)) continue;
@@ -138,8 +145,8 @@ void TriangleTree::ForEachNear(const Aabb& box, double max_distance_m, Visit&& v
       continue;
     }
     Entry left{entry.node + 1, 0}, right{node.right, 0};
-    left.gap = BoxGap_m(nodes_[static_cast<std::size_t>(left.node)].bounds, box);
-    right.gap = BoxGap_m(nodes_[static_cast<std::size_t>(right.node)].bounds, box);
+    left.gap = bound_m(nodes_[static_cast<std::size_t>(left.node)]);
+    right.gap = bound_m(nodes_[static_cast<std::size_t>(right.node)]);
     if (left.gap < right.gap) std::swap(left, right);
     stack[size++] = left;  // the nearer one comes off first
     stack[size++] = right;

@@ -192,6 +192,94 @@ void BodySearch::PlaceParts(std::size_t row, const LaneOpen& open) {
   }
 }
 
+std::optional<BodySearch::Pair> BodySearch::PairOf(const Obstacle& object, std::size_t b,
+                                                   std::size_t o, double margin_m,
+                                                   Question question) {
+  const BodyPart& mine = parts_[b];
+  const PreparedPart& theirs = object.geometry->parts[o];
+  const PairId id{&object, static_cast<std::int32_t>(b), static_cast<std::int32_t>(o)};
+  const ShapeKind kind = KindOf(theirs.shape);
+  const Question asked = margin_m == 0 ? question : Question::kDistance;
+  const Engine* engine = EngineFor(mine.kind, kind, asked);
+  if (engine == nullptr) {
+    RefusePair(id, asked);
+    return std::nullopt;
+  }
+  const int slot = static_cast<int>(engine->kind());
+  return Pair{id,
+              *engine,
+              {mine.kind, *mine.part->engines[slot], mine.X_WP},
+              {kind, *theirs.engines[slot], object.parts_W[o].X_WP},
+              mine.open_mesh || IsOpenMesh(theirs.shape),
+              margin_m,
+              1 + mine.weight + WeightOf(theirs.shape),
+              &interrupt_};
+}
+
+std::optional<BodySearch::Pair> BodySearch::SelfPairOf(const PartPair& parts, double margin_m,
+                                                       Question question) {
+  const BodyPart& a = parts_[static_cast<std::size_t>(parts.first)];
+  const BodyPart& b = parts_[static_cast<std::size_t>(parts.second)];
+  const PairId id{nullptr, parts.first, parts.second};
+  const Question asked = margin_m == 0 ? question : Question::kDistance;
+  const Engine* engine = EngineFor(a.kind, b.kind, asked);
+  if (engine == nullptr) {
+    RefusePair(id, asked);
+    return std::nullopt;
+  }
+  const int slot = static_cast<int>(engine->kind());
+  return Pair{id,
+              *engine,
+              {a.kind, *a.part->engines[slot], a.X_WP},
+              {b.kind, *b.part->engines[slot], b.X_WP},
+              a.open_mesh || b.open_mesh,
+              margin_m,
+              1 + a.weight + b.weight,
+              &interrupt_};
+}
+
+void BodySearch::GatherPairs(const Obstacle& object, double reach_m) {
+  near_.clear();
+  const ObstacleTerms rules = rules_.Of(object);
+  for (std::size_t b = 0; b < parts_.size(); ++b) {
+    const BodyPart& mine = parts_[b];
+    if (mine.skipped || !IsOpen(open_.worlds, mine.frame)) continue;
+    for (std::size_t o = 0; o < object.parts_W.size(); ++o) {
+      if (!rules.empty() && rules.Of(mine.frame, o).allowed) continue;
+      const double squared_m2 = SquaredDistance_m2(mine.bounds_W, object.parts_W[o].bounds_W);
+      if (reach_m < 0 || squared_m2 > reach_m * reach_m) continue;
+      if (filter_.SkipsPart(object, object.geometry->parts[o].source)) continue;
+      near_.push_back({squared_m2, static_cast<std::int32_t>(b), static_cast<std::int32_t>(o)});
+    }
+  }
+}
+
+void BodySearch::GatherSelfPairs(double reach_m) {
+  near_.clear();
+  const std::span<const PairTerms> rules = rules_.OfSelfPairs();
+  for (std::size_t i = 0; i < body_.self_pairs.size(); ++i) {
+    if (!IsOpen(open_.pairs, frame_pairs_.of_self_pair[i])) continue;
+    const auto [first, second] = body_.self_pairs[i];
+    const BodyPart& a = parts_[static_cast<std::size_t>(first)];
+    const BodyPart& b = parts_[static_cast<std::size_t>(second)];
+    if (a.skipped || b.skipped || (!rules.empty() && rules[i].allowed)) continue;
+    const double squared_m2 = SquaredDistance_m2(a.bounds_W, b.bounds_W);
+    if (reach_m < 0 || squared_m2 > reach_m * reach_m) continue;
+    near_.push_back({squared_m2, first, second});
+  }
+}
+
+double BodySearch::LeastGap_m2(const Obstacle& object) const {
+  double least_m2 = std::numeric_limits<double>::infinity();
+  for (const BodyPart& mine : parts_) {
+    if (mine.skipped || !IsOpen(open_.worlds, mine.frame)) continue;
+    for (const PlacedPart& theirs : object.parts_W) {
+      least_m2 = std::min(least_m2, SquaredDistance_m2(mine.bounds_W, theirs.bounds_W));
+    }
+  }
+  return least_m2;
+}
+
 // Links have no margins of their own; what is carried may stand on what else is carried.
 double BodySearch::UsualSelfMargin_m(const BodyPart& a, const BodyPart& b) const {
   const CarriedObject* const on_a = body_.CarriedIn(a.frame);

@@ -7,6 +7,7 @@
 #include <array>
 #include <compare>
 #include <limits>
+#include <optional>
 #include <vector>
 
 #include "absl/status/status.h"
@@ -91,6 +92,14 @@ class BodySearch {
   // The same for the pairs of the body's own parts.
   template <class Visit>
   void ForEachSelfPair(From from, double reach_m, Question question, Visit&& visit);
+  // Both from surfaces, without margins, asking for distances: the pair whose boxes are nearest first,
+  // so that most others are farther apart than still matters, and are not asked.
+  template <class Visit>
+  void ForEachPairNearestFirst(const Obstacle& object, double reach_m, Visit&& visit);
+  template <class Visit>
+  void ForEachSelfPairNearestFirst(double reach_m, Visit&& visit);
+  // Of the boxes of parts, squared; no pair of the row's body and the obstacle is nearer.
+  double LeastGap_m2(const Obstacle& object) const;
   // No pair of the body and the world has more.
   double widest_margin_m() const { return widest_margin_m_; }
   bool asks_world() const { return body_.asks_world && has_parts_; }
@@ -133,6 +142,16 @@ class BodySearch {
     Pose X_WP;
     Aabb bounds_W;
   };
+  // A pair to be asked: parts of the body and of the object, or two of the body by their self pair.
+  struct NearPair {
+    double squared_m2;
+    std::int32_t first, second;
+    // Of a heap: the nearest is its first, of equally near ones that of the lowest parts.
+    friend bool operator<(const NearPair& a, const NearPair& b) {
+      if (a.squared_m2 != b.squared_m2) return a.squared_m2 > b.squared_m2;
+      return a.first != b.first ? a.first > b.first : a.second > b.second;
+    }
+  };
   using EngineTable = std::array<std::array<const Engine*, kShapeKindCount>, kShapeKindCount>;
 
   // Those of X_WF_ that are not of what the body carries.
@@ -148,6 +167,15 @@ class BodySearch {
   }
   double UsualSelfMargin_m(const BodyPart& a, const BodyPart& b) const;
   void RefusePair(const PairId& id, Question question);
+  // The pair as it is asked; nothing where no engine answers it, which is an error.
+  std::optional<Pair> PairOf(const Obstacle& object, std::size_t b, std::size_t o, double margin_m,
+                             Question question);
+  std::optional<Pair> SelfPairOf(const PartPair& parts, double margin_m, Question question);
+  // Fill `near_`.
+  void GatherPairs(const Obstacle& object, double reach_m);
+  void GatherSelfPairs(double reach_m);
+  template <class PairOfNear, class Visit>
+  void AskNearestFirst(double reach_m, PairOfNear&& pair_of, Visit&& visit);
   static bool IsOpen(std::uint64_t tags, std::int32_t tag) {
     return (tags >> (tag % kTags) & 1) != 0;
   }
@@ -175,6 +203,7 @@ class BodySearch {
   std::vector<Pose> X_WF_;
   Aabb bounds_W_;
   LaneOpen open_ = kAllOpen;
+  std::vector<NearPair> near_;  // memory of NearestFirst
   FramePairs frame_pairs_;
   std::vector<std::uint64_t> frames_of_pair_;  // by bit of LaneOpen::pairs, as bits of `worlds`
   std::int64_t row_ = -1;                      // of PlaceBody
@@ -212,23 +241,11 @@ void BodySearch::ForEachPair(const Obstacle& object, From from, double reach_m, 
       if (reach_m < 0 || squared_m2 > near_m * near_m) continue;
       const PreparedPart& theirs = object.geometry->parts[o];
       if (filter_.SkipsPart(object, theirs.source)) continue;
-      const PairId id{&object, static_cast<std::int32_t>(b), static_cast<std::int32_t>(o)};
-      const ShapeKind kind = KindOf(theirs.shape);
       const double pair_margin_m = margin_m + sigmas_ * theirs.sigma_m;
-      const Question asked = pair_margin_m == 0 ? question : Question::kDistance;
-      const Engine* engine = EngineFor(mine.kind, kind, asked);
-      if (engine == nullptr) return RefusePair(id, asked);
-      const int slot = static_cast<int>(engine->kind());
-      const int weight = 1 + mine.weight + WeightOf(theirs.shape);
-      reach_m = visit(Pair{id,
-                           *engine,
-                           {mine.kind, *mine.part->engines[slot], mine.X_WP},
-                           {kind, *theirs.engines[slot], placed.X_WP},
-                           mine.open_mesh || IsOpenMesh(theirs.shape),
-                           pair_margin_m,
-                           weight,
-                           &interrupt_});
-      if (interrupt_.After(weight)) return;
+      const std::optional<Pair> pair = PairOf(object, b, o, pair_margin_m, question);
+      if (!pair) return;
+      reach_m = visit(*pair);
+      if (interrupt_.After(pair->weight)) return;
     }
   }
 }
@@ -251,22 +268,48 @@ void BodySearch::ForEachSelfPair(From from, double reach_m, Question question, V
     const double near_m = Start_m(from, margin_m, 0) + reach_m;
     const double squared_m2 = SquaredDistance_m2(a.bounds_W, b.bounds_W);
     if (reach_m < 0 || squared_m2 > near_m * near_m) continue;
-    const PairId id{nullptr, first, second};
-    const Question asked = margin_m == 0 ? question : Question::kDistance;
-    const Engine* engine = EngineFor(a.kind, b.kind, asked);
-    if (engine == nullptr) return RefusePair(id, asked);
-    const int slot = static_cast<int>(engine->kind());
-    const int weight = 1 + a.weight + b.weight;
-    reach_m = visit(Pair{id,
-                         *engine,
-                         {a.kind, *a.part->engines[slot], a.X_WP},
-                         {b.kind, *b.part->engines[slot], b.X_WP},
-                         a.open_mesh || b.open_mesh,
-                         margin_m,
-                         weight,
-                         &interrupt_});
-    if (interrupt_.After(weight)) return;
+    const std::optional<Pair> pair = SelfPairOf({first, second}, margin_m, question);
+    if (!pair) return;
+    reach_m = visit(*pair);
+    if (interrupt_.After(pair->weight)) return;
   }
+}
+
+template <class PairOfNear, class Visit>
+void BodySearch::AskNearestFirst(double reach_m, PairOfNear&& pair_of, Visit&& visit) {
+  std::make_heap(near_.begin(), near_.end());
+  while (!near_.empty() && reach_m >= 0 && near_.front().squared_m2 <= reach_m * reach_m) {
+    const NearPair next = near_.front();
+    std::pop_heap(near_.begin(), near_.end());
+    near_.pop_back();
+    const std::optional<Pair> pair = pair_of(next);
+    if (!pair) return;
+    reach_m = visit(*pair);
+    if (interrupt_.After(pair->weight)) return;
+  }
+}
+
+template <class Visit>
+void BodySearch::ForEachPairNearestFirst(const Obstacle& object, double reach_m, Visit&& visit) {
+  GatherPairs(object, reach_m);
+  AskNearestFirst(
+      reach_m,
+      [&](const NearPair& near) {
+        return PairOf(object, static_cast<std::size_t>(near.first),
+                      static_cast<std::size_t>(near.second), 0, Question::kDistance);
+      },
+      visit);
+}
+
+template <class Visit>
+void BodySearch::ForEachSelfPairNearestFirst(double reach_m, Visit&& visit) {
+  GatherSelfPairs(reach_m);
+  AskNearestFirst(
+      reach_m,
+      [&](const NearPair& near) {
+        return SelfPairOf({near.first, near.second}, 0, Question::kDistance);
+      },
+      visit);
 }
 
 }  // namespace cwm::collision

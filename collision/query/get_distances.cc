@@ -39,12 +39,12 @@ class NearestPair {
   const FoundPair& found() const { return found_; }
 
   double Add(const BodySearch::Pair& pair) {
-    const PairDistance answer = pair.engine.Distance(pair.body, pair.object, limit_m_, pair.work);
-    const bool nearer = !is_found_ || answer.distance_m < found_.answer.distance_m;
-    if (answer.distance_m <= limit_m_ && nearer) {
+    const FoundPair told{
+        .answer = pair.engine.Distance(pair.body, pair.object, limit_m_, pair.work), .id = pair.id};
+    if (told.answer.distance_m <= limit_m_ && (!is_found_ || told < found_)) {
       is_found_ = true;
-      found_ = {.answer = answer, .id = pair.id};
-      limit_m_ = answer.distance_m;
+      found_ = told;
+      limit_m_ = told.answer.distance_m;
     }
     return reach_m();
   }
@@ -58,8 +58,8 @@ class NearestPair {
 void AddNearestOfObject(BodySearch& search, const Obstacle& object, double limit_m,
                         BestPairs& best) {
   NearestPair nearest(limit_m);
-  search.ForEachPair(object, BodySearch::From::kSurface, nearest.reach_m(), Question::kDistance,
-                     [&](const BodySearch::Pair& pair) { return nearest.Add(pair); });
+  search.ForEachPairNearestFirst(object, nearest.reach_m(),
+                                 [&](const BodySearch::Pair& pair) { return nearest.Add(pair); });
   if (!nearest.is_found()) return;
   FoundPair found = nearest.found();
   const bool several = search.part_count() + object.parts_W.size() > 2;
@@ -72,31 +72,81 @@ void AddNearestOfObject(BodySearch& search, const Obstacle& object, double limit
 // Of parts that move apart by themselves: the depth of each pair is its own.
 void AddNearestOfItself(BodySearch& search, double limit_m, BestPairs& best) {
   NearestPair nearest(limit_m);
-  search.ForEachSelfPair(BodySearch::From::kSurface, nearest.reach_m(), Question::kDistance,
-                         [&](const BodySearch::Pair& pair) { return nearest.Add(pair); });
+  search.ForEachSelfPairNearestFirst(
+      nearest.reach_m(), [&](const BodySearch::Pair& pair) { return nearest.Add(pair); });
   if (nearest.is_found()) best.Add(nearest.found());
 }
 
-void FindNearest(BodySearch& search, double max_distance_m, BestPairs& best) {
-  best.Clear();
-  const auto limit_m = [&] { return best.Limit_m(max_distance_m); };
-  if (search.asks_itself()) AddNearestOfItself(search, limit_m(), best);
-  if (!search.asks_world() || search.ended()) return;
-  const auto visit = [&](const Obstacle& obstacle, double) {
-    if (!search.Skips(obstacle)) AddNearestOfObject(search, obstacle, limit_m(), best);
-    // Boxes that overlap are at distance 0 whatever the depth of what is in them.
-    return search.ended() ? -1.0 : std::max(0.0, limit_m());
+// The objects of a row by the boxes of their parts, which tell more than those around the whole: a
+// robot's is as wide as it reaches, and most of what stands about it is in there.
+class NearestObjects {
+ public:
+  NearestObjects(BodySearch& search, double max_distance_m, BestPairs& best)
+      : search_(search), max_distance_m_(max_distance_m), best_(best) {}
+
+  void Find() {
+    waiting_.clear();
+    search_.world().bounds().ForEachNearest(search_.body_bounds_W(), reach_m(),
+                                            [&](const Obstacle& obstacle, double least_m) {
+                                              AskThoseWithin(least_m);
+                                              if (search_.ended()) return -1.0;
+                                              if (!search_.Skips(obstacle)) Await(obstacle);
+                                              return reach_m();
+                                            });
+    AskThoseWithin(std::numeric_limits<double>::infinity());
+  }
+
+ private:
+  struct Waiting {
+    double squared_m2;  // of the gap
+    const Obstacle* object;
+    // Of a heap: the nearest is its first, of equally near ones that of the first name.
+    friend bool operator<(const Waiting& a, const Waiting& b) {
+      return a.squared_m2 != b.squared_m2 ? a.squared_m2 > b.squared_m2
+                                          : a.object->name > b.object->name;
+    }
   };
-  search.world().bounds().ForEachNearest(search.body_bounds_W(), std::max(0.0, limit_m()), visit);
-}
+
+  double limit_m() const { return best_.Limit_m(max_distance_m_); }
+  // Boxes that overlap are at distance 0 whatever the depth of what is in them.
+  double reach_m() const { return std::max(0.0, limit_m()); }
+
+  void Await(const Obstacle& object) {
+    waiting_.push_back({search_.LeastGap_m2(object), &object});
+    std::push_heap(waiting_.begin(), waiting_.end());
+  }
+
+  // What comes later is no nearer than that.
+  void AskThoseWithin(double least_m) {
+    while (!waiting_.empty() && waiting_.front().squared_m2 <= least_m * least_m &&
+           !search_.ended()) {
+      const Waiting next = waiting_.front();
+      std::pop_heap(waiting_.begin(), waiting_.end());
+      waiting_.pop_back();
+      if (next.squared_m2 > reach_m() * reach_m()) return waiting_.clear();
+      AddNearestOfObject(search_, *next.object, limit_m(), best_);
+    }
+  }
+
+  BodySearch& search_;
+  const double max_distance_m_;
+  BestPairs& best_;
+  std::vector<Waiting> waiting_;
+};
 
 class NearestFinder : public RowFinder {
  public:
   NearestFinder(BodySearch& search, const QueryOptions& options)
-      : search_(search), max_distance_m_(options.max_distance_m), best_(options.max_results) {}
+      : search_(search),
+        max_distance_m_(options.max_distance_m),
+        best_(options.max_results),
+        objects_(search, max_distance_m_, best_) {}
 
   const std::vector<FoundPair>& Find() override {
-    FindNearest(search_, max_distance_m_, best_);
+    best_.Clear();
+    // Nothing of the world that is farther away than that matters then.
+    if (search_.asks_itself()) AddNearestOfItself(search_, best_.Limit_m(max_distance_m_), best_);
+    if (search_.asks_world() && !search_.ended()) objects_.Find();
     return best_.pairs();
   }
 
@@ -104,6 +154,7 @@ class NearestFinder : public RowFinder {
   BodySearch& search_;
   const double max_distance_m_;
   BestPairs best_;
+  NearestObjects objects_;
 };
 
 }  // namespace
