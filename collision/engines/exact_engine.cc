@@ -48,6 +48,10 @@ std::optional<RayHit> CastRay(const EngineGeometry& exact, const Pose& X_WS, con
   return ExactRay(Placed(exact, X_WS), ray);
 }
 
+std::optional<double> LowerBound_m(const PlacedGeometry& a, const PlacedGeometry& b) {
+  return ExactLowerBound_m(Placed(a.geometry, a.X_WS), Placed(b.geometry, b.X_WS));
+}
+
 const Shape& ShapeOf(const EngineGeometry& exact) {
   return static_cast<const ExactForm&>(exact).geometry->shape();
 }

@@ -28,6 +28,9 @@ class ExactEngine final : public Engine {
 // First hit of a ray with a geometry that ExactEngine prepared, in the frame of X_WS.
 std::optional<RayHit> CastRay(const EngineGeometry& exact, const Pose& X_WS, const Ray& ray);
 
+// ExactLowerBound_m of two such geometries.
+std::optional<double> LowerBound_m(const PlacedGeometry& a, const PlacedGeometry& b);
+
 // What the kernels ask of such a geometry: the shape as it was given, or the hull of a convex one's
 // corners.
 const Shape& ShapeOf(const EngineGeometry& exact);

@@ -9,6 +9,7 @@
 
 #include "collision/kernels/closed_forms.h"
 #include "collision/kernels/convex_pair.h"
+#include "collision/kernels/gjk.h"
 
 namespace cwm::collision {
 namespace {
@@ -39,6 +40,24 @@ PairDistance WithDepthBound(const PairDistance& deepest_part, const ExactGeometr
   if (answer.trust == Trust::kExact) answer.bound_m = 0;
   if (a.IsOpen() || b.IsOpen()) answer.trust = Trust::kSurfaceOnly;
   return answer;
+}
+
+std::optional<double> LowerBoundByEnclosures_m(const ExactGeometry& a, const ExactGeometry& b,
+                                               const Pose& X_AB) {
+  const auto around = [](const ExactGeometry& geometry) {
+    const MeshHulls* const hulls = geometry.hulls();
+    return hulls != nullptr ? Enclosure{hulls->around(), Pose::Identity()} : EnclosureOf(geometry);
+  };
+  const Enclosure around_a = around(a), around_b = around(b);
+  const CoreDifference difference(around_a.core, around_b.core,
+                                  around_a.X_SE.inverse() * X_AB * around_b.X_SE);
+  const GjkAnswer told = GjkDistance(difference);
+  if (told.outcome != GjkOutcome::kSeparated) return std::nullopt;
+  const double radii_m = around_a.core.radius_m + around_b.core.radius_m;
+  // Hulls contain their meshes but for roundings of the extent.
+  const double rounding_m = kTouchingShare * (around_a.core.extent_m + around_b.core.extent_m);
+  const double bound_m = told.distance_m - told.bound_m - radii_m - rounding_m;
+  return bound_m > 0 ? std::optional(bound_m) : std::nullopt;
 }
 
 namespace {

@@ -34,6 +34,11 @@ PairDistance MeshToPieces(const ExactGeometry& a, const ExactGeometry& b, const 
 PairDistance MeshToMesh(const ExactGeometry& a, const ExactGeometry& b, const Pose& X_AB,
                         const SearchLimits& limits);
 
+// Of anything bounded, in the frame of A: what convex solids around the two are apart, nothing where they
+// meet. The hull of a mesh that has one, else its box.
+std::optional<double> LowerBoundByEnclosures_m(const ExactGeometry& a, const ExactGeometry& b,
+                                               const Pose& X_AB);
+
 // Whether the distance of the pair, as told by the function of the same two, is negative: the first
 // parts that overlap end the search.
 bool HalfSpaceMeetsAny(const ExactGeometry& b, const Pose& X_AB, WorkCounter* work);

@@ -108,6 +108,15 @@ PairDistance ExactDistance(const PlacedExact& a, const PlacedExact& b, double ma
   return Swapped(InFrame(b.X_FS, OrderedDistance(b.geometry, a.geometry, X_BA, limits)));
 }
 
+std::optional<double> ExactLowerBound_m(const PlacedExact& a, const PlacedExact& b) {
+  const auto is_half_space = [](const PlacedExact& shape) {
+    return FamilyOf(shape.geometry) == Family::kHalfSpace;
+  };
+  if (is_half_space(a) || is_half_space(b)) return std::nullopt;
+  if (IsConvex(a.geometry.kind()) && IsConvex(b.geometry.kind())) return std::nullopt;
+  return LowerBoundByEnclosures_m(a.geometry, b.geometry, RelativePose(a.X_FS, b.X_FS));
+}
+
 bool ExactOverlap(const PlacedExact& a, const PlacedExact& b, WorkCounter* work) {
   if (FamilyOf(a.geometry) > FamilyOf(b.geometry)) return ExactOverlap(b, a, work);
   const Family family_a = FamilyOf(a.geometry), family_b = FamilyOf(b.geometry);

@@ -50,6 +50,11 @@ PairDistance ExactDistance(const PlacedExact& a, const PlacedExact& b,
                            double max_distance_m = std::numeric_limits<double>::infinity(),
                            WorkCounter* work = nullptr);
 
+// A distance that the pair is no nearer than, by convex solids around the two: for meshes and plates
+// some microseconds however many triangles they have. Nothing where these solids meet, where no such
+// solid is around one of them, or where the distance itself is told as soon.
+std::optional<double> ExactLowerBound_m(const PlacedExact& a, const PlacedExact& b);
+
 // Whether the signed distance is negative, told without measuring it. Exact for two half-spaces too.
 bool ExactOverlap(const PlacedExact& a, const PlacedExact& b, WorkCounter* work = nullptr);
 

@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <limits>
 #include <numeric>
+#include <optional>
 #include <utility>
 
+#include "collision/engines/exact_engine.h"
 #include "collision/geometry/aabb.h"
 
 namespace cwm::collision {
@@ -28,11 +30,22 @@ constexpr double kFinest_m = 5e-8;
 // plane between the two costs.
 constexpr double kPlaneWithin = 1.0 / 64;
 
+// Of the edge: of shorter steps by hulls alone a search of the triangles takes no longer.
+constexpr double kShortestStep = 1.0 / 64;
+// Of work: to place a robot and ask for the distance of two hulls.
+constexpr std::size_t kStepsByHulls = 2 * kStepsOfConvexPair;
+
 // A pair that may come near on the edge. Its poses are those of the place looked at last.
 struct Candidate {
   BodySearch::Pair pair;
   double travel_m = 0;  // how fast it can close, over the whole edge
-  double gap_m = 0;     // at the start: distance less margin
+  double gap_m = 0;     // at the start: distance less margin, or less where hulls tell it
+};
+
+// From one fraction of the edge to another.
+struct Span {
+  double from = 0, to = 1;
+  double width() const { return to - from; }
 };
 
 // A pair at one fraction of the edge.
@@ -134,9 +147,21 @@ class EdgeSearch {
   void Add(const BodySearch::Pair& pair, double travel_m) {
     if (MayBeAsked(pair, travel_m)) weakest_ = std::max(weakest_, pair.TrustOfProof());
     const double reach_m = Reach_m(pair.margin_m, travel_m);
+    if (IsSlow(pair)) {  // what is nearest by hulls comes first, before all what these do not part
+      const double least_m = LowerBound_m(pair.body, pair.object).value_or(0);
+      if (least_m <= reach_m) candidates_.push_back({pair, travel_m, least_m - pair.margin_m});
+      return;
+    }
     const PairDistance answer = pair.engine.Distance(pair.body, pair.object, reach_m, pair.work);
     if (answer.distance_m - answer.bound_m > reach_m) return;
     candidates_.push_back({pair, travel_m, answer.distance_m - pair.margin_m});
+  }
+
+  // Whether the distance takes a search of triangles.
+  static bool IsSlow(const BodySearch::Pair& pair) {
+    const ShapeKind body = pair.body.kind, object = pair.object.kind;
+    return (body == ShapeKind::kMesh && object != ShapeKind::kHalfSpace) ||
+           (object == ShapeKind::kMesh && body != ShapeKind::kHalfSpace);
   }
 
   // Whether the boxes of the two can meet on the way. Far from its surface an open mesh has no inside
@@ -152,18 +177,50 @@ class EdgeSearch {
 
   void Follow(const Candidate& candidate) {
     places_ = 0;
-    const Place start = LookAt(candidate, 0);
+    const double end = result_.verdict == MotionVerdict::kContact ? result_.hi : 1;
+    const std::optional<Span> open = WithoutWhatHullsProve(candidate, {0, end});
+    if (!open || search_.ended()) return;
+    const Place start = LookAt(candidate, open->from, open->width());
     if (start.contact) {
-      result_ = Contact(0, start, candidate.pair.id);
+      result_ = Contact(open->from, start, candidate.pair.id);
       return;
     }
-    const double to = result_.verdict == MotionVerdict::kContact ? result_.hi : 1;
-    const double left_m = start.gap_m - candidate.travel_m * to;
-    if (start.certain && left_m >= kTold * start.gap_m) {
-      StayClear(left_m, 0, to);
+    const double left_m = start.gap_m - candidate.travel_m * open->width();
+    if (start.certain && left_m >= std::min(kTold * start.gap_m, kLookout_m)) {
+      StayClear(left_m, open->from, open->to);
       return;
     }
-    if (to > 0) CertifyAsFarAsWorkSuffices(candidate, start, LookAt(candidate, to));
+    if (open->width() == 0) return;
+    CertifyAsFarAsWorkSuffices(candidate, start, LookAt(candidate, open->to, open->width()));
+  }
+
+  // Steps from either end as far as hulls show the pair to stay too far apart for anything to be told of
+  // it. Nothing where that is everywhere.
+  std::optional<Span> WithoutWhatHullsProve(const Candidate& candidate, Span open) {
+    while (true) {
+      const double step = StepByHulls(candidate, open.from);
+      if (step >= open.width()) return std::nullopt;
+      open.from += step;
+      if (step < kShortestStep) break;
+    }
+    while (true) {
+      const double step = StepByHulls(candidate, open.to);
+      if (step >= open.width()) return std::nullopt;
+      open.to -= step;
+      if (step < kShortestStep) break;
+    }
+    return open;
+  }
+
+  // How far from the fraction, either way, the pair stays farther apart than is told.
+  double StepByHulls(const Candidate& candidate, double fraction) {
+    const BodySearch::Pair& pair = candidate.pair;
+    if (MustEnd(pair.work, kStepsByHulls)) return 0;
+    search_.PlaceBody(EdgeRow(motion_, fraction), 0);
+    const std::optional<double> least_m = LowerBound_m(pair.body, pair.object);
+    if (!least_m) return 0;
+    const double room_m = *least_m - std::max(0.0, pair.margin_m) - kLookout_m;
+    return room_m <= 0 ? 0 : room_m / candidate.travel_m;
   }
 
   // What slides along nearly at no gap is proven to half a kGrazing_m where it cannot be more finely.
@@ -231,7 +288,7 @@ class EdgeSearch {
       if (!is_grazing) places_ = kMostPlaces;
       return false;
     }
-    const Place middle = LookAt(candidate, 0.5 * (a.fraction + b.fraction));
+    const Place middle = LookAt(candidate, 0.5 * (a.fraction + b.fraction), width);
     return Certify(candidate, a, middle) || (!middle.contact && Certify(candidate, middle, b));
   }
 
@@ -269,11 +326,14 @@ class EdgeSearch {
     if (worse) result_ = doubt;
   }
 
-  Place LookAt(const Candidate& candidate, double fraction) {
+  // For what lies no farther from there than `width`: how much farther apart than that takes the pair is
+  // does not matter.
+  Place LookAt(const Candidate& candidate, double fraction, double width) {
     ++places_;
     search_.PlaceBody(EdgeRow(motion_, fraction), 0);
     const BodySearch::Pair& pair = candidate.pair;
-    const double reach_m = Reach_m(pair.margin_m, candidate.travel_m);
+    // A little farther, where a rounding decides.
+    const double reach_m = Reach_m(pair.margin_m, candidate.travel_m * width) + kGrazing_m;
     const PairDistance answer = pair.engine.Distance(pair.body, pair.object, reach_m, pair.work);
     search_.CountPair(pair);
     Place place{.fraction = fraction};
