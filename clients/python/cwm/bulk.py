@@ -25,6 +25,11 @@ def _varint(value: int) -> bytes:
     return bytes(out)
 
 
+def embedded(number: int, message: bytes) -> bytes:
+    """A field of that number that holds a message, of which these are the bytes."""
+    return b"".join((_varint(number << 3 | _LENGTH_DELIMITED), _varint(len(message)), message))
+
+
 @dataclass(frozen=True, eq=False)
 class Bulk:
     """Rows (N, W), C-ordered, for the `bytes` field at the path of names, from the request on.

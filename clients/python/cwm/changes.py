@@ -11,7 +11,7 @@ from typing import Mapping, Sequence, Union
 
 import numpy.typing as npt
 
-from cwm import arrays, poses, robots, shapes
+from cwm import arrays, enums, poses, robots, shapes
 from cwm.v1 import world_pb2
 
 # An object or a robot by its name ("*": everything), or a link of a robot as (robot, link).
@@ -32,10 +32,18 @@ def pair_to_proto(a: Thing, b: Thing) -> world_pb2.NamedPair:
     return world_pb2.NamedPair(a=_thing(a, "a"), b=_thing(b, "b"))
 
 
+def _kind(value: enums.ObjectKind | str) -> enums.ObjectKind:
+    kind = enums.word(enums.ObjectKind, value, "kind")
+    if kind not in (enums.ObjectKind.USER, enums.ObjectKind.UNSEEN):
+        raise ValueError(f"kind is {kind.name.lower()!r}, must be user or unseen")
+    return kind
+
+
 @dataclass(frozen=True, eq=False)  # poses are arrays
 class Put:
     """Adds the object, or replaces the one of that name. `shape`: one or several, each maybe
-    `Placed`.
+    `Placed`. kind: "user", or "unseen" for space that no sensor has seen, which questions may
+    ignore, report or block (`QueryOptions`).
     """
 
     name: str
@@ -43,6 +51,7 @@ class Put:
     pose: npt.ArrayLike | None = None
     margin_m: float = 0.0
     supported_by: str = ""
+    kind: enums.ObjectKind | str = field(default=enums.ObjectKind.USER, kw_only=True)
     expected_revision: int | None = field(default=None, kw_only=True)
 
     def _parts(self) -> list[shapes.Placed]:
@@ -51,6 +60,7 @@ class Put:
     def _fill(self, change: world_pb2.Change) -> None:
         item = change.put.object
         item.name = arrays.text(self.name, "name")
+        item.kind = _kind(self.kind)
         if self.pose is not None:
             item.x_world_object.CopyFrom(poses.to_proto(self.pose, "pose"))
         else:

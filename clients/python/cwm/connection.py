@@ -97,6 +97,10 @@ class Connection:
         self.worlds = world_pb2_grpc.WorldServiceStub(self._channel)
         self.perception = perception_pb2_grpc.PerceptionServiceStub(self._channel)
         self.queries = _Queries(self._channel)
+        self._stream_queries = self._channel.stream_stream(
+            "/cwm.v1.QueryService/StreamQueries",
+            response_deserializer=query_pb2.StreamQueriesResponse.FromString,
+        )
         self.robots = robot_pb2_grpc.RobotServiceStub(self._channel)
         self.admin = admin_pb2_grpc.AdminServiceStub(self._channel)
         self._limits: admin_pb2.Limits | None = None
@@ -177,6 +181,11 @@ class Connection:
             yield from method(request, timeout=timeout_s)
         except grpc.RpcError as error:
             raise errors.from_rpc(error, self.address) from None
+
+    def open_queries(self, requests: Iterator[bytes]) -> Iterable[query_pb2.StreamQueriesResponse]:
+        """The call StreamQueries, of requests as bytes; iterating it raises grpc.RpcError."""
+        self._check_open()
+        return self._stream_queries(requests)
 
     def read_blob(self, request: world_pb2.ReadGeometryRequest, timeout_s: float | None) -> bytes:
         """Whole, and what its hash says."""

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import grpc
 from google.protobuf.message import DecodeError
 
-from cwm.v1 import error_details_pb2
+from cwm.v1 import error_details_pb2, query_pb2
 
 _DETAILS_KEY = "grpc-status-details-bin"
 
@@ -134,6 +134,8 @@ _BY_CODE: dict[grpc.StatusCode, type[Error]] = {
     grpc.StatusCode.INTERNAL: Internal,
 }
 
+_CODES = {code.value[0]: code for code in grpc.StatusCode}
+
 _BY_REASON: dict[str, type[Error]] = {
     "REVISION_MISMATCH": RevisionConflict,
     "OBJECT_REVISION_MISMATCH": RevisionConflict,
@@ -170,6 +172,23 @@ def _details_of(error: grpc.RpcError) -> dict:
             delay = error_details_pb2.RetryInfo.FromString(item.value).retry_delay
             details["retry_after_s"] = delay.seconds + 1e-9 * delay.nanos
     return details
+
+
+def from_query_error(message: query_pb2.QueryError) -> Error:
+    """The error that stands in a stream in place of an answer."""
+    code = _CODES.get(message.code, grpc.StatusCode.UNKNOWN)
+    kind = _BY_REASON.get(message.reason) or _BY_CODE.get(code, Error)
+    delay = message.retry_delay
+    return kind(
+        message.message,
+        code=code,
+        reason=message.reason,
+        metadata=dict(message.metadata),
+        fields=tuple(FieldViolation(f.field, f.description) for f in message.fields),
+        retry_after_s=delay.seconds + 1e-9 * delay.nanos
+        if message.HasField("retry_delay")
+        else None,
+    )
 
 
 def from_rpc(error: grpc.RpcError, address: str) -> Error:

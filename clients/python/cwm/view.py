@@ -18,6 +18,7 @@ from cwm.v1 import query_pb2, robot_pb2, world_pb2
 
 if TYPE_CHECKING:
     from cwm.server import Server
+    from cwm.stream import QueryStream
 
 
 class WorldView:
@@ -115,6 +116,18 @@ class WorldView:
         other = copy.copy(self)
         other.supposed = (*self.supposed, *changes)
         return other
+
+    def stream(self) -> QueryStream:
+        """The same over one stream, for many small questions: each takes less time, those of
+        several threads overlap, and what is supposed is sent once.
+
+            with world.at().stream() as stream:
+                while planning:
+                    answer = stream.check(arm, rows)
+        """
+        from cwm.stream import QueryStream  # which is a view
+
+        return QueryStream(self)
 
     def fill_revision(self, request) -> None:
         """Sets at_revision and world_uid where the view is pinned."""

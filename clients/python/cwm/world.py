@@ -124,15 +124,22 @@ class World(WorldView):
         *,
         margin_m: float = 0.0,
         supported_by: str = "",
+        kind: enums.ObjectKind | str = "user",
         expected_revision: int | None = None,
     ) -> int:
         """Adds an object, or replaces the one of the name: a shape or several (`Placed`), at
-        X_WO, (4, 4) or (7,).
+        X_WO, (4, 4) or (7,). kind: "user", or "unseen" for space that no sensor has seen.
         """
         return self.apply(
             [
                 changes.Put(
-                    name, shape, pose, margin_m, supported_by, expected_revision=expected_revision
+                    name,
+                    shape,
+                    pose,
+                    margin_m,
+                    supported_by,
+                    kind=kind,
+                    expected_revision=expected_revision,
                 )
             ]
         )

@@ -1,0 +1,174 @@
+"""Questions over one stream: each costs less than a call of its own, and what is supposed is sent
+once.
+"""
+
+from __future__ import annotations
+
+import queue
+import threading
+from concurrent.futures import Future, TimeoutError as NotInTime
+from typing import TYPE_CHECKING, Callable
+
+import grpc
+
+from cwm import bulk, changes, errors
+from cwm.connection import Connection
+from cwm.v1 import query_pb2
+from cwm.view import WorldView
+
+if TYPE_CHECKING:
+    from cwm.changes import Change
+
+_REQUEST = query_pb2.StreamQueriesRequest
+
+
+class _Stream:
+    """The call: questions go out under ids of their own, answers come back in order. Thread-safe."""
+
+    def __init__(self, connection: Connection):
+        self._address = connection.address
+        self._lock = threading.Lock()
+        self._outgoing: queue.SimpleQueue[bytes | None] = queue.SimpleQueue()
+        self._awaited: dict[int, Future] = {}
+        self._next_id = 1
+        self._end: errors.Error | None = None  # why nothing more can be asked
+        self._call = connection.open_queries(iter(self._outgoing.get, None))
+        self._reader = threading.Thread(target=self._read, name="cwm-stream", daemon=True)
+        self._reader.start()
+
+    def ask(
+        self, question: Callable[[int], bytes], timeout_s: float | None
+    ) -> query_pb2.StreamQueriesResponse:
+        """The answer to the message that `question` makes for an id; raises what it holds instead."""
+        answer: Future = Future()
+        with self._lock:
+            if self._end is not None:
+                raise self._end
+            message = question(self._next_id)
+            self._awaited[self._next_id] = answer
+            self._next_id += 1
+            self._outgoing.put(message)
+        try:
+            reply = answer.result(timeout_s)
+        except NotInTime:
+            raise errors.DeadlineExceeded(
+                f"the stream had no answer within {timeout_s} s",
+                code=grpc.StatusCode.DEADLINE_EXCEEDED,
+            ) from None
+        if reply.WhichOneof("answer") == "error":
+            raise errors.from_query_error(reply.error)
+        return reply
+
+    def close(self) -> None:
+        """What has been asked is still answered; nothing more can be."""
+        with self._lock:
+            if self._end is None:
+                self._end = errors.Cancelled("the stream is closed", code=grpc.StatusCode.CANCELLED)
+                self._outgoing.put(None)
+        if threading.current_thread() is not self._reader:
+            self._reader.join()
+
+    def _read(self) -> None:
+        end: errors.Error = errors.Cancelled(
+            "the stream is closed", code=grpc.StatusCode.CANCELLED
+        )
+        try:
+            for reply in self._call:
+                with self._lock:
+                    answer = self._awaited.pop(reply.id, None)
+                if answer is not None:
+                    answer.set_result(reply)
+        except grpc.RpcError as error:
+            end = errors.from_rpc(error, self._address)
+        with self._lock:
+            self._end = self._end or end
+            left, self._awaited = list(self._awaited.values()), {}
+            self._outgoing.put(None)
+        for answer in left:
+            answer.set_exception(end)
+
+
+class _StreamedQueries:
+    """The methods of QueryService by their names, as those of a connection, over a stream."""
+
+    def __init__(self, stream: _Stream):
+        service = query_pb2.DESCRIPTOR.services_by_name["QueryService"]
+        for field in _REQUEST.DESCRIPTOR.oneofs_by_name["query"].fields:
+            name = field.message_type.name.removesuffix("Request")
+            assert name in service.methods_by_name
+            setattr(self, name, self._method(stream, field.name, field.number))
+
+    @staticmethod
+    def _method(stream: _Stream, name: str, number: int) -> Callable:
+        def ask(data: bytes, timeout: float | None = None):
+            def message(id: int) -> bytes:
+                return _REQUEST(id=id).SerializeToString() + bulk.embedded(number, data)
+
+            return getattr(stream.ask(message, timeout), name)
+
+        return ask
+
+
+class _StreamedConnection:
+    """A connection whose questions go over a stream. They are not sent once more."""
+
+    def __init__(self, connection: Connection, stream: _Stream):
+        self._connection = connection
+        self.queries = _StreamedQueries(stream)
+
+    def __getattr__(self, name: str):
+        return getattr(self._connection, name)
+
+    def call(self, method: Callable, request: object, timeout_s: float | None):
+        if method in vars(self.queries).values():
+            return method(request, timeout=timeout_s)
+        return self._connection.call(method, request, timeout_s)
+
+
+class QueryStream(WorldView):
+    """Questions about one world over one stream, made by `WorldView.stream`; leaving its `with`
+    ends it.
+
+    It asks what a view asks, with the same answers. Several threads may ask at once: the next
+    question is on its way while one is answered. What the view supposes (`what_if`) is sent once.
+    A question that fails leaves the stream as it is; a connection that is lost ends it, and
+    Unavailable is raised from then on.
+    """
+
+    def __init__(self, view: WorldView):
+        super().__init__(view.server, view.name, view.timeout_s, view.pinned, view._uid)
+        self._stream = _Stream(view.connection)
+        self._streamed = _StreamedConnection(view.connection, self._stream)
+        try:
+            self._suppose(view.supposed)
+        except BaseException:
+            self.close()
+            raise
+
+    def __enter__(self) -> QueryStream:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    @property
+    def connection(self) -> Connection:
+        return self._streamed  # what a connection has, it has
+
+    def close(self) -> None:
+        """Nothing more can be asked; what other threads have asked is still answered."""
+        self._stream.close()
+
+    def _suppose(self, supposed: tuple[Change, ...]) -> None:
+        if not supposed:
+            return
+        overlay = query_pb2.StreamOverlay(
+            world=self.name, changes=changes.changes_to_proto(supposed, "changes")
+        )
+        self.connection.with_meshes(
+            changes.meshes_of(supposed),
+            self.timeout_s,
+            lambda: self._stream.ask(
+                lambda id: _REQUEST(id=id, overlay=overlay).SerializeToString(), self.timeout_s
+            ),
+        )
