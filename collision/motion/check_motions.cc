@@ -334,9 +334,17 @@ class EdgeSearch {
     const BodySearch::Pair& pair = candidate.pair;
     // A little farther, where a rounding decides.
     const double reach_m = Reach_m(pair.margin_m, candidate.travel_m * width) + kGrazing_m;
+    Place place{.fraction = fraction};
+    // How deep triangles overlap takes long to tell, and matters to no margin of none or more.
+    if (pair.margin_m >= 0 && IsSlow(pair) &&
+        pair.engine.Collides(pair.body, pair.object, pair.work)) {
+      search_.CountPair(pair);
+      place.contact = true;
+      place.trust = pair.TrustOfProof();
+      return place;
+    }
     const PairDistance answer = pair.engine.Distance(pair.body, pair.object, reach_m, pair.work);
     search_.CountPair(pair);
-    Place place{.fraction = fraction};
     SetGap(pair, answer, reach_m, place);
     const bool is_yes_or_no = place.contact ? ProvesContact(pair, answer) : place.certain;
     place.trust = is_yes_or_no ? pair.TrustOfProof() : answer.trust;
