@@ -40,6 +40,7 @@ constexpr char kCloud[] = "Clouds", kMesh[] = "Meshes", kScene[] = "Scenes";
 struct ImportArguments {
   std::string file, robot, world_frame, name, at = "0,0,0";
   std::vector<Part> without;
+  bool replaces = false;
   MeshArguments mesh;
   ScanArguments scan;
   ChangeArguments change;
@@ -142,6 +143,21 @@ absl::StatusOr<std::vector<pb::PairRule>> RulesOfWorld(Session& session) {
   return std::vector<pb::PairRule>(world->pair_rules().begin(), world->pair_rules().end());
 }
 
+// Names of those that users put, as imports do.
+absl::StatusOr<std::vector<std::string>> ObjectsPut(Session& session) {
+  pb::ListObjectsRequest request;
+  request.set_world(session.world);
+  request.set_view(pb::OBJECT_VIEW_BASIC);
+  request.add_kinds(pb::OBJECT_KIND_USER);
+  const auto found = AllPages<pb::ListObjectsResponse>(
+      session, &pb::WorldService::Stub::ListObjects, session.connection().worlds(), request);
+  if (absl::IsNotFound(found.status())) return std::vector<std::string>();
+  if (!found.ok()) return found.status();
+  std::vector<std::string> names;
+  for (const pb::Object& object : found->objects()) names.push_back(object.name());
+  return names;
+}
+
 // Shows how far the meshes are. A mesh that the server has already is not read to its end.
 absl::StatusOr<scene::SceneImport> SendScene(Session& session, const formats::SceneFile& file,
                                              scene::ImportOptions options) {
@@ -176,6 +192,12 @@ absl::Status ImportScene(Session& session, const ImportArguments& arguments,
     auto rules = RulesOfWorld(session);
     if (!rules.ok()) return rules.status();
     options.rules = *std::move(rules);
+  }
+  if (arguments.replaces) options.before = scene::Before::kGoes;
+  if (arguments.replaces || !file->removed.empty()) {
+    auto objects = ObjectsPut(session);
+    if (!objects.ok()) return objects.status();
+    options.objects = *std::move(objects);
   }
   const auto plan = SendScene(session, *file, options);
   if (!plan.ok()) return plan.status();
@@ -223,9 +245,9 @@ void AddImportCommand(CommandLine& line) {
        "cylinders, spheres,\ncones, meshes, and planes as half-spaces, solid where the normal "
        "points away from. Of YAML also the\nstate of the robot, its base, what it holds and which "
        "pairs may collide: for these the world must\nhave the robot. What was "
-       "allowed before ends where the scene says\nfalse to it; all else of before stays. What is "
-       "left "
-       "out is said in warnings. A scene has at most 64 MiB."},
+       "allowed before ends where the scene says\nfalse to it; all else of before stays, unless "
+       "--replace is given. A scene that only says what differs\n(is_diff) may remove objects. "
+       "What is left out is said in warnings. A scene has at most 64 MiB."},
       [arguments, self](Session& session) { return Import(session, **self, *arguments); });
   *self = &command;
   command.add_option("FILE", arguments->file, "a cloud, a mesh or a planning scene")->required();
@@ -252,6 +274,11 @@ void AddImportCommand(CommandLine& line) {
       ->transform(OneOf(kParts))
       ->allow_extra_args(false)
       ->type_name("state|allowed|attached")
+      ->group(kScene);
+  command
+      .add_flag("--replace", arguments->replaces,
+                "remove what users and imports put before, and end what was allowed, unless the "
+                "scene has it too")
       ->group(kScene);
   command
       .add_option("--world-frame", arguments->world_frame,

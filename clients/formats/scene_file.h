@@ -76,6 +76,9 @@ struct SceneAllowedCollisions {
 struct SceneFile {
   std::string robot_model_name;      // empty: not said
   std::vector<SceneObject> objects;  // in the file's order, ids differ
+  // Whether it only says what differs from the scene of before; such a one may take objects away.
+  bool is_diff = false;
+  std::vector<std::string> removed;  // ids, none of which is of an object
   SceneRobotState robot_state;
   SceneAllowedCollisions allowed_collisions;
   std::vector<std::string> warnings;  // what was left out, and why

@@ -2,6 +2,7 @@
 #include <set>
 #include <utility>
 
+#include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "clients/formats/format_error.h"
@@ -55,6 +56,14 @@ absl::Status CheckAttached(const SceneFile& scene, std::set<std::string> ids,
   return absl::OkStatus();
 }
 
+absl::StatusOr<bool> ReadIsDiff(const FieldReader& reader, const Place& place) {
+  if (!place.present()) return false;
+  const std::string word = place.is_scalar() ? absl::AsciiStrToLower(place.node.Scalar()) : "";
+  if (word == "true" || word == "1") return true;
+  if (word == "false" || word == "0") return false;
+  return reader.Error(place, "must be true or false");
+}
+
 absl::StatusOr<SceneFile> ReadScene(const Place& root, const FieldReader& reader,
                                     const SceneOptions& options) {
   SceneFile scene;
@@ -67,11 +76,24 @@ absl::StatusOr<SceneFile> ReadScene(const Place& root, const FieldReader& reader
   if (root["robot_model_name"].is_scalar()) {
     scene.robot_model_name = root["robot_model_name"].node.Scalar();
   }
+  const auto is_diff = ReadIsDiff(reader, root["is_diff"]);
+  if (!is_diff.ok()) return is_diff.status();
+  scene.is_diff = *is_diff;
   const auto frames =
       SceneFrames::Read(reader, root["fixed_frame_transforms"], options.world_frame);
   if (!frames.ok()) return frames.status();
   std::set<std::string> ids;
   for (std::size_t i = 0; i < list.size(); ++i) {
+    const auto operation = ReadOperation(reader, list[i]["operation"],
+                                         scene.is_diff ? SceneKind::kDiff : SceneKind::kWhole);
+    if (!operation.ok()) return operation.status();
+    if (*operation == SceneOperation::kRemove) {
+      auto id = reader.Name(list[i]["id"]);
+      if (!id.ok()) return id.status();
+      if (!ids.insert(*id).second) return reader.Error(list[i]["id"], "must not appear twice");
+      scene.removed.push_back(*std::move(id));
+      continue;
+    }
     auto object = ReadObject(reader, list[i], scene.warnings);
     if (!object.ok()) return object.status();
     if (!ids.insert(object->id).second) return reader.Error(list[i]["id"], "must not appear twice");

@@ -23,6 +23,13 @@ class SceneFrames {
   std::map<std::string, ScenePose> frames_;
 };
 
+enum class SceneKind { kWhole, kDiff };
+enum class SceneOperation { kAdd, kRemove };
+
+// What is to be done with an object; only differences may remove.
+absl::StatusOr<SceneOperation> ReadOperation(const FieldReader& reader, const Place& place,
+                                             SceneKind kind);
+
 // An object in its own frame; where that is, is for the caller to say.
 absl::StatusOr<SceneObject> ReadObject(const FieldReader& reader, const Place& place,
                                        std::vector<std::string>& warnings);

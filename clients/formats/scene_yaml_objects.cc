@@ -2,6 +2,7 @@
 #include <cstring>
 #include <utility>
 
+#include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
 #include "clients/formats/format_error.h"
 #include "clients/formats/scalar.h"
@@ -142,17 +143,23 @@ class ObjectReader {
   std::vector<std::string>& warnings_;
 };
 
-// Only what adds an object is read: a difference to another scene is no scene.
-absl::Status CheckOperation(const FieldReader& reader, const Place& place) {
-  if (!place.present()) return absl::OkStatus();
-  const std::string word = place.is_scalar() ? place.node.Scalar() : "";
-  if (word == "add" || word == "ADD" || word == "0" || word == std::string(1, '\0')) {
-    return absl::OkStatus();
-  }
-  return reader.Error(place, "must be add: differences of scenes are not read");
-}
-
 }  // namespace
+
+// As moveit_msgs/CollisionObject numbers it, or as a word; nothing is "add". Only what adds an object or
+// takes one away is read.
+absl::StatusOr<SceneOperation> ReadOperation(const FieldReader& reader, const Place& place,
+                                             SceneKind kind) {
+  if (!place.present()) return SceneOperation::kAdd;
+  const std::string word = place.is_scalar() ? absl::AsciiStrToLower(place.node.Scalar()) : "";
+  if (word == "add" || word == "0" || word == std::string(1, '\0')) return SceneOperation::kAdd;
+  if (kind == SceneKind::kWhole) {
+    return reader.Error(place, "must be add: only a scene with is_diff: true takes away");
+  }
+  if (word == "remove" || word == "1" || word == std::string(1, '\1')) {
+    return SceneOperation::kRemove;
+  }
+  return reader.Error(place, "must be add or remove");
+}
 
 absl::StatusOr<SceneObject> ReadObject(const FieldReader& reader, const Place& place,
                                        std::vector<std::string>& warnings) {
@@ -160,7 +167,8 @@ absl::StatusOr<SceneObject> ReadObject(const FieldReader& reader, const Place& p
   auto id = reader.Name(place["id"]);
   if (!id.ok()) return id.status();
   object.id = *std::move(id);
-  if (absl::Status status = CheckOperation(reader, place["operation"]); !status.ok()) return status;
+  const auto operation = ReadOperation(reader, place["operation"], SceneKind::kWhole);
+  if (!operation.ok()) return operation.status();
   if (place["pose"].present()) {
     const auto pose = reader.Pose(place["pose"]);
     if (!pose.ok()) return pose.status();

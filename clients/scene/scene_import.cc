@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <map>
+#include <set>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -106,8 +107,36 @@ absl::Status PlanObjects(const client::Connection& connection, const ImportOptio
   return absl::OkStatus();
 }
 
-// How many of the rules go on to allow what the scene does not speak of.
-std::size_t CountKept(const std::vector<pb::PairRule>& before, const SceneRules& rules) {
+// Objects of before that go: all that the scene does not put, or those that it takes away.
+void PlanRemovals(const SceneFile& scene, const ImportOptions& options,
+                  const std::vector<const SceneObject*>& objects, SceneImport& plan) {
+  const std::set<std::string> there(options.objects.begin(), options.objects.end());
+  std::set<std::string> gone;
+  for (const std::string& id : scene.removed) {
+    if (there.count(WorldName(id)) > 0) {
+      gone.insert(WorldName(id));
+    } else {
+      plan.warnings.push_back(
+          absl::StrCat(formats::Printable(id), ": not removed, no such object was put before"));
+    }
+  }
+  if (options.before == Before::kGoes) {
+    gone = there;
+    for (const SceneObject* object : objects) gone.erase(WorldName(object->id));
+    // Attached without shapes: it is the one that is there.
+    for (const SceneAttachedObject& attached : scene.robot_state.attached) {
+      gone.erase(WorldName(attached.object.id));
+    }
+  }
+  for (const std::string& name : gone) {
+    plan.changes.emplace_back().mutable_remove()->set_name(name);
+  }
+  if (!gone.empty()) plan.taken.push_back(Counted(gone.size(), "object") + " of before removed");
+}
+
+// Pairs of before that are allowed and of which the scene says nothing.
+std::vector<pb::NamedPair> KeptPairs(const std::vector<pb::PairRule>& before,
+                                     const SceneRules& rules) {
   const auto has = [](const std::vector<pb::NamedPair>& pairs, const pb::NamedPair& pair) {
     return std::any_of(pairs.begin(), pairs.end(), [&](const pb::NamedPair& other) {
       const auto same = [](const pb::NamedThing& x, const pb::NamedThing& y) {
@@ -117,20 +146,24 @@ std::size_t CountKept(const std::vector<pb::PairRule>& before, const SceneRules&
              (same(pair.a(), other.b()) && same(pair.b(), other.a()));
     });
   };
-  return static_cast<std::size_t>(
-      std::count_if(before.begin(), before.end(), [&](const pb::PairRule& rule) {
-        return rule.allowed() && !has(rules.pairs, rule.pair()) &&
-               !has(rules.withdrawn, rule.pair());
-      }));
+  std::vector<pb::NamedPair> kept;
+  for (const pb::PairRule& rule : before) {
+    const bool is_known = has(rules.pairs, rule.pair()) || has(rules.withdrawn, rule.pair());
+    if (rule.allowed() && !is_known) kept.push_back(rule.pair());
+  }
+  return kept;
 }
 
 void PlanRules(const SceneFile& scene, const ImportOptions& options, SceneImport& plan) {
   SceneRules rules = RulesOf(scene, options.robot, options.rules);
   plan.warnings.insert(plan.warnings.end(), rules.warnings.begin(), rules.warnings.end());
-  if (const std::size_t kept = CountKept(options.rules, rules); kept > 0) {
-    plan.warnings.push_back(absl::StrCat(Counted(kept, "allowed pair"),
+  const std::vector<pb::NamedPair> kept = KeptPairs(options.rules, rules);
+  if (options.before == Before::kGoes) {
+    rules.withdrawn.insert(rules.withdrawn.end(), kept.begin(), kept.end());
+  } else if (!kept.empty()) {
+    plan.warnings.push_back(absl::StrCat(Counted(kept.size(), "allowed pair"),
                                          " of before, which the scene says nothing of, ",
-                                         kept == 1 ? "stays" : "stay", ": see `cwm rules`"));
+                                         kept.size() == 1 ? "stays" : "stay", ": see `cwm rules`"));
   }
   for (const pb::NamedPair& pair : rules.withdrawn) {
     pb::AllowCollision& allow = *plan.changes.emplace_back().mutable_allow();
@@ -209,6 +242,10 @@ bool NeedsRobot(const SceneFile& scene, const ImportOptions& options) {
 
 absl::StatusOr<SceneImport> ImportOf(const client::Connection& connection, const SceneFile& scene,
                                      const ImportOptions& options) {
+  if (scene.is_diff && options.before == Before::kGoes) {
+    return absl::InvalidArgumentError(
+        "is_diff is true: the scene says only what differs from that of before, which must stay");
+  }
   SceneImport plan;
   plan.warnings = scene.warnings;
   const pb::Robot* robot = NeedsRobot(scene, options) ? options.robot : nullptr;
@@ -233,6 +270,7 @@ absl::StatusOr<SceneImport> ImportOf(const client::Connection& connection, const
   }
   absl::Status status;
   if (robot != nullptr && options.Takes(Part::kState)) status = PlanState(scene, *robot, plan);
+  if (status.ok()) PlanRemovals(scene, options, objects, plan);
   if (status.ok()) status = PlanObjects(connection, options, objects, plan);
   if (!status.ok()) return status;
   if (options.Takes(Part::kAllowed)) PlanRules(scene, options, plan);

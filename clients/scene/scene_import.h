@@ -17,6 +17,9 @@ namespace cwm::scene {
 // Parts of a scene beside its objects: all of them are about its robot.
 enum class Part { kState = 1, kAllowed, kAttached };
 
+// What becomes of what was imported before.
+enum class Before { kStays, kGoes };
+
 // How far the meshes of a scene are on their way to the server.
 struct MeshesSent {
   std::size_t mesh = 0;  // that is being sent, from 1
@@ -32,6 +35,10 @@ struct ImportOptions {
   // Of the world: what they allow ends where the scene says false to it.
   std::vector<cwm::v1::PairRule> rules = {};
   std::vector<Part> without = {};
+  // Of the world: objects that users put, as imports do, and whether they stay beside those of the
+  // scene. Where they go, so do pairs that were allowed before and that the scene does not allow.
+  std::vector<std::string> objects = {};
+  Before before = Before::kStays;
   std::function<void(const MeshesSent&)> progress = {};  // hears it whenever some are handed over
 
   bool Takes(Part part) const;
@@ -48,7 +55,8 @@ struct SceneImport {
 bool NeedsRobot(const formats::SceneFile& scene, const ImportOptions& options);
 
 // Meshes are stored with the server; the changes are for the caller to apply, in this order, or to
-// lay over a question. INVALID_ARGUMENT where two objects would have one name.
+// lay over a question. INVALID_ARGUMENT where two objects would have one name, and where what was
+// before is to go for a scene that only says what differs from it.
 absl::StatusOr<SceneImport> ImportOf(const client::Connection& connection,
                                      const formats::SceneFile& scene, const ImportOptions& options);
 

@@ -15,6 +15,7 @@ namespace {
 
 using nlohmann::json;
 using ::testing::AllOf;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
@@ -65,6 +66,9 @@ class PlanningSceneCommand : public ServerTest {
   void LoadArm(const std::string& world = "default") {
     CwmJson({"robot", "load", scratch() / "arm.urdf", "--world", world});
   }
+  std::int64_t Revision() {
+    return std::stoll(CwmJson({"objects"}).at("revision").get<std::string>());
+  }
 };
 
 TEST_F(PlanningSceneCommand, ImportTakesObjectsStateAndPairsInOneRevision) {
@@ -111,6 +115,59 @@ TEST_F(PlanningSceneCommand, ImportTakesBackWhatWasAllowedBefore) {
               HasSubstr("1 allowed pair of before, which the scene says nothing of, stays"));
   EXPECT_THAT(Cwm({"rules"}).out,
               AllOf(Not(HasSubstr("post")), HasSubstr("floor"), HasSubstr("arm:hand")));
+}
+
+TEST_F(PlanningSceneCommand, ImportReplacesWhatWasPutBefore) {
+  LoadArm();
+  ASSERT_EQ(Cwm({"import", scratch() / "scene.yaml"}).exit_code, 0);
+  ASSERT_EQ(Cwm({"put", "cup", "--sphere", "0.1", "--at", "9,0,0"}).exit_code, 0);
+  ASSERT_EQ(Cwm({"put", "dark", "--box", "1,1,1", "--at", "8,0,0", "--unseen"}).exit_code, 0);
+  ASSERT_EQ(Cwm({"allow", "cup", "post"}).exit_code, 0);
+  std::string scene = kScene;
+  scene.replace(scene.find("id: floor"), 9, "id: field");
+  std::ofstream(scratch() / "second.yaml") << scene;
+  const auto names = [&] {
+    std::vector<std::string> all;
+    const json listed = CwmJson({"objects"});
+    for (const json& object : listed.at("objects")) all.push_back(object.at("name"));
+    return all;
+  };
+  // As it was: beside what was there.
+  ASSERT_EQ(Cwm({"import", scratch() / "second.yaml"}).exit_code, 0);
+  EXPECT_THAT(names(), ElementsAre("big_mesh", "cup", "dark", "field", "floor", "post"));
+  const std::int64_t revision = Revision();
+  const Finished run = Cwm({"import", scratch() / "second.yaml", "--replace"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.out, AllOf(HasSubstr("2 objects of before removed"),
+                             HasSubstr("2 pairs no more allowed")));
+  EXPECT_THAT(run.err, Not(HasSubstr("of before")));
+  // In one revision, and what no import puts stays.
+  EXPECT_EQ(Revision(), revision + 1);
+  EXPECT_THAT(names(), ElementsAre("big_mesh", "dark", "field", "post"));
+  EXPECT_THAT(Cwm({"rules"}).out,
+              AllOf(Not(HasSubstr("cup")), Not(HasSubstr("floor")), HasSubstr("arm:base")));
+}
+
+TEST_F(PlanningSceneCommand, ImportTakesADifferenceForOne) {
+  LoadArm();
+  ASSERT_EQ(Cwm({"import", scratch() / "scene.yaml"}).exit_code, 0);
+  std::ofstream(scratch() / "difference.yaml") << R"(
+is_diff: true
+world:
+  collision_objects:
+    - {id: post, operation: 1}
+    - {id: nothing, operation: remove}
+    - {id: cup, primitives: [{type: sphere, dimensions: [0.1]}], primitive_poses: [{position: [9, 0, 0], orientation: [0, 0, 0, 1]}]}
+)";
+  const Finished replaced = Cwm({"import", scratch() / "difference.yaml", "--replace"});
+  EXPECT_NE(replaced.exit_code, 0);
+  EXPECT_THAT(replaced.err, HasSubstr("is_diff is true"));
+  const Finished run = Cwm({"import", scratch() / "difference.yaml"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.out, AllOf(HasSubstr("1 object of before removed"), HasSubstr("1 object")));
+  EXPECT_THAT(run.err, HasSubstr("nothing: not removed"));
+  EXPECT_THAT(Cwm({"objects"}).out,
+              AllOf(HasSubstr("cup"), HasSubstr("floor"), Not(HasSubstr("post"))));
 }
 
 TEST_F(PlanningSceneCommand, ImportLeavesOutWhatIsNotWantedOrNotThere) {

@@ -136,6 +136,24 @@ world: {octomap: {octomap: {data: [1, 2]}}}
               ElementsAre(HasSubstr("link_padding of hand"), HasSubstr("world.octomap")));
 }
 
+TEST(SceneFile, ReadsWhatADifferenceTakesAway) {
+  const auto scene = ParseScene(R"(
+is_diff: true
+world:
+  collision_objects:
+    - {id: a, operation: remove}
+    - {id: b, operation: 1, primitives: []}
+    - {id: c, operation: add, primitives: [{type: sphere, dimensions: [0.1]}],
+       primitive_poses: [{position: [0, 0, 0], orientation: [0, 0, 0, 1]}]}
+)",
+                                "s.yaml");
+  ASSERT_TRUE(scene.ok()) << scene.status();
+  EXPECT_TRUE(scene->is_diff);
+  EXPECT_THAT(scene->removed, ElementsAre("a", "b"));
+  ASSERT_EQ(scene->objects.size(), 1u);
+  EXPECT_EQ(scene->objects[0].id, "c");
+}
+
 TEST(SceneFile, SaysOnceWhereTheMatrixContradictsItself) {
   std::string rows;
   for (int i = 0; i < 4; ++i) {
@@ -260,6 +278,13 @@ INSTANTIATE_TEST_SUITE_P(
                   "thing}}, *a]}\n"),
             "attached_collision_objects[1].object.id is thing", "must not be attached twice"},
         Lie{"Removal", Scene("    - {id: p, operation: 1}"), "operation is 1", "must be add"},
+        Lie{"Difference", "is_diff: perhaps\n" + Scene("    - {id: p}"), "is_diff is perhaps",
+            "must be true or false"},
+        Lie{"Append", "is_diff: true\n" + Scene("    - {id: p, operation: 2}"), "operation is 2",
+            "must be add or remove"},
+        Lie{"RemovalTwice",
+            "is_diff: true\n" + Scene("    - {id: p, operation: 1}\n    - {id: p, operation: 1}"),
+            "id is p", "must not appear twice"},
         Lie{"FewerPositionsThanNames", "robot_state: {joint_state: {name: [a, b], position: [1]}}",
             "joint_state.position", "one for each of 2 names"},
         Lie{"MatrixNotSquare",
