@@ -268,6 +268,7 @@ void MeasureRobotLatency(Report& report) {
   if (!PutFirstProblem(server, *all, report)) return;
   const std::vector<double> idle_ms = Latencies_ms(server, *all, 20, 3.0);
   const std::vector<double> in_a_row_ms = Latencies_ms(server, *all, 2'000, 0);
+  const std::vector<double> paced_ms = Latencies_ms(server, *all, 200, 0.02);
   const auto beside = [&](v1::RobotGeometry geometry, std::size_t batch) {
     const auto question = PandaIn(kWorld, RandomStates(*all, all->problems[0], batch, 2), geometry);
     std::atomic<bool> stop = false;
@@ -286,7 +287,8 @@ void MeasureRobotLatency(Report& report) {
   };
   const std::vector<double> loaded_ms = beside(v1::ROBOT_GEOMETRY_EXACT, 1'000);
   const std::vector<double> spheres_ms = beside(v1::ROBOT_GEOMETRY_SPHERES_AS_GIVEN, kBatch);
-  if (idle_ms.empty() || in_a_row_ms.empty() || loaded_ms.empty() || spheres_ms.empty())
+  if (idle_ms.empty() || in_a_row_ms.empty() || paced_ms.empty() || loaded_ms.empty() ||
+      spheres_ms.empty())
     return report.Fail("a unary call failed");
   report.Add({.key = "unary_idle_p99_ms",
               .value = Quantile(idle_ms, 0.99),
@@ -301,6 +303,13 @@ void MeasureRobotLatency(Report& report) {
               .rival = "p99",
               .rival_value = Quantile(in_a_row_ms, 0.99),
               .how = "2 000 such calls, each as soon as the one before is answered"});
+  report.Add(
+      {.key = "unary_paced_p50_ms",
+       .value = Median(paced_ms),
+       .unit = "ms",
+       .rival = "p99",
+       .rival_value = Quantile(paced_ms, 0.99),
+       .how = "200 such calls 20 ms apart, beside nothing: what of the next figures is the pause"});
   report.Add({.key = "unary_loaded_p50_ms",
               .value = Median(loaded_ms),
               .unit = "ms",
