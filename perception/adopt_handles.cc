@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "perception/cloud/quantile.h"
+#include "perception/give_things.h"
 #include "perception/model/model_points.h"
 #include "perception/model/vessel_handles.h"
 #include "perception/thing_sample.h"
@@ -143,7 +144,7 @@ class Adoption {
     vessels_[k] = Vessel::Find(points, work_);
     if (!vessels_[k]) return;
     const std::vector<char> all(points.size(), 1);
-    for (const Vessel::Cluster& handle : vessels_[k]->FindHandles(points, all, work_)) {
+    for (const Vessel::Cluster& handle : vessels_[k]->FindFixed(points, all, work_).handles) {
       for (std::uint32_t i : handle) known_[k].push_back(points.points[i]);
     }
   }
@@ -220,28 +221,6 @@ class Adoption {
   bool all_looked_at_ = true;
 };
 
-// Removes things without points and brings the rest in order.
-void Tidy(std::vector<SegmentedThing>& things, const std::vector<std::size_t>& given_to) {
-  std::vector<std::size_t> order;
-  for (std::size_t k = 0; k < things.size(); ++k) {
-    if (given_to[k] == k) order.push_back(k);
-  }
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-    const bool a_is_object = things[a].supported_by >= 0, b_is = things[b].supported_by >= 0;
-    return a_is_object != b_is ? a_is_object : things[a].points.size() > things[b].points.size();
-  });
-  std::vector<std::int32_t> place(things.size());
-  for (std::size_t k = 0; k < order.size(); ++k) place[order[k]] = static_cast<std::int32_t>(k);
-  std::vector<SegmentedThing> kept;
-  for (std::size_t k : order) {
-    SegmentedThing& thing = kept.emplace_back(std::move(things[k]));
-    if (thing.rests_on < 0) continue;
-    const std::size_t below = given_to[static_cast<std::size_t>(thing.rests_on)];
-    thing.rests_on = below == k ? -1 : place[below];
-  }
-  things = std::move(kept);
-}
-
 void MovePart(const GivenPart& part, std::vector<SegmentedThing>& things) {
   SegmentedThing &from = things[part.from], &to = things[part.to];
   const double share =
@@ -259,30 +238,14 @@ void MovePart(const GivenPart& part, std::vector<SegmentedThing>& things) {
   from.points = std::move(kept);
 }
 
-bool AnyGiven(const std::vector<std::size_t>& given_to) {
-  for (std::size_t k = 0; k < given_to.size(); ++k) {
-    if (given_to[k] != k) return true;
-  }
-  return false;
-}
-
 }  // namespace
 
 bool AdoptHandles(SegmentedScene& scene, const Work& work) {
-  std::vector<SegmentedThing>& things = scene.things;
   Adoption adoption(scene, work);
   for (int round = 0; round < kMostRounds && adoption.Give();) ++round;
   adoption.GiveParts();
-  std::vector<std::size_t> given_to = adoption.given_to();
-  for (const GivenPart& part : adoption.given_parts()) MovePart(part, things);
-  for (std::size_t k = 0; k < things.size(); ++k) {
-    while (given_to[given_to[k]] != given_to[k]) given_to[k] = given_to[given_to[k]];
-    if (given_to[k] == k) continue;
-    Points& all = things[given_to[k]].points;
-    all.insert(all.end(), things[k].points.begin(), things[k].points.end());
-    things[given_to[k]].node_count += things[k].node_count;
-  }
-  if (AnyGiven(given_to) || !adoption.given_parts().empty()) Tidy(things, given_to);
+  for (const GivenPart& part : adoption.given_parts()) MovePart(part, scene.things);
+  GiveThings(adoption.given_to(), scene.things);
   return adoption.all_looked_at();
 }
 

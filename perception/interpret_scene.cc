@@ -11,6 +11,7 @@
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
 #include "perception/adopt_handles.h"
+#include "perception/adopt_hanging.h"
 #include "perception/cloud/measured_points.h"
 #include "perception/cloud/parallel_for.h"
 #include "perception/cut_rims.h"
@@ -186,6 +187,7 @@ absl::StatusOr<SegmentedScene> Segment(const PointCloud& cloud, const InterpretO
     report.warnings.push_back(
         "too many things touch to look for handles of each in all others: some may be missed");
   }
+  if (scene.ok()) AdoptHanging(*scene, work);
   return scene;
 }
 

@@ -248,18 +248,20 @@ Clusters HandlesOfVessel(const Vessel& vessel, const OrientedPoints& points, con
                          const std::vector<std::int32_t>& part_of_point, const Work& work) {
   const std::vector<std::size_t> beside_wall =
       CountBesideWall(vessel, points, part_of_point, solids.size());
-  Clusters handles = vessel.FindHandles(points, std::vector<char>(points.size(), 1), work);
+  auto [handles, spouts] = vessel.FindFixed(points, std::vector<char>(points.size(), 1), work);
   std::erase_if(handles, [&](const std::vector<std::uint32_t>& handle) {
     return LiesOn(points, handle, ground) ||
            IsPartOfSolid(handle, solids, beside_wall, part_of_point);
   });
   std::vector<char> unexplained(points.size(), 0);
   for (std::size_t i = 0; i < points.size(); ++i) unexplained[i] = part_of_point[i] < 0;
-  for (const std::vector<std::uint32_t>& handle : handles) {
-    for (std::uint32_t i : handle) unexplained[i] = 0;
+  for (const Clusters* known : {&handles, &spouts}) {
+    for (const std::vector<std::uint32_t>& cluster : *known) {
+      for (std::uint32_t i : cluster) unexplained[i] = 0;
+    }
   }
   if (solids.empty()) return handles;
-  Clusters more = vessel.FindHandles(points, unexplained, work);
+  Clusters more = vessel.FindFixed(points, unexplained, work).handles;
   std::erase_if(more, [&](const std::vector<std::uint32_t>& handle) {
     return LiesOn(points, handle, ground);
   });

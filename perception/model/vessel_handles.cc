@@ -46,7 +46,15 @@ constexpr double kMostTouching = 0.75;
 constexpr std::size_t kLeastPartPoints = 12;  // one independent sample
 constexpr double kLeastPartShare = 0.2;       // of the handle; less may be noise at its edge
 constexpr std::size_t kMostForGap = 500;      // within a spacing or two of the gap
-constexpr double kLeastStandOut = 0.6;        // of a whole handle's points; the rest are its roots
+// Of the height of the wall, to which a vessel is filled: a spout that ended lower would let it run over.
+// It rises by so much of what it reaches out at least, 27 degrees; bars rise by less.
+constexpr double kFull = 0.9;
+constexpr double kLeastRise = 0.5;
+constexpr double kMostSpoutWidth_m =
+    0.045;  // as SeenWidth_m has it, of spouts 36 mm wide at the root
+constexpr double kTip = 0.05, kTipReach = 0.5;  // of its points; of its reach, where those are
+constexpr double kMixed = 0.02;                 // on either side: mixed pixels
+constexpr double kLeastStandOut = 0.6;  // of a whole handle's points; the rest are its roots
 
 // Extent of the points along the axis of their second largest extent: the width of a straight bar,
 // or how far what is bent leaves its chord.
@@ -133,6 +141,7 @@ bool Vessel::IsHandle(const OrientedPoints& points, const Cluster& cluster, doub
       bar.length_m > kMostLength_m || bar.width_m > kMostWidth_m) {
     return false;
   }
+  if (EndsAsSpout(members)) return false;
   const double width_m = SeenWidth_m(members, points.viewpoint);
   if (farthest_m > kMostReachOfBow_m) {
     return width_m <= kMostWidthOfBar_m && bar.length_m >= kLeastBarElongation * width_m &&
@@ -141,6 +150,38 @@ bool Vessel::IsHandle(const OrientedPoints& points, const Cluster& cluster, doub
   const bool returns = StandsOut_m(bar.ends[0].cast<float>()) <= kReturned_m &&
                        StandsOut_m(bar.ends[1].cast<float>()) <= kReturned_m;
   return width_m <= (returns ? kMostWidthOfBow_m : kMostWidth_m);
+}
+
+// Whether it rises to where it is as high as the vessel, and ends there, free: bows end at the wall.
+bool Vessel::EndsAsSpout(const std::vector<Vector3f>& members) const {
+  const auto nearest_m = [&](const RevolvedWall& wall) {
+    double out_m = kInfinity;
+    for (const Vector3f& p : members) out_m = std::min(out_m, wall.StandsOut_m(p.cast<double>()));
+    return out_m;
+  };
+  const RevolvedWall& wall = *std::ranges::min_element(walls_, {}, nearest_m);
+  std::vector<double> heights_m, out_m;
+  for (const Vector3f& p : members) {
+    heights_m.push_back(wall.R_LW.col(2).dot(p.cast<double>()));
+    out_m.push_back(wall.StandsOut_m(p.cast<double>()));
+  }
+  const double full_m = std::lerp(wall.low_z_m, wall.high_z_m, kFull);
+  if (Quantile(heights_m, 1 - kMixed) < full_m) return false;
+  const double tip_m = Quantile(heights_m, 1 - kTip);
+  double of_tip_m = 0, count = 0;
+  for (std::size_t k = 0; k < members.size(); ++k) {
+    if (heights_m[k] < tip_m) continue;
+    of_tip_m += out_m[k];
+    ++count;
+  }
+  const double farthest_m = Quantile(out_m, 1 - kMixed), nearest = Quantile(out_m, kMixed);
+  return of_tip_m > std::max(kReturned_m, kTipReach * farthest_m) * count &&
+         tip_m - Quantile(heights_m, kMixed) > kLeastRise * (farthest_m - nearest);
+}
+
+bool Vessel::IsSpout(const OrientedPoints& points, const Cluster& cluster) const {
+  const std::vector<Vector3f> members = PlacesOf(points, cluster);
+  return EndsAsSpout(members) && SeenWidth_m(members, points.viewpoint) <= kMostSpoutWidth_m;
 }
 
 double Vessel::Gap_m(const OrientedPoints& points, const Cluster& cluster) const {
@@ -166,12 +207,13 @@ bool Vessel::Continues(const std::vector<Vector3f>& handle, const std::vector<Ve
   return SeenWidth_m(part, viewpoint) <= kMostWidth_m;
 }
 
-std::vector<Vessel::Cluster> Vessel::FindHandles(const OrientedPoints& object,
-                                                 const std::vector<char>& among,
-                                                 const Work& work) const {
-  std::vector<Cluster> handles, parts;
+Vessel::Fixed Vessel::FindFixed(const OrientedPoints& object, const std::vector<char>& among,
+                                const Work& work) const {
+  Fixed found;
+  std::vector<Cluster>& handles = found.handles;
+  std::vector<Cluster> parts;
   const Cluster out = StandOut(object, among);
-  if (out.size() < kLeastHandlePoints) return handles;
+  if (out.size() < kLeastHandlePoints) return found;
   Cluster all(out.size());
   std::iota(all.begin(), all.end(), 0u);
   const Connectivity connectivity(
@@ -188,6 +230,10 @@ std::vector<Vessel::Cluster> Vessel::FindHandles(const OrientedPoints& object,
     if (cluster.size() < kLeastPartPoints) break;  // largest first
     if (Cluster members = in_object(cluster); is_handle(members)) {
       handles.push_back(std::move(members));
+      continue;
+    }
+    if (Cluster members = in_object(cluster); IsSpout(object, members)) {
+      found.spouts.push_back(std::move(members));
       continue;
     }
     // What is wider may be a box that touches a handle.
@@ -210,8 +256,14 @@ std::vector<Vessel::Cluster> Vessel::FindHandles(const OrientedPoints& object,
       (whole ? handles : parts).push_back(std::move(members));
     }
   }
+  // Where they leave the wall, spouts hide themselves in part.
+  std::erase_if(handles, [&](const Cluster& handle) {
+    return std::ranges::any_of(found.spouts, [&](const Cluster& spout) {
+      return GapBetween_m(PlacesOf(object, spout), PlacesOf(object, handle)) <= kMostHandleGap_m;
+    });
+  });
   JoinParts(object, std::move(parts), handles);
-  return handles;
+  return found;
 }
 
 void Vessel::Join(const OrientedPoints& object, std::vector<Cluster>& handles) const {
@@ -247,7 +299,7 @@ std::vector<Vessel::Cluster> Vessel::FindHandlesIn(const OrientedPoints& other,
                                                    const Work& work) const {
   const std::vector<char> all(other.size(), 1);
   if (!BeginsAtWall(other, StandOut(other, all))) return {};
-  std::vector<Cluster> handles = FindHandles(other, all, work);
+  std::vector<Cluster> handles = FindFixed(other, all, work).handles;
   std::erase_if(handles, [&](const Cluster& handle) { return !BeginsAtWall(other, handle); });
   return handles;
 }

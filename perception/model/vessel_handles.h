@@ -34,9 +34,13 @@ class Vessel {
 
   const std::vector<RevolvedWall>& walls() const { return walls_; }
 
-  // Clusters that are handles, of those of the object's points for which `among` holds.
-  std::vector<Cluster> FindHandles(const OrientedPoints& object, const std::vector<char>& among,
-                                   const Work& work) const;
+  // Clusters that stand out from the walls. Spouts end free, as high as the vessel is.
+  struct Fixed {
+    std::vector<Cluster> handles, spouts;
+  };
+  // Of those of the object's points for which `among` holds.
+  Fixed FindFixed(const OrientedPoints& object, const std::vector<char>& among,
+                  const Work& work) const;
 
   // Which points lie outside the walls, by more than noise explains and no farther than handles reach.
   Cluster StandOut(const OrientedPoints& points, const std::vector<char>& among) const;
@@ -61,6 +65,8 @@ class Vessel {
  private:
   double StandsOut_m(const Eigen::Vector3f& p) const;  // of the wall that it is nearest to
   bool IsHandle(const OrientedPoints& points, const Cluster& cluster, double gap_m) const;
+  bool IsSpout(const OrientedPoints& points, const Cluster& cluster) const;
+  bool EndsAsSpout(const std::vector<Eigen::Vector3f>& members) const;
   bool BeginsAtWall(const OrientedPoints& points, const Cluster& cluster) const;
   bool Continues(const std::vector<Eigen::Vector3f>& handle,
                  const std::vector<Eigen::Vector3f>& part, const Vector3& viewpoint) const;

@@ -24,7 +24,7 @@ class VesselHandles : public ::testing::Test {
   std::vector<Vessel::Cluster> Find() const {
     const std::optional<Vessel> vessel = Vessel::Find(mug_, kUnbounded);
     EXPECT_TRUE(vessel);
-    return vessel ? vessel->FindHandles(mug_, std::vector<char>(mug_.size(), 1), kUnbounded)
+    return vessel ? vessel->FindFixed(mug_, std::vector<char>(mug_.size(), 1), kUnbounded).handles
                   : std::vector<Vessel::Cluster>();
   }
 
@@ -61,6 +61,13 @@ TEST_F(VesselHandles, FindTheBarOfAPan) {
 
 TEST_F(VesselHandles, AreNoSpouts) {
   AddSpout(mug_);
+  EXPECT_TRUE(Find().empty());
+}
+
+// As slim as a handle, and as high as the mug: known by its free end.
+TEST_F(VesselHandles, AreNoSlimSpouts) {
+  AddTube({{0, kMugRadius_m, 0.05}, {0, kMugRadius_m + 0.04, 0.06}}, 0.016, mug_);
+  AddTube({{0, kMugRadius_m + 0.04, 0.06}, {0, kMugRadius_m + 0.055, 0.1}}, 0.012, mug_);
   EXPECT_TRUE(Find().empty());
 }
 
