@@ -24,6 +24,7 @@
 #include "perception/release_standing.h"
 #include "perception/scene/segment_scene.h"
 #include "perception/sensor_up.h"
+#include "perception/trade_points.h"
 
 namespace cwm::perception {
 namespace {
@@ -289,6 +290,7 @@ absl::StatusOr<SceneInterpretation> Interpret(const PointCloud& cloud, Interpret
   DescribedScene described = DescribeScene(*scene, X_WL, options, work);
   JoinLyingVessels(options, work, *scene, described.things);
   JoinModelled(options, work, *scene, described.things);
+  TradePoints(options, work, *scene, described.things);
   StandAsModelled(described.things, *scene);
   PartStanding(options, work, *scene, described.things);
   ReleaseStanding(options, work, *scene, described.things);

@@ -39,6 +39,18 @@ bool IsSolid(const ShapePart& part) {
   return box == nullptr || box->size_m.minCoeff() > kLeastThickness_m;
 }
 
+bool IsVessel(const ShapePart& part) { return part.vessel != nullptr; }
+
+// But for its handles, as those of vessels are.
+bool IsOneThing(const ObjectModel& found) {
+  if (IsOneSolid(found.shapes, found.part_of_point, kLeastExplained)) return true;
+  const auto explained = std::ranges::count_if(
+      found.part_of_point, [](std::int32_t part) { return part != kUnexplained; });
+  return found.shapes.size() == 1 && IsVessel(found.shapes.front()) &&
+         static_cast<double>(explained) >=
+             kLeastExplained * static_cast<double>(found.part_of_point.size());
+}
+
 bool IsPartOfOneRod(const Cylinder& a, const Pose& X_OA, const Cylinder& b, const Pose& X_OB) {
   const Vector3 axis_a = X_OA.linear().col(2), axis_b = X_OB.linear().col(2);
   const double turn_cos = axis_a.dot(axis_b);
@@ -46,6 +58,12 @@ bool IsPartOfOneRod(const Cylinder& a, const Pose& X_OA, const Cylinder& b, cons
   const Vector3 across = X_OB.translation() - X_OA.translation();
   return std::abs(a.radius_m - b.radius_m) < kMostStep_m && std::abs(turn_cos) > kMostTurn_cos &&
          across.cross(between).norm() < kMostOffAxis_m;
+}
+
+// Shells about one axis: the axis of each runs within the other.
+bool IsPartOfOneVessel(const Aabb& a, const Aabb& b) {
+  const double across_m = (a.center() - b.center()).head<2>().norm();
+  return across_m < 0.5 * std::min(a.sizes().head<2>().minCoeff(), b.sizes().head<2>().minCoeff());
 }
 
 // Both stand on the same ground.
@@ -89,7 +107,10 @@ std::optional<std::size_t> Below(std::size_t solid, const std::vector<ShapePart>
 
 std::optional<Things> ThingsThatStand(const std::vector<ShapePart>& shapes,
                                       const Pose& X_SupportO) {
-  if (shapes.size() < 2 || !std::ranges::all_of(shapes, IsSolid)) return std::nullopt;
+  if (shapes.size() < 2) return std::nullopt;
+  if (!std::ranges::all_of(shapes, IsSolid) && !std::ranges::all_of(shapes, IsVessel)) {
+    return std::nullopt;
+  }
   std::vector<Aabb> bounds;
   for (const ShapePart& part : shapes) {
     bounds.push_back(TightBounds(part.shape, X_SupportO * part.X_OS));
@@ -106,8 +127,8 @@ std::optional<Things> ThingsThatStand(const std::vector<ShapePart>& shapes,
   for (std::size_t a = 0; a < shapes.size(); ++a) {
     for (std::size_t b = a + 1; b < shapes.size(); ++b) {
       if (!CarriesOn(shapes[a], shapes[b], X_SupportO)) continue;
-      // Side by side it tells that it is one thing; in a stack, which solids are of one.
-      if (!is_stack) return std::nullopt;
+      // Side by side it tells that it is one thing; in a stack or of vessels, which solids are of one.
+      if (!is_stack && !IsVessel(shapes[a])) return std::nullopt;
       sets.Join(a, b);
     }
   }
@@ -232,16 +253,13 @@ class Parter {
   }
 
   void Model() {
-    const auto is_one_solid = [](const ObjectModel& found) {
-      return IsOneSolid(found.shapes, found.part_of_point, kLeastExplained);
-    };
     const SceneRays rays(scene_, work_);
     ParallelFor(partings_.size(), 1, work_, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
         Parting& parting = partings_[i];
         for (std::size_t part = 0; part < parting.anew.size(); ++part) {
           parting.anew[part] =
-              ModelThingIf(is_one_solid, scene_, parting.PlaceOf(part), rays, options_, work_);
+              ModelThingIf(IsOneThing, scene_, parting.PlaceOf(part), rays, options_, work_);
           if (!parting.anew[part]) break;
         }
       }
@@ -305,6 +323,10 @@ class Parter {
 
 bool CarriesOn(const ShapePart& part, const ShapePart& other, const Pose& X_SupportO) {
   const Pose X_SupportA = X_SupportO * part.X_OS, X_SupportB = X_SupportO * other.X_OS;
+  if (IsVessel(part) && IsVessel(other)) {
+    return IsPartOfOneVessel(TightBounds(part.shape, X_SupportA),
+                             TightBounds(other.shape, X_SupportB));
+  }
   if (const auto* a = std::get_if<Cylinder>(&part.shape), *b = std::get_if<Cylinder>(&other.shape);
       a && b) {
     return IsPartOfOneRod(*a, X_SupportA, *b, X_SupportB);

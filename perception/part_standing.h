@@ -8,14 +8,14 @@
 
 namespace cwm::perception {
 
-// Whether two solids on one support may well be one thing: cylinders on one axis and of one radius, or
-// boxes that are level and aligned, within what soft packages bend by. Symmetric.
+// Whether two solids on one support may well be one thing: cylinders on one axis and of one radius,
+// boxes that are level and aligned, within what soft packages bend by, or vessels about one axis. Symmetric.
 bool CarriesOn(const ShapePart& part, const ShapePart& other, const Pose& X_SupportO);
 
 // `modelled` are the scene's things, one for one. Each object of several solids that all touch what it
 // stands on, or one on the top of another, becomes an object for each of them, where each is one solid when
-// modelled by itself: no vessels, nothing as thin as a face, and none that carries another on (in a stack,
-// those that do are one). Throws Stopped when `work` is stopped.
+// modelled by itself: all of them vessels or none, nothing as thin as a face, and none that carries another
+// on (in a stack, and of vessels, those that do are one). Throws Stopped when `work` is stopped.
 void PartStanding(const InterpretOptions& options, const Work& work, SegmentedScene& scene,
                   std::vector<ModelledThing>& modelled);
 
