@@ -14,6 +14,7 @@
 #include "perception/adopt_hanging.h"
 #include "perception/cloud/measured_points.h"
 #include "perception/cloud/parallel_for.h"
+#include "perception/complete_below.h"
 #include "perception/cut_rims.h"
 #include "perception/describe_support.h"
 #include "perception/join_lying_vessels.h"
@@ -294,6 +295,7 @@ absl::StatusOr<SceneInterpretation> Interpret(const PointCloud& cloud, Interpret
   StandAsModelled(described.things, *scene);
   PartStanding(options, work, *scene, described.things);
   ReleaseStanding(options, work, *scene, described.things);
+  CompleteBelow(*scene, described.things);
   for (std::size_t t = 0; t < described.things.size(); ++t) {
     CutRoundedRims(*scene, t, described.things[t], work);
   }

@@ -23,6 +23,11 @@ constexpr double kTopShare = 0.9;      // of column heights: above, a handle or 
 constexpr std::size_t kLeastTop_cells = 4;  // that make a top
 constexpr double kLeastOver = 0.5;          // of a footprint: what holds less would tip
 constexpr double kBorder_m = 0.01;          // footprints blur by a cell
+// Of places between the seen end of a thing and what hangs above: mixed pixels; what the edge of the
+// upper one leaves of the lower one's own face.
+constexpr double kMostPassed = 0.06, kLeastHidden = 0.5;
+constexpr std::size_t kLeastHiddenColumns = 3;  // of a footprint's cells
+constexpr int kPlacesPerColumn = 5;
 // Of a face that something rests on: 18 degrees, as far beside the foot as a crease rounds it and a few
 // cells more; what a crease takes from the upper one's foot.
 constexpr float kLevelFace_cos = 0.95f;
@@ -122,6 +127,32 @@ bool EndsBelow(const Standing& upper, const Standing& lower) {
   return std::abs(Quantile(std::move(tops), kTopShare) - upper.foot_m) <= upper.band_m;
 }
 
+// Share of the lower one's footprint that lies below what hangs, where that hides all between its foot and
+// the seen end of the lower one; 0 where it does not.
+double ShareHiddenBelow(const Standing& upper, const Standing& lower, const Pose& X_LP,
+                        const SightMap& sight) {
+  std::size_t columns = 0, places = 0, hidden = 0, through = 0;
+  for (const auto& [cell, top] : lower.top_m) {
+    if (DepthIn_m(upper.hull, CenterOf(cell)) < 0) continue;
+    ++columns;
+    for (int k = 1; k < kPlacesPerColumn; ++k, ++places) {
+      const double height = std::lerp(top, upper.foot_m, static_cast<double>(k) / kPlacesPerColumn);
+      Vector3 place;
+      place << CenterOf(cell), height;
+      const Visibility seen =
+          sight.Look((X_LP * place).cast<float>(), static_cast<float>(upper.band_m));
+      hidden += seen == Visibility::kHidden;
+      through += seen == Visibility::kSeenThrough;
+    }
+  }
+  const auto all = static_cast<double>(places);
+  if (columns < kLeastHiddenColumns || static_cast<double>(through) > kMostPassed * all ||
+      static_cast<double>(hidden) < kLeastHidden * all) {
+    return 0;
+  }
+  return static_cast<double>(columns) / static_cast<double>(lower.top_m.size());
+}
+
 // Share of the upper one's footprint that lies over the lower one.
 double ShareOfFootprint(const Standing& upper, const Standing& lower) {
   double inside = 0;
@@ -145,14 +176,19 @@ double ShareOver(const Standing& upper, const Standing& lower) {
 
 // What the upper one rests on, of those that stand on the same support: the one that it covers most;
 // null if none.
-const Standing* Under(const Standing& upper, const std::vector<Standing>& standing) {
+const Standing* Under(const Standing& upper, const std::vector<Standing>& standing,
+                      const Pose& X_LP, const SightMap* sight) {
   if (upper.foot_m <= upper.band_m) return nullptr;
   const Standing* best = nullptr;
   double most = upper.hangs ? 0 : kLeastOver;
   for (const Standing& lower : standing) {
     if (lower.foot_m + upper.band_m >= upper.foot_m) continue;
-    if (!Touches(upper, lower) && !EndsBelow(upper, lower)) continue;
-    const double share = ShareOver(upper, lower);
+    double share = 0;
+    if (Touches(upper, lower) || EndsBelow(upper, lower)) {
+      share = ShareOver(upper, lower);
+    } else if (upper.hangs && sight) {
+      share = ShareHiddenBelow(upper, lower, X_LP, *sight);
+    }
     if (share <= most) continue;
     most = share;
     best = &lower;
@@ -198,7 +234,8 @@ std::vector<std::vector<Standing>> OnSupports(const OrientedPoints& nodes,
 }  // namespace
 
 void FindSupportsUnderStacks(const OrientedPoints& nodes, const std::vector<Placed<Plate>>& plates,
-                             const std::vector<Segment>& objects, std::vector<Segment>& hanging) {
+                             const SightMap* sight, const std::vector<Segment>& objects,
+                             std::vector<Segment>& hanging) {
   std::vector<std::vector<Standing>> on_support = OnSupports(nodes, plates, objects);
   for (Segment& region : hanging) region.hangs = true;
   // Of each support, the hanging regions over it, from when they are first asked for.
@@ -214,7 +251,7 @@ void FindSupportsUnderStacks(const OrientedPoints& nodes, const std::vector<Plac
           upper.emplace(objects.size() + r, hanging[r], nodes,
                         plates[s].X_FS.inverse(Eigen::Isometry));
         }
-        if (!Under(*upper, on_support[s])) continue;
+        if (!Under(*upper, on_support[s], plates[s].X_FS, sight)) continue;
         hanging[r].supported_by = static_cast<std::int32_t>(s);
         on_support[s].push_back(*std::exchange(upper, std::nullopt));
         grown = true;
@@ -224,15 +261,15 @@ void FindSupportsUnderStacks(const OrientedPoints& nodes, const std::vector<Plac
 }
 
 void FindWhatTheyRestOn(const OrientedPoints& nodes, const std::vector<Placed<Plate>>& plates,
-                        std::vector<Segment>& segments) {
+                        const SightMap* sight, std::vector<Segment>& segments) {
   for (const std::vector<Standing>& standing : OnSupports(nodes, plates, segments)) {
     for (const Standing& upper : standing) {
-      const Standing* under = Under(upper, standing);
+      const Pose& X_LP =
+          plates[static_cast<std::size_t>(segments[upper.segment].supported_by)].X_FS;
+      const Standing* under = Under(upper, standing, X_LP, sight);
       if (!under) continue;
       segments[upper.segment].rests_on = static_cast<std::int32_t>(under->segment);
-      const Pose X_PL =
-          plates[static_cast<std::size_t>(segments[upper.segment].supported_by)].X_FS.inverse(
-              Eigen::Isometry);
+      const Pose X_PL = X_LP.inverse(Eigen::Isometry);
       segments[upper.segment].foot_height_m = ContactHeight_m(upper, *under, nodes, segments, X_PL);
     }
   }
