@@ -23,6 +23,7 @@
 #include "perception/order_things.h"
 #include "perception/part_standing.h"
 #include "perception/release_standing.h"
+#include "perception/restack.h"
 #include "perception/scene/segment_scene.h"
 #include "perception/sensor_up.h"
 #include "perception/trade_points.h"
@@ -294,6 +295,7 @@ absl::StatusOr<SceneInterpretation> Interpret(const PointCloud& cloud, Interpret
   TradePoints(options, work, *scene, described.things);
   StandAsModelled(described.things, *scene);
   PartStanding(options, work, *scene, described.things);
+  Restack(options, work, *scene, described.things);
   ReleaseStanding(options, work, *scene, described.things);
   CompleteBelow(*scene, described.things);
   for (std::size_t t = 0; t < described.things.size(); ++t) {
