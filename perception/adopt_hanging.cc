@@ -115,7 +115,8 @@ class Adoption {
     const std::size_t lowest = static_cast<std::size_t>(kLowest * double(heights_m.size())) + 1;
     std::size_t asked = 0, empty = 0;
     for (std::size_t k = 0; k < lowest; k += lowest / kMostAsked + 1, ++asked) {
-      const auto& [height_m, i] = heights_m[k];
+      const double height_m = heights_m[k].first;
+      const std::uint32_t i = heights_m[k].second;
       empty +=
           std::ranges::any_of(std::initializer_list<double>{0.25, 0.5, 0.75}, [&](double share) {
             Vector3 below = X_SL * scene_.points.points[i].cast<double>();
