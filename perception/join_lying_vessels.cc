@@ -54,12 +54,6 @@ class LyingVesselJoiner {
   }
 
  private:
-  static Eigen::AlignedBox3f BoundsOf(const ModelledThing& thing) {
-    Eigen::AlignedBox3f bounds;
-    for (const Eigen::Vector3f& p : thing.thinned_L) bounds.extend(p);
-    return bounds;
-  }
-
   // What is one closed solid is none, nor what is flat, nor what became a vessel that stands although it
   // might have become one that lies.
   bool MayBeOfLyingVessel(std::size_t a) const {

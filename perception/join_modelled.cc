@@ -150,13 +150,7 @@ class Joiner {
     if (handles.size() == taker.points.size()) return false;
     if (Between(handles, owner.points).through > kMostContradictions) return false;
     const SegmentedThing before_a = taker, before_b = owner;
-    std::erase_if(taker.points,
-                  [&](std::uint32_t i) { return std::ranges::binary_search(handles, i); });
-    owner.points.insert(owner.points.end(), handles.begin(), handles.end());
-    std::ranges::sort(owner.points);
-    const std::size_t nodes = before_a.node_count * handles.size() / before_a.points.size();
-    taker.node_count -= nodes;
-    owner.node_count += nodes;
+    GivePoints(handles, taker, owner);
     const SceneRays rays(scene_, work_);
     const auto is_one_solid = [](const ObjectModel& found) {
       return IsOneSolid(found.shapes, found.part_of_point, kLeastExplained);
@@ -182,12 +176,6 @@ class Joiner {
       explained += thing.part_of_point[k] == 0 && std::ranges::binary_search(some, all[k]);
     }
     return static_cast<double>(explained) >= kLeastAlone * static_cast<double>(some.size());
-  }
-
-  static Eigen::AlignedBox3f BoundsOf(const ModelledThing& thing) {
-    Eigen::AlignedBox3f bounds;
-    for (const Eigen::Vector3f& p : thing.thinned_L) bounds.extend(p);
-    return bounds;
   }
 
   bool MayBeOne(std::size_t a, std::size_t b) const {

@@ -21,6 +21,21 @@ void TakeOver(SegmentedThing& first, SegmentedThing& second) {
   }
 }
 
+void GivePoints(const std::vector<std::uint32_t>& given, SegmentedThing& from, SegmentedThing& to) {
+  const std::size_t nodes = from.node_count * given.size() / from.points.size();
+  std::erase_if(from.points, [&](std::uint32_t i) { return std::ranges::binary_search(given, i); });
+  to.points.insert(to.points.end(), given.begin(), given.end());
+  std::ranges::sort(to.points);
+  from.node_count -= nodes;
+  to.node_count += nodes;
+}
+
+Eigen::AlignedBox3f BoundsOf(const ModelledThing& thing) {
+  Eigen::AlignedBox3f bounds;
+  for (const Eigen::Vector3f& p : thing.thinned_L) bounds.extend(p);
+  return bounds;
+}
+
 void RemoveThing(std::size_t gone, std::size_t joined_with, SegmentedScene& scene,
                  std::vector<ModelledThing>& modelled) {
   const auto at = static_cast<std::ptrdiff_t>(gone);

@@ -1,6 +1,8 @@
-// Two things of a scene become one, and how well a model accounts for the points of either.
+// Two things of a scene become one or give each other points, and how well a model accounts for the
+// points of either.
 #pragma once
 
+#include <Eigen/Geometry>
 #include <cstdint>
 #include <vector>
 
@@ -16,6 +18,12 @@ inline constexpr double kMostLoss = 0.5;
 // The points of the second are the first's, on the ground of the lower one where both have any; the
 // second has none then.
 void TakeOver(SegmentedThing& first, SegmentedThing& second);
+
+// Some points of the first, ascending, are the second's.
+void GivePoints(const std::vector<std::uint32_t>& given, SegmentedThing& from, SegmentedThing& to);
+
+// Of the points that a thing keeps, in the level frame.
+Eigen::AlignedBox3f BoundsOf(const ModelledThing& thing);
 
 // Drops a thing that has become a part of another: what rested on it rests on that.
 void RemoveThing(std::size_t gone, std::size_t joined_with, SegmentedScene& scene,

@@ -24,16 +24,15 @@ constexpr std::size_t kOneModelledAnew = 4;
 constexpr std::size_t kMostInGroup = 12;
 constexpr float kMostApart_m = 0.01;  // of things that touch: what mixed pixels take from an edge
 constexpr double kNearlyAll = 0.96;   // of its points, by one box: the rest are mixed pixels
-constexpr float kLevelFace_cos =
-    0.95f;                         // 18 degrees: normals of strips are those of their edges too
-constexpr float kSide_cos = 0.5f;  // 30 degrees off the upright
+constexpr float kLevelFace_cos = 0.95f;  // 18 degrees: normals of strips are of their edges too
+constexpr float kSide_cos = 0.5f;        // 30 degrees off the upright
 // Two faces of one height within noise and warp; flat things are thicker.
 constexpr double kSameLevel_sigma = 3;
 constexpr double kLeastThickness_m = 0.015;
 constexpr std::size_t kFewestLevel = 24;  // two independent ones, of the corner that a turn leaves
 constexpr double kFoot = 0.02;            // quantile of heights: below are mixed pixels
-constexpr double kMostCreaseGap_m =
-    0.01;                           // a crease takes from the upper one's foot, or adds to it
+// A crease takes from the upper one's foot, or adds to it.
+constexpr double kMostCreaseGap_m = 0.01;
 constexpr double kOverIt_m = 0.01;  // of the middle of one inside the one below
 
 bool IsBoxOrFace(const ShapePart& part) {
@@ -69,9 +68,7 @@ class Stacker {
   bool StackOne() {
     std::vector<char> tried(CountObjects(scene_), 0);
     bounds_.assign(tried.size(), {});
-    for (std::size_t k = 0; k < tried.size(); ++k) {
-      for (const Eigen::Vector3f& p : modelled_[k].thinned_L) bounds_[k].extend(p);
-    }
+    for (std::size_t k = 0; k < tried.size(); ++k) bounds_[k] = BoundsOf(modelled_[k]);
     for (std::size_t k = 0; k < tried.size() && attempts_left_ > 0; ++k) {
       work_.Poll();
       if (tried[k] || !IsOfBoxes(k)) continue;

@@ -44,16 +44,21 @@ class Trader {
   void Run() {
     bool any = false;
     const std::size_t objects = CountObjects(scene_);
-    for (std::size_t k = 0; k < objects; ++k) bounds_.push_back(BoundsOf(k));
+    for (std::size_t k = 0; k < objects; ++k) bounds_.push_back(BoundsOf(modelled_[k]));
     for (std::size_t from = 0; from < objects; ++from) {
-      for (std::size_t to = 0; to < objects && trades_left_ > 0; ++to) {
+      for (std::size_t to = 0; to < objects; ++to) {
         if (from == to || bounds_[from].exteriorDistance(bounds_[to]) > kMostApart_m) continue;
         if (modelled_[to].model->shapes.empty()) continue;
         work_.Poll();
         const Points given = GivenTo(to, from);
         if (given.size() < kLeastHandlePoints ||
-            given.size() == scene_.things[from].points.size() || !MaySpend(from, to)) {
+            given.size() == scene_.things[from].points.size()) {
           continue;
+        }
+        if (trades_left_ == 0 || !MaySpend(from, to)) {
+          modelled_[from].notes.emplace_back(
+              "parts of it may belong to what touches it: the cap of trades was reached");
+          break;
         }
         --trades_left_;
         any |= Trade(given, from, to);
@@ -63,12 +68,6 @@ class Trader {
   }
 
  private:
-  Eigen::AlignedBox3f BoundsOf(std::size_t k) const {
-    Eigen::AlignedBox3f bounds;
-    for (const Eigen::Vector3f& p : modelled_[k].thinned_L) bounds.extend(p);
-    return bounds;
-  }
-
   bool MaySpend(std::size_t a, std::size_t b) {
     const std::size_t points = scene_.things[a].points.size() + scene_.things[b].points.size();
     if (points > points_left_) return false;
@@ -154,13 +153,7 @@ class Trader {
   bool Trade(const Points& given, std::size_t from, std::size_t to) {
     const SegmentedThing before_from = scene_.things[from], before_to = scene_.things[to];
     SegmentedThing &giver = scene_.things[from], &taker = scene_.things[to];
-    std::erase_if(giver.points,
-                  [&](std::uint32_t i) { return std::ranges::binary_search(given, i); });
-    taker.points.insert(taker.points.end(), given.begin(), given.end());
-    std::ranges::sort(taker.points);
-    const std::size_t nodes = before_from.node_count * given.size() / before_from.points.size();
-    giver.node_count -= nodes;
-    taker.node_count += nodes;
+    GivePoints(given, giver, taker);
     const SceneRays rays(scene_, work_);
     ModelledThing anew_from = ModelThing(scene_, from, rays, options_, work_);
     ModelledThing anew_to = ModelThing(scene_, to, rays, options_, work_);
@@ -180,8 +173,8 @@ class Trader {
     }
     modelled_[from] = std::move(anew_from);
     modelled_[to] = std::move(anew_to);
-    bounds_[from] = BoundsOf(from);
-    bounds_[to] = BoundsOf(to);
+    bounds_[from] = BoundsOf(modelled_[from]);
+    bounds_[to] = BoundsOf(modelled_[to]);
     return true;
   }
 

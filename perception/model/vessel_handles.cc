@@ -50,8 +50,7 @@ constexpr std::size_t kMostForGap = 500;      // within a spacing or two of the 
 // It rises by so much of what it reaches out at least, 27 degrees; bars rise by less.
 constexpr double kFull = 0.9;
 constexpr double kLeastRise = 0.5;
-constexpr double kMostSpoutWidth_m =
-    0.045;  // as SeenWidth_m has it, of spouts 36 mm wide at the root
+constexpr double kMostSpoutWidth_m = 0.045;     // by SeenWidth_m, of spouts 36 mm wide at the root
 constexpr double kTip = 0.05, kTipReach = 0.5;  // of its points; of its reach, where those are
 constexpr double kMixed = 0.02;                 // on either side: mixed pixels
 constexpr double kLeastStandOut = 0.6;  // of a whole handle's points; the rest are its roots
