@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <numbers>
 #include <numeric>
 #include <string_view>
 #include <utility>
@@ -22,10 +21,10 @@
 #include "perception/model_thing.h"
 #include "perception/order_things.h"
 #include "perception/part_standing.h"
+#include "perception/question_input.h"
 #include "perception/release_standing.h"
 #include "perception/restack.h"
 #include "perception/scene/segment_scene.h"
-#include "perception/sensor_up.h"
 #include "perception/trade_points.h"
 
 namespace cwm::perception {
@@ -33,10 +32,6 @@ namespace {
 
 // As SceneInterpretation::labels promises.
 constexpr std::uint32_t kMostSupportLabels = 9, kMostPartLabels = 9;
-
-// A table half a metre before a camera is 500 away in millimetres; tilting lasers, which see farthest
-// of the sensors that have a noise model here, end at 30 m (Hokuyo UTM-30LX).
-constexpr double kFarthest_m = 100;
 
 // To cut a thing may cost as much as all else that is asked of it. Of a scan, so many things may be
 // cut, the largest: 25 fill an image of a Kinect, a room of many images has a quarter as many in each.
@@ -101,46 +96,10 @@ WorldFloor FloorOf(const InterpretOptions& options) {
   return given ? WorldFloor::kKnown : WorldFloor::kUnknown;
 }
 
-bool IsTooLargeForItsSensor(const OrientedPoints& points) {
-  const auto far = std::ranges::count_if(points.points, [&](const Eigen::Vector3f& p) {
-    return (p.cast<double>() - points.viewpoint).squaredNorm() > kFarthest_m * kFarthest_m;
-  });
-  return 2 * static_cast<std::size_t>(far) > points.size();
-}
-
-// To an up that was given, by its name in the API.
-void WarnOfUp(const SegmentedScene& scene, const InterpretOptions& options,
-              std::vector<std::string>& warnings) {
-  const bool is_estimate =
-      options.X_WC && options.X_WC_source == InterpretOptions::PoseSource::kEstimated;
-  if (scene.up_verdict == UpVerdict::kPlausible || is_estimate) return;
-  const Vector3 up_C = options.X_WC ? Vector3(scene.R_LC.row(2).transpose()) : *options.up_C;
-  const std::string given =
-      absl::StrCat(options.X_WC ? "x_world_sensor with up along (" : "up (", up_C.x(), ", ",
-                   up_C.y(), ", ", up_C.z(), ") of the sensor's frame");
-  if (scene.up_verdict == UpVerdict::kSeenFromBelow) {
-    warnings.push_back(absl::StrCat(given, " may be upside down: it says that the sensor sees ",
-                                    "level surfaces from below alone"));
-    return;
-  }
-  warnings.push_back(absl::StrCat(
-      given, " seems to be upside down: it says that the sensor sees level surfaces from below; ",
-      options.X_WC ? "taken as it is" : "taken the other way round"));
-}
-
-void WarnOfContradiction(const InterpretOptions& options, std::vector<std::string>& warnings) {
-  if (!options.X_WC || !options.up_C || AgreesWithUp(*options.X_WC, *options.up_C)) return;
-  const double angle_deg = AngleToUp_rad(*options.X_WC, *options.up_C) * 180 / std::numbers::pi;
-  warnings.push_back(absl::StrCat("up (", options.up_C->x(), ", ", options.up_C->y(), ", ",
-                                  options.up_C->z(), ") contradicts x_world_sensor by ",
-                                  std::lround(angle_deg), " degrees: the pose is taken"));
-}
-
-void AddWarnings(const SegmentedScene& scene, const InterpretOptions& options,
-                 InterpretReport& report) {
-  if (IsTooLargeForItsSensor(scene.points)) {
-    report.warnings.push_back(absl::StrCat("half of the points are farther away than ", kFarthest_m,
-                                           " m: coordinates are metres, are these millimetres?"));
+void AddWarnings(const PointCloud& cloud, const SegmentedScene& scene,
+                 const InterpretOptions& options, InterpretReport& report) {
+  for (std::string& doubt : QuestionInput(cloud, scene, options)) {
+    report.warnings.push_back(std::move(doubt));
   }
   if (scene.up_source == UpSource::kNoPlane) {
     report.warnings.push_back("no plane tells where up is: the sensor's own axes are taken");
@@ -149,8 +108,6 @@ void AddWarnings(const SegmentedScene& scene, const InterpretOptions& options,
     report.warnings.push_back(
         "up is taken from a plane that nothing stands on and that may be a wall");
   }
-  WarnOfUp(scene, options, report.warnings);
-  WarnOfContradiction(options, report.warnings);
   if (scene.supports.empty()) {
     report.warnings.push_back("no support found: all points are residual geometry");
   }
@@ -308,7 +265,7 @@ absl::StatusOr<SceneInterpretation> Interpret(const PointCloud& cloud, Interpret
   AddSupports(*scene, std::move(described.supports), result);
   AddObjects(*scene, std::move(described.things), X_WL, result);
   result.report.points_rejected = scene->rejected.size();
-  AddWarnings(*scene, options, result.report);
+  AddWarnings(cloud, *scene, options, result.report);
   return result;
 }
 

@@ -308,6 +308,14 @@ UpSource BorneOut(const SegmentedScene& scene) {
   return anything_stands ? UpSource::kSupport : scene.up_source;
 }
 
+// By images alone, which tell tables from walls.
+std::optional<Vector3> RivalUp(const CoarseCloud& coarse, const MeasuredPoints& measured) {
+  if (!measured.organised()) return std::nullopt;
+  const std::optional<UpEstimate> estimate = EstimateUp(coarse, AxesOf(measured));
+  if (!estimate || !estimate->shows_in_image) return std::nullopt;
+  return estimate->up;
+}
+
 SegmentedScene SegmentInSteps(MeasuredPoints measured, const SegmentOptions& options,
                               const Work& work) {
   SegmentedScene scene;
@@ -351,6 +359,15 @@ SegmentedScene SegmentInSteps(MeasuredPoints measured, const SegmentOptions& opt
 
   Collect(graph, pieces, regions, std::move(supports), cells ? &cells->grid : nullptr, scene);
   scene.up_source = BorneOut(scene);
+  // Of a cloud that is no image nobody knew before that it was seen from one place.
+  const bool in_doubt = cells && from_one_place != nullptr && scene.up_source == UpSource::kGiven &&
+                        scene.up_verdict == UpVerdict::kPlausible;
+  if (in_doubt && IsSeenFromBelowAlone(coarse, Vector3::UnitZ())) {
+    scene.up_verdict = UpVerdict::kSeenFromBelow;
+  }
+  if (scene.up_source == UpSource::kGiven && scene.supports.empty()) {
+    scene.rival_up = RivalUp(coarse, measured);
+  }
   BoundStructures(graph, coarse, regions, from_one_place, work, scene);
   if (from_one_place != nullptr) scene.sight = *std::move(sight_map);
   scene.points = std::move(measured.oriented);

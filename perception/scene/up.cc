@@ -64,6 +64,14 @@ LevelCells FindLevelCells(const OrientedPoints& cells, const Vector3& up) {
   return level;
 }
 
+bool AreFromBelowAlone(const LevelCells& level, const CoarseCloud& coarse) {
+  const double count = static_cast<double>(level.from_below.size());
+  const double edge_m = coarse.grid.edge_m();
+  return count * edge_m * edge_m >= kSmallestSupport_m2 &&
+         count >= kLeastPlaneShare * static_cast<double>(coarse.cells.size()) &&
+         count >= kMostlyBelow * static_cast<double>(level.others);
+}
+
 // Cells near a plane, over its footprint.
 struct BesidePlane {
   std::size_t before = 0;  // on the sensor's side
@@ -138,13 +146,7 @@ UpVerdict JudgeUp(const CoarseCloud& coarse, const Vector3& up,
                   const std::optional<ImageAxes>& image) {
   const Vector3 unit_up = up.normalized();
   const LevelCells level = FindLevelCells(coarse.cells, unit_up);
-  const double count = static_cast<double>(level.from_below.size());
-  const double edge_m = coarse.grid.edge_m();
-  const bool is_seen_from_below =
-      count * edge_m * edge_m >= kSmallestSupport_m2 &&
-      count >= kLeastPlaneShare * static_cast<double>(coarse.cells.size()) &&
-      count >= kMostlyBelow * static_cast<double>(level.others);
-  if (!is_seen_from_below) return UpVerdict::kPlausible;
+  if (!AreFromBelowAlone(level, coarse)) return UpVerdict::kPlausible;
   // A camera upside down that looks up at a ceiling is one that stands upright and looks down, and
   // the other way round.
   const double image_up = image ? image->up.dot(unit_up) : 0;
@@ -159,6 +161,10 @@ UpVerdict JudgeUp(const CoarseCloud& coarse, const Vector3& up,
   }
   if (!image) return things_stand ? UpVerdict::kSeenFromBelow : UpVerdict::kPlausible;
   return things_stand ? UpVerdict::kReversed : UpVerdict::kSeenFromBelow;
+}
+
+bool IsSeenFromBelowAlone(const CoarseCloud& coarse, const Vector3& up) {
+  return AreFromBelowAlone(FindLevelCells(coarse.cells, up.normalized()), coarse);
 }
 
 }  // namespace cwm::perception

@@ -46,4 +46,8 @@ enum class UpVerdict {
 UpVerdict JudgeUp(const CoarseCloud& coarse, const Vector3& up,
                   const std::optional<ImageAxes>& image);
 
+// Whether all but little of what is level is seen from below, and it is no small part of the cloud:
+// of one that was seen from its viewpoint, that speaks against up or of a ceiling.
+bool IsSeenFromBelowAlone(const CoarseCloud& coarse, const Vector3& up);
+
 }  // namespace cwm::perception
