@@ -1,5 +1,6 @@
 #include "clients/cli/scan_arguments.h"
 
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <map>
@@ -7,6 +8,7 @@
 #include "absl/strings/ascii.h"
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
 #include "clients/cli/enum_names.h"
 #include "clients/cli/exit_code.h"
 #include "clients/cli/number_list.h"
@@ -103,12 +105,26 @@ absl::StatusOr<pb::IngestCloudHeader> ToHeader(const ScanArguments& scan, const 
   return header;
 }
 
+namespace {
+
+// Programs differ in what a VIEWPOINT is to the points of its file, so it is no pose that was given.
+void WarnOfViewpoint(Session& session, const formats::CloudFile& cloud, const std::string& file) {
+  const std::array<double, 7>& v = cloud.viewpoint;
+  if (v == formats::CloudFile{}.viewpoint) return;
+  session.Warn(absl::StrCat(file, ": VIEWPOINT is not taken for the sensor's pose; if it is, say ",
+                            "--x-world-sensor ",
+                            absl::StrJoin({v[0], v[1], v[2], v[4], v[5], v[6], v[3]}, ",")));
+}
+
+}  // namespace
+
 absl::StatusOr<pb::IngestCloudResponse> SendScan(Session& session,
                                                  const pb::IngestCloudHeader& header,
                                                  const formats::CloudFile& cloud,
                                                  const std::string& file) {
   const auto geometry = client::GeometryOf(cloud);
   if (!geometry.ok()) return WithFile(geometry.status(), file);
+  if (!header.has_x_world_sensor()) WarnOfViewpoint(session, cloud, file);
   Progress progress(session);
   const auto show = [&](std::int64_t sent, std::int64_t total) {
     if (sent >= total) {

@@ -7,6 +7,7 @@
 
 #include "clients/formats/cloud_reader.h"
 #include "clients/formats/file_bytes.h"
+#include "clients/formats/pcd.h"
 #include "tests/e2e/server_fixture.h"
 
 namespace cwm::testing {
@@ -131,6 +132,18 @@ TEST_F(SegmentLabels, ComeWithAReportInEveryForm) {
   EXPECT_EQ(ingested.at("revision"), "1");
   EXPECT_EQ(ingested.at("changes").at("added").size(),
             answer_.at("supports").size() + answer_.at("objects").size());
+}
+
+TEST_F(SegmentLabels, TellThatAFilesViewpointIsNoPoseUnlessOneIsGiven) {
+  CloudFile moved = Read(cloud_);
+  moved.viewpoint = {0.5, 0, 1.25, 0, 1, 0, 0};
+  const auto bytes = formats::FormatPcd(moved, formats::PcdData::kBinary);
+  ASSERT_TRUE(bytes.ok()) << bytes.status();
+  const std::string path = scratch() / "moved.pcd";
+  ASSERT_TRUE(formats::WriteFileBytes(path, *bytes).ok());
+  const std::string advice = "--x-world-sensor 0.5,0,1.25,1,0,0,0";
+  EXPECT_NE(Cwm({"segment", path, labelled_}).err.find(advice), std::string::npos);
+  EXPECT_EQ(Cwm({"segment", path, labelled_, "--x-world-sensor", "0,0,1,1,0,0,0"}).err, "");
 }
 
 }  // namespace
