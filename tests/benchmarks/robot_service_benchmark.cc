@@ -16,6 +16,7 @@
 
 #include "collision/query/robot_body.h"
 #include "collision/robot/kinematics.h"
+#include "grpc/health/v1/health.grpc.pb.h"
 #include "tests/benchmarks/benchmarks.h"
 #include "tests/benchmarks/panda_server.h"
 #include "tests/benchmarks/running_server.h"
@@ -201,22 +202,73 @@ bool PutFirstProblem(const RunningServer& server, const PandaProblems& all, Repo
   return put.ok();
 }
 
-// Milliseconds of unary calls about one state, `every_s` apart; none when one failed.
-std::vector<double> Latencies_ms(const RunningServer& server, const PandaProblems& all, int count,
-                                 double every_s) {
-  const auto question =
-      PandaIn(kWorld, RandomStates(all, all.problems[0], 1, 1), v1::ROBOT_GEOMETRY_EXACT);
-  const client::Connection& connection = server.connection();
-  std::vector<double> latencies_ms;
-  for (int i = 0; i < count; ++i) {
-    if (every_s > 0) std::this_thread::sleep_for(std::chrono::duration<double>(every_s));
-    const Clock::time_point start = Clock::now();
-    const auto answer =
-        connection.Call(&v1::QueryService::Stub::CheckCollisions, connection.queries(), question);
-    if (!answer.ok()) return {};
-    latencies_ms.push_back(1e3 * Since_s(start));
+// Of unary calls, none when one failed: questions about one state, and what gRPC itself takes on the
+// same connection, a health check after each of them.
+struct Latencies {
+  std::vector<double> state_ms, health_ms;
+
+  bool empty() const { return state_ms.empty() || health_ms.empty(); }
+  Figure AsFigure(const std::string& key, const std::string& how) const {
+    return {.key = key,
+            .value = Median(state_ms),
+            .unit = "ms",
+            .rival = "health check",
+            .rival_value = Median(health_ms),
+            .ratio = Median(health_ms) / Median(state_ms),
+            .how = how};
   }
-  return latencies_ms;
+  std::string Tails(const std::string& name) const {
+    char text[160];
+    std::snprintf(text, sizeof(text), "%s: p99 of a state %.2f ms, of a health check %.2f ms",
+                  name.c_str(), Quantile(state_ms, 0.99), Quantile(health_ms, 0.99));
+    return text;
+  }
+};
+
+// One state or nothing, asked after a pause.
+class Caller {
+ public:
+  Caller(const client::Connection& connection, const PandaProblems& all)
+      : connection_(connection),
+        question_(
+            PandaIn(kWorld, RandomStates(all, all.problems[0], 1, 1), v1::ROBOT_GEOMETRY_EXACT)),
+        checks_(grpc::health::v1::Health::NewStub(connection.channel())) {}
+
+  // Each adds how long it took; false when the call failed.
+  bool AskState(double pause_s, std::vector<double>& taken_ms) const {
+    return Measure(pause_s, taken_ms, &v1::QueryService::Stub::CheckCollisions,
+                   connection_.queries(), question_);
+  }
+  bool CheckHealth(double pause_s, std::vector<double>& taken_ms) const {
+    return Measure(pause_s, taken_ms, &grpc::health::v1::Health::Stub::Check, *checks_,
+                   grpc::health::v1::HealthCheckRequest());
+  }
+
+ private:
+  template <class Method, class Stub, class Request>
+  bool Measure(double pause_s, std::vector<double>& taken_ms, Method method, Stub& stub,
+               const Request& request) const {
+    if (pause_s > 0) std::this_thread::sleep_for(std::chrono::duration<double>(pause_s));
+    const Clock::time_point start = Clock::now();
+    const bool is_answered = connection_.Call(method, stub, request).ok();
+    taken_ms.push_back(1e3 * Since_s(start));
+    return is_answered;
+  }
+
+  const client::Connection& connection_;
+  const v1::CheckCollisionsRequest question_;
+  const std::unique_ptr<grpc::health::v1::Health::Stub> checks_;
+};
+
+// `count` of each, one after the other.
+Latencies MeasureLatencies(const Caller& caller, int count, double pause_s) {
+  Latencies latencies;
+  for (int i = 0; i < count; ++i) {
+    if (!caller.AskState(pause_s, latencies.state_ms) ||
+        !caller.CheckHealth(pause_s, latencies.health_ms))
+      return {};
+  }
+  return latencies;
 }
 
 }  // namespace
@@ -266,9 +318,13 @@ void MeasureRobotLatency(Report& report) {
   const RunningServer server;
   if (!server.up()) return report.Fail("no server");
   if (!PutFirstProblem(server, *all, report)) return;
-  const std::vector<double> idle_ms = Latencies_ms(server, *all, 20, 3.0);
-  const std::vector<double> in_a_row_ms = Latencies_ms(server, *all, 2'000, 0);
-  const std::vector<double> paced_ms = Latencies_ms(server, *all, 200, 0.02);
+  const Caller caller(server.connection(), *all);
+  std::vector<double> idle_ms;
+  for (int i = 0; i < 20; ++i) {
+    if (!caller.AskState(3.0, idle_ms)) return report.Fail("a unary call failed");
+  }
+  const Latencies in_a_row = MeasureLatencies(caller, 2'000, 0);
+  const Latencies paced = MeasureLatencies(caller, 200, 0.02);
   const auto beside = [&](v1::RobotGeometry geometry, std::size_t batch) {
     const auto question = PandaIn(kWorld, RandomStates(*all, all->problems[0], batch, 2), geometry);
     std::atomic<bool> stop = false;
@@ -280,15 +336,14 @@ void MeasureRobotLatency(Report& report) {
       while (!stop && stream.AskOften(question, 10)) {
       }
     });
-    std::vector<double> latencies_ms = Latencies_ms(server, *all, 200, 0.02);
+    Latencies latencies = MeasureLatencies(caller, 200, 0.02);
     stop = true;
     load.join();
-    return latencies_ms;
+    return latencies;
   };
-  const std::vector<double> loaded_ms = beside(v1::ROBOT_GEOMETRY_EXACT, 1'000);
-  const std::vector<double> spheres_ms = beside(v1::ROBOT_GEOMETRY_SPHERES_AS_GIVEN, kBatch);
-  if (idle_ms.empty() || in_a_row_ms.empty() || paced_ms.empty() || loaded_ms.empty() ||
-      spheres_ms.empty())
+  const Latencies loaded = beside(v1::ROBOT_GEOMETRY_EXACT, 1'000);
+  const Latencies spheres = beside(v1::ROBOT_GEOMETRY_SPHERES_AS_GIVEN, kBatch);
+  if (in_a_row.empty() || paced.empty() || loaded.empty() || spheres.empty())
     return report.Fail("a unary call failed");
   report.Add({.key = "unary_idle_p99_ms",
               .value = Quantile(idle_ms, 0.99),
@@ -297,33 +352,22 @@ void MeasureRobotLatency(Report& report) {
               .rival_value = Median(idle_ms),
               .how = "CheckCollisions of one state of the Panda's meshes over the Unix socket, 20 "
                      "calls 3 s apart to an idle server; the longest of them"});
-  report.Add({.key = "unary_in_a_row_p50_ms",
-              .value = Median(in_a_row_ms),
-              .unit = "ms",
-              .rival = "p99",
-              .rival_value = Quantile(in_a_row_ms, 0.99),
-              .how = "2 000 such calls, each as soon as the one before is answered"});
-  report.Add(
-      {.key = "unary_paced_p50_ms",
-       .value = Median(paced_ms),
-       .unit = "ms",
-       .rival = "p99",
-       .rival_value = Quantile(paced_ms, 0.99),
-       .how = "200 such calls 20 ms apart, beside nothing: what of the next figures is the pause"});
-  report.Add({.key = "unary_loaded_p50_ms",
-              .value = Median(loaded_ms),
-              .unit = "ms",
-              .rival = "p99",
-              .rival_value = Quantile(loaded_ms, 0.99),
-              .how =
-                  "the same, 200 calls 20 ms apart while one stream asks batches of 1 000 states, "
-                  "three in flight"});
-  report.Add({.key = "unary_beside_spheres_p50_ms",
-              .value = Median(spheres_ms),
-              .unit = "ms",
-              .rival = "p99",
-              .rival_value = Quantile(spheres_ms, 0.99),
-              .how = "the same beside batches of 10 000 states of the spheres as given"});
+  report.Add(in_a_row.AsFigure("unary_in_a_row_p50_ms",
+                               "2 000 such calls and as many of gRPC's own health check, which the "
+                               "transport alone answers, in turn, each as soon as the one before "
+                               "is answered"));
+  report.Add(paced.AsFigure("unary_paced_p50_ms",
+                            "200 of each 20 ms apart, beside nothing: what of the next figures is "
+                            "the pause"));
+  report.Add(loaded.AsFigure("unary_loaded_p50_ms",
+                             "the same while one stream asks batches of 1 000 states, three in "
+                             "flight"));
+  report.Add(spheres.AsFigure("unary_beside_spheres_p50_ms",
+                              "the same beside batches of 10 000 states of the spheres as given"));
+  report.Detail(in_a_row.Tails("in a row"));
+  report.Detail(paced.Tails("20 ms apart"));
+  report.Detail(loaded.Tails("beside batches of meshes"));
+  report.Detail(spheres.Tails("beside batches of spheres"));
 }
 
 }  // namespace cwm::benchmarks
