@@ -34,11 +34,13 @@ struct WorkQueue::State {
   WorkQueueOptions options;
   mutable std::mutex mutex;
   std::condition_variable work_or_drain;
+  std::condition_variable caller_left;
   using Tasks = std::deque<std::function<void()>>;
   Tasks tasks;
   Tasks awaited;
   bool awaited_is_next = false;  // where both have some
   bool draining = false;
+  bool lends_caller = false;  // one runs a task of the queue
   int under_way = 0;
   Clock::time_point last_end = Clock::time_point::min();  // min: no task yet
   std::atomic<std::int64_t> failed{0};
@@ -71,16 +73,32 @@ struct WorkQueue::State {
     last_end = Clock::now();
   }
 
+  void Run(const std::function<void()>& task) {
+    try {
+      task();
+    } catch (...) {  // one bad task must not end the server
+      failed.fetch_add(1, std::memory_order_relaxed);
+    }
+    Ended();
+  }
+
   void Serve() {
     NameAndRankThisThread(options);
-    while (std::function<void()> task = Take()) {
-      try {
-        task();
-      } catch (...) {  // one bad task must not end the server
-        failed.fetch_add(1, std::memory_order_relaxed);
-      }
-      Ended();
-    }
+    while (const std::function<void()> task = Take()) Run(task);
+  }
+
+  bool TakeCaller() {
+    std::lock_guard lock(mutex);
+    if (draining || lends_caller || !empty() || under_way >= options.threads) return false;
+    ++under_way;
+    lends_caller = true;
+    return true;
+  }
+
+  void LeaveCaller() {
+    std::lock_guard lock(mutex);  // until it is told: who drains may destroy the queue then
+    lends_caller = false;
+    caller_left.notify_all();
   }
 };
 
@@ -108,12 +126,23 @@ bool WorkQueue::TryPush(std::function<void()> task, Lane lane) {
   return true;
 }
 
+bool WorkQueue::TryRunHere(const std::function<void()>& task) {
+  if (!state_->TakeCaller()) return false;
+  state_->Run(task);
+  state_->LeaveCaller();
+  return true;
+}
+
 void WorkQueue::Drain() {
   {
     std::lock_guard lock(state_->mutex);
     state_->draining = true;
   }
   state_->work_or_drain.notify_all();
+  {
+    std::unique_lock lock(state_->mutex);
+    state_->caller_left.wait(lock, [this] { return !state_->lends_caller; });
+  }
   std::lock_guard lock(state_->join_mutex);
   for (std::thread& thread : state_->threads) {
     if (thread.joinable()) thread.join();

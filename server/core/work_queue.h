@@ -36,6 +36,10 @@ class WorkQueue {
   // False when the lane is full or the queue draining: the caller answers RESOURCE_EXHAUSTED with a
   // retry time. An empty function must not be pushed.
   bool TryPush(std::function<void()> task, Lane lane = Lane::kNew);
+  // Runs the task in the caller's thread, in place of one of the queue's: for what takes less than
+  // waking another thread. One caller at a time is lent so, and none while others wait or all
+  // threads are at work, or when draining: false then, and nothing was run.
+  bool TryRunHere(const std::function<void()>& task);
   // Refuses new tasks and waits for the rest, which are done. Never from one of its own tasks.
   void Drain();
   std::size_t waiting() const;  // in both lanes

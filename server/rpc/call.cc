@@ -21,7 +21,9 @@ class UnaryCall final : public grpc::ServerUnaryReactor {
   UnaryCall(grpc::CallbackServerContext* context, CallWork work)
       : call_{DeadlineOf(*context), stop_.get_token()}, work_(std::move(work)) {}
 
-  void Enqueue(WorkQueue& queue) {
+  void Enqueue(WorkQueue& queue, WorkLength length) {
+    // gRPC keeps *this until the method that started the call has returned it.
+    if (length == WorkLength::kShort && queue.TryRunHere([this] { Run(); })) return;
     if (queue.TryPush([this] { Run(); })) return;
     Refuse(Overloaded("the server has more work than it can take", "QUEUE_FULL"));
   }
@@ -90,7 +92,8 @@ absl::Status RunGuarded(const CallWork& work, const CallContext& call) {
 
 grpc::ServerUnaryReactor* StartUnary(grpc::CallbackServerContext* context, Runtime& runtime,
                                      WorkQueue& queue, CallWork work,
-                                     absl::StatusOr<std::optional<RevisionToAwait>> await) {
+                                     absl::StatusOr<std::optional<RevisionToAwait>> await,
+                                     WorkLength length) {
   auto* const call = new UnaryCall(context, std::move(work));
   if (runtime.draining()) {
     call->Refuse(Draining());
@@ -99,7 +102,7 @@ grpc::ServerUnaryReactor* StartUnary(grpc::CallbackServerContext* context, Runti
   } else if (await->has_value()) {
     call->EnqueueWhenReached(**await, runtime, queue);
   } else {
-    call->Enqueue(queue);
+    call->Enqueue(queue, length);
   }
   return call;
 }

@@ -46,11 +46,18 @@ using CallWork = std::function<absl::Status(const CallContext&)>;
 // Runs `work`; an exception that got this far (memory, a foreign library) becomes a status.
 absl::Status RunGuarded(const CallWork& work, const CallContext& call);
 
+// How long work takes.
+enum class WorkLength {
+  kAny,
+  kShort,  // less than waking another thread for it
+};
+
 // Hands `work` to the queue once the world has the revision to await (revision_waits.h), and
-// finishes the call with its status. A full queue is RESOURCE_EXHAUSTED at once.
-grpc::ServerUnaryReactor* StartUnary(grpc::CallbackServerContext* context, Runtime& runtime,
-                                     WorkQueue& queue, CallWork work,
-                                     absl::StatusOr<std::optional<RevisionToAwait>> await = {
-                                         std::nullopt});
+// finishes the call with its status. A full queue is RESOURCE_EXHAUSTED at once. Short work that
+// awaits nothing is done here where the queue allows it, and hears of no cancellation then.
+grpc::ServerUnaryReactor* StartUnary(
+    grpc::CallbackServerContext* context, Runtime& runtime, WorkQueue& queue, CallWork work,
+    absl::StatusOr<std::optional<RevisionToAwait>> await = {std::nullopt},
+    WorkLength length = WorkLength::kAny);
 
 }  // namespace cwm::server

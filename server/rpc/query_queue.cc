@@ -21,6 +21,15 @@ std::size_t RowBytes(const v1::Subject& subject) {
   return 0;
 }
 
+// Not where the question brings geometry, or an engine that may have to prepare it first.
+WorkLength LengthAbout(const v1::Subject& subject, const v1::QueryOptions& options) {
+  const bool is_prepared = (subject.has_robot() || subject.has_object()) &&
+                           options.overlay().empty() && options.engine() != v1::ENGINE_FCL &&
+                           options.engine() != v1::ENGINE_BULLET;
+  return is_prepared && RowBytes(subject) <= kMostBytesOfShort ? WorkLength::kShort
+                                                               : WorkLength::kAny;
+}
+
 }  // namespace
 
 ShareOfCores::ShareOfCores(Runtime& runtime, std::size_t row_bytes)
@@ -30,6 +39,13 @@ ShareOfCores::ShareOfCores(Runtime& runtime, std::size_t row_bytes)
 
 ShareOfCores::~ShareOfCores() {
   if (is_batch_) --runtime_.batches_under_way;
+}
+
+WorkLength LengthOf(const v1::CheckCollisionsRequest& request) {
+  return LengthAbout(request.subject(), request.options());
+}
+WorkLength LengthOf(const v1::GetDistancesRequest& request) {
+  return LengthAbout(request.subject(), request.options());
 }
 
 std::size_t RowBytes(const v1::CheckCollisionsRequest& request) {

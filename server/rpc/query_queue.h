@@ -5,6 +5,7 @@
 #include <cstddef>
 
 #include "cwm/v1/query.pb.h"
+#include "server/rpc/call.h"
 #include "server/rpc/runtime.h"
 
 namespace cwm::server {
@@ -13,6 +14,10 @@ namespace cwm::server {
 // milliseconds at most.
 inline constexpr std::size_t kMostBytesOfFew = 4096;
 
+// So few states or poses of what the server has already, nine of an arm, are asked about within some
+// hundred microseconds: what waking a thread takes.
+inline constexpr std::size_t kMostBytesOfShort = 512;
+
 // Bytes of the rows that the question asks about.
 std::size_t RowBytes(const v1::CheckCollisionsRequest& request);
 std::size_t RowBytes(const v1::GetDistancesRequest& request);
@@ -20,6 +25,14 @@ std::size_t RowBytes(const v1::GetContactsRequest& request);
 std::size_t RowBytes(const v1::CheckMotionsRequest& request);
 std::size_t RowBytes(const v1::CastRaysRequest& request);
 std::size_t RowBytes(const v1::SamplePointsRequest& request);
+
+// How long an answer takes, if that is known to be short.
+WorkLength LengthOf(const v1::CheckCollisionsRequest& request);
+WorkLength LengthOf(const v1::GetDistancesRequest& request);
+template <class Request>
+WorkLength LengthOf(const Request&) {
+  return WorkLength::kAny;
+}
 
 // While it lives a question is being answered; how many threads may do it. One alone has all cores,
 // several have each their share.

@@ -18,7 +18,8 @@ grpc::ServerUnaryReactor* StartQuery(grpc::CallbackServerContext* context, Runti
   const v1::QueryOptions& options = request->options();
   return StartUnary(
       context, runtime, QueueOf(runtime, *request), work,
-      WhatToAwait(runtime, request->world(), options.world_uid(), options.at_revision()));
+      WhatToAwait(runtime, request->world(), options.world_uid(), options.at_revision()),
+      LengthOf(*request));
 }
 
 }  // namespace

@@ -92,6 +92,61 @@ TEST(WorkQueue, SurvivesATaskThatThrows) {
   EXPECT_EQ(queue.failed(), 1);
 }
 
+TEST(WorkQueue, RunsATaskInTheCallersThread) {
+  WorkQueue queue({.name = "test", .threads = 1, .capacity = 2});
+  std::thread::id where;
+  Clock::duration idle_within = Clock::duration::max();
+  ASSERT_TRUE(queue.TryRunHere([&] {
+    where = std::this_thread::get_id();
+    idle_within = queue.IdleFor();
+  }));
+  EXPECT_EQ(where, std::this_thread::get_id());
+  EXPECT_EQ(idle_within, Clock::duration::zero());
+  EXPECT_LT(queue.IdleFor(), Clock::duration::max());
+  EXPECT_TRUE(queue.TryRunHere([] { throw std::runtime_error("one bad task"); }));
+  EXPECT_EQ(queue.failed(), 1);
+}
+
+TEST(WorkQueue, TakesOneCallerAtATime) {
+  WorkQueue queue({.name = "test", .threads = 2, .capacity = 2});
+  bool second = true;
+  ASSERT_TRUE(queue.TryRunHere([&] { second = queue.TryRunHere([] {}); }));
+  EXPECT_FALSE(second);
+  EXPECT_TRUE(queue.TryRunHere([] {}));
+}
+
+TEST(WorkQueue, TakesNoCallerWhileItsThreadsAreAtWork) {
+  std::promise<void> started;
+  std::promise<void> release;
+  WorkQueue queue({.name = "test", .threads = 1, .capacity = 2});
+  ASSERT_TRUE(queue.TryPush([&] {
+    started.set_value();
+    release.get_future().wait();
+  }));
+  started.get_future().wait();
+  EXPECT_FALSE(queue.TryRunHere([] {}));
+  release.set_value();
+  queue.Drain();
+  EXPECT_FALSE(queue.TryRunHere([] {}));
+}
+
+TEST(WorkQueue, DrainingWaitsForTheCallerThatRunsATask) {
+  WorkQueue queue({.name = "test", .threads = 1, .capacity = 2});
+  std::promise<void> started;
+  std::atomic<bool> is_done = false;
+  std::thread caller([&] {
+    queue.TryRunHere([&] {
+      started.set_value();
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+      is_done = true;
+    });
+  });
+  started.get_future().wait();
+  queue.Drain();
+  EXPECT_TRUE(is_done);
+  caller.join();
+}
+
 TEST(WorkQueue, LowersThePriorityOfItsOwnThreadsAlone) {
   const int before = getpriority(PRIO_PROCESS, static_cast<id_t>(syscall(SYS_gettid)));
   std::promise<int> inside;
