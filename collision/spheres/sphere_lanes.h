@@ -25,7 +25,8 @@ enum class StateMark : std::uint8_t {
 };
 
 // Values of `count` rows, each `width` wide, as JudgeStates takes them: joint after joint, `stride`
-// apart. What moves is found in double precision.
+// apart. What moves is found in double precision. Of values beyond `count` up to `stride`, which is a
+// multiple of kMostLanes, nothing is known.
 void LoadStates(std::span<const LaneInput> inputs, const double* rows, std::size_t width,
                 std::size_t count, std::size_t stride, float* values, StateMark* marks);
 

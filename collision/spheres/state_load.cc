@@ -14,19 +14,31 @@ namespace {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// One column of rows, as many at once as doubles have lanes.
+// So many that a column of them is in place long before lanes read it, and few enough that the rows
+// are near when the next column is read. A gather would take four times as long.
+constexpr std::size_t kRowsAtOnce = 64;
+
+// One column of no more rows than these.
 class ColumnLoad {
  public:
-  ColumnLoad(const LaneInput& input, std::size_t width)
-      : input_(input),
-        at_(hn::Mul(hn::Iota(kWhole, 0), hn::Set(kWhole, static_cast<std::int64_t>(width)))) {}
-
-  std::size_t lanes() const { return hn::Lanes(kReal); }
+  ColumnLoad(const LaneInput& input, std::size_t width) : input_(input), width_(width) {}
 
   void Run(const double* rows, std::size_t count, float* values, StateMark* marks) const {
-    alignas(64) double copy[8];
-    const auto given = count == lanes() ? hn::GatherIndex(kReal, rows + input_.column, at_)
-                                        : Few(rows, count, copy);
+    alignas(64) double given[kRowsAtOnce];
+    for (std::size_t i = 0; i < count; ++i) given[i] = rows[input_.column + i * width_];
+    std::fill(given + count, given + kRowsAtOnce, 0.0);
+    for (std::size_t i = 0; i < count; i += hn::Lanes(kReal)) {
+      RunLanes(hn::Load(kReal, given + i), HWY_MIN(hn::Lanes(kReal), count - i), values + i,
+               marks + i);
+    }
+  }
+
+ private:
+  static constexpr hn::CappedTag<double, 8> kReal{};
+  static constexpr hn::Rebind<float, decltype(kReal)> kShort{};
+
+  void RunLanes(hn::Vec<decltype(kReal)> given, std::size_t count, float* values,
+                StateMark* marks) const {
     const auto set = [](double value) HWY_ATTR { return hn::Set(kReal, value); };
     const auto inside =
         hn::And(hn::Ge(given, set(input_.lower_limit)), hn::Le(given, set(input_.upper_limit)));
@@ -37,17 +49,15 @@ class ColumnLoad {
       value = hn::NegMulAdd(hn::Round(hn::Mul(value, set(1 / kTurn))), set(kTurn), value);
     }
     // What is too far is no number that a float could not hold.
-    value = hn::IfThenElseZero(hn::And(inside, near), value);
-    alignas(64) float told[8];
-    hn::Store(hn::DemoteTo(kShort, value), kShort, told);
+    const auto good = hn::And(inside, near);
+    hn::StoreU(hn::DemoteTo(kShort, hn::IfThenElseZero(good, value)), kShort, values);
+    if (hn::AllTrue(kReal, good)) return;
     const auto bits = [](auto mask) HWY_ATTR {
       std::uint8_t some[8] = {};
       hn::StoreMaskBits(kReal, mask, some);
       return unsigned{some[0]};
     };
     const unsigned outside = bits(hn::Not(inside)), far = bits(hn::Not(near));
-    for (std::size_t i = 0; i < count; ++i) values[i] = told[i];
-    if ((outside | far) == 0) return;
     for (std::size_t i = 0; i < count; ++i) {
       const StateMark mark = (outside >> i & 1) != 0 ? StateMark::kOutOfLimits
                              : (far >> i & 1) != 0   ? StateMark::kTooFar
@@ -56,33 +66,20 @@ class ColumnLoad {
     }
   }
 
- private:
-  static constexpr hn::CappedTag<double, 8> kReal{};
-  static constexpr hn::RebindToSigned<decltype(kReal)> kWhole{};
-  static constexpr hn::Rebind<float, decltype(kReal)> kShort{};
-
-  hn::Vec<hn::CappedTag<double, 8>> Few(const double* rows, std::size_t count, double* copy) const {
-    alignas(64) std::int64_t at[8];
-    hn::Store(at_, kWhole, at);
-    for (std::size_t i = 0; i < 8; ++i) copy[i] = 0;
-    for (std::size_t i = 0; i < count; ++i)
-      copy[i] = rows[input_.column + static_cast<std::size_t>(at[i])];
-    return hn::Load(kReal, copy);
-  }
-
   const LaneInput& input_;
-  const hn::Vec<decltype(kWhole)> at_;
+  const std::size_t width_;
 };
 
 void LoadAll(std::span<const LaneInput> inputs, const double* rows, std::size_t width,
              std::size_t count, std::size_t stride, float* values, StateMark* marks) {
   std::fill_n(marks, count, StateMark::kReady);
-  for (const LaneInput& input : inputs) {
-    const ColumnLoad column(input, width);
-    for (std::size_t i = 0; i < count; i += column.lanes()) {
-      column.Run(rows + i * width, HWY_MIN(column.lanes(), count - i), values + i, marks + i);
+  for (std::size_t first = 0; first < count; first += kRowsAtOnce) {
+    float* to = values + first;
+    for (const LaneInput& input : inputs) {
+      ColumnLoad(input, width)
+          .Run(rows + first * width, HWY_MIN(kRowsAtOnce, count - first), to, marks + first);
+      to += stride;
     }
-    values += stride;
   }
 }
 
