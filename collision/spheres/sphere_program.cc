@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <numbers>
 #include <numeric>
 #include <tuple>
@@ -10,6 +11,7 @@
 
 #include "collision/robot/kinematics.h"
 #include "collision/spheres/sphere_lanes.h"
+#include "collision/spheres/turning_pair.h"
 
 namespace cwm::collision {
 namespace {
@@ -22,9 +24,18 @@ constexpr double kRoundedUp = 1 + 4 * kFloatRounding;
 // A frame that a joint of the group moves, and what is known of it at every state.
 struct Frame {
   std::int32_t index = 0;
-  SphereProgram::Ball reach;  // of its origin
-  double rotation_error = 0;  // Frobenius norm
+  std::size_t parent = 0;
+  std::optional<TurningJoint> turning;  // what moves it, if that turns
+  SphereProgram::Ball reach;            // of its origin
+  double rotation_error = 0;            // Frobenius norm
   double origin_error_m = 0;
+};
+
+// A sphere, fixed in a frame.
+struct FixedSphere {
+  std::size_t frame = 0;
+  Vector3 centre_F = Vector3::Zero();
+  double radius_m = 0;
 };
 
 // Where a link is, fixed in a frame.
@@ -91,12 +102,12 @@ class Compiler {
     LaneProgram& lanes = program_.lanes;
     const std::size_t clusters = lanes.clusters.size();
     const auto slot_of = [&](const SpherePair& pair) {
-      const auto a = static_cast<std::size_t>(cluster_of_[static_cast<std::size_t>(pair.first)]);
-      const auto b = static_cast<std::size_t>(cluster_of_[static_cast<std::size_t>(pair.second)]);
-      return a * clusters + b;
+      return static_cast<std::size_t>(ClusterOf(pair.first)) * clusters +
+             static_cast<std::size_t>(ClusterOf(pair.second));
     };
+    const std::vector<SpherePair> meeting = ThatMayMeet(spheres, pairs, margin_m);
     std::vector<std::int32_t> count(clusters * clusters, 0);
-    for (const SpherePair& pair : pairs) ++count[slot_of(pair)];
+    for (const SpherePair& pair : meeting) ++count[slot_of(pair)];
     // Groups by groups; the clusters of a group follow each other.
     std::vector<std::int32_t> next(count.size(), 0);
     std::int32_t begin = 0;
@@ -114,8 +125,8 @@ class Compiler {
         }
       }
     }
-    lanes.sphere_pairs.resize(pairs.size());
-    for (const SpherePair& pair : pairs) {
+    lanes.sphere_pairs.resize(meeting.size());
+    for (const SpherePair& pair : meeting) {
       const auto a = static_cast<std::size_t>(pair.first),
                  b = static_cast<std::size_t>(pair.second);
       lanes.sphere_pairs[static_cast<std::size_t>(next[slot_of(pair)]++)] = {
@@ -139,6 +150,7 @@ class Compiler {
     for (std::size_t k = 0; k < pairs.size(); ++k) {
       for (std::int32_t a : of_link[static_cast<std::size_t>(pairs[k].first)]) {
         for (std::int32_t b : of_link[static_cast<std::size_t>(pairs[k].second)]) {
+          if (StayApart(BoundOf(a), BoundOf(b), margin_m)) continue;
           all.push_back({a, b, static_cast<std::int32_t>(k % kTags)});
         }
       }
@@ -202,6 +214,14 @@ class Compiler {
          .lever_m = 0,
          .farthest = farthest});
     frames_.push_back(Below(frames_[parent.frame], X_PF.translation(), turns ? 0.0 : farthest));
+    frames_.back().parent = parent.frame;
+    if (turns) {
+      const auto [lower, upper] = std::minmax(at_lower, at_upper);
+      const bool has_limits = upper - lower < 2 * std::numbers::pi;  // not so where it is no number
+      frames_.back().turning = TurningJoint{.X_PF = X_PF,
+                                            .lower_rad = has_limits ? lower : -std::numbers::pi,
+                                            .upper_rad = has_limits ? upper : std::numbers::pi};
+    }
     program_.lanes.joints.push_back(joint);
     Pose X_FL = Pose::Identity();
     X_FL.linear() = to_axis.transpose();
@@ -327,6 +347,53 @@ class Compiler {
       middle += (centres_F[farthest.second] - middle) / step;
     }
     return best;
+  }
+
+  std::int32_t ClusterOf(std::int32_t sphere) const {
+    return cluster_of_[static_cast<std::size_t>(sphere)];
+  }
+
+  FixedSphere BoundOf(std::int32_t index) const {
+    const LaneCluster& cluster = program_.lanes.clusters[static_cast<std::size_t>(index)];
+    const Eigen::Map<const Eigen::Vector3f> centre_F(cluster.bound.centre_m);
+    return {static_cast<std::size_t>(cluster.frame), centre_F.cast<double>(),
+            cluster.bound.radius_m};
+  }
+
+  FixedSphere Fix(const PlacedSphere& sphere) const {
+    const Fixed& link = links_[static_cast<std::size_t>(sphere.link)];
+    return {link.frame, link.X_FL * sphere.centre_L, sphere.radius_m};
+  }
+
+  // Whether no state brings the two together: told where one or two joints that turn lie between.
+  bool StayApart(const FixedSphere& a, const FixedSphere& b, double margin_m) const {
+    if (a.frame > b.frame) return StayApart(b, a, margin_m);  // what hangs from a frame follows it
+    const Frame& outer = frames_[b.frame];
+    if (!outer.turning) return false;
+    const double reach_m = a.radius_m + b.radius_m + margin_m + Rounding_m(program_.lanes.reach_m);
+    if (outer.parent == a.frame) {
+      return TurningPair(*outer.turning).KeepsApart(a.centre_F, b.centre_F, reach_m);
+    }
+    const Frame& inner = frames_[outer.parent];
+    if (!inner.turning || inner.parent != a.frame) return false;
+    return TurningPair(*inner.turning, *outer.turning).KeepsApart(a.centre_F, b.centre_F, reach_m);
+  }
+
+  std::vector<SpherePair> ThatMayMeet(std::span<const PlacedSphere> spheres,
+                                      std::span<const SpherePair> pairs, double margin_m) const {
+    std::map<std::pair<std::int32_t, std::int32_t>, bool> clusters_stay_apart;
+    std::vector<SpherePair> meeting;
+    for (const SpherePair& pair : pairs) {
+      const std::int32_t a = ClusterOf(pair.first), b = ClusterOf(pair.second);
+      const auto [known, is_new] = clusters_stay_apart.try_emplace({a, b}, false);
+      if (is_new) known->second = StayApart(BoundOf(a), BoundOf(b), margin_m);
+      if (known->second) continue;
+      if (StayApart(Fix(spheres[static_cast<std::size_t>(pair.first)]),
+                    Fix(spheres[static_cast<std::size_t>(pair.second)]), margin_m))
+        continue;
+      meeting.push_back(pair);
+    }
+    return meeting;
   }
 
   struct Range {

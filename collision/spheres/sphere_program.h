@@ -57,7 +57,8 @@ struct SphereSet {
 inline constexpr double kFarthestShift_m = 100;
 
 // `base` has a value for each variable of the model; those of the group are not read. A pair is
-// apart by `pair_margin_m` or more. Nothing where a planar or a floating joint moves.
+// apart by `pair_margin_m` or more; pairs that are so at every state within the limits are left
+// out, where that is found in some microseconds. Nothing where a planar or a floating joint moves.
 std::optional<SphereProgram> CompileSpheres(const RobotModel& model, const JointGroup& group,
                                             std::span<const double> base, const SphereSet& set,
                                             double pair_margin_m);
