@@ -64,25 +64,25 @@ struct LaneBand {
   float bounds_m2 = 0;
 };
 
-// Spheres `first` and `second` touch where their centres are `reach_m` apart.
+// Spheres `first` and `second` touch where the square of their centres' distance is `reach_m2`.
 struct LaneSpherePair {
   std::int32_t first = 0, second = 0;
-  float reach_m = 0;
+  float reach_m2 = 0;
 };
 
-// Two clusters, with a reach that no pair of their spheres exceeds.
+// Two clusters, with the square of a reach that no pair of their spheres exceeds.
 struct LaneClusterPair {
   std::int32_t first = 0, second = 0;  // clusters
-  float reach_m = 0;
+  float reach_m2 = 0;
   std::int32_t begin = 0, end = 0;  // into LaneProgram::sphere_pairs; none: each with each
   std::int32_t tag = 0;             // of LaneOpen::pairs
   LaneBand band = {};
 };
 
-// Two groups, with a reach that no pair of their spheres exceeds.
+// Two groups, with the square of a reach that no pair of their spheres exceeds.
 struct LaneGroupPair {
   std::int32_t first = 0, second = 0;  // groups
-  float reach_m = 0;
+  float reach_m2 = 0;
   std::int32_t begin = 0, end = 0;  // into LaneProgram::cluster_pairs
   float bounds_m2 = 0;              // as LaneBand's
 };

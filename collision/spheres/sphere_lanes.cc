@@ -141,18 +141,18 @@ class Solid {
 class Judge {
  public:
   Judge(const LaneProgram& program, const LaneScene& scene, LaneMemory& memory)
-      : program_(program), scene_(scene), width_(hn::Lanes(kTag)) {
+      : program_(program), scene_(scene) {
     const std::size_t numbers = program.joints.size() * 12 + program.spheres.size() * 3 +
                                 (program.clusters.size() + program.groups.size()) * 3 + 1;
-    memory.numbers.resize(numbers * width_);
+    memory.numbers.resize(numbers * width());
     memory.indices.resize(program.groups.size() + program.clusters.size() +
                           std::max(scene.obstacles.size(), program.cluster_pairs.size()) + 1);
     const auto address = reinterpret_cast<std::uintptr_t>(memory.numbers.data());
-    const std::size_t step = width_ * sizeof(float);
+    const std::size_t step = width() * sizeof(float);
     frames_ = memory.numbers.data() + (step - address % step) % step / sizeof(float);
-    centres_ = frames_ + program.joints.size() * 12 * width_;
-    bounds_ = centres_ + program.spheres.size() * 3 * width_;
-    groups_ = bounds_ + program.clusters.size() * 3 * width_;
+    centres_ = frames_ + program.joints.size() * 12 * width();
+    bounds_ = centres_ + program.spheres.size() * 3 * width();
+    groups_ = bounds_ + program.clusters.size() * 3 * width();
     placed_ = memory.indices.data();
     group_placed_ = placed_ + program.clusters.size();
     near_ = group_placed_ + program.groups.size();
@@ -185,7 +185,7 @@ class Judge {
   }
 
   void Find(const float* values, std::size_t stride, LaneOpen* found) {
-    std::fill_n(found, width_, LaneOpen{});
+    std::fill_n(found, width(), LaneOpen{});
     found_ = found;
     std::fill_n(worlds_, kTags, hn::FirstN(kTag, 0));
     std::fill_n(pairs_, kTags, hn::FirstN(kTag, 0));
@@ -201,28 +201,30 @@ class Judge {
     for (std::size_t i = 0; i < count; ++i) verdicts[i] = static_cast<LaneVerdict>(told[i]);
   }
 
-  std::size_t width() const { return width_; }
+  // A constant of most instruction sets: what is asked for at each place folds into its address.
+  static std::size_t width() { return hn::Lanes(kTag); }
 
  private:
   Frame LoadFrame(std::int32_t index) const {
-    const float* from = frames_ + static_cast<std::size_t>(index) * 12 * width_;
+    const float* from = frames_ + static_cast<std::size_t>(index) * 12 * width();
     Frame frame;
-    for (std::size_t k = 0; k < 12; ++k) frame.of[k] = hn::Load(kTag, from + k * width_);
+    for (std::size_t k = 0; k < 12; ++k) frame.of[k] = hn::Load(kTag, from + k * width());
     return frame;
   }
   void StoreFrame(std::size_t index, const Frame& frame) {
-    float* to = frames_ + index * 12 * width_;
-    for (std::size_t k = 0; k < 12; ++k) hn::Store(frame.of[k], kTag, to + k * width_);
+    float* to = frames_ + index * 12 * width();
+    for (std::size_t k = 0; k < 12; ++k) hn::Store(frame.of[k], kTag, to + k * width());
   }
   Point LoadPoint(const float* from, std::size_t index) const {
-    from += index * 3 * width_;
-    return {hn::Load(kTag, from), hn::Load(kTag, from + width_), hn::Load(kTag, from + 2 * width_)};
+    from += index * 3 * width();
+    return {hn::Load(kTag, from), hn::Load(kTag, from + width()),
+            hn::Load(kTag, from + 2 * width())};
   }
   void StorePoint(float* to, std::size_t index, const Point& point) const {
-    to += index * 3 * width_;
+    to += index * 3 * width();
     hn::Store(point.x, kTag, to);
-    hn::Store(point.y, kTag, to + width_);
-    hn::Store(point.z, kTag, to + 2 * width_);
+    hn::Store(point.y, kTag, to + width());
+    hn::Store(point.z, kTag, to + 2 * width());
   }
 
   void PlaceBounds(std::size_t g) {
@@ -269,15 +271,14 @@ class Judge {
     }
   }
 
-  static Lane BeyondReach(const Point& a, const Point& b, float reach_m) {
+  static Lane BeyondReach(const Point& a, const Point& b, float reach_m2) {
     const Lane x = hn::Sub(a.x, b.x), y = hn::Sub(a.y, b.y), z = hn::Sub(a.z, b.z);
-    const Lane reach = All(reach_m);
-    return hn::MulAdd(x, x, hn::MulAdd(y, y, hn::MulSub(z, z, hn::Mul(reach, reach))));
+    return hn::MulAdd(x, x, hn::MulAdd(y, y, hn::MulSub(z, z, All(reach_m2))));
   }
 
   void MeetItself(const LaneGroupPair& pair) {
     const auto a = static_cast<std::size_t>(pair.first), b = static_cast<std::size_t>(pair.second);
-    const Lane apart = BeyondReach(LoadPoint(groups_, a), LoadPoint(groups_, b), pair.reach_m);
+    const Lane apart = BeyondReach(LoadPoint(groups_, a), LoadPoint(groups_, b), pair.reach_m2);
     if (!Matters(apart, pair.bounds_m2)) return;
     PlaceBounds(a);
     PlaceBounds(b);
@@ -300,7 +301,7 @@ class Judge {
 
   bool IsNear(const LaneClusterPair& pair, LaneMask done) const {
     const auto a = static_cast<std::size_t>(pair.first), b = static_cast<std::size_t>(pair.second);
-    const Lane apart = BeyondReach(LoadPoint(bounds_, a), LoadPoint(bounds_, b), pair.reach_m);
+    const Lane apart = BeyondReach(LoadPoint(bounds_, a), LoadPoint(bounds_, b), pair.reach_m2);
     return Matters(apart, pair.band.bounds_m2, done);
   }
 
@@ -314,7 +315,7 @@ class Judge {
       lowest =
           hn::Min(lowest, BeyondReach(LoadPoint(centres_, static_cast<std::size_t>(two.first)),
                                       LoadPoint(centres_, static_cast<std::size_t>(two.second)),
-                                      two.reach_m));
+                                      two.reach_m2));
     }
     Keep(lowest, pair.band.spheres_m2, false);
   }
@@ -330,7 +331,7 @@ class Judge {
         const auto b = static_cast<std::size_t>(t);
         const float reach_m =
             program_.spheres[a].radius_m + program_.spheres[b].radius_m + program_.pair_margin_m;
-        lowest = hn::Min(lowest, BeyondReach(at, LoadPoint(centres_, b), reach_m));
+        lowest = hn::Min(lowest, BeyondReach(at, LoadPoint(centres_, b), reach_m * reach_m));
       }
     }
     Note(lowest, pair.band.spheres_m2, &LaneOpen::pairs, pair.tag, pairs_[pair.tag]);
@@ -417,7 +418,6 @@ class Judge {
 
   const LaneProgram& program_;
   const LaneScene& scene_;
-  const std::size_t width_;
   float* frames_ = nullptr;         // twelve vectors a frame
   float* centres_ = nullptr;        // three vectors a sphere, of clusters that are placed
   float* bounds_ = nullptr;         // three vectors a cluster

@@ -21,6 +21,12 @@ constexpr double kFarthestTurn_rad = 1e4;
 
 constexpr double kRoundedUp = 1 + 4 * kFloatRounding;
 
+// As lanes would find it.
+float Squared(double reach_m) {
+  const auto reach = static_cast<float>(reach_m);
+  return reach * reach;
+}
+
 // A frame that a joint of the group moves, and what is known of it at every state.
 struct Frame {
   std::int32_t index = 0;
@@ -130,8 +136,7 @@ class Compiler {
       const auto a = static_cast<std::size_t>(pair.first),
                  b = static_cast<std::size_t>(pair.second);
       lanes.sphere_pairs[static_cast<std::size_t>(next[slot_of(pair)]++)] = {
-          lane_of_[a], lane_of_[b],
-          static_cast<float>(spheres[a].radius_m + spheres[b].radius_m + margin_m)};
+          lane_of_[a], lane_of_[b], Squared(spheres[a].radius_m + spheres[b].radius_m + margin_m)};
     }
   }
 
@@ -410,25 +415,24 @@ class Compiler {
     lanes.cluster_pairs.push_back(
         {.first = first,
          .second = second,
-         .reach_m = static_cast<float>(kRoundedUp * reach_m),
+         .reach_m2 = Squared(kRoundedUp * reach_m),
          .begin = of.begin,
          .end = of.end,
          .band = BandOf(error_m, double{a.widest_m} + double{b.widest_m} + margin_m, reach_m)});
     const std::int32_t group_a = group_of_cluster_[static_cast<std::size_t>(first)];
     const std::int32_t group_b = group_of_cluster_[static_cast<std::size_t>(second)];
+    const double groups_m =
+        kRoundedUp *
+        (double{lanes.groups[static_cast<std::size_t>(group_a)].bound.radius_m} +
+         double{lanes.groups[static_cast<std::size_t>(group_b)].bound.radius_m} + margin_m);
     if (lanes.group_pairs.empty() || lanes.group_pairs.back().first != group_a ||
         lanes.group_pairs.back().second != group_b) {
-      const double groups_m =
-          double{lanes.groups[static_cast<std::size_t>(group_a)].bound.radius_m} +
-          double{lanes.groups[static_cast<std::size_t>(group_b)].bound.radius_m} + margin_m;
-      lanes.group_pairs.push_back({.first = group_a,
-                                   .second = group_b,
-                                   .reach_m = static_cast<float>(kRoundedUp * groups_m),
-                                   .begin = index});
+      lanes.group_pairs.push_back(
+          {.first = group_a, .second = group_b, .reach_m2 = Squared(groups_m), .begin = index});
     }
     LaneGroupPair& groups = lanes.group_pairs.back();
     groups.end = index + 1;
-    groups.bounds_m2 = std::max(groups.bounds_m2, BandOf(error_m, 0, groups.reach_m).bounds_m2);
+    groups.bounds_m2 = std::max(groups.bounds_m2, BandOf(error_m, 0, groups_m).bounds_m2);
   }
 
   LaneSphere InLanes(const Frame& frame, const Vector3& centre_F, double radius_m,
