@@ -10,8 +10,8 @@
 namespace cwm::perception {
 namespace {
 
-constexpr std::size_t kPlaces = 64;
-constexpr std::size_t kAmong = 16384;  // a neighbour for each 1 cm^2 of a table
+constexpr std::size_t kPlaces = 48;
+constexpr std::size_t kAmong = 8192;  // a neighbour for each 2 cm^2 of a table
 constexpr std::size_t kNeighbours = 24;
 constexpr double kWidest_m = 0.1;    // of a patch: larger ones hold several surfaces
 constexpr double kMostEdgeOn = 0.3;  // cosine
