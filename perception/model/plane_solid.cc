@@ -11,6 +11,7 @@
 #include "perception/cloud/quantile.h"
 #include "perception/model/box_solid.h"
 #include "perception/model/free_space.h"
+#include "perception/model/solid_assembly.h"
 
 namespace cwm::perception {
 namespace {
@@ -257,7 +258,9 @@ std::optional<Solid> BoxOver(const Rectangle& rectangle, const Matrix3& face, co
     if (std::abs(height_m - depth_m) < kStandingGap_m) depth_m = height_m;
   }
   Solid deep = BoxBehind(along, plane, bounds, depth_m);
-  return IsRunThrough(deep, plane, context) ? thin : deep;
+  deep.inliers = fit.inliers;
+  // Points on its far side from within are of an open box.
+  return IsRunThrough(deep, plane, context) || IsCrossed(deep, context) ? thin : deep;
 }
 
 }  // namespace
