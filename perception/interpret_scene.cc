@@ -18,6 +18,7 @@
 #include "perception/describe_support.h"
 #include "perception/join_lying_vessels.h"
 #include "perception/join_modelled.h"
+#include "perception/join_open_boxes.h"
 #include "perception/model_thing.h"
 #include "perception/order_things.h"
 #include "perception/part_standing.h"
@@ -254,6 +255,10 @@ absl::StatusOr<SceneInterpretation> Interpret(const PointCloud& cloud, Interpret
   PartStanding(options, work, *scene, described.things);
   Restack(options, work, *scene, described.things);
   ReleaseStanding(options, work, *scene, described.things);
+  for (std::size_t s : JoinOpenBoxes(options, work, *scene, described.things)) {
+    described.supports[s] = DescribeSupport(scene->supports[s], scene->points, X_WL,
+                                            FloorOf(options), options.surface, work);
+  }
   CompleteBelow(*scene, described.things);
   for (std::size_t t = 0; t < described.things.size(); ++t) {
     CutRoundedRims(*scene, t, described.things[t], work);

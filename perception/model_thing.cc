@@ -164,6 +164,32 @@ HybridModel InMeasuredPoints(HybridModel model, const ThingSample& sample) {
   return model;
 }
 
+// Steps 7 and 8 for the points of a sample whose shapes are found.
+ModelledThing HybridOf(Standing standing, const ThingSample& sample, const OrientedPoints& points,
+                       const InterpretOptions& options, const Work& work) {
+  ObjectModel& found = standing.found;
+  ModelledThing out;
+  out.reaches_support = standing.reaches_support;
+  out.X_LO.translation() = MeanOf(points);
+  const Pose X_OL = out.X_LO.inverse(Eigen::Isometry);
+
+  // Step 7: surfaces for what is left.
+  ModelBuilder builder(points, X_OL, NearShapes(points, found, work), options.surface, work);
+  builder.AddHandles(found);
+  builder.AddSurface();
+
+  // Step 8: the hybrid model.
+  builder.AddShapes(std::move(found.shapes));
+  out.explained = sample.Scaled(builder.explained());
+  out.model = std::make_shared<HybridModel>(InMeasuredPoints(builder.Take(), sample));
+  out.part_of_point = sample.OfAll(found.part_of_point, work);
+  out.notes = std::move(found.notes);
+  const float spacing_m = std::max(kAssociationSpacing_m, Median(points.sigma_m));
+  const VoxelGrid thin = VoxelGrid::Build(points.points, spacing_m, work);
+  for (std::size_t c = 0; c < thin.size(); ++c) out.thinned_L.push_back(thin.Centroid(c));
+  return out;
+}
+
 }  // namespace
 
 std::optional<Pose> WhatItStandsOn(const SegmentedScene& scene, const SegmentedThing& thing) {
@@ -186,35 +212,26 @@ std::optional<ModelledThing> ModelThingIf(const WantedShapes& wanted, const Segm
   const SegmentedThing& thing = scene.things[index];
   const ThingSample sample(scene, thing);
   const OrientedPoints points = sample.Points();
-  ModelledThing out;
-  out.X_LO.translation() = MeanOf(points);
-  const Pose X_OL = out.X_LO.inverse(Eigen::Isometry);
 
   // Step 6: shapes, and handles on them.
-  auto [X_LSupport, found, reaches_support] =
-      thing.plates.empty() ? ModelStanding(points, scene, index, rays, options, work)
-                           : Standing{{}, ModelStructure(points, thing.plates, work)};
-  if (!wanted(found)) return std::nullopt;
-  out.reaches_support = reaches_support;
-  if (X_LSupport && scene.sight) {
-    CompleteHidden({points, *X_LSupport}, *scene.sight, found.shapes);
+  Standing standing = thing.plates.empty()
+                          ? ModelStanding(points, scene, index, rays, options, work)
+                          : Standing{{}, ModelStructure(points, thing.plates, work)};
+  if (!wanted(standing.found)) return std::nullopt;
+  if (standing.X_LSupport && scene.sight) {
+    CompleteHidden({points, *standing.X_LSupport}, *scene.sight, standing.found.shapes);
   }
+  return HybridOf(std::move(standing), sample, points, options, work);
+}
 
-  // Step 7: surfaces for what is left.
-  ModelBuilder builder(points, X_OL, NearShapes(points, found, work), options.surface, work);
-  builder.AddHandles(found);
-  builder.AddSurface();
-
-  // Step 8: the hybrid model.
-  builder.AddShapes(std::move(found.shapes));
-  out.explained = sample.Scaled(builder.explained());
-  out.model = std::make_shared<HybridModel>(InMeasuredPoints(builder.Take(), sample));
-  out.part_of_point = sample.OfAll(found.part_of_point, work);
-  out.notes = std::move(found.notes);
-  const float spacing_m = std::max(kAssociationSpacing_m, Median(points.sigma_m));
-  const VoxelGrid thin = VoxelGrid::Build(points.points, spacing_m, work);
-  for (std::size_t c = 0; c < thin.size(); ++c) out.thinned_L.push_back(thin.Centroid(c));
-  return out;
+ModelledThing ModelThingAs(std::vector<ShapePart> shapes, const SegmentedScene& scene,
+                           std::size_t index, const InterpretOptions& options, const Work& work) {
+  const SegmentedThing& thing = scene.things[index];
+  const ThingSample sample(scene, thing);
+  const OrientedPoints points = sample.Points();
+  const std::optional<Pose> X_LSupport = WhatItStandsOn(scene, thing);
+  return HybridOf({X_LSupport, ModelKnown(points, X_LSupport, std::move(shapes), work)}, sample,
+                  points, options, work);
 }
 
 ModelledThing ModelThing(const SegmentedScene& scene, std::size_t index, const SceneRays& rays,

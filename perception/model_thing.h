@@ -45,5 +45,8 @@ using WantedShapes = std::function<bool(const ObjectModel&)>;
 std::optional<ModelledThing> ModelThingIf(const WantedShapes& wanted, const SegmentedScene& scene,
                                           std::size_t index, const SceneRays& rays,
                                           const InterpretOptions& options, const Work& work);
+// The same of a thing whose shapes are known, in the level frame.
+ModelledThing ModelThingAs(std::vector<ShapePart> shapes, const SegmentedScene& scene,
+                           std::size_t index, const InterpretOptions& options, const Work& work);
 
 }  // namespace cwm::perception

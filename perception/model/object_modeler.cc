@@ -188,20 +188,27 @@ std::optional<ShapePart> FindLyingVessel(const OrientedPoints& points,
   return InLevelFrame({*std::move(shell)}, context).front();
 }
 
-ObjectModel ModelStructure(const OrientedPoints& points, const std::vector<Placed<Plate>>& plates,
-                           const Work& work) {
+ObjectModel ModelKnown(const OrientedPoints& points, const std::optional<Pose>& X_LSupport,
+                       std::vector<ShapePart> shapes, const Work& work) {
   ObjectModel model;
-  for (const Placed<Plate>& plate : plates) {
-    model.shapes.push_back({.X_OS = plate.X_FS,
-                            .shape = plate.shape,
-                            .role = PartRole::kCompleted,
-                            .fit = FitQuality()});
-  }
+  model.shapes = std::move(shapes);
   const double spacing_m = ThinForSearch(points, SearchPoints(points.size()), work).spacing_m;
   model.part_of_point = ExplainPoints(points, model.shapes, work);
   MeasureQuality(points, model.part_of_point, spacing_m, model.shapes, work);
-  FindHandles(points, spacing_m, Ground(), model, work);
+  FindHandles(points, spacing_m, GroundOf(X_LSupport, Vector3::Zero()), model, work);
   return model;
+}
+
+ObjectModel ModelStructure(const OrientedPoints& points, const std::vector<Placed<Plate>>& plates,
+                           const Work& work) {
+  std::vector<ShapePart> shapes;
+  for (const Placed<Plate>& plate : plates) {
+    shapes.push_back({.X_OS = plate.X_FS,
+                      .shape = plate.shape,
+                      .role = PartRole::kCompleted,
+                      .fit = FitQuality()});
+  }
+  return ModelKnown(points, std::nullopt, std::move(shapes), work);
 }
 
 }  // namespace cwm::perception

@@ -35,6 +35,11 @@ std::optional<ShapePart> FindLyingVessel(const OrientedPoints& points,
                                          const std::vector<Vector3>& axes, const SensorNoise& noise,
                                          const ModelerOptions& options, const Work& work = {});
 
+// What is known to consist of these shapes, which are in the level frame: which points they explain, how
+// well, and what stands out from them as handles do.
+ObjectModel ModelKnown(const OrientedPoints& points, const std::optional<Pose>& X_LSupport,
+                       std::vector<ShapePart> shapes, const Work& work = {});
+
 // A wall or front of which the plates are known, in the level frame: they are its shapes, COMPLETED
 // since their bodies were supplied, and what stands out from them may be handles.
 ObjectModel ModelStructure(const OrientedPoints& points, const std::vector<Placed<Plate>>& plates,
