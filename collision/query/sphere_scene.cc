@@ -8,8 +8,8 @@
 namespace cwm::collision {
 namespace {
 
-// Axes this near to those of the root are taken for them: 1e-9 of what is reached is far below the
-// slack for it (Rounding_m).
+// Axes this near to those of the coordinates are taken for them: 1e-9 of a coordinate is far below
+// what its rounding may be (Rounding_m).
 constexpr double kSnap = 1e-9;
 
 // A shape for lanes, centred at X_BS; its form and size alone are set.
@@ -101,20 +101,76 @@ double Distance_m(const Solid& solid, const Vector3& p_B) {
   return std::max(p.z(), 0.0);
 }
 
-LaneObstacle InLanes(const Solid& solid, double margin_m) {
-  LaneObstacle lanes{.form = solid.form, .is_hull = solid.is_hull};
-  Matrix3 axes = solid.X_BS.linear().transpose();
-  for (double& entry : axes.reshaped()) {
-    if (std::abs(entry) < kSnap) entry = 0;
-    if (std::abs(std::abs(entry) - 1) < kSnap * kSnap) entry = std::copysign(1.0, entry);
+// Whether an axis is one of the coordinates', either way, but for kSnap.
+bool IsAlong(const Matrix3& axes, int axis) {
+  return (axes.col(axis).cwiseAbs().array() > kSnap).count() == 1;
+}
+
+// Takes axes that differ by right angles alone, or by what its form does not show, for those of the
+// coordinates.
+bool Align(Solid& solid) {
+  const Matrix3 axes = solid.X_BS.linear();
+  const bool is_upright = IsAlong(axes, 2) && std::abs(axes(2, 2)) > 0.5;
+  switch (solid.form) {
+    case LaneObstacle::Form::kBox:
+      if (!IsAlong(axes, 0) || !IsAlong(axes, 1) || !IsAlong(axes, 2)) return false;
+      solid.size_m = axes.cwiseAbs().array().round().matrix() * solid.size_m;
+      break;
+    case LaneObstacle::Form::kRound:
+      if (!is_upright && solid.size_m[1] > 0) return false;
+      break;
+    case LaneObstacle::Form::kCylinder:
+      if (!is_upright) return false;
+      break;
+    case LaneObstacle::Form::kHalfSpace:
+      if (!is_upright || axes(2, 2) < 0) return false;
+      // It has no middle: what is far along the plane must not come in.
+      solid.X_BS.translation() = Vector3::UnitZ() * axes.col(2).dot(solid.X_BS.translation());
+      break;
   }
-  const Vector3 offset = solid.X_BS.linear().transpose() * solid.X_BS.translation();
+  solid.X_BS.linear().setIdentity();
+  return true;
+}
+
+LaneObstacle InLanes(Solid solid, double margin_m) {
+  LaneObstacle lanes{.form = solid.form, .is_hull = solid.is_hull, .is_aligned = Align(solid)};
+  const Matrix3 axes = solid.X_BS.linear().transpose();
+  const Vector3 offset = axes * solid.X_BS.translation();
   for (int i = 0; i < 9; ++i) lanes.axis[i] = static_cast<float>(axes(i / 3, i % 3));
   for (int i = 0; i < 3; ++i) lanes.offset_m[i] = static_cast<float>(offset[i]);
   for (int i = 0; i < 3; ++i) lanes.size_m[i] = static_cast<float>(solid.size_m[i]);
   lanes.margin_m = static_cast<float>(margin_m);
   return lanes;
 }
+
+// Axes that boxes share but for right angles, as those of shelves, tables and rooms do: the majority's
+// if there is one (Boyer and Moore 1981), or else whichever more have, theirs or the coordinates' own.
+class SharedAxes {
+ public:
+  void Add(const Solid& solid) {
+    if (solid.form != LaneObstacle::Form::kBox) return;
+    if (lead_ == 0) axes_ = solid.X_BS.linear();
+    lead_ += Share(axes_, solid) ? 1 : -1;
+  }
+
+  Matrix3 Of(std::span<const Solid> solids) const {
+    const auto count = [&](const Matrix3& axes) {
+      return std::ranges::count_if(solids, [&](const Solid& solid) {
+        return solid.form == LaneObstacle::Form::kBox && Share(axes, solid);
+      });
+    };
+    return count(axes_) > count(Matrix3::Identity()) ? axes_ : Matrix3::Identity();
+  }
+
+ private:
+  static bool Share(const Matrix3& axes, const Solid& solid) {
+    const Matrix3 between = axes.transpose() * solid.X_BS.linear();
+    return IsAlong(between, 0) && IsAlong(between, 1) && IsAlong(between, 2);
+  }
+
+  Matrix3 axes_ = Matrix3::Identity();
+  int lead_ = 0;
+};
 
 class SceneCompiler {
  public:
@@ -131,7 +187,7 @@ class SceneCompiler {
   void Add(const PreparedPart& part, const Pose& X_WP, double margin_m) {
     Solid solid = SolidOf(part, X_BW_ * X_WP);
     Clip(reach_m_, solid);
-    const auto index = static_cast<std::int32_t>(scene_.obstacles.size());
+    const auto index = static_cast<std::int32_t>(solids_.size());
     bool is_near = false;
     for (std::size_t g = 0; g < near_.size(); ++g) {
       const SphereProgram::Ball& ball = program_.reach_of_group[g];
@@ -143,7 +199,8 @@ class SceneCompiler {
       is_near = true;
     }
     if (!is_near) return;
-    scene_.obstacles.push_back(InLanes(solid, margin_m));
+    solids_.push_back(solid);
+    margins_m_.push_back(margin_m);
     const double out_m = solid.is_bounded
                              ? solid.X_BS.translation().norm() + solid.size_m.cwiseAbs().sum()
                              : reach_m_;
@@ -155,6 +212,7 @@ class SceneCompiler {
   }
 
   LaneScene Take() {
+    AddObstacles();
     for (std::size_t g = 0; g < near_.size(); ++g) {
       const LaneGroup& group = program_.lanes.groups[g];
       const auto begin = static_cast<std::int32_t>(scene_.near.size());
@@ -175,12 +233,26 @@ class SceneCompiler {
   }
 
  private:
+  void AddObstacles() {
+    SharedAxes shared;
+    for (const Solid& solid : solids_) shared.Add(solid);
+    const Matrix3 axes = shared.Of(solids_);
+    for (int i = 0; i < 9; ++i) scene_.rotation[i] = static_cast<float>(axes(i % 3, i / 3));
+    for (std::size_t k = 0; k < solids_.size(); ++k) {
+      Solid solid = solids_[k];
+      solid.X_BS = Pose(axes.transpose()) * solid.X_BS;
+      scene_.obstacles.push_back(InLanes(solid, margins_m_[k]));
+    }
+  }
+
   const SphereProgram& program_;
   const Pose X_BW_;
   double widest_bound_m_ = 0;
-  double reach_m_ = 0;                           // of spheres with their margins, from the root
-  double widest_obstacle_m_ = 0;                 // margin and, of what is round, radius
-  double farthest_m_ = 0;                        // coordinates of obstacles
+  double reach_m_ = 0;            // of spheres with their margins, from the root
+  double widest_obstacle_m_ = 0;  // margin and, of what is round, radius
+  double farthest_m_ = 0;         // coordinates of obstacles
+  std::vector<Solid> solids_;
+  std::vector<double> margins_m_;                // of the same
   std::vector<std::vector<std::int32_t>> near_;  // by group
   LaneScene scene_;
 };

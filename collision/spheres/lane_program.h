@@ -99,7 +99,8 @@ struct LaneProgram {
   float pair_margin_m = 0;  // of clusters without a list of pairs
 };
 
-// A solid: `axis` are its axes as rows, a point is at axis * p - offset in its frame.
+// A solid: `axis` are its axes as rows, a point is at axis * p - offset in its frame. Lanes spare
+// themselves the product where the axes are those of the coordinates.
 struct LaneObstacle {
   enum class Form : std::uint8_t {
     kRound,      // size: radius, half length along z
@@ -110,13 +111,16 @@ struct LaneObstacle {
   Form form = Form::kBox;
   // Only surrounds what is there: what it does not touch is free, what it touches is open.
   bool is_hull = false;
+  bool is_aligned = false;  // axis is the identity
   float axis[9] = {};
   float offset_m[3] = {};
   float size_m[3] = {};
   float margin_m = 0;
 };
 
+// Obstacles in axes of their own: p_S = rotation * p_B of what is at p_B from the root.
 struct LaneScene {
+  float rotation[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};  // row by row
   std::vector<LaneObstacle> obstacles;
   // By group: the obstacles that it may reach, [begin, end) of `near`.
   struct Range {

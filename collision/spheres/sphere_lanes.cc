@@ -99,15 +99,18 @@ class Solid {
  public:
   explicit Solid(const LaneObstacle& from) : from_(from) {}
 
-  template <LaneObstacle::Form kForm>
+  template <LaneObstacle::Form kForm, bool kIsAligned>
   Lane Beyond(const Point& p, Lane reach) const {
     const Lane zero = hn::Zero(kTag);
-    const Lane w = Along(6, p);
+    const auto along = [&](int k, Lane coordinate) HWY_ATTR {
+      return kIsAligned ? hn::Sub(coordinate, All(from_.offset_m[k])) : Along(k, p);
+    };
+    const Lane w = along(2, p.z);
     if constexpr (kForm == LaneObstacle::Form::kHalfSpace) {
       const Lane out = hn::Max(w, zero);
       return hn::MulSub(out, out, hn::Mul(reach, reach));
     }
-    const Lane u = Along(0, p), v = Along(3, p);
+    const Lane u = along(0, p.x), v = along(1, p.y);
     if constexpr (kForm == LaneObstacle::Form::kBox) {
       const Lane out_u = hn::Max(hn::Sub(hn::Abs(u), Size(0)), zero);
       const Lane out_v = hn::Max(hn::Sub(hn::Abs(v), Size(1)), zero);
@@ -128,10 +131,10 @@ class Solid {
  private:
   Lane Size(int k) const { return All(from_.size_m[k]); }
   Lane Along(int k, const Point& p) const {
-    const float* a = &from_.axis[k];
+    const float* a = &from_.axis[3 * k];
     return hn::MulAdd(
         p.x, All(a[0]),
-        hn::MulAdd(p.y, All(a[1]), hn::MulSub(p.z, All(a[2]), All(from_.offset_m[k / 3]))));
+        hn::MulAdd(p.y, All(a[1]), hn::MulSub(p.z, All(a[2]), All(from_.offset_m[k]))));
   }
 
   const LaneObstacle& from_;
@@ -156,8 +159,10 @@ class Judge {
     placed_ = memory.indices.data();
     group_placed_ = placed_ + program.clusters.size();
     near_ = group_placed_ + program.groups.size();
-    StoreFrame(0, {{All(1), All(0), All(0), All(0), All(0), All(1), All(0), All(0), All(0), All(0),
-                    All(1), All(0)}});
+    Frame root;
+    for (int k = 0; k < 12; ++k)
+      root.of[k] = All(k % 4 < 3 ? scene.rotation[k / 4 * 3 + k % 4] : 0);
+    StoreFrame(0, root);
     std::fill(memory.indices.begin(), memory.indices.end(), 0);
     for (std::size_t g = 0; g < program.groups.size(); ++g) {
       const LaneGroup& group = program.groups[g];
@@ -374,46 +379,43 @@ class Judge {
   }
 
   static Lane Beyond(const LaneObstacle& obstacle, const Point& p, Lane reach) {
-    const Solid solid(obstacle);
-    using Form = LaneObstacle::Form;
-    switch (obstacle.form) {
-      case Form::kRound:
-        return solid.Beyond<Form::kRound>(p, reach);
-      case Form::kBox:
-        return solid.Beyond<Form::kBox>(p, reach);
-      case Form::kCylinder:
-        return solid.Beyond<Form::kCylinder>(p, reach);
-      case Form::kHalfSpace:
-        break;
-    }
-    return solid.Beyond<Form::kHalfSpace>(p, reach);
+    return Of(obstacle, [&]<LaneObstacle::Form kForm, bool kIsAligned>() HWY_ATTR {
+      return Solid(obstacle).Beyond<kForm, kIsAligned>(p, reach);
+    });
   }
 
   Lane Lowest(const LaneObstacle& obstacle, const LaneCluster& cluster) const {
+    return Of(obstacle, [&]<LaneObstacle::Form kForm, bool kIsAligned>() HWY_ATTR {
+      const Solid solid(obstacle);
+      Lane lowest = All(1);
+      for (std::int32_t s = cluster.first; s < cluster.first + cluster.count; ++s) {
+        const auto at = static_cast<std::size_t>(s);
+        const Lane reach = All(program_.spheres[at].radius_m + obstacle.margin_m);
+        lowest = hn::Min(lowest, solid.Beyond<kForm, kIsAligned>(LoadPoint(centres_, at), reach));
+      }
+      return lowest;
+    });
+  }
+
+  // What `find` makes of the obstacle's form.
+  template <typename Find>
+  static Lane Of(const LaneObstacle& obstacle, const Find& find) {
+    return obstacle.is_aligned ? Of<true>(obstacle.form, find) : Of<false>(obstacle.form, find);
+  }
+  template <bool kIsAligned, typename Find>
+  static Lane Of(LaneObstacle::Form form, const Find& find) {
     using Form = LaneObstacle::Form;
-    switch (obstacle.form) {
+    switch (form) {
       case Form::kRound:
-        return LowestOf<Form::kRound>(obstacle, cluster);
+        return find.template operator()<Form::kRound, kIsAligned>();
       case Form::kBox:
-        return LowestOf<Form::kBox>(obstacle, cluster);
+        return find.template operator()<Form::kBox, kIsAligned>();
       case Form::kCylinder:
-        return LowestOf<Form::kCylinder>(obstacle, cluster);
+        return find.template operator()<Form::kCylinder, kIsAligned>();
       case Form::kHalfSpace:
         break;
     }
-    return LowestOf<Form::kHalfSpace>(obstacle, cluster);
-  }
-
-  template <LaneObstacle::Form kForm>
-  Lane LowestOf(const LaneObstacle& obstacle, const LaneCluster& cluster) const {
-    const Solid solid(obstacle);
-    Lane lowest = All(1);
-    for (std::int32_t s = cluster.first; s < cluster.first + cluster.count; ++s) {
-      const auto at = static_cast<std::size_t>(s);
-      const Lane reach = All(program_.spheres[at].radius_m + obstacle.margin_m);
-      lowest = hn::Min(lowest, solid.Beyond<kForm>(LoadPoint(centres_, at), reach));
-    }
-    return lowest;
+    return find.template operator()<Form::kHalfSpace, kIsAligned>();
   }
 
   const LaneProgram& program_;

@@ -62,7 +62,8 @@ class Compiler {
 
   bool AddLinks() {
     program_.lanes.joints.emplace_back();
-    frames_.emplace_back();
+    // Scenes turn the root (LaneScene::rotation) by nine rounded numbers.
+    frames_.emplace_back().rotation_error = 2 * kFloatRounding;
     links_.push_back({.frame = 0, .X_FL = Pose::Identity()});
     for (std::size_t i = 1; i < model_.links.size(); ++i) {
       if (!AddLink(i)) return false;

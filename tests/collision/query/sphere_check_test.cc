@@ -110,6 +110,38 @@ std::array<std::size_t, 5> ExpectPlainVerdicts(const WorldSnapshot& world, const
 
 class SphereCheckTest : public ::testing::Test {
  protected:
+  // Of states around those where the world is just touched, found by halving.
+  void ExpectPlainVerdictsAtContact(const WorldSnapshot& world) {
+    const std::size_t width = model_->all.variables.size();
+    std::vector<double> rows;
+    const std::vector<double> random_rows = RandomRows(model_->all, 3000, random_);
+    const CollisionColumns columns = *CheckCollisions(world, body_, Rows(random_rows), {});
+    for (std::size_t k = 0; k + 1 < 3000; ++k) {
+      if (columns.verdict[k] != Verdict::kFree || columns.verdict[k + 1] != Verdict::kCollision)
+        continue;
+      const Eigen::Map<const Eigen::VectorXd> free(&random_rows[k * width],
+                                                   static_cast<Eigen::Index>(width));
+      const Eigen::Map<const Eigen::VectorXd> hit(&random_rows[(k + 1) * width],
+                                                  static_cast<Eigen::Index>(width));
+      double low = 0, high = 1;
+      for (int step = 0; step < 40; ++step) {
+        const double middle = 0.5 * (low + high);
+        const Eigen::VectorXd state = free + middle * (hit - free);
+        const Verdict verdict =
+            CheckCollisions(world, body_, PlainRows(Rows({state.data(), width})), {})->verdict[0];
+        (verdict == Verdict::kFree ? low : high) = middle;
+      }
+      for (double off : {-1e-7, -1e-8, -1e-9, 0.0, 1e-9, 1e-8, 1e-7}) {
+        const Eigen::VectorXd state = free + (low + off) * (hit - free);
+        rows.insert(rows.end(), state.begin(), state.end());
+      }
+    }
+    ASSERT_GT(rows.size(), 1000u * width);
+    const auto counts = ExpectPlainVerdicts(world, body_, Rows(rows), {});
+    EXPECT_GT(counts[static_cast<std::size_t>(Verdict::kFree)], 300u);
+    EXPECT_GT(counts[static_cast<std::size_t>(Verdict::kCollision)], 300u);
+  }
+
   JointRows Rows(std::span<const double> rows) const {
     return {*model_, model_->all, {.X_WB = X_WB_, .base = DefaultVariables(*model_), .rows = rows}};
   }
@@ -190,37 +222,52 @@ TEST_F(SphereCheckTest, HasThePlainVerdictsOfAHundredThousandStatesOnEveryInstru
   EXPECT_TRUE(answers(HWY_SSE4) && answers(HWY_AVX2) && answers(HWY_AVX3));
 }
 
-// Of states around those where the world is just touched, found by halving.
-TEST_F(SphereCheckTest, HasThePlainVerdictsWithinAMicrometreOfContact) {
-  const auto world = WorldOf(Solids(random_));
-  const std::size_t width = model_->all.variables.size();
-  std::vector<double> rows;
-  const std::vector<double> random_rows = RandomRows(model_->all, 3000, random_);
-  const CollisionColumns columns = *CheckCollisions(*world, body_, Rows(random_rows), {});
-  for (std::size_t k = 0; k + 1 < 3000; ++k) {
-    if (columns.verdict[k] != Verdict::kFree || columns.verdict[k + 1] != Verdict::kCollision)
-      continue;
-    const Eigen::Map<const Eigen::VectorXd> free(&random_rows[k * width],
-                                                 static_cast<Eigen::Index>(width));
-    const Eigen::Map<const Eigen::VectorXd> hit(&random_rows[(k + 1) * width],
-                                                static_cast<Eigen::Index>(width));
-    double low = 0, high = 1;
-    for (int step = 0; step < 40; ++step) {
-      const double middle = 0.5 * (low + high);
-      const Eigen::VectorXd state = free + middle * (hit - free);
-      const Verdict verdict =
-          CheckCollisions(*world, body_, PlainRows(Rows({state.data(), width})), {})->verdict[0];
-      (verdict == Verdict::kFree ? low : high) = middle;
-    }
-    for (double off : {-1e-7, -1e-8, -1e-9, 0.0, 1e-9, 1e-8, 1e-7}) {
-      const Eigen::VectorXd state = free + (low + off) * (hit - free);
-      rows.insert(rows.end(), state.begin(), state.end());
-    }
+// Turned by any number of quarters about each axis.
+Quaternion Quarters(std::mt19937& random) {
+  Quaternion turned = Quaternion::Identity();
+  for (int axis = 0; axis < 3; ++axis) {
+    const int quarters = std::uniform_int_distribution<int>(0, 3)(random);
+    turned = turned *
+             Quaternion(Eigen::AngleAxisd(quarters * std::numbers::pi / 2, Vector3::Unit(axis)));
   }
-  ASSERT_GT(rows.size(), 1000u * width);
-  const auto counts = ExpectPlainVerdicts(*world, body_, Rows(rows), {});
-  EXPECT_GT(counts[static_cast<std::size_t>(Verdict::kFree)], 300u);
-  EXPECT_GT(counts[static_cast<std::size_t>(Verdict::kCollision)], 300u);
+  return turned;
+}
+
+// The same kinds, of which most stand at right angles to each other, askew to the arm, on a floor
+// without end.
+std::vector<Change> Shelves(std::mt19937& random) {
+  const Quaternion askew(Eigen::AngleAxisd(0.6, Vector3::UnitZ()));
+  const std::vector<Shape> kinds = {Box{{0.1, 0.2, 0.05}}, Cylinder{0.06, 0.2},
+                                    Box{{0.3, 0.1, 0.2}}, Capsule{0.05, 0.3}};
+  std::vector<Change> changes;
+  for (int k = 0; k < 24; ++k) {
+    const Vector3 at = RandomPose(random, 0.9).translation();
+    const Quaternion turned =
+        k < 20 ? askew * Quarters(random) : Quaternion(RandomPose(random, 1).linear());
+    changes.push_back(
+        PutOf("solid" + std::to_string(k),
+              {{.X_FS = Pose::Identity(), .shape = kinds[static_cast<std::size_t>(k) % 4]}},
+              MakePose(at, turned)));
+  }
+  changes.push_back(PutOf("floor", {{.X_FS = Pose::Identity(), .shape = HalfSpace{}}},
+                          MakePose({300, -200, -0.5}, askew)));
+  return changes;
+}
+
+TEST_F(SphereCheckTest, HasThePlainVerdictsAmongShelvesAskewAndUpright) {
+  const auto world = WorldOf(Shelves(random_));
+  const std::vector<double> rows = RandomRows(model_->all, 20000, random_);
+  for (const Pose& X_WB : {X_WB_, MakeTranslation(0.1, 0, 0)}) {
+    X_WB_ = X_WB;
+    const auto counts = ExpectPlainVerdicts(*world, body_, Rows(rows), {});
+    EXPECT_GT(counts[static_cast<std::size_t>(Verdict::kFree)], 500u);
+    EXPECT_GT(counts[static_cast<std::size_t>(Verdict::kCollision)], 1000u);
+    ExpectPlainVerdictsAtContact(*world);
+  }
+}
+
+TEST_F(SphereCheckTest, HasThePlainVerdictsWithinAMicrometreOfContact) {
+  ExpectPlainVerdictsAtContact(*WorldOf(Solids(random_)));
 }
 
 // An arm whose joints stand at right angles to each other, as most robots' do, each in one of the 24
