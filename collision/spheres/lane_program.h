@@ -28,6 +28,8 @@ struct LaneInput {
   double multiplier = 1;
   double offset = 0;
   bool turns = true;
+  // Within the limits nothing is beyond `farthest`, and no angle beyond [-pi, pi].
+  bool stays_near = false;
   double lower = 0, upper = 0;  // of what moves the frame
   double lever_m = 0;           // the farthest that a sphere reaches from the joint
   double farthest =

@@ -215,6 +215,7 @@ class Compiler {
          .multiplier = link.multiplier,
          .offset = link.offset,
          .turns = turns,
+         .stays_near = std::max(std::abs(at_lower), std::abs(at_upper)) <= most,
          .lower = std::clamp(std::min(at_lower, at_upper), -most, most),
          .upper = std::clamp(std::max(at_lower, at_upper), -most, most),
          .lever_m = 0,

@@ -43,13 +43,15 @@ class ColumnLoad {
     const auto inside =
         hn::And(hn::Ge(given, set(input_.lower_limit)), hn::Le(given, set(input_.upper_limit)));
     auto value = hn::MulAdd(given, set(input_.multiplier), set(input_.offset));
-    const auto near = hn::Le(hn::Abs(value), set(input_.farthest));
-    if (input_.turns) {
-      constexpr double kTurn = 6.283185307179586;
-      value = hn::NegMulAdd(hn::Round(hn::Mul(value, set(1 / kTurn))), set(kTurn), value);
+    auto good = inside;
+    if (!input_.stays_near) {
+      // What is too far is no number that a float could not hold.
+      good = hn::And(good, hn::Le(hn::Abs(value), set(input_.farthest)));
+      if (input_.turns) {
+        constexpr double kTurn = 6.283185307179586;
+        value = hn::NegMulAdd(hn::Round(hn::Mul(value, set(1 / kTurn))), set(kTurn), value);
+      }
     }
-    // What is too far is no number that a float could not hold.
-    const auto good = hn::And(inside, near);
     hn::StoreU(hn::DemoteTo(kShort, hn::IfThenElseZero(good, value)), kShort, values);
     if (hn::AllTrue(kReal, good)) return;
     const auto bits = [](auto mask) HWY_ATTR {
@@ -57,10 +59,10 @@ class ColumnLoad {
       hn::StoreMaskBits(kReal, mask, some);
       return unsigned{some[0]};
     };
-    const unsigned outside = bits(hn::Not(inside)), far = bits(hn::Not(near));
+    const unsigned outside = bits(hn::Not(inside)), bad = bits(hn::Not(good));
     for (std::size_t i = 0; i < count; ++i) {
       const StateMark mark = (outside >> i & 1) != 0 ? StateMark::kOutOfLimits
-                             : (far >> i & 1) != 0   ? StateMark::kTooFar
+                             : (bad >> i & 1) != 0   ? StateMark::kTooFar
                                                      : StateMark::kReady;
       marks[i] = std::max(marks[i], mark);
     }
@@ -91,11 +93,17 @@ void AddKeysOfAll(const CellKeys& cells, const float* values, std::size_t count,
   const std::size_t lanes = hn::Lanes(real);
   const auto lower = hn::Set(real, cells.lower), scale = hn::Set(real, cells.cells_per_unit);
   const auto last = hn::Set(real, static_cast<float>(cells.key_of_cell.size() - 1));
+  // A table that fits a vector is read several times as fast as by a gather.
+  const bool fits = cells.key_of_cell.size() <= lanes;
+  alignas(64) std::uint32_t few[kMostLanes] = {};
+  if (fits) std::copy(cells.key_of_cell.begin(), cells.key_of_cell.end(), few);
+  const auto table = hn::Load(key, few);
   std::size_t i = 0;
   for (; i + lanes <= count; i += lanes) {
     const auto at = hn::Mul(hn::Sub(hn::LoadU(real, values + i), lower), scale);
     const auto cell = hn::ConvertTo(index, hn::Min(hn::Max(at, hn::Zero(real)), last));
-    const auto of_cell = hn::GatherIndex(key, cells.key_of_cell.data(), cell);
+    const auto of_cell = fits ? hn::TableLookupLanes(table, hn::IndicesFromVec(key, cell))
+                              : hn::GatherIndex(key, cells.key_of_cell.data(), cell);
     hn::StoreU(hn::Or(hn::LoadU(key, keys + i), of_cell), key, keys + i);
   }
   for (; i < count; ++i) {
