@@ -10,7 +10,7 @@ namespace {
 
 // Of those about the object, and of all: hardly any thing hangs so high above what it stands on that
 // the second says more.
-constexpr std::size_t kMostRaysAbout = 640, kMostRays = 1920;
+constexpr std::size_t kMostRaysAbout = 320, kMostRays = 960;
 constexpr double kPlaceSpacing_m = 0.008;  // six places span 4 cm: fits move by less
 constexpr double kNearestWithin_m = 0.0004;
 constexpr double kGolden = 0.6180339887498949;  // the golden section's share

@@ -42,12 +42,12 @@ constexpr double kStep = 1e-6;              // metres or radians, of numerical d
 constexpr double kFarAway_sigma = 1e6;      // from no solid at all
 // One standard deviation: half of the cups have half angles below 6 degrees where nothing tells.
 constexpr double kSlopeSpread = 0.15;
-// Of rays past an outline, what blurs it is more each pixel's own than what moves a surface: chosen on
-// simulated tables. With 1 mixed pixels make round things narrow, with 12 most of what rays tell of
-// lying ones is lost; on real scans of tins solids grow into seen space from 4 on.
-constexpr double kRaysPerIndependentSample = 2.4;
-constexpr double kWorthMoving = 0.5;  // of the criterion: rays that a fit without them runs across
-constexpr double kNear_m = 0.02;      // of rays to a fit: steps that rays cause are smaller
+// Past the round side of what lies, an outline is blurred by what is more each pixel's own than the noise
+// of a surface. Past the flat lids of what stands, a real Kinect shows the background up to 5 pixels over
+// the far rim: there rays tell no more than points.
+constexpr double kRaysPerSampleLying = 2.4;
+constexpr double kWorthMoving = 2;  // of the criterion: rays that a fit without them runs across
+constexpr double kNear_m = 0.02;    // of rays to a fit: steps that rays cause are smaller
 
 PointsOnGround OnGround(const FitContext& c, std::size_t most = kUsedPoints) {
   PointsOnGround out;
@@ -303,7 +303,7 @@ double CostOf(const Solid& solid, const FitContext& c) {
     const double depth = Depth_sigma(NearestTo(distance_m, X_SM, ray).clearance_m, ray);
     squares += std::min(depth * depth, kTruncatedSquare);
   }
-  return squares * c.free.weight / kRaysPerIndependentSample;
+  return squares * c.free.weight / kPointsPerIndependentSample;
 }
 
 std::vector<std::uint32_t> InliersOf(const Solid& solid, const ModelPoints& points) {
@@ -323,8 +323,12 @@ Evidence EvidenceOf(const FitContext& c) {
   return evidence;
 }
 
+double RaysPerSample(WholeKind kind) {
+  return Lies(kind) ? kRaysPerSampleLying : kPointsPerIndependentSample;
+}
+
 // Others stay free whatever the next steps are.
-void AddRaysNear(const Solid& solid, const FitContext& c, Evidence& evidence) {
+void AddRaysNear(const Solid& solid, WholeKind kind, const FitContext& c, Evidence& evidence) {
   const Pose X_SM = solid.X_MS.inverse(Eigen::Isometry);
   const Pose X_GM = evidence.points.X_MG.inverse(Eigen::Isometry);
   const DistanceToShape distance_m(solid.shape);
@@ -339,9 +343,8 @@ void AddRaysNear(const Solid& solid, const FitContext& c, Evidence& evidence) {
   }
   evidence.places_G = PlaceLanes(places);
   const double measured = static_cast<double>(c.points.size()) * c.points.weight;
-  constexpr double kPointsPerRay = kPointsPerIndependentSample / kRaysPerIndependentSample;
-  evidence.ray_weight =
-      kPointsPerRay * c.free.weight * static_cast<double>(evidence.points.p_G.size()) / measured;
+  evidence.ray_weight = kPointsPerIndependentSample / RaysPerSample(kind) * c.free.weight *
+                        static_cast<double>(evidence.points.p_G.size()) / measured;
 }
 
 // From `at`, whose residuals need not be known yet. Nothing where it leaves too many points aside.
@@ -381,8 +384,9 @@ std::optional<WholeFit> FitWhole(WholeKind kind, const std::vector<Solid>& known
   const std::optional<WholeFit> fit = Converged(kind, *best, evidence, context);
   if (!fit || IsHeldBack(*fit, context.options)) return std::nullopt;
   const double cost = CostOf(fit->solid, context);
-  if (cost < kWorthMoving || fit->value - cost > rival.value) return fit;
-  AddRaysNear(fit->solid, context, evidence);
+  const double least_cost = kWorthMoving * RaysPerSample(kind) / kPointsPerIndependentSample;
+  if (cost < least_cost || fit->value - cost > rival.value) return fit;
+  AddRaysNear(fit->solid, kind, context, evidence);
   const std::optional<WholeFit> moved = Converged(kind, {fit->parameters, {}}, evidence, context);
   const bool better = moved && moved->value < fit->value && !IsHeldBack(*moved, context.options);
   return better ? moved : fit;
@@ -390,7 +394,7 @@ std::optional<WholeFit> FitWhole(WholeKind kind, const std::vector<Solid>& known
 
 Eigen::MatrixXd CovarianceOf(const WholeFit& fit, const FitContext& c) {
   Evidence evidence = EvidenceOf(c);
-  AddRaysNear(fit.solid, c, evidence);
+  AddRaysNear(fit.solid, fit.kind, c, evidence);
   const Eigen::VectorXd r = Residuals(fit.kind, fit.parameters, evidence);
   const Eigen::VectorXd weight =
       CountsOf(evidence).cwiseProduct(WeightsOf(r, kScales_sigma.back()));
