@@ -130,7 +130,7 @@ class Solid {
 
  private:
   Lane Size(int k) const { return All(from_.size_m[k]); }
-  Lane Along(int k, const Point& p) const {
+  Lane Along(std::size_t k, const Point& p) const {
     const float* a = &from_.axis[3 * k];
     return hn::MulAdd(
         p.x, All(a[0]),

@@ -105,7 +105,8 @@ void ExpectOpenBox(const Seen& seen, const Vector3& size_m, double yaw_rad) {
   const Vector3 extent = bounds.sizes();
   EXPECT_LT((extent - size_m).cwiseAbs().maxCoeff(), kWithin_m) << extent.transpose();
   for (int k = 0; k < 27; ++k) {
-    const Vector3 share(k % 3 - 1, k / 3 % 3 - 1, k / 9 + 1);
+    const int x = k % 3 - 1, y = k / 3 % 3 - 1, z = k / 9 + 1;
+    const Vector3 share(x, y, z);
     const Vector3 place = share.cwiseProduct(Vector3(0.35, 0.35, 0.3).cwiseProduct(size_m));
     EXPECT_TRUE(IsFree(seen.result, Turned(0, 0, 0, yaw_rad) * place)) << place.transpose();
   }
