@@ -15,8 +15,8 @@ struct LocalPlane {
   bool is_flat = false;  // no thicker than a third of its width
 };
 
-// At places spread over the cloud's order, but for those whose plane is seen edge on. A millisecond, whatever the cloud's size: neighbours are
-// looked for among some of the points.
+// At places spread over the cloud's order, but for those whose plane is seen edge on. Less than a
+// millisecond, whatever the cloud's size: neighbours are looked for among some of the points.
 std::vector<LocalPlane> SampleLocalPlanes(const OrientedPoints& points);
 
 }  // namespace cwm::perception
