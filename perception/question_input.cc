@@ -42,8 +42,8 @@ WorkingRange RangeOf(SensorModel model) {
 // Coordinates in a body's frame begin beside the sensor: what is near that place may be far from it.
 constexpr double kTooNear = 0.25;  // of the nearest that a sensor measures
 
-// Patches scatter less than the noise says where neighbours err together, more where they are bent: in
-// the median 0.8 to 1.7 times on simulated scenes of all sensors and 45 real scans of a Kinect.
+// Patches scatter less than the noise says where neighbours err together, more where they are bent:
+// in the median 0.5 to 2.1 times on simulated scenes of all sensors and on real scans of a Kinect.
 constexpr double kMostScatter = 2.5, kLeastScatter = 0.1;  // in standard deviations
 constexpr double kSmoothness_m = 0.0002;   // of what tables and boxes are covered with
 constexpr double kMostContradicted = 0.5;  // of the patches

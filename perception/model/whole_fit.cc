@@ -42,9 +42,10 @@ constexpr double kStep = 1e-6;              // metres or radians, of numerical d
 constexpr double kFarAway_sigma = 1e6;      // from no solid at all
 // One standard deviation: half of the cups have half angles below 6 degrees where nothing tells.
 constexpr double kSlopeSpread = 0.15;
-// Past the round side of what lies, an outline is blurred by what is more each pixel's own than the noise
-// of a surface: chosen on 500 simulated scenes, where 1 makes mixed pixels count too much. Past the flat lids of what stands, a real Kinect shows the background up to 5 pixels over
-// the far rim: there rays tell no more than points.
+// Past the round side of what lies, an outline is blurred by what is more each pixel's own than the
+// noise of a surface: chosen on 500 simulated scenes, where 1 makes mixed pixels count too much. Past
+// the flat lids of what stands, a real Kinect shows the background up to 5 pixels over the far rim:
+// there rays tell no more than points.
 constexpr double kRaysPerSampleLying = 2.4;
 constexpr double kWorthMoving = 2;  // of the criterion: rays that a fit without them runs across
 constexpr double kNear_m = 0.02;    // of rays to a fit: steps that rays cause are smaller
