@@ -158,7 +158,6 @@ void Crew::Leave(Loop& loop) {
       --loop.helpers_;
       return;
     }
-    ++changes_;
     const auto waits = [&](const CrewMember* member) { return member->waits_for == &loop; };
     const auto found = std::ranges::find_if(sleeping_, waits);
     if (found != sleeping_.end()) {
@@ -166,6 +165,7 @@ void Crew::Leave(Loop& loop) {
       sleeping_.erase(found);
     }
     loop.helpers_ = 0;  // from here on the loop may be gone
+    ++changes_;         // who saw this sees that the loop is done
   }
   if (waiting != nullptr) waiting->sleeper.Wake();
 }
