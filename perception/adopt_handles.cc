@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "perception/cloud/parallel_for.h"
 #include "perception/cloud/quantile.h"
 #include "perception/give_things.h"
 #include "perception/model/model_points.h"
@@ -73,14 +74,24 @@ class Adoption {
     }
   }
 
+  // Of all things that others touch at once, since each takes long: those will be asked for.
+  void AskAhead() {
+    std::vector<std::size_t> touched;
+    for (std::size_t k = 0; k < scene_.things.size(); ++k) {
+      work_.Poll();
+      if (IsTouched(k)) touched.push_back(k);
+    }
+    ParallelFor(touched.size(), 1, work_, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t n = begin; n < end; ++n) Ask(touched[n]);
+    });
+  }
+
   // One round over all things; true when something was given. What was given may reach out to more.
   bool Give() {
     bool any = false;
     for (std::size_t part = 0; part < given_to_.size(); ++part) {
       work_.Poll();
-      if (given_to_[part] != part || scene_.things[part].points.size() < kLeastHandlePoints) {
-        continue;
-      }
+      if (given_to_[part] != part || !IsLarge(part)) continue;
       const std::size_t vessel = VesselOf(part);
       if (vessel == part) continue;
       Know(ThingSample(scene_, scene_.things[part]).Points().points, vessel);
@@ -97,8 +108,7 @@ class Adoption {
       if (given_to_[k] != k) continue;
       for (std::size_t from = 0; from < given_to_.size(); ++from) {
         work_.Poll();
-        if (from == k || given_to_[from] != from ||
-            scene_.things[from].points.size() < kLeastHandlePoints ||
+        if (from == k || given_to_[from] != from || !IsLarge(from) ||
             bounds_[from].exteriorDistance(bounds_[k]) > kMostHandleGap_m) {
           continue;
         }
@@ -121,6 +131,18 @@ class Adoption {
   const std::vector<GivenPart>& given_parts() const { return given_parts_; }
 
  private:
+  bool IsLarge(std::size_t k) const { return scene_.things[k].points.size() >= kLeastHandlePoints; }
+
+  bool IsTouched(std::size_t k) const {
+    for (std::size_t other = 0; other < scene_.things.size(); ++other) {
+      if (other != k && IsLarge(other) &&
+          bounds_[other].exteriorDistance(bounds_[k]) <= kMostHandleGap_m) {
+        return true;
+      }
+    }
+    return false;
+  }
+
   std::size_t VesselOf(std::size_t part) {
     const SegmentedThing& thing = scene_.things[part];
     const double most = static_cast<double>(thing.points.size()) / kMostShare;
@@ -242,6 +264,7 @@ void MovePart(const GivenPart& part, std::vector<SegmentedThing>& things) {
 
 bool AdoptHandles(SegmentedScene& scene, const Work& work) {
   Adoption adoption(scene, work);
+  adoption.AskAhead();
   for (int round = 0; round < kMostRounds && adoption.Give();) ++round;
   adoption.GiveParts();
   for (const GivenPart& part : adoption.given_parts()) MovePart(part, scene.things);

@@ -97,11 +97,9 @@ WorldFloor FloorOf(const InterpretOptions& options) {
   return given ? WorldFloor::kKnown : WorldFloor::kUnknown;
 }
 
-void AddWarnings(const PointCloud& cloud, const SegmentedScene& scene,
-                 const InterpretOptions& options, InterpretReport& report) {
-  for (std::string& doubt : QuestionInput(cloud, scene, options)) {
-    report.warnings.push_back(std::move(doubt));
-  }
+void AddWarnings(const SegmentedScene& scene, std::vector<std::string> doubts,
+                 InterpretReport& report) {
+  std::ranges::move(doubts, std::back_inserter(report.warnings));
   if (scene.up_source == UpSource::kNoPlane) {
     report.warnings.push_back("no plane tells where up is: the sensor's own axes are taken");
   }
@@ -247,7 +245,11 @@ absl::StatusOr<SceneInterpretation> Interpret(const PointCloud& cloud, Interpret
   const Pose X_WL(Eigen::Translation3d(result.X_WC.translation()));
 
   // Steps 6 and 7: shapes, and triangulated surfaces for what they leave.
-  DescribedScene described = DescribeScene(*scene, X_WL, options, work);
+  DescribedScene described;
+  std::vector<std::string> doubts;
+  DoBoth(
+      work, [&] { described = DescribeScene(*scene, X_WL, options, work); },
+      [&] { doubts = QuestionInput(cloud, *scene, options); });
   JoinLyingVessels(options, work, *scene, described.things);
   JoinModelled(options, work, *scene, described.things);
   TradePoints(options, work, *scene, described.things);
@@ -270,7 +272,7 @@ absl::StatusOr<SceneInterpretation> Interpret(const PointCloud& cloud, Interpret
   AddSupports(*scene, std::move(described.supports), result);
   AddObjects(*scene, std::move(described.things), X_WL, result);
   result.report.points_rejected = scene->rejected.size();
-  AddWarnings(cloud, *scene, options, result.report);
+  AddWarnings(*scene, std::move(doubts), result.report);
   return result;
 }
 

@@ -44,8 +44,7 @@ Loop::Loop(std::size_t count, std::size_t range_size, const Work& work,
 
 void Loop::Do() {
   const std::size_t ranges = (count_ + range_size_ - 1) / range_size_;
-  const int threads =
-      static_cast<int>(std::min(ranges, static_cast<std::size_t>(MostThreads())));
+  const int threads = static_cast<int>(std::min(ranges, static_cast<std::size_t>(MostThreads())));
   if (threads > 1) {
     Crew::OfThisThread().Do(*this, threads - 1);
   } else {

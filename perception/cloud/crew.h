@@ -19,7 +19,7 @@ class Crew;
 
 // One thread of a crew.
 struct CrewMember {
-  int number = 0;                   // 0: the thread whose crew it is
+  int number = 0;                         // 0: the thread whose crew it is
   const class Loop* waits_for = nullptr;  // a loop of its own, whose inner loops alone it may run
   Sleeper sleeper;
 };
@@ -92,7 +92,7 @@ class Crew {
   CrewMember own_;
   std::vector<Loop*> open_;            // the outermost first
   std::vector<CrewMember*> sleeping_;  // whom nobody woke yet
-  std::atomic<unsigned> changes_{0};  // loops opened and finished
+  std::atomic<unsigned> changes_{0};   // loops opened and finished
   std::atomic<bool> is_ending_{false};
   std::list<Helper> helpers_;
 };

@@ -21,6 +21,7 @@ class Forest {
     std::iota(parent_.begin(), parent_.end(), 0u);
   }
   void Join(std::uint32_t a, std::uint32_t b) {
+    if (parent_[a] == parent_[b]) return;  // as of most links
     a = Root(a);
     b = Root(b);
     parent_[std::max(a, b)] = std::min(a, b);

@@ -93,6 +93,14 @@ SupportRelation RelateToSupports(const SurfaceGraph& graph, const CoarseCloud& c
   return out;
 }
 
+// f(i) for each node, in parallel.
+template <class F>
+void ForEachNode(std::size_t count, const Work& work, const F& f) {
+  ParallelFor(count, kNodesPerPiece, work, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) f(i);
+  });
+}
+
 // Nodes of a range for which `wanted` is true, in their order; asked in parallel.
 template <class Wanted>
 std::vector<std::uint32_t> NodesWhere(std::size_t count, const Work& work, const Wanted& wanted) {
@@ -113,9 +121,9 @@ void FollowWarp(const SurfaceGraph& graph, const std::vector<SupportPlane>& supp
                 const std::vector<char>& crease, SupportRelation& to_support, const Work& work) {
   const OrientedPoints& nodes = graph.nodes();
   std::vector<char> open(graph.size());
-  for (std::size_t i = 0; i < graph.size(); ++i) {
+  ForEachNode(graph.size(), work, [&](std::size_t i) {
     open[i] = to_support.relation[i] == Relation::kFree && !crease[i];
-  }
+  });
   std::vector<std::uint32_t> front = NodesWhere(graph.size(), work, [&](std::size_t i) {
     if (to_support.relation[i] != Relation::kOn || crease[i]) return false;
     bool beside_open = false;
@@ -158,9 +166,9 @@ std::vector<std::int32_t> SeedPieces(const SurfaceGraph& graph,
     piece[s] = pieces.piece_count++;
     class_of_piece.push_back(may_seed[sets.first_nodes[s]]);
   }
-  for (std::size_t i = 0; i < graph.size(); ++i) {
+  ForEachNode(graph.size(), work, [&](std::size_t i) {
     if (may_seed[i] >= 0) pieces.of_node[i] = piece[static_cast<std::size_t>(sets.of_node[i])];
-  }
+  });
   return class_of_piece;
 }
 
@@ -186,41 +194,42 @@ void SeparatePatches(const SurfaceGraph& graph, Pieces& pieces, const Work& work
     piece[s] = pieces.piece_count++;
     pieces.patch_of.emplace(piece[s], support_of_node[sets.first_nodes[s]]);
   }
-  for (std::size_t i = 0; i < graph.size(); ++i) {
-    if (support_of_node[i] < 0) continue;
+  ForEachNode(graph.size(), work, [&](std::size_t i) {
+    if (support_of_node[i] < 0) return;
     const std::int32_t patch = piece[static_cast<std::size_t>(sets.of_node[i])];
     if (patch != kNoPiece) pieces.of_node[i] = patch;
-  }
+  });
 }
 
 // Labelled nodes claim their unlabelled neighbours; the node goes to the piece whose surface,
 // prolonged from where the claim started, passes nearest to it.
 class PieceGrower {
  public:
-  PieceGrower(const SurfaceGraph& graph, const std::vector<SupportPlane>& supports, Pieces& pieces)
-      : graph_(graph), supports_(supports), pieces_(pieces) {
+  PieceGrower(const SurfaceGraph& graph, const std::vector<SupportPlane>& supports, Pieces& pieces,
+              const Work& work)
+      : graph_(graph), supports_(supports), pieces_(pieces), work_(work), targets_(graph.size()) {
     const OrientedPoints& nodes = graph.nodes();
-    targets_.reserve(graph.size());
-    for (std::size_t i = 0; i < graph.size(); ++i) {
-      Target& target = targets_.emplace_back();
+    ForEachNode(graph.size(), work, [&](std::size_t i) {
+      Target& target = targets_[i];
       target.p = nodes.points[i];
       target.sigma_m = nodes.sigma_m[i];
       if (pieces.of_node[i] != kNoPiece) target.least_cost = kTaken;
-    }
+    });
   }
 
   void Grow() {
-    std::vector<Key> first;
-    for (std::uint32_t i = 0; i < graph_.size(); ++i) {
-      if (IsTaken(i)) continue;
+    const auto claim = [&](std::size_t i) {
+      if (IsTaken(i)) return false;
       bool is_claimed = false;
       graph_.ForEachLinked(i, [&](std::size_t j) {
         const std::int32_t piece = pieces_.of_node[j];
         if (piece == kNoPiece) return;
         is_claimed |= Improve(targets_[i], {static_cast<std::uint32_t>(j), piece});
       });
-      if (is_claimed) first.push_back(KeyOf(i));
-    }
+      return is_claimed;
+    };
+    std::vector<Key> first;
+    for (std::uint32_t i : NodesWhere(graph_.size(), work_, claim)) first.push_back(KeyOf(i));
     claims_ = Queue(std::greater<>(), std::move(first));
     while (!claims_.empty()) {
       const auto node = static_cast<std::uint32_t>(claims_.top());
@@ -289,6 +298,7 @@ class PieceGrower {
   const SurfaceGraph& graph_;
   const std::vector<SupportPlane>& supports_;
   Pieces& pieces_;
+  const Work& work_;
   std::vector<Target> targets_;
   Queue claims_;
 };
@@ -426,16 +436,16 @@ Pieces CutIntoPieces(const SurfaceGraph& graph, const std::vector<char>& crease,
   SupportRelation to_support = RelateToSupports(graph, coarse, supports, work);
   FollowWarp(graph, supports, crease, to_support, work);
   std::vector<std::int32_t> may_seed(graph.size(), ConnectedSets::kNone);
-  for (std::size_t i = 0; i < graph.size(); ++i) {
-    if (crease[i]) continue;
+  ForEachNode(graph.size(), work, [&](std::size_t i) {
+    if (crease[i]) return;
     if (to_support.relation[i] == Relation::kOn) pieces.of_node[i] = to_support.support[i];
     const bool is_free = to_support.relation[i] == Relation::kFree;
     if (is_free && !graph.nodes().normals[i].isZero() && !graph.IsAtStep(i)) may_seed[i] = 0;
-  }
+  });
   PlanesOfPieces long_planes;
   long_planes.planes = ClassLongPlanes(graph, may_seed, work);
   long_planes.class_of_piece = SeedPieces(graph, may_seed, pieces, work);
-  PieceGrower(graph, supports, pieces).Grow();
+  PieceGrower(graph, supports, pieces, work).Grow();
   JoinEvenPieces(graph, crease, long_planes, pieces, work);
   AbsorbFlatPieces(graph, coarse, supports, pieces, work);
   SeparatePatches(graph, pieces, work);

@@ -451,7 +451,7 @@ Regions FormRegions(const SurfaceGraph& graph, const CoarseCloud& coarse, const 
       hanging.push_back(std::move(region));
     }
   }
-  FindSupportsUnderStacks(graph.nodes(), plates, &sight, out.segments, hanging);
+  FindSupportsUnderStacks(graph.nodes(), plates, &sight, out.segments, hanging, work);
   for (Segment& region : hanging) {
     if (region.supported_by >= 0) {
       AppendObjects(region, pieces, graph.nodes(), plates, out.segments, residuals);
@@ -462,7 +462,7 @@ Regions FormRegions(const SurfaceGraph& graph, const CoarseCloud& coarse, const 
   KeepOrReject(graph, GroupsOfStray(coarse, pieces), residuals, out.rejected);
   auto larger = [](const Segment& a, const Segment& b) { return a.nodes.size() > b.nodes.size(); };
   std::stable_sort(out.segments.begin(), out.segments.end(), larger);
-  FindWhatTheyRestOn(graph.nodes(), plates, &sight, out.segments);
+  FindWhatTheyRestOn(graph.nodes(), plates, &sight, out.segments, work);
   std::stable_sort(residuals.begin(), residuals.end(), larger);
   LimitResiduals(residuals);
   std::move(residuals.begin(), residuals.end(), std::back_inserter(out.segments));

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "collision/geometry/polygon.h"
+#include "perception/cloud/parallel_for.h"
 #include "perception/cloud/quantile.h"
 #include "perception/scene/surface_graph.h"
 
@@ -221,12 +222,21 @@ double ContactHeight_m(const Standing& upper, const Standing& lower, const Orien
 // Of each support, what stands on it.
 std::vector<std::vector<Standing>> OnSupports(const OrientedPoints& nodes,
                                               const std::vector<Placed<Plate>>& plates,
-                                              const std::vector<Segment>& segments) {
+                                              const std::vector<Segment>& segments,
+                                              const Work& work) {
+  std::vector<std::optional<Standing>> standing(segments.size());
+  ParallelFor(segments.size(), 1, work, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) {
+      if (segments[k].supported_by < 0 || segments[k].nodes.empty()) continue;
+      const auto s = static_cast<std::size_t>(segments[k].supported_by);
+      standing[k].emplace(k, segments[k], nodes, plates[s].X_FS.inverse(Eigen::Isometry));
+    }
+  });
   std::vector<std::vector<Standing>> on_support(plates.size());
   for (std::size_t k = 0; k < segments.size(); ++k) {
-    if (segments[k].supported_by < 0 || segments[k].nodes.empty()) continue;
-    const auto s = static_cast<std::size_t>(segments[k].supported_by);
-    on_support[s].emplace_back(k, segments[k], nodes, plates[s].X_FS.inverse(Eigen::Isometry));
+    if (!standing[k]) continue;
+    on_support[static_cast<std::size_t>(segments[k].supported_by)].push_back(
+        *std::move(standing[k]));
   }
   return on_support;
 }
@@ -235,8 +245,8 @@ std::vector<std::vector<Standing>> OnSupports(const OrientedPoints& nodes,
 
 void FindSupportsUnderStacks(const OrientedPoints& nodes, const std::vector<Placed<Plate>>& plates,
                              const SightMap* sight, const std::vector<Segment>& objects,
-                             std::vector<Segment>& hanging) {
-  std::vector<std::vector<Standing>> on_support = OnSupports(nodes, plates, objects);
+                             std::vector<Segment>& hanging, const Work& work) {
+  std::vector<std::vector<Standing>> on_support = OnSupports(nodes, plates, objects, work);
   for (Segment& region : hanging) region.hangs = true;
   // Of each support, the hanging regions over it, from when they are first asked for.
   std::vector<std::vector<std::optional<Standing>>> over(plates.size());
@@ -261,8 +271,8 @@ void FindSupportsUnderStacks(const OrientedPoints& nodes, const std::vector<Plac
 }
 
 void FindWhatTheyRestOn(const OrientedPoints& nodes, const std::vector<Placed<Plate>>& plates,
-                        const SightMap* sight, std::vector<Segment>& segments) {
-  for (const std::vector<Standing>& standing : OnSupports(nodes, plates, segments)) {
+                        const SightMap* sight, std::vector<Segment>& segments, const Work& work) {
+  for (const std::vector<Standing>& standing : OnSupports(nodes, plates, segments, work)) {
     for (const Standing& upper : standing) {
       const Pose& X_LP =
           plates[static_cast<std::size_t>(segments[upper.segment].supported_by)].X_FS;

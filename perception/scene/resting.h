@@ -6,6 +6,7 @@
 
 #include "collision/geometry/shape.h"
 #include "perception/cloud/oriented_points.h"
+#include "perception/cloud/work.h"
 #include "perception/scene/regions.h"
 #include "perception/scene/sight_map.h"
 
@@ -26,13 +27,13 @@ namespace cwm::perception {
 // Of several the one that it covers most. An object whose foot is hidden by what stands before it
 // rests on the support.
 void FindWhatTheyRestOn(const OrientedPoints& nodes, const std::vector<Placed<Plate>>& plates,
-                        const SightMap* sight, std::vector<Segment>& segments);
+                        const SightMap* sight, std::vector<Segment>& segments, const Work& work);
 
 // Sets supported_by, the support at the bottom of the stack, and `hangs` of regions that no support
 // carries because one sees below their foot: where they rest on an object, or on another such region
 // that does: a box across a lower one, a lid that overhangs.
 void FindSupportsUnderStacks(const OrientedPoints& nodes, const std::vector<Placed<Plate>>& plates,
                              const SightMap* sight, const std::vector<Segment>& objects,
-                             std::vector<Segment>& hanging);
+                             std::vector<Segment>& hanging, const Work& work);
 
 }  // namespace cwm::perception

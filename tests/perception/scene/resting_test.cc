@@ -31,13 +31,13 @@ class Resting {
   }
 
   std::vector<int> Find() {
-    FindWhatTheyRestOn(nodes_, table_, nullptr, segments_);
+    FindWhatTheyRestOn(nodes_, table_, nullptr, segments_, kUnbounded);
     std::vector<int> rests_on;
     for (const Segment& segment : segments_) rests_on.push_back(segment.rests_on);
     return rests_on;
   }
   std::vector<int> SupportsOfHanging() {
-    FindSupportsUnderStacks(nodes_, table_, nullptr, segments_, hanging_);
+    FindSupportsUnderStacks(nodes_, table_, nullptr, segments_, hanging_, kUnbounded);
     std::vector<int> supports;
     for (const Segment& region : hanging_) supports.push_back(region.supported_by);
     return supports;
