@@ -3,18 +3,18 @@
 #include <algorithm>
 #include <atomic>
 #include <exception>
-#include <system_error>
-#include <thread>
 #include <utility>
+
+#include "collision/crew/crew.h"
 
 namespace cwm::collision {
 namespace {
 
 // What the threads of one call share.
-class Crew {
+class SharedChunks {
  public:
-  Crew(const std::vector<RowChunk>& chunks,
-       const std::function<std::unique_ptr<ChunkWorker>()>& make_worker)
+  SharedChunks(const std::vector<RowChunk>& chunks,
+               const std::function<std::unique_ptr<ChunkWorker>()>& make_worker)
       : chunks_(chunks), make_worker_(make_worker), ends_(chunks.size()) {}
 
   // Takes chunks until none is left or one is not whole: then nobody takes more.
@@ -77,20 +77,14 @@ std::vector<RowChunk> EqualChunks(std::size_t row_count, std::size_t rows) {
 absl::StatusOr<std::size_t> AnswerTogether(
     const std::vector<RowChunk>& chunks, int threads,
     const std::function<std::unique_ptr<ChunkWorker>()>& make_worker) {
-  Crew crew(chunks, make_worker);
-  {
-    const auto most = static_cast<std::size_t>(std::max(1, threads));
-    std::vector<std::jthread> others;  // joined at the end of the block
-    others.reserve(most);
-    try {
-      while (others.size() + 1 < std::min(most, chunks.size())) {
-        others.emplace_back([&crew] { crew.Work(); });
-      }
-    } catch (const std::system_error&) {  // those that there are suffice
-    }
-    crew.Work();
-  }
-  return crew.Result();
+  SharedChunks shared(chunks, make_worker);
+  const int most =
+      std::clamp(threads, 1, static_cast<int>(std::max<std::size_t>(1, chunks.size())));
+  Loop(
+      static_cast<std::size_t>(most), 1, [&] { return most; },
+      [&](std::size_t, std::size_t) { shared.Work(); })
+      .Do();
+  return shared.Result();
 }
 
 }  // namespace cwm::collision

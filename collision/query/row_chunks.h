@@ -40,8 +40,8 @@ class ChunkWorker {
 
 // Answers the chunks on at most `threads` threads, the caller's included, each with a worker of its
 // own, and returns how many rows from the first on are answered: all, or what time sufficed for;
-// the error of the first chunk that is not whole, if it has one. Threads live for the call; where
-// the system has none to give, fewer do the work. `make_worker` is called by all of them at once.
+// the error of the first chunk that is not whole, if it has one. Where the
+// system has no threads to give, fewer do the work. `make_worker` is called by all of them at once.
 // An exception of theirs is the caller's.
 absl::StatusOr<std::size_t> AnswerTogether(
     const std::vector<RowChunk>& chunks, int threads,

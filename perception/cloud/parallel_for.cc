@@ -2,19 +2,26 @@
 
 #include <algorithm>
 
-#include "perception/cloud/crew.h"
+#include "collision/crew/crew.h"
 
 namespace cwm::perception {
 
 void ParallelFor(std::size_t count, std::size_t range_size, const Work& work,
                  const std::function<void(std::size_t, std::size_t)>& body) {
   range_size = std::max<std::size_t>(range_size, 1);
+  const auto polled = [&](std::size_t begin, std::size_t end) {
+    work.Poll();
+    body(begin, end);
+  };
   if (count > range_size) {
-    Loop(count, range_size, work, body).Do();
-    return;
+    Loop(
+        count, range_size, [&] { return work.Threads(); }, polled)
+        .Do();
+  } else if (count > 0) {
+    polled(0, count);  // no loop: those within have the threads that it had
+  } else {
+    work.Poll();
   }
-  work.Poll();  // no loop: those within have the threads that it had
-  if (count > 0) body(0, count);
 }
 
 void DoBoth(const Work& work, const std::function<void()>& first,

@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
-#include <chrono>
 #include <mutex>
 #include <set>
 #include <stdexcept>
@@ -174,57 +173,6 @@ TEST(ParallelFor, GivesThreadsBackToTheLoopAroundAfterAnException) {
     });
   }
   EXPECT_EQ(ThreadsThatMeet(work), 2);
-}
-
-void WorkFor(std::chrono::microseconds time) {
-  const auto end = std::chrono::steady_clock::now() + time;
-  while (std::chrono::steady_clock::now() < end) continue;
-}
-
-// Threads wait for each other awake for some time and then asleep: here for about as long, now at the
-// end of a loop and now between loops, so that they are woken at every step of falling asleep.
-TEST(ParallelFor, WakesWhoeverFellAsleep) {
-  constexpr int kLoops = 3000;
-  for (const int threads : {2, 4}) {
-    const Work work{.max_threads = threads};
-    std::atomic<int> calls{0};
-    for (int k = 0; k < kLoops; ++k) {
-      WorkFor(std::chrono::microseconds(k % 7 == 0 ? 295 + k % 11 : 0));
-      ParallelFor(3, 1, work, [&](std::size_t begin, std::size_t) {
-        if (begin != 0) WorkFor(std::chrono::microseconds(k % 5 == 0 ? 295 + k % 13 : 1));
-        ParallelFor(2, 1, work, [&](std::size_t, std::size_t) { ++calls; });
-      });
-    }
-    EXPECT_EQ(calls, 6 * kLoops);
-  }
-}
-
-TEST(ParallelFor, KeepsItsHelpersFromLoopToLoop) {
-  const Work work{.max_threads = 3};
-  std::mutex mutex;
-  std::set<std::thread::id> seen;
-  for (int k = 0; k < 200; ++k) {
-    ParallelFor(20, 1, work, [&](std::size_t, std::size_t) {
-      const std::lock_guard lock(mutex);
-      seen.insert(std::this_thread::get_id());
-    });
-  }
-  EXPECT_LE(seen.size(), 3U);
-}
-
-TEST(ParallelFor, RunsLoopsOfSeveralThreadsBesideEachOther) {
-  std::atomic<int> calls{0};
-  {
-    std::vector<std::jthread> threads;
-    for (int t = 0; t < 4; ++t) {
-      threads.emplace_back([&] {
-        for (int k = 0; k < 100; ++k) {
-          ParallelFor(10, 1, {.max_threads = 2}, [&](std::size_t, std::size_t) { ++calls; });
-        }
-      });
-    }
-  }
-  EXPECT_EQ(calls, 4000);
 }
 
 }  // namespace

@@ -1,11 +1,11 @@
-#include "perception/cloud/crew.h"
+#include "collision/crew/crew.h"
 
 #include <algorithm>
 #include <chrono>
-#include <memory>
+#include <system_error>
 #include <utility>
 
-namespace cwm::perception {
+namespace cwm {
 namespace {
 
 // To wake a thread costs its waker up to 30 us and takes 100; what is serial between the loops of a
@@ -33,13 +33,13 @@ class InBodyOf {
 
 }  // namespace
 
-Loop::Loop(std::size_t count, std::size_t range_size, const Work& work,
-           const std::function<void(std::size_t, std::size_t)>& body)
+Loop::Loop(std::size_t count, std::size_t range_size, const std::function<int()>& threads,
+           const Body& body)
     : around_(place.around),
       outermost_(around_ ? around_->outermost_ : *this),
       count_(count),
       range_size_(range_size),
-      work_(work),
+      threads_(threads),
       body_(body) {}
 
 void Loop::Do() {
@@ -60,15 +60,14 @@ bool Loop::IsWithin(const Loop& other) const {
   return false;
 }
 
-int Loop::MostThreads() const { return std::min(work_.Threads(), outermost_.work_.Threads()); }
+int Loop::MostThreads() const { return std::max(1, std::min(threads_(), outermost_.threads_())); }
 
 void Loop::Run(int thread) {
   const InBodyOf guard(*this);
   try {
-    while (thread == 0 || thread < outermost_.work_.Threads()) {
+    while (thread == 0 || thread < outermost_.threads_()) {
       const std::size_t begin = next_.fetch_add(range_size_);
       if (begin >= count_) return;
-      work_.Poll();
       body_(begin, std::min(begin + range_size_, count_));
     }
   } catch (...) {
@@ -107,7 +106,7 @@ void Crew::Do(Loop& loop, int helpers) {
 
 bool Crew::MayRun(const CrewMember& member, const Loop& loop) {
   if (member.waits_for != nullptr) return loop.IsWithin(*member.waits_for);
-  return member.number < loop.outermost_.work_.Threads();
+  return member.number < loop.outermost_.threads_();
 }
 
 void Crew::Open(Loop& loop, int helpers) {
@@ -122,15 +121,25 @@ void Crew::Open(Loop& loop, int helpers) {
       return true;
     });
     while (static_cast<int>(helpers_.size()) < helpers) {
-      Helper& helper = helpers_.emplace_back();
-      helper.member.number = static_cast<int>(helpers_.size());
-      helper.thread = std::jthread([this, &member = helper.member] {
-        place = {.crew = this, .member = &member};
-        Serve(member, [&] { return is_ending_.load(); });
-      });
+      if (!StartHelper()) break;
     }
   }
   for (CrewMember* member : woken) member->sleeper.Wake();
+}
+
+bool Crew::StartHelper() {
+  Helper& helper = helpers_.emplace_back();
+  helper.member.number = static_cast<int>(helpers_.size());
+  try {
+    helper.thread = std::jthread([this, &member = helper.member] {
+      place = {.crew = this, .member = &member};
+      Serve(member, [&] { return is_ending_.load(); });
+    });
+  } catch (const std::system_error&) {
+    helpers_.pop_back();
+    return false;
+  }
+  return true;
 }
 
 void Crew::Close(Loop& loop) {
@@ -198,4 +207,4 @@ void Crew::SleepUnlessChanged(CrewMember& member, unsigned seen) {
   member.sleeper.Sleep();
 }
 
-}  // namespace cwm::perception
+}  // namespace cwm

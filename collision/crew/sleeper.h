@@ -5,7 +5,7 @@
 
 #include <atomic>
 
-namespace cwm::perception {
+namespace cwm {
 
 // A thread that is woken starts on another core than its waker's, where it may. Linux would often
 // put it behind its waker, which goes on to work: under virtualisation with paravirtual steal time a
@@ -27,4 +27,4 @@ class Sleeper {
   std::atomic<int> is_awake_{1};
 };
 
-}  // namespace cwm::perception
+}  // namespace cwm

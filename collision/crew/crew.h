@@ -1,4 +1,4 @@
-// The threads that run loops, see parallel_for.h.
+// Loops over independent pieces of work, and the threads that run them.
 #pragma once
 
 #include <atomic>
@@ -10,10 +10,9 @@
 #include <thread>
 #include <vector>
 
-#include "perception/cloud/sleeper.h"
-#include "perception/cloud/work.h"
+#include "collision/crew/sleeper.h"
 
-namespace cwm::perception {
+namespace cwm {
 
 class Crew;
 
@@ -24,15 +23,22 @@ struct CrewMember {
   Sleeper sleeper;
 };
 
-// One loop while it runs, on the stack of the thread that opened it.
+// One loop while it runs, on the stack of the thread that opened it: body(begin, end) for consecutive
+// ranges of [0, count), which are handed out in order and run in any order. `range_size` is positive.
 class Loop {
  public:
-  Loop(std::size_t count, std::size_t range_size, const Work& work,
-       const std::function<void(std::size_t, std::size_t)>& body);
+  using Body = std::function<void(std::size_t begin, std::size_t end)>;
+  // `threads` tells how many may run just now, asked before each range: cheap, and safe on all threads
+  // at once. Both must outlive the loop.
+  Loop(std::size_t count, std::size_t range_size, const std::function<int()>& threads,
+       const Body& body);
   Loop(const Loop&) = delete;
   Loop& operator=(const Loop&) = delete;
 
-  // On this thread and on those of its crew; returns when all is done.
+  // On this thread and on those of its crew; returns when all is done. Within the body of another loop:
+  // on this thread and on those that the loops around have no more ranges for, so that there are never
+  // more threads than the outermost loop was given. The first exception of a body ends the loop and
+  // is rethrown. Where the system has no threads to give, fewer do the work.
   void Do();
 
  private:
@@ -47,8 +53,8 @@ class Loop {
   const Loop& outermost_;
   const std::size_t count_;
   const std::size_t range_size_;
-  const Work& work_;
-  const std::function<void(std::size_t, std::size_t)>& body_;
+  const std::function<int()>& threads_;
+  const Body& body_;
   std::atomic<std::size_t> next_{0};
   std::atomic<int> helpers_{0};  // that run ranges of it; written under the crew's mutex
   std::mutex failure_mutex_;
@@ -80,6 +86,7 @@ class Crew {
 
   static bool MayRun(const CrewMember& member, const Loop& loop);
   void Open(Loop& loop, int helpers);
+  bool StartHelper();  // false where the system has none
   void Close(Loop& loop);
   Loop* Join(const CrewMember& member);
   void Leave(Loop& loop);
@@ -97,4 +104,4 @@ class Crew {
   std::list<Helper> helpers_;
 };
 
-}  // namespace cwm::perception
+}  // namespace cwm

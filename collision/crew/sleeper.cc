@@ -1,9 +1,9 @@
-#include "perception/cloud/sleeper.h"
+#include "collision/crew/sleeper.h"
 
 #include <sys/syscall.h>
 #include <unistd.h>
 
-namespace cwm::perception {
+namespace cwm {
 
 void Sleeper::LieDown() {
   if (thread_ == 0) thread_ = static_cast<pid_t>(syscall(SYS_gettid));
@@ -28,4 +28,4 @@ void Sleeper::Wake() {
   is_awake_.notify_one();
 }
 
-}  // namespace cwm::perception
+}  // namespace cwm

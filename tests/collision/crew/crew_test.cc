@@ -1,0 +1,97 @@
+#include "collision/crew/crew.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <chrono>
+#include <mutex>
+#include <set>
+#include <stdexcept>
+#include <thread>
+#include <vector>
+
+namespace cwm {
+namespace {
+
+// perception/cloud/parallel_for, a loop that also hears of stops, has the tests of how ranges are
+// shared among threads and loops within loops.
+
+void Do(std::size_t count, int threads, const Loop::Body& body) {
+  Loop(
+      count, 1, [&] { return threads; }, body)
+      .Do();
+}
+
+void WorkFor(std::chrono::microseconds time) {
+  const auto end = std::chrono::steady_clock::now() + time;
+  while (std::chrono::steady_clock::now() < end) continue;
+}
+
+// Threads wait for each other awake for some time and then asleep: here for about as long, now at the
+// end of a loop and now between loops, so that they are woken at every step of falling asleep.
+TEST(Loop, WakesWhoeverFellAsleep) {
+  constexpr int kLoops = 3000;
+  for (const int threads : {2, 4}) {
+    std::atomic<int> calls{0};
+    for (int k = 0; k < kLoops; ++k) {
+      WorkFor(std::chrono::microseconds(k % 7 == 0 ? 295 + k % 11 : 0));
+      Do(3, threads, [&](std::size_t begin, std::size_t) {
+        if (begin != 0) WorkFor(std::chrono::microseconds(k % 5 == 0 ? 295 + k % 13 : 1));
+        Do(2, threads, [&](std::size_t, std::size_t) { ++calls; });
+      });
+    }
+    EXPECT_EQ(calls, 6 * kLoops);
+  }
+}
+
+TEST(Loop, KeepsItsHelpersForTheNextOne) {
+  std::mutex mutex;
+  std::set<std::thread::id> seen;
+  for (int k = 0; k < 200; ++k) {
+    Do(20, 3, [&](std::size_t, std::size_t) {
+      const std::lock_guard lock(mutex);
+      seen.insert(std::this_thread::get_id());
+    });
+  }
+  EXPECT_LE(seen.size(), 3U);
+}
+
+TEST(Loop, RunsBesideThoseOfOtherThreads) {
+  std::atomic<int> calls{0};
+  {
+    std::vector<std::jthread> threads;
+    for (int t = 0; t < 4; ++t) {
+      threads.emplace_back([&] {
+        for (int k = 0; k < 100; ++k) Do(10, 2, [&](std::size_t, std::size_t) { ++calls; });
+      });
+    }
+  }
+  EXPECT_EQ(calls, 4000);
+}
+
+TEST(Loop, RunsOnItsOwnThreadWhereItMayHaveNone) {
+  std::set<std::thread::id> seen;
+  for (const int threads : {-1, 0, 1}) {
+    Do(10, threads, [&](std::size_t, std::size_t) { seen.insert(std::this_thread::get_id()); });
+  }
+  EXPECT_EQ(seen, std::set<std::thread::id>{std::this_thread::get_id()});
+}
+
+TEST(Loop, HandsOnTheExceptionOfAHelper) {
+  const std::thread::id caller = std::this_thread::get_id();
+  std::atomic<bool> has_thrown{false};
+  const auto body = [&](std::size_t, std::size_t) {
+    if (std::this_thread::get_id() != caller) {
+      has_thrown = true;
+      throw std::runtime_error("a helper's");
+    }
+    while (!has_thrown) std::this_thread::yield();
+  };
+  EXPECT_THROW(Do(2, 2, body), std::runtime_error);
+  std::atomic<int> calls{0};
+  Do(10, 2, [&](std::size_t, std::size_t) { ++calls; });
+  EXPECT_EQ(calls, 10) << "the helper lives on";
+}
+
+}  // namespace
+}  // namespace cwm
