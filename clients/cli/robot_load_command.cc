@@ -112,9 +112,10 @@ void AddRobotLoadCommand(CommandLine& line, CLI::App& family) {
        {"cwm robot load panda.urdf --srdf panda.srdf",
         "cwm robot load robot.urdf --package-dir ~/ros/src --name left --x-world-base 0,0.5,0"},
        "Meshes are sent along. Those of \"package://PACKAGE/REST\" are PACKAGE/REST below a "
-       "--package-dir;\n"
-       "without one, below the folder of the URDF or one of the three above it. Expand xacro "
-       "first:\n"
+       "--package-dir,\n"
+       "or REST below one that is PACKAGE by its name or its package.xml; without a --package-dir, "
+       "of the\n"
+       "folder of the URDF and the three above it. Expand xacro first:\n"
        "xacro robot.urdf.xacro > robot.urdf"},
       [arguments](Session& session) { return Load(session, *arguments); });
   command.add_option("URDF", arguments->urdf, "the robot's links and joints")->required();
@@ -124,7 +125,9 @@ void AddRobotLoadCommand(CommandLine& line, CLI::App& family) {
       .add_option("--spheres", arguments->spheres,
                   "a URDF of the same links made of spheres: the robot's sphere model")
       ->type_name("FILE");
-  command.add_option("--package-dir", arguments->package_folders, "holds packages; repeatable")
+  command
+      .add_option("--package-dir", arguments->package_folders,
+                  "holds packages, or is one; repeatable")
       ->allow_extra_args(false)
       ->type_name("DIR");
   command.add_option("--name", arguments->name, "in the world; default: the URDF's")

@@ -41,12 +41,28 @@ std::vector<fs::path> PackageFolders(const RobotFolders& folders) {
   return result;
 }
 
+// By its name, or by the one that its package.xml has: checkouts of a package are called anything.
+bool IsPackage(const fs::path& folder, std::string_view package) {
+  std::error_code unknown;  // then as it was given
+  if (fs::weakly_canonical(folder, unknown).filename() == package) return true;
+  tinyxml2::XMLDocument document;
+  if (document.LoadFile((folder / "package.xml").c_str()) != tinyxml2::XML_SUCCESS) return false;
+  const XMLElement* root = document.RootElement();
+  const XMLElement* name = root != nullptr ? root->FirstChildElement("name") : nullptr;
+  const char* text = name != nullptr ? name->GetText() : nullptr;
+  return text != nullptr && text == package;
+}
+
 std::vector<fs::path> CandidatesOf(std::string_view uri, const RobotFolders& folders) {
   if (uri.starts_with(kFile)) return {fs::path(uri.substr(kFile.size()))};
   if (!uri.starts_with(kPackage)) return {fs::path(folders.urdf_folder) / fs::path(uri)};
+  const std::string_view path = uri.substr(kPackage.size());
+  const std::string_view package = path.substr(0, path.find('/'));
   std::vector<fs::path> candidates;
   for (const fs::path& folder : PackageFolders(folders)) {
-    candidates.push_back(folder / fs::path(uri.substr(kPackage.size())));
+    candidates.push_back(folder / fs::path(path));
+    if (package.size() == path.size() || !IsPackage(folder, package)) continue;
+    candidates.push_back(folder / fs::path(path.substr(package.size() + 1)));
   }
   return candidates;
 }

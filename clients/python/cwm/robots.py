@@ -200,6 +200,17 @@ def collision_mesh_uris(urdf: bytes) -> list[str]:
     return [uri for uri in dict.fromkeys(uris) if uri]
 
 
+def _is_package(folder: pathlib.Path, package: str) -> bool:
+    """By its name, or by the one that its package.xml has: checkouts are called anything."""
+    if folder.resolve().name == package:
+        return True
+    try:
+        root = ElementTree.parse(folder / "package.xml").getroot()
+    except (OSError, ElementTree.ParseError):
+        return False
+    return root.findtext("name") == package
+
+
 def find_mesh(uri: str, folder: pathlib.Path, package_dirs: Sequence[PathOrText]) -> pathlib.Path:
     """The file of a mesh URI; FileNotFoundError says where it was looked for."""
     if uri.startswith(_FILE):
@@ -210,7 +221,12 @@ def find_mesh(uri: str, folder: pathlib.Path, package_dirs: Sequence[PathOrText]
             above,
             *list(above.parents)[:_FOLDERS_ABOVE],
         ]
-        candidates = [root / uri[len(_PACKAGE) :] for root in roots]
+        package, _, rest = uri[len(_PACKAGE) :].partition("/")
+        candidates = []
+        for root in roots:
+            candidates.append(root / package / rest)
+            if rest and _is_package(root, package):
+                candidates.append(root / rest)
     else:
         candidates = [folder / uri]
     for path in candidates:

@@ -214,9 +214,9 @@ class World(WorldView):
         """Loads a robot, in place of another one of its name. Files are paths, or texts that begin
         with "<".
 
-        spheres: a "spherized" URDF of the same links. package_dirs: where package:// URIs begin, by
-        default the folder of the URDF and the three above it; FileNotFoundError names a mesh that
-        is not there. pose: X_WB.
+        spheres: a "spherized" URDF of the same links. package_dirs: folders that hold packages
+        of package:// URIs, or are one by their name or their package.xml; by default the folder of
+        the URDF and the three above it. FileNotFoundError names a mesh that is not there. pose: X_WB.
 
         What a user should know of the files, such as which meshes are open, is a UserWarning each.
         """

@@ -58,6 +58,20 @@ TEST_F(FindMesh, LooksBesideTheUrdfAndBelowPackageFolders) {
   EXPECT_EQ(Find("package://arm/meshes/a.stl", {scratch_ / "no", scratch_ / "ws"}), "a.stl");
 }
 
+TEST_F(FindMesh, KnowsAFolderThatIsThePackage) {
+  EXPECT_EQ(Find("package://arm/meshes/a.stl", {scratch_ / "ws/arm"}), "a.stl");
+  EXPECT_EQ(Find("package://arm/meshes/a.stl", {scratch_ / "ws/arm/"}), "a.stl");
+  const auto find_as = [&](const std::string& package) {
+    return Find("package://" + package + "/meshes/a.stl", {scratch_ / "ws/arm"});
+  };
+  EXPECT_THAT(find_as("robot_description"), HasSubstr("was not found"));
+  std::ofstream(scratch_ / "ws/arm/package.xml")
+      << "<package format=\"2\"><name>robot_description</name></package>";
+  EXPECT_EQ(find_as("robot_description"), "a.stl");
+  EXPECT_EQ(Find("package://robot_description/meshes/a.stl"), "a.stl") << "the URDF's own package";
+  EXPECT_THAT(find_as("another"), HasSubstr("was not found"));
+}
+
 TEST_F(FindMesh, NamesTheUriAndWhereItWasNot) {
   EXPECT_THAT(Find("package://arm/meshes/a.stl", {"/nowhere"}),
               HasSubstr("package://arm/meshes/a.stl"));

@@ -162,7 +162,16 @@ class Robots(ServerCase):
             (package / "meshes" / "box.obj").write_text(
                 "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n"
             )
-            for dirs in ((), (folder,)):
+            for dirs in ((), (folder,), (package,)):
+                self.assertEqual(
+                    self.world.load_robot(urdf, package_dirs=dirs).links[0].triangle_count, 4
+                )
+            checkout = package.rename(pathlib.Path(folder) / "checkout")
+            urdf = checkout / "urdf" / "box.urdf"
+            with self.assertRaisesRegex(FileNotFoundError, "was not found"):
+                self.world.load_robot(urdf)
+            (checkout / "package.xml").write_text("<package><name>my_robot</name></package>")
+            for dirs in ((), (checkout,)):
                 self.assertEqual(
                     self.world.load_robot(urdf, package_dirs=dirs).links[0].triangle_count, 4
                 )
