@@ -78,6 +78,16 @@ bool IsOfGroup(const pb::RobotVariable& variable, const pb::Robot& robot,
   });
 }
 
+absl::Status CheckGroup(const pb::Robot& robot, const std::string& name) {
+  if (name.empty()) return absl::OkStatus();
+  std::vector<std::string> known;
+  for (const pb::RobotGroup& group : robot.groups()) known.push_back(group.name());
+  if (std::find(known.begin(), known.end(), name) != known.end()) return absl::OkStatus();
+  return absl::NotFoundError(
+      absl::StrCat("no group \"", name, "\" of \"", robot.name(),
+                   "\": ", known.empty() ? "its SRDF has none" : absl::StrJoin(known, ", ")));
+}
+
 }  // namespace
 
 void AddRobotOptions(CLI::App& command, RobotArguments& robot) {
@@ -145,6 +155,36 @@ absl::StatusOr<std::vector<double>> ParseJoints(Session& session, const std::str
     row.push_back(value != named.end() ? value->second : robot->state(i));
   }
   return row;
+}
+
+absl::StatusOr<pb::RobotJointState> ParseJointState(Session& session, const std::string& text,
+                                                    const pb::RobotSubject& subject) {
+  const auto robot = FindRobot(session, subject.robot());
+  if (!robot.ok()) return robot.status();
+  if (absl::Status known = CheckGroup(*robot, subject.group()); !known.ok()) return known;
+  pb::RobotJointState joints;
+  if (!StartsWithNumber(text)) {
+    const auto state = FindState(*robot, subject.group(), text);
+    if (!state.ok()) return state.status();
+    *joints.mutable_values() = (*state)->values();
+    return joints;
+  }
+  const auto numbers = ParseNumbers(text, "--joints", "V,V,... (rad, m)");
+  if (!numbers.ok()) return numbers.status();
+  std::vector<std::string> names;
+  for (const pb::RobotVariable& variable : robot->variables()) {
+    if (IsOfGroup(variable, *robot, subject.group())) names.push_back(variable.name());
+  }
+  if (numbers->size() != names.size()) {
+    return UsageError(absl::StrCat("--joints has ", numbers->size(), " numbers, must be ",
+                                   names.size(), ": ", absl::StrJoin(names, ", ")));
+  }
+  for (std::size_t k = 0; k < names.size(); ++k) {
+    pb::VariableValue* value = joints.add_values();
+    value->set_variable(names[k]);
+    value->set_value((*numbers)[k]);
+  }
+  return joints;
 }
 
 }  // namespace cwm::cli

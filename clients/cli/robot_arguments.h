@@ -32,4 +32,9 @@ absl::StatusOr<cwm::v1::RobotSubject> ToRobotSubject(const RobotArguments& robot
 absl::StatusOr<std::vector<double>> ParseJoints(Session& session, const std::string& text,
                                                 const cwm::v1::RobotSubject& subject);
 
+// The same text as a state to be set: of all variables of the group (all of the robot's without one),
+// or of those that the named state has.
+absl::StatusOr<cwm::v1::RobotJointState> ParseJointState(Session& session, const std::string& text,
+                                                         const cwm::v1::RobotSubject& subject);
+
 }  // namespace cwm::cli

@@ -1,4 +1,4 @@
-// cwm robot load, list, get, remove
+// cwm robot load, list, get, set, remove
 #include <memory>
 #include <ostream>
 
@@ -6,7 +6,9 @@
 #include "clients/cli/all_pages.h"
 #include "clients/cli/change_arguments.h"
 #include "clients/cli/commands.h"
+#include "clients/cli/exit_code.h"
 #include "clients/cli/question_arguments.h"
+#include "clients/cli/robot_arguments.h"
 #include "clients/cli/robot_load_command.h"
 #include "clients/cli/robot_table.h"
 
@@ -18,6 +20,12 @@ namespace pb = cwm::v1;
 struct ShowArguments {
   std::string name;  // empty: all
   std::string at_revision;
+};
+
+struct SetArguments {
+  RobotArguments robot;
+  std::string joints;
+  ChangeArguments change;
 };
 
 struct RemoveRobotArguments {
@@ -59,6 +67,24 @@ absl::Status Get(Session& session, const ShowArguments& arguments) {
     session.streams.out << "revision " << response->revision() << "\n";
   });
   return absl::OkStatus();
+}
+
+absl::Status Set(Session& session, const SetArguments& arguments) {
+  if (arguments.joints.empty() && arguments.robot.x_world_base.empty()) {
+    return UsageError("--joints, --x-world-base or both");
+  }
+  const auto subject = ToRobotSubject(arguments.robot);
+  if (!subject.ok()) return subject.status();
+  pb::Change change;
+  pb::SetRobotState& state = *change.mutable_robot_state();
+  state.set_name(arguments.robot.name);
+  if (subject->has_x_world_base()) *state.mutable_x_world_base() = subject->x_world_base();
+  if (!arguments.joints.empty()) {
+    const auto joints = ParseJointState(session, arguments.joints, *subject);
+    if (!joints.ok()) return joints.status();
+    *state.mutable_joints() = *joints;
+  }
+  return Apply(session, arguments.change, {change}, absl::StrCat("set ", arguments.robot.name));
 }
 
 absl::Status Remove(Session& session, const RemoveRobotArguments& arguments) {
@@ -103,6 +129,32 @@ void AddGetCommand(CommandLine& line, CLI::App& family) {
   AddRevisionOption(command, arguments->at_revision);
 }
 
+void AddSetCommand(CommandLine& line, CLI::App& family) {
+  const auto arguments = std::make_shared<SetArguments>();
+  CLI::App& command =
+      AddCommand(line, family,
+                 {"set",
+                  "where a robot stands: its joints, its base; questions begin there",
+                  {"cwm robot set panda --joints ready",
+                   "cwm robot set panda --group hand --joints 0.04 --x-world-base 0,0.5,0"},
+                  "What is not given stays. What is attached moves along."},
+                 [arguments](Session& session) { return Set(session, *arguments); });
+  command.add_option("NAME", arguments->robot.name, "of the robot")->required();
+  command
+      .add_option("--joints", arguments->joints,
+                  "all of the group (rad, m; --joints=-1,... where it begins with a minus), or a "
+                  "state that the SRDF names")
+      ->type_name("V,V,...|STATE");
+  command
+      .add_option("--group", arguments->robot.group,
+                  "the joints that --joints gives; default: all of the robot's")
+      ->type_name("NAME");
+  command
+      .add_option("--x-world-base", arguments->robot.x_world_base, "the root link in the world (m)")
+      ->type_name("X,Y,Z[,QX,QY,QZ,QW]");
+  AddChangeOptions(command, arguments->change);
+}
+
 void AddRemoveCommand(CommandLine& line, CLI::App& family) {
   const auto arguments = std::make_shared<RemoveRobotArguments>();
   CLI::App& command =
@@ -117,11 +169,12 @@ void AddRemoveCommand(CommandLine& line, CLI::App& family) {
 void AddRobotCommands(CommandLine& line) {
   CLI::App& family =
       AddFamily(line, {"robot",
-                       "robots of the world: load, list, get, remove",
+                       "robots of the world: load, list, get, set, remove",
                        {"cwm robot load panda.urdf --srdf panda.srdf", "cwm robot get panda"}});
   AddRobotLoadCommand(line, family);
   AddListCommand(line, family);
   AddGetCommand(line, family);
+  AddSetCommand(line, family);
   AddRemoveCommand(line, family);
 }
 

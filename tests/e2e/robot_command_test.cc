@@ -65,6 +65,35 @@ TEST_F(RobotCommand, ShowsTablesToPeople) {
   EXPECT_THAT(Cwm({"watch", "--once"}).out, HasSubstr("robot of 2 links"));
 }
 
+TEST_F(RobotCommand, SetsWhereARobotStands) {
+  const std::string srdf = scratch() / "crane.srdf";
+  std::ofstream(srdf) << R"(<robot name="crane"><group name="arm"><joint name="swing"/></group>
+    <group_state name="out" group="arm"><joint name="swing" value="1.5"/></group_state></robot>)";
+  ASSERT_EQ(Cwm({"robot", "load", urdf(), "--srdf", srdf}).exit_code, 0);
+  const auto crane = [&] { return CwmJson({"robot", "get", "crane"}).at("robots").at(0); };
+  EXPECT_EQ(CwmJson({"robot", "set", "crane", "--joints", "out"}).at("revision"), "2");
+  EXPECT_EQ(crane().at("state").at(0), 1.5);
+  EXPECT_THAT(Cwm({"robot", "set", "crane", "--x-world-base", "0,0,1"}).out,
+              HasSubstr("set crane, revision 3"));
+  EXPECT_EQ(crane().at("state").at(0), 1.5) << "what is not given stays";
+  EXPECT_EQ(crane().at("x_world_base").at("tz_m"), 1.0);
+  EXPECT_EQ(Cwm({"robot", "set", "crane", "--group", "arm", "--joints=-0.5"}).exit_code, 0);
+  EXPECT_EQ(crane().at("state").at(0), -0.5);
+
+  EXPECT_EQ(Cwm({"robot", "set", "crane"}).exit_code, 1);
+  const Finished wide = Cwm({"robot", "set", "crane", "--joints", "1,2"});
+  EXPECT_EQ(wide.exit_code, 1);
+  EXPECT_THAT(wide.err, HasSubstr("--joints has 2 numbers, must be 1: swing"));
+  EXPECT_THAT(Cwm({"robot", "set", "crane", "--joints", "inn"}).err, HasSubstr("out"));
+  const Finished leg = Cwm({"robot", "set", "crane", "--group", "leg", "--joints", "0"});
+  EXPECT_EQ(leg.exit_code, 3);
+  EXPECT_THAT(leg.err, HasSubstr("no group \"leg\" of \"crane\": arm"));
+  EXPECT_EQ(Cwm({"robot", "set", "ghost", "--joints", "0"}).exit_code, 3);
+  EXPECT_EQ(Cwm({"robot", "set", "crane", "--joints", "0", "--expected-revision", "1"}).exit_code,
+            4);
+  EXPECT_EQ(crane().at("state").at(0), -0.5);
+}
+
 TEST_F(RobotCommand, TellsOfNamedStatesThatSayNothing) {
   const std::string srdf = scratch() / "crane.srdf";
   std::ofstream(srdf) << R"(<robot name="crane"><group name="hook"><link name="base"/></group>
