@@ -3,26 +3,29 @@
 #include <sys/syscall.h>
 #include <unistd.h>
 
+#include <utility>
+
 namespace cwm {
 
 void Sleeper::LieDown() {
   if (thread_ == 0) thread_ = static_cast<pid_t>(syscall(SYS_gettid));
-  are_cores_known_ = sched_getaffinity(0, sizeof(cores_), &cores_) == 0;
   is_awake_ = 0;
 }
 
 void Sleeper::Sleep() {
   is_awake_.wait(0);
-  if (are_cores_known_) sched_setaffinity(0, sizeof(cores_), &cores_);
+  if (!std::exchange(is_sent_elsewhere_, false)) return;
+  sched_setaffinity(0, sizeof(cores_), &cores_);
 }
 
 void Sleeper::Wake() {
   // A refusal leaves the thread where it was: later, but never wrong.
   const int own = sched_getcpu();
-  if (are_cores_known_ && own >= 0) {
+  if (own >= 0 && sched_getaffinity(thread_, sizeof(cores_), &cores_) == 0) {
     cpu_set_t others = cores_;
-    CPU_CLR(own, &others);
-    if (CPU_COUNT(&others) > 0) sched_setaffinity(thread_, sizeof(others), &others);
+    CPU_CLR(static_cast<unsigned>(own), &others);
+    is_sent_elsewhere_ = CPU_COUNT(&others) > 0 && CPU_ISSET(static_cast<unsigned>(own), &cores_) &&
+                         sched_setaffinity(thread_, sizeof(others), &others) == 0;
   }
   is_awake_ = 1;
   is_awake_.notify_one();

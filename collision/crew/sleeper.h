@@ -22,8 +22,9 @@ class Sleeper {
 
  private:
   pid_t thread_ = 0;
-  cpu_set_t cores_ = {};  // that it may run on
-  bool are_cores_known_ = false;
+  // By the waker, read once awake: where the thread may run, when it was kept from one of them.
+  cpu_set_t cores_ = {};
+  bool is_sent_elsewhere_ = false;
   std::atomic<int> is_awake_{1};
 };
 
