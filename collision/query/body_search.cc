@@ -1,9 +1,10 @@
 #include "collision/query/body_search.h"
 
 #include <algorithm>
-#include <map>
+#include <bit>
 #include <utility>
 
+#include "absl/container/flat_hash_map.h"
 #include "absl/strings/str_cat.h"
 #include "collision/geometry/quick_bounds.h"
 
@@ -147,7 +148,7 @@ BodySearch::BodySearch(const WorldSnapshot& world, const QueryBody& body,
 
 FramePairs FramePairsOf(const QueryBody& body) {
   FramePairs of_body;
-  std::map<std::pair<int, int>, std::int32_t> known;
+  absl::flat_hash_map<std::pair<int, int>, std::int32_t> known;
   for (const PartPair& pair : body.self_pairs) {
     const std::pair<int, int> frames(body.FrameOf(pair.first), body.FrameOf(pair.second));
     const auto [at, is_new] =
@@ -160,31 +161,36 @@ FramePairs FramePairsOf(const QueryBody& body) {
 
 void BodySearch::PlaceBody(const BodyRows& rows, std::size_t row, const LaneOpen& open) {
   rows.Place(row, OwnFrames());
-  PlaceParts(row, open);
+  PlaceCarried();
+  PlaceParts(X_WF_, row, open);
 }
 
 void BodySearch::PlaceBody(std::span<const Pose> X_WF, std::size_t row, const LaneOpen& open) {
+  if (body_.carried.empty()) return PlaceParts(X_WF, row, open);
   std::ranges::copy(X_WF, OwnFrames().begin());
-  PlaceParts(row, open);
+  PlaceCarried();
+  PlaceParts(X_WF_, row, open);
 }
 
-// With what is carried.
-void BodySearch::PlaceParts(std::size_t row, const LaneOpen& open) {
-  row_ = static_cast<std::int64_t>(row);
+void BodySearch::PlaceCarried() {
   const std::size_t own = OwnFrames().size();
   for (std::size_t k = 0; k < body_.carried.size(); ++k) {
     const CarriedObject& carried = body_.carried[k];
     X_WF_[own + k] = X_WF_[static_cast<std::size_t>(carried.link)] * carried.X_FO;
   }
+}
+
+void BodySearch::PlaceParts(std::span<const Pose> frames, std::size_t row, const LaneOpen& open) {
+  row_ = static_cast<std::int64_t>(row);
   bounds_W_.setEmpty();
   open_ = open;
   std::uint64_t needed = open.worlds;
-  for (std::size_t k = 0; k < frames_of_pair_.size(); ++k) {
-    if ((open.pairs >> k & 1) != 0) needed |= frames_of_pair_[k];
+  for (std::uint64_t pairs = open.pairs; pairs != 0; pairs &= pairs - 1) {
+    needed |= frames_of_pair_[static_cast<std::size_t>(std::countr_zero(pairs))];
   }
   for (BodyPart& mine : parts_) {
     if (mine.skipped || !IsOpen(needed, mine.frame)) continue;
-    const Pose& X_WF = X_WF_[static_cast<std::size_t>(mine.frame)];
+    const Pose& X_WF = frames[static_cast<std::size_t>(mine.frame)];
     mine.X_WP = mine.at_frame ? X_WF : X_WF * mine.part->X_OP;
     mine.bounds_W = mine.cheap_bounds ? TightBounds(mine.part->shape, mine.X_WP)
                                       : BoundsOfBox(mine.part->bounds_O, X_WF);

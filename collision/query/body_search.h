@@ -158,7 +158,8 @@ class BodySearch {
   std::span<Pose> OwnFrames() {
     return std::span(X_WF_).first(static_cast<std::size_t>(body_.frame_count));
   }
-  void PlaceParts(std::size_t row, const LaneOpen& open);
+  void PlaceCarried();
+  void PlaceParts(std::span<const Pose> frames, std::size_t row, const LaneOpen& open);
   // Where no rule sets another.
   double UsualMargin_m(const BodyPart& mine, const std::string& theirs,
                        double their_margin_m) const {

@@ -220,8 +220,7 @@ class Checker : public ChunkWorker {
     placed_.Begin(std::move(asked));
     std::size_t k = 0;
     for (; k < chunk.count && !search_.MustEnd(); ++k) {
-      const RowVerdict told =
-          is_known(k) ? Known(chunk.first + k, known[k]) : AskPlainly(chunk.first + k, OpenOf(k));
+      const RowVerdict told = is_known(k) ? Known(chunk.first + k, known[k]) : AskPlainly(chunk, k);
       if (search_.ended()) break;
       Write(chunk.first + k, told);
     }
@@ -251,17 +250,24 @@ class Checker : public ChunkWorker {
     return told;
   }
 
-  RowVerdict AskPlainly(std::size_t row, const LaneOpen& open) {
+  // Of the k-th row of a chunk.
+  bool IsWithinLimits(const RowChunk& chunk, std::size_t k) const {
+    const bool is_known = spheres_ && spheres_->KnowsLimits(k);
+    return is_known || batch_.rows.IsWithinLimits(chunk.first + k);
+  }
+
+  RowVerdict AskPlainly(const RowChunk& chunk, std::size_t k) {
     const std::span<const Pose> X_WF = placed_.Next();
-    if (!batch_.rows.IsWithinLimits(row)) return {.verdict = Verdict::kOutOfLimits, .pair = {}};
-    search_.PlaceBody(X_WF, row, open);
+    if (!IsWithinLimits(chunk, k)) return {.verdict = Verdict::kOutOfLimits, .pair = {}};
+    const std::size_t row = chunk.first + k;
+    search_.PlaceBody(X_WF, row, OpenOf(k));
     RowVerdict told = JudgeRow(search_, batch_.options.unseen);
     if (IsOfOpenTrust(told.verdict)) told.trust = TrustOfFree(row, X_WF);
     return told;
   }
 
   Trust TrustOfFree(std::size_t row, std::span<const Pose> X_WF) {
-    search_.PlaceBody(X_WF, row, BodySearch::kAllOpen);
+    search_.PlaceBody(X_WF, row, spheres_->open_of_trust());
     return TrustOfFreeRow(search_);
   }
 

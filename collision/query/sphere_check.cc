@@ -100,13 +100,24 @@ std::shared_ptr<const SphereProgram> ProgramOf(const QueryBody& body, const Join
   return std::make_shared<const SphereProgram>(*std::move(program));
 }
 
-bool HasOpenMesh(const QueryBody& body, const WorldFilter& filter) {
-  const std::vector<PreparedPart>& parts = body.geometry->parts;
-  for (std::size_t k = 0; k < parts.size(); ++k) {
-    const int frame = body.FrameOf(static_cast<std::int32_t>(k));
-    if (IsOpenMesh(parts[k].shape) && !filter.SkipsPart(body, frame, parts[k].source)) return true;
+// Pairs with an open mesh of the body.
+LaneOpen PairsWithOpenMesh(const QueryBody& body, const WorldFilter& filter,
+                           const FramePairs& frame_pairs) {
+  const auto is_open = [&](std::int32_t k) {
+    const PreparedPart& part = body.geometry->parts[static_cast<std::size_t>(k)];
+    return IsOpenMesh(part.shape) && !filter.SkipsPart(body, body.FrameOf(k), part.source);
+  };
+  const auto bit = [](std::int32_t tag) { return std::uint64_t{1} << (tag % kTags); };
+  LaneOpen open;
+  for (std::size_t k = 0; k < body.geometry->parts.size() && body.asks_world; ++k) {
+    const auto part = static_cast<std::int32_t>(k);
+    if (is_open(part)) open.worlds |= bit(body.FrameOf(part));
   }
-  return false;
+  for (std::size_t k = 0; k < body.self_pairs.size(); ++k) {
+    const auto [first, second] = body.self_pairs[k];
+    if (is_open(first) || is_open(second)) open.pairs |= bit(frame_pairs.of_self_pair[k]);
+  }
+  return open;
 }
 
 Verdict VerdictOf(StateMark mark, LaneVerdict told) {
@@ -123,7 +134,7 @@ SphereCheck::SphereCheck(const JointRows& rows, std::shared_ptr<const SphereProg
       meaning_(meaning),
       program_(std::move(program)),
       scene_(std::move(world.scene)),
-      leaves_trust_open_(world.leaves_trust_open),
+      open_of_trust_(world.open_of_trust),
       order_(*program_) {
   const RobotModel& model = rows.model();
   std::vector<double> base = rows.states().base;
@@ -156,28 +167,29 @@ std::optional<SphereCheck> SphereCheck::Make(const WorldSnapshot& world, const Q
   }
   AddCarried(body, *spheres);
   std::vector<SpherePair> pairs;
-  std::vector<LinkPair> link_pairs;
+  FramePairs frame_pairs;
   if (is_the_body) {
     pairs.reserve(body.self_pairs.size());
     for (const PartPair& pair : body.self_pairs) pairs.push_back({pair.first, pair.second});
   } else {
-    link_pairs = FramePairsOf(body).pairs;
+    frame_pairs = FramePairsOf(body);
   }
   const std::vector<HungFrame> hung = HungFramesOf(body);
   const std::shared_ptr<const SphereProgram> program = ProgramOf(
       body, *joints,
-      {.spheres = *spheres, .hung = hung, .pairs = {.spheres = pairs, .links = link_pairs}},
+      {.spheres = *spheres, .hung = hung, .pairs = {.spheres = pairs, .links = frame_pairs.pairs}},
       options.margin_m);
   if (!program) return std::nullopt;
   const WorldFilter filter(world, options, body);
   const Pose& X_WB = joints->states().X_WB;
   World of_lanes{.scene = body.asks_world ? CompileScene(world, filter, *program, X_WB, margin_m)
                                           : EmptyScene(*program),
-                 .leaves_trust_open = false};
+                 .open_of_trust = {}};
   if (body.best_trust < Trust::kSurfaceOnly) {
-    of_lanes.leaves_trust_open =
-        HasOpenMesh(body, filter) ||
-        (body.asks_world && MeetsOpenMeshes(world, filter, *program, X_WB, margin_m));
+    if (!is_the_body) of_lanes.open_of_trust = PairsWithOpenMesh(body, filter, frame_pairs);
+    if (body.asks_world && MeetsOpenMeshes(world, filter, *program, X_WB, margin_m)) {
+      of_lanes.open_of_trust.worlds = BodySearch::kAllOpen.worlds;
+    }
   }
   return SphereCheck(*joints, program, std::move(of_lanes),
                      is_the_body ? Meaning::kTheBody : Meaning::kAroundTheBody);

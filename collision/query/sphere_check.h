@@ -32,9 +32,12 @@ class SphereCheck {
   std::span<const Verdict> Judge(std::size_t first, std::size_t count);
   // By the same rows, what is to be asked about those that are UNDECIDED; empty: everything.
   std::span<const LaneOpen> open() const { return open_; }
-  // Whether the trust of a row that is FREE is to be asked plainly: of what spheres show to be apart
+  // Of the same rows, whether one that is UNDECIDED is known to be within limits.
+  bool KnowsLimits(std::size_t k) const { return marks_[k] == StateMark::kReady; }
+  // Of a row that is FREE, what is to be asked plainly about its trust: of what spheres show to be apart
   // they do not tell whether boxes about it meet those of an open mesh.
-  bool leaves_trust_open() const { return leaves_trust_open_; }
+  const LaneOpen& open_of_trust() const { return open_of_trust_; }
+  bool leaves_trust_open() const { return open_of_trust_.worlds != 0 || open_of_trust_.pairs != 0; }
   // Whether COLLISION is told at all: the spheres are the robot.
   bool tells_collisions() const { return meaning_ == Meaning::kTheBody; }
 
@@ -42,7 +45,7 @@ class SphereCheck {
   enum class Meaning { kTheBody, kAroundTheBody };
   struct World {
     LaneScene scene;
-    bool leaves_trust_open;
+    LaneOpen open_of_trust;
   };
   SphereCheck(const JointRows& rows, std::shared_ptr<const SphereProgram> program, World world,
               Meaning meaning);
@@ -52,7 +55,7 @@ class SphereCheck {
   Meaning meaning_;
   std::shared_ptr<const SphereProgram> program_;
   LaneScene scene_;
-  bool leaves_trust_open_ = false;
+  LaneOpen open_of_trust_;
   bool base_is_within_limits_ = true;
   StateOrder order_;
   LaneMemory memory_;
