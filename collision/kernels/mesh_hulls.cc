@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "collision/kernels/gjk.h"
+#include "collision/kernels/piece_distance.h"
 
 namespace cwm::collision {
 namespace {
@@ -54,6 +55,19 @@ double ScaleWithin(const TriangleMesh& hull, const Vector3& centre, const Triang
   return scale;
 }
 
+// Vertices that triangles have.
+std::vector<Vector3> CornersOf(const TriangleMesh& mesh) {
+  std::vector<bool> is_used(mesh.vertices.size());
+  for (const TriangleMesh::Triangle& triangle : mesh.triangles) {
+    for (const std::uint32_t corner : triangle) is_used[corner] = true;
+  }
+  std::vector<Vector3> corners;
+  for (std::size_t k = 0; k < is_used.size(); ++k) {
+    if (is_used[k]) corners.push_back(mesh.vertices[k]);
+  }
+  return corners;
+}
+
 }  // namespace
 
 LaneHull::LaneHull(std::vector<Vector3> vertices)
@@ -66,10 +80,11 @@ LaneHull::LaneHull(std::vector<Vector3> vertices)
 
 std::unique_ptr<const MeshHulls> MeshHulls::Of(const Mesh& mesh, const TriangleTree& tree) {
   if (mesh.mesh->vertices.size() > kMostVertices) return nullptr;
-  const TriangleMesh hull = ConvexHull3(mesh.mesh->vertices);
+  const TriangleMesh hull = ConvexHull3(CornersOf(*mesh.mesh));
   if (hull.triangles.empty() || hull.vertices.size() > kMostCorners) return nullptr;
   std::unique_ptr<MeshHulls> hulls(new MeshHulls(hull.vertices));
   if (!mesh.watertight) return hulls;
+  hulls->balls_within_ = InnerBallsOf(tree, kFurtherShrinking * hulls->around().extent_m);
   const Vector3& centre = hulls->around().centre;
   const double scale = ScaleWithin(hull, centre, tree) - kFurtherShrinking;
   if (scale < kLeastScale || !tree.Encloses(centre)) return hulls;
@@ -106,6 +121,52 @@ std::optional<bool> HullsOverlap(const MeshHulls& a, const MeshHulls& b, const P
   const double walls_m = a.wall_m() + b.wall_m();
   if (const auto told = Told(a.within(), b.within(), walls_m, X_AB)) return told;
   return FalseWhereApart(a.around(), b.around(), X_AB);
+}
+
+std::optional<bool> CornerOrBallTells(const MeshMiddle& a, const ConvexCore& b, const Pose& X_AB,
+                                      const Pose& X_BA) {
+  const PieceDistance distance_m(b);
+  if (!distance_m.IsExact()) return std::nullopt;
+  const ConvexCore& around = a.hulls.around();
+  const Vector3 nearest_B = ClampedTo(b, a.middle_B);
+  const Vector3 way_B = nearest_B - a.middle_B;
+  const double extent_m = around.extent_m + b.extent_m, way_m = way_B.norm();
+  const double rounding_m = kTouchingShare * extent_m;
+  if (way_m > rounding_m) {
+    const Vector3 foremost_B = X_BA * SupportPoint(around, X_AB.linear() * way_B);
+    const double gap_m = (nearest_B - foremost_B).dot(way_B) / way_m;
+    if (gap_m > b.radius_m + rounding_m) return false;
+    if (distance_m(foremost_B) < -kFurtherShrinking * extent_m) return true;
+  }
+  for (const InnerBall& ball : a.hulls.balls_within()) {
+    if (distance_m(X_BA * ball.centre) < ball.radius_m) return true;
+  }
+  return std::nullopt;
+}
+
+namespace {
+
+// Along the axis of A's box on which the boxes are farthest apart.
+bool FaceOfFirstParts(const BoxedMesh& a, const BoxedMesh& b, const Pose& X_AB, double rounding_m) {
+  const Vector3 between = X_AB * b.bounds.center() - a.bounds.center();
+  const Vector3 off = between.cwiseAbs() - 0.5 * a.bounds.sizes() -
+                      0.5 * (X_AB.linear().cwiseAbs() * b.bounds.sizes());
+  int axis = 0;
+  if (off.maxCoeff(&axis) > rounding_m) return true;
+  const double side = between[axis] < 0 ? -1 : 1;
+  const Vector3 back_B = -side * X_AB.linear().row(axis).transpose();
+  const Vector3 foremost = X_AB * SupportPoint(b.hulls.around(), back_B);
+  const double face = side < 0 ? -a.bounds.min()[axis] : a.bounds.max()[axis];
+  return side * foremost[axis] - face > rounding_m;
+}
+
+}  // namespace
+
+bool FaceParts(const BoxedMesh& a, const BoxedMesh& b, const Pose& X_AB) {
+  const double extents_m = a.hulls.around().extent_m + b.hulls.around().extent_m;
+  const double rounding_m = kTouchingShare * extents_m;
+  return FaceOfFirstParts(a, b, X_AB, rounding_m) ||
+         FaceOfFirstParts(b, a, X_AB.inverse(Eigen::Isometry), rounding_m);
 }
 
 }  // namespace cwm::collision

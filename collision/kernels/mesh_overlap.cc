@@ -170,9 +170,12 @@ double RadiusOf(const TriangleTree& tree) { return tree.nodes().front().radius_m
 bool MeshMeetsPiece(const ExactGeometry& a, const ConvexCore& piece, const Pose& X_AB,
                     WorkCounter* work) {
   const TriangleTree& tree = *a.tree();
-  const Vector3 centre_B = X_AB.inverse(Eigen::Isometry) * tree.bounds().center();
-  if (PieceDistance(piece)(centre_B) > RadiusOf(tree)) return false;
+  const Pose X_BA = X_AB.inverse(Eigen::Isometry);
+  const Vector3 middle_B = X_BA * tree.bounds().center();
+  if (PieceDistance(piece)(middle_B) > RadiusOf(tree)) return false;
   if (a.hulls() != nullptr) {
+    const MeshMiddle mesh{.hulls = *a.hulls(), .middle_B = middle_B};
+    if (const auto told = CornerOrBallTells(mesh, piece, X_AB, X_BA)) return *told;
     if (const auto told = HullsOverlap(*a.hulls(), piece, X_AB)) return *told;
   }
   return SurfaceMeets(tree, piece, X_AB, work) ||
@@ -201,7 +204,10 @@ bool MeshMeetsMesh(const ExactGeometry& a, const ExactGeometry& b, const Pose& X
                    WorkCounter* work) {
   if (!BallsMeet(*a.tree(), *b.tree(), X_AB)) return false;
   if (a.hulls() != nullptr && b.hulls() != nullptr) {
-    if (const auto told = HullsOverlap(*a.hulls(), *b.hulls(), X_AB)) return *told;
+    const MeshHulls &of_a = *a.hulls(), &of_b = *b.hulls();
+    if (FaceParts({of_a, a.tree()->bounds()}, {of_b, b.tree()->bounds()}, X_AB)) return false;
+    if (const auto told = HullsOverlap(of_a, of_b, X_AB)) return *told;
+    if (BallsOverlap(of_a.balls_within(), of_b.balls_within(), X_AB)) return true;
   }
   CrossingSearch search(*a.tree(), *b.tree(), X_AB, work);
   if (search.Run() || EnclosesAPart(a, b, X_AB, work) ||

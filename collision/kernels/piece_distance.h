@@ -16,6 +16,13 @@ class PieceDistance {
  public:
   explicit PieceDistance(const ConvexCore& piece) : piece_(piece) {}
 
+  // Whether what is positive is the distance, and ClampedTo the nearest point of the core.
+  bool IsExact() const {
+    return std::holds_alternative<Box>(piece_.core) ||
+           std::holds_alternative<Cylinder>(piece_.core) ||
+           std::holds_alternative<SegmentCore>(piece_.core);
+  }
+
   double operator()(const Vector3& p) const {
     if (const auto* box = std::get_if<Box>(&piece_.core)) {
       return OfExcess(p.cwiseAbs() - 0.5 * box->size_m) - piece_.radius_m;

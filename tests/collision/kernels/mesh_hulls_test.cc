@@ -92,8 +92,15 @@ TEST(MeshHulls, LieAroundAndWithinTheMesh) {
 }
 
 struct Told {
-  int by_hulls = 0, overlapping = 0, apart = 0;
+  int by_hulls = 0, by_corner = 0, not_by_corner = 0, by_faces = 0, overlapping = 0, apart = 0;
 };
+
+bool FacePartsOnlyWhatIsApart(const BoxedMesh& a, const BoxedMesh& b, const Pose& X_AB,
+                              bool overlap) {
+  const bool parts = FaceParts(a, b, X_AB);
+  EXPECT_FALSE(parts && overlap);
+  return parts;
+}
 
 // The plain answer is that of the distance without a limit, which is one of triangles.
 void ExpectThePlainAnswer(const ExactGeometry& a, const ExactGeometry& b, const Pose& X_AB,
@@ -105,6 +112,18 @@ void ExpectThePlainAnswer(const ExactGeometry& a, const ExactGeometry& b, const 
   ++(plain ? told.overlapping : told.apart);
   const auto by_hulls = b.hulls() != nullptr ? HullsOverlap(*a.hulls(), *b.hulls(), X_AB)
                                              : HullsOverlap(*a.hulls(), b.pieces().front(), X_AB);
+  if (b.hulls() != nullptr) {
+    told.by_faces += FacePartsOnlyWhatIsApart({*a.hulls(), a.tree()->bounds()},
+                                              {*b.hulls(), b.tree()->bounds()}, X_AB, plain)
+                         ? 1
+                         : 0;
+  } else {
+    const Pose X_BA = X_AB.inverse();
+    const MeshMiddle middle{*a.hulls(), X_BA * a.tree()->bounds().center()};
+    const auto by_corner = CornerOrBallTells(middle, b.pieces().front(), X_AB, X_BA);
+    EXPECT_EQ(by_corner.value_or(plain), plain);
+    ++(by_corner ? told.by_corner : told.not_by_corner);
+  }
   if (!by_hulls) return;
   EXPECT_EQ(*by_hulls, plain);
   ++told.by_hulls;
@@ -137,9 +156,21 @@ TEST(MeshHulls, TellWhatTheTrianglesTell) {
       }
     }
     EXPECT_GT(told.by_hulls, (told.overlapping + told.apart) / 3);
+    EXPECT_GT(told.by_corner, told.not_by_corner / 4);
+    EXPECT_GT(told.by_faces, told.apart / 10);
     EXPECT_GT(told.overlapping, told.apart / 3);
     EXPECT_GT(told.apart, told.overlapping / 3);
   }
+}
+
+TEST(MeshHulls, HaveNoCornerThatNoTriangleHas) {
+  TriangleMesh mesh = Tessellate(Box{Vector3::Constant(kSize_m)}, 1e-3);
+  const ExactGeometry plain(Closed(mesh));
+  mesh.vertices.emplace_back(5 * kSize_m, 0, 0);
+  const ExactGeometry more(Closed(mesh)), box(Box{Vector3::Constant(kSize_m)});
+  EXPECT_EQ(more.hulls()->around().extent_m, plain.hulls()->around().extent_m);
+  const Pose I = Pose::Identity();
+  EXPECT_FALSE(ExactOverlap({more, I}, {box, MakeTranslation(5 * kSize_m, 0, 0)}));
 }
 
 TEST(MeshHulls, LeaveTheNearestTrianglesToTheSearch) {

@@ -1,0 +1,62 @@
+#include "collision/kernels/inner_balls.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace cwm::collision {
+namespace {
+
+// Centres are looked for at the middles of so many cells of the box. Of a link, more find balls that are
+// larger by a few percent.
+constexpr int kCells = 8;
+// A ball that sticks out of the others by less of the largest one's radius tells hardly more.
+constexpr double kLeastGain = 0.1;
+
+std::vector<InnerBall> BallsAtCells(const TriangleTree& tree, double spared_m) {
+  std::vector<InnerBall> balls;
+  const Aabb& box = tree.bounds();
+  const Vector3 cell = box.sizes() / kCells;
+  for (int k = 0; k < kCells * kCells * kCells; ++k) {
+    const Eigen::Vector3i at(k % kCells, k / kCells % kCells, k / (kCells * kCells));
+    const Vector3 centre =
+        box.min() + cell.cwiseProduct(at.cast<double>() + Vector3::Constant(0.5));
+    if (!tree.Encloses(centre)) continue;
+    constexpr double kAnywhere_m = std::numeric_limits<double>::infinity();
+    const double radius_m = tree.NearestPoint(centre, kAnywhere_m).distance_m - spared_m;
+    if (radius_m > 0) balls.push_back({.centre = centre, .radius_m = radius_m});
+  }
+  return balls;
+}
+
+}  // namespace
+
+std::vector<InnerBall> InnerBallsOf(const TriangleTree& tree, double spared_m) {
+  const std::vector<InnerBall> all = BallsAtCells(tree, spared_m);
+  // By how much each sticks out of those that were taken.
+  std::vector<double> gain_m;
+  for (const InnerBall& ball : all) gain_m.push_back(ball.radius_m);
+  std::vector<InnerBall> taken;
+  while (!all.empty() && taken.size() < kMostInnerBalls) {
+    const auto best = std::ranges::max_element(gain_m);
+    const InnerBall& next = all[static_cast<std::size_t>(best - gain_m.begin())];
+    if (!taken.empty() && *best < kLeastGain * taken.front().radius_m) break;
+    taken.push_back(next);
+    for (std::size_t k = 0; k < all.size(); ++k) {
+      const double out_m = (all[k].centre - next.centre).norm() + all[k].radius_m - next.radius_m;
+      gain_m[k] = std::min(gain_m[k], out_m);
+    }
+  }
+  return taken;
+}
+
+bool BallsOverlap(std::span<const InnerBall> a, std::span<const InnerBall> b, const Pose& X_AB) {
+  return std::ranges::any_of(b, [&](const InnerBall& of_b) {
+    const Vector3 centre = X_AB * of_b.centre;
+    return std::ranges::any_of(a, [&](const InnerBall& of_a) {
+      const double radii_m = of_a.radius_m + of_b.radius_m;
+      return (of_a.centre - centre).squaredNorm() < radii_m * radii_m;
+    });
+  });
+}
+
+}  // namespace cwm::collision
