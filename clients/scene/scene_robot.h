@@ -37,7 +37,8 @@ struct SceneRules {
 // none) or of an object of the scene; others are left out with a warning. What may by default touch
 // everything is allowed with "*", or, where the matrix makes exceptions, with each thing of the
 // scene that it may touch. Withdrawn is what `before`, rules of the world, allows and the matrix says
-// false to; it says nothing of pairs that it does not have.
+// false to; it says nothing of pairs that it does not have. Where the matrix and the robot differ about
+// pairs of its links, a warning says so.
 SceneRules RulesOf(const formats::SceneFile& scene, const cwm::v1::Robot* robot,
                    const std::vector<cwm::v1::PairRule>& before = {});
 

@@ -39,6 +39,7 @@ class RuleMaker {
       if (rule.allowed() && Forbids(rule.pair())) rules_.withdrawn.push_back(rule.pair());
     }
     WarnOfUnknown();
+    WarnOfOwnPairs();
     return std::move(rules_);
   }
 
@@ -148,6 +149,37 @@ class RuleMaker {
         robot_ == nullptr ? "" : absl::StrCat("links of ", robot_->name(), " nor ");
     rules_.warnings.push_back(absl::StrCat("allowed_collision_matrix: ", Listed(names),
                                            ": left out, no ", links, "objects of the scene"));
+  }
+
+  // What is allowed is so by the robot's description or by the scene: neither forbids what the other
+  // allows.
+  void WarnOfOwnPairs() {
+    if (robot_ == nullptr) return;
+    std::vector<std::string> unchecked, allowed;
+    for (int a = 0; a < robot_->links_size(); ++a) {
+      const auto& of_a = robot_->links(a).unchecked_links();
+      for (int b = a + 1; b < robot_->links_size(); ++b) {
+        const std::string &name_a = robot_->links(a).name(), &name_b = robot_->links(b).name();
+        if (robot_->links(a).collision_count() == 0 || robot_->links(b).collision_count() == 0) {
+          continue;
+        }
+        const std::optional<bool> said = Said(name_a, name_b);
+        const bool is_checked = std::find(of_a.begin(), of_a.end(), b) == of_a.end();
+        const std::string pair = absl::StrCat(name_a, " with ", name_b);
+        if (said == false && !is_checked) unchecked.push_back(pair);
+        if (said == true && is_checked) allowed.push_back(pair);
+      }
+    }
+    if (!unchecked.empty()) {
+      rules_.warnings.push_back(absl::StrCat(
+          "allowed_collision_matrix: false to ", Listed(unchecked), ", which ", robot_->name(),
+          " never checks, by its SRDF or as neighbours: that stays so"));
+    }
+    if (!allowed.empty()) {
+      rules_.warnings.push_back(absl::StrCat("allowed_collision_matrix: true to ", Listed(allowed),
+                                             ", which ", robot_->name(),
+                                             " would check: allowed until withdrawn"));
+    }
   }
 
   const formats::SceneAllowedCollisions& collisions_;

@@ -1,5 +1,6 @@
 #include "server/wire/robots.h"
 
+#include <algorithm>
 #include <cmath>
 #include <variant>
 
@@ -43,6 +44,23 @@ v1::RobotLink LinkMessage(const collision::RobotGeometry& robot, std::size_t ind
     proto.set_follows(robot.model->links[robot.model->variables[link.variable].link].joint);
   }
   return proto;
+}
+
+// Of links with shapes, by the pairs that are checked.
+void SetUncheckedLinks(const RobotModel& model, v1::Robot& proto) {
+  const std::size_t count = model.links.size();
+  std::vector<bool> is_checked(count * count);
+  for (const collision::LinkPair& pair : model.self_pairs) {
+    const auto [first, second] = std::minmax(pair.first, pair.second);
+    is_checked[static_cast<std::size_t>(first) * count + static_cast<std::size_t>(second)] = true;
+  }
+  const auto has_shapes = [&](std::size_t link) { return !model.links[link].collisions.empty(); };
+  for (std::size_t a = 0; a < count; ++a) {
+    for (std::size_t b = a + 1; b < count && has_shapes(a); ++b) {
+      if (!has_shapes(b) || is_checked[a * count + b]) continue;
+      proto.mutable_links(static_cast<int>(a))->add_unchecked_links(static_cast<std::int32_t>(b));
+    }
+  }
 }
 
 v1::RobotVariable VariableMessage(const RobotModel& model, const collision::Variable& variable) {
@@ -100,6 +118,7 @@ v1::Robot ToProto(const collision::WorldRobot& robot) {
   for (std::size_t i = 0; i < model.links.size(); ++i) {
     *proto.add_links() = LinkMessage(*robot.robot, i);
   }
+  SetUncheckedLinks(model, proto);
   for (const collision::Variable& variable : model.variables) {
     *proto.add_variables() = VariableMessage(model, variable);
   }

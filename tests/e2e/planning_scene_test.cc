@@ -95,6 +95,35 @@ TEST_F(PlanningSceneCommand, ImportTakesObjectsStateAndPairsInOneRevision) {
       "VERDICT_COLLISION");
 }
 
+TEST_F(PlanningSceneCommand, ImportWarnsWhereSceneAndRobotDifferAboutLinks) {
+  constexpr char kTwoMore[] =
+      R"(<link name="tool"><collision><geometry><sphere radius="0.1"/></geometry></collision></link>
+<joint name="wrist" type="revolute"><parent link="hand"/><child link="tool"/><axis xyz="0 0 1"/>
+<limit lower="-3" upper="3"/></joint></robot>
+)";
+  std::string urdf = kUrdf;
+  urdf.replace(urdf.find("</robot>"), std::string::npos, kTwoMore);
+  std::ofstream(scratch() / "arm.urdf") << urdf;
+  std::ofstream(scratch() / "arm.srdf") << R"(<robot name="arm">
+<disable_collisions link1="base" link2="hand"/></robot>)";
+  CwmJson({"robot", "load", scratch() / "arm.urdf", "--srdf", scratch() / "arm.srdf"});
+  const auto import = [&](const std::string& rows) {
+    std::ofstream(scratch() / "rules.yaml")
+        << "allowed_collision_matrix:\n  entry_names: [base, hand, tool]\n  entry_values: " << rows
+        << "\nworld:\n  collision_objects: [{id: post, primitives: [{type: sphere, dimensions: "
+           "[0.1]}], "
+           "primitive_poses: [{position: [3, 0, 0], orientation: [0, 0, 0, 1]}]}]\n";
+    const Finished run = Cwm({"import", scratch() / "rules.yaml"});
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+    return run.err;
+  };
+  EXPECT_THAT(import("[[false, true, false], [true, false, false], [false, false, false]]"),
+              Not(HasSubstr("allowed_collision_matrix")));
+  EXPECT_THAT(import("[[false, false, true], [false, false, false], [true, false, false]]"),
+              AllOf(HasSubstr("false to base with hand, which arm never checks"),
+                    HasSubstr("true to base with tool, which arm would check")));
+}
+
 TEST_F(PlanningSceneCommand, ImportTakesBackWhatWasAllowedBefore) {
   LoadArm();
   ASSERT_EQ(Cwm({"import", scratch() / "scene.yaml"}).exit_code, 0);

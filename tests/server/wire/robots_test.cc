@@ -56,6 +56,12 @@ TEST(WireRobot, TellsLinksVariablesGroupsAndState) {
   EXPECT_EQ(robot.groups(0).states(0).values(0).variable(), "elbow");
   EXPECT_EQ(robot.groups(0).states(0).values(0).value(), 0.5);
   EXPECT_EQ(robot.self_pair_count(), static_cast<std::int64_t>(Arm()->model->self_pairs.size()));
+  int shaped = 0, unchecked = 0;
+  for (const v1::RobotLink& link : robot.links()) {
+    shaped += link.collision_count() > 0 ? 1 : 0;
+    unchecked += link.unchecked_links_size();
+  }
+  EXPECT_EQ(robot.self_pair_count() + unchecked, shaped * (shaped - 1) / 2);
   for (const v1::RobotLink& link : robot.links()) {
     EXPECT_EQ(link.follows(), link.name() == "right" ? "grip" : "") << link.name();
     EXPECT_EQ(link.collision_count() == 2, link.name() == "tip");
