@@ -86,6 +86,11 @@ std::vector<std::string> CollisionMeshUris(std::string_view urdf) {
 }
 
 absl::StatusOr<std::string> FindMeshFile(std::string_view uri, const RobotFolders& folders) {
+  const bool has_scheme = uri.find("://") != std::string_view::npos;
+  if (has_scheme && !uri.starts_with(kFile) && !uri.starts_with(kPackage)) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "mesh ", std::string(uri), " of the URDF must be at package://, at file:// or a path"));
+  }
   const std::vector<fs::path> candidates = CandidatesOf(uri, folders);
   for (const fs::path& path : candidates) {
     std::error_code unreadable;  // is no file, then

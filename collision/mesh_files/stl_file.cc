@@ -92,9 +92,10 @@ absl::StatusOr<TriangleMesh> ReadStl(std::string_view bytes, const MeshFileLimit
     return ReadBinary(bytes, limits);
   }
   if (bytes.starts_with("solid")) return TextReader(limits).Read(bytes);
-  return Fault(
-      absl::StrCat("must begin with \"solid\" (STL as text) or be 84 bytes and 50 for each of the ",
-                   count, " triangles that it says it has long, is ", bytes.size(), " bytes long"));
+  return Fault(absl::StrCat("must begin with \"solid\" (STL as text) or be ",
+                            kHeader + kTriangle * std::size_t{count}, " bytes long, ", kHeader,
+                            " and ", kTriangle, " for each of the ", count,
+                            " triangles that it says it has, is ", bytes.size(), " bytes long"));
 }
 
 }  // namespace cwm::collision

@@ -88,6 +88,16 @@ absl::StatusOr<Pose> ReadOrigin(const XmlElement& element) {
                                      Eigen::AngleAxisd(rpy_rad->x(), Vector3::UnitX())));
 }
 
+absl::StatusOr<std::string> ExpandedName(const XmlElement& element, const char* attribute) {
+  absl::StatusOr<std::string> name = element.Name(attribute);
+  if (!name.ok()) return name;
+  for (const char* begin : {"${", "$("}) {
+    if (name->find(begin) == std::string::npos) continue;
+    return element.FaultOf(attribute, "must be expanded by xacro before it is loaded");
+  }
+  return name;
+}
+
 absl::StatusOr<CollisionGeometry> CollisionReader::Read(const XmlElement& collision) {
   CollisionGeometry read;
   if (collision.Has("name") && !collision.Text("name")->empty()) {
@@ -123,7 +133,7 @@ absl::StatusOr<Shape> CollisionReader::ReadShape(const XmlElement& geometry) {
 }
 
 absl::StatusOr<Shape> CollisionReader::ReadMesh(const XmlElement& element) {
-  const absl::StatusOr<std::string> uri = element.Name("filename");
+  const absl::StatusOr<std::string> uri = ExpandedName(element, "filename");
   if (!uri.ok()) return uri.status();
   const absl::StatusOr<Vector3> scale = element.VectorOr("scale", Vector3::Ones());
   if (!scale.ok()) return scale.status();

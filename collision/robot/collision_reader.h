@@ -19,6 +19,9 @@ namespace cwm::collision {
 // The pose of an element by its <origin>; identity without one.
 absl::StatusOr<Pose> ReadOrigin(const XmlElement& element);
 
+// Refuses a name that is left for xacro to make, and would be taken for one.
+absl::StatusOr<std::string> ExpandedName(const XmlElement& element, const char* attribute);
+
 // Reads <collision> elements. Meshes of the same name and scale are shared; what they all hold
 // together is counted. The source and the limits must outlive it.
 class CollisionReader {

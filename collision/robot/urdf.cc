@@ -126,7 +126,7 @@ absl::Status ReadMotion(const XmlElement& element, Joint& joint) {
 
 absl::StatusOr<Joint> ReadJoint(const XmlElement& element) {
   Joint joint;
-  absl::StatusOr<std::string> name = element.Name("name");
+  absl::StatusOr<std::string> name = ExpandedName(element, "name");
   if (!name.ok()) return name.status();
   joint.name = *std::move(name);
   const absl::StatusOr<JointKind> kind = ReadKind(element);
@@ -179,7 +179,7 @@ class UrdfReader {
     if (robot_.links.size() == static_cast<std::size_t>(limits_.max_links)) {
       return ExcessAt("urdf", absl::StrCat("must have at most ", limits_.max_links, " links"));
     }
-    absl::StatusOr<std::string> name = element.Name("name");
+    absl::StatusOr<std::string> name = ExpandedName(element, "name");
     if (!name.ok()) return name.status();
     robot_.links.push_back({.name = *std::move(name), .collisions = {}});
     return absl::OkStatus();

@@ -240,7 +240,13 @@ absl::StatusOr<XmlDocument> XmlDocument::Parse(std::string_view xml, std::string
   if (document->Parse(xml.data(), xml.size()) != tinyxml2::XML_SUCCESS) {
     return FaultAt(format, ParseRule(*document));
   }
-  if (document->RootElement() == nullptr) return FaultAt(format, "must have a root element");
+  const tinyxml2::XMLElement* const root = document->RootElement();
+  if (root == nullptr) return FaultAt(format, "must have a root element");
+  if (const auto* second = root->NextSiblingElement()) {  // tinyxml2 takes as many as there are
+    return FaultAt(format,
+                   absl::StrCat("line ", second->GetLineNum(), ": has the root element <",
+                                second->Name(), "> beside <", root->Name(), ">, must have one"));
+  }
   return XmlDocument(std::move(document), Owned(format));
 }
 

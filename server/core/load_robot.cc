@@ -126,6 +126,11 @@ std::vector<std::string> WarningsOf(const collision::RobotGeometry& robot, bool 
   AddWarning("joint", robot.model->contradicting,
              "with limits that contradict those of the joint it follows: they are not kept",
              warnings);
+  std::vector<std::string> still;
+  for (const collision::JointGroup& group : robot.model->groups) {
+    if (group.variables.empty()) still.push_back(group.name);
+  }
+  AddWarning("group", still, "without a joint that moves: there is one state of it", warnings);
   AddWarning("link", open, "with an open mesh: surfaces alone, without an inside", warnings);
   AddWarning("link", bare, "without collision geometry: never in collision", warnings);
   return warnings;

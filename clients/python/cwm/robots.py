@@ -227,6 +227,10 @@ def find_mesh(uri: str, folder: pathlib.Path, package_dirs: Sequence[PathOrText]
             candidates.append(root / package / rest)
             if rest and _is_package(root, package):
                 candidates.append(root / rest)
+    elif "://" in uri:
+        raise FileNotFoundError(
+            f"mesh {uri} of the URDF must be at {_PACKAGE}, at {_FILE} or a path"
+        )
     else:
         candidates = [folder / uri]
     for path in candidates:

@@ -78,6 +78,8 @@ TEST_F(FindMesh, NamesTheUriAndWhereItWasNot) {
   EXPECT_THAT(Find("package://arm/meshes/a.stl", {"/nowhere"}),
               HasSubstr("/nowhere/arm/meshes/a.stl"));
   EXPECT_THAT(Find("meshes"), HasSubstr("was not found"));
+  EXPECT_THAT(Find("http://arm.org/a.stl"),
+              HasSubstr("must be at package://, at file:// or a path"));
   EXPECT_THAT(Find("package://arm/meshes"), HasSubstr("was not found")) << "a folder is no file";
 }
 

@@ -158,6 +158,9 @@ class Robots(ServerCase):
                 "mesh package://my_robot/meshes/box.obj of the URDF was not found",
             ):
                 self.world.load_robot(urdf)
+            far = urdf.read_text().replace("package://my_robot", "http://my.org")
+            with self.assertRaisesRegex(FileNotFoundError, "must be at package://, at file://"):
+                self.world.load_robot(far)
             (package / "meshes").mkdir()
             (package / "meshes" / "box.obj").write_text(
                 "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n"

@@ -67,6 +67,10 @@ TEST(UrdfRefusals, EntitiesAreNeitherDeclaredNorExpanded) {
       "<?xml version=\"1.0\"?>\n<!-- x -->\n<!DOCTYPE r [<!ENTITY a \"aaaaaaaaaa\">"
       "<!ENTITY b \"&a;&a;&a;&a;&a;&a;&a;&a;\">]>\n<robot name=\"&b;\"><link name=\"a\"/></robot>";
   EXPECT_EQ(RefusalOfText(bomb), "urdf: must not have a DOCTYPE");
+  EXPECT_EQ(RefusalOfText(Robot(Links("a")) + "\n<robot name=\"other\"/>").substr(0, 11),
+            "urdf: line ");
+  EXPECT_THAT(RefusalOfText(Robot(Links("a")) + "\n<robot name=\"other\"/>"),
+              HasSubstr("has the root element <robot> beside <robot>, must have one"));
   EXPECT_EQ(RefusalOfText("\xef\xbb\xbf<!DOCTYPE r SYSTEM \"file:///etc/passwd\">" +
                           Robot(Links("a")).substr(22)),
             "urdf: must not have a DOCTYPE");
@@ -93,6 +97,12 @@ TEST(UrdfRefusals, OtherDocumentsAreRefused) {
   EXPECT_EQ(RefusalOfText("<robot><link name=\"a\"/></robot>"), "urdf: name: must be given");
   EXPECT_EQ(RefusalOf(Links("a") + "<xacro:include filename=\"arm.xacro\"/>"),
             "urdf: xacro:include: must be expanded by xacro before it is loaded");
+  EXPECT_EQ(
+      RefusalOf("<link name=\"${prefix}base\"/>"),
+      "urdf: link \"${prefix}base\" name is \"${prefix}base\": must be expanded by xacro before "
+      "it is loaded");
+  EXPECT_THAT(RefusalOfShape("<mesh filename=\"$(find arm)/a.stl\"/>"),
+              HasSubstr("mesh filename is \"$(find arm)/a.stl\": must be expanded by xacro"));
 }
 
 TEST(UrdfRefusals, RobotsWithoutLinksOrWithTooManyAreRefused) {

@@ -17,6 +17,7 @@ using collision::testing::JointText;
 using collision::testing::Links;
 using collision::testing::PutArm;
 using collision::testing::Robot;
+using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
@@ -120,6 +121,9 @@ TEST(WarningsOfARobot, TellWhatAnswersDependOn) {
   EXPECT_THAT(WarningsOf(**robot, true),
               ElementsAre("link b with an open mesh: surfaces alone, without an inside"));
   EXPECT_EQ(WarningsOf(**robot, false).size(), 2u);
+  EXPECT_THAT(
+      WarningsOf(*Arm(ArmUrdf(), "<robot name=\"arm\"><group name=\"none\"/></robot>"), true),
+      Contains("group none without a joint that moves: there is one state of it"));
   EXPECT_EQ(
       WarningsOf(*Arm(ArmUrdf(), "<robot name=\"arm\"><passive_joint name=\"gone\"/></robot>"),
                  true)[0],
