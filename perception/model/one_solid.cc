@@ -371,12 +371,15 @@ std::optional<WholeFit> BetterSolid(const FitContext& context, const std::vector
       best = Valued{*std::move(fit), value};
     }
   }
-  if (best && of_same_kind.IsBeatenBy(best->fit, best->value)) return std::move(best->fit);
-  if (same && same->value < MostOfValue(same->fit) * as_they_are.value &&
-      IsCredible(same->fit, context)) {
-    return std::move(same->fit);
+  std::optional<WholeFit> kept;
+  if (best && of_same_kind.IsBeatenBy(best->fit, best->value)) {
+    kept = std::move(best->fit);
+  } else if (same && same->value < MostOfValue(same->fit) * as_they_are.value &&
+             IsCredible(same->fit, context)) {
+    kept = std::move(same->fit);
   }
-  return std::nullopt;
+  if (kept) FitToMore(context, *kept);
+  return kept;
 }
 
 std::optional<WholeFit> FittedAnew(const WholeFit& fit, const FitContext& context) {

@@ -13,13 +13,16 @@
 #include "perception/model/solid_lanes.h"
 #include "perception/model/whole_ends.h"
 #include "perception/model/whole_limits.h"
+#include "perception/model/whole_misfit.h"
 #include "perception/model/whole_starts.h"
 
 namespace cwm::perception {
 namespace {
 
-// Neighbouring residuals are correlated: 240 points of 3 000 measured ones lose nothing.
-constexpr std::size_t kUsedPoints = 240;
+// Neighbouring residuals are correlated: to tell kinds from each other, 240 points of 3 000
+// measured ones do. What is kept is fitted to more: 960 tell the axes of what lies better by a
+// tenth, 4 000 no better.
+constexpr std::size_t kUsedPoints = 240, kKeptPoints = 960;
 constexpr std::size_t kStartPoints = 80;  // to find the best start
 // Of the loss, in standard deviations: wide, so that far starts are drawn in, then as narrow as
 // mixed pixels ask for.
@@ -221,67 +224,6 @@ std::optional<Minimum> BestStart(WholeKind kind, const std::vector<Solid>& known
   return best;
 }
 
-// Of points against a surface: signed, in standard deviations, and by how much each changes with
-// the range, which is what the sensor's warp moves.
-struct Misfit {
-  Eigen::VectorXd residuals, per_range;
-};
-
-double PerRange(const Shape& shape, const Pose& X_SG, const Vector3& p, const Vector3& viewpoint) {
-  const Vector3 farther = p + kStep * (p - viewpoint).normalized();
-  return (SignedDistance_m(shape, X_SG * farther) - SignedDistance_m(shape, X_SG * p)) / kStep;
-}
-
-Misfit MisfitOf(const WholeSolid& solid, const Eigen::VectorXd& residuals,
-                const PointsOnGround& points) {
-  const Pose X_SG = solid.X_GS.inverse(Eigen::Isometry);
-  Misfit misfit{residuals, Eigen::VectorXd(residuals.size())};
-  for (Eigen::Index i = 0; i < residuals.size(); ++i) {
-    const Vector3& p = points.p_G[static_cast<std::size_t>(i)];
-    misfit.per_range(i) = PerRange(solid.shape, X_SG, p, points.viewpoint_G);
-  }
-  return misfit;
-}
-
-// The first terms of the series whose products sum up to exp(-d^2 / (2 l^2)), one row per point.
-constexpr int kWarpTerms = 6;
-Eigen::MatrixXd WarpTerms(const PointsOnGround& points) {
-  Vector3 middle = Vector3::Zero();
-  for (const Vector3& p : points.p_G) middle += p / static_cast<double>(points.p_G.size());
-  const Matrix3 across = BasisFromZ((middle - points.viewpoint_G).normalized());
-  Eigen::MatrixXd terms(static_cast<Eigen::Index>(points.p_G.size()), kWarpTerms);
-  for (Eigen::Index i = 0; i < terms.rows(); ++i) {
-    const Vector3 away = points.p_G[static_cast<std::size_t>(i)] - middle;
-    const Vector2 x = (across.transpose() * away).head<2>() / kWarpCorrelation_m;
-    terms.row(i) << 1, x.x(), x.y(), std::sqrt(0.5) * x.x() * x.x(), x.x() * x.y(),
-        std::sqrt(0.5) * x.y() * x.y();
-    terms.row(i) *= std::exp(-0.5 * x.squaredNorm());
-  }
-  return terms;
-}
-
-// Of points: the squares that are left when the slow warp takes what it is likely to take of them.
-double ValueOf(const Misfit& misfit, int parameters, const PointsOnGround& points,
-               const FitContext& c) {
-  const Eigen::Index count = misfit.residuals.size();
-  const double each = c.IndependentSamples(c.points.size()) / static_cast<double>(count);
-  Eigen::MatrixXd terms = WarpTerms(points);
-  double squares = 0;
-  Eigen::VectorXd pulled = misfit.residuals;
-  for (Eigen::Index i = 0; i < count; ++i) {
-    const double square = pulled(i) * pulled(i);
-    squares += std::min(square, kTruncatedSquare);
-    if (square > kTruncatedSquare) pulled(i) = 0, terms.row(i).setZero();
-    terms.row(i) *=
-        c.noise.WarpSigma_m() * misfit.per_range(i) / points.sigma_m[static_cast<std::size_t>(i)];
-  }
-  const Eigen::VectorXd toward = each * terms.transpose() * pulled;
-  Eigen::MatrixXd information = each * terms.transpose() * terms;
-  information.diagonal().array() += 1;
-  squares -= toward.dot(information.ldlt().solve(toward)) / each;
-  return CriterionOf(squares / static_cast<double>(count), c.points.size(), parameters, c).value;
-}
-
 // In the frame of the model points. Of a plate, whose origin may be anywhere in it, too.
 struct BoundingSphere {
   explicit BoundingSphere(const Solid& solid) {
@@ -317,8 +259,8 @@ std::vector<std::uint32_t> InliersOf(const Solid& solid, const ModelPoints& poin
   return inliers;
 }
 
-Evidence EvidenceOf(const FitContext& c) {
-  Evidence evidence = PointsAlone(OnGround(c));
+Evidence EvidenceOf(const FitContext& c, std::size_t most = kUsedPoints) {
+  Evidence evidence = PointsAlone(OnGround(c, most));
   const auto used = static_cast<double>(evidence.points.p_G.size());
   evidence.slope_weight = used / std::max(1.0, c.IndependentSamples(c.points.size()));
   return evidence;
@@ -348,6 +290,16 @@ void AddRaysNear(const Solid& solid, WholeKind kind, const FitContext& c, Eviden
                         static_cast<double>(evidence.points.p_G.size()) / measured;
 }
 
+void PlaceSolid(const WholeParameters& x, const PointsOnGround& points, const FitContext& c,
+                WholeFit& fit) {
+  const WholeSolid placed = Place(fit.kind, x);
+  fit.parameters = x;
+  fit.solid.X_MS = points.X_MG * placed.X_GS;
+  fit.solid.shape = placed.shape;
+  fit.solid.inliers = InliersOf(fit.solid, c.points);
+  EndWhereShown(c.points, points, c.options, fit);
+}
+
 // From `at`, whose residuals need not be known yet. Nothing where it leaves too many points aside.
 std::optional<WholeFit> Converged(WholeKind kind, Minimum at, const Evidence& evidence,
                                   const FitContext& c) {
@@ -358,15 +310,11 @@ std::optional<WholeFit> Converged(WholeKind kind, Minimum at, const Evidence& ev
       return std::nullopt;
     }
   }
-  const WholeSolid placed = Place(kind, at.x);
-  WholeFit fit{.kind = kind, .parameters = at.x, .solid = {}, .value = 0};
-  fit.solid.X_MS = evidence.points.X_MG * placed.X_GS;
-  fit.solid.shape = placed.shape;
-  fit.solid.inliers = InliersOf(fit.solid, c.points);
-  EndWhereShown(c.points, evidence.points, c.options, fit);
+  WholeFit fit{.kind = kind, .parameters = {}, .solid = {}, .value = 0};
+  PlaceSolid(at.x, evidence.points, c, fit);
   const auto points = static_cast<Eigen::Index>(evidence.points.p_G.size());
   const double unlikely = at.residuals.tail<1>()(0);
-  const Misfit misfit = MisfitOf(placed, at.residuals.head(points), evidence.points);
+  const Misfit misfit = MisfitOf(Place(kind, at.x), at.residuals.head(points), evidence.points);
   fit.value = ValueOf(misfit, static_cast<int>(at.x.size()), evidence.points, c) +
               CostOf(fit.solid, c) + unlikely * unlikely;
   fit.loss = StartLoss(at.residuals, evidence.points.p_G.size());
@@ -391,6 +339,19 @@ std::optional<WholeFit> FitWhole(WholeKind kind, const std::vector<Solid>& known
   const std::optional<WholeFit> moved = Converged(kind, {fit->parameters, {}}, evidence, context);
   const bool better = moved && moved->value < fit->value && !IsHeldBack(*moved, context.options);
   return better ? moved : fit;
+}
+
+void FitToMore(const FitContext& context, WholeFit& fit) {
+  const bool is_box = std::holds_alternative<Box>(fit.solid.shape);
+  if (is_box || context.points.size() <= kUsedPoints) return;
+  Evidence evidence = EvidenceOf(context, kKeptPoints);
+  AddRaysNear(fit.solid, fit.kind, context, evidence);
+  TakeNoiseAcross(Place(fit.kind, fit.parameters), context.noise, evidence.points);
+  Minimum at{fit.parameters, Residuals(fit.kind, fit.parameters, evidence)};
+  Descent(fit.kind, kScales_sigma.back(), evidence, context).Run(kIterations, at);
+  WholeFit moved = fit;
+  PlaceSolid(at.x, evidence.points, context, moved);
+  if (!IsHeldBack(moved, context.options)) fit = std::move(moved);
 }
 
 Eigen::MatrixXd CovarianceOf(const WholeFit& fit, const FitContext& c) {

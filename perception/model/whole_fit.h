@@ -33,6 +33,11 @@ Account AccountOf(const std::vector<Solid>& solids, int parameters, const FitCon
 std::optional<WholeFit> FitWhole(WholeKind kind, const std::vector<Solid>& known,
                                  const Account& rival, const FitContext& context);
 
+// Moves a round fit that is kept to where more of the points, and the rays that come near it, have
+// it, each point counting by its noise across the surface. Boxes, which end where their points end,
+// stay as they are. Value and loss stay those that it was chosen by.
+void FitToMore(const FitContext& context, WholeFit& fit);
+
 // Of the parameters: independent noise and the sensor's slow warp.
 Eigen::MatrixXd CovarianceOf(const WholeFit& fit, const FitContext& context);
 
