@@ -104,6 +104,32 @@ struct Searched {
   const Ground ground;
 };
 
+// A handle pulls at the wall that it stands out from: of a lone closed solid that has handles, the
+// one that accounts for the other points.
+void FitWithoutHandles(const OrientedPoints& points, const std::optional<Pose>& X_LSupport,
+                       const SensorNoise& noise, const ModelerOptions& options, const Work& work,
+                       const PassingRays& passing, ObjectModel& model) {
+  if (model.handles.empty() || model.shapes.size() != 1 || model.shapes.front().vessel) return;
+  std::vector<std::uint32_t> others;
+  for (std::uint32_t i = 0; i < points.size(); ++i) {
+    if (model.part_of_point[i] <= 0) others.push_back(i);
+  }
+  const OrientedPoints rest = Subset(points, others);
+  ModelPoints thinned = ThinForSearch(rest, SearchPoints(rest.size()), work);
+  if (!IsEnough(thinned, options)) return;
+  const Searched searched(std::move(thinned), X_LSupport);
+  const FitContext context = searched.Context(noise, options, work, passing);
+  Solid solid;
+  solid.X_MS = Eigen::Translation3d(-context.points.origin_L) * model.shapes.front().X_OS;
+  solid.shape = model.shapes.front().shape;
+  std::optional<WholeFit> better = BetterSolid(context, {solid});
+  if (!better) return;
+  model.shapes = InLevelFrame({Described(*std::move(better), context)}, context);
+  const std::vector<std::int32_t> part = ExplainPoints(rest, model.shapes, work);
+  for (std::size_t k = 0; k < others.size(); ++k) model.part_of_point[others[k]] = part[k];
+  MeasureQuality(points, model.part_of_point, context.points.spacing_m, model.shapes, work);
+}
+
 }  // namespace
 
 ObjectModel ModelObject(const OrientedPoints& points, const std::optional<Pose>& X_LSupport,
@@ -157,6 +183,7 @@ ObjectModel ModelObject(const OrientedPoints& points, const std::optional<Pose>&
   AddHandles(points, of_vessel, model, work);
   // What stands out from a wall and is no handle of it is none of a solid in its place.
   if (!vessel) FindHandles(points, spacing_m, ground_L, model, work);
+  FitWithoutHandles(points, X_LSupport, noise, options, work, passing, model);
   // The wall was that of a handle.
   if (ExplainsNearlyAll(model)) std::erase(model.notes, kSeenFromBothSides);
   return model;

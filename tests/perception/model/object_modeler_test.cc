@@ -230,20 +230,25 @@ TEST(ModelObject, BoxesNeverBecomeRound) {
   }
 }
 
-TEST(ModelObject, MugHasAHandle) {
-  SimulatedObject mug = OfOnePart(Cylinder{.radius_m = 0.04, .length_m = 0.1}, 0.05);
+// A bow of capsules in the plane x of its own frame and along z, that reaches `reach_m` out.
+void AddBow(const Pose& X_ObjectBow, double reach_m, double radius_m, SimulatedObject& object) {
   constexpr int kSegments = 8;
-  const auto on_arc = [](int i) {
+  const auto on_arc = [&](int i) {
     const double angle = std::numbers::pi * (static_cast<double>(i) / kSegments - 0.5);
-    return Vector3(0.04 + 0.03 * std::cos(angle), 0, 0.05 + 0.03 * std::sin(angle));
+    return Vector3(X_ObjectBow * Vector3(reach_m * std::cos(angle), 0, 0.03 * std::sin(angle)));
   };
   for (int i = 0; i < kSegments; ++i) {
     const Vector3 chord = on_arc(i + 1) - on_arc(i);
     Pose X = Pose::Identity();
     X.linear() = BasisFromZ(chord.normalized());
     X.translation() = 0.5 * (on_arc(i) + on_arc(i + 1));
-    mug.parts.push_back({X, Capsule{.radius_m = 0.006, .length_m = chord.norm()}});
+    object.parts.push_back({X, Capsule{.radius_m = radius_m, .length_m = chord.norm()}});
   }
+}
+
+TEST(ModelObject, MugHasAHandle) {
+  SimulatedObject mug = OfOnePart(Cylinder{.radius_m = 0.04, .length_m = 0.1}, 0.05);
+  AddBow(Pose(Eigen::Translation3d(0.04, 0, 0.05)), 0.03, 0.006, mug);
   // The handle to the side, where it is seen against the table.
   mug.X_WO.linear() = Eigen::AngleAxisd(0.5 * std::numbers::pi, Vector3::UnitZ()).matrix();
   const ScannedObject scan = ScanOnTable(mug, 0.65, kElevation_rad, 6);
@@ -257,6 +262,33 @@ TEST(ModelObject, MugHasAHandle) {
   EXPECT_EQ(std::count(model.part_of_point.begin(), model.part_of_point.end(),
                        static_cast<std::int32_t>(model.shapes.size())),
             handle.point_count);
+}
+
+// Handles stand out from the wall on either side, where they pull most at its width.
+TEST(ModelObject, PotIsAsWideAsItsWallBesideItsHandles) {
+  const Cylinder wall{.radius_m = 0.09, .length_m = 0.08};
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    SCOPED_TRACE(seed);
+    SimulatedObject pot = OfOnePart(wall, 0.04);
+    for (const double side : {-1.0, 1.0}) {
+      Pose X = Pose::Identity();
+      X.linear() = (Eigen::AngleAxisd(side * 0.5 * std::numbers::pi, Vector3::UnitZ()) *
+                    Eigen::AngleAxisd(0.5 * std::numbers::pi, Vector3::UnitX()))
+                       .matrix();
+      X.translation() = Vector3(0, side * wall.radius_m, 0.055);
+      AddBow(X, 0.025, 0.008, pot);
+    }
+    const ScannedObject scan = ScanOnTable(pot, 0.75, kElevation_rad, seed);
+    const ObjectModel model = Model(scan);
+    EXPECT_EQ(model.handles.size(), 2u);
+    const auto* found = OnlyShape<Cylinder>(model);
+    ASSERT_NE(found, nullptr);
+    EXPECT_NEAR(found->radius_m, wall.radius_m, 0.0015);
+    for (const Handle& handle : model.handles) {
+      const auto label = static_cast<std::int32_t>(&handle - model.handles.data()) + 1;
+      EXPECT_EQ(std::ranges::count(model.part_of_point, label), handle.point_count);
+    }
+  }
 }
 
 TEST(ModelObject, ClutterNeedsNoClusters) {
