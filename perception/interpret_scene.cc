@@ -61,23 +61,33 @@ class Stopwatch {
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
-void LabelSupports(const SegmentedScene& scene, std::vector<std::uint32_t>& labels) {
-  for (std::uint32_t s = 0; s < scene.supports.size(); ++s) {
-    for (std::uint32_t i : scene.supports[s].points) {
-      labels[scene.points.cloud_index[i]] = std::min(s + 1, kMostSupportLabels);
+// label(k) to each of the points, in parallel: every point of the cloud is of one support or thing.
+template <class Label>
+void LabelEach(const SegmentedScene& scene, const std::vector<std::uint32_t>& points,
+               const Work& work, std::vector<std::uint32_t>& labels, const Label& label) {
+  constexpr std::size_t kPointsPerPiece = 32768;  // of 10 ns each, where the cloud is in no order
+  ParallelFor(points.size(), kPointsPerPiece, work, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) {
+      labels[scene.points.cloud_index[points[k]]] = label(k);
     }
+  });
+}
+
+void LabelSupports(const SegmentedScene& scene, const Work& work,
+                   std::vector<std::uint32_t>& labels) {
+  for (std::uint32_t s = 0; s < scene.supports.size(); ++s) {
+    LabelEach(scene, scene.supports[s].points, work, labels,
+              [&](std::size_t) { return std::min(s + 1, kMostSupportLabels); });
   }
 }
 
 void LabelThing(const SegmentedScene& scene, std::uint32_t index,
-                const std::vector<std::int32_t>& part_of_point,
+                const std::vector<std::int32_t>& part_of_point, const Work& work,
                 std::vector<std::uint32_t>& labels) {
-  const std::vector<std::uint32_t>& points = scene.things[index].points;
-  for (std::size_t k = 0; k < points.size(); ++k) {
+  LabelEach(scene, scene.things[index].points, work, labels, [&](std::size_t k) {
     const auto part = static_cast<std::uint32_t>(part_of_point[k] + 1);
-    labels[scene.points.cloud_index[points[k]]] =
-        10 * (index + 2) + std::min(part, kMostPartLabels);
-  }
+    return 10 * (index + 2) + std::min(part, kMostPartLabels);
+  });
 }
 
 absl::Status CheckOptions(const InterpretOptions& options) {
@@ -197,8 +207,8 @@ DescribedScene DescribeScene(const SegmentedScene& scene, const Pose& X_WL,
 }
 
 void AddSupports(const SegmentedScene& scene, std::vector<DescribedSupport> described,
-                 SceneInterpretation& result) {
-  LabelSupports(scene, result.labels);
+                 const Work& work, SceneInterpretation& result) {
+  LabelSupports(scene, work, result.labels);
   for (DescribedSupport& support : described) {
     result.supports.push_back(std::move(support.support));
     result.report.points_explained += support.explained;
@@ -206,10 +216,10 @@ void AddSupports(const SegmentedScene& scene, std::vector<DescribedSupport> desc
 }
 
 void AddObjects(const SegmentedScene& scene, std::vector<ModelledThing> modelled, const Pose& X_WL,
-                SceneInterpretation& result) {
+                const Work& work, SceneInterpretation& result) {
   for (std::uint32_t k = 0; k < modelled.size(); ++k) {
     ModelledThing& thing = modelled[k];
-    LabelThing(scene, k, thing.part_of_point, result.labels);
+    LabelThing(scene, k, thing.part_of_point, work, result.labels);
     const std::int32_t support = scene.things[k].supported_by;
     result.objects.push_back(
         {.kind = support >= 0 ? DetectedKind::kObject : DetectedKind::kResidual,
@@ -269,8 +279,8 @@ absl::StatusOr<SceneInterpretation> Interpret(const PointCloud& cloud, Interpret
 
   // Step 8: the hybrid model of all, in the world.
   result.labels.assign(cloud.size(), 0);
-  AddSupports(*scene, std::move(described.supports), result);
-  AddObjects(*scene, std::move(described.things), X_WL, result);
+  AddSupports(*scene, std::move(described.supports), work, result);
+  AddObjects(*scene, std::move(described.things), X_WL, work, result);
   result.report.points_rejected = scene->rejected.size();
   AddWarnings(*scene, std::move(doubts), result.report);
   return result;
