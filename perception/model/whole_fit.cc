@@ -51,6 +51,7 @@ constexpr double kSlopeSpread = 0.15;
 // there rays tell no more than points.
 constexpr double kRaysPerSampleLying = 2.4;
 constexpr double kWorthMoving = 2;  // of the criterion: rays that a fit without them runs across
+constexpr double kLeastSide = 0.1;  // of the points, below the lid: fewer are mixed pixels
 constexpr double kNear_m = 0.02;    // of rays to a fit: steps that rays cause are smaller
 
 PointsOnGround OnGround(const FitContext& c, std::size_t most = kUsedPoints) {
@@ -290,6 +291,19 @@ void AddRaysNear(const Solid& solid, WholeKind kind, const FitContext& c, Eviden
                         static_cast<double>(evidence.points.p_G.size()) / measured;
 }
 
+// Of what stands: whether hardly any point shows its side.
+bool IsLidAlone(const WholeFit& fit, const ModelPoints& points) {
+  double length_m = 0;
+  if (const auto* cylinder = std::get_if<Cylinder>(&fit.solid.shape)) length_m = cylinder->length_m;
+  if (const auto* cone = std::get_if<Cone>(&fit.solid.shape)) length_m = cone->length_m;
+  if (length_m == 0 || Lies(fit.kind)) return false;
+  const Pose X_SM = fit.solid.X_MS.inverse(Eigen::Isometry);
+  const auto below = std::ranges::count_if(fit.solid.inliers, [&](std::uint32_t i) {
+    return (X_SM * points.p[i]).z() < 0.5 * length_m - points.gate_m[i];
+  });
+  return static_cast<double>(below) < kLeastSide * static_cast<double>(fit.solid.inliers.size());
+}
+
 void PlaceSolid(const WholeParameters& x, const PointsOnGround& points, const FitContext& c,
                 WholeFit& fit) {
   const WholeSolid placed = Place(fit.kind, x);
@@ -342,8 +356,9 @@ std::optional<WholeFit> FitWhole(WholeKind kind, const std::vector<Solid>& known
 }
 
 void FitToMore(const FitContext& context, WholeFit& fit) {
-  const bool is_box = std::holds_alternative<Box>(fit.solid.shape);
-  if (is_box || context.points.size() <= kUsedPoints) return;
+  const bool ends_with_points =
+      std::holds_alternative<Box>(fit.solid.shape) || IsLidAlone(fit, context.points);
+  if (ends_with_points || context.points.size() <= kUsedPoints) return;
   Evidence evidence = EvidenceOf(context, kKeptPoints);
   AddRaysNear(fit.solid, fit.kind, context, evidence);
   TakeNoiseAcross(Place(fit.kind, fit.parameters), context.noise, evidence.points);

@@ -34,8 +34,8 @@ std::optional<WholeFit> FitWhole(WholeKind kind, const std::vector<Solid>& known
                                  const Account& rival, const FitContext& context);
 
 // Moves a round fit that is kept to where more of the points, and the rays that come near it, have
-// it, each point counting by its noise across the surface. Boxes, which end where their points end,
-// stay as they are. Value and loss stay those that it was chosen by.
+// it, each point counting by its noise across the surface. Boxes and lids alone, which end where
+// their points end, stay as they are. Value and loss stay those that it was chosen by.
 void FitToMore(const FitContext& context, WholeFit& fit);
 
 // Of the parameters: independent noise and the sensor's slow warp.

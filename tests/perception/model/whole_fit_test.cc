@@ -243,12 +243,12 @@ TEST(FitToMore, KnowsAnAxisBetter) {
 }
 
 TEST(FitToMore, LeavesAFitToAllPointsAlone) {
-  const WholeParameters truth = (WholeParameters(4) << 0.01, 0.02, 0.1, 0.03).finished();
-  OrientedPoints few = SeenOf(WholeKind::kUprightCylinder, truth, kSigma_m);
+  const WholeParameters truth = (WholeParameters(5) << 0.01, 0.02, 0.4, 0.03, 0.06).finished();
+  OrientedPoints few = SeenOf(WholeKind::kLyingCylinder, truth, kSigma_m);
   std::vector<std::uint32_t> first(200);
   std::iota(first.begin(), first.end(), 0u);
   const Fixture f(Subset(few, first));
-  auto fit = FitWhole(WholeKind::kUprightCylinder, {}, kFarAway, f.Context());
+  auto fit = FitWhole(WholeKind::kLyingCylinder, {}, kFarAway, f.Context());
   ASSERT_TRUE(fit.has_value());
   const WholeParameters before = fit->parameters;
   FitToMore(f.Context(), *fit);
