@@ -247,9 +247,8 @@ void AddImportCommand(CommandLine& line) {
        "pairs may collide: for these the world must\nhave the robot. What was "
        "allowed before ends where the scene says\nfalse to it; all else of before stays, unless "
        "--replace is given. A scene that only says what differs\n(is_diff) may remove objects. "
-       "What is left out is said in warnings, and where\nthe scene and the robot's SRDF differ "
-       "about "
-       "links. A scene has at most 64 MiB."},
+       "What is left out is said in warnings, and where\n"
+       "the scene and the robot's SRDF differ about links. A scene has at most 64 MiB."},
       [arguments, self](Session& session) { return Import(session, **self, *arguments); });
   *self = &command;
   command.add_option("FILE", arguments->file, "a cloud, a mesh or a planning scene")->required();
