@@ -182,13 +182,16 @@ struct Valued {
   double value = 0;  // with its kind's prior
 };
 
-// What a fit must do better than: clearly, unless the fit is the simpler one.
+// What a fit must do better than: clearly, unless the fit is the simpler one. Cones need no more than
+// the criterion asks for their slope: cups are as common as cans, and with a margin two cups were
+// taken for cans for each can that was taken for a cup.
 struct Rival {
   double value = std::numeric_limits<double>::infinity();
   int parameters = 0;
 
   bool IsBeatenBy(const WholeFit& fit, double its_value) const {
-    return its_value < value - (fit.parameters.size() < parameters ? 0 : kPositive);
+    const bool by_any = fit.parameters.size() < parameters || IsConical(fit.kind);
+    return its_value < value - (by_any ? 0 : kPositive);
   }
 };
 
