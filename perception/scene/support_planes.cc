@@ -6,6 +6,7 @@
 #include <numbers>
 #include <set>
 #include <span>
+#include <utility>
 
 #include "perception/cloud/downsample.h"
 #include "perception/cloud/parallel_for.h"
@@ -28,7 +29,11 @@ constexpr std::size_t kMedianSample = 4096;  // fixes the median noise to 2 perc
 // A sketch has this many points a cell: their mean normal scatters by a quarter of a point's.
 constexpr float kSketchedPerCell = 16;
 constexpr float kMostSketchStride = 16;
-constexpr double kMostTilt_rad = 12 * kDegree;      // of a cell's normal against up
+constexpr double kMostTilt_rad = 12 * kDegree;  // of a cell's normal against up
+// Of what is seen from less than 20 degrees above it, if it is level, where sensors begin to lose
+// points: as far as its normal is known, and no more than an eighth of what faces any way.
+constexpr float kGrazing_sin = 0.34f;
+constexpr double kMostTilt_sigma = 3, kMostGrazingTilt_rad = 30 * kDegree;
 constexpr double kCoplanarAngle_rad = 3 * kDegree;  // pieces of one support
 constexpr double kCoplanarGap_m = 0.01;
 // Of islands in noise: of their middle, where the sigma is a cell's, and of their cells within its gate.
@@ -113,6 +118,21 @@ bool AreCoplanar(const CellView& coarse, const SupportPlane& larger, const Suppo
   }
   return gap_m <= kCoplanarGap_sigma * sigma_m &&
          static_cast<double>(within) >= kCoplanarShare * static_cast<double>(smaller.cells.size());
+}
+
+// Whether it has the area that a support needs. Where noise is more than a cell is high, cells lie
+// one over the other: of each column one counts.
+bool IsLarge(const CellView& coarse, const SupportPlane& plane) {
+  if (plane.area_m2 < kSmallestSupport_m2) return false;
+  std::vector<std::pair<int, int>> columns;
+  columns.reserve(plane.cells.size());
+  for (std::uint32_t c : plane.cells) {
+    const auto& cell = coarse.grid.cell(c);
+    columns.emplace_back(cell[0], cell[1]);
+  }
+  std::sort(columns.begin(), columns.end());
+  const auto distinct = std::unique(columns.begin(), columns.end()) - columns.begin();
+  return Area_m2(coarse, static_cast<std::size_t>(distinct)) >= kSmallestSupport_m2;
 }
 
 // One round over the planes, largest first.
@@ -210,6 +230,20 @@ bool HasSidesDownTo(const CellView& coarse, const SupportPlane& patch,
   return static_cast<double>(whole) * footprint.pixel_m() >= kLeastSide * std::sqrt(patch.area_m2);
 }
 
+// A board at the height of the eyes is seen at a grazing angle, where normals scatter and lean to
+// the sensor: told where all was seen from one place.
+bool MayBeLevel(const OrientedPoints& cells, std::uint32_t c, const Vector3f& up,
+                bool is_from_one_place) {
+  const float cosine = cells.normals[c].dot(up);
+  if (cosine >= std::cos(kMostTilt_rad)) return true;
+  if (!is_from_one_place) return false;
+  const Vector3f ray = cells.points[c] - cells.viewpoint.cast<float>();
+  if (std::abs(ray.dot(up)) >= kGrazing_sin * ray.norm()) return false;
+  const double gate_rad =
+      std::min(kMostTilt_sigma * cells.normal_sigma_rad[c], kMostGrazingTilt_rad);
+  return cosine >= std::cos(gate_rad);
+}
+
 enum class Size { kMuchLess, kAny };  // of a patch beside the support
 
 // Whether the patch lies over the support, within its extent, low enough to be part of an object.
@@ -279,10 +313,9 @@ std::vector<SupportPlane> FindSupportPlanes(const CoarseCloud& coarse, const Vec
     if (n.dot(up_f) < 0) n = -n;
   }
   const CellView cloud{coarse.grid, flipped};
-  const float tilt_cos = static_cast<float>(std::cos(kMostTilt_rad));
   const float step = static_cast<float>(std::tan(kMostTilt_rad));
   const auto clusters = ClusterCells(
-      cloud, [&](std::uint32_t c) { return cloud.cells.normals[c].dot(up_f) >= tilt_cos; },
+      cloud, [&](std::uint32_t c) { return MayBeLevel(cloud.cells, c, up_f, sight != nullptr); },
       [&](std::uint32_t a, std::uint32_t b) {
         const Vector3f d = cloud.cells.points[a] - cloud.cells.points[b];
         const float gate =
@@ -303,8 +336,9 @@ std::vector<SupportPlane> FindSupportPlanes(const CoarseCloud& coarse, const Vec
     const bool is_top = std::any_of(supports.begin(), supports.end(), [&](const SupportPlane& s) {
       return IsObjectTop(cloud, plane, s, Size::kMuchLess);
     });
-    const bool is_large = plane.area_m2 >= kSmallestSupport_m2;
-    if (!is_top && is_large && IsSurface(cloud, plane)) supports.push_back(std::move(plane));
+    if (!is_top && IsLarge(cloud, plane) && IsSurface(cloud, plane)) {
+      supports.push_back(std::move(plane));
+    }
   }
   // Which way a side faces its own normal tells alone.
   return WithoutTopsOfSolids({coarse.grid, coarse.cells}, supports);

@@ -32,12 +32,12 @@ struct SupportPlane {
   double area_m2 = 0;                // of those cells
 };
 
-// Candidates of normal within kMostTilt_rad of up, clustered by connectivity and height, with a
-// robust plane in each, in parallel. Coplanar pieces (3 degrees, 1 cm) whose gap is closed
-// (GapIsClosed) are one support; gaps narrower than a coarse cell divide no piece. Small level
-// patches over a larger support are tops of objects, not supports, unless one sees under them; neither are planes through what
-// fills space. Largest first. `sight` is null
-// when nobody knows where the sensor was.
+// Candidates whose normals are up within kMostTilt_rad, or as far as they are known where one looks
+// along the plane, clustered by connectivity and height, with a robust plane in each, in parallel.
+// Coplanar pieces (3 degrees, 1 cm) whose gap is closed (GapIsClosed) are one support; gaps narrower
+// than a coarse cell divide no piece. Small level patches over a larger support are tops of objects,
+// not supports, unless one sees under them; neither are planes through what fills space. Largest
+// first. `sight` is null when nobody knows where the sensor was.
 std::vector<SupportPlane> FindSupportPlanes(const CoarseCloud& coarse, const Vector3& up,
                                             const SightMap* sight, const Work& work);
 
