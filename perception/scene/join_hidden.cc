@@ -206,9 +206,10 @@ void JoinAcrossOccluders(const OrientedPoints& nodes, const PieceViews& views,
   std::vector<std::size_t> parts;
   std::vector<std::vector<Facet>> facets(views.pieces.size());
   for (std::size_t p = 0; p < views.pieces.size(); ++p) {
-    if (views.pieces[p].area_m2 < kSmallestPart_m2 || views.pieces[p].sample.size() < 3) continue;
+    const PieceView& piece = views.pieces[p];
+    if (piece.area_m2 < kSmallestPart_m2 || piece.sample.size() < 3 || piece.is_patch) continue;
     parts.push_back(p);
-    facets[p] = FacetsOf(nodes, views.pieces[p]);
+    facets[p] = FacetsOf(nodes, piece);
   }
   const BetweenParts between(nodes, sight);
   auto touch = [&](std::size_t a, std::size_t b) {

@@ -49,6 +49,9 @@ PieceViews ViewPieces(const SurfaceGraph& graph, const Pieces& pieces, const Wor
   ParallelFor(nodes.size(), 1, work, [&](std::size_t begin, std::size_t end) {
     for (std::size_t p = begin; p < end; ++p) views.pieces[p] = ViewPiece(graph, nodes[p]);
   });
+  for (const auto& [patch, support] : pieces.patch_of) {
+    views.pieces[static_cast<std::size_t>(patch)].is_patch = true;
+  }
   return views;
 }
 

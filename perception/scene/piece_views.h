@@ -18,6 +18,7 @@ struct PieceView {
   double area_m2 = 0;
   double low_z_m = 0, high_z_m = 0;  // 2nd and 98th percentile of height
   Eigen::AlignedBox3d bounds;
+  bool is_patch = false;  // of a support (Pieces::patch_of)
 };
 
 // The contact of two pieces, seen from the first.

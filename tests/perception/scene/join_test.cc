@@ -106,6 +106,8 @@ class Seen {
     views_.borders[{i, j}].links = views_.borders[{j, i}].links = 10;
   }
 
+  void MakePatch(std::size_t piece) { views_.pieces[piece].is_patch = true; }
+
   bool OccludersJoin(std::size_t a, std::size_t b) const {
     DisjointSets objects(views_.pieces.size());
     JoinAcrossOccluders(nodes_, views_, SightMap(nodes_, kPitch_rad), objects);
@@ -140,6 +142,15 @@ TEST(JoinAcrossOccluders, JoinsPartsOfOneFaceBehindAPole) {
   const std::size_t pole = seen.Add(Face(0.7, {-0.03, 0.03}, {-0.5, -0.3}));
   EXPECT_TRUE(seen.OccludersJoin(left, right));
   EXPECT_FALSE(seen.OccludersJoin(left, pole));
+}
+
+TEST(JoinAcrossOccluders, JoinsNoPatchOfASupportWithWhatLiesOnItsPlane) {
+  Seen seen;
+  const std::size_t floor = seen.Add(Face(1, kLeft, kHeights));
+  const std::size_t patch = seen.Add(Face(1, kRight, kHeights));
+  seen.Add(Face(0.7, {-0.03, 0.03}, {-0.5, -0.3}));
+  seen.MakePatch(patch);
+  EXPECT_FALSE(seen.OccludersJoin(floor, patch));
 }
 
 TEST(JoinAcrossOccluders, KeepsFacesApartThatTheWallBehindIsSeenBetween) {
