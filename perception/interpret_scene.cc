@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <functional>
 #include <numeric>
 #include <string_view>
 #include <utility>
@@ -45,6 +46,11 @@ constexpr std::size_t kUnhurriedPerCutThing = 4;
 std::size_t MostUnhurriedThings(const SegmentedScene& scene) {
   return kUnhurriedPerCutThing * MostCutThings(scene);
 }
+// Where no more than a tenth of the largest is of shapes, the others are hardly better, and are modelled
+// in haste from there on. Of noise and of heaps of balls 0.98 and more is of none.
+constexpr double kMostUnexplained = 0.9;
+
+constexpr double kWiderInHaste = 2;  // the spacing of their meshes: a quarter of the triangles
 
 class Stopwatch {
  public:
@@ -107,7 +113,7 @@ WorldFloor FloorOf(const InterpretOptions& options) {
   return given ? WorldFloor::kKnown : WorldFloor::kUnknown;
 }
 
-void AddWarnings(const SegmentedScene& scene, std::vector<std::string> doubts,
+void AddWarnings(const SegmentedScene& scene, bool is_shapeless, std::vector<std::string> doubts,
                  InterpretReport& report) {
   std::ranges::move(doubts, std::back_inserter(report.warnings));
   if (scene.up_source == UpSource::kNoPlane) {
@@ -125,7 +131,11 @@ void AddWarnings(const SegmentedScene& scene, std::vector<std::string> doubts,
         "of ", scene.things.size(), " things the largest ", MostCutThings(scene),
         " alone were looked at for things that touch: the others may be several each"));
   }
-  if (scene.things.size() > MostUnhurriedThings(scene)) {
+  if (is_shapeless) {
+    report.warnings.push_back(absl::StrCat(
+        "of the largest ", MostCutThings(scene), " of ", scene.things.size(),
+        " things hardly anything is a shape: the others are meshed, no shapes were looked for"));
+  } else if (scene.things.size() > MostUnhurriedThings(scene)) {
     report.warnings.push_back(absl::StrCat(
         "of ", scene.things.size(), " things all but the largest ", MostUnhurriedThings(scene),
         " were modelled in haste: some shapes of theirs may be missed"));
@@ -161,9 +171,21 @@ absl::StatusOr<SegmentedScene> Segment(const PointCloud& cloud, const InterpretO
 }
 
 struct DescribedScene {
+  bool is_shapeless = false;  // hardly anything of the largest things is: the others are meshed
   std::vector<DescribedSupport> supports;
   std::vector<ModelledThing> things;
 };
+
+// Of the points of those that are modelled, by shapes and handles.
+double UnexplainedShare(const std::vector<ModelledThing>& things) {
+  std::size_t points = 0;
+  std::ptrdiff_t unexplained = 0;
+  for (const ModelledThing& thing : things) {
+    points += thing.part_of_point.size();
+    unexplained += std::ranges::count(thing.part_of_point, kUnexplained);
+  }
+  return points == 0 ? 0 : static_cast<double>(unexplained) / static_cast<double>(points);
+}
 
 // Steps 6 and 7, supports and things in parallel; supports, which may hold most of a room's points,
 // and the largest things first, so that none of them is left to one thread at the end.
@@ -177,32 +199,46 @@ DescribedScene DescribeScene(const SegmentedScene& scene, const Pose& X_WL,
   std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
     return scene.things[a].points.size() > scene.things[b].points.size();
   });
+  const std::size_t most_cut = MostCutThings(scene);
+  const std::size_t most_unhurried = MostUnhurriedThings(scene);
   InterpretOptions uncut = options;
   uncut.modeler.part_touching = false;
   InterpretOptions in_haste = uncut;
   in_haste.modeler.in_haste = true;
-  const auto options_of =
-      [&, most_cut = MostCutThings(scene),
-       most_unhurried = MostUnhurriedThings(scene)](std::size_t rank) -> const InterpretOptions& {
+  in_haste.surface.spacing_m *= kWiderInHaste;
+  InterpretOptions meshed = in_haste;
+  meshed.modeler = WithoutSearch(meshed.modeler);
+  const auto options_of = [&](std::size_t rank) -> const InterpretOptions& {
     if (rank < most_cut) return options;
+    if (described.is_shapeless) return meshed;
     return rank < most_unhurried ? uncut : in_haste;
   };
   const SceneRays rays(scene, work);
-  const auto describe = [&](std::size_t k) {
-    if (k < scene.supports.size()) {
-      const SegmentedSupport& support = scene.supports[k];
-      described.supports[k] =
-          DescribeSupport(support, scene.points, X_WL, FloorOf(options), options.surface, work);
-      return;
-    }
-    const std::size_t rank = k - scene.supports.size();
+  const auto describe_support = [&](std::size_t s) {
+    described.supports[s] = DescribeSupport(scene.supports[s], scene.points, X_WL, FloorOf(options),
+                                            options.surface, work);
+  };
+  const auto describe_thing = [&](std::size_t rank) {
     const std::size_t t = order[rank];
     described.things[t] = ModelThing(scene, t, rays, options_of(rank), work);
   };
-  ParallelFor(order.size() + scene.supports.size(), 1, work,
-              [&](std::size_t begin, std::size_t end) {
-                for (std::size_t k = begin; k < end; ++k) describe(k);
-              });
+  const auto for_each = [&work](std::size_t count, const std::function<void(std::size_t)>& body) {
+    ParallelFor(count, 1, work, [&body](std::size_t begin, std::size_t end) {
+      for (std::size_t k = begin; k < end; ++k) body(k);
+    });
+  };
+  const std::size_t supports = scene.supports.size();
+  const std::size_t first = std::min(most_cut, order.size());
+  for_each(supports + first, [&](std::size_t k) {
+    if (k < supports) {
+      describe_support(k);
+    } else {
+      describe_thing(k - supports);
+    }
+  });
+  described.is_shapeless = order.size() > first && SearchesAny(options.modeler) &&
+                           UnexplainedShare(described.things) > kMostUnexplained;
+  for_each(order.size() - first, [&](std::size_t k) { describe_thing(first + k); });
   return described;
 }
 
@@ -260,9 +296,11 @@ absl::StatusOr<SceneInterpretation> Interpret(const PointCloud& cloud, Interpret
   DoBoth(
       work, [&] { described = DescribeScene(*scene, X_WL, options, work); },
       [&] { doubts = QuestionInput(cloud, *scene, options); });
-  JoinLyingVessels(options, work, *scene, described.things);
-  JoinModelled(options, work, *scene, described.things);
-  TradePoints(options, work, *scene, described.things);
+  if (!described.is_shapeless) {
+    JoinLyingVessels(options, work, *scene, described.things);
+    JoinModelled(options, work, *scene, described.things);
+    TradePoints(options, work, *scene, described.things);
+  }
   StandAsModelled(described.things, *scene);
   PartStanding(options, work, *scene, described.things);
   Restack(options, work, *scene, described.things);
@@ -282,7 +320,7 @@ absl::StatusOr<SceneInterpretation> Interpret(const PointCloud& cloud, Interpret
   AddSupports(*scene, std::move(described.supports), work, result);
   AddObjects(*scene, std::move(described.things), X_WL, work, result);
   result.report.points_rejected = scene->rejected.size();
-  AddWarnings(*scene, std::move(doubts), result.report);
+  AddWarnings(*scene, described.is_shapeless, std::move(doubts), result.report);
   return result;
 }
 

@@ -35,4 +35,10 @@ inline bool SearchesAny(const ModelerOptions& options) {
          options.search_cones;
 }
 
+inline ModelerOptions WithoutSearch(ModelerOptions options) {
+  options.search_planes = options.search_cylinders = false;
+  options.search_spheres = options.search_cones = false;
+  return options;
+}
+
 }  // namespace cwm::perception

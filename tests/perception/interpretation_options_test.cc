@@ -4,8 +4,11 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <cmath>
+#include <limits>
 
 #include "perception/interpret_scene.h"
+#include "perception/simulation/random_draws.h"
 #include "perception/simulation/virtual_scanner.h"
 
 namespace cwm::perception {
@@ -122,6 +125,42 @@ TEST(InterpretScene, FindsBallsInHaste) {
            std::holds_alternative<Sphere>(object.model->shapes.front().shape);
   });
   EXPECT_GE(balls, 110);
+}
+
+// Clods of noise in the air, an image of them: as many as are asked for in rows.
+PointCloud Clods(int rows, int columns) {
+  constexpr int kSize_px = 14, kPitch_px = 24;
+  RandomDraws draws(1, 0);
+  PointCloud cloud;
+  cloud.width = columns * kPitch_px;
+  cloud.height = rows * kPitch_px;
+  for (int v = 0; v < cloud.height; ++v) {
+    for (int u = 0; u < cloud.width; ++u) {
+      const bool is_hit = u % kPitch_px < kSize_px && v % kPitch_px < kSize_px;
+      const double depth_m =
+          is_hit ? 1 + 0.05 * std::sin(u / 1.7) * std::sin(v / 1.7) + 0.004 * draws.Normal()
+                 : std::numeric_limits<double>::quiet_NaN();
+      const Vector3 ray((u - 0.5 * cloud.width) / 300, (v - 0.5 * cloud.height) / 300, 1);
+      cloud.points.push_back((depth_m * ray).cast<float>());
+    }
+  }
+  return cloud;
+}
+
+// Where the largest things are no shapes, the others are meshed, and a warning says so: no point is
+// lost.
+TEST(InterpretScene, LooksForNoShapesWhereTheLargestThingsAreNone) {
+  const PointCloud cloud = Clods(7, 8);
+  const auto scene = InterpretScene(cloud, {});
+  ASSERT_TRUE(scene.ok()) << scene.status();
+  ASSERT_GT(scene->objects.size(), 25u);
+  EXPECT_THAT(scene->report.warnings,
+              ::testing::Contains(::testing::HasSubstr("hardly anything is a shape")));
+  EXPECT_GE(scene->report.points_explained + scene->report.points_rejected,
+            scene->report.points_finite);
+  for (const DetectedObject& object : scene->objects) {
+    EXPECT_FALSE(object.model->surfaces.empty() && object.model->shapes.empty());
+  }
 }
 
 }  // namespace
