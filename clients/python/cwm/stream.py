@@ -79,13 +79,30 @@ class _Stream:
                 if answer is not None:
                     answer.set_result(reply)
         except grpc.RpcError as error:
-            end = errors.from_rpc(error, self._address)
+            end = _why_it_ended(error, self._address)
         with self._lock:
             self._end = self._end or end
             left, self._awaited = list(self._awaited.values()), {}
             self._outgoing.put(None)
         for answer in left:
             answer.set_exception(end)
+
+
+def _why_it_ended(error: grpc.RpcError, address: str) -> errors.Error:
+    """What every question from then on is told, also once the server is there again."""
+    cause = errors.from_rpc(error, address)
+    if cause.reason:  # the server's own words
+        return cause
+    said = error.details() or error.code().name
+    if error.code() == grpc.StatusCode.CANCELLED:
+        return errors.Cancelled(
+            f"the stream is closed, as is its connection to {address}", code=error.code()
+        )
+    return errors.Unavailable(
+        f"the stream to the cwm-server at {address} is lost ({said}); questions without an answer "
+        "may be asked again, on a stream opened anew with stream()",
+        code=error.code(),
+    )
 
 
 class _StreamedQueries:

@@ -46,6 +46,11 @@ class RunningServer:
         if self._process.wait(20) != 0:
             raise AssertionError("the server did not end by itself: " + self.log())
 
+    def kill(self) -> None:
+        """Ends it without a farewell."""
+        self._process.kill()
+        self._process.wait(20)
+
     def restart(self) -> None:
         self.stop()
         self.start()

@@ -112,11 +112,28 @@ class Streams(ServerCase):
             stream = world.stream()
             self.assertTrue(stream.check(cwm.Sphere(0.05)).collision[0])
             running.restart()
-            with self.assertRaises(cwm.Unavailable):
-                stream.check(cwm.Sphere(0.05))
-            with self.assertRaises(cwm.Unavailable):
-                stream.check(cwm.Sphere(0.05))
+            for _ in range(2):  # the server is there again, the stream is not
+                with self.assertRaises(cwm.Unavailable) as told:
+                    stream.check(cwm.Sphere(0.05))
+                self.assertNotIn("no cwm-server answers", str(told.exception))
             stream.close()
+            world.put("ball", cwm.Sphere(0.1))
+            with world.stream() as another:
+                self.assertTrue(another.check(cwm.Sphere(0.05)).collision[0])
+
+    def test_say_that_they_are_lost_and_what_to_do(self):
+        running = RunningServer()
+        self.addCleanup(running.close)
+        with cwm.connect(running.address, "w") as world:
+            world.put("ball", cwm.Sphere(0.1))
+            stream = world.stream()
+            running.kill()
+            running.start()
+            with self.assertRaisesRegex(cwm.Unavailable, r"is lost \(.*opened anew with stream\(\)"):
+                stream.check(cwm.Sphere(0.05))
+            left = world.stream()
+        with self.assertRaisesRegex(cwm.Cancelled, "is closed, as is its connection"):
+            left.check(cwm.Sphere(0.05))
 
 
 class UnseenSpace(ServerCase):
