@@ -3,7 +3,9 @@
 #include <tinyxml2.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
+#include <cstdint>
 #include <map>
 #include <utility>
 
@@ -64,6 +66,40 @@ bool HasDoctype(std::string_view rest) {
     if (rest.starts_with("<?") && SkipPast("?>", rest)) continue;
     if (rest.starts_with("<!--") && SkipPast("-->", rest)) continue;
     return false;
+  }
+}
+
+// The number of a character that XML allows: "945", "x3b1".
+bool IsCharacterNumber(std::string_view digits) {
+  const bool is_hex = digits.starts_with('x');
+  if (is_hex) digits.remove_prefix(1);
+  std::uint32_t code = 0;
+  const char* const end = digits.data() + digits.size();
+  const auto [read, error] = std::from_chars(digits.data(), end, code, is_hex ? 16 : 10);
+  if (error != std::errc() || read != end) return false;
+  if (code < 0x20) return code == 0x9 || code == 0xa || code == 0xd;
+  return code < 0xd800 || (code >= 0xe000 && code <= 0x10ffff && code != 0xfffe && code != 0xffff);
+}
+
+// The first reference that stands for nothing, such as "&arm;"; empty where there is none. Other
+// ampersands stand for themselves, as they do to those who write file names without escaping them.
+std::string_view FindUndefined(std::string_view rest) {
+  constexpr auto kNameEnds = "; \t\r\n<>&\"'=/?";
+  while (true) {
+    rest.remove_prefix(std::min(rest.find_first_of("&<"), rest.size()));
+    if (rest.empty()) return rest;
+    if (rest.starts_with("<!--") && SkipPast("-->", rest)) continue;
+    if (rest.starts_with("<![CDATA[") && SkipPast("]]>", rest)) continue;
+    if (rest.starts_with("<?") && SkipPast("?>", rest)) continue;
+    const bool may_refer = rest.front() == '&';
+    rest.remove_prefix(1);
+    const std::size_t end = rest.find_first_of(kNameEnds);
+    if (!may_refer || end == 0 || end == std::string_view::npos || rest[end] != ';') continue;
+    const std::string_view name = rest.substr(0, end);
+    const bool is_defined = name.front() == '#' ? IsCharacterNumber(name.substr(1))
+                                                : name == "amp" || name == "lt" || name == "gt" ||
+                                                      name == "quot" || name == "apos";
+    if (!is_defined) return {name.data() - 1, name.size() + 2};
   }
 }
 
@@ -239,6 +275,13 @@ absl::StatusOr<XmlDocument> XmlDocument::Parse(std::string_view xml, std::string
   auto document = std::make_unique<tinyxml2::XMLDocument>();
   if (document->Parse(xml.data(), xml.size()) != tinyxml2::XML_SUCCESS) {
     return FaultAt(format, ParseRule(*document));
+  }
+  // tinyxml2 would take it as it stands, as part of a name or a file.
+  if (const std::string_view reference = FindUndefined(xml); !reference.empty()) {
+    const auto line = 1 + std::count(xml.data(), reference.data(), '\n');
+    return FaultAt(format, absl::StrCat("line ", line, ": ", Quoted(reference),
+                                        " is not defined: must be &amp;, &lt;, &gt;, &quot;, "
+                                        "&apos; or the number of a character, such as &#945;"));
   }
   const tinyxml2::XMLElement* const root = document->RootElement();
   if (root == nullptr) return FaultAt(format, "must have a root element");

@@ -70,8 +70,8 @@ class XmlElement {
 
 class XmlDocument {
  public:
-  // Refuses malformed XML with its line, anything with a DOCTYPE (entities are never expanded),
-  // elements that nest deeper than 100, and documents longer than `max_bytes`. `format` begins
+  // Refuses malformed XML with its line, anything with a DOCTYPE, references to entities other than
+  // the five of XML, elements that nest deeper than 100, and documents longer than `max_bytes`. `format` begins
   // every complaint.
   static absl::StatusOr<XmlDocument> Parse(std::string_view xml, std::string_view format,
                                            std::size_t max_bytes);

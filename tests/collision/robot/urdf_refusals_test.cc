@@ -74,10 +74,31 @@ TEST(UrdfRefusals, EntitiesAreNeitherDeclaredNorExpanded) {
   EXPECT_EQ(RefusalOfText("\xef\xbb\xbf<!DOCTYPE r SYSTEM \"file:///etc/passwd\">" +
                           Robot(Links("a")).substr(22)),
             "urdf: must not have a DOCTYPE");
-  // An entity that nobody declared stays the letters that it is.
-  const auto robot = ReadUrdf("<robot name=\"&b;\"><link name=\"a\"/></robot>", NoMeshes);
-  ASSERT_TRUE(robot.ok());
-  EXPECT_EQ(robot->name, "&b;");
+}
+
+TEST(UrdfRefusals, AReferenceMustBeToWhatXmlDefines) {
+  const auto named = [](const std::string& name) {
+    return "<?xml version=\"1.0\"?>\n<robot name=\"" + name + "\"><link name=\"a\"/></robot>";
+  };
+  EXPECT_EQ(
+      RefusalOfText(named("&arm;")),
+      "urdf: line 2: \"&arm;\" is not defined: must be &amp;, &lt;, &gt;, &quot;, &apos; or the "
+      "number of a character, such as &#945;");
+  for (const char* reference : {"&AMP;", "&nbsp;", "&#;", "&#x;", "&#0;", "&#xd800;", "&#xffff;",
+                                "&#1114112;", "&#99999999999;", "&#-1;", "&#12a;"}) {
+    EXPECT_THAT(RefusalOfText(named(std::string("a & b ") + reference)),
+                HasSubstr(std::string("line 2: \"") + reference + "\" is not defined"));
+  }
+  const auto name_of = [&](const std::string& name) {
+    const auto robot = ReadUrdf(named(name) + "<!-- &none; -->", NoMeshes);
+    return robot.ok() ? robot->name : std::string(robot.status().message());
+  };
+  EXPECT_EQ(name_of("&lt;a&gt; &amp; &quot;&apos;&#98;&#x63;"), "<a> & \"'bc");
+  EXPECT_EQ(name_of("&amp;arm;"), "&arm;");
+  // No references, if not quite XML: everybody else takes them as they stand.
+  for (const char* plain : {"a & b", "a&b", "a&", "?x=1&y=2;", "&;"}) {
+    EXPECT_EQ(name_of(plain), plain);
+  }
 }
 
 TEST(UrdfRefusals, DeepAndLongDocumentsAreRefused) {
