@@ -143,7 +143,10 @@ class SrdfReader {
   absl::Status AddPosition(const XmlElement& element, SemanticState& state) {
     const absl::StatusOr<std::optional<int>> joint = JointAt(element, "name", names_);
     if (!joint.ok()) return joint.status();
-    if (!joint->has_value()) return absl::OkStatus();
+    if (!joint->has_value()) {
+      return Unknown(element, "name",
+                     "must not be virtual: a question's x_world_base says where the robot stands");
+    }
     const Joint& known = robot_.joints[**joint];
     if (known.kind == JointKind::kFixed) return Unknown(element, "name", "must not be fixed");
     for (const JointPosition& other : state.positions) {

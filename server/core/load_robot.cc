@@ -1,11 +1,13 @@
 #include "server/core/load_robot.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 #include <variant>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
+#include "collision/robot/kinematics.h"
 #include "collision/robot/sphere_model.h"
 #include "collision/robot/srdf.h"
 #include "collision/robot/urdf.h"
@@ -91,6 +93,29 @@ void AddWarning(const char* kind, const std::vector<std::string>& names, const s
       " ", what));
 }
 
+// "STATE of GROUP (VARIABLE is VALUE, must be from LOWER to UPPER)".
+std::vector<std::string> StatesOutOfLimits(const collision::RobotModel& model) {
+  const std::vector<double> inside = collision::DefaultVariables(model);
+  std::vector<std::string> found;
+  for (const collision::JointGroup& group : model.groups) {
+    for (const collision::NamedState& named : group.states) {
+      std::vector<double> state = inside;
+      for (std::size_t k = 0; k < named.variables.size(); ++k) {
+        state[static_cast<std::size_t>(named.variables[k])] = named.values[k];
+      }
+      const auto at = collision::OutOfLimits(model, state);
+      if (!at) continue;
+      const collision::Variable& variable = model.variables[static_cast<std::size_t>(*at)];
+      const std::string rule = std::isfinite(variable.lower) || std::isfinite(variable.upper)
+                                   ? absl::StrCat("from ", variable.lower, " to ", variable.upper)
+                                   : "of a quaternion of length 1";
+      found.push_back(absl::StrCat(named.name, " of ", group.name, " (", variable.name, " is ",
+                                   state[static_cast<std::size_t>(*at)], ", must be ", rule, ")"));
+    }
+  }
+  return found;
+}
+
 }  // namespace
 
 absl::StatusOr<std::shared_ptr<const collision::RobotGeometry>> ReadRobot(
@@ -126,6 +151,8 @@ std::vector<std::string> WarningsOf(const collision::RobotGeometry& robot, bool 
   AddWarning("joint", robot.model->contradicting,
              "with limits that contradict those of the joint it follows: they are not kept",
              warnings);
+  AddWarning("named state", StatesOutOfLimits(*robot.model),
+             "out of limits: the verdict about such a state is OUT_OF_LIMITS", warnings);
   std::vector<std::string> still;
   for (const collision::JointGroup& group : robot.model->groups) {
     if (group.variables.empty()) still.push_back(group.name);

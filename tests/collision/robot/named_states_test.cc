@@ -71,5 +71,25 @@ TEST(NamedStates, TellOfEveryValueThatNothingTakes) {
                           "left out"));
 }
 
+TEST(NamedStates, TellOfVirtualJointsWhichTheyDoNotPlace) {
+  auto robot = ReadUrdf(Robot(Links("ab") + JointText("ab", "revolute", "a", "b")), NoMeshes);
+  ASSERT_TRUE(robot.ok()) << robot.status();
+  const auto semantic = ReadSrdf(
+      Robot("<virtual_joint name=\"base\" type=\"planar\" parent_frame=\"w\" child_link=\"a\"/>"
+            "<group name=\"arm\"><joint name=\"base\"/><joint name=\"ab\"/></group>"
+            "<group_state name=\"home\" group=\"arm\"><joint name=\"base\" value=\"1 2 0\"/>" +
+            At("ab", "0.5") + "</group_state>"),
+      *robot);
+  ASSERT_TRUE(semantic.ok()) << semantic.status();
+  EXPECT_THAT(
+      semantic->left_out,
+      ElementsAre("srdf: group_state \"home\": joint \"base\" name is \"base\": must not be "
+                  "virtual: a question's x_world_base says where the robot stands; left "
+                  "out"));
+  const auto model = MakeRobotModel(*std::move(robot), &*semantic);
+  ASSERT_TRUE(model.ok()) << model.status();
+  EXPECT_THAT((*model)->FindGroup("arm")->states.at(0).values, ElementsAre(0.5));
+}
+
 }  // namespace
 }  // namespace cwm::collision

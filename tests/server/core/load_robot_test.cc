@@ -130,6 +130,19 @@ TEST(WarningsOfARobot, TellWhatAnswersDependOn) {
       "srdf: passive_joint \"gone\" name is \"gone\": must be a joint of the robot; left out");
 }
 
+TEST(WarningsOfARobot, TellOfNamedStatesOutOfLimits) {
+  EXPECT_EQ(WarningsOf(*Arm(ArmUrdf(), ArmSrdf("1")), true).size(), 1u) << "at the limit is within";
+  EXPECT_EQ(WarningsOf(*Arm(ArmUrdf(), ArmSrdf("1.5")), true)[0],
+            "named state ready of reach (elbow is 1.5, must be from -1 to 1) out of limits: the "
+            "verdict about such a state is OUT_OF_LIMITS");
+  const std::string still =
+      "<robot name=\"arm\"><group name=\"g\"><joint name=\"float\"/></group><group_state "
+      "name=\"s\" "
+      "group=\"g\"><joint name=\"float\" value=\"0 0 0 0 0 0 0.5\"/></group_state></robot>";
+  EXPECT_THAT(WarningsOf(*Arm(ArmUrdf(), still), true)[0],
+              HasSubstr("s of g (float/rot_x is 0, must be of a quaternion of length 1)"));
+}
+
 TEST(WarningsOfARobot, TellWhatTheLimitsOfFollowersDo) {
   const auto arm_with = [](const std::string& other) {
     std::string urdf = ArmUrdf();
