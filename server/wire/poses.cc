@@ -123,9 +123,10 @@ absl::StatusOr<std::size_t> CountRows(const BulkRows& rows, std::int64_t max_row
   const bool single = rows.scalar == v1::SCALAR_F32;
   const std::size_t row_bytes = rows.width * (single ? sizeof(float) : sizeof(double));
   if (rows.data.size() % row_bytes != 0) {
-    return path.Field("data").Error(absl::StrCat("has ", rows.data.size(),
-                                                 " bytes, must be a multiple of ", row_bytes, " (",
-                                                 rows.width, single ? " F32" : " F64", " a row)"));
+    const bool is_unsaid = rows.scalar == v1::SCALAR_UNSPECIFIED;
+    return path.Field("data").Error(absl::StrCat(
+        "has ", rows.data.size(), " bytes, must be a multiple of ", row_bytes, " (", rows.width,
+        single ? " F32" : " F64", " a row", is_unsaid ? ", since scalar is not given" : "", ")"));
   }
   const std::size_t count = rows.data.size() / row_bytes;
   if (static_cast<std::int64_t>(count) > max_rows) {

@@ -107,6 +107,9 @@ TEST_F(RobotSubjects, HaveEveryVariableWithoutAGroup) {
   EXPECT_EQ(RowsOf(*Convert())->size(), 2u);
   rows.pop_back();
   SetRows(rows);
+  ExpectFault("robot.rows.data",
+              "has 152 bytes, must be a multiple of 80 (10 F64 a row, since scalar is not given)");
+  robot_.mutable_rows()->set_scalar(v1::SCALAR_F64);
   ExpectFault("robot.rows.data", "has 152 bytes, must be a multiple of 80 (10 F64 a row)");
 }
 
@@ -237,7 +240,7 @@ TEST_F(RobotSubjects, FaultsAreNamed) {
   SetRows({0, 0, 1e7, 0});
   ExpectFault("robot.rows.data row 1", "elbow is 1e+07");
   robot_.mutable_rows()->set_data("abc");
-  ExpectFault("robot.rows.data", "has 3 bytes, must be a multiple of 16 (2 F64 a row)");
+  ExpectFault("robot.rows.data", "has 3 bytes, must be a multiple of 16 (2 F64 a row, since");
   robot_.mutable_rows()->set_scalar(static_cast<v1::Scalar>(7));
   ExpectFault("robot.rows.scalar", "is 7");
   SetRows(std::vector<double>(6, 0.0));  // three rows of two, said to be two of three
