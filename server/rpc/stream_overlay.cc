@@ -23,6 +23,9 @@ absl::StatusOr<std::vector<collision::Change>> Read(const Application& applicati
                    FieldPath().Field("overlay"));
 }
 
+// Stands where a change was, so that those after it keep their numbers.
+constexpr collision::ExpireRules kNothing{collision::WallTime::min()};
+
 }  // namespace
 
 absl::Status StreamOverlay::Set(const Application& application, const v1::StreamOverlay& overlay) {
@@ -52,14 +55,20 @@ absl::StatusOr<SnapshotPtr> StreamOverlay::Over(const World& world, SnapshotPtr 
   return changed_;
 }
 
-// No world publishes the end of what is only supposed. As where a revision ends it, the pair is not
-// allowed then whatever had allowed it before; other allowances are as the revision asked has them.
+// No world publishes the end of what is only supposed. With it the pair is as the revision asked has
+// it: what is supposed is allowed besides what the world allows, and takes nothing of that away.
 void StreamOverlay::Expire() {
   const collision::WallTime now = std::chrono::system_clock::now();
-  for (collision::Change& change : changes_) {
-    auto* allow = std::get_if<collision::AllowCollision>(&change.what);
-    if (allow == nullptr || !allow->expires.has_value() || *allow->expires > now) continue;
-    *allow = {.pair = allow->pair, .withdraw = true};
+  for (auto change = changes_.begin(); change != changes_.end(); ++change) {
+    const auto* over = std::get_if<collision::AllowCollision>(&change->what);
+    if (over == nullptr || !over->expires.has_value() || *over->expires > now) continue;
+    // Allowed once more, a pair has the new time of expiry alone: what was said before ends with it.
+    const collision::NamedPair pair = collision::Ordered(over->pair);
+    for (auto before = changes_.begin(); before <= change; ++before) {
+      const auto* allow = std::get_if<collision::AllowCollision>(&before->what);
+      if (allow != nullptr && !allow->withdraw && collision::Ordered(allow->pair) == pair)
+        before->what = kNothing;
+    }
     base_ = changed_ = nullptr;
   }
 }

@@ -142,6 +142,29 @@ TEST_F(StreamOverlayTest, AllowsForATimeAndNoLonger) {
   std::this_thread::sleep_for(kAllowed);
   // Of the very revision that was asked before.
   EXPECT_EQ(verdict(check), v1::VERDICT_COLLISION);
+  // Said for good first, then for a time: the latter counts. A withdrawal before it stays one.
+  v1::StreamQueriesRequest twice = check;
+  *twice.mutable_overlay()->add_changes() = change;
+  twice.mutable_overlay()->mutable_changes(0)->mutable_allow()->clear_expires_after();
+  *twice.mutable_overlay()->add_changes() = change;
+  EXPECT_EQ(verdict(twice), v1::VERDICT_FREE);
+  v1::ApplyChangesRequest allow;
+  *allow.add_changes() = change;
+  allow.mutable_changes(0)->mutable_allow()->clear_expires_after();
+  std::this_thread::sleep_for(kAllowed);
+  EXPECT_EQ(verdict(check), v1::VERDICT_COLLISION);
+  // What the world allows stays allowed when what a stream supposed is over.
+  Call call;
+  v1::ApplyChangesResponse allowed;
+  ASSERT_TRUE(world_->ApplyChanges(&call, allow, &allowed).ok());
+  EXPECT_EQ(verdict(first), v1::VERDICT_FREE);
+  std::this_thread::sleep_for(kAllowed);
+  EXPECT_EQ(verdict(check), v1::VERDICT_FREE);
+  v1::StreamQueriesRequest withdrawn = twice;
+  withdrawn.mutable_overlay()->mutable_changes(0)->mutable_allow()->set_withdraw(true);
+  EXPECT_EQ(verdict(withdrawn), v1::VERDICT_FREE);
+  std::this_thread::sleep_for(kAllowed);
+  EXPECT_EQ(verdict(check), v1::VERDICT_COLLISION);
 }
 
 TEST_F(StreamOverlayTest, IsOfNoOtherWorldThatComesToHaveTheName) {
