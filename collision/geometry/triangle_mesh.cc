@@ -1,7 +1,10 @@
 #include "collision/geometry/triangle_mesh.h"
 
 #include <algorithm>
+#include <limits>
 #include <numeric>
+
+#include "collision/geometry/mesh_parts.h"
 
 namespace cwm {
 namespace {
@@ -62,7 +65,7 @@ bool IsWatertight(const TriangleMesh& mesh) {
   return PairsEdges(triangles);
 }
 
-std::vector<Vector3> ComponentPoints(const TriangleMesh& mesh) {
+std::vector<std::uint32_t> Components(const TriangleMesh& mesh) {
   std::vector<std::uint32_t> parent = Welded(mesh.vertices);
   const auto root = [&parent](std::uint32_t v) {
     while (parent[v] != v) v = parent[v] = parent[parent[v]];
@@ -73,13 +76,24 @@ std::vector<Vector3> ComponentPoints(const TriangleMesh& mesh) {
     parent[root(t[1])] = a;
     parent[root(t[2])] = a;
   }
-  std::vector<Vector3> points;
-  std::vector<bool> seen(mesh.vertices.size(), false);
+  constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
+  std::vector<std::uint32_t> number(mesh.vertices.size(), kNone);
+  std::vector<std::uint32_t> components;
+  components.reserve(mesh.triangles.size());
+  std::uint32_t count = 0;
   for (const TriangleMesh::Triangle& t : mesh.triangles) {
-    const std::uint32_t component = root(t[0]);
-    if (seen[component]) continue;
-    seen[component] = true;
-    points.push_back(mesh.vertices[t[0]]);
+    std::uint32_t& component = number[root(t[0])];
+    if (component == kNone) component = count++;
+    components.push_back(component);
+  }
+  return components;
+}
+
+std::vector<Vector3> ComponentPoints(const TriangleMesh& mesh) {
+  const std::vector<std::uint32_t> components = Components(mesh);
+  std::vector<Vector3> points;
+  for (std::size_t i = 0; i < components.size(); ++i) {
+    if (components[i] == points.size()) points.push_back(mesh.vertices[mesh.triangles[i][0]]);
   }
   return points;
 }

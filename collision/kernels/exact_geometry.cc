@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include "collision/geometry/mesh_parts.h"
+
 namespace cwm::collision {
 namespace {
 
@@ -12,14 +14,6 @@ std::vector<Vector3> Prism(const Polygon& outline, double thickness_m) {
     for (const Vector2& p : outline) vertices.emplace_back(p.x(), p.y(), z);
   }
   return vertices;
-}
-
-// A solid whose normals point inward is as solid as its mirror image: what is told of its surface
-// points outward.
-TriangleMesh TurnedOver(const TriangleMesh& mesh) {
-  TriangleMesh over = mesh;
-  for (TriangleMesh::Triangle& triangle : over.triangles) std::swap(triangle[1], triangle[2]);
-  return over;
 }
 
 Aabb BoundsOf(const std::vector<Vector3>& points) {
@@ -71,8 +65,9 @@ ConvexCore ExactGeometry::WithLanes(ConvexCore core) {
 }
 
 void ExactGeometry::AddMesh(const Mesh& mesh) {
-  tree_.emplace(mesh.watertight && SignedVolume_m3(*mesh.mesh) < 0 ? TurnedOver(*mesh.mesh)
-                                                                   : *mesh.mesh);
+  // A solid whose normals point inward is as solid as its mirror image: what is told of its surface
+  // points outward.
+  tree_.emplace(mesh.watertight ? WoundOutward(*mesh.mesh) : *mesh.mesh);
   enclosure_ = CoreOf(Box{tree_->bounds().sizes()});
   X_SE_.translation() = tree_->bounds().center();
 }

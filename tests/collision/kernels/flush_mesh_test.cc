@@ -1,10 +1,12 @@
 // Closed meshes of whole steps: their faces are flush, their surfaces touch and often cross nowhere, and
 // which cells they fill tells whether they share room.
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <array>
 #include <memory>
 #include <set>
+#include <utility>
 #include <vector>
 
 #include "collision/geometry/tessellate.h"
@@ -103,15 +105,65 @@ TEST(FlushMeshes, AreToldWhereverTheyLie) {
   }
 }
 
+// Where a ray down onto (x, 0.02, .) hits the mesh, and the z of its normal there.
+std::pair<double, double> HeightAndNormal(const TriangleMesh& mesh, double x) {
+  const auto solid =
+      PrepareExact(Mesh{.mesh = std::make_shared<const TriangleMesh>(mesh), .watertight = true});
+  const auto hit =
+      ExactRay({*solid, Pose::Identity()}, {.origin = {x, 0.02, 5}, .direction = {0, 0, -1}});
+  EXPECT_TRUE(hit.has_value());
+  return hit ? std::pair(5 - hit->distance_m, hit->normal.z()) : std::pair(0.0, 0.0);
+}
+
+TriangleMesh CubeAt(double x, double size_m, bool is_inward) {
+  TriangleMesh cube = Tessellate(Box{Vector3::Constant(size_m)});
+  for (Vector3& v : cube.vertices) v.x() += x;
+  for (TriangleMesh::Triangle& t : cube.triangles) {
+    if (is_inward) std::swap(t[0], t[1]);
+  }
+  return cube;
+}
+
+TriangleMesh Together(TriangleMesh all, const std::vector<TriangleMesh>& others) {
+  for (const TriangleMesh& other : others) {
+    const auto first = static_cast<std::uint32_t>(all.vertices.size());
+    all.vertices.insert(all.vertices.end(), other.vertices.begin(), other.vertices.end());
+    for (const TriangleMesh::Triangle& t : other.triangles) {
+      all.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
+    }
+  }
+  return all;
+}
+
 TEST(ClosedMeshes, WoundInwardTellOfTheirSurfaceAsThoseWoundOutward) {
-  TriangleMesh turned = Tessellate(Box{{1, 1, 1}});
-  for (TriangleMesh::Triangle& t : turned.triangles) std::swap(t[0], t[1]);
-  const auto inward =
-      PrepareExact(Mesh{.mesh = std::make_shared<const TriangleMesh>(turned), .watertight = true});
-  const PlacedExact placed{*inward, Pose::Identity()};
-  const auto hit = ExactRay(placed, {.origin = {0.1, 0.2, 2}, .direction = {0, 0, -1}});
-  ASSERT_TRUE(hit.has_value());
-  EXPECT_TRUE(hit->normal.isApprox(Vector3::UnitZ(), 1e-12)) << hit->normal.transpose();
+  const auto up =
+      ::testing::Pair(::testing::DoubleNear(0.5, 1e-12), ::testing::DoubleNear(1, 1e-12));
+  EXPECT_THAT(HeightAndNormal(CubeAt(0, 1, true), 0.1), up);
+  // Beside one another, whichever is the larger.
+  for (const double other_m : {0.5, 3.0}) {
+    for (const bool is_inward : {false, true}) {
+      const TriangleMesh both = Together(CubeAt(0, 1, is_inward), {CubeAt(9, other_m, !is_inward)});
+      EXPECT_THAT(HeightAndNormal(both, 0.1), up);
+      EXPECT_NEAR(HeightAndNormal(both, 9.1).second, 1, 1e-12);
+    }
+  }
+}
+
+TEST(ClosedMeshes, KeepTheirCavitiesWhicheverWayTheyAreWound) {
+  for (const bool is_inward : {false, true}) {
+    const TriangleMesh hollow = Together(CubeAt(0, 1, is_inward), {CubeAt(0, 0.5, !is_inward)});
+    for (const TriangleMesh& mesh : {hollow, Together(hollow, {CubeAt(9, 3, !is_inward)}),
+                                     Together(CubeAt(9, 3, is_inward), {hollow})}) {
+      const auto solid = PrepareExact(
+          Mesh{.mesh = std::make_shared<const TriangleMesh>(mesh), .watertight = true});
+      const auto from_within =
+          ExactRay({*solid, Pose::Identity()}, {.origin = {0.1, 0.02, 0}, .direction = {0, 0, -1}});
+      ASSERT_TRUE(from_within.has_value());
+      EXPECT_NEAR(from_within->distance_m, 0.25, 1e-12);
+      EXPECT_NEAR(from_within->normal.z(), 1, 1e-12);
+      EXPECT_NEAR(HeightAndNormal(mesh, 0.1).second, 1, 1e-12);
+    }
+  }
 }
 
 }  // namespace
