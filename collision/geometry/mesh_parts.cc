@@ -1,5 +1,6 @@
 #include "collision/geometry/mesh_parts.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <utility>
@@ -39,10 +40,24 @@ std::vector<Part> PartsOf(const TriangleMesh& mesh, const std::vector<std::uint3
   return parts;
 }
 
+// Tells most meshes by one pass over their triangles.
+bool AnyInward(const TriangleMesh& mesh, const std::vector<std::uint32_t>& components) {
+  const Vector3 origin = mesh.vertices.empty() ? Vector3::Zero() : mesh.vertices.front();
+  std::vector<double> volumes;  // six times, of the parts
+  for (std::size_t i = 0; i < components.size(); ++i) {
+    if (components[i] == volumes.size()) volumes.push_back(0);
+    const auto& [a, b, c] = mesh.triangles[i];
+    volumes[components[i]] +=
+        (mesh.vertices[a] - origin).cross(mesh.vertices[b] - origin).dot(mesh.vertices[c] - origin);
+  }
+  return std::ranges::any_of(volumes, [](double volume) { return volume < 0; });
+}
+
 }  // namespace
 
 TriangleMesh WoundOutward(TriangleMesh mesh) {
   const std::vector<std::uint32_t> components = Components(mesh);
+  if (!AnyInward(mesh, components)) return mesh;
   std::vector<Part> parts = PartsOf(mesh, components);
   if (parts.size() > kMostParts) {
     parts = {{.surface = mesh, .bounds = {}}};
