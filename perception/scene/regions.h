@@ -44,6 +44,4 @@ Regions FormRegions(const SurfaceGraph& graph, const CoarseCloud& coarse, const 
 // All that stands on one support becomes one segment. Residuals stay as they are.
 void MergeOnSupports(Regions& regions);
 
-inline constexpr double kSmallestFootprint_m2 = 2e-4;  // a spray can's rim seen from the front
-
 }  // namespace cwm::perception
