@@ -20,8 +20,8 @@ constexpr double kLeastShareOver = 0.5;  // of a region's nodes
 // Of a region that reaches out of the view, fewer nodes are over what is seen of the support; those
 // that are below its top are of something beside it.
 constexpr double kLeastShareOverSeen = 0.05, kMostShareBelow = 0.05, kLeastShareOutOfView = 0.1;
-// Of a support whose near part something hides, a low table behind a counter, things stand so far before
-// what is seen of it at most; asked on so many lines.
+// Of a support whose near part something hides, a low table behind a counter, things stand so far
+// before what is seen of it at most; asked on so many lines.
 constexpr double kWidestHidden_m = 0.35;
 constexpr std::size_t kAskedLines = 32;
 constexpr double kBeforeFoot_m = 0.03;  // towards the sensor: no shadow of its own
@@ -40,8 +40,8 @@ constexpr double kLowestShare = 0.1;       // of a region's nodes are asked what
 constexpr double kLeastStanding = 0.2;     // of those; what hangs shows empty space below all
 constexpr std::size_t kAskedNodes = 256;   // of a region's, evenly spread
 constexpr double kFootprintCell_m = 0.01;  // the paper's octree leaves
-// Cells of a support are so many cells of a footprint wide at most: where noise makes them wider, far
-// away or in a scene of another scale, footprints are as coarse.
+// Cells of a support are so many cells of a footprint wide at most: where noise makes them wider,
+// far away or in a scene of another scale, footprints are as coarse.
 constexpr double kMostReach_cells = 6;
 
 }  // namespace
@@ -74,8 +74,11 @@ bool Floor::Carries(const NodeList& region) const {
     if (share >= kLeastShareOverSeen * all && HidesItsPlace(region)) {
       return StandsOrIsHidden(region) && Footprint_m2(over) >= kSmallestFootprint_m2;
     }
-    return IsOverHiddenPart(region) && StandsOrIsHidden(region) &&
-           Footprint_m2(region) >= kSmallestFootprint_m2;
+    if (IsOverHiddenPart(region)) {
+      return StandsOrIsHidden(region) && Footprint_m2(region) >= kSmallestFootprint_m2;
+    }
+    return share >= kLeastShareOverSeen * all && HidesItsSupport(region) &&
+           Footprint_m2(over) >= kSmallestFootprint_m2;
   }
   return (StandsOrIsHidden(over) || IsBallOnIt(over)) &&
          Footprint_m2(over) >= kSmallestFootprint_m2;
@@ -120,9 +123,9 @@ bool Floor::HidesItsPlace(const NodeList& region) const {
          static_cast<double>(hidden + out_of_view) >= kLeastShareOver * all;
 }
 
-// Whether the support, of which the rest was seen beside the region, may well go on below it: nothing
-// of the region is lower, something hides what is before its foot, and all that is between its foot
-// and what was seen of the support is hidden too.
+// Whether the support, of which the rest was seen beside the region, may well go on below it:
+// nothing of the region is lower, something hides what is before its foot, and all that is between
+// its foot and what was seen of the support is hidden too.
 bool Floor::IsOverHiddenPart(const NodeList& region) const {
   const Vector2 sensor = Local(sight_.viewpoint()).head<2>();
   std::vector<std::pair<Vector2, float>> feet;  // and how far off the sensor may show what is there
@@ -143,6 +146,34 @@ bool Floor::IsOverHiddenPart(const NodeList& region) const {
   const auto closed = std::ranges::count_if(
       feet, [&](const auto& foot) { return IsHiddenToSupport(foot.first, foot.second); });
   return static_cast<double>(closed) >= kLeastHiddenGap * all;
+}
+
+// Whether all that of the support is not seen is hidden by the region, as at an edge that its own
+// shadow cuts off: nothing of it is lower, and no ray passes right below its foot, as below what
+// hangs beside.
+bool Floor::HidesItsSupport(const NodeList& region) const {
+  NodeList feet;
+  std::size_t below = 0;
+  for (std::uint32_t i : region) {
+    const double height_m = Local(graph_.nodes().points[i]).z();
+    const double gate_m = double{kPlaneGate_sigma} * graph_.nodes().sigma_m[i];
+    below += height_m < -gate_m;
+    if (height_m <= kFootHeight_m + gate_m) feet.push_back(i);
+  }
+  const auto all = static_cast<double>(region.size());
+  if (static_cast<double>(below) > kMostShareBelow * all) return false;
+  if (static_cast<double>(feet.size()) < kLeastShareOverSeen * all) return false;
+  std::size_t hidden = 0, through = 0, asked = 0;
+  for (std::size_t k = 0; k < feet.size(); k += feet.size() / kAskedNodes + 1, ++asked) {
+    Vector3 local = Local(graph_.nodes().points[feet[k]]);
+    local.z() = -kFootHeight_m;
+    const Visibility seen = sight_.Look((plate_.X_FS * local).cast<float>(),
+                                        LargestJump_m(graph_.nodes().sigma_m[feet[k]]));
+    hidden += seen == Visibility::kHidden;
+    through += seen == Visibility::kSeenThrough;
+  }
+  return static_cast<double>(hidden) >= kLeastShareOver * static_cast<double>(asked) &&
+         static_cast<double>(through) <= kMostShareBelow * static_cast<double>(asked);
 }
 
 Visibility Floor::LookAt(const Vector2& foot, float jump_m) const {

@@ -61,27 +61,44 @@ std::vector<Segment> NodesOfStructures(const Pieces& pieces, const Structures& s
   return segments;
 }
 
-// The highest support that carries the region, or -1.
-std::int32_t SupportOf(const NodeList& region, const std::vector<Floor>& floors,
-                       const std::vector<Placed<Plate>>& plates) {
-  std::int32_t best = -1;
-  for (std::size_t s = 0; s < floors.size(); ++s) {
-    if (!floors[s].Carries(region)) continue;
-    const double height = plates[s].X_FS.translation().z();
-    if (best < 0 || height > plates[static_cast<std::size_t>(best)].X_FS.translation().z()) {
-      best = static_cast<std::int32_t>(s);
-    }
-  }
-  return best;
-}
-
-// Of an edge of a board that something juts over, to which it is linked: below what the board carries.
+// Of an edge of a board that something juts over, to which it is linked: below what the board
+// carries.
 bool LiesBelow(const NodeList& members, const Placed<Plate>& plate, const OrientedPoints& nodes) {
   const Pose X_SL = plate.X_FS.inverse(Eigen::Isometry);
   const auto below = std::ranges::count_if(members, [&](std::uint32_t i) {
     return (X_SL * nodes.points[i].cast<double>()).z() < -kPlaneGate_sigma * nodes.sigma_m[i];
   });
   return static_cast<double>(below) > kMostBelow * static_cast<double>(members.size());
+}
+
+// What of the region may stand on the support: without the pieces that lie below it.
+NodeList WithoutBelow(const NodeList& region, const Pieces& pieces, const Placed<Plate>& plate,
+                      const OrientedPoints& nodes) {
+  std::map<std::int32_t, NodeList> of_piece;
+  for (std::uint32_t i : region) of_piece[pieces.of_node[i]].push_back(i);
+  std::erase_if(of_piece, [&](const auto& piece) { return LiesBelow(piece.second, plate, nodes); });
+  NodeList above;
+  for (std::uint32_t i : region) {
+    if (of_piece.contains(pieces.of_node[i])) above.push_back(i);
+  }
+  return above;
+}
+
+// The highest support that carries the region, or -1.
+std::int32_t SupportOf(const NodeList& region, const Pieces& pieces, const OrientedPoints& nodes,
+                       const std::vector<Floor>& floors, const std::vector<Placed<Plate>>& plates) {
+  std::int32_t best = -1;
+  for (std::size_t s = 0; s < floors.size(); ++s) {
+    if (!floors[s].Carries(region)) {
+      const NodeList above = WithoutBelow(region, pieces, plates[s], nodes);
+      if (above.empty() || above.size() == region.size() || !floors[s].Carries(above)) continue;
+    }
+    const double height = plates[s].X_FS.translation().z();
+    if (best < 0 || height > plates[static_cast<std::size_t>(best)].X_FS.translation().z()) {
+      best = static_cast<std::int32_t>(s);
+    }
+  }
+  return best;
 }
 
 // One object for each piece of the region, but for those below its support, which are residuals.
@@ -176,7 +193,8 @@ Regions FormRegions(const SurfaceGraph& graph, const CoarseCloud& coarse, const 
   std::vector<NodeList> regions = NodesOfRegions(graph, pieces, structures, work);
   std::vector<std::int32_t> support(regions.size());
   ParallelFor(regions.size(), 1, work, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t r = begin; r < end; ++r) support[r] = SupportOf(regions[r], floors, plates);
+    for (std::size_t r = begin; r < end; ++r)
+      support[r] = SupportOf(regions[r], pieces, graph.nodes(), floors, plates);
   });
   std::vector<Segment> hanging;
   for (std::size_t r = 0; r < regions.size(); ++r) {

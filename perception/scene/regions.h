@@ -27,15 +27,17 @@ struct Regions {
   std::vector<std::uint32_t> rejected;  // nodes that belong to nothing
 };
 
-// Each piece is one object (JoinPieces). A region of linked pieces stands on a support when most of
-// it lies over the support's outline (of one that reaches out of the view, a part of it, and nothing of
-// it is lower; or beside it, where its foot and all from there to what was seen of the support are hidden), it
-// reaches down to it, its foot is hidden or it is a ball that touches it, and its footprint on the
-// support's cells is at least kSmallestFootprint_m2; or when it rests on objects that do
-// (FindSupportsUnderStacks). Linked pieces that stand on nothing become one residual each, and
-// so does each wall or front (FindStructures), which is part of no region. Objects that rest on
-// others say so (FindWhatTheyRestOn). Nodes in no piece are rejected as long as they are at most
-// 0.5 % of the points; beyond that the larger sets of them become residuals too.
+// Each piece is one object (JoinPieces). A region of linked pieces, less those that lie below the
+// support as its own front does, stands on it when most of it lies over the support's outline (of
+// one that reaches out of the view, a part of it, and nothing of it is lower; at an edge that its
+// own shadow cuts off, a part of it, and no ray passes right below its foot; or beside it, where
+// its foot and all from there to what was seen of the support are hidden), it reaches down to it,
+// its foot is hidden or it is a ball that touches it, and its footprint on the support's cells is
+// at least kSmallestFootprint_m2; or when it rests on objects that do (FindSupportsUnderStacks).
+// Linked pieces that stand on nothing become one residual each, and so does each wall or front
+// (FindStructures), which is part of no region. Objects that rest on others say so
+// (FindWhatTheyRestOn). Nodes in no piece are rejected as long as they are at most 0.5 % of the
+// points; beyond that the larger sets of them become residuals too.
 Regions FormRegions(const SurfaceGraph& graph, const CoarseCloud& coarse, const Pieces& pieces,
                     const std::vector<SupportPlane>& supports,
                     const std::vector<Placed<Plate>>& plates, const SightMap& sight,

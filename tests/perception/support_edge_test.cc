@@ -1,0 +1,93 @@
+// Things at the edges of what carries them, of which their own shadows hide the rest.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <numbers>
+
+#include "tests/perception/table_scene.h"
+
+namespace cwm::perception {
+namespace {
+
+// Towards the origin, from 1.2 m.
+PinholeCamera CameraFrom(double elevation_rad) {
+  PinholeCamera camera;
+  const Vector3 forward(std::cos(elevation_rad), 0, -std::sin(elevation_rad)), right(0, -1, 0);
+  camera.X_WC.linear() << right, forward.cross(right), forward;
+  camera.X_WC.translation() = -1.2 * forward;
+  return camera;
+}
+
+constexpr double kDegree = std::numbers::pi / 180;
+
+// How many objects within a hand's breadth of the place stand on a support at z = 0.
+std::ptrdiff_t ObjectsAt(const Vector3& place, const SimulatedScene& scene,
+                         const PinholeCamera& camera, std::uint64_t seed) {
+  const SimulatedCloud scan = Scan(scene, camera, {.seed = seed});
+  InterpretOptions options;
+  options.X_WC = camera.X_WC;
+  const auto found = InterpretScene(scan.cloud, options);
+  EXPECT_TRUE(found.ok()) << found.status();
+  if (!found.ok()) return -1;
+  return std::ranges::count_if(found->objects, [&](const DetectedObject& object) {
+    if (object.model->shapes.empty() || object.supported_by < 0) return false;
+    const auto& support = found->supports[static_cast<std::size_t>(object.supported_by)];
+    const ShapePart& part = object.model->shapes.front();
+    return ((object.X_WO * part.X_OS).translation() - place).norm() < 0.05 &&
+           std::abs(support.X_WO.translation().z()) < 0.005;
+  });
+}
+
+// A board on a wall, its top at z = 0 and its middle at the origin, and a can beside or on its end.
+constexpr double kHalfBoard_m = 0.4, kCanRadius_m = 0.035, kCanHeight_m = 0.2;
+
+SimulatedScene CanAtTheEndOfABoard(const Vector3& can) {
+  return {{{.name = "board",
+            .parts = {{MakeTranslation(0, 0, -0.01), Box{{0.24, 2 * kHalfBoard_m, 0.02}}}},
+            .is_support = true},
+           Thing("wall", Box{{0.02, 3, 2.5}}, MakeTranslation(0.13, 0, -0.3)),
+           Thing("can", Cylinder{kCanRadius_m, kCanHeight_m},
+                 MakeTranslation(can.x(), can.y(), can.z()))}};
+}
+
+class EndOfABoard : public ::testing::TestWithParam<std::uint64_t> {};
+
+// At the corner, flush with the end: behind it one sees nothing of the board.
+TEST_P(EndOfABoard, CarriesTheCanWhoseShadowCutsItOff) {
+  for (const double side : {-1.0, 1.0}) {
+    const Vector3 can(-0.07, side * (kHalfBoard_m - kCanRadius_m), 0.5 * kCanHeight_m);
+    EXPECT_EQ(ObjectsAt(can, CanAtTheEndOfABoard(can), CameraFrom(20 * kDegree), GetParam()), 1)
+        << "side " << side;
+  }
+}
+
+// Its foot at the height of the board's top; one sees the wall below it.
+TEST_P(EndOfABoard, DoesNotCarryWhatHangsBesideIt) {
+  for (const double side : {-1.0, 1.0}) {
+    const Vector3 can(-0.07, side * (kHalfBoard_m + kCanRadius_m + 0.015), 0.5 * kCanHeight_m);
+    EXPECT_EQ(ObjectsAt(can, CanAtTheEndOfABoard(can), CameraFrom(20 * kDegree), GetParam()), 0)
+        << "side " << side;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Seeds, EndOfABoard, ::testing::Range<std::uint64_t>(1, 4));
+
+// A packet hardly behind the counter's edge, whose front and the packet's are linked.
+TEST(EdgeOfACounter, CarriesWhatStandsAtItsFront) {
+  const Vector3 packet(-0.3 + 0.05, 0.1, 0.04);
+  const SimulatedScene scene{
+      {{.name = "counter",
+        .parts = {{MakeTranslation(0, 0, -0.02), Box{{0.6, 1.2, 0.04}}}},
+        .is_support = true},
+       Thing("cabinet", Box{{0.56, 1.2, 0.5}}, MakeTranslation(0.02, 0, -0.29)),
+       Thing("packet", Box{{0.08, 0.14, 0.08}},
+             MakeTranslation(packet.x(), packet.y(), packet.z()))}};
+  for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+    EXPECT_EQ(ObjectsAt(packet, scene, CameraFrom(38 * kDegree), seed), 1) << "seed " << seed;
+  }
+}
+
+}  // namespace
+}  // namespace cwm::perception
