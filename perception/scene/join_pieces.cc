@@ -35,24 +35,27 @@ std::vector<std::size_t> SizesOfSets(DisjointSets& objects, std::size_t count) {
 
 // A scrap goes to its longest border; a small part on the side of something that reaches no support
 // is a handle of it, while one on top of something rests there. What is already part of an object
-// goes nowhere: it would make one of two.
+// goes nowhere: it would make one of two. A patch that no vessel claimed is its support.
 void JoinSmallParts(const PieceViews& views, std::int32_t support_count, DisjointSets& objects) {
   std::vector<char> is_part(views.pieces.size());
   const std::vector<std::size_t> members = SizesOfSets(objects, views.pieces.size());
   for (std::size_t p = 0; p < is_part.size(); ++p) is_part[p] = members[objects.Root(p)] > 1;
   for (std::size_t p = 0; p < views.pieces.size(); ++p) {
     const PieceView& piece = views.pieces[p];
-    if (is_part[p] || piece.sample.empty() || piece.area_m2 > kAttachedPart_m2) continue;
+    if (is_part[p] || piece.is_patch || piece.sample.empty()) continue;
+    if (piece.area_m2 > kAttachedPart_m2) continue;
     Neighbour best;
     int all = 0, to_support = 0;
     const auto id = static_cast<std::int32_t>(p);
     for (auto it = views.borders.lower_bound({id, 0}); it != views.borders.end(); ++it) {
       if (it->first.first != id) break;
       all += it->second.links;
-      if (it->first.second < support_count) {
+      const auto other = static_cast<std::size_t>(it->first.second);
+      const bool is_support = views.pieces[other].is_patch && !is_part[other];
+      if (it->first.second < support_count || is_support) {
         to_support += it->second.links;
       } else if (it->second.links > best.links) {
-        best = {static_cast<std::size_t>(it->first.second), it->second.links,
+        best = {other, it->second.links,
                 it->second.level_links / static_cast<float>(it->second.links)};
       }
     }

@@ -24,7 +24,7 @@ constexpr float kDegree = std::numbers::pi_v<float> / 180;
 // A support's nodes: max(15 degrees, 3 standard deviations of the normal).
 constexpr float kSupportNormalGate_rad = 15 * kDegree;
 constexpr float kNormalGate_sigma = 3;
-constexpr double kLargestPatch_m2 = 0.04;      // the floor of a pot of 22 cm
+constexpr double kLargestPatch_m2 = 0.07;      // the floor of a pan of 30 cm
 constexpr double kOnPlaneShare = 0.9;          // the rest may be mixed pixels
 constexpr std::size_t kNodesPerPiece = 16384;  // of work, of some 20 ns a node
 constexpr std::size_t kCellsPerPiece = 64;     // of work, of some 100 nodes
@@ -172,18 +172,31 @@ std::vector<std::int32_t> SeedPieces(const SurfaceGraph& graph,
   return class_of_piece;
 }
 
+// Of a node of a support its support, where all that is right beside it is the support too; else
+// kNoPiece. The rim of a pan is a line of pixels: across it, the floor and the counter are linked at
+// its corners and where noise breaks it.
+std::vector<std::int32_t> InsidesOfSupports(const SurfaceGraph& graph, const Pieces& pieces,
+                                            const Work& work) {
+  std::vector<std::int32_t> inside(graph.size(), kNoPiece);
+  ForEachNode(graph.size(), work, [&](std::size_t i) {
+    const std::int32_t support = pieces.of_node[i];
+    if (support >= pieces.support_count || graph.IsAtEdge(i)) return;
+    bool is_inside = true;
+    graph.ForEachLinked(i, [&](std::size_t j) { is_inside &= pieces.of_node[j] == support; });
+    if (is_inside) inside[i] = support;
+  });
+  return inside;
+}
+
 // Patches of a support that hang together with none of its larger part: seen through a handle, or
 // really the floor of a vessel that stands on it. They become pieces that remember their support.
 void SeparatePatches(const SurfaceGraph& graph, Pieces& pieces, const Work& work) {
-  std::vector<std::int32_t> support_of_node = pieces.of_node;
-  for (std::int32_t& support : support_of_node) {
-    if (support >= pieces.support_count) support = kNoPiece;
-  }
-  const ConnectedSets sets = FindConnectedSets(graph, support_of_node, work);
+  const std::vector<std::int32_t> inside = InsidesOfSupports(graph, pieces, work);
+  const ConnectedSets sets = FindConnectedSets(graph, inside, work);
   std::vector<double> area_m2(sets.count(), 0);  // not counted beyond what is asked
   std::vector<std::uint32_t> nodes(sets.count(), 0);
   for (std::size_t i = 0; i < graph.size(); ++i) {
-    if (support_of_node[i] < 0) continue;
+    if (inside[i] < 0) continue;
     const auto s = static_cast<std::size_t>(sets.of_node[i]);
     ++nodes[s];
     if (area_m2[s] <= kLargestPatch_m2) area_m2[s] += graph.area_m2(i);
@@ -192,11 +205,21 @@ void SeparatePatches(const SurfaceGraph& graph, Pieces& pieces, const Work& work
   for (std::size_t s = 0; s < sets.count(); ++s) {
     if (area_m2[s] > kLargestPatch_m2 || nodes[s] < kSmallestSeed_nodes) continue;
     piece[s] = pieces.piece_count++;
-    pieces.patch_of.emplace(piece[s], support_of_node[sets.first_nodes[s]]);
+    pieces.patch_of.emplace(piece[s], inside[sets.first_nodes[s]]);
   }
+  // What is beside something else goes with what of its support is inside.
+  const auto patch_at = [&](std::size_t i) {
+    return inside[i] < 0 ? kNoPiece : piece[static_cast<std::size_t>(sets.of_node[i])];
+  };
   ForEachNode(graph.size(), work, [&](std::size_t i) {
-    if (support_of_node[i] < 0) return;
-    const std::int32_t patch = piece[static_cast<std::size_t>(sets.of_node[i])];
+    const std::int32_t support = pieces.of_node[i];
+    if (support < 0 || support >= pieces.support_count) return;
+    std::int32_t patch = patch_at(i);
+    if (inside[i] < 0) {
+      graph.ForEachLinked(i, [&](std::size_t j) {
+        if (inside[j] == support) patch = std::max(patch, patch_at(j));
+      });
+    }
     if (patch != kNoPiece) pieces.of_node[i] = patch;
   });
 }

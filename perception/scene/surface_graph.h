@@ -55,6 +55,9 @@ class SurfaceGraph {
   // lies across a step may be linked elsewhere by noise. False for a grid.
   bool IsAtStep(std::size_t node) const { return !at_step_.empty() && at_step_[node]; }
 
+  // Whether one of the eight pixels right beside this one is not linked. False for a grid.
+  bool IsAtEdge(std::size_t node) const { return !beside_.empty() && beside_[node] != 0xff; }
+
   // f(other) for those of them that come before this one in the order of nodes: each link once.
   template <class F>
   void ForEachLinkedBefore(std::size_t node, F&& f) const;

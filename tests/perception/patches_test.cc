@@ -11,35 +11,50 @@
 namespace cwm::perception {
 namespace {
 
+struct Points {
+  int things = 0, supports = 0;
+};
+
+// Of each object on a support, by its index.
+std::map<std::uint32_t, Points> PointsOfObjects(std::uint64_t seed) {
+  const SimulatedView kitchen = RandomScene(SceneFamily::kKitchen, seed);
+  const SimulatedCloud scan = Scan(kitchen.scene, kitchen.camera, {.seed = seed});
+  InterpretOptions options;
+  options.X_WC = kitchen.camera.X_WC;
+  const auto found = InterpretScene(scan.cloud, options);
+  EXPECT_TRUE(found.ok()) << found.status();
+  std::map<std::uint32_t, Points> of_object;
+  if (!found.ok()) return of_object;
+  for (std::size_t i = 0; i < scan.object.size(); ++i) {
+    if (scan.object[i] < 0 || found->labels[i] < 20) continue;
+    const std::uint32_t object = found->labels[i] / 10 - 2;
+    if (found->objects[object].kind != DetectedKind::kObject) continue;
+    const bool is_support =
+        kitchen.scene.objects[static_cast<std::size_t>(scan.object[i])].is_support;
+    ++(is_support ? of_object[object].supports : of_object[object].things);
+  }
+  EXPECT_FALSE(of_object.empty());
+  return of_object;
+}
+
 class PatchOfTheCounter : public ::testing::TestWithParam<std::uint64_t> {};
 
 // The floor of a pan lies nearly on the counter's plane, as does the patch behind its handle, and the
 // pan's wall between them hides that they are two.
 TEST_P(PatchOfTheCounter, IsNoPartOfAThing) {
-  const SimulatedView kitchen = RandomScene(SceneFamily::kKitchen, GetParam());
-  const SimulatedCloud scan = Scan(kitchen.scene, kitchen.camera, {.seed = GetParam()});
-  InterpretOptions options;
-  options.X_WC = kitchen.camera.X_WC;
-  const auto found = InterpretScene(scan.cloud, options);
-  ASSERT_TRUE(found.ok()) << found.status();
-  struct Points {
-    int things = 0, supports = 0;
-  };
-  std::map<std::uint32_t, Points> of_object;
-  for (std::size_t i = 0; i < scan.object.size(); ++i) {
-    if (scan.object[i] < 0 || found->labels[i] < 20) continue;
-    const bool is_support =
-        kitchen.scene.objects[static_cast<std::size_t>(scan.object[i])].is_support;
-    Points& points = of_object[found->labels[i] / 10 - 2];
-    ++(is_support ? points.supports : points.things);
-  }
-  for (const auto& [object, points] : of_object) {
-    if (found->objects[object].kind != DetectedKind::kObject) continue;
+  for (const auto& [object, points] : PointsOfObjects(GetParam())) {
     EXPECT_LT(points.supports, 100 + points.things / 20) << "object " << object + 1;
   }
 }
 
 INSTANTIATE_TEST_SUITE_P(Seeds, PatchOfTheCounter, ::testing::Values(1002, 1014, 1050, 1062));
+
+// A scrap beside a patch belongs to no thing, and the patch to no scrap.
+TEST(PatchBesideAScrap, IsNoThingWithAScrap) {
+  for (const auto& [object, points] : PointsOfObjects(1033)) {
+    EXPECT_LT(points.supports, 200 + points.things) << "object " << object + 1;
+  }
+}
 
 }  // namespace
 }  // namespace cwm::perception
