@@ -46,11 +46,11 @@ constexpr std::size_t kUnhurriedPerCutThing = 4;
 std::size_t MostUnhurriedThings(const SegmentedScene& scene) {
   return kUnhurriedPerCutThing * MostCutThings(scene);
 }
-// Where no more than a tenth of the largest is of shapes, the others are hardly better, and are modelled
-// in haste from there on. Of noise and of heaps of balls 0.98 and more is of none.
+// Where no more than a tenth of the largest is of shapes, the others are hardly better: they are
+// meshed, no shapes are looked for. Of noise and of heaps of balls 0.98 and more is of none.
 constexpr double kMostUnexplained = 0.9;
-
-constexpr double kWiderInHaste = 2;  // the spacing of their meshes: a quarter of the triangles
+// The spacing of meshes of what is modelled in haste or meshed alone: a quarter of the triangles.
+constexpr double kWiderInHaste = 2;
 
 class Stopwatch {
  public:
@@ -138,7 +138,7 @@ void AddWarnings(const SegmentedScene& scene, bool is_shapeless, std::vector<std
   } else if (scene.things.size() > MostUnhurriedThings(scene)) {
     report.warnings.push_back(absl::StrCat(
         "of ", scene.things.size(), " things all but the largest ", MostUnhurriedThings(scene),
-        " were modelled in haste: some shapes of theirs may be missed"));
+        " were modelled in haste: some shapes of theirs may be missed, their meshes are coarser"));
   }
 }
 
@@ -176,7 +176,7 @@ struct DescribedScene {
   std::vector<ModelledThing> things;
 };
 
-// Of the points of those that are modelled, by shapes and handles.
+// Of the points of the things that are modelled already: the share that is of no shape or handle.
 double UnexplainedShare(const std::vector<ModelledThing>& things) {
   std::size_t points = 0;
   std::ptrdiff_t unexplained = 0;

@@ -23,9 +23,9 @@ bool LooksFlat(const Solid& solid, const FitContext& context);
 Account AccountOf(const std::vector<Solid>& solids, const FitContext& context);
 
 // The one closed solid that accounts for the context's points better than `solids`, by more than
-// kPositive, if any does, and no ray contradicts it. Of the kind of the only one of them it must account
-// for them better by far, by a tenth where it has a lid. Round ones are where more of the points
-// have them (FitToMore).
+// kPositive (a cone by anything), if any does, and no ray contradicts it. Of the kind of the only one of
+// them it must account for them better by far, by a tenth where it has a lid. Round ones are where more
+// of the points have them (FitToMore).
 std::optional<WholeFit> BetterSolid(const FitContext& context, const std::vector<Solid>& solids);
 
 // The solid of the same kind that accounts best for other points, the context's: most of those that
