@@ -4,8 +4,6 @@
 #include <limits>
 #include <numeric>
 
-#include "collision/geometry/mesh_parts.h"
-
 namespace cwm {
 namespace {
 

@@ -30,6 +30,9 @@ bool SharesEdges(const TriangleMesh& mesh);
 // together whether or not they share an index. Vertices without a triangle are no part.
 std::vector<Vector3> ComponentPoints(const TriangleMesh& mesh);
 
+// For each triangle which of these parts it is of: 0, 1, ... in the order of their first triangles.
+std::vector<std::uint32_t> Components(const TriangleMesh& mesh);
+
 // Volume by the divergence theorem; positive for an outward-wound watertight mesh.
 double SignedVolume_m3(const TriangleMesh& mesh);
 
