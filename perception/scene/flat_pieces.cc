@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "collision/geometry/pose.h"
+#include "perception/scene/support_gaps.h"
 
 namespace cwm::perception {
 namespace {
@@ -16,6 +17,7 @@ constexpr double kFlatShare = 0.9;  // the rest may be mixed pixels
 // Of a support's own surface nothing lies farther from the rest than this, or, where noise scatters
 // its points, than they are scattered.
 constexpr double kGap_cells = 2;
+constexpr std::size_t kFewestNodes = 24;  // of a piece: two independent samples
 
 // What lies on a plane beside the cells of a support. Distances differ from here to the end of a hall by a factor of a
 // hundred: squares of twice the size are made of those of half the size, once somebody asks.
@@ -103,10 +105,12 @@ bool IsWithinNoise(const Plane& plane, const OrientedPoints& nodes, std::size_t 
 class Absorption {
  public:
   Absorption(const SurfaceGraph& graph, const CoarseCloud& coarse,
-             const std::vector<SupportPlane>& supports, const Pieces& pieces, const Work& work)
+             const std::vector<SupportPlane>& supports, const SightMap* sight, const Pieces& pieces,
+             const Work& work)
       : nodes_(graph.nodes()),
         coarse_(coarse),
         supports_(supports),
+        sight_(sight),
         surroundings_(supports.size()) {
     const std::vector<std::int32_t> linked = LinkedSupports(graph, pieces, work);
     std::vector<Members> members(linked.size());
@@ -161,7 +165,8 @@ class Absorption {
     for (std::size_t s = 0; s < supports_.size(); ++s) {
       const Plane& plane = supports_[s].plane;
       if (IsMostly(part, [&](auto i) { return IsWithinNoise(plane, nodes_, i); }) &&
-          std::ranges::any_of(part.members, [&](auto i) { return IsBeside(s, i); })) {
+          (std::ranges::any_of(part.members, [&](auto i) { return IsBeside(s, i); }) ||
+           IsBehindHidden(s, part))) {
         return static_cast<std::int32_t>(s);
       }
     }
@@ -180,9 +185,19 @@ class Absorption {
     return around->Has(nodes_.points[node], nodes_.UsuallyOffPlane_m(node));
   }
 
+  // Of a piece, whether things before it hide what is between it and the support.
+  bool IsBehindHidden(std::size_t support, const Part& part) const {
+    if (sight_ == nullptr || part.members.size() < kFewestNodes) return false;
+    std::vector<std::uint32_t> cells;
+    for (std::uint32_t i : part.members) cells.push_back(coarse_.grid.CellOfPoint(i));
+    const SupportPlane& plane = supports_[support];
+    return GapIsClosed(plane.plane, coarse_.cells, plane.cells, cells, sight_);
+  }
+
   const OrientedPoints& nodes_;
   const CoarseCloud& coarse_;
   const std::vector<SupportPlane>& supports_;
+  const SightMap* sight_;                                  // or null
   std::vector<Part> parts_;                                // that went to no support yet
   std::vector<std::optional<Surroundings>> surroundings_;  // made when asked
 };
@@ -207,9 +222,10 @@ void CloseUp(Pieces& pieces) {
 }  // namespace
 
 void AbsorbFlatPieces(const SurfaceGraph& graph, const CoarseCloud& coarse,
-                      const std::vector<SupportPlane>& supports, Pieces& pieces, const Work& work) {
+                      const std::vector<SupportPlane>& supports, const SightMap* sight,
+                      Pieces& pieces, const Work& work) {
   if (supports.empty()) return;
-  Absorption(graph, coarse, supports, pieces, work).Absorb(pieces);
+  Absorption(graph, coarse, supports, sight, pieces, work).Absorb(pieces);
   CloseUp(pieces);
 }
 

@@ -5,6 +5,7 @@
 
 #include "perception/cloud/work.h"
 #include "perception/scene/pieces.h"
+#include "perception/scene/sight_map.h"
 #include "perception/scene/support_planes.h"
 #include "perception/scene/surface_graph.h"
 
@@ -12,9 +13,11 @@ namespace cwm::perception {
 
 // Pieces that are linked to a support and nowhere rise above (or sink below) what noise and warp of
 // the sensor can make of it become part of it; so do pieces, and nodes in no piece, that are not
-// linked but lie on its plane beside it, as the last pixels of a far floor do. The numbers of the
-// other pieces close up.
+// linked but lie on its plane beside it, as the last pixels of a far floor do, and pieces that lie
+// there with nothing but hidden places between, as what is seen of a table between two things does.
+// Without `sight` where not all was seen from one place. The numbers of the other pieces close up.
 void AbsorbFlatPieces(const SurfaceGraph& graph, const CoarseCloud& coarse,
-                      const std::vector<SupportPlane>& supports, Pieces& pieces, const Work& work);
+                      const std::vector<SupportPlane>& supports, const SightMap* sight,
+                      Pieces& pieces, const Work& work);
 
 }  // namespace cwm::perception

@@ -451,7 +451,7 @@ std::vector<std::uint32_t> BorderNodes(const SurfaceGraph& graph, const Pieces& 
 
 Pieces CutIntoPieces(const SurfaceGraph& graph, const std::vector<char>& crease,
                      const CoarseCloud& coarse, const std::vector<SupportPlane>& supports,
-                     const Work& work) {
+                     const SightMap* sight, const Work& work) {
   Pieces pieces;
   pieces.of_node.assign(graph.size(), kNoPiece);
   pieces.support_count = static_cast<std::int32_t>(supports.size());
@@ -470,7 +470,7 @@ Pieces CutIntoPieces(const SurfaceGraph& graph, const std::vector<char>& crease,
   long_planes.class_of_piece = SeedPieces(graph, may_seed, pieces, work);
   PieceGrower(graph, supports, pieces, work).Grow();
   JoinEvenPieces(graph, crease, long_planes, pieces, work);
-  AbsorbFlatPieces(graph, coarse, supports, pieces, work);
+  AbsorbFlatPieces(graph, coarse, supports, sight, pieces, work);
   SeparatePatches(graph, pieces, work);
   return pieces;
 }

@@ -7,6 +7,7 @@
 #include <numbers>
 #include <vector>
 
+#include "perception/scene/sight_map.h"
 #include "perception/scene/support_planes.h"
 #include "perception/scene/surface_graph.h"
 
@@ -37,9 +38,10 @@ bool IsContact(int links, std::size_t nodes);
 // Chosen: above what warp bends a face by, below a box's edge.
 inline constexpr float kConcave_rad = 20 * std::numbers::pi_v<float> / 180;
 
-// `crease` is ConcaveCreases of the graph by kConcave_rad.
+// `crease` is ConcaveCreases of the graph by kConcave_rad. Without `sight` where not all was seen from
+// one place.
 Pieces CutIntoPieces(const SurfaceGraph& graph, const std::vector<char>& crease,
                      const CoarseCloud& coarse, const std::vector<SupportPlane>& supports,
-                     const Work& work);
+                     const SightMap* sight, const Work& work);
 
 }  // namespace cwm::perception

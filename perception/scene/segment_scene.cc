@@ -14,6 +14,7 @@
 #include "perception/scene/join_pieces.h"
 #include "perception/scene/pieces.h"
 #include "perception/scene/regions.h"
+#include "perception/scene/structure_plates.h"
 #include "perception/scene/support_planes.h"
 #include "perception/scene/support_polygon.h"
 #include "perception/scene/surface_graph.h"
@@ -242,25 +243,6 @@ Supports FindSupports(const OrientedPoints& nodes, const CoarseCloud& coarse, co
   return found;
 }
 
-// Walls and fronts are bounded as supports are: by what was seen on their planes, less the doorways
-// and windows that rays pass through.
-std::vector<Placed<Plate>> PlatesOfStructure(const Segment& segment, const CoarseCloud& coarse,
-                                             const OrientedPoints& nodes, const SightMap* sight) {
-  SupportPlane wall{.plane = *segment.plane, .cells = {}, .area_m2 = 0};
-  for (std::uint32_t i : segment.nodes) wall.cells.push_back(coarse.grid.CellOfPoint(i));
-  std::sort(wall.cells.begin(), wall.cells.end());
-  wall.cells.erase(std::unique(wall.cells.begin(), wall.cells.end()), wall.cells.end());
-  const double edge_m = coarse.grid.edge_m();
-  wall.area_m2 = static_cast<double>(wall.cells.size()) * edge_m * edge_m;
-  // The structure's own plane is that of a sample.
-  wall.plane = RefinePlane(wall.plane, coarse.cells, wall.cells).value_or(wall.plane);
-  std::vector<Placed<Plate>> plates;
-  for (BoundedSupport& part : BoundSupport(wall, coarse, nodes, sight)) {
-    plates.push_back(std::move(part.plate));
-  }
-  return plates;
-}
-
 void BoundStructures(const SurfaceGraph& graph, const CoarseCloud& coarse, const Regions& regions,
                      const SightMap* sight, const Work& work, SegmentedScene& scene) {
   ParallelFor(regions.segments.size(), 1, work, [&](std::size_t begin, std::size_t end) {
@@ -348,7 +330,8 @@ SegmentedScene SegmentInSteps(MeasuredPoints measured, const SegmentOptions& opt
   work.Poll();
 
   // Step 5: what stands on them.
-  Pieces pieces = CutIntoPieces(graph, surface->crease, coarse, supports.planes, work);
+  Pieces pieces =
+      CutIntoPieces(graph, surface->crease, coarse, supports.planes, from_one_place, work);
   options.stage_done("clusters");
   work.Poll();
   pieces = JoinPieces(graph, std::move(pieces), sight, work);

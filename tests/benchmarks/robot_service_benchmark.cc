@@ -325,7 +325,8 @@ void MeasureRobotLatency(Report& report) {
   }
   const Latencies in_a_row = MeasureLatencies(caller, 2'000, 0);
   const Latencies paced = MeasureLatencies(caller, 200, 0.02);
-  const auto beside = [&](v1::RobotGeometry geometry, std::size_t batch) {
+  const auto beside = [&](v1::RobotGeometry geometry, std::size_t batch, int count,
+                          double pause_s) {
     const auto question = PandaIn(kWorld, RandomStates(*all, all->problems[0], batch, 2), geometry);
     std::atomic<bool> stop = false;
     std::thread load([&] {
@@ -336,14 +337,16 @@ void MeasureRobotLatency(Report& report) {
       while (!stop && stream.AskOften(question, 10)) {
       }
     });
-    Latencies latencies = MeasureLatencies(caller, 200, 0.02);
+    Latencies latencies = MeasureLatencies(caller, count, pause_s);
     stop = true;
     load.join();
     return latencies;
   };
-  const Latencies loaded = beside(v1::ROBOT_GEOMETRY_EXACT, 1'000);
-  const Latencies spheres = beside(v1::ROBOT_GEOMETRY_SPHERES_AS_GIVEN, kBatch);
-  if (in_a_row.empty() || paced.empty() || loaded.empty() || spheres.empty())
+  const Latencies loaded = beside(v1::ROBOT_GEOMETRY_EXACT, 1'000, 200, 0.02);
+  const Latencies loaded_in_a_row = beside(v1::ROBOT_GEOMETRY_EXACT, 1'000, 2'000, 0);
+  const Latencies spheres = beside(v1::ROBOT_GEOMETRY_SPHERES_AS_GIVEN, kBatch, 200, 0.02);
+  if (in_a_row.empty() || paced.empty() || loaded.empty() || loaded_in_a_row.empty() ||
+      spheres.empty())
     return report.Fail("a unary call failed");
   report.Add({.key = "unary_idle_p99_ms",
               .value = Quantile(idle_ms, 0.99),
@@ -362,11 +365,14 @@ void MeasureRobotLatency(Report& report) {
   report.Add(loaded.AsFigure("unary_loaded_p50_ms",
                              "the same while one stream asks batches of 1 000 states, three in "
                              "flight"));
+  report.Add(loaded_in_a_row.AsFigure("unary_loaded_in_a_row_p50_ms",
+                                      "beside the same batches, 2 000 of each in a row"));
   report.Add(spheres.AsFigure("unary_beside_spheres_p50_ms",
                               "the same beside batches of 10 000 states of the spheres as given"));
   report.Detail(in_a_row.Tails("in a row"));
   report.Detail(paced.Tails("20 ms apart"));
   report.Detail(loaded.Tails("beside batches of meshes"));
+  report.Detail(loaded_in_a_row.Tails("in a row beside batches of meshes"));
   report.Detail(spheres.Tails("beside batches of spheres"));
 }
 

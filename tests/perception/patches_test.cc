@@ -1,4 +1,4 @@
-// Patches of a counter that what stands before them, or a wall, cuts off from the rest of it.
+// Patches of a support that what stands before them, or a wall, cuts off from the rest of it.
 #include <gtest/gtest.h>
 
 #include <cstdint>
@@ -16,11 +16,11 @@ struct Points {
 };
 
 // Of each object on a support, by its index.
-std::map<std::uint32_t, Points> PointsOfObjects(std::uint64_t seed) {
-  const SimulatedView kitchen = RandomScene(SceneFamily::kKitchen, seed);
-  const SimulatedCloud scan = Scan(kitchen.scene, kitchen.camera, {.seed = seed});
+std::map<std::uint32_t, Points> PointsOfObjects(SceneFamily family, std::uint64_t seed) {
+  const SimulatedView view = RandomScene(family, seed);
+  const SimulatedCloud scan = Scan(view.scene, view.camera, {.seed = seed});
   InterpretOptions options;
-  options.X_WC = kitchen.camera.X_WC;
+  options.X_WC = view.camera.X_WC;
   const auto found = InterpretScene(scan.cloud, options);
   EXPECT_TRUE(found.ok()) << found.status();
   std::map<std::uint32_t, Points> of_object;
@@ -29,8 +29,7 @@ std::map<std::uint32_t, Points> PointsOfObjects(std::uint64_t seed) {
     if (scan.object[i] < 0 || found->labels[i] < 20) continue;
     const std::uint32_t object = found->labels[i] / 10 - 2;
     if (found->objects[object].kind != DetectedKind::kObject) continue;
-    const bool is_support =
-        kitchen.scene.objects[static_cast<std::size_t>(scan.object[i])].is_support;
+    const bool is_support = view.scene.objects[static_cast<std::size_t>(scan.object[i])].is_support;
     ++(is_support ? of_object[object].supports : of_object[object].things);
   }
   EXPECT_FALSE(of_object.empty());
@@ -42,16 +41,27 @@ class PatchOfTheCounter : public ::testing::TestWithParam<std::uint64_t> {};
 // The floor of a pan lies nearly on the counter's plane, as does the patch behind its handle, and the
 // pan's wall between them hides that they are two.
 TEST_P(PatchOfTheCounter, IsNoPartOfAThing) {
-  for (const auto& [object, points] : PointsOfObjects(GetParam())) {
+  for (const auto& [object, points] : PointsOfObjects(SceneFamily::kKitchen, GetParam())) {
     EXPECT_LT(points.supports, 100 + points.things / 20) << "object " << object + 1;
   }
 }
 
 INSTANTIATE_TEST_SUITE_P(Seeds, PatchOfTheCounter, ::testing::Values(1002, 1014, 1050, 1062));
 
+class PatchBetweenThings : public ::testing::TestWithParam<std::uint64_t> {};
+
+// A strip of the table between two shadows lies on its plane, and what is between is hidden.
+TEST_P(PatchBetweenThings, IsNoThing) {
+  for (const auto& [object, points] : PointsOfObjects(SceneFamily::kClutter, GetParam())) {
+    EXPECT_LE(points.supports, points.things) << "object " << object + 1;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Seeds, PatchBetweenThings, ::testing::Values(2043, 2044, 2060, 2075));
+
 // A scrap beside a patch belongs to no thing, and the patch to no scrap.
 TEST(PatchBesideAScrap, IsNoThingWithAScrap) {
-  for (const auto& [object, points] : PointsOfObjects(1033)) {
+  for (const auto& [object, points] : PointsOfObjects(SceneFamily::kKitchen, 1033)) {
     EXPECT_LT(points.supports, 200 + points.things) << "object " << object + 1;
   }
 }
