@@ -12,6 +12,7 @@
 #include "perception/cloud/quantile.h"
 #include "perception/scene/creases.h"
 #include "perception/scene/join_pieces.h"
+#include "perception/scene/level_patches.h"
 #include "perception/scene/pieces.h"
 #include "perception/scene/regions.h"
 #include "perception/scene/structure_plates.h"
@@ -307,22 +308,27 @@ SegmentedScene SegmentInSteps(MeasuredPoints measured, const SegmentOptions& opt
   scene.up_source = level.up_source;
   scene.up_verdict = level.up_verdict;
   const Cells* cells = cells_of_cloud ? &*cells_of_cloud : nullptr;
-  const OrientedPoints& nodes = cells ? cells->nodes : measured.oriented;
+  OrientedPoints& nodes = cells_of_cloud ? cells_of_cloud->nodes : measured.oriented;
 
   // The supports need no links, and the links no supports.
   std::optional<Surface> surface;
   std::optional<CoarseCloud> coarse_cloud;
   std::optional<SightMap> sight_map;
   const SightMap* from_one_place = nullptr;  // the map, where all was seen from its viewpoint
+  TurnedCells turned;
   Supports supports;
   const auto find_supports = [&] {
     DoBoth(
         work, [&] { coarse_cloud = MakeCoarseCloud(nodes, work); },
         [&] { sight_map = MakeSightMap(measured, cells); });
     if (!cells || IsSeenFromOnePlace(nodes, sight_map->pitch_rad())) from_one_place = &*sight_map;
+    if (from_one_place != nullptr) {
+      turned = TurnLevelPatches(Vector3f::UnitZ(), *coarse_cloud, work);
+    }
     supports = FindSupports(nodes, *coarse_cloud, from_one_place, work);
   };
   DoBoth(work, find_supports, [&] { surface = LinkNodes(measured, cells, work); });
+  TurnPointsOn(supports.planes, *coarse_cloud, turned, nodes);
   const SurfaceGraph& graph = surface->graph;
   const CoarseCloud& coarse = *coarse_cloud;
   const SightMap& sight = *sight_map;

@@ -29,10 +29,8 @@ constexpr std::size_t kMedianSample = 4096;  // fixes the median noise to 2 perc
 // A sketch has this many points a cell: their mean normal scatters by a quarter of a point's.
 constexpr float kSketchedPerCell = 16;
 constexpr float kMostSketchStride = 16;
-constexpr double kMostTilt_rad = 12 * kDegree;  // of a cell's normal against up
-// Of what is seen from less than 20 degrees above it, if it is level, where sensors begin to lose
-// points: as far as its normal is known, and no more than an eighth of what faces any way.
-constexpr float kGrazing_sin = 0.34f;
+// Of what is seen at a grazing angle: as far as its normal is known, and no more than an eighth of
+// what faces any way.
 constexpr double kMostTilt_sigma = 3, kMostGrazingTilt_rad = 30 * kDegree;
 constexpr double kCoplanarAngle_rad = 3 * kDegree;  // pieces of one support
 constexpr double kCoplanarGap_m = 0.01;

@@ -1,6 +1,7 @@
 // The horizontal planes that things stand on (paper, section III steps 2 to 4).
 #pragma once
 
+#include <numbers>
 #include <optional>
 #include <vector>
 
@@ -21,6 +22,11 @@ CoarseCloud MakeCoarseCloud(const OrientedPoints& nodes, const Work& work = {});
 
 // The same cells of an image, of as many of its points as they need: enough to find planes by.
 CoarseCloud SketchCoarseCloud(const MeasuredPoints& image, const Work& work = {});
+
+inline constexpr double kMostTilt_rad = 12 * std::numbers::pi / 180;  // of a cell's normal to up
+// Level surfaces that are seen from less than 20 degrees above them, where sensors begin to lose
+// points, are seen at a grazing angle.
+inline constexpr float kGrazing_sin = 0.34f;
 
 // A place that cannot hold an object of 15 x 15 cm is not worth being a support of its own.
 inline constexpr double kSmallestSupport_m2 = 0.0225;

@@ -78,7 +78,7 @@ TEST_P(HighShelf, IsASupportOfWhatStandsOnIt) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Elevations_deg, HighShelf, ::testing::Values(13, 15, 17));
+INSTANTIATE_TEST_SUITE_P(Elevations_deg, HighShelf, ::testing::Values(8, 10, 12, 13, 15, 17));
 
 }  // namespace
 }  // namespace cwm::perception
