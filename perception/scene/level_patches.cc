@@ -15,12 +15,12 @@ using Eigen::Matrix3f;
 using Eigen::Vector3f;
 
 constexpr std::size_t kCellsToAsk = 512;  // in a piece of work
-// Deviations along up: what stands fills the cell, 1 / sqrt(12) of its edge. Half of that is more than
-// a slope of kMostTilt_rad makes, and noise that is foreshortened.
+// Deviations along up: what stands fills the cell, 1 / sqrt(12) of its edge. Half of that is more
+// than a slope of kMostTilt_rad makes, and noise that is foreshortened.
 constexpr float kMostHeight_cells = 0.5f / 3.46f;
 // Along the plane and across it. The points of a wall of one cell's height spread by one sigma of
-// noise along it, and by more than two along up, as a cell is 8 sigma high; those of a board along the
-// board by six, over three cells. Noise across the ray lifts them by about one, and warp.
+// noise along it, and by more than two along up, as a cell is 8 sigma high; those of a board along
+// the board by six, over three cells. Noise across the ray lifts them by about one, and warp.
 constexpr float kLeastWidth_sigma = 3;
 constexpr float kMostThickness_sigma = 1.5f;
 
