@@ -18,6 +18,7 @@ constexpr std::size_t kCellsToAsk = 512;  // in a piece of work
 // Deviations along up: what stands fills the cell, 1 / sqrt(12) of its edge. Half of that is more
 // than a slope of kMostTilt_rad makes, and noise that is foreshortened.
 constexpr float kMostHeight_cells = 0.5f / 3.46f;
+constexpr double kLeastAbove = 0.5;  // of its points, those above it: fewer are mixed pixels
 // Along the plane and across it. The points of a wall of one cell's height spread by one sigma of
 // noise along it, and by more than two along up, as a cell is 8 sigma high; those of a board along
 // the board by six, over three cells. Noise across the ray lifts them by about one, and warp.
@@ -26,6 +27,28 @@ constexpr float kMostThickness_sigma = 1.5f;
 
 float Square(float x) { return x * x; }
 
+// The deviation along up.
+float Height_m(const Moments& moments, const Vector3f& up) {
+  return std::sqrt(std::max(0.0f, up.dot(moments.Covariance() * up)));
+}
+
+// Of the lowest of a wall a cell may hold no more than its foot.
+bool GoesOnAbove(const CoarseCloud& coarse, std::size_t c, const Vector3f& up) {
+  const float edge_m = coarse.grid.edge_m();
+  Moments column;
+  std::size_t above = 0;
+  coarse.grid.ForEachWithin(1, coarse.grid.cell(c), [&](std::size_t o) {
+    const Vector3f away = coarse.grid.Center(o) - coarse.grid.Center(c);
+    const float higher_m = up.dot(away);
+    if (higher_m < -0.5f * edge_m || (away - higher_m * up).norm() > 0.5f * edge_m) return;
+    column.Add(coarse.grid.moments(o), away);
+    if (o != c) above += coarse.grid.PointsOf(o).size();
+  });
+  return static_cast<double>(above) >=
+             kLeastAbove * static_cast<double>(coarse.grid.PointsOf(c).size()) &&
+         Height_m(column, up) > kMostHeight_cells * edge_m;
+}
+
 bool MayLieFlat(const CoarseCloud& coarse, std::size_t c, const Vector3f& up) {
   static const float most_tilt_cos = static_cast<float>(std::cos(kMostTilt_rad));
   const OrientedPoints& cells = coarse.cells;
@@ -33,8 +56,8 @@ bool MayLieFlat(const CoarseCloud& coarse, std::size_t c, const Vector3f& up) {
   const Vector3f ray = cells.points[c] - cells.viewpoint.cast<float>();
   const float down_m = -ray.dot(up);
   if (down_m <= 0 || down_m >= kGrazing_sin * ray.norm()) return false;
-  const float variance_m2 = up.dot(coarse.grid.moments(c).Covariance() * up);
-  return variance_m2 <= Square(kMostHeight_cells * coarse.grid.edge_m());
+  return Height_m(coarse.grid.moments(c), up) <= kMostHeight_cells * coarse.grid.edge_m() &&
+         !GoesOnAbove(coarse, c, up);
 }
 
 // Zero where it and those around at its height are no level plane.
@@ -50,10 +73,9 @@ Vector3f NormalOfPatch(const CoarseCloud& coarse, std::size_t c, const Vector3f&
   axes.computeDirect(moments.Covariance());
   const Vector3f normal = axes.eigenvectors().col(0);
   const float cosine = normal.dot(up);
-  const bool is_level_plane =
-      std::abs(cosine) >= static_cast<float>(std::cos(kMostTilt_rad)) &&
-      axes.eigenvalues()(0) <= Square(kMostThickness_sigma * sigma_m) &&
-      axes.eigenvalues()(1) >= Square(kLeastWidth_sigma * sigma_m);
+  const bool is_level_plane = std::abs(cosine) >= static_cast<float>(std::cos(kMostTilt_rad)) &&
+                              axes.eigenvalues()(0) <= Square(kMostThickness_sigma * sigma_m) &&
+                              axes.eigenvalues()(1) >= Square(kLeastWidth_sigma * sigma_m);
   if (!is_level_plane) return Vector3f::Zero();
   return cosine < 0 ? Vector3f(-normal) : normal;
 }
