@@ -1,6 +1,7 @@
 #include "perception/scene/structure_plates.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <optional>
 #include <utility>
