@@ -11,9 +11,10 @@
 
 #include "perception/cloud/parallel_for.h"
 #include "perception/scene/connected_sets.h"
-#include "perception/scene/disjoint_sets.h"
+#include "perception/scene/even_pieces.h"
 #include "perception/scene/flat_pieces.h"
 #include "perception/scene/long_planes.h"
+#include "perception/scene/seeds.h"
 
 namespace cwm::perception {
 namespace {
@@ -25,13 +26,11 @@ constexpr float kDegree = std::numbers::pi_v<float> / 180;
 constexpr float kSupportNormalGate_rad = 15 * kDegree;
 constexpr float kNormalGate_sigma = 3;
 constexpr double kLargestPatch_m2 = 0.07;      // the floor of a pan of 30 cm
-constexpr double kOnPlaneShare = 0.9;          // the rest may be mixed pixels
 constexpr std::size_t kNodesPerPiece = 16384;  // of work, of some 20 ns a node
 constexpr std::size_t kCellsPerPiece = 64;     // of work, of some 100 nodes
 // Links per square root of nodes: a tenth of the outline of a compact piece, each of whose border
 // nodes has three links across.
 constexpr double kLeastContact = 1.2;
-constexpr std::uint32_t kSmallestSeed_nodes = 40;  // three independent ones fix a plane
 
 bool IsLevel(const OrientedPoints& nodes, std::size_t i, const Vector3f& up) {
   static const float least_gate_cos = std::cos(kSupportNormalGate_rad);
@@ -149,27 +148,12 @@ void FollowWarp(const SurfaceGraph& graph, const std::vector<SupportPlane>& supp
   }
 }
 
-// Connected nodes of one class that may seed a piece get one label each; too small sets stay unlabelled. Returns the class of
-// each piece; of supports, 0.
-std::vector<std::int32_t> SeedPieces(const SurfaceGraph& graph,
-                                     const std::vector<std::int32_t>& may_seed, Pieces& pieces,
-                                     const Work& work) {
-  const ConnectedSets sets = FindConnectedSets(graph, may_seed, work);
-  std::vector<std::uint64_t> weights(sets.count(), 0);
-  for (std::size_t i = 0; i < graph.size(); ++i) {
-    if (may_seed[i] >= 0) weights[static_cast<std::size_t>(sets.of_node[i])] += graph.weight(i);
-  }
-  std::vector<std::int32_t> piece(sets.count(), kNoPiece);
-  std::vector<std::int32_t> class_of_piece(static_cast<std::size_t>(pieces.piece_count), 0);
-  for (std::size_t s = 0; s < sets.count(); ++s) {
-    if (weights[s] < kSmallestSeed_nodes) continue;
-    piece[s] = pieces.piece_count++;
-    class_of_piece.push_back(may_seed[sets.first_nodes[s]]);
-  }
-  ForEachNode(graph.size(), work, [&](std::size_t i) {
-    if (may_seed[i] >= 0) pieces.of_node[i] = piece[static_cast<std::size_t>(sets.of_node[i])];
+// Each seed becomes a piece, in their order after the supports.
+void StartPieces(const Seeds& seeds, Pieces& pieces, const Work& work) {
+  ForEachNode(seeds.of_node.size(), work, [&](std::size_t i) {
+    if (seeds.of_node[i] >= 0) pieces.of_node[i] = pieces.support_count + seeds.of_node[i];
   });
-  return class_of_piece;
+  pieces.piece_count = pieces.support_count + static_cast<std::int32_t>(seeds.count());
 }
 
 // Of a node of a support its support, where all that is right beside it is the support too; else
@@ -326,110 +310,6 @@ class PieceGrower {
   Queue claims_;
 };
 
-struct PieceSize {
-  std::size_t nodes = 0, grazing = 0;  // of them seen at a grazing angle
-};
-
-std::vector<PieceSize> SizesOf(const SurfaceGraph& graph, const Pieces& pieces) {
-  std::vector<PieceSize> sizes(static_cast<std::size_t>(pieces.piece_count));
-  const OrientedPoints& nodes = graph.nodes();
-  const Vector3f viewpoint = nodes.viewpoint.cast<float>();
-  for (std::size_t i = 0; i < graph.size(); ++i) {
-    if (pieces.of_node[i] < pieces.support_count) continue;  // kNoPiece among them
-    PieceSize& size = sizes[static_cast<std::size_t>(pieces.of_node[i])];
-    ++size.nodes;
-    const float along = std::abs(nodes.normals[i].dot(nodes.points[i] - viewpoint));
-    size.grazing += along < kFrontal_cos * graph.range_m(i);
-  }
-  return sizes;
-}
-
-// The long planes that pieces were seeded on.
-struct PlanesOfPieces {
-  std::vector<Plane> planes;
-  std::vector<std::int32_t> class_of_piece;  // 1 + index into planes, or 0
-
-  std::int32_t ClassOf(std::int32_t piece) const {
-    return class_of_piece[static_cast<std::size_t>(piece)];
-  }
-};
-
-using Links = std::map<std::pair<std::int32_t, std::int32_t>, int>;
-
-// A long plane ends where warp does: of the links between its pieces and those of another class, only those remain whose other
-// piece lies on it as far as warp lets it.
-void DropLinksOffPlanes(const SurfaceGraph& graph, const Pieces& pieces,
-                        const PlanesOfPieces& long_planes, Links& links) {
-  if (long_planes.planes.empty()) return;
-  struct Share {
-    std::size_t on = 0, all = 0;
-  };
-  // Per piece, by class.
-  std::vector<std::map<std::int32_t, Share>> on_planes(long_planes.class_of_piece.size());
-  const auto ask = [&](std::int32_t piece, std::int32_t of_plane) {
-    if (of_plane == 0 || long_planes.ClassOf(piece) == of_plane) return;
-    on_planes[static_cast<std::size_t>(piece)][of_plane];
-  };
-  for (const auto& [pair, count] : links) {
-    ask(pair.first, long_planes.ClassOf(pair.second));
-    ask(pair.second, long_planes.ClassOf(pair.first));
-  }
-  for (std::size_t i = 0; i < graph.size(); ++i) {
-    if (pieces.of_node[i] == kNoPiece) continue;
-    for (auto& [of_plane, share] : on_planes[static_cast<std::size_t>(pieces.of_node[i])]) {
-      const Plane& plane = long_planes.planes[static_cast<std::size_t>(of_plane) - 1];
-      ++share.all;
-      share.on += IsOnPlane(plane, graph.nodes(), i, Off::kMost);
-    }
-  }
-  const auto is_off = [&](std::int32_t piece, std::int32_t of_plane) {
-    if (of_plane == 0 || long_planes.ClassOf(piece) == of_plane) return false;
-    const Share& share = on_planes[static_cast<std::size_t>(piece)].at(of_plane);
-    return static_cast<double>(share.on) < kOnPlaneShare * static_cast<double>(share.all);
-  };
-  std::erase_if(links, [&](const auto& link) {
-    const auto& [a, b] = link.first;
-    return is_off(a, long_planes.ClassOf(b)) || is_off(b, long_planes.ClassOf(a));
-  });
-}
-
-// Noise steps too, where a surface is seen at a grazing angle. Pieces that share a good part of
-// their outline without a crease or a step are one; what is seen at a grazing angle alone goes to
-// the one that it shares most of it with, as the narrow side of a box does. The numbers of the
-// others close up.
-void JoinEvenPieces(const SurfaceGraph& graph, const std::vector<char>& crease,
-                    const PlanesOfPieces& long_planes, Pieces& pieces, const Work& work) {
-  Links even_links;  // both ways
-  for (std::uint32_t i : BorderNodes(graph, pieces, work)) {
-    const std::int32_t a = pieces.of_node[i];
-    if (crease[i]) continue;
-    graph.ForEachLinked(i, [&](std::size_t j) {
-      const std::int32_t b = pieces.of_node[j];
-      if (a != b && b >= pieces.support_count && !crease[j]) ++even_links[{a, b}];
-    });
-  }
-  DropLinksOffPlanes(graph, pieces, long_planes, even_links);
-  if (even_links.empty()) return;
-  const std::vector<PieceSize> nodes = SizesOf(graph, pieces);
-  DisjointSets sets(nodes.size());
-  std::map<std::size_t, std::pair<int, std::size_t>> best;  // of those at a grazing angle
-  for (const auto& [pair, links] : even_links) {
-    const auto a = static_cast<std::size_t>(pair.first), b = static_cast<std::size_t>(pair.second);
-    if (IsContact(links, std::min(nodes[a].nodes, nodes[b].nodes))) sets.Join(a, b);
-    if (2 * nodes[a].grazing >= nodes[a].nodes) best[a] = std::max(best[a], {links, b});
-  }
-  for (const auto& [piece, other] : best) sets.Join(piece, other.second);
-  std::vector<std::int32_t> renamed(nodes.size());
-  std::int32_t next = 0;
-  for (std::size_t p = 0; p < renamed.size(); ++p) {
-    renamed[p] = sets.Root(p) == p ? next++ : renamed[sets.Root(p)];
-  }
-  for (std::int32_t& p : pieces.of_node) {
-    if (p != kNoPiece) p = renamed[static_cast<std::size_t>(p)];
-  }
-  pieces.piece_count = next;
-}
-
 }  // namespace
 
 bool IsContact(int links, std::size_t nodes) {
@@ -465,11 +345,11 @@ Pieces CutIntoPieces(const SurfaceGraph& graph, const std::vector<char>& crease,
     const bool is_free = to_support.relation[i] == Relation::kFree;
     if (is_free && !graph.nodes().normals[i].isZero() && !graph.IsAtStep(i)) may_seed[i] = 0;
   });
-  PlanesOfPieces long_planes;
-  long_planes.planes = ClassLongPlanes(graph, may_seed, work);
-  long_planes.class_of_piece = SeedPieces(graph, may_seed, pieces, work);
+  const std::vector<Plane> long_planes = ClassLongPlanes(graph, may_seed, work);
+  const Seeds seeds = FindSeeds(graph, crease, may_seed, work);
+  StartPieces(seeds, pieces, work);
   PieceGrower(graph, supports, pieces, work).Grow();
-  JoinEvenPieces(graph, crease, long_planes, pieces, work);
+  JoinEvenPieces(graph, crease, seeds, long_planes, pieces, work);
   AbsorbFlatPieces(graph, coarse, supports, sight, pieces, work);
   SeparatePatches(graph, pieces, work);
   return pieces;

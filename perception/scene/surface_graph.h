@@ -55,6 +55,10 @@ class SurfaceGraph {
   // lies across a step may be linked elsewhere by noise. False for a grid.
   bool IsAtStep(std::size_t node) const { return !at_step_.empty() && at_step_[node]; }
 
+  // f(other) for them. For none of a grid.
+  template <class F>
+  void ForEachAcrossStep(std::size_t node, F&& f) const;
+
   // Whether one of the eight pixels right beside this one is not linked. False for a grid.
   bool IsAtEdge(std::size_t node) const { return !beside_.empty() && beside_[node] != 0xff; }
 
@@ -118,6 +122,21 @@ void SurfaceGraph::ForEachLinkedBefore(std::size_t node, F&& f) const {
   const std::int32_t* const pixel = measured_->image.data() + nodes_->cloud_index[node];
   for (unsigned bits = beside_[node] & kBefore; bits != 0; bits &= bits - 1) {
     f(static_cast<std::size_t>(pixel[step_to_[static_cast<std::size_t>(std::countr_zero(bits))]]));
+  }
+}
+
+template <class F>
+void SurfaceGraph::ForEachAcrossStep(std::size_t node, F&& f) const {
+  if (!IsAtStep(node)) return;
+  const auto pixel = static_cast<int>(nodes_->cloud_index[node]);
+  const int row = pixel / measured_->width, column = pixel % measured_->width;
+  for (unsigned k = 0; k < 8; ++k) {
+    if (beside_[node] >> k & 1) continue;
+    const std::int32_t other = AtPixel(row + kBeside[k][0], column + kBeside[k][1]);
+    if (other < 0) continue;
+    const auto j = static_cast<std::size_t>(other);
+    const float sigma_m = std::max(nodes_->sigma_m[node], nodes_->sigma_m[j]);
+    if (std::abs(range_m_[node] - range_m_[j]) <= LargestJump_m(sigma_m)) f(j);
   }
 }
 

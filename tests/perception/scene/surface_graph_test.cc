@@ -68,10 +68,11 @@ bool AreLinked(const MeasuredPoints& measured, std::size_t a, std::size_t b) {
 TEST(SurfaceGraph, LinksThePixelsBesideEachOtherOnOneSurfaceInTheirOrder) {
   const MeasuredPoints measured = Blocks(1);
   const SurfaceGraph graph = SurfaceGraph::OfImage(measured, {.max_threads = 2});
-  std::size_t links = 0, gaps = 0;
+  const OrientedPoints& nodes = measured.oriented;
+  std::size_t links = 0, gaps = 0, steps = 0;
   for (std::size_t i = 0; i < graph.size(); ++i) {
     const int pixel = static_cast<int>(measured.oriented.cloud_index[i]);
-    std::vector<std::size_t> expected, found, before;
+    std::vector<std::size_t> expected, found, before, expected_steps, found_steps;
     for (int v = pixel / kWidth - 1; v <= pixel / kWidth + 1; ++v) {
       for (int u = pixel % kWidth - 1; u <= pixel % kWidth + 1; ++u) {
         if (v < 0 || u < 0 || v >= kHeight || u >= kWidth) continue;
@@ -79,18 +80,30 @@ TEST(SurfaceGraph, LinksThePixelsBesideEachOtherOnOneSurfaceInTheirOrder) {
             measured.image[static_cast<std::size_t>(v) * kWidth + static_cast<std::size_t>(u)];
         if (other < 0 || static_cast<std::size_t>(other) == i) continue;
         const auto j = static_cast<std::size_t>(other);
-        AreLinked(measured, i, j) ? expected.push_back(j) : void(++gaps);
+        if (AreLinked(measured, i, j)) {
+          expected.push_back(j);
+          continue;
+        }
+        ++gaps;
+        const float jump = std::abs(nodes.points[i].norm() - nodes.points[j].norm());
+        const float sigma = std::max(nodes.sigma_m[i], nodes.sigma_m[j]);
+        if (jump <= LargestJump_m(sigma)) expected_steps.push_back(j);
       }
     }
     graph.ForEachLinked(i, [&](std::size_t j) { found.push_back(j); });
     ASSERT_EQ(found, expected) << "node " << i;
     links += found.size();
+    graph.ForEachAcrossStep(i, [&](std::size_t j) { found_steps.push_back(j); });
+    ASSERT_EQ(found_steps, expected_steps) << "node " << i;
+    EXPECT_EQ(graph.IsAtStep(i), !found_steps.empty()) << "node " << i;
+    steps += found_steps.size();
     graph.ForEachLinkedBefore(i, [&](std::size_t j) { before.push_back(j); });
     std::erase_if(expected, [&](std::size_t j) { return j > i; });
     ASSERT_EQ(before, expected) << "node " << i;
   }
   EXPECT_GT(links, 6 * graph.size());
   EXPECT_GT(gaps, graph.size() / 20);
+  EXPECT_GT(steps, graph.size() / 40);
 }
 
 TEST(ConcaveCreases, AreThoseOfThePairsButForAnglesRightAtTheLimit) {
