@@ -29,9 +29,13 @@ std::vector<char> AreSeeds(const SurfaceGraph& graph, const ConnectedSets& sets)
   return are_seeds;
 }
 
-std::vector<std::int32_t> BesideNoStep(const SurfaceGraph& graph,
-                                       const std::vector<std::int32_t>& classes,
-                                       const Work& work) {
+// None of a grid, whose nodes know no steps.
+ConnectedSets SetsBesideNoStep(const SurfaceGraph& graph, const std::vector<std::int32_t>& classes,
+                               const Work& work) {
+  if (graph.image() == nullptr) {
+    return {.of_node = std::vector<std::int32_t>(graph.size(), ConnectedSets::kNone),
+            .first_nodes = {}};
+  }
   std::vector<std::int32_t> beside_none = classes;
   ParallelFor(graph.size(), kNodesPerPiece, work, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
@@ -41,7 +45,7 @@ std::vector<std::int32_t> BesideNoStep(const SurfaceGraph& graph,
       });
     }
   });
-  return beside_none;
+  return FindConnectedSets(graph, beside_none, work);
 }
 
 // Two sets of one whole that hang together by what was left out.
@@ -55,8 +59,13 @@ class Parts {
  public:
   Parts(const SurfaceGraph& graph, const std::vector<char>& crease, const ConnectedSets& wholes,
         const ConnectedSets& parts)
-      : graph_(graph), crease_(crease), wholes_(wholes), parts_(parts),
-        is_seed_(AreSeeds(graph, parts)), seeds_of_whole_(wholes.count(), 0), groups_(parts.count()) {
+      : graph_(graph),
+        crease_(crease),
+        wholes_(wholes),
+        parts_(parts),
+        is_seed_(AreSeeds(graph, parts)),
+        seeds_of_whole_(wholes.count(), 0),
+        groups_(parts.count()) {
     for (std::size_t p = 0; p < parts.count(); ++p) seeds_of_whole_[WholeOf(p)] += is_seed_[p];
     const auto is_parted = [](int seeds) { return seeds > 1; };
     if (std::any_of(seeds_of_whole_.begin(), seeds_of_whole_.end(), is_parted)) Rejoin();
@@ -91,7 +100,8 @@ class Parts {
       const std::int32_t part = grown_[front[k]];
       ++nodes_[static_cast<std::size_t>(part)];
       graph_.ForEachLinked(front[k], [&](std::size_t j) {
-        if (grown_[j] >= 0 || (wholes_.of_node[j] < 0 && (crease_[j] || !graph_.IsAtStep(j)))) return;
+        if (grown_[j] >= 0 || (wholes_.of_node[j] < 0 && (crease_[j] || !graph_.IsAtStep(j))))
+          return;
         grown_[j] = part;
         front.push_back(static_cast<std::uint32_t>(j));
       });
@@ -121,8 +131,8 @@ class Parts {
     for (const auto& [pair, border] : borders) {
       const auto& [a, b] = pair;
       const std::size_t smaller = std::min(nodes_[a], nodes_[b]);
-      const bool noise_parted = border.links >= kLeastLinksPerStep * border.steps &&
-                                IsContact(3 * border.links, smaller);
+      const bool noise_parted =
+          border.links >= kLeastLinksPerStep * border.steps && IsContact(3 * border.links, smaller);
       const bool join = IsContact(border.links, smaller) || noise_parted;
       if (!join || groups_.Root(a) == groups_.Root(b)) continue;
       groups_.Join(a, b);
@@ -136,7 +146,7 @@ class Parts {
   const ConnectedSets& parts_;
   std::vector<char> is_seed_;
   std::vector<int> seeds_of_whole_;
-  DisjointSets groups_;  // of parts
+  DisjointSets groups_;              // of parts
   std::vector<std::int32_t> grown_;  // per node the part that takes it
   std::vector<std::size_t> nodes_;   // per part, of those
 };
@@ -146,7 +156,7 @@ class Parts {
 Seeds FindSeeds(const SurfaceGraph& graph, const std::vector<char>& crease,
                 const std::vector<std::int32_t>& classes, const Work& work) {
   const ConnectedSets wholes = FindConnectedSets(graph, classes, work);
-  const ConnectedSets sets = FindConnectedSets(graph, BesideNoStep(graph, classes, work), work);
+  const ConnectedSets sets = SetsBesideNoStep(graph, classes, work);
   Parts parts(graph, crease, wholes, sets);
   const std::vector<char> is_seed = AreSeeds(graph, wholes);
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numeric>
 #include <utility>
 
@@ -59,28 +60,38 @@ VoxelGrid FineCells(const OrientedPoints& points, const Work& work) {
   return grid;
 }
 
+// sorted[i] = values[before[i]]; they may be written where `before` is read from.
 template <class T>
-void BringIntoOrder(const std::vector<std::uint32_t>& before, const Work& work,
-                    std::vector<T>& values) {
+void Gather(const std::vector<T>& values, const std::vector<std::uint32_t>& before,
+            const Work& work, std::vector<T>& sorted) {
   constexpr std::size_t kValuesPerPiece = 32768;  // of 10 ns each
-  std::vector<T> sorted(values.size());
   ParallelFor(values.size(), kValuesPerPiece, work, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) sorted[i] = values[before[i]];
   });
+}
+
+template <class T>
+void BringIntoOrder(const std::vector<std::uint32_t>& before, const Work& work,
+                    std::vector<T>& values) {
+  std::vector<T> sorted(values.size());
+  Gather(values, before, work, sorted);
   values = std::move(sorted);
 }
 
 // Points in the order of their cells: all that follows runs through memory in order, however the
 // cloud was sorted.
 void SortIntoCells(OrientedPoints& points, VoxelGrid& grid, const Work& work) {
-  const std::vector<std::uint32_t> before = grid.Renumber();
+  std::vector<std::uint32_t> before = grid.Renumber();
   BringIntoOrder(before, work, points.points);
   grid.SumUp(points.points, work);
   const bool has_normals = std::any_of(points.normals.begin(), points.normals.end(),
                                        [](const Vector3f& n) { return !n.isZero(); });
   if (has_normals) BringIntoOrder(before, work, points.normals);
-  BringIntoOrder(before, work, points.sigma_m);
-  BringIntoOrder(before, work, points.cloud_index);
+  const bool differ = std::ranges::adjacent_find(points.sigma_m, std::ranges::not_equal_to()) !=
+                      points.sigma_m.end();  // not of a laser
+  if (differ) BringIntoOrder(before, work, points.sigma_m);
+  Gather(points.cloud_index, before, work, before);  // new pages cost more than the copy
+  points.cloud_index = std::move(before);
   // normal_sigma_rad is not known yet: all zero.
 }
 
