@@ -123,7 +123,7 @@ formats::CloudFile ToFile(const std::vector<Eigen::Vector3f>& points) {
   file.point_step = formats::LayOut(file.fields);
   file.width = static_cast<std::int64_t>(points.size());
   file.bytes.resize(points.size() * sizeof(Eigen::Vector3f));
-  std::memcpy(file.bytes.data(), points.data(), file.bytes.size());
+  std::memcpy(file.bytes.data(), points.data()->data(), file.bytes.size());
   return file;
 }
 

@@ -51,7 +51,8 @@ Seeds SeedsOf(const MeasuredPoints& measured) {
 
 // The seed of the node at a pixel where something returns.
 std::int32_t SeedAt(const Seeds& seeds, const MeasuredPoints& measured, int row, int column) {
-  const std::int32_t node = measured.image[static_cast<std::size_t>(row * kWidth + column)];
+  const auto pixel = static_cast<std::size_t>(row) * kWidth + static_cast<std::size_t>(column);
+  const std::int32_t node = measured.image[pixel];
   return seeds.of_node[static_cast<std::size_t>(node)];
 }
 
