@@ -131,10 +131,10 @@ class Parts {
     for (const auto& [pair, border] : borders) {
       const auto& [a, b] = pair;
       const std::size_t smaller = std::min(nodes_[a], nodes_[b]);
-      const bool noise_parted =
-          border.links >= kLeastLinksPerStep * border.steps && IsContact(3 * border.links, smaller);
-      const bool join = IsContact(border.links, smaller) || noise_parted;
-      if (!join || groups_.Root(a) == groups_.Root(b)) continue;
+      const bool noise_parted = border.links >= kLeastLinksPerStep * border.steps &&
+                                IsContact(kNarrowContact * border.links, smaller);
+      if (!noise_parted && !IsContact(border.links, smaller)) continue;
+      if (groups_.Root(a) == groups_.Root(b)) continue;
       groups_.Join(a, b);
       --seeds_of_whole_[WholeOf(a)];
     }

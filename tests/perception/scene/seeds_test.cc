@@ -99,6 +99,14 @@ TEST(Seeds, OfAHandleThatNoisePartedIsOne) {
   EXPECT_EQ(SeedAt(seeds, measured, 30, 45), Seeds::kNone);
 }
 
+TEST(Seeds, OfNarrowThingsWithAStepBetweenAreTwo) {
+  const MeasuredPoints measured =
+      Image([](int v, int u) { return v < 18 || v > 24 ? std::nanf("") : TwoFaces(v, u, 4); });
+  const Seeds seeds = SeedsOf(measured);
+  EXPECT_EQ(seeds.count(), 2u);
+  EXPECT_NE(SeedAt(seeds, measured, 20, 10), SeedAt(seeds, measured, 20, 80));
+}
+
 TEST(Seeds, KeepClassesApart) {
   const MeasuredPoints measured = Image([](int, int) { return kBehind_m; });
   const SurfaceGraph graph = SurfaceGraph::OfImage(measured, {});
