@@ -22,8 +22,9 @@ struct Seeds {
 
 // Of each class of nodes (per node; negative: of no seed) what hangs together. A step of few sigma
 // has gaps of one to three pixels, by which what lies before it and behind it hang together: where
-// leaving out the neighbours of nodes at a step makes several of one, and steps run along most of
-// the border between these, they are seeds of their own. `crease` as of CutIntoPieces.
+// leaving out the neighbours of nodes at a step makes several of one, these are seeds of their own,
+// unless they share a good part of their outlines, or a third as much with hardly a step along it.
+// `crease` as of CutIntoPieces.
 Seeds FindSeeds(const SurfaceGraph& graph, const std::vector<char>& crease,
                 const std::vector<std::int32_t>& classes, const Work& work);
 

@@ -2,6 +2,7 @@
 // side on one surface. Pixels of an organised cloud, small cells of any other.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cmath>

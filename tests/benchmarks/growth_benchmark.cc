@@ -218,20 +218,25 @@ std::optional<Series> MeasureOneKitchen(Report& report) {
   return Series{last, last.seconds / kMillions / growths.front().seconds};
 }
 
-// Kitchens differ in their noise alone, and yet the dearest takes half as long again as the cheapest:
-// all of them together are compared with each of the same alone.
+// Kitchens differ in their noise alone, and yet the dearest takes 2.5 times as long as the cheapest: the
+// figure compares fifteen with the first, the detail with the same fifteen one by one.
 std::optional<Series> MeasureKitchens(Report& report) {
   report.Detail("Kitchens of a million points each, alone and then side by side:");
-  double alone_seconds = 0;
+  double alone_seconds = 0, first_seconds = 0;
   for (int k = 0; k < kMillions; ++k) {
     const auto growth = Ingest(Kitchens(k, k + 1, kMillion), report);
     if (!growth) return std::nullopt;
     alone_seconds += growth->seconds;
+    if (k == 0) first_seconds = growth->seconds;
   }
   if (!Ingest(Kitchens(0, 5, kMillion), report)) return std::nullopt;
   const auto all = Ingest(Kitchens(0, kMillions, kMillion), report);
   if (!all) return std::nullopt;
-  return Series{*all, all->seconds / alone_seconds};
+  char text[100];
+  std::snprintf(text, sizeof(text), "  %d side by side over the same one by one: %.3f", kMillions,
+                all->seconds / alone_seconds);
+  report.Detail(text);
+  return Series{*all, all->seconds / kMillions / first_seconds};
 }
 
 }  // namespace
@@ -248,8 +253,7 @@ void MeasureGrowth(Report& report) {
   report.Add({.key = "growth_15_kitchens",
               .value = many->growth,
               .unit = "1",
-              .how = "time per point of 15 kitchens of a million points over the mean of three of "
-                     "them alone"});
+              .how = "time per point of 15 kitchens of a million points over that of one"});
   report.Add({.key = "seconds_15m",
               .value = std::max(one->last.seconds, many->last.seconds),
               .unit = "s",
