@@ -16,6 +16,7 @@
 #include "perception/model/shell_fit.h"
 #include "perception/model/solid_assembly.h"
 #include "perception/model/vessel_handles.h"
+#include "perception/model/yield_to_rays.h"
 
 namespace cwm::perception {
 namespace {
@@ -124,7 +125,9 @@ void FitWithoutHandles(const OrientedPoints& points, const std::optional<Pose>& 
   solid.shape = model.shapes.front().shape;
   std::optional<WholeFit> better = BetterSolid(context, {solid});
   if (!better) return;
-  model.shapes = InLevelFrame({Described(*std::move(better), context)}, context);
+  std::vector<Solid> solids = {Described(*std::move(better), context)};
+  YieldToRays(context, solids);
+  model.shapes = InLevelFrame(std::move(solids), context);
   const std::vector<std::int32_t> part = ExplainPoints(rest, model.shapes, work);
   for (std::size_t k = 0; k < others.size(); ++k) model.part_of_point[others[k]] = part[k];
   MeasureQuality(points, model.part_of_point, context.points.spacing_m, model.shapes, work);
@@ -151,6 +154,7 @@ ObjectModel ModelObject(const OrientedPoints& points, const std::optional<Pose>&
     PreferOneSolid(context, assembly);
     is_parted = PreferPartedSolids(context, assembly);
     ReachOwnPoints(context, assembly.solids);
+    YieldToRays(context, assembly.solids);
   };
   const auto find_vessel = [&] {
     if (SearchesAny(options)) vessel = Vessel::Find(points, work);
