@@ -131,8 +131,7 @@ TEST(YieldToRays, TinsEndWhereTheirLidsAreShort) {
   for (const double short_m : {0.0, 0.012}) {
     for (std::uint64_t seed = 1; seed <= 3; ++seed) {
       const ScannedObject scan = ShortLid(short_m, seed).scan;
-      const ObjectModel model =
-          ModelObject(scan.points, scan.X_WSupport, {}, {}, {}, scan.passing);
+      const ObjectModel model = ModelObject(scan.points, scan.X_WSupport, {}, {}, {}, scan.passing);
       ASSERT_EQ(model.shapes.size(), 1u);
       const auto* tin = std::get_if<Cylinder>(&model.shapes.front().shape);
       ASSERT_NE(tin, nullptr);
