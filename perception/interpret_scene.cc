@@ -282,7 +282,10 @@ absl::StatusOr<SceneInterpretation> Interpret(const PointCloud& cloud, Interpret
   // Steps 1 to 5: normals, table candidates, their planes and polygons, what stands on them.
   absl::StatusOr<SegmentedScene> scene = Segment(cloud, options, work, result.report, watch);
   if (!scene.ok()) return scene.status();
-  if (!scene->sight) options.noise.registration_sigma_m = kRegistration_m;
+  if (!scene->sight) {  // views that were merged
+    options.noise.registration_sigma_m = kRegistration_m;
+    options.modeler.from_viewpoint = false;
+  }
 
   result.X_WC.linear() = scene->R_LC;
   if (options.X_WC) result.X_WC = *options.X_WC;

@@ -23,6 +23,7 @@ constexpr double kLeastLoneShare = 0.08;
 
 bool IsCrossed(const Solid& solid, const FitContext& context) {
   context.work.Poll();
+  if (!context.options.from_viewpoint) return false;
   const Contradiction found = FindContradiction(solid, context.points);
   // In proportion to the solid's own points: a small one in a large object counts too.
   const double own = static_cast<double>(solid.inliers.size()) /

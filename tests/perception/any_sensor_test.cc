@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <numbers>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -76,6 +77,41 @@ std::string Listed(const SceneInterpretation& scene) {
 
 auto CountObjects(const SceneInterpretation& scene) {
   return std::ranges::count(scene.objects, DetectedKind::kObject, &DetectedObject::kind);
+}
+
+// Of two cameras that face each other across the table, in the frame of the first, in any order.
+PointCloud FromBothSides(const SimulatedScene& scene) {
+  const PinholeCamera near = TableCamera();
+  PinholeCamera far = near;
+  far.X_WC = Eigen::AngleAxisd(std::numbers::pi, Vector3::UnitZ()) * near.X_WC;
+  PointCloud merged;
+  for (const PinholeCamera& camera : {near, far}) {
+    const Pose X_NearC = near.X_WC.inverse() * camera.X_WC;
+    const PointCloud cloud = Shuffled(Scan(scene, camera, {.noise = {}}), 1).cloud;
+    for (const Eigen::Vector3f& p : cloud.points) {
+      merged.points.push_back((X_NearC * p.cast<double>()).cast<float>());
+    }
+  }
+  merged.width = static_cast<int>(merged.points.size());
+  merged.height = 1;
+  return merged;
+}
+
+// What one of them saw lies behind what the other saw: as if from one place, rays would cross the can.
+TEST(MergedViews, ShowACanFromBothSides) {
+  const Cylinder can{.radius_m = 0.06, .length_m = 0.18};
+  const SimulatedScene scene{{Table(), Thing("can", can, MakeTranslation(0, 0.1, 0.09))}};
+  InterpretOptions options;
+  options.X_WC = TableCamera().X_WC;
+  const auto found = InterpretScene(FromBothSides(scene), options);
+  ASSERT_TRUE(found.ok()) << found.status();
+  ASSERT_EQ(CountObjects(*found), 1) << Listed(*found);
+  ASSERT_EQ(found->objects.front().model->shapes.size(), 1u) << Listed(*found);
+  const ShapePart& part = found->objects.front().model->shapes.front();
+  const auto* cylinder = std::get_if<Cylinder>(&part.shape);
+  ASSERT_NE(cylinder, nullptr) << Listed(*found);
+  EXPECT_NEAR(cylinder->radius_m, can.radius_m, 0.002);
+  EXPECT_NEAR(cylinder->length_m, can.length_m, 0.004);
 }
 
 TEST_P(AnySensor, FindsWhatStandsOnATable) {
