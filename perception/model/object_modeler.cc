@@ -9,6 +9,7 @@
 #include "perception/model/explain.h"
 #include "perception/model/extraction.h"
 #include "perception/model/handles.h"
+#include "perception/model/left_over.h"
 #include "perception/model/lying_vessel.h"
 #include "perception/model/one_solid.h"
 #include "perception/model/own_ends.h"
@@ -69,16 +70,16 @@ bool IsOneSolid(const ObjectModel& model) {
   return model.shapes.size() == 1 && !model.shapes.front().vessel && ExplainsNearlyAll(model);
 }
 
-// The same of what is assembled: nobody looked into it.
-bool IsOneClosedSolid(const Assembly& assembly, const ModelPoints& points) {
-  if (assembly.solids.size() != 1) return false;
-  const Solid& solid = assembly.solids.front();
-  const Pose X_SM = solid.X_MS.inverse(Eigen::Isometry);
-  std::size_t on = 0;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    on += std::abs(SignedDistance_m(solid, X_SM * points.p[i])) <= points.gate_m[i];
-  }
-  return static_cast<double>(on) >= kNearlyAll * static_cast<double>(points.size());
+// Nobody looked into it.
+bool IsOneClosedSolid(const Assembly& assembly, const FitContext& context) {
+  return assembly.solids.size() == 1 && AccountForAllPieces(assembly.solids, context);
+}
+
+// Nothing is left for parts beside it, or for walls that lie.
+bool IsUprightVessel(const Vessel& vessel, const FitContext& context, Assembly assembly) {
+  PreferShells(vessel.walls(), context, assembly);
+  return std::ranges::any_of(assembly.solids, [](const Solid& s) { return s.vessel != nullptr; }) &&
+         AccountForAllPieces(assembly.solids, context);
 }
 
 bool IsEnough(const ModelPoints& thinned, const ModelerOptions& options) {
@@ -146,27 +147,25 @@ ObjectModel ModelObject(const OrientedPoints& points, const std::optional<Pose>&
   const double spacing_m = searched.points.spacing_m;
   const Ground ground_L = GroundOf(X_LSupport, Vector3::Zero());
   const FitContext context = searched.Context(noise, options, work, passing);
-  const Extraction extraction = ExtractShapes(context);
-  Assembly assembly = AssembleSolids(extraction, context, searched.ground);
+  const bool may_be_open = SearchesAny(options) && !options.in_haste;
+  Extraction extraction;
   std::optional<Vessel> vessel;
-  bool is_parted = false;
-  const auto prefer_solids = [&] {
-    PreferOneSolid(context, assembly);
-    is_parted = PreferPartedSolids(context, assembly);
-    ReachOwnPoints(context, assembly.solids);
+  DoBoth(
+      work, [&] { extraction = ExtractShapes(context); },
+      [&] {
+        if (may_be_open) vessel = Vessel::Find(points, work);
+      });
+  Assembly assembly = AssembleSolids(extraction, context, searched.ground);
+  PreferOneSolid(context, assembly);
+  YieldToRays(context, assembly.solids);
+  const bool is_vessel = vessel && IsUprightVessel(*vessel, context, assembly);
+  const bool is_parted = !is_vessel && PreferPartedSolids(context, assembly);
+  ReachOwnPoints(context, assembly.solids);
+  if (is_parted) {
     YieldToRays(context, assembly.solids);
-  };
-  const auto find_vessel = [&] {
-    if (SearchesAny(options)) vessel = Vessel::Find(points, work);
-  };
-  if (options.in_haste) {
-    prefer_solids();
-  } else {
-    DoBoth(work, prefer_solids, find_vessel);
+    vessel.reset();
   }
-  if (is_parted) vessel.reset();
-  if (!is_parted && !options.in_haste && SearchesAny(options) &&
-      !IsOneClosedSolid(assembly, context.points)) {
+  if (!is_vessel && !is_parted && may_be_open && !IsOneClosedSolid(assembly, context)) {
     const auto standing = vessel ? vessel->walls() : std::vector<RevolvedWall>();
     if (auto lying = FindLyingWall(points, standing, AxesOf(extraction), context)) {
       vessel = Vessel(points, {*std::move(lying)});

@@ -15,6 +15,7 @@
 #include "collision/geometry/polygon.h"
 #include "perception/cloud/parallel_for.h"
 #include "perception/model/free_space.h"
+#include "perception/model/left_over.h"
 #include "perception/model/one_solid.h"
 
 namespace cwm::perception {
@@ -23,8 +24,6 @@ namespace {
 using Members = std::vector<std::uint32_t>;
 
 constexpr double kLeastExplained = 0.9;  // of the points, as of any one solid
-// Of the points on one solid, beyond which it is left alone: as where it has no handle.
-constexpr double kNearlyAll = 0.96;
 constexpr double kNoise = 0.01;      // of the points of a solid, beyond their gates
 constexpr double kMostPassed = 0.1;  // of the rays beside and behind, half of what a solid may have
 constexpr double kMostHulls = 1.05;  // of that of all: borders blur by a few pixels
@@ -39,7 +38,6 @@ constexpr int kMostFits = 16;          // of parts, likewise
 constexpr int kYaws = 12, kOffsets = 15;
 constexpr double kLeastPart = 150;        // measured points; smaller ones are left to be meshed
 constexpr std::size_t kHullPoints = 192;  // of a part: its outline is known to a few pixels
-constexpr double kLeastShare = 0.05;      // of a part, on either side
 constexpr std::size_t kMostCuts = 4;      // that are tried of a part, each with one beside it
 // Of the points, on another side: of another cut, and of the same but beside it.
 constexpr double kOtherCut = 0.1, kBesideCut = 0.05;
@@ -103,7 +101,7 @@ std::vector<Candidate> CutsOf(const Members& part, const Plan& plan) {
   for (std::uint32_t i : Thinned(part, kHullPoints)) points.push_back(plan.Above(i));
   const double all_m3 = Held_m3(points);
   const auto least = std::max<std::size_t>(
-      3, static_cast<std::size_t>(kLeastShare * static_cast<double>(points.size())));
+      3, static_cast<std::size_t>(kLeastPiece * static_cast<double>(points.size())));
   std::vector<Cut> cuts;
   if (!(all_m3 > 0)) return {};
   for (int k = 0; k < kYaws; ++k) {
@@ -374,22 +372,6 @@ class Parting {
   std::atomic<int> fits_ = 0;
 };
 
-// Per point: whether it lies on one of them.
-std::vector<char> OnAny(const std::vector<Solid>& solids, const ModelPoints& points) {
-  std::vector<char> on(points.size(), 0);
-  for (const Solid& solid : solids) {
-    const Pose X_SM = solid.X_MS.inverse(Eigen::Isometry);
-    for (std::uint32_t i = 0; i < points.size(); ++i) {
-      on[i] |= std::abs(SignedDistance_m(solid, X_SM * points.p[i])) <= points.gate_m[i];
-    }
-  }
-  return on;
-}
-
-std::size_t CountOn(const std::vector<Solid>& solids, const ModelPoints& points) {
-  return static_cast<std::size_t>(std::ranges::count(OnAny(solids, points), 1));
-}
-
 // Those known solids that account for what the parts leave: a ball between two boxes.
 std::vector<Solid> BesideParts(const std::vector<Solid>& known, const std::vector<Solid>& parts,
                                const ModelPoints& points) {
@@ -406,14 +388,12 @@ std::vector<Solid> BesideParts(const std::vector<Solid>& known, const std::vecto
 
 // But for mixed pixels, and without filling what rays were seen to pass.
 bool IsOneSolid(const std::vector<Solid>& solids, const FitContext& c) {
-  return solids.size() == 1 &&
-         static_cast<double>(CountOn(solids, c.points)) >=
-             kNearlyAll * static_cast<double>(c.points.size()) &&
+  return solids.size() == 1 && AccountForAllPieces(solids, c) &&
          PassedShare(solids.front(), c.free) <= kMostPassed;
 }
 
 bool AccountForAll(const std::vector<Solid>& solids, const FitContext& c) {
-  return static_cast<double>(CountOn(solids, c.points)) >=
+  return static_cast<double>(std::ranges::count(OnAny(solids, c.points), 1)) >=
          kLeastExplained * static_cast<double>(c.points.size());
 }
 
