@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -9,6 +10,7 @@
 #include <utility>
 
 #include "collision/geometry/aabb.h"
+#include "perception/cloud/parallel_for.h"
 #include "perception/cloud/quantile.h"
 #include "perception/merge_things.h"
 #include "perception/order_things.h"
@@ -251,14 +253,8 @@ class Stacker {
       scene_.things.insert(scene_.things.begin() + static_cast<std::ptrdiff_t>(first + layer),
                            std::move(thing));
     }
-    std::vector<ModelledThing> anew;
-    const SceneRays rays(scene_, work_);
-    for (std::size_t layer = 0; layer < levels.size(); ++layer) {
-      auto model = ModelThingIf(IsOneBox, scene_, first + layer, rays, options_, work_);
-      if (!model || (layer > 0 && !LiesOver(*model, anew.back(), X_SL))) break;
-      anew.push_back(*std::move(model));
-    }
-    if (anew.size() < levels.size()) {
+    std::vector<ModelledThing> anew = ModelLayers(first, levels.size(), X_SL);
+    if (anew.empty()) {
       const auto at = scene_.things.begin() + static_cast<std::ptrdiff_t>(first);
       scene_.things.erase(at, at + static_cast<std::ptrdiff_t>(levels.size()));
       for (std::size_t k = 0; k < group.size(); ++k) {
@@ -273,6 +269,25 @@ class Stacker {
       RemoveThing(group[k], top, scene_, modelled_);
     }
     return true;
+  }
+
+  // So many things from the first; nothing where they are no stack of boxes.
+  std::vector<ModelledThing> ModelLayers(std::size_t first, std::size_t count, const Pose& X_SL) {
+    const SceneRays rays(scene_, work_);
+    std::vector<std::optional<ModelledThing>> models(count);
+    std::atomic<bool> any_fails = false;
+    ParallelFor(count, 1, work_, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t k = begin; k < end && !any_fails; ++k) {
+        models[k] = ModelThingIf(IsOneBox, scene_, first + k, rays, options_, work_);
+        if (!models[k]) any_fails = true;
+      }
+    });
+    std::vector<ModelledThing> layers;
+    for (std::optional<ModelledThing>& model : models) {
+      if (!model || (!layers.empty() && !LiesOver(*model, layers.back(), X_SL))) return {};
+      layers.push_back(*std::move(model));
+    }
+    return layers;
   }
 
   // The middle of one over the other.

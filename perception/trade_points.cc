@@ -8,6 +8,7 @@
 #include <limits>
 #include <utility>
 
+#include "perception/cloud/parallel_for.h"
 #include "perception/merge_things.h"
 #include "perception/model/seen_width.h"
 #include "perception/model/slenderness.h"
@@ -155,8 +156,10 @@ class Trader {
     SegmentedThing &giver = scene_.things[from], &taker = scene_.things[to];
     GivePoints(given, giver, taker);
     const SceneRays rays(scene_, work_);
-    ModelledThing anew_from = ModelThing(scene_, from, rays, options_, work_);
-    ModelledThing anew_to = ModelThing(scene_, to, rays, options_, work_);
+    ModelledThing anew_from, anew_to;
+    DoBoth(
+        work_, [&] { anew_from = ModelThing(scene_, from, rays, options_, work_); },
+        [&] { anew_to = ModelThing(scene_, to, rays, options_, work_); });
     // A handle of the wrong one has no shape.
     const std::size_t before = WithoutShape(modelled_[from], before_from.points, given) +
                                WithoutShape(modelled_[to], {}, {});

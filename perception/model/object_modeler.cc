@@ -158,18 +158,25 @@ ObjectModel ModelObject(const OrientedPoints& points, const std::optional<Pose>&
   Assembly assembly = AssembleSolids(extraction, context, searched.ground);
   PreferOneSolid(context, assembly);
   YieldToRays(context, assembly.solids);
-  const bool is_vessel = vessel && IsUprightVessel(*vessel, context, assembly);
-  const bool is_parted = !is_vessel && PreferPartedSolids(context, assembly);
+  // Walls that lie are sought while parts are, which hardly any object has.
+  bool is_parted = false;
+  std::optional<RevolvedWall> lying;
+  if (!vessel || !IsUprightVessel(*vessel, context, assembly)) {
+    const bool leaves_a_piece = !IsOneClosedSolid(assembly, context);
+    DoBoth(
+        work, [&] { is_parted = PreferPartedSolids(context, assembly); },
+        [&] {
+          if (!may_be_open || !leaves_a_piece) return;
+          const auto standing = vessel ? vessel->walls() : std::vector<RevolvedWall>();
+          lying = FindLyingWall(points, standing, AxesOf(extraction), context);
+        });
+  }
   ReachOwnPoints(context, assembly.solids);
   if (is_parted) {
     YieldToRays(context, assembly.solids);
     vessel.reset();
-  }
-  if (!is_vessel && !is_parted && may_be_open && !IsOneClosedSolid(assembly, context)) {
-    const auto standing = vessel ? vessel->walls() : std::vector<RevolvedWall>();
-    if (auto lying = FindLyingWall(points, standing, AxesOf(extraction), context)) {
-      vessel = Vessel(points, {*std::move(lying)});
-    }
+  } else if (lying) {
+    vessel = Vessel(points, {*std::move(lying)});
   }
   if (vessel) PreferShells(vessel->walls(), context, assembly);
   model.notes = std::move(assembly.notes);
