@@ -32,7 +32,7 @@ constexpr double kMostHulls = 1.05;  // of that of all: borders blur by a few pi
 // simulated things that touch stayed one; the labelled Kinect scans are parted alike with both.
 constexpr double kMostOfSeveral = 0.95, kMostOfOne = 0.85;
 constexpr std::size_t kMostParts = 5;  // of an object; caps work
-constexpr int kMostFits = 16;          // of parts, likewise
+constexpr int kMostFits = 10;          // of parts, likewise
 // Cuts that are looked at: 15 degrees and a sixteenth of the extent apart. What they miss of a part
 // goes to it once its solid is known.
 constexpr int kYaws = 12, kOffsets = 15;
