@@ -24,7 +24,7 @@ namespace {
 using Members = std::vector<std::uint32_t>;
 
 constexpr double kLeastExplained = 0.9;  // of the points, as of any one solid
-constexpr double kNoise = 0.01;      // of the points of a solid, beyond their gates
+constexpr double kNoise = 0.01;          // of the points of a solid, beyond their gates
 constexpr double kMostPassed = 0.1;  // of the rays beside and behind, half of what a solid may have
 constexpr double kMostHulls = 1.05;  // of that of all: borders blur by a few pixels
 // Of the value of several solids, and of one solid of all points, that parts may have: the slow

@@ -12,8 +12,8 @@ namespace cwm::perception {
 // wide; and an image that is computed with a focal length a share e too short is too wide by e, which
 // makes the radius of an arc that faces the sensor too large by 2 e. Cylinders and cones give way to the
 // rays: they are narrowed, the side that faces the sensor staying where it was measured, by as little as
-// leaves a third of the rays in them and by at most 7 % of the radius; not at all where that does not
-// clear half of them. By as much as a coefficient moves its standard deviation grows.
+// leaves a third of the rays in them and by at most 5 % of the radius; not at all where that does not
+// clear a third of them. By as much as a coefficient moves its standard deviation grows.
 void YieldToRays(const FitContext& context, std::vector<Solid>& solids);
 
 }  // namespace cwm::perception

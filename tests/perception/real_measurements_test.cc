@@ -3,7 +3,9 @@
 //
 // The sizes were taken from the labelled points without any fit: heights above the table and the
 // smallest rectangle around a top face, 1 % of the points cut off at each end, medians over the scans
-// that show both ends.
+// that show both ends. The tin's radius is that of a circle of the area between the middles of the pixels
+// on its lid, 93.6 to 95.1 mm in the five scans where nothing hides any of it, and half a pixel; where the
+// lid's edge is, sector by sector, says the same.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -105,7 +107,7 @@ TEST_F(RealMeasurements, APacketOfTeaHasItsEdges) {
 }
 
 TEST_F(RealMeasurements, ATinHasItsRadiusLyingOnEdgeAndUnderOtherThings) {
-  const double radius_m = 0.098;
+  const double radius_m = 0.095;
   for (const Pixel& at :
        {Pixel{33, 229, 380}, Pixel{35, 300, 387}, Pixel{36, 151, 350}, Pixel{37, 131, 335},
         Pixel{38, 131, 335}, Pixel{39, 126, 347}, Pixel{40, 165, 353}, Pixel{41, 285, 403},
