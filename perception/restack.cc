@@ -271,8 +271,9 @@ class Stacker {
     return true;
   }
 
-  // So many things from the first; nothing where they are no stack of boxes.
-  std::vector<ModelledThing> ModelLayers(std::size_t first, std::size_t count, const Pose& X_SL) {
+  // So many things from the first, side by side; nothing where they are no stack of boxes.
+  std::vector<ModelledThing> ModelLayers(std::size_t first, std::size_t count,
+                                         const Pose& X_SL) const {
     const SceneRays rays(scene_, work_);
     std::vector<std::optional<ModelledThing>> models(count);
     std::atomic<bool> any_fails = false;

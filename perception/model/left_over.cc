@@ -1,6 +1,8 @@
 #include "perception/model/left_over.h"
 
 #include <cmath>
+#include <cstdint>
+#include <vector>
 
 namespace cwm::perception {
 
@@ -16,7 +18,7 @@ std::vector<char> OnAny(const std::vector<Solid>& solids, const ModelPoints& poi
   return on;
 }
 
-bool AccountForAllPieces(const std::vector<Solid>& solids, const FitContext& context) {
+bool LeaveNoPiece(const std::vector<Solid>& solids, const FitContext& context) {
   constexpr double kLeastExplained = 0.9;  // as of any one solid
   const std::vector<char> on = OnAny(solids, context.points);
   std::vector<std::uint32_t> rest;

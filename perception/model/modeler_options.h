@@ -16,8 +16,8 @@ struct ModelerOptions {
   bool search_cones = true;
   // Whether what was seen as one may be things that touch, parted by upright cuts.
   bool part_touching = true;
-  // Whether the points were seen from their viewpoint. Of views that were merged, rays to them cross what
-  // they never crossed, and prove nothing.
+  // Whether the points were seen from their viewpoint. Of views that were merged, what lies between
+  // proves nothing.
   bool from_viewpoint = true;
   // For small things among more than any scene holds: of whole solids only balls and upright
   // cylinders and boxes, no vessels, and the search for shapes gives up sooner.

@@ -70,16 +70,20 @@ bool IsOneSolid(const ObjectModel& model) {
   return model.shapes.size() == 1 && !model.shapes.front().vessel && ExplainsNearlyAll(model);
 }
 
-// Nobody looked into it.
+// Nobody looked into it: it leaves no piece that an inside would be.
 bool IsOneClosedSolid(const Assembly& assembly, const FitContext& context) {
-  return assembly.solids.size() == 1 && AccountForAllPieces(assembly.solids, context);
+  return assembly.solids.size() == 1 && LeaveNoPiece(assembly.solids, context);
 }
 
-// Nothing is left for parts beside it, or for walls that lie.
-bool IsUprightVessel(const Vessel& vessel, const FitContext& context, Assembly assembly) {
+// With its shells, where they leave nothing for parts beside it, or for walls that lie.
+std::optional<Assembly> AsUprightVessel(const Vessel& vessel, const FitContext& context,
+                                        Assembly assembly) {
+  ReachOwnPoints(context, assembly.solids);
   PreferShells(vessel.walls(), context, assembly);
-  return std::ranges::any_of(assembly.solids, [](const Solid& s) { return s.vessel != nullptr; }) &&
-         AccountForAllPieces(assembly.solids, context);
+  const bool has_shell = std::ranges::any_of(
+      assembly.solids, [](const Solid& solid) { return solid.vessel != nullptr; });
+  if (!has_shell || !LeaveNoPiece(assembly.solids, context)) return std::nullopt;
+  return assembly;
 }
 
 bool IsEnough(const ModelPoints& thinned, const ModelerOptions& options) {
@@ -157,28 +161,32 @@ ObjectModel ModelObject(const OrientedPoints& points, const std::optional<Pose>&
       });
   Assembly assembly = AssembleSolids(extraction, context, searched.ground);
   PreferOneSolid(context, assembly);
+  // Before it is asked what the solids leave: one that rays run into is not all that is there.
   YieldToRays(context, assembly.solids);
-  // Walls that lie are sought while parts are, which hardly any object has.
-  bool is_parted = false;
-  std::optional<RevolvedWall> lying;
-  if (!vessel || !IsUprightVessel(*vessel, context, assembly)) {
-    const bool leaves_a_piece = !IsOneClosedSolid(assembly, context);
+  std::optional<Assembly> with_shells;
+  if (vessel) with_shells = AsUprightVessel(*vessel, context, assembly);
+  if (with_shells) {
+    assembly = *std::move(with_shells);
+  } else {
+    // Hardly any object is parted: walls that lie are sought meanwhile.
+    bool is_parted = false;
+    std::optional<RevolvedWall> lying;
+    const bool may_lie = may_be_open && !IsOneClosedSolid(assembly, context);
     DoBoth(
         work, [&] { is_parted = PreferPartedSolids(context, assembly); },
         [&] {
-          if (!may_be_open || !leaves_a_piece) return;
+          if (!may_lie) return;
           const auto standing = vessel ? vessel->walls() : std::vector<RevolvedWall>();
           lying = FindLyingWall(points, standing, AxesOf(extraction), context);
         });
+    ReachOwnPoints(context, assembly.solids);
+    if (is_parted) {
+      vessel.reset();
+    } else if (lying) {
+      vessel = Vessel(points, {*std::move(lying)});
+    }
+    if (vessel) PreferShells(vessel->walls(), context, assembly);
   }
-  ReachOwnPoints(context, assembly.solids);
-  if (is_parted) {
-    YieldToRays(context, assembly.solids);
-    vessel.reset();
-  } else if (lying) {
-    vessel = Vessel(points, {*std::move(lying)});
-  }
-  if (vessel) PreferShells(vessel->walls(), context, assembly);
   model.notes = std::move(assembly.notes);
   model.shapes = InLevelFrame(std::move(assembly.solids), context);
   model.part_of_point = ExplainPoints(points, model.shapes, work);

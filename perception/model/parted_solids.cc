@@ -17,6 +17,7 @@
 #include "perception/model/free_space.h"
 #include "perception/model/left_over.h"
 #include "perception/model/one_solid.h"
+#include "perception/model/yield_to_rays.h"
 
 namespace cwm::perception {
 namespace {
@@ -388,7 +389,7 @@ std::vector<Solid> BesideParts(const std::vector<Solid>& known, const std::vecto
 
 // But for mixed pixels, and without filling what rays were seen to pass.
 bool IsOneSolid(const std::vector<Solid>& solids, const FitContext& c) {
-  return solids.size() == 1 && AccountForAllPieces(solids, c) &&
+  return solids.size() == 1 && LeaveNoPiece(solids, c) &&
          PassedShare(solids.front(), c.free) <= kMostPassed;
 }
 
@@ -440,6 +441,7 @@ bool PreferPartedSolids(const FitContext& context, Assembly& assembly) {
   const bool any_crossed =
       std::ranges::any_of(solids, [&](const Solid& s) { return IsCrossed(s, context); });
   if (any_crossed) return false;
+  YieldToRays(context, std::span(solids).first(parts->size()));  // the known ones have
   assembly.solids = std::move(solids);
   return true;
 }

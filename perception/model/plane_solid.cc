@@ -184,6 +184,7 @@ Solid PlateBehind(const Matrix3& face, const ShapeFit& fit, Polygon outline, dou
 // to the object's own points behind the face.
 bool IsRunThrough(const Solid& solid, const PlaneModel& plane, const FitContext& c) {
   if (PassedShare(solid, c.free) > kMostPassed) return true;
+  if (!c.options.from_viewpoint) return false;
   const Pose X_SM = solid.X_MS.inverse(Eigen::Isometry);
   std::size_t behind = 0, on = 0;
   for (std::uint32_t i = 0; i < c.points.size(); ++i) {

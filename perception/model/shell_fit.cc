@@ -323,6 +323,8 @@ class ShellFitter {
   // Of the rays to its own points and past them, more than mixed pixels account for. No wall is as
   // thick as what solids may hold of rays: whatever enters it is across.
   bool IsPassedThrough(const Solid& shell) const {
+    if (PassedShare(shell, c_.free) > kMostCrossing) return true;
+    if (!c_.options.from_viewpoint) return false;
     const double reach_m = TightBounds(shell.shape, Pose::Identity()).diagonal().norm();
     const std::size_t stride = std::max<std::size_t>(1, c_.points.size() / kRays);
     double own = 0, crossing = 0;
@@ -333,8 +335,7 @@ class ShellFitter {
       crossing +=
           Enters(shell, c_.points.p[i] + clear_m * to_sensor, c_.points.p[i] + reach_m * to_sensor);
     }
-    if (crossing > kMostCrossing * own) return true;
-    return PassedShare(shell, c_.free) > kMostCrossing;
+    return crossing > kMostCrossing * own;
   }
 
   std::optional<Solid> Built(std::optional<ShellProfile> profile) const {

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <utility>
+#include <variant>
+#include <vector>
 
 #include "collision/geometry/coefficients.h"
 #include "perception/model/free_space.h"
@@ -11,11 +13,12 @@ namespace cwm::perception {
 namespace {
 
 // Of the radius, what a focal length explains that is off by 0.025; chosen: 525 pixels, which drivers
-// assume of every Kinect, for 544 are off by more, but with 0.07 a tin that lies on edge becomes smaller
-// than its lid.
+// assume of every Kinect, for 544 are off by more, but with 0.07 a tin that lies on edge becomes
+// smaller than its lid.
 constexpr double kMostNarrowed = 0.05;
 constexpr int kSteps = 5;  // of a hundredth of the radius each
-// Of the rays beside and behind: noise and mixed pixels let fewer run into an outline that is right.
+// Of the rays beside and behind: noise and mixed pixels let fewer run into an outline that is
+// right.
 constexpr double kNoticed = 0.02;
 constexpr double kCleared = 1.0 / 3, kWorthwhile = 2.0 / 3;  // of those, that still run into it
 
@@ -58,20 +61,21 @@ void Yield(const FitContext& c, Solid& solid) {
   if (!(toward.norm() > radius_m)) return;  // seen along its axis: no side of it faces the sensor
   toward.normalize();
   double least = kWorthwhile * at_first;
-  Solid narrowest;
+  Solid clearest;
   for (int step = 1; step <= kSteps && least > kCleared * at_first; ++step) {
+    c.work.Poll();
     Solid narrowed = Narrowed(solid, toward, step * kMostNarrowed / kSteps * radius_m);
     const double now = PassedShare(narrowed, c.free);
-    if (now < least) least = now, narrowest = std::move(narrowed);
+    if (now < least) least = now, clearest = std::move(narrowed);
   }
   if (!(least < kWorthwhile * at_first)) return;
-  WidenSigmas(solid, narrowest);
-  solid = std::move(narrowest);
+  WidenSigmas(solid, clearest);
+  solid = std::move(clearest);
 }
 
 }  // namespace
 
-void YieldToRays(const FitContext& context, std::vector<Solid>& solids) {
+void YieldToRays(const FitContext& context, std::span<Solid> solids) {
   for (Solid& solid : solids) {
     context.work.Poll();
     Yield(context, solid);

@@ -1,8 +1,9 @@
 // How time and memory grow with the cloud, through the running server: one kitchen sampled more and
-// more densely, and more and more kitchens side by side, in a ring about the one place that all are seen
-// from.
+// more densely, and more and more kitchens side by side, in a ring about the one place that all are
+// seen from.
 #include <unistd.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -77,7 +78,7 @@ struct Sample {
 std::optional<Sample> Cast(const std::vector<Target>& targets, const Vector3& origin,
                            const Vector3& direction) {
   std::optional<Sample> nearest;
-  double nearest_t = 8;  // a kitchen is smaller; nothing stands farther away
+  double nearest_t = 8;  // the foot of the counter is 7.2 m away, and nothing farther
   for (const Target& target : targets) {
     if (!Meets(origin, direction, target.bounds_W)) continue;
     const auto hit =
@@ -89,17 +90,17 @@ std::optional<Sample> Cast(const std::vector<Target>& targets, const Vector3& or
   return nearest;
 }
 
-// In the frame of a kitchen's counter.
+// In the world of one kitchen.
 Vector3 Eye_W() {
   const Vector3 to_counter(std::cos(kPitch_rad), 0, -std::sin(kPitch_rad));
-  const Pose& X_WC = perception::KitchenCamera().X_WC;
+  const Pose X_WC = perception::KitchenCamera().X_WC;
   constexpr double kCameraDistance_m = 0.9;  // and the same pitch
   return X_WC.translation() - (kViewDistance_m - kCameraDistance_m) * to_counter;
 }
 
-// Points as a laser on a pan-tilt unit measures them that looks at one kitchen from there, in a level
-// frame with its origin there: rays spread evenly over the kitchen, from the foot of the counter to the
-// top of the wall, noise along them. Exactly `count`.
+// Points as a laser on a pan-tilt unit measures them that looks at one kitchen from there, in a
+// level frame with its origin there: rays spread evenly over the kitchen, from the foot of the
+// counter to the top of the wall, noise along them. Exactly `count`.
 std::vector<Eigen::Vector3f> ScanKitchen(std::int64_t count, std::uint64_t seed) {
   constexpr double kPan_rad = 180 * kDegree / kMillions;
   const Vector3 eye_W = Eye_W();
@@ -226,8 +227,8 @@ std::optional<Series> MeasureOneKitchen(Report& report) {
   return Series{last, last.seconds / kMillions / growths.front().seconds};
 }
 
-// Kitchens differ in their noise alone, and yet the dearest takes twice as long as the cheapest: the
-// figure compares fifteen with the first, the detail with the same fifteen one by one.
+// Kitchens differ in their noise alone, and yet the dearest takes twice as long as the cheapest:
+// the figure compares fifteen with the first, the detail with the same fifteen one by one.
 std::optional<Series> MeasureKitchens(Report& report) {
   report.Detail("Kitchens of a million points each, alone and then side by side:");
   double alone_seconds = 0, first_seconds = 0;

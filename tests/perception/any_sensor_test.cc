@@ -97,7 +97,8 @@ PointCloud FromBothSides(const SimulatedScene& scene) {
   return merged;
 }
 
-// What one of them saw lies behind what the other saw: as if from one place, rays would cross the can.
+// What one of them saw lies behind what the other saw: as if from one place, rays would cross the
+// can.
 TEST(MergedViews, ShowACanFromBothSides) {
   const Cylinder can{.radius_m = 0.06, .length_m = 0.18};
   const SimulatedScene scene{{Table(), Thing("can", can, MakeTranslation(0, 0.1, 0.09))}};

@@ -3,9 +3,9 @@
 //
 // The sizes were taken from the labelled points without any fit: heights above the table and the
 // smallest rectangle around a top face, 1 % of the points cut off at each end, medians over the scans
-// that show both ends. The tin's radius is that of a circle of the area between the middles of the pixels
-// on its lid, 93.6 to 95.1 mm in the five scans where nothing hides any of it, and half a pixel; where the
-// lid's edge is, sector by sector, says the same.
+// that show both ends. The tin's radius is that of a circle of the area between the middles
+// of the pixels on its lid, 93.6 to 95.1 mm in the five scans where nothing hides any of it, and half
+// a pixel; where the lid's edge is, sector by sector, says the same.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -96,8 +96,8 @@ TEST(YieldToRays, HasNoSideThatFacesASensorAboveIt) {
   EXPECT_EQ(RadiusOf(tin.Yielded()), kRadius_m);
 }
 
-// A tin on the table, whose lid a real Kinect shows to end before its far rim: there it sees the table
-// behind.
+// A tin on the table, whose lid a real Kinect shows to end before its far rim: there it sees the
+// table behind.
 struct ShortLid {
   static constexpr double kTrue_m = 0.09, kHigh_m = 0.08;
 
