@@ -1,6 +1,8 @@
 #include "server/rpc/runtime.h"
 
 #include <algorithm>
+#include <functional>
+#include <string>
 #include <thread>
 #include <utility>
 
@@ -64,6 +66,14 @@ Runtime::~Runtime() { timer.Stop(); }
 int Runtime::ThreadsForScan() const {
   const auto idle = std::min(query.IdleFor(), batches.IdleFor());
   return idle > kPauseOfQueries ? cores : std::max(1, cores - 1);
+}
+
+ClientId Runtime::ClientOf(const grpc::CallbackServerContext& context) {
+  const std::string peer = context.peer();
+  // Calls from this process have no address such as "unix:" or "ipv4:127.0.0.1:4711".
+  if (peer.find(':') == std::string::npos) return {};
+  const auto hash = static_cast<std::int64_t>(std::hash<std::string>()(peer) >> 1);
+  return {.connection = std::max<std::int64_t>(hash, 1), .uid = std::nullopt};
 }
 
 void Runtime::AddDrainable(std::weak_ptr<Drainable> stream) {

@@ -2,12 +2,15 @@
 // now.
 #pragma once
 
+#include <grpcpp/grpcpp.h>
+
 #include <atomic>
 #include <cstdint>
 #include <memory>
 #include <mutex>
 #include <vector>
 
+#include "server/core/client_id.h"
 #include "server/core/geometry_store.h"
 #include "server/core/ingest.h"
 #include "server/core/limits.h"
@@ -80,6 +83,9 @@ class Runtime {
   int ThreadsForScan() const;
 
   std::atomic<int> batches_under_way = 0;  // that are being answered
+
+  // Who sends the call.
+  static ClientId ClientOf(const grpc::CallbackServerContext& context);
 
   // Ends streams now, refuses the calls to come; watches get their last bookmark.
   void Drain();
