@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <bit>
+#include <unordered_set>
+#include <variant>
 
 namespace cwm::server {
 namespace {
@@ -26,25 +28,32 @@ constexpr std::int64_t kRuleExtraBytes = 250;
 // A name, a uid and a supporter beyond the small-string size, and the shared pointer's block.
 constexpr std::int64_t kObjectExtraBytes = 150;
 
-std::int64_t Triangles(const Mesh& mesh) {
-  return mesh.mesh == nullptr ? 0 : static_cast<std::int64_t>(mesh.mesh->triangles.size());
-}
+// Triangles of meshes, each mesh once.
+class DistinctMeshes {
+ public:
+  void Add(const TriangleMesh* mesh) {
+    if (mesh != nullptr && seen_.insert(mesh).second) {
+      triangles_ += static_cast<std::int64_t>(mesh->triangles.size());
+    }
+  }
+  void Add(const Shape& shape) {
+    if (const Mesh* mesh = std::get_if<Mesh>(&shape)) Add(mesh->mesh.get());
+    if (const Convex* convex = std::get_if<Convex>(&shape)) Add(convex->hull.get());
+  }
+  std::int64_t triangles() const { return triangles_; }
 
-std::int64_t Triangles(const Shape& shape) {
-  if (const Mesh* mesh = std::get_if<Mesh>(&shape)) return Triangles(*mesh);
-  const Convex* convex = std::get_if<Convex>(&shape);
-  return convex == nullptr || convex->hull == nullptr
-             ? 0
-             : static_cast<std::int64_t>(convex->hull->triangles.size());
-}
+ private:
+  std::unordered_set<const TriangleMesh*> seen_;
+  std::int64_t triangles_ = 0;
+};
 
 std::int64_t GeometryBytes(const PreparedModel& geometry) {
-  std::int64_t triangles = 0;
-  for (const ShapePart& part : geometry.model->shapes) triangles += Triangles(part.shape);
-  for (const SurfacePart& part : geometry.model->surfaces) triangles += Triangles(part.surface);
-  for (const Handle& handle : geometry.model->handles) triangles += Triangles(handle.surface);
-  return triangles * kTriangleBytes +
-         static_cast<std::int64_t>(geometry.parts.size()) * kPreparedPartBytes;
+  DistinctMeshes meshes;
+  for (const ShapePart& part : geometry.model->shapes) meshes.Add(part.shape);
+  for (const SurfacePart& part : geometry.model->surfaces) meshes.Add(part.surface.mesh.get());
+  for (const Handle& handle : geometry.model->handles) meshes.Add(handle.surface.mesh.get());
+  return ApproximatePreparedBytes(static_cast<std::int64_t>(geometry.parts.size()),
+                                  meshes.triangles());
 }
 
 constexpr std::int64_t kPlacedPartBytes = sizeof(Pose) + sizeof(Aabb);
@@ -79,6 +88,18 @@ std::int64_t RobotListBytes(const collision::WorldSnapshot& snapshot) {
 }
 
 }  // namespace
+
+std::int64_t ApproximatePreparedBytes(std::int64_t parts, std::int64_t triangles) {
+  return triangles * kTriangleBytes + parts * kPreparedPartBytes;
+}
+
+std::int64_t ApproximateBytes(const collision::PutObject& put) {
+  return static_cast<std::int64_t>(sizeof(WorldObject)) + kObjectExtraBytes + kSnapshotEntryBytes +
+         static_cast<std::int64_t>(put.geometry->parts.size()) * kPlacedPartBytes +
+         GeometryBytes(*put.geometry);
+}
+
+std::int64_t ApproximateBytes(const collision::RobotGeometry& robot) { return Bytes(robot); }
 
 std::int64_t ApproximateBytes(const WorldObject& object) {
   return OwnBytes(object) + GeometryBytes(*object.geometry);

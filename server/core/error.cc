@@ -104,6 +104,19 @@ absl::Status InvalidField(std::string field, std::string description) {
       {.reason = "INVALID_FIELD", .fields = {{std::move(field), std::move(description)}}});
 }
 
+absl::Status Overloaded(std::string message, std::string reason, double retry_after_s) {
+  return MakeError(
+      absl::StatusCode::kResourceExhausted, std::move(message),
+      {.reason = std::move(reason), .fields = {}, .metadata = {}, .retry_after_s = retry_after_s});
+}
+
+absl::Status ServerDraining() {
+  constexpr double kRetryAfter_s = 0.1;
+  return MakeError(
+      absl::StatusCode::kUnavailable, "the server is shutting down",
+      {.reason = "SERVER_DRAINING", .fields = {}, .metadata = {}, .retry_after_s = kRetryAfter_s});
+}
+
 ErrorDetails DetailsOf(const absl::Status& status) {
   const auto payload = status.GetPayload(kPayload);
   if (!payload) return {};

@@ -28,6 +28,10 @@ struct ErrorDetails {
 absl::Status MakeError(absl::StatusCode code, std::string message, ErrorDetails details);
 // INVALID_ARGUMENT INVALID_FIELD; the message is "field: description".
 absl::Status InvalidField(std::string field, std::string description);
+// RESOURCE_EXHAUSTED with the time after which a retry may succeed.
+absl::Status Overloaded(std::string message, std::string reason, double retry_after_s);
+// UNAVAILABLE SERVER_DRAINING, with the time after which a successor may answer.
+absl::Status ServerDraining();
 // Details of a status, empty reason when it carries none.
 ErrorDetails DetailsOf(const absl::Status& status);
 

@@ -12,9 +12,11 @@ namespace cwm::server {
 using collision::ObjectDelta;
 using collision::Revision;
 
-History::History(Retention retention, SnapshotPtr first) : retention_(retention) {
-  snapshot_bytes_ = ApproximateOwnBytes(*first);
-  snapshots_.push_back({std::move(first), snapshot_bytes_});
+History::History(Retention retention, SnapshotPtr first, MemoryCharge charge)
+    : retention_(retention), charge_(std::move(charge)) {
+  snapshot_bytes_ = own_bytes_ = ApproximateOwnBytes(*first);
+  snapshots_.push_back({std::move(first), own_bytes_, own_bytes_});
+  UpdateCharge();
 }
 
 History::Forgotten History::Append(SnapshotPtr next, EventPtr event) {
@@ -25,22 +27,26 @@ History::Forgotten History::Append(SnapshotPtr next, EventPtr event) {
   snapshots_.back().bytes += superseded + rule_bytes;
   const std::int64_t own =
       ApproximateOwnBytes(*next, event->deltas.size() + event->robot_deltas.size());
-  snapshots_.push_back({std::move(next), own});
+  snapshots_.back().own_bytes += rule_bytes;
+  snapshots_.push_back({std::move(next), own, own});
   snapshot_bytes_ += superseded + rule_bytes + own;
 
   static_assert(sizeof(collision::RobotDelta) == sizeof(ObjectDelta));
   const std::int64_t deltas = event->size();
-  const std::int64_t event_bytes = static_cast<std::int64_t>(sizeof(Event)) + superseded +
-                                   ApproximateBytes(event->rule_deltas) +
-                                   deltas * static_cast<std::int64_t>(sizeof(ObjectDelta));
+  const std::int64_t own_event_bytes = static_cast<std::int64_t>(sizeof(Event)) +
+                                       ApproximateBytes(event->rule_deltas) +
+                                       deltas * static_cast<std::int64_t>(sizeof(ObjectDelta));
+  const std::int64_t event_bytes = own_event_bytes + superseded;
   event_bytes_ += event_bytes;
   event_deltas_ += deltas;
   const Clock::time_point now = event->when;
-  events_.push_back({std::move(event), event_bytes});
+  events_.push_back({std::move(event), own_event_bytes, event_bytes});
+  own_bytes_ += own + rule_bytes + own_event_bytes;
 
   Forgotten forgotten = Expire(now);
   ShrinkSnapshots(forgotten);
   ShrinkEvents(forgotten);
+  UpdateCharge();
   return forgotten;
 }
 
@@ -49,6 +55,15 @@ History::Forgotten History::Expire(Clock::time_point now) {
   while (!events_.empty() && events_.front().event->when + retention_.watch_time < now) {
     DropOldestEvent(forgotten);
   }
+  UpdateCharge();
+  return forgotten;
+}
+
+History::Forgotten History::ForgetPast() {
+  Forgotten forgotten;
+  while (snapshots_.size() > 1) DropOldestSnapshot(forgotten);
+  while (events_.size() > 1) DropOldestEvent(forgotten);
+  UpdateCharge();
   return forgotten;
 }
 
@@ -56,10 +71,15 @@ void History::ShrinkSnapshots(Forgotten& forgotten) {
   while (snapshots_.size() > 1 &&
          (static_cast<std::int64_t>(snapshots_.size()) > retention_.exact_snapshots ||
           snapshot_bytes_ > retention_.snapshot_bytes)) {
-    snapshot_bytes_ -= snapshots_.front().bytes;
-    forgotten.snapshots.push_back(std::move(snapshots_.front().snapshot));
-    snapshots_.pop_front();
+    DropOldestSnapshot(forgotten);
   }
+}
+
+void History::DropOldestSnapshot(Forgotten& forgotten) {
+  snapshot_bytes_ -= snapshots_.front().bytes;
+  own_bytes_ -= snapshots_.front().own_bytes;
+  forgotten.snapshots.push_back(std::move(snapshots_.front().snapshot));
+  snapshots_.pop_front();
 }
 
 void History::ShrinkEvents(Forgotten& forgotten) {
@@ -71,6 +91,7 @@ void History::ShrinkEvents(Forgotten& forgotten) {
 
 void History::DropOldestEvent(Forgotten& forgotten) {
   event_bytes_ -= events_.front().bytes;
+  own_bytes_ -= events_.front().own_bytes;
   event_deltas_ -= events_.front().event->size();
   forgotten.events.push_back(std::move(events_.front().event));
   events_.pop_front();

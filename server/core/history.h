@@ -11,6 +11,7 @@
 #include "absl/container/inlined_vector.h"
 #include "collision/world/world_snapshot.h"
 #include "server/core/limits.h"
+#include "server/core/memory_budget.h"
 #include "server/core/watch.h"
 
 namespace cwm::server {
@@ -37,12 +38,16 @@ class History {
     std::vector<EventPtr> events;
   };
 
-  History(Retention retention, SnapshotPtr first);
+  // `charge` is kept at the bytes of what is remembered, without the geometry of objects, whose memory
+  // is charged with them.
+  History(Retention retention, SnapshotPtr first, MemoryCharge charge = {});
 
   // `next` is the snapshot that `event` led to, one revision after the latest.
   Forgotten Append(SnapshotPtr next, EventPtr event);
   // Forgets events that are older than the watch time.
   Forgotten Expire(Clock::time_point now);
+  // Forgets all but the latest snapshot and its event.
+  Forgotten ForgetPast();
 
   collision::Revision latest() const { return snapshots_.back().snapshot->revision(); }
   collision::Revision oldest_exact() const { return snapshots_.front().snapshot->revision(); }
@@ -60,20 +65,26 @@ class History {
  private:
   struct KeptSnapshot {
     SnapshotPtr snapshot;
+    std::int64_t own_bytes = 0;
     std::int64_t bytes = 0;  // its own, and of what the next revision took out of the world
   };
   struct KeptEvent {
     EventPtr event;
-    std::int64_t bytes = 0;
+    std::int64_t own_bytes = 0;
+    std::int64_t bytes = 0;  // its own, and of what its revision took out of the world
   };
 
   void ShrinkSnapshots(Forgotten& forgotten);
   void ShrinkEvents(Forgotten& forgotten);
+  void DropOldestSnapshot(Forgotten& forgotten);
   void DropOldestEvent(Forgotten& forgotten);
+  void UpdateCharge() { charge_.ResizeAnyway(own_bytes_); }
 
   Retention retention_;
   std::deque<KeptSnapshot> snapshots_;  // consecutive revisions, never empty
   std::deque<KeptEvent> events_;        // consecutive revisions up to the latest
+  MemoryCharge charge_;
+  std::int64_t own_bytes_ = 0;  // of snapshots and events
   std::int64_t snapshot_bytes_ = 0;
   std::int64_t event_bytes_ = 0;
   std::int64_t event_deltas_ = 0;

@@ -6,6 +6,7 @@
 
 #include "collision/robot/robot_limits.h"
 #include "proto/transfer/chunks.h"
+#include "server/core/memory_limit.h"
 
 namespace cwm::server {
 
@@ -15,19 +16,33 @@ struct Limits {
   std::int64_t max_message_bytes = kMaxMessageBytes;
   std::int64_t max_chunk_bytes = kMaxChunkBytes;
   std::int64_t max_cloud_points = 20'000'000;
+  std::int64_t max_cloud_bytes = std::int64_t{2} << 30;  // three clouds of 20 M points at 32 bytes
   std::int64_t max_mesh_triangles = 5'000'000;
   std::int64_t max_batch_rows = 65'536;
   std::int64_t max_rows_as_messages = 1'024;
-  std::int64_t max_watchers = 256;
+  // Of all clients, and of one connection; what is scarce is shared (fair_quota.h).
+  std::int64_t max_watchers = 1'024;
+  std::int64_t max_client_watchers = 256;
   // Of pages of the viewer, of which each may have two: a browser never refuses a robot's watch.
   std::int64_t max_viewer_watchers = 256;
   std::int64_t max_metadata_bytes = 16 << 10;
-  std::int64_t max_streams = 1'000;
+  std::int64_t max_streams = 4'000;
+  std::int64_t max_client_streams = 1'000;
+  std::int64_t max_uploads = 256;  // clouds, robots and meshes that are being sent
+  std::int64_t max_client_uploads = 64;
+  std::int64_t max_waits = 1'024;  // calls that wait for a revision
+  std::int64_t max_client_waits = 256;
+  // A client that sends nothing of an upload, or reads nothing of an answer, for so long is let go.
+  std::chrono::milliseconds max_stall = std::chrono::seconds(30);
+  // The server's account of memory (memory_budget.h).
+  std::int64_t max_memory_bytes = DefaultMemoryLimit();
   // A stream keeps its overlay while it lives: a thousand such changes, meshes by hash.
   std::int64_t max_stream_overlay_bytes = 1 << 20;
   std::int64_t max_inline_bytes = 1 << 20;  // labels above it travel by hash
   std::int64_t max_changes = 65'536;        // in one ApplyChanges
   std::int64_t max_worlds = 1'024;
+  std::int64_t max_objects = 262'144;  // of one world
+  std::int64_t max_parts = 4'096;      // of one object: every question visits each of them
   // Answers of one batch, of some 100 bytes each: every row of the largest batch may have the 16
   // contacts of the default. As messages an answer takes three times that, and few read so many.
   std::int64_t max_answers = 1'048'576;

@@ -15,6 +15,9 @@ constexpr std::size_t kLongestRequestId = 128;
 // Ids are freed one by one as they age; a second frees hundreds at the rate that fills the memory.
 constexpr double kRetryAfter_s = 1;
 
+// A record, its id twice and its digest, with the blocks of the table.
+constexpr std::int64_t kRecordBytes = 400;
+
 std::int64_t BytesOf(const IngestOutcome& outcome) {
   std::int64_t bytes = static_cast<std::int64_t>(sizeof(outcome)) +
                        static_cast<std::int64_t>(outcome.labels.size() * sizeof(std::uint32_t));
@@ -64,6 +67,7 @@ absl::StatusOr<std::optional<WriteOutcome>> RequestMemory::Find(const WriteOptio
     if (static_cast<std::int64_t>(records_.size()) >= retention_.request_ids) {
       return Exhausted(retention_.request_ids);
     }
+    if (auto charged = charge_.Resize(Bytes() + kRecordBytes); !charged.ok()) return charged;
     return std::nullopt;
   }
   const Record& record = found->second;
@@ -84,7 +88,7 @@ void RequestMemory::Remember(const WriteOptions& options, const WriteOutcome& ou
             .was_ingest = reply != nullptr,
             .reply = std::move(reply),
             .reply_bytes = 0};
-  if (!record.was_ingest) return;
+  if (!record.was_ingest) return charge_.ResizeAnyway(Bytes());
   record.reply_bytes = BytesOf(*record.reply);
   reply_bytes_ += record.reply_bytes;
   replies_by_age_.push_back(id);
@@ -92,6 +96,11 @@ void RequestMemory::Remember(const WriteOptions& options, const WriteOutcome& ou
     ForgetReply(records_.at(replies_by_age_.front()));
     replies_by_age_.pop_front();
   }
+  charge_.ResizeAnyway(Bytes());
+}
+
+std::int64_t RequestMemory::Bytes() const {
+  return kRecordBytes * static_cast<std::int64_t>(records_.size()) + reply_bytes_;
 }
 
 void RequestMemory::Expire(Clock::time_point now) {

@@ -8,22 +8,26 @@
 #include <optional>
 #include <string>
 #include <unordered_map>
+#include <utility>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "server/core/limits.h"
+#include "server/core/memory_budget.h"
 #include "server/core/world.h"
 
 namespace cwm::server {
 
 class RequestMemory {
  public:
-  explicit RequestMemory(Retention retention) : retention_(retention) {}
+  // `charge` is kept at the bytes of what is remembered.
+  explicit RequestMemory(Retention retention, MemoryCharge charge = {})
+      : retention_(retention), charge_(std::move(charge)) {}
 
   // The first reply, when the options' request_id was used before; nothing when it is new or empty.
   // FailedPrecondition REQUEST_ID_REUSED when it was used for other content; OutOfRange
   // REPLY_COMPACTED when it was an ingest whose reply is no longer kept (metadata: revision);
-  // ResourceExhausted REQUEST_IDS_EXHAUSTED when one more cannot be remembered; InvalidArgument for
+  // ResourceExhausted REQUEST_IDS_EXHAUSTED or MEMORY_EXHAUSTED when one more cannot be remembered; InvalidArgument for
   // an id that is too long.
   absl::StatusOr<std::optional<WriteOutcome>> Find(const WriteOptions& options,
                                                    Clock::time_point now);
@@ -45,7 +49,10 @@ class RequestMemory {
   void Expire(Clock::time_point now);
   void ForgetReply(Record& record);
 
+  std::int64_t Bytes() const;
+
   Retention retention_;
+  MemoryCharge charge_;
   std::unordered_map<std::string, Record> records_;  // by request_id
   std::deque<std::string> by_age_;                   // all ids, oldest first
   std::deque<std::string> replies_by_age_;           // ids of ingests, oldest first

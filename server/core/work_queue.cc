@@ -5,20 +5,35 @@
 #include <sys/syscall.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <array>
 #include <atomic>
 #include <condition_variable>
 #include <cstdint>
-#include <deque>
 #include <mutex>
 #include <thread>
 #include <utility>
 #include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "server/core/error.h"
 
 namespace cwm::server {
 namespace {
 
 // Linux shows at most 15 characters of a thread's name.
 constexpr std::size_t kThreadNameLength = 15;
+// The least time that a retry is told to wait: the queue has moved on by then.
+constexpr double kMinRetry_s = 0.1;
+// Estimates of cost are corrected by how long tasks really took, by an exponential average over some
+// ten of them.
+constexpr double kNewestWeight = 0.1;
+// Estimates are right within this factor: only what is too late by more is refused for its deadline.
+constexpr double kCostDoubt = 0.25;
+
+// The server's own work waits as long as it takes.
+constexpr auto kNeverLate = Clock::time_point::max();
 
 void NameAndRankThisThread(const WorkQueueOptions& options) {
   pthread_setname_np(pthread_self(), options.name.substr(0, kThreadNameLength).c_str());
@@ -28,6 +43,8 @@ void NameAndRankThisThread(const WorkQueueOptions& options) {
   setpriority(PRIO_PROCESS, static_cast<id_t>(syscall(SYS_gettid)), options.nice);
 }
 
+double Seconds(Clock::duration duration) { return std::chrono::duration<double>(duration).count(); }
+
 }  // namespace
 
 struct WorkQueue::State {
@@ -35,56 +52,116 @@ struct WorkQueue::State {
   mutable std::mutex mutex;
   std::condition_variable work_or_drain;
   std::condition_variable caller_left;
-  using Tasks = std::deque<std::function<void()>>;
-  Tasks tasks;
-  Tasks awaited;
-  bool awaited_is_next = false;  // where both have some
+  std::array<FairTasks, 2> lanes;  // by Lane
+  bool awaited_is_next = false;    // where both have some
   bool draining = false;
   bool lends_caller = false;  // one runs a task of the queue
   int under_way = 0;
+  double under_way_cost_s = 0;
+  double seconds_per_cost = 1;                            // how long an estimated second takes
   Clock::time_point last_end = Clock::time_point::min();  // min: no task yet
   std::atomic<std::int64_t> failed{0};
   std::mutex join_mutex;  // several may drain at once
   std::vector<std::thread> threads;
 
-  bool empty() const { return tasks.empty() && awaited.empty(); }
+  FairTasks& lane(Lane lane) { return lanes[lane == Lane::kNew ? 0 : 1]; }
+  const FairTasks& lane(Lane lane) const { return lanes[lane == Lane::kNew ? 0 : 1]; }
+  std::size_t CapacityOf(Lane lane) const {
+    return lane == Lane::kNew ? options.capacity : options.awaited_capacity;
+  }
+  bool empty() const { return lanes[0].empty() && lanes[1].empty(); }
 
-  Tasks& NextLane() {
-    if (tasks.empty()) return awaited;
-    if (awaited.empty()) return tasks;
-    return std::exchange(awaited_is_next, !awaited_is_next) ? awaited : tasks;
+  FairTasks& NextLane() {
+    FairTasks& fresh = lane(Lane::kNew);
+    FairTasks& awaited = lane(Lane::kAwaited);
+    if (fresh.empty()) return awaited;
+    if (awaited.empty()) return fresh;
+    return std::exchange(awaited_is_next, !awaited_is_next) ? awaited : fresh;
   }
 
-  // The next task, or nothing when draining and empty.
-  std::function<void()> Take() {
+  // The lanes take turns: what waits in one delays what comes into the other by as much at most.
+  double WaitOf(const ClientId& client, Lane its_lane) const {
+    const FairTasks& own = lane(its_lane);
+    const FairTasks& other = lane(its_lane == Lane::kNew ? Lane::kAwaited : Lane::kNew);
+    const double before_s = own.CostBefore(client);
+    const double cost_s =
+        under_way_cost_s / 2 + before_s + std::min(before_s, other.CostBefore(client));
+    return cost_s * seconds_per_cost / options.threads;
+  }
+
+  absl::Status Refusal(const ClientId& client, Lane its_lane) const {
+    const double wait_s = WaitOf(client, its_lane);
+    return Overloaded(absl::StrCat("the queue \"", options.name,
+                                   "\" is full: ", lanes[0].size() + lanes[1].size(),
+                                   " calls wait, for some ", absl::StrFormat("%.1f s", wait_s)),
+                      "QUEUE_FULL", std::max(kMinRetry_s, wait_s));
+  }
+
+  // Whether its turn came in time.
+  absl::Status Admit(const Task& task) const {
+    if (task.pushed == kNeverLate) return absl::OkStatus();
+    const auto now = Clock::now();
+    if (now - task.pushed > options.max_wait) {
+      return Overloaded(absl::StrCat("the queue \"", options.name, "\" is too slow: waited for ",
+                                     absl::StrFormat("%.1f s", Seconds(now - task.pushed))),
+                        "QUEUE_FULL", std::max(kMinRetry_s, Seconds(now - task.pushed)));
+    }
+    if (task.deadline == Clock::time_point::max()) return absl::OkStatus();
+    const double needed_s =
+        task.may_answer_in_part ? 0 : kCostDoubt * task.cost_s * seconds_per_cost;
+    if (Seconds(task.deadline - now) >= needed_s) return absl::OkStatus();
+    return MakeError(absl::StatusCode::kDeadlineExceeded,
+                     "the deadline came too soon for the work to begin",
+                     {.reason = "DEADLINE_TOO_SHORT",
+                      .fields = {},
+                      .metadata = {},
+                      .retry_after_s = std::max(kMinRetry_s, needed_s)});
+  }
+
+  struct Turn {
+    Task task;
+    absl::Status admitted;
+  };
+  // The next task, or one without a function when draining and empty.
+  Turn Take() {
     std::unique_lock lock(mutex);
     work_or_drain.wait(lock, [this] { return draining || !empty(); });
-    if (empty()) return nullptr;
-    Tasks& lane = NextLane();
-    std::function<void()> task = std::move(lane.front());
-    lane.pop_front();
+    if (empty()) return {};
+    Turn turn{.task = NextLane().Pop(), .admitted = absl::OkStatus()};
+    turn.admitted = Admit(turn.task);
     ++under_way;
-    return task;
+    under_way_cost_s += turn.task.cost_s;
+    return turn;
   }
 
-  void Ended() {
+  void Ended(double cost_s, Clock::duration took, bool worked) {
     std::lock_guard lock(mutex);
     --under_way;
+    under_way_cost_s -= cost_s;
     last_end = Clock::now();
+    if (!worked || cost_s <= 0) return;
+    const double ratio = std::clamp(Seconds(took) / cost_s, 1e-3, 1e3);
+    seconds_per_cost += kNewestWeight * (ratio - seconds_per_cost);
   }
 
-  void Run(const std::function<void()>& task) {
+  template <class Run>
+  void RunGuarded(const Run& run) {
     try {
-      task();
+      run();
     } catch (...) {  // one bad task must not end the server
       failed.fetch_add(1, std::memory_order_relaxed);
     }
-    Ended();
   }
 
   void Serve() {
     NameAndRankThisThread(options);
-    while (const std::function<void()> task = Take()) Run(task);
+    for (;;) {
+      const Turn turn = Take();
+      if (!turn.task.run) return;
+      const auto begin = Clock::now();
+      RunGuarded([&turn] { turn.task.run(turn.admitted); });
+      Ended(turn.task.cost_s, Clock::now() - begin, turn.admitted.ok());
+    }
   }
 
   bool TakeCaller() {
@@ -112,15 +189,43 @@ WorkQueue::WorkQueue(WorkQueueOptions options) : state_(std::make_unique<State>(
 
 WorkQueue::~WorkQueue() { Drain(); }
 
-bool WorkQueue::TryPush(std::function<void()> task, Lane lane) {
-  const bool is_new = lane == Lane::kNew;
-  const WorkQueueOptions& options = state_->options;
-  const std::size_t capacity = is_new ? options.capacity : options.awaited_capacity;
+void WorkQueue::Push(Task task, Lane lane) {
+  absl::Status refusal;
+  Task refused;
   {
     std::lock_guard lock(state_->mutex);
-    State::Tasks& tasks = is_new ? state_->tasks : state_->awaited;
-    if (state_->draining || tasks.size() >= capacity) return false;
-    tasks.push_back(std::move(task));
+    FairTasks& tasks = state_->lane(lane);
+    if (state_->draining) {
+      refusal = ServerDraining();
+    } else if (state_->WaitOf(task.client, lane) > state_->options.max_wait.count()) {
+      refusal = state_->Refusal(task.client, lane);
+    } else if (tasks.size() >= state_->CapacityOf(lane)) {
+      std::optional<Task> longest = tasks.TakeFromLongest(task.client);
+      refusal = state_->Refusal(longest ? longest->client : task.client, lane);
+      if (longest) {
+        refused = *std::move(longest);
+        std::swap(refused, task);
+        refused.pushed = Clock::now();
+        tasks.Push(std::move(refused));
+      }
+    } else {
+      task.pushed = Clock::now();
+      tasks.Push(std::move(task));
+    }
+  }
+  state_->work_or_drain.notify_one();
+  if (!refusal.ok()) state_->RunGuarded([&] { task.run(refusal); });
+}
+
+bool WorkQueue::TryPush(std::function<void()> task, Lane lane) {
+  {
+    std::lock_guard lock(state_->mutex);
+    FairTasks& tasks = state_->lane(lane);
+    if (state_->draining || tasks.size() >= state_->CapacityOf(lane)) return false;
+    Task own;
+    own.run = [run = std::move(task)](const absl::Status&) { run(); };
+    own.pushed = kNeverLate;
+    tasks.Push(std::move(own));
   }
   state_->work_or_drain.notify_one();
   return true;
@@ -128,7 +233,8 @@ bool WorkQueue::TryPush(std::function<void()> task, Lane lane) {
 
 bool WorkQueue::TryRunHere(const std::function<void()>& task) {
   if (!state_->TakeCaller()) return false;
-  state_->Run(task);
+  state_->RunGuarded(task);
+  state_->Ended(0, {}, true);
   state_->LeaveCaller();
   return true;
 }
@@ -151,7 +257,7 @@ void WorkQueue::Drain() {
 
 std::size_t WorkQueue::waiting() const {
   std::lock_guard lock(state_->mutex);
-  return state_->tasks.size() + state_->awaited.size();
+  return state_->lanes[0].size() + state_->lanes[1].size();
 }
 
 Clock::duration WorkQueue::IdleFor() const {
@@ -159,6 +265,11 @@ Clock::duration WorkQueue::IdleFor() const {
   if (state_->under_way > 0 || !state_->empty()) return Clock::duration::zero();
   if (state_->last_end == Clock::time_point::min()) return Clock::duration::max();
   return Clock::now() - state_->last_end;
+}
+
+double WorkQueue::EstimatedWait_s(const ClientId& client) const {
+  std::lock_guard lock(state_->mutex);
+  return state_->WaitOf(client, Lane::kNew);
 }
 
 std::int64_t WorkQueue::failed() const { return state_->failed.load(std::memory_order_relaxed); }

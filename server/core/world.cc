@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "server/core/approximate_bytes.h"
 #include "server/core/error.h"
 #include "server/core/request_memory.h"
 #include "server/core/rule_expiry.h"
@@ -28,6 +29,12 @@ std::string FieldOf(const Change& change, const collision::ApplyFault& fault,
     if (std::holds_alternative<collision::SetPairMargin>(change.what)) place += ".margin";
   }
   return fault.field.empty() ? place : absl::StrCat(place, ".", fault.field);
+}
+
+constexpr std::int64_t kUnlimitedBytes = std::int64_t{1} << 60;
+
+bool IsShortOfMemory(const absl::Status& status) {
+  return absl::IsResourceExhausted(status) && DetailsOf(status).reason == "MEMORY_EXHAUSTED";
 }
 
 absl::Status RevisionMismatch(Revision expected, Revision actual) {
@@ -87,8 +94,10 @@ struct World::State {
   const std::string name;
   const std::string uid;
   const std::function<Clock::time_point()> now;
+  const WorldSurroundings around;
+  const std::shared_ptr<MemoryBudget> memory;
+  const MemoryBudget::Payer payer;  // this world
   const std::shared_ptr<WorldFeed> feed;
-  const std::shared_ptr<RuleExpiry> expiry;  // may be null
 
   std::mutex turn;                                            // the writers'
   RequestMemory requests;                                     // under the turn
@@ -114,8 +123,37 @@ struct World::State {
 
   // Under the turn: what is said last is of the latest revision.
   void ScheduleExpiry(const collision::WorldSnapshot& latest, const std::weak_ptr<World>& self) {
-    if (expiry == nullptr) return;
-    expiry->Set(uid, self, collision::NextExpiry(latest.pair_rules()));
+    if (around.expiry == nullptr) return;
+    around.expiry->Set(uid, self, collision::NextExpiry(latest.pair_rules()));
+  }
+
+  // Geometry that a change brings is charged to the world for as long as anything refers to it.
+  absl::Status ChargeGeometry(std::vector<Change>& changes) const {
+    for (Change& change : changes) {
+      if (auto* put = std::get_if<collision::PutObject>(&change.what)) {
+        auto charge = memory->Charge(payer, ApproximateBytes(*put));
+        if (!charge.ok()) return charge.status();
+        put->geometry = WithCharge(std::move(put->geometry), *std::move(charge));
+      } else if (auto* put_robot = std::get_if<collision::PutRobot>(&change.what)) {
+        auto charge = memory->Charge(payer, ApproximateBytes(*put_robot->robot));
+        if (!charge.ok()) return charge.status();
+        put_robot->robot = WithCharge(std::move(put_robot->robot), *std::move(charge));
+      }
+    }
+    return absl::OkStatus();
+  }
+
+  absl::Status CheckObjectCount(const collision::WorldSnapshot& base,
+                                const collision::WorldSnapshot& next) const {
+    const auto count = static_cast<std::int64_t>(next.objects().size());
+    if (count <= around.max_objects || next.objects().size() <= base.objects().size()) {
+      return absl::OkStatus();
+    }
+    return MakeError(absl::StatusCode::kResourceExhausted,
+                     absl::StrCat("changes: the world \"", name, "\" would have ", count,
+                                  " objects, must have at most ", around.max_objects),
+                     {.reason = "TOO_MANY_OBJECTS",
+                      .metadata = {{"limit", std::to_string(around.max_objects)}}});
   }
 
   // Under the turn.
@@ -129,8 +167,10 @@ struct World::State {
     const SnapshotPtr base = feed->Latest();
     absl::StatusOr<std::vector<Change>> changes = make(base);
     if (!changes.ok()) return changes.status();
+    if (absl::Status charged = ChargeGeometry(*changes); !charged.ok()) return charged;
     absl::StatusOr<SnapshotPtr> next = collision::Apply(base, *changes);
     if (!next.ok()) return ExplainRefusal(next.status(), *base, *changes, "changes");
+    if (absl::Status few = CheckObjectCount(*base, **next); !few.ok()) return few;
 
     WriteOutcome outcome{.revision = (*next)->revision(), .replayed = false, .snapshot = *next};
     std::vector<collision::ObjectDelta> deltas = collision::Difference(*base, **next);
@@ -157,22 +197,30 @@ struct World::State {
 };
 
 World::World(std::string name, std::string uid, Retention retention,
-             std::function<Clock::time_point()> now, std::shared_ptr<RuleExpiry> expiry)
-    : state_(new State{.name = std::move(name),
-                       .uid = std::move(uid),
-                       .now = now,
-                       .feed = std::make_shared<WorldFeed>(retention, now),
-                       .expiry = std::move(expiry),
-                       .turn = {},
-                       .requests = RequestMemory(retention),
-                       .last_number = {},
-                       .sensors_mutex = {},
-                       .sensor_poses = {},
-                       .observations = {},
-                       .scans = {}}) {}
+             std::function<Clock::time_point()> now, WorldSurroundings around) {
+  const std::shared_ptr<MemoryBudget> memory =
+      around.memory != nullptr ? around.memory : MemoryBudget::Make(kUnlimitedBytes);
+  const auto payer = MemoryBudget::World(memory->NextWorldNumber(), name);
+  state_.reset(new State{
+      .name = std::move(name),
+      .uid = std::move(uid),
+      .now = now,
+      .around = std::move(around),
+      .memory = memory,
+      .payer = payer,
+      .feed = std::make_shared<WorldFeed>(retention, now, MemoryCharge::Empty(memory, payer)),
+      .turn = {},
+      .requests = RequestMemory(retention, MemoryCharge::Empty(memory, payer)),
+      .last_number = {},
+      .sensors_mutex = {},
+      .sensor_poses = {},
+      .observations = {},
+      .scans = {}});
+}
 
 World::~World() {
-  if (state_->expiry != nullptr) state_->expiry->Set(state_->uid, {}, std::nullopt);
+  const auto& expiry = state_->around.expiry;
+  if (expiry != nullptr) expiry->Set(state_->uid, {}, std::nullopt);
 }
 
 const std::string& World::name() const { return state_->name; }
@@ -193,14 +241,31 @@ absl::StatusOr<WriteOutcome> World::Apply(std::span<const Change> changes,
 
 absl::StatusOr<WriteOutcome> World::Update(const MakeChanges& make, const WriteOptions& options,
                                            const WriteHooks& hooks) {
-  WorldFeed::Aftermath aftermath;
-  absl::StatusOr<WriteOutcome> outcome = [&] {
-    std::lock_guard turn(state_->turn);
-    return state_->Write(make, options, hooks, weak_from_this(), aftermath);
-  }();
-  aftermath.Finish();
+  const auto write = [&] {
+    WorldFeed::Aftermath aftermath;
+    absl::StatusOr<WriteOutcome> outcome = [&] {
+      std::lock_guard turn(state_->turn);
+      return state_->Write(make, options, hooks, weak_from_this(), aftermath);
+    }();
+    aftermath.Finish();
+    return outcome;
+  };
+  absl::StatusOr<WriteOutcome> outcome = write();
+  // The past gives way to the present: of this world first, then of all.
+  if (IsShortOfMemory(outcome.status())) {
+    ForgetPast();
+    outcome = write();
+  }
+  if (IsShortOfMemory(outcome.status()) && state_->around.forget_pasts) {
+    state_->around.forget_pasts();
+    outcome = write();
+  }
   return outcome;
 }
+
+void World::ForgetPast() { state_->feed->ForgetPast(); }
+
+std::int64_t World::memory_bytes() const { return state_->memory->world_bytes_of(state_->payer); }
 
 void World::ExpireRules(collision::WallTime now) {
   const Change expire{.what = collision::ExpireRules{now}, .expected_object_revision = {}};

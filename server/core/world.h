@@ -16,6 +16,7 @@
 #include "collision/world/world_snapshot.h"
 #include "server/core/kept_scans.h"
 #include "server/core/limits.h"
+#include "server/core/memory_budget.h"
 #include "server/core/observations.h"
 #include "server/core/watch.h"
 
@@ -68,13 +69,21 @@ absl::Status ExplainRefusal(const absl::Status& status, const collision::WorldSn
 
 class RuleExpiry;  // rule_expiry.h
 
+// What a world shares with others.
+struct WorldSurroundings {
+  std::shared_ptr<RuleExpiry> expiry =
+      {};  // ends allowances that are over; null: only ExpireRules does
+  std::shared_ptr<MemoryBudget> memory = {};  // null: without a limit
+  std::function<void()> forget_pasts = {};    // of all worlds, where memory is short
+  std::int64_t max_objects = Limits().max_objects;
+};
+
 class World : public std::enable_shared_from_this<World> {
  public:
-  // `now` tells ages; tests pass their own. `expiry` ends allowances that are over, of a world that
-  // a shared pointer holds; null: only ExpireRules does.
+  // `now` tells ages; tests pass their own. Allowances end by themselves in a world that a shared
+  // pointer holds.
   World(std::string name, std::string uid, Retention retention,
-        std::function<Clock::time_point()> now = Clock::now,
-        std::shared_ptr<RuleExpiry> expiry = nullptr);
+        std::function<Clock::time_point()> now = Clock::now, WorldSurroundings around = {});
   ~World();
 
   const std::string& name() const;
@@ -89,7 +98,7 @@ class World : public std::enable_shared_from_this<World> {
                                  std::stop_token stop) const;
 
   // Applies the changes to the latest snapshot, all or nothing. NotFound OBJECT_UNKNOWN or
-  // ROBOT_UNKNOWN, ResourceExhausted TOO_MANY_PAIR_RULES, Aborted REVISION_MISMATCH or
+  // ROBOT_UNKNOWN, ResourceExhausted TOO_MANY_PAIR_RULES, TOO_MANY_OBJECTS or MEMORY_EXHAUSTED, Aborted REVISION_MISMATCH or
   // OBJECT_REVISION_MISMATCH (expected_revision, actual_revision in the metadata),
   // FailedPrecondition REQUEST_ID_REUSED, InvalidArgument INVALID_FIELD ("changes[i]").
   absl::StatusOr<WriteOutcome> Apply(std::span<const collision::Change> changes,
@@ -134,6 +143,11 @@ class World : public std::enable_shared_from_this<World> {
 
   collision::Revision oldest_exact() const;
   collision::Revision oldest_watch() const;
+
+  // Lets go of all revisions but the latest, for their memory.
+  void ForgetPast();
+  // Bytes charged to this world.
+  std::int64_t memory_bytes() const;
 
   // Ends all watches and refuses writes with NotFound WORLD_DELETED; snapshots that readers hold
   // stay good.

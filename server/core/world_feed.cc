@@ -36,19 +36,15 @@ absl::Status WorldDeleted() {
                    {.reason = "WORLD_DELETED"});
 }
 
-absl::Status ServerDraining() {
-  return MakeError(absl::StatusCode::kUnavailable, "the server is shutting down",
-                   {.reason = "SERVER_DRAINING"});
-}
-
 void WorldFeed::Aftermath::Finish() const {
   for (const auto& wake : wakes) (*wake)();
 }
 
-WorldFeed::WorldFeed(Retention retention, std::function<Clock::time_point()> now)
+WorldFeed::WorldFeed(Retention retention, std::function<Clock::time_point()> now,
+                     MemoryCharge charge)
     : now_(std::move(now)),
       latest_(std::make_shared<const WorldSnapshot>()),
-      history_(retention, latest_) {}
+      history_(retention, latest_, std::move(charge)) {}
 
 SnapshotPtr WorldFeed::Latest() const {
   std::lock_guard lock(latest_mutex_);
@@ -138,6 +134,12 @@ WorldFeed::Aftermath WorldFeed::End(Ending ending) {
   }
   published_or_ended_.notify_all();
   return aftermath;
+}
+
+void WorldFeed::ForgetPast() {
+  History::Forgotten forgotten;  // freed after the lock
+  const std::lock_guard lock(mutex_);
+  forgotten = history_.ForgetPast();
 }
 
 absl::Status WorldFeed::CheckResume(Revision from) const {

@@ -47,7 +47,7 @@ class WorldFeed {
     std::shared_ptr<const Wake> subscription;
   };
 
-  WorldFeed(Retention retention, std::function<Clock::time_point()> now);
+  WorldFeed(Retention retention, std::function<Clock::time_point()> now, MemoryCharge charge = {});
 
   SnapshotPtr Latest() const;
   Ending ending() const;
@@ -62,6 +62,9 @@ class WorldFeed {
                                   std::vector<collision::PairRuleDelta> rule_deltas);
   // Deletion follows draining, not the other way round.
   [[nodiscard]] Aftermath End(Ending ending);
+
+  // Lets go of what is remembered of the past: only the latest revision can be read or resumed from.
+  void ForgetPast();
 
   // Atomically: what was published before is in the start, what comes after wakes.
   absl::StatusOr<Start> Subscribe(const WatchOptions& options, Wake wake);
@@ -86,9 +89,8 @@ class WorldFeed {
   Ending ending_ = Ending::kNone;
 };
 
-// The errors of a world that ended.
+// The error of a world that was deleted.
 absl::Status WorldDeleted();
-absl::Status ServerDraining();
 
 // Starts a watch on the feed, which it keeps alive.
 absl::StatusOr<std::unique_ptr<WatchCursor>> StartWatch(std::shared_ptr<WorldFeed> feed,

@@ -116,6 +116,7 @@ struct WorldRegistry::State {
   const Limits limits;
   const Retention retention;
   const std::function<Clock::time_point()> now;
+  const std::shared_ptr<MemoryBudget> memory;
   const std::shared_ptr<RuleExpiry> expiry = std::make_shared<RuleExpiry>();
   mutable std::mutex mutex;
   std::map<std::string, Entry> entries;
@@ -130,6 +131,15 @@ struct WorldRegistry::State {
     const std::shared_ptr<World>& world = found->second.world;
     if (!uid.empty() && uid != world->uid()) return WorldReplaced(name, uid, world->uid());
     return world;
+  }
+
+  void ForgetPasts() {
+    std::vector<std::shared_ptr<World>> worlds;
+    {
+      std::lock_guard lock(mutex);
+      for (const auto& [name, entry] : entries) worlds.push_back(entry.world);
+    }
+    for (const std::shared_ptr<World>& world : worlds) world->ForgetPast();
   }
 
   // Under the mutex. The entry of a world that may have been deleted meanwhile.
@@ -148,7 +158,12 @@ struct WorldRegistry::State {
                        {.reason = "TOO_MANY_WORLDS",
                         .metadata = {{"limit", std::to_string(limits.max_worlds)}}});
     }
-    auto world = std::make_shared<World>(name, RandomUid(), retention, now, expiry);
+    auto world =
+        std::make_shared<World>(name, RandomUid(), retention, now,
+                                WorldSurroundings{.expiry = expiry,
+                                                  .memory = memory,
+                                                  .forget_pasts = [this] { ForgetPasts(); },
+                                                  .max_objects = limits.max_objects});
     if (draining) world->Drain();
     return &(entries[name] = {.world = std::move(world), .kept = false, .leases = 0});
   }
@@ -178,10 +193,12 @@ bool WorldRegistry::Lease::kept() const {
 }
 
 WorldRegistry::WorldRegistry(Limits limits, Retention retention,
+                             std::shared_ptr<MemoryBudget> memory,
                              std::function<Clock::time_point()> now)
     : state_(new State{.limits = limits,
                        .retention = retention,
                        .now = std::move(now),
+                       .memory = std::move(memory),
                        .mutex = {},
                        .entries = {},
                        .deletions = DeletionMemory(retention)}) {}

@@ -24,7 +24,8 @@ class WorldRegistry {
   struct State;
 
  public:
-  WorldRegistry(Limits limits, Retention retention,
+  // `memory` pays for all worlds; null: they have no limit.
+  WorldRegistry(Limits limits, Retention retention, std::shared_ptr<MemoryBudget> memory = nullptr,
                 std::function<Clock::time_point()> now = Clock::now);
   ~WorldRegistry();
 

@@ -39,26 +39,40 @@ v1::Retention RetentionToProto(const Retention& retention) {
   return proto;
 }
 
+absl::Status Describe(const Application& application, Clock::time_point started,
+                      v1::GetServerInfoResponse* response) {
+  response->set_version(CWM_VERSION);
+  *response->mutable_limits() = LimitsToProto(application.limits);
+  *response->mutable_retention() = RetentionToProto(application.retention);
+  for (int i = 0; i < collision::kEngineCount; ++i) {
+    const auto kind = static_cast<collision::EngineKind>(i);
+    v1::EngineInfo* engine = response->add_engines();
+    engine->set_name(std::string(collision::NameOf(kind)));
+    engine->set_version(kind == collision::EngineKind::kExact ? CWM_VERSION
+                                                              : collision::EngineVersion(kind));
+  }
+  response->set_uptime_s(std::chrono::duration<double>(Clock::now() - started).count());
+  response->set_store("memory");
+  return absl::OkStatus();
+}
+
 }  // namespace
 
+// Who asks how the server is must not wait for what it does.
 grpc::ServerUnaryReactor* AdminService::GetServerInfo(grpc::CallbackServerContext* context,
-                                                      const v1::GetServerInfoRequest*,
-                                                      v1::GetServerInfoResponse* response) {
-  return StartUnary(context, runtime_, runtime_.reads, [this, response](const CallContext&) {
-    response->set_version(CWM_VERSION);
-    *response->mutable_limits() = LimitsToProto(runtime_.application.limits);
-    *response->mutable_retention() = RetentionToProto(runtime_.application.retention);
-    for (int i = 0; i < collision::kEngineCount; ++i) {
-      const auto kind = static_cast<collision::EngineKind>(i);
-      v1::EngineInfo* engine = response->add_engines();
-      engine->set_name(std::string(collision::NameOf(kind)));
-      engine->set_version(kind == collision::EngineKind::kExact ? CWM_VERSION
-                                                                : collision::EngineVersion(kind));
-    }
-    response->set_uptime_s(std::chrono::duration<double>(Clock::now() - started_).count());
-    response->set_store("memory");
-    return absl::OkStatus();
-  });
+                                                      const grpc::ByteBuffer* request,
+                                                      grpc::ByteBuffer* response) {
+  return StartUnary<v1::GetServerInfoRequest, v1::GetServerInfoResponse>(
+      context, runtime_, request, response, runtime_.reads,
+      {.plan =
+           [](const v1::GetServerInfoRequest&) {
+             return UnaryPlan{.length = WorkLength::kImmediate};
+           },
+       .work =
+           [this](const v1::GetServerInfoRequest&, const CallContext&,
+                  v1::GetServerInfoResponse* reply) {
+             return Describe(runtime_.application, started_, reply);
+           }});
 }
 
 }  // namespace cwm::server

@@ -6,13 +6,17 @@
 
 namespace cwm::server {
 
-class AdminService final : public v1::AdminService::CallbackService {
+// Messages of raw methods are parsed by our own code (messages.h).
+using RawAdminService =
+    v1::AdminService::WithRawCallbackMethod_GetServerInfo<v1::AdminService::Service>;
+
+class AdminService final : public RawAdminService {
  public:
   explicit AdminService(Runtime& runtime) : runtime_(runtime) {}
 
   grpc::ServerUnaryReactor* GetServerInfo(grpc::CallbackServerContext* context,
-                                          const v1::GetServerInfoRequest* request,
-                                          v1::GetServerInfoResponse* response) override;
+                                          const grpc::ByteBuffer* request,
+                                          grpc::ByteBuffer* response) override;
 
  private:
   Runtime& runtime_;

@@ -2,6 +2,7 @@
 // does.
 #pragma once
 
+#include <google/protobuf/arena.h>
 #include <grpcpp/grpcpp.h>
 
 #include <functional>
@@ -9,9 +10,11 @@
 #include <optional>
 #include <stop_token>
 #include <string>
+#include <utility>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "server/rpc/messages.h"
 #include "server/rpc/runtime.h"
 
 namespace cwm::server {
@@ -25,6 +28,7 @@ struct CallContext {
   Clock::time_point deadline = Clock::time_point::max();  // max: none
   std::stop_token stop;
   std::optional<WorldAtRevision> reached = {};  // what the call awaited, if it did
+  ClientId client = {};
 };
 
 // The call's deadline on the steady clock.
@@ -40,6 +44,7 @@ struct RevisionToAwait {
   std::shared_ptr<World> world;
   collision::Revision revision;
 };
+using MaybeAwait = absl::StatusOr<std::optional<RevisionToAwait>>;
 
 using CallWork = std::function<absl::Status(const CallContext&)>;
 
@@ -50,14 +55,100 @@ absl::Status RunGuarded(const CallWork& work, const CallContext& call);
 enum class WorkLength {
   kAny,
   kShort,  // less than waking another thread for it
+  kImmediate,  // next to nothing, and nobody may have to wait for it: done at once, by the thread that read it
 };
 
-// Hands `work` to the queue once the world has the revision to await (revision_waits.h), and
-// finishes the call with its status. A full queue is RESOURCE_EXHAUSTED at once. Short work that
-// awaits nothing is done here where the queue allows it, and hears of no cancellation then.
-grpc::ServerUnaryReactor* StartUnary(
-    grpc::CallbackServerContext* context, Runtime& runtime, WorkQueue& queue, CallWork work,
-    absl::StatusOr<std::optional<RevisionToAwait>> await = {std::nullopt},
-    WorkLength length = WorkLength::kAny);
+// How a parsed request is to be worked on.
+struct UnaryPlan {
+  WorkQueue* queue = nullptr;
+  MaybeAwait await = {std::nullopt};
+  WorkLength length = WorkLength::kAny;
+  double cost_s = 0;                // estimated time of one core
+  bool may_answer_in_part = false;  // what is complete when the time is over
+};
+
+// A unary call, from its bytes to its status. Deletes itself when gRPC is done with it. The request's
+// memory is charged to its client before it is parsed. Large requests are parsed on a queue.
+class UnaryCall : public grpc::ServerUnaryReactor {
+ protected:
+  UnaryCall(grpc::CallbackServerContext* context, Runtime& runtime,
+            const grpc::ByteBuffer* request);
+
+  virtual absl::Status Parse(grpc::ByteBuffer& bytes) = 0;
+  virtual UnaryPlan MakePlan() = 0;
+  virtual absl::Status Work(const CallContext& call) = 0;
+  virtual grpc::Status Serialize() = 0;
+  virtual std::int64_t ParsedBytes() const = 0;
+  virtual std::int64_t ReplyBytes() const = 0;
+
+ public:
+  // `parses` takes the requests that are too large to be parsed at once.
+  void Start(WorkQueue& parses);
+
+ private:
+  void ParseAndPlan();
+  void Run();
+  void Enqueue(const UnaryPlan& plan);
+  void End(const absl::Status& status);
+  void OnCancel() override { stop_.request_stop(); }
+  void OnDone() override { delete this; }
+
+  grpc::CallbackServerContext* const context_;
+  Runtime& runtime_;
+  grpc::ByteBuffer& bytes_;  // of the request, until it is parsed
+  std::stop_source stop_;
+  CallContext call_;
+  MemoryCharge charge_;
+  StallTimers::Guard reading_;  // of the reply, by the client
+};
+
+template <class Request, class Response>
+struct UnaryMethod {
+  std::function<UnaryPlan(const Request&)> plan;
+  std::function<absl::Status(const Request&, const CallContext&, Response*)> work;
+};
+
+template <class Request, class Response>
+class UnaryCallOf final : public UnaryCall {
+ public:
+  UnaryCallOf(grpc::CallbackServerContext* context, Runtime& runtime,
+              const grpc::ByteBuffer* request, grpc::ByteBuffer* response,
+              UnaryMethod<Request, Response> method)
+      : UnaryCall(context, runtime, request),
+        method_(std::move(method)),
+        request_(google::protobuf::Arena::CreateMessage<Request>(&arena_)),
+        response_(google::protobuf::Arena::CreateMessage<Response>(&arena_)),
+        reply_(response) {}
+
+ private:
+  absl::Status Parse(grpc::ByteBuffer& bytes) override { return ParseRequest(bytes, request_); }
+  UnaryPlan MakePlan() override { return method_.plan(*request_); }
+  absl::Status Work(const CallContext& call) override {
+    return method_.work(*request_, call, response_);
+  }
+  grpc::Status Serialize() override { return SerializeResponse(*response_, reply_); }
+  std::int64_t ParsedBytes() const override {
+    return static_cast<std::int64_t>(arena_.SpaceAllocated());
+  }
+  std::int64_t ReplyBytes() const override { return static_cast<std::int64_t>(reply_->Length()); }
+
+  const UnaryMethod<Request, Response> method_;
+  // Requests and replies in rows hold thousands of small messages, which are freed in one go.
+  google::protobuf::Arena arena_;
+  Request* const request_;
+  Response* const response_;
+  grpc::ByteBuffer* const reply_;
+};
+
+// Starts the call of a raw method.
+template <class Request, class Response>
+grpc::ServerUnaryReactor* StartUnary(grpc::CallbackServerContext* context, Runtime& runtime,
+                                     const grpc::ByteBuffer* request, grpc::ByteBuffer* response,
+                                     WorkQueue& parses, UnaryMethod<Request, Response> method) {
+  auto* const call =
+      new UnaryCallOf<Request, Response>(context, runtime, request, response, std::move(method));
+  call->Start(parses);
+  return call;
+}
 
 }  // namespace cwm::server

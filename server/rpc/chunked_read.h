@@ -23,15 +23,23 @@ template <class Response>
 class ChunkedRead : public grpc::ServerWriteReactor<Response> {
  protected:
   ChunkedRead(grpc::CallbackServerContext* context, Runtime& runtime)
-      : runtime_(runtime), call_{DeadlineOf(*context), stop_.get_token()} {}
+      : runtime_(runtime),
+        context_(context),
+        call_{.deadline = DeadlineOf(*context),
+              .stop = stop_.get_token(),
+              .client = runtime.ClientOf(*context)} {}
 
   // The last thing that a constructor does.
   void Start(const absl::StatusOr<std::optional<RevisionToAwait>>& await) {
     if (!await.ok()) return this->Finish(ToGrpcStatus(await.status()));
     if (!await->has_value()) return Enqueue();
     const std::shared_ptr<World>& world = (*await)->world;
-    runtime_.waits.Await({world, (*await)->revision, call_.deadline, call_.stop}, runtime_.reads,
-                         [this, world](absl::StatusOr<SnapshotPtr> snapshot) {
+    runtime_.waits.Await({.world = world,
+                          .revision = (*await)->revision,
+                          .deadline = call_.deadline,
+                          .stop = call_.stop,
+                          .client = call_.client},
+                         runtime_.reads, [this, world](absl::StatusOr<SnapshotPtr> snapshot) {
                            if (!snapshot.ok()) {
                              return this->Finish(ToGrpcStatus(snapshot.status()));
                            }
@@ -53,9 +61,13 @@ class ChunkedRead : public grpc::ServerWriteReactor<Response> {
 
  private:
   void Enqueue() {
-    if (runtime_.reads.TryPush([this] { Open(); })) return;
-    this->Finish(
-        ToGrpcStatus(Overloaded("the server has more work than it can take", "QUEUE_FULL")));
+    runtime_.reads.Push({.run =
+                             [this](const absl::Status& admitted) {
+                               if (!admitted.ok()) return this->Finish(ToGrpcStatus(admitted));
+                               Open();
+                             },
+                         .client = call_.client,
+                         .deadline = call_.deadline});
   }
 
   void Open() {
@@ -73,18 +85,27 @@ class ChunkedRead : public grpc::ServerWriteReactor<Response> {
     offset_ += count;
     message_.set_done(offset_ == bytes_->size());
     Complete(message_);
+    reading_ = StallTimers::Guard(runtime_.stalls, runtime_.application.limits.max_stall,
+                                  [context = context_] { context->TryCancel(); });
     this->StartWrite(&message_);
   }
 
   void OnWriteDone(bool ok) override {
+    reading_ = {};
     if (!ok) return this->Finish(ToGrpcStatus(CallCancelled()));
     if (message_.done()) return this->Finish(grpc::Status::OK);
     WriteNext();
   }
   void OnCancel() override { stop_.request_stop(); }
 
+  grpc::CallbackServerContext* const context_;
   std::stop_source stop_;
+
+ protected:
   CallContext call_;
+
+ private:
+  StallTimers::Guard reading_;  // of a message, by the client
 };
 
 }  // namespace cwm::server

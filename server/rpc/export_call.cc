@@ -66,17 +66,14 @@ absl::StatusOr<collision::WorldRobotPtr> RobotOf(const collision::WorldSnapshot&
 
 ExportWorldCall::ExportWorldCall(grpc::CallbackServerContext* context, Runtime& runtime,
                                  const v1::ExportWorldRequest& request)
-    : ChunkedRead(context, runtime), request_(request) {
-  if (!counted_) {
+    : ChunkedRead(context, runtime),
+      request_(request),
+      place_(QuotaShare::Take(runtime.streams, runtime.ClientOf(*context))) {
+  if (!place_) {
     Start(Overloaded("too many streams are open", "TOO_MANY_STREAMS"));
   } else {
     Start(WhatToAwait(runtime, request_.world(), request_.world_uid(), request_.at_revision()));
   }
-}
-
-void ExportWorldCall::OnDone() {
-  if (counted_) runtime_.streams.GiveBack();
-  ChunkedRead::OnDone();
 }
 
 absl::Status ExportWorldCall::Prepare(const CallContext& call) {

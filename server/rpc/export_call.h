@@ -3,6 +3,7 @@
 
 #include <grpcpp/grpcpp.h>
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,7 +21,6 @@ class ExportWorldCall final : public ChunkedRead<v1::ExportWorldResponse> {
  private:
   absl::Status Prepare(const CallContext& call) override;
   void Complete(v1::ExportWorldResponse& message) override;
-  void OnDone() override;
 
   // What the file is made of: sets bytes, warnings and, where there are several, the files.
   absl::Status Format(const collision::WorldSnapshot& snapshot, const std::string& world,
@@ -32,7 +32,8 @@ class ExportWorldCall final : public ChunkedRead<v1::ExportWorldResponse> {
   absl::Status FormatModel(PlanningScene scene, const GoOn& go_on);
 
   const v1::ExportWorldRequest request_;
-  const bool counted_ = runtime_.streams.TryTake();
+  std::optional<QuotaShare> place_;  // of a stream
+  MemoryCharge file_;
   std::vector<std::string> warnings_;
 };
 

@@ -6,12 +6,12 @@
 #include <functional>
 #include <memory>
 #include <optional>
-#include <stop_token>
 
 #include "cwm/v1/world.grpc.pb.h"
 #include "server/rpc/call.h"
 #include "server/rpc/chunked_read.h"
 #include "server/rpc/upload.h"
+#include "server/rpc/upload_call.h"
 
 namespace cwm::server {
 
@@ -31,32 +31,25 @@ class ReadGeometryCall final : public ChunkedRead<v1::ReadGeometryResponse> {
   const v1::ReadGeometryRequest request_;
 };
 
-// Deletes itself when gRPC is done with it.
-class WriteGeometryCall final : public grpc::ServerReadReactor<v1::WriteGeometryRequest> {
+class WriteGeometryCall final
+    : public UploadCall<v1::WriteGeometryRequest, v1::WriteGeometryResponse> {
  public:
-  WriteGeometryCall(Runtime& runtime, v1::WriteGeometryResponse* response);
+  using UploadCall::UploadCall;
 
  private:
-  void OnReadDone(bool ok) override;
-  void OnCancel() override { stop_.request_stop(); }
-  void OnDone() override { delete this; }
-
-  absl::Status Take(const v1::WriteGeometryRequest& message);
+  absl::Status Take(const v1::WriteGeometryRequest& message) override;
   absl::Status TakeHeader(const v1::WriteGeometryRequest::Header& header);
-  absl::Status CheckEnd() const;
-  // `work` finishes the call.
-  void Enqueue(std::function<void()> work);
-  void LookUp();
+  absl::Status CheckEnd() const override;
+  absl::Status Work() override;
+  WorkQueue& Queue() override { return runtime_.writes; }
+  double Cost_s() const override;
+  std::function<absl::StatusOr<bool>()> LookUp() override;
   absl::StatusOr<bool> IsKnown();
-  absl::Status Store();
   void Reply(const GeometryStore::Stored& stored);
 
-  Runtime& runtime_;
-  v1::WriteGeometryResponse* const response_;
-  std::stop_source stop_;
-  v1::WriteGeometryRequest message_;
   v1::WriteGeometryRequest::Header header_;
   std::optional<Upload> upload_;  // once the header came
+  bool is_looked_up_ = false;
 };
 
 }  // namespace cwm::server

@@ -14,6 +14,10 @@
 namespace cwm::server {
 namespace {
 
+// Measured on clouds of 0.3 to 15 million points: 0.4 us and 75 bytes a point at the peak.
+constexpr double kInterpreting_s_per_point = 0.5e-6;
+constexpr std::int64_t kInterpretingBytesPerPoint = 80;
+
 absl::Status OutOfTime() {
   return MakeError(
       absl::StatusCode::kDeadlineExceeded,
@@ -46,23 +50,6 @@ class BudgetGuard {
 
 }  // namespace
 
-IngestCall::IngestCall(grpc::CallbackServerContext* context, Runtime& runtime,
-                       v1::IngestCloudResponse* response)
-    : runtime_(runtime), response_(response), call_{DeadlineOf(*context), stop_.get_token()} {
-  if (runtime_.draining()) {
-    Finish(ToGrpcStatus(Draining()));
-  } else {
-    StartRead(&message_);
-  }
-}
-
-void IngestCall::OnReadDone(bool ok) {
-  const absl::Status status = ok ? Take(message_) : CheckEnd();
-  if (!status.ok()) return Finish(ToGrpcStatus(status));
-  if (!ok) return Enqueue();
-  StartRead(&message_);
-}
-
 absl::Status IngestCall::Take(const v1::IngestCloudRequest& message) {
   if (finished_) return InvalidField("what", "came after finish, nothing may");
   switch (message.what_case()) {
@@ -82,13 +69,14 @@ absl::Status IngestCall::TakeHeader(const v1::IngestCloudHeader& header) {
   if (plan_) return InvalidField("header", "came twice, must come once");
   auto plan = FromProto(header, runtime_.application.limits, FieldPath().Field("header"));
   if (!plan.ok()) return plan.status();
-  if (plan->total_bytes > kMaxUploadBytes) {
-    return InvalidField("header.total_bytes", absl::StrCat("is ", plan->total_bytes,
-                                                           ", must be at most ", kMaxUploadBytes));
+  const std::int64_t most = runtime_.application.limits.max_cloud_bytes;
+  if (plan->total_bytes > most) {
+    return InvalidField("header.total_bytes",
+                        absl::StrCat("is ", plan->total_bytes, ", must be at most ", most));
   }
   header_ = header;
   plan_ = *std::move(plan);
-  upload_.emplace(plan_->total_bytes, runtime_);
+  upload_.emplace(plan_->total_bytes, runtime_.application.limits.max_chunk_bytes, EmptyCharge());
   return absl::OkStatus();
 }
 
@@ -116,9 +104,7 @@ absl::Status IngestCall::TakeFinish(const v1::CloudFinish& finish) {
   return absl::OkStatus();
 }
 
-// The client sends no more: it is done, or gone.
 absl::Status IngestCall::CheckEnd() const {
-  if (call_.stop.stop_requested()) return CallCancelled();
   if (!plan_) return InvalidField("header", "is absent, must come first");
   if (!finished_) {
     return InvalidField("finish", absl::StrCat("is absent after ", upload_->bytes().size(),
@@ -127,13 +113,8 @@ absl::Status IngestCall::CheckEnd() const {
   return absl::OkStatus();
 }
 
-void IngestCall::Enqueue() {
-  const auto work = [this] {
-    const CallWork guarded = [this](const CallContext&) { return Work(); };
-    Finish(ToGrpcStatus(RunGuarded(guarded, call_)));  // *this may be gone after it
-  };
-  if (runtime_.ingest.TryPush(work)) return;
-  Finish(ToGrpcStatus(Overloaded("too many clouds wait", "QUEUE_FULL")));
+double IngestCall::Cost_s() const {
+  return kInterpreting_s_per_point * static_cast<double>(plan_->point_count);
 }
 
 absl::StatusOr<IngestRequest> IngestCall::MakeRequest() {
@@ -161,7 +142,9 @@ void IngestCall::KeepScan(World& world, const IngestRequest& request,
 }
 
 absl::Status IngestCall::Work() {
-  if (call_.stop.stop_requested()) return CallCancelled();
+  work_ = EmptyCharge();
+  auto charged = work_.Resize(kInterpretingBytesPerPoint * plan_->point_count);
+  if (!charged.ok()) return charged;
   Application& application = runtime_.application;
   auto request = MakeRequest();
   if (!request.ok()) return request.status();
@@ -180,8 +163,8 @@ absl::Status IngestCall::Work() {
     KeepScan(**lease, *request, *outcome);
   }
   auto status = ToProto({*outcome, **lease, plan_->want_point_labels}, application.limits,
-                        application.geometry, response_);
-  if (!lease->kept()) response_->clear_world_uid();
+                        application.geometry, &response_);
+  if (!lease->kept()) response_.clear_world_uid();
   return status;
 }
 

@@ -1,49 +1,37 @@
 // One upload of a cloud: header, chunks, finish, then the work.
 #pragma once
 
-#include <grpcpp/grpcpp.h>
+#include <optional>
+#include <string>
 
-#include <memory>
-#include <stop_token>
-
-#include "cwm/v1/perception.grpc.pb.h"
+#include "cwm/v1/perception.pb.h"
 #include "proto/transfer/sha256.h"
-#include "server/rpc/call.h"
 #include "server/rpc/upload.h"
+#include "server/rpc/upload_call.h"
 #include "server/wire/clouds.h"
 
 namespace cwm::server {
 
-// Deletes itself when gRPC is done with it. Reads happen one at a time; once the last has come, the
-// ingest queue's task owns the call.
-class IngestCall final : public grpc::ServerReadReactor<v1::IngestCloudRequest> {
+class IngestCall final : public UploadCall<v1::IngestCloudRequest, v1::IngestCloudResponse> {
  public:
-  IngestCall(grpc::CallbackServerContext* context, Runtime& runtime,
-             v1::IngestCloudResponse* response);
+  using UploadCall::UploadCall;
 
  private:
-  void OnReadDone(bool ok) override;
-  void OnCancel() override { stop_.request_stop(); }
-  void OnDone() override { delete this; }
-
-  absl::Status Take(const v1::IngestCloudRequest& message);
+  absl::Status Take(const v1::IngestCloudRequest& message) override;
   absl::Status TakeHeader(const v1::IngestCloudHeader& header);
   absl::Status TakeChunk(const v1::CloudChunk& chunk);
   absl::Status TakeFinish(const v1::CloudFinish& finish);
-  absl::Status CheckEnd() const;
-  void Enqueue();
-  absl::Status Work();
+  absl::Status CheckEnd() const override;
+  absl::Status Work() override;
+  WorkQueue& Queue() override { return runtime_.ingest; }
+  double Cost_s() const override;
   absl::StatusOr<IngestRequest> MakeRequest();
   void KeepScan(World& world, const IngestRequest& request, const IngestOutcome& outcome);
 
-  Runtime& runtime_;
-  v1::IngestCloudResponse* const response_;
-  std::stop_source stop_;
-  const CallContext call_;  // its stop is stop_'s
-  v1::IngestCloudRequest message_;
   v1::IngestCloudHeader header_;
   std::optional<CloudPlan> plan_;  // once the header came
   std::optional<Upload> upload_;
+  MemoryCharge work_;      // of the interpreter
   Sha256 received_;        // of the bytes that came
   std::string sha256_;     // that the client expects, or empty
   bool finished_ = false;  // the finish message came

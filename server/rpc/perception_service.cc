@@ -1,7 +1,10 @@
 #include "server/rpc/perception_service.h"
 
+#include <memory>
+
 #include "server/rpc/call.h"
 #include "server/rpc/ingest_call.h"
+#include "server/rpc/unary_methods.h"
 #include "server/wire/scans.h"
 
 namespace cwm::server {
@@ -24,18 +27,19 @@ absl::Status List(Application& application, const v1::ListScansRequest& request,
 
 }  // namespace
 
-grpc::ServerReadReactor<v1::IngestCloudRequest>* PerceptionService::IngestCloud(
-    grpc::CallbackServerContext* context, v1::IngestCloudResponse* response) {
-  return new IngestCall(context, runtime_, response);
+grpc::ServerReadReactor<grpc::ByteBuffer>* PerceptionService::IngestCloud(
+    grpc::CallbackServerContext* context, grpc::ByteBuffer* response) {
+  return IngestCall::Start(std::make_shared<IngestCall>(context, runtime_, response));
 }
 
 grpc::ServerUnaryReactor* PerceptionService::ListScans(grpc::CallbackServerContext* context,
-                                                       const v1::ListScansRequest* request,
-                                                       v1::ListScansResponse* response) {
-  return StartUnary(context, runtime_, runtime_.reads,
-                    [this, request, response](const CallContext&) {
-                      return List(runtime_.application, *request, response);
-                    });
+                                                       const grpc::ByteBuffer* request,
+                                                       grpc::ByteBuffer* response) {
+  return Read<v1::ListScansRequest, v1::ListScansResponse>(
+      context, runtime_, request, response,
+      [this](const v1::ListScansRequest& asked, const CallContext&, v1::ListScansResponse* reply) {
+        return List(runtime_.application, asked, reply);
+      });
 }
 
 }  // namespace cwm::server

@@ -6,15 +6,19 @@
 
 namespace cwm::server {
 
-class PerceptionService final : public v1::PerceptionService::CallbackService {
+// Messages of raw methods are parsed by our own code (messages.h).
+using RawPerceptionService = v1::PerceptionService::WithRawCallbackMethod_ListScans<
+    v1::PerceptionService::WithRawCallbackMethod_IngestCloud<v1::PerceptionService::Service>>;
+
+class PerceptionService final : public RawPerceptionService {
  public:
   explicit PerceptionService(Runtime& runtime) : runtime_(runtime) {}
 
-  grpc::ServerReadReactor<v1::IngestCloudRequest>* IngestCloud(
-      grpc::CallbackServerContext* context, v1::IngestCloudResponse* response) override;
+  grpc::ServerReadReactor<grpc::ByteBuffer>* IngestCloud(grpc::CallbackServerContext* context,
+                                                         grpc::ByteBuffer* response) override;
   grpc::ServerUnaryReactor* ListScans(grpc::CallbackServerContext* context,
-                                      const v1::ListScansRequest* request,
-                                      v1::ListScansResponse* response) override;
+                                      const grpc::ByteBuffer* request,
+                                      grpc::ByteBuffer* response) override;
 
  private:
   Runtime& runtime_;

@@ -26,6 +26,14 @@ std::size_t RowBytes(const v1::CheckMotionsRequest& request);
 std::size_t RowBytes(const v1::CastRaysRequest& request);
 std::size_t RowBytes(const v1::SamplePointsRequest& request);
 
+// Seconds of one core that an answer takes, by a rule of thumb: queues share by it.
+template <class Request>
+double EstimatedCost_s(const Request& request) {
+  constexpr double kOfByte_s =
+      20e-9;  // some states of an arm in a kitchen, 56 bytes each, take 1 us
+  return kOfByte_s * static_cast<double>(RowBytes(request));
+}
+
 // How long an answer takes, if that is known to be short.
 WorkLength LengthOf(const v1::CheckCollisionsRequest& request);
 WorkLength LengthOf(const v1::GetDistancesRequest& request);

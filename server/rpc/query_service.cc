@@ -11,62 +11,66 @@ namespace {
 
 template <class Request, class Response>
 grpc::ServerUnaryReactor* StartQuery(grpc::CallbackServerContext* context, Runtime& runtime,
-                                     const Request* request, Response* response) {
-  const auto work = [&runtime, request, response](const CallContext& call) {
-    return Answer(runtime, *request, call, nullptr, response);
-  };
-  const v1::QueryOptions& options = request->options();
-  return StartUnary(
-      context, runtime, QueueOf(runtime, *request), work,
-      WhatToAwait(runtime, request->world(), options.world_uid(), options.at_revision()),
-      LengthOf(*request));
+                                     const grpc::ByteBuffer* request, grpc::ByteBuffer* response) {
+  return StartUnary<Request, Response>(
+      context, runtime, request, response, runtime.batches,
+      {.plan =
+           [&runtime](const Request& asked) {
+             const v1::QueryOptions& options = asked.options();
+             return UnaryPlan{.queue = &QueueOf(runtime, asked),
+                              .await = WhatToAwait(runtime, asked.world(), options.world_uid(),
+                                                   options.at_revision()),
+                              .length = LengthOf(asked),
+                              .cost_s = EstimatedCost_s(asked),
+                              .may_answer_in_part = true};
+           },
+       .work = [&runtime](
+                   const Request& asked, const CallContext& call,
+                   Response* reply) { return Answer(runtime, asked, call, nullptr, reply); }});
 }
 
 }  // namespace
 
-QueryService::QueryService(Runtime& runtime) : runtime_(runtime) {
-  SetMessageAllocatorFor_CheckCollisions(&check_messages_);
-  SetMessageAllocatorFor_GetDistances(&distance_messages_);
-  SetMessageAllocatorFor_GetContacts(&contact_messages_);
-  SetMessageAllocatorFor_CheckMotions(&motion_messages_);
-  SetMessageAllocatorFor_CastRays(&ray_messages_);
-  SetMessageAllocatorFor_SamplePoints(&point_messages_);
-}
-
 grpc::ServerUnaryReactor* QueryService::CheckCollisions(grpc::CallbackServerContext* context,
-                                                        const v1::CheckCollisionsRequest* request,
-                                                        v1::CheckCollisionsResponse* response) {
-  return StartQuery(context, runtime_, request, response);
+                                                        const grpc::ByteBuffer* request,
+                                                        grpc::ByteBuffer* response) {
+  return StartQuery<v1::CheckCollisionsRequest, v1::CheckCollisionsResponse>(context, runtime_,
+                                                                             request, response);
 }
 
 grpc::ServerUnaryReactor* QueryService::GetDistances(grpc::CallbackServerContext* context,
-                                                     const v1::GetDistancesRequest* request,
-                                                     v1::GetDistancesResponse* response) {
-  return StartQuery(context, runtime_, request, response);
+                                                     const grpc::ByteBuffer* request,
+                                                     grpc::ByteBuffer* response) {
+  return StartQuery<v1::GetDistancesRequest, v1::GetDistancesResponse>(context, runtime_, request,
+                                                                       response);
 }
 
 grpc::ServerUnaryReactor* QueryService::GetContacts(grpc::CallbackServerContext* context,
-                                                    const v1::GetContactsRequest* request,
-                                                    v1::GetContactsResponse* response) {
-  return StartQuery(context, runtime_, request, response);
+                                                    const grpc::ByteBuffer* request,
+                                                    grpc::ByteBuffer* response) {
+  return StartQuery<v1::GetContactsRequest, v1::GetContactsResponse>(context, runtime_, request,
+                                                                     response);
 }
 
 grpc::ServerUnaryReactor* QueryService::CheckMotions(grpc::CallbackServerContext* context,
-                                                     const v1::CheckMotionsRequest* request,
-                                                     v1::CheckMotionsResponse* response) {
-  return StartQuery(context, runtime_, request, response);
+                                                     const grpc::ByteBuffer* request,
+                                                     grpc::ByteBuffer* response) {
+  return StartQuery<v1::CheckMotionsRequest, v1::CheckMotionsResponse>(context, runtime_, request,
+                                                                       response);
 }
 
 grpc::ServerUnaryReactor* QueryService::CastRays(grpc::CallbackServerContext* context,
-                                                 const v1::CastRaysRequest* request,
-                                                 v1::CastRaysResponse* response) {
-  return StartQuery(context, runtime_, request, response);
+                                                 const grpc::ByteBuffer* request,
+                                                 grpc::ByteBuffer* response) {
+  return StartQuery<v1::CastRaysRequest, v1::CastRaysResponse>(context, runtime_, request,
+                                                               response);
 }
 
 grpc::ServerUnaryReactor* QueryService::SamplePoints(grpc::CallbackServerContext* context,
-                                                     const v1::SamplePointsRequest* request,
-                                                     v1::SamplePointsResponse* response) {
-  return StartQuery(context, runtime_, request, response);
+                                                     const grpc::ByteBuffer* request,
+                                                     grpc::ByteBuffer* response) {
+  return StartQuery<v1::SamplePointsRequest, v1::SamplePointsResponse>(context, runtime_, request,
+                                                                       response);
 }
 
 grpc::ServerBidiReactor<v1::StreamQueriesRequest, v1::StreamQueriesResponse>*

@@ -11,22 +11,28 @@ namespace {
 // A wait looks again this often: well below the 10 ms within which a deadline has to end it.
 constexpr auto kPollPeriod = std::chrono::milliseconds(5);
 
-absl::Status QueueFull() {
-  return Overloaded("the server has more work than it can take", "QUEUE_FULL");
+Task TaskOf(const RevisionWait& wait, std::function<void(const absl::Status&)> run) {
+  return {.run = std::move(run),
+          .client = wait.client,
+          .cost_s = wait.cost_s,
+          .deadline = wait.deadline,
+          .may_answer_in_part = wait.may_answer_in_part};
 }
 
 }  // namespace
 
 void RevisionWaits::Await(RevisionWait wait, WorkQueue& queue, Then then) {
   if (SnapshotPtr latest = wait.world->Snapshot(); latest->revision() >= wait.revision) {
-    if (!queue.TryPush([then, latest] { then(latest); })) then(QueueFull());
-    return;
+    return queue.Push(TaskOf(wait, [then = std::move(then), latest](const absl::Status& admitted) {
+      if (!admitted.ok()) return then(admitted);
+      then(latest);
+    }));
   }
-  if (!taken_.TryTake()) {
-    return then(Overloaded("too many calls wait for a revision", "TOO_MANY_WAITS"));
-  }
+  auto place = QuotaShare::Take(taken_, wait.client);
+  if (!place) return then(Overloaded("too many calls wait for a revision", "TOO_MANY_WAITS"));
   const std::lock_guard lock(mutex_);
-  waiting_.push_back({std::move(wait), queue, std::move(then)});
+  waiting_.push_back(
+      {std::move(wait), queue, std::move(then), std::make_shared<QuotaShare>(*std::move(place))});
   if (!std::exchange(polling_, true)) PollSoon();
 }
 
@@ -65,19 +71,19 @@ bool RevisionWaits::TryEnd(Waiting& waiting, collision::Revision reached) {
   }
   const bool not_yet = in_time && (snapshot.ok() || absl::IsDeadlineExceeded(snapshot.status()));
   if (not_yet && !draining_) return false;
-  taken_.GiveBack();
+  waiting.place.reset();
   waiting.then(not_yet ? Draining() : snapshot.status());
   return true;
 }
 
 void RevisionWaits::Admit(Waiting& waiting, SnapshotPtr snapshot) {
-  const auto begin = [this, then = waiting.then, snapshot = std::move(snapshot)] {
-    taken_.GiveBack();
-    then(snapshot);
+  auto begin = [place = std::move(waiting.place), then = std::move(waiting.then),
+                snapshot = std::move(snapshot)](const absl::Status& admitted) mutable {
+    place.reset();
+    if (!admitted.ok()) return then(admitted);
+    then(std::move(snapshot));
   };
-  if (waiting.queue.TryPush(begin, WorkQueue::Lane::kAwaited)) return;
-  taken_.GiveBack();  // the queue is at its end
-  waiting.then(QueueFull());
+  waiting.queue.Push(TaskOf(waiting.wait, std::move(begin)), WorkQueue::Lane::kAwaited);
 }
 
 }  // namespace cwm::server

@@ -9,9 +9,10 @@
 #include <stop_token>
 
 #include "absl/status/statusor.h"
+#include "server/core/client_id.h"
+#include "server/core/fair_quota.h"
 #include "server/core/work_queue.h"
 #include "server/core/world.h"
-#include "server/rpc/quota.h"
 #include "server/rpc/timer.h"
 
 namespace cwm::server {
@@ -21,19 +22,20 @@ struct RevisionWait {
   collision::Revision revision;
   Clock::time_point deadline;
   std::stop_token stop;
+  // As of a Task (fair_tasks.h).
+  ClientId client = {};
+  double cost_s = 0;
+  bool may_answer_in_part = false;
 };
 
-// More are refused: each holds a request of up to 16 MiB.
-inline constexpr std::int64_t kMaxWaits = 256;
-
 // Thread safe. A wait holds no thread and no place in a queue until its revision is there; then it
-// has a place of its own in the queue's lane of those who waited (a queue has kMaxWaits of them),
-// in the order in which they came: hundreds that wait for one revision neither push each other out
+// has a place of its own in the queue's lane of those who waited (a queue has as many as there may be
+// waits), in the order in which they came: hundreds that wait for one revision neither push each other out
 // nor those who come meanwhile.
 class RevisionWaits {
  public:
-  // `timer` is stopped before the end of this.
-  explicit RevisionWaits(Timer& timer) : timer_(timer), taken_(kMaxWaits) {}
+  // `timer` is stopped before the end of this. More waits than `places` are refused.
+  RevisionWaits(Timer& timer, FairQuotaOptions places) : timer_(timer), taken_(places) {}
 
   // Calls `then` once: on a thread of `queue` with the world's snapshot as soon as it has the
   // revision; else from some thread with the world's end, DeadlineExceeded, Cancelled, Draining or
@@ -49,6 +51,7 @@ class RevisionWaits {
     RevisionWait wait;
     WorkQueue& queue;
     Then then;
+    std::shared_ptr<QuotaShare> place;  // until its work begins
   };
 
   void PollSoon();
@@ -59,7 +62,7 @@ class RevisionWaits {
   void Admit(Waiting& waiting, SnapshotPtr snapshot);
 
   Timer& timer_;
-  Quota taken_;  // by those who wait and by those who waited and have not begun
+  FairQuota taken_;  // by those who wait and by those who waited and have not begun
   std::atomic<bool> draining_ = false;
   std::mutex mutex_;
   std::list<Waiting> waiting_;  // in the order in which they came

@@ -1,11 +1,14 @@
 #include "server/rpc/robot_service.h"
 
+#include <memory>
+
 #include "proto/transfer/sha256.h"
 #include "server/core/load_robot.h"
 #include "server/rpc/at_revision.h"
 #include "server/rpc/call.h"
 #include "server/rpc/load_robot_call.h"
 #include "server/rpc/robot_pages.h"
+#include "server/rpc/unary_methods.h"
 #include "server/wire/objects.h"
 #include "server/wire/questions.h"
 #include "server/wire/robots.h"
@@ -56,40 +59,38 @@ absl::Status GetLinks(const Runtime& runtime, const v1::GetRobotLinksRequest& re
 
 }  // namespace
 
-grpc::ServerReadReactor<v1::LoadRobotRequest>* RobotService::LoadRobot(
-    grpc::CallbackServerContext* context, v1::LoadRobotResponse* response) {
-  return new LoadRobotCall(context, runtime_, response);
+grpc::ServerReadReactor<grpc::ByteBuffer>* RobotService::LoadRobot(
+    grpc::CallbackServerContext* context, grpc::ByteBuffer* response) {
+  return LoadRobotCall::Start(std::make_shared<LoadRobotCall>(context, runtime_, response));
 }
 
 grpc::ServerUnaryReactor* RobotService::ListRobots(grpc::CallbackServerContext* context,
-                                                   const v1::ListRobotsRequest* request,
-                                                   v1::ListRobotsResponse* response) {
-  return StartUnary(
-      context, runtime_, runtime_.reads,
-      [this, request, response](const CallContext& call) {
-        return ListPage(runtime_, *request, call, response);
-      },
-      WhatToAwait(runtime_, request->world(), request->world_uid(), request->at_revision()));
+                                                   const grpc::ByteBuffer* request,
+                                                   grpc::ByteBuffer* response) {
+  return Read<v1::ListRobotsRequest, v1::ListRobotsResponse>(
+      context, runtime_, request, response,
+      [this](const v1::ListRobotsRequest& asked, const CallContext& call,
+             v1::ListRobotsResponse* reply) { return ListPage(runtime_, asked, call, reply); });
 }
 
 grpc::ServerUnaryReactor* RobotService::GetRobotLinks(grpc::CallbackServerContext* context,
-                                                      const v1::GetRobotLinksRequest* request,
-                                                      v1::GetRobotLinksResponse* response) {
-  return StartUnary(
-      context, runtime_, runtime_.reads,
-      [this, request, response](const CallContext& call) {
-        return GetLinks(runtime_, *request, call, response);
-      },
-      WhatToAwait(runtime_, request->world(), request->world_uid(), request->at_revision()));
+                                                      const grpc::ByteBuffer* request,
+                                                      grpc::ByteBuffer* response) {
+  return Read<v1::GetRobotLinksRequest, v1::GetRobotLinksResponse>(
+      context, runtime_, request, response,
+      [this](const v1::GetRobotLinksRequest& asked, const CallContext& call,
+             v1::GetRobotLinksResponse* reply) { return GetLinks(runtime_, asked, call, reply); });
 }
 
 grpc::ServerUnaryReactor* RobotService::DeleteRobot(grpc::CallbackServerContext* context,
-                                                    const v1::DeleteRobotRequest* request,
-                                                    v1::DeleteRobotResponse* response) {
-  return StartUnary(context, runtime_, runtime_.writes,
-                    [this, request, response](const CallContext&) {
-                      return Delete(runtime_.application, *request, response);
-                    });
+                                                    const grpc::ByteBuffer* request,
+                                                    grpc::ByteBuffer* response) {
+  return Write<v1::DeleteRobotRequest, v1::DeleteRobotResponse>(
+      context, runtime_, request, response,
+      [this](const v1::DeleteRobotRequest& asked, const CallContext&,
+             v1::DeleteRobotResponse* reply) {
+        return Delete(runtime_.application, asked, reply);
+      });
 }
 
 }  // namespace cwm::server

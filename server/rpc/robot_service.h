@@ -6,21 +6,27 @@
 
 namespace cwm::server {
 
-class RobotService final : public v1::RobotService::CallbackService {
+// Messages of raw methods are parsed by our own code (messages.h).
+using RawRobotService = v1::RobotService::WithRawCallbackMethod_ListRobots<
+    v1::RobotService::WithRawCallbackMethod_GetRobotLinks<
+        v1::RobotService::WithRawCallbackMethod_DeleteRobot<
+            v1::RobotService::WithRawCallbackMethod_LoadRobot<v1::RobotService::Service>>>>;
+
+class RobotService final : public RawRobotService {
  public:
   explicit RobotService(Runtime& runtime) : runtime_(runtime) {}
 
-  grpc::ServerReadReactor<v1::LoadRobotRequest>* LoadRobot(
-      grpc::CallbackServerContext* context, v1::LoadRobotResponse* response) override;
+  grpc::ServerReadReactor<grpc::ByteBuffer>* LoadRobot(grpc::CallbackServerContext* context,
+                                                       grpc::ByteBuffer* response) override;
   grpc::ServerUnaryReactor* ListRobots(grpc::CallbackServerContext* context,
-                                       const v1::ListRobotsRequest* request,
-                                       v1::ListRobotsResponse* response) override;
+                                       const grpc::ByteBuffer* request,
+                                       grpc::ByteBuffer* response) override;
   grpc::ServerUnaryReactor* GetRobotLinks(grpc::CallbackServerContext* context,
-                                          const v1::GetRobotLinksRequest* request,
-                                          v1::GetRobotLinksResponse* response) override;
+                                          const grpc::ByteBuffer* request,
+                                          grpc::ByteBuffer* response) override;
   grpc::ServerUnaryReactor* DeleteRobot(grpc::CallbackServerContext* context,
-                                        const v1::DeleteRobotRequest* request,
-                                        v1::DeleteRobotResponse* response) override;
+                                        const grpc::ByteBuffer* request,
+                                        grpc::ByteBuffer* response) override;
 
  private:
   Runtime& runtime_;

@@ -1,7 +1,10 @@
 #include "server/rpc/runtime.h"
 
+#include <malloc.h>
+
 #include <algorithm>
 #include <functional>
+#include <limits>
 #include <string>
 #include <thread>
 #include <utility>
@@ -26,33 +29,60 @@ constexpr auto kPauseOfQueries = std::chrono::milliseconds(500);
 // and hold more answers at a time.
 constexpr int kBatchesOfCore = 2;
 
+// A scan or a robot takes up to some seconds, and its client has sent for as long.
+constexpr auto kMaxWaitOfUploads = std::chrono::seconds(30);
+
+// Pages of the viewer come from this process, as one client.
+constexpr double kUnshared = std::numeric_limits<double>::infinity();
+
+std::size_t AwaitedCapacity(const Limits& limits) {
+  return static_cast<std::size_t>(limits.max_waits);
+}
+
 int Cores() { return static_cast<int>(std::max(1U, std::thread::hardware_concurrency())); }
 
 }  // namespace
 
 Runtime::Runtime(Application& application_in)
     : application(application_in),
-      watchers(application.limits.max_watchers),
-      viewer_watchers(application.limits.max_viewer_watchers),
-      streams(application.limits.max_streams),
+      watchers({.limit = application.limits.max_watchers,
+                .member_limit = application.limits.max_client_watchers}),
+      viewer_watchers({.limit = application.limits.max_viewer_watchers,
+                       .group_share = kUnshared,
+                       .member_share = kUnshared}),
+      streams({.limit = application.limits.max_streams,
+               .member_limit = application.limits.max_client_streams}),
+      uploads({.limit = application.limits.max_uploads,
+               .member_limit = application.limits.max_client_uploads}),
+      read_ahead({.limit = kMaxReadAhead, .member_share = 1}),
+      waits(timer, {.limit = application.limits.max_waits,
+                    .member_limit = application.limits.max_client_waits}),
       cores(Cores()),
       query({.name = "query",
              .threads = cores,
              .capacity = kQueryCapacity,
-             .awaited_capacity = kMaxWaits}),
+             .awaited_capacity = AwaitedCapacity(application.limits)}),
       batches({.name = "batches",
                .threads = kBatchesOfCore * cores,
                .capacity = kQueryCapacity,
-               .awaited_capacity = kMaxWaits}),
+               .awaited_capacity = AwaitedCapacity(application.limits)}),
       // Lower, yet not starved by what else runs on a robot: a quarter of a core that it must
       // share.
-      ingest({.name = "ingest", .threads = kScansAtOnce, .capacity = kIngestCapacity, .nice = 5}),
+      ingest({.name = "ingest",
+              .threads = kScansAtOnce,
+              .capacity = kIngestCapacity,
+              .nice = 5,
+              .max_wait = kMaxWaitOfUploads}),
       reads({.name = "reads",
              .threads = cores,
              .capacity = kReadCapacity,
-             .awaited_capacity = kMaxWaits}),
+             .awaited_capacity = AwaitedCapacity(application.limits)}),
       writes({.name = "writes", .threads = cores, .capacity = kWriteCapacity}),
-      robots({.name = "robots", .threads = 1, .capacity = kRobotCapacity, .nice = 5}),
+      robots({.name = "robots",
+              .threads = 1,
+              .capacity = kRobotCapacity,
+              .nice = 5,
+              .max_wait = kMaxWaitOfUploads}),
       // Each watch has one task waiting at most, so that none is ever refused.
       watch({.name = "watch",
              .threads = cores,
@@ -66,6 +96,19 @@ Runtime::~Runtime() { timer.Stop(); }
 int Runtime::ThreadsForScan() const {
   const auto idle = std::min(query.IdleFor(), batches.IdleFor());
   return idle > kPauseOfQueries ? cores : std::max(1, cores - 1);
+}
+
+void Runtime::ReturnMemorySoon() {
+  if (returns_memory_.exchange(true)) return;
+  // Those who hold what was deleted have let go of it by then.
+  constexpr auto kDelay = std::chrono::milliseconds(500);
+  timer.After(kDelay, [this] {
+    const bool is_taken = robots.TryPush([this] {
+      returns_memory_ = false;
+      malloc_trim(0);
+    });
+    if (!is_taken) returns_memory_ = false;
+  });
 }
 
 ClientId Runtime::ClientOf(const grpc::CallbackServerContext& context) {

@@ -11,14 +11,16 @@
 #include <vector>
 
 #include "server/core/client_id.h"
+#include "server/core/fair_quota.h"
 #include "server/core/geometry_store.h"
 #include "server/core/ingest.h"
 #include "server/core/limits.h"
+#include "server/core/memory_budget.h"
 #include "server/core/work_queue.h"
 #include "server/core/world_registry.h"
 #include "server/rpc/open_streams.h"
-#include "server/rpc/quota.h"
 #include "server/rpc/revision_waits.h"
+#include "server/rpc/stall_timers.h"
 #include "server/rpc/timer.h"
 
 namespace cwm::server {
@@ -28,7 +30,8 @@ struct Application {
   Limits limits;
   Retention retention;
   Interpreter interpret;
-  WorldRegistry worlds{limits, retention};
+  std::shared_ptr<MemoryBudget> memory = MemoryBudget::Make(limits.max_memory_bytes);
+  WorldRegistry worlds{limits, retention, memory};
   GeometryStore geometry{limits.max_geometry_bytes, limits};
 };
 
@@ -38,9 +41,6 @@ class Drainable {
   virtual ~Drainable() = default;
   virtual void Drain() = 0;  // thread safe, does not block
 };
-
-// Bytes of uploads under way, all together: three clouds of 20 M points at 32 bytes.
-inline constexpr std::int64_t kMaxUploadBytes = std::int64_t{2} << 30;
 
 // Messages that streams have read while they answer the one before. Each may have 16 MiB; without
 // room for more, streams read one after the other.
@@ -55,12 +55,14 @@ class Runtime {
   Application& application;
   OpenStreams open_streams;  // before the queues, which hold calls
   Timer timer;
-  Quota watchers;
-  Quota viewer_watchers;  // of calls from this process: those of pages that browsers show
-  Quota streams;
-  Quota upload_bytes{kMaxUploadBytes};
-  Quota read_ahead{kMaxReadAhead};  // messages of streams
-  RevisionWaits waits{timer};       // before the queues: what waited there refers to it
+  StallTimers stalls{timer};
+  // Each shared among clients. The viewer's watches are those of pages that browsers show.
+  FairQuota watchers;
+  FairQuota viewer_watchers;
+  FairQuota streams;
+  FairQuota uploads;
+  FairQuota read_ahead;  // messages of streams
+  RevisionWaits waits;   // before the queues: what waited there refers to it
 
   const int cores;
 
@@ -82,6 +84,9 @@ class Runtime {
   // against 1.2).
   int ThreadsForScan() const;
 
+  // Gives free memory back to the system, soon and once for many that ask: the allocator keeps it else.
+  void ReturnMemorySoon();
+
   std::atomic<int> batches_under_way = 0;  // that are being answered
 
   // Who sends the call.
@@ -94,6 +99,7 @@ class Runtime {
 
  private:
   std::atomic<bool> draining_ = false;
+  std::atomic<bool> returns_memory_ = false;
   std::mutex mutex_;
   std::vector<std::weak_ptr<Drainable>> streams_under_way_;
 };

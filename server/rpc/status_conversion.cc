@@ -93,16 +93,10 @@ v1::QueryError ToQueryError(const absl::Status& status) {
 }
 
 absl::Status Overloaded(std::string message, std::string reason) {
-  return MakeError(
-      absl::StatusCode::kResourceExhausted, std::move(message),
-      {.reason = std::move(reason), .fields = {}, .metadata = {}, .retry_after_s = kRetryAfter_s});
+  return Overloaded(std::move(message), std::move(reason), kRetryAfter_s);
 }
 
-absl::Status Draining() {
-  return MakeError(
-      absl::StatusCode::kUnavailable, "the server is shutting down",
-      {.reason = "SERVER_DRAINING", .fields = {}, .metadata = {}, .retry_after_s = kRetryAfter_s});
-}
+absl::Status Draining() { return ServerDraining(); }
 
 absl::Status CallCancelled() {
   return MakeError(absl::StatusCode::kCancelled, "the call was cancelled",

@@ -52,8 +52,8 @@ StreamQueriesCall* StreamQueriesCall::Start(grpc::CallbackServerContext* context
                                             Runtime& runtime) {
   const std::shared_ptr<StreamQueriesCall> call(new StreamQueriesCall(context, runtime));
   call->self_ = call;
-  call->counted_ = runtime.streams.TryTake();
-  if (call->counted_) {
+  call->place_ = QuotaShare::Take(runtime.streams, call->client_);
+  if (call->place_) {
     call->Advance();
     runtime.AddDrainable(call);
   } else {
@@ -64,7 +64,10 @@ StreamQueriesCall* StreamQueriesCall::Start(grpc::CallbackServerContext* context
 }
 
 StreamQueriesCall::StreamQueriesCall(grpc::CallbackServerContext* context, Runtime& runtime)
-    : runtime_(runtime), deadline_(DeadlineOf(*context)) {}
+    : runtime_(runtime),
+      deadline_(DeadlineOf(*context)),
+      context_(context),
+      client_(runtime.ClientOf(*context)) {}
 
 void StreamQueriesCall::Advance() {
   const auto self = shared_from_this();  // what is moved on may end the call
@@ -83,6 +86,8 @@ bool StreamQueriesCall::MoveOn() {
     written_.Swap(&response_);
     answer_ = Place::kEmpty;
     write_ = Place::kUnderWay;
+    reading_ = StallTimers::Guard(runtime_.stalls, runtime_.application.limits.max_stall,
+                                  [this] { context_->TryCancel(); });
     StartWrite(&written_);
   }
   const bool goes_on = !client_is_gone_ && !runtime_.draining();
@@ -92,10 +97,7 @@ bool StreamQueriesCall::MoveOn() {
     read_ = Place::kEmpty;
     answer_ = Place::kUnderWay;
   }
-  if (is_ahead_ && (read_ == Place::kEmpty || answer_ == Place::kEmpty)) {
-    runtime_.read_ahead.GiveBack();
-    is_ahead_ = false;
-  }
+  if (read_ == Place::kEmpty || answer_ == Place::kEmpty) ahead_.reset();
   if (goes_on) Read();
   FinishIfOver();
   return begins;
@@ -104,8 +106,8 @@ bool StreamQueriesCall::MoveOn() {
 void StreamQueriesCall::Read() {
   if (read_ != Place::kEmpty || client_is_done_) return;
   if (answer_ != Place::kEmpty) {
-    is_ahead_ = runtime_.read_ahead.TryTake();
-    if (!is_ahead_) return;
+    ahead_ = QuotaShare::Take(runtime_.read_ahead, client_);
+    if (!ahead_) return;
   }
   read_ = Place::kUnderWay;
   StartRead(&next_);
@@ -135,6 +137,7 @@ void StreamQueriesCall::OnReadDone(bool ok) {
 }
 
 void StreamQueriesCall::OnWriteDone(bool ok) {
+  reading_ = {};
   {
     const std::lock_guard lock(mutex_);
     write_ = Place::kEmpty;
@@ -155,7 +158,14 @@ void StreamQueriesCall::Begin() {
   reached_.reset();
   if (!await->has_value()) return Enqueue();
   const std::shared_ptr<World>& world = (*await)->world;
-  runtime_.waits.Await({world, (*await)->revision, deadline_, stop_.get_token()}, Queue(),
+  runtime_.waits.Await({.world = world,
+                        .revision = (*await)->revision,
+                        .deadline = deadline_,
+                        .stop = stop_.get_token(),
+                        .client = client_,
+                        .cost_s = Cost_s(),
+                        .may_answer_in_part = true},
+                       Queue(),
                        [self = shared_from_this(), world](absl::StatusOr<SnapshotPtr> snapshot) {
                          if (!snapshot.ok()) return self->Answered(snapshot.status());
                          self->reached_ = {world, *std::move(snapshot)};
@@ -163,14 +173,29 @@ void StreamQueriesCall::Begin() {
                        });
 }
 
+double StreamQueriesCall::Cost_s() const {
+  return WithQuery(
+      request_, [](const auto& query) { return EstimatedCost_s(query); }, 0.0);
+}
+
 void StreamQueriesCall::Enqueue() {
-  if (Queue().TryPush([self = shared_from_this()] { self->Work(); })) return;
-  Answered(Overloaded("the server has more work than it can take", "QUEUE_FULL"));
+  Queue().Push({.run =
+                    [self = shared_from_this()](const absl::Status& admitted) {
+                      if (!admitted.ok()) return self->Answered(admitted);
+                      self->Work();
+                    },
+                .client = client_,
+                .cost_s = Cost_s(),
+                .deadline = deadline_,
+                .may_answer_in_part = true});
 }
 
 void StreamQueriesCall::Work() {
   // An idle stream keeps no world alive.
-  const CallContext call{deadline_, stop_.get_token(), std::exchange(reached_, std::nullopt)};
+  const CallContext call{.deadline = deadline_,
+                         .stop = stop_.get_token(),
+                         .reached = std::exchange(reached_, std::nullopt),
+                         .client = client_};
   Answered(RunGuarded([this](const CallContext& c) { return AnswerRequest(c); }, call));
 }
 
@@ -218,7 +243,6 @@ void StreamQueriesCall::Answered(const absl::Status& status) {
 }
 
 void StreamQueriesCall::OnDone() {
-  if (counted_) runtime_.streams.GiveBack();
   self_.reset();  // *this may be gone after it
 }
 

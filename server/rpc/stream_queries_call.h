@@ -48,6 +48,7 @@ class StreamQueriesCall final
   void Begin();
   void Enqueue();
   WorkQueue& Queue();
+  double Cost_s() const;
   void Work();
   absl::Status AnswerRequest(const CallContext& call);
   void Answered(const absl::Status& status);
@@ -58,7 +59,10 @@ class StreamQueriesCall final
   std::stop_source stop_;
   StreamMemory memory_;
   std::shared_ptr<StreamQueriesCall> self_;  // until OnDone
-  bool counted_ = false;                     // in the quota of streams
+  grpc::CallbackServerContext* const context_;
+  const ClientId client_;
+  std::optional<QuotaShare> place_;  // of a stream
+  StallTimers::Guard reading_;       // of an answer, by the client
 
   enum class Place { kEmpty, kUnderWay, kDone };
   // What is under way belongs to who does it. Held over StartRead, StartWrite and Finish: gRPC
@@ -67,7 +71,7 @@ class StreamQueriesCall final
   Place read_ = Place::kEmpty;
   Place answer_ = Place::kEmpty;
   Place write_ = Place::kEmpty;                   // never kDone
-  bool is_ahead_ = false;                         // read_ is in the quota of messages read ahead
+  std::optional<QuotaShare> ahead_;               // of read_, of messages that are read ahead
   bool client_is_done_ = false;                   // nothing more is read
   bool client_is_gone_ = false;                   // nothing more is written
   bool is_over_ = false;                          // Finish was called

@@ -3,17 +3,25 @@
 #include <algorithm>
 
 #include "absl/strings/str_cat.h"
-#include "server/rpc/status_conversion.h"
 
 namespace cwm::server {
+
+// Copying takes milliseconds up to this size. Beyond it the rest is reserved at once: the kernel gives
+// pages of large blocks when they are written, so that what does not come costs nothing.
+constexpr std::size_t kMaxDoubledBytes = 32 << 20;
+
+std::size_t Upload::NextCapacity() const {
+  const auto total = static_cast<std::size_t>(total_bytes_);
+  if (bytes_.size() >= kMaxDoubledBytes) return total;
+  return std::min(total, 2 * (bytes_.size() + static_cast<std::size_t>(max_chunk_bytes_)));
+}
 
 absl::Status Upload::Append(std::int64_t offset, const std::string& data, const FieldPath& path) {
   const auto size = static_cast<std::int64_t>(data.size());
   const auto received = static_cast<std::int64_t>(bytes_.size());
-  const std::int64_t max_chunk = runtime_.application.limits.max_chunk_bytes;
-  if (size == 0 || size > max_chunk) {
+  if (size == 0 || size > max_chunk_bytes_) {
     return path.Field("data").Error(
-        absl::StrCat("has ", size, " bytes, must have 1 to ", max_chunk));
+        absl::StrCat("has ", size, " bytes, must have 1 to ", max_chunk_bytes_));
   }
   if (offset != received) {
     const char* const what = offset < received ? "came before" : "leaves a gap";
@@ -24,13 +32,8 @@ absl::Status Upload::Append(std::int64_t offset, const std::string& data, const 
     return path.Field("data").Error(absl::StrCat("goes to byte ", received + size,
                                                  ", must end at total_bytes (", total_bytes_, ")"));
   }
-  if (!runtime_.upload_bytes.TryTake(size)) {
-    return Overloaded("too many bytes are being uploaded", "UPLOADS_FULL");
-  }
-  taken_bytes_ += size;
-  if (bytes_.capacity() < bytes_.size() + data.size()) {
-    bytes_.reserve(std::min<std::size_t>(total_bytes_, 2 * (bytes_.size() + data.size())));
-  }
+  if (absl::Status charged = charge_.Resize(received + size); !charged.ok()) return charged;
+  if (bytes_.capacity() < bytes_.size() + data.size()) bytes_.reserve(NextCapacity());
   bytes_ += data;
   return absl::OkStatus();
 }

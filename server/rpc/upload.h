@@ -3,24 +3,23 @@
 
 #include <cstdint>
 #include <string>
+#include <utility>
 
 #include "absl/status/status.h"
-#include "server/rpc/runtime.h"
+#include "server/core/memory_budget.h"
 #include "server/wire/field_path.h"
 
 namespace cwm::server {
 
-// Not thread safe. Takes from the runtime's quota of upload bytes what has really arrived, and
-// gives it back at its end: a header that promises much costs nothing.
+// Not thread safe. Charges what has really arrived, until its end: a header that promises much costs
+// nothing.
 class Upload {
  public:
-  Upload(std::int64_t total_bytes, Runtime& runtime)
-      : total_bytes_(total_bytes), runtime_(runtime) {}
-  ~Upload() { runtime_.upload_bytes.GiveBack(taken_bytes_); }
-  Upload(const Upload&) = delete;
-  Upload& operator=(const Upload&) = delete;
+  Upload(std::int64_t total_bytes, std::int64_t max_chunk_bytes, MemoryCharge charge)
+      : total_bytes_(total_bytes), max_chunk_bytes_(max_chunk_bytes), charge_(std::move(charge)) {}
 
-  // Refuses an empty or too large chunk, one that leaves a gap, comes twice or goes beyond the end.
+  // Refuses an empty or too large chunk, one that leaves a gap, comes twice or goes beyond the end; the
+  // errors of MemoryBudget::Charge.
   absl::Status Append(std::int64_t offset, const std::string& data, const FieldPath& path);
   // An error that says how much is missing.
   absl::Status CheckComplete(const FieldPath& path) const;
@@ -29,10 +28,12 @@ class Upload {
   std::string Take() { return std::move(bytes_); }
 
  private:
+  std::size_t NextCapacity() const;
+
   const std::int64_t total_bytes_;
-  Runtime& runtime_;
+  const std::int64_t max_chunk_bytes_;
+  MemoryCharge charge_;
   std::string bytes_;
-  std::int64_t taken_bytes_ = 0;
 };
 
 }  // namespace cwm::server

@@ -29,33 +29,31 @@ absl::StatusOr<WatchOptions> OptionsOf(const v1::WatchWorldRequest& request) {
   return options;
 }
 
-// Whoever comes over a socket has an address, such as "unix:" or "ipv4:127.0.0.1:4711".
-bool IsOfThisProcess(const grpc::CallbackServerContext& context) {
-  return context.peer().find(':') == std::string::npos;
-}
-
 }  // namespace
 
-WatchCall* WatchCall::Start(const grpc::CallbackServerContext& context, Runtime& runtime,
+WatchCall* WatchCall::Start(grpc::CallbackServerContext& context, Runtime& runtime,
                             const v1::WatchWorldRequest& request) {
-  const bool is_viewers = IsOfThisProcess(context);
-  Quota& quota = is_viewers ? runtime.viewer_watchers : runtime.watchers;
-  const std::shared_ptr<WatchCall> call(new WatchCall(runtime, quota, request));
+  const ClientId client = runtime.ClientOf(context);
+  const bool is_viewers = client.connection == 0;
+  FairQuota& quota = is_viewers ? runtime.viewer_watchers : runtime.watchers;
+  const std::shared_ptr<WatchCall> call(new WatchCall(runtime, context, request));
   call->self_ = call;
-  call->counted_ = quota.TryTake();
-  if (call->counted_) {
+  call->place_ = QuotaShare::Take(quota, client);
+  if (call->place_) {
     call->EnqueuePump();
   } else {
     call->End(
-        Overloaded(absl::StrCat("there are ", quota.most(),
-                                is_viewers ? " watchers in browsers" : " watchers", " already"),
+        Overloaded(absl::StrCat("there are ", quota.taken(),
+                                is_viewers ? " watchers in browsers" : " watchers", " already, ",
+                                quota.taken_by(HolderOf(client)), " of this client"),
                    is_viewers ? "TOO_MANY_VIEWERS" : "TOO_MANY_WATCHERS"));
   }
   return call.get();
 }
 
-WatchCall::WatchCall(Runtime& runtime, Quota& quota, const v1::WatchWorldRequest& request)
-    : runtime_(runtime), request_(request), quota_(quota) {}
+WatchCall::WatchCall(Runtime& runtime, grpc::CallbackServerContext& context,
+                     const v1::WatchWorldRequest& request)
+    : runtime_(runtime), request_(request), context_(context) {}
 
 void WatchCall::Wake() {
   {
@@ -92,6 +90,8 @@ void WatchCall::Pump() {
       auto has_message = NextMessage();
       if (!has_message.ok()) return has_message.status();
       if (*has_message) {
+        reading_ = StallTimers::Guard(runtime_.stalls, runtime_.application.limits.max_stall,
+                                      [this] { context_.TryCancel(); });
         StartWrite(&message_);
         return absl::OkStatus();
       }
@@ -188,6 +188,7 @@ bool WatchCall::ReturnTurn() {
 }
 
 void WatchCall::OnWriteDone(bool ok) {
+  reading_ = {};
   if (!ok) return End(CallCancelled());
   if (last_ && initial_ == nullptr && !step_.has_value()) return End(Draining());
   EnqueuePump();
@@ -214,7 +215,6 @@ void WatchCall::End(const absl::Status& status) {
 }
 
 void WatchCall::OnDone() {
-  if (counted_) quota_.GiveBack();
   self_.reset();  // *this may be gone after it
 }
 

@@ -18,11 +18,12 @@ namespace cwm::server {
 class WatchCall final : public grpc::ServerWriteReactor<v1::WatchWorldResponse>,
                         public std::enable_shared_from_this<WatchCall> {
  public:
-  static WatchCall* Start(const grpc::CallbackServerContext& context, Runtime& runtime,
+  static WatchCall* Start(grpc::CallbackServerContext& context, Runtime& runtime,
                           const v1::WatchWorldRequest& request);
 
  private:
-  WatchCall(Runtime& runtime, Quota& quota, const v1::WatchWorldRequest& request);
+  WatchCall(Runtime& runtime, grpc::CallbackServerContext& context,
+            const v1::WatchWorldRequest& request);
 
   void OnWriteDone(bool ok) override;
   void OnCancel() override;
@@ -46,8 +47,9 @@ class WatchCall final : public grpc::ServerWriteReactor<v1::WatchWorldResponse>,
   const OpenStreams::Token open_{runtime_.open_streams};
   const v1::WatchWorldRequest request_;
   std::shared_ptr<WatchCall> self_;  // until OnDone
-  Quota& quota_;                     // of watchers of its kind
-  bool counted_ = false;             // there
+  grpc::CallbackServerContext& context_;
+  std::optional<QuotaShare> place_;
+  StallTimers::Guard reading_;  // of a message, by the client
 
   // The holder's.
   View view_ = View::kShapes;

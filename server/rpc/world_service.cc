@@ -1,6 +1,7 @@
 #include "server/rpc/world_service.h"
 
 #include <algorithm>
+#include <memory>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -11,10 +12,12 @@
 #include "server/rpc/export_call.h"
 #include "server/rpc/geometry_calls.h"
 #include "server/rpc/object_pages.h"
+#include "server/rpc/unary_methods.h"
 #include "server/rpc/watch_call.h"
 #include "server/wire/numbers.h"
 #include "server/wire/objects.h"
 #include "server/wire/pair_rules.h"
+#include "server/wire/prepared_bytes.h"
 #include "server/wire/questions.h"
 
 namespace cwm::server {
@@ -77,8 +80,20 @@ absl::Status ApplyTo(WorldRegistry& worlds, const v1::ApplyChangesRequest& reque
   return absl::OkStatus();
 }
 
+absl::Status Delete(Runtime& runtime, const v1::DeleteWorldRequest& request,
+                    v1::DeleteWorldResponse* response) {
+  if (auto status = CheckRequestId(request.request_id()); !status.ok()) return status;
+  auto deleted =
+      runtime.application.worlds.Delete(request.world(), request.world_uid(), request.request_id());
+  if (!deleted.ok()) return deleted.status();
+  response->set_world_uid(deleted->uid);
+  response->set_revision(deleted->revision.value);
+  runtime.ReturnMemorySoon();
+  return absl::OkStatus();
+}
+
 absl::Status ApplyRequest(Application& application, const v1::ApplyChangesRequest& request,
-                          v1::ApplyChangesResponse* response) {
+                          const CallContext& call, v1::ApplyChangesResponse* response) {
   auto options = WriteOptionsOf(request);
   if (!options.ok()) return options.status();
   if (const auto known = application.worlds.Find(request.world(), request.world_uid());
@@ -91,6 +106,10 @@ absl::Status ApplyRequest(Application& application, const v1::ApplyChangesReques
       return absl::OkStatus();
     }
   }
+  // Geometry that is prepared is the client's until it is the world's.
+  const auto prepared = application.memory->Charge(
+      MemoryBudget::Client(call.client), PreparedBytes(request.changes(), application.geometry));
+  if (!prepared.ok()) return prepared.status();
   auto changes = FromProto(request.changes(), application.limits, application.geometry, {});
   if (!changes.ok()) return changes.status();
   return ApplyTo(application.worlds, request, *changes, *options, response);
@@ -133,72 +152,63 @@ absl::Status Describe(Runtime& runtime, const v1::GetWorldRequest& request, cons
 }  // namespace
 
 grpc::ServerUnaryReactor* WorldService::ListWorlds(grpc::CallbackServerContext* context,
-                                                   const v1::ListWorldsRequest*,
-                                                   v1::ListWorldsResponse* response) {
-  return StartUnary(context, runtime_, runtime_.reads, [this, response](const CallContext&) {
-    for (const auto& world : runtime_.application.worlds.List()) {
-      *response->add_worlds() = WorldMessage(*world, *world->Snapshot());
-    }
-    return absl::OkStatus();
-  });
+                                                   const grpc::ByteBuffer* request,
+                                                   grpc::ByteBuffer* response) {
+  return Read<v1::ListWorldsRequest, v1::ListWorldsResponse>(
+      context, runtime_, request, response,
+      [this](const v1::ListWorldsRequest&, const CallContext&, v1::ListWorldsResponse* reply) {
+        for (const auto& world : runtime_.application.worlds.List()) {
+          *reply->add_worlds() = WorldMessage(*world, *world->Snapshot());
+        }
+        return absl::OkStatus();
+      });
 }
 
 grpc::ServerUnaryReactor* WorldService::GetWorld(grpc::CallbackServerContext* context,
-                                                 const v1::GetWorldRequest* request,
-                                                 v1::GetWorldResponse* response) {
-  return StartUnary(
-      context, runtime_, runtime_.reads,
-      [this, request, response](const CallContext& call) {
-        return Describe(runtime_, *request, call, response);
-      },
-      WhatToAwait(runtime_, request->world(), "", request->at_revision()));
-}
-
-grpc::ServerUnaryReactor* WorldService::DeleteWorld(grpc::CallbackServerContext* context,
-                                                    const v1::DeleteWorldRequest* request,
-                                                    v1::DeleteWorldResponse* response) {
-  return StartUnary(context, runtime_, runtime_.writes,
-                    [this, request, response](const CallContext&) {
-                      if (auto status = CheckRequestId(request->request_id()); !status.ok())
-                        return status;
-                      auto deleted = runtime_.application.worlds.Delete(
-                          request->world(), request->world_uid(), request->request_id());
-                      if (!deleted.ok()) return deleted.status();
-                      response->set_world_uid(deleted->uid);
-                      response->set_revision(deleted->revision.value);
-                      return absl::OkStatus();
-                    });
+                                                 const grpc::ByteBuffer* request,
+                                                 grpc::ByteBuffer* response) {
+  return Read<v1::GetWorldRequest, v1::GetWorldResponse>(
+      context, runtime_, request, response,
+      [this](const v1::GetWorldRequest& asked, const CallContext& call,
+             v1::GetWorldResponse* reply) { return Describe(runtime_, asked, call, reply); });
 }
 
 grpc::ServerUnaryReactor* WorldService::ListObjects(grpc::CallbackServerContext* context,
-                                                    const v1::ListObjectsRequest* request,
-                                                    v1::ListObjectsResponse* response) {
-  return StartUnary(
-      context, runtime_, runtime_.reads,
-      [this, request, response](const CallContext& call) {
-        return ListPage(runtime_, *request, call, response);
-      },
-      WhatToAwait(runtime_, request->world(), request->world_uid(), request->at_revision()));
+                                                    const grpc::ByteBuffer* request,
+                                                    grpc::ByteBuffer* response) {
+  return Read<v1::ListObjectsRequest, v1::ListObjectsResponse>(
+      context, runtime_, request, response,
+      [this](const v1::ListObjectsRequest& asked, const CallContext& call,
+             v1::ListObjectsResponse* reply) { return ListPage(runtime_, asked, call, reply); });
 }
 
 grpc::ServerUnaryReactor* WorldService::GetObject(grpc::CallbackServerContext* context,
-                                                  const v1::GetObjectRequest* request,
-                                                  v1::GetObjectResponse* response) {
-  return StartUnary(
-      context, runtime_, runtime_.reads,
-      [this, request, response](const CallContext& call) {
-        return Get(runtime_, *request, call, response);
-      },
-      WhatToAwait(runtime_, request->world(), request->world_uid(), request->at_revision()));
+                                                  const grpc::ByteBuffer* request,
+                                                  grpc::ByteBuffer* response) {
+  return Read<v1::GetObjectRequest, v1::GetObjectResponse>(
+      context, runtime_, request, response,
+      [this](const v1::GetObjectRequest& asked, const CallContext& call,
+             v1::GetObjectResponse* reply) { return Get(runtime_, asked, call, reply); });
+}
+
+grpc::ServerUnaryReactor* WorldService::DeleteWorld(grpc::CallbackServerContext* context,
+                                                    const grpc::ByteBuffer* request,
+                                                    grpc::ByteBuffer* response) {
+  return Write<v1::DeleteWorldRequest, v1::DeleteWorldResponse>(
+      context, runtime_, request, response,
+      [this](const v1::DeleteWorldRequest& asked, const CallContext&,
+             v1::DeleteWorldResponse* reply) { return Delete(runtime_, asked, reply); });
 }
 
 grpc::ServerUnaryReactor* WorldService::ApplyChanges(grpc::CallbackServerContext* context,
-                                                     const v1::ApplyChangesRequest* request,
-                                                     v1::ApplyChangesResponse* response) {
-  return StartUnary(context, runtime_, runtime_.writes,
-                    [this, request, response](const CallContext&) {
-                      return ApplyRequest(runtime_.application, *request, response);
-                    });
+                                                     const grpc::ByteBuffer* request,
+                                                     grpc::ByteBuffer* response) {
+  return Write<v1::ApplyChangesRequest, v1::ApplyChangesResponse>(
+      context, runtime_, request, response,
+      [this](const v1::ApplyChangesRequest& asked, const CallContext& call,
+             v1::ApplyChangesResponse* reply) {
+        return ApplyRequest(runtime_.application, asked, call, reply);
+      });
 }
 
 grpc::ServerWriteReactor<v1::WatchWorldResponse>* WorldService::WatchWorld(
@@ -211,9 +221,9 @@ grpc::ServerWriteReactor<v1::ReadGeometryResponse>* WorldService::ReadGeometry(
   return new ReadGeometryCall(context, runtime_, *request);
 }
 
-grpc::ServerReadReactor<v1::WriteGeometryRequest>* WorldService::WriteGeometry(
-    grpc::CallbackServerContext*, v1::WriteGeometryResponse* response) {
-  return new WriteGeometryCall(runtime_, response);
+grpc::ServerReadReactor<grpc::ByteBuffer>* WorldService::WriteGeometry(
+    grpc::CallbackServerContext* context, grpc::ByteBuffer* response) {
+  return WriteGeometryCall::Start(std::make_shared<WriteGeometryCall>(context, runtime_, response));
 }
 
 grpc::ServerWriteReactor<v1::ExportWorldResponse>* WorldService::ExportWorld(

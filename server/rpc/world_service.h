@@ -6,34 +6,47 @@
 
 namespace cwm::server {
 
-class WorldService final : public v1::WorldService::CallbackService {
+// Messages of raw methods are parsed by our own code (messages.h).
+using RawWorldService = v1::WorldService::WithRawCallbackMethod_ListWorlds<
+    v1::WorldService::WithRawCallbackMethod_GetWorld<
+        v1::WorldService::WithRawCallbackMethod_DeleteWorld<
+            v1::WorldService::WithRawCallbackMethod_ListObjects<
+                v1::WorldService::WithRawCallbackMethod_GetObject<
+                    v1::WorldService::WithRawCallbackMethod_ApplyChanges<
+                        v1::WorldService::WithRawCallbackMethod_WriteGeometry<
+                            v1::WorldService::WithCallbackMethod_ExportWorld<
+                                v1::WorldService::WithCallbackMethod_ReadGeometry<
+                                    v1::WorldService::WithCallbackMethod_WatchWorld<
+                                        v1::WorldService::Service>>>>>>>>>>;
+
+class WorldService final : public RawWorldService {
  public:
   explicit WorldService(Runtime& runtime) : runtime_(runtime) {}
 
   grpc::ServerUnaryReactor* ListWorlds(grpc::CallbackServerContext* context,
-                                       const v1::ListWorldsRequest* request,
-                                       v1::ListWorldsResponse* response) override;
+                                       const grpc::ByteBuffer* request,
+                                       grpc::ByteBuffer* response) override;
   grpc::ServerUnaryReactor* GetWorld(grpc::CallbackServerContext* context,
-                                     const v1::GetWorldRequest* request,
-                                     v1::GetWorldResponse* response) override;
+                                     const grpc::ByteBuffer* request,
+                                     grpc::ByteBuffer* response) override;
   grpc::ServerUnaryReactor* DeleteWorld(grpc::CallbackServerContext* context,
-                                        const v1::DeleteWorldRequest* request,
-                                        v1::DeleteWorldResponse* response) override;
+                                        const grpc::ByteBuffer* request,
+                                        grpc::ByteBuffer* response) override;
   grpc::ServerUnaryReactor* ListObjects(grpc::CallbackServerContext* context,
-                                        const v1::ListObjectsRequest* request,
-                                        v1::ListObjectsResponse* response) override;
+                                        const grpc::ByteBuffer* request,
+                                        grpc::ByteBuffer* response) override;
   grpc::ServerUnaryReactor* GetObject(grpc::CallbackServerContext* context,
-                                      const v1::GetObjectRequest* request,
-                                      v1::GetObjectResponse* response) override;
+                                      const grpc::ByteBuffer* request,
+                                      grpc::ByteBuffer* response) override;
   grpc::ServerUnaryReactor* ApplyChanges(grpc::CallbackServerContext* context,
-                                         const v1::ApplyChangesRequest* request,
-                                         v1::ApplyChangesResponse* response) override;
+                                         const grpc::ByteBuffer* request,
+                                         grpc::ByteBuffer* response) override;
   grpc::ServerWriteReactor<v1::WatchWorldResponse>* WatchWorld(
       grpc::CallbackServerContext* context, const v1::WatchWorldRequest* request) override;
   grpc::ServerWriteReactor<v1::ReadGeometryResponse>* ReadGeometry(
       grpc::CallbackServerContext* context, const v1::ReadGeometryRequest* request) override;
-  grpc::ServerReadReactor<v1::WriteGeometryRequest>* WriteGeometry(
-      grpc::CallbackServerContext* context, v1::WriteGeometryResponse* response) override;
+  grpc::ServerReadReactor<grpc::ByteBuffer>* WriteGeometry(grpc::CallbackServerContext* context,
+                                                           grpc::ByteBuffer* response) override;
   grpc::ServerWriteReactor<v1::ExportWorldResponse>* ExportWorld(
       grpc::CallbackServerContext* context, const v1::ExportWorldRequest* request) override;
 

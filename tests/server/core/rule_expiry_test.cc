@@ -127,7 +127,8 @@ TEST(RuleExpiry, TellsAgainAWorldOfWhichNothingWasOver) {
   std::atomic<int> clock_s = 50;
   const auto expiry =
       std::make_shared<RuleExpiry>([&] { return collision::WallTime(seconds(clock_s.load())); });
-  const auto world = std::make_shared<World>("w", "uid", Retention{}, Clock::now, expiry);
+  const auto world = std::make_shared<World>("w", "uid", Retention{}, Clock::now,
+                                             WorldSurroundings{.expiry = expiry});
   const Change change{collision::AllowCollision{.pair = {{"a"}, {"arm"}},
                                                 .expires = collision::WallTime(seconds(100))},
                       std::nullopt};

@@ -136,7 +136,7 @@ TEST(WorldRegistry, AWriterOfADeletedWorldDoesNotKeepItsSuccessor) {
 
 TEST(WorldRegistry, ARepeatedDeletionGetsTheFirstReplyAndSparesTheSuccessor) {
   Clock::time_point now;
-  WorldRegistry registry({}, {}, [&now] { return now; });
+  WorldRegistry registry({}, {}, nullptr, [&now] { return now; });
   ASSERT_TRUE((*registry.FindOrCreate("w"))->Apply(std::vector{Put("a")}, {}).ok());
   const auto first = registry.Delete("w", "", "once");
   ASSERT_TRUE(first.ok());

@@ -19,6 +19,9 @@ namespace {
 
 using namespace std::chrono_literals;
 
+// As many as one client may have at a time.
+const std::int64_t kMaxWaits = Limits().max_client_waits;
+
 class RevisionWaitsTest : public ::testing::Test {
  protected:
   ~RevisionWaitsTest() override { timer_.Stop(); }
@@ -29,7 +32,7 @@ class RevisionWaitsTest : public ::testing::Test {
     ASSERT_TRUE(world()->Apply(changes, {}).ok());
   }
   RevisionWait ForOne(Clock::time_point deadline = Clock::time_point::max()) {
-    return {world(), collision::Revision{1}, deadline, {}};
+    return {.world = world(), .revision = collision::Revision{1}, .deadline = deadline, .stop = {}};
   }
   // What a wait comes to.
   absl::Status EndOf(RevisionWait wait) {
@@ -44,8 +47,11 @@ class RevisionWaitsTest : public ::testing::Test {
 
   WorldRegistry worlds_{Limits{}, Retention{}};
   Timer timer_;
-  RevisionWaits waits_{timer_};
-  WorkQueue queue_{{.name = "test", .threads = 1, .capacity = 4, .awaited_capacity = kMaxWaits}};
+  RevisionWaits waits_{timer_, {.limit = 4 * kMaxWaits, .member_limit = kMaxWaits}};
+  WorkQueue queue_{{.name = "test",
+                    .threads = 1,
+                    .capacity = 4,
+                    .awaited_capacity = static_cast<std::size_t>(kMaxWaits)}};
 };
 
 TEST_F(RevisionWaitsTest, HoldNoWorkerAndNoPlaceAndAreAllAdmittedInTheirOrder) {
@@ -85,7 +91,7 @@ TEST_F(RevisionWaitsTest, TakeNoPlaceOfThoseWhoComeMeanwhile) {
     });
   }
   Publish();
-  while (queue_.waiting() < kMaxWaits) std::this_thread::sleep_for(1ms);
+  while (queue_.waiting() < static_cast<std::size_t>(kMaxWaits)) std::this_thread::sleep_for(1ms);
   // The places of others are all free, and they wait for one of the crowd each, not for all of it.
   std::vector<int> admitted_before;
   std::latch done(4);
@@ -96,7 +102,11 @@ TEST_F(RevisionWaitsTest, TakeNoPlaceOfThoseWhoComeMeanwhile) {
     })) << i;
   }
   // Those who waited keep their place until they begin.
-  EXPECT_EQ(EndOf({world(), collision::Revision{2}, Clock::time_point::max(), {}}).code(),
+  EXPECT_EQ(EndOf({.world = world(),
+                   .revision = collision::Revision{2},
+                   .deadline = Clock::time_point::max(),
+                   .stop = {}})
+                .code(),
             absl::StatusCode::kResourceExhausted);
   release.set_value();
   done.wait();
@@ -109,9 +119,12 @@ TEST_F(RevisionWaitsTest, EndWithTheirDeadlineCallerWorldOrServer) {
   EXPECT_EQ(EndOf(ForOne(Clock::now() + 20ms)).code(), absl::StatusCode::kDeadlineExceeded);
   std::stop_source gone;
   gone.request_stop();
-  EXPECT_EQ(
-      EndOf({world(), collision::Revision{1}, Clock::time_point::max(), gone.get_token()}).code(),
-      absl::StatusCode::kCancelled);
+  EXPECT_EQ(EndOf({.world = world(),
+                   .revision = collision::Revision{1},
+                   .deadline = Clock::time_point::max(),
+                   .stop = gone.get_token()})
+                .code(),
+            absl::StatusCode::kCancelled);
   const RevisionWait orphan = ForOne();
   ASSERT_TRUE(worlds_.Delete("w").ok());
   EXPECT_EQ(DetailsOf(EndOf(orphan)).reason, "WORLD_DELETED");
@@ -123,7 +136,7 @@ TEST_F(RevisionWaitsTest, ARevisionThatIsThereIsWorkAsAnyOther) {
   Publish();
   EXPECT_TRUE(EndOf(ForOne()).ok());
   queue_.Drain();
-  EXPECT_EQ(DetailsOf(EndOf(ForOne())).reason, "QUEUE_FULL");
+  EXPECT_EQ(DetailsOf(EndOf(ForOne())).reason, "SERVER_DRAINING");
 }
 
 // The same over the wire.
@@ -146,7 +159,7 @@ struct AsyncCall {
 
 TEST_F(WaitingClientsTest, AllWhoWaitForOneRevisionAreAnsweredAndNobodyElseIsRefused) {
   constexpr int kStreams = 16;
-  constexpr int kCalls = static_cast<int>(kMaxWaits) - kStreams;
+  const int kCalls = static_cast<int>(kMaxWaits) - kStreams;
   PutBox("a", 0);
   const v1::GetDistancesRequest request = AtLeast(2, 4'000);
   std::list<AsyncCall> calls(kCalls);

@@ -1,0 +1,41 @@
+// Messages of our protocol to and from bytes, in our own hands: their memory is known before they are
+// parsed, parsing may happen on a queue, and a malformed request gets an answer that says so.
+#pragma once
+
+#include <google/protobuf/descriptor.h>
+#include <grpcpp/support/byte_buffer.h>
+#include <grpcpp/support/proto_buffer_reader.h>
+#include <grpcpp/support/proto_buffer_writer.h>
+
+#include <string>
+
+#include "absl/status/status.h"
+
+namespace cwm::server {
+
+// The method that takes messages of this type, e.g. "cwm.v1.WorldService.GetWorld".
+std::string MethodTaking(const google::protobuf::Descriptor& request);
+
+// INVALID_ARGUMENT MALFORMED_REQUEST, naming the method.
+absl::Status MalformedRequest(const google::protobuf::Descriptor& request);
+
+// Frees the bytes as it parses them. INVALID_ARGUMENT MALFORMED_REQUEST, naming the method; throws
+// std::bad_alloc.
+template <class Request>
+absl::Status ParseRequest(grpc::ByteBuffer& bytes, Request* request) {
+  const bool is_parsed = [&] {
+    grpc::ProtoBufferReader reader(&bytes);
+    return reader.status().ok() && request->ParseFromZeroCopyStream(&reader);
+  }();
+  bytes.Clear();
+  return is_parsed ? absl::OkStatus() : MalformedRequest(*Request::descriptor());
+}
+
+// Throws std::bad_alloc.
+template <class Response>
+grpc::Status SerializeResponse(const Response& response, grpc::ByteBuffer* bytes) {
+  bool owns_bytes = true;
+  return grpc::SerializationTraits<Response>::Serialize(response, bytes, &owns_bytes);
+}
+
+}  // namespace cwm::server

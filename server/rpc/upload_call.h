@@ -1,0 +1,181 @@
+// Calls that send a header, then bytes in chunks: clouds, robots, meshes. They are read one message at
+// a time by gRPC's threads; once the last has come, a task of a queue does the work.
+#pragma once
+
+#include <grpcpp/grpcpp.h>
+
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <stop_token>
+#include <utility>
+
+#include "server/core/error.h"
+#include "server/rpc/call.h"
+#include "server/rpc/messages.h"
+#include "server/rpc/status_conversion.h"
+
+namespace cwm::server {
+
+// Holds itself until gRPC is done with it. Ends a client that sends nothing for limits.max_stall, and
+// uploads under way when the server drains.
+template <class Request, class Response>
+class UploadCall : public grpc::ServerReadReactor<grpc::ByteBuffer>,
+                   public Drainable,
+                   public std::enable_shared_from_this<UploadCall<Request, Response>> {
+ public:
+  using Reactor = grpc::ServerReadReactor<grpc::ByteBuffer>;
+
+  UploadCall(grpc::CallbackServerContext* context, Runtime& runtime, grpc::ByteBuffer* response)
+      : runtime_(runtime),
+        call_{.deadline = DeadlineOf(*context),
+              .stop = stop_.get_token(),
+              .client = runtime.ClientOf(*context)},
+        reply_(response) {}
+
+  // `call` is new.
+  static Reactor* Start(std::shared_ptr<UploadCall> call) {
+    call->self_ = call;
+    call->Begin();
+    return call.get();
+  }
+
+  void Drain() override {
+    if (is_reading_) End(Draining());
+  }
+
+ protected:
+  // Charged to the client, and nothing yet.
+  MemoryCharge EmptyCharge() const {
+    return MemoryCharge::Empty(runtime_.application.memory, MemoryBudget::Client(call_.client));
+  }
+
+  // By gRPC's threads: takes milliseconds at most. May throw std::bad_alloc, as all of these.
+  virtual absl::Status Take(const Request& message) = 0;
+  // The client sends no more: whether all has come.
+  virtual absl::Status CheckEnd() const = 0;
+  // On the queue, once all has come.
+  virtual absl::Status Work() = 0;
+  virtual WorkQueue& Queue() = 0;
+  virtual double Cost_s() const = 0;
+  // After a message was taken: what has to be looked up on the queue before the next is read. It
+  // returns true when the call is done.
+  virtual std::function<absl::StatusOr<bool>()> LookUp() { return nullptr; }
+
+  Runtime& runtime_;
+  std::stop_source stop_;
+  const CallContext call_;  // its stop is stop_'s
+  Response response_;
+
+ private:
+  void Begin() {
+    if (runtime_.draining()) return End(Draining());
+    place_ = QuotaShare::Take(runtime_.uploads, call_.client);
+    if (!place_) return End(Overloaded("too many uploads are under way", "TOO_MANY_UPLOADS"));
+    sending_ = StallTimers::Guard(
+        runtime_.stalls, runtime_.application.limits.max_stall, [weak = this->weak_from_this()] {
+          if (const auto call = weak.lock(); call != nullptr && call->is_reading_) {
+            call->End(call->Stalled());
+          }
+        });
+    runtime_.AddDrainable(this->weak_from_this());
+    ReadNext();
+  }
+
+  void ReadNext() {
+    const std::lock_guard lock(mutex_);
+    if (is_over_) return;
+    is_reading_ = true;
+    this->StartRead(&bytes_);
+  }
+
+  void OnReadDone(bool ok) override {
+    const auto self = this->shared_from_this();
+    sending_.Restart();
+    const CallWork take = [&](const CallContext&) {
+      if (!ok) return call_.stop.stop_requested() ? CallCancelled() : CheckEnd();
+      Request message;
+      if (absl::Status parsed = ParseRequest(bytes_, &message); !parsed.ok()) return parsed;
+      return Take(message);
+    };
+    const absl::Status taken = RunGuarded(take, call_);
+    if (!taken.ok()) return End(taken);
+    if (!ok) return Enqueue([this] { End(RunGuarded(Guarded(), call_)); }, Cost_s());
+    if (auto look_up = LookUp()) {
+      return Enqueue([this, look_up = std::move(look_up)] { EndOrReadNext(look_up); }, 0);
+    }
+    ReadNext();
+  }
+
+  CallWork Guarded() {
+    return [this](const CallContext& call) {
+      return call.stop.stop_requested() ? CallCancelled() : Work();
+    };
+  }
+
+  void EndOrReadNext(const std::function<absl::StatusOr<bool>()>& look_up) {
+    bool is_done = false;
+    const CallWork guarded = [&](const CallContext&) {
+      const absl::StatusOr<bool> done = look_up();
+      if (done.ok()) is_done = *done;
+      return done.status();
+    };
+    const absl::Status looked_up = RunGuarded(guarded, call_);
+    if (is_done || !looked_up.ok()) return End(looked_up);
+    ReadNext();
+  }
+
+  void Enqueue(std::function<void()> work, double cost_s) {
+    is_reading_ = false;
+    Queue().Push({.run =
+                      [self = this->shared_from_this(),
+                       work = std::move(work)](const absl::Status& admitted) {
+                        if (!admitted.ok()) return self->End(admitted);
+                        work();
+                      },
+                  .client = call_.client,
+                  .cost_s = cost_s,
+                  .deadline = call_.deadline});
+  }
+
+  absl::Status Stalled() const {
+    const double limit_s =
+        std::chrono::duration<double>(runtime_.application.limits.max_stall).count();
+    return MakeError(absl::StatusCode::kDeadlineExceeded,
+                     absl::StrCat("upload: nothing came for ", limit_s, " s"),
+                     {.reason = "UPLOAD_STALLED"});
+  }
+
+  void End(absl::Status status) {
+    {
+      const std::lock_guard lock(mutex_);
+      if (std::exchange(is_over_, true)) return;
+    }
+    is_reading_ = false;
+    grpc::Status serialized;
+    if (status.ok()) {
+      status = RunGuarded(
+          [&](const CallContext&) {
+            serialized = SerializeResponse(response_, reply_);
+            return absl::OkStatus();
+          },
+          call_);
+    }
+    this->Finish(status.ok() ? serialized : ToGrpcStatus(status));
+  }
+
+  void OnCancel() override { stop_.request_stop(); }
+  void OnDone() override { self_.reset(); }  // *this may be gone after it
+
+  grpc::ByteBuffer bytes_;  // of the message that is read
+  grpc::ByteBuffer* const reply_;
+  std::optional<QuotaShare> place_;
+  StallTimers::Guard sending_;
+  std::mutex mutex_;
+  bool is_over_ = false;
+  std::atomic<bool> is_reading_ = false;
+  std::shared_ptr<UploadCall> self_;
+};
+
+}  // namespace cwm::server
