@@ -16,6 +16,12 @@ if(CWM_SANITIZE)
   target_link_options(cwm_options INTERFACE -fsanitize=${CWM_SANITIZE})
 endif()
 
+# Code that tells libFuzzer where it goes; clang alone has it.
+option(CWM_FUZZ "Build the targets of tests/fuzz for libFuzzer" OFF)
+if(CWM_FUZZ)
+  target_compile_options(cwm_options INTERFACE -fsanitize=fuzzer-no-link -Wno-unknown-warning-option)
+endif()
+
 # Sources are compiled several at a time, for the headers that they share (Eigen, gRPC, GoogleTest) take longer than they
 # do. clang-tidy, and who changes one file at a time (the preset dev), read sources one by one.
 option(CWM_JOIN_SOURCES "Compile a target's sources several at a time" ON)

@@ -26,6 +26,10 @@ std::optional<Scalar> ScalarOf(std::string_view name) {
   return found->second;
 }
 
+// Each is looked for among all others. A scanner writes some ten.
+constexpr std::size_t kMaxElements = 256;
+constexpr std::size_t kMaxProperties = 1024;  // of one element
+
 bool IsInteger(Scalar type) { return type != Scalar::kF32 && type != Scalar::kF64; }
 
 class HeaderParser {
@@ -89,6 +93,9 @@ class HeaderParser {
         std::any_of(header_.elements.begin(), header_.elements.end(),
                     [&](const PlyElement& other) { return other.name == element.name; });
     if (twice) return Error("element", element.name, "must not appear twice");
+    if (header_.elements.size() == kMaxElements) {
+      return Error("element", element.name, absl::StrCat("must be one of at most ", kMaxElements));
+    }
     header_.elements.push_back(std::move(element));
     return absl::OkStatus();
   }
@@ -111,6 +118,10 @@ class HeaderParser {
     property.type = *type;
     if (is_list) property.list_count = count;
     std::vector<PlyProperty>& all = header_.elements.back().properties;
+    if (all.size() == kMaxProperties) {
+      return Error("property", property.name,
+                   absl::StrCat("must be one of at most ", kMaxProperties, " of an element"));
+    }
     if (std::any_of(all.begin(), all.end(),
                     [&](const PlyProperty& other) { return other.name == property.name; })) {
       return Error("property", property.name, "must not appear twice in an element");

@@ -1,6 +1,6 @@
 #include "collision/mesh_files/collada_file.h"
 
-#include <algorithm>
+#include <array>
 #include <map>
 #include <numbers>
 #include <optional>
@@ -19,13 +19,19 @@ namespace {
 
 using Affine = Eigen::Affine3d;
 
-// Far above any part of a robot, far below what a thread's stack and a second hold.
+// Far above any part of a robot, far below what a thread's stack holds.
 constexpr int kDeepest = 100;
-constexpr std::size_t kMostElements = 1'000'000;
+// The elements of nodes, each as often as it is used, take time: one for each byte, and as many as
+// take a few milliseconds of any file. An element takes four bytes at least.
+constexpr std::size_t kMaxFreeElements = 20'000;
+constexpr std::size_t kMaxTransformBytes = 2048;  // 16 numbers of 25 characters are 400
 
 class ColladaReader {
  public:
-  explicit ColladaReader(const MeshFileLimits& limits) : mesh_(limits.max_triangles) {}
+  ColladaReader(std::size_t bytes, const MeshFileLimits& limits)
+      : max_triangles_(limits.max_triangles),
+        max_elements_(kMaxFreeElements + bytes),
+        mesh_(limits.max_triangles) {}
 
   absl::StatusOr<TriangleMesh> Read(const XmlElement& root) {
     if (root.tag() != "COLLADA") return root.Fault("must have the root element <COLLADA>");
@@ -66,7 +72,8 @@ class ColladaReader {
   }
 
   absl::StatusOr<XmlElement> Find(const XmlElement& instance, const char* tag) const {
-    const absl::StatusOr<std::string> url = instance.Text("url");
+    const absl::StatusOr<std::string> url =
+        instance.Name("url");  // short, for it is looked up often
     if (!url.ok()) return url.status();
     const auto found = by_id_.find(*url);
     if (found != by_id_.end() && found->second.tag() == tag) return found->second;
@@ -86,8 +93,9 @@ class ColladaReader {
     Affine X_FN = X_FP;
     const std::vector<XmlElement> children = node.Children();
     elements_ += 1 + children.size();
-    if (elements_ > kMostElements) {
-      return node.Fault("nodes must not unfold to more than 1000000 elements");
+    if (elements_ > max_elements_) {
+      return node.Fault(absl::StrCat("nodes must not unfold to more than ", max_elements_,
+                                     " elements, ", kMaxFreeElements, " and one for each byte"));
     }
     for (const XmlElement& child : children) {
       const absl::StatusOr<Affine> X = ReadTransform(child);
@@ -120,6 +128,11 @@ class ColladaReader {
     if (tag == "lookat" || tag == "skew") return element.Fault("is not understood");
     const auto count = kNumbers.find(tag);
     if (count == kNumbers.end()) return Affine::Identity();
+    const absl::StatusOr<std::string_view> content = element.Content();
+    if (content.ok() && content->size() > kMaxTransformBytes) {
+      return element.Fault(absl::StrCat("is ", content->size(), " bytes long, must be at most ",
+                                        kMaxTransformBytes));
+    }
     const absl::StatusOr<std::vector<double>> numbers = ReadNumbers(element);
     if (!numbers.ok()) return numbers.status();
     const std::vector<double>& n = *numbers;
@@ -142,13 +155,12 @@ class ColladaReader {
   absl::Status AddGeometry(const XmlElement& instance, const Affine& X_FN) {
     const absl::StatusOr<const ColladaGeometry*> geometry = GeometryOf(instance);
     if (!geometry.ok()) return geometry.status();
+    if (absl::Status room = mesh_.CheckRoom((*geometry)->size()); !room.ok()) return room;
     const bool is_mirrored = X_FN.linear().determinant() < 0;
-    auto corner = (*geometry)->corners.begin();
-    for (const std::uint32_t size : (*geometry)->sizes) {
-      std::vector<Vector3> polygon;
-      for (std::uint32_t i = 0; i < size; ++i) polygon.push_back(X_FN * *corner++);
-      if (is_mirrored) std::reverse(polygon.begin(), polygon.end());
-      if (absl::Status status = mesh_.AddPolygon(polygon); !status.ok()) return status;
+    for (std::array<Vector3, 3> corners : **geometry) {
+      for (Vector3& corner : corners) corner = X_FN * corner;
+      if (is_mirrored) std::swap(corners[1], corners[2]);
+      if (absl::Status status = mesh_.Add(corners); !status.ok()) return status;
     }
     return absl::OkStatus();
   }
@@ -158,14 +170,17 @@ class ColladaReader {
     if (!element.ok()) return element.status();
     std::optional<ColladaGeometry>& geometry = geometries_[*instance.Text("url")];
     if (!geometry.has_value()) {
-      absl::StatusOr<ColladaGeometry> read = ReadColladaGeometry(*element);
+      absl::StatusOr<ColladaGeometry> read = ReadColladaGeometry(*element, max_triangles_, cutter_);
       if (!read.ok()) return read.status();
       geometry = *std::move(read);
     }
     return &*geometry;
   }
 
+  std::size_t max_triangles_;
+  std::size_t max_elements_;
   MeshBuilder mesh_;
+  PolygonCutter cutter_;
   std::size_t elements_ = 0;                 // of nodes met so far, each as often as it is used
   std::map<std::string, XmlElement> by_id_;  // with "#" in front
   std::map<std::string, std::optional<ColladaGeometry>> geometries_;
@@ -177,7 +192,7 @@ absl::StatusOr<TriangleMesh> ReadCollada(std::string_view bytes, const MeshFileL
   const absl::StatusOr<XmlDocument> document =
       XmlDocument::Parse(bytes, "Collada", limits.max_collada_bytes);
   if (!document.ok()) return document.status();
-  return ColladaReader(limits).Read(document->root());
+  return ColladaReader(bytes.size(), limits).Read(document->root());
 }
 
 absl::StatusOr<UpAxis> ColladaUpAxis(std::string_view bytes, const MeshFileLimits& limits) {

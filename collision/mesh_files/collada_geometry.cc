@@ -62,6 +62,9 @@ absl::StatusOr<std::uint32_t> CountOf(const XmlElement& element, const char* att
 
 class GeometryReader {
  public:
+  GeometryReader(std::size_t max_triangles, PolygonCutter& cutter)
+      : max_triangles_(max_triangles), cutter_(cutter) {}
+
   absl::StatusOr<ColladaGeometry> Read(const XmlElement& geometry) {
     const absl::StatusOr<XmlElement> mesh = geometry.ExactlyOne("mesh");
     if (!mesh.ok()) return mesh.status();
@@ -84,7 +87,7 @@ class GeometryReader {
   struct Inputs {
     std::uint32_t stride = 0;         // indices a corner
     std::uint32_t vertex_offset = 0;  // which of them is the vertex
-    std::vector<Vector3> positions;
+    const std::vector<Vector3>* positions = nullptr;
   };
 
   absl::StatusOr<XmlElement> Find(const XmlElement& element, const char* tag) const {
@@ -95,7 +98,7 @@ class GeometryReader {
     return element.FaultOf("source", absl::StrCat("must be a <", tag, "> of the mesh"));
   }
 
-  absl::StatusOr<Inputs> ReadInputs(const XmlElement& primitive) const {
+  absl::StatusOr<Inputs> ReadInputs(const XmlElement& primitive) {
     Inputs inputs;
     std::optional<XmlElement> vertex;
     for (const XmlElement& input : primitive.Children("input")) {
@@ -114,9 +117,14 @@ class GeometryReader {
       if (!input.Has("semantic") || *input.Text("semantic") != "POSITION") continue;
       const absl::StatusOr<XmlElement> source = Find(input, "source");
       if (!source.ok()) return source.status();
-      absl::StatusOr<std::vector<Vector3>> positions = ReadPositions(*source);
-      if (!positions.ok()) return positions.status();
-      inputs.positions = *std::move(positions);
+      // Read once, however many primitives use it.
+      std::optional<std::vector<Vector3>>& positions = positions_[*input.Text("source")];
+      if (!positions.has_value()) {
+        absl::StatusOr<std::vector<Vector3>> read = ReadPositions(*source);
+        if (!read.ok()) return read.status();
+        positions = *std::move(read);
+      }
+      inputs.positions = &*positions;
       return inputs;
     }
     return vertices->Fault("must have an input POSITION");
@@ -179,18 +187,38 @@ class GeometryReader {
       return p.Fault(
           absl::StrCat("holds ", indices.size(), " indices, must hold ", corners * inputs.stride));
     }
-    for (std::size_t i = inputs.vertex_offset; i < indices.size(); i += inputs.stride) {
-      if (indices[i] >= inputs.positions.size()) {
-        return p.Fault(absl::StrCat("holds vertex ", indices[i], ", must be one of ",
-                                    inputs.positions.size()));
+    const std::vector<Vector3>& positions = *inputs.positions;
+    std::size_t at = inputs.vertex_offset;
+    std::vector<Vector3> polygon;
+    for (const std::uint32_t size : sizes) {
+      polygon.clear();
+      for (std::uint32_t i = 0; i < size; ++i, at += inputs.stride) {
+        if (indices[at] >= positions.size()) {
+          return p.Fault(
+              absl::StrCat("holds vertex ", indices[at], ", must be one of ", positions.size()));
+        }
+        polygon.push_back(positions[indices[at]]);
       }
-      read_.corners.push_back(inputs.positions[indices[i]]);
+      if (absl::Status status = AddPolygon(p, polygon); !status.ok()) return status;
     }
-    read_.sizes.insert(read_.sizes.end(), sizes.begin(), sizes.end());
     return absl::OkStatus();
   }
 
-  std::map<std::string, XmlElement> by_id_;  // with "#" in front
+  absl::Status AddPolygon(const XmlElement& p, const std::vector<Vector3>& polygon) {
+    const absl::StatusOr<std::vector<PolygonCutter::Triangle>> triangles = cutter_.Cut(polygon);
+    if (absl::IsInvalidArgument(triangles.status())) {
+      return p.Fault(std::string(triangles.status().message()));
+    }
+    if (!triangles.ok()) return triangles.status();
+    if (triangles->size() > max_triangles_ - read_.size()) return TooManyTriangles(max_triangles_);
+    for (const auto& [a, b, c] : *triangles) read_.push_back({polygon[a], polygon[b], polygon[c]});
+    return absl::OkStatus();
+  }
+
+  std::size_t max_triangles_;
+  PolygonCutter& cutter_;
+  std::map<std::string, std::optional<std::vector<Vector3>>> positions_;  // by the source's name
+  std::map<std::string, XmlElement> by_id_;                               // with "#" in front
   ColladaGeometry read_;
 };
 
@@ -200,8 +228,10 @@ absl::StatusOr<std::vector<double>> ReadNumbers(const XmlElement& element) {
   return ReadList<double>(element, ParseFinite, "must hold finite numbers");
 }
 
-absl::StatusOr<ColladaGeometry> ReadColladaGeometry(const XmlElement& geometry) {
-  return GeometryReader().Read(geometry);
+absl::StatusOr<ColladaGeometry> ReadColladaGeometry(const XmlElement& geometry,
+                                                    std::size_t max_triangles,
+                                                    PolygonCutter& cutter) {
+  return GeometryReader(max_triangles, cutter).Read(geometry);
 }
 
 }  // namespace cwm::collision

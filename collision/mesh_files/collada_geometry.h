@@ -1,25 +1,26 @@
 // The <geometry> of a Collada file.
 #pragma once
 
-#include <cstdint>
-#include <string_view>
+#include <array>
+#include <cstddef>
 #include <vector>
 
 #include "absl/status/statusor.h"
 #include "collision/geometry/pose.h"
+#include "collision/mesh_files/mesh_builder.h"
 #include "collision/xml/xml_element.h"
 
 namespace cwm::collision {
 
-// Polygons in the frame and unit of the file: sizes[i] corners each, one after another.
-struct ColladaGeometry {
-  std::vector<Vector3> corners;
-  std::vector<std::uint32_t> sizes;
-};
+// Triangles in the frame and unit of the file. Polygons are cut here, once for all nodes that use them.
+using ColladaGeometry = std::vector<std::array<Vector3, 3>>;
 
 // A list of finite numbers, as the text of an element.
 absl::StatusOr<std::vector<double>> ReadNumbers(const XmlElement& element);
 
-absl::StatusOr<ColladaGeometry> ReadColladaGeometry(const XmlElement& geometry);
+// No more than `max_triangles`. The cutter counts the work of all geometries of the file.
+absl::StatusOr<ColladaGeometry> ReadColladaGeometry(const XmlElement& geometry,
+                                                    std::size_t max_triangles,
+                                                    PolygonCutter& cutter);
 
 }  // namespace cwm::collision

@@ -1,4 +1,4 @@
-// GLB files (glTF 2.0 in one file), by assimp.
+// GLB files (glTF 2.0 in one file).
 #pragma once
 
 #include <string_view>
@@ -9,7 +9,10 @@
 
 namespace cwm::collision {
 
-// As ReadMeshFile, of files that glb_guard.h lets through.
+// As ReadMeshFile: the triangles, strips and fans of the meshes that the nodes of the scene use, each
+// with the transforms of its nodes. Materials, textures, cameras, lights, animations and unused
+// meshes are never looked at. What would put surfaces elsewhere if it were passed over is refused:
+// points and lines, sparse accessors, morph targets, skins, and extensions that change geometry.
 absl::StatusOr<TriangleMesh> ReadGlb(std::string_view bytes, const MeshFileLimits& limits);
 
 }  // namespace cwm::collision

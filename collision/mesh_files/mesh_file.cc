@@ -7,6 +7,7 @@
 #include "absl/strings/str_cat.h"
 #include "collision/mesh_files/collada_file.h"
 #include "collision/mesh_files/glb_file.h"
+#include "collision/mesh_files/mesh_builder.h"
 #include "collision/mesh_files/obj_file.h"
 #include "collision/mesh_files/stl_file.h"
 
@@ -20,6 +21,21 @@ struct Format {
 constexpr std::array<Format, 4> kFormats = {
     {{".stl", ReadStl}, {".obj", ReadObj}, {".dae", ReadCollada}, {".glb", ReadGlb}}};
 
+// No more triangles than so many bytes may become.
+absl::StatusOr<TriangleMesh> ReadBounded(const Format& format, std::string_view bytes,
+                                         const MeshFileLimits& limits) {
+  MeshFileLimits bounded = limits;
+  bounded.max_triangles = limits.MaxTrianglesOf(bytes.size());
+  absl::StatusOr<TriangleMesh> mesh = format.read(bytes, bounded);
+  if (bounded.max_triangles == limits.max_triangles ||
+      mesh.status() != TooManyTriangles(bounded.max_triangles)) {
+    return mesh;
+  }
+  return absl::ResourceExhaustedError(absl::StrCat(
+      std::string(mesh.status().message()), ": ", limits.max_free_triangles, " and one for each ",
+      limits.min_bytes_per_triangle, " of its ", bytes.size(), " bytes"));
+}
+
 }  // namespace
 
 absl::StatusOr<TriangleMesh> ReadMeshFile(std::string_view bytes, std::string_view name,
@@ -28,7 +44,7 @@ absl::StatusOr<TriangleMesh> ReadMeshFile(std::string_view bytes, std::string_vi
   for (const Format& format : kFormats) {
     if (!std::string_view(lower).ends_with(format.ending)) continue;
     if (bytes.empty()) return absl::InvalidArgumentError("must not be empty");
-    if (bytes.size() <= limits.max_bytes) return format.read(bytes, limits);
+    if (bytes.size() <= limits.max_bytes) return ReadBounded(format, bytes, limits);
     return absl::ResourceExhaustedError(
         absl::StrCat("is ", bytes.size(), " bytes long, must be at most ", limits.max_bytes));
   }

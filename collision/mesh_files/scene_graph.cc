@@ -7,9 +7,8 @@
 namespace cwm::collision {
 namespace {
 
-// Far above any part of a robot, far below what a thread's stack and memory hold.
+// Far above any part of a robot, far below what a thread's stack holds.
 constexpr int kDeepest = 100;
-constexpr std::int64_t kMostNodes = 100'000;
 
 class Unfolding {
  public:
@@ -26,9 +25,9 @@ class Unfolding {
     }
     std::int64_t nodes = 0;
     for (std::size_t i = 0; i < children_.size(); ++i) {
-      if (!has_parent[i]) nodes = std::min(nodes + *size_[i], kMostNodes + 1);
+      if (!has_parent[i]) nodes = std::min(nodes + *size_[i], kMaxSceneNodes + 1);
     }
-    return nodes <= kMostNodes
+    return nodes <= kMaxSceneNodes
                ? absl::OkStatus()
                : absl::InvalidArgumentError("nodes must not unfold to more than 100000");
   }
@@ -48,7 +47,7 @@ class Unfolding {
     Measured measured;
     for (const int child : children_[node]) {
       if (absl::Status status = Measure(child, depth + 1); !status.ok()) return status;
-      measured.nodes = std::min(measured.nodes + *size_[child], kMostNodes + 1);
+      measured.nodes = std::min(measured.nodes + *size_[child], kMaxSceneNodes + 1);
       measured.height = std::max(measured.height, 1 + height_[child]);
     }
     size_[node] = measured.nodes;

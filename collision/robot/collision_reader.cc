@@ -58,10 +58,12 @@ Mesh Scaled(const std::shared_ptr<const TriangleMesh>& file, const Vector3& scal
   return MakeMesh(std::move(mesh));
 }
 
+std::string Message(const absl::Status& status) { return std::string(status.message()); }
+
 // What is wrong with the file of a mesh, at the place that names it: too large stays too large, and
 // cancelled cancelled.
 absl::Status FileFault(const XmlElement& mesh, const absl::Status& status) {
-  const absl::Status fault = mesh.FaultOf("filename", std::string(status.message()));
+  const absl::Status fault = mesh.FaultOf("filename", Message(status));
   return status.code() == absl::StatusCode::kNotFound
              ? fault
              : absl::Status(status.code(), fault.message());
@@ -98,7 +100,8 @@ absl::StatusOr<std::string> ExpandedName(const XmlElement& element, const char* 
   return name;
 }
 
-absl::StatusOr<CollisionGeometry> CollisionReader::Read(const XmlElement& collision) {
+absl::StatusOr<CollisionGeometry> CollisionReader::Read(const XmlElement& collision,
+                                                        std::size_t before) {
   CollisionGeometry read;
   if (collision.Has("name") && !collision.Text("name")->empty()) {
     const absl::StatusOr<std::string> name = collision.Name("name");
@@ -112,6 +115,9 @@ absl::StatusOr<CollisionGeometry> CollisionReader::Read(const XmlElement& collis
   if (!geometry.ok()) return geometry.status();
   absl::StatusOr<Shape> shape = ReadShape(*geometry);
   if (!shape.ok()) return shape.status();
+  if (absl::Status status = budget_.TakeShape(*shape, before); !status.ok()) {
+    return ExcessAt(collision.place(), Message(status));
+  }
   read.shape = *std::move(shape);
   return read;
 }
@@ -145,6 +151,9 @@ absl::StatusOr<Shape> CollisionReader::ReadMesh(const XmlElement& element) {
   if (!file.ok()) return file.status();
   const absl::Status few = CountTriangles(element, (*file)->triangles.size());
   if (!few.ok()) return few;
+  if (absl::Status status = budget_.TakeTriangles((*file)->triangles.size()); !status.ok()) {
+    return FileFault(element, status);
+  }
   const Shape shape = Scaled(*file, *scale);
   if (absl::Status status = CheckShape(element, shape); !status.ok()) return status;
   meshes_.emplace(std::pair(*uri, key), std::get<Mesh>(shape));
@@ -157,6 +166,7 @@ absl::StatusOr<std::shared_ptr<const TriangleMesh>> CollisionReader::FileOf(
   if (file != nullptr) return file;
   const absl::StatusOr<std::string> bytes = source_(uri);
   if (!bytes.ok()) return FileFault(mesh, bytes.status());
+  budget_.AddFile(bytes->size());
   absl::StatusOr<TriangleMesh> read = ReadMeshFile(*bytes, uri, limits_.mesh_file);
   if (!read.ok()) return FileFault(mesh, read.status());
   file = std::make_shared<const TriangleMesh>(*std::move(read));

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "absl/status/statusor.h"
+#include "collision/robot/prepared_budget.h"
 #include "collision/robot/robot_description.h"
 #include "collision/robot/robot_limits.h"
 #include "collision/robot/urdf.h"
@@ -23,13 +24,15 @@ absl::StatusOr<Pose> ReadOrigin(const XmlElement& element);
 absl::StatusOr<std::string> ExpandedName(const XmlElement& element, const char* attribute);
 
 // Reads <collision> elements. Meshes of the same name and scale are shared; what they all hold
-// together is counted. The source and the limits must outlive it.
+// together is counted, and taken from the budget before it is made. The source, the limits and the
+// budget must outlive it.
 class CollisionReader {
  public:
-  CollisionReader(const MeshSource& source, const RobotLimits& limits)
-      : source_(source), limits_(limits) {}
+  CollisionReader(const MeshSource& source, const RobotLimits& limits, PreparedBudget& budget)
+      : source_(source), limits_(limits), budget_(budget) {}
 
-  absl::StatusOr<CollisionGeometry> Read(const XmlElement& collision);
+  // The next one of a link, which has so many.
+  absl::StatusOr<CollisionGeometry> Read(const XmlElement& collision, std::size_t before);
 
  private:
   using Scale = std::array<double, 3>;
@@ -42,6 +45,7 @@ class CollisionReader {
 
   const MeshSource& source_;
   const RobotLimits& limits_;
+  PreparedBudget& budget_;
   std::size_t triangles_ = 0;
   std::map<std::string, std::shared_ptr<const TriangleMesh>> files_;
   std::map<std::pair<std::string, Scale>, Mesh> meshes_;

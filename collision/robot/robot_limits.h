@@ -16,6 +16,10 @@ struct RobotLimits {
   int max_groups = 256;                    // of an SRDF; PR2 has nine
   MeshFileLimits mesh_file = {};           // of one mesh
   std::size_t max_triangles = 10'000'000;  // of all meshes of a robot together
+  // By the estimate of prepared_budget.h. A link with shapes takes some 60 kB, a mesh seven times its
+  // binary STL.
+  std::size_t max_free_prepared_bytes = std::size_t{4} << 20;
+  std::size_t max_prepared_per_byte = 100;  // of the URDF and the meshes that it names
 };
 
 }  // namespace cwm::collision

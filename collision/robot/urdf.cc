@@ -142,8 +142,10 @@ absl::StatusOr<Joint> ReadJoint(const XmlElement& element) {
 
 class UrdfReader {
  public:
-  UrdfReader(const MeshSource& source, const RobotLimits& limits)
-      : limits_(limits), collisions_(source, limits) {}
+  UrdfReader(std::size_t bytes, const MeshSource& source, const RobotLimits& limits)
+      : limits_(limits), budget_(limits), collisions_(source, limits, budget_) {
+    budget_.AddFile(bytes);
+  }
 
   absl::StatusOr<RobotDescription> Read(const XmlElement& root) {
     if (root.tag() != "robot") {
@@ -156,6 +158,9 @@ class UrdfReader {
     // Meshes are read last: a robot that is refused for less should cost less.
     const std::vector<XmlElement> children = root.Children();
     if (absl::Status status = ReadTree(children); !status.ok()) return status;
+    if (absl::Status status = budget_.TakeLinks(robot_.links.size()); !status.ok()) {
+      return ExcessAt("urdf", std::string(status.message()));
+    }
     if (absl::Status status = ReadCollisions(children); !status.ok()) return status;
     return std::move(robot_);
   }
@@ -197,7 +202,8 @@ class UrdfReader {
     for (const XmlElement& child : children) {
       if (child.tag() != "link") continue;
       for (const XmlElement& collision : child.Children("collision")) {
-        absl::StatusOr<CollisionGeometry> read = collisions_.Read(collision);
+        absl::StatusOr<CollisionGeometry> read =
+            collisions_.Read(collision, link->collisions.size());
         if (!read.ok()) return read.status();
         link->collisions.push_back(*std::move(read));
       }
@@ -207,6 +213,7 @@ class UrdfReader {
   }
 
   const RobotLimits& limits_;
+  PreparedBudget budget_;
   CollisionReader collisions_;
   RobotDescription robot_;
 };
@@ -218,7 +225,7 @@ absl::StatusOr<RobotDescription> ReadUrdf(std::string_view xml, const MeshSource
   const absl::StatusOr<XmlDocument> document =
       XmlDocument::Parse(xml, "urdf", limits.max_xml_bytes);
   if (!document.ok()) return document.status();
-  return UrdfReader(meshes, limits).Read(document->root());
+  return UrdfReader(xml.size(), meshes, limits).Read(document->root());
 }
 
 }  // namespace cwm::collision

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "collision/geometry/aabb.h"
+#include "collision/geometry/quick_bounds.h"
 #include "collision/geometry/signed_distance.h"
 #include "collision/geometry/tessellate.h"
 
@@ -143,6 +145,24 @@ std::vector<Aabb> CoarseBoxes(const TriangleTree& tree) {
   return boxes;
 }
 
+// Around the box of a piece.
+LinkSphere AroundBox(const LinkPiece& piece) {
+  const Aabb box = piece.tree != nullptr ? BoundsOfBox(piece.tree->bounds(), piece.X_LP)
+                                         : TightBounds(*piece.shape, piece.X_LP);
+  const Vector3 center_L = box.center();
+  const double radius_m = box.diagonal().norm() / 2;
+  return {.center_L = center_L,
+          .radius_m = radius_m + kRoundingShare * (radius_m + center_L.norm())};
+}
+
+// Half a millimetre of what is smaller than half a metre; the triangles of a shape stay some thousand
+// then, however large it is.
+double DeviationOf(const Shape& shape) {
+  constexpr double kRelativeDeviation = 1e-3;
+  return std::max(kDefaultDeviation_m,
+                  kRelativeDeviation * TightBounds(shape, Pose::Identity()).sizes().maxCoeff());
+}
+
 void AddSurface(const TriangleMesh& mesh, const Pose& X_LM, std::vector<Corners>& surface) {
   for (const TriangleMesh::Triangle& triangle : mesh.triangles) {
     surface.push_back({X_LM * mesh.vertices[triangle[0]], X_LM * mesh.vertices[triangle[1]],
@@ -166,8 +186,10 @@ Cell WholeOf(Solid& solid, std::size_t index) {
       AddSurface(Tessellate(Box{box.sizes()}), X_LB, cell.surface);
     }
   } else {
-    AddSurface(Tessellate(*solid.piece.shape), X_LP, cell.surface);
-    solid.deviation_m = mesh != nullptr ? 0 : DeviationBound_m(*solid.piece.shape);
+    const double deviation_m =
+        mesh != nullptr ? kDefaultDeviation_m : DeviationOf(*solid.piece.shape);
+    AddSurface(Tessellate(*solid.piece.shape, deviation_m), X_LP, cell.surface);
+    solid.deviation_m = mesh != nullptr ? 0 : DeviationBound_m(*solid.piece.shape, deviation_m);
   }
   for (const Corners& corners : cell.surface) {
     for (const Vector3& p : corners) cell.box.extend(p);
@@ -180,6 +202,8 @@ Cell WholeOf(Solid& solid, std::size_t index) {
 std::optional<std::vector<LinkSphere>> SpheresAround(std::span<const LinkPiece> pieces) {
   std::vector<Solid> solids;
   std::vector<Cell> cells;
+  const bool may_halve =
+      pieces.size() < kMostSpheres;  // else surfaces are not kept: they are large
   for (const LinkPiece& piece : pieces) {
     if (std::holds_alternative<HalfSpace>(*piece.shape)) return std::nullopt;
     solids.push_back({.piece = piece, .X_PL = piece.X_LP.inverse()});
@@ -189,6 +213,11 @@ std::optional<std::vector<LinkSphere>> SpheresAround(std::span<const LinkPiece> 
            .box = {},
            .surface = {},
            .sphere = {.center_L = piece.X_LP.translation(), .radius_m = sphere->radius_m}});
+      continue;
+    }
+    if (is_crowded) {
+      cells.push_back(
+          {.solid = solids.size() - 1, .box = {}, .surface = {}, .sphere = AroundBox(piece)});
       continue;
     }
     Cell whole = WholeOf(solids.back(), solids.size() - 1);

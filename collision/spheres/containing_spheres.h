@@ -17,7 +17,7 @@ struct LinkPiece {
   const TriangleTree* tree = nullptr;  // of a mesh
 };
 
-// No more than kMostSpheres. Every point of every piece lies in one of them: the surface, and of
+// No more than kMostSpheres, but of that many pieces or more one each, around its box. Every point of every piece lies in one of them: the surface, and of
 // solids and closed meshes the inside, of open ones the whole box around them, so that what is
 // clear of the spheres is not wrapped in an open surface either. By construction: the link's box is
 // halved again and again where its spheres are largest; what of a solid lies in a cell is contained

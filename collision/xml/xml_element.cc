@@ -6,7 +6,6 @@
 #include <charconv>
 #include <cmath>
 #include <cstdint>
-#include <map>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -18,6 +17,8 @@ namespace {
 
 // Names that robots have are a few words; longer ones flood tables.
 constexpr std::size_t kLongestName = 256;
+// The formats that are read have some ten for an element.
+constexpr std::size_t kMaxAttributes = 256;
 
 std::string Owned(std::string_view text) { return std::string(text); }  // for Debian's absl
 
@@ -69,6 +70,33 @@ bool HasDoctype(std::string_view rest) {
   }
 }
 
+// The attributes of the tag that begins after "<" and its name; `rest` loses it.
+std::size_t SkipTag(std::string_view& rest) {
+  std::size_t attributes = 0;
+  while (true) {
+    rest.remove_prefix(std::min(rest.find_first_of("=\"'>"), rest.size()));
+    if (rest.empty()) return attributes;
+    const char found = rest.front();
+    rest.remove_prefix(1);
+    if (found == '>') return attributes;
+    if (found == '=') ++attributes;
+    if ((found == '"' || found == '\'') && !SkipPast({&found, 1}, rest)) rest = {};
+  }
+}
+
+// tinyxml2 looks at all attributes of an element for each one that it reads, and so do its users.
+bool HasCrowdedTag(std::string_view rest) {
+  while (true) {
+    rest.remove_prefix(std::min(rest.find('<'), rest.size()));
+    if (rest.empty()) return false;
+    if (rest.starts_with("<!--") && SkipPast("-->", rest)) continue;
+    if (rest.starts_with("<![CDATA[") && SkipPast("]]>", rest)) continue;
+    if (rest.starts_with("<?") && SkipPast("?>", rest)) continue;
+    rest.remove_prefix(1);
+    if (SkipTag(rest) > kMaxAttributes) return true;
+  }
+}
+
 // The number of a character that XML allows: "945", "x3b1".
 bool IsCharacterNumber(std::string_view digits) {
   const bool is_hex = digits.starts_with('x');
@@ -103,6 +131,38 @@ std::string_view FindUndefined(std::string_view rest) {
   }
 }
 
+// The siblings of the same tag on one side; nothing where there are more siblings than are looked at,
+// since a file with many faults asks for many places.
+template <class Step>
+std::optional<int> CountTwins(const tinyxml2::XMLElement& element, Step step) {
+  constexpr int kMaxSiblings = 1000;
+  int looked_at = 0, twins = 0;
+  for (const auto* e = step(element); e != nullptr; e = step(*e)) {
+    if (++looked_at > kMaxSiblings) return std::nullopt;
+    if (std::string_view(e->Name()) == element.Name()) ++twins;
+  }
+  return twins;
+}
+
+// `: TAG "NAME"`, or `: TAG[INDEX]` of an element that is one of several of its tag, `: TAG[line 7]`
+// where it has very many siblings.
+std::string StepTo(const tinyxml2::XMLElement& element) {
+  constexpr std::size_t kMaxTagBytes = 60;
+  std::string step = absl::StrCat(": ", std::string(element.Name()).substr(0, kMaxTagBytes));
+  if (const char* name = element.Attribute("name"); name != nullptr) {
+    absl::StrAppend(&step, " ", Quoted(name));
+    return step;
+  }
+  const auto before = CountTwins(element, [](const auto& e) { return e.PreviousSiblingElement(); });
+  const auto after = CountTwins(element, [](const auto& e) { return e.NextSiblingElement(); });
+  if (!before.has_value()) {
+    absl::StrAppend(&step, "[line ", element.GetLineNum(), "]");
+  } else if (*before > 0 || !after.has_value() || *after > 0) {
+    absl::StrAppend(&step, "[", *before, "]");
+  }
+  return step;
+}
+
 std::string ParseRule(const tinyxml2::XMLDocument& document) {
   const std::string where = absl::StrCat("line ", document.ErrorLineNum(), ": ");
   switch (document.ErrorID()) {
@@ -135,17 +195,24 @@ absl::Status ExcessAt(std::string_view place, std::string_view rule) {
   return absl::ResourceExhaustedError(absl::StrCat(Owned(place), ": ", Owned(rule)));
 }
 
-XmlElement::XmlElement(const tinyxml2::XMLElement& element, std::string place)
-    : element_(&element), place_(std::move(place)) {}
-
 std::string_view XmlElement::tag() const { return element_->Name(); }
+
+std::string XmlElement::place() const {
+  std::vector<std::string> steps;  // from the element upwards; elements nest at most 100 deep
+  const tinyxml2::XMLElement* const root = element_->GetDocument()->RootElement();
+  for (const auto* e = element_; e != root; e = e->Parent()->ToElement())
+    steps.push_back(StepTo(*e));
+  std::string place = *format_;
+  for (auto step = steps.rbegin(); step != steps.rend(); ++step) absl::StrAppend(&place, *step);
+  return place;
+}
 
 absl::Status XmlElement::FaultOf(const char* attribute, std::string_view rule) const {
   const char* value = element_->Attribute(attribute);
-  const bool is_root = place_.find(':') == std::string::npos;
-  std::string place = absl::StrCat(place_, is_root ? ": " : " ", attribute);
-  if (value != nullptr) absl::StrAppend(&place, " is ", Quoted(value));
-  return FaultAt(place, rule);
+  std::string where = place();
+  absl::StrAppend(&where, where == *format_ ? ": " : " ", attribute);
+  if (value != nullptr) absl::StrAppend(&where, " is ", Quoted(value));
+  return FaultAt(where, rule);
 }
 
 bool XmlElement::Has(const char* attribute) const {
@@ -216,27 +283,18 @@ absl::StatusOr<std::string_view> XmlElement::Content() const {
 }
 
 std::vector<XmlElement> XmlElement::Children() const {
-  std::map<std::string_view, int> count, index;
-  for (auto* e = element_->FirstChildElement(); e != nullptr; e = e->NextSiblingElement()) {
-    ++count[e->Name()];
-  }
   std::vector<XmlElement> children;
   for (auto* e = element_->FirstChildElement(); e != nullptr; e = e->NextSiblingElement()) {
-    std::string place = absl::StrCat(place_, ": ", e->Name());
-    const int i = index[e->Name()]++;
-    if (const char* name = e->Attribute("name"); name != nullptr) {
-      absl::StrAppend(&place, " ", Quoted(name));
-    } else if (count[e->Name()] > 1) {
-      absl::StrAppend(&place, "[", i, "]");
-    }
-    children.emplace_back(*e, std::move(place));
+    children.emplace_back(*e, *format_);
   }
   return children;
 }
 
 std::vector<XmlElement> XmlElement::Children(std::string_view tag) const {
-  std::vector<XmlElement> children = Children();
-  std::erase_if(children, [&](const XmlElement& child) { return child.tag() != tag; });
+  std::vector<XmlElement> children;
+  for (auto* e = element_->FirstChildElement(); e != nullptr; e = e->NextSiblingElement()) {
+    if (tag == e->Name()) children.emplace_back(*e, *format_);
+  }
   return children;
 }
 
@@ -257,7 +315,8 @@ absl::StatusOr<XmlElement> XmlElement::ExactlyOne(const char* tag) const {
 }
 
 XmlDocument::XmlDocument(std::unique_ptr<tinyxml2::XMLDocument> document, std::string format)
-    : document_(std::move(document)), format_(std::move(format)) {}
+    : document_(std::move(document)),
+      format_(std::make_unique<const std::string>(std::move(format))) {}
 XmlDocument::XmlDocument(XmlDocument&&) noexcept = default;
 XmlDocument& XmlDocument::operator=(XmlDocument&&) noexcept = default;
 XmlDocument::~XmlDocument() = default;
@@ -272,6 +331,10 @@ absl::StatusOr<XmlDocument> XmlDocument::Parse(std::string_view xml, std::string
     return FaultAt(format, "must not hold the byte 0");
   }
   if (HasDoctype(xml)) return FaultAt(format, "must not have a DOCTYPE");
+  if (HasCrowdedTag(xml)) {
+    return FaultAt(format,
+                   absl::StrCat("must have at most ", kMaxAttributes, " attributes in an element"));
+  }
   auto document = std::make_unique<tinyxml2::XMLDocument>();
   if (document->Parse(xml.data(), xml.size()) != tinyxml2::XML_SUCCESS) {
     return FaultAt(format, ParseRule(*document));
@@ -293,6 +356,6 @@ absl::StatusOr<XmlDocument> XmlDocument::Parse(std::string_view xml, std::string
   return XmlDocument(std::move(document), Owned(format));
 }
 
-XmlElement XmlDocument::root() const { return {*document_->RootElement(), format_}; }
+XmlElement XmlDocument::root() const { return {*document_->RootElement(), *format_}; }
 
 }  // namespace cwm::collision

@@ -29,15 +29,17 @@ absl::Status FaultAt(std::string_view place, std::string_view rule);
 // The same where there is too much of something: RESOURCE_EXHAUSTED.
 absl::Status ExcessAt(std::string_view place, std::string_view rule);
 
-// An element of a document, which must outlive it.
+// An element of a document, which must outlive it. Two pointers: its place is made when it is asked
+// for, since elements are many and complaints few.
 class XmlElement {
  public:
-  XmlElement(const tinyxml2::XMLElement& element, std::string place);
+  XmlElement(const tinyxml2::XMLElement& element, const std::string& format)
+      : element_(&element), format_(&format) {}
 
   std::string_view tag() const;
-  const std::string& place() const { return place_; }  // e.g. `urdf: joint "elbow": axis`
+  std::string place() const;  // e.g. `urdf: joint "elbow": axis`
 
-  absl::Status Fault(std::string_view rule) const { return FaultAt(place_, rule); }
+  absl::Status Fault(std::string_view rule) const { return FaultAt(place(), rule); }
   // `PLACE ATTRIBUTE is "VALUE": RULE`, or without the value where there is none.
   absl::Status FaultOf(const char* attribute, std::string_view rule) const;
 
@@ -56,7 +58,7 @@ class XmlElement {
   absl::StatusOr<std::string_view> Content() const;
 
   // All element children, or those of a tag, in order. Places carry the child's name, or its index
-  // among several of its tag.
+  // among several of its tag; a tag of more than 60 bytes is cut.
   std::vector<XmlElement> Children() const;
   std::vector<XmlElement> Children(std::string_view tag) const;
   // Refused where there are several.
@@ -65,13 +67,14 @@ class XmlElement {
 
  private:
   const tinyxml2::XMLElement* element_;
-  std::string place_;
+  const std::string* format_;  // of the document
 };
 
 class XmlDocument {
  public:
   // Refuses malformed XML with its line, anything with a DOCTYPE, references to entities other than
-  // the five of XML, elements that nest deeper than 100, and documents longer than `max_bytes`. `format` begins
+  // the five of XML, elements that nest deeper than 100 or have more than 256 attributes, and documents
+  // longer than `max_bytes`. `format` begins
   // every complaint.
   static absl::StatusOr<XmlDocument> Parse(std::string_view xml, std::string_view format,
                                            std::size_t max_bytes);
@@ -86,7 +89,7 @@ class XmlDocument {
  private:
   XmlDocument(std::unique_ptr<tinyxml2::XMLDocument> document, std::string format);
   std::unique_ptr<tinyxml2::XMLDocument> document_;
-  std::string format_;
+  std::unique_ptr<const std::string> format_;  // elements point to it
 };
 
 }  // namespace cwm::collision

@@ -179,5 +179,16 @@ INSTANTIATE_TEST_SUITE_P(
             "vertex 1 y", "must be a finite number"}),
     [](const ::testing::TestParamInfo<Lie>& info) { return std::string(info.param.name); });
 
+// Names are looked for among all others: a million of them would take minutes.
+TEST(Ply, HasNoMorePropertiesAndElementsThanAScannerWrites) {
+  std::string properties = "element vertex 1\n", elements;
+  for (int i = 0; i < 1025; ++i) properties += "property float p" + std::to_string(i) + "\n";
+  for (int i = 0; i < 257; ++i) elements += "element e" + std::to_string(i) + " 0\n";
+  EXPECT_THAT(std::string(ParsePlyCloud(Ply("ascii", properties, ""), "a.ply").status().message()),
+              HasSubstr("property is p1024, must be one of at most 1024 of an element"));
+  EXPECT_THAT(std::string(ParsePlyCloud(Ply("ascii", elements, ""), "a.ply").status().message()),
+              HasSubstr("element is e256, must be one of at most 256"));
+}
+
 }  // namespace
 }  // namespace cwm::formats

@@ -308,6 +308,16 @@ TEST(UrdfRefusals, ACollisionMustHaveOneKnownShape) {
               HasSubstr("link \"a\": collision[1]: must have an element"));
 }
 
+TEST(UrdfRefusals, PlacesAmongVeryManySiblingsAreLines) {
+  const std::string ball = "<collision><geometry><sphere radius=\"1\"/></geometry></collision>\n";
+  std::string balls;
+  for (int i = 0; i < 1000; ++i) balls += ball;
+  EXPECT_THAT(RefusalOf("<link name=\"a\">\n" + balls + "<collision/>" + ball + "</link>"),
+              HasSubstr("link \"a\": collision[1000]: must have"));
+  EXPECT_THAT(RefusalOf("<link name=\"a\">\n" + balls + ball + "<collision/></link>"),
+              HasSubstr("link \"a\": collision[line 1005]: must have"));
+}
+
 TEST(UrdfRefusals, MeshesMustBeThereAndSound) {
   const std::string place =
       "urdf: link \"a\": collision: geometry: mesh filename is \"package://p/a.stl\": ";

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "server/core/error.h"
+#include "tests/collision/mesh_files/expanding_collada.h"
 #include "tests/collision/world/test_arm.h"
 #include "tests/server/core/test_objects.h"
 
@@ -97,6 +98,37 @@ TEST(ReadRobot, SaysWhichLimitIsTooSmall) {
   expect(mesh, {.mesh_file = {.max_bytes = 10}}, "at most 10");
   expect(mesh, {.mesh_file = {.max_triangles = 3}}, "at most 3 triangles");
   expect(mesh, {.max_triangles = 3}, "at most 3 triangles together");
+}
+
+// 3.3 kB of which 700 MB were made: 2^15 uses of a tetrahedron, at two scales.
+TEST(ReadRobot, RefusesASmallMeshFileThatBecomesLarge) {
+  const auto mesh = [](const std::string& scale) {
+    return "<collision><geometry><mesh filename=\"a.dae\" scale=\"" + scale +
+           "\"/></geometry></collision>";
+  };
+  const RobotFiles files{
+      .urdf = Robot("<link name=\"a\">" + mesh("1 1 1") + mesh("2 2 2") + "</link>"),
+      .meshes = {{"a.dae", collision::testing::ExpandingCollada()}}};
+  const absl::Status status = Refusal(files);
+  EXPECT_EQ(status.code(), absl::StatusCode::kResourceExhausted) << status;
+  EXPECT_EQ(DetailsOf(status).reason, "ROBOT_TOO_LARGE");
+  EXPECT_THAT(std::string(status.message()), HasSubstr("\"a.dae\": must have at most 12"));
+}
+
+// Both are within the limits of a file; the second copy is not within those of the robot.
+TEST(ReadRobot, RefusesScaledCopiesOfAMeshThatTogetherBecomeLarge) {
+  std::string triangles = "v 0 0 0\nv 1 0 0\nv 0 1 0\n", copies;
+  for (int i = 0; i < 10'000; ++i) triangles += "f 1 2 3\n";
+  for (int i = 1; i <= 20; ++i) {
+    copies += "<collision><geometry><mesh filename=\"a.obj\" scale=\"1 1 " + std::to_string(i) +
+              "\"/></geometry></collision>";
+  }
+  const absl::Status status = Refusal(
+      {.urdf = Robot("<link name=\"a\">" + copies + "</link>"), .meshes = {{"a.obj", triangles}}});
+  EXPECT_EQ(status.code(), absl::StatusCode::kResourceExhausted) << status;
+  EXPECT_EQ(DetailsOf(status).reason, "ROBOT_TOO_LARGE");
+  EXPECT_THAT(std::string(status.message()),
+              HasSubstr("bytes once it is prepared, must take at most"));
 }
 
 TEST(ReadRobot, EndsWhenItIsStopped) {
