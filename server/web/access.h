@@ -1,7 +1,8 @@
 // Who may look. A page of a stranger that runs in the user's own browser may not, whatever name it
-// gives to this machine; on a network, nobody without the token.
+// gives to this machine; nor may another user of this machine, or anybody on a network, without the token.
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -16,7 +17,7 @@ namespace cwm::server {
 class Access {
  public:
   // `asked` is the host that the user gave, `bound` where the server listens for it. An empty token:
-  // none is needed.
+  // none is needed, and only this process's user and root are let in.
   Access(ViewerAddress asked, ViewerAddress bound, std::string token, ThisMachine machine = {});
 
   struct Refusal {
@@ -24,6 +25,9 @@ class Access {
     std::string why;
   };
 
+  // Of any connection: without a token, its user must be this process's or root (see PeerUid for
+  // `uid`).
+  std::optional<Refusal> CheckUser(std::optional<std::uint32_t> uid) const;
   // Of any request: Host must be this server, so that no foreign name that leads here (DNS
   // rebinding) makes it one site with a stranger's page. On loopback that is localhost and the
   // addresses of loopback alone: no token keeps out who took a name of this machine in the user's

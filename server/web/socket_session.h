@@ -6,6 +6,7 @@
 #include <boost/beast/core/tcp_stream.hpp>
 #include <boost/beast/websocket/stream.hpp>
 #include <chrono>
+#include <cstdint>
 #include <deque>
 #include <memory>
 #include <optional>
@@ -24,7 +25,8 @@ namespace cwm::server {
 // operation of its own is under way.
 class SocketSession final : public Guest, public std::enable_shared_from_this<SocketSession> {
  public:
-  SocketSession(boost::asio::ip::tcp::socket socket, House& house);
+  SocketSession(boost::asio::ip::tcp::socket socket, std::optional<std::uint32_t> uid,
+                House& house);
   ~SocketSession() override;
 
   void Accept(HttpRequest request);
