@@ -19,9 +19,9 @@ using testing::OtherUser;
 using testing::RawConnection;
 using testing::RequestText;
 
-constexpr char kToken[] = "0123456789abcdef";
+constexpr char kUsersToken[] = "0123456789abcdef";
 
-std::string Shown(const testing::HttpAnswer& answer) {
+std::string StatusAndBody(const testing::HttpAnswer& answer) {
   return std::to_string(answer.status) + " " + answer.body;
 }
 
@@ -33,7 +33,7 @@ class UsersTest : public RunningViewer {
     if (!testing::MayBecomeOtherUser()) GTEST_SKIP() << "only root can become another user";
   }
   std::string AskedByNobody(const std::string& target) const {
-    return OtherUser(kNobody, [&] { return Shown(Ask(target)); }).Result();
+    return OtherUser(kNobody, [&] { return StatusAndBody(Ask(target)); }).Result();
   }
 };
 
@@ -41,7 +41,7 @@ TEST_F(UsersTest, AnotherUserIsRefusedEverywhereAndToldTheWayOut) {
   const std::string refusal = "403 user: is 65534, must be " + std::to_string(geteuid());
   for (const std::string& target :
        {std::string("/"), std::string("/viewer.js"), "/geometry/" + std::string(64, '0'),
-        std::string("/nowhere"), std::string("/?token=") + kToken}) {
+        std::string("/nowhere"), std::string("/?token=") + kUsersToken}) {
     const std::string answer = AskedByNobody(target);
     EXPECT_THAT(answer, HasSubstr(refusal)) << target;
     EXPECT_THAT(answer, HasSubstr("CWM_VIEWER_TOKEN=TOKEN")) << target;
@@ -66,12 +66,12 @@ TEST_F(UsersTest, ARefusedConnectionEnds) {
 
 class UsersWithToken : public UsersTest {
  protected:
-  UsersWithToken() : UsersTest(ViewerLimits{}, kToken) {}
+  UsersWithToken() : UsersTest(ViewerLimits{}, kUsersToken) {}
 };
 
 TEST_F(UsersWithToken, WhoeverHasItLooks) {
   EXPECT_THAT(AskedByNobody("/"), HasSubstr("403 token: is absent"));
-  EXPECT_EQ(AskedByNobody(std::string("/?token=") + kToken), "200 <!doctype html>page");
+  EXPECT_EQ(AskedByNobody(std::string("/?token=") + kUsersToken), "200 <!doctype html>page");
 }
 
 class UsersInACrowd : public UsersTest {
