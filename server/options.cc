@@ -16,13 +16,10 @@ constexpr char kDescription[] =
     "  cwm-server                                 for this user's programs; viewer on port 8640\n"
     "  cwm-server --listen unix:/tmp/cwm.sock --listen 127.0.0.1:50051\n"
     "  cwm-server --viewer 0.0.0.0:8640           who has the printed token looks from anywhere\n\n"
-    "Without --listen its socket lies where this user and root alone can put one: "
-    "XDG_RUNTIME_DIR,\n"
-    "which others must not be able to write to, or else /tmp/cwm-$UID, which it makes (mode "
-    "0700).\n"
-    "The viewer on loopback is for this user and root. CWM_VIEWER_TOKEN chooses its token, and "
-    "whoever\n"
-    "has that looks, on loopback too.\n"
+    "Without --listen its socket lies where this user and root alone can put one:\n"
+    "XDG_RUNTIME_DIR, which others must not be able to write to, else /tmp/cwm-$UID,\n"
+    "which it makes (mode 0700). On loopback the viewer is for this user and root;\n"
+    "CWM_VIEWER_TOKEN chooses its token, and then whoever has that looks, here too.\n"
     "SIGTERM and SIGINT end it within 10 s: what is under way is finished first.";
 
 constexpr int kUsageExitCode = 1;  // as the command line's

@@ -1,5 +1,5 @@
-// Folders in which no other user can have put a socket: a server that listens there, and a client that
-// dials there, meet nobody else.
+// Folders in which no other user can have put a socket: a server that listens there, and a client
+// that dials there, meet nobody else.
 #pragma once
 
 #include <string>
@@ -14,8 +14,8 @@ enum class FolderRule {
 };
 
 // Ok for a directory that keeps the rule; root and this user can still change it. PermissionDenied
-// names the path, what is wrong (owner, mode, a symbolic link) and the rule. NotFound when nothing is
-// there. Thread-safe.
+// names the path, what is wrong (owner, mode, a symbolic link) and the rule. NotFound when nothing
+// is there. Thread-safe.
 absl::Status CheckFolder(const std::string& path, FolderRule rule);
 
 // Makes the directory with mode 0700 when nothing is there, then checks it as kPrivate.

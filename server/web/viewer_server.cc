@@ -99,8 +99,8 @@ struct ViewerServer::State {
     });
   }
 
-  // Where there are too many, who has asked for nothing makes room: one of the same user, when it is
-  // the user's that are too many. Without such a one, the last to come is not heard.
+  // A connection above a limit takes the place of one that has asked for nothing: of the same user,
+  // when the user has too many. Without such a one, the last to come is not heard.
   void Welcome(tcp::socket socket) {
     const std::optional<std::uint32_t> uid = PeerUid(socket.native_handle());
     const bool user_has_too_many = house.guests.CountOf(uid) >= house.limits.connections_of_user;

@@ -13,8 +13,8 @@ constexpr uid_t kNobody = 65534;
 
 bool MayBecomeOtherUser();
 
-// A child of this process with the user and group `uid`, which calls `work` and ends. The child is a
-// fork: `work` talks to sockets and files, and to nothing of the test's own threads.
+// A child of this process with the user and group `uid`, which calls `work` and ends. The child is
+// a fork: `work` talks to sockets and files, and to nothing of the test's own threads.
 class OtherUser {
  public:
   OtherUser(uid_t uid, std::function<std::string()> work);

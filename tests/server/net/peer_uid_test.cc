@@ -181,8 +181,9 @@ TEST(PeerUid, StaysKnownWhileThePeerHasClosedOneDirectionOnly) {
   EXPECT_EQ(PeerUid(accepted.fd()), geteuid());
 }
 
-// The peer's half of the connection is gone a minute after it was closed, while ours stays; TCP_REPAIR
-// takes it away at once. The kernel then offers who listens on the peer's port, whoever that is.
+// The peer's half of the connection is gone a minute after it was closed, while ours stays;
+// TCP_REPAIR takes it away at once. The kernel then offers who listens on the peer's port, whoever
+// that is.
 TEST(PeerUid, IsNotThatOfAListenerOnThePeersPort) {
   const Socket listener = Listen(InternetAddress("127.0.0.1", 0));
   Socket peer(Connect(InternetAddress("127.0.0.1", PortOf(listener))));

@@ -80,7 +80,7 @@ TEST(SocketLock, SaysWhereNoFileCanBeMade) {
 
 class SocketLockOfStranger : public ::testing::Test {
  protected:
-  // Of the lock that is not taken.
+  // Why the lock is not taken.
   std::string Refusal() {
     const auto lock = SocketLock::Take(socket_);
     EXPECT_TRUE(absl::IsFailedPrecondition(lock.status())) << lock.status();
