@@ -50,8 +50,8 @@ absl::Status CannotLock(const std::string& path, const std::string& why) {
   return absl::FailedPreconditionError(absl::StrCat("--listen: cannot lock ", path, ": ", why));
 }
 
-// The reason why a file is not taken for this lock's; empty when there is none. A file of ours under
-// a second name (a hard link) would be overwritten.
+// The reason why a file is not taken for this lock's; empty when there is none. A file of ours
+// under a second name (a hard link) would be overwritten.
 std::string FaultOf(const struct stat& info) {
   if (!S_ISREG(info.st_mode)) return "it is no regular file; remove it";
   if (info.st_uid != geteuid()) {
