@@ -9,6 +9,7 @@
 
 #include "absl/synchronization/mutex.h"
 #include "perception/interpret_scene.h"
+#include "proto/transfer/default_address.h"
 #include "server/options.h"
 #include "server/rpc/server.h"
 #include "server/web/viewer_server.h"
@@ -68,12 +69,25 @@ absl::StatusOr<std::unique_ptr<ViewerServer>> StartViewer(
   return nullptr;
 }
 
+// The addresses that were given, else the default one.
+absl::StatusOr<cwm::server::ListenOptions> ChooseAddresses(cwm::server::ListenOptions listen) {
+  if (!listen.addresses.empty()) return listen;
+  if (auto status = cwm::PrepareDefaultAddress(); !status.ok()) return status;
+  listen.addresses.push_back(cwm::DefaultAddress());
+  return listen;
+}
+
 int Run(const cwm::server::Options& options) {
   constexpr int kUnavailableExitCode = 2;
   const sigset_t signals = BlockEndingSignals();
   cwm::server::Application application{
       .limits = {}, .retention = {}, .interpret = cwm::perception::InterpretScene};
-  auto server = cwm::server::Server::Start(application, options.listen);
+  const auto listen = ChooseAddresses(options.listen);
+  if (!listen.ok()) {
+    spdlog::error("{}", std::string(listen.status().message()));
+    return kUnavailableExitCode;
+  }
+  auto server = cwm::server::Server::Start(application, *listen);
   if (!server.ok()) {
     spdlog::error("{}", std::string(server.status().message()));
     return kUnavailableExitCode;

@@ -16,7 +16,10 @@ constexpr char kDescription[] =
     "  cwm-server                                 for this user's programs; viewer on port 8640\n"
     "  cwm-server --listen unix:/tmp/cwm.sock --listen 127.0.0.1:50051\n"
     "  cwm-server --viewer 0.0.0.0:8640           who has the printed token looks from anywhere\n\n"
-    "CWM_VIEWER_TOKEN chooses the viewer's token, and asks for it on loopback too.\n"
+    "Without --listen its socket lies where this user and root alone can put one:\n"
+    "XDG_RUNTIME_DIR, which others must not be able to write to, else /tmp/cwm-$UID,\n"
+    "which it makes (mode 0700). On loopback the viewer is for this user and root;\n"
+    "CWM_VIEWER_TOKEN chooses its token, and then whoever has that looks, here too.\n"
     "SIGTERM and SIGINT end it within 10 s: what is under way is finished first.";
 
 constexpr int kUsageExitCode = 1;  // as the command line's
@@ -42,10 +45,14 @@ ParsedOptions ParseOptions(int argc, const char* const* argv) {
   Options options;
   std::string store = "memory";
   app.add_option(
-         "--listen", options.listen,
-         "unix:PATH or HOST:PORT of loopback; may be given several times; default $CWM_ADDR, "
-         "else unix:${XDG_RUNTIME_DIR:-/tmp}/cwm-$UID.sock")
+         "--listen", options.listen.addresses,
+         std::string("unix:PATH (mode 0600) or HOST:PORT of loopback; may be given several times; "
+                     "default ") +
+             kDefaultAddressRule)
       ->type_name("ADDRESS");
+  app.add_flag("--allow-any-local-user", options.listen.allow_any_local_user,
+               "at HOST:PORT, serve every user of this machine, changes included; without it, this "
+               "user and root alone");
   std::string viewer = kDefaultViewer;
   app.add_option(
          "--viewer", viewer,
@@ -63,6 +70,7 @@ ParsedOptions ParseOptions(int argc, const char* const* argv) {
       app, {.section = "8",
             .version = CWM_VERSION,
             .environment = {{"CWM_ADDR", "where it listens, when --listen does not say it"},
+                            {"XDG_RUNTIME_DIR", "the directory of its socket, when neither does"},
                             {"CWM_VIEWER_TOKEN", "the viewer's token"}}});
   app.set_version_flag("--version", std::string("cwm-server ") + CWM_VERSION);
   try {
@@ -76,7 +84,6 @@ ParsedOptions ParseOptions(int argc, const char* const* argv) {
     return {.options = std::nullopt, .exit_code = kUsageExitCode};
   }
   if (options.viewer) options.viewer->is_default = app.count("--viewer") == 0;
-  if (options.listen.empty()) options.listen.push_back(DefaultAddress());
   return {.options = std::move(options), .exit_code = 0};
 }
 

@@ -3,14 +3,14 @@
 
 #include <optional>
 #include <string>
-#include <vector>
 
+#include "server/rpc/listen_options.h"
 #include "server/web/viewer_address.h"
 
 namespace cwm::server {
 
 struct Options {
-  std::vector<std::string> listen;
+  ListenOptions listen;  // without addresses: DefaultAddress()
   struct Viewer {
     ViewerAddress address;
     bool is_default = true;  // another server may have it already

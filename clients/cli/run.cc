@@ -46,9 +46,9 @@ class ShortListFormatter : public CLI::Formatter {
 void AddGlobalOptions(CLI::App& app, Session& session) {
   static const std::map<std::string, OutputForm> kForms = {
       {"table", OutputForm::kTable}, {"json", OutputForm::kJson}, {"ndjson", OutputForm::kNdjson}};
-  app.add_option("--addr", session.address,
-                 "unix:PATH or HOST:PORT of the server; default $CWM_ADDR, else "
-                 "unix:${XDG_RUNTIME_DIR:-/tmp}/cwm-$UID.sock")
+  app.add_option(
+         "--addr", session.address,
+         std::string("unix:PATH or HOST:PORT of the server; default ") + kDefaultAddressRule)
       ->type_name("ADDR");
   app.add_option("-w,--world", session.world, "the world; default: \"default\"")->type_name("NAME");
   app.add_option("-o,--output", session.form, "table (default), json or ndjson")
@@ -172,6 +172,7 @@ ExitCode Run(const std::vector<std::string>& arguments, Streams streams,
   manual::AddManualPage(
       line.app, {.version = CWM_VERSION,
                  .environment = {{"CWM_ADDR", "where the server is, when --addr does not say it"},
+                                 {"XDG_RUNTIME_DIR", "where it is otherwise; must be this user's"},
                                  {"NO_COLOR", "when set, tables are plain"}}});
   AddGlobalOptions(line.app, session);
   AddCommands(line, page_assets);

@@ -35,12 +35,34 @@ grpc::ChannelArguments Arguments() {
   return arguments;
 }
 
+// A channel on which every call ends with `status`.
+std::shared_ptr<grpc::Channel> FailingChannel(const std::string& address,
+                                              const absl::Status& status) {
+  KeepLibrary();
+  const std::string message(status.message());
+  return grpc::CreateChannelInternal(
+      "",
+      grpc_lame_client_channel_create(address.c_str(), static_cast<grpc_status_code>(status.code()),
+                                      message.c_str()),
+      {});
+}
+
+// Fills in the default address.
+std::shared_ptr<grpc::Channel> MakeChannel(std::string& address) {
+  if (address.empty()) {
+    address = DefaultAddress();
+    if (const absl::Status status = PrepareDefaultAddress(); !status.ok()) {
+      return FailingChannel(address, status);
+    }
+  }
+  return grpc::CreateCustomChannel(address, grpc::InsecureChannelCredentials(), Arguments());
+}
+
 }  // namespace
 
 Connection::Connection(ConnectOptions options)
     : options_(std::move(options)),
-      channel_(grpc::CreateCustomChannel(options_.address, grpc::InsecureChannelCredentials(),
-                                         Arguments())),
+      channel_(MakeChannel(options_.address)),
       worlds_(cwm::v1::WorldService::NewStub(channel_)),
       perception_(cwm::v1::PerceptionService::NewStub(channel_)),
       queries_(cwm::v1::QueryService::NewStub(channel_)),

@@ -22,17 +22,19 @@
 namespace cwm::client {
 
 struct ConnectOptions {
-  std::string address = DefaultAddress();  // "unix:PATH" or "HOST:PORT"
+  std::string address = {};  // "unix:PATH" or "HOST:PORT"; empty: DefaultAddress(), checked
   // For every unary call and upload; absent: none.
   std::optional<std::chrono::milliseconds> deadline;
 };
 
 // Cheap to make: the network is touched by the first call. Thread-safe. Its calls share one socket:
-// what must not wait behind large messages has a connection of its own.
+// what must not wait behind large messages has a connection of its own. Without an address in the
+// options, every call fails as PrepareDefaultAddress() does where another user could answer.
 class Connection {
  public:
   explicit Connection(ConnectOptions options);
 
+  // As it is dialed, the default one included.
   const std::string& address() const { return options_.address; }
   const std::shared_ptr<grpc::Channel>& channel() const { return channel_; }
 

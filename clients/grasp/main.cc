@@ -24,7 +24,7 @@ namespace grasp = cwm::grasp;
 
 struct Arguments {
   grasp::PlanRequest request;
-  std::string address = cwm::DefaultAddress();
+  std::string address;  // empty: the default one
   std::string palm, json;
   bool json_on_stdout = false;
 };
@@ -39,7 +39,8 @@ void AddOptions(CLI::App& app, Arguments& arguments, std::string& form) {
   app.add_option("-o,--output", form, "table (default) or json")
       ->check(CLI::IsMember({"table", "json"}).description(""))
       ->type_name("FORM");
-  app.add_option("--addr", arguments.address, "unix:PATH or HOST:PORT; default $CWM_ADDR")
+  app.add_option("--addr", arguments.address,
+                 std::string("unix:PATH or HOST:PORT; default ") + cwm::kDefaultAddressRule)
       ->type_name("ADDR");
   app.add_option("-w,--world", request.world, "the world; default: \"default\"")->type_name("NAME");
   app.add_option("--opening", gripper.opening_m, "between the open pads; default 0.08")
@@ -142,7 +143,11 @@ int main(int argc, char** argv) {
   arguments.json_on_stdout = form == "json";
   const absl::Status status = Run(arguments);
   if (status.ok()) return 0;
-  cli::ReportError(status, {.name = "", .address = arguments.address, .program = "cwm-grasp"},
-                   std::cerr);
+  cli::ReportError(
+      status,
+      {.name = "",
+       .address = arguments.address.empty() ? cwm::DefaultAddress() : arguments.address,
+       .program = "cwm-grasp"},
+      std::cerr);
   return static_cast<int>(cli::ExitCodeOf(status));
 }

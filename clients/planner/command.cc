@@ -80,9 +80,9 @@ void AddOptions(CLI::App& app, Arguments& arguments) {
   app.add_flag("--certify", arguments.certify,
                "ask the server about the path between its states as well, some 100 ms more, and "
                "plan anew with the next seed where it is not free");
-  app.add_option("--addr", arguments.address,
-                 "unix:PATH or HOST:PORT of the server; default $CWM_ADDR, else "
-                 "unix:${XDG_RUNTIME_DIR:-/tmp}/cwm-$UID.sock")
+  app.add_option(
+         "--addr", arguments.address,
+         std::string("unix:PATH or HOST:PORT of the server; default ") + kDefaultAddressRule)
       ->type_name("ADDR");
   app.add_option("-w,--world", arguments.task.world, "the world; default: \"default\"")
       ->type_name("NAME");

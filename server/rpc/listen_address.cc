@@ -107,10 +107,16 @@ absl::Status CheckVacant(const std::string& address) {
     return absl::FailedPreconditionError(
         absl::StrCat("--listen ", address, ": the path exists and is no socket"));
   }
+  const std::string owner = info.st_uid == geteuid() ? "" : absl::StrCat(", of user ", info.st_uid);
   if (const Listener listener = FindListener(*path); listener.is_there) {
-    return absl::AlreadyExistsError(
-        absl::StrCat("--listen ", address, ": a server is running there already",
-                     listener.pid ? absl::StrCat(", process ", *listener.pid) : std::string()));
+    return absl::AlreadyExistsError(absl::StrCat(
+        "--listen ", address, ": a server is running there already",
+        listener.pid ? absl::StrCat(", process ", *listener.pid) : std::string(), owner));
+  }
+  if (!owner.empty() && geteuid() != 0) {
+    return absl::FailedPreconditionError(
+        absl::StrCat("--listen ", address, ": a socket lies there", owner,
+                     ": listen in a directory that others cannot write to"));
   }
   return absl::OkStatus();
 }

@@ -20,7 +20,8 @@ std::optional<std::string> SocketPath(const std::string& address);
 
 // Whether a Unix socket can be put at the path: nothing is there, or a socket that nobody answers
 // on. AlreadyExists when a server answers there, naming its process; FailedPrecondition when the
-// path is something other than a socket. OK for addresses that are no Unix sockets. The caller holds
+// path is something other than a socket, or a socket that only root or its owner, another user, may
+// replace. OK for addresses that are no Unix sockets. The caller holds
 // the SocketLock of the path until it listens there: what nobody answers on may be one that another
 // just made.
 absl::Status CheckVacant(const std::string& address);

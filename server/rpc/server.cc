@@ -99,7 +99,7 @@ absl::StatusOr<std::vector<SocketLock>> LockSockets(const std::vector<std::strin
 struct Server::State {
   explicit State(Application& application) : runtime(application) {}
 
-  absl::Status Start(const std::vector<std::string>& listen);
+  absl::Status Start(const ListenOptions& listen);
   void RemoveSockets();
 
   Runtime runtime;
@@ -113,7 +113,7 @@ struct Server::State {
   std::unique_ptr<grpc::Server> grpc;                       // last: ends before what it calls
 };
 
-absl::Status Server::State::Start(const std::vector<std::string>& listen) {
+absl::Status Server::State::Start(const ListenOptions& listen) {
   KeepLibrary();
   grpc::EnableDefaultHealthCheckService(true);
   // The library serves health without a descriptor; naming ours links it, so that reflection tells
@@ -122,15 +122,15 @@ absl::Status Server::State::Start(const std::vector<std::string>& listen) {
   grpc::reflection::InitProtoReflectionServerBuilderPlugin();
   grpc::ServerBuilder builder;
   SetChannelArguments(runtime.application.limits, builder);
-  std::vector<BoundAddress> bound(listen.size());
-  for (std::size_t i = 0; i < listen.size(); ++i) {
-    auto address = CheckListenAddress(listen[i]);
+  std::vector<BoundAddress> bound(listen.addresses.size());
+  for (std::size_t i = 0; i < bound.size(); ++i) {
+    auto address = CheckListenAddress(listen.addresses[i]);
     if (!address.ok()) return address.status();
     bound[i].address = *address;
     bound[i].binding = BindingAddress(*address);
     builder.AddListeningPort(bound[i].binding, grpc::InsecureServerCredentials(), &bound[i].port);
   }
-  const auto locks = LockSockets(listen);  // until it listens
+  const auto locks = LockSockets(listen.addresses);  // until it listens
   if (!locks.ok()) return locks.status();
   for (const BoundAddress& address : bound) {
     if (auto status = CheckVacant(address.address); !status.ok()) return status;
@@ -166,7 +166,7 @@ void Server::State::RemoveSockets() {
 }
 
 absl::StatusOr<std::unique_ptr<Server>> Server::Start(Application& application,
-                                                      const std::vector<std::string>& listen) {
+                                                      const ListenOptions& listen) {
   auto state = std::make_unique<State>(application);
   if (auto status = state->Start(listen); !status.ok()) {
     state->RemoveSockets();

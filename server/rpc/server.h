@@ -9,17 +9,18 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "server/rpc/listen_options.h"
 #include "server/rpc/runtime.h"
 
 namespace cwm::server {
 
 class Server {
  public:
-  // Listens on each of "unix:PATH" or "HOST:PORT" (see listen_address.h; port 0 picks one); sockets
-  // are the user's alone (mode 0600; sets the process's umask for a moment, so start it before
-  // other threads make files). `application` outlives the server.
+  // Listens on each of the addresses; sockets are the user's alone (mode 0600; sets the process's
+  // umask for a moment, so start it before other threads make files). `application` outlives the
+  // server.
   static absl::StatusOr<std::unique_ptr<Server>> Start(Application& application,
-                                                       const std::vector<std::string>& listen);
+                                                       const ListenOptions& listen);
   ~Server();  // Stop(0)
 
   // As a client takes them.

@@ -46,9 +46,27 @@ std::string SignatureIn(int fd) {
   return size > 0 ? std::string(text.data(), static_cast<std::size_t>(size)) : "unknown";
 }
 
-absl::Status CannotLock(const std::string& path, int error) {
-  return absl::FailedPreconditionError(
-      absl::StrCat("--listen: cannot lock ", path, ": ", std::strerror(error)));
+absl::Status CannotLock(const std::string& path, const std::string& why) {
+  return absl::FailedPreconditionError(absl::StrCat("--listen: cannot lock ", path, ": ", why));
+}
+
+// The reason why a file is not taken for this lock's; empty when there is none. A file of ours
+// under a second name (a hard link) would be overwritten.
+std::string FaultOf(const struct stat& info) {
+  if (!S_ISREG(info.st_mode)) return "it is no regular file; remove it";
+  if (info.st_uid != geteuid()) {
+    return absl::StrCat("it belongs to user ", info.st_uid, ", must belong to user ", geteuid(),
+                        ": remove it, or listen in a directory that others cannot write to");
+  }
+  if (info.st_nlink > 1) return "it is a hard link to another file; remove it";
+  return {};
+}
+
+// Why the file cannot be opened.
+absl::Status CannotOpen(const std::string& path, int error) {
+  struct stat info {};
+  const std::string fault = lstat(path.c_str(), &info) == 0 ? FaultOf(info) : std::string();
+  return CannotLock(path, fault.empty() ? std::strerror(error) : fault);
 }
 
 }  // namespace
@@ -58,15 +76,18 @@ absl::StatusOr<SocketLock> SocketLock::Take(const std::string& socket_path) {
   const auto give_up_at = std::chrono::steady_clock::now() + kPatience;
   for (;;) {
     const int fd = Open(path);
-    if (fd < 0) return CannotLock(path, errno);
+    if (fd < 0) return CannotOpen(path, errno);
     SocketLock lock("", fd);  // closes it
+    struct stat info {};
+    if (fstat(fd, &info) != 0) return CannotLock(path, std::strerror(errno));
+    if (const std::string fault = FaultOf(info); !fault.empty()) return CannotLock(path, fault);
     if (flock(fd, LOCK_EX | LOCK_NB) == 0) {
       if (!IsAt(fd, path)) continue;
       Sign(fd);
       lock.path_ = path;
       return lock;
     }
-    if (errno != EWOULDBLOCK && errno != EINTR) return CannotLock(path, errno);
+    if (errno != EWOULDBLOCK && errno != EINTR) return CannotLock(path, std::strerror(errno));
     if (std::chrono::steady_clock::now() > give_up_at) {
       return absl::UnavailableError(
           absl::StrCat("--listen: process ", SignatureIn(fd), " holds ", path,

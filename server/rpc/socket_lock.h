@@ -14,7 +14,9 @@ namespace cwm::server {
 class SocketLock {
  public:
   // Waits for another one that starts, which takes milliseconds; Unavailable naming its
-  // process when it takes seconds, FailedPrecondition when no file can be made there.
+  // process when it takes seconds, FailedPrecondition when no file can be made there, or when one
+  // lies there that is another user's or no file of this purpose: who made it could hold it for
+  // ever, and it is not written to.
   static absl::StatusOr<SocketLock> Take(const std::string& socket_path);
 
   SocketLock(SocketLock&& other) noexcept;

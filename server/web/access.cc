@@ -1,5 +1,7 @@
 #include "server/web/access.h"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <array>
 #include <random>
@@ -14,6 +16,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_join.h"
+#include "server/net/may_connect.h"
 
 namespace cwm::server {
 namespace {
@@ -96,6 +99,18 @@ std::vector<std::string> Access::Hosts() const {
     }
   }
   return with_port;
+}
+
+std::optional<Access::Refusal> Access::CheckUser(std::optional<std::uint32_t> uid) const {
+  const std::uint32_t own_uid = geteuid();
+  if (!token_.empty() || MayConnect(uid, own_uid, /*allow_any_local_user=*/false)) {
+    return std::nullopt;
+  }
+  return Refusal{.why = absl::StrCat(
+                     "user: ", uid ? absl::StrCat("is ", *uid) : "is not told by the kernel",
+                     ", must be ", own_uid,
+                     " (who runs this cwm-server) or root; others look with a token: start "
+                     "cwm-server with CWM_VIEWER_TOKEN=TOKEN and open the address that it prints")};
 }
 
 std::optional<Access::Refusal> Access::CheckHost(const HttpRequest& request) const {

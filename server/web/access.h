@@ -1,7 +1,9 @@
 // Who may look. A page of a stranger that runs in the user's own browser may not, whatever name it
-// gives to this machine; on a network, nobody without the token.
+// gives to this machine; nor may another user of this machine, or anybody on a network, without the
+// token.
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -15,8 +17,8 @@ namespace cwm::server {
 
 class Access {
  public:
-  // `asked` is the host that the user gave, `bound` where the server listens for it. An empty token:
-  // none is needed.
+  // `asked` is the host that the user gave, `bound` where the server listens for it. An empty
+  // token: none is needed, and only this process's user and root are let in.
   Access(ViewerAddress asked, ViewerAddress bound, std::string token, ThisMachine machine = {});
 
   struct Refusal {
@@ -24,6 +26,9 @@ class Access {
     std::string why;
   };
 
+  // Without a token, the user of any connection must be this process's or root (see PeerUid for
+  // `uid`).
+  std::optional<Refusal> CheckUser(std::optional<std::uint32_t> uid) const;
   // Of any request: Host must be this server, so that no foreign name that leads here (DNS
   // rebinding) makes it one site with a stranger's page. On loopback that is localhost and the
   // addresses of loopback alone: no token keeps out who took a name of this machine in the user's
@@ -34,7 +39,8 @@ class Access {
   // Of what opens a socket: browsers let any page open one and say whose page it is. Programs say
   // nothing.
   static std::optional<Refusal> CheckOrigin(const HttpRequest& request);
-  // The token, as a parameter of the page's own address or as the cookie that it was given for that.
+  // The token, as a parameter of the page's own address or as the cookie that it was given for
+  // that.
   std::optional<Refusal> CheckToken(const HttpRequest& request) const;
 
   // The value of Set-Cookie for a request that gave the token in its address; else nothing.

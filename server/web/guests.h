@@ -2,7 +2,9 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <list>
+#include <optional>
 
 namespace cwm::server {
 
@@ -11,7 +13,8 @@ class Guests;
 // A connection, from its begin to its end. On the viewer's thread alone.
 class Guest {
  public:
-  explicit Guest(Guests& guests);
+  // `uid`: the user at the other end, where the kernel reports it (see PeerUid).
+  Guest(Guests& guests, std::optional<std::uint32_t> uid);
   Guest(const Guest&) = delete;
   Guest& operator=(const Guest&) = delete;
 
@@ -19,18 +22,26 @@ class Guest {
   virtual void Leave() = 0;
   // Nothing was asked of which the answer is not given.
   virtual bool waits() const = 0;
+  std::optional<std::uint32_t> uid() const { return uid_; }
 
  protected:
   virtual ~Guest();
 
  private:
   Guests& guests_;
+  const std::optional<std::uint32_t> uid_;
   const std::list<Guest*>::iterator place_;
 };
 
 class Guests {
  public:
   std::size_t size() const { return present_.size(); }
+  // All whose user is not known count as one user's.
+  std::size_t CountOf(std::optional<std::uint32_t> uid) const {
+    std::size_t count = 0;
+    for (const Guest* guest : present_) count += guest->uid() == uid ? 1 : 0;
+    return count;
+  }
   void AllLeave() {
     // One that leaves may end at once.
     for (auto guest = present_.begin(); guest != present_.end();) (*guest++)->Leave();
@@ -39,6 +50,13 @@ class Guests {
   Guest* LongestWaiting() const {
     for (Guest* guest : present_) {
       if (guest->waits()) return guest;
+    }
+    return nullptr;
+  }
+  // The same among the connections of one user.
+  Guest* LongestWaitingOf(std::optional<std::uint32_t> uid) const {
+    for (Guest* guest : present_) {
+      if (guest->uid() == uid && guest->waits()) return guest;
     }
     return nullptr;
   }
@@ -51,8 +69,8 @@ class Guests {
   std::list<Guest*> present_;
 };
 
-inline Guest::Guest(Guests& guests)
-    : guests_(guests), place_(guests.present_.insert(guests.present_.end(), this)) {}
+inline Guest::Guest(Guests& guests, std::optional<std::uint32_t> uid)
+    : guests_(guests), uid_(uid), place_(guests.present_.insert(guests.present_.end(), this)) {}
 inline Guest::~Guest() { guests_.present_.erase(place_); }
 
 }  // namespace cwm::server

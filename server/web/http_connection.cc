@@ -21,8 +21,9 @@ constexpr std::size_t kBodyPieceBytes = 64 << 10;
 
 }  // namespace
 
-HttpConnection::HttpConnection(boost::asio::ip::tcp::socket socket, House& house)
-    : Guest(house.guests), house_(house), stream_(std::move(socket)) {}
+HttpConnection::HttpConnection(boost::asio::ip::tcp::socket socket,
+                               std::optional<std::uint32_t> uid, House& house)
+    : Guest(house.guests, uid), house_(house), stream_(std::move(socket)) {}
 
 void HttpConnection::ReadRequest() {
   parser_.emplace();
@@ -39,7 +40,7 @@ void HttpConnection::Answer(error_code error) {
   waits_ = false;
   if (house_.guests.closed) return Leave();
   if (error) return RefuseMalformed(error);
-  auto route = house_.site.RouteOf(parser_->get());
+  auto route = house_.site.RouteOf(parser_->get(), uid());
   if (auto* reply = std::get_if<HttpReply>(&route)) return Send(std::move(*reply));
   if (const auto* blob = std::get_if<Site::ReadBlob>(&route)) return ReadBlob(blob->hash);
   OpenSocket();
@@ -95,7 +96,8 @@ void HttpConnection::OpenSocket() {
   if (!boost::beast::websocket::is_upgrade(parser_->get())) {
     return Send(UpgradeRefusal(parser_->get()));
   }
-  std::make_shared<SocketSession>(stream_.release_socket(), house_)->Accept(parser_->release());
+  std::make_shared<SocketSession>(stream_.release_socket(), uid(), house_)
+      ->Accept(parser_->release());
 }
 
 void HttpConnection::ReadBlob(const std::string& hash) {

@@ -6,6 +6,7 @@
 #include <boost/beast/core/tcp_stream.hpp>
 #include <boost/beast/http/parser.hpp>
 #include <boost/beast/http/serializer.hpp>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
@@ -17,7 +18,9 @@ namespace cwm::server {
 // Request by request. Lives as long as an operation of its own is under way.
 class HttpConnection final : public Guest, public std::enable_shared_from_this<HttpConnection> {
  public:
-  HttpConnection(boost::asio::ip::tcp::socket socket, House& house);
+  // `uid`: the user at the other end, where the kernel reports it.
+  HttpConnection(boost::asio::ip::tcp::socket socket, std::optional<std::uint32_t> uid,
+                 House& house);
 
   void ReadRequest();
   void Leave() override;

@@ -63,7 +63,12 @@ Site::Site(Access access, const PageFiles& files) : access_(std::move(access)) {
   }
 }
 
-Site::Route Site::RouteOf(const HttpRequest& request) const {
+Site::Route Site::RouteOf(const HttpRequest& request, std::optional<std::uint32_t> uid) const {
+  if (const auto refusal = access_.CheckUser(uid)) {
+    HttpReply reply = TextReply(request, refusal->status, refusal->why);
+    reply.keep_alive(false);  // nothing that it asks next is answered either
+    return reply;
+  }
   if (const auto refusal = access_.CheckHost(request)) {
     return TextReply(request, refusal->status, refusal->why);
   }

@@ -1,6 +1,9 @@
-// What a request gets: the page, a blob, the socket, or why not. A function of the request alone.
+// What a request gets: the page, a blob, the socket, or why not. A function of the request and its
+// user alone.
 #pragma once
 
+#include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <variant>
@@ -21,7 +24,8 @@ class Site {
     std::string hash;  // 64 lower-case hex digits
   };
   using Route = std::variant<HttpReply, OpenSocket, ReadBlob>;
-  Route RouteOf(const HttpRequest& request) const;
+  // `uid`: the user who asks, where the kernel reports it.
+  Route RouteOf(const HttpRequest& request, std::optional<std::uint32_t> uid) const;
 
   const Access& access() const { return access_; }
 

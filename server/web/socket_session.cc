@@ -55,8 +55,9 @@ grpc::Status TooSlow(std::size_t most, const std::string& when) {
 
 }  // namespace
 
-SocketSession::SocketSession(boost::asio::ip::tcp::socket socket, House& house)
-    : Guest(house.guests),
+SocketSession::SocketSession(boost::asio::ip::tcp::socket socket, std::optional<std::uint32_t> uid,
+                             House& house)
+    : Guest(house.guests, uid),
       house_(house),
       stream_(std::move(socket)),
       stall_timer_(house.bridge.context),

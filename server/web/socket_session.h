@@ -6,6 +6,7 @@
 #include <boost/beast/core/tcp_stream.hpp>
 #include <boost/beast/websocket/stream.hpp>
 #include <chrono>
+#include <cstdint>
 #include <deque>
 #include <memory>
 #include <optional>
@@ -20,11 +21,12 @@ namespace cwm::server {
 
 // Carries each call of the page to the services and back. Of each call one message at most waits to
 // be written, so a page that reads slowly holds up its own calls and nothing else; where those that
-// wait are too many bytes together for too long, the calls of the last ones end. Lives as long as an
-// operation of its own is under way.
+// wait are too many bytes together for too long, the calls of the last ones end. Lives as long as
+// an operation of its own is under way.
 class SocketSession final : public Guest, public std::enable_shared_from_this<SocketSession> {
  public:
-  SocketSession(boost::asio::ip::tcp::socket socket, House& house);
+  SocketSession(boost::asio::ip::tcp::socket socket, std::optional<std::uint32_t> uid,
+                House& house);
   ~SocketSession() override;
 
   void Accept(HttpRequest request);

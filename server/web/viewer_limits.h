@@ -14,11 +14,13 @@ struct ViewerLimits {
   // when they are idle. Each holds one of the process's file descriptors, of which there are 1 024
   // by default.
   std::size_t connections = 256;
+  // One user of this machine has half of them at most: who opens many pushes out none of another's.
+  std::size_t connections_of_user = 128;
   // Two watches, and what a page asks at a time. Its meshes it reads by HTTP.
   std::size_t calls_of_socket = 16;
-  // The one of the world that is shown, and that of another while it is chosen. All sockets together
-  // have half of what the services keep for them (Limits::max_viewer_watchers): those that are
-  // about to end count there still.
+  // The one of the world that is shown, and that of another while it is chosen. All sockets
+  // together have half of what the services keep for them (Limits::max_viewer_watchers): those that
+  // are about to end count there still.
   std::size_t watches_of_socket = 2;
   // A request of the page: a question with 18 000 poses of F64. What is asked in bulk is asked by
   // gRPC.

@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "server/net/peer_uid.h"
 #include "server/web/house.h"
 #include "server/web/http_connection.h"
 
@@ -98,15 +99,18 @@ struct ViewerServer::State {
     });
   }
 
-  // Where there are too many, who has asked for nothing makes room; without such a one, the last to
-  // come is not heard.
+  // A connection above a limit takes the place of one that has asked for nothing: of the same user,
+  // when the user has too many. Without such a one, the last to come is not heard.
   void Welcome(tcp::socket socket) {
-    if (house.guests.size() >= house.limits.connections) {
-      Guest* const waiting = house.guests.LongestWaiting();
+    const std::optional<std::uint32_t> uid = PeerUid(socket.native_handle());
+    const bool user_has_too_many = house.guests.CountOf(uid) >= house.limits.connections_of_user;
+    if (user_has_too_many || house.guests.size() >= house.limits.connections) {
+      Guest* const waiting =
+          user_has_too_many ? house.guests.LongestWaitingOf(uid) : house.guests.LongestWaiting();
       if (waiting == nullptr) return;
       waiting->Leave();
     }
-    std::make_shared<HttpConnection>(std::move(socket), house)->ReadRequest();
+    std::make_shared<HttpConnection>(std::move(socket), uid, house)->ReadRequest();
   }
 
   void Close() {

@@ -17,7 +17,7 @@ namespace cwm::server {
 struct ViewerOptions {
   ViewerAddress address;
   // What who looks has to know; empty: a random one where others than this machine can connect,
-  // else none. The rule: IsToken of access.h.
+  // else none, and only this process's user and root may look. The rule: IsToken of access.h.
   std::string token = {};
   PageFiles files = {};
   ViewerLimits limits = {};

@@ -27,8 +27,8 @@ Words of the interface are enums (`cwm.Engine`); arguments take their names too:
 
 from typing import TYPE_CHECKING
 
+from cwm.addresses import default_address
 from cwm.changes import Allow, Attach, Change, Detach, Margin, Move, Put, Remove, SetState
-from cwm.connection import default_address
 from cwm.enums import (
     Clustering,
     Engine,

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import os
 import time
 import uuid
 from typing import Callable, Iterable, Iterator, Sequence, TypeVar
@@ -11,6 +10,7 @@ from typing import Callable, Iterable, Iterator, Sequence, TypeVar
 import grpc
 
 from cwm import errors, shapes
+from cwm.addresses import default_address, prepare_default_address
 from cwm.checksums import crc32c
 from cwm.v1 import (
     admin_pb2,
@@ -44,14 +44,6 @@ _CHANNEL_OPTIONS = [
     ("grpc.min_reconnect_backoff_ms", 100),
     ("grpc.max_reconnect_backoff_ms", 2_000),
 ]
-
-
-def default_address() -> str:
-    """$CWM_ADDR, else "unix:${XDG_RUNTIME_DIR:-/tmp}/cwm-$UID.sock". Empty variables count as
-    unset.
-    """
-    folder = os.environ.get("XDG_RUNTIME_DIR") or "/tmp"
-    return os.environ.get("CWM_ADDR") or f"unix:{folder}/cwm-{os.getuid()}.sock"
 
 
 def new_request_id() -> str:
@@ -92,6 +84,8 @@ class Connection:
     def __init__(self, address: str | None):
         if address is not None and not isinstance(address, str):
             raise TypeError(f'address is {address!r}, must be "unix:PATH" or "HOST:PORT"')
+        if not address:
+            prepare_default_address()
         self.address = address or default_address()
         self._channel = grpc.insecure_channel(self.address, options=_CHANNEL_OPTIONS)
         self.worlds = world_pb2_grpc.WorldServiceStub(self._channel)

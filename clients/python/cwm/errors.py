@@ -107,7 +107,7 @@ class Unavailable(Error):
 
 
 class PermissionDenied(Error):
-    """The server does not serve this caller."""
+    """The server does not serve this caller, or another user could answer in its place."""
 
 
 class DataLoss(Error):

@@ -44,10 +44,10 @@ class Server:
     """
 
     def __init__(self, address: str | None = None, *, timeout_s: float | None = None):
-        """address: "unix:PATH" or "HOST:PORT", None: $CWM_ADDR, else the socket that a server has
-        by default.
+        """address: "unix:PATH" or "HOST:PORT", None: `default_address()`.
 
-        Unavailable when none answers there.
+        Unavailable when none answers there; PermissionDenied when none was given and another user
+        could answer in the server's place.
         """
         self.timeout_s = check_timeout(timeout_s)
         self.connection = Connection(address)

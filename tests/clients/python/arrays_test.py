@@ -1,13 +1,14 @@
 """What is refused or converted before anything is sent; needs no server."""
 
 import os
+import tempfile
 import unittest
 from unittest import mock
 
 import numpy as np
 
 import cwm
-from cwm import arrays, ingest, poses, shapes, subjects
+from cwm import addresses, arrays, ingest, poses, shapes, subjects
 from cwm.checksums import crc32c
 
 
@@ -198,11 +199,65 @@ class Shapes(unittest.TestCase):
 class DefaultAddress(unittest.TestCase):
     def test_is_that_of_the_server(self):
         with mock.patch.dict(os.environ, {"CWM_ADDR": "", "XDG_RUNTIME_DIR": ""}):
-            self.assertEqual(cwm.default_address(), f"unix:/tmp/cwm-{os.getuid()}.sock")
+            self.assertEqual(cwm.default_address(), f"unix:/tmp/cwm-{os.getuid()}/cwm.sock")
             os.environ["XDG_RUNTIME_DIR"] = "/run/user/7"
             self.assertEqual(cwm.default_address(), f"unix:/run/user/7/cwm-{os.getuid()}.sock")
             os.environ["CWM_ADDR"] = "localhost:1"
             self.assertEqual(cwm.default_address(), "localhost:1")
+
+    def test_is_refused_where_another_user_could_answer(self):
+        with tempfile.TemporaryDirectory() as folder:
+            with mock.patch.dict(os.environ, {"CWM_ADDR": "", "XDG_RUNTIME_DIR": folder}):
+                for mode in (0o700, 0o755):
+                    os.chmod(folder, mode)
+                    addresses.prepare_default_address()
+                for mode in (0o770, 0o702, 0o1777):
+                    os.chmod(folder, mode)
+                    with self.assertRaisesRegex(
+                        cwm.PermissionDenied,
+                        f"XDG_RUNTIME_DIR: {folder}: has mode {mode:04o}, must not be writable by "
+                        "its group or others; .* CWM_ADDR",
+                    ):
+                        cwm.connect()
+                os.environ["XDG_RUNTIME_DIR"] = f"{folder}/missing"
+                with self.assertRaisesRegex(cwm.Unavailable, "XDG_RUNTIME_DIR does not exist"):
+                    cwm.connect()
+                os.environ["CWM_ADDR"] = "unix:/nowhere/cwm.sock"
+                addresses.prepare_default_address()
+
+    def test_without_a_runtime_directory_is_in_one_of_the_users_own(self):
+        with tempfile.TemporaryDirectory() as parent:
+            folder = f"{parent}/cwm"
+            for _ in range(2):
+                addresses.make_private_folder(folder)
+            self.assertEqual(os.stat(folder).st_mode & 0o7777, 0o700)
+            for mode in (0o710, 0o701, 0o755, 0o1777):
+                os.chmod(folder, mode)
+                with self.assertRaisesRegex(cwm.PermissionDenied, f"has mode {mode:04o}"):
+                    addresses.make_private_folder(folder)
+            os.chmod(folder, 0o700)
+            os.symlink(folder, f"{parent}/link")
+            for link in (f"{parent}/link", f"{parent}/link/"):
+                with self.assertRaisesRegex(cwm.PermissionDenied, "is a symbolic link"):
+                    addresses.check_folder(link, private=True)
+            with open(f"{parent}/file", "w"):
+                pass
+            with self.assertRaisesRegex(cwm.PermissionDenied, "is no directory"):
+                addresses.make_private_folder(f"{parent}/file")
+            with self.assertRaisesRegex(cwm.PermissionDenied, "cannot be made"):
+                addresses.make_private_folder(f"{parent}/none/cwm")
+
+    @unittest.skipUnless(os.geteuid() == 0, "only root can make a folder another user's")
+    def test_is_refused_in_a_folder_of_another_user(self):
+        with tempfile.TemporaryDirectory() as folder:
+            os.chown(folder, 65534, 65534)
+            with self.assertRaisesRegex(
+                cwm.PermissionDenied, f"{folder}: belongs to user 65534, must belong to user 0"
+            ):
+                addresses.make_private_folder(folder)
+            with mock.patch.dict(os.environ, {"CWM_ADDR": "", "XDG_RUNTIME_DIR": folder}):
+                with self.assertRaisesRegex(cwm.PermissionDenied, "belongs to user 65534"):
+                    cwm.connect()
 
 
 if __name__ == "__main__":

@@ -11,6 +11,7 @@
 #include <fstream>
 
 #include "tests/server/rpc/running_server.h"
+#include "tests/support/other_user.h"
 #include "tests/support/process.h"
 
 namespace cwm::server {
@@ -105,11 +106,33 @@ TEST(ListenAddress, AFileIsNeverReplaced) {
   EXPECT_EQ(access(path.c_str(), F_OK), 0);
 }
 
+TEST(ListenAddress, ASocketOfAnotherUserIsSaidToBeTheirs) {
+  if (!testing::MayBecomeOtherUser()) GTEST_SKIP() << "only root can make a socket another user's";
+  const testing::ScratchDirectory scratch;
+  const std::string path = scratch / "cwm.sock";
+  ASSERT_EQ(chmod(scratch.path().c_str(), 01777), 0);
+  const int fd = socket(AF_UNIX, SOCK_STREAM, 0);
+  sockaddr_un name{};
+  name.sun_family = AF_UNIX;
+  path.copy(name.sun_path, sizeof(name.sun_path) - 1);
+  ASSERT_EQ(bind(fd, reinterpret_cast<const sockaddr*>(&name), sizeof(name)), 0);
+  ASSERT_EQ(listen(fd, 8), 0);
+  ASSERT_EQ(chown(path.c_str(), 1, 1), 0);
+  const absl::Status live = CheckVacant("unix:" + path);
+  EXPECT_TRUE(absl::IsAlreadyExists(live)) << live;
+  EXPECT_THAT(std::string(live.message()), HasSubstr(", of user 1"));
+  close(fd);
+  EXPECT_TRUE(CheckVacant("unix:" + path).ok()) << "root may replace it";
+  testing::OtherUser user(testing::kNobody,
+                          [&] { return std::string(CheckVacant("unix:" + path).message()); });
+  EXPECT_THAT(user.Result(), HasSubstr("a socket lies there, of user 1: listen in a directory"));
+}
+
 class ListenAddressServer : public RunningServer {};
 
 TEST_F(ListenAddressServer, ASecondServerOnASocketIsRefusedAndTheFirstGoesOn) {
   Application other{.limits = {}, .retention = {}, .interpret = {}};
-  const auto second = Server::Start(other, {address_});
+  const auto second = Server::Start(other, {.addresses = {address_}});
   EXPECT_TRUE(absl::IsAlreadyExists(second.status())) << second.status();
   EXPECT_THAT(std::string(second.status().message()),
               HasSubstr("process " + std::to_string(getpid())));

@@ -7,7 +7,7 @@ namespace cwm::server {
 RunningServer::RunningServer(const Limits& limits, const Retention& retention)
     : application_{
           .limits = limits, .retention = retention, .interpret = perception::InterpretScene} {
-  auto server = Server::Start(application_, {address_});
+  auto server = Server::Start(application_, {.addresses = {address_}});
   if (!server.ok()) throw std::runtime_error(std::string(server.status().message()));
   server_ = *std::move(server);
   const auto channel = Dial();

@@ -199,7 +199,7 @@ TEST_F(ServerTest, AServerThatStopsLeavesTheSocketOfItsSuccessor) {
   Application next{.limits = {}, .retention = {}, .interpret = {}};
   absl::StatusOr<std::unique_ptr<Server>> successor = absl::UnknownError("");
   for (int i = 0; i < 1'000 && !successor.ok(); ++i) {  // until the first listens no more
-    successor = Server::Start(next, {address_});
+    successor = Server::Start(next, {.addresses = {address_}});
     if (!successor.ok()) std::this_thread::sleep_for(std::chrono::milliseconds(10));
   }
   ASSERT_TRUE(successor.ok()) << successor.status();
@@ -221,7 +221,7 @@ TEST(DrainingTest, BusyStreamsEndOnceWhereverTheDrainMeetsThem) {
     const testing::ScratchDirectory scratch;
     Application application{.limits = {}, .retention = {}, .interpret = {}};
     const std::string address = "unix:" + (scratch / "cwm.sock");
-    auto server = Server::Start(application, {address});
+    auto server = Server::Start(application, {.addresses = {address}});
     ASSERT_TRUE(server.ok()) << server.status();
     ASSERT_TRUE(application.worlds.FindOrCreate("").ok());
     const auto stub =

@@ -1,14 +1,20 @@
 #include "server/rpc/socket_lock.h"
 
+#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <atomic>
+#include <fstream>
 #include <optional>
+#include <sstream>
 #include <thread>
 #include <vector>
 
+#include "tests/support/other_user.h"
 #include "tests/support/process.h"
 
 namespace cwm::server {
@@ -70,6 +76,54 @@ TEST(SocketLock, SaysWhereNoFileCanBeMade) {
   const auto lock = SocketLock::Take("/nonexistent/cwm.sock");
   EXPECT_TRUE(absl::IsFailedPrecondition(lock.status())) << lock.status();
   EXPECT_THAT(std::string(lock.status().message()), HasSubstr("/nonexistent/cwm.sock.lock"));
+}
+
+class SocketLockOfStranger : public ::testing::Test {
+ protected:
+  // Why the lock is not taken.
+  std::string Refusal() {
+    const auto lock = SocketLock::Take(socket_);
+    EXPECT_TRUE(absl::IsFailedPrecondition(lock.status())) << lock.status();
+    return std::string(lock.status().message());
+  }
+  static std::string Text(const std::string& path) {
+    std::ostringstream text;
+    text << std::ifstream(path).rdbuf();
+    return text.str();
+  }
+
+  const testing::ScratchDirectory scratch_;
+  const std::string socket_ = scratch_ / "cwm.sock";
+  const std::string file_ = socket_ + ".lock";
+};
+
+// In a directory that everybody writes to, another user may have been there first.
+TEST_F(SocketLockOfStranger, AFileOfAnotherUserIsNotBelievedAndNotWrittenTo) {
+  if (!testing::MayBecomeOtherUser()) GTEST_SKIP() << "only root can make a file another user's";
+  ASSERT_EQ(chmod(scratch_.path().c_str(), 01777), 0);
+  testing::OtherUser stranger(testing::kNobody, [&]() -> std::string {
+    std::ofstream(file_) << "theirs";
+    const int fd = open(file_.c_str(), O_RDWR | O_CLOEXEC);
+    return flock(fd, LOCK_EX | LOCK_NB) == 0 && Text(file_) == "theirs" ? "held" : "";
+  });
+  ASSERT_EQ(stranger.Result(), "held");
+  EXPECT_THAT(Refusal(), HasSubstr("cannot lock " + file_ +
+                                   ": it belongs to user 65534, must belong to user 0: remove it"));
+  EXPECT_EQ(Text(file_), "theirs");
+}
+
+TEST_F(SocketLockOfStranger, AnotherFileOfOursIsNotOverwrittenByWayOfALink) {
+  const std::string precious = scratch_ / "precious";
+  std::ofstream(precious) << "mine";
+  ASSERT_EQ(link(precious.c_str(), file_.c_str()), 0);
+  EXPECT_THAT(Refusal(), HasSubstr("it is a hard link to another file"));
+  ASSERT_EQ(unlink(file_.c_str()), 0);
+  ASSERT_EQ(symlink(precious.c_str(), file_.c_str()), 0);
+  EXPECT_THAT(Refusal(), HasSubstr("it is no regular file"));
+  EXPECT_EQ(Text(precious), "mine");
+  ASSERT_EQ(unlink(file_.c_str()), 0);
+  ASSERT_EQ(mkfifo(file_.c_str(), 0600), 0);
+  EXPECT_THAT(Refusal(), HasSubstr("it is no regular file"));
 }
 
 }  // namespace

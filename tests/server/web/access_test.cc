@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include "server/web/readable_methods.h"
 #include "server/web/viewer_address.h"
@@ -169,6 +170,25 @@ TEST(Access, AnOriginMustBeThePagesOwn) {
 TEST(Access, WithoutATokenNoneIsAskedFor) {
   EXPECT_FALSE(Loopback().CheckToken(RequestTo("localhost:8640")).has_value());
   EXPECT_THAT(Loopback().Urls(), ElementsAre("http://localhost:8640/"));
+}
+
+TEST(Access, WithoutATokenOnlyTheServersUserAndRootAreLetIn) {
+  const Access access = Loopback();
+  EXPECT_FALSE(access.CheckUser(geteuid()).has_value());
+  EXPECT_FALSE(access.CheckUser(0).has_value());
+  const std::uint32_t other = geteuid() + 1;
+  const auto refusal = access.CheckUser(other);
+  ASSERT_TRUE(refusal.has_value());
+  EXPECT_EQ(refusal->status, http::status::forbidden);
+  EXPECT_EQ(refusal->why,
+            "user: is " + std::to_string(other) + ", must be " + std::to_string(geteuid()) +
+                " (who runs this cwm-server) or root; others look with a token: start cwm-server "
+                "with CWM_VIEWER_TOKEN=TOKEN and open the address that it prints");
+  const auto unknown = access.CheckUser(std::nullopt);
+  ASSERT_TRUE(unknown.has_value());
+  EXPECT_NE(unknown->why.find("user: is not told by the kernel"), std::string::npos);
+  EXPECT_FALSE(Loopback(kToken).CheckUser(other).has_value());
+  EXPECT_FALSE(Loopback(kToken).CheckUser(std::nullopt).has_value());
 }
 
 TEST(Access, ATokenIsTakenFromTheAddressOfThePageOrTheCookieItGives) {
