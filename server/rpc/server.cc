@@ -196,9 +196,9 @@ void Server::Stop(std::chrono::milliseconds grace) {
   // that writes at that moment fails and does not read what is left. So the streams end first; then
   // gRPC's farewell waits for the client to answer. What still works then ends by itself, while a
   // successor may already listen.
-  const auto end = std::chrono::system_clock::now() + grace;
+  const auto end = Clock::now() + grace;
   state_->runtime.open_streams.WaitUntilNone(std::min(grace, kStreamsEndWithin));
-  state_->grpc->Shutdown(end);
+  state_->grpc->Shutdown(std::chrono::system_clock::now() + (end - Clock::now()));
   state_->grpc->Wait();
   state_->grpc = nullptr;
   state_->RemoveSockets();
