@@ -148,7 +148,8 @@ void WriteGeometryCall::OnReadDone(bool ok) {
       Finish(ToGrpcStatus(RunGuarded(work, {})));  // *this may be gone after it
     });
   }
-  if (message_.has_header() && !header_.hash().empty()) return Enqueue([this] { LookUp(); });
+  if (message_.message.has_header() && !header_.hash().empty())
+    return Enqueue([this] { LookUp(); });
   StartRead(&message_);
 }
 
@@ -182,7 +183,9 @@ absl::StatusOr<bool> WriteGeometryCall::IsKnown() {
   return true;
 }
 
-absl::Status WriteGeometryCall::Take(const v1::WriteGeometryRequest& message) {
+absl::Status WriteGeometryCall::Take(const Received<v1::WriteGeometryRequest>& received) {
+  if (received.is_malformed) return MalformedRequest("/cwm.v1.WorldService/WriteGeometry");
+  const v1::WriteGeometryRequest& message = received.message;
   const FieldPath root;
   switch (message.what_case()) {
     case v1::WriteGeometryRequest::kHeader:

@@ -11,6 +11,7 @@
 #include "cwm/v1/world.grpc.pb.h"
 #include "server/rpc/call.h"
 #include "server/rpc/chunked_read.h"
+#include "server/rpc/received.h"
 #include "server/rpc/upload.h"
 
 namespace cwm::server {
@@ -32,7 +33,7 @@ class ReadGeometryCall final : public ChunkedRead<v1::ReadGeometryResponse> {
 };
 
 // Deletes itself when gRPC is done with it.
-class WriteGeometryCall final : public grpc::ServerReadReactor<v1::WriteGeometryRequest> {
+class WriteGeometryCall final : public grpc::ServerReadReactor<Received<v1::WriteGeometryRequest>> {
  public:
   WriteGeometryCall(Runtime& runtime, v1::WriteGeometryResponse* response);
 
@@ -41,7 +42,7 @@ class WriteGeometryCall final : public grpc::ServerReadReactor<v1::WriteGeometry
   void OnCancel() override { stop_.request_stop(); }
   void OnDone() override { delete this; }
 
-  absl::Status Take(const v1::WriteGeometryRequest& message);
+  absl::Status Take(const Received<v1::WriteGeometryRequest>& received);
   absl::Status TakeHeader(const v1::WriteGeometryRequest::Header& header);
   absl::Status CheckEnd() const;
   // `work` finishes the call.
@@ -54,7 +55,7 @@ class WriteGeometryCall final : public grpc::ServerReadReactor<v1::WriteGeometry
   Runtime& runtime_;
   v1::WriteGeometryResponse* const response_;
   std::stop_source stop_;
-  v1::WriteGeometryRequest message_;
+  Received<v1::WriteGeometryRequest> message_;
   v1::WriteGeometryRequest::Header header_;
   std::optional<Upload> upload_;  // once the header came
 };

@@ -63,7 +63,11 @@ void IngestCall::OnReadDone(bool ok) {
   StartRead(&message_);
 }
 
-absl::Status IngestCall::Take(const v1::IngestCloudRequest& message) {
+absl::Status IngestCall::Take(const Received<v1::IngestCloudRequest>& received) {
+  if (received.is_malformed) {
+    return MalformedRequest("/cwm.v1.PerceptionService/IngestCloud");
+  }
+  const v1::IngestCloudRequest& message = received.message;
   if (finished_) return InvalidField("what", "came after finish, nothing may");
   switch (message.what_case()) {
     case v1::IngestCloudRequest::kHeader:

@@ -9,6 +9,7 @@
 #include "cwm/v1/perception.grpc.pb.h"
 #include "proto/transfer/sha256.h"
 #include "server/rpc/call.h"
+#include "server/rpc/received.h"
 #include "server/rpc/upload.h"
 #include "server/wire/clouds.h"
 
@@ -16,7 +17,7 @@ namespace cwm::server {
 
 // Deletes itself when gRPC is done with it. Reads happen one at a time; once the last has come, the
 // ingest queue's task owns the call.
-class IngestCall final : public grpc::ServerReadReactor<v1::IngestCloudRequest> {
+class IngestCall final : public grpc::ServerReadReactor<Received<v1::IngestCloudRequest>> {
  public:
   IngestCall(grpc::CallbackServerContext* context, Runtime& runtime,
              v1::IngestCloudResponse* response);
@@ -26,7 +27,7 @@ class IngestCall final : public grpc::ServerReadReactor<v1::IngestCloudRequest> 
   void OnCancel() override { stop_.request_stop(); }
   void OnDone() override { delete this; }
 
-  absl::Status Take(const v1::IngestCloudRequest& message);
+  absl::Status Take(const Received<v1::IngestCloudRequest>& received);
   absl::Status TakeHeader(const v1::IngestCloudHeader& header);
   absl::Status TakeChunk(const v1::CloudChunk& chunk);
   absl::Status TakeFinish(const v1::CloudFinish& finish);
@@ -40,7 +41,7 @@ class IngestCall final : public grpc::ServerReadReactor<v1::IngestCloudRequest> 
   v1::IngestCloudResponse* const response_;
   std::stop_source stop_;
   const CallContext call_;  // its stop is stop_'s
-  v1::IngestCloudRequest message_;
+  Received<v1::IngestCloudRequest> message_;
   v1::IngestCloudHeader header_;
   std::optional<CloudPlan> plan_;  // once the header came
   std::optional<Upload> upload_;

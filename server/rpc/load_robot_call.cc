@@ -36,7 +36,9 @@ void LoadRobotCall::OnReadDone(bool ok) {
   StartRead(&message_);
 }
 
-absl::Status LoadRobotCall::Take(const v1::LoadRobotRequest& message) {
+absl::Status LoadRobotCall::Take(const Received<v1::LoadRobotRequest>& received) {
+  if (received.is_malformed) return MalformedRequest("/cwm.v1.RobotService/LoadRobot");
+  const v1::LoadRobotRequest& message = received.message;
   if (finished_) return InvalidField("what", "came after finish, nothing may");
   switch (message.what_case()) {
     case v1::LoadRobotRequest::kHeader:

@@ -11,6 +11,7 @@
 #include "cwm/v1/robot.grpc.pb.h"
 #include "proto/transfer/sha256.h"
 #include "server/rpc/call.h"
+#include "server/rpc/received.h"
 #include "server/rpc/upload.h"
 #include "server/wire/robot_header.h"
 
@@ -18,7 +19,7 @@ namespace cwm::server {
 
 // Deletes itself when gRPC is done with it. Reads happen one at a time; once the last has come, the
 // task of the robots' queue owns the call.
-class LoadRobotCall final : public grpc::ServerReadReactor<v1::LoadRobotRequest> {
+class LoadRobotCall final : public grpc::ServerReadReactor<Received<v1::LoadRobotRequest>> {
  public:
   LoadRobotCall(grpc::CallbackServerContext* context, Runtime& runtime,
                 v1::LoadRobotResponse* response);
@@ -28,7 +29,7 @@ class LoadRobotCall final : public grpc::ServerReadReactor<v1::LoadRobotRequest>
   void OnCancel() override { stop_.request_stop(); }
   void OnDone() override { delete this; }
 
-  absl::Status Take(const v1::LoadRobotRequest& message);
+  absl::Status Take(const Received<v1::LoadRobotRequest>& received);
   absl::Status TakeHeader(const v1::LoadRobotHeader& header);
   absl::Status TakeFile(const v1::RobotFile& file);
   absl::Status TakeChunk(const v1::RobotFileChunk& chunk);
@@ -44,7 +45,7 @@ class LoadRobotCall final : public grpc::ServerReadReactor<v1::LoadRobotRequest>
   v1::LoadRobotResponse* const response_;
   std::stop_source stop_;
   const CallContext call_;  // its stop is stop_'s
-  v1::LoadRobotRequest message_;
+  Received<v1::LoadRobotRequest> message_;
   std::optional<RobotPlan> plan_;                     // once the header came
   std::map<std::string, Upload, std::less<>> files_;  // by name
   Upload* current_ = nullptr;                         // of the file that was begun last

@@ -24,9 +24,14 @@ absl::Status List(Application& application, const v1::ListScansRequest& request,
 
 }  // namespace
 
-grpc::ServerReadReactor<v1::IngestCloudRequest>* PerceptionService::IngestCloud(
-    grpc::CallbackServerContext* context, v1::IngestCloudResponse* response) {
-  return new IngestCall(context, runtime_, response);
+PerceptionService::PerceptionService(Runtime& runtime) : runtime_(runtime) {
+  MarkMethodCallback(
+      IndexOfMethod("cwm.v1.PerceptionService.IngestCloud"),
+      new grpc::internal::CallbackClientStreamingHandler<Received<v1::IngestCloudRequest>,
+                                                         v1::IngestCloudResponse>(
+          [this](grpc::CallbackServerContext* context, v1::IngestCloudResponse* response) {
+            return new IngestCall(context, runtime_, response);
+          }));
 }
 
 grpc::ServerUnaryReactor* PerceptionService::ListScans(grpc::CallbackServerContext* context,

@@ -8,10 +8,8 @@ namespace cwm::server {
 
 class PerceptionService final : public v1::PerceptionService::CallbackService {
  public:
-  explicit PerceptionService(Runtime& runtime) : runtime_(runtime) {}
+  explicit PerceptionService(Runtime& runtime);
 
-  grpc::ServerReadReactor<v1::IngestCloudRequest>* IngestCloud(
-      grpc::CallbackServerContext* context, v1::IngestCloudResponse* response) override;
   grpc::ServerUnaryReactor* ListScans(grpc::CallbackServerContext* context,
                                       const v1::ListScansRequest* request,
                                       v1::ListScansResponse* response) override;

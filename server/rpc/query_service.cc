@@ -25,6 +25,12 @@ grpc::ServerUnaryReactor* StartQuery(grpc::CallbackServerContext* context, Runti
 }  // namespace
 
 QueryService::QueryService(Runtime& runtime) : runtime_(runtime) {
+  MarkMethodCallback(IndexOfMethod("cwm.v1.QueryService.StreamQueries"),
+                     new grpc::internal::CallbackBidiHandler<Received<v1::StreamQueriesRequest>,
+                                                             v1::StreamQueriesResponse>(
+                         [this](grpc::CallbackServerContext* context) {
+                           return StreamQueriesCall::Start(context, runtime_);
+                         }));
   SetMessageAllocatorFor_CheckCollisions(&check_messages_);
   SetMessageAllocatorFor_GetDistances(&distance_messages_);
   SetMessageAllocatorFor_GetContacts(&contact_messages_);
@@ -67,11 +73,6 @@ grpc::ServerUnaryReactor* QueryService::SamplePoints(grpc::CallbackServerContext
                                                      const v1::SamplePointsRequest* request,
                                                      v1::SamplePointsResponse* response) {
   return StartQuery(context, runtime_, request, response);
-}
-
-grpc::ServerBidiReactor<v1::StreamQueriesRequest, v1::StreamQueriesResponse>*
-QueryService::StreamQueries(grpc::CallbackServerContext* context) {
-  return StreamQueriesCall::Start(context, runtime_);
 }
 
 }  // namespace cwm::server

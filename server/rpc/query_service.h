@@ -29,8 +29,6 @@ class QueryService final : public v1::QueryService::CallbackService {
   grpc::ServerUnaryReactor* SamplePoints(grpc::CallbackServerContext* context,
                                          const v1::SamplePointsRequest* request,
                                          v1::SamplePointsResponse* response) override;
-  grpc::ServerBidiReactor<v1::StreamQueriesRequest, v1::StreamQueriesResponse>* StreamQueries(
-      grpc::CallbackServerContext* context) override;
 
  private:
   Runtime& runtime_;

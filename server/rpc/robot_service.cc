@@ -56,9 +56,14 @@ absl::Status GetLinks(const Runtime& runtime, const v1::GetRobotLinksRequest& re
 
 }  // namespace
 
-grpc::ServerReadReactor<v1::LoadRobotRequest>* RobotService::LoadRobot(
-    grpc::CallbackServerContext* context, v1::LoadRobotResponse* response) {
-  return new LoadRobotCall(context, runtime_, response);
+RobotService::RobotService(Runtime& runtime) : runtime_(runtime) {
+  MarkMethodCallback(
+      IndexOfMethod("cwm.v1.RobotService.LoadRobot"),
+      new grpc::internal::CallbackClientStreamingHandler<Received<v1::LoadRobotRequest>,
+                                                         v1::LoadRobotResponse>(
+          [this](grpc::CallbackServerContext* context, v1::LoadRobotResponse* response) {
+            return new LoadRobotCall(context, runtime_, response);
+          }));
 }
 
 grpc::ServerUnaryReactor* RobotService::ListRobots(grpc::CallbackServerContext* context,

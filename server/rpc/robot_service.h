@@ -8,10 +8,8 @@ namespace cwm::server {
 
 class RobotService final : public v1::RobotService::CallbackService {
  public:
-  explicit RobotService(Runtime& runtime) : runtime_(runtime) {}
+  explicit RobotService(Runtime& runtime);
 
-  grpc::ServerReadReactor<v1::LoadRobotRequest>* LoadRobot(
-      grpc::CallbackServerContext* context, v1::LoadRobotResponse* response) override;
   grpc::ServerUnaryReactor* ListRobots(grpc::CallbackServerContext* context,
                                        const v1::ListRobotsRequest* request,
                                        v1::ListRobotsResponse* response) override;

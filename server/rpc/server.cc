@@ -15,6 +15,7 @@
 #include "absl/strings/str_cat.h"
 #include "grpc/health/v1/health.pb.h"
 #include "server/rpc/admin_service.h"
+#include "server/rpc/call_interceptor.h"
 #include "server/rpc/listen_address.h"
 #include "server/rpc/perception_service.h"
 #include "server/rpc/query_service.h"
@@ -122,6 +123,7 @@ absl::Status Server::State::Start(const std::vector<std::string>& listen) {
   grpc::reflection::InitProtoReflectionServerBuilderPlugin();
   grpc::ServerBuilder builder;
   SetChannelArguments(runtime.application.limits, builder);
+  builder.experimental().SetInterceptorCreators(CallInterceptors());
   std::vector<BoundAddress> bound(listen.size());
   for (std::size_t i = 0; i < listen.size(); ++i) {
     auto address = CheckListenAddress(listen[i]);

@@ -1,8 +1,12 @@
 #include "server/rpc/status_conversion.h"
 
+#include <google/protobuf/descriptor.h>
+
 #include <cmath>
 #include <utility>
 
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_replace.h"
 #include "cwm/v1/error_details.pb.h"
 #include "server/core/error.h"
 
@@ -102,6 +106,16 @@ absl::Status Draining() {
   return MakeError(
       absl::StatusCode::kUnavailable, "the server is shutting down",
       {.reason = "SERVER_DRAINING", .fields = {}, .metadata = {}, .retry_after_s = kRetryAfter_s});
+}
+
+absl::Status MalformedRequest(const std::string& method) {
+  const std::string name = absl::StrReplaceAll(method.substr(1), {{"/", "."}});
+  const auto* known = google::protobuf::DescriptorPool::generated_pool()->FindMethodByName(name);
+  const std::string type = known == nullptr ? "" : known->input_type()->full_name();
+  return MakeError(
+      absl::StatusCode::kInvalidArgument,
+      absl::StrCat(method, ": the request is no valid ", type, " message"),
+      {.reason = "MALFORMED_REQUEST", .metadata = {{"method", method}, {"type", type}}});
 }
 
 absl::Status CallCancelled() {

@@ -23,5 +23,8 @@ absl::Status Overloaded(std::string message,
                         std::string reason);  // RESOURCE_EXHAUSTED, retry after kRetryAfter_s
 absl::Status Draining();                      // UNAVAILABLE SERVER_DRAINING
 absl::Status CallCancelled();
+// INVALID_ARGUMENT MALFORMED_REQUEST, for a message that is none of the method's type. `method` as
+// "/cwm.v1.WorldService/GetWorld".
+absl::Status MalformedRequest(const std::string& method);
 
 }  // namespace cwm::server

@@ -11,6 +11,8 @@
 namespace cwm::server {
 namespace {
 
+constexpr char kMethod[] = "/cwm.v1.QueryService/StreamQueries";
+
 // Calls `use` with the question's message; `otherwise` when there is none.
 template <class Use, class Result>
 Result WithQuery(const v1::StreamQueriesRequest& request, const Use& use, Result otherwise) {
@@ -88,7 +90,7 @@ bool StreamQueriesCall::MoveOn() {
   const bool goes_on = !client_is_gone_ && !runtime_.draining();
   const bool begins = goes_on && read_ == Place::kDone && answer_ == Place::kEmpty;
   if (begins) {
-    request_.Swap(&next_);
+    request_.Swap(&next_.message);
     read_ = Place::kEmpty;
     answer_ = Place::kUnderWay;
   }
@@ -120,6 +122,8 @@ void StreamQueriesCall::FinishIfOver() {
     status = Draining();
   } else if (!client_is_done_ || read_ != Place::kEmpty) {
     return;
+  } else if (is_malformed_) {
+    status = MalformedRequest(kMethod);
   }
   is_over_ = true;
   Finish(ToGrpcStatus(status));
@@ -128,8 +132,9 @@ void StreamQueriesCall::FinishIfOver() {
 void StreamQueriesCall::OnReadDone(bool ok) {
   {
     const std::lock_guard lock(mutex_);
-    read_ = ok ? Place::kDone : Place::kEmpty;
-    client_is_done_ = !ok;
+    is_malformed_ = ok && next_.is_malformed;
+    client_is_done_ = !ok || is_malformed_;
+    read_ = client_is_done_ ? Place::kEmpty : Place::kDone;
   }
   Advance();
 }

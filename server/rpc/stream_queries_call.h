@@ -11,6 +11,7 @@
 
 #include "cwm/v1/query.grpc.pb.h"
 #include "server/rpc/query_answers.h"
+#include "server/rpc/received.h"
 
 namespace cwm::server {
 
@@ -22,7 +23,7 @@ namespace cwm::server {
 // when nothing is being answered or written and nothing more can come. Tasks and waits hold the
 // call alive.
 class StreamQueriesCall final
-    : public grpc::ServerBidiReactor<v1::StreamQueriesRequest, v1::StreamQueriesResponse>,
+    : public grpc::ServerBidiReactor<Received<v1::StreamQueriesRequest>, v1::StreamQueriesResponse>,
       public Drainable,
       public std::enable_shared_from_this<StreamQueriesCall> {
  public:
@@ -69,9 +70,10 @@ class StreamQueriesCall final
   Place write_ = Place::kEmpty;                   // never kDone
   bool is_ahead_ = false;                         // read_ is in the quota of messages read ahead
   bool client_is_done_ = false;                   // nothing more is read
+  bool is_malformed_ = false;                     // for that reason
   bool client_is_gone_ = false;                   // nothing more is written
   bool is_over_ = false;                          // Finish was called
-  v1::StreamQueriesRequest next_;                 // of read_
+  Received<v1::StreamQueriesRequest> next_;       // of read_
   v1::StreamQueriesRequest request_;              // of answer_
   std::optional<WorldAtRevision> reached_;        // what request_ awaited, if it did
   v1::StreamQueriesResponse response_, written_;  // of answer_ and of write_

@@ -132,6 +132,16 @@ absl::Status Describe(Runtime& runtime, const v1::GetWorldRequest& request, cons
 
 }  // namespace
 
+WorldService::WorldService(Runtime& runtime) : runtime_(runtime) {
+  MarkMethodCallback(
+      IndexOfMethod("cwm.v1.WorldService.WriteGeometry"),
+      new grpc::internal::CallbackClientStreamingHandler<Received<v1::WriteGeometryRequest>,
+                                                         v1::WriteGeometryResponse>(
+          [this](grpc::CallbackServerContext*, v1::WriteGeometryResponse* response) {
+            return new WriteGeometryCall(runtime_, response);
+          }));
+}
+
 grpc::ServerUnaryReactor* WorldService::ListWorlds(grpc::CallbackServerContext* context,
                                                    const v1::ListWorldsRequest*,
                                                    v1::ListWorldsResponse* response) {
@@ -209,11 +219,6 @@ grpc::ServerWriteReactor<v1::WatchWorldResponse>* WorldService::WatchWorld(
 grpc::ServerWriteReactor<v1::ReadGeometryResponse>* WorldService::ReadGeometry(
     grpc::CallbackServerContext* context, const v1::ReadGeometryRequest* request) {
   return new ReadGeometryCall(context, runtime_, *request);
-}
-
-grpc::ServerReadReactor<v1::WriteGeometryRequest>* WorldService::WriteGeometry(
-    grpc::CallbackServerContext*, v1::WriteGeometryResponse* response) {
-  return new WriteGeometryCall(runtime_, response);
 }
 
 grpc::ServerWriteReactor<v1::ExportWorldResponse>* WorldService::ExportWorld(

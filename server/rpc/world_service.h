@@ -8,7 +8,7 @@ namespace cwm::server {
 
 class WorldService final : public v1::WorldService::CallbackService {
  public:
-  explicit WorldService(Runtime& runtime) : runtime_(runtime) {}
+  explicit WorldService(Runtime& runtime);
 
   grpc::ServerUnaryReactor* ListWorlds(grpc::CallbackServerContext* context,
                                        const v1::ListWorldsRequest* request,
@@ -32,8 +32,6 @@ class WorldService final : public v1::WorldService::CallbackService {
       grpc::CallbackServerContext* context, const v1::WatchWorldRequest* request) override;
   grpc::ServerWriteReactor<v1::ReadGeometryResponse>* ReadGeometry(
       grpc::CallbackServerContext* context, const v1::ReadGeometryRequest* request) override;
-  grpc::ServerReadReactor<v1::WriteGeometryRequest>* WriteGeometry(
-      grpc::CallbackServerContext* context, v1::WriteGeometryResponse* response) override;
   grpc::ServerWriteReactor<v1::ExportWorldResponse>* ExportWorld(
       grpc::CallbackServerContext* context, const v1::ExportWorldRequest* request) override;
 
