@@ -1,4 +1,5 @@
-// Refuses requests that cannot be parsed: gRPC would answer UNIMPLEMENTED, without a text.
+// Sees every call but streams of questions begin and end: refuses requests that cannot be parsed, and
+// tells the log of refusals and slow calls.
 #pragma once
 
 #include <grpcpp/support/server_interceptor.h>
@@ -6,10 +7,13 @@
 #include <memory>
 #include <vector>
 
+#include "server/rpc/request_log.h"
+
 namespace cwm::server {
 
-// For the server's builder. Messages of streams are looked at by the calls (received.h).
+// For the server's builder. `log` outlives the server. A stream of questions looks after itself
+// (stream_queries_call.h): gRPC starts a batch more for each message that is intercepted.
 std::vector<std::unique_ptr<grpc::experimental::ServerInterceptorFactoryInterface>>
-CallInterceptors();
+CallInterceptors(RequestLog& log);
 
 }  // namespace cwm::server

@@ -34,11 +34,13 @@ class IngestCall final : public grpc::ServerReadReactor<Received<v1::IngestCloud
   absl::Status CheckEnd() const;
   void Enqueue();
   absl::Status Work();
+  absl::Status Interpret();
   absl::StatusOr<IngestRequest> MakeRequest();
   void KeepScan(World& world, const IngestRequest& request, const IngestOutcome& outcome);
 
   Runtime& runtime_;
   v1::IngestCloudResponse* const response_;
+  const Clock::time_point begin_ = Clock::now();
   std::stop_source stop_;
   const CallContext call_;  // its stop is stop_'s
   Received<v1::IngestCloudRequest> message_;
@@ -48,6 +50,7 @@ class IngestCall final : public grpc::ServerReadReactor<Received<v1::IngestCloud
   Sha256 received_;        // of the bytes that came
   std::string sha256_;     // that the client expects, or empty
   bool finished_ = false;  // the finish message came
+  IngestLine line_;        // of the log, as far as it is known
 };
 
 }  // namespace cwm::server

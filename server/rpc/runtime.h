@@ -18,6 +18,7 @@
 #include "server/core/world_registry.h"
 #include "server/rpc/open_streams.h"
 #include "server/rpc/quota.h"
+#include "server/rpc/request_log.h"
 #include "server/rpc/revision_waits.h"
 #include "server/rpc/timer.h"
 
@@ -55,6 +56,7 @@ class Runtime {
   Application& application;
   OpenStreams open_streams;  // before the queues, which hold calls
   Timer timer;
+  RequestLog log{timer};
   Quota watchers;
   Quota viewer_watchers;  // of calls from this process: those of pages that browsers show
   Quota streams;

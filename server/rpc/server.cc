@@ -123,7 +123,7 @@ absl::Status Server::State::Start(const std::vector<std::string>& listen) {
   grpc::reflection::InitProtoReflectionServerBuilderPlugin();
   grpc::ServerBuilder builder;
   SetChannelArguments(runtime.application.limits, builder);
-  builder.experimental().SetInterceptorCreators(CallInterceptors());
+  builder.experimental().SetInterceptorCreators(CallInterceptors(runtime.log));
   std::vector<BoundAddress> bound(listen.size());
   for (std::size_t i = 0; i < listen.size(); ++i) {
     auto address = CheckListenAddress(listen[i]);

@@ -80,6 +80,18 @@ grpc::Status ToGrpcStatus(const absl::Status& status) {
                       packed.SerializeAsString());
 }
 
+std::string ReasonIn(const grpc::Status& status) {
+  v1::Status packed;
+  v1::ErrorInfo info;
+  if (packed.ParseFromString(status.error_details())) {
+    for (const google::protobuf::Any& detail : packed.details()) {
+      if (detail.type_url() != absl::StrCat(kTypeUrlPrefix, "ErrorInfo")) continue;
+      if (info.ParseFromString(detail.value())) return info.reason();
+    }
+  }
+  return absl::StatusCodeToString(static_cast<absl::StatusCode>(status.error_code()));
+}
+
 v1::QueryError ToQueryError(const absl::Status& status) {
   const ErrorDetails details = DetailsOf(status);
   v1::QueryError error;

@@ -59,14 +59,13 @@ StreamQueriesCall* StreamQueriesCall::Start(grpc::CallbackServerContext* context
     call->Advance();
     runtime.AddDrainable(call);
   } else {
-    call->is_over_ = true;
-    call->Finish(ToGrpcStatus(Overloaded("too many streams are open", "TOO_MANY_STREAMS")));
+    call->End(Overloaded("too many streams are open", "TOO_MANY_STREAMS"));
   }
   return call.get();
 }
 
 StreamQueriesCall::StreamQueriesCall(grpc::CallbackServerContext* context, Runtime& runtime)
-    : runtime_(runtime), deadline_(DeadlineOf(*context)) {}
+    : runtime_(runtime), deadline_(DeadlineOf(*context)), client_(Runtime::ClientOf(*context)) {}
 
 void StreamQueriesCall::Advance() {
   const auto self = shared_from_this();  // what is moved on may end the call
@@ -125,7 +124,14 @@ void StreamQueriesCall::FinishIfOver() {
   } else if (is_malformed_) {
     status = MalformedRequest(kMethod);
   }
+  End(status);
+}
+
+void StreamQueriesCall::End(const absl::Status& status) {
   is_over_ = true;
+  if (!status.ok()) {
+    runtime_.log.Refused(kMethod, status.code(), DetailsOf(status).reason, client_);
+  }
   Finish(ToGrpcStatus(status));
 }
 
@@ -155,6 +161,7 @@ WorkQueue& StreamQueriesCall::Queue() {
 }
 
 void StreamQueriesCall::Begin() {
+  begun_ = Clock::now();
   const MaybeAwait await = WhatToAwait(runtime_, request_);
   if (!await.ok()) return Answered(await.status());
   reached_.reset();
@@ -213,7 +220,15 @@ absl::Status StreamQueriesCall::AnswerRequest(const CallContext& call) {
 
 void StreamQueriesCall::Answered(const absl::Status& status) {
   response_.set_id(request_.id());
-  if (!status.ok()) *response_.mutable_error() = ToQueryError(status);
+  if (!status.ok()) {
+    *response_.mutable_error() = ToQueryError(status);
+    runtime_.log.Refused(kMethod, status.code(), response_.error().reason(), client_);
+  }
+  const Clock::duration took = Clock::now() - begun_;
+  if (took > kSlowCall) {
+    runtime_.log.Slow(kMethod, status.code(), took, request_.ByteSizeLong(),
+                      response_.ByteSizeLong());
+  }
   request_ = v1::StreamQueriesRequest();  // an idle stream keeps no question
   {
     const std::lock_guard lock(mutex_);

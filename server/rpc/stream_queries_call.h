@@ -52,10 +52,12 @@ class StreamQueriesCall final
   void Work();
   absl::Status AnswerRequest(const CallContext& call);
   void Answered(const absl::Status& status);
+  void End(const absl::Status& status);
 
   Runtime& runtime_;
   const OpenStreams::Token open_{runtime_.open_streams};
   const Clock::time_point deadline_;
+  const ClientId client_;
   std::stop_source stop_;
   StreamMemory memory_;
   std::shared_ptr<StreamQueriesCall> self_;  // until OnDone
@@ -76,6 +78,7 @@ class StreamQueriesCall final
   Received<v1::StreamQueriesRequest> next_;       // of read_
   v1::StreamQueriesRequest request_;              // of answer_
   std::optional<WorldAtRevision> reached_;        // what request_ awaited, if it did
+  Clock::time_point begun_;                       // when request_ came into its place
   v1::StreamQueriesResponse response_, written_;  // of answer_ and of write_
 };
 
