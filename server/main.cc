@@ -1,5 +1,6 @@
 // cwm-server: the application behind gRPC, until a signal ends it.
 #include <malloc.h>
+#include <spdlog/async.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 
@@ -42,8 +43,14 @@ void KeepMessageMemory() {
 // locks are taken, and what looks like a cycle there ends the process.
 void TakeLocksUnwatched() { absl::SetMutexDeadlockDetectionMode(absl::OnDeadlockCycle::kIgnore); }
 
+// A thread of its own writes: whoever does not read our stderr holds no call up. The thread begins
+// with the signals blocked, as all others.
 void LogToStderr(const std::string& level) {
-  spdlog::set_default_logger(spdlog::stderr_color_mt("cwm-server"));
+  constexpr std::size_t kLinesAtOnce = 1'024;  // the oldest go when more wait to be written
+  spdlog::init_thread_pool(kLinesAtOnce, 1);
+  spdlog::set_default_logger(
+      spdlog::stderr_color_mt<
+          spdlog::async_factory_impl<spdlog::async_overflow_policy::overrun_oldest>>("cwm-server"));
   spdlog::set_level(spdlog::level::from_str(level));
 }
 
@@ -77,9 +84,8 @@ absl::StatusOr<cwm::server::ListenOptions> ChooseAddresses(cwm::server::ListenOp
   return listen;
 }
 
-int Run(const cwm::server::Options& options) {
+int Run(const cwm::server::Options& options, const sigset_t& signals) {
   constexpr int kUnavailableExitCode = 2;
-  const sigset_t signals = BlockEndingSignals();
   cwm::server::Application application{
       .limits = {}, .retention = {}, .interpret = cwm::perception::InterpretScene};
   const auto listen = ChooseAddresses(options.listen);
@@ -110,7 +116,7 @@ int Run(const cwm::server::Options& options) {
   }
   int signal = 0;
   sigwait(&signals, &signal);
-  spdlog::info("signal {}: finishing what is under way", signal);
+  spdlog::info("draining after signal {}: what is under way is finished", signal);
   if (*viewer != nullptr) (*viewer)->Stop();
   (*server)->Stop(kGrace);
   spdlog::info("stopped");
@@ -124,6 +130,9 @@ int main(int argc, char** argv) {
   if (!parsed.options) return parsed.exit_code;
   KeepMessageMemory();
   TakeLocksUnwatched();
+  const sigset_t signals = BlockEndingSignals();
   LogToStderr(parsed.options->log_level);
-  return Run(*parsed.options);
+  const int exit_code = Run(*parsed.options, signals);
+  spdlog::shutdown();  // what was logged is written
+  return exit_code;
 }

@@ -21,6 +21,7 @@ namespace pb = cwm::v1;
 
 struct WatchArguments {
   std::optional<std::int64_t> from;
+  std::string world_uid;   // of the world whose revision `from` is
   std::int64_t count = 0;  // of messages; 0: no limit
   bool once = false;
   bool coalesced = false;
@@ -91,7 +92,8 @@ void PrintMessage(const pb::WatchWorldResponse& message, std::ostream& out) {
     PrintRule(rule, message.revision(), "is    ", out);
   }
   if (message.initial_state().initial_state_done()) {
-    out << message.revision() << "  that is the world; its changes follow\n";
+    out << message.revision() << "  that is the world, uid " << message.world_uid()
+        << "; its changes follow\n";
   }
   for (const pb::ObjectEvent& event : message.events().events()) {
     PrintEvent(event, message.revision(), out);
@@ -125,10 +127,17 @@ class UnreadGuard {
 };
 
 absl::Status Watch(Session& session, const WatchArguments& arguments) {
+  if (arguments.from.value_or(0) > 0 && arguments.world_uid.empty()) {
+    return UsageError(absl::StrCat(
+        "--world-uid is absent, must be given with --from ", *arguments.from,
+        ": after a restart another world may have that revision; `cwm watch` and `cwm status` "
+        "print it"));
+  }
   pb::WatchWorldRequest request;
   request.set_world(session.world);
   request.set_mode(arguments.coalesced ? pb::WATCH_MODE_COALESCED : pb::WATCH_MODE_LOSSLESS);
   if (arguments.from) request.set_from_revision(*arguments.from);
+  request.set_world_uid(arguments.world_uid);
   grpc::ClientContext context;
   session.connection().Prepare(context);
   const auto reader = session.connection().worlds().WatchWorld(&context, request);
@@ -159,17 +168,23 @@ absl::Status Watch(Session& session, const WatchArguments& arguments) {
 
 void AddWatchCommand(CommandLine& line) {
   const auto arguments = std::make_shared<WatchArguments>();
-  CLI::App& command =
-      AddCommand(line,
-                 {"watch",
-                  "the world as it is, then every change in the order of revisions",
-                  {"cwm watch", "cwm watch --from 1 -o ndjson", "cwm watch --once -o ndjson"},
-                  "One line a change; -o json and -o ndjson print one message a line. With --from "
-                  "N only what came\n"
-                  "after revision N. Ends with the server, at --deadline, --count or --once."},
-                 [arguments](Session& session) { return Watch(session, *arguments); });
+  CLI::App& command = AddCommand(
+      line,
+      {"watch",
+       "the world as it is, then every change in the order of revisions",
+       {"cwm watch", "cwm watch --from 7 --world-uid UID -o ndjson", "cwm watch --once -o ndjson"},
+       "One line a change; -o json and -o ndjson print one message a line. With --from "
+       "N only what came\n"
+       "after revision N of the world that has the --world-uid: exit code 4 where it was "
+       "replaced. Ends\n"
+       "with the server, at --deadline, --count or --once."},
+      [arguments](Session& session) { return Watch(session, *arguments); });
   command.add_option("--from", arguments->from, "resume after this revision")
       ->type_name("REVISION");
+  command
+      .add_option("--world-uid", arguments->world_uid,
+                  "the world that must be there still; needed with --from, save --from 0")
+      ->type_name("UID");
   command.add_option("--count", arguments->count, "end after this many messages")->type_name("N");
   command.add_flag("--once", arguments->once, "end when the world has been printed");
   command.add_flag("--coalesced", arguments->coalesced,

@@ -202,8 +202,9 @@ Cell WholeOf(Solid& solid, std::size_t index) {
 std::optional<std::vector<LinkSphere>> SpheresAround(std::span<const LinkPiece> pieces) {
   std::vector<Solid> solids;
   std::vector<Cell> cells;
-  const bool may_halve =
-      pieces.size() < kMostSpheres;  // else surfaces are not kept: they are large
+  // No cell may be halved then: a sphere around each box serves, and surfaces, which are large, are
+  // not made.
+  const bool is_crowded = pieces.size() >= kMostSpheres;
   for (const LinkPiece& piece : pieces) {
     if (std::holds_alternative<HalfSpace>(*piece.shape)) return std::nullopt;
     solids.push_back({.piece = piece, .X_PL = piece.X_LP.inverse()});

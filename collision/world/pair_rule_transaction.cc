@@ -47,7 +47,7 @@ absl::Status PairRuleTransaction::SetMargin(const SetPairMargin& set) {
 void PairRuleTransaction::Expire(const ExpireRules& expire) {
   PairRules over;
   const auto note = [&](const PairRule& rule) {
-    if (rule.expires.has_value() && *rule.expires <= expire.now) over.push_back(rule);
+    if (rule.expires.has_value() && rule.expires->due <= expire.now) over.push_back(rule);
   };
   for (const PairRule& rule : base_) {
     if (touched_.find(rule.pair) == touched_.end()) note(rule);

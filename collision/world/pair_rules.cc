@@ -81,10 +81,16 @@ absl::Status CheckLinks(const NamedPair& pair,
   return check(pair.b, "b.link");
 }
 
-std::optional<WallTime> NextExpiry(const PairRules& rules) {
-  std::optional<WallTime> next;
+Expiry ExpiryAfter(std::chrono::nanoseconds duration, SteadyTime steady_now, WallTime wall_now) {
+  return {.due = steady_now + std::chrono::duration_cast<SteadyTime::duration>(duration),
+          .wall_time = wall_now + std::chrono::duration_cast<WallTime::duration>(duration)};
+}
+
+std::optional<SteadyTime> NextExpiry(const PairRules& rules) {
+  std::optional<SteadyTime> next;
   for (const PairRule& rule : rules) {
-    if (rule.expires.has_value()) next = std::min(next.value_or(*rule.expires), *rule.expires);
+    if (!rule.expires.has_value()) continue;
+    next = std::min(next.value_or(rule.expires->due), rule.expires->due);
   }
   return next;
 }

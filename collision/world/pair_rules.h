@@ -17,6 +17,19 @@ namespace cwm::collision {
 struct RobotModel;  // robot/robot_model.h
 
 using WallTime = std::chrono::system_clock::time_point;
+using SteadyTime = std::chrono::steady_clock::time_point;
+
+// The end of an allowance on two clocks, both read when it is accepted. The steady clock alone decides
+// when it is over: a wall clock that is set later neither lengthens nor shortens it.
+struct Expiry {
+  SteadyTime due;
+  WallTime wall_time;  // as clients are told
+  friend bool operator==(const Expiry&, const Expiry&) = default;
+};
+// The end of what is allowed for `duration` from now.
+Expiry ExpiryAfter(std::chrono::nanoseconds duration,
+                   SteadyTime steady_now = std::chrono::steady_clock::now(),
+                   WallTime wall_now = std::chrono::system_clock::now());
 
 // The name of everything, bodies without a name included.
 inline constexpr char kEverything[] = "*";
@@ -52,10 +65,10 @@ absl::Status CheckLinks(const NamedPair& pair,
                         const std::function<NameOwner(const std::string& name)>& owner_of);
 
 struct PairRule {
-  NamedPair pair;                        // Ordered
-  bool allowed = false;                  // to collide: no question sees the pair
-  std::optional<WallTime> expires = {};  // of `allowed`, which then ends; absent: never
-  std::optional<double> margin_m = {};   // in place of the margins of the two and of the request
+  NamedPair pair;                       // Ordered
+  bool allowed = false;                 // to collide: no question sees the pair
+  std::optional<Expiry> expires = {};   // of `allowed`, which then ends; absent: never
+  std::optional<double> margin_m = {};  // in place of the margins of the two and of the request
   bool SaysNothing() const { return !allowed && !margin_m.has_value(); }
   friend bool operator==(const PairRule&, const PairRule&) = default;
 };
@@ -64,7 +77,7 @@ struct PairRule {
 using PairRules = std::vector<PairRule>;
 
 // When the first allowance ends; nothing when none does.
-std::optional<WallTime> NextExpiry(const PairRules& rules);
+std::optional<SteadyTime> NextExpiry(const PairRules& rules);
 
 // What differs: `before` or `after` says nothing where there is no such rule.
 struct PairRuleDelta {

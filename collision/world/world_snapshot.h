@@ -136,9 +136,9 @@ struct SetRobotState {
 // Lets the pair collide: no question sees it. Allowed once more it gets the new time of expiry, or
 // none. What is named may not be there, yet or any more: a rule outlives what it is about.
 struct AllowCollision {
-  NamedPair pair;                        // in either order
-  bool withdraw = false;                 // ends what was allowed of the very pair
-  std::optional<WallTime> expires = {};  // when the server publishes its end; absent: never
+  NamedPair pair;                      // in either order
+  bool withdraw = false;               // ends what was allowed of the very pair
+  std::optional<Expiry> expires = {};  // when the server publishes its end; absent: never
 };
 struct SetPairMargin {
   NamedPair pair;
@@ -146,7 +146,7 @@ struct SetPairMargin {
 };
 // Ends what is allowed until `now` or before.
 struct ExpireRules {
-  WallTime now;
+  SteadyTime now;
 };
 
 // Rules of pairs in one world: more are refused. Some hundreds are expected; a change of one copies

@@ -9,12 +9,10 @@
 namespace cwm::server {
 namespace {
 
-// The wall clock may be set while somebody waits: it is looked at this often.
-constexpr auto kLongestWait = std::chrono::seconds(10);
 // After there was no memory to publish with.
 constexpr auto kRetryAfter = std::chrono::seconds(1);
 
-bool Tell(World& world, collision::WallTime now) {
+bool Tell(World& world, Clock::time_point now) {
   try {
     world.ExpireRules(now);
   } catch (...) {  // one world must not end the server
@@ -39,7 +37,7 @@ void RuleExpiry::Stop() {
 }
 
 void RuleExpiry::Set(const std::string& uid, std::weak_ptr<World> world,
-                     std::optional<collision::WallTime> when) {
+                     std::optional<Clock::time_point> when) {
   {
     const std::lock_guard lock(mutex_);
     if (when.has_value()) {
@@ -61,10 +59,9 @@ void RuleExpiry::Run() {
       changed_.wait(lock);
       continue;
     }
-    const collision::WallTime now = now_();
+    const Clock::time_point now = now_();
     if (now < first->second.when) {
-      const auto left = first->second.when - now;
-      changed_.wait_for(lock, std::min<collision::WallTime::duration>(left, kLongestWait));
+      changed_.wait_for(lock, first->second.when - now);
       continue;
     }
     std::shared_ptr<World> world = first->second.world.lock();

@@ -1,4 +1,4 @@
-// Has worlds end what they allow pairs for a time, when that is over.
+// Has worlds end what they allow pairs for a time, when that is over on the steady clock.
 #pragma once
 
 #include <condition_variable>
@@ -10,7 +10,7 @@
 #include <string>
 #include <thread>
 
-#include "collision/world/pair_rules.h"
+#include "server/core/limits.h"
 
 namespace cwm::server {
 
@@ -21,20 +21,20 @@ class World;
 // due in a world that is gone is forgotten.
 class RuleExpiry {
  public:
-  using Now = std::function<collision::WallTime()>;
+  using Now = std::function<Clock::time_point()>;
 
-  explicit RuleExpiry(Now now = std::chrono::system_clock::now);
+  explicit RuleExpiry(Now now = Clock::now);
   ~RuleExpiry();  // stops
   // Nothing expires any more. Waits for a world that is being told; not to be called by it.
   void Stop();
 
   // When the world is to be told next; nothing: not any more. Replaces what was said of it before.
   void Set(const std::string& uid, std::weak_ptr<World> world,
-           std::optional<collision::WallTime> when);
+           std::optional<Clock::time_point> when);
 
  private:
   struct Due {
-    collision::WallTime when;
+    Clock::time_point when;
     std::weak_ptr<World> world;
   };
 

@@ -267,10 +267,10 @@ void World::ForgetPast() { state_->feed->ForgetPast(); }
 
 std::int64_t World::memory_bytes() const { return state_->memory->world_bytes_of(state_->payer); }
 
-void World::ExpireRules(collision::WallTime now) {
+void World::ExpireRules(Clock::time_point now) {
   const Change expire{.what = collision::ExpireRules{now}, .expected_object_revision = {}};
   if (!Apply({&expire, 1}, {}).ok()) return;  // the world was closed: its rules ended with it
-  // Where the clock was set back nothing was over, and nothing was published: there is a next time.
+  // Where nothing was over yet nothing was published: there is a next time.
   std::lock_guard turn(state_->turn);
   state_->ScheduleExpiry(*Snapshot(), weak_from_this());
 }

@@ -114,7 +114,7 @@ class World : public std::enable_shared_from_this<World> {
 
   // Publishes the end of what pairs were allowed until `now`, if anything was. Questions that hold
   // a snapshot are answered as it says. No effect on a world that was closed.
-  void ExpireRules(collision::WallTime now);
+  void ExpireRules(Clock::time_point now);
 
   // What Update would answer before it calls `make`: an error, the first reply of a retry, or
   // nothing. Saves the work of a write that cannot be.

@@ -122,6 +122,17 @@ struct WorldRegistry::State {
   std::map<std::string, Entry> entries;
   DeletionMemory deletions;
   bool draining = false;
+  Listener listener = {};
+
+  // Not under the mutex.
+  void Tell(const World& world, Fate fate) {
+    Listener told;
+    {
+      std::lock_guard lock(mutex);
+      told = listener;
+    }
+    if (told) told(world, fate);
+  }
 
   // Under the mutex.
   absl::StatusOr<std::shared_ptr<World>> Find(const std::string& name,
@@ -182,8 +193,13 @@ WorldRegistry::Lease::~Lease() {
 }
 
 void WorldRegistry::Lease::Keep() {
-  std::lock_guard lock(state_.mutex);
-  if (State::Entry* const entry = state_.EntryOf(*world_); entry != nullptr) entry->kept = true;
+  {
+    std::lock_guard lock(state_.mutex);
+    State::Entry* const entry = state_.EntryOf(*world_);
+    if (entry == nullptr || entry->kept) return;
+    entry->kept = true;
+  }
+  state_.Tell(*world_, Fate::kCreated);
 }
 
 bool WorldRegistry::Lease::kept() const {
@@ -260,15 +276,23 @@ absl::StatusOr<WorldRegistry::Deleted> WorldRegistry::Delete(const std::string& 
   // Waits for the writer's turn, so not under our lock; from then on its revision is its last.
   (*world)->Close();
   const Deleted deleted{(*world)->uid(), (*world)->Snapshot()->revision()};
-  std::lock_guard lock(state_->mutex);
-  if (state_->EntryOf(**world) == nullptr) {  // another was faster, our own first try perhaps
-    const DeletionMemory::Record* first = state_->deletions.Find(key, state_->now());
-    if (first != nullptr && first->asked_uid == uid) return first->reply;
-    return Unknown(key.world);
+  {
+    std::lock_guard lock(state_->mutex);
+    if (state_->EntryOf(**world) == nullptr) {  // another was faster, our own first try perhaps
+      const DeletionMemory::Record* first = state_->deletions.Find(key, state_->now());
+      if (first != nullptr && first->asked_uid == uid) return first->reply;
+      return Unknown(key.world);
+    }
+    state_->entries.erase(key.world);
+    if (!request_id.empty()) state_->deletions.Remember(key, {uid, deleted}, state_->now());
   }
-  state_->entries.erase(key.world);
-  if (!request_id.empty()) state_->deletions.Remember(key, {uid, deleted}, state_->now());
+  state_->Tell(**world, Fate::kDeleted);
   return deleted;
+}
+
+void WorldRegistry::SetListener(Listener listener) {
+  std::lock_guard lock(state_->mutex);
+  state_->listener = std::move(listener);
 }
 
 void WorldRegistry::Drain() {

@@ -76,6 +76,12 @@ class WorldRegistry {
   // Ends all watches with a last bookmark, for shutting down.
   void Drain();
 
+  enum class Fate { kCreated, kDeleted };
+  // Told, with no lock of the registry held, of each world that everybody finds from now on and of
+  // each that nobody finds any more. Replaces the listener before; may be empty.
+  using Listener = std::function<void(const World& world, Fate fate)>;
+  void SetListener(Listener listener);
+
  private:
   std::unique_ptr<State> state_;
 };

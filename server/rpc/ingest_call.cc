@@ -142,6 +142,15 @@ void IngestCall::KeepScan(World& world, const IngestRequest& request,
 }
 
 absl::Status IngestCall::Work() {
+  line_.outcome = Interpret();
+  line_.world = WorldNameOf(plan_->world);
+  line_.sensor = plan_->request.sensor;
+  line_.took = Clock::now() - begin_;
+  runtime_.log.Ingested(line_);
+  return line_.outcome;
+}
+
+absl::Status IngestCall::Interpret() {
   work_ = EmptyCharge();
   auto charged = work_.Resize(kInterpretingBytesPerPoint * plan_->point_count);
   if (!charged.ok()) return charged;
@@ -149,6 +158,7 @@ absl::Status IngestCall::Work() {
   auto request = MakeRequest();
   if (!request.ok()) return request.status();
   upload_.reset();  // its bytes are in the cloud now
+  line_.points = static_cast<std::int64_t>(request->cloud.points.size());
   auto lease = application.worlds.FindOrMake(plan_->world, plan_->world_uid);
   if (!lease.ok()) return lease.status();
   request->options.max_threads = runtime_.cores;
@@ -158,6 +168,8 @@ absl::Status IngestCall::Work() {
   if (!outcome.ok()) {
     return absl::IsCancelled(outcome.status()) && budget.spent() ? OutOfTime() : outcome.status();
   }
+  line_.objects = static_cast<std::int64_t>(outcome->objects.size());
+  line_.revision = outcome->revision.value;
   if (request->mode != IngestMode::kSegmentOnly) {
     lease->Keep();
     KeepScan(**lease, *request, *outcome);

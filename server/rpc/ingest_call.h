@@ -23,6 +23,7 @@ class IngestCall final : public UploadCall<v1::IngestCloudRequest, v1::IngestClo
   absl::Status TakeFinish(const v1::CloudFinish& finish);
   absl::Status CheckEnd() const override;
   absl::Status Work() override;
+  absl::Status Interpret();
   WorkQueue& Queue() override { return runtime_.ingest; }
   double Cost_s() const override;
   absl::StatusOr<IngestRequest> MakeRequest();
@@ -31,8 +32,10 @@ class IngestCall final : public UploadCall<v1::IngestCloudRequest, v1::IngestClo
   v1::IngestCloudHeader header_;
   std::optional<CloudPlan> plan_;  // once the header came
   std::optional<Upload> upload_;
-  MemoryCharge work_;      // of the interpreter
-  Sha256 received_;        // of the bytes that came
+  MemoryCharge work_;  // of the interpreter
+  Sha256 received_;    // of the bytes that came
+  const Clock::time_point begin_ = Clock::now();
+  IngestLine line_;        // of the log, as far as it is known
   std::string sha256_;     // that the client expects, or empty
   bool finished_ = false;  // the finish message came
 };

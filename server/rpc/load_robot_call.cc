@@ -159,6 +159,9 @@ absl::Status LoadRobotCall::Work() {
   auto outcome = LoadRobot(**lease, *put, plan_->write, application.limits);
   if (!outcome.ok()) return outcome.status();
   lease->Keep();
+  runtime_.log.RobotLoaded(WorldNameOf(plan_->world), put->name,
+                           static_cast<std::int64_t>(put->robot->model->links.size()),
+                           outcome->revision.value);
   return Reply(**lease, *outcome, put->name);
 }
 

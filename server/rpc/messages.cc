@@ -1,27 +1,32 @@
 #include "server/rpc/messages.h"
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_replace.h"
 #include "server/core/error.h"
 
 namespace cwm::server {
+
+absl::Status MalformedRequest(const std::string& method) {
+  const std::string name = absl::StrReplaceAll(method.substr(1), {{"/", "."}});
+  const auto* known = google::protobuf::DescriptorPool::generated_pool()->FindMethodByName(name);
+  const std::string type = known == nullptr ? "" : known->input_type()->full_name();
+  return MakeError(
+      absl::StatusCode::kInvalidArgument,
+      absl::StrCat(method, ": the request is no valid ", type, " message"),
+      {.reason = "MALFORMED_REQUEST", .metadata = {{"method", method}, {"type", type}}});
+}
 
 std::string MethodTaking(const google::protobuf::Descriptor& request) {
   const google::protobuf::FileDescriptor& file = *request.file();
   for (int i = 0; i < file.service_count(); ++i) {
     for (int k = 0; k < file.service(i)->method_count(); ++k) {
       const google::protobuf::MethodDescriptor& method = *file.service(i)->method(k);
-      if (method.input_type() == &request) return method.full_name();
+      if (method.input_type() == &request) {
+        return absl::StrCat("/", file.service(i)->full_name(), "/", method.name());
+      }
     }
   }
-  return request.full_name();
-}
-
-absl::Status MalformedRequest(const google::protobuf::Descriptor& request) {
-  const std::string method = MethodTaking(request);
-  return MakeError(
-      absl::StatusCode::kInvalidArgument,
-      absl::StrCat(method, ": the request is malformed, must be a ", request.full_name()),
-      {.reason = "MALFORMED_REQUEST", .fields = {}, .metadata = {{"method", method}}});
+  return "/" + request.full_name();
 }
 
 }  // namespace cwm::server

@@ -3,9 +3,10 @@
 #pragma once
 
 #include <google/protobuf/descriptor.h>
+#include <grpcpp/impl/codegen/proto_utils.h>
 #include <grpcpp/support/byte_buffer.h>
 #include <grpcpp/support/proto_buffer_reader.h>
-#include <grpcpp/support/proto_buffer_writer.h>
+#include <grpcpp/support/status.h>
 
 #include <string>
 
@@ -13,14 +14,14 @@
 
 namespace cwm::server {
 
-// The method that takes messages of this type, e.g. "cwm.v1.WorldService.GetWorld".
+// INVALID_ARGUMENT MALFORMED_REQUEST, naming the method, e.g. "/cwm.v1.WorldService/GetWorld", and the
+// type of its requests.
+absl::Status MalformedRequest(const std::string& method);
+
+// The method that takes messages of this type.
 std::string MethodTaking(const google::protobuf::Descriptor& request);
 
-// INVALID_ARGUMENT MALFORMED_REQUEST, naming the method.
-absl::Status MalformedRequest(const google::protobuf::Descriptor& request);
-
-// Frees the bytes as it parses them. INVALID_ARGUMENT MALFORMED_REQUEST, naming the method; throws
-// std::bad_alloc.
+// Frees the bytes as it parses them. INVALID_ARGUMENT MALFORMED_REQUEST; throws std::bad_alloc.
 template <class Request>
 absl::Status ParseRequest(grpc::ByteBuffer& bytes, Request* request) {
   const bool is_parsed = [&] {
@@ -28,7 +29,8 @@ absl::Status ParseRequest(grpc::ByteBuffer& bytes, Request* request) {
     return reader.status().ok() && request->ParseFromZeroCopyStream(&reader);
   }();
   bytes.Clear();
-  return is_parsed ? absl::OkStatus() : MalformedRequest(*Request::descriptor());
+  return is_parsed ? absl::OkStatus()
+                   : MalformedRequest(MethodTaking(*Request::descriptor()));
 }
 
 // Throws std::bad_alloc.

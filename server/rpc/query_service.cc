@@ -73,8 +73,8 @@ grpc::ServerUnaryReactor* QueryService::SamplePoints(grpc::CallbackServerContext
                                                                        response);
 }
 
-grpc::ServerBidiReactor<v1::StreamQueriesRequest, v1::StreamQueriesResponse>*
-QueryService::StreamQueries(grpc::CallbackServerContext* context) {
+grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>* QueryService::StreamQueries(
+    grpc::CallbackServerContext* context) {
   return StreamQueriesCall::Start(context, runtime_);
 }
 

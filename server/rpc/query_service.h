@@ -13,7 +13,7 @@ using RawQueryService = v1::QueryService::WithRawCallbackMethod_CheckCollisions<
             v1::QueryService::WithRawCallbackMethod_CheckMotions<
                 v1::QueryService::WithRawCallbackMethod_CastRays<
                     v1::QueryService::WithRawCallbackMethod_SamplePoints<
-                        v1::QueryService::WithCallbackMethod_StreamQueries<
+                        v1::QueryService::WithRawCallbackMethod_StreamQueries<
                             v1::QueryService::Service>>>>>>>;
 
 class QueryService final : public RawQueryService {
@@ -38,7 +38,7 @@ class QueryService final : public RawQueryService {
   grpc::ServerUnaryReactor* SamplePoints(grpc::CallbackServerContext* context,
                                          const grpc::ByteBuffer* request,
                                          grpc::ByteBuffer* response) override;
-  grpc::ServerBidiReactor<v1::StreamQueriesRequest, v1::StreamQueriesResponse>* StreamQueries(
+  grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>* StreamQueries(
       grpc::CallbackServerContext* context) override;
 
  private:

@@ -88,10 +88,21 @@ Runtime::Runtime(Application& application_in)
              .threads = cores,
              .capacity = static_cast<std::size_t>(application.limits.max_watchers +
                                                   application.limits.max_viewer_watchers) +
-                         1}) {}
+                         1}) {
+  application.worlds.SetListener([this](const World& world, WorldRegistry::Fate fate) {
+    if (fate == WorldRegistry::Fate::kCreated) {
+      log.WorldCreated(world.name(), world.uid());
+    } else {
+      log.WorldDeleted(world.name(), world.uid());
+    }
+  });
+}
 
-// Its last task may be about to wake a queue.
-Runtime::~Runtime() { timer.Stop(); }
+// The timer's last task may be about to wake a queue.
+Runtime::~Runtime() {
+  application.worlds.SetListener({});
+  timer.Stop();
+}
 
 int Runtime::ThreadsForScan() const {
   const auto idle = std::min(query.IdleFor(), batches.IdleFor());

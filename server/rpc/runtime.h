@@ -19,6 +19,7 @@
 #include "server/core/work_queue.h"
 #include "server/core/world_registry.h"
 #include "server/rpc/open_streams.h"
+#include "server/rpc/request_log.h"
 #include "server/rpc/revision_waits.h"
 #include "server/rpc/stall_timers.h"
 #include "server/rpc/timer.h"
@@ -55,6 +56,7 @@ class Runtime {
   Application& application;
   OpenStreams open_streams;  // before the queues, which hold calls
   Timer timer;
+  RequestLog log{timer};
   StallTimers stalls{timer};
   // Each shared among clients. The viewer's watches are those of pages that browsers show.
   FairQuota watchers;

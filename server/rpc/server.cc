@@ -15,6 +15,7 @@
 #include "absl/strings/str_cat.h"
 #include "grpc/health/v1/health.pb.h"
 #include "server/rpc/admin_service.h"
+#include "server/rpc/call_interceptor.h"
 #include "server/rpc/listen_address.h"
 #include "server/rpc/perception_service.h"
 #include "server/rpc/query_service.h"
@@ -122,6 +123,7 @@ absl::Status Server::State::Start(const ListenOptions& listen) {
   grpc::reflection::InitProtoReflectionServerBuilderPlugin();
   grpc::ServerBuilder builder;
   SetChannelArguments(runtime.application.limits, builder);
+  builder.experimental().SetInterceptorCreators(CallInterceptors(runtime.log));
   std::vector<BoundAddress> bound(listen.addresses.size());
   for (std::size_t i = 0; i < bound.size(); ++i) {
     auto address = CheckListenAddress(listen.addresses[i]);
@@ -196,9 +198,9 @@ void Server::Stop(std::chrono::milliseconds grace) {
   // that writes at that moment fails and does not read what is left. So the streams end first; then
   // gRPC's farewell waits for the client to answer. What still works then ends by itself, while a
   // successor may already listen.
-  const auto end = std::chrono::system_clock::now() + grace;
+  const auto end = Clock::now() + grace;
   state_->runtime.open_streams.WaitUntilNone(std::min(grace, kStreamsEndWithin));
-  state_->grpc->Shutdown(end);
+  state_->grpc->Shutdown(std::chrono::system_clock::now() + (end - Clock::now()));
   state_->grpc->Wait();
   state_->grpc = nullptr;
   state_->RemoveSockets();

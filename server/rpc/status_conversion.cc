@@ -3,6 +3,7 @@
 #include <cmath>
 #include <utility>
 
+#include "absl/strings/str_cat.h"
 #include "cwm/v1/error_details.pb.h"
 #include "server/core/error.h"
 
@@ -74,6 +75,18 @@ grpc::Status ToGrpcStatus(const absl::Status& status) {
   // absl's canonical codes are gRPC's.
   return grpc::Status(static_cast<grpc::StatusCode>(status.code()), Text(status),
                       packed.SerializeAsString());
+}
+
+std::string ReasonIn(const grpc::Status& status) {
+  v1::Status packed;
+  v1::ErrorInfo info;
+  if (packed.ParseFromString(status.error_details())) {
+    for (const google::protobuf::Any& detail : packed.details()) {
+      if (detail.type_url() != absl::StrCat(kTypeUrlPrefix, "ErrorInfo")) continue;
+      if (info.ParseFromString(detail.value())) return info.reason();
+    }
+  }
+  return absl::StatusCodeToString(static_cast<absl::StatusCode>(status.error_code()));
 }
 
 v1::QueryError ToQueryError(const absl::Status& status) {

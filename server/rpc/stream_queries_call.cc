@@ -5,11 +5,18 @@
 #include "server/core/error.h"
 #include "server/rpc/at_revision.h"
 #include "server/rpc/call.h"
+#include "server/rpc/messages.h"
 #include "server/rpc/query_queue.h"
 #include "server/rpc/status_conversion.h"
 
 namespace cwm::server {
 namespace {
+
+// As of unary calls (call.cc).
+constexpr std::size_t kMaxParsedAtOnceBytes = 64 << 10;
+constexpr double kParsing_s_per_byte = 20e-9;
+
+constexpr char kMethod[] = "/cwm.v1.QueryService/StreamQueries";
 
 // Calls `use` with the question's message; `otherwise` when there is none.
 template <class Use, class Result>
@@ -57,8 +64,7 @@ StreamQueriesCall* StreamQueriesCall::Start(grpc::CallbackServerContext* context
     call->Advance();
     runtime.AddDrainable(call);
   } else {
-    call->is_over_ = true;
-    call->Finish(ToGrpcStatus(Overloaded("too many streams are open", "TOO_MANY_STREAMS")));
+    call->End(Overloaded("too many streams are open", "TOO_MANY_STREAMS"));
   }
   return call.get();
 }
@@ -67,7 +73,8 @@ StreamQueriesCall::StreamQueriesCall(grpc::CallbackServerContext* context, Runti
     : runtime_(runtime),
       deadline_(DeadlineOf(*context)),
       context_(context),
-      client_(runtime.ClientOf(*context)) {}
+      client_(runtime.ClientOf(*context)),
+      charge_(MemoryCharge::Empty(runtime.application.memory, MemoryBudget::Client(client_))) {}
 
 void StreamQueriesCall::Advance() {
   const auto self = shared_from_this();  // what is moved on may end the call
@@ -83,7 +90,7 @@ void StreamQueriesCall::Advance() {
 // True when a question has come to be answered.
 bool StreamQueriesCall::MoveOn() {
   if (answer_ == Place::kDone && write_ == Place::kEmpty) {
-    written_.Swap(&response_);
+    written_.Swap(&answered_);
     answer_ = Place::kEmpty;
     write_ = Place::kUnderWay;
     reading_ = StallTimers::Guard(runtime_.stalls, runtime_.application.limits.max_stall,
@@ -93,7 +100,7 @@ bool StreamQueriesCall::MoveOn() {
   const bool goes_on = !client_is_gone_ && !runtime_.draining();
   const bool begins = goes_on && read_ == Place::kDone && answer_ == Place::kEmpty;
   if (begins) {
-    request_.Swap(&next_);
+    request_bytes_.Swap(&next_);
     read_ = Place::kEmpty;
     answer_ = Place::kUnderWay;
   }
@@ -120,18 +127,27 @@ void StreamQueriesCall::FinishIfOver() {
     status = CallCancelled();
   } else if (runtime_.draining()) {
     status = Draining();
+  } else if (!broken_.ok()) {
+    status = broken_;
   } else if (!client_is_done_ || read_ != Place::kEmpty) {
     return;
   }
+  End(status);
+}
+
+void StreamQueriesCall::End(const absl::Status& status) {
   is_over_ = true;
+  if (!status.ok()) {
+    runtime_.log.Refused(kMethod, status.code(), DetailsOf(status).reason, client_);
+  }
   Finish(ToGrpcStatus(status));
 }
 
 void StreamQueriesCall::OnReadDone(bool ok) {
   {
     const std::lock_guard lock(mutex_);
+    if (!ok) client_is_done_ = true;
     read_ = ok ? Place::kDone : Place::kEmpty;
-    client_is_done_ = !ok;
   }
   Advance();
 }
@@ -142,7 +158,7 @@ void StreamQueriesCall::OnWriteDone(bool ok) {
     const std::lock_guard lock(mutex_);
     write_ = Place::kEmpty;
     client_is_gone_ = !ok;
-    written_ = v1::StreamQueriesResponse();  // an idle stream keeps no answer: Clear would
+    written_.Clear();
   }
   Advance();
 }
@@ -153,6 +169,49 @@ WorkQueue& StreamQueriesCall::Queue() {
 }
 
 void StreamQueriesCall::Begin() {
+  begun_ = Clock::now();
+  const std::size_t size = request_bytes_.Length();
+  if (size <= kMaxParsedAtOnceBytes) return ParseAndPlan();
+  runtime_.batches.Push({.run =
+                             [self = shared_from_this()](const absl::Status& admitted) {
+                               if (!admitted.ok()) return self->Answered(admitted);
+                               self->ParseAndPlan();
+                             },
+                         .client = client_,
+                         .cost_s = kParsing_s_per_byte * static_cast<double>(size),
+                         .deadline = deadline_});
+}
+
+void StreamQueriesCall::ParseAndPlan() {
+  const auto size = static_cast<std::int64_t>(request_bytes_.Length());
+  absl::Status parsed;
+  const absl::Status charged = RunGuarded(
+      [&](const CallContext&) {
+        // While it is parsed it is there twice.
+        if (auto status = charge_.Resize(2 * size); !status.ok()) return status;
+        parsed = ParseRequest(request_bytes_, &request_);
+        return absl::OkStatus();
+      },
+      {});
+  request_bytes_.Clear();
+  if (!charged.ok()) return Answered(charged);
+  if (!parsed.ok()) return Break(parsed);
+  Plan();
+}
+
+// Nobody can tell what was asked, nor what comes after it.
+void StreamQueriesCall::Break(const absl::Status& status) {
+  {
+    const std::lock_guard lock(mutex_);
+    broken_ = status;
+    client_is_done_ = true;
+    answer_ = Place::kEmpty;
+    if (read_ == Place::kDone) read_ = Place::kEmpty;
+  }
+  Advance();
+}
+
+void StreamQueriesCall::Plan() {
   const MaybeAwait await = WhatToAwait(runtime_, request_);
   if (!await.ok()) return Answered(await.status());
   reached_.reset();
@@ -233,8 +292,31 @@ absl::Status StreamQueriesCall::AnswerRequest(const CallContext& call) {
 
 void StreamQueriesCall::Answered(const absl::Status& status) {
   response_.set_id(request_.id());
-  if (!status.ok()) *response_.mutable_error() = ToQueryError(status);
-  request_ = v1::StreamQueriesRequest();  // an idle stream keeps no question
+  if (!status.ok()) {
+    *response_.mutable_error() = ToQueryError(status);
+    runtime_.log.Refused(kMethod, status.code(), response_.error().reason(), client_);
+  }
+  const Clock::duration took = Clock::now() - begun_;
+  if (took > kSlowCall) {
+    runtime_.log.Slow(kMethod, status.code(), took, request_.ByteSizeLong(),
+                      response_.ByteSizeLong());
+  }
+  // An idle stream keeps no question and no answer: Clear would.
+  request_ = v1::StreamQueriesRequest();
+  const absl::Status serialized = RunGuarded(
+      [this](const CallContext&) {
+        SerializeResponse(response_, &answered_);
+        return absl::OkStatus();
+      },
+      {});
+  const std::int64_t id = response_.id();
+  response_ = v1::StreamQueriesResponse();
+  charge_.ResizeAnyway(static_cast<std::int64_t>(answered_.Length()));
+  if (!serialized.ok()) {
+    response_.set_id(id);
+    *response_.mutable_error() = ToQueryError(serialized);
+    SerializeResponse(response_, &answered_);
+  }
   {
     const std::lock_guard lock(mutex_);
     answer_ = Place::kDone;

@@ -21,10 +21,9 @@ namespace cwm::server {
 // then all that can is moved on. Only there are operations started and is the call finished: once,
 // when nothing is being answered or written and nothing more can come. Tasks and waits hold the
 // call alive.
-class StreamQueriesCall final
-    : public grpc::ServerBidiReactor<v1::StreamQueriesRequest, v1::StreamQueriesResponse>,
-      public Drainable,
-      public std::enable_shared_from_this<StreamQueriesCall> {
+class StreamQueriesCall final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>,
+                                public Drainable,
+                                public std::enable_shared_from_this<StreamQueriesCall> {
  public:
   static StreamQueriesCall* Start(grpc::CallbackServerContext* context, Runtime& runtime);
 
@@ -46,12 +45,16 @@ class StreamQueriesCall final
   void FinishIfOver();
   // Of the question that has just come into its place. Each ends in Answered.
   void Begin();
+  void ParseAndPlan();
+  void Plan();
+  void Break(const absl::Status& status);
   void Enqueue();
   WorkQueue& Queue();
   double Cost_s() const;
   void Work();
   absl::Status AnswerRequest(const CallContext& call);
   void Answered(const absl::Status& status);
+  void End(const absl::Status& status);
 
   Runtime& runtime_;
   const OpenStreams::Token open_{runtime_.open_streams};
@@ -62,6 +65,7 @@ class StreamQueriesCall final
   grpc::CallbackServerContext* const context_;
   const ClientId client_;
   std::optional<QuotaShare> place_;  // of a stream
+  MemoryCharge charge_;              // of the request and its answer
   StallTimers::Guard reading_;       // of an answer, by the client
 
   enum class Place { kEmpty, kUnderWay, kDone };
@@ -70,15 +74,19 @@ class StreamQueriesCall final
   std::mutex mutex_;
   Place read_ = Place::kEmpty;
   Place answer_ = Place::kEmpty;
-  Place write_ = Place::kEmpty;                   // never kDone
-  std::optional<QuotaShare> ahead_;               // of read_, of messages that are read ahead
-  bool client_is_done_ = false;                   // nothing more is read
-  bool client_is_gone_ = false;                   // nothing more is written
-  bool is_over_ = false;                          // Finish was called
-  v1::StreamQueriesRequest next_;                 // of read_
-  v1::StreamQueriesRequest request_;              // of answer_
-  std::optional<WorldAtRevision> reached_;        // what request_ awaited, if it did
-  v1::StreamQueriesResponse response_, written_;  // of answer_ and of write_
+  Place write_ = Place::kEmpty;             // never kDone
+  std::optional<QuotaShare> ahead_;         // of read_, of messages that are read ahead
+  bool client_is_done_ = false;             // nothing more is read
+  bool client_is_gone_ = false;             // nothing more is written
+  bool is_over_ = false;                    // Finish was called
+  grpc::ByteBuffer next_;                   // of read_
+  grpc::ByteBuffer request_bytes_;          // of answer_, until they are parsed
+  v1::StreamQueriesRequest request_;        // of answer_
+  std::optional<WorldAtRevision> reached_;  // what request_ awaited, if it did
+  Clock::time_point begun_;                 // when request_ came into its place
+  v1::StreamQueriesResponse response_;      // of answer_
+  grpc::ByteBuffer answered_, written_;     // of answer_ and of write_
+  absl::Status broken_;                     // why the stream ends, where it cannot go on
 };
 
 }  // namespace cwm::server

@@ -42,8 +42,7 @@ absl::StatusOr<collision::AllowCollision> FromProto(const v1::AllowCollision& al
   }
   const auto after = FromProto(allow.expires_after(), field, kLongestAllowance);
   if (!after.ok()) return after.status();
-  result.expires = std::chrono::system_clock::now() +
-                   std::chrono::duration_cast<collision::WallTime::duration>(*after);
+  result.expires = collision::ExpiryAfter(*after);
   return result;
 }
 
@@ -65,7 +64,7 @@ v1::PairRule ToProto(const collision::PairRule& rule) {
   *proto.mutable_pair()->mutable_a() = ThingToProto(rule.pair.a);
   *proto.mutable_pair()->mutable_b() = ThingToProto(rule.pair.b);
   proto.set_allowed(rule.allowed);
-  if (rule.expires.has_value()) *proto.mutable_expires() = ToProto(*rule.expires);
+  if (rule.expires.has_value()) *proto.mutable_expires() = ToProto(rule.expires->wall_time);
   if (rule.margin_m.has_value()) proto.set_margin_m(*rule.margin_m);
   return proto;
 }

@@ -1,13 +1,15 @@
 // Grasps alone: quick to build where the planner is worked on.
-//   cwm-bench-grasp [--first-seed N] [--seeds N] [--json FILE]
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <string>
 
 #include "tests/benchmarks/benchmarks.h"
+#include "tests/benchmarks/usage.h"
 
 int main(int argc, char** argv) {
+  constexpr char kUsage[] = "cwm-bench-grasp [--first-seed N] [--seeds N] [--json FILE]\n";
+  if (cwm::benchmarks::PrintsUsage(argc, argv, kUsage)) return 0;
   cwm::benchmarks::Seeds seeds = cwm::benchmarks::kSeedsOfGrasps;
   std::string json;
   for (int i = 1; i < argc; ++i) {
@@ -19,7 +21,7 @@ int main(int argc, char** argv) {
     } else if (known && std::strcmp(argv[i], "--json") == 0) {
       json = argv[++i];
     } else {
-      std::fprintf(stderr, "cwm-bench-grasp [--first-seed N] [--seeds N] [--json FILE]\n");
+      std::fprintf(stderr, "unknown option %s\n%s", argv[i], kUsage);
       return 1;
     }
   }

@@ -1,7 +1,4 @@
-// ./dev bench: figures with their rivals by group, or micro-benchmarks by name.
-//   cwm-bench [main|perception|perception-quick|collision|collision-(pairs|robots|samples|worlds)|people] [--json FILE]
-//   cwm-bench scene FAMILY SEED      one of the random scenes, shape by shape
-//   cwm-bench REGEX                  micro-benchmarks whose names match
+// ./dev bench: figures with their rivals by group, or micro-benchmarks by name (see kUsage).
 #include <benchmark/benchmark.h>
 
 #include <cstdio>
@@ -13,10 +10,17 @@
 #include <vector>
 
 #include "tests/benchmarks/benchmarks.h"
+#include "tests/benchmarks/usage.h"
 
 namespace {
 
 using cwm::benchmarks::Report;
+
+constexpr char kUsage[] =
+    "cwm-bench [GROUP] [--json FILE]     figures of a group (default: main), also written to FILE\n"
+    "cwm-bench scene FAMILY SEED         one of the random scenes, shape by shape; FAMILY: table,\n"
+    "                                    clutter, kitchen, vessels\n"
+    "cwm-bench REGEX                     micro-benchmarks whose names match\n";
 
 const std::map<std::string, std::vector<std::function<void(Report&)>>>& Groups() {
   using namespace cwm::benchmarks;
@@ -52,12 +56,21 @@ const std::map<std::string, std::vector<std::function<void(Report&)>>>& Groups()
   return groups;
 }
 
+std::string GroupList() {
+  std::string list = "groups:";
+  for (const auto& [name, measures] : Groups()) list += " " + name;
+  return list + "\n";
+}
+
 int RunMatching(char* program, const std::string& regex) {
   std::string filter = "--benchmark_filter=" + regex;
   std::vector<char*> arguments = {program, filter.data()};
   int count = static_cast<int>(arguments.size());
   benchmark::Initialize(&count, arguments.data());
-  return benchmark::RunSpecifiedBenchmarks() > 0 ? 0 : 1;
+  if (benchmark::RunSpecifiedBenchmarks() > 0) return 0;
+  std::fprintf(stderr, "no group and no micro-benchmark is called %s; %s", regex.c_str(),
+               GroupList().c_str());
+  return 1;
 }
 
 int Replay(const std::vector<std::string>& words) {
@@ -83,11 +96,16 @@ int RunGroup(const std::string& name, const std::string& json) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  const std::string usage = std::string(kUsage) + GroupList();
+  if (cwm::benchmarks::PrintsUsage(argc, argv, usage.c_str())) return 0;
   std::vector<std::string> words;
   std::string json;
   for (int i = 1; i < argc; ++i) {
     if (std::strcmp(argv[i], "--json") == 0 && i + 1 < argc) {
       json = argv[++i];
+    } else if (argv[i][0] == '-') {  // to Google Benchmark: all whose names do not match
+      std::fprintf(stderr, "unknown option %s\n%s", argv[i], usage.c_str());
+      return 1;
     } else {
       words.emplace_back(argv[i]);
     }

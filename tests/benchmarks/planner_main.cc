@@ -1,15 +1,19 @@
 // The motion planner without the rest: the figures of ./dev bench people-planner, or of a part of
 // the problems with other options.
-//   cwm-bench-planner [--json FILE] [--first N] [--step N] [--seed N] [--range D] [--samples N]
-//                     [--rounds N] [--cuts N] [--time S] [--fcl 0|1] [--certify 0|1]
 #include <cstdlib>
 #include <functional>
 #include <map>
 #include <string>
 
 #include "tests/benchmarks/planner_benchmarks.h"
+#include "tests/benchmarks/usage.h"
 
 int main(int argc, char** argv) {
+  constexpr char kUsage[] =
+      "cwm-bench-planner [--json FILE] [--first N] [--step N] [--seed N] [--range D]\n"
+      "                  [--samples N] [--rounds N] [--cuts N] [--time S] [--fcl 0|1]\n"
+      "                  [--certify 0|1]\n";
+  if (cwm::benchmarks::PrintsUsage(argc, argv, kUsage)) return 0;
   cwm::benchmarks::PlannerMeasure measure;
   cwm::planner::PlanOptions& options = measure.options;
   std::string json;

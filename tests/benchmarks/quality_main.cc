@@ -1,10 +1,5 @@
 // The quality of perception without a server: quick to build where perception is worked on. The same
 // figures as ./dev bench perception prints.
-//   cwm-bench-quality [quick|shapes|sensors [SENSOR]|handles|claims|scene FAMILY SEED [SENSOR]]
-//                     [--json FILE]
-//                     [--first-seed N] [--seeds N]
-// The last two, of quick, shapes, sensors and handles, take other random scenes than those of the figures,
-// such as scenes that nobody has looked at: what was tuned on some holds only where it holds there.
 #include <cstdlib>
 #include <cstring>
 #include <functional>
@@ -13,6 +8,7 @@
 #include <vector>
 
 #include "tests/benchmarks/benchmarks.h"
+#include "tests/benchmarks/usage.h"
 
 namespace cwm::benchmarks {
 namespace {
@@ -96,6 +92,14 @@ void Run(const Call& call, Report& report) {
 }  // namespace cwm::benchmarks
 
 int main(int argc, char** argv) {
+  // What was tuned on some scenes holds only where it holds on those that nobody has looked at.
+  constexpr char kUsage[] =
+      "cwm-bench-quality [quick|shapes|sensors [SENSOR]|handles|claims|scene FAMILY SEED "
+      "[SENSOR]]\n"
+      "                  [--json FILE] [--first-seed N] [--seeds N]\n"
+      "The last two, of quick, shapes, sensors and handles, take other random scenes than those of "
+      "the figures.\n";
+  if (cwm::benchmarks::PrintsUsage(argc, argv, kUsage)) return 0;
   const cwm::benchmarks::Call call = cwm::benchmarks::Parse(argc, argv);
   cwm::benchmarks::Report report;
   cwm::benchmarks::Run(call, report);

@@ -1,13 +1,17 @@
 // Robots in planning problems without the rest: quick to build where collision is worked on. The same
 // figures as ./dev bench collision-robots, collision-motions, collision-spheres and collision-latency
 // print; the stream alone as well.
-//   cwm-bench-robots [meshes|differences|motions|spheres|stream|latency|large|python] [--json FILE]
 #include <string>
 #include <vector>
 
 #include "tests/benchmarks/benchmarks.h"
+#include "tests/benchmarks/usage.h"
 
 int main(int argc, char** argv) {
+  constexpr char kUsage[] =
+      "cwm-bench-robots [meshes|differences|motions|spheres|stream|latency|large|python] "
+      "[--json FILE]\n";
+  if (cwm::benchmarks::PrintsUsage(argc, argv, kUsage)) return 0;
   std::string part = "spheres", json;
   for (int i = 1; i < argc; ++i) {
     const std::string word = argv[i];

@@ -199,7 +199,7 @@ TEST_F(OutputForms, SampleGivesDistancesAndGradientsInEveryForm) {
 TEST_F(OutputForms, WatchTellsTheWorldInEveryForm) {
   ExpectWords(Table({"watch", "--once"}),
               {"1  is      crate  user  box 1.000 x 1.000 x 1.000 m  at 0.000 0.000 0.000 m",
-               "that is the world"});
+               "that is the world, uid " + UidOf("default")});
   for (const char* form : {"json", "ndjson"}) {
     const Finished run = Cwm({"-o", form, "watch", "--once"});
     EXPECT_EQ(run.exit_code, 0) << run.err;
@@ -209,8 +209,12 @@ TEST_F(OutputForms, WatchTellsTheWorldInEveryForm) {
     EXPECT_EQ(json::parse(first).at("initial_state").at("objects").at(0).at("name"), "crate");
   }
   ExpectExit({"watch", "--once", "--world", "nowhere"}, kNotFound, "nowhere");
-  ExpectExit({"watch", "--from", "99"}, kConflict, "99");
-  const Finished idle = Cwm({"watch", "--from", "1", "--deadline", "0.5"});
+  const std::string uid = UidOf("default");
+  ExpectExit({"watch", "--from", "99", "--world-uid", uid}, kConflict, "99");
+  ExpectExit({"watch", "--from", "1", "--world-uid", "another"}, kConflict, uid);
+  ExpectExit({"watch", "--from", "1"}, kUsage, "--world-uid");
+  EXPECT_EQ(Cwm({"watch", "--from", "0", "--count", "1"}).exit_code, 0);
+  const Finished idle = Cwm({"watch", "--from", "1", "--world-uid", uid, "--deadline", "0.5"});
   EXPECT_EQ(idle.exit_code, kDeadline) << idle.err;
 }
 

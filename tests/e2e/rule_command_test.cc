@@ -83,7 +83,8 @@ TEST_F(RuleCommand, AllowsForAWhile) {
   EXPECT_EQ(CwmJson({"allow", "crate", "*", "--for", "0.3"}).at("revision"), "2");
   EXPECT_THAT(Cwm({"rules"}).out, ::testing::AnyOf(HasSubstr("allowed until"), HasSubstr("no ")));
   // The watch ends with the expiry's message, the second after revision 1.
-  const Finished watched = Cwm({"--deadline", "20", "watch", "--from", "1", "--count", "2"});
+  const Finished watched = Cwm({"--deadline", "20", "watch", "--from", "1", "--world-uid",
+                                UidOf("default"), "--count", "2"});
   EXPECT_THAT(watched.out, HasSubstr("2  rule    * and crate  allowed until"));
   EXPECT_THAT(watched.out, HasSubstr("3  rule    * and crate  no rule"));
   EXPECT_TRUE(Collides({}, "0,0,0"));

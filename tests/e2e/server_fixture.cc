@@ -82,6 +82,11 @@ std::int64_t ServerTest::RevisionOf(const std::string& world) const {
   return std::stoll(nlohmann::json::parse(run.out).at("revision").get<std::string>());
 }
 
+std::string ServerTest::UidOf(const std::string& world) const {
+  const std::string request = "{\"world\": \"" + world + "\"}";
+  return CwmJson({"call", "cwm.v1.WorldService/GetWorld", request}).at("world_uid");
+}
+
 std::string PoseArgument(const nlohmann::json& pose) {
   std::ostringstream text;
   text.precision(17);

@@ -33,6 +33,9 @@ class ServerTest : public ::testing::Test {
   // The revision of a world, -1 where it is unknown.
   std::int64_t RevisionOf(const std::string& world) const;
 
+  // Of a world that is there.
+  std::string UidOf(const std::string& world) const;
+
   // Where the viewer listens, as --viewer has it.
   virtual std::string viewer() const { return "off"; }
   // The port that the server says it shows the world at.

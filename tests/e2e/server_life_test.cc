@@ -154,7 +154,8 @@ TEST_F(ServerLife, AWatchSeesEveryChangeInOrderAndResumes) {
   EXPECT_EQ(told, (std::vector<std::int64_t>{1, 2, 3, 4}));
   watch.Stop();
 
-  Background resumed({Program("cwm"), "--addr", address(), "-o", "ndjson", "watch", "--from", "2"},
+  Background resumed({Program("cwm"), "--addr", address(), "-o", "ndjson", "watch", "--from", "2",
+                      "--world-uid", UidOf("default")},
                      scratch() / "resumed.log");
   ASSERT_TRUE(wait_for(scratch() / "resumed.log", 4));
   const json first = lines(scratch() / "resumed.log").front();

@@ -180,6 +180,7 @@ class Watch:
         view: WorldView,
         *,
         from_revision: int | None,
+        world_uid: str | None,
         coalesced: bool,
         told: enums.ObjectView,
         give_up_after_s: float | None,
@@ -192,6 +193,8 @@ class Watch:
         )
         if from_revision is not None:
             request.from_revision = from_revision
+        if world_uid is not None:
+            request.world_uid = world_uid
         self._give_up_after_s = give_up_after_s
         self._call: grpc.Call | None = None
         self._closed = threading.Event()

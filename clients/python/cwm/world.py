@@ -260,6 +260,7 @@ class World(WorldView):
         self,
         *,
         from_revision: int | None = None,
+        world_uid: str | None = None,
         coalesced: bool = False,
         view: enums.ObjectView | str = "shapes",
         give_up_after_s: float | None = None,
@@ -267,14 +268,21 @@ class World(WorldView):
         """The world as it is and then what happens to it: see `cwm.watch`. `with world.watch() as
         events: ...` ends it.
 
-        from_revision: only what comes after it. coalesced: of a burst only the newest state of each
-        object. give_up_after_s: how long to look for a server that went away; None: for good.
+        from_revision: only what comes after it. world_uid: of the world whose revision that is, as
+        each event has it; needed but for 0. Where the name has another world by now the watch begins
+        anew and says so. coalesced: of a burst only the newest state of each object. give_up_after_s: how long to look for a server that went away; None: for good.
         """
         if from_revision is not None:
             from_revision = arrays.count(from_revision, "from_revision")
+            if from_revision > 0 and not world_uid:
+                raise ValueError(
+                    "world_uid is absent, must be that of the world whose revision "
+                    f"{from_revision} is (from_revision)"
+                )
         return watch.Watch(
             self,
             from_revision=from_revision,
+            world_uid=world_uid,
             coalesced=coalesced,
             told=enums.word(enums.ObjectView, view, "view"),
             give_up_after_s=check_timeout(give_up_after_s),

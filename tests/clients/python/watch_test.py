@@ -54,10 +54,20 @@ class Watches(ServerCase):
     def test_go_on_from_a_revision(self):
         for i in range(5):
             self.world.move("ball", cwm.pose([i + 1, 0, 0]))
-        with self.world.watch(from_revision=3) as events:
+        uid = self.world.uid
+        with self.world.watch(from_revision=3, world_uid=uid) as events:
             self.assertEqual([event.revision for event in self.events_until(events, 6)], [4, 5, 6])
-        with self.world.watch(from_revision=99) as events, self.assertRaises(cwm.OutOfRange):
+        future = self.world.watch(from_revision=99, world_uid=uid)
+        with future as events, self.assertRaises(cwm.OutOfRange):
             next(events)
+        with self.world.watch(from_revision=0) as events:
+            self.assertEqual(next(events).revision, 1)
+        with self.assertRaisesRegex(ValueError, "world_uid is absent.* revision 3 is"):
+            self.world.watch(from_revision=3)
+        with self.world.watch(from_revision=3, world_uid="another") as events:
+            first = next(events)
+            self.assertEqual((type(first), first.revision), (cwm.Snapshot, 6))
+            self.assertIn("replaced", first.anew)
         with self.assertRaisesRegex(ValueError, "from_revision is -1, must be at least 0"):
             self.world.watch(from_revision=-1)
 

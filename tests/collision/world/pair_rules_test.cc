@@ -18,7 +18,7 @@ using ::testing::IsEmpty;
 using ::testing::SizeIs;
 using SnapshotPtr = std::shared_ptr<const WorldSnapshot>;
 
-const WallTime kNoon{std::chrono::hours(500'000)};
+const SteadyTime kNoon{std::chrono::hours(500'000)};
 
 SnapshotPtr Empty() { return std::make_shared<const WorldSnapshot>(); }
 
@@ -27,8 +27,10 @@ Change Of(AllowCollision allow) {
   return {.what = std::move(allow), .expected_object_revision = {}};
 }
 Change Of(SetPairMargin set) { return {.what = std::move(set), .expected_object_revision = {}}; }
-Change Allow(const std::string& a, const std::string& b, std::optional<WallTime> expires = {}) {
-  return Of(AllowCollision{.pair = PairOf({a}, {b}), .expires = expires});
+Change Allow(const std::string& a, const std::string& b, std::optional<SteadyTime> due = {}) {
+  AllowCollision allow{.pair = PairOf({a}, {b})};
+  if (due.has_value()) allow.expires = Expiry{.due = *due, .wall_time = {}};
+  return Of(std::move(allow));
 }
 Change Withdraw(const std::string& a, const std::string& b) {
   return Of(AllowCollision{.pair = PairOf({a}, {b}), .withdraw = true});
@@ -36,7 +38,7 @@ Change Withdraw(const std::string& a, const std::string& b) {
 Change Margin(const std::string& a, const std::string& b, std::optional<double> margin_m) {
   return Of(SetPairMargin{.pair = PairOf({a}, {b}), .margin_m = margin_m});
 }
-Change Expire(WallTime now) { return {.what = ExpireRules{now}, .expected_object_revision = {}}; }
+Change Expire(SteadyTime now) { return {.what = ExpireRules{now}, .expected_object_revision = {}}; }
 
 SnapshotPtr MustApply(const SnapshotPtr& base, const std::vector<Change>& changes) {
   auto next = Apply(base, changes);
@@ -122,9 +124,9 @@ TEST(PairRules, RefusalsNameTheFieldAndLeaveNothingBehind) {
   EXPECT_EQ(fault(Margin("a", "b", -0.1)), "margin_m");
   EXPECT_EQ(fault(Margin("a", "b", std::nan(""))), "margin_m");
   EXPECT_EQ(fault(Margin("a", "b", std::numeric_limits<double>::infinity())), "margin_m");
-  EXPECT_EQ(
-      fault(Of(AllowCollision{.pair = PairOf({"a"}, {"b"}), .withdraw = true, .expires = kNoon})),
-      "expires_after");
+  EXPECT_EQ(fault(Of(AllowCollision{
+                .pair = PairOf({"a"}, {"b"}), .withdraw = true, .expires = Expiry{}})),
+            "expires_after");
   Change expecting = Allow("a", "b");
   expecting.expected_object_revision = Revision{1};
   EXPECT_EQ(fault(expecting), "expected_object_revision");

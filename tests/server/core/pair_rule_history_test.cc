@@ -17,13 +17,15 @@ using collision::Change;
 using collision::ExpireRules;
 using collision::Revision;
 using collision::SetPairMargin;
-using collision::WallTime;
 
-const WallTime kNoon{std::chrono::hours(500'000)};
+const Clock::time_point kNoon{std::chrono::hours(500'000)};
 
 Change Of(decltype(Change::what) what) { return {std::move(what), std::nullopt}; }
-Change Allow(const std::string& a, const std::string& b, std::optional<WallTime> expires = {}) {
-  return Of(AllowCollision{.pair = {{a}, {b}}, .expires = expires});
+Change Allow(const std::string& a, const std::string& b,
+             std::optional<Clock::time_point> due = {}) {
+  AllowCollision allow{.pair = {{a}, {b}}};
+  if (due.has_value()) allow.expires = collision::Expiry{.due = *due, .wall_time = {}};
+  return Of(std::move(allow));
 }
 Change Margin(const std::string& a, const std::string& b, std::optional<double> margin_m) {
   return Of(SetPairMargin{.pair = {{a}, {b}}, .margin_m = margin_m});

@@ -23,9 +23,9 @@ constexpr auto kPatience = std::chrono::seconds(20);
 constexpr auto kSoon = milliseconds(1'000), kLater = milliseconds(2'000);
 
 Change AllowFor(const std::string& a, milliseconds time) {
-  return {collision::AllowCollision{.pair = {{a}, {"arm"}},
-                                    .expires = std::chrono::system_clock::now() + time},
-          std::nullopt};
+  return {
+      collision::AllowCollision{.pair = {{a}, {"arm"}}, .expires = collision::ExpiryAfter(time)},
+      std::nullopt};
 }
 
 class RuleExpiryTest : public ::testing::Test {
@@ -79,6 +79,30 @@ TEST_F(RuleExpiryTest, ADeletedWorldExpiresNoMoreAndOthersDo) {
   EXPECT_EQ(gone->Snapshot()->revision(), Revision{1});
 }
 
+// A wall clock that was set after the allowance had been accepted is an hour away from where it was.
+TEST_F(RuleExpiryTest, AWallClockThatIsSetBackOrForwardChangesNothing) {
+  const auto world = Make("w");
+  const auto steady_now = std::chrono::steady_clock::now();
+  const auto wall_now = std::chrono::system_clock::now();
+  constexpr auto kHour = std::chrono::hours(1);
+  const auto allow = [&](const std::string& a, milliseconds time, std::chrono::hours wall_ahead) {
+    return Change{collision::AllowCollision{
+                      .pair = {{a}, {"arm"}},
+                      .expires = collision::ExpiryAfter(time, steady_now, wall_now + wall_ahead)},
+                  std::nullopt};
+  };
+  const auto outcome = world->Apply(
+      std::vector{allow("set_back", kSoon, kHour), allow("set_forward", kHour, -2 * kHour)}, {});
+  ASSERT_TRUE(outcome.ok());
+  const SnapshotPtr after = Await(*world, 2);
+  EXPECT_GE(std::chrono::steady_clock::now() - steady_now, kSoon);
+  ASSERT_EQ(after->pair_rules().size(), 1u);
+  EXPECT_EQ(after->pair_rules()[0].pair.b.name, "set_forward");
+  EXPECT_EQ(after->pair_rules()[0].expires->wall_time, wall_now - kHour);
+  std::this_thread::sleep_for(milliseconds(100));
+  EXPECT_EQ(world->Snapshot()->revision(), Revision{2});
+}
+
 TEST_F(RuleExpiryTest, WatchesAreWokenByAnExpiry) {
   const auto world = Make("w");
   ASSERT_TRUE(world->Apply(std::vector{AllowFor("a", kSoon)}, {}).ok());
@@ -124,21 +148,21 @@ TEST(RuleExpiry, IsRightForWritersThatRaceWithItAndEndsWithThem) {
 
 TEST(RuleExpiry, TellsAgainAWorldOfWhichNothingWasOver) {
   using std::chrono::seconds;
+  const auto at = [](int s) { return Clock::time_point(seconds(s)); };
   std::atomic<int> clock_s = 50;
-  const auto expiry =
-      std::make_shared<RuleExpiry>([&] { return collision::WallTime(seconds(clock_s.load())); });
+  const auto expiry = std::make_shared<RuleExpiry>([&] { return at(clock_s.load()); });
   const auto world = std::make_shared<World>("w", "uid", Retention{}, Clock::now,
                                              WorldSurroundings{.expiry = expiry});
-  const Change change{collision::AllowCollision{.pair = {{"a"}, {"arm"}},
-                                                .expires = collision::WallTime(seconds(100))},
-                      std::nullopt};
+  const Change change{
+      collision::AllowCollision{.pair = {{"a"}, {"arm"}},
+                                .expires = collision::Expiry{.due = at(100), .wall_time = {}}},
+      std::nullopt};
   ASSERT_TRUE(world->Apply(std::vector{change}, {}).ok());
-  // As if the clock had been set back since: the world is told too early.
-  expiry->Set("uid", world, collision::WallTime(seconds(50)));
+  expiry->Set("uid", world, at(50));  // too early
   std::this_thread::sleep_for(milliseconds(100));
   EXPECT_EQ(world->Snapshot()->revision(), Revision{1});
   clock_s = 100;
-  expiry->Set("another", {}, collision::WallTime(seconds(1'000)));  // wakes it
+  expiry->Set("another", {}, at(1'000));  // wakes it
   EXPECT_TRUE(world->At(AtLeast{{2}}, Clock::now() + kPatience, {}).ok());
   EXPECT_TRUE(world->Snapshot()->pair_rules().empty());
   expiry->Stop();

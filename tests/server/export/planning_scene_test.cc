@@ -84,7 +84,7 @@ TEST(PlanningSceneTest, AllowsWhatRulesAndTheRobotAllow) {
 }
 
 TEST(PlanningSceneTest, SaysWhichRulesItCannotSay) {
-  const auto in_a_while = std::chrono::system_clock::now() + std::chrono::hours(1);
+  const auto in_a_while = collision::ExpiryAfter(std::chrono::hours(1));
   const auto world = WorldWith(
       {{collision::testing::PutArm("crane"), std::nullopt},
        {collision::testing::PutArm("other"), std::nullopt},

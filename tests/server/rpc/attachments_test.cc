@@ -185,6 +185,7 @@ TEST_F(AttachmentsTest, AreWatched) {
   Call call;
   v1::WatchWorldRequest request;
   request.set_from_revision(3);
+  request.set_world_uid((*application_.worlds.Find(""))->uid());
   const auto reader = world_->WatchWorld(&call, request);
   MustApply({Attach()});
   MustApply({Turn("shoulder", 0.5)});

@@ -30,7 +30,10 @@ class Watch {
   std::unique_ptr<grpc::ClientReader<v1::WatchWorldResponse>> reader_;
 };
 
-class WatchTest : public RunningServer {};
+class WatchTest : public RunningServer {
+ protected:
+  std::string Uid() { return (*application_.worlds.Find(""))->uid(); }
+};
 
 TEST_F(WatchTest, ShowsTheWorldThenEveryChangeInOrder) {
   PutBox("a", 0);
@@ -54,9 +57,42 @@ TEST_F(WatchTest, ResumesAfterARevision) {
   for (int i = 0; i < 5; ++i) PutBox("box_" + std::to_string(i), i);
   v1::WatchWorldRequest request;
   request.set_from_revision(3);
+  request.set_world_uid(Uid());
   Watch watch(*world_, request);
   EXPECT_EQ(watch.Next().revision(), 4);
   EXPECT_EQ(watch.Next().revision(), 5);
+}
+
+// A server that was restarted knows nothing of the world before, and neither does a world's successor.
+TEST_F(WatchTest, ARevisionOfAnotherHistoryIsRefused) {
+  for (int i = 0; i < 3; ++i) PutBox("before", i);
+  const std::string before = Uid();
+  Call call;
+  v1::DeleteWorldResponse deleted;
+  ASSERT_TRUE(world_->DeleteWorld(&call, {}, &deleted).ok());
+  for (int i = 0; i < 5; ++i) PutBox("after", i);
+  const auto refusal = [&](std::int64_t from, const std::string& uid) {
+    v1::WatchWorldRequest request;
+    request.set_from_revision(from);
+    request.set_world_uid(uid);
+    Watch watch(*world_, request);
+    v1::WatchWorldResponse message;
+    EXPECT_FALSE(watch.Read(&message));
+    return watch.Finish();
+  };
+  EXPECT_EQ(ReasonIn(refusal(3, before)), "WORLD_REPLACED");
+  const grpc::Status unsaid = refusal(3, "");
+  EXPECT_EQ(unsaid.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+  EXPECT_EQ(FieldIn(unsaid), "world_uid");
+  EXPECT_THAT(unsaid.error_message(), ::testing::HasSubstr("revision 3"));
+  // The first of this one, and the beginning of any.
+  v1::WatchWorldRequest request;
+  request.set_from_revision(1);
+  request.set_world_uid(Uid());
+  EXPECT_EQ(Watch(*world_, request).Next().revision(), 2);
+  request.set_from_revision(0);
+  request.clear_world_uid();
+  EXPECT_EQ(Watch(*world_, request).Next().revision(), 1);
 }
 
 TEST_F(WatchTest, AnIdleWatchSaysHowFarItHasCome) {
@@ -73,6 +109,7 @@ TEST_F(WatchTest, TheFutureAndUnknownWorldsAreRefused) {
   PutBox("a", 0);
   v1::WatchWorldRequest request;
   request.set_from_revision(9);
+  request.set_world_uid(Uid());
   Watch future(*world_, request);
   v1::WatchWorldResponse message;
   EXPECT_FALSE(future.Read(&message));
@@ -144,6 +181,7 @@ TEST_F(WatchTest, ACoalescedWatchTellsTheNewestStateOfEachObjectAndEveryRemoval)
   v1::WatchWorldRequest request;
   request.set_mode(v1::WATCH_MODE_COALESCED);
   request.set_from_revision(2);
+  request.set_world_uid(Uid());
   Watch watch(*world_, request);
   const auto message = watch.Next();
   EXPECT_EQ(message.revision(), removed.revision());

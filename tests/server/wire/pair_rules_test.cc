@@ -36,11 +36,15 @@ TEST(WirePairRules, AnAllowanceExpiresSoLongFromNow) {
   EXPECT_EQ(Ordered(for_ever->pair), kCupAndHand);
   EXPECT_FALSE(for_ever->expires.has_value());
   proto.mutable_expires_after()->set_seconds(std::int64_t{24} * 3600 * 30);
-  const auto before = std::chrono::system_clock::now();
+  constexpr std::chrono::hours kMonth{24 * 30};
+  const collision::Expiry earliest = collision::ExpiryAfter(kMonth);
   const auto allow = FromProto(proto, FieldPath());
+  const collision::Expiry latest = collision::ExpiryAfter(kMonth);
   ASSERT_TRUE(allow.ok()) << allow.status();
-  EXPECT_GE(*allow->expires, before + std::chrono::hours(24 * 30));
-  EXPECT_LE(*allow->expires, std::chrono::system_clock::now() + std::chrono::hours(24 * 30));
+  EXPECT_GE(allow->expires->due, earliest.due);
+  EXPECT_LE(allow->expires->due, latest.due);
+  EXPECT_GE(allow->expires->wall_time, earliest.wall_time);
+  EXPECT_LE(allow->expires->wall_time, latest.wall_time);
 }
 
 TEST(WirePairRules, ChangesAreNamedByTheirFields) {
@@ -116,10 +120,11 @@ TEST(WirePairRules, QuestionsMayIgnorePairsAndWidenParts) {
 }
 
 TEST(WirePairRules, SayWhatTheyAre) {
-  const PairRule rule{.pair = kCupAndHand,
-                      .allowed = true,
-                      .expires = collision::WallTime(seconds(1'000)),
-                      .margin_m = 0};
+  const PairRule rule{
+      .pair = kCupAndHand,
+      .allowed = true,
+      .expires = collision::Expiry{.due = {}, .wall_time = collision::WallTime(seconds(1'000))},
+      .margin_m = 0};
   const v1::PairRule proto = ToProto(rule);
   EXPECT_EQ(proto.pair().a().name(), "cup");
   EXPECT_EQ(proto.pair().b().link(), "panda_hand");

@@ -1,0 +1,115 @@
+#include "server/rpc/call_interceptor.h"
+
+#include <google/protobuf/message_lite.h>
+#include <grpcpp/grpcpp.h>
+
+#include <string_view>
+
+#include "server/rpc/messages.h"
+#include "server/rpc/runtime.h"
+#include "server/rpc/status_conversion.h"
+
+namespace cwm::server {
+namespace {
+
+using grpc::experimental::InterceptionHookPoints;
+using grpc::experimental::InterceptorBatchMethods;
+using grpc::experimental::ServerRpcInfo;
+
+constexpr std::string_view kOwnMethods = "/cwm.v1.";
+// Lives as long as its client likes.
+constexpr std::string_view kWatch = "/cwm.v1.WorldService/WatchWorld";
+
+// gRPC hands messages over as void*; those of streams to the client are protobuf's, whose base is
+// their first.
+std::size_t SizeOf(const void* message) {
+  return static_cast<const google::protobuf::MessageLite*>(message)->ByteSizeLong();
+}
+
+// One call's. gRPC calls it once for each batch of operations, one after the other.
+class CallInterceptor final : public grpc::experimental::Interceptor {
+ public:
+  CallInterceptor(ServerRpcInfo& info, RequestLog& log) : info_(info), log_(log) {}
+
+  void Intercept(InterceptorBatchMethods* batch) override {
+    if (batch->QueryInterceptionHookPoint(InterceptionHookPoints::POST_RECV_MESSAGE)) {
+      NoteRequest(batch->GetRecvMessage());
+    }
+    if (batch->QueryInterceptionHookPoint(InterceptionHookPoints::PRE_SEND_MESSAGE)) {
+      NoteResponse(batch->GetSendMessage());
+    }
+    if (batch->QueryInterceptionHookPoint(InterceptionHookPoints::PRE_SEND_STATUS)) End(*batch);
+    batch->Proceed();  // *this may be gone after it
+  }
+
+ private:
+  bool IsStreamToClient() const { return info_.type() == ServerRpcInfo::Type::SERVER_STREAMING; }
+  bool IsSlow() const { return took() > kSlowCall && info_.method() != kWatch; }
+  Clock::duration took() const { return Clock::now() - begin_; }
+
+  // Only requests of streams to the client are parsed by gRPC (messages.h); nullptr: in vain.
+  void NoteRequest(const void* message) {
+    if (IsStreamToClient()) {
+      is_malformed_ = message == nullptr;
+      request_ = message;
+    } else if (message != nullptr) {
+      request_bytes_ += static_cast<const grpc::ByteBuffer*>(message)->Length();
+    }
+  }
+
+  // What is sent with the status is measured where it matters, in a slow call.
+  void NoteResponse(const void* message) {
+    if (message == nullptr || info_.method() == kWatch) return;
+    response_bytes_ += IsStreamToClient() ? SizeOf(message)
+                                          : static_cast<const grpc::ByteBuffer*>(message)->Length();
+  }
+
+  void End(InterceptorBatchMethods& batch) {
+    if (is_malformed_) batch.ModifySendStatus(ToGrpcStatus(MalformedRequest(info_.method())));
+    const grpc::Status status = batch.GetSendStatus();
+    const auto code = static_cast<absl::StatusCode>(status.error_code());
+    if (!status.ok()) log_.Refused(info_.method(), code, ReasonIn(status), Client());
+    if (!IsSlow()) return;
+    if (request_ != nullptr) request_bytes_ = SizeOf(request_);
+    log_.Slow(info_.method(), code, took(), request_bytes_, response_bytes_);
+  }
+
+  // All of our methods are served by callbacks.
+  ClientId Client() const {
+    return Runtime::ClientOf(
+        static_cast<const grpc::CallbackServerContext&>(*info_.server_context()));
+  }
+
+  ServerRpcInfo& info_;
+  RequestLog& log_;
+  const Clock::time_point begin_ = Clock::now();
+  const void* request_ = nullptr;  // the only one: it lives as long as the call
+  bool is_malformed_ = false;
+  std::size_t request_bytes_ = 0, response_bytes_ = 0;
+};
+
+class CallInterceptorFactory final : public grpc::experimental::ServerInterceptorFactoryInterface {
+ public:
+  explicit CallInterceptorFactory(RequestLog& log) : log_(log) {}
+
+  // Methods that nobody has come here as streams both ways.
+  grpc::experimental::Interceptor* CreateServerInterceptor(ServerRpcInfo* info) override {
+    if (info->type() == ServerRpcInfo::Type::BIDI_STREAMING) return nullptr;
+    if (!std::string_view(info->method()).starts_with(kOwnMethods)) return nullptr;
+    return new CallInterceptor(*info, log_);
+  }
+
+ private:
+  RequestLog& log_;
+};
+
+}  // namespace
+
+std::vector<std::unique_ptr<grpc::experimental::ServerInterceptorFactoryInterface>>
+CallInterceptors(RequestLog& log) {
+  std::vector<std::unique_ptr<grpc::experimental::ServerInterceptorFactoryInterface>> creators;
+  creators.push_back(std::make_unique<CallInterceptorFactory>(log));
+  return creators;
+}
+
+}  // namespace cwm::server
