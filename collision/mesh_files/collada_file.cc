@@ -22,8 +22,8 @@ using Affine = Eigen::Affine3d;
 // Far above any part of a robot, far below what a thread's stack holds.
 constexpr int kDeepest = 100;
 // The elements of nodes, each as often as it is used, take time: one for each byte, and as many as
-// take a few milliseconds of any file. An element takes four bytes at least.
-constexpr std::size_t kMaxFreeElements = 20'000;
+// take some ten milliseconds of any file. An element takes four bytes at least.
+constexpr std::size_t kMaxFreeElements = 100'000;
 constexpr std::size_t kMaxTransformBytes = 2048;  // 16 numbers of 25 characters are 400
 
 class ColladaReader {
@@ -94,8 +94,9 @@ class ColladaReader {
     const std::vector<XmlElement> children = node.Children();
     elements_ += 1 + children.size();
     if (elements_ > max_elements_) {
-      return node.Fault(absl::StrCat("nodes must not unfold to more than ", max_elements_,
-                                     " elements, ", kMaxFreeElements, " and one for each byte"));
+      return ExcessAt(node.place(),
+                      absl::StrCat("nodes must not unfold to more than ", max_elements_,
+                                   " elements, ", kMaxFreeElements, " and one for each byte"));
     }
     for (const XmlElement& child : children) {
       const absl::StatusOr<Affine> X = ReadTransform(child);

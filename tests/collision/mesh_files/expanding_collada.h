@@ -1,4 +1,4 @@
-// A Collada file of three kilobytes that unfolds to 2^15 tetrahedra.
+// A Collada file of three kilobytes that unfolds to 2^15 tetrahedra, or to fewer.
 #pragma once
 
 #include <string>
@@ -8,16 +8,17 @@
 
 namespace cwm::collision::testing {
 
-inline std::string ExpandingCollada() {
+inline std::string ExpandingCollada(int doublings = 15) {
   const TriangleMesh tetrahedron{.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}},
                                  .triangles = {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}}};
   std::string library;
-  for (int i = 0; i < 15; ++i) {  // the second use is moved, so that no two lie at one place
+  for (int i = 0; i < doublings; ++i) {  // the second use is moved, so that no two lie at one place
     absl::StrAppend(&library, "<node id=\"n", i, "\"><instance_node url=\"#n", i + 1,
                     "\"/><node><translate>", 2 << i, " 0 0</translate><instance_node url=\"#n",
                     i + 1, "\"/></node></node>");
   }
-  absl::StrAppend(&library, "<node id=\"n15\"><instance_geometry url=\"#part\"/></node>");
+  absl::StrAppend(&library, "<node id=\"n", doublings,
+                  "\"><instance_geometry url=\"#part\"/></node>");
   return Collada(tetrahedron, {.scene_nodes = "<node><instance_node url=\"#n0\"/></node>",
                                .library_nodes = library});
 }

@@ -14,7 +14,6 @@ namespace {
 
 using ::testing::HasSubstr;
 using testing::JointText;
-using testing::NoMeshes;
 using testing::Robot;
 
 std::string MeshText(const std::string& scale) {
@@ -62,7 +61,7 @@ TEST(PreparedBudget, OneScaleOfAMeshCountsOnce) {
   EXPECT_EQ(StatusOf(Robot(text + "</link>"), Stl()), absl::OkStatus());
 }
 
-// A thousand links name one mesh: no memory, but each of them looks at all of its triangles.
+// A mesh that is named a thousand times takes no memory again, but its triangles are looked at again.
 TEST(PreparedBudget, TrianglesThatAreLookedAtOftenCount) {
   std::string text = "<link name=\"a\">";
   for (int i = 0; i < 1000; ++i) text += MeshText("2 1 1");
