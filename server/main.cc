@@ -6,6 +6,7 @@
 
 #include <csignal>
 #include <cstdio>
+#include <memory>
 #include <string>
 
 #include "absl/synchronization/mutex.h"
@@ -48,9 +49,9 @@ void TakeLocksUnwatched() { absl::SetMutexDeadlockDetectionMode(absl::OnDeadlock
 void LogToStderr(const std::string& level) {
   constexpr std::size_t kLinesAtOnce = 1'024;  // the oldest go when more wait to be written
   spdlog::init_thread_pool(kLinesAtOnce, 1);
-  spdlog::set_default_logger(
-      spdlog::stderr_color_mt<
-          spdlog::async_factory_impl<spdlog::async_overflow_policy::overrun_oldest>>("cwm-server"));
+  spdlog::set_default_logger(std::make_shared<spdlog::async_logger>(
+      "cwm-server", std::make_shared<spdlog::sinks::stderr_color_sink_mt>(), spdlog::thread_pool(),
+      spdlog::async_overflow_policy::overrun_oldest));
   spdlog::set_level(spdlog::level::from_str(level));
 }
 

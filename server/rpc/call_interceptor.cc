@@ -68,7 +68,7 @@ class CallInterceptor final : public grpc::experimental::Interceptor {
     if (is_malformed_) batch.ModifySendStatus(ToGrpcStatus(MalformedRequest(info_.method())));
     const grpc::Status status = batch.GetSendStatus();
     const auto code = static_cast<absl::StatusCode>(status.error_code());
-    if (!status.ok()) log_.Refused(info_.method(), code, ReasonIn(status), Client());
+    if (!status.ok()) log_.Refused(info_.method(), code, ReasonOf(status), Client());
     if (!IsSlow()) return;
     if (request_ != nullptr) request_bytes_ = SizeOf(request_);
     log_.Slow(info_.method(), code, took(), request_bytes_, response_bytes_);

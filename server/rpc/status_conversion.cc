@@ -77,7 +77,7 @@ grpc::Status ToGrpcStatus(const absl::Status& status) {
                       packed.SerializeAsString());
 }
 
-std::string ReasonIn(const grpc::Status& status) {
+std::string ReasonOf(const grpc::Status& status) {
   v1::Status packed;
   v1::ErrorInfo info;
   if (packed.ParseFromString(status.error_details())) {

@@ -16,7 +16,7 @@ namespace cwm::server {
 grpc::Status ToGrpcStatus(const absl::Status& status);
 
 // The reason in it; the name of its code where it has none.
-std::string ReasonIn(const grpc::Status& status);
+std::string ReasonOf(const grpc::Status& status);
 
 // The same for one message of a stream.
 v1::QueryError ToQueryError(const absl::Status& status);
