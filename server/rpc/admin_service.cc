@@ -27,7 +27,17 @@ v1::Limits LimitsToProto(const Limits& limits) {
   proto.set_max_robot_links(limits.robot.max_links);
   proto.set_max_robot_triangles(static_cast<std::int64_t>(limits.robot.max_triangles));
   proto.set_max_robots(limits.max_robots);
+  proto.set_max_calls_of_connection(MaxCallsOfConnection(limits));
   return proto;
+}
+
+void SetConnectionLimits(const Runtime& runtime, v1::Limits& proto) {
+  const ConnectionLimits& limits = runtime.connections.limits();
+  const TransportLimits& transport = runtime.application.transport;
+  proto.set_max_connections(limits.all);
+  proto.set_max_connections_of_user(limits.of_user);
+  proto.set_max_silent_connections(limits.silent_of_user);
+  proto.set_max_silence_seconds(std::chrono::duration<double>(transport.max_silence).count());
 }
 
 v1::Retention RetentionToProto(const Retention& retention) {
@@ -47,6 +57,7 @@ grpc::ServerUnaryReactor* AdminService::GetServerInfo(grpc::CallbackServerContex
   return StartUnary(context, runtime_, runtime_.reads, [this, response](const CallContext&) {
     response->set_version(CWM_VERSION);
     *response->mutable_limits() = LimitsToProto(runtime_.application.limits);
+    SetConnectionLimits(runtime_, *response->mutable_limits());
     *response->mutable_retention() = RetentionToProto(runtime_.application.retention);
     for (int i = 0; i < collision::kEngineCount; ++i) {
       const auto kind = static_cast<collision::EngineKind>(i);
@@ -57,6 +68,16 @@ grpc::ServerUnaryReactor* AdminService::GetServerInfo(grpc::CallbackServerContex
     }
     response->set_uptime_s(std::chrono::duration<double>(Clock::now() - started_).count());
     response->set_store("memory");
+    return absl::OkStatus();
+  });
+}
+
+grpc::ServerUnaryReactor* AdminService::GetStats(grpc::CallbackServerContext* context,
+                                                 const v1::GetStatsRequest*,
+                                                 v1::GetStatsResponse* response) {
+  return StartUnary(context, runtime_, runtime_.reads, [this, response](const CallContext&) {
+    response->set_connections_open(runtime_.connections.open());
+    response->set_connections_shed(runtime_.connections.shed());
     return absl::OkStatus();
   });
 }

@@ -188,6 +188,7 @@ bool WatchCall::ReturnTurn() {
 }
 
 void WatchCall::OnWriteDone(bool ok) {
+  open_.NoteProgress();
   if (!ok) return End(CallCancelled());
   if (last_ && initial_ == nullptr && !step_.has_value()) return End(Draining());
   EnqueuePump();
