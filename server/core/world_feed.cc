@@ -12,6 +12,9 @@ namespace {
 using collision::Revision;
 using collision::WorldSnapshot;
 
+// A successor listens by then.
+constexpr double kDrainRetryAfter_s = 0.1;
+
 absl::Status Compacted(Revision wanted, Revision oldest, Revision latest) {
   return MakeError(
       absl::StatusCode::kOutOfRange,
@@ -38,7 +41,7 @@ absl::Status WorldDeleted() {
 
 absl::Status ServerDraining() {
   return MakeError(absl::StatusCode::kUnavailable, "the server is shutting down",
-                   {.reason = "SERVER_DRAINING"});
+                   {.reason = "SERVER_DRAINING", .retry_after_s = kDrainRetryAfter_s});
 }
 
 void WorldFeed::Aftermath::Finish() const {

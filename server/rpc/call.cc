@@ -18,8 +18,8 @@ constexpr double kShareOfDeadline = 0.9;
 // Deletes itself when gRPC is done with it. The queue's task is the only one that finishes it.
 class UnaryCall final : public grpc::ServerUnaryReactor {
  public:
-  UnaryCall(grpc::CallbackServerContext* context, CallWork work)
-      : call_{DeadlineOf(*context), stop_.get_token()}, work_(std::move(work)) {}
+  UnaryCall(grpc::CallbackServerContext* context, Runtime& runtime, CallWork work)
+      : runtime_(runtime), call_{DeadlineOf(*context), stop_.get_token()}, work_(std::move(work)) {}
 
   void Enqueue(WorkQueue& queue, WorkLength length) {
     // gRPC keeps *this until the method that started the call has returned it.
@@ -41,15 +41,21 @@ class UnaryCall final : public grpc::ServerUnaryReactor {
 
  private:
   void Run() {
-    const absl::Status status =
-        call_.stop.stop_requested() ? CallCancelled() : RunGuarded(work_, call_);
-    Finish(ToGrpcStatus(status));  // *this may be gone after it
+    absl::Status status;
+    if (runtime_.draining()) {
+      status = Draining();
+    } else {
+      status = call_.stop.stop_requested() ? CallCancelled() : RunGuarded(work_, call_);
+    }
+    Finish(ToGrpcStatus(WhyItEnded(std::move(status), runtime_)));  // *this may be gone after it
   }
 
   void OnCancel() override { stop_.request_stop(); }
   void OnDone() override { delete this; }
 
+  Runtime& runtime_;
   std::stop_source stop_;
+  const OpenCalls::Token open_{runtime_.open_calls, stop_};
   CallContext call_;
   const CallWork work_;
 };
@@ -90,11 +96,16 @@ absl::Status RunGuarded(const CallWork& work, const CallContext& call) {
   }
 }
 
+absl::Status WhyItEnded(absl::Status status, const Runtime& runtime) {
+  if (!absl::IsCancelled(status) || !runtime.open_calls.stop_requested()) return status;
+  return Draining();
+}
+
 grpc::ServerUnaryReactor* StartUnary(grpc::CallbackServerContext* context, Runtime& runtime,
                                      WorkQueue& queue, CallWork work,
                                      absl::StatusOr<std::optional<RevisionToAwait>> await,
                                      WorkLength length) {
-  auto* const call = new UnaryCall(context, std::move(work));
+  auto* const call = new UnaryCall(context, runtime, std::move(work));
   if (runtime.draining()) {
     call->Refuse(Draining());
   } else if (!await.ok()) {

@@ -46,6 +46,9 @@ using CallWork = std::function<absl::Status(const CallContext&)>;
 // Runs `work`; an exception that got this far (memory, a foreign library) becomes a status.
 absl::Status RunGuarded(const CallWork& work, const CallContext& call);
 
+// A call that was cancelled because the server ends says so: SERVER_DRAINING. Other statuses stay.
+absl::Status WhyItEnded(absl::Status status, const Runtime& runtime);
+
 // How long work takes.
 enum class WorkLength {
   kAny,
@@ -54,7 +57,8 @@ enum class WorkLength {
 
 // Hands `work` to the queue once the world has the revision to await (revision_waits.h), and
 // finishes the call with its status. A full queue is RESOURCE_EXHAUSTED at once. Short work that
-// awaits nothing is done here where the queue allows it, and hears of no cancellation then.
+// awaits nothing is done here where the queue allows it, and hears of no cancellation then. Work that
+// has not begun when the server drains is not done: SERVER_DRAINING.
 grpc::ServerUnaryReactor* StartUnary(
     grpc::CallbackServerContext* context, Runtime& runtime, WorkQueue& queue, CallWork work,
     absl::StatusOr<std::optional<RevisionToAwait>> await = {std::nullopt},

@@ -135,21 +135,16 @@ void ReadGeometryCall::Complete(v1::ReadGeometryResponse& message) {
 }
 
 WriteGeometryCall::WriteGeometryCall(Runtime& runtime, v1::WriteGeometryResponse* response)
-    : runtime_(runtime), response_(response) {
-  StartRead(&message_);
-}
+    : UploadCall(runtime), response_(response) {}
 
-void WriteGeometryCall::OnReadDone(bool ok) {
+void WriteGeometryCall::OnMessage(bool ok) {
   const absl::Status status = ok ? Take(message_) : CheckEnd();
   if (!status.ok()) return Finish(ToGrpcStatus(status));
   if (!ok) {
-    return Enqueue([this] {
-      const CallWork work = [this](const CallContext&) { return Store(); };
-      Finish(ToGrpcStatus(RunGuarded(work, {})));  // *this may be gone after it
-    });
+    return Enqueue([this] { FinishWith([this](const CallContext&) { return Store(); }, {}); });
   }
   if (message_.has_header() && !header_.hash().empty()) return Enqueue([this] { LookUp(); });
-  StartRead(&message_);
+  ReadNext();
 }
 
 // Bytes that are known need not travel.
@@ -162,7 +157,7 @@ void WriteGeometryCall::LookUp() {
   };
   const absl::Status status = RunGuarded(work, {});
   if (known || !status.ok()) return Finish(ToGrpcStatus(status));
-  StartRead(&message_);
+  ReadNext();
 }
 
 absl::StatusOr<bool> WriteGeometryCall::IsKnown() {
@@ -216,7 +211,7 @@ absl::Status WriteGeometryCall::TakeHeader(const v1::WriteGeometryRequest::Heade
 }
 
 absl::Status WriteGeometryCall::CheckEnd() const {
-  if (stop_.stop_requested()) return CallCancelled();
+  if (stop_.stop_requested()) return WhyItEnded(CallCancelled(), runtime_);
   if (!upload_) return InvalidField("header", "is absent, must come first");
   return upload_->CheckComplete(FieldPath().Field("end of the stream"));
 }

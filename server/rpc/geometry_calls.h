@@ -6,12 +6,12 @@
 #include <functional>
 #include <memory>
 #include <optional>
-#include <stop_token>
 
 #include "cwm/v1/world.grpc.pb.h"
 #include "server/rpc/call.h"
 #include "server/rpc/chunked_read.h"
 #include "server/rpc/upload.h"
+#include "server/rpc/upload_call.h"
 
 namespace cwm::server {
 
@@ -31,15 +31,13 @@ class ReadGeometryCall final : public ChunkedRead<v1::ReadGeometryResponse> {
   const v1::ReadGeometryRequest request_;
 };
 
-// Deletes itself when gRPC is done with it.
-class WriteGeometryCall final : public grpc::ServerReadReactor<v1::WriteGeometryRequest> {
+// The work is the writes' queue's.
+class WriteGeometryCall final : public UploadCall<v1::WriteGeometryRequest> {
  public:
   WriteGeometryCall(Runtime& runtime, v1::WriteGeometryResponse* response);
 
  private:
-  void OnReadDone(bool ok) override;
-  void OnCancel() override { stop_.request_stop(); }
-  void OnDone() override { delete this; }
+  void OnMessage(bool ok) override;
 
   absl::Status Take(const v1::WriteGeometryRequest& message);
   absl::Status TakeHeader(const v1::WriteGeometryRequest::Header& header);
@@ -51,10 +49,7 @@ class WriteGeometryCall final : public grpc::ServerReadReactor<v1::WriteGeometry
   absl::Status Store();
   void Reply(const GeometryStore::Stored& stored);
 
-  Runtime& runtime_;
   v1::WriteGeometryResponse* const response_;
-  std::stop_source stop_;
-  v1::WriteGeometryRequest message_;
   v1::WriteGeometryRequest::Header header_;
   std::optional<Upload> upload_;  // once the header came
 };

@@ -48,19 +48,13 @@ class BudgetGuard {
 
 IngestCall::IngestCall(grpc::CallbackServerContext* context, Runtime& runtime,
                        v1::IngestCloudResponse* response)
-    : runtime_(runtime), response_(response), call_{DeadlineOf(*context), stop_.get_token()} {
-  if (runtime_.draining()) {
-    Finish(ToGrpcStatus(Draining()));
-  } else {
-    StartRead(&message_);
-  }
-}
+    : UploadCall(runtime), response_(response), call_{DeadlineOf(*context), stop_.get_token()} {}
 
-void IngestCall::OnReadDone(bool ok) {
+void IngestCall::OnMessage(bool ok) {
   const absl::Status status = ok ? Take(message_) : CheckEnd();
   if (!status.ok()) return Finish(ToGrpcStatus(status));
   if (!ok) return Enqueue();
-  StartRead(&message_);
+  ReadNext();
 }
 
 absl::Status IngestCall::Take(const v1::IngestCloudRequest& message) {
@@ -118,7 +112,7 @@ absl::Status IngestCall::TakeFinish(const v1::CloudFinish& finish) {
 
 // The client sends no more: it is done, or gone.
 absl::Status IngestCall::CheckEnd() const {
-  if (call_.stop.stop_requested()) return CallCancelled();
+  if (call_.stop.stop_requested()) return WhyItEnded(CallCancelled(), runtime_);
   if (!plan_) return InvalidField("header", "is absent, must come first");
   if (!finished_) {
     return InvalidField("finish", absl::StrCat("is absent after ", upload_->bytes().size(),
@@ -128,10 +122,7 @@ absl::Status IngestCall::CheckEnd() const {
 }
 
 void IngestCall::Enqueue() {
-  const auto work = [this] {
-    const CallWork guarded = [this](const CallContext&) { return Work(); };
-    Finish(ToGrpcStatus(RunGuarded(guarded, call_)));  // *this may be gone after it
-  };
+  const auto work = [this] { FinishWith([this](const CallContext&) { return Work(); }, call_); };
   if (runtime_.ingest.TryPush(work)) return;
   Finish(ToGrpcStatus(Overloaded("too many clouds wait", "QUEUE_FULL")));
 }

@@ -4,27 +4,23 @@
 #include <grpcpp/grpcpp.h>
 
 #include <memory>
-#include <stop_token>
 
 #include "cwm/v1/perception.grpc.pb.h"
 #include "proto/transfer/sha256.h"
-#include "server/rpc/call.h"
 #include "server/rpc/upload.h"
+#include "server/rpc/upload_call.h"
 #include "server/wire/clouds.h"
 
 namespace cwm::server {
 
-// Deletes itself when gRPC is done with it. Reads happen one at a time; once the last has come, the
-// ingest queue's task owns the call.
-class IngestCall final : public grpc::ServerReadReactor<v1::IngestCloudRequest> {
+// The work is the ingest queue's.
+class IngestCall final : public UploadCall<v1::IngestCloudRequest> {
  public:
   IngestCall(grpc::CallbackServerContext* context, Runtime& runtime,
              v1::IngestCloudResponse* response);
 
  private:
-  void OnReadDone(bool ok) override;
-  void OnCancel() override { stop_.request_stop(); }
-  void OnDone() override { delete this; }
+  void OnMessage(bool ok) override;
 
   absl::Status Take(const v1::IngestCloudRequest& message);
   absl::Status TakeHeader(const v1::IngestCloudHeader& header);
@@ -36,11 +32,8 @@ class IngestCall final : public grpc::ServerReadReactor<v1::IngestCloudRequest> 
   absl::StatusOr<IngestRequest> MakeRequest();
   void KeepScan(World& world, const IngestRequest& request, const IngestOutcome& outcome);
 
-  Runtime& runtime_;
   v1::IngestCloudResponse* const response_;
-  std::stop_source stop_;
   const CallContext call_;  // its stop is stop_'s
-  v1::IngestCloudRequest message_;
   v1::IngestCloudHeader header_;
   std::optional<CloudPlan> plan_;  // once the header came
   std::optional<Upload> upload_;

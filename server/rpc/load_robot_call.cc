@@ -21,19 +21,13 @@ void AddText(const std::string& text, Sha256& digest) { digest.Add(text.data(), 
 
 LoadRobotCall::LoadRobotCall(grpc::CallbackServerContext* context, Runtime& runtime,
                              v1::LoadRobotResponse* response)
-    : runtime_(runtime), response_(response), call_{DeadlineOf(*context), stop_.get_token()} {
-  if (runtime_.draining()) {
-    Finish(ToGrpcStatus(Draining()));
-  } else {
-    StartRead(&message_);
-  }
-}
+    : UploadCall(runtime), response_(response), call_{DeadlineOf(*context), stop_.get_token()} {}
 
-void LoadRobotCall::OnReadDone(bool ok) {
+void LoadRobotCall::OnMessage(bool ok) {
   const absl::Status status = ok ? Take(message_) : CheckEnd();
   if (!status.ok()) return Finish(ToGrpcStatus(status));
   if (!ok) return Enqueue();
-  StartRead(&message_);
+  ReadNext();
 }
 
 absl::Status LoadRobotCall::Take(const v1::LoadRobotRequest& message) {
@@ -122,17 +116,14 @@ absl::Status LoadRobotCall::CheckFileComplete(const FieldPath& path) const {
 
 // The client sends no more: it is done, or gone.
 absl::Status LoadRobotCall::CheckEnd() const {
-  if (call_.stop.stop_requested()) return CallCancelled();
+  if (call_.stop.stop_requested()) return WhyItEnded(CallCancelled(), runtime_);
   if (!plan_) return InvalidField("header", "is absent, must come first");
   if (!finished_) return InvalidField("finish", "is absent, must come last");
   return absl::OkStatus();
 }
 
 void LoadRobotCall::Enqueue() {
-  const auto work = [this] {
-    const CallWork guarded = [this](const CallContext&) { return Work(); };
-    Finish(ToGrpcStatus(RunGuarded(guarded, call_)));  // *this may be gone after it
-  };
+  const auto work = [this] { FinishWith([this](const CallContext&) { return Work(); }, call_); };
   if (runtime_.robots.TryPush(work)) return;
   Finish(ToGrpcStatus(Overloaded("too many robots wait", "QUEUE_FULL")));
 }

@@ -5,28 +5,24 @@
 
 #include <map>
 #include <optional>
-#include <stop_token>
 #include <string>
 
 #include "cwm/v1/robot.grpc.pb.h"
 #include "proto/transfer/sha256.h"
-#include "server/rpc/call.h"
 #include "server/rpc/upload.h"
+#include "server/rpc/upload_call.h"
 #include "server/wire/robot_header.h"
 
 namespace cwm::server {
 
-// Deletes itself when gRPC is done with it. Reads happen one at a time; once the last has come, the
-// task of the robots' queue owns the call.
-class LoadRobotCall final : public grpc::ServerReadReactor<v1::LoadRobotRequest> {
+// The work is the robots' queue's.
+class LoadRobotCall final : public UploadCall<v1::LoadRobotRequest> {
  public:
   LoadRobotCall(grpc::CallbackServerContext* context, Runtime& runtime,
                 v1::LoadRobotResponse* response);
 
  private:
-  void OnReadDone(bool ok) override;
-  void OnCancel() override { stop_.request_stop(); }
-  void OnDone() override { delete this; }
+  void OnMessage(bool ok) override;
 
   absl::Status Take(const v1::LoadRobotRequest& message);
   absl::Status TakeHeader(const v1::LoadRobotHeader& header);
@@ -40,11 +36,8 @@ class LoadRobotCall final : public grpc::ServerReadReactor<v1::LoadRobotRequest>
   absl::StatusOr<collision::PutRobot> MakePut();
   absl::Status Reply(const World& world, const WriteOutcome& outcome, const std::string& name);
 
-  Runtime& runtime_;
   v1::LoadRobotResponse* const response_;
-  std::stop_source stop_;
-  const CallContext call_;  // its stop is stop_'s
-  v1::LoadRobotRequest message_;
+  const CallContext call_;                            // its stop is stop_'s
   std::optional<RobotPlan> plan_;                     // once the header came
   std::map<std::string, Upload, std::less<>> files_;  // by name
   Upload* current_ = nullptr;                         // of the file that was begun last

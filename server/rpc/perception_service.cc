@@ -26,7 +26,7 @@ absl::Status List(Application& application, const v1::ListScansRequest& request,
 
 grpc::ServerReadReactor<v1::IngestCloudRequest>* PerceptionService::IngestCloud(
     grpc::CallbackServerContext* context, v1::IngestCloudResponse* response) {
-  return new IngestCall(context, runtime_, response);
+  return IngestCall::Start(std::make_shared<IngestCall>(context, runtime_, response));
 }
 
 grpc::ServerUnaryReactor* PerceptionService::ListScans(grpc::CallbackServerContext* context,

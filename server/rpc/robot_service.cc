@@ -58,7 +58,7 @@ absl::Status GetLinks(const Runtime& runtime, const v1::GetRobotLinksRequest& re
 
 grpc::ServerReadReactor<v1::LoadRobotRequest>* RobotService::LoadRobot(
     grpc::CallbackServerContext* context, v1::LoadRobotResponse* response) {
-  return new LoadRobotCall(context, runtime_, response);
+  return LoadRobotCall::Start(std::make_shared<LoadRobotCall>(context, runtime_, response));
 }
 
 grpc::ServerUnaryReactor* RobotService::ListRobots(grpc::CallbackServerContext* context,

@@ -114,10 +114,10 @@ void StreamQueriesCall::Read() {
 void StreamQueriesCall::FinishIfOver() {
   if (answer_ != Place::kEmpty || write_ != Place::kEmpty) return;
   absl::Status status;
-  if (client_is_gone_ || stop_.stop_requested()) {
-    status = CallCancelled();
-  } else if (runtime_.draining()) {
+  if (runtime_.draining()) {
     status = Draining();
+  } else if (client_is_gone_ || stop_.stop_requested()) {
+    status = CallCancelled();
   } else if (!client_is_done_ || read_ != Place::kEmpty) {
     return;
   }
@@ -135,6 +135,7 @@ void StreamQueriesCall::OnReadDone(bool ok) {
 }
 
 void StreamQueriesCall::OnWriteDone(bool ok) {
+  open_.NoteProgress();
   {
     const std::lock_guard lock(mutex_);
     write_ = Place::kEmpty;
@@ -171,7 +172,9 @@ void StreamQueriesCall::Enqueue() {
 void StreamQueriesCall::Work() {
   // An idle stream keeps no world alive.
   const CallContext call{deadline_, stop_.get_token(), std::exchange(reached_, std::nullopt)};
-  Answered(RunGuarded([this](const CallContext& c) { return AnswerRequest(c); }, call));
+  if (runtime_.draining()) return Answered(Draining());
+  const auto status = RunGuarded([this](const CallContext& c) { return AnswerRequest(c); }, call);
+  Answered(WhyItEnded(status, runtime_));
 }
 
 absl::Status StreamQueriesCall::AnswerRequest(const CallContext& call) {

@@ -213,7 +213,7 @@ grpc::ServerWriteReactor<v1::ReadGeometryResponse>* WorldService::ReadGeometry(
 
 grpc::ServerReadReactor<v1::WriteGeometryRequest>* WorldService::WriteGeometry(
     grpc::CallbackServerContext*, v1::WriteGeometryResponse* response) {
-  return new WriteGeometryCall(runtime_, response);
+  return WriteGeometryCall::Start(std::make_shared<WriteGeometryCall>(runtime_, response));
 }
 
 grpc::ServerWriteReactor<v1::ExportWorldResponse>* WorldService::ExportWorld(
