@@ -3,23 +3,35 @@
 #include <spdlog/async.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
+#include <sys/resource.h>
+#include <unistd.h>
 
+#include <chrono>
 #include <csignal>
 #include <cstdio>
 #include <memory>
 #include <string>
+#include <thread>
 
 #include "absl/synchronization/mutex.h"
 #include "perception/interpret_scene.h"
 #include "proto/transfer/default_address.h"
 #include "server/options.h"
+#include "server/rpc/connections.h"
 #include "server/rpc/server.h"
+#include "server/service_manager.h"
+#include "server/watchdog.h"
 #include "server/web/viewer_server.h"
 
 namespace {
 
 // Within the 10 s that a stop may take, with room for freeing memory.
 constexpr auto kGrace = std::chrono::seconds(8);
+// What has not ended so long after the grace does not end any more.
+constexpr auto kPatience = std::chrono::seconds(1);
+constexpr int kStuckExitCode = 3;
+// Below, a crowd that fits into one machine fills the table.
+constexpr std::int64_t kFewDescriptors = 4'096;
 
 // Blocks the signals that end the server, in this thread and in all that it will start.
 sigset_t BlockEndingSignals() {
@@ -55,6 +67,43 @@ void LogToStderr(const std::string& level) {
   spdlog::set_level(spdlog::level::from_str(level));
 }
 
+// Each connection takes one; the soft limit of 1,024 is for programs that use select(2).
+void RaiseDescriptorLimit() {
+  rlimit limit{};
+  if (getrlimit(RLIMIT_NOFILE, &limit) != 0) return;
+  if (limit.rlim_cur < limit.rlim_max) {
+    limit.rlim_cur = limit.rlim_max;
+    setrlimit(RLIMIT_NOFILE, &limit);
+  }
+  const std::int64_t count = cwm::server::MaxDescriptors();
+  if (count >= kFewDescriptors) return;
+  spdlog::warn(
+      "the process may have {} file descriptors (ulimit -Hn) and takes at most {} connections",
+      count, count / 2);
+}
+
+// The last resort: a stop that something holds up ends here.
+void EndProcessAfter(std::chrono::milliseconds time) {
+  std::thread([time] {
+    std::this_thread::sleep_for(time);
+    spdlog::error("not stopped after {} ms: ending the process with work under way", time.count());
+    spdlog::default_logger()->flush();
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));  // the log has a thread of its own
+    _exit(kStuckExitCode);
+  }).detach();
+}
+
+// nullptr where no service manager waits for it.
+std::unique_ptr<cwm::server::Watchdog> StartWatchdog(const cwm::server::Server& server) {
+  const auto time = cwm::server::WatchdogTime();
+  if (!time) return nullptr;
+  constexpr int kChecks = 3;  // within the time: one may fail
+  return std::make_unique<cwm::server::Watchdog>(
+      std::chrono::duration_cast<std::chrono::milliseconds>(*time / kChecks),
+      [&server](std::chrono::milliseconds timeout) { return server.CheckItself(timeout); },
+      [] { cwm::server::NotifyServiceManager("WATCHDOG=1"); });
+}
+
 std::string Joined(const std::vector<std::string>& addresses) {
   std::string text;
   for (const std::string& address : addresses) text += (text.empty() ? "" : ", ") + address;
@@ -87,6 +136,7 @@ absl::StatusOr<cwm::server::ListenOptions> ChooseAddresses(cwm::server::ListenOp
 
 int Run(const cwm::server::Options& options, const sigset_t& signals) {
   constexpr int kUnavailableExitCode = 2;
+  RaiseDescriptorLimit();
   cwm::server::Application application{
       .limits = {}, .retention = {}, .interpret = cwm::perception::InterpretScene};
   const auto listen = ChooseAddresses(options.listen);
@@ -115,9 +165,14 @@ int Run(const cwm::server::Options& options, const sigset_t& signals) {
       std::fprintf(stderr, "  or at %s\n", url->c_str());
     }
   }
+  cwm::server::NotifyServiceManager("READY=1");
+  auto watchdog = StartWatchdog(**server);
   int signal = 0;
   sigwait(&signals, &signal);
+  EndProcessAfter(kGrace + kPatience);
+  cwm::server::NotifyServiceManager("STOPPING=1");
   spdlog::info("draining after signal {}: what is under way is finished", signal);
+  watchdog = nullptr;
   if (*viewer != nullptr) (*viewer)->Stop();
   (*server)->Stop(kGrace);
   spdlog::info("stopped");

@@ -27,7 +27,17 @@ v1::Limits LimitsToProto(const Limits& limits) {
   proto.set_max_robot_links(limits.robot.max_links);
   proto.set_max_robot_triangles(static_cast<std::int64_t>(limits.robot.max_triangles));
   proto.set_max_robots(limits.max_robots);
+  proto.set_max_calls_of_connection(MaxCallsOfConnection(limits));
   return proto;
+}
+
+void SetConnectionLimits(const Runtime& runtime, v1::Limits& proto) {
+  const ConnectionLimits& limits = runtime.connections.limits();
+  const TransportLimits& transport = runtime.application.transport;
+  proto.set_max_connections(limits.all);
+  proto.set_max_connections_of_user(limits.of_user);
+  proto.set_max_silent_connections(limits.silent_of_user);
+  proto.set_max_silence_seconds(std::chrono::duration<double>(transport.max_silence).count());
 }
 
 v1::Retention RetentionToProto(const Retention& retention) {
@@ -39,10 +49,12 @@ v1::Retention RetentionToProto(const Retention& retention) {
   return proto;
 }
 
-absl::Status Describe(const Application& application, Clock::time_point started,
+absl::Status Describe(const Runtime& runtime, Clock::time_point started,
                       v1::GetServerInfoResponse* response) {
+  const Application& application = runtime.application;
   response->set_version(CWM_VERSION);
   *response->mutable_limits() = LimitsToProto(application.limits);
+  SetConnectionLimits(runtime, *response->mutable_limits());
   *response->mutable_retention() = RetentionToProto(application.retention);
   for (int i = 0; i < collision::kEngineCount; ++i) {
     const auto kind = static_cast<collision::EngineKind>(i);
@@ -71,7 +83,22 @@ grpc::ServerUnaryReactor* AdminService::GetServerInfo(grpc::CallbackServerContex
        .work =
            [this](const v1::GetServerInfoRequest&, const CallContext&,
                   v1::GetServerInfoResponse* reply) {
-             return Describe(runtime_.application, started_, reply);
+             return Describe(runtime_, started_, reply);
+           }});
+}
+
+grpc::ServerUnaryReactor* AdminService::GetStats(grpc::CallbackServerContext* context,
+                                                 const grpc::ByteBuffer* request,
+                                                 grpc::ByteBuffer* response) {
+  return StartUnary<v1::GetStatsRequest, v1::GetStatsResponse>(
+      context, runtime_, request, response, runtime_.reads,
+      {.plan =
+           [](const v1::GetStatsRequest&) { return UnaryPlan{.length = WorkLength::kImmediate}; },
+       .work =
+           [this](const v1::GetStatsRequest&, const CallContext&, v1::GetStatsResponse* reply) {
+             reply->set_connections_open(runtime_.connections.open());
+             reply->set_connections_shed(runtime_.connections.shed());
+             return absl::OkStatus();
            }});
 }
 

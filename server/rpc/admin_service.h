@@ -7,8 +7,8 @@
 namespace cwm::server {
 
 // Messages of raw methods are parsed by our own code (messages.h).
-using RawAdminService =
-    v1::AdminService::WithRawCallbackMethod_GetServerInfo<v1::AdminService::Service>;
+using RawAdminService = v1::AdminService::WithRawCallbackMethod_GetServerInfo<
+    v1::AdminService::WithRawCallbackMethod_GetStats<v1::AdminService::Service>>;
 
 class AdminService final : public RawAdminService {
  public:
@@ -17,6 +17,9 @@ class AdminService final : public RawAdminService {
   grpc::ServerUnaryReactor* GetServerInfo(grpc::CallbackServerContext* context,
                                           const grpc::ByteBuffer* request,
                                           grpc::ByteBuffer* response) override;
+  grpc::ServerUnaryReactor* GetStats(grpc::CallbackServerContext* context,
+                                     const grpc::ByteBuffer* request,
+                                     grpc::ByteBuffer* response) override;
 
  private:
   Runtime& runtime_;

@@ -59,6 +59,11 @@ absl::Status RunGuarded(const CallWork& work, const CallContext& call) {
   }
 }
 
+absl::Status WhyItEnded(absl::Status status, const Runtime& runtime) {
+  if (!absl::IsCancelled(status) || !runtime.open_calls.stop_requested()) return status;
+  return Draining();
+}
+
 UnaryCall::UnaryCall(grpc::CallbackServerContext* context, Runtime& runtime,
                      const grpc::ByteBuffer* request)
     : context_(context),
@@ -135,6 +140,7 @@ void UnaryCall::Enqueue(const UnaryPlan& plan) {
 }
 
 void UnaryCall::Run() {
+  if (runtime_.draining()) return End(Draining());
   End(call_.stop.stop_requested()
           ? CallCancelled()
           : RunGuarded([this](const CallContext& call) { return Work(call); }, call_));
@@ -142,7 +148,7 @@ void UnaryCall::Run() {
 
 // The only one that finishes the call; *this may be gone after it.
 void UnaryCall::End(const absl::Status& status) {
-  if (!status.ok()) return Finish(ToGrpcStatus(status));
+  if (!status.ok()) return Finish(ToGrpcStatus(WhyItEnded(status, runtime_)));
   grpc::Status serialized;
   const CallWork serialize = [&](const CallContext&) {
     serialized = Serialize();

@@ -51,6 +51,9 @@ using CallWork = std::function<absl::Status(const CallContext&)>;
 // Runs `work`; an exception that got this far (memory, a foreign library) becomes a status.
 absl::Status RunGuarded(const CallWork& work, const CallContext& call);
 
+// A call that was cancelled because the server ends says so: SERVER_DRAINING. Other statuses stay.
+absl::Status WhyItEnded(absl::Status status, const Runtime& runtime);
+
 // How long work takes.
 enum class WorkLength {
   kAny,
@@ -68,7 +71,8 @@ struct UnaryPlan {
 };
 
 // A unary call, from its bytes to its status. Deletes itself when gRPC is done with it. The request's
-// memory is charged to its client before it is parsed. Large requests are parsed on a queue.
+// memory is charged to its client before it is parsed. Large requests are parsed on a queue. Work that
+// has not begun when the server drains is not done: SERVER_DRAINING.
 class UnaryCall : public grpc::ServerUnaryReactor {
  protected:
   UnaryCall(grpc::CallbackServerContext* context, Runtime& runtime,
@@ -97,6 +101,7 @@ class UnaryCall : public grpc::ServerUnaryReactor {
   Runtime& runtime_;
   grpc::ByteBuffer& bytes_;  // of the request, until it is parsed
   std::stop_source stop_;
+  const OpenCalls::Token open_{runtime_.open_calls, stop_};
   CallContext call_;
   MemoryCharge charge_;
   StallTimers::Guard reading_;  // of the reply, by the client

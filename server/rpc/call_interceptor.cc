@@ -29,7 +29,7 @@ std::size_t SizeOf(const void* message) {
 // One call's. gRPC calls it once for each batch of operations, one after the other.
 class CallInterceptor final : public grpc::experimental::Interceptor {
  public:
-  CallInterceptor(ServerRpcInfo& info, RequestLog& log) : info_(info), log_(log) {}
+  CallInterceptor(ServerRpcInfo& info, Runtime& runtime) : info_(info), runtime_(runtime) {}
 
   void Intercept(InterceptorBatchMethods* batch) override {
     if (batch->QueryInterceptionHookPoint(InterceptionHookPoints::POST_RECV_MESSAGE)) {
@@ -68,20 +68,20 @@ class CallInterceptor final : public grpc::experimental::Interceptor {
     if (is_malformed_) batch.ModifySendStatus(ToGrpcStatus(MalformedRequest(info_.method())));
     const grpc::Status status = batch.GetSendStatus();
     const auto code = static_cast<absl::StatusCode>(status.error_code());
-    if (!status.ok()) log_.Refused(info_.method(), code, ReasonOf(status), Client());
+    if (!status.ok()) runtime_.log.Refused(info_.method(), code, ReasonOf(status), Client());
     if (!IsSlow()) return;
     if (request_ != nullptr) request_bytes_ = SizeOf(request_);
-    log_.Slow(info_.method(), code, took(), request_bytes_, response_bytes_);
+    runtime_.log.Slow(info_.method(), code, took(), request_bytes_, response_bytes_);
   }
 
   // All of our methods are served by callbacks.
   ClientId Client() const {
-    return Runtime::ClientOf(
+    return runtime_.ClientOf(
         static_cast<const grpc::CallbackServerContext&>(*info_.server_context()));
   }
 
   ServerRpcInfo& info_;
-  RequestLog& log_;
+  Runtime& runtime_;
   const Clock::time_point begin_ = Clock::now();
   const void* request_ = nullptr;  // the only one: it lives as long as the call
   bool is_malformed_ = false;
@@ -90,25 +90,25 @@ class CallInterceptor final : public grpc::experimental::Interceptor {
 
 class CallInterceptorFactory final : public grpc::experimental::ServerInterceptorFactoryInterface {
  public:
-  explicit CallInterceptorFactory(RequestLog& log) : log_(log) {}
+  explicit CallInterceptorFactory(Runtime& runtime) : runtime_(runtime) {}
 
   // Methods that nobody has come here as streams both ways.
   grpc::experimental::Interceptor* CreateServerInterceptor(ServerRpcInfo* info) override {
     if (info->type() == ServerRpcInfo::Type::BIDI_STREAMING) return nullptr;
     if (!std::string_view(info->method()).starts_with(kOwnMethods)) return nullptr;
-    return new CallInterceptor(*info, log_);
+    return new CallInterceptor(*info, runtime_);
   }
 
  private:
-  RequestLog& log_;
+  Runtime& runtime_;
 };
 
 }  // namespace
 
 std::vector<std::unique_ptr<grpc::experimental::ServerInterceptorFactoryInterface>>
-CallInterceptors(RequestLog& log) {
+CallInterceptors(Runtime& runtime) {
   std::vector<std::unique_ptr<grpc::experimental::ServerInterceptorFactoryInterface>> creators;
-  creators.push_back(std::make_unique<CallInterceptorFactory>(log));
+  creators.push_back(std::make_unique<CallInterceptorFactory>(runtime));
   return creators;
 }
 

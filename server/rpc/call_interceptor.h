@@ -7,13 +7,13 @@
 #include <memory>
 #include <vector>
 
-#include "server/rpc/request_log.h"
+#include "server/rpc/runtime.h"
 
 namespace cwm::server {
 
-// For the server's builder. `log` outlives the server. A stream of questions looks after itself
+// For the server's builder. `runtime` outlives the server. A stream of questions looks after itself
 // (stream_queries_call.h): gRPC starts a batch more for each message that is intercepted.
 std::vector<std::unique_ptr<grpc::experimental::ServerInterceptorFactoryInterface>>
-CallInterceptors(RequestLog& log);
+CallInterceptors(Runtime& runtime);
 
 }  // namespace cwm::server

@@ -31,6 +31,7 @@ class ChunkedRead : public grpc::ServerWriteReactor<Response> {
 
   // The last thing that a constructor does.
   void Start(const absl::StatusOr<std::optional<RevisionToAwait>>& await) {
+    if (runtime_.draining()) return this->Finish(ToGrpcStatus(Draining()));
     if (!await.ok()) return this->Finish(ToGrpcStatus(await.status()));
     if (!await->has_value()) return Enqueue();
     const std::shared_ptr<World>& world = (*await)->world;
@@ -72,9 +73,11 @@ class ChunkedRead : public grpc::ServerWriteReactor<Response> {
 
   void Open() {
     const absl::Status status =
-        RunGuarded([this](const CallContext& call) { return Prepare(call); }, call_);
+        runtime_.draining()
+            ? Draining()
+            : RunGuarded([this](const CallContext& call) { return Prepare(call); }, call_);
     call_.reached.reset();  // a slow reader keeps no world alive
-    if (!status.ok()) return this->Finish(ToGrpcStatus(status));
+    if (!status.ok()) return this->Finish(ToGrpcStatus(WhyItEnded(status, runtime_)));
     WriteNext();
   }
 
@@ -92,14 +95,18 @@ class ChunkedRead : public grpc::ServerWriteReactor<Response> {
 
   void OnWriteDone(bool ok) override {
     reading_ = {};
-    if (!ok) return this->Finish(ToGrpcStatus(CallCancelled()));
-    if (message_.done()) return this->Finish(grpc::Status::OK);
+    open_.NoteProgress();
+    if (message_.done() && ok) return this->Finish(grpc::Status::OK);
+    if (!ok || call_.stop.stop_requested()) {
+      return this->Finish(ToGrpcStatus(WhyItEnded(CallCancelled(), runtime_)));
+    }
     WriteNext();
   }
   void OnCancel() override { stop_.request_stop(); }
 
   grpc::CallbackServerContext* const context_;
   std::stop_source stop_;
+  OpenCalls::Token open_{runtime_.open_calls, stop_};
 
  protected:
   CallContext call_;

@@ -11,7 +11,7 @@
 
 namespace cwm::server {
 
-// Checks "unix:PATH" or "HOST:PORT" and returns it as gRPC takes it. InvalidArgument for another
+// Checks "unix:PATH" or "HOST:PORT" and returns it. InvalidArgument for another
 // form and for a host that is not loopback (127.0.0.0/8, ::1, localhost).
 absl::StatusOr<std::string> CheckListenAddress(const std::string& address);
 
@@ -26,9 +26,8 @@ std::optional<std::string> SocketPath(const std::string& address);
 // just made.
 absl::Status CheckVacant(const std::string& address);
 
-// Where gRPC shall bind in the place of an address: for a Unix socket a new name beside its path,
-// else the address itself. gRPC removes what lies at the name that it bound, some time after it
-// stopped listening: by then a successor's socket may lie at the path.
+// Where to bind in the place of an address: for a Unix socket a new name beside its path, else the
+// address itself. Who finds a socket at the path finds one that listens.
 std::string BindingAddress(const std::string& address);
 // Moves the socket that was bound for an address to its path, in the place of one that nobody
 // answers on: at no time is the path empty. Unavailable when the file system refuses.

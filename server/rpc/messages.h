@@ -29,8 +29,7 @@ absl::Status ParseRequest(grpc::ByteBuffer& bytes, Request* request) {
     return reader.status().ok() && request->ParseFromZeroCopyStream(&reader);
   }();
   bytes.Clear();
-  return is_parsed ? absl::OkStatus()
-                   : MalformedRequest(MethodTaking(*Request::descriptor()));
+  return is_parsed ? absl::OkStatus() : MalformedRequest(MethodTaking(*Request::descriptor()));
 }
 
 // Throws std::bad_alloc.

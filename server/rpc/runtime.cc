@@ -3,9 +3,10 @@
 #include <malloc.h>
 
 #include <algorithm>
-#include <functional>
+#include <charconv>
 #include <limits>
 #include <string>
+#include <string_view>
 #include <thread>
 #include <utility>
 
@@ -45,6 +46,7 @@ int Cores() { return static_cast<int>(std::max(1U, std::thread::hardware_concurr
 
 Runtime::Runtime(Application& application_in)
     : application(application_in),
+      connections(ConnectionLimits::Fit(application.transport, MaxDescriptors()), MaxDescriptors()),
       watchers({.limit = application.limits.max_watchers,
                 .member_limit = application.limits.max_client_watchers}),
       viewer_watchers({.limit = application.limits.max_viewer_watchers,
@@ -122,12 +124,25 @@ void Runtime::ReturnMemorySoon() {
   });
 }
 
-ClientId Runtime::ClientOf(const grpc::CallbackServerContext& context) {
+ClientId Runtime::ClientOf(const grpc::CallbackServerContext& context) const {
   const std::string peer = context.peer();
-  // Calls from this process have no address such as "unix:" or "ipv4:127.0.0.1:4711".
+  // Calls from this process have no address such as "fd:1031".
   if (peer.find(':') == std::string::npos) return {};
-  const auto hash = static_cast<std::int64_t>(std::hash<std::string>()(peer) >> 1);
-  return {.connection = std::max<std::int64_t>(hash, 1), .uid = std::nullopt};
+  constexpr std::string_view kPrefix = "fd:";
+  int number = -1;
+  if (peer.starts_with(kPrefix)) {
+    std::from_chars(peer.data() + kPrefix.size(), peer.data() + peer.size(), number);
+  }
+  return connections.Find(number);
+}
+
+bool Runtime::IsBusy() const {
+  const auto is_busy = [](const WorkQueue* queue) {
+    return queue->IdleFor() == Clock::duration::zero();
+  };
+  const std::initializer_list<const WorkQueue*> queues = {&query, &batches, &ingest,
+                                                          &reads, &writes,  &robots};
+  return std::any_of(queues.begin(), queues.end(), is_busy);
 }
 
 void Runtime::AddDrainable(std::weak_ptr<Drainable> stream) {
@@ -144,6 +159,7 @@ void Runtime::AddDrainable(std::weak_ptr<Drainable> stream) {
 
 void Runtime::Drain() {
   draining_ = true;
+  open_calls.SetDraining();
   waits.Drain();
   application.worlds.Drain();
   std::vector<std::weak_ptr<Drainable>> under_way;

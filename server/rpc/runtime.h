@@ -18,11 +18,13 @@
 #include "server/core/memory_budget.h"
 #include "server/core/work_queue.h"
 #include "server/core/world_registry.h"
-#include "server/rpc/open_streams.h"
+#include "server/rpc/connections.h"
+#include "server/rpc/open_calls.h"
 #include "server/rpc/request_log.h"
 #include "server/rpc/revision_waits.h"
 #include "server/rpc/stall_timers.h"
 #include "server/rpc/timer.h"
+#include "server/rpc/transport_limits.h"
 
 namespace cwm::server {
 
@@ -31,12 +33,13 @@ struct Application {
   Limits limits;
   Retention retention;
   Interpreter interpret;
+  TransportLimits transport = {};
   std::shared_ptr<MemoryBudget> memory = MemoryBudget::Make(limits.max_memory_bytes);
   WorldRegistry worlds{limits, retention, memory};
   GeometryStore geometry{limits.max_geometry_bytes, limits};
 };
 
-// A stream without an end of its own, which a draining server ends.
+// A call that may wait for its client without end, which a draining server ends.
 class Drainable {
  public:
   virtual ~Drainable() = default;
@@ -47,6 +50,14 @@ class Drainable {
 // room for more, streams read one after the other.
 inline constexpr std::int64_t kMaxReadAhead = 64;
 
+// Calls that one connection may have open: as many streams and watches as there may be, and others
+// beside them. A client keeps back what is above, without a word, so that it is more than the services
+// admit: the one stream too many is refused with a reason.
+inline std::int64_t MaxCallsOfConnection(const Limits& limits) {
+  constexpr std::int64_t kOthers = 128;
+  return limits.max_client_streams + limits.max_client_watchers + kOthers;
+}
+
 // Thread safe.
 class Runtime {
  public:
@@ -54,7 +65,8 @@ class Runtime {
   ~Runtime();
 
   Application& application;
-  OpenStreams open_streams;  // before the queues, which hold calls
+  Connections connections;
+  OpenCalls open_calls;  // before the queues, which hold calls
   Timer timer;
   RequestLog log{timer};
   StallTimers stalls{timer};
@@ -91,10 +103,14 @@ class Runtime {
 
   std::atomic<int> batches_under_way = 0;  // that are being answered
 
-  // Who sends the call.
-  static ClientId ClientOf(const grpc::CallbackServerContext& context);
+  // Who sends the call; ask when the call begins.
+  ClientId ClientOf(const grpc::CallbackServerContext& context) const;
 
-  // Ends streams now, refuses the calls to come; watches get their last bookmark.
+  // Work of calls waits or is under way.
+  bool IsBusy() const;
+
+  // Ends streams and half-open uploads now, refuses the calls to come and those that wait for their
+  // turn; watches get their last bookmark.
   void Drain();
   bool draining() const { return draining_; }
   void AddDrainable(std::weak_ptr<Drainable> stream);

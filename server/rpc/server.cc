@@ -4,79 +4,65 @@
 #include <grpcpp/ext/proto_server_reflection_plugin.h>
 #include <grpcpp/grpcpp.h>
 #include <grpcpp/health_check_service_interface.h>
-#include <sys/stat.h>
+#include <grpcpp/server_posix.h>
+#include <sys/socket.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
+#include <iterator>
 #include <mutex>
 #include <set>
+#include <thread>
 #include <utility>
 
-#include "absl/strings/str_cat.h"
 #include "grpc/health/v1/health.pb.h"
+#include "server/net/may_connect.h"
+#include "server/rpc/accept_loop.h"
 #include "server/rpc/admin_service.h"
 #include "server/rpc/call_interceptor.h"
 #include "server/rpc/listen_address.h"
+#include "server/rpc/listener.h"
 #include "server/rpc/perception_service.h"
 #include "server/rpc/query_service.h"
 #include "server/rpc/robot_service.h"
+#include "server/rpc/self_check.h"
 #include "server/rpc/socket_lock.h"
 #include "server/rpc/world_service.h"
 
 namespace cwm::server {
 namespace {
 
-// An idle watch is noticed as dead within 40 s; clients may ping every 10 s, also without calls.
-constexpr int kKeepaliveTime_ms = 30'000;
-constexpr int kKeepaliveTimeout_ms = 10'000;
-constexpr int kClientPingPeriod_ms = 10'000;
-// Streams that drain end at once; only one whose client does not read takes longer.
-constexpr auto kStreamsEndWithin = std::chrono::milliseconds(500);
+constexpr int kClientPingPeriod_ms = 10'000;  // clients may ping this often, also without calls
+// A call that has come before a drain is refused with its reason within this time.
+constexpr auto kTimeToRefuse = std::chrono::milliseconds(100);
+// What nobody works on and whose client takes nothing for so long waits for that client alone.
+constexpr auto kMaxQuietTime = std::chrono::milliseconds(500);
+// Clients that read see the end of a connection within this time.
+constexpr auto kTimeToReadEnd = std::chrono::milliseconds(50);
 
-void SetChannelArguments(const Limits& limits, grpc::ServerBuilder& builder) {
+void SetChannelArguments(const Application& application, grpc::ServerBuilder& builder) {
+  const Limits& limits = application.limits;
+  const TransportLimits& transport = application.transport;
   builder.SetMaxReceiveMessageSize(static_cast<int>(limits.max_message_bytes));
   builder.AddChannelArgument(GRPC_ARG_MAX_METADATA_SIZE,
                              static_cast<int>(limits.max_metadata_bytes));
-  builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIME_MS, kKeepaliveTime_ms);
-  builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, kKeepaliveTimeout_ms);
+  builder.AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS,
+                             static_cast<int>(MaxCallsOfConnection(limits)));
+  builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIME_MS,
+                             static_cast<int>(transport.keepalive_time.count()));
+  builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIMEOUT_MS,
+                             static_cast<int>(transport.keepalive_timeout.count()));
   builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_PERMIT_WITHOUT_CALLS, 1);
   builder.AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS,
                              kClientPingPeriod_ms);
-  // Two servers on one port would share its clients between two different worlds.
-  builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);
 }
-
-// Sockets that are made while it lives are the user's alone.
-class PrivateUmask {
- public:
-  PrivateUmask() : before_(umask(0177)) {}
-  ~PrivateUmask() { umask(before_); }
-  PrivateUmask(const PrivateUmask&) = delete;
-  PrivateUmask& operator=(const PrivateUmask&) = delete;
-
- private:
-  const mode_t before_;
-};
 
 // gRPC cleans up after the last of its objects, and waits there for up to 10 s (1.51): for a poll
 // that a message has left behind which the socket did not take at once. It is kept for the process.
 void KeepLibrary() {
   static std::once_flag once;
   std::call_once(once, grpc_init);
-}
-
-struct BoundAddress {
-  std::string address;
-  std::string binding;  // what gRPC is given
-  int port = 0;         // 0 for a Unix socket, and for one that could not be bound
-};
-
-bool IsUnix(const std::string& address) { return address.starts_with("unix:"); }
-
-// What a client dials: the port that was picked in the place of 0.
-std::string Dialable(const BoundAddress& bound) {
-  if (IsUnix(bound.address)) return bound.address;
-  return absl::StrCat(bound.address.substr(0, bound.address.rfind(':') + 1), bound.port);
 }
 
 // Of all Unix sockets among the addresses, each once and in one order for everybody: two servers
@@ -95,13 +81,24 @@ absl::StatusOr<std::vector<SocketLock>> LockSockets(const std::vector<std::strin
   return locks;
 }
 
+bool IsUnixSocket(int descriptor) {
+  sockaddr_storage own{};
+  socklen_t size = sizeof(own);
+  return getsockname(descriptor, reinterpret_cast<sockaddr*>(&own), &size) == 0 &&
+         own.ss_family == AF_UNIX;
+}
+
 }  // namespace
 
 struct Server::State {
   explicit State(Application& application) : runtime(application) {}
 
   absl::Status Start(const ListenOptions& listen);
+  absl::Status StartGrpc();
+  absl::Status StartListening(const ListenOptions& listen);
+  void SetHealth(bool is_serving);
   void RemoveSockets();
+  void EndCalls(Clock::time_point begun, std::chrono::milliseconds grace);
 
   Runtime runtime;
   AdminService admin{runtime};
@@ -111,10 +108,24 @@ struct Server::State {
   WorldService world{runtime};
   std::vector<std::string> addresses;
   std::vector<std::pair<std::string, SocketFile>> sockets;  // that it made
-  std::unique_ptr<grpc::Server> grpc;                       // last: ends before what it calls
+  std::unique_ptr<grpc::Server> grpc;                       // ends before what it calls
+  std::unique_ptr<AcceptLoop> accept_loop;  // last: ends before what it hands over to
 };
 
 absl::Status Server::State::Start(const ListenOptions& listen) {
+  for (const std::string& address : listen.addresses) {
+    if (auto checked = CheckListenAddress(address); !checked.ok()) return checked.status();
+  }
+  const auto locks = LockSockets(listen.addresses);  // until it listens
+  if (!locks.ok()) return locks.status();
+  for (const std::string& address : listen.addresses) {
+    if (auto status = CheckVacant(address); !status.ok()) return status;
+  }
+  if (auto status = StartGrpc(); !status.ok()) return status;
+  return StartListening(listen);
+}
+
+absl::Status Server::State::StartGrpc() {
   KeepLibrary();
   grpc::EnableDefaultHealthCheckService(true);
   // The library serves health without a descriptor; naming ours links it, so that reflection tells
@@ -122,44 +133,47 @@ absl::Status Server::State::Start(const ListenOptions& listen) {
   grpc::health::v1::HealthCheckRequest::descriptor();
   grpc::reflection::InitProtoReflectionServerBuilderPlugin();
   grpc::ServerBuilder builder;
-  SetChannelArguments(runtime.application.limits, builder);
-  builder.experimental().SetInterceptorCreators(CallInterceptors(runtime.log));
-  std::vector<BoundAddress> bound(listen.addresses.size());
-  for (std::size_t i = 0; i < bound.size(); ++i) {
-    auto address = CheckListenAddress(listen.addresses[i]);
-    if (!address.ok()) return address.status();
-    bound[i].address = *address;
-    bound[i].binding = BindingAddress(*address);
-    builder.AddListeningPort(bound[i].binding, grpc::InsecureServerCredentials(), &bound[i].port);
-  }
-  const auto locks = LockSockets(listen.addresses);  // until it listens
-  if (!locks.ok()) return locks.status();
-  for (const BoundAddress& address : bound) {
-    if (auto status = CheckVacant(address.address); !status.ok()) return status;
-  }
+  SetChannelArguments(runtime.application, builder);
+  builder.experimental().SetInterceptorCreators(CallInterceptors(runtime));
   for (grpc::Service* service :
        std::initializer_list<grpc::Service*>{&admin, &perception, &query, &robot, &world}) {
     builder.RegisterService(service);
   }
-  {
-    const PrivateUmask umask;
-    grpc = builder.BuildAndStart();
+  grpc = builder.BuildAndStart();
+  if (grpc == nullptr) return absl::UnavailableError("gRPC does not start");
+  SetHealth(true);
+  return absl::OkStatus();
+}
+
+absl::Status Server::State::StartListening(const ListenOptions& listen) {
+  const TransportLimits& limits = runtime.application.transport;
+  std::vector<FileDescriptor> listeners;
+  for (const std::string& address : listen.addresses) {
+    auto listener = Listen(address, limits.keepalive_timeout);
+    if (!listener.ok()) return listener.status();
+    addresses.push_back(listener->address);
+    if (const auto file = FindSocket(address)) sockets.emplace_back(address, *file);
+    std::move(listener->sockets.begin(), listener->sockets.end(), std::back_inserter(listeners));
   }
-  if (grpc == nullptr) {
-    return absl::UnavailableError(
-        "cannot listen on all of the addresses: is one in use, or its folder missing?");
-  }
-  for (const BoundAddress& address : bound) {
-    if (auto status = MoveIntoPlace(address.binding, address.address); !status.ok()) return status;
-    addresses.push_back(Dialable(address));
-    if (const auto file = FindSocket(address.address)) sockets.emplace_back(address.address, *file);
-  }
-  grpc->GetHealthCheckService()->SetServingStatus(true);
+  auto loop = AcceptLoop::Start(
+      std::move(listeners), runtime.connections, limits.max_silence,
+      [this](int descriptor) { grpc::AddInsecureChannelFromFd(grpc.get(), descriptor); },
+      [allow_any = listen.allow_any_local_user](int descriptor, Connections::User user) {
+        return IsUnixSocket(descriptor) || MayConnect(user, geteuid(), allow_any);
+      });
+  if (!loop.ok()) return loop.status();
+  accept_loop = *std::move(loop);
+  return absl::OkStatus();
+}
+
+void Server::State::SetHealth(bool is_serving) {
+  grpc::HealthCheckServiceInterface& health = *grpc->GetHealthCheckService();
+  health.SetServingStatus(is_serving);  // of all services that are known by now
+  if (!is_serving) return;
   for (const char* name : {"cwm.v1.AdminService", "cwm.v1.PerceptionService", "cwm.v1.QueryService",
                            "cwm.v1.RobotService", "cwm.v1.WorldService"}) {
-    grpc->GetHealthCheckService()->SetServingStatus(name, true);
+    health.SetServingStatus(name, true);
   }
-  return absl::OkStatus();
 }
 
 void Server::State::RemoveSockets() {
@@ -172,6 +186,7 @@ absl::StatusOr<std::unique_ptr<Server>> Server::Start(Application& application,
   auto state = std::make_unique<State>(application);
   if (auto status = state->Start(listen); !status.ok()) {
     state->RemoveSockets();
+    if (state->grpc != nullptr) state->grpc->Shutdown();
     return status;
   }
   return std::unique_ptr<Server>(new Server(std::move(state)));
@@ -190,20 +205,50 @@ std::shared_ptr<grpc::Channel> Server::InProcessChannel() const {
   return state_->grpc->InProcessChannel(arguments);
 }
 
+absl::Status Server::CheckItself(std::chrono::milliseconds timeout) const {
+  if (state_->accept_loop == nullptr || state_->addresses.empty()) return absl::OkStatus();
+  AcceptLoop& loop = *state_->accept_loop;
+  const absl::Status status =
+      CheckHealth(state_->addresses.front(), timeout,
+                  [&loop](std::string own_address) { loop.Expect(std::move(own_address)); });
+  loop.Expect("");  // the address may be another's from now on
+  return status;
+}
+
+void Server::State::EndCalls(Clock::time_point begun, std::chrono::milliseconds grace) {
+  OpenCalls& calls = runtime.open_calls;
+  const auto is_busy = [this] { return runtime.IsBusy(); };
+  if (!calls.WaitUntilNone(begun + grace, kMaxQuietTime, is_busy)) {
+    calls.RequestStop();
+    calls.WaitUntilNone(Clock::now() + std::min(grace, kTimeToRefuse), kMaxQuietTime, is_busy);
+  }
+  if (runtime.connections.open() == 0) return;
+  std::this_thread::sleep_until(begun + std::min(grace, kTimeToRefuse));
+}
+
+// gRPC's own farewell waits for the answer of every client, and one that is idle does not read for
+// seconds; a call that comes meanwhile ends CANCELLED without a reason. So the connections are closed
+// here, when the calls have ended, in two steps: a client that writes to a closed socket fails and
+// reads no more, and the answers that it has not read yet are lost with it.
 void Server::Stop(std::chrono::milliseconds grace) {
   if (state_->grpc == nullptr) return;
-  state_->grpc->GetHealthCheckService()->SetServingStatus(false);
+  const auto begun = Clock::now();
+  state_->SetHealth(false);
+  if (state_->accept_loop != nullptr) state_->accept_loop->StopListening();
   state_->runtime.Drain();
-  // A connection that closes with its last stream can take the stream's status with it: a client
-  // that writes at that moment fails and does not read what is left. So the streams end first; then
-  // gRPC's farewell waits for the client to answer. What still works then ends by itself, while a
-  // successor may already listen.
-  const auto end = Clock::now() + grace;
-  state_->runtime.open_streams.WaitUntilNone(std::min(grace, kStreamsEndWithin));
-  state_->grpc->Shutdown(std::chrono::system_clock::now() + (end - Clock::now()));
+  state_->RemoveSockets();
+  state_->EndCalls(begun, grace);
+  state_->accept_loop = nullptr;
+  const Connections& connections = state_->runtime.connections;
+  state_->runtime.connections.Sweep();
+  if (connections.open() > 0) {
+    connections.ShutDown(SHUT_WR);
+    std::this_thread::sleep_for(std::min(grace, kTimeToReadEnd));
+    connections.ShutDown(SHUT_RDWR);
+  }
+  state_->grpc->Shutdown(std::chrono::system_clock::now() + std::min(grace, kTimeToRefuse));
   state_->grpc->Wait();
   state_->grpc = nullptr;
-  state_->RemoveSockets();
 }
 
 }  // namespace cwm::server

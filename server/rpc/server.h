@@ -16,9 +16,8 @@ namespace cwm::server {
 
 class Server {
  public:
-  // Listens on each of the addresses; sockets are the user's alone (mode 0600; sets the process's
-  // umask for a moment, so start it before other threads make files). `application` outlives the
-  // server.
+  // Listens on each of "unix:PATH" or "HOST:PORT" (see listen_address.h; port 0 picks one); sockets
+  // are the user's alone (mode 0600), and so are ports unless `listen` allows any local user. `application` outlives the server.
   static absl::StatusOr<std::unique_ptr<Server>> Start(Application& application,
                                                        const ListenOptions& listen);
   ~Server();  // Stop(0)
@@ -29,8 +28,14 @@ class Server {
   // To the same services without a socket, for what runs in this process. Messages of any size.
   std::shared_ptr<grpc::Channel> InProcessChannel() const;
 
-  // Health says NOT_SERVING, no new upload begins, watches end with a bookmark, streams end, calls
-  // under way finish; what is not done after `grace` is cancelled. Returns when all has ended.
+  // OK when the server answers on its first address, over a connection of its own that no limit
+  // refuses, within `timeout` that it serves. Not beside Stop.
+  absl::Status CheckItself(std::chrono::milliseconds timeout) const;
+
+  // Health says NOT_SERVING, nobody connects any more, watches end with a bookmark, streams and
+  // half-open uploads end, calls that wait for their turn and those to come are refused, calls under
+  // way finish or are stopped after `grace`: all that do not finish end with SERVER_DRAINING. Then
+  // the connections are closed. Returns when all has ended.
   void Stop(std::chrono::milliseconds grace);
 
  private:

@@ -123,10 +123,10 @@ void StreamQueriesCall::Read() {
 void StreamQueriesCall::FinishIfOver() {
   if (answer_ != Place::kEmpty || write_ != Place::kEmpty) return;
   absl::Status status;
-  if (client_is_gone_ || stop_.stop_requested()) {
-    status = CallCancelled();
-  } else if (runtime_.draining()) {
+  if (runtime_.draining()) {
     status = Draining();
+  } else if (client_is_gone_ || stop_.stop_requested()) {
+    status = CallCancelled();
   } else if (!broken_.ok()) {
     status = broken_;
   } else if (!client_is_done_ || read_ != Place::kEmpty) {
@@ -154,6 +154,7 @@ void StreamQueriesCall::OnReadDone(bool ok) {
 
 void StreamQueriesCall::OnWriteDone(bool ok) {
   reading_ = {};
+  open_.NoteProgress();
   {
     const std::lock_guard lock(mutex_);
     write_ = Place::kEmpty;
@@ -255,7 +256,9 @@ void StreamQueriesCall::Work() {
                          .stop = stop_.get_token(),
                          .reached = std::exchange(reached_, std::nullopt),
                          .client = client_};
-  Answered(RunGuarded([this](const CallContext& c) { return AnswerRequest(c); }, call));
+  if (runtime_.draining()) return Answered(Draining());
+  const auto status = RunGuarded([this](const CallContext& c) { return AnswerRequest(c); }, call);
+  Answered(WhyItEnded(status, runtime_));
 }
 
 absl::Status StreamQueriesCall::AnswerRequest(const CallContext& call) {

@@ -57,9 +57,9 @@ class StreamQueriesCall final : public grpc::ServerBidiReactor<grpc::ByteBuffer,
   void End(const absl::Status& status);
 
   Runtime& runtime_;
-  const OpenStreams::Token open_{runtime_.open_streams};
   const Clock::time_point deadline_;
   std::stop_source stop_;
+  OpenCalls::Token open_{runtime_.open_calls, stop_};
   StreamMemory memory_;
   std::shared_ptr<StreamQueriesCall> self_;  // until OnDone
   grpc::CallbackServerContext* const context_;

@@ -65,6 +65,7 @@ class UploadCall : public grpc::ServerReadReactor<grpc::ByteBuffer>,
 
   Runtime& runtime_;
   std::stop_source stop_;
+  const OpenCalls::Token open_{runtime_.open_calls, stop_};
   const CallContext call_;  // its stop is stop_'s
   Response response_;
 
@@ -84,10 +85,15 @@ class UploadCall : public grpc::ServerReadReactor<grpc::ByteBuffer>,
   }
 
   void ReadNext() {
-    const std::lock_guard lock(mutex_);
-    if (is_over_) return;
-    is_reading_ = true;
-    this->StartRead(&bytes_);
+    {
+      const std::lock_guard lock(mutex_);  // gRPC does not react within StartRead
+      if (is_over_) return;
+      if (!runtime_.draining()) {
+        is_reading_ = true;
+        return this->StartRead(&bytes_);
+      }
+    }
+    End(Draining());
   }
 
   void OnReadDone(bool ok) override {
@@ -110,6 +116,7 @@ class UploadCall : public grpc::ServerReadReactor<grpc::ByteBuffer>,
 
   CallWork Guarded() {
     return [this](const CallContext& call) {
+      if (runtime_.draining()) return Draining();
       return call.stop.stop_requested() ? CallCancelled() : Work();
     };
   }
@@ -148,6 +155,7 @@ class UploadCall : public grpc::ServerReadReactor<grpc::ByteBuffer>,
   }
 
   void End(absl::Status status) {
+    status = WhyItEnded(std::move(status), runtime_);
     {
       const std::lock_guard lock(mutex_);
       if (std::exchange(is_over_, true)) return;

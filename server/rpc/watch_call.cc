@@ -195,6 +195,7 @@ bool WatchCall::ReturnTurn() {
 
 void WatchCall::OnWriteDone(bool ok) {
   reading_ = {};
+  open_.NoteProgress();
   if (!ok) return End(CallCancelled());
   if (last_ && initial_ == nullptr && !step_.has_value()) return End(Draining());
   EnqueuePump();

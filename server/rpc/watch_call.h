@@ -44,7 +44,7 @@ class WatchCall final : public grpc::ServerWriteReactor<v1::WatchWorldResponse>,
   void End(const absl::Status& status);
 
   Runtime& runtime_;
-  const OpenStreams::Token open_{runtime_.open_streams};
+  OpenCalls::Token open_{runtime_.open_calls};
   const v1::WatchWorldRequest request_;
   std::shared_ptr<WatchCall> self_;  // until OnDone
   grpc::CallbackServerContext& context_;

@@ -4,9 +4,12 @@
 
 namespace cwm::server {
 
-RunningServer::RunningServer(const Limits& limits, const Retention& retention)
-    : application_{
-          .limits = limits, .retention = retention, .interpret = perception::InterpretScene} {
+RunningServer::RunningServer(const Limits& limits, const Retention& retention,
+                             const TransportLimits& transport)
+    : application_{.limits = limits,
+                   .retention = retention,
+                   .interpret = perception::InterpretScene,
+                   .transport = transport} {
   auto server = Server::Start(application_, {.addresses = {address_}});
   if (!server.ok()) throw std::runtime_error(std::string(server.status().message()));
   server_ = *std::move(server);

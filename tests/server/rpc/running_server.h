@@ -23,7 +23,8 @@ namespace cwm::server {
 class RunningServer : public ::testing::Test {
  protected:
   RunningServer() : RunningServer(Limits{}, Retention{}) {}
-  RunningServer(const Limits& limits, const Retention& retention);
+  RunningServer(const Limits& limits, const Retention& retention,
+                const TransportLimits& transport = {});
 
   std::shared_ptr<grpc::Channel> Dial() const;
 

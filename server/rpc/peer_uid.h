@@ -1,0 +1,13 @@
+// The user at the other end of a connection.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+namespace cwm::server {
+
+// The user id that the kernel reports for the peer of a connected socket: for a Unix socket the one
+// that the peer had when it connected. Absent where the kernel reports none, as for TCP.
+std::optional<std::uint32_t> PeerUid(int descriptor);
+
+}  // namespace cwm::server
