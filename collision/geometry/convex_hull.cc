@@ -64,8 +64,12 @@ struct HorizonEdge {
 
 class Quickhull {
  public:
-  Quickhull(const std::vector<Vector3>& points, const Eigen::AlignedBox3d& bounds)
-      : points_(points), extent_(bounds.diagonal().norm()), tolerance_(kNoCorner * extent_) {
+  Quickhull(const std::vector<Vector3>& points, const Eigen::AlignedBox3d& bounds,
+            WorkCounter* work)
+      : points_(points),
+        extent_(bounds.diagonal().norm()),
+        tolerance_(kNoCorner * extent_),
+        work_(work) {
     const int exponent = 59 - std::ilogb(extent_);
     const auto cell = [&](double p, double origin) {
       return static_cast<std::int64_t>(
@@ -78,18 +82,20 @@ class Quickhull {
     }
   }
 
-  // Empty when the points span no volume. It ends: each step adds a point that lies strictly
+  // Empty when the points span no volume, or `work` ended it. It ends: each step adds a point that lies strictly
   // outside, and then none sees it any more.
   TriangleMesh Run() {
     if (!BuildSimplex()) return {};
     do {
       while (!pending_.empty()) {
+        if (HasEnded(work_)) return {};
         const int face = pending_.back();
         pending_.pop_back();
         if (F(face).alive && !F(face).outside.empty()) AddPoint(face);
       }
       ReviewUnclaimed();
-    } while (!pending_.empty());
+    } while (!pending_.empty() && !HasEnded(work_));
+    if (HasEnded(work_)) return {};
     return Extract();
   }
 
@@ -164,9 +170,13 @@ class Quickhull {
   // wait for ReviewUnclaimed: they are inside, or beyond an old face by more than beyond these.
   void Distribute(const std::vector<int>& candidates, std::size_t first_new) {
     for (const int index : candidates) {
+      if (CountHeights(faces_.size() - first_new)) return;
       if (!Claim(index, first_new)) unclaimed_.push_back(index);
     }
   }
+
+  // True when `work` ends it.
+  bool CountHeights(std::size_t count) { return MustEnd(work_, 1 + count / kHeightsOfStep); }
 
   bool Claim(int index, std::size_t first_face) {
     for (std::size_t f = first_face; f < faces_.size(); ++f) {
@@ -182,11 +192,13 @@ class Quickhull {
   // points, because a search through all faces after each step takes the cube of their count.
   void ReviewUnclaimed() {
     std::erase_if(faces_live_, [this](int f) { return !F(f).alive; });
+    if (CountHeights(faces_.size() - live_until_)) return;
     for (std::size_t f = live_until_; f < faces_.size(); ++f) {
       if (faces_[f].alive) faces_live_.push_back(static_cast<int>(f));
     }
     live_until_ = faces_.size();
     for (const int index : unclaimed_) {
+      if (CountHeights(faces_live_.size())) return;
       const auto seen = std::find_if(faces_live_.begin(), faces_live_.end(),
                                      [&](int f) { return Height(F(f), index) > tolerance_; });
       if (seen == faces_live_.end()) continue;
@@ -206,6 +218,7 @@ class Quickhull {
     RemoveVisible(seed, apex, horizon, orphans);
     std::erase(orphans, apex);
     Cap(apex, horizon);
+    if (CountHeights(kHeightsOfFace * horizon.size())) return;
     Distribute(orphans, faces_.size() - horizon.size());
   }
 
@@ -273,8 +286,12 @@ class Quickhull {
     return mesh;
   }
 
+  static constexpr std::size_t kHeightsOfStep = 8;
+  static constexpr std::size_t kHeightsOfFace = 64;  // what it takes to make one
+
   const std::vector<Vector3>& points_;
   const double extent_, tolerance_;
+  WorkCounter* const work_;
   std::vector<Cell> cells_;
   std::vector<Face> faces_;
   std::vector<int> pending_;    // faces with points outside, some of them gone meanwhile
@@ -285,12 +302,12 @@ class Quickhull {
 
 }  // namespace
 
-TriangleMesh ConvexHull3(const std::vector<Vector3>& points) {
+TriangleMesh ConvexHull3(const std::vector<Vector3>& points, WorkCounter* work) {
   if (points.size() < 4) return {};
   Eigen::AlignedBox3d bounds;
   for (const Vector3& p : points) bounds.extend(p);
   if (!(bounds.diagonal().norm() > 0)) return {};
-  return Quickhull(points, bounds).Run();
+  return Quickhull(points, bounds, work).Run();
 }
 
 }  // namespace cwm

@@ -4,7 +4,7 @@
 
 namespace cwm::collision {
 
-QueryBody BodyFromShapes(std::vector<Placed<>> shapes) {
+QueryBody BodyFromShapes(std::vector<Placed<>> shapes, WorkCounter* work) {
   auto model = std::make_shared<HybridModel>();
   for (Placed<>& placed : shapes) {
     model->shapes.push_back({.X_OS = placed.X_FS,
@@ -12,7 +12,7 @@ QueryBody BodyFromShapes(std::vector<Placed<>> shapes) {
                              .role = PartRole::kFitted,
                              .fit = std::nullopt});
   }
-  return {.geometry = Prepare(std::move(model))};
+  return {.geometry = Prepare(std::move(model), work)};
 }
 
 QueryBody BodyFromObject(const WorldObject& object) {

@@ -18,6 +18,7 @@
 #include "server/core/limits.h"
 #include "server/core/observations.h"
 #include "server/core/watch.h"
+#include "server/core/work_budget.h"
 
 namespace cwm::server {
 
@@ -91,9 +92,10 @@ class World : public std::enable_shared_from_this<World> {
   // Applies the changes to the latest snapshot, all or nothing. NotFound OBJECT_UNKNOWN or
   // ROBOT_UNKNOWN, ResourceExhausted TOO_MANY_PAIR_RULES, Aborted REVISION_MISMATCH or
   // OBJECT_REVISION_MISMATCH (expected_revision, actual_revision in the metadata),
-  // FailedPrecondition REQUEST_ID_REUSED, InvalidArgument INVALID_FIELD ("changes[i]").
+  // FailedPrecondition REQUEST_ID_REUSED, InvalidArgument INVALID_FIELD ("changes[i]"). The status of
+  // the budget where it ended before the list was applied.
   absl::StatusOr<WriteOutcome> Apply(std::span<const collision::Change> changes,
-                                     const WriteOptions& options);
+                                     const WriteOptions& options, WorkBudget* budget = nullptr);
 
   // For changes that are made from the latest snapshot (ingest): takes the writer's turn, calls
   // `make` with it and applies what it returns. `make` runs under the turn and must be short; it

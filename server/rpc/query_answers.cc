@@ -45,6 +45,7 @@ struct Asked {
   collision::Revision revision;  // of the world
   SnapshotPtr snapshot;          // of that revision, with the overlays
   QuestionOptions options;
+  WorkBudget budget;  // until the answer has to leave
 
   AnswerContext Context(BodyNames body = {}) const {
     return {.world_uid = world->uid(),
@@ -55,6 +56,10 @@ struct Asked {
             .verdicts_only = options.query.naming == collision::Naming::kWhereAsked,
             .body = std::move(body)};
   }
+
+  // The rows that are answered by the time when the answer has to leave are none where it has come
+  // before the question was read.
+  bool IsOutOfTime() const { return budget.end() == WorkBudget::End::kOutOfTime; }
 };
 
 // Whether the stream's snapshot is the one that is asked for.
@@ -79,12 +84,13 @@ absl::StatusOr<WorldAtRevision> FindWorldAt(const Runtime& runtime, const std::s
 }
 
 absl::StatusOr<SnapshotPtr> WithOverlay(const Application& application,
-                                        const v1::QueryOptions& options, SnapshotPtr base) {
+                                        const v1::QueryOptions& options, SnapshotPtr base,
+                                        WorkBudget* budget) {
   if (options.overlay().empty()) return base;
   auto changes = FromProto(options.overlay(), application.limits, application.geometry,
-                           FieldPath().Field("options"), "overlay");
+                           FieldPath().Field("options"), "overlay", budget);
   if (!changes.ok()) return changes.status();
-  return WithChanges(base, *changes, "options.overlay");
+  return WithChanges(base, *changes, "options.overlay", budget);
 }
 
 // Links of pairs are those that their robots have: else nothing would be ignored, unnoticed.
@@ -113,17 +119,30 @@ absl::StatusOr<Asked> Understand(Runtime& runtime, const Request& request, const
   if (!at.ok()) return at.status();
   options->query.give_up_at = GiveUpAt(options->time_budget, call.deadline);
   options->query.handover_of_answer = Handover(SizeOfAnswer(request), *options);
-  const collision::Revision revision = at->snapshot->revision();
+  const auto give_up_at = options->query.give_up_at.value_or(Clock::time_point::max());
+  Asked asked{at->world, at->snapshot->revision(), at->snapshot, *std::move(options),
+              WorkBudget(give_up_at, call.stop)};
   if (memory != nullptr) {
-    auto supposed = memory->overlay.Over(*at->world, std::move(at->snapshot));
+    auto supposed = memory->overlay.Over(*at->world, std::move(at->snapshot), &asked.budget);
+    if (asked.IsOutOfTime()) return asked;
     if (!supposed.ok()) return supposed.status();
     at->snapshot = *std::move(supposed);
   }
-  auto snapshot = WithOverlay(runtime.application, request.options(), std::move(at->snapshot));
+  auto snapshot = WithOverlay(runtime.application, request.options(), std::move(at->snapshot),
+                              &asked.budget);
+  if (asked.IsOutOfTime()) return asked;
   if (!snapshot.ok()) return snapshot.status();
-  auto status = CheckIgnoredPairs(options->query.ignore_pairs, **snapshot);
+  asked.snapshot = *std::move(snapshot);
+  auto status = CheckIgnoredPairs(asked.options.query.ignore_pairs, *asked.snapshot);
   if (!status.ok()) return status;
-  return Asked{std::move(at->world), revision, *std::move(snapshot), *std::move(options)};
+  return asked;
+}
+
+// Of a question that was not read in time.
+template <class Columns, class Response>
+absl::Status AnswerNoRow(const Asked& asked, Response* response) {
+  ToProto(Columns{}, asked.Context(), response);
+  return absl::OkStatus();
 }
 
 // One of the questions about a body in rows.
@@ -161,11 +180,13 @@ absl::Status AnswerBody(Runtime& runtime, const Request& request, const CallCont
                         Response* response) {
   auto asked = Understand(runtime, request, call, memory);
   if (!asked.ok()) return asked.status();
+  if (asked->IsOutOfTime()) return AnswerNoRow<Columns>(*asked, response);
   const Application& application = runtime.application;
-  auto question = FromProto(
-      request.subject(),
-      {*asked->snapshot, application.geometry, application.limits, asked->options.query.ignore},
-      FieldPath().Field("subject"));
+  auto question = FromProto(request.subject(),
+                            {*asked->snapshot, application.geometry, application.limits,
+                             asked->options.query.ignore, &asked->budget},
+                            FieldPath().Field("subject"));
+  if (asked->IsOutOfTime()) return AnswerNoRow<Columns>(*asked, response);
   if (!question.ok()) return question.status();
   const std::unique_ptr<const collision::BodyRows> rows = RowsOf(*question);
   auto status = CheckForm(asked->options.form, rows->size(), application.limits);
@@ -174,7 +195,7 @@ absl::Status AnswerBody(Runtime& runtime, const Request& request, const CallCont
       CheckAnswers({kind.field, kind.per_row(asked->options.query, *asked->snapshot), rows->size()},
                    asked->options.form, application.limits);
   if (!status.ok()) return status;
-  const ShareOfCores share(runtime, RowBytes(request));
+  const ShareOfCores share(runtime, IsBatch(runtime, request));
   asked->options.query.threads = share.threads();
   auto answers = kind.ask(*asked->snapshot, question->body, *rows, asked->options.query, call.stop);
   if (!answers.ok()) return answers.status();
@@ -216,14 +237,16 @@ absl::Status Answer(Runtime& runtime, const v1::CheckMotionsRequest& request,
                     v1::CheckMotionsResponse* response) {
   auto asked = Understand(runtime, request, call, memory);
   if (!asked.ok()) return asked.status();
+  if (asked->IsOutOfTime()) return AnswerNoRow<collision::MotionColumns>(*asked, response);
   const Application& application = runtime.application;
   auto motions = FromProto(request, {*asked->snapshot, application.geometry, application.limits,
-                                     asked->options.query.ignore});
+                                     asked->options.query.ignore, &asked->budget});
+  if (asked->IsOutOfTime()) return AnswerNoRow<collision::MotionColumns>(*asked, response);
   if (!motions.ok()) return motions.status();
   auto status = CheckForm(asked->options.form, motions->paths.size(), application.limits);
   if (!status.ok()) return status;
   const Question& question = motions->question;
-  const ShareOfCores share(runtime, RowBytes(request));
+  const ShareOfCores share(runtime, IsBatch(runtime, request));
   asked->options.query.threads = share.threads();
   auto answers = collision::CheckPaths(*asked->snapshot, question.body, *WaypointsOf(question),
                                        motions->paths, asked->options.query, call.stop);
@@ -236,6 +259,10 @@ absl::Status Answer(Runtime& runtime, const v1::CastRaysRequest& request, const 
                     StreamMemory* memory, v1::CastRaysResponse* response) {
   auto asked = Understand(runtime, request, call, memory);
   if (!asked.ok()) return asked.status();
+  if (asked->IsOutOfTime()) {
+    ToProto(collision::RayColumns{}, {}, asked->Context(), response);
+    return absl::OkStatus();
+  }
   const Limits& limits = runtime.application.limits;
   auto rays = FromProto(request.rays(), limits.max_batch_rows, FieldPath().Field("rays"));
   if (!rays.ok()) return rays.status();
@@ -243,7 +270,7 @@ absl::Status Answer(Runtime& runtime, const v1::CastRaysRequest& request, const 
     return status;
   }
   for (collision::RayRow& ray : *rays) ray.max_distance_m = asked->options.query.max_distance_m;
-  const ShareOfCores share(runtime, RowBytes(request));
+  const ShareOfCores share(runtime, IsBatch(runtime, request));
   asked->options.query.threads = share.threads();
   auto answers = collision::CastRays(*asked->snapshot, *rays, asked->options.query, call.stop);
   if (!answers.ok()) return answers.status();
@@ -256,6 +283,7 @@ absl::Status Answer(Runtime& runtime, const v1::SamplePointsRequest& request,
                     v1::SamplePointsResponse* response) {
   auto asked = Understand(runtime, request, call, memory);
   if (!asked.ok()) return asked.status();
+  if (asked->IsOutOfTime()) return AnswerNoRow<collision::PointColumns>(*asked, response);
   const Limits& limits = runtime.application.limits;
   auto points =
       PointsFromProto(request.points(), limits.max_batch_rows, FieldPath().Field("points"));
@@ -263,7 +291,7 @@ absl::Status Answer(Runtime& runtime, const v1::SamplePointsRequest& request,
   if (auto status = CheckForm(asked->options.form, points->size(), limits); !status.ok()) {
     return status;
   }
-  const ShareOfCores share(runtime, RowBytes(request));
+  const ShareOfCores share(runtime, IsBatch(runtime, request));
   asked->options.query.threads = share.threads();
   auto answers =
       collision::SamplePoints(*asked->snapshot, *points, asked->options.query, call.stop);

@@ -1,5 +1,7 @@
 #include "server/rpc/query_service.h"
 
+#include <utility>
+
 #include "server/rpc/at_revision.h"
 #include "server/rpc/call.h"
 #include "server/rpc/query_answers.h"
@@ -16,10 +18,11 @@ grpc::ServerUnaryReactor* StartQuery(grpc::CallbackServerContext* context, Runti
     return Answer(runtime, *request, call, nullptr, response);
   };
   const v1::QueryOptions& options = request->options();
-  return StartUnary(
-      context, runtime, QueueOf(runtime, *request), work,
-      WhatToAwait(runtime, request->world(), options.world_uid(), options.at_revision()),
-      LengthOf(*request));
+  const double cost_s = EstimatedCost_s(runtime, *request);
+  auto await = WhatToAwait(runtime, request->world(), options.world_uid(), options.at_revision());
+  if (auto status = CheckCost(cost_s, runtime.application.limits); !status.ok()) await = status;
+  return StartUnary(context, runtime, QueueOf(runtime, *request, cost_s), work, std::move(await),
+                    LengthOf(*request, cost_s));
 }
 
 }  // namespace

@@ -73,6 +73,7 @@ class StreamQueriesCall final
   bool is_over_ = false;                          // Finish was called
   v1::StreamQueriesRequest next_;                 // of read_
   v1::StreamQueriesRequest request_;              // of answer_
+  double cost_s_ = 0;                             // of it, estimated
   std::optional<WorldAtRevision> reached_;        // what request_ awaited, if it did
   v1::StreamQueriesResponse response_, written_;  // of answer_ and of write_
 };

@@ -1,6 +1,8 @@
 #include "server/rpc/world_service.h"
 
 #include <algorithm>
+#include <cstdint>
+#include <optional>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -11,6 +13,7 @@
 #include "server/rpc/export_call.h"
 #include "server/rpc/geometry_calls.h"
 #include "server/rpc/object_pages.h"
+#include "server/rpc/query_queue.h"
 #include "server/rpc/watch_call.h"
 #include "server/wire/numbers.h"
 #include "server/wire/objects.h"
@@ -38,7 +41,28 @@ absl::Status CheckRequestId(const std::string& request_id) {
   return CheckTextLength(request_id, kMostIdBytes, root.Field("request_id"));
 }
 
-absl::StatusOr<WriteOptions> WriteOptionsOf(v1::ApplyChangesRequest request) {
+// A retry has the same. Change by change: a request of 16 MiB takes tens of milliseconds.
+std::string DigestOf(const v1::ApplyChangesRequest& request, WorkBudget& budget) {
+  constexpr std::size_t kBytesOfStep = 16;
+  Sha256 digest;
+  const auto add = [&digest](const std::string& text) {
+    const std::uint64_t size = text.size();
+    digest.Add(&size, sizeof(size));
+    digest.Add(text.data(), text.size());
+  };
+  add(request.world());
+  add(request.world_uid());
+  add(request.has_expected_revision() ? std::to_string(request.expected_revision()) : "");
+  for (const v1::Change& change : request.changes()) {
+    const std::string text = change.SerializeAsString();
+    add(text);
+    if (budget.MustEndAfter(1 + text.size() / kBytesOfStep)) break;
+  }
+  return digest.Hex();
+}
+
+absl::StatusOr<WriteOptions> WriteOptionsOf(const v1::ApplyChangesRequest& request,
+                                            WorkBudget& budget) {
   WriteOptions options;
   if (request.has_expected_revision()) {
     options.expected_revision = collision::Revision{request.expected_revision()};
@@ -46,8 +70,8 @@ absl::StatusOr<WriteOptions> WriteOptionsOf(v1::ApplyChangesRequest request) {
   if (request.request_id().empty()) return options;
   if (auto status = CheckRequestId(request.request_id()); !status.ok()) return status;
   options.request_id = request.request_id();
-  request.clear_request_id();
-  options.request_digest = Sha256Hex(request.SerializeAsString());
+  options.request_digest = DigestOf(request, budget);
+  if (HasEnded(&budget)) return budget.status();
   return options;
 }
 
@@ -63,14 +87,14 @@ void SetReply(const World& world, const WriteOutcome& outcome, v1::ApplyChangesR
 // Only a list that puts something makes a world, and only when it is applied.
 absl::Status ApplyTo(WorldRegistry& worlds, const v1::ApplyChangesRequest& request,
                      const std::vector<collision::Change>& changes, const WriteOptions& options,
-                     v1::ApplyChangesResponse* response) {
+                     WorkBudget& budget, v1::ApplyChangesResponse* response) {
   if (std::none_of(changes.begin(), changes.end(), Puts)) {
     auto world = worlds.Find(request.world(), request.world_uid());
     if (!world.ok()) return world.status();
   }
   auto lease = worlds.FindOrMake(request.world(), request.world_uid());
   if (!lease.ok()) return lease.status();
-  auto outcome = (*lease)->Apply(changes, options);
+  auto outcome = (*lease)->Apply(changes, options, &budget);
   if (!outcome.ok()) return outcome.status();
   lease->Keep();
   SetReply(**lease, *outcome, response);
@@ -78,8 +102,9 @@ absl::Status ApplyTo(WorldRegistry& worlds, const v1::ApplyChangesRequest& reque
 }
 
 absl::Status ApplyRequest(Application& application, const v1::ApplyChangesRequest& request,
-                          v1::ApplyChangesResponse* response) {
-  auto options = WriteOptionsOf(request);
+                          const CallContext& call, v1::ApplyChangesResponse* response) {
+  WorkBudget budget(call.deadline, call.stop);
+  auto options = WriteOptionsOf(request, budget);
   if (!options.ok()) return options.status();
   if (const auto known = application.worlds.Find(request.world(), request.world_uid());
       known.ok()) {
@@ -91,9 +116,10 @@ absl::Status ApplyRequest(Application& application, const v1::ApplyChangesReques
       return absl::OkStatus();
     }
   }
-  auto changes = FromProto(request.changes(), application.limits, application.geometry, {});
+  auto changes = FromProto(request.changes(), application.limits, application.geometry, {},
+                           "changes", &budget);
   if (!changes.ok()) return changes.status();
-  return ApplyTo(application.worlds, request, *changes, *options, response);
+  return ApplyTo(application.worlds, request, *changes, *options, budget, response);
 }
 
 absl::Status Get(Runtime& runtime, const v1::GetObjectRequest& request, const CallContext& call,
@@ -195,10 +221,16 @@ grpc::ServerUnaryReactor* WorldService::GetObject(grpc::CallbackServerContext* c
 grpc::ServerUnaryReactor* WorldService::ApplyChanges(grpc::CallbackServerContext* context,
                                                      const v1::ApplyChangesRequest* request,
                                                      v1::ApplyChangesResponse* response) {
-  return StartUnary(context, runtime_, runtime_.writes,
-                    [this, request, response](const CallContext&) {
-                      return ApplyRequest(runtime_.application, *request, response);
-                    });
+  const double cost_s = EstimatedCost_s(runtime_, *request);
+  absl::StatusOr<std::optional<RevisionToAwait>> await = std::nullopt;
+  const absl::Status affordable = CheckCost(cost_s, runtime_.application.limits);
+  if (!affordable.ok()) await = affordable;
+  return StartUnary(
+      context, runtime_, WriteQueueFor(runtime_, cost_s),
+      [this, request, response](const CallContext& call) {
+        return ApplyRequest(runtime_.application, *request, call, response);
+      },
+      std::move(await));
 }
 
 grpc::ServerWriteReactor<v1::WatchWorldResponse>* WorldService::WatchWorld(
