@@ -24,12 +24,12 @@ inline bool MustEnd(WorkCounter* work, std::size_t steps) {
 }
 inline bool HasEnded(WorkCounter* work) { return MustEnd(work, 0); }
 
-// Calls do_range(first, last) for [0, count) in ranges that take less than a millisecond each where an
-// element takes `steps`. False where `work` ended it before.
+// Calls do_range(first, last) for [0, count) in ranges that take some tens of microseconds each
+// where an element takes `steps`. False where `work` ended it before.
 template <class DoRange>
 bool InPieces(std::size_t count, WorkCounter* work, const DoRange& do_range,
               std::size_t steps = 1) {
-  constexpr std::size_t kStepsOfPiece = std::size_t{1} << 14;
+  constexpr std::size_t kStepsOfPiece = std::size_t{1} << 12;
   const std::size_t most = steps < kStepsOfPiece ? kStepsOfPiece / steps : 1;
   for (std::size_t first = 0; first < count;) {
     const std::size_t last = count - first < most ? count : first + most;

@@ -27,8 +27,9 @@ struct Limits {
   std::int64_t max_stream_overlay_bytes = 1 << 20;
   std::int64_t max_inline_bytes = 1 << 20;  // labels above it travel by hash
   std::int64_t max_changes = 65'536;        // in one ApplyChanges
-  // Estimated, of one core (wire/request_cost.h): ten times what the largest batches of a planner take.
-  double max_request_cost_s = 60;
+  // Estimated, of one core (wire/request_cost.h): several times what the largest batches take, since the
+  // estimate may be too high by a factor of three.
+  double max_request_cost_s = 300;
   std::int64_t max_worlds = 1'024;
   // Answers of one batch, of some 100 bytes each: every row of the largest batch may have the 16
   // contacts of the default. As messages an answer takes three times that, and few read so many.
