@@ -13,8 +13,7 @@ constexpr int kCells = 8;
 // A ball that sticks out of the others by less of the largest one's radius tells hardly more.
 constexpr double kLeastGain = 0.1;
 
-std::vector<InnerBall> BallsAtCells(const TriangleTree& tree, double spared_m,
-                                    WorkCounter* work) {
+std::vector<InnerBall> BallsAtCells(const TriangleTree& tree, double spared_m, WorkCounter* work) {
   std::vector<InnerBall> balls;
   const Aabb& box = tree.bounds();
   const Vector3 cell = box.sizes() / kCells;
@@ -33,8 +32,7 @@ std::vector<InnerBall> BallsAtCells(const TriangleTree& tree, double spared_m,
 
 }  // namespace
 
-std::vector<InnerBall> InnerBallsOf(const TriangleTree& tree, double spared_m,
-                                    WorkCounter* work) {
+std::vector<InnerBall> InnerBallsOf(const TriangleTree& tree, double spared_m, WorkCounter* work) {
   const std::vector<InnerBall> all = BallsAtCells(tree, spared_m, work);
   // By how much each sticks out of those that were taken.
   std::vector<double> gain_m;

@@ -160,7 +160,8 @@ PairDistance MeshToPieces(const ExactGeometry& a, const ExactGeometry& b, const 
         },
         limits.work);
     if (MustEnd(limits.work, 1)) return best.answer();
-    if (!a.IsOpen() && tree.Encloses(centre, limits.work)) best.Offer(Enclosed(a, centre, limits.work));
+    if (!a.IsOpen() && tree.Encloses(centre, limits.work))
+      best.Offer(Enclosed(a, centre, limits.work));
   }
   PairDistance answer = best.answer();
   if (answer.distance_m > max_distance_m) return JustBeyond(max_distance_m);

@@ -85,14 +85,17 @@ bool MeshPullsTwoWays(const TriangleTree& tree, const Vector3& p,
   const bool on_surface = nearest.distance_m <= kKinkReach_m;
   const Vector3 away = (p - nearest.point) / nearest.distance_m;
   bool two_ways = false;
-  tree.ForEachNear(Aabb(p, p), reach_m, [&](const TriangleCorners& t, std::int32_t) {
-    const Vector3 q = NearestOn(t, p);
-    const double distance_m = (p - q).norm();
-    if (distance_m > reach_m) return reach_m;
-    two_ways = on_surface ? Differ(t.Normal(), nearest.face_normal)
-                          : Differ((p - q) / distance_m, away) && IsLocallyNearest(tree, p, q);
-    return two_ways ? TriangleTree::kEnd : reach_m;
-  }, work);
+  tree.ForEachNear(
+      Aabb(p, p), reach_m,
+      [&](const TriangleCorners& t, std::int32_t) {
+        const Vector3 q = NearestOn(t, p);
+        const double distance_m = (p - q).norm();
+        if (distance_m > reach_m) return reach_m;
+        two_ways = on_surface ? Differ(t.Normal(), nearest.face_normal)
+                              : Differ((p - q) / distance_m, away) && IsLocallyNearest(tree, p, q);
+        return two_ways ? TriangleTree::kEnd : reach_m;
+      },
+      work);
   return two_ways;
 }
 

@@ -108,7 +108,8 @@ std::int32_t TriangleTree::Build(std::int32_t first, std::int32_t count, WorkCou
   nodes_.emplace_back();
   const auto for_all = [&](const auto& look) {
     return InPieces(static_cast<std::size_t>(all), work, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) look(triangle(first + static_cast<std::int32_t>(i)));
+      for (std::size_t i = begin; i < end; ++i)
+        look(triangle(first + static_cast<std::int32_t>(i)));
     });
   };
   Aabb bounds, middles;
@@ -281,7 +282,8 @@ std::optional<RayHit> TriangleTree::CastRay(const Ray& ray, WorkCounter* work) c
 }
 
 std::optional<RayHit> TriangleTree::CastRayAtSolid(const Ray& ray, WorkCounter* work) const {
-  if (!bounds().contains(ray.origin)) return CastRay(ray, work);  // who comes from outside enters first
+  if (!bounds().contains(ray.origin))
+    return CastRay(ray, work);  // who comes from outside enters first
   const AllCrossed all = CrossAll(ray.origin, ray.direction, work);
   const int turns = all.turns ? *all.turns : Winding(ray.origin, work);
   const bool is_within = all.first.triangle && all.first.distance_m <= ray.max_distance_m;
@@ -298,8 +300,7 @@ std::optional<RayHit> TriangleTree::CastRayAtSolid(const Ray& ray, WorkCounter* 
   return std::nullopt;
 }
 
-TriangleTree::AllCrossed TriangleTree::CrossAll(const Vector3& origin,
-                                                const Vector3& direction,
+TriangleTree::AllCrossed TriangleTree::CrossAll(const Vector3& origin, const Vector3& direction,
                                                 WorkCounter* work) const {
   const Ray ray{origin, direction};
   Crossed first{.distance_m = std::numeric_limits<double>::infinity()};

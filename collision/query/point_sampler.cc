@@ -175,7 +175,8 @@ void PointSampler::AnswerLanes(const int* lanes, int count, std::span<const std:
 PointSample PointSampler::SampleOf(const Candidate& candidate, int lane) {
   const Vector3 p_W = PointOf(lane);
   const SampledPart& part = *candidate.part;
-  if (part.lanes() == nullptr) return part.Sample(p_W, candidate.distances_m.lane[lane], &interrupt_);
+  if (part.lanes() == nullptr)
+    return part.Sample(p_W, candidate.distances_m.lane[lane], &interrupt_);
   LanePoints<kSampleLanes> points;
   std::fill_n(points.x, kSampleLanes, p_W.x());
   std::fill_n(points.y, kSampleLanes, p_W.y());

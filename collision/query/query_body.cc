@@ -6,6 +6,7 @@ namespace cwm::collision {
 
 QueryBody BodyFromShapes(std::vector<Placed<>> shapes, WorkCounter* work) {
   auto model = std::make_shared<HybridModel>();
+  model->shapes.reserve(shapes.size());
   for (Placed<>& placed : shapes) {
     model->shapes.push_back({.X_OS = placed.X_FS,
                              .shape = std::move(placed.shape),

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <vector>
 
 namespace cwm::server {
 namespace {
@@ -9,12 +10,13 @@ namespace {
 using collision::PreparedModel;
 using collision::WorldObject;
 
-// A primitive in three engines, each a few hundred bytes with its allocation (sizeof of FCL's and
-// Bullet's shapes: 100 to 300).
-constexpr std::int64_t kPreparedPartBytes = 1'000;
-// Per triangle: mesh 12 + half a vertex 12; FCL two OBBRSS nodes of 256; Bullet two quantised nodes
-// of 16 and its copy; the exact kernels' boxes.
-constexpr std::int64_t kTriangleBytes = 700;
+// derived: from sizeof on x86-64. A primitive: as the model has it 288, prepared 288, its forms 256 of
+// which the kernels' are 730 more. Those of FCL and Bullet are made when they are first asked for.
+constexpr std::int64_t kPreparedPartBytes = 1'600;
+// derived: likewise. A triangle: its indices 12, its corners in the kernels' tree 72 and two nodes of 72
+// there. FCL's form, where it is asked for, takes four times as much.
+constexpr std::int64_t kTriangleBytes = 228;
+constexpr std::int64_t kMeshVertexBytes = sizeof(Vector3);
 // An object's share of a leaf and of the nodes above it, and its node in the table of names.
 constexpr std::int64_t kSnapshotEntryBytes = 200;
 // What a change copies: for each doubling of the world some 1.5 nodes of 64 bytes in the table of
@@ -26,25 +28,29 @@ constexpr std::int64_t kRuleExtraBytes = 250;
 // A name, a uid and a supporter beyond the small-string size, and the shared pointer's block.
 constexpr std::int64_t kObjectExtraBytes = 150;
 
-std::int64_t Triangles(const Mesh& mesh) {
-  return mesh.mesh == nullptr ? 0 : static_cast<std::int64_t>(mesh.mesh->triangles.size());
-}
-
-std::int64_t Triangles(const Shape& shape) {
-  if (const Mesh* mesh = std::get_if<Mesh>(&shape)) return Triangles(*mesh);
+const TriangleMesh* MeshIn(const Shape& shape) {
+  if (const Mesh* mesh = std::get_if<Mesh>(&shape)) return mesh->mesh.get();
   const Convex* convex = std::get_if<Convex>(&shape);
-  return convex == nullptr || convex->hull == nullptr
-             ? 0
-             : static_cast<std::int64_t>(convex->hull->triangles.size());
+  return convex == nullptr ? nullptr : convex->hull.get();
 }
 
+// Parts that mention one mesh share it and what was prepared of it.
 std::int64_t GeometryBytes(const PreparedModel& geometry) {
-  std::int64_t triangles = 0;
-  for (const ShapePart& part : geometry.model->shapes) triangles += Triangles(part.shape);
-  for (const SurfacePart& part : geometry.model->surfaces) triangles += Triangles(part.surface);
-  for (const Handle& handle : geometry.model->handles) triangles += Triangles(handle.surface);
-  return triangles * kTriangleBytes +
-         static_cast<std::int64_t>(geometry.parts.size()) * kPreparedPartBytes;
+  std::vector<const TriangleMesh*> meshes;
+  const auto add = [&meshes](const TriangleMesh* mesh) {
+    if (mesh != nullptr && (meshes.empty() || meshes.back() != mesh)) meshes.push_back(mesh);
+  };
+  for (const ShapePart& part : geometry.model->shapes) add(MeshIn(part.shape));
+  for (const SurfacePart& part : geometry.model->surfaces) add(part.surface.mesh.get());
+  for (const Handle& handle : geometry.model->handles) add(handle.surface.mesh.get());
+  std::sort(meshes.begin(), meshes.end());
+  meshes.erase(std::unique(meshes.begin(), meshes.end()), meshes.end());
+  std::int64_t bytes = static_cast<std::int64_t>(geometry.parts.size()) * kPreparedPartBytes;
+  for (const TriangleMesh* mesh : meshes) {
+    bytes += static_cast<std::int64_t>(mesh->triangles.size()) * kTriangleBytes +
+             static_cast<std::int64_t>(mesh->vertices.size()) * kMeshVertexBytes;
+  }
+  return bytes;
 }
 
 constexpr std::int64_t kPlacedPartBytes = sizeof(Pose) + sizeof(Aabb);

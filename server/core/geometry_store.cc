@@ -162,12 +162,12 @@ struct GeometryStore::State {
   struct Entry {
     using WeakMesh = std::weak_ptr<const TriangleMesh>;
 
-    std::shared_ptr<const Blob> blob;       // held while recently used, else null
-    std::list<std::string>::iterator used;  // into `recent`, where blob is set
-    std::uint64_t number = 0;               // of this time that the blob is held
-    int puts = 0;                           // how often it came since
-    std::vector<WeakMesh> meshes;           // equal ones that objects use; mostly one
-    std::shared_ptr<const MeshFacts> facts; // of them and of the blob; nullptr: not asked for
+    std::shared_ptr<const Blob> blob;        // held while recently used, else null
+    std::list<std::string>::iterator used;   // into `recent`, where blob is set
+    std::uint64_t number = 0;                // of this time that the blob is held
+    int puts = 0;                            // how often it came since
+    std::vector<WeakMesh> meshes;            // equal ones that objects use; mostly one
+    std::shared_ptr<const MeshFacts> facts;  // of them and of the blob; nullptr: not asked for
 
     void Add(const std::shared_ptr<const TriangleMesh>& mesh) {
       std::erase_if(meshes, [](const WeakMesh& weak) { return weak.expired(); });

@@ -18,9 +18,9 @@ MeshHull ComputeHull(const std::shared_ptr<const TriangleMesh>& mesh, WorkCounte
   auto shared = std::make_shared<const TriangleMesh>(std::move(hull));
   const auto violation = FindViolation(Shape(Convex{shared}), work);
   if (!violation) return {.hull = std::move(shared), .fault = {}};
-  return {
-      .hull = nullptr,
-      .fault = absl::StrCat("names a mesh whose hull has ", violation->value, ", ", violation->rule)};
+  return {.hull = nullptr,
+          .fault = absl::StrCat("names a mesh whose hull has ", violation->value, ", ",
+                                violation->rule)};
 }
 
 }  // namespace

@@ -150,12 +150,12 @@ struct World::State {
     absl::StatusOr<SnapshotPtr> next = collision::Apply(base, changes, budget);
     if (HasEnded(budget)) return budget->status();
     if (!next.ok()) return ExplainRefusal(next.status(), *base, changes, "changes");
-    return Applied{.base = base,
-                   .next = *next,
-                   .deltas = collision::Difference(*base, **next),
-                   .robot_deltas = collision::RobotDifference(*base, **next),
-                   .rule_deltas =
-                       collision::RuleDifference(base->pair_rules(), (*next)->pair_rules())};
+    return Applied{
+        .base = base,
+        .next = *next,
+        .deltas = collision::Difference(*base, **next),
+        .robot_deltas = collision::RobotDifference(*base, **next),
+        .rule_deltas = collision::RuleDifference(base->pair_rules(), (*next)->pair_rules())};
   }
 
   using MakeApplied = std::function<absl::StatusOr<Applied>(const SnapshotPtr& base)>;

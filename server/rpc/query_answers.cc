@@ -128,8 +128,8 @@ absl::StatusOr<Asked> Understand(Runtime& runtime, const Request& request, const
     if (!supposed.ok()) return supposed.status();
     at->snapshot = *std::move(supposed);
   }
-  auto snapshot = WithOverlay(runtime.application, request.options(), std::move(at->snapshot),
-                              &asked.budget);
+  auto snapshot =
+      WithOverlay(runtime.application, request.options(), std::move(at->snapshot), &asked.budget);
   if (asked.IsOutOfTime()) return asked;
   if (!snapshot.ok()) return snapshot.status();
   asked.snapshot = *std::move(snapshot);

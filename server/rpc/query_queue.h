@@ -57,8 +57,7 @@ bool IsBatch(const Request& request, double cost_s) {
 }
 template <class Request>
 bool IsBatch(const Runtime& runtime, const Request& request) {
-  return RowBytes(request) > kMostBytesOfFew ||
-         EstimatedCost_s(runtime, request) > kMaxCostOfFew_s;
+  return RowBytes(request) > kMostBytesOfFew || EstimatedCost_s(runtime, request) > kMaxCostOfFew_s;
 }
 
 // While it lives a question is being answered; how many threads may do it. One alone has all cores,

@@ -35,13 +35,16 @@ absl::StatusOr<std::shared_ptr<const HybridModel>> ModelOf(const v1::Object& obj
         absl::StrCat("and surfaces hold ", parts, " parts, must hold at most ", kMaxParts));
   }
   auto model = std::make_shared<HybridModel>();
+  model->shapes.reserve(static_cast<std::size_t>(object.shapes_size()));
+  model->surfaces.reserve(static_cast<std::size_t>(object.surfaces_size()));
   for (int i = 0; i < object.shapes_size(); ++i) {
     auto part = FromProto(object.shapes(i), source.store, path.Item("shapes", i), source.budget);
     if (!part.ok()) return part.status();
     model->shapes.push_back(*std::move(part));
   }
   for (int i = 0; i < object.surfaces_size(); ++i) {
-    auto part = FromProto(object.surfaces(i), source.store, path.Item("surfaces", i), source.budget);
+    auto part =
+        FromProto(object.surfaces(i), source.store, path.Item("surfaces", i), source.budget);
     if (!part.ok()) return part.status();
     model->surfaces.push_back(*std::move(part));
   }

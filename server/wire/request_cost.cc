@@ -19,12 +19,12 @@ namespace {
 // that are prepared. Right to a factor of three for those.
 constexpr double kOfRequest = 50e-6;
 constexpr double kOfChange = 3e-6;
-constexpr double kOfPart = 2e-6;           // read and prepared, of a primitive or a known mesh
-constexpr double kOfPlateVertex = 1e-6;    // triangulated
+constexpr double kOfPart = 2e-6;              // read and prepared, of a primitive or a known mesh
+constexpr double kOfPlateVertex = 1e-6;       // triangulated
 constexpr double kOfPreparedTriangle = 3e-6;  // whether it is watertight, its tree
 constexpr double kOfHullVertex = 3e-6;
 constexpr double kOfRow = 0.5e-6;
-constexpr double kOfPlacing = 0.05e-6;  // a part, for a row
+constexpr double kOfPlacing = 0.05e-6;   // a part, for a row
 constexpr double kOfNearPart = 0.02e-6;  // of weight 1, with one of weight 1 that may be near
 constexpr double kOfRay = 0.3e-6;
 constexpr double kOfByte = 5e-9;

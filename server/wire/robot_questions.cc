@@ -314,7 +314,8 @@ absl::StatusOr<Question> FromProto(const v1::RobotSubject& subject, const Questi
       RowsFromProto(subject.rows(), states, source.limits.max_batch_rows, path.Field("rows"));
   if (!rows.ok()) return rows.status();
   states.rows = *std::move(rows);
-  if (auto status = CheckRange(states, path.Field("rows"), source.budget); !status.ok()) return status;
+  if (auto status = CheckRange(states, path.Field("rows"), source.budget); !status.ok())
+    return status;
   return Question{std::move(body), std::move(states)};
 }
 

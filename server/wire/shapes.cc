@@ -128,7 +128,8 @@ absl::StatusOr<Shape> ShapeOf(const M& m, const GeometryStore& store, const Fiel
     case M::kSphere:
       return Checked(Sphere{m.sphere().radius_m()}, path, budget);
     case M::kBox:
-      return Checked(Box{{m.box().size_x_m(), m.box().size_y_m(), m.box().size_z_m()}}, path, budget);
+      return Checked(Box{{m.box().size_x_m(), m.box().size_y_m(), m.box().size_z_m()}}, path,
+                     budget);
     case M::kCylinder:
       return Checked(Cylinder{m.cylinder().radius_m(), m.cylinder().length_m()}, path, budget);
     case M::kCone:

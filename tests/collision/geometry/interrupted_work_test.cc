@@ -45,8 +45,8 @@ TriangleMesh Pillow(std::uint32_t squares) {
   const std::uint32_t corners = squares + 1;
   for (const double z : {0.0, 1.0}) {
     for (std::uint32_t i = 0; i < corners * corners; ++i) {
-      const bool at_rim = i % corners == 0 || i % corners == squares || i / corners == 0 ||
-                          i / corners == squares;
+      const bool at_rim =
+          i % corners == 0 || i % corners == squares || i / corners == 0 || i / corners == squares;
       mesh.vertices.emplace_back(i % corners, i / corners, at_rim ? 0.5 : z);
     }
   }
