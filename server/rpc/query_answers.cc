@@ -39,13 +39,17 @@ std::chrono::nanoseconds Handover(const AnswerSize& size, const QuestionOptions&
   return std::chrono::nanoseconds(kOfByte_ns * (size.scalars * scalar_bytes + size.bytes));
 }
 
+// Reading that is done by then is done whatever the time: the answer is the rows that there was time
+// for, be they none. A question that takes longer to read than it has time for fails.
+constexpr auto kShortReading = std::chrono::milliseconds(10);
+
 // What every question has in common once it is understood.
 struct Asked {
   std::shared_ptr<World> world;
   collision::Revision revision;  // of the world
   SnapshotPtr snapshot;          // of that revision, with the overlays
   QuestionOptions options;
-  WorkBudget budget;  // until the answer has to leave
+  WorkBudget budget;  // of reading it
 
   AnswerContext Context(BodyNames body = {}) const {
     return {.world_uid = world->uid(),
@@ -56,10 +60,6 @@ struct Asked {
             .verdicts_only = options.query.naming == collision::Naming::kWhereAsked,
             .body = std::move(body)};
   }
-
-  // The rows that are answered by the time when the answer has to leave are none where it has come
-  // before the question was read.
-  bool IsOutOfTime() const { return budget.end() == WorkBudget::End::kOutOfTime; }
 };
 
 // Whether the stream's snapshot is the one that is asked for.
@@ -119,30 +119,22 @@ absl::StatusOr<Asked> Understand(Runtime& runtime, const Request& request, const
   if (!at.ok()) return at.status();
   options->query.give_up_at = GiveUpAt(options->time_budget, call.deadline);
   options->query.handover_of_answer = Handover(SizeOfAnswer(request), *options);
-  const auto give_up_at = options->query.give_up_at.value_or(Clock::time_point::max());
+  const auto read_until = std::max(options->query.give_up_at.value_or(Clock::time_point::max()),
+                                   Clock::now() + kShortReading);
   Asked asked{at->world, at->snapshot->revision(), at->snapshot, *std::move(options),
-              WorkBudget(give_up_at, call.stop)};
+              WorkBudget(read_until, call.stop)};
   if (memory != nullptr) {
     auto supposed = memory->overlay.Over(*at->world, std::move(at->snapshot), &asked.budget);
-    if (asked.IsOutOfTime()) return asked;
     if (!supposed.ok()) return supposed.status();
     at->snapshot = *std::move(supposed);
   }
   auto snapshot =
       WithOverlay(runtime.application, request.options(), std::move(at->snapshot), &asked.budget);
-  if (asked.IsOutOfTime()) return asked;
   if (!snapshot.ok()) return snapshot.status();
   asked.snapshot = *std::move(snapshot);
   auto status = CheckIgnoredPairs(asked.options.query.ignore_pairs, *asked.snapshot);
   if (!status.ok()) return status;
   return asked;
-}
-
-// Of a question that was not read in time.
-template <class Columns, class Response>
-absl::Status AnswerNoRow(const Asked& asked, Response* response) {
-  ToProto(Columns{}, asked.Context(), response);
-  return absl::OkStatus();
 }
 
 // One of the questions about a body in rows.
@@ -180,13 +172,11 @@ absl::Status AnswerBody(Runtime& runtime, const Request& request, const CallCont
                         Response* response) {
   auto asked = Understand(runtime, request, call, memory);
   if (!asked.ok()) return asked.status();
-  if (asked->IsOutOfTime()) return AnswerNoRow<Columns>(*asked, response);
   const Application& application = runtime.application;
   auto question = FromProto(request.subject(),
                             {*asked->snapshot, application.geometry, application.limits,
                              asked->options.query.ignore, &asked->budget},
                             FieldPath().Field("subject"));
-  if (asked->IsOutOfTime()) return AnswerNoRow<Columns>(*asked, response);
   if (!question.ok()) return question.status();
   const std::unique_ptr<const collision::BodyRows> rows = RowsOf(*question);
   auto status = CheckForm(asked->options.form, rows->size(), application.limits);
@@ -237,11 +227,9 @@ absl::Status Answer(Runtime& runtime, const v1::CheckMotionsRequest& request,
                     v1::CheckMotionsResponse* response) {
   auto asked = Understand(runtime, request, call, memory);
   if (!asked.ok()) return asked.status();
-  if (asked->IsOutOfTime()) return AnswerNoRow<collision::MotionColumns>(*asked, response);
   const Application& application = runtime.application;
   auto motions = FromProto(request, {*asked->snapshot, application.geometry, application.limits,
                                      asked->options.query.ignore, &asked->budget});
-  if (asked->IsOutOfTime()) return AnswerNoRow<collision::MotionColumns>(*asked, response);
   if (!motions.ok()) return motions.status();
   auto status = CheckForm(asked->options.form, motions->paths.size(), application.limits);
   if (!status.ok()) return status;
@@ -259,10 +247,6 @@ absl::Status Answer(Runtime& runtime, const v1::CastRaysRequest& request, const 
                     StreamMemory* memory, v1::CastRaysResponse* response) {
   auto asked = Understand(runtime, request, call, memory);
   if (!asked.ok()) return asked.status();
-  if (asked->IsOutOfTime()) {
-    ToProto(collision::RayColumns{}, {}, asked->Context(), response);
-    return absl::OkStatus();
-  }
   const Limits& limits = runtime.application.limits;
   auto rays = FromProto(request.rays(), limits.max_batch_rows, FieldPath().Field("rays"));
   if (!rays.ok()) return rays.status();
@@ -283,7 +267,6 @@ absl::Status Answer(Runtime& runtime, const v1::SamplePointsRequest& request,
                     v1::SamplePointsResponse* response) {
   auto asked = Understand(runtime, request, call, memory);
   if (!asked.ok()) return asked.status();
-  if (asked->IsOutOfTime()) return AnswerNoRow<collision::PointColumns>(*asked, response);
   const Limits& limits = runtime.application.limits;
   auto points =
       PointsFromProto(request.points(), limits.max_batch_rows, FieldPath().Field("points"));
