@@ -1,7 +1,8 @@
 // A budget that ends at a look of its own, for tests of what is read and done under one.
 #pragma once
 
-#include "collision/geometry/triangle_mesh.h"
+#include <cstdint>
+
 #include "server/core/work_budget.h"
 
 namespace cwm::server {
@@ -17,10 +18,5 @@ class EndsAtLook : public WorkBudget {
  private:
   const std::int64_t look_;
 };
-
-inline TriangleMesh Tetrahedron() {
-  return {.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}},
-          .triangles = {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}}};
-}
 
 }  // namespace cwm::server

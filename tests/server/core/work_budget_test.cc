@@ -13,6 +13,11 @@
 namespace cwm::server {
 namespace {
 
+TriangleMesh ClosedMesh() {
+  return {.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}},
+          .triangles = {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}}};
+}
+
 TEST(WorkBudget, SaysWhyItEnded) {
   WorkBudget forever;
   EXPECT_FALSE(forever.MustEndNow());
@@ -41,7 +46,7 @@ TEST(WorkBudget, LooksOnceForSoManySteps) {
 
 TEST(MeshFacts, AreComputedOncePerStoredMeshAndGoWithIt) {
   GeometryStore store(1 << 20);
-  const auto stored = store.Put(BlobFormat::kMeshF64, EncodeMesh(Tetrahedron()));
+  const auto stored = store.Put(BlobFormat::kMeshF64, EncodeMesh(ClosedMesh()));
   ASSERT_TRUE(stored.ok());
   const auto first = store.FindMesh(stored->hash), second = store.FindMesh(stored->hash);
   ASSERT_TRUE(first.ok() && second.ok());
@@ -56,7 +61,7 @@ TEST(MeshFacts, AreComputedOncePerStoredMeshAndGoWithIt) {
 
 TEST(MeshFacts, WhatWasEndedIsComputedAgain) {
   GeometryStore store(1 << 20);
-  const auto stored = store.Put(BlobFormat::kMeshF64, EncodeMesh(Tetrahedron()));
+  const auto stored = store.Put(BlobFormat::kMeshF64, EncodeMesh(ClosedMesh()));
   const auto found = store.FindMesh(stored->hash);
   EndsAtLook at_once(1);
   EXPECT_FALSE(found->facts->IsWatertight(*found->mesh, &at_once).has_value());
@@ -66,9 +71,9 @@ TEST(MeshFacts, WhatWasEndedIsComputedAgain) {
 TEST(GeometryStore, AnUploadEndsWithItsBudgetAndStoresNothing) {
   GeometryStore store(1 << 20);
   EndsAtLook at_once(1);
-  const auto refused = store.Put(BlobFormat::kMeshF64, EncodeMesh(Tetrahedron()), &at_once);
+  const auto refused = store.Put(BlobFormat::kMeshF64, EncodeMesh(ClosedMesh()), &at_once);
   EXPECT_TRUE(absl::IsCancelled(refused.status()));
-  const auto stored = store.Put(BlobFormat::kMeshF64, EncodeMesh(Tetrahedron()));
+  const auto stored = store.Put(BlobFormat::kMeshF64, EncodeMesh(ClosedMesh()));
   ASSERT_TRUE(stored.ok());
   EXPECT_FALSE(stored->already_known);
 }
