@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <unordered_map>
 
 #include "collision/geometry/triangle_mesh.h"
@@ -76,6 +77,7 @@ class Quickhull {
           std::llround(std::ldexp(static_cast<long double>(p) - origin, exponent)));
     };
     cells_.reserve(points.size());
+    faces_.reserve(kFacesOfPoint * points.size());  // what is not touched costs nothing
     for (const Vector3& p : points) {
       cells_.push_back({cell(p.x(), bounds.min().x()), cell(p.y(), bounds.min().y()),
                         cell(p.z(), bounds.min().z())});
@@ -271,21 +273,25 @@ class Quickhull {
 
   TriangleMesh Extract() const {
     TriangleMesh mesh;
-    std::unordered_map<int, std::uint32_t> renumbered;
+    constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
+    std::vector<std::uint32_t> renumbered(points_.size(), kNone);
     for (const Face& face : faces_) {
       if (!face.alive) continue;
       TriangleMesh::Triangle triangle;
       for (std::size_t i = 0; i < 3; ++i) {
-        const auto [at, is_new] =
-            renumbered.emplace(face.vertices[i], static_cast<std::uint32_t>(mesh.vertices.size()));
-        if (is_new) mesh.vertices.push_back(P(face.vertices[i]));
-        triangle[i] = at->second;
+        std::uint32_t& number = renumbered[static_cast<std::size_t>(face.vertices[i])];
+        if (number == kNone) {
+          number = static_cast<std::uint32_t>(mesh.vertices.size());
+          mesh.vertices.push_back(P(face.vertices[i]));
+        }
+        triangle[i] = number;
       }
       mesh.triangles.push_back(triangle);
     }
     return mesh;
   }
 
+  static constexpr std::size_t kFacesOfPoint = 8;  // made, where all points are corners
   static constexpr std::size_t kHeightsOfStep = 8;
   static constexpr std::size_t kHeightsOfFace = 64;  // what it takes to make one
 

@@ -38,10 +38,22 @@ struct Part {
 
 std::vector<Part> PartsOf(const TriangleMesh& mesh, const std::vector<std::uint32_t>& components,
                           WorkCounter* work) {
-  std::vector<Part> parts;
+  std::vector<std::size_t> counts;  // of triangles: so that no part is copied while it grows
   InPieces(components.size(), work, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      if (components[i] == parts.size()) parts.emplace_back();
+      if (components[i] == counts.size()) counts.push_back(0);
+      ++counts[components[i]];
+    }
+  });
+  std::vector<Part> parts;
+  parts.reserve(counts.size());
+  InPieces(components.size(), work, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      if (components[i] == parts.size()) {
+        parts.emplace_back();
+        parts.back().surface.vertices.reserve(3 * counts[components[i]]);
+        parts.back().surface.triangles.reserve(counts[components[i]]);
+      }
       auto& [surface, bounds] = parts[components[i]];
       const auto first = static_cast<std::uint32_t>(surface.vertices.size());
       surface.triangles.push_back({first, first + 1, first + 2});
@@ -78,10 +90,12 @@ std::vector<bool> TrianglesWoundInward(const TriangleMesh& mesh,
                                        WorkCounter* work) {
   const std::vector<double> volumes = VolumesOf(mesh, components, work);
   if (std::ranges::none_of(volumes, [](double volume) { return volume < 0; })) return {};
-  if (volumes.size() > kMostParts) {
+  if (HasEnded(work)) return {};
+  if (volumes.size() == 1 || volumes.size() > kMostParts) {
     return std::vector<bool>(SignedVolume_m3(mesh, work) < 0 ? components.size() : 0, true);
   }
   const std::vector<Part> parts = PartsOf(mesh, components, work);
+  if (HasEnded(work)) return {};
   const auto is_in = [&](std::size_t inner, std::size_t outer) {
     return inner != outer && parts[outer].Encloses(parts[inner].point(), work);
   };

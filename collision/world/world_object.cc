@@ -11,8 +11,13 @@
 namespace cwm::collision {
 namespace {
 
-// Some microseconds beside what the engines' forms take: a look between two parts is enough.
+// Beside what the engines' forms take: a microsecond or two, and where there are many vertices for
+// bounds up to a millisecond.
 constexpr std::size_t kStepsOfPart = 64;
+constexpr std::size_t kStepsOfBounds = std::size_t{1} << 14;
+std::size_t StepsOf(const Shape& shape) {
+  return HasManyVertices(shape) ? kStepsOfBounds : kStepsOfPart;
+}
 
 // Collects the parts of a model.
 class Preparation {
@@ -27,7 +32,7 @@ class Preparation {
                       .shape = shape,
                       .bounds_O = {},
                       .engines = PrepareForAll(shape, work_)};
-    if (MustEnd(work_, kStepsOfPart)) return false;
+    if (MustEnd(work_, StepsOf(shape))) return false;
     part.bounds_O = BoundsAt(part, X_OP);
     prepared_.weight += WeightOfAsking(shape);
     prepared_.parts.push_back(std::move(part));
@@ -147,7 +152,7 @@ std::shared_ptr<const WorldObject> Place(WorldObject object, WorkCounter* work) 
   for (const PreparedPart& part : object.geometry->parts) {
     const Pose X_WP = object.X_WO * part.X_OP;
     object.parts_W.push_back({.X_WP = X_WP, .bounds_W = BoundsAt(part, X_WP)});
-    if (MustEnd(work, 1 + (HasManyVertices(part.shape) ? kStepsOfPart : 0))) return nullptr;
+    if (MustEnd(work, HasManyVertices(part.shape) ? kStepsOfBounds : 1)) return nullptr;
     object.bounds_W.extend(object.parts_W.back().bounds_W);
   }
   return std::make_shared<const WorldObject>(std::move(object));

@@ -4,10 +4,13 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <cmath>
 #include <cstdint>
 #include <functional>
+#include <numbers>
 #include <random>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "collision/geometry/built_once.h"
@@ -73,13 +76,37 @@ TEST(SortInPieces, OrdersAsStdSortDoes) {
   }
 }
 
+// Closed, of triangles that share places but no indices, as those of an STL.
+TriangleMesh SpindleOfLooseTriangles(std::uint32_t sides) {
+  TriangleMesh mesh;
+  const auto at = [sides](std::uint32_t k) {
+    const double angle = 2 * std::numbers::pi * (k % sides) / sides;
+    return Vector3(std::cos(angle), std::sin(angle), 0);
+  };
+  const auto add = [&mesh](const Vector3& a, const Vector3& b, const Vector3& c) {
+    const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
+    mesh.vertices.insert(mesh.vertices.end(), {a, b, c});
+    mesh.triangles.push_back({first, first + 1, first + 2});
+  };
+  for (std::uint32_t k = 0; k < sides; ++k) {
+    add(Vector3(0, 0, 1), at(k), at(k + 1));
+    add(Vector3(0, 0, -1), at(k + 1), at(k));
+  }
+  return mesh;
+}
+
 TEST(Interrupted, AMeshThatIsClosedByPlacesAloneIsWatertightWhateverItsSize) {
-  for (const std::uint32_t squares : {2u, 10u, 150u}) {
-    TriangleMesh mesh = Pillow(squares);
-    EXPECT_FALSE(SharesEdges(mesh));  // the two sides share places, not indices
-    EXPECT_TRUE(IsWatertight(mesh));
+  for (const std::uint32_t sides : {3u, 100u, 30'000u}) {
+    TriangleMesh mesh = SpindleOfLooseTriangles(sides);
+    EXPECT_FALSE(SharesEdges(mesh));
+    EXPECT_TRUE(IsWatertight(mesh)) << sides;
+    EXPECT_TRUE(TrianglesWoundInward(mesh, Components(mesh)).empty());
+    EXPECT_EQ(ComponentPoints(mesh).size(), 1u);
+    for (TriangleMesh::Triangle& triangle : mesh.triangles) std::swap(triangle[1], triangle[2]);
+    EXPECT_EQ(TrianglesWoundInward(mesh, Components(mesh)),
+              std::vector<bool>(mesh.triangles.size(), true));
     mesh.triangles.pop_back();
-    EXPECT_FALSE(IsWatertight(mesh));
+    EXPECT_FALSE(IsWatertight(mesh)) << sides;
   }
 }
 
