@@ -44,8 +44,9 @@ void ExactEngine::Contacts(const PlacedGeometry& a, const PlacedGeometry& b, dou
                 {max_distance_m, max_count, work}, contacts);
 }
 
-std::optional<RayHit> CastRay(const EngineGeometry& exact, const Pose& X_WS, const Ray& ray) {
-  return ExactRay(Placed(exact, X_WS), ray);
+std::optional<RayHit> CastRay(const EngineGeometry& exact, const Pose& X_WS, const Ray& ray,
+                              WorkCounter* work) {
+  return ExactRay(Placed(exact, X_WS), ray, work);
 }
 
 std::optional<double> LowerBound_m(const PlacedGeometry& a, const PlacedGeometry& b) {

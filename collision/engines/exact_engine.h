@@ -26,7 +26,8 @@ class ExactEngine final : public Engine {
 };
 
 // First hit of a ray with a geometry that ExactEngine prepared, in the frame of X_WS.
-std::optional<RayHit> CastRay(const EngineGeometry& exact, const Pose& X_WS, const Ray& ray);
+std::optional<RayHit> CastRay(const EngineGeometry& exact, const Pose& X_WS, const Ray& ray,
+                              WorkCounter* work = nullptr);
 
 // ExactLowerBound_m of two such geometries.
 std::optional<double> LowerBound_m(const PlacedGeometry& a, const PlacedGeometry& b);

@@ -2,54 +2,41 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <compare>
 #include <map>
 #include <mutex>
 #include <utility>
 
+#include "collision/geometry/built_once.h"
 #include "collision/kernels/exact.h"
 #include "collision/kernels/exact_geometry.h"
 
 namespace cwm::collision {
 
-// Each form is written once, under its flag, before its pointer is published; readers take the
-// pointer alone.
 class LazyForms {
  public:
   explicit LazyForms(Shape shape) : shape_(std::move(shape)) {}
 
-  const EngineGeometry* Get(int engine) const {
+  // nullptr where `work` ended it.
+  const EngineGeometry* Get(int engine, WorkCounter* work) const {
     const auto slot = static_cast<std::size_t>(engine);
-    const EngineGeometry* form = published_[slot].load(std::memory_order_acquire);
-    return form != nullptr ? form : Build(slot);
+    if (const auto* form = forms_[slot].IfBuilt()) return form->get();
+    const auto* exact = exact_.Get([&] { return PrepareExact(shape_, work); }, work);
+    if (exact == nullptr) return nullptr;
+    const auto* form = forms_[slot].Get(
+        [&] { return GetEngine(static_cast<EngineKind>(slot)).PrepareFrom(*exact); }, work);
+    return form != nullptr ? form->get() : nullptr;
   }
 
-  void BuildHulls() const {
-    BuildExact();
-    exact_->hulls();
+  void BuildHulls(WorkCounter* work) const {
+    const auto* exact = exact_.Get([&] { return PrepareExact(shape_, work); }, work);
+    if (exact != nullptr) (*exact)->hulls(work);
   }
 
  private:
-  void BuildExact() const {
-    std::call_once(exact_once_, [this] { exact_ = PrepareExact(shape_); });
-  }
-
-  const EngineGeometry* Build(std::size_t slot) const {
-    BuildExact();
-    std::call_once(once_[slot], [this, slot] {
-      forms_[slot] = GetEngine(static_cast<EngineKind>(slot)).PrepareFrom(exact_);
-      published_[slot].store(forms_[slot].get(), std::memory_order_release);
-    });
-    return forms_[slot].get();
-  }
-
   const Shape shape_;  // keeps the mesh alive, whose address is the key in SharedForms
-  mutable std::once_flag exact_once_;
-  mutable std::shared_ptr<const ExactGeometry> exact_;
-  mutable std::array<std::once_flag, kEngineCount> once_;
-  mutable std::array<std::shared_ptr<const EngineGeometry>, kEngineCount> forms_;
-  mutable std::array<std::atomic<const EngineGeometry*>, kEngineCount> published_ = {};
+  BuiltOnce<std::shared_ptr<const ExactGeometry>> exact_;
+  std::array<BuiltOnce<std::shared_ptr<const EngineGeometry>>, kEngineCount> forms_;
 };
 
 namespace {
@@ -102,14 +89,16 @@ std::shared_ptr<const LazyForms> FormsOf(const Shape& shape) {
 
 }  // namespace
 
-const EngineGeometry* PreparedShape::operator[](int engine) const { return forms_->Get(engine); }
+const EngineGeometry* PreparedShape::operator[](int engine) const {
+  return forms_->Get(engine, nullptr);
+}
 
-void PreparedShape::BuildHulls() const { forms_->BuildHulls(); }
+void PreparedShape::BuildHulls(WorkCounter* work) const { forms_->BuildHulls(work); }
 
-PreparedShape PrepareForAll(const Shape& shape) {
+PreparedShape PrepareForAll(const Shape& shape, WorkCounter* work) {
   PreparedShape prepared;
   prepared.forms_ = FormsOf(shape);
-  prepared.forms_->Get(static_cast<int>(EngineKind::kExact));
+  if (prepared.forms_->Get(static_cast<int>(EngineKind::kExact), work) == nullptr) return {};
   return prepared;
 }
 

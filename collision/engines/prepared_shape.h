@@ -21,17 +21,19 @@ class PreparedShape {
   const EngineGeometry* operator[](int engine) const;
 
   // Builds at once what the kernels leave to the first who asks: the hulls of a mesh. For shapes
-  // that will surely be asked about, so that no query waits for them.
-  void BuildHulls() const;
+  // that will surely be asked about, so that no query waits for them. Left to the first who asks
+  // where `work` ended it.
+  void BuildHulls(WorkCounter* work = nullptr) const;
 
  private:
-  friend PreparedShape PrepareForAll(const Shape& shape);
+  friend PreparedShape PrepareForAll(const Shape& shape, WorkCounter* work);
 
   std::shared_ptr<const LazyForms> forms_;
 };
 
 // With the kernels' form built. Shapes that refer to the same mesh or hull in memory share their
 // forms as long as one of them is alive.
-PreparedShape PrepareForAll(const Shape& shape);
+// Seconds for a mesh of millions of triangles; of no shape where `work` ended it.
+PreparedShape PrepareForAll(const Shape& shape, WorkCounter* work = nullptr);
 
 }  // namespace cwm::collision

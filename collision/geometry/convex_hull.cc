@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <unordered_map>
 
 #include "collision/geometry/triangle_mesh.h"
@@ -64,32 +65,39 @@ struct HorizonEdge {
 
 class Quickhull {
  public:
-  Quickhull(const std::vector<Vector3>& points, const Eigen::AlignedBox3d& bounds)
-      : points_(points), extent_(bounds.diagonal().norm()), tolerance_(kNoCorner * extent_) {
+  Quickhull(const std::vector<Vector3>& points, const Eigen::AlignedBox3d& bounds,
+            WorkCounter* work)
+      : points_(points),
+        extent_(bounds.diagonal().norm()),
+        tolerance_(kNoCorner * extent_),
+        work_(work) {
     const int exponent = 59 - std::ilogb(extent_);
     const auto cell = [&](double p, double origin) {
       return static_cast<std::int64_t>(
           std::llround(std::ldexp(static_cast<long double>(p) - origin, exponent)));
     };
     cells_.reserve(points.size());
+    faces_.reserve(kFacesOfPoint * points.size());  // what is not touched costs nothing
     for (const Vector3& p : points) {
       cells_.push_back({cell(p.x(), bounds.min().x()), cell(p.y(), bounds.min().y()),
                         cell(p.z(), bounds.min().z())});
     }
   }
 
-  // Empty when the points span no volume. It ends: each step adds a point that lies strictly
+  // Empty when the points span no volume, or `work` ended it. It ends: each step adds a point that lies strictly
   // outside, and then none sees it any more.
   TriangleMesh Run() {
     if (!BuildSimplex()) return {};
     do {
       while (!pending_.empty()) {
+        if (HasEnded(work_)) return {};
         const int face = pending_.back();
         pending_.pop_back();
         if (F(face).alive && !F(face).outside.empty()) AddPoint(face);
       }
       ReviewUnclaimed();
-    } while (!pending_.empty());
+    } while (!pending_.empty() && !HasEnded(work_));
+    if (HasEnded(work_)) return {};
     return Extract();
   }
 
@@ -164,9 +172,13 @@ class Quickhull {
   // wait for ReviewUnclaimed: they are inside, or beyond an old face by more than beyond these.
   void Distribute(const std::vector<int>& candidates, std::size_t first_new) {
     for (const int index : candidates) {
+      if (CountHeights(faces_.size() - first_new)) return;
       if (!Claim(index, first_new)) unclaimed_.push_back(index);
     }
   }
+
+  // True when `work` ends it.
+  bool CountHeights(std::size_t count) { return MustEnd(work_, 1 + count / kHeightsOfStep); }
 
   bool Claim(int index, std::size_t first_face) {
     for (std::size_t f = first_face; f < faces_.size(); ++f) {
@@ -182,11 +194,13 @@ class Quickhull {
   // points, because a search through all faces after each step takes the cube of their count.
   void ReviewUnclaimed() {
     std::erase_if(faces_live_, [this](int f) { return !F(f).alive; });
+    if (CountHeights(faces_.size() - live_until_)) return;
     for (std::size_t f = live_until_; f < faces_.size(); ++f) {
       if (faces_[f].alive) faces_live_.push_back(static_cast<int>(f));
     }
     live_until_ = faces_.size();
     for (const int index : unclaimed_) {
+      if (CountHeights(faces_live_.size())) return;
       const auto seen = std::find_if(faces_live_.begin(), faces_live_.end(),
                                      [&](int f) { return Height(F(f), index) > tolerance_; });
       if (seen == faces_live_.end()) continue;
@@ -206,6 +220,7 @@ class Quickhull {
     RemoveVisible(seed, apex, horizon, orphans);
     std::erase(orphans, apex);
     Cap(apex, horizon);
+    if (CountHeights(kHeightsOfFace * horizon.size())) return;
     Distribute(orphans, faces_.size() - horizon.size());
   }
 
@@ -258,23 +273,31 @@ class Quickhull {
 
   TriangleMesh Extract() const {
     TriangleMesh mesh;
-    std::unordered_map<int, std::uint32_t> renumbered;
+    constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
+    std::vector<std::uint32_t> renumbered(points_.size(), kNone);
     for (const Face& face : faces_) {
       if (!face.alive) continue;
       TriangleMesh::Triangle triangle;
       for (std::size_t i = 0; i < 3; ++i) {
-        const auto [at, is_new] =
-            renumbered.emplace(face.vertices[i], static_cast<std::uint32_t>(mesh.vertices.size()));
-        if (is_new) mesh.vertices.push_back(P(face.vertices[i]));
-        triangle[i] = at->second;
+        std::uint32_t& number = renumbered[static_cast<std::size_t>(face.vertices[i])];
+        if (number == kNone) {
+          number = static_cast<std::uint32_t>(mesh.vertices.size());
+          mesh.vertices.push_back(P(face.vertices[i]));
+        }
+        triangle[i] = number;
       }
       mesh.triangles.push_back(triangle);
     }
     return mesh;
   }
 
+  static constexpr std::size_t kFacesOfPoint = 8;  // made, where all points are corners
+  static constexpr std::size_t kHeightsOfStep = 8;
+  static constexpr std::size_t kHeightsOfFace = 64;  // what it takes to make one
+
   const std::vector<Vector3>& points_;
   const double extent_, tolerance_;
+  WorkCounter* const work_;
   std::vector<Cell> cells_;
   std::vector<Face> faces_;
   std::vector<int> pending_;    // faces with points outside, some of them gone meanwhile
@@ -285,12 +308,12 @@ class Quickhull {
 
 }  // namespace
 
-TriangleMesh ConvexHull3(const std::vector<Vector3>& points) {
+TriangleMesh ConvexHull3(const std::vector<Vector3>& points, WorkCounter* work) {
   if (points.size() < 4) return {};
   Eigen::AlignedBox3d bounds;
   for (const Vector3& p : points) bounds.extend(p);
   if (!(bounds.diagonal().norm() > 0)) return {};
-  return Quickhull(points, bounds).Run();
+  return Quickhull(points, bounds, work).Run();
 }
 
 }  // namespace cwm

@@ -3,9 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <cstdint>
-#include <utility>
-#include <vector>
+#include <numbers>
 
 #include "collision/geometry/aabb.h"
 #include "collision/geometry/winding.h"
@@ -22,64 +20,99 @@ struct Part {
   Aabb bounds;
 
   const Vector3& point() const { return surface.vertices.front(); }
-  bool Encloses(const Vector3& p) const {
-    return bounds.contains(p) && std::abs(WindingNumber(surface, p)) > 0.5;
+  bool Encloses(const Vector3& p, WorkCounter* work) const {
+    if (!bounds.contains(p)) return false;
+    constexpr std::size_t kStepsOfAngle = 2;
+    double angle_sr = 0;
+    const auto add = [&](std::size_t first, std::size_t last) {
+      for (std::size_t i = first; i < last; ++i) {
+        const auto& [a, b, c] = surface.triangles[i];
+        angle_sr += SolidAngle_sr(surface.vertices[a] - p, surface.vertices[b] - p,
+                                  surface.vertices[c] - p);
+      }
+    };
+    return InPieces(surface.triangles.size(), work, add, kStepsOfAngle) &&
+           std::abs(angle_sr) > 2 * std::numbers::pi;
   }
 };
 
-std::vector<Part> PartsOf(const TriangleMesh& mesh, const std::vector<std::uint32_t>& components) {
-  std::vector<Part> parts;
-  for (std::size_t i = 0; i < components.size(); ++i) {
-    if (components[i] == parts.size()) parts.emplace_back();
-    auto& [surface, bounds] = parts[components[i]];
-    const auto first = static_cast<std::uint32_t>(surface.vertices.size());
-    surface.triangles.push_back({first, first + 1, first + 2});
-    for (const std::uint32_t v : mesh.triangles[i]) {
-      surface.vertices.push_back(mesh.vertices[v]);
-      bounds.extend(mesh.vertices[v]);
+std::vector<Part> PartsOf(const TriangleMesh& mesh, const std::vector<std::uint32_t>& components,
+                          WorkCounter* work) {
+  std::vector<std::size_t> counts;  // of triangles: so that no part is copied while it grows
+  InPieces(components.size(), work, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      if (components[i] == counts.size()) counts.push_back(0);
+      ++counts[components[i]];
     }
-  }
+  });
+  std::vector<Part> parts;
+  parts.reserve(counts.size());
+  InPieces(components.size(), work, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      if (components[i] == parts.size()) {
+        parts.emplace_back();
+        parts.back().surface.vertices.reserve(3 * counts[components[i]]);
+        parts.back().surface.triangles.reserve(counts[components[i]]);
+      }
+      auto& [surface, bounds] = parts[components[i]];
+      const auto first = static_cast<std::uint32_t>(surface.vertices.size());
+      surface.triangles.push_back({first, first + 1, first + 2});
+      for (const std::uint32_t v : mesh.triangles[i]) {
+        surface.vertices.push_back(mesh.vertices[v]);
+        bounds.extend(mesh.vertices[v]);
+      }
+    }
+  });
   return parts;
 }
 
-// Tells most meshes by one pass over their triangles.
-bool AnyInward(const TriangleMesh& mesh, const std::vector<std::uint32_t>& components) {
+// Six times, of the parts: tells most meshes by one pass over their triangles.
+std::vector<double> VolumesOf(const TriangleMesh& mesh,
+                              const std::vector<std::uint32_t>& components, WorkCounter* work) {
   const Vector3 origin = mesh.vertices.empty() ? Vector3::Zero() : mesh.vertices.front();
-  std::vector<double> volumes;  // six times, of the parts
-  for (std::size_t i = 0; i < components.size(); ++i) {
-    if (components[i] == volumes.size()) volumes.push_back(0);
-    const auto& [a, b, c] = mesh.triangles[i];
-    volumes[components[i]] +=
-        (mesh.vertices[a] - origin).cross(mesh.vertices[b] - origin).dot(mesh.vertices[c] - origin);
-  }
-  return std::ranges::any_of(volumes, [](double volume) { return volume < 0; });
+  std::vector<double> volumes;
+  InPieces(components.size(), work, [&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) {
+      if (components[i] == volumes.size()) volumes.push_back(0);
+      const auto& [a, b, c] = mesh.triangles[i];
+      volumes[components[i]] += (mesh.vertices[a] - origin)
+                                    .cross(mesh.vertices[b] - origin)
+                                    .dot(mesh.vertices[c] - origin);
+    }
+  });
+  return volumes;
 }
 
 }  // namespace
 
-TriangleMesh WoundOutward(TriangleMesh mesh) {
-  const std::vector<std::uint32_t> components = Components(mesh);
-  if (!AnyInward(mesh, components)) return mesh;
-  std::vector<Part> parts = PartsOf(mesh, components);
-  if (parts.size() > kMostParts) {
-    parts = {{.surface = mesh, .bounds = {}}};
+std::vector<bool> TrianglesWoundInward(const TriangleMesh& mesh,
+                                       const std::vector<std::uint32_t>& components,
+                                       WorkCounter* work) {
+  const std::vector<double> volumes = VolumesOf(mesh, components, work);
+  if (std::ranges::none_of(volumes, [](double volume) { return volume < 0; })) return {};
+  if (HasEnded(work)) return {};
+  if (volumes.size() == 1 || volumes.size() > kMostParts) {
+    return std::vector<bool>(SignedVolume_m3(mesh, work) < 0 ? components.size() : 0, true);
   }
-  const auto is_in = [&parts](std::size_t inner, std::size_t outer) {
-    return inner != outer && parts[outer].Encloses(parts[inner].point());
+  const std::vector<Part> parts = PartsOf(mesh, components, work);
+  if (HasEnded(work)) return {};
+  const auto is_in = [&](std::size_t inner, std::size_t outer) {
+    return inner != outer && parts[outer].Encloses(parts[inner].point(), work);
   };
   std::vector<bool> turns(parts.size(), false);
-  for (std::size_t i = 0; i < parts.size(); ++i) {
-    if (SignedVolume_m3(parts[i].surface) >= 0) continue;
+  for (std::size_t i = 0; i < parts.size() && !HasEnded(work); ++i) {
+    if (SignedVolume_m3(parts[i].surface, work) >= 0) continue;
     bool is_free = true;
     for (std::size_t k = 0; k < parts.size() && is_free; ++k) is_free = !is_in(i, k);
     if (!is_free) continue;
     for (std::size_t k = 0; k < parts.size(); ++k) turns[k] = turns[k] || k == i || is_in(k, i);
   }
-  for (std::size_t i = 0; i < components.size(); ++i) {
-    TriangleMesh::Triangle& triangle = mesh.triangles[i];
-    if (turns[parts.size() == 1 ? 0 : components[i]]) std::swap(triangle[1], triangle[2]);
-  }
-  return mesh;
+  std::vector<bool> is_inward;
+  is_inward.reserve(components.size());
+  InPieces(components.size(), work, [&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) is_inward.push_back(turns[components[i]]);
+  });
+  return is_inward;
 }
 
 }  // namespace cwm

@@ -1,94 +1,144 @@
 #include "collision/geometry/triangle_mesh.h"
 
 #include <algorithm>
+#include <functional>
 #include <limits>
-#include <numeric>
+
+#include "collision/geometry/sort_in_pieces.h"
 
 namespace cwm {
 namespace {
 
+// Memory that is touched for the first time takes a tenth of a nanosecond a byte.
+std::vector<std::uint32_t> Filled(std::size_t count, std::uint32_t value, WorkCounter* work) {
+  std::vector<std::uint32_t> filled;
+  filled.reserve(count);
+  InPieces(count, work, [&](std::size_t, std::size_t last) { filled.resize(last, value); });
+  return filled;
+}
+
 // For each vertex the index of one at the same place, the same one for all of them.
-std::vector<std::uint32_t> Welded(const std::vector<Vector3>& vertices) {
-  std::vector<std::uint32_t> order(vertices.size());
-  std::iota(order.begin(), order.end(), 0u);
+std::vector<std::uint32_t> Welded(const std::vector<Vector3>& vertices, WorkCounter* work) {
+  std::vector<std::uint32_t> order;
+  order.reserve(vertices.size());
+  const bool is_filled = InPieces(vertices.size(), work, [&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) order.push_back(static_cast<std::uint32_t>(i));
+  });
+  if (!is_filled) return {};
   const auto before = [&](std::uint32_t a, std::uint32_t b) {
     const Vector3 &p = vertices[a], &q = vertices[b];
     return std::lexicographical_compare(p.begin(), p.end(), q.begin(), q.end());
   };
-  std::sort(order.begin(), order.end(), before);
-  std::vector<std::uint32_t> welded(vertices.size());
-  for (std::size_t i = 0; i < order.size(); ++i) {
-    const bool is_same = i > 0 && vertices[order[i]] == vertices[order[i - 1]];
-    welded[order[i]] = is_same ? welded[order[i - 1]] : order[i];
-  }
+  SortInPieces(order, before, work);
+  if (HasEnded(work)) return {};
+  std::vector<std::uint32_t> welded = Filled(vertices.size(), 0, work);
+  if (HasEnded(work)) return {};
+  const bool is_welded = InPieces(order.size(), work, [&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) {
+      const bool is_same = i > 0 && vertices[order[i]] == vertices[order[i - 1]];
+      welded[order[i]] = is_same ? welded[order[i - 1]] : order[i];
+    }
+  });
+  if (!is_welded) return {};
   return welded;
 }
 
+// An edge by its ends, the smaller first, and in the lowest bit the way that a triangle runs through
+// it. Indices are below 2^31: so many vertices have 48 GB.
+std::uint64_t EdgeOf(std::uint64_t from, std::uint64_t to) {
+  return from < to ? from << 33 | to << 1 : to << 33 | from << 1 | 1;
+}
+
 // Whether each edge of the triangles, of one way, has one of the other way.
-bool PairsEdges(const std::vector<TriangleMesh::Triangle>& triangles) {
+bool PairsEdges(const std::vector<TriangleMesh::Triangle>& triangles, WorkCounter* work) {
   if (triangles.empty()) return false;
-  std::vector<std::uint64_t> forward, backward;
-  forward.reserve(3 * triangles.size());
-  backward.reserve(3 * triangles.size());
-  for (const TriangleMesh::Triangle& t : triangles) {
-    for (int i = 0; i < 3; ++i) {
-      const std::uint64_t from = t[i], to = t[(i + 1) % 3];
-      if (from == to) return false;
-      forward.push_back(from << 32 | to);
-      backward.push_back(to << 32 | from);
+  std::vector<std::uint64_t> edges;
+  edges.reserve(3 * triangles.size());
+  bool is_flat = false;
+  const bool is_listed = InPieces(triangles.size(), work, [&](std::size_t first, std::size_t last) {
+    for (std::size_t k = first; k < last && !is_flat; ++k) {
+      const TriangleMesh::Triangle& t = triangles[k];
+      for (std::size_t i = 0; i < 3; ++i) {
+        is_flat = is_flat || t[i] == t[(i + 1) % 3];
+        edges.push_back(EdgeOf(t[i], t[(i + 1) % 3]));
+      }
     }
-  }
-  std::sort(forward.begin(), forward.end());
-  if (std::adjacent_find(forward.begin(), forward.end()) != forward.end()) return false;
-  std::sort(backward.begin(), backward.end());
-  return forward == backward;
+  });
+  if (!is_listed || is_flat || edges.size() % 2 != 0) return false;
+  SortInPieces(edges, std::less<>(), work);
+  if (HasEnded(work)) return false;
+  bool is_paired = true;
+  const bool is_seen = InPieces(edges.size() / 2, work, [&](std::size_t first, std::size_t last) {
+    for (std::size_t k = first; k < last && is_paired; ++k) {
+      // The two ways of one edge stand side by side; a third edge would be the first of a pair.
+      is_paired = edges[2 * k] % 2 == 0 && edges[2 * k + 1] == edges[2 * k] + 1;
+    }
+  });
+  return is_seen && is_paired;
 }
 
 }  // namespace
 
-bool SharesEdges(const TriangleMesh& mesh) { return PairsEdges(mesh.triangles); }
-
-// By indices first: solids that touch along an edge share its places, and are closed all the same.
-bool IsWatertight(const TriangleMesh& mesh) {
-  if (SharesEdges(mesh)) return true;
-  const std::vector<std::uint32_t> welded = Welded(mesh.vertices);
-  std::vector<TriangleMesh::Triangle> triangles;
-  triangles.reserve(mesh.triangles.size());
-  for (const TriangleMesh::Triangle& t : mesh.triangles) {
-    const std::uint32_t a = welded[t[0]], b = welded[t[1]], c = welded[t[2]];
-    // Without an area: the edges that it has left are each other's.
-    if (a == b || b == c || c == a) continue;
-    triangles.push_back({a, b, c});
-  }
-  return PairsEdges(triangles);
+bool SharesEdges(const TriangleMesh& mesh, WorkCounter* work) {
+  return PairsEdges(mesh.triangles, work);
 }
 
-std::vector<std::uint32_t> Components(const TriangleMesh& mesh) {
-  std::vector<std::uint32_t> parent = Welded(mesh.vertices);
+// By indices first: solids that touch along an edge share its places, and are closed all the same.
+bool IsWatertight(const TriangleMesh& mesh, WorkCounter* work) {
+  if (SharesEdges(mesh, work)) return true;
+  const std::vector<std::uint32_t> welded = Welded(mesh.vertices, work);
+  if (HasEnded(work)) return false;
+  std::vector<TriangleMesh::Triangle> triangles;
+  triangles.reserve(mesh.triangles.size());
+  const auto weld = [&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) {
+      const TriangleMesh::Triangle& t = mesh.triangles[i];
+      const std::uint32_t a = welded[t[0]], b = welded[t[1]], c = welded[t[2]];
+      // Without an area: the edges that it has left are each other's.
+      if (a == b || b == c || c == a) continue;
+      triangles.push_back({a, b, c});
+    }
+  };
+  return InPieces(mesh.triangles.size(), work, weld) && PairsEdges(triangles, work);
+}
+
+std::vector<std::uint32_t> Components(const TriangleMesh& mesh, WorkCounter* work) {
+  std::vector<std::uint32_t> parent = Welded(mesh.vertices, work);
+  if (HasEnded(work)) return {};
   const auto root = [&parent](std::uint32_t v) {
     while (parent[v] != v) v = parent[v] = parent[parent[v]];
     return v;
   };
-  for (const TriangleMesh::Triangle& t : mesh.triangles) {
-    const std::uint32_t a = root(t[0]);
-    parent[root(t[1])] = a;
-    parent[root(t[2])] = a;
-  }
+  const bool is_joined =
+      InPieces(mesh.triangles.size(), work, [&](std::size_t first, std::size_t last) {
+        for (std::size_t i = first; i < last; ++i) {
+          const TriangleMesh::Triangle& t = mesh.triangles[i];
+          const std::uint32_t a = root(t[0]);
+          parent[root(t[1])] = a;
+          parent[root(t[2])] = a;
+        }
+      });
+  if (!is_joined) return {};
   constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
-  std::vector<std::uint32_t> number(mesh.vertices.size(), kNone);
+  std::vector<std::uint32_t> number = Filled(mesh.vertices.size(), kNone, work);
+  if (HasEnded(work)) return {};
   std::vector<std::uint32_t> components;
   components.reserve(mesh.triangles.size());
   std::uint32_t count = 0;
-  for (const TriangleMesh::Triangle& t : mesh.triangles) {
-    std::uint32_t& component = number[root(t[0])];
-    if (component == kNone) component = count++;
-    components.push_back(component);
-  }
+  const bool is_counted =
+      InPieces(mesh.triangles.size(), work, [&](std::size_t first, std::size_t last) {
+        for (std::size_t i = first; i < last; ++i) {
+          std::uint32_t& component = number[root(mesh.triangles[i][0])];
+          if (component == kNone) component = count++;
+          components.push_back(component);
+        }
+      });
+  if (!is_counted) return {};
   return components;
 }
 
-std::vector<Vector3> ComponentPoints(const TriangleMesh& mesh) {
-  const std::vector<std::uint32_t> components = Components(mesh);
+std::vector<Vector3> ComponentPoints(const TriangleMesh& mesh,
+                                     const std::vector<std::uint32_t>& components) {
   std::vector<Vector3> points;
   for (std::size_t i = 0; i < components.size(); ++i) {
     if (components[i] == points.size()) points.push_back(mesh.vertices[mesh.triangles[i][0]]);
@@ -96,16 +146,23 @@ std::vector<Vector3> ComponentPoints(const TriangleMesh& mesh) {
   return points;
 }
 
-double SignedVolume_m3(const TriangleMesh& mesh) {
+std::vector<Vector3> ComponentPoints(const TriangleMesh& mesh, WorkCounter* work) {
+  return ComponentPoints(mesh, Components(mesh, work));
+}
+
+double SignedVolume_m3(const TriangleMesh& mesh, WorkCounter* work) {
   if (mesh.vertices.empty()) return 0;
   const Vector3 origin = mesh.vertices.front();  // near the mesh, against cancellation
   double six_volumes = 0;
-  for (const TriangleMesh::Triangle& t : mesh.triangles) {
-    const Vector3 a = mesh.vertices[t[0]] - origin;
-    const Vector3 b = mesh.vertices[t[1]] - origin;
-    const Vector3 c = mesh.vertices[t[2]] - origin;
-    six_volumes += a.dot(b.cross(c));
-  }
+  InPieces(mesh.triangles.size(), work, [&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) {
+      const TriangleMesh::Triangle& t = mesh.triangles[i];
+      const Vector3 a = mesh.vertices[t[0]] - origin;
+      const Vector3 b = mesh.vertices[t[1]] - origin;
+      const Vector3 c = mesh.vertices[t[2]] - origin;
+      six_volumes += a.dot(b.cross(c));
+    }
+  });
   return six_volumes / 6.0;
 }
 

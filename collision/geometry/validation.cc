@@ -1,5 +1,6 @@
 #include "collision/geometry/validation.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 
@@ -56,8 +57,21 @@ MaybeViolation CheckRing(const std::string& field, const Polygon& ring) {
   return std::nullopt;
 }
 
+MaybeViolation CheckVertex(const Vector3& p, std::size_t index) {
+  if (p.allFinite() && p.cwiseAbs().maxCoeff() <= kLargestCoordinate_m) return std::nullopt;
+  const std::string vertex = Indexed("vertices", index);
+  for (int axis = 0; axis < 3; ++axis) {
+    const char* const component[] = {".x", ".y", ".z"};
+    if (auto v = CheckCoordinate(vertex + component[axis], p[axis])) return v;
+  }
+  return std::nullopt;
+}
+
 MaybeViolation CheckTriangle(const TriangleMesh& mesh, std::size_t index) {
   const TriangleMesh::Triangle& t = mesh.triangles[index];
+  const auto largest = static_cast<std::size_t>(std::max({t[0], t[1], t[2]}));
+  const bool uses_one_twice = t[0] == t[1] || t[1] == t[2] || t[2] == t[0];
+  if (largest < mesh.vertices.size() && !uses_one_twice) return std::nullopt;
   const std::string value =
       std::to_string(t[0]) + " " + std::to_string(t[1]) + " " + std::to_string(t[2]);
   for (const std::uint32_t i : t) {
@@ -65,10 +79,7 @@ MaybeViolation CheckTriangle(const TriangleMesh& mesh, std::size_t index) {
     return Violation{Indexed("triangles", index), value,
                      "must index one of the " + std::to_string(mesh.vertices.size()) + " vertices"};
   }
-  if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0]) {
-    return Violation{Indexed("triangles", index), value, "must use three different vertices"};
-  }
-  return std::nullopt;
+  return Violation{Indexed("triangles", index), value, "must use three different vertices"};
 }
 
 // The smallest height of a triangle.
@@ -85,11 +96,13 @@ double PlaneTolerance(double extent, double height) {
   return kRounding * extent * (1.0 + extent / height);
 }
 
-MaybeViolation CheckConvexity(const TriangleMesh& hull) {
+MaybeViolation CheckConvexity(const TriangleMesh& hull, WorkCounter* work) {
+  constexpr std::size_t kVerticesOfStep = 16;
   Eigen::AlignedBox3d bounds;
   for (const Vector3& p : hull.vertices) bounds.extend(p);
   const double extent = bounds.diagonal().norm();
   for (std::size_t i = 0; i < hull.triangles.size(); ++i) {
+    if (MustEnd(work, 1 + hull.vertices.size() / kVerticesOfStep)) break;
     const TriangleMesh::Triangle& t = hull.triangles[i];
     const Vector3 &a = hull.vertices[t[0]], &b = hull.vertices[t[1]], &c = hull.vertices[t[2]];
     const double height = LeastHeight(a, b, c);
@@ -106,24 +119,26 @@ MaybeViolation CheckConvexity(const TriangleMesh& hull) {
   return std::nullopt;
 }
 
-MaybeViolation CheckHull(const TriangleMesh& hull) {
-  if (auto v = FindViolation(hull)) return v;
+MaybeViolation CheckHull(const TriangleMesh& hull, WorkCounter* work) {
+  if (auto v = FindViolation(hull, work)) return v;
   const std::string count = std::to_string(hull.triangles.size()) + " triangles";
   if (hull.triangles.size() > static_cast<std::size_t>(kMostHullTriangles)) {
     return Violation{"hull", count, "must have at most 16384 triangles; send a mesh instead"};
   }
-  if (!SharesEdges(hull)) {
+  if (!SharesEdges(hull, work)) {
     return Violation{"hull", count, "must be watertight: each edge shared by two triangles"};
   }
-  const double volume_m3 = SignedVolume_m3(hull);
+  const double volume_m3 = SignedVolume_m3(hull, work);
   if (!(volume_m3 > 0)) {
     return Violation{"hull", Text(volume_m3) + " m^3",
                      "must be wound counter-clockwise seen from outside and hold a volume"};
   }
-  return CheckConvexity(hull);
+  return CheckConvexity(hull, work);
 }
 
 struct Finder {
+  WorkCounter* work = nullptr;
+
   MaybeViolation operator()(const Sphere& s) const {
     return CheckDimension("radius_m", s.radius_m);
   }
@@ -172,35 +187,33 @@ struct Finder {
   }
   MaybeViolation operator()(const Convex& s) const {
     if (s.hull == nullptr) return Violation{"hull", "absent", "must be given"};
-    return CheckHull(*s.hull);
+    return CheckHull(*s.hull, work);
   }
   MaybeViolation operator()(const Mesh& s) const {
     if (s.mesh == nullptr) return Violation{"mesh", "absent", "must be given"};
-    return FindViolation(*s.mesh);
+    return FindViolation(*s.mesh, work);
   }
 };
 
 }  // namespace
 
-MaybeViolation FindViolation(const Shape& shape) { return std::visit(Finder{}, shape); }
+MaybeViolation FindViolation(const Shape& shape, WorkCounter* work) {
+  return std::visit(Finder{work}, shape);
+}
 
-MaybeViolation FindViolation(const TriangleMesh& mesh) {
-  for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
-    const Vector3& p = mesh.vertices[i];
-    if (p.allFinite() && p.cwiseAbs().maxCoeff() <= kLargestCoordinate_m) continue;
-    const std::string vertex = Indexed("vertices", i);
-    for (int axis = 0; axis < 3; ++axis) {
-      const char* const component[] = {".x", ".y", ".z"};
-      if (auto v = CheckCoordinate(vertex + component[axis], p[axis])) return v;
-    }
-  }
+MaybeViolation FindViolation(const TriangleMesh& mesh, WorkCounter* work) {
+  MaybeViolation found;
+  InPieces(mesh.vertices.size(), work, [&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last && !found; ++i) found = CheckVertex(mesh.vertices[i], i);
+  });
+  if (found) return found;
   if (mesh.triangles.empty()) {
     return Violation{"triangles", "0 triangles", "must have at least one triangle"};
   }
-  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
-    if (auto v = CheckTriangle(mesh, i)) return v;
-  }
-  return std::nullopt;
+  InPieces(mesh.triangles.size(), work, [&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last && !found; ++i) found = CheckTriangle(mesh, i);
+  });
+  return found;
 }
 
 }  // namespace cwm

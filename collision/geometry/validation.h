@@ -34,7 +34,7 @@ inline constexpr int kMostPlateVertices = 4096;
 // with at least three vertices and at most kMostPlateVertices in all rings of a plate; meshes have at least one triangle, indices in range, finite
 // vertices and no triangle that uses a vertex twice; hulls are watertight, outward-wound and convex
 // up to the rounding of single-precision coordinates.
-std::optional<Violation> FindViolation(const Shape& shape);
-std::optional<Violation> FindViolation(const TriangleMesh& mesh);
+std::optional<Violation> FindViolation(const Shape& shape, WorkCounter* work = nullptr);
+std::optional<Violation> FindViolation(const TriangleMesh& mesh, WorkCounter* work = nullptr);
 
 }  // namespace cwm

@@ -132,7 +132,7 @@ bool ExactOverlap(const PlacedExact& a, const PlacedExact& b, WorkCounter* work)
   return PiecesMeetPieces(a.geometry, b.geometry, X_AB, work);
 }
 
-std::optional<RayHit> ExactRay(const PlacedExact& shape, const Ray& ray) {
+std::optional<RayHit> ExactRay(const PlacedExact& shape, const Ray& ray, WorkCounter* work) {
   const Pose X_SF = shape.X_FS.inverse();
   Ray ray_S{X_SF * ray.origin, X_SF.linear() * ray.direction, ray.max_distance_m};
   const double way_m = WayTo_m(shape.geometry, ray_S);
@@ -140,8 +140,8 @@ std::optional<RayHit> ExactRay(const PlacedExact& shape, const Ray& ray) {
   ray_S.max_distance_m -= way_m;
   const TriangleTree* const tree = shape.geometry.tree();
   std::optional<RayHit> hit = tree == nullptr           ? CastRay(shape.geometry.shape(), ray_S)
-                              : shape.geometry.IsOpen() ? tree->CastRay(ray_S)
-                                                        : tree->CastRayAtSolid(ray_S);
+                              : shape.geometry.IsOpen() ? tree->CastRay(ray_S, work)
+                                                        : tree->CastRayAtSolid(ray_S, work);
   if (!hit) return hit;
   hit->distance_m += way_m;
   hit->normal = shape.X_FS.linear() * hit->normal;

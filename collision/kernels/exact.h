@@ -16,7 +16,8 @@ namespace cwm::collision {
 // A shape with what is computed once and used by every pair: convex pieces of a plate, the triangle
 // tree of a mesh. Immutable.
 class ExactGeometry;
-std::shared_ptr<const ExactGeometry> PrepareExact(const Shape& shape);
+// nullptr where `work` ended it: large meshes take seconds.
+std::shared_ptr<const ExactGeometry> PrepareExact(const Shape& shape, WorkCounter* work = nullptr);
 
 struct PlacedExact {
   const ExactGeometry& geometry;
@@ -69,6 +70,7 @@ struct Ray {
   Vector3 direction;  // unit
   double max_distance_m = std::numeric_limits<double>::infinity();
 };
-std::optional<RayHit> ExactRay(const PlacedExact& shape, const Ray& ray);
+std::optional<RayHit> ExactRay(const PlacedExact& shape, const Ray& ray,
+                               WorkCounter* work = nullptr);
 
 }  // namespace cwm::collision

@@ -24,21 +24,23 @@ Aabb BoundsOf(const std::vector<Vector3>& points) {
 
 // A hull as its own corners span it. One that was sent is convex up to the rounding of single
 // precision only, and the planes of its narrow triangles would cut into it.
-Shape Normalised(const Shape& shape) {
+Shape Normalised(const Shape& shape, WorkCounter* work) {
   const auto* convex = std::get_if<Convex>(&shape);
   if (convex == nullptr) return shape;
-  TriangleMesh hull = ConvexHull3(convex->hull->vertices);
+  TriangleMesh hull = ConvexHull3(convex->hull->vertices, work);
   if (hull.triangles.empty()) return shape;  // too flat: its corners stay, its planes are rounded
   return Convex{std::make_shared<const TriangleMesh>(std::move(hull))};
 }
 
 }  // namespace
 
-ExactGeometry::ExactGeometry(const Shape& shape) : shape_(Normalised(shape)) {
+ExactGeometry::ExactGeometry(const Shape& shape, WorkCounter* work)
+    : shape_(Normalised(shape, work)) {
+  if (HasEnded(work)) return;
   if (const auto* plate = std::get_if<Plate>(&shape_)) {
     AddPlate(*plate);
   } else if (const auto* mesh = std::get_if<Mesh>(&shape_)) {
-    AddMesh(*mesh);
+    AddMesh(*mesh, work);
   } else if (kind() != ShapeKind::kHalfSpace) {
     pieces_.push_back(WithLanes(CoreOf(shape_)));
     piece_bounds_.push_back(TightBounds(shape_, Pose::Identity()));
@@ -64,10 +66,15 @@ ConvexCore ExactGeometry::WithLanes(ConvexCore core) {
   return core;
 }
 
-void ExactGeometry::AddMesh(const Mesh& mesh) {
+void ExactGeometry::AddMesh(const Mesh& mesh, WorkCounter* work) {
+  const std::vector<std::uint32_t> components = Components(*mesh.mesh, work);
+  if (HasEnded(work)) return;
   // A solid whose normals point inward is as solid as its mirror image: what is told of its surface
   // points outward.
-  tree_.emplace(mesh.watertight ? WoundOutward(*mesh.mesh) : *mesh.mesh);
+  std::vector<bool> is_turned;
+  if (mesh.watertight) is_turned = TrianglesWoundInward(*mesh.mesh, components, work);
+  tree_.emplace(*mesh.mesh, components, is_turned, work);
+  if (HasEnded(work)) return;
   enclosure_ = CoreOf(Box{tree_->bounds().sizes()});
   X_SE_.translation() = tree_->bounds().center();
 }
@@ -77,15 +84,16 @@ bool ExactGeometry::IsOpen() const {
   return mesh != nullptr && !mesh->watertight;
 }
 
-const MeshHulls* ExactGeometry::hulls() const {
+const MeshHulls* ExactGeometry::hulls(WorkCounter* work) const {
   const auto* mesh = std::get_if<Mesh>(&shape_);
   if (mesh == nullptr) return nullptr;
-  std::call_once(hulls_once_, [&] { hulls_ = MeshHulls::Of(*mesh, *tree_); });
-  return hulls_.get();
+  const auto* hulls = hulls_.Get([&] { return MeshHulls::Of(*mesh, *tree_, work); }, work);
+  return hulls != nullptr ? hulls->get() : nullptr;
 }
 
-std::shared_ptr<const ExactGeometry> PrepareExact(const Shape& shape) {
-  return std::make_shared<const ExactGeometry>(shape);
+std::shared_ptr<const ExactGeometry> PrepareExact(const Shape& shape, WorkCounter* work) {
+  auto geometry = std::make_shared<const ExactGeometry>(shape, work);
+  return HasEnded(work) ? nullptr : geometry;
 }
 
 }  // namespace cwm::collision

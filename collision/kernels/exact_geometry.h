@@ -2,11 +2,11 @@
 #pragma once
 
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <vector>
 
 #include "collision/geometry/aabb.h"
+#include "collision/geometry/built_once.h"
 #include "collision/kernels/convex_core.h"
 #include "collision/kernels/mesh_hulls.h"
 #include "collision/kernels/triangle_tree.h"
@@ -16,7 +16,8 @@ namespace cwm::collision {
 // Immutable. Cores refer to vertices that live here or in the shape, hence neither copy nor move.
 class ExactGeometry {
  public:
-  explicit ExactGeometry(const Shape& shape);
+  // Incomplete, not to be asked, where `work` ended it.
+  explicit ExactGeometry(const Shape& shape, WorkCounter* work = nullptr);
   ExactGeometry(const ExactGeometry&) = delete;
   ExactGeometry& operator=(const ExactGeometry&) = delete;
 
@@ -36,12 +37,12 @@ class ExactGeometry {
   const TriangleTree* tree() const { return tree_ ? &*tree_ : nullptr; }
   bool IsOpen() const;
   // Of a mesh, where it has them: built by the first who asks, since most meshes of a scan are
-  // never asked about, while others wait.
-  const MeshHulls* hulls() const;
+  // never asked about, while others wait. nullptr too where `work` ended that.
+  const MeshHulls* hulls(WorkCounter* work = nullptr) const;
 
  private:
   void AddPlate(const Plate& plate);
-  void AddMesh(const Mesh& mesh);
+  void AddMesh(const Mesh& mesh, WorkCounter* work);
   // Of many corners, the farthest along a direction is found by lanes.
   ConvexCore WithLanes(ConvexCore core);
 
@@ -54,8 +55,7 @@ class ExactGeometry {
   ConvexCore enclosure_;
   Pose X_SE_ = Pose::Identity();
   std::optional<TriangleTree> tree_;
-  mutable std::once_flag hulls_once_;
-  mutable std::unique_ptr<const MeshHulls> hulls_;
+  BuiltOnce<std::unique_ptr<const MeshHulls>> hulls_;
 };
 
 }  // namespace cwm::collision

@@ -81,8 +81,8 @@ class Search {
 
  private:
   bool IsInBoth(const Vector3& p) const {
-    return !MustEnd(work_, 2 * kStepsOfEnclosing) && pair_.a.Encloses(p) &&
-           pair_.b.Encloses(X_BA_ * p);
+    return !MustEnd(work_, 2 * kStepsOfEnclosing) && pair_.a.Encloses(p, work_) &&
+           pair_.b.Encloses(X_BA_ * p, work_);
   }
 
   Vector3 Deepened(const Vector3& from, const Vector3& inward) const {

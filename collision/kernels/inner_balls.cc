@@ -13,7 +13,7 @@ constexpr int kCells = 8;
 // A ball that sticks out of the others by less of the largest one's radius tells hardly more.
 constexpr double kLeastGain = 0.1;
 
-std::vector<InnerBall> BallsAtCells(const TriangleTree& tree, double spared_m) {
+std::vector<InnerBall> BallsAtCells(const TriangleTree& tree, double spared_m, WorkCounter* work) {
   std::vector<InnerBall> balls;
   const Aabb& box = tree.bounds();
   const Vector3 cell = box.sizes() / kCells;
@@ -21,9 +21,10 @@ std::vector<InnerBall> BallsAtCells(const TriangleTree& tree, double spared_m) {
     const Eigen::Vector3i at(k % kCells, k / kCells % kCells, k / (kCells * kCells));
     const Vector3 centre =
         box.min() + cell.cwiseProduct(at.cast<double>() + Vector3::Constant(0.5));
-    if (!tree.Encloses(centre)) continue;
+    if (MustEnd(work, kStepsOfEnclosing)) break;
+    if (!tree.Encloses(centre, work)) continue;
     constexpr double kAnywhere_m = std::numeric_limits<double>::infinity();
-    const double radius_m = tree.NearestPoint(centre, kAnywhere_m).distance_m - spared_m;
+    const double radius_m = tree.NearestPoint(centre, kAnywhere_m, work).distance_m - spared_m;
     if (radius_m > 0) balls.push_back({.centre = centre, .radius_m = radius_m});
   }
   return balls;
@@ -31,8 +32,8 @@ std::vector<InnerBall> BallsAtCells(const TriangleTree& tree, double spared_m) {
 
 }  // namespace
 
-std::vector<InnerBall> InnerBallsOf(const TriangleTree& tree, double spared_m) {
-  const std::vector<InnerBall> all = BallsAtCells(tree, spared_m);
+std::vector<InnerBall> InnerBallsOf(const TriangleTree& tree, double spared_m, WorkCounter* work) {
+  const std::vector<InnerBall> all = BallsAtCells(tree, spared_m, work);
   // By how much each sticks out of those that were taken.
   std::vector<double> gain_m;
   for (const InnerBall& ball : all) gain_m.push_back(ball.radius_m);

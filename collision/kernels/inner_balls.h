@@ -17,7 +17,8 @@ struct InnerBall {
 // nearer to a centre than the radius and `spared_m`. Of a mesh whose solid is thin there may be none.
 // Some milliseconds.
 inline constexpr std::size_t kMostInnerBalls = 12;
-std::vector<InnerBall> InnerBallsOf(const TriangleTree& tree, double spared_m);
+std::vector<InnerBall> InnerBallsOf(const TriangleTree& tree, double spared_m,
+                                    WorkCounter* work = nullptr);
 
 // Whether two sets of balls, in the frames of A and B, overlap anywhere.
 bool BallsOverlap(std::span<const InnerBall> a, std::span<const InnerBall> b, const Pose& X_AB);

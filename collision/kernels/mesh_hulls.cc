@@ -19,6 +19,8 @@ constexpr std::size_t kMostCorners = 2048;
 constexpr double kFurtherShrinking = 1e-5;
 // Where less is left, a walk finds what overlaps as soon.
 constexpr double kLeastScale = 0.5;
+// So many are looked at in a step of a WorkCounter.
+constexpr std::size_t kPlanesOfStep = 32;
 
 // The planes of a hull around its centre, as points n / h of the polar set: a point p is within the
 // plane, shrunk by a scale, when p.dot(n / h) is below that scale. No vertex is beyond a plane, the
@@ -40,7 +42,8 @@ std::vector<Vector3> PolarOf(const TriangleMesh& hull, const Vector3& centre) {
 
 // How large the hull may be, shrunk about its centre, for each triangle to lie outside: beyond one
 // plane with all three corners.
-double ScaleWithin(const TriangleMesh& hull, const Vector3& centre, const TriangleTree& tree) {
+double ScaleWithin(const TriangleMesh& hull, const Vector3& centre, const TriangleTree& tree,
+                   WorkCounter* work) {
   const std::vector<Vector3> polar = PolarOf(hull, centre);
   if (polar.empty()) return 0;
   const VertexLanes lanes(polar);
@@ -50,7 +53,7 @@ double ScaleWithin(const TriangleMesh& hull, const Vector3& centre, const Triang
     const Vector3 p = a - centre, q = b - centre, r = c - centre;
     const Vector3& plane = polar[lanes.Farthest(p + q + r)];
     scale = std::min({scale, plane.dot(p), plane.dot(q), plane.dot(r)});
-    if (scale < kLeastScale) break;
+    if (scale < kLeastScale || MustEnd(work, 1 + polar.size() / kPlanesOfStep)) break;
   }
   return scale;
 }
@@ -78,16 +81,17 @@ LaneHull::LaneHull(std::vector<Vector3> vertices)
   std::get<VertexCore>(core_.core).lanes = &lanes_;
 }
 
-std::unique_ptr<const MeshHulls> MeshHulls::Of(const Mesh& mesh, const TriangleTree& tree) {
+std::unique_ptr<const MeshHulls> MeshHulls::Of(const Mesh& mesh, const TriangleTree& tree,
+                                               WorkCounter* work) {
   if (mesh.mesh->vertices.size() > kMostVertices) return nullptr;
-  const TriangleMesh hull = ConvexHull3(CornersOf(*mesh.mesh));
+  const TriangleMesh hull = ConvexHull3(CornersOf(*mesh.mesh), work);
   if (hull.triangles.empty() || hull.vertices.size() > kMostCorners) return nullptr;
   std::unique_ptr<MeshHulls> hulls(new MeshHulls(hull.vertices));
   if (!mesh.watertight) return hulls;
-  hulls->balls_within_ = InnerBallsOf(tree, kFurtherShrinking * hulls->around().extent_m);
+  hulls->balls_within_ = InnerBallsOf(tree, kFurtherShrinking * hulls->around().extent_m, work);
   const Vector3& centre = hulls->around().centre;
-  const double scale = ScaleWithin(hull, centre, tree) - kFurtherShrinking;
-  if (scale < kLeastScale || !tree.Encloses(centre)) return hulls;
+  const double scale = ScaleWithin(hull, centre, tree, work) - kFurtherShrinking;
+  if (scale < kLeastScale || !tree.Encloses(centre, work)) return hulls;
   std::vector<Vector3> corners = hull.vertices;
   for (Vector3& corner : corners) corner = centre + scale * (corner - centre);
   hulls->within_.emplace(std::move(corners));

@@ -31,7 +31,8 @@ class LaneHull {
 class MeshHulls {
  public:
   // Nothing of a mesh that is flat, or so large that its hull would cost more than it saves.
-  static std::unique_ptr<const MeshHulls> Of(const Mesh& mesh, const TriangleTree& tree);
+  static std::unique_ptr<const MeshHulls> Of(const Mesh& mesh, const TriangleTree& tree,
+                                             WorkCounter* work = nullptr);
 
   // Contains every triangle, but for a few roundings of its extent. Its corners are triangles'.
   const ConvexCore& around() const { return around_.core(); }

@@ -160,7 +160,7 @@ bool EnclosesAPart(const ExactGeometry& a, const ExactGeometry& b, const Pose& X
   return std::any_of(points_B.begin(), points_B.end(), [&](const Vector3& p_B) {
     if (MustEnd(work, kStepsOfEnclosing)) return true;
     const Vector3 p = X_AB * p_B;
-    return a.tree()->Encloses(p) &&
+    return a.tree()->Encloses(p, work) &&
            a.tree()->NearestPoint(p, touching_depth_m, work).distance_m >= touching_depth_m;
   });
 }
@@ -173,13 +173,13 @@ bool MeshMeetsPiece(const ExactGeometry& a, const ConvexCore& piece, const Pose&
   const Pose X_BA = X_AB.inverse(Eigen::Isometry);
   const Vector3 middle_B = X_BA * tree.bounds().center();
   if (PieceDistance(piece)(middle_B) > RadiusOf(tree)) return false;
-  if (a.hulls() != nullptr) {
-    const MeshMiddle mesh{.hulls = *a.hulls(), .middle_B = middle_B};
+  if (const MeshHulls* hulls = a.hulls(work); hulls != nullptr) {
+    const MeshMiddle mesh{.hulls = *hulls, .middle_B = middle_B};
     if (const auto told = CornerOrBallTells(mesh, piece, X_AB, X_BA)) return *told;
-    if (const auto told = HullsOverlap(*a.hulls(), piece, X_AB)) return *told;
+    if (const auto told = HullsOverlap(*hulls, piece, X_AB)) return *told;
   }
   return SurfaceMeets(tree, piece, X_AB, work) ||
-         (!a.IsOpen() && tree.Encloses(X_AB * piece.centre));
+         (!a.IsOpen() && tree.Encloses(X_AB * piece.centre, work));
 }
 
 bool BallsMeet(const TriangleTree& a, const TriangleTree& b, const Pose& X_AB) {
@@ -203,7 +203,7 @@ bool MeshMeetsPieces(const ExactGeometry& a, const ExactGeometry& b, const Pose&
 bool MeshMeetsMesh(const ExactGeometry& a, const ExactGeometry& b, const Pose& X_AB,
                    WorkCounter* work) {
   if (!BallsMeet(*a.tree(), *b.tree(), X_AB)) return false;
-  if (a.hulls() != nullptr && b.hulls() != nullptr) {
+  if (a.hulls(work) != nullptr && b.hulls(work) != nullptr) {
     const MeshHulls &of_a = *a.hulls(), &of_b = *b.hulls();
     if (FaceParts({of_a, a.tree()->bounds()}, {of_b, b.tree()->bounds()}, X_AB)) return false;
     if (const auto told = HullsOverlap(of_a, of_b, X_AB)) return *told;

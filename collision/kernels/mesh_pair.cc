@@ -101,7 +101,7 @@ Aabb BoundsIn(const Aabb& bounds_B, const Pose& X_AB) { return bounds_B.transfor
 PairDistance MeshToSphere(const ExactGeometry& a, const Sphere& sphere, const Vector3& centre,
                           const SearchLimits& limits) {
   const double max_distance_m = limits.max_distance_m;
-  const bool inside = !a.IsOpen() && a.tree()->Encloses(centre);
+  const bool inside = !a.IsOpen() && a.tree()->Encloses(centre, limits.work);
   const double reach =
       inside ? std::numeric_limits<double>::infinity() : max_distance_m + sphere.radius_m;
   const TriangleTree::Nearest nearest = a.tree()->NearestPoint(centre, reach, limits.work);
@@ -160,7 +160,8 @@ PairDistance MeshToPieces(const ExactGeometry& a, const ExactGeometry& b, const 
         },
         limits.work);
     if (MustEnd(limits.work, 1)) return best.answer();
-    if (!a.IsOpen() && tree.Encloses(centre)) best.Offer(Enclosed(a, centre, limits.work));
+    if (!a.IsOpen() && tree.Encloses(centre, limits.work))
+      best.Offer(Enclosed(a, centre, limits.work));
   }
   PairDistance answer = best.answer();
   if (answer.distance_m > max_distance_m) return JustBeyond(max_distance_m);
@@ -257,7 +258,7 @@ void OfferEnclosedParts(const ExactGeometry& a, const ExactGeometry& b, const Po
   for (const Vector3& p_B : b.tree()->component_points()) {
     if (MustEnd(work, kStepsOfEnclosing)) return;
     const Vector3 p = X_AB * p_B;
-    if (!a.tree()->Encloses(p)) continue;
+    if (!a.tree()->Encloses(p, work)) continue;
     const PairDistance within = Enclosed(a, p, work);
     if (within.distance_m < -touching_depth_m) best.Offer(within);
   }
@@ -314,7 +315,7 @@ PairDistance TrianglesToTriangles(const ExactGeometry& a, const ExactGeometry& b
 PairDistance MeshToMesh(const ExactGeometry& a, const ExactGeometry& b, const Pose& X_AB,
                         const SearchLimits& limits) {
   const double max_distance_m = limits.max_distance_m;
-  if (a.hulls() != nullptr && b.hulls() != nullptr) {
+  if (a.hulls(limits.work) != nullptr && b.hulls(limits.work) != nullptr) {
     const std::optional<double> reach_m = Reach_m(*a.hulls(), *b.hulls(), X_AB, max_distance_m);
     if (!reach_m) return JustBeyond(max_distance_m);
     if (*reach_m < max_distance_m) {

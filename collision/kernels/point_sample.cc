@@ -80,19 +80,22 @@ bool IsLocallyNearest(const TriangleTree& tree, const Vector3& p, const Vector3&
 // On the surface the faces that meet there count, elsewhere the places that are nearest of all beside
 // them: a neighbouring triangle's rim is not.
 bool MeshPullsTwoWays(const TriangleTree& tree, const Vector3& p,
-                      const TriangleTree::Nearest& nearest) {
+                      const TriangleTree::Nearest& nearest, WorkCounter* work) {
   const double reach_m = nearest.distance_m + kKinkReach_m;
   const bool on_surface = nearest.distance_m <= kKinkReach_m;
   const Vector3 away = (p - nearest.point) / nearest.distance_m;
   bool two_ways = false;
-  tree.ForEachNear(Aabb(p, p), reach_m, [&](const TriangleCorners& t, std::int32_t) {
-    const Vector3 q = NearestOn(t, p);
-    const double distance_m = (p - q).norm();
-    if (distance_m > reach_m) return reach_m;
-    two_ways = on_surface ? Differ(t.Normal(), nearest.face_normal)
-                          : Differ((p - q) / distance_m, away) && IsLocallyNearest(tree, p, q);
-    return two_ways ? TriangleTree::kEnd : reach_m;
-  });
+  tree.ForEachNear(
+      Aabb(p, p), reach_m,
+      [&](const TriangleCorners& t, std::int32_t) {
+        const Vector3 q = NearestOn(t, p);
+        const double distance_m = (p - q).norm();
+        if (distance_m > reach_m) return reach_m;
+        two_ways = on_surface ? Differ(t.Normal(), nearest.face_normal)
+                              : Differ((p - q) / distance_m, away) && IsLocallyNearest(tree, p, q);
+        return two_ways ? TriangleTree::kEnd : reach_m;
+      },
+      work);
   return two_ways;
 }
 
@@ -113,12 +116,13 @@ bool AllAreLeft(const TriangleTree& tree, const Vector3& p, const Vector3& q, in
 }
 
 // Of a point in the solid.
-bool IsBuried(const TriangleTree& tree, const Vector3& p, const TriangleTree::Nearest& nearest) {
+bool IsBuried(const TriangleTree& tree, const Vector3& p, const TriangleTree::Nearest& nearest,
+              WorkCounter* work) {
   constexpr double kNoDirection_m = 1e-9;  // nearer, the way to the surface is made of rounding
-  if (nearest.distance_m <= kNoDirection_m) return tree.Buries(p, nearest.face_normal);
-  const int turns = tree.Winding(p);
+  if (nearest.distance_m <= kNoDirection_m) return tree.Buries(p, nearest.face_normal, work);
+  const int turns = tree.Winding(p, work);
   if (std::abs(turns) == 1 && AllAreLeft(tree, p, nearest.point, turns)) return false;
-  return tree.Buries(nearest.point, nearest.point - p);
+  return tree.Buries(nearest.point, nearest.point - p, work);
 }
 
 }  // namespace
@@ -161,26 +165,26 @@ PointSample SampleConvex(const Convex& convex, const Vector3& p) {
 }
 
 PointSample SampleMesh(const TriangleTree& tree, bool watertight, const Vector3& p,
-                       double distance_m) {
+                       double distance_m, WorkCounter* work) {
   // Who knows how far the surface is finds the place sooner.
-  const auto nearest = tree.NearestPoint(p, std::abs(distance_m) + kKinkReach_m);
+  const auto nearest = tree.NearestPoint(p, std::abs(distance_m) + kKinkReach_m, work);
   const double sign = distance_m < 0 ? -1 : 1;
   // Below, the direction to the surface is made of rounding.
   const bool on_surface = nearest.distance_m <= kKinkReach_m;
   const Vector3 gradient =
       on_surface ? nearest.face_normal : Vector3(sign * (p - nearest.point) / nearest.distance_m);
-  const bool kink = (on_surface && !watertight) || MeshPullsTwoWays(tree, p, nearest);
+  const bool kink = (on_surface && !watertight) || MeshPullsTwoWays(tree, p, nearest, work);
   // On a triangle within the solid the distance is none, but has a sign.
   const bool inside = watertight && std::signbit(distance_m);
-  return {sign * nearest.distance_m, gradient, kink, inside && IsBuried(tree, p, nearest)};
+  return {sign * nearest.distance_m, gradient, kink, inside && IsBuried(tree, p, nearest, work)};
 }
 
 double MeshDistance_m(const TriangleTree& tree, bool watertight, const Vector3& p,
-                      double max_distance_m) {
-  if (watertight && tree.Encloses(p)) {
-    return -tree.NearestPoint(p, std::numeric_limits<double>::infinity()).distance_m;
+                      double max_distance_m, WorkCounter* work) {
+  if (watertight && tree.Encloses(p, work)) {
+    return -tree.NearestPoint(p, std::numeric_limits<double>::infinity(), work).distance_m;
   }
-  return tree.NearestPoint(p, max_distance_m).distance_m;
+  return tree.NearestPoint(p, max_distance_m, work).distance_m;
 }
 
 PlaneProfile VesselProfile(const VesselShell& shell) {

@@ -27,10 +27,10 @@ PointSample SampleConvex(const Convex& convex, const Vector3& p);
 // Of a mesh by its tree; an open one has no inside, and a kink all over its surface. `distance_m` is
 // what MeshDistance_m told of the point.
 PointSample SampleMesh(const TriangleTree& tree, bool watertight, const Vector3& p,
-                       double distance_m);
+                       double distance_m, WorkCounter* work = nullptr);
 // Some distance beyond `max_distance_m` for what lies farther outside than that.
 double MeshDistance_m(const TriangleTree& tree, bool watertight, const Vector3& p,
-                      double max_distance_m);
+                      double max_distance_m, WorkCounter* work = nullptr);
 
 // The profile of a vessel, from the axis below the foot to the axis on the floor.
 PlaneProfile VesselProfile(const VesselShell& shell);

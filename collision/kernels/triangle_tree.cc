@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "collision/geometry/triangle.h"
 #include "collision/geometry/winding.h"
@@ -13,6 +14,11 @@ namespace {
 
 // Triangles in a leaf: fewer make the tree larger than the mesh, more test triangles in vain.
 constexpr std::int32_t kLeafSize = 2;
+
+// The median of so many takes a few milliseconds; swaps between two looks.
+constexpr std::int64_t kSelectedAtOnce = std::int64_t{1} << 17;
+constexpr std::int64_t kSwappedAtOnce = std::int64_t{1} << 12;
+constexpr int kMaxRounds = 64;  // halving takes 8
 
 Vector3 Middle(const TriangleCorners& t) {
   return (t.corners[0] + t.corners[1] + t.corners[2]) / 3.0;
@@ -72,46 +78,144 @@ double BoxGap_m(const Aabb& a, const Aabb& b) {
   return (a.min() - b.max()).cwiseMax(b.min() - a.max()).cwiseMax(0.0).norm();
 }
 
-TriangleTree::TriangleTree(const TriangleMesh& mesh) : component_points_(ComponentPoints(mesh)) {
+TriangleTree::TriangleTree(const TriangleMesh& mesh, WorkCounter* work)
+    : TriangleTree(mesh, Components(mesh, work), {}, work) {}
+
+TriangleTree::TriangleTree(const TriangleMesh& mesh, const std::vector<std::uint32_t>& components,
+                           const std::vector<bool>& is_turned, WorkCounter* work) {
+  if (HasEnded(work)) return;
+  component_points_ = ComponentPoints(mesh, components);
   triangles_.reserve(mesh.triangles.size());
-  for (const TriangleMesh::Triangle& t : mesh.triangles) {
-    triangles_.push_back({{mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]]}});
-  }
+  const bool is_copied =
+      InPieces(mesh.triangles.size(), work, [&](std::size_t first, std::size_t last) {
+        for (std::size_t i = first; i < last; ++i) {
+          const auto& [a, b, c] = mesh.triangles[i];
+          triangles_.push_back({{mesh.vertices[a], mesh.vertices[b], mesh.vertices[c]}});
+          if (!is_turned.empty() && is_turned[i]) {
+            std::swap(triangles_.back().corners[1], triangles_.back().corners[2]);
+          }
+        }
+      });
+  if (!is_copied) return;
   nodes_.reserve(2 * triangles_.size());
-  Build(0, static_cast<std::int32_t>(triangles_.size()));
+  Build(0, static_cast<std::int32_t>(triangles_.size()), work);
 }
 
 // Splits at the median, so that the depth is the logarithm of the count.
-std::int32_t TriangleTree::Build(std::int32_t first, std::int32_t count) {
+std::int32_t TriangleTree::Build(std::int32_t first, std::int32_t count, WorkCounter* work) {
   const auto index = static_cast<std::int32_t>(nodes_.size());
   const std::int32_t all = count;
   nodes_.emplace_back();
+  const auto for_all = [&](const auto& look) {
+    return InPieces(static_cast<std::size_t>(all), work, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i)
+        look(triangle(first + static_cast<std::int32_t>(i)));
+    });
+  };
   Aabb bounds, middles;
-  for (std::int32_t i = first; i < first + count; ++i) {
-    for (const Vector3& corner : triangle(i).corners) bounds.extend(corner);
-    middles.extend(Middle(triangle(i)));
-  }
+  const bool is_bounded = for_all([&](const TriangleCorners& t) {
+    for (const Vector3& corner : t.corners) bounds.extend(corner);
+    middles.extend(Middle(t));
+  });
+  if (!is_bounded) return index;
   std::int32_t right = 0;
   if (count > kLeafSize) {
     Eigen::Index axis;
     middles.sizes().maxCoeff(&axis);
-    const auto begin = triangles_.begin() + first;
-    std::nth_element(begin, begin + count / 2, begin + count,
-                     [axis](const TriangleCorners& a, const TriangleCorners& b) {
-                       return Middle(a)[axis] < Middle(b)[axis];
-                     });
-    Build(first, count / 2);
-    right = Build(first + count / 2, count - count / 2);
+    SplitAtMedian(first, count, axis, work);
+    Build(first, count / 2, work);
+    right = Build(first + count / 2, count - count / 2, work);
     count = 0;
+    if (HasEnded(work)) return index;
   }
   double squared_m2 = 0;
-  for (std::int32_t i = first; i < first + all; ++i) {
-    for (const Vector3& corner : triangle(i).corners) {
+  for_all([&](const TriangleCorners& t) {
+    for (const Vector3& corner : t.corners) {
       squared_m2 = std::max(squared_m2, (corner - bounds.center()).squaredNorm());
     }
-  }
+  });
   nodes_[static_cast<std::size_t>(index)] = {bounds, std::sqrt(squared_m2), right, first, count};
   return index;
+}
+
+// Quickselect (Hoare 1961), in pieces as long as there are many.
+void TriangleTree::SplitAtMedian(std::int32_t first, std::int32_t count, Eigen::Index axis,
+                                 WorkCounter* work) {
+  const auto key = [axis](const TriangleCorners& t) { return Middle(t)[axis]; };
+  const auto before = [&](const TriangleCorners& a, const TriangleCorners& b) {
+    return key(a) < key(b);
+  };
+  const auto at = [this](std::int64_t i) -> TriangleCorners& {
+    return triangles_[static_cast<std::size_t>(i)];
+  };
+  const std::int64_t middle = first + count / 2;
+  std::int64_t low = first, end = first + count;
+  // Keys that make it slow are left to std::nth_element, which has a remedy.
+  for (int round = 0; end - low > kSelectedAtOnce && round < kMaxRounds; ++round) {
+    std::array<double, 9> keys;  // the middle one of some is near the middle of all
+    for (std::size_t k = 0; k < keys.size(); ++k) {
+      keys[k] = key(at(low + static_cast<std::int64_t>(k) * (end - low - 1) / 8));
+    }
+    std::nth_element(keys.begin(), keys.begin() + 4, keys.end());
+    const double pivot = keys[4];
+    std::int64_t i = low - 1, j = end;
+    std::int64_t steps = 0;
+    while (true) {
+      do ++i;
+      while (key(at(i)) < pivot);
+      do --j;
+      while (pivot < key(at(j)));
+      if (i >= j) break;
+      std::swap(at(i), at(j));
+      if (++steps % kSwappedAtOnce == 0 && MustEnd(work, 2 * kSwappedAtOnce)) return;
+    }
+    if (MustEnd(work, static_cast<std::size_t>((end - low) / 2))) return;
+    (middle <= j ? end : low) = j + 1;
+  }
+  const auto begin = triangles_.begin();
+  std::nth_element(begin + low, begin + middle, begin + end, before);
+  MustEnd(work, 2 * static_cast<std::size_t>(end - low));
+}
+
+// The largest coordinate of a corner, or with the sign of -1 the smallest.
+double TriangleTree::Farthest(const Pose& X_FS, Eigen::Index axis, double sign) const {
+  const Vector3 row = sign * X_FS.linear().row(axis).transpose();
+  const double origin = sign * X_FS.translation()[axis];
+  // What rounding may take from a bound is far less.
+  const double slack = 1e-14 * (std::abs(origin) + bounds().min().cwiseAbs().sum() +
+                                bounds().max().cwiseAbs().sum());
+  const auto bound = [&](const Node& node) {
+    return row.dot(node.bounds.center()) + row.cwiseAbs().dot(0.5 * node.bounds.sizes()) + origin;
+  };
+  double best = -std::numeric_limits<double>::infinity();
+  std::array<std::int32_t, kTreeStack> stack;
+  std::size_t size = 0;
+  stack[size++] = 0;
+  while (size > 0) {
+    const std::int32_t index = stack[--size];
+    const Node& node = nodes_[static_cast<std::size_t>(index)];
+    if (bound(node) + slack < best) continue;
+    for (std::int32_t i = node.first; i < node.first + node.count; ++i) {
+      for (const Vector3& p : triangle(i).corners) {
+        best = std::max(best, sign * (X_FS * p)[axis]);
+      }
+    }
+    if (node.count > 0) continue;
+    const double left = bound(nodes_[static_cast<std::size_t>(index) + 1]);
+    const double right = bound(nodes_[static_cast<std::size_t>(node.right)]);
+    stack[size++] = left < right ? index + 1 : node.right;
+    stack[size++] = left < right ? node.right : index + 1;
+  }
+  return sign * best;
+}
+
+Aabb TriangleTree::BoundsAt(const Pose& X_FS) const {
+  Aabb bounds;
+  for (Eigen::Index axis = 0; axis < 3; ++axis) {
+    bounds.min()[axis] = Farthest(X_FS, axis, -1);
+    bounds.max()[axis] = Farthest(X_FS, axis, 1);
+  }
+  return bounds;
 }
 
 TriangleTree::Nearest TriangleTree::NearestPoint(const Vector3& p, double max_distance_m,
@@ -134,7 +238,8 @@ TriangleTree::Nearest TriangleTree::NearestPoint(const Vector3& p, double max_di
   return best;
 }
 
-TriangleTree::Crossed TriangleTree::FirstCrossed(const Ray& ray, double after_m) const {
+TriangleTree::Crossed TriangleTree::FirstCrossed(const Ray& ray, double after_m,
+                                                 WorkCounter* work) const {
   Ray rest = ray;
   Crossed first;
   std::array<std::int32_t, kTreeStack> stack;
@@ -144,6 +249,7 @@ TriangleTree::Crossed TriangleTree::FirstCrossed(const Ray& ray, double after_m)
     const std::int32_t index = stack[--size];
     const Node& node = nodes_[static_cast<std::size_t>(index)];
     if (std::isinf(EntryIntoBox(node.bounds, rest))) continue;
+    if (MustEnd(work, 1)) break;
     for (std::int32_t i = node.first; i < node.first + node.count; ++i) {
       const std::optional<Crossing> crossing = Cross(triangle(i), rest);
       if (!crossing || !(crossing->distance_m > after_m) ||
@@ -170,30 +276,32 @@ constexpr double kFromOrigin = -std::numeric_limits<double>::denorm_min();
 
 }  // namespace
 
-std::optional<RayHit> TriangleTree::CastRay(const Ray& ray) const {
-  const Crossed first = FirstCrossed(ray, kFromOrigin);
+std::optional<RayHit> TriangleTree::CastRay(const Ray& ray, WorkCounter* work) const {
+  const Crossed first = FirstCrossed(ray, kFromOrigin, work);
   return first.triangle != nullptr ? std::optional(first.Hit()) : std::nullopt;
 }
 
-std::optional<RayHit> TriangleTree::CastRayAtSolid(const Ray& ray) const {
-  if (!bounds().contains(ray.origin)) return CastRay(ray);  // who comes from outside enters first
-  const AllCrossed all = CrossAll(ray.origin, ray.direction);
-  const int turns = all.turns ? *all.turns : Winding(ray.origin);
+std::optional<RayHit> TriangleTree::CastRayAtSolid(const Ray& ray, WorkCounter* work) const {
+  if (!bounds().contains(ray.origin))
+    return CastRay(ray, work);  // who comes from outside enters first
+  const AllCrossed all = CrossAll(ray.origin, ray.direction, work);
+  const int turns = all.turns ? *all.turns : Winding(ray.origin, work);
   const bool is_within = all.first.triangle && all.first.distance_m <= ray.max_distance_m;
-  Crossed next = all.turns && is_within ? all.first : FirstCrossed(ray, kFromOrigin);
+  Crossed next = all.turns && is_within ? all.first : FirstCrossed(ray, kFromOrigin, work);
   if (next.triangle == nullptr) return std::nullopt;
   // Whoever is in one part alone leaves that, unless the ray runs along an edge or into another part.
   const int after = turns + (next.leaves ? -1 : 1);
   if (turns == 0 || (after == 0 && next.clearance > kUnsure)) return next.Hit();
-  while (next.triangle != nullptr) {
-    if (!Buries(ray.origin + next.distance_m * ray.direction, ray.direction)) return next.Hit();
-    next = FirstCrossed(ray, next.distance_m);
+  while (next.triangle != nullptr && !HasEnded(work)) {
+    const Vector3 p = ray.origin + next.distance_m * ray.direction;
+    if (!Buries(p, ray.direction, work)) return next.Hit();
+    next = FirstCrossed(ray, next.distance_m, work);
   }
   return std::nullopt;
 }
 
-TriangleTree::AllCrossed TriangleTree::CrossAll(const Vector3& origin,
-                                                const Vector3& direction) const {
+TriangleTree::AllCrossed TriangleTree::CrossAll(const Vector3& origin, const Vector3& direction,
+                                                WorkCounter* work) const {
   const Ray ray{origin, direction};
   Crossed first{.distance_m = std::numeric_limits<double>::infinity()};
   int turns = 0;
@@ -204,6 +312,7 @@ TriangleTree::AllCrossed TriangleTree::CrossAll(const Vector3& origin,
     const std::int32_t index = stack[--size];
     const Node& node = nodes_[static_cast<std::size_t>(index)];
     if (std::isinf(EntryIntoBox(node.bounds, ray))) continue;
+    if (MustEnd(work, 1)) break;
     for (std::int32_t i = node.first; i < node.first + node.count; ++i) {
       const std::optional<Crossing> crossing = Cross(triangle(i), ray);
       if (!crossing) continue;
@@ -220,31 +329,36 @@ TriangleTree::AllCrossed TriangleTree::CrossAll(const Vector3& origin,
   return {turns, first};
 }
 
-int TriangleTree::Winding(const Vector3& p) const {
+int TriangleTree::Winding(const Vector3& p, WorkCounter* work) const {
   if (!bounds().contains(p)) return 0;
   // Any direction serves; this one is parallel to no face that people or scanners make.
   static const Vector3 kWay = Vector3(0.5257, 0.2874, 0.8006).normalized();
-  const AllCrossed all = CrossAll(p, kWay);
-  return all.turns ? *all.turns : WindingByAngles(p);
+  const AllCrossed all = CrossAll(p, kWay, work);
+  return all.turns ? *all.turns : WindingByAngles(p, work);
 }
 
-int TriangleTree::WindingByAngles(const Vector3& p) const {
+int TriangleTree::WindingByAngles(const Vector3& p, WorkCounter* work) const {
+  constexpr std::size_t kStepsOfAngle = 2;
   double angle_sr = 0;
-  for (const TriangleCorners& t : triangles_) {
-    angle_sr += SolidAngle_sr(t.corners[0] - p, t.corners[1] - p, t.corners[2] - p);
-  }
+  const auto add = [&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) {
+      const auto& [a, b, c] = triangles_[i].corners;
+      angle_sr += SolidAngle_sr(a - p, b - p, c - p);
+    }
+  };
+  InPieces(triangles_.size(), work, add, kStepsOfAngle);
   // Of whole turns of 4 pi; half of one is as far from none as from one.
   return static_cast<int>(std::lround(angle_sr / (4.0 * std::numbers::pi)));
 }
 
-bool TriangleTree::Buries(const Vector3& p, const Vector3& look) const {
+bool TriangleTree::Buries(const Vector3& p, const Vector3& look, WorkCounter* work) const {
   // Towards corners and faces of a cube, but in no plane that people make: wherever more than a
   // quarter of a turn is open about an edge, one of them is in it.
   static const std::array<Vector3, 7> kWays = {
       Vector3(0.53, 0.62, 0.58),  Vector3(-0.61, 0.55, 0.57), Vector3(0.56, -0.52, 0.64),
       Vector3(0.59, 0.58, -0.56), Vector3(0.99, 0.07, -0.04), Vector3(0.05, 0.99, 0.08),
       Vector3(-0.06, 0.03, 0.99)};
-  const auto holds = [&](const Vector3& way) { return Encloses(p + kBuried_m * way); };
+  const auto holds = [&](const Vector3& way) { return Encloses(p + kBuried_m * way, work); };
   return holds(look.normalized()) && std::all_of(kWays.begin(), kWays.end(), [&](const auto& way) {
            return holds(way.normalized()) && holds(-way.normalized());
          });

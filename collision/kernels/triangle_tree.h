@@ -33,14 +33,19 @@ class TriangleTree {
     std::int32_t count = 0;
   };
 
-  // At least one triangle.
-  explicit TriangleTree(const TriangleMesh& mesh);
+  // At least one triangle. `is_turned` tells those whose winding is the other way round; empty: none.
+  // Incomplete, not to be asked, where `work` ended it.
+  explicit TriangleTree(const TriangleMesh& mesh, WorkCounter* work = nullptr);
+  TriangleTree(const TriangleMesh& mesh, const std::vector<std::uint32_t>& components,
+               const std::vector<bool>& is_turned, WorkCounter* work = nullptr);
 
   const std::vector<Node>& nodes() const { return nodes_; }
   const TriangleCorners& triangle(std::int32_t index) const {
     return triangles_[static_cast<std::size_t>(index)];
   }
   const Aabb& bounds() const { return nodes_.front().bounds; }
+  // TightBounds of the mesh at a pose, by the few corners that may be the outermost.
+  Aabb BoundsAt(const Pose& X_FS) const;
   const std::vector<TriangleCorners>& triangles() const { return triangles_; }
 
   // A point of each part of the surface that hangs together. Where no surfaces cross, a part lies
@@ -72,24 +77,26 @@ class TriangleTree {
   Nearest NearestPoint(const Vector3& p, double max_distance_m, WorkCounter* work = nullptr) const;
 
   // The first triangle hit by a ray, either side.
-  std::optional<RayHit> CastRay(const Ray& ray) const;
+  std::optional<RayHit> CastRay(const Ray& ray, WorkCounter* work = nullptr) const;
   // Of a watertight mesh, where a ray first enters or leaves its solid: triangles within the solid,
   // where parts overlap, are none of its surface.
-  std::optional<RayHit> CastRayAtSolid(const Ray& ray) const;
+  std::optional<RayHit> CastRayAtSolid(const Ray& ray, WorkCounter* work = nullptr) const;
 
   // How often the surface of a watertight mesh winds around a point: 0 outside, 1 in a solid whose
   // normals point outward, -1 in one that is wound inward, more where parts overlap. By the
   // crossings of a ray, or by solid angles where the ray passes too near to an edge to be sure.
-  int Winding(const Vector3& p) const;
+  int Winding(const Vector3& p, WorkCounter* work = nullptr) const;
   // Whether a point is in the solid of a watertight mesh: parts that overlap are a union, a part
   // within another one that faces the other way is a cavity, and a mesh that is wound inward is as
   // solid as its mirror image.
-  bool Encloses(const Vector3& p) const { return Winding(p) != 0; }
+  bool Encloses(const Vector3& p, WorkCounter* work = nullptr) const {
+    return Winding(p, work) != 0;
+  }
 
   // Whether a point of the surface of a watertight mesh lies within its solid all the same. False
   // means that some point outside is within kBuried_m. `look` is where one is likely.
   static constexpr double kBuried_m = 1e-8;  // a tenth of what kExact promises
-  bool Buries(const Vector3& p, const Vector3& look) const;
+  bool Buries(const Vector3& p, const Vector3& look, WorkCounter* work = nullptr) const;
 
  private:
   // A triangle on a ray's way; nullptr: none.
@@ -100,17 +107,19 @@ class TriangleTree {
     bool leaves = false;   // the ray runs with the triangle's normal
     RayHit Hit() const { return {distance_m, triangle->Normal()}; }
   };
-  std::int32_t Build(std::int32_t first, std::int32_t count);
-  int WindingByAngles(const Vector3& p) const;
+  std::int32_t Build(std::int32_t first, std::int32_t count, WorkCounter* work);
+  void SplitAtMedian(std::int32_t first, std::int32_t count, Eigen::Index axis, WorkCounter* work);
+  double Farthest(const Pose& X_FS, Eigen::Index axis, double sign) const;
+  int WindingByAngles(const Vector3& p, WorkCounter* work) const;
   // The nearest, farther than `after_m`.
-  Crossed FirstCrossed(const Ray& ray, double after_m) const;
+  Crossed FirstCrossed(const Ray& ray, double after_m, WorkCounter* work) const;
   // Of a ray without end how often it leaves the mesh more than it enters, nothing where it passes
   // too near to an edge to be sure, and the nearest triangle.
   struct AllCrossed {
     std::optional<int> turns;
     Crossed first;
   };
-  AllCrossed CrossAll(const Vector3& origin, const Vector3& direction) const;
+  AllCrossed CrossAll(const Vector3& origin, const Vector3& direction, WorkCounter* work) const;
 
   std::vector<TriangleCorners> triangles_;
   std::vector<Node> nodes_;

@@ -250,6 +250,7 @@ void BodySearch::GatherPairs(const Obstacle& object, double reach_m) {
   for (std::size_t b = 0; b < parts_.size(); ++b) {
     const BodyPart& mine = parts_[b];
     if (mine.skipped || !IsOpen(open_.worlds, mine.frame)) continue;
+    if (CountBoxes(object)) return near_.clear();
     for (std::size_t o = 0; o < object.parts_W.size(); ++o) {
       if (!rules.empty() && rules.Of(mine.frame, o).allowed) continue;
       const double squared_m2 = SquaredDistance_m2(mine.bounds_W, object.parts_W[o].bounds_W);
@@ -275,10 +276,24 @@ void BodySearch::GatherSelfPairs(double reach_m) {
   }
 }
 
-double BodySearch::LeastGap_m2(const Obstacle& object) const {
+bool BodySearch::MakeHeap() {
+  constexpr std::size_t kHeapAtOnce = std::size_t{1} << 16;  // below a millisecond
+  if (near_.size() <= kHeapAtOnce) {
+    std::make_heap(near_.begin(), near_.end());
+    return true;
+  }
+  return InPieces(near_.size(), &interrupt_, [this](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) {
+      std::push_heap(near_.begin(), near_.begin() + static_cast<std::ptrdiff_t>(i) + 1);
+    }
+  });
+}
+
+double BodySearch::LeastGap_m2(const Obstacle& object) {
   double least_m2 = std::numeric_limits<double>::infinity();
   for (const BodyPart& mine : parts_) {
     if (mine.skipped || !IsOpen(open_.worlds, mine.frame)) continue;
+    if (CountBoxes(object)) return least_m2;
     for (const PlacedPart& theirs : object.parts_W) {
       least_m2 = std::min(least_m2, SquaredDistance_m2(mine.bounds_W, theirs.bounds_W));
     }

@@ -99,7 +99,7 @@ class BodySearch {
   template <class Visit>
   void ForEachSelfPairNearestFirst(double reach_m, Visit&& visit);
   // Of the boxes of parts, squared; no pair of the row's body and the obstacle is nearer.
-  double LeastGap_m2(const Obstacle& object) const;
+  double LeastGap_m2(const Obstacle& object);
   // No pair of the body and the world has more.
   double widest_margin_m() const { return widest_margin_m_; }
   bool asks_world() const { return body_.asks_world && has_parts_; }
@@ -175,6 +175,13 @@ class BodySearch {
   // Fill `near_`.
   void GatherPairs(const Obstacle& object, double reach_m);
   void GatherSelfPairs(double reach_m);
+  // Of `near_`; false when the batch must end.
+  bool MakeHeap();
+  // That the boxes of all parts are looked at; true when the batch must end.
+  bool CountBoxes(const Obstacle& object) {
+    constexpr std::size_t kBoxesOfStep = 8;
+    return interrupt_.MustEndAfter(object.parts_W.size() / kBoxesOfStep);
+  }
   template <class PairOfNear, class Visit>
   void AskNearestFirst(double reach_m, PairOfNear&& pair_of, Visit&& visit);
   static bool IsOpen(std::uint64_t tags, std::int32_t tag) {
@@ -225,6 +232,7 @@ void BodySearch::ForEachPair(const Obstacle& object, From from, double reach_m, 
   for (std::size_t b = 0; b < parts_.size(); ++b) {
     const BodyPart& mine = parts_[b];
     if (mine.skipped || !IsOpen(open_.worlds, mine.frame)) continue;
+    if (CountBoxes(object)) return;
     const double usual_m = UsualMargin_m(mine, object.name, object.margin_m);
     double margin_m = usual_m + mine.inflation_m;
     double start_m = Start_m(from, margin_m, more_m);
@@ -278,7 +286,7 @@ void BodySearch::ForEachSelfPair(From from, double reach_m, Question question, V
 
 template <class PairOfNear, class Visit>
 void BodySearch::AskNearestFirst(double reach_m, PairOfNear&& pair_of, Visit&& visit) {
-  std::make_heap(near_.begin(), near_.end());
+  if (!MakeHeap()) return;
   while (!near_.empty() && reach_m >= 0 && near_.front().squared_m2 <= reach_m * reach_m) {
     const NearPair next = near_.front();
     std::pop_heap(near_.begin(), near_.end());

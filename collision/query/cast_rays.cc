@@ -32,7 +32,7 @@ void HitObject(const Obstacle& object, const WorldFilter& filter, const RayRow& 
     const double entry_m = slabs.Entry_m(placed.bounds_W);
     if (entry_m > limit_m || std::isinf(entry_m)) continue;
     const auto hit = CastRay(*part.engines[static_cast<int>(EngineKind::kExact)], placed.X_WP,
-                             {ray.origin, ray.direction, limit_m});
+                             {ray.origin, ray.direction, limit_m}, &interrupt);
     if (interrupt.After(1)) return;
     if (!hit.has_value() || hit->distance_m > limit_m) continue;
     const bool nearer = !nearest.has_value() || hit->distance_m < nearest->hit.distance_m ||

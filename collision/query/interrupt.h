@@ -38,6 +38,8 @@ class Interrupt final : public WorkCounter {
     return After(static_cast<int>(units));
   }
 
+  bool MustEndNow() override { return Look(); }
+
   bool Look() {
     work_ = 0;
     if (reason_ != Reason::kNone) return true;

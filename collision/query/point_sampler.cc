@@ -121,7 +121,7 @@ bool PointSampler::Meet(const SampledPart& part) {
   const auto index = static_cast<std::int64_t>(candidates_.size());
   Candidate& candidate = candidates_.emplace_back();
   candidate.part = &part;
-  part.Measure(points_, nearest_.reach_m, candidate.distances_m);
+  part.Measure(points_, nearest_.reach_m, candidate.distances_m, &interrupt_);
   reach_m_ = KeepNearest(candidate.distances_m, {part.order(), index}, limit_m_, nearest_);
   // Meshes take up to milliseconds for a block, everything else a microsecond or less.
   return !interrupt_.After(part.lanes() != nullptr ? 1 : 64);
@@ -172,10 +172,11 @@ void PointSampler::AnswerLanes(const int* lanes, int count, std::span<const std:
   for (int i = 0; i < count; ++i) Write(lanes[i], SampleAt(samples, i), rows[lanes[i]], columns);
 }
 
-PointSample PointSampler::SampleOf(const Candidate& candidate, int lane) const {
+PointSample PointSampler::SampleOf(const Candidate& candidate, int lane) {
   const Vector3 p_W = PointOf(lane);
   const SampledPart& part = *candidate.part;
-  if (part.lanes() == nullptr) return part.Sample(p_W, candidate.distances_m.lane[lane]);
+  if (part.lanes() == nullptr)
+    return part.Sample(p_W, candidate.distances_m.lane[lane], &interrupt_);
   LanePoints<kSampleLanes> points;
   std::fill_n(points.x, kSampleLanes, p_W.x());
   std::fill_n(points.y, kSampleLanes, p_W.y());
@@ -208,7 +209,7 @@ void PointSampler::Write(int lane, const PointSample& sample, std::size_t row,
   }
 }
 
-bool PointSampler::OthersPullElsewhere(int lane, const PointSample& sample) const {
+bool PointSampler::OthersPullElsewhere(int lane, const PointSample& sample) {
   const double reach_m = nearest_.best_m[lane] + kKinkReach_m;
   if (nearest_.second_m[lane] > reach_m) return false;
   const auto nearest = static_cast<std::size_t>(nearest_.candidate[lane]);
@@ -221,14 +222,14 @@ bool PointSampler::OthersPullElsewhere(int lane, const PointSample& sample) cons
 }
 
 // The way out of the deepest part is free where no solid that is as near as its end covers that end.
-bool PointSampler::IsCovered(int lane, const Vector3& way_out_W) const {
+bool PointSampler::IsCovered(int lane, const Vector3& way_out_W) {
   const double depth_m = -nearest_.best_m[lane];
   const auto nearest = static_cast<std::size_t>(nearest_.candidate[lane]);
   for (std::size_t k = 0; k < candidates_.size(); ++k) {
     const Candidate& other = candidates_[k];
     if (k == nearest || other.part->is_open()) continue;
     if (other.distances_m.lane[lane] > depth_m + kTouching_m) continue;
-    if (other.part->Distance_m(way_out_W) <= kTouching_m) return true;
+    if (other.part->Distance_m(way_out_W, &interrupt_) <= kTouching_m) return true;
   }
   return false;
 }
@@ -259,7 +260,7 @@ std::optional<double> PointSampler::WayOut_m(int lane, const PointSample& sample
   double way_m = depth_m, least_step_m = 0.05 * depth_m + kTouching_m;
   if (sample.buried) {
     const auto nearest = static_cast<std::size_t>(nearest_.candidate[lane]);
-    const auto exit_m = candidates_[nearest].part->WayOut_m(p_W, direction_W);
+    const auto exit_m = candidates_[nearest].part->WayOut_m(p_W, direction_W, &interrupt_);
     if (exit_m) way_m = std::max(depth_m, *exit_m + 2 * kTouching_m);
   }
   for (int step = 0; step < kMostSteps; ++step) {
@@ -278,7 +279,7 @@ double PointSampler::SolidDistance_m(const Vector3& p_W) {
                                  [&](const Obstacle& object, double) {
                                    for (const SampledPart& part : parts_.Of(object)) {
                                      if (part.is_open() || !part.bounds_W().contains(p_W)) continue;
-                                     least_m = std::min(least_m, part.Distance_m(p_W));
+                                     least_m = std::min(least_m, part.Distance_m(p_W, &interrupt_));
                                    }
                                    return 2 * kTouching_m;
                                  });

@@ -48,12 +48,12 @@ class PointSampler {
   void AnswerBlock(std::span<const std::uint32_t> rows, PointColumns& columns);
   void AnswerLanes(const int* lanes, int count, std::span<const std::uint32_t> rows,
                    PointColumns& columns);
-  PointSample SampleOf(const Candidate& candidate, int lane) const;
+  PointSample SampleOf(const Candidate& candidate, int lane);
   void Write(int lane, const PointSample& sample, std::size_t row, PointColumns& columns);
-  bool OthersPullElsewhere(int lane, const PointSample& sample) const;
+  bool OthersPullElsewhere(int lane, const PointSample& sample);
   Depth DepthOf(int lane, const PointSample& sample);
   std::optional<double> WayOut_m(int lane, const PointSample& sample, const Vector3& direction_W);
-  bool IsCovered(int lane, const Vector3& way_out_W) const;
+  bool IsCovered(int lane, const Vector3& way_out_W);
   double SolidDistance_m(const Vector3& p_W);
   Vector3 PointOf(int lane) const { return {points_.x[lane], points_.y[lane], points_.z[lane]}; }
 

@@ -86,7 +86,8 @@ struct QueryBody {
     return CarriedIn(frame) != nullptr || (robot == nullptr && !self.empty());
   }
 };
-QueryBody BodyFromShapes(std::vector<Placed<>> shapes);
+// Its geometry is null where `work` ended it.
+QueryBody BodyFromShapes(std::vector<Placed<>> shapes, WorkCounter* work = nullptr);
 QueryBody BodyFromObject(const WorldObject& object);
 
 // Where the frames of a body are, row by row. Thread safe.

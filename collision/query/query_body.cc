@@ -4,15 +4,16 @@
 
 namespace cwm::collision {
 
-QueryBody BodyFromShapes(std::vector<Placed<>> shapes) {
+QueryBody BodyFromShapes(std::vector<Placed<>> shapes, WorkCounter* work) {
   auto model = std::make_shared<HybridModel>();
+  model->shapes.reserve(shapes.size());
   for (Placed<>& placed : shapes) {
     model->shapes.push_back({.X_OS = placed.X_FS,
                              .shape = std::move(placed.shape),
                              .role = PartRole::kFitted,
                              .fit = std::nullopt});
   }
-  return {.geometry = Prepare(std::move(model))};
+  return {.geometry = Prepare(std::move(model), work)};
 }
 
 QueryBody BodyFromObject(const WorldObject& object) {

@@ -92,12 +92,12 @@ void SampledPart::PrepareProfile(PlaneProfile profile, LaneSolid::Form form) {
 }
 
 void SampledPart::Measure(const BlockPoints& points_W, const BlockDistances& reach_m,
-                          BlockDistances& distances_m) const {
+                          BlockDistances& distances_m, WorkCounter* work) const {
   if (in_lanes_) return MeasureLanes(solid_, points_W, distances_m);
   // From a place to another one a distance changes by no more than their distance: one point tells
   // of most others that they are too far away.
   const Vector3 first(points_W.x[0], points_W.y[0], points_W.z[0]);
-  const double first_m = Distance_m(first);
+  const double first_m = Distance_m(first, work);
   for (int i = 0; i < kBlockLanes; ++i) {
     const Vector3 p(points_W.x[i], points_W.y[i], points_W.z[i]);
     const double limit_m = reach_m.lane[i];
@@ -105,25 +105,27 @@ void SampledPart::Measure(const BlockPoints& points_W, const BlockDistances& rea
         std::max(first_m - (p - first).norm(), bounds_W_->exteriorDistance(p));
     distances_m.lane[i] = at_least_m > limit_m + kKinkReach_m
                               ? NearestLanes::kNone
-                              : DistanceInShape_m(InShape(p), limit_m + 2 * kKinkReach_m);
+                              : DistanceInShape_m(InShape(p), limit_m + 2 * kKinkReach_m, work);
   }
 }
 
-double SampledPart::Distance_m(const Vector3& p_W) const {
-  return DistanceInShape_m(InShape(p_W), std::numeric_limits<double>::infinity());
+double SampledPart::Distance_m(const Vector3& p_W, WorkCounter* work) const {
+  return DistanceInShape_m(InShape(p_W), std::numeric_limits<double>::infinity(), work);
 }
 
-PointSample SampledPart::Sample(const Vector3& p_W, double distance_m) const {
+PointSample SampledPart::Sample(const Vector3& p_W, double distance_m, WorkCounter* work) const {
   const Vector3 p = InShape(p_W);
-  PointSample sample = tree_ != nullptr ? SampleMesh(*tree_, watertight_, p, distance_m)
+  PointSample sample = tree_ != nullptr ? SampleMesh(*tree_, watertight_, p, distance_m, work)
                        : profile_       ? SampleProfile(p)
                                         : SampleConvex(std::get<Convex>(*shape_), p);
   sample.gradient = X_WP_.linear() * sample.gradient;
   return sample;
 }
 
-std::optional<double> SampledPart::WayOut_m(const Vector3& p_W, const Vector3& direction_W) const {
-  const auto exit = tree_->CastRayAtSolid({InShape(p_W), X_WP_.linear().transpose() * direction_W});
+std::optional<double> SampledPart::WayOut_m(const Vector3& p_W, const Vector3& direction_W,
+                                            WorkCounter* work) const {
+  const Ray ray{InShape(p_W), X_WP_.linear().transpose() * direction_W};
+  const auto exit = tree_->CastRayAtSolid(ray, work);
   return exit ? std::optional(exit->distance_m) : std::nullopt;
 }
 
@@ -132,8 +134,9 @@ PointSample SampledPart::SampleProfile(const Vector3& p) const {
                                                 : SampleRevolved(*profile_, p);
 }
 
-double SampledPart::DistanceInShape_m(const Vector3& p, double max_distance_m) const {
-  if (tree_ != nullptr) return MeshDistance_m(*tree_, watertight_, p, max_distance_m);
+double SampledPart::DistanceInShape_m(const Vector3& p, double max_distance_m,
+                                      WorkCounter* work) const {
+  if (tree_ != nullptr) return MeshDistance_m(*tree_, watertight_, p, max_distance_m, work);
   return profile_ ? SampleProfile(p).distance_m : SignedDistance_m(*shape_, p);
 }
 

@@ -38,16 +38,17 @@ class SampledPart {
   // Signed distances of the points to the solid; of points that are farther from it than `reach_m`
   // and the reach of kinks, anything that is as well.
   void Measure(const BlockPoints& points_W, const BlockDistances& reach_m,
-               BlockDistances& distances_m) const;
-  double Distance_m(const Vector3& p_W) const;
+               BlockDistances& distances_m, WorkCounter* work = nullptr) const;
+  double Distance_m(const Vector3& p_W, WorkCounter* work = nullptr) const;
 
   // Whether SampleLanes answers for it; else Sample does, one by one.
   const LaneSolid* lanes() const { return short_formula_ ? &solid_ : nullptr; }
   // `distance_m` is what Measure or Distance_m told of the point.
-  PointSample Sample(const Vector3& p_W, double distance_m) const;
+  PointSample Sample(const Vector3& p_W, double distance_m, WorkCounter* work = nullptr) const;
   // From a point in the solid of a closed mesh along a unit direction to where that leaves it; none
   // where rounding hides the place.
-  std::optional<double> WayOut_m(const Vector3& p_W, const Vector3& direction_W) const;
+  std::optional<double> WayOut_m(const Vector3& p_W, const Vector3& direction_W,
+                                 WorkCounter* work = nullptr) const;
 
  private:
   void Prepare(const Sphere& sphere);
@@ -64,7 +65,7 @@ class SampledPart {
     return X_WP_.linear().transpose() * (p_W - X_WP_.translation());
   }
   PointSample SampleProfile(const Vector3& p) const;
-  double DistanceInShape_m(const Vector3& p, double max_distance_m) const;
+  double DistanceInShape_m(const Vector3& p, double max_distance_m, WorkCounter* work) const;
 
   Id id_;
   const PreparedPart* part_;

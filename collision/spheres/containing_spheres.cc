@@ -27,13 +27,14 @@ struct Solid {
   Pose X_PL = Pose::Identity();
   std::vector<Aabb> boxes_P = {};  // instead of the triangles in them
   double deviation_m = 0;
+  WorkCounter* work = nullptr;
 
   bool Contains(const Vector3& p_L) const {
     const Vector3 p = X_PL * p_L;
     const auto* mesh = std::get_if<Mesh>(piece.shape);
     if (mesh == nullptr) return SignedDistance_m(*piece.shape, p) <= 0;
     if (std::ranges::any_of(boxes_P, [&](const Aabb& box) { return box.contains(p); })) return true;
-    return mesh->watertight && piece.tree->Encloses(p);
+    return mesh->watertight && piece.tree->Encloses(p, work);
   }
 };
 
@@ -101,6 +102,8 @@ bool Fit(const Solid& solid, Cell& cell) {
   if (points.empty()) return false;
   cell.box.setEmpty();
   for (const Vector3& p : points) cell.box.extend(p);
+  // Forty-eight looks at each of them.
+  if (MustEnd(solid.work, 4 * points.size())) return false;
   cell.sphere = Around(points);
   cell.sphere.radius_m += solid.deviation_m;
   return true;
@@ -199,15 +202,16 @@ Cell WholeOf(Solid& solid, std::size_t index) {
 
 }  // namespace
 
-std::optional<std::vector<LinkSphere>> SpheresAround(std::span<const LinkPiece> pieces) {
+std::optional<std::vector<LinkSphere>> SpheresAround(std::span<const LinkPiece> pieces,
+                                                     WorkCounter* work) {
   std::vector<Solid> solids;
   std::vector<Cell> cells;
   // No cell may be halved then: a sphere around each box serves, and surfaces, which are large, are
   // not made.
   const bool is_crowded = pieces.size() >= kMostSpheres;
   for (const LinkPiece& piece : pieces) {
-    if (std::holds_alternative<HalfSpace>(*piece.shape)) return std::nullopt;
-    solids.push_back({.piece = piece, .X_PL = piece.X_LP.inverse()});
+    if (HasEnded(work) || std::holds_alternative<HalfSpace>(*piece.shape)) return std::nullopt;
+    solids.push_back({.piece = piece, .X_PL = piece.X_LP.inverse(), .work = work});
     if (const auto* sphere = std::get_if<Sphere>(piece.shape)) {
       cells.push_back(
           {.solid = solids.size() - 1,
@@ -232,11 +236,12 @@ std::optional<std::vector<LinkSphere>> SpheresAround(std::span<const LinkPiece> 
   };
   while (!cells.empty() && cells.size() < kMostSpheres) {
     const auto largest = std::ranges::max_element(cells, is_smaller);
-    if (largest->box.isEmpty()) break;
+    if (largest->box.isEmpty() || HasEnded(work)) break;
     std::vector<Cell> halves = Halves(solids[largest->solid], *largest);
     cells.erase(largest);
     for (Cell& half : halves) cells.push_back(std::move(half));
   }
+  if (HasEnded(work)) return std::nullopt;
   std::vector<LinkSphere> spheres;
   for (const Cell& cell : cells) spheres.push_back(cell.sphere);
   return spheres;

@@ -23,8 +23,10 @@ struct LinkPiece {
 // halved again and again where its spheres are largest; what of a solid lies in a cell is contained
 // in the hull of its surface there and of those corners of the cell that are inside; a sphere
 // around these points contains the hull. Round shapes enter by facets, and their spheres grow by
-// what those deviate. The same pieces give the same spheres. Nothing for a half-space.
+// what those deviate. The same pieces give the same spheres. Nothing for a half-space, or where `work`
+// ended it.
 inline constexpr std::size_t kMostSpheres = 32;
-std::optional<std::vector<LinkSphere>> SpheresAround(std::span<const LinkPiece> pieces);
+std::optional<std::vector<LinkSphere>> SpheresAround(std::span<const LinkPiece> pieces,
+                                                     WorkCounter* work = nullptr);
 
 }  // namespace cwm::collision

@@ -41,12 +41,26 @@ absl::Status NameTaken(const std::string& name, std::string_view by) {
                                        " of this world, must be another one"));
 }
 
+// A copy whose parts Place has yet to put where they are: a list may touch one object often.
+WorldObject Unplaced(const WorldObject& object) {
+  WorldObject copy = object;
+  copy.parts_W = {};
+  return copy;
+}
+
+// About a microsecond or two: names are looked up, an object is copied.
+constexpr std::size_t kStepsOfChange = 64;
+
 // The objects that a list of changes touches, over an untouched base. Nothing is placed (the costly
 // part of an object) before the whole list has been accepted.
 class Transaction {
  public:
-  explicit Transaction(const WorldSnapshot& base)
-      : base_(base), revision_{base.revision().value + 1}, robots_(base), rules_(base) {}
+  Transaction(const WorldSnapshot& base, WorkCounter* work)
+      : base_(base),
+        work_(work),
+        revision_{base.revision().value + 1},
+        robots_(base),
+        rules_(base) {}
 
   absl::Status operator()(const PutObject& put) {
     if (!IsValidName(put.name)) return BadName(put.name);
@@ -66,7 +80,7 @@ class Transaction {
     const WorldObject* current = Current(move.name);
     if (current == nullptr) return Missing(move.name);
     if (!IsPlaceable(move.X_WO)) return BadPose("pose");
-    WorldObject moved = *current;
+    WorldObject moved = Unplaced(*current);
     StandAt(move.X_WO, moved);
     touched_[move.name] = std::move(moved);
     return absl::OkStatus();
@@ -85,7 +99,7 @@ class Transaction {
     if (robot == nullptr) return InField("robot", MissingRobot(attach.robot));
     absl::StatusOr<Attachment> attachment = AttachmentOf(attach, *robot, *current);
     if (!attachment.ok()) return attachment.status();
-    WorldObject attached = *current;
+    WorldObject attached = Unplaced(*current);
     const bool is_new = !SameAttachment(attached.attachment.get(), &*attachment);
     attached.attachment = std::make_shared<const Attachment>(*std::move(attachment));
     if (is_new) attached.pose_revision = revision_;
@@ -97,7 +111,7 @@ class Transaction {
   absl::Status operator()(const DetachObject& detach) {
     const WorldObject* current = Current(detach.name);
     if (current == nullptr) return Missing(detach.name);
-    WorldObject detached = *current;
+    WorldObject detached = Unplaced(*current);
     StandAt(current->X_WO, detached);
     touched_[detach.name] = std::move(detached);
     return absl::OkStatus();
@@ -149,21 +163,23 @@ class Transaction {
         absl::StrCat(who, " is at revision ", latest->value, ", expected ", expected.value));
   }
 
-  // The next snapshot; nullptr when it would equal the base.
+  // The next snapshot; nullptr when it would equal the base, or when the work was ended.
   std::shared_ptr<const WorldSnapshot> Finish() {
     std::vector<ObjectDelta> deltas;
     for (auto& [name, object] : touched_) {
       WorldObjectPtr before = base_.Find(name);
+      if (MustEnd(work_, kStepsOfChange)) return nullptr;
       if (before == nullptr && !object.has_value()) continue;
       if (before != nullptr && object.has_value() && SameContent(*before, *object)) continue;
       deltas.push_back({.before = std::move(before),
-                        .after = object.has_value() ? Place(*std::move(object)) : nullptr});
+                        .after = object.has_value() ? Place(*std::move(object), work_) : nullptr});
     }
+    if (HasEnded(work_)) return nullptr;
     const std::vector<RobotDelta> robot_deltas = robots_.Finish();
     std::shared_ptr<const PairRules> rules = rules_.Finish();
     if (deltas.empty() && robot_deltas.empty() && rules == nullptr) return nullptr;
     return std::make_shared<const WorldSnapshot>(
-        base_.After(revision_, deltas, robot_deltas, std::move(rules)));
+        base_.After(revision_, deltas, robot_deltas, std::move(rules), work_));
   }
 
  private:
@@ -226,7 +242,7 @@ class Transaction {
   absl::Status FollowAll(const std::string& name) {
     const WorldRobot* robot = robots_.Current(name);
     for (const std::string& each : AttachedTo(name)) {
-      WorldObject object = *Current(each);
+      WorldObject object = Unplaced(*Current(each));
       if (robot == nullptr) {
         StandAt(object.X_WO, object);
       } else if (absl::Status status = Follow(*robot, object); !status.ok()) {
@@ -266,7 +282,7 @@ class Transaction {
   }
 
   WorldObject Replaced(const WorldObject& current, const PutObject& put) const {
-    WorldObject object = current;
+    WorldObject object = Unplaced(current);
     if (put.geometry != current.geometry && !SameModel(*put.geometry->model, current.model())) {
       object.geometry = put.geometry;
       object.geometry_revision = revision_;
@@ -285,6 +301,7 @@ class Transaction {
   }
 
   const WorldSnapshot& base_;
+  WorkCounter* const work_;
   Revision revision_;
   std::map<std::string, std::optional<WorldObject>, std::less<>> touched_;  // nullopt: removed
   RobotTransaction robots_;
@@ -330,9 +347,11 @@ std::optional<Revision> LatestRevisionOf(const WorldSnapshot& snapshot, const Ch
 }
 
 absl::StatusOr<std::shared_ptr<const WorldSnapshot>> Apply(
-    const std::shared_ptr<const WorldSnapshot>& base, std::span<const Change> changes) {
-  Transaction transaction(*base);
+    const std::shared_ptr<const WorldSnapshot>& base, std::span<const Change> changes,
+    WorkCounter* work) {
+  Transaction transaction(*base, work);
   for (std::size_t i = 0; i < changes.size(); ++i) {
+    if (MustEnd(work, kStepsOfChange)) return absl::CancelledError("the changes were cancelled");
     const Change& change = changes[i];
     if (change.expected_object_revision.has_value()) {
       const absl::Status status =
@@ -343,6 +362,7 @@ absl::StatusOr<std::shared_ptr<const WorldSnapshot>> Apply(
     if (!status.ok()) return AtChange(i, status);
   }
   const auto next = transaction.Finish();
+  if (HasEnded(work)) return absl::CancelledError("the changes were cancelled");
   return next != nullptr ? next : base;
 }
 

@@ -27,25 +27,31 @@ std::size_t GivenTriangles(const PreparedModel& model) {
   return count;
 }
 
-void Append(const TriangleMesh& mesh_P, const Pose& X_OP, TriangleMesh& all_O) {
-  const auto first = static_cast<std::uint32_t>(all_O.vertices.size());
-  for (const Vector3& p_P : mesh_P.vertices) all_O.vertices.push_back(X_OP * p_P);
-  for (const auto& [a, b, c] : mesh_P.triangles) {
-    all_O.triangles.push_back({first + a, first + b, first + c});
-  }
+void Append(const TriangleMesh& mesh_P, const Pose& X_OP, TriangleMesh& all_O, WorkCounter* work) {
+  const auto offset = static_cast<std::uint32_t>(all_O.vertices.size());
+  InPieces(mesh_P.vertices.size(), work, [&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) all_O.vertices.push_back(X_OP * mesh_P.vertices[i]);
+  });
+  InPieces(mesh_P.triangles.size(), work, [&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) {
+      const auto& [a, b, c] = mesh_P.triangles[i];
+      all_O.triangles.push_back({offset + a, offset + b, offset + c});
+    }
+  });
 }
 
 // Nothing when the parts have more triangles.
 std::optional<FullSurface> Joined(const PreparedModel& model, double deviation_m,
-                                  std::size_t max_triangles) {
+                                  std::size_t max_triangles, WorkCounter* work) {
   FullSurface surface;
   TriangleMesh& all_O = surface.mesh_O;
   for (const PreparedPart& part : model.parts) {
+    if (HasEnded(work)) return surface;
     TriangleMesh made;
     const TriangleMesh* mesh = MeshIn(part.shape);
     if (mesh == nullptr) mesh = &(made = Tessellate(part.shape, deviation_m));
     if (all_O.triangles.size() + mesh->triangles.size() > max_triangles) return std::nullopt;
-    Append(*mesh, part.X_OP, all_O);
+    Append(*mesh, part.X_OP, all_O, work);
     surface.max_deviation_m =
         std::max(surface.max_deviation_m, DeviationBound_m(part.shape, deviation_m));
   }
@@ -60,13 +66,14 @@ bool IsBounded(const PreparedModel& model) {
   });
 }
 
-std::optional<FullSurface> FullSurfaceOf(const PreparedModel& model, std::size_t max_triangles) {
+std::optional<FullSurface> FullSurfaceOf(const PreparedModel& model, std::size_t max_triangles,
+                                         WorkCounter* work) {
   if (GivenTriangles(model) > max_triangles) return std::nullopt;
   double deviation_m = kDefaultDeviation_m;
-  std::optional<FullSurface> surface = Joined(model, deviation_m, max_triangles);
+  std::optional<FullSurface> surface = Joined(model, deviation_m, max_triangles, work);
   while (!surface && deviation_m < kCoarsestDeviation_m) {
     deviation_m *= kCoarser;
-    surface = Joined(model, deviation_m, max_triangles);
+    surface = Joined(model, deviation_m, max_triangles, work);
   }
   return surface;
 }

@@ -22,7 +22,8 @@ bool IsBounded(const PreparedModel& model);
 // vertices of its own, also where parts touch or overlap. Round parts deviate by at most
 // kDefaultDeviation_m as far as Tessellate can (more for a large radius), and by more where that
 // would make over `max_triangles`; nothing when the coarsest mesh is over it as well. Empty for a
-// model without parts. `model` is bounded.
-std::optional<FullSurface> FullSurfaceOf(const PreparedModel& model, std::size_t max_triangles);
+// model without parts. `model` is bounded. Void where `work` ended it.
+std::optional<FullSurface> FullSurfaceOf(const PreparedModel& model, std::size_t max_triangles,
+                                         WorkCounter* work = nullptr);
 
 }  // namespace cwm::collision

@@ -1,21 +1,48 @@
 #include "collision/world/world_object.h"
 
+#include <bit>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "collision/engines/exact_engine.h"
+#include "collision/geometry/quick_bounds.h"
 #include "collision/geometry/surface_sigma.h"
 
 namespace cwm::collision {
 namespace {
 
-PreparedPart PreparePart(PartSource source, int index, const Pose& X_OP, Shape shape) {
-  return {.source = source,
-          .index = index,
-          .X_OP = X_OP,
-          .shape = shape,
-          .bounds_O = TightBounds(shape, X_OP),
-          .engines = PrepareForAll(shape)};
+// Beside what the engines' forms take: a microsecond or two, and where there are many vertices for
+// bounds up to a millisecond.
+constexpr std::size_t kStepsOfPart = 64;
+constexpr std::size_t kStepsOfBounds = std::size_t{1} << 14;
+std::size_t StepsOf(const Shape& shape) {
+  return HasManyVertices(shape) ? kStepsOfBounds : kStepsOfPart;
 }
+
+// Collects the parts of a model.
+class Preparation {
+ public:
+  Preparation(PreparedModel& prepared, WorkCounter* work) : prepared_(prepared), work_(work) {}
+
+  // False where it was ended.
+  bool Add(PartSource source, int index, const Pose& X_OP, const Shape& shape) {
+    PreparedPart part{.source = source,
+                      .index = index,
+                      .X_OP = X_OP,
+                      .shape = shape,
+                      .bounds_O = {},
+                      .engines = PrepareForAll(shape, work_)};
+    if (MustEnd(work_, StepsOf(shape))) return false;
+    part.bounds_O = BoundsAt(part, X_OP);
+    prepared_.weight += WeightOfAsking(shape);
+    prepared_.parts.push_back(std::move(part));
+    return true;
+  }
+
+ private:
+  PreparedModel& prepared_;
+  WorkCounter* const work_;
+};
 
 bool HasTriangles(const Mesh& surface) {
   return surface.mesh != nullptr && !surface.mesh->triangles.empty();
@@ -62,25 +89,53 @@ bool IsValidName(std::string_view name) {
   });
 }
 
-std::shared_ptr<const PreparedModel> Prepare(std::shared_ptr<const HybridModel> model) {
+std::int64_t WeightOfAsking(const Shape& shape) {
+  constexpr std::size_t kCornersOfUnit = 64;
+  constexpr std::int64_t kOfMesh = 4;
+  if (const auto* mesh = std::get_if<Mesh>(&shape)) {
+    return kOfMesh + std::bit_width(mesh->mesh->triangles.size());
+  }
+  std::size_t corners = 0;
+  if (const auto* convex = std::get_if<Convex>(&shape)) corners = convex->hull->vertices.size();
+  if (const auto* plate = std::get_if<Plate>(&shape)) {
+    corners = 2 * plate->outline.size();
+    for (const Polygon& hole : plate->holes) corners += 2 * hole.size();
+  }
+  return 1 + static_cast<std::int64_t>(corners / kCornersOfUnit);
+}
+
+Aabb BoundsAt(const PreparedPart& part, const Pose& X_FP) {
+  constexpr std::size_t kFewTriangles = 64;  // looked at as soon as a tree is searched
+  const auto* mesh = std::get_if<Mesh>(&part.shape);
+  if (mesh == nullptr || mesh->mesh->triangles.size() <= kFewTriangles) {
+    return TightBounds(part.shape, X_FP);
+  }
+  return TreeOf(*part.engines[static_cast<int>(EngineKind::kExact)])->BoundsAt(X_FP);
+}
+
+std::shared_ptr<const PreparedModel> Prepare(std::shared_ptr<const HybridModel> model,
+                                             WorkCounter* work) {
   auto prepared = std::make_shared<PreparedModel>();
+  prepared->parts.reserve(model->shapes.size() + model->surfaces.size() + model->handles.size());
+  Preparation preparation(*prepared, work);
   for (int i = 0; i < static_cast<int>(model->shapes.size()); ++i) {
     const ShapePart& part = model->shapes[i];
-    prepared->parts.push_back(PreparePart(PartSource::kShape, i, part.X_OS, part.shape));
+    if (!preparation.Add(PartSource::kShape, i, part.X_OS, part.shape)) return nullptr;
     prepared->parts.back().sigma_m = SurfaceSigma_m(part);
     prepared->widest_sigma_m = std::max(prepared->widest_sigma_m, prepared->parts.back().sigma_m);
   }
   for (int i = 0; i < static_cast<int>(model->surfaces.size()); ++i) {
     const Mesh& surface = model->surfaces[i].surface;
     if (!HasTriangles(surface)) continue;
-    prepared->parts.push_back(PreparePart(PartSource::kSurface, i, Pose::Identity(), surface));
+    if (!preparation.Add(PartSource::kSurface, i, Pose::Identity(), surface)) return nullptr;
   }
   for (int i = 0; i < static_cast<int>(model->handles.size()); ++i) {
     const Handle& handle = model->handles[i];
-    prepared->parts.push_back(
+    const bool is_whole =
         HasTriangles(handle.surface)
-            ? PreparePart(PartSource::kHandle, i, Pose::Identity(), handle.surface)
-            : PreparePart(PartSource::kHandle, i, handle.bounds.X_FS, handle.bounds.shape));
+            ? preparation.Add(PartSource::kHandle, i, Pose::Identity(), handle.surface)
+            : preparation.Add(PartSource::kHandle, i, handle.bounds.X_FS, handle.bounds.shape);
+    if (!is_whole) return nullptr;
   }
   prepared->model = std::move(model);
   return prepared;
@@ -90,13 +145,14 @@ std::string UidOf(const std::string& name, Revision create_revision) {
   return create_revision.value == 0 ? "" : absl::StrCat(name, "@", create_revision.value);
 }
 
-std::shared_ptr<const WorldObject> Place(WorldObject object) {
+std::shared_ptr<const WorldObject> Place(WorldObject object, WorkCounter* work) {
   object.parts_W.clear();
   object.bounds_W.setEmpty();
   object.parts_W.reserve(object.geometry->parts.size());
   for (const PreparedPart& part : object.geometry->parts) {
     const Pose X_WP = object.X_WO * part.X_OP;
-    object.parts_W.push_back({.X_WP = X_WP, .bounds_W = TightBounds(part.shape, X_WP)});
+    object.parts_W.push_back({.X_WP = X_WP, .bounds_W = BoundsAt(part, X_WP)});
+    if (MustEnd(work, HasManyVertices(part.shape) ? kStepsOfBounds : 1)) return nullptr;
     object.bounds_W.extend(object.parts_W.back().bounds_W);
   }
   return std::make_shared<const WorldObject>(std::move(object));

@@ -57,12 +57,21 @@ struct PreparedModel {
   std::vector<PreparedPart>
       parts;                  // shapes, then surfaces, then handles, each in the model's order
   double widest_sigma_m = 0;  // of any part
+  std::int64_t weight = 0;    // of all parts: see WeightOfAsking
 };
+
+// What it takes to ask about a shape once its box is near, a primitive taken as 1: a mesh by the
+// levels of its tree, a hull or plate by its corners.
+std::int64_t WeightOfAsking(const Shape& shape);
 
 // Heavy: builds trees and hulls. Call it without any lock held. Surfaces without triangles make no
 // part; a handle without triangles is its bounding box. `model` is not null and its shapes are
 // valid (FindViolation).
-std::shared_ptr<const PreparedModel> Prepare(std::shared_ptr<const HybridModel> model);
+// nullptr where `work` ended it.
+std::shared_ptr<const PreparedModel> Prepare(std::shared_ptr<const HybridModel> model,
+                                             WorkCounter* work = nullptr);
+// TightBounds of a part where X_FP has it: some microseconds however many triangles it has.
+Aabb BoundsAt(const PreparedPart& part, const Pose& X_FP);
 
 struct RobotGeometry;  // world_robot.h
 
@@ -124,7 +133,8 @@ inline bool IsUnseen(const Obstacle& obstacle) {
 }
 
 // The object with its parts placed at its pose, ready for a snapshot.
-std::shared_ptr<const WorldObject> Place(WorldObject object);
+// nullptr where `work` ended it.
+std::shared_ptr<const WorldObject> Place(WorldObject object, WorkCounter* work = nullptr);
 
 // The rule for names of objects, which travel in file names, tables and URLs: 1 to 128 letters,
 // digits and "_-./".

@@ -11,8 +11,19 @@
 namespace cwm::collision {
 namespace {
 
+// Ends work once a stop is requested.
+class StopCounter final : public WorkCounter {
+ public:
+  explicit StopCounter(const std::stop_token& stop) : stop_(stop) {}
+  bool MustEndAfter(std::size_t) override { return stop_.stop_requested(); }
+  bool MustEndNow() override { return stop_.stop_requested(); }
+
+ private:
+  const std::stop_token& stop_;
+};
+
 std::shared_ptr<const SphereModel> SpheresAroundLinks(const RobotGeometry& robot,
-                                                      const std::stop_token& stop) {
+                                                      WorkCounter& work) {
   std::vector<std::vector<LinkPiece>> pieces(robot.model->links.size());
   for (std::size_t k = 0; k < robot.geometry->parts.size(); ++k) {
     const PreparedPart& part = robot.geometry->parts[k];
@@ -23,8 +34,7 @@ std::shared_ptr<const SphereModel> SpheresAroundLinks(const RobotGeometry& robot
   }
   auto around = std::make_shared<SphereModel>();
   for (const std::vector<LinkPiece>& of_link : pieces) {
-    if (stop.stop_requested()) return nullptr;
-    std::optional<std::vector<LinkSphere>> spheres = SpheresAround(of_link);
+    std::optional<std::vector<LinkSphere>> spheres = SpheresAround(of_link, &work);
     if (!spheres) return nullptr;
     around->links.push_back(*std::move(spheres));
   }
@@ -58,15 +68,17 @@ std::shared_ptr<const RobotGeometry> PrepareRobot(std::shared_ptr<const RobotMod
       robot->link_of_part.push_back(link);
     }
   }
-  robot->geometry = Prepare(std::move(shapes));
+  StopCounter work(stop);
+  robot->geometry = Prepare(std::move(shapes), &work);
+  if (robot->geometry == nullptr) return nullptr;
   for (const PreparedPart& part : robot->geometry->parts) {
+    part.engines.BuildHulls(&work);
     if (stop.stop_requested()) return nullptr;
-    part.engines.BuildHulls();
   }
   robot->model = std::move(model);
   robot->programs = std::make_shared<ProgramMemo>(*robot->model);
   if (spheres_as_given) robot->prepared_spheres_as_given = PrepareSpheres(*spheres_as_given);
-  robot->spheres_around = SpheresAroundLinks(*robot, stop);
+  robot->spheres_around = SpheresAroundLinks(*robot, work);
   if (stop.stop_requested()) return nullptr;
   if (robot->spheres_around)
     robot->prepared_spheres_around = PrepareSpheres(*robot->spheres_around);

@@ -42,7 +42,7 @@ struct RobotGeometry {
 };
 
 // Heavy: builds trees and hulls. Call it without any lock held. `model` is not null. Looks at `stop`
-// between shapes and links: nullptr once it is requested.
+// every few milliseconds: nullptr once it is requested.
 std::shared_ptr<const RobotGeometry> PrepareRobot(std::shared_ptr<const RobotModel> model,
                                                   std::optional<SphereModel> spheres_as_given,
                                                   const std::stop_token& stop = {});

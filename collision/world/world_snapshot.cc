@@ -76,16 +76,25 @@ WorldSnapshot::WorldSnapshot(Revision revision, std::span<const WorldObjectPtr> 
   };
   assert(std::is_sorted(objects_by_name.begin(), objects_by_name.end(), precedes));
   assert(std::is_sorted(robots_->begin(), robots_->end(), precedes));
+  for (const WorldObjectPtr& object : objects_by_name) weight_ += object->geometry->weight;
+  for (const WorldRobotPtr& robot : *robots_) weight_ += robot->body.geometry->weight;
 }
 
 WorldSnapshot WorldSnapshot::After(Revision revision, std::span<const ObjectDelta> deltas,
                                    std::span<const RobotDelta> robot_deltas,
-                                   std::shared_ptr<const PairRules> pair_rules) const {
+                                   std::shared_ptr<const PairRules> pair_rules,
+                                   WorkCounter* work) const {
+  constexpr std::size_t kStepsOfDelta = 256;  // some microseconds
   WorldSnapshot next = *this;
   next.revision_ = revision;
   for (const auto& [before, after] : deltas) {
-    if (before != nullptr) next.bounds_ = next.bounds_.Without(*before);
+    if (MustEnd(work, kStepsOfDelta)) return next;
+    if (before != nullptr) {
+      next.bounds_ = next.bounds_.Without(*before);
+      next.weight_ -= before->geometry->weight;
+    }
     if (after != nullptr) {
+      next.weight_ += after->geometry->weight;
       next.bounds_ = next.bounds_.With(*after);
       next.objects_ = next.objects_.With(after);
     } else {
@@ -100,8 +109,14 @@ WorldSnapshot WorldSnapshot::After(Revision revision, std::span<const ObjectDelt
         std::make_shared<const std::vector<WorldObjectPtr>>(AttachedAfter(*attached_, deltas));
   }
   for (const auto& [before, after] : robot_deltas) {
-    if (before != nullptr) next.bounds_ = next.bounds_.Without(before->body);
-    if (after != nullptr) next.bounds_ = next.bounds_.With(after->body);
+    if (before != nullptr) {
+      next.bounds_ = next.bounds_.Without(before->body);
+      next.weight_ -= before->body.geometry->weight;
+    }
+    if (after != nullptr) {
+      next.bounds_ = next.bounds_.With(after->body);
+      next.weight_ += after->body.geometry->weight;
+    }
   }
   if (!robot_deltas.empty()) {
     next.robots_ = std::make_shared<const Robots>(RobotsAfter(*robots_, robot_deltas));

@@ -36,14 +36,18 @@ class WorldSnapshot {
   // The snapshot that differs from this one by the deltas, each of another name: `before` is what
   // this one holds, `after` made by Place. Shares all that the deltas do not touch: a delta costs
   // some dozens of small nodes, whatever the number of objects; deltas of robots besides a pointer
-  // for each robot, of which there are few. `pair_rules`: all; nullptr where none differs.
+  // for each robot, of which there are few. `pair_rules`: all; nullptr where none differs. Void where
+  // `work` ended it.
   WorldSnapshot After(Revision revision, std::span<const ObjectDelta> deltas,
                       std::span<const RobotDelta> robot_deltas = {},
-                      std::shared_ptr<const PairRules> pair_rules = nullptr) const;
+                      std::shared_ptr<const PairRules> pair_rules = nullptr,
+                      WorkCounter* work = nullptr) const;
 
   Revision revision() const { return revision_; }
   // Ordered by name.
   const ObjectTable& objects() const { return objects_; }
+  // Of all parts of objects and robots (WeightOfAsking).
+  std::int64_t weight() const { return weight_; }
   // nullptr when there is none.
   WorldObjectPtr Find(std::string_view name) const;
   // Over the bounds of all objects and robots in the world frame.
@@ -71,6 +75,7 @@ class WorldSnapshot {
   using Robots = std::vector<WorldRobotPtr>;
 
   Revision revision_;
+  std::int64_t weight_ = 0;
   ObjectTable objects_;
   BoundsTree<Obstacle> bounds_;  // refers to what objects_ and robots_ keep alive
   std::shared_ptr<const std::vector<WorldObjectPtr>> attached_ =
@@ -173,10 +178,11 @@ std::optional<Revision> LatestRevisionOf(const WorldSnapshot& snapshot, const Ch
 // itself when nothing has an effect. NotFound names a missing object or robot, Aborted a revision
 // that does not match, InvalidArgument a name, pose, margin, geometry or state that no world may
 // hold, or the name of a robot for an object or the other way round, ResourceExhausted more than
-// kMostPairRules; all name the index of the change. Cost: the changes, each with the paths to it;
-// geometry is shared, never touched.
+// kMostPairRules; all name the index of the change. Cancelled, with none, where `work` ended it. Cost:
+// the changes, each with the paths to it; geometry is shared, never touched.
 absl::StatusOr<std::shared_ptr<const WorldSnapshot>> Apply(
-    const std::shared_ptr<const WorldSnapshot>& base, std::span<const Change> changes);
+    const std::shared_ptr<const WorldSnapshot>& base, std::span<const Change> changes,
+    WorkCounter* work = nullptr);
 
 // Which change Apply refused, as a payload of its status; nothing for a status of another source.
 struct ApplyFault {

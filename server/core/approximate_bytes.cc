@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <bit>
-#include <unordered_set>
 #include <variant>
+#include <vector>
 
 namespace cwm::server {
 namespace {
@@ -11,12 +11,13 @@ namespace {
 using collision::PreparedModel;
 using collision::WorldObject;
 
-// A primitive in three engines, each a few hundred bytes with its allocation (sizeof of FCL's and
-// Bullet's shapes: 100 to 300).
-constexpr std::int64_t kPreparedPartBytes = 1'000;
-// Per triangle: mesh 12 + half a vertex 12; FCL two OBBRSS nodes of 256; Bullet two quantised nodes
-// of 16 and its copy; the exact kernels' boxes.
-constexpr std::int64_t kTriangleBytes = 700;
+// derived: from sizeof on x86-64. A primitive: as the model has it 288, prepared 288, its forms 256 of
+// which the kernels' are 730 more. Those of FCL and Bullet are made when they are first asked for.
+constexpr std::int64_t kPreparedPartBytes = 1'600;
+// derived: likewise. A triangle: its indices 12, its corners in the kernels' tree 72 and two nodes of 72
+// there. FCL's form, where it is asked for, takes four times as much.
+constexpr std::int64_t kTriangleBytes = 228;
+constexpr std::int64_t kMeshVertexBytes = sizeof(Vector3);
 // An object's share of a leaf and of the nodes above it, and its node in the table of names.
 constexpr std::int64_t kSnapshotEntryBytes = 200;
 // What a change copies: for each doubling of the world some 1.5 nodes of 64 bytes in the table of
@@ -28,32 +29,29 @@ constexpr std::int64_t kRuleExtraBytes = 250;
 // A name, a uid and a supporter beyond the small-string size, and the shared pointer's block.
 constexpr std::int64_t kObjectExtraBytes = 150;
 
-// Triangles of meshes, each mesh once.
-class DistinctMeshes {
- public:
-  void Add(const TriangleMesh* mesh) {
-    if (mesh != nullptr && seen_.insert(mesh).second) {
-      triangles_ += static_cast<std::int64_t>(mesh->triangles.size());
-    }
-  }
-  void Add(const Shape& shape) {
-    if (const Mesh* mesh = std::get_if<Mesh>(&shape)) Add(mesh->mesh.get());
-    if (const Convex* convex = std::get_if<Convex>(&shape)) Add(convex->hull.get());
-  }
-  std::int64_t triangles() const { return triangles_; }
+const TriangleMesh* MeshIn(const Shape& shape) {
+  if (const Mesh* mesh = std::get_if<Mesh>(&shape)) return mesh->mesh.get();
+  const Convex* convex = std::get_if<Convex>(&shape);
+  return convex == nullptr ? nullptr : convex->hull.get();
+}
 
- private:
-  std::unordered_set<const TriangleMesh*> seen_;
-  std::int64_t triangles_ = 0;
-};
-
+// Parts that mention one mesh share it and what was prepared of it.
 std::int64_t GeometryBytes(const PreparedModel& geometry) {
-  DistinctMeshes meshes;
-  for (const ShapePart& part : geometry.model->shapes) meshes.Add(part.shape);
-  for (const SurfacePart& part : geometry.model->surfaces) meshes.Add(part.surface.mesh.get());
-  for (const Handle& handle : geometry.model->handles) meshes.Add(handle.surface.mesh.get());
-  return ApproximatePreparedBytes(static_cast<std::int64_t>(geometry.parts.size()),
-                                  meshes.triangles());
+  std::vector<const TriangleMesh*> meshes;
+  const auto add = [&meshes](const TriangleMesh* mesh) {
+    if (mesh != nullptr && (meshes.empty() || meshes.back() != mesh)) meshes.push_back(mesh);
+  };
+  for (const ShapePart& part : geometry.model->shapes) add(MeshIn(part.shape));
+  for (const SurfacePart& part : geometry.model->surfaces) add(part.surface.mesh.get());
+  for (const Handle& handle : geometry.model->handles) add(handle.surface.mesh.get());
+  std::sort(meshes.begin(), meshes.end());
+  meshes.erase(std::unique(meshes.begin(), meshes.end()), meshes.end());
+  MeshCounts counts;
+  for (const TriangleMesh* mesh : meshes) {
+    counts.triangles += static_cast<std::int64_t>(mesh->triangles.size());
+    counts.vertices += static_cast<std::int64_t>(mesh->vertices.size());
+  }
+  return ApproximatePreparedBytes(static_cast<std::int64_t>(geometry.parts.size()), counts);
 }
 
 constexpr std::int64_t kPlacedPartBytes = sizeof(Pose) + sizeof(Aabb);
@@ -89,8 +87,9 @@ std::int64_t RobotListBytes(const collision::WorldSnapshot& snapshot) {
 
 }  // namespace
 
-std::int64_t ApproximatePreparedBytes(std::int64_t parts, std::int64_t triangles) {
-  return triangles * kTriangleBytes + parts * kPreparedPartBytes;
+std::int64_t ApproximatePreparedBytes(std::int64_t parts, const MeshCounts& meshes) {
+  return meshes.triangles * kTriangleBytes + meshes.vertices * kMeshVertexBytes +
+         parts * kPreparedPartBytes;
 }
 
 std::int64_t ApproximateBytes(const collision::PutObject& put) {

@@ -15,9 +15,13 @@ std::int64_t ApproximateBytes(const collision::WorldObject& object);
 // The object that it will be.
 std::int64_t ApproximateBytes(const collision::PutObject& put);
 std::int64_t ApproximateBytes(const collision::RobotGeometry& robot);
-// Geometry that is prepared from so many parts, whose meshes have so many triangles together; a mesh
-// that several parts share counts once.
-std::int64_t ApproximatePreparedBytes(std::int64_t parts, std::int64_t triangles);
+// Triangles and vertices of all meshes together; a mesh that several parts share counts once.
+struct MeshCounts {
+  std::int64_t triangles = 0;
+  std::int64_t vertices = 0;
+};
+// Geometry that is prepared from so many parts and their meshes.
+std::int64_t ApproximatePreparedBytes(std::int64_t parts, const MeshCounts& meshes);
 
 // The snapshot itself: pointers and tree, without the objects, which snapshots share.
 std::int64_t ApproximateOwnBytes(const collision::WorldSnapshot& snapshot);

@@ -1,8 +1,11 @@
 #include "server/core/geometry_store.h"
 
 #include <algorithm>
+#include <cstring>
+#include <deque>
 #include <list>
 #include <mutex>
+#include <type_traits>
 #include <unordered_map>
 #include <utility>
 
@@ -61,13 +64,15 @@ absl::Status TooLarge(std::string_view what, std::size_t size, std::int64_t limi
 }
 
 absl::StatusOr<EncodedMesh> EncodeSurface(const collision::PreparedModel& model,
-                                          std::int64_t max_triangles) {
+                                          std::int64_t max_triangles, WorkBudget* budget) {
   if (!collision::IsBounded(model)) {
     return MakeError(absl::StatusCode::kFailedPrecondition,
                      "object: has a half-space, must have bounded parts alone to have a surface",
                      {.reason = "SURFACE_UNBOUNDED"});
   }
-  const auto surface = collision::FullSurfaceOf(model, static_cast<std::size_t>(max_triangles));
+  const auto surface =
+      collision::FullSurfaceOf(model, static_cast<std::size_t>(max_triangles), budget);
+  if (HasEnded(budget)) return budget->status();
   if (!surface) {
     return MakeError(
         absl::StatusCode::kResourceExhausted,
@@ -78,7 +83,8 @@ absl::StatusOr<EncodedMesh> EncodeSurface(const collision::PreparedModel& model,
   EncodedMesh encoded{.bytes = EncodeMesh(surface->mesh_O),
                       .hash = {},
                       .max_deviation_m = surface->max_deviation_m};
-  encoded.hash = Sha256Hex(encoded.bytes);
+  encoded.hash = HashOf(encoded.bytes, budget);
+  if (HasEnded(budget)) return budget->status();
   return encoded;
 }
 
@@ -91,16 +97,55 @@ absl::Status InvalidMesh(const absl::Status& status) {
   return InvalidField("mesh", std::string(status.message()));
 }
 
+absl::Status UnknownGeometry(const std::string& hash) {
+  return MakeError(absl::StatusCode::kNotFound,
+                   absl::StrCat("hash: no geometry \"", hash, "\" is known"),
+                   {.reason = "GEOMETRY_UNKNOWN", .metadata = {{"hash", hash}}});
+}
+
+// As ReadMeshColumns, in pieces: hundreds of megabytes take some tenths of a second.
+absl::StatusOr<TriangleMesh> ReadColumns(std::string_view bytes, WorkBudget* budget) {
+  const absl::StatusOr<MeshCounts> counts = ReadMeshCounts(bytes);
+  if (!counts.ok()) return InvalidMesh(counts.status());
+  TriangleMesh mesh;
+  const char* next = bytes.data() + kMeshCountsBytes;
+  const auto read = [&](auto& column, std::size_t count) {
+    using Row = typename std::remove_reference_t<decltype(column)>::value_type;
+    column.reserve(count);
+    return InPieces(count, budget, [&](std::size_t first, std::size_t last) {
+      column.resize(last);
+      const std::size_t size = (last - first) * sizeof(Row);
+      std::memcpy(static_cast<void*>(column.data() + first), next, size);
+      next += size;
+    });
+  };
+  if (read(mesh.vertices, counts->vertices) && read(mesh.triangles, counts->triangles)) return mesh;
+  return budget->status();
+}
+
 }  // namespace
 
-absl::StatusOr<TriangleMesh> DecodeMesh(std::string_view bytes) {
-  auto mesh = ReadMeshColumns<TriangleMesh>(bytes);
-  if (!mesh.ok()) return InvalidMesh(mesh.status());
-  if (const std::optional<Violation> violation = FindViolation(*mesh)) {
+absl::StatusOr<TriangleMesh> DecodeMesh(std::string_view bytes, WorkBudget* budget) {
+  auto mesh = ReadColumns(bytes, budget);
+  if (!mesh.ok()) return mesh.status();
+  const std::optional<Violation> violation = FindViolation(*mesh, budget);
+  if (HasEnded(budget)) return budget->status();
+  if (violation) {
     return InvalidField(absl::StrCat("mesh.", violation->field),
                         absl::StrCat("is ", violation->value, ", ", violation->rule));
   }
   return mesh;
+}
+
+std::string HashOf(std::string_view bytes, WorkBudget* budget) {
+  constexpr std::size_t kBytesAtOnce = std::size_t{1} << 20, kBytesOfStep = 64;
+  Sha256 sha;
+  for (std::size_t at = 0; at < bytes.size() && !HasEnded(budget); at += kBytesAtOnce) {
+    const std::string_view piece = bytes.substr(at, kBytesAtOnce);
+    sha.Add(piece.data(), piece.size());
+    MustEnd(budget, piece.size() / kBytesOfStep);
+  }
+  return sha.Hex();
 }
 
 std::string HashOf(const std::shared_ptr<const TriangleMesh>& mesh) {
@@ -117,11 +162,12 @@ struct GeometryStore::State {
   struct Entry {
     using WeakMesh = std::weak_ptr<const TriangleMesh>;
 
-    std::shared_ptr<const Blob> blob;       // held while recently used, else null
-    std::list<std::string>::iterator used;  // into `recent`, where blob is set
-    std::uint64_t number = 0;               // of this time that the blob is held
-    int puts = 0;                           // how often it came since
-    std::vector<WeakMesh> meshes;           // equal ones that objects use; mostly one
+    std::shared_ptr<const Blob> blob;        // held while recently used, else null
+    std::list<std::string>::iterator used;   // into `recent`, where blob is set
+    std::uint64_t number = 0;                // of this time that the blob is held
+    int puts = 0;                            // how often it came since
+    std::vector<WeakMesh> meshes;            // equal ones that objects use; mostly one
+    std::shared_ptr<const MeshFacts> facts;  // of them and of the blob; nullptr: not asked for
 
     void Add(const std::shared_ptr<const TriangleMesh>& mesh) {
       std::erase_if(meshes, [](const WeakMesh& weak) { return weak.expired(); });
@@ -141,6 +187,7 @@ struct GeometryStore::State {
   };
 
   static constexpr std::size_t kFirstPurge = 1024;  // below it, dead entries are a few 100 kB
+  static constexpr std::size_t kMaxFactsOfObjects = 64;
 
   const std::int64_t max_bytes;
   const std::int64_t max_triangles;
@@ -150,6 +197,8 @@ struct GeometryStore::State {
   std::int64_t held_bytes = 0;
   std::size_t purge_at = kFirstPurge;
   std::uint64_t last_number = 0;  // given to a blob that is held
+  // Entries without a blob that have facts. A hull has up to 0.6 MB: only so many are kept.
+  std::deque<std::string> facts_of_objects;
   EncodedMeshes encoded;
 
   // A decoded mesh takes about the room of its bytes.
@@ -186,6 +235,7 @@ struct GeometryStore::State {
   // The caller takes it from `recent`.
   std::shared_ptr<const Blob> LetGo(Entry& entry) {
     held_bytes -= Cost(*entry.blob);
+    entry.facts = nullptr;
     return std::exchange(entry.blob, nullptr);
   }
 
@@ -217,6 +267,20 @@ struct GeometryStore::State {
     purge_at = 2 * entries.size() + kFirstPurge;
   }
 
+  // What is known of the entry's mesh, from now on kept with it.
+  std::shared_ptr<const MeshFacts> FactsOf(const std::string& hash, Entry& entry) {
+    if (entry.facts != nullptr) return entry.facts;
+    entry.facts = std::make_shared<const MeshFacts>();
+    if (entry.blob != nullptr) return entry.facts;
+    facts_of_objects.push_back(hash);
+    if (facts_of_objects.size() > kMaxFactsOfObjects) {
+      const auto oldest = entries.find(facts_of_objects.front());
+      if (oldest != entries.end() && oldest->second.blob == nullptr) oldest->second.facts = nullptr;
+      facts_of_objects.pop_front();
+    }
+    return entry.facts;
+  }
+
   // The entry of the hash when its bytes can be had, marked as used; else null.
   Entry* Touch(const std::string& hash) {
     const auto found = entries.find(hash);
@@ -237,19 +301,21 @@ GeometryStore::GeometryStore(std::int64_t max_bytes, const Limits& limits)
                        .held_bytes = 0,
                        .purge_at = State::kFirstPurge,
                        .last_number = 0,
+                       .facts_of_objects = {},
                        .encoded = EncodedMeshes(limits.encoded_mesh_bytes)}) {}
 GeometryStore::~GeometryStore() = default;
 
-absl::StatusOr<GeometryStore::Stored> GeometryStore::Put(BlobFormat format, std::string bytes) {
+absl::StatusOr<GeometryStore::Stored> GeometryStore::Put(BlobFormat format, std::string bytes,
+                                                         WorkBudget* budget) {
   Stored stored;
-  const auto number = Put(format, std::move(bytes), stored);
+  const auto number = Put(format, std::move(bytes), stored, budget);
   if (!number.ok()) return number.status();
   return stored;
 }
 
 absl::StatusOr<HeldBlob> GeometryStore::PutForHolder(BlobFormat format, std::string bytes) {
   Stored stored;
-  const auto number = Put(format, std::move(bytes), stored);
+  const auto number = Put(format, std::move(bytes), stored, nullptr);
   if (!number.ok()) return number.status();
   const auto release = [weak = std::weak_ptr<State>(state_), hash = stored.hash,
                         number = *number](const void*) {
@@ -263,7 +329,7 @@ absl::StatusOr<HeldBlob> GeometryStore::PutForHolder(BlobFormat format, std::str
 }
 
 absl::StatusOr<std::uint64_t> GeometryStore::Put(BlobFormat format, std::string bytes,
-                                                 Stored& stored) {
+                                                 Stored& stored, WorkBudget* budget) {
   auto blob = std::make_shared<Blob>();
   blob->format = format;
   if (format == BlobFormat::kMeshF64) {
@@ -272,7 +338,7 @@ absl::StatusOr<std::uint64_t> GeometryStore::Put(BlobFormat format, std::string 
     if (counts->triangles > state_->max_triangles) {
       return TooLarge("triangle_count", counts->triangles, state_->max_triangles);
     }
-    absl::StatusOr<TriangleMesh> mesh = DecodeMesh(bytes);
+    absl::StatusOr<TriangleMesh> mesh = DecodeMesh(bytes, budget);
     if (!mesh.ok()) return mesh.status();
     blob->mesh = std::make_shared<const TriangleMesh>(*std::move(mesh));
   } else if (bytes.size() % BytesOfOne(format) != 0) {
@@ -284,7 +350,8 @@ absl::StatusOr<std::uint64_t> GeometryStore::Put(BlobFormat format, std::string 
   if (State::Cost(*blob) > state_->max_bytes) {
     return TooLarge("total_bytes", blob->bytes->size(), state_->max_bytes);
   }
-  const std::string hash = Sha256Hex(*blob->bytes);
+  const std::string hash = HashOf(*blob->bytes, budget);
+  if (HasEnded(budget)) return budget->status();
   State::Freed freed;
   std::lock_guard lock(state_->mutex);
   State::Entry* const known = state_->Touch(hash);
@@ -301,10 +368,20 @@ absl::StatusOr<std::uint64_t> GeometryStore::Put(BlobFormat format, std::string 
 }
 
 absl::StatusOr<GeometryStore::Stored> GeometryStore::PutAgain(BlobFormat format,
-                                                              std::string_view hash) {
+                                                              std::string_view hash,
+                                                              WorkBudget* budget) {
+  const std::string key(hash);
+  {
+    const std::lock_guard lock(state_->mutex);
+    State::Entry* const known = state_->Touch(key);
+    if (known != nullptr && known->blob != nullptr && known->blob->format == format) {
+      ++known->puts;
+      return Stored{.hash = key, .already_known = true};
+    }
+  }
   const absl::StatusOr<std::shared_ptr<const Blob>> blob = Get(hash);
   if (!blob.ok()) return blob.status();
-  return Put(format, *(*blob)->bytes);
+  return Put(format, *(*blob)->bytes, budget);
 }
 
 std::string GeometryStore::Offer(const std::shared_ptr<const TriangleMesh>& mesh) {
@@ -325,11 +402,7 @@ absl::StatusOr<std::shared_ptr<const Blob>> GeometryStore::Get(std::string_view 
       mesh = entry->LivingMesh();
     }
   }
-  if (mesh == nullptr) {
-    return MakeError(absl::StatusCode::kNotFound,
-                     absl::StrCat("hash: no geometry \"", key, "\" is known"),
-                     {.reason = "GEOMETRY_UNKNOWN", .metadata = {{"hash", key}}});
-  }
+  if (mesh == nullptr) return UnknownGeometry(key);
   auto encoded = state_->encoded.Find(mesh);
   if (encoded == nullptr) {
     encoded =
@@ -340,10 +413,22 @@ absl::StatusOr<std::shared_ptr<const Blob>> GeometryStore::Get(std::string_view 
       Blob{.format = BlobFormat::kMeshF64, .bytes = {encoded, &encoded->bytes}, .mesh = mesh});
 }
 
+absl::StatusOr<StoredMesh> GeometryStore::FindMesh(std::string_view hash) const {
+  const std::string key(hash);
+  const std::lock_guard lock(state_->mutex);
+  State::Entry* const entry = state_->Touch(key);
+  if (entry == nullptr) return UnknownGeometry(key);
+  StoredMesh stored{.mesh = entry->blob != nullptr ? entry->blob->mesh : entry->LivingMesh(),
+                    .facts = nullptr};
+  if (entry->blob == nullptr && stored.mesh == nullptr) return UnknownGeometry(key);
+  if (stored.mesh != nullptr) stored.facts = state_->FactsOf(key, *entry);
+  return stored;
+}
+
 absl::StatusOr<std::shared_ptr<const EncodedMesh>> GeometryStore::SurfaceOf(
-    const std::shared_ptr<const collision::PreparedModel>& model) const {
+    const std::shared_ptr<const collision::PreparedModel>& model, WorkBudget* budget) const {
   if (auto kept = state_->encoded.Find(model); kept != nullptr) return kept;
-  auto encoded = EncodeSurface(*model, state_->max_triangles);
+  auto encoded = EncodeSurface(*model, state_->max_triangles, budget);
   if (!encoded.ok()) return encoded.status();
   auto shared = std::make_shared<const EncodedMesh>(*std::move(encoded));
   state_->encoded.Keep(model, shared);

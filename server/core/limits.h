@@ -40,6 +40,9 @@ struct Limits {
   std::int64_t max_stream_overlay_bytes = 1 << 20;
   std::int64_t max_inline_bytes = 1 << 20;  // labels above it travel by hash
   std::int64_t max_changes = 65'536;        // in one ApplyChanges
+  // Estimated, of one core (wire/request_cost.h): several times what the largest batches take, since the
+  // estimate may be too high by a factor of three.
+  double max_request_cost_s = 300;
   std::int64_t max_worlds = 1'024;
   std::int64_t max_objects = 262'144;  // of one world
   std::int64_t max_parts = 4'096;      // of one object: every question visits each of them

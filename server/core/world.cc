@@ -18,6 +18,26 @@ namespace {
 using collision::Change;
 using collision::Revision;
 
+// Changes, and parts of objects that they place: so many take about a millisecond.
+constexpr std::size_t kMaxWeightWithinTurn = 256;
+// While others write all the time a list is applied in vain so often; then within the turn.
+constexpr int kMaxAttemptsAhead = 3;
+
+// Not exact: what the list itself has made counts as nothing.
+bool IsLong(std::span<const Change> changes, const collision::WorldSnapshot& latest) {
+  std::size_t weight = changes.size();
+  for (const Change& change : changes) {
+    if (weight > kMaxWeightWithinTurn) return true;
+    if (const auto* put = std::get_if<collision::PutObject>(&change.what)) {
+      weight += put->geometry != nullptr ? put->geometry->parts.size() : 0;
+    } else if (!IsOfPairs(change) && !IsOfRobot(change)) {
+      const auto* object = latest.objects().Find(NameOf(change));
+      weight += object != nullptr ? (*object)->parts_W.size() : 0;
+    }
+  }
+  return weight > kMaxWeightWithinTurn;
+}
+
 // The field at fault, of the request that holds the list.
 std::string FieldOf(const Change& change, const collision::ApplyFault& fault,
                     const std::string& list) {
@@ -156,40 +176,70 @@ struct World::State {
                       .metadata = {{"limit", std::to_string(around.max_objects)}}});
   }
 
+  // A list of changes and what it makes of a snapshot. Under no lock.
+  struct Applied {
+    SnapshotPtr base, next;
+    std::vector<collision::ObjectDelta> deltas;
+    std::vector<collision::RobotDelta> robot_deltas;
+    std::vector<collision::PairRuleDelta> rule_deltas;
+  };
+  absl::StatusOr<Applied> ApplyTo(const SnapshotPtr& base, std::span<const Change> given,
+                                  WorkBudget* budget) const {
+    std::vector<Change> changes(given.begin(), given.end());
+    if (absl::Status charged = ChargeGeometry(changes); !charged.ok()) return charged;
+    absl::StatusOr<SnapshotPtr> next = collision::Apply(base, changes, budget);
+    if (HasEnded(budget)) return budget->status();
+    if (!next.ok()) return ExplainRefusal(next.status(), *base, changes, "changes");
+    return Applied{
+        .base = base,
+        .next = *next,
+        .deltas = collision::Difference(*base, **next),
+        .robot_deltas = collision::RobotDifference(*base, **next),
+        .rule_deltas = collision::RuleDifference(base->pair_rules(), (*next)->pair_rules())};
+  }
+
+  // Where memory is short the past gives way to the present: of this world first, then of all.
+  absl::StatusOr<WriteOutcome> WithRoom(
+      const std::function<absl::StatusOr<WriteOutcome>()>& write) const {
+    absl::StatusOr<WriteOutcome> outcome = write();
+    if (IsShortOfMemory(outcome.status())) {
+      feed->ForgetPast();
+      outcome = write();
+    }
+    if (IsShortOfMemory(outcome.status()) && around.forget_pasts) {
+      around.forget_pasts();
+      outcome = write();
+    }
+    return outcome;
+  }
+
+  using MakeApplied = std::function<absl::StatusOr<Applied>(const SnapshotPtr& base)>;
+
   // Under the turn.
-  absl::StatusOr<WriteOutcome> Write(const MakeChanges& make, const WriteOptions& options,
+  absl::StatusOr<WriteOutcome> Write(const MakeApplied& make, const WriteOptions& options,
                                      const WriteHooks& hooks, const std::weak_ptr<World>& self,
                                      WorldFeed::Aftermath& aftermath) {
     absl::StatusOr<std::optional<WriteOutcome>> decided = Precheck(options);
     if (!decided.ok()) return decided.status();
     if (decided->has_value()) return **std::move(decided);
 
-    const SnapshotPtr base = feed->Latest();
-    absl::StatusOr<std::vector<Change>> changes = make(base);
-    if (!changes.ok()) return changes.status();
-    if (absl::Status charged = ChargeGeometry(*changes); !charged.ok()) return charged;
-    absl::StatusOr<SnapshotPtr> next = collision::Apply(base, *changes);
-    if (!next.ok()) return ExplainRefusal(next.status(), *base, *changes, "changes");
-    if (absl::Status few = CheckObjectCount(*base, **next); !few.ok()) return few;
-
-    WriteOutcome outcome{.revision = (*next)->revision(), .replayed = false, .snapshot = *next};
-    std::vector<collision::ObjectDelta> deltas = collision::Difference(*base, **next);
-    std::vector<collision::RobotDelta> robot_deltas = collision::RobotDifference(*base, **next);
-    std::vector<collision::PairRuleDelta> rule_deltas =
-        collision::RuleDifference(base->pair_rules(), (*next)->pair_rules());
+    absl::StatusOr<Applied> applied = make(feed->Latest());
+    if (!applied.ok()) return applied.status();
+    const SnapshotPtr& next = applied->next;
+    if (absl::Status few = CheckObjectCount(*applied->base, *next); !few.ok()) return few;
+    WriteOutcome outcome{.revision = next->revision(), .replayed = false, .snapshot = next};
     // May run out of memory: before anything of the write is kept.
     const bool remember = !options.request_id.empty();
     auto reply = remember && hooks.reply ? hooks.reply(outcome) : nullptr;
-    for (const collision::ObjectDelta& delta : deltas) {
+    for (const collision::ObjectDelta& delta : applied->deltas) {
       if (delta.after == nullptr) observations.Forget(delta.before->name);
     }
-    if (hooks.applied) hooks.applied(**next);
-    if (*next != base) {
-      const SnapshotPtr latest = *std::move(next);
-      const bool other_rules = !rule_deltas.empty();
-      aftermath =
-          feed->Publish(latest, std::move(deltas), std::move(robot_deltas), std::move(rule_deltas));
-      if (other_rules) ScheduleExpiry(*latest, self);
+    if (hooks.applied) hooks.applied(*next);
+    if (next != applied->base) {
+      const bool other_rules = !applied->rule_deltas.empty();
+      aftermath = feed->Publish(next, std::move(applied->deltas), std::move(applied->robot_deltas),
+                                std::move(applied->rule_deltas));
+      if (other_rules) ScheduleExpiry(*next, self);
     }
     if (remember) requests.Remember(options, outcome, std::move(reply), now());
     return outcome;
@@ -232,35 +282,54 @@ absl::StatusOr<SnapshotPtr> World::At(const RevisionRule& rule, Clock::time_poin
   return state_->feed->At(rule, deadline, std::move(stop));
 }
 
+// A long list is applied before the turn is taken, so that others can pass it: it takes the turn with
+// what it made of the latest snapshot, and begins anew where that was another one by then.
 absl::StatusOr<WriteOutcome> World::Apply(std::span<const Change> changes,
-                                          const WriteOptions& options) {
-  return Update(
-      [changes](const SnapshotPtr&) { return std::vector<Change>(changes.begin(), changes.end()); },
-      options);
+                                          const WriteOptions& options, WorkBudget* budget) {
+  return state_->WithRoom([&] { return ApplyOnce(changes, options, budget); });
+}
+
+absl::StatusOr<WriteOutcome> World::ApplyOnce(std::span<const Change> changes,
+                                              const WriteOptions& options, WorkBudget* budget) {
+  absl::StatusOr<State::Applied> ahead = State::Applied{};
+  const auto make = [&](const SnapshotPtr& base) {
+    const bool is_ahead = ahead.ok() && ahead->base == base;
+    return is_ahead ? std::move(ahead) : state_->ApplyTo(base, changes, budget);
+  };
+  WorldFeed::Aftermath aftermath;
+  absl::StatusOr<WriteOutcome> outcome = [&] {
+    const bool is_long = IsLong(changes, *Snapshot());
+    for (int attempt = 0; is_long; ++attempt) {
+      const SnapshotPtr base = Snapshot();
+      ahead = state_->ApplyTo(base, changes, budget);
+      if (HasEnded(budget)) return absl::StatusOr<WriteOutcome>(budget->status());
+      const std::lock_guard turn(state_->turn);
+      if (attempt + 1 < kMaxAttemptsAhead && Snapshot() != base) continue;
+      return state_->Write(make, options, {}, weak_from_this(), aftermath);
+    }
+    const std::lock_guard turn(state_->turn);
+    return state_->Write(make, options, {}, weak_from_this(), aftermath);
+  }();
+  aftermath.Finish();
+  return outcome;
 }
 
 absl::StatusOr<WriteOutcome> World::Update(const MakeChanges& make, const WriteOptions& options,
                                            const WriteHooks& hooks) {
-  const auto write = [&] {
+  const auto apply = [&](const SnapshotPtr& base) -> absl::StatusOr<State::Applied> {
+    const absl::StatusOr<std::vector<Change>> changes = make(base);
+    if (!changes.ok()) return changes.status();
+    return state_->ApplyTo(base, *changes, nullptr);
+  };
+  return state_->WithRoom([&] {
     WorldFeed::Aftermath aftermath;
     absl::StatusOr<WriteOutcome> outcome = [&] {
       std::lock_guard turn(state_->turn);
-      return state_->Write(make, options, hooks, weak_from_this(), aftermath);
+      return state_->Write(apply, options, hooks, weak_from_this(), aftermath);
     }();
     aftermath.Finish();
     return outcome;
-  };
-  absl::StatusOr<WriteOutcome> outcome = write();
-  // The past gives way to the present: of this world first, then of all.
-  if (IsShortOfMemory(outcome.status())) {
-    ForgetPast();
-    outcome = write();
-  }
-  if (IsShortOfMemory(outcome.status()) && state_->around.forget_pasts) {
-    state_->around.forget_pasts();
-    outcome = write();
-  }
-  return outcome;
+  });
 }
 
 void World::ForgetPast() { state_->feed->ForgetPast(); }

@@ -19,6 +19,7 @@
 #include "server/core/memory_budget.h"
 #include "server/core/observations.h"
 #include "server/core/watch.h"
+#include "server/core/work_budget.h"
 
 namespace cwm::server {
 
@@ -100,9 +101,10 @@ class World : public std::enable_shared_from_this<World> {
   // Applies the changes to the latest snapshot, all or nothing. NotFound OBJECT_UNKNOWN or
   // ROBOT_UNKNOWN, ResourceExhausted TOO_MANY_PAIR_RULES, TOO_MANY_OBJECTS or MEMORY_EXHAUSTED, Aborted REVISION_MISMATCH or
   // OBJECT_REVISION_MISMATCH (expected_revision, actual_revision in the metadata),
-  // FailedPrecondition REQUEST_ID_REUSED, InvalidArgument INVALID_FIELD ("changes[i]").
+  // FailedPrecondition REQUEST_ID_REUSED, InvalidArgument INVALID_FIELD ("changes[i]"). The status of
+  // the budget where it ended before the list was applied.
   absl::StatusOr<WriteOutcome> Apply(std::span<const collision::Change> changes,
-                                     const WriteOptions& options);
+                                     const WriteOptions& options, WorkBudget* budget = nullptr);
 
   // For changes that are made from the latest snapshot (ingest): takes the writer's turn, calls
   // `make` with it and applies what it returns. `make` runs under the turn and must be short; it
@@ -157,6 +159,12 @@ class World : public std::enable_shared_from_this<World> {
 
  private:
   struct State;
+
+  // A long list is applied before the turn is taken, so that others can pass it: it takes the turn
+  // with what it made of the latest snapshot, and begins anew where that was another one by then.
+  absl::StatusOr<WriteOutcome> ApplyOnce(std::span<const collision::Change> changes,
+                                         const WriteOptions& options, WorkBudget* budget);
+
   std::unique_ptr<State> state_;
 };
 

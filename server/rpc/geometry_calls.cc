@@ -6,9 +6,9 @@
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
 #include "proto/transfer/mesh_bytes.h"
-#include "proto/transfer/sha256.h"
 #include "server/core/error.h"
 #include "server/rpc/at_revision.h"
+#include "server/rpc/query_queue.h"
 #include "server/rpc/status_conversion.h"
 #include "server/wire/numbers.h"
 #include "server/wire/objects.h"
@@ -27,9 +27,6 @@ absl::Status CheckTriangleCount(const std::string& bytes, const Limits& limits) 
   return CheckRange(counts->triangles, {0, limits.max_mesh_triangles},
                     FieldPath().Field("chunk").Field("data").Field("triangle_count"));
 }
-
-// A hash, a copy and a look at each triangle: 10 MB take 0.1 s.
-constexpr double kStoring_s_per_byte = 10e-9;
 
 BlobFormat FormatOf(const v1::WriteGeometryRequest::Header& header) {
   switch (header.format()) {
@@ -106,7 +103,8 @@ absl::Status ReadGeometryCall::FindSurface(const CallContext& call) {
   if (!at.ok()) return at.status();
   const collision::WorldObjectPtr object = at->snapshot->Find(asked.name());
   if (object == nullptr) return UnknownObject(asked.name());
-  const auto surface = runtime_.application.geometry.SurfaceOf(object->geometry);
+  WorkBudget budget(call.deadline, call.stop);
+  const auto surface = runtime_.application.geometry.SurfaceOf(object->geometry, &budget);
   if (!surface.ok()) return surface.status();
   bytes_ = {*surface, &(*surface)->bytes};
   message_.set_format(v1::GEOMETRY_FORMAT_MESH_F64);
@@ -198,15 +196,19 @@ absl::Status WriteGeometryCall::CheckEnd() const {
   return upload_->CheckComplete(FieldPath().Field("end of the stream"));
 }
 
+WorkQueue& WriteGeometryCall::Queue() { return WriteQueueFor(runtime_, Cost_s()); }
+
 double WriteGeometryCall::Cost_s() const {
-  return kStoring_s_per_byte * static_cast<double>(header_.total_bytes());
+  return upload_ ? CostOfGeometry_s(static_cast<std::int64_t>(upload_->bytes().size())) : 0;
 }
 
 absl::Status WriteGeometryCall::Work() {
   Application& application = runtime_.application;
+  WorkBudget budget(Clock::time_point::max(), stop_.get_token());  // a deadline cancels the call
   const std::string given_hash = absl::AsciiStrToLower(header_.hash());
   if (!given_hash.empty()) {
-    const std::string actual = Sha256Hex(upload_->bytes());
+    const std::string actual = HashOf(upload_->bytes(), &budget);
+    if (HasEnded(&budget)) return budget.status();
     if (actual != given_hash) {
       return InvalidField("header.hash", absl::StrCat("is ", given_hash, ", must be ", actual,
                                                       " (SHA-256 of all bytes)"));
@@ -217,7 +219,7 @@ absl::Status WriteGeometryCall::Work() {
     auto status = CheckTriangleCount(upload_->bytes(), application.limits);
     if (!status.ok()) return status;
   }
-  auto stored = application.geometry.Put(format, upload_->Take());
+  auto stored = application.geometry.Put(format, upload_->Take(), &budget);
   if (!stored.ok()) return stored.status();
   Reply(*stored);
   return absl::OkStatus();

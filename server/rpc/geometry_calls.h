@@ -41,7 +41,7 @@ class WriteGeometryCall final
   absl::Status TakeHeader(const v1::WriteGeometryRequest::Header& header);
   absl::Status CheckEnd() const override;
   absl::Status Work() override;
-  WorkQueue& Queue() override { return runtime_.writes; }
+  WorkQueue& Queue() override;
   double Cost_s() const override;
   std::function<absl::StatusOr<bool>()> LookUp() override;
   absl::StatusOr<bool> IsKnown();

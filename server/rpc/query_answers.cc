@@ -39,12 +39,17 @@ std::chrono::nanoseconds Handover(const AnswerSize& size, const QuestionOptions&
   return std::chrono::nanoseconds(kOfByte_ns * (size.scalars * scalar_bytes + size.bytes));
 }
 
+// Reading that is done by then is done whatever the time: the answer is the rows that there was time
+// for, be they none. A question that takes longer to read than it has time for fails.
+constexpr auto kShortReading = std::chrono::milliseconds(10);
+
 // What every question has in common once it is understood.
 struct Asked {
   std::shared_ptr<World> world;
   collision::Revision revision;  // of the world
   SnapshotPtr snapshot;          // of that revision, with the overlays
   QuestionOptions options;
+  WorkBudget budget;  // of reading it
 
   AnswerContext Context(BodyNames body = {}) const {
     return {.world_uid = world->uid(),
@@ -79,12 +84,13 @@ absl::StatusOr<WorldAtRevision> FindWorldAt(const Runtime& runtime, const std::s
 }
 
 absl::StatusOr<SnapshotPtr> WithOverlay(const Application& application,
-                                        const v1::QueryOptions& options, SnapshotPtr base) {
+                                        const v1::QueryOptions& options, SnapshotPtr base,
+                                        WorkBudget* budget) {
   if (options.overlay().empty()) return base;
   auto changes = FromProto(options.overlay(), application.limits, application.geometry,
-                           FieldPath().Field("options"), "overlay");
+                           FieldPath().Field("options"), "overlay", budget);
   if (!changes.ok()) return changes.status();
-  return WithChanges(base, *changes, "options.overlay");
+  return WithChanges(base, *changes, "options.overlay", budget);
 }
 
 // Links of pairs are those that their robots have: else nothing would be ignored, unnoticed.
@@ -113,17 +119,22 @@ absl::StatusOr<Asked> Understand(Runtime& runtime, const Request& request, const
   if (!at.ok()) return at.status();
   options->query.give_up_at = GiveUpAt(options->time_budget, call.deadline);
   options->query.handover_of_answer = Handover(SizeOfAnswer(request), *options);
-  const collision::Revision revision = at->snapshot->revision();
+  const auto read_until = std::max(options->query.give_up_at.value_or(Clock::time_point::max()),
+                                   Clock::now() + kShortReading);
+  Asked asked{at->world, at->snapshot->revision(), at->snapshot, *std::move(options),
+              WorkBudget(read_until, call.stop)};
   if (memory != nullptr) {
-    auto supposed = memory->overlay.Over(*at->world, std::move(at->snapshot));
+    auto supposed = memory->overlay.Over(*at->world, std::move(at->snapshot), &asked.budget);
     if (!supposed.ok()) return supposed.status();
     at->snapshot = *std::move(supposed);
   }
-  auto snapshot = WithOverlay(runtime.application, request.options(), std::move(at->snapshot));
+  auto snapshot =
+      WithOverlay(runtime.application, request.options(), std::move(at->snapshot), &asked.budget);
   if (!snapshot.ok()) return snapshot.status();
-  auto status = CheckIgnoredPairs(options->query.ignore_pairs, **snapshot);
+  asked.snapshot = *std::move(snapshot);
+  auto status = CheckIgnoredPairs(asked.options.query.ignore_pairs, *asked.snapshot);
   if (!status.ok()) return status;
-  return Asked{std::move(at->world), revision, *std::move(snapshot), *std::move(options)};
+  return asked;
 }
 
 // One of the questions about a body in rows.
@@ -162,10 +173,10 @@ absl::Status AnswerBody(Runtime& runtime, const Request& request, const CallCont
   auto asked = Understand(runtime, request, call, memory);
   if (!asked.ok()) return asked.status();
   const Application& application = runtime.application;
-  auto question = FromProto(
-      request.subject(),
-      {*asked->snapshot, application.geometry, application.limits, asked->options.query.ignore},
-      FieldPath().Field("subject"));
+  auto question = FromProto(request.subject(),
+                            {*asked->snapshot, application.geometry, application.limits,
+                             asked->options.query.ignore, &asked->budget},
+                            FieldPath().Field("subject"));
   if (!question.ok()) return question.status();
   const std::unique_ptr<const collision::BodyRows> rows = RowsOf(*question);
   auto status = CheckForm(asked->options.form, rows->size(), application.limits);
@@ -174,7 +185,7 @@ absl::Status AnswerBody(Runtime& runtime, const Request& request, const CallCont
       CheckAnswers({kind.field, kind.per_row(asked->options.query, *asked->snapshot), rows->size()},
                    asked->options.form, application.limits);
   if (!status.ok()) return status;
-  const ShareOfCores share(runtime, RowBytes(request));
+  const ShareOfCores share(runtime, IsBatch(runtime, request));
   asked->options.query.threads = share.threads();
   auto answers = kind.ask(*asked->snapshot, question->body, *rows, asked->options.query, call.stop);
   if (!answers.ok()) return answers.status();
@@ -218,12 +229,12 @@ absl::Status Answer(Runtime& runtime, const v1::CheckMotionsRequest& request,
   if (!asked.ok()) return asked.status();
   const Application& application = runtime.application;
   auto motions = FromProto(request, {*asked->snapshot, application.geometry, application.limits,
-                                     asked->options.query.ignore});
+                                     asked->options.query.ignore, &asked->budget});
   if (!motions.ok()) return motions.status();
   auto status = CheckForm(asked->options.form, motions->paths.size(), application.limits);
   if (!status.ok()) return status;
   const Question& question = motions->question;
-  const ShareOfCores share(runtime, RowBytes(request));
+  const ShareOfCores share(runtime, IsBatch(runtime, request));
   asked->options.query.threads = share.threads();
   auto answers = collision::CheckPaths(*asked->snapshot, question.body, *WaypointsOf(question),
                                        motions->paths, asked->options.query, call.stop);
@@ -243,7 +254,7 @@ absl::Status Answer(Runtime& runtime, const v1::CastRaysRequest& request, const 
     return status;
   }
   for (collision::RayRow& ray : *rays) ray.max_distance_m = asked->options.query.max_distance_m;
-  const ShareOfCores share(runtime, RowBytes(request));
+  const ShareOfCores share(runtime, IsBatch(runtime, request));
   asked->options.query.threads = share.threads();
   auto answers = collision::CastRays(*asked->snapshot, *rays, asked->options.query, call.stop);
   if (!answers.ok()) return answers.status();
@@ -263,7 +274,7 @@ absl::Status Answer(Runtime& runtime, const v1::SamplePointsRequest& request,
   if (auto status = CheckForm(asked->options.form, points->size(), limits); !status.ok()) {
     return status;
   }
-  const ShareOfCores share(runtime, RowBytes(request));
+  const ShareOfCores share(runtime, IsBatch(runtime, request));
   asked->options.query.threads = share.threads();
   auto answers =
       collision::SamplePoints(*asked->snapshot, *points, asked->options.query, call.stop);

@@ -22,18 +22,18 @@ std::size_t RowBytes(const v1::Subject& subject) {
 }
 
 // Not where the question brings geometry, or an engine that may have to prepare it first.
-WorkLength LengthAbout(const v1::Subject& subject, const v1::QueryOptions& options) {
+WorkLength LengthAbout(const v1::Subject& subject, const v1::QueryOptions& options, double cost_s) {
   const bool is_prepared = (subject.has_robot() || subject.has_object()) &&
                            options.overlay().empty() && options.engine() != v1::ENGINE_FCL &&
                            options.engine() != v1::ENGINE_BULLET;
-  return is_prepared && RowBytes(subject) <= kMostBytesOfShort ? WorkLength::kShort
-                                                               : WorkLength::kAny;
+  const bool is_short = RowBytes(subject) <= kMostBytesOfShort && cost_s <= kMaxCostOfShort_s;
+  return is_prepared && is_short ? WorkLength::kShort : WorkLength::kAny;
 }
 
 }  // namespace
 
-ShareOfCores::ShareOfCores(Runtime& runtime, std::size_t row_bytes)
-    : runtime_(runtime), is_batch_(row_bytes > kMostBytesOfFew) {
+ShareOfCores::ShareOfCores(Runtime& runtime, bool is_batch)
+    : runtime_(runtime), is_batch_(is_batch) {
   if (is_batch_) threads_ = std::max(1, runtime.cores / ++runtime.batches_under_way);
 }
 
@@ -41,11 +41,11 @@ ShareOfCores::~ShareOfCores() {
   if (is_batch_) --runtime_.batches_under_way;
 }
 
-WorkLength LengthOf(const v1::CheckCollisionsRequest& request) {
-  return LengthAbout(request.subject(), request.options());
+WorkLength LengthOf(const v1::CheckCollisionsRequest& request, double cost_s) {
+  return LengthAbout(request.subject(), request.options(), cost_s);
 }
-WorkLength LengthOf(const v1::GetDistancesRequest& request) {
-  return LengthAbout(request.subject(), request.options());
+WorkLength LengthOf(const v1::GetDistancesRequest& request, double cost_s) {
+  return LengthAbout(request.subject(), request.options(), cost_s);
 }
 
 std::size_t RowBytes(const v1::CheckCollisionsRequest& request) {

@@ -1,5 +1,7 @@
 #include "server/rpc/query_service.h"
 
+#include <utility>
+
 #include "server/rpc/at_revision.h"
 #include "server/rpc/call.h"
 #include "server/rpc/query_answers.h"
@@ -17,12 +19,16 @@ grpc::ServerUnaryReactor* StartQuery(grpc::CallbackServerContext* context, Runti
       {.plan =
            [&runtime](const Request& asked) {
              const v1::QueryOptions& options = asked.options();
-             return UnaryPlan{.queue = &QueueOf(runtime, asked),
-                              .await = WhatToAwait(runtime, asked.world(), options.world_uid(),
-                                                   options.at_revision()),
-                              .length = LengthOf(asked),
-                              .cost_s = EstimatedCost_s(asked),
-                              .may_answer_in_part = true};
+             const double cost_s = EstimatedCost_s(runtime, asked);
+             UnaryPlan plan{.queue = &QueueOf(runtime, asked, cost_s),
+                            .await = WhatToAwait(runtime, asked.world(), options.world_uid(),
+                                                 options.at_revision()),
+                            .length = LengthOf(asked, cost_s),
+                            .cost_s = cost_s,
+                            .may_answer_in_part = true};
+             const absl::Status affordable = CheckCost(cost_s, runtime.application.limits);
+             if (!affordable.ok()) plan.await = affordable;
+             return plan;
            },
        .work = [&runtime](
                    const Request& asked, const CallContext& call,

@@ -12,7 +12,8 @@ namespace cwm::server {
 namespace {
 
 absl::StatusOr<std::vector<collision::Change>> Read(const Application& application,
-                                                    const v1::StreamOverlay& overlay) {
+                                                    const v1::StreamOverlay& overlay,
+                                                    WorkBudget* budget) {
   if (overlay.changes().empty()) return std::vector<collision::Change>();
   const auto bytes = static_cast<std::int64_t>(overlay.ByteSizeLong());
   const std::int64_t most = application.limits.max_stream_overlay_bytes;
@@ -20,7 +21,7 @@ absl::StatusOr<std::vector<collision::Change>> Read(const Application& applicati
     return InvalidField("overlay", absl::StrCat("has ", bytes, " bytes, must have at most ", most));
   }
   return FromProto(overlay.changes(), application.limits, application.geometry,
-                   FieldPath().Field("overlay"));
+                   FieldPath().Field("overlay"), "changes", budget);
 }
 
 // Stands where a change was, so that those after it keep their numbers.
@@ -28,8 +29,9 @@ constexpr collision::ExpireRules kNothing{Clock::time_point::min()};
 
 }  // namespace
 
-absl::Status StreamOverlay::Set(const Application& application, const v1::StreamOverlay& overlay) {
-  auto changes = Read(application, overlay);
+absl::Status StreamOverlay::Set(const Application& application, const v1::StreamOverlay& overlay,
+                                WorkBudget* budget) {
+  auto changes = Read(application, overlay, budget);
   world_ = WorldNameOf(overlay.world());
   const auto world = application.worlds.Find(world_);
   world_uid_ = world.ok() ? (*world)->uid() : "";
@@ -39,7 +41,8 @@ absl::Status StreamOverlay::Set(const Application& application, const v1::Stream
   return legible_;
 }
 
-absl::StatusOr<SnapshotPtr> StreamOverlay::Over(const World& world, SnapshotPtr base) {
+absl::StatusOr<SnapshotPtr> StreamOverlay::Over(const World& world, SnapshotPtr base,
+                                                WorkBudget* budget) {
   if (world.name() != world_) return base;
   if (!legible_.ok()) return legible_;
   if (changes_.empty()) return base;
@@ -47,7 +50,7 @@ absl::StatusOr<SnapshotPtr> StreamOverlay::Over(const World& world, SnapshotPtr 
   if (world_uid_ != world.uid()) return WorldReplaced(world_, world_uid_, world.uid());
   Expire();
   if (base != base_) {
-    auto changed = WithChanges(base, changes_, "overlay.changes");
+    auto changed = WithChanges(base, changes_, "overlay.changes", budget);
     if (!changed.ok()) return changed;
     changed_ = *std::move(changed);
     base_ = std::move(base);
@@ -75,8 +78,9 @@ void StreamOverlay::Expire() {
 
 absl::StatusOr<SnapshotPtr> WithChanges(const SnapshotPtr& base,
                                         const std::vector<collision::Change>& changes,
-                                        const std::string& list) {
-  auto changed = collision::Apply(base, changes);
+                                        const std::string& list, WorkBudget* budget) {
+  auto changed = collision::Apply(base, changes, budget);
+  if (HasEnded(budget)) return budget->status();
   if (changed.ok()) return changed;
   return ExplainRefusal(changed.status(), *base, changes, list);
 }

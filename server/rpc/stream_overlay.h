@@ -15,11 +15,14 @@ class StreamOverlay {
  public:
   // Holds from now on, for the world that has the name now or, where none has, first has it. A list that cannot be read is refused now, and to each question that it is
   // about: none is answered as if nobody had asked what if.
-  absl::Status Set(const Application& application, const v1::StreamOverlay& overlay);
+  // So is one that was not read before the budget ended.
+  absl::Status Set(const Application& application, const v1::StreamOverlay& overlay,
+                   WorkBudget* budget);
 
   // What is asked of the world: `base` with the changes, where they are about it. What they allow for
   // a time ends with it, whatever revision is asked. WORLD_REPLACED of another world under that name.
-  absl::StatusOr<SnapshotPtr> Over(const World& world, SnapshotPtr base);
+  // The status of the budget where it ended.
+  absl::StatusOr<SnapshotPtr> Over(const World& world, SnapshotPtr base, WorkBudget* budget);
 
  private:
   void Expire();
@@ -33,6 +36,6 @@ class StreamOverlay {
 // `base` with the changes; a refusal names the list by the path of its field.
 absl::StatusOr<SnapshotPtr> WithChanges(const SnapshotPtr& base,
                                         const std::vector<collision::Change>& changes,
-                                        const std::string& list);
+                                        const std::string& list, WorkBudget* budget);
 
 }  // namespace cwm::server

@@ -40,6 +40,14 @@ Result WithQuery(const v1::StreamQueriesRequest& request, const Use& use, Result
   return otherwise;
 }
 
+double CostOf(const Runtime& runtime, const v1::StreamQueriesRequest& request) {
+  const std::string world = WithQuery(
+      request, [](const auto& query) { return query.world(); }, request.overlay().world());
+  const auto found = runtime.application.worlds.Find(world, "");
+  const SnapshotPtr snapshot = found.ok() ? (*found)->Snapshot() : nullptr;
+  return EstimatedCost_s(request, {runtime.application.geometry, snapshot.get()});
+}
+
 using MaybeAwait = absl::StatusOr<std::optional<RevisionToAwait>>;
 
 MaybeAwait WhatToAwait(const Runtime& runtime, const v1::StreamQueriesRequest& request) {
@@ -165,8 +173,10 @@ void StreamQueriesCall::OnWriteDone(bool ok) {
 }
 
 WorkQueue& StreamQueriesCall::Queue() {
-  return *WithQuery(
-      request_, [&](const auto& query) { return &QueueOf(runtime_, query); }, &runtime_.query);
+  const bool is_batch = WithQuery(
+      request_, [&](const auto& query) { return IsBatch(query, cost_s_); },
+      cost_s_ > kMaxCostOfFew_s);
+  return is_batch ? runtime_.batches : runtime_.query;
 }
 
 void StreamQueriesCall::Begin() {
@@ -213,6 +223,10 @@ void StreamQueriesCall::Break(const absl::Status& status) {
 }
 
 void StreamQueriesCall::Plan() {
+  cost_s_ = CostOf(runtime_, request_);
+  if (auto status = CheckCost(cost_s_, runtime_.application.limits); !status.ok()) {
+    return Answered(status);
+  }
   const MaybeAwait await = WhatToAwait(runtime_, request_);
   if (!await.ok()) return Answered(await.status());
   reached_.reset();
@@ -223,7 +237,7 @@ void StreamQueriesCall::Plan() {
                         .deadline = deadline_,
                         .stop = stop_.get_token(),
                         .client = client_,
-                        .cost_s = Cost_s(),
+                        .cost_s = cost_s_,
                         .may_answer_in_part = true},
                        Queue(),
                        [self = shared_from_this(), world](absl::StatusOr<SnapshotPtr> snapshot) {
@@ -233,11 +247,6 @@ void StreamQueriesCall::Plan() {
                        });
 }
 
-double StreamQueriesCall::Cost_s() const {
-  return WithQuery(
-      request_, [](const auto& query) { return EstimatedCost_s(query); }, 0.0);
-}
-
 void StreamQueriesCall::Enqueue() {
   Queue().Push({.run =
                     [self = shared_from_this()](const absl::Status& admitted) {
@@ -245,7 +254,7 @@ void StreamQueriesCall::Enqueue() {
                       self->Work();
                     },
                 .client = client_,
-                .cost_s = Cost_s(),
+                .cost_s = cost_s_,
                 .deadline = deadline_,
                 .may_answer_in_part = true});
 }
@@ -263,7 +272,8 @@ void StreamQueriesCall::Work() {
 
 absl::Status StreamQueriesCall::AnswerRequest(const CallContext& call) {
   if (request_.has_overlay()) {
-    auto status = memory_.overlay.Set(runtime_.application, request_.overlay());
+    WorkBudget budget(call.deadline, call.stop);
+    auto status = memory_.overlay.Set(runtime_.application, request_.overlay(), &budget);
     const bool is_all = request_.query_case() == v1::StreamQueriesRequest::QUERY_NOT_SET;
     if (is_all || !status.ok()) return status;
   }

@@ -50,7 +50,6 @@ class StreamQueriesCall final : public grpc::ServerBidiReactor<grpc::ByteBuffer,
   void Break(const absl::Status& status);
   void Enqueue();
   WorkQueue& Queue();
-  double Cost_s() const;
   void Work();
   absl::Status AnswerRequest(const CallContext& call);
   void Answered(const absl::Status& status);
@@ -82,6 +81,7 @@ class StreamQueriesCall final : public grpc::ServerBidiReactor<grpc::ByteBuffer,
   grpc::ByteBuffer next_;                   // of read_
   grpc::ByteBuffer request_bytes_;          // of answer_, until they are parsed
   v1::StreamQueriesRequest request_;        // of answer_
+  double cost_s_ = 0;                       // of it, estimated
   std::optional<WorldAtRevision> reached_;  // what request_ awaited, if it did
   Clock::time_point begun_;                 // when request_ came into its place
   v1::StreamQueriesResponse response_;      // of answer_

@@ -5,14 +5,17 @@
 #include "absl/strings/str_cat.h"
 
 namespace cwm::server {
+namespace {
 
-// Copying takes milliseconds up to this size. Beyond it the rest is reserved at once: the kernel gives
-// pages of large blocks when they are written, so that what does not come costs nothing.
-constexpr std::size_t kMaxDoubledBytes = 32 << 20;
+// To grow copies what there is, on a thread that all calls share: 10 ms for so many bytes. Whoever has
+// sent so many gets the room for all, of which pages that nothing is written to cost nothing.
+constexpr std::size_t kMaxGrownBytes = std::size_t{16} << 20;
+
+}  // namespace
 
 std::size_t Upload::NextCapacity() const {
   const auto total = static_cast<std::size_t>(total_bytes_);
-  if (bytes_.size() >= kMaxDoubledBytes) return total;
+  if (bytes_.size() >= kMaxGrownBytes) return total;
   return std::min(total, 2 * (bytes_.size() + static_cast<std::size_t>(max_chunk_bytes_)));
 }
 

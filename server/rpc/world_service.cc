@@ -1,7 +1,9 @@
 #include "server/rpc/world_service.h"
 
 #include <algorithm>
+#include <cstdint>
 #include <memory>
+#include <optional>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -12,6 +14,7 @@
 #include "server/rpc/export_call.h"
 #include "server/rpc/geometry_calls.h"
 #include "server/rpc/object_pages.h"
+#include "server/rpc/query_queue.h"
 #include "server/rpc/unary_methods.h"
 #include "server/rpc/watch_call.h"
 #include "server/wire/numbers.h"
@@ -41,7 +44,28 @@ absl::Status CheckRequestId(const std::string& request_id) {
   return CheckTextLength(request_id, kMostIdBytes, root.Field("request_id"));
 }
 
-absl::StatusOr<WriteOptions> WriteOptionsOf(v1::ApplyChangesRequest request) {
+// A retry has the same. Change by change: a request of 16 MiB takes tens of milliseconds.
+std::string DigestOf(const v1::ApplyChangesRequest& request, WorkBudget& budget) {
+  constexpr std::size_t kBytesOfStep = 16;
+  Sha256 digest;
+  const auto add = [&digest](const std::string& text) {
+    const std::uint64_t size = text.size();
+    digest.Add(&size, sizeof(size));
+    digest.Add(text.data(), text.size());
+  };
+  add(request.world());
+  add(request.world_uid());
+  add(request.has_expected_revision() ? std::to_string(request.expected_revision()) : "");
+  for (const v1::Change& change : request.changes()) {
+    const std::string text = change.SerializeAsString();
+    add(text);
+    if (budget.MustEndAfter(1 + text.size() / kBytesOfStep)) break;
+  }
+  return digest.Hex();
+}
+
+absl::StatusOr<WriteOptions> WriteOptionsOf(const v1::ApplyChangesRequest& request,
+                                            WorkBudget& budget) {
   WriteOptions options;
   if (request.has_expected_revision()) {
     options.expected_revision = collision::Revision{request.expected_revision()};
@@ -49,8 +73,8 @@ absl::StatusOr<WriteOptions> WriteOptionsOf(v1::ApplyChangesRequest request) {
   if (request.request_id().empty()) return options;
   if (auto status = CheckRequestId(request.request_id()); !status.ok()) return status;
   options.request_id = request.request_id();
-  request.clear_request_id();
-  options.request_digest = Sha256Hex(request.SerializeAsString());
+  options.request_digest = DigestOf(request, budget);
+  if (HasEnded(&budget)) return budget.status();
   return options;
 }
 
@@ -66,14 +90,14 @@ void SetReply(const World& world, const WriteOutcome& outcome, v1::ApplyChangesR
 // Only a list that puts something makes a world, and only when it is applied.
 absl::Status ApplyTo(WorldRegistry& worlds, const v1::ApplyChangesRequest& request,
                      const std::vector<collision::Change>& changes, const WriteOptions& options,
-                     v1::ApplyChangesResponse* response) {
+                     WorkBudget& budget, v1::ApplyChangesResponse* response) {
   if (std::none_of(changes.begin(), changes.end(), Puts)) {
     auto world = worlds.Find(request.world(), request.world_uid());
     if (!world.ok()) return world.status();
   }
   auto lease = worlds.FindOrMake(request.world(), request.world_uid());
   if (!lease.ok()) return lease.status();
-  auto outcome = (*lease)->Apply(changes, options);
+  auto outcome = (*lease)->Apply(changes, options, &budget);
   if (!outcome.ok()) return outcome.status();
   lease->Keep();
   SetReply(**lease, *outcome, response);
@@ -94,7 +118,8 @@ absl::Status Delete(Runtime& runtime, const v1::DeleteWorldRequest& request,
 
 absl::Status ApplyRequest(Application& application, const v1::ApplyChangesRequest& request,
                           const CallContext& call, v1::ApplyChangesResponse* response) {
-  auto options = WriteOptionsOf(request);
+  WorkBudget budget(call.deadline, call.stop);
+  auto options = WriteOptionsOf(request, budget);
   if (!options.ok()) return options.status();
   if (const auto known = application.worlds.Find(request.world(), request.world_uid());
       known.ok()) {
@@ -110,9 +135,10 @@ absl::Status ApplyRequest(Application& application, const v1::ApplyChangesReques
   const auto prepared = application.memory->Charge(
       MemoryBudget::Client(call.client), PreparedBytes(request.changes(), application.geometry));
   if (!prepared.ok()) return prepared.status();
-  auto changes = FromProto(request.changes(), application.limits, application.geometry, {});
+  auto changes = FromProto(request.changes(), application.limits, application.geometry, {},
+                           "changes", &budget);
   if (!changes.ok()) return changes.status();
-  return ApplyTo(application.worlds, request, *changes, *options, response);
+  return ApplyTo(application.worlds, request, *changes, *options, budget, response);
 }
 
 absl::Status Get(Runtime& runtime, const v1::GetObjectRequest& request, const CallContext& call,
@@ -203,12 +229,21 @@ grpc::ServerUnaryReactor* WorldService::DeleteWorld(grpc::CallbackServerContext*
 grpc::ServerUnaryReactor* WorldService::ApplyChanges(grpc::CallbackServerContext* context,
                                                      const grpc::ByteBuffer* request,
                                                      grpc::ByteBuffer* response) {
-  return Write<v1::ApplyChangesRequest, v1::ApplyChangesResponse>(
-      context, runtime_, request, response,
-      [this](const v1::ApplyChangesRequest& asked, const CallContext& call,
-             v1::ApplyChangesResponse* reply) {
-        return ApplyRequest(runtime_.application, asked, call, reply);
-      });
+  return StartUnary<v1::ApplyChangesRequest, v1::ApplyChangesResponse>(
+      context, runtime_, request, response, runtime_.batches,
+      {.plan =
+           [this](const v1::ApplyChangesRequest& asked) {
+             const double cost_s = EstimatedCost_s(runtime_, asked);
+             UnaryPlan plan{.queue = &WriteQueueFor(runtime_, cost_s), .cost_s = cost_s};
+             const absl::Status affordable = CheckCost(cost_s, runtime_.application.limits);
+             if (!affordable.ok()) plan.await = affordable;
+             return plan;
+           },
+       .work =
+           [this](const v1::ApplyChangesRequest& asked, const CallContext& call,
+                  v1::ApplyChangesResponse* reply) {
+             return ApplyRequest(runtime_.application, asked, call, reply);
+           }});
 }
 
 grpc::ServerWriteReactor<v1::WatchWorldResponse>* WorldService::WatchWorld(

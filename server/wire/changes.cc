@@ -15,8 +15,18 @@ namespace {
 // Parts of one object: every question visits each of them.
 constexpr int kMaxParts = 4'096;
 
+// Of a WorkBudget, what a change takes beside its geometry: some microseconds.
+constexpr std::size_t kStepsOfChange = 64;
+
+// What changes are made from.
+struct ChangeSource {
+  const Limits& limits;
+  const GeometryStore& store;
+  WorkBudget* budget;
+};
+
 absl::StatusOr<std::shared_ptr<const HybridModel>> ModelOf(const v1::Object& object,
-                                                           const GeometryStore& store,
+                                                           const ChangeSource& source,
                                                            const FieldPath& path) {
   const int parts = object.shapes_size() + object.surfaces_size();
   if (parts == 0) return path.Field("shapes").Error("is empty, must hold a shape or surfaces one");
@@ -25,21 +35,25 @@ absl::StatusOr<std::shared_ptr<const HybridModel>> ModelOf(const v1::Object& obj
         absl::StrCat("and surfaces hold ", parts, " parts, must hold at most ", kMaxParts));
   }
   auto model = std::make_shared<HybridModel>();
+  model->shapes.reserve(static_cast<std::size_t>(object.shapes_size()));
+  model->surfaces.reserve(static_cast<std::size_t>(object.surfaces_size()));
   for (int i = 0; i < object.shapes_size(); ++i) {
-    auto part = FromProto(object.shapes(i), store, path.Item("shapes", i));
+    auto part = FromProto(object.shapes(i), source.store, path.Item("shapes", i), source.budget);
     if (!part.ok()) return part.status();
     model->shapes.push_back(*std::move(part));
   }
   for (int i = 0; i < object.surfaces_size(); ++i) {
-    auto part = FromProto(object.surfaces(i), store, path.Item("surfaces", i));
+    auto part =
+        FromProto(object.surfaces(i), source.store, path.Item("surfaces", i), source.budget);
     if (!part.ok()) return part.status();
     model->surfaces.push_back(*std::move(part));
   }
   return model;
 }
 
-absl::StatusOr<collision::PutObject> PutOf(const v1::Object& object, const Limits& limits,
-                                           const GeometryStore& store, const FieldPath& path) {
+absl::StatusOr<collision::PutObject> PutOf(const v1::Object& object, const ChangeSource& source,
+                                           const FieldPath& path) {
+  const Limits& limits = source.limits;
   collision::PutObject put;
   const auto bytes = static_cast<std::int64_t>(object.ByteSizeLong());
   if (bytes > limits.max_object_bytes) {
@@ -66,9 +80,10 @@ absl::StatusOr<collision::PutObject> PutOf(const v1::Object& object, const Limit
     if (auto status = CheckName(object.supported_by(), field); !status.ok()) return status;
     put.supported_by = object.supported_by();
   }
-  auto model = ModelOf(object, store, path);
+  auto model = ModelOf(object, source, path);
   if (!model.ok()) return model.status();
-  put.geometry = collision::Prepare(*std::move(model));
+  put.geometry = collision::Prepare(*std::move(model), source.budget);
+  if (put.geometry == nullptr) return source.budget->status();
   return put;
 }
 
@@ -98,13 +113,13 @@ absl::StatusOr<collision::AttachObject> AttachOf(const v1::AttachObject& attach,
   return result;
 }
 
-absl::StatusOr<collision::Change> ChangeOf(const v1::Change& change, const Limits& limits,
-                                           const GeometryStore& store, const FieldPath& path) {
+absl::StatusOr<collision::Change> ChangeOf(const v1::Change& change, const ChangeSource& source,
+                                           const FieldPath& path) {
   collision::Change result;
   switch (change.what_case()) {
     case v1::Change::kPut: {
       const FieldPath put_path = path.Field("put");
-      auto put = PutOf(change.put().object(), limits, store, put_path.Field("object"));
+      auto put = PutOf(change.put().object(), source, put_path.Field("object"));
       if (!put.ok()) return put.status();
       result.what = *std::move(put);
       break;
@@ -168,7 +183,8 @@ absl::StatusOr<collision::Change> ChangeOf(const v1::Change& change, const Limit
 
 absl::StatusOr<std::vector<collision::Change>> FromProto(
     const google::protobuf::RepeatedPtrField<v1::Change>& changes, const Limits& limits,
-    const GeometryStore& store, const FieldPath& path, std::string_view list) {
+    const GeometryStore& store, const FieldPath& path, std::string_view list, WorkBudget* budget) {
+  const ChangeSource source{limits, store, budget};
   if (changes.empty()) return path.Field(list).Error("is empty, must hold a change");
   if (changes.size() > limits.max_changes) {
     return path.Field(list).Error(
@@ -177,7 +193,8 @@ absl::StatusOr<std::vector<collision::Change>> FromProto(
   std::vector<collision::Change> result;
   result.reserve(changes.size());
   for (int i = 0; i < changes.size(); ++i) {
-    auto change = ChangeOf(changes[i], limits, store, path.Item(list, i));
+    if (MustEnd(budget, kStepsOfChange)) return budget->status();
+    auto change = ChangeOf(changes[i], source, path.Item(list, i));
     if (!change.ok()) return change.status();
     result.push_back(*std::move(change));
   }

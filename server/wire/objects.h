@@ -32,10 +32,12 @@ v1::Object ToProto(const collision::WorldObject& object, View view, const Observ
                    GeometryStore& store);
 
 // All changes, with their geometry prepared for every engine (heavy: no lock may be held). At least
-// one, at most limits.max_changes. `list` is the field below `path` that holds them.
+// one, at most limits.max_changes. `list` is the field below `path` that holds them. The status of the
+// budget where it ended.
 absl::StatusOr<std::vector<collision::Change>> FromProto(
     const google::protobuf::RepeatedPtrField<v1::Change>& changes, const Limits& limits,
-    const GeometryStore& store, const FieldPath& path, std::string_view list = "changes");
+    const GeometryStore& store, const FieldPath& path, std::string_view list = "changes",
+    WorkBudget* budget = nullptr);
 
 // The rule for names of objects, see collision::IsValidName.
 absl::Status CheckName(const std::string& name, const FieldPath& path);

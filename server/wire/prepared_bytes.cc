@@ -24,20 +24,21 @@ class Tally {
       AddMesh(part.hash());
     }
   }
-  std::int64_t bytes() const { return ApproximatePreparedBytes(parts_, triangles_); }
+  std::int64_t bytes() const { return ApproximatePreparedBytes(parts_, counts_); }
 
  private:
   void AddMesh(const std::string& hash) {
     if (!meshes_.insert(hash).second) return;
     const auto blob = store_.Get(hash);
     if (!blob.ok() || (*blob)->mesh == nullptr) return;
-    triangles_ += static_cast<std::int64_t>((*blob)->mesh->triangles.size());
+    counts_.triangles += static_cast<std::int64_t>((*blob)->mesh->triangles.size());
+    counts_.vertices += static_cast<std::int64_t>((*blob)->mesh->vertices.size());
   }
 
   const GeometryStore& store_;
   std::unordered_set<std::string> meshes_;
   std::int64_t parts_ = 0;
-  std::int64_t triangles_ = 0;
+  MeshCounts counts_;
 };
 
 }  // namespace

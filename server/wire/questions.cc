@@ -159,14 +159,16 @@ absl::StatusOr<Question> ShapesQuestion(const v1::Subject::Shapes& shapes,
   std::vector<Placed<>> parts;
   parts.reserve(shapes.shapes_size());
   for (int i = 0; i < shapes.shapes_size(); ++i) {
-    auto part = FromProto(shapes.shapes(i), source.store, path.Item("shapes", i));
+    auto part = FromProto(shapes.shapes(i), source.store, path.Item("shapes", i), source.budget);
     if (!part.ok()) return part.status();
     parts.push_back(*std::move(part));
   }
   auto rows =
       FromProto(shapes.x_world_body(), source.limits.max_batch_rows, path.Field("x_world_body"));
   if (!rows.ok()) return rows.status();
-  return Question{collision::BodyFromShapes(std::move(parts)), *std::move(rows)};
+  collision::QueryBody body = collision::BodyFromShapes(std::move(parts), source.budget);
+  if (body.geometry == nullptr) return source.budget->status();
+  return Question{std::move(body), *std::move(rows)};
 }
 
 absl::StatusOr<Question> ObjectQuestion(const v1::Subject::WorldObject& subject,

@@ -75,6 +75,7 @@ struct QuestionSource {
   const GeometryStore& store;
   const Limits& limits;
   std::span<const std::string> ignore = {};  // of the options: a robot does not carry it either
+  WorkBudget* budget = nullptr;              // reading ends with its status
 };
 // NotFound OBJECT_UNKNOWN or ROBOT_UNKNOWN for a subject that is not in the snapshot.
 absl::StatusOr<Question> FromProto(const v1::Subject& subject, const QuestionSource& source,

@@ -270,10 +270,12 @@ collision::JointRows JointRowsOf(const RobotStates& states) {
 }
 
 // Whatever is asked: where links are out of range or nowhere, no answer would mean anything.
-absl::Status CheckRange(const RobotStates& states, const FieldPath& path) {
+absl::Status CheckRange(const RobotStates& states, const FieldPath& path, WorkBudget* budget) {
   const collision::JointRows rows = JointRowsOf(states);
   if (!rows.range().MayHaveFaults()) return absl::OkStatus();
+  const std::size_t steps_of_row = 2 * states.robot->model().links.size();
   for (std::size_t row = 0; row < rows.size(); ++row) {
+    if (MustEnd(budget, steps_of_row)) return budget->status();
     if (auto fault = rows.RangeFault(row))
       return path.Field(RowField(row)).Error(*std::move(fault));
   }
@@ -312,7 +314,8 @@ absl::StatusOr<Question> FromProto(const v1::RobotSubject& subject, const Questi
       RowsFromProto(subject.rows(), states, source.limits.max_batch_rows, path.Field("rows"));
   if (!rows.ok()) return rows.status();
   states.rows = *std::move(rows);
-  if (auto status = CheckRange(states, path.Field("rows")); !status.ok()) return status;
+  if (auto status = CheckRange(states, path.Field("rows"), source.budget); !status.ok())
+    return status;
   return Question{std::move(body), std::move(states)};
 }
 

@@ -43,57 +43,48 @@ void SetPolygon(const Polygon& polygon, v1::Polygon* proto) {
 }
 
 // An error that names the field of the hash.
-absl::StatusOr<std::shared_ptr<const TriangleMesh>> FindMesh(const std::string& hash,
-                                                             const GeometryStore& store,
-                                                             const FieldPath& path) {
+absl::StatusOr<StoredMesh> FindMesh(const std::string& hash, const GeometryStore& store,
+                                    const FieldPath& path) {
   const FieldPath hash_path = path.Field("hash");
   if (hash.empty()) return hash_path.Error("is empty, must name a mesh stored by WriteGeometry");
-  auto blob = store.Get(hash);
-  if (!blob.ok()) {
-    ErrorDetails details = DetailsOf(blob.status());
+  auto stored = store.FindMesh(hash);
+  if (!stored.ok()) {
+    ErrorDetails details = DetailsOf(stored.status());
     details.fields.push_back(
         {hash_path.str(), absl::StrCat("is ", hash, ", names nothing stored")});
-    return MakeError(blob.status().code(),
+    return MakeError(stored.status().code(),
                      absl::StrCat(hash_path.str(), ": is ", hash, ", names nothing stored"),
                      std::move(details));
   }
-  if ((*blob)->mesh == nullptr) {
+  if (stored->mesh == nullptr) {
     return hash_path.Error(absl::StrCat("is ", hash, ", must name a mesh, names another format"));
   }
-  return (*blob)->mesh;
+  return stored;
 }
 
 absl::StatusOr<Shape> HullOf(const v1::Convex& convex, const GeometryStore& store,
-                             const FieldPath& path) {
-  auto mesh = FindMesh(convex.hash(), store, path);
-  if (!mesh.ok()) return mesh.status();
-  const std::size_t count = (*mesh)->vertices.size();
+                             const FieldPath& path, WorkBudget* budget) {
+  const auto stored = FindMesh(convex.hash(), store, path);
+  if (!stored.ok()) return stored.status();
+  const std::size_t count = stored->mesh->vertices.size();
   if (count > kMaxHullInputVertices) {
     return path.Field("hash").Error(absl::StrCat("names a mesh of ", count,
                                                  " vertices, must have at most ",
                                                  kMaxHullInputVertices, " for a hull"));
   }
-  // A mesh that is a hull already stays as it is, so that its hash does.
-  Shape given = Convex{*mesh};
-  if (!FindViolation(given)) return given;
-  TriangleMesh hull = ConvexHull3((*mesh)->vertices);
-  if (hull.triangles.empty()) {
-    return path.Field("hash").Error("names a mesh whose vertices span no volume, must span one");
-  }
-  Shape shape = Convex{std::make_shared<const TriangleMesh>(std::move(hull))};
-  if (const auto violation = FindViolation(shape)) {
-    return path.Field("hash").Error(
-        absl::StrCat("names a mesh whose hull has ", violation->value, ", ", violation->rule));
-  }
-  return shape;
+  const MeshHull* const hull = stored->facts->HullOf(stored->mesh, budget);
+  if (hull == nullptr) return budget->status();
+  if (!hull->fault.empty()) return path.Field("hash").Error(hull->fault);
+  return Shape(Convex{hull->hull != nullptr ? hull->hull : stored->mesh});
 }
 
-absl::StatusOr<Shape> MeshOf(const v1::Mesh& mesh, const GeometryStore& store,
-                             const FieldPath& path) {
-  auto found = FindMesh(mesh.hash(), store, path);
-  if (!found.ok()) return found.status();
-  const bool watertight = IsWatertight(**found);
-  return Shape(Mesh{.mesh = *std::move(found), .watertight = watertight});
+absl::StatusOr<Mesh> MeshOf(const std::string& hash, const GeometryStore& store,
+                            const FieldPath& path, WorkBudget* budget) {
+  const auto stored = FindMesh(hash, store, path);
+  if (!stored.ok()) return stored.status();
+  const std::optional<bool> watertight = stored->facts->IsWatertight(*stored->mesh, budget);
+  if (!watertight.has_value()) return budget->status();
+  return Mesh{.mesh = stored->mesh, .watertight = *watertight};
 }
 
 Shape PlateOf(const v1::Plate& plate) {
@@ -102,6 +93,9 @@ Shape PlateOf(const v1::Plate& plate) {
   for (const v1::Polygon& hole : plate.holes()) shape.holes.push_back(FromProto(hole));
   return shape;
 }
+
+// Of a WorkBudget, whether its outline crosses itself: some milliseconds for the largest.
+constexpr std::size_t kStepsOfPlate = std::size_t{1} << 16;
 
 // The rules speak of "outline[3].x" and "holes[1][3].x", the messages have a field `vertices`
 // between.
@@ -113,7 +107,10 @@ std::string MessageField(std::string field) {
 }
 
 // Checks the rules of shapes; `name` is the alternative of the oneof.
-absl::StatusOr<Shape> Checked(Shape shape, const FieldPath& path) {
+absl::StatusOr<Shape> Checked(Shape shape, const FieldPath& path, WorkBudget* budget) {
+  // A plate of thousands of vertices takes a millisecond, everything else less than one step.
+  const bool is_plate = std::holds_alternative<Plate>(shape);
+  if (MustEnd(budget, is_plate ? kStepsOfPlate : 1)) return budget->status();
   const std::string_view name = NameOf(KindOf(shape));
   if (const auto violation = FindViolation(shape)) {
     const std::string field = MessageField(violation->field);
@@ -125,27 +122,32 @@ absl::StatusOr<Shape> Checked(Shape shape, const FieldPath& path) {
 
 // `M` is any message with the oneof `shape`.
 template <class M>
-absl::StatusOr<Shape> ShapeOf(const M& m, const GeometryStore& store, const FieldPath& path) {
+absl::StatusOr<Shape> ShapeOf(const M& m, const GeometryStore& store, const FieldPath& path,
+                              WorkBudget* budget) {
   switch (m.shape_case()) {
     case M::kSphere:
-      return Checked(Sphere{m.sphere().radius_m()}, path);
+      return Checked(Sphere{m.sphere().radius_m()}, path, budget);
     case M::kBox:
-      return Checked(Box{{m.box().size_x_m(), m.box().size_y_m(), m.box().size_z_m()}}, path);
+      return Checked(Box{{m.box().size_x_m(), m.box().size_y_m(), m.box().size_z_m()}}, path,
+                     budget);
     case M::kCylinder:
-      return Checked(Cylinder{m.cylinder().radius_m(), m.cylinder().length_m()}, path);
+      return Checked(Cylinder{m.cylinder().radius_m(), m.cylinder().length_m()}, path, budget);
     case M::kCone:
       return Checked(Cone{m.cone().radius_bottom_m(), m.cone().radius_top_m(), m.cone().length_m()},
-                     path);
+                     path, budget);
     case M::kCapsule:
-      return Checked(Capsule{m.capsule().radius_m(), m.capsule().length_m()}, path);
+      return Checked(Capsule{m.capsule().radius_m(), m.capsule().length_m()}, path, budget);
     case M::kHalfSpace:
       return Shape(HalfSpace{});
     case M::kPlate:
-      return Checked(PlateOf(m.plate()), path);
+      return Checked(PlateOf(m.plate()), path, budget);
     case M::kConvex:
-      return HullOf(m.convex(), store, path.Field("convex"));
-    case M::kMesh:
-      return MeshOf(m.mesh(), store, path.Field("mesh"));
+      return HullOf(m.convex(), store, path.Field("convex"), budget);
+    case M::kMesh: {
+      auto mesh = MeshOf(m.mesh().hash(), store, path.Field("mesh"), budget);
+      if (!mesh.ok()) return mesh.status();
+      return Shape(*std::move(mesh));
+    }
     case M::SHAPE_NOT_SET:
       break;
   }
@@ -225,21 +227,21 @@ absl::StatusOr<Pose> OptionalPose(bool given, const v1::Pose& pose, const FieldP
 }  // namespace
 
 absl::StatusOr<Placed<>> FromProto(const v1::PlacedShape& placed, const GeometryStore& store,
-                                   const FieldPath& path) {
+                                   const FieldPath& path, WorkBudget* budget) {
   auto X_BS =
       OptionalPose(placed.has_x_body_shape(), placed.x_body_shape(), path.Field("x_body_shape"));
   if (!X_BS.ok()) return X_BS.status();
-  auto shape = ShapeOf(placed, store, path);
+  auto shape = ShapeOf(placed, store, path, budget);
   if (!shape.ok()) return shape.status();
   return Placed<>{*X_BS, *std::move(shape)};
 }
 
 absl::StatusOr<ShapePart> FromProto(const v1::ShapePart& part, const GeometryStore& store,
-                                    const FieldPath& path) {
+                                    const FieldPath& path, WorkBudget* budget) {
   auto X_OS =
       OptionalPose(part.has_x_object_shape(), part.x_object_shape(), path.Field("x_object_shape"));
   if (!X_OS.ok()) return X_OS.status();
-  auto shape = ShapeOf(part, store, path);
+  auto shape = ShapeOf(part, store, path, budget);
   if (!shape.ok()) return shape.status();
   if (!v1::PartRole_IsValid(part.role())) {
     return path.Field("role").Error(absl::StrCat(
@@ -253,12 +255,10 @@ absl::StatusOr<ShapePart> FromProto(const v1::ShapePart& part, const GeometrySto
 }
 
 absl::StatusOr<SurfacePart> FromProto(const v1::SurfacePart& part, const GeometryStore& store,
-                                      const FieldPath& path) {
-  auto mesh = FindMesh(part.hash(), store, path);
+                                      const FieldPath& path, WorkBudget* budget) {
+  auto mesh = MeshOf(part.hash(), store, path, budget);
   if (!mesh.ok()) return mesh.status();
-  const bool watertight = IsWatertight(**mesh);
-  return SurfacePart{.surface = {.mesh = *std::move(mesh), .watertight = watertight},
-                     .point_count = 0};
+  return SurfacePart{.surface = *std::move(mesh), .point_count = 0};
 }
 
 v1::PlacedShape ToProto(const Placed<>& placed, GeometryStore& store) {

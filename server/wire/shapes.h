@@ -13,18 +13,14 @@
 
 namespace cwm::server {
 
-// A Convex is the hull of a named mesh, made here: more vertices than this take too long within a
-// request (quickhull: about 20 ms on two cores for as many).
-inline constexpr std::size_t kMaxHullInputVertices = 65'536;
-
 // Names the first broken rule, e.g. "shapes[0].box.size_x_m: is -0.1, must be ...". NotFound
-// GEOMETRY_UNKNOWN for a hash that the store does not know.
+// GEOMETRY_UNKNOWN for a hash that the store does not know. The status of the budget where it ended.
 absl::StatusOr<Placed<>> FromProto(const v1::PlacedShape& placed, const GeometryStore& store,
-                                   const FieldPath& path);
+                                   const FieldPath& path, WorkBudget* budget = nullptr);
 absl::StatusOr<ShapePart> FromProto(const v1::ShapePart& part, const GeometryStore& store,
-                                    const FieldPath& path);
+                                    const FieldPath& path, WorkBudget* budget = nullptr);
 absl::StatusOr<SurfacePart> FromProto(const v1::SurfacePart& part, const GeometryStore& store,
-                                      const FieldPath& path);
+                                      const FieldPath& path, WorkBudget* budget = nullptr);
 
 // Meshes become readable by their hash (`store.Offer`). The hash of a Convex is that of its hull.
 v1::PlacedShape ToProto(const Placed<>& placed, GeometryStore& store);

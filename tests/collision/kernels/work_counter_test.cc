@@ -32,6 +32,7 @@ class EndsAfter : public WorkCounter {
     if (counted_ >= left_) ++asked_in_vain_;
     return counted_ >= left_;
   }
+  bool MustEndNow() override { return MustEndAfter(0); }
   std::size_t counted() const { return counted_; }
   std::size_t most_at_once() const { return most_at_once_; }
   int asked_in_vain() const { return asked_in_vain_; }

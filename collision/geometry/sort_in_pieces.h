@@ -1,0 +1,52 @@
+// Sorting that can be ended: std::sort of many millions takes seconds in one step.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <utility>
+#include <vector>
+
+#include "collision/geometry/work_counter.h"
+
+namespace cwm {
+
+// Sorts as std::sort does, so many at a time, and merges. Looks at `work` every few milliseconds at
+// most; the order is void where it ended.
+inline constexpr std::size_t kSortedAtOnce = std::size_t{1} << 15;
+
+template <class T, class Before>
+void SortInPieces(std::vector<T>& values, const Before& before, WorkCounter* work = nullptr) {
+  constexpr std::size_t kStepsOfCompare = 1;
+  constexpr std::size_t kMergedAtOnce = std::size_t{1} << 14;
+  const auto at = [](std::vector<T>& v, std::size_t i) {
+    return v.begin() + static_cast<std::ptrdiff_t>(i);
+  };
+  const std::size_t size = values.size();
+  for (std::size_t first = 0; first < size; first += kSortedAtOnce) {
+    const std::size_t last = std::min(size, first + kSortedAtOnce);
+    std::sort(at(values, first), at(values, last), before);
+    if (MustEnd(work, kStepsOfCompare * 2 * (last - first))) return;
+  }
+  if (size <= kSortedAtOnce) return;
+  std::vector<T> merged;
+  for (std::size_t width = kSortedAtOnce; width < size; width *= 2) {
+    merged.clear();
+    merged.reserve(size);
+    for (std::size_t first = 0; first < size; first += 2 * width) {
+      std::size_t a = first, b = std::min(size, first + width);
+      const std::size_t end_a = b, end_b = std::min(size, b + width);
+      while (a < end_a || b < end_b) {
+        const std::size_t stop = std::min(merged.size() + kMergedAtOnce, size);
+        while (merged.size() < stop && a < end_a && b < end_b) {
+          merged.push_back(before(values[b], values[a]) ? values[b++] : values[a++]);
+        }
+        while (merged.size() < stop && a < end_a && b == end_b) merged.push_back(values[a++]);
+        while (merged.size() < stop && b < end_b && a == end_a) merged.push_back(values[b++]);
+        if (MustEnd(work, kMergedAtOnce)) return;
+      }
+    }
+    values.swap(merged);
+  }
+}
+
+}  // namespace cwm

@@ -1,0 +1,48 @@
+#include "server/core/mesh_facts.h"
+
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "collision/geometry/validation.h"
+
+namespace cwm::server {
+namespace {
+
+MeshHull ComputeHull(const std::shared_ptr<const TriangleMesh>& mesh, WorkCounter* work) {
+  // A mesh that is a hull already stays as it is, so that its hash does.
+  if (!FindViolation(Shape(Convex{mesh}), work)) return {};
+  TriangleMesh hull = ConvexHull3(mesh->vertices, work);
+  if (hull.triangles.empty()) {
+    return {.hull = nullptr, .fault = "names a mesh whose vertices span no volume, must span one"};
+  }
+  auto shared = std::make_shared<const TriangleMesh>(std::move(hull));
+  const auto violation = FindViolation(Shape(Convex{shared}), work);
+  if (!violation) return {.hull = std::move(shared), .fault = {}};
+  return {.hull = nullptr,
+          .fault = absl::StrCat("names a mesh whose hull has ", violation->value, ", ",
+                                violation->rule)};
+}
+
+}  // namespace
+
+std::optional<bool> MeshFacts::IsWatertight(const TriangleMesh& mesh, WorkCounter* work) const {
+  const bool* const known = watertight_.Get(
+      [&] {
+        ++computed_;
+        return cwm::IsWatertight(mesh, work);
+      },
+      work);
+  return known != nullptr ? std::optional(*known) : std::nullopt;
+}
+
+const MeshHull* MeshFacts::HullOf(const std::shared_ptr<const TriangleMesh>& mesh,
+                                  WorkCounter* work) const {
+  return hull_.Get(
+      [&] {
+        ++computed_;
+        return ComputeHull(mesh, work);
+      },
+      work);
+}
+
+}  // namespace cwm::server

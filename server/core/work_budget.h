@@ -1,0 +1,51 @@
+// The time that a request may still take: looked at while it is read and while it is worked on.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <stop_token>
+
+#include "absl/status/status.h"
+#include "collision/geometry/work_counter.h"
+#include "server/core/limits.h"
+
+namespace cwm::server {
+
+// Used by one thread. Functions that take a pointer to it read no end from nullptr.
+class WorkBudget : public WorkCounter {
+ public:
+  enum class End { kNone, kCancelled, kOutOfTime };
+
+  WorkBudget() = default;  // without an end
+  // Clock::time_point::max(): no deadline.
+  WorkBudget(Clock::time_point deadline, std::stop_token stop);
+
+  // Looks at deadline and stop once for about a millisecond of steps.
+  bool MustEndAfter(std::size_t steps) final {
+    steps_ += steps;
+    if (end_ != End::kNone || steps_ < kStepsBetweenLooks) return end_ != End::kNone;
+    return MustEndNow();
+  }
+  bool MustEndNow() final;
+
+  End end() const { return end_; }
+  // CANCELLED, or DEADLINE_EXCEEDED TIME_BUDGET_SPENT; OK while it has not ended.
+  absl::Status status() const;
+  // How often it was looked at.
+  std::int64_t looks() const { return looks_; }
+
+ protected:
+  // What a look finds.
+  virtual End Look() const;
+
+ private:
+  static constexpr std::size_t kStepsBetweenLooks = std::size_t{1} << 15;
+
+  Clock::time_point deadline_ = Clock::time_point::max();
+  std::stop_token stop_;
+  std::size_t steps_ = kStepsBetweenLooks;  // the first step looks
+  std::int64_t looks_ = 0;
+  End end_ = End::kNone;
+};
+
+}  // namespace cwm::server

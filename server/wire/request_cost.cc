@@ -1,0 +1,283 @@
+#include "server/wire/request_cost.h"
+
+#include <algorithm>
+#include <bit>
+#include <cstdint>
+#include <string_view>
+#include <unordered_set>
+#include <utility>
+
+#include "absl/strings/str_format.h"
+#include "collision/query/query.h"
+#include "server/core/error.h"
+
+namespace cwm::server {
+namespace {
+
+// Seconds. derived: from what README.md of server/rpc and of collision/query tell of rows and pairs (a
+// state of an arm takes 10 to 40 us, a distance three times that), and of 0.95 s for 499,000 triangles
+// that are prepared. Right to a factor of three for those.
+constexpr double kOfRequest = 50e-6;
+constexpr double kOfChange = 3e-6;
+constexpr double kOfPart = 2e-6;              // read and prepared, of a primitive or a known mesh
+constexpr double kOfPlateVertex = 1e-6;       // triangulated
+constexpr double kOfPreparedTriangle = 3e-6;  // whether it is watertight, its tree
+constexpr double kOfHullVertex = 3e-6;
+constexpr double kOfRow = 0.5e-6;
+constexpr double kOfPlacing = 0.05e-6;   // a part, for a row
+constexpr double kOfNearPart = 0.02e-6;  // of weight 1, with one of weight 1 that may be near
+constexpr double kOfRay = 0.3e-6;
+constexpr double kOfByte = 5e-9;
+
+// How much more than a verdict an answer takes. A motion is a few dozen of states.
+constexpr double kOfDistance = 4, kOfContacts = 6, kOfMotionRow = 30, kOfPoint = 1;
+
+// So many shapes are looked at one by one; what comes after them is taken to be like them.
+constexpr int kMaxShapesSeen = 2'048;
+
+// Adds up what shapes take that a request brings.
+class Shapes {
+ public:
+  explicit Shapes(const GeometryStore& store) : store_(store) {}
+
+  // `M` is any message with the oneof `shape`.
+  template <class M>
+  void Add(const M& m) {
+    if (seen_++ >= kMaxShapesSeen) return;
+    cost_s_ += kOfPart;
+    weight_ += 1;
+    switch (m.shape_case()) {
+      case M::kPlate:
+        AddPlate(m.plate());
+        break;
+      case M::kConvex:
+        AddStored(m.convex().hash(), true);
+        break;
+      case M::kMesh:
+        AddStored(m.mesh().hash(), false);
+        break;
+      default:
+        break;
+    }
+  }
+  void AddSurface(const std::string& hash) {
+    if (seen_++ >= kMaxShapesSeen) return;
+    cost_s_ += kOfPart;
+    AddStored(hash, false);
+  }
+
+  double cost_s() const { return cost_s_ * Scale(); }
+  double weight() const { return weight_ * Scale(); }
+
+ private:
+  double Scale() const { return seen_ <= kMaxShapesSeen ? 1 : 1.0 * seen_ / kMaxShapesSeen; }
+
+  void AddPlate(const v1::Plate& plate) {
+    int vertices = plate.outline().vertices_size();
+    for (const v1::Polygon& hole : plate.holes()) vertices += hole.vertices_size();
+    cost_s_ += kOfPlateVertex * vertices;
+    weight_ += vertices / 64;
+  }
+
+  // A mesh is prepared once for all who mention it, and not again while somebody holds it.
+  void AddStored(const std::string& hash, bool is_hull) {
+    const auto stored = store_.FindMesh(hash);
+    if (!stored.ok() || stored->mesh == nullptr) return;
+    const double triangles = static_cast<double>(stored->mesh->triangles.size());
+    weight_ += 4 + static_cast<double>(std::bit_width(stored->mesh->triangles.size()));
+    const bool is_new = stored->facts->computed() == 0 && met_.insert(stored->mesh.get()).second;
+    if (!is_new) return;
+    cost_s_ += is_hull ? kOfHullVertex * static_cast<double>(stored->mesh->vertices.size())
+                       : kOfPreparedTriangle * triangles;
+  }
+
+  const GeometryStore& store_;
+  std::unordered_set<const TriangleMesh*> met_;
+  std::int64_t seen_ = 0;
+  double cost_s_ = 0;
+  double weight_ = 0;
+};
+
+template <class Changes>
+double CostOfChanges_s(const Changes& changes, const GeometryStore& store) {
+  if (changes.empty()) return 0;
+  Shapes shapes(store);
+  for (const v1::Change& change : changes) {
+    if (!change.has_put()) continue;
+    for (const v1::ShapePart& part : change.put().object().shapes()) shapes.Add(part);
+    for (const v1::SurfacePart& part : change.put().object().surfaces()) {
+      shapes.AddSurface(part.hash());
+    }
+  }
+  return kOfChange * changes.size() + shapes.cost_s();
+}
+
+std::size_t RowsOf(v1::Scalar scalar, const std::string& data, std::size_t width) {
+  const std::size_t bytes = width * (scalar == v1::SCALAR_F32 ? sizeof(float) : sizeof(double));
+  return std::max<std::size_t>(1, data.size() / std::max<std::size_t>(1, bytes));
+}
+
+// Who asks: how heavy, in how many rows, and what it takes to read.
+struct Body {
+  double weight = 1;
+  double rows = 1;
+  double reading_s = 0;
+};
+
+Body BodyOf(const v1::Subject::Shapes& shapes, const CostSource& source) {
+  constexpr std::size_t kPoseWidth = 7;
+  Shapes read(source.store);
+  for (const v1::PlacedShape& shape : shapes.shapes()) read.Add(shape);
+  const v1::PoseRows& rows = shapes.x_world_body();
+  return {.weight = read.weight(),
+          .rows = static_cast<double>(RowsOf(rows.scalar(), rows.data(), kPoseWidth)),
+          .reading_s = read.cost_s()};
+}
+
+Body BodyOf(const v1::Subject::WorldObject& subject, const CostSource& source) {
+  constexpr std::size_t kPoseWidth = 7;
+  const v1::PoseRows& rows = subject.x_world_object();
+  Body body{.rows = static_cast<double>(RowsOf(rows.scalar(), rows.data(), kPoseWidth))};
+  if (source.snapshot == nullptr) return body;
+  const auto* object = source.snapshot->objects().Find(subject.name());
+  if (object != nullptr) body.weight = static_cast<double>((*object)->geometry->weight);
+  return body;
+}
+
+Body BodyOf(const v1::RobotSubject& subject, const CostSource& source) {
+  Body body;
+  const v1::JointRows& rows = subject.rows();
+  if (source.snapshot == nullptr) return body;
+  const collision::WorldRobotPtr robot = source.snapshot->FindRobot(subject.robot());
+  if (robot == nullptr) return body;
+  const collision::RobotModel& model = robot->model();
+  const collision::JointGroup* const group =
+      subject.group().empty() ? &model.all : model.FindGroup(subject.group());
+  const std::size_t width = group != nullptr ? group->variables.size() : 1;
+  body.rows = static_cast<double>(RowsOf(rows.scalar(), rows.data(), width));
+  body.weight = static_cast<double>(robot->robot->geometry->weight);
+  for (const collision::WorldObjectPtr& attached : source.snapshot->attached()) {
+    if (attached->attachment->robot == subject.robot()) {
+      body.weight += static_cast<double>(attached->geometry->weight);
+    }
+  }
+  return body;
+}
+
+Body BodyOf(const v1::Subject& subject, const CostSource& source) {
+  constexpr std::size_t kPointWidth = 3;
+  switch (subject.what_case()) {
+    case v1::Subject::kShapes:
+      return BodyOf(subject.shapes(), source);
+    case v1::Subject::kObject:
+      return BodyOf(subject.object(), source);
+    case v1::Subject::kRobot:
+      return BodyOf(subject.robot(), source);
+    case v1::Subject::kPoints: {
+      const v1::Subject::Points& points = subject.points();
+      return {.rows = static_cast<double>(RowsOf(points.scalar(), points.data(), kPointWidth))};
+    }
+    case v1::Subject::WHAT_NOT_SET:
+      break;
+  }
+  return {};
+}
+
+// What one of a body's parts meets: of the weight of the world what lies along a path through a tree of
+// boxes, and the mean part of what is near.
+double NearWeight(const CostSource& source) {
+  if (source.snapshot == nullptr) return 1;
+  const std::size_t count = source.snapshot->objects().size() + source.snapshot->robots().size();
+  if (count == 0) return 0;
+  const double mean = static_cast<double>(source.snapshot->weight()) / static_cast<double>(count);
+  return std::bit_width(count) + mean;
+}
+
+// A question about a body, of which an answer takes so much more than a verdict.
+template <class Request>
+double CostOfBody_s(const Request& request, const CostSource& source, double factor) {
+  const Body body = BodyOf(request.subject(), source);
+  const double of_part = kOfPlacing + kOfNearPart * factor * NearWeight(source);
+  return kOfRequest + kOfByte * static_cast<double>(request.options().ignore_size()) +
+         CostOfChanges_s(request.options().overlay(), source.store) + body.reading_s +
+         body.rows * (kOfRow * factor + body.weight * of_part);
+}
+
+}  // namespace
+
+double EstimatedCost_s(const v1::CheckCollisionsRequest& request, const CostSource& source) {
+  return CostOfBody_s(request, source, 1);
+}
+
+double EstimatedCost_s(const v1::GetDistancesRequest& request, const CostSource& source) {
+  return CostOfBody_s(request, source, kOfDistance);
+}
+
+double EstimatedCost_s(const v1::GetContactsRequest& request, const CostSource& source) {
+  return CostOfBody_s(request, source, kOfContacts);
+}
+
+double EstimatedCost_s(const v1::CheckMotionsRequest& request, const CostSource& source) {
+  return CostOfBody_s(request, source, kOfMotionRow);
+}
+
+double EstimatedCost_s(const v1::CastRaysRequest& request, const CostSource& source) {
+  constexpr std::size_t kRayWidth = 6;
+  const double rows =
+      static_cast<double>(RowsOf(request.rays().scalar(), request.rays().data(), kRayWidth));
+  return kOfRequest + CostOfChanges_s(request.options().overlay(), source.store) +
+         rows * (kOfRow + kOfRay * NearWeight(source));
+}
+
+double EstimatedCost_s(const v1::SamplePointsRequest& request, const CostSource& source) {
+  constexpr std::size_t kPointWidth = 3;
+  const double rows =
+      static_cast<double>(RowsOf(request.points().scalar(), request.points().data(), kPointWidth));
+  return kOfRequest + CostOfChanges_s(request.options().overlay(), source.store) +
+         rows * (kOfRow + kOfNearPart * kOfPoint * NearWeight(source));
+}
+
+double EstimatedCost_s(const v1::StreamQueriesRequest& request, const CostSource& source) {
+  const double overlay_s =
+      request.has_overlay() ? CostOfChanges_s(request.overlay().changes(), source.store) : 0;
+  switch (request.query_case()) {
+    case v1::StreamQueriesRequest::kCheckCollisions:
+      return overlay_s + EstimatedCost_s(request.check_collisions(), source);
+    case v1::StreamQueriesRequest::kGetDistances:
+      return overlay_s + EstimatedCost_s(request.get_distances(), source);
+    case v1::StreamQueriesRequest::kGetContacts:
+      return overlay_s + EstimatedCost_s(request.get_contacts(), source);
+    case v1::StreamQueriesRequest::kCastRays:
+      return overlay_s + EstimatedCost_s(request.cast_rays(), source);
+    case v1::StreamQueriesRequest::kSamplePoints:
+      return overlay_s + EstimatedCost_s(request.sample_points(), source);
+    case v1::StreamQueriesRequest::kCheckMotions:
+      return overlay_s + EstimatedCost_s(request.check_motions(), source);
+    case v1::StreamQueriesRequest::QUERY_NOT_SET:
+      break;
+  }
+  return kOfRequest + overlay_s;
+}
+
+double EstimatedCost_s(const v1::ApplyChangesRequest& request, const CostSource& source) {
+  return kOfRequest + CostOfChanges_s(request.changes(), source.store);
+}
+
+double CostOfGeometry_s(std::int64_t bytes) {
+  return kOfRequest + kOfByte * static_cast<double>(bytes);
+}
+
+absl::Status CheckCost(double cost_s, const Limits& limits) {
+  if (cost_s <= limits.max_request_cost_s) return absl::OkStatus();
+  const std::string estimate = absl::StrFormat("%.1f", cost_s);
+  const std::string limit = absl::StrFormat("%.1f", limits.max_request_cost_s);
+  return MakeError(
+      absl::StatusCode::kResourceExhausted,
+      absl::StrFormat("the request would take about %s s of one core, must take at most %s s "
+                      "(max_request_cost_s): split its rows or changes",
+                      estimate, limit),
+      {.reason = "REQUEST_TOO_COSTLY",
+       .metadata = {{"estimated_cost_s", estimate}, {"max_request_cost_s", limit}}});
+}
+
+}  // namespace cwm::server
