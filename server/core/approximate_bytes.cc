@@ -46,7 +46,7 @@ std::int64_t GeometryBytes(const PreparedModel& geometry) {
   for (const Handle& handle : geometry.model->handles) add(handle.surface.mesh.get());
   std::sort(meshes.begin(), meshes.end());
   meshes.erase(std::unique(meshes.begin(), meshes.end()), meshes.end());
-  MeshCounts counts;
+  MeshTotals counts;
   for (const TriangleMesh* mesh : meshes) {
     counts.triangles += static_cast<std::int64_t>(mesh->triangles.size());
     counts.vertices += static_cast<std::int64_t>(mesh->vertices.size());
@@ -87,7 +87,7 @@ std::int64_t RobotListBytes(const collision::WorldSnapshot& snapshot) {
 
 }  // namespace
 
-std::int64_t ApproximatePreparedBytes(std::int64_t parts, const MeshCounts& meshes) {
+std::int64_t ApproximatePreparedBytes(std::int64_t parts, const MeshTotals& meshes) {
   return meshes.triangles * kTriangleBytes + meshes.vertices * kMeshVertexBytes +
          parts * kPreparedPartBytes;
 }

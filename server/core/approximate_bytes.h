@@ -16,12 +16,12 @@ std::int64_t ApproximateBytes(const collision::WorldObject& object);
 std::int64_t ApproximateBytes(const collision::PutObject& put);
 std::int64_t ApproximateBytes(const collision::RobotGeometry& robot);
 // Triangles and vertices of all meshes together; a mesh that several parts share counts once.
-struct MeshCounts {
+struct MeshTotals {
   std::int64_t triangles = 0;
   std::int64_t vertices = 0;
 };
 // Geometry that is prepared from so many parts and their meshes.
-std::int64_t ApproximatePreparedBytes(std::int64_t parts, const MeshCounts& meshes);
+std::int64_t ApproximatePreparedBytes(std::int64_t parts, const MeshTotals& meshes);
 
 // The snapshot itself: pointers and tree, without the objects, which snapshots share.
 std::int64_t ApproximateOwnBytes(const collision::WorldSnapshot& snapshot);

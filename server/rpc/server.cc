@@ -38,6 +38,8 @@ constexpr int kClientPingPeriod_ms = 10'000;  // clients may ping this often, al
 constexpr auto kTimeToRefuse = std::chrono::milliseconds(100);
 // What nobody works on and whose client takes nothing for so long waits for that client alone.
 constexpr auto kMaxQuietTime = std::chrono::milliseconds(500);
+// Work that is asked to stop hears of it within this time.
+constexpr auto kTimeToStop = std::chrono::milliseconds(500);
 // Clients that read see the end of a connection within this time.
 constexpr auto kTimeToReadEnd = std::chrono::milliseconds(50);
 
@@ -220,7 +222,7 @@ void Server::State::EndCalls(Clock::time_point begun, std::chrono::milliseconds 
   const auto is_busy = [this] { return runtime.IsBusy(); };
   if (!calls.WaitUntilNone(begun + grace, kMaxQuietTime, is_busy)) {
     calls.RequestStop();
-    calls.WaitUntilNone(Clock::now() + std::min(grace, kTimeToRefuse), kMaxQuietTime, is_busy);
+    calls.WaitUntilNone(Clock::now() + std::min(grace, kTimeToStop), kTimeToRefuse, is_busy);
   }
   if (runtime.connections.open() == 0) return;
   std::this_thread::sleep_until(begun + std::min(grace, kTimeToRefuse));

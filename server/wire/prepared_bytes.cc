@@ -38,7 +38,7 @@ class Tally {
   const GeometryStore& store_;
   std::unordered_set<std::string> meshes_;
   std::int64_t parts_ = 0;
-  MeshCounts counts_;
+  MeshTotals counts_;
 };
 
 }  // namespace

@@ -83,30 +83,6 @@ TEST(ServerConnections, AFullTableOfDescriptorsIsSurvived) {
   EXPECT_EQ(server.process().Stop(), 0) << server.Log();
 }
 
-// Descriptors that something else took: the limit of connections is not what stops the crowd.
-TEST(ServerConnections, WithoutADescriptorConnectionsAreClosedAndLaterOnesAreTaken) {
-  Server server(WithDescriptors(20));
-  std::vector<RawPeer> crowd;
-  const auto until = Clock::now() + kSoon;
-  while (Clock::now() < until && !RawPeer(server.address()).is_connected()) {
-    std::this_thread::sleep_for(milliseconds(25));
-  }
-  for (int i = 0; i < 40; ++i) {
-    crowd.emplace_back(server.address());
-    crowd.back().Send(Http2Beginning());
-  }
-  std::this_thread::sleep_for(std::chrono::seconds(1));
-  ASSERT_TRUE(server.process().Running()) << server.Log();
-  crowd.clear();
-  const auto is_served = [&] {
-    const RawPeer peer(server.address());
-    return peer.Send(Http2Beginning()) && peer.Receive(9, std::chrono::seconds(1)).size() == 9;
-  };
-  bool served = false;
-  while (!served && Clock::now() < until) served = is_served();
-  EXPECT_TRUE(served) << server.Log();
-}
-
 TEST(ServerConnections, ThousandsOfSilentPeersKeepNobodyOutAndGo) {
   Server server({});
   ASSERT_TRUE(server.AnswersSoon()) << server.Log();

@@ -3,6 +3,9 @@
 #include <gmock/gmock.h>
 #include <grpcpp/server_posix.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <sys/socket.h>
+#include <sys/un.h>
 #include <unistd.h>
 
 #include <chrono>
@@ -30,7 +33,7 @@ constexpr auto kSoon = std::chrono::seconds(10);
 TransportLimits FewConnections() {
   TransportLimits limits;
   limits.max_silence = kSilence;
-  limits.max_connections = 12;
+  limits.max_connections = 16;
   limits.max_connections_of_user = 8;
   limits.max_silent_connections = 4;
   return limits;
@@ -249,6 +252,72 @@ TEST_P(ClientOfTest, TheUserIsTheOneWhoConnected) {
 
 TEST_P(ClientOfTest, ACallWithinTheProcessIsNobodys) {
   EXPECT_EQ(Ask(server_->InProcessChannel({})), ClientId{});
+}
+
+// Leaves the process so many more descriptors while it lives.
+class FewDescriptors {
+ public:
+  explicit FewDescriptors(int more) {
+    getrlimit(RLIMIT_NOFILE, &before_);
+    rlimit limit = before_;
+    limit.rlim_cur = static_cast<rlim_t>(FileDescriptor(dup(0)).number() + more);
+    setrlimit(RLIMIT_NOFILE, &limit);
+  }
+  ~FewDescriptors() { setrlimit(RLIMIT_NOFILE, &before_); }
+  FewDescriptors(const FewDescriptors&) = delete;
+  FewDescriptors& operator=(const FewDescriptors&) = delete;
+
+ private:
+  rlimit before_{};
+};
+
+TEST(FullTableTest, WithoutADescriptorConnectionsAreClosedAndLaterOnesAreTaken) {
+  const testing::ScratchDirectory scratch;
+  const std::string path = scratch / "s";
+  auto listener = Listen("unix:" + path, kSoon);
+  ASSERT_TRUE(listener.ok());
+  Connections connections({.all = 1'000, .of_user = 1'000, .silent_of_user = 1'000}, 1'024);
+  std::mutex mutex;
+  std::vector<FileDescriptor> taken;
+  const auto count = [&] {
+    const std::lock_guard lock(mutex);
+    return taken.size();
+  };
+  const auto loop =
+      AcceptLoop::Start(std::move(listener->sockets), connections, kSoon, [&](int descriptor) {
+        const std::lock_guard lock(mutex);
+        taken.emplace_back(descriptor);
+      });
+  ASSERT_TRUE(loop.ok());
+  constexpr int kCrowd = 40;
+  constexpr int kLater = 3;
+  std::vector<FileDescriptor> peers;
+  for (int i = 0; i < kCrowd + kLater; ++i) {
+    peers.emplace_back(socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0));
+  }
+  const auto speak = [&](const FileDescriptor& peer) {
+    sockaddr_un address{};
+    address.sun_family = AF_UNIX;
+    path.copy(address.sun_path, sizeof(address.sun_path) - 1);
+    EXPECT_EQ(connect(peer.number(), reinterpret_cast<sockaddr*>(&address), sizeof(address)), 0);
+    send(peer.number(), Http2Beginning().data(), Http2Beginning().size(), MSG_NOSIGNAL);
+  };
+  constexpr int kFree = 6;
+  const FewDescriptors few(kFree);
+  for (int i = 0; i < kCrowd; ++i) speak(peers[static_cast<std::size_t>(i)]);
+  const auto until = Clock::now() + kSoon;
+  while (connections.shed() < kCrowd - kFree && Clock::now() < until) {
+    std::this_thread::sleep_for(milliseconds(10));
+  }
+  EXPECT_GE(connections.shed(), kCrowd - kFree) << "who comes in vain hears so";
+  EXPECT_LE(count(), static_cast<std::size_t>(kFree));
+  {
+    const std::lock_guard lock(mutex);
+    taken.clear();
+  }
+  for (int i = kCrowd; i < kCrowd + kLater; ++i) speak(peers[static_cast<std::size_t>(i)]);
+  while (count() < kLater && Clock::now() < until) std::this_thread::sleep_for(milliseconds(10));
+  EXPECT_EQ(count(), static_cast<std::size_t>(kLater));
 }
 
 TEST(ListenTest, LocalhostIsBothLoopbackAddressesOnOnePort) {
