@@ -63,8 +63,8 @@ Listener FindListener(const std::string& path) {
   const int error = result == 0 ? 0 : errno;
   const std::optional<pid_t> pid = result == 0 ? PeerOf(fd) : std::nullopt;
   close(fd);
-  // A full backlog (EAGAIN) is somebody too.
-  return {.is_there = error != ECONNREFUSED && error != ENOENT, .pid = pid};
+  // A full backlog (EAGAIN) is somebody too; one that we may not ask (EACCES) is told by its owner.
+  return {.is_there = error != ECONNREFUSED && error != ENOENT && error != EACCES, .pid = pid};
 }
 
 }  // namespace
