@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <cstdlib>
+#include <limits>
 
 #include "manual/manual_page.h"
 #include "proto/transfer/default_address.h"
@@ -21,6 +22,9 @@ constexpr char kDescription[] =
     "which it makes (mode 0700). On loopback the viewer is for this user and root;\n"
     "CWM_VIEWER_TOKEN chooses its token, and then whoever has that looks, here too.\n"
     "SIGTERM and SIGINT end it within 10 s: what is under way is finished first.";
+
+// A scan of 640 x 480 points takes some 40 MiB while it is interpreted.
+constexpr std::int64_t kMinMemoryLimit = std::int64_t{64} << 20;
 
 constexpr int kUsageExitCode = 1;  // as the command line's
 
@@ -63,6 +67,13 @@ ParsedOptions ParseOptions(int argc, const char* const* argv) {
   app.add_option("--store", store, "where worlds are kept")
       ->check(CLI::IsMember({"memory"}))
       ->capture_default_str();
+  app.add_option(
+         "--memory-limit", options.memory_limit_bytes,
+         "bytes that requests and worlds may take together, as 12GiB or 500MB; default three "
+         "quarters of the machine's memory or of the control group's")
+      ->type_name("SIZE")
+      ->transform(CLI::AsSizeValue(false))
+      ->check(CLI::Range(kMinMemoryLimit, std::numeric_limits<std::int64_t>::max()));
   app.add_option("--log-level", options.log_level, "what is told on stderr")
       ->check(CLI::IsMember({"debug", "info", "warn", "error", "off"}))
       ->capture_default_str();

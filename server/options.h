@@ -1,9 +1,11 @@
 // What the server is told on its command line.
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 
+#include "server/core/memory_limit.h"
 #include "server/rpc/listen_options.h"
 #include "server/web/viewer_address.h"
 
@@ -18,6 +20,7 @@ struct Options {
   };
   std::optional<Viewer> viewer;  // absent: off
   std::string log_level = "info";
+  std::int64_t memory_limit_bytes = DefaultMemoryLimit();
 };
 
 // The exit code instead, when there is nothing to run: help, version, or a mistake (said on

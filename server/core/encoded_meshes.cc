@@ -35,6 +35,15 @@ void EncodedMeshes::Keep(const Source& source, std::shared_ptr<const EncodedMesh
   while (held_bytes_ > max_bytes_ && recent_.size() > 1) Drop(std::prev(recent_.end()), dropped);
 }
 
+void EncodedMeshes::ForgetDead() {
+  Entries dropped;  // freed after the lock
+  const std::lock_guard lock(mutex_);
+  for (auto entry = recent_.begin(); entry != recent_.end();) {
+    const auto here = entry++;
+    if (here->source.expired()) Drop(here, dropped);
+  }
+}
+
 void EncodedMeshes::Drop(Entries::iterator entry, Entries& dropped) {
   held_bytes_ -= Cost(*entry->encoded);
   by_address_.erase(entry->address);

@@ -30,6 +30,9 @@ class EncodedMeshes {
   // Replaces. Lets go of those whose source died.
   void Keep(const Source& source, std::shared_ptr<const EncodedMesh> encoded);
 
+  // Lets go of those whose source died.
+  void ForgetDead();
+
   std::int64_t held_bytes() const;
   // How many were made: counted by Keep.
   std::int64_t made() const;

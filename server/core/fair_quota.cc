@@ -28,6 +28,7 @@ QuotaHolder HolderOf(const ClientId& client) {
 
 std::optional<FairQuota::Refusal> FairQuota::Take(QuotaHolder holder, std::int64_t amount,
                                                   std::int64_t reserved) {
+  if (amount <= 0) return std::nullopt;
   const std::lock_guard lock(mutex_);
   const std::int64_t free = options_.limit - reserved - taken_;
   if (amount > free) return Refusal::kLimit;

@@ -7,10 +7,8 @@
 namespace cwm::server {
 namespace {
 
-// A task without an estimate takes a thread's wake and a reply.
-constexpr double kMinCost_s = 50e-6;
-// Flows that nobody needs any more are forgotten when there are so many.
-constexpr std::size_t kMaxIdleFlows = 1'024;
+// Flows without a waiting task are forgotten when there are so many, with what little they owe.
+constexpr std::size_t kMaxFlows = 1'024;
 
 }  // namespace
 
@@ -32,10 +30,8 @@ Task FairTasks::Remove(std::map<Turn, Task>::iterator at) {
   Task task = std::move(at->second);
   tasks_.erase(at);
   --flows_[task.client.connection].waiting;
-  if (flows_.size() > kMaxIdleFlows) {
-    std::erase_if(flows_, [this](const auto& flow) {
-      return flow.second.waiting == 0 && flow.second.finish <= virtual_time_;
-    });
+  if (flows_.size() > kMaxFlows) {
+    std::erase_if(flows_, [](const auto& flow) { return flow.second.waiting == 0; });
   }
   return task;
 }

@@ -31,12 +31,18 @@ struct Task {
 // Not thread safe.
 class FairTasks {
  public:
+  // A task without an estimate takes a thread's wake and a reply.
+  static constexpr double kMinCost_s = 50e-6;
+
   void Push(Task task);
   // The task whose turn it is. Not when empty.
   Task Pop();
   // The newest task of the client that has most of them, where that is another client with more than
   // `client` would have with one more.
   std::optional<Task> TakeFromLongest(const ClientId& client);
+
+  // Whoever used more than a share while nobody else wanted it owes nothing. Only when empty.
+  void ForgetDebts() { flows_.clear(); }
 
   std::size_t size() const { return tasks_.size(); }
   bool empty() const { return tasks_.empty(); }
@@ -59,8 +65,8 @@ class FairTasks {
   Task Remove(std::map<Turn, Task>::iterator at);
 
   std::map<Turn, Task> tasks_;
-  std::unordered_map<std::int64_t, Flow> flows_;  // of clients with waiting tasks or a finish ahead
-  double virtual_time_ = 0;                       // start tag of the task that was served last
+  std::unordered_map<std::int64_t, Flow> flows_;
+  double virtual_time_ = 0;  // start tag of the task that was served last
   std::int64_t last_number_ = 0;
 };
 

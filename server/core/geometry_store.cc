@@ -166,6 +166,7 @@ struct GeometryStore::State {
     std::list<std::string>::iterator used;   // into `recent`, where blob is set
     std::uint64_t number = 0;                // of this time that the blob is held
     int puts = 0;                            // how often it came since
+    bool was_used = false;                   // its mesh by an object or a question
     std::vector<WeakMesh> meshes;            // equal ones that objects use; mostly one
     std::shared_ptr<const MeshFacts> facts;  // of them and of the blob; nullptr: not asked for
 
@@ -422,6 +423,7 @@ absl::StatusOr<StoredMesh> GeometryStore::FindMesh(std::string_view hash) const 
                     .facts = nullptr};
   if (entry->blob == nullptr && stored.mesh == nullptr) return UnknownGeometry(key);
   if (stored.mesh != nullptr) stored.facts = state_->FactsOf(key, *entry);
+  entry->was_used = true;
   return stored;
 }
 
@@ -433,6 +435,22 @@ absl::StatusOr<std::shared_ptr<const EncodedMesh>> GeometryStore::SurfaceOf(
   auto shared = std::make_shared<const EncodedMesh>(*std::move(encoded));
   state_->encoded.Keep(model, shared);
   return shared;
+}
+
+void GeometryStore::ForgetUnused() {
+  State::Freed freed;  // after the lock
+  {
+    const std::lock_guard lock(state_->mutex);
+    for (auto hash = state_->recent.begin(); hash != state_->recent.end();) {
+      State::Entry& entry = state_->entries.at(*hash);
+      const std::shared_ptr<const TriangleMesh>& mesh = entry.blob->mesh;
+      const bool is_unused =
+          entry.was_used && mesh != nullptr && mesh.use_count() == 1 && entry.blob.use_count() == 1;
+      hash = is_unused ? state_->recent.erase(hash) : std::next(hash);
+      if (is_unused) freed.push_back(state_->LetGo(entry));
+    }
+  }
+  state_->encoded.ForgetDead();
 }
 
 std::int64_t GeometryStore::encoded_count() const { return state_->encoded.made(); }

@@ -76,6 +76,9 @@ class GeometryStore {
   absl::StatusOr<std::shared_ptr<const EncodedMesh>> SurfaceOf(
       const std::shared_ptr<const collision::PreparedModel>& model,
       WorkBudget* budget = nullptr) const;
+  // Lets go of meshes that objects used and no longer do, before others need their room: for when
+  // worlds go.
+  void ForgetUnused();
   // Meshes and surfaces that were encoded because none was kept.
   std::int64_t encoded_count() const;
 

@@ -67,7 +67,6 @@ absl::StatusOr<std::optional<WriteOutcome>> RequestMemory::Find(const WriteOptio
     if (static_cast<std::int64_t>(records_.size()) >= retention_.request_ids) {
       return Exhausted(retention_.request_ids);
     }
-    if (auto charged = charge_.Resize(Bytes() + kRecordBytes); !charged.ok()) return charged;
     return std::nullopt;
   }
   const Record& record = found->second;

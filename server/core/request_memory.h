@@ -27,7 +27,7 @@ class RequestMemory {
   // The first reply, when the options' request_id was used before; nothing when it is new or empty.
   // FailedPrecondition REQUEST_ID_REUSED when it was used for other content; OutOfRange
   // REPLY_COMPACTED when it was an ingest whose reply is no longer kept (metadata: revision);
-  // ResourceExhausted REQUEST_IDS_EXHAUSTED or MEMORY_EXHAUSTED when one more cannot be remembered; InvalidArgument for
+  // ResourceExhausted REQUEST_IDS_EXHAUSTED when one more cannot be remembered; InvalidArgument for
   // an id that is too long.
   absl::StatusOr<std::optional<WriteOutcome>> Find(const WriteOptions& options,
                                                    Clock::time_point now);

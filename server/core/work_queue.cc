@@ -29,6 +29,7 @@ constexpr double kMinRetry_s = 0.1;
 // Estimates of cost are corrected by how long tasks really took, by an exponential average over some
 // ten of them.
 constexpr double kNewestWeight = 0.1;
+constexpr double kFirstTasks_s = 0.1;
 // Estimates are right within this factor: only what is too late by more is refused for its deadline.
 constexpr double kCostDoubt = 0.25;
 
@@ -58,7 +59,9 @@ struct WorkQueue::State {
   bool lends_caller = false;  // one runs a task of the queue
   int under_way = 0;
   double under_way_cost_s = 0;
-  double seconds_per_cost = 1;                            // how long an estimated second takes
+  // Seconds that tasks took, and that they were estimated to take: newer ones weigh more.
+  double took_s = kFirstTasks_s;
+  double spent_s = kFirstTasks_s;
   Clock::time_point last_end = Clock::time_point::min();  // min: no task yet
   std::atomic<std::int64_t> failed{0};
   std::mutex join_mutex;  // several may drain at once
@@ -81,12 +84,13 @@ struct WorkQueue::State {
 
   // The lanes take turns: what waits in one delays what comes into the other by as much at most.
   double WaitOf(const ClientId& client, Lane its_lane) const {
+    if (under_way < options.threads && empty()) return 0;
     const FairTasks& own = lane(its_lane);
     const FairTasks& other = lane(its_lane == Lane::kNew ? Lane::kAwaited : Lane::kNew);
     const double before_s = own.CostBefore(client);
     const double cost_s =
         under_way_cost_s / 2 + before_s + std::min(before_s, other.CostBefore(client));
-    return cost_s * seconds_per_cost / options.threads;
+    return cost_s * took_s / spent_s / options.threads;
   }
 
   absl::Status Refusal(const ClientId& client, Lane its_lane) const {
@@ -108,7 +112,7 @@ struct WorkQueue::State {
     }
     if (task.deadline == Clock::time_point::max()) return absl::OkStatus();
     const double needed_s =
-        task.may_answer_in_part ? 0 : kCostDoubt * task.cost_s * seconds_per_cost;
+        task.may_answer_in_part ? 0 : kCostDoubt * task.cost_s * took_s / spent_s;
     if (Seconds(task.deadline - now) >= needed_s) return absl::OkStatus();
     return MakeError(absl::StatusCode::kDeadlineExceeded,
                      "the deadline came too soon for the work to begin",
@@ -139,9 +143,12 @@ struct WorkQueue::State {
     --under_way;
     under_way_cost_s -= cost_s;
     last_end = Clock::now();
+    if (under_way == 0 && empty()) {
+      for (FairTasks& tasks : lanes) tasks.ForgetDebts();
+    }
     if (!worked || cost_s <= 0) return;
-    const double ratio = std::clamp(Seconds(took) / cost_s, 1e-3, 1e3);
-    seconds_per_cost += kNewestWeight * (ratio - seconds_per_cost);
+    took_s = (1 - kNewestWeight) * took_s + Seconds(took);
+    spent_s = (1 - kNewestWeight) * spent_s + cost_s;
   }
 
   template <class Run>
@@ -190,6 +197,7 @@ WorkQueue::WorkQueue(WorkQueueOptions options) : state_(std::make_unique<State>(
 WorkQueue::~WorkQueue() { Drain(); }
 
 void WorkQueue::Push(Task task, Lane lane) {
+  task.cost_s = std::max(task.cost_s, FairTasks::kMinCost_s);
   absl::Status refusal;
   Task refused;
   {
@@ -265,11 +273,6 @@ Clock::duration WorkQueue::IdleFor() const {
   if (state_->under_way > 0 || !state_->empty()) return Clock::duration::zero();
   if (state_->last_end == Clock::time_point::min()) return Clock::duration::max();
   return Clock::now() - state_->last_end;
-}
-
-double WorkQueue::EstimatedWait_s(const ClientId& client) const {
-  std::lock_guard lock(state_->mutex);
-  return state_->WaitOf(client, Lane::kNew);
 }
 
 std::int64_t WorkQueue::failed() const { return state_->failed.load(std::memory_order_relaxed); }

@@ -58,9 +58,6 @@ class WorkQueue {
   // How long nothing has been waiting or under way: zero while something is, Clock::duration::max()
   // before the first task.
   Clock::duration IdleFor() const;
-  // Seconds that a task of this client would wait if it came now, as estimated from the costs of
-  // those before it and from how long tasks took so far.
-  double EstimatedWait_s(const ClientId& client) const;
   // Tasks that ended in an exception: it is swallowed, so that one bad task never ends the server.
   std::int64_t failed() const;
 

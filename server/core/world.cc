@@ -5,6 +5,7 @@
 #include <unordered_map>
 #include <utility>
 
+#include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "server/core/approximate_bytes.h"
 #include "server/core/error.h"
@@ -55,6 +56,15 @@ constexpr std::int64_t kUnlimitedBytes = std::int64_t{1} << 60;
 
 bool IsShortOfMemory(const absl::Status& status) {
   return absl::IsResourceExhausted(status) && DetailsOf(status).reason == "MEMORY_EXHAUSTED";
+}
+
+// What could never fit is no reason to forget the past of others.
+bool MayFit(const absl::Status& refusal, const MemoryBudget& memory) {
+  const ErrorDetails details = DetailsOf(refusal);
+  const auto asked = details.metadata.find("asked_bytes");
+  std::int64_t bytes = 0;
+  return asked != details.metadata.end() && absl::SimpleAtoi(asked->second, &bytes) &&
+         bytes < memory.worlds_limit_bytes() / 4;
 }
 
 absl::Status RevisionMismatch(Revision expected, Revision actual) {
@@ -148,9 +158,12 @@ struct World::State {
   }
 
   // Geometry that a change brings is charged to the world for as long as anything refers to it.
-  absl::Status ChargeGeometry(std::vector<Change>& changes) const {
+  absl::Status ChargeGeometry(const collision::WorldSnapshot& base,
+                              std::vector<Change>& changes) const {
     for (Change& change : changes) {
       if (auto* put = std::get_if<collision::PutObject>(&change.what)) {
+        const collision::WorldObjectPtr known = base.Find(put->name);
+        if (known != nullptr && known->geometry == put->geometry) continue;
         auto charge = memory->Charge(payer, ApproximateBytes(*put));
         if (!charge.ok()) return charge.status();
         put->geometry = WithCharge(std::move(put->geometry), *std::move(charge));
@@ -186,7 +199,7 @@ struct World::State {
   absl::StatusOr<Applied> ApplyTo(const SnapshotPtr& base, std::span<const Change> given,
                                   WorkBudget* budget) const {
     std::vector<Change> changes(given.begin(), given.end());
-    if (absl::Status charged = ChargeGeometry(changes); !charged.ok()) return charged;
+    if (absl::Status charged = ChargeGeometry(*base, changes); !charged.ok()) return charged;
     absl::StatusOr<SnapshotPtr> next = collision::Apply(base, changes, budget);
     if (HasEnded(budget)) return budget->status();
     if (!next.ok()) return ExplainRefusal(next.status(), *base, changes, "changes");
@@ -206,7 +219,8 @@ struct World::State {
       feed->ForgetPast();
       outcome = write();
     }
-    if (IsShortOfMemory(outcome.status()) && around.forget_pasts) {
+    if (IsShortOfMemory(outcome.status()) && around.forget_pasts &&
+        MayFit(outcome.status(), *memory)) {
       around.forget_pasts();
       outcome = write();
     }
@@ -301,6 +315,7 @@ absl::StatusOr<WriteOutcome> World::ApplyOnce(std::span<const Change> changes,
     const bool is_long = IsLong(changes, *Snapshot());
     for (int attempt = 0; is_long; ++attempt) {
       const SnapshotPtr base = Snapshot();
+      ahead = State::Applied{};  // what an attempt before was charged for is given back first
       ahead = state_->ApplyTo(base, changes, budget);
       if (HasEnded(budget)) return absl::StatusOr<WriteOutcome>(budget->status());
       const std::lock_guard turn(state_->turn);

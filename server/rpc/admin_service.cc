@@ -1,5 +1,6 @@
 #include "server/rpc/admin_service.h"
 
+#include <algorithm>
 #include <string>
 
 #include "collision/engines/engine_version.h"
@@ -16,9 +17,9 @@ v1::Limits LimitsToProto(const Limits& limits) {
   proto.set_max_mesh_triangles(limits.max_mesh_triangles);
   proto.set_max_batch_rows(limits.max_batch_rows);
   proto.set_max_rows_as_messages(limits.max_rows_as_messages);
-  proto.set_max_watchers(limits.max_watchers);
+  proto.set_max_watchers(std::min(limits.max_watchers, limits.max_client_watchers));
   proto.set_max_metadata_bytes(limits.max_metadata_bytes);
-  proto.set_max_streams(limits.max_streams);
+  proto.set_max_streams(std::min(limits.max_streams, limits.max_client_streams));
   proto.set_max_answers(limits.max_answers);
   proto.set_max_answers_as_messages(limits.max_answers_as_messages);
   proto.set_max_object_bytes(limits.max_object_bytes);
@@ -27,6 +28,16 @@ v1::Limits LimitsToProto(const Limits& limits) {
   proto.set_max_robot_links(limits.robot.max_links);
   proto.set_max_robot_triangles(static_cast<std::int64_t>(limits.robot.max_triangles));
   proto.set_max_robots(limits.max_robots);
+  proto.set_max_watchers_in_all(limits.max_watchers);
+  proto.set_max_streams_in_all(limits.max_streams);
+  proto.set_max_uploads_in_all(limits.max_uploads);
+  proto.set_max_uploads(std::min(limits.max_uploads, limits.max_client_uploads));
+  proto.set_max_waits_in_all(limits.max_waits);
+  proto.set_max_waits(std::min(limits.max_waits, limits.max_client_waits));
+  proto.set_max_stall_seconds(std::chrono::duration<double>(limits.max_stall).count());
+  proto.set_max_worlds(limits.max_worlds);
+  proto.set_max_objects(limits.max_objects);
+  proto.set_max_parts(limits.max_parts);
   proto.set_max_calls_of_connection(MaxCallsOfConnection(limits));
   return proto;
 }
@@ -55,6 +66,8 @@ absl::Status Describe(const Runtime& runtime, Clock::time_point started,
   response->set_version(CWM_VERSION);
   *response->mutable_limits() = LimitsToProto(application.limits);
   SetConnectionLimits(runtime, *response->mutable_limits());
+  response->mutable_limits()->set_max_memory_bytes(application.memory->limit_bytes());
+  response->mutable_limits()->set_max_world_memory_bytes(application.memory->worlds_limit_bytes());
   *response->mutable_retention() = RetentionToProto(application.retention);
   for (int i = 0; i < collision::kEngineCount; ++i) {
     const auto kind = static_cast<collision::EngineKind>(i);
@@ -98,6 +111,12 @@ grpc::ServerUnaryReactor* AdminService::GetStats(grpc::CallbackServerContext* co
            [this](const v1::GetStatsRequest&, const CallContext&, v1::GetStatsResponse* reply) {
              reply->set_connections_open(runtime_.connections.open());
              reply->set_connections_shed(runtime_.connections.shed());
+             const MemoryBudget& memory = *runtime_.application.memory;
+             reply->set_memory_clients_bytes(memory.client_bytes());
+             reply->set_memory_worlds_bytes(memory.world_bytes());
+             reply->set_watchers(runtime_.watchers.taken());
+             reply->set_streams(runtime_.streams.taken());
+             reply->set_uploads(runtime_.uploads.taken());
              return absl::OkStatus();
            }});
 }

@@ -154,12 +154,12 @@ void UnaryCall::End(const absl::Status& status) {
     serialized = Serialize();
     const std::int64_t size = ReplyBytes();
     if (size < kMinGuardedReplyBytes) return absl::OkStatus();
-    // It is made already, and goes as fast as the client reads.
+    // It goes as fast as the client reads; until then it is there twice.
     if (charge_.bytes() == 0) {
       charge_ =
           MemoryCharge::Empty(runtime_.application.memory, MemoryBudget::Client(call_.client));
     }
-    charge_.ResizeAnyway(charge_.bytes() + size);
+    if (absl::Status charged = charge_.Resize(ParsedBytes() + size); !charged.ok()) return charged;
     reading_ = StallTimers::Guard(runtime_.stalls, runtime_.application.limits.max_stall,
                                   [context = context_] { context->TryCancel(); });
     return absl::OkStatus();

@@ -78,19 +78,34 @@ class ChunkedRead : public grpc::ServerWriteReactor<Response> {
             : RunGuarded([this](const CallContext& call) { return Prepare(call); }, call_);
     call_.reached.reset();  // a slow reader keeps no world alive
     if (!status.ok()) return this->Finish(ToGrpcStatus(WhyItEnded(status, runtime_)));
+    // A chunk is there twice, as bytes of a message and of the socket.
+    charge_ = MemoryCharge::Empty(runtime_.application.memory, MemoryBudget::Client(call_.client));
+    const absl::Status charged = charge_.Resize(static_cast<std::int64_t>(
+        2 * std::min<std::size_t>(kMaxChunkBytes, bytes_->size() - offset_)));
+    if (!charged.ok()) return this->Finish(ToGrpcStatus(charged));
     WriteNext();
   }
 
   void WriteNext() {
+    const absl::Status made = RunGuarded(
+        [this](const CallContext&) {
+          MakeNext();
+          return absl::OkStatus();
+        },
+        call_);
+    if (!made.ok()) return this->Finish(ToGrpcStatus(made));
+    reading_ = StallTimers::Guard(runtime_.stalls, runtime_.application.limits.max_stall,
+                                  [context = context_] { context->TryCancel(); });
+    this->StartWrite(&message_);
+  }
+
+  void MakeNext() {
     message_.set_offset(static_cast<std::int64_t>(offset_));
     const std::size_t count = std::min<std::size_t>(kMaxChunkBytes, bytes_->size() - offset_);
     message_.set_data(bytes_->data() + offset_, count);
     offset_ += count;
     message_.set_done(offset_ == bytes_->size());
     Complete(message_);
-    reading_ = StallTimers::Guard(runtime_.stalls, runtime_.application.limits.max_stall,
-                                  [context = context_] { context->TryCancel(); });
-    this->StartWrite(&message_);
   }
 
   void OnWriteDone(bool ok) override {
@@ -112,6 +127,7 @@ class ChunkedRead : public grpc::ServerWriteReactor<Response> {
   CallContext call_;
 
  private:
+  MemoryCharge charge_;         // of a chunk
   StallTimers::Guard reading_;  // of a message, by the client
 };
 

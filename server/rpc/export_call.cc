@@ -6,6 +6,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
+#include "server/core/approximate_bytes.h"
 #include "server/core/error.h"
 #include "server/core/load_robot.h"
 #include "server/export/drawn_world.h"
@@ -35,6 +36,15 @@ absl::Status GoOnWith(const CallContext& call) {
   return MakeError(absl::StatusCode::kDeadlineExceeded,
                    "the deadline was reached before the text was made",
                    {.reason = "TIME_BUDGET_SPENT"});
+}
+
+// A file takes about as much as what it is made of while it is made.
+std::int64_t FileBytesOf(const collision::WorldSnapshot& snapshot) {
+  std::int64_t bytes = 0;
+  for (const collision::WorldObjectPtr& object : snapshot.objects()) {
+    bytes += ApproximateBytes(*object);
+  }
+  return bytes;
 }
 
 absl::Status CheckFormat(v1::ExportFormat format) {
@@ -84,8 +94,34 @@ absl::Status ExportWorldCall::Prepare(const CallContext& call) {
   const auto at = FindWorldAt(runtime_, request_.world(), request_.world_uid(), *rule, call);
   if (!at.ok()) return at.status();
   const GoOn go_on = [&call] { return GoOnWith(call); };
-  const absl::Status formatted = Format(*at->snapshot, at->world->name(), go_on);
-  if (!formatted.ok()) return formatted;
+  const bool is_yaml = request_.format() == v1::EXPORT_FORMAT_MOVEIT_YAML;
+  if (is_yaml && !request_.robot().empty()) {
+    if (auto status = CheckName(request_.robot(), root.Field("robot")); !status.ok()) return status;
+  }
+  const std::string key =
+      absl::StrCat(at->world->uid(), " ", at->snapshot->revision().value, " ",
+                   static_cast<int>(request_.format()), " ", is_yaml ? request_.robot() : "");
+  file_ = runtime_.exports.Find(key);
+  if (file_ == nullptr) {
+    auto charge = runtime_.application.memory->Charge(MemoryBudget::Client(call.client),
+                                                      FileBytesOf(*at->snapshot));
+    if (!charge.ok()) return charge.status();
+    const absl::Status formatted = Format(*at->snapshot, at->world->name(), go_on);
+    if (!formatted.ok()) return formatted;
+    auto file = std::make_shared<ExportedWorld>();
+    file->bytes = std::move(text_);
+    file->warnings = std::move(warnings_);
+    file->files = std::move(named_);
+    charge->ResizeAnyway(static_cast<std::int64_t>(file->bytes.size()));
+    file->charge = *std::move(charge);
+    file_ = runtime_.exports.Keep(key, std::move(file));
+  }
+  bytes_ = {file_, &file_->bytes};
+  for (const ExportedWorld::Part& part : file_->files) {
+    v1::ExportedFile& listed = *message_.add_files();
+    listed.set_name(part.name);
+    listed.set_byte_count(part.byte_count);
+  }
   message_.set_world_uid(at->world->uid());
   message_.set_revision(at->snapshot->revision().value);
   message_.set_total_bytes(static_cast<std::int64_t>(bytes_->size()));
@@ -127,7 +163,7 @@ absl::Status ExportWorldCall::FormatScene(const collision::WorldSnapshot& snapsh
   }
   auto bytes = is_yaml ? FormatSceneYaml(scene, go_on) : FormatSceneText(scene, go_on);
   if (!bytes.ok()) return bytes.status();
-  bytes_ = std::make_shared<const std::string>(*std::move(bytes));
+  text_ = *std::move(bytes);
   warnings_ = std::move(scene.warnings);
   return absl::OkStatus();
 }
@@ -140,7 +176,7 @@ absl::Status ExportWorldCall::FormatDrawing(const collision::WorldSnapshot& snap
   const bool is_glb = request_.format() == v1::EXPORT_FORMAT_GLB;
   auto bytes = is_glb ? FormatGlb(*drawn, go_on) : FormatPly(*drawn, go_on);
   if (!bytes.ok()) return bytes.status();
-  bytes_ = std::make_shared<const std::string>(*std::move(bytes));
+  text_ = *std::move(bytes);
   warnings_ = std::move(drawn->warnings);
   return absl::OkStatus();
 }
@@ -155,11 +191,9 @@ absl::Status ExportWorldCall::FormatModel(PlanningScene scene, const GoOn& go_on
   for (const NamedFile& file : model->files) {
     bytes += file.bytes;
     if (model->files.size() == 1) break;
-    v1::ExportedFile& listed = *message_.add_files();
-    listed.set_name(file.name);
-    listed.set_byte_count(static_cast<std::int64_t>(file.bytes.size()));
+    named_.push_back({file.name, static_cast<std::int64_t>(file.bytes.size())});
   }
-  bytes_ = std::make_shared<const std::string>(std::move(bytes));
+  text_ = std::move(bytes);
   warnings_ = std::move(model->warnings);
   return absl::OkStatus();
 }
@@ -167,11 +201,11 @@ absl::Status ExportWorldCall::FormatModel(PlanningScene scene, const GoOn& go_on
 void ExportWorldCall::Complete(v1::ExportWorldResponse& message) {
   if (message.offset() > 0) message.clear_files();
   if (!message.done()) return;
-  for (std::size_t i = 0; i < std::min(warnings_.size(), kMostWarnings); ++i) {
-    message.add_warnings(warnings_[i]);
+  for (std::size_t i = 0; i < std::min(file_->warnings.size(), kMostWarnings); ++i) {
+    message.add_warnings(file_->warnings[i]);
   }
-  if (warnings_.size() > kMostWarnings) {
-    message.add_warnings(absl::StrCat("and ", warnings_.size() - kMostWarnings, " more"));
+  if (file_->warnings.size() > kMostWarnings) {
+    message.add_warnings(absl::StrCat("and ", file_->warnings.size() - kMostWarnings, " more"));
   }
 }
 

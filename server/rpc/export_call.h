@@ -3,6 +3,7 @@
 
 #include <grpcpp/grpcpp.h>
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -10,6 +11,7 @@
 #include "cwm/v1/world.grpc.pb.h"
 #include "server/export/planning_scene.h"
 #include "server/rpc/chunked_read.h"
+#include "server/rpc/exported_worlds.h"
 
 namespace cwm::server {
 
@@ -22,7 +24,7 @@ class ExportWorldCall final : public ChunkedRead<v1::ExportWorldResponse> {
   absl::Status Prepare(const CallContext& call) override;
   void Complete(v1::ExportWorldResponse& message) override;
 
-  // What the file is made of: sets bytes, warnings and, where there are several, the files.
+  // Makes the file: sets text, warnings and, where there are several, the names of files.
   absl::Status Format(const collision::WorldSnapshot& snapshot, const std::string& world,
                       const GoOn& go_on);
   absl::Status FormatScene(const collision::WorldSnapshot& snapshot, PlanningScene scene,
@@ -33,8 +35,11 @@ class ExportWorldCall final : public ChunkedRead<v1::ExportWorldResponse> {
 
   const v1::ExportWorldRequest request_;
   std::optional<QuotaShare> place_;  // of a stream
-  MemoryCharge file_;
+  std::shared_ptr<const ExportedWorld> file_;
+  // While it is made.
+  std::string text_;
   std::vector<std::string> warnings_;
+  std::vector<ExportedWorld::Part> named_;
 };
 
 }  // namespace cwm::server

@@ -15,6 +15,9 @@ namespace {
 // A path of a file system; URIs of meshes are such with a few letters in front.
 constexpr std::int64_t kMostFileNameBytes = 4'096;
 
+// Measured on the meshes of a Panda: text, triangles and their trees take ten times their bytes.
+constexpr std::int64_t kReadingBytes = 4 << 20;
+constexpr std::int64_t kReadingBytesPerByte = 10;
 // Measured: the finest meshes of a Panda, 8.2 MB, are read and prepared within 2 s.
 constexpr double kReading_s_per_byte = 0.25e-6;
 
@@ -150,6 +153,11 @@ absl::Status LoadRobotCall::Work() {
     // A write that cannot be is refused before its files are read.
     if (auto decided = (*known)->Precheck(plan_->write); !decided.ok()) return decided.status();
   }
+  // Reading bounds what becomes of the files by their size (robot/prepared_budget.h); what a robot
+  // that stays takes is the world's.
+  MemoryCharge reading = EmptyCharge();
+  auto charged = reading.Resize(kReadingBytes + kReadingBytesPerByte * total_bytes_);
+  if (!charged.ok()) return charged;
   auto put = MakePut();
   if (!put.ok()) return put.status();
   files_.clear();  // their bytes are in the robot now

@@ -13,6 +13,7 @@
 #include "server/wire/answers.h"
 #include "server/wire/objects.h"
 #include "server/wire/poses.h"
+#include "server/wire/prepared_bytes.h"
 #include "server/wire/questions.h"
 
 namespace cwm::server {
@@ -49,7 +50,8 @@ struct Asked {
   collision::Revision revision;  // of the world
   SnapshotPtr snapshot;          // of that revision, with the overlays
   QuestionOptions options;
-  WorkBudget budget;  // of reading it
+  WorkBudget budget;         // of reading it
+  MemoryCharge charge = {};  // of its client, for what the overlay prepares
 
   AnswerContext Context(BodyNames body = {}) const {
     return {.world_uid = world->uid(),
@@ -127,6 +129,14 @@ absl::StatusOr<Asked> Understand(Runtime& runtime, const Request& request, const
     auto supposed = memory->overlay.Over(*at->world, std::move(at->snapshot), &asked.budget);
     if (!supposed.ok()) return supposed.status();
     at->snapshot = *std::move(supposed);
+  }
+  if (!request.options().overlay().empty()) {
+    const Application& application = runtime.application;
+    auto charge = application.memory->Charge(
+        MemoryBudget::Client(call.client),
+        PreparedBytes(request.options().overlay(), application.geometry));
+    if (!charge.ok()) return charge.status();
+    asked.charge = *std::move(charge);
   }
   auto snapshot =
       WithOverlay(runtime.application, request.options(), std::move(at->snapshot), &asked.budget);

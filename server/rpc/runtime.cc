@@ -13,7 +13,6 @@
 namespace cwm::server {
 namespace {
 
-// Queued work holds its request: at 16 MiB a message these bound the memory.
 constexpr std::size_t kQueryCapacity = 64;
 constexpr std::size_t kIngestCapacity = 8;
 constexpr std::size_t kRobotCapacity = 8;
@@ -118,6 +117,7 @@ void Runtime::ReturnMemorySoon() {
   timer.After(kDelay, [this] {
     const bool is_taken = robots.TryPush([this] {
       returns_memory_ = false;
+      application.geometry.ForgetUnused();
       malloc_trim(0);
     });
     if (!is_taken) returns_memory_ = false;

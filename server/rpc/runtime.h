@@ -4,6 +4,7 @@
 
 #include <grpcpp/grpcpp.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cstdint>
 #include <memory>
@@ -19,6 +20,7 @@
 #include "server/core/work_queue.h"
 #include "server/core/world_registry.h"
 #include "server/rpc/connections.h"
+#include "server/rpc/exported_worlds.h"
 #include "server/rpc/open_calls.h"
 #include "server/rpc/request_log.h"
 #include "server/rpc/revision_waits.h"
@@ -36,7 +38,8 @@ struct Application {
   TransportLimits transport = {};
   std::shared_ptr<MemoryBudget> memory = MemoryBudget::Make(limits.max_memory_bytes);
   WorldRegistry worlds{limits, retention, memory};
-  GeometryStore geometry{limits.max_geometry_bytes, limits};
+  // Blobs that nothing uses yet are no world's: they get an eighth of the account at most.
+  GeometryStore geometry{std::min(limits.max_geometry_bytes, limits.max_memory_bytes / 8), limits};
 };
 
 // A call that may wait for its client without end, which a draining server ends.
@@ -76,7 +79,8 @@ class Runtime {
   FairQuota streams;
   FairQuota uploads;
   FairQuota read_ahead;  // messages of streams
-  RevisionWaits waits;   // before the queues: what waited there refers to it
+  ExportedWorlds exports;
+  RevisionWaits waits;  // before the queues: what waited there refers to it
 
   const int cores;
 
@@ -98,7 +102,8 @@ class Runtime {
   // against 1.2).
   int ThreadsForScan() const;
 
-  // Gives free memory back to the system, soon and once for many that ask: the allocator keeps it else.
+  // Gives back to the system what deleted worlds held, soon and once for many that ask: the allocator
+  // keeps it else.
   void ReturnMemorySoon();
 
   std::atomic<int> batches_under_way = 0;  // that are being answered

@@ -6,7 +6,9 @@
 
 #include "absl/strings/str_cat.h"
 #include "server/core/error.h"
+#include "server/rpc/status_conversion.h"
 #include "server/wire/objects.h"
+#include "server/wire/prepared_bytes.h"
 
 namespace cwm::server {
 namespace {
@@ -30,14 +32,20 @@ constexpr collision::ExpireRules kNothing{Clock::time_point::min()};
 }  // namespace
 
 absl::Status StreamOverlay::Set(const Application& application, const v1::StreamOverlay& overlay,
-                                WorkBudget* budget) {
-  auto changes = Read(application, overlay, budget);
+                                const ClientId& client, WorkBudget* budget) {
+  changes_.clear();
+  base_ = changed_ = nullptr;
   world_ = WorldNameOf(overlay.world());
   const auto world = application.worlds.Find(world_);
   world_uid_ = world.ok() ? (*world)->uid() : "";
+  legible_ = Overloaded("overlay: there was no memory to read it", "OUT_OF_MEMORY");  // until it is
+  charge_ = MemoryCharge::Empty(application.memory, MemoryBudget::Client(client));
+  absl::Status charged = charge_.Resize(PreparedBytes(overlay.changes(), application.geometry));
+  if (!charged.ok()) return legible_ = std::move(charged);
+  auto changes = Read(application, overlay, budget);
   legible_ = changes.status();
   changes_ = changes.ok() ? *std::move(changes) : std::vector<collision::Change>();
-  base_ = changed_ = nullptr;
+  if (changes_.empty()) charge_ = {};
   return legible_;
 }
 

@@ -16,8 +16,9 @@ class StreamOverlay {
   // Holds from now on, for the world that has the name now or, where none has, first has it. A list that cannot be read is refused now, and to each question that it is
   // about: none is answered as if nobody had asked what if.
   // So is one that was not read before the budget ended.
+  // The client is charged for what it holds: the errors of MemoryBudget::Charge.
   absl::Status Set(const Application& application, const v1::StreamOverlay& overlay,
-                   WorkBudget* budget);
+                   const ClientId& client, WorkBudget* budget);
 
   // What is asked of the world: `base` with the changes, where they are about it. What they allow for
   // a time ends with it, whatever revision is asked. WORLD_REPLACED of another world under that name.
@@ -30,6 +31,7 @@ class StreamOverlay {
   std::string world_, world_uid_;  // the uid empty while there is no such world
   absl::Status legible_;
   std::vector<collision::Change> changes_;
+  MemoryCharge charge_;         // of their geometry
   SnapshotPtr base_, changed_;  // of the last question: most ask the same revision
 };
 

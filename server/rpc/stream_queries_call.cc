@@ -48,8 +48,6 @@ double CostOf(const Runtime& runtime, const v1::StreamQueriesRequest& request) {
   return EstimatedCost_s(request, {runtime.application.geometry, snapshot.get()});
 }
 
-using MaybeAwait = absl::StatusOr<std::optional<RevisionToAwait>>;
-
 MaybeAwait WhatToAwait(const Runtime& runtime, const v1::StreamQueriesRequest& request) {
   return WithQuery(
       request,
@@ -92,7 +90,8 @@ void StreamQueriesCall::Advance() {
     if (is_over_) return;
     has_begun = MoveOn();
   }
-  if (has_begun) Begin();
+  if (!has_begun) return;
+  AnswerIfItThrows([this] { Begin(); });
 }
 
 // True when a question has come to be answered.
@@ -182,11 +181,17 @@ WorkQueue& StreamQueriesCall::Queue() {
 void StreamQueriesCall::Begin() {
   begun_ = Clock::now();
   const std::size_t size = request_bytes_.Length();
+  // While it is parsed it is there twice.
+  const absl::Status charged = charge_.Resize(2 * static_cast<std::int64_t>(size));
+  if (!charged.ok()) {
+    request_bytes_.Clear();
+    return Answered(charged);
+  }
   if (size <= kMaxParsedAtOnceBytes) return ParseAndPlan();
   runtime_.batches.Push({.run =
                              [self = shared_from_this()](const absl::Status& admitted) {
                                if (!admitted.ok()) return self->Answered(admitted);
-                               self->ParseAndPlan();
+                               self->AnswerIfItThrows([&self] { self->ParseAndPlan(); });
                              },
                          .client = client_,
                          .cost_s = kParsing_s_per_byte * static_cast<double>(size),
@@ -194,20 +199,20 @@ void StreamQueriesCall::Begin() {
 }
 
 void StreamQueriesCall::ParseAndPlan() {
-  const auto size = static_cast<std::int64_t>(request_bytes_.Length());
-  absl::Status parsed;
-  const absl::Status charged = RunGuarded(
-      [&](const CallContext&) {
-        // While it is parsed it is there twice.
-        if (auto status = charge_.Resize(2 * size); !status.ok()) return status;
-        parsed = ParseRequest(request_bytes_, &request_);
+  const absl::Status parsed = ParseRequest(request_bytes_, &request_);
+  if (!parsed.ok()) return Break(parsed);
+  charge_.ResizeAnyway(static_cast<std::int64_t>(request_.SpaceUsedLong()));
+  Plan();
+}
+
+void StreamQueriesCall::AnswerIfItThrows(const std::function<void()>& work) {
+  const absl::Status done = RunGuarded(
+      [&work](const CallContext&) {
+        work();
         return absl::OkStatus();
       },
       {});
-  request_bytes_.Clear();
-  if (!charged.ok()) return Answered(charged);
-  if (!parsed.ok()) return Break(parsed);
-  Plan();
+  if (!done.ok()) Answered(done);
 }
 
 // Nobody can tell what was asked, nor what comes after it.
@@ -273,7 +278,7 @@ void StreamQueriesCall::Work() {
 absl::Status StreamQueriesCall::AnswerRequest(const CallContext& call) {
   if (request_.has_overlay()) {
     WorkBudget budget(call.deadline, call.stop);
-    auto status = memory_.overlay.Set(runtime_.application, request_.overlay(), &budget);
+    auto status = memory_.overlay.Set(runtime_.application, request_.overlay(), client_, &budget);
     const bool is_all = request_.query_case() == v1::StreamQueriesRequest::QUERY_NOT_SET;
     if (is_all || !status.ok()) return status;
   }

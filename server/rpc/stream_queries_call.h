@@ -4,6 +4,7 @@
 
 #include <grpcpp/grpcpp.h>
 
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -46,6 +47,7 @@ class StreamQueriesCall final : public grpc::ServerBidiReactor<grpc::ByteBuffer,
   // Of the question that has just come into its place. Each ends in Answered.
   void Begin();
   void ParseAndPlan();
+  void AnswerIfItThrows(const std::function<void()>& work);
   void Plan();
   void Break(const absl::Status& status);
   void Enqueue();

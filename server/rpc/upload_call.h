@@ -98,6 +98,7 @@ class UploadCall : public grpc::ServerReadReactor<grpc::ByteBuffer>,
 
   void OnReadDone(bool ok) override {
     const auto self = this->shared_from_this();
+    if (IsOver()) return;  // ended by a drain or a stall: its read fails after that
     sending_.Restart();
     const CallWork take = [&](const CallContext&) {
       if (!ok) return call_.stop.stop_requested() ? CallCancelled() : CheckEnd();
@@ -139,7 +140,7 @@ class UploadCall : public grpc::ServerReadReactor<grpc::ByteBuffer>,
                       [self = this->shared_from_this(),
                        work = std::move(work)](const absl::Status& admitted) {
                         if (!admitted.ok()) return self->End(admitted);
-                        work();
+                        if (!self->IsOver()) work();
                       },
                   .client = call_.client,
                   .cost_s = cost_s,
@@ -171,6 +172,11 @@ class UploadCall : public grpc::ServerReadReactor<grpc::ByteBuffer>,
           call_);
     }
     this->Finish(status.ok() ? serialized : ToGrpcStatus(status));
+  }
+
+  bool IsOver() {
+    const std::lock_guard lock(mutex_);
+    return is_over_;
   }
 
   void OnCancel() override { stop_.request_stop(); }

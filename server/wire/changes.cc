@@ -12,9 +12,6 @@
 namespace cwm::server {
 namespace {
 
-// Parts of one object: every question visits each of them.
-constexpr int kMaxParts = 4'096;
-
 // Of a WorkBudget, what a change takes beside its geometry: some microseconds.
 constexpr std::size_t kStepsOfChange = 64;
 
@@ -30,9 +27,9 @@ absl::StatusOr<std::shared_ptr<const HybridModel>> ModelOf(const v1::Object& obj
                                                            const FieldPath& path) {
   const int parts = object.shapes_size() + object.surfaces_size();
   if (parts == 0) return path.Field("shapes").Error("is empty, must hold a shape or surfaces one");
-  if (parts > kMaxParts) {
-    return path.Field("shapes").Error(
-        absl::StrCat("and surfaces hold ", parts, " parts, must hold at most ", kMaxParts));
+  if (parts > source.limits.max_parts) {
+    return path.Field("shapes").Error(absl::StrCat(
+        "and surfaces hold ", parts, " parts, must hold at most ", source.limits.max_parts));
   }
   auto model = std::make_shared<HybridModel>();
   model->shapes.reserve(static_cast<std::size_t>(object.shapes_size()));
