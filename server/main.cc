@@ -6,6 +6,7 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <csignal>
 #include <cstdio>
@@ -50,8 +51,9 @@ sigset_t BlockEndingSignals() {
 void KeepMessageMemory() {
   mallopt(M_MMAP_THRESHOLD, 32 << 20);
   // Each thread's heap keeps so much at its end, which malloc_trim does not give back.
-  mallopt(M_TRIM_THRESHOLD, 8 << 20);
+  mallopt(M_TRIM_THRESHOLD, 4 << 20);
   mallopt(M_TOP_PAD, 1 << 20);
+  mallopt(M_ARENA_MAX, 2 * static_cast<int>(std::max(1U, std::thread::hardware_concurrency())));
 }
 
 // Debian builds Abseil with its debug checks: each lock of gRPC's enters a graph of the order in which
