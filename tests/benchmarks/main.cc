@@ -1,5 +1,5 @@
 // ./dev bench: figures with their rivals by group, or micro-benchmarks by name.
-//   cwm-bench [main|perception|perception-quick|collision|collision-(pairs|robots|samples|worlds)|people] [--json FILE]
+//   cwm-bench [main|perception|perception-quick|collision|collision-(pairs|robots|samples|worlds)|people|server] [--json FILE]
 //   cwm-bench scene FAMILY SEED      one of the random scenes, shape by shape
 //   cwm-bench REGEX                  micro-benchmarks whose names match
 #include <benchmark/benchmark.h>
@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "tests/benchmarks/benchmarks.h"
+#include "tests/benchmarks/server/server_benchmarks.h"
 
 namespace {
 
@@ -48,6 +49,12 @@ const std::map<std::string, std::vector<std::function<void(Report&)>>>& Groups()
       {"people-grasps", {MeasureGrasps}},
       {"people-planner", {MeasurePlanning}},
       {"people-viewer", {MeasureViewer}},
+      {"server", {MeasureServer}},
+      {"server-amplification", {MeasureAmplification}},
+      {"server-listener", {MeasureListener}},
+      {"server-memory", {MeasureMemoryReturned}},
+      {"server-overload", {MeasureOverload}},
+      {"server-stops", {MeasureStops}},
   };
   return groups;
 }
