@@ -75,6 +75,39 @@ double WatchPeak(const MeasuredServer& server, double limit_s, bool* idle) {
   return peak;
 }
 
+// Of the busiest thread; of what threads used that have ended, all together.
+double BusiestSince(const MeasuredServer& server, const std::map<pid_t, double>& threads_s,
+                    double total_s) {
+  double busiest = 0, sum = 0;
+  const double total = server.Cpu_s() - total_s;
+  for (const auto& [thread, seconds] : server.ThreadCpu_s()) {
+    const auto before = threads_s.find(thread);
+    const double used = seconds - (before == threads_s.end() ? 0 : before->second);
+    busiest = std::max(busiest, used);
+    sum += used;
+  }
+  return std::max(busiest, total - sum);
+}
+
+// Cancels all and notes what the server still works.
+void Cancel(const MeasuredServer& server, std::vector<Sent>& copies, Measured& measured) {
+  for (Sent& sent : copies) CancelAll(sent);
+  // The cancels travel through the client's threads.
+  for (Sent& sent : copies) {
+    for (const auto& call : sent.calls) call->WaitUntilDone(milliseconds(200));
+  }
+  std::this_thread::sleep_for(milliseconds(2));
+  const auto threads_s = server.ThreadCpu_s();
+  const double total_s = server.Cpu_s();
+  const bool ended = server.WaitUntilIdle(kCancelLimit_s);
+  if (!server.running()) {
+    measured.died = true;
+    return;
+  }
+  measured.cpu_unended = measured.cpu_unended || !ended;
+  measured.cpu_ms = std::max(measured.cpu_ms, BusiestSince(server, threads_s, total_s) * 1e3);
+}
+
 void MeasureHeld(const HostileRequest& request, const Target& target, Measured& measured) {
   MeasuredServer& server = target.server;
   server.WaitUntilIdle(2);
@@ -93,8 +126,7 @@ void MeasureHeld(const HostileRequest& request, const Target& target, Measured& 
   }
   measured.works_on = !idle;
   measured.outcome = OutcomeOf(copies[0]);
-  for (Sent& sent : copies) CancelAll(sent);
-  server.WaitUntilIdle(kCancelLimit_s);
+  Cancel(server, copies, measured);
   const auto after = static_cast<double>(server.ResidentBytes());
   measured.died = !server.running();
   const auto per_copy = [&](double bytes) { return (bytes - before - content) / request.copies; };
@@ -103,40 +135,12 @@ void MeasureHeld(const HostileRequest& request, const Target& target, Measured& 
   measured.peak_bytes = per_copy(std::max(peak, held));
 }
 
-// Of the busiest thread; of what threads used that have ended, all together.
-double BusiestSince(const MeasuredServer& server, const std::map<pid_t, double>& threads_s,
-                    double total_s) {
-  double busiest = 0, sum = 0;
-  const double total = server.Cpu_s() - total_s;
-  for (const auto& [thread, seconds] : server.ThreadCpu_s()) {
-    const auto before = threads_s.find(thread);
-    const double used = seconds - (before == threads_s.end() ? 0 : before->second);
-    busiest = std::max(busiest, used);
-    sum += used;
-  }
-  return std::max(busiest, total - sum);
-}
-
 void MeasureCancelled(const HostileRequest& request, const Target& target, int copy,
                       milliseconds delay, Measured& measured) {
-  MeasuredServer& server = target.server;
-  Sent sent;
-  server.WaitUntilIdle(1);
-  request.send(target, copy, sent);
+  std::vector<Sent> copies(1);
+  request.send(target, copy, copies[0]);
   std::this_thread::sleep_for(delay);
-  CancelAll(sent);
-  // The cancel travels through the client's threads.
-  for (const auto& call : sent.calls) call->WaitUntilDone(milliseconds(200));
-  std::this_thread::sleep_for(milliseconds(2));
-  const auto threads_s = server.ThreadCpu_s();
-  const double total_s = server.Cpu_s();
-  const bool ended = server.WaitUntilIdle(kCancelLimit_s);
-  if (!server.running()) {
-    measured.died = true;
-    return;
-  }
-  measured.cpu_unended = measured.cpu_unended || !ended;
-  measured.cpu_ms = std::max(measured.cpu_ms, BusiestSince(server, threads_s, total_s) * 1e3);
+  Cancel(target.server, copies, measured);
 }
 
 Measured Measure(const HostileRequest& request) {
@@ -151,19 +155,19 @@ Measured Measure(const HostileRequest& request) {
     return measured;
   }
   MeasureHeld(request, target, measured);
-  if (!request.has_cpu || measured.died) return measured;
+  if (!request.has_cpu) return measured;
   const milliseconds delays[kCpuTries] = {milliseconds(3), milliseconds(50), milliseconds(300)};
-  for (int i = 0; i < kCpuTries && !measured.died && SecondsSince(start) < kRequestLimit_s; ++i) {
-    // What is still at work would be counted as the next one's.
-    if (!server.WaitUntilIdle(2 * kCancelLimit_s)) break;
+  // What goes on and on need not be tried again, and would be counted as the next one's.
+  for (int i = 0; i < kCpuTries && !measured.died && !measured.cpu_unended; ++i) {
+    if (SecondsSince(start) > kRequestLimit_s) break;
     MeasureCancelled(request, target, request.copies + i, delays[i], measured);
   }
   return measured;
 }
 
 bool IsOver(const HostileRequest& request, const Measured& measured) {
-  return request.open_why.empty() &&
-         (measured.died || measured.ratio() > kMaxRatio || measured.cpu_ms > kMaxCpu_ms);
+  return request.open_why.empty() && (measured.died || measured.ratio() > kMaxRatio ||
+                                      (request.has_cpu && measured.cpu_ms > kMaxCpu_ms));
 }
 
 std::string LineOf(const HostileRequest& request, const Measured& measured) {
@@ -216,7 +220,7 @@ void MeasureAmplificationOf(const std::string& pattern, Report& report) {
       worst_ratio = measured.ratio();
       worst_held = request.name;
     }
-    if (measured.cpu_ms > worst_cpu_ms) {
+    if (request.has_cpu && measured.cpu_ms > worst_cpu_ms) {
       worst_cpu_ms = measured.cpu_ms;
       worst_cpu = request.name;
     }

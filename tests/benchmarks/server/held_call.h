@@ -18,11 +18,11 @@
 namespace cwm::benchmarks {
 
 struct CallPlan {
-  std::string method;                 // "cwm.v1.WorldService/ApplyChanges"
+  std::string method;                      // "cwm.v1.WorldService/ApplyChanges"
   std::vector<std::string> messages = {};  // serialized, sent in order
-  bool half_closes = true;            // false: the client never says that it is done
-  bool reads = true;                  // false: answers stay with the server beyond 64 KiB
-  bool compresses = false;            // gzip
+  bool half_closes = true;                 // false: the client never says that it is done
+  bool reads = true;                       // false: answers stay with the server beyond 64 KiB
+  bool compresses = false;                 // gzip
   std::vector<std::pair<std::string, std::string>> metadata = {};
 };
 

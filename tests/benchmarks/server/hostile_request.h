@@ -1,5 +1,6 @@
-// Requests that cost a server more than they cost who sends them: what the amplification is measured
-// with. Each is an entry of a table; who knows another one adds a row to that of its service.
+// Requests that cost a server more than they cost who sends them: what the amplification is
+// measured with. Each is an entry of a table; who knows another one adds a row to that of its
+// service.
 #pragma once
 
 #include <cstdint>
@@ -49,7 +50,7 @@ struct HostileRequest {
   // Stores what an honest client would; false where that failed. `copies` includes the tries.
   std::function<bool(Target& target, int copies)> prepare = {};
   SendCopy send;
-  bool has_cpu = true;   // false: a series of calls, each cheap
+  bool has_cpu = true;        // false: a series of calls, each cheap
   std::string open_why = {};  // not empty: printed and not judged, with this reason
 };
 

@@ -17,13 +17,23 @@ namespace {
 constexpr int kDescriptors = 1'024;
 constexpr int kConnections = 1'100;
 
-// This process holds the other ends.
-void RaiseOwnLimit() {
-  rlimit limit{};
-  getrlimit(RLIMIT_NOFILE, &limit);
-  limit.rlim_cur = limit.rlim_max;
-  setrlimit(RLIMIT_NOFILE, &limit);
-}
+// This process holds the other ends; the servers of other figures start with the limits as they
+// were.
+class RaisedLimit {
+ public:
+  RaisedLimit() {
+    getrlimit(RLIMIT_NOFILE, &before_);
+    rlimit raised = before_;
+    raised.rlim_cur = raised.rlim_max;
+    setrlimit(RLIMIT_NOFILE, &raised);
+  }
+  ~RaisedLimit() { setrlimit(RLIMIT_NOFILE, &before_); }
+  RaisedLimit(const RaisedLimit&) = delete;
+  RaisedLimit& operator=(const RaisedLimit&) = delete;
+
+ private:
+  rlimit before_{};
+};
 
 // Whether a new connection is made and its call answered within five seconds.
 bool Answers(const std::string& address) {
@@ -55,7 +65,7 @@ int Flood(const Connect& connect) {
 }  // namespace
 
 void MeasureListener(Report& report) {
-  RaiseOwnLimit();
+  const RaisedLimit raised;
   int answered = 0;
   for (const bool is_tcp : {false, true}) {
     const char* const kind = is_tcp ? "TCP" : "Unix socket";

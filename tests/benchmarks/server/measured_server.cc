@@ -112,6 +112,18 @@ std::map<pid_t, double> MeasuredServer::ThreadCpu_s() const {
   return seconds;
 }
 
+bool MeasuredServer::HasRunnableThread() const {
+  std::error_code ignored;
+  const std::string tasks = "/proc/" + std::to_string(pid()) + "/task";
+  for (const auto& entry : std::filesystem::directory_iterator(tasks, ignored)) {
+    std::string stat;
+    std::getline(std::ifstream(entry.path() / "stat"), stat);
+    const std::size_t name_end = stat.rfind(')');  // names may have spaces
+    if (name_end != std::string::npos && stat.substr(name_end + 1, 2) == " R") return true;
+  }
+  return false;
+}
+
 bool MeasuredServer::WaitUntilIdle(double limit_s) const {
   constexpr double kIdleShare = 0.02;
   constexpr auto kPeriod = std::chrono::milliseconds(50);
@@ -123,7 +135,8 @@ bool MeasuredServer::WaitUntilIdle(double limit_s) const {
     std::this_thread::sleep_for(kPeriod);
     const double now_s = Cpu_s();
     if (now_s == 0) return false;
-    const bool idle = now_s - before_s < kIdleShare * SecondsSince(period_start);
+    const bool idle =
+        now_s - before_s < kIdleShare * SecondsSince(period_start) && !HasRunnableThread();
     before_s = now_s;
     idle_periods = idle ? idle_periods + 1 : 0;
     if (idle_periods == 2) return true;

@@ -60,7 +60,10 @@ class MeasuredServer {
   double Cpu_s() const;
   // The processor time of each thread that lives.
   std::map<pid_t, double> ThreadCpu_s() const;
-  // Waits until it has done next to nothing for 100 ms; false after `limit_s` or when it is gone.
+  // Whether a thread is at work or waits for a core: machines are shared.
+  bool HasRunnableThread() const;
+  // Waits until it has done next to nothing for 100 ms, with no thread that wants a core; false
+  // after `limit_s` or when it is gone.
   bool WaitUntilIdle(double limit_s) const;
 
   // Seconds from SIGTERM to its end; absent when it does not end within `limit_s`.

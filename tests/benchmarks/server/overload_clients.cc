@@ -61,15 +61,18 @@ void Clients::End() {
 }
 
 void CallPolitely(const std::shared_ptr<grpc::Channel>& channel, const CallPlan& plan,
-                  double limit_s, Tally& tally) {
+                  const std::atomic<bool>& over, Tally& tally) {
+  constexpr auto kSlice = std::chrono::milliseconds(50);
   const auto start = SteadyClock::now();
   double first_advice_s = 0, first_refusal_s = 0;
   int refusals = 0;
-  while (SecondsSince(start) < limit_s) {
+  while (SecondsSince(start) < kCallLimit_s && !over) {
     const auto sent = SteadyClock::now();
     const double sent_s = SecondsSince(start);
     HeldCall call(channel, plan);
-    call.WaitUntilDone(std::chrono::milliseconds(static_cast<int>(limit_s * 1e3)));
+    while (!call.WaitUntilDone(kSlice) && !over && SecondsSince(start) < kCallLimit_s) {
+    }
+    if (over) return;
     const grpc::Status status = call.status();
     const bool done = call.Outcome() != "open";
     const client::ErrorDetails details = client::DetailsOf(client::FromGrpc(status));
@@ -118,8 +121,8 @@ void AddBatchClients(const MeasuredServer& server, Tally& tally, Clients& client
   for (int i = 0; i < kBatchConnections; ++i) {
     const auto channel = server.NewChannel();
     for (int call = 0; call < kBatchesInFlight; ++call) {
-      clients.Add([channel, plan = BatchPlan(), &tally] {
-        CallPolitely(channel, plan, kCallLimit_s, tally);
+      clients.Add([channel, plan = BatchPlan(), &tally, &clients] {
+        CallPolitely(channel, plan, clients.over(), tally);
       });
     }
   }
@@ -130,7 +133,7 @@ void AddScanClients(const MeasuredServer& server, Tally& tally, Clients& clients
   for (int i = 0; i < kScanConnections; ++i) {
     const auto& cloud = clouds[static_cast<std::size_t>(i) % clouds.size()];
     clients.Add([channel = server.NewChannel(), plan = CloudPlanOf(absl::StrCat("scan_", i), cloud),
-                 &tally] { CallPolitely(channel, plan, kCallLimit_s, tally); });
+                 &tally, &clients] { CallPolitely(channel, plan, clients.over(), tally); });
   }
 }
 

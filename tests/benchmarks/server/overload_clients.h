@@ -25,7 +25,9 @@ class Clients {
 
   // Calls `once` again and again in a thread of its own.
   void Add(std::function<void()> once);
+  // Ends what is under way as well.
   void End();
+  const std::atomic<bool>& over() const { return over_; }
 
  private:
   std::atomic<bool> over_ = false;
@@ -45,12 +47,13 @@ struct Tally {
   std::vector<double> advised_s, actual_s;
 };
 
-// Makes the call, again after each refusal with the delay that it advises, until it is answered or
-// `limit_s` is over; tells the tally.
+// Makes the call, again after each refusal with the delay that it advises, until it is answered,
+// has failed or taken 30 s; tells the tally. What is `over` meanwhile is not told.
 void CallPolitely(const std::shared_ptr<grpc::Channel>& channel, const CallPlan& plan,
-                  double limit_s, Tally& tally);
+                  const std::atomic<bool>& over, Tally& tally);
 
-// Clients with batches of questions, clients with scans. What they ask of is there: PrepareOverload.
+// Clients with batches of questions, clients with scans. What they ask of is there:
+// PrepareOverload.
 inline constexpr int kBatchRows = 10'000;
 void AddBatchClients(const MeasuredServer& server, Tally& tally, Clients& clients);
 void AddScanClients(const MeasuredServer& server, Tally& tally, Clients& clients);

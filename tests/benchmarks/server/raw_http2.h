@@ -32,8 +32,8 @@ class RawHttp2 {
   static std::string Frame(std::uint8_t type, std::uint8_t flags, std::uint32_t stream,
                            const std::string& payload);
 
-  // False when the server takes nothing for `limit_s`, or has closed the connection. Reads and throws
-  // away what the server says, unless `reads` is false.
+  // False when the server takes nothing for `limit_s`, or has closed the connection. Reads and
+  // throws away what the server says, unless `reads` is false.
   bool Send(const std::string& frames, double limit_s, bool reads = true);
 
  private:

@@ -93,7 +93,8 @@ SendCopy UnreadWatch() {
   return Unread("cwm.v1.WorldService/WatchWorld", request);
 }
 
-// Unread watches while the world changes: the first copy makes the changes, which are its own bytes.
+// Unread watches while the world changes: the first copy makes the changes, which are its own
+// bytes.
 void WatchChanges(const Target& target, int copy, Sent& sent) {
   v1::WatchWorldRequest request;
   request.set_world("w");

@@ -1,9 +1,9 @@
-// What one client can take from all others, against a real server: quick to build where the server is
-// worked on. The same figures as ./dev bench server prints.
+// What one client can take from all others, against a real server: quick to build where the server
+// is worked on. The same figures as ./dev bench server prints.
 //   cwm-bench-server [all|amplification [REGEX]|stops|overload|listener|memory|costs]
 //                    [--server PROGRAM] [--other PROGRAM] [--json FILE]
-// --server measures another cwm-server than the one beside this program; --other is the one that the
-// costs are measured beside.
+// --server measures another cwm-server than the one beside this program; --other is the one that
+// the costs are measured beside.
 #include <cstring>
 #include <functional>
 #include <map>

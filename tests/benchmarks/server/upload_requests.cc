@@ -1,5 +1,6 @@
 // Uploads of clouds and blobs: half of them, promises, zeros that gzip makes small, clouds that no
 // sensor makes.
+#include <algorithm>
 #include <limits>
 #include <string>
 #include <utility>
@@ -81,12 +82,14 @@ std::vector<float> Lattice(int side) {
   return xyz;
 }
 
-// What a world may keep of a scan is its bytes; the model of it comes on top.
+// What a world may keep of a scan to look at: points and labels. A model of it comes on top.
 SendCopy Ingest(std::vector<float> xyz, bool compresses = false) {
   return [xyz = std::move(xyz), compresses](const Target& target, int copy, Sent& sent) {
     CallPlan plan = CloudPlanOf(absl::StrCat("scan_", copy), xyz);
     plan.compresses = compresses;
-    sent.content_bytes = static_cast<std::int64_t>(xyz.size() * sizeof(float));
+    constexpr std::int64_t kBytesOfPoint = 16;
+    const auto finite = std::count_if(xyz.begin(), xyz.end(), [](float x) { return x == x; });
+    sent.content_bytes = finite / 3 * kBytesOfPoint;
     target.Hold(plan, sent);
   };
 }
