@@ -108,6 +108,19 @@ void Cancel(const MeasuredServer& server, std::vector<Sent>& copies, Measured& m
   measured.cpu_ms = std::max(measured.cpu_ms, BusiestSince(server, threads_s, total_s) * 1e3);
 }
 
+// What is resident once it is no more than `allowed`, at the latest after two seconds: memory that
+// is free within the process may take a moment to be given back.
+double SettledBytes(const MeasuredServer& server, double allowed) {
+  constexpr double kSettleLimit_s = 2;
+  const auto start = SteadyClock::now();
+  auto bytes = static_cast<double>(server.ResidentBytes());
+  while (bytes > allowed && SecondsSince(start) < kSettleLimit_s) {
+    std::this_thread::sleep_for(milliseconds(50));
+    bytes = std::min(bytes, static_cast<double>(server.ResidentBytes()));
+  }
+  return bytes;
+}
+
 void MeasureHeld(const HostileRequest& request, const Target& target, Measured& measured) {
   MeasuredServer& server = target.server;
   server.WaitUntilIdle(2);
@@ -118,16 +131,18 @@ void MeasureHeld(const HostileRequest& request, const Target& target, Measured& 
   }
   bool idle = false;
   const double peak = WatchPeak(server, kHoldLimit_s, &idle);
-  const auto held = static_cast<double>(server.ResidentBytes());
   double content = 0;
-  for (Sent& sent : copies) {
+  for (const Sent& sent : copies) {
     measured.sent_bytes += static_cast<double>(sent.bytes) / request.copies;
     content += static_cast<double>(sent.content_bytes);
   }
+  const double allowed =
+      before + content + request.copies * (kFreeBytes + kMaxRatio * measured.sent_bytes);
+  const double held = SettledBytes(server, allowed);
   measured.works_on = !idle;
   measured.outcome = OutcomeOf(copies[0]);
   Cancel(server, copies, measured);
-  const auto after = static_cast<double>(server.ResidentBytes());
+  const double after = SettledBytes(server, allowed);
   measured.died = !server.running();
   const auto per_copy = [&](double bytes) { return (bytes - before - content) / request.copies; };
   measured.held_bytes = per_copy(held);

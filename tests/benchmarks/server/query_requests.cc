@@ -149,6 +149,20 @@ void MeshOverlay(const Target& target, int copy, Sent& sent) {
   target.Hold(PlanOf("cwm.v1.QueryService/GetDistances", request), sent);
 }
 
+// What if an object stood there that mentions one hull as often as an object may.
+void HullOverlay(const Target& target, int copy, Sent& sent) {
+  v1::GetDistancesRequest request;
+  request.set_world("w");
+  *request.mutable_subject() = Ball(0.01, 1);
+  v1::Object* object = request.mutable_options()->add_overlay()->mutable_put()->mutable_object();
+  object->set_name("hulls");
+  for (int i = 0; i < 4'096; ++i) {
+    object->add_shapes()->mutable_convex()->set_hash(HashOf(target, copy));
+  }
+  sent.bytes = target.mesh_bytes;
+  target.Hold(PlanOf("cwm.v1.QueryService/GetDistances", request), sent);
+}
+
 // A mesh that moves through the mesh of the world, in as many steps as a batch has.
 void LongMotion(const Target& target, int copy, Sent& sent) {
   constexpr int kRows = 2'000;
@@ -170,7 +184,7 @@ v1::GetDistancesRequest LargeWait() {
 
 v1::CheckCollisionsRequest ManyShapes() {
   v1::CheckCollisionsRequest request;
-  for (int i = 0; i < 4'096; ++i) {
+  for (int i = 0; i < 1'000; ++i) {
     request.mutable_subject()->mutable_shapes()->add_shapes()->mutable_sphere()->set_radius_m(5);
   }
   request.mutable_subject()->mutable_shapes()->mutable_x_world_body()->set_data(
@@ -186,11 +200,11 @@ std::vector<HostileRequest> QueryRequests() {
       {.name = "CheckCollisions/mesh_mentions",
        .copies = 1,
        .prepare = MakeTori,
-       .send = AskMentions<v1::CheckCollisionsRequest>("CheckCollisions", 4'000, false, 1, exact)},
+       .send = AskMentions<v1::CheckCollisionsRequest>("CheckCollisions", 1'000, false, 1, exact)},
       {.name = "CheckCollisions/hull_mentions",
        .copies = 1,
        .prepare = MakeHullTori,
-       .send = AskMentions<v1::CheckCollisionsRequest>("CheckCollisions", 4'000, true, 1, exact)},
+       .send = AskMentions<v1::CheckCollisionsRequest>("CheckCollisions", 1'000, true, 1, exact)},
       {.name = "CheckCollisions/many_shapes",
        .copies = 2,
        .prepare = MakeBoxes,
@@ -268,6 +282,10 @@ std::vector<HostileRequest> QueryRequests() {
        .copies = 1,
        .prepare = MakeTori,
        .send = MeshOverlay},
+      {.name = "GetDistances/overlay_hulls",
+       .copies = 1,
+       .prepare = MakeHullTori,
+       .send = HullOverlay},
       {.name = "GetDistances/at_least_gzip",
        .copies = 8,
        .prepare = MakeBoxes,
