@@ -68,6 +68,7 @@ bool MeasureRound(Side& side, int round) {
       *side.server,
       [&] {
         move->mutable_x_world_object()->set_tx_m(round + 1e-6 * ++count);
+        move->mutable_x_world_object()->set_qw(1);
         return connection.Call(&v1::WorldService::Stub::ApplyChanges, connection.worlds(), change)
             .ok();
       },

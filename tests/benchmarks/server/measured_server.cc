@@ -25,10 +25,11 @@ std::string& ProgramPath() {
 
 std::vector<std::string> Command(const MeasuredServerOptions& options, const std::string& socket,
                                  int tcp_port) {
-  std::vector<std::string> words;
+  // A server ends with this program, however that ends.
+  std::vector<std::string> words = {"setpriv", "--pdeathsig", "KILL"};
   if (options.max_descriptors > 0) {
     const std::string count = std::to_string(options.max_descriptors);
-    words = {"prlimit", "--nofile=" + count + ":" + count};
+    words.insert(words.end(), {"prlimit", "--nofile=" + count + ":" + count});
   }
   words.insert(words.end(), {options.program, "--listen", "unix:" + socket, "--viewer", "off"});
   if (tcp_port != 0) {
@@ -124,13 +125,14 @@ bool MeasuredServer::HasRunnableThread() const {
   return false;
 }
 
-bool MeasuredServer::WaitUntilIdle(double limit_s) const {
-  constexpr double kIdleShare = 0.02;
+bool MeasuredServer::WaitUntilIdle(double cpu_limit_s) const {
+  constexpr double kIdleShare = 0.02, kClockOverCpu = 3;
   constexpr auto kPeriod = std::chrono::milliseconds(50);
   const auto start = SteadyClock::now();
+  const double start_s = Cpu_s();
   int idle_periods = 0;
-  double before_s = Cpu_s();
-  while (SecondsSince(start) < limit_s) {
+  double before_s = start_s;
+  while (SecondsSince(start) < kClockOverCpu * cpu_limit_s && before_s - start_s < cpu_limit_s) {
     const auto period_start = SteadyClock::now();
     std::this_thread::sleep_for(kPeriod);
     const double now_s = Cpu_s();

@@ -62,9 +62,10 @@ class MeasuredServer {
   std::map<pid_t, double> ThreadCpu_s() const;
   // Whether a thread is at work or waits for a core: machines are shared.
   bool HasRunnableThread() const;
-  // Waits until it has done next to nothing for 100 ms, with no thread that wants a core; false
-  // after `limit_s` or when it is gone.
-  bool WaitUntilIdle(double limit_s) const;
+  // Waits until it has done next to nothing for 100 ms, with no thread that wants a core. False
+  // when it has used `cpu_limit_s` of processor time meanwhile, after three times as long (on a
+  // machine that others use it waits for cores), or when it is gone.
+  bool WaitUntilIdle(double cpu_limit_s) const;
 
   // Seconds from SIGTERM to its end; absent when it does not end within `limit_s`.
   std::optional<double> Stop_s(double limit_s);

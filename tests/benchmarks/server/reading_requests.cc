@@ -110,6 +110,7 @@ void WatchChanges(const Target& target, int copy, Sent& sent) {
       v1::MoveObject* move = moves.add_changes()->mutable_move();
       move->set_name(absl::StrCat("box_", i));
       move->mutable_x_world_object()->set_tx_m(round + 0.5);
+      move->mutable_x_world_object()->set_qw(1);
     }
     changes.push_back(PlanOf("cwm.v1.WorldService/ApplyChanges", moves));
   }

@@ -195,6 +195,7 @@ void AddLoad(LoadOnStop& load) {
   move->set_name("box_0");
   for (int i = 0; i < 4; ++i) {
     move->mutable_x_world_object()->set_tx_m(i);
+    move->mutable_x_world_object()->set_qw(1);
     load.Add("change", PlanOf("cwm.v1.WorldService/ApplyChanges", change));
   }
   v1::WatchWorldRequest watch;

@@ -28,6 +28,7 @@ void MoveOne(const Target& target, int copy, Sent& sent) {
     v1::MoveObject* move = request.add_changes()->mutable_move();
     move->set_name("box_0");
     move->mutable_x_world_object()->set_tx_m(i % 2);
+    move->mutable_x_world_object()->set_qw(1);
   }
   target.Hold(PlanOf(kApply, request), sent);
 }
@@ -169,6 +170,7 @@ void RememberIds(const Target& target, int copy, Sent& sent) {
     v1::MoveObject* move = request.add_changes()->mutable_move();
     move->set_name("box_0");
     move->mutable_x_world_object()->set_tx_m(0.001 * i);
+    move->mutable_x_world_object()->set_qw(1);
     plans.push_back(PlanOf(kApply, request));
   }
   target.CallInTurn(plans, 2.0, sent);
