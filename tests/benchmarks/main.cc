@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "tests/benchmarks/benchmarks.h"
+#include "tests/benchmarks/server/server_benchmarks.h"
 #include "tests/benchmarks/usage.h"
 
 namespace {
@@ -52,6 +53,12 @@ const std::map<std::string, std::vector<std::function<void(Report&)>>>& Groups()
       {"people-grasps", {MeasureGrasps}},
       {"people-planner", {MeasurePlanning}},
       {"people-viewer", {MeasureViewer}},
+      {"server", {MeasureServer}},
+      {"server-amplification", {MeasureAmplification}},
+      {"server-listener", {MeasureListener}},
+      {"server-memory", {MeasureMemoryReturned}},
+      {"server-overload", {MeasureOverload}},
+      {"server-stops", {MeasureStops}},
   };
   return groups;
 }

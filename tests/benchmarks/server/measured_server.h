@@ -1,0 +1,85 @@
+// A cwm-server of its own that is measured from outside: its memory and the processor time of its
+// threads, as the kernel tells them.
+#pragma once
+
+#include <grpcpp/channel.h>
+#include <sys/types.h>
+
+#include <chrono>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "clients/cpp/connection.h"
+#include "tests/support/process.h"
+
+namespace cwm::benchmarks {
+
+using SteadyClock = std::chrono::steady_clock;
+
+inline double SecondsSince(SteadyClock::time_point start) {
+  return std::chrono::duration<double>(SteadyClock::now() - start).count();
+}
+
+inline constexpr double kMebi = 1 << 20;
+
+// The cwm-server beside this program, or the one that UseServerProgram named.
+std::string ServerProgram();
+void UseServerProgram(std::string path);
+
+struct MeasuredServerOptions {
+  std::string program = ServerProgram();
+  int max_descriptors = 0;  // soft and hard limit; 0: those of this process
+  bool listens_on_tcp = false;
+};
+
+class MeasuredServer {
+ public:
+  explicit MeasuredServer(const MeasuredServerOptions& options = {});
+  // Kills it: whoever wants to see it stop says so before.
+  ~MeasuredServer();
+  MeasuredServer(const MeasuredServer&) = delete;
+  MeasuredServer& operator=(const MeasuredServer&) = delete;
+
+  bool up() const { return up_; }
+  bool running() const { return process_.Running(); }
+  pid_t pid() const { return process_.pid(); }
+  const client::Connection& connection() const { return *connection_; }
+  const std::string& socket_path() const { return socket_path_; }
+  // 0 where it does not listen on TCP.
+  int tcp_port() const { return tcp_port_; }
+  // A channel whose calls share no socket with others, without a limit on what it receives.
+  std::shared_ptr<grpc::Channel> NewChannel() const;
+
+  // Anonymous memory that is resident: files and libraries that are mapped do not count. 0 when it
+  // is gone.
+  std::int64_t ResidentBytes() const;
+  // Of all threads together, those that ended included; 0 when it is gone.
+  double Cpu_s() const;
+  // The processor time of each thread that lives.
+  std::map<pid_t, double> ThreadCpu_s() const;
+  // Whether a thread is at work or waits for a core: machines are shared.
+  bool HasRunnableThread() const;
+  // Waits until it has done next to nothing for 100 ms, with no thread that wants a core. False
+  // when it has used `cpu_limit_s` of processor time meanwhile, after three times as long (on a
+  // machine that others use it waits for cores), or when it is gone.
+  bool WaitUntilIdle(double cpu_limit_s) const;
+
+  // Seconds from SIGTERM to its end; absent when it does not end within `limit_s`.
+  std::optional<double> Stop_s(double limit_s);
+
+ private:
+  testing::ScratchDirectory scratch_;
+  std::string socket_path_;
+  int tcp_port_ = 0;
+  testing::Background process_;
+  std::unique_ptr<client::Connection> connection_;
+  bool up_ = false;
+};
+
+// A TCP port of loopback that nobody listens on.
+int FreePort();
+
+}  // namespace cwm::benchmarks
