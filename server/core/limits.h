@@ -34,6 +34,8 @@ struct Limits {
   std::int64_t max_client_waits = 256;
   // A client that sends nothing of an upload, or reads nothing of an answer, for so long is let go.
   std::chrono::milliseconds max_stall = std::chrono::seconds(30);
+  // Work that would wait longer for its turn in a queue is refused; scans and robots may wait longer.
+  std::chrono::milliseconds max_queue_wait = std::chrono::seconds(5);
   // The server's account of memory (memory_budget.h).
   std::int64_t max_memory_bytes = DefaultMemoryLimit();
   // A stream keeps its overlay while it lives: a thousand such changes, meshes by hash.

@@ -142,6 +142,14 @@ TEST_F(RevisionWaitsTest, ARevisionThatIsThereIsWorkAsAnyOther) {
 // The same over the wire.
 class WaitingClientsTest : public RunningServer {
  protected:
+  // All are answered, however slow the machine is.
+  static Limits Patient() {
+    Limits limits;
+    limits.max_queue_wait = std::chrono::minutes(5);
+    return limits;
+  }
+  WaitingClientsTest() : RunningServer(Patient(), {}) {}
+
   // Enough rows for the queue of 64 to fill up while the first are answered.
   static v1::GetDistancesRequest AtLeast(std::int64_t revision, std::size_t rows) {
     v1::GetDistancesRequest request;
