@@ -64,7 +64,7 @@ void Reflection(const Target& target, int, Sent& sent) {
 
 void HealthWatches(const Target& target, int copy, Sent& sent) {
   const auto channel = target.server.NewChannel();
-  for (int i = 0; i < 300; ++i) {
+  for (int i = 0; i < 200; ++i) {
     const std::string service = absl::StrCat("unknown", copy, "_", i);
     const std::string request =
         "\x0A" + std::string(1, static_cast<char>(service.size())) + service;

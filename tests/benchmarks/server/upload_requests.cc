@@ -16,7 +16,7 @@ namespace {
 
 constexpr char kWrite[] = "cwm.v1.WorldService/WriteGeometry";
 constexpr char kIngest[] = "cwm.v1.PerceptionService/IngestCloud";
-constexpr std::int64_t kPromised = (std::int64_t{2} << 30) - 1;
+constexpr std::int64_t kPromised = 80'000'000;  // labels of as many points as a cloud may have
 constexpr std::size_t kZerosBytes = 1 << 20;
 
 // An upload that stops after some chunks of zeros.
