@@ -101,7 +101,7 @@ TEST_F(DrainTest, EachCallOfBusyClientsEndsWithItsAnswerOrWithTheReason) {
     const testing::ScratchDirectory scratch;
     Application application{.limits = {}, .retention = {}, .interpret = {}};
     address_ = "unix:" + (scratch / "cwm.sock");
-    auto server = Server::Start(application, {address_});
+    auto server = Server::Start(application, {.addresses = {address_}});
     ASSERT_TRUE(server.ok()) << server.status();
     ASSERT_TRUE(application.worlds.FindOrCreate("").ok());
     std::atomic<bool> stops = false;
