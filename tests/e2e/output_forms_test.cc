@@ -11,7 +11,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr int kNotFound = 3;  // exit codes: see `cwm --help`
+constexpr int kUsage = 1, kNotFound = 3;  // exit codes: see `cwm --help`
 constexpr int kConflict = 4;
 constexpr int kDeadline = 5;
 constexpr int kBadInput = 8;
