@@ -246,8 +246,7 @@ TEST_P(ClientOfTest, EachConnectionIsAnotherClientHoweverManyCameBefore) {
 TEST_P(ClientOfTest, TheUserIsTheOneWhoConnected) {
   const ClientId id = Ask(Dial());
   EXPECT_GT(id.connection, 0);
-  EXPECT_EQ(id.uid,
-            std::string(GetParam()) == "unix" ? ClientId{.uid = getuid()}.uid : ClientId{}.uid);
+  EXPECT_EQ(id.uid, ClientId{.uid = getuid()}.uid);
 }
 
 TEST_P(ClientOfTest, ACallWithinTheProcessIsNobodys) {
