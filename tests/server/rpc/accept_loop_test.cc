@@ -259,7 +259,8 @@ class FewDescriptors {
   explicit FewDescriptors(int more) {
     getrlimit(RLIMIT_NOFILE, &before_);
     rlimit limit = before_;
-    limit.rlim_cur = static_cast<rlim_t>(FileDescriptor(dup(0)).number() + more);
+    const rlim_t next = static_cast<rlim_t>(FileDescriptor(dup(0)).number());
+    limit.rlim_cur = next + static_cast<rlim_t>(more);
     setrlimit(RLIMIT_NOFILE, &limit);
   }
   ~FewDescriptors() { setrlimit(RLIMIT_NOFILE, &before_); }
