@@ -11,9 +11,9 @@ namespace cwm::collision {
 struct RobotLimits {
   // A URDF or SRDF. The PR2's is 0.3 MB; a document takes up to forty times its size while read.
   std::size_t max_xml_bytes = std::size_t{8} << 20;
-  // The self pairs of so many links are eight million.
-  int max_links = 4096;
-  int max_groups = 256;                    // of an SRDF; PR2 has nine
+  int max_links = 1'024;   // their self pairs are half a million; humanoids with hands have 150
+  int max_groups = 256;    // of an SRDF; PR2 has nine
+  int max_states = 4'096;  // of an SRDF, of all groups together
   MeshFileLimits mesh_file = {};           // of one mesh
   std::size_t max_triangles = 10'000'000;  // of all meshes of a robot together
   // By the estimate of prepared_budget.h. A link with shapes takes some 60 kB, a mesh seven times its

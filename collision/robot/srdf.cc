@@ -13,8 +13,8 @@ namespace {
 
 class SrdfReader {
  public:
-  SrdfReader(const RobotDescription& robot, const RobotLimits& limits)
-      : robot_(robot), limits_(limits) {}
+  SrdfReader(const RobotDescription& robot, const RobotLimits& limits, std::stop_token stop)
+      : robot_(robot), limits_(limits), stop_(std::move(stop)) {}
 
   absl::StatusOr<SemanticDescription> Read(const XmlElement& root) {
     if (root.tag() != "robot") {
@@ -60,6 +60,7 @@ class SrdfReader {
 
   absl::Status ForEach(const XmlElement& root, const char* tag, Adder add) {
     for (const XmlElement& element : root.Children(tag)) {
+      if (stop_.stop_requested()) return absl::CancelledError();
       const absl::Status status = (this->*add)(element);
       if (!status.ok() && !left_out_.Takes(status)) return status;
     }
@@ -106,7 +107,7 @@ class SrdfReader {
                                            limits_.max_groups));
     }
     absl::StatusOr<std::vector<SemanticGroup>> groups =
-        ReadGroups(elements, robot_, tree, names_, left_out_);
+        ReadGroups(elements, robot_, tree, names_, left_out_, stop_);
     if (!groups.ok()) return groups.status();
     semantic_.groups = *std::move(groups);
     for (const SemanticGroup& group : semantic_.groups) groups_.insert(group.name);
@@ -122,6 +123,10 @@ class SrdfReader {
   }
 
   absl::Status AddState(const XmlElement& element) {
+    if (states_.size() == static_cast<std::size_t>(limits_.max_states)) {
+      return ExcessAt("srdf", absl::StrCat("has more than ", limits_.max_states,
+                                           " named states, must have at most so many"));
+    }
     SemanticState state;
     const absl::StatusOr<std::string> name = element.Name("name");
     if (!name.ok()) return name.status();
@@ -133,6 +138,7 @@ class SrdfReader {
     state.name = *name;
     state.group = *group;
     for (const XmlElement& joint : element.Children("joint")) {
+      if (stop_.stop_requested()) return absl::CancelledError();
       const absl::Status status = AddPosition(joint, state);
       if (!status.ok() && !left_out_.Takes(status)) return status;
     }
@@ -220,6 +226,7 @@ class SrdfReader {
 
   const RobotDescription& robot_;
   const RobotLimits& limits_;
+  const std::stop_token stop_;
   RobotNames names_;
   std::set<std::string> groups_;
   std::set<std::pair<std::string, std::string>> states_;  // group and name
@@ -230,11 +237,12 @@ class SrdfReader {
 }  // namespace
 
 absl::StatusOr<SemanticDescription> ReadSrdf(std::string_view xml, const RobotDescription& robot,
-                                             const RobotLimits& limits) {
+                                             const RobotLimits& limits,
+                                             const std::stop_token& stop) {
   const absl::StatusOr<XmlDocument> document =
       XmlDocument::Parse(xml, "srdf", limits.max_xml_bytes);
   if (!document.ok()) return document.status();
-  return SrdfReader(robot, limits).Read(document->root());
+  return SrdfReader(robot, limits, stop).Read(document->root());
 }
 
 }  // namespace cwm::collision

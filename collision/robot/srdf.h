@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <stop_token>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -84,8 +85,9 @@ inline constexpr std::size_t kMostLeftOut = 20;
 // Refuses, with INVALID_ARGUMENT that names the element, the value and the rule: malformed XML,
 // groups that hold themselves, group or state names that appear twice, positions with another number
 // of values than the joint has (those of fixed joints are left out, as in MoveIt, with a line).
-// RESOURCE_EXHAUSTED likewise for what RobotLimits excludes.
+// RESOURCE_EXHAUSTED likewise for what RobotLimits excludes. CANCELLED soon after `stop` was requested.
 absl::StatusOr<SemanticDescription> ReadSrdf(std::string_view xml, const RobotDescription& robot,
-                                             const RobotLimits& limits = {});
+                                             const RobotLimits& limits = {},
+                                             const std::stop_token& stop = {});
 
 }  // namespace cwm::collision

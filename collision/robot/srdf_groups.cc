@@ -10,8 +10,14 @@ namespace {
 class GroupReader {
  public:
   GroupReader(const std::vector<XmlElement>& elements, const RobotDescription& robot,
-              const KinematicTree& tree, const RobotNames& names, LeftOut& left_out)
-      : elements_(elements), robot_(robot), tree_(tree), names_(names), left_out_(left_out) {}
+              const KinematicTree& tree, const RobotNames& names, LeftOut& left_out,
+              std::stop_token stop)
+      : elements_(elements),
+        robot_(robot),
+        tree_(tree),
+        names_(names),
+        left_out_(left_out),
+        stop_(std::move(stop)) {}
 
   absl::StatusOr<std::vector<SemanticGroup>> Read() {
     for (std::size_t i = 0; i < elements_.size(); ++i) {
@@ -42,6 +48,7 @@ class GroupReader {
     stages_[group] = Stage::kOpen;
     Members members(robot_.joints.size(), false);
     for (const XmlElement& child : elements_[group].Children()) {
+      if (stop_.stop_requested()) return absl::CancelledError();
       absl::Status status;
       if (child.tag() == "joint") status = AddJoint(child, members);
       if (child.tag() == "link") status = AddLink(child, members);
@@ -116,6 +123,7 @@ class GroupReader {
   const KinematicTree& tree_;
   const RobotNames& names_;
   LeftOut& left_out_;
+  const std::stop_token stop_;
   std::map<std::string, int> index_;
   std::vector<Members> members_;
   std::vector<Stage> stages_;
@@ -171,8 +179,9 @@ absl::StatusOr<std::optional<int>> JointAt(const XmlElement& element, const char
 absl::StatusOr<std::vector<SemanticGroup>> ReadGroups(const std::vector<XmlElement>& elements,
                                                       const RobotDescription& robot,
                                                       const KinematicTree& tree,
-                                                      const RobotNames& names, LeftOut& left_out) {
-  return GroupReader(elements, robot, tree, names, left_out).Read();
+                                                      const RobotNames& names, LeftOut& left_out,
+                                                      const std::stop_token& stop) {
+  return GroupReader(elements, robot, tree, names, left_out, stop).Read();
 }
 
 }  // namespace cwm::collision

@@ -4,6 +4,7 @@
 #include <map>
 #include <optional>
 #include <set>
+#include <stop_token>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -47,10 +48,12 @@ absl::StatusOr<int> LinkAt(const XmlElement& element, const char* attribute,
 absl::StatusOr<std::optional<int>> JointAt(const XmlElement& element, const char* attribute,
                                            const RobotNames& names);
 
-// Reads <group> elements, in their order, but for members that are unknown.
+// Reads <group> elements, in their order, but for members that are unknown. CANCELLED after `stop` was
+// requested.
 absl::StatusOr<std::vector<SemanticGroup>> ReadGroups(const std::vector<XmlElement>& elements,
                                                       const RobotDescription& robot,
                                                       const KinematicTree& tree,
-                                                      const RobotNames& names, LeftOut& left_out);
+                                                      const RobotNames& names, LeftOut& left_out,
+                                                      const std::stop_token& stop);
 
 }  // namespace cwm::collision

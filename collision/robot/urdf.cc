@@ -142,8 +142,12 @@ absl::StatusOr<Joint> ReadJoint(const XmlElement& element) {
 
 class UrdfReader {
  public:
-  UrdfReader(std::size_t bytes, const MeshSource& source, const RobotLimits& limits)
-      : limits_(limits), budget_(limits), collisions_(source, limits, budget_) {
+  UrdfReader(std::size_t bytes, const MeshSource& source, const RobotLimits& limits,
+             std::stop_token stop)
+      : limits_(limits),
+        stop_(std::move(stop)),
+        budget_(limits),
+        collisions_(source, limits, budget_) {
     budget_.AddFile(bytes);
   }
 
@@ -168,6 +172,7 @@ class UrdfReader {
  private:
   absl::Status ReadTree(const std::vector<XmlElement>& children) {
     for (const XmlElement& child : children) {
+      if (stop_.stop_requested()) return absl::CancelledError();
       absl::Status status;
       if (child.tag().starts_with("xacro:")) {
         status = child.Fault("must be expanded by xacro before it is loaded");
@@ -202,6 +207,7 @@ class UrdfReader {
     for (const XmlElement& child : children) {
       if (child.tag() != "link") continue;
       for (const XmlElement& collision : child.Children("collision")) {
+        if (stop_.stop_requested()) return absl::CancelledError();
         absl::StatusOr<CollisionGeometry> read =
             collisions_.Read(collision, link->collisions.size());
         if (!read.ok()) return read.status();
@@ -213,6 +219,7 @@ class UrdfReader {
   }
 
   const RobotLimits& limits_;
+  const std::stop_token stop_;
   PreparedBudget budget_;
   CollisionReader collisions_;
   RobotDescription robot_;
@@ -221,11 +228,11 @@ class UrdfReader {
 }  // namespace
 
 absl::StatusOr<RobotDescription> ReadUrdf(std::string_view xml, const MeshSource& meshes,
-                                          const RobotLimits& limits) {
+                                          const RobotLimits& limits, const std::stop_token& stop) {
   const absl::StatusOr<XmlDocument> document =
       XmlDocument::Parse(xml, "urdf", limits.max_xml_bytes);
   if (!document.ok()) return document.status();
-  return UrdfReader(xml.size(), meshes, limits).Read(document->root());
+  return UrdfReader(xml.size(), meshes, limits, stop).Read(document->root());
 }
 
 }  // namespace cwm::collision

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <stop_token>
 #include <string>
 #include <string_view>
 
@@ -31,8 +32,10 @@ using MeshSource = std::function<absl::StatusOr<std::string>(std::string_view ur
 //
 // Refuses, with INVALID_ARGUMENT that names the element, the value and the rule: malformed XML,
 // unexpanded xacro, missing or unusable names, numbers and meshes, and what is no tree of links or
-// leads mimics in circles. RESOURCE_EXHAUSTED likewise for what RobotLimits excludes. Thread safe.
+// leads mimics in circles. RESOURCE_EXHAUSTED likewise for what RobotLimits excludes. CANCELLED
+// soon after `stop` was requested. Thread safe.
 absl::StatusOr<RobotDescription> ReadUrdf(std::string_view xml, const MeshSource& meshes,
-                                          const RobotLimits& limits = {});
+                                          const RobotLimits& limits = {},
+                                          const std::stop_token& stop = {});
 
 }  // namespace cwm::collision

@@ -47,11 +47,11 @@ collision::MeshSource SourceOf(RobotFiles& files, const std::stop_token& stop) {
 absl::StatusOr<std::shared_ptr<const collision::RobotModel>> ModelOf(RobotFiles& files,
                                                                      const RobotLimits& limits,
                                                                      const std::stop_token& stop) {
-  auto robot = collision::ReadUrdf(files.urdf, SourceOf(files, stop), limits);
+  auto robot = collision::ReadUrdf(files.urdf, SourceOf(files, stop), limits, stop);
   if (!robot.ok()) return InFile("header.urdf", robot.status());
   std::optional<collision::SemanticDescription> semantic;
   if (files.srdf.has_value()) {
-    auto read = collision::ReadSrdf(*files.srdf, *robot, limits);
+    auto read = collision::ReadSrdf(*files.srdf, *robot, limits, stop);
     if (!read.ok()) return InFile("header.srdf", read.status());
     semantic = *std::move(read);
   }
@@ -65,7 +65,7 @@ absl::StatusOr<std::optional<collision::SphereModel>> SpheresOf(RobotFiles& file
                                                                 const RobotLimits& limits,
                                                                 const std::stop_token& stop) {
   if (!files.spheres.has_value()) return std::nullopt;
-  const auto spherized = collision::ReadUrdf(*files.spheres, SourceOf(files, stop), limits);
+  const auto spherized = collision::ReadUrdf(*files.spheres, SourceOf(files, stop), limits, stop);
   if (!spherized.ok()) return InFile("header.spheres", spherized.status());
   auto spheres = collision::SpheresAsGiven(*spherized, model);
   if (!spheres.ok()) return InFile("header.spheres", spheres.status());

@@ -30,27 +30,33 @@ bool IsClosed(const Shape& shape) {
   return mesh == nullptr || mesh->watertight;
 }
 
-void Append(const TriangleMesh& mesh, const Pose& X_BM, TriangleMesh& all) {
+absl::Status Append(const TriangleMesh& mesh, const Pose& X_BM, const GoOn& go_on,
+                    TriangleMesh& all) {
   const auto first = static_cast<std::uint32_t>(all.vertices.size());
-  for (const Vector3& vertex : mesh.vertices) all.vertices.push_back(X_BM * vertex);
-  for (const auto& [a, b, c] : mesh.triangles) {
-    all.triangles.push_back({first + a, first + b, first + c});
-  }
+  absl::Status status = InPieces(mesh.vertices.size(), go_on, [&](std::size_t v, std::size_t end) {
+    for (; v < end; ++v) all.vertices.push_back(X_BM * mesh.vertices[v]);
+  });
+  if (!status.ok()) return status;
+  return InPieces(mesh.triangles.size(), go_on, [&](std::size_t t, std::size_t end) {
+    for (; t < end; ++t) {
+      const auto& [a, b, c] = mesh.triangles[t];
+      all.triangles.push_back({first + a, first + b, first + c});
+    }
+  });
 }
 
 // Gathers the parts of one body, those that look the same together.
 class BodyDrawer {
  public:
-  void Add(const PreparedPart& part, Look look) {
+  absl::Status Add(const PreparedPart& part, Look look, const GoOn& go_on) {
     const bool is_closed = IsClosed(part.shape);
     DrawnPiece& piece = pieces_[{look, is_closed}];
     piece.look = look;
     piece.is_closed = is_closed;
-    if (const auto* mesh = std::get_if<Mesh>(&part.shape)) {
-      if (mesh->mesh != nullptr) Append(*mesh->mesh, part.X_OP, piece.mesh);
-    } else {
-      Append(Tessellate(part.shape), part.X_OP, piece.mesh);
-    }
+    const auto* mesh = std::get_if<Mesh>(&part.shape);
+    if (mesh == nullptr) return Append(Tessellate(part.shape), part.X_OP, go_on, piece.mesh);
+    if (mesh->mesh == nullptr) return absl::OkStatus();
+    return Append(*mesh->mesh, part.X_OP, go_on, piece.mesh);
   }
 
   std::shared_ptr<const DrawnBody> Finish() {
@@ -91,7 +97,9 @@ class WorldDrawer {
     if (body == nullptr) {
       BodyDrawer drawer;
       for (const PreparedPart& part : object.geometry->parts) {
-        if (!std::holds_alternative<HalfSpace>(part.shape)) drawer.Add(part, LookOf(object, part));
+        if (std::holds_alternative<HalfSpace>(part.shape)) continue;
+        const absl::Status added = drawer.Add(part, LookOf(object, part), go_on_);
+        if (!added.ok()) return added;
       }
       body = drawer.Finish();
     }
@@ -112,8 +120,9 @@ class WorldDrawer {
     const std::vector<collision::ModelLink>& links = geometry.model->links;
     std::vector<BodyDrawer> drawers(links.size());
     for (std::size_t k = 0; k < geometry.geometry->parts.size(); ++k) {
-      drawers[static_cast<std::size_t>(geometry.link_of_part[k])].Add(geometry.geometry->parts[k],
-                                                                      Look::kRobot);
+      BodyDrawer& drawer = drawers[static_cast<std::size_t>(geometry.link_of_part[k])];
+      const absl::Status added = drawer.Add(geometry.geometry->parts[k], Look::kRobot, go_on_);
+      if (!added.ok()) return added;
     }
     for (std::size_t i = 0; i < links.size(); ++i) {
       const absl::Status added = Add({.name = links[i].name,

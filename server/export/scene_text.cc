@@ -11,32 +11,46 @@ void AppendPose(const Pose& pose, std::string& text) {
 }
 
 struct ShapeWriter {
+  const GoOn& go_on;
   std::string& text;
 
   // Radius before length, unlike shape_msgs/SolidPrimitive.
-  void operator()(const PlannerPrimitive& s) const {
+  absl::Status operator()(const PlannerPrimitive& s) const {
     const auto& d = s.dimensions_m;
     switch (s.kind) {
       case PlannerPrimitive::Kind::kBox:
         absl::StrAppend(&text, "box\n", Text({d[0], d[1], d[2]}, " "), "\n");
-        return;
+        break;
       case PlannerPrimitive::Kind::kSphere:
         absl::StrAppend(&text, "sphere\n", NumberText(d[0]), "\n");
-        return;
+        break;
       case PlannerPrimitive::Kind::kCylinder:
         absl::StrAppend(&text, "cylinder\n", NumberText(d[1]), " ", NumberText(d[0]), "\n");
-        return;
+        break;
       case PlannerPrimitive::Kind::kCone:
         absl::StrAppend(&text, "cone\n", NumberText(d[1]), " ", NumberText(d[0]), "\n");
-        return;
+        break;
     }
+    return absl::OkStatus();
   }
-  void operator()(const PlannerMesh& mesh) const {
+  absl::Status operator()(const PlannerMesh& mesh) const {
     absl::StrAppend(&text, "mesh\n", mesh->vertices.size(), " ", mesh->triangles.size(), "\n");
-    for (const Vector3& vertex : mesh->vertices) absl::StrAppend(&text, Text(vertex, " "), "\n");
-    for (const auto& [a, b, c] : mesh->triangles) absl::StrAppend(&text, a, " ", b, " ", c, "\n");
+    const auto append_vertices = [&](std::size_t v, std::size_t end) {
+      for (; v < end; ++v) absl::StrAppend(&text, Text(mesh->vertices[v], " "), "\n");
+    };
+    absl::Status status = InPieces(mesh->vertices.size(), go_on, append_vertices);
+    if (!status.ok()) return status;
+    return InPieces(mesh->triangles.size(), go_on, [&](std::size_t t, std::size_t end) {
+      for (; t < end; ++t) {
+        const auto& [a, b, c] = mesh->triangles[t];
+        absl::StrAppend(&text, a, " ", b, " ", c, "\n");
+      }
+    });
   }
-  void operator()(const PlannerPlane&) const { absl::StrAppend(&text, "plane\n0 0 1 0\n"); }
+  absl::Status operator()(const PlannerPlane&) const {
+    absl::StrAppend(&text, "plane\n0 0 1 0\n");
+    return absl::OkStatus();
+  }
 };
 
 }  // namespace
@@ -49,7 +63,8 @@ absl::StatusOr<std::string> FormatSceneText(const PlanningScene& scene, const Go
     AppendPose(object.X_WO, text);
     absl::StrAppend(&text, object.shapes.size(), "\n");
     for (const PlannerShape& shape : object.shapes) {
-      std::visit(ShapeWriter{text}, shape.shape);
+      absl::Status status = std::visit(ShapeWriter{go_on, text}, shape.shape);
+      if (!status.ok()) return status;
       AppendPose(shape.X_OS, text);
       absl::StrAppend(&text, "0 0 0 0\n");  // no colour
     }

@@ -39,16 +39,24 @@ std::string PrimitiveText(const PlannerPrimitive& primitive) {
                       ", dimensions: [", absl::StrJoin(numbers, ", "), "]}");
 }
 
-std::string MeshText(const TriangleMesh& mesh) {
+absl::StatusOr<std::string> MeshText(const TriangleMesh& mesh, const GoOn& go_on) {
   std::string text = "{vertices: [";
-  for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
-    absl::StrAppend(&text, i == 0 ? "[" : ", [", Text(mesh.vertices[i], ", "), "]");
-  }
+  const auto append_vertices = [&](std::size_t i, std::size_t end) {
+    for (; i < end; ++i) {
+      absl::StrAppend(&text, i == 0 ? "[" : ", [", Text(mesh.vertices[i], ", "), "]");
+    }
+  };
+  absl::Status status = InPieces(mesh.vertices.size(), go_on, append_vertices);
+  if (!status.ok()) return status;
   absl::StrAppend(&text, "], triangles: [");
-  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
-    const auto& [a, b, c] = mesh.triangles[i];
-    absl::StrAppend(&text, i == 0 ? "[" : ", [", a, ", ", b, ", ", c, "]");
-  }
+  const auto append_triangles = [&](std::size_t i, std::size_t end) {
+    for (; i < end; ++i) {
+      const auto& [a, b, c] = mesh.triangles[i];
+      absl::StrAppend(&text, i == 0 ? "[" : ", [", a, ", ", b, ", ", c, "]");
+    }
+  };
+  status = InPieces(mesh.triangles.size(), go_on, append_triangles);
+  if (!status.ok()) return status;
   text += "]}";  // not `text + ..`, which would copy all of it
   return text;
 }
@@ -56,21 +64,26 @@ std::string MeshText(const TriangleMesh& mesh) {
 // An object in its frame F, its keys each after `indent`.
 class ObjectWriter {
  public:
-  ObjectWriter(const PlannedObject& object, const Pose& X_FO, std::string indent, std::string& yaml)
-      : object_(object), X_FO_(X_FO), indent_(std::move(indent)), yaml_(yaml) {}
+  ObjectWriter(const PlannedObject& object, const Pose& X_FO, std::string indent, const GoOn& go_on,
+               std::string& yaml)
+      : object_(object), X_FO_(X_FO), indent_(std::move(indent)), go_on_(go_on), yaml_(yaml) {}
 
   // One of a single shape has no pose of its own but that of the shape: so it is read by every
   // version, those before objects had poses included.
-  void Write() {
+  absl::Status Write() {
     if (object_.shapes.size() == 1) {
       X_FS_ = X_FO_;
     } else {
       absl::StrAppend(&yaml_, indent_, "pose: ", PoseText(X_FO_), "\n");
     }
-    WriteShapes<PlannerPrimitive>("primitives", "primitive_poses", PrimitiveText);
-    WriteShapes<PlannerMesh>("meshes", "mesh_poses",
-                             [](const PlannerMesh& mesh) { return MeshText(*mesh); });
-    WriteShapes<PlannerPlane>("planes", "plane_poses", [](const PlannerPlane&) {
+    absl::Status status =
+        WriteShapes<PlannerPrimitive>("primitives", "primitive_poses", PrimitiveText);
+    if (!status.ok()) return status;
+    status = WriteShapes<PlannerMesh>("meshes", "mesh_poses", [this](const PlannerMesh& mesh) {
+      return MeshText(*mesh, go_on_);
+    });
+    if (!status.ok()) return status;
+    return WriteShapes<PlannerPlane>("planes", "plane_poses", [](const PlannerPlane&) {
       return std::string("{coef: [0, 0, 1, 0]}");
     });
   }
@@ -78,39 +91,43 @@ class ObjectWriter {
  private:
   // The shapes of one kind and their poses, as two lists.
   template <class T>
-  void WriteShapes(const char* shapes_key, const char* poses_key,
-                   const std::function<std::string(const T&)>& say) {
+  absl::Status WriteShapes(const char* shapes_key, const char* poses_key,
+                           const std::function<absl::StatusOr<std::string>(const T&)>& say) {
     std::string shapes, poses;
     for (const PlannerShape& shape : object_.shapes) {
       const T* typed = std::get_if<T>(&shape.shape);
       if (typed == nullptr) continue;
-      absl::StrAppend(&shapes, indent_, "  - ", say(*typed), "\n");
+      const absl::StatusOr<std::string> said = say(*typed);
+      if (!said.ok()) return said.status();
+      absl::StrAppend(&shapes, indent_, "  - ", *said, "\n");
       absl::StrAppend(&poses, indent_, "  - ", PoseText(X_FS_ * shape.X_OS), "\n");
     }
-    if (shapes.empty()) return;
+    if (shapes.empty()) return absl::OkStatus();
     absl::StrAppend(&yaml_, indent_, shapes_key, ":\n", shapes, indent_, poses_key, ":\n", poses);
+    return go_on_();
   }
 
   const PlannedObject& object_;
   const Pose X_FO_;
   const std::string indent_;
+  const GoOn& go_on_;
   std::string& yaml_;
   Pose X_FS_ = Pose::Identity();  // what comes before the poses of the shapes
 };
 
-void AppendObject(const PlannedObject& object, std::string& yaml) {
+absl::Status AppendObject(const PlannedObject& object, const GoOn& go_on, std::string& yaml) {
   absl::StrAppend(&yaml, "    - id: ", Quoted(object.name), "\n");
-  ObjectWriter(object, object.X_WO, "      ", yaml).Write();
+  return ObjectWriter(object, object.X_WO, "      ", go_on, yaml).Write();
 }
 
 // In the frame of the link, as MoveIt has it.
-void AppendAttached(const PlannedObject& object, std::string& yaml) {
+absl::Status AppendAttached(const PlannedObject& object, const GoOn& go_on, std::string& yaml) {
   const PlannedAttachment& attachment = *object.attachment;
   absl::StrAppend(&yaml, "    - link_name: ", Quoted(attachment.link),
                   "\n      touch_links: ", Names(attachment.touch_links),
                   "\n      object:\n        header: {frame_id: ", Quoted(attachment.link),
                   "}\n        id: ", Quoted(object.name), "\n");
-  ObjectWriter(object, attachment.X_LO, "        ", yaml).Write();
+  return ObjectWriter(object, attachment.X_LO, "        ", go_on, yaml).Write();
 }
 
 void AppendState(const PlannedRobotState& state, std::string& yaml) {
@@ -159,9 +176,8 @@ absl::StatusOr<std::string> FormatSceneYaml(const PlanningScene& scene, const Go
     const char* key = "  attached_collision_objects:\n";
     for (const PlannedObject& object : scene.objects) {
       if (!object.attachment) continue;
-      if (absl::Status status = go_on(); !status.ok()) return status;
       yaml += std::exchange(key, "");
-      AppendAttached(object, yaml);
+      if (auto status = AppendAttached(object, go_on, yaml); !status.ok()) return status;
     }
   }
   absl::StrAppend(&yaml, "fixed_frame_transforms:\n  - child_frame_id: world\n    transform: ",
@@ -173,9 +189,8 @@ absl::StatusOr<std::string> FormatSceneYaml(const PlanningScene& scene, const Go
   const std::size_t none = yaml.size();
   for (const PlannedObject& object : scene.objects) {
     if (object.attachment) continue;
-    if (absl::Status status = go_on(); !status.ok()) return status;
     if (yaml.size() == none) yaml += "\n";
-    AppendObject(object, yaml);
+    if (absl::Status status = AppendObject(object, go_on, yaml); !status.ok()) return status;
   }
   if (yaml.size() == none) yaml += " []\n";
   return yaml;

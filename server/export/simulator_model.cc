@@ -204,8 +204,8 @@ void AddSdfPose(const Pose& pose, XMLElement& parent) {
   SetText(parent, "pose", xyz + " " + rpy);
 }
 
-void AddUrdfObject(const PlannedObject& object, const std::string& root, MeshFiles& meshes,
-                   XMLElement& robot) {
+absl::Status AddUrdfObject(const PlannedObject& object, const std::string& root, const GoOn& go_on,
+                           MeshFiles& meshes, XMLElement& robot) {
   XMLElement& link = Child(robot, "link");
   link.SetAttribute("name", object.name.c_str());
   const GeometryWriter geometry(GeometryWriter::Format::kUrdf, meshes, object.name);
@@ -214,6 +214,7 @@ void AddUrdfObject(const PlannedObject& object, const std::string& root, MeshFil
       XMLElement& part = Child(link, kind);
       AddOrigin(PoseInUrdf(shape), part);
       geometry.Write(shape, part);
+      if (absl::Status status = go_on(); !status.ok()) return status;
     }
   }
   XMLElement& joint = Child(robot, "joint");
@@ -222,9 +223,11 @@ void AddUrdfObject(const PlannedObject& object, const std::string& root, MeshFil
   AddOrigin(object.X_WO, joint);
   Child(joint, "parent").SetAttribute("link", root.c_str());
   Child(joint, "child").SetAttribute("link", object.name.c_str());
+  return go_on();
 }
 
-void AddSdfObject(const PlannedObject& object, MeshFiles& meshes, XMLElement& world) {
+absl::Status AddSdfObject(const PlannedObject& object, const GoOn& go_on, MeshFiles& meshes,
+                          XMLElement& world) {
   XMLElement& model = Child(world, "model");
   model.SetAttribute("name", object.name.c_str());
   SetText(model, "static", "true");
@@ -239,8 +242,10 @@ void AddSdfObject(const PlannedObject& object, MeshFiles& meshes, XMLElement& wo
       part.SetAttribute("name", absl::StrCat(kind, "_", number++).c_str());
       AddSdfPose(shape.X_OS, part);
       geometry.Write(shape, part);
+      if (absl::Status status = go_on(); !status.ok()) return status;
     }
   }
+  return go_on();
 }
 
 std::string RootName(const PlanningScene& scene) {
@@ -291,14 +296,47 @@ std::string FolderOf(const PlanningScene& scene) {
   return name + "_meshes";
 }
 
-ModelFiles FilesOf(tinyxml2::XMLDocument& document, MeshFiles& meshes,
-                   std::vector<std::string> warnings) {
-  tinyxml2::XMLPrinter printer;
-  document.Print(&printer);
-  ModelFiles model{.files = {{"", printer.CStr()}}, .warnings = std::move(warnings)};
-  for (NamedFile& file : meshes.Take()) model.files.push_back(std::move(file));
-  return model;
-}
+// Writes the children of an element as they come, and keeps their text alone: a document of all of
+// them takes ten times the memory, and is printed without a look at who may want it to end.
+class ModelText {
+ public:
+  // `depth` is that of the children of `parent`, which is in `document`.
+  ModelText(tinyxml2::XMLDocument& document, XMLElement& parent, int depth)
+      : document_(document), parent_(parent), depth_(depth) {}
+
+  void PrintChildren() {
+    for (auto* child = parent_.FirstChildElement(); child != nullptr;
+         child = child->NextSiblingElement()) {
+      tinyxml2::XMLPrinter printer(nullptr, false, depth_);
+      child->Accept(&printer);
+      absl::StrAppend(&children_, printer.CStr(), "\n");
+    }
+    parent_.DeleteChildren();
+  }
+
+  ModelFiles Files(MeshFiles& meshes, std::vector<std::string> warnings) {
+    constexpr std::string_view kHere = "<!--children-->";  // no text has it: "<" is written "&lt;"
+    parent_.InsertEndChild(document_.NewComment("children"));
+    tinyxml2::XMLPrinter printer;
+    document_.Print(&printer);
+    const std::string_view around(printer.CStr());
+    const std::size_t at = around.find(kHere);
+    const std::size_t line = around.rfind('\n', at) + 1;
+    const std::size_t next_line = at + kHere.size() + 1;
+    std::string text = std::move(children_);
+    text.insert(0, around.substr(0, line));
+    text.append(around.substr(next_line));
+    ModelFiles model{.files = {{"", std::move(text)}}, .warnings = std::move(warnings)};
+    for (NamedFile& file : meshes.Take()) model.files.push_back(std::move(file));
+    return model;
+  }
+
+ private:
+  tinyxml2::XMLDocument& document_;
+  XMLElement& parent_;
+  const int depth_;
+  std::string children_;
+};
 
 }  // namespace
 
@@ -312,12 +350,15 @@ absl::StatusOr<ModelFiles> FormatUrdf(PlanningScene scene, std::int64_t max_tria
   robot->SetAttribute("name", scene.name.c_str());
   const std::string root = RootName(scene);
   Child(*robot, "link").SetAttribute("name", root.c_str());
+  ModelText text(document, *robot, 1);
   MeshFiles meshes(FolderOf(scene));
   for (const PlannedObject& object : scene.objects) {
-    if (absl::Status status = go_on(); !status.ok()) return status;
-    AddUrdfObject(object, root, meshes, *robot);
+    const absl::Status added = AddUrdfObject(object, root, go_on, meshes, *robot);
+    if (!added.ok()) return added;
+    text.PrintChildren();
   }
-  return FilesOf(document, meshes, WarningsOf(scene, false));
+  text.PrintChildren();  // of a world without objects
+  return text.Files(meshes, WarningsOf(scene, false));
 }
 
 absl::StatusOr<ModelFiles> FormatSdf(PlanningScene scene, std::int64_t max_triangles,
@@ -331,12 +372,13 @@ absl::StatusOr<ModelFiles> FormatSdf(PlanningScene scene, std::int64_t max_trian
   sdf->SetAttribute("version", "1.7");
   XMLElement& world = Child(*sdf, "world");
   world.SetAttribute("name", scene.name.c_str());
+  ModelText text(document, world, 2);
   MeshFiles meshes(FolderOf(scene));
   for (const PlannedObject& object : scene.objects) {
-    if (absl::Status status = go_on(); !status.ok()) return status;
-    AddSdfObject(object, meshes, world);
+    if (absl::Status added = AddSdfObject(object, go_on, meshes, world); !added.ok()) return added;
+    text.PrintChildren();
   }
-  return FilesOf(document, meshes, WarningsOf(scene, true));
+  return text.Files(meshes, WarningsOf(scene, true));
 }
 
 }  // namespace cwm::server

@@ -38,24 +38,33 @@ absl::StatusOr<std::string> FormatPly(const DrawnWorld& world, const GoOn& go_on
   constexpr std::size_t kVertexBytes = 27, kFaceBytes = 17;
   bytes.reserve(bytes.size() + kVertexBytes * vertices + kFaceBytes * triangles);
   for (const DrawnThing& thing : world.things) {
-    if (absl::Status status = go_on(); !status.ok()) return status;
     for (const DrawnPiece& piece : *thing.body) {
       const auto colour = ColourOf(piece.look);
-      for (const Vector3& vertex : piece.mesh.vertices) {
-        const Vector3 p_W = thing.X_WB * vertex;
-        for (int i = 0; i < 3; ++i) AppendBytes(p_W[i], bytes);
-        for (std::size_t i = 0; i < 3; ++i) AppendBytes(colour[i], bytes);
-      }
+      const auto append = [&](std::size_t begin, std::size_t end) {
+        for (std::size_t v = begin; v < end; ++v) {
+          const Vector3 p_W = thing.X_WB * piece.mesh.vertices[v];
+          for (int i = 0; i < 3; ++i) AppendBytes(p_W[i], bytes);
+          for (std::size_t i = 0; i < 3; ++i) AppendBytes(colour[i], bytes);
+        }
+      };
+      const absl::Status status = InPieces(piece.mesh.vertices.size(), go_on, append);
+      if (!status.ok()) return status;
     }
   }
   std::uint32_t first = 0, number = 0;
   for (const DrawnThing& thing : world.things) {
     for (const DrawnPiece& piece : *thing.body) {
-      for (const auto& triangle : piece.mesh.triangles) {
-        AppendBytes(std::uint8_t{3}, bytes);
-        for (const std::uint32_t vertex : triangle) AppendBytes(first + vertex, bytes);
-        AppendBytes(number, bytes);
-      }
+      const auto append = [&](std::size_t begin, std::size_t end) {
+        for (std::size_t t = begin; t < end; ++t) {
+          AppendBytes(std::uint8_t{3}, bytes);
+          for (const std::uint32_t vertex : piece.mesh.triangles[t]) {
+            AppendBytes(first + vertex, bytes);
+          }
+          AppendBytes(number, bytes);
+        }
+      };
+      const absl::Status status = InPieces(piece.mesh.triangles.size(), go_on, append);
+      if (!status.ok()) return status;
       first += static_cast<std::uint32_t>(piece.mesh.vertices.size());
     }
     ++number;

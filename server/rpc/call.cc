@@ -14,10 +14,8 @@ namespace {
 // The last tenth is for what nothing counts: a thread that wakes late, the way to the client.
 constexpr double kShareOfDeadline = 0.9;
 
-// Requests up to this size are parsed by the thread that read them, within some 0.1 ms (measured: 16
-// MiB of the smallest messages take 0.3 s).
+// Requests up to this size are parsed by the thread that read them, within some 1.3 ms.
 constexpr std::size_t kMaxParsedAtOnceBytes = 64 << 10;
-constexpr double kParsing_s_per_byte = 20e-9;
 // Smaller requests are not worth an account: a thousand of them are four mebibytes.
 constexpr std::size_t kMinChargedBytes = 4 << 10;
 // A reply that fits into the buffers of a socket leaves at once, whether it is read or not.

@@ -46,6 +46,9 @@ struct RevisionToAwait {
 };
 using MaybeAwait = absl::StatusOr<std::optional<RevisionToAwait>>;
 
+// Measured: 16 MiB of the smallest messages take 0.3 s.
+inline constexpr double kParsing_s_per_byte = 20e-9;
+
 using CallWork = std::function<absl::Status(const CallContext&)>;
 
 // Runs `work`; an exception that got this far (memory, a foreign library) becomes a status.

@@ -4,6 +4,7 @@
 #include <grpcpp/grpcpp.h>
 
 #include <algorithm>
+#include <chrono>
 #include <memory>
 #include <optional>
 #include <stop_token>
@@ -13,14 +14,18 @@
 #include "proto/transfer/chunks.h"
 #include "server/core/error.h"
 #include "server/rpc/call.h"
+#include "server/rpc/messages.h"
 #include "server/rpc/status_conversion.h"
 
 namespace cwm::server {
 
+inline constexpr std::chrono::milliseconds kMaxHeldUnread{1'000};
+
 // Waits for the revision that it is about, is prepared on the queue of reads, then written as fast as
-// the client reads, with no world kept alive. Deletes itself when gRPC is done with it.
+// the client reads, with no world kept alive. Bytes that a client leaves unread for a second are let
+// go where they can be made again. Deletes itself when gRPC is done with it.
 template <class Response>
-class ChunkedRead : public grpc::ServerWriteReactor<Response> {
+class ChunkedRead : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
  protected:
   ChunkedRead(grpc::CallbackServerContext* context, Runtime& runtime)
       : runtime_(runtime),
@@ -49,8 +54,11 @@ class ChunkedRead : public grpc::ServerWriteReactor<Response> {
                          });
   }
 
-  // Sets the bytes, where to begin in them, and what else the first message says.
+  // Sets the bytes, where to begin in them, and what else the first message says. Called again, with
+  // the offset where it is, after LetGo.
   virtual absl::Status Prepare(const CallContext& call) = 0;
+  // Frees the bytes if Prepare can make the same again.
+  virtual void LetGo() {}
   // What else a message says of which offset, data and done are set.
   virtual void Complete(Response& message) = 0;
   void OnDone() override { delete this; }
@@ -90,13 +98,17 @@ class ChunkedRead : public grpc::ServerWriteReactor<Response> {
     const absl::Status made = RunGuarded(
         [this](const CallContext&) {
           MakeNext();
-          return absl::OkStatus();
+          const grpc::Status serialized = SerializeResponse(message_, &written_);
+          std::string().swap(*message_.mutable_data());  // it is in `written_`, and may lie there
+          return serialized.ok() ? absl::OkStatus()
+                                 : absl::InternalError(serialized.error_message());
         },
         call_);
     if (!made.ok()) return this->Finish(ToGrpcStatus(made));
+    holding_ = StallTimers::Guard(runtime_.stalls, kMaxHeldUnread, [this] { LetGo(); });
     reading_ = StallTimers::Guard(runtime_.stalls, runtime_.application.limits.max_stall,
                                   [context = context_] { context->TryCancel(); });
-    this->StartWrite(&message_);
+    this->StartWrite(&written_);
   }
 
   void MakeNext() {
@@ -109,12 +121,14 @@ class ChunkedRead : public grpc::ServerWriteReactor<Response> {
   }
 
   void OnWriteDone(bool ok) override {
+    holding_ = {};
     reading_ = {};
     open_.NoteProgress();
     if (message_.done() && ok) return this->Finish(grpc::Status::OK);
     if (!ok || call_.stop.stop_requested()) {
       return this->Finish(ToGrpcStatus(WhyItEnded(CallCancelled(), runtime_)));
     }
+    if (bytes_ == nullptr) return Enqueue();
     WriteNext();
   }
   void OnCancel() override { stop_.request_stop(); }
@@ -127,7 +141,9 @@ class ChunkedRead : public grpc::ServerWriteReactor<Response> {
   CallContext call_;
 
  private:
+  grpc::ByteBuffer written_;    // the message under way
   MemoryCharge charge_;         // of a chunk
+  StallTimers::Guard holding_;  // of the bytes, while a message is under way
   StallTimers::Guard reading_;  // of a message, by the client
 };
 

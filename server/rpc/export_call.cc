@@ -75,11 +75,12 @@ absl::StatusOr<collision::WorldRobotPtr> RobotOf(const collision::WorldSnapshot&
 }  // namespace
 
 ExportWorldCall::ExportWorldCall(grpc::CallbackServerContext* context, Runtime& runtime,
-                                 const v1::ExportWorldRequest& request)
+                                 const grpc::ByteBuffer* request)
     : ChunkedRead(context, runtime),
-      request_(request),
       place_(QuotaShare::Take(runtime.streams, runtime.ClientOf(*context))) {
-  if (!place_) {
+  if (const absl::Status parsed = ParseStreamRequest(request, &request_); !parsed.ok()) {
+    Start(parsed);
+  } else if (!place_) {
     Start(Overloaded("too many streams are open", "TOO_MANY_STREAMS"));
   } else {
     Start(WhatToAwait(runtime, request_.world(), request_.world_uid(), request_.at_revision()));
@@ -93,6 +94,9 @@ absl::Status ExportWorldCall::Prepare(const CallContext& call) {
   if (!rule.ok()) return rule.status();
   const auto at = FindWorldAt(runtime_, request_.world(), request_.world_uid(), *rule, call);
   if (!at.ok()) return at.status();
+  // Made again, it is of the same revision.
+  request_.set_world_uid(at->world->uid());
+  request_.mutable_at_revision()->set_exact(at->snapshot->revision().value);
   const GoOn go_on = [&call] { return GoOnWith(call); };
   const bool is_yaml = request_.format() == v1::EXPORT_FORMAT_MOVEIT_YAML;
   if (is_yaml && !request_.robot().empty()) {
@@ -117,6 +121,7 @@ absl::Status ExportWorldCall::Prepare(const CallContext& call) {
     file_ = runtime_.exports.Keep(key, std::move(file));
   }
   bytes_ = {file_, &file_->bytes};
+  message_.clear_files();
   for (const ExportedWorld::Part& part : file_->files) {
     v1::ExportedFile& listed = *message_.add_files();
     listed.set_name(part.name);
@@ -126,6 +131,11 @@ absl::Status ExportWorldCall::Prepare(const CallContext& call) {
   message_.set_revision(at->snapshot->revision().value);
   message_.set_total_bytes(static_cast<std::int64_t>(bytes_->size()));
   return absl::OkStatus();
+}
+
+void ExportWorldCall::LetGo() {
+  bytes_.reset();
+  file_.reset();
 }
 
 absl::Status ExportWorldCall::Format(const collision::WorldSnapshot& snapshot,

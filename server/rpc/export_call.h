@@ -18,10 +18,11 @@ namespace cwm::server {
 class ExportWorldCall final : public ChunkedRead<v1::ExportWorldResponse> {
  public:
   ExportWorldCall(grpc::CallbackServerContext* context, Runtime& runtime,
-                  const v1::ExportWorldRequest& request);
+                  const grpc::ByteBuffer* request);
 
  private:
   absl::Status Prepare(const CallContext& call) override;
+  void LetGo() override;
   void Complete(v1::ExportWorldResponse& message) override;
 
   // Makes the file: sets text, warnings and, where there are several, the names of files.
@@ -33,7 +34,7 @@ class ExportWorldCall final : public ChunkedRead<v1::ExportWorldResponse> {
                              const GoOn& go_on);
   absl::Status FormatModel(PlanningScene scene, const GoOn& go_on);
 
-  const v1::ExportWorldRequest request_;
+  v1::ExportWorldRequest request_;
   std::optional<QuotaShare> place_;  // of a stream
   std::shared_ptr<const ExportedWorld> file_;
   // While it is made.

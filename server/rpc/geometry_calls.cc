@@ -64,9 +64,11 @@ absl::Status OneOfTwo(const std::string& fault) {
 }  // namespace
 
 ReadGeometryCall::ReadGeometryCall(grpc::CallbackServerContext* context, Runtime& runtime,
-                                   const v1::ReadGeometryRequest& request)
-    : ChunkedRead(context, runtime), request_(request) {
-  if (!request_.hash().empty()) {
+                                   const grpc::ByteBuffer* request)
+    : ChunkedRead(context, runtime) {
+  if (const absl::Status parsed = ParseStreamRequest(request, &request_); !parsed.ok()) {
+    Start(parsed);
+  } else if (!request_.hash().empty()) {
     Start(std::nullopt);
   } else {
     const v1::ObjectSurface& object = request_.object();

@@ -18,7 +18,7 @@ namespace cwm::server {
 class ReadGeometryCall final : public ChunkedRead<v1::ReadGeometryResponse> {
  public:
   ReadGeometryCall(grpc::CallbackServerContext* context, Runtime& runtime,
-                   const v1::ReadGeometryRequest& request);
+                   const grpc::ByteBuffer* request);
 
  private:
   absl::Status Prepare(const CallContext& call) override;
@@ -28,7 +28,7 @@ class ReadGeometryCall final : public ChunkedRead<v1::ReadGeometryResponse> {
   absl::Status FindSurface(const CallContext& call);
   absl::Status Begin();
 
-  const v1::ReadGeometryRequest request_;
+  v1::ReadGeometryRequest request_;
 };
 
 class WriteGeometryCall final

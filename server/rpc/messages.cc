@@ -5,6 +5,21 @@
 #include "server/core/error.h"
 
 namespace cwm::server {
+namespace {
+
+// Names, uids and tokens of a request take less than a kilobyte.
+constexpr std::size_t kMaxStreamRequestBytes = 64 << 10;
+
+}  // namespace
+
+absl::Status CheckStreamRequestSize(const grpc::ByteBuffer& bytes) {
+  const std::size_t size = bytes.Length();
+  if (size <= kMaxStreamRequestBytes) return absl::OkStatus();
+  return MakeError(
+      absl::StatusCode::kInvalidArgument,
+      absl::StrCat("the request has ", size, " bytes, must have at most ", kMaxStreamRequestBytes),
+      {.reason = "REQUEST_TOO_LARGE"});
+}
 
 absl::Status MalformedRequest(const std::string& method) {
   const std::string name = absl::StrReplaceAll(method.substr(1), {{"/", "."}});

@@ -33,6 +33,21 @@ absl::Status ParseRequest(grpc::ByteBuffer& bytes, Request* request) {
   return is_parsed ? absl::OkStatus() : MalformedRequest(MethodTaking(*Request::descriptor()));
 }
 
+// INVALID_ARGUMENT REQUEST_TOO_LARGE.
+absl::Status CheckStreamRequestSize(const grpc::ByteBuffer& bytes);
+
+// Of a call that is answered by a stream, which keeps its request: it names a world and little else, and
+// must be small. Frees the bytes. The errors of ParseRequest and CheckStreamRequestSize.
+template <class Request>
+absl::Status ParseStreamRequest(const grpc::ByteBuffer* bytes, Request* request) {
+  // gRPC lends its own buffer until the call is done.
+  grpc::ByteBuffer& lent = *const_cast<grpc::ByteBuffer*>(bytes);
+  const absl::Status small = CheckStreamRequestSize(lent);
+  if (small.ok()) return ParseRequest(lent, request);
+  lent.Clear();
+  return small;
+}
+
 // Throws std::bad_alloc.
 template <class Response>
 grpc::Status SerializeResponse(const Response& response, grpc::ByteBuffer* bytes) {

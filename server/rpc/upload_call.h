@@ -100,15 +100,39 @@ class UploadCall : public grpc::ServerReadReactor<grpc::ByteBuffer>,
     const auto self = this->shared_from_this();
     if (IsOver()) return;  // ended by a drain or a stall: its read fails after that
     sending_.Restart();
-    const CallWork take = [&](const CallContext&) {
-      if (!ok) return call_.stop.stop_requested() ? CallCancelled() : CheckEnd();
+    if (!ok) return WorkAtTheEnd();
+    if (bytes_.Length() <= MaxBytesTakenAtOnce()) return TakeMessage();
+    // A header of many files or of long texts.
+    const auto size = static_cast<std::int64_t>(bytes_.Length());
+    if (absl::Status charged = header_charge_.Resize(2 * size); !charged.ok()) return End(charged);
+    Enqueue([this] { TakeMessage(); }, kParsing_s_per_byte * static_cast<double>(size));
+  }
+
+  std::size_t MaxBytesTakenAtOnce() const {
+    constexpr std::size_t kMaxBytesBesideChunk = 4 << 10;
+    const std::int64_t chunk = runtime_.application.limits.max_chunk_bytes;
+    return static_cast<std::size_t>(chunk) + kMaxBytesBesideChunk;
+  }
+
+  void WorkAtTheEnd() {
+    const CallWork check = [this](const CallContext&) {
+      return call_.stop.stop_requested() ? CallCancelled() : CheckEnd();
+    };
+    if (const absl::Status checked = RunGuarded(check, call_); !checked.ok()) return End(checked);
+    Enqueue([this] { End(RunGuarded(Guarded(), call_)); }, Cost_s());
+  }
+
+  void TakeMessage() {
+    const CallWork take = [this](const CallContext&) {
       Request message;
       if (absl::Status parsed = ParseRequest(bytes_, &message); !parsed.ok()) return parsed;
+      if (header_charge_.bytes() > 0) {  // kept until the end
+        const auto held = static_cast<std::int64_t>(message.SpaceUsedLong());
+        if (absl::Status charged = header_charge_.Resize(held); !charged.ok()) return charged;
+      }
       return Take(message);
     };
-    const absl::Status taken = RunGuarded(take, call_);
-    if (!taken.ok()) return End(taken);
-    if (!ok) return Enqueue([this] { End(RunGuarded(Guarded(), call_)); }, Cost_s());
+    if (const absl::Status taken = RunGuarded(take, call_); !taken.ok()) return End(taken);
     if (auto look_up = LookUp()) {
       return Enqueue([this, look_up = std::move(look_up)] { EndOrReadNext(look_up); }, 0);
     }
@@ -183,6 +207,7 @@ class UploadCall : public grpc::ServerReadReactor<grpc::ByteBuffer>,
   void OnDone() override { self_.reset(); }  // *this may be gone after it
 
   grpc::ByteBuffer bytes_;  // of the message that is read
+  MemoryCharge header_charge_ = EmptyCharge();
   grpc::ByteBuffer* const reply_;
   std::optional<QuotaShare> place_;
   StallTimers::Guard sending_;

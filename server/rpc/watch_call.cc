@@ -38,12 +38,17 @@ absl::StatusOr<WatchOptions> OptionsOf(const v1::WatchWorldRequest& request) {
 }  // namespace
 
 WatchCall* WatchCall::Start(grpc::CallbackServerContext& context, Runtime& runtime,
-                            const v1::WatchWorldRequest& request) {
+                            const grpc::ByteBuffer* request) {
   const ClientId client = runtime.ClientOf(context);
   const bool is_viewers = client.connection == 0;
   FairQuota& quota = is_viewers ? runtime.viewer_watchers : runtime.watchers;
-  const std::shared_ptr<WatchCall> call(new WatchCall(runtime, context, request));
+  const std::shared_ptr<WatchCall> call(new WatchCall(runtime, context));
   call->self_ = call;
+  const absl::Status parsed = ParseStreamRequest(request, &call->request_);
+  if (!parsed.ok()) {
+    call->End(parsed);
+    return call.get();
+  }
   call->place_ = QuotaShare::Take(quota, client);
   if (call->place_) {
     call->EnqueuePump();
@@ -57,9 +62,8 @@ WatchCall* WatchCall::Start(grpc::CallbackServerContext& context, Runtime& runti
   return call.get();
 }
 
-WatchCall::WatchCall(Runtime& runtime, grpc::CallbackServerContext& context,
-                     const v1::WatchWorldRequest& request)
-    : runtime_(runtime), request_(request), context_(context) {}
+WatchCall::WatchCall(Runtime& runtime, grpc::CallbackServerContext& context)
+    : runtime_(runtime), context_(context) {}
 
 void WatchCall::Wake() {
   {
@@ -143,7 +147,8 @@ absl::StatusOr<bool> WatchCall::NextMessage() {
     auto has_step = NextStep();
     if (!has_step.ok() || !*has_step) return has_step;
   }
-  NextPiece();
+  const grpc::Status serialized = SerializeResponse(NextPiece(), &message_);
+  if (!serialized.ok()) return absl::InternalError(serialized.error_message());
   return true;
 }
 
@@ -171,18 +176,20 @@ bool WatchCall::NextBookmark() {
   return true;
 }
 
-void WatchCall::NextPiece() {
+v1::WatchWorldResponse WatchCall::NextPiece() {
   const WatchContext context{*world_, view_, runtime_.application.geometry};
+  v1::WatchWorldResponse message;
   if (initial_ != nullptr) {
-    message_ = InitialStatePiece(*initial_, context, &next_);
-    if (message_.initial_state().initial_state_done()) initial_ = nullptr;
+    message = InitialStatePiece(*initial_, context, &next_);
+    if (message.initial_state().initial_state_done()) initial_ = nullptr;
   } else if (step_->what == WatchStep::What::kEvents) {
-    message_ = EventsPiece(*step_, context, &next_);
-    if (!message_.events().more()) step_.reset();
+    message = EventsPiece(*step_, context, &next_);
+    if (!message.events().more()) step_.reset();
   } else {
-    message_ = BookmarkMessage(step_->revision, *world_, &observed_);
+    message = BookmarkMessage(step_->revision, *world_, &observed_);
     step_.reset();
   }
+  return message;
 }
 
 // False when something happened meanwhile: the holder looks again.

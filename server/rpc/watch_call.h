@@ -15,15 +15,14 @@ namespace cwm::server {
 
 // At any time at most one holder has the turn: a task on the watch queue, or a message being
 // written. Only the holder touches the cursor, writes or finishes.
-class WatchCall final : public grpc::ServerWriteReactor<v1::WatchWorldResponse>,
+class WatchCall final : public grpc::ServerWriteReactor<grpc::ByteBuffer>,
                         public std::enable_shared_from_this<WatchCall> {
  public:
   static WatchCall* Start(grpc::CallbackServerContext& context, Runtime& runtime,
-                          const v1::WatchWorldRequest& request);
+                          const grpc::ByteBuffer* request);
 
  private:
-  WatchCall(Runtime& runtime, grpc::CallbackServerContext& context,
-            const v1::WatchWorldRequest& request);
+  WatchCall(Runtime& runtime, grpc::CallbackServerContext& context);
 
   void OnWriteDone(bool ok) override;
   void OnCancel() override;
@@ -39,13 +38,13 @@ class WatchCall final : public grpc::ServerWriteReactor<v1::WatchWorldResponse>,
   absl::StatusOr<bool> NextMessage();
   absl::StatusOr<bool> NextStep();
   bool NextBookmark();  // true
-  void NextPiece();
+  v1::WatchWorldResponse NextPiece();
   bool ReturnTurn();
   void End(const absl::Status& status);
 
   Runtime& runtime_;
   OpenCalls::Token open_{runtime_.open_calls};
-  const v1::WatchWorldRequest request_;
+  v1::WatchWorldRequest request_;
   std::shared_ptr<WatchCall> self_;  // until OnDone
   grpc::CallbackServerContext& context_;
   std::optional<QuotaShare> place_;
@@ -60,8 +59,8 @@ class WatchCall final : public grpc::ServerWriteReactor<v1::WatchWorldResponse>,
   std::size_t next_ = 0;           // object of initial_, or delta of step_
   std::uint64_t observed_ = 0;     // number of the last observation that was sent
   bool last_ = false;              // message_ is the last
-  v1::WatchWorldResponse message_;
-  bool has_told_ = false;  // the initial state or an event
+  grpc::ByteBuffer message_;       // being written
+  bool has_told_ = false;          // the initial state or an event
   bool bookmark_is_due_ = false;
 
   std::mutex mutex_;

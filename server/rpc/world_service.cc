@@ -246,14 +246,14 @@ grpc::ServerUnaryReactor* WorldService::ApplyChanges(grpc::CallbackServerContext
            }});
 }
 
-grpc::ServerWriteReactor<v1::WatchWorldResponse>* WorldService::WatchWorld(
-    grpc::CallbackServerContext* context, const v1::WatchWorldRequest* request) {
-  return WatchCall::Start(*context, runtime_, *request);
+grpc::ServerWriteReactor<grpc::ByteBuffer>* WorldService::WatchWorld(
+    grpc::CallbackServerContext* context, const grpc::ByteBuffer* request) {
+  return WatchCall::Start(*context, runtime_, request);
 }
 
-grpc::ServerWriteReactor<v1::ReadGeometryResponse>* WorldService::ReadGeometry(
-    grpc::CallbackServerContext* context, const v1::ReadGeometryRequest* request) {
-  return new ReadGeometryCall(context, runtime_, *request);
+grpc::ServerWriteReactor<grpc::ByteBuffer>* WorldService::ReadGeometry(
+    grpc::CallbackServerContext* context, const grpc::ByteBuffer* request) {
+  return new ReadGeometryCall(context, runtime_, request);
 }
 
 grpc::ServerReadReactor<grpc::ByteBuffer>* WorldService::WriteGeometry(
@@ -261,9 +261,9 @@ grpc::ServerReadReactor<grpc::ByteBuffer>* WorldService::WriteGeometry(
   return WriteGeometryCall::Start(std::make_shared<WriteGeometryCall>(context, runtime_, response));
 }
 
-grpc::ServerWriteReactor<v1::ExportWorldResponse>* WorldService::ExportWorld(
-    grpc::CallbackServerContext* context, const v1::ExportWorldRequest* request) {
-  return new ExportWorldCall(context, runtime_, *request);
+grpc::ServerWriteReactor<grpc::ByteBuffer>* WorldService::ExportWorld(
+    grpc::CallbackServerContext* context, const grpc::ByteBuffer* request) {
+  return new ExportWorldCall(context, runtime_, request);
 }
 
 }  // namespace cwm::server

@@ -14,9 +14,9 @@ using RawWorldService = v1::WorldService::WithRawCallbackMethod_ListWorlds<
                 v1::WorldService::WithRawCallbackMethod_GetObject<
                     v1::WorldService::WithRawCallbackMethod_ApplyChanges<
                         v1::WorldService::WithRawCallbackMethod_WriteGeometry<
-                            v1::WorldService::WithCallbackMethod_ExportWorld<
-                                v1::WorldService::WithCallbackMethod_ReadGeometry<
-                                    v1::WorldService::WithCallbackMethod_WatchWorld<
+                            v1::WorldService::WithRawCallbackMethod_ExportWorld<
+                                v1::WorldService::WithRawCallbackMethod_ReadGeometry<
+                                    v1::WorldService::WithRawCallbackMethod_WatchWorld<
                                         v1::WorldService::Service>>>>>>>>>>;
 
 class WorldService final : public RawWorldService {
@@ -41,14 +41,14 @@ class WorldService final : public RawWorldService {
   grpc::ServerUnaryReactor* ApplyChanges(grpc::CallbackServerContext* context,
                                          const grpc::ByteBuffer* request,
                                          grpc::ByteBuffer* response) override;
-  grpc::ServerWriteReactor<v1::WatchWorldResponse>* WatchWorld(
-      grpc::CallbackServerContext* context, const v1::WatchWorldRequest* request) override;
-  grpc::ServerWriteReactor<v1::ReadGeometryResponse>* ReadGeometry(
-      grpc::CallbackServerContext* context, const v1::ReadGeometryRequest* request) override;
+  grpc::ServerWriteReactor<grpc::ByteBuffer>* WatchWorld(grpc::CallbackServerContext* context,
+                                                         const grpc::ByteBuffer* request) override;
+  grpc::ServerWriteReactor<grpc::ByteBuffer>* ReadGeometry(
+      grpc::CallbackServerContext* context, const grpc::ByteBuffer* request) override;
   grpc::ServerReadReactor<grpc::ByteBuffer>* WriteGeometry(grpc::CallbackServerContext* context,
                                                            grpc::ByteBuffer* response) override;
-  grpc::ServerWriteReactor<v1::ExportWorldResponse>* ExportWorld(
-      grpc::CallbackServerContext* context, const v1::ExportWorldRequest* request) override;
+  grpc::ServerWriteReactor<grpc::ByteBuffer>* ExportWorld(grpc::CallbackServerContext* context,
+                                                          const grpc::ByteBuffer* request) override;
 
  private:
   Runtime& runtime_;

@@ -139,7 +139,7 @@ TEST_F(MeshExpansion, ElementsWithVeryManyAttributesAreRefused) {
   EXPECT_THAT(
       std::string(
           Refusal(Collada(BoxMesh({1, 1, 1}), {.scene_nodes = node + "/>"}), "a.dae").message()),
-      HasSubstr("must have at most 256 attributes in an element"));
+      HasSubstr("must have at most 32 attributes in an element"));
 }
 
 // Each child once had the places of all elements above it: 7 kB for each 4 bytes.

@@ -239,5 +239,14 @@ TEST(Srdf, HostileDocumentsAreRefusedAsThoseOfAUrdf) {
             "srdf: has 3 groups, must have at most 2");
 }
 
+TEST(Srdf, AStopEndsReading) {
+  std::stop_source stop;
+  stop.request_stop();
+  for (const char* text : {"<group name=\"g\"><joint name=\"j\"/></group>",
+                           "<disable_collisions link1=\"a\" link2=\"b\"/>"}) {
+    EXPECT_TRUE(absl::IsCancelled(ReadSrdf(Robot(text), Tree(), {}, stop.get_token()).status()));
+  }
+}
+
 }  // namespace
 }  // namespace cwm::collision

@@ -208,6 +208,22 @@ TEST(UrdfRefusals, NumbersMustBeFiniteAndAsManyAsNeeded) {
   EXPECT_THAT(RefusalOfJoint("fixed", "<origin/><origin/>"), HasSubstr("has 2 elements <origin>"));
 }
 
+TEST(UrdfRefusals, TagsAndAttributesAreCounted) {
+  std::string many;
+  for (int i = 0; i < 90'000; ++i) many += "<a b=\"\" c=\"\"/>";
+  EXPECT_EQ(ExcessOfText(Robot(many), NoMeshes),
+            "urdf: must have at most 250000 tags and attributes");
+  EXPECT_EQ(RefusalOf(Links("ab") + "<!--" + many + "-->"), RefusalOf(Links("ab")))
+      << "a comment is one";
+}
+
+TEST(UrdfRefusals, AStopEndsReading) {
+  std::stop_source stop;
+  stop.request_stop();
+  const auto read = ReadUrdf(Robot(Links("ab")), NoMeshes, {}, stop.get_token());
+  EXPECT_TRUE(absl::IsCancelled(read.status())) << read.status();
+}
+
 TEST(UrdfRefusals, AxesMustHaveALength) {
   for (const char* kind : {"revolute", "continuous", "prismatic", "planar"}) {
     EXPECT_EQ(RefusalOfJoint(kind, "<axis xyz=\"0 0 0\"/><limit/>"),

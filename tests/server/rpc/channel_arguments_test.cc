@@ -12,6 +12,7 @@
 namespace cwm::server {
 namespace {
 
+using ::testing::HasSubstr;
 using testing::Http2Beginning;
 using testing::RawPeer;
 
@@ -69,6 +70,21 @@ TEST_F(ChannelArgumentsTest, MetadataOverTheLimitIsRefusedAndTheServerGoesOn) {
     EXPECT_EQ(code, size < std::size_t{16} << 10 ? grpc::StatusCode::OK
                                                  : grpc::StatusCode::RESOURCE_EXHAUSTED);
   }
+  EXPECT_EQ(PutBox("a", 0), 1);
+}
+
+TEST_F(ChannelArgumentsTest, CompressedCallsAreRefusedAndNeverInflated) {
+  v1::ApplyChangesRequest request;
+  request.set_world(std::string(std::size_t{8} << 20, 'a'));  // 8 kB of gzip
+  for (const auto algorithm : {GRPC_COMPRESS_DEFLATE, GRPC_COMPRESS_GZIP}) {
+    Call call;
+    call.set_compression_algorithm(algorithm);
+    v1::ApplyChangesResponse response;
+    const grpc::Status status = world_->ApplyChanges(&call, request, &response);
+    EXPECT_EQ(status.error_code(), grpc::StatusCode::UNIMPLEMENTED) << status.error_message();
+    EXPECT_THAT(status.error_message(), HasSubstr("Compression"));
+  }
+  EXPECT_EQ(application_.memory->client_bytes(), 0);
   EXPECT_EQ(PutBox("a", 0), 1);
 }
 

@@ -59,6 +59,35 @@ class ExportTest : public RunningServer {
   }
 };
 
+// Long unread, a file is let go and made again.
+TEST_F(ExportTest, IsTheSameForAReaderThatPauses) {
+  PutSheets(1, Strip(200'000));
+  v1::ExportWorldRequest request;
+  request.set_format(v1::EXPORT_FORMAT_GLB);
+  const auto bytes_of = [](const std::vector<v1::ExportWorldResponse>& messages) {
+    std::string bytes;
+    for (const v1::ExportWorldResponse& message : messages) bytes += message.data();
+    return bytes;
+  };
+  const std::string at_once = bytes_of(Export(request).messages);
+  Call call;
+  const auto reader = world_->ExportWorld(&call, request);
+  std::vector<v1::ExportWorldResponse> messages(1);
+  ASSERT_TRUE(reader->Read(&messages.back()));
+  ASSERT_GT(messages.back().total_bytes(), 4 * messages.back().data().size());
+  const auto until = Clock::now() + std::chrono::seconds(20);
+  const auto held = [this] { return application_.memory->client_bytes(); };
+  while (held() > messages.back().total_bytes() / 2 && Clock::now() < until) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  EXPECT_LT(held(), messages.back().total_bytes() / 2);
+  PutBox("another", 1);  // a later revision is not what the reader began with
+  v1::ExportWorldResponse message;
+  while (reader->Read(&message)) messages.push_back(message);
+  EXPECT_TRUE(reader->Finish().ok());
+  EXPECT_EQ(bytes_of(messages), at_once);
+}
+
 TEST_F(ExportTest, ComesInChunksOfWhichTheLastIsDone) {
   PutSheets(1, Strip(80'000));
   const Exported exported = Export();

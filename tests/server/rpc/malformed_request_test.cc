@@ -140,5 +140,24 @@ TEST_F(MalformedRequestTest, AMethodThatIsNotThereStaysUnimplemented) {
             grpc::StatusCode::UNIMPLEMENTED);
 }
 
+// They are kept as long as the stream, of which a client may have hundreds.
+TEST_F(MalformedRequestTest, RequestsOfStreamsThatAreLargeAreRefused) {
+  const std::string large(std::size_t{1} << 20, 'a');
+  const auto expect_refused = [](const grpc::Status& status) {
+    EXPECT_EQ(status.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+    EXPECT_EQ(ReasonIn(status), "REQUEST_TOO_LARGE") << status.error_message();
+  };
+  Call watching, reading, exporting;
+  v1::WatchWorldRequest watch;
+  watch.set_world(large);
+  expect_refused(world_->WatchWorld(&watching, watch)->Finish());
+  v1::ReadGeometryRequest read;
+  read.set_hash(large);
+  expect_refused(world_->ReadGeometry(&reading, read)->Finish());
+  v1::ExportWorldRequest to_export;
+  to_export.set_robot(large);
+  expect_refused(world_->ExportWorld(&exporting, to_export)->Finish());
+}
+
 }  // namespace
 }  // namespace cwm::server
