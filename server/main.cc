@@ -56,8 +56,8 @@ void KeepMessageMemory() {
   mallopt(M_ARENA_MAX, 2 * static_cast<int>(std::max(1U, std::thread::hardware_concurrency())));
 }
 
-// Debian builds Abseil with its debug checks: each lock of gRPC's enters a graph of the order in which
-// locks are taken, and what looks like a cycle there ends the process.
+// Debian builds Abseil with its debug checks: each lock of gRPC's enters a graph of the order in
+// which locks are taken, and what looks like a cycle there ends the process.
 void TakeLocksUnwatched() { absl::SetMutexDeadlockDetectionMode(absl::OnDeadlockCycle::kIgnore); }
 
 // A thread of its own writes: whoever does not read our stderr holds no call up. The thread begins

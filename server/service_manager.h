@@ -12,8 +12,8 @@ namespace cwm::server {
 // or it does not take it. Thread safe.
 bool NotifyServiceManager(const std::string& state);
 
-// Within this time after the last "WATCHDOG=1" the next has to come; absent where nobody waits for it
-// (WATCHDOG_USEC and, where given, WATCHDOG_PID).
+// Within this time after the last "WATCHDOG=1" the next has to come; absent where nobody waits for
+// it (WATCHDOG_USEC and, where given, WATCHDOG_PID).
 std::optional<std::chrono::microseconds> WatchdogTime();
 
 }  // namespace cwm::server

@@ -11,11 +11,12 @@ namespace {
 using collision::PreparedModel;
 using collision::WorldObject;
 
-// derived: from sizeof on x86-64. A primitive: as the model has it 288, prepared 288, its forms 256 of
-// which the kernels' are 730 more. Those of FCL and Bullet are made when they are first asked for.
+// derived: from sizeof on x86-64. A primitive: as the model has it 288, prepared 288, its forms 256
+// of which the kernels' are 730 more. Those of FCL and Bullet are made when they are first asked
+// for.
 constexpr std::int64_t kPreparedPartBytes = 1'600;
-// derived: likewise. A triangle: its indices 12, its corners in the kernels' tree 72 and two nodes of 72
-// there. FCL's form, where it is asked for, takes four times as much.
+// derived: likewise. A triangle: its indices 12, its corners in the kernels' tree 72 and two nodes
+// of 72 there. FCL's form, where it is asked for, takes four times as much.
 constexpr std::int64_t kTriangleBytes = 228;
 constexpr std::int64_t kMeshVertexBytes = sizeof(Vector3);
 // An object's share of a leaf and of the nodes above it, and its node in the table of names.

@@ -1,7 +1,8 @@
 // Shares a limited amount of something (bytes, places, streams) among holders by dynamic thresholds
-// (Choudhury and Hahne, "Dynamic Queue Length Thresholds for Shared-Memory Packet Switches", IEEE/ACM
-// Transactions on Networking 6, 1998): a holder may take more while it has less than a multiple of
-// what is free. A single holder gets most of it, many get equal parts, and a newcomer always finds room.
+// (Choudhury and Hahne, "Dynamic Queue Length Thresholds for Shared-Memory Packet Switches",
+// IEEE/ACM Transactions on Networking 6, 1998): a holder may take more while it has less than a
+// multiple of what is free. A single holder gets most of it, many get equal parts, and a newcomer
+// always finds room.
 #pragma once
 
 #include <cstdint>
@@ -28,8 +29,8 @@ QuotaHolder HolderOf(const ClientId& client);
 struct FairQuotaOptions {
   std::int64_t limit = 0;                                                // in all
   std::int64_t member_limit = std::numeric_limits<std::int64_t>::max();  // of one member
-  // Multiples of what is free. A group alone gets 3/4 of the limit, one member alone half of it where
-  // member_share is 1: n greedy members leave 1/(n+1).
+  // Multiples of what is free. A group alone gets 3/4 of the limit, one member alone half of it
+  // where member_share is 1: n greedy members leave 1/(n+1).
   double group_share = 3;
   double member_share = 3;
 };

@@ -1,7 +1,7 @@
-// Tasks that wait, shared fairly among clients: start-time fair queueing (Goyal, Vin and Cheng, "Start-time
-// Fair Queueing", IEEE/ACM Transactions on Networking 5, 1997). It shares like deficit round robin by cost,
-// in the order of one number and without a quantum: a client with a thousand batches delays another
-// by the batch under way and one more.
+// Tasks that wait, shared fairly among clients: start-time fair queueing (Goyal, Vin and Cheng,
+// "Start-time Fair Queueing", IEEE/ACM Transactions on Networking 5, 1997). It shares like deficit
+// round robin by cost, in the order of one number and without a quantum: a client with a thousand
+// batches delays another by the batch under way and one more.
 #pragma once
 
 #include <cstddef>
@@ -37,8 +37,8 @@ class FairTasks {
   void Push(Task task);
   // The task whose turn it is. Not when empty.
   Task Pop();
-  // The newest task of the client that has most of them, where that is another client with more than
-  // `client` would have with one more.
+  // The newest task of the client that has most of them, where that is another client with more
+  // than `client` would have with one more.
   std::optional<Task> TakeFromLongest(const ClientId& client);
 
   // Whoever used more than a share while nobody else wanted it owes nothing. Only when empty.

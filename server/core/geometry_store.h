@@ -1,5 +1,5 @@
-// Blobs by content: meshes, label images and points, named by the SHA-256 of their bytes, so that none
-// travels twice. And the full surfaces of objects, made when they are read.
+// Blobs by content: meshes, label images and points, named by the SHA-256 of their bytes, so that
+// none travels twice. And the full surfaces of objects, made when they are read.
 #pragma once
 
 #include <cstdint>

@@ -38,8 +38,8 @@ class History {
     std::vector<EventPtr> events;
   };
 
-  // `charge` is kept at the bytes of what is remembered, without the geometry of objects, whose memory
-  // is charged with them.
+  // `charge` is kept at the bytes of what is remembered, without the geometry of objects, whose
+  // memory is charged with them.
   History(Retention retention, SnapshotPtr first, MemoryCharge charge = {});
 
   // `next` is the snapshot that `event` led to, one revision after the latest.

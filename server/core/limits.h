@@ -1,4 +1,5 @@
-// What one request may cost, and how long things are kept. GetServerInfo publishes those that a client plans by.
+// The costs that one request may have, and how long things are kept. GetServerInfo publishes the
+// limits that a client plans by.
 #pragma once
 
 #include <chrono>
@@ -34,7 +35,8 @@ struct Limits {
   std::int64_t max_client_waits = 256;
   // A client that sends nothing of an upload, or reads nothing of an answer, for so long is let go.
   std::chrono::milliseconds max_stall = std::chrono::seconds(30);
-  // Work that would wait longer for its turn in a queue is refused; scans and robots may wait longer.
+  // Work that would wait longer for its turn in a queue is refused; scans and robots may wait
+  // longer.
   std::chrono::milliseconds max_queue_wait = std::chrono::seconds(5);
   // The server's account of memory (memory_budget.h).
   std::int64_t max_memory_bytes = DefaultMemoryLimit();
@@ -42,8 +44,8 @@ struct Limits {
   std::int64_t max_stream_overlay_bytes = 1 << 20;
   std::int64_t max_inline_bytes = 1 << 20;  // labels above it travel by hash
   std::int64_t max_changes = 65'536;        // in one ApplyChanges
-  // Estimated, of one core (wire/request_cost.h): several times what the largest batches take, since the
-  // estimate may be too high by a factor of three.
+  // Estimated, of one core (wire/request_cost.h): several times what the largest batches take,
+  // since the estimate may be too high by a factor of three.
   double max_request_cost_s = 300;
   std::int64_t max_worlds = 1'024;
   std::int64_t max_objects = 262'144;  // of one world
@@ -74,14 +76,14 @@ struct Limits {
 // revision's events are always kept.
 struct Retention {
   std::int64_t exact_snapshots = 256;
-  // Snapshots share what does not differ: 256 of 10 000 objects with one move between each two are some 3 MB.
-  // What fills this is geometry that is replaced by every scan.
+  // Snapshots share what does not differ: 256 of 10 000 objects with one move between each two are
+  // some 3 MB. Geometry that every scan replaces is what fills this.
   std::int64_t snapshot_bytes = std::int64_t{512} << 20;
   std::int64_t watch_events = 65'536;  // changed objects, summed over revisions
   std::int64_t watch_bytes = std::int64_t{256} << 20;
   std::chrono::seconds watch_time = std::chrono::minutes(5);
   std::chrono::seconds request_id_time = std::chrono::minutes(10);
-  // 437 writes a second for ten minutes; at about 200 bytes each, 50 MB.
+  // 437 writes a second for ten minutes; at 400 bytes each (kRecordBytes), 105 MB.
   std::int64_t request_ids = 262'144;
   // Whole ingest replies for retries: some 50 of a 640 x 480 cloud (1.2 MB of labels).
   std::int64_t reply_bytes = std::int64_t{64} << 20;

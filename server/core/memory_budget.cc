@@ -139,11 +139,4 @@ void MemoryCharge::ResizeAnyway(std::int64_t bytes) {
   bytes_ = bytes;
 }
 
-MemoryCharge MemoryCharge::Split(std::int64_t bytes) {
-  MemoryCharge part = Empty(budget_, payer_);
-  part.bytes_ = std::min(bytes, bytes_);
-  bytes_ -= part.bytes_;
-  return part;
-}
-
 }  // namespace cwm::server

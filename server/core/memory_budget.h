@@ -1,7 +1,7 @@
-// One account of memory for the whole server. What keeps more than a few kilobytes for longer than it
-// computes asks the account before it takes them, and gives them back when they are freed. Two kinds
-// of payers share it: clients, for requests, uploads, streams and answers on their way, and worlds,
-// for what is stored.
+// One account of memory for the whole server. Code that keeps more than a few kilobytes for longer
+// than it computes asks the account before it takes them, and gives them back when they are freed.
+// Two kinds of payers share it: clients, for requests, uploads, streams and answers on their way,
+// and worlds, for what is stored.
 #pragma once
 
 #include <atomic>
@@ -38,8 +38,9 @@ class MemoryBudget : public std::enable_shared_from_this<MemoryBudget> {
   static Payer World(std::int64_t number, std::string name);
   std::int64_t NextWorldNumber();
 
-  // ResourceExhausted MEMORY_EXHAUSTED with the time to retry; the metadata has `account` ("server",
-  // "worlds", "world", "user" or "client"), `asked_bytes` and `limit_bytes`.
+  // ResourceExhausted MEMORY_EXHAUSTED with the time to retry; the metadata has `account`
+  // ("server", "worlds", "world", "user" or "client"), `asked_bytes`, `taken_bytes` and
+  // `limit_bytes`.
   absl::StatusOr<MemoryCharge> Charge(const Payer& payer, std::int64_t bytes);
 
   std::int64_t limit_bytes() const { return clients_.limit(); }
@@ -81,8 +82,6 @@ class MemoryCharge {
   absl::Status Resize(std::int64_t bytes);
   // Grows or shrinks in any case: for memory that is taken already, or that a promise needs.
   void ResizeAnyway(std::int64_t bytes);
-  // A charge of its own for a part of the bytes.
-  MemoryCharge Split(std::int64_t bytes);
 
  private:
   friend class MemoryBudget;

@@ -9,7 +9,8 @@ namespace cwm::server {
 // groups (version 1 and 2, all levels) and its address space limit (RLIMIT_AS).
 std::int64_t AvailableMemory();
 
-// Three quarters of it, as it was at the first call: the rest is for the transport, the allocator's waste and other programs.
+// Three quarters of it, as it was at the first call: the rest is for the transport, the allocator's
+// waste and other programs.
 std::int64_t DefaultMemoryLimit();
 
 }  // namespace cwm::server

@@ -1,5 +1,5 @@
-// What a request may ask of a stored mesh that takes long to compute: once per mesh, however often it
-// is mentioned.
+// Facts of a stored mesh that a request may ask for and that take long to compute: computed once
+// per mesh, however often it is mentioned.
 #pragma once
 
 #include <atomic>

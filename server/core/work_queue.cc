@@ -26,11 +26,12 @@ namespace {
 constexpr std::size_t kThreadNameLength = 15;
 // The least time that a retry is told to wait: the queue has moved on by then.
 constexpr double kMinRetry_s = 0.1;
-// Estimates of cost are corrected by how long tasks really took, by an exponential average over some
-// ten of them.
+// Estimates of cost are corrected by how long tasks really took, by an exponential average over
+// some ten of them.
 constexpr double kNewestWeight = 0.1;
 constexpr double kFirstTasks_s = 0.1;
-// Estimates are right within this factor: only what is too late by more is refused for its deadline.
+// Estimates are right within this factor: only what is too late by more is refused for its
+// deadline.
 constexpr double kCostDoubt = 0.25;
 
 // The server's own work waits as long as it takes.

@@ -41,9 +41,9 @@ class WorkQueue {
   // The task is run once in any case, in a thread of the queue to do its work. It is run in the
   // caller's thread with an error when it is refused: ResourceExhausted QUEUE_FULL for a full lane
   // in which no other client has more places, or for a wait longer than max_wait; Unavailable
-  // SERVER_DRAINING. In a full lane the newest task of the client with most places makes room. A task
-  // whose turn comes after max_wait is run with QUEUE_FULL, one that cannot meet its deadline any
-  // more with DeadlineExceeded DEADLINE_TOO_SHORT. Refusals have the time to retry.
+  // SERVER_DRAINING. In a full lane the newest task of the client with most places makes room. A
+  // task whose turn comes after max_wait is run with QUEUE_FULL, one that cannot meet its deadline
+  // any more with DeadlineExceeded DEADLINE_TOO_SHORT. Refusals have the time to retry.
   void Push(Task task, Lane lane = Lane::kNew);
   // Work of the server's own, of no client and without a deadline. False when the lane is full or
   // the queue draining, and nothing is run then. An empty function must not be pushed.

@@ -296,8 +296,8 @@ absl::StatusOr<SnapshotPtr> World::At(const RevisionRule& rule, Clock::time_poin
   return state_->feed->At(rule, deadline, std::move(stop));
 }
 
-// A long list is applied before the turn is taken, so that others can pass it: it takes the turn with
-// what it made of the latest snapshot, and begins anew where that was another one by then.
+// A long list is applied before the turn is taken, so that others can pass it: it takes the turn
+// with what it made of the latest snapshot, and begins anew where that was another one by then.
 absl::StatusOr<WriteOutcome> World::Apply(std::span<const Change> changes,
                                           const WriteOptions& options, WorkBudget* budget) {
   return state_->WithRoom([&] { return ApplyOnce(changes, options, budget); });

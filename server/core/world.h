@@ -63,8 +63,8 @@ struct SensorPose {
   bool given = false;  // told by somebody, not estimated from a scan
 };
 
-// Gives a status of collision::Apply its reason and details, as World::Apply says; `list` is the field
-// of the request that held the changes.
+// Gives a status of collision::Apply its reason and details, as World::Apply says; `list` is the
+// field of the request that held the changes.
 absl::Status ExplainRefusal(const absl::Status& status, const collision::WorldSnapshot& base,
                             std::span<const collision::Change> changes, const std::string& list);
 
@@ -99,10 +99,10 @@ class World : public std::enable_shared_from_this<World> {
                                  std::stop_token stop) const;
 
   // Applies the changes to the latest snapshot, all or nothing. NotFound OBJECT_UNKNOWN or
-  // ROBOT_UNKNOWN, ResourceExhausted TOO_MANY_PAIR_RULES, TOO_MANY_OBJECTS or MEMORY_EXHAUSTED, Aborted REVISION_MISMATCH or
-  // OBJECT_REVISION_MISMATCH (expected_revision, actual_revision in the metadata),
-  // FailedPrecondition REQUEST_ID_REUSED, InvalidArgument INVALID_FIELD ("changes[i]"). The status of
-  // the budget where it ended before the list was applied.
+  // ROBOT_UNKNOWN, ResourceExhausted TOO_MANY_PAIR_RULES, TOO_MANY_OBJECTS or MEMORY_EXHAUSTED,
+  // Aborted REVISION_MISMATCH or OBJECT_REVISION_MISMATCH (expected_revision, actual_revision in
+  // the metadata), FailedPrecondition REQUEST_ID_REUSED, InvalidArgument INVALID_FIELD
+  // ("changes[i]"). The status of the budget where it ended before the list was applied.
   absl::StatusOr<WriteOutcome> Apply(std::span<const collision::Change> changes,
                                      const WriteOptions& options, WorkBudget* budget = nullptr);
 

@@ -63,7 +63,8 @@ class WorldFeed {
   // Deletion follows draining, not the other way round.
   [[nodiscard]] Aftermath End(Ending ending);
 
-  // Lets go of what is remembered of the past: only the latest revision can be read or resumed from.
+  // Lets go of what is remembered of the past: only the latest revision can be read or resumed
+  // from.
   void ForgetPast();
 
   // Atomically: what was published before is in the start, what comes after wakes.

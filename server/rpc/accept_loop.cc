@@ -144,8 +144,8 @@ struct AcceptLoop::State {
       [[maybe_unused]] const ssize_t size = read(descriptor, &ignored, sizeof(ignored));
       return;
     }
-    // An event of a descriptor that was closed a moment ago finds nobody, or the next at that number,
-    // who may be looked at any time.
+    // An event of a descriptor that was closed a moment ago finds nobody, or the next at that
+    // number, who may be looked at any time.
     if (const auto place = place_of.find(descriptor); place != place_of.end()) {
       return Hear(place->second.user, place->second.silent);
     }

@@ -16,18 +16,19 @@ namespace cwm::server {
 // gRPC 1.51's own listener never accepts again once it has met a full table of descriptors, holds a
 // transport for each silent peer, and tells nobody who the peer is.
 //
-// A connection is handed over once the beginning of HTTP/2 can be read from it, which is left there:
-// the preface and the header of the first SETTINGS frame. What begins otherwise is closed at once,
-// what is silent for too long is closed then, what comes above a limit of `connections` makes the
-// user's connection that is silent for longest go, or goes itself. Without a descriptor for it, it
-// is closed at once, and the loop pauses for a moment.
+// A connection is handed over once the beginning of HTTP/2 can be read from it, which is left
+// there: the preface and the header of the first SETTINGS frame. A connection that begins otherwise
+// is closed at once, one that is silent for too long is closed then, one that comes above a limit
+// of `connections` makes the user's connection that is silent for longest go, or goes itself.
+// Without a descriptor for it, it is closed at once, and the loop pauses for a moment.
 //
 // Thread safe.
 class AcceptLoop {
  public:
   // Takes over the descriptor of a connection that is registered. Called on the loop's thread.
   using HandOver = std::function<void(int descriptor)>;
-  // Whether the user may have the connection; others are closed at once. Called on the loop's thread.
+  // Tells whether the user may have the connection; others are closed at once. Called on the loop's
+  // thread.
   using Allows = std::function<bool(int descriptor, Connections::User user)>;
 
   // Unavailable when the descriptors that it needs itself cannot be had.

@@ -61,7 +61,8 @@ absl::Status WhyItEnded(absl::Status status, const Runtime& runtime);
 enum class WorkLength {
   kAny,
   kShort,  // less than waking another thread for it
-  kImmediate,  // next to nothing, and nobody may have to wait for it: done at once, by the thread that read it
+  // Next to nothing, and nobody may have to wait for it: done at once, by the thread that read it.
+  kImmediate,
 };
 
 // How a parsed request is to be worked on.
@@ -73,9 +74,9 @@ struct UnaryPlan {
   bool may_answer_in_part = false;  // what is complete when the time is over
 };
 
-// A unary call, from its bytes to its status. Deletes itself when gRPC is done with it. The request's
-// memory is charged to its client before it is parsed. Large requests are parsed on a queue. Work that
-// has not begun when the server drains is not done: SERVER_DRAINING.
+// A unary call, from its bytes to its status. Deletes itself when gRPC is done with it. The
+// request's memory is charged to its client before it is parsed. Large requests are parsed on a
+// queue. Work that has not begun when the server drains is not done: SERVER_DRAINING.
 class UnaryCall : public grpc::ServerUnaryReactor {
  protected:
   UnaryCall(grpc::CallbackServerContext* context, Runtime& runtime,

@@ -21,8 +21,8 @@ struct ConnectionLimits {
   std::int64_t of_user = 0;
   std::int64_t silent_of_user = 0;  // of them, those that have not begun to speak HTTP/2
 
-  // Those of `limits`, made smaller where the process may have few descriptors: connections take half
-  // of them, one user half of that.
+  // Those of `limits`, made smaller where the process may have few descriptors: connections take
+  // half of them, one user half of that.
   static ConnectionLimits Fit(const TransportLimits& limits, std::int64_t max_descriptors);
 };
 

@@ -1,5 +1,5 @@
-// Messages of our protocol to and from bytes, in our own hands: their memory is known before they are
-// parsed, parsing may happen on a queue, and a malformed request gets an answer that says so.
+// Messages of our protocol to and from bytes, in our own hands: their memory is known before they
+// are parsed, parsing may happen on a queue, and a malformed request gets an answer that says so.
 #pragma once
 
 #include <google/protobuf/descriptor.h>
@@ -14,8 +14,8 @@
 
 namespace cwm::server {
 
-// INVALID_ARGUMENT MALFORMED_REQUEST, naming the method, e.g. "/cwm.v1.WorldService/GetWorld", and the
-// type of its requests.
+// INVALID_ARGUMENT MALFORMED_REQUEST, naming the method, e.g. "/cwm.v1.WorldService/GetWorld", and
+// the type of its requests.
 absl::Status MalformedRequest(const std::string& method);
 
 // The method that takes messages of this type.
@@ -36,8 +36,9 @@ absl::Status ParseRequest(grpc::ByteBuffer& bytes, Request* request) {
 // INVALID_ARGUMENT REQUEST_TOO_LARGE.
 absl::Status CheckStreamRequestSize(const grpc::ByteBuffer& bytes);
 
-// Of a call that is answered by a stream, which keeps its request: it names a world and little else, and
-// must be small. Frees the bytes. The errors of ParseRequest and CheckStreamRequestSize.
+// Parses the request of a call that is answered by a stream. The stream keeps its request, which
+// names a world and little else, and must be small. Frees the bytes. The errors of ParseRequest and
+// CheckStreamRequestSize.
 template <class Request>
 absl::Status ParseStreamRequest(const grpc::ByteBuffer* bytes, Request* request) {
   // gRPC lends its own buffer until the call is done.

@@ -40,8 +40,8 @@ std::chrono::nanoseconds Handover(const AnswerSize& size, const QuestionOptions&
   return std::chrono::nanoseconds(kOfByte_ns * (size.scalars * scalar_bytes + size.bytes));
 }
 
-// Reading that is done by then is done whatever the time: the answer is the rows that there was time
-// for, be they none. A question that takes longer to read than it has time for fails.
+// Reading that is done by then is done whatever the time: the answer is the rows that there was
+// time for, be they none. A question that takes longer to read than it has time for fails.
 constexpr auto kShortReading = std::chrono::milliseconds(10);
 
 // What every question has in common once it is understood.

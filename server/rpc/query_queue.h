@@ -15,12 +15,12 @@ namespace cwm::server {
 // milliseconds at most.
 inline constexpr std::size_t kMostBytesOfFew = 4096;
 
-// So few states or poses of what the server has already, nine of an arm, are asked about within some
-// hundred microseconds: what waking a thread takes.
+// So few states or poses of what the server has already, nine of an arm, are asked about within
+// some hundred microseconds: what waking a thread takes.
 inline constexpr std::size_t kMostBytesOfShort = 512;
 
-// A question that is estimated to take more is a batch as well, however few rows it has: it brings a
-// mesh that nobody has prepared, or asks in a world of heavy objects.
+// A question that is estimated to take more is a batch as well, however few rows it has: it brings
+// a mesh that nobody has prepared, or asks in a world of heavy objects.
 inline constexpr double kMaxCostOfFew_s = 20e-3;
 // Nor is one answered by the thread that read it: nine states of an arm among a hundred objects are
 // estimated at 0.3 ms, their distances at 1 ms.

@@ -29,9 +29,9 @@ struct RevisionWait {
 };
 
 // Thread safe. A wait holds no thread and no place in a queue until its revision is there; then it
-// has a place of its own in the queue's lane of those who waited (a queue has as many as there may be
-// waits), in the order in which they came: hundreds that wait for one revision neither push each other out
-// nor those who come meanwhile.
+// has a place of its own in the queue's lane of those who waited (a queue has as many as there may
+// be waits), in the order in which they came: hundreds that wait for one revision neither push each
+// other out nor those who come meanwhile.
 class RevisionWaits {
  public:
   // `timer` is stopped before the end of this. More waits than `places` are refused.
@@ -56,8 +56,9 @@ class RevisionWaits {
 
   void PollSoon();
   void Poll();
-  // False when it has to go on waiting. `reached` is the revision of its world when this look at all
-  // that wait began: what comes while it goes on is for the next one, else the last would be first.
+  // False when it has to go on waiting. `reached` is the revision of its world when this look at
+  // all that wait began: what comes while it goes on is for the next one, else the last would be
+  // first.
   bool TryEnd(Waiting& waiting, collision::Revision reached);
   void Admit(Waiting& waiting, SnapshotPtr snapshot);
 

@@ -54,8 +54,8 @@ class Drainable {
 inline constexpr std::int64_t kMaxReadAhead = 64;
 
 // Calls that one connection may have open: as many streams and watches as there may be, and others
-// beside them. A client keeps back what is above, without a word, so that it is more than the services
-// admit: the one stream too many is refused with a reason.
+// beside them. A client keeps back what is above, without a word, so that it is more than the
+// services admit: the one stream too many is refused with a reason.
 inline std::int64_t MaxCallsOfConnection(const Limits& limits) {
   constexpr std::int64_t kOthers = 128;
   return limits.max_client_streams + limits.max_client_watchers + kOthers;
@@ -102,8 +102,8 @@ class Runtime {
   // against 1.2).
   int ThreadsForScan() const;
 
-  // Gives back to the system what deleted worlds held, soon and once for many that ask: the allocator
-  // keeps it else.
+  // Gives back to the system what deleted worlds held, soon and once for many that ask: the
+  // allocator keeps it else.
   void ReturnMemorySoon();
 
   std::atomic<int> batches_under_way = 0;  // that are being answered

@@ -58,8 +58,8 @@ void SetChannelArguments(const Application& application, grpc::ServerBuilder& bu
   builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_PERMIT_WITHOUT_CALLS, 1);
   builder.AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS,
                              kClientPingPeriod_ms);
-  // gRPC 1.51 inflates a compressed message on its own thread and without a limit, so that a thousand
-  // bytes take a million. Compressed calls end UNIMPLEMENTED, as gRPC prescribes.
+  // gRPC 1.51 inflates a compressed message on its own thread and without a limit, so that a
+  // thousand bytes take a million. Compressed calls end UNIMPLEMENTED, as gRPC prescribes.
   for (const auto algorithm : {GRPC_COMPRESS_DEFLATE, GRPC_COMPRESS_GZIP}) {
     builder.SetCompressionAlgorithmSupportStatus(algorithm, false);
   }
@@ -235,9 +235,9 @@ void Server::State::EndCalls(Clock::time_point begun, std::chrono::milliseconds 
 }
 
 // gRPC's own farewell waits for the answer of every client, and one that is idle does not read for
-// seconds; a call that comes meanwhile ends CANCELLED without a reason. So the connections are closed
-// here, when the calls have ended, in two steps: a client that writes to a closed socket fails and
-// reads no more, and the answers that it has not read yet are lost with it.
+// seconds; a call that comes meanwhile ends CANCELLED without a reason. So the connections are
+// closed here, when the calls have ended, in two steps: a client that writes to a closed socket
+// fails and reads no more, and the answers that it has not read yet are lost with it.
 void Server::Stop(std::chrono::milliseconds grace) {
   if (state_->grpc == nullptr) return;
   const auto begun = Clock::now();

@@ -17,7 +17,8 @@ namespace cwm::server {
 class Server {
  public:
   // Listens on each of "unix:PATH" or "HOST:PORT" (see listen_address.h; port 0 picks one); sockets
-  // are the user's alone (mode 0600), and so are ports unless `listen` allows any local user. `application` outlives the server.
+  // are the user's alone (mode 0600), and so are ports unless `listen` allows any local user.
+  // `application` outlives the server.
   static absl::StatusOr<std::unique_ptr<Server>> Start(Application& application,
                                                        const ListenOptions& listen);
   ~Server();  // Stop(0)
@@ -33,9 +34,9 @@ class Server {
   absl::Status CheckItself(std::chrono::milliseconds timeout) const;
 
   // Health says NOT_SERVING, nobody connects any more, watches end with a bookmark, streams and
-  // half-open uploads end, calls that wait for their turn and those to come are refused, calls under
-  // way finish or are stopped after `grace`: all that do not finish end with SERVER_DRAINING. Then
-  // the connections are closed. Returns when all has ended.
+  // half-open uploads end, calls that wait for their turn and those to come are refused, calls
+  // under way finish or are stopped after `grace`: all that do not finish end with SERVER_DRAINING.
+  // Then the connections are closed. Returns when all has ended.
   void Stop(std::chrono::milliseconds grace);
 
  private:

@@ -30,7 +30,8 @@ class StallTimers {
 
  public:
   // While it lives and is not restarted for as long as the limit, its function is called once, from
-  // the timer's thread. Its destructor waits for a call of the function under way in another thread.
+  // the timer's thread. Its destructor waits for a call of the function under way in another
+  // thread.
   class Guard {
    public:
     Guard() = default;  // guards nothing

@@ -66,14 +66,16 @@ absl::StatusOr<SnapshotPtr> StreamOverlay::Over(const World& world, SnapshotPtr 
   return changed_;
 }
 
-// No world publishes the end of what is only supposed. With it the pair is as the revision asked has
-// it: what is supposed is allowed besides what the world allows, and takes nothing of that away.
+// No world publishes the end of what is only supposed. With it the pair is as the revision asked
+// has it: what is supposed is allowed besides what the world allows, and takes nothing of that
+// away.
 void StreamOverlay::Expire() {
   const Clock::time_point now = Clock::now();
   for (auto change = changes_.begin(); change != changes_.end(); ++change) {
     const auto* over = std::get_if<collision::AllowCollision>(&change->what);
     if (over == nullptr || !over->expires.has_value() || over->expires->due > now) continue;
-    // Allowed once more, a pair has the new time of expiry alone: what was said before ends with it.
+    // Allowed once more, a pair has the new time of expiry alone: what was said before ends with
+    // it.
     const collision::NamedPair pair = collision::Ordered(over->pair);
     for (auto before = changes_.begin(); before <= change; ++before) {
       const auto* allow = std::get_if<collision::AllowCollision>(&before->what);

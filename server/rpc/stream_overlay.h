@@ -13,16 +13,17 @@ namespace cwm::server {
 // Used by one question at a time.
 class StreamOverlay {
  public:
-  // Holds from now on, for the world that has the name now or, where none has, first has it. A list that cannot be read is refused now, and to each question that it is
-  // about: none is answered as if nobody had asked what if.
-  // So is one that was not read before the budget ended.
-  // The client is charged for what it holds: the errors of MemoryBudget::Charge.
+  // The overlay holds from now on, for the world that has the name now or, where none has, first
+  // has it. A list that cannot be read is refused now, and to each question that it is about: none
+  // is answered as if nobody had asked what if. So is one that was not read before the budget
+  // ended. The client is charged for what it holds: the errors of MemoryBudget::Charge.
   absl::Status Set(const Application& application, const v1::StreamOverlay& overlay,
                    const ClientId& client, WorkBudget* budget);
 
-  // What is asked of the world: `base` with the changes, where they are about it. What they allow for
-  // a time ends with it, whatever revision is asked. WORLD_REPLACED of another world under that name.
-  // The status of the budget where it ended.
+  // The world that a question is asked of: `base` with the changes, where they are about it.
+  // Collisions that the changes allow for a time are allowed until it ends, whatever revision is
+  // asked. WORLD_REPLACED of another world under that name. The status of the budget where it
+  // ended.
   absl::StatusOr<SnapshotPtr> Over(const World& world, SnapshotPtr base, WorkBudget* budget);
 
  private:

@@ -11,7 +11,7 @@ struct TransportLimits {
   // (ConnectionLimits::Fit). A user may have half of all: none keeps the others out.
   std::int64_t max_connections = 4'096;
   std::int64_t max_connections_of_user = 2'048;
-  // Of them, those that have not begun to speak. A client speaks within milliseconds: so many come in
+  // Connections that have not begun to speak. A client speaks within milliseconds: so many come in
   // at once, and the one that is silent for longest makes room for the next.
   std::int64_t max_silent_connections = 256;
   std::chrono::milliseconds max_silence = std::chrono::seconds(10);  // of a new connection

@@ -25,7 +25,8 @@ absl::StatusOr<WatchOptions> OptionsOf(const v1::WatchWorldRequest& request) {
   if (request.from_revision() < 0) {
     return root.Field("from_revision").Error("is negative, must not be");
   }
-  // At revision 0 every history is the same empty world; later ones are told apart by the uid alone.
+  // At revision 0 every history is the same empty world; later ones are told apart by the uid
+  // alone.
   if (request.from_revision() > 0 && request.world_uid().empty()) {
     return root.Field("world_uid")
         .Error(absl::StrCat("is empty, must be that of the world whose revision ",

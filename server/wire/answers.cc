@@ -201,7 +201,8 @@ void SetVariable(const Columns& answers, std::size_t i, const AnswerContext& con
   row->set_variable(context.body.variables[static_cast<std::size_t>(answers.variable[i])]);
 }
 
-// By how much the distance may be off: nothing is known of what is DEGRADED, what is EXACT has none.
+// By how much the distance may be off: nothing is known of what is DEGRADED, what is EXACT has
+// none.
 bool HasBound(collision::Trust trust) {
   return trust == collision::Trust::kBounded || trust == collision::Trust::kSurfaceOnly;
 }

@@ -32,8 +32,8 @@ v1::Object ToProto(const collision::WorldObject& object, View view, const Observ
                    GeometryStore& store);
 
 // All changes, with their geometry prepared for every engine (heavy: no lock may be held). At least
-// one, at most limits.max_changes. `list` is the field below `path` that holds them. The status of the
-// budget where it ended.
+// one, at most limits.max_changes. `list` is the field below `path` that holds them. The status of
+// the budget where it ended.
 absl::StatusOr<std::vector<collision::Change>> FromProto(
     const google::protobuf::RepeatedPtrField<v1::Change>& changes, const Limits& limits,
     const GeometryStore& store, const FieldPath& path, std::string_view list = "changes",

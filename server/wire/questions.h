@@ -38,8 +38,8 @@ absl::StatusOr<QuestionOptions> FromProto(const v1::QueryOptions& options, const
 
 // Shapes of a body, at most kMaxBodyShapes: each row asks about every one of them.
 inline constexpr int kMaxBodyShapes = 1'024;
-// Of a robot that asks: as many parts as an object of the world may have, and as many pairs of its
-// own parts as a row looks at in some 2 ms, which nothing interrupts. (The Panda's 59 spheres: 690.)
+// A robot that asks may have as many parts as an object of the world, and as many pairs of its own
+// parts as a row looks at in some 2 ms, which nothing interrupts. (The Panda's 59 spheres: 690.)
 inline constexpr std::int64_t kMaxRobotParts = 4'096;
 inline constexpr std::int64_t kMaxSelfPairs = 1'000'000;
 // A point is asked about as a ball of this radius: below what an answer may be off (1e-7 m).
@@ -96,8 +96,8 @@ absl::StatusOr<MotionQuestion> FromProto(const v1::CheckMotionsRequest& request,
 // RESULT_FORM_ROWS is for at most limits.max_rows_as_messages rows.
 absl::Status CheckForm(Form form, std::size_t row_count, const Limits& limits);
 
-// What the batch may answer at most, `per_row` a row, against the limits of the form. `field` is the
-// option that says `per_row`.
+// The most that the batch may answer, `per_row` a row, against the limits of the form. `field` is
+// the option that says `per_row`.
 struct AnswerBound {
   std::string_view field;
   std::int64_t per_row;

@@ -14,9 +14,9 @@
 namespace cwm::server {
 namespace {
 
-// Seconds. derived: from what README.md of server/rpc and of collision/query tell of rows and pairs (a
-// state of an arm takes 10 to 40 us, a distance three times that), and of 0.95 s for 499,000 triangles
-// that are prepared. Right to a factor of three for those.
+// Seconds. derived: from what README.md of server/rpc and of collision/query tell of rows and pairs
+// (a state of an arm takes 10 to 40 us, a distance three times that), and of 0.95 s for 499,000
+// triangles that are prepared. Right to a factor of three for those.
 constexpr double kOfRequest = 50e-6;
 constexpr double kOfChange = 3e-6;
 constexpr double kOfPart = 2e-6;              // read and prepared, of a primitive or a known mesh
@@ -183,7 +183,7 @@ Body BodyOf(const v1::Subject& subject, const CostSource& source) {
   return {};
 }
 
-// What one of a body's parts meets: of the weight of the world what lies along a path through a tree of
+// One part of a body meets, of the weight of the world, what lies along a path through a tree of
 // boxes, and the mean part of what is near.
 double NearWeight(const CostSource& source) {
   if (source.snapshot == nullptr) return 1;

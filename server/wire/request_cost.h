@@ -1,5 +1,5 @@
-// What a request will take, estimated before any of it is done: for queues that are fair, for limits and
-// for advice when to come again.
+// The time that a request will take, estimated before any of it is done: for queues that are fair,
+// for limits and for advice when to come again.
 #pragma once
 
 #include "absl/status/status.h"
@@ -17,10 +17,10 @@ struct CostSource {
   const collision::WorldSnapshot* snapshot = nullptr;  // that is asked; nullptr: no such world
 };
 
-// CPU seconds of one core, right to a factor of about three where objects are spread out, more where
-// everything is near everything: a bound of what is likely, not of what is possible. Takes a few
-// microseconds and some hundred nanoseconds for each shape that the request brings, of which no more
-// than some thousand are looked at.
+// CPU seconds of one core, right to a factor of about three where objects are spread out, more
+// where everything is near everything: a bound of what is likely, not of what is possible. Takes a
+// few microseconds and some hundred nanoseconds for each shape that the request brings, of which no
+// more than some thousand are looked at.
 double EstimatedCost_s(const v1::CheckCollisionsRequest& request, const CostSource& source);
 double EstimatedCost_s(const v1::GetDistancesRequest& request, const CostSource& source);
 double EstimatedCost_s(const v1::GetContactsRequest& request, const CostSource& source);

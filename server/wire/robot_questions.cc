@@ -159,7 +159,8 @@ absl::StatusOr<const JointGroup*> GroupOf(const collision::WorldRobot& robot,
                                  Quoted(robot.name)));
 }
 
-// Clamped to a limit and rounded to single precision, a value may lie beyond the limit: it is at it.
+// Clamped to a limit and rounded to single precision, a value may lie beyond the limit: it is at
+// it.
 double Unrounded(float value, const collision::Variable& variable) {
   constexpr float kInfinity = std::numeric_limits<float>::infinity();
   if (value > variable.upper && std::nextafter(value, -kInfinity) < variable.upper) {

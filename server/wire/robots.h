@@ -15,8 +15,8 @@ v1::JointKind ToProto(collision::JointKind kind);
 
 // Unlimited variables have no limits; what mimics another joint is not among the variables.
 v1::Robot ToProto(const collision::WorldRobot& robot);
-// The poses of all links as the robot stands, and with `shapes` what of them collides: meshes become
-// readable by their hash.
+// The poses of all links as the robot stands, and with `shapes` what of them collides: meshes
+// become readable by their hash.
 enum class LinkShapes { kNone, kAll };
 void SetLinks(const collision::WorldRobot& robot, LinkShapes shapes, GeometryStore& store,
               v1::GetRobotLinksResponse* response);

@@ -14,7 +14,8 @@
 namespace cwm::server {
 
 // Names the first broken rule, e.g. "shapes[0].box.size_x_m: is -0.1, must be ...". NotFound
-// GEOMETRY_UNKNOWN for a hash that the store does not know. The status of the budget where it ended.
+// GEOMETRY_UNKNOWN for a hash that the store does not know. The status of the budget where it
+// ended.
 absl::StatusOr<Placed<>> FromProto(const v1::PlacedShape& placed, const GeometryStore& store,
                                    const FieldPath& path, WorkBudget* budget = nullptr);
 absl::StatusOr<ShapePart> FromProto(const v1::ShapePart& part, const GeometryStore& store,

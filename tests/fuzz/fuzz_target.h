@@ -1,4 +1,4 @@
-// What each fuzz target is: a function of bytes that strangers send. libFuzzer calls it in the preset
+// Each fuzz target is a function of bytes that strangers send. libFuzzer calls it in the preset
 // `fuzz`; replay_main.cc calls it with the files of the corpus everywhere else.
 #pragma once
 

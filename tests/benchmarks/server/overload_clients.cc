@@ -24,8 +24,8 @@ const std::vector<std::string>& HostileNames() {
   static const std::vector<std::string> names = {
       "LoadRobot/collada_two_scales",  "CheckCollisions/hull_mentions",
       "StreamQueries/overlay_spheres", "ApplyChanges/mesh_mentions",
-      "ExportWorld/glb_unread",        "GetDistances/at_least_gzip",
-      "GetContacts/mesh_mentions",     "LoadRobot/half_open_gzip",
+      "ExportWorld/glb_unread",        "GetDistances/at_least",
+      "GetContacts/mesh_mentions",     "LoadRobot/half_open",
       "CheckCollisions/mesh_mentions", "ApplyChanges/tiny_spheres"};
   return names;
 }

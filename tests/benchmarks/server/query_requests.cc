@@ -63,11 +63,10 @@ SendCopy AskMentions(std::string method, int count, bool convex, int rows, v1::E
 }
 
 template <class Request>
-SendCopy Ask(std::string method, Request request, bool reads = true, bool compresses = false) {
+SendCopy Ask(std::string method, Request request, bool reads = true) {
   request.set_world("w");
   CallPlan plan = PlanOf(kService + method, request);
   plan.reads = reads;
-  plan.compresses = compresses;
   return [plan](const Target& target, int, Sent& sent) { target.Hold(plan, sent); };
 }
 
@@ -174,7 +173,7 @@ void LongMotion(const Target& target, int copy, Sent& sent) {
   target.Hold(PlanOf("cwm.v1.QueryService/CheckMotions", request), sent);
 }
 
-// Waits for a revision that never comes with a body of 15 MiB, which gzip makes small.
+// Waits for a revision that never comes with a body of 15 MiB.
 v1::GetDistancesRequest LargeWait() {
   v1::GetDistancesRequest request;
   request.mutable_options()->mutable_at_revision()->set_at_least(1'000'000'000);
@@ -286,10 +285,10 @@ std::vector<HostileRequest> QueryRequests() {
        .copies = 1,
        .prepare = MakeHullTori,
        .send = HullOverlay},
-      {.name = "GetDistances/at_least_gzip",
+      {.name = "GetDistances/at_least",
        .copies = 8,
        .prepare = MakeBoxes,
-       .send = Ask("GetDistances", LargeWait(), true, true)},
+       .send = Ask("GetDistances", LargeWait())},
   };
 }
 

@@ -178,7 +178,6 @@ void ListPrefix(const Target& target, int, Sent& sent) {
   request.set_world("w");
   request.set_name_prefix(std::string(15 << 20, 'n'));
   CallPlan plan = PlanOf("cwm.v1.WorldService/ListObjects", request);
-  plan.compresses = true;
   target.Hold(plan, sent);
 }
 
@@ -213,10 +212,7 @@ std::vector<HostileRequest> ReadingRequests() {
        .copies = 8,
        .prepare = MakeManyObjects,
        .send = UnreadList()},
-      {.name = "ListObjects/prefix_gzip",
-       .copies = 4,
-       .prepare = MakeManyObjects,
-       .send = ListPrefix},
+      {.name = "ListObjects/prefix", .copies = 4, .prepare = MakeManyObjects, .send = ListPrefix},
       {.name = "GetObject/large_unread",
        .copies = 4,
        .prepare = MakeLargeObject,

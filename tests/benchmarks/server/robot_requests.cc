@@ -80,7 +80,7 @@ void LoadObjFaces(const Target& target, int copy, Sent& sent) {
   target.Hold(RobotPlanOf(HeaderOf(copy, MeshUrdf({"a.obj"}, {1, 2})), {{"a.obj", obj}}), sent);
 }
 
-// STL as text: the same triangle again and again, which gzip makes small.
+// STL as text: the same triangle again and again.
 void LoadStlText(const Target& target, int copy, Sent& sent) {
   std::string stl = absl::StrCat("solid part", copy, "\n");
   for (int i = 0; i < 200'000; ++i) {
@@ -89,14 +89,12 @@ void LoadStlText(const Target& target, int copy, Sent& sent) {
   }
   CallPlan plan =
       RobotPlanOf(HeaderOf(copy, MeshUrdf({"a.stl"}, {1})), {{"a.stl", stl + "endsolid"}});
-  plan.compresses = true;
   target.Hold(plan, sent);
 }
 
 // As many links as a robot may have: some eight million pairs of them.
 void LoadManyLinks(const Target& target, int copy, Sent& sent) {
   CallPlan plan = RobotPlanOf(HeaderOf(copy, ArmUrdf(4'000)), {});
-  plan.compresses = true;
   target.Hold(plan, sent);
 }
 
@@ -109,7 +107,6 @@ SendCopy LoadElements(bool in_srdf) {
         copy, in_srdf ? ArmUrdf(1) : R"(<robot name="r"><link name="l"/>)" + elements + "</robot>");
     if (in_srdf) header.set_srdf(R"(<robot name="arm">)" + elements + "</robot>");
     CallPlan plan = RobotPlanOf(header, {});
-    plan.compresses = true;
     target.Hold(plan, sent);
   };
 }
@@ -150,17 +147,15 @@ void LoadSpheres(const Target& target, int copy, Sent& sent) {
   }
   header.set_spheres(spheres + "</link></robot>");
   CallPlan plan = RobotPlanOf(header, {});
-  plan.compresses = true;
   target.Hold(plan, sent);
 }
 
-// Nothing but the header, of texts that gzip makes small.
+// Nothing but the header, of texts.
 void HalfOpen(const Target& target, int copy, Sent& sent) {
   v1::LoadRobotHeader header = HeaderOf(copy, std::string(15 << 20, ' '));
   CallPlan plan = RobotPlanOf(header, {});
   plan.messages.resize(1);
   plan.half_closes = false;
-  plan.compresses = true;
   target.Hold(plan, sent);
 }
 
@@ -181,7 +176,6 @@ void HalfSentFiles(const Target& target, int copy, Sent& sent) {
   CallPlan plan = RobotPlanOf(HeaderOf(copy, ArmUrdf(1)), files);
   plan.messages.pop_back();
   plan.half_closes = false;
-  plan.compresses = true;
   target.Hold(plan, sent);
 }
 
@@ -192,7 +186,6 @@ void FileNames(const Target& target, int copy, Sent& sent) {
   CallPlan plan = RobotPlanOf(HeaderOf(copy, ArmUrdf(1)), files);
   plan.messages.pop_back();
   plan.half_closes = false;
-  plan.compresses = true;
   target.Hold(plan, sent);
 }
 
@@ -224,7 +217,6 @@ void ManyStates(const Target& target, int, Sent& sent) {
   request.mutable_subject()->mutable_robot()->mutable_rows()->set_data(
       std::string(1'000 * 200 * sizeof(double), '\0'));
   CallPlan plan = PlanOf("cwm.v1.QueryService/CheckCollisions", request);
-  plan.compresses = true;
   target.Hold(plan, sent);
 }
 
@@ -237,17 +229,17 @@ std::vector<HostileRequest> RobotRequests() {
       {.name = "LoadRobot/many_scales", .copies = 1, .send = LoadScales},
       {.name = "LoadRobot/glb_nodes", .copies = 1, .send = LoadGlbNodes},
       {.name = "LoadRobot/obj_faces", .copies = 1, .send = LoadObjFaces},
-      {.name = "LoadRobot/stl_text_gzip", .copies = 1, .send = LoadStlText},
-      {.name = "LoadRobot/links_gzip", .copies = 1, .send = LoadManyLinks},
-      {.name = "LoadRobot/urdf_elements_gzip", .copies = 1, .send = LoadElements(false)},
-      {.name = "LoadRobot/srdf_elements_gzip", .copies = 1, .send = LoadElements(true)},
+      {.name = "LoadRobot/stl_text", .copies = 1, .send = LoadStlText},
+      {.name = "LoadRobot/links", .copies = 1, .send = LoadManyLinks},
+      {.name = "LoadRobot/urdf_elements", .copies = 1, .send = LoadElements(false)},
+      {.name = "LoadRobot/srdf_elements", .copies = 1, .send = LoadElements(true)},
       {.name = "LoadRobot/srdf_pairs", .copies = 2, .send = LoadDisabledPairs},
       {.name = "LoadRobot/srdf_groups", .copies = 2, .send = LoadNestedGroups},
-      {.name = "LoadRobot/spheres_gzip", .copies = 1, .send = LoadSpheres},
-      {.name = "LoadRobot/half_open_gzip", .copies = 4, .send = HalfOpen},
+      {.name = "LoadRobot/spheres", .copies = 1, .send = LoadSpheres},
+      {.name = "LoadRobot/half_open", .copies = 4, .send = HalfOpen},
       {.name = "LoadRobot/half_open_crowd", .copies = 1, .send = HalfOpenCrowd, .has_cpu = false},
-      {.name = "LoadRobot/half_sent_gzip", .copies = 4, .send = HalfSentFiles},
-      {.name = "LoadRobot/file_names_gzip", .copies = 2, .send = FileNames},
+      {.name = "LoadRobot/half_sent", .copies = 4, .send = HalfSentFiles},
+      {.name = "LoadRobot/file_names", .copies = 2, .send = FileNames},
       {.name = "ListRobots/unread",
        .copies = 2,
        .prepare = MakeArm,
@@ -256,7 +248,7 @@ std::vector<HostileRequest> RobotRequests() {
        .copies = 2,
        .prepare = MakeArm,
        .send = UnreadCrowd("GetRobotLinks", Links())},
-      {.name = "CheckCollisions/robot_states_gzip",
+      {.name = "CheckCollisions/robot_states",
        .copies = 1,
        .prepare =
            [](Target& target, int) {

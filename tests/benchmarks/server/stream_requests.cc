@@ -43,7 +43,6 @@ void HoldSphereOverlay(const Target& target, int, Sent& sent) {
 
 void HoldCompressedOverlay(const Target& target, int, Sent& sent) {
   CallPlan plan = OpenStream({StreamedSpheres()});
-  plan.compresses = true;
   target.Hold(plan, sent);
 }
 
@@ -72,7 +71,6 @@ SendCopy ReadAhead(bool waits) {
     if (waits) question->mutable_options()->mutable_at_revision()->set_at_least(1'000'000'000);
     question->mutable_subject()->mutable_points()->set_data(std::string(15 << 20, '\0'));
     CallPlan plan = OpenStream({request, request, request});
-    plan.compresses = true;
     target.Hold(plan, sent);
   };
 }
@@ -104,7 +102,7 @@ std::vector<HostileRequest> StreamRequests() {
        .copies = 4,
        .prepare = MakeBoxesForStreams,
        .send = HoldSphereOverlay},
-      {.name = "StreamQueries/overlay_gzip",
+      {.name = "StreamQueries/overlay",
        .copies = 4,
        .prepare = MakeBoxesForStreams,
        .send = HoldCompressedOverlay},
@@ -116,11 +114,11 @@ std::vector<HostileRequest> StreamRequests() {
        .copies = 1,
        .prepare = MakeToriForStreams,
        .send = HoldMeshOverlay(2'000)},
-      {.name = "StreamQueries/read_ahead_gzip",
+      {.name = "StreamQueries/read_ahead",
        .copies = 4,
        .prepare = MakeBoxesForStreams,
        .send = ReadAhead(false)},
-      {.name = "StreamQueries/at_least_gzip",
+      {.name = "StreamQueries/at_least",
        .copies = 4,
        .prepare = MakeBoxesForStreams,
        .send = ReadAhead(true)},

@@ -31,7 +31,6 @@ void LargeMetadata(const Target& target, int, Sent& sent) {
 SendCopy Malformed(std::string method, std::string bytes) {
   return [=](const Target& target, int, Sent& sent) {
     CallPlan plan{.method = method, .messages = {bytes}};
-    plan.compresses = bytes.size() > 1'000;
     const auto channel = target.server.NewChannel();
     for (int i = 0; i < 16; ++i) target.HoldOver(channel, plan, sent);
   };
@@ -147,6 +146,15 @@ void IdleChannels(const Target& target, int, Sent& sent) {
   for (int i = 0; i < 50; ++i) target.Hold({.method = kInfo, .messages = {""}}, sent);
 }
 
+// A world's name of 15 MiB in 15 kB.
+SendCopy Compressed() {
+  v1::ApplyChangesRequest request;
+  request.set_world(std::string(15 << 20, 'n'));
+  CallPlan plan = PlanOf("cwm.v1.WorldService/ApplyChanges", request);
+  plan.compresses = true;
+  return [plan](const Target& target, int, Sent& sent) { target.Hold(plan, sent); };
+}
+
 }  // namespace
 
 std::vector<HostileRequest> TransportRequests() {
@@ -156,12 +164,11 @@ std::vector<HostileRequest> TransportRequests() {
       {.name = "transport/nested_groups",
        .copies = 2,
        .send = Malformed("cwm.v1.WorldService/ApplyChanges", groups)},
-      {.name = "transport/unknown_fields_gzip",
-       .copies = 2,
-       .send = Malformed(kInfo, UnknownFields())},
-      {.name = "transport/empty_changes_gzip",
+      {.name = "transport/unknown_fields", .copies = 2, .send = Malformed(kInfo, UnknownFields())},
+      {.name = "transport/empty_changes",
        .copies = 2,
        .send = Malformed("cwm.v1.WorldService/ApplyChanges", EmptyChanges())},
+      {.name = "transport/gzip", .copies = 4, .send = Compressed()},
       {.name = "transport/cut_message",
        .copies = 2,
        .send = Malformed("cwm.v1.QueryService/GetDistances", std::string("\x12\x7F", 2)),

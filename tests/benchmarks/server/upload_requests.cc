@@ -1,4 +1,4 @@
-// Uploads of clouds and blobs: half of them, promises, zeros that gzip makes small, clouds that no
+// Uploads of clouds and blobs: half of them, promises, zeros, clouds that no
 // sensor makes.
 #include <algorithm>
 #include <limits>
@@ -20,11 +20,11 @@ constexpr std::int64_t kPromised = 80'000'000;  // labels of as many points as a
 constexpr std::size_t kZerosBytes = 1 << 20;
 
 // An upload that stops after some chunks of zeros.
-CallPlan HalfWritten(int chunks, bool compresses) {
-  CallPlan plan{.method = kWrite, .half_closes = false, .compresses = compresses};
+CallPlan HalfWritten(int chunks) {
+  CallPlan plan{.method = kWrite, .half_closes = false};
   v1::WriteGeometryRequest message;
   message.mutable_header()->set_format(v1::GEOMETRY_FORMAT_LABELS_U32);
-  message.mutable_header()->set_total_bytes(compresses ? std::int64_t{64} << 20 : kPromised);
+  message.mutable_header()->set_total_bytes(kPromised);
   plan.messages.push_back(message.SerializeAsString());
   for (int i = 0; i < chunks; ++i) {
     message.mutable_chunk()->set_offset(static_cast<std::int64_t>(i * kZerosBytes));
@@ -34,11 +34,10 @@ CallPlan HalfWritten(int chunks, bool compresses) {
   return plan;
 }
 
-CallPlan HalfIngested(int chunks, bool compresses) {
+CallPlan HalfIngested(int chunks) {
   constexpr std::int64_t kPoints = 20'000'000;
   CallPlan plan = CloudPlanOf("half", {1, 2, 3});
   plan.half_closes = false;
-  plan.compresses = compresses;
   v1::IngestCloudRequest message;
   message.ParseFromString(plan.messages[0]);
   message.mutable_header()->set_point_count(kPoints);
@@ -83,10 +82,9 @@ std::vector<float> Lattice(int side) {
 }
 
 // What a world may keep of a scan to look at: points and labels. A model of it comes on top.
-SendCopy Ingest(std::vector<float> xyz, bool compresses = false) {
-  return [xyz = std::move(xyz), compresses](const Target& target, int copy, Sent& sent) {
+SendCopy Ingest(std::vector<float> xyz) {
+  return [xyz = std::move(xyz)](const Target& target, int copy, Sent& sent) {
     CallPlan plan = CloudPlanOf(absl::StrCat("scan_", copy), xyz);
-    plan.compresses = compresses;
     constexpr std::int64_t kBytesOfPoint = 16;
     const auto finite = std::count_if(xyz.begin(), xyz.end(), [](float x) { return x == x; });
     sent.content_bytes = finite / 3 * kBytesOfPoint;
@@ -125,8 +123,7 @@ void FlatMesh(const Target& target, int copy, Sent& sent) {
   header.mutable_header()->set_total_bytes(static_cast<std::int64_t>(bytes.size()));
   chunk.mutable_chunk()->set_data(bytes);
   CallPlan plan{.method = kWrite,
-                .messages = {header.SerializeAsString(), chunk.SerializeAsString()},
-                .compresses = true};
+                .messages = {header.SerializeAsString(), chunk.SerializeAsString()}};
   sent.content_bytes = static_cast<std::int64_t>(bytes.size());
   target.Hold(plan, sent);
 }
@@ -137,28 +134,24 @@ std::vector<HostileRequest> UploadRequests() {
   return {
       {.name = "WriteGeometry/promise",
        .copies = 1,
-       .send = Holding(HalfWritten(0, false), 200),
+       .send = Holding(HalfWritten(0), 200),
        .has_cpu = false},
       {.name = "WriteGeometry/half",
        .copies = 4,
-       .send = Holding(HalfWritten(4, false), 1),
+       .send = Holding(HalfWritten(4), 1),
        .has_cpu = false},
-      {.name = "WriteGeometry/half_gzip", .copies = 4, .send = Holding(HalfWritten(32, true), 1)},
+      {.name = "WriteGeometry/half_large", .copies = 4, .send = Holding(HalfWritten(32), 1)},
       {.name = "WriteGeometry/tiny_blobs", .copies = 1, .send = TinyBlobs, .has_cpu = false},
-      {.name = "WriteGeometry/flat_mesh_gzip", .copies = 4, .send = FlatMesh},
+      {.name = "WriteGeometry/flat_mesh", .copies = 4, .send = FlatMesh},
       {.name = "IngestCloud/promise",
        .copies = 1,
-       .send = Holding(HalfIngested(0, false), 200),
+       .send = Holding(HalfIngested(0), 200),
        .has_cpu = false},
-      {.name = "IngestCloud/half_gzip", .copies = 4, .send = Holding(HalfIngested(32, true), 1)},
+      {.name = "IngestCloud/half_large", .copies = 4, .send = Holding(HalfIngested(32), 1)},
       {.name = "IngestCloud/noise", .copies = 1, .send = Ingest(NoisePoints(200'000))},
       {.name = "IngestCloud/same_point", .copies = 1, .send = Ingest(SamePoint(200'000))},
-      {.name = "IngestCloud/same_point_gzip",
-       .copies = 1,
-       .send = Ingest(SamePoint(1'000'000), true)},
-      {.name = "IngestCloud/not_a_number_gzip",
-       .copies = 1,
-       .send = Ingest(NanPoints(1'000'000), true)},
+      {.name = "IngestCloud/same_point_large", .copies = 1, .send = Ingest(SamePoint(1'000'000))},
+      {.name = "IngestCloud/not_a_number", .copies = 1, .send = Ingest(NanPoints(1'000'000))},
       {.name = "IngestCloud/lattice", .copies = 1, .send = Ingest(Lattice(60))},
   };
 }

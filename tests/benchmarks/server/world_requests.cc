@@ -208,11 +208,10 @@ void HugeName(const Target& target, int, Sent& sent) {
   request.set_world("w0");
   request.add_changes()->mutable_remove()->set_name(std::string(15 << 20, 'n'));
   CallPlan plan = PlanOf(kApply, request);
-  plan.compresses = true;
   target.Hold(plan, sent);
 }
 
-// 65 536 puts that gzip makes small.
+// 65 536 puts.
 void CompressedPuts(const Target& target, int copy, Sent& sent) {
   v1::ApplyChangesRequest request;
   request.set_world(WorldOf(copy));
@@ -222,7 +221,6 @@ void CompressedPuts(const Target& target, int copy, Sent& sent) {
     for (int part = 0; part < 4; ++part) object->add_shapes()->mutable_sphere()->set_radius_m(1);
   }
   CallPlan plan = PlanOf(kApply, request);
-  plan.compresses = true;
   target.Hold(plan, sent);
 }
 
@@ -269,8 +267,8 @@ std::vector<HostileRequest> WorldRequests() {
        .prepare = MakeWorlds,
        .send = RememberIds,
        .has_cpu = false},
-      {.name = "ApplyChanges/huge_name_gzip", .copies = 4, .prepare = MakeWorlds, .send = HugeName},
-      {.name = "ApplyChanges/puts_gzip", .copies = 2, .send = CompressedPuts},
+      {.name = "ApplyChanges/huge_name", .copies = 4, .prepare = MakeWorlds, .send = HugeName},
+      {.name = "ApplyChanges/puts", .copies = 2, .send = CompressedPuts},
       {.name = "ApplyChanges/refused_worlds", .copies = 1, .send = RefusedWrites, .has_cpu = false},
       {.name = "DeleteWorld/made_anew", .copies = 1, .send = MakeAndDelete, .has_cpu = false},
   };

@@ -79,7 +79,8 @@ TEST_F(RuleExpiryTest, ADeletedWorldExpiresNoMoreAndOthersDo) {
   EXPECT_EQ(gone->Snapshot()->revision(), Revision{1});
 }
 
-// A wall clock that was set after the allowance had been accepted is an hour away from where it was.
+// A wall clock that was set after the allowance had been accepted is an hour away from where it
+// was.
 TEST_F(RuleExpiryTest, AWallClockThatIsSetBackOrForwardChangesNothing) {
   const auto world = Make("w");
   const auto steady_now = std::chrono::steady_clock::now();

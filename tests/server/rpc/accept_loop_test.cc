@@ -70,7 +70,8 @@ TEST_F(AcceptLoopTest, WhatSaysNothingIsClosedAndWhatSpeaksStays) {
 }
 
 TEST_F(AcceptLoopTest, WhatIsNoHttp2IsClosedAtOnce) {
-  // A stream begun before the settings; another frame of the connection; a wrong byte after right ones.
+  // A stream begun before the settings; another frame of the connection; a wrong byte after right
+  // ones.
   const std::string preface = Http2Beginning().substr(0, 24);
   for (const std::string& garbage :
        {std::string("GET / HTTP/1.1\r\n\r\n"), std::string("\x16\x03\x01", 3), std::string("X"),

@@ -44,13 +44,13 @@ class DeadlineTest : public RunningServer {
   v1::GetDistancesRequest request_;
 };
 
-// Calls ask(timeout) until some of it is answered in time: on a machine that does much else not every deadline
-// that suffices for a part can be kept. On one that does not, any of these did.
+// Calls ask(timeout) until some of it is answered in time: a machine that is slow or does much else
+// cannot keep every deadline that suffices for a part. On others any of the first three did.
 template <class Ask>
 void ExpectAnswerInTime(const Ask& ask) {
-  constexpr int kTimes = 5;
-  for (int i = 0; i < kTimes; ++i) {
-    for (const int timeout_ms : {200, 300, 400}) {
+  constexpr int kTimes = 3;
+  for (const int timeout_ms : {200, 300, 400, 800, 1'600, 3'200}) {
+    for (int i = 0; i < kTimes; ++i) {
       if (ask(milliseconds(timeout_ms))) return;
     }
   }

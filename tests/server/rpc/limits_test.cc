@@ -33,7 +33,6 @@ class LittleMemoryTest : public RunningServer {
     Limits limits;
     limits.max_memory_bytes = 16 * kMebibyte;
     limits.max_stall = milliseconds(300);
-    limits.max_client_uploads = 2;
     return limits;
   }
   LittleMemoryTest() : RunningServer(Little(), {}) {}
@@ -111,7 +110,24 @@ TEST_F(LittleMemoryTest, EndsAnUploadThatSendsNothing) {
   EXPECT_EQ(application_.memory->client_bytes(), 0);
 }
 
-TEST_F(LittleMemoryTest, CountsUploadsOfEachConnection) {
+class FewUploadsTest : public RunningServer {
+ protected:
+  static Limits Few() {
+    Limits limits;
+    limits.max_client_uploads = 2;
+    return limits;
+  }
+  FewUploadsTest() : RunningServer(Few(), {}) {}
+
+  std::int64_t Uploads() {
+    Call call;
+    v1::GetStatsResponse stats;
+    EXPECT_TRUE(admin_->GetStats(&call, {}, &stats).ok());
+    return stats.uploads();
+  }
+};
+
+TEST_F(FewUploadsTest, AreCountedForEachConnection) {
   struct Upload {
     Call call;
     v1::WriteGeometryResponse response;
@@ -124,6 +140,8 @@ TEST_F(LittleMemoryTest, CountsUploadsOfEachConnection) {
     header.mutable_header()->set_total_bytes(100);
     ASSERT_TRUE(upload.wire->Write(header));
   }
+  const auto until = Clock::now() + std::chrono::seconds(20);
+  while (Uploads() < 2 && Clock::now() < until) std::this_thread::sleep_for(milliseconds(1));
   v1::WriteGeometryResponse response;
   Call third;
   const auto refused = world_->WriteGeometry(&third, &response);

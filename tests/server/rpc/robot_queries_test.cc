@@ -310,7 +310,8 @@ TEST_F(RobotQueries, MotionsAreFreeOrMeetSomething) {
   EXPECT_FALSE(paths.rows(0).has_variable());
 }
 
-// A ball half a metre ahead of what turns from heading 2.5 to -2.5 at (x, 0): by way of the half turn.
+// A ball half a metre ahead of what turns from heading 2.5 to -2.5 at (x, 0): by way of the half
+// turn.
 TEST_F(RobotQueries, MotionsOfPlanarAndFloatingJointsTurnTheShortWay) {
   PutBox("box", 10);
   const double z = std::sin(1.25), w = std::cos(1.25);

@@ -63,7 +63,8 @@ TEST_F(WatchTest, ResumesAfterARevision) {
   EXPECT_EQ(watch.Next().revision(), 5);
 }
 
-// A server that was restarted knows nothing of the world before, and neither does a world's successor.
+// A server that was restarted knows nothing of the world before, and neither does a world's
+// successor.
 TEST_F(WatchTest, ARevisionOfAnotherHistoryIsRefused) {
   for (int i = 0; i < 3; ++i) PutBox("before", i);
   const std::string before = Uid();
