@@ -57,6 +57,10 @@ std::optional<Task> FairTasks::TakeFromLongest(const ClientId& client) {
   return std::nullopt;
 }
 
+void FairTasks::Correct(const ClientId& client, double cost_s) {
+  flows_[client.connection].finish = StartOf(client.connection) + cost_s;
+}
+
 double FairTasks::CostBefore(const ClientId& client) const {
   const double start = StartOf(client.connection);
   double cost_s = 0;

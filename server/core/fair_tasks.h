@@ -41,6 +41,10 @@ class FairTasks {
   // than `client` would have with one more.
   std::optional<Task> TakeFromLongest(const ClientId& client);
 
+  // A task of the client cost so much more than it was estimated to, or less: its next ones come later
+  // for it, or sooner.
+  void Correct(const ClientId& client, double cost_s);
+
   // Whoever used more than a share while nobody else wanted it owes nothing. Only when empty.
   void ForgetDebts() { flows_.clear(); }
 

@@ -75,12 +75,10 @@ struct WorkQueue::State {
   }
   bool empty() const { return lanes[0].empty() && lanes[1].empty(); }
 
-  FairTasks& NextLane() {
-    FairTasks& fresh = lane(Lane::kNew);
-    FairTasks& awaited = lane(Lane::kAwaited);
-    if (fresh.empty()) return awaited;
-    if (awaited.empty()) return fresh;
-    return std::exchange(awaited_is_next, !awaited_is_next) ? awaited : fresh;
+  Lane NextLane() {
+    if (lane(Lane::kNew).empty()) return Lane::kAwaited;
+    if (lane(Lane::kAwaited).empty()) return Lane::kNew;
+    return std::exchange(awaited_is_next, !awaited_is_next) ? Lane::kAwaited : Lane::kNew;
   }
 
   // The lanes take turns: what waits in one delays what comes into the other by as much at most.
@@ -126,30 +124,45 @@ struct WorkQueue::State {
   struct Turn {
     Task task;
     absl::Status admitted;
+    Lane lane = Lane::kNew;
   };
   // The next task, or one without a function when draining and empty.
   Turn Take() {
     std::unique_lock lock(mutex);
     work_or_drain.wait(lock, [this] { return draining || !empty(); });
     if (empty()) return {};
-    Turn turn{.task = NextLane().Pop(), .admitted = absl::OkStatus()};
+    const Lane next = NextLane();
+    Turn turn{.task = lane(next).Pop(), .admitted = absl::OkStatus(), .lane = next};
     turn.admitted = Admit(turn.task);
     ++under_way;
     under_way_cost_s += turn.task.cost_s;
     return turn;
   }
 
-  void Ended(double cost_s, Clock::duration took, bool worked) {
+  // The caller's thread has done the work of a task that never waited.
+  void EndedHere() {
     std::lock_guard lock(mutex);
-    --under_way;
+    NoteEnd();
+  }
+
+  void Ended(const Turn& turn, Clock::duration took) {
+    const double cost_s = turn.task.cost_s;
+    std::lock_guard lock(mutex);
     under_way_cost_s -= cost_s;
-    last_end = Clock::now();
-    if (under_way == 0 && empty()) {
-      for (FairTasks& tasks : lanes) tasks.ForgetDebts();
-    }
-    if (!worked || cost_s <= 0) return;
+    // What is refused takes next to nothing.
+    const double spent = turn.admitted.ok() ? Seconds(took) * spent_s / took_s : 0;
+    lane(turn.lane).Correct(turn.task.client, spent - cost_s);
+    NoteEnd();
+    if (!turn.admitted.ok() || cost_s <= 0) return;
     took_s = (1 - kNewestWeight) * took_s + Seconds(took);
     spent_s = (1 - kNewestWeight) * spent_s + cost_s;
+  }
+
+  void NoteEnd() {
+    --under_way;
+    last_end = Clock::now();
+    if (under_way > 0 || !empty()) return;
+    for (FairTasks& tasks : lanes) tasks.ForgetDebts();
   }
 
   template <class Run>
@@ -168,7 +181,7 @@ struct WorkQueue::State {
       if (!turn.task.run) return;
       const auto begin = Clock::now();
       RunGuarded([&turn] { turn.task.run(turn.admitted); });
-      Ended(turn.task.cost_s, Clock::now() - begin, turn.admitted.ok());
+      Ended(turn, Clock::now() - begin);
     }
   }
 
@@ -243,7 +256,7 @@ bool WorkQueue::TryPush(std::function<void()> task, Lane lane) {
 bool WorkQueue::TryRunHere(const std::function<void()>& task) {
   if (!state_->TakeCaller()) return false;
   state_->RunGuarded(task);
-  state_->Ended(0, {}, true);
+  state_->EndedHere();
   state_->LeaveCaller();
   return true;
 }

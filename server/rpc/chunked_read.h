@@ -21,14 +21,15 @@ namespace cwm::server {
 
 inline constexpr std::chrono::milliseconds kMaxHeldUnread{1'000};
 
-// Waits for the revision that it is about, is prepared on the queue of reads, then written as fast as
+// Waits for the revision that it is about, is prepared on a queue, then written as fast as
 // the client reads, with no world kept alive. Bytes that a client leaves unread for a second are let
 // go where they can be made again. Deletes itself when gRPC is done with it.
 template <class Response>
 class ChunkedRead : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
  protected:
-  ChunkedRead(grpc::CallbackServerContext* context, Runtime& runtime)
+  ChunkedRead(grpc::CallbackServerContext* context, Runtime& runtime, WorkQueue& queue)
       : runtime_(runtime),
+        queue_(queue),
         context_(context),
         call_{.deadline = DeadlineOf(*context),
               .stop = stop_.get_token(),
@@ -45,7 +46,7 @@ class ChunkedRead : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
                           .deadline = call_.deadline,
                           .stop = call_.stop,
                           .client = call_.client},
-                         runtime_.reads, [this, world](absl::StatusOr<SnapshotPtr> snapshot) {
+                         queue_, [this, world](absl::StatusOr<SnapshotPtr> snapshot) {
                            if (!snapshot.ok()) {
                              return this->Finish(ToGrpcStatus(snapshot.status()));
                            }
@@ -64,19 +65,20 @@ class ChunkedRead : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
   void OnDone() override { delete this; }
 
   Runtime& runtime_;
+  WorkQueue& queue_;  // on which it is prepared
   std::shared_ptr<const std::string> bytes_;
   std::size_t offset_ = 0;  // of the next chunk
   Response message_;
 
  private:
   void Enqueue() {
-    runtime_.reads.Push({.run =
-                             [this](const absl::Status& admitted) {
-                               if (!admitted.ok()) return this->Finish(ToGrpcStatus(admitted));
-                               Open();
-                             },
-                         .client = call_.client,
-                         .deadline = call_.deadline});
+    queue_.Push({.run =
+                     [this](const absl::Status& admitted) {
+                       if (!admitted.ok()) return this->Finish(ToGrpcStatus(admitted));
+                       Open();
+                     },
+                 .client = call_.client,
+                 .deadline = call_.deadline});
   }
 
   void Open() {

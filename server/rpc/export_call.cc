@@ -76,7 +76,7 @@ absl::StatusOr<collision::WorldRobotPtr> RobotOf(const collision::WorldSnapshot&
 
 ExportWorldCall::ExportWorldCall(grpc::CallbackServerContext* context, Runtime& runtime,
                                  const grpc::ByteBuffer* request)
-    : ChunkedRead(context, runtime),
+    : ChunkedRead(context, runtime, runtime.batches),
       place_(QuotaShare::Take(runtime.streams, runtime.ClientOf(*context))) {
   if (const absl::Status parsed = ParseStreamRequest(request, &request_); !parsed.ok()) {
     Start(parsed);

@@ -65,7 +65,7 @@ absl::Status OneOfTwo(const std::string& fault) {
 
 ReadGeometryCall::ReadGeometryCall(grpc::CallbackServerContext* context, Runtime& runtime,
                                    const grpc::ByteBuffer* request)
-    : ChunkedRead(context, runtime) {
+    : ChunkedRead(context, runtime, runtime.reads) {
   if (const absl::Status parsed = ParseStreamRequest(request, &request_); !parsed.ok()) {
     Start(parsed);
   } else if (!request_.hash().empty()) {

@@ -68,6 +68,7 @@ Runtime::Runtime(Application& application_in)
                .threads = kBatchesOfCore * cores,
                .capacity = kQueryCapacity,
                .awaited_capacity = AwaitedCapacity(application.limits),
+               .nice = 3,
                .max_wait = application.limits.max_queue_wait}),
       // Lower, yet not starved by what else runs on a robot: a quarter of a core that it must
       // share.

@@ -89,7 +89,7 @@ class Runtime {
   // crowd of one class delays the others by its share of the cores, never by its queue: a read does
   // not wait for a write that prepares geometry.
   WorkQueue query;    // questions of a few rows (query_queue.h)
-  WorkQueue batches;  // of more
+  WorkQueue batches;  // of more, and whatever takes long; its threads yield to short work
   WorkQueue ingest;   // its threads yield to all others
   WorkQueue reads;    // of worlds, objects, geometry, the server
   WorkQueue writes;

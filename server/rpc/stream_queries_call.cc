@@ -14,7 +14,6 @@ namespace {
 
 // As of unary calls (call.cc).
 constexpr std::size_t kMaxParsedAtOnceBytes = 64 << 10;
-constexpr double kParsing_s_per_byte = 20e-9;
 
 constexpr char kMethod[] = "/cwm.v1.QueryService/StreamQueries";
 

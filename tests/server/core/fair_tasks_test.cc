@@ -49,6 +49,19 @@ TEST(FairTasks, SharesByCostNotByCount) {
   EXPECT_EQ(Order(tasks), "12222122");
 }
 
+TEST(FairTasks, WhatCostMoreThanEstimatedIsPaidByTheNextOnes) {
+  FairTasks tasks;
+  tasks.Push(Of(1, 1));
+  EXPECT_EQ(tasks.Pop().client.connection, 1);
+  tasks.Correct({.connection = 1, .uid = {}}, 3);
+  for (int i = 0; i < 2; ++i) tasks.Push(Of(1, 1));
+  for (int i = 0; i < 6; ++i) tasks.Push(Of(2, 1));
+  EXPECT_EQ(Order(tasks), "22221212");
+  tasks.Correct({.connection = 2, .uid = {}}, -3);
+  for (const int connection : {1, 2}) tasks.Push(Of(connection, 1));
+  EXPECT_EQ(Order(tasks), "21");
+}
+
 TEST(FairTasks, OwesNothingToWhoWasIdle) {
   FairTasks tasks;
   for (int i = 0; i < 4; ++i) tasks.Push(Of(1, 1));
