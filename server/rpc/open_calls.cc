@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <utility>
+#include <vector>
 
 namespace cwm::server {
 namespace {
@@ -43,9 +44,14 @@ void OpenCalls::NoteMove() {
 }
 
 void OpenCalls::RequestStop() {
-  const std::lock_guard lock(mutex_);
-  stop_requested_ = true;
-  for (Token* const token : open_) token->stop_.request_stop();
+  std::vector<std::stop_source> stops;
+  {
+    const std::lock_guard lock(mutex_);
+    stop_requested_ = true;
+    for (const Token* const token : open_) stops.push_back(token->stop_);
+  }
+  // Without the lock: whoever hears of a stop may end its call there and then.
+  for (std::stop_source& stop : stops) stop.request_stop();
 }
 
 bool OpenCalls::stop_requested() const {

@@ -12,6 +12,8 @@ namespace {
 
 // An idle watch says this often how far it has come.
 constexpr auto kBookmarkPeriod = std::chrono::seconds(5);
+// Smaller messages fit into the buffers of a socket.
+constexpr std::int64_t kMinChargedBytes = 64 << 10;
 
 absl::StatusOr<WatchOptions> OptionsOf(const v1::WatchWorldRequest& request) {
   const FieldPath root;
@@ -64,7 +66,10 @@ WatchCall* WatchCall::Start(grpc::CallbackServerContext& context, Runtime& runti
 }
 
 WatchCall::WatchCall(Runtime& runtime, grpc::CallbackServerContext& context)
-    : runtime_(runtime), context_(context) {}
+    : runtime_(runtime),
+      context_(context),
+      charge_(MemoryCharge::Empty(runtime.application.memory,
+                                  MemoryBudget::Client(runtime.ClientOf(context)))) {}
 
 void WatchCall::Wake() {
   {
@@ -150,6 +155,10 @@ absl::StatusOr<bool> WatchCall::NextMessage() {
   }
   const grpc::Status serialized = SerializeResponse(NextPiece(), &message_);
   if (!serialized.ok()) return absl::InternalError(serialized.error_message());
+  // It is held until the client reads it.
+  const auto size = static_cast<std::int64_t>(message_.Length());
+  const absl::Status charged = charge_.Resize(size < kMinChargedBytes ? 0 : size);
+  if (!charged.ok()) return charged;
   return true;
 }
 

@@ -47,6 +47,7 @@ class WatchCall final : public grpc::ServerWriteReactor<grpc::ByteBuffer>,
   v1::WatchWorldRequest request_;
   std::shared_ptr<WatchCall> self_;  // until OnDone
   grpc::CallbackServerContext& context_;
+  MemoryCharge charge_;  // of message_
   std::optional<QuotaShare> place_;
   StallTimers::Guard reading_;  // of a message, by the client
 

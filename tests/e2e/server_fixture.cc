@@ -14,8 +14,9 @@ std::string Program(const std::string& name) {
 }
 
 void ServerTest::SetUp() {
-  std::vector<std::string> command = {Program("cwm-server"), "--listen", address(), "--viewer",
-                                      viewer()};
+  std::vector<std::string> command = Launcher();
+  command.insert(command.end(),
+                 {Program("cwm-server"), "--listen", address(), "--viewer", viewer()});
   server_ = std::make_unique<Background>(command, scratch_ / "server.log");
   for (int i = 0; i < 200; ++i) {
     if (Cwm({"status"}).exit_code == 0) return;

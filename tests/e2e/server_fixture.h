@@ -36,6 +36,9 @@ class ServerTest : public ::testing::Test {
   // Of a world that is there.
   std::string UidOf(const std::string& world) const;
 
+  // A command that runs the program that is given to it; empty: none.
+  virtual std::vector<std::string> Launcher() const { return {}; }
+
   // Where the viewer listens, as --viewer has it.
   virtual std::string viewer() const { return "off"; }
   // The port that the server says it shows the world at.
