@@ -1,5 +1,7 @@
 #include "server/core/fair_quota.h"
 
+#include <algorithm>
+
 namespace cwm::server {
 namespace {
 
@@ -33,12 +35,14 @@ std::optional<FairQuota::Refusal> FairQuota::Take(QuotaHolder holder, std::int64
   const std::int64_t free = options_.limit - reserved - taken_;
   if (amount > free) return Refusal::kLimit;
   const std::int64_t group = AmountOf(groups_, holder.group) + amount;
-  if (static_cast<double>(group) > options_.group_share * static_cast<double>(free)) {
-    return Refusal::kGroup;
-  }
+  const double of_group = options_.group_share * static_cast<double>(free);
+  if (static_cast<double>(group) > of_group) return Refusal::kGroup;
+  // Members share what is left of their group's part, so that its newcomers find room, too.
+  const double room =
+      std::min(static_cast<double>(free), of_group - static_cast<double>(group - amount));
   const std::int64_t member = AmountOf(members_, holder.member) + amount;
   if (member > options_.member_limit ||
-      static_cast<double>(member) > options_.member_share * static_cast<double>(free)) {
+      static_cast<double>(member) > options_.member_share * room) {
     return Refusal::kMember;
   }
   groups_[holder.group] = group;

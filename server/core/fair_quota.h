@@ -29,8 +29,9 @@ QuotaHolder HolderOf(const ClientId& client);
 struct FairQuotaOptions {
   std::int64_t limit = 0;                                                // in all
   std::int64_t member_limit = std::numeric_limits<std::int64_t>::max();  // of one member
-  // Multiples of what is free. A group alone gets 3/4 of the limit, one member alone half of it
-  // where member_share is 1: n greedy members leave 1/(n+1).
+  // Multiples of what is free, for a member of what is free to its group. A group alone gets 3/4 of the
+  // limit, one member alone half of it where member_share is 1; four greedy members of one group leave
+  // their group a sixth.
   double group_share = 3;
   double member_share = 3;
 };

@@ -149,8 +149,10 @@ void UnaryCall::End(const absl::Status& status) {
   if (!status.ok()) return Finish(ToGrpcStatus(WhyItEnded(status, runtime_)));
   grpc::Status serialized;
   const CallWork serialize = [&](const CallContext&) {
+    const auto begin = Clock::now();
     serialized = Serialize();
     const std::int64_t size = ReplyBytes();
+    runtime_.reply_pace.NoteSerialized(size, Clock::now() - begin);
     if (size < kMinGuardedReplyBytes) return absl::OkStatus();
     // It goes as fast as the client reads; until then it is there twice.
     if (charge_.bytes() == 0) {

@@ -1,11 +1,9 @@
 #include "server/rpc/call_interceptor.h"
 
-#include <google/protobuf/message_lite.h>
 #include <grpcpp/grpcpp.h>
 
 #include <string_view>
 
-#include "server/rpc/messages.h"
 #include "server/rpc/runtime.h"
 #include "server/rpc/status_conversion.h"
 
@@ -20,10 +18,9 @@ constexpr std::string_view kOwnMethods = "/cwm.v1.";
 // Lives as long as its client likes.
 constexpr std::string_view kWatch = "/cwm.v1.WorldService/WatchWorld";
 
-// gRPC hands messages over as void*; those of streams to the client are protobuf's, whose base is
-// their first.
+// gRPC hands messages over as void*; those of our methods are all raw bytes (messages.h).
 std::size_t SizeOf(const void* message) {
-  return static_cast<const google::protobuf::MessageLite*>(message)->ByteSizeLong();
+  return message == nullptr ? 0 : static_cast<const grpc::ByteBuffer*>(message)->Length();
 }
 
 // One call's. gRPC calls it once for each batch of operations, one after the other.
@@ -33,44 +30,24 @@ class CallInterceptor final : public grpc::experimental::Interceptor {
 
   void Intercept(InterceptorBatchMethods* batch) override {
     if (batch->QueryInterceptionHookPoint(InterceptionHookPoints::POST_RECV_MESSAGE)) {
-      NoteRequest(batch->GetRecvMessage());
+      request_bytes_ += SizeOf(batch->GetRecvMessage());
     }
     if (batch->QueryInterceptionHookPoint(InterceptionHookPoints::PRE_SEND_MESSAGE)) {
-      NoteResponse(batch->GetSendMessage());
+      response_bytes_ += SizeOf(batch->GetSendMessage());
     }
     if (batch->QueryInterceptionHookPoint(InterceptionHookPoints::PRE_SEND_STATUS)) End(*batch);
     batch->Proceed();  // *this may be gone after it
   }
 
  private:
-  bool IsStreamToClient() const { return info_.type() == ServerRpcInfo::Type::SERVER_STREAMING; }
   bool IsSlow() const { return took() > kSlowCall && info_.method() != kWatch; }
   Clock::duration took() const { return Clock::now() - begin_; }
 
-  // Only requests of streams to the client are parsed by gRPC (messages.h); nullptr: in vain.
-  void NoteRequest(const void* message) {
-    if (IsStreamToClient()) {
-      is_malformed_ = message == nullptr;
-      request_ = message;
-    } else if (message != nullptr) {
-      request_bytes_ += static_cast<const grpc::ByteBuffer*>(message)->Length();
-    }
-  }
-
-  // What is sent with the status is measured where it matters, in a slow call.
-  void NoteResponse(const void* message) {
-    if (message == nullptr || info_.method() == kWatch) return;
-    response_bytes_ += IsStreamToClient() ? SizeOf(message)
-                                          : static_cast<const grpc::ByteBuffer*>(message)->Length();
-  }
-
   void End(InterceptorBatchMethods& batch) {
-    if (is_malformed_) batch.ModifySendStatus(ToGrpcStatus(MalformedRequest(info_.method())));
     const grpc::Status status = batch.GetSendStatus();
     const auto code = static_cast<absl::StatusCode>(status.error_code());
     if (!status.ok()) runtime_.log.Refused(info_.method(), code, ReasonOf(status), Client());
     if (!IsSlow()) return;
-    if (request_ != nullptr) request_bytes_ = SizeOf(request_);
     runtime_.log.Slow(info_.method(), code, took(), request_bytes_, response_bytes_);
   }
 
@@ -83,8 +60,6 @@ class CallInterceptor final : public grpc::experimental::Interceptor {
   ServerRpcInfo& info_;
   Runtime& runtime_;
   const Clock::time_point begin_ = Clock::now();
-  const void* request_ = nullptr;  // the only one: it lives as long as the call
-  bool is_malformed_ = false;
   std::size_t request_bytes_ = 0, response_bytes_ = 0;
 };
 

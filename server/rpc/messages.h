@@ -52,6 +52,7 @@ absl::Status ParseStreamRequest(const grpc::ByteBuffer* bytes, Request* request)
 // Throws std::bad_alloc.
 template <class Response>
 grpc::Status SerializeResponse(const Response& response, grpc::ByteBuffer* bytes) {
+  bytes->Clear();  // of the message before, in a stream
   bool owns_bytes = true;
   return grpc::SerializationTraits<Response>::Serialize(response, bytes, &owns_bytes);
 }

@@ -31,13 +31,15 @@ AnswerSize SizeOfAnswer(const v1::CheckMotionsRequest&) { return {3, 18}; }
 AnswerSize SizeOfAnswer(const v1::CastRaysRequest&) { return {4, 10}; }
 AnswerSize SizeOfAnswer(const v1::SamplePointsRequest&) { return {5, 10}; }
 
-// From an answer that is found to one that is with a client on this machine: three times what it
-// takes where little else is done (1.2 to 1.7 ns a byte of columns, 1 us a message).
-std::chrono::nanoseconds Handover(const AnswerSize& size, const QuestionOptions& options) {
-  constexpr int kOfByte_ns = 4, kOfMessage_ns = 3'000;
-  if (options.form == Form::kRows) return std::chrono::nanoseconds(kOfMessage_ns);
+// From an answer that is found to one that is with a client on this machine. A message takes 1 us
+// where little else is done.
+std::chrono::nanoseconds Handover(const AnswerSize& size, const QuestionOptions& options,
+                                  const ReplyPace& pace) {
+  constexpr std::chrono::nanoseconds kOfMessage(3'000);
+  if (options.form == Form::kRows) return kOfMessage;
   const int scalar_bytes = options.precision == Precision::kSingle ? 4 : 8;
-  return std::chrono::nanoseconds(kOfByte_ns * (size.scalars * scalar_bytes + size.bytes));
+  const int bytes = size.scalars * scalar_bytes + size.bytes;
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(bytes * pace.OfByte());
 }
 
 // Reading that is done by then is done whatever the time: the answer is the rows that there was
@@ -120,7 +122,7 @@ absl::StatusOr<Asked> Understand(Runtime& runtime, const Request& request, const
   auto at = FindWorldAt(runtime, request.world(), *options, call, memory);
   if (!at.ok()) return at.status();
   options->query.give_up_at = GiveUpAt(options->time_budget, call.deadline);
-  options->query.handover_of_answer = Handover(SizeOfAnswer(request), *options);
+  options->query.handover_of_answer = Handover(SizeOfAnswer(request), *options, runtime.reply_pace);
   const auto read_until = std::max(options->query.give_up_at.value_or(Clock::time_point::max()),
                                    Clock::now() + kShortReading);
   Asked asked{at->world, at->snapshot->revision(), at->snapshot, *std::move(options),

@@ -22,6 +22,7 @@
 #include "server/rpc/connections.h"
 #include "server/rpc/exported_worlds.h"
 #include "server/rpc/open_calls.h"
+#include "server/rpc/reply_pace.h"
 #include "server/rpc/request_log.h"
 #include "server/rpc/revision_waits.h"
 #include "server/rpc/stall_timers.h"
@@ -80,6 +81,7 @@ class Runtime {
   FairQuota uploads;
   FairQuota read_ahead;  // messages of streams
   ExportedWorlds exports;
+  ReplyPace reply_pace;
   RevisionWaits waits;  // before the queues: what waited there refers to it
 
   const int cores;

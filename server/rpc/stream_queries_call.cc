@@ -322,7 +322,10 @@ void StreamQueriesCall::Answered(const absl::Status& status) {
   request_ = v1::StreamQueriesRequest();
   const absl::Status serialized = RunGuarded(
       [this](const CallContext&) {
+        const auto begin = Clock::now();
         SerializeResponse(response_, &answered_);
+        runtime_.reply_pace.NoteSerialized(static_cast<std::int64_t>(answered_.Length()),
+                                           Clock::now() - begin);
         return absl::OkStatus();
       },
       {});

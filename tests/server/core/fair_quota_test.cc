@@ -20,10 +20,13 @@ std::int64_t TakeAll(FairQuota& quota, const ClientId& client) {
 
 TEST(FairQuota, LeavesRoomForNewcomersHoweverManyAreGreedy) {
   FairQuota quota({.limit = 1'000, .member_share = 1});
-  // Each takes half of what is free: 1/2, 1/4, 1/8 of the limit.
+  // Each takes as much as it leaves: of all, then of the three quarters that a user gets of it and of
+  // what is free.
   EXPECT_EQ(TakeAll(quota, Client(1, 7)), 500);
-  EXPECT_EQ(TakeAll(quota, Client(2, 7)), 250);
-  for (std::int64_t connection = 3; connection < 100; ++connection) {
+  EXPECT_EQ(TakeAll(quota, Client(2, 7)), 200);
+  EXPECT_GT(TakeAll(quota, Client(3, 7)), 20);
+  EXPECT_GT(TakeAll(quota, Client(4, 7)), 5) << "the same user finds room, too";
+  for (std::int64_t connection = 5; connection < 100; ++connection) {
     TakeAll(quota, Client(connection, 7));
   }
   EXPECT_GT(TakeAll(quota, Client(100, 8)), 0) << "another user finds room";
@@ -35,8 +38,9 @@ TEST(FairQuota, SharesAmongUsersFirst) {
   for (std::int64_t connection = 1; connection < 100; ++connection) {
     of_first_user += TakeAll(quota, Client(connection, 7));
   }
-  EXPECT_EQ(of_first_user, 500) << "with any number of connections";
-  EXPECT_EQ(TakeAll(quota, Client(100, 8)), 250);
+  EXPECT_GE(of_first_user, 499) << "with any number of connections";
+  EXPECT_LE(of_first_user, 500);
+  EXPECT_GT(TakeAll(quota, Client(100, 8)), 200) << "of 250, some are for its other connections";
 }
 
 TEST(FairQuota, SaysWhichLimitRefuses) {
