@@ -9,14 +9,18 @@ target_include_directories(cwm_options INTERFACE ${PROJECT_SOURCE_DIR})
 target_compile_options(cwm_options INTERFACE -Wall -Wextra -Wpedantic -Wno-psabi -Wno-restrict
                        $<$<CXX_COMPILER_ID:Clang>:-Wno-unknown-warning-option>
                        $<$<BOOL:${CWM_WERROR}>:-Werror>)
+# Perception takes half of the time that sanitizers take: `./dev check` leaves it out where it did not change.
+option(CWM_SANITIZE_PERCEPTION "Sanitize perception as well, and run its tests so" ON)
 if(CWM_SANITIZE)
   # What the sanitizers insert makes g++ see uninitialized members in optionals that hold nothing (its manual says so of
   # -Wmaybe-uninitialized); the other presets still ask.
-  target_compile_options(cwm_options INTERFACE -fsanitize=${CWM_SANITIZE} -fno-omit-frame-pointer
-                         -fno-sanitize-recover=all $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>)
+  set(sanitizers -fsanitize=${CWM_SANITIZE} -fno-sanitize-recover=all)
   if(CWM_SANITIZE MATCHES "undefined")  # asan sees what they see, and they take half of the time of compiling
-    target_compile_options(cwm_options INTERFACE -fno-sanitize=null,object-size,pointer-overflow)
+    list(APPEND sanitizers -fno-sanitize=null,object-size,pointer-overflow)
   endif()
+  target_compile_options(cwm_options INTERFACE
+                         "$<$<NOT:$<BOOL:$<TARGET_PROPERTY:CWM_UNSANITIZED>>>:${sanitizers}>"
+                         -fno-omit-frame-pointer $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>)
   target_link_options(cwm_options INTERFACE -fsanitize=${CWM_SANITIZE})
 endif()
 
@@ -44,6 +48,9 @@ function(cwm_library name)
   add_library(${name} STATIC ${ARGN})
   target_link_libraries(${name} PUBLIC $<BUILD_INTERFACE:cwm_options>)  # of no use to who links what is installed
   cwm_join(${name})
+  if(NOT CWM_SANITIZE_PERCEPTION AND CMAKE_CURRENT_SOURCE_DIR MATCHES "^${PROJECT_SOURCE_DIR}/perception")
+    set_property(TARGET ${name} PROPERTY CWM_UNSANITIZED ON)
+  endif()
 endfunction()
 
 # cwm_test(NAME SOURCES a.cc ... LINK targets... [LABELS labels...]): one GoogleTest binary; each
