@@ -3,7 +3,6 @@
 // glTF 2.0, section 4.4 (the container).
 #include <cstdint>
 #include <cstring>
-#include <functional>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <string>
@@ -21,8 +20,10 @@ constexpr std::size_t kChunkHeaderBytes = 8;
 constexpr std::uint32_t kJsonChunk = 0x4E4F534A;
 constexpr std::uint32_t kBinaryChunk = 0x004E4942;
 // A description of meshes takes some hundred bytes a mesh; parsed it takes thirty times its size.
-constexpr std::size_t kMaxJsonBytes = std::size_t{16} << 20;
-constexpr int kMaxJsonDepth = 64;  // glTF itself nests about ten deep
+// Nothing can stop the parser: so much takes it some 20 ms.
+constexpr std::size_t kMaxJsonBytes = std::size_t{4} << 20;
+constexpr std::size_t kMaxJsonValues = 250'000;
+constexpr std::size_t kMaxJsonDepth = 64;  // glTF itself nests about ten deep
 
 absl::Status Fault(const std::string& rule) { return absl::InvalidArgumentError(rule); }
 
@@ -32,25 +33,51 @@ std::uint32_t WordAt(std::string_view bytes, std::size_t at) {
   return word;
 }
 
-// Sees each event of the parser. What it refuses is not kept.
-class JsonFilter {
+// Looks at a text before it is kept. (The parser's own callback takes quadratic time: at the end of
+// each object it looks at all of the array around.)
+class JsonCheck final : public nlohmann::json_sax<Json> {
  public:
-  bool operator()(int depth, Json::parse_event_t event, const Json& parsed) {
-    too_deep_ = too_deep_ || depth > kMaxJsonDepth;
-    if (event == Json::parse_event_t::object_start) keys_.emplace_back();
-    if (event == Json::parse_event_t::object_end) keys_.pop_back();
-    if (event == Json::parse_event_t::key) {
-      has_twin_ = has_twin_ || !keys_.back().insert(parsed.get<std::string>()).second;
-    }
-    return !too_deep_;
+  const char* fault() const { return fault_; }  // nullptr: none
+
+  bool null() override { return Count(); }
+  bool boolean(bool) override { return Count(); }
+  bool number_integer(number_integer_t) override { return Count(); }
+  bool number_unsigned(number_unsigned_t) override { return Count(); }
+  bool number_float(number_float_t, const string_t&) override { return Count(); }
+  bool string(string_t&) override { return Count(); }
+  bool binary(binary_t&) override { return Count(); }
+  bool start_object(std::size_t) override { return Open(); }
+  bool start_array(std::size_t) override { return Open(); }
+  bool key(string_t& name) override {
+    return keys_.back().insert(name).second || Refuse("must not have a key twice in a JSON object");
   }
-  bool too_deep() const { return too_deep_; }
-  bool has_twin() const { return has_twin_; }
+  bool end_object() override { return Close(); }
+  bool end_array() override { return Close(); }
+  bool parse_error(std::size_t, const std::string&, const nlohmann::detail::exception&) override {
+    return Refuse("must have a JSON object");
+  }
 
  private:
-  std::vector<std::set<std::string>> keys_;  // of the objects that are open
-  bool too_deep_ = false;
-  bool has_twin_ = false;
+  bool Refuse(const char* fault) {
+    fault_ = fault;
+    return false;
+  }
+  bool Count() {
+    return ++values_ <= kMaxJsonValues || Refuse("must have at most 250000 values in its JSON");
+  }
+  bool Open() {
+    keys_.emplace_back();
+    if (keys_.size() > kMaxJsonDepth) return Refuse("must not nest its JSON deeper than 64");
+    return Count();
+  }
+  bool Close() {
+    keys_.pop_back();
+    return true;
+  }
+
+  std::vector<std::set<std::string>> keys_;  // of the objects and arrays that are open
+  std::size_t values_ = 0;
+  const char* fault_ = nullptr;
 };
 
 }  // namespace
@@ -80,12 +107,12 @@ absl::StatusOr<GlbChunks> SplitGlb(std::string_view bytes) {
 }
 
 absl::StatusOr<Json> ParseGlbJson(std::string_view text) {
-  if (text.size() > kMaxJsonBytes) return Fault("must have at most 16 MiB of JSON");
-  JsonFilter filter;
-  Json json = Json::parse(text.begin(), text.end(), std::ref(filter), /*allow_exceptions=*/false);
-  if (filter.too_deep()) return Fault("must not nest its JSON deeper than 64");
-  if (json.is_discarded() || !json.is_object()) return Fault("must have a JSON object");
-  if (filter.has_twin()) return Fault("must not have a key twice in a JSON object");
+  if (text.size() > kMaxJsonBytes) return Fault("must have at most 4 MiB of JSON");
+  JsonCheck check;
+  Json::sax_parse(text.begin(), text.end(), &check);
+  if (check.fault() != nullptr) return Fault(check.fault());
+  Json json = Json::parse(text.begin(), text.end(), nullptr, /*allow_exceptions=*/false);
+  if (!json.is_object()) return Fault("must have a JSON object");
   return json;
 }
 

@@ -31,15 +31,16 @@ AnswerSize SizeOfAnswer(const v1::CheckMotionsRequest&) { return {3, 18}; }
 AnswerSize SizeOfAnswer(const v1::CastRaysRequest&) { return {4, 10}; }
 AnswerSize SizeOfAnswer(const v1::SamplePointsRequest&) { return {5, 10}; }
 
-// From an answer that is found to one that is with a client on this machine. A message takes 1 us
-// where little else is done.
+// From an answer that is found to one that is with a client on this machine: three times what it
+// takes where little else is done (1.2 to 1.7 ns a byte of columns, 1 us a message).
 std::chrono::nanoseconds Handover(const AnswerSize& size, const QuestionOptions& options,
                                   const ReplyPace& pace) {
-  constexpr std::chrono::nanoseconds kOfMessage(3'000);
-  if (options.form == Form::kRows) return kOfMessage;
+  constexpr int kOfByte_ns = 4, kOfMessage_ns = 3'000;
   const int scalar_bytes = options.precision == Precision::kSingle ? 4 : 8;
-  const int bytes = size.scalars * scalar_bytes + size.bytes;
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(bytes * pace.OfByte());
+  const int quiet_ns = options.form == Form::kRows
+                           ? kOfMessage_ns
+                           : kOfByte_ns * (size.scalars * scalar_bytes + size.bytes);
+  return std::chrono::nanoseconds(static_cast<std::int64_t>(quiet_ns * pace.Slowness()));
 }
 
 // Reading that is done by then is done whatever the time: the answer is the rows that there was

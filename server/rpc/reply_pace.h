@@ -21,17 +21,15 @@ class ReplyPace {
     serializing_s_.store(before * (1 - weight) + newest * weight);
   }
 
-  // From an answer in columns to one that is with a client of this machine, for each byte.
-  Seconds OfByte() const { return Seconds(std::max(kLeast_s, kWay * serializing_s_.load())); }
+  // How many times longer a reply takes than on a machine that does little else, at least 1.
+  double Slowness() const { return std::max(1.0, serializing_s_.load() / kQuietSerializing_s); }
 
  private:
   static constexpr std::int64_t kMinBytes = 1 << 20;  // smaller ones tell the clock's noise
   // A machine becomes busy at once, and a fast reply says little of the next.
   static constexpr double kSlowerWeight = 0.5, kFasterWeight = 0.05;
-  // measured: three times the 1.2 to 1.7 ns of a machine that does little else.
-  static constexpr double kLeast_s = 4e-9;
-  // measured: copying into columns, serializing, two copies through a socket, parsing.
-  static constexpr double kWay = 8;
+  // measured: of a byte, on two cores that do nothing else.
+  static constexpr double kQuietSerializing_s = 0.5e-9;
 
   std::atomic<double> serializing_s_ = 0;
 };

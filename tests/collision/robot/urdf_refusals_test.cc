@@ -211,7 +211,7 @@ TEST(UrdfRefusals, NumbersMustBeFiniteAndAsManyAsNeeded) {
 TEST(UrdfRefusals, TagsAndAttributesAreCounted) {
   std::string many;
   for (int i = 0; i < 90'000; ++i) many += "<a b=\"\" c=\"\"/>";
-  EXPECT_EQ(ExcessOfText(Robot(many), NoMeshes),
+  EXPECT_EQ(ExcessOfText(Robot(many), NoMeshes, {}),
             "urdf: must have at most 250000 tags and attributes");
   EXPECT_EQ(RefusalOf(Links("ab") + "<!--" + many + "-->"), RefusalOf(Links("ab")))
       << "a comment is one";

@@ -68,7 +68,7 @@ TEST_F(MentionsTest, OfOneMeshInWritesAndQuestionsPrepareItOnce) {
 
 // What a call leaves half computed is computed by the next.
 TEST_F(MentionsTest, PastItsDeadlineAWriteHasNoEffectAndTheNextOneHas) {
-  const std::string hash = Store(200'000);
+  const std::string hash = Store(50'000);
   Call hurried(std::chrono::milliseconds(20));
   v1::ApplyChangesResponse response;
   const grpc::Status late = world_->ApplyChanges(&hurried, PutOf(hash), &response);
