@@ -80,7 +80,8 @@ TEST(PreparedBudget, PairsOfLinksCount) {
     return Robot(text);
   };
   EXPECT_EQ(StatusOf(with_links(500, "")), absl::OkStatus());
-  const RobotLimits pairs_alone{.max_free_prepared_bytes = 0, .max_prepared_per_byte = 40};
+  const RobotLimits pairs_alone{
+      .max_links = 4'096, .max_free_prepared_bytes = 0, .max_prepared_per_byte = 40};
   EXPECT_EQ(StatusOf(with_links(500, ""), "", pairs_alone), absl::OkStatus());
   EXPECT_THAT(RefusalOf(StatusOf(with_links(4000, ""), "", pairs_alone)),
               HasSubstr("once it is prepared"));

@@ -30,6 +30,9 @@ class DeadlineTest : public RunningServer {
     request_.mutable_options()->set_max_results(kResults);
   }
 
+  static bool IsPart(const v1::GetDistancesResponse& answer) {
+    return answer.completed_count() > 0 && answer.completed_count() < kRows;
+  }
   // The answer is part of what `full` is, and some of it is there.
   void ExpectPrefix(const v1::GetDistancesResponse& part, const v1::GetDistancesResponse& full) {
     EXPECT_THAT(part.completed_count(), AllOf(Gt(0), Lt(kRows)));
@@ -44,14 +47,14 @@ class DeadlineTest : public RunningServer {
   v1::GetDistancesRequest request_;
 };
 
-// Calls ask(timeout) until some of it is answered in time: a machine that is slow or does much else
-// cannot keep every deadline that suffices for a part. On others any of the first three did.
+// Calls ask(timeout), which tells whether part of the answer came in time, with shares of what all of it
+// takes on this machine until one did. What else the machine does may keep some of them from it.
 template <class Ask>
-void ExpectAnswerInTime(const Ask& ask) {
+void ExpectPartInTime(Clock::duration whole, const Ask& ask) {
   constexpr int kTimes = 3;
-  for (const int timeout_ms : {200, 300, 400, 800, 1'600, 3'200}) {
-    for (int i = 0; i < kTimes; ++i) {
-      if (ask(milliseconds(timeout_ms))) return;
+  for (int i = 0; i < kTimes; ++i) {
+    for (const double share : {0.15, 0.25, 0.35, 0.5, 0.65, 0.8}) {
+      if (ask(std::chrono::duration_cast<milliseconds>(share * whole))) return;
     }
   }
   FAIL() << "no deadline was kept";
@@ -62,12 +65,13 @@ void ExpectAnswerInTime(const Ask& ask) {
 TEST_F(DeadlineTest, ADeadlineInABatchGivesThePrefix) {
   v1::GetDistancesResponse full;
   Call unhurried;
+  const auto begin = Clock::now();
   ASSERT_TRUE(query_->GetDistances(&unhurried, request_, &full).ok());
-  ExpectAnswerInTime([&](milliseconds timeout) {
+  ExpectPartInTime(Clock::now() - begin, [&](milliseconds timeout) {
     Call call(timeout);
     v1::GetDistancesResponse part;
     if (!query_->GetDistances(&call, request_, &part).ok()) return false;
-    if (part.completed_count() == 0) return false;
+    if (!IsPart(part)) return false;
     ExpectPrefix(part, full);
     return true;
   });
@@ -76,8 +80,9 @@ TEST_F(DeadlineTest, ADeadlineInABatchGivesThePrefix) {
 TEST_F(DeadlineTest, ADeadlineInABatchOfAStreamGivesThePrefix) {
   v1::GetDistancesResponse full;
   Call unhurried;
+  const auto begin = Clock::now();
   ASSERT_TRUE(query_->GetDistances(&unhurried, request_, &full).ok());
-  ExpectAnswerInTime([&](milliseconds timeout) {
+  ExpectPartInTime(Clock::now() - begin, [&](milliseconds timeout) {
     Call call(timeout);
     const auto stream = query_->StreamQueries(&call);
     v1::StreamQueriesRequest request;
@@ -86,7 +91,7 @@ TEST_F(DeadlineTest, ADeadlineInABatchOfAStreamGivesThePrefix) {
     const bool is_told = stream->Write(request) && stream->Read(&response);
     stream->WritesDone();
     const grpc::Status status = stream->Finish();
-    if (!is_told || response.get_distances().completed_count() == 0) return false;
+    if (!is_told || !IsPart(response.get_distances())) return false;
     ExpectPrefix(response.get_distances(), full);
     return true;
   });
@@ -97,12 +102,15 @@ TEST_F(DeadlineTest, ADeadlineAmongAnswersInRowsGivesThePrefix) {
   *request_.mutable_subject() = SphereAt(std::vector<double>(1'024, 2.05));
   request_.mutable_options()->set_max_results(64);
   request_.mutable_options()->set_result_form(v1::RESULT_FORM_ROWS);
-  ExpectAnswerInTime([&](milliseconds timeout) {
-    Call call(timeout / 2);
+  v1::GetDistancesResponse full;
+  Call unhurried;
+  const auto begin = Clock::now();
+  ASSERT_TRUE(query_->GetDistances(&unhurried, request_, &full).ok());
+  ExpectPartInTime(Clock::now() - begin, [&](milliseconds timeout) {
+    Call call(timeout);
     v1::GetDistancesResponse part;
     if (!query_->GetDistances(&call, request_, &part).ok()) return false;
-    if (part.completed_count() == 0) return false;
-    EXPECT_THAT(part.completed_count(), AllOf(Gt(0), Lt(1'024)));
+    if (part.completed_count() == 0 || part.completed_count() == 1'024) return false;
     EXPECT_EQ(part.rows_size(), part.completed_count());
     return true;
   });
