@@ -145,8 +145,7 @@ TEST_F(MeshExpansion, ElementsWithVeryManyAttributesAreRefused) {
 // Each child once had the places of all elements above it: 7 kB for each 4 bytes.
 TEST_F(MeshExpansion, DeepElementsWithManyChildrenTakeNoMoreThanFlatOnes) {
   const std::string open = "<node name=\"" + Repeated("n", 60) + "\">";
-  const std::string deep =
-      Repeated(open, 90) + Repeated("<a/>", 200'000) + Repeated("</node>", 90);
+  const std::string deep = Repeated(open, 90) + Repeated("<a/>", 200'000) + Repeated("</node>", 90);
   EXPECT_EQ(
       std::string(Refusal(Collada(BoxMesh({1, 1, 1}), {.scene_nodes = deep}), "a.dae").message()),
       "must have triangles");
