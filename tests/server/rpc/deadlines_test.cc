@@ -40,7 +40,8 @@ class DeadlineTest : public RunningServer {
     EXPECT_EQ(begins.size(), (part.completed_count() + 1) * sizeof(std::uint32_t));
     EXPECT_TRUE(std::string_view(full.columns().row_begin()).starts_with(begins));
     const std::string_view distances_m(part.columns().distance_m());
-    EXPECT_EQ(distances_m.size(), part.completed_count() * kResults * sizeof(double));
+    EXPECT_EQ(distances_m.size(),
+              part.completed_count() * request_.options().max_results() * sizeof(double));
     EXPECT_TRUE(std::string_view(full.columns().distance_m()).starts_with(distances_m));
   }
 
@@ -78,6 +79,7 @@ TEST_F(DeadlineTest, ADeadlineInABatchGivesThePrefix) {
 }
 
 TEST_F(DeadlineTest, ADeadlineInABatchOfAStreamGivesThePrefix) {
+  request_.mutable_options()->set_max_results(kResults / 4);  // 24 MB
   v1::GetDistancesResponse full;
   Call unhurried;
   const auto begin = Clock::now();
