@@ -16,8 +16,8 @@ struct GlbChunks {
 // The chunks of a file, which must outlive them. Refuses lengths that leave the file.
 absl::StatusOr<GlbChunks> SplitGlb(std::string_view bytes);
 
-// Refuses what is no JSON object, more than 4 MiB or 250,000 values of it, nesting deeper than 64, and an object that
-// has a key twice, which another reader may understand differently.
+// Refuses what is no JSON object, more than 4 MiB or 250,000 values of it, nesting deeper than 64, and
+// an object that has a key twice, which another reader may understand differently.
 absl::StatusOr<nlohmann::json> ParseGlbJson(std::string_view text);
 
 }  // namespace cwm::collision
