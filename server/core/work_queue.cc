@@ -149,7 +149,7 @@ struct WorkQueue::State {
     const double cost_s = turn.task.cost_s;
     std::lock_guard lock(mutex);
     under_way_cost_s -= cost_s;
-    // What is refused takes next to nothing.
+    // A refusal takes next to nothing.
     const double spent = turn.admitted.ok() ? Seconds(took) * spent_s / took_s : 0;
     lane(turn.lane).Correct(turn.task.client, spent - cost_s);
     NoteEnd();

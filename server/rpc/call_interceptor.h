@@ -1,5 +1,5 @@
-// Sees every call but streams of questions begin and end: refuses requests that cannot be parsed,
-// and tells the log of refusals and slow calls.
+// Sees every call but streams of questions begin and end, and tells the log of refusals and slow
+// calls.
 #pragma once
 
 #include <grpcpp/support/server_interceptor.h>

@@ -19,6 +19,7 @@
 
 namespace cwm::server {
 
+// Clients of this machine that read at all take less than a second for a chunk.
 inline constexpr std::chrono::milliseconds kMaxHeldUnread{1'000};
 
 // Waits for the revision that it is about, is prepared on a queue, then written as fast as
