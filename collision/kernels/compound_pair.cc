@@ -14,9 +14,6 @@
 namespace cwm::collision {
 namespace {
 
-// What kExact promises, see pair_answer.h.
-constexpr double kExactTolerance_m = 1e-7;
-
 struct Enclosure {
   const ConvexCore& core;
   Pose X_SE;

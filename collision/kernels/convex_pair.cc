@@ -11,9 +11,6 @@
 namespace cwm::collision {
 namespace {
 
-// What kExact promises, see pair_answer.h.
-constexpr double kExactTolerance_m = 1e-7;
-
 PairDistance Penetrating(const CoreDifference& difference) {
   const Penetration found = FindPenetration(difference);
   PairDistance answer{.distance_m = -found.depth_m,

@@ -8,9 +8,12 @@
 
 namespace cwm::collision {
 
+// Answers whose error is at most this are called exact.
+inline constexpr double kExactTolerance_m = 1e-7;
+
 // How far an answer may be believed. Ordered: later is weaker.
 enum class Trust : std::uint8_t {
-  kExact,        // right to 1e-7 m or better
+  kExact,        // right to kExactTolerance_m or better
   kBounded,      // off by at most `bound_m`
   kSurfaceOnly,  // an open mesh is involved: distance to its surface, there is no inside
   kDegraded,     // the engine's best effort, no bound known
