@@ -34,7 +34,14 @@ endif()
 # do. clang-tidy, and who changes one file at a time (the preset dev), read sources one by one.
 option(CWM_JOIN_SOURCES "Compile a target's sources several at a time" ON)
 function(cwm_join name)
-  set_target_properties(${name} PROPERTIES UNITY_BUILD ${CWM_JOIN_SOURCES} UNITY_BUILD_BATCH_SIZE 6)
+  set_target_properties(${name} PROPERTIES CWM_OURS ON UNITY_BUILD ${CWM_JOIN_SOURCES} UNITY_BUILD_BATCH_SIZE 6)
+endfunction()
+
+# cwm_program(NAME SOURCES...): an executable that is no test; its sources are few and compiled one by one.
+function(cwm_program name)
+  add_executable(${name} ${ARGN})
+  target_link_libraries(${name} PRIVATE cwm_options)
+  set_target_properties(${name} PROPERTIES CWM_OURS ON)
 endfunction()
 
 # cwm_apart(SOURCES...): compiled one by one all the same, for they have a name in common with another source of their target, or
@@ -53,13 +60,21 @@ function(cwm_library name)
   endif()
 endfunction()
 
+# What is tested is compiled as it is for users; tests themselves need not be fast, and compile in half the time.
+add_library(cwm_test_options INTERFACE)
+if(CWM_SANITIZE)
+  target_compile_options(cwm_test_options INTERFACE -O0)
+else()
+  target_compile_options(cwm_test_options INTERFACE $<$<CONFIG:Release>:-O1>)
+endif()
+
 # cwm_test(NAME SOURCES a.cc ... LINK targets... [LABELS labels...]): one GoogleTest binary; each
 # binary is one entry of ctest, run from the source directory. A test that needs outside data skips itself by name.
 function(cwm_test name)
   cmake_parse_arguments(TEST "" "TIMEOUT" "SOURCES;LINK;LABELS;ARGS" ${ARGN})
   add_executable(${name} ${TEST_SOURCES})
   cwm_join(${name})
-  target_link_libraries(${name} PRIVATE cwm_options ${TEST_LINK} GTest::gmock GTest::gtest_main)
+  target_link_libraries(${name} PRIVATE cwm_options cwm_test_options ${TEST_LINK} GTest::gmock GTest::gtest_main)
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
   add_test(NAME ${name} COMMAND ${name} ${TEST_ARGS} WORKING_DIRECTORY ${PROJECT_SOURCE_DIR})
   if(NOT TEST_TIMEOUT)
