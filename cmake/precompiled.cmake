@@ -1,7 +1,6 @@
 # Headers of libraries are compiled once for all targets, for they take longer than our own sources do. What a target links says
 # which: Eigen's, gRPC's and the protos' code as well, GoogleTest's beside either. A source must still include what it uses:
 # the presets dev and tidy read each without them.
-option(CWM_PRECOMPILE "Precompile the headers of libraries" ON)
 
 set(std_headers
     <algorithm> <array> <atomic> <chrono> <cmath> <condition_variable> <cstdint> <cstring> <deque> <filesystem> <fstream>
@@ -16,23 +15,20 @@ set(links_eigen Eigen3::Eigen)
 set(links_grpc Eigen3::Eigen cwm_proto)
 set(links_test cwm_test_options GTest::gmock)
 
-# Whether what TARGET links, by itself or through others, has any of NAMES.
+# Whether TARGET compiles with what any of NAMES asks for: links it, by itself or through what others link in public.
 function(cwm_links result target names)
   set(seen)
-  set(next ${target})
+  get_target_property(next ${target} LINK_LIBRARIES)
   while(next)
     list(POP_FRONT next name)
-    string(REGEX REPLACE "^\\$<LINK_ONLY:(.*)>$" "\\1" name "${name}")
     if(name IN_LIST seen OR NOT TARGET ${name})
       continue()
     endif()
     list(APPEND seen ${name})
-    foreach(property LINK_LIBRARIES INTERFACE_LINK_LIBRARIES)
-      get_target_property(linked ${name} ${property})
-      if(linked)
-        list(APPEND next ${linked})
-      endif()
-    endforeach()
+    get_target_property(linked ${name} INTERFACE_LINK_LIBRARIES)
+    if(linked)
+      list(APPEND next ${linked})
+    endif()
   endwhile()
   set(${result} FALSE PARENT_SCOPE)
   foreach(name ${names})
@@ -87,7 +83,9 @@ function(cwm_precompile target)
   target_precompile_headers(${target} REUSE_FROM ${headers})
   # Sources with options of their own cannot take headers that were compiled without these.
   get_target_property(sources ${target} SOURCES)
+  get_target_property(folder ${target} SOURCE_DIR)
   foreach(source ${sources})
+    cmake_path(ABSOLUTE_PATH source BASE_DIRECTORY ${folder})
     get_source_file_property(options ${source} TARGET_DIRECTORY ${target} COMPILE_OPTIONS)
     if(options)
       set_source_files_properties(${source} TARGET_DIRECTORY ${target} PROPERTIES SKIP_PRECOMPILE_HEADERS ON)

@@ -96,7 +96,8 @@ void UnaryCall::ParseAndPlan() {
   const auto size = static_cast<std::int64_t>(bytes_.Length());
   UnaryPlan plan;
   const CallWork parse = [&](const CallContext&) {
-    if (absl::Status parsed = Parse(bytes_); !parsed.ok()) return parsed;
+    WorkBudget budget(call_.deadline, call_.stop);
+    if (absl::Status parsed = Parse(bytes_, &budget); !parsed.ok()) return parsed;
     const std::int64_t held = ParsedBytes() + size;  // text and bytes lie beside the arena
     if (absl::Status charged = charge_.Resize(held); !charged.ok()) return charged;
     plan = MakePlan();

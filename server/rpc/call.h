@@ -82,7 +82,7 @@ class UnaryCall : public grpc::ServerUnaryReactor {
   UnaryCall(grpc::CallbackServerContext* context, Runtime& runtime,
             const grpc::ByteBuffer* request);
 
-  virtual absl::Status Parse(grpc::ByteBuffer& bytes) = 0;
+  virtual absl::Status Parse(grpc::ByteBuffer& bytes, WorkBudget* budget) = 0;
   virtual UnaryPlan MakePlan() = 0;
   virtual absl::Status Work(const CallContext& call) = 0;
   virtual grpc::Status Serialize() = 0;
@@ -130,7 +130,9 @@ class UnaryCallOf final : public UnaryCall {
         reply_(response) {}
 
  private:
-  absl::Status Parse(grpc::ByteBuffer& bytes) override { return ParseRequest(bytes, request_); }
+  absl::Status Parse(grpc::ByteBuffer& bytes, WorkBudget* budget) override {
+    return ParseRequest(bytes, request_, budget);
+  }
   UnaryPlan MakePlan() override { return method_.plan(*request_); }
   absl::Status Work(const CallContext& call) override {
     return method_.work(*request_, call, response_);

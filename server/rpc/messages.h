@@ -3,14 +3,15 @@
 #pragma once
 
 #include <google/protobuf/descriptor.h>
+#include <google/protobuf/message.h>
 #include <grpcpp/impl/codegen/proto_utils.h>
 #include <grpcpp/support/byte_buffer.h>
-#include <grpcpp/support/proto_buffer_reader.h>
 #include <grpcpp/support/status.h>
 
 #include <string>
 
 #include "absl/status/status.h"
+#include "server/core/work_budget.h"
 
 namespace cwm::server {
 
@@ -21,17 +22,11 @@ absl::Status MalformedRequest(const std::string& method);
 // The method that takes messages of this type.
 std::string MethodTaking(const google::protobuf::Descriptor& request);
 
-// Frees the bytes as it parses them. INVALID_ARGUMENT MALFORMED_REQUEST; throws std::bad_alloc.
-template <class Request>
-absl::Status ParseRequest(grpc::ByteBuffer& bytes, Request* request) {
-  const bool is_parsed = [&] {
-    grpc::ProtoBufferReader reader(&bytes);
-    return reader.status().ok() && request->ParseFromZeroCopyStream(&reader);
-  }();
-  bytes.Clear();
-  request->DiscardUnknownFields();  // eight times their bytes, and nobody looks at them
-  return is_parsed ? absl::OkStatus() : MalformedRequest(MethodTaking(*Request::descriptor()));
-}
+// Fills `request` and frees the bytes. Drops unknown fields, which take eight times their bytes and
+// which nobody looks at. INVALID_ARGUMENT MALFORMED_REQUEST, or the status of the budget, which is
+// looked at all along; throws std::bad_alloc.
+absl::Status ParseRequest(grpc::ByteBuffer& bytes, google::protobuf::Message* request,
+                          WorkBudget* budget);
 
 // INVALID_ARGUMENT REQUEST_TOO_LARGE.
 absl::Status CheckStreamRequestSize(const grpc::ByteBuffer& bytes);
@@ -44,7 +39,8 @@ absl::Status ParseStreamRequest(const grpc::ByteBuffer* bytes, Request* request)
   // gRPC lends its own buffer until the call is done.
   grpc::ByteBuffer& lent = *const_cast<grpc::ByteBuffer*>(bytes);
   const absl::Status small = CheckStreamRequestSize(lent);
-  if (small.ok()) return ParseRequest(lent, request);
+  WorkBudget unlimited;
+  if (small.ok()) return ParseRequest(lent, request, &unlimited);
   lent.Clear();
   return small;
 }

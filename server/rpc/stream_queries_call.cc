@@ -198,7 +198,8 @@ void StreamQueriesCall::Begin() {
 }
 
 void StreamQueriesCall::ParseAndPlan() {
-  const absl::Status parsed = ParseRequest(request_bytes_, &request_);
+  WorkBudget budget(deadline_, stop_.get_token());
+  const absl::Status parsed = ParseRequest(request_bytes_, &request_, &budget);
   if (!parsed.ok()) return Break(parsed);
   charge_.ResizeAnyway(static_cast<std::int64_t>(request_.SpaceUsedLong()));
   Plan();

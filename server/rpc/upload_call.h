@@ -125,7 +125,10 @@ class UploadCall : public grpc::ServerReadReactor<grpc::ByteBuffer>,
   void TakeMessage() {
     const CallWork take = [this](const CallContext&) {
       Request message;
-      if (absl::Status parsed = ParseRequest(bytes_, &message); !parsed.ok()) return parsed;
+      WorkBudget budget(Clock::time_point::max(), call_.stop);
+      if (absl::Status parsed = ParseRequest(bytes_, &message, &budget); !parsed.ok()) {
+        return parsed;
+      }
       if (header_charge_.bytes() > 0) {  // kept until the end
         const auto held = static_cast<std::int64_t>(message.SpaceUsedLong());
         if (absl::Status charged = header_charge_.Resize(held); !charged.ok()) return charged;
