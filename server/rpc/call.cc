@@ -155,12 +155,12 @@ void UnaryCall::End(const absl::Status& status) {
     const std::int64_t size = ReplyBytes();
     runtime_.reply_pace.NoteSerialized(size, Clock::now() - begin);
     if (size < kMinGuardedReplyBytes) return absl::OkStatus();
-    // It goes as fast as the client reads; until then it is there twice.
+    // It goes as fast as the client reads.
     if (charge_.bytes() == 0) {
       charge_ =
           MemoryCharge::Empty(runtime_.application.memory, MemoryBudget::Client(call_.client));
     }
-    if (absl::Status charged = charge_.Resize(ParsedBytes() + size); !charged.ok()) return charged;
+    if (absl::Status charged = charge_.Resize(size); !charged.ok()) return charged;
     reading_ = StallTimers::Guard(runtime_.stalls, runtime_.application.limits.max_stall,
                                   [context = context_] { context->TryCancel(); });
     return absl::OkStatus();

@@ -85,6 +85,7 @@ class UnaryCall : public grpc::ServerUnaryReactor {
   virtual absl::Status Parse(grpc::ByteBuffer& bytes, WorkBudget* budget) = 0;
   virtual UnaryPlan MakePlan() = 0;
   virtual absl::Status Work(const CallContext& call) = 0;
+  // Frees request and response, which nobody asks for after it.
   virtual grpc::Status Serialize() = 0;
   virtual std::int64_t ParsedBytes() const = 0;
   virtual std::int64_t ReplyBytes() const = 0;
@@ -137,7 +138,11 @@ class UnaryCallOf final : public UnaryCall {
   absl::Status Work(const CallContext& call) override {
     return method_.work(*request_, call, response_);
   }
-  grpc::Status Serialize() override { return SerializeResponse(*response_, reply_); }
+  grpc::Status Serialize() override {
+    const grpc::Status status = SerializeResponse(*response_, reply_);
+    arena_.Reset();
+    return status;
+  }
   std::int64_t ParsedBytes() const override {
     return static_cast<std::int64_t>(arena_.SpaceAllocated());
   }

@@ -4,9 +4,11 @@
 #include <string>
 #include <utility>
 
+#include "absl/strings/str_cat.h"
 #include "collision/geometry/aabb.h"
 #include "server/core/geometry_store.h"
 #include "server/rpc/pages.h"
+#include "server/wire/numbers.h"
 #include "server/wire/objects.h"
 #include "server/wire/poses.h"
 
@@ -40,7 +42,17 @@ absl::StatusOr<Aabb> BoxOf(const v1::WorldBox& box, const FieldPath& path) {
 }
 
 absl::StatusOr<Filter> FilterOf(const v1::ListObjectsRequest& request) {
+  constexpr std::int64_t kMaxPrefixBytes = 128;  // no name is longer
+  constexpr int kMaxKinds = 32;                  // some more than there are
   const FieldPath root;
+  const FieldPath prefix = root.Field("name_prefix");
+  if (auto status = CheckTextLength(request.name_prefix(), kMaxPrefixBytes, prefix); !status.ok()) {
+    return status;
+  }
+  if (request.kinds_size() > kMaxKinds) {
+    return root.Field("kinds").Error(
+        absl::StrCat("holds ", request.kinds_size(), " kinds, must hold at most ", kMaxKinds));
+  }
   Filter filter;
   filter.name_prefix = request.name_prefix();
   bool any_kind = request.kinds().empty();

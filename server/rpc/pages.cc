@@ -46,6 +46,12 @@ absl::StatusOr<Position> ReadToken(const std::string& token, const std::string& 
 
 absl::StatusOr<PageSource> FindPage(const Runtime& runtime, const PageQuery& query,
                                     const CallContext& call) {
+  constexpr std::int64_t kMaxTokenBytes = 1024;  // those that are given out have less than half
+  const FieldPath root;
+  if (auto status = CheckTextLength(query.page_token, kMaxTokenBytes, root.Field("page_token"));
+      !status.ok()) {
+    return status;
+  }
   auto rule = FromProto(query.at_revision, FieldPath().Field("at_revision"));
   if (!rule.ok()) return rule.status();
   auto world = runtime.application.worlds.Find(query.world, query.world_uid);

@@ -9,11 +9,13 @@
 namespace cwm::server {
 namespace {
 
-absl::Status CheckNamed(const std::string& name, const collision::WorldSnapshot& snapshot) {
-  const FieldPath root;
-  if (name.empty()) return absl::OkStatus();
-  if (auto status = CheckName(name, root.Field("name")); !status.ok()) return status;
-  return snapshot.FindRobot(name) != nullptr ? absl::OkStatus() : UnknownRobot(name);
+absl::Status CheckNameIfAny(const std::string& name) {
+  return name.empty() ? absl::OkStatus() : CheckName(name, FieldPath().Field("name"));
+}
+
+absl::Status CheckKnown(const std::string& name, const collision::WorldSnapshot& snapshot) {
+  const bool is_known = name.empty() || snapshot.FindRobot(name) != nullptr;
+  return is_known ? absl::OkStatus() : UnknownRobot(name);
 }
 
 }  // namespace
@@ -22,6 +24,7 @@ absl::Status ListPage(Runtime& runtime, const v1::ListRobotsRequest& request,
                       const CallContext& call, v1::ListRobotsResponse* response) {
   auto size = PageSizeOf(request.page_size());
   if (!size.ok()) return size.status();
+  if (auto status = CheckNameIfAny(request.name()); !status.ok()) return status;
   auto source = FindPage(runtime,
                          {.world = request.world(),
                           .world_uid = request.world_uid(),
@@ -31,7 +34,7 @@ absl::Status ListPage(Runtime& runtime, const v1::ListRobotsRequest& request,
                          call);
   if (!source.ok()) return source.status();
   const collision::WorldSnapshot& snapshot = *source->at.snapshot;
-  if (auto status = CheckNamed(request.name(), snapshot); !status.ok()) return status;
+  if (auto status = CheckKnown(request.name(), snapshot); !status.ok()) return status;
   response->set_world_uid(source->at.world->uid());
   response->set_revision(snapshot.revision().value);
   std::size_t bytes = 0;

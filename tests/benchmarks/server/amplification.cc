@@ -21,7 +21,7 @@ namespace {
 using std::chrono::milliseconds;
 
 constexpr double kMaxRatio = 100;       // bytes held over bytes sent
-constexpr double kFreeBytes = 4 << 20;  // of each copy
+constexpr double kFreeBytes = 4 << 20;  // of each call
 constexpr double kMaxCpu_ms = 20;       // of one thread after the cancel
 constexpr double kHoldCpu_s = 4;      // after which a request that still works is measured as it is
 constexpr double kCancelCpu_s = 0.5;  // the same after it is cancelled
@@ -31,6 +31,7 @@ struct Measured {
   bool prepared = true;
   bool died = false;
   bool works_on = false;  // still at work when it was measured
+  double calls = 1;       // of a copy
   double sent_bytes = 0, held_bytes = 0, after_bytes = 0, peak_bytes = 0;  // of a copy
   double cpu_ms = 0;  // of the busiest thread after a cancel
   bool cpu_unended = false;
@@ -38,7 +39,7 @@ struct Measured {
 
   double kept_bytes() const { return std::max(held_bytes, after_bytes); }
   double ratio() const {
-    return std::max(0.0, kept_bytes() - kFreeBytes) / std::max(1.0, sent_bytes);
+    return std::max(0.0, kept_bytes() - calls * kFreeBytes) / std::max(1.0, sent_bytes);
   }
 };
 
@@ -136,8 +137,10 @@ void MeasureHeld(const HostileRequest& request, const Target& target, Measured& 
     measured.sent_bytes += static_cast<double>(sent.bytes) / request.copies;
     content += static_cast<double>(sent.content_bytes);
   }
+  measured.calls = std::max(1.0, static_cast<double>(copies[0].calls.size()));
   const double allowed =
-      before + content + request.copies * (kFreeBytes + kMaxRatio * measured.sent_bytes);
+      before + content +
+      request.copies * (measured.calls * kFreeBytes + kMaxRatio * measured.sent_bytes);
   const double held = SettledBytes(server, allowed);
   measured.works_on = !idle;
   measured.outcome = OutcomeOf(copies[0]);
@@ -213,7 +216,8 @@ void MeasureAmplificationOf(const std::string& pattern, Report& report) {
   report.Detail(
       "Amplification, of one copy: bytes sent; MiB held beyond content, open, after its end, at "
       "the "
-      "peak; (held - 4 MiB) / sent, at most 100; CPU ms of the busiest thread after a cancel, at "
+      "peak; (held - 4 MiB a call) / sent, at most 100; CPU ms of the busiest thread after a "
+      "cancel, at "
       "most 20:");
   char head[200];
   std::snprintf(head, sizeof(head), "  %-37s %11s %9s %9s %9s %9s %9s  %s", "request", "sent B",

@@ -281,6 +281,16 @@ TEST_F(WorldServiceTest, ATokenIsBoundToItsFilter) {
     request.set_page_token(forged);
     EXPECT_EQ(FieldIn(List(request, &page)), "page_token") << forged;
   }
+  // What no name, no list of kinds and no token needs is refused before anything is made of it.
+  request.set_page_token(std::string(1025, 'a'));
+  EXPECT_EQ(FieldIn(List(request, &page)), "page_token");
+  request.clear_page_token();
+  request.set_name_prefix(std::string(129, 'a'));
+  EXPECT_EQ(FieldIn(List(request, &page)), "name_prefix");
+  request.set_name_prefix(std::string(128, 'a'));
+  EXPECT_TRUE(List(request, &page).ok());
+  for (int k = 0; k < 33; ++k) request.add_kinds(v1::OBJECT_KIND_OBJECT);
+  EXPECT_EQ(FieldIn(List(request, &page)), "kinds");
 }
 
 TEST_F(WorldServiceTest, FiltersByKindPrefixAndBox) {
