@@ -19,8 +19,11 @@ double FairTasks::StartOf(std::int64_t connection) const {
 
 void FairTasks::Push(Task task) {
   const std::int64_t connection = task.client.connection;
-  const double start = StartOf(connection);
+  double start = StartOf(connection);
   Flow& flow = flows_[connection];
+  // What was cheaper than estimated makes later tasks come sooner, never before those that wait.
+  if (flow.waiting > 0) start = std::max(start, flow.start);
+  flow.start = start;
   flow.finish = start + std::max(task.cost_s, kMinCost_s);
   ++flow.waiting;
   tasks_.emplace(Turn{start, ++last_number_}, std::move(task));

@@ -61,7 +61,7 @@ class FairTasks {
     friend auto operator<=>(const Turn&, const Turn&) = default;
   };
   struct Flow {
-    double finish = 0;  // of its newest task
+    double start = 0, finish = 0;  // of its newest task
     std::size_t waiting = 0;
   };
 

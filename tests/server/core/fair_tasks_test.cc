@@ -34,6 +34,23 @@ TEST(FairTasks, ServesOneClientInItsOwnOrder) {
   }
 }
 
+TEST(FairTasks, KeepTheOrderOfAClientWhoseTasksAreCheaperThanEstimated) {
+  FairTasks tasks;
+  const auto push = [&](int number) {
+    Task task = Of(1, 1);
+    task.deadline = Clock::time_point(std::chrono::seconds(number));
+    tasks.Push(std::move(task));
+  };
+  const auto pop = [&] { return tasks.Pop().deadline - Clock::time_point(); };
+  push(0), push(1), push(2);
+  EXPECT_EQ(pop(), std::chrono::seconds(0));
+  tasks.Correct({.connection = 1, .uid = {}}, -0.9);
+  tasks.Correct({.connection = 1, .uid = {}}, -0.9);
+  tasks.Correct({.connection = 1, .uid = {}}, -0.9);
+  push(3);
+  for (int number = 1; number <= 3; ++number) EXPECT_EQ(pop(), std::chrono::seconds(number));
+}
+
 TEST(FairTasks, DelaysANewcomerByOneTaskOfACrowd) {
   FairTasks tasks;
   for (int i = 0; i < 5; ++i) tasks.Push(Of(1, 1));
