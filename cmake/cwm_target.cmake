@@ -68,11 +68,7 @@ endfunction()
 
 # What is tested is compiled as it is for users; tests themselves need not be fast, and compile in half the time.
 add_library(cwm_test_options INTERFACE)
-if(CWM_SANITIZE)
-  target_compile_options(cwm_test_options INTERFACE -O0)
-else()
-  target_compile_options(cwm_test_options INTERFACE $<$<CONFIG:Release>:-O1>)
-endif()
+target_compile_options(cwm_test_options INTERFACE $<$<CONFIG:Release>:-O1>)
 
 # cwm_test(NAME SOURCES a.cc ... LINK targets... [LABELS labels...]): one GoogleTest binary; each
 # binary is one entry of ctest, run from the source directory. A test that needs outside data skips itself by name.

@@ -213,7 +213,6 @@ WorkQueue::~WorkQueue() { Drain(); }
 void WorkQueue::Push(Task task, Lane lane) {
   task.cost_s = std::max(task.cost_s, FairTasks::kMinCost_s);
   absl::Status refusal;
-  Task refused;
   {
     std::lock_guard lock(state_->mutex);
     FairTasks& tasks = state_->lane(lane);
@@ -225,14 +224,12 @@ void WorkQueue::Push(Task task, Lane lane) {
       std::optional<Task> longest = tasks.TakeFromLongest(task.client);
       refusal = state_->Refusal(longest ? longest->client : task.client, lane);
       if (longest) {
-        refused = *std::move(longest);
-        std::swap(refused, task);
-        refused.pushed = Clock::now();
-        tasks.Push(std::move(refused));
+        task.pushed = Clock::now();
+        tasks.Push(std::exchange(task, *std::move(longest)));
       }
     } else {
       task.pushed = Clock::now();
-      tasks.Push(std::move(task));
+      tasks.Push(std::exchange(task, {}));
     }
   }
   state_->work_or_drain.notify_one();
