@@ -82,13 +82,28 @@ void PrintPose(const cwm::Pose& pose) {
   std::cout << "\n";
 }
 
-absl::StatusOr<perception::SimulatedView> MakeView(const Arguments& arguments) {
-  static const std::map<std::string, perception::SceneFamily> kFamilies = {
+const std::map<std::string, perception::SceneFamily>& Families() {
+  static const std::map<std::string, perception::SceneFamily> families = {
       {"table", perception::SceneFamily::kTable},
       {"clutter", perception::SceneFamily::kClutter},
       {"kitchen", perception::SceneFamily::kKitchen},
-      {"vessels", perception::SceneFamily::kVessels}};
-  if (const auto family = kFamilies.find(arguments.random); family != kFamilies.end()) {
+      {"vessels", perception::SceneFamily::kVessels},
+      {"stacks", perception::SceneFamily::kStacks},
+      {"heaps", perception::SceneFamily::kHeaps},
+      {"rows", perception::SceneFamily::kRows},
+      {"lids", perception::SceneFamily::kLids},
+      {"edges", perception::SceneFamily::kEdges}};
+  return families;
+}
+
+std::vector<std::string> FamilyNames() {
+  std::vector<std::string> names;
+  for (const auto& [name, family] : Families()) names.push_back(name);
+  return names;
+}
+
+absl::StatusOr<perception::SimulatedView> MakeView(const Arguments& arguments) {
+  if (const auto family = Families().find(arguments.random); family != Families().end()) {
     return perception::RandomScene(family->second, arguments.seed);
   }
   if (arguments.scene == "kitchen") {
@@ -160,9 +175,11 @@ void AddOptions(CLI::App& app, Arguments& arguments) {
       app.add_option("--scene", arguments.scene,
                      "kitchen (the demo's counter), table (random), or a scene file")
           ->type_name("SCENE|S.yaml");
-  app.add_option("--random", arguments.random,
-                 "a scene drawn by the seed: table, clutter, kitchen or vessels")
-      ->check(CLI::IsMember({"table", "clutter", "kitchen", "vessels"}).description(""))
+  app.add_option(
+         "--random", arguments.random,
+         "a scene drawn by the seed: table, clutter, kitchen, vessels, stacks, heaps, rows, "
+         "lids or edges")
+      ->check(CLI::IsMember(FamilyNames()).description(""))
       ->excludes(scene)
       ->type_name("FAMILY");
   app.add_option("--write-scene", arguments.write_scene,

@@ -114,6 +114,13 @@ std::optional<std::vector<double>> Arrangement::HiddenSharesWith(const Simulated
   return shares;
 }
 
+bool Arrangement::ShowsAll() const {
+  return std::ranges::all_of(silhouettes_, [&](const Silhouette& silhouette) {
+    const SeenPixels seen = Count(silhouette, front_);
+    return seen.alone - seen.hidden >= kLeastSeen && seen.hidden_share() <= rules_.most_hidden;
+  });
+}
+
 void Arrangement::Add(SimulatedObject object) {
   silhouettes_.push_back(SilhouetteOf(object));
   KeepNearest(silhouettes_.back(), front_);

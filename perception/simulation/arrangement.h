@@ -34,6 +34,9 @@ class Arrangement {
 
   void Add(SimulatedObject object);
 
+  // Whether the image shows as much of each object after the furniture as the rules ask for.
+  bool ShowsAll() const;
+
  private:
   // Depth per pixel of a coarse image; infinite where the object is not seen.
   using Silhouette = std::vector<float>;

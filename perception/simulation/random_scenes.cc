@@ -2,6 +2,7 @@
 
 #include "perception/simulation/kitchen_scenes.h"
 #include "perception/simulation/table_scenes.h"
+#include "perception/simulation/touching_scenes.h"
 
 namespace cwm::perception {
 
@@ -15,6 +16,16 @@ SimulatedView RandomScene(SceneFamily family, std::uint64_t seed) {
       return RandomKitchenView(seed);
     case SceneFamily::kVessels:
       return RandomVesselView(seed);
+    case SceneFamily::kStacks:
+      return RandomStackView(seed);
+    case SceneFamily::kHeaps:
+      return RandomHeapView(seed);
+    case SceneFamily::kRows:
+      return RandomRowView(seed);
+    case SceneFamily::kLids:
+      return RandomLidView(seed);
+    case SceneFamily::kEdges:
+      return RandomEdgeView(seed);
   }
   return RandomTableView(seed);
 }

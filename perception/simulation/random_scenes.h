@@ -17,7 +17,23 @@ namespace cwm::perception {
 //           each of them packets, cans, mugs, pans and jugs.
 // kVessels  a table with mugs, pans and jugs, and boxes that touch some of them where a handle
 //           could be.
-enum class SceneFamily { kTable, kClutter, kKitchen, kVessels };
+// kStacks   a table with two to four stacks about one axis (groups.h) and single things.
+// kHeaps    a table with one or two heaps of books and flat boxes, up to 15 in all, and single things.
+// kRows     a table with one or two rows of things of one height, and single things.
+// kLids     a table with four to eight cans, jars and boxes with lids.
+// kEdges    things as of kTable at and over an edge of the table, their middle above it.
+// Of things that touch each other up to four fifths of one are hidden.
+enum class SceneFamily {
+  kTable,
+  kClutter,
+  kKitchen,
+  kVessels,
+  kStacks,
+  kHeaps,
+  kRows,
+  kLids,
+  kEdges
+};
 
 struct SimulatedView {
   SimulatedScene scene;

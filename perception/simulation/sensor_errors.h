@@ -25,15 +25,23 @@ struct SensorErrors {
   NoiseField lateral_v;
   std::vector<float> bias_m;  // along the ray, longer than true where positive
   std::vector<char> shadow;   // 1 where nothing can be measured
+  // So near to a nearer surface, in pixels, a pixel shows that one: matched windows lie on both.
+  std::vector<float> bleeding_px;  // empty: nowhere
 };
+
+// How pixels of a stereo camera err: alike where they are neighbours, as those of other cameras; or as
+// windows are matched, each over many pixels: smooth over 11 and 6 pixels, with the shadow of the other
+// imager, holes, and nearer surfaces that are some pixels too wide.
+enum class StereoErrors { kPixels, kMatchedWindows };
 
 // Cameras: fields of correlated noise, 4 pixels along rows and 2 along columns; kKinect and
 // kRealSense with a warp of 1.3 mm rms over 0.2 m seen at 0.8 m; kKinect with the shadow of its
 // projector; kTimeOfFlight with the bias of multipath. Lasers: each beam errs by itself. Of
 // kTiltingLaser each row is a line of the scanner, and the tilt of the whole line errs by 0.05 to
 // 0.1 degrees, drawn once per scan. kSickLms400 is 3 mm noisy on bright and 10 mm on dark objects,
-// each drawn once, with a bias within 4 mm of the whole scan.
+// each drawn once, with a bias within 4 mm of the whole scan. `stereo` is of kRealSense alone.
 SensorErrors DrawErrors(const SensorNoise& noise, const RangeImage& image,
-                        const PinholeCamera& camera, std::uint64_t seed);
+                        const PinholeCamera& camera, std::uint64_t seed,
+                        StereoErrors stereo = StereoErrors::kPixels);
 
 }  // namespace cwm::perception

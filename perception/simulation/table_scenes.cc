@@ -2,57 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <utility>
 
-#include "perception/simulation/furniture.h"
 #include "perception/simulation/household_goods.h"
-#include "perception/simulation/look_at.h"
 #include "perception/simulation/proposals.h"
+#include "perception/simulation/table_view.h"
 #include "perception/simulation/vessels.h"
 
 namespace cwm::perception {
 namespace {
-
-double Radians(double degrees) { return degrees * std::numbers::pi / 180; }
-
-Eigen::AlignedBox2d Centred(const Vector2& middle, const Vector2& size_m) {
-  return {middle - 0.5 * size_m, middle + 0.5 * size_m};
-}
-
-struct Table {
-  RestingArea area;
-  Disc spread;  // where objects go
-  Arrangement arrangement;
-
-  std::size_t thing_count() const {
-    return arrangement.scene().objects.size() - arrangement.furniture_count();
-  }
-};
-
-// The middle of the objects is the world's z axis, which the camera's axis meets.
-Table DrawTable(const ArrangementRules& rules, RandomDraws& draws) {
-  const double top_m = draws.Uniform(0.65, 0.95);  // dining tables to counters
-  const Vector2 size_m{draws.Uniform(1.1, 1.7), draws.Uniform(0.8, 1.1)};
-  const Vector2 middle{draws.Uniform(-0.15, 0.15), draws.Uniform(-0.10, 0.10)};
-  const RestingArea area{.area_W = Centred(middle, size_m), .top_m = top_m};
-  SimulatedScene scene;
-  scene.objects.push_back(MakeTop(
-      "table", {.area_W = area.area_W, .top_m = top_m, .thickness_m = draws.Uniform(0.02, 0.04)}));
-  if (draws.Uniform() < 0.5) {
-    const Eigen::AlignedBox2d floor = Centred(Vector2::Zero(), {3, 3});
-    scene.objects.push_back(MakeTop("floor", {.area_W = floor, .top_m = 0, .thickness_m = 0.1}));
-  }
-  const ViewingDirection view{.distance_m = draws.Uniform(0.6, 1.2),
-                              .down_rad = Radians(draws.Uniform(20, 70)),
-                              .azimuth_rad = Radians(draws.Uniform(0, 360))};
-  PinholeCamera camera;
-  camera.X_WC = LookAt(Vector3(0, 0, top_m + 0.05), view);  // half the height of a usual thing
-  // Nearly to the border of the image, which is 0.46 (down) to 0.61 (across) of the distance away.
-  return {.area = area,
-          .spread = {.radius_m = 0.42 * view.distance_m},
-          .arrangement = Arrangement(std::move(scene), camera, rules)};
-}
 
 // Draws of a tilted rest that turn out to be impossible (spheres, discs, nobody who holds) are made
 // up for here, so that a third remains.
@@ -166,41 +124,21 @@ void FillVessels(int wanted, Table& table, RandomDraws& draws) {
   }
 }
 
-struct Count {
-  int least = 0;
-  int most = 0;
-};
-
-// A view in which too few things found a place is drawn anew.
-SimulatedView DrawView(SceneFamily family, std::uint64_t seed, const Count& count,
-                       const ArrangementRules& rules, void (*fill)(int, Table&, RandomDraws&)) {
-  constexpr std::uint64_t kFamilies =
-      16;  // more than there are: each draws from streams of its own
-  for (auto stream = static_cast<std::uint64_t>(family);; stream += kFamilies) {
-    RandomDraws draws(seed, stream);
-    const int wanted = count.least + draws.Below(count.most - count.least + 1);
-    Table table = DrawTable(rules, draws);
-    fill(wanted, table, draws);
-    if (table.thing_count() < static_cast<std::size_t>(count.least)) continue;
-    return {.scene = table.arrangement.scene(), .camera = table.arrangement.camera()};
-  }
-}
-
 }  // namespace
 
 SimulatedView RandomTableView(std::uint64_t seed) {
-  return DrawView(SceneFamily::kTable, seed, {.least = 4, .most = 9},
-                  {.least_gap_m = 0.02, .most_hidden = 0.2}, FillTable);
+  return DrawTableView(SceneFamily::kTable, seed, {.least = 4, .most = 9},
+                       {.least_gap_m = 0.02, .most_hidden = 0.2}, FillTable);
 }
 
 SimulatedView RandomClutterView(std::uint64_t seed) {
-  return DrawView(SceneFamily::kClutter, seed, {.least = 8, .most = 16},
-                  {.least_gap_m = 0.003, .most_hidden = 0.7}, FillClutter);
+  return DrawTableView(SceneFamily::kClutter, seed, {.least = 8, .most = 16},
+                       {.least_gap_m = 0.003, .most_hidden = 0.7}, FillClutter);
 }
 
 SimulatedView RandomVesselView(std::uint64_t seed) {
-  return DrawView(SceneFamily::kVessels, seed, {.least = 4, .most = 8},
-                  {.least_gap_m = 0.02, .most_hidden = 0.35}, FillVessels);
+  return DrawTableView(SceneFamily::kVessels, seed, {.least = 4, .most = 8},
+                       {.least_gap_m = 0.02, .most_hidden = 0.35}, FillVessels);
 }
 
 }  // namespace cwm::perception

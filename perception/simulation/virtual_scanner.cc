@@ -55,7 +55,9 @@ class NoisyCamera {
         image_(image),
         camera_(camera),
         noise_(options.noise),
-        errors_(DrawErrors(options.noise, image, camera, options.seed)),
+        errors_(DrawErrors(
+            options.noise, image, camera, options.seed,
+            options.matches_windows ? StereoErrors::kMatchedWindows : StereoErrors::kPixels)),
         drop_draws_(options.seed, kDropOutStream) {}
 
   // Pixels in the order of the rows: the draws depend on it.
@@ -64,6 +66,7 @@ class NoisyCamera {
     const double mix = drop_draws_.Uniform();
     const double mix_weight = drop_draws_.Uniform();
     std::optional<Return> found = Displaced(u, v);
+    if (const auto beside = NearerBeside(u, v, found)) found = beside;
     if (!found) return std::nullopt;
     if (drop < std::max(kRandomDropOut, GrazingDropOut(found->incidence_rad))) return std::nullopt;
     const double share = Triangulates(noise_.model) ? kMixedByMatching : kMixedByAveraging;
@@ -111,6 +114,27 @@ class NoisyCamera {
                   .incidence_rad = incidence_rad,
                   .object = source.object,
                   .part = source.part};
+  }
+
+  // The nearer surface that bleeds into this pixel, if any: what is measured lies on none.
+  std::optional<Return> NearerBeside(int u, int v, const std::optional<Return>& own) const {
+    if (errors_.bleeding_px.empty() || errors_.shadow[Index(u, v)] != 0) return std::nullopt;
+    const float reach_px = errors_.bleeding_px[Index(u, v)];
+    const int most = static_cast<int>(reach_px);
+    const double depth_m = own ? own->depth_m : std::numeric_limits<double>::infinity();
+    std::optional<Return> nearest;
+    for (int dv = -most; dv <= most; ++dv) {
+      for (int du = -most; du <= most; ++du) {
+        if (!image_.contains(u + du, v + dv) || std::hypot(du, dv) > reach_px) continue;
+        const Sighting& beside = image_.at(u + du, v + dv);
+        if (!beside.seen() || IsShiny(beside.object)) continue;
+        const double limit_m = nearest ? nearest->depth_m : depth_m - kEdgeJump_m;
+        if (beside.depth_m < limit_m) {
+          nearest = Return{.depth_m = beside.depth_m, .incidence_rad = 0};
+        }
+      }
+    }
+    return nearest;
   }
 
   // At an edge the measurement falls between its two sides and belongs to neither.

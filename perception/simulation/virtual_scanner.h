@@ -22,6 +22,7 @@ struct SimulatedCloud {
 struct ScanOptions {
   SensorNoise noise = {};
   bool noiseless = false;
+  bool matches_windows = false;  // of kRealSense: errors as kMatchedWindows (sensor_errors.h)
   std::uint64_t seed = 1;
 };
 

@@ -33,6 +33,7 @@ const std::map<std::string, std::vector<std::function<void(Report&)>>>& Groups()
       {"perception-quick", {MeasureShapesQuickly}},
       {"perception-shapes", {MeasureShapes}},
       {"perception-handles", {MeasureHandles}},
+      {"perception-families", {MeasureFamilies}},
       {"perception-scans", {MeasureScans}},
       {"perception-claims", {MeasureClaims}},
       {"perception-fit", {MeasureFitting}},

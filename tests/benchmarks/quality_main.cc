@@ -20,10 +20,8 @@ struct SeededPart {
 
 const std::map<std::string, void (*)(Report&)>& Parts() {
   static const std::map<std::string, void (*)(Report&)> parts = {
-      {"quick", MeasureShapesQuickly},
-      {"shapes", MeasureShapes},
-      {"handles", MeasureHandles},
-      {"claims", MeasureClaims},
+      {"quick", MeasureShapesQuickly}, {"shapes", MeasureShapes},     {"handles", MeasureHandles},
+      {"claims", MeasureClaims},       {"families", MeasureFamilies},
   };
   return parts;
 }
@@ -72,19 +70,21 @@ void Run(const Call& call, Report& report) {
   const auto seeded = SeededParts().find(words[0]);
   if (other_seeds && seeded != SeededParts().end()) {
     seeded->second.measure(SeedsOf(call, seeded->second.seeds), report);
-  } else if (!other_seeds && part != Parts().end()) {
+  } else if (!other_seeds && words.size() == 1 && part != Parts().end()) {
     part->second(report);
   } else if (words[0] == "sensors" && words.size() <= 2) {
     MeasureOtherSensorsOn(SeedsOf(call, kSeedsOfSensors), words.size() == 2 ? words[1] : "",
                           report);
+  } else if (words[0] == "families" && words.size() <= 2) {
+    MeasureFamiliesOn(SeedsOf(call, kSeedsOfFamilies), words.size() == 2 ? words[1] : "", report);
   } else if (!other_seeds && words[0] == "scene" && (words.size() == 3 || words.size() == 4)) {
     ReplayScene(words[1], std::strtoull(words[2].c_str(), nullptr, 10),
                 words.size() == 4 ? words[3] : "", report);
   } else {
     report.Fail(
-        "takes quick, shapes, sensors [SENSOR], handles, claims, or scene FAMILY SEED [SENSOR]; "
-        "seeds "
-        "with quick, shapes, sensors or handles alone");
+        "takes quick, shapes, sensors [SENSOR], families [FAMILY], handles, claims, or scene "
+        "FAMILY "
+        "SEED [SENSOR]; seeds with quick, shapes, sensors, families or handles alone");
   }
 }
 
@@ -94,10 +94,11 @@ void Run(const Call& call, Report& report) {
 int main(int argc, char** argv) {
   // What was tuned on some scenes holds only where it holds on those that nobody has looked at.
   constexpr char kUsage[] =
-      "cwm-bench-quality [quick|shapes|sensors [SENSOR]|handles|claims|scene FAMILY SEED "
-      "[SENSOR]]\n"
+      "cwm-bench-quality [quick|shapes|sensors [SENSOR]|families [FAMILY]|handles|claims|\n"
+      "                   scene FAMILY SEED [SENSOR]]\n"
       "                  [--json FILE] [--first-seed N] [--seeds N]\n"
-      "The last two, of quick, shapes, sensors and handles, take other random scenes than those of "
+      "The last two, of quick, shapes, sensors, families and handles, take other random scenes "
+      "than those of "
       "the figures.\n";
   if (cwm::benchmarks::PrintsUsage(argc, argv, kUsage)) return 0;
   const cwm::benchmarks::Call call = cwm::benchmarks::Parse(argc, argv);

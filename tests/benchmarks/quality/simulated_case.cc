@@ -13,11 +13,16 @@ namespace {
 using perception::SceneFamily;
 
 // In the order of the families.
-constexpr std::array<std::pair<SceneFamily, std::string_view>, 4> kFamilies = {
+constexpr std::array<std::pair<SceneFamily, std::string_view>, 9> kFamilies = {
     {{SceneFamily::kTable, "table"},
      {SceneFamily::kClutter, "clutter"},
      {SceneFamily::kKitchen, "kitchen"},
-     {SceneFamily::kVessels, "vessels"}}};
+     {SceneFamily::kVessels, "vessels"},
+     {SceneFamily::kStacks, "stacks"},
+     {SceneFamily::kHeaps, "heaps"},
+     {SceneFamily::kRows, "rows"},
+     {SceneFamily::kLids, "lids"},
+     {SceneFamily::kEdges, "edges"}}};
 
 // X_BC of a camera that looks along a body's x, its rows across z.
 Pose BodyOfCamera() {
@@ -27,6 +32,17 @@ Pose BodyOfCamera() {
 }
 
 }  // namespace
+
+std::vector<SceneFamily> AllFamilies() {
+  std::vector<SceneFamily> families;
+  for (const auto& [family, name] : kFamilies) families.push_back(family);
+  return families;
+}
+
+bool IsFurniture(const perception::SimulatedObject& object) {
+  return object.is_support || object.name == "wall" || object.name == "cabinet" ||
+         object.name.starts_with("front_");
+}
 
 std::string_view FamilyName(SceneFamily family) {
   return kFamilies[static_cast<std::size_t>(family)].second;
@@ -48,7 +64,8 @@ absl::StatusOr<SimulatedCase> RunCase(const CaseName& name, const CaseSensor& se
   result.noise = sensor.noise;
   result.simulated = perception::RandomScene(name.family, name.seed);
   const perception::SimulatedView& view = result.simulated;
-  const perception::ScanOptions scanning{.noise = sensor.noise, .seed = name.seed};
+  const perception::ScanOptions scanning{
+      .noise = sensor.noise, .matches_windows = sensor.matches_windows, .seed = name.seed};
   result.scan = sensor.form == CloudForm::kThreeViews
                     ? ScanFromSeveral(view.scene, view.camera, 3, scanning).cloud
                     : Scan(view.scene, view.camera, scanning);

@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "absl/status/statusor.h"
 #include "perception/simulation/random_scenes.h"
@@ -19,6 +20,9 @@ struct CaseName {
 
 // "table 17".
 std::string NameOf(const CaseName& name);
+std::vector<perception::SceneFamily> AllFamilies();
+// Of a random scene: a support, a wall or a front.
+bool IsFurniture(const perception::SimulatedObject& object);
 std::string_view FamilyName(perception::SceneFamily family);
 std::optional<perception::SceneFamily> FamilyNamed(std::string_view name);
 
@@ -40,6 +44,7 @@ enum class CloudForm { kImage, kBodyImage, kShuffled, kThreeViews };
 struct CaseSensor {
   perception::SensorNoise noise = {};
   CloudForm form = CloudForm::kImage;
+  bool matches_windows = false;  // see ScanOptions
 };
 
 // The sensor's noise drawn from the seed of the scene, and told to the interpreter; else its own

@@ -68,6 +68,7 @@ struct FamilyOfScenes {
   std::string name;
   int least_things = 0;
   int most_things = 0;
+  int least_on_others = 0;  // things that rest on others, in the scenes that are looked at
 };
 
 class RandomScenes : public ::testing::TestWithParam<FamilyOfScenes> {
@@ -99,7 +100,8 @@ TEST_P(RandomScenes, HoldNothingThatInterpenetrates) {
   }
 }
 
-TEST_P(RandomScenes, LetEveryThingTouchTheTopOfASupport) {
+class SeparateThings : public RandomScenes {};
+TEST_P(SeparateThings, TouchTheTopOfASupport) {
   constexpr double kRounding_m = 1e-9;
   for (int seed = 1; seed <= kScenes; ++seed) {
     const SimulatedScene scene = View(seed).scene;
@@ -167,12 +169,47 @@ TEST_P(RandomScenes, AreTheSameForTheSameSeedAndOthersForAnother) {
   EXPECT_FALSE(same(View(1), View(2)));
 }
 
-INSTANTIATE_TEST_SUITE_P(Families, RandomScenes,
-                         ::testing::Values(FamilyOfScenes{SceneFamily::kTable, "table", 4, 9},
-                                           FamilyOfScenes{SceneFamily::kClutter, "clutter", 8, 16},
-                                           FamilyOfScenes{SceneFamily::kKitchen, "kitchen", 6, 15},
-                                           FamilyOfScenes{SceneFamily::kVessels, "vessels", 4, 8}),
-                         [](const auto& info) { return info.param.name; });
+class TouchingThings : public RandomScenes {};
+TEST_P(TouchingThings, RestOnASupportOrOnOneAnother) {
+  constexpr double kRounding_m = 1e-9;
+  int on_others = 0;
+  for (int seed = 1; seed <= kScenes; ++seed) {
+    const SimulatedScene scene = View(seed).scene;
+    for (const SimulatedObject& thing : scene.objects) {
+      if (!IsThing(thing) || thing.name.rfind("nested", 0) == 0) continue;
+      const Aabb bounds = BoundsInWorld(thing);
+      const auto carries = [&](const SimulatedObject& below) {
+        const Aabb other = BoundsInWorld(below);
+        return std::abs(bounds.min().z() - other.max().z()) <= kRounding_m &&
+               (bounds.center().head<2>().array() >= other.min().head<2>().array()).all() &&
+               (bounds.center().head<2>().array() <= other.max().head<2>().array()).all();
+      };
+      const auto below = std::ranges::find_if(scene.objects, carries);
+      ASSERT_NE(below, scene.objects.end()) << "seed " << seed << ": " << thing.name;
+      on_others += !below->is_support;
+    }
+  }
+  const bool stands_apart = GetParam().least_on_others == 0;
+  EXPECT_EQ(on_others == 0, stands_apart);
+  EXPECT_GE(on_others, GetParam().least_on_others);
+}
+
+const auto kSeparateFamilies =
+    ::testing::Values(FamilyOfScenes{SceneFamily::kTable, "table", 4, 9},
+                      FamilyOfScenes{SceneFamily::kClutter, "clutter", 8, 16},
+                      FamilyOfScenes{SceneFamily::kKitchen, "kitchen", 6, 15},
+                      FamilyOfScenes{SceneFamily::kVessels, "vessels", 4, 8},
+                      FamilyOfScenes{SceneFamily::kLids, "lids", 4, 8});
+const auto kTouchingFamilies =
+    ::testing::Values(FamilyOfScenes{SceneFamily::kStacks, "stacks", 4, 19, 12},
+                      FamilyOfScenes{SceneFamily::kHeaps, "heaps", 4, 17, 6},
+                      FamilyOfScenes{SceneFamily::kRows, "rows", 3, 15},
+                      FamilyOfScenes{SceneFamily::kEdges, "edges", 3, 7});
+const auto kNameOfFamily = [](const auto& info) { return info.param.name; };
+INSTANTIATE_TEST_SUITE_P(Separate, RandomScenes, kSeparateFamilies, kNameOfFamily);
+INSTANTIATE_TEST_SUITE_P(Touching, RandomScenes, kTouchingFamilies, kNameOfFamily);
+INSTANTIATE_TEST_SUITE_P(Families, SeparateThings, kSeparateFamilies, kNameOfFamily);
+INSTANTIATE_TEST_SUITE_P(Families, TouchingThings, kTouchingFamilies, kNameOfFamily);
 
 constexpr double kDegree = std::numbers::pi / 180;
 
