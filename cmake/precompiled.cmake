@@ -38,14 +38,6 @@ function(cwm_links result target names)
   endforeach()
 endfunction()
 
-# Sanitized tests of services, which compute little themselves, compile in a third of the time without any optimisation; those of
-# geometry would run for minutes.
-function(cwm_optimise target kinds)
-  if(CWM_SANITIZE AND kinds STREQUAL "grpc;test")
-    target_compile_options(${target} PRIVATE -O0)
-  endif()
-endfunction()
-
 # The target that holds the precompiled headers of KINDS (eigen or grpc, and test beside it), with or without sanitizers; made
 # when first asked for.
 function(cwm_precompiled_headers result kinds unsanitized)
@@ -63,7 +55,6 @@ function(cwm_precompiled_headers result kinds unsanitized)
   add_library(${name} OBJECT ${source})
   set_target_properties(${name} PROPERTIES CWM_UNSANITIZED "${unsanitized}")
   target_link_libraries(${name} PRIVATE cwm_options)
-  cwm_optimise(${name} "${kinds}")
   if(CMAKE_CXX_COMPILER_ID STREQUAL Clang)  # else no cache of objects finds anything that was compiled with them
     target_compile_options(${name} PRIVATE -Xclang -fno-pch-timestamp)
   endif()
@@ -90,7 +81,6 @@ function(cwm_precompile target)
   get_target_property(unsanitized ${target} CWM_UNSANITIZED)
   cwm_precompiled_headers(headers "${kinds}" "${unsanitized}")
   target_precompile_headers(${target} REUSE_FROM ${headers})
-  cwm_optimise(${target} "${kinds}")
   # Sources with options of their own cannot take headers that were compiled without these.
   get_target_property(sources ${target} SOURCES)
   get_target_property(folder ${target} SOURCE_DIR)
