@@ -34,7 +34,7 @@ class Arrangement {
 
   void Add(SimulatedObject object);
 
-  // Whether the image shows as much of each object after the furniture as the rules ask for.
+  // True when the image shows as much of each object after the furniture as the rules ask for.
   bool ShowsAll() const;
 
  private:

@@ -60,19 +60,19 @@ Storey DrawStorey(RandomDraws& draws) {
                      draws.Uniform(0.035, 0.07), is_over);
 }
 
-// Whether one stands on the other as people stack: its foot is not much wider than what is below.
+// People stack a thing on another one when its foot is not much wider than the top below it.
 bool Stands(const Storey& upper, const Storey& lower) {
-  constexpr double kMostWider = 1.25;
-  return upper.foot_m <= kMostWider * lower.head_m;
+  constexpr double kMaxWider = 1.25;
+  return upper.foot_m <= kMaxWider * lower.head_m;
 }
 
 Group StackOf(std::vector<Storey> storeys, RandomDraws& draws) {
-  constexpr double kMostOffAxis_m = 0.002;
+  constexpr double kMaxOffAxis_m = 0.002;
   Group group;
   double foot_m = 0;
   for (Storey& storey : storeys) {
     const bool is_lowest = group.members.empty();
-    const double off_m = is_lowest ? 0 : kMostOffAxis_m * draws.Uniform();
+    const double off_m = is_lowest ? 0 : kMaxOffAxis_m * draws.Uniform();
     const double angle_rad = draws.Uniform(0, 2 * std::numbers::pi);
     storey.object.X_WO =
         TurnedAt({off_m * std::cos(angle_rad), off_m * std::sin(angle_rad), foot_m}, angle_rad);
@@ -125,10 +125,10 @@ bool IsLevel(const SimulatedObject& flat) { return flat.X_WO.linear()(2, 2) > 1 
 // Clear of all others but those that it rests on.
 bool KeepsClear(const Group& heap, const SimulatedObject& flat,
                 const std::vector<std::size_t>& resting_on) {
-  constexpr double kLeastGap_m = 0.001;
+  constexpr double kMinGap_m = 0.001;
   for (std::size_t k = 0; k < heap.members.size(); ++k) {
     if (std::ranges::count(resting_on, k) > 0) continue;
-    if (Clearance_m(heap.members[k], flat) < kLeastGap_m) return false;
+    if (Clearance_m(heap.members[k], flat) < kMinGap_m) return false;
   }
   return true;
 }
@@ -235,8 +235,8 @@ Group DrawStack(RandomDraws& draws) {
 }
 
 Group DrawHeap(int most, RandomDraws& draws) {
-  constexpr int kLeast = 3, kAttempts = 200;
-  const int wanted = kLeast + draws.Below(most - kLeast + 1);
+  constexpr int kMinMembers = 3, kAttempts = 200;
+  const int wanted = kMinMembers + draws.Below(most - kMinMembers + 1);
   Group heap;
   heap.members.push_back(Flat(DrawFlat_m(draws)));
   for (int i = 0; i < kAttempts && static_cast<int>(heap.members.size()) < wanted; ++i) {
@@ -251,7 +251,7 @@ Group DrawHeap(int most, RandomDraws& draws) {
 }
 
 Group DrawRow(RandomDraws& draws) {
-  constexpr double kSameHeight_m = 0.0005, kMostGap_m = 0.004, kFlush_m = 0.010;
+  constexpr double kSameHeight_m = 0.0005, kMaxGap_m = 0.004, kFlush_m = 0.010;
   const double kind = draws.Uniform();
   const double height_m = kind < 0.3   ? draws.Uniform(0.025, 0.07)
                           : kind < 0.7 ? draws.Uniform(0.12, 0.24)
@@ -262,7 +262,7 @@ Group DrawRow(RandomDraws& draws) {
   double at_m = 0;
   for (int k = 0; k < count; ++k) {
     const double own_height_m = height_m + draws.Uniform(-kSameHeight_m, kSameHeight_m);
-    const double gap_m = draws.Uniform() < 0.5 ? 1e-4 : draws.Uniform(0, kMostGap_m);
+    const double gap_m = draws.Uniform() < 0.5 ? 1e-4 : draws.Uniform(0, kMaxGap_m);
     SimulatedObject object;
     double width_m = 2 * radius_m;
     if (kind < 0.7) {  // flat packets side by side, or books and packets that stand

@@ -22,7 +22,7 @@ namespace cwm::perception {
 // kRows     a table with one or two rows of things of one height, and single things.
 // kLids     a table with four to eight cans, jars and boxes with lids.
 // kEdges    things as of kTable at and over an edge of the table, their middle above it.
-// Of things that touch each other up to four fifths of one are hidden.
+// Others hide up to four fifths of a thing in kStacks, kHeaps and kRows.
 enum class SceneFamily {
   kTable,
   kClutter,

@@ -1,5 +1,6 @@
 #include "perception/simulation/touching_scenes.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <optional>
