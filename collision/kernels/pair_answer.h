@@ -31,7 +31,8 @@ struct PairDistance {
   Vector3 normal =
       Vector3::UnitZ();  // unit, from A to B: moving B along it by the depth makes them touch
   Trust trust = Trust::kExact;
-  double bound_m = 0;  // |distance_m - true| <= bound_m, unless kDegraded
+  // |distance_m - true| <= bound_m, unless kDegraded; 0 of kExact, which is right to its tolerance.
+  double bound_m = 0;
   Solver solver = Solver::kKernels;
 };
 
