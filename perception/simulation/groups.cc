@@ -142,8 +142,8 @@ std::optional<SimulatedObject> LayOn(const Group& heap, std::size_t lower, Rando
   const Vector3& size_m = SizeOf(below);
   const double turn_rad =
       draws.Uniform() < kSquare ? 0 : draws.Uniform(-std::numbers::pi, std::numbers::pi);
-  const Vector3 place(draws.Uniform(-0.3, 0.3) * size_m.x(), draws.Uniform(-0.3, 0.3) * size_m.y(),
-                      size_m.z());
+  const Vector3 place{draws.Uniform(-0.3, 0.3) * size_m.x(), draws.Uniform(-0.3, 0.3) * size_m.y(),
+                      size_m.z()};
   flat.X_WO = below.X_WO * TurnedAt(place, turn_rad);
   if (!KeepsClear(heap, flat, {lower})) return std::nullopt;
   return flat;
@@ -288,7 +288,7 @@ SimulatedObject DrawLidded(RandomDraws& draws) {
   const Pose X_OBody = MakeTranslation(0, 0, 0.5 * height_m);
   const Pose X_OLid = MakeTranslation(0, 0, height_m + 0.5 * lid_m);
   if (draws.Uniform() < 0.3) {
-    const Vector3 size_m(draws.Uniform(0.07, 0.18), draws.Uniform(0.06, 0.14), height_m);
+    const Vector3 size_m{draws.Uniform(0.07, 0.18), draws.Uniform(0.06, 0.14), height_m};
     const double wider_m = draws.Uniform(-0.003, 0.003);
     return {
         .name = "carton",

@@ -95,8 +95,9 @@ std::optional<Vector2> FindPlace(double radius_m, const Eigen::AlignedBox2d& are
                                  const std::vector<Footprint>& taken, RandomDraws& draws) {
   constexpr int kAttempts = 300;
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
-    const Vector2 center(draws.Uniform(area_m.min().x(), area_m.max().x()),
-                         draws.Uniform(area_m.min().y(), area_m.max().y()));
+    const double y_m = draws.Uniform(area_m.min().y(), area_m.max().y());
+    const double x_m = draws.Uniform(area_m.min().x(), area_m.max().x());
+    const Vector2 center(x_m, y_m);
     const bool is_free = std::all_of(taken.begin(), taken.end(), [&](const Footprint& other) {
       return (other.center - center).norm() > other.radius_m + radius_m + kGap_m;
     });
@@ -116,8 +117,8 @@ Candidate RandomObject(int index, RandomDraws& draws) {
   const std::string number = std::to_string(index);
   switch (static_cast<int>(draws.Uniform(0, 4))) {
     case 0: {
-      const Vector3 size_m(draws.Uniform(0.05, 0.16), draws.Uniform(0.04, 0.10),
-                           draws.Uniform(0.05, 0.18));
+      const double z_m = draws.Uniform(0.05, 0.18), y_m = draws.Uniform(0.04, 0.10);
+      const Vector3 size_m(draws.Uniform(0.05, 0.16), y_m, z_m);
       return {StandingBox("box_" + number, size_m, place), 0.5 * size_m.head<2>().norm()};
     }
     case 1: {

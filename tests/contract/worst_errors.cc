@@ -47,7 +47,8 @@ double TrueDistance_m(const PosedPair& pair) {
   }
   // No direction has less overlap than the least: that of the kernels is one more to begin at. The
   // others alone miss the best one by up to 1 mm of depth.
-  return -std::min(LeastOverlapNear(pair, AskKernels(pair).normal),
+  const PairDistance told = AskKernels(pair);
+  return -std::min(LeastOverlapNear(pair, told.normal, -told.distance_m),
                    SearchedLeastOverlap(pair, kSearchedDirections, 3));
 }
 

@@ -178,8 +178,8 @@ TEST(BoundsTree, FindsTheBoxesOnARayInOrderOfEntry) {
   const Forest forest(boxes);
   const BoundsTree<Item>& tree = forest.tree;
   for (int i = 0; i < 100; ++i) {
-    const Vector3 origin(normal(random), normal(random), normal(random));
-    Vector3 direction = Vector3(normal(random), normal(random), normal(random)).normalized();
+    const Vector3 origin{normal(random), normal(random), normal(random)};
+    Vector3 direction = Vector3{normal(random), normal(random), normal(random)}.normalized();
     if (i % 4 == 0) direction = Vector3::Unit(i % 3);  // components of exactly 0
     std::vector<double> expected;
     for (const Aabb& box : boxes) {

@@ -42,7 +42,7 @@ TEST(ConvexHull3, OfRandomPointsHoldsThemAll) {
   for (int k = 0; k < 20; ++k) {
     std::vector<Vector3> points;
     for (int i = 0; i < 10 + 20 * k; ++i) {
-      points.emplace_back(normal(random), normal(random), normal(random));
+      points.push_back(Vector3{normal(random), normal(random), normal(random)});
       if (k % 2 == 1) points.back().normalize();  // every point a corner
     }
     ExpectSoundHull(points, 8);
@@ -73,7 +73,7 @@ TEST(ConvexHull3, OfTurnedBoxesThatWereRoundedHoldsAllTheirPoints) {
     return way == 1 ? static_cast<double>(static_cast<float>(x)) : std::round(x * 1e6) / 1e6;
   };
   for (int k = 0; k < 240; ++k) {
-    Quaternion turn(normal(random), normal(random), normal(random), normal(random));
+    Quaternion turn{normal(random), normal(random), normal(random), normal(random)};
     turn.normalize();
     const int parts = 2 + k % 4, way = k % 3;
     std::vector<Vector3> points;

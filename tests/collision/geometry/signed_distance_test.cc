@@ -18,7 +18,8 @@ std::vector<Shape> Solids() {
   std::mt19937 random(1);
   std::normal_distribution<double> normal;
   std::vector<Vector3> points;
-  for (int i = 0; i < 60; ++i) points.emplace_back(normal(random), normal(random), normal(random));
+  for (int i = 0; i < 60; ++i)
+    points.push_back(Vector3{normal(random), normal(random), normal(random)});
   return {Sphere{0.7},
           Box{{1, 0.5, 2}},
           Cylinder{0.5, 1.2},
@@ -87,7 +88,7 @@ TEST(TightBounds, TouchTheShapeOnEverySide) {
   for (const Shape& shape : Solids()) {
     const Pose X_FS = MakePose(
         {1, 2, 3},
-        Quaternion(normal(random), normal(random), normal(random), normal(random)).normalized());
+        Quaternion{normal(random), normal(random), normal(random), normal(random)}.normalized());
     const Aabb bounds = TightBounds(shape, X_FS);
     const Aabb sampled = TightBounds(MakeMesh(Tessellate(shape, 1e-4)), X_FS);
     EXPECT_TRUE(bounds.contains(

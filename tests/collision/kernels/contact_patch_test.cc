@@ -453,8 +453,9 @@ TEST(ContactPatch, LiesOnBothSurfacesAndBeginsWithTheDeepest) {
   RandomPairs random(11);
   int patches = 0;
   for (int i = 0; i < 20'000; ++i) {
-    const PosedPair pair = random.Pair(kKinds[static_cast<std::size_t>(random.Index(8))],
-                                       kKinds[static_cast<std::size_t>(random.Index(7))]);
+    const auto kind_a = static_cast<std::size_t>(random.Index(8));
+    const auto kind_b = static_cast<std::size_t>(random.Index(7));
+    const PosedPair pair = random.Pair(kKinds[kind_a], kKinds[kind_b]);
     const bool is_endless = KindOf(pair.a) == ShapeKind::kHalfSpace;
     const double size_m = is_endless ? 20 : SizeOf(pair);
     const auto a = PrepareExact(pair.a), b = PrepareExact(pair.b);

@@ -111,8 +111,8 @@ TEST(ExactRay, FromAHundredKilometresMeetsTheSurfaceWhereOneFromNearbyDoes) {
     const double size = SizeOf({shape, shape});
     for (int k = 0; k < 200; ++k) {
       const Vector3 direction = random.Direction();
-      const Vector3 near = X_FS * Vector3(0.2 * size * random.Uniform(0, 1) * random.Direction()) -
-                           4 * size * direction;
+      const Vector3 near =
+          X_FS * random.VectorOfLength(0.2 * size * random.Uniform(0, 1)) - 4 * size * direction;
       const auto from_near = ExactRay({*exact, X_FS}, {near, direction});
       const auto from_far = ExactRay({*exact, X_FS}, {near - kFar_m * direction, direction});
       // The direction of a ray from so far is known to its rounding, 1e-11 m here: edges may be missed.
@@ -139,7 +139,7 @@ TEST(ExactRay, MeetsTheSurfaceFromOutsideAndInside) {
     const Pose X_FS = random.AnyPose(2);
     const double size = SizeOf({shape, shape});
     for (int k = 0; k < 30; ++k) {
-      const Vector3 origin = X_FS * Vector3(0.4 * size * random.Uniform(0, 1) * random.Direction());
+      const Vector3 origin = X_FS * random.VectorOfLength(0.4 * size * random.Uniform(0, 1));
       const Ray ray{origin, random.Direction()};
       const Pose X_SF = X_FS.inverse();
       const double start = SignedDistance_m(shape, X_SF * origin);

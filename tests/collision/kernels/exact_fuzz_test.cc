@@ -30,8 +30,8 @@ TEST(ExactFuzz, PartsALongCapsuleFromASmallBoxThatItRunsThrough) {
   for (int k = 0; k < kPairs; ++k) {
     PosedPair pair{Box{{1e-3, 2.5e-3, 1.2e-3}}, Capsule{2.6e-3, 3.8}, random.AnyPose(10),
                    random.AnyPose(0)};
-    const Vector3 through(random.Uniform(-5e-4, 5e-4), random.Uniform(-1e-3, 1e-3),
-                          random.Uniform(-5e-4, 5e-4));
+    const Vector3 through{random.Uniform(-5e-4, 5e-4), random.Uniform(-1e-3, 1e-3),
+                          random.Uniform(-5e-4, 5e-4)};
     const Vector3 on_axis(0, 0, random.Uniform(-1.8, 1.8));
     pair.X_FB.translation() = pair.X_FA * through - pair.X_FB.linear() * on_axis;
     ASSERT_LE(LeftOver_m(pair), 1e-12) << k;
@@ -46,7 +46,7 @@ TEST(ExactFuzz, PartsASphereFromThePlateWhoseSideItsCentreNearlyTouches) {
                    random.AnyPose(10), Pose::Identity()};
     const double gap_m = std::pow(10, random.Uniform(-13, -6));
     pair.X_FB.translation() =
-        pair.X_FA * Vector3(7 + gap_m, random.Uniform(0.1, 8.9), random.Uniform(-9e-4, -1e-4));
+        pair.X_FA * Vector3{7 + gap_m, random.Uniform(0.1, 8.9), random.Uniform(-9e-4, -1e-4)};
     ASSERT_LE(LeftOver_m(pair), 1e-12) << k;
   }
 }

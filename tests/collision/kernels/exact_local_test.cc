@@ -25,7 +25,7 @@ TEST(ExactDistance, OfAHallFloorIsAsRightAsThatOfATile) {
   double worst_m = 0;
   for (int k = 0; k < 400; ++k) {
     const auto cup = PrepareExact(shapes[k % shapes.size()]);
-    const Quaternion q(normal(random), normal(random), normal(random), normal(random));
+    const Quaternion q{normal(random), normal(random), normal(random), normal(random)};
     Pose X_WC = MakePose({place(random), place(random), 1}, q.normalized());
     const Pose I = Pose::Identity();
     X_WC.translation().z() += height(random) - ExactDistance({*cup, X_WC}, {*ground, I}).distance_m;

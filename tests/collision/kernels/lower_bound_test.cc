@@ -45,7 +45,7 @@ TEST(LowerBound, IsNoMoreThanTheDistance) {
     for (std::size_t b = 0; b < shapes.size(); ++b) {
       for (int k = 0; k < 60; ++k) {
         Pose X_FB = MakePose(Vector3::Zero(), Quaternion(random.Rotation()));
-        X_FB.translation() = random.Uniform(0.05, 0.6) * random.Direction();
+        X_FB.translation() = random.VectorOfLength(random.Uniform(0.05, 0.6));
         const PlacedExact placed_a{*prepared[a], Pose::Identity()}, placed_b{*prepared[b], X_FB};
         const std::optional<double> bound_m = ExactLowerBound_m(placed_a, placed_b);
         if (!bound_m) continue;

@@ -91,13 +91,22 @@ double SizeOf(const PosedPair& pair) {
          (pair.X_FA.translation() - pair.X_FB.translation()).norm();
 }
 
-double LeastOverlapNear(const PosedPair& pair, const Vector3& n) { return Descend(pair, n, 1e-3); }
+double LeastOverlapNear(const PosedPair& pair, const Vector3& n, double enough_m) {
+  // The ridges of long shapes are narrow: a search that steps over them misses what a finer one
+  // finds.
+  double least_m = OverlapAlong(pair, n);
+  for (double step = 1e-3; step >= 1e-8 && least_m > enough_m; step *= 0.1) {
+    least_m = std::min(least_m, Descend(pair, n, step));
+  }
+  return least_m;
+}
 
 AnswerErrors ErrorsOf(const PosedPair& pair, const PairDistance& answer) {
   const double on_a = SignedDistance_m(pair.a, pair.X_FA.inverse() * answer.point_a);
   const double on_b = SignedDistance_m(pair.b, pair.X_FB.inverse() * answer.point_b);
   // The direction of a tiny gap is made of rounding; the best one is next to it.
-  const double least = answer.distance_m > 0 ? LeastOverlapNear(pair, answer.normal)
+  const double proven_m = -answer.distance_m + 1e-12 * SizeOf(pair);
+  const double least = answer.distance_m > 0 ? LeastOverlapNear(pair, answer.normal, proven_m)
                                              : OverlapAlong(pair, answer.normal);
   const Vector3 gap = answer.point_b - answer.point_a - answer.distance_m * answer.normal;
   return {std::abs(answer.distance_m + least),

@@ -30,8 +30,9 @@ struct AnswerErrors {
 };
 AnswerErrors ErrorsOf(const PosedPair& pair, const PairDistance& answer);
 
-// The smallest overlap that local descents find from a direction that is nearly the best.
-double LeastOverlapNear(const PosedPair& pair, const Vector3& n);
+// The smallest overlap that local descents find from a direction that is nearly the best; they end
+// at one of `enough_m`.
+double LeastOverlapNear(const PosedPair& pair, const Vector3& n, double enough_m);
 
 // The smallest overlap found over sampled directions and local descents from the best of them; an
 // upper bound of the least translation that comes near to it.

@@ -16,14 +16,19 @@ double RandomPairs::Dimension() {
 Vector3 RandomPairs::Direction() {
   std::normal_distribution<double> normal;
   Vector3 v;
-  do v = Vector3(normal(random_), normal(random_), normal(random_));
+  do v = Vector3{normal(random_), normal(random_), normal(random_)};
   while (!(v.norm() > 1e-3));
   return v.normalized();
 }
 
+Vector3 RandomPairs::VectorOfLength(double length) { return length * Direction(); }
+
+Matrix3 RandomPairs::RotationBy(double angle_rad) {
+  return Eigen::AngleAxisd(angle_rad, Direction()).toRotationMatrix();
+}
+
 Matrix3 RandomPairs::Rotation() {
-  const Matrix3 any =
-      Eigen::AngleAxisd(Uniform(0, std::numbers::pi), Direction()).toRotationMatrix();
+  const Matrix3 any = RotationBy(Uniform(0, std::numbers::pi));
   const int style = Index(3);
   if (style == 0) return any;
   Matrix3 cube = Matrix3::Zero();
@@ -32,13 +37,13 @@ Matrix3 RandomPairs::Rotation() {
   cube(y, 1) = Index(2) == 0 ? 1 : -1;
   cube.col(2) = cube.col(0).cross(cube.col(1));
   if (style == 1) return cube;
-  return cube * Eigen::AngleAxisd(std::pow(10, Uniform(-14, -4)), Direction()).toRotationMatrix();
+  return cube * RotationBy(std::pow(10, Uniform(-14, -4)));
 }
 
 Pose RandomPairs::AnyPose(double reach_m) {
   Pose pose = Pose::Identity();
   pose.linear() = Rotation();
-  pose.translation() = Uniform(0, reach_m) * Direction();
+  pose.translation() = VectorOfLength(Uniform(0, reach_m));
   return pose;
 }
 
@@ -59,7 +64,7 @@ Shape RandomPairs::ConvexShape(ShapeKind kind) {
       return Capsule{Dimension(), Dimension()};
     case ShapeKind::kConvex: {
       std::vector<Vector3> points;
-      const Vector3 size(Dimension(), Dimension(), Dimension());
+      const Vector3 size{Dimension(), Dimension(), Dimension()};
       for (int i = 5 + Index(20); i > 0; --i) points.push_back(size.cwiseProduct(Direction()));
       return Convex{std::make_shared<const TriangleMesh>(ConvexHull3(points))};
     }
@@ -84,7 +89,10 @@ PosedPair RandomPairs::Pair(ShapeKind a, ShapeKind b) {
   Pose X_AB = AnyPose(2 * size);
   // Offsets along the axes of A, or none at all, make faces and axes meet.
   const int style = Index(4);
-  if (style == 0) X_AB.translation() = Uniform(-1, 1) * size * Vector3::Unit(Index(3));
+  if (style == 0) {
+    const int axis = Index(3);
+    X_AB.translation() = Uniform(-1, 1) * size * Vector3::Unit(axis);
+  }
   if (style == 1 && Index(3) == 0) X_AB.translation().setZero();
   pair.X_FB = pair.X_FA * X_AB;
   return pair;

@@ -1,4 +1,6 @@
 // Random shapes in poses that hurt: far, near, kissing, sunk into each other, parallel, aligned.
+// Draws are taken in the order of statements and of braced lists alone, so that every compiler
+// makes the same pairs: C++ leaves the order of a call's arguments and of operands open.
 #pragma once
 
 #include <random>
@@ -22,6 +24,8 @@ class RandomPairs {
   double Dimension();
   Shape ConvexShape(ShapeKind kind);
   Vector3 Direction();
+  Vector3 VectorOfLength(double length);
+  Matrix3 RotationBy(double angle_rad);  // about any axis
   // Any rotation, one of the 24 of the cube, or one of these turned by 1e-4 to 1e-14 rad.
   Matrix3 Rotation();
   Pose AnyPose(double reach_m);

@@ -97,7 +97,7 @@ Shape ManyCorners(int count) {
   std::normal_distribution<double> normal;
   std::vector<Vector3> points;
   for (int i = 0; i < count; ++i) {
-    const Vector3 v(normal(random), normal(random), normal(random));
+    const Vector3 v{normal(random), normal(random), normal(random)};
     points.push_back(0.2 * v.normalized());
   }
   return Convex{std::make_shared<const TriangleMesh>(ConvexHull3(points))};

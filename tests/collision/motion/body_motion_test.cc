@@ -74,7 +74,7 @@ TEST(RigidMotion, NoPointTravelsFartherThanItsPart) {
   const QueryBody body = Gripper();
   double closest = 0;
   for (int k = 0; k < 300; ++k) {
-    const RigidMotion motion(body, RandomPose(random, 0.2), RandomPose(random, 0.2));
+    const RigidMotion motion{body, RandomPose(random, 0.2), RandomPose(random, 0.2)};
     const double from = std::uniform_real_distribution<double>(0, 1)(random);
     const double to = std::uniform_real_distribution<double>(from, 1)(random);
     Pose X_from, X_to;
@@ -96,7 +96,7 @@ TEST(RigidMotion, NoPointTravelsFartherAlongADirectionThanItsPart) {
   std::mt19937 random(2);
   const QueryBody body = Gripper();
   for (int k = 0; k < 300; ++k) {
-    const RigidMotion motion(body, RandomPose(random, 0.2), RandomPose(random, 0.2));
+    const RigidMotion motion{body, RandomPose(random, 0.2), RandomPose(random, 0.2)};
     const double from = std::uniform_real_distribution<double>(0, 1)(random);
     const double to = std::uniform_real_distribution<double>(from, 1)(random);
     const Vector3 nhat = RandomPose(random, 0).linear().col(0);
@@ -143,8 +143,8 @@ void ExpectNoPointTravelsFartherThanItsPart(const RobotGeometry& of) {
   double closest = 0;
   for (int k = 0; k < 500; ++k) {
     const Pose X_WB = RandomPose(random, 1);
-    const JointMotion motion(model, body, X_WB, RandomState(model, random),
-                             RandomState(model, random));
+    const JointMotion motion{model, body, X_WB, RandomState(model, random),
+                             RandomState(model, random)};
     const double from = std::uniform_real_distribution<double>(0, 1)(random);
     const double to = std::uniform_real_distribution<double>(from, 1)(random);
     std::vector<Pose> X_from(model.links.size()), X_to(model.links.size());

@@ -79,9 +79,9 @@ TEST(MobileMotions, AreNeverWrongByDenseSamples) {
   for (const Asking& asking : {Driver(), Flyer()}) {
     std::vector<std::unique_ptr<BodyMotion>> edges;
     for (int k = 0; k < 150; ++k) {
-      edges.push_back(std::make_unique<JointMotion>(*asking.model, asking.body, Pose::Identity(),
-                                                    RandomState(*asking.model, random),
-                                                    RandomState(*asking.model, random)));
+      const auto from = RandomState(*asking.model, random), to = RandomState(*asking.model, random);
+      edges.push_back(
+          std::make_unique<JointMotion>(*asking.model, asking.body, Pose::Identity(), from, to));
     }
     const MotionColumns columns = *CheckMotions(*world, asking.body, edges, {});
     Told told;

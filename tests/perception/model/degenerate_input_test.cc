@@ -32,8 +32,7 @@ TEST(ModelObject, DegenerateInputsExplainNothingAndDoNoHarm) {
   RandomDraws draws(13, 0);
   for (int i = 0; i < 500; ++i) {
     line.emplace_back(0.001f * static_cast<float>(i), 0, 0);
-    scatter.emplace_back(static_cast<float>(draws.Uniform()), static_cast<float>(draws.Uniform()),
-                         static_cast<float>(draws.Uniform()));
+    scatter.push_back(Vector3{draws.Uniform(), draws.Uniform(), draws.Uniform()}.cast<float>());
   }
   const std::vector<OrientedPoints> inputs = {
       {},

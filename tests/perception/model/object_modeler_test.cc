@@ -215,8 +215,8 @@ TEST(ModelObject, SecondScanOfABoxFlipsNoFrame) {
 TEST(ModelObject, BoxesNeverBecomeRound) {
   RandomDraws draws(5, 0);
   for (std::uint64_t seed = 1; seed <= 6; ++seed) {
-    const Vector3 size(draws.Uniform(0.05, 0.2), draws.Uniform(0.05, 0.2),
-                       draws.Uniform(0.05, 0.2));
+    const Vector3 size{draws.Uniform(0.05, 0.2), draws.Uniform(0.05, 0.2),
+                       draws.Uniform(0.05, 0.2)};
     SimulatedObject object = OfOnePart(Box{.size_m = size}, 0.5 * size.z());
     object.X_WO.linear() =
         Eigen::AngleAxisd(draws.Uniform(0, 3), Vector3::UnitZ()).toRotationMatrix();

@@ -31,7 +31,7 @@ OrientedPoints Face(const Inside& inside, std::uint64_t seed) {
   for (double x = -0.08; x < 0.08; x += kPixel_m * std::numbers::sqrt2) {
     for (double y = -0.08; y < 0.08; y += kPixel_m) {
       if (!inside(Vector2(x, y))) continue;
-      const Vector2 moved(x + kLateral_m * draws.Normal(), y + kLateral_m * draws.Normal());
+      const Vector2 moved{x + kLateral_m * draws.Normal(), y + kLateral_m * draws.Normal()};
       points.points.push_back(Vector3(moved.x(), moved.y(), 0).cast<float>());
       points.normals.push_back(Eigen::Vector3f::UnitZ());
       points.sigma_m.push_back(0.0015f);

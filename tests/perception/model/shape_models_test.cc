@@ -17,10 +17,10 @@ namespace {
 constexpr double kRounding = 1e-9;
 
 Vector3 RandomVector(RandomDraws& draws, double size) {
-  return size * Vector3(draws.Uniform(-1, 1), draws.Uniform(-1, 1), draws.Uniform(-1, 1));
+  return size * Vector3{draws.Uniform(-1, 1), draws.Uniform(-1, 1), draws.Uniform(-1, 1)};
 }
 Vector3 RandomUnit(RandomDraws& draws) {
-  return Vector3(draws.Normal(), draws.Normal(), draws.Normal()).normalized();
+  return Vector3{draws.Normal(), draws.Normal(), draws.Normal()}.normalized();
 }
 
 template <class M>
@@ -53,7 +53,7 @@ Vector3 SurfacePointOf(const M& model, RandomDraws& draws) {
   if constexpr (std::is_same_v<M, PlaneModel>) {
     const Matrix3 basis = BasisFromZ(model.normal);
     return model.point +
-           basis.leftCols<2>() * Vector2(draws.Uniform(-0.1, 0.1), draws.Uniform(-0.1, 0.1));
+           basis.leftCols<2>() * Vector2{draws.Uniform(-0.1, 0.1), draws.Uniform(-0.1, 0.1)};
   } else if constexpr (std::is_same_v<M, SphereModel>) {
     return model.center +
            model.radius_m * (Vector3::UnitX() + 0.8 * RandomVector(draws, 1)).normalized();

@@ -32,8 +32,8 @@ OrientedPoints SeenOf(WholeKind kind, const WholeParameters& x, double noise_m,
   OrientedPoints points;
   points.viewpoint = kEye;
   while (points.size() < 900) {
-    const Vector3 p_S(random.Uniform(-0.15, 0.15), random.Uniform(-0.15, 0.15),
-                      random.Uniform(-0.15, 0.15));
+    const Vector3 p_S{random.Uniform(-0.15, 0.15), random.Uniform(-0.15, 0.15),
+                      random.Uniform(-0.15, 0.15)};
     const SurfacePoint nearest = NearestSurfacePoint(solid.shape, p_S);
     const Vector3 p = solid.X_GS * nearest.nearest;
     const Vector3 n = solid.X_GS.linear() * nearest.normal;
@@ -306,7 +306,7 @@ struct RoundTop {
     OrientedPoints points;
     points.viewpoint = kEye;
     while (points.size() < 900) {
-      const Vector2 x(random.Uniform(-kRadius_m, kRadius_m), random.Uniform(-kRadius_m, kRadius_m));
+      const Vector2 x{random.Uniform(-kRadius_m, kRadius_m), random.Uniform(-kRadius_m, kRadius_m)};
       if (x.norm() > kRadius_m) continue;
       const Vector3 p(x.x(), x.y(), kHeight_m);
       const Vector3 ray = (p - kEye).normalized();
@@ -391,8 +391,8 @@ OrientedPoints WallBentBy(double bend_m, double noise_m) {
   points.viewpoint = Vector3(-1.5, 0, 0.7);
   while (points.size() < 900) {
     const double y = random.Uniform(-1, 1);
-    const Vector3 p(bend_m * (y * y - 0.5) + noise_m * random.Normal(), 0.05 * y,
-                    random.Uniform(0.01, 0.15));
+    const Vector3 p{bend_m * (y * y - 0.5) + noise_m * random.Normal(), 0.05 * y,
+                    random.Uniform(0.01, 0.15)};
     points.points.push_back(p.cast<float>());
     points.normals.push_back(-Eigen::Vector3f::UnitX());
     points.sigma_m.push_back(static_cast<float>(noise_m));

@@ -230,11 +230,11 @@ TEST(SurfaceReconstruction, SurvivesSmallAndFarClustersOfAnyShape) {
   for (int round = 0; round < 300; ++round) {
     const std::size_t count = 1 + random() % 60;
     const Eigen::Vector3f extent_m =
-        Eigen::Vector3f(uniform(), uniform(), uniform()).array().pow(3) * 0.2F;
+        Eigen::Vector3f{uniform(), uniform(), uniform()}.array().pow(3) * 0.2F;
     const float far_m = std::pow(10.F, 4 * uniform() - 2);
     std::vector<Eigen::Vector3f> positions;
     for (std::size_t i = 0; i < count; ++i) {
-      const Eigen::Vector3f p(uniform(), uniform(), uniform());
+      const Eigen::Vector3f p{uniform(), uniform(), uniform()};
       positions.push_back(Eigen::Vector3f::Constant(far_m) + extent_m.cwiseProduct(p));
     }
     const OrientedPoints points = PointsOf(std::move(positions));

@@ -26,7 +26,7 @@ TEST(ModelSurface, AgreesWithTheSignedDistanceOfTheShape) {
   const ModelSurface surface(model, 0.02);
   RandomDraws draws(1, 0);
   for (int i = 0; i < 500; ++i) {
-    const Vector3 p(draws.Uniform(-0.3, 0.3), draws.Uniform(-0.3, 0.3), draws.Uniform(-0.3, 0.3));
+    const Vector3 p{draws.Uniform(-0.3, 0.3), draws.Uniform(-0.3, 0.3), draws.Uniform(-0.3, 0.3)};
     const auto nearest = surface.Nearest(p);
     ASSERT_TRUE(nearest);
     EXPECT_NEAR(nearest->signed_distance_m, SignedDistance_m(shape, kPlace.inverse() * p), 1e-12);
@@ -46,7 +46,7 @@ TEST(ModelSurface, FindsEveryTriangleWithinReachHoweverLarge) {
     const ModelSurface surface(model, kReach_m);
     RandomDraws draws(2, 0);
     for (int i = 0; i < 2000; ++i) {
-      const Vector3 p(draws.Uniform(-0.2, 0.2), draws.Uniform(-0.2, 0.2), draws.Uniform(-0.2, 0.2));
+      const Vector3 p{draws.Uniform(-0.2, 0.2), draws.Uniform(-0.2, 0.2), draws.Uniform(-0.2, 0.2)};
       const double distance_m = std::abs(SignedDistance_m(placed, p));
       const auto nearest = surface.Nearest(p);
       if (distance_m > kReach_m) continue;

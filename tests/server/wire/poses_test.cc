@@ -24,7 +24,7 @@ std::vector<Pose> RandomPoses(int count) {
   std::uniform_real_distribution<double> uniform(-1, 1);
   std::vector<Pose> poses;
   for (int i = 0; i < count; ++i) {
-    const Quaternion q(uniform(random), uniform(random), uniform(random), uniform(random));
+    const Quaternion q{uniform(random), uniform(random), uniform(random), uniform(random)};
     poses.push_back(MakePose({uniform(random), uniform(random), uniform(random)}, q.normalized()));
   }
   return poses;
