@@ -63,7 +63,7 @@ const std::vector<CatalogueShape>& Catalogue() {
 Pose RandomPose(std::mt19937& random, double spread_m) {
   std::normal_distribution<double> normal;
   std::uniform_real_distribution<double> place(-spread_m, spread_m);
-  const Quaternion q{normal(random), normal(random), normal(random), normal(random)};
+  const Quaternion q(normal(random), normal(random), normal(random), normal(random));
   return MakePose({place(random), place(random), place(random)}, q.normalized());
 }
 

@@ -210,7 +210,7 @@ TEST_P(EngineLaws, NoOtherDirectionRefutesTheAnswer) {
     const PairDistance answer = Ask();
     if (!Judges(answer)) continue;
     for (int k = 0; k < 200; ++k) {
-      Vector3 direction{normal(random_), normal(random_), normal(random_)};
+      Vector3 direction(normal(random_), normal(random_), normal(random_));
       if (k % 2 == 1) direction = answer.normal + 0.1 * direction;  // around the answer's own
       const double gap_m = Gap_m(a, a_.X_WS, b, b_.X_WS, direction.normalized());
       EXPECT_LE(gap_m, answer.distance_m + Tolerance_m(answer));

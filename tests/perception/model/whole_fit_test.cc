@@ -32,8 +32,8 @@ OrientedPoints SeenOf(WholeKind kind, const WholeParameters& x, double noise_m,
   OrientedPoints points;
   points.viewpoint = kEye;
   while (points.size() < 900) {
-    const Vector3 p_S{random.Uniform(-0.15, 0.15), random.Uniform(-0.15, 0.15),
-                      random.Uniform(-0.15, 0.15)};
+    const double z = random.Uniform(-0.15, 0.15), y = random.Uniform(-0.15, 0.15);
+    const Vector3 p_S(random.Uniform(-0.15, 0.15), y, z);
     const SurfacePoint nearest = NearestSurfacePoint(solid.shape, p_S);
     const Vector3 p = solid.X_GS * nearest.nearest;
     const Vector3 n = solid.X_GS.linear() * nearest.normal;
@@ -306,7 +306,8 @@ struct RoundTop {
     OrientedPoints points;
     points.viewpoint = kEye;
     while (points.size() < 900) {
-      const Vector2 x{random.Uniform(-kRadius_m, kRadius_m), random.Uniform(-kRadius_m, kRadius_m)};
+      const double y = random.Uniform(-kRadius_m, kRadius_m);
+      const Vector2 x(random.Uniform(-kRadius_m, kRadius_m), y);
       if (x.norm() > kRadius_m) continue;
       const Vector3 p(x.x(), x.y(), kHeight_m);
       const Vector3 ray = (p - kEye).normalized();
