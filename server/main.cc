@@ -1,12 +1,10 @@
 // cwm-server: the application behind gRPC, until a signal ends it.
-#include <malloc.h>
 #include <spdlog/async.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <chrono>
 #include <csignal>
 #include <cstdio>
@@ -17,6 +15,7 @@
 #include "absl/synchronization/mutex.h"
 #include "perception/interpret_scene.h"
 #include "proto/transfer/default_address.h"
+#include "server/core/heap_memory.h"
 #include "server/options.h"
 #include "server/rpc/connections.h"
 #include "server/rpc/server.h"
@@ -43,17 +42,6 @@ sigset_t BlockEndingSignals() {
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
   std::signal(SIGPIPE, SIG_IGN);
   return signals;
-}
-
-// A batch of 10 000 answers is a mebibyte of columns. By default glibc gives it back to the kernel
-// after each reply and faults it in again for the next, which measured as half of the transport's
-// cost (0.21 against 0.13 us an answer). Clouds above 32 MiB are still given back at once.
-void KeepMessageMemory() {
-  mallopt(M_MMAP_THRESHOLD, 32 << 20);
-  // Each thread's heap keeps so much at its end, which malloc_trim does not give back.
-  mallopt(M_TRIM_THRESHOLD, 4 << 20);
-  mallopt(M_TOP_PAD, 1 << 20);
-  mallopt(M_ARENA_MAX, 2 * static_cast<int>(std::max(1U, std::thread::hardware_concurrency())));
 }
 
 // Debian builds Abseil with its debug checks: each lock of gRPC's enters a graph of the order in
@@ -189,7 +177,7 @@ int Run(const cwm::server::Options& options, const sigset_t& signals) {
 int main(int argc, char** argv) {
   const auto parsed = cwm::server::ParseOptions(argc, argv);
   if (!parsed.options) return parsed.exit_code;
-  KeepMessageMemory();
+  cwm::server::KeepFreedMemory();
   TakeLocksUnwatched();
   const sigset_t signals = BlockEndingSignals();
   LogToStderr(parsed.options->log_level);

@@ -68,6 +68,7 @@ UnaryCall::UnaryCall(grpc::CallbackServerContext* context, Runtime& runtime,
       runtime_(runtime),
       // gRPC lends its own buffer until the call is done; what is parsed need not be kept twice.
       bytes_(*const_cast<grpc::ByteBuffer*>(request)),
+      request_bytes_(request->Length()),
       call_{.deadline = DeadlineOf(*context),
             .stop = stop_.get_token(),
             .client = runtime.ClientOf(*context)} {}
@@ -147,12 +148,13 @@ void UnaryCall::Run() {
 
 // The only one that finishes the call; *this may be gone after it.
 void UnaryCall::End(const absl::Status& status) {
-  if (!status.ok()) return Finish(ToGrpcStatus(WhyItEnded(status, runtime_)));
+  if (!status.ok()) return FinishAndLog(ToGrpcStatus(WhyItEnded(status, runtime_)), 0);
   grpc::Status serialized;
+  std::int64_t size = 0;
   const CallWork serialize = [&](const CallContext&) {
     const auto begin = Clock::now();
     serialized = Serialize();
-    const std::int64_t size = ReplyBytes();
+    size = ReplyBytes();
     runtime_.reply_pace.NoteSerialized(size, Clock::now() - begin);
     if (size < kMinGuardedReplyBytes) return absl::OkStatus();
     // It goes as fast as the client reads.
@@ -166,7 +168,17 @@ void UnaryCall::End(const absl::Status& status) {
     return absl::OkStatus();
   };
   const absl::Status ended = RunGuarded(serialize, call_);
-  Finish(ended.ok() ? serialized : ToGrpcStatus(ended));
+  FinishAndLog(ended.ok() ? serialized : ToGrpcStatus(ended), size);
+}
+
+void UnaryCall::FinishAndLog(const grpc::Status& status, std::int64_t reply_bytes) {
+  const auto code = static_cast<absl::StatusCode>(status.error_code());
+  const auto took = Clock::now() - begin_;
+  if (!status.ok()) runtime_.log.Refused(Method(), code, ReasonOf(status), call_.client);
+  if (took > kSlowCall) {
+    runtime_.log.Slow(Method(), code, took, request_bytes_, static_cast<std::size_t>(reply_bytes));
+  }
+  Finish(status);
 }
 
 }  // namespace cwm::server

@@ -89,6 +89,8 @@ class UnaryCall : public grpc::ServerUnaryReactor {
   virtual grpc::Status Serialize() = 0;
   virtual std::int64_t ParsedBytes() const = 0;
   virtual std::int64_t ReplyBytes() const = 0;
+  // As "/cwm.v1.WorldService/GetWorld".
+  virtual std::string Method() const = 0;
 
  public:
   // `parses` takes the requests that are too large to be parsed at once.
@@ -99,12 +101,16 @@ class UnaryCall : public grpc::ServerUnaryReactor {
   void Run();
   void Enqueue(const UnaryPlan& plan);
   void End(const absl::Status& status);
+  // Tells the log of refusals and slow calls. *this may be gone after it.
+  void FinishAndLog(const grpc::Status& status, std::int64_t reply_bytes);
   void OnCancel() override { stop_.request_stop(); }
   void OnDone() override { delete this; }
 
   grpc::CallbackServerContext* const context_;
   Runtime& runtime_;
   grpc::ByteBuffer& bytes_;  // of the request, until it is parsed
+  const std::size_t request_bytes_;
+  const Clock::time_point begin_ = Clock::now();
   std::stop_source stop_;
   const OpenCalls::Token open_{runtime_.open_calls, stop_};
   CallContext call_;
@@ -147,6 +153,7 @@ class UnaryCallOf final : public UnaryCall {
     return static_cast<std::int64_t>(arena_.SpaceAllocated());
   }
   std::int64_t ReplyBytes() const override { return static_cast<std::int64_t>(reply_->Length()); }
+  std::string Method() const override { return MethodTaking(*Request::descriptor()); }
 
   const UnaryMethod<Request, Response> method_;
   // Requests and replies in rows hold thousands of small messages, which are freed in one go.

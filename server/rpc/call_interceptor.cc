@@ -69,7 +69,10 @@ class CallInterceptorFactory final : public grpc::experimental::ServerIntercepto
 
   // Methods that nobody has come here as streams both ways.
   grpc::experimental::Interceptor* CreateServerInterceptor(ServerRpcInfo* info) override {
-    if (info->type() == ServerRpcInfo::Type::BIDI_STREAMING) return nullptr;
+    const ServerRpcInfo::Type type = info->type();
+    const bool logs_itself =
+        type == ServerRpcInfo::Type::UNARY || type == ServerRpcInfo::Type::BIDI_STREAMING;
+    if (logs_itself) return nullptr;
     if (!std::string_view(info->method()).starts_with(kOwnMethods)) return nullptr;
     return new CallInterceptor(*info, runtime_);
   }

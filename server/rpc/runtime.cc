@@ -1,7 +1,5 @@
 #include "server/rpc/runtime.h"
 
-#include <malloc.h>
-
 #include <algorithm>
 #include <charconv>
 #include <limits>
@@ -9,6 +7,8 @@
 #include <string_view>
 #include <thread>
 #include <utility>
+
+#include "server/core/heap_memory.h"
 
 namespace cwm::server {
 namespace {
@@ -125,7 +125,7 @@ void Runtime::ReturnMemorySoon() {
     const bool is_taken = robots.TryPush([this] {
       returns_memory_ = false;
       application.geometry.ForgetUnused();
-      malloc_trim(0);
+      ReturnFreedMemory();
     });
     if (!is_taken) returns_memory_ = false;
   });
