@@ -5,6 +5,8 @@
 #include <functional>
 #include <optional>
 #include <stop_token>
+#include <string>
+#include <vector>
 
 #include "absl/status/statusor.h"
 #include "perception/cloud/point_cloud.h"
@@ -32,6 +34,8 @@ struct InterpretOptions {
   std::optional<Vector3> up_C;
   Clustering clustering = Clustering::kObjects;
   ModelerOptions modeler;
+  // Names of passes that are left out (PassNames of refinement/passes.h), to see what they are worth.
+  std::vector<std::string> disabled_passes;
   SurfaceOptions surface;
   int max_threads = 2;
   std::function<int()> threads_now;  // Work::threads_now; may be empty

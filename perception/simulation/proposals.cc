@@ -7,12 +7,12 @@
 namespace cwm::perception {
 namespace {
 
-std::optional<Proposal> Judged(const Arrangement& arrangement,
-                               std::optional<SimulatedObject> object, Touching touching) {
+std::optional<Placement> Judged(const Arrangement& arrangement,
+                                std::optional<SimulatedObject> object, Touching touching) {
   if (!object) return std::nullopt;
   auto shares = arrangement.HiddenSharesWith(*object, touching);
   if (!shares) return std::nullopt;
-  return Proposal{.object = *std::move(object), .hidden_shares = *std::move(shares)};
+  return Placement{.object = *std::move(object), .hidden_shares = *std::move(shares)};
 }
 
 std::size_t Below(std::size_t count, RandomDraws& draws) {
@@ -21,15 +21,15 @@ std::size_t Below(std::size_t count, RandomDraws& draws) {
 
 }  // namespace
 
-std::optional<Proposal> ProposeWithin(const Disc& disc, const Arrangement& arrangement,
-                                      const RestingArea& area, const SimulatedObject& thing,
-                                      RandomDraws& draws) {
+std::optional<Placement> ProposeWithin(const Disc& disc, const Arrangement& arrangement,
+                                       const RestingArea& area, const SimulatedObject& thing,
+                                       RandomDraws& draws) {
   const Spot spot = DrawSpot(disc.middle_W, disc.radius_m, draws);
   return Judged(arrangement, PutDown(thing, area, spot), std::nullopt);
 }
 
-std::optional<Proposal> ProposeLeaning(const Arrangement& arrangement, const RestingArea& area,
-                                       const SimulatedObject& thing, RandomDraws& draws) {
+std::optional<Placement> ProposeLeaning(const Arrangement& arrangement, const RestingArea& area,
+                                        const SimulatedObject& thing, RandomDraws& draws) {
   const std::size_t index = Below(arrangement.scene().objects.size(), draws);
   const SimulatedObject& neighbour = arrangement.object(index);
   if (!Holds(neighbour, thing)) return std::nullopt;
@@ -37,8 +37,8 @@ std::optional<Proposal> ProposeLeaning(const Arrangement& arrangement, const Res
   return Judged(arrangement, PushAgainst(thing, area, neighbour, side), index);
 }
 
-std::optional<Proposal> ProposeBeside(const Arrangement& arrangement, const RestingArea& area,
-                                      const SimulatedObject& thing, RandomDraws& draws) {
+std::optional<Placement> ProposeBeside(const Arrangement& arrangement, const RestingArea& area,
+                                       const SimulatedObject& thing, RandomDraws& draws) {
   const std::size_t first = arrangement.furniture_count();
   const std::size_t count = arrangement.scene().objects.size() - first;
   if (count == 0) return std::nullopt;
@@ -52,15 +52,15 @@ std::optional<Proposal> ProposeBeside(const Arrangement& arrangement, const Rest
   return Judged(arrangement, std::move(object), std::nullopt);
 }
 
-std::optional<Proposal> ProposeTouching(std::size_t neighbour, const Arrangement& arrangement,
-                                        const RestingArea& area, const SimulatedObject& thing,
-                                        RandomDraws& draws) {
+std::optional<Placement> ProposeTouching(std::size_t neighbour, const Arrangement& arrangement,
+                                         const RestingArea& area, const SimulatedObject& thing,
+                                         RandomDraws& draws) {
   const Side side = DrawSide(draws);
   return Judged(arrangement, PushAgainst(thing, area, arrangement.object(neighbour), side),
                 neighbour);
 }
 
-void AddNumbered(Proposal proposal, Arrangement& arrangement) {
+void AddNumbered(Placement proposal, Arrangement& arrangement) {
   const std::size_t number = arrangement.scene().objects.size() + 1 - arrangement.furniture_count();
   proposal.object.name += "_" + std::to_string(number);
   arrangement.Add(std::move(proposal.object));

@@ -61,14 +61,14 @@ void FillTable(int wanted, Table& table, RandomDraws& draws) {
   }
 }
 
-std::ptrdiff_t CountHidden(const Proposal& proposal) {
+std::ptrdiff_t CountHidden(const Placement& proposal) {
   constexpr double kHiddenInPart = 0.2;
   return std::count_if(proposal.hidden_shares.begin(), proposal.hidden_shares.end(),
                        [](double share) { return share >= kHiddenInPart; });
 }
 
-std::optional<Proposal> ProposeInClutter(const Table& table, const SimulatedObject& thing,
-                                         RandomDraws& draws) {
+std::optional<Placement> ProposeInClutter(const Table& table, const SimulatedObject& thing,
+                                          RandomDraws& draws) {
   constexpr double kBeside = 0.7;
   // Heaps grow outwards from where they begin.
   const Disc middle{.middle_W = table.spread.middle_W, .radius_m = 0.6 * table.spread.radius_m};
@@ -83,7 +83,7 @@ std::optional<Proposal> ProposeInClutter(const Table& table, const SimulatedObje
 void FillClutter(int wanted, Table& table, RandomDraws& draws) {
   for (int i = 0, added = 0; i < kDrawsPerThing * wanted && added < wanted; ++i) {
     const SimulatedObject thing = DrawThing(draws);
-    std::optional<Proposal> best;
+    std::optional<Placement> best;
     for (int attempt = 0; attempt < kAttempts; ++attempt) {
       auto proposal = ProposeInClutter(table, thing, draws);
       if (proposal && (!best || CountHidden(*proposal) > CountHidden(*best))) best = proposal;

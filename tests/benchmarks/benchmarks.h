@@ -52,6 +52,7 @@ inline constexpr Seeds kSeedsOfShapes{0, 250};
 inline constexpr Seeds kSeedsOfShapesQuickly{0, 20};
 inline constexpr Seeds kSeedsOfHandles{0, 100};
 inline constexpr Seeds kSeedsOfFamilies{0, 40};
+inline constexpr Seeds kSeedsOfAblation{2000, 20};
 inline constexpr Seeds kSeedsOfGrasps{1000, 60};
 inline constexpr Seeds kSeedsOfSensors{0, 20};
 void MeasureShapesOn(const Seeds& seeds, Report& report);
@@ -61,6 +62,11 @@ void MeasureHandlesOn(const Seeds& seeds, Report& report);
 // RealSense shows them: objects_f1_SENSOR_FAMILY.
 void MeasureFamilies(Report& report);
 void MeasureFamiliesOn(const Seeds& seeds, const std::string& only, Report& report);
+
+// What each pass of refinement is worth on scenes of each family, `only` or all where that is empty: a
+// table of paired differences with confidence intervals.
+void MeasureAblation(Report& report);
+void MeasureAblationOn(const Seeds& seeds, const std::string& only, Report& report);
 
 // The same of 40 scenes under the noise of other sensors and in other forms of a cloud, *_shape_found,
 // *_shape_spurious and *_sigma_calibration: realsense, tof, laser, fine (a sigma of 0.1 mm is given),

@@ -3,14 +3,13 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
-#include <map>
-#include <set>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "perception/cloud/parallel_for.h"
 #include "tests/benchmarks/benchmarks.h"
+#include "tests/benchmarks/quality/object_confusion.h"
 #include "tests/benchmarks/quality/segmentation_score.h"
 #include "tests/benchmarks/quality/simulated_case.h"
 
@@ -18,64 +17,6 @@ namespace cwm::benchmarks {
 namespace {
 
 constexpr int kFamilyThreads = 2;
-// True objects with fewer points are seen too little for people to agree on their outline.
-constexpr std::size_t kFewestPoints = 300;
-
-// 0 for what counts nowhere, 1 for supports, 10 k for the k-th object.
-std::vector<std::uint32_t> TrueLabelsOf(const SimulatedCase& run) {
-  const auto& objects = run.simulated.scene.objects;
-  std::vector<std::size_t> points(objects.size(), 0);
-  for (const std::int32_t object : run.scan.object) {
-    if (object >= 0) ++points[static_cast<std::size_t>(object)];
-  }
-  std::vector<std::uint32_t> label_of(objects.size(), 0);
-  for (std::size_t k = 0; k < objects.size(); ++k) {
-    if (objects[k].is_support) {
-      label_of[k] = 1;
-    } else if (!IsFurniture(objects[k]) && points[k] >= kFewestPoints) {
-      label_of[k] = static_cast<std::uint32_t>(10 * (k + 2));
-    }
-  }
-  std::vector<std::uint32_t> labels(run.scan.object.size(), 0);
-  for (std::size_t i = 0; i < labels.size(); ++i) {
-    const std::int32_t object = run.scan.object[i];
-    if (object >= 0) labels[i] = label_of[static_cast<std::size_t>(object)];
-  }
-  return labels;
-}
-
-// How true objects were taken together or apart.
-struct Confusion {
-  int merged = 0;  // true objects that share their found object with another one
-  int split = 0;   // true objects of which two found ones hold a fifth each
-};
-
-Confusion ConfusionOf(const std::vector<std::uint32_t>& truth,
-                      const std::vector<std::uint32_t>& found) {
-  constexpr double kHeld = 0.5, kPiece = 0.2;  // of a true object's points
-  std::map<std::uint32_t, std::map<std::uint32_t, std::size_t>> shared;  // by true, by found
-  std::map<std::uint32_t, std::size_t> points;
-  for (std::size_t i = 0; i < truth.size(); ++i) {
-    if (truth[i] < 10) continue;
-    ++points[truth[i]];
-    if (found[i] >= 10) ++shared[truth[i]][found[i] / 10];
-  }
-  Confusion confusion;
-  std::map<std::uint32_t, int> holds;  // by found object: how many true ones it holds
-  std::map<std::uint32_t, std::uint32_t> holder;
-  for (const auto& [object, by_found] : shared) {
-    int pieces = 0;
-    for (const auto& [other, count] : by_found) {
-      const double share = static_cast<double>(count) / static_cast<double>(points[object]);
-      pieces += share >= kPiece;
-      if (share >= kHeld) ++holds[other], holder[object] = other;
-    }
-    confusion.split += pieces > 1;
-  }
-  for (const auto& [object, other] : holder) confusion.merged += holds[other] > 1;
-  return confusion;
-}
-
 struct FamilyTotals {
   SegmentationTotals scores;
   Confusion confusion;

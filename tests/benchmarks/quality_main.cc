@@ -21,7 +21,7 @@ struct SeededPart {
 const std::map<std::string, void (*)(Report&)>& Parts() {
   static const std::map<std::string, void (*)(Report&)> parts = {
       {"quick", MeasureShapesQuickly}, {"shapes", MeasureShapes},     {"handles", MeasureHandles},
-      {"claims", MeasureClaims},       {"families", MeasureFamilies},
+      {"claims", MeasureClaims},       {"families", MeasureFamilies}, {"ablate", MeasureAblation},
   };
   return parts;
 }
@@ -77,14 +77,17 @@ void Run(const Call& call, Report& report) {
                           report);
   } else if (words[0] == "families" && words.size() <= 2) {
     MeasureFamiliesOn(SeedsOf(call, kSeedsOfFamilies), words.size() == 2 ? words[1] : "", report);
+  } else if (words[0] == "ablate" && words.size() <= 2) {
+    MeasureAblationOn(SeedsOf(call, kSeedsOfAblation), words.size() == 2 ? words[1] : "", report);
   } else if (!other_seeds && words[0] == "scene" && (words.size() == 3 || words.size() == 4)) {
     ReplayScene(words[1], std::strtoull(words[2].c_str(), nullptr, 10),
                 words.size() == 4 ? words[3] : "", report);
   } else {
     report.Fail(
-        "takes quick, shapes, sensors [SENSOR], families [FAMILY], handles, claims, or scene "
-        "FAMILY "
-        "SEED [SENSOR]; seeds with quick, shapes, sensors, families or handles alone");
+        "takes quick, shapes, sensors [SENSOR], families [FAMILY], ablate [FAMILY], handles, "
+        "claims, or scene FAMILY SEED [SENSOR]; seeds with quick, shapes, sensors, families, "
+        "ablate "
+        "or handles alone");
   }
 }
 
@@ -94,12 +97,11 @@ void Run(const Call& call, Report& report) {
 int main(int argc, char** argv) {
   // What was tuned on some scenes holds only where it holds on those that nobody has looked at.
   constexpr char kUsage[] =
-      "cwm-bench-quality [quick|shapes|sensors [SENSOR]|families [FAMILY]|handles|claims|\n"
-      "                   scene FAMILY SEED [SENSOR]]\n"
+      "cwm-bench-quality [quick|shapes|sensors [SENSOR]|families [FAMILY]|ablate [FAMILY]|\n"
+      "                   handles|claims|scene FAMILY SEED [SENSOR]]\n"
       "                  [--json FILE] [--first-seed N] [--seeds N]\n"
-      "The last two, of quick, shapes, sensors, families and handles, take other random scenes "
-      "than those of "
-      "the figures.\n";
+      "The last two, of quick, shapes, sensors, families, ablate and handles, take other random "
+      "scenes than those of the figures.\n";
   if (cwm::benchmarks::PrintsUsage(argc, argv, kUsage)) return 0;
   const cwm::benchmarks::Call call = cwm::benchmarks::Parse(argc, argv);
   cwm::benchmarks::Report report;

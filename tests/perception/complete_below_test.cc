@@ -1,4 +1,4 @@
-#include "perception/complete_below.h"
+#include "perception/refinement/complete/complete_below.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // Rounded rims of round things, seen by the virtual scanner.
-#include "perception/cut_rims.h"
+#include "perception/refinement/complete/cut_rims.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "perception/scene_rays.h"
+#include "perception/hypotheses/scene_rays.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -45,12 +45,15 @@ SegmentedScene ThingOnWall() {
 TEST(SceneRays, AreNoneOfACloudThatMayHaveBeenSeenFromSeveralPlaces) {
   SegmentedScene scene = ThingOnWall();
   scene.sight.reset();
-  EXPECT_TRUE(SceneRays(scene, kUnbounded).Past(0, std::nullopt, kUnbounded).ends.empty());
+  EXPECT_TRUE(SceneRays(scene, kUnbounded)
+                  .Past(scene.things[0].points, std::nullopt, kUnbounded)
+                  .ends.empty());
 }
 
 TEST(SceneRays, PassAThingWhereTheyEndBesideItAndNotOnIt) {
   const SegmentedScene scene = ThingOnWall();
-  const PassingRays rays = SceneRays(scene, kUnbounded).Past(0, std::nullopt, kUnbounded);
+  const PassingRays rays =
+      SceneRays(scene, kUnbounded).Past(scene.things[0].points, std::nullopt, kUnbounded);
   ASSERT_FALSE(rays.ends.empty());
   EXPECT_EQ(rays.ends.size(), rays.sigma_m.size());
   const float half_m = kPitch_m * kThing;
@@ -65,8 +68,10 @@ TEST(SceneRays, RunBelowAThingThatHangsAboveWhatItStandsOn) {
   const SegmentedScene scene = ThingOnWall();
   Pose X_LSupport = MakeTranslation(0, 0.3, 2);  // y points down
   X_LSupport.linear() = BasisFromZ(-Vector3::UnitY());
-  const PassingRays rays = SceneRays(scene, kUnbounded).Past(0, X_LSupport, kUnbounded);
-  const PassingRays unknown = SceneRays(scene, kUnbounded).Past(0, std::nullopt, kUnbounded);
+  const PassingRays rays =
+      SceneRays(scene, kUnbounded).Past(scene.things[0].points, X_LSupport, kUnbounded);
+  const PassingRays unknown =
+      SceneRays(scene, kUnbounded).Past(scene.things[0].points, std::nullopt, kUnbounded);
   ASSERT_EQ(rays.about, unknown.ends.size());
   EXPECT_EQ(unknown.about, unknown.ends.size());
   EXPECT_TRUE(std::equal(unknown.ends.begin(), unknown.ends.end(), rays.ends.begin()));
@@ -89,8 +94,10 @@ TEST(SceneRays, StandForAllThatWereMeasured) {
     dense.points.sigma_m.insert(dense.points.sigma_m.end(), scene.points.sigma_m.begin(),
                                 scene.points.sigma_m.end());
   }
-  const PassingRays one = SceneRays(scene, kUnbounded).Past(0, std::nullopt, kUnbounded);
-  const PassingRays four = SceneRays(dense, kUnbounded).Past(0, std::nullopt, kUnbounded);
+  const PassingRays one =
+      SceneRays(scene, kUnbounded).Past(scene.things[0].points, std::nullopt, kUnbounded);
+  const PassingRays four =
+      SceneRays(dense, kUnbounded).Past(dense.things[0].points, std::nullopt, kUnbounded);
   EXPECT_EQ(one.weight, 1);
   EXPECT_EQ(four.weight, 4);
 }

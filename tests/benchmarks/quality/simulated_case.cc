@@ -59,7 +59,7 @@ std::optional<SceneFamily> FamilyNamed(std::string_view name) {
   return std::nullopt;
 }
 
-absl::StatusOr<SimulatedCase> RunCase(const CaseName& name, const CaseSensor& sensor) {
+SimulatedCase ScanCase(const CaseName& name, const CaseSensor& sensor) {
   SimulatedCase result;
   result.noise = sensor.noise;
   result.simulated = perception::RandomScene(name.family, name.seed);
@@ -70,18 +70,31 @@ absl::StatusOr<SimulatedCase> RunCase(const CaseName& name, const CaseSensor& se
                     ? ScanFromSeveral(view.scene, view.camera, 3, scanning).cloud
                     : Scan(view.scene, view.camera, scanning);
   if (sensor.form == CloudForm::kShuffled) result.scan = Shuffled(result.scan, name.seed);
+  return result;
+}
+
+absl::Status InterpretCase(const CaseName& name, const CaseSensor& sensor,
+                           const std::vector<std::string>& disabled_passes,
+                           SimulatedCase& scanned) {
   // B: the frame that the interpreter is given the cloud in.
   const Pose X_BC = sensor.form == CloudForm::kBodyImage ? BodyOfCamera() : Pose::Identity();
-  perception::PointCloud cloud = result.scan.cloud;
+  perception::PointCloud cloud = scanned.scan.cloud;
   for (Eigen::Vector3f& p : cloud.points) p = (X_BC * p.cast<double>()).cast<float>();
   perception::InterpretOptions options;
   options.max_threads = 1;
   options.noise = sensor.noise;
-  if (name.seed % 2 == 0) options.X_WC = view.camera.X_WC * X_BC.inverse();
+  options.disabled_passes = disabled_passes;
+  if (name.seed % 2 == 0) options.X_WC = scanned.simulated.camera.X_WC * X_BC.inverse();
   auto interpretation = perception::InterpretScene(cloud, options);
   if (!interpretation.ok()) return interpretation.status();
-  result.interpretation = *std::move(interpretation);
-  result.interpretation.X_WC = result.interpretation.X_WC * X_BC;
+  scanned.interpretation = *std::move(interpretation);
+  scanned.interpretation.X_WC = scanned.interpretation.X_WC * X_BC;
+  return absl::OkStatus();
+}
+
+absl::StatusOr<SimulatedCase> RunCase(const CaseName& name, const CaseSensor& sensor) {
+  SimulatedCase result = ScanCase(name, sensor);
+  if (absl::Status status = InterpretCase(name, sensor, {}, result); !status.ok()) return status;
   return result;
 }
 

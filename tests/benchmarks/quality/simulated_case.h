@@ -47,9 +47,15 @@ struct CaseSensor {
   bool matches_windows = false;  // see ScanOptions
 };
 
-// The sensor's noise drawn from the seed of the scene, and told to the interpreter; else its own
-// options, on one thread. The sensor's pose is given for even seeds; for odd ones nothing is, and up
-// is estimated.
+// A scanned scene that is not interpreted yet, the sensor's noise drawn from the scene's seed.
+SimulatedCase ScanCase(const CaseName& name, const CaseSensor& sensor = {});
+
+// Interprets the scan on one thread. The noise is told to the interpreter. The sensor's pose is given
+// for even seeds; for odd ones nothing is, and up is estimated.
+absl::Status InterpretCase(const CaseName& name, const CaseSensor& sensor,
+                           const std::vector<std::string>& disabled_passes, SimulatedCase& scanned);
+
+// Both.
 absl::StatusOr<SimulatedCase> RunCase(const CaseName& name, const CaseSensor& sensor = {});
 
 }  // namespace cwm::benchmarks

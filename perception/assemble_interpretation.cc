@@ -1,0 +1,92 @@
+#include "perception/assemble_interpretation.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "perception/cloud/parallel_for.h"
+#include "perception/mesh_hypothesis.h"
+
+namespace cwm::perception {
+namespace {
+
+// As SceneInterpretation::labels promises.
+constexpr std::uint32_t kMaxSupportLabel = 9, kMaxPartLabel = 9;
+
+// label(k) to each of the points, in parallel: every point of the cloud has one owner.
+template <class Label>
+void LabelEach(const OrientedPoints& all, const PointSet& points, const Work& work,
+               std::vector<std::uint32_t>& labels, const Label& label) {
+  constexpr std::size_t kPointsPerPiece = 32768;  // of 10 ns each, where the cloud is in no order
+  ParallelFor(points.size(), kPointsPerPiece, work, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) labels[all.cloud_index[points[k]]] = label(k);
+  });
+}
+
+void LabelSupports(const SceneState& state, const Work& work, std::vector<std::uint32_t>& labels) {
+  for (std::uint32_t s = 0; s < state.support_count(); ++s) {
+    LabelEach(state.points(), state.support(s).points, work, labels,
+              [&](std::size_t) { return std::min(s + 1, kMaxSupportLabel); });
+  }
+}
+
+void LabelObject(const SceneState& state, std::uint32_t index, const Work& work,
+                 std::vector<std::uint32_t>& labels) {
+  const ObjectHypothesis& hypothesis = *state.hypotheses()[index];
+  LabelEach(state.points(), hypothesis.points, work, labels, [&](std::size_t k) {
+    const auto part = static_cast<std::uint32_t>(hypothesis.model->part_of_point()[k] + 1);
+    return 10 * (index + 2) + std::min(part, kMaxPartLabel);
+  });
+}
+
+DetectedObject ObjectOf(const SceneState& state, const ObjectHypothesis& hypothesis,
+                        MeshedObject meshed, const Pose& X_WL) {
+  const Resting& resting = hypothesis.resting;
+  return {.kind = hypothesis.IsObject() ? DetectedKind::kObject : DetectedKind::kResidual,
+          .X_WO = X_WL * meshed.X_LO,
+          .model = std::move(meshed.model),
+          .supported_by = resting.support,
+          .rests_on = resting.on ? static_cast<int>(state.IndexOf(*resting.on)) : -1,
+          .points_L = hypothesis.model->thinned_L};
+}
+
+}  // namespace
+
+void AssembleInterpretation(const SceneState& state, const AssembleOptions& options,
+                            const Work& work, SceneInterpretation& result) {
+  const auto hypotheses = state.hypotheses();
+  std::vector<DescribedSupport> supports(state.support_count());
+  std::vector<MeshedObject> meshed(hypotheses.size());
+  // Supports may hold most of a room's points: they come first, so that none is left to one thread.
+  ParallelFor(supports.size() + meshed.size(), 1, work, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) {
+      if (k < supports.size()) {
+        supports[k] = DescribeSupport(state.support(k), state.points(), options.X_WL, options.floor,
+                                      options.surface, work);
+      } else {
+        const std::size_t h = k - supports.size();
+        meshed[h] = MeshHypothesis(*hypotheses[h], state.points(), options.surface, work);
+      }
+    }
+  });
+
+  LabelSupports(state, work, result.labels);
+  for (DescribedSupport& support : supports) {
+    result.supports.push_back(std::move(support.support));
+    result.report.points_explained += support.explained;
+  }
+  for (std::uint32_t k = 0; k < hypotheses.size(); ++k) {
+    const ObjectHypothesis& hypothesis = *hypotheses[k];
+    LabelObject(state, k, work, result.labels);
+    result.report.points_explained += meshed[k].explained;
+    result.objects.push_back(ObjectOf(state, hypothesis, std::move(meshed[k]), options.X_WL));
+    for (const std::string& note : hypothesis.model->object.notes) {
+      result.report.warnings.push_back(absl::StrCat("object ", k + 1, ": ", note));
+    }
+  }
+  result.report.points_rejected = state.measured().rejected.size();
+}
+
+}  // namespace cwm::perception

@@ -1,0 +1,67 @@
+// What perception believes of one object: its points, what it rests on, and the shapes that explain
+// it. One type from segmentation to output.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <compare>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "collision/geometry/shape.h"
+#include "perception/model/object_model.h"
+
+namespace cwm::perception {
+
+// Indices into SegmentedScene::points, ascending. Points that follow each other lie near each other:
+// they are in an image's order, or cell by cell.
+using PointSet = std::vector<std::uint32_t>;
+
+// A hypothesis keeps its id while it lives; no id is given twice in a scene.
+struct HypothesisId {
+  std::uint32_t value = 0;
+  friend auto operator<=>(const HypothesisId&, const HypothesisId&) = default;
+};
+
+struct Resting {
+  std::int32_t support = -1;  // index of a support; -1: residual geometry, on nothing known
+  std::optional<HypothesisId> on =
+      {};                    // the hypothesis between it and the support, if there is one
+  double foot_height_m = 0;  // height of the foot above the top of the support
+};
+
+// The shapes that explain a hypothesis, in the level frame.
+struct HypothesisModel {
+  ObjectModel object;  // part_of_point has an entry for each point of the hypothesis
+  // The shapes stand on the support itself: what seemed to carry them only hides their foot.
+  bool reaches_support = false;
+  // A pass supplied the shapes, as those of a tray. Passes leave such models as they are.
+  bool is_given = false;
+  // Modelled with reduced effort, among more objects than a scene holds: its mesh is coarser.
+  bool is_in_haste = false;
+  std::vector<Eigen::Vector3f> thinned_L;  // points, as DetectedObject::points_L
+  Eigen::AlignedBox3f bounds_L;            // of thinned_L
+
+  const std::vector<ShapePart>& shapes() const { return object.shapes; }
+  const std::vector<Handle>& handles() const { return object.handles; }
+  const std::vector<std::int32_t>& part_of_point() const { return object.part_of_point; }
+};
+
+// Immutable once it is part of a SceneState.
+struct ObjectHypothesis {
+  HypothesisId id;
+  PointSet points;
+  std::size_t node_count = 0;  // pixels or cells that hold the points: the size of what was seen
+  Resting resting;
+  // Bounds of a wall or front, with holes where rays pass, in the level frame; largest part first.
+  std::vector<Placed<Plate>> plates;
+  std::shared_ptr<const HypothesisModel> model;  // null before modelling
+
+  bool IsObject() const { return resting.support >= 0; }  // not residual geometry
+};
+
+using HypothesisPtr = std::shared_ptr<const ObjectHypothesis>;
+using ModelPtr = std::shared_ptr<const HypothesisModel>;
+
+}  // namespace cwm::perception

@@ -1,0 +1,143 @@
+#include "perception/mesh_hypothesis.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "perception/explained_points.h"
+#include "perception/hypotheses/point_sample.h"
+
+namespace cwm::perception {
+namespace {
+
+constexpr int kPointsPerPiece = 512;  // of a microsecond or less
+constexpr double kWiderInHaste = 2;   // the spacing of coarse meshes: a quarter of the triangles
+
+Vector3 MeanOf(const OrientedPoints& points) {
+  Vector3 sum = Vector3::Zero();
+  for (const Eigen::Vector3f& p : points.points) sum += p.cast<double>();
+  return sum / static_cast<double>(points.size());
+}
+
+PointSet MembersOf(const std::vector<std::int32_t>& part_of_point, std::size_t part) {
+  PointSet members;
+  for (std::uint32_t k = 0; k < part_of_point.size(); ++k) {
+    if (part_of_point[k] == static_cast<std::int32_t>(part)) members.push_back(k);
+  }
+  return members;
+}
+
+// Builds the model of a sample's points.
+class HybridBuilder {
+ public:
+  HybridBuilder(const OrientedPoints& points, const HypothesisModel& model,
+                const std::vector<std::int32_t>& part_of_point, const SurfaceOptions& options,
+                const Work& work)
+      : points_(points),
+        found_(model.object),
+        part_of_point_(part_of_point),
+        options_(options),
+        work_(work) {
+    out_.X_LO.translation() = MeanOf(points);
+    X_OL_ = out_.X_LO.inverse(Eigen::Isometry);
+  }
+
+  void Build() {
+    FindExplained();
+    out_.model = std::make_shared<HybridModel>();
+    out_.model->point_count = static_cast<int>(points_.size());
+    AddHandles();
+    AddSurface();
+    for (ShapePart part : found_.shapes) {
+      part.X_OS = X_OL_ * part.X_OS;
+      out_.model->shapes.push_back(std::move(part));
+    }
+    out_.explained = static_cast<std::uint64_t>(std::ranges::count(explained_, 1));
+  }
+
+  MeshedObject Take() { return std::move(out_); }
+
+ private:
+  void FindExplained() {
+    PollEvery poll(work_, kPointsPerPiece);
+    explained_.resize(points_.size());
+    for (std::size_t k = 0; k < points_.size(); ++k) {
+      poll();
+      explained_[k] =
+          NearAnyShape(found_.shapes, part_of_point_[k], points_.points[k].cast<double>(),
+                       ExplainedWithin_m(points_.sigma_m[k]));
+    }
+  }
+
+  void AddHandles() {
+    for (std::size_t h = 0; h < found_.handles.size(); ++h) {
+      Handle handle = found_.handles[h];
+      const PointSet members = MembersOf(part_of_point_, found_.shapes.size() + h);
+      if (!members.empty()) handle.surface = MeshOf(members);
+      handle.axis_O = X_OL_.linear() * handle.axis_O;
+      handle.bounds.X_FS = X_OL_ * handle.bounds.X_FS;
+      out_.model->handles.push_back(std::move(handle));
+    }
+  }
+
+  // Points that no shape explains, and those whose shape, once bounded, does not reach them.
+  void AddSurface() {
+    PointSet remaining;
+    for (std::uint32_t k = 0; k < points_.size(); ++k) {
+      if (!explained_[k]) remaining.push_back(k);
+    }
+    if (remaining.empty()) return;
+    Mesh mesh = MeshOf(remaining);
+    if (!mesh.mesh || mesh.mesh->triangles.empty()) return;
+    out_.model->surfaces.push_back({std::move(mesh), static_cast<int>(remaining.size())});
+  }
+
+  // Meshes the members; those that lie near their mesh are explained.
+  Mesh MeshOf(const PointSet& members) {
+    Surface surface = ReconstructSurface(Subset(points_, members), options_, work_);
+    for (std::uint32_t k : surface.explained) explained_[members[k]] = 1;
+    for (Vector3& v : surface.mesh.vertices) v = X_OL_ * v;
+    return MakeMesh(std::move(surface.mesh));
+  }
+
+  const OrientedPoints& points_;
+  const ObjectModel& found_;
+  const std::vector<std::int32_t>& part_of_point_;
+  const SurfaceOptions& options_;
+  const Work& work_;
+  Pose X_OL_;
+  std::vector<char> explained_;
+  MeshedObject out_;
+};
+
+// Counts of a sample become counts of all points.
+void ScaleCounts(const PointSample& sample, MeshedObject& object) {
+  const auto scale = [&sample](int& count) {
+    count = static_cast<int>(sample.Scaled(static_cast<std::uint64_t>(count)));
+  };
+  scale(object.model->point_count);
+  for (ShapePart& part : object.model->shapes) {
+    if (part.fit) scale(part.fit->inlier_count);
+  }
+  for (Handle& handle : object.model->handles) scale(handle.point_count);
+  for (SurfacePart& part : object.model->surfaces) scale(part.point_count);
+  object.explained = sample.Scaled(object.explained);
+}
+
+}  // namespace
+
+MeshedObject MeshHypothesis(const ObjectHypothesis& hypothesis, const OrientedPoints& all,
+                            const SurfaceOptions& options, const Work& work) {
+  SurfaceOptions surface = options;
+  if (hypothesis.model->is_in_haste) surface.spacing_m *= kWiderInHaste;
+  const PointSample sample(all, hypothesis.points, hypothesis.node_count);
+  const OrientedPoints points = sample.Points();
+  const std::vector<std::int32_t> part_of_sampled =
+      sample.OfSampled(hypothesis.model->part_of_point());
+  HybridBuilder builder(points, *hypothesis.model, part_of_sampled, surface, work);
+  builder.Build();
+  MeshedObject object = builder.Take();
+  ScaleCounts(sample, object);
+  return object;
+}
+
+}  // namespace cwm::perception

@@ -1,0 +1,255 @@
+#include "perception/refinement/attach/attach_handles.h"
+
+#include <algorithm>
+#include <numeric>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "perception/cloud/parallel_for.h"
+#include "perception/cloud/quantile.h"
+#include "perception/hypotheses/point_sample.h"
+#include "perception/model/vessel_handles.h"
+
+namespace cwm::perception {
+namespace {
+
+// What ends within this of the support stands on it, as a pen does: the band above a support that
+// is given to it, and a little of what noise leaves.
+constexpr double kStandingTolerance_sigma = 4;
+constexpr float kFootQuantile = 0.05f;    // quantile of heights: what stands has its foot there
+constexpr int kMaxRounds = 4;      // a handle in as many parts, each beyond the one before
+constexpr double kMaxShare = 0.5;  // of the vessel's points, that its handle may have
+// Of what a thing keeps beside the handle, on the vessel's wall: then it is a part of the vessel.
+constexpr double kMinOnWall = 0.8;
+
+// Points that may be looked at for handles of other things, in those of the scene: kitchens with their
+// walls ask for five, a thousand balls that touch for fifty.
+constexpr std::size_t kMaxLooks = 10;
+
+Eigen::AlignedBox3f BoundsOf(const OrientedPoints& points, const PointSet& members) {
+  Eigen::AlignedBox3f bounds;
+  for (std::uint32_t i : members) bounds.extend(points.points[i]);
+  return bounds;
+}
+
+// On the support that the vessel stands on, if it is known.
+bool Stands(const SegmentedScene& measured, const PointSet& members, std::int32_t support) {
+  if (support < 0) return false;
+  const Pose X_SL =
+      measured.supports[static_cast<std::size_t>(support)].plate.X_FS.inverse(Eigen::Isometry);
+  std::vector<double> heights_m;
+  double sigma_m = 0;
+  for (std::uint32_t i : members) {
+    heights_m.push_back((X_SL * measured.points.points[i].cast<double>()).z());
+    sigma_m = std::max(sigma_m, double{measured.points.sigma_m[i]});
+  }
+  return Quantile(std::move(heights_m), kFootQuantile) <= kStandingTolerance_sigma * sigma_m;
+}
+
+// Points of one hypothesis that another one gets.
+struct GivenPart {
+  std::size_t from = 0, to = 0;
+  PointSet points;
+};
+
+class Adoption {
+ public:
+  Adoption(const SceneState& state, const Work& work)
+      : state_(state),
+        work_(work),
+        vessels_(state.hypotheses().size()),
+        known_(state.hypotheses().size()),
+        asked_(state.hypotheses().size(), 0),
+        given_to_(state.hypotheses().size()),
+        looks_left_(kMaxLooks * state.points().size()) {
+    std::iota(given_to_.begin(), given_to_.end(), std::size_t{0});
+    for (const HypothesisPtr& hypothesis : state.hypotheses()) {
+      bounds_.push_back(BoundsOf(state.points(), hypothesis->points));
+    }
+  }
+
+  // Of all things that others touch at once, since each takes long: those will be asked for.
+  void AskAhead() {
+    std::vector<std::size_t> touched;
+    for (std::size_t k = 0; k < given_to_.size(); ++k) {
+      work_.Poll();
+      if (IsTouched(k)) touched.push_back(k);
+    }
+    ParallelFor(touched.size(), 1, work_, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t n = begin; n < end; ++n) Ask(touched[n]);
+    });
+  }
+
+  // One round over all things; true when something was given. What was given may reach out to more.
+  bool Give() {
+    bool any = false;
+    for (std::size_t part = 0; part < given_to_.size(); ++part) {
+      work_.Poll();
+      if (given_to_[part] != part || !IsLarge(part)) continue;
+      const std::size_t vessel = VesselOf(part);
+      if (vessel == part) continue;
+      Know(SampleOf(At(part)).Points().points, vessel);
+      bounds_[vessel].extend(bounds_[part]);
+      given_to_[part] = vessel;
+      any = true;
+    }
+    return any;
+  }
+
+  // Of things that stay: what of their points is a handle of another one's wall, which they touch.
+  void GiveParts() {
+    for (std::size_t k = 0; k < given_to_.size(); ++k) {
+      if (given_to_[k] != k) continue;
+      for (std::size_t from = 0; from < given_to_.size(); ++from) {
+        work_.Poll();
+        if (from == k || given_to_[from] != from || !IsLarge(from) ||
+            bounds_[from].exteriorDistance(bounds_[k]) > kMostHandleGap_m) {
+          continue;
+        }
+        if (!asked_[k]) Ask(k);
+        if (!vessels_[k]) break;
+        if (At(from).points.size() > looks_left_) {
+          all_looked_at_ = false;
+          return;
+        }
+        looks_left_ -= At(from).points.size();
+        GivePartsOf(from, k);
+      }
+    }
+  }
+
+  FoundHandles Found() const {
+    FoundHandles found{.gifts = {}, .all_looked_at = all_looked_at_};
+    for (const GivenPart& part : given_parts_) {
+      found.gifts.push_back({At(part.from).id, At(part.to).id, part.points});
+    }
+    for (std::size_t k = 0; k < given_to_.size(); ++k) {
+      if (given_to_[k] != k) found.gifts.push_back({At(k).id, At(given_to_[k]).id, {}});
+    }
+    return found;
+  }
+
+ private:
+  const ObjectHypothesis& At(std::size_t k) const { return *state_.hypotheses()[k]; }
+  PointSample SampleOf(const ObjectHypothesis& hypothesis) const {
+    return {state_.points(), hypothesis.points, hypothesis.node_count};
+  }
+
+  bool IsLarge(std::size_t k) const { return At(k).points.size() >= kLeastHandlePoints; }
+
+  bool IsTouched(std::size_t k) const {
+    for (std::size_t other = 0; other < given_to_.size(); ++other) {
+      if (other != k && IsLarge(other) &&
+          bounds_[other].exteriorDistance(bounds_[k]) <= kMostHandleGap_m) {
+        return true;
+      }
+    }
+    return false;
+  }
+
+  std::size_t VesselOf(std::size_t part) {
+    const ObjectHypothesis& thing = At(part);
+    const double most = static_cast<double>(thing.points.size()) / kMaxShare;
+    for (std::size_t k = 0; k < given_to_.size(); ++k) {
+      const ObjectHypothesis& vessel = At(k);
+      if (k == part || given_to_[k] != k) continue;
+      if (static_cast<double>(vessel.points.size()) < most) continue;
+      if (bounds_[part].exteriorDistance(bounds_[k]) > kMostHandleGap_m) continue;
+      if (IsHandleOf(thing, k)) return k;
+    }
+    return part;
+  }
+
+  void Know(const std::vector<Eigen::Vector3f>& points, std::size_t vessel) {
+    known_[vessel].insert(known_[vessel].end(), points.begin(), points.end());
+  }
+
+  void Ask(std::size_t k) {
+    asked_[k] = 1;
+    const OrientedPoints points = SampleOf(At(k)).Points();
+    vessels_[k] = Vessel::Find(points, work_);
+    if (!vessels_[k]) return;
+    const std::vector<char> all(points.size(), 1);
+    for (const Vessel::Cluster& handle : vessels_[k]->FindFixed(points, all, work_).handles) {
+      for (std::uint32_t i : handle) known_[k].push_back(points.points[i]);
+    }
+  }
+
+  bool IsHandleOf(const ObjectHypothesis& part, std::size_t k) {
+    if (!asked_[k]) Ask(k);
+    return vessels_[k] && !Stands(state_.measured(), part.points, At(k).resting.support) &&
+           vessels_[k]->HasHandle(SampleOf(part).Points(), known_[k]);
+  }
+
+  void GivePartsOf(std::size_t from, std::size_t k) {
+    const PointSample sample = SampleOf(At(from));
+    const OrientedPoints points = sample.Points();
+    std::vector<Vessel::Cluster> handles = vessels_[k]->FindHandlesIn(points, work_);
+    std::vector<char> rest(points.size(), 1);
+    for (const Vessel::Cluster& handle : handles) {
+      for (std::uint32_t i : handle) rest[i] = 0;
+    }
+    const bool is_of_vessel = vessels_[k]->ShareOnWalls(points, rest) >= kMinOnWall;
+    std::erase_if(handles, [&](const Vessel::Cluster& handle) {
+      return !is_of_vessel && IsItsOwn(points, handle, from, *vessels_[k]);
+    });
+    std::vector<std::int32_t> part(points.size(), -1);
+    for (const Vessel::Cluster& handle : handles) {
+      for (std::uint32_t i : handle) part[i] = 0;
+    }
+    PointSet given;
+    const std::vector<std::int32_t> of_all = sample.OfAll(part, work_);
+    for (std::size_t i = 0; i < of_all.size(); ++i) {
+      if (of_all[i] == 0) given.push_back(At(from).points[i]);
+    }
+    const double most = kMaxShare * static_cast<double>(At(k).points.size());
+    if (given.empty() || static_cast<double>(given.size()) > most || HasGivenPart(from) ||
+        Stands(state_.measured(), given, At(k).resting.support)) {
+      return;
+    }
+    if (is_of_vessel || given.size() == At(from).points.size()) {
+      given_to_[from] = k;
+      bounds_[k].extend(bounds_[from]);
+    } else {
+      given_parts_.push_back({from, k, std::move(given)});
+    }
+  }
+
+  // A hypothesis gives once: what it gives is of its points as they were.
+  bool HasGivenPart(std::size_t from) const {
+    return std::any_of(given_parts_.begin(), given_parts_.end(),
+                       [&](const GivenPart& part) { return part.from == from; });
+  }
+
+  // Whether a cluster of a thing's points stands out from that thing's own wall rather than from
+  // the wall of `vessel`.
+  bool IsItsOwn(const OrientedPoints& points, const Vessel::Cluster& cluster, std::size_t k,
+                const Vessel& vessel) {
+    if (!asked_[k]) Ask(k);
+    return vessels_[k] && vessels_[k]->Gap_m(points, cluster) < vessel.Gap_m(points, cluster);
+  }
+
+  const SceneState& state_;
+  const Work& work_;
+  std::vector<Eigen::AlignedBox3f> bounds_;
+  std::vector<std::optional<Vessel>> vessels_;       // of the things that were asked for
+  std::vector<std::vector<Eigen::Vector3f>> known_;  // points of their handles
+  std::vector<char> asked_;
+  std::vector<std::size_t> given_to_;
+  std::vector<GivenPart> given_parts_;
+  std::size_t looks_left_;
+  bool all_looked_at_ = true;
+};
+
+}  // namespace
+
+FoundHandles FindCutOffHandles(const SceneState& state, const Work& work) {
+  Adoption adoption(state, work);
+  adoption.AskAhead();
+  for (int round = 0; round < kMaxRounds && adoption.Give();) ++round;
+  adoption.GiveParts();
+  return adoption.Found();
+}
+
+}  // namespace cwm::perception

@@ -1,0 +1,203 @@
+#include "perception/refinement/attach/attach_spouts.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cstdint>
+#include <limits>
+#include <numeric>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "perception/cloud/quantile.h"
+#include "perception/hypotheses/point_sample.h"
+#include "perception/model/vessel_handles.h"
+#include "perception/scene/surface_graph.h"
+
+namespace cwm::perception {
+namespace {
+
+using Eigen::Vector3f;
+
+// Places below the lowest tenth of a thing, each at three heights, are asked: below simulated spouts
+// 0.67 and more of them are empty, below what stands behind a vessel or in its shadow 0.01 and less.
+constexpr double kLowestShare = 0.1;
+constexpr double kMinEmpty = 0.5;
+constexpr std::size_t kMaxAsked = 64;
+constexpr double kFootQuantile = 0.05;  // of heights: below are mixed pixels
+constexpr double kMinOutside = 0.8;   // of its points: what lies in a vessel is no part of it
+constexpr double kRim_m = 0.02;     // what begins no lower rests on the rim, as lids and ladles do
+constexpr double kMaxShare = 0.5;  // of the vessel's points
+// From the wall, or from what is fixed to it, to the nearest of its points: as a spout reaches out whose
+// root something hides. Nothing floats.
+constexpr double kMaxGap_m = 0.06;
+constexpr std::size_t kMaxForGap = 500;
+// A spout in as many parts, each beyond the one before.
+constexpr int kMaxRounds = 4;
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+class Adoption {
+ public:
+  Adoption(const SceneState& state, const Work& work)
+      : state_(state),
+        work_(work),
+        places_(state.hypotheses().size()),
+        vessels_(state.hypotheses().size()),
+        asked_(state.hypotheses().size(), 0),
+        given_to_(state.hypotheses().size()) {
+    std::iota(given_to_.begin(), given_to_.end(), std::size_t{0});
+    for (const HypothesisPtr& hypothesis : state.hypotheses()) {
+      Eigen::AlignedBox3f& bounds = bounds_.emplace_back();
+      for (std::uint32_t i : hypothesis->points) bounds.extend(state.points().points[i]);
+    }
+  }
+
+  // One round over all things; true when something was given. To what was given more may be fixed.
+  bool Give() {
+    bool any = false;
+    for (std::size_t part = 0; part < given_to_.size(); ++part) {
+      work_.Poll();
+      if (given_to_[part] != part) continue;
+      const std::size_t vessel = VesselOf(part);
+      if (vessel == part) continue;
+      given_to_[part] = vessel;
+      bounds_[vessel].extend(bounds_[part]);
+      const std::vector<Vector3f>& places = PlacesOf(part);
+      places_[vessel].insert(places_[vessel].end(), places.begin(), places.end());
+      any = true;
+    }
+    return any;
+  }
+
+  std::vector<Gift> Gifts() const {
+    std::vector<Gift> gifts;
+    for (std::size_t k = 0; k < given_to_.size(); ++k) {
+      if (given_to_[k] != k) gifts.push_back({At(k).id, At(given_to_[k]).id, {}});
+    }
+    return gifts;
+  }
+
+ private:
+  const ObjectHypothesis& At(std::size_t k) const { return *state_.hypotheses()[k]; }
+  PointSample SampleOf(std::size_t k) const {
+    return {state_.points(), At(k).points, At(k).node_count};
+  }
+
+  // The nearest to it.
+  std::size_t VesselOf(std::size_t part) {
+    const ObjectHypothesis& thing = At(part);
+    if (!thing.plates.empty() || thing.points.size() < kLeastHandlePoints) return part;
+    std::size_t vessel = part;
+    double nearest_m = kMaxGap_m;
+    for (std::size_t k = 0; k < given_to_.size(); ++k) {
+      const std::int32_t support = At(k).resting.support;
+      if (k == part || given_to_[k] != k || support < 0) continue;
+      const auto most = kMaxShare * static_cast<double>(At(k).points.size());
+      if (static_cast<double>(thing.points.size()) > most || RestsOnAnother(part, k) ||
+          bounds_[part].exteriorDistance(bounds_[k]) > kMaxGap_m ||
+          !Hangs(thing, static_cast<std::size_t>(support))) {
+        continue;
+      }
+      if (const double gap_m = GapToWall_m(part, k); gap_m <= nearest_m) {
+        nearest_m = gap_m;
+        vessel = k;
+      }
+    }
+    return vessel;
+  }
+
+  bool RestsOnAnother(std::size_t part, std::size_t vessel) const {
+    const std::optional<HypothesisId>& below = At(part).resting.on;
+    return below && given_to_[state_.IndexOf(*below)] != vessel;
+  }
+
+  // Whether one sees that nothing is below it.
+  bool Hangs(const ObjectHypothesis& thing, std::size_t support) const {
+    const Pose& X_LS = state_.measured().supports[support].plate.X_FS;
+    const Pose X_SL = X_LS.inverse(Eigen::Isometry);
+    std::vector<std::pair<double, std::uint32_t>> heights_m;
+    for (std::uint32_t i : thing.points) {
+      heights_m.emplace_back((X_SL * state_.points().points[i].cast<double>()).z(), i);
+    }
+    std::ranges::sort(heights_m);
+    const std::size_t lowest = static_cast<std::size_t>(kLowestShare * double(heights_m.size())) + 1;
+    std::size_t asked = 0, empty = 0;
+    for (std::size_t k = 0; k < lowest; k += lowest / kMaxAsked + 1, ++asked) {
+      const double height_m = heights_m[k].first;
+      const std::uint32_t i = heights_m[k].second;
+      empty +=
+          std::ranges::any_of(std::initializer_list<double>{0.25, 0.5, 0.75}, [&](double share) {
+            Vector3 below = X_SL * state_.points().points[i].cast<double>();
+            below.z() = share * height_m;
+            return state_.sight()->Look((X_LS * below).cast<float>(),
+                                      LargestJump_m(state_.points().sigma_m[i])) ==
+                   Visibility::kSeenThrough;
+          });
+    }
+    return static_cast<double>(empty) >= kMinEmpty * static_cast<double>(asked);
+  }
+
+  // To the outside of the wall, or to what is fixed to that; infinite where it is no such part.
+  double GapToWall_m(std::size_t part, std::size_t k) {
+    if (!std::exchange(asked_[k], 1)) {
+      vessels_[k] = Vessel::Find(SampleOf(k).Points(), work_);
+    }
+    if (!vessels_[k]) return kInfinity;
+    const OrientedPoints points = SampleOf(part).Points();
+    const std::vector<char> all(points.size(), 1);
+    const Vessel::Cluster outside = vessels_[k]->StandOut(points, all);
+    if (static_cast<double>(outside.size()) < kMinOutside * static_cast<double>(points.size())) {
+      return kInfinity;
+    }
+    std::vector<float> heights_m;
+    for (const Vector3f& p : points.points) heights_m.push_back(p.z());
+    const double foot_m = Quantile(std::move(heights_m), kFootQuantile);
+    const auto is_below_rim = [&](const RevolvedWall& wall) {
+      return foot_m < wall.high_z_m - kRim_m;
+    };
+    if (!std::ranges::any_of(vessels_[k]->walls(), is_below_rim)) return kInfinity;
+    return std::min(vessels_[k]->Gap_m(points, outside), Gap_m(part, k));
+  }
+
+  const std::vector<Vector3f>& PlacesOf(std::size_t k) {
+    if (places_[k].empty()) places_[k] = SampleOf(k).Points().points;
+    return places_[k];
+  }
+
+  // Between the nearest two of both; of many every other one or fewer.
+  double Gap_m(std::size_t part, std::size_t k) {
+    const Vector3f reach = Vector3f::Constant(float{kMaxGap_m});
+    const Eigen::AlignedBox3f around(bounds_[part].min() - reach, bounds_[part].max() + reach);
+    std::vector<Vector3f> near;
+    for (const Vector3f& p : PlacesOf(k)) {
+      if (around.contains(p)) near.push_back(p);
+    }
+    const std::vector<Vector3f>& places = PlacesOf(part);
+    float nearest_m2 = std::numeric_limits<float>::infinity();
+    for (std::size_t i = 0; i < places.size(); i += 1 + places.size() / kMaxForGap) {
+      for (std::size_t j = 0; j < near.size(); j += 1 + near.size() / kMaxForGap) {
+        nearest_m2 = std::min(nearest_m2, (places[i] - near[j]).squaredNorm());
+      }
+    }
+    return std::sqrt(nearest_m2);
+  }
+
+  const SceneState& state_;
+  const Work& work_;
+  std::vector<Eigen::AlignedBox3f> bounds_;
+  std::vector<std::vector<Vector3f>> places_;   // of the things that were asked for
+  std::vector<std::optional<Vessel>> vessels_;  // likewise
+  std::vector<char> asked_;
+  std::vector<std::size_t> given_to_;
+};
+
+}  // namespace
+
+std::vector<Gift> FindSpouts(const SceneState& state, const Work& work) {
+  if (!state.sight()) return {};
+  Adoption adoption(state, work);
+  for (int round = 0; round < kMaxRounds && adoption.Give();) ++round;
+  return adoption.Gifts();
+}
+
+}  // namespace cwm::perception

@@ -1,0 +1,96 @@
+#include "perception/refinement/merge/merge_occluded_parts.h"
+
+#include <algorithm>
+#include <array>
+
+#include "collision/geometry/aabb.h"
+#include "perception/model/model_points.h"
+#include "perception/refinement/evidence.h"
+#include "perception/refinement/merge/occlusion.h"
+
+namespace cwm::perception {
+namespace {
+
+// measured: of 317 scenes, real and simulated, none asked for more than three.
+constexpr int kMaxTrials = 6;
+constexpr std::size_t kSample = 64;          // points, to ask whether a solid reaches so far
+constexpr double kMinOnExtended = 0.6;       // of them
+constexpr double kMinExplained = 0.9;        // of the points of the whole, as of any one solid
+constexpr double kMaxLidThickness_m = 0.01;  // lone faces have 5 mm and what the noise adds
+
+bool IsNearlyOneSolid(const ObjectHypothesis& hypothesis) {
+  return IsOneSolid(hypothesis.model->object, kMinExplainedAlone);
+}
+
+// Whether `lid` is a lone face that rests on the other one: of what an occluder leaves of a cup, the lid
+// and a strip of the wall may be apart, and a cup extended is no cylinder.
+bool IsLidOn(const ObjectHypothesis& lid, const ObjectHypothesis& other) {
+  if (lid.resting.on != other.id || !IsNearlyOneSolid(lid)) return false;
+  const Aabb bounds_S = TightBounds(lid.model->shapes().front().shape, Pose::Identity());
+  return bounds_S.sizes().minCoeff() <= kMaxLidThickness_m;
+}
+
+// Whether `one` is a solid that explains the other one if it goes on. Vessels have no end that does.
+bool ExtendsTo(const SceneState& state, const ObjectHypothesis& one,
+               const ObjectHypothesis& other) {
+  if (!IsNearlyOneSolid(one)) return false;
+  const ShapePart& solid = one.model->shapes().front();
+  if (solid.vessel) return false;
+  const PointSet sample = Thinned(other.points, kSample);
+  const auto on = std::ranges::count_if(
+      sample, [&](std::uint32_t i) { return IsOnExtended(solid, state.points(), i); });
+  return static_cast<double>(on) >= kMinOnExtended * static_cast<double>(sample.size());
+}
+
+bool MayBeOne(const SceneState& state, const ObjectHypothesis& a, const ObjectHypothesis& b) {
+  if (a.model->is_given || b.model->is_given) return false;
+  if (a.resting.support != b.resting.support) return false;
+  if (a.model->bounds_L.exteriorDistance(b.model->bounds_L) > kMaxOccludedGap_m) return false;
+  const bool suggests =
+      ExtendsTo(state, a, b) || ExtendsTo(state, b, a) || IsLidOn(a, b) || IsLidOn(b, a);
+  return suggests && LookBetween(state, a.points, b.points).IsHidden();
+}
+
+}  // namespace
+
+std::span<const std::string_view> MergeOccludedParts::After() const {
+  static constexpr std::array<std::string_view, 1> kAfter = {"reassign.handles"};
+  return kAfter;
+}
+
+Allowance MergeOccludedParts::MaxWork() const {
+  return {.max_trials = kMaxTrials,
+          .note = "parts of it may stand apart: the cap of joins was reached"};
+}
+
+std::vector<Proposal> MergeOccludedParts::Propose(const SceneState& state,
+                                                  const RefinementContext& context) const {
+  std::vector<Proposal> proposals;
+  if (!state.sight()) return proposals;
+  const auto objects = state.objects();
+  for (std::size_t a = 0; a < objects.size(); ++a) {
+    context.work.Poll();
+    for (std::size_t b = a + 1; b < objects.size(); ++b) {
+      if (!MayBeOne(state, *objects[a], *objects[b])) continue;
+      const std::array both = {objects[a]->id, objects[b]->id};
+      proposals.push_back({.consumes = {{both[0]}, {both[1]}}, .products = {Merged(state, both)}});
+    }
+  }
+  return proposals;
+}
+
+bool MergeOccludedParts::Admits(const SceneState&, const Proposal&, std::size_t,
+                                const ObjectModel& found) const {
+  return IsOneSolid(found, kMinExplained);
+}
+
+double MergeOccludedParts::Gain(const SceneState& state, const Proposal& proposal,
+                                std::span<const ModelPtr> products) const {
+  const bool accounts = std::ranges::all_of(proposal.consumes, [&](const Consumed& consumed) {
+    const ObjectHypothesis& part = state.Get(consumed.id);
+    return AccountsFor(*products.front(), *part.model, part.points, state.points());
+  });
+  return accounts ? 1 : 0;
+}
+
+}  // namespace cwm::perception

@@ -1,0 +1,52 @@
+#include "perception/refinement/merge/occlusion.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "perception/model/explain.h"
+#include "perception/model/model_points.h"
+#include "perception/model/prolonged.h"
+#include "perception/scene/surface_graph.h"
+
+namespace cwm::perception {
+namespace {
+
+constexpr std::size_t kLines = 48;
+constexpr std::size_t kLineStride = 19;  // prime to kLines: pairs each point with many of the other
+constexpr int kPlacesPerLine = 8;
+
+Vector3 InSolid(const ShapePart& solid, const OrientedPoints& all, std::uint32_t point) {
+  return solid.X_OS.inverse(Eigen::Isometry) * all.points[point].cast<double>();
+}
+
+}  // namespace
+
+SightBetween LookBetween(const SceneState& state, const PointSet& a, const PointSet& b) {
+  const OrientedPoints& all = state.points();
+  int through = 0, hidden = 0, seen = 0;
+  for (std::size_t line = 0; line < kLines; ++line) {
+    const std::uint32_t i = a[line * a.size() / kLines];
+    const std::uint32_t j = b[line * kLineStride % kLines * b.size() / kLines];
+    for (int k = 1; k < kPlacesPerLine; ++k) {
+      const float t = static_cast<float>(k) / kPlacesPerLine;
+      const Eigen::Vector3f place = (1 - t) * all.points[i] + t * all.points[j];
+      const Visibility sight = state.sight()->Look(place, LargestJump_m(all.sigma_m[i]));
+      ++seen;
+      through += sight == Visibility::kSeenThrough;
+      hidden += sight == Visibility::kHidden;
+    }
+  }
+  return {static_cast<double>(through) / seen, static_cast<double>(hidden) / seen};
+}
+
+bool IsOnSolid(const ShapePart& solid, const OrientedPoints& all, std::uint32_t point) {
+  return std::abs(SignedDistance_m(solid, InSolid(solid, all, point))) <=
+         kDistanceGate_sigma * double{all.sigma_m[point]};
+}
+
+bool IsOnExtended(const ShapePart& solid, const OrientedPoints& all, std::uint32_t point) {
+  return ProlongedDistance_m(solid.shape, InSolid(solid, all, point)) <=
+         std::max(kBelongs_m, kDistanceGate_sigma * double{all.sigma_m[point]});
+}
+
+}  // namespace cwm::perception

@@ -1,0 +1,138 @@
+#include "perception/refinement/reassign/reassign_points.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <iterator>
+
+#include "perception/model/model_points.h"
+#include "perception/model/seen_width.h"
+#include "perception/model/slenderness.h"
+#include "perception/model/vessel_handles.h"
+#include "perception/refinement/evidence.h"
+
+namespace cwm::perception {
+namespace {
+
+constexpr int kMaxTrials = 8;
+constexpr std::size_t kPointsDivisor = 4;
+// Between things that touch, less than the roundness of a mug's wall hides.
+constexpr double kMaxGap_m = 0.03;
+constexpr double kMinNearer_m = 0.01;  // by so much the ends of a handle are nearer to its own wall
+
+// Products of a proposal.
+constexpr std::size_t kGiver = 0, kTaker = 1;
+
+bool HasVessel(const HypothesisModel& model) {
+  return std::ranges::any_of(model.shapes(),
+                             [](const ShapePart& part) { return part.vessel != nullptr; });
+}
+
+// Whether both ends of a handle, together, are nearer to the taker than to the giver.
+bool IsHandleOf(const OrientedPoints& all, const PointSet& handle, const HypothesisModel& giver,
+                const HypothesisModel& taker) {
+  if (handle.empty()) return false;
+  std::vector<Eigen::Vector3f> places;
+  for (std::uint32_t i : handle) places.push_back(all.points[i]);
+  const Slenderness bar =
+      MeasureSlenderness(places, all.viewpoint, SeenPitch_m(places, all.viewpoint));
+  double nearer_m = 0;
+  for (const Vector3& end : bar.ends) {
+    nearer_m += DistanceToShapes_m(giver.shapes(), end) - DistanceToShapes_m(taker.shapes(), end);
+  }
+  return nearer_m > kMinNearer_m;
+}
+
+// Points of the giver that look like the taker's. Ascending.
+PointSet PointsFor(const OrientedPoints& all, const ObjectHypothesis& giver,
+                   const ObjectHypothesis& taker) {
+  PointSet given;
+  for (const std::uint32_t i : PointsOfPart(giver, kUnexplained)) {
+    const double off_m = DistanceToShapes_m(taker.model->shapes(), all.points[i].cast<double>());
+    if (off_m <= ExplainedWithin_m(all.sigma_m[i])) given.push_back(i);
+  }
+  if (HasVessel(*taker.model)) {
+    for (std::size_t h = 0; h < giver.model->handles().size(); ++h) {
+      const PointSet handle = PointsOfHandle(giver, h);
+      if (!IsHandleOf(all, handle, *giver.model, *taker.model)) continue;
+      given.insert(given.end(), handle.begin(), handle.end());
+    }
+  }
+  std::ranges::sort(given);
+  return given;
+}
+
+std::size_t WithoutShape(const HypothesisModel& model) {
+  return static_cast<std::size_t>(std::ranges::count(model.part_of_point(), kUnexplained));
+}
+
+// Handles of the giver that are given, and their points: they may have been none.
+struct GivenHandles {
+  std::size_t handles = 0, points = 0;
+};
+GivenHandles HandlesAmong(const PointSet& given, const ObjectHypothesis& giver) {
+  GivenHandles found;
+  for (std::size_t h = 0; h < giver.model->handles().size(); ++h) {
+    const PointSet handle = PointsOfHandle(giver, h);
+    const auto among = static_cast<std::size_t>(std::ranges::count_if(
+        handle, [&](std::uint32_t i) { return std::ranges::binary_search(given, i); }));
+    found.handles += among > 0;
+    found.points += among;
+  }
+  return found;
+}
+
+}  // namespace
+
+std::span<const std::string_view> ReassignPoints::After() const {
+  static constexpr std::array<std::string_view, 1> kAfter = {"merge.occluded_parts"};
+  return kAfter;
+}
+
+Allowance ReassignPoints::MaxWork() const {
+  return {.max_trials = kMaxTrials,
+          .points_divisor = kPointsDivisor,
+          .note = "parts of it may belong to what touches it: the cap of trades was reached"};
+}
+
+std::vector<Proposal> ReassignPoints::Propose(const SceneState& state,
+                                              const RefinementContext& context) const {
+  std::vector<Proposal> proposals;
+  for (const HypothesisPtr& giver : state.objects()) {
+    for (const HypothesisPtr& taker : state.objects()) {
+      if (giver->id == taker->id || taker->model->shapes().empty()) continue;
+      if (giver->model->is_given || taker->model->is_given) continue;
+      if (giver->model->bounds_L.exteriorDistance(taker->model->bounds_L) > kMaxGap_m) continue;
+      context.work.Poll();
+      const PointSet given = PointsFor(state.points(), *giver, *taker);
+      if (given.size() < kLeastHandlePoints || given.size() == giver->points.size()) continue;
+      const std::size_t nodes = NodesOf(*giver, given.size());
+      proposals.push_back({.consumes = {{giver->id, kGiver}, {taker->id, kTaker}},
+                           .products = {Without(*giver, given), With(*taker, given, nodes)}});
+    }
+  }
+  return proposals;
+}
+
+double ReassignPoints::Gain(const SceneState& state, const Proposal& proposal,
+                            std::span<const ModelPtr> products) const {
+  const ObjectHypothesis& giver = state.Get(proposal.consumes[kGiver].id);
+  const ObjectHypothesis& taker = state.Get(proposal.consumes[kTaker].id);
+  PointSet given;
+  std::ranges::set_difference(giver.points, proposal.products[kGiver].points,
+                              std::back_inserter(given));
+  const GivenHandles given_handles = HandlesAmong(given, giver);
+  // A handle of the wrong object counts as points without a shape.
+  const std::size_t before =
+      WithoutShape(*giver.model) + given_handles.points + WithoutShape(*taker.model);
+  const std::size_t after = WithoutShape(*products[kGiver]) + WithoutShape(*products[kTaker]);
+  const std::size_t handles_before = giver.model->handles().size() + taker.model->handles().size();
+  const std::size_t handles_after =
+      products[kGiver]->handles().size() + products[kTaker]->handles().size();
+  if (handles_after + given_handles.handles < handles_before) return 0;
+  return static_cast<double>(before) - static_cast<double>(after) -
+         0.5 * static_cast<double>(given.size());
+}
+
+}  // namespace cwm::perception

@@ -1,0 +1,95 @@
+#include "perception/refinement/reassign/return_handles.h"
+
+#include <algorithm>
+
+#include "perception/refinement/evidence.h"
+#include "perception/refinement/merge/occlusion.h"
+
+namespace cwm::perception {
+namespace {
+
+constexpr int kMaxTrials = 6;          // measured: as of merges of occluded parts
+constexpr double kMinExplained = 0.9;  // of the owner's points, as of any one solid
+
+// Products of a proposal.
+constexpr std::size_t kOwner = 0, kTaker = 1;
+
+// The owner stands on something; the taker stands there too or hangs in the air.
+bool MayOwn(const ObjectHypothesis& owner, const ObjectHypothesis& taker) {
+  if (owner.model->is_given || taker.model->is_given) return false;
+  return owner.IsObject() &&
+         (!taker.IsObject() || taker.resting.support == owner.resting.support) &&
+         owner.model->bounds_L.exteriorDistance(taker.model->bounds_L) <= kMaxOccludedGap_m;
+}
+
+// The points of those handles of the taker that lie on the one solid that the owner is, as it is or
+// extended. Ascending.
+PointSet HandlesOn(const OrientedPoints& all, const ObjectHypothesis& taker,
+                   const ObjectHypothesis& owner) {
+  PointSet found;
+  if (!IsOneSolid(owner.model->object, kMinExplainedAlone)) return found;
+  const ShapePart& solid = owner.model->shapes().front();
+  if (solid.vessel) return found;
+  for (std::size_t h = 0; h < taker.model->handles().size(); ++h) {
+    const PointSet members = PointsOfHandle(taker, h);
+    const auto on = std::ranges::count_if(members, [&](std::uint32_t i) {
+      return IsOnSolid(solid, all, i) || IsOnExtended(solid, all, i);
+    });
+    if (static_cast<double>(on) < kMinExplainedAlone * static_cast<double>(members.size())) {
+      continue;
+    }
+    found.insert(found.end(), members.begin(), members.end());
+  }
+  std::ranges::sort(found);
+  return found;
+}
+
+}  // namespace
+
+Allowance ReturnHandles::MaxWork() const {
+  return {.max_trials = kMaxTrials,
+          .note = "a handle of it may belong to another object: the cap of returns was reached"};
+}
+
+std::vector<Proposal> ReturnHandles::Propose(const SceneState& state,
+                                             const RefinementContext& context) const {
+  std::vector<Proposal> proposals;
+  if (!state.sight()) return proposals;
+  for (const HypothesisPtr& taker : state.hypotheses()) {
+    if (taker->model->handles().empty()) continue;
+    for (const HypothesisPtr& owner : state.objects()) {
+      if (owner->id == taker->id || !MayOwn(*owner, *taker)) continue;
+      context.work.Poll();
+      const PointSet handles = HandlesOn(state.points(), *taker, *owner);
+      if (handles.empty() || handles.size() == taker->points.size()) continue;
+      if (LookBetween(state, handles, owner->points).IsContradicted()) continue;
+      const std::size_t nodes = NodesOf(*taker, handles.size());
+      proposals.push_back({.consumes = {{owner->id, kOwner}, {taker->id, kTaker}},
+                           .products = {With(*owner, handles, nodes), Without(*taker, handles)}});
+    }
+  }
+  return proposals;
+}
+
+bool ReturnHandles::Admits(const SceneState&, const Proposal&, std::size_t product,
+                           const ObjectModel& found) const {
+  return product == kTaker || IsOneSolid(found, kMinExplained);
+}
+
+// The owner's solid accounts for what it got.
+double ReturnHandles::Gain(const SceneState& state, const Proposal& proposal,
+                           std::span<const ModelPtr> products) const {
+  const PointSet& before = state.Get(proposal.consumes[kOwner].id).points;
+  const PointSet& after = proposal.products[kOwner].points;
+  std::size_t got = 0, explained = 0;
+  for (std::size_t k = 0; k < after.size(); ++k) {
+    if (std::ranges::binary_search(before, after[k])) continue;
+    ++got;
+    explained += products[kOwner]->part_of_point()[k] == 0;
+  }
+  const bool accounts =
+      static_cast<double>(explained) >= kMinExplainedAlone * static_cast<double>(got);
+  return accounts ? static_cast<double>(explained) : 0;
+}
+
+}  // namespace cwm::perception

@@ -1,0 +1,281 @@
+#include "perception/refinement/split/split_stacked_boxes.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <set>
+#include <utility>
+
+#include "collision/geometry/aabb.h"
+#include "perception/cloud/quantile.h"
+#include "perception/refinement/evidence.h"
+
+namespace cwm::perception {
+namespace {
+
+constexpr int kMaxTrials = 6;
+constexpr std::size_t kPointsDivisor = 4;
+constexpr std::size_t kMaxInGroup = 12;
+constexpr float kMaxApart_m = 0.01;     // of things that touch: what mixed pixels take from an edge
+constexpr double kMinExplained = 0.96;  // of its points, by one box: the rest are mixed pixels
+constexpr float kMinLevel_cos = 0.95f;  // 18 degrees: normals of strips are of their edges too
+constexpr float kMaxSide_cos = 0.5f;    // 30 degrees off the upright
+// Two faces of one height within noise and warp; flat things are thicker.
+constexpr double kSameLevel_sigma = 3;
+constexpr double kMinThickness_m = 0.015;
+constexpr std::size_t kMinLevel = 24;   // two independent ones, of the corner that a turn leaves
+constexpr double kFootQuantile = 0.02;  // quantile of heights: below are mixed pixels
+// A crease takes from the upper one's foot, or adds to it.
+constexpr double kMaxCreaseGap_m = 0.01;
+constexpr double kMinOverlap_m = 0.01;  // of the middle of one inside the one below
+
+bool IsBoxOrFace(const ShapePart& part) {
+  return !part.vessel &&
+         (std::holds_alternative<Box>(part.shape) || std::holds_alternative<Plate>(part.shape));
+}
+
+using Group = std::vector<const ObjectHypothesis*>;
+
+// Half of its points and more.
+bool IsOfBoxes(const ObjectHypothesis& object) {
+  const HypothesisModel& model = *object.model;
+  if (model.is_given || model.thinned_L.empty()) return false;
+  const std::vector<ShapePart>& shapes = model.shapes();
+  if (std::ranges::any_of(shapes, [](const ShapePart& part) { return part.vessel != nullptr; })) {
+    return false;
+  }
+  const auto of_others = std::ranges::count_if(model.part_of_point(), [&](std::int32_t part) {
+    return part >= 0 && part < static_cast<std::int32_t>(shapes.size()) &&
+           !IsBoxOrFace(shapes[static_cast<std::size_t>(part)]);
+  });
+  return 2 * static_cast<std::size_t>(of_others) < model.part_of_point().size();
+}
+
+class Stacker {
+ public:
+  explicit Stacker(const SceneState& state) : state_(state) {}
+
+  std::vector<Proposal> Run(const Work& work) const {
+    std::vector<Proposal> proposals;
+    std::set<const ObjectHypothesis*> seen;
+    for (const HypothesisPtr& object : state_.objects()) {
+      work.Poll();
+      if (seen.contains(object.get()) || !IsOfBoxes(*object)) continue;
+      const Group group = GroupOf(*object);
+      seen.insert(group.begin(), group.end());
+      if (IsInOrder(group)) continue;
+      if (auto proposal = StackOf(group)) proposals.push_back(*std::move(proposal));
+    }
+    return proposals;
+  }
+
+ private:
+  // What touches it, and what touches that.
+  Group GroupOf(const ObjectHypothesis& seed) const {
+    Group group{&seed};
+    for (std::size_t at = 0; at < group.size(); ++at) {
+      const Eigen::AlignedBox3f bounds = group[at]->model->bounds_L;
+      for (const HypothesisPtr& other : state_.objects()) {
+        if (group.size() == kMaxInGroup) break;
+        if (std::ranges::count(group, other.get()) > 0 || !IsOfBoxes(*other) ||
+            other->resting.support != seed.resting.support ||
+            bounds.exteriorDistance(other->model->bounds_L) > kMaxApart_m) {
+          continue;
+        }
+        group.push_back(other.get());
+      }
+    }
+    std::ranges::sort(group, {},
+                      [&](const ObjectHypothesis* one) { return state_.IndexOf(one->id); });
+    return group;
+  }
+
+  Pose X_SupportL(const ObjectHypothesis& object) const {
+    return X_LGround(state_.measured(), {.support = object.resting.support})
+        ->inverse(Eigen::Isometry);
+  }
+
+  double HeightQuantile_m(const ObjectHypothesis& object, double share) const {
+    const Pose X_SL = X_SupportL(object);
+    std::vector<double> heights_m;
+    for (const Eigen::Vector3f& p : object.model->thinned_L) {
+      heights_m.push_back((X_SL * p.cast<double>()).z());
+    }
+    return Quantile(std::move(heights_m), share);
+  }
+
+  // Each is one box and all of what it shows, none begins in the air but what rests on another, and none
+  // on two.
+  bool IsInOrder(const Group& group) const {
+    return std::ranges::all_of(group, [&](const ObjectHypothesis* object) {
+      const HypothesisModel& model = *object->model;
+      if (!IsOneSolid(model.object, kMinExplained)) return false;
+      if (!model.handles().empty()) return false;
+      const std::ptrdiff_t below = CountBelow(*object, group);
+      if (object->resting.on) return below < 2;
+      return below == 0 && FootOfShape_m(*object) < kMinThickness_m && !RunsThrough(*object, group);
+    });
+  }
+
+  double FootOfShape_m(const ObjectHypothesis& object) const {
+    const ShapePart& part = object.model->shapes().front();
+    return TightBounds(part.shape, X_SupportL(object) * part.X_OS).min().z();
+  }
+
+  // Of those that end where it begins.
+  std::ptrdiff_t CountBelow(const ObjectHypothesis& object, const Group& group) const {
+    const double foot_m = HeightQuantile_m(object, kFootQuantile);
+    if (foot_m < kMinThickness_m) return 0;
+    return std::ranges::count_if(group, [&](const ObjectHypothesis* other) {
+      return other != &object &&
+             std::abs(HeightQuantile_m(*other, 1 - kFootQuantile) - foot_m) <= kMaxCreaseGap_m;
+    });
+  }
+
+  // Whether the middle of another one's solid is deep in its own.
+  bool RunsThrough(const ObjectHypothesis& object, const Group& group) const {
+    const ShapePart& part = object.model->shapes().front();
+    const Pose X_SL = part.X_OS.inverse(Eigen::Isometry);
+    return std::ranges::any_of(group, [&](const ObjectHypothesis* other) {
+      if (other == &object) return false;
+      return std::ranges::any_of(other->model->shapes(), [&](const ShapePart& of_other) {
+        return SignedDistance_m(part, X_SL * of_other.X_OS.translation()) < -kMinOverlap_m;
+      });
+    });
+  }
+
+  // Heights of level faces above the support, ascending.
+  std::vector<double> LevelsOf(const PointSet& points, const Pose& X_SL) const {
+    const Eigen::Vector3f up = X_SL.linear().row(2).transpose().cast<float>();
+    std::vector<double> heights_m;
+    double sigma_m = 0;
+    for (std::uint32_t i : points) {
+      sigma_m = std::max(sigma_m, double{state_.points().sigma_m[i]});
+      if (state_.points().normals[i].dot(up) < kMinLevel_cos) continue;
+      heights_m.push_back((X_SL * state_.points().points[i].cast<double>()).z());
+    }
+    std::ranges::sort(heights_m);
+    const double gate_m = kSameLevel_sigma * sigma_m;
+    std::vector<double> levels;
+    while (true) {
+      std::size_t most = 0, at = 0;
+      for (std::size_t first = 0, end = 0; first < heights_m.size(); ++first) {
+        while (end < heights_m.size() && heights_m[end] <= heights_m[first] + gate_m) ++end;
+        if (end - first > most) most = end - first, at = first;
+      }
+      if (most < kMinLevel) break;
+      const double level_m = heights_m[at + most / 2];
+      std::erase_if(heights_m, [&](double height_m) {
+        return std::abs(height_m - level_m) < std::max(kMinThickness_m, gate_m);
+      });
+      if (level_m > kMinThickness_m) levels.push_back(level_m);
+    }
+    std::ranges::sort(levels);
+    return levels;
+  }
+
+  // The points up to each level, and above the one before.
+  std::vector<PointSet> LayersOf(const PointSet& points, const std::vector<double>& levels,
+                                 const Pose& X_SL) const {
+    std::vector<PointSet> layers(levels.size());
+    const Eigen::Vector3f up = X_SL.linear().row(2).transpose().cast<float>();
+    for (std::uint32_t i : points) {
+      const double height_m = (X_SL * state_.points().points[i].cast<double>()).z();
+      // Where a face meets the side above it, or its own, normals are of both.
+      const bool is_side = state_.points().normals[i].dot(up) < kMaxSide_cos;
+      const double above_m = is_side ? 0 : kSameLevel_sigma * double{state_.points().sigma_m[i]};
+      const auto level = std::ranges::lower_bound(levels, height_m - above_m);
+      layers[std::min(static_cast<std::size_t>(level - levels.begin()), levels.size() - 1)]
+          .push_back(i);
+    }
+    return layers;
+  }
+
+  std::optional<Proposal> StackOf(const Group& group) const {
+    std::vector<HypothesisId> ids;
+    for (const ObjectHypothesis* object : group) ids.push_back(object->id);
+    const Product all = Merged(state_, ids);
+    const Pose X_SL = X_SupportL(*group.front());
+    const std::vector<double> levels = LevelsOf(all.points, X_SL);
+    if (levels.size() < 2) return std::nullopt;
+    std::vector<PointSet> layers = LayersOf(all.points, levels, X_SL);
+    if (std::ranges::any_of(layers,
+                            [](const PointSet& layer) { return layer.size() < kMinLevel; })) {
+      return std::nullopt;
+    }
+    Proposal proposal;
+    for (const HypothesisId id : ids) proposal.consumes.push_back({id, layers.size() - 1});
+    for (std::size_t k = 0; k < layers.size(); ++k) {
+      Product layer{.points = std::move(layers[k]),
+                    .resting = {.support = group.front()->resting.support},
+                    .expects = Expectation::kOneObject};
+      layer.node_count = all.node_count * layer.points.size() / all.points.size();
+      if (k > 0) {
+        layer.on_product = k - 1;
+        layer.resting.foot_height_m = levels[k - 1];
+      }
+      proposal.products.push_back(std::move(layer));
+    }
+    return proposal;
+  }
+
+  const SceneState& state_;
+};
+
+Aabb BoundsOnSupport(const HypothesisModel& model, const Pose& X_SL) {
+  Aabb bounds;
+  for (const ShapePart& part : model.shapes()) {
+    bounds.extend(TightBounds(part.shape, X_SL * part.X_OS));
+  }
+  return bounds;
+}
+
+// The middle of one over the other.
+bool LiesOver(const HypothesisModel& upper, const HypothesisModel& lower, const Pose& X_SL) {
+  const Aabb above = BoundsOnSupport(upper, X_SL), below = BoundsOnSupport(lower, X_SL);
+  const auto holds = [](const Aabb& bounds, const Vector3& p) {
+    return ((p - bounds.min()).head<2>().array() > kMinOverlap_m).all() &&
+           ((bounds.max() - p).head<2>().array() > kMinOverlap_m).all();
+  };
+  return holds(below, above.center()) || holds(above, below.center());
+}
+
+}  // namespace
+
+std::span<const std::string_view> SplitStackedBoxes::After() const {
+  static constexpr std::array<std::string_view, 1> kAfter = {"split.standing_solids"};
+  return kAfter;
+}
+
+Allowance SplitStackedBoxes::MaxWork() const {
+  return {.max_trials = kMaxTrials,
+          .points_divisor = kPointsDivisor,
+          .note = "it may be a stack of boxes: the cap of stacks was reached"};
+}
+
+std::vector<Proposal> SplitStackedBoxes::Propose(const SceneState& state,
+                                                 const RefinementContext& context) const {
+  return Stacker(state).Run(context.work);
+}
+
+bool SplitStackedBoxes::Admits(const SceneState&, const Proposal&, std::size_t,
+                               const ObjectModel& found) const {
+  return IsOneSolid(found, kMinExplained) &&
+         std::holds_alternative<Box>(found.shapes.front().shape);
+}
+
+double SplitStackedBoxes::Gain(const SceneState& state, const Proposal& proposal,
+                               std::span<const ModelPtr> products) const {
+  const Pose X_SL =
+      X_LGround(state.measured(), {.support = proposal.products.front().resting.support})
+          ->inverse(Eigen::Isometry);
+  for (std::size_t k = 1; k < products.size(); ++k) {
+    if (!LiesOver(*products[k], *products[k - 1], X_SL)) return 0;
+  }
+  return 1;
+}
+
+}  // namespace cwm::perception

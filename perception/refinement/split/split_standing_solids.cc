@@ -1,0 +1,248 @@
+#include "perception/refinement/split/split_standing_solids.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <utility>
+
+#include "collision/geometry/aabb.h"
+#include "perception/refinement/evidence.h"
+#include "perception/scene/disjoint_sets.h"
+
+namespace cwm::perception {
+namespace {
+
+constexpr int kMaxTrials = 32;         // no scene has so many objects of several solids
+constexpr double kMinExplained = 0.9;  // of a product's points, as of any one solid
+// From the ground to the lowest place: noise, and what a fit without a view of the foot is wrong by.
+constexpr double kMaxFootGap_m = 0.01;
+// From one to the top of what it rests on, which its own foot hides.
+constexpr double kMaxStackedGap_m = 0.02;
+// A box as thin as that may be one face of another.
+constexpr double kMinThickness_m = 0.02;
+
+// Of surfaces that carry each other on, bent as soft packages are, and warped as all things are seen.
+constexpr double kMaxStep_m = 0.005;
+constexpr double kMaxOffAxis_m = 0.01;
+constexpr double kMinTurn_cos = 0.966;  // 15 degrees
+
+// Of a closed solid: faces alone are of the thing that they are found on.
+bool IsSolid(const ShapePart& part) {
+  if (part.vessel || std::holds_alternative<Plate>(part.shape)) return false;
+  const auto* box = std::get_if<Box>(&part.shape);
+  return box == nullptr || box->size_m.minCoeff() > kMinThickness_m;
+}
+
+bool IsVessel(const ShapePart& part) { return part.vessel != nullptr; }
+
+// But for its handles, as those of vessels are.
+bool IsOneThing(const ObjectModel& found) {
+  if (IsOneSolid(found, kMinExplained)) return true;
+  const auto explained = std::ranges::count_if(
+      found.part_of_point, [](std::int32_t part) { return part != kUnexplained; });
+  return found.shapes.size() == 1 && IsVessel(found.shapes.front()) &&
+         static_cast<double>(explained) >=
+             kMinExplained * static_cast<double>(found.part_of_point.size());
+}
+
+bool IsPartOfOneRod(const Cylinder& a, const Pose& X_OA, const Cylinder& b, const Pose& X_OB) {
+  const Vector3 axis_a = X_OA.linear().col(2), axis_b = X_OB.linear().col(2);
+  const double turn_cos = axis_a.dot(axis_b);
+  const Vector3 between = (axis_a + (turn_cos < 0 ? -1 : 1) * axis_b).normalized();
+  const Vector3 across = X_OB.translation() - X_OA.translation();
+  return std::abs(a.radius_m - b.radius_m) < kMaxStep_m && std::abs(turn_cos) > kMinTurn_cos &&
+         across.cross(between).norm() < kMaxOffAxis_m;
+}
+
+// Shells about one axis: the axis of each runs within the other.
+bool IsPartOfOneVessel(const Aabb& a, const Aabb& b) {
+  const double across_m = (a.center() - b.center()).head<2>().norm();
+  return across_m < 0.5 * std::min(a.sizes().head<2>().minCoeff(), b.sizes().head<2>().minCoeff());
+}
+
+// Both stand on the same ground.
+bool IsPartOfOneBlock(const Box& a, const Pose& X_SupportA, const Box& b, const Pose& X_SupportB) {
+  const auto top_m = [](const Box& box, const Pose& X_SupportB) {
+    return TightBounds(box, X_SupportB).max().z();
+  };
+  const Matrix3 turns = (X_SupportA.linear().transpose() * X_SupportB.linear()).cwiseAbs();
+  return std::abs(top_m(a, X_SupportA) - top_m(b, X_SupportB)) < kMaxStep_m &&
+         turns.rowwise().maxCoeff().minCoeff() > kMinTurn_cos;
+}
+
+// Things that the solids of an object are, where they stand on what it stands on or on each other.
+struct Things {
+  std::vector<std::size_t> of_solid;  // which thing each solid is of
+  std::vector<std::size_t>
+      below;                   // which thing each one rests on; itself: what the object stands on
+  std::vector<double> foot_m;  // how high that is
+};
+
+// Which of the solids this one rests on, itself where it stands on the ground; nothing where it does
+// neither. Boxes alone are stacked: what is round and on something is its neck, its lid or its knob.
+std::optional<std::size_t> Below(std::size_t solid, const std::vector<ShapePart>& shapes,
+                                 const std::vector<Aabb>& bounds, const Pose& X_GroundL) {
+  const double foot_m = bounds[solid].min().z();
+  if (std::abs(foot_m) <= kMaxFootGap_m) return solid;
+  if (!std::holds_alternative<Box>(shapes[solid].shape)) return std::nullopt;
+  Vector3 under = bounds[solid].center();
+  for (std::size_t other = 0; other < shapes.size(); ++other) {
+    const double top_m = bounds[other].max().z();
+    if (other == solid || !std::holds_alternative<Box>(shapes[other].shape) ||
+        std::abs(foot_m - top_m) > kMaxStackedGap_m) {
+      continue;
+    }
+    under.z() = top_m - kMaxFootGap_m;
+    const Pose X_OtherSupport = (X_GroundL * shapes[other].X_OS).inverse(Eigen::Isometry);
+    if (SignedDistance_m(shapes[other], X_OtherSupport * under) < 0) return other;
+  }
+  return std::nullopt;
+}
+
+std::optional<Things> ThingsThatStand(const std::vector<ShapePart>& shapes, const Pose& X_GroundL) {
+  if (shapes.size() < 2) return std::nullopt;
+  if (!std::ranges::all_of(shapes, IsSolid) && !std::ranges::all_of(shapes, IsVessel)) {
+    return std::nullopt;
+  }
+  std::vector<Aabb> bounds;
+  for (const ShapePart& part : shapes) {
+    bounds.push_back(TightBounds(part.shape, X_GroundL * part.X_OS));
+  }
+  std::vector<std::size_t> below;
+  bool is_stack = false;
+  for (std::size_t k = 0; k < shapes.size(); ++k) {
+    const std::optional<std::size_t> found = Below(k, shapes, bounds, X_GroundL);
+    if (!found) return std::nullopt;
+    is_stack |= *found != k;
+    below.push_back(*found);
+  }
+  DisjointSets sets(shapes.size());
+  for (std::size_t a = 0; a < shapes.size(); ++a) {
+    for (std::size_t b = a + 1; b < shapes.size(); ++b) {
+      if (!CarriesOn(shapes[a], shapes[b], X_GroundL)) continue;
+      // Side by side it tells that it is one thing; in a stack or of vessels, which solids are of one.
+      if (!is_stack && !IsVessel(shapes[a])) return std::nullopt;
+      sets.Join(a, b);
+    }
+  }
+  Things things{std::vector<std::size_t>(shapes.size()), {}, {}};
+  std::vector<std::size_t> first;  // solid of each thing
+  for (std::size_t k = 0; k < shapes.size(); ++k) {
+    if (sets.Root(k) == k) things.of_solid[k] = first.size(), first.push_back(k);
+    things.of_solid[k] = things.of_solid[sets.Root(k)];
+  }
+  if (first.size() < 2) return std::nullopt;
+  for (std::size_t solid : first) {
+    things.below.push_back(things.of_solid[below[solid]]);
+    things.foot_m.push_back(below[solid] == solid ? 0 : bounds[below[solid]].max().z());
+  }
+  return things;
+}
+
+// The points of each thing, with those of no solid that lie nearest to it. Ascending.
+std::vector<PointSet> PointsOfThings(const ObjectHypothesis& object, const Things& things,
+                                     const OrientedPoints& all) {
+  std::vector<PointSet> groups(things.below.size());
+  for (std::size_t i = 0; i < object.points.size(); ++i) {
+    auto part = static_cast<std::size_t>(object.model->part_of_point()[i]);
+    if (part >= things.of_solid.size()) {  // unexplained, or a handle's
+      part = NearestShape(object.model->shapes(), all.points[object.points[i]].cast<double>());
+    }
+    groups[things.of_solid[part]].push_back(object.points[i]);
+  }
+  return groups;
+}
+
+// Where a hypothesis stands, below the middle of its points.
+Vector3 FootOf(const SceneState& state, const ObjectHypothesis& hypothesis) {
+  Vector3 middle_L = Vector3::Zero();
+  for (std::uint32_t i : hypothesis.points) middle_L += state.points().points[i].cast<double>();
+  const Pose X_LFoot = *X_LGround(state.measured(), hypothesis.resting);
+  Vector3 foot =
+      X_LFoot.inverse(Eigen::Isometry) * (middle_L / static_cast<double>(hypothesis.points.size()));
+  foot.z() = 0;
+  return X_LFoot * foot;
+}
+
+// One product for each thing; what rested on the object rests on the thing that its foot is nearest to.
+Proposal SplitOf(const SceneState& state, const ObjectHypothesis& object, const Things& things,
+                 std::vector<PointSet> groups) {
+  Proposal proposal{.consumes = {{object.id}}};
+  for (std::size_t k = 0; k < groups.size(); ++k) {
+    Product product{.points = std::move(groups[k]),
+                    .resting = object.resting,
+                    .expects = Expectation::kOneObject};
+    product.node_count = NodesOf(object, product.points.size());
+    if (things.below[k] != k) {
+      product.on_product = things.below[k];
+      product.resting.foot_height_m = object.resting.foot_height_m + things.foot_m[k];
+    }
+    proposal.products.push_back(std::move(product));
+  }
+  for (const HypothesisPtr& other : state.objects()) {
+    if (other->resting.on != object.id) continue;
+    const std::size_t solid = NearestShape(object.model->shapes(), FootOf(state, *other));
+    proposal.reseats.push_back({other->id, things.of_solid[solid], {}});
+  }
+  return proposal;
+}
+
+}  // namespace
+
+bool CarriesOn(const ShapePart& part, const ShapePart& other, const Pose& X_GroundL) {
+  const Pose X_SupportA = X_GroundL * part.X_OS, X_SupportB = X_GroundL * other.X_OS;
+  if (IsVessel(part) && IsVessel(other)) {
+    return IsPartOfOneVessel(TightBounds(part.shape, X_SupportA),
+                             TightBounds(other.shape, X_SupportB));
+  }
+  if (const auto* a = std::get_if<Cylinder>(&part.shape), *b = std::get_if<Cylinder>(&other.shape);
+      a && b) {
+    return IsPartOfOneRod(*a, X_SupportA, *b, X_SupportB);
+  }
+  if (const auto* a = std::get_if<Box>(&part.shape), *b = std::get_if<Box>(&other.shape); a && b) {
+    return IsPartOfOneBlock(*a, X_SupportA, *b, X_SupportB);
+  }
+  return false;
+}
+
+std::span<const std::string_view> SplitStandingSolids::After() const {
+  static constexpr std::array<std::string_view, 2> kAfter = {"merge.occluded_parts",
+                                                             "reassign.points"};
+  return kAfter;
+}
+
+Allowance SplitStandingSolids::MaxWork() const {
+  return {.max_trials = kMaxTrials,
+          .note = "its shapes may be objects of their own: the cap of points of parts was reached"};
+}
+
+std::vector<Proposal> SplitStandingSolids::Propose(const SceneState& state,
+                                                   const RefinementContext& context) const {
+  std::vector<Proposal> proposals;
+  for (const HypothesisPtr& object : state.objects()) {
+    context.work.Poll();
+    if (object->model->is_given) continue;
+    const Pose X_GroundL = X_LGround(state.measured(), object->resting)->inverse(Eigen::Isometry);
+    const auto things = ThingsThatStand(object->model->shapes(), X_GroundL);
+    if (!things) continue;
+    std::vector<PointSet> groups = PointsOfThings(*object, *things, state.points());
+    if (std::ranges::any_of(groups, [](const PointSet& group) { return group.empty(); })) continue;
+    proposals.push_back(SplitOf(state, *object, *things, std::move(groups)));
+  }
+  return proposals;
+}
+
+bool SplitStandingSolids::Admits(const SceneState&, const Proposal&, std::size_t,
+                                 const ObjectModel& found) const {
+  return IsOneThing(found);
+}
+
+double SplitStandingSolids::Gain(const SceneState&, const Proposal& proposal,
+                                 std::span<const ModelPtr>) const {
+  return static_cast<double>(proposal.products.size() - 1);
+}
+
+}  // namespace cwm::perception

@@ -1,0 +1,32 @@
+// Objects that touch are one to the segmentation, and the modeler finds their solids. A solid that
+// stands by itself, and has none of its surfaces carried on by another, is an object of its own.
+#pragma once
+
+#include "perception/refinement/pass.h"
+
+namespace cwm::perception {
+
+// Whether two solids on one support may well be one object: cylinders on one axis and of one radius,
+// boxes that are level and aligned, within what soft packages bend by, or vessels about one axis.
+// Symmetric.
+bool CarriesOn(const ShapePart& part, const ShapePart& other, const Pose& X_GroundL);
+
+// Each object of several solids that all touch what it stands on, or one on the top of another,
+// becomes an object for each of them, where each is one solid when modelled by itself: all of them
+// vessels or none, nothing as thin as a face, and none that carries another on (in a stack, and of
+// vessels, those that do are one).
+class SplitStandingSolids : public RefinementPass {
+ public:
+  std::string_view Name() const override { return "split.standing_solids"; }
+  std::span<const std::string_view> After() const override;
+  Allowance MaxWork() const override;
+  std::vector<Proposal> Propose(const SceneState& state,
+                                const RefinementContext& context) const override;
+  // One solid, or one vessel with handles.
+  bool Admits(const SceneState& state, const Proposal& proposal, std::size_t product,
+              const ObjectModel& found) const override;
+  double Gain(const SceneState& state, const Proposal& proposal,
+              std::span<const ModelPtr> products) const override;
+};
+
+}  // namespace cwm::perception

@@ -1,0 +1,135 @@
+#include "perception/refinement/attach/attach_handles.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <iterator>
+#include <optional>
+
+#include "perception/hypotheses/invariants.h"
+#include "perception/model/vessel_handles.h"
+#include "tests/perception/model/vessels.h"
+
+namespace cwm::perception {
+namespace {
+
+// A mug on a table at z = 0; whatever else is added becomes a thing of its own.
+class CutOff : public ::testing::Test {
+ protected:
+  CutOff() {
+    scene_.points.viewpoint = Vector3(-0.6, 0, 0.6);
+    Placed<Plate> table;
+    table.shape.outline = {{-1, -1}, {1, -1}, {1, 1}, {-1, 1}};
+    table.shape.thickness_m = 0.02;
+    scene_.supports.push_back({table, {}});
+    AddMug(Vector2::Zero(), scene_.points);
+    AddThing(0);
+    mug_points_ = scene_.points.size();
+  }
+
+  void AddThing(std::int32_t supported_by) {
+    SegmentedThing& thing = scene_.things.emplace_back();
+    thing.supported_by = supported_by;
+    for (; known_ < scene_.points.size(); ++known_) thing.points.push_back(known_);
+    thing.node_count = thing.points.size();
+  }
+
+  // Attaches what is found; false where not all could be looked at.
+  bool AttachAll() {
+    state_.emplace(scene_);
+    const FoundHandles found = FindCutOffHandles(*state_, kUnbounded);
+    state_ = Attach(*state_, found.gifts);
+    EXPECT_THAT(BrokenInvariants(*state_), ::testing::IsEmpty());
+    return found.all_looked_at;
+  }
+  std::size_t Count() const { return state_->hypotheses().size(); }
+  const ObjectHypothesis& At(std::size_t k) const { return *state_->hypotheses()[k]; }
+
+  SegmentedScene scene_;
+  std::optional<SceneState> state_;
+  std::uint32_t known_ = 0;
+  std::size_t mug_points_ = 0;
+};
+
+TEST_F(CutOff, AnEarReturnsToItsMug) {
+  AddTube(Ear(), 0.01, scene_.points);
+  AddThing(-1);
+  EXPECT_TRUE(AttachAll());
+  ASSERT_EQ(Count(), 1u);
+  EXPECT_EQ(At(0).points.size(), scene_.points.size());
+  EXPECT_EQ(At(0).node_count, scene_.points.size());
+  EXPECT_EQ(At(0).resting.support, 0);
+}
+
+TEST_F(CutOff, APenThatStandsBesideItStaysAThing) {
+  AddTube({{0, kMugRadius_m + 0.02, 0}, {0, kMugRadius_m + 0.03, 0.12}}, 0.01, scene_.points);
+  AddThing(0);
+  EXPECT_TRUE(AttachAll());
+  EXPECT_EQ(Count(), 2u);
+}
+
+TEST_F(CutOff, AnEarThatABoxTookReturnsAndTheBoxStays) {
+  AddTube(Ear(), 0.01, scene_.points);
+  const std::size_t of_mug_and_ear = scene_.points.size();
+  // A face of 64 x 100 mm that touches the ear where it reaches out farthest.
+  for (double y = kMugRadius_m + 0.036; y < kMugRadius_m + 0.1; y += 0.002) {
+    AddTube({{0, y, 0}, {0, y, 0.1}}, 0.002, scene_.points);
+  }
+  AddThing(0);
+  EXPECT_TRUE(AttachAll());
+  ASSERT_EQ(Count(), 2u);
+  const std::size_t all = scene_.points.size();
+  EXPECT_EQ(At(0).points.size() + At(1).points.size(), all);
+  EXPECT_EQ(At(0).node_count + At(1).node_count, all);
+  // What lies within a finger's width of the box is left to it, of the ear as well.
+  const bool second_is_box = At(1).points.back() == all - 1;
+  const PointSet& mug = At(second_is_box ? 0 : 1).points;
+  EXPECT_GE(mug.size(), mug_points_ + kLeastHandlePoints);
+  EXPECT_LE(
+      std::count_if(mug.begin(), mug.end(), [&](std::uint32_t i) { return i >= of_mug_and_ear; }),
+      static_cast<std::ptrdiff_t>(kLeastHandlePoints));
+}
+
+TEST_F(CutOff, APieceOfTheWallReturnsWithItsEar) {
+  AddTube(Ear(), 0.01, scene_.points);
+  AddThing(0);
+  PointSet& mug = scene_.things[0].points;
+  PointSet& piece = scene_.things[1].points;
+  // Of the wall as well what lies on the ear's side.
+  const auto is_near_ear = [&](std::uint32_t i) { return scene_.points.points[i].y() > 0.03f; };
+  std::copy_if(mug.begin(), mug.end(), std::back_inserter(piece), is_near_ear);
+  std::erase_if(mug, is_near_ear);
+  EXPECT_TRUE(AttachAll());
+  ASSERT_EQ(Count(), 1u);
+  EXPECT_EQ(At(0).points.size(), scene_.points.size());
+}
+
+TEST_F(CutOff, WhatRestsOnTheEarRestsOnTheMug) {
+  AddTube(Ear(), 0.01, scene_.points);
+  AddThing(0);
+  // A post, far off: where it is, is not asked.
+  AddTube({{0.5, 0, 0.02}, {0.5, 0, 0.06}}, 0.04, scene_.points);
+  AddThing(0);
+  scene_.things[2].rests_on = 1;
+  scene_.things[1].rests_on = 0;
+  EXPECT_TRUE(AttachAll());
+  ASSERT_EQ(Count(), 2u);
+  EXPECT_FALSE(At(0).resting.on);
+  EXPECT_EQ(At(1).resting.on, At(0).id);
+}
+
+// Sixteen in one place: as many pairs as no kitchen has.
+TEST_F(CutOff, ACrowdIsNotLookedAtInAllPairsAndLosesNothing) {
+  for (int k = 1; k < 16; ++k) {
+    AddMug(Vector2::Zero(), scene_.points);
+    AddThing(0);
+  }
+  EXPECT_FALSE(AttachAll());
+  std::size_t points = 0;
+  for (const HypothesisPtr& hypothesis : state_->hypotheses()) points += hypothesis->points.size();
+  EXPECT_EQ(points, scene_.points.size());
+}
+
+}  // namespace
+}  // namespace cwm::perception
