@@ -63,7 +63,8 @@ SceneState Commit(const SceneState& state, const Proposal& proposal,
     change.reseated.emplace_back(other->id, resting);
   }
   if (proposal.from_support) {
-    const auto& [support, taken] = *proposal.from_support;
+    const std::size_t support = proposal.from_support->support;
+    const PointSet& taken = proposal.from_support->points;
     PointSet left;
     std::ranges::copy_if(state.support(support).points, std::back_inserter(left),
                          [&](std::uint32_t i) { return !std::ranges::binary_search(taken, i); });

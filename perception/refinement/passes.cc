@@ -10,7 +10,9 @@
 #include "perception/refinement/reassign/reassign_points.h"
 #include "perception/refinement/reassign/return_handles.h"
 #include "perception/refinement/split/split_false_handles.h"
+#include "perception/refinement/split/split_rows.h"
 #include "perception/refinement/split/split_stacked_boxes.h"
+#include "perception/refinement/split/split_stacked_rounds.h"
 #include "perception/refinement/split/split_standing_solids.h"
 
 namespace cwm::perception {
@@ -27,8 +29,8 @@ Passes Make() {
 
 const Passes& RefinementPasses() {
   static const Passes passes =
-      Make<MergeVesselWalls, ReturnHandles, MergeOccludedParts, ReassignPoints, SplitStandingSolids,
-           SplitStackedBoxes, SplitFalseHandles, MergeTrayWalls>();
+      Make<MergeVesselWalls, ReturnHandles, MergeOccludedParts, ReassignPoints, SplitStackedRounds,
+           SplitRows, SplitStandingSolids, SplitStackedBoxes, SplitFalseHandles, MergeTrayWalls>();
   return passes;
 }
 

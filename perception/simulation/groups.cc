@@ -30,9 +30,23 @@ struct Storey {
   double foot_m = 0, head_m = 0, height_m = 0;
 };
 
-Storey DrawCan(double radius_m, double height_m) {
-  return {Standing("can", Cylinder{.radius_m = radius_m, .length_m = height_m}, height_m), radius_m,
-          radius_m, height_m};
+// A tin, whose ends are drawn in: where two meet, a groove runs around them.
+Storey DrawCan(double radius_m, double height_m, RandomDraws& draws) {
+  const double rim_m = draws.Uniform(0.002, 0.0035);
+  const double low_m = 0.5 * rim_m, high_m = height_m - low_m;
+  SimulatedObject can{
+      .name = "can",
+      .parts = {
+          {.X_FS = MakeTranslation(0, 0, 0.5 * height_m),
+           .shape = Cylinder{.radius_m = radius_m, .length_m = height_m - 2 * rim_m}},
+          {.X_FS = MakeTranslation(0, 0, low_m),
+           .shape = Cone{.radius_bottom_m = radius_m - rim_m,
+                         .radius_top_m = radius_m,
+                         .length_m = rim_m}},
+          {.X_FS = MakeTranslation(0, 0, high_m),
+           .shape = Cone{
+               .radius_bottom_m = radius_m, .radius_top_m = radius_m - rim_m, .length_m = rim_m}}}};
+  return {std::move(can), radius_m - rim_m, radius_m - rim_m, height_m};
 }
 
 // A cup or a bowl, closed.
@@ -47,8 +61,12 @@ Storey DrawTapered(const char* name, double narrow_m, double wide_m, double heig
 
 Storey DrawStorey(RandomDraws& draws) {
   const double share = draws.Uniform();
-  if (share < 0.3) return DrawCan(draws.Uniform(0.025, 0.05), draws.Uniform(0.06, 0.14));
-  if (share < 0.6) return DrawCan(draws.Uniform(0.035, 0.07), draws.Uniform(0.025, 0.06));
+  if (share < 0.6) {
+    const bool is_tall = share < 0.3;
+    const double radius_m = is_tall ? draws.Uniform(0.025, 0.05) : draws.Uniform(0.035, 0.07);
+    const double height_m = is_tall ? draws.Uniform(0.06, 0.14) : draws.Uniform(0.025, 0.06);
+    return DrawCan(radius_m, height_m, draws);
+  }
   const bool is_over = draws.Uniform() < 0.5;
   if (share < 0.8) {
     const double narrow_m = draws.Uniform(0.022, 0.035);
@@ -224,7 +242,7 @@ Group DrawStack(RandomDraws& draws) {
   const auto is_whole = [&] { return static_cast<int>(storeys.size()) == count; };
   if (share < kNested + kAlike) {  // cans or tins of one kind, as shops sell them
     const double radius_m = draws.Uniform(0.03, 0.055), height_m = draws.Uniform(0.03, 0.11);
-    while (!is_whole()) storeys.push_back(DrawCan(radius_m, height_m));
+    while (!is_whole()) storeys.push_back(DrawCan(radius_m, height_m, draws));
     return StackOf(std::move(storeys), draws);
   }
   while (!is_whole()) {

@@ -29,19 +29,32 @@ struct Judged {
   SegmentationScore score;
   Confusion confusion;
   double ms = 0;
+  std::string merged_names;
 };
+
+// "can can box": the objects that share their found object with another one.
+std::string MergedNames(const SimulatedCase& run, const Confusion& confusion) {
+  std::string names;
+  for (const std::uint32_t label : confusion.merged_labels) {
+    names += " " + run.simulated.scene.objects[label / 10 - 2].name;
+  }
+  return names;
+}
 
 Judged Judge(const CaseName& name, const CaseSensor& sensor) {
   auto run = RunCase(name, sensor);
-  if (!run.ok()) return {.status = run.status(), .score = {}, .confusion = {}, .ms = 0};
+  if (!run.ok())
+    return {.status = run.status(), .score = {}, .confusion = {}, .ms = 0, .merged_names = {}};
   const std::vector<std::uint32_t> truth = TrueLabelsOf(*run);
+  const Confusion confusion = ConfusionOf(truth, run->interpretation.labels);
   double ms = 0;
   for (const perception::StageTime& stage : run->interpretation.report.stages)
     ms += stage.elapsed_ms;
   return {.status = absl::OkStatus(),
           .score = ScoreSegmentation(truth, run->interpretation.labels, TruthLevel::kObjects),
-          .confusion = ConfusionOf(truth, run->interpretation.labels),
-          .ms = ms};
+          .confusion = confusion,
+          .ms = ms,
+          .merged_names = MergedNames(*run, confusion)};
 }
 
 FamilyTotals MeasureFamily(perception::SceneFamily family, const Seeds& seeds,
@@ -71,7 +84,7 @@ FamilyTotals MeasureFamily(perception::SceneFamily family, const Seeds& seeds,
     std::snprintf(text, sizeof(text), "%s: true %d found %d matched %d merged %d split %d",
                   NameOf(name_of(k)).c_str(), one.score.true_count, one.score.found_count,
                   one.score.matched_count, one.confusion.merged, one.confusion.split);
-    lines.emplace_back(text);
+    lines.push_back(text + one.merged_names);
   }
   return totals;
 }

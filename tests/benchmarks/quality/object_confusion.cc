@@ -55,7 +55,11 @@ Confusion ConfusionOf(const std::vector<std::uint32_t>& truth,
     }
     confusion.split += pieces > 1;
   }
-  for (const auto& [object, other] : holder) confusion.merged += holds[other] > 1;
+  for (const auto& [object, other] : holder) {
+    if (holds[other] < 2) continue;
+    ++confusion.merged;
+    confusion.merged_labels.push_back(object);
+  }
   return confusion;
 }
 

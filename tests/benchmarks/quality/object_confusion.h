@@ -15,6 +15,7 @@ std::vector<std::uint32_t> TrueLabelsOf(const SimulatedCase& run);
 struct Confusion {
   int merged = 0;  // true objects that share their found object with another one
   int split = 0;   // true objects of which two found ones hold a fifth each
+  std::vector<std::uint32_t> merged_labels = {};  // of the merged ones
 };
 // One label per point on either side, as of SceneInterpretation::labels.
 Confusion ConfusionOf(const std::vector<std::uint32_t>& truth,

@@ -40,6 +40,21 @@ void AddPoint(const Vector3& p, const Vector3& n, OrientedPoints& points) {
   points.cloud_index.push_back(static_cast<std::uint32_t>(points.cloud_index.size()));
 }
 
+// Whether the way from a point to the eye is so deep in a solid somewhere.
+bool RunsInto(const Vector3& p, const Placed<>& solid, double depth_m) {
+  constexpr int kSteps = 100;
+  const Vector3 way = kEye - p;
+  const Vector3 to_middle = solid.X_FS.translation() - p;
+  const double radius_m = 0.5 * TightBounds(solid.shape, Pose::Identity()).sizes().norm();
+  const double nearest = std::clamp(to_middle.dot(way) / way.squaredNorm(), 0.0, 1.0);
+  if ((to_middle - nearest * way).norm() > radius_m) return false;
+  for (int k = 1; k < kSteps; ++k) {
+    const Vector3 q = p + static_cast<double>(k) / kSteps * way;
+    if (DistanceTo_m(solid, q) < -depth_m) return true;
+  }
+  return false;
+}
+
 ModelPtr ModelOf(const ObjectHypothesis& hypothesis, const OrientedPoints& all,
                  const std::vector<Placed<>>& shapes) {
   auto model = std::make_shared<HypothesisModel>();
@@ -78,14 +93,10 @@ void HandBuilt::Rest(HypothesisId upper, HypothesisId lower, double foot_height_
 
 // Nothing is on the way from the eye. `member`: whose point it is, which its own surface may graze.
 bool HandBuilt::IsVisible(const Vector3& p, std::size_t member) const {
-  constexpr int kSteps = 100;
   constexpr double kInside_m = 0.002;
-  for (int k = 1; k < kSteps; ++k) {
-    const Vector3 q = p + static_cast<double>(k) / kSteps * (kEye - p);
-    for (std::size_t m = 0; m < members_.size(); ++m) {
-      for (const Placed<>& solid : members_[m].solids) {
-        if (DistanceTo_m(solid, q) < (m == member ? -kInside_m : 0)) return false;
-      }
+  for (std::size_t m = 0; m < members_.size(); ++m) {
+    for (const Placed<>& solid : members_[m].solids) {
+      if (RunsInto(p, solid, m == member ? kInside_m : 0)) return false;
     }
   }
   return true;

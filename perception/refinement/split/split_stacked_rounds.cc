@@ -1,0 +1,200 @@
+#include "perception/refinement/split/split_stacked_rounds.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <optional>
+
+#include "collision/geometry/aabb.h"
+#include "perception/cloud/quantile.h"
+#include "perception/model/model_points.h"
+#include "perception/refinement/evidence.h"
+#include "perception/refinement/split/wall_profile.h"
+
+namespace cwm::perception {
+namespace {
+
+constexpr int kMaxTrials = 8;
+constexpr std::size_t kPointsDivisor = 4;
+constexpr double kMinUpright_cos = 0.985;  // 10 degrees: the axis of what stands
+constexpr double kMinRound = 0.5;          // of the points, on upright solids of revolution
+constexpr double kMaxOffAxis_m = 0.015;    // between axes of one stack
+// What people stack is at least so high and so wide; lids, knobs and necks are not.
+constexpr double kMinStorey_m = 0.022, kMinWidth_m = 0.036;
+constexpr double kStep_m = 0.003;  // of heights in the profile: two pixels at 0.8 m
+constexpr std::size_t kMinInStep = 6;
+constexpr float kMaxWall_sin = 0.5f;  // a wall's normal is no farther from level
+constexpr float kMinTop_sin = 0.9f;   // that of a top is no farther from upright
+constexpr double kTopTolerance_sigma = 3;
+constexpr double kWallTolerance_m = 0.0003;  // of the median of a step: quantisation
+constexpr double kMinExplained = 0.85;       // of a storey's points, by one solid
+
+// The upright axis of most of an object's points, in the frame of its ground: a place in the plan.
+std::optional<Vector2> AxisOf(const HypothesisModel& model, const Pose& X_GroundL) {
+  std::vector<std::size_t> points(model.shapes().size(), 0);
+  for (const std::int32_t part : model.part_of_point()) {
+    if (part >= 0 && static_cast<std::size_t>(part) < points.size()) {
+      ++points[static_cast<std::size_t>(part)];
+    }
+  }
+  std::size_t round = 0, most = 0;
+  std::optional<Vector2> axis;
+  std::vector<Vector2> axes;
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    const ShapePart& part = model.shapes()[k];
+    if (part.vessel) return std::nullopt;
+    const bool is_round =
+        std::holds_alternative<Cylinder>(part.shape) || std::holds_alternative<Cone>(part.shape);
+    const Pose X_GroundS = X_GroundL * part.X_OS;
+    if (!is_round || std::abs(X_GroundS.linear()(2, 2)) < kMinUpright_cos) continue;
+    axes.emplace_back(X_GroundS.translation().head<2>());
+    round += points[k];
+    if (points[k] > most) most = points[k], axis = axes.back();
+  }
+  if (static_cast<double>(round) < kMinRound * static_cast<double>(model.part_of_point().size())) {
+    return std::nullopt;
+  }
+  const auto is_on_it = [&](const Vector2& other) {
+    return (other - *axis).norm() < kMaxOffAxis_m;
+  };
+  return std::ranges::all_of(axes, is_on_it) ? axis : std::nullopt;
+}
+
+// Medians of the distances of the wall's points to the axis, step by step of height.
+std::vector<ProfilePoint> ProfileOf(const SceneState& state, const ObjectHypothesis& object,
+                                    const Pose& X_GroundL, const Vector2& axis) {
+  const OrientedPoints& all = state.points();
+  const Eigen::Vector3f up = X_GroundL.linear().row(2).transpose().cast<float>();
+  struct Step {
+    std::vector<double> radii_m;
+    double heights_m = 0, sigma_m = 0;
+  };
+  std::vector<Step> steps;
+  for (const std::uint32_t i : object.points) {
+    if (!(std::abs(all.normals[i].dot(up)) <= kMaxWall_sin)) continue;
+    const Vector3 p = X_GroundL * all.points[i].cast<double>();
+    if (!(p.z() >= 0)) continue;
+    const auto at = static_cast<std::size_t>(p.z() / kStep_m);
+    if (at >= steps.size()) steps.resize(at + 1);
+    steps[at].radii_m.push_back((p.head<2>() - axis).norm());
+    steps[at].heights_m += p.z();
+    steps[at].sigma_m += double{all.sigma_m[i]};
+  }
+  constexpr double kMedian = 1.253;  // of normal noise: sigma of a median over that of a mean
+  std::vector<ProfilePoint> profile;
+  for (Step& step : steps) {
+    const auto count = static_cast<double>(step.radii_m.size());
+    if (step.radii_m.size() < kMinInStep) continue;
+    const double independent = std::max(1.0, count / double{all.points_per_sample});
+    profile.push_back(
+        {.along_m = step.heights_m / count,
+         .offset_m = Quantile(std::move(step.radii_m), 0.5),
+         .sigma_m = std::hypot(kMedian * step.sigma_m / count / std::sqrt(independent),
+                               kWallTolerance_m)});
+  }
+  return profile;
+}
+
+// Seams between storeys that could stand alone; what could not stays with the storey below.
+std::vector<double> StoreySeams(std::span<const ProfilePoint> profile) {
+  std::vector<double> seams;
+  double foot_m = 0;
+  const auto could_stand = [&](double low_m, double high_m) {
+    if (high_m - low_m < kMinStorey_m) return false;
+    double radius_m = 0;
+    for (const ProfilePoint& p : profile) {
+      if (p.along_m >= low_m && p.along_m <= high_m) radius_m = std::max(radius_m, p.offset_m);
+    }
+    return 2 * radius_m >= kMinWidth_m;
+  };
+  const std::vector<double> found = SeamsOf(profile);
+  for (std::size_t k = 0; k < found.size(); ++k) {
+    const double top_m = k + 1 < found.size() ? found[k + 1] : profile.back().along_m;
+    if (!could_stand(foot_m, found[k]) || !could_stand(found[k], top_m)) continue;
+    seams.push_back(found[k]);
+    foot_m = found[k];
+  }
+  return seams;
+}
+
+// The points below each seam, and above the one before. A top that ends a storey is of that.
+std::vector<PointSet> StoreysOf(const SceneState& state, const ObjectHypothesis& object,
+                                const Pose& X_GroundL, const std::vector<double>& seams) {
+  const OrientedPoints& all = state.points();
+  const Eigen::Vector3f up = X_GroundL.linear().row(2).transpose().cast<float>();
+  std::vector<PointSet> storeys(seams.size() + 1);
+  for (const std::uint32_t i : object.points) {
+    const double height_m = (X_GroundL * all.points[i].cast<double>()).z();
+    const bool is_top = all.normals[i].dot(up) > kMinTop_sin;
+    const double above_m = is_top ? kTopTolerance_sigma * double{all.sigma_m[i]} : 0;
+    const auto seam = std::ranges::lower_bound(seams, height_m - above_m);
+    storeys[static_cast<std::size_t>(seam - seams.begin())].push_back(i);
+  }
+  return storeys;
+}
+
+std::optional<Proposal> SplitOf(const SceneState& state, const ObjectHypothesis& object) {
+  const Pose X_GroundL = X_LGround(state.measured(), object.resting)->inverse(Eigen::Isometry);
+  const std::optional<Vector2> axis = AxisOf(*object.model, X_GroundL);
+  if (!axis) return std::nullopt;
+  const std::vector<ProfilePoint> profile = ProfileOf(state, object, X_GroundL, *axis);
+  if (profile.empty()) return std::nullopt;
+  const std::vector<double> seams = StoreySeams(profile);
+  if (seams.empty()) return std::nullopt;
+  std::vector<PointSet> storeys = StoreysOf(state, object, X_GroundL, seams);
+  if (std::ranges::any_of(storeys, [](const PointSet& one) { return one.empty(); })) {
+    return std::nullopt;
+  }
+  Proposal proposal{.consumes = {{object.id, storeys.size() - 1}}};
+  for (std::size_t k = 0; k < storeys.size(); ++k) {
+    Product storey{.points = std::move(storeys[k]),
+                   .resting = object.resting,
+                   .expects = Expectation::kOneObject};
+    storey.node_count = NodesOf(object, storey.points.size());
+    if (k > 0) {
+      storey.on_product = k - 1;
+      storey.resting.foot_height_m = object.resting.foot_height_m + seams[k - 1];
+    }
+    proposal.products.push_back(std::move(storey));
+  }
+  return proposal;
+}
+
+}  // namespace
+
+std::span<const std::string_view> SplitStackedRounds::After() const {
+  static constexpr std::array<std::string_view, 1> kAfter = {"merge.occluded_parts"};
+  return kAfter;
+}
+
+Allowance SplitStackedRounds::MaxWork() const {
+  return {.max_trials = kMaxTrials,
+          .points_divisor = kPointsDivisor,
+          .note = "it may be a stack of round objects: the cap of stacks was reached"};
+}
+
+std::vector<Proposal> SplitStackedRounds::Propose(const SceneState& state,
+                                                  const RefinementContext& context) const {
+  std::vector<Proposal> proposals;
+  for (const HypothesisPtr& object : state.objects()) {
+    context.work.Poll();
+    if (object->model->is_given || object->model->shapes().empty()) continue;
+    if (auto proposal = SplitOf(state, *object)) proposals.push_back(*std::move(proposal));
+  }
+  return proposals;
+}
+
+bool SplitStackedRounds::Admits(const SceneState&, const Proposal&, std::size_t,
+                                const ObjectModel& found) const {
+  return IsOneSolid(found, kMinExplained) &&
+         !std::holds_alternative<Box>(found.shapes.front().shape);
+}
+
+double SplitStackedRounds::Gain(const SceneState&, const Proposal& proposal,
+                                std::span<const ModelPtr>) const {
+  return static_cast<double>(proposal.products.size() - 1);
+}
+
+}  // namespace cwm::perception

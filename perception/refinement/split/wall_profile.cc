@@ -1,0 +1,124 @@
+#include "perception/refinement/split/wall_profile.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+
+namespace cwm::perception {
+namespace {
+
+// derived: a line has two parameters and a border; each costs ln(n) where n points are known.
+constexpr double kParametersOfPiece = 3;
+constexpr std::size_t kMinPoints = 2;  // of a piece
+// tuned: jumps of 2 to 4 mm part the simulator's cans alike; warp bends walls by 1 mm.
+constexpr double kMinJump_m = 0.003;
+constexpr double kMinJump_sigma = 4;
+// tuned: warp and rounded feet bend walls by 4 degrees; cups open by 6 and more.
+constexpr double kMinKink = 0.1;
+constexpr double kMinKinked_m = 0.015;  // shorter walls show their slope too badly
+
+// Weighted sums over the first points, for the line through any of them in a row.
+struct Sums {
+  double w = 0, x = 0, y = 0, xx = 0, xy = 0, yy = 0;
+
+  void Add(const ProfilePoint& p) {
+    const double weight = 1 / (p.sigma_m * p.sigma_m);
+    w += weight, x += weight * p.along_m, y += weight * p.offset_m;
+    xx += weight * p.along_m * p.along_m, xy += weight * p.along_m * p.offset_m;
+    yy += weight * p.offset_m * p.offset_m;
+  }
+  Sums Minus(const Sums& o) const {
+    return {w - o.w, x - o.x, y - o.y, xx - o.xx, xy - o.xy, yy - o.yy};
+  }
+};
+
+struct Line {
+  double at_zero_m = 0, slope = 0;
+  double slope_sigma = std::numeric_limits<double>::infinity();
+  double squares = 0;  // of the residuals in standard deviations
+
+  double At(double along_m) const { return at_zero_m + slope * along_m; }
+};
+
+Line LineThrough(const Sums& s) {
+  Line line;
+  const double determinant = s.w * s.xx - s.x * s.x;
+  if (determinant > 1e-12 * s.w * s.xx) {
+    line.slope = (s.w * s.xy - s.x * s.y) / determinant;
+    line.slope_sigma = std::sqrt(s.w / determinant);
+  }
+  line.at_zero_m = (s.y - line.slope * s.x) / s.w;
+  line.squares = std::max(0.0, s.yy - line.at_zero_m * s.y - line.slope * s.xy);
+  return line;
+}
+
+ProfilePiece PieceOf(std::span<const ProfilePoint> points) {
+  Sums sums;
+  for (const ProfilePoint& p : points) sums.Add(p);
+  const Line line = LineThrough(sums);
+  const double begin_m = points.front().along_m, end_m = points.back().along_m;
+  return {.begin_m = begin_m,
+          .end_m = end_m,
+          .begin_offset_m = line.At(begin_m),
+          .end_offset_m = line.At(end_m),
+          .sigma_m = 2 / std::sqrt(sums.w),  // at the end of a line twice as much as in its middle
+          .slope = line.slope,
+          .slope_sigma = line.slope_sigma};
+}
+
+bool Jumps(const ProfilePiece& piece, const ProfilePiece& next) {
+  const double jump_m = std::abs(next.begin_offset_m - piece.end_offset_m);
+  return jump_m > kMinJump_m && jump_m > kMinJump_sigma * std::hypot(piece.sigma_m, next.sigma_m);
+}
+
+// Whether the wall turns outward: a crease that is concave.
+bool TurnsOutward(const ProfilePiece& piece, const ProfilePiece& next) {
+  if (std::min(piece.length_m(), next.length_m()) < kMinKinked_m) return false;
+  const double turn = next.slope - piece.slope;
+  return turn > kMinKink && turn > kMinJump_sigma * std::hypot(piece.slope_sigma, next.slope_sigma);
+}
+
+}  // namespace
+
+std::vector<ProfilePiece> StraightPieces(std::span<const ProfilePoint> profile) {
+  const std::size_t count = profile.size();
+  if (count < kMinPoints) return {};
+  std::vector<Sums> before(count + 1);
+  for (std::size_t i = 0; i < count; ++i) {
+    before[i + 1] = before[i];
+    before[i + 1].Add(profile[i]);
+  }
+  const double price = kParametersOfPiece * std::log(static_cast<double>(count));
+  // Least cost of the first `end` points, and where their last piece begins.
+  std::vector<double> cost(count + 1, std::numeric_limits<double>::infinity());
+  std::vector<std::size_t> begin_of(count + 1, 0);
+  cost[0] = 0;
+  for (std::size_t end = kMinPoints; end <= count; ++end) {
+    for (std::size_t begin = 0; begin + kMinPoints <= end; ++begin) {
+      const Line line = LineThrough(before[end].Minus(before[begin]));
+      const double total = cost[begin] + price + line.squares;
+      if (total < cost[end]) cost[end] = total, begin_of[end] = begin;
+    }
+  }
+  std::vector<ProfilePiece> pieces;
+  for (std::size_t end = count; end > 0; end = begin_of[end]) {
+    pieces.push_back(PieceOf(profile.subspan(begin_of[end], end - begin_of[end])));
+  }
+  std::ranges::reverse(pieces);
+  return pieces;
+}
+
+std::vector<double> SeamsOf(std::span<const ProfilePoint> profile) {
+  const std::vector<ProfilePiece> pieces = StraightPieces(profile);
+  std::vector<double> seams;
+  for (std::size_t k = 0; k + 1 < pieces.size(); ++k) {
+    const ProfilePiece &piece = pieces[k], &next = pieces[k + 1];
+    if (Jumps(piece, next) || TurnsOutward(piece, next)) {
+      seams.push_back(0.5 * (piece.end_m + next.begin_m));
+    }
+  }
+  return seams;
+}
+
+}  // namespace cwm::perception
