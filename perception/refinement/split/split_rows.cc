@@ -21,15 +21,17 @@ namespace {
 
 constexpr int kMaxTrials = 12;
 constexpr std::size_t kPointsDivisor = 4;
-constexpr double kOneSolid = 0.96;  // of the points: then there is nothing to cut
-constexpr double kStep_m = 0.003;   // along the row: two pixels at 0.8 m
+constexpr double kStep_m = 0.003;  // along the row: two pixels at 0.8 m
 constexpr std::size_t kMinInStep = 6;
 constexpr double kMinRow_m = 0.05;    // two thin books and what noise blurs
 constexpr double kMinPart_m = 0.015;  // the thinnest book that shows five pixels
 constexpr float kMaxWall_sin = 0.5f;  // a wall's normal is no farther from level
 constexpr double kMinFacing = 0.35;   // cosine between the normal and the way out of the front
 constexpr double kFrontTolerance_m = 0.0003;  // of the median of a step: quantisation
-constexpr double kMinExplained = 0.85;        // of a part's points, by one solid
+// An object that one solid explains so far is cut only where the cut pays for its parameters; what is
+// several solids already only gets them as objects of their own.
+constexpr double kOneSolid = 0.96;
+constexpr double kMinExplained = 0.85;  // of a part's points, by one solid
 
 // Points of an object over its ground.
 struct Measured {
@@ -192,10 +194,7 @@ std::vector<Proposal> SplitRows::Propose(const SceneState& state,
     const HypothesisModel& model = *object->model;
     const bool has_vessel = std::ranges::any_of(
         model.shapes(), [](const ShapePart& part) { return part.vessel != nullptr; });
-    if (model.is_given || has_vessel || model.shapes().empty() ||
-        IsOneSolid(model.object, kOneSolid)) {
-      continue;
-    }
+    if (model.is_given || has_vessel || model.shapes().empty()) continue;
     for (Proposal& proposal : SplitsOf(state, *object)) proposals.push_back(std::move(proposal));
   }
   return proposals;
@@ -206,9 +205,11 @@ bool SplitRows::Admits(const SceneState&, const Proposal&, std::size_t,
   return IsOneSolid(found, kMinExplained);
 }
 
-double SplitRows::Gain(const SceneState&, const Proposal& proposal,
-                       std::span<const ModelPtr>) const {
-  return static_cast<double>(proposal.products.size() - 1);
+double SplitRows::Gain(const SceneState& state, const Proposal& proposal,
+                       std::span<const ModelPtr> products) const {
+  const ObjectHypothesis& before = state.Get(proposal.consumes.front().id);
+  if (IsOneSolid(before.model->object, kOneSolid)) return SchwarzGain(state, proposal, products);
+  return static_cast<double>(products.size() - 1);
 }
 
 }  // namespace cwm::perception
