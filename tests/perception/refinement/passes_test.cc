@@ -129,6 +129,71 @@ TEST(SplitStackedBoxes, LeavesOneBoxAlone) {
   EXPECT_THAT(ProposalsOf(scene.StateWith({{box}}), "split.stacked_boxes"), IsEmpty());
 }
 
+// A can on a wider one.
+TEST(SplitStackedRounds, MakesTwoOfCansOnOneAxis) {
+  HandBuilt scene;
+  const Placed<> low = Standing(Cylinder{0.05, 0.06}, 0, 0);
+  const Placed<> high = Standing(Cylinder{0.035, 0.09}, 0, 0, 0.06);
+  scene.Add({low, high});
+  const RefinedScene refined = RunAlone(scene.StateWith({{low, high}}), "split.stacked_rounds");
+  ExpectSound(refined);
+  ASSERT_THAT(refined.state.objects(), SizeIs(2));
+  const auto upper = std::ranges::find_if(refined.state.objects(), [](const HypothesisPtr& one) {
+    return one->resting.on.has_value();
+  });
+  ASSERT_NE(upper, refined.state.objects().end());
+  EXPECT_NEAR((*upper)->resting.foot_height_m, 0.06, 0.004);
+}
+
+TEST(SplitStackedRounds, MakesTwoOfACupOnACan) {
+  HandBuilt scene;
+  const Placed<> low = Standing(Cylinder{0.035, 0.09}, 0, 0);
+  const Placed<> high = Standing(Cone{0.035, 0.055, 0.07}, 0, 0, 0.09);
+  scene.Add({low, high});
+  const RefinedScene refined = RunAlone(scene.StateWith({{low, high}}), "split.stacked_rounds");
+  ExpectSound(refined);
+  EXPECT_THAT(refined.state.objects(), SizeIs(2));
+}
+
+// What is too low or too slim to stand alone is a lid or a neck.
+TEST(SplitStackedRounds, LeavesLidsAndNecksToTheirBodies) {
+  for (const Cylinder& upper : {Cylinder{0.04, 0.012}, Cylinder{0.013, 0.06}}) {
+    HandBuilt scene;
+    const Placed<> body = Standing(Cylinder{0.035, 0.1}, 0, 0);
+    const Placed<> top = Standing(upper, 0, 0, 0.1);
+    scene.Add({body, top});
+    EXPECT_THAT(ProposalsOf(scene.StateWith({{body, top}}), "split.stacked_rounds"), IsEmpty());
+  }
+}
+
+TEST(SplitRows, MakesTwoOfBoxesWhoseFrontsAreApart) {
+  HandBuilt scene;
+  const Placed<> one = Standing(Box{{0.1, 0.08, 0.1}}, 0, 0);
+  const Placed<> other = Standing(Box{{0.1, 0.07, 0.1}}, -0.012, 0.0751);
+  scene.Add({one, other});
+  const RefinedScene refined = RunAlone(scene.StateWith({{one, other}}), "split.rows");
+  ExpectSound(refined);
+  EXPECT_THAT(refined.state.objects(), SizeIs(2));
+}
+
+TEST(SplitRows, MakesThreeOfCansThatTouch) {
+  HandBuilt scene;
+  std::vector<Placed<>> cans;
+  for (int k = -1; k <= 1; ++k)
+    cans.push_back(Standing(Cylinder{0.033, 0.1}, 0.012 * k, 0.067 * k));
+  scene.Add(cans);
+  const RefinedScene refined = RunAlone(scene.StateWith({cans}), "split.rows");
+  ExpectSound(refined);
+  EXPECT_THAT(refined.state.objects(), SizeIs(3));
+}
+
+TEST(SplitRows, LeavesOneBoxAlone) {
+  HandBuilt scene;
+  const Placed<> box = Standing(Box{{0.1, 0.2, 0.1}}, 0, 0, 0, 0.2);
+  scene.Add({box});
+  EXPECT_THAT(RunAlone(scene.StateWith({{box}}), "split.rows").state.objects(), SizeIs(1));
+}
+
 // A model in which the second solid's points are the first's handle.
 SceneState WithHandle(const HandBuilt& scene, const Placed<>& host, const Placed<>& handle) {
   const SceneState state = scene.StateWith({{host, handle}});
