@@ -34,6 +34,7 @@ const std::map<std::string, std::vector<std::function<void(Report&)>>>& Groups()
       {"perception-shapes", {MeasureShapes}},
       {"perception-handles", {MeasureHandles}},
       {"perception-families", {MeasureFamilies}},
+      {"perception-ablate", {MeasureAblation}},
       {"perception-scans", {MeasureScans}},
       {"perception-claims", {MeasureClaims}},
       {"perception-fit", {MeasureFitting}},

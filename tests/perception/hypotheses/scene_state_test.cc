@@ -56,8 +56,7 @@ TEST(SceneState, SharesWhatAChangeLeavesAlone) {
   const SceneState before(SomeScene());
   SceneState::Change change;
   change.removed = {{1}};
-  ObjectHypothesis anew = before.Get({1});
-  change.added = {anew};
+  change.added = {before.Get({1})};
   const HypothesisId id = before.NextId(0);
   const SceneState after = before.With(std::move(change));
   EXPECT_EQ(after.Find({1}), nullptr);
@@ -107,9 +106,8 @@ TEST(BrokenInvariants, TellOfPointsWithoutAnOwnerAndWithTwo) {
 TEST(BrokenInvariants, TellOfWhatRestsOnNothingThatLives) {
   const SceneState before(SomeScene());
   SceneState::Change change;
-  ObjectHypothesis anew = before.Get({0});
   change.removed = {{0}};
-  change.added = {anew};
+  change.added = {before.Get({0})};
   const auto broken = BrokenInvariants(before.With(std::move(change)));
   ASSERT_THAT(broken, SizeIs(1));
   EXPECT_THAT(broken[0], HasSubstr("is gone"));
