@@ -24,8 +24,11 @@ constexpr std::int64_t kMostBytesPerTriangle = 3 * kVertexBytes + kTriangleBytes
 absl::Status CheckTriangleCount(const std::string& bytes, const Limits& limits) {
   const auto counts = ReadMeshCounts(bytes);
   if (!counts.ok()) return absl::OkStatus();  // Put says what is wrong
+  const FieldPath request;
+  const FieldPath chunk = request.Field("chunk");
+  const FieldPath data = chunk.Field("data");
   return CheckRange(counts->triangles, {0, limits.max_mesh_triangles},
-                    FieldPath().Field("chunk").Field("data").Field("triangle_count"));
+                    data.Field("triangle_count"));
 }
 
 BlobFormat FormatOf(const v1::WriteGeometryRequest::Header& header) {

@@ -182,8 +182,9 @@ absl::StatusOr<perception::InterpretOptions> InterpretOptionsOf(const v1::Ingest
   if (!noise.ok()) return noise.status();
   options.noise = *noise;
   SetModeler(header.options(), options.modeler);
+  const FieldPath options_path = path.Field("options");
   const auto clustering =
-      ClusteringOf(header.options().clustering(), path.Field("options").Field("clustering"));
+      ClusteringOf(header.options().clustering(), options_path.Field("clustering"));
   if (!clustering.ok()) return clustering.status();
   options.clustering = *clustering;
   if (header.has_x_world_sensor()) {

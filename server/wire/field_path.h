@@ -15,8 +15,11 @@ class FieldPath {
  public:
   FieldPath() = default;  // the request itself
 
-  FieldPath Field(std::string_view name) const { return FieldPath(this, name, kNoIndex); }
-  FieldPath Item(std::string_view name, int index) const { return FieldPath(this, name, index); }
+  // This path outlives what it returns, and no temporary does: such a call does not compile.
+  FieldPath Field(std::string_view name) const& { return FieldPath(this, name, kNoIndex); }
+  FieldPath Item(std::string_view name, int index) const& { return FieldPath(this, name, index); }
+  FieldPath Field(std::string_view name) const&& = delete;
+  FieldPath Item(std::string_view name, int index) const&& = delete;
 
   // "changes[2].put.object"
   std::string str() const;

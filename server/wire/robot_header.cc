@@ -97,7 +97,8 @@ absl::StatusOr<collision::PutRobot> PutOf(const RobotPlan& plan,
   if (!state.ok()) {
     const auto fault = collision::FieldRuleOf(state.status());
     if (!fault.has_value()) return state.status();
-    return path.Field("initial_state").Field(fault->field).Error(fault->rule);
+    const FieldPath initial_state = path.Field("initial_state");
+    return initial_state.Field(fault->field).Error(fault->rule);
   }
   if (auto fault = collision::StateFault(model, plan.X_WB, *state)) {
     return path.Field("initial_state").Error(*std::move(fault));

@@ -114,7 +114,8 @@ absl::StatusOr<Shape> Checked(Shape shape, const FieldPath& path, WorkBudget* bu
   const std::string_view name = NameOf(KindOf(shape));
   if (const auto violation = FindViolation(shape)) {
     const std::string field = MessageField(violation->field);
-    return path.Field(name).Field(field).Error(
+    const FieldPath shape_path = path.Field(name);
+    return shape_path.Field(field).Error(
         absl::StrCat("is ", violation->value, ", ", violation->rule));
   }
   return shape;
