@@ -11,6 +11,7 @@
 #include <numbers>
 #include <optional>
 
+#include "collision/geometry/aabb.h"
 #include "perception/cloud/quantile.h"
 #include "perception/model/model_points.h"
 #include "perception/refinement/evidence.h"
@@ -31,6 +32,8 @@ constexpr double kFrontTolerance_m = 0.0003;  // of the median of a step: quanti
 // An object that one solid explains so far is cut only where the cut pays for its parameters; what is
 // several solids already only gets them as objects of their own.
 constexpr double kOneSolid = 0.96;
+// From the ground to a part: noise, and what a fit without a view of the foot is wrong by.
+constexpr double kMaxFootGap_m = 0.01;
 constexpr double kMinExplained = 0.85;  // of a part's points, by one solid
 
 // Points of an object over its ground.
@@ -200,9 +203,13 @@ std::vector<Proposal> SplitRows::Propose(const SceneState& state,
   return proposals;
 }
 
-bool SplitRows::Admits(const SceneState&, const Proposal&, std::size_t,
+bool SplitRows::Admits(const SceneState& state, const Proposal& proposal, std::size_t product,
                        const ObjectModel& found) const {
-  return IsOneSolid(found, kMinExplained);
+  if (!IsOneSolid(found, kMinExplained)) return false;
+  const Pose X_GroundL =
+      X_LGround(state.measured(), proposal.products[product].resting)->inverse(Eigen::Isometry);
+  const ShapePart& solid = found.shapes.front();
+  return TightBounds(solid.shape, X_GroundL * solid.X_OS).min().z() <= kMaxFootGap_m;
 }
 
 double SplitRows::Gain(const SceneState& state, const Proposal& proposal,

@@ -15,7 +15,7 @@ class SplitRows : public RefinementPass {
   Allowance MaxWork() const override;
   std::vector<Proposal> Propose(const SceneState& state,
                                 const RefinementContext& context) const override;
-  // One solid of nearly all points.
+  // One solid of nearly all points that stands.
   bool Admits(const SceneState& state, const Proposal& proposal, std::size_t product,
               const ObjectModel& found) const override;
   double Gain(const SceneState& state, const Proposal& proposal,

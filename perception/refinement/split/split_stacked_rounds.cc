@@ -103,11 +103,11 @@ std::vector<double> StoreySeams(std::span<const ProfilePoint> profile) {
   double foot_m = 0;
   const auto could_stand = [&](double low_m, double high_m) {
     if (high_m - low_m < kMinStorey_m) return false;
-    double radius_m = 0;
+    std::vector<double> radii_m;
     for (const ProfilePoint& p : profile) {
-      if (p.along_m >= low_m && p.along_m <= high_m) radius_m = std::max(radius_m, p.offset_m);
+      if (p.along_m > low_m && p.along_m < high_m) radii_m.push_back(p.offset_m);
     }
-    return 2 * radius_m >= kMinWidth_m;
+    return !radii_m.empty() && 2 * Quantile(std::move(radii_m), 0.5) >= kMinWidth_m;
   };
   const std::vector<double> found = SeamsOf(profile);
   for (std::size_t k = 0; k < found.size(); ++k) {
