@@ -43,31 +43,6 @@ bool AccountsFor(const HypothesisModel& whole, const HypothesisModel& part,
   return MisfitOf(whole.shapes(), some, all) <= MisfitOf(part.shapes(), some, all) + kMaxLoss;
 }
 
-double SchwarzGain(const SceneState& state, const Proposal& proposal,
-                   std::span<const ModelPtr> products) {
-  constexpr double kParametersOfSolid = 6, kParametersOfObject = 3;
-  const OrientedPoints& all = state.points();
-  double squares = 0, parameters = 0, points = 0;
-  const auto add = [&](const std::vector<ShapePart>& shapes, const PointSet& of_shapes,
-                       double sign) {
-    const auto count = static_cast<double>(of_shapes.size());
-    squares += sign * count * MisfitOf(shapes, Thinned(of_shapes, kMaxJudgedPoints), all);
-    parameters +=
-        sign * (kParametersOfObject + kParametersOfSolid * static_cast<double>(shapes.size()));
-    if (sign < 0) points += count;
-  };
-  for (const Consumed& consumed : proposal.consumes) {
-    const ObjectHypothesis& before = state.Get(consumed.id);
-    add(before.model->shapes(), before.points, -1);
-  }
-  for (std::size_t k = 0; k < products.size(); ++k) {
-    add(products[k]->shapes(), proposal.products[k].points, 1);
-  }
-  const double per_sample = double{all.points_per_sample};
-  const double samples = std::max(2.0, points / per_sample);
-  return -0.5 * (squares / per_sample + parameters * std::log(samples));
-}
-
 double DistanceToShapes_m(const std::vector<ShapePart>& shapes, const Vector3& p_L) {
   double least_m = std::numeric_limits<double>::infinity();
   for (const ShapePart& part : shapes) {

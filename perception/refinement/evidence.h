@@ -24,12 +24,6 @@ double MisfitOf(const std::vector<ShapePart>& shapes, const PointSet& points,
 bool AccountsFor(const HypothesisModel& whole, const HypothesisModel& part,
                  const PointSet& points_of_part, const OrientedPoints& all);
 
-// By how much the products describe the points better than what they replace, in natural logarithms of
-// likelihood, less what their parameters cost after Schwarz (1978): 6 of each solid, 3 for an object
-// more. Neighbouring pixels err alike and count as one.
-double SchwarzGain(const SceneState& state, const Proposal& proposal,
-                   std::span<const ModelPtr> products);
-
 // Distance to the surface of the nearest shape, in metres; infinite of no shapes.
 double DistanceToShapes_m(const std::vector<ShapePart>& shapes, const Vector3& p_L);
 // The index of that shape. Precondition: there is one.

@@ -10,7 +10,6 @@
 #include "perception/refinement/reassign/reassign_points.h"
 #include "perception/refinement/reassign/return_handles.h"
 #include "perception/refinement/split/split_false_handles.h"
-#include "perception/refinement/split/split_rows.h"
 #include "perception/refinement/split/split_stacked_boxes.h"
 #include "perception/refinement/split/split_stacked_rounds.h"
 #include "perception/refinement/split/split_standing_solids.h"
@@ -30,7 +29,7 @@ Passes Make() {
 const Passes& RefinementPasses() {
   static const Passes passes =
       Make<MergeVesselWalls, ReturnHandles, MergeOccludedParts, ReassignPoints, SplitStackedRounds,
-           SplitRows, SplitStandingSolids, SplitStackedBoxes, SplitFalseHandles, MergeTrayWalls>();
+           SplitStandingSolids, SplitStackedBoxes, SplitFalseHandles, MergeTrayWalls>();
   return passes;
 }
 

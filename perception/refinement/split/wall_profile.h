@@ -1,5 +1,5 @@
 // How far a wall stands out along a line, in pieces that are straight: the radius of a round object
-// along its axis, the front of a row along it.
+// along its axis.
 #pragma once
 
 #include <span>

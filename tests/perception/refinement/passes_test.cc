@@ -166,34 +166,6 @@ TEST(SplitStackedRounds, LeavesLidsAndNecksToTheirBodies) {
   }
 }
 
-TEST(SplitRows, MakesTwoOfBoxesWhoseFrontsAreApart) {
-  HandBuilt scene;
-  const Placed<> one = Standing(Box{{0.1, 0.08, 0.1}}, 0, 0);
-  const Placed<> other = Standing(Box{{0.1, 0.07, 0.1}}, -0.012, 0.0751);
-  scene.Add({one, other});
-  const RefinedScene refined = RunAlone(scene.StateWith({{one, other}}), "split.rows");
-  ExpectSound(refined);
-  EXPECT_THAT(refined.state.objects(), SizeIs(2));
-}
-
-TEST(SplitRows, MakesThreeOfCansThatTouch) {
-  HandBuilt scene;
-  std::vector<Placed<>> cans;
-  for (int k = -1; k <= 1; ++k)
-    cans.push_back(Standing(Cylinder{0.033, 0.1}, 0.012 * k, 0.067 * k));
-  scene.Add(cans);
-  const RefinedScene refined = RunAlone(scene.StateWith({cans}), "split.rows");
-  ExpectSound(refined);
-  EXPECT_THAT(refined.state.objects(), SizeIs(3));
-}
-
-TEST(SplitRows, LeavesOneBoxAlone) {
-  HandBuilt scene;
-  const Placed<> box = Standing(Box{{0.1, 0.2, 0.1}}, 0, 0, 0, 0.2);
-  scene.Add({box});
-  EXPECT_THAT(RunAlone(scene.StateWith({{box}}), "split.rows").state.objects(), SizeIs(1));
-}
-
 // A model in which the second solid's points are the first's handle.
 SceneState WithHandle(const HandBuilt& scene, const Placed<>& host, const Placed<>& handle) {
   const SceneState state = scene.StateWith({{host, handle}});
