@@ -125,7 +125,7 @@ SceneState AttachCutOffParts(SceneState state, const InterpretOptions& options, 
   return state;
 }
 
-// What refinement settled is completed where it is hidden, and cut where it is rounded.
+// Completes the refined shapes where they are hidden, and cuts rims where they are rounded.
 SceneState Complete(SceneState state, const InterpretOptions& options, const Work& work) {
   std::vector<ModelPtr> models;
   if (IsEnabled(options, kCompleteBelow)) {
@@ -172,6 +172,7 @@ absl::StatusOr<SceneInterpretation> Interpret(const PointCloud& cloud, Interpret
 
   // Steps 6 and 7: shapes and handles, and what they tell of the hypotheses.
   const ModelingOptions modeling = ModelingOptionsOf(options, measured);
+  options.noise = modeling.noise;
   const HypothesisModeler modeler(measured, work);
   std::optional<ModelledScene> modelled;
   std::vector<std::string> diagnostics;

@@ -1,4 +1,4 @@
-// What holds of every SceneState, whatever passes did to it.
+// Rules that every SceneState keeps, whatever passes did to it.
 #pragma once
 
 #include <string>

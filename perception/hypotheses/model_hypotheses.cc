@@ -14,7 +14,7 @@ namespace {
 // A look for objects that touch may cost as much as all else that is asked of one. tuned: 25 objects fill
 // an image of a Kinect; a room of many images has a quarter as many in each.
 constexpr std::size_t kMinSplitCount = 25, kPointsPerSplit = 640UL * 480 / 6;
-// tuned: a scene is full of so many; what is smaller than so many others is modelled in haste.
+// chosen: a scene is full of so many; what is smaller than so many others is modelled in haste.
 constexpr std::size_t kFullEffortPerSplit = 4;
 // measured: of noise and of heaps of balls 0.98 and more of the points have no shape.
 constexpr double kMaxUnexplained = 0.9;

@@ -1,4 +1,4 @@
-// What perception believes of one object: its points, what it rests on, and the shapes that explain
+// One object as perception believes in it: its points, what it rests on, and the shapes that explain
 // it. One type from segmentation to output.
 #pragma once
 

@@ -21,8 +21,7 @@ constexpr std::size_t kSampledPerPiece = 1024;  // of up to some 100 points, of 
 
 }  // namespace
 
-PointSample::PointSample(const OrientedPoints& all, const PointSet& members,
-                         std::size_t node_count)
+PointSample::PointSample(const OrientedPoints& all, const PointSet& members, std::size_t node_count)
     : all_(all), members_(members) {
   const std::size_t enough = std::max(kMinPoints, kPointsPerNode * node_count);
   stride_ = std::max<std::size_t>(1, members_.size() / enough);

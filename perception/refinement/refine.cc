@@ -17,8 +17,7 @@
 namespace cwm::perception {
 namespace {
 
-// A change may make room for a pass that ran before. tuned: of 200 simulated scenes none changed in
-// a fourth round.
+// A change may make room for a pass that ran before. chosen: bounds the work.
 constexpr int kMaxRounds = 3;
 
 // Proposals are the same where they consume the same hypotheses and cut them alike.

@@ -17,9 +17,9 @@ namespace {
 // What ends within this of the support stands on it, as a pen does: the band above a support that
 // is given to it, and a little of what noise leaves.
 constexpr double kStandingTolerance_sigma = 4;
-constexpr float kFootQuantile = 0.05f;    // quantile of heights: what stands has its foot there
-constexpr int kMaxRounds = 4;      // a handle in as many parts, each beyond the one before
-constexpr double kMaxShare = 0.5;  // of the vessel's points, that its handle may have
+constexpr float kFootQuantile = 0.05f;  // quantile of heights: what stands has its foot there
+constexpr int kMaxRounds = 4;           // a handle in as many parts, each beyond the one before
+constexpr double kMaxShare = 0.5;       // of the vessel's points, that its handle may have
 // Of what a thing keeps beside the handle, on the vessel's wall: then it is a part of the vessel.
 constexpr double kMinOnWall = 0.8;
 

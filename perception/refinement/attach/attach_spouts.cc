@@ -25,8 +25,8 @@ constexpr double kLowestShare = 0.1;
 constexpr double kMinEmpty = 0.5;
 constexpr std::size_t kMaxAsked = 64;
 constexpr double kFootQuantile = 0.05;  // of heights: below are mixed pixels
-constexpr double kMinOutside = 0.8;   // of its points: what lies in a vessel is no part of it
-constexpr double kRim_m = 0.02;     // what begins no lower rests on the rim, as lids and ladles do
+constexpr double kMinOutside = 0.8;     // of its points: what lies in a vessel is no part of it
+constexpr double kRim_m = 0.02;    // what begins no lower rests on the rim, as lids and ladles do
 constexpr double kMaxShare = 0.5;  // of the vessel's points
 // From the wall, or from what is fixed to it, to the nearest of its points: as a spout reaches out whose
 // root something hides. Nothing floats.
@@ -120,7 +120,8 @@ class Adoption {
       heights_m.emplace_back((X_SL * state_.points().points[i].cast<double>()).z(), i);
     }
     std::ranges::sort(heights_m);
-    const std::size_t lowest = static_cast<std::size_t>(kLowestShare * double(heights_m.size())) + 1;
+    const std::size_t lowest =
+        static_cast<std::size_t>(kLowestShare * double(heights_m.size())) + 1;
     std::size_t asked = 0, empty = 0;
     for (std::size_t k = 0; k < lowest; k += lowest / kMaxAsked + 1, ++asked) {
       const double height_m = heights_m[k].first;
@@ -130,7 +131,7 @@ class Adoption {
             Vector3 below = X_SL * state_.points().points[i].cast<double>();
             below.z() = share * height_m;
             return state_.sight()->Look((X_LS * below).cast<float>(),
-                                      LargestJump_m(state_.points().sigma_m[i])) ==
+                                        LargestJump_m(state_.points().sigma_m[i])) ==
                    Visibility::kSeenThrough;
           });
     }

@@ -19,13 +19,13 @@ namespace {
 constexpr double kStep_m = 0.0005;  // of the cuts that are tried
 // Of the radius and of the length: what is rounder is no rim.
 constexpr double kMaxCut = 0.3;
-constexpr double kMinCut_m = 0.003;     // two sigma of a Kinect at 0.8 m
+constexpr double kMinCut_m = 0.003;       // two sigma of a Kinect at 0.8 m
 constexpr double kLossScale_sigma = 2.5;  // of Geman and McClure's loss: 95 % efficient
 // Of evidence, twice what is decisive (Kass and Raftery 1995). Of 401 sharp ends in simulated scenes
 // none shows more than 2.4 for any cut, tins with rims of 6 mm and more show 20 to 200. Of 500 scenes
 // two have a cut where none is: of solids that are themselves wrong.
 constexpr double kDecisive = 10;
-constexpr std::size_t kMaxAtRim = 2000;      // that are looked at
+constexpr std::size_t kMaxAtRim = 2000;       // that are looked at
 constexpr std::size_t kSpacingPoints = 4000;  // as the modeler's: cells of quality are as wide
 
 // One end of a cylinder or cone. `sign`: +1 the upper end, z = half_length_m, -1 the lower.
@@ -66,8 +66,7 @@ class Rim {
       const double sigma_m = points.sigma_m[i];
       const RimPoint at{end.RadiusAt_m(p.z()) - p.head<2>().norm(),
                         end.half_length_m - end.sign * p.z(), sigma_m};
-      if (at.inside_wall_m + at.inside_end_m > max_cut_m_ + kDistanceGate_sigma * sigma_m)
-        continue;
+      if (at.inside_wall_m + at.inside_end_m > max_cut_m_ + kDistanceGate_sigma * sigma_m) continue;
       if (std::min(at.inside_wall_m, at.inside_end_m) < -kDistanceGate_sigma * sigma_m) continue;
       points_.push_back(at);
     }
@@ -239,10 +238,9 @@ class Cutter {
 
 ModelPtr CutRoundedRims(const SceneState& state, const ObjectHypothesis& hypothesis,
                         const Work& work) {
-  const bool any_round =
-      std::ranges::any_of(hypothesis.model->shapes(), [](const ShapePart& part) {
-        return EndOf(part.shape, 1) && !part.vessel;
-      });
+  const bool any_round = std::ranges::any_of(hypothesis.model->shapes(), [](const ShapePart& part) {
+    return EndOf(part.shape, 1) && !part.vessel;
+  });
   return any_round ? Cutter(state, hypothesis, work).Run() : nullptr;
 }
 

@@ -99,7 +99,7 @@ bool AreOpposite(const LoneWall& a, const LoneWall& b) {
 }
 
 Tray BoxOf(const std::vector<Candidate>& walls, const Candidate& a, const Candidate& b,
-              const Vector3& sensor_P) {
+           const Vector3& sensor_P) {
   const Vector2 x = a.wall.normal, y(-x.y(), x.x());
   Tray box;
   box.rim_m = 0.5 * (a.wall.rim_m + b.wall.rim_m);

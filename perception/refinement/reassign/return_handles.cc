@@ -8,7 +8,7 @@
 namespace cwm::perception {
 namespace {
 
-constexpr int kMaxTrials = 6;          // measured: as of merges of occluded parts
+constexpr int kMaxTrials = 6;          // chosen: as of merges of occluded parts
 constexpr double kMinExplained = 0.9;  // of the owner's points, as of any one solid
 
 // Products of a proposal.

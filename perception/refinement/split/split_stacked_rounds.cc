@@ -21,7 +21,7 @@ constexpr std::size_t kPointsDivisor = 4;
 constexpr double kMinUpright_cos = 0.985;  // 10 degrees: the axis of what stands
 constexpr double kMinRound = 0.5;          // of the points, on upright solids of revolution
 constexpr double kMaxOffAxis_m = 0.015;    // between axes of one stack
-// What people stack is at least so high and so wide; lids, knobs and necks are not.
+// chosen: the lowest tins and the slimmest cups that people stack; lids, knobs and necks are less.
 constexpr double kMinStorey_m = 0.022, kMinWidth_m = 0.036;
 constexpr double kStep_m = 0.003;  // of heights in the profile: two pixels at 0.8 m
 constexpr std::size_t kMinInStep = 6;

@@ -15,7 +15,7 @@
 namespace cwm::perception {
 namespace {
 
-constexpr int kMaxTrials = 32;         // no scene has so many objects of several solids
+constexpr int kMaxTrials = 32;         // chosen: more than one image holds
 constexpr double kMinExplained = 0.9;  // of a product's points, as of any one solid
 // From the ground to the lowest place: noise, and what a fit without a view of the foot is wrong by.
 constexpr double kMaxFootGap_m = 0.01;

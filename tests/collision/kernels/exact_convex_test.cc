@@ -43,7 +43,7 @@ constexpr Limits kCapsules = {1e-9, 1e-9, 1e-8};
 // Polyhedra by GJK and an expanding polytope with the gap of 1e-9; needles and sheets lever it.
 constexpr Limits kPolyhedra = {2e-9, 2e-9, 5e-8};
 // Round shapes: a gap of 1e-9 of the size leaves the witness free by sqrt(2e-9) of it, 4.5e-5, on
-// a curvature of the size; 1.6e-5 was the worst of 400,000 pairs. Where the search runs out of work on millimetres, its bound still keeps the promise below and it
+// a curvature of the size; 1.6e-5 was the worst of 300,000 pairs. Where the search runs out of work on millimetres, its bound still keeps the promise below and it
 // is called exact, though not as a share of the size.
 constexpr Limits kRound = {2e-8, 5e-7, 4.5e-5};
 // What kExact promises, whatever the size: see pair_answer.h.
