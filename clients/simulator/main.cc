@@ -12,6 +12,7 @@
 #include "absl/status/statusor.h"
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
 #include "clients/formats/file_bytes.h"
 #include "clients/formats/pcd.h"
 #include "clients/formats/scalar.h"
@@ -82,29 +83,15 @@ void PrintPose(const cwm::Pose& pose) {
   std::cout << "\n";
 }
 
-const std::map<std::string, perception::SceneFamily>& Families() {
-  static const std::map<std::string, perception::SceneFamily> families = {
-      {"table", perception::SceneFamily::kTable},
-      {"clutter", perception::SceneFamily::kClutter},
-      {"kitchen", perception::SceneFamily::kKitchen},
-      {"vessels", perception::SceneFamily::kVessels},
-      {"stacks", perception::SceneFamily::kStacks},
-      {"heaps", perception::SceneFamily::kHeaps},
-      {"rows", perception::SceneFamily::kRows},
-      {"lids", perception::SceneFamily::kLids},
-      {"edges", perception::SceneFamily::kEdges}};
-  return families;
-}
-
 std::vector<std::string> FamilyNames() {
   std::vector<std::string> names;
-  for (const auto& [name, family] : Families()) names.push_back(name);
+  for (const auto& [name, family] : perception::kSceneFamilies) names.emplace_back(name);
   return names;
 }
 
 absl::StatusOr<perception::SimulatedView> MakeView(const Arguments& arguments) {
-  if (const auto family = Families().find(arguments.random); family != Families().end()) {
-    return perception::RandomScene(family->second, arguments.seed);
+  for (const auto& [name, family] : perception::kSceneFamilies) {
+    if (name == arguments.random) return perception::RandomScene(family, arguments.seed);
   }
   if (arguments.scene == "kitchen") {
     return perception::SimulatedView{.scene = perception::KitchenCounter(),
@@ -175,10 +162,8 @@ void AddOptions(CLI::App& app, Arguments& arguments) {
       app.add_option("--scene", arguments.scene,
                      "kitchen (the demo's counter), table (random), or a scene file")
           ->type_name("SCENE|S.yaml");
-  app.add_option(
-         "--random", arguments.random,
-         "a scene drawn by the seed: table, clutter, kitchen, vessels, stacks, heaps, rows, "
-         "lids or edges")
+  app.add_option("--random", arguments.random,
+                 "a scene drawn by the seed: " + absl::StrJoin(FamilyNames(), ", "))
       ->check(CLI::IsMember(FamilyNames()).description(""))
       ->excludes(scene)
       ->type_name("FAMILY");

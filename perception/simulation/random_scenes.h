@@ -1,7 +1,9 @@
 // Scenes drawn at random with a camera that sees them: what perception is measured on.
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <string_view>
 
 #include "perception/simulation/simulated_scene.h"
 
@@ -34,6 +36,20 @@ enum class SceneFamily {
   kLids,
   kEdges
 };
+
+struct NamedFamily {
+  std::string_view name;  // as the command line and the figures have it
+  SceneFamily family = SceneFamily::kTable;
+};
+inline constexpr std::array<NamedFamily, 9> kSceneFamilies = {{{"table", SceneFamily::kTable},
+                                                               {"clutter", SceneFamily::kClutter},
+                                                               {"kitchen", SceneFamily::kKitchen},
+                                                               {"vessels", SceneFamily::kVessels},
+                                                               {"stacks", SceneFamily::kStacks},
+                                                               {"heaps", SceneFamily::kHeaps},
+                                                               {"rows", SceneFamily::kRows},
+                                                               {"lids", SceneFamily::kLids},
+                                                               {"edges", SceneFamily::kEdges}}};
 
 struct SimulatedView {
   SimulatedScene scene;

@@ -1,6 +1,5 @@
 #include "tests/benchmarks/quality/simulated_case.h"
 
-#include <array>
 #include <utility>
 
 #include "perception/interpret_scene.h"
@@ -11,18 +10,6 @@ namespace cwm::benchmarks {
 namespace {
 
 using perception::SceneFamily;
-
-// In the order of the families.
-constexpr std::array<std::pair<SceneFamily, std::string_view>, 9> kFamilies = {
-    {{SceneFamily::kTable, "table"},
-     {SceneFamily::kClutter, "clutter"},
-     {SceneFamily::kKitchen, "kitchen"},
-     {SceneFamily::kVessels, "vessels"},
-     {SceneFamily::kStacks, "stacks"},
-     {SceneFamily::kHeaps, "heaps"},
-     {SceneFamily::kRows, "rows"},
-     {SceneFamily::kLids, "lids"},
-     {SceneFamily::kEdges, "edges"}}};
 
 // X_BC of a camera that looks along a body's x, its rows across z.
 Pose BodyOfCamera() {
@@ -35,7 +22,7 @@ Pose BodyOfCamera() {
 
 std::vector<SceneFamily> AllFamilies() {
   std::vector<SceneFamily> families;
-  for (const auto& [family, name] : kFamilies) families.push_back(family);
+  for (const auto& [name, family] : perception::kSceneFamilies) families.push_back(family);
   return families;
 }
 
@@ -45,7 +32,7 @@ bool IsFurniture(const perception::SimulatedObject& object) {
 }
 
 std::string_view FamilyName(SceneFamily family) {
-  return kFamilies[static_cast<std::size_t>(family)].second;
+  return perception::kSceneFamilies[static_cast<std::size_t>(family)].name;
 }
 
 std::string NameOf(const CaseName& name) {
@@ -53,7 +40,7 @@ std::string NameOf(const CaseName& name) {
 }
 
 std::optional<SceneFamily> FamilyNamed(std::string_view name) {
-  for (const auto& [family, text] : kFamilies) {
+  for (const auto& [text, family] : perception::kSceneFamilies) {
     if (text == name) return family;
   }
   return std::nullopt;
