@@ -49,7 +49,7 @@ std::int64_t FileBytesOf(const collision::WorldSnapshot& snapshot) {
 
 absl::Status CheckFormat(v1::ExportFormat format) {
   if (v1::ExportFormat_IsValid(format)) return absl::OkStatus();
-  return FieldPath().Field("format").Error(
+  return FieldPath::OfRequest("format").Error(
       absl::StrCat("is ", static_cast<int>(format), ", must be a known ExportFormat"));
 }
 

@@ -124,7 +124,7 @@ absl::Status ReadGeometryCall::FindSurface(const CallContext& call) {
 
 absl::Status ReadGeometryCall::Begin() {
   const auto total = static_cast<std::int64_t>(bytes_->size());
-  auto status = CheckRange(request_.offset(), {0, total}, FieldPath().Field("offset"));
+  auto status = CheckRange(request_.offset(), {0, total}, FieldPath::OfRequest("offset"));
   if (!status.ok()) return status;
   offset_ = static_cast<std::size_t>(request_.offset());
   message_.set_total_bytes(total);
@@ -198,7 +198,7 @@ absl::Status WriteGeometryCall::TakeHeader(const v1::WriteGeometryRequest::Heade
 
 absl::Status WriteGeometryCall::CheckEnd() const {
   if (!upload_) return InvalidField("header", "is absent, must come first");
-  return upload_->CheckComplete(FieldPath().Field("end of the stream"));
+  return upload_->CheckComplete(FieldPath::OfRequest("end of the stream"));
 }
 
 WorkQueue& WriteGeometryCall::Queue() { return WriteQueueFor(runtime_, Cost_s()); }

@@ -67,7 +67,7 @@ absl::Status IngestCall::Take(const v1::IngestCloudRequest& message) {
 
 absl::Status IngestCall::TakeHeader(const v1::IngestCloudHeader& header) {
   if (plan_) return InvalidField("header", "came twice, must come once");
-  auto plan = FromProto(header, runtime_.application.limits, FieldPath().Field("header"));
+  auto plan = FromProto(header, runtime_.application.limits, FieldPath::OfRequest("header"));
   if (!plan.ok()) return plan.status();
   const std::int64_t most = runtime_.application.limits.max_cloud_bytes;
   if (plan->total_bytes > most) {

@@ -47,7 +47,7 @@ absl::Status LoadRobotCall::TakeHeader(const v1::LoadRobotHeader& header) {
   header_ = EmptyCharge();
   auto charged = header_.Resize(static_cast<std::int64_t>(header.ByteSizeLong()));
   if (!charged.ok()) return charged;
-  auto plan = FromProto(header, FieldPath().Field("header"));
+  auto plan = FromProto(header, FieldPath::OfRequest("header"));
   if (!plan.ok()) return plan.status();
   plan_ = *std::move(plan);
   v1::LoadRobotHeader content = header;
@@ -104,7 +104,7 @@ absl::Status LoadRobotCall::TakeChunk(const v1::RobotFileChunk& chunk) {
 
 absl::Status LoadRobotCall::TakeFinish() {
   if (!plan_) return InvalidField("finish", "came before the header, must come after it");
-  if (auto status = CheckFileComplete(FieldPath().Field("finish")); !status.ok()) return status;
+  if (auto status = CheckFileComplete(FieldPath::OfRequest("finish")); !status.ok()) return status;
   finished_ = true;
   return absl::OkStatus();
 }

@@ -85,7 +85,7 @@ std::string FilterText(v1::ListObjectsRequest request) {
 
 absl::Status ListPage(Runtime& runtime, const v1::ListObjectsRequest& request,
                       const CallContext& call, v1::ListObjectsResponse* response) {
-  auto view = FromProto(request.view(), View::kShapes, FieldPath().Field("view"));
+  auto view = FromProto(request.view(), View::kShapes, FieldPath::OfRequest("view"));
   if (!view.ok()) return view.status();
   auto size = PageSizeOf(request.page_size());
   if (!size.ok()) return size.status();

@@ -27,8 +27,8 @@ std::string DigestOf(const std::string& filter, const World& world) {
 }
 
 absl::StatusOr<Position> ReadToken(const std::string& token, const std::string& digest) {
-  const absl::Status foreign =
-      FieldPath().Field("page_token").Error("must be next_page_token of the same world and filter");
+  const absl::Status foreign = FieldPath::OfRequest("page_token")
+                                   .Error("must be next_page_token of the same world and filter");
   std::string text;
   if (!absl::WebSafeBase64Unescape(token, &text)) return foreign;
   const std::size_t first = text.find(' ');
@@ -52,7 +52,7 @@ absl::StatusOr<PageSource> FindPage(const Runtime& runtime, const PageQuery& que
       !status.ok()) {
     return status;
   }
-  auto rule = FromProto(query.at_revision, FieldPath().Field("at_revision"));
+  auto rule = FromProto(query.at_revision, FieldPath::OfRequest("at_revision"));
   if (!rule.ok()) return rule.status();
   auto world = runtime.application.worlds.Find(query.world, query.world_uid);
   if (!world.ok()) return world.status();

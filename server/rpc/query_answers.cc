@@ -93,7 +93,7 @@ absl::StatusOr<SnapshotPtr> WithOverlay(const Application& application,
                                         WorkBudget* budget) {
   if (options.overlay().empty()) return base;
   auto changes = FromProto(options.overlay(), application.limits, application.geometry,
-                           FieldPath().Field("options"), "overlay", budget);
+                           FieldPath::OfRequest("options"), "overlay", budget);
   if (!changes.ok()) return changes.status();
   return WithChanges(base, *changes, "options.overlay", budget);
 }
@@ -109,8 +109,9 @@ absl::Status CheckIgnoredPairs(const std::vector<collision::NamedPair>& pairs,
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     const auto fault = collision::FieldRuleOf(CheckLinks(pairs[i], owner_of));
     if (!fault.has_value()) continue;
-    const FieldPath root, options = root.Field("options");
-    return options.Item("ignore_pairs", static_cast<int>(i)).Field(fault->field).Error(fault->rule);
+    const FieldPath options = FieldPath::OfRequest("options");
+    const FieldPath pair = options.Item("ignore_pairs", static_cast<int>(i));
+    return pair.Field(fault->field).Error(fault->rule);
   }
   return absl::OkStatus();
 }
@@ -118,7 +119,7 @@ absl::Status CheckIgnoredPairs(const std::vector<collision::NamedPair>& pairs,
 template <class Request>
 absl::StatusOr<Asked> Understand(Runtime& runtime, const Request& request, const CallContext& call,
                                  StreamMemory* memory) {
-  auto options = FromProto(request.options(), FieldPath().Field("options"));
+  auto options = FromProto(request.options(), FieldPath::OfRequest("options"));
   if (!options.ok()) return options.status();
   auto at = FindWorldAt(runtime, request.world(), *options, call, memory);
   if (!at.ok()) return at.status();
@@ -189,7 +190,7 @@ absl::Status AnswerBody(Runtime& runtime, const Request& request, const CallCont
   auto question = FromProto(request.subject(),
                             {*asked->snapshot, application.geometry, application.limits,
                              asked->options.query.ignore, &asked->budget},
-                            FieldPath().Field("subject"));
+                            FieldPath::OfRequest("subject"));
   if (!question.ok()) return question.status();
   const std::unique_ptr<const collision::BodyRows> rows = RowsOf(*question);
   auto status = CheckForm(asked->options.form, rows->size(), application.limits);
@@ -261,7 +262,7 @@ absl::Status Answer(Runtime& runtime, const v1::CastRaysRequest& request, const 
   auto asked = Understand(runtime, request, call, memory);
   if (!asked.ok()) return asked.status();
   const Limits& limits = runtime.application.limits;
-  auto rays = FromProto(request.rays(), limits.max_batch_rows, FieldPath().Field("rays"));
+  auto rays = FromProto(request.rays(), limits.max_batch_rows, FieldPath::OfRequest("rays"));
   if (!rays.ok()) return rays.status();
   if (auto status = CheckForm(asked->options.form, rays->size(), limits); !status.ok()) {
     return status;
@@ -282,7 +283,7 @@ absl::Status Answer(Runtime& runtime, const v1::SamplePointsRequest& request,
   if (!asked.ok()) return asked.status();
   const Limits& limits = runtime.application.limits;
   auto points =
-      PointsFromProto(request.points(), limits.max_batch_rows, FieldPath().Field("points"));
+      PointsFromProto(request.points(), limits.max_batch_rows, FieldPath::OfRequest("points"));
   if (!points.ok()) return points.status();
   if (auto status = CheckForm(asked->options.form, points->size(), limits); !status.ok()) {
     return status;

@@ -10,7 +10,7 @@ namespace cwm::server {
 namespace {
 
 absl::Status CheckNameIfAny(const std::string& name) {
-  return name.empty() ? absl::OkStatus() : CheckName(name, FieldPath().Field("name"));
+  return name.empty() ? absl::OkStatus() : CheckName(name, FieldPath::OfRequest("name"));
 }
 
 absl::Status CheckKnown(const std::string& name, const collision::WorldSnapshot& snapshot) {

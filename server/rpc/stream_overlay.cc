@@ -23,7 +23,7 @@ absl::StatusOr<std::vector<collision::Change>> Read(const Application& applicati
     return InvalidField("overlay", absl::StrCat("has ", bytes, " bytes, must have at most ", most));
   }
   return FromProto(overlay.changes(), application.limits, application.geometry,
-                   FieldPath().Field("overlay"), "changes", budget);
+                   FieldPath::OfRequest("overlay"), "changes", budget);
 }
 
 // Stands where a change was, so that those after it keep their numbers.

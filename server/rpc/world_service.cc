@@ -162,7 +162,7 @@ absl::Status Get(Runtime& runtime, const v1::GetObjectRequest& request, const Ca
 
 absl::Status Describe(Runtime& runtime, const v1::GetWorldRequest& request, const CallContext& call,
                       v1::GetWorldResponse* response) {
-  auto rule = FromProto(request.at_revision(), FieldPath().Field("at_revision"));
+  auto rule = FromProto(request.at_revision(), FieldPath::OfRequest("at_revision"));
   if (!rule.ok()) return rule.status();
   auto at = FindWorldAt(runtime, request.world(), "", *rule, call);
   if (!at.ok()) return at.status();

@@ -320,7 +320,7 @@ absl::Status CheckPrecision(const CloudPlan& plan, std::string_view bytes) {
       const double value = ReadScalar(bytes.data() + i * plan.layout.point_step, field);
       if (!std::isfinite(value) || std::abs(value) <= kFarthestPoint_m) continue;
       const std::string name = absl::StrCat("point ", i, ".", std::string(kCoordinates[axis]));
-      return FieldPath().Field(name).Error(
+      return FieldPath::OfRequest(name).Error(
           absl::StrCat("is ", value, ", must be within ", kFarthestPoint_m,
                        " m of the sensor: coordinates are metres in its frame; are these "
                        "millimetres? Else give the offset in x_world_sensor"));
@@ -338,7 +338,7 @@ absl::Status CheckPoints(const std::vector<Eigen::Vector3f>& points) {
     Eigen::Index axis = 0;
     if (point.cwiseAbs().maxCoeff(&axis) <= kLargestCoordinate_m) continue;
     const std::string name = absl::StrCat("point ", i, ".", std::string(kCoordinates[axis]));
-    return FieldPath().Field(name).Error(
+    return FieldPath::OfRequest(name).Error(
         absl::StrCat("is ", point[axis], ", must be within ", kLargestCoordinate_m));
   }
   if (any_finite) return absl::OkStatus();

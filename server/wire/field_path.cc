@@ -6,6 +6,11 @@
 
 namespace cwm::server {
 
+FieldPath FieldPath::OfRequest(std::string_view name) {
+  static const FieldPath request;
+  return request.Field(name);
+}
+
 std::string FieldPath::str() const {
   std::string path = parent_ != nullptr ? parent_->str() : "";
   if (name_.empty()) return path;

@@ -14,6 +14,8 @@ namespace cwm::server {
 class FieldPath {
  public:
   FieldPath() = default;  // the request itself
+  // A field of the request.
+  static FieldPath OfRequest(std::string_view name);
 
   // This path outlives what it returns, and no temporary does: such a call does not compile.
   FieldPath Field(std::string_view name) const& { return FieldPath(this, name, kNoIndex); }
