@@ -1,20 +1,17 @@
 #include "server/wire/answers.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
-#include <cstring>
 #include <limits>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "server/wire/poses.h"
+#include "server/wire/scalar_columns.h"
 
 namespace cwm::server {
 namespace {
-
-static_assert(std::endian::native == std::endian::little, "columns are written as they lie");
 
 constexpr std::int32_t kNoObject = -1;
 
@@ -79,40 +76,6 @@ v1::MotionVerdict EnumToProto(collision::MotionVerdict verdict) {
       return v1::MOTION_VERDICT_OUT_OF_LIMITS;
   }
   return v1::MOTION_VERDICT_UNSPECIFIED;
-}
-
-template <class Number>
-std::string Bytes(const std::vector<Number>& values) {
-  return std::string(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(Number));
-}
-
-std::string Scalars(const std::vector<double>& values, Precision precision) {
-  if (precision == Precision::kDouble) return Bytes(values);
-  std::string bytes(values.size() * sizeof(float), '\0');
-  char* out = bytes.data();
-  for (const double value : values) {
-    const auto single = static_cast<float>(value);
-    std::memcpy(out, &single, sizeof(single));
-    out += sizeof(single);
-  }
-  return bytes;
-}
-
-// Where single precision may not round to.
-enum class Bound { kLower, kUpper };
-
-// The values as answer columns of that precision can hold them, none on the wrong side.
-std::vector<double> Rounded(std::vector<double> values, Bound bound, Precision precision) {
-  if (precision == Precision::kDouble) return values;
-  const float outward = bound == Bound::kLower ? -std::numeric_limits<float>::infinity()
-                                               : std::numeric_limits<float>::infinity();
-  for (double& value : values) {
-    auto single = static_cast<float>(value);
-    const bool is_inside = bound == Bound::kLower ? single > value : single < value;
-    if (is_inside) single = std::nextafter(single, outward);
-    value = single;
-  }
-  return values;
 }
 
 template <class Enum>
@@ -191,7 +154,7 @@ void SetLinks(const AnswerContext& context, Response* response) {
 template <class Columns, class Response>
 void SetVariables(const Columns& answers, const AnswerContext& context, Response* response) {
   if (answers.variable.empty()) return;
-  response->set_variable_index(Bytes(answers.variable));
+  response->set_variable_index(NumberBytes(answers.variable));
   for (const std::string& name : context.body.variables) response->add_variables(name);
 }
 
@@ -222,14 +185,14 @@ void SetColumns(const collision::PairColumns& answers, const std::vector<std::in
                 Precision precision, Response* response) {
   v1::PairColumns* columns = response->mutable_columns();
   columns->set_scalar(precision == Precision::kSingle ? v1::SCALAR_F32 : v1::SCALAR_F64);
-  columns->set_row_begin(Bytes(answers.row_begin));
+  columns->set_row_begin(NumberBytes(answers.row_begin));
   columns->set_distance_m(Scalars(answers.distance_m, precision));
   columns->set_point_body(Scalars(answers.point_body, precision));
   columns->set_point_object(Scalars(answers.point_object, precision));
   columns->set_normal(Scalars(answers.normal, precision));
-  columns->set_object_index(Bytes(objects));
-  columns->set_body_part(Bytes(answers.body_part));
-  columns->set_object_part(Bytes(answers.object_part));
+  columns->set_object_index(NumberBytes(objects));
+  columns->set_body_part(NumberBytes(answers.body_part));
+  columns->set_object_part(NumberBytes(answers.object_part));
   columns->set_trust(EnumBytes(answers.trust));
   const bool all_exact = std::all_of(answers.trust.begin(), answers.trust.end(),
                                      [](auto trust) { return trust == collision::Trust::kExact; });
@@ -344,9 +307,9 @@ void ToProto(const collision::CollisionColumns& answers, const AnswerContext& co
     response->set_verdicts(EnumBytes(answers.verdict));
     response->set_trust(TrustColumn(answers));
     if (!named) return;
-    response->set_object_index(Bytes(objects));
-    response->set_body_part(Bytes(answers.body_part));
-    response->set_object_part(Bytes(answers.object_part));
+    response->set_object_index(NumberBytes(objects));
+    response->set_body_part(NumberBytes(answers.body_part));
+    response->set_object_part(NumberBytes(answers.object_part));
     SetVariables(answers, context, response);
     return;
   }
@@ -394,13 +357,13 @@ void ToProto(const collision::MotionColumns& answers, const AnswerContext& conte
   };
   response->set_scalar(context.precision == Precision::kSingle ? v1::SCALAR_F32 : v1::SCALAR_F64);
   response->set_verdicts(EnumBytes(answers.verdict));
-  response->set_segment(Bytes(answers.segment));
+  response->set_segment(NumberBytes(answers.segment));
   response->set_lo(scalars(answers.lo, Bound::kLower));
   response->set_hi(scalars(answers.hi, Bound::kUpper));
   response->set_clearance_m(scalars(answers.clearance_m, Bound::kLower));
-  response->set_object_index(Bytes(objects));
-  response->set_body_part(Bytes(answers.body_part));
-  response->set_object_part(Bytes(answers.object_part));
+  response->set_object_index(NumberBytes(objects));
+  response->set_body_part(NumberBytes(answers.body_part));
+  response->set_object_part(NumberBytes(answers.object_part));
   response->set_trust(EnumBytes(answers.trust));
   SetVariables(answers, context, response);
 }
@@ -457,11 +420,11 @@ void ToProto(const collision::RayColumns& answers, std::span<const collision::Ra
   const std::vector<collision::Trust> trust = TrustOf(answers, context.snapshot);
   if (context.form == Form::kColumns) {
     response->set_scalar(context.precision == Precision::kSingle ? v1::SCALAR_F32 : v1::SCALAR_F64);
-    response->set_hit(Bytes(answers.hit));
+    response->set_hit(NumberBytes(answers.hit));
     response->set_distance_m(Scalars(answers.distance_m, context.precision));
     response->set_normal(Scalars(answers.normal, context.precision));
-    response->set_object_index(Bytes(objects));
-    response->set_object_part(Bytes(answers.object_part));
+    response->set_object_index(NumberBytes(objects));
+    response->set_object_part(NumberBytes(answers.object_part));
     response->set_trust(EnumBytes(trust));
     return;
   }
@@ -490,8 +453,8 @@ void ToProto(const collision::PointColumns& answers, const AnswerContext& contex
   response->set_state(EnumBytes(answers.state));
   response->set_distance_m(Scalars(answers.distance_m, context.precision));
   response->set_gradient(Scalars(answers.gradient, context.precision));
-  response->set_object_index(Bytes(objects));
-  response->set_object_part(Bytes(answers.object_part));
+  response->set_object_index(NumberBytes(objects));
+  response->set_object_part(NumberBytes(answers.object_part));
   response->set_trust(EnumBytes(answers.trust));
   if (answers.bounds.empty()) return;
   response->set_bound_m(
