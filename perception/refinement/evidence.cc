@@ -15,6 +15,8 @@ namespace {
 // measured: of the mean square in variances, true parts of one object lost 0.1 by warp.
 constexpr double kMaxLoss = 0.5;
 
+constexpr double kMinThickness_m = 0.008;  // noise adds to the 5 mm of lone faces
+
 void SortPoints(PointSet& points) { std::ranges::sort(points); }
 
 }  // namespace
@@ -24,6 +26,12 @@ bool IsOneSolid(const ObjectModel& model, double min_explained) {
   return model.shapes.size() == 1 &&
          static_cast<double>(explained) >=
              min_explained * static_cast<double>(model.part_of_point.size());
+}
+
+bool IsClosed(const ShapePart& shape) {
+  if (shape.vessel || std::holds_alternative<Plate>(shape.shape)) return false;
+  const auto* box = std::get_if<Box>(&shape.shape);
+  return box == nullptr || box->size_m.minCoeff() > kMinThickness_m;
 }
 
 double MisfitOf(const std::vector<ShapePart>& shapes, const PointSet& points,
@@ -37,10 +45,14 @@ double MisfitOf(const std::vector<ShapePart>& shapes, const PointSet& points,
   return sum / static_cast<double>(points.size());
 }
 
-bool AccountsFor(const HypothesisModel& whole, const HypothesisModel& part,
-                 const PointSet& points_of_part, const OrientedPoints& all) {
-  const PointSet some = Thinned(points_of_part, kMaxJudgedPoints);
-  return MisfitOf(whole.shapes(), some, all) <= MisfitOf(part.shapes(), some, all) + kMaxLoss;
+bool AllAccountedFor(const ModelledProposal& modelled) {
+  const OrientedPoints& all = modelled.state.points();
+  const std::vector<ShapePart>& whole = modelled.products.front()->shapes();
+  return std::ranges::all_of(modelled.proposal.consumes, [&](const Consumed& consumed) {
+    const ObjectHypothesis& part = modelled.state.Get(consumed.id);
+    const PointSet some = Thinned(part.points, kMaxJudgedPoints);
+    return MisfitOf(whole, some, all) <= MisfitOf(part.model->shapes(), some, all) + kMaxLoss;
+  });
 }
 
 double DistanceToShapes_m(const std::vector<ShapePart>& shapes, const Vector3& p_L) {

@@ -16,13 +16,16 @@ inline constexpr std::size_t kMaxJudgedPoints = 400;
 // Whether one shape explains so large a share of the points.
 bool IsOneSolid(const ObjectModel& model, double min_explained);
 
+// Whether a shape encloses a volume that was measured. Vessels are open, and lone faces are given 5 mm.
+bool IsClosed(const ShapePart& shape);
+
 // Mean square, truncated, of the distances of points to the nearest solid, in standard deviations.
 double MisfitOf(const std::vector<ShapePart>& shapes, const PointSet& points,
                 const OrientedPoints& all);
 
-// Whether the whole accounts for the points of a part nearly as well as the part's own model.
-bool AccountsFor(const HypothesisModel& whole, const HypothesisModel& part,
-                 const PointSet& points_of_part, const OrientedPoints& all);
+// Whether the only product accounts for the points of each part nearly as well as the part's own
+// model.
+bool AllAccountedFor(const ModelledProposal& modelled);
 
 // Distance to the surface of the nearest shape, in metres; infinite of no shapes.
 double DistanceToShapes_m(const std::vector<ShapePart>& shapes, const Vector3& p_L);

@@ -61,6 +61,14 @@ struct Proposal {
   std::optional<FromSupport> from_support = {};
 };
 
+// A proposal whose products have models.
+struct ModelledProposal {
+  const SceneState& state;
+  const Proposal& proposal;
+  std::span<const ModelPtr> products;
+  const RefinementContext& context;
+};
+
 // The work that a pass may cause in one scene.
 struct Allowance {
   int max_trials = 8;              // proposals that are modelled
@@ -99,8 +107,7 @@ class RefinementPass {
 
   // What the products are better by than what they replace: the proposal is committed where that is
   // more than 0. Where proposals compete for a hypothesis, the greater gain wins.
-  virtual double Gain(const SceneState& state, const Proposal& proposal,
-                      std::span<const ModelPtr> products) const = 0;
+  virtual double Gain(const ModelledProposal& modelled) const = 0;
 };
 
 }  // namespace cwm::perception

@@ -1,7 +1,5 @@
 #include "perception/refinement/passes.h"
 
-#include <memory>
-
 #include "perception/refinement/attach/attach_handles.h"
 #include "perception/refinement/attach/attach_spouts.h"
 #include "perception/refinement/merge/merge_occluded_parts.h"
@@ -9,27 +7,26 @@
 #include "perception/refinement/merge/merge_vessel_walls.h"
 #include "perception/refinement/reassign/reassign_points.h"
 #include "perception/refinement/reassign/return_handles.h"
-#include "perception/refinement/split/split_false_handles.h"
 #include "perception/refinement/split/split_stacked_boxes.h"
 #include "perception/refinement/split/split_stacked_rounds.h"
 #include "perception/refinement/split/split_standing_solids.h"
+#include "perception/refinement/split/split_unexplained_parts.h"
 
 namespace cwm::perception {
-namespace {
-
-template <class... Pass>
-Passes Make() {
-  Passes passes;
-  (passes.push_back(std::make_unique<const Pass>()), ...);
-  return passes;
-}
-
-}  // namespace
-
 const Passes& RefinementPasses() {
-  static const Passes passes =
-      Make<MergeVesselWalls, ReturnHandles, MergeOccludedParts, ReassignPoints, SplitStackedRounds,
-           SplitStandingSolids, SplitStackedBoxes, SplitFalseHandles, MergeTrayWalls>();
+  static const Passes passes = [] {
+    Passes made;
+    made.push_back(MakeMergeVesselWalls());
+    made.push_back(MakeReturnHandles());
+    made.push_back(MakeMergeOccludedParts());
+    made.push_back(MakeReassignPoints());
+    made.push_back(MakeSplitStackedRounds());
+    made.push_back(MakeSplitStandingSolids());
+    made.push_back(MakeSplitStackedBoxes());
+    made.push_back(MakeSplitUnexplainedParts());
+    made.push_back(MakeMergeTrayWalls());
+    return made;
+  }();
   return passes;
 }
 

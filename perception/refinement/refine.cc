@@ -143,7 +143,7 @@ class PassRunner {
       }
       attempt.models.push_back(std::move(model));
     }
-    attempt.trial.gain = pass_.Gain(state, attempt.proposal, attempt.models);
+    attempt.trial.gain = pass_.Gain({state, attempt.proposal, attempt.models, context_});
     if (!(attempt.trial.gain > 0)) attempt.trial.outcome = Trial::Outcome::kNoGain;
   }
 

@@ -10,7 +10,9 @@
 #include <vector>
 
 #include "perception/cloud/parallel_for.h"
+#include "perception/interpret_scene.h"
 #include "perception/refinement/passes.h"
+#include "tests/benchmarks/benchmark_scans.h"
 #include "tests/benchmarks/benchmarks.h"
 #include "tests/benchmarks/quality/claimed_geometry.h"
 #include "tests/benchmarks/quality/free_space.h"
@@ -35,7 +37,7 @@ using Figures = std::array<double, kColumns.size()>;
 
 Figures FiguresOf(const CaseName& name, const SimulatedCase& run) {
   const std::vector<std::uint32_t> truth = TrueLabelsOf(run);
-  const std::vector<std::uint32_t>& found = run.interpretation.labels;
+  const std::vector<std::uint32_t> found = CountedLabels(truth, run.interpretation.labels);
   const SegmentationScore score = ScoreSegmentation(truth, found, TruthLevel::kObjects);
   const Confusion confusion = ConfusionOf(truth, found);
   const SceneShapes shapes = MatchShapes(run.view());
@@ -78,6 +80,38 @@ AblatedCase Ablate(const CaseName& name, const std::vector<std::string>& passes)
       return Figures{};
     }
     return FiguresOf(name, run);
+  };
+  result.all = figures({});
+  for (const std::string& pass : passes) result.without.push_back(figures({pass}));
+  return result;
+}
+
+// The labels of people tell objects alone.
+AblatedCase AblateLabelled(const LabelledScan& scan, const std::vector<std::string>& passes) {
+  AblatedCase result;
+  const auto figures = [&](const std::vector<std::string>& disabled) {
+    perception::InterpretOptions options;
+    options.max_threads = 1;
+    options.disabled_passes = disabled;
+    const auto found = perception::InterpretScene(scan.cloud, options);
+    if (!found.ok()) {
+      result.failure = "a labelled scan: " + std::string(found.status().message());
+      return Figures{};
+    }
+    const SegmentationScore score =
+        ScoreSegmentation(scan.labels, found->labels, TruthLevel::kObjects);
+    const Confusion confusion = ConfusionOf(scan.labels, found->labels);
+    double ms = 0;
+    for (const perception::StageTime& stage : found->report.stages) ms += stage.elapsed_ms;
+    return Figures{static_cast<double>(score.matched_count),
+                   static_cast<double>(score.found_count - score.matched_count),
+                   static_cast<double>(confusion.merged),
+                   static_cast<double>(confusion.split),
+                   0,
+                   0,
+                   0,
+                   0,
+                   ms};
   };
   result.all = figures({});
   for (const std::string& pass : passes) result.without.push_back(figures({pass}));
@@ -155,13 +189,23 @@ void MeasureAblationOn(const Seeds& seeds, const std::string& only, Report& repo
       if (only.empty() || only == FamilyName(family)) names.push_back({family, seed});
     }
   }
-  std::vector<AblatedCase> ablated(names.size());
-  perception::ParallelFor(names.size(), 1, {.max_threads = kThreads},
+  const std::vector<LabelledScan> scans =
+      only.empty() ? LoadLabelledScans() : std::vector<LabelledScan>();
+  std::vector<AblatedCase> ablated(names.size()), labelled(scans.size());
+  perception::ParallelFor(names.size() + scans.size(), 1, {.max_threads = kThreads},
                           [&](std::size_t begin, std::size_t end) {
                             for (std::size_t k = begin; k < end; ++k) {
-                              ablated[k] = Ablate(names[k], passes);
+                              if (k < names.size()) {
+                                ablated[k] = Ablate(names[k], passes);
+                              } else {
+                                labelled[k - names.size()] =
+                                    AblateLabelled(scans[k - names.size()], passes);
+                              }
                             }
                           });
+  for (const AblatedCase& one : labelled) {
+    if (!one.failure.empty()) report.Fail(one.failure);
+  }
   std::vector<AblatedCase> tuned, others;
   for (std::size_t k = 0; k < names.size(); ++k) {
     if (!ablated[k].failure.empty()) {
@@ -172,6 +216,7 @@ void MeasureAblationOn(const Seeds& seeds, const std::string& only, Report& repo
   }
   PrintTable("table, clutter, kitchen, vessels", tuned, passes, report);
   PrintTable("stacks, heaps, rows, lids, edges", others, passes, report);
+  PrintTable("labelled Kinect scans (mosd/learn; objects alone)", labelled, passes, report);
 }
 
 void MeasureAblation(Report& report) { MeasureAblationOn(kSeedsOfAblation, "", report); }

@@ -82,6 +82,9 @@ void MeasureGraspsOn(const Seeds& seeds, Report& report);
 // seg_learn_fus, seg_learn_fos, seg_learn_f1, scan_triangles, scan_ms, scan_p95_ms, pcl_full_ratio.
 void MeasureScans(Report& report);
 
+// The labelled scans in process, and by name those in which an object is missing or invented: labelled_f1.
+void MeasureLabelledScans(Report& report);
+
 // Real and simulated scans: coverage, free_space_violation, shape_explained, curved_on_boxes.
 void MeasureClaims(Report& report);
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
+#include <map>
 #include <string>
 #include <utility>
 #include <vector>
@@ -29,7 +30,7 @@ struct Judged {
   SegmentationScore score;
   Confusion confusion;
   double ms = 0;
-  std::string merged_names;
+  std::string remarks;
 };
 
 // "can can box": the objects that share their found object with another one.
@@ -41,20 +42,46 @@ std::string MergedNames(const SimulatedCase& run, const Confusion& confusion) {
   return names;
 }
 
+// "; invented: 512 of table": found objects most of whose points are of nothing that counts.
+std::string InventedNames(const SimulatedCase& run, const std::vector<std::uint32_t>& truth,
+                          const std::vector<std::uint32_t>& labels) {
+  struct Members {
+    std::size_t points = 0, counted = 0;
+    std::map<std::string, std::size_t> of;
+  };
+  std::map<std::uint32_t, Members> found;
+  for (std::size_t i = 0; i < labels.size(); ++i) {
+    if (labels[i] < 10 || truth[i] == 0) continue;
+    Members& members = found[labels[i] / 10];
+    ++members.points;
+    members.counted += truth[i] >= 10;
+    ++members.of[run.simulated.scene.objects[static_cast<std::size_t>(run.scan.object[i])].name];
+  }
+  std::string names;
+  for (const auto& [label, members] : found) {
+    if (2 * members.counted >= members.points) continue;
+    const auto most =
+        std::ranges::max_element(members.of, {}, [](const auto& entry) { return entry.second; });
+    names += "; invented: " + std::to_string(members.points) + " of " + most->first;
+  }
+  return names;
+}
+
 Judged Judge(const CaseName& name, const CaseSensor& sensor) {
   auto run = RunCase(name, sensor);
   if (!run.ok())
-    return {.status = run.status(), .score = {}, .confusion = {}, .ms = 0, .merged_names = {}};
+    return {.status = run.status(), .score = {}, .confusion = {}, .ms = 0, .remarks = {}};
   const std::vector<std::uint32_t> truth = TrueLabelsOf(*run);
-  const Confusion confusion = ConfusionOf(truth, run->interpretation.labels);
+  const std::vector<std::uint32_t> found = CountedLabels(truth, run->interpretation.labels);
+  const Confusion confusion = ConfusionOf(truth, found);
   double ms = 0;
   for (const perception::StageTime& stage : run->interpretation.report.stages)
     ms += stage.elapsed_ms;
   return {.status = absl::OkStatus(),
-          .score = ScoreSegmentation(truth, run->interpretation.labels, TruthLevel::kObjects),
+          .score = ScoreSegmentation(truth, found, TruthLevel::kObjects),
           .confusion = confusion,
           .ms = ms,
-          .merged_names = MergedNames(*run, confusion)};
+          .remarks = MergedNames(*run, confusion) + InventedNames(*run, truth, found)};
 }
 
 FamilyTotals MeasureFamily(perception::SceneFamily family, const Seeds& seeds,
@@ -84,7 +111,7 @@ FamilyTotals MeasureFamily(perception::SceneFamily family, const Seeds& seeds,
     std::snprintf(text, sizeof(text), "%s: true %d found %d matched %d merged %d split %d",
                   NameOf(name_of(k)).c_str(), one.score.true_count, one.score.found_count,
                   one.score.matched_count, one.confusion.merged, one.confusion.split);
-    lines.push_back(text + one.merged_names);
+    lines.push_back(text + one.remarks);
   }
   return totals;
 }

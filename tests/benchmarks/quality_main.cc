@@ -20,8 +20,10 @@ struct SeededPart {
 
 const std::map<std::string, void (*)(Report&)>& Parts() {
   static const std::map<std::string, void (*)(Report&)> parts = {
-      {"quick", MeasureShapesQuickly}, {"shapes", MeasureShapes},     {"handles", MeasureHandles},
-      {"claims", MeasureClaims},       {"families", MeasureFamilies}, {"ablate", MeasureAblation},
+      {"quick", MeasureShapesQuickly},    {"shapes", MeasureShapes},
+      {"handles", MeasureHandles},        {"claims", MeasureClaims},
+      {"families", MeasureFamilies},      {"ablate", MeasureAblation},
+      {"labelled", MeasureLabelledScans},
   };
   return parts;
 }
@@ -85,7 +87,8 @@ void Run(const Call& call, Report& report) {
   } else {
     report.Fail(
         "takes quick, shapes, sensors [SENSOR], families [FAMILY], ablate [FAMILY], handles, "
-        "claims, or scene FAMILY SEED [SENSOR]; seeds with quick, shapes, sensors, families, "
+        "claims, labelled, or scene FAMILY SEED [SENSOR]; seeds with quick, shapes, sensors, "
+        "families, "
         "ablate "
         "or handles alone");
   }
@@ -98,7 +101,7 @@ int main(int argc, char** argv) {
   // What was tuned on some scenes holds only where it holds on those that nobody has looked at.
   constexpr char kUsage[] =
       "cwm-bench-quality [quick|shapes|sensors [SENSOR]|families [FAMILY]|ablate [FAMILY]|\n"
-      "                   handles|claims|scene FAMILY SEED [SENSOR]]\n"
+      "                   handles|claims|labelled|scene FAMILY SEED [SENSOR]]\n"
       "                  [--json FILE] [--first-seed N] [--seeds N]\n"
       "The last two, of quick, shapes, sensors, families, ablate and handles, take other random "
       "scenes than those of the figures.\n";

@@ -51,6 +51,19 @@ bool MayBeOne(const SceneState& state, const ObjectHypothesis& a, const ObjectHy
   return suggests && LookBetween(state, a.points, b.points).IsHidden();
 }
 
+class MergeOccludedParts : public RefinementPass {
+ public:
+  std::string_view Name() const override { return "merge.occluded_parts"; }
+  std::span<const std::string_view> After() const override;
+  Allowance MaxWork() const override;
+  std::vector<Proposal> Propose(const SceneState& state,
+                                const RefinementContext& context) const override;
+  // One solid.
+  bool Admits(const SceneState& state, const Proposal& proposal, std::size_t product,
+              const ObjectModel& found) const override;
+  double Gain(const ModelledProposal& modelled) const override;
+};
+
 }  // namespace
 
 std::span<const std::string_view> MergeOccludedParts::After() const {
@@ -84,13 +97,12 @@ bool MergeOccludedParts::Admits(const SceneState&, const Proposal&, std::size_t,
   return IsOneSolid(found, kMinExplained);
 }
 
-double MergeOccludedParts::Gain(const SceneState& state, const Proposal& proposal,
-                                std::span<const ModelPtr> products) const {
-  const bool accounts = std::ranges::all_of(proposal.consumes, [&](const Consumed& consumed) {
-    const ObjectHypothesis& part = state.Get(consumed.id);
-    return AccountsFor(*products.front(), *part.model, part.points, state.points());
-  });
-  return accounts ? 1 : 0;
+double MergeOccludedParts::Gain(const ModelledProposal& modelled) const {
+  return AllAccountedFor(modelled) ? static_cast<double>(modelled.proposal.consumes.size() - 1) : 0;
+}
+
+std::unique_ptr<const RefinementPass> MakeMergeOccludedParts() {
+  return std::make_unique<const MergeOccludedParts>();
 }
 
 }  // namespace cwm::perception

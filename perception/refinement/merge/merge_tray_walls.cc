@@ -270,6 +270,17 @@ class TrayFinder {
   const RefinementContext& context_;
 };
 
+class MergeTrayWalls : public RefinementPass {
+ public:
+  std::string_view Name() const override { return "merge.tray_walls"; }
+  std::span<const std::string_view> After() const override;
+  Allowance MaxWork() const override;
+  std::vector<Proposal> Propose(const SceneState& state,
+                                const RefinementContext& context) const override;
+  // The walls seen: they prove the tray, its shapes follow from them.
+  double Gain(const ModelledProposal& modelled) const override;
+};
+
 }  // namespace
 
 std::span<const std::string_view> MergeTrayWalls::After() const {
@@ -288,9 +299,12 @@ std::vector<Proposal> MergeTrayWalls::Propose(const SceneState& state,
   return TrayFinder(state, context).Run();
 }
 
-double MergeTrayWalls::Gain(const SceneState&, const Proposal& proposal,
-                            std::span<const ModelPtr>) const {
-  return static_cast<double>(proposal.consumes.size());
+double MergeTrayWalls::Gain(const ModelledProposal& modelled) const {
+  return static_cast<double>(modelled.proposal.consumes.size());
+}
+
+std::unique_ptr<const RefinementPass> MakeMergeTrayWalls() {
+  return std::make_unique<const MergeTrayWalls>();
 }
 
 }  // namespace cwm::perception

@@ -112,6 +112,22 @@ double ShareOn(const ShapePart& shell, const PointSet& points, const OrientedPoi
   return static_cast<double>(on) / static_cast<double>(some.size());
 }
 
+class MergeVesselWalls : public RefinementPass {
+ public:
+  std::string_view Name() const override { return "merge.vessel_walls"; }
+  Allowance MaxWork() const override;
+  // Groups of small hypotheses that touch, each to become one.
+  std::vector<Proposal> Propose(const SceneState& state,
+                                const RefinementContext& context) const override;
+  // Looks for the shell of a lying vessel in the group; those that do not lie on it stay out.
+  std::optional<Proposal> Examine(const SceneState& state, Proposal proposal,
+                                  const RefinementContext& context) const override;
+  // One vessel, handles beside, that leaves little.
+  bool Admits(const SceneState& state, const Proposal& proposal, std::size_t product,
+              const ObjectModel& found) const override;
+  double Gain(const ModelledProposal& modelled) const override;
+};
+
 }  // namespace
 
 Allowance MergeVesselWalls::MaxWork() const {
@@ -160,13 +176,12 @@ bool MergeVesselWalls::Admits(const SceneState&, const Proposal&, std::size_t,
              (1 - kMinExplained) * static_cast<double>(found.part_of_point.size());
 }
 
-double MergeVesselWalls::Gain(const SceneState& state, const Proposal& proposal,
-                              std::span<const ModelPtr> products) const {
-  const bool accounts = std::ranges::all_of(proposal.consumes, [&](const Consumed& consumed) {
-    const ObjectHypothesis& part = state.Get(consumed.id);
-    return AccountsFor(*products.front(), *part.model, part.points, state.points());
-  });
-  return accounts ? static_cast<double>(proposal.consumes.size() - 1) : 0;
+double MergeVesselWalls::Gain(const ModelledProposal& modelled) const {
+  return AllAccountedFor(modelled) ? static_cast<double>(modelled.proposal.consumes.size() - 1) : 0;
+}
+
+std::unique_ptr<const RefinementPass> MakeMergeVesselWalls() {
+  return std::make_unique<const MergeVesselWalls>();
 }
 
 }  // namespace cwm::perception

@@ -3,25 +3,12 @@
 // make one shell are one object.
 #pragma once
 
+#include <memory>
+
 #include "perception/refinement/pass.h"
 
 namespace cwm::perception {
 
-class MergeVesselWalls : public RefinementPass {
- public:
-  std::string_view Name() const override { return "merge.vessel_walls"; }
-  Allowance MaxWork() const override;
-  // Groups of small hypotheses that touch, each to become one.
-  std::vector<Proposal> Propose(const SceneState& state,
-                                const RefinementContext& context) const override;
-  // Looks for the shell of a lying vessel in the group; those that do not lie on it stay out.
-  std::optional<Proposal> Examine(const SceneState& state, Proposal proposal,
-                                  const RefinementContext& context) const override;
-  // One vessel, handles beside, that leaves little.
-  bool Admits(const SceneState& state, const Proposal& proposal, std::size_t product,
-              const ObjectModel& found) const override;
-  double Gain(const SceneState& state, const Proposal& proposal,
-              std::span<const ModelPtr> products) const override;
-};
+std::unique_ptr<const RefinementPass> MakeMergeVesselWalls();
 
 }  // namespace cwm::perception

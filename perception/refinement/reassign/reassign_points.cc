@@ -83,6 +83,18 @@ GivenHandles HandlesAmong(const PointSet& given, const ObjectHypothesis& giver) 
   return found;
 }
 
+class ReassignPoints : public RefinementPass {
+ public:
+  std::string_view Name() const override { return "reassign.points"; }
+  std::span<const std::string_view> After() const override;
+  Allowance MaxWork() const override;
+  std::vector<Proposal> Propose(const SceneState& state,
+                                const RefinementContext& context) const override;
+  // How many more points have a shape than half of those that are given; nothing where a handle was
+  // lost.
+  double Gain(const ModelledProposal& modelled) const override;
+};
+
 }  // namespace
 
 std::span<const std::string_view> ReassignPoints::After() const {
@@ -115,24 +127,28 @@ std::vector<Proposal> ReassignPoints::Propose(const SceneState& state,
   return proposals;
 }
 
-double ReassignPoints::Gain(const SceneState& state, const Proposal& proposal,
-                            std::span<const ModelPtr> products) const {
-  const ObjectHypothesis& giver = state.Get(proposal.consumes[kGiver].id);
-  const ObjectHypothesis& taker = state.Get(proposal.consumes[kTaker].id);
+double ReassignPoints::Gain(const ModelledProposal& modelled) const {
+  const ObjectHypothesis& giver = modelled.state.Get(modelled.proposal.consumes[kGiver].id);
+  const ObjectHypothesis& taker = modelled.state.Get(modelled.proposal.consumes[kTaker].id);
   PointSet given;
-  std::ranges::set_difference(giver.points, proposal.products[kGiver].points,
+  std::ranges::set_difference(giver.points, modelled.proposal.products[kGiver].points,
                               std::back_inserter(given));
   const GivenHandles given_handles = HandlesAmong(given, giver);
   // A handle of the wrong object counts as points without a shape.
   const std::size_t before =
       WithoutShape(*giver.model) + given_handles.points + WithoutShape(*taker.model);
-  const std::size_t after = WithoutShape(*products[kGiver]) + WithoutShape(*products[kTaker]);
+  const std::size_t after =
+      WithoutShape(*modelled.products[kGiver]) + WithoutShape(*modelled.products[kTaker]);
   const std::size_t handles_before = giver.model->handles().size() + taker.model->handles().size();
   const std::size_t handles_after =
-      products[kGiver]->handles().size() + products[kTaker]->handles().size();
+      modelled.products[kGiver]->handles().size() + modelled.products[kTaker]->handles().size();
   if (handles_after + given_handles.handles < handles_before) return 0;
   return static_cast<double>(before) - static_cast<double>(after) -
          0.5 * static_cast<double>(given.size());
+}
+
+std::unique_ptr<const RefinementPass> MakeReassignPoints() {
+  return std::make_unique<const ReassignPoints>();
 }
 
 }  // namespace cwm::perception

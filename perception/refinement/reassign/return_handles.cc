@@ -44,6 +44,18 @@ PointSet HandlesOn(const OrientedPoints& all, const ObjectHypothesis& taker,
   return found;
 }
 
+class ReturnHandles : public RefinementPass {
+ public:
+  std::string_view Name() const override { return "reassign.handles"; }
+  Allowance MaxWork() const override;
+  std::vector<Proposal> Propose(const SceneState& state,
+                                const RefinementContext& context) const override;
+  // The owner stays one solid.
+  bool Admits(const SceneState& state, const Proposal& proposal, std::size_t product,
+              const ObjectModel& found) const override;
+  double Gain(const ModelledProposal& modelled) const override;
+};
+
 }  // namespace
 
 Allowance ReturnHandles::MaxWork() const {
@@ -77,19 +89,22 @@ bool ReturnHandles::Admits(const SceneState&, const Proposal&, std::size_t produ
 }
 
 // The owner's solid accounts for what it got.
-double ReturnHandles::Gain(const SceneState& state, const Proposal& proposal,
-                           std::span<const ModelPtr> products) const {
-  const PointSet& before = state.Get(proposal.consumes[kOwner].id).points;
-  const PointSet& after = proposal.products[kOwner].points;
+double ReturnHandles::Gain(const ModelledProposal& modelled) const {
+  const PointSet& before = modelled.state.Get(modelled.proposal.consumes[kOwner].id).points;
+  const PointSet& after = modelled.proposal.products[kOwner].points;
   std::size_t got = 0, explained = 0;
   for (std::size_t k = 0; k < after.size(); ++k) {
     if (std::ranges::binary_search(before, after[k])) continue;
     ++got;
-    explained += products[kOwner]->part_of_point()[k] == 0;
+    explained += modelled.products[kOwner]->part_of_point()[k] == 0;
   }
   const bool accounts =
       static_cast<double>(explained) >= kMinExplainedAlone * static_cast<double>(got);
   return accounts ? static_cast<double>(explained) : 0;
+}
+
+std::unique_ptr<const RefinementPass> MakeReturnHandles() {
+  return std::make_unique<const ReturnHandles>();
 }
 
 }  // namespace cwm::perception

@@ -243,6 +243,20 @@ bool LiesOver(const HypothesisModel& upper, const HypothesisModel& lower, const 
   return holds(below, above.center()) || holds(above, below.center());
 }
 
+class SplitStackedBoxes : public RefinementPass {
+ public:
+  std::string_view Name() const override { return "split.stacked_boxes"; }
+  std::span<const std::string_view> After() const override;
+  Allowance MaxWork() const override;
+  std::vector<Proposal> Propose(const SceneState& state,
+                                const RefinementContext& context) const override;
+  // One box of nearly all points: a layer that took points of what merely touches it is no better than
+  // what was cut.
+  bool Admits(const SceneState& state, const Proposal& proposal, std::size_t product,
+              const ObjectModel& found) const override;
+  double Gain(const ModelledProposal& modelled) const override;
+};
+
 }  // namespace
 
 std::span<const std::string_view> SplitStackedBoxes::After() const {
@@ -267,15 +281,18 @@ bool SplitStackedBoxes::Admits(const SceneState&, const Proposal&, std::size_t,
          std::holds_alternative<Box>(found.shapes.front().shape);
 }
 
-double SplitStackedBoxes::Gain(const SceneState& state, const Proposal& proposal,
-                               std::span<const ModelPtr> products) const {
-  const Pose X_SL =
-      X_LGround(state.measured(), {.support = proposal.products.front().resting.support})
-          ->inverse(Eigen::Isometry);
-  for (std::size_t k = 1; k < products.size(); ++k) {
-    if (!LiesOver(*products[k], *products[k - 1], X_SL)) return 0;
+double SplitStackedBoxes::Gain(const ModelledProposal& modelled) const {
+  const Pose X_SL = X_LGround(modelled.state.measured(),
+                              {.support = modelled.proposal.products.front().resting.support})
+                        ->inverse(Eigen::Isometry);
+  for (std::size_t k = 1; k < modelled.products.size(); ++k) {
+    if (!LiesOver(*modelled.products[k], *modelled.products[k - 1], X_SL)) return 0;
   }
   return 1;
+}
+
+std::unique_ptr<const RefinementPass> MakeSplitStackedBoxes() {
+  return std::make_unique<const SplitStackedBoxes>();
 }
 
 }  // namespace cwm::perception

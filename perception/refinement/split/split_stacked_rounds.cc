@@ -162,6 +162,19 @@ std::optional<Proposal> SplitOf(const SceneState& state, const ObjectHypothesis&
   return proposal;
 }
 
+class SplitStackedRounds : public RefinementPass {
+ public:
+  std::string_view Name() const override { return "split.stacked_rounds"; }
+  std::span<const std::string_view> After() const override;
+  Allowance MaxWork() const override;
+  std::vector<Proposal> Propose(const SceneState& state,
+                                const RefinementContext& context) const override;
+  // One solid of revolution of nearly all points.
+  bool Admits(const SceneState& state, const Proposal& proposal, std::size_t product,
+              const ObjectModel& found) const override;
+  double Gain(const ModelledProposal& modelled) const override;
+};
+
 }  // namespace
 
 std::span<const std::string_view> SplitStackedRounds::After() const {
@@ -192,9 +205,12 @@ bool SplitStackedRounds::Admits(const SceneState&, const Proposal&, std::size_t,
          !std::holds_alternative<Box>(found.shapes.front().shape);
 }
 
-double SplitStackedRounds::Gain(const SceneState&, const Proposal& proposal,
-                                std::span<const ModelPtr>) const {
-  return static_cast<double>(proposal.products.size() - 1);
+double SplitStackedRounds::Gain(const ModelledProposal& modelled) const {
+  return static_cast<double>(modelled.proposal.products.size() - 1);
+}
+
+std::unique_ptr<const RefinementPass> MakeSplitStackedRounds() {
+  return std::make_unique<const SplitStackedRounds>();
 }
 
 }  // namespace cwm::perception

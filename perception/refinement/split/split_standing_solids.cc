@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <numeric>
 #include <optional>
 #include <utility>
 
@@ -21,20 +22,10 @@ constexpr double kMinExplained = 0.9;  // of a product's points, as of any one s
 constexpr double kMaxFootGap_m = 0.01;
 // From one to the top of what it rests on, which its own foot hides.
 constexpr double kMaxStackedGap_m = 0.02;
-// A box as thin as that may be one face of another.
-constexpr double kMinThickness_m = 0.02;
-
 // Of surfaces that carry each other on, bent as soft packages are, and warped as all things are seen.
 constexpr double kMaxStep_m = 0.005;
 constexpr double kMaxOffAxis_m = 0.01;
 constexpr double kMinTurn_cos = 0.966;  // 15 degrees
-
-// Of a closed solid: faces alone are of the thing that they are found on.
-bool IsSolid(const ShapePart& part) {
-  if (part.vessel || std::holds_alternative<Plate>(part.shape)) return false;
-  const auto* box = std::get_if<Box>(&part.shape);
-  return box == nullptr || box->size_m.minCoeff() > kMinThickness_m;
-}
 
 bool IsVessel(const ShapePart& part) { return part.vessel != nullptr; }
 
@@ -102,11 +93,24 @@ std::optional<std::size_t> Below(std::size_t solid, const std::vector<ShapePart>
   return std::nullopt;
 }
 
+// The solids that may be things by themselves: closed ones, or vessels where all are. Faces alone are of
+// the solid that they are nearest to.
+std::vector<std::size_t> SolidsOf(const std::vector<ShapePart>& shapes) {
+  std::vector<std::size_t> closed;
+  std::size_t vessels = 0;
+  for (std::size_t k = 0; k < shapes.size(); ++k) {
+    vessels += IsVessel(shapes[k]);
+    if (IsClosed(shapes[k])) closed.push_back(k);
+  }
+  if (vessels == 0) return closed;
+  if (vessels < shapes.size()) return {};
+  std::vector<std::size_t> all(shapes.size());
+  std::iota(all.begin(), all.end(), std::size_t{0});
+  return all;
+}
+
 std::optional<Things> ThingsThatStand(const std::vector<ShapePart>& shapes, const Pose& X_GroundL) {
   if (shapes.size() < 2) return std::nullopt;
-  if (!std::ranges::all_of(shapes, IsSolid) && !std::ranges::all_of(shapes, IsVessel)) {
-    return std::nullopt;
-  }
   std::vector<Aabb> bounds;
   for (const ShapePart& part : shapes) {
     bounds.push_back(TightBounds(part.shape, X_GroundL * part.X_OS));
@@ -143,15 +147,18 @@ std::optional<Things> ThingsThatStand(const std::vector<ShapePart>& shapes, cons
 }
 
 // The points of each thing, with those of no solid that lie nearest to it. Ascending.
-std::vector<PointSet> PointsOfThings(const ObjectHypothesis& object, const Things& things,
+std::vector<PointSet> PointsOfThings(const ObjectHypothesis& object,
+                                     const std::vector<std::size_t>& solids,
+                                     const std::vector<ShapePart>& shapes, const Things& things,
                                      const OrientedPoints& all) {
   std::vector<PointSet> groups(things.below.size());
   for (std::size_t i = 0; i < object.points.size(); ++i) {
-    auto part = static_cast<std::size_t>(object.model->part_of_point()[i]);
-    if (part >= things.of_solid.size()) {  // unexplained, or a handle's
-      part = NearestShape(object.model->shapes(), all.points[object.points[i]].cast<double>());
-    }
-    groups[things.of_solid[part]].push_back(object.points[i]);
+    const auto part = static_cast<std::size_t>(object.model->part_of_point()[i]);
+    const auto own = std::ranges::find(solids, part);
+    const std::size_t solid =
+        own != solids.end() ? static_cast<std::size_t>(own - solids.begin())
+                            : NearestShape(shapes, all.points[object.points[i]].cast<double>());
+    groups[things.of_solid[solid]].push_back(object.points[i]);
   }
   return groups;
 }
@@ -168,7 +175,8 @@ Vector3 FootOf(const SceneState& state, const ObjectHypothesis& hypothesis) {
 }
 
 // One product for each thing; what rested on the object rests on the thing that its foot is nearest to.
-Proposal SplitOf(const SceneState& state, const ObjectHypothesis& object, const Things& things,
+Proposal SplitOf(const SceneState& state, const ObjectHypothesis& object,
+                 const std::vector<ShapePart>& shapes, const Things& things,
                  std::vector<PointSet> groups) {
   Proposal proposal{.consumes = {{object.id}}};
   for (std::size_t k = 0; k < groups.size(); ++k) {
@@ -184,11 +192,24 @@ Proposal SplitOf(const SceneState& state, const ObjectHypothesis& object, const 
   }
   for (const HypothesisPtr& other : state.objects()) {
     if (other->resting.on != object.id) continue;
-    const std::size_t solid = NearestShape(object.model->shapes(), FootOf(state, *other));
+    const std::size_t solid = NearestShape(shapes, FootOf(state, *other));
     proposal.reseats.push_back({other->id, things.of_solid[solid], {}});
   }
   return proposal;
 }
+
+class SplitStandingSolids : public RefinementPass {
+ public:
+  std::string_view Name() const override { return "split.standing_solids"; }
+  std::span<const std::string_view> After() const override;
+  Allowance MaxWork() const override;
+  std::vector<Proposal> Propose(const SceneState& state,
+                                const RefinementContext& context) const override;
+  // One solid, or one vessel with handles.
+  bool Admits(const SceneState& state, const Proposal& proposal, std::size_t product,
+              const ObjectModel& found) const override;
+  double Gain(const ModelledProposal& modelled) const override;
+};
 
 }  // namespace
 
@@ -226,11 +247,14 @@ std::vector<Proposal> SplitStandingSolids::Propose(const SceneState& state,
     context.work.Poll();
     if (object->model->is_given) continue;
     const Pose X_GroundL = X_LGround(state.measured(), object->resting)->inverse(Eigen::Isometry);
-    const auto things = ThingsThatStand(object->model->shapes(), X_GroundL);
+    const std::vector<std::size_t> solids = SolidsOf(object->model->shapes());
+    std::vector<ShapePart> shapes;
+    for (const std::size_t k : solids) shapes.push_back(object->model->shapes()[k]);
+    const auto things = ThingsThatStand(shapes, X_GroundL);
     if (!things) continue;
-    std::vector<PointSet> groups = PointsOfThings(*object, *things, state.points());
+    std::vector<PointSet> groups = PointsOfThings(*object, solids, shapes, *things, state.points());
     if (std::ranges::any_of(groups, [](const PointSet& group) { return group.empty(); })) continue;
-    proposals.push_back(SplitOf(state, *object, *things, std::move(groups)));
+    proposals.push_back(SplitOf(state, *object, shapes, *things, std::move(groups)));
   }
   return proposals;
 }
@@ -240,9 +264,12 @@ bool SplitStandingSolids::Admits(const SceneState&, const Proposal&, std::size_t
   return IsOneThing(found);
 }
 
-double SplitStandingSolids::Gain(const SceneState&, const Proposal& proposal,
-                                 std::span<const ModelPtr>) const {
-  return static_cast<double>(proposal.products.size() - 1);
+double SplitStandingSolids::Gain(const ModelledProposal& modelled) const {
+  return static_cast<double>(modelled.proposal.products.size() - 1);
+}
+
+std::unique_ptr<const RefinementPass> MakeSplitStandingSolids() {
+  return std::make_unique<const SplitStandingSolids>();
 }
 
 }  // namespace cwm::perception

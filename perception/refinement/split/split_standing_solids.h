@@ -2,6 +2,8 @@
 // stands by itself, and has none of its surfaces carried on by another, is an object of its own.
 #pragma once
 
+#include <memory>
+
 #include "perception/refinement/pass.h"
 
 namespace cwm::perception {
@@ -15,18 +17,6 @@ bool CarriesOn(const ShapePart& part, const ShapePart& other, const Pose& X_Grou
 // becomes an object for each of them, where each is one solid when modelled by itself: all of them
 // vessels or none, nothing as thin as a face, and none that carries another on (in a stack, and of
 // vessels, those that do are one).
-class SplitStandingSolids : public RefinementPass {
- public:
-  std::string_view Name() const override { return "split.standing_solids"; }
-  std::span<const std::string_view> After() const override;
-  Allowance MaxWork() const override;
-  std::vector<Proposal> Propose(const SceneState& state,
-                                const RefinementContext& context) const override;
-  // One solid, or one vessel with handles.
-  bool Admits(const SceneState& state, const Proposal& proposal, std::size_t product,
-              const ObjectModel& found) const override;
-  double Gain(const SceneState& state, const Proposal& proposal,
-              std::span<const ModelPtr> products) const override;
-};
+std::unique_ptr<const RefinementPass> MakeSplitStandingSolids();
 
 }  // namespace cwm::perception

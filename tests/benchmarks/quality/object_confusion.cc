@@ -25,12 +25,32 @@ std::vector<std::uint32_t> TrueLabelsOf(const SimulatedCase& run) {
       label_of[k] = static_cast<std::uint32_t>(10 * (k + 2));
     }
   }
+  std::vector<double> top_m;
+  for (const perception::SimulatedObject& object : objects) {
+    top_m.push_back(perception::BoundsInWorld(object).max().z());
+  }
   std::vector<std::uint32_t> labels(run.scan.object.size(), 0);
   for (std::size_t i = 0; i < labels.size(); ++i) {
     const std::int32_t object = run.scan.object[i];
-    if (object >= 0) labels[i] = label_of[static_cast<std::size_t>(object)];
+    if (object < 0) continue;
+    const auto k = static_cast<std::size_t>(object);
+    const Vector3 p_C = run.scan.cloud.points[i].cast<double>();
+    const double off_m = perception::ExplainedWithin_m(run.noise.AxialSigma_m(p_C.z()));
+    const bool is_side =
+        objects[k].is_support && (run.simulated.camera.X_WC * p_C).z() < top_m[k] - off_m;
+    if (!is_side) labels[i] = label_of[k];
   }
   return labels;
+}
+
+std::vector<std::uint32_t> CountedLabels(const std::vector<std::uint32_t>& truth,
+                                         std::vector<std::uint32_t> found) {
+  std::map<std::uint32_t, std::ptrdiff_t> counted;  // points that count, less those that do not
+  for (std::size_t i = 0; i < truth.size(); ++i) counted[found[i] / 10] += truth[i] != 0 ? 1 : -1;
+  for (std::uint32_t& label : found) {
+    if (label >= 10 && counted[label / 10] < 0) label = 0;
+  }
+  return found;
 }
 
 Confusion ConfusionOf(const std::vector<std::uint32_t>& truth,

@@ -45,8 +45,8 @@ class MergePairs : public RefinementPass {
     ++modelled_;
     return true;
   }
-  double Gain(const SceneState&, const Proposal& proposal,
-              std::span<const ModelPtr>) const override {
+  double Gain(const ModelledProposal& modelled) const override {
+    const Proposal& proposal = modelled.proposal;
     for (const Pair& pair : pairs_) {
       if (pair.a == proposal.consumes[0].id && pair.b == proposal.consumes[1].id) return pair.gain;
     }
@@ -94,10 +94,7 @@ class Driver : public ::testing::Test {
                 const ObjectModel& found) const override {
       return pass_.Admits(s, p, k, found);
     }
-    double Gain(const SceneState& s, const Proposal& p,
-                std::span<const ModelPtr> models) const override {
-      return pass_.Gain(s, p, models);
-    }
+    double Gain(const ModelledProposal& modelled) const override { return pass_.Gain(modelled); }
 
    private:
     const MergePairs& pass_;

@@ -1,5 +1,5 @@
 // What an occluder leaves of things beside others, seen by the virtual scanner.
-#include "perception/refinement/split/split_false_handles.h"
+#include "perception/refinement/split/split_unexplained_parts.h"
 
 #include <gtest/gtest.h>
 
@@ -42,7 +42,7 @@ Seen See(SceneFamily family, std::uint64_t seed) {
 }
 
 // Something hides all of the ball but a crescent that begins at a larger ball.
-TEST(ReleaseStanding, ABallBesideABallIsAnObject) {
+TEST(SplitUnexplainedParts, ABallBesideABallIsAnObject) {
   constexpr std::size_t kSmall = 5, kLarge = 6;
   const Seen seen = See(SceneFamily::kClutter, 38);
   const DetectedObject &small = seen.Of(kSmall), &large = seen.Of(kLarge);
@@ -61,7 +61,7 @@ TEST(ReleaseStanding, ABallBesideABallIsAnObject) {
 }
 
 // Mugs, pans and jugs: their handles stay theirs.
-TEST(ReleaseStanding, LeavesHandlesOfVesselsAlone) {
+TEST(SplitUnexplainedParts, LeavesHandlesOfVesselsAlone) {
   int with_handle = 0;
   for (std::uint64_t seed = 2; seed < 10; seed += 2) {
     const Seen seen = See(SceneFamily::kVessels, seed);
