@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "perception/cloud/work.h"
-#include "perception/scene/segment_scene.h"
 #include "perception/scene_interpretation.h"
+#include "perception/segmentation/segment_scene.h"
 #include "perception/surface/surface_reconstruction.h"
 
 namespace cwm::perception {

@@ -18,7 +18,7 @@
 #include "perception/refinement/complete/complete_below.h"
 #include "perception/refinement/complete/cut_rims.h"
 #include "perception/refinement/passes.h"
-#include "perception/scene/segment_scene.h"
+#include "perception/segmentation/segment_scene.h"
 
 namespace cwm::perception {
 namespace {

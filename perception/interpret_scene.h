@@ -12,8 +12,8 @@
 #include "perception/cloud/point_cloud.h"
 #include "perception/cloud/sensor_noise.h"
 #include "perception/model/modeler_options.h"
-#include "perception/scene/clustering.h"
 #include "perception/scene_interpretation.h"
+#include "perception/segmentation/clustering.h"
 #include "perception/surface/surface_reconstruction.h"
 
 namespace cwm::perception {

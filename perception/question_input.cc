@@ -7,7 +7,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
-#include "perception/scene/local_planes.h"
+#include "perception/segmentation/local_planes.h"
 #include "perception/sensor_up.h"
 
 namespace cwm::perception {

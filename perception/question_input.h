@@ -7,7 +7,7 @@
 
 #include "perception/cloud/point_cloud.h"
 #include "perception/interpret_scene.h"
-#include "perception/scene/segment_scene.h"
+#include "perception/segmentation/segment_scene.h"
 
 namespace cwm::perception {
 

@@ -10,10 +10,10 @@
 #include "collision/geometry/aabb.h"
 #include "collision/geometry/signed_distance.h"
 #include "perception/cloud/quantile.h"
-#include "perception/model/lengthened.h"
-#include "perception/model/model_points.h"
-#include "perception/model/solid.h"
-#include "perception/scene/surface_graph.h"
+#include "perception/fit/solid.h"
+#include "perception/search/model_points.h"
+#include "perception/segmentation/surface_graph.h"
+#include "perception/solids/lengthened.h"
 
 namespace cwm::perception {
 namespace {

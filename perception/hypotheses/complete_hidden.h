@@ -6,7 +6,7 @@
 
 #include "collision/geometry/hybrid_model.h"
 #include "perception/cloud/oriented_points.h"
-#include "perception/scene/sight_map.h"
+#include "perception/segmentation/sight_map.h"
 
 namespace cwm::perception {
 

@@ -8,7 +8,7 @@
 #include "perception/cloud/voxel_grid.h"
 #include "perception/hypotheses/complete_hidden.h"
 #include "perception/hypotheses/point_sample.h"
-#include "perception/model/object_modeler.h"
+#include "perception/modeler/object_modeler.h"
 
 namespace cwm::perception {
 namespace {

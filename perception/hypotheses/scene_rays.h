@@ -5,9 +5,9 @@
 #include <optional>
 #include <vector>
 
+#include "perception/fit/passing_rays.h"
 #include "perception/hypotheses/object_hypothesis.h"
-#include "perception/model/passing_rays.h"
-#include "perception/scene/segment_scene.h"
+#include "perception/segmentation/segment_scene.h"
 
 namespace cwm::perception {
 

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "perception/hypotheses/object_hypothesis.h"
-#include "perception/scene/segment_scene.h"
+#include "perception/segmentation/segment_scene.h"
 
 namespace cwm::perception {
 

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "perception/model/model_points.h"
-#include "perception/model/shape_fit.h"
+#include "perception/fit/shape_fit.h"
 #include "perception/refinement/evidence.h"
+#include "perception/search/model_points.h"
 
 namespace cwm::perception {
 namespace {

@@ -6,8 +6,8 @@
 #include <optional>
 
 #include "collision/geometry/hybrid_model.h"
-#include "perception/model/model_points.h"
-#include "perception/model/shape_fit.h"
+#include "perception/fit/shape_fit.h"
+#include "perception/search/model_points.h"
 
 namespace cwm::perception {
 namespace {

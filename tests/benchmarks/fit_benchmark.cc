@@ -13,8 +13,8 @@
 #include <vector>
 
 #include "perception/cloud/measured_points.h"
-#include "perception/model/object_modeler.h"
-#include "perception/scene/segment_scene.h"
+#include "perception/modeler/object_modeler.h"
+#include "perception/segmentation/segment_scene.h"
 #include "tests/benchmarks/benchmark_scans.h"
 #include "tests/benchmarks/benchmarks.h"
 #include "tests/support/process.h"

@@ -7,8 +7,8 @@
 #include <iterator>
 #include <optional>
 
+#include "perception/handles/vessel_handles.h"
 #include "perception/hypotheses/invariants.h"
-#include "perception/model/vessel_handles.h"
 #include "tests/perception/model/vessels.h"
 
 namespace cwm::perception {

@@ -8,8 +8,8 @@
 
 #include "perception/cloud/parallel_for.h"
 #include "perception/cloud/quantile.h"
+#include "perception/handles/vessel_handles.h"
 #include "perception/hypotheses/point_sample.h"
-#include "perception/model/vessel_handles.h"
 
 namespace cwm::perception {
 namespace {

@@ -10,9 +10,9 @@
 #include <vector>
 
 #include "perception/cloud/quantile.h"
+#include "perception/handles/vessel_handles.h"
 #include "perception/hypotheses/point_sample.h"
-#include "perception/model/vessel_handles.h"
-#include "perception/scene/surface_graph.h"
+#include "perception/segmentation/surface_graph.h"
 
 namespace cwm::perception {
 namespace {

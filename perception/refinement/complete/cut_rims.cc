@@ -8,10 +8,10 @@
 #include <utility>
 #include <vector>
 
+#include "perception/fit/refine.h"
 #include "perception/hypotheses/point_sample.h"
-#include "perception/model/explain.h"
-#include "perception/model/model_points.h"
-#include "perception/model/refine.h"
+#include "perception/search/model_points.h"
+#include "perception/solids/explain.h"
 
 namespace cwm::perception {
 namespace {

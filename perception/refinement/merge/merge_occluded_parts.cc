@@ -4,9 +4,9 @@
 #include <array>
 
 #include "collision/geometry/aabb.h"
-#include "perception/model/model_points.h"
 #include "perception/refinement/evidence.h"
 #include "perception/refinement/merge/occlusion.h"
+#include "perception/search/model_points.h"
 
 namespace cwm::perception {
 namespace {

@@ -10,8 +10,8 @@
 #include "perception/cloud/quantile.h"
 #include "perception/refinement/evidence.h"
 #include "perception/refinement/merge/tray.h"
-#include "perception/scene/plane_fit.h"
-#include "perception/scene/surface_graph.h"
+#include "perception/segmentation/plane_fit.h"
+#include "perception/segmentation/surface_graph.h"
 
 namespace cwm::perception {
 namespace {

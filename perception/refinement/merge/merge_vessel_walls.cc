@@ -7,9 +7,9 @@
 #include <utility>
 
 #include "perception/hypotheses/point_sample.h"
-#include "perception/model/model_points.h"
-#include "perception/model/object_modeler.h"
+#include "perception/modeler/object_modeler.h"
 #include "perception/refinement/evidence.h"
+#include "perception/search/model_points.h"
 
 namespace cwm::perception {
 namespace {

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "perception/model/explain.h"
-#include "perception/model/model_points.h"
-#include "perception/model/prolonged.h"
-#include "perception/scene/surface_graph.h"
+#include "perception/search/model_points.h"
+#include "perception/segmentation/surface_graph.h"
+#include "perception/solids/explain.h"
+#include "perception/solids/prolonged.h"
 
 namespace cwm::perception {
 namespace {

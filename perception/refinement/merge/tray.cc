@@ -5,8 +5,8 @@
 #include <limits>
 #include <utility>
 
-#include "perception/model/plane_solid.h"
-#include "perception/model/solid.h"
+#include "perception/fit/solid.h"
+#include "perception/solids/plane_solid.h"
 
 namespace cwm::perception {
 namespace {

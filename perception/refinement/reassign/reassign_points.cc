@@ -6,11 +6,11 @@
 #include <cstdint>
 #include <iterator>
 
-#include "perception/model/model_points.h"
-#include "perception/model/seen_width.h"
-#include "perception/model/slenderness.h"
-#include "perception/model/vessel_handles.h"
+#include "perception/cloud/seen_width.h"
+#include "perception/cloud/slenderness.h"
+#include "perception/handles/vessel_handles.h"
 #include "perception/refinement/evidence.h"
+#include "perception/search/model_points.h"
 
 namespace cwm::perception {
 namespace {

@@ -9,9 +9,9 @@
 
 #include "collision/geometry/aabb.h"
 #include "perception/cloud/quantile.h"
-#include "perception/model/model_points.h"
 #include "perception/refinement/evidence.h"
 #include "perception/refinement/split/wall_profile.h"
+#include "perception/search/model_points.h"
 
 namespace cwm::perception {
 namespace {

@@ -11,7 +11,7 @@
 
 #include "collision/geometry/aabb.h"
 #include "perception/refinement/evidence.h"
-#include "perception/scene/disjoint_sets.h"
+#include "perception/segmentation/disjoint_sets.h"
 
 namespace cwm::perception {
 namespace {

@@ -12,10 +12,10 @@
 
 #include "collision/geometry/aabb.h"
 #include "perception/cloud/quantile.h"
-#include "perception/model/connectivity.h"
-#include "perception/model/seen_width.h"
+#include "perception/cloud/seen_width.h"
 #include "perception/refinement/criterion.h"
 #include "perception/refinement/evidence.h"
+#include "perception/search/connectivity.h"
 
 namespace cwm::perception {
 namespace {

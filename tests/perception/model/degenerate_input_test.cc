@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "perception/model/object_modeler.h"
+#include "perception/modeler/object_modeler.h"
 #include "perception/simulation/random_draws.h"
 
 namespace cwm::perception {

@@ -6,7 +6,7 @@
 #include <random>
 #include <set>
 
-#include "perception/model/shape_search.h"
+#include "perception/search/shape_search.h"
 
 namespace cwm::perception {
 namespace {

@@ -6,7 +6,7 @@
 #include <random>
 #include <vector>
 
-#include "perception/model/solid.h"
+#include "perception/fit/solid.h"
 
 namespace cwm::perception {
 namespace {

@@ -1,4 +1,4 @@
-#include "perception/model/free_space.h"
+#include "perception/solids/free_space.h"
 
 #include <gtest/gtest.h>
 

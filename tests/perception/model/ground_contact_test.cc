@@ -1,12 +1,12 @@
 // What lies touches its support.
-#include "perception/model/ground_contact.h"
+#include "perception/fit/ground_contact.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <numbers>
 
-#include "perception/model/solid.h"
+#include "perception/fit/solid.h"
 
 namespace cwm::perception {
 namespace {

@@ -1,4 +1,4 @@
-#include "perception/model/handles.h"
+#include "perception/handles/handles.h"
 
 #include <gtest/gtest.h>
 

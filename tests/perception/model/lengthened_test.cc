@@ -1,11 +1,11 @@
-#include "perception/model/lengthened.h"
+#include "perception/solids/lengthened.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "collision/geometry/aabb.h"
-#include "perception/model/prolonged.h"
+#include "perception/solids/prolonged.h"
 
 namespace cwm::perception {
 namespace {

@@ -1,5 +1,5 @@
 // Vessels that lie or lean become shells, as those that stand do, where one looks into them.
-#include "perception/model/lying_vessel.h"
+#include "perception/vessels/lying_vessel.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <ostream>
 #include <string>
 
-#include "perception/model/object_modeler.h"
+#include "perception/modeler/object_modeler.h"
 #include "tests/perception/model/surfaces.h"
 #include "tests/perception/model/tilted_vessels.h"
 

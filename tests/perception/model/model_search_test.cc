@@ -6,9 +6,9 @@
 #include <numbers>
 #include <set>
 
-#include "perception/model/candidate_list.h"
-#include "perception/model/octree.h"
-#include "perception/model/point_lanes.h"
+#include "perception/search/candidate_list.h"
+#include "perception/search/octree.h"
+#include "perception/search/point_lanes.h"
 #include "perception/simulation/random_draws.h"
 
 namespace cwm::perception {

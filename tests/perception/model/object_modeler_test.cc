@@ -1,5 +1,5 @@
 // Whole objects: what a Kinect sees of known solids on a table becomes those solids again.
-#include "perception/model/object_modeler.h"
+#include "perception/modeler/object_modeler.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // Rays that passed an object tell where it is not.
-#include "perception/model/passing_rays.h"
+#include "perception/fit/passing_rays.h"
 
 #include <gtest/gtest.h>
 

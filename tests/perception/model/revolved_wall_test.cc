@@ -1,4 +1,4 @@
-#include "perception/model/revolved_wall.h"
+#include "perception/vessels/revolved_wall.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // The rim of a disc, and what it tells the wall below it.
-#include "perception/model/rim.h"
+#include "perception/fit/rim.h"
 
 #include <gtest/gtest.h>
 

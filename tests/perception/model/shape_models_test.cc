@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "collision/geometry/signed_distance.h"
-#include "perception/model/any_model.h"
-#include "perception/model/refine.h"
+#include "perception/fit/refine.h"
+#include "perception/search/any_model.h"
 #include "perception/simulation/random_draws.h"
 
 namespace cwm::perception {

@@ -1,5 +1,5 @@
 // Open vessels as a Kinect sees them become shells; what is closed does not.
-#include "perception/model/shell_fit.h"
+#include "perception/vessels/shell_fit.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <numbers>
 
 #include "collision/geometry/signed_distance.h"
-#include "perception/model/object_modeler.h"
+#include "perception/modeler/object_modeler.h"
 #include "tests/perception/model/surfaces.h"
 #include "tests/perception/model/tilted_vessels.h"
 

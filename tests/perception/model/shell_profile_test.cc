@@ -1,4 +1,4 @@
-#include "perception/model/shell_profile.h"
+#include "perception/vessels/shell_profile.h"
 
 #include <gtest/gtest.h>
 

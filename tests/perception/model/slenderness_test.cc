@@ -1,4 +1,4 @@
-#include "perception/model/slenderness.h"
+#include "perception/cloud/slenderness.h"
 
 #include <gtest/gtest.h>
 

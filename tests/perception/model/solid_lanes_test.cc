@@ -1,4 +1,4 @@
-#include "perception/model/solid_lanes.h"
+#include "perception/whole/solid_lanes.h"
 
 #include <gtest/gtest.h>
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "perception/cloud/oriented_points.h"
-#include "perception/model/passing_rays.h"
+#include "perception/fit/passing_rays.h"
 #include "perception/simulation/virtual_scanner.h"
 
 namespace cwm::perception {

@@ -7,12 +7,12 @@
 #include <optional>
 #include <vector>
 
-#include "perception/model/explain.h"
-#include "perception/model/handles.h"
-#include "perception/model/object_modeler.h"
-#include "perception/model/one_solid.h"
-#include "perception/model/prolonged.h"
-#include "perception/model/vessel_handles.h"
+#include "perception/handles/handles.h"
+#include "perception/handles/vessel_handles.h"
+#include "perception/modeler/object_modeler.h"
+#include "perception/solids/explain.h"
+#include "perception/solids/prolonged.h"
+#include "perception/whole/one_solid.h"
 #include "tests/perception/model/surfaces.h"
 
 namespace cwm::perception {

@@ -1,4 +1,4 @@
-#include "perception/model/vessel_handles.h"
+#include "perception/handles/vessel_handles.h"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "perception/model/seen_width.h"
+#include "perception/cloud/seen_width.h"
 #include "tests/perception/model/vessels.h"
 
 namespace cwm::perception {

@@ -1,5 +1,5 @@
 // Closed solids fitted to all points of an object at once.
-#include "perception/model/whole_fit.h"
+#include "perception/whole/whole_fit.h"
 
 #include <gtest/gtest.h>
 
@@ -9,10 +9,10 @@
 #include <numeric>
 
 #include "collision/geometry/signed_distance.h"
-#include "perception/model/free_space.h"
-#include "perception/model/one_solid.h"
-#include "perception/model/whole_misfit.h"
 #include "perception/simulation/random_draws.h"
+#include "perception/solids/free_space.h"
+#include "perception/whole/one_solid.h"
+#include "perception/whole/whole_misfit.h"
 
 namespace cwm::perception {
 namespace {

@@ -1,13 +1,13 @@
 // Round solids end where rays were seen to pass.
-#include "perception/model/yield_to_rays.h"
+#include "perception/whole/yield_to_rays.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <numbers>
 
-#include "perception/model/free_space.h"
-#include "perception/model/object_modeler.h"
+#include "perception/modeler/object_modeler.h"
+#include "perception/solids/free_space.h"
 #include "tests/perception/model/surfaces.h"
 
 namespace cwm::perception {

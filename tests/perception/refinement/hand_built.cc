@@ -8,8 +8,8 @@
 #include "collision/geometry/signed_distance.h"
 #include "perception/hypotheses/hypothesis_modeler.h"
 #include "perception/hypotheses/model_hypotheses.h"
-#include "perception/model/model_points.h"
 #include "perception/refinement/passes.h"
+#include "perception/search/model_points.h"
 #include "perception/simulation/random_draws.h"
 
 namespace cwm::perception {

@@ -1,0 +1,121 @@
+#include "perception/cloud/seen_width.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <utility>
+#include <vector>
+
+#include "perception/cloud/quantile.h"
+
+namespace cwm::perception {
+namespace {
+
+// Cells that hold dozens of a camera's pixels; at the borders they are partly empty.
+constexpr double kCell_m = 0.01;
+constexpr double kFullCell = 0.75;
+constexpr double kAround_m = 0.005;  // the thinnest handles are about as wide
+// A disc is full with this share of the points that its density asks for: drop-outs and ragged
+// edges make holes. At a straight border half a disc holds 0.5.
+constexpr double kFullDisc = 0.85;
+constexpr std::size_t kMostDiscs = 200;  // evenly spread over the points
+constexpr std::size_t kLeastInDisc = 4;  // fewer fill small discs by chance
+
+// Places on the plane through the middle of the points, across the ray to it, in metres there.
+std::vector<Vector2> PlacesAcross(std::span<const Eigen::Vector3f> points,
+                                  const Vector3& viewpoint) {
+  Vector3 middle = Vector3::Zero();
+  for (const Eigen::Vector3f& p : points) middle += p.cast<double>();
+  const Vector3 ray = middle / static_cast<double>(points.size()) - viewpoint;
+  const Matrix3 R = BasisFromZ(ray.norm() > 0 ? Vector3(ray.normalized()) : Vector3::UnitZ());
+  std::vector<Vector2> places;
+  for (const Eigen::Vector3f& p : points) {
+    const Vector3 x = R.transpose() * (p.cast<double>() - viewpoint);
+    places.push_back(ray.norm() / x.z() * x.head<2>());
+  }
+  return places;
+}
+
+std::size_t Stride(const std::vector<Vector2>& places) { return 1 + places.size() / kMostDiscs; }
+
+// Distances of all from one of the places.
+void AwayFrom(const std::vector<Vector2>& places, std::size_t k, std::vector<double>& away_m) {
+  away_m.resize(places.size());
+  std::transform(places.begin(), places.end(), away_m.begin(),
+                 [&](const Vector2& place) { return (place - places[k]).norm(); });
+}
+
+double CountWithin(const std::vector<double>& away_m, double radius_m) {
+  return static_cast<double>(
+      std::count_if(away_m.begin(), away_m.end(), [&](double away) { return away <= radius_m; }));
+}
+
+double Density_per_m2(const std::vector<Vector2>& places) {
+  std::vector<double> away_m, around;
+  for (std::size_t k = 0; k < places.size(); k += Stride(places)) {
+    AwayFrom(places, k, away_m);
+    around.push_back(CountWithin(away_m, kAround_m));
+  }
+  return Quantile(std::move(around), kFullCell) / (std::numbers::pi * kAround_m * kAround_m);
+}
+
+bool IsFull(double count, double radius_m, double per_m2) {
+  return count >= kFullDisc * per_m2 * std::numbers::pi * radius_m * radius_m;
+}
+
+}  // namespace
+
+double SeenPitch_m(std::span<const Eigen::Vector3f> points, const Vector3& viewpoint) {
+  if (points.empty()) return 0;
+  std::map<std::pair<long, long>, double> count_of_cell;
+  for (const Vector2& x : PlacesAcross(points, viewpoint)) {
+    ++count_of_cell[{std::lround(x.x() / kCell_m), std::lround(x.y() / kCell_m)}];
+  }
+  std::vector<double> counts;
+  for (const auto& [at, count] : count_of_cell) counts.push_back(count);
+  return kCell_m / std::sqrt(Quantile(std::move(counts), kFullCell));
+}
+
+double SeenWidth_m(std::span<const Eigen::Vector3f> points, const Vector3& viewpoint) {
+  if (points.empty()) return 0;
+  const std::vector<Vector2> places = PlacesAcross(points, viewpoint);
+  const double per_m2 = Density_per_m2(places);
+  double widest_m = 0;
+  std::vector<double> away_m;
+  for (std::size_t k = 0; k < places.size(); k += Stride(places)) {
+    AwayFrom(places, k, away_m);
+    // Only discs count that are wider than the widest and that all places together could fill.
+    const auto most = std::partition(away_m.begin(), away_m.end(), [&](double away) {
+      return IsFull(static_cast<double>(places.size()), away, per_m2);
+    });
+    const auto wider =
+        std::partition(away_m.begin(), most, [&](double away) { return 2 * away <= widest_m; });
+    std::sort(wider, most);
+    for (auto disc = most; disc != wider;) {
+      const std::ptrdiff_t within = --disc - away_m.begin();
+      if (within < std::ptrdiff_t{kLeastInDisc}) break;
+      if (!IsFull(static_cast<double>(within), *disc, per_m2)) continue;
+      widest_m = 2 * *disc;
+      break;
+    }
+  }
+  return widest_m;
+}
+
+std::vector<char> SeenAsWide(std::span<const Eigen::Vector3f> points, const Vector3& viewpoint,
+                             double diameter_m, double beside_m) {
+  std::vector<char> as_wide(points.size(), 0);
+  if (points.empty()) return as_wide;
+  const std::vector<Vector2> places = PlacesAcross(points, viewpoint);
+  const double per_m2 = Density_per_m2(places), radius_m = 0.5 * diameter_m;
+  std::vector<double> away_m;
+  for (std::size_t k = 0; k < places.size(); k += Stride(places)) {
+    AwayFrom(places, k, away_m);
+    if (!IsFull(CountWithin(away_m, radius_m), radius_m, per_m2)) continue;
+    for (std::size_t i = 0; i < places.size(); ++i) as_wide[i] |= away_m[i] <= radius_m + beside_m;
+  }
+  return as_wide;
+}
+
+}  // namespace cwm::perception

@@ -1,0 +1,123 @@
+#include "perception/fit/disc_wall.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "perception/fit/model_selection.h"
+#include "perception/fit/rim.h"
+
+namespace cwm::perception {
+namespace {
+
+constexpr double kSteepestSlope = 0.36;  // 20 degrees: wider cups are bowls
+constexpr double kSlopeStep = 0.02;      // at 5 cm below the rim, a third of the distance gate
+constexpr double kNearlyAll = 0.95;      // of the most points on a wall; the rest is chance
+constexpr double kLeastShare = 0.8;      // of the points behind the disc, on its wall
+constexpr double kReach = 1.4;           // of the rim's radius: what is behind the disc
+constexpr double kMostScatter = 0.05;    // of the rim's radius; of a square's edge it is 0.1
+constexpr double kLeastSamples = 2;      // independent ones
+constexpr double kUnsure_m = 0.003;      // of centre and radius, where the rim alone knows them
+
+std::vector<char> BehindDisc(const PlaneModel& face, const Rim& rim, const FitContext& c,
+                             const std::vector<char>& available) {
+  std::vector<char> behind(available.size(), 0);
+  for (std::size_t i = 0; i < available.size(); ++i) {
+    if (!available[i] || face.Distance_m(c.points.p[i]) > -c.points.gate_m[i]) continue;
+    const Vector3 x = c.points.p[i] - rim.center;
+    const double away_m = (x - face.normal.dot(x) * face.normal).norm();
+    behind[i] = away_m <= kReach * rim.radius_m;
+  }
+  return behind;
+}
+
+Vector3 AxisOf(const PlaneModel& face, const FitContext& c) {
+  constexpr double kUpright_cos = 0.9986;  // 3 degrees: the noise of a face of 60 points
+  const double along = face.normal.dot(c.ground.up);
+  if (std::abs(along) > kUpright_cos) return along > 0 ? c.ground.up : Vector3(-c.ground.up);
+  return face.normal;
+}
+
+ShapeFit WithSlope(const ConeModel& straight, double slope, const FitContext& c,
+                   const std::vector<char>& behind) {
+  ShapeFit fit;
+  fit.axis = AxisFreedom::kHeld;
+  ConeModel cone = straight;
+  cone.slope = slope;
+  fit.model = cone;
+  if (slope == 0) {
+    fit.model = CylinderModel{.point = cone.point, .axis = cone.axis, .radius_m = cone.radius_m};
+  }
+  // Near the rim and at grazing incidence normals tell nothing.
+  for (std::uint32_t i = 0; i < behind.size(); ++i) {
+    if (behind[i] && std::abs(cone.Distance_m(c.points.p[i])) <= c.points.gate_m[i]) {
+      fit.inliers.push_back(i);
+    }
+  }
+  fit.inliers = c.connectivity.LargestComponent(fit.inliers);
+  return fit;
+}
+
+// The middle of the slopes that nearly as many points agree with as with the best; a straight wall
+// where it has nearly as many. Nothing of a kind that is not searched for.
+std::optional<ShapeFit> BestSlope(const ConeModel& straight, const FitContext& c,
+                                  const std::vector<char>& behind) {
+  ShapeFit upright = WithSlope(straight, 0, c, behind);
+  if (!c.options.search_cones) {
+    return c.options.search_cylinders ? std::optional(std::move(upright)) : std::nullopt;
+  }
+  constexpr int kSteps = static_cast<int>(kSteepestSlope / kSlopeStep);
+  std::vector<std::size_t> counts;
+  for (int k = -kSteps; k <= kSteps; ++k) {
+    counts.push_back(WithSlope(straight, k * kSlopeStep, c, behind).inliers.size());
+  }
+  const double nearly =
+      kNearlyAll * static_cast<double>(*std::max_element(counts.begin(), counts.end()));
+  if (c.options.search_cylinders && static_cast<double>(upright.inliers.size()) >= nearly) {
+    return upright;
+  }
+  double sum = 0, good = 0;
+  for (int k = -kSteps; k <= kSteps; ++k) {
+    if (static_cast<double>(counts[static_cast<std::size_t>(k + kSteps)]) < nearly) continue;
+    sum += k * kSlopeStep;
+    ++good;
+  }
+  if (std::abs(sum / good) < kLeastSlope) return std::nullopt;
+  return WithSlope(straight, sum / good, c, behind);
+}
+
+// What a handful of points of the wall know besides the rim, which is asked for later.
+Eigen::MatrixXd RoughCovariance(const ShapeFit& fit, const FitContext& c) {
+  const int size = ParameterCount(fit.model);
+  Eigen::MatrixXd covariance = kUnsure_m * kUnsure_m * Eigen::MatrixXd::Identity(size, size);
+  covariance.block<2, 2>(2, 2) = kUpSigma_rad * kUpSigma_rad * Eigen::Matrix2d::Identity();
+  if (size > 5) {
+    const double samples = std::max(1.0, c.IndependentSamples(fit.inliers.size()));
+    covariance(5, 5) = kSlopeStep * kSlopeStep * (1 + 4 / samples);
+  }
+  return covariance;
+}
+
+}  // namespace
+
+std::optional<ShapeFit> WallBehindDisc(const ShapeFit& disc, const FitContext& context,
+                                       const std::vector<char>& available) {
+  const auto* face = std::get_if<PlaneModel>(&disc.model);
+  if (face == nullptr) return std::nullopt;
+  const std::optional<Rim> rim = MeasureRim(*face, context);
+  if (!rim || rim->scatter_m > kMostScatter * rim->radius_m) return std::nullopt;
+  if (rim->radius_m > context.options.max_radius_m) return std::nullopt;
+  const std::vector<char> behind = BehindDisc(*face, *rim, context, available);
+  const ConeModel straight{
+      .point = rim->center, .axis = AxisOf(*face, context), .radius_m = rim->radius_m};
+  std::optional<ShapeFit> wall = BestSlope(straight, context, behind);
+  if (!wall) return std::nullopt;
+  const auto all = static_cast<double>(std::count(behind.begin(), behind.end(), 1));
+  const auto on = static_cast<double>(wall->inliers.size());
+  if (context.IndependentSamples(wall->inliers.size()) < kLeastSamples || on < kLeastShare * all) {
+    return std::nullopt;
+  }
+  wall->covariance = RoughCovariance(*wall, context);
+  return wall;
+}
+
+}  // namespace cwm::perception

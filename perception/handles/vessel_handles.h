@@ -1,0 +1,80 @@
+// Handles of vessels: what stands out from a wall of revolution, slim all along. A wall is
+// known where no solid stands for it that a handle could grow from (handles.h).
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "perception/cloud/oriented_points.h"
+#include "perception/cloud/work.h"
+#include "perception/vessels/revolved_wall.h"
+
+namespace cwm::perception {
+
+// Fewer points show no handle: two thirds of those that are counted as one (the paper's "fairly
+// large", as of a shape), since its roots lie within the noise of the wall.
+inline constexpr std::size_t kLeastHandlePoints = 40;
+
+// From the wall, or from what is known of a handle, to the nearest point of a part of it: what lies
+// between is hidden, or too slanted to be measured.
+inline constexpr double kMostHandleGap_m = 0.03;
+
+// An object's walls of revolution, and what its handles must be like.
+class Vessel {
+ public:
+  // Indices of points, ascending.
+  using Cluster = std::vector<std::uint32_t>;
+
+  // Nothing where the object has no such wall (FitRevolvedWalls).
+  static std::optional<Vessel> Find(const OrientedPoints& object, const Work& work);
+
+  // Of a wall that is known to be one of the object's.
+  Vessel(const OrientedPoints& object, std::vector<RevolvedWall> walls);
+
+  const std::vector<RevolvedWall>& walls() const { return walls_; }
+
+  // Clusters that stand out from the walls. Spouts end free, as high as the vessel is.
+  struct Fixed {
+    std::vector<Cluster> handles, spouts;
+  };
+  // Of those of the object's points for which `among` holds.
+  Fixed FindFixed(const OrientedPoints& object, const std::vector<char>& among,
+                  const Work& work) const;
+
+  // Which points lie outside the walls, by more than noise explains and no farther than handles reach.
+  Cluster StandOut(const OrientedPoints& points, const std::vector<char>& among) const;
+
+  // Clusters of other points than the object's, seen by the same sensor, that are handles of it and
+  // begin at its wall: what it touches took them.
+  std::vector<Cluster> FindHandlesIn(const OrientedPoints& other, const Work& work) const;
+
+  // From the wall to the nearest of some points, 0 where they reach it.
+  double Gap_m(const OrientedPoints& points, const Cluster& cluster) const;
+
+  // Share of such points that lie on one of the walls or within its thickness; 1 of none.
+  double ShareOnWalls(const OrientedPoints& other, const std::vector<char>& among) const;
+
+  // Makes one of those that continue each other.
+  void Join(const OrientedPoints& object, std::vector<Cluster>& handles) const;
+
+  // Whether other points than the object's, seen by the same sensor, are a handle of it as a whole,
+  // or a part of one of which the `known` points are known.
+  bool HasHandle(const OrientedPoints& other, const std::vector<Eigen::Vector3f>& known) const;
+
+ private:
+  double StandsOut_m(const Eigen::Vector3f& p) const;  // of the wall that it is nearest to
+  bool IsHandle(const OrientedPoints& points, const Cluster& cluster, double gap_m) const;
+  bool IsSpout(const OrientedPoints& points, const Cluster& cluster) const;
+  bool EndsAsSpout(const std::vector<Eigen::Vector3f>& members) const;
+  bool BeginsAtWall(const OrientedPoints& points, const Cluster& cluster) const;
+  bool Continues(const std::vector<Eigen::Vector3f>& handle,
+                 const std::vector<Eigen::Vector3f>& part, const Vector3& viewpoint) const;
+  void JoinParts(const OrientedPoints& object, std::vector<Cluster> parts,
+                 std::vector<Cluster>& handles) const;
+
+  std::vector<RevolvedWall> walls_;
+  double pitch_m_;  // between neighbouring points, across the ray
+};
+
+}  // namespace cwm::perception

@@ -1,0 +1,259 @@
+#include "perception/modeler/object_modeler.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "perception/cloud/parallel_for.h"
+#include "perception/fit/extraction.h"
+#include "perception/handles/handles.h"
+#include "perception/handles/vessel_handles.h"
+#include "perception/solids/box_sigma.h"
+#include "perception/solids/explain.h"
+#include "perception/solids/own_ends.h"
+#include "perception/solids/solid_assembly.h"
+#include "perception/vessels/lying_vessel.h"
+#include "perception/vessels/shell_fit.h"
+#include "perception/whole/left_over.h"
+#include "perception/whole/one_solid.h"
+#include "perception/whole/parted_solids.h"
+#include "perception/whole/yield_to_rays.h"
+
+namespace cwm::perception {
+namespace {
+
+// Points that are searched. Neighbouring pixels err together, so the search loses little: a face of
+// 60 measured points keeps 20 of them in an object of 12 000.
+constexpr std::size_t kSearchPoints = 4000;
+// Of a whole scene without clusters, every shape must keep that many points too.
+constexpr std::size_t kPointsPerSearchPoint = 4;
+constexpr std::size_t kMostSearchPoints = 40000;  // of 300 000, a shape of 300 points keeps 40
+
+std::size_t SearchPoints(std::size_t count) {
+  return std::clamp(count / kPointsPerSearchPoint, kSearchPoints, kMostSearchPoints);
+}
+
+Ground GroundOf(const std::optional<Pose>& X_LSupport, const Vector3& origin_L) {
+  if (!X_LSupport) return {};
+  return {.known = true,
+          .up = X_LSupport->linear().col(2),
+          .point = X_LSupport->translation() - origin_L};
+}
+
+std::vector<ShapePart> InLevelFrame(std::vector<Solid> solids, const FitContext& context) {
+  std::vector<ShapePart> parts;
+  for (Solid& solid : solids) {
+    ShapePart part;
+    if (std::holds_alternative<Box>(solid.shape)) {
+      solid.parameter_sigma = BoxSizeSigmas(solid, context);
+    }
+    part.X_OS = Eigen::Translation3d(context.points.origin_L) * solid.X_MS;
+    part.shape = std::move(solid.shape);
+    part.role = solid.role;
+    part.fit = FitQuality();
+    part.fit->parameter_sigma = std::move(solid.parameter_sigma);
+    part.vessel = std::move(solid.vessel);
+    parts.push_back(std::move(part));
+  }
+  return parts;
+}
+
+// What one closed solid accounts for but for mixed pixels has no handle: what stands out from a wall
+// in it, the end of a lying cup or the wall beside its rim, is its own surface.
+constexpr double kNearlyAll = 0.96;
+bool ExplainsNearlyAll(const ObjectModel& model) {
+  const auto unexplained = std::ranges::count(model.part_of_point, kUnexplained);
+  return static_cast<double>(unexplained) <=
+         (1 - kNearlyAll) * static_cast<double>(model.part_of_point.size());
+}
+bool IsOneSolid(const ObjectModel& model) {
+  return model.shapes.size() == 1 && !model.shapes.front().vessel && ExplainsNearlyAll(model);
+}
+
+// Nobody looked into it: it leaves no piece that an inside would be.
+bool IsOneClosedSolid(const Assembly& assembly, const FitContext& context) {
+  return assembly.solids.size() == 1 && LeaveNoPiece(assembly.solids, context);
+}
+
+// With its shells, where they leave nothing for parts beside it, or for walls that lie.
+std::optional<Assembly> AsUprightVessel(const Vessel& vessel, const FitContext& context,
+                                        Assembly assembly) {
+  ReachOwnPoints(context, assembly.solids);
+  PreferShells(vessel.walls(), context, assembly);
+  const bool has_shell = std::ranges::any_of(
+      assembly.solids, [](const Solid& solid) { return solid.vessel != nullptr; });
+  if (!has_shell || !LeaveNoPiece(assembly.solids, context)) return std::nullopt;
+  return assembly;
+}
+
+bool IsEnough(const ModelPoints& thinned, const ModelerOptions& options) {
+  return static_cast<double>(thinned.size()) * thinned.weight >= options.min_inliers;
+}
+
+// What is searched of an object, and what stays beside it while it is.
+struct Searched {
+  Searched(ModelPoints thinned, const std::optional<Pose>& X_LSupport)
+      : points(std::move(thinned)),
+        octree(points),
+        connectivity(points),
+        ground(GroundOf(X_LSupport, points.origin_L)) {}
+
+  FitContext Context(const SensorNoise& noise, const ModelerOptions& options, const Work& work,
+                     const PassingRays& passing) const {
+    return {points,  octree, connectivity, noise,
+            options, work,   ground,       RaysPast(points, ground, passing)};
+  }
+
+  const ModelPoints points;
+  const Octree octree;
+  const Connectivity connectivity;
+  const Ground ground;
+};
+
+// A handle pulls at the wall that it stands out from: of a lone closed solid that has handles, the
+// one that accounts for the other points.
+void FitWithoutHandles(const OrientedPoints& points, const std::optional<Pose>& X_LSupport,
+                       const SensorNoise& noise, const ModelerOptions& options, const Work& work,
+                       const PassingRays& passing, ObjectModel& model) {
+  if (model.handles.empty() || model.shapes.size() != 1 || model.shapes.front().vessel) return;
+  std::vector<std::uint32_t> others;
+  for (std::uint32_t i = 0; i < points.size(); ++i) {
+    if (model.part_of_point[i] <= 0) others.push_back(i);
+  }
+  const OrientedPoints rest = Subset(points, others);
+  ModelPoints thinned = ThinForSearch(rest, SearchPoints(rest.size()), work);
+  if (!IsEnough(thinned, options)) return;
+  const Searched searched(std::move(thinned), X_LSupport);
+  const FitContext context = searched.Context(noise, options, work, passing);
+  Solid solid;
+  solid.X_MS = Eigen::Translation3d(-context.points.origin_L) * model.shapes.front().X_OS;
+  solid.shape = model.shapes.front().shape;
+  std::optional<WholeFit> better = BetterSolid(context, {solid});
+  if (!better) return;
+  std::vector<Solid> solids = {Described(*std::move(better), context)};
+  YieldToRays(context, solids);
+  model.shapes = InLevelFrame(std::move(solids), context);
+  const std::vector<std::int32_t> part = ExplainPoints(rest, model.shapes, work);
+  for (std::size_t k = 0; k < others.size(); ++k) model.part_of_point[others[k]] = part[k];
+  MeasureQuality(points, model.part_of_point, context.points.spacing_m, model.shapes, work);
+}
+
+}  // namespace
+
+ObjectModel ModelObject(const OrientedPoints& points, const std::optional<Pose>& X_LSupport,
+                        const SensorNoise& noise, const ModelerOptions& options, const Work& work,
+                        const PassingRays& passing) {
+  ObjectModel model;
+  model.part_of_point.assign(points.size(), kUnexplained);
+  ModelPoints thinned = ThinForSearch(points, SearchPoints(points.size()), work);
+  if (!IsEnough(thinned, options)) return model;
+  const Searched searched(std::move(thinned), X_LSupport);
+  const double spacing_m = searched.points.spacing_m;
+  const Ground ground_L = GroundOf(X_LSupport, Vector3::Zero());
+  const FitContext context = searched.Context(noise, options, work, passing);
+  const bool may_be_open = SearchesAny(options) && !options.in_haste;
+  Extraction extraction;
+  std::optional<Vessel> vessel;
+  DoBoth(
+      work, [&] { extraction = ExtractShapes(context); },
+      [&] {
+        if (may_be_open) vessel = Vessel::Find(points, work);
+      });
+  Assembly assembly = AssembleSolids(extraction, context, searched.ground);
+  PreferOneSolid(context, assembly);
+  // Before it is asked what the solids leave: one that rays run into is not all that is there.
+  YieldToRays(context, assembly.solids);
+  std::optional<Assembly> with_shells;
+  if (vessel) with_shells = AsUprightVessel(*vessel, context, assembly);
+  if (with_shells) {
+    assembly = *std::move(with_shells);
+  } else {
+    // Hardly any object is parted: walls that lie are sought meanwhile.
+    bool is_parted = false;
+    std::optional<RevolvedWall> lying;
+    const bool may_lie = may_be_open && !IsOneClosedSolid(assembly, context);
+    DoBoth(
+        work, [&] { is_parted = PreferPartedSolids(context, assembly); },
+        [&] {
+          if (!may_lie) return;
+          const auto standing = vessel ? vessel->walls() : std::vector<RevolvedWall>();
+          lying = FindLyingWall(points, standing, AxesOf(extraction), context);
+        });
+    ReachOwnPoints(context, assembly.solids);
+    if (is_parted) {
+      vessel.reset();
+    } else if (lying) {
+      vessel = Vessel(points, {*std::move(lying)});
+    }
+    if (vessel) PreferShells(vessel->walls(), context, assembly);
+  }
+  model.notes = std::move(assembly.notes);
+  model.shapes = InLevelFrame(std::move(assembly.solids), context);
+  model.part_of_point = ExplainPoints(points, model.shapes, work);
+  if (IsOneSolid(model)) vessel.reset();
+  Clusters of_vessel;
+  if (vessel) {
+    of_vessel = HandlesOfVessel(*vessel, points, ground_L, model.shapes, model.part_of_point, work);
+    TakeFromSolids(of_vessel, model.shapes, model.part_of_point);
+  }
+  DropSolidsOfHandles(points, spacing_m, ground_L, model.shapes, model.part_of_point, work);
+  MeasureQuality(points, model.part_of_point, spacing_m, model.shapes, work);
+  AddHandles(points, of_vessel, model, work);
+  // What stands out from a wall and is no handle of it is none of a solid in its place.
+  if (!vessel) FindHandles(points, spacing_m, ground_L, model, work);
+  FitWithoutHandles(points, X_LSupport, noise, options, work, passing, model);
+  // The wall was that of a handle.
+  if (ExplainsNearlyAll(model)) std::erase(model.notes, kSeenFromBothSides);
+  return model;
+}
+
+std::optional<ShapePart> ModelOneSolid(const OrientedPoints& points, const Pose& X_LSupport,
+                                       const SensorNoise& noise, const ModelerOptions& options,
+                                       const Work& work) {
+  ModelPoints thinned = ThinForSearch(points, SearchPoints(points.size()), work);
+  if (!IsEnough(thinned, options)) return std::nullopt;
+  const Searched searched(std::move(thinned), X_LSupport);
+  const FitContext context = searched.Context(noise, options, work, {});
+  const std::optional<WholeFit> fit = BetterSolid(context, {});
+  if (!fit) return std::nullopt;
+  return InLevelFrame({fit->solid}, context).front();
+}
+
+std::optional<ShapePart> FindLyingVessel(const OrientedPoints& points,
+                                         const std::optional<Pose>& X_LSupport,
+                                         const std::vector<Vector3>& axes, const SensorNoise& noise,
+                                         const ModelerOptions& options, const Work& work) {
+  ModelPoints thinned = ThinForSearch(points, SearchPoints(points.size()), work);
+  if (!IsEnough(thinned, options)) return std::nullopt;
+  const Searched searched(std::move(thinned), X_LSupport);
+  const FitContext context = searched.Context(noise, options, work, {});
+  const auto wall = FindLyingWall(points, FitRevolvedWalls(points, work), axes, context);
+  if (!wall) return std::nullopt;
+  std::optional<Solid> shell = FitShell(*wall, context);
+  return InLevelFrame({*std::move(shell)}, context).front();
+}
+
+ObjectModel ModelKnown(const OrientedPoints& points, const std::optional<Pose>& X_LSupport,
+                       std::vector<ShapePart> shapes, const Work& work) {
+  ObjectModel model;
+  model.shapes = std::move(shapes);
+  const double spacing_m = ThinForSearch(points, SearchPoints(points.size()), work).spacing_m;
+  model.part_of_point = ExplainPoints(points, model.shapes, work);
+  MeasureQuality(points, model.part_of_point, spacing_m, model.shapes, work);
+  FindHandles(points, spacing_m, GroundOf(X_LSupport, Vector3::Zero()), model, work);
+  return model;
+}
+
+ObjectModel ModelStructure(const OrientedPoints& points, const std::vector<Placed<Plate>>& plates,
+                           const Work& work) {
+  std::vector<ShapePart> shapes;
+  for (const Placed<Plate>& plate : plates) {
+    shapes.push_back({.X_OS = plate.X_FS,
+                      .shape = plate.shape,
+                      .role = PartRole::kCompleted,
+                      .fit = FitQuality()});
+  }
+  return ModelKnown(points, std::nullopt, std::move(shapes), work);
+}
+
+}  // namespace cwm::perception

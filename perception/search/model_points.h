@@ -1,0 +1,62 @@
+// An object's points as the search and the refinement use them: thinned, near the origin, in Morton
+// order, with their gates.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "perception/cloud/oriented_points.h"
+#include "perception/cloud/work.h"
+#include "perception/search/shape_model.h"
+
+namespace cwm::perception {
+
+// Structure of arrays, all of one length. The frame M is the level frame with its origin moved to
+// origin_L, the mean of the points.
+struct ModelPoints {
+  std::vector<Vector3> p;            // metres, relative to origin_L
+  std::vector<Vector3> n;            // unit, towards the sensor
+  std::vector<double> sigma_m;       // of the range
+  std::vector<double> gate_m;        // inliers are at most this far from the surface
+  std::vector<double> min_cos;       // of the angle between an inlier's normal and the surface's
+  std::vector<std::uint32_t> key;    // Morton key, ascending
+  std::vector<std::uint32_t> index;  // into the object's points
+  Vector3 origin_L = Vector3::Zero();
+  Vector3 viewpoint = Vector3::Zero();  // of the sensor, relative to origin_L
+  double widest_gate_m = 0;             // the largest of gate_m
+  double weight = 1;                    // measured points per point
+  double spacing_m = 0;                 // median distance between neighbours in Morton order
+
+  std::size_t size() const { return p.size(); }
+};
+
+// Distance gate in standard deviations of the range.
+inline constexpr double kDistanceGate_sigma = 3;
+
+// The normal gate: 15 degrees, or 3 standard deviations of the normal where that is more, at most
+// 45 degrees, beyond which a gate would tell nothing.
+double NormalGate_cos(double normal_sigma_rad);
+
+// Every k-th point in Morton order, so that at most `most_points` remain, evenly spread. Points
+// that are not finite or have no normal are left out.
+ModelPoints ThinForSearch(const OrientedPoints& points, std::size_t most_points,
+                          const Work& work = {});
+
+// The listed points, in the order of the list, about the same origin.
+ModelPoints Subset(const ModelPoints& all, std::span<const std::uint32_t> listed);
+
+// Inside the distance gate (times `gate_scale`) and the normal gate.
+template <ShapeModel M>
+bool IsInlier(const M& model, const ModelPoints& points, std::uint32_t i, double gate_scale = 1) {
+  const double distance_m = model.Distance_m(points.p[i]);
+  if (!(distance_m <= gate_scale * points.gate_m[i] &&
+        distance_m >= -gate_scale * points.gate_m[i]))
+    return false;
+  return model.FacingSign() * model.Normal(points.p[i]).dot(points.n[i]) >= points.min_cos[i];
+}
+
+// At most `most` of the indices, evenly spread over the list.
+std::vector<std::uint32_t> Thinned(std::span<const std::uint32_t> indices, std::size_t most);
+
+}  // namespace cwm::perception

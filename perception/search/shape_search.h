@@ -1,0 +1,60 @@
+// RMSAC: the randomised search for the next shape that explains many points (paper, section V).
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <random>
+#include <vector>
+
+#include "perception/cloud/work.h"
+#include "perception/model/modeler_options.h"
+#include "perception/search/candidate_list.h"
+#include "perception/search/octree.h"
+
+namespace cwm::perception {
+
+// The largest minimal sample, a cone's, and a point to test what it spans; all different.
+struct DrawnSample {
+  std::array<std::uint32_t, 4> points = {};
+  std::uint32_t cell = 0;  // of the octree, that holds them all
+};
+
+// Inside one cell around a random available point: of those that hold enough points one of a random
+// level, each level equally likely. Nothing when the cell's available points are too few to be hit.
+// One point at least is available, and `available` has one flag per point.
+std::optional<DrawnSample> DrawSample(const Octree& octree, const std::vector<char>& available,
+                                      std::mt19937_64& random);
+
+// Minimal samples are drawn inside one cell of a random level of the octree around a random point
+// (DrawSample). A model must agree with its own sample and with one more point of the cell (the T(1,1) test)
+// before it becomes a candidate.
+class ShapeSearch {
+ public:
+  // `points`, `octree` and `candidates` must outlive the search, and so must the rest.
+  ShapeSearch(const ModelPoints& points, const Octree& octree, CandidateList& candidates,
+              const ModelerOptions& options, const Work& work);
+
+  // Draws until a shape better than the best candidate is missed with less than the probability
+  // options.missed_shape_probability, or the same holds for any shape of min_inliers points and
+  // there is none. Draws are counted afresh on every call.
+  std::optional<Candidate> Next();
+
+  bool capped() const { return capped_; }  // the work ran out before the probability was reached
+
+ private:
+  void Draw();
+  template <ShapeModel M>
+  void Propose(std::span<const std::uint32_t> sample, std::uint32_t tester);
+
+  const ModelPoints& points_;
+  const Octree& octree_;
+  CandidateList& candidates_;
+  const ModelerOptions& options_;
+  const Work& work_;
+  std::mt19937_64 random_;
+  std::int64_t draws_left_;
+  bool capped_ = false;
+};
+
+}  // namespace cwm::perception

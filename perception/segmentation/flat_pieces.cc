@@ -1,0 +1,232 @@
+#include "perception/segmentation/flat_pieces.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <optional>
+#include <set>
+#include <utility>
+
+#include "collision/geometry/pose.h"
+#include "perception/segmentation/support_gaps.h"
+
+namespace cwm::perception {
+namespace {
+
+constexpr double kFlatShare = 0.9;  // the rest may be mixed pixels
+// Of a support's own surface nothing lies farther from the rest than this, or, where noise scatters
+// its points, than they are scattered.
+constexpr double kGap_cells = 2;
+constexpr std::size_t kFewestNodes = 24;  // of a piece: two independent samples
+
+// What lies on a plane beside the cells of a support. Distances differ from here to the end of a hall by a factor of a
+// hundred: squares of twice the size are made of those of half the size, once somebody asks.
+class Surroundings {
+ public:
+  Surroundings(const CoarseCloud& coarse, const SupportPlane& support)
+      : across_(BasisFromZ(support.plane.normal).leftCols<2>().transpose().cast<float>()),
+        edge_m_(kGap_cells * coarse.grid.edge_m()) {
+    Squares& finest = sizes_.emplace_back();
+    for (std::uint32_t c : support.cells) finest.insert(SquareOf(coarse.cells.points[c]));
+  }
+
+  // Whether the support has a cell nearer than `gap_m`, or somewhat farther: at most four times as far.
+  bool Has(const Eigen::Vector3f& point, double gap_m) {
+    std::size_t size = 0;
+    Square square = SquareOf(point);
+    for (double edge_m = edge_m_; edge_m < gap_m; edge_m *= 2) {
+      if (++size == sizes_.size()) MakeNext();
+      square = Parent(square);
+    }
+    for (int du = -1; du <= 1; ++du) {
+      for (int dv = -1; dv <= 1; ++dv) {
+        if (sizes_[size].contains({square.first + du, square.second + dv})) return true;
+      }
+    }
+    return false;
+  }
+
+  void Add(const Eigen::Vector3f& point) {
+    Square square = SquareOf(point);
+    for (Squares& squares : sizes_) {
+      squares.insert(square);
+      square = Parent(square);
+    }
+  }
+
+ private:
+  using Square = std::pair<std::int64_t, std::int64_t>;
+  using Squares = std::set<Square>;
+
+  Square SquareOf(const Eigen::Vector3f& point) const {
+    const Eigen::Vector2d at = (across_ * point).cast<double>() / edge_m_;
+    return {static_cast<std::int64_t>(std::floor(at.x())),
+            static_cast<std::int64_t>(std::floor(at.y()))};
+  }
+
+  static Square Parent(const Square& square) { return {square.first >> 1, square.second >> 1}; }
+
+  void MakeNext() {
+    Squares next;
+    for (const Square& square : sizes_.back()) next.insert(Parent(square));
+    sizes_.push_back(std::move(next));
+  }
+
+  Eigen::Matrix<float, 2, 3> across_;
+  double edge_m_;
+  std::vector<Squares> sizes_;  // each of twice the edge of the one before
+};
+
+// Of each piece the support that it is linked to.
+std::vector<std::int32_t> LinkedSupports(const SurfaceGraph& graph, const Pieces& pieces,
+                                         const Work& work) {
+  std::vector<std::int32_t> support(static_cast<std::size_t>(pieces.piece_count), kNoPiece);
+  for (std::uint32_t i : BorderNodes(graph, pieces, work)) {
+    const std::int32_t a = pieces.of_node[i];
+    graph.ForEachLinked(i, [&](std::size_t j) {
+      const std::int32_t b = pieces.of_node[j];
+      if (b != kNoPiece && b < pieces.support_count) support[static_cast<std::size_t>(a)] = b;
+    });
+  }
+  return support;
+}
+
+// Nothing stands below a support: there, all that warp can do is believed to be warp.
+bool IsFlat(const Plane& plane, const OrientedPoints& nodes, std::size_t i) {
+  const double height_m = plane.Height_m(nodes.points[i]);
+  return height_m <= nodes.UsuallyOffPlane_m(i) && height_m >= -nodes.MostOffPlane_m(i);
+}
+
+bool IsWithinNoise(const Plane& plane, const OrientedPoints& nodes, std::size_t i) {
+  return std::abs(plane.Height_m(nodes.points[i])) <= double{kPlaneGate_sigma * nodes.sigma_m[i]};
+}
+
+// Who goes to which support: pieces, and nodes in none.
+class Absorption {
+ public:
+  Absorption(const SurfaceGraph& graph, const CoarseCloud& coarse,
+             const std::vector<SupportPlane>& supports, const SightMap* sight, const Pieces& pieces,
+             const Work& work)
+      : nodes_(graph.nodes()),
+        coarse_(coarse),
+        supports_(supports),
+        sight_(sight),
+        surroundings_(supports.size()) {
+    const std::vector<std::int32_t> linked = LinkedSupports(graph, pieces, work);
+    std::vector<Members> members(linked.size());
+    for (std::uint32_t i = 0; i < graph.size(); ++i) {
+      const std::int32_t p = pieces.of_node[i];
+      if (p == kNoPiece) {
+        parts_.push_back({.members = {i}, .range_m = graph.range_m(i)});
+      } else if (p >= pieces.support_count) {
+        members[static_cast<std::size_t>(p)].push_back(i);
+      }
+    }
+    for (std::size_t p = 0; p < members.size(); ++p) {
+      if (members[p].empty()) continue;
+      const float range_m = graph.range_m(members[p].front());
+      parts_.push_back({std::move(members[p]), range_m, linked[p]});
+    }
+    // What is farther off lies beside what is nearer.
+    std::ranges::stable_sort(parts_, {}, &Part::range_m);
+  }
+
+  void Absorb(Pieces& pieces) {
+    for (std::size_t left = parts_.size() + 1; parts_.size() < left;) {
+      left = parts_.size();
+      std::erase_if(parts_, [&](const Part& part) {
+        const std::int32_t support = SupportOf(part);
+        if (support == kNoPiece) return false;
+        for (std::uint32_t i : part.members) pieces.of_node[i] = support;
+        if (auto& around = surroundings_[static_cast<std::size_t>(support)]) {
+          for (std::uint32_t i : part.members) around->Add(nodes_.points[i]);
+        }
+        return true;
+      });
+    }
+  }
+
+ private:
+  using Members = std::vector<std::uint32_t>;
+
+  struct Part {
+    Members members;
+    float range_m = 0;
+    std::int32_t linked = kNoPiece;  // a support
+  };
+
+  // Or kNoPiece.
+  std::int32_t SupportOf(const Part& part) {
+    if (part.linked != kNoPiece) {
+      const Plane& plane = supports_[static_cast<std::size_t>(part.linked)].plane;
+      const bool flat = IsMostly(part, [&](auto i) { return IsFlat(plane, nodes_, i); });
+      return flat ? part.linked : kNoPiece;
+    }
+    for (std::size_t s = 0; s < supports_.size(); ++s) {
+      const Plane& plane = supports_[s].plane;
+      if (IsMostly(part, [&](auto i) { return IsWithinNoise(plane, nodes_, i); }) &&
+          (std::ranges::any_of(part.members, [&](auto i) { return IsBeside(s, i); }) ||
+           IsBehindHidden(s, part))) {
+        return static_cast<std::int32_t>(s);
+      }
+    }
+    return kNoPiece;
+  }
+
+  template <class Asked>
+  static bool IsMostly(const Part& part, const Asked& asked) {
+    return static_cast<double>(std::ranges::count_if(part.members, asked)) >=
+           kFlatShare * static_cast<double>(part.members.size());
+  }
+
+  bool IsBeside(std::size_t support, std::size_t node) {
+    std::optional<Surroundings>& around = surroundings_[support];
+    if (!around) around.emplace(coarse_, supports_[support]);
+    return around->Has(nodes_.points[node], nodes_.UsuallyOffPlane_m(node));
+  }
+
+  // Of a piece, whether things before it hide what is between it and the support.
+  bool IsBehindHidden(std::size_t support, const Part& part) const {
+    if (sight_ == nullptr || part.members.size() < kFewestNodes) return false;
+    std::vector<std::uint32_t> cells;
+    for (std::uint32_t i : part.members) cells.push_back(coarse_.grid.CellOfPoint(i));
+    const SupportPlane& plane = supports_[support];
+    return GapIsClosed(plane.plane, coarse_.cells, plane.cells, cells, sight_);
+  }
+
+  const OrientedPoints& nodes_;
+  const CoarseCloud& coarse_;
+  const std::vector<SupportPlane>& supports_;
+  const SightMap* sight_;                                  // or null
+  std::vector<Part> parts_;                                // that went to no support yet
+  std::vector<std::optional<Surroundings>> surroundings_;  // made when asked
+};
+
+// The numbers of the pieces that are left, in their order.
+void CloseUp(Pieces& pieces) {
+  std::vector<std::int32_t> renamed(static_cast<std::size_t>(pieces.piece_count), kNoPiece);
+  for (std::int32_t p : pieces.of_node) {
+    if (p != kNoPiece) renamed[static_cast<std::size_t>(p)] = p;
+  }
+  std::int32_t next = 0;
+  for (std::int32_t p = 0; p < pieces.piece_count; ++p) {
+    std::int32_t& name = renamed[static_cast<std::size_t>(p)];
+    if (p < pieces.support_count || name != kNoPiece) name = next++;
+  }
+  for (std::int32_t& p : pieces.of_node) {
+    if (p != kNoPiece) p = renamed[static_cast<std::size_t>(p)];
+  }
+  pieces.piece_count = next;
+}
+
+}  // namespace
+
+void AbsorbFlatPieces(const SurfaceGraph& graph, const CoarseCloud& coarse,
+                      const std::vector<SupportPlane>& supports, const SightMap* sight,
+                      Pieces& pieces, const Work& work) {
+  if (supports.empty()) return;
+  Absorption(graph, coarse, supports, sight, pieces, work).Absorb(pieces);
+  CloseUp(pieces);
+}
+
+}  // namespace cwm::perception

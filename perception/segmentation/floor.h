@@ -1,0 +1,59 @@
+// One support as the regions above it see it: what it carries (paper, section IV, figure 5).
+#pragma once
+
+#include <Eigen/Geometry>
+#include <cstdint>
+#include <set>
+#include <utility>
+#include <vector>
+
+#include "perception/segmentation/sight_map.h"
+#include "perception/segmentation/support_planes.h"
+#include "perception/segmentation/support_polygon.h"
+#include "perception/segmentation/surface_graph.h"
+
+namespace cwm::perception {
+
+// All that it is made of outlives it.
+class Floor {
+ public:
+  using NodeList = std::vector<std::uint32_t>;
+
+  Floor(const SurfaceGraph& graph, const CoarseCloud& coarse, const SupportPlane& support,
+        const Placed<Plate>& plate, const SightMap& sight);
+
+  // See FormRegions.
+  bool Carries(const NodeList& region) const;
+
+ private:
+  using FootprintCell = std::pair<int, int>;
+
+  Vector3 Local(const Eigen::Vector3f& p) const { return X_SL_ * p.cast<double>(); }
+  FootprintCell CellOf(const Vector3& local) const;
+  Vector2 MiddleOf(const FootprintCell& cell) const;
+
+  NodeList NodesOver(const NodeList& region) const;
+  bool HidesItsPlace(const NodeList& region) const;
+  bool IsOverHiddenPart(const NodeList& region) const;
+  bool HidesItsSupport(const NodeList& region) const;
+  Visibility LookAt(const Vector2& foot, float jump_m) const;
+  bool IsHiddenToSupport(const Vector2& from, float jump_m) const;
+  bool IsBallOnIt(const NodeList& over) const;
+  bool StandsOrIsHidden(const NodeList& over) const;
+  bool StandsOrIsHidden(std::uint32_t node, double height, double foot_m) const;
+  double Footprint_m2(const NodeList& over) const;
+  bool IsHiddenAt(const FootprintCell& cell) const;
+
+  const SurfaceGraph& graph_;
+  const Placed<Plate>& plate_;
+  const SightMap& sight_;
+  Pose X_SL_;
+  double cell_m_;
+  std::set<FootprintCell> occupied_;
+  Eigen::AlignedBox2d extent_;  // of those
+  int reach_ = 1;
+};
+
+inline constexpr double kSmallestFootprint_m2 = 2e-4;  // a spray can's rim seen from the front
+
+}  // namespace cwm::perception

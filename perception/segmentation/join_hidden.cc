@@ -1,0 +1,256 @@
+#include "perception/segmentation/join_hidden.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <optional>
+
+#include "perception/segmentation/long_planes.h"
+#include "perception/segmentation/plane_fit.h"
+#include "perception/segmentation/surface_graph.h"
+
+namespace cwm::perception {
+namespace {
+
+using Eigen::Vector3f;
+using Members = std::vector<std::uint32_t>;
+
+constexpr double kDegree = std::numbers::pi / 180;
+// Sizes and shares are chosen for things for a table and checked on labelled Kinect scans.
+constexpr double kSmallestPart_m2 = 3e-4;   // smaller pieces fix no plane
+constexpr double kLargestGap_m = 0.35;      // between the parts of an object for a table
+constexpr double kFacetShare = 0.2;         // of a piece's sample
+constexpr std::size_t kSmallestFacet = 24;  // sample points: two independent ones
+constexpr int kMostFacets = 3;              // of a box, three faces show
+// 3 degrees of flatness; a face of 3 x 3 cm under Kinect noise adds two standard deviations of 1.5.
+constexpr double kSamePlane_rad = 6 * kDegree;
+constexpr double kMostOffset_sigma = 1;  // of a facet's mean against the common plane
+// 336 places: a share of 6 percent is known to 1.3.
+constexpr int kSightLines = 48;
+constexpr int kPlacesPerLine = 8;
+constexpr double kMostContradictions = 0.06;  // of the places between: mixed pixels at edges
+constexpr double kLeastHidden = 0.25;         // the rest lies on the parts themselves
+
+struct Facet {
+  Plane plane;
+  Members members;
+};
+
+Members NormalInliers(const Plane& plane, const OrientedPoints& nodes, const Members& members) {
+  Members out;
+  const Vector3f n = plane.normal.cast<float>();
+  for (std::uint32_t i : Inliers(plane, nodes, members)) {
+    if (nodes.normals[i].dot(n) > 0.9f) out.push_back(i);  // 25 degrees
+  }
+  return out;
+}
+
+std::vector<Facet> FacetsOf(const OrientedPoints& nodes, const PieceView& piece) {
+  std::vector<Facet> facets;
+  Members rest = piece.sample;
+  const std::size_t least =
+      std::max(kSmallestFacet,
+               static_cast<std::size_t>(kFacetShare * static_cast<double>(piece.sample.size())));
+  while (facets.size() < kMostFacets && rest.size() >= least) {
+    const std::optional<Plane> plane = FitPlane(nodes, rest, rest[0]);
+    if (!plane) break;
+    Members members = NormalInliers(*plane, nodes, rest);
+    if (members.size() < least) break;
+    Members remaining;
+    std::set_difference(rest.begin(), rest.end(), members.begin(), members.end(),
+                        std::back_inserter(remaining));
+    rest = std::move(remaining);
+    facets.push_back({*plane, std::move(members)});
+  }
+  return facets;
+}
+
+// Mean height of members over a plane, in their sigma.
+double MeanOffset_sigma(const OrientedPoints& nodes, const Plane& plane, const Members& members) {
+  double sum = 0;
+  for (std::uint32_t i : members) sum += plane.Height_m(nodes.points[i]) / nodes.sigma_m[i];
+  return std::abs(sum) / static_cast<double>(members.size());
+}
+
+bool SharePlane(const OrientedPoints& nodes, const Facet& a, const Facet& b) {
+  if (a.plane.normal.dot(b.plane.normal) < std::cos(kSamePlane_rad)) return false;
+  Members both = a.members;
+  both.insert(both.end(), b.members.begin(), b.members.end());
+  const Facet& larger = a.members.size() >= b.members.size() ? a : b;
+  const std::optional<Plane> common = RefinePlane(larger.plane, nodes, both);
+  if (!common) return false;
+  const double most_turn_cos = std::cos(kSamePlane_rad);
+  return common->normal.dot(a.plane.normal) > most_turn_cos &&
+         common->normal.dot(b.plane.normal) > most_turn_cos &&
+         MeanOffset_sigma(nodes, *common, a.members) < kMostOffset_sigma &&
+         MeanOffset_sigma(nodes, *common, b.members) < kMostOffset_sigma;
+}
+
+// Whether one cylinder explains both: the axis is where no normal points, the rest a circle whose
+// centre is where the normals meet.
+class CommonCylinder {
+ public:
+  CommonCylinder(const OrientedPoints& nodes, const Members& a, const Members& b) : nodes_(nodes) {
+    Matrix3 sum = Matrix3::Zero();
+    for (const Members* members : {&a, &b}) {
+      for (std::uint32_t i : *members) {
+        const Vector3 n = nodes.normals[i].cast<double>();
+        sum += n * n.transpose() / static_cast<double>(members->size());
+      }
+    }
+    Eigen::SelfAdjointEigenSolver<Matrix3> solver(sum / 2);
+    // The normals of a visible arc of +-35 degrees have these second moments; noise of 5 degrees
+    // along the axis has 0.008.
+    curved_ = solver.eigenvalues()(0) < 0.03 && solver.eigenvalues()(1) > 0.08;
+    basis_ << solver.eigenvectors().col(1), solver.eigenvectors().col(2),
+        solver.eigenvectors().col(0);
+    if (curved_) FitCircle(a, b);
+  }
+
+  bool Explains(const Members& members) const {
+    if (!curved_ || radius_m_ < 0.01 || radius_m_ > 0.15) return false;
+    double within = 0;
+    for (std::uint32_t i : members) {
+      const double r = (Across(nodes_.points[i]) - center_).norm() - radius_m_;
+      within += std::abs(r) <= kPlaneGate_sigma * nodes_.sigma_m[i];
+    }
+    return within >= 0.85 * static_cast<double>(members.size());
+  }
+
+ private:
+  Vector2 Across(const Vector3f& v) const {
+    return (basis_.transpose() * v.cast<double>()).head<2>();
+  }
+
+  // Algebraic least squares of (p - c)^2 = r^2 over both parts (Kasa 1976): linear, and unbiased
+  // enough for arcs as wide as curved_ asks.
+  void FitCircle(const Members& a, const Members& b) {
+    Matrix3 sum = Matrix3::Zero();
+    Vector3 right = Vector3::Zero();
+    const Vector2 origin = Across(nodes_.points[a[0]]);
+    for (const Members* members : {&a, &b}) {
+      for (std::uint32_t i : *members) {
+        const Vector2 p = Across(nodes_.points[i]) - origin;
+        const Vector3 row(2 * p.x(), 2 * p.y(), 1);
+        const double weight = 1 / static_cast<double>(members->size());
+        sum += weight * row * row.transpose();
+        right += weight * row * p.squaredNorm();
+      }
+    }
+    const Vector3 solution = sum.ldlt().solve(right);
+    center_ = origin + solution.head<2>();
+    radius_m_ = std::sqrt(std::max(0.0, solution.z() + solution.head<2>().squaredNorm()));
+  }
+
+  const OrientedPoints& nodes_;
+  Matrix3 basis_;
+  Vector2 center_ = Vector2::Zero();
+  double radius_m_ = 0;
+  bool curved_ = false;
+};
+
+Members EvenlySpread(const Members& members, int count) {
+  Members some;
+  for (int k = 0; k < count; ++k) {
+    some.push_back(members[static_cast<std::size_t>(k) * members.size() / count]);
+  }
+  return some;
+}
+
+// Whether two faces reach too far to be one thing's. Boxes of the same height have tops that share a plane, boxes in a row fronts
+// that do. What is longer is a structure's, whose pieces are found by its plane.
+bool AreOfTwo(const OrientedPoints& nodes, const Facet& a, const Facet& b) {
+  const Members some_a = EvenlySpread(a.members, kSightLines);
+  const Members some_b = EvenlySpread(b.members, kSightLines);
+  return std::ranges::any_of(some_a, [&](std::uint32_t i) {
+    return std::ranges::any_of(some_b, [&](std::uint32_t j) {
+      return (nodes.points[i] - nodes.points[j]).norm() > float{kLongestThing_m};
+    });
+  });
+}
+
+// Looks at places on straight lines between members of two parts.
+class BetweenParts {
+ public:
+  BetweenParts(const OrientedPoints& nodes, const SightMap& sight) : nodes_(nodes), sight_(sight) {}
+
+  bool IsHidden(const Members& a, const Members& b) const {
+    int through = 0, hidden = 0, seen = 0;
+    for (int line = 0; line < kSightLines; ++line) {
+      // Evenly spread over both parts, in an order that pairs each with many of the other.
+      const std::uint32_t i = a[static_cast<std::size_t>(line) * a.size() / kSightLines];
+      const std::uint32_t j =
+          b[static_cast<std::size_t>(line * 19 % kSightLines) * b.size() / kSightLines];
+      for (int k = 1; k < kPlacesPerLine; ++k) {
+        const float t = static_cast<float>(k) / kPlacesPerLine;
+        const Vector3f place = (1 - t) * nodes_.points[i] + t * nodes_.points[j];
+        const Visibility sight = sight_.Look(place, LargestJump_m(nodes_.sigma_m[i]));
+        ++seen;
+        through += sight == Visibility::kSeenThrough;
+        hidden += sight == Visibility::kHidden;
+      }
+    }
+    return through <= kMostContradictions * seen && hidden >= kLeastHidden * seen;
+  }
+
+ private:
+  const OrientedPoints& nodes_;
+  const SightMap& sight_;
+};
+
+}  // namespace
+
+void JoinAcrossOccluders(const OrientedPoints& nodes, const PieceViews& views,
+                         const SightMap& sight, DisjointSets& objects) {
+  std::vector<std::size_t> parts;
+  std::vector<std::vector<Facet>> facets(views.pieces.size());
+  for (std::size_t p = 0; p < views.pieces.size(); ++p) {
+    const PieceView& piece = views.pieces[p];
+    if (piece.area_m2 < kSmallestPart_m2 || piece.sample.size() < 3 || piece.is_patch) continue;
+    parts.push_back(p);
+    facets[p] = FacetsOf(nodes, piece);
+  }
+  const BetweenParts between(nodes, sight);
+  auto touch = [&](std::size_t a, std::size_t b) {
+    return views.borders.contains({static_cast<std::int32_t>(a), static_cast<std::int32_t>(b)});
+  };
+  auto same_object = [&](std::size_t a, std::size_t b) {
+    for (const Facet& fa : facets[a]) {
+      for (const Facet& fb : facets[b]) {
+        if (!SharePlane(nodes, fa, fb)) continue;
+        // A few links are what noise leaves across a step, as from one top to another of about
+        // the same height.
+        if (AreInContact(views, a, b)) return true;
+        if (!AreOfTwo(nodes, fa, fb) && between.IsHidden(fa.members, fb.members)) return true;
+      }
+    }
+    const Members& sa = views.pieces[a].sample;
+    const Members& sb = views.pieces[b].sample;
+    if (touch(a, b)) return false;  // a concave crease on a cylinder is the end of it
+    const CommonCylinder cylinder(nodes, sa, sb);
+    return cylinder.Explains(sa) && cylinder.Explains(sb) && between.IsHidden(sa, sb);
+  };
+  std::vector<char> is_whole(views.pieces.size(), 0);  // by the root of the set
+  for (std::size_t p = 0; p < is_whole.size(); ++p)
+    is_whole[objects.Root(p)] |= objects.Root(p) != p;
+  // Sorted by their left end, so that only parts near each other meet.
+  std::sort(parts.begin(), parts.end(), [&](std::size_t a, std::size_t b) {
+    return views.pieces[a].bounds.min().x() < views.pieces[b].bounds.min().x();
+  });
+  for (std::size_t k = 0; k < parts.size(); ++k) {
+    const auto& bounds = views.pieces[parts[k]].bounds;
+    for (std::size_t l = k + 1; l < parts.size(); ++l) {
+      const auto& other = views.pieces[parts[l]].bounds;
+      if (other.min().x() > bounds.max().x() + kLargestGap_m) break;
+      if (bounds.exteriorDistance(other) > kLargestGap_m) continue;
+      const std::size_t a = objects.Root(parts[k]), b = objects.Root(parts[l]);
+      if (a == b || (is_whole[a] && is_whole[b])) continue;
+      if (!same_object(parts[k], parts[l])) continue;
+      objects.Join(a, b);
+      is_whole[objects.Root(a)] = is_whole[a] || is_whole[b];
+    }
+  }
+}
+
+}  // namespace cwm::perception

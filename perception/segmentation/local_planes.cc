@@ -1,0 +1,79 @@
+#include "perception/segmentation/local_planes.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <utility>
+
+namespace cwm::perception {
+namespace {
+
+constexpr std::size_t kPlaces = 48;
+constexpr std::size_t kAmong = 8192;  // a neighbour for each 2 cm^2 of a table
+constexpr std::size_t kNeighbours = 24;
+constexpr double kWidest_m = 0.1;    // of a patch: larger ones hold several surfaces
+constexpr double kMostEdgeOn = 0.3;  // cosine
+constexpr double kFlat = 0.3;        // thickness to width, rms
+
+using Neighbour = std::pair<float, std::uint32_t>;  // squared distance, index
+
+// The nearest of `among` to a point, itself left out.
+std::vector<Neighbour> NearestOf(const OrientedPoints& points,
+                                 const std::vector<std::uint32_t>& among, std::uint32_t middle) {
+  std::vector<Neighbour> heap(kNeighbours, {std::numeric_limits<float>::infinity(), 0});
+  const Eigen::Vector3f& p = points.points[middle];
+  for (const std::uint32_t i : among) {
+    const float m2 = (points.points[i] - p).squaredNorm();
+    if (m2 >= heap.front().first || i == middle) continue;
+    std::pop_heap(heap.begin(), heap.end());
+    heap.back() = {m2, i};
+    std::push_heap(heap.begin(), heap.end());
+  }
+  return heap;
+}
+
+std::optional<LocalPlane> FitAround(const OrientedPoints& points,
+                                    const std::vector<std::uint32_t>& among, std::uint32_t middle) {
+  const std::vector<Neighbour> near = NearestOf(points, among, middle);
+  if (near.front().first > kWidest_m * kWidest_m) return std::nullopt;
+  const Vector3 p = points.points[middle].cast<double>();
+  Vector3 mean = Vector3::Zero();
+  Matrix3 products = Matrix3::Zero();
+  for (const auto& [m2, i] : near) {
+    const Vector3 q = points.points[i].cast<double>() - p;
+    mean += q;
+    products += q * q.transpose();
+  }
+  constexpr double kCount = kNeighbours, kFreedom = kNeighbours - 3;
+  mean /= kCount;
+  const Eigen::SelfAdjointEigenSolver<Matrix3> axes(products / kCount - mean * mean.transpose());
+  const Vector3 spread = axes.eigenvalues().cwiseMax(0).cwiseSqrt();
+  const Vector3 normal = axes.eigenvectors().col(0);
+  const double cosine = std::abs(normal.dot((p - points.viewpoint).normalized()));
+  if (cosine < kMostEdgeOn) return std::nullopt;
+  return LocalPlane{.middle = middle,
+                    .normal = normal,
+                    .scatter_m = spread(0) * std::sqrt(kCount / kFreedom) / cosine,
+                    .is_flat = spread(0) < kFlat * spread(1)};
+}
+
+}  // namespace
+
+std::vector<LocalPlane> SampleLocalPlanes(const OrientedPoints& points) {
+  std::vector<std::uint32_t> among;
+  const std::size_t stride = points.size() / kAmong + 1;
+  for (std::size_t i = 0; i < points.size(); i += stride) {
+    among.push_back(static_cast<std::uint32_t>(i));
+  }
+  std::vector<LocalPlane> planes;
+  if (among.size() <= kNeighbours) return planes;
+  const std::size_t step = among.size() / kPlaces + 1;
+  for (std::size_t k = step / 2; k < among.size(); k += step) {
+    if (const auto plane = FitAround(points, among, among[k])) planes.push_back(*plane);
+  }
+  return planes;
+}
+
+}  // namespace cwm::perception

@@ -1,0 +1,102 @@
+#include "perception/segmentation/long_planes.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include "perception/cloud/quantile.h"
+#include "perception/segmentation/connected_sets.h"
+
+namespace cwm::perception {
+namespace {
+
+constexpr float kNormalGate_cos = 0.9f;    // 25 degrees
+constexpr double kBorderShare = 0.02;      // of the points beyond either end of the reach
+constexpr std::size_t kMostSamples = 400;  // of a set, evenly spread
+// FitPlane finds what has so much of the points.
+constexpr double kLeastShareOfSet = 0.4;
+
+using Nodes = std::vector<std::uint32_t>;
+
+// The largest of the extents along the plane, without its ragged ends.
+double Reach_m(const Plane& plane, const OrientedPoints& points, const Nodes& members) {
+  const Matrix3 basis = BasisFromZ(plane.normal);
+  double reach_m = 0;
+  constexpr int kDirections = 8;  // over half a turn: cos(11 degrees) of the diagonal at least
+  for (int k = 0; k < kDirections; ++k) {
+    const double angle_rad = k * std::numbers::pi / kDirections;
+    const Eigen::Vector3f along =
+        (std::cos(angle_rad) * basis.col(0) + std::sin(angle_rad) * basis.col(1)).cast<float>();
+    std::vector<float> places;
+    for (std::uint32_t i : members) places.push_back(along.dot(points.points[i]));
+    const double low = Quantile(places, kBorderShare);
+    reach_m = std::max(reach_m, Quantile(std::move(places), 1 - kBorderShare) - low);
+  }
+  return reach_m;
+}
+
+bool IsLong(const OrientedPoints& points, std::span<const std::uint32_t> members) {
+  Eigen::AlignedBox3f bounds;
+  for (std::uint32_t i : members) bounds.extend(points.points[i]);
+  return bounds.diagonal().norm() >= float{kLongestThing_m};
+}
+
+Nodes SampleOf(const Nodes& members) {
+  Nodes sample;
+  const std::size_t stride = std::max<std::size_t>(1, members.size() / kMostSamples);
+  for (std::size_t k = 0; k < members.size(); k += stride) sample.push_back(members[k]);
+  return sample;
+}
+
+}  // namespace
+
+bool IsOnPlane(const Plane& plane, const OrientedPoints& points, std::size_t i, Off off) {
+  const float off_m = off == Off::kUsually ? points.UsuallyOffPlane_m(i) : points.MostOffPlane_m(i);
+  return std::abs(plane.Height_m(points.points[i])) <= off_m &&
+         points.normals[i].dot(plane.normal.cast<float>()) > kNormalGate_cos;
+}
+
+double ShareOn(const Plane& plane, const OrientedPoints& points,
+               std::span<const std::uint32_t> members, Off off) {
+  const auto on =
+      std::ranges::count_if(members, [&](auto i) { return IsOnPlane(plane, points, i, off); });
+  return static_cast<double>(on) / static_cast<double>(members.size());
+}
+
+std::optional<Plane> LongPlane(const OrientedPoints& points, std::span<const std::uint32_t> members,
+                               Off off, double least_share) {
+  if (members.empty() || !IsLong(points, members)) return std::nullopt;
+  const std::optional<Plane> plane = FitPlane(points, members, members[0]);
+  if (!plane || ShareOn(*plane, points, members, off) < least_share) return std::nullopt;
+  Nodes on;
+  std::ranges::copy_if(members, std::back_inserter(on),
+                       [&](auto i) { return IsOnPlane(*plane, points, i, off); });
+  if (Reach_m(*plane, points, on) < kLongestThing_m) return std::nullopt;
+  return plane;
+}
+
+std::vector<Plane> ClassLongPlanes(const SurfaceGraph& graph, std::vector<std::int32_t>& classes,
+                                   const Work& work) {
+  const OrientedPoints& nodes = graph.nodes();
+  const ConnectedSets sets = FindConnectedSets(graph, classes, work);
+  std::vector<Nodes> members(sets.count());
+  for (std::uint32_t i = 0; i < graph.size(); ++i) {
+    if (classes[i] == 0) members[static_cast<std::size_t>(sets.of_node[i])].push_back(i);
+  }
+  std::vector<Plane> planes;
+  for (Nodes& left : members) {
+    work.Poll();
+    while (const auto plane = LongPlane(nodes, SampleOf(left), Off::kUsually, kLeastShareOfSet)) {
+      std::erase_if(left, [&](std::uint32_t i) {
+        if (!IsOnPlane(*plane, nodes, i, Off::kUsually)) return false;
+        classes[i] = static_cast<std::int32_t>(planes.size()) + 1;
+        return true;
+      });
+      planes.push_back(*plane);
+    }
+  }
+  return planes;
+}
+
+}  // namespace cwm::perception

@@ -1,0 +1,43 @@
+// What the tests for joining look at: few, evenly spread points of each piece, and who touches
+// whom.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <utility>
+#include <vector>
+
+#include "perception/segmentation/pieces.h"
+#include "perception/segmentation/surface_graph.h"
+
+namespace cwm::perception {
+
+struct PieceView {
+  std::vector<std::uint32_t> sample;  // nodes, at most kMostSamples, evenly spread
+  std::size_t node_count = 0;
+  double area_m2 = 0;
+  double low_z_m = 0, high_z_m = 0;  // 2nd and 98th percentile of height
+  Eigen::AlignedBox3d bounds;
+  bool is_patch = false;  // of a support (Pieces::patch_of)
+};
+
+// The contact of two pieces, seen from the first.
+struct Border {
+  int links = 0;
+  float level_links = 0;  // sum over links of how level the second piece is there (n . up, if > 0)
+};
+
+struct PieceViews {
+  std::vector<PieceView> pieces;                                    // per piece; empty for supports
+  std::map<std::pair<std::int32_t, std::int32_t>, Border> borders;  // ordered pairs, both ways
+};
+
+// Whether two pieces share a good part of their outline: less is a touch in passing.
+bool AreInContact(const PieceViews& views, std::size_t a, std::size_t b);
+
+inline constexpr std::size_t kMostSamples = 400;
+
+// Up is the z of the graph's frame.
+PieceViews ViewPieces(const SurfaceGraph& graph, const Pieces& pieces, const Work& work);
+
+}  // namespace cwm::perception

@@ -1,0 +1,288 @@
+#include "perception/segmentation/resting.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <optional>
+#include <utility>
+
+#include "collision/geometry/polygon.h"
+#include "perception/cloud/parallel_for.h"
+#include "perception/cloud/quantile.h"
+#include "perception/segmentation/surface_graph.h"
+
+namespace cwm::perception {
+namespace {
+
+constexpr double kCell_m = 0.01;       // of footprints: the paper's octree leaves
+constexpr int kContact_cells = 2;      // a crease's rounded edge, and a cell of either's border
+constexpr double kFootShare = 0.02;    // below: mixed pixels; as for pieces
+constexpr double kLowShare = 0.1;      // of the nodes: what may touch
+constexpr double kLeastContact = 0.3;  // of those; the rest may overhang or turn away
+constexpr double kTopShare = 0.9;      // of column heights: above, a handle or noise
+constexpr std::size_t kLeastTop_cells = 4;  // that make a top
+constexpr double kLeastOver = 0.5;          // of a footprint: what holds less would tip
+constexpr double kBorder_m = 0.01;          // footprints blur by a cell
+// Of places between the seen end of a thing and what hangs above: mixed pixels; what the edge of the
+// upper one leaves of the lower one's own face.
+constexpr double kMostPassed = 0.06, kLeastHidden = 0.5;
+constexpr std::size_t kLeastHiddenColumns = 3;  // of a footprint's cells
+constexpr int kPlacesPerColumn = 5;
+// Of a face that something rests on: 18 degrees, as far beside the foot as a crease rounds it and a few
+// cells more; what a crease takes from the upper one's foot.
+constexpr float kLevelFace_cos = 0.95f;
+constexpr double kBesideFoot_m = 0.03, kMostCrease_m = 0.02;
+constexpr std::size_t kFewestLevel = 24;  // two independent ones
+// Of an object's nodes, evenly spread, so many are looked at: two in each cell where one fills the
+// view of a Kinect at 1 m, all of them of what is smaller than 30 cm there.
+constexpr std::size_t kMostNodes = 20'000;
+
+using Cell = std::pair<int, int>;
+
+Cell CellOf(const Vector2& p) {
+  return {static_cast<int>(std::floor(p.x() / kCell_m)),
+          static_cast<int>(std::floor(p.y() / kCell_m))};
+}
+Vector2 CenterOf(const Cell& cell) {
+  return {(cell.first + 0.5) * kCell_m, (cell.second + 0.5) * kCell_m};
+}
+
+// How deep a place lies in a convex polygon; negative outside, and beside one without area (of an
+// object that shows one upright face).
+double DepthIn_m(const Polygon& hull, const Vector2& p) {
+  if (hull.size() < 3) return -(NearestOnBorder(hull, p) - p).norm();
+  double depth = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0, j = hull.size() - 1; i < hull.size(); j = i++) {
+    const Vector2 edge = hull[i] - hull[j], to = p - hull[j];
+    depth = std::min(depth, (edge.x() * to.y() - edge.y() * to.x()) / edge.norm());
+  }
+  return depth;
+}
+
+// An object over the support that it stands on, in the plate's frame.
+struct Standing {
+  std::size_t segment = 0;
+  std::map<Cell, double> top_m;  // footprint, and the height of the object over each cell of it
+  std::vector<Vector3> low;      // the lowest tenth of the nodes
+  Polygon hull;                  // of the footprint
+  double foot_m = 0;
+  double band_m = 0;   // heights within this are the same
+  bool hangs = false;  // it rests on another one, whatever share of it lies over that one
+
+  Standing(std::size_t index, const Segment& s, const OrientedPoints& nodes, const Pose& X_PL)
+      : segment(index), hangs(s.hangs) {
+    std::vector<Vector3> places;
+    std::vector<float> sigma;
+    auto column = top_m.end();  // nodes that follow each other are mostly in one cell
+    const std::size_t stride = s.nodes.size() / kMostNodes + 1;
+    for (std::size_t k = 0; k < s.nodes.size(); k += stride) {
+      const std::uint32_t i = s.nodes[k];
+      places.push_back(X_PL * nodes.points[i].cast<double>());
+      sigma.push_back(nodes.sigma_m[i]);
+      const Cell cell = CellOf(places.back().head<2>());
+      if (column == top_m.end() || column->first != cell) {
+        column = top_m.try_emplace(cell, places.back().z()).first;
+      }
+      column->second = std::max(column->second, places.back().z());
+    }
+    const auto below = [](const Vector3& a, const Vector3& b) { return a.z() < b.z(); };
+    const auto count = static_cast<double>(places.size());
+    const auto lowest = places.begin() + static_cast<std::ptrdiff_t>(kLowShare * count);
+    const auto foot = places.begin() + static_cast<std::ptrdiff_t>(kFootShare * count);
+    std::nth_element(places.begin(), lowest, places.end(), below);
+    low.assign(places.begin(), lowest + 1);
+    std::nth_element(places.begin(), foot, lowest + 1, below);
+    foot_m = foot->z();
+    band_m = LargestJump_m(Median(std::move(sigma)));
+    std::vector<Vector2> corners;
+    for (const auto& [cell, top] : top_m) corners.push_back(CenterOf(cell));
+    hull = ConvexHull(std::move(corners));
+  }
+};
+
+// The other's top lies beside the foot.
+bool Touches(const Standing& upper, const Standing& lower) {
+  std::size_t touching = 0;
+  for (const Vector3& p : upper.low) {
+    const Cell cell = CellOf(p.head<2>());
+    bool found = false;
+    for (int n = 0; n < (2 * kContact_cells + 1) * (2 * kContact_cells + 1) && !found; ++n) {
+      const int dx = n % (2 * kContact_cells + 1) - kContact_cells;
+      const int dy = n / (2 * kContact_cells + 1) - kContact_cells;
+      const auto at = lower.top_m.find({cell.first + dx, cell.second + dy});
+      found = at != lower.top_m.end() && std::abs(at->second - p.z()) <= upper.band_m;
+    }
+    touching += found;
+  }
+  return static_cast<double>(touching) >= kLeastContact * static_cast<double>(upper.low.size());
+}
+
+// What lies below the upper one's footprint ends where its foot is.
+bool EndsBelow(const Standing& upper, const Standing& lower) {
+  std::vector<double> tops;
+  for (const auto& [cell, top] : lower.top_m) {
+    if (DepthIn_m(upper.hull, CenterOf(cell)) >= -kBorder_m) tops.push_back(top);
+  }
+  if (tops.size() < kLeastTop_cells) return false;
+  return std::abs(Quantile(std::move(tops), kTopShare) - upper.foot_m) <= upper.band_m;
+}
+
+// Share of the lower one's footprint that lies below what hangs, where that hides all between its foot and
+// the seen end of the lower one; 0 where it does not.
+double ShareHiddenBelow(const Standing& upper, const Standing& lower, const Pose& X_LP,
+                        const SightMap& sight) {
+  std::size_t columns = 0, places = 0, hidden = 0, through = 0;
+  for (const auto& [cell, top] : lower.top_m) {
+    if (DepthIn_m(upper.hull, CenterOf(cell)) < 0) continue;
+    ++columns;
+    for (int k = 1; k < kPlacesPerColumn; ++k, ++places) {
+      const double height = std::lerp(top, upper.foot_m, static_cast<double>(k) / kPlacesPerColumn);
+      Vector3 place;
+      place << CenterOf(cell), height;
+      const Visibility seen =
+          sight.Look((X_LP * place).cast<float>(), static_cast<float>(upper.band_m));
+      hidden += seen == Visibility::kHidden;
+      through += seen == Visibility::kSeenThrough;
+    }
+  }
+  const auto all = static_cast<double>(places);
+  if (columns < kLeastHiddenColumns || static_cast<double>(through) > kMostPassed * all ||
+      static_cast<double>(hidden) < kLeastHidden * all) {
+    return 0;
+  }
+  return static_cast<double>(columns) / static_cast<double>(lower.top_m.size());
+}
+
+// Share of the upper one's footprint that lies over the lower one.
+double ShareOfFootprint(const Standing& upper, const Standing& lower) {
+  double inside = 0;
+  for (const auto& [cell, top] : upper.top_m) {
+    inside += DepthIn_m(lower.hull, CenterOf(cell)) >= kBorder_m;
+  }
+  return inside / static_cast<double>(upper.top_m.size());
+}
+
+// Of that and of the lower one's top that lies under the upper one, whichever is larger.
+double ShareOver(const Standing& upper, const Standing& lower) {
+  double under = 0, tops = 0;
+  for (const auto& [cell, top] : lower.top_m) {
+    if (top < upper.foot_m - 2 * upper.band_m) continue;
+    ++tops;
+    under += DepthIn_m(upper.hull, CenterOf(cell)) >= -kBorder_m;
+  }
+  const double under_share = tops >= kLeastTop_cells ? under / tops : 0;
+  return std::max(ShareOfFootprint(upper, lower), under_share);
+}
+
+// What the upper one rests on, of those that stand on the same support: the one that it covers most;
+// null if none.
+const Standing* Under(const Standing& upper, const std::vector<Standing>& standing,
+                      const Pose& X_LP, const SightMap* sight) {
+  if (upper.foot_m <= upper.band_m) return nullptr;
+  const Standing* best = nullptr;
+  double most = upper.hangs ? 0 : kLeastOver;
+  for (const Standing& lower : standing) {
+    if (lower.foot_m + upper.band_m >= upper.foot_m) continue;
+    double share = 0;
+    if (Touches(upper, lower) || EndsBelow(upper, lower)) {
+      share = ShareOver(upper, lower);
+    } else if (upper.hangs && sight) {
+      share = ShareHiddenBelow(upper, lower, X_LP, *sight);
+    }
+    if (share <= most) continue;
+    most = share;
+    best = &lower;
+  }
+  return best;
+}
+
+// How high the face is that the upper one rests on: the middle of the lower one's level nodes beside the
+// foot. The foot itself is known as too high: the lower one has most of the nodes of the crease between
+// them. It is taken where there is no such face, as on rims and round things.
+double ContactHeight_m(const Standing& upper, const Standing& lower, const OrientedPoints& nodes,
+                       const std::vector<Segment>& segments, const Pose& X_PL) {
+  // Of what leans there or stands behind, foot and face are no contact.
+  if (ShareOfFootprint(upper, lower) < kLeastOver) return upper.foot_m;
+  const std::vector<std::uint32_t>& below = segments[lower.segment].nodes;
+  const Eigen::Vector3f up = X_PL.linear().row(2).transpose().cast<float>();
+  std::vector<double> heights;
+  for (std::size_t k = 0; k < below.size(); k += below.size() / kMostNodes + 1) {
+    const std::uint32_t i = below[k];
+    if (nodes.normals[i].dot(up) < kLevelFace_cos) continue;
+    const Vector3 place = X_PL * nodes.points[i].cast<double>();
+    if (place.z() < upper.foot_m - kMostCrease_m - upper.band_m) continue;
+    if (place.z() > upper.foot_m) continue;
+    if (DepthIn_m(upper.hull, place.head<2>()) >= -kBesideFoot_m) heights.push_back(place.z());
+  }
+  if (heights.size() < kFewestLevel) return upper.foot_m;
+  return Quantile(std::move(heights), 0.5);
+}
+
+// Of each support, what stands on it.
+std::vector<std::vector<Standing>> OnSupports(const OrientedPoints& nodes,
+                                              const std::vector<Placed<Plate>>& plates,
+                                              const std::vector<Segment>& segments,
+                                              const Work& work) {
+  std::vector<std::optional<Standing>> standing(segments.size());
+  ParallelFor(segments.size(), 1, work, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) {
+      if (segments[k].supported_by < 0 || segments[k].nodes.empty()) continue;
+      const auto s = static_cast<std::size_t>(segments[k].supported_by);
+      standing[k].emplace(k, segments[k], nodes, plates[s].X_FS.inverse(Eigen::Isometry));
+    }
+  });
+  std::vector<std::vector<Standing>> on_support(plates.size());
+  for (std::size_t k = 0; k < segments.size(); ++k) {
+    if (!standing[k]) continue;
+    on_support[static_cast<std::size_t>(segments[k].supported_by)].push_back(
+        *std::move(standing[k]));
+  }
+  return on_support;
+}
+
+}  // namespace
+
+void FindSupportsUnderStacks(const OrientedPoints& nodes, const std::vector<Placed<Plate>>& plates,
+                             const SightMap* sight, const std::vector<Segment>& objects,
+                             std::vector<Segment>& hanging, const Work& work) {
+  std::vector<std::vector<Standing>> on_support = OnSupports(nodes, plates, objects, work);
+  for (Segment& region : hanging) region.hangs = true;
+  // Of each support, the hanging regions over it, from when they are first asked for.
+  std::vector<std::vector<std::optional<Standing>>> over(plates.size());
+  for (bool grown = true; grown;) {
+    grown = false;
+    for (std::size_t s = 0; s < plates.size(); ++s) {
+      over[s].resize(hanging.size());
+      for (std::size_t r = 0; r < hanging.size() && !on_support[s].empty(); ++r) {
+        if (hanging[r].supported_by >= 0 || hanging[r].nodes.empty()) continue;
+        std::optional<Standing>& upper = over[s][r];
+        if (!upper) {
+          upper.emplace(objects.size() + r, hanging[r], nodes,
+                        plates[s].X_FS.inverse(Eigen::Isometry));
+        }
+        if (!Under(*upper, on_support[s], plates[s].X_FS, sight)) continue;
+        hanging[r].supported_by = static_cast<std::int32_t>(s);
+        on_support[s].push_back(*std::exchange(upper, std::nullopt));
+        grown = true;
+      }
+    }
+  }
+}
+
+void FindWhatTheyRestOn(const OrientedPoints& nodes, const std::vector<Placed<Plate>>& plates,
+                        const SightMap* sight, std::vector<Segment>& segments, const Work& work) {
+  for (const std::vector<Standing>& standing : OnSupports(nodes, plates, segments, work)) {
+    for (const Standing& upper : standing) {
+      const Pose& X_LP =
+          plates[static_cast<std::size_t>(segments[upper.segment].supported_by)].X_FS;
+      const Standing* under = Under(upper, standing, X_LP, sight);
+      if (!under) continue;
+      segments[upper.segment].rests_on = static_cast<std::int32_t>(under->segment);
+      const Pose X_PL = X_LP.inverse(Eigen::Isometry);
+      segments[upper.segment].foot_height_m = ContactHeight_m(upper, *under, nodes, segments, X_PL);
+    }
+  }
+}
+
+}  // namespace cwm::perception

@@ -1,0 +1,30 @@
+// Surfaces of revolution about a vertical axis, seen from above: vessels, inside and outside.
+#pragma once
+
+#include <optional>
+#include <span>
+
+#include "perception/cloud/oriented_points.h"
+#include "perception/segmentation/plane_fit.h"
+
+namespace cwm::perception {
+
+// The axis is where the horizontal parts of the normals meet.
+struct Revolution {
+  Vector2 axis = Vector2::Zero();  // of the level frame, metres
+  double radius_m = 0;             // 90th percentile of the distance to the axis
+  double agreement = 0;  // share of the steep members whose normals pass through the axis, 0..1
+  double outward = 0;    // share of those that point away from the axis: 1 outside, 0 inside
+  double steep = 0;      // share of all members that are steep enough to tell
+};
+
+// Nothing when the normals do not fan out enough to fix an axis, or fewer than 20 members are
+// steep.
+std::optional<Revolution> FitRevolution(const OrientedPoints& points,
+                                        std::span<const std::uint32_t> members);
+
+// How members agree with a given axis; `axis` and nothing else of the result is taken over.
+Revolution JudgeRevolution(const OrientedPoints& points, std::span<const std::uint32_t> members,
+                           const Vector2& axis);
+
+}  // namespace cwm::perception

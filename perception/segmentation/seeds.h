@@ -1,0 +1,31 @@
+// Where pieces of the measured surface start.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "perception/cloud/work.h"
+#include "perception/segmentation/connected_sets.h"
+#include "perception/segmentation/surface_graph.h"
+
+namespace cwm::perception {
+
+inline constexpr std::uint32_t kSmallestSeed_nodes = 40;  // three independent ones fix a plane
+
+// Nodes that hang together, enough of them to start a piece with.
+struct Seeds {
+  static constexpr std::int32_t kNone = -1;
+  std::vector<std::int32_t> of_node;  // per node its seed, or kNone
+  std::vector<std::int32_t> classes;  // per seed the class of its nodes
+  std::size_t count() const { return classes.size(); }
+};
+
+// Of each class of nodes (per node; negative: of no seed) what hangs together. A step of few sigma
+// has gaps of one to three pixels, by which what lies before it and behind it hang together: where
+// leaving out the neighbours of nodes at a step makes several of one, these are seeds of their own,
+// unless they share a good part of their outlines, or a third as much with hardly a step along it.
+// `crease` as of CutIntoPieces.
+Seeds FindSeeds(const SurfaceGraph& graph, const std::vector<char>& crease,
+                const std::vector<std::int32_t>& classes, const Work& work);
+
+}  // namespace cwm::perception

@@ -1,0 +1,388 @@
+#include "perception/segmentation/segment_scene.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <numeric>
+#include <utility>
+
+#include "absl/status/status.h"
+#include "perception/cloud/downsample.h"
+#include "perception/cloud/normals.h"
+#include "perception/cloud/parallel_for.h"
+#include "perception/cloud/quantile.h"
+#include "perception/segmentation/creases.h"
+#include "perception/segmentation/join_pieces.h"
+#include "perception/segmentation/level_patches.h"
+#include "perception/segmentation/pieces.h"
+#include "perception/segmentation/regions.h"
+#include "perception/segmentation/structure_plates.h"
+#include "perception/segmentation/support_planes.h"
+#include "perception/segmentation/support_polygon.h"
+#include "perception/segmentation/surface_graph.h"
+
+namespace cwm::perception {
+namespace {
+
+using Eigen::Vector3f;
+
+// Cells of an unorganised cloud: two of them span half a normal neighbourhood's radius and more;
+// 4 mm under Kinect noise at 0.8 m.
+constexpr float kCell_sigma = 2.7f;
+constexpr float kSmallestCell_m = 0.002f;  // a pixel at 1 m: finer cells hold single points
+// Cells grow until a cell has this many neighbours, as on a surface without gaps (8 at most).
+constexpr double kLeastNeighbours = 4;
+constexpr double kSlantedShare = 0.25;
+constexpr int kMostGrowth = 8;  // times 1.5 each: 25
+// Of normals: 2.6 cells of 2.7 sigma are the 7 sigma of an image's (kNormalRadius_sigma).
+constexpr float kRadius_cells = 2.6f;
+
+// Of the cells on surfaces that are seen at a slant, a quarter of all: their points lie farther apart.
+double Neighbours(const VoxelGrid& grid) {
+  const std::size_t stride = std::max<std::size_t>(1, grid.size() / 2000);
+  std::vector<double> neighbours;
+  for (std::size_t c = 0; c < grid.size(); c += stride) {
+    double count = -1;  // itself
+    grid.ForEachWithin(1, grid.cell(c), [&](std::size_t) { ++count; });
+    neighbours.push_back(count);
+  }
+  return Quantile(std::move(neighbours), kSlantedShare);
+}
+
+// As fine as the noise allows, as coarse as the spacing of the points asks. Without moments.
+VoxelGrid FineCells(const OrientedPoints& points, const Work& work) {
+  float edge = std::max(kSmallestCell_m, kCell_sigma * Median(points.sigma_m));
+  VoxelGrid grid = VoxelGrid::BuildCells(points.points, edge, work);
+  for (int k = 0; k < kMostGrowth && Neighbours(grid) < kLeastNeighbours; ++k) {
+    edge *= 1.5f;
+    grid = VoxelGrid::BuildCells(points.points, edge, work);
+  }
+  return grid;
+}
+
+// sorted[i] = values[before[i]]; they may be written where `before` is read from.
+template <class T>
+void Gather(const std::vector<T>& values, const std::vector<std::uint32_t>& before,
+            const Work& work, std::vector<T>& sorted) {
+  constexpr std::size_t kValuesPerPiece = 32768;  // of 10 ns each
+  ParallelFor(values.size(), kValuesPerPiece, work, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) sorted[i] = values[before[i]];
+  });
+}
+
+template <class T>
+void BringIntoOrder(const std::vector<std::uint32_t>& before, const Work& work,
+                    std::vector<T>& values) {
+  std::vector<T> sorted(values.size());
+  Gather(values, before, work, sorted);
+  values = std::move(sorted);
+}
+
+// Points in the order of their cells: all that follows runs through memory in order, however the
+// cloud was sorted.
+void SortIntoCells(OrientedPoints& points, VoxelGrid& grid, const Work& work) {
+  std::vector<std::uint32_t> before = grid.Renumber();
+  BringIntoOrder(before, work, points.points);
+  grid.SumUp(points.points, work);
+  const bool has_normals = std::any_of(points.normals.begin(), points.normals.end(),
+                                       [](const Vector3f& n) { return !n.isZero(); });
+  if (has_normals) BringIntoOrder(before, work, points.normals);
+  const bool differ = std::ranges::adjacent_find(points.sigma_m, std::ranges::not_equal_to()) !=
+                      points.sigma_m.end();  // not of a laser
+  if (differ) BringIntoOrder(before, work, points.sigma_m);
+  Gather(points.cloud_index, before, work, before);  // new pages cost more than the copy
+  points.cloud_index = std::move(before);
+  // normal_sigma_rad is not known yet: all zero.
+}
+
+// Level frame from up alone: z up, x along the sensor's view, projected to the horizontal.
+Matrix3 LevelOrientation(const Vector3& up_C, const Vector3& view_C) {
+  const Vector3 z = up_C.normalized();
+  Vector3 x = view_C - view_C.dot(z) * z;
+  if (x.norm() < 1e-3 * view_C.norm() || x.norm() == 0) return BasisFromZ(z).transpose();
+  x.normalize();
+  Matrix3 R_CL;
+  R_CL << x, z.cross(x), z;
+  return R_CL.transpose();
+}
+
+void Rotate(OrientedPoints& points, const Matrix3& R, const Work& work) {
+  constexpr std::size_t kPointsPerPiece = 16384;  // of 20 ns each
+  const Eigen::Matrix3f rotation = R.cast<float>();
+  ParallelFor(points.size(), kPointsPerPiece, work, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      points.points[i] = rotation * points.points[i];
+      points.normals[i] = rotation * points.normals[i];
+    }
+  });
+}
+
+Vector3 MeanPoint(const OrientedPoints& points) {
+  Vector3 sum = Vector3::Zero();
+  for (const Vector3f& p : points.points) sum += p.cast<double>();
+  return sum / static_cast<double>(points.size());
+}
+
+// Measured points per node, so that nodes' results become points' results.
+class NodePoints {
+ public:
+  NodePoints(const VoxelGrid* grid) : grid_(grid) {}
+  // In the order of the nodes.
+  std::vector<std::uint32_t> Of(const std::vector<std::uint32_t>& nodes) const {
+    if (!grid_) return nodes;
+    std::size_t count = 0;
+    for (std::uint32_t node : nodes) count += grid_->PointsOf(node).size();
+    std::vector<std::uint32_t> points;
+    points.reserve(count);
+    for (std::uint32_t node : nodes) {
+      const auto some = grid_->PointsOf(node);
+      points.insert(points.end(), some.begin(), some.end());
+    }
+    return points;
+  }
+
+ private:
+  const VoxelGrid* grid_;
+};
+
+// Step 1: normals. Returns the cells of a cloud that is no image, whose points it sorts.
+std::optional<VoxelGrid> EstimateNormals(MeasuredPoints& measured, const Work& work) {
+  if (measured.organised()) {
+    EstimateImageNormals(measured, work);
+    return std::nullopt;
+  }
+  VoxelGrid grid = FineCells(measured.oriented, work);
+  SortIntoCells(measured.oriented, grid, work);
+  EstimateGridNormals(measured.oriented, grid, kRadius_cells * grid.edge_m(), work);
+  return grid;
+}
+
+struct LevelFrame {
+  Matrix3 R_LC = Matrix3::Identity();
+  UpSource up_source = UpSource::kGiven;
+  UpVerdict up_verdict = UpVerdict::kPlausible;
+};
+
+// Given, or told by the largest plane. The points are in frame C, or in L where `turned_to_level`.
+LevelFrame FindLevelFrame(const MeasuredPoints& measured, const SegmentOptions& options,
+                          bool turned_to_level, const Work& work) {
+  const CoarseCloud cells = CellsForUp(measured, work);
+  std::optional<ImageAxes> image;
+  if (measured.organised()) image = AxesOf(measured);
+  if (options.R_LC) {
+    const Vector3 up =
+        turned_to_level ? Vector3(Vector3::UnitZ()) : Vector3(options.R_LC->row(2).transpose());
+    return {*options.R_LC, UpSource::kGiven, JudgeUp(cells, up, image)};
+  }
+  LevelFrame level;
+  Vector3 up = image ? image->up : Vector3(Vector3::UnitZ());
+  if (options.up_C) {
+    level.up_verdict = JudgeUp(cells, *options.up_C, image);
+    up = level.up_verdict == UpVerdict::kReversed ? Vector3(-*options.up_C) : *options.up_C;
+  } else if (const std::optional<UpEstimate> estimate = EstimateUp(cells, image)) {
+    level.up_source = estimate->shows_in_image ? UpSource::kSupport : UpSource::kBarePlane;
+    up = estimate->up;
+  } else {
+    level.up_source = UpSource::kNoPlane;
+  }
+  level.R_LC = LevelOrientation(up, image ? image->forward : MeanPoint(measured.oriented));
+  return level;
+}
+
+// The nodes of the surface: the points of an image, the cells of any other cloud.
+struct Cells {
+  VoxelGrid grid;
+  OrientedPoints nodes;
+};
+
+// Step 1. Turns the points into the level frame: before their cells are made where it is known, so
+// that they are made once. Cells of a cloud that is no image.
+LevelFrame MeasureSurface(MeasuredPoints& measured, const SegmentOptions& options, const Work& work,
+                          std::optional<Cells>& cells) {
+  const bool turn_first = options.R_LC && !measured.organised();
+  if (turn_first) Rotate(measured.oriented, *options.R_LC, work);
+  std::optional<VoxelGrid> grid = EstimateNormals(measured, work);
+  options.stage_done("normals");
+  work.Poll();
+  const LevelFrame level = FindLevelFrame(measured, options, turn_first, work);
+  if (!turn_first) Rotate(measured.oriented, level.R_LC, work);
+  if (!grid) return level;
+  if (!turn_first) grid = VoxelGrid::Build(measured.oriented.points, grid->edge_m(), work);
+  OrientedPoints nodes = Downsample(measured.oriented, *grid, work);
+  cells = {.grid = *std::move(grid), .nodes = std::move(nodes)};
+  return level;
+}
+
+// Which nodes lie beside which, and where the surface bends.
+struct Surface {
+  SurfaceGraph graph;
+  std::vector<char> crease;  // per node
+};
+
+Surface LinkNodes(const MeasuredPoints& measured, const Cells* cells, const Work& work) {
+  Surface surface{cells ? SurfaceGraph::OfGrid(cells->nodes, cells->grid, work)
+                        : SurfaceGraph::OfImage(measured, work),
+                  {}};
+  surface.crease = ConcaveCreases(surface.graph, kConcave_rad, work);
+  return surface;
+}
+
+// Cells of about two pixels.
+SightMap MakeSightMap(const MeasuredPoints& measured, const Cells* cells) {
+  if (!cells) return SightMap(measured.oriented, 2 * measured.pixel_angle_rad);
+  std::vector<float> ranges_m;
+  for (const Vector3f& p : cells->nodes.points) ranges_m.push_back(p.norm());
+  const float range_m = Median(std::move(ranges_m));
+  return SightMap(cells->nodes, 2 * cells->grid.edge_m() / std::max(0.1f, range_m));
+}
+
+struct Supports {
+  std::vector<SupportPlane> planes;
+  std::vector<Placed<Plate>> plates;  // one per plane
+};
+
+// Steps 2 to 4: planes and their plates; planes that span no area are dropped. Without `sight` where
+// not all was seen from one place.
+Supports FindSupports(const OrientedPoints& nodes, const CoarseCloud& coarse, const SightMap* sight,
+                      const Work& work) {
+  Supports found;
+  for (const SupportPlane& plane : FindSupportPlanes(coarse, Vector3::UnitZ(), sight, work)) {
+    for (BoundedSupport& part : BoundSupport(plane, coarse, nodes, sight)) {
+      found.planes.push_back(std::move(part.support));
+      found.plates.push_back(std::move(part.plate));
+    }
+  }
+  return found;
+}
+
+void BoundStructures(const SurfaceGraph& graph, const CoarseCloud& coarse, const Regions& regions,
+                     const SightMap* sight, const Work& work, SegmentedScene& scene) {
+  ParallelFor(regions.segments.size(), 1, work, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) {
+      if (!regions.segments[k].plane) continue;
+      scene.things[k].plates = PlatesOfStructure(regions.segments[k], coarse, graph.nodes(), sight);
+    }
+  });
+}
+
+// Nodes' results become points' results.
+void Collect(const SurfaceGraph& graph, const Pieces& pieces, const Regions& regions,
+             Supports supports, const VoxelGrid* grid, SegmentedScene& scene) {
+  const NodePoints node_points(grid);
+  std::vector<std::vector<std::uint32_t>> support_nodes(supports.planes.size());
+  for (std::size_t i = 0; i < graph.size(); ++i) {
+    const std::int32_t piece = pieces.of_node[i];
+    if (piece >= 0 && piece < pieces.support_count) {
+      support_nodes[static_cast<std::size_t>(piece)].push_back(static_cast<std::uint32_t>(i));
+    }
+  }
+  for (std::size_t s = 0; s < supports.plates.size(); ++s) {
+    scene.supports.push_back({std::move(supports.plates[s]), node_points.Of(support_nodes[s])});
+  }
+  for (const Segment& segment : regions.segments) {
+    scene.things.push_back({.supported_by = segment.supported_by,
+                            .rests_on = segment.rests_on,
+                            .foot_height_m = segment.foot_height_m,
+                            .points = node_points.Of(segment.nodes),
+                            .node_count = segment.nodes.size(),
+                            .plates = {}});
+  }
+  scene.rejected = node_points.Of(regions.rejected);
+}
+
+// An estimate of up, once it is known what stands on supports that are level by it.
+UpSource BorneOut(const SegmentedScene& scene) {
+  const bool from_plane =
+      scene.up_source == UpSource::kSupport || scene.up_source == UpSource::kBarePlane;
+  if (!from_plane) return scene.up_source;
+  if (scene.supports.empty()) return UpSource::kBarePlane;
+  const bool anything_stands =
+      std::any_of(scene.things.begin(), scene.things.end(),
+                  [](const SegmentedThing& thing) { return thing.supported_by >= 0; });
+  return anything_stands ? UpSource::kSupport : scene.up_source;
+}
+
+// By images alone, which tell tables from walls.
+std::optional<Vector3> RivalUp(const CoarseCloud& coarse, const MeasuredPoints& measured) {
+  if (!measured.organised()) return std::nullopt;
+  const std::optional<UpEstimate> estimate = EstimateUp(coarse, AxesOf(measured));
+  if (!estimate || !estimate->shows_in_image) return std::nullopt;
+  return estimate->up;
+}
+
+SegmentedScene SegmentInSteps(MeasuredPoints measured, const SegmentOptions& options,
+                              const Work& work) {
+  SegmentedScene scene;
+  std::optional<Cells> cells_of_cloud;
+  const LevelFrame level = MeasureSurface(measured, options, work, cells_of_cloud);
+  scene.R_LC = level.R_LC;
+  scene.up_source = level.up_source;
+  scene.up_verdict = level.up_verdict;
+  const Cells* cells = cells_of_cloud ? &*cells_of_cloud : nullptr;
+  OrientedPoints& nodes = cells_of_cloud ? cells_of_cloud->nodes : measured.oriented;
+
+  // The supports need no links, and the links no supports.
+  std::optional<Surface> surface;
+  std::optional<CoarseCloud> coarse_cloud;
+  std::optional<SightMap> sight_map;
+  const SightMap* from_one_place = nullptr;  // the map, where all was seen from its viewpoint
+  TurnedCells turned;
+  Supports supports;
+  const auto find_supports = [&] {
+    DoBoth(
+        work, [&] { coarse_cloud = MakeCoarseCloud(nodes, work); },
+        [&] { sight_map = MakeSightMap(measured, cells); });
+    if (!cells || IsSeenFromOnePlace(nodes, sight_map->pitch_rad())) from_one_place = &*sight_map;
+    if (from_one_place != nullptr) {
+      turned = TurnLevelPatches(Vector3f::UnitZ(), *coarse_cloud, work);
+    }
+    supports = FindSupports(nodes, *coarse_cloud, from_one_place, work);
+  };
+  DoBoth(work, find_supports, [&] { surface = LinkNodes(measured, cells, work); });
+  TurnPointsOn(supports.planes, *coarse_cloud, turned, nodes);
+  const SurfaceGraph& graph = surface->graph;
+  const CoarseCloud& coarse = *coarse_cloud;
+  const SightMap& sight = *sight_map;
+  options.stage_done("supports");
+  work.Poll();
+
+  // Step 5: what stands on them.
+  Pieces pieces =
+      CutIntoPieces(graph, surface->crease, coarse, supports.planes, from_one_place, work);
+  options.stage_done("clusters");
+  work.Poll();
+  pieces = JoinPieces(graph, std::move(pieces), sight, work);
+  Regions regions =
+      FormRegions(graph, coarse, pieces, supports.planes, supports.plates, sight, work);
+  if (options.clustering == Clustering::kNone) MergeOnSupports(regions);
+  options.stage_done("split");
+
+  Collect(graph, pieces, regions, std::move(supports), cells ? &cells->grid : nullptr, scene);
+  scene.up_source = BorneOut(scene);
+  // Of a cloud that is no image nobody knew before that it was seen from one place.
+  const bool in_doubt = cells && from_one_place != nullptr && scene.up_source == UpSource::kGiven &&
+                        scene.up_verdict == UpVerdict::kPlausible;
+  if (in_doubt && IsSeenFromBelowAlone(coarse, Vector3::UnitZ())) {
+    scene.up_verdict = UpVerdict::kSeenFromBelow;
+  }
+  if (scene.up_source == UpSource::kGiven && scene.supports.empty()) {
+    scene.rival_up = RivalUp(coarse, measured);
+  }
+  BoundStructures(graph, coarse, regions, from_one_place, work, scene);
+  if (from_one_place != nullptr) scene.sight = *std::move(sight_map);
+  scene.points = std::move(measured.oriented);
+  return scene;
+}
+
+}  // namespace
+
+absl::StatusOr<SegmentedScene> SegmentScene(MeasuredPoints measured, const SegmentOptions& options,
+                                            const Work& work) {
+  try {
+    return SegmentInSteps(std::move(measured), options, work);
+  } catch (const Stopped& stopped) {
+    return absl::CancelledError(stopped.what());
+  }
+}
+
+}  // namespace cwm::perception

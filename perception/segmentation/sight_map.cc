@@ -1,0 +1,78 @@
+#include "perception/segmentation/sight_map.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "perception/segmentation/surface_graph.h"
+
+namespace cwm::perception {
+namespace {
+
+constexpr float kNothing = std::numeric_limits<float>::infinity();
+constexpr int kMostCellsPerSide = 2048;  // 16 MiB
+
+// Of those that are looked at, how many may lie behind others. Of tables full of things seen from one
+// place 1.3 % do in the median and 2.6 % at nine tenths, at their edges; of three views of the same
+// tables, 10 % in the median, and 2 % where nothing hides much.
+constexpr double kMostBehind = 0.03;
+constexpr std::size_t kSeenSample = 20000;
+constexpr float kFiner = 1.0f / 3;  // than a map's: bands along edges are as wide as a cell
+constexpr float kMostSlant = 3;     // across a cell a slanted surface grows deeper by itself
+
+float SignOf(float v) { return v < 0 ? -1.0f : 1.0f; }
+
+}  // namespace
+
+SightMap::SightMap(const OrientedPoints& points, float pitch_rad)
+    : viewpoint_(points.viewpoint.cast<float>()),
+      cells_per_side_(static_cast<int>(
+          std::clamp(2 / std::max(pitch_rad, 1e-4f), 16.0f, float{kMostCellsPerSide}))) {
+  const auto side = static_cast<std::size_t>(cells_per_side_);
+  nearest_m_.assign(side * side, kNothing);
+  for (const Eigen::Vector3f& p : points.points) {
+    const Eigen::Vector3f ray = p - viewpoint_;
+    float& nearest = nearest_m_[CellOf(ray)];
+    nearest = std::min(nearest, ray.norm());
+  }
+}
+
+std::size_t SightMap::CellOf(const Eigen::Vector3f& direction) const {
+  const float sum = direction.cwiseAbs().sum();
+  if (!(sum > 0)) return 0;
+  float u = direction.x() / sum, v = direction.y() / sum;
+  if (direction.z() < 0) {  // the lower half folds out
+    const float folded = (1 - std::abs(v)) * SignOf(u);
+    v = (1 - std::abs(u)) * SignOf(v);
+    u = folded;
+  }
+  const float scale = 0.5f * static_cast<float>(cells_per_side_);
+  const int column = std::clamp(static_cast<int>((u + 1) * scale), 0, cells_per_side_ - 1);
+  const int row = std::clamp(static_cast<int>((v + 1) * scale), 0, cells_per_side_ - 1);
+  return static_cast<std::size_t>(row) * static_cast<std::size_t>(cells_per_side_) +
+         static_cast<std::size_t>(column);
+}
+
+Visibility SightMap::Look(const Eigen::Vector3f& place, float tolerance_m) const {
+  const Eigen::Vector3f ray = place - viewpoint_;
+  const float nearest = nearest_m_[CellOf(ray)];
+  const float range = ray.norm();
+  if (nearest == kNothing) return Visibility::kNoReturn;
+  if (nearest > range + tolerance_m) return Visibility::kSeenThrough;
+  return nearest < range - tolerance_m ? Visibility::kHidden : Visibility::kOnSurface;
+}
+
+bool IsSeenFromOnePlace(const OrientedPoints& points, float pitch_rad) {
+  const SightMap sight(points, kFiner * pitch_rad);
+  const std::size_t stride = 1 + points.size() / kSeenSample;
+  std::size_t hidden = 0, asked = 0;
+  for (std::size_t i = 0; i < points.size(); i += stride, ++asked) {
+    const Eigen::Vector3f& p = points.points[i];
+    const float across_m = kMostSlant * sight.pitch_rad() * (p - sight.viewpoint()).norm();
+    const float tolerance_m = LargestJump_m(points.sigma_m[i]) + across_m;
+    hidden += sight.Look(p, tolerance_m) == Visibility::kHidden;
+  }
+  return static_cast<double>(hidden) <= kMostBehind * static_cast<double>(asked);
+}
+
+}  // namespace cwm::perception

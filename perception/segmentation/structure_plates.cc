@@ -1,0 +1,65 @@
+#include "perception/segmentation/structure_plates.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <optional>
+#include <utility>
+
+#include "perception/segmentation/long_planes.h"
+
+namespace cwm::perception {
+namespace {
+
+using NodeList = std::vector<std::uint32_t>;
+
+constexpr std::size_t kMostFaces = 4;  // of one structure
+constexpr double kLeastShare = 0.5;    // of what is left, on one more face
+constexpr std::size_t kMostSamples = 400;
+
+SupportPlane FaceOn(const Plane& plane, const NodeList& members, const CoarseCloud& coarse) {
+  SupportPlane face{.plane = plane, .cells = {}, .area_m2 = 0};
+  for (std::uint32_t i : members) face.cells.push_back(coarse.grid.CellOfPoint(i));
+  std::sort(face.cells.begin(), face.cells.end());
+  face.cells.erase(std::unique(face.cells.begin(), face.cells.end()), face.cells.end());
+  const double edge_m = coarse.grid.edge_m();
+  face.area_m2 = static_cast<double>(face.cells.size()) * edge_m * edge_m;
+  // The plane is that of a sample.
+  face.plane = RefinePlane(plane, coarse.cells, face.cells).value_or(plane);
+  return face;
+}
+
+// The plane of most of them, if they are enough for a face.
+std::optional<Plane> PlaneOfMost(const NodeList& members, const CoarseCloud& coarse,
+                                 const OrientedPoints& nodes) {
+  NodeList sample;
+  const std::size_t stride = (members.size() + kMostSamples - 1) / kMostSamples;
+  for (std::size_t k = 0; k < members.size(); k += stride) sample.push_back(members[k]);
+  if (sample.empty()) return std::nullopt;
+  const std::optional<Plane> plane = FitPlane(nodes, sample, sample.front());
+  if (!plane || ShareOn(*plane, nodes, sample, Off::kUsually) < kLeastShare) return std::nullopt;
+  if (FaceOn(*plane, members, coarse).area_m2 < kSmallestSupport_m2) return std::nullopt;
+  return plane;
+}
+
+}  // namespace
+
+std::vector<Placed<Plate>> PlatesOfStructure(const Segment& segment, const CoarseCloud& coarse,
+                                             const OrientedPoints& nodes, const SightMap* sight) {
+  std::vector<Placed<Plate>> plates;
+  NodeList left = segment.nodes;
+  std::optional<Plane> plane = segment.plane;
+  for (std::size_t k = 0; plane && k < kMostFaces; ++k) {
+    const SupportPlane face = FaceOn(*plane, left, coarse);
+    for (BoundedSupport& part : BoundSupport(face, coarse, nodes, sight)) {
+      plates.push_back(std::move(part.plate));
+    }
+    std::erase_if(left, [&](std::uint32_t i) {
+      return std::abs(face.plane.Height_m(nodes.points[i])) <= kPlaneGate_sigma * nodes.sigma_m[i];
+    });
+    plane = PlaneOfMost(left, coarse, nodes);
+  }
+  return plates;
+}
+
+}  // namespace cwm::perception

@@ -1,0 +1,94 @@
+#include "perception/segmentation/support_gaps.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+#include <vector>
+
+#include "perception/cloud/quantile.h"
+
+#include "perception/segmentation/support_polygon.h"
+
+namespace cwm::perception {
+namespace {
+
+constexpr double kLeastIncidence_cos = 0.02;  // below, a ray runs in the plane and tells nothing
+constexpr std::size_t kGapLines = 64;         // a share of 0.75 to 5 percent
+constexpr std::size_t kMostEnds = 2000;       // of lines, evenly spread; bounds the search for one
+constexpr double kPlacesPerMetre = 200;       // along a line: nothing of 1 cm is missed
+constexpr int kMostPlacesPerLine = 400;
+
+double MedianSigma_m(const OrientedPoints& points, std::span<const std::uint32_t> members) {
+  std::vector<float> sigma;
+  for (std::uint32_t i : members) sigma.push_back(points.sigma_m[i]);
+  return Median(std::move(sigma));
+}
+
+struct Line {
+  Vector3 from, to;
+};
+
+// From one place of the smaller set to the nearest of the larger.
+Line LineFrom(const Vector3& from, const OrientedPoints& points,
+              std::span<const std::uint32_t> larger) {
+  const std::size_t stride = (larger.size() + kMostEnds - 1) / kMostEnds;
+  Line best{from, from};
+  double best_squared = std::numeric_limits<double>::infinity();
+  for (std::size_t k = 0; k < larger.size(); k += stride) {
+    const Vector3 to = points.points[larger[k]].cast<double>();
+    const double squared = (to - from).squaredNorm();
+    if (squared < best_squared) best_squared = squared, best.to = to;
+  }
+  return best;
+}
+
+bool AnyPassage(const Line& line, const PassageTest& passes) {
+  const double length = (line.to - line.from).norm();
+  const int count = std::clamp(static_cast<int>(length * kPlacesPerMetre), 1, kMostPlacesPerLine);
+  int passed = 0;
+  for (int k = 1; k < count && passed < 2; ++k) {
+    const double t = static_cast<double>(k) / count;
+    passed = passes(Vector3((1 - t) * line.from + t * line.to)) ? passed + 1 : 0;
+  }
+  return passed >= 2;  // two places in a row: one may be a mixed pixel
+}
+
+}  // namespace
+
+PassageTest::PassageTest(const SightMap& sight, const Plane& plane, const OrientedPoints& points,
+                         std::span<const std::uint32_t> members)
+    : sight_(sight),
+      sensor_height_m_(plane.Height_m(sight.viewpoint())),
+      depth_m_(std::max(kPlateThickness_m,
+                        double{points.spread.most} * MedianSigma_m(points, members))) {}
+
+bool PassageTest::operator()(const Vector3& place) const {
+  const double range_m = (place - sight_.viewpoint().cast<double>()).norm();
+  const double incidence_cos = sensor_height_m_ / std::max(range_m, 1e-9);
+  if (incidence_cos < kLeastIncidence_cos) return false;
+  const auto beyond_m = static_cast<float>(depth_m_ / incidence_cos);
+  return sight_.Look(place.cast<float>(), beyond_m) == Visibility::kSeenThrough;
+}
+
+bool GapIsClosed(const Plane& plane, const OrientedPoints& points,
+                 std::span<const std::uint32_t> larger, std::span<const std::uint32_t> smaller,
+                 const SightMap* sight) {
+  std::vector<Line> lines;
+  const std::size_t count = std::min(kGapLines, smaller.size());
+  for (std::size_t k = 0; k < count; ++k) {
+    const std::uint32_t from = smaller[k * smaller.size() / count];
+    lines.push_back(LineFrom(points.points[from].cast<double>(), points, larger));
+  }
+  if (sight == nullptr) {
+    return std::any_of(lines.begin(), lines.end(), [](const Line& line) {
+      return (line.to - line.from).norm() <= 2 * kClosing_m;
+    });
+  }
+  const PassageTest passes(*sight, plane, points, larger);
+  const auto open = std::count_if(lines.begin(), lines.end(),
+                                  [&](const Line& line) { return AnyPassage(line, passes); });
+  return static_cast<double>(open) <= (1 - kLeastHiddenGap) * static_cast<double>(count);
+}
+
+}  // namespace cwm::perception

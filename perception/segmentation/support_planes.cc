@@ -1,0 +1,345 @@
+#include "perception/segmentation/support_planes.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <set>
+#include <span>
+#include <utility>
+
+#include "perception/cloud/downsample.h"
+#include "perception/cloud/parallel_for.h"
+#include "perception/cloud/quantile.h"
+#include "perception/segmentation/cell_clusters.h"
+#include "perception/segmentation/footprint.h"
+#include "perception/segmentation/support_gaps.h"
+
+namespace cwm::perception {
+namespace {
+
+using Eigen::Vector3f;
+
+constexpr double kDegree = std::numbers::pi / 180;
+// Cells of 8 sigma average the noise of a cell's plane to below the gate; not below 15 mm, where a
+// table of a square metre has 4 000 cells.
+constexpr float kCoarseCell_sigma = 8;
+constexpr float kSmallestCoarseCell_m = 0.015f;
+constexpr std::size_t kMedianSample = 4096;  // fixes the median noise to 2 percent of its spread
+// A sketch has this many points a cell: their mean normal scatters by a quarter of a point's.
+constexpr float kSketchedPerCell = 16;
+constexpr float kMostSketchStride = 16;
+// Of what is seen at a grazing angle: as far as its normal is known, and no more than an eighth of
+// what faces any way.
+constexpr double kMostTilt_sigma = 3, kMostGrazingTilt_rad = 30 * kDegree;
+constexpr double kCoplanarAngle_rad = 3 * kDegree;  // pieces of one support
+constexpr double kCoplanarGap_m = 0.01;
+// Of islands in noise: of their middle, where the sigma is a cell's, and of their cells within its gate.
+constexpr double kCoplanarGap_sigma = 1;
+constexpr double kCoplanarShare = 0.95;
+// What rises less than this above a support twice its size is an object's top, not a shelf.
+constexpr double kHighestObjectTop_m = 0.4;
+constexpr double kObjectTopShare = 0.5;
+// Unless one sees under it, as under the boards of low tables, benches and shelves: over so much of its
+// area, more than mixed pixels and a lid that stands out make. Not below the size of a stool's seat:
+// things that stand on a foot are objects.
+constexpr double kSeenUnderShare = 0.05;
+constexpr double kSmallestBoard_m2 = 0.05;
+constexpr double kBoardClearance_m = 0.1;  // thicker than a board and what hangs on its edge
+// A side is seen where so many of its slices between the creases are; they are an edge of a cell high. Of
+// the top's side, as its area has it, so much must be: one in a view, a part of it hidden.
+constexpr int kFewestSlices = 2;
+constexpr double kWholeSide = 0.75, kLeastSide = 0.5;
+constexpr double kUpright_sin = 0.5;  // of the elevation of its normal: 30 degrees
+constexpr double kOwnShare = 0.5;     // of the cells on a support's plane among and beside its own
+
+// Odd, so that it runs through all columns of an image.
+std::size_t StrideOfSample(std::size_t count) { return count / kMedianSample | 1; }
+
+template <class T>
+std::vector<T> EveryNth(const std::vector<T>& values, std::size_t n) {
+  std::vector<T> some;
+  some.reserve(values.size() / n + 1);
+  for (std::size_t i = 0; i < values.size(); i += n) some.push_back(values[i]);
+  return some;
+}
+
+float CoarseCell_m(std::vector<float> sigma_m) {
+  return std::max(kSmallestCoarseCell_m, kCoarseCell_sigma * Median(std::move(sigma_m)));
+}
+
+// A cell of a plane covers about its face; seen at a slant it is the same.
+double Area_m2(const CellView& coarse, std::size_t cells) {
+  return static_cast<double>(cells) * coarse.grid.edge_m() * coarse.grid.edge_m();
+}
+
+std::vector<SupportPlane> PlanesOfCluster(const CellView& coarse,
+                                          std::vector<std::uint32_t> members) {
+  std::vector<SupportPlane> planes;
+  while (Area_m2(coarse, members.size()) >= kSmallestSupport_m2 / 2) {
+    const std::optional<Plane> plane = FitPlane(coarse.cells, members, members[0]);
+    if (!plane) break;
+    std::vector<std::uint32_t> inliers = Inliers(*plane, coarse.cells, members);
+    if (Area_m2(coarse, inliers.size()) < kSmallestSupport_m2 / 2) break;
+    std::vector<std::uint32_t> rest;
+    std::set_difference(members.begin(), members.end(), inliers.begin(), inliers.end(),
+                        std::back_inserter(rest));
+    const double area = Area_m2(coarse, inliers.size());
+    planes.push_back({*plane, std::move(inliers), area});
+    members = std::move(rest);
+  }
+  return planes;
+}
+
+Vector3 MeanPoint(const CellView& coarse, std::span<const std::uint32_t> cells) {
+  Vector3 sum = Vector3::Zero();
+  for (std::uint32_t c : cells) sum += coarse.cells.points[c].cast<double>();
+  return sum / static_cast<double>(cells.size());
+}
+
+// The larger plane judges: it is known better. Normals within 3 degrees, and the middle of the smaller
+// within 1 cm of the larger one's plane; or all that the smaller has is noise about that: of a far
+// floor, islands of noisy cells tilt and rise as they like.
+bool AreCoplanar(const CellView& coarse, const SupportPlane& larger, const SupportPlane& smaller) {
+  const double gap_m = std::abs(larger.plane.Height_m(MeanPoint(coarse, smaller.cells)));
+  if (gap_m <= kCoplanarGap_m &&
+      larger.plane.normal.dot(smaller.plane.normal) >= std::cos(kCoplanarAngle_rad)) {
+    return true;
+  }
+  double sigma_m = 0;
+  std::size_t within = 0;
+  for (std::uint32_t c : smaller.cells) {
+    const double cell_sigma_m = coarse.cells.sigma_m[c];
+    sigma_m += cell_sigma_m / static_cast<double>(smaller.cells.size());
+    within += std::abs(larger.plane.Height_m(coarse.cells.points[c])) <=
+              double{kPlaneGate_sigma} * cell_sigma_m;
+  }
+  return gap_m <= kCoplanarGap_sigma * sigma_m &&
+         static_cast<double>(within) >= kCoplanarShare * static_cast<double>(smaller.cells.size());
+}
+
+// Whether it has the area that a support needs. Where noise is more than a cell is high, cells lie
+// one over the other: of each column one counts.
+bool IsLarge(const CellView& coarse, const SupportPlane& plane) {
+  if (plane.area_m2 < kSmallestSupport_m2) return false;
+  std::vector<std::pair<int, int>> columns;
+  columns.reserve(plane.cells.size());
+  for (std::uint32_t c : plane.cells) {
+    const auto& cell = coarse.grid.cell(c);
+    columns.emplace_back(cell[0], cell[1]);
+  }
+  std::sort(columns.begin(), columns.end());
+  const auto distinct = std::unique(columns.begin(), columns.end()) - columns.begin();
+  return Area_m2(coarse, static_cast<std::size_t>(distinct)) >= kSmallestSupport_m2;
+}
+
+// One round over the planes, largest first.
+std::vector<SupportPlane> MergeOnce(const CellView& coarse, const SightMap* sight,
+                                    std::vector<SupportPlane> planes) {
+  std::vector<SupportPlane> merged;
+  for (SupportPlane& plane : planes) {
+    const auto same = std::find_if(merged.begin(), merged.end(), [&](const SupportPlane& m) {
+      return AreCoplanar(coarse, m, plane) &&
+             GapIsClosed(m.plane, coarse.cells, m.cells, plane.cells, sight);
+    });
+    if (same == merged.end()) {
+      merged.push_back(std::move(plane));
+      continue;
+    }
+    std::vector<std::uint32_t> all;
+    std::set_union(same->cells.begin(), same->cells.end(), plane.cells.begin(), plane.cells.end(),
+                   std::back_inserter(all));
+    same->plane = RefinePlane(same->plane, coarse.cells, all).value_or(same->plane);
+    same->area_m2 += plane.area_m2;
+    same->cells = std::move(all);
+  }
+  return merged;
+}
+
+// Until nothing changes: a piece may reach the largest only by way of one that joined it later.
+std::vector<SupportPlane> MergeCoplanar(const CellView& coarse, const SightMap* sight,
+                                        std::vector<SupportPlane> planes) {
+  for (std::size_t before = planes.size() + 1; planes.size() < before;) {
+    before = planes.size();
+    planes = MergeOnce(coarse, sight, std::move(planes));
+    std::stable_sort(planes.begin(), planes.end(),
+                     [](const auto& a, const auto& b) { return a.area_m2 > b.area_m2; });
+  }
+  return planes;
+}
+
+// Whether the cells on the plane, among and beside its own, are mostly its own. In what fills space, as
+// foliage and noise do, planes go through cells that face any way.
+bool IsSurface(const CellView& coarse, const SupportPlane& plane) {
+  std::vector<std::uint32_t> others;
+  for (std::uint32_t own : plane.cells) {
+    coarse.grid.ForEachWithin(1, coarse.grid.cell(own), [&](std::size_t c) {
+      const double height_m = plane.plane.Height_m(coarse.cells.points[c]);
+      if (std::abs(height_m) > double{kPlaneGate_sigma * coarse.cells.sigma_m[c]}) return;
+      others.push_back(static_cast<std::uint32_t>(c));
+    });
+  }
+  std::sort(others.begin(), others.end());
+  others.erase(std::unique(others.begin(), others.end()), others.end());
+  std::vector<std::uint32_t> own;
+  std::set_intersection(others.begin(), others.end(), plane.cells.begin(), plane.cells.end(),
+                        std::back_inserter(own));
+  return static_cast<double>(own.size()) >= kOwnShare * static_cast<double>(others.size());
+}
+
+// Whether something was measured between the patch and the support, where a body that stands on it
+// and has the patch for its top would be. What is seen under the support itself tells nothing.
+bool IsSeenUnder(const CellView& coarse, const SupportPlane& patch, const SupportPlane& support) {
+  if (patch.area_m2 < kSmallestBoard_m2) return false;
+  const Footprint footprint(patch.plane, coarse.cells, patch.cells, coarse.grid.edge_m());
+  std::size_t under = 0;
+  for (std::size_t c = 0; c < coarse.cells.size(); ++c) {
+    const Vector3 place = coarse.cells.points[c].cast<double>();
+    const double depth_m = coarse.cells.MostOffPlane_m(c);
+    under += patch.plane.Height_m(place) < -kBoardClearance_m &&
+             support.plane.Height_m(place) > -depth_m && footprint.Covers(place);
+  }
+  return Area_m2(coarse, under) >= kSeenUnderShare * patch.area_m2;
+}
+
+// Whether upright faces run from the patch's edge down to the support, facing away from it: the sides of
+// a solid that stands there, however large its top looks beside what it hides of the support.
+bool HasSidesDownTo(const CellView& coarse, const SupportPlane& patch,
+                    const SupportPlane& support) {
+  const Vector3 middle = MeanPoint(coarse, patch.cells);
+  const double edge_m = coarse.grid.edge_m();
+  const double height_m = support.plane.Height_m(middle);
+  const int slices = static_cast<int>(height_m / edge_m) - 2;  // but the creases above and below
+  if (slices < kFewestSlices) return false;
+  const Footprint footprint(patch.plane, coarse.cells, patch.cells, edge_m);
+  std::map<Footprint::Pixel, std::set<int>> sides;
+  for (std::size_t c = 0; c < coarse.cells.size(); ++c) {
+    const Vector3 place = coarse.cells.points[c].cast<double>();
+    const int slice = static_cast<int>(std::floor(support.plane.Height_m(place) / edge_m)) - 1;
+    if (slice < 0 || slice >= slices || !footprint.Touches(place)) continue;
+    const Vector3 normal = coarse.cells.normals[c].cast<double>();
+    const Vector3 away = place - middle - patch.plane.Height_m(place) * patch.plane.normal;
+    if (std::abs(normal.dot(patch.plane.normal)) > kUpright_sin || normal.dot(away) <= 0) continue;
+    sides[footprint.PixelOf(place)].insert(slice);
+  }
+  const auto whole = std::count_if(sides.begin(), sides.end(), [&](const auto& side) {
+    return static_cast<double>(side.second.size()) >= kWholeSide * slices;
+  });
+  return static_cast<double>(whole) * footprint.pixel_m() >= kLeastSide * std::sqrt(patch.area_m2);
+}
+
+// A board at the height of the eyes is seen at a grazing angle, where normals scatter and lean to
+// the sensor: told where all was seen from one place.
+bool MayBeLevel(const OrientedPoints& cells, std::uint32_t c, const Vector3f& up,
+                bool is_from_one_place) {
+  const float cosine = cells.normals[c].dot(up);
+  if (cosine >= std::cos(kMostTilt_rad)) return true;
+  if (!is_from_one_place) return false;
+  const Vector3f ray = cells.points[c] - cells.viewpoint.cast<float>();
+  if (std::abs(ray.dot(up)) >= kGrazing_sin * ray.norm()) return false;
+  const double gate_rad =
+      std::min(kMostTilt_sigma * cells.normal_sigma_rad[c], kMostGrazingTilt_rad);
+  return cosine >= std::cos(gate_rad);
+}
+
+enum class Size { kMuchLess, kAny };  // of a patch beside the support
+
+// Whether the patch lies over the support, within its extent, low enough to be part of an object.
+bool IsObjectTop(const CellView& coarse, const SupportPlane& patch, const SupportPlane& support,
+                 Size size) {
+  const Vector3 middle = MeanPoint(coarse, patch.cells);
+  const double height = support.plane.Height_m(middle);
+  if (height < 0 || height > kHighestObjectTop_m) return false;
+  if (size == Size::kMuchLess && patch.area_m2 > kObjectTopShare * support.area_m2) return false;
+  Eigen::AlignedBox3d bounds;
+  for (std::uint32_t c : support.cells) bounds.extend(coarse.cells.points[c].cast<double>());
+  const Vector3 below = middle - height * support.plane.normal;
+  return bounds.squaredExteriorDistance(below) < 0.1 * 0.1 && !IsSeenUnder(coarse, patch, support);
+}
+
+// Without those that are the tops of solids on others, which what they hide may leave the smaller.
+std::vector<SupportPlane> WithoutTopsOfSolids(const CellView& coarse,
+                                              const std::vector<SupportPlane>& supports) {
+  std::vector<SupportPlane> kept;
+  for (const SupportPlane& top : supports) {
+    const bool is_top = std::ranges::any_of(supports, [&](const SupportPlane& s) {
+      return &s != &top && IsObjectTop(coarse, top, s, Size::kAny) &&
+             HasSidesDownTo(coarse, top, s);
+    });
+    if (!is_top) kept.push_back(top);
+  }
+  return kept;
+}
+
+}  // namespace
+
+CoarseCloud MakeCoarseCloud(const OrientedPoints& nodes, const Work& work) {
+  const float edge_m = CoarseCell_m(EveryNth(nodes.sigma_m, StrideOfSample(nodes.size())));
+  CoarseCloud coarse{VoxelGrid::Build(nodes.points, edge_m, work), {}};
+  coarse.cells = Downsample(nodes, coarse.grid, work);
+  return coarse;
+}
+
+CoarseCloud SketchCoarseCloud(const MeasuredPoints& image, const Work& work) {
+  const OrientedPoints& all = image.oriented;
+  const std::size_t sampled = StrideOfSample(all.size());
+  std::vector<float> ranges_m;
+  for (std::size_t i = 0; i < all.size(); i += sampled) ranges_m.push_back(all.points[i].norm());
+  const float edge_m = CoarseCell_m(EveryNth(all.sigma_m, sampled));
+  const float across_px = edge_m / (Median(std::move(ranges_m)) * image.pixel_angle_rad);
+  const std::size_t stride = static_cast<std::size_t>(
+      std::clamp(across_px * across_px / kSketchedPerCell, 1.0f, kMostSketchStride));
+  OrientedPoints some;
+  some.viewpoint = all.viewpoint;
+  some.spread = all.spread;
+  some.points_per_sample = all.points_per_sample;
+  some.points = EveryNth(all.points, stride);
+  some.normals = EveryNth(all.normals, stride);
+  some.sigma_m = EveryNth(all.sigma_m, stride);
+  some.normal_sigma_rad = EveryNth(all.normal_sigma_rad, stride);
+  some.cloud_index = EveryNth(all.cloud_index, stride);
+  CoarseCloud coarse{VoxelGrid::Build(some.points, edge_m, work), {}};
+  coarse.cells = Downsample(some, coarse.grid, work);
+  return coarse;
+}
+
+std::vector<SupportPlane> FindSupportPlanes(const CoarseCloud& coarse, const Vector3& up,
+                                            const SightMap* sight, const Work& work) {
+  OrientedPoints flipped = coarse.cells;  // up first: given normals may point anywhere
+  const Vector3f up_f = up.cast<float>();
+  for (Vector3f& n : flipped.normals) {
+    if (n.dot(up_f) < 0) n = -n;
+  }
+  const CellView cloud{coarse.grid, flipped};
+  const float step = static_cast<float>(std::tan(kMostTilt_rad));
+  const auto clusters = ClusterCells(
+      cloud, [&](std::uint32_t c) { return MayBeLevel(cloud.cells, c, up_f, sight != nullptr); },
+      [&](std::uint32_t a, std::uint32_t b) {
+        const Vector3f d = cloud.cells.points[a] - cloud.cells.points[b];
+        const float gate =
+            kPlaneGate_sigma * std::max(cloud.cells.sigma_m[a], cloud.cells.sigma_m[b]);
+        return std::abs(d.dot(up_f)) <= gate + step * d.norm();
+      });
+  std::vector<std::vector<SupportPlane>> found(clusters.size());
+  ParallelFor(clusters.size(), 1, work, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) found[k] = PlanesOfCluster(cloud, clusters[k]);
+  });
+  std::vector<SupportPlane> planes;
+  for (auto& some : found) std::move(some.begin(), some.end(), std::back_inserter(planes));
+  auto larger = [](const SupportPlane& a, const SupportPlane& b) { return a.area_m2 > b.area_m2; };
+  std::stable_sort(planes.begin(), planes.end(), larger);
+  planes = MergeCoplanar(cloud, sight, std::move(planes));
+  std::vector<SupportPlane> supports;
+  for (SupportPlane& plane : planes) {
+    const bool is_top = std::any_of(supports.begin(), supports.end(), [&](const SupportPlane& s) {
+      return IsObjectTop(cloud, plane, s, Size::kMuchLess);
+    });
+    if (!is_top && IsLarge(cloud, plane) && IsSurface(cloud, plane)) {
+      supports.push_back(std::move(plane));
+    }
+  }
+  // Which way a side faces its own normal tells alone.
+  return WithoutTopsOfSolids({coarse.grid, coarse.cells}, supports);
+}
+
+}  // namespace cwm::perception

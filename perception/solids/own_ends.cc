@@ -1,0 +1,145 @@
+#include "perception/solids/own_ends.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "collision/geometry/distance_to_shape.h"
+#include "perception/solids/free_space.h"
+#include "perception/solids/lengthened.h"
+#include "perception/solids/prolonged.h"
+#include "perception/solids/solid_assembly.h"
+
+namespace cwm::perception {
+namespace {
+
+constexpr double kLeastPoints = 24;        // measured: two independent samples
+constexpr double kMostNewlyPassed = 0.01;  // of the rays past the object
+constexpr double kMostSunk_m = 0.003;      // below the ground: noise of the ground
+constexpr int kRounds = 3;                 // a longer side shows more of its other ends
+
+constexpr std::array<SolidEnd, 6> kEnds = {{{0, -1}, {0, 1}, {1, -1}, {1, 1}, {2, -1}, {2, 1}}};
+
+// Whether a point beyond that end is on the solid's wall prolonged there, and looks outward as it does.
+class ProlongedWall {
+ public:
+  ProlongedWall(const Shape& shape, const SolidEnd& end) : shape_(shape), end_(end) {}
+
+  bool Has(const Vector3& p, const Vector3& n, double gate_m, double min_cos) const {
+    if (const auto* box = std::get_if<Box>(&shape_)) return IsOnFace(*box, p, n, gate_m, min_cos);
+    const Vector3 outward(p.x(), p.y(), 0);
+    return std::abs(ProlongedDistance_m(shape_, p)) <= gate_m &&
+           outward.dot(n) >= min_cos * outward.norm();
+  }
+
+ private:
+  bool IsOnFace(const Box& box, const Vector3& p, const Vector3& n, double gate_m,
+                double min_cos) const {
+    for (Eigen::Index across = 0; across < 3; ++across) {
+      if (across == end_.axis) continue;
+      const Eigen::Index along = 3 - across - end_.axis;
+      if (std::abs(std::abs(p[across]) - 0.5 * box.size_m[across]) <= gate_m &&
+          std::abs(p[along]) <= 0.5 * box.size_m[along] + gate_m &&
+          n[across] * (p[across] > 0 ? 1 : -1) >= min_cos) {
+        return true;
+      }
+    }
+    return false;
+  }
+
+  const Shape& shape_;
+  const SolidEnd end_;
+};
+
+class OwnEnds {
+ public:
+  OwnEnds(const FitContext& context, std::vector<Solid>& solids)
+      : c_(context), solids_(solids), on_solid_(context.points.size(), kOnNone) {
+    for (std::size_t k = 0; k < solids.size(); ++k) Claim(k);
+  }
+
+  void Reach(std::size_t k) {
+    for (int round = 0; round < kRounds; ++round) {
+      bool reached = false;
+      for (const SolidEnd& end : kEnds) reached = ReachEnd(k, end) || reached;
+      if (!reached) return;
+    }
+  }
+
+ private:
+  static constexpr std::size_t kOnNone = static_cast<std::size_t>(-1);
+
+  void Claim(std::size_t k) {
+    const Pose X_SM = solids_[k].X_MS.inverse(Eigen::Isometry);
+    const DistanceToShape distance_m(solids_[k].shape);
+    for (std::uint32_t i = 0; i < c_.points.size(); ++i) {
+      if (std::abs(distance_m(X_SM * c_.points.p[i])) <= c_.points.gate_m[i]) on_solid_[i] = k;
+    }
+  }
+
+  std::vector<std::uint32_t> PointsBeyond(std::size_t k, const SolidEnd& end,
+                                          double length_m) const {
+    const Pose X_SM = solids_[k].X_MS.inverse(Eigen::Isometry);
+    const ProlongedWall wall(solids_[k].shape, end);
+    std::vector<std::uint32_t> beyond;
+    for (std::uint32_t i = 0; i < c_.points.size(); ++i) {
+      if (on_solid_[i] != kOnNone) continue;
+      const Vector3 p = X_SM * c_.points.p[i];
+      const double gate_m = c_.points.gate_m[i];
+      if (end.sign * p[end.axis] > 0.5 * length_m + gate_m &&
+          wall.Has(p, X_SM.linear() * c_.points.n[i], gate_m, c_.points.min_cos[i])) {
+        beyond.push_back(i);
+      }
+    }
+    return c_.connectivity.LargestComponent(beyond);
+  }
+
+  bool ReachEnd(std::size_t k, const SolidEnd& end) {
+    Solid& solid = solids_[k];
+    const std::optional<double> length_m = LengthAlong_m(solid.shape, end.axis);
+    if (!length_m) return false;
+    const std::vector<std::uint32_t> beyond = PointsBeyond(k, end, *length_m);
+    if (static_cast<double>(beyond.size()) * c_.points.weight < kLeastPoints) return false;
+    const Vector3 outward = end.sign * solid.X_MS.linear().col(end.axis);
+    const double by_m = ExtentAlong(outward, c_.points, beyond).high_m -
+                        outward.dot(solid.X_MS.translation()) - 0.5 * *length_m;
+    if (!(by_m > 0)) return false;
+    if (!(by_m < MostLonger_m(solid.shape, end))) return false;
+    Placed<> placed = Lengthened({solid.X_MS, solid.shape}, end, by_m);
+    Solid longer = solid;
+    longer.X_MS = placed.X_FS;
+    longer.shape = std::move(placed.shape);
+    longer.inliers.insert(longer.inliers.end(), beyond.begin(), beyond.end());
+    if (IsContradicted(longer, solid)) return false;
+    solid = std::move(longer);
+    Claim(k);
+    return true;
+  }
+
+  bool IsContradicted(const Solid& longer, const Solid& solid) const {
+    if (c_.ground.known && LowestHeight_m(longer, c_.ground) <
+                               std::min(-kMostSunk_m, LowestHeight_m(solid, c_.ground))) {
+      return true;
+    }
+    return PassedShare(longer, c_.free) > PassedShare(solid, c_.free) + kMostNewlyPassed ||
+           IsCrossed(longer, c_);
+  }
+
+  const FitContext& c_;
+  std::vector<Solid>& solids_;
+  std::vector<std::size_t> on_solid_;  // of each point
+};
+
+}  // namespace
+
+void ReachOwnPoints(const FitContext& context, std::vector<Solid>& solids) {
+  OwnEnds ends(context, solids);
+  for (std::size_t k = 0; k < solids.size(); ++k) {
+    context.work.Poll();
+    if (!solids[k].vessel) ends.Reach(k);
+  }
+}
+
+}  // namespace cwm::perception

@@ -1,0 +1,327 @@
+#include "perception/solids/plane_solid.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <set>
+
+#include "collision/geometry/coefficients.h"
+#include "collision/geometry/polygon.h"
+#include "perception/cloud/quantile.h"
+#include "perception/solids/box_solid.h"
+#include "perception/solids/free_space.h"
+#include "perception/solids/solid_assembly.h"
+
+namespace cwm::perception {
+namespace {
+
+constexpr double kRectangleFill = 0.85;  // a disc fills 0.79 of its square
+// Of a rectangle that something hides a part of: how much of its outline is seen at least (of lids
+// that are round 0.2 to 0.46 would be, of the faces of eight such boxes 0.56 to 0.66), and of its area.
+constexpr double kSeenOutline = 0.55;
+constexpr double kSeenArea = 0.5;
+constexpr double kOutlineFill = 0.55;  // of the hull's cells that hold points; chosen: no L
+constexpr double kCellSpacings = 2.5;  // 6 points a cell: chance leaves one of 500 empty
+// Of the rays past an object with an outline that is filled less or that is a rectangle's in part, and
+// of the face's points that are behind it: mixed pixels. What hides the rest of a face lets no more of
+// them through.
+constexpr double kMostPassed = 0.05;
+// Of a side behind a face: the sine at which it is seen, how much of its length holds points.
+constexpr double kLeastSide_sin = 0.1;
+constexpr double kSideFill = 0.5;
+constexpr double kMostSunk_m = 0.003;  // below the ground: noise of the ground
+
+Rectangle BoundsAlong(const Polygon& hull, const Vector2& x) {
+  Rectangle r{x, {}};
+  for (const Vector2& p : hull) r.bounds.extend(Vector2(x.dot(p), x.x() * p.y() - x.y() * p.x()));
+  return r;
+}
+
+double FilledArea_m2(const std::vector<Vector2>& points, double cell_m) {
+  std::set<std::pair<long, long>> cells;
+  for (const Vector2& p : points) {
+    cells.emplace(std::lround(p.x() / cell_m), std::lround(p.y() / cell_m));
+  }
+  return static_cast<double>(cells.size()) * cell_m * cell_m;
+}
+
+// How far behind the face the solid reaches where no side of it is seen.
+double Thickness_m(const PlaneModel& plane, const Ground& ground) {
+  if (!ground.known || plane.normal.dot(ground.up) < std::cos(kSameDirection_rad)) {
+    return kLoneThickness_m;
+  }
+  const double height_m = ground.Height_m(plane.point);
+  return height_m > 0 && height_m < kLowLevel_m ? height_m : kLoneThickness_m;
+}
+
+// Moves the lower side of an upright face to the ground where it ends just above, and never below.
+void StandOnGround(const Matrix3& face, const PlaneModel& plane, const Ground& ground,
+                   Eigen::AlignedBox2d& bounds) {
+  for (int k = 0; k < 2; ++k) {
+    const double up = face.col(k).dot(ground.up);
+    if (!ground.known || std::abs(up) < std::cos(kSameDirection_rad)) continue;
+    const double ground_m = -ground.Height_m(plane.point) / up;
+    if (up > 0 && bounds.min()(k) < ground_m + kStandingGap_m) bounds.min()(k) = ground_m;
+    if (up < 0 && bounds.max()(k) > ground_m - kStandingGap_m) bounds.max()(k) = ground_m;
+  }
+}
+
+// Of points behind a face, those on one side of its box.
+struct Side {
+  std::vector<double> across_m;
+  std::map<long, std::vector<double>> depths_m;  // of each cell along it
+
+  // Of most cells: what another thing's side carries on, on part of its length, is none of its depth.
+  double Depth_m() const {
+    std::vector<double> deepest_m;
+    for (const auto& [cell, depths] : depths_m) {
+      deepest_m.push_back(*std::ranges::max_element(depths));
+    }
+    return Quantile(std::move(deepest_m), 0.5);
+  }
+};
+
+// How far behind a face points lie on those sides of its box that look at the sensor, which move the bounds
+// to where they are; 0 where there are none along most of a side. A side seen at a slant is narrower than
+// what normals are estimated from: no face of its own, and no mixed pixels either, which lie behind edges
+// whose other side is hidden.
+double SeenDepth_m(const Matrix3& face, const PlaneModel& plane, const ModelPoints& points,
+                   Eigen::AlignedBox2d& bounds) {
+  const double cell_m = kCellSpacings * points.spacing_m;
+  const auto points_on = [&](int across, double at_m) {
+    Side side;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const Vector3 x = points.p[i] - plane.point;
+      const double depth_m = -plane.normal.dot(x), across_m = face.col(across).dot(x);
+      const double along_m = face.col(1 - across).dot(x);
+      if (depth_m <= points.gate_m[i] || along_m < bounds.min()(1 - across) ||
+          along_m > bounds.max()(1 - across) || std::abs(across_m - at_m) > points.gate_m[i]) {
+        continue;
+      }
+      side.across_m.push_back(across_m);
+      side.depths_m[std::lround(along_m / cell_m)].push_back(depth_m);
+    }
+    return side;
+  };
+  double depth_m = 0;
+  for (int k = 0; k < 4; ++k) {
+    const int across = k / 2;
+    double& bound_m = k % 2 == 0 ? bounds.min()(across) : bounds.max()(across);
+    Vector2 middle = bounds.center();
+    middle(across) = bound_m;
+    const Vector3 outward = (k % 2 == 0 ? -1 : 1) * face.col(across);
+    const Vector3 to_sensor = points.viewpoint - plane.point - face.leftCols<2>() * middle;
+    if (outward.dot(to_sensor) < kLeastSide_sin * to_sensor.norm()) continue;
+    Side side = points_on(across, bound_m);
+    if (side.across_m.empty()) continue;
+    side = points_on(across, Quantile(std::move(side.across_m), 0.5));  // edges are rounded
+    const double covered_m = static_cast<double>(side.depths_m.size()) * cell_m;
+    if (covered_m < kSideFill * bounds.sizes()(1 - across)) continue;
+    bound_m = Quantile(std::move(side.across_m), 0.5);
+    depth_m = std::max(depth_m, side.Depth_m());
+  }
+  return depth_m;
+}
+
+Solid BoxBehind(const Matrix3& face, const PlaneModel& plane, const Eigen::AlignedBox2d& bounds,
+                double thickness_m) {
+  const Vector3 size(bounds.sizes().x(), bounds.sizes().y(), thickness_m);
+  const Vector2 middle = bounds.center();
+  Solid solid;
+  solid.X_MS.linear() = CanonicalBoxAxes(face);
+  solid.X_MS.translation() = plane.point + middle.x() * face.col(0) + middle.y() * face.col(1) -
+                             0.5 * thickness_m * plane.normal;
+  // The sizes follow their axes.
+  solid.shape = Box{.size_m = (solid.X_MS.linear().transpose() * face).cwiseAbs() * size};
+  return solid;
+}
+
+// Of a convex outline in the face, what is not below the ground.
+Polygon AboveGround(const Polygon& hull, const Matrix3& face, const PlaneModel& plane,
+                    const Ground& ground) {
+  const auto height_m = [&](const Vector2& p) {
+    return ground.Height_m(plane.point + face.leftCols<2>() * p);
+  };
+  Polygon above;
+  for (std::size_t k = 0; k < hull.size(); ++k) {
+    const Vector2 &p = hull[k], &next = hull[(k + 1) % hull.size()];
+    const double at_m = height_m(p), next_m = height_m(next);
+    if (at_m >= 0) above.push_back(p);
+    if ((at_m < 0) != (next_m < 0)) above.emplace_back(p + at_m / (at_m - next_m) * (next - p));
+  }
+  return ConvexHull(std::move(above));
+}
+
+std::vector<double> PlaneSigmas(const ShapeFit& fit, const PlaneModel& plane,
+                                const Vector3& origin_L) {
+  if (fit.covariance.rows() != PlaneModel::kParameterCount) return {};
+  // n moves by the tilts, d = -n . p by them and by the shift along the normal.
+  const Matrix3 basis = BasisFromZ(plane.normal);
+  Eigen::Matrix<double, 4, 3> jacobian;
+  jacobian.topLeftCorner<3, 2>() = basis.leftCols<2>();
+  jacobian.topRightCorner<3, 1>().setZero();
+  const Vector3 point_L = origin_L + plane.point;
+  jacobian.row(3) << -basis.col(0).dot(point_L), -basis.col(1).dot(point_L), -1;
+  const Eigen::Vector4d variance = (jacobian * fit.covariance * jacobian.transpose()).diagonal();
+  std::vector<double> sigma;
+  for (double v : variance) sigma.push_back(std::sqrt(std::max(0.0, v)));
+  return sigma;
+}
+
+Solid PlateBehind(const Matrix3& face, const ShapeFit& fit, Polygon outline, double thickness_m,
+                  const FitContext& context) {
+  const auto& plane = std::get<PlaneModel>(fit.model);
+  Solid solid;
+  solid.X_MS.linear() = face;
+  solid.X_MS.translation() = plane.point;
+  solid.shape = Plate{.outline = std::move(outline), .holes = {}, .thickness_m = thickness_m};
+  solid.parameter_sigma = PlaneSigmas(fit, plane, context.points.origin_L);
+  return solid;
+}
+
+// Whether rays were seen to pass the solid behind the face, to what is beside and behind the object or
+// to the object's own points behind the face.
+bool IsRunThrough(const Solid& solid, const PlaneModel& plane, const FitContext& c) {
+  if (PassedShare(solid, c.free) > kMostPassed) return true;
+  if (!c.options.from_viewpoint) return false;
+  const Pose X_SM = solid.X_MS.inverse(Eigen::Isometry);
+  std::size_t behind = 0, on = 0;
+  for (std::uint32_t i = 0; i < c.points.size(); ++i) {
+    const Vector3& p = c.points.p[i];
+    const double off_m = plane.Distance_m(p), gate_m = c.points.gate_m[i];
+    on += std::abs(off_m) <= gate_m;
+    if (off_m >= -gate_m || std::abs(SignedDistance_m(solid, X_SM * p)) <= gate_m) continue;
+    behind += Enters(solid, c.points.viewpoint, p);
+  }
+  return static_cast<double>(behind) > kMostPassed * static_cast<double>(on);
+}
+
+// Open too where no rays tell.
+bool IsOpen(const Solid& solid, const PlaneModel& plane, const FitContext& c) {
+  return c.free.rays.empty() || IsRunThrough(solid, plane, c);
+}
+
+// How much of the rectangle's outline is the hull's too, up to a tolerance.
+double SharedOutline(const Polygon& hull, const Rectangle& rectangle, double tolerance_m) {
+  const Vector2 y(-rectangle.x.y(), rectangle.x.x());
+  const auto inside_m = [&](const Vector2& p) {  // each side, >= 0
+    const Vector2 at(rectangle.x.dot(p), y.dot(p));
+    Eigen::Vector4d inside;
+    inside << at - rectangle.bounds.min(), rectangle.bounds.max() - at;
+    return inside;
+  };
+  double shared_m = 0;
+  for (std::size_t k = 0; k < hull.size(); ++k) {
+    const Vector2 &p = hull[k], &next = hull[(k + 1) % hull.size()];
+    const Eigen::Vector4d farther_m = inside_m(p).cwiseMax(inside_m(next));
+    if (farther_m.minCoeff() <= tolerance_m) shared_m += (next - p).norm();
+  }
+  return shared_m / (2 * rectangle.bounds.sizes().sum());
+}
+
+// Of which the hull may be what something in front leaves: the one that shares most of its outline.
+std::optional<Rectangle> PartlyHiddenRectangle(const Polygon& hull, double tolerance_m) {
+  std::optional<Rectangle> best;
+  double most = kSeenOutline;
+  for (std::size_t k = 0; k < hull.size(); ++k) {
+    const Vector2 edge = hull[(k + 1) % hull.size()] - hull[k];
+    if (!(edge.norm() > 0)) continue;
+    const Rectangle r = BoundsAlong(hull, edge.normalized());
+    const double shared = SharedOutline(hull, r, tolerance_m);
+    if (shared > most) best = r, most = shared;
+  }
+  if (best && SignedArea_m2(hull) < kSeenArea * best->area_m2()) return std::nullopt;
+  return best;
+}
+
+// Nothing where it would have no size.
+std::optional<Solid> BoxOver(const Rectangle& rectangle, const Matrix3& face, const ShapeFit& fit,
+                             double thickness_m, const FitContext& context, const Ground& ground) {
+  const auto& plane = std::get<PlaneModel>(fit.model);
+  Matrix3 along = face;
+  along.col(0) = rectangle.x.x() * face.col(0) + rectangle.x.y() * face.col(1);
+  along.col(1) = plane.normal.cross(along.col(0));
+  Eigen::AlignedBox2d bounds;
+  for (int k = 0; k < 2; ++k) {
+    const Interval extent = ExtentAlong(along.col(k), context.points, fit.covered);
+    const double at_m = along.col(k).dot(plane.point);
+    bounds.min()(k) = extent.low_m - at_m;
+    bounds.max()(k) = extent.high_m - at_m;
+  }
+  StandOnGround(along, plane, ground, bounds);
+  if (!(bounds.sizes().minCoeff() > 0)) return std::nullopt;
+  Solid thin = BoxBehind(along, plane, bounds, thickness_m);
+  double depth_m = SeenDepth_m(along, plane, context.points, bounds);
+  if (depth_m <= thickness_m) return thin;
+  if (ground.known && plane.normal.dot(ground.up) > std::cos(kSameDirection_rad)) {
+    const double height_m = ground.Height_m(plane.point);
+    if (std::abs(height_m - depth_m) < kStandingGap_m) depth_m = height_m;
+  }
+  Solid deep = BoxBehind(along, plane, bounds, depth_m);
+  deep.inliers = fit.inliers;
+  // Points on its far side from within are of an open box.
+  return IsRunThrough(deep, plane, context) || IsCrossed(deep, context) ? thin : deep;
+}
+
+}  // namespace
+
+bool IsLoneFace(const Shape& shape) {
+  constexpr double kRounded = 1 + 1e-9;  // sizes are turned to the box's axes
+  const auto* box = std::get_if<Box>(&shape);
+  return box != nullptr && box->size_m.minCoeff() <= kRounded * kLoneThickness_m;
+}
+
+Rectangle SmallestRectangle(const Polygon& hull) {
+  Rectangle best;
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t k = 0; k < hull.size(); ++k) {
+    const Vector2 edge = hull[(k + 1) % hull.size()] - hull[k];
+    if (!(edge.norm() > 0)) continue;
+    const Rectangle r = BoundsAlong(hull, edge.normalized());
+    if (r.area_m2() < least) best = r, least = r.area_m2();
+  }
+  return best;
+}
+
+std::optional<Solid> MakePlaneSolid(const ShapeFit& fit, const FitContext& context,
+                                    const Ground& ground) {
+  const auto& plane = std::get<PlaneModel>(fit.model);
+  Matrix3 face = BasisFromZ(plane.normal);
+  std::vector<Vector2> flat;
+  for (std::uint32_t i : fit.covered) {
+    const Vector3 x = context.points.p[i] - plane.point;
+    flat.emplace_back(face.col(0).dot(x), face.col(1).dot(x));
+  }
+  const Polygon hull = ConvexHull(flat);
+  if (hull.size() < 3) return std::nullopt;
+  const double hull_area = SignedArea_m2(hull);
+  const double thickness_m = Thickness_m(plane, ground);
+  const bool is_filled =
+      FilledArea_m2(flat, kCellSpacings * context.points.spacing_m) >= kOutlineFill * hull_area;
+  Solid solid = PlateBehind(face, fit, hull, thickness_m, context);
+  if (!is_filled && IsOpen(solid, plane, context)) return std::nullopt;
+  const Rectangle smallest = SmallestRectangle(hull);
+  if (hull_area >= kRectangleFill * smallest.area_m2()) {
+    std::optional<Solid> box = BoxOver(smallest, face, fit, thickness_m, context, ground);
+    if (!box) return std::nullopt;
+    solid = *std::move(box);
+  } else if (const auto hidden = PartlyHiddenRectangle(hull, context.points.spacing_m)) {
+    std::optional<Solid> box = BoxOver(*hidden, face, fit, thickness_m, context, ground);
+    if (box && !IsOpen(*box, plane, context)) {
+      solid = *std::move(box);
+      solid.role = PartRole::kCompleted;
+    }
+  }
+  // Its body may be: the ground is solid.
+  const double behind_m = thickness_m * std::max(0.0, plane.normal.dot(ground.up));
+  if (ground.known && LowestHeight_m(solid, ground) < -kMostSunk_m - behind_m) {
+    Polygon above = AboveGround(hull, face, plane, ground);
+    if (above.size() < 3 || SignedArea_m2(above) < kOutlineFill * hull_area) return std::nullopt;
+    solid = PlateBehind(face, fit, std::move(above), thickness_m, context);
+  }
+  solid.inliers = fit.inliers;
+  return solid;
+}
+
+}  // namespace cwm::perception

@@ -1,0 +1,158 @@
+#include "perception/solids/solid_assembly.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <optional>
+#include <utility>
+
+#include "perception/solids/box_solid.h"
+#include "perception/solids/free_space.h"
+#include "perception/solids/plane_solid.h"
+#include "perception/solids/round_solid.h"
+
+namespace cwm::perception {
+namespace {
+
+// Rays that cross a solid: more than mixed pixels and a few outliers explain.
+constexpr double kCrossedShare = 0.05;
+// A lone face explains at least this share of an object; smaller ones are bumps of a surface that
+// is better meshed as a whole.
+constexpr double kLeastLoneShare = 0.08;
+}  // namespace
+
+bool IsCrossed(const Solid& solid, const FitContext& context) {
+  context.work.Poll();
+  if (!context.options.from_viewpoint) return false;
+  const Contradiction found = FindContradiction(solid, context.points);
+  // In proportion to the solid's own points: a small one in a large object counts too.
+  const double own = static_cast<double>(solid.inliers.size()) /
+                     static_cast<double>(context.points.size()) * static_cast<double>(found.looked);
+  if (static_cast<double>(found.rays) > kCrossedShare * own + 3) return true;
+  const double measured = static_cast<double>(solid.inliers.size()) * context.points.weight;
+  return IsPassedThrough(solid, measured, context.free);
+}
+
+namespace {
+
+// Of a face's points, that lie on the sides of others' solids: more than their edges hold.
+constexpr double kShared = 0.1;
+constexpr double kSameBox = 0.5;        // more of them: the other is of the same box
+constexpr std::size_t kMostPieces = 4;  // of what is left of a face
+
+struct SingleFace {
+  ShapeFit fit;
+  Solid solid;
+
+  bool is_thin() const {
+    return std::holds_alternative<Plate>(solid.shape) || IsLoneFace(solid.shape);
+  }
+};
+
+void AppendSingle(const ShapeFit& fit, const FitContext& c, const Ground& ground,
+                  std::vector<SingleFace>& faces) {
+  std::optional<Solid> solid = MakePlaneSolid(fit, c, ground);
+  if (solid && !IsCrossed(*solid, c)) faces.push_back({fit, *std::move(solid)});
+}
+
+// Points of a face that lie on no other one whose depth is known.
+std::vector<std::uint32_t> OwnOf(const SingleFace& face, const std::vector<SingleFace>& faces,
+                                 const ModelPoints& points) {
+  std::vector<std::uint32_t> own;
+  for (std::uint32_t i : face.fit.inliers) {
+    const bool is_shared = std::ranges::any_of(faces, [&](const SingleFace& other) {
+      if (other.is_thin()) return false;
+      const Vector3 p_S = other.solid.X_MS.inverse(Eigen::Isometry) * points.p[i];
+      return std::abs(SignedDistance_m(other.solid, p_S)) <= ExplainedWithin_m(points.sigma_m[i]);
+    });
+    if (!is_shared) own.push_back(i);
+  }
+  return own;
+}
+
+// Things in a row have fronts that are one face, tops that are not. Where those told the depth of a thing,
+// what lies on its side is no face any more, and the rest of the common one is that of the others.
+std::vector<SingleFace> LeaveSidesToOthers(std::vector<SingleFace> faces, const FitContext& c,
+                                           const Ground& ground) {
+  std::vector<SingleFace> out;
+  // Two faces of one box have each told the other's depth.
+  for (const SingleFace& face : faces) {
+    const double own = static_cast<double>(OwnOf(face, out, c.points).size());
+    const double all = static_cast<double>(face.fit.inliers.size());
+    if (!face.is_thin() && own >= (1 - kSameBox) * all) out.push_back(face);
+  }
+  for (const SingleFace& face : faces) {
+    if (!face.is_thin()) continue;
+    std::vector<std::uint32_t> own = OwnOf(face, out, c.points);
+    const auto all = static_cast<double>(face.fit.inliers.size());
+    if (static_cast<double>(own.size()) >= (1 - kShared) * all) {
+      out.push_back(face);
+      continue;
+    }
+    ShapeFit rest = face.fit;
+    for (std::size_t k = 0; k < kMostPieces; ++k) {
+      rest.inliers = rest.covered = c.connectivity.LargestComponent(own);
+      const double measured = static_cast<double>(rest.inliers.size()) * c.points.weight;
+      if (measured < c.options.min_inliers) break;
+      AppendSingle(rest, c, ground, out);
+      std::vector<std::uint32_t> others;
+      std::ranges::set_difference(own, rest.inliers, std::back_inserter(others));
+      own = std::move(others);
+    }
+  }
+  return out;
+}
+
+}  // namespace
+
+Assembly AssembleSolids(const Extraction& extraction, const FitContext& context,
+                        const Ground& ground) {
+  const std::vector<ShapeFit>& fits = extraction.fits;
+  Assembly out{{}, extraction.notes};
+  std::vector<char> used(fits.size(), 0);
+  for (std::size_t k = 0; k < fits.size(); ++k) {
+    if (IsPlane(fits[k].model)) continue;
+    context.work.Poll();
+    std::vector<char> with_caps = used;
+    std::optional<Solid> solid = MakeRoundSolid(fits[k], fits, context, ground, with_caps);
+    if (!solid) continue;
+    if (IsCrossed(*solid, context)) {
+      out.notes.emplace_back(kSeenFromBothSides);
+      continue;
+    }
+    used = with_caps;
+    used[k] = 1;
+    out.solids.push_back(*std::move(solid));
+  }
+  std::vector<SingleFace> singles;
+  while (const std::optional<BoxFaces> faces = FindBoxFaces(fits, used, context)) {
+    for (std::size_t k : *faces) used[k] = 1;
+    Solid box = MakeBox(*faces, fits, context, ground);
+    if (!IsCrossed(box, context)) {
+      out.solids.push_back(std::move(box));
+      continue;
+    }
+    out.notes.push_back("faces of a box that rays run through: kept as single faces");
+    for (std::size_t k : *faces) {
+      if (std::optional<Solid> solid = MakePlaneSolid(fits[k], context, ground)) {
+        singles.push_back({fits[k], *std::move(solid)});
+      }
+    }
+  }
+  for (std::size_t k = 0; k < fits.size(); ++k) {
+    if (used[k] || !IsPlane(fits[k].model)) continue;
+    const bool is_small = static_cast<double>(fits[k].inliers.size()) <
+                          kLeastLoneShare * static_cast<double>(context.points.size());
+    AppendSingle(fits[k], context, ground, singles);
+    if (is_small && !singles.empty() && singles.back().fit.inliers == fits[k].inliers &&
+        singles.back().is_thin()) {
+      singles.pop_back();
+    }
+  }
+  for (SingleFace& face : LeaveSidesToOthers(std::move(singles), context, ground)) {
+    out.solids.push_back(std::move(face.solid));
+  }
+  return out;
+}
+
+}  // namespace cwm::perception

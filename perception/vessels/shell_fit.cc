@@ -1,0 +1,424 @@
+#include "perception/vessels/shell_fit.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <utility>
+
+#include "collision/geometry/aabb.h"
+#include "perception/cloud/quantile.h"
+#include "perception/solids/free_space.h"
+#include "perception/vessels/shell_profile.h"
+
+namespace cwm::perception {
+namespace {
+
+constexpr double kLeastSteepness = 0.35;  // as of RevolvedWall: of a normal that has a direction
+constexpr double kMostMiss_sin = 0.3;     // of a normal from the axis, likewise
+constexpr double kFloorUp = 0.5;          // of a floor's normal: what is steeper is wall
+constexpr int kSectors = 24;              // of 15 degrees
+constexpr double kLeastInRing = 6;        // measured points: half an independent sample
+// Of a wall that is seen from one side: two standard deviations below the thickest, kWallThickness_m.
+constexpr double kTypicalThickness_m = 0.004, kThicknessSpread_m = 0.001;
+constexpr int kLeastRingSectors = 4;  // a handle that points at the sensor fills two
+// Of the inside: five independent samples, through a quarter of a turn.
+constexpr double kLeastInside = 60;
+constexpr int kLeastInsideSectors = 6;
+// From the rim to the deepest place of it that is seen: what is less may be a lid's.
+constexpr double kLeastDepth_m = 0.012, kLeastDepth_sigma = 6;
+constexpr double kMostThickness_m = 0.02, kLeastThickness_m = 0.0015;
+constexpr double kReach_m = 0.025;  // across the wall at the height of a point, where it is slanted
+constexpr int kRimRings = 3;        // that the rim's radius is drawn from
+// Of the sensor's slow warp, in a radius: near and far sides err together, over 78 mm, and by half.
+constexpr double kRoundWarp = 0.5;
+constexpr int kLeastBoth = 2;              // rings that show both sides, for a thickness
+constexpr double kMostRise_m = 0.006;      // of the floor inwards: what rises more is held by it
+constexpr double kLeastOn = 0.6;           // of the points near it
+constexpr double kClearlyMore = 1.05;      // points than what it replaces
+constexpr std::size_t kRays = 300;         // a share of 5 % is known to 1.3 %
+constexpr double kMostCrossing = 0.05;     // of the rays: mixed pixels, and the noise of the rim
+constexpr double kMeshDeviation_m = 3e-4;  // a fifth of a Kinect's noise at 0.8 m
+
+// A point in the vessel's frame: z is its axis.
+struct Place {
+  double radial_m = 0, z_m = 0;
+  double away = 0, up = 0;  // of the normal
+  bool passes_axis = false;
+  std::size_t sector = 0;
+  double gate_m = 0;
+};
+
+Pose FrameOf(const RevolvedWall& wall, const Vector3& origin_L) {
+  Pose X_MV = Pose::Identity();
+  X_MV.linear() = BasisFromZ(wall.Axis());
+  X_MV.translation() = wall.Middle() - origin_L;
+  return X_MV;
+}
+
+std::vector<Place> PlacesIn(const Pose& X_MV, const ModelPoints& points) {
+  const Pose X_VM = X_MV.inverse(Eigen::Isometry);
+  std::vector<Place> places;
+  places.reserve(points.size());
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Vector3 p = X_VM * points.p[i], n = X_VM.linear() * points.n[i];
+    const Vector2 level = p.head<2>(), normal = n.head<2>();
+    Place& place = places.emplace_back();
+    place.radial_m = level.norm();
+    place.z_m = p.z();
+    const Vector2 away = level / std::max(1e-6, place.radial_m);
+    place.away = away.dot(normal);
+    place.up = n.z();
+    const double beside = away.x() * normal.y() - away.y() * normal.x();
+    place.passes_axis = std::abs(beside) <= kMostMiss_sin * normal.norm();
+    const double turn = std::atan2(level.y(), level.x()) / (2 * std::numbers::pi) + 0.5;
+    place.sector = std::min<std::size_t>(static_cast<std::size_t>(turn * kSectors), kSectors - 1);
+    place.gate_m = points.gate_m[i];
+  }
+  return places;
+}
+
+// Values around the axis: the median of those of the sectors, so that what hides or disturbs one of
+// them does not count.
+class Around {
+ public:
+  void Add(std::size_t sector, double value) {
+    by_sector_[sector].push_back(value);
+    ++count_;
+  }
+  std::size_t count() const { return count_; }
+  auto sectors() const {
+    return std::count_if(by_sector_.begin(), by_sector_.end(),
+                         [](const std::vector<double>& values) { return !values.empty(); });
+  }
+  double Middle() const {
+    std::vector<double> medians;
+    for (const std::vector<double>& values : by_sector_) {
+      if (!values.empty()) medians.push_back(Median(values));
+    }
+    return Median(std::move(medians));
+  }
+
+ private:
+  std::array<std::vector<double>, kSectors> by_sector_;
+  std::size_t count_ = 0;
+};
+
+class ShellFitter {
+ public:
+  ShellFitter(const RevolvedWall& wall, const FitContext& context)
+      : wall_(wall),
+        c_(context),
+        X_MV_(FrameOf(wall, context.points.origin_L)),
+        places_(PlacesIn(X_MV_, context.points)),
+        low_m_(wall.low_z_m - wall.middle_z_m),
+        steps_(static_cast<std::size_t>((wall.high_z_m - wall.low_z_m) / wall.step_m) + 1) {}
+
+  std::optional<Solid> Fit() {
+    outside_ = RingsOf(Side::kOutside);
+    inside_ = RingsOf(Side::kInside);
+    if (!InsideIsSeen()) return std::nullopt;
+    const double rim_m = RimHeight_m();
+    MeasureThickness();
+    const std::vector<WallRing> rings = JoinedRings();
+    if (rings.empty()) return std::nullopt;
+    const std::vector<Vector2> floor = Floor();
+    const double lowest_m = floor.empty() ? LowestInside().z_m : floor.back().y();
+    if (rim_m - lowest_m < std::max(kLeastDepth_m, kLeastDepth_sigma * Sigma_m())) {
+      return std::nullopt;
+    }
+    ShellOutline outline{.rings = rings,
+                         .floor = floor,
+                         .step_m = wall_.step_m,
+                         .rim_z_m = rim_m,
+                         .thickness_m = thickness_m_,
+                         .ground_z_m = Ground_m(rings.front().radius_m)};
+    // What hides the foot hides little else: the vessel stands, unless rays passed where it would.
+    const std::optional<Solid> standing = Built(MakeShell(outline));
+    if (standing && !IsPassedThrough(*standing)) return standing;
+    outline.foot = ShellFoot::kOfWhatIsSeen;
+    const std::optional<Solid> floating = Built(MakeShell(outline));
+    if (floating && !IsPassedThrough(*floating)) return floating;
+    return std::nullopt;
+  }
+
+ private:
+  enum class Side { kOutside, kInside };
+
+  double MiddleOf(std::size_t step) const {
+    return low_m_ + (static_cast<double>(step) + 0.5) * wall_.step_m;
+  }
+
+  // How far inside the wall's outline; negative outside.
+  double Within_m(const Place& place) const {
+    return wall_.OuterRadius_m(place.z_m + wall_.middle_z_m) - place.radial_m;
+  }
+
+  bool IsOf(Side side, const Place& place) const {
+    const double within_m = Within_m(place);
+    if (!place.passes_axis || within_m < -place.gate_m) return false;
+    if (side == Side::kOutside) return place.away > kLeastSteepness && within_m <= place.gate_m;
+    return place.away < -kLeastSteepness && within_m <= kReach_m + place.gate_m;
+  }
+
+  bool Suffices(std::size_t count) const {
+    return static_cast<double>(count) * std::max(1.0, c_.points.weight) >= kLeastInRing;
+  }
+
+  std::vector<std::optional<WallRing>> RingsOf(Side side) const {
+    std::vector<Around> around(steps_);
+    for (const Place& place : places_) {
+      if (place.z_m < low_m_ || !IsOf(side, place)) continue;
+      const auto step = static_cast<std::size_t>((place.z_m - low_m_) / wall_.step_m);
+      if (step < steps_) around[step].Add(place.sector, place.radial_m);
+    }
+    std::vector<std::optional<WallRing>> rings(steps_);
+    for (std::size_t k = 0; k < steps_; ++k) {
+      if (!Suffices(around[k].count()) || around[k].sectors() < kLeastRingSectors) continue;
+      rings[k] = WallRing{.z_m = MiddleOf(k),
+                          .radius_m = around[k].Middle(),
+                          .weight = static_cast<double>(around[k].count())};
+    }
+    return rings;
+  }
+
+  bool InsideIsSeen() const {
+    std::array<std::size_t, kSectors> in_sector{};
+    std::size_t count = 0;
+    for (const Place& place : places_) {
+      if (!IsOf(Side::kInside, place)) continue;
+      ++in_sector[place.sector];
+      ++count;
+    }
+    const auto sectors =
+        std::count_if(in_sector.begin(), in_sector.end(), [](std::size_t n) { return n > 0; });
+    return static_cast<double>(count) * c_.points.weight >= kLeastInside &&
+           sectors >= kLeastInsideSectors;
+  }
+
+  double Sigma_m() const { return Median(c_.points.sigma_m); }
+
+  WallRing LowestInside() const {
+    const auto lowest = std::find_if(inside_.begin(), inside_.end(),
+                                     [](const std::optional<WallRing>& ring) { return ring; });
+    if (lowest != inside_.end()) return **lowest;
+    return {.z_m = std::numeric_limits<double>::infinity()};
+  }
+
+  // Where the side that shows more of it ends.
+  double RimHeight_m() const {
+    std::array<std::vector<std::uint32_t>, 2> on;
+    for (std::uint32_t i = 0; i < places_.size(); ++i) {
+      const Place& place = places_[i];
+      const double within_m = Within_m(place);
+      if (within_m < -place.gate_m || within_m > kReach_m) continue;
+      on[place.away > 0 ? 0 : 1].push_back(i);
+    }
+    const std::vector<std::uint32_t>& most = on[0].size() > on[1].size() ? on[0] : on[1];
+    const Vector3 axis = X_MV_.linear().col(2);
+    // Flat rims are seen as well, and fill the ragged end up to their noise.
+    return ExtentAlong(axis, c_.points, most).high_m - axis.dot(X_MV_.translation()) - Sigma_m();
+  }
+
+  void MeasureThickness() {
+    std::vector<double> across_m;
+    for (std::size_t k = 0; k < steps_; ++k) {
+      if (!outside_[k] || !inside_[k]) continue;
+      const double slope = SlopeAt(outside_, k);
+      across_m.push_back((outside_[k]->radius_m - inside_[k]->radius_m) /
+                         std::sqrt(1 + slope * slope));
+    }
+    // The sides are seen apart, at the near rim and at the far one: the slow warp is between them.
+    const double sigma_m = std::hypot(Sigma_m(), c_.noise.WarpSigma_m());
+    const double prior = 1 / (kThicknessSpread_m * kThicknessSpread_m);
+    thickness_is_measured_ = across_m.size() >= kLeastBoth;
+    const double measured = thickness_is_measured_ ? 1 / (sigma_m * sigma_m) : 0;
+    thickness_sigma_m_ = 1 / std::sqrt(prior + measured);
+    thickness_m_ = (prior * kTypicalThickness_m + measured * Median(across_m)) / (prior + measured);
+    thickness_m_ = std::clamp(thickness_m_, kLeastThickness_m, kMostThickness_m);
+  }
+
+  double SlopeAt(const std::vector<std::optional<WallRing>>& rings, std::size_t k) const {
+    const std::size_t below = k > 0 && rings[k - 1] ? k - 1 : k;
+    const std::size_t above = k + 1 < steps_ && rings[k + 1] ? k + 1 : k;
+    if (above == below) return 0;
+    return (rings[above]->radius_m - rings[below]->radius_m) /
+           (wall_.step_m * static_cast<double>(above - below));
+  }
+
+  // Of the outside's radius near the rim, which the inside tells but for the thickness.
+  double RimSigma_m() const {
+    double outside = 0, inside = 0;
+    int rings = 0;
+    for (std::size_t k = steps_; k-- > 0 && rings < kRimRings;) {
+      outside += outside_[k] ? outside_[k]->weight : 0;
+      inside += inside_[k] ? inside_[k]->weight : 0;
+      rings += outside_[k] || inside_[k];
+    }
+    const double noise_m = Sigma_m() / std::sqrt(c_.IndependentSamples(1) * (outside + inside));
+    const double of_thickness_m = inside / (outside + inside) * thickness_sigma_m_;
+    return std::hypot(noise_m, kRoundWarp * c_.noise.WarpSigma_m(), of_thickness_m);
+  }
+
+  // Of the outside, from both sides.
+  std::vector<WallRing> JoinedRings() const {
+    std::vector<WallRing> rings;
+    for (std::size_t k = 0; k < steps_; ++k) {
+      WallRing ring{.z_m = MiddleOf(k)};
+      double sum_m = 0;
+      if (outside_[k]) {
+        ring.shows_outside = true;
+        ring.weight += outside_[k]->weight;
+        sum_m += outside_[k]->weight * outside_[k]->radius_m;
+      }
+      if (inside_[k]) {
+        const double slope = SlopeAt(inside_, k);
+        ring.shows_inside = true;
+        ring.weight += inside_[k]->weight;
+        sum_m += inside_[k]->weight *
+                 (inside_[k]->radius_m + thickness_m_ * std::sqrt(1 + slope * slope));
+      }
+      if (!(ring.weight > 0)) continue;
+      ring.radius_m = sum_m / ring.weight;
+      rings.push_back(ring);
+    }
+    return Smoothed(rings, wall_.step_m);
+  }
+
+  // From the wall inwards: where it is seen, as long as it does not rise.
+  std::vector<Vector2> Floor() const {
+    const WallRing lowest = LowestInside();
+    const double most_m = lowest.radius_m;
+    const auto count = static_cast<std::size_t>(std::max(0.0, most_m) / wall_.step_m) + 1;
+    std::vector<Around> around(count);
+    // Rays came down on the inside wherever it is seen: what is above its lowest ring is no floor.
+    const double highest_m = lowest.z_m + wall_.step_m;
+    for (const Place& place : places_) {
+      if (place.z_m > highest_m || place.up < kFloorUp || place.radial_m >= most_m ||
+          Within_m(place) < thickness_m_)
+        continue;
+      around[static_cast<std::size_t>(place.radial_m / wall_.step_m)].Add(place.sector, place.z_m);
+    }
+    std::vector<Vector2> floor;
+    for (std::size_t k = count; k-- > 0;) {
+      if (!Suffices(around[k].count())) continue;
+      const double z_m = around[k].Middle();
+      if (!floor.empty() && z_m > floor.back().y() + kMostRise_m) break;
+      floor.emplace_back((static_cast<double>(k) + 0.5) * wall_.step_m, z_m);
+    }
+    return floor;
+  }
+
+  // Where the foot would touch, tilted as it is; nothing of what does not stand on it.
+  std::optional<double> Ground_m(double foot_radius_m) const {
+    if (!c_.ground.known) return std::nullopt;
+    const Vector3 axis = X_MV_.linear().col(2);
+    const double rise = axis.dot(c_.ground.up);
+    if (rise < std::cos(kSameDirection_rad)) return std::nullopt;
+    const double tilt_sine = axis.cross(c_.ground.up).norm();
+    return -c_.ground.Height_m(X_MV_.translation()) / rise + foot_radius_m * tilt_sine;
+  }
+
+  // Of the rays to its own points and past them, more than mixed pixels account for. No wall is as
+  // thick as what solids may hold of rays: whatever enters it is across.
+  bool IsPassedThrough(const Solid& shell) const {
+    if (PassedShare(shell, c_.free) > kMostCrossing) return true;
+    if (!c_.options.from_viewpoint) return false;
+    const double reach_m = TightBounds(shell.shape, Pose::Identity()).diagonal().norm();
+    const std::size_t stride = std::max<std::size_t>(1, c_.points.size() / kRays);
+    double own = 0, crossing = 0;
+    for (std::size_t i = 0; i < c_.points.size(); i += stride) {
+      const Vector3 to_sensor = (c_.points.viewpoint - c_.points.p[i]).normalized();
+      const double clear_m = std::max(kMostDepth_m, c_.points.gate_m[i]) + thickness_m_;
+      ++own;
+      crossing +=
+          Enters(shell, c_.points.p[i] + clear_m * to_sensor, c_.points.p[i] + reach_m * to_sensor);
+    }
+    return crossing > kMostCrossing * own;
+  }
+
+  std::optional<Solid> Built(std::optional<ShellProfile> profile) const {
+    if (!profile) return std::nullopt;
+    Solid shell;
+    shell.role = profile->measured_share < 0.5 ? PartRole::kCompleted : PartRole::kFitted;
+    shell.X_MS = X_MV_ * Eigen::Translation3d(0, 0, profile->middle_z_m);
+    shell.shape = MakeMesh(Tessellate(profile->shell, kMeshDeviation_m));
+    const Pose X_SM = shell.X_MS.inverse(Eigen::Isometry);
+    std::size_t near = 0;
+    for (std::uint32_t i = 0; i < places_.size(); ++i) {
+      if (Within_m(places_[i]) < -places_[i].gate_m) continue;  // a handle's, or another thing's
+      ++near;
+      const double distance_m = SignedDistance_m(profile->shell, X_SM * c_.points.p[i]);
+      if (std::abs(distance_m) <= c_.points.gate_m[i]) shell.inliers.push_back(i);
+    }
+    profile->shell.rim_radius_sigma_m = RimSigma_m();
+    if (thickness_is_measured_) profile->shell.wall_thickness_sigma_m = thickness_sigma_m_;
+    shell.vessel = std::make_shared<const VesselShell>(std::move(profile->shell));
+    if (static_cast<double>(shell.inliers.size()) < kLeastOn * static_cast<double>(near) ||
+        shell.inliers.empty()) {
+      return std::nullopt;
+    }
+    return shell;
+  }
+
+  const RevolvedWall& wall_;
+  const FitContext& c_;
+  Pose X_MV_;
+  std::vector<Place> places_;                              // of the context's points
+  double low_m_;                                           // of the wall, in the vessel's frame
+  std::size_t steps_;                                      // of its profile
+  std::vector<std::optional<WallRing>> outside_, inside_;  // per step, where it is seen
+  double thickness_m_ = 0;
+  double thickness_sigma_m_ = 0;
+  bool thickness_is_measured_ = false;
+};
+
+std::size_t CountOn(const Solid& solid, const std::vector<std::uint32_t>& members,
+                    const ModelPoints& points) {
+  const Pose X_SM = solid.X_MS.inverse(Eigen::Isometry);
+  std::size_t count = 0;
+  for (std::uint32_t i : members) {
+    count += std::abs(SignedDistance_m(solid, X_SM * points.p[i])) <= points.gate_m[i];
+  }
+  return count;
+}
+
+}  // namespace
+
+std::optional<Solid> FitShell(const RevolvedWall& wall, const FitContext& context) {
+  return ShellFitter(wall, context).Fit();
+}
+
+void PreferShells(const std::vector<RevolvedWall>& walls, const FitContext& context,
+                  Assembly& assembly) {
+  for (auto wall = walls.begin(); wall != walls.end(); ++wall) {
+    context.work.Poll();
+    // About the axis of another one is what that left over.
+    const bool is_rest = std::any_of(walls.begin(), wall, [&](const RevolvedWall& before) {
+      return before.StandsOut_m(wall->Middle()) < 0;
+    });
+    if (is_rest) continue;
+    std::optional<Solid> shell = FitShell(*wall, context);
+    if (!shell) continue;
+    std::vector<Solid> kept;
+    std::size_t replaced = 0;
+    for (const Solid& solid : assembly.solids) {
+      const std::size_t on = CountOn(*shell, solid.inliers, context.points);
+      if (2 * on > solid.inliers.size()) {
+        replaced += solid.inliers.size();
+      } else {
+        kept.push_back(solid);
+      }
+    }
+    if (static_cast<double>(shell->inliers.size()) < kClearlyMore * static_cast<double>(replaced)) {
+      continue;
+    }
+    kept.push_back(*std::move(shell));
+    assembly.solids = std::move(kept);
+    const auto note = std::ranges::find(assembly.notes, kSeenFromBothSides);
+    if (note != assembly.notes.end()) assembly.notes.erase(note);  // that of this wall
+  }
+}
+
+}  // namespace cwm::perception

@@ -1,0 +1,34 @@
+#include "perception/whole/left_over.h"
+
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+namespace cwm::perception {
+
+std::vector<char> OnAny(const std::vector<Solid>& solids, const ModelPoints& points) {
+  std::vector<char> on(points.size(), 0);
+  for (const Solid& solid : solids) {
+    const Pose X_SM = solid.X_MS.inverse(Eigen::Isometry);
+    for (std::uint32_t i = 0; i < points.size(); ++i) {
+      if (on[i]) continue;
+      on[i] = std::abs(SignedDistance_m(solid, X_SM * points.p[i])) <= points.gate_m[i];
+    }
+  }
+  return on;
+}
+
+bool LeaveNoPiece(const std::vector<Solid>& solids, const FitContext& context) {
+  constexpr double kLeastExplained = 0.9;  // as of any one solid
+  const std::vector<char> on = OnAny(solids, context.points);
+  std::vector<std::uint32_t> rest;
+  for (std::uint32_t i = 0; i < on.size(); ++i) {
+    if (!on[i]) rest.push_back(i);
+  }
+  const auto all = static_cast<double>(on.size());
+  if (static_cast<double>(rest.size()) > (1 - kLeastExplained) * all) return false;
+  const std::size_t piece = context.connectivity.LargestComponent(rest).size();
+  return static_cast<double>(piece) < kLeastPiece * all;
+}
+
+}  // namespace cwm::perception

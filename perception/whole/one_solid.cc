@@ -1,0 +1,425 @@
+#include "perception/whole/one_solid.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <utility>
+
+#include "collision/geometry/aabb.h"
+#include "collision/geometry/signed_distance.h"
+#include "perception/cloud/parallel_for.h"
+#include "perception/fit/model_selection.h"
+#include "perception/solids/free_space.h"
+#include "perception/solids/observed.h"
+#include "perception/solids/round_solid.h"
+#include "perception/whole/whole_fit.h"
+
+namespace cwm::perception {
+namespace {
+
+constexpr double kLeastExplained = 0.9;  // of the points; what is left of them is meshed
+// Of the value of a solid, that another one of its kind has that is preferred: faces that were taken
+// for the whole, and cans and cups whose lid and the rays beside them say more of their width than
+// their wall does. What differs by less is known better from its faces, and a ball is all wall. Chosen:
+// with 1, cans of the simulator are known still better, and tins on real scans worse.
+constexpr double kMuchBetter = 0.8, kBetterCylinder = 0.9, kBetterCone = 1;
+constexpr double kPositive = 3;  // evidence, as kDecisive is (Kass and Raftery 1995)
+// Twice the logarithm of how many things stand for each that lies on its side; chosen.
+constexpr double kLyingPrior = 4;
+constexpr double kTurned_rad = 0.1;  // farther from upright or level, an assembled solid leans
+// Of the rays beside and behind: mixed pixels, and silhouettes that are 2 mm off. Thin boxes hold
+// none of them deep, but are as wide as their outermost points.
+constexpr double kMostPassed = 0.2;
+// Of the whole surface: half of it faces away, and what hides seven tenths of the rest leaves 0.15;
+// two thirds of that, for the foot in the support's band and for rims at grazing incidence.
+constexpr double kLeastSeen = 0.1;
+// Of an upright cylinder that is seen from above little but its top is, which tells all but its
+// height; the ground tells that.
+constexpr double kLeastSeenUpright = 0.07;
+// Of the curvature that noise gives flat patches: a strip of a rod needs less than a patch that is
+// found by itself, as the criterion has compared the whole rod with boxes.
+constexpr double kLeastCurved_sigma = 2;
+// Of a solid's volume, sampled at so many places a side, that may lie deep in another: solids of
+// things that touch share less.
+constexpr double kMostShared = 0.25;
+constexpr int kPlacesPerSide = 6;
+
+// Boxes are held to the same as what is round: else a rod that leans or lies would be a box wherever
+// both fit it.
+double PriorOf(const WholeFit& fit) {
+  switch (fit.kind) {
+    case WholeKind::kLeaningCylinder:
+    case WholeKind::kTiltedBox:
+      return kUprightPrior;
+    case WholeKind::kUprightBox: {
+      const Vector3& size_m = std::get<Box>(fit.solid.shape).size_m;
+      return size_m.head<2>().maxCoeff() > size_m.z() ? kLyingPrior : 0;
+    }
+    default:
+      return Lies(fit.kind) ? kLyingPrior : 0;
+  }
+}
+
+// Of one that was assembled.
+double PriorOf(const Solid& solid, const Vector3& up) {
+  const Vector3 rise = solid.X_MS.linear().transpose() * up;  // of its axes, as sines
+  if (const auto* box = std::get_if<Box>(&solid.shape)) {
+    Eigen::Index upright = 0;
+    if (rise.cwiseAbs().maxCoeff(&upright) < std::cos(kTurned_rad)) return kUprightPrior;
+    return box->size_m.maxCoeff() > box->size_m(upright) ? kLyingPrior : 0;
+  }
+  double slope = 0;
+  if (const auto* cone = std::get_if<Cone>(&solid.shape)) {
+    slope = (cone->radius_top_m - cone->radius_bottom_m) / cone->length_m;
+  } else if (!std::holds_alternative<Cylinder>(solid.shape)) {
+    return 0;
+  }
+  if (std::abs(rise.z()) > std::cos(kTurned_rad)) return 0;
+  const double leans_rad = std::abs(std::asin(std::clamp(rise.z(), -1.0, 1.0)) - std::atan(slope));
+  return leans_rad > kTurned_rad ? kUprightPrior : kLyingPrior;
+}
+
+// The few that most things are and that take the fewest starts.
+bool IsSoughtInHaste(WholeKind kind) {
+  return kind == WholeKind::kBall || kind == WholeKind::kUprightCylinder ||
+         kind == WholeKind::kUprightBox;
+}
+
+bool IsSought(WholeKind kind, const ModelerOptions& options) {
+  if (options.in_haste && !IsSoughtInHaste(kind)) return false;
+  switch (kind) {
+    case WholeKind::kBall:
+      return options.search_spheres;
+    case WholeKind::kUprightCylinder:
+    case WholeKind::kLyingCylinder:
+    case WholeKind::kLeaningCylinder:
+      return options.search_cylinders;
+    case WholeKind::kUprightCone:
+    case WholeKind::kLyingCone:
+      return options.search_cones;
+    case WholeKind::kUprightBox:
+    case WholeKind::kTiltedBox:
+      return options.search_planes;
+  }
+  return false;
+}
+
+// Of an assembled solid, for comparison with those of the whole kinds.
+int DegreesOfFreedom(const Shape& shape) {
+  if (std::holds_alternative<Sphere>(shape)) return 4;
+  if (std::holds_alternative<Cylinder>(shape)) return 5;
+  // Its plane, its thickness, and its corners, which follow the noise of the border.
+  if (const auto* plate = std::get_if<Plate>(&shape)) {
+    return 4 + static_cast<int>(plate->outline.size());
+  }
+  return 6;
+}
+
+// Flatter cones are cylinders; whether a steeper slope is worth its parameter, the criterion tells.
+bool HasWorthySlope(const WholeFit& fit) {
+  return !IsConical(fit.kind) || std::abs(SlopeOf(fit.kind, fit.parameters)) > kLeastSlope;
+}
+
+// The curved surface of a round solid; nothing of a box.
+std::optional<AnyModel> CurvedModelOf(const Solid& solid) {
+  const Vector3 at = solid.X_MS.translation();
+  const Vector3 axis = solid.X_MS.linear().col(2);
+  if (const auto* sphere = std::get_if<Sphere>(&solid.shape)) {
+    return SphereModel{.center = at, .radius_m = sphere->radius_m};
+  }
+  if (const auto* cylinder = std::get_if<Cylinder>(&solid.shape)) {
+    return CylinderModel{.point = at, .axis = axis, .radius_m = cylinder->radius_m};
+  }
+  if (const auto* cone = std::get_if<Cone>(&solid.shape)) {
+    return ConeModel{.point = at,
+                     .axis = axis,
+                     .radius_m = 0.5 * (cone->radius_bottom_m + cone->radius_top_m),
+                     .slope = (cone->radius_top_m - cone->radius_bottom_m) / cone->length_m};
+  }
+  return std::nullopt;
+}
+
+// Whether what is seen of it is as curved as it is.
+bool LooksCurved(const Solid& solid, const FitContext& c) {
+  const std::optional<AnyModel> model = CurvedModelOf(solid);
+  if (!model) return true;
+  ShapeFit fit{.model = *model, .inliers = {}, .covariance = {}, .covered = {}};
+  for (std::uint32_t i : solid.inliers) {
+    if (std::abs(Distance_m(*model, c.points.p[i])) <= c.points.gate_m[i]) fit.inliers.push_back(i);
+  }
+  return !fit.inliers.empty() && IsSignificantlyCurved(fit, c, kLeastCurved_sigma);
+}
+
+double SeenShare(const Solid& solid, const FitContext& c) {
+  const Pose X_SM = solid.X_MS.inverse(Eigen::Isometry);
+  std::vector<Eigen::Vector3f> points_S;
+  for (std::uint32_t i : solid.inliers) points_S.push_back((X_SM * c.points.p[i]).cast<float>());
+  return ObservedFraction(solid.shape, points_S, CoverCell_m(c.points.spacing_m));
+}
+
+double LeastSeen(WholeKind kind) {
+  return kind == WholeKind::kUprightCylinder ? kLeastSeenUpright : kLeastSeen;
+}
+
+bool IsCredible(const WholeFit& fit, const FitContext& c) {
+  const auto all = static_cast<double>(c.points.size());
+  return static_cast<double>(fit.solid.inliers.size()) >= kLeastExplained * all &&
+         HasWorthySlope(fit) && LooksCurved(fit.solid, c) && LooksFlat(fit.solid, c) &&
+         PassedShare(fit.solid, c.free) <= kMostPassed && !IsCrossed(fit.solid, c) &&
+         SeenShare(fit.solid, c) >= LeastSeen(fit.kind);
+}
+
+int DegreesOfFreedom(const std::vector<Solid>& solids) {
+  int sum = 0;
+  for (const Solid& solid : solids) sum += DegreesOfFreedom(solid.shape);
+  return sum;
+}
+
+struct Valued {
+  WholeFit fit;
+  double value = 0;  // with its kind's prior
+};
+
+// What a fit must do better than: clearly, unless the fit is the simpler one. Cones need no more than
+// the criterion asks for their slope: cups are as common as cans, and with a margin two cups were
+// taken for cans for each can that was taken for a cup.
+struct Rival {
+  double value = std::numeric_limits<double>::infinity();
+  int parameters = 0;
+
+  bool IsBeatenBy(const WholeFit& fit, double its_value) const {
+    const bool by_any = fit.parameters.size() < parameters || IsConical(fit.kind);
+    return its_value < value - (by_any ? 0 : kPositive);
+  }
+};
+
+double MostOfValue(const WholeFit& fit) {
+  switch (KindOf(fit.solid.shape)) {
+    case ShapeKind::kCone:
+      return kBetterCone;
+    case ShapeKind::kCylinder:
+      return kBetterCylinder;
+    default:
+      return kMuchBetter;
+  }
+}
+
+bool IsAlready(const std::vector<Solid>& solids, const Shape& shape) {
+  return solids.size() == 1 && KindOf(solids.front().shape) == KindOf(shape);
+}
+
+// Of a, in b.
+bool Overlap(const Solid& a, const Solid& b) {
+  if (!TightBounds(a.shape, a.X_MS).intersects(TightBounds(b.shape, b.X_MS))) return false;
+  const Aabb bounds = TightBounds(a.shape, Pose::Identity());
+  const Pose X_BA = b.X_MS.inverse(Eigen::Isometry) * a.X_MS;
+  int inside = 0, shared = 0;
+  for (int k = 0; k < kPlacesPerSide * kPlacesPerSide * kPlacesPerSide; ++k) {
+    const int row = k / kPlacesPerSide % kPlacesPerSide;
+    const int layer = k / (kPlacesPerSide * kPlacesPerSide);
+    const Vector3 cell(k % kPlacesPerSide, row, layer);
+    const Vector3 share = (cell + Vector3::Constant(0.5)) / kPlacesPerSide;
+    const Vector3 p = bounds.min() + share.cwiseProduct(bounds.sizes());
+    if (SignedDistance_m(a.shape, p) > 0) continue;
+    ++inside;
+    shared += SignedDistance_m(b.shape, X_BA * p) < -kMostDepth_m;
+  }
+  return shared > kMostShared * inside;
+}
+
+// Which points lie on which of the solids, the nearest.
+std::vector<std::vector<std::uint32_t>> PointsPerSolid(const std::vector<Solid>& solids,
+                                                       const ModelPoints& points) {
+  std::vector<std::vector<std::uint32_t>> members(solids.size());
+  for (std::uint32_t i = 0; i < points.size(); ++i) {
+    double nearest_m = points.gate_m[i];
+    std::size_t nearest = solids.size();
+    for (std::size_t k = 0; k < solids.size(); ++k) {
+      const Vector3 p_S = solids[k].X_MS.inverse(Eigen::Isometry) * points.p[i];
+      const double distance_m = std::abs(SignedDistance_m(solids[k].shape, p_S));
+      if (distance_m <= nearest_m) nearest = k, nearest_m = distance_m;
+    }
+    if (nearest < solids.size()) members[nearest].push_back(i);
+  }
+  return members;
+}
+
+// No ray passes where the plate has nothing, no part of it sinks that was cut off, and the criterion
+// prefers it.
+bool IsCredibleDisc(const Solid& disc, const Solid& plate, const FitContext& c) {
+  constexpr double kSunk_m = 0.003;  // noise
+  if (PassedShare(disc, c.free) > kMostPassed) return false;
+  if (c.ground.known &&
+      LowestHeight_m(disc, c.ground) < LowestHeight_m(plate, c.ground) - kSunk_m) {
+    return false;
+  }
+  return AccountOf({disc}, c).value <= AccountOf({plate}, c).value;
+}
+
+// What replaces a solid of all the context's points: the better one of all kinds, or, of a lone face
+// that is a disc, the disc, where only a box accounts for it better than with its outline's corners.
+std::optional<Solid> Replacement(const Solid& solid, const FitContext& c) {
+  std::optional<Solid> disc = MakeDisc(solid, c);
+  if (disc && !IsCredibleDisc(*disc, solid, c)) disc.reset();
+  std::optional<WholeFit> better = BetterSolid(c, {solid});
+  const bool is_box = better && std::holds_alternative<Box>(better->solid.shape);
+  if (disc && (!better || (is_box && AccountOf({*disc}, c).value < better->value))) return disc;
+  if (!better) return std::nullopt;
+  return Described(*std::move(better), c);
+}
+
+// Each of several solids by itself: things that touch may be one object.
+void PreferOneSolidEach(const FitContext& c, std::vector<Solid>& solids) {
+  const auto members = PointsPerSolid(solids, c.points);
+  const auto prefer_one = [&](std::size_t k) {
+    const ModelPoints own = Subset(c.points, members[k]);
+    if (static_cast<double>(own.size()) * own.weight < c.options.min_inliers) return;
+    const FitContext alone{own,       c.octree, c.connectivity, c.noise,
+                           c.options, c.work,   c.ground,       c.free};
+    Solid solid = solids[k];
+    solid.inliers.resize(members[k].size());
+    std::iota(solid.inliers.begin(), solid.inliers.end(), std::uint32_t{0});
+    std::optional<Solid> better = Replacement(solid, alone);
+    if (!better) return;
+    for (std::uint32_t& i : better->inliers) i = members[k][i];
+    if (!IsCrossed(*better, c)) solids[k] = *std::move(better);
+  };
+  ParallelFor(solids.size(), 1, c.work, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) prefer_one(k);
+  });
+}
+
+}  // namespace
+
+bool LooksFlat(const Solid& solid, const FitContext& c) {
+  // Of the quadric through them, from the middle to a side: what is significant of a curved surface's
+  // sagitta (IsSignificant), and both ends of the slow warp.
+  constexpr double kLeastBend_m = 0.001, kLeastBend_sigma = 0.5, kMostBend_sigma = 4;
+  constexpr double kWarps = 2;
+  constexpr double kLeastInformation = 1e-6;  // of a term that the points do not tell, for each
+  constexpr int kTerms = 6;                   // 1, x, y, x^2, x y, y^2
+  const auto* box = std::get_if<Box>(&solid.shape);
+  if (box == nullptr) return true;
+  Eigen::Index thin = 0;
+  if (box->size_m.minCoeff(&thin) > 2 * c.points.widest_gate_m) return true;
+  const Eigen::Index across = (thin + 1) % 3, along = (thin + 2) % 3;
+  const Vector3 half = 0.5 * box->size_m;
+  const Pose X_SM = solid.X_MS.inverse(Eigen::Isometry);
+  using Terms = Eigen::Matrix<double, kTerms, 1>;
+  Eigen::Matrix<double, kTerms, kTerms> square = Eigen::Matrix<double, kTerms, kTerms>::Zero();
+  Terms toward = Terms::Zero();
+  double sigma_m = 0;
+  std::size_t count = 0;
+  for (std::uint32_t i : solid.inliers) {
+    const Vector3 p = X_SM * c.points.p[i];
+    const Vector3 to_face = half - p.cwiseAbs();
+    if (to_face[thin] > to_face[across] || to_face[thin] > to_face[along]) continue;
+    const double x = p[across] / half[across], y = p[along] / half[along];
+    const Terms terms{1, x, y, x * x, x * y, y * y};
+    square += terms * terms.transpose();
+    toward += p[thin] * terms;
+    sigma_m += c.points.sigma_m[i];
+    ++count;
+  }
+  if (count < kTerms) return true;
+  sigma_m /= static_cast<double>(count);
+  square.diagonal().array() += kLeastInformation * static_cast<double>(count);
+  const Eigen::LDLT<Eigen::Matrix<double, kTerms, kTerms>> solver(square);
+  const Terms quadric = solver.solve(toward);
+  const Terms variance =
+      solver.solve(Eigen::Matrix<double, kTerms, kTerms>::Identity()).diagonal() *
+      (static_cast<double>(count) / std::max(1.0, c.IndependentSamples(count)));
+  const auto is_bent = [&](Eigen::Index k) {
+    const double bend_m = std::abs(quadric[k]);
+    return bend_m > kLeastBend_m + kLeastBend_sigma * sigma_m + kWarps * c.noise.WarpSigma_m() +
+                        kMostBend_sigma * sigma_m * std::sqrt(variance[k]);
+  };
+  return !is_bent(3) && !is_bent(5);
+}
+
+Account AccountOf(const std::vector<Solid>& solids, const FitContext& c) {
+  return AccountOf(solids, DegreesOfFreedom(solids), c);
+}
+
+std::optional<WholeFit> BetterSolid(const FitContext& context, const std::vector<Solid>& solids) {
+  std::vector<Solid> known = solids;
+  // What to beat: the solids as they are, and the best whole one of the kind that they are already.
+  const Account assembled = AccountOf(AnyOverlap(solids) ? std::vector<Solid>() : solids, context);
+  const double prior = solids.size() == 1 ? PriorOf(solids.front(), context.ground.up) : 0;
+  const Rival as_they_are{assembled.value + prior, DegreesOfFreedom(solids)};
+  Rival of_same_kind;
+  Account hopeful = assembled;  // what a start must come near to
+  std::optional<Valued> best, same;
+  for (WholeKind kind :
+       {WholeKind::kBall, WholeKind::kUprightCylinder, WholeKind::kUprightCone,
+        WholeKind::kLyingCylinder, WholeKind::kLyingCone, WholeKind::kLeaningCylinder,
+        WholeKind::kUprightBox, WholeKind::kTiltedBox}) {
+    if (!IsSought(kind, context.options)) continue;
+    std::optional<WholeFit> fit = FitWhole(kind, known, hopeful, context);
+    if (!fit) continue;
+    known.push_back(fit->solid);  // a cone may grow out of a cylinder
+    const double value = fit->value + PriorOf(*fit);
+    if (IsAlready(solids, fit->solid.shape)) {
+      if (HasWorthySlope(*fit) && value < of_same_kind.value) {
+        of_same_kind = {value, static_cast<int>(fit->parameters.size())};
+      }
+      if (!same || value < same->value) same = Valued{*std::move(fit), value};
+      continue;
+    }
+    if (best && value >= best->value) continue;
+    if (as_they_are.IsBeatenBy(*fit, value) && IsCredible(*fit, context)) {
+      hopeful.loss = std::min(hopeful.loss, fit->loss);
+      best = Valued{*std::move(fit), value};
+    }
+  }
+  std::optional<WholeFit> kept;
+  if (best && of_same_kind.IsBeatenBy(best->fit, best->value)) {
+    kept = std::move(best->fit);
+  } else if (same && same->value < MostOfValue(same->fit) * as_they_are.value &&
+             IsCredible(same->fit, context)) {
+    kept = std::move(same->fit);
+  }
+  if (kept) FitToMore(context, *kept);
+  return kept;
+}
+
+std::optional<WholeFit> FittedAnew(const WholeFit& fit, const FitContext& context) {
+  const Account none = AccountOf({}, context);
+  std::optional<WholeFit> anew = FitWhole(fit.kind, {fit.solid}, none, context);
+  if (!anew || anew->value + PriorOf(*anew) >= none.value - kPositive ||
+      !IsCredible(*anew, context)) {
+    return std::nullopt;
+  }
+  return anew;
+}
+
+Solid Described(WholeFit fit, const FitContext& context) {
+  fit.solid.parameter_sigma = CoefficientSigmas(fit, CovarianceOf(fit, context), context);
+  return std::move(fit.solid);
+}
+
+bool AnyOverlap(const std::vector<Solid>& solids) {
+  for (std::size_t a = 0; a < solids.size(); ++a) {
+    for (std::size_t b = 0; b < solids.size(); ++b) {
+      if (a != b && Overlap(solids[a], solids[b])) return true;
+    }
+  }
+  return false;
+}
+
+void PreferOneSolid(const FitContext& context, Assembly& assembly) {
+  if (!context.ground.known) return;
+  if (assembly.solids.size() == 1) {
+    if (std::optional<Solid> better = Replacement(assembly.solids.front(), context)) {
+      assembly.solids = {*std::move(better)};
+    }
+  } else if (std::optional<WholeFit> better = BetterSolid(context, assembly.solids)) {
+    assembly.solids = {Described(*std::move(better), context)};
+  } else {
+    PreferOneSolidEach(context, assembly.solids);
+  }
+}
+
+}  // namespace cwm::perception

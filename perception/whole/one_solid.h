@@ -1,0 +1,42 @@
+// The last word on an object: whether one closed solid, fitted to all of its points, accounts for
+// them better than the solids that were assembled wall by wall and face by face.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "perception/solids/solid_assembly.h"
+#include "perception/whole/whole_fit.h"
+
+namespace cwm::perception {
+
+// Whether one of them lies by a quarter or more in another, deeper than noise puts it: no two things
+// are in one place.
+bool AnyOverlap(const std::vector<Solid>& solids);
+
+// Whether the points of a thin box are as flat as noise and the sensor's slow warp leave a face: all of
+// a wall that is bent by no more than the box is thick would lie within the gates of its two faces.
+// Thicker boxes and other solids are.
+bool LooksFlat(const Solid& solid, const FitContext& context);
+
+// Of assembled solids, with as many parameters as they have.
+Account AccountOf(const std::vector<Solid>& solids, const FitContext& context);
+
+// The one closed solid that accounts for the context's points better than `solids`, by more than
+// kPositive (a cone by anything), if any does, and no ray contradicts it. Of the kind of the only one of
+// them it must account for them better by far, by a tenth where it has a lid. Round ones are where more
+// of the points have them (FitToMore).
+std::optional<WholeFit> BetterSolid(const FitContext& context, const std::vector<Solid>& solids);
+
+// The solid of the same kind that accounts best for other points, the context's: most of those that
+// it was fitted to. Nothing where that is no better than none, or a ray contradicts it.
+std::optional<WholeFit> FittedAnew(const WholeFit& fit, const FitContext& context);
+
+// The solid, with the standard deviations of its parameters.
+Solid Described(WholeFit fit, const FitContext& context);
+
+// Replaces the solids of an object on a known ground by one where the criterion prefers it
+// decisively and no ray contradicts it, as BetterSolid does. Solids that overlap account for nothing.
+void PreferOneSolid(const FitContext& context, Assembly& assembly);
+
+}  // namespace cwm::perception

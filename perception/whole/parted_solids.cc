@@ -1,0 +1,449 @@
+#include "perception/whole/parted_solids.h"
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <bitset>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <numeric>
+#include <optional>
+#include <span>
+#include <utility>
+
+#include "collision/geometry/polygon.h"
+#include "perception/cloud/parallel_for.h"
+#include "perception/solids/free_space.h"
+#include "perception/whole/left_over.h"
+#include "perception/whole/one_solid.h"
+#include "perception/whole/yield_to_rays.h"
+
+namespace cwm::perception {
+namespace {
+
+using Members = std::vector<std::uint32_t>;
+
+constexpr double kLeastExplained = 0.9;  // of the points, as of any one solid
+constexpr double kNoise = 0.01;          // of the points of a solid, beyond their gates
+constexpr double kMostPassed = 0.1;  // of the rays beside and behind, half of what a solid may have
+constexpr double kMostHulls = 1.05;  // of that of all: borders blur by a few pixels
+// Of the value of several solids, and of one solid of all points, that parts may have: the slow
+// warp of sensors bends a face more than the criterion expects. Chosen: with 0.8 and 0.6 more
+// simulated things that touch stayed one; the labelled Kinect scans are parted alike with both.
+constexpr double kMostOfSeveral = 0.95, kMostOfOne = 0.85;
+constexpr std::size_t kMostParts = 5;  // of an object; caps work
+constexpr int kMostFits = 10;          // of parts, likewise
+// Cuts that are looked at: 15 degrees and a sixteenth of the extent apart. What they miss of a part
+// goes to it once its solid is known.
+constexpr int kYaws = 12, kOffsets = 15;
+constexpr double kLeastPart = 150;        // measured points; smaller ones are left to be meshed
+constexpr std::size_t kHullPoints = 192;  // of a part: its outline is known to a few pixels
+constexpr std::size_t kMostCuts = 4;      // that are tried of a part, each with one beside it
+// Of the points, on another side: of another cut, and of the same but beside it.
+constexpr double kOtherCut = 0.1, kBesideCut = 0.05;
+// Of what the hull from above holds up to the top: things side by side leave gaps, or differ in height.
+constexpr double kMostLeft = 0.97;
+
+struct Cut {
+  Vector2 normal = Vector2::UnitX();
+  double offset_m = 0;
+  double left = 1;  // what both sides hold, of what all hold
+  std::bitset<kHullPoints> side;
+
+  // The share of the points that are on another side of the other cut.
+  double Apart(const Cut& other, std::size_t points) const {
+    const std::size_t differ = (side ^ other.side).count();
+    return static_cast<double>(std::min(differ, points - differ)) / static_cast<double>(points);
+  }
+};
+
+// With the one that leaves the least of those beside it: what both leave may differ by noise alone.
+struct Candidate {
+  Cut cut;
+  std::optional<Cut> beside;
+};
+
+double HullArea_m2(std::vector<Vector2> points) {
+  const Polygon hull = ConvexHull(std::move(points));
+  return hull.size() < 3 ? 0 : SignedArea_m2(hull);
+}
+
+// Of points in the plan and above it: their hull from above, to the highest of them.
+double Held_m3(const std::vector<Vector3>& points) {
+  std::vector<Vector2> from_above;
+  double top_m = 0;
+  for (const Vector3& p : points) {
+    from_above.emplace_back(p.head<2>());
+    top_m = std::max(top_m, p.z());
+  }
+  return HullArea_m2(std::move(from_above)) * top_m;
+}
+
+// From above.
+class Plan {
+ public:
+  explicit Plan(const FitContext& c) : c_(c), level_(BasisFromZ(c.ground.up).leftCols<2>()) {}
+  Vector2 At(std::uint32_t i) const { return level_.transpose() * c_.points.p[i]; }
+  // With its height above the ground.
+  Vector3 Above(std::uint32_t i) const {
+    const Vector2 at = At(i);
+    return {at.x(), at.y(), c_.ground.up.dot(c_.points.p[i] - c_.ground.point)};
+  }
+
+ private:
+  const FitContext& c_;
+  const Eigen::Matrix<double, 3, 2> level_;
+};
+
+// Those that leave the least, each other than the ones before.
+std::vector<Candidate> CutsOf(const Members& part, const Plan& plan) {
+  std::vector<Vector3> points;
+  for (std::uint32_t i : Thinned(part, kHullPoints)) points.push_back(plan.Above(i));
+  const double all_m3 = Held_m3(points);
+  const auto least = std::max<std::size_t>(
+      3, static_cast<std::size_t>(kLeastPiece * static_cast<double>(points.size())));
+  std::vector<Cut> cuts;
+  if (!(all_m3 > 0)) return {};
+  for (int k = 0; k < kYaws; ++k) {
+    const double yaw_rad = k * std::numbers::pi / kYaws;
+    Cut cut{.normal = Vector2(std::cos(yaw_rad), std::sin(yaw_rad)), .side = {}};
+    double low_m = std::numeric_limits<double>::infinity(), high_m = -low_m;
+    const auto across_m = [&](const Vector3& p) { return cut.normal.dot(p.head<2>()); };
+    for (const Vector3& p : points) {
+      low_m = std::min(low_m, across_m(p)), high_m = std::max(high_m, across_m(p));
+    }
+    for (int j = 1; j <= kOffsets; ++j) {
+      cut.offset_m = low_m + (high_m - low_m) * j / (kOffsets + 1);
+      std::vector<Vector3> below, above;
+      cut.side.reset();
+      for (std::size_t i = 0; i < points.size(); ++i) {
+        const bool is_above = across_m(points[i]) > cut.offset_m;
+        (is_above ? above : below).push_back(points[i]);
+        cut.side[i] = is_above;
+      }
+      if (std::min(below.size(), above.size()) < least) continue;
+      cut.left = (Held_m3(below) + Held_m3(above)) / all_m3;
+      if (cut.left <= kMostLeft) cuts.push_back(cut);
+    }
+  }
+  std::stable_sort(cuts.begin(), cuts.end(),
+                   [](const Cut& a, const Cut& b) { return a.left < b.left; });
+  std::vector<Candidate> best;
+  for (const Cut& cut : cuts) {
+    const auto known = std::ranges::find_if(best, [&](const Candidate& candidate) {
+      return candidate.cut.Apart(cut, points.size()) <= kOtherCut;
+    });
+    if (known == best.end()) {
+      if (best.size() < kMostCuts) best.push_back({cut, {}});
+    } else if (!known->beside && known->cut.Apart(cut, points.size()) > kBesideCut) {
+      known->beside = cut;
+    }
+  }
+  return best;
+}
+
+struct Part {
+  Members members;
+  std::optional<WholeFit> fit;  // of most of them; the solid without inliers
+};
+
+// Cuts run beside the true border: what a solid claims beyond it is less its own fault while parts are
+// sought than in the end. Each ray stands for no more rays than before.
+FreeRays FewOf(const FreeRays& free) {
+  constexpr std::size_t kOneIn = 4;
+  FreeRays few{.rays = {}, .weight = free.weight};
+  for (std::size_t k = 0; k < free.rays.size(); k += kOneIn) few.rays.push_back(free.rays[k]);
+  return few;
+}
+
+class Parting {
+ public:
+  explicit Parting(const FitContext& c) : c_(c), plan_(c) {}
+
+  // Solids that account for nearly all points together, if there are.
+  std::optional<std::vector<Part>> Run() {
+    Members open(c_.points.size());
+    std::iota(open.begin(), open.end(), std::uint32_t{0});
+    std::vector<Part> parts;
+    while (IsWorthAPart(open)) {
+      if (auto fit = parts.empty() ? std::nullopt : FitOf(open)) {
+        parts.push_back({std::exchange(open, {}), std::move(fit)});
+        break;
+      }
+      std::vector<Part> sides = SolidsBesideACut(open);
+      if (sides.empty() || parts.size() + sides.size() > kMostParts) {
+        if (parts.size() > 1 && AreFew(open)) break;  // left to be meshed
+        return std::nullopt;
+      }
+      if (sides.size() == 1) {
+        parts.push_back(Taken(std::move(sides[0]), open));
+      } else {
+        std::ranges::move(sides, std::back_inserter(parts));
+        open.clear();
+      }
+    }
+    return Joined(Refined(std::move(parts)));
+  }
+
+  Solid SolidOf(const Part& part) const {
+    const ModelPoints own = Subset(c_.points, part.members);
+    Solid solid = Described(*part.fit, AloneWith(own, c_.free));
+    for (std::uint32_t i : part.members) {
+      if (IsOn(part, i)) solid.inliers.push_back(i);
+    }
+    return solid;
+  }
+
+ private:
+  bool IsWorthAPart(const Members& members) const {
+    return !AreFew(members) || static_cast<double>(members.size()) * c_.points.weight >= kLeastPart;
+  }
+  bool AreFew(const Members& members) const {
+    return static_cast<double>(members.size()) <=
+           (1 - kLeastExplained) * static_cast<double>(c_.points.size());
+  }
+
+  std::array<Part, 2> SidesOf(const Cut& cut, const Members& open) {
+    std::array<Part, 2> sides;
+    for (std::uint32_t i : open) {
+      sides[cut.normal.dot(plan_.At(i)) > cut.offset_m ? 1 : 0].members.push_back(i);
+    }
+    FitEach(sides);
+    return sides;
+  }
+
+  // Both sides of the cut that leaves each of them accounted for, the best such cut; else, of the
+  // sides that are, the one of most points.
+  std::vector<Part> SolidsBesideACut(const Members& open) {
+    std::vector<Part> best;
+    double best_value = std::numeric_limits<double>::infinity();
+    const auto offer = [&](std::array<Part, 2> sides) {
+      const double value = ValueOf({sides[0].fit->solid, sides[1].fit->solid}, open);
+      if (!(value < best_value - kDecisive)) return;  // cuts that leave less come first
+      best_value = value;
+      best.clear();
+      std::ranges::move(sides, std::back_inserter(best));
+    };
+    std::vector<Cut> beside;
+    for (const Candidate& candidate : CutsOf(open, plan_)) {
+      if (fits_ >= kMostFits) break;
+      std::array<Part, 2> sides = SidesOf(candidate.cut, open);
+      if (sides[0].fit && sides[1].fit) {
+        offer(std::move(sides));
+        continue;
+      }
+      if (candidate.beside) beside.push_back(*candidate.beside);
+      if (best.size() == 2) continue;
+      for (Part& side : sides) {
+        if (!side.fit) continue;
+        if (best.empty() || TellsMore(side, best[0])) best = {side};
+      }
+      // Of 89 objects that could be cut, 88 had a solid beside the cut that leaves the least.
+      if (best.empty()) return best;
+    }
+    if (best.size() < 2) return best;
+    // Two solids do: the cut that missed the true border by little may have been the better one.
+    for (const Cut& cut : beside) {
+      if (fits_ >= kMostFits) break;
+      std::array<Part, 2> sides = SidesOf(cut, open);
+      if (sides[0].fit && sides[1].fit) offer(std::move(sides));
+    }
+    return best;
+  }
+
+  // A sheet is cut off along the faces of several things that are flush.
+  bool TellsMore(const Part& part, const Part& other) const {
+    const auto rank = [&](const Part& p) {
+      const auto* box = std::get_if<Box>(&p.fit->solid.shape);
+      const bool is_sheet = box && box->size_m.minCoeff() <= 2 * c_.points.widest_gate_m;
+      return std::pair(!is_sheet, p.members.size());
+    };
+    return rank(part) > rank(other);
+  }
+
+  double ValueOf(const std::vector<Solid>& solids, const Members& members) const {
+    const ModelPoints own = Subset(c_.points, members);
+    return AccountOf(solids, AloneWith(own, few_)).value;
+  }
+
+  FitContext AloneWith(const ModelPoints& own, const FreeRays& free) const {
+    return {own, c_.octree, c_.connectivity, c_.noise, c_.options, c_.work, c_.ground, free};
+  }
+
+  // With the open points that lie on it: cuts run beside the true border.
+  Part Taken(Part part, Members& open) const {
+    Members rest;
+    part.members.clear();
+    for (std::uint32_t i : open) (IsOn(part, i) ? part.members : rest).push_back(i);
+    open = std::move(rest);
+    return part;
+  }
+
+  // Each by itself, in parallel.
+  void FitEach(std::span<Part> parts) {
+    ParallelFor(parts.size(), 1, c_.work, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t k = begin; k < end; ++k) parts[k].fit = FitOf(parts[k].members);
+    });
+  }
+
+  std::optional<WholeFit> FitOf(Members members) {
+    if (!IsEnough(members)) return std::nullopt;
+    ModelPoints own = Subset(c_.points, members);
+    ++fits_;
+    std::optional<WholeFit> fit = BetterSolid(AloneWith(own, few_), {});
+    // What lies off it may have drawn its ends to where none of its own points are.
+    while (fit) {
+      Members on;
+      for (std::uint32_t i : fit->solid.inliers) on.push_back(members[i]);
+      if (static_cast<double>(on.size()) >= (1 - kNoise) * static_cast<double>(members.size())) {
+        fit->solid.inliers.clear();
+        break;
+      }
+      members = std::move(on);
+      if (!IsEnough(members)) return std::nullopt;
+      own = Subset(c_.points, members);
+      fit = FittedAnew(*fit, AloneWith(own, few_));
+    }
+    return fit;
+  }
+  bool IsEnough(const Members& members) const {
+    return static_cast<double>(members.size()) * c_.points.weight >= c_.options.min_inliers;
+  }
+
+  double Off_m(const Part& part, std::uint32_t i) const {
+    const Solid& solid = part.fit->solid;
+    return std::abs(SignedDistance_m(solid, solid.X_MS.inverse(Eigen::Isometry) * c_.points.p[i]));
+  }
+  bool IsOn(const Part& part, std::uint32_t i) const {
+    return Off_m(part, i) <= c_.points.gate_m[i];
+  }
+
+  // What lies off its own solid goes to the one that it is nearest to; all are fitted anew.
+  std::vector<Part> Refined(std::vector<Part> parts) {
+    std::vector<Members> members(parts.size());
+    std::vector<char> settled(c_.points.size(), 0);
+    for (std::size_t k = 0; k < parts.size(); ++k) {
+      for (std::uint32_t i : parts[k].members) {
+        if (!IsOn(parts[k], i)) continue;
+        settled[i] = 1;
+        members[k].push_back(i);
+      }
+    }
+    for (std::uint32_t i = 0; i < c_.points.size(); ++i) {
+      if (settled[i]) continue;
+      std::vector<double> off_m;
+      for (const Part& part : parts) off_m.push_back(Off_m(part, i));
+      const auto nearest = std::ranges::min_element(off_m) - off_m.begin();
+      members[static_cast<std::size_t>(nearest)].push_back(i);
+    }
+    for (Members& of_part : members) std::ranges::sort(of_part);
+    std::vector<Part> anew;
+    for (Members& of_part : members) anew.push_back({std::move(of_part), {}});
+    FitEach(anew);
+    for (std::size_t k = 0; k < parts.size(); ++k) {
+      if (anew[k].fit) parts[k] = std::move(anew[k]);
+    }
+    return parts;
+  }
+
+  // What one solid was cut into is put together again: one accounts for both.
+  std::vector<Part> Joined(std::vector<Part> parts) {
+    for (std::size_t a = 0; a < parts.size(); ++a) {
+      for (std::size_t b = a + 1; b < parts.size();) {
+        if (parts.size() == 2) return parts;  // no one solid does, of all
+        Members both;
+        std::ranges::set_union(parts[a].members, parts[b].members, std::back_inserter(both));
+        std::optional<WholeFit> fit = FitOf(both);
+        if (!fit) {
+          ++b;
+          continue;
+        }
+        parts[a] = {std::move(both), std::move(fit)};
+        parts.erase(parts.begin() + static_cast<std::ptrdiff_t>(b));
+        b = a + 1;
+      }
+    }
+    return parts;
+  }
+
+  const FitContext& c_;
+  const Plan plan_;
+  const FreeRays few_ = FewOf(c_.free);  // while parts are sought
+  std::atomic<int> fits_ = 0;
+};
+
+// Those known solids that account for what the parts leave: a ball between two boxes.
+std::vector<Solid> BesideParts(const std::vector<Solid>& known, const std::vector<Solid>& parts,
+                               const ModelPoints& points) {
+  const std::vector<char> on = OnAny(parts, points);
+  std::vector<Solid> beside;
+  for (const Solid& solid : known) {
+    const auto free = std::ranges::count_if(solid.inliers, [&](std::uint32_t i) { return !on[i]; });
+    if (static_cast<double>(free) >= kLeastExplained * static_cast<double>(solid.inliers.size())) {
+      beside.push_back(solid);
+    }
+  }
+  return beside;
+}
+
+// But for mixed pixels, and without filling what rays were seen to pass.
+bool IsOneSolid(const std::vector<Solid>& solids, const FitContext& c) {
+  return solids.size() == 1 && LeaveNoPiece(solids, c) &&
+         PassedShare(solids.front(), c.free) <= kMostPassed;
+}
+
+bool AccountForAll(const std::vector<Solid>& solids, const FitContext& c) {
+  return static_cast<double>(std::ranges::count(OnAny(solids, c.points), 1)) >=
+         kLeastExplained * static_cast<double>(c.points.size());
+}
+
+// From above: what lies about the same axis or one on the other was not cut where things touch.
+bool AreSideBySide(const std::vector<Part>& parts, const Plan& plan) {
+  std::vector<Vector2> all;
+  double sum_m2 = 0;
+  for (const Part& part : parts) {
+    std::vector<Vector2> own;
+    for (std::uint32_t i : part.members) own.push_back(plan.At(i));
+    all.insert(all.end(), own.begin(), own.end());
+    sum_m2 += HullArea_m2(std::move(own));
+  }
+  return sum_m2 <= kMostHulls * HullArea_m2(std::move(all));
+}
+
+// Below which so many parts are preferred to the solids as they are, and to one of all points. Fewer
+// solids win without a margin.
+double MostValue(const std::vector<Solid>& solids, std::size_t parts, const FitContext& c) {
+  const Account assembled = AccountOf(AnyOverlap(solids) ? std::vector<Solid>() : solids, c);
+  const double apart = (parts < solids.size() ? 1 : kMostOfSeveral) * assembled.value;
+  const std::optional<WholeFit> whole = BetterSolid(c, {});
+  return whole ? std::min(apart, kMostOfOne * whole->value) : apart;
+}
+
+}  // namespace
+
+bool PreferPartedSolids(const FitContext& context, Assembly& assembly) {
+  if (!context.options.part_touching || !context.ground.known ||
+      IsOneSolid(assembly.solids, context)) {
+    return false;
+  }
+  Parting parting(context);
+  const std::optional<std::vector<Part>> parts = parting.Run();
+  if (!parts || parts->size() < 2 || !AreSideBySide(*parts, Plan(context))) return false;
+  std::vector<Solid> solids;
+  for (const Part& part : *parts) solids.push_back(parting.SolidOf(part));
+  std::ranges::move(BesideParts(assembly.solids, solids, context.points),
+                    std::back_inserter(solids));
+  if (AnyOverlap(solids) || !AccountForAll(solids, context) ||
+      AccountOf(solids, context).value > MostValue(assembly.solids, solids.size(), context)) {
+    return false;
+  }
+  const bool any_crossed =
+      std::ranges::any_of(solids, [&](const Solid& s) { return IsCrossed(s, context); });
+  if (any_crossed) return false;
+  YieldToRays(context, std::span(solids).first(parts->size()));  // the known ones have
+  assembly.solids = std::move(solids);
+  return true;
+}
+
+}  // namespace cwm::perception

@@ -1,0 +1,252 @@
+#include "perception/whole/whole_starts.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <numbers>
+#include <utility>
+
+#include "collision/geometry/aabb.h"
+#include "collision/geometry/polygon.h"
+#include "perception/cloud/quantile.h"
+#include "perception/solids/plane_solid.h"
+
+namespace cwm::perception {
+namespace {
+
+constexpr double kNearlyAll = 0.97;  // of the points; what noise throws beyond is left out
+constexpr double kBelowTop_sigma = 4;
+constexpr std::size_t kLeastWallPoints = 12;
+constexpr int kYaws = 4;                 // of what lies, 45 degrees apart
+constexpr double kEndOn = 3;             // radii, the length of what lies with its end in view
+constexpr double kStartTurn_rad = 0.25;  // of what leans, about its points' direction
+constexpr double kLeastLean = 0.1;       // sine of the elevation
+constexpr double kLeastRoundness = 0.6;  // of a face, its lesser extent of the other: an end's
+constexpr double kStartSlope = 0.12;     // 7 degrees, on either side: a cup's
+
+double TopOf_m(const PointsOnGround& points) {
+  std::vector<double> heights;
+  for (const Vector3& p : points.p_G) heights.push_back(p.z());
+  return Quantile(std::move(heights), kNearlyAll);
+}
+
+struct Extent {
+  double mid_m = 0, size_m = 0;
+};
+
+Extent ExtentOf(const PointsOnGround& points, const Vector3& direction) {
+  std::vector<double> values;
+  for (const Vector3& p : points.p_G) values.push_back(direction.dot(p));
+  const double low_m = Quantile(values, 1 - kNearlyAll);
+  const double high_m = Quantile(std::move(values), kNearlyAll);
+  return {0.5 * (low_m + high_m), high_m - low_m};
+}
+
+// The algebraic fit |p|^2 = 2 c . p + k (Kasa 1976).
+template <int kDimension>
+struct Round {
+  Eigen::Matrix<double, kDimension, 1> center;
+  double radius_m = 0;
+};
+
+template <int kDimension>
+std::optional<Round<kDimension>> RoundThrough(const std::vector<Vector3>& points) {
+  using Row = Eigen::Matrix<double, kDimension + 1, 1>;
+  Eigen::Matrix<double, kDimension + 1, kDimension + 1> normal =
+      Eigen::Matrix<double, kDimension + 1, kDimension + 1>::Zero();
+  Row right = Row::Zero();
+  for (const Vector3& p : points) {
+    Row row;
+    row << 2 * p.head<kDimension>(), 1;
+    normal += row * row.transpose();
+    right += p.head<kDimension>().squaredNorm() * row;
+  }
+  const Row x = normal.ldlt().solve(right);
+  const Round<kDimension> round{
+      x.template head<kDimension>(),
+      std::sqrt(x(kDimension) + x.template head<kDimension>().squaredNorm())};
+  if (!x.allFinite() || !(round.radius_m > 0)) return std::nullopt;
+  return round;
+}
+
+// A ball through all points.
+std::vector<WholeParameters> BallStarts(const PointsOnGround& points) {
+  const auto ball = RoundThrough<3>(points.p_G);
+  if (!ball) return {};
+  WholeParameters x(4);
+  x << ball->center, ball->radius_m;
+  return {x};
+}
+
+// A circle within the extent of all points, and one through those below the top: the wall's.
+std::vector<WholeParameters> UprightStarts(const PointsOnGround& points) {
+  const double top_m = TopOf_m(points);
+  const Extent x = ExtentOf(points, Vector3::UnitX()), y = ExtentOf(points, Vector3::UnitY());
+  std::vector<WholeParameters> starts;
+  starts.emplace_back(Eigen::Vector4d(x.mid_m, y.mid_m, top_m, 0.25 * (x.size_m + y.size_m)));
+  std::vector<Vector3> wall;
+  for (std::size_t i = 0; i < points.p_G.size(); ++i) {
+    if (points.p_G[i].z() < top_m - kBelowTop_sigma * points.sigma_m[i]) {
+      wall.push_back(points.p_G[i]);
+    }
+  }
+  if (wall.size() < kLeastWallPoints) return starts;
+  if (const auto circle = RoundThrough<2>(wall)) {
+    starts.emplace_back(
+        Eigen::Vector4d(circle->center.x(), circle->center.y(), top_m, circle->radius_m));
+  }
+  return starts;
+}
+
+double PrincipalYaw_rad(const PointsOnGround& points) {
+  Vector2 mean = Vector2::Zero();
+  for (const Vector3& p : points.p_G) mean += p.head<2>();
+  mean /= static_cast<double>(points.p_G.size());
+  Eigen::Matrix2d spread = Eigen::Matrix2d::Zero();
+  for (const Vector3& p : points.p_G) {
+    spread += (p.head<2>() - mean) * (p.head<2>() - mean).transpose();
+  }
+  const Vector2 d = Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(spread).eigenvectors().col(1);
+  return std::atan2(d.y(), d.x());
+}
+
+// As high as the points, along their extent; one that shows little but its end reaches away from
+// the sensor.
+std::vector<WholeParameters> LyingStarts(const PointsOnGround& points) {
+  const double radius_m = 0.5 * TopOf_m(points);
+  const double principal_rad = PrincipalYaw_rad(points);
+  std::vector<WholeParameters> starts;
+  for (int k = 0; k < kYaws; ++k) {
+    const double yaw_rad = principal_rad + k * std::numbers::pi / kYaws;
+    const Vector3 along(std::cos(yaw_rad), std::sin(yaw_rad), 0);
+    const Vector3 across(-along.y(), along.x(), 0);
+    const Extent length = ExtentOf(points, along);
+    const Vector3 mid = length.mid_m * along + ExtentOf(points, across).mid_m * across;
+    WholeParameters x(5);
+    x << mid.x(), mid.y(), yaw_rad, radius_m, length.size_m;
+    starts.push_back(x);
+    const double hidden_m = kEndOn * radius_m - length.size_m;
+    if (!(hidden_m > 0)) continue;
+    const double away = along.dot(mid - points.viewpoint_G) > 0 ? 0.5 : -0.5;
+    x.head<2>() += away * hidden_m * along.head<2>();
+    x(4) = kEndOn * radius_m;
+    starts.push_back(std::move(x));
+  }
+  return starts;
+}
+
+// Along the points, which show a half of it.
+std::vector<WholeParameters> LeaningStarts(const PointsOnGround& points) {
+  Vector3 mean = Vector3::Zero();
+  for (const Vector3& p : points.p_G) mean += p / static_cast<double>(points.p_G.size());
+  Matrix3 spread = Matrix3::Zero();
+  for (const Vector3& p : points.p_G) spread += (p - mean) * (p - mean).transpose();
+  Vector3 axis = Eigen::SelfAdjointEigenSolver<Matrix3>(spread).eigenvectors().col(2);
+  if (axis.z() < 0) axis = -axis;
+  const double yaw_rad = std::atan2(axis.y(), axis.x());
+  const Vector3 across(-std::sin(yaw_rad), std::cos(yaw_rad), 0);
+  const Extent width = ExtentOf(points, across);
+  std::vector<WholeParameters> starts;
+  for (const double turn_rad : {-kStartTurn_rad, 0.0, kStartTurn_rad}) {
+    const double elevation_rad = std::asin(std::min(1.0, axis.z())) + turn_rad;
+    WholeParameters x(6);
+    x << mean.x(), mean.y(), yaw_rad, elevation_rad, 0.5 * width.size_m,
+        TopOf_m(points) / std::max(0.1, std::sin(elevation_rad));
+    starts.push_back(std::move(x));
+  }
+  return starts;
+}
+
+// Behind the faces of a known solid that are about as wide as high: of what leans with its end in
+// view little else may be seen. Down to the ground.
+std::vector<WholeParameters> LeaningBehind(const WholeSolid& known) {
+  const Aabb bounds = TightBounds(known.shape, Pose::Identity());
+  const Vector3 size_m = bounds.sizes();
+  std::vector<WholeParameters> starts;
+  for (Eigen::Index k = 0; k < 3; ++k) {
+    Vector3 axis = known.X_GS.linear().col(k);
+    if (axis.z() < 0) axis = -axis;
+    const double across_m = size_m((k + 1) % 3), other_m = size_m((k + 2) % 3);
+    if (std::min(across_m, other_m) < kLeastRoundness * std::max(across_m, other_m)) continue;
+    const double elevation_rad = std::asin(std::min(1.0, axis.z()));
+    if (std::sin(elevation_rad) < kLeastLean) continue;
+    const double radius_m = 0.25 * (across_m + other_m);
+    const Vector3 face = known.X_GS * bounds.center() + 0.5 * size_m(k) * axis;
+    const double length_m = std::max(
+        size_m(k), (face.z() - radius_m * std::cos(elevation_rad)) / std::sin(elevation_rad));
+    const Vector3 at = face - 0.5 * length_m * axis;
+    WholeParameters x(6);
+    x << at.x(), at.y(), std::atan2(axis.y(), axis.x()), elevation_rad, radius_m, length_m;
+    starts.push_back(std::move(x));
+  }
+  return starts;
+}
+
+std::vector<WholeParameters> BoxStarts(const PointsOnGround& points) {
+  std::vector<Vector2> flat;
+  for (const Vector3& p : points.p_G) flat.emplace_back(p.head<2>());
+  const Polygon hull = ConvexHull(flat);
+  if (hull.size() < 3) return {};
+  const Rectangle rectangle = SmallestRectangle(hull);
+  const Vector2 mid = rectangle.center();
+  const Vector2 size = rectangle.bounds.sizes();
+  WholeParameters x(6);
+  x << mid, std::atan2(rectangle.x.y(), rectangle.x.x()), size, TopOf_m(points);
+  return {x};
+}
+
+std::vector<WholeParameters> Suggested(WholeKind kind, const PointsOnGround& points) {
+  switch (kind) {
+    case WholeKind::kBall:
+      return BallStarts(points);
+    case WholeKind::kUprightCylinder:
+    case WholeKind::kUprightCone:
+      return UprightStarts(points);
+    case WholeKind::kLyingCylinder:
+    case WholeKind::kLyingCone:
+      return LyingStarts(points);
+    case WholeKind::kLeaningCylinder:
+      return LeaningStarts(points);
+    case WholeKind::kUprightBox:
+      return BoxStarts(points);
+    case WholeKind::kTiltedBox:  // from what is known alone
+      return {};
+  }
+  return {};
+}
+
+void AppendSlope(double slope, WholeParameters& x) {
+  x.conservativeResize(x.size() + 1);
+  x(x.size() - 1) = slope;
+}
+
+}  // namespace
+
+std::vector<WholeParameters> StartsOf(WholeKind kind, const std::vector<Solid>& known,
+                                      const PointsOnGround& points) {
+  std::vector<WholeParameters> starts = Suggested(kind, points);
+  if (IsConical(kind)) {
+    for (WholeParameters& x : starts) AppendSlope(0, x);
+  }
+  const Pose X_GM = points.X_MG.inverse(Eigen::Isometry);
+  for (const Solid& solid : known) {
+    const WholeSolid placed{X_GM * solid.X_MS, solid.shape};
+    if (auto x = ParametersOf(kind, placed)) {
+      starts.push_back(*std::move(x));
+    } else if (kind == WholeKind::kLeaningCylinder) {
+      std::ranges::move(LeaningBehind(placed), std::back_inserter(starts));
+    }
+  }
+  if (!IsConical(kind)) return starts;
+  for (std::size_t k = 0, count = starts.size(); k < count; ++k) {
+    if (SlopeOf(kind, starts[k]) != 0) continue;  // a cone that is known
+    starts.push_back(starts[k]);
+    starts[k].tail<1>()(0) = -kStartSlope;
+    starts.back().tail<1>()(0) = kStartSlope;
+  }
+  return starts;
+}
+
+}  // namespace cwm::perception
