@@ -1,7 +1,6 @@
 #include "perception/assemble_interpretation.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cstdint>
 #include <utility>
 #include <vector>
@@ -13,17 +12,15 @@
 namespace cwm::perception {
 namespace {
 
-using namespace std::chrono_literals;
-
-// chosen: of supports, and of an object's parts, as SceneInterpretation::labels promises.
-constexpr std::uint32_t kMaxLabel = 9;
+// As SceneInterpretation::labels promises.
+constexpr std::uint32_t kMaxSupportLabel = 9, kMaxPartLabel = 9;
 
 // label(k) to each of the points, in parallel: every point of the cloud has one owner.
 template <class Label>
 void LabelEach(const OrientedPoints& all, const PointSet& points, const Work& work,
                std::vector<std::uint32_t>& labels, const Label& label) {
-  // So long where the cloud is in no order.
-  ParallelFor(points.size(), ItemsPerPiece(10ns), work, [&](std::size_t begin, std::size_t end) {
+  constexpr std::size_t kPointsPerPiece = 32768;  // of 10 ns each, where the cloud is in no order
+  ParallelFor(points.size(), kPointsPerPiece, work, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) labels[all.cloud_index[points[k]]] = label(k);
   });
 }
@@ -31,7 +28,7 @@ void LabelEach(const OrientedPoints& all, const PointSet& points, const Work& wo
 void LabelSupports(const SceneState& state, const Work& work, std::vector<std::uint32_t>& labels) {
   for (std::uint32_t s = 0; s < state.support_count(); ++s) {
     LabelEach(state.points(), state.support(s).points, work, labels,
-              [&](std::size_t) { return std::min(s + 1, kMaxLabel); });
+              [&](std::size_t) { return std::min(s + 1, kMaxSupportLabel); });
   }
 }
 
@@ -40,7 +37,7 @@ void LabelObject(const SceneState& state, std::uint32_t index, const Work& work,
   const ObjectHypothesis& hypothesis = *state.hypotheses()[index];
   LabelEach(state.points(), hypothesis.points, work, labels, [&](std::size_t k) {
     const auto part = static_cast<std::uint32_t>(hypothesis.model->part_of_point()[k] + 1);
-    return (kMaxLabel + 1) * (index + 2) + std::min(part, kMaxLabel);
+    return 10 * (index + 2) + std::min(part, kMaxPartLabel);
   });
 }
 

@@ -6,8 +6,7 @@
 
 namespace cwm::perception {
 
-// cited: 2^64 over the golden ratio, odd.
-inline constexpr std::uint64_t kGoldenGamma = 0x9e3779b97f4a7c15ULL;
+inline constexpr std::uint64_t kGoldenGamma = 0x9e3779b97f4a7c15ULL;  // 2^64 / golden ratio, odd
 
 // A bijection of 64 bits in which every bit of the input changes about half of the output's.
 inline std::uint64_t MixBits(std::uint64_t z) {

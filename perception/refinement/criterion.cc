@@ -10,7 +10,6 @@
 namespace cwm::perception {
 namespace {
 
-// derived: a solid's pose and sizes, less what the ground tells, and where on it an object lies.
 constexpr double kParametersOfSolid = 6, kParametersOfObject = 3;
 
 }  // namespace
@@ -18,16 +17,14 @@ constexpr double kParametersOfSolid = 6, kParametersOfObject = 3;
 double CostOf(const std::vector<ShapePart>& shapes, const PointSet& points,
               const OrientedPoints& all, const SensorNoise& noise) {
   const double warp_m = noise.WarpSigma_m();
-  const PointSet some = Thinned(points, kMaxLookedAt);
+  const PointSet some = Thinned(points, kMaxJudgedPoints);
   double squares = 0;
   for (const std::uint32_t i : some) {
     const double off_m = DistanceToShapes_m(shapes, all.points[i].cast<double>());
     const double off = off_m / std::hypot(double{all.sigma_m[i]}, warp_m);
     squares += std::min(kTruncatedSquare, off * off);
   }
-  if (!some.empty()) {
-    squares *= static_cast<double>(points.size()) / static_cast<double>(some.size());
-  }
+  squares *= static_cast<double>(points.size()) / static_cast<double>(some.size());
   const double parameters =
       kParametersOfObject + kParametersOfSolid * static_cast<double>(shapes.size());
   const auto per_sample = double{all.points_per_sample};

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <cstdint>
-#include <limits>
 #include <span>
 #include <vector>
 
@@ -16,7 +15,7 @@ namespace cwm::perception {
 // subtree is contiguous too.
 class Octree {
  public:
-  static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
+  static constexpr std::uint32_t kNone = 0xffffffff;
 
   struct Node {
     CellBounds bounds;  // tight around the points
@@ -53,10 +52,8 @@ class Octree {
   }
 
  private:
-  // chosen: leaves of fewer points make more box tests than they save point tests.
-  static constexpr std::uint32_t kLeafPoints = 8;
-  // derived: as many groups of lanes: four points are tested in a third of the time of a box.
-  static constexpr std::uint32_t kTestedAtOnce = kLeafPoints * PointLanes::kLanes;
+  // Testing four points takes a third of the time of testing a box.
+  static constexpr std::uint32_t kTestedAtOnce = 32;
 
   std::uint32_t Build(const ModelPoints& points, std::uint32_t begin, std::uint32_t end, int shift,
                       std::uint32_t parent);

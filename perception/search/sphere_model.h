@@ -6,10 +6,11 @@
 namespace cwm::perception {
 
 struct SphereModel {
-  using Sample = std::array<SamplePoint, 2>;
+  static constexpr int kSampleSize = 2;
+  static constexpr int kParameterCount = 4;
+  static constexpr int kFirstTilt = -1;
   // Shift of the centre, growth of the radius (metres).
-  using Parameters = Eigen::Matrix<double, 4, 1>;
-  static constexpr int kParameterCount = Parameters::RowsAtCompileTime;
+  using Parameters = Eigen::Matrix<double, kParameterCount, 1>;
 
   Vector3 center = Vector3::Zero();
   double radius_m = 0;

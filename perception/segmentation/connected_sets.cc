@@ -1,7 +1,6 @@
 #include "perception/segmentation/connected_sets.h"
 
 #include <algorithm>
-#include <chrono>
 #include <numeric>
 #include <utility>
 
@@ -10,9 +9,7 @@
 namespace cwm::perception {
 namespace {
 
-using namespace std::chrono_literals;
-
-constexpr std::size_t kNodesPerRange = ItemsPerPiece(20ns);
+constexpr std::size_t kNodesPerPiece = 16384;  // of some 20 ns each
 
 using Link = std::pair<std::uint32_t, std::uint32_t>;
 
@@ -45,8 +42,8 @@ class Forest {
 std::vector<std::vector<Link>> JoinWithinRanges(const SurfaceGraph& graph,
                                                 const std::vector<std::int32_t>& classes,
                                                 Forest& forest, const Work& work) {
-  std::vector<std::vector<Link>> between(graph.size() / kNodesPerRange + 1);
-  ParallelFor(graph.size(), kNodesPerRange, work, [&](std::size_t begin, std::size_t end) {
+  std::vector<std::vector<Link>> between(graph.size() / kNodesPerPiece + 1);
+  ParallelFor(graph.size(), kNodesPerPiece, work, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       if (classes[i] < 0) continue;
       const auto node = static_cast<std::uint32_t>(i);
@@ -54,7 +51,7 @@ std::vector<std::vector<Link>> JoinWithinRanges(const SurfaceGraph& graph,
         if (classes[j] != classes[i]) return;
         const auto other = static_cast<std::uint32_t>(j);
         if (j < begin) {
-          between[begin / kNodesPerRange].emplace_back(node, other);
+          between[begin / kNodesPerPiece].emplace_back(node, other);
         } else {
           forest.Join(node, other);
         }
@@ -73,7 +70,7 @@ ConnectedSets FindConnectedSets(const SurfaceGraph& graph, const std::vector<std
     for (const auto& [a, b] : links) forest.Join(a, b);
   }
   ConnectedSets sets;
-  sets.of_node.assign(graph.size(), kNoIndex);
+  sets.of_node.assign(graph.size(), ConnectedSets::kNone);
   for (std::uint32_t i = 0; i < graph.size(); ++i) {
     if (classes[i] < 0) continue;
     const std::uint32_t parent = forest.parent(i);

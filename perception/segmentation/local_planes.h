@@ -1,5 +1,4 @@
-// Small planes at places all over a cloud: how much points really scatter, and what normals they
-// show.
+// Small planes at places all over a cloud: how much points really scatter, and what normals they show.
 #pragma once
 
 #include <cstdint>

@@ -12,18 +12,13 @@
 
 namespace cwm::perception {
 
-// chosen: the tallest thing on a counter is a bottle or a box of half a metre.
+// Chosen: the tallest thing on a counter is a bottle or a box of half a metre.
 inline constexpr double kLongestThing_m = 0.5;
 
-// chosen: of a point's normal with the plane's: 25 degrees, where warp bends it and creases are
-// near.
-inline constexpr float kFacing_cos = 0.9f;
-
-// How far off its plane a point of a surface may be: usually, or at most, by the sensor's noise and
-// warp.
+// How far off its plane a point of a surface may be: usually, or at most, by the sensor's noise and warp.
 enum class Off { kUsually, kMost };
 
-// Whether the point lies on the plane, and faces where the plane does (kFacing_cos).
+// Whether the point lies on the plane, and faces where the plane does (25 degrees).
 bool IsOnPlane(const Plane& plane, const OrientedPoints& points, std::size_t i, Off off);
 double ShareOn(const Plane& plane, const OrientedPoints& points,
                std::span<const std::uint32_t> members, Off off);

@@ -1,7 +1,6 @@
 #include "perception/solids/explain.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <limits>
 
@@ -13,11 +12,7 @@
 namespace cwm::perception {
 namespace {
 
-using namespace std::chrono_literals;
-
-PollEvery PollPerPoint(const Work& work) {
-  return PollEvery(work, ItemsPerPiece(200ns));  // a plate with many corners takes more
-}
+constexpr int kPointsPerPiece = 2048;  // of some 0.2 us; a plate with many corners takes more
 
 double Tolerance_m(const OrientedPoints& points, std::size_t i) {
   return std::max(kBelongs_m, kDistanceGate_sigma * double{points.sigma_m[i]});
@@ -27,7 +22,7 @@ double Tolerance_m(const OrientedPoints& points, std::size_t i) {
 
 std::vector<std::int32_t> ExplainPoints(const OrientedPoints& points,
                                         const std::vector<ShapePart>& solids, const Work& work) {
-  PollEvery poll = PollPerPoint(work);
+  PollEvery poll(work, kPointsPerPiece);
   std::vector<std::int32_t> part_of_point(points.size(), kUnexplained);
   std::vector<double> nearest_m(points.size(), std::numeric_limits<double>::infinity());
   for (std::size_t k = 0; k < solids.size(); ++k) {
@@ -51,7 +46,7 @@ std::vector<std::int32_t> ExplainPoints(const OrientedPoints& points,
 
 void MeasureQuality(const OrientedPoints& points, const std::vector<std::int32_t>& part_of_point,
                     double spacing_m, std::vector<ShapePart>& solids, const Work& work) {
-  PollEvery poll = PollPerPoint(work);
+  PollEvery poll(work, kPointsPerPiece);
   for (std::size_t k = 0; k < solids.size(); ++k) {
     const Pose X_SL = solids[k].X_OS.inverse();
     const DistanceToShape to_solid_m(solids[k]);

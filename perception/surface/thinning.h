@@ -10,9 +10,8 @@
 
 namespace cwm::perception {
 
-// chosen: no two vertices are nearer than this times the grid's edge; a cell's centroid may lie
-// close to its border.
-inline constexpr float kMinVertexGap = 0.6F;
+// No two vertices are nearer than kClosestVertices times the grid's edge.
+inline constexpr float kClosestVertices = 0.6F;  // a cell's centroid may lie close to its border
 
 struct ThinnedPoints {
   VoxelGrid grid;                            // over the points

@@ -107,10 +107,10 @@ TYPED_TEST(ShapeModelLaws, MinimalSampleGivesTheSurfaceBack) {
   int found = 0;
   for (int trial = 0; trial < 200; ++trial) {
     const auto model = RandomModel<TypeParam>(draws);
-    typename TypeParam::Sample sample;
-    for (SamplePoint& s : sample) {
+    std::vector<SamplePoint> sample;
+    for (int k = 0; k < TypeParam::kSampleSize; ++k) {
       const Vector3 p = SurfacePointOf(model, draws);
-      s = {p, model.Normal(p)};
+      sample.push_back({p, model.Normal(p)});
     }
     const std::optional<TypeParam> again = TypeParam::FromSample(sample);
     if (!again) continue;  // an ill-conditioned sample

@@ -8,7 +8,6 @@
 #include <numeric>
 #include <random>
 
-#include "perception/segmentation/outline_tracing.h"
 #include "perception/segmentation/segment_scene.h"
 #include "perception/simulation/virtual_scanner.h"
 
@@ -98,7 +97,7 @@ TEST(SupportPolygon, OfAnLShapedCounterIsLShaped) {
   }
   EXPECT_GT(supports.Outside_m({0.05 + kBorderError_m, 0.2}), 0);
   EXPECT_LT(supports.Outside_m({0.05 - kBorderError_m, 0.2}), 0);
-  EXPECT_LE(supports.At(kTop_m)[0].shape.outline.size(), kMaxOutlineCorners);
+  EXPECT_LE(supports.At(kTop_m)[0].shape.outline.size(), kMostOutlineCorners);
 }
 
 TEST(SupportPolygon, OfAConvexTableIsConvex) {
