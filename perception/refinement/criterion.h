@@ -16,7 +16,8 @@ namespace cwm::perception {
 // r_i is a point's distance to the nearest surface, sigma_i its noise along the ray, omega the slow
 // warp of the sensor, m the points that carry the information of one, N the points of the scene, and k
 // the parameters: six of a solid (its pose and sizes, less what the ground tells), and three of an
-// object, which could lie anywhere on its support.
+// object, which could lie anywhere on its support. Shapes and points are in the level frame, in metres.
+// Precondition: there are points.
 double CostOf(const std::vector<ShapePart>& shapes, const PointSet& points,
               const OrientedPoints& all, const SensorNoise& noise);
 

@@ -16,14 +16,14 @@ inline constexpr std::size_t kMaxJudgedPoints = 400;
 // Whether one shape explains so large a share of the points.
 bool IsOneSolid(const ObjectModel& model, double min_explained);
 
-// Whether a shape encloses a volume that was measured. Vessels are open, and lone faces are given 5 mm.
+// True of shapes that enclose a measured volume. Vessels are open, and lone faces are given 5 mm.
 bool IsClosed(const ShapePart& shape);
 
 // Mean square, truncated, of the distances of points to the nearest solid, in standard deviations.
 double MisfitOf(const std::vector<ShapePart>& shapes, const PointSet& points,
                 const OrientedPoints& all);
 
-// Whether the only product accounts for the points of each part nearly as well as the part's own
+// True where the only product accounts for the points of each part nearly as well as the part's own
 // model.
 bool AllAccountedFor(const ModelledProposal& modelled);
 

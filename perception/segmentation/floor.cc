@@ -68,6 +68,7 @@ Vector2 Floor::MiddleOf(const FootprintCell& cell) const {
 }
 
 bool Floor::Carries(const NodeList& region) const {
+  if (region.empty()) return false;
   const NodeList over = NodesOver(region);
   const auto all = static_cast<double>(region.size()), share = static_cast<double>(over.size());
   if (share < kLeastShareOver * all) {

@@ -7,7 +7,7 @@
 
 namespace cwm::perception {
 
-// Joins two pieces when one plane (3 degrees, 3 sigma) or one cylinder explains a good part of
+// Joins two pieces when one plane (6 degrees, 3 sigma) or one cylinder explains a good part of
 // both, and nothing that was seen contradicts that their surface continues from one to the other:
 // every place between them lies behind something nearer, or on one of them. What is joined before, as
 // vessels are, is whole: two of those stay two, for all floors of bowls on a table share a plane that

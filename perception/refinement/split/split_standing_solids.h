@@ -13,10 +13,10 @@ namespace cwm::perception {
 // Symmetric.
 bool CarriesOn(const ShapePart& part, const ShapePart& other, const Pose& X_GroundL);
 
-// Each object of several solids that all touch what it stands on, or one on the top of another,
-// becomes an object for each of them, where each is one solid when modelled by itself: all of them
-// vessels or none, nothing as thin as a face, and none that carries another on (in a stack, and of
-// vessels, those that do are one).
+// Each object of several closed solids, or of several vessels, that all touch what it stands on, or one
+// on the top of another, becomes an object for each of them, where each is one solid when modelled by
+// itself and none carries another on (in a stack, and of vessels, those that do are one). Lone faces
+// beside closed solids go to the solid that they are nearest to.
 std::unique_ptr<const RefinementPass> MakeSplitStandingSolids();
 
 }  // namespace cwm::perception

@@ -20,9 +20,9 @@
 namespace cwm::perception {
 namespace {
 
-constexpr int kMaxTrials = 12;  // chosen: more objects that touch than an image holds
-constexpr std::size_t kPointsDivisor = 2;
-constexpr double kMinSamples = 8;  // independent ones, of a part: fewer show no sizes
+constexpr int kMaxTrials = 12;             // chosen: more objects that touch than an image holds
+constexpr std::size_t kPointsDivisor = 2;  // chosen: the largest objects of a heap are asked
+constexpr double kMinSamples = 8;  // chosen: independent ones, of a part: fewer show no sizes
 constexpr double kCellSpacings = 3, kCellSigmas = 3;  // as of Connectivity
 constexpr double kEndQuantile = 0.02;                 // of heights: beyond are mixed pixels
 constexpr double kMinExplained = 0.85;                // of a part's points, by one solid
@@ -105,7 +105,7 @@ Proposal SplitOff(const SceneState& state, const ObjectHypothesis& object, Point
   const double part_foot_m = over.Height_m(part.points, kEndQuantile);
   if (is_in_plan && part_top_m < over.Height_m(rest.points, 0.5)) {
     rest.on_product = kPart;
-    // What the upper one overhangs of the lower one's wall is hidden.
+    // The upper one hides the part of the lower one's wall that it overhangs.
     rest.resting.foot_height_m += std::max(part_top_m, over.Height_m(rest.points, kEndQuantile));
   } else if (is_in_plan && part_foot_m > over.Height_m(rest.points, 0.5)) {
     part.on_product = kRest;
@@ -155,7 +155,7 @@ class SplitUnexplainedParts : public RefinementPass {
     const Pose X_GroundL =
         X_LGround(state.measured(), proposal.products[kPart].resting)->inverse(Eigen::Isometry);
     const ShapePart& solid = found.shapes.front();
-    // What is round and on something is its neck, its lid or its knob.
+    // A round part on top of something is its neck, its lid or its knob.
     if (proposal.products[kPart].on_product && !std::holds_alternative<Box>(solid.shape))
       return false;
     return std::abs(TightBounds(solid.shape, X_GroundL * solid.X_OS).min().z()) <= kMaxFootGap_m;
