@@ -1,6 +1,7 @@
 #include "perception/assemble_interpretation.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cstdint>
 #include <utility>
 #include <vector>
@@ -12,15 +13,17 @@
 namespace cwm::perception {
 namespace {
 
-// As SceneInterpretation::labels promises.
-constexpr std::uint32_t kMaxSupportLabel = 9, kMaxPartLabel = 9;
+using namespace std::chrono_literals;
+
+// chosen: of supports, and of an object's parts, as SceneInterpretation::labels promises.
+constexpr std::uint32_t kMaxLabel = 9;
 
 // label(k) to each of the points, in parallel: every point of the cloud has one owner.
 template <class Label>
 void LabelEach(const OrientedPoints& all, const PointSet& points, const Work& work,
                std::vector<std::uint32_t>& labels, const Label& label) {
-  constexpr std::size_t kPointsPerPiece = 32768;  // of 10 ns each, where the cloud is in no order
-  ParallelFor(points.size(), kPointsPerPiece, work, [&](std::size_t begin, std::size_t end) {
+  // So long where the cloud is in no order.
+  ParallelFor(points.size(), ItemsPerPiece(10ns), work, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) labels[all.cloud_index[points[k]]] = label(k);
   });
 }
@@ -28,7 +31,7 @@ void LabelEach(const OrientedPoints& all, const PointSet& points, const Work& wo
 void LabelSupports(const SceneState& state, const Work& work, std::vector<std::uint32_t>& labels) {
   for (std::uint32_t s = 0; s < state.support_count(); ++s) {
     LabelEach(state.points(), state.support(s).points, work, labels,
-              [&](std::size_t) { return std::min(s + 1, kMaxSupportLabel); });
+              [&](std::size_t) { return std::min(s + 1, kMaxLabel); });
   }
 }
 
@@ -37,7 +40,7 @@ void LabelObject(const SceneState& state, std::uint32_t index, const Work& work,
   const ObjectHypothesis& hypothesis = *state.hypotheses()[index];
   LabelEach(state.points(), hypothesis.points, work, labels, [&](std::size_t k) {
     const auto part = static_cast<std::uint32_t>(hypothesis.model->part_of_point()[k] + 1);
-    return 10 * (index + 2) + std::min(part, kMaxPartLabel);
+    return (kMaxLabel + 1) * (index + 2) + std::min(part, kMaxLabel);
   });
 }
 

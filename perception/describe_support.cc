@@ -1,26 +1,28 @@
 #include "perception/describe_support.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <cstdint>
 #include <unordered_map>
 #include <utility>
 
 #include "collision/geometry/signed_distance.h"
+#include "perception/cloud/tolerances.h"
 #include "perception/outline_raster.h"
 
 namespace cwm::perception {
 namespace {
 
-// The arm's reach of the paper (section IV), above the world's floor.
-constexpr double kLowestReach_m = 0.35, kHighestReach_m = 1.5;
-// Cells that what is observed is counted in: three pixels of a Kinect at 2 m. Wider ones where a tenth
-// of them held fewer than four points: of points strewn at random 1 in 500 would then stay empty.
-constexpr double kSmallestObservedCell_m = 0.01;
-constexpr std::uint32_t kLeastInCell = 4;
-constexpr double kMostSparse = 0.1;
-constexpr std::size_t kLeastCells = 64;  // wider ones would be as wide as the face
-constexpr int kPointsPerPiece = 512;     // of a microsecond or less
+using namespace std::chrono_literals;
+
+// cited: the arm's reach of the paper (section IV), above the world's floor.
+constexpr double kMinReach_m = 0.35, kMaxReach_m = 1.5;
+// derived: cells are widened until nearly all hold so many: of points strewn at random, 1 cell in
+// 500 then stays empty.
+constexpr std::uint32_t kMinInCell = 4;
+// chosen: wider cells would be as wide as the face.
+constexpr std::size_t kMinCells = 64;
 
 double Area_m2(const Plate& plate) {
   double area = std::abs(SignedArea_m2(plate.outline));
@@ -28,7 +30,7 @@ double Area_m2(const Plate& plate) {
   return area;
 }
 
-// Points per cell of a top face.
+// Points per cell of a top face. The smallest cells are three pixels of a Kinect at 2 m.
 class Occupancy {
  public:
   // Points that follow each other lie mostly in one cell.
@@ -46,10 +48,9 @@ class Occupancy {
   double Area_m2() const { return static_cast<double>(counts_.size()) * cell_m_ * cell_m_; }
 
   bool IsSparse() const {
-    const auto sparse = std::count_if(counts_.begin(), counts_.end(), [](const auto& entry) {
-      return entry.second < kLeastInCell;
-    });
-    return static_cast<double>(sparse) > kMostSparse * static_cast<double>(counts_.size());
+    const auto dense = std::count_if(counts_.begin(), counts_.end(),
+                                     [](const auto& entry) { return entry.second >= kMinInCell; });
+    return static_cast<double>(dense) < kNearlyAll * static_cast<double>(counts_.size());
   }
 
   // The same in cells twice as wide.
@@ -70,7 +71,7 @@ class Occupancy {
            static_cast<std::uint32_t>(cell.second);
   }
 
-  double cell_m_ = kSmallestObservedCell_m;
+  double cell_m_ = kFootprintCell_m;
   std::unordered_map<std::uint64_t, std::uint32_t> counts_;
   std::uint32_t* latest_ = nullptr;  // the count of latest_cell_
   Cell latest_cell_;
@@ -78,7 +79,7 @@ class Occupancy {
 
 // In cells as narrow as the points allow.
 double ObservedArea_m2(Occupancy occupancy) {
-  while (occupancy.IsSparse() && occupancy.cells() >= kLeastCells) occupancy = occupancy.Coarser();
+  while (occupancy.IsSparse() && occupancy.cells() >= kMinCells) occupancy = occupancy.Coarser();
   return occupancy.Area_m2();
 }
 
@@ -133,14 +134,14 @@ DescribedSupport DescribeSupport(const SegmentedSupport& segmented, const Orient
   support.model = std::move(model);
   if (floor == WorldFloor::kKnown) {
     const double top = support.X_WO.translation().z();
-    support.reachable = top >= kLowestReach_m && top <= kHighestReach_m;
+    support.reachable = top >= kMinReach_m && top <= kMaxReach_m;
   }
   return described;
 }
 
 std::vector<std::uint32_t> BeyondPlate(const SegmentedSupport& support,
                                        const OrientedPoints& points, const Work& work) {
-  PollEvery poll(work, kPointsPerPiece);
+  PollEvery poll(work, ItemsPerPiece(1us));
   const Pose X_SL = support.plate.X_FS.inverse(Eigen::Isometry);
   const OutlineRaster outline(support.plate.shape.outline);
   std::vector<std::uint32_t> beyond;

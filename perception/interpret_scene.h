@@ -28,7 +28,7 @@ struct InterpretOptions {
   enum class PoseSource { kGiven, kEstimated };
   PoseSource X_WC_source = PoseSource::kGiven;
   // Up in the sensor's frame, any positive length. Used when X_WC is unknown, which overrules it
-  // with a warning (kMostUpError_rad); without both up is estimated as the normal of the dominant
+  // with a warning (kMaxUpError_rad); without both up is estimated as the normal of the dominant
   // support plane. One that is upside down by what the cloud
   // shows is taken the other way round, and a warning says so; of X_WC a warning says so.
   std::optional<Vector3> up_C;

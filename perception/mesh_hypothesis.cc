@@ -1,6 +1,7 @@
 #include "perception/mesh_hypothesis.h"
 
 #include <algorithm>
+#include <chrono>
 #include <utility>
 
 #include "perception/explained_points.h"
@@ -9,8 +10,7 @@
 namespace cwm::perception {
 namespace {
 
-constexpr int kPointsPerPiece = 512;  // of a microsecond or less
-constexpr double kWiderInHaste = 2;   // the spacing of coarse meshes: a quarter of the triangles
+using namespace std::chrono_literals;
 
 Vector3 MeanOf(const OrientedPoints& points) {
   Vector3 sum = Vector3::Zero();
@@ -58,7 +58,7 @@ class HybridBuilder {
 
  private:
   void FindExplained() {
-    PollEvery poll(work_, kPointsPerPiece);
+    PollEvery poll(work_, ItemsPerPiece(1us));
     explained_.resize(points_.size());
     for (std::size_t k = 0; k < points_.size(); ++k) {
       poll();
@@ -128,7 +128,7 @@ void ScaleCounts(const PointSample& sample, MeshedObject& object) {
 MeshedObject MeshHypothesis(const ObjectHypothesis& hypothesis, const OrientedPoints& all,
                             const SurfaceOptions& options, const Work& work) {
   SurfaceOptions surface = options;
-  if (hypothesis.model->is_in_haste) surface.spacing_m *= kWiderInHaste;
+  if (hypothesis.model->is_in_haste) surface.spacing_m *= 2;  // a quarter of the triangles
   const PointSample sample(all, hypothesis.points, hypothesis.node_count);
   const OrientedPoints points = sample.Points();
   const std::vector<std::int32_t> part_of_sampled =

@@ -1,14 +1,15 @@
 #include "perception/outline_raster.h"
 
 #include <algorithm>
+#include <limits>
 
 namespace cwm::perception {
 namespace {
 
-// Cells along each side: edges run through a few percent of them.
+// chosen: cells along each side: edges run through a few percent of them.
 constexpr int kSide = 64;
-// Of a cell: rounding moves no point and no edge by as much.
-constexpr double kSlack = 1e-6;
+// derived: of a cell: rounding of doubles moves no point and no edge by as much.
+constexpr double kSlack = std::numeric_limits<float>::epsilon();
 
 int CellOf(double in_cells) { return std::clamp(static_cast<int>(in_cells), 0, kSide - 1); }
 

@@ -13,8 +13,8 @@
 namespace cwm::perception {
 namespace {
 
-// Beyond what a sensor measures lies little; a scene that is 100 times too large lies there as a whole.
-// Maps of many views have their origin anywhere in a building.
+// chosen: beyond what a sensor measures lies little; a scene that is 100 times too large lies there
+// as a whole. Maps of many views have their origin anywhere in a building.
 constexpr double kWidestMap_m = 100;
 struct WorkingRange {
   const char* sensor;
@@ -39,16 +39,20 @@ WorkingRange RangeOf(SensorModel model) {
   return {"a sensor of that sigma", 0, kWidestMap_m};
 }
 
-// Coordinates in a body's frame begin beside the sensor: what is near that place may be far from it.
-constexpr double kTooNear = 0.25;  // of the nearest that a sensor measures
+// chosen: of the nearest that a sensor measures. Coordinates in a body's frame begin beside the
+// sensor: what is near that place may be far from it.
+constexpr double kTooNear = 0.25;
 
-// Patches scatter less than the noise says where neighbours err together, more where they are bent:
-// in the median 0.5 to 2.1 times on simulated scenes of all sensors and on real scans of a Kinect.
-constexpr double kMostScatter = 2.5, kLeastScatter = 0.1;  // in standard deviations
-constexpr double kSmoothness_m = 0.0002;   // of what tables and boxes are covered with
-constexpr double kMostContradicted = 0.5;  // of the patches
+// measured: patches scatter less than the noise says where neighbours err together, more where they
+// are bent: in the median 0.5 to 2.1 standard deviations on simulated scenes of all sensors and on
+// real scans of a Kinect.
+constexpr double kMaxScatter_sigma = 2.5, kMinScatter_sigma = 0.1;
+// chosen: of what tables and boxes are covered with.
+constexpr double kSmoothness_m = 0.0002;
+// chosen: between normals, half of a right angle.
 constexpr double kContradiction_rad = std::numbers::pi / 4;
-constexpr std::size_t kFewestPatches = 16;
+// chosen: of fewer patches nothing is said.
+constexpr std::size_t kMinPatches = 16;
 
 void QuestionUnits(const SegmentedScene& scene, SensorModel model,
                    std::vector<std::string>& doubts) {
@@ -97,7 +101,7 @@ void QuestionLevel(const SegmentedScene& scene, const InterpretOptions& options,
                    std::vector<std::string>& doubts) {
   if (!scene.rival_up) return;
   const double angle_rad = std::acos(std::clamp(scene.rival_up->z(), -1.0, 1.0));
-  if (angle_rad <= kMostUpError_rad) return;
+  if (angle_rad <= kMaxUpError_rad) return;
   doubts.push_back(absl::StrCat("what looks most like a support is ",
                                 std::lround(angle_rad * 180 / std::numbers::pi),
                                 " degrees from level by the ", options.X_WC ? "pose" : "up",
@@ -121,20 +125,20 @@ void QuestionNoise(const std::vector<LocalPlane>& patches, const OrientedPoints&
     scatter.push_back(patch.scatter_m);
     share.push_back(patch.scatter_m / sigma_m);
   }
-  if (share.size() < kFewestPatches) return;
+  if (share.size() < kMinPatches) return;
   const auto middle = static_cast<std::ptrdiff_t>(share.size() / 2);
   for (std::vector<double>* values : {&scatter, &share}) {
     std::nth_element(values->begin(), values->begin() + middle, values->end());
   }
   const double median = share[static_cast<std::size_t>(middle)];
   const double scatter_mm = 1000 * scatter[static_cast<std::size_t>(middle)];
-  if (median > kMostScatter) {
+  if (median > kMaxScatter_sigma) {
     doubts.push_back(absl::StrFormat(
         "points scatter by %.2g mm about flat patches, %.1f times what the sensor model says: is "
         "it another sensor's, or sigma too small?",
         scatter_mm, median));
   }
-  if (noise.model == SensorModel::kConstant && median < kLeastScatter) {
+  if (noise.model == SensorModel::kConstant && median < kMinScatter_sigma) {
     doubts.push_back(absl::StrFormat(
         "points scatter by %.2g mm about flat patches, %.2g of the sigma that was given: small "
         "things may be missed",
@@ -153,9 +157,9 @@ void QuestionNormals(const std::vector<LocalPlane>& patches, const PointCloud& c
     const double cosine = points.normals[patch.middle].cast<double>().dot(patch.normal);
     contradicted += std::abs(cosine) < std::cos(kContradiction_rad);
   }
-  if (asked < kFewestPatches) return;
+  if (asked < kMinPatches) return;
+  if (2 * contradicted <= asked) return;
   const double part = static_cast<double>(contradicted) / static_cast<double>(asked);
-  if (part <= kMostContradicted) return;
   doubts.push_back(absl::StrFormat(
       "normals contradict the surfaces that the points show, by more than %.0f degrees at %.0f %% "
       "of %d places: they are taken as they are",

@@ -2,15 +2,15 @@
 #pragma once
 
 #include <cmath>
-#include <numbers>
 
 #include "collision/geometry/pose.h"
+#include "perception/cloud/tolerances.h"
 
 namespace cwm::perception {
 
-// An up vector may be off by 3 degrees, as an accelerometer's on a moving robot is, and an estimate
-// of up by 1; what differs by more speaks of another pose.
-inline constexpr double kMostUpError_rad = 5 * std::numbers::pi / 180;
+// chosen: an up vector may be off by 3 degrees, as an accelerometer's on a moving robot is, and an
+// estimate of up by 1; what differs by more speaks of another pose.
+inline constexpr double kMaxUpError_rad = 5 * kDegree;
 
 // Between the world's z and an up in the sensor's frame C, of any positive length, in [0, pi].
 inline double AngleToUp_rad(const Pose& X_WC, const Vector3& up_C) {
@@ -19,7 +19,7 @@ inline double AngleToUp_rad(const Pose& X_WC, const Vector3& up_C) {
 }
 
 inline bool AgreesWithUp(const Pose& X_WC, const Vector3& up_C) {
-  return AngleToUp_rad(X_WC, up_C) <= kMostUpError_rad;
+  return AngleToUp_rad(X_WC, up_C) <= kMaxUpError_rad;
 }
 
 }  // namespace cwm::perception

@@ -11,7 +11,7 @@
 
 namespace cwm::perception {
 
-inline constexpr std::size_t kDoubleLanes = 4;
+inline constexpr std::size_t kDoubleLanes = kLanes * sizeof(float) / sizeof(double);
 
 using Doubles = double __attribute__((vector_size(kDoubleLanes * sizeof(double))));
 // All bits of a lane set: yes. Comparisons of Doubles give it.

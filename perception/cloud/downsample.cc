@@ -5,8 +5,7 @@
 namespace cwm::perception {
 namespace {
 
-constexpr std::size_t kCellsPerPiece = 512;  // of some 0.5 us
-constexpr int kPointsPerPoll = 65536;        // millions of them may share one cell
+using namespace std::chrono_literals;
 
 void SetCell(const OrientedPoints& points, const VoxelGrid& grid, std::size_t c, PollEvery& poll,
              OrientedPoints& cells) {
@@ -39,8 +38,8 @@ OrientedPoints Downsample(const OrientedPoints& points, const VoxelGrid& grid, c
   cells.sigma_m.resize(grid.size());
   cells.normal_sigma_rad.resize(grid.size());
   cells.cloud_index.resize(grid.size());
-  ParallelFor(grid.size(), kCellsPerPiece, work, [&](std::size_t begin, std::size_t end) {
-    PollEvery poll(work, kPointsPerPoll);
+  ParallelFor(grid.size(), ItemsPerPiece(500ns), work, [&](std::size_t begin, std::size_t end) {
+    PollEvery poll(work, ItemsPerPiece(6ns));  // millions of points may share one cell
     for (std::size_t c = begin; c < end; ++c) SetCell(points, grid, c, poll, cells);
   });
   return cells;

@@ -1,17 +1,18 @@
 #include "perception/cloud/image_axes.h"
 
-#include <algorithm>
 #include <utility>
 #include <vector>
+
+#include "perception/cloud/quantile.h"
 
 namespace cwm::perception {
 namespace {
 
 using Eigen::Vector3f;
 
-constexpr std::size_t kRaySample = 4096;  // tells a mean ray to a percent of the field of view
-// Rays of a camera, up to 120 degrees wide, average to more; those of a scan all around to nothing.
-constexpr float kLeastMeanRay = 0.5f;
+// derived: rays of a camera, up to 120 degrees wide, average to more; those of a scan all around to
+// nothing.
+constexpr float kMinMeanRay = 0.5f;
 
 Vector3 NearestAxis(const Vector3f& direction) {
   Eigen::Index axis = 0;
@@ -29,7 +30,7 @@ Vector3f Without(Vector3f direction, const Vector3& axis) {
 }  // namespace
 
 ImageAxes AxesOf(const MeasuredPoints& image) {
-  const std::size_t stride = std::max<std::size_t>(1, image.image.size() / kRaySample) | 1;
+  const std::size_t stride = SampleStride(image.image.size());
   Vector3f sum = Vector3f::Zero(), towards_top = Vector3f::Zero();
   float count = 0, rows = 0;
   std::vector<std::pair<float, Vector3f>> rays;  // with their rows
@@ -45,7 +46,7 @@ ImageAxes AxesOf(const MeasuredPoints& image) {
   }
   for (const auto& [row, ray] : rays) towards_top += (rows / count - row) * ray;
   ImageAxes axes;
-  axes.is_all_around = sum.norm() < kLeastMeanRay * count;
+  axes.is_all_around = sum.norm() < kMinMeanRay * count;
   const Vector3 forward = NearestAxis(sum);
   if (!axes.is_all_around) towards_top = Without(towards_top, forward);
   if (!(towards_top.norm() > 0)) return axes;

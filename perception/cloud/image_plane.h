@@ -1,20 +1,30 @@
 // One number per pixel of an image, laid out for loops over several pixels at once.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <limits>
 #include <vector>
 
+#include "perception/cloud/lanes.h"
 #include "perception/cloud/measured_points.h"
 #include "perception/cloud/parallel_for.h"
 
 namespace cwm::perception {
 
+// Pixels that the radius of a normal's neighbourhood spans.
+// chosen: 5 x 5 pixels, for the neighbours of an image with little noise lie farther apart than
+// noise asks for.
+inline constexpr float kMinWindow_px = 2;
+// chosen: a larger one only occurs with the sensor on the surface.
+inline constexpr float kMaxWindow_px = 64;
+
 // Row-major with a margin on both sides of each row; NaN in the margins and where no point is, so
 // that whoever compares the values needs no test for either.
 class ImagePlane {
  public:
-  static constexpr int kMargin = 80;  // windows of 64 pixels, and a block of lanes
+  // derived: a window, and a block of lanes on either side of it.
+  static constexpr int kMargin = static_cast<int>(kMaxWindow_px) + kLanes * 2;
 
   ImagePlane() = default;
   ImagePlane(int width, int height)
@@ -35,8 +45,9 @@ class ImagePlane {
 // parallel.
 template <class Set>
 void ForEachPixel(const MeasuredPoints& measured, const Work& work, const Set& set) {
-  constexpr std::size_t kRowsPerPiece = 16;  // of 640 pixels, some 10 ns each
-  ParallelFor(static_cast<std::size_t>(measured.height), kRowsPerPiece, work,
+  using namespace std::chrono_literals;
+  ParallelFor(static_cast<std::size_t>(measured.height),
+              ItemsPerPiece(10ns * std::max(measured.width, 1)), work,
               [&](std::size_t begin, std::size_t end) {
                 for (std::size_t row = begin; row < end; ++row) {
                   const std::int32_t* line =

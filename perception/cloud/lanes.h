@@ -9,7 +9,7 @@
 
 namespace cwm::perception {
 
-inline constexpr int kLanes = 8;
+inline constexpr int kLanes = 8;  // cited: of an AVX register, 32 bytes
 
 using Lanes = float __attribute__((vector_size(kLanes * sizeof(float))));
 // All bits of a lane set: yes. Comparisons of Lanes give it.
@@ -64,7 +64,9 @@ CWM_LANES_INLINE Lanes SquareRoots(const Lanes& v) {
 // Of positive numbers, to some roundings: two steps of Newton's from a guess by the exponent, a third
 // of which is the root's.
 CWM_LANES_INLINE Lanes CubeRoots(const Lanes& v) {
-  constexpr float kThirdOfBias = 709958130.0f;  // 2 / 3 of 127, in the place of the exponent
+  // cited: two thirds of the exponent's bias of 127, in its place, less what makes the guess err
+  // equally to both sides (W. Kahan, as in the C library of FreeBSD).
+  constexpr float kThirdOfBias = 709958130.0f;
   const Lanes bits = __builtin_convertvector(reinterpret_cast<LaneMask>(v), Lanes);
   Lanes root =
       reinterpret_cast<Lanes>(__builtin_convertvector(bits / 3.0f + kThirdOfBias, LaneMask));

@@ -1,6 +1,5 @@
 #include "perception/cloud/measured_points.h"
 
-#include <algorithm>
 #include <cmath>
 #include <optional>
 #include <string>
@@ -18,19 +17,21 @@
 namespace cwm::perception {
 namespace {
 
-// Rays of neighbouring pixels farther apart than this are no image (a 64-line laser has 0.01).
-constexpr float kLargestPixelAngle_rad = 0.05f;
-constexpr std::size_t kAngleSamples = 4096;
-constexpr std::size_t kPointsPerPiece = 8192;  // of less than 0.1 us each
+using namespace std::chrono_literals;
+
+// chosen: rays of neighbouring pixels that are farther apart are no image (a 64-line laser has
+// 0.01).
+constexpr float kMaxPixelAngle_rad = 0.05f;
+constexpr std::size_t kPointsPerRange = ItemsPerPiece(50ns);  // derived: a range is a piece
 
 absl::Status CheckLayout(const PointCloud& cloud) {
   if (cloud.points.empty()) {
     return absl::InvalidArgumentError("cloud.points is empty: must hold at least one point");
   }
-  if (cloud.points.size() > VoxelGrid::kMostPoints) {
+  if (cloud.points.size() > VoxelGrid::kMaxPoints) {
     return absl::InvalidArgumentError(absl::StrCat("cloud.points has ", cloud.points.size(),
                                                    " points: must have at most ",
-                                                   VoxelGrid::kMostPoints));
+                                                   VoxelGrid::kMaxPoints));
   }
   if (!cloud.normals.empty() && cloud.normals.size() != cloud.points.size()) {
     return absl::InvalidArgumentError(absl::StrCat("cloud.normals has ", cloud.normals.size(),
@@ -57,7 +58,7 @@ float AngleBetweenRays(const Eigen::Vector3f& a, const Eigen::Vector3f& b) {
 
 // Median over an even sample of horizontally adjacent pixels; 0 when there are none.
 float MedianPixelAngle(const MeasuredPoints& measured) {
-  const std::size_t stride = std::max<std::size_t>(1, measured.image.size() / kAngleSamples) | 1;
+  const std::size_t stride = SampleStride(measured.image.size());
   std::vector<float> angles;
   for (std::size_t i = 1; i < measured.image.size(); i += stride) {
     if (i % static_cast<std::size_t>(measured.width) == 0) continue;
@@ -74,7 +75,7 @@ Eigen::Vector3f UnitOrZero(const Eigen::Vector3f& v) {
   return std::isfinite(norm) && norm > 1e-6f ? Eigen::Vector3f(v / norm) : Eigen::Vector3f::Zero();
 }
 
-// A range of kPointsPerPiece points of a cloud.
+// A range of kPointsPerRange points of a cloud.
 struct Range {
   std::size_t finite = 0;
   std::size_t first = 0;              // finite ones in the ranges before
@@ -82,9 +83,9 @@ struct Range {
 };
 
 std::vector<Range> CountFinite(const PointCloud& cloud, const Work& work) {
-  std::vector<Range> ranges((cloud.size() + kPointsPerPiece - 1) / kPointsPerPiece);
-  ParallelFor(cloud.size(), kPointsPerPiece, work, [&](std::size_t begin, std::size_t end) {
-    Range& range = ranges[begin / kPointsPerPiece];
+  std::vector<Range> ranges((cloud.size() + kPointsPerRange - 1) / kPointsPerRange);
+  ParallelFor(cloud.size(), kPointsPerRange, work, [&](std::size_t begin, std::size_t end) {
+    Range& range = ranges[begin / kPointsPerRange];
     for (std::size_t i = begin; i < end; ++i) {
       if (!IsReturn(cloud.points[i])) continue;
       ++range.finite;
@@ -129,7 +130,7 @@ void Collect(const PointCloud& cloud, const Batch& batch, MeasuredPoints& measur
     const Eigen::Vector3f& p = cloud.points[i];
     const bool is_return = IsReturn(p);
     if (cloud.organised()) {
-      measured.image[i] = is_return ? static_cast<std::int32_t>(k) : MeasuredPoints::kNoReturn;
+      measured.image[i] = is_return ? static_cast<std::int32_t>(k) : kNoIndex;
     }
     if (!is_return) continue;
     out.points[k] = p;
@@ -148,7 +149,7 @@ void SetSigmas(const SensorNoise& noise, const Work& work, MeasuredPoints& measu
     if (!axes.is_all_around) forward = axes.forward.cast<float>();
   }
   OrientedPoints& out = measured.oriented;
-  ParallelFor(out.size(), kPointsPerPiece, work, [&](std::size_t begin, std::size_t end) {
+  ParallelFor(out.size(), kPointsPerRange, work, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const float depth_m = forward.dot(out.points[i]);
       const float away_m = depth_m > 0 ? depth_m : out.points[i].norm();
@@ -171,8 +172,8 @@ absl::StatusOr<MeasuredPoints> CollectMeasured(const PointCloud& cloud, const Se
     measured.image.resize(cloud.size());
   }
   Resize(ranges.back().first + ranges.back().finite, measured.oriented);
-  ParallelFor(cloud.size(), kPointsPerPiece, work, [&](std::size_t begin, std::size_t end) {
-    Collect(cloud, {begin, end, ranges[begin / kPointsPerPiece].first}, measured);
+  ParallelFor(cloud.size(), kPointsPerRange, work, [&](std::size_t begin, std::size_t end) {
+    Collect(cloud, {begin, end, ranges[begin / kPointsPerRange].first}, measured);
   });
   OrientedPoints& out = measured.oriented;
   out.spread = noise.SpreadAboutPlanes();
@@ -184,7 +185,7 @@ absl::StatusOr<MeasuredPoints> CollectMeasured(const PointCloud& cloud, const Se
   }
   if (measured.organised()) {
     measured.pixel_angle_rad = MedianPixelAngle(measured);
-    if (measured.pixel_angle_rad <= 0 || measured.pixel_angle_rad > kLargestPixelAngle_rad) {
+    if (measured.pixel_angle_rad <= 0 || measured.pixel_angle_rad > kMaxPixelAngle_rad) {
       measured.image.clear();
     }
   }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "perception/cloud/no_index.h"
 #include "perception/cloud/oriented_points.h"
 #include "perception/cloud/point_cloud.h"
 #include "perception/cloud/sensor_noise.h"
@@ -15,14 +16,13 @@ namespace cwm::perception {
 
 struct MeasuredPoints {
   OrientedPoints oriented;  // the finite points in the cloud's order; frame C at first
-  // Of an organised cloud, else empty: the image of indices into `oriented`, row-major, kNoReturn
+  // Of an organised cloud, else empty: the image of indices into `oriented`, row-major, kNoIndex
   // where there is no finite point.
   std::vector<std::int32_t> image;
   int width = 0;
   int height = 0;
   float pixel_angle_rad = 0;  // between the rays of neighbouring pixels, the median over the image
 
-  static constexpr std::int32_t kNoReturn = -1;
   bool organised() const { return !image.empty(); }
 
   // Between the rays of pixels that err each by itself.

@@ -2,10 +2,12 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 
 namespace cwm::perception {
 
-inline constexpr int kMortonBitsPerAxis = 21;  // three axes in 64 bits
+// derived: three axes in one key.
+inline constexpr int kMortonBitsPerAxis = std::numeric_limits<std::uint64_t>::digits / 3;
 
 // Spreads the low 21 bits so that two zero bits follow each.
 inline std::uint64_t SpreadBits(std::uint64_t v) {

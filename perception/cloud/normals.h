@@ -12,20 +12,24 @@
 namespace cwm::perception {
 
 // A neighbourhood of radius r errs by noise, 2 sigma s / (sqrt(pi) r^2) of points s apart that err each
-// by itself, and by what bends within it, r / R: least for r^3 = 4 R sigma s / sqrt(pi). R is about that
-// of the largest things for a table; with it a Kinect at up to 1.2 m keeps the radius below.
+// by itself, and by what bends within it, r / R: least for r^3 = 4 R sigma s / sqrt(pi).
+// chosen: R is about that of the largest objects for a table; with it the radius of a Kinect at up
+// to 1.2 m follows from the limit below.
 inline constexpr float kNormalBend_m = 0.11f;
-// At most so many standard deviations of the range: below 6 the normals of a Kinect scatter by more than
-// 10 degrees, above 8 creases wash out. Of an image no less than two pixels.
+// measured: at most so many standard deviations of the range. Below 6 the normals of a Kinect
+// scatter by more than 10 degrees, above 8 creases wash out. Of an image no less than two pixels.
 inline constexpr float kNormalRadius_sigma = 7;
 
 CWM_LANES_INLINE Lanes NormalRadii_m(const Lanes& sigma_m, const Lanes& spacing_m) {
-  constexpr float kFactor = 4 * std::numbers::inv_sqrtpi_v<float> * kNormalBend_m;
+  constexpr float kFactor = kNormalBend_m * 4 * std::numbers::inv_sqrtpi_v<float>;
   return Lesser(kNormalRadius_sigma * sigma_m, CubeRoots(kFactor * sigma_m * spacing_m));
 }
 inline float NormalRadius_m(float sigma_m, float spacing_m) {
   return NormalRadii_m(Lanes{} + sigma_m, Lanes{} + spacing_m)[0];
 }
+
+// derived: of a normal that nothing tells, a right angle.
+inline constexpr float kUnknownSigma_rad = std::numbers::pi_v<float> / 2;
 
 // One standard deviation of a normal's angle from n points spread over radius r that err each by
 // itself.

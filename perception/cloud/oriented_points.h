@@ -12,7 +12,7 @@
 
 namespace cwm::perception {
 
-// Of tables and boards: the noise of precise sensors is less.
+// chosen: of tables and boards; the noise of precise sensors is less.
 inline constexpr float kUnevenness_m = 0.001f;
 
 // Structure of arrays, all of one length. The level frame L (z up,

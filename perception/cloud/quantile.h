@@ -1,4 +1,4 @@
-// Medians and other quantiles of unordered values.
+// Medians and other quantiles of unordered values, and samples that tell them.
 #pragma once
 
 #include <algorithm>
@@ -25,5 +25,11 @@ T Median(std::vector<T> values) {
   std::nth_element(values.begin(), middle, values.end());
   return *middle;
 }
+
+// chosen: so many values fix a median to 2 percent of its spread; more tell little more.
+inline constexpr std::size_t kSampled = 4096;
+// Every how manieth of `count` values makes an even sample of kSampled or a few more. Odd: of the
+// pixels of an image all columns take their turns.
+inline std::size_t SampleStride(std::size_t count) { return count / kSampled | 1; }
 
 }  // namespace cwm::perception

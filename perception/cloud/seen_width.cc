@@ -8,19 +8,18 @@
 #include <vector>
 
 #include "perception/cloud/quantile.h"
+#include "perception/cloud/tolerances.h"
 
 namespace cwm::perception {
 namespace {
 
-// Cells that hold dozens of a camera's pixels; at the borders they are partly empty.
-constexpr double kCell_m = 0.01;
-constexpr double kFullCell = 0.75;
-constexpr double kAround_m = 0.005;  // the thinnest handles are about as wide
-// A disc is full with this share of the points that its density asks for: drop-outs and ragged
-// edges make holes. At a straight border half a disc holds 0.5.
+// derived: a disc as wide as a cell, which is about as wide as the thinnest handles.
+constexpr double kAround_m = kFootprintCell_m / 2;
+// measured: a disc is full with this share of the points that its density asks for. Drop-outs and
+// ragged edges make holes; at a straight border half a disc holds 0.5.
 constexpr double kFullDisc = 0.85;
-constexpr std::size_t kMostDiscs = 200;  // evenly spread over the points
-constexpr std::size_t kLeastInDisc = 4;  // fewer fill small discs by chance
+// chosen: evenly spread over the points; time grows with the discs, widths by less than a pixel.
+constexpr std::size_t kMaxDiscs = 200;
 
 // Places on the plane through the middle of the points, across the ray to it, in metres there.
 std::vector<Vector2> PlacesAcross(std::span<const Eigen::Vector3f> points,
@@ -37,7 +36,7 @@ std::vector<Vector2> PlacesAcross(std::span<const Eigen::Vector3f> points,
   return places;
 }
 
-std::size_t Stride(const std::vector<Vector2>& places) { return 1 + places.size() / kMostDiscs; }
+std::size_t Stride(const std::vector<Vector2>& places) { return 1 + places.size() / kMaxDiscs; }
 
 // Distances of all from one of the places.
 void AwayFrom(const std::vector<Vector2>& places, std::size_t k, std::vector<double>& away_m) {
@@ -70,11 +69,11 @@ double SeenPitch_m(std::span<const Eigen::Vector3f> points, const Vector3& viewp
   if (points.empty()) return 0;
   std::map<std::pair<long, long>, double> count_of_cell;
   for (const Vector2& x : PlacesAcross(points, viewpoint)) {
-    ++count_of_cell[{std::lround(x.x() / kCell_m), std::lround(x.y() / kCell_m)}];
+    ++count_of_cell[{std::lround(x.x() / kFootprintCell_m), std::lround(x.y() / kFootprintCell_m)}];
   }
   std::vector<double> counts;
   for (const auto& [at, count] : count_of_cell) counts.push_back(count);
-  return kCell_m / std::sqrt(Quantile(std::move(counts), kFullCell));
+  return kFootprintCell_m / std::sqrt(Quantile(std::move(counts), kFullCell));
 }
 
 double SeenWidth_m(std::span<const Eigen::Vector3f> points, const Vector3& viewpoint) {
@@ -94,7 +93,7 @@ double SeenWidth_m(std::span<const Eigen::Vector3f> points, const Vector3& viewp
     std::sort(wider, most);
     for (auto disc = most; disc != wider;) {
       const std::ptrdiff_t within = --disc - away_m.begin();
-      if (within < std::ptrdiff_t{kLeastInDisc}) break;
+      if (within < kPointsOfCell) break;
       if (!IsFull(static_cast<double>(within), *disc, per_m2)) continue;
       widest_m = 2 * *disc;
       break;

@@ -9,6 +9,12 @@
 
 namespace cwm::perception {
 
+// measured: quantile of the points per cell that a cell wholly inside holds; those at the border,
+// half of all across a slender cluster, are partly empty.
+inline constexpr double kFullCell = 0.75;
+// chosen: fewer points are in a cell or not by chance.
+inline constexpr int kPointsOfCell = 4;
+
 // Distance between neighbouring points across the ray to their middle, metres; of the denser half
 // of what is seen. Zero without points.
 double SeenPitch_m(std::span<const Eigen::Vector3f> points, const Vector3& viewpoint);

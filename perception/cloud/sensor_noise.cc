@@ -5,20 +5,23 @@
 #include <numbers>
 
 #include "perception/cloud/point_cloud.h"
+#include "perception/cloud/tolerances.h"
 
 namespace cwm::perception {
 namespace {
 
+// cited: of the Kinect's depth image of 640 x 480 pixels.
 constexpr double kKinectFocal_px = 525;
-constexpr double kLeast_m = 1e-4;       // of a camera, however near
-constexpr double kLeastGiven_m = 1e-5;  // coordinates that are floats resolve little finer
+// derived: coordinates that are floats resolve little finer a metre away. No camera is as precise
+// where it sees at all.
+constexpr double kMinNoise_m = 1e-5;
 constexpr double kHalfPi = std::numbers::pi / 2;
-// Nguyen's terms diverge at grazing incidence; no sensor returns a point beyond this angle.
-constexpr double kLargestIncidence_rad = 85 * std::numbers::pi / 180;
-constexpr double kSteepIncidence_rad = 60 * std::numbers::pi / 180;
+// chosen: no sensor returns a point beyond this angle. Nguyen's terms diverge at grazing incidence.
+constexpr double kMaxIncidence_rad = 85 * kDegree;
+const double kSteepIncidence_rad = std::acos(kSteepIncidence_cos);
 
 double Clamped(double incidence_rad) {
-  return std::clamp(std::abs(incidence_rad), 0.0, kLargestIncidence_rad);
+  return std::clamp(std::abs(incidence_rad), 0.0, kMaxIncidence_rad);
 }
 
 double KinectAxialSigma_m(double z, double incidence_rad) {
@@ -47,9 +50,9 @@ double SensorNoise::AxialSigma_m(double depth_m, double incidence_rad) const {
     case SensorModel::kKinect:
       return KinectAxialSigma_m(z, incidence_rad);
     case SensorModel::kRealSense:
-      return std::max(kLeast_m, z * z * 0.1 / (RealSenseFocal_px(image_width_px) * 0.05));
+      return std::max(kMinNoise_m, z * z * 0.1 / (RealSenseFocal_px(image_width_px) * 0.05));
     case SensorModel::kTimeOfFlight:
-      return std::max(kLeast_m, 0.01 * z);
+      return std::max(kMinNoise_m, 0.01 * z);
     case SensorModel::kTiltingLaser:
       return std::max(0.018, 0.0015 + 0.0006 * z);
     case SensorModel::kSickLms400:
@@ -57,7 +60,7 @@ double SensorNoise::AxialSigma_m(double depth_m, double incidence_rad) const {
     case SensorModel::kConstant:
       break;
   }
-  return std::max(kLeastGiven_m, constant_sigma_m);
+  return std::max(kMinNoise_m, constant_sigma_m);
 }
 
 double SensorNoise::LateralSigma_m(double depth_m, double incidence_rad) const {

@@ -2,6 +2,7 @@
 // draws from it.
 #pragma once
 
+#include <algorithm>
 #include <string_view>
 
 #include "collision/geometry/pose.h"
@@ -69,28 +70,35 @@ struct SensorNoise {
 // are taken for whole ones: of a part that was cut out nobody says how wide the whole was.
 SensorNoise NoiseIn(const PointCloud& cloud, SensorNoise noise);
 
-// Depth cameras that triangulate warp slowly besides, by this much rms: measured on the tables of
-// real Kinect scans, where points nearer than a quarter of 0.2 m err together.
+// measured: how much depth cameras that triangulate warp slowly besides, rms, on the tables of real
+// Kinect scans, where points nearer than a quarter of 0.2 m err together.
 inline constexpr double kSlowWarp_m = 0.0013;
-// Time of flight is long where surfaces light each other: of things on a table, the smaller the more,
-// by 3.5 mm in the mean and 4 to 8 mm rms in simulated scenes (albedo 0.5).
+// measured: time of flight is long where surfaces light each other, by 3.5 mm in the mean and 4 to
+// 8 mm rms for objects on a table in simulated scenes (albedo 0.5), the smaller the more.
 inline constexpr double kMultipath_m = 0.005;
-// Views that are registered with each other in one cloud do not quite fit: by 2 to 5 mm and 0.2 to 0.5
-// degrees, as what ICP leaves between scans of a room; nobody tells by how much.
+// cited: views that are registered with each other in one cloud do not quite fit, by 2 to 5 mm and
+// 0.2 to 0.5 degrees, as much as ICP leaves between scans of a room; nobody tells by how much.
 inline constexpr double kRegistration_m = 0.003;
-// The warps of two points d apart correlate like exp(-d^2 / (2 l^2)) with this l: the curvature at
-// d = 0 of waves of 0.2 to 0.6 m, all equally likely.
+// derived: the warps of two points d apart correlate like exp(-d^2 / (2 l^2)) with this l, which
+// has the curvature at d = 0 of waves of 0.2 to 0.6 m, all equally likely.
 inline constexpr double kWarpCorrelation_m = 0.078;
 
-// A surface explains a point, and collision checking with it is safe, within max(10 mm, 3 sigma):
-// the one measure of coverage, whatever surface it is.
+// chosen: so many standard deviations hold what errs by noise alone, but for 0.3 % of it.
+inline constexpr double kGate_sigma = 3;
+
+// chosen: a surface explains a point, and collision checking with it is safe, within
+// max(10 mm, 3 sigma): the one measure of coverage, whatever surface it is.
 inline constexpr double kExplainedWithin_m = 0.010;
 inline constexpr double ExplainedWithin_m(double sigma_m) {
-  return sigma_m > kExplainedWithin_m / 3 ? 3 * sigma_m : kExplainedWithin_m;
+  return std::max(kExplainedWithin_m, kGate_sigma * sigma_m);
 }
 
-// Neighbouring residuals are correlated (mOSD tables: 0.72 / 0.59 / 0.39 / 0.11 at 1 / 2 / 4 / 8
-// pixels along rows), so n points carry the information of n / kPointsPerIndependentSample.
+// cited: of incidence; beyond 60 degrees noise grows by its own term (Nguyen, Izadi and Lovell
+// 2012).
+inline constexpr double kSteepIncidence_cos = 0.5;
+
+// measured: neighbouring residuals are correlated (mOSD tables: 0.72 / 0.59 / 0.39 / 0.11 at 1 / 2
+// / 4 / 8 pixels along rows), so n points carry the information of n / kPointsPerIndependentSample.
 inline constexpr double kPointsPerIndependentSample = 12;
 
 }  // namespace cwm::perception

@@ -10,16 +10,12 @@
 #include <vector>
 
 #include "perception/cloud/quantile.h"
+#include "perception/cloud/seen_width.h"
+#include "perception/cloud/tolerances.h"
 #include "perception/cloud/voxel_grid.h"
 
 namespace cwm::perception {
 namespace {
-
-constexpr double kLeastCell_m = 0.004;  // two to three pixels of a Kinect at 0.8 m
-constexpr double kCellSpacings = 2;     // four points a cell: few are empty by chance
-// Quantile of the points per cell that a cell wholly inside holds; those at the border, half of all
-// across a slender cluster, count for as much as they hold.
-constexpr double kFullCell = 0.75;
 
 struct Farthest {
   std::size_t cell = 0;
@@ -69,7 +65,8 @@ Way LongestWay(const VoxelGrid& grid) {
   return longest;
 }
 
-// Of cells across the ray to the middle of the cluster.
+// Of cells across the ray to the middle of the cluster; those at its border count for as much as
+// they hold.
 double SeenArea_m2(std::span<const Eigen::Vector3f> points, const Vector3& viewpoint,
                    double cell_m) {
   Vector3 middle = Vector3::Zero();
@@ -95,7 +92,7 @@ double SeenArea_m2(std::span<const Eigen::Vector3f> points, const Vector3& viewp
 Slenderness MeasureSlenderness(std::span<const Eigen::Vector3f> points, const Vector3& viewpoint,
                                double spacing_m) {
   if (points.empty()) return {};
-  const double cell_m = std::max(kLeastCell_m, kCellSpacings * spacing_m);
+  const double cell_m = std::max(kThinnedTo_m, std::sqrt(kPointsOfCell) * spacing_m);
   const VoxelGrid grid = VoxelGrid::Build(points, static_cast<float>(cell_m));
   const Way way = LongestWay(grid);
   const double length_m = way.length_m + cell_m;

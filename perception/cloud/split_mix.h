@@ -6,7 +6,8 @@
 
 namespace cwm::perception {
 
-inline constexpr std::uint64_t kGoldenGamma = 0x9e3779b97f4a7c15ULL;  // 2^64 / golden ratio, odd
+// cited: 2^64 over the golden ratio, odd.
+inline constexpr std::uint64_t kGoldenGamma = 0x9e3779b97f4a7c15ULL;
 
 // A bijection of 64 bits in which every bit of the input changes about half of the output's.
 inline std::uint64_t MixBits(std::uint64_t z) {

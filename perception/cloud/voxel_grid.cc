@@ -9,17 +9,15 @@
 
 #include "perception/cloud/morton.h"
 #include "perception/cloud/parallel_for.h"
+#include "perception/cloud/split_mix.h"
 
 namespace cwm::perception {
 namespace {
 
-constexpr int kPointsPerPiece = 8192;        // of less than 0.1 us each
-constexpr std::size_t kCellsPerPiece = 512;  // some ten points each
-constexpr float kCellsPerAxis = static_cast<float>((1 << kMortonBitsPerAxis) - 2);
+using namespace std::chrono_literals;
 
-constexpr int kBitsOfBlock = 6;  // the lowest of a cell's key tell it from the others of its block
-constexpr std::uint32_t kCellsOfBlock = 1 << kBitsOfBlock;
-static_assert(VoxelGrid::kMostPoints <= std::size_t{1} << (32 - kBitsOfBlock));
+// derived: keys tell as many apart; one less at either end is left for rounding.
+constexpr float kCellsPerAxis = static_cast<float>((1 << kMortonBitsPerAxis) - 2);
 
 std::uint64_t KeyOf(const VoxelGrid::Cell& cell) {
   return MortonKey(static_cast<std::uint32_t>(cell.x()), static_cast<std::uint32_t>(cell.y()),
@@ -37,7 +35,7 @@ using AxisRanges = std::array<std::array<std::array<std::uint64_t, 4>, 4>, 3>;
 
 constexpr AxisRanges MakeAxisRanges() {
   AxisRanges ranges{};
-  for (unsigned bit = 0; bit < kCellsOfBlock; ++bit) {
+  for (unsigned bit = 0; bit < VoxelGrid::kCellsOfBlock; ++bit) {
     for (unsigned axis = 0; axis < 3; ++axis) {
       const unsigned at = (bit >> axis & 1) | (bit >> (axis + 3) & 1) << 1;
       for (unsigned low = 0; low <= at; ++low) {
@@ -57,19 +55,22 @@ struct KeyedBlock {
   std::uint32_t block;
 };
 
-// Stable radix sort by key, 11 bits a pass, only as many passes as the largest key needs.
+// Stable radix sort by key, a byte a pass, only as many passes as the largest key needs.
 void SortByKey(std::vector<KeyedBlock>& items, const Work& work) {
-  constexpr int kDigitBits = 11;
-  constexpr std::size_t kDigits = 1 << kDigitBits;
+  using Digit = std::uint8_t;
+  constexpr std::size_t kLastDigit = std::numeric_limits<Digit>::max();
   std::uint64_t all = 0;
   for (const KeyedBlock& item : items) all |= item.key;
   std::vector<KeyedBlock> other(items.size());
-  for (int shift = 0; shift < 64 && all >> shift; shift += kDigitBits) {
+  for (int shift = 0; shift < 64 && all >> shift; shift += std::numeric_limits<Digit>::digits) {
     work.Poll();
-    std::array<std::size_t, kDigits + 1> start{};
-    for (const KeyedBlock& item : items) ++start[(item.key >> shift & (kDigits - 1)) + 1];
-    for (std::size_t d = 0; d < kDigits; ++d) start[d + 1] += start[d];
-    for (const KeyedBlock& item : items) other[start[item.key >> shift & (kDigits - 1)]++] = item;
+    const auto digit = [&](const KeyedBlock& item) -> std::size_t {
+      return static_cast<Digit>(item.key >> shift);
+    };
+    std::array<std::size_t, kLastDigit + 2> start{};
+    for (const KeyedBlock& item : items) ++start[digit(item) + 1];
+    for (std::size_t d = 0; d <= kLastDigit; ++d) start[d + 1] += start[d];
+    for (const KeyedBlock& item : items) other[start[digit(item)]++] = item;
     items.swap(other);
   }
 }
@@ -109,8 +110,7 @@ VoxelGrid VoxelGrid::BuildCells(std::span<const Eigen::Vector3f> points, float e
                                 const Work& work) {
   VoxelGrid grid;
   if (points.empty()) return grid;
-  if (points.size() > kMostPoints)
-    throw std::length_error("a voxel grid holds at most 2^26 points");
+  if (points.size() > kMaxPoints) throw std::length_error("a voxel grid holds at most 2^26 points");
   Eigen::Vector3f low = points[0], high = points[0];
   for (const Eigen::Vector3f& p : points) {
     low = low.cwiseMin(p);
@@ -130,7 +130,7 @@ void VoxelGrid::FindCells(std::span<const Eigen::Vector3f> points, const Work& w
   const float per_edge = 1 / edge_m_;
   cell_of_point_.resize(points.size());
   IndexBlocks();
-  PollEvery poll(work, kPointsPerPiece);
+  PollEvery poll(work, ItemsPerPiece(50ns));
   std::uint64_t latest =
       ~std::uint64_t{0};  // points that follow each other are mostly in one block
   std::uint32_t index = 0;
@@ -151,7 +151,7 @@ void VoxelGrid::FindCells(std::span<const Eigen::Vector3f> points, const Work& w
 
 std::uint32_t VoxelGrid::FindOrAddBlock(std::uint64_t key) {
   std::size_t slot = Slot(key);
-  for (; slots_[slot] != kNone; slot = (slot + 1) & (slots_.size() - 1)) {
+  for (; slots_[slot] != kNoIndex; slot = (slot + 1) & (slots_.size() - 1)) {
     const auto found = static_cast<std::uint32_t>(slots_[slot]);
     if (blocks_[found].key == key) return found;
   }
@@ -179,7 +179,7 @@ void VoxelGrid::SortBlocks(const Work& work) {
   blocks_ = std::move(blocks);
   IndexBlocks();
   ListCells(cells);
-  PollEvery poll(work, kPointsPerPiece);
+  PollEvery poll(work, ItemsPerPiece(50ns));
   for (std::uint32_t& cell : cell_of_point_) {
     poll();
     const Block& block = blocks_[place[cell >> kBitsOfBlock]];
@@ -200,7 +200,7 @@ void VoxelGrid::ListCells(std::size_t count) {
 }
 
 void VoxelGrid::SortPoints(const Work& work) {
-  PollEvery poll(work, kPointsPerPiece);
+  PollEvery poll(work, ItemsPerPiece(50ns));
   first_.assign(cells_.size() + 1, 0);
   for (std::uint32_t cell : cell_of_point_) {
     poll();
@@ -227,8 +227,9 @@ std::vector<std::uint32_t> VoxelGrid::Renumber() {
 
 void VoxelGrid::SumUp(std::span<const Eigen::Vector3f> points, const Work& work) {
   moments_.resize(cells_.size());
-  ParallelFor(cells_.size(), kCellsPerPiece, work, [&](std::size_t begin, std::size_t end) {
-    PollEvery poll(work, kPointsPerPiece);
+  // Some ten points a cell.
+  ParallelFor(cells_.size(), ItemsPerPiece(800ns), work, [&](std::size_t begin, std::size_t end) {
+    PollEvery poll(work, ItemsPerPiece(50ns));
     for (std::size_t c = begin; c < end; ++c) {
       const Eigen::Vector3f center = Center(c);
       Moments sums;
@@ -260,14 +261,14 @@ std::uint64_t VoxelGrid::BitsBetween(const Cell& low, const Cell& high) {
 }
 
 std::size_t VoxelGrid::Slot(std::uint64_t key) const {
-  return (key * 0x9e3779b97f4a7c15ULL >> 32) & (slots_.size() - 1);  // Fibonacci hashing
+  return (key * kGoldenGamma >> 32) & (slots_.size() - 1);  // Fibonacci hashing
 }
 
 void VoxelGrid::IndexBlocks() {
-  slots_.assign(std::bit_ceil(4 * std::max<std::size_t>(1, blocks_.size())), kNone);
+  slots_.assign(std::bit_ceil(4 * std::max<std::size_t>(1, blocks_.size())), kNoIndex);
   for (std::size_t i = 0; i < blocks_.size(); ++i) {
     std::size_t slot = Slot(blocks_[i].key);
-    while (slots_[slot] != kNone) slot = (slot + 1) & (slots_.size() - 1);
+    while (slots_[slot] != kNoIndex) slot = (slot + 1) & (slots_.size() - 1);
     slots_[slot] = static_cast<std::int32_t>(i);
   }
 }
@@ -276,17 +277,17 @@ const VoxelGrid::Block* VoxelGrid::FindBlock(const Cell& block) const {
   if (slots_.empty() || !HasKey(block)) return nullptr;
   const std::uint64_t key = KeyOf(block);
   for (std::size_t slot = Slot(key);; slot = (slot + 1) & (slots_.size() - 1)) {
-    if (slots_[slot] == kNone) return nullptr;
+    if (slots_[slot] == kNoIndex) return nullptr;
     const Block& found = blocks_[static_cast<std::size_t>(slots_[slot])];
     if (found.key == key) return &found;
   }
 }
 
 std::int32_t VoxelGrid::Find(const Cell& cell) const {
-  if (!HasKey(cell)) return kNone;
+  if (!HasKey(cell)) return kNoIndex;
   const Block* block = FindBlock(cell.unaryExpr([](int c) { return c >> kBlockShift; }));
   const auto bit = static_cast<int>(KeyOf(cell) & (kCellsOfBlock - 1));
-  if (!block || (block->occupied >> bit & 1) == 0) return kNone;
+  if (!block || (block->occupied >> bit & 1) == 0) return kNoIndex;
   return static_cast<std::int32_t>(block->IndexOf(bit));
 }
 

@@ -6,9 +6,11 @@
 #include <array>
 #include <bit>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <vector>
 
+#include "perception/cloud/no_index.h"
 #include "perception/cloud/work.h"
 
 namespace cwm::perception {
@@ -41,12 +43,19 @@ struct Moments {
 class VoxelGrid {
  public:
   using Cell = Eigen::Vector3i;
-  static constexpr std::int32_t kNone = -1;
-  static constexpr std::size_t kMostPoints = std::size_t{1} << 26;
 
-  // All points must be finite, and kMostPoints at most (std::length_error). The edge is doubled until
-  // the extent fits 2^21 cells per axis (4 mm cells: 8 km). Linear time in the points, however many
-  // share one place.
+  // derived: of a block, whose cells are the bits of one word: 64, and 4 along each axis.
+  static constexpr std::uint32_t kCellsOfBlock = std::numeric_limits<std::uint64_t>::digits;
+  static constexpr int kBitsOfBlock = std::countr_zero(kCellsOfBlock);
+  static constexpr int kBlockShift = kBitsOfBlock / 3;
+  static constexpr int kBlockEdge = kCellsOfBlock >> (kBlockShift * 2);
+  // derived: block and cell of a point are one number of 32 bits.
+  static constexpr std::size_t kMaxPoints =
+      std::size_t{1} << (std::numeric_limits<std::uint32_t>::digits - kBitsOfBlock);
+
+  // All points must be finite, and kMaxPoints at most (std::length_error). The edge is doubled
+  // until the extent fits 2^21 cells per axis (4 mm cells: 8 km). Linear time in the points,
+  // however many share one place.
   static VoxelGrid Build(std::span<const Eigen::Vector3f> points, float edge_m,
                          const Work& work = {});
   // The same without moments, for an owner who renumbers the points first.
@@ -76,13 +85,10 @@ class VoxelGrid {
   template <class F>
   void ForEachWithin(int reach, const Cell& cell, F&& f) const;
 
-  // Index of the occupied cell at these coordinates, or kNone.
+  // Index of the occupied cell at these coordinates, or kNoIndex.
   std::int32_t Find(const Cell& cell) const;
 
  private:
-  static constexpr int kBlockShift = 2;
-  static constexpr int kBlockEdge = 1 << kBlockShift;
-
   struct Block {
     std::uint64_t key = 0;
     std::uint64_t occupied = 0;  // a bit for each cell, in the order of Morton keys

@@ -12,16 +12,11 @@ namespace {
 
 using IntLanes = LaneMask;
 
-// 7 x 7 pixels of a window carry what all of them do, unless pixels nearer to each other err each by
-// itself.
+// measured: 7 x 7 pixels of a window carry what all of them do, unless pixels nearer to each other
+// err each by itself.
 constexpr int kSamplesAcrossRadius = 3;
-// A window beyond 64 pixels only occurs with the sensor on the surface.
-constexpr float kWidestWindow_px = 64;
-// Neighbours of an image with little noise lie farther apart than noise asks for: a window has 5 x 5
-// pixels at least, and their distance on a surface that is slanted by 60 degrees counts.
-constexpr float kLeastRadius_px = 2;
-constexpr float kMostSlant = 2;
-constexpr float kUnknownSigma_rad = std::numbers::pi_v<float> / 2;
+// derived: how far apart neighbours lie on a surface that is slanted as much.
+constexpr float kMaxSlant = static_cast<float>(1 / kSteepIncidence_cos);
 
 struct Vectors {
   Lanes x, y, z;
@@ -62,8 +57,7 @@ CWM_LANES_INLINE Windows WindowsOf(const Lanes& radius_m, const Lanes& pixel_m, 
   Windows windows;
   for (int k = 0; k < kLanes; ++k) {
     // Without a point px is NaN, which std::max drops.
-    const float px =
-        std::min(std::max(kLeastRadius_px, radius_m[k] / pixel_m[k]), kWidestWindow_px);
+    const float px = std::min(std::max(kMinWindow_px, radius_m[k] / pixel_m[k]), kMaxWindow_px);
     // px / kSamplesAcrossRadius, rounded.
     const int step =
         std::clamp(static_cast<int>((2 * px + kSamplesAcrossRadius) / (2 * kSamplesAcrossRadius)),
@@ -144,10 +138,9 @@ CWM_LANES_INLINE void EstimateBlock(const PointPlanes& points, int row, int colu
   const Lanes range_m = SquareRoots(Dot(p, p));
   const Lanes pixel_m = range_m * points.pixel_angle_rad;
   const Lanes of_noise_m = NormalRadii_m(sigma_m, points.sample_px * pixel_m);
-  const Lanes radius_m = Greater(of_noise_m, kLeastRadius_px * pixel_m);
-  const Lanes reach_m =
-      std::numbers::sqrt2_v<float> *
-      Greater(ReachesOf(of_noise_m, sigma_m), kMostSlant * kLeastRadius_px * pixel_m);
+  const Lanes radius_m = Greater(of_noise_m, kMinWindow_px * pixel_m);
+  const Lanes reach_m = std::numbers::sqrt2_v<float> * Greater(ReachesOf(of_noise_m, sigma_m),
+                                                               kMaxSlant * kMinWindow_px * pixel_m);
   const Windows windows =
       WindowsOf(radius_m, pixel_m, std::max(1, static_cast<int>(points.sample_px)));
   // Neighbours mostly have windows of one size: each size is summed once, for all who have it.

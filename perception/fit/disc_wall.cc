@@ -3,20 +3,19 @@
 #include <algorithm>
 #include <cmath>
 
+#include "perception/cloud/tolerances.h"
 #include "perception/fit/model_selection.h"
 #include "perception/fit/rim.h"
 
 namespace cwm::perception {
 namespace {
 
-constexpr double kSteepestSlope = 0.36;  // 20 degrees: wider cups are bowls
-constexpr double kSlopeStep = 0.02;      // at 5 cm below the rim, a third of the distance gate
-constexpr double kNearlyAll = 0.95;      // of the most points on a wall; the rest is chance
-constexpr double kLeastShare = 0.8;      // of the points behind the disc, on its wall
-constexpr double kReach = 1.4;           // of the rim's radius: what is behind the disc
-constexpr double kMostScatter = 0.05;    // of the rim's radius; of a square's edge it is 0.1
-constexpr double kLeastSamples = 2;      // independent ones
-constexpr double kUnsure_m = 0.003;      // of centre and radius, where the rim alone knows them
+// chosen: of the most points on a wall of any slope; the rest is chance.
+constexpr double kNearlyBest = 0.95;
+// chosen: of the slopes that are tried: at 5 cm below the rim, a third of the distance gate.
+constexpr double kSlopeStep = 0.02;
+// chosen: of the rim's radius, how far from the axis a wall behind the disc may reach.
+constexpr double kReach = 1.4;
 
 std::vector<char> BehindDisc(const PlaneModel& face, const Rim& rim, const FitContext& c,
                              const std::vector<char>& available) {
@@ -31,9 +30,10 @@ std::vector<char> BehindDisc(const PlaneModel& face, const Rim& rim, const FitCo
 }
 
 Vector3 AxisOf(const PlaneModel& face, const FitContext& c) {
-  constexpr double kUpright_cos = 0.9986;  // 3 degrees: the noise of a face of 60 points
   const double along = face.normal.dot(c.ground.up);
-  if (std::abs(along) > kUpright_cos) return along > 0 ? c.ground.up : Vector3(-c.ground.up);
+  if (std::abs(along) > std::cos(kUprightWithin_rad)) {
+    return along > 0 ? c.ground.up : Vector3(-c.ground.up);
+  }
   return face.normal;
 }
 
@@ -65,13 +65,13 @@ std::optional<ShapeFit> BestSlope(const ConeModel& straight, const FitContext& c
   if (!c.options.search_cones) {
     return c.options.search_cylinders ? std::optional(std::move(upright)) : std::nullopt;
   }
-  constexpr int kSteps = static_cast<int>(kSteepestSlope / kSlopeStep);
+  constexpr int kSteps = static_cast<int>(kMaxCupSlope / kSlopeStep);
   std::vector<std::size_t> counts;
   for (int k = -kSteps; k <= kSteps; ++k) {
     counts.push_back(WithSlope(straight, k * kSlopeStep, c, behind).inliers.size());
   }
   const double nearly =
-      kNearlyAll * static_cast<double>(*std::max_element(counts.begin(), counts.end()));
+      kNearlyBest * static_cast<double>(*std::max_element(counts.begin(), counts.end()));
   if (c.options.search_cylinders && static_cast<double>(upright.inliers.size()) >= nearly) {
     return upright;
   }
@@ -81,18 +81,21 @@ std::optional<ShapeFit> BestSlope(const ConeModel& straight, const FitContext& c
     sum += k * kSlopeStep;
     ++good;
   }
-  if (std::abs(sum / good) < kLeastSlope) return std::nullopt;
+  if (std::abs(sum / good) < kMinSlope) return std::nullopt;
   return WithSlope(straight, sum / good, c, behind);
 }
 
-// What a handful of points of the wall know besides the rim, which is asked for later.
+// What a handful of points of the wall know besides the rim, which is asked for later: centre and
+// radius as well as a height is known.
 Eigen::MatrixXd RoughCovariance(const ShapeFit& fit, const FitContext& c) {
   const int size = ParameterCount(fit.model);
-  Eigen::MatrixXd covariance = kUnsure_m * kUnsure_m * Eigen::MatrixXd::Identity(size, size);
-  covariance.block<2, 2>(2, 2) = kUpSigma_rad * kUpSigma_rad * Eigen::Matrix2d::Identity();
-  if (size > 5) {
+  Eigen::MatrixXd covariance =
+      kGroundNoise_m * kGroundNoise_m * Eigen::MatrixXd::Identity(size, size);
+  covariance.block<2, 2>(ConeModel::kFirstTilt, ConeModel::kFirstTilt) =
+      kUpSigma_rad * kUpSigma_rad * Eigen::Matrix2d::Identity();
+  if (size == ConeModel::kParameterCount) {
     const double samples = std::max(1.0, c.IndependentSamples(fit.inliers.size()));
-    covariance(5, 5) = kSlopeStep * kSlopeStep * (1 + 4 / samples);
+    covariance(ConeModel::kSlope, ConeModel::kSlope) = kSlopeStep * kSlopeStep * (1 + 4 / samples);
   }
   return covariance;
 }
@@ -104,7 +107,7 @@ std::optional<ShapeFit> WallBehindDisc(const ShapeFit& disc, const FitContext& c
   const auto* face = std::get_if<PlaneModel>(&disc.model);
   if (face == nullptr) return std::nullopt;
   const std::optional<Rim> rim = MeasureRim(*face, context);
-  if (!rim || rim->scatter_m > kMostScatter * rim->radius_m) return std::nullopt;
+  if (!rim || rim->scatter_m > kMaxRimScatter * rim->radius_m) return std::nullopt;
   if (rim->radius_m > context.options.max_radius_m) return std::nullopt;
   const std::vector<char> behind = BehindDisc(*face, *rim, context, available);
   const ConeModel straight{
@@ -113,7 +116,7 @@ std::optional<ShapeFit> WallBehindDisc(const ShapeFit& disc, const FitContext& c
   if (!wall) return std::nullopt;
   const auto all = static_cast<double>(std::count(behind.begin(), behind.end(), 1));
   const auto on = static_cast<double>(wall->inliers.size());
-  if (context.IndependentSamples(wall->inliers.size()) < kLeastSamples || on < kLeastShare * all) {
+  if (on * context.points.weight < kTwoSamples || on < kMainShare * all) {
     return std::nullopt;
   }
   wall->covariance = RoughCovariance(*wall, context);

@@ -5,16 +5,14 @@
 #include <cmath>
 #include <variant>
 
+#include "perception/cloud/tolerances.h"
 #include "perception/fit/solid.h"
 
 namespace cwm::perception {
 namespace {
 
-constexpr double kContact_m = 0.001;      // how well noise and warp let a support's height be known
-constexpr double kMostSinking_m = 0.003;  // noise and warp of what lies and of what it lies on
-constexpr double kNear_sigma = 3;
-constexpr int kRounds = 4;  // of linearising: tilts are a tenth of a radian at most
-constexpr double kDerivativeStep = 1e-6;
+// derived: one standard deviation of the height of a support.
+constexpr double kContact_m = kGroundNoise_m / kDistanceGate_sigma;
 
 // Heights of the lowest points of both end circles of the seen length, or of a sphere.
 using Heights = Eigen::VectorXd;
@@ -78,20 +76,21 @@ std::vector<Eigen::Index> Touching(const Heights& heights, const Eigen::MatrixXd
   std::vector<Eigen::Index> touching;
   for (Eigen::Index h = 0; h < heights.size(); ++h) {
     const double variance = rows.row(h).dot(covariance * rows.row(h).transpose());
-    const double near_m = kNear_sigma * std::sqrt(variance + kContact_m * kContact_m);
+    const double near_m = kDistanceGate_sigma * std::sqrt(variance + kContact_m * kContact_m);
     if (heights(h) < near_m) touching.push_back(h);
   }
   return touching;
 }
 
-// A Kalman update by "these ends are at height 0", linearised again a few times.
+// A Kalman update by "these ends are at height 0", linearised again a few times: tilts are a tenth
+// of a radian at most.
 template <ShapeModel M>
 M Rested(M model, const Interval& ends, const Ground& ground, Eigen::MatrixXd& covariance) {
   const std::vector<Eigen::Index> touching =
       Touching(LowestHeights(model, ends, ground), Derivatives(model, ends, ground), covariance);
   if (touching.empty()) return model;
   Eigen::MatrixXd gain, rows;
-  for (int round = 0; round < kRounds; ++round) {
+  for (int round = 0; round < kFitRounds; ++round) {
     rows = Derivatives(model, ends, ground)(touching, Eigen::all).eval();
     const Eigen::MatrixXd spread =
         rows * covariance * rows.transpose() +
@@ -111,7 +110,7 @@ std::optional<ShapeFit> RestOne(const M& model, const ShapeFit& fit, const FitCo
   ShapeFit rested = fit;
   const Interval ends = EndsOf(model, fit, c.points);
   const M placed = Rested(model, ends, c.ground, rested.covariance);
-  if (LowestHeights(placed, ends, c.ground).minCoeff() < -kMostSinking_m) return std::nullopt;
+  if (LowestHeights(placed, ends, c.ground).minCoeff() < -kGroundNoise_m) return std::nullopt;
   rested.model = placed;
   rested.inliers = ConnectedInliers(rested.model, c, available);
   const double points = static_cast<double>(rested.inliers.size()) * c.points.weight;

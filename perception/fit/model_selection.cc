@@ -13,12 +13,19 @@
 namespace cwm::perception {
 namespace {
 
-constexpr double kLeastGain = 0.95;  // of the rms, by one more parameter
+// chosen: points whose normals give the first guesses of an axis.
+constexpr std::size_t kFanPoints = 120;
+
+// chosen: of the rms of a simpler shape; one more parameter must lower it to less.
+constexpr double kMaxRms = 0.95;
+// derived: 2 sqrt(180), see IsSignificant.
 constexpr double kFlatCurvature = 26.8;
-constexpr std::size_t kFanPoints = 120;  // for initial guesses from all normals
-constexpr double kOverlap = 0.3;         // of a candidate's points, to be a rival on this region
-constexpr int kMostFaces = 3;            // of a box, in one view
-constexpr std::size_t kFaceSeeds = 40;   // starting points for the faces of a region
+// chosen: of a candidate's points, to be a rival on this region.
+constexpr double kOverlap = 0.3;
+// derived: a view shows one of the two faces across each axis of a box.
+constexpr int kFacesSeen = Vector3::RowsAtCompileTime;
+// chosen: starting points for the faces of a region, so that each of three has some.
+constexpr std::size_t kFaceSeeds = 40;
 
 CurvedEvidence EvidenceOf(double radius_m, double arc_rad) {
   const double half = std::min(0.5 * arc_rad, 0.5 * std::numbers::pi);
@@ -180,7 +187,7 @@ std::optional<PlaneModel> LargestFace(const std::vector<std::uint32_t>& listed,
 std::vector<PlaneModel> FacesOf(const std::vector<std::uint32_t>& listed, const FitContext& c) {
   std::vector<PlaneModel> faces;
   std::vector<std::uint32_t> rest = Thinned(listed, 500);
-  while (static_cast<int>(faces.size()) < kMostFaces && rest.size() >= 10) {
+  while (static_cast<int>(faces.size()) < kFacesSeen && rest.size() >= 10) {
     const std::optional<PlaneModel> face = LargestFace(rest, c);
     if (!face) break;
     faces.push_back(*face);
@@ -194,7 +201,8 @@ bool SlopeIsSignificant(const ShapeFit& fit) {
   const auto* cone = std::get_if<ConeModel>(&fit.model);
   if (cone == nullptr) return true;
   return std::abs(cone->slope) >
-         std::max(kLeastSlope, kLeastSlope_sigma * std::sqrt(fit.covariance(5, 5)));
+         std::max(kMinSlope, kMinSlope_sigma *
+                                 std::sqrt(fit.covariance(ConeModel::kSlope, ConeModel::kSlope)));
 }
 
 // The index of the best rival; rivals are in the order of their degrees of freedom.
@@ -207,7 +215,7 @@ std::size_t BestOf(const std::vector<ShapeFit>& rivals, const std::vector<std::u
     const bool leans = rivals[k].axis == AxisFreedom::kFree && !IsPlane(rivals[k].model) &&
                        rivals[best].axis == AxisFreedom::kHeld;
     if (value.value + (leans ? kUprightPrior : 0) < best_value.value &&
-        value.rms_sigma < kLeastGain * best_value.rms_sigma) {
+        value.rms_sigma < kMaxRms * best_value.rms_sigma) {
       best = k, best_value = value;
     }
   }
@@ -218,7 +226,7 @@ std::size_t BestOf(const std::vector<ShapeFit>& rivals, const std::vector<std::u
 bool IsWorthItsSlope(const ShapeFit& fit, double value, double straight_value) {
   const auto* cone = std::get_if<ConeModel>(&fit.model);
   if (cone == nullptr || SlopeIsSignificant(fit)) return true;
-  return std::abs(cone->slope) > kLeastSlope && value + kDecisive < straight_value;
+  return std::abs(cone->slope) > kMinSlope && value + kDecisive < straight_value;
 }
 
 double ValueOf(const ShapeFit& fit, const std::vector<std::uint32_t>& region, const FitContext& c) {
@@ -315,8 +323,8 @@ bool IsSignificant(const CurvedEvidence& e, double sigma_m, double independent_s
   const double flat_curvature =
       least_sigma * kFlatCurvature * sigma_m /
       (std::sqrt(std::max(1.0, independent_samples)) * e.chord_m * e.chord_m);
-  return 1 / e.radius_m > flat_curvature && e.sagitta_m > 0.001 + 0.5 * sigma_m &&
-         e.arc_rad >= kLeastArc_rad;
+  return 1 / e.radius_m > flat_curvature && e.sagitta_m > double{kUnevenness_m} + 0.5 * sigma_m &&
+         e.arc_rad >= kMinArc_rad;
 }
 
 bool IsSignificantlyCurved(const ShapeFit& fit, const FitContext& context, double least_sigma) {

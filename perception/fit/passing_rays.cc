@@ -4,18 +4,23 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 namespace cwm::perception {
 namespace {
 
-// Of those about the object, and of all: hardly any thing hangs so high above what it stands on that
-// the second says more.
-constexpr std::size_t kMostRaysAbout = 320, kMostRays = 960;
-constexpr double kPlaceSpacing_m = 0.008;  // six places span 4 cm: fits move by less
+// chosen: a cap of work, for those about the object.
+constexpr std::size_t kMaxRaysAbout = 320;
+// chosen: hardly any thing hangs so high above what it stands on that this says more.
+constexpr std::size_t kMaxRaysInAll = kMaxRaysAbout * 3;
+// chosen: six places span 4 cm, and fits move by less.
+constexpr double kFreeSpacing_m = 0.008;
+// chosen: of the way in which the nearest place is, so that it is known to 0.2 mm.
 constexpr double kNearestWithin_m = 0.0004;
-constexpr double kGolden = 0.6180339887498949;  // the golden section's share
-// Before what a ray met: its noise, and a mixed pixel's share of the way.
-constexpr double kBefore_sigma = 3, kBefore_m = 0.005;
+// derived: the golden section's share.
+constexpr double kGolden = std::numbers::phi - 1;
+// chosen: before what a ray met, besides its noise: a mixed pixel's share of the way.
+constexpr double kBefore_m = 0.005;
 
 // About the points and their feet on the ground: a solid that stands or lies there fits in it.
 struct Reach {
@@ -49,8 +54,8 @@ FreeRays RaysPast(const ModelPoints& points, const Ground& ground, const Passing
     if (!(half_chord2 > 0)) continue;
     const double sigma_m = passing.sigma_m[k];
     const double begin_m = nearest_m - std::sqrt(half_chord2);
-    const double end_m =
-        std::min(nearest_m + std::sqrt(half_chord2), range_m - kBefore_sigma * sigma_m - kBefore_m);
+    const double end_m = std::min(nearest_m + std::sqrt(half_chord2),
+                                  range_m - kDistanceGate_sigma * sigma_m - kBefore_m);
     if (!(end_m > begin_m)) continue;
     FreeRay free{.p = {}, .sigma_m = sigma_m};
     for (int j = 0; j < kFreePlaces; ++j) {
@@ -60,9 +65,8 @@ FreeRays RaysPast(const ModelPoints& points, const Ground& ground, const Passing
     out.rays.push_back(free);
     about += k < passing.about;
   }
-  const std::size_t stride =
-      std::max({std::size_t{1}, (about + kMostRaysAbout - 1) / kMostRaysAbout,
-                (out.rays.size() + kMostRays - 1) / kMostRays});
+  const std::size_t stride = std::max({std::size_t{1}, (about + kMaxRaysAbout - 1) / kMaxRaysAbout,
+                                       (out.rays.size() + kMaxRaysInAll - 1) / kMaxRaysInAll});
   for (std::size_t k = 0; k * stride < out.rays.size(); ++k) out.rays[k] = out.rays[k * stride];
   out.rays.resize((out.rays.size() + stride - 1) / stride);
   out.weight = passing.weight * static_cast<double>(stride);
@@ -118,7 +122,7 @@ FreeRay PlacedAround(const Vector3& p, const FreeRay& ray) {
   const double length_m = way.norm();
   const double at_m = way.dot(p - ray.p.front()) / length_m;
   for (int k = 0; k < kFreePlaces; ++k) {
-    const double aside_m = (k - 0.5 * (kFreePlaces - 1)) * kPlaceSpacing_m;
+    const double aside_m = (k - 0.5 * (kFreePlaces - 1)) * kFreeSpacing_m;
     const double along_m = std::clamp(at_m + aside_m, 0.0, length_m);
     placed.p[static_cast<std::size_t>(k)] = ray.p.front() + along_m / length_m * way;
   }

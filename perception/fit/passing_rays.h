@@ -14,8 +14,8 @@
 
 namespace cwm::perception {
 
-// As measured, in the level frame, from the viewpoint of the object's points. Even samples, each for
-// `weight` measured rays.
+// As measured, in the level frame, from the viewpoint of the object's points. Even samples, each
+// for `weight` measured rays.
 struct PassingRays {
   std::vector<Eigen::Vector3f> ends;  // metres; of rays about the object, then of those below it
   std::vector<float> sigma_m;         // of the range
@@ -25,6 +25,7 @@ struct PassingRays {
 
 // Where one of them is known to be free: places at even distances, from where it comes near the
 // object to where it leaves it or to just before what it met.
+// chosen: 8 mm apart (PlacedAround) they span 4 cm, and fits move by less.
 inline constexpr int kFreePlaces = 6;
 struct FreeRay {
   std::array<Vector3, kFreePlaces> p;  // in the frame of the model points
@@ -47,12 +48,12 @@ struct NearestPlace {
   double clearance_m = 0;       // signed distance to the surface, negative inside
   Vector3 p = Vector3::Zero();  // in the ray's frame
 };
-// To 0.2 mm of the way where the ray comes so near that it may be inside. X_SR is of the frame in which
-// the ray is given.
+// To 0.2 mm of the way where the ray comes so near that it may be inside. X_SR is of the frame in
+// which the ray is given.
 NearestPlace NearestTo(const DistanceToShape& distance_m, const Pose& X_SR, const FreeRay& ray);
 
-// The ray with its places 8 mm apart about one of its points, no farther than it is free: fits move by
-// less than that.
+// The ray with its places 8 mm apart about one of its points, no farther than it is free: fits move
+// by less than that.
 FreeRay PlacedAround(const Vector3& p, const FreeRay& ray);
 
 }  // namespace cwm::perception

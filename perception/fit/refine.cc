@@ -8,12 +8,15 @@
 namespace cwm::perception {
 namespace {
 
-constexpr double kCauchy_sigma = 2.4;  // 95 % efficient for Gaussian residuals
-const double kLeastIncidence_cos = std::cos(70 * std::numbers::pi / 180);
-constexpr double kConverged = 1e-6;        // relative decrease of the loss
-constexpr double kFirstDamping = 1e-3;     // of the diagonal
-constexpr double kLargestDamping = 1e6;    // beyond it steps are below rounding
-constexpr double kLeastPivotRatio = 1e-9;  // of the information matrix, scaled to unit diagonal
+// derived: 95 % efficient for Gaussian residuals.
+constexpr double kCauchy_sigma = 2.4;
+// chosen: 70 degrees of incidence; points that are seen flatter are left out.
+const double kGrazing_cos = std::cos(70 * std::numbers::pi / 180);
+// chosen: relative decrease of the loss; less ends the refinement, and so does damping that leaves
+// less than this of a step.
+constexpr double kMinDecrease = 1e-6;
+// chosen: of the information matrix, scaled to unit diagonal; less is rounding.
+constexpr double kMinPivot = 1e-9;
 
 // A point, the ray that measured it, and one standard deviation of its residual.
 struct Observation {
@@ -36,7 +39,7 @@ Meeting MeetSurface(const M& model, const Observation& o) {
   for (int step = 0; step < 6; ++step) {
     const double distance_m = model.Distance_m(meeting.at);
     meeting.incline = model.Normal(meeting.at).dot(o.ray);
-    if (std::abs(meeting.incline) < 0.5 * kLeastIncidence_cos) return meeting;
+    if (std::abs(meeting.incline) < 0.5 * kGrazing_cos) return meeting;
     const double advance_m = -distance_m / meeting.incline;
     meeting.ahead_m += advance_m;
     meeting.at += advance_m * o.ray;
@@ -80,7 +83,7 @@ std::vector<Observation> Observe(const M& model, const ModelPoints& points,
     if (options.residual == Residual::kAlongRay) {
       const Meeting meeting = MeetSurface(model, o);
       const double cosine = std::abs(meeting.incline);
-      if (!meeting.found || cosine < kLeastIncidence_cos) continue;
+      if (!meeting.found || cosine < kGrazing_cos) continue;
       const double lateral_m =
           options.noise.LateralSigma_m(range_m, std::acos(std::min(1.0, cosine)));
       const double tan2 = 1 / (cosine * cosine) - 1;
@@ -110,8 +113,10 @@ Normal<M> Accumulate(const M& model, const std::vector<Observation>& observation
   Normal<M> sum;
   for (const Observation& o : observations) {
     Linearised<M> at = Linearise(model, o, options.residual);
-    if (M::kFirstTilt >= 0 && options.axis == AxisFreedom::kHeld) {
-      at.gradient.template segment<2>(std::max(M::kFirstTilt, 0)).setZero();
+    if constexpr (DirectedModel<M>) {
+      if (options.axis == AxisFreedom::kHeld) {
+        at.gradient.template segment<2>(M::kFirstTilt).setZero();
+      }
     }
     const double r2 = at.residual * at.residual;
     const double weight = WeightOf(at.residual);
@@ -120,18 +125,14 @@ Normal<M> Accumulate(const M& model, const std::vector<Observation>& observation
     sum.loss += kC2 * std::log1p(r2 / kC2);
     sum.squares += weight * r2;
   }
-  if (M::kFirstTilt >= 0 && options.axis == AxisFreedom::kHeld) {
+  if constexpr (DirectedModel<M>) {
     // Parameters that do not move: any positive pivot leaves them where they are.
-    for (int k = 0; k < 2; ++k) {
-      const int tilt = std::max(M::kFirstTilt, 0) + k;
-      sum.information(tilt, tilt) = 1;
+    if (options.axis == AxisFreedom::kHeld) {
+      sum.information.diagonal().template segment<2>(M::kFirstTilt).setOnes();
     }
   }
   return sum;
 }
-
-// Of so many points, all in proportion: the warp is smooth over many of them.
-constexpr std::size_t kWarpPoints = 96;
 
 // Whether the parameters are determined: no pivot vanishes once the diagonal is scaled to one.
 template <class Matrix>
@@ -140,7 +141,7 @@ bool IsDetermined(const Matrix& information) {
   if (!(diagonal.minCoeff() > 0) || !diagonal.isFinite().all()) return false;
   const auto scale = diagonal.sqrt().inverse().matrix().asDiagonal();
   const Matrix scaled = scale * information * scale;
-  return scaled.ldlt().vectorD().minCoeff() > kLeastPivotRatio;
+  return scaled.ldlt().vectorD().minCoeff() > kMinPivot;
 }
 
 }  // namespace
@@ -161,14 +162,14 @@ std::optional<Refined<M>> Refine(const M& start, const ModelPoints& points,
     const M moved = model.Moved(-damped.ldlt().solve(sum.slope));
     const Normal<M> next = Accumulate(moved, observations, options);
     if (next.loss < sum.loss) {
-      const bool converged = sum.loss - next.loss < kConverged * sum.loss;
+      const bool converged = sum.loss - next.loss < kMinDecrease * sum.loss;
       model = moved;
       sum = next;
       damping = std::max(damping * 0.1, 1e-12);
       if (converged) break;
     } else {
       damping *= 10;
-      if (damping > kLargestDamping) break;
+      if (kMinDecrease * damping > 1) break;
     }
   }
   if (!IsDetermined(sum.information)) return std::nullopt;

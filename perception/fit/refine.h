@@ -13,19 +13,29 @@
 
 namespace cwm::perception {
 
+// chosen: of the diagonal; flat, since each step changes it tenfold.
+inline constexpr double kFirstDamping = 1e-3;
+
 // What is minimised. Noise acts along the ray, so at slanted surfaces the orthogonal distance is
 // biased towards the sensor (for cylinders of 15-60 mm under Kinect noise by 0.6 mm); the distance
 // along the ray, weighted by the variance sigma_z^2 + sigma_lateral^2 tan^2(incidence), is not. It
 // leaves out points of more than 70 degrees of incidence.
 enum class Residual { kOrthogonal, kAlongRay };
 
+// chosen: points, all in proportion, that stand for all of a fit: the warp is smooth over many
+// of them.
+inline constexpr std::size_t kWarpPoints = 96;
+// chosen: of linearising a fit again and of leaving out what does not belong to it; each squares
+// the error that is left.
+inline constexpr int kFitRounds = 3;
+
 enum class AxisFreedom { kFree, kHeld };  // held: the direction of the axis or normal stays
 
 struct RefineOptions {
   Residual residual = Residual::kOrthogonal;
   AxisFreedom axis = AxisFreedom::kFree;
-  int max_iterations = 20;
-  SensorNoise noise;  // lateral noise, of residuals along the ray
+  int max_iterations = 20;  // chosen: fits end by convergence, and this only bounds their work
+  SensorNoise noise;        // lateral noise, of residuals along the ray
 };
 
 template <ShapeModel M>

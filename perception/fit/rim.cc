@@ -12,23 +12,29 @@
 namespace cwm::perception {
 namespace {
 
-// Edges are looked for this far to both sides of where the wall says they are: three times what a
-// wall's radius errs by, and twice the noise across the ray (1.2 mm at 0.8 m).
-constexpr double kReach_m = 0.008;
-constexpr double kMostReachShare = 0.4;  // of the radius: the rest tells the density
-constexpr double kSectorArc_m = 0.008;   // four to five pixels at 0.8 m
-constexpr int kFewestSectors = 12, kMostSectors = 48;
-constexpr double kLeastInside = 5;  // points that tell a sector's density
-constexpr int kLeastEdges = 6;      // twice the unknowns
-// The wall returns nothing, or next to it, from 80 degrees of incidence on.
+// derived: edges are looked for this far to both sides of where the wall says they are: three times
+// what a wall's radius errs by, and twice the noise across the ray (1.2 mm at 0.8 m).
+constexpr double kRimReach_m = 0.008;
+// chosen: of the radius; the rest tells the density.
+constexpr double kMaxReachShare = 0.4;
+// derived: sectors are as long as that reach, four to five pixels at 0.8 m.
+constexpr double kSectorArc_m = kRimReach_m;
+// derived: edges, twice the unknowns of a circle.
+constexpr int kMinEdges = Vector3::RowsAtCompileTime * 2;
+// derived: half of their edges may be hidden.
+constexpr int kMinRimSectors = kMinEdges * 2;
+// chosen: a cap of work; sectors of discs of more than 6 cm are longer.
+constexpr int kMaxRimSectors = 48;
+// chosen: points that tell a sector's density.
+constexpr double kMinInWedge = 5;
+// chosen: the wall returns nothing, or next to it, from 80 degrees of incidence on.
 const double kHidden_cos = std::cos(80 * std::numbers::pi / 180);
-constexpr int kRounds = 3;                  // of centring and of leaving out what is hidden
-constexpr double kOutlier = 3;              // in robust standard deviations: occluded sectors
-constexpr double kMostScatter_m = 0.004;    // beyond, the edge is no circle
-constexpr double kLeastScatter_m = 0.0005;  // a third of a pixel at 0.8 m
-// Common to all of an edge: a fifth of a pixel at 0.8 m.
-constexpr double kCommon_m = 0.0003;
-constexpr double kContradiction = 16;  // squared Mahalanobis distance of three values: 0.1 %
+// derived: half of the reach; edges all over it scatter by more, and are of no circle.
+constexpr double kMaxScatter_m = kRimReach_m / 2;
+// chosen: a third of a pixel at 0.8 m; what is common to all of an edge, a fifth of one.
+constexpr double kMinScatter_m = 0.0005, kCommon_m = 0.0003;
+// derived: squared Mahalanobis distance of three values, which 0.1 % exceed.
+constexpr double kContradiction = 16;
 
 struct Edge {
   double angle_rad = 0;
@@ -50,7 +56,7 @@ struct Sector {
 
 int SectorCount(double radius_m) {
   return std::clamp(static_cast<int>(2 * std::numbers::pi * radius_m / kSectorArc_m),
-                    kFewestSectors, kMostSectors);
+                    kMinRimSectors, kMaxRimSectors);
 }
 
 class FaceEdge {
@@ -81,7 +87,7 @@ class FaceEdge {
 
   // Edges of all sectors beyond which nothing but a jump can be, about `center`, near `radius_m`.
   std::vector<Edge> EdgesAround(const Vector3& center, double radius_m) const {
-    const double reach_m = std::min(kReach_m, kMostReachShare * radius_m);
+    const double reach_m = std::min(kRimReach_m, kMaxReachShare * radius_m);
     const double inner_m = radius_m - reach_m, outer_m = radius_m + reach_m;
     const int count = SectorCount(radius_m);
     const double width_rad = 2 * std::numbers::pi / count;
@@ -98,7 +104,7 @@ class FaceEdge {
     for (int k = 0; k < count; ++k) {
       const Sector& sector = sectors[static_cast<std::size_t>(k)];
       const double angle_rad = (k + 0.5) * width_rad;
-      if (sector.inside < kLeastInside || !EndsInJump(center, radius_m, angle_rad)) continue;
+      if (sector.inside < kMinInWedge || !EndsInJump(center, radius_m, angle_rad)) continue;
       // A wedge of this density that ends at the edge holds all of the sector's points.
       edges.push_back({angle_rad, inner_m * std::sqrt(1 + sector.band / sector.inside)});
     }
@@ -133,11 +139,12 @@ class FaceEdge {
   std::vector<std::uint32_t> on_face_;
 };
 
-// radius(angle) = r + x cos(angle) + y sin(angle), for small x and y.
+// radius(angle) = r + x cos(angle) + y sin(angle), for small x and y. Edges beyond the noise of
+// most are of sectors that something hides in part.
 std::optional<Circle> FitCircle(std::vector<Edge> edges) {
   Circle circle;
-  for (int round = 0; round < kRounds; ++round) {
-    if (edges.size() < kLeastEdges) return std::nullopt;
+  for (int round = 0; round < kFitRounds; ++round) {
+    if (edges.size() < kMinEdges) return std::nullopt;
     Matrix3 normal = Matrix3::Zero();
     Vector3 right = Vector3::Zero();
     for (const Edge& e : edges) {
@@ -152,15 +159,16 @@ std::optional<Circle> FitCircle(std::vector<Edge> edges) {
     };
     std::vector<double> misses;
     for (const Edge& e : edges) misses.push_back(std::abs(residual_m(e)));
-    const double scatter_m = std::max(kLeastScatter_m, 1.48 * Quantile(std::move(misses), 0.5));
-    if (scatter_m > kMostScatter_m) return std::nullopt;
+    const double scatter_m = std::max(kMinScatter_m, 1.48 * Quantile(std::move(misses), 0.5));
+    if (scatter_m > kMaxScatter_m) return std::nullopt;
     circle = {.center = x.head<2>(),
               .radius_m = x.z(),
               .covariance = scatter_m * scatter_m * normal.inverse() +
                             kCommon_m * kCommon_m * Matrix3::Identity(),
               .scatter_m = scatter_m};
-    std::erase_if(edges,
-                  [&](const Edge& e) { return std::abs(residual_m(e)) > kOutlier * scatter_m; });
+    std::erase_if(edges, [&](const Edge& e) {
+      return std::abs(residual_m(e)) > kDistanceGate_sigma * scatter_m;
+    });
     circle.edges = edges.size();
   }
   return circle;
@@ -194,12 +202,12 @@ std::optional<Rim> MeasureRim(const PlaneModel& face, const ConeModel& wall, dou
   Rim rim{.center = wall.point + height_m * wall.axis,
           .radius_m = wall.RadiusAt_m(height_m),
           .basis = edge.basis()};
-  if (wall_sigma_m > kReach_m / 3) {
+  if (kDistanceGate_sigma * wall_sigma_m > kRimReach_m) {
     const Circle disc = edge.Guess();
     rim.center = face.point + rim.basis.leftCols<2>() * disc.center;
     rim.radius_m = disc.radius_m;
   }
-  for (int round = 0; round < kRounds; ++round) {
+  for (int round = 0; round < kFitRounds; ++round) {
     if (!(rim.radius_m > context.options.min_radius_m)) return std::nullopt;
     const auto circle = FitCircle(edge.EdgesAround(rim.center, rim.radius_m));
     if (!circle) return std::nullopt;
@@ -218,7 +226,7 @@ std::optional<Rim> MeasureRim(const PlaneModel& face, const FitContext& context)
   ConeModel wall = nowhere;
   wall.point += BasisFromZ(face.normal).leftCols<2>() * disc.center;
   wall.radius_m = disc.radius_m;
-  return MeasureRim(face, wall, kReach_m, context);
+  return MeasureRim(face, wall, kRimReach_m, context);
 }
 
 template <class M>

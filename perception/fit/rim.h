@@ -9,6 +9,9 @@
 
 namespace cwm::perception {
 
+// chosen: of a rim's radius, the scatter of its edge; a square's scatters by 0.1.
+inline constexpr double kMaxRimScatter = 0.05;
+
 // In the frame of the model points.
 struct Rim {
   Vector3 center = Vector3::Zero();  // on the face
@@ -20,9 +23,10 @@ struct Rim {
 };
 
 // Measures the edge of `face`, a disc about the axis of `wall` (whose cross section is known to
-// `wall_sigma_m`), sector by sector, where the wall below turns away from the sensor: there the disc
-// ends at a jump. A sector's edge lies where a sharp one of the density inside it would hold as many
-// points as were measured, so that noise across the ray and the spacing of the pixels cancel.
+// `wall_sigma_m`), sector by sector, where the wall below turns away from the sensor: there the
+// disc ends at a jump. A sector's edge lies where a sharp one of the density inside it would hold
+// as many points as were measured, so that noise across the ray and the spacing of the pixels
+// cancel.
 // Nothing where too little of the edge is seen, or it is no circle.
 std::optional<Rim> MeasureRim(const PlaneModel& face, const ConeModel& wall, double wall_sigma_m,
                               const FitContext& context);

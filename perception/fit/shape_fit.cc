@@ -3,27 +3,25 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <type_traits>
+
+#include "perception/cloud/tolerances.h"
 
 namespace cwm::perception {
 namespace {
 
-// Points of a fit: correlated neighbours add little, so thinning costs next to nothing.
+// chosen: points of a fit; correlated neighbours add little, so thinning costs next to nothing.
 constexpr std::size_t kRoughPoints = 250;
 constexpr std::size_t kFinalPoints = 600;
-// Chosen: rough fits alternate with the selection of inliers, so that none needs to converge; final
-// ones end by convergence, and this only bounds their work.
+// chosen: rough fits alternate with the selection of inliers, so that none needs to converge.
 constexpr int kRoughIterations = 8;
-constexpr int kFinalIterations = 20;
-// Of the first inlier selection of cones: the paper asks for a stricter threshold first and does
-// not print it. Chosen: 1.8 sigma, which keeps 93 % of the inliers.
+// chosen: of the first inlier selection of cones, for which the paper asks for a stricter threshold
+// and does not print it: 1.8 sigma, which keeps 93 % of the inliers.
 constexpr double kStrictGate = 0.6;
-constexpr double kSteepestSlope = 1;  // half angles beyond 45 degrees are not told from bumps
-// The noise of a face of 60 points turns its normal by 3 to 4 degrees.
-const double kSnapAngle_cos = std::cos(3 * std::numbers::pi / 180);
-// Of the points, so that the others' silence is no loss; chosen.
-constexpr double kLeastAlongRays = 0.3;
+// chosen: half angles beyond 45 degrees are not told from bumps.
+constexpr double kSteepestCone = 1;
+// chosen: of the points, so that the others' silence is no loss.
+constexpr double kMinAlongRays = 0.3;
 
 bool WithinLimits(const PlaneModel&, const ModelerOptions&) { return true; }
 
@@ -38,7 +36,7 @@ bool WithinLimits(const CylinderModel& m, const ModelerOptions& o) {
   return RadiusWithinLimits(m, o);
 }
 bool WithinLimits(const ConeModel& m, const ModelerOptions& o) {
-  return RadiusWithinLimits(m, o) && std::abs(m.slope) <= kSteepestSlope;
+  return RadiusWithinLimits(m, o) && std::abs(m.slope) <= kSteepestCone;
 }
 
 Vector3 Centroid(const ModelPoints& points, const std::vector<std::uint32_t>& inliers) {
@@ -134,12 +132,9 @@ std::optional<FinalFit<M>> RefineFinally(const M& start, const FitContext& c,
                                          const std::vector<std::uint32_t>& inliers,
                                          AxisFreedom axis) {
   const std::vector<std::uint32_t> used = Thinned(inliers, kFinalPoints);
-  RefineOptions options{.residual = Residual::kAlongRay,
-                        .axis = axis,
-                        .max_iterations = kFinalIterations,
-                        .noise = c.noise};
+  RefineOptions options{.residual = Residual::kAlongRay, .axis = axis, .noise = c.noise};
   std::optional<Refined<M>> refined = Refine(start, c.points, used, options);
-  if (!refined || refined->points_used < kLeastAlongRays * static_cast<double>(used.size())) {
+  if (!refined || refined->points_used < kMinAlongRays * static_cast<double>(used.size())) {
     options.residual = Residual::kOrthogonal;
     refined = Refine(start, c.points, used, options);
   }
@@ -152,7 +147,7 @@ template <ShapeModel M>
 std::optional<FinalFit<M>> SnapToUp(const M& free, const FitContext& c,
                                     const std::vector<std::uint32_t>& inliers) {
   const Vector3* direction = DirectionOf(free);
-  if (direction == nullptr || std::abs(direction->dot(c.ground.up)) < kSnapAngle_cos)
+  if (direction == nullptr || std::abs(direction->dot(c.ground.up)) < std::cos(kUprightWithin_rad))
     return std::nullopt;
   const Vector3 snapped = direction->dot(c.ground.up) > 0 ? c.ground.up : Vector3(-c.ground.up);
   auto held = RefineFinally(WithDirection(free, snapped), c, inliers, AxisFreedom::kHeld);
@@ -175,13 +170,14 @@ Eigen::MatrixXd CovarianceOf(const FinalFit<M>& fit, const FitContext& c,
       static_cast<double>(used.size()) / std::max(c.IndependentSamples(inliers.size()), 1.0);
   Square covariance =
       each_counts * std::max(1.0, fit.refined.chi_square) * inverse + inverse * warp * inverse;
-  if (M::kFirstTilt >= 0 && fit.options.axis == AxisFreedom::kHeld) {
-    constexpr int kTilt = std::max(M::kFirstTilt, 0);
-    covariance.template middleRows<2>(kTilt).setZero();
-    covariance.template middleCols<2>(kTilt).setZero();
-    covariance.template block<2, 2>(kTilt, kTilt)
-        .diagonal()
-        .setConstant(kUpSigma_rad * kUpSigma_rad);
+  if constexpr (DirectedModel<M>) {
+    if (fit.options.axis == AxisFreedom::kHeld) {
+      covariance.template middleRows<2>(M::kFirstTilt).setZero();
+      covariance.template middleCols<2>(M::kFirstTilt).setZero();
+      covariance.diagonal()
+          .template segment<2>(M::kFirstTilt)
+          .setConstant(kUpSigma_rad * kUpSigma_rad);
+    }
   }
   return covariance;
 }
@@ -220,10 +216,9 @@ double Count(const std::vector<std::uint32_t>& listed) {
 }  // namespace
 
 Vector3 CanonicalAxis(const Vector3& axis, const Vector3& up) {
-  constexpr double kLevel = 0.0175;  // 1 degree
   double sign = axis.dot(up);
-  if (std::abs(sign) < kLevel) sign = axis.x();
-  if (std::abs(sign) < kLevel) sign = axis.y();
+  if (std::abs(sign) < kDegree) sign = axis.x();
+  if (std::abs(sign) < kDegree) sign = axis.y();
   return sign < 0 ? Vector3(-axis) : axis;
 }
 

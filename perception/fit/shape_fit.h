@@ -19,10 +19,10 @@ namespace cwm::perception {
 // 1 degree), to +x; if that too, to +y.
 Vector3 CanonicalAxis(const Vector3& axis, const Vector3& up);
 
-// Of an axis that is held to up, where up is the normal of a support: the slow warp of 1.3 mm tilts
-// the plane of a table of a metre by 1.3 mm sqrt(12) / (1 m sqrt(12 independent patches)); measured on
-// simulated ones: 1.1 mrad rms. Smaller supports are known less well than this says.
-inline constexpr double kUpSigma_rad = 0.0013;
+// derived: of an axis that is held to up, where up is the normal of a support: the slow warp tilts
+// the plane of a table of one metre by kSlowWarp_m sqrt(12) / (1 m sqrt(12 independent patches));
+// on simulated ones by 1.1 mrad rms. Smaller supports are known less well than this says.
+inline constexpr double kUpSigma_rad = kSlowWarp_m;
 
 // What fits are made from; everything outlives them.
 struct FitContext {
@@ -47,8 +47,8 @@ struct ShapeFit {
   std::vector<std::uint32_t> inliers;     // model points, one connected component, ascending
   Eigen::MatrixXd covariance;             // of the local parameters; empty before FinishFit
   // Inliers and what lies on the surface beside them whatever its normal says: normals are rounded
-  // at edges, so the shape's extent is that of these. Inliers are in it twice: they are surer to be of
-  // it. Empty before the shape is extracted.
+  // at edges, so the shape's extent is that of these. Inliers are in it twice: they are surer to be
+  // of it. Empty before the shape is extracted.
   std::vector<std::uint32_t> covered;
 };
 
@@ -76,9 +76,11 @@ struct Criterion {
   double value = 0;
   double rms_sigma = 0;  // root of the mean truncated square
 };
-inline constexpr double kTruncatedSquare = 9;  // beyond 3 sigma
+// derived: of what is beyond the distance gate.
+inline constexpr double kTruncatedSquare = kDistanceGate_sigma * kDistanceGate_sigma;
+// cited: decisive evidence (Kass and Raftery 1995).
 inline constexpr double kDecisive = 10;
-// Things stand upright more often than they lean by little. Chosen: of upright cups seen in part,
+// chosen: things stand upright more often than they lean by little. Of upright cups seen in part,
 // warp prefers a leaning can by up to 25; what truly lies or leans differs by hundreds.
 inline constexpr double kUprightPrior = 30;
 

@@ -6,21 +6,25 @@
 #include "collision/geometry/aabb.h"
 #include "collision/geometry/signed_distance.h"
 #include "perception/cloud/quantile.h"
+#include "perception/cloud/tolerances.h"
 
 namespace cwm::perception {
 namespace {
 
-constexpr double kExtentBin_m = 0.004;  // about two standard deviations of the noise
-constexpr int kMostBins = 128;          // half a metre in bins of that width; wider ones beyond
-constexpr int kFewestBins = 6;          // shorter than 24 mm: the ends are all there is
+// derived: about two standard deviations of the noise.
+constexpr double kExtentBin_m = 0.004;
+// chosen: half a metre in bins of that width, wider ones beyond.
+constexpr int kMaxBins = 128;
+// derived: what is no longer than edges lose is all ends.
+constexpr int kMinBins = static_cast<int>(kEdgeLoss_m / kExtentBin_m);
 
-// Of the bins behind one, in the 32 mm next to it: a face that leads away from the sensor has ever
+// Of the bins behind one, in those next to it: a face that leads away from the sensor has ever
 // fewer points in as much length. No more than in all, where another face adds to its own, and no
 // less than half of that, where stray points follow each other.
 double TypicalBehind(const std::vector<double>& counts, std::size_t bin, double typical) {
-  constexpr std::ptrdiff_t kBins = 8;
+  constexpr std::ptrdiff_t kBinsBehind = 8;  // chosen: 32 mm
   const auto begin = counts.begin() + static_cast<std::ptrdiff_t>(bin) + 1;
-  const std::vector<double> behind(begin, begin + std::min(kBins, counts.end() - begin));
+  const std::vector<double> behind(begin, begin + std::min(kBinsBehind, counts.end() - begin));
   return behind.empty() ? typical : std::clamp(Quantile(behind, 0.5), 0.5 * typical, typical);
 }
 
@@ -47,17 +51,16 @@ double SignedDistance_m(const Solid& solid, const Vector3& p) {
 std::vector<double> PropagatedSigmas(
     const std::function<std::vector<double>(const Eigen::VectorXd&)>& f,
     const Eigen::MatrixXd& covariance) {
-  constexpr double kStep = 1e-6;
   Eigen::VectorXd step = Eigen::VectorXd::Zero(covariance.rows());
   const std::vector<double> at = f(step);
   Eigen::MatrixXd jacobian(at.size(), step.size());
   for (Eigen::Index k = 0; k < step.size(); ++k) {
     step.setZero();
-    step(k) = kStep;
+    step(k) = kDerivativeStep;
     const std::vector<double> moved = f(step);
     if (moved.size() != at.size()) return {};
     for (std::size_t row = 0; row < at.size(); ++row) {
-      jacobian(static_cast<Eigen::Index>(row), k) = (moved[row] - at[row]) / kStep;
+      jacobian(static_cast<Eigen::Index>(row), k) = (moved[row] - at[row]) / kDerivativeStep;
     }
   }
   const Eigen::VectorXd variance = (jacobian * covariance * jacobian.transpose()).diagonal();
@@ -81,9 +84,9 @@ Interval ExtentAlong(const Vector3& direction, const ModelPoints& points,
   for (std::uint32_t i : listed) values.push_back(direction.dot(points.p[i]));
   const double least_m = Quantile(values, 0);
   const double length_m = Quantile(values, 1) - least_m;
-  const int bins = std::clamp(static_cast<int>(length_m / kExtentBin_m), 1, kMostBins);
+  const int bins = std::clamp(static_cast<int>(length_m / kExtentBin_m), 1, kMaxBins);
   const double width_m = length_m / bins;
-  if (bins < kFewestBins) return {least_m, least_m + length_m};
+  if (bins < kMinBins) return {least_m, least_m + length_m};
   std::vector<double> counts(static_cast<std::size_t>(bins), 0);
   for (double v : values) {
     counts[static_cast<std::size_t>(std::min(bins - 1.0, (v - least_m) / width_m))] += 1;

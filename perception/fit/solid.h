@@ -3,12 +3,12 @@
 
 #include <functional>
 #include <memory>
-#include <numbers>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "collision/geometry/hybrid_model.h"
+#include "perception/cloud/tolerances.h"
 #include "perception/fit/ground.h"
 #include "perception/fit/shape_fit.h"
 
@@ -33,13 +33,13 @@ std::vector<double> PropagatedSigmas(
     const std::function<std::vector<double>(const Eigen::VectorXd&)>& f,
     const Eigen::MatrixXd& covariance);
 
-// Directions count as equal within this: orthogonal faces, caps, upright axes. The noise of a
-// face of 60 points turns its normal by 3 to 4 degrees.
-inline constexpr double kSameDirection_rad = 8 * std::numbers::pi / 180;
+// chosen: directions count as equal within this: orthogonal faces, caps, upright axes. The noise of
+// a face of 60 points turns its normal by 3 to 4 degrees.
+inline constexpr double kSameDirection_rad = 8 * kDegree;
 
-// A solid that ends above its support by less than this stands on it: the band above a support is
-// given to the support (3 sigma), and the rim at the foot is often lost.
-inline constexpr double kStandingGap_m = 0.03;
+// derived: a solid that ends above its support by less than this touches it: the band above a
+// support is given to the support (3 sigma), and the rim at the foot is often lost.
+inline constexpr double kStandingGap_m = kTouching_m;
 
 // Lowest point of a convex solid or plate along -up.
 double LowestHeight_m(const Solid& solid, const Ground& ground);

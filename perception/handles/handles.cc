@@ -2,6 +2,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <iterator>
 #include <limits>
@@ -11,6 +12,7 @@
 #include "perception/cloud/quantile.h"
 #include "perception/cloud/seen_width.h"
 #include "perception/cloud/slenderness.h"
+#include "perception/cloud/tolerances.h"
 #include "perception/fit/solid.h"
 #include "perception/search/connectivity.h"
 #include "perception/solids/explain.h"
@@ -19,34 +21,19 @@
 namespace cwm::perception {
 namespace {
 
-// The paper states no numbers ("fairly large, elongated"). Assumed: the outer sizes of the handles
-// of cups, mugs, pans and jugs for the table, with some room; not measured on a data set.
-constexpr std::size_t kLeastPoints = 60;  // as of a shape: ModelerOptions::min_inliers
-constexpr double kLeastLength_m = 0.02;
-constexpr double kMostLength_m = 0.25;
-constexpr double kMostWidth_m = 0.03;    // across, as seen: a fat pan's, with noise at its edges
-constexpr double kMostExtent_m = 0.045;  // least extent of all of it, bends included
-constexpr double kLeastElongation = 2;   // length to width
-constexpr double kRootGap_m = 0.015;     // from the surface to its nearest point
-constexpr double kLeastReach_m = 0.015;  // of its farthest point: more than a rough wall
-constexpr double kLeastCell_m = 0.006;   // 4 sigma of a Kinect at 0.8 m: noise parts no handle
-constexpr double kCellSpacings = 3;      // as in Connectivity
-constexpr int kPointsPerPiece = 2048;    // of some 0.2 us
+using namespace std::chrono_literals;
 
-// The band above a support that is given to it, and a little of what noise leaves.
-constexpr double kOnGround_sigma = 4;
-constexpr double kNearlyAll = 0.9;  // of a cluster's points, in that band
-
-// Points of a cluster that may lie on the host's surface, prolonged beyond its ends, where they are
-// more of it rather than a handle.
-constexpr double kMostProlonging = 0.5;
-constexpr double kMostSolidShare = 0.3;  // of a solid's points, that a handle on it may have
-constexpr double kLargerSolid = 2;       // chosen: half of it and more is not the handle's
-constexpr double kCoaxial_cos = 0.94;    // 20 degrees: a bottle's neck, a knob on a lid
-constexpr double kCoaxialOffset = 0.5;   // of the host's radius
+// chosen: the least extent of all of a handle, bends included.
+constexpr double kMaxExtent_m = 0.045;
+// chosen: from a solid's surface. A handle begins nearer to it and reaches farther out, as no rough
+// wall does.
+constexpr double kRoot_m = 0.015;
+// chosen: of a solid's points, that a handle on it may have.
+constexpr double kMaxSolidShare = 0.3;
 
 // Whether nearly all of the points are within their noise of the ground, as what an object's foot
-// took of its support is. `ground` is in the points' frame.
+// took of its support is: in the band above a support that is given to it, and a little of what
+// noise leaves. `ground` is in the points' frame.
 bool LiesOn(const OrientedPoints& points, const std::vector<std::uint32_t>& members,
             const Ground& ground) {
   if (!ground.known || members.empty()) return false;
@@ -56,19 +43,21 @@ bool LiesOn(const OrientedPoints& points, const std::vector<std::uint32_t>& memb
     heights_m.push_back(ground.Height_m(points.points[i].cast<double>()));
     sigma_m = std::max(sigma_m, double{points.sigma_m[i]});
   }
-  return Quantile(std::move(heights_m), kNearlyAll) <= kOnGround_sigma * sigma_m;
+  return Quantile(std::move(heights_m), kNearlyAll) <= kNoiseReach_sigma * sigma_m;
 }
 
+// Whether most of its points lie on the host's surface, prolonged beyond its ends: they are more of
+// it rather than a handle.
 bool ProlongsHost(const OrientedPoints& points, const std::vector<std::uint32_t>& cluster,
                   const ShapePart& host) {
   const Pose X_SL = host.X_OS.inverse(Eigen::Isometry);
-  double on = 0;
+  std::size_t on = 0;
   for (std::uint32_t i : cluster) {
     const Vector3 p = X_SL * points.points[i].cast<double>();
     on += ProlongedDistance_m(host.shape, p) <=
           std::max(kBelongs_m, kDistanceGate_sigma * double{points.sigma_m[i]});
   }
-  return on > kMostProlonging * static_cast<double>(cluster.size());
+  return 2 * on > cluster.size();
 }
 
 struct Host {
@@ -85,7 +74,7 @@ Eigen::Vector3f ExtentOf(const OrientedPoints& points, const std::vector<std::ui
 
 Host NearestHost(const OrientedPoints& points, const std::vector<std::uint32_t>& cluster,
                  const std::vector<ShapePart>& solids, const Work& work) {
-  PollEvery poll(work, kPointsPerPiece);
+  PollEvery poll(work, ItemsPerPiece(200ns));
   Host best;
   for (std::size_t k = 0; k < solids.size(); ++k) {
     const Pose X_SL = solids[k].X_OS.inverse();
@@ -128,14 +117,14 @@ Placed<Box> PrincipalBox(const OrientedPoints& points, const std::vector<std::ui
 
 bool IsHandle(const OrientedPoints& points, const std::vector<std::uint32_t>& cluster,
               double spacing_m, const Placed<Box>& box, const Host& host) {
-  if (host.nearest_m > kRootGap_m || host.farthest_m < kLeastReach_m) return false;
-  if (box.shape.size_m.z() > kMostExtent_m) return false;
+  if (host.nearest_m > kRoot_m || host.farthest_m < kRoot_m) return false;
+  if (box.shape.size_m.z() > kMaxExtent_m) return false;
   std::vector<Eigen::Vector3f> positions;
   for (std::uint32_t i : cluster) positions.push_back(points.points[i]);
   const Slenderness bar = MeasureSlenderness(positions, points.viewpoint, spacing_m);
-  return bar.length_m >= kLeastLength_m && bar.length_m <= kMostLength_m &&
-         bar.width_m <= kMostWidth_m && bar.length_m >= kLeastElongation * bar.width_m &&
-         SeenWidth_m(positions, points.viewpoint) <= kMostSeenHandleWidth_m;
+  return bar.length_m >= kMinHandleLength_m && bar.length_m <= kMaxHandleLength_m &&
+         bar.width_m <= kMaxHandleWidth_m && bar.length_m >= kMinElongation * bar.width_m &&
+         SeenWidth_m(positions, points.viewpoint) <= kMaxSeenHandleWidth_m;
 }
 
 void AddHandle(const Placed<Box>& box, const std::vector<std::uint32_t>& cluster, int shape_index,
@@ -159,7 +148,8 @@ std::vector<std::vector<std::uint32_t>> MembersOfSolids(
   return members;
 }
 
-// Whether the small solid sits on the axis of a round host.
+// Whether the small solid sits on the axis of a round host, within half of its radius and 20
+// degrees: a bottle's neck, a knob on a lid.
 bool IsCoaxial(const ShapePart& small, const ShapePart& host) {
   const auto* cylinder = std::get_if<Cylinder>(&host.shape);
   const auto* cone = std::get_if<Cone>(&host.shape);
@@ -167,9 +157,9 @@ bool IsCoaxial(const ShapePart& small, const ShapePart& host) {
   const double radius_m =
       cylinder ? cylinder->radius_m : 0.5 * (cone->radius_bottom_m + cone->radius_top_m);
   const Vector3 at = (host.X_OS.inverse(Eigen::Isometry) * small.X_OS).translation();
-  if (at.head<2>().norm() > kCoaxialOffset * radius_m) return false;
-  return std::abs(host.X_OS.linear().col(2).dot(small.X_OS.linear().col(2))) > kCoaxial_cos ||
-         std::holds_alternative<Sphere>(small.shape);
+  if (2 * at.head<2>().norm() > radius_m) return false;
+  const Vector3 axis = host.X_OS.linear().col(2), its_axis = small.X_OS.linear().col(2);
+  return axis.cross(its_axis).norm() < kSteep_sin || std::holds_alternative<Sphere>(small.shape);
 }
 
 void Drop(const std::vector<char>& drop, std::vector<ShapePart>& solids,
@@ -186,7 +176,7 @@ void Drop(const std::vector<char>& drop, std::vector<ShapePart>& solids,
   }
 }
 
-// Whether most of the cluster belongs to one solid that has clearly more points than these beside
+// Whether most of the cluster belongs to one solid that has twice as many points as these beside
 // the vessel, or to a ball, as no ear is. What lies on the vessel's wall does not speak for the solid:
 // it is a mixture of both.
 bool IsPartOfSolid(const std::vector<std::uint32_t>& cluster, const std::vector<ShapePart>& solids,
@@ -199,9 +189,7 @@ bool IsPartOfSolid(const std::vector<std::uint32_t>& cluster, const std::vector<
   for (std::size_t k = 0; k < shared.size(); ++k) {
     if (2 * shared[k] < cluster.size()) continue;
     if (std::holds_alternative<Sphere>(solids[k].shape)) return true;
-    if (static_cast<double>(beside_wall[k]) >= kLargerSolid * static_cast<double>(shared[k])) {
-      return true;
-    }
+    if (beside_wall[k] >= 2 * shared[k]) return true;
   }
   return false;
 }
@@ -232,10 +220,10 @@ void DropSolidsOfHandles(const OrientedPoints& points, double spacing_m, const G
   for (std::size_t k = 0; k < solids.size(); ++k) {
     work.Poll();
     // An ear is as well a bit of a cylinder, but not of a ball.
-    const bool may_be = members[k].size() >= kLeastPoints && !IsCoaxial(solids[k], host[0]) &&
-                        !std::holds_alternative<Sphere>(solids[k].shape) &&
-                        static_cast<double>(members[k].size()) <
-                            kMostSolidShare * static_cast<double>(main->size());
+    const bool may_be =
+        members[k].size() >= kFiveSamples && !IsCoaxial(solids[k], host[0]) &&
+        !std::holds_alternative<Sphere>(solids[k].shape) &&
+        static_cast<double>(members[k].size()) < kMaxSolidShare * static_cast<double>(main->size());
     drop[k] = may_be && !LiesOn(points, members[k], ground) &&
               IsHandle(points, members[k], spacing_m, PrincipalBox(points, members[k]),
                        NearestHost(points, members[k], host, work));
@@ -291,23 +279,24 @@ void FindHandles(const OrientedPoints& points, double spacing_m, const Ground& g
     rest.push_back(i);
     positions.push_back(points.points[i]);
   }
-  if (model.shapes.empty() || rest.size() < kLeastPoints) return;
+  if (model.shapes.empty() || rest.size() < kFiveSamples) return;
   std::vector<std::uint32_t> all(rest.size());
   for (std::size_t k = 0; k < all.size(); ++k) all[k] = static_cast<std::uint32_t>(k);
   const Connectivity connectivity(
-      positions, static_cast<float>(std::max(kLeastCell_m, kCellSpacings * spacing_m)));
+      positions, static_cast<float>(std::max(kNoiseReach_m, kSpacingsPerCell * spacing_m)));
   const std::vector<std::vector<std::uint32_t>> of_solids =
       MembersOfSolids(model.part_of_point, model.shapes.size());
   for (std::vector<std::uint32_t>& cluster : connectivity.Components(all)) {
     work.Poll();
-    if (cluster.size() < kLeastPoints) break;  // largest first
+    if (cluster.size() < kFiveSamples) break;  // largest first
     for (std::uint32_t& k : cluster) k = rest[k];
-    if (ExtentOf(points, cluster).maxCoeff() > kMostLength_m) continue;  // along it, it is longer
+    if (ExtentOf(points, cluster).maxCoeff() > kMaxHandleLength_m)
+      continue;  // along it, it is longer
     if (LiesOn(points, cluster, ground)) continue;
     const Host host = NearestHost(points, cluster, model.shapes, work);
     const auto of_host = static_cast<double>(of_solids[host.solid].size());
     const bool is_small =
-        of_host == 0 || static_cast<double>(cluster.size()) <= kMostSolidShare * of_host;
+        of_host == 0 || static_cast<double>(cluster.size()) <= kMaxSolidShare * of_host;
     if (!is_small || std::holds_alternative<Plate>(model.shapes[host.solid].shape)) {
       continue;
     }
@@ -324,7 +313,7 @@ void AddHandles(const OrientedPoints& points, const Clusters& clusters, ObjectMo
                 const Work& work) {
   for (const std::vector<std::uint32_t>& cluster : clusters) {
     const Host host = NearestHost(points, cluster, model.shapes, work);
-    const bool grew_from_it = host.nearest_m <= kRootGap_m;
+    const bool grew_from_it = host.nearest_m <= kRoot_m;
     AddHandle(PrincipalBox(points, cluster), cluster,
               grew_from_it ? static_cast<int>(host.solid) : kNoShape, model);
   }

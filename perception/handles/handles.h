@@ -13,9 +13,6 @@
 
 namespace cwm::perception {
 
-// Across, where a handle is widest, as seen (seen_width.h): a fat pan's, with noise at its edges.
-inline constexpr double kMostSeenHandleWidth_m = 0.034;
-
 using Clusters = std::vector<std::vector<std::uint32_t>>;  // indices of points, ascending
 
 // Small solids that look like handles of the largest one are dropped, and their points are nobody's

@@ -7,18 +7,30 @@
 #include <vector>
 
 #include "perception/cloud/oriented_points.h"
+#include "perception/cloud/tolerances.h"
 #include "perception/cloud/work.h"
 #include "perception/vessels/revolved_wall.h"
 
 namespace cwm::perception {
 
-// Fewer points show no handle: two thirds of those that are counted as one (the paper's "fairly
-// large", as of a shape), since its roots lie within the noise of the wall.
-inline constexpr std::size_t kLeastHandlePoints = 40;
+// derived: fewer points show no handle: two thirds of those of a shape (the paper's "fairly
+// large"), since its roots lie within the noise of the wall.
+inline constexpr std::size_t kMinHandlePoints = kFiveSamples * 2 / 3;
 
-// From the wall, or from what is known of a handle, to the nearest point of a part of it: what lies
-// between is hidden, or too slanted to be measured.
-inline constexpr double kMostHandleGap_m = 0.03;
+// What handles are like, of walls and of solids. The paper states no numbers ("fairly large,
+// elongated"). Assumed, not measured on a data set: the outer sizes of the handles of cups, mugs,
+// pans and jugs for the table, 5 to 15 mm thick, bars of pans up to 25, with some room.
+
+// chosen: along what is seen of a handle.
+inline constexpr double kMinHandleLength_m = 0.02, kMaxHandleLength_m = 0.25;
+// chosen: length to mean width.
+inline constexpr double kMinElongation = 2;
+// chosen: the mean width, and what SeenWidth_m has of strips 18 mm wide with ragged edges.
+inline constexpr double kMaxHandleWidth_m = 0.03;
+// chosen: across, where it is widest, as SeenWidth_m has it: a fat pan's, with noise at its edges.
+// A bow that returns to its wall is no spout, and neither is a long bar: both may be wider at one
+// place.
+inline constexpr double kMaxSeenHandleWidth_m = 0.034;
 
 // An object's walls of revolution, and what its handles must be like.
 class Vessel {

@@ -10,6 +10,7 @@
 #include "collision/geometry/aabb.h"
 #include "collision/geometry/signed_distance.h"
 #include "perception/cloud/quantile.h"
+#include "perception/cloud/tolerances.h"
 #include "perception/fit/solid.h"
 #include "perception/search/model_points.h"
 #include "perception/segmentation/surface_graph.h"
@@ -18,18 +19,14 @@
 namespace cwm::perception {
 namespace {
 
-constexpr double kLeastGap_m = 0.003;     // two sigma of a Kinect at 0.8 m: it ends there already
-constexpr double kPlaceSpacing_m = 0.01;  // along the supplied wall; chosen: two or three pixels
-constexpr int kDirections = 24;           // around it: 8 mm apart on a radius of 3 cm
-// Where the wall turns away from the sensor, places on it are too near to its outline to be told
-// from what lies beside it.
-constexpr double kLeastFacing_cos = 0.35;
-// So they are moved inwards, by less than half of the narrowest solid.
-constexpr double kInwards_m = 0.01;
-// Mixed pixels and the width of the map's cells at the edge of what hides the wall.
-constexpr double kMostPassed = 0.03;
-constexpr double kMostSeen = 0.15;     // of the wall itself, or nothing would hide it
-constexpr std::size_t kOwnBelow = 12;  // points: one independent sample
+// chosen: two or three pixels, between places on the supplied wall. Where it turns away from the
+// sensor, they are moved inwards by as much, less than half of the narrowest solid.
+constexpr double kBetweenPlaces_m = 0.01;
+// chosen: of the places, mixed pixels and the width of the map's cells at the edge of what hides
+// the wall.
+constexpr double kMaxSeenThrough = 0.03;
+// chosen: of the wall itself, or nothing would hide it.
+constexpr double kMaxSeen = 0.15;
 
 // An upright solid in its own frame: the axis that is up, and half its extent along that.
 struct Upright {
@@ -123,19 +120,20 @@ Seen LookAtSupplied(const ShapePart& longer, const Upright& upright, double gap_
   const Vector3 viewpoint_S =
       longer.X_OS.inverse(Eigen::Isometry) * sight.viewpoint().cast<double>();
   const double bottom_m = -upright.sign * (upright.half_length_m + 0.5 * gap_m);
-  const int rings = std::max(1, static_cast<int>(gap_m / kPlaceSpacing_m));
+  const int rings = std::max(1, static_cast<int>(gap_m / kBetweenPlaces_m));
   for (int ring = 0; ring < rings; ++ring) {
     const double along_m = bottom_m + upright.sign * gap_m * (ring + 0.5) / rings;
-    for (int k = 0; k < kDirections; ++k) {
-      const double angle_rad = 2 * std::numbers::pi * k / kDirections;
+    for (int k = 0; k < kSectors; ++k) {
+      const double angle_rad = 2 * std::numbers::pi * k / kSectors;
       Vector3 direction = Vector3::Zero();
       direction[across] = std::cos(angle_rad);
       direction[beside] = std::sin(angle_rad);
       Vector3 place = std::visit(Width{upright.axis, along_m, direction}, longer.shape) * direction;
       place[upright.axis] = along_m;
       const Vector3 normal = std::visit(Outward{upright.axis, direction}, longer.shape);
-      const bool faces = normal.dot((viewpoint_S - place).normalized()) >= kLeastFacing_cos;
-      if (!faces) place -= kInwards_m * normal;
+      // Other places are too near to the wall's outline to be told from what lies beside it.
+      const bool faces = normal.dot((viewpoint_S - place).normalized()) >= kGrazing_sin;
+      if (!faces) place -= kBetweenPlaces_m * normal;
       const Visibility visibility =
           sight.Look((longer.X_OS * place).cast<float>(), static_cast<float>(tolerance_m));
       ++seen.places;
@@ -149,12 +147,11 @@ Seen LookAtSupplied(const ShapePart& longer, const Upright& upright, double gap_
 }
 
 bool IsHidden(const Seen& seen) {
-  return seen.passed <= kMostPassed * seen.places && seen.on_surface <= kMostSeen * seen.facing;
+  return seen.passed <= kMaxSeenThrough * seen.places && seen.on_surface <= kMaxSeen * seen.facing;
 }
 
 // How much of the lower end of an upright solid that stands shows no point of it.
 double UnseenFoot_m(const StandingThing& thing, const ShapePart& part) {
-  constexpr double kLowest = 0.01;  // of the points on it, mixed pixels
   const Pose X_SL = part.X_OS.inverse(Eigen::Isometry);
   const Pose X_SupportL = thing.X_LSupport.inverse(Eigen::Isometry);
   std::vector<double> heights_m;
@@ -164,7 +161,7 @@ double UnseenFoot_m(const StandingThing& thing, const ShapePart& part) {
     if (std::abs(SignedDistance_m(part.shape, X_SL * p)) > gate_m) continue;
     heights_m.push_back((X_SupportL * p).z());
   }
-  return heights_m.empty() ? 0 : Quantile(heights_m, kLowest);
+  return heights_m.empty() ? 0 : Quantile(heights_m, kMixedPixels);
 }
 
 // Points of the object below the solid that are not on the wall which would be supplied: something
@@ -178,7 +175,7 @@ bool ShowsItselfBelow(const StandingThing& thing, const ShapePart& part, const S
   below.min()[upright.axis] = std::min(bottom_m, bottom_m - upright.sign * gap_m);
   below.max()[upright.axis] = std::max(bottom_m, bottom_m - upright.sign * gap_m);
   std::size_t count = 0;
-  for (std::size_t i = 0; i < thing.points.size() && count <= kOwnBelow; ++i) {
+  for (std::size_t i = 0; i < thing.points.size() && count <= kOneSample; ++i) {
     const double gate_m = LargestJump_m(thing.points.sigma_m[i]);
     Aabb wide = below;
     wide.min().array() -= gate_m;
@@ -189,7 +186,7 @@ bool ShowsItselfBelow(const StandingThing& thing, const ShapePart& part, const S
     count +=
         wide.contains(X_SL * p) && std::abs(SignedDistance_m(longer.shape, X_LongerL * p)) > gate_m;
   }
-  return count > kOwnBelow;
+  return count > kOneSample;
 }
 
 double SurfaceArea_m2(const Shape& shape) {
@@ -222,8 +219,8 @@ void CompleteHidden(const StandingThing& thing, const SightMap& sight,
     const std::optional<Upright> upright = UprightOf(part, up_L);
     if (!upright) continue;
     const double gap_m = HeightOfLowest_m(part, thing.X_LSupport);
-    if (gap_m < -kLeastGap_m) continue;
-    if (gap_m < kLeastGap_m) {
+    if (gap_m < -kGroundNoise_m) continue;
+    if (gap_m < kGroundNoise_m) {
       // A fit that stands already: whether it had to guess its foot.
       const double unseen_m = UnseenFoot_m(thing, part);
       if (unseen_m < kStandingGap_m) continue;

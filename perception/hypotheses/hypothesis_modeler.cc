@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "perception/cloud/quantile.h"
+#include "perception/cloud/tolerances.h"
 #include "perception/cloud/voxel_grid.h"
 #include "perception/hypotheses/complete_hidden.h"
 #include "perception/hypotheses/point_sample.h"
@@ -12,10 +13,6 @@
 
 namespace cwm::perception {
 namespace {
-
-constexpr float kAssociationSpacing_m = 0.004f;  // as DetectedObject::points_L promises
-// derived: as much of one solid's points as the modeler leaves unexplained (kLeastExplained there).
-constexpr double kMaxUnexplained = 0.1;
 
 double UnexplainedShare(const ObjectModel& found) {
   return static_cast<double>(std::ranges::count(found.part_of_point, kUnexplained)) /
@@ -45,7 +42,7 @@ Standing ModelStanding(const OrientedPoints& points, const ObjectHypothesis& hyp
   const double left = UnexplainedShare(best.found);
   // One solid is right already. measured: of 31 objects in simulated scenes that seem to rest on
   // others, 26 are.
-  if (best.found.shapes.size() == 1 && left <= kMaxUnexplained) return best;
+  if (best.found.shapes.size() == 1 && left <= 1 - kNearlyAll) return best;
   Standing lower{X_LFoot, {}, true};
   lower.X_LGround->translate(Vector3(0, 0, -foot_height_m));
   lower.found = model(lower.X_LGround);
@@ -61,7 +58,8 @@ std::shared_ptr<HypothesisModel> Finish(Standing standing, const PointSample& sa
   model->object = std::move(standing.found);
   model->object.part_of_point = sample.OfAll(model->object.part_of_point, work);
   model->reaches_support = standing.reaches_support;
-  const float spacing_m = std::max(kAssociationSpacing_m, Median(points.sigma_m));
+  // As DetectedObject::points_L promises.
+  const float spacing_m = std::max(static_cast<float>(kThinnedTo_m), Median(points.sigma_m));
   const VoxelGrid thin = VoxelGrid::Build(points.points, spacing_m, work);
   for (std::size_t c = 0; c < thin.size(); ++c) {
     model->thinned_L.push_back(thin.Centroid(c));

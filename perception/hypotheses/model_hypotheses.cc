@@ -7,17 +7,16 @@
 
 #include "absl/strings/str_cat.h"
 #include "perception/cloud/parallel_for.h"
+#include "perception/cloud/tolerances.h"
 
 namespace cwm::perception {
 namespace {
 
-// A look for objects that touch may cost as much as all else that is asked of one. tuned: 25 objects fill
-// an image of a Kinect; a room of many images has a quarter as many in each.
+// chosen: a look for objects that touch may cost as much as all else that is asked of one. 25
+// objects fill an image of a Kinect; a room of many images has a quarter as many in each.
 constexpr std::size_t kMinSplitCount = 25, kPointsPerSplit = 640UL * 480 / 6;
 // chosen: a scene is full of so many; what is smaller than so many others is modelled in haste.
 constexpr std::size_t kFullEffortPerSplit = 4;
-// measured: of noise and of heaps of balls 0.98 and more of the points have no shape.
-constexpr double kMaxUnexplained = 0.9;
 
 // How many hypotheses, of the largest, get which effort.
 struct Efforts {
@@ -97,8 +96,9 @@ ModelledScene ModelHypotheses(const SceneState& state, const HypothesisModeler& 
   };
   const std::size_t largest = std::min(efforts.split, order.size());
   model_ranks(0, largest);
+  // Of noise and of heaps of balls 0.98 and more of the points have no shape.
   is_shapeless = order.size() > largest && SearchesAny(options.modeler) &&
-                 UnexplainedShare(models) > kMaxUnexplained;
+                 UnexplainedShare(models) > kNearlyAll;
   model_ranks(largest, order.size());
   return {.state = state.WithModels(models),
           .is_shapeless = is_shapeless,

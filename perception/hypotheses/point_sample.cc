@@ -1,29 +1,31 @@
 #include "perception/hypotheses/point_sample.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <limits>
 
 namespace cwm::perception {
 namespace {
 
-// Points that a thing keeps whatever its size; the modeler searches a quarter of them. Measured on
+using namespace std::chrono_literals;
+
+// measured: points that a thing keeps whatever its size; the modeler searches a quarter of them. On
 // kitchens of 5 and 15 million points: with them the things on the counter get the shapes that all
 // of their 20 000 to 430 000 points give, with 16 000 or 32 000 some get others or none.
-constexpr std::size_t kMinPoints = 64'000;
-// Points per node of a larger thing. The noise spreads a surface over two to three layers of cells
-// of 2.7 sigma, so that this is some ten points per 7 sigma^2 of it: more than the pixels of a
-// Kinect at 0.8 m, whose noise is correlated besides.
+constexpr std::size_t kMinSampled = 64'000;
+// derived: points per node of a larger thing. The noise spreads a surface over two to three layers
+// of cells of 2.7 sigma, so that this is some ten points per 7 sigma^2 of it: more than the pixels
+// of a Kinect at 0.8 m, whose noise is correlated besides.
 constexpr std::size_t kPointsPerNode = 4;
-// Sampled points on each side that are asked for the nearest one: about those of a cell.
+// derived: sampled points on each side that are asked for the nearest one: about those of a cell.
 constexpr std::size_t kLookAround = kPointsPerNode;
-constexpr std::size_t kSampledPerPiece = 1024;  // of up to some 100 points, of 30 ns or less
 
 }  // namespace
 
 PointSample::PointSample(const OrientedPoints& all, const PointSet& members, std::size_t node_count)
     : all_(all), members_(members) {
-  const std::size_t enough = std::max(kMinPoints, kPointsPerNode * node_count);
+  const std::size_t enough = std::max(kMinSampled, kPointsPerNode * node_count);
   stride_ = std::max<std::size_t>(1, members_.size() / enough);
 }
 
@@ -39,7 +41,8 @@ std::vector<std::int32_t> PointSample::OfAll(const std::vector<std::int32_t>& pa
   if (stride_ == 1) return part_of_sampled;
   std::vector<std::int32_t> part_of_point(members_.size());
   for (std::size_t s = 0; s < part_of_sampled.size(); ++s) {
-    if (s % kSampledPerPiece == 0) work.Poll();
+    // Up to some 100 points, of 30 ns or less each.
+    if (s % ItemsPerPiece(3us) == 0) work.Poll();
     const std::size_t end = std::min((s + 1) * stride_, members_.size());
     const Around around = AroundSampled(s, part_of_sampled.size());
     const auto first = part_of_sampled.begin() + static_cast<std::ptrdiff_t>(around.first);

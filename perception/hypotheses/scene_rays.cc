@@ -2,19 +2,21 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <chrono>
 #include <cmath>
+#include <limits>
+
+#include "perception/modeler/object_modeler.h"
 
 namespace cwm::perception {
 namespace {
 
-// Of all: a thing of 2 000 of a camera's 300 000 pixels has some 300 of these about it, and to look
-// at all of them for each thing takes 0.1 ms.
-constexpr std::size_t kMostRays = 40'000;
-// Around what the thing's points and their feet fill of the view: as much as a solid may reach beyond
-// what is seen of it, and twelve pixels of a Kinect.
+using namespace std::chrono_literals;
+
+// chosen: around what the thing's points and their feet fill of the view: as much as a solid may
+// reach beyond what is seen of it, and twelve pixels of a Kinect.
 constexpr float kBesideShare = 0.15f;
 constexpr float kBeside_rad = 0.02f;
-constexpr int kPointsPerPiece = 1 << 14;  // of some nanoseconds
 
 // Where rays cross the plane at distance 1 that is normal to the middle one of a thing's.
 struct View {
@@ -27,7 +29,8 @@ struct View {
   float LeastCosine() const {
     if (standing.isEmpty()) return 2;
     const Eigen::Vector2f farthest = standing.min().cwiseAbs().cwiseMax(standing.max().cwiseAbs());
-    constexpr float kRounding = 1e-5f;
+    // derived: some more than what rounding takes from the product of two unit vectors.
+    constexpr float kRounding = std::numeric_limits<float>::epsilon() * 64;
     return 1 / std::sqrt(1 + farthest.squaredNorm()) - kRounding;
   }
   // Nothing of what lies behind the viewer.
@@ -63,7 +66,7 @@ class Feet {
 
 View ViewOf(const OrientedPoints& all, const PointSet& members,
             const std::optional<Pose>& X_LGround, const Work& work) {
-  PollEvery poll(work, kPointsPerPiece);
+  PollEvery poll(work, ItemsPerPiece(20ns));
   const Eigen::Vector3f viewpoint = all.viewpoint.cast<float>();
   Eigen::Vector3f middle = Eigen::Vector3f::Zero();
   for (std::uint32_t i : members) middle += all.points[i] - viewpoint;
@@ -89,9 +92,11 @@ View ViewOf(const OrientedPoints& all, const PointSet& members,
 
 SceneRays::SceneRays(const SegmentedScene& scene, const Work& work) : scene_(scene) {
   if (!scene.sight) return;
-  PollEvery poll(work, kPointsPerPiece);
+  PollEvery poll(work, ItemsPerPiece(20ns));
   const std::size_t count = scene.points.size();
-  stride_ = std::max<std::size_t>(1, count / kMostRays);
+  // A thing of 2 000 of a camera's 300 000 pixels has some 300 of these rays about it, and to look
+  // at all of them for each thing takes 0.1 ms.
+  stride_ = std::max<std::size_t>(1, count / kMaxOfScene);
   const Eigen::Vector3f viewpoint = scene.points.viewpoint.cast<float>();
   for (std::size_t i = 0; i < count; i += stride_) {
     poll();

@@ -9,11 +9,11 @@
 
 namespace cwm::perception {
 
-// Index of a point's part: -1 unexplained, 0.. shape, and handles after them.
+// chosen: index of a point's part where it has none; 0.. is a shape, and handles follow them.
 inline constexpr std::int32_t kUnexplained = -1;
 
-// Handle::shape_index of a handle that begins at no shape, but at what is meshed.
-inline constexpr int kNoShape = -1;
+// derived: Handle::shape_index of a handle that begins at no shape, but at what is meshed.
+inline constexpr int kNoShape = kUnexplained;
 
 struct ObjectModel {
   std::vector<ShapePart> shapes;  // level frame: X_OS is X_LS here

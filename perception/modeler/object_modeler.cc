@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "perception/cloud/parallel_for.h"
+#include "perception/cloud/tolerances.h"
 #include "perception/fit/extraction.h"
 #include "perception/handles/handles.h"
 #include "perception/handles/vessel_handles.h"
@@ -13,6 +14,7 @@
 #include "perception/solids/own_ends.h"
 #include "perception/solids/solid_assembly.h"
 #include "perception/vessels/lying_vessel.h"
+#include "perception/vessels/revolved_wall.h"
 #include "perception/vessels/shell_fit.h"
 #include "perception/whole/left_over.h"
 #include "perception/whole/one_solid.h"
@@ -22,15 +24,11 @@
 namespace cwm::perception {
 namespace {
 
-// Points that are searched. Neighbouring pixels err together, so the search loses little: a face of
-// 60 measured points keeps 20 of them in an object of 12 000.
-constexpr std::size_t kSearchPoints = 4000;
-// Of a whole scene without clusters, every shape must keep that many points too.
+// chosen: of a whole scene without clusters, every shape must keep enough points too.
 constexpr std::size_t kPointsPerSearchPoint = 4;
-constexpr std::size_t kMostSearchPoints = 40000;  // of 300 000, a shape of 300 points keeps 40
 
 std::size_t SearchPoints(std::size_t count) {
-  return std::clamp(count / kPointsPerSearchPoint, kSearchPoints, kMostSearchPoints);
+  return std::clamp(count / kPointsPerSearchPoint, kSearchPoints, kMaxOfScene);
 }
 
 Ground GroundOf(const std::optional<Pose>& X_LSupport, const Vector3& origin_L) {
@@ -58,13 +56,12 @@ std::vector<ShapePart> InLevelFrame(std::vector<Solid> solids, const FitContext&
   return parts;
 }
 
-// What one closed solid accounts for but for mixed pixels has no handle: what stands out from a wall
-// in it, the end of a lying cup or the wall beside its rim, is its own surface.
-constexpr double kNearlyAll = 0.96;
+// What one closed solid accounts for but for mixed pixels on either side has no handle: what stands
+// out from a wall in it, the end of a lying cup or the wall beside its rim, is its own surface.
 bool ExplainsNearlyAll(const ObjectModel& model) {
   const auto unexplained = std::ranges::count(model.part_of_point, kUnexplained);
   return static_cast<double>(unexplained) <=
-         (1 - kNearlyAll) * static_cast<double>(model.part_of_point.size());
+         2 * kMixedPixels * static_cast<double>(model.part_of_point.size());
 }
 bool IsOneSolid(const ObjectModel& model) {
   return model.shapes.size() == 1 && !model.shapes.front().vessel && ExplainsNearlyAll(model);

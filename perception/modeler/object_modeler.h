@@ -2,6 +2,7 @@
 // the points that remain for triangulation.
 #pragma once
 
+#include <cstddef>
 #include <optional>
 #include <vector>
 
@@ -13,6 +14,10 @@
 #include "perception/model/object_model.h"
 
 namespace cwm::perception {
+
+// chosen: of a whole scene so many points, or the rays to them, are looked at: a shape of 300 of a
+// camera's 300 000 keeps 40.
+inline constexpr std::size_t kMaxOfScene = 40'000;
 
 // Everything in the level frame L: z up, any origin. The z = 0 of `X_LSupport` is the top plane of
 // what the object stands on, its z the plane's normal (up), where known: solids are completed down

@@ -20,14 +20,16 @@ double CostOf(const std::vector<ShapePart>& shapes, const PointSet& points,
               const OrientedPoints& all, const SensorNoise& noise) {
   const double warp_m = noise.WarpSigma_m();
   // The judged points stand for all.
-  const PointSet some = Thinned(points, kMaxJudgedPoints);
+  const PointSet some = Thinned(points, kMaxLookedAt);
   double squares = 0;
   for (const std::uint32_t i : some) {
     const double off_m = DistanceToShapes_m(shapes, all.points[i].cast<double>());
     const double off = off_m / std::hypot(double{all.sigma_m[i]}, warp_m);
     squares += std::min(kTruncatedSquare, off * off);
   }
-  squares *= static_cast<double>(points.size()) / static_cast<double>(some.size());
+  if (!some.empty()) {
+    squares *= static_cast<double>(points.size()) / static_cast<double>(some.size());
+  }
   const double parameters =
       kParametersOfObject + kParametersOfSolid * static_cast<double>(shapes.size());
   const auto per_sample = double{all.points_per_sample};

@@ -15,8 +15,6 @@ namespace {
 // measured: of the mean square in variances, true parts of one object lost 0.1 by warp.
 constexpr double kMaxLoss = 0.5;
 
-constexpr double kMinThickness_m = 0.008;  // noise adds to the 5 mm of lone faces
-
 void SortPoints(PointSet& points) { std::ranges::sort(points); }
 
 }  // namespace
@@ -28,10 +26,15 @@ bool IsOneSolid(const ObjectModel& model, double min_explained) {
              min_explained * static_cast<double>(model.part_of_point.size());
 }
 
+bool IsLevel(const Eigen::Vector3f& normal, const Eigen::Vector3f& up) {
+  const double rise = double{normal.dot(up)};
+  return rise > 0 && 1 - rise * rise <= kNormalMiss_sin * kNormalMiss_sin;
+}
+
 bool IsClosed(const ShapePart& shape) {
   if (shape.vessel || std::holds_alternative<Plate>(shape.shape)) return false;
   const auto* box = std::get_if<Box>(&shape.shape);
-  return box == nullptr || box->size_m.minCoeff() > kMinThickness_m;
+  return box == nullptr || box->size_m.minCoeff() > kLoneThickness_m + kGroundNoise_m;
 }
 
 double MisfitOf(const std::vector<ShapePart>& shapes, const PointSet& points,
@@ -50,7 +53,7 @@ bool AllAccountedFor(const ModelledProposal& modelled) {
   const std::vector<ShapePart>& whole = modelled.products.front()->shapes();
   return std::ranges::all_of(modelled.proposal.consumes, [&](const Consumed& consumed) {
     const ObjectHypothesis& part = modelled.state.Get(consumed.id);
-    const PointSet some = Thinned(part.points, kMaxJudgedPoints);
+    const PointSet some = Thinned(part.points, kMaxLookedAt);
     return MisfitOf(whole, some, all) <= MisfitOf(part.model->shapes(), some, all) + kMaxLoss;
   });
 }

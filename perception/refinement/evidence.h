@@ -5,16 +5,41 @@
 #include <span>
 #include <vector>
 
+#include "perception/cloud/tolerances.h"
 #include "perception/hypotheses/scene_state.h"
 #include "perception/refinement/pass.h"
+#include "perception/solids/plane_solid.h"
+#include "perception/vessels/revolved_wall.h"
 
 namespace cwm::perception {
 
-// chosen: some thirty independent samples of a Kinect's.
-inline constexpr std::size_t kMaxJudgedPoints = 400;
+// derived: of so many places that are asked one by one, a share is known to 0.06.
+inline constexpr std::size_t kMaxAskedPoints = 64;
+// chosen: hypotheses that touch and are looked at together: bounds the work in clutter.
+inline constexpr std::size_t kMaxInGroup = 12;
+
+// chosen: the largest extent of a thing on a table: of a pan with its handle, of a moving box.
+inline constexpr double kMaxThing_m = 0.7;
+// derived: a lone face is made half as thick, and noise adds to that.
+inline constexpr double kMaxLoneThickness_m = kLoneThickness_m * 2;
+// chosen: faces that are nearer are one, by noise, warp and bent cardboard; flat things are
+// thicker.
+inline constexpr double kMaxOneFace_m = 0.015;
+// derived: what is no farther apart than a surface explains may touch. Noise, creases, and a fit
+// without a view of the foot move ends by as much.
+inline constexpr double kMaxContactGap_m = kExplainedWithin_m;
+// chosen: between the axes of things that are stacked or carry each other on: soft packages bend,
+// and the sensor warps all.
+inline constexpr double kMaxAxisOffset_m = 0.012;
+// chosen: 14 degrees: an axis so near to upright stands, axes so near to each other are of one
+// thing.
+inline constexpr double kAligned_cos = 0.97;
 
 // Whether one shape explains so large a share of the points.
-bool IsOneSolid(const ObjectModel& model, double min_explained);
+bool IsOneSolid(const ObjectModel& model, double min_explained = kNearlyAll);
+
+// Whether a normal is that of a level face, within what normals miss by.
+bool IsLevel(const Eigen::Vector3f& normal, const Eigen::Vector3f& up);
 
 // True of shapes that enclose a measured volume. Vessels are open, and lone faces are given 5 mm.
 bool IsClosed(const ShapePart& shape);

@@ -69,11 +69,19 @@ struct ModelledProposal {
   const RefinementContext& context;
 };
 
+// chosen: for passes that may ask at most objects: more than one image holds.
+inline constexpr int kMaxTrials = 32;
+
 // The work that a pass may cause in one scene.
 struct Allowance {
-  int max_trials = 8;              // proposals that are modelled
-  std::size_t points_divisor = 8;  // of all points, one in so many may be modelled anew
-  std::string_view note;           // of the object whose trial was not allowed
+  // Proposals that are modelled. measured: of 317 scenes none asked for more than three joins of
+  // parts that something hides, of 45 real scans one, of clutter, for more than six of vessels'
+  // walls.
+  int max_trials = 8;
+  // Of all points, one in so many may be modelled anew. chosen: bounds the work in clutter, where
+  // much is proposed and little gained.
+  std::size_t points_divisor = 4;
+  std::string_view note;  // of the object whose trial was not allowed
 };
 
 class RefinementPass {

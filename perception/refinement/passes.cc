@@ -7,6 +7,7 @@
 #include "perception/refinement/merge/merge_vessel_walls.h"
 #include "perception/refinement/reassign/reassign_points.h"
 #include "perception/refinement/reassign/return_handles.h"
+#include "perception/refinement/split/split_rows.h"
 #include "perception/refinement/split/split_stacked_boxes.h"
 #include "perception/refinement/split/split_stacked_rounds.h"
 #include "perception/refinement/split/split_standing_solids.h"
@@ -21,6 +22,7 @@ const Passes& RefinementPasses() {
     made.push_back(MakeMergeOccludedParts());
     made.push_back(MakeReassignPoints());
     made.push_back(MakeSplitStackedRounds());
+    made.push_back(MakeSplitRows());
     made.push_back(MakeSplitStandingSolids());
     made.push_back(MakeSplitStackedBoxes());
     made.push_back(MakeSplitUnexplainedParts());

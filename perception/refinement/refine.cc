@@ -17,7 +17,7 @@
 namespace cwm::perception {
 namespace {
 
-// A change may make room for a pass that ran before. chosen: bounds the work.
+// chosen: bounds the work, since a change may make room for a pass that ran before.
 constexpr int kMaxRounds = 3;
 
 // Proposals are the same where they consume the same hypotheses and cut them alike.

@@ -4,16 +4,23 @@
 #include <cmath>
 #include <random>
 
+#include "perception/cloud/tolerances.h"
 #include "perception/search/random_index.h"
 
 namespace cwm::perception {
 namespace {
 
-constexpr std::size_t kFirstSubset = 128;  // tells 5 % from 20 % of inliers
-constexpr double kConfidence_sigma = 2.5;  // 99 % on one side
-constexpr double kLeaderSlack = 1.1;       // upper bounds within a tenth do not change the leader
-constexpr double kRefusedShare = 0.7;      // of a candidate's inliers; chosen: nearly the same
-constexpr std::size_t kMostCandidates = 400;  // chosen: what a look at the leader goes through
+// chosen: upper bounds within a tenth do not change the leader.
+constexpr double kLeaderSlack = 1.1;
+
+// chosen: so many points tell 5 % of inliers from 20 %.
+constexpr std::size_t kFirstSubset = 128;
+// chosen: of the bound of a score; 99 % on one side.
+constexpr double kConfidence_sigma = 2.5;
+// chosen: of a candidate's inliers: what has more of them in common is nearly the same.
+constexpr double kRefusedShare = 0.7;
+// chosen: what a look at the leader goes through.
+constexpr std::size_t kMaxCandidates = 400;
 
 unsigned char KindBit(const AnyModel& model) {
   return static_cast<unsigned char>(1U << model.index());
@@ -70,7 +77,7 @@ void CandidateList::Add(const AnyModel& model) {
   }
   if (candidate.inliers.empty() || IsRefused(candidate)) return;
   candidates_.push_back(std::move(candidate));
-  if (candidates_.size() > kMostCandidates) Prune();
+  if (candidates_.size() > kMaxCandidates) Prune();
 }
 
 void CandidateList::EvaluateNextSubset(Candidate& candidate) const {
@@ -188,7 +195,7 @@ void CandidateList::Prune() {
   }
   std::sort(bounds.begin(), bounds.end());
   std::vector<Candidate> kept;
-  for (std::size_t k = 0; k < kMostCandidates / 2; ++k) {
+  for (std::size_t k = 0; k < kMaxCandidates / 2; ++k) {
     kept.push_back(std::move(candidates_[bounds[k].second]));
   }
   candidates_ = std::move(kept);

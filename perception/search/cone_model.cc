@@ -6,12 +6,6 @@
 #include <limits>
 
 namespace cwm::perception {
-namespace {
-
-// For two lines the determinant is sin^2 / 4 of the angle between them: 10 degrees.
-constexpr double kParallel_determinant = 0.25 * 0.03;
-
-}  // namespace
 
 std::optional<AxisFoot> MeetOnAxis(std::span<const SamplePoint> sample, const Vector3& axis) {
   const Matrix3 basis = BasisFromZ(axis);
@@ -89,10 +83,11 @@ ConeModel::Parameters ConeModel::Gradient(const Vector3& p) const {
 ConeModel ConeModel::Moved(const Parameters& step) const {
   const Matrix3 basis = BasisFromZ(axis);
   ConeModel moved = *this;
-  moved.point += step(0) * basis.col(0) + step(1) * basis.col(1);
-  moved.axis = (axis + step(2) * basis.col(0) + step(3) * basis.col(1)).normalized();
-  moved.radius_m += step(4);
-  moved.slope += step(5);
+  moved.point += step(kFirstShift) * basis.col(0) + step(kSecondShift) * basis.col(1);
+  moved.axis =
+      (axis + step(kFirstTilt) * basis.col(0) + step(kSecondTilt) * basis.col(1)).normalized();
+  moved.radius_m += step(kGrowth);
+  moved.slope += step(kSlope);
   return moved;
 }
 

@@ -17,12 +17,12 @@ struct AxialPosition {
 };
 
 struct ConeModel {
-  static constexpr int kSampleSize = 3;
-  static constexpr int kParameterCount = 6;
-  static constexpr int kFirstTilt = 2;
+  using Sample = std::array<SamplePoint, 3>;
   // Shift of the axis along two basis vectors, its tilt about them, growth of the radius, and of
   // the slope (metres, metres, radians, radians, metres, 1).
-  using Parameters = Eigen::Matrix<double, kParameterCount, 1>;
+  enum : int { kFirstShift, kSecondShift, kFirstTilt, kSecondTilt, kGrowth, kSlope };
+  using Parameters = Eigen::Matrix<double, 6, 1>;
+  static constexpr int kParameterCount = Parameters::RowsAtCompileTime;
 
   Vector3 point = Vector3::Zero();  // on the axis, in the mid plane
   Vector3 axis = Vector3::UnitZ();  // unit

@@ -7,13 +7,11 @@
 namespace cwm::perception {
 namespace {
 
-constexpr double kCellSpacings = 3;  // 9 points a cell of an even surface: none is empty by chance
-constexpr double kCellSigmas = 3;    // the distance gate: inliers of one surface meet across it
-constexpr double kLeastCell_m = 1e-3;  // all points in one place
-
+// Inliers of one surface meet across the distance gate. Surfaces are uneven by some part of a cell,
+// even where all points are in one place.
 double CellEdge_m(const ModelPoints& points) {
-  return std::max(
-      {kCellSpacings * points.spacing_m, kCellSigmas * Median(points.sigma_m), kLeastCell_m});
+  return std::max({kSpacingsPerCell * points.spacing_m,
+                   kDistanceGate_sigma * Median(points.sigma_m), double{kUnevenness_m}});
 }
 
 std::vector<Eigen::Vector3f> AsFloat(const std::vector<Vector3>& points) {
@@ -45,7 +43,7 @@ void Connectivity::LinkCells() {
 
 std::vector<std::vector<std::uint32_t>> Connectivity::Components(
     std::span<const std::uint32_t> listed) const {
-  constexpr std::uint32_t kEmpty = 0xffffffff, kUnvisited = 0xfffffffe;
+  enum : std::uint32_t { kEmpty, kUnvisited, kFirstLabel };
   std::vector<std::uint32_t> component_of(grid_.size(), kEmpty);
   for (std::uint32_t i : listed) component_of[grid_.CellOfPoint(i)] = kUnvisited;
   std::vector<std::vector<std::uint32_t>> components;
@@ -53,7 +51,7 @@ std::vector<std::vector<std::uint32_t>> Connectivity::Components(
   for (std::uint32_t i : listed) {
     const std::uint32_t seed = grid_.CellOfPoint(i);
     if (component_of[seed] == kUnvisited) {
-      const auto label = static_cast<std::uint32_t>(components.size());
+      const auto label = static_cast<std::uint32_t>(components.size()) + kFirstLabel;
       components.emplace_back();
       component_of[seed] = label;
       stack.push_back(seed);
@@ -67,7 +65,7 @@ std::vector<std::vector<std::uint32_t>> Connectivity::Components(
         }
       }
     }
-    components[component_of[seed]].push_back(i);
+    components[component_of[seed] - kFirstLabel].push_back(i);
   }
   std::stable_sort(components.begin(), components.end(),
                    [](const auto& a, const auto& b) { return a.size() > b.size(); });

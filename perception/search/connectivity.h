@@ -11,6 +11,9 @@
 
 namespace cwm::perception {
 
+// derived: 9 points of an even surface lie in a cell of so many spacings, none is empty by chance.
+inline constexpr double kSpacingsPerCell = 3;
+
 // Points are connected when their cells touch (26 neighbours). Cells are three spacings or three
 // standard deviations of the noise wide, so that a surface has no holes in it.
 class Connectivity {

@@ -5,7 +5,7 @@ namespace cwm::perception {
 std::optional<CylinderModel> CylinderModel::FromSample(std::span<const SamplePoint> sample) {
   const Vector3 normal = sample[0].n.cross(sample[1].n);
   const double norm = normal.norm();
-  if (norm < 0.17) return std::nullopt;  // below 10 degrees the axis is noise alone
+  if (norm < kParallel_sin) return std::nullopt;
   return AroundAxis(sample, normal / norm);
 }
 

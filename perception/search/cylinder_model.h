@@ -10,11 +10,11 @@
 namespace cwm::perception {
 
 struct CylinderModel {
-  static constexpr int kSampleSize = 2;
-  static constexpr int kParameterCount = 5;
-  static constexpr int kFirstTilt = 2;
+  using Sample = std::array<SamplePoint, 2>;
   // As of the cone, without the slope.
-  using Parameters = Eigen::Matrix<double, kParameterCount, 1>;
+  using Parameters = Eigen::Matrix<double, ConeModel::kSlope, 1>;
+  static constexpr int kParameterCount = Parameters::RowsAtCompileTime;
+  static constexpr int kFirstTilt = ConeModel::kFirstTilt;
 
   Vector3 point = Vector3::Zero();  // on the axis
   Vector3 axis = Vector3::UnitZ();  // unit

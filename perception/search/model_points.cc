@@ -1,22 +1,25 @@
 #include "perception/search/model_points.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
-#include <numbers>
 #include <utility>
 
 #include "perception/cloud/morton.h"
 #include "perception/cloud/quantile.h"
+#include "perception/cloud/tolerances.h"
 
 namespace cwm::perception {
 namespace {
 
-constexpr double kLeastNormalGate_rad = 15 * std::numbers::pi / 180;
-constexpr double kMostNormalGate_rad = 45 * std::numbers::pi / 180;
-constexpr double kNormalGate_sigma = 3;
-constexpr int kMortonLevels = 10;  // of 8 children each: cells of 1/1024 of the extent
-// A point without a stated noise still needs a gate.
-constexpr double kLeastSigma_m = 1e-4;
+using namespace std::chrono_literals;
+
+// derived: halfway between the faces of a right-angled edge; beyond it a gate would tell nothing.
+constexpr double kMaxNormalGate_rad = 45 * kDegree;
+// derived: as of distances.
+constexpr double kNormalGate_sigma = kDistanceGate_sigma;
+// chosen: a point without a stated noise still needs a gate; no range sensor's is less.
+constexpr double kMinSigma_m = 1e-4;
 
 struct KeyedPoint {
   std::uint32_t key = 0;
@@ -50,7 +53,7 @@ std::vector<KeyedPoint> SortByMorton(const OrientedPoints& points,
     const auto cell = [&q](int axis) { return static_cast<std::uint32_t>(q[axis]); };
     keyed.push_back({static_cast<std::uint32_t>(MortonKey(cell(0), cell(1), cell(2))), i});
   }
-  PollEvery poll(work, 1 << 14);  // comparisons of some nanoseconds
+  PollEvery poll(work, ItemsPerPiece(20ns));
   std::sort(keyed.begin(), keyed.end(), [&poll](const KeyedPoint& a, const KeyedPoint& b) {
     poll();
     return a < b;
@@ -72,7 +75,7 @@ double MedianSpacing_m(const ModelPoints& points) {
 
 double NormalGate_cos(double normal_sigma_rad) {
   const double gate_rad = kNormalGate_sigma * normal_sigma_rad;
-  return std::cos(std::clamp(gate_rad, kLeastNormalGate_rad, kMostNormalGate_rad));
+  return std::cos(std::clamp(gate_rad, kSameNormal_rad, kMaxNormalGate_rad));
 }
 
 ModelPoints ThinForSearch(const OrientedPoints& points, std::size_t most_points, const Work& work) {
@@ -90,7 +93,7 @@ ModelPoints ThinForSearch(const OrientedPoints& points, std::size_t most_points,
     const std::uint32_t i = keyed[k].index;
     // Points that are sent many times lie side by side here, and tell no more than one.
     if (!out.index.empty() && points.points[out.index.back()] == points.points[i]) continue;
-    const double sigma_m = std::max<double>(points.sigma_m[i], kLeastSigma_m);
+    const double sigma_m = std::max<double>(points.sigma_m[i], kMinSigma_m);
     out.p.push_back(points.points[i].cast<double>() - out.origin_L);
     out.n.push_back(points.normals[i].cast<double>().normalized());
     out.sigma_m.push_back(sigma_m);

@@ -6,8 +6,8 @@
 namespace cwm::perception {
 namespace {
 
-constexpr std::uint32_t kLeafPoints = 8;  // fewer make more box tests than they save point tests
-constexpr int kTopShift = 27;             // three bits below the top of a key of 30 bits
+// derived: brings the three bits of the first level to the end of a key.
+constexpr int kTopShift = (kMortonLevels - 1) * 3;
 
 CellBounds TightBounds(const ModelPoints& points, std::uint32_t begin, std::uint32_t end) {
   Eigen::AlignedBox3d box;

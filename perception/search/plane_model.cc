@@ -15,8 +15,9 @@ PlaneModel::Parameters PlaneModel::Gradient(const Vector3& p) const {
 
 PlaneModel PlaneModel::Moved(const Parameters& step) const {
   const Matrix3 basis = BasisFromZ(normal);
-  return {.point = point + step(2) * normal,
-          .normal = (normal + step(0) * basis.col(0) + step(1) * basis.col(1)).normalized()};
+  return {.point = point + step(kShift) * normal,
+          .normal = (normal + step(kFirstTilt) * basis.col(0) + step(kSecondTilt) * basis.col(1))
+                        .normalized()};
 }
 
 bool PlaneModel::MayReach(const CellBounds& box, double gate_m) const {

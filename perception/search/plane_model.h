@@ -6,11 +6,11 @@
 namespace cwm::perception {
 
 struct PlaneModel {
-  static constexpr int kSampleSize = 1;
-  static constexpr int kParameterCount = 3;
-  static constexpr int kFirstTilt = 0;
+  using Sample = std::array<SamplePoint, 1>;
   // Tilt about the two basis vectors, shift along the normal (radians, radians, metres).
-  using Parameters = Eigen::Matrix<double, kParameterCount, 1>;
+  enum : int { kFirstTilt, kSecondTilt, kShift };
+  using Parameters = Eigen::Matrix<double, 3, 1>;
+  static constexpr int kParameterCount = Parameters::RowsAtCompileTime;
 
   Vector3 point = Vector3::Zero();    // on the plane
   Vector3 normal = Vector3::UnitZ();  // unit, to the side that was seen

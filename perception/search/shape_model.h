@@ -4,6 +4,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <concepts>
 #include <optional>
 #include <span>
@@ -18,6 +19,12 @@ struct SamplePoint {
   Vector3 n = Vector3::Zero();
 };
 
+// chosen: 10 degrees between two normals; of less, noise alone makes the axis or the centre to
+// which they lead.
+inline constexpr double kParallel_sin = 0.17;
+// derived: of the mean of the projectors across two lines with that angle between them, sin^2 / 4.
+inline constexpr double kParallel_determinant = 0.0075;
+
 // An axis-aligned box as the cells of the octree have it.
 struct CellBounds {
   Vector3 center = Vector3::Zero();
@@ -31,9 +38,10 @@ enum class SeenFrom { kOutside, kInside };
 inline double SignOf(SeenFrom side) { return side == SeenFrom::kOutside ? 1.0 : -1.0; }
 
 // The contract of a shape model M:
-//   kSampleSize      points of a minimal sample, FromSample's input
+//   Sample           a minimal sample, an array of SamplePoint: FromSample's input
+//   Parameters       a vector of local parameters
 //   kParameterCount  degrees of freedom, k of the selection criterion
-//   kFirstTilt       index of the two parameters that tilt the axis or normal; -1 without a
+//   kFirstTilt       index of the two parameters that tilt the axis or normal; none without a
 //                    direction
 //   FromSample       the surface through a minimal sample; nothing when it defines none
 //   Distance_m       signed orthogonal distance to the unbounded surface, positive outside
@@ -48,11 +56,8 @@ inline double SignOf(SeenFrom side) { return side == SeenFrom::kOutside ? 1.0 : 
 //                    parameters are least correlated
 template <class M>
 concept ShapeModel = requires(const M m, const Vector3 p, const CellBounds box, double gate_m,
-                              const typename M::Parameters step,
-                              std::span<const SamplePoint> sample) {
-  requires std::same_as<decltype(M::kSampleSize), const int>;
+                              const typename M::Parameters step, const typename M::Sample sample) {
   requires std::same_as<decltype(M::kParameterCount), const int>;
-  requires std::same_as<decltype(M::kFirstTilt), const int>;
   { M::FromSample(sample) } -> std::same_as<std::optional<M>>;
   { m.Distance_m(p) } -> std::same_as<double>;
   { m.Normal(p) } -> std::same_as<Vector3>;
@@ -61,6 +66,12 @@ concept ShapeModel = requires(const M m, const Vector3 p, const CellBounds box, 
   { m.Moved(step) } -> std::same_as<M>;
   { m.MayReach(box, gate_m) } -> std::same_as<bool>;
   { m.Centred(p) } -> std::same_as<M>;
+};
+
+// Of those, the ones that have an axis or a normal.
+template <class M>
+concept DirectedModel = ShapeModel<M> && requires {
+  { M::kFirstTilt } -> std::convertible_to<int>;
 };
 
 }  // namespace cwm::perception

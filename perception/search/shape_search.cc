@@ -12,21 +12,24 @@
 namespace cwm::perception {
 namespace {
 
-constexpr int kDrawsPerLook = 32;  // between two looks at the leader
-// Draws for one object. A cluster of 300 000 points without any shape of 60 asks for a third of it.
-constexpr std::int64_t kMostDraws = 60000;
-// A draw that starts on a shape finds it when the cell has a good size for it (one level of three)
-// and the sample's noise lets it pass its tests (assumed: half of them).
+// chosen: between two looks at the leader, each of which goes through all candidates.
+constexpr int kDrawsPerLook = 32;
+// chosen: three times what a cluster of 300 000 points without any shape of 60 asks for.
+constexpr std::int64_t kMaxDraws = 60000;
+// chosen: a draw that starts on a shape finds it when the cell has a good size for it (one level of
+// three) and the sample's noise lets it pass its tests (assumed: half of them).
 constexpr double kDrawSucceeds = 1.0 / 6;
-constexpr std::uint32_t kLeastCellPoints = std::tuple_size_v<decltype(DrawnSample::points)>;
-constexpr int kAttempts = 4;  // to hit an available point of a cell
+// derived: a cell holds all points of a drawn sample.
+constexpr std::uint32_t kMinCellPoints = std::tuple_size_v<decltype(DrawnSample::points)>;
+// chosen: to hit an available point of a cell; where half are available, 15 of 16 are hit.
+constexpr int kMaxRedraws = 4;
 
 // Of any size that holds a sample, each equally likely.
 std::uint32_t CellAround(const Octree& octree, std::uint32_t point, std::mt19937_64& random) {
   const std::span<const Octree::Node> nodes = octree.nodes();
   std::uint32_t cell = octree.LeafOf(point);
   while (nodes[cell].parent != Octree::kNone &&
-         nodes[cell].end - nodes[cell].begin < kLeastCellPoints) {
+         nodes[cell].end - nodes[cell].begin < kMinCellPoints) {
     cell = nodes[cell].parent;
   }
   std::size_t levels = 1;
@@ -49,7 +52,7 @@ std::optional<DrawnSample> DrawSample(const Octree& octree, const std::vector<ch
   auto& drawn = sample.points;
   for (std::size_t k = 1; k < drawn.size(); ++k) {
     bool found = false;
-    for (int attempt = 0; attempt < kAttempts && !found; ++attempt) {
+    for (int attempt = 0; attempt < kMaxRedraws && !found; ++attempt) {
       drawn[k] =
           cell.begin + static_cast<std::uint32_t>(RandomIndex(random, cell.end - cell.begin));
       found = available[drawn[k]] &&
@@ -69,7 +72,7 @@ ShapeSearch::ShapeSearch(const ModelPoints& points, const Octree& octree, Candid
       options_(options),
       work_(work),
       random_(options.seed),
-      draws_left_(kMostDraws) {}
+      draws_left_(kMaxDraws) {}
 
 std::optional<Candidate> ShapeSearch::Next() {
   const double enough = -std::log(options_.missed_shape_probability);
@@ -110,7 +113,7 @@ void ShapeSearch::Draw() {
 
 template <ShapeModel M>
 void ShapeSearch::Propose(std::span<const std::uint32_t> sample, std::uint32_t tester) {
-  std::array<SamplePoint, M::kSampleSize> minimal;
+  typename M::Sample minimal;
   for (std::size_t k = 0; k < minimal.size(); ++k) {
     minimal[k] = {points_.p[sample[k]], points_.n[sample[k]]};
   }

@@ -27,8 +27,8 @@ std::optional<DrawnSample> DrawSample(const Octree& octree, const std::vector<ch
                                       std::mt19937_64& random);
 
 // Minimal samples are drawn inside one cell of a random level of the octree around a random point
-// (DrawSample). A model must agree with its own sample and with one more point of the cell (the T(1,1) test)
-// before it becomes a candidate.
+// (DrawSample). A model must agree with its own sample and with one more point of the cell (the
+// T(1,1) test) before it becomes a candidate.
 class ShapeSearch {
  public:
   // `points`, `octree` and `candidates` must outlive the search, and so must the rest.

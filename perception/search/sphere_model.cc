@@ -24,8 +24,6 @@ std::optional<SphereModel> SphereModel::FromSample(std::span<const SamplePoint> 
     a += projector / static_cast<double>(sample.size());
     b += projector * p / static_cast<double>(sample.size());
   }
-  // For two lines the determinant is sin^2 / 4 of the angle between them.
-  constexpr double kParallel_determinant = 0.25 * 0.03;  // 10 degrees: below, the foot is noise
   if (a.determinant() < kParallel_determinant) return std::nullopt;
   SphereModel sphere;
   sphere.center = a.inverse() * b;

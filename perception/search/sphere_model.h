@@ -6,11 +6,10 @@
 namespace cwm::perception {
 
 struct SphereModel {
-  static constexpr int kSampleSize = 2;
-  static constexpr int kParameterCount = 4;
-  static constexpr int kFirstTilt = -1;
+  using Sample = std::array<SamplePoint, 2>;
   // Shift of the centre, growth of the radius (metres).
-  using Parameters = Eigen::Matrix<double, kParameterCount, 1>;
+  using Parameters = Eigen::Matrix<double, 4, 1>;
+  static constexpr int kParameterCount = Parameters::RowsAtCompileTime;
 
   Vector3 center = Vector3::Zero();
   double radius_m = 0;

@@ -72,11 +72,11 @@ CellMask Closed(const CellMask& mask, int reach) {
 }
 
 Components ComponentsOf(const CellMask& mask) {
-  Components out{std::vector<std::int32_t>(mask.on.size(), Components::kNoComponent), 0};
+  Components out{std::vector<std::int32_t>(mask.on.size(), kNoIndex), 0};
   std::vector<std::pair<int, int>> front;
   for (int y = 0; y < mask.height; ++y) {
     for (int x = 0; x < mask.width; ++x) {
-      if (!mask.Has(x, y) || out.of_cell[mask.Index(x, y)] != Components::kNoComponent) continue;
+      if (!mask.Has(x, y) || out.of_cell[mask.Index(x, y)] != kNoIndex) continue;
       const std::int32_t number = out.count++;
       out.of_cell[mask.Index(x, y)] = number;
       front.assign(1, {x, y});
@@ -86,7 +86,7 @@ Components ComponentsOf(const CellMask& mask) {
         constexpr int kSides[4][2] = {{1, 0}, {-1, 0}, {0, 1}, {0, -1}};
         for (const auto& d : kSides) {
           const int i = u + d[0], j = v + d[1];
-          if (!mask.Has(i, j) || out.of_cell[mask.Index(i, j)] != Components::kNoComponent) {
+          if (!mask.Has(i, j) || out.of_cell[mask.Index(i, j)] != kNoIndex) {
             continue;
           }
           out.of_cell[mask.Index(i, j)] = number;

@@ -5,6 +5,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "perception/cloud/no_index.h"
+
 namespace cwm::perception {
 
 // Row-major, cell (x, y) in column x of row y. Nothing outside of the raster is in the set.
@@ -34,9 +36,8 @@ CellMask Opened(const CellMask& mask, int reach);
 CellMask Closed(const CellMask& mask, int reach);
 
 // Sets of cells that hang together by their edges, numbered from 0 in the order of their first
-// cells; kNoComponent where the mask is off.
+// cells; kNoIndex where the mask is off.
 struct Components {
-  static constexpr std::int32_t kNoComponent = -1;
   std::vector<std::int32_t> of_cell;
   std::int32_t count = 0;
 };

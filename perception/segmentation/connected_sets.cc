@@ -1,6 +1,7 @@
 #include "perception/segmentation/connected_sets.h"
 
 #include <algorithm>
+#include <chrono>
 #include <numeric>
 #include <utility>
 
@@ -9,7 +10,9 @@
 namespace cwm::perception {
 namespace {
 
-constexpr std::size_t kNodesPerPiece = 16384;  // of some 20 ns each
+using namespace std::chrono_literals;
+
+constexpr std::size_t kNodesPerRange = ItemsPerPiece(20ns);
 
 using Link = std::pair<std::uint32_t, std::uint32_t>;
 
@@ -42,8 +45,8 @@ class Forest {
 std::vector<std::vector<Link>> JoinWithinRanges(const SurfaceGraph& graph,
                                                 const std::vector<std::int32_t>& classes,
                                                 Forest& forest, const Work& work) {
-  std::vector<std::vector<Link>> between(graph.size() / kNodesPerPiece + 1);
-  ParallelFor(graph.size(), kNodesPerPiece, work, [&](std::size_t begin, std::size_t end) {
+  std::vector<std::vector<Link>> between(graph.size() / kNodesPerRange + 1);
+  ParallelFor(graph.size(), kNodesPerRange, work, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       if (classes[i] < 0) continue;
       const auto node = static_cast<std::uint32_t>(i);
@@ -51,7 +54,7 @@ std::vector<std::vector<Link>> JoinWithinRanges(const SurfaceGraph& graph,
         if (classes[j] != classes[i]) return;
         const auto other = static_cast<std::uint32_t>(j);
         if (j < begin) {
-          between[begin / kNodesPerPiece].emplace_back(node, other);
+          between[begin / kNodesPerRange].emplace_back(node, other);
         } else {
           forest.Join(node, other);
         }
@@ -70,7 +73,7 @@ ConnectedSets FindConnectedSets(const SurfaceGraph& graph, const std::vector<std
     for (const auto& [a, b] : links) forest.Join(a, b);
   }
   ConnectedSets sets;
-  sets.of_node.assign(graph.size(), ConnectedSets::kNone);
+  sets.of_node.assign(graph.size(), kNoIndex);
   for (std::uint32_t i = 0; i < graph.size(); ++i) {
     if (classes[i] < 0) continue;
     const std::uint32_t parent = forest.parent(i);

@@ -4,13 +4,13 @@
 #include <cstdint>
 #include <vector>
 
+#include "perception/cloud/no_index.h"
 #include "perception/segmentation/surface_graph.h"
 
 namespace cwm::perception {
 
 struct ConnectedSets {
-  static constexpr std::int32_t kNone = -1;
-  std::vector<std::int32_t> of_node;       // per node its set; kNone where it is in none
+  std::vector<std::int32_t> of_node;       // per node its set; kNoIndex where it is in none
   std::vector<std::uint32_t> first_nodes;  // per set; ascending
   std::size_t count() const { return first_nodes.size(); }
 };

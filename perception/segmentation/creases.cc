@@ -1,6 +1,7 @@
 #include "perception/segmentation/creases.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 
 #include "perception/cloud/parallel_for.h"
@@ -8,9 +9,7 @@
 namespace cwm::perception {
 namespace {
 
-// Pieces of less than a millisecond: a row of 640 pixels takes 10 us, a node of a grid 4 us.
-constexpr std::size_t kRowsPerPiece = 16;
-constexpr std::size_t kNodesPerPiece = 128;
+using namespace std::chrono_literals;
 
 // Angle by which the surface turns towards the viewer from a to b: positive is concave.
 float Concavity_rad(const OrientedPoints& nodes, std::size_t a, std::size_t b) {
@@ -25,7 +24,7 @@ std::vector<char> ConcaveCreasesByPairs(const SurfaceGraph& graph, float angle_r
                                         const Work& work) {
   std::vector<char> crease(graph.size(), 0);
   const OrientedPoints& nodes = graph.nodes();
-  ParallelFor(graph.size(), kNodesPerPiece, work, [&](std::size_t begin, std::size_t end) {
+  ParallelFor(graph.size(), ItemsPerPiece(4us), work, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       graph.ForEachOppositePair(i, [&](std::size_t a, std::size_t b) {
         if (nodes.normals[a].isZero() || nodes.normals[b].isZero()) return;
@@ -41,7 +40,7 @@ std::vector<char> ConcaveCreases(const SurfaceGraph& graph, float angle_rad, con
   const MeasuredPoints& image = *graph.image();
   const auto width = static_cast<std::size_t>(image.width);
   std::vector<char> crease(graph.size(), 0);
-  ParallelFor(static_cast<std::size_t>(image.height), kRowsPerPiece, work,
+  ParallelFor(static_cast<std::size_t>(image.height), ItemsPerPiece(10us), work,  // 640 pixels
               [&](std::size_t begin, std::size_t end) {
                 std::vector<std::uint8_t> of_row;
                 for (std::size_t row = begin; row < end; ++row) {

@@ -5,6 +5,7 @@
 #include <map>
 #include <utility>
 
+#include "perception/cloud/tolerances.h"
 #include "perception/segmentation/disjoint_sets.h"
 #include "perception/segmentation/long_planes.h"
 
@@ -12,8 +13,6 @@ namespace cwm::perception {
 namespace {
 
 using Eigen::Vector3f;
-
-constexpr double kOnPlaneShare = 0.9;  // the rest may be mixed pixels
 
 using Links = std::map<std::pair<std::int32_t, std::int32_t>, int>;
 
@@ -32,8 +31,8 @@ Links EvenLinks(const SurfaceGraph& graph, const std::vector<char>& crease, cons
   return links;
 }
 
-// A long plane ends where warp does: of the links between its pieces and those of another class, only
-// those remain whose other piece lies on it as far as warp lets it.
+// A long plane ends where warp does: of the links between its pieces and those of another class,
+// only those remain whose other piece lies on it as far as warp lets it.
 void DropLinksOffPlanes(const SurfaceGraph& graph, const Pieces& pieces, const Seeds& seeds,
                         const std::vector<Plane>& long_planes, Links& links) {
   if (long_planes.empty()) return;
@@ -56,7 +55,7 @@ void DropLinksOffPlanes(const SurfaceGraph& graph, const Pieces& pieces, const S
     ask(pair.second, class_of(pair.first));
   }
   for (std::size_t i = 0; i < graph.size(); ++i) {
-    if (pieces.of_node[i] == kNoPiece) continue;
+    if (pieces.of_node[i] == kNoIndex) continue;
     for (auto& [of_plane, share] : on_planes[static_cast<std::size_t>(pieces.of_node[i])]) {
       const Plane& plane = long_planes[static_cast<std::size_t>(of_plane) - 1];
       ++share.all;
@@ -66,7 +65,7 @@ void DropLinksOffPlanes(const SurfaceGraph& graph, const Pieces& pieces, const S
   const auto is_off = [&](std::int32_t piece, std::int32_t of_plane) {
     if (of_plane == 0 || class_of(piece) == of_plane) return false;
     const Share& share = on_planes[static_cast<std::size_t>(piece)].at(of_plane);
-    return static_cast<double>(share.on) < kOnPlaneShare * static_cast<double>(share.all);
+    return static_cast<double>(share.on) < kNearlyAll * static_cast<double>(share.all);
   };
   std::erase_if(links, [&](const auto& link) {
     const auto& [a, b] = link.first;
@@ -83,11 +82,11 @@ std::vector<PieceSize> SizesOf(const SurfaceGraph& graph, const Pieces& pieces) 
   const OrientedPoints& nodes = graph.nodes();
   const Vector3f viewpoint = nodes.viewpoint.cast<float>();
   for (std::size_t i = 0; i < graph.size(); ++i) {
-    if (pieces.of_node[i] < pieces.support_count) continue;  // kNoPiece among them
+    if (pieces.of_node[i] < pieces.support_count) continue;  // kNoIndex among them
     PieceSize& size = sizes[static_cast<std::size_t>(pieces.of_node[i])];
     ++size.nodes;
     const float along = std::abs(nodes.normals[i].dot(nodes.points[i] - viewpoint));
-    size.grazing += along < kFrontal_cos * graph.range_m(i);
+    size.grazing += along < kSteepIncidence_cos * graph.range_m(i);
   }
   return sizes;
 }
@@ -99,7 +98,7 @@ void Renumber(DisjointSets& sets, Pieces& pieces) {
     renamed[p] = sets.Root(p) == p ? next++ : renamed[sets.Root(p)];
   }
   for (std::int32_t& p : pieces.of_node) {
-    if (p != kNoPiece) p = renamed[static_cast<std::size_t>(p)];
+    if (p != kNoIndex) p = renamed[static_cast<std::size_t>(p)];
   }
   pieces.piece_count = next;
 }

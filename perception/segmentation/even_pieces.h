@@ -11,9 +11,9 @@
 
 namespace cwm::perception {
 
-// Pieces that share a good part of their outline without a crease or a step become one; what is seen
-// at a grazing angle alone goes to the one that it shares most of it with, as the narrow side of a
-// box does. `pieces` have grown from `seeds`, in their order; the classes of seeds are of
+// Pieces that share a good part of their outline without a crease or a step become one; what is
+// seen at a grazing angle alone goes to the one that it shares most of it with, as the narrow side
+// of a box does. `pieces` have grown from `seeds`, in their order; the classes of seeds are of
 // `long_planes`, as ClassLongPlanes gives them. The numbers of the others close up.
 void JoinEvenPieces(const SurfaceGraph& graph, const std::vector<char>& crease, const Seeds& seeds,
                     const std::vector<Plane>& long_planes, Pieces& pieces, const Work& work);

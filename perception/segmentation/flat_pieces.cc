@@ -8,29 +8,27 @@
 #include <utility>
 
 #include "collision/geometry/pose.h"
+#include "perception/cloud/tolerances.h"
 #include "perception/segmentation/support_gaps.h"
 
 namespace cwm::perception {
 namespace {
 
-constexpr double kFlatShare = 0.9;  // the rest may be mixed pixels
-// Of a support's own surface nothing lies farther from the rest than this, or, where noise scatters
-// its points, than they are scattered.
-constexpr double kGap_cells = 2;
-constexpr std::size_t kFewestNodes = 24;  // of a piece: two independent samples
-
-// What lies on a plane beside the cells of a support. Distances differ from here to the end of a hall by a factor of a
-// hundred: squares of twice the size are made of those of half the size, once somebody asks.
+// What lies on a plane beside the cells of a support: of its own surface nothing lies farther from
+// the rest than two cells or, where noise scatters its points, than they are scattered. Distances
+// differ from here to the end of a hall by a factor of a hundred: squares of twice the size are
+// made of those of half the size, once somebody asks.
 class Surroundings {
  public:
   Surroundings(const CoarseCloud& coarse, const SupportPlane& support)
       : across_(BasisFromZ(support.plane.normal).leftCols<2>().transpose().cast<float>()),
-        edge_m_(kGap_cells * coarse.grid.edge_m()) {
+        edge_m_(2 * double{coarse.grid.edge_m()}) {
     Squares& finest = sizes_.emplace_back();
     for (std::uint32_t c : support.cells) finest.insert(SquareOf(coarse.cells.points[c]));
   }
 
-  // Whether the support has a cell nearer than `gap_m`, or somewhat farther: at most four times as far.
+  // Whether the support has a cell nearer than `gap_m`, or somewhat farther: at most four times as
+  // far.
   bool Has(const Eigen::Vector3f& point, double gap_m) {
     std::size_t size = 0;
     Square square = SquareOf(point);
@@ -80,12 +78,12 @@ class Surroundings {
 // Of each piece the support that it is linked to.
 std::vector<std::int32_t> LinkedSupports(const SurfaceGraph& graph, const Pieces& pieces,
                                          const Work& work) {
-  std::vector<std::int32_t> support(static_cast<std::size_t>(pieces.piece_count), kNoPiece);
+  std::vector<std::int32_t> support(static_cast<std::size_t>(pieces.piece_count), kNoIndex);
   for (std::uint32_t i : BorderNodes(graph, pieces, work)) {
     const std::int32_t a = pieces.of_node[i];
     graph.ForEachLinked(i, [&](std::size_t j) {
       const std::int32_t b = pieces.of_node[j];
-      if (b != kNoPiece && b < pieces.support_count) support[static_cast<std::size_t>(a)] = b;
+      if (b != kNoIndex && b < pieces.support_count) support[static_cast<std::size_t>(a)] = b;
     });
   }
   return support;
@@ -98,7 +96,7 @@ bool IsFlat(const Plane& plane, const OrientedPoints& nodes, std::size_t i) {
 }
 
 bool IsWithinNoise(const Plane& plane, const OrientedPoints& nodes, std::size_t i) {
-  return std::abs(plane.Height_m(nodes.points[i])) <= double{kPlaneGate_sigma * nodes.sigma_m[i]};
+  return std::abs(plane.Height_m(nodes.points[i])) <= kGate_sigma * nodes.sigma_m[i];
 }
 
 // Who goes to which support: pieces, and nodes in none.
@@ -116,7 +114,7 @@ class Absorption {
     std::vector<Members> members(linked.size());
     for (std::uint32_t i = 0; i < graph.size(); ++i) {
       const std::int32_t p = pieces.of_node[i];
-      if (p == kNoPiece) {
+      if (p == kNoIndex) {
         parts_.push_back({.members = {i}, .range_m = graph.range_m(i)});
       } else if (p >= pieces.support_count) {
         members[static_cast<std::size_t>(p)].push_back(i);
@@ -136,7 +134,7 @@ class Absorption {
       left = parts_.size();
       std::erase_if(parts_, [&](const Part& part) {
         const std::int32_t support = SupportOf(part);
-        if (support == kNoPiece) return false;
+        if (support == kNoIndex) return false;
         for (std::uint32_t i : part.members) pieces.of_node[i] = support;
         if (auto& around = surroundings_[static_cast<std::size_t>(support)]) {
           for (std::uint32_t i : part.members) around->Add(nodes_.points[i]);
@@ -152,15 +150,15 @@ class Absorption {
   struct Part {
     Members members;
     float range_m = 0;
-    std::int32_t linked = kNoPiece;  // a support
+    std::int32_t linked = kNoIndex;  // a support
   };
 
-  // Or kNoPiece.
+  // Or kNoIndex.
   std::int32_t SupportOf(const Part& part) {
-    if (part.linked != kNoPiece) {
+    if (part.linked != kNoIndex) {
       const Plane& plane = supports_[static_cast<std::size_t>(part.linked)].plane;
       const bool flat = IsMostly(part, [&](auto i) { return IsFlat(plane, nodes_, i); });
-      return flat ? part.linked : kNoPiece;
+      return flat ? part.linked : kNoIndex;
     }
     for (std::size_t s = 0; s < supports_.size(); ++s) {
       const Plane& plane = supports_[s].plane;
@@ -170,13 +168,13 @@ class Absorption {
         return static_cast<std::int32_t>(s);
       }
     }
-    return kNoPiece;
+    return kNoIndex;
   }
 
   template <class Asked>
   static bool IsMostly(const Part& part, const Asked& asked) {
     return static_cast<double>(std::ranges::count_if(part.members, asked)) >=
-           kFlatShare * static_cast<double>(part.members.size());
+           kNearlyAll * static_cast<double>(part.members.size());
   }
 
   bool IsBeside(std::size_t support, std::size_t node) {
@@ -187,7 +185,7 @@ class Absorption {
 
   // Of a piece, whether things before it hide what is between it and the support.
   bool IsBehindHidden(std::size_t support, const Part& part) const {
-    if (sight_ == nullptr || part.members.size() < kFewestNodes) return false;
+    if (sight_ == nullptr || part.members.size() < kTwoSamples) return false;
     std::vector<std::uint32_t> cells;
     for (std::uint32_t i : part.members) cells.push_back(coarse_.grid.CellOfPoint(i));
     const SupportPlane& plane = supports_[support];
@@ -204,17 +202,17 @@ class Absorption {
 
 // The numbers of the pieces that are left, in their order.
 void CloseUp(Pieces& pieces) {
-  std::vector<std::int32_t> renamed(static_cast<std::size_t>(pieces.piece_count), kNoPiece);
+  std::vector<std::int32_t> renamed(static_cast<std::size_t>(pieces.piece_count), kNoIndex);
   for (std::int32_t p : pieces.of_node) {
-    if (p != kNoPiece) renamed[static_cast<std::size_t>(p)] = p;
+    if (p != kNoIndex) renamed[static_cast<std::size_t>(p)] = p;
   }
   std::int32_t next = 0;
   for (std::int32_t p = 0; p < pieces.piece_count; ++p) {
     std::int32_t& name = renamed[static_cast<std::size_t>(p)];
-    if (p < pieces.support_count || name != kNoPiece) name = next++;
+    if (p < pieces.support_count || name != kNoIndex) name = next++;
   }
   for (std::int32_t& p : pieces.of_node) {
-    if (p != kNoPiece) p = renamed[static_cast<std::size_t>(p)];
+    if (p != kNoIndex) p = renamed[static_cast<std::size_t>(p)];
   }
   pieces.piece_count = next;
 }

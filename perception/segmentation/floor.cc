@@ -6,43 +6,28 @@
 #include <map>
 #include <tuple>
 
-#include "perception/segmentation/support_gaps.h"
+#include "perception/cloud/tolerances.h"
 
 namespace cwm::perception {
 namespace {
 
 using Eigen::Vector3f;
 
-// Chosen: things may jut out, the outline is true to one cell of 7.5 mm or more, and
-// what lies beyond it by more than half would tip.
-constexpr double kOverhang_m = 0.03;     // beyond the outline, and still over the support
-constexpr double kLeastShareOver = 0.5;  // of a region's nodes
-// Of a region that reaches out of the view, fewer nodes are over what is seen of the support; those
-// that are below its top are of something beside it.
-constexpr double kLeastShareOverSeen = 0.05, kMostShareBelow = 0.05, kLeastShareOutOfView = 0.1;
-// Of a support whose near part something hides, a low table behind a counter, things stand so far
-// before what is seen of it at most; asked on so many lines.
-constexpr double kWidestHidden_m = 0.35;
-constexpr std::size_t kAskedLines = 32;
-constexpr double kBeforeFoot_m = 0.03;  // towards the sensor: no shadow of its own
-constexpr double kFootHeight_m = 0.02;  // plus 3 sigma: the lowest points stand on the support
-// A ball seen from above shows nothing of its underside: the tangent rays leave it at 0.3 of its
-// radius, its grazing rim returns nothing up to 0.6, and the lowest tenth of what is seen reaches
-// to 0.8, which is about this share of the width that is seen. Beyond 12 cm nothing that rolls is
-// manipulated.
+// Things may jut out, the outline is true to one cell of 7.5 mm or more, and what lies beyond it by
+// more than half would tip: what touches the support (kTouching_m) with the larger part of its
+// nodes is over it. Of a region that reaches out of the view or whose shadow cuts the support off,
+// fewer nodes are over what is seen of the support, but more than mixed pixels (kMaxPassing);
+// those that are below its top are of something beside it, but for as few.
+
+// derived: a ball seen from above shows nothing of its underside: the tangent rays leave it at 0.3
+// of its radius, its grazing rim returns nothing up to 0.6, and the lowest tenth of what is seen
+// reaches to 0.8, which is about this share of the width that is seen.
 constexpr double kHiddenUndersideShare = 0.45;
+// chosen: beyond this width nothing that rolls is manipulated.
 constexpr double kWidestRound_m = 0.12;
-// Seen more steeply it shows no foot at all, but where that is: of so many of its nodes, all but
-// creases and mixed pixels lie on one sphere.
-constexpr std::size_t kBallNodes = 400;
-constexpr double kLeastOnBall = 0.9;
-constexpr double kLowestShare = 0.1;       // of a region's nodes are asked what holds them
-constexpr double kLeastStanding = 0.2;     // of those; what hangs shows empty space below all
-constexpr std::size_t kAskedNodes = 256;   // of a region's, evenly spread
-constexpr double kFootprintCell_m = 0.01;  // the paper's octree leaves
-// Cells of a support are so many cells of a footprint wide at most: where noise makes them wider,
-// far away or in a scene of another scale, footprints are as coarse.
-constexpr double kMostReach_cells = 6;
+// chosen: a cell of a support is at most so many cells of a footprint wide. Where noise makes them
+// wider, far away or in a scene of another scale, footprints are as coarse.
+constexpr double kMaxReach_cells = 6;
 
 }  // namespace
 
@@ -52,7 +37,7 @@ Floor::Floor(const SurfaceGraph& graph, const CoarseCloud& coarse, const Support
       plate_(plate),
       sight_(sight),
       X_SL_(plate.X_FS.inverse(Eigen::Isometry)),
-      cell_m_(std::max(kFootprintCell_m, coarse.grid.edge_m() / kMostReach_cells)) {
+      cell_m_(std::max(kFootprintCell_m, coarse.grid.edge_m() / kMaxReach_cells)) {
   for (std::uint32_t c : support.cells) occupied_.insert(CellOf(Local(coarse.cells.points[c])));
   reach_ = static_cast<int>(std::ceil(coarse.grid.edge_m() / cell_m_));
   for (const FootprintCell& cell : occupied_) extent_.extend(MiddleOf(cell));
@@ -71,18 +56,17 @@ bool Floor::Carries(const NodeList& region) const {
   if (region.empty()) return false;
   const NodeList over = NodesOver(region);
   const auto all = static_cast<double>(region.size()), share = static_cast<double>(over.size());
-  if (share < kLeastShareOver * all) {
-    if (share >= kLeastShareOverSeen * all && HidesItsPlace(region)) {
-      return StandsOrIsHidden(region) && Footprint_m2(over) >= kSmallestFootprint_m2;
+  if (share < kLargerPart * all) {
+    if (share >= kMaxPassing * all && HidesItsPlace(region)) {
+      return StandsOrIsHidden(region) && Footprint_m2(over) >= kMinThing_m2;
     }
     if (IsOverHiddenPart(region)) {
-      return StandsOrIsHidden(region) && Footprint_m2(region) >= kSmallestFootprint_m2;
+      return StandsOrIsHidden(region) && Footprint_m2(region) >= kMinThing_m2;
     }
-    return share >= kLeastShareOverSeen * all && HidesItsSupport(region) &&
-           Footprint_m2(over) >= kSmallestFootprint_m2;
+    return share >= kMaxPassing * all && HidesItsSupport(region) &&
+           Footprint_m2(over) >= kMinThing_m2;
   }
-  return (StandsOrIsHidden(over) || IsBallOnIt(over)) &&
-         Footprint_m2(over) >= kSmallestFootprint_m2;
+  return (StandsOrIsHidden(over) || IsBallOnIt(over)) && Footprint_m2(over) >= kMinThing_m2;
 }
 
 Floor::NodeList Floor::NodesOver(const NodeList& region) const {
@@ -91,13 +75,13 @@ Floor::NodeList Floor::NodesOver(const NodeList& region) const {
   auto latest = inside.end();            // nodes that follow each other are mostly in one cell
   for (std::uint32_t i : region) {
     const Vector3 local = Local(graph_.nodes().points[i]);
-    if (local.z() < -kPlaneGate_sigma * graph_.nodes().sigma_m[i]) continue;
+    if (local.z() < -kGate_sigma * graph_.nodes().sigma_m[i]) continue;
     if (const FootprintCell cell = CellOf(local); latest == inside.end() || latest->first != cell) {
       bool is_new;
       std::tie(latest, is_new) = inside.try_emplace(cell, false);
       if (is_new) {
         latest->second =
-            OutsideOutline_m(plate_, graph_.nodes().points[i].cast<double>()) <= kOverhang_m;
+            OutsideOutline_m(plate_, graph_.nodes().points[i].cast<double>()) <= kTouching_m;
       }
     }
     if (latest->second) over.push_back(i);
@@ -108,45 +92,46 @@ Floor::NodeList Floor::NodesOver(const NodeList& region) const {
 // Whether what of the support is below is out of the view or hidden, and nothing of the region is
 // lower.
 bool Floor::HidesItsPlace(const NodeList& region) const {
-  std::size_t below = 0, hidden = 0, out_of_view = 0, asked = 0;
-  for (std::size_t k = 0; k < region.size(); k += region.size() / kAskedNodes + 1, ++asked) {
+  std::size_t below = 0, hidden = 0, in_view = 0, asked = 0;
+  for (std::size_t k = 0; k < region.size(); k += region.size() / kMaxSamples + 1, ++asked) {
     const float sigma = graph_.nodes().sigma_m[region[k]];
     Vector3 local = Local(graph_.nodes().points[region[k]]);
-    below += local.z() < -kPlaneGate_sigma * sigma;
+    below += local.z() < -kGate_sigma * sigma;
     local.z() = 0.5 * kFootHeight_m;
     const Visibility seen = sight_.Look((plate_.X_FS * local).cast<float>(), LargestJump_m(sigma));
     hidden += seen == Visibility::kHidden;
-    out_of_view += seen == Visibility::kNoReturn;
+    in_view += seen != Visibility::kNoReturn;
   }
   const auto all = static_cast<double>(asked);
-  return static_cast<double>(below) <= kMostShareBelow * all &&
-         static_cast<double>(out_of_view) >= kLeastShareOutOfView * all &&
-         static_cast<double>(hidden + out_of_view) >= kLeastShareOver * all;
+  return static_cast<double>(below) <= kMaxPassing * all &&
+         static_cast<double>(in_view) <= kNearlyAll * all &&
+         static_cast<double>(hidden + asked - in_view) >= kLargerPart * all;
 }
 
-// Whether the support, of which the rest was seen beside the region, may well go on below it:
-// nothing of the region is lower, something hides what is before its foot, and all that is between
-// its foot and what was seen of the support is hidden too.
+// Whether the support, of which the rest was seen beside the region, may well go on below it, as a
+// low table behind a counter does: nothing of the region is lower, something hides what is before
+// its foot, farther than it touches and thus no shadow of its own, and all that is between its foot
+// and what was seen of the support is hidden too.
 bool Floor::IsOverHiddenPart(const NodeList& region) const {
   const Vector2 sensor = Local(sight_.viewpoint()).head<2>();
   std::vector<std::pair<Vector2, float>> feet;  // and how far off the sensor may show what is there
   std::size_t below = 0, before = 0;
-  for (std::size_t k = 0; k < region.size(); k += region.size() / kAskedLines + 1) {
+  for (std::size_t k = 0; k < region.size(); k += region.size() / kLinesOfSight + 1) {
     const float sigma = graph_.nodes().sigma_m[region[k]], jump_m = LargestJump_m(sigma);
     const Vector3 local = Local(graph_.nodes().points[region[k]]);
     const Vector2 foot = local.head<2>();
     if (extent_.exteriorDistance(foot) > kWidestHidden_m) return false;
-    below += local.z() < -kPlaneGate_sigma * sigma;
+    below += local.z() < -kGate_sigma * sigma;
     before +=
-        LookAt(foot + kBeforeFoot_m * (sensor - foot).normalized(), jump_m) == Visibility::kHidden;
+        LookAt(foot + kTouching_m * (sensor - foot).normalized(), jump_m) == Visibility::kHidden;
     feet.emplace_back(foot, jump_m);
   }
   const auto all = static_cast<double>(feet.size());
-  if (static_cast<double>(below) > kMostShareBelow * all) return false;
-  if (static_cast<double>(before) < kLeastHiddenGap * all) return false;
+  if (static_cast<double>(below) > kMaxPassing * all) return false;
+  if (static_cast<double>(before) < kMainShare * all) return false;
   const auto closed = std::ranges::count_if(
       feet, [&](const auto& foot) { return IsHiddenToSupport(foot.first, foot.second); });
-  return static_cast<double>(closed) >= kLeastHiddenGap * all;
+  return static_cast<double>(closed) >= kMainShare * all;
 }
 
 // Whether all that of the support is not seen is hidden by the region, as at an edge that its own
@@ -157,15 +142,15 @@ bool Floor::HidesItsSupport(const NodeList& region) const {
   std::size_t below = 0;
   for (std::uint32_t i : region) {
     const double height_m = Local(graph_.nodes().points[i]).z();
-    const double gate_m = double{kPlaneGate_sigma} * graph_.nodes().sigma_m[i];
+    const double gate_m = kGate_sigma * graph_.nodes().sigma_m[i];
     below += height_m < -gate_m;
     if (height_m <= kFootHeight_m + gate_m) feet.push_back(i);
   }
   const auto all = static_cast<double>(region.size());
-  if (static_cast<double>(below) > kMostShareBelow * all) return false;
-  if (static_cast<double>(feet.size()) < kLeastShareOverSeen * all) return false;
+  if (static_cast<double>(below) > kMaxPassing * all) return false;
+  if (static_cast<double>(feet.size()) < kMaxPassing * all) return false;
   std::size_t hidden = 0, through = 0, asked = 0;
-  for (std::size_t k = 0; k < feet.size(); k += feet.size() / kAskedNodes + 1, ++asked) {
+  for (std::size_t k = 0; k < feet.size(); k += feet.size() / kMaxSamples + 1, ++asked) {
     Vector3 local = Local(graph_.nodes().points[feet[k]]);
     local.z() = -kFootHeight_m;
     const Visibility seen = sight_.Look((plate_.X_FS * local).cast<float>(),
@@ -173,8 +158,8 @@ bool Floor::HidesItsSupport(const NodeList& region) const {
     hidden += seen == Visibility::kHidden;
     through += seen == Visibility::kSeenThrough;
   }
-  return static_cast<double>(hidden) >= kLeastShareOver * static_cast<double>(asked) &&
-         static_cast<double>(through) <= kMostShareBelow * static_cast<double>(asked);
+  return static_cast<double>(hidden) >= kLargerPart * static_cast<double>(asked) &&
+         static_cast<double>(through) <= kMaxPassing * static_cast<double>(asked);
 }
 
 Visibility Floor::LookAt(const Vector2& foot, float jump_m) const {
@@ -198,9 +183,10 @@ bool Floor::IsHiddenToSupport(const Vector2& from, float jump_m) const {
   return through < 2;
 }
 
-// Through the nodes, the algebraic fit |p|^2 = 2 c . p + k (Kasa 1976).
+// Seen steeply a ball shows no foot at all, but where that is: all of its nodes but creases and
+// mixed pixels lie on one sphere. Through them, the algebraic fit |p|^2 = 2 c . p + k (Kasa 1976).
 bool Floor::IsBallOnIt(const NodeList& over) const {
-  const std::size_t stride = over.size() / kBallNodes + 1;
+  const std::size_t stride = over.size() / kMaxSamples + 1;
   Eigen::Matrix4d normal = Eigen::Matrix4d::Zero();
   Eigen::Vector4d right = Eigen::Vector4d::Zero();
   for (std::size_t k = 0; k < over.size(); k += stride) {
@@ -217,13 +203,15 @@ bool Floor::IsBallOnIt(const NodeList& over) const {
   for (std::size_t k = 0; k < over.size(); k += stride, ++asked) {
     sigma = std::max(sigma, graph_.nodes().sigma_m[over[k]]);
     const double off_m = (Local(graph_.nodes().points[over[k]]) - x.head<3>()).norm() - radius_m;
-    on += std::abs(off_m) <= kPlaneGate_sigma * graph_.nodes().sigma_m[over[k]];
+    on += std::abs(off_m) <= kGate_sigma * graph_.nodes().sigma_m[over[k]];
   }
-  return static_cast<double>(on) >= kLeastOnBall * static_cast<double>(asked) &&
+  return static_cast<double>(on) >= kNearlyAll * static_cast<double>(asked) &&
          std::abs(x[2] - radius_m) <= LargestJump_m(sigma);
 }
 
-// The lowest points touch the support, or nobody can see whether what they belong to does.
+// The lowest points touch the support, or nobody can see whether what they belong to does: of those
+// that nearly all others are above, a part that chance does not make. What hangs shows empty space
+// below all of them.
 bool Floor::StandsOrIsHidden(const NodeList& over) const {
   std::vector<std::pair<double, std::uint32_t>> heights;
   Eigen::AlignedBox2d extent;
@@ -234,20 +222,21 @@ bool Floor::StandsOrIsHidden(const NodeList& over) const {
   }
   const double width_m = std::min(extent.sizes().minCoeff(), kWidestRound_m);
   const double foot_m = std::max(kFootHeight_m, kHiddenUndersideShare * width_m);
-  const auto low = heights.begin() +
-                   static_cast<std::ptrdiff_t>(kLowestShare * static_cast<double>(heights.size()));
+  const auto low = heights.begin() + static_cast<std::ptrdiff_t>(
+                                         (1 - kNearlyAll) * static_cast<double>(heights.size()));
   std::nth_element(heights.begin(), low, heights.end());
   std::size_t standing = 0, asked = 0;
   const auto count = static_cast<std::size_t>(low - heights.begin()) + 1;
-  for (std::size_t k = 0; k < count; k += std::max<std::size_t>(1, count / 64), ++asked) {
+  for (std::size_t k = 0; k < count;
+       k += std::max<std::size_t>(1, count / kLinesOfSight), ++asked) {
     standing += StandsOrIsHidden(heights[k].second, heights[k].first, foot_m);
   }
-  return static_cast<double>(standing) >= kLeastStanding * static_cast<double>(asked);
+  return static_cast<double>(standing) >= kNotByChance * static_cast<double>(asked);
 }
 
 bool Floor::StandsOrIsHidden(std::uint32_t node, double height, double foot_m) const {
   const float sigma = graph_.nodes().sigma_m[node];
-  if (height <= foot_m + kPlaneGate_sigma * sigma) return true;
+  if (height <= foot_m + kGate_sigma * sigma) return true;
   const Vector3f up = plate_.X_FS.linear().col(2).cast<float>();
   for (const float share : {0.25f, 0.5f, 0.75f}) {
     const Vector3f below = graph_.nodes().points[node] - share * static_cast<float>(height) * up;

@@ -54,6 +54,4 @@ class Floor {
   int reach_ = 1;
 };
 
-inline constexpr double kSmallestFootprint_m2 = 2e-4;  // a spray can's rim seen from the front
-
 }  // namespace cwm::perception

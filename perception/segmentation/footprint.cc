@@ -6,8 +6,6 @@
 namespace cwm::perception {
 namespace {
 
-constexpr double kPixel_cells = 2;
-
 void Extend(std::map<int, std::pair<int, int>>& ranges, int key, int value) {
   const auto [range, is_new] = ranges.try_emplace(key, value, value);
   if (is_new) return;
@@ -26,7 +24,7 @@ Footprint::Footprint(const Plane& plane, const OrientedPoints& points,
                      std::span<const std::uint32_t> members, double cell_m)
     : basis_(BasisFromZ(plane.normal)),
       origin_(points.points[members[0]].cast<double>()),
-      pixel_m_(kPixel_cells * cell_m) {
+      pixel_m_(2 * cell_m) {
   for (std::uint32_t i : members) {
     const auto [column, row] = PixelOf(points.points[i].cast<double>());
     Extend(columns_of_row_, row, column);

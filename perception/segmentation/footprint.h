@@ -20,8 +20,8 @@ class Footprint {
   Footprint(const Plane& plane, const OrientedPoints& points,
             std::span<const std::uint32_t> members, double cell_m);
 
-  // Whether the foot of the perpendicular lies within the pixels of its row and of its column, and in
-  // neither on the first or last: in holes too, not in notches.
+  // Whether the foot of the perpendicular lies within the pixels of its row and of its column, and
+  // in neither on the first or last: in holes too, not in notches.
   bool Surrounds(const Vector3& place) const;
 
   // Whether its pixel and all eight beside it are filled.

@@ -3,9 +3,9 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <optional>
 
+#include "perception/cloud/tolerances.h"
 #include "perception/segmentation/long_planes.h"
 #include "perception/segmentation/plane_fit.h"
 #include "perception/segmentation/surface_graph.h"
@@ -13,24 +13,20 @@
 namespace cwm::perception {
 namespace {
 
+// chosen: of the places between two parts, mixed pixels at edges; and what is hidden, the rest lies on
+// the parts themselves.
+constexpr double kMaxThroughBetween = 0.06, kMinHiddenBetween = 0.25;
+// chosen: of the members of two parts, on one cylinder.
+constexpr double kMinOnCylinder = 0.85;
+
 using Eigen::Vector3f;
 using Members = std::vector<std::uint32_t>;
 
-constexpr double kDegree = std::numbers::pi / 180;
-// Sizes and shares are chosen for things for a table and checked on labelled Kinect scans.
-constexpr double kSmallestPart_m2 = 3e-4;   // smaller pieces fix no plane
-constexpr double kLargestGap_m = 0.35;      // between the parts of an object for a table
-constexpr double kFacetShare = 0.2;         // of a piece's sample
-constexpr std::size_t kSmallestFacet = 24;  // sample points: two independent ones
-constexpr int kMostFacets = 3;              // of a box, three faces show
-// 3 degrees of flatness; a face of 3 x 3 cm under Kinect noise adds two standard deviations of 1.5.
-constexpr double kSamePlane_rad = 6 * kDegree;
-constexpr double kMostOffset_sigma = 1;  // of a facet's mean against the common plane
-// 336 places: a share of 6 percent is known to 1.3.
-constexpr int kSightLines = 48;
-constexpr int kPlacesPerLine = 8;
-constexpr double kMostContradictions = 0.06;  // of the places between: mixed pixels at edges
-constexpr double kLeastHidden = 0.25;         // the rest lies on the parts themselves
+// chosen: of a box, three faces show.
+constexpr std::size_t kMaxFacets = 3;
+// derived: a face of 3 x 3 cm under Kinect noise adds two standard deviations of 1.5 degrees, as
+// much as flat surfaces may turn.
+constexpr double kSamePlane_rad = kFlat_rad * 2;
 
 struct Facet {
   Plane plane;
@@ -41,7 +37,7 @@ Members NormalInliers(const Plane& plane, const OrientedPoints& nodes, const Mem
   Members out;
   const Vector3f n = plane.normal.cast<float>();
   for (std::uint32_t i : Inliers(plane, nodes, members)) {
-    if (nodes.normals[i].dot(n) > 0.9f) out.push_back(i);  // 25 degrees
+    if (nodes.normals[i].dot(n) > kFacing_cos) out.push_back(i);
   }
   return out;
 }
@@ -50,9 +46,9 @@ std::vector<Facet> FacetsOf(const OrientedPoints& nodes, const PieceView& piece)
   std::vector<Facet> facets;
   Members rest = piece.sample;
   const std::size_t least =
-      std::max(kSmallestFacet,
-               static_cast<std::size_t>(kFacetShare * static_cast<double>(piece.sample.size())));
-  while (facets.size() < kMostFacets && rest.size() >= least) {
+      std::max(kTwoSamples,
+               static_cast<std::size_t>(kNotByChance * static_cast<double>(piece.sample.size())));
+  while (facets.size() < kMaxFacets && rest.size() >= least) {
     const std::optional<Plane> plane = FitPlane(nodes, rest, rest[0]);
     if (!plane) break;
     Members members = NormalInliers(*plane, nodes, rest);
@@ -66,7 +62,7 @@ std::vector<Facet> FacetsOf(const OrientedPoints& nodes, const PieceView& piece)
   return facets;
 }
 
-// Mean height of members over a plane, in their sigma.
+// Mean height of members over a plane, in their sigma: of one plane, less than one.
 double MeanOffset_sigma(const OrientedPoints& nodes, const Plane& plane, const Members& members) {
   double sum = 0;
   for (std::uint32_t i : members) sum += plane.Height_m(nodes.points[i]) / nodes.sigma_m[i];
@@ -83,8 +79,8 @@ bool SharePlane(const OrientedPoints& nodes, const Facet& a, const Facet& b) {
   const double most_turn_cos = std::cos(kSamePlane_rad);
   return common->normal.dot(a.plane.normal) > most_turn_cos &&
          common->normal.dot(b.plane.normal) > most_turn_cos &&
-         MeanOffset_sigma(nodes, *common, a.members) < kMostOffset_sigma &&
-         MeanOffset_sigma(nodes, *common, b.members) < kMostOffset_sigma;
+         MeanOffset_sigma(nodes, *common, a.members) < 1 &&
+         MeanOffset_sigma(nodes, *common, b.members) < 1;
 }
 
 // Whether one cylinder explains both: the axis is where no normal points, the rest a circle whose
@@ -113,9 +109,9 @@ class CommonCylinder {
     double within = 0;
     for (std::uint32_t i : members) {
       const double r = (Across(nodes_.points[i]) - center_).norm() - radius_m_;
-      within += std::abs(r) <= kPlaneGate_sigma * nodes_.sigma_m[i];
+      within += std::abs(r) <= kGate_sigma * nodes_.sigma_m[i];
     }
-    return within >= 0.85 * static_cast<double>(members.size());
+    return within >= kMinOnCylinder * static_cast<double>(members.size());
   }
 
  private:
@@ -150,19 +146,18 @@ class CommonCylinder {
   bool curved_ = false;
 };
 
-Members EvenlySpread(const Members& members, int count) {
+Members EvenlySpread(const Members& members, std::size_t count) {
   Members some;
-  for (int k = 0; k < count; ++k) {
-    some.push_back(members[static_cast<std::size_t>(k) * members.size() / count]);
-  }
+  for (std::size_t k = 0; k < count; ++k) some.push_back(members[k * members.size() / count]);
   return some;
 }
 
-// Whether two faces reach too far to be one thing's. Boxes of the same height have tops that share a plane, boxes in a row fronts
-// that do. What is longer is a structure's, whose pieces are found by its plane.
+// Whether two faces reach too far to be one thing's. Boxes of the same height have tops that share
+// a plane, boxes in a row fronts that do. What is longer is a structure's, whose pieces are found
+// by its plane.
 bool AreOfTwo(const OrientedPoints& nodes, const Facet& a, const Facet& b) {
-  const Members some_a = EvenlySpread(a.members, kSightLines);
-  const Members some_b = EvenlySpread(b.members, kSightLines);
+  const Members some_a = EvenlySpread(a.members, kLinesOfSight);
+  const Members some_b = EvenlySpread(b.members, kLinesOfSight);
   return std::ranges::any_of(some_a, [&](std::uint32_t i) {
     return std::ranges::any_of(some_b, [&](std::uint32_t j) {
       return (nodes.points[i] - nodes.points[j]).norm() > float{kLongestThing_m};
@@ -170,20 +165,20 @@ bool AreOfTwo(const OrientedPoints& nodes, const Facet& a, const Facet& b) {
   });
 }
 
-// Looks at places on straight lines between members of two parts.
+// Looks at places on straight lines between members of two parts: nothing but mixed pixels at edges
+// is seen through, and a part is hidden that chance does not make. The rest lies on the parts.
 class BetweenParts {
  public:
   BetweenParts(const OrientedPoints& nodes, const SightMap& sight) : nodes_(nodes), sight_(sight) {}
 
   bool IsHidden(const Members& a, const Members& b) const {
     int through = 0, hidden = 0, seen = 0;
-    for (int line = 0; line < kSightLines; ++line) {
-      // Evenly spread over both parts, in an order that pairs each with many of the other.
-      const std::uint32_t i = a[static_cast<std::size_t>(line) * a.size() / kSightLines];
-      const std::uint32_t j =
-          b[static_cast<std::size_t>(line * 19 % kSightLines) * b.size() / kSightLines];
-      for (int k = 1; k < kPlacesPerLine; ++k) {
-        const float t = static_cast<float>(k) / kPlacesPerLine;
+    for (std::size_t line = 0; line < kLinesOfSight; ++line) {
+      // Evenly spread over both parts.
+      const std::uint32_t i = a[line * a.size() / kLinesOfSight];
+      const std::uint32_t j = b[line * kLineStride % kLinesOfSight * b.size() / kLinesOfSight];
+      for (int k = 1; k < kPlacesPerLineOfSight; ++k) {
+        const float t = static_cast<float>(k) / kPlacesPerLineOfSight;
         const Vector3f place = (1 - t) * nodes_.points[i] + t * nodes_.points[j];
         const Visibility sight = sight_.Look(place, LargestJump_m(nodes_.sigma_m[i]));
         ++seen;
@@ -191,7 +186,7 @@ class BetweenParts {
         hidden += sight == Visibility::kHidden;
       }
     }
-    return through <= kMostContradictions * seen && hidden >= kLeastHidden * seen;
+    return through <= kMaxThroughBetween * seen && hidden >= kMinHiddenBetween * seen;
   }
 
  private:
@@ -207,7 +202,7 @@ void JoinAcrossOccluders(const OrientedPoints& nodes, const PieceViews& views,
   std::vector<std::vector<Facet>> facets(views.pieces.size());
   for (std::size_t p = 0; p < views.pieces.size(); ++p) {
     const PieceView& piece = views.pieces[p];
-    if (piece.area_m2 < kSmallestPart_m2 || piece.sample.size() < 3 || piece.is_patch) continue;
+    if (piece.area_m2 < kMinFace_m2 || piece.sample.size() < 3 || piece.is_patch) continue;
     parts.push_back(p);
     facets[p] = FacetsOf(nodes, piece);
   }
@@ -242,8 +237,8 @@ void JoinAcrossOccluders(const OrientedPoints& nodes, const PieceViews& views,
     const auto& bounds = views.pieces[parts[k]].bounds;
     for (std::size_t l = k + 1; l < parts.size(); ++l) {
       const auto& other = views.pieces[parts[l]].bounds;
-      if (other.min().x() > bounds.max().x() + kLargestGap_m) break;
-      if (bounds.exteriorDistance(other) > kLargestGap_m) continue;
+      if (other.min().x() > bounds.max().x() + kWidestHidden_m) break;
+      if (bounds.exteriorDistance(other) > kWidestHidden_m) continue;
       const std::size_t a = objects.Root(parts[k]), b = objects.Root(parts[l]);
       if (a == b || (is_whole[a] && is_whole[b])) continue;
       if (!same_object(parts[k], parts[l])) continue;

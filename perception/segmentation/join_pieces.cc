@@ -4,6 +4,7 @@
 #include <map>
 #include <utility>
 
+#include "perception/cloud/tolerances.h"
 #include "perception/segmentation/disjoint_sets.h"
 #include "perception/segmentation/join_hidden.h"
 #include "perception/segmentation/join_vessels.h"
@@ -12,14 +13,13 @@
 namespace cwm::perception {
 namespace {
 
-// Chosen for things for a table, and checked on labelled Kinect scans.
-constexpr double kScrap_m2 = 2e-4;          // smaller pieces are nothing of their own
-constexpr double kAttachedPart_m2 = 25e-4;  // visible area of a handle or a knob
-constexpr double kKnobShare = 0.08;         // small enough to be a part even at the foot
-constexpr double kKnobBorder = 0.2;         // of its border, with what it is a part of
-constexpr double kAttachedShare = 0.2;      // of what it is attached to
-constexpr float kLevelBorder = 0.6f;        // mean n . up of a face that things rest on
-constexpr double kMostSupportShare = 0.1;   // of a handle's border
+// chosen: the visible area of a handle or a knob of things for a table, checked on labelled Kinect
+// scans.
+constexpr double kAttachedPart_m2 = 25e-4;
+// chosen: a handle's area, of that of what it is attached to; checked on the same.
+constexpr double kAttachedShare = 0.2;
+// chosen: a part's area that is small enough to be one even at the foot; checked on the same.
+constexpr double kKnobShare = 0.08;
 
 struct Neighbour {
   std::size_t piece = 0;
@@ -33,9 +33,10 @@ std::vector<std::size_t> SizesOfSets(DisjointSets& objects, std::size_t count) {
   return members;
 }
 
-// A scrap goes to its longest border; a small part on the side of something that reaches no support
-// is a handle of it, while one on top of something rests there. What is already part of an object
-// goes nowhere: it would make one of two. A patch that no vessel claimed is its support.
+// A scrap goes to its longest border; a small part on the side of something, with nearly all of its
+// border off any support, is a handle of it, while one on top of something rests there. What is
+// already part of an object goes nowhere: it would make one of two. A patch that no vessel claimed
+// is its support.
 void JoinSmallParts(const PieceViews& views, std::int32_t support_count, DisjointSets& objects) {
   std::vector<char> is_part(views.pieces.size());
   const std::vector<std::size_t> members = SizesOfSets(objects, views.pieces.size());
@@ -60,12 +61,12 @@ void JoinSmallParts(const PieceViews& views, std::int32_t support_count, Disjoin
       }
     }
     if (best.links == 0) continue;
-    const bool scrap = piece.area_m2 <= kScrap_m2;
+    const bool scrap = piece.area_m2 <= kMinThing_m2;
     const bool touches = AreInContact(views, p, best.piece);
     const bool attached = piece.area_m2 <= kAttachedShare * views.pieces[best.piece].area_m2 &&
-                          to_support <= kMostSupportShare * all && best.level < kLevelBorder;
+                          all - to_support >= kNearlyAll * all && best.level < kLevelBorder_cos;
     const bool knob = piece.area_m2 <= kKnobShare * views.pieces[best.piece].area_m2 &&
-                      best.links >= kKnobBorder * all;
+                      best.links >= kNotByChance * all;
     if (scrap || (touches && (attached || knob))) objects.Join(p, best.piece);
   }
 }
@@ -103,7 +104,7 @@ Pieces JoinPieces(const SurfaceGraph& graph, Pieces pieces, const SightMap& sigh
     number[p] = objects.Root(p) == p ? next++ : number[objects.Root(p)];
   }
   for (std::int32_t& p : pieces.of_node) {
-    if (p != kNoPiece) p = number[static_cast<std::size_t>(p)];
+    if (p != kNoIndex) p = number[static_cast<std::size_t>(p)];
   }
   pieces.piece_count = next;
   pieces.patch_of.clear();

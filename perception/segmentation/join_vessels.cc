@@ -2,37 +2,38 @@
 
 #include <algorithm>
 
+#include "perception/cloud/tolerances.h"
 #include "perception/segmentation/revolution.h"
 
 namespace cwm::perception {
 namespace {
 
-// Chosen for vessels for a table, and checked on labelled Kinect scans.
-constexpr double kSmallestWall_m2 = 4e-4;  // of a seed: an espresso cup's outside
-constexpr double kLeastAgreement = 0.7;    // of normals with a common axis; noise passes 0.99
-constexpr double kLeastOneSided = 0.8;     // outward or inward
-constexpr double kLeastAgreementOfBoth =
-    0.9;                              // both sides in one piece: two things rarely share an axis
-constexpr double kLeastSteep = 0.25;  // of the members: below, the piece is a floor
-constexpr double kLargestVessel_m = 0.3;  // radius; a bowl for a table
-constexpr double kWall_m = 0.015;         // thickness of a wall and roundness of its rim
-constexpr double kRimHeight_m = 0.02;     // inner and outer wall end at about the same height
-constexpr double kInnerCap_m2 = 12e-4;    // scraps inside that no test can speak for
-constexpr float kLevel = 0.8f;            // n . up of a floor
+// chosen: of the members, on a wall: below, the piece is a floor.
+constexpr double kMinWallShare = 0.25;
+// chosen: of a piece that starts a wall: an espresso cup's outside.
+constexpr double kMinWall_m2 = 4e-4;
 
-// A piece that runs over a thin rim shows both sides of a wall.
+// chosen: of normals with a common axis, for vessels for a table, and checked on labelled Kinect
+// scans. Noise passes 0.99.
+constexpr double kMinAgreement = 0.7;
+// chosen: scraps inside that no test can speak for, checked on the same.
+constexpr double kInnerCap_m2 = 12e-4;
+
+// Outward or inward. A piece that runs over a thin rim shows both sides of a wall.
 bool IsOneSided(const Revolution& r) {
-  return r.outward >= kLeastOneSided || r.outward <= 1 - kLeastOneSided;
+  return r.outward >= kMainShare || r.outward <= 1 - kMainShare;
 }
 
+// Of both sides in one piece nearly all must agree: two things rarely share an axis. What is hardly
+// steep anywhere is a floor.
 bool IsWall(const Revolution& r) {
-  return r.agreement >= (IsOneSided(r) ? kLeastAgreement : kLeastAgreementOfBoth) &&
-         r.steep >= kLeastSteep && r.radius_m <= kLargestVessel_m;
+  return r.agreement >= (IsOneSided(r) ? kMinAgreement : kNearlyAll) && r.steep >= kMinWallShare &&
+         r.radius_m <= kWidestVessel_m;
 }
 
-bool IsInner(const Revolution& r) { return r.outward < 0.5; }
+bool IsInner(const Revolution& r) { return r.outward < kLargerPart; }
 
-bool ShowsInside(const Revolution& r) { return r.outward <= kLeastOneSided; }
+bool ShowsInside(const Revolution& r) { return r.outward <= kMainShare; }
 
 bool AreBothSides(const Revolution& a, const Revolution& b) {
   return IsOneSided(a) && IsOneSided(b) && IsInner(a) != IsInner(b);
@@ -50,7 +51,7 @@ double ShareWithin(const OrientedPoints& nodes, const PieceView& piece, const Ve
 
 double ShareLevel(const OrientedPoints& nodes, const PieceView& piece) {
   double level = 0;
-  for (std::uint32_t i : piece.sample) level += nodes.normals[i].z() >= kLevel;
+  for (std::uint32_t i : piece.sample) level += nodes.normals[i].z() >= kFloor_cos;
   return level / static_cast<double>(piece.sample.size());
 }
 
@@ -67,11 +68,11 @@ class VesselJoiner {
     for (std::size_t p = 0; p < views_.pieces.size(); ++p) {
       if (p == seed || !MayBelong(p, seed, wall)) continue;
       const Revolution r = JudgeRevolution(nodes_, views_.pieces[p].sample, wall.axis);
-      if (!IsWall(r) || r.radius_m > wall.radius_m + kWall_m) continue;
+      if (!IsWall(r) || r.radius_m > wall.radius_m + kVesselWall_m) continue;
       // Two outsides on one axis are stacked things unless they touch; an inside needs a rim.
       const bool belongs =
           AreBothSides(r, wall)
-              ? std::abs(views_.pieces[p].high_z_m - views_.pieces[seed].high_z_m) <= kRimHeight_m
+              ? std::abs(views_.pieces[p].high_z_m - views_.pieces[seed].high_z_m) <= kVesselRim_m
               : AreInContact(views_, p, seed);
       if (!belongs) continue;
       open = open || ShowsInside(r);
@@ -87,8 +88,8 @@ class VesselJoiner {
   bool MayBelong(std::size_t p, std::size_t seed, const Revolution& wall) const {
     const PieceView& piece = views_.pieces[p];
     if (piece.sample.empty() || piece.bounds.isEmpty()) return false;
-    return piece.high_z_m <= views_.pieces[seed].high_z_m + kRimHeight_m &&
-           ShareWithin(nodes_, piece, wall.axis, wall.radius_m + kWall_m) >= 0.9;
+    return piece.high_z_m <= views_.pieces[seed].high_z_m + kVesselRim_m &&
+           ShareWithin(nodes_, piece, wall.axis, wall.radius_m + kVesselWall_m) >= kNearlyAll;
   }
 
   // The floor, and scraps of the walls: within the rim, below it, and level, inward or small.
@@ -96,10 +97,10 @@ class VesselJoiner {
     for (std::size_t p = 0; p < views_.pieces.size(); ++p) {
       const PieceView& piece = views_.pieces[p];
       if (piece.sample.empty() || objects_.Root(p) == objects_.Root(seed)) continue;
-      if (piece.high_z_m > rim_m + kWall_m) continue;
-      if (ShareWithin(nodes_, piece, axis, radius_m + kWall_m / 2) < 0.95) continue;
+      if (piece.high_z_m > rim_m + kVesselWall_m) continue;
+      if (ShareWithin(nodes_, piece, axis, radius_m + kVesselWall_m / 2) < 0.95) continue;
       const Revolution r = JudgeRevolution(nodes_, piece.sample, axis);
-      const bool inward = r.steep >= kLeastSteep && r.agreement >= 0.5 && IsInner(r);
+      const bool inward = r.steep >= kMinWallShare && r.agreement >= kLargerPart && IsInner(r);
       if (inward || ShareLevel(nodes_, piece) >= 0.7 || piece.area_m2 <= kInnerCap_m2) {
         objects_.Join(seed, p);
       }
@@ -116,7 +117,7 @@ class VesselJoiner {
 void JoinVessels(const OrientedPoints& nodes, const PieceViews& views, DisjointSets& objects) {
   VesselJoiner joiner(nodes, views, objects);
   for (std::size_t p = 0; p < views.pieces.size(); ++p) {
-    if (views.pieces[p].area_m2 < kSmallestWall_m2) continue;
+    if (views.pieces[p].area_m2 < kMinWall_m2) continue;
     const std::optional<Revolution> wall = FitRevolution(nodes, views.pieces[p].sample);
     if (wall && IsWall(*wall)) joiner.JoinAround(p, *wall);
   }

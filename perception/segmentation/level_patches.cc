@@ -2,10 +2,13 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <iterator>
+#include <numbers>
 
 #include "perception/cloud/parallel_for.h"
+#include "perception/cloud/tolerances.h"
 #include "perception/cloud/voxel_grid.h"
 
 namespace cwm::perception {
@@ -14,16 +17,16 @@ namespace {
 using Eigen::Matrix3f;
 using Eigen::Vector3f;
 
-constexpr std::size_t kCellsToAsk = 512;  // in a piece of work
-// Deviations along up: what stands fills the cell, 1 / sqrt(12) of its edge. Half of that is more
-// than a slope of kMostTilt_rad makes, and noise that is foreshortened.
-constexpr float kMostHeight_cells = 0.5f / 3.46f;
-constexpr double kLeastAbove = 0.5;  // of its points, those above it: fewer are mixed pixels
-// Along the plane and across it. The points of a wall of one cell's height spread by one sigma of
-// noise along it, and by more than two along up, as a cell is 8 sigma high; those of a board along
-// the board by six, over three cells. Noise across the ray lifts them by about one, and warp.
-constexpr float kLeastWidth_sigma = 3;
-constexpr float kMostThickness_sigma = 1.5f;
+using namespace std::chrono_literals;
+
+// derived: deviations along up: what stands fills the cell, 1 / sqrt(12) of its edge. Half of that
+// is more than a slope of kMaxTilt_rad makes, and noise that is foreshortened.
+constexpr float kMaxHeight_cells = std::numbers::inv_sqrt3_v<float> / 4;
+// derived: along a plane points spread by more than noise does (kGate_sigma), across it by no
+// more than this. The points of a wall of one cell's height spread by one sigma of noise along it,
+// and by more than two along up, as a cell is 8 sigma high; those of a board along the board by
+// six, over three cells. Noise across the ray lifts them by about one, and warp.
+constexpr float kMaxThickness_sigma = 1.5f;
 
 float Square(float x) { return x * x; }
 
@@ -32,7 +35,8 @@ float Height_m(const Moments& moments, const Vector3f& up) {
   return std::sqrt(std::max(0.0f, up.dot(moments.Covariance() * up)));
 }
 
-// Of the lowest of a wall a cell may hold no more than its foot.
+// Of the lowest of a wall a cell may hold no more than its foot. What is above is more than mixed
+// pixels where it has the larger part of as many points.
 bool GoesOnAbove(const CoarseCloud& coarse, std::size_t c, const Vector3f& up) {
   const float edge_m = coarse.grid.edge_m();
   Moments column;
@@ -45,18 +49,18 @@ bool GoesOnAbove(const CoarseCloud& coarse, std::size_t c, const Vector3f& up) {
     if (o != c) above += coarse.grid.PointsOf(o).size();
   });
   return static_cast<double>(above) >=
-             kLeastAbove * static_cast<double>(coarse.grid.PointsOf(c).size()) &&
-         Height_m(column, up) > kMostHeight_cells * edge_m;
+             kLargerPart * static_cast<double>(coarse.grid.PointsOf(c).size()) &&
+         Height_m(column, up) > kMaxHeight_cells * edge_m;
 }
 
 bool MayLieFlat(const CoarseCloud& coarse, std::size_t c, const Vector3f& up) {
-  static const float most_tilt_cos = static_cast<float>(std::cos(kMostTilt_rad));
+  static const float most_tilt_cos = static_cast<float>(std::cos(kMaxTilt_rad));
   const OrientedPoints& cells = coarse.cells;
   if (cells.normals[c].dot(up) >= most_tilt_cos) return false;  // known to be level
   const Vector3f ray = cells.points[c] - cells.viewpoint.cast<float>();
   const float down_m = -ray.dot(up);
   if (down_m <= 0 || down_m >= kGrazing_sin * ray.norm()) return false;
-  return Height_m(coarse.grid.moments(c), up) <= kMostHeight_cells * coarse.grid.edge_m() &&
+  return Height_m(coarse.grid.moments(c), up) <= kMaxHeight_cells * coarse.grid.edge_m() &&
          !GoesOnAbove(coarse, c, up);
 }
 
@@ -66,16 +70,16 @@ Vector3f NormalOfPatch(const CoarseCloud& coarse, std::size_t c, const Vector3f&
   const Vector3f& middle = coarse.cells.points[c];
   Moments moments;
   coarse.grid.ForEachWithin(1, coarse.grid.cell(c), [&](std::size_t o) {
-    if (std::abs(up.dot(coarse.cells.points[o] - middle)) > kPlaneGate_sigma * sigma_m) return;
+    if (std::abs(up.dot(coarse.cells.points[o] - middle)) > kGate_sigma * sigma_m) return;
     moments.Add(coarse.grid.moments(o), coarse.grid.Center(o) - middle);
   });
   Eigen::SelfAdjointEigenSolver<Matrix3f> axes;
   axes.computeDirect(moments.Covariance());
   const Vector3f normal = axes.eigenvectors().col(0);
   const float cosine = normal.dot(up);
-  const bool is_level_plane = std::abs(cosine) >= static_cast<float>(std::cos(kMostTilt_rad)) &&
-                              axes.eigenvalues()(0) <= Square(kMostThickness_sigma * sigma_m) &&
-                              axes.eigenvalues()(1) >= Square(kLeastWidth_sigma * sigma_m);
+  const bool is_level_plane = std::abs(cosine) >= static_cast<float>(std::cos(kMaxTilt_rad)) &&
+                              axes.eigenvalues()(0) <= Square(kMaxThickness_sigma * sigma_m) &&
+                              axes.eigenvalues()(1) >= Square(float{kGate_sigma} * sigma_m);
   if (!is_level_plane) return Vector3f::Zero();
   return cosine < 0 ? Vector3f(-normal) : normal;
 }
@@ -84,7 +88,7 @@ Vector3f NormalOfPatch(const CoarseCloud& coarse, std::size_t c, const Vector3f&
 
 TurnedCells TurnLevelPatches(const Vector3f& up, CoarseCloud& coarse, const Work& work) {
   std::vector<Vector3f> normals(coarse.grid.size(), Vector3f::Zero());
-  ParallelFor(normals.size(), kCellsToAsk, work, [&](std::size_t begin, std::size_t end) {
+  ParallelFor(normals.size(), ItemsPerPiece(800ns), work, [&](std::size_t begin, std::size_t end) {
     for (std::size_t c = begin; c < end; ++c) {
       if (MayLieFlat(coarse, c, up)) normals[c] = NormalOfPatch(coarse, c, up);
     }
@@ -107,7 +111,7 @@ void TurnPointsOn(const std::vector<SupportPlane>& supports, const CoarseCloud& 
     for (std::uint32_t c : of_support) {
       for (std::uint32_t i : coarse.grid.PointsOf(c)) {
         const double height_m = support.plane.Height_m(points.points[i]);
-        if (std::abs(height_m) <= double{kPlaneGate_sigma * points.sigma_m[i]}) {
+        if (std::abs(height_m) <= kGate_sigma * points.sigma_m[i]) {
           points.normals[i] = normal;
         }
       }

@@ -7,15 +7,21 @@
 #include <optional>
 #include <utility>
 
+#include "perception/cloud/tolerances.h"
+
 namespace cwm::perception {
 namespace {
 
-constexpr std::size_t kPlaces = 48;
-constexpr std::size_t kAmong = 8192;  // a neighbour for each 2 cm^2 of a table
-constexpr std::size_t kNeighbours = 24;
-constexpr double kWidest_m = 0.1;    // of a patch: larger ones hold several surfaces
-constexpr double kMostEdgeOn = 0.3;  // cosine
-constexpr double kFlat = 0.3;        // thickness to width, rms
+// chosen: patches in a cloud: the median of their scatter errs by a fifth of its spread.
+constexpr std::size_t kPatches = 48;
+// chosen: points that neighbours are looked for among: one for each 2 cm^2 of a table.
+constexpr std::size_t kAmong = 8192;
+// chosen: of a patch. Of a cloud of no more points than kAmong, neighbours err alike.
+constexpr std::size_t kNeighbours = kTwoSamples;
+// chosen: of a patch: wider ones hold several surfaces.
+constexpr double kWidest_m = 0.1;
+// chosen: thickness to width, rms.
+constexpr double kFlat = 0.3;
 
 using Neighbour = std::pair<float, std::uint32_t>;  // squared distance, index
 
@@ -52,7 +58,7 @@ std::optional<LocalPlane> FitAround(const OrientedPoints& points,
   const Vector3 spread = axes.eigenvalues().cwiseMax(0).cwiseSqrt();
   const Vector3 normal = axes.eigenvectors().col(0);
   const double cosine = std::abs(normal.dot((p - points.viewpoint).normalized()));
-  if (cosine < kMostEdgeOn) return std::nullopt;
+  if (cosine < kGrazing_sin) return std::nullopt;
   return LocalPlane{.middle = middle,
                     .normal = normal,
                     .scatter_m = spread(0) * std::sqrt(kCount / kFreedom) / cosine,
@@ -69,7 +75,7 @@ std::vector<LocalPlane> SampleLocalPlanes(const OrientedPoints& points) {
   }
   std::vector<LocalPlane> planes;
   if (among.size() <= kNeighbours) return planes;
-  const std::size_t step = among.size() / kPlaces + 1;
+  const std::size_t step = among.size() / kPatches + 1;
   for (std::size_t k = step / 2; k < among.size(); k += step) {
     if (const auto plane = FitAround(points, among, among[k])) planes.push_back(*plane);
   }

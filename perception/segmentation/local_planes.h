@@ -1,4 +1,5 @@
-// Small planes at places all over a cloud: how much points really scatter, and what normals they show.
+// Small planes at places all over a cloud: how much points really scatter, and what normals they
+// show.
 #pragma once
 
 #include <cstdint>

@@ -6,16 +6,11 @@
 #include <utility>
 
 #include "perception/cloud/quantile.h"
+#include "perception/cloud/tolerances.h"
 #include "perception/segmentation/connected_sets.h"
 
 namespace cwm::perception {
 namespace {
-
-constexpr float kNormalGate_cos = 0.9f;    // 25 degrees
-constexpr double kBorderShare = 0.02;      // of the points beyond either end of the reach
-constexpr std::size_t kMostSamples = 400;  // of a set, evenly spread
-// FitPlane finds what has so much of the points.
-constexpr double kLeastShareOfSet = 0.4;
 
 using Nodes = std::vector<std::uint32_t>;
 
@@ -23,15 +18,16 @@ using Nodes = std::vector<std::uint32_t>;
 double Reach_m(const Plane& plane, const OrientedPoints& points, const Nodes& members) {
   const Matrix3 basis = BasisFromZ(plane.normal);
   double reach_m = 0;
-  constexpr int kDirections = 8;  // over half a turn: cos(11 degrees) of the diagonal at least
-  for (int k = 0; k < kDirections; ++k) {
-    const double angle_rad = k * std::numbers::pi / kDirections;
+  // chosen: over half a turn: one is nearer than 11 degrees to the diagonal, and 2 percent shorter.
+  constexpr int kReachDirections = 8;
+  for (int k = 0; k < kReachDirections; ++k) {
+    const double angle_rad = k * std::numbers::pi / kReachDirections;
     const Eigen::Vector3f along =
         (std::cos(angle_rad) * basis.col(0) + std::sin(angle_rad) * basis.col(1)).cast<float>();
     std::vector<float> places;
     for (std::uint32_t i : members) places.push_back(along.dot(points.points[i]));
-    const double low = Quantile(places, kBorderShare);
-    reach_m = std::max(reach_m, Quantile(std::move(places), 1 - kBorderShare) - low);
+    const double low = Quantile(places, kMixedPixels);
+    reach_m = std::max(reach_m, Quantile(std::move(places), 1 - kMixedPixels) - low);
   }
   return reach_m;
 }
@@ -44,7 +40,7 @@ bool IsLong(const OrientedPoints& points, std::span<const std::uint32_t> members
 
 Nodes SampleOf(const Nodes& members) {
   Nodes sample;
-  const std::size_t stride = std::max<std::size_t>(1, members.size() / kMostSamples);
+  const std::size_t stride = std::max<std::size_t>(1, members.size() / kMaxSamples);
   for (std::size_t k = 0; k < members.size(); k += stride) sample.push_back(members[k]);
   return sample;
 }
@@ -54,7 +50,7 @@ Nodes SampleOf(const Nodes& members) {
 bool IsOnPlane(const Plane& plane, const OrientedPoints& points, std::size_t i, Off off) {
   const float off_m = off == Off::kUsually ? points.UsuallyOffPlane_m(i) : points.MostOffPlane_m(i);
   return std::abs(plane.Height_m(points.points[i])) <= off_m &&
-         points.normals[i].dot(plane.normal.cast<float>()) > kNormalGate_cos;
+         points.normals[i].dot(plane.normal.cast<float>()) > kFacing_cos;
 }
 
 double ShareOn(const Plane& plane, const OrientedPoints& points,
@@ -87,7 +83,7 @@ std::vector<Plane> ClassLongPlanes(const SurfaceGraph& graph, std::vector<std::i
   std::vector<Plane> planes;
   for (Nodes& left : members) {
     work.Poll();
-    while (const auto plane = LongPlane(nodes, SampleOf(left), Off::kUsually, kLeastShareOfSet)) {
+    while (const auto plane = LongPlane(nodes, SampleOf(left), Off::kUsually, kMinInlierShare)) {
       std::erase_if(left, [&](std::uint32_t i) {
         if (!IsOnPlane(*plane, nodes, i, Off::kUsually)) return false;
         classes[i] = static_cast<std::int32_t>(planes.size()) + 1;

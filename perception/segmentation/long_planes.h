@@ -12,13 +12,18 @@
 
 namespace cwm::perception {
 
-// Chosen: the tallest thing on a counter is a bottle or a box of half a metre.
+// chosen: the tallest thing on a counter is a bottle or a box of half a metre.
 inline constexpr double kLongestThing_m = 0.5;
 
-// How far off its plane a point of a surface may be: usually, or at most, by the sensor's noise and warp.
+// chosen: of a point's normal with the plane's: 25 degrees, where warp bends it and creases are
+// near.
+inline constexpr float kFacing_cos = 0.9f;
+
+// How far off its plane a point of a surface may be: usually, or at most, by the sensor's noise and
+// warp.
 enum class Off { kUsually, kMost };
 
-// Whether the point lies on the plane, and faces where the plane does (25 degrees).
+// Whether the point lies on the plane, and faces where the plane does (kFacing_cos).
 bool IsOnPlane(const Plane& plane, const OrientedPoints& points, std::size_t i, Off off);
 double ShareOn(const Plane& plane, const OrientedPoints& points,
                std::span<const std::uint32_t> members, Off off);

@@ -11,16 +11,16 @@
 namespace cwm::perception {
 namespace {
 
-// How far the tolerance may shrink where simplifying made borders cross, and grow where too many
-// corners remain.
+// chosen: how far the tolerance may shrink where simplifying made borders cross, and grow where too
+// many corners remain.
 constexpr double kToleranceSteps[] = {1, 0.5, 0.25, 1.5, 2.25, 3.4, 5};
 
 // The sides of a block of four cells. Corners, counter-clockwise from the lower left, are the bits
 // 1, 2, 4 and 8 of the cases below.
-enum Side : std::int8_t { kNone = -1, kBottom, kRight, kTop, kLeft };
+enum Side : std::int8_t { kBottom, kRight, kTop, kLeft, kNoSide };
 
 struct Passage {
-  Side from = kNone, to = kNone;
+  Side from = kNoSide, to = kNoSide;
 };
 
 // What passes through a block, with the set on its left.
@@ -47,7 +47,8 @@ class Tracer {
  public:
   explicit Tracer(const CellMask& mask)
       : mask_(mask), width_(mask.width + 2), height_(mask.height + 2) {
-    next_.assign(2 * static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_), kEnd);
+    next_.assign(2 * static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_),
+                 kNoIndex);
     for (int y = 0; y + 1 < height_; ++y) {
       for (int x = 0; x + 1 < width_; ++x) LinkBlock(x, y);
     }
@@ -56,11 +57,11 @@ class Tracer {
   std::vector<Polygon> Loops() {
     std::vector<Polygon> loops;
     for (std::size_t start = 0; start < next_.size(); ++start) {
-      if (next_[start] == kEnd) continue;
+      if (next_[start] == kNoIndex) continue;
       Polygon loop;
-      for (std::size_t at = start; next_[at] != kEnd;) {
+      for (std::size_t at = start; next_[at] != kNoIndex;) {
         Append(loop, PlaceOf(at));
-        at = static_cast<std::size_t>(std::exchange(next_[at], kEnd));
+        at = static_cast<std::size_t>(std::exchange(next_[at], kNoIndex));
       }
       loops.push_back(std::move(loop));
     }
@@ -68,8 +69,6 @@ class Tracer {
   }
 
  private:
-  static constexpr std::int32_t kEnd = -1;
-
   // Here cells count from 1, so that a ring of cells outside of the mask surrounds it.
   bool Has(int x, int y) const { return mask_.Has(x - 1, y - 1); }
 
@@ -90,7 +89,7 @@ class Tracer {
     const std::int32_t sides[4] = {Midway(x, y, false), Midway(x + 1, y, true),
                                    Midway(x, y + 1, false), Midway(x, y, true)};
     for (const Passage& passage : kPassages[static_cast<std::size_t>(corners)]) {
-      if (passage.from != kNone)
+      if (passage.from != kNoSide)
         next_[static_cast<std::size_t>(sides[passage.from])] = sides[passage.to];
     }
   }

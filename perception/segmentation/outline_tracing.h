@@ -23,9 +23,12 @@ struct Outline {
 // they are parted). Empty when the set is empty.
 Outline TraceOutline(const CellMask& mask);
 
+// chosen: more corners than this have no use: an outline is simplified until they suffice.
+inline constexpr std::size_t kMaxOutlineCorners = 64;
+
 struct SimplifyLimits {
   double tolerance = 0;  // farthest that a dropped corner may lie from the outline
-  std::size_t most_corners = 64;
+  std::size_t most_corners = kMaxOutlineCorners;
 };
 
 // With fewer corners (Douglas and Peucker 1973), simple again. When more corners than allowed

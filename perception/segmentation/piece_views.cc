@@ -4,6 +4,7 @@
 
 #include "perception/cloud/parallel_for.h"
 #include "perception/cloud/quantile.h"
+#include "perception/cloud/tolerances.h"
 
 namespace cwm::perception {
 namespace {
@@ -12,7 +13,7 @@ PieceView ViewPiece(const SurfaceGraph& graph, const std::vector<std::uint32_t>&
   PieceView view;
   if (nodes.empty()) return view;
   view.node_count = nodes.size();
-  const std::size_t stride = (nodes.size() + kMostSamples - 1) / kMostSamples;
+  const std::size_t stride = (nodes.size() + kMaxSamples - 1) / kMaxSamples;
   std::vector<float> heights;
   for (std::size_t k = 0; k < nodes.size(); k += stride) {
     view.sample.push_back(nodes[k]);
@@ -20,8 +21,8 @@ PieceView ViewPiece(const SurfaceGraph& graph, const std::vector<std::uint32_t>&
     view.bounds.extend(graph.nodes().points[nodes[k]].cast<double>());
   }
   for (std::uint32_t i : nodes) view.area_m2 += graph.area_m2(i);
-  view.low_z_m = Quantile(heights, 0.02);
-  view.high_z_m = Quantile(heights, 0.98);
+  view.low_z_m = Quantile(heights, kMixedPixels);
+  view.high_z_m = Quantile(heights, 1 - kMixedPixels);
   return view;
 }
 
@@ -33,7 +34,7 @@ PieceViews ViewPieces(const SurfaceGraph& graph, const Pieces& pieces, const Wor
     const std::int32_t a = pieces.of_node[i];
     graph.ForEachLinked(i, [&](std::size_t j) {
       const std::int32_t b = pieces.of_node[j];
-      if (b == kNoPiece || b == a) return;
+      if (b == kNoIndex || b == a) return;
       Border& border = views.borders[{a, b}];
       ++border.links;
       border.level_links += std::max(0.0f, graph.nodes().normals[j].z());

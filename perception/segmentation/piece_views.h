@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <map>
+#include <numbers>
 #include <utility>
 #include <vector>
 
@@ -13,7 +14,7 @@
 namespace cwm::perception {
 
 struct PieceView {
-  std::vector<std::uint32_t> sample;  // nodes, at most kMostSamples, evenly spread
+  std::vector<std::uint32_t> sample;  // nodes, at most kMaxSamples, evenly spread
   std::size_t node_count = 0;
   double area_m2 = 0;
   double low_z_m = 0, high_z_m = 0;  // 2nd and 98th percentile of height
@@ -35,7 +36,13 @@ struct PieceViews {
 // Whether two pieces share a good part of their outline: less is a touch in passing.
 bool AreInContact(const PieceViews& views, std::size_t a, std::size_t b);
 
-inline constexpr std::size_t kMostSamples = 400;
+// chosen: smaller pieces fix no plane.
+inline constexpr double kMinFace_m2 = 3e-4;
+
+// chosen: mean n . up along the border of a face that things rest on, its rounded edge among it.
+inline constexpr float kLevelBorder_cos = 0.6f;
+// chosen: n . up of a vessel's floor.
+inline constexpr float kFloor_cos = 0.8f;
 
 // Up is the z of the graph's frame.
 PieceViews ViewPieces(const SurfaceGraph& graph, const Pieces& pieces, const Work& work);

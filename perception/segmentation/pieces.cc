@@ -2,14 +2,15 @@
 
 #include <algorithm>
 #include <bit>
+#include <chrono>
 #include <cmath>
 #include <cstdint>
 #include <limits>
-#include <numbers>
 #include <queue>
 #include <tuple>
 
 #include "perception/cloud/parallel_for.h"
+#include "perception/cloud/tolerances.h"
 #include "perception/segmentation/connected_sets.h"
 #include "perception/segmentation/even_pieces.h"
 #include "perception/segmentation/flat_pieces.h"
@@ -21,23 +22,22 @@ namespace {
 
 using Eigen::Vector3f;
 
-constexpr float kDegree = std::numbers::pi_v<float> / 180;
-// A support's nodes: max(15 degrees, 3 standard deviations of the normal).
-constexpr float kSupportNormalGate_rad = 15 * kDegree;
-constexpr float kNormalGate_sigma = 3;
-constexpr double kLargestPatch_m2 = 0.07;      // the floor of a pan of 30 cm
-constexpr std::size_t kNodesPerPiece = 16384;  // of work, of some 20 ns a node
-constexpr std::size_t kCellsPerPiece = 64;     // of work, of some 100 nodes
-// Links per square root of nodes: a tenth of the outline of a compact piece, each of whose border
-// nodes has three links across.
-constexpr double kLeastContact = 1.2;
+using namespace std::chrono_literals;
 
+// chosen: the floor of a pan of 30 cm.
+constexpr double kMaxPatch_m2 = 0.07;
+constexpr std::size_t kNodesPerPiece = ItemsPerPiece(20ns);
+// derived: links per square root of nodes: a tenth of the outline of a compact piece, each of whose
+// border nodes has three links across.
+constexpr double kMinContact = 1.2;
+
+// A support's nodes: max(kSameNormal_rad, 3 standard deviations of the normal).
 bool IsLevel(const OrientedPoints& nodes, std::size_t i, const Vector3f& up) {
-  static const float least_gate_cos = std::cos(kSupportNormalGate_rad);
+  static const auto least_gate_cos = static_cast<float>(std::cos(kSameNormal_rad));
   const float cosine = std::abs(nodes.normals[i].dot(up));
   if (cosine >= least_gate_cos) return true;
-  const float gate = kNormalGate_sigma * nodes.normal_sigma_rad[i];
-  return gate > kSupportNormalGate_rad && cosine >= std::cos(std::min(gate, 1.5f));
+  const double gate = kGate_sigma * nodes.normal_sigma_rad[i];
+  return gate > kSameNormal_rad && cosine >= std::cos(std::min(gate, 1.5));
 }
 
 enum class Relation : char { kFree, kBand, kOn };  // to the nearest support
@@ -58,8 +58,7 @@ std::vector<std::uint32_t> CellsAround(const CoarseCloud& coarse, const SupportP
   std::vector<std::uint32_t> around;
   for (std::uint32_t c = 0; c < coarse.grid.size(); ++c) {
     // A cell's points lie within half its diagonal of its middle; noise hardly differs in it.
-    const double reach_m =
-        0.9 * coarse.grid.edge_m() + 1.5 * double{kPlaneGate_sigma} * coarse.cells.sigma_m[c];
+    const double reach_m = 0.9 * coarse.grid.edge_m() + 1.5 * kGate_sigma * coarse.cells.sigma_m[c];
     if (std::abs(support.plane.Height_m(coarse.grid.Center(c))) > reach_m) continue;
     if (on_support[c] || beside(c)) around.push_back(c);
   }
@@ -70,7 +69,7 @@ std::vector<std::uint32_t> CellsAround(const CoarseCloud& coarse, const SupportP
 SupportRelation RelateToSupports(const SurfaceGraph& graph, const CoarseCloud& coarse,
                                  const std::vector<SupportPlane>& supports, const Work& work) {
   SupportRelation out{std::vector<Relation>(graph.size(), Relation::kFree),
-                      std::vector<std::int32_t>(graph.size(), kNoPiece)};
+                      std::vector<std::int32_t>(graph.size(), kNoIndex)};
   const OrientedPoints& nodes = graph.nodes();
   for (std::size_t s = 0; s < supports.size(); ++s) {
     const Plane& plane = supports[s].plane;
@@ -78,12 +77,12 @@ SupportRelation RelateToSupports(const SurfaceGraph& graph, const CoarseCloud& c
     const auto relate = [&](std::uint32_t i) {
       if (out.relation[i] == Relation::kOn) return;
       const double height = plane.Height_m(nodes.points[i]);
-      if (std::abs(height) > kPlaneGate_sigma * nodes.sigma_m[i]) return;
+      if (std::abs(height) > kGate_sigma * nodes.sigma_m[i]) return;
       out.relation[i] = IsLevel(nodes, i, up) ? Relation::kOn : Relation::kBand;
       out.support[i] = static_cast<std::int32_t>(s);
     };
     const std::vector<std::uint32_t> cells = CellsAround(coarse, supports[s]);
-    ParallelFor(cells.size(), kCellsPerPiece, work, [&](std::size_t begin, std::size_t end) {
+    ParallelFor(cells.size(), ItemsPerPiece(2us), work, [&](std::size_t begin, std::size_t end) {
       for (std::size_t k = begin; k < end; ++k) {
         for (std::uint32_t i : coarse.grid.PointsOf(cells[k])) relate(i);
       }
@@ -157,11 +156,11 @@ void StartPieces(const Seeds& seeds, Pieces& pieces, const Work& work) {
 }
 
 // Of a node of a support its support, where all that is right beside it is the support too; else
-// kNoPiece. The rim of a pan is a line of pixels: across it, the floor and the counter are linked at
-// its corners and where noise breaks it.
+// kNoIndex. The rim of a pan is a line of pixels: across it, the floor and the counter are linked
+// at its corners and where noise breaks it.
 std::vector<std::int32_t> InsidesOfSupports(const SurfaceGraph& graph, const Pieces& pieces,
                                             const Work& work) {
-  std::vector<std::int32_t> inside(graph.size(), kNoPiece);
+  std::vector<std::int32_t> inside(graph.size(), kNoIndex);
   ForEachNode(graph.size(), work, [&](std::size_t i) {
     const std::int32_t support = pieces.of_node[i];
     if (support >= pieces.support_count || graph.IsAtEdge(i)) return;
@@ -183,17 +182,17 @@ void SeparatePatches(const SurfaceGraph& graph, Pieces& pieces, const Work& work
     if (inside[i] < 0) continue;
     const auto s = static_cast<std::size_t>(sets.of_node[i]);
     ++nodes[s];
-    if (area_m2[s] <= kLargestPatch_m2) area_m2[s] += graph.area_m2(i);
+    if (area_m2[s] <= kMaxPatch_m2) area_m2[s] += graph.area_m2(i);
   }
-  std::vector<std::int32_t> piece(sets.count(), kNoPiece);
+  std::vector<std::int32_t> piece(sets.count(), kNoIndex);
   for (std::size_t s = 0; s < sets.count(); ++s) {
-    if (area_m2[s] > kLargestPatch_m2 || nodes[s] < kSmallestSeed_nodes) continue;
+    if (area_m2[s] > kMaxPatch_m2 || nodes[s] < kMinSeed_nodes) continue;
     piece[s] = pieces.piece_count++;
     pieces.patch_of.emplace(piece[s], inside[sets.first_nodes[s]]);
   }
   // What is beside something else goes with what of its support is inside.
   const auto patch_at = [&](std::size_t i) {
-    return inside[i] < 0 ? kNoPiece : piece[static_cast<std::size_t>(sets.of_node[i])];
+    return inside[i] < 0 ? kNoIndex : piece[static_cast<std::size_t>(sets.of_node[i])];
   };
   ForEachNode(graph.size(), work, [&](std::size_t i) {
     const std::int32_t support = pieces.of_node[i];
@@ -204,7 +203,7 @@ void SeparatePatches(const SurfaceGraph& graph, Pieces& pieces, const Work& work
         if (inside[j] == support) patch = std::max(patch, patch_at(j));
       });
     }
-    if (patch != kNoPiece) pieces.of_node[i] = patch;
+    if (patch != kNoIndex) pieces.of_node[i] = patch;
   });
 }
 
@@ -220,7 +219,7 @@ class PieceGrower {
       Target& target = targets_[i];
       target.p = nodes.points[i];
       target.sigma_m = nodes.sigma_m[i];
-      if (pieces.of_node[i] != kNoPiece) target.least_cost = kTaken;
+      if (pieces.of_node[i] != kNoIndex) target.least_cost = kTaken;
     });
   }
 
@@ -230,7 +229,7 @@ class PieceGrower {
       bool is_claimed = false;
       graph_.ForEachLinked(i, [&](std::size_t j) {
         const std::int32_t piece = pieces_.of_node[j];
-        if (piece == kNoPiece) return;
+        if (piece == kNoIndex) return;
         is_claimed |= Improve(targets_[i], {static_cast<std::uint32_t>(j), piece});
       });
       return is_claimed;
@@ -265,7 +264,8 @@ class PieceGrower {
     float least_cost = std::numeric_limits<float>::infinity();
     Anchor anchor;
   };
-  static constexpr float kTaken = -1;  // the least cost of what has its piece
+  // The least cost of what has its piece.
+  static constexpr float kTaken = -std::numeric_limits<float>::infinity();
 
   bool IsTaken(std::size_t node) const { return targets_[node].least_cost == kTaken; }
 
@@ -313,17 +313,17 @@ class PieceGrower {
 }  // namespace
 
 bool IsContact(int links, std::size_t nodes) {
-  return links >= kLeastContact * std::sqrt(static_cast<double>(nodes));
+  return links >= kMinContact * std::sqrt(static_cast<double>(nodes));
 }
 
 std::vector<std::uint32_t> BorderNodes(const SurfaceGraph& graph, const Pieces& pieces,
                                        const Work& work) {
   return NodesWhere(graph.size(), work, [&](std::size_t i) {
     const std::int32_t a = pieces.of_node[i];
-    if (a < pieces.support_count) return false;  // kNoPiece among them
+    if (a < pieces.support_count) return false;  // kNoIndex among them
     bool at_border = false;
     graph.ForEachLinked(i, [&](std::size_t j) {
-      at_border |= pieces.of_node[j] != a && pieces.of_node[j] != kNoPiece;
+      at_border |= pieces.of_node[j] != a && pieces.of_node[j] != kNoIndex;
     });
     return at_border;
   });
@@ -333,12 +333,12 @@ Pieces CutIntoPieces(const SurfaceGraph& graph, const std::vector<char>& crease,
                      const CoarseCloud& coarse, const std::vector<SupportPlane>& supports,
                      const SightMap* sight, const Work& work) {
   Pieces pieces;
-  pieces.of_node.assign(graph.size(), kNoPiece);
+  pieces.of_node.assign(graph.size(), kNoIndex);
   pieces.support_count = static_cast<std::int32_t>(supports.size());
   pieces.piece_count = pieces.support_count;
   SupportRelation to_support = RelateToSupports(graph, coarse, supports, work);
   FollowWarp(graph, supports, crease, to_support, work);
-  std::vector<std::int32_t> may_seed(graph.size(), ConnectedSets::kNone);
+  std::vector<std::int32_t> may_seed(graph.size(), kNoIndex);
   ForEachNode(graph.size(), work, [&](std::size_t i) {
     if (crease[i]) return;
     if (to_support.relation[i] == Relation::kOn) pieces.of_node[i] = to_support.support[i];

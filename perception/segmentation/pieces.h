@@ -7,17 +7,16 @@
 #include <numbers>
 #include <vector>
 
+#include "perception/cloud/no_index.h"
 #include "perception/segmentation/sight_map.h"
 #include "perception/segmentation/support_planes.h"
 #include "perception/segmentation/surface_graph.h"
 
 namespace cwm::perception {
 
-inline constexpr std::int32_t kNoPiece = -1;
-
 struct Pieces {
   // Per node: 0 .. support_count - 1 a support, support_count .. piece_count - 1 a piece of
-  // something else, or kNoPiece where too little hangs together to be anything.
+  // something else, or kNoIndex where too little hangs together to be anything.
   std::vector<std::int32_t> of_node;
   std::int32_t support_count = 0;
   std::int32_t piece_count = 0;  // supports included
@@ -35,11 +34,11 @@ std::vector<std::uint32_t> BorderNodes(const SurfaceGraph& graph, const Pieces& 
 // outline; fewer are a touch in passing.
 bool IsContact(int links, std::size_t nodes);
 
-// Chosen: above what warp bends a face by, below a box's edge.
+// chosen: above what warp bends a face by, below a box's edge.
 inline constexpr float kConcave_rad = 20 * std::numbers::pi_v<float> / 180;
 
-// `crease` is ConcaveCreases of the graph by kConcave_rad. Without `sight` where not all was seen from
-// one place.
+// `crease` is ConcaveCreases of the graph by kConcave_rad. Without `sight` where not all was seen
+// from one place.
 Pieces CutIntoPieces(const SurfaceGraph& graph, const std::vector<char>& crease,
                      const CoarseCloud& coarse, const std::vector<SupportPlane>& supports,
                      const SightMap* sight, const Work& work);

@@ -4,15 +4,14 @@
 #include <cmath>
 
 #include "perception/cloud/split_mix.h"
+#include "perception/cloud/tolerances.h"
 
 namespace cwm::perception {
 namespace {
 
-// With 40 % inliers, 72 triples miss with a probability below 1 % (0.4^3 = 0.064).
+// derived: with kMinInlierShare, 0.4^3 = 0.064 of the triples are of inliers alone: so many miss
+// all of them with a probability below 1 %.
 constexpr int kTriples = 72;
-constexpr double kNormalGate_cos = 0.9659;  // 15 degrees, the printed "n_i . n_j" constraint
-constexpr int kRefinements = 3;
-constexpr std::size_t kMostScored = 2000;  // members that score a triple, evenly spread
 
 std::optional<Plane> PlaneOfTriple(const OrientedPoints& points, const std::uint32_t (&triple)[3]) {
   Vector3 p[3], n[3];
@@ -29,8 +28,9 @@ std::optional<Plane> PlaneOfTriple(const OrientedPoints& points, const std::uint
   }
   normal /= area;
   if (normal.dot(n[0]) < 0) normal = -normal;
+  static const double least_cos = std::cos(kSameNormal_rad);
   for (const Vector3& other : n) {
-    if (normal.dot(other) < kNormalGate_cos) return std::nullopt;
+    if (normal.dot(other) < least_cos) return std::nullopt;
   }
   return Plane{normal, normal.dot(p[0])};
 }
@@ -38,11 +38,11 @@ std::optional<Plane> PlaneOfTriple(const OrientedPoints& points, const std::uint
 // MSAC: truncated squares, smaller is better.
 double Cost(const Plane& plane, const OrientedPoints& points,
             std::span<const std::uint32_t> members) {
-  const std::size_t stride = std::max<std::size_t>(1, members.size() / kMostScored);
+  const std::size_t stride = std::max<std::size_t>(1, members.size() / kMaxScanned);
   double cost = 0;
   for (std::size_t k = 0; k < members.size(); k += stride) {
     const std::uint32_t i = members[k];
-    const double r = plane.Height_m(points.points[i]) / (kPlaneGate_sigma * points.sigma_m[i]);
+    const double r = plane.Height_m(points.points[i]) / (kGate_sigma * points.sigma_m[i]);
     cost += std::min(1.0, r * r);
   }
   return cost;
@@ -54,7 +54,7 @@ std::vector<std::uint32_t> Inliers(const Plane& plane, const OrientedPoints& poi
                                    std::span<const std::uint32_t> members) {
   std::vector<std::uint32_t> inliers;
   for (std::uint32_t i : members) {
-    if (std::abs(plane.Height_m(points.points[i])) <= kPlaneGate_sigma * points.sigma_m[i]) {
+    if (std::abs(plane.Height_m(points.points[i])) <= kGate_sigma * points.sigma_m[i]) {
       inliers.push_back(i);
     }
   }

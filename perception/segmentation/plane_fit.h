@@ -1,7 +1,9 @@
 // Robust planes in sets of oriented points.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <numbers>
 #include <optional>
 #include <span>
 #include <vector>
@@ -20,8 +22,22 @@ struct Plane {
   double Height_m(const Eigen::Vector3f& p) const { return Height_m(Vector3(p.cast<double>())); }
 };
 
-// Points belong to a plane within this many standard deviations of the range.
-inline constexpr float kPlaneGate_sigma = 3;
+// chosen: pieces of one flat surface turn by no more: warp bends it.
+inline constexpr double kFlat_rad = 3 * std::numbers::pi / 180;
+
+// chosen: what has so much of the points FitPlane finds, but in one case of a hundred.
+inline constexpr double kMinInlierShare = 0.4;
+
+// chosen: rounds of refitting to those that agree: the last ones change little.
+inline constexpr int kRefinements = 3;
+
+// chosen: points of a piece, evenly spread, by which it is judged: a share of them is known to 2.5
+// percent.
+inline constexpr std::size_t kMaxSamples = 400;
+
+// chosen: points of a set, evenly spread, that stand for all of it where each is asked little: a
+// share of them is known to about a percent.
+inline constexpr std::size_t kMaxScanned = 2000;
 
 // The plane with the most points of `members` within 3 sigma (paper, section III step 3): sample
 // consensus over triples whose normals agree with the plane that they span, refitted to its

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "perception/cloud/parallel_for.h"
+#include "perception/cloud/tolerances.h"
 #include "perception/segmentation/disjoint_sets.h"
 #include "perception/segmentation/floor.h"
 #include "perception/segmentation/resting.h"
@@ -14,9 +15,10 @@
 namespace cwm::perception {
 namespace {
 
-constexpr double kMostBelow = 0.5;  // of an object's nodes, below its support
-constexpr double kMostRejectedShare = 0.005;
-constexpr std::size_t kMostResiduals = 256;  // more of them share the last one
+// chosen: of the points: what belongs to nothing is noise as long as it is no more.
+constexpr double kMaxRejectedShare = 0.005;
+// chosen: more residuals share the last one.
+constexpr std::size_t kMaxResiduals = 256;
 
 using NodeList = Floor::NodeList;
 
@@ -26,7 +28,7 @@ std::vector<NodeList> NodesOfRegions(const SurfaceGraph& graph, const Pieces& pi
   const auto piece_count = static_cast<std::size_t>(pieces.piece_count);
   const auto is_part = [&](std::int32_t p) {
     return p >= pieces.support_count &&
-           structures.of_piece[static_cast<std::size_t>(p)] == kNoStructure;
+           structures.of_piece[static_cast<std::size_t>(p)] == kNoIndex;
   };
   DisjointSets sets(piece_count);
   for (std::uint32_t i : BorderNodes(graph, pieces, work)) {
@@ -55,20 +57,20 @@ std::vector<Segment> NodesOfStructures(const Pieces& pieces, const Structures& s
   for (std::size_t i = 0; i < pieces.of_node.size(); ++i) {
     if (pieces.of_node[i] < pieces.support_count) continue;
     const std::int32_t s = structures.of_piece[static_cast<std::size_t>(pieces.of_node[i])];
-    if (s == kNoStructure) continue;
+    if (s == kNoIndex) continue;
     segments[static_cast<std::size_t>(s)].nodes.push_back(static_cast<std::uint32_t>(i));
   }
   return segments;
 }
 
 // Of an edge of a board that something juts over, to which it is linked: below what the board
-// carries.
+// carries, with the larger part of its nodes.
 bool LiesBelow(const NodeList& members, const Placed<Plate>& plate, const OrientedPoints& nodes) {
   const Pose X_SL = plate.X_FS.inverse(Eigen::Isometry);
   const auto below = std::ranges::count_if(members, [&](std::uint32_t i) {
-    return (X_SL * nodes.points[i].cast<double>()).z() < -kPlaneGate_sigma * nodes.sigma_m[i];
+    return (X_SL * nodes.points[i].cast<double>()).z() < -kGate_sigma * nodes.sigma_m[i];
   });
-  return static_cast<double>(below) > kMostBelow * static_cast<double>(members.size());
+  return static_cast<double>(below) > kLargerPart * static_cast<double>(members.size());
 }
 
 // What of the region may stand on the support: without the pieces that lie below it.
@@ -127,7 +129,7 @@ std::vector<NodeList> GroupsOfStray(const CoarseCloud& coarse, const Pieces& pie
   std::map<std::uint32_t, std::size_t> group_of_cell;
   NodeList stray;
   for (std::size_t i = 0; i < pieces.of_node.size(); ++i) {
-    if (pieces.of_node[i] != kNoPiece) continue;
+    if (pieces.of_node[i] != kNoIndex) continue;
     stray.push_back(static_cast<std::uint32_t>(i));
     group_of_cell.try_emplace(coarse.grid.CellOfPoint(i), group_of_cell.size());
   }
@@ -152,7 +154,7 @@ void KeepOrReject(const SurfaceGraph& graph, std::vector<NodeList> stray,
                   std::vector<Segment>& residuals, NodeList& rejected) {
   std::uint64_t all = 0;
   for (std::size_t i = 0; i < graph.size(); ++i) all += graph.weight(i);
-  const auto may_reject = static_cast<std::uint64_t>(kMostRejectedShare * static_cast<double>(all));
+  const auto may_reject = static_cast<std::uint64_t>(kMaxRejectedShare * static_cast<double>(all));
   std::uint64_t rejected_weight = 0;
   for (auto group = stray.rbegin(); group != stray.rend(); ++group) {  // smallest first
     std::uint64_t weight = 0;
@@ -168,13 +170,13 @@ void KeepOrReject(const SurfaceGraph& graph, std::vector<NodeList> stray,
 }
 
 void LimitResiduals(std::vector<Segment>& residuals) {
-  if (residuals.size() <= kMostResiduals) return;
-  NodeList& last = residuals[kMostResiduals - 1].nodes;
-  for (std::size_t k = kMostResiduals; k < residuals.size(); ++k) {
+  if (residuals.size() <= kMaxResiduals) return;
+  NodeList& last = residuals[kMaxResiduals - 1].nodes;
+  for (std::size_t k = kMaxResiduals; k < residuals.size(); ++k) {
     last.insert(last.end(), residuals[k].nodes.begin(), residuals[k].nodes.end());
   }
   std::sort(last.begin(), last.end());
-  residuals.resize(kMostResiduals);
+  residuals.resize(kMaxResiduals);
 }
 
 }  // namespace

@@ -33,7 +33,7 @@ struct Regions {
 // own shadow cuts off, a part of it, and no ray passes right below its foot; or beside it, where
 // its foot and all from there to what was seen of the support are hidden), it reaches down to it,
 // its foot is hidden or it is a ball that touches it, and its footprint on the support's cells is
-// at least kSmallestFootprint_m2; or when it rests on objects that do (FindSupportsUnderStacks).
+// at least kMinThing_m2; or when it rests on objects that do (FindSupportsUnderStacks).
 // Linked pieces that stand on nothing become one residual each, and so does each wall or front
 // (FindStructures), which is part of no region. Objects that rest on others say so
 // (FindWhatTheyRestOn). Nodes in no piece are rejected as long as they are at most 0.5 % of the

@@ -10,42 +10,29 @@
 #include "collision/geometry/polygon.h"
 #include "perception/cloud/parallel_for.h"
 #include "perception/cloud/quantile.h"
+#include "perception/cloud/tolerances.h"
 #include "perception/segmentation/surface_graph.h"
 
 namespace cwm::perception {
 namespace {
 
-constexpr double kCell_m = 0.01;       // of footprints: the paper's octree leaves
-constexpr int kContact_cells = 2;      // a crease's rounded edge, and a cell of either's border
-constexpr double kFootShare = 0.02;    // below: mixed pixels; as for pieces
-constexpr double kLowShare = 0.1;      // of the nodes: what may touch
-constexpr double kLeastContact = 0.3;  // of those; the rest may overhang or turn away
-constexpr double kTopShare = 0.9;      // of column heights: above, a handle or noise
-constexpr std::size_t kLeastTop_cells = 4;  // that make a top
-constexpr double kLeastOver = 0.5;          // of a footprint: what holds less would tip
-constexpr double kBorder_m = 0.01;          // footprints blur by a cell
-// Of places between the seen end of a thing and what hangs above: mixed pixels; what the edge of the
-// upper one leaves of the lower one's own face.
-constexpr double kMostPassed = 0.06, kLeastHidden = 0.5;
-constexpr std::size_t kLeastHiddenColumns = 3;  // of a footprint's cells
-constexpr int kPlacesPerColumn = 5;
-// Of a face that something rests on: 18 degrees, as far beside the foot as a crease rounds it and a few
-// cells more; what a crease takes from the upper one's foot.
-constexpr float kLevelFace_cos = 0.95f;
-constexpr double kBesideFoot_m = 0.03, kMostCrease_m = 0.02;
-constexpr std::size_t kFewestLevel = 24;  // two independent ones
-// Of an object's nodes, evenly spread, so many are looked at: two in each cell where one fills the
-// view of a Kinect at 1 m, all of them of what is smaller than 30 cm there.
-constexpr std::size_t kMostNodes = 20'000;
+// derived: across, what touches is a crease's rounded edge apart.
+constexpr int kContact_cells = static_cast<int>(kEdgeLoss_m / kFootprintCell_m);
+// chosen: of the nodes that may touch: the rest may overhang or turn away.
+constexpr double kMinTouching = 0.3;
+// chosen: cells of a footprint that make a top.
+constexpr std::size_t kMinTop_cells = 4;
+// chosen: cells of a footprint, of which one sees that what is over them is hidden.
+constexpr std::size_t kMinHidden_cells = 3;
 
 using Cell = std::pair<int, int>;
 
 Cell CellOf(const Vector2& p) {
-  return {static_cast<int>(std::floor(p.x() / kCell_m)),
-          static_cast<int>(std::floor(p.y() / kCell_m))};
+  return {static_cast<int>(std::floor(p.x() / kFootprintCell_m)),
+          static_cast<int>(std::floor(p.y() / kFootprintCell_m))};
 }
 Vector2 CenterOf(const Cell& cell) {
-  return {(cell.first + 0.5) * kCell_m, (cell.second + 0.5) * kCell_m};
+  return {(cell.first + 0.5) * kFootprintCell_m, (cell.second + 0.5) * kFootprintCell_m};
 }
 
 // How deep a place lies in a convex polygon; negative outside, and beside one without area (of an
@@ -75,7 +62,7 @@ struct Standing {
     std::vector<Vector3> places;
     std::vector<float> sigma;
     auto column = top_m.end();  // nodes that follow each other are mostly in one cell
-    const std::size_t stride = s.nodes.size() / kMostNodes + 1;
+    const std::size_t stride = s.nodes.size() / kMaxNodesAsked + 1;
     for (std::size_t k = 0; k < s.nodes.size(); k += stride) {
       const std::uint32_t i = s.nodes[k];
       places.push_back(X_PL * nodes.points[i].cast<double>());
@@ -88,8 +75,8 @@ struct Standing {
     }
     const auto below = [](const Vector3& a, const Vector3& b) { return a.z() < b.z(); };
     const auto count = static_cast<double>(places.size());
-    const auto lowest = places.begin() + static_cast<std::ptrdiff_t>(kLowShare * count);
-    const auto foot = places.begin() + static_cast<std::ptrdiff_t>(kFootShare * count);
+    const auto lowest = places.begin() + static_cast<std::ptrdiff_t>((1 - kNearlyAll) * count);
+    const auto foot = places.begin() + static_cast<std::ptrdiff_t>(kMixedPixels * count);
     std::nth_element(places.begin(), lowest, places.end(), below);
     low.assign(places.begin(), lowest + 1);
     std::nth_element(places.begin(), foot, lowest + 1, below);
@@ -115,29 +102,32 @@ bool Touches(const Standing& upper, const Standing& lower) {
     }
     touching += found;
   }
-  return static_cast<double>(touching) >= kLeastContact * static_cast<double>(upper.low.size());
+  return static_cast<double>(touching) >= kMinTouching * static_cast<double>(upper.low.size());
 }
 
-// What lies below the upper one's footprint ends where its foot is.
+// What lies below the upper one's footprint, which blurs by a cell, ends where its foot is: nearly
+// all of it, above is a handle or noise.
 bool EndsBelow(const Standing& upper, const Standing& lower) {
   std::vector<double> tops;
   for (const auto& [cell, top] : lower.top_m) {
-    if (DepthIn_m(upper.hull, CenterOf(cell)) >= -kBorder_m) tops.push_back(top);
+    if (DepthIn_m(upper.hull, CenterOf(cell)) >= -kFootprintCell_m) tops.push_back(top);
   }
-  if (tops.size() < kLeastTop_cells) return false;
-  return std::abs(Quantile(std::move(tops), kTopShare) - upper.foot_m) <= upper.band_m;
+  if (tops.size() < kMinTop_cells) return false;
+  return std::abs(Quantile(std::move(tops), kNearlyAll) - upper.foot_m) <= upper.band_m;
 }
 
-// Share of the lower one's footprint that lies below what hangs, where that hides all between its foot and
-// the seen end of the lower one; 0 where it does not.
+// Share of the lower one's footprint that lies below what hangs, where that hides all between its
+// foot and the seen end of the lower one, but for mixed pixels and what its edge leaves of the
+// lower one's own face; 0 where it does not.
 double ShareHiddenBelow(const Standing& upper, const Standing& lower, const Pose& X_LP,
                         const SightMap& sight) {
   std::size_t columns = 0, places = 0, hidden = 0, through = 0;
   for (const auto& [cell, top] : lower.top_m) {
     if (DepthIn_m(upper.hull, CenterOf(cell)) < 0) continue;
     ++columns;
-    for (int k = 1; k < kPlacesPerColumn; ++k, ++places) {
-      const double height = std::lerp(top, upper.foot_m, static_cast<double>(k) / kPlacesPerColumn);
+    for (int k = 1; k < kPlacesPerLineOfSight; ++k, ++places) {
+      const double height =
+          std::lerp(top, upper.foot_m, static_cast<double>(k) / kPlacesPerLineOfSight);
       Vector3 place;
       place << CenterOf(cell), height;
       const Visibility seen =
@@ -147,8 +137,8 @@ double ShareHiddenBelow(const Standing& upper, const Standing& lower, const Pose
     }
   }
   const auto all = static_cast<double>(places);
-  if (columns < kLeastHiddenColumns || static_cast<double>(through) > kMostPassed * all ||
-      static_cast<double>(hidden) < kLeastHidden * all) {
+  if (columns < kMinHidden_cells || static_cast<double>(through) > kMaxPassing * all ||
+      static_cast<double>(hidden) < kLargerPart * all) {
     return 0;
   }
   return static_cast<double>(columns) / static_cast<double>(lower.top_m.size());
@@ -158,7 +148,7 @@ double ShareHiddenBelow(const Standing& upper, const Standing& lower, const Pose
 double ShareOfFootprint(const Standing& upper, const Standing& lower) {
   double inside = 0;
   for (const auto& [cell, top] : upper.top_m) {
-    inside += DepthIn_m(lower.hull, CenterOf(cell)) >= kBorder_m;
+    inside += DepthIn_m(lower.hull, CenterOf(cell)) >= kFootprintCell_m;
   }
   return inside / static_cast<double>(upper.top_m.size());
 }
@@ -169,19 +159,19 @@ double ShareOver(const Standing& upper, const Standing& lower) {
   for (const auto& [cell, top] : lower.top_m) {
     if (top < upper.foot_m - 2 * upper.band_m) continue;
     ++tops;
-    under += DepthIn_m(upper.hull, CenterOf(cell)) >= -kBorder_m;
+    under += DepthIn_m(upper.hull, CenterOf(cell)) >= -kFootprintCell_m;
   }
-  const double under_share = tops >= kLeastTop_cells ? under / tops : 0;
+  const double under_share = tops >= kMinTop_cells ? under / tops : 0;
   return std::max(ShareOfFootprint(upper, lower), under_share);
 }
 
-// What the upper one rests on, of those that stand on the same support: the one that it covers most;
-// null if none.
+// What the upper one rests on, of those that stand on the same support: the one that it covers
+// most, with the larger part of its footprint, or it would tip; null if none.
 const Standing* Under(const Standing& upper, const std::vector<Standing>& standing,
                       const Pose& X_LP, const SightMap* sight) {
   if (upper.foot_m <= upper.band_m) return nullptr;
   const Standing* best = nullptr;
-  double most = upper.hangs ? 0 : kLeastOver;
+  double most = upper.hangs ? 0 : kLargerPart;
   for (const Standing& lower : standing) {
     if (lower.foot_m + upper.band_m >= upper.foot_m) continue;
     double share = 0;
@@ -197,25 +187,27 @@ const Standing* Under(const Standing& upper, const std::vector<Standing>& standi
   return best;
 }
 
-// How high the face is that the upper one rests on: the middle of the lower one's level nodes beside the
-// foot. The foot itself is known as too high: the lower one has most of the nodes of the crease between
-// them. It is taken where there is no such face, as on rims and round things.
+// How high the face is that the upper one rests on: the middle of the lower one's level nodes
+// beside the foot, as near as what touches. The foot itself is known as too high: the lower one has
+// most of the nodes of the crease between them. It is taken where there is no such face, as on rims
+// and round things.
 double ContactHeight_m(const Standing& upper, const Standing& lower, const OrientedPoints& nodes,
                        const std::vector<Segment>& segments, const Pose& X_PL) {
   // Of what leans there or stands behind, foot and face are no contact.
-  if (ShareOfFootprint(upper, lower) < kLeastOver) return upper.foot_m;
+  if (ShareOfFootprint(upper, lower) < kLargerPart) return upper.foot_m;
   const std::vector<std::uint32_t>& below = segments[lower.segment].nodes;
   const Eigen::Vector3f up = X_PL.linear().row(2).transpose().cast<float>();
+  const double level_cos = std::cos(kSameNormal_rad);
   std::vector<double> heights;
-  for (std::size_t k = 0; k < below.size(); k += below.size() / kMostNodes + 1) {
+  for (std::size_t k = 0; k < below.size(); k += below.size() / kMaxNodesAsked + 1) {
     const std::uint32_t i = below[k];
-    if (nodes.normals[i].dot(up) < kLevelFace_cos) continue;
+    if (nodes.normals[i].dot(up) < level_cos) continue;
     const Vector3 place = X_PL * nodes.points[i].cast<double>();
-    if (place.z() < upper.foot_m - kMostCrease_m - upper.band_m) continue;
+    if (place.z() < upper.foot_m - kFootHeight_m - upper.band_m) continue;
     if (place.z() > upper.foot_m) continue;
-    if (DepthIn_m(upper.hull, place.head<2>()) >= -kBesideFoot_m) heights.push_back(place.z());
+    if (DepthIn_m(upper.hull, place.head<2>()) >= -kTouching_m) heights.push_back(place.z());
   }
-  if (heights.size() < kFewestLevel) return upper.foot_m;
+  if (heights.size() < kTwoSamples) return upper.foot_m;
   return Quantile(std::move(heights), 0.5);
 }
 

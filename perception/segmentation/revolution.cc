@@ -7,18 +7,19 @@
 #include <vector>
 
 #include "perception/cloud/quantile.h"
+#include "perception/cloud/tolerances.h"
 
 namespace cwm::perception {
 namespace {
 
-constexpr double kLeastSteepness = 0.35;  // horizontal part of a normal that has a direction
-constexpr double kMostMiss_sin = 0.3;     // 17 degrees: three standard deviations of a normal
-constexpr double kLeastMiss_m = 0.012;    // error of an axis known from half of a cup's outside
-// (a - sin a cos a) / (a + sin a cos a) for an arc of +-a: 30 degrees. Faces of boxes that fan out
-// by chance fail the agreement.
-constexpr double kLeastFan = 0.1;
-constexpr std::size_t kLeastMembers = 20;  // as the header says; chosen: two independent normals
-constexpr int kRounds = 4;  // chosen: the first one by all normals, the rest by those that agree
+// chosen: steep normals of which an axis is known, nearly two independent ones.
+constexpr std::size_t kMinSteepNormals = 20;
+
+// measured: the error of an axis that is known from half of a cup's outside.
+constexpr double kAxisMiss_m = 0.012;
+// derived: (a - sin a cos a) / (a + sin a cos a) for an arc of +-a: 30 degrees. Faces of boxes that
+// fan out by chance fail the agreement.
+constexpr double kMinFan = 0.1;
 
 struct Ray {
   Vector2 from, direction;  // direction is unit
@@ -29,7 +30,7 @@ std::vector<Ray> SteepRays(const OrientedPoints& points, std::span<const std::ui
   for (std::uint32_t i : members) {
     const Vector2 n = points.normals[i].head<2>().cast<double>();
     const double steepness = n.norm();
-    if (steepness < kLeastSteepness) continue;
+    if (steepness < kSteep_sin) continue;
     rays.push_back({points.points[i].head<2>().cast<double>(), n / steepness});
   }
   return rays;
@@ -39,7 +40,7 @@ std::vector<Ray> SteepRays(const OrientedPoints& points, std::span<const std::ui
 bool Agrees(const Ray& ray, const Vector2& axis) {
   const Vector2 to = ray.from - axis;
   const double miss = std::abs(to.x() * ray.direction.y() - to.y() * ray.direction.x());
-  return miss <= std::max(kLeastMiss_m, kMostMiss_sin * to.norm());
+  return miss <= std::max(kAxisMiss_m, kNormalMiss_sin * to.norm());
 }
 
 }  // namespace
@@ -57,7 +58,7 @@ Revolution JudgeRevolution(const OrientedPoints& points, std::span<const std::ui
     agreeing += 1;
     outward += (ray.from - axis).dot(ray.direction) > 0;
   }
-  out.radius_m = Quantile(std::move(distances), 0.9);
+  out.radius_m = Quantile(std::move(distances), kNearlyAll);
   out.steep = static_cast<double>(rays.size()) / static_cast<double>(members.size());
   out.agreement = agreeing / static_cast<double>(rays.size());
   out.outward = agreeing > 0 ? outward / agreeing : 0;
@@ -67,9 +68,10 @@ Revolution JudgeRevolution(const OrientedPoints& points, std::span<const std::ui
 std::optional<Revolution> FitRevolution(const OrientedPoints& points,
                                         std::span<const std::uint32_t> members) {
   const std::vector<Ray> rays = SteepRays(points, members);
-  if (rays.size() < kLeastMembers) return std::nullopt;
+  if (rays.size() < kMinSteepNormals) return std::nullopt;
   Vector2 axis = Vector2::Zero();
-  for (int round = 0; round < kRounds; ++round) {
+  // The first round by all normals, the rest by those that agree.
+  for (int round = 0; round <= kRefinements; ++round) {
     Eigen::Matrix2d sum = Eigen::Matrix2d::Zero();
     Vector2 right = Vector2::Zero();
     for (const Ray& ray : rays) {
@@ -81,7 +83,7 @@ std::optional<Revolution> FitRevolution(const OrientedPoints& points,
     }
     Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver;
     solver.computeDirect(sum);
-    if (solver.eigenvalues()(0) < kLeastFan * solver.eigenvalues()(1)) return std::nullopt;
+    if (solver.eigenvalues()(0) < kMinFan * solver.eigenvalues()(1)) return std::nullopt;
     axis = sum.inverse() * right;
   }
   return JudgeRevolution(points, members, axis);

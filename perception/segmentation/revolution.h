@@ -18,8 +18,8 @@ struct Revolution {
   double steep = 0;      // share of all members that are steep enough to tell
 };
 
-// Nothing when the normals do not fan out enough to fix an axis, or fewer than 20 members are
-// steep.
+// Nothing when the normals do not fan out enough to fix an axis, or fewer than kTwoSamples members
+// are steep.
 std::optional<Revolution> FitRevolution(const OrientedPoints& points,
                                         std::span<const std::uint32_t> members);
 

@@ -1,22 +1,26 @@
 #include "perception/segmentation/seeds.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cstddef>
 #include <map>
 #include <utility>
 
 #include "perception/cloud/parallel_for.h"
+#include "perception/cloud/tolerances.h"
 #include "perception/segmentation/disjoint_sets.h"
 #include "perception/segmentation/pieces.h"
 
 namespace cwm::perception {
 namespace {
 
-constexpr std::size_t kNodesPerPiece = 16384;  // of work, of some 20 ns a node
-// Chosen: along a step of few sigma there are five times as many steps as links, where noise parted
+using namespace std::chrono_literals;
+
+// chosen: along a step of few sigma there are five times as many steps as links, where noise parted
 // a surface at most a third as many.
-constexpr int kLeastLinksPerStep = 3;
-constexpr int kNarrowContact = 3;  // times less than a contact: a handle is a few pixels wide
+constexpr int kMinLinksPerStep = 3;
+// chosen: times less than a contact: a handle is a few pixels wide.
+constexpr int kNarrowContact = 3;
 
 // Of each set, whether it has points enough to be a seed.
 std::vector<char> AreSeeds(const SurfaceGraph& graph, const ConnectedSets& sets) {
@@ -25,7 +29,7 @@ std::vector<char> AreSeeds(const SurfaceGraph& graph, const ConnectedSets& sets)
     if (sets.of_node[i] >= 0) points[static_cast<std::size_t>(sets.of_node[i])] += graph.weight(i);
   }
   std::vector<char> are_seeds;
-  for (std::uint64_t n : points) are_seeds.push_back(n >= kSmallestSeed_nodes);
+  for (std::uint64_t n : points) are_seeds.push_back(n >= kMinSeed_nodes);
   return are_seeds;
 }
 
@@ -33,15 +37,14 @@ std::vector<char> AreSeeds(const SurfaceGraph& graph, const ConnectedSets& sets)
 ConnectedSets SetsBesideNoStep(const SurfaceGraph& graph, const std::vector<std::int32_t>& classes,
                                const Work& work) {
   if (graph.image() == nullptr) {
-    return {.of_node = std::vector<std::int32_t>(graph.size(), ConnectedSets::kNone),
-            .first_nodes = {}};
+    return {.of_node = std::vector<std::int32_t>(graph.size(), kNoIndex), .first_nodes = {}};
   }
   std::vector<std::int32_t> beside_none = classes;
-  ParallelFor(graph.size(), kNodesPerPiece, work, [&](std::size_t begin, std::size_t end) {
+  ParallelFor(graph.size(), ItemsPerPiece(20ns), work, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       if (classes[i] < 0) continue;
       graph.ForEachLinked(i, [&](std::size_t j) {
-        if (graph.IsAtStep(j)) beside_none[i] = ConnectedSets::kNone;
+        if (graph.IsAtStep(j)) beside_none[i] = kNoIndex;
       });
     }
   });
@@ -72,9 +75,9 @@ class Parts {
   }
 
   // Of a whole that falls apart: of a part that is a seed of it the first part of those that it is
-  // one seed with, else kNone.
+  // one seed with, else kNoIndex.
   std::int32_t GroupOf(std::size_t part) {
-    if (!is_seed_[part] || seeds_of_whole_[WholeOf(part)] < 2) return Seeds::kNone;
+    if (!is_seed_[part] || seeds_of_whole_[WholeOf(part)] < 2) return kNoIndex;
     return static_cast<std::int32_t>(groups_.Root(part));
   }
   bool FallsApart(std::size_t whole) const { return seeds_of_whole_[whole] > 1; }
@@ -86,7 +89,7 @@ class Parts {
 
   // Each part takes what is nearest to it by links, steps included.
   void Grow() {
-    grown_.assign(graph_.size(), ConnectedSets::kNone);
+    grown_.assign(graph_.size(), kNoIndex);
     nodes_.assign(parts_.count(), 0);
     std::vector<std::uint32_t> front;
     for (std::uint32_t i = 0; i < graph_.size(); ++i) {
@@ -108,8 +111,8 @@ class Parts {
     }
   }
 
-  // Parts that share a good part of their outlines are one seed, those of narrow things as well where
-  // hardly a step runs along what they share: noise steps too.
+  // Parts that share a good part of their outlines are one seed, those of narrow things as well
+  // where hardly a step runs along what they share: noise steps too.
   void Rejoin() {
     Grow();
     std::map<std::pair<std::size_t, std::size_t>, Border> borders;
@@ -131,7 +134,7 @@ class Parts {
     for (const auto& [pair, border] : borders) {
       const auto& [a, b] = pair;
       const std::size_t smaller = std::min(nodes_[a], nodes_[b]);
-      const bool noise_parted = border.links >= kLeastLinksPerStep * border.steps &&
+      const bool noise_parted = border.links >= kMinLinksPerStep * border.steps &&
                                 IsContact(kNarrowContact * border.links, smaller);
       if (!noise_parted && !IsContact(border.links, smaller)) continue;
       if (groups_.Root(a) == groups_.Root(b)) continue;
@@ -165,21 +168,21 @@ Seeds FindSeeds(const SurfaceGraph& graph, const std::vector<char>& crease,
     seeds.classes.push_back(classes[first_node]);
     return static_cast<std::int32_t>(seeds.count()) - 1;
   };
-  std::vector<std::int32_t> of_whole(wholes.count(), Seeds::kNone);
+  std::vector<std::int32_t> of_whole(wholes.count(), kNoIndex);
   for (std::size_t w = 0; w < wholes.count(); ++w) {
     if (is_seed[w] && !parts.FallsApart(w)) of_whole[w] = add(wholes.first_nodes[w]);
   }
-  std::vector<std::int32_t> of_set(sets.count(), Seeds::kNone);
+  std::vector<std::int32_t> of_set(sets.count(), kNoIndex);
   std::map<std::int32_t, std::int32_t> of_group;
   for (std::size_t s = 0; s < sets.count(); ++s) {
     const std::int32_t group = parts.GroupOf(s);
-    if (group == Seeds::kNone) continue;
+    if (group == kNoIndex) continue;
     const auto [seed, is_new] = of_group.try_emplace(group);
     if (is_new) seed->second = add(sets.first_nodes[s]);
     of_set[s] = seed->second;
   }
-  seeds.of_node.assign(graph.size(), Seeds::kNone);
-  ParallelFor(graph.size(), kNodesPerPiece, work, [&](std::size_t begin, std::size_t end) {
+  seeds.of_node.assign(graph.size(), kNoIndex);
+  ParallelFor(graph.size(), ItemsPerPiece(20ns), work, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       if (wholes.of_node[i] < 0) continue;
       seeds.of_node[i] = of_whole[static_cast<std::size_t>(wholes.of_node[i])];

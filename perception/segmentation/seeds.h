@@ -10,12 +10,12 @@
 
 namespace cwm::perception {
 
-inline constexpr std::uint32_t kSmallestSeed_nodes = 40;  // three independent ones fix a plane
+// measured: nodes that start a piece; with four fewer, noise at the edges of books starts some.
+inline constexpr std::uint32_t kMinSeed_nodes = 40;
 
-// Nodes that hang together, enough of them to start a piece with.
+// Nodes that hang together, enough of them to start a piece with (kMinSeed_nodes).
 struct Seeds {
-  static constexpr std::int32_t kNone = -1;
-  std::vector<std::int32_t> of_node;  // per node its seed, or kNone
+  std::vector<std::int32_t> of_node;  // per node its seed, or kNoIndex
   std::vector<std::int32_t> classes;  // per seed the class of its nodes
   std::size_t count() const { return classes.size(); }
 };

@@ -1,8 +1,10 @@
 #include "perception/segmentation/segment_scene.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <functional>
+#include <iterator>
 #include <numeric>
 #include <utility>
 
@@ -26,20 +28,27 @@ namespace {
 
 using Eigen::Vector3f;
 
-// Cells of an unorganised cloud: two of them span half a normal neighbourhood's radius and more;
-// 4 mm under Kinect noise at 0.8 m.
-constexpr float kCell_sigma = 2.7f;
-constexpr float kSmallestCell_m = 0.002f;  // a pixel at 1 m: finer cells hold single points
-// Cells grow until a cell has this many neighbours, as on a surface without gaps (8 at most).
-constexpr double kLeastNeighbours = 4;
-constexpr double kSlantedShare = 0.25;
-constexpr int kMostGrowth = 8;  // times 1.5 each: 25
-// Of normals: 2.6 cells of 2.7 sigma are the 7 sigma of an image's (kNormalRadius_sigma).
-constexpr float kRadius_cells = 2.6f;
+using namespace std::chrono_literals;
 
-// Of the cells on surfaces that are seen at a slant, a quarter of all: their points lie farther apart.
+// chosen: cells of an unorganised cloud: two of them span half a normal neighbourhood's radius and
+// more; 4 mm under Kinect noise at 0.8 m.
+constexpr float kCell_sigma = 2.7f;
+// chosen: a pixel at 1 m: finer cells hold single points.
+constexpr float kMinCell_m = 0.002f;
+// derived: cells grow until a cell has half of the neighbours that it has on a surface without
+// gaps.
+constexpr double kMinNeighbours = std::size(kBeside) / 2;
+// chosen: cells on surfaces that are seen at a slant are a quarter of all: their points lie farther
+// apart.
+constexpr double kSlantedShare = 0.25;
+// chosen: times 1.5 each: 25.
+constexpr int kMaxGrowth = 8;
+// derived: of normals, as of an image's.
+constexpr float kRadius_cells = kNormalRadius_sigma / kCell_sigma;
+
+// Of the cells on surfaces that are seen at a slant.
 double Neighbours(const VoxelGrid& grid) {
-  const std::size_t stride = std::max<std::size_t>(1, grid.size() / 2000);
+  const std::size_t stride = std::max<std::size_t>(1, grid.size() / kMaxScanned);
   std::vector<double> neighbours;
   for (std::size_t c = 0; c < grid.size(); c += stride) {
     double count = -1;  // itself
@@ -51,9 +60,9 @@ double Neighbours(const VoxelGrid& grid) {
 
 // As fine as the noise allows, as coarse as the spacing of the points asks. Without moments.
 VoxelGrid FineCells(const OrientedPoints& points, const Work& work) {
-  float edge = std::max(kSmallestCell_m, kCell_sigma * Median(points.sigma_m));
+  float edge = std::max(kMinCell_m, kCell_sigma * Median(points.sigma_m));
   VoxelGrid grid = VoxelGrid::BuildCells(points.points, edge, work);
-  for (int k = 0; k < kMostGrowth && Neighbours(grid) < kLeastNeighbours; ++k) {
+  for (int k = 0; k < kMaxGrowth && Neighbours(grid) < kMinNeighbours; ++k) {
     edge *= 1.5f;
     grid = VoxelGrid::BuildCells(points.points, edge, work);
   }
@@ -64,8 +73,7 @@ VoxelGrid FineCells(const OrientedPoints& points, const Work& work) {
 template <class T>
 void Gather(const std::vector<T>& values, const std::vector<std::uint32_t>& before,
             const Work& work, std::vector<T>& sorted) {
-  constexpr std::size_t kValuesPerPiece = 32768;  // of 10 ns each
-  ParallelFor(values.size(), kValuesPerPiece, work, [&](std::size_t begin, std::size_t end) {
+  ParallelFor(values.size(), ItemsPerPiece(10ns), work, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) sorted[i] = values[before[i]];
   });
 }
@@ -107,9 +115,8 @@ Matrix3 LevelOrientation(const Vector3& up_C, const Vector3& view_C) {
 }
 
 void Rotate(OrientedPoints& points, const Matrix3& R, const Work& work) {
-  constexpr std::size_t kPointsPerPiece = 16384;  // of 20 ns each
   const Eigen::Matrix3f rotation = R.cast<float>();
-  ParallelFor(points.size(), kPointsPerPiece, work, [&](std::size_t begin, std::size_t end) {
+  ParallelFor(points.size(), ItemsPerPiece(20ns), work, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       points.points[i] = rotation * points.points[i];
       points.normals[i] = rotation * points.normals[i];
@@ -241,8 +248,8 @@ struct Supports {
   std::vector<Placed<Plate>> plates;  // one per plane
 };
 
-// Steps 2 to 4: planes and their plates; planes that span no area are dropped. Without `sight` where
-// not all was seen from one place.
+// Steps 2 to 4: planes and their plates; planes that span no area are dropped. Without `sight`
+// where not all was seen from one place.
 Supports FindSupports(const OrientedPoints& nodes, const CoarseCloud& coarse, const SightMap* sight,
                       const Work& work) {
   Supports found;

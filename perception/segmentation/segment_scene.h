@@ -49,14 +49,15 @@ struct SegmentedScene {
   // Of an up that was given. A vector that is kReversed was taken the other way round; an
   // orientation is taken as it is.
   UpVerdict up_verdict = UpVerdict::kPlausible;
-  // Where an up was given and no support found: what EstimateUp would take for up, in the level frame.
+  // Where an up was given and no support found: what EstimateUp would take for up, in the level
+  // frame.
   std::optional<Vector3> rival_up;
   OrientedPoints points;
   std::vector<SegmentedSupport> supports;  // largest first
   std::vector<SegmentedThing> things;      // objects, largest first, then residuals
   std::vector<std::uint32_t> rejected;
-  // What was seen in each direction, in the level frame; nothing where not all was seen from one place
-  // (IsSeenFromOnePlace).
+  // What was seen in each direction, in the level frame; nothing where not all was seen from one
+  // place (IsSeenFromOnePlace).
   std::optional<SightMap> sight;
 };
 

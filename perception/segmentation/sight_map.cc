@@ -4,21 +4,22 @@
 #include <cmath>
 #include <limits>
 
+#include "perception/cloud/tolerances.h"
 #include "perception/segmentation/surface_graph.h"
 
 namespace cwm::perception {
 namespace {
 
 constexpr float kNothing = std::numeric_limits<float>::infinity();
-constexpr int kMostCellsPerSide = 2048;  // 16 MiB
+// chosen: of a map, 16 MiB.
+constexpr int kMaxCellsPerSide = 2048;
 
-// Of those that are looked at, how many may lie behind others. Of tables full of things seen from one
-// place 1.3 % do in the median and 2.6 % at nine tenths, at their edges; of three views of the same
-// tables, 10 % in the median, and 2 % where nothing hides much.
-constexpr double kMostBehind = 0.03;
-constexpr std::size_t kSeenSample = 20000;
-constexpr float kFiner = 1.0f / 3;  // than a map's: bands along edges are as wide as a cell
-constexpr float kMostSlant = 3;     // across a cell a slanted surface grows deeper by itself
+// measured: of those that are looked at, how many may lie behind others. Of tables full of things
+// seen from one place 1.3 % do in the median and 2.6 % at nine tenths, at their edges; of three
+// views of the same tables, 10 % in the median, and 2 % where nothing hides much.
+constexpr double kMaxBehind = 0.03;
+// chosen: than a map's cells: bands along edges are as wide as a cell.
+constexpr float kFiner = 1.0f / 3;
 
 float SignOf(float v) { return v < 0 ? -1.0f : 1.0f; }
 
@@ -27,7 +28,7 @@ float SignOf(float v) { return v < 0 ? -1.0f : 1.0f; }
 SightMap::SightMap(const OrientedPoints& points, float pitch_rad)
     : viewpoint_(points.viewpoint.cast<float>()),
       cells_per_side_(static_cast<int>(
-          std::clamp(2 / std::max(pitch_rad, 1e-4f), 16.0f, float{kMostCellsPerSide}))) {
+          std::clamp(2 / std::max(pitch_rad, 1e-4f), 16.0f, float{kMaxCellsPerSide}))) {
   const auto side = static_cast<std::size_t>(cells_per_side_);
   nearest_m_.assign(side * side, kNothing);
   for (const Eigen::Vector3f& p : points.points) {
@@ -64,15 +65,16 @@ Visibility SightMap::Look(const Eigen::Vector3f& place, float tolerance_m) const
 
 bool IsSeenFromOnePlace(const OrientedPoints& points, float pitch_rad) {
   const SightMap sight(points, kFiner * pitch_rad);
-  const std::size_t stride = 1 + points.size() / kSeenSample;
+  const std::size_t stride = 1 + points.size() / kMaxNodesAsked;
   std::size_t hidden = 0, asked = 0;
   for (std::size_t i = 0; i < points.size(); i += stride, ++asked) {
     const Eigen::Vector3f& p = points.points[i];
-    const float across_m = kMostSlant * sight.pitch_rad() * (p - sight.viewpoint()).norm();
+    // Across a cell a slanted surface grows deeper by itself.
+    const float across_m = sight.pitch_rad() * (p - sight.viewpoint()).norm() / float{kGrazing_sin};
     const float tolerance_m = LargestJump_m(points.sigma_m[i]) + across_m;
     hidden += sight.Look(p, tolerance_m) == Visibility::kHidden;
   }
-  return static_cast<double>(hidden) <= kMostBehind * static_cast<double>(asked);
+  return static_cast<double>(hidden) <= kMaxBehind * static_cast<double>(asked);
 }
 
 }  // namespace cwm::perception

@@ -1,6 +1,7 @@
 // What the sensor saw in each direction: tells places that are hidden from places that are empty.
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
 #include "perception/cloud/oriented_points.h"
@@ -35,8 +36,20 @@ class SightMap {
   std::vector<float> nearest_m_;  // infinity where nothing was seen
 };
 
-// Whether all may have been seen from the viewpoint: few places lie behind others in its view, as they
-// do where views from elsewhere were merged. `pitch_rad` as of a map of them.
+// chosen: lines of sight that tell what is between two places, and places along each (the first is
+// an end): a share of the lines is known to 6 percent, of the places to one.
+inline constexpr std::size_t kLinesOfSight = 48;
+inline constexpr int kPlacesPerLineOfSight = 8;
+// derived: prime to kLinesOfSight: pairs each point with many of the other set.
+inline constexpr std::size_t kLineStride = 19;
+
+// chosen: nodes of an object or of a cloud, evenly spread, that are asked where they are. Of an
+// object two in each cell of a footprint where one fills the view of a Kinect at 1 m, all of them
+// of what is smaller than 30 cm there.
+inline constexpr std::size_t kMaxNodesAsked = 20'000;
+
+// Whether all may have been seen from the viewpoint: few places lie behind others in its view, as
+// they do where views from elsewhere were merged. `pitch_rad` as of a map of them.
 bool IsSeenFromOnePlace(const OrientedPoints& points, float pitch_rad);
 
 }  // namespace cwm::perception

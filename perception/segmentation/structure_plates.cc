@@ -6,6 +6,7 @@
 #include <optional>
 #include <utility>
 
+#include "perception/cloud/tolerances.h"
 #include "perception/segmentation/long_planes.h"
 
 namespace cwm::perception {
@@ -13,9 +14,8 @@ namespace {
 
 using NodeList = std::vector<std::uint32_t>;
 
-constexpr std::size_t kMostFaces = 4;  // of one structure
-constexpr double kLeastShare = 0.5;    // of what is left, on one more face
-constexpr std::size_t kMostSamples = 400;
+// chosen: of one structure, a cabinet whose doors and drawers stand out from it.
+constexpr std::size_t kMaxPlates = 4;
 
 SupportPlane FaceOn(const Plane& plane, const NodeList& members, const CoarseCloud& coarse) {
   SupportPlane face{.plane = plane, .cells = {}, .area_m2 = 0};
@@ -29,16 +29,16 @@ SupportPlane FaceOn(const Plane& plane, const NodeList& members, const CoarseClo
   return face;
 }
 
-// The plane of most of them, if they are enough for a face.
+// The plane of the larger part of them, if they are enough for a face.
 std::optional<Plane> PlaneOfMost(const NodeList& members, const CoarseCloud& coarse,
                                  const OrientedPoints& nodes) {
   NodeList sample;
-  const std::size_t stride = (members.size() + kMostSamples - 1) / kMostSamples;
+  const std::size_t stride = (members.size() + kMaxSamples - 1) / kMaxSamples;
   for (std::size_t k = 0; k < members.size(); k += stride) sample.push_back(members[k]);
   if (sample.empty()) return std::nullopt;
   const std::optional<Plane> plane = FitPlane(nodes, sample, sample.front());
-  if (!plane || ShareOn(*plane, nodes, sample, Off::kUsually) < kLeastShare) return std::nullopt;
-  if (FaceOn(*plane, members, coarse).area_m2 < kSmallestSupport_m2) return std::nullopt;
+  if (!plane || ShareOn(*plane, nodes, sample, Off::kUsually) < kLargerPart) return std::nullopt;
+  if (FaceOn(*plane, members, coarse).area_m2 < kMinSupport_m2) return std::nullopt;
   return plane;
 }
 
@@ -49,13 +49,13 @@ std::vector<Placed<Plate>> PlatesOfStructure(const Segment& segment, const Coars
   std::vector<Placed<Plate>> plates;
   NodeList left = segment.nodes;
   std::optional<Plane> plane = segment.plane;
-  for (std::size_t k = 0; plane && k < kMostFaces; ++k) {
+  for (std::size_t k = 0; plane && k < kMaxPlates; ++k) {
     const SupportPlane face = FaceOn(*plane, left, coarse);
     for (BoundedSupport& part : BoundSupport(face, coarse, nodes, sight)) {
       plates.push_back(std::move(part.plate));
     }
     std::erase_if(left, [&](std::uint32_t i) {
-      return std::abs(face.plane.Height_m(nodes.points[i])) <= kPlaneGate_sigma * nodes.sigma_m[i];
+      return std::abs(face.plane.Height_m(nodes.points[i])) <= kGate_sigma * nodes.sigma_m[i];
     });
     plane = PlaneOfMost(left, coarse, nodes);
   }

@@ -9,9 +9,9 @@
 namespace cwm::perception {
 
 // Bounded as supports are: by what was seen on the structure's plane, less the doorways and windows
-// that rays pass through. Then the same of other faces among what lies off that plane, as a cabinet's
-// own beside the doors that stand out from it, while each has most of what is left. `segment` has a
-// plane. Without `sight` where not all was seen from one place.
+// that rays pass through. Then the same of other faces among what lies off that plane, as a
+// cabinet's own beside the doors that stand out from it, while each has the larger part of what is
+// left. `segment` has a plane. Without `sight` where not all was seen from one place.
 std::vector<Placed<Plate>> PlatesOfStructure(const Segment& segment, const CoarseCloud& coarse,
                                              const OrientedPoints& nodes, const SightMap* sight);
 

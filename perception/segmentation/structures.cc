@@ -3,15 +3,12 @@
 #include <optional>
 #include <utility>
 
+#include "perception/cloud/tolerances.h"
 #include "perception/segmentation/long_planes.h"
 #include "perception/segmentation/support_gaps.h"
 
 namespace cwm::perception {
 namespace {
-
-constexpr double kLeastShare = 0.85;        // of a piece on its plane; the rest: handles, edges
-constexpr std::size_t kMostSamples = 400;   // of a piece, evenly spread
-constexpr std::size_t kFewestSamples = 24;  // two independent ones: smaller pieces show no plane
 
 using Nodes = std::vector<std::uint32_t>;
 
@@ -23,7 +20,7 @@ std::vector<Nodes> SamplesOfPieces(const Pieces& pieces) {
     nodes[static_cast<std::size_t>(p)].push_back(static_cast<std::uint32_t>(i));
   }
   for (Nodes& of_piece : nodes) {
-    const std::size_t stride = (of_piece.size() + kMostSamples - 1) / kMostSamples;
+    const std::size_t stride = (of_piece.size() + kMaxSamples - 1) / kMaxSamples;
     if (stride < 2) continue;
     Nodes sample;
     for (std::size_t k = 0; k < of_piece.size(); k += stride) sample.push_back(of_piece[k]);
@@ -33,15 +30,15 @@ std::vector<Nodes> SamplesOfPieces(const Pieces& pieces) {
 }
 
 std::optional<Plane> StructurePlane(const OrientedPoints& nodes, const Nodes& sample) {
-  if (sample.size() < kFewestSamples) return std::nullopt;
-  return LongPlane(nodes, sample, Off::kMost, kLeastShare);
+  if (sample.size() < kTwoSamples) return std::nullopt;
+  return LongPlane(nodes, sample, Off::kMost, kNearlyAll);
 }
 
 }  // namespace
 
 Structures FindStructures(const SurfaceGraph& graph, const Pieces& pieces, const SightMap& sight) {
   const std::vector<Nodes> samples = SamplesOfPieces(pieces);
-  Structures out{.of_piece = std::vector<std::int32_t>(samples.size(), kNoStructure), .planes = {}};
+  Structures out{.of_piece = std::vector<std::int32_t>(samples.size(), kNoIndex), .planes = {}};
   std::vector<std::size_t> first;  // of each structure, the piece that it was found by
   for (std::size_t p = 0; p < samples.size(); ++p) {
     const std::optional<Plane> plane = StructurePlane(graph.nodes(), samples[p]);
@@ -51,9 +48,9 @@ Structures FindStructures(const SurfaceGraph& graph, const Pieces& pieces, const
     first.push_back(p);
   }
   for (std::size_t p = 0; p < samples.size(); ++p) {
-    if (out.of_piece[p] != kNoStructure || samples[p].size() < kFewestSamples) continue;
-    for (std::size_t s = 0; s < out.planes.size() && out.of_piece[p] == kNoStructure; ++s) {
-      if (ShareOn(out.planes[s], graph.nodes(), samples[p], Off::kUsually) < kLeastShare) continue;
+    if (out.of_piece[p] != kNoIndex || samples[p].size() < kTwoSamples) continue;
+    for (std::size_t s = 0; s < out.planes.size() && out.of_piece[p] == kNoIndex; ++s) {
+      if (ShareOn(out.planes[s], graph.nodes(), samples[p], Off::kUsually) < kNearlyAll) continue;
       if (!GapIsClosed(out.planes[s], graph.nodes(), samples[first[s]], samples[p], &sight)) {
         continue;
       }

@@ -7,17 +7,14 @@
 #include <vector>
 
 #include "perception/cloud/quantile.h"
-
+#include "perception/cloud/tolerances.h"
 #include "perception/segmentation/support_polygon.h"
 
 namespace cwm::perception {
 namespace {
 
-constexpr double kLeastIncidence_cos = 0.02;  // below, a ray runs in the plane and tells nothing
-constexpr std::size_t kGapLines = 64;         // a share of 0.75 to 5 percent
-constexpr std::size_t kMostEnds = 2000;       // of lines, evenly spread; bounds the search for one
-constexpr double kPlacesPerMetre = 200;       // along a line: nothing of 1 cm is missed
-constexpr int kMostPlacesPerLine = 400;
+// chosen: below, a ray runs in the plane and tells nothing.
+constexpr double kAlongPlane_cos = 0.02;
 
 double MedianSigma_m(const OrientedPoints& points, std::span<const std::uint32_t> members) {
   std::vector<float> sigma;
@@ -32,7 +29,7 @@ struct Line {
 // From one place of the smaller set to the nearest of the larger.
 Line LineFrom(const Vector3& from, const OrientedPoints& points,
               std::span<const std::uint32_t> larger) {
-  const std::size_t stride = (larger.size() + kMostEnds - 1) / kMostEnds;
+  const std::size_t stride = (larger.size() + kMaxScanned - 1) / kMaxScanned;
   Line best{from, from};
   double best_squared = std::numeric_limits<double>::infinity();
   for (std::size_t k = 0; k < larger.size(); k += stride) {
@@ -43,9 +40,11 @@ Line LineFrom(const Vector3& from, const OrientedPoints& points,
   return best;
 }
 
+// At two places in each cell of a footprint, so that nothing of a cell's width is missed.
 bool AnyPassage(const Line& line, const PassageTest& passes) {
   const double length = (line.to - line.from).norm();
-  const int count = std::clamp(static_cast<int>(length * kPlacesPerMetre), 1, kMostPlacesPerLine);
+  const int count =
+      std::clamp(static_cast<int>(2 * length / kFootprintCell_m), 1, int{kMaxSamples});
   int passed = 0;
   for (int k = 1; k < count && passed < 2; ++k) {
     const double t = static_cast<double>(k) / count;
@@ -66,7 +65,7 @@ PassageTest::PassageTest(const SightMap& sight, const Plane& plane, const Orient
 bool PassageTest::operator()(const Vector3& place) const {
   const double range_m = (place - sight_.viewpoint().cast<double>()).norm();
   const double incidence_cos = sensor_height_m_ / std::max(range_m, 1e-9);
-  if (incidence_cos < kLeastIncidence_cos) return false;
+  if (incidence_cos < kAlongPlane_cos) return false;
   const auto beyond_m = static_cast<float>(depth_m_ / incidence_cos);
   return sight_.Look(place.cast<float>(), beyond_m) == Visibility::kSeenThrough;
 }
@@ -75,7 +74,7 @@ bool GapIsClosed(const Plane& plane, const OrientedPoints& points,
                  std::span<const std::uint32_t> larger, std::span<const std::uint32_t> smaller,
                  const SightMap* sight) {
   std::vector<Line> lines;
-  const std::size_t count = std::min(kGapLines, smaller.size());
+  const std::size_t count = std::min(kLinesOfSight, smaller.size());
   for (std::size_t k = 0; k < count; ++k) {
     const std::uint32_t from = smaller[k * smaller.size() / count];
     lines.push_back(LineFrom(points.points[from].cast<double>(), points, larger));
@@ -88,7 +87,7 @@ bool GapIsClosed(const Plane& plane, const OrientedPoints& points,
   const PassageTest passes(*sight, plane, points, larger);
   const auto open = std::count_if(lines.begin(), lines.end(),
                                   [&](const Line& line) { return AnyPassage(line, passes); });
-  return static_cast<double>(open) <= (1 - kLeastHiddenGap) * static_cast<double>(count);
+  return static_cast<double>(open) <= (1 - kMainShare) * static_cast<double>(count);
 }
 
 }  // namespace cwm::perception

@@ -10,8 +10,8 @@
 
 namespace cwm::perception {
 
-// Where nobody knows where the sensor was, gaps of up to twice this are taken for closed: an object
-// of 15 cm and the shadow that it throws at 45 degrees.
+// chosen: the width of an object. Where nobody knows where the sensor was, gaps of up to twice this
+// are taken for closed: an object of 15 cm and the shadow that it throws at 45 degrees.
 inline constexpr double kClosing_m = 0.15;
 
 // Whether the ray to a place on a plane goes on through it: for farther below than a plate is thick
@@ -31,14 +31,12 @@ class PassageTest {
 };
 
 // Whether two sets of points on one plane are one support: their gap is hidden, or returned
-// nothing, along at least kLeastHiddenGap of the lines that cross it. Without `sight`, whether the
-// gap is at most 2 kClosing_m wide.
+// nothing, along most of the lines that cross it (kMainShare). Two tables side by side are two although
+// things that stand on them hide some of the gap; of a table with a large object across its middle
+// all of the gap is hidden but mixed pixels. Without `sight`, whether the gap is at most
+// 2 kClosing_m wide.
 bool GapIsClosed(const Plane& plane, const OrientedPoints& points,
                  std::span<const std::uint32_t> larger, std::span<const std::uint32_t> smaller,
                  const SightMap* sight);
-
-// Two tables side by side are two although things that stand on them hide some of the gap; of a
-// table with a large object across its middle all of the gap is hidden but mixed pixels.
-inline constexpr double kLeastHiddenGap = 0.75;
 
 }  // namespace cwm::perception

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <numbers>
 #include <set>
 #include <span>
 #include <utility>
@@ -11,6 +10,7 @@
 #include "perception/cloud/downsample.h"
 #include "perception/cloud/parallel_for.h"
 #include "perception/cloud/quantile.h"
+#include "perception/cloud/tolerances.h"
 #include "perception/segmentation/cell_clusters.h"
 #include "perception/segmentation/footprint.h"
 #include "perception/segmentation/support_gaps.h"
@@ -18,43 +18,31 @@
 namespace cwm::perception {
 namespace {
 
+// measured: of the cells of an island in noise, on the plane of the support that it belongs to.
+constexpr double kIslandShare = 0.95;
+
 using Eigen::Vector3f;
 
-constexpr double kDegree = std::numbers::pi / 180;
-// Cells of 8 sigma average the noise of a cell's plane to below the gate; not below 15 mm, where a
-// table of a square metre has 4 000 cells.
+// chosen: cells of 8 sigma average the noise of a cell's plane to below the gate; not below 15 mm,
+// where a table of a square metre has 4 000 cells.
 constexpr float kCoarseCell_sigma = 8;
-constexpr float kSmallestCoarseCell_m = 0.015f;
-constexpr std::size_t kMedianSample = 4096;  // fixes the median noise to 2 percent of its spread
-// A sketch has this many points a cell: their mean normal scatters by a quarter of a point's.
+constexpr float kMinCoarseCell_m = 0.015f;
+// chosen: a sketch has this many points a cell: their mean normal scatters by a quarter of a
+// point's.
 constexpr float kSketchedPerCell = 16;
-constexpr float kMostSketchStride = 16;
-// Of what is seen at a grazing angle: as far as its normal is known, and no more than an eighth of
-// what faces any way.
-constexpr double kMostTilt_sigma = 3, kMostGrazingTilt_rad = 30 * kDegree;
-constexpr double kCoplanarAngle_rad = 3 * kDegree;  // pieces of one support
-constexpr double kCoplanarGap_m = 0.01;
-// Of islands in noise: of their middle, where the sigma is a cell's, and of their cells within its gate.
-constexpr double kCoplanarGap_sigma = 1;
-constexpr double kCoplanarShare = 0.95;
-// What rises less than this above a support twice its size is an object's top, not a shelf.
+// chosen: of the points of an image: far cells keep more, and a sketch costs little.
+constexpr float kMaxSketchStride = 16;
+// chosen: of what is seen at a grazing angle: as far as its normal is known (kGate_sigma), and
+// no more than an eighth of what faces any way.
+constexpr double kMaxGrazingTilt_rad = 30 * kDegree;
+// chosen: what rises less than this above a support twice its size is an object's top, not a shelf.
 constexpr double kHighestObjectTop_m = 0.4;
-constexpr double kObjectTopShare = 0.5;
-// Unless one sees under it, as under the boards of low tables, benches and shelves: over so much of its
-// area, more than mixed pixels and a lid that stands out make. Not below the size of a stool's seat:
-// things that stand on a foot are objects.
-constexpr double kSeenUnderShare = 0.05;
-constexpr double kSmallestBoard_m2 = 0.05;
-constexpr double kBoardClearance_m = 0.1;  // thicker than a board and what hangs on its edge
-// A side is seen where so many of its slices between the creases are; they are an edge of a cell high. Of
-// the top's side, as its area has it, so much must be: one in a view, a part of it hidden.
-constexpr int kFewestSlices = 2;
-constexpr double kWholeSide = 0.75, kLeastSide = 0.5;
-constexpr double kUpright_sin = 0.5;  // of the elevation of its normal: 30 degrees
-constexpr double kOwnShare = 0.5;     // of the cells on a support's plane among and beside its own
-
-// Odd, so that it runs through all columns of an image.
-std::size_t StrideOfSample(std::size_t count) { return count / kMedianSample | 1; }
+// chosen: unless one sees under it, as under the boards of low tables, benches and shelves: over
+// more of its area than mixed pixels and a lid that stands out make (kMaxPassing). Not below the
+// size of a stool's seat: things that stand on a foot are objects.
+constexpr double kMinBoard_m2 = 0.05;
+// chosen: below a board: more than it and what hangs on its edge are thick.
+constexpr double kBoardClearance_m = 0.1;
 
 template <class T>
 std::vector<T> EveryNth(const std::vector<T>& values, std::size_t n) {
@@ -65,7 +53,7 @@ std::vector<T> EveryNth(const std::vector<T>& values, std::size_t n) {
 }
 
 float CoarseCell_m(std::vector<float> sigma_m) {
-  return std::max(kSmallestCoarseCell_m, kCoarseCell_sigma * Median(std::move(sigma_m)));
+  return std::max(kMinCoarseCell_m, kCoarseCell_sigma * Median(std::move(sigma_m)));
 }
 
 // A cell of a plane covers about its face; seen at a slant it is the same.
@@ -76,11 +64,11 @@ double Area_m2(const CellView& coarse, std::size_t cells) {
 std::vector<SupportPlane> PlanesOfCluster(const CellView& coarse,
                                           std::vector<std::uint32_t> members) {
   std::vector<SupportPlane> planes;
-  while (Area_m2(coarse, members.size()) >= kSmallestSupport_m2 / 2) {
+  while (Area_m2(coarse, members.size()) >= kMinSupport_m2 / 2) {
     const std::optional<Plane> plane = FitPlane(coarse.cells, members, members[0]);
     if (!plane) break;
     std::vector<std::uint32_t> inliers = Inliers(*plane, coarse.cells, members);
-    if (Area_m2(coarse, inliers.size()) < kSmallestSupport_m2 / 2) break;
+    if (Area_m2(coarse, inliers.size()) < kMinSupport_m2 / 2) break;
     std::vector<std::uint32_t> rest;
     std::set_difference(members.begin(), members.end(), inliers.begin(), inliers.end(),
                         std::back_inserter(rest));
@@ -97,13 +85,14 @@ Vector3 MeanPoint(const CellView& coarse, std::span<const std::uint32_t> cells) 
   return sum / static_cast<double>(cells.size());
 }
 
-// The larger plane judges: it is known better. Normals within 3 degrees, and the middle of the smaller
-// within 1 cm of the larger one's plane; or all that the smaller has is noise about that: of a far
+// The larger plane judges: it is known better. Normals within 3 degrees, and the middle of the
+// smaller within 1 cm of the larger one's plane, as what that explains; or nearly all that the
+// smaller has is noise about that, and its middle no farther than the sigma of its cells: of a far
 // floor, islands of noisy cells tilt and rise as they like.
 bool AreCoplanar(const CellView& coarse, const SupportPlane& larger, const SupportPlane& smaller) {
   const double gap_m = std::abs(larger.plane.Height_m(MeanPoint(coarse, smaller.cells)));
-  if (gap_m <= kCoplanarGap_m &&
-      larger.plane.normal.dot(smaller.plane.normal) >= std::cos(kCoplanarAngle_rad)) {
+  if (gap_m <= kExplainedWithin_m &&
+      larger.plane.normal.dot(smaller.plane.normal) >= std::cos(kFlat_rad)) {
     return true;
   }
   double sigma_m = 0;
@@ -111,17 +100,16 @@ bool AreCoplanar(const CellView& coarse, const SupportPlane& larger, const Suppo
   for (std::uint32_t c : smaller.cells) {
     const double cell_sigma_m = coarse.cells.sigma_m[c];
     sigma_m += cell_sigma_m / static_cast<double>(smaller.cells.size());
-    within += std::abs(larger.plane.Height_m(coarse.cells.points[c])) <=
-              double{kPlaneGate_sigma} * cell_sigma_m;
+    within += std::abs(larger.plane.Height_m(coarse.cells.points[c])) <= kGate_sigma * cell_sigma_m;
   }
-  return gap_m <= kCoplanarGap_sigma * sigma_m &&
-         static_cast<double>(within) >= kCoplanarShare * static_cast<double>(smaller.cells.size());
+  return gap_m <= sigma_m &&
+         static_cast<double>(within) >= kIslandShare * static_cast<double>(smaller.cells.size());
 }
 
 // Whether it has the area that a support needs. Where noise is more than a cell is high, cells lie
 // one over the other: of each column one counts.
 bool IsLarge(const CellView& coarse, const SupportPlane& plane) {
-  if (plane.area_m2 < kSmallestSupport_m2) return false;
+  if (plane.area_m2 < kMinSupport_m2) return false;
   std::vector<std::pair<int, int>> columns;
   columns.reserve(plane.cells.size());
   for (std::uint32_t c : plane.cells) {
@@ -130,7 +118,7 @@ bool IsLarge(const CellView& coarse, const SupportPlane& plane) {
   }
   std::sort(columns.begin(), columns.end());
   const auto distinct = std::unique(columns.begin(), columns.end()) - columns.begin();
-  return Area_m2(coarse, static_cast<std::size_t>(distinct)) >= kSmallestSupport_m2;
+  return Area_m2(coarse, static_cast<std::size_t>(distinct)) >= kMinSupport_m2;
 }
 
 // One round over the planes, largest first.
@@ -168,14 +156,14 @@ std::vector<SupportPlane> MergeCoplanar(const CellView& coarse, const SightMap* 
   return planes;
 }
 
-// Whether the cells on the plane, among and beside its own, are mostly its own. In what fills space, as
-// foliage and noise do, planes go through cells that face any way.
+// Whether of the cells on the plane, among and beside its own, the larger part is its own. In what
+// fills space, as foliage and noise do, planes go through cells that face any way.
 bool IsSurface(const CellView& coarse, const SupportPlane& plane) {
   std::vector<std::uint32_t> others;
   for (std::uint32_t own : plane.cells) {
     coarse.grid.ForEachWithin(1, coarse.grid.cell(own), [&](std::size_t c) {
       const double height_m = plane.plane.Height_m(coarse.cells.points[c]);
-      if (std::abs(height_m) > double{kPlaneGate_sigma * coarse.cells.sigma_m[c]}) return;
+      if (std::abs(height_m) > kGate_sigma * coarse.cells.sigma_m[c]) return;
       others.push_back(static_cast<std::uint32_t>(c));
     });
   }
@@ -184,13 +172,13 @@ bool IsSurface(const CellView& coarse, const SupportPlane& plane) {
   std::vector<std::uint32_t> own;
   std::set_intersection(others.begin(), others.end(), plane.cells.begin(), plane.cells.end(),
                         std::back_inserter(own));
-  return static_cast<double>(own.size()) >= kOwnShare * static_cast<double>(others.size());
+  return static_cast<double>(own.size()) >= kLargerPart * static_cast<double>(others.size());
 }
 
 // Whether something was measured between the patch and the support, where a body that stands on it
 // and has the patch for its top would be. What is seen under the support itself tells nothing.
 bool IsSeenUnder(const CellView& coarse, const SupportPlane& patch, const SupportPlane& support) {
-  if (patch.area_m2 < kSmallestBoard_m2) return false;
+  if (patch.area_m2 < kMinBoard_m2) return false;
   const Footprint footprint(patch.plane, coarse.cells, patch.cells, coarse.grid.edge_m());
   std::size_t under = 0;
   for (std::size_t c = 0; c < coarse.cells.size(); ++c) {
@@ -199,18 +187,21 @@ bool IsSeenUnder(const CellView& coarse, const SupportPlane& patch, const Suppor
     under += patch.plane.Height_m(place) < -kBoardClearance_m &&
              support.plane.Height_m(place) > -depth_m && footprint.Covers(place);
   }
-  return Area_m2(coarse, under) >= kSeenUnderShare * patch.area_m2;
+  return Area_m2(coarse, under) >= kMaxPassing * patch.area_m2;
 }
 
-// Whether upright faces run from the patch's edge down to the support, facing away from it: the sides of
-// a solid that stands there, however large its top looks beside what it hides of the support.
+// Whether upright faces run from the patch's edge down to the support, facing away from it: the
+// sides of a solid that stands there, however large its top looks beside what it hides of the
+// support. A side is seen where most of its slices between the creases are, two at least; they are
+// an edge of a cell high. Of the top's side, as its area has it, the larger part must be: one in a
+// view, a part of it hidden.
 bool HasSidesDownTo(const CellView& coarse, const SupportPlane& patch,
                     const SupportPlane& support) {
   const Vector3 middle = MeanPoint(coarse, patch.cells);
   const double edge_m = coarse.grid.edge_m();
   const double height_m = support.plane.Height_m(middle);
   const int slices = static_cast<int>(height_m / edge_m) - 2;  // but the creases above and below
-  if (slices < kFewestSlices) return false;
+  if (slices < 2) return false;
   const Footprint footprint(patch.plane, coarse.cells, patch.cells, edge_m);
   std::map<Footprint::Pixel, std::set<int>> sides;
   for (std::size_t c = 0; c < coarse.cells.size(); ++c) {
@@ -219,13 +210,13 @@ bool HasSidesDownTo(const CellView& coarse, const SupportPlane& patch,
     if (slice < 0 || slice >= slices || !footprint.Touches(place)) continue;
     const Vector3 normal = coarse.cells.normals[c].cast<double>();
     const Vector3 away = place - middle - patch.plane.Height_m(place) * patch.plane.normal;
-    if (std::abs(normal.dot(patch.plane.normal)) > kUpright_sin || normal.dot(away) <= 0) continue;
+    if (std::abs(normal.dot(patch.plane.normal)) > kWallRise_sin || normal.dot(away) <= 0) continue;
     sides[footprint.PixelOf(place)].insert(slice);
   }
   const auto whole = std::count_if(sides.begin(), sides.end(), [&](const auto& side) {
-    return static_cast<double>(side.second.size()) >= kWholeSide * slices;
+    return static_cast<double>(side.second.size()) >= kMainShare * slices;
   });
-  return static_cast<double>(whole) * footprint.pixel_m() >= kLeastSide * std::sqrt(patch.area_m2);
+  return static_cast<double>(whole) * footprint.pixel_m() >= kLargerPart * std::sqrt(patch.area_m2);
 }
 
 // A board at the height of the eyes is seen at a grazing angle, where normals scatter and lean to
@@ -233,12 +224,11 @@ bool HasSidesDownTo(const CellView& coarse, const SupportPlane& patch,
 bool MayBeLevel(const OrientedPoints& cells, std::uint32_t c, const Vector3f& up,
                 bool is_from_one_place) {
   const float cosine = cells.normals[c].dot(up);
-  if (cosine >= std::cos(kMostTilt_rad)) return true;
+  if (cosine >= std::cos(kMaxTilt_rad)) return true;
   if (!is_from_one_place) return false;
   const Vector3f ray = cells.points[c] - cells.viewpoint.cast<float>();
   if (std::abs(ray.dot(up)) >= kGrazing_sin * ray.norm()) return false;
-  const double gate_rad =
-      std::min(kMostTilt_sigma * cells.normal_sigma_rad[c], kMostGrazingTilt_rad);
+  const double gate_rad = std::min(kGate_sigma * cells.normal_sigma_rad[c], kMaxGrazingTilt_rad);
   return cosine >= std::cos(gate_rad);
 }
 
@@ -250,7 +240,7 @@ bool IsObjectTop(const CellView& coarse, const SupportPlane& patch, const Suppor
   const Vector3 middle = MeanPoint(coarse, patch.cells);
   const double height = support.plane.Height_m(middle);
   if (height < 0 || height > kHighestObjectTop_m) return false;
-  if (size == Size::kMuchLess && patch.area_m2 > kObjectTopShare * support.area_m2) return false;
+  if (size == Size::kMuchLess && 2 * patch.area_m2 > support.area_m2) return false;
   Eigen::AlignedBox3d bounds;
   for (std::uint32_t c : support.cells) bounds.extend(coarse.cells.points[c].cast<double>());
   const Vector3 below = middle - height * support.plane.normal;
@@ -274,7 +264,7 @@ std::vector<SupportPlane> WithoutTopsOfSolids(const CellView& coarse,
 }  // namespace
 
 CoarseCloud MakeCoarseCloud(const OrientedPoints& nodes, const Work& work) {
-  const float edge_m = CoarseCell_m(EveryNth(nodes.sigma_m, StrideOfSample(nodes.size())));
+  const float edge_m = CoarseCell_m(EveryNth(nodes.sigma_m, SampleStride(nodes.size())));
   CoarseCloud coarse{VoxelGrid::Build(nodes.points, edge_m, work), {}};
   coarse.cells = Downsample(nodes, coarse.grid, work);
   return coarse;
@@ -282,13 +272,13 @@ CoarseCloud MakeCoarseCloud(const OrientedPoints& nodes, const Work& work) {
 
 CoarseCloud SketchCoarseCloud(const MeasuredPoints& image, const Work& work) {
   const OrientedPoints& all = image.oriented;
-  const std::size_t sampled = StrideOfSample(all.size());
+  const std::size_t sampled = SampleStride(all.size());
   std::vector<float> ranges_m;
   for (std::size_t i = 0; i < all.size(); i += sampled) ranges_m.push_back(all.points[i].norm());
   const float edge_m = CoarseCell_m(EveryNth(all.sigma_m, sampled));
   const float across_px = edge_m / (Median(std::move(ranges_m)) * image.pixel_angle_rad);
   const std::size_t stride = static_cast<std::size_t>(
-      std::clamp(across_px * across_px / kSketchedPerCell, 1.0f, kMostSketchStride));
+      std::clamp(across_px * across_px / kSketchedPerCell, 1.0f, kMaxSketchStride));
   OrientedPoints some;
   some.viewpoint = all.viewpoint;
   some.spread = all.spread;
@@ -311,13 +301,12 @@ std::vector<SupportPlane> FindSupportPlanes(const CoarseCloud& coarse, const Vec
     if (n.dot(up_f) < 0) n = -n;
   }
   const CellView cloud{coarse.grid, flipped};
-  const float step = static_cast<float>(std::tan(kMostTilt_rad));
+  const float step = static_cast<float>(std::tan(kMaxTilt_rad));
   const auto clusters = ClusterCells(
       cloud, [&](std::uint32_t c) { return MayBeLevel(cloud.cells, c, up_f, sight != nullptr); },
       [&](std::uint32_t a, std::uint32_t b) {
         const Vector3f d = cloud.cells.points[a] - cloud.cells.points[b];
-        const float gate =
-            kPlaneGate_sigma * std::max(cloud.cells.sigma_m[a], cloud.cells.sigma_m[b]);
+        const double gate = kGate_sigma * std::max(cloud.cells.sigma_m[a], cloud.cells.sigma_m[b]);
         return std::abs(d.dot(up_f)) <= gate + step * d.norm();
       });
   std::vector<std::vector<SupportPlane>> found(clusters.size());

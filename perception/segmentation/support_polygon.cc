@@ -12,11 +12,10 @@
 namespace cwm::perception {
 namespace {
 
-// Cells hold several nodes of an evenly seen surface, so that few stay empty by chance.
+// chosen: cells hold several nodes of an evenly seen surface, so that few stay empty by chance.
 constexpr double kCell_spacings = 3;
-// Of a raster's side: a room's floor of 10 m in cells of 26 mm, 150 000 cells in all.
-constexpr int kMostCellsPerSide = 384;
-constexpr int kNoise_cells = 1;  // no square of 2 n + 1 fits into what is taken for noise
+// chosen: of a raster: a room's floor of 10 m in cells of 26 mm, 150 000 cells in all.
+constexpr int kMaxRasterSide = 384;
 
 // z along the normal, x the projection of the parent's x (of its y, where x is the normal itself).
 Matrix3 LevelBasis(const Vector3& normal) {
@@ -35,7 +34,7 @@ class PlaneRaster {
   PlaneRaster(const std::vector<Vector2>& places, double cell_m) {
     Eigen::AlignedBox2d bounds;
     for (const Vector2& p : places) bounds.extend(p);
-    cell_m_ = std::max(cell_m, bounds.sizes().maxCoeff() / (kMostCellsPerSide - 1));
+    cell_m_ = std::max(cell_m, bounds.sizes().maxCoeff() / (kMaxRasterSide - 1));
     low_ = bounds.min();
     const Eigen::Vector2i size = (bounds.sizes() / cell_m_).cast<int>() + Eigen::Vector2i::Ones();
     seen_ = CellMask::Empty(size.x(), size.y());
@@ -126,9 +125,10 @@ class SupportBounder {
     const double least = raster_.cell_m() * raster_.cell_m();
     if (hull.size() < 3 || SignedArea_m2(hull) < least) return bounded;
     const CellMask within = raster_.Filled(hull);
-    const CellMask free = Opened(Free(within), kNoise_cells);
+    // No square of three cells fits into what is taken for noise.
+    const CellMask free = Opened(Free(within), 1);
     if (std::find(free.on.begin(), free.on.end(), 1) == free.on.end()) {
-      const SimplifyLimits limits{0.5 * raster_.cell_m(), kMostOutlineCorners};
+      const SimplifyLimits limits{.tolerance = 0.5 * raster_.cell_m()};
       bounded.push_back({support_, MakePlate(Simplified({hull, {}}, limits))});
       return bounded;
     }
@@ -146,7 +146,7 @@ class SupportBounder {
     places.reserve(NodeCount());
     for (std::uint32_t c : support_.cells) {
       for (std::uint32_t i : coarse_.grid.PointsOf(c)) {
-        const double gate_m = kPlaneGate_sigma * nodes_.sigma_m[i];
+        const double gate_m = kGate_sigma * nodes_.sigma_m[i];
         if (std::abs(support_.plane.Height_m(nodes_.points[i])) > gate_m) continue;
         places.push_back(InPlane(nodes_.points[i].cast<double>()));
       }
@@ -196,13 +196,13 @@ class SupportBounder {
     const double cell_area = support_.area_m2 / static_cast<double>(support_.cells.size());
     for (std::uint32_t c : support_.cells) {
       const std::int32_t part = PartNear(parts, InPlane(coarse_.cells.points[c].cast<double>()));
-      if (part == Components::kNoComponent) continue;
+      if (part == kNoIndex) continue;
       supports[static_cast<std::size_t>(part)].cells.push_back(c);
       supports[static_cast<std::size_t>(part)].area_m2 += cell_area;
     }
     for (std::int32_t k = 0; k < parts.count; ++k) {
       SupportPlane& support = supports[static_cast<std::size_t>(k)];
-      if (support.area_m2 < std::min(kSmallestSupport_m2, 0.5 * support_.area_m2)) continue;
+      if (support.area_m2 < std::min(kMinSupport_m2, 0.5 * support_.area_m2)) continue;
       CellMask part = solid;
       for (std::size_t i = 0; i < part.on.size(); ++i) part.on[i] = parts.of_cell[i] == k;
       Outline outline = TraceOutline(part);
@@ -210,7 +210,7 @@ class SupportBounder {
       for (Polygon& hole : outline.holes) {
         for (Vector2& p : hole) p = raster_.PlaceOf(p);
       }
-      const SimplifyLimits limits{0.5 * raster_.cell_m(), kMostOutlineCorners};
+      const SimplifyLimits limits{.tolerance = 0.5 * raster_.cell_m()};
       bounded.push_back({std::move(support), MakePlate(Simplified(std::move(outline), limits))});
     }
     std::stable_sort(bounded.begin(), bounded.end(), [](const auto& a, const auto& b) {
@@ -227,11 +227,11 @@ class SupportBounder {
         for (int x = cell.x() - ring; x <= cell.x() + ring; ++x) {
           if (x < 0 || y < 0 || x >= seen.width || y >= seen.height) continue;
           const std::int32_t part = parts.of_cell[seen.Index(x, y)];
-          if (part != Components::kNoComponent) return part;
+          if (part != kNoIndex) return part;
         }
       }
     }
-    return Components::kNoComponent;
+    return kNoIndex;
   }
 
   Placed<Plate> MakePlate(Outline outline) const {

@@ -10,11 +10,8 @@
 
 namespace cwm::perception {
 
-// A plate's thickness where only its top was seen.
+// chosen: a plate's thickness where only its top was seen.
 inline constexpr double kPlateThickness_m = 0.02;
-
-// More corners than this have no use: the outline is simplified until they suffice.
-inline constexpr std::size_t kMostOutlineCorners = 64;
 
 struct BoundedSupport {
   SupportPlane support;  // the cells that lie in the plate
@@ -33,7 +30,7 @@ struct BoundedSupport {
 // Free places narrower than three cells are taken for noise. A cell is half of a coarse cell (four
 // standard deviations of the noise, at least 7.5 mm), more where the nodes are sparse. Where
 // nothing is free the outline is the hull to half a cell, else it is true to one cell.
-// At most kMostOutlineCorners corners.
+// At most kMaxOutlineCorners corners.
 //
 // Where free places part what was seen, each part large enough for a support of its own gets its
 // plate, largest first; cells of smaller ones are in none. Empty when the nodes span no area. A

@@ -1,7 +1,9 @@
 #include "perception/segmentation/surface_graph.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
+#include <numbers>
 
 #include "perception/cloud/normals.h"
 #include "perception/cloud/parallel_for.h"
@@ -9,11 +11,12 @@
 namespace cwm::perception {
 namespace {
 
+using namespace std::chrono_literals;
+
 std::vector<float> Ranges(const OrientedPoints& nodes, const Work& work) {
-  constexpr std::size_t kNodesPerPiece = 32768;  // of 5 ns each
   std::vector<float> range_m(nodes.size());
   const Eigen::Vector3f viewpoint = nodes.viewpoint.cast<float>();
-  ParallelFor(nodes.size(), kNodesPerPiece, work, [&](std::size_t begin, std::size_t end) {
+  ParallelFor(nodes.size(), ItemsPerPiece(5ns), work, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) range_m[i] = (nodes.points[i] - viewpoint).norm();
   });
   return range_m;
@@ -45,7 +48,7 @@ SurfaceGraph SurfaceGraph::OfGrid(const OrientedPoints& nodes, const VoxelGrid& 
 
 std::int32_t SurfaceGraph::AtPixel(int row, int column) const {
   if (row < 0 || column < 0 || row >= measured_->height || column >= measured_->width) {
-    return MeasuredPoints::kNoReturn;
+    return kNoIndex;
   }
   return measured_
       ->image[static_cast<std::size_t>(row) * static_cast<std::size_t>(measured_->width) +
@@ -65,18 +68,17 @@ int SurfaceGraph::Reach_px(std::size_t node) const {
   const float reach =
       NormalRadius_m(nodes_->sigma_m[node], range_m_[node] * measured_->sample_angle_rad()) /
       std::max(range_m_[node] * measured_->pixel_angle_rad, 1e-6f);
-  return static_cast<int>(std::clamp(reach, 2.0f, 64.0f));
+  return static_cast<int>(std::clamp(reach, kMinWindow_px, kMaxWindow_px));
 }
 
 void SurfaceGraph::LinkPixels(const Work& work) {
-  constexpr std::size_t kRowsPerPiece = 16;  // of 640 pixels, 10 us each
   const auto width = static_cast<std::size_t>(measured_->width);
   for (std::size_t k = 0; k < step_to_.size(); ++k) {
     step_to_[k] = std::ptrdiff_t{kBeside[k][0]} * measured_->width + kBeside[k][1];
   }
   beside_.assign(size(), 0);
   at_step_.assign(size(), 0);
-  ParallelFor(static_cast<std::size_t>(measured_->height), kRowsPerPiece, work,
+  ParallelFor(static_cast<std::size_t>(measured_->height), ItemsPerPiece(10us), work,  // 640 pixels
               [&](std::size_t begin, std::size_t end) {
                 RowLinks links(measured_->width);
                 for (std::size_t row = begin; row < end; ++row) {
@@ -93,7 +95,7 @@ void SurfaceGraph::LinkPixels(const Work& work) {
 
 // Cells that touch are linked.
 void SurfaceGraph::LinkCells(const Work& work) {
-  constexpr std::size_t kCellsPerPiece = 1024;  // of some 0.5 us each
+  constexpr std::size_t kCellsPerPiece = ItemsPerPiece(500ns);
   std::vector<std::vector<std::uint32_t>> found(size() / kCellsPerPiece + 1);
   first_link_.assign(size() + 1, 0);
   ParallelFor(size(), kCellsPerPiece, work, [&](std::size_t begin, std::size_t end) {
@@ -114,25 +116,25 @@ void SurfaceGraph::LinkCells(const Work& work) {
 }
 
 // Two to three cells away: two cells are one normal neighbourhood's radius when the cells are built
-// for it (kRadius_cells of segment_scene.cc). Of each, the best opposite: nearest to straight across,
-// at least 150 degrees apart.
+// for it (kRadius_cells of segment_scene.cc). Of each, the best opposite: nearest to straight
+// across, at least 150 degrees apart.
 SurfaceGraph::CellPairs SurfaceGraph::PairsOfCell(std::size_t cell) const {
-  constexpr float kLeastAcross_cos = -0.866f;
+  constexpr float kAcross_cos = -std::numbers::sqrt3_v<float> / 2;
   const float nearest_m2 = Square(1.9f * grid_->edge_m());
   const float farthest_m2 = Square(3.1f * grid_->edge_m());
-  std::array<std::uint32_t, kMostAround> around;
-  std::array<Eigen::Vector3f, kMostAround> towards;
-  std::array<float, kMostAround> best;
-  std::array<std::size_t, kMostAround> opposite;
+  std::array<std::uint32_t, kMaxAround> around;
+  std::array<Eigen::Vector3f, kMaxAround> towards;
+  std::array<float, kMaxAround> best;
+  std::array<std::size_t, kMaxAround> opposite;
   std::size_t count = 0;
   const bool fills_space = grid_->AnyWithin(3, grid_->cell(cell), [&](std::size_t other) {
     const Eigen::Vector3f there = nodes_->points[other] - nodes_->points[cell];
     const float distance_m2 = there.squaredNorm();
     if (distance_m2 <= nearest_m2 || distance_m2 >= farthest_m2) return false;
-    if (count == kMostAround) return true;
+    if (count == kMaxAround) return true;
     around[count] = static_cast<std::uint32_t>(other);
     towards[count] = there / std::sqrt(distance_m2);
-    best[count] = kLeastAcross_cos;
+    best[count] = kAcross_cos;
     opposite[count] = count;
     ++count;
     return false;

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <iterator>
 #include <memory>
 #include <vector>
 
@@ -19,8 +20,8 @@
 
 namespace cwm::perception {
 
-// Surfaces of an image never link across a jump in range larger than this (perception noise plus the
-// roughness of what is worth holding together); of a grid, cells that touch are linked.
+// Surfaces of an image never link across a jump in range larger than this (perception noise plus
+// the roughness of what is worth holding together); of a grid, cells that touch are linked.
 inline float LargestJump_m(float sigma_m) { return 3 * sigma_m + 0.01f; }
 
 class SurfaceGraph {
@@ -46,9 +47,10 @@ class SurfaceGraph {
   const MeasuredPoints* image() const { return measured_; }
 
   // f(other) for the nodes right beside this one on the same surface. On an image: within
-  // LargestJump_m in range and not off the other's tangent plane by more than 4 sigma or 1.5 pixels,
-  // neither of the two (where one is seen at a grazing angle, beyond kFrontal_cos: not both); or
-  // within three times that, as slanted surfaces are, and each on the other's tangent plane.
+  // LargestJump_m in range and not off the other's tangent plane by more than 4 sigma or 1.5
+  // pixels, neither of the two (where one is seen at a grazing angle, beyond kSteepIncidence_cos:
+  // not both); or within three times that, as slanted surfaces are, and each on the other's tangent
+  // plane.
   template <class F>
   void ForEachLinked(std::size_t node, F&& f) const;
 
@@ -73,11 +75,11 @@ class SurfaceGraph {
   void ForEachOppositePair(std::size_t node, F&& f) const;
 
  private:
-  // A surface has 19 cells between two and three cells away from one of its own, the corner of a room
-  // three times as many. What has more fills space: nothing bends there.
-  static constexpr std::size_t kMostAround = 60;
+  // derived: a surface has 19 cells between two and three cells away from one of its own, the
+  // corner of a room three times as many. What has more fills space: nothing bends there.
+  static constexpr std::size_t kMaxAround = 60;
   struct CellPairs {
-    std::array<std::array<std::uint32_t, 2>, kMostAround> pairs;
+    std::array<std::array<std::uint32_t, 2>, kMaxAround> pairs;
     std::size_t count = 0;
   };
 
@@ -119,7 +121,8 @@ void SurfaceGraph::ForEachLinkedBefore(std::size_t node, F&& f) const {
     });
     return;
   }
-  constexpr unsigned kBefore = 0x0f;  // of kBeside: the row above, and the pixel to the left
+  // The first half of kBeside: the row above, and the pixel to the left.
+  constexpr unsigned kBefore = (1u << std::size(kBeside) / 2) - 1;
   const std::int32_t* const pixel = measured_->image.data() + nodes_->cloud_index[node];
   for (unsigned bits = beside_[node] & kBefore; bits != 0; bits &= bits - 1) {
     f(static_cast<std::size_t>(pixel[step_to_[static_cast<std::size_t>(std::countr_zero(bits))]]));

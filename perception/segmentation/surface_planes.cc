@@ -6,16 +6,16 @@
 
 #include "perception/cloud/lanes.h"
 #include "perception/cloud/normals.h"
+#include "perception/cloud/tolerances.h"
 #include "perception/segmentation/surface_graph.h"
 
 namespace cwm::perception {
 namespace {
 
-// Of the distance of a pixel from the tangent plane of the one beside it: on one surface, 4 pairs of
-// 1000 are farther away, by the noise of the points and of the normal.
-constexpr float kStep_sigma = 4;
-// Across the edge of a box it is as far as the pixels are apart, seen at 45 degrees, whatever the
-// noise: lower steps between two surfaces are not told from edges of one.
+// Of the distance of a pixel from the tangent plane of the one beside it: on one surface, 4 pairs
+// of 1000 are farther away than kNoiseReach_sigma, by the noise of the points and of the normal.
+// derived: across the edge of a box it is as far as the pixels are apart, seen at 45 degrees,
+// whatever the noise: lower steps between two surfaces are not told from edges of one.
 constexpr float kStep_px = 1.5f;
 
 using Bytes = std::uint8_t __attribute__((vector_size(kLanes)));
@@ -43,7 +43,7 @@ CWM_LANES_INLINE Lanes Dot(const Vectors& a, const Vectors& b) {
 
 CWM_LANES_INLINE LaneMask IsFrontal(const Vectors& normal, const Vectors& point,
                                     const Lanes& range_m) {
-  return Absolute(Dot(normal, point)) >= kFrontal_cos * range_m;
+  return Absolute(Dot(normal, point)) >= float{kSteepIncidence_cos} * range_m;
 }
 
 // Linked where the ranges differ as on one surface, and where each of the two lies on the other's
@@ -71,7 +71,7 @@ CWM_LANES_INLINE void LinkBlock(const SurfacePlanes& planes, int row, int column
     const Lanes other_m = LoadLanes(planes.sigma_m.Row(v) + u);
     const Lanes most_sigma_m = Greater(other_m, sigma_m);
     const Lanes most_m = LargestJumps_m(most_sigma_m);
-    const Lanes step_m = Greater(kStep_sigma * most_sigma_m, least_step_m);
+    const Lanes step_m = Greater(float{kNoiseReach_sigma} * most_sigma_m, least_step_m);
     const Vectors normal_there = normal(v, u);
     const Lanes off_here_m = Absolute(Dot(normal_here, d));
     const Lanes off_there_m = Absolute(Dot(normal_there, d));
@@ -146,7 +146,7 @@ CWM_LANES_INLINE LaneMask ReachesOf(const SurfacePlanes& planes, const Place& at
   for (int k = 0; k < kLanes; ++k) {
     const float px = radius_m[k] / std::max(range_m[k] * planes.pixel_angle_rad, 1e-6f);
     // Without a point px is NaN, which std::max drops.
-    reach_px[k] = static_cast<int>(std::min(std::max(kLeastReach_px, px), kMostReach_px));
+    reach_px[k] = static_cast<int>(std::min(std::max(kMinWindow_px, px), kMaxWindow_px));
   }
   return reach_px;
 }

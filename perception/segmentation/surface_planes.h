@@ -21,9 +21,6 @@ struct SurfacePlanes {
 SurfacePlanes PlanesOfSurface(const MeasuredPoints& measured, const std::vector<float>& range_m,
                               const Work& work);
 
-// Of incidence: beyond 60 degrees noise doubles along the surface.
-inline constexpr float kFrontal_cos = 0.5f;
-
 // The neighbours of a pixel, row and column, in the order of their bits.
 inline constexpr int kBeside[8][2] = {{-1, -1}, {-1, 0}, {-1, 1}, {0, -1},
                                       {0, 1},   {1, -1}, {1, 0},  {1, 1}};
@@ -35,9 +32,6 @@ struct RowLinks {
   explicit RowLinks(int width);
 };
 void LinkRow(const SurfacePlanes& planes, int row, RowLinks& links);
-
-// Pixels that a normal neighbourhood's radius spans.
-inline constexpr float kLeastReach_px = 2, kMostReach_px = 64;
 
 // One entry per pixel of a row, and a few more that say nothing: not zero where the surface turns
 // towards the viewer by more than `angle_rad` between one of the opposite pairs around the pixel

@@ -26,10 +26,10 @@ struct UpEstimate {
   bool shows_in_image = false;    // along the image's up, as the normals of supports do
 };
 
-// The normal of the largest plane in the view. Of an image, planes whose normal does not show along its
-// up count for a third of their area, and against it for a tenth: walls are no supports, but of cameras
-// that look straight down, or lie on their side, tables show as walls do. Nothing when the cloud shows
-// no plane.
+// The normal of the largest plane in the view. Of an image, planes whose normal does not show along
+// its up count for a third of their area, and against it for a tenth: walls are no supports, but of
+// cameras that look straight down, or lie on their side, tables show as walls do. Nothing when the
+// cloud shows no plane.
 std::optional<UpEstimate> EstimateUp(const CoarseCloud& coarse,
                                      const std::optional<ImageAxes>& image);
 

@@ -2,15 +2,21 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <optional>
+
+#include "perception/cloud/tolerances.h"
 
 namespace cwm::perception {
 namespace {
 
-constexpr double kFaceCosine = 0.7;      // of a point's normal and the face's
-constexpr double kLeastFacePoints = 24;  // measured: two independent samples
-constexpr double kBeyond_m = 0.02;       // beyond an end: where free rays show that it ends there
-constexpr double kOutline_px = 0.7;      // outlines are known to about the pixel that they cross
+// derived: 45 degrees between a point's normal and the face's, so that no other face is nearer.
+constexpr double kFace_cos = std::numbers::sqrt2 / 2;
+// derived: beyond an end, as far as a face that went on might have lost its points, free rays show
+// that it ends there.
+constexpr double kBeyond_m = kEdgeLoss_m;
+// chosen: outlines are known to about the pixel that they cross.
+constexpr double kOutline_px = 0.7;
 
 struct End {
   int axis = 0;
@@ -41,11 +47,11 @@ std::optional<double> FaceSigma_m(const BoxView& box, const End& end) {
     const double height_m =
         end.side * (box.X_SM * box.c.points.p[i])(end.axis) - box.half_m(end.axis);
     if (std::abs(height_m) > box.c.points.gate_m[i]) continue;
-    if (outward.dot(box.c.points.n[i]) < kFaceCosine) continue;
+    if (outward.dot(box.c.points.n[i]) < kFace_cos) continue;
     count += 1;
     squares += box.c.points.sigma_m[i] * box.c.points.sigma_m[i];
   }
-  if (count * box.c.points.weight < kLeastFacePoints) return std::nullopt;
+  if (count * box.c.points.weight < kTwoSamples) return std::nullopt;
   return std::sqrt(squares / count / std::max(1.0, box.c.IndependentSamples(count)));
 }
 

@@ -5,14 +5,15 @@
 #include <cmath>
 #include <limits>
 
+#include "perception/cloud/tolerances.h"
+
 namespace cwm::perception {
 namespace {
 
-const double kOrthogonal_sine = std::sin(kSameDirection_rad);
-constexpr double kEdgeGap_m = 0.025;     // edges lose points to mixed pixels and to the normal gate
-constexpr double kBehindShare = 0.9;     // of a face's points behind the other face
-constexpr std::size_t kGapPoints = 150;  // of a face: far denser than kEdgeGap_m
-constexpr double kLeastThickness_m = 0.002;  // chosen: of cardboard; a box needs some volume
+// derived: of the angle between a face and the normal of one that is orthogonal to it.
+const double kOrthogonal_sin = std::sin(kSameDirection_rad);
+// chosen: of a face, to measure gaps: far denser than kEdgeLoss_m.
+constexpr std::size_t kGapPoints = 150;
 
 const PlaneModel& PlaneOf(const ShapeFit& fit) { return std::get<PlaneModel>(fit.model); }
 
@@ -32,16 +33,16 @@ bool LiesBehind(const ShapeFit& face, const PlaneModel& plane, const ModelPoints
   for (std::uint32_t i : face.inliers) {
     behind += plane.Distance_m(points.p[i]) <= points.gate_m[i] ? 1 : 0;
   }
-  return static_cast<double>(behind) >= kBehindShare * static_cast<double>(face.inliers.size());
+  return static_cast<double>(behind) >= kNearlyAll * static_cast<double>(face.inliers.size());
 }
 
 bool FormEdge(const ShapeFit& a, const ShapeFit& b, const FitContext& c) {
   c.work.Poll();
   const double spread = std::sqrt(static_cast<double>(
       std::max<std::size_t>(1, std::max(a.inliers.size(), b.inliers.size()) / kGapPoints)));
-  return std::abs(PlaneOf(a).normal.dot(PlaneOf(b).normal)) < kOrthogonal_sine &&
+  return std::abs(PlaneOf(a).normal.dot(PlaneOf(b).normal)) < kOrthogonal_sin &&
          LiesBehind(a, PlaneOf(b), c.points) && LiesBehind(b, PlaneOf(a), c.points) &&
-         Gap_m(a, b, c.points) < kEdgeGap_m + spread * c.points.spacing_m;
+         Gap_m(a, b, c.points) < kEdgeLoss_m + spread * c.points.spacing_m;
 }
 
 // The rotation nearest to the faces' normals, each weighted by its points; upright where a face or
@@ -61,8 +62,7 @@ Matrix3 AxesOf(const BoxFaces& faces, const std::vector<ShapeFit>& fits, const V
   Matrix3 R = svd.matrixU() * svd.matrixV().transpose();
   if (R.determinant() < 0) R.col(2) = -R.col(2);  // a left-handed corner: any signs will do
   R = CanonicalBoxAxes(R);
-  constexpr double kUpright_cos = 0.9986;  // 3 degrees
-  if (R.col(2).dot(up) > kUpright_cos) {
+  if (R.col(2).dot(up) > std::cos(kUprightWithin_rad)) {
     R.col(2) = up;
     R.col(0) = (R.col(0) - R.col(0).dot(up) * up).normalized();
     R.col(1) = R.col(2).cross(R.col(0));
@@ -165,7 +165,7 @@ Solid MakeBox(const BoxFaces& faces, const std::vector<ShapeFit>& fits, const Fi
   std::ranges::sort(covered);
   covered.erase(std::unique(covered.begin(), covered.end()), covered.end());
   solid.inliers = std::move(covered);
-  high = high.cwiseMax(low + Vector3::Constant(kLeastThickness_m));
+  high = high.cwiseMax(low + Vector3::Constant(kThinnest_m));
   solid.shape = Box{.size_m = high - low};
   solid.X_MS.linear() = R;
   solid.X_MS.translation() = R * (0.5 * (low + high));

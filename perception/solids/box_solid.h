@@ -19,7 +19,8 @@ std::optional<BoxFaces> FindBoxFaces(const std::vector<ShapeFit>& fits,
 
 // Faces that were seen lie where they were measured. A hidden face lies where the seen ones end;
 // the bottom of a box that ends just above the ground lies on the ground. Of the 24 frames of a box
-// the one is taken whose z is nearest to +-z of the level frame, then x nearest to +-x, both positive.
+// the one is taken whose z is nearest to +-z of the level frame, then x nearest to +-x, both
+// positive.
 Solid MakeBox(const BoxFaces& faces, const std::vector<ShapeFit>& fits, const FitContext& context,
               const Ground& ground);
 

@@ -1,6 +1,7 @@
 #include "perception/solids/explain.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <limits>
 
@@ -12,7 +13,11 @@
 namespace cwm::perception {
 namespace {
 
-constexpr int kPointsPerPiece = 2048;  // of some 0.2 us; a plate with many corners takes more
+using namespace std::chrono_literals;
+
+PollEvery PollPerPoint(const Work& work) {
+  return PollEvery(work, ItemsPerPiece(200ns));  // a plate with many corners takes more
+}
 
 double Tolerance_m(const OrientedPoints& points, std::size_t i) {
   return std::max(kBelongs_m, kDistanceGate_sigma * double{points.sigma_m[i]});
@@ -22,7 +27,7 @@ double Tolerance_m(const OrientedPoints& points, std::size_t i) {
 
 std::vector<std::int32_t> ExplainPoints(const OrientedPoints& points,
                                         const std::vector<ShapePart>& solids, const Work& work) {
-  PollEvery poll(work, kPointsPerPiece);
+  PollEvery poll = PollPerPoint(work);
   std::vector<std::int32_t> part_of_point(points.size(), kUnexplained);
   std::vector<double> nearest_m(points.size(), std::numeric_limits<double>::infinity());
   for (std::size_t k = 0; k < solids.size(); ++k) {
@@ -46,7 +51,7 @@ std::vector<std::int32_t> ExplainPoints(const OrientedPoints& points,
 
 void MeasureQuality(const OrientedPoints& points, const std::vector<std::int32_t>& part_of_point,
                     double spacing_m, std::vector<ShapePart>& solids, const Work& work) {
-  PollEvery poll(work, kPointsPerPiece);
+  PollEvery poll = PollPerPoint(work);
   for (std::size_t k = 0; k < solids.size(); ++k) {
     const Pose X_SL = solids[k].X_OS.inverse();
     const DistanceToShape to_solid_m(solids[k]);

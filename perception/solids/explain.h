@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "perception/cloud/oriented_points.h"
+#include "perception/cloud/tolerances.h"
 #include "perception/cloud/work.h"
 #include "perception/model/object_model.h"
 
@@ -13,8 +14,9 @@ namespace cwm::perception {
 // A point within this of a solid's surface, or within 3 sigma where that is more, belongs to it
 // whatever its normal says. Stricter than what counts as explained (ExplainedWithin_m, 10 mm): what
 // lies between is left for handles and surfaces, which would follow it better, and is explained by
-// the solid only where they do not. Chosen, not derived: 3 sigma of a Kinect at 1.05 m.
-inline constexpr double kBelongs_m = 0.006;
+// the solid only where they do not.
+// derived: noise spreads no farther.
+inline constexpr double kBelongs_m = kNoiseReach_m;
 
 // Per point the index of the solid whose surface is nearest and near enough, else kUnexplained.
 std::vector<std::int32_t> ExplainPoints(const OrientedPoints& points,

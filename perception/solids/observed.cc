@@ -5,13 +5,14 @@
 #include <cmath>
 
 #include "collision/geometry/tessellate.h"
+#include "perception/cloud/oriented_points.h"
 #include "perception/cloud/voxel_grid.h"
 
 namespace cwm::perception {
 namespace {
 
-constexpr double kDeviation_m = 1e-3;   // of the tessellation
-constexpr int kMostSamplesAcross = 40;  // of a triangle: bounds the work on large faces
+// chosen: of a triangle, bounds the work on large faces.
+constexpr int kMaxSamplesAcross = 40;
 
 // A triangle and the corner across its shortest side: solids are cut into long, narrow ones.
 struct Sampled {
@@ -39,11 +40,11 @@ Sampled FromShortestSide(const TriangleMesh& mesh, const TriangleMesh::Triangle&
 }
 
 int CellsAlong(double length_m, double cell_m) {
-  return std::clamp(static_cast<int>(std::ceil(length_m / cell_m)), 1, kMostSamplesAcross);
+  return std::clamp(static_cast<int>(std::ceil(length_m / cell_m)), 1, kMaxSamplesAcross);
 }
 
 bool HasNeighbour(const VoxelGrid& grid, const VoxelGrid::Cell& cell) {
-  return grid.Find(cell) != VoxelGrid::kNone ||  // the likeliest first
+  return grid.Find(cell) != kNoIndex ||  // the likeliest first
          grid.AnyWithin(1, cell, [](std::size_t) { return true; });
 }
 
@@ -56,7 +57,8 @@ double ObservedFraction(const Shape& shape, std::span<const Eigen::Vector3f> poi
   // The grid's cells in the shape's frame: its first cell tells where they lie.
   const Eigen::Vector3f origin =
       grid.Center(0) - grid.edge_m() * (grid.cell(0).cast<float>().array() + 0.5f).matrix();
-  const TriangleMesh mesh = Tessellate(shape, kDeviation_m);
+  // Flattened by no more than surfaces are uneven.
+  const TriangleMesh mesh = Tessellate(shape, kUnevenness_m);
   double area = 0, covered = 0;
   for (const TriangleMesh::Triangle& t : mesh.triangles) {
     const Sampled triangle = FromShortestSide(mesh, t);

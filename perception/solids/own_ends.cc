@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "collision/geometry/distance_to_shape.h"
+#include "perception/cloud/tolerances.h"
 #include "perception/solids/free_space.h"
 #include "perception/solids/lengthened.h"
 #include "perception/solids/prolonged.h"
@@ -15,14 +16,13 @@
 namespace cwm::perception {
 namespace {
 
-constexpr double kLeastPoints = 24;        // measured: two independent samples
-constexpr double kMostNewlyPassed = 0.01;  // of the rays past the object
-constexpr double kMostSunk_m = 0.003;      // below the ground: noise of the ground
-constexpr int kRounds = 3;                 // a longer side shows more of its other ends
+// chosen: of the rays past the object, those that noise lets run through what is added.
+constexpr double kMaxNewlyPassed = 0.01;
 
 constexpr std::array<SolidEnd, 6> kEnds = {{{0, -1}, {0, 1}, {1, -1}, {1, 1}, {2, -1}, {2, 1}}};
 
-// Whether a point beyond that end is on the solid's wall prolonged there, and looks outward as it does.
+// Whether a point beyond that end is on the solid's wall prolonged there, and looks outward as it
+// does.
 class ProlongedWall {
  public:
   ProlongedWall(const Shape& shape, const SolidEnd& end) : shape_(shape), end_(end) {}
@@ -61,7 +61,8 @@ class OwnEnds {
   }
 
   void Reach(std::size_t k) {
-    for (int round = 0; round < kRounds; ++round) {
+    // A longer side shows more of its other ends: each axis may open the way for another.
+    for (int round = 0; round < Vector3::SizeAtCompileTime; ++round) {
       bool reached = false;
       for (const SolidEnd& end : kEnds) reached = ReachEnd(k, end) || reached;
       if (!reached) return;
@@ -101,7 +102,7 @@ class OwnEnds {
     const std::optional<double> length_m = LengthAlong_m(solid.shape, end.axis);
     if (!length_m) return false;
     const std::vector<std::uint32_t> beyond = PointsBeyond(k, end, *length_m);
-    if (static_cast<double>(beyond.size()) * c_.points.weight < kLeastPoints) return false;
+    if (static_cast<double>(beyond.size()) * c_.points.weight < kTwoSamples) return false;
     const Vector3 outward = end.sign * solid.X_MS.linear().col(end.axis);
     const double by_m = ExtentAlong(outward, c_.points, beyond).high_m -
                         outward.dot(solid.X_MS.translation()) - 0.5 * *length_m;
@@ -120,10 +121,10 @@ class OwnEnds {
 
   bool IsContradicted(const Solid& longer, const Solid& solid) const {
     if (c_.ground.known && LowestHeight_m(longer, c_.ground) <
-                               std::min(-kMostSunk_m, LowestHeight_m(solid, c_.ground))) {
+                               std::min(-kGroundNoise_m, LowestHeight_m(solid, c_.ground))) {
       return true;
     }
-    return PassedShare(longer, c_.free) > PassedShare(solid, c_.free) + kMostNewlyPassed ||
+    return PassedShare(longer, c_.free) > PassedShare(solid, c_.free) + kMaxNewlyPassed ||
            IsCrossed(longer, c_);
   }
 

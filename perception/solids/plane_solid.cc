@@ -9,28 +9,25 @@
 #include "collision/geometry/coefficients.h"
 #include "collision/geometry/polygon.h"
 #include "perception/cloud/quantile.h"
+#include "perception/cloud/tolerances.h"
 #include "perception/solids/box_solid.h"
 #include "perception/solids/free_space.h"
+#include "perception/solids/observed.h"
 #include "perception/solids/solid_assembly.h"
 
 namespace cwm::perception {
 namespace {
 
-constexpr double kRectangleFill = 0.85;  // a disc fills 0.79 of its square
-// Of a rectangle that something hides a part of: how much of its outline is seen at least (of lids
-// that are round 0.2 to 0.46 would be, of the faces of eight such boxes 0.56 to 0.66), and of its area.
-constexpr double kSeenOutline = 0.55;
-constexpr double kSeenArea = 0.5;
-constexpr double kOutlineFill = 0.55;  // of the hull's cells that hold points; chosen: no L
-constexpr double kCellSpacings = 2.5;  // 6 points a cell: chance leaves one of 500 empty
-// Of the rays past an object with an outline that is filled less or that is a rectangle's in part, and
-// of the face's points that are behind it: mixed pixels. What hides the rest of a face lets no more of
-// them through.
-constexpr double kMostPassed = 0.05;
-// Of a side behind a face: the sine at which it is seen, how much of its length holds points.
-constexpr double kLeastSide_sin = 0.1;
-constexpr double kSideFill = 0.5;
-constexpr double kMostSunk_m = 0.003;  // below the ground: noise of the ground
+// measured: of an outline, what is seen of a rectangle that something hides in part: of round lids 0.2 to
+// 0.46 would be, of the faces of eight boxes 0.56 to 0.66. Of a hull, what is filled: no L.
+constexpr double kMinOutline = 0.55;
+// derived: six points a cell: chance leaves one of 500 empty.
+constexpr double kFillSpacings = 2.5;
+
+// chosen: of the smallest rectangle, what the outline fills of it: a disc fills 0.79 of its square.
+constexpr double kRectangleFill = 0.85;
+// chosen: the sine at which a side behind a face is seen at least, 6 degrees.
+constexpr double kMinSide_sin = 0.1;
 
 Rectangle BoundsAlong(const Polygon& hull, const Vector2& x) {
   Rectangle r{x, {}};
@@ -72,7 +69,8 @@ struct Side {
   std::vector<double> across_m;
   std::map<long, std::vector<double>> depths_m;  // of each cell along it
 
-  // Of most cells: what another thing's side carries on, on part of its length, is none of its depth.
+  // Of most cells: what another thing's side carries on, on part of its length, is none of its
+  // depth.
   double Depth_m() const {
     std::vector<double> deepest_m;
     for (const auto& [cell, depths] : depths_m) {
@@ -82,13 +80,13 @@ struct Side {
   }
 };
 
-// How far behind a face points lie on those sides of its box that look at the sensor, which move the bounds
-// to where they are; 0 where there are none along most of a side. A side seen at a slant is narrower than
-// what normals are estimated from: no face of its own, and no mixed pixels either, which lie behind edges
-// whose other side is hidden.
+// How far behind a face points lie on those sides of its box that look at the sensor, which move
+// the bounds to where they are; 0 where there are none along most of a side. A side seen at a slant
+// is narrower than what normals are estimated from: no face of its own, and no mixed pixels either,
+// which lie behind edges whose other side is hidden.
 double SeenDepth_m(const Matrix3& face, const PlaneModel& plane, const ModelPoints& points,
                    Eigen::AlignedBox2d& bounds) {
-  const double cell_m = kCellSpacings * points.spacing_m;
+  const double cell_m = kFillSpacings * points.spacing_m;
   const auto points_on = [&](int across, double at_m) {
     Side side;
     for (std::size_t i = 0; i < points.size(); ++i) {
@@ -112,12 +110,12 @@ double SeenDepth_m(const Matrix3& face, const PlaneModel& plane, const ModelPoin
     middle(across) = bound_m;
     const Vector3 outward = (k % 2 == 0 ? -1 : 1) * face.col(across);
     const Vector3 to_sensor = points.viewpoint - plane.point - face.leftCols<2>() * middle;
-    if (outward.dot(to_sensor) < kLeastSide_sin * to_sensor.norm()) continue;
+    if (outward.dot(to_sensor) < kMinSide_sin * to_sensor.norm()) continue;
     Side side = points_on(across, bound_m);
     if (side.across_m.empty()) continue;
     side = points_on(across, Quantile(std::move(side.across_m), 0.5));  // edges are rounded
     const double covered_m = static_cast<double>(side.depths_m.size()) * cell_m;
-    if (covered_m < kSideFill * bounds.sizes()(1 - across)) continue;
+    if (covered_m < kLargerPart * bounds.sizes()(1 - across)) continue;
     bound_m = Quantile(std::move(side.across_m), 0.5);
     depth_m = std::max(depth_m, side.Depth_m());
   }
@@ -180,10 +178,11 @@ Solid PlateBehind(const Matrix3& face, const ShapeFit& fit, Polygon outline, dou
   return solid;
 }
 
-// Whether rays were seen to pass the solid behind the face, to what is beside and behind the object or
-// to the object's own points behind the face.
+// Whether rays were seen to pass the solid behind the face, to what is beside and behind the object
+// or to the object's own points behind the face: what hides the rest of a face lets no more of them
+// through than are mixed pixels.
 bool IsRunThrough(const Solid& solid, const PlaneModel& plane, const FitContext& c) {
-  if (PassedShare(solid, c.free) > kMostPassed) return true;
+  if (PassedShare(solid, c.free) > kMaxPassing) return true;
   if (!c.options.from_viewpoint) return false;
   const Pose X_SM = solid.X_MS.inverse(Eigen::Isometry);
   std::size_t behind = 0, on = 0;
@@ -194,7 +193,7 @@ bool IsRunThrough(const Solid& solid, const PlaneModel& plane, const FitContext&
     if (off_m >= -gate_m || std::abs(SignedDistance_m(solid, X_SM * p)) <= gate_m) continue;
     behind += Enters(solid, c.points.viewpoint, p);
   }
-  return static_cast<double>(behind) > kMostPassed * static_cast<double>(on);
+  return static_cast<double>(behind) > kMaxPassing * static_cast<double>(on);
 }
 
 // Open too where no rays tell.
@@ -220,10 +219,11 @@ double SharedOutline(const Polygon& hull, const Rectangle& rectangle, double tol
   return shared_m / (2 * rectangle.bounds.sizes().sum());
 }
 
-// Of which the hull may be what something in front leaves: the one that shares most of its outline.
+// Of which the hull may be what something in front leaves: the one that shares most of its outline,
+// kMinOutline of it at least.
 std::optional<Rectangle> PartlyHiddenRectangle(const Polygon& hull, double tolerance_m) {
   std::optional<Rectangle> best;
-  double most = kSeenOutline;
+  double most = kMinOutline;
   for (std::size_t k = 0; k < hull.size(); ++k) {
     const Vector2 edge = hull[(k + 1) % hull.size()] - hull[k];
     if (!(edge.norm() > 0)) continue;
@@ -231,7 +231,7 @@ std::optional<Rectangle> PartlyHiddenRectangle(const Polygon& hull, double toler
     const double shared = SharedOutline(hull, r, tolerance_m);
     if (shared > most) best = r, most = shared;
   }
-  if (best && SignedArea_m2(hull) < kSeenArea * best->area_m2()) return std::nullopt;
+  if (best && SignedArea_m2(hull) < kLargerPart * best->area_m2()) return std::nullopt;
   return best;
 }
 
@@ -267,9 +267,10 @@ std::optional<Solid> BoxOver(const Rectangle& rectangle, const Matrix3& face, co
 }  // namespace
 
 bool IsLoneFace(const Shape& shape) {
-  constexpr double kRounded = 1 + 1e-9;  // sizes are turned to the box's axes
   const auto* box = std::get_if<Box>(&shape);
-  return box != nullptr && box->size_m.minCoeff() <= kRounded * kLoneThickness_m;
+  // Sizes were turned to the box's axes, and rounded.
+  return box != nullptr &&
+         static_cast<float>(box->size_m.minCoeff()) <= static_cast<float>(kLoneThickness_m);
 }
 
 Rectangle SmallestRectangle(const Polygon& hull) {
@@ -297,8 +298,8 @@ std::optional<Solid> MakePlaneSolid(const ShapeFit& fit, const FitContext& conte
   if (hull.size() < 3) return std::nullopt;
   const double hull_area = SignedArea_m2(hull);
   const double thickness_m = Thickness_m(plane, ground);
-  const bool is_filled =
-      FilledArea_m2(flat, kCellSpacings * context.points.spacing_m) >= kOutlineFill * hull_area;
+  const double filled_m2 = FilledArea_m2(flat, kFillSpacings * context.points.spacing_m);
+  const bool is_filled = filled_m2 >= kMinOutline * hull_area;  // thin Ls are not
   Solid solid = PlateBehind(face, fit, hull, thickness_m, context);
   if (!is_filled && IsOpen(solid, plane, context)) return std::nullopt;
   const Rectangle smallest = SmallestRectangle(hull);
@@ -315,9 +316,9 @@ std::optional<Solid> MakePlaneSolid(const ShapeFit& fit, const FitContext& conte
   }
   // Its body may be: the ground is solid.
   const double behind_m = thickness_m * std::max(0.0, plane.normal.dot(ground.up));
-  if (ground.known && LowestHeight_m(solid, ground) < -kMostSunk_m - behind_m) {
+  if (ground.known && LowestHeight_m(solid, ground) < -kGroundNoise_m - behind_m) {
     Polygon above = AboveGround(hull, face, plane, ground);
-    if (above.size() < 3 || SignedArea_m2(above) < kOutlineFill * hull_area) return std::nullopt;
+    if (above.size() < 3 || SignedArea_m2(above) < kMinOutline * hull_area) return std::nullopt;
     solid = PlateBehind(face, fit, std::move(above), thickness_m, context);
   }
   solid.inliers = fit.inliers;

@@ -9,10 +9,12 @@
 
 namespace cwm::perception {
 
-// A lone face is this thick where nothing tells how thick it is: enough for a collision checker not
-// to step through, too little to invent an object. Level faces close above the ground reach it.
+// A lone face is this thick where nothing tells how thick it is.
+// chosen: enough for a collision checker not to step through, too little to invent an object.
 inline constexpr double kLoneThickness_m = 0.005;
-inline constexpr double kLowLevel_m = 0.06;  // books, plates, lids
+// Level faces that are no higher above the ground reach it.
+// chosen: books, plates, lids.
+inline constexpr double kLowLevel_m = 0.06;
 
 // A box of a lone face whose thickness nothing told.
 bool IsLoneFace(const Shape& shape);
@@ -30,10 +32,10 @@ struct Rectangle {
 Rectangle SmallestRectangle(const Polygon& hull);
 
 // A box where the outline is about a rectangle, or most of a rectangle's whose rest something hides
-// (COMPLETED; no more rays pass it than are mixed pixels); else a plate over its convex hull; the top
-// (seen) face where it was measured. What would be below the ground is cut off. Nothing where the
-// points do not fill their outline though rays were seen to pass the rest of it: such a face is better
-// meshed.
+// (COMPLETED; no more rays pass it than are mixed pixels); else a plate over its convex hull; the
+// top (seen) face where it was measured. What would be below the ground is cut off. Nothing where
+// the points do not fill their outline though rays were seen to pass the rest of it: such a face is
+// better meshed.
 std::optional<Solid> MakePlaneSolid(const ShapeFit& fit, const FitContext& context,
                                     const Ground& ground);
 

@@ -5,8 +5,9 @@
 
 namespace cwm::perception {
 
-// From p, in the shape's frame, to the nearest of its surfaces, each prolonged: the planes of a box's
-// faces or a plate's top, the walls of cylinders and cones; of others the surface as it is. Metres.
+// From p, in the shape's frame, to the nearest of its surfaces, each prolonged: the planes of a
+// box's faces or a plate's top, the walls of cylinders and cones; of others the surface as it is.
+// Metres.
 double ProlongedDistance_m(const Shape& shape, const Vector3& p);
 
 }  // namespace cwm::perception

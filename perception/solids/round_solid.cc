@@ -5,18 +5,15 @@
 #include <cmath>
 
 #include "collision/geometry/coefficients.h"
+#include "perception/cloud/normals.h"
+#include "perception/cloud/tolerances.h"
 #include "perception/fit/rim.h"
 
 namespace cwm::perception {
 namespace {
 
-// Between a cap and the last points of the wall: normals are those of neighbourhoods of 7 sigma, so
-// near the rim they agree with neither.
-constexpr double kCapSlack_m = 0.01;
-constexpr double kCapSlack_sigma = 7;
-// Of a lone disc: most of the half whose edge is sure to end in a jump, and an even edge; that of a
-// square scatters by 0.1.
-constexpr double kLeastOfRim = 0.4, kMostScatter = 0.05;
+// derived: of a lone disc's rim, most of the half whose edge is sure to end in a jump.
+constexpr double kMinOfRim = kMainShare / 2;
 
 // Heights along the axis, relative to the cone's point.
 struct Ends {
@@ -81,7 +78,9 @@ bool IsCap(const PlaneModel& plane, const ShapeFit& disc, const ConeModel& wall,
   // Where the axis meets the plane.
   height_m = plane.normal.dot(plane.point - wall.point) / along;
   const double end_m = along > 0 ? ends.top_m : ends.bottom_m;
-  const double slack_m = kCapSlack_m + kCapSlack_sigma * MeanSigma_m(disc, c);
+  // Between a cap and the last points of the wall, which ends where its surface no longer explains
+  // them: near the rim the normals, those of neighbourhoods as large as this, agree with neither.
+  const double slack_m = kExplainedWithin_m + double{kNormalRadius_sigma} * MeanSigma_m(disc, c);
   if (std::abs(height_m - end_m) > slack_m) return false;
   double off_axis_m = 0;
   for (std::uint32_t i : disc.inliers) {
@@ -134,7 +133,7 @@ bool LiftAboveGround(Solid& solid, const Ground& ground, double sigma_m) {
   if (!ground.known) return true;
   const double depth_m = -LowestHeight_m(solid, ground);
   if (depth_m <= 0) return true;
-  if (depth_m > 0.003 + kDistanceGate_sigma * sigma_m) return false;
+  if (depth_m > kGroundNoise_m + kDistanceGate_sigma * sigma_m) return false;
   solid.X_MS.translation() += depth_m * ground.up;
   return true;
 }
@@ -199,7 +198,7 @@ std::optional<Solid> MakeDisc(const Solid& plate, const FitContext& c) {
   if (flat == nullptr || !c.options.search_cylinders) return std::nullopt;
   const PlaneModel face{.point = plate.X_MS.translation(), .normal = plate.X_MS.linear().col(2)};
   const std::optional<Rim> rim = MeasureRim(face, c);
-  if (!rim || rim->seen < kLeastOfRim || rim->scatter_m > kMostScatter * rim->radius_m ||
+  if (!rim || rim->seen < kMinOfRim || rim->scatter_m > kMaxRimScatter * rim->radius_m ||
       rim->radius_m > c.options.max_radius_m) {
     return std::nullopt;
   }

@@ -6,6 +6,7 @@
 #include <optional>
 #include <utility>
 
+#include "perception/cloud/tolerances.h"
 #include "perception/solids/box_solid.h"
 #include "perception/solids/free_space.h"
 #include "perception/solids/plane_solid.h"
@@ -14,11 +15,10 @@
 namespace cwm::perception {
 namespace {
 
-// Rays that cross a solid: more than mixed pixels and a few outliers explain.
-constexpr double kCrossedShare = 0.05;
-// A lone face explains at least this share of an object; smaller ones are bumps of a surface that
-// is better meshed as a whole.
-constexpr double kLeastLoneShare = 0.08;
+// chosen: a lone face explains at least this share of an object; smaller ones are bumps of a
+// surface that is better meshed as a whole.
+constexpr double kMinLoneShare = 0.08;
+
 }  // namespace
 
 bool IsCrossed(const Solid& solid, const FitContext& context) {
@@ -28,17 +28,12 @@ bool IsCrossed(const Solid& solid, const FitContext& context) {
   // In proportion to the solid's own points: a small one in a large object counts too.
   const double own = static_cast<double>(solid.inliers.size()) /
                      static_cast<double>(context.points.size()) * static_cast<double>(found.looked);
-  if (static_cast<double>(found.rays) > kCrossedShare * own + 3) return true;
+  if (static_cast<double>(found.rays) > kMaxPassing * own + 3) return true;
   const double measured = static_cast<double>(solid.inliers.size()) * context.points.weight;
   return IsPassedThrough(solid, measured, context.free);
 }
 
 namespace {
-
-// Of a face's points, that lie on the sides of others' solids: more than their edges hold.
-constexpr double kShared = 0.1;
-constexpr double kSameBox = 0.5;        // more of them: the other is of the same box
-constexpr std::size_t kMostPieces = 4;  // of what is left of a face
 
 struct SingleFace {
   ShapeFit fit;
@@ -70,27 +65,29 @@ std::vector<std::uint32_t> OwnOf(const SingleFace& face, const std::vector<Singl
   return own;
 }
 
-// Things in a row have fronts that are one face, tops that are not. Where those told the depth of a thing,
-// what lies on its side is no face any more, and the rest of the common one is that of the others.
+// Things in a row have fronts that are one face, tops that are not. Where those told the depth of a
+// thing, what lies on its side is no face any more, and the rest of the common one is that of the
+// others.
 std::vector<SingleFace> LeaveSidesToOthers(std::vector<SingleFace> faces, const FitContext& c,
                                            const Ground& ground) {
   std::vector<SingleFace> out;
-  // Two faces of one box have each told the other's depth.
+  // Two faces of one box have each told the other's depth: the larger part of one is on the other.
   for (const SingleFace& face : faces) {
     const double own = static_cast<double>(OwnOf(face, out, c.points).size());
     const double all = static_cast<double>(face.fit.inliers.size());
-    if (!face.is_thin() && own >= (1 - kSameBox) * all) out.push_back(face);
+    if (!face.is_thin() && own >= kLargerPart * all) out.push_back(face);
   }
   for (const SingleFace& face : faces) {
     if (!face.is_thin()) continue;
     std::vector<std::uint32_t> own = OwnOf(face, out, c.points);
     const auto all = static_cast<double>(face.fit.inliers.size());
-    if (static_cast<double>(own.size()) >= (1 - kShared) * all) {
+    // On the sides of others lie no more than their edges hold.
+    if (static_cast<double>(own.size()) >= kNearlyAll * all) {
       out.push_back(face);
       continue;
     }
     ShapeFit rest = face.fit;
-    for (std::size_t k = 0; k < kMostPieces; ++k) {
+    for (std::size_t k = 0; k < kMaxParts; ++k) {
       rest.inliers = rest.covered = c.connectivity.LargestComponent(own);
       const double measured = static_cast<double>(rest.inliers.size()) * c.points.weight;
       if (measured < c.options.min_inliers) break;
@@ -142,7 +139,7 @@ Assembly AssembleSolids(const Extraction& extraction, const FitContext& context,
   for (std::size_t k = 0; k < fits.size(); ++k) {
     if (used[k] || !IsPlane(fits[k].model)) continue;
     const bool is_small = static_cast<double>(fits[k].inliers.size()) <
-                          kLeastLoneShare * static_cast<double>(context.points.size());
+                          kMinLoneShare * static_cast<double>(context.points.size());
     AppendSingle(fits[k], context, ground, singles);
     if (is_small && !singles.empty() && singles.back().fit.inliers == fits[k].inliers &&
         singles.back().is_thin()) {

@@ -15,18 +15,13 @@
 namespace cwm::perception {
 namespace {
 
-// About 30 neighbours of evenly spaced vertices: 5 for each of the 6 coefficients of a quadric.
-constexpr double kSmoothingRadius = 3;
-constexpr int kPolynomialOrder = 2;
-// An edge may be this much longer than the distance to the nearest vertex. Evenly spaced vertices
-// are 0.6 to 2 spacings apart.
-constexpr double kLongestToNearest = 3.0;
-constexpr int kMostNeighbors =
-    60;  // within the longest edge, of vertices 0.6 spacings apart or more
-constexpr double kLargestFold_rad = std::numbers::pi / 3;     // between normals along an edge
-constexpr double kSmallestAngle_rad = std::numbers::pi / 18;  // wished for, not guaranteed
-constexpr double kLargestAngle_rad = 2 * std::numbers::pi / 3;
-constexpr int kSearchesPerPiece = 32;  // of some 10 us with what the loops do in between
+using namespace std::chrono_literals;
+
+// chosen: twice as many as evenly spaced vertices have within the longest edge; these are 0.6 to 2
+// spacings apart.
+constexpr int kMaxNeighbors = 60;
+// chosen: between the normals along an edge; more is a fold.
+constexpr double kMaxFold_rad = std::numbers::pi / 3;
 
 using Cloud = pcl::PointCloud<pcl::PointNormal>;
 
@@ -36,7 +31,8 @@ using Cloud = pcl::PointCloud<pcl::PointNormal>;
 template <class Point>
 class PolledTree : public pcl::search::KdTree<Point> {
  public:
-  explicit PolledTree(const Work& work) : poll_(work, kSearchesPerPiece) {}
+  // A search takes some 10 us with what the loops do in between.
+  explicit PolledTree(const Work& work) : poll_(work, ItemsPerPiece(10us)) {}
 
   using pcl::search::Search<Point>::nearestKSearch;
   using pcl::search::Search<Point>::radiusSearch;
@@ -63,8 +59,7 @@ Cloud::Ptr Smooth(const std::vector<Eigen::Vector3f>& vertices, double spacing_m
   pcl::MovingLeastSquares<pcl::PointXYZ, pcl::PointNormal> mls;
   mls.setInputCloud(input);
   mls.setSearchMethod(std::make_shared<PolledTree<pcl::PointXYZ>>(work));
-  mls.setSearchRadius(kSmoothingRadius * spacing_m);
-  mls.setPolynomialOrder(kPolynomialOrder);
+  mls.setSearchRadius(kMaxEdge * spacing_m);  // and by default quadrics
   mls.setComputeNormals(true);
   Cloud smoothed;
   mls.process(smoothed);
@@ -90,12 +85,11 @@ std::vector<pcl::Vertices> Triangulate(const Cloud::Ptr& cloud, double spacing_m
   pcl::GreedyProjectionTriangulation<pcl::PointNormal> front;
   front.setInputCloud(cloud);
   front.setSearchMethod(std::make_shared<PolledTree<pcl::PointNormal>>(work));
-  front.setSearchRadius(kLongestEdge * spacing_m);
-  front.setMu(kLongestToNearest);
-  front.setMaximumNearestNeighbors(kMostNeighbors);
-  front.setMaximumSurfaceAngle(kLargestFold_rad);
-  front.setMinimumAngle(kSmallestAngle_rad);
-  front.setMaximumAngle(kLargestAngle_rad);
+  front.setSearchRadius(kMaxEdge * spacing_m);
+  front.setMu(kMaxEdge);  // as many distances to the nearest vertex, where that is nearer
+  front.setMaximumNearestNeighbors(kMaxNeighbors);
+  front.setMaximumSurfaceAngle(kMaxFold_rad);
+  // By default it wishes for angles of 10 to 120 degrees.
   front.setNormalConsistency(false);
   std::vector<pcl::Vertices> polygons;
   front.reconstruct(polygons);

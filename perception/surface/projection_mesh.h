@@ -17,10 +17,14 @@ struct ProjectionMesh {
                                                         // some of them slivers, possibly repeated
 };
 
+// chosen: how far the neighbours of a vertex reach, in spacings: some 30 vertices, five for each of
+// the six coefficients of a quadric. An edge as long bridges the gap that one missing vertex
+// leaves.
+inline constexpr double kMaxEdge = 3;
+
 // `vertices` are evenly spaced, about `spacing_m` apart. No vertex moves by more than the spacing.
-// No edge is longer than kLongestEdge spacings. No triangles for fewer than three vertices.
+// No edge is longer than kMaxEdge spacings. No triangles for fewer than three vertices.
 // Throws Stopped when `work` is stopped, out of the middle of the library's loops.
-inline constexpr double kLongestEdge = 3.5;  // bridges the gap that one missing vertex leaves
 ProjectionMesh MeshByProjection(const std::vector<Eigen::Vector3f>& vertices, double spacing_m,
                                 const Work& work = {});
 

@@ -21,17 +21,20 @@
 namespace cwm::perception {
 namespace {
 
-// A sliver's altitude over its longest edge. The front wishes for angles of 10 degrees, whose
-// altitude is at least sin 10 = 0.17 of an edge; what is much thinner is an accident.
-constexpr double kThinnestAltitude = 0.08;
-// Cells of this edge have a diagonal of the tolerance: one small triangle explains all in them.
+using namespace std::chrono_literals;
+
+// chosen: of a triangle's altitude over its longest edge, else it is a sliver. The front wishes for
+// angles of 10 degrees, whose altitude is at least sin 10 = 0.17 of an edge; what is much thinner
+// is an accident.
+constexpr double kMinAltitude = 0.08;
+// derived: cells of this edge have a diagonal of the tolerance: one small triangle explains all in
+// them.
 constexpr double kLonelyCell_m = kExplainedWithin_m / std::numbers::sqrt3;
-constexpr double kSmallestSpacing_m = 0.0005;  // below the noise of any range sensor
-constexpr int kPointsPerPiece = 512;           // of some 1 us, or as many triangles
-constexpr std::size_t kCellsPerPiece = 16;
-constexpr std::size_t kFewTriangles = 100;  // soon tried, even where fewer are allowed
-constexpr double kLeastWidening = 1.3;      // of the spacing while there are too many triangles
-constexpr std::size_t kSample = 65536;      // of points, that are thinned before all of them
+// chosen: of the spacing while there are too many triangles; by less, more rounds bring few more
+// triangles.
+constexpr double kMinWidening = 1.3;
+// chosen: points that are thinned before all of them; enough for as many vertices as are allowed.
+constexpr std::size_t kSpacingSample = 65536;
 
 double Tolerance_m(const OrientedPoints& points, std::size_t i) {
   return ExplainedWithin_m(i < points.sigma_m.size() ? points.sigma_m[i] : 0);
@@ -41,12 +44,12 @@ bool IsSliver(const Vector3& a, const Vector3& b, const Vector3& c) {
   const double longest_squared =
       std::max({(b - a).squaredNorm(), (c - b).squaredNorm(), (a - c).squaredNorm()});
   // Twice the area is altitude times edge.
-  return (b - a).cross(c - a).norm() < kThinnestAltitude * longest_squared;
+  return (b - a).cross(c - a).norm() < kMinAltitude * longest_squared;
 }
 
 // Triangles of the front, less slivers and repetitions, wound towards the viewpoint.
 TriangleMesh Clean(const ProjectionMesh& front, const Vector3& viewpoint, const Work& work) {
-  PollEvery poll(work, kPointsPerPiece);
+  PollEvery poll(work, ItemsPerPiece(1us));
   TriangleMesh mesh;
   for (const Eigen::Vector3f& p : front.vertices) mesh.vertices.push_back(p.cast<double>());
   std::set<TriangleMesh::Triangle> known;
@@ -204,19 +207,20 @@ std::optional<std::vector<char>> NearPoints(const OrientedPoints& points,
   const SearchedMesh searched(mesh, thinned);
   std::vector<char> near(points.size(), 0);
   std::atomic<std::size_t> lonely_cells = 0;
-  ParallelFor(thinned.grid.size(), kCellsPerPiece, work, [&](std::size_t begin, std::size_t end) {
-    PollEvery poll(work, kPointsPerPiece);
-    for (std::size_t cell = begin; cell < end && lonely_cells <= most_lonely; ++cell) {
-      CellSearch search(searched, cell);
-      bool lonely = false;
-      for (const std::uint32_t i : thinned.grid.PointsOf(cell)) {
-        poll();
-        near[i] = search.Explains(points.points[i].cast<double>(), Tolerance_m(points, i));
-        lonely = lonely || !near[i];
-      }
-      if (lonely) ++lonely_cells;
-    }
-  });
+  ParallelFor(
+      thinned.grid.size(), ItemsPerPiece(25us), work, [&](std::size_t begin, std::size_t end) {
+        PollEvery poll(work, ItemsPerPiece(1us));
+        for (std::size_t cell = begin; cell < end && lonely_cells <= most_lonely; ++cell) {
+          CellSearch search(searched, cell);
+          bool lonely = false;
+          for (const std::uint32_t i : thinned.grid.PointsOf(cell)) {
+            poll();
+            near[i] = search.Explains(points.points[i].cast<double>(), Tolerance_m(points, i));
+            lonely = lonely || !near[i];
+          }
+          if (lonely) ++lonely_cells;
+        }
+      });
   if (lonely_cells > most_lonely) return std::nullopt;
   return near;
 }
@@ -246,13 +250,12 @@ std::optional<Surface> Complete(const OrientedPoints& points, const ThinnedPoint
 // What brings so many vertices or triangles down to the most that are allowed, or not quite: on a
 // surface their count falls with the square of the spacing, in what fills space with its cube.
 double Widening(std::size_t count, std::size_t most) {
-  return std::max(kLeastWidening,
-                  std::cbrt(static_cast<double>(count) / static_cast<double>(most)));
+  return std::max(kMinWidening, std::cbrt(static_cast<double>(count) / static_cast<double>(most)));
 }
 
 // Triangles, of which it does not matter by how many more they are: the widening is the same.
 std::size_t HopelesslyMany(std::size_t most) {
-  return static_cast<std::size_t>(std::pow(kLeastWidening, 3) * static_cast<double>(most)) + 1;
+  return static_cast<std::size_t>(std::pow(kMinWidening, 3) * static_cast<double>(most)) + 1;
 }
 
 // The spacing, widened while the vertices of a sample are too many: those of all points are hardly
@@ -260,7 +263,7 @@ std::size_t HopelesslyMany(std::size_t most) {
 // points of noisy bumps.
 double WidenedForSample(double spacing_m, const OrientedPoints& points, std::size_t most,
                         const Work& work) {
-  const std::size_t step = points.size() / kSample;
+  const std::size_t step = points.size() / kSpacingSample;
   if (step < 2) return spacing_m;
   std::vector<Eigen::Vector3f> sample;
   for (std::size_t i = 0; i < points.size(); i += step) sample.push_back(points.points[i]);
@@ -278,17 +281,18 @@ Surface ReconstructSurface(const OrientedPoints& points, const SurfaceOptions& o
                            const Work& work) {
   if (points.points.empty()) return {};
   const std::size_t most = std::max(options.max_triangles, 1);
+  const std::size_t tried = std::max<std::size_t>(most, 2);  // one vertex is, whatever is allowed
   // Vertices nearer to each other than the noise would follow it: a thick crowd, and no surface.
   const double noise_m = Median(points.sigma_m);
-  double spacing_m = WidenedForSample(std::max({kSmallestSpacing_m, options.spacing_m, noise_m}),
-                                      points, std::max(most, kFewTriangles), work);
+  double spacing_m =
+      WidenedForSample(std::max({kBelowNoise_m, options.spacing_m, noise_m}), points, tried, work);
   while (true) {
     const ThinnedPoints thinned = Thin(points.points, static_cast<float>(spacing_m), work);
     // A surface has about two triangles per vertex: there is no need to triangulate before the
     // vertices are few enough.
     work.Poll();
     std::size_t count = 2 * thinned.vertices.size();
-    if (count <= std::max(most, kFewTriangles)) {
+    if (count <= tried) {
       const ProjectionMesh front = MeshByProjection(thinned.vertices, thinned.grid.edge_m(), work);
       std::optional<Surface> surface = Complete(
           points, thinned, Clean(front, points.viewpoint, work), HopelesslyMany(most), work);

@@ -7,13 +7,14 @@
 
 #include "collision/geometry/hybrid_model.h"
 #include "perception/cloud/oriented_points.h"
+#include "perception/cloud/tolerances.h"
 #include "perception/cloud/work.h"
 
 namespace cwm::perception {
 
 struct SurfaceOptions {
   // Distance between vertices after thinning; the median noise of the points where that is more.
-  double spacing_m = 0.004;
+  double spacing_m = kThinnedTo_m;
   // Per call, so of one thing or support; the spacing is widened until it holds.
   int max_triangles = 10000;
 };

@@ -3,16 +3,16 @@
 namespace cwm::perception {
 namespace {
 
-constexpr std::int32_t kOpen = -1;
+using namespace std::chrono_literals;
 
-// The vertex of a neighbouring cell that lies too close to `p`, or kOpen.
+// The vertex of a neighbouring cell that lies too close to `p`, or kNoIndex.
 std::int32_t CloseVertex(const ThinnedPoints& thinned, std::size_t cell, const Eigen::Vector3f& p) {
   const VoxelGrid& grid = thinned.grid;
-  const float closest_m = kClosestVertices * grid.edge_m();
-  std::int32_t close = kOpen;
+  const float closest_m = kMinVertexGap * grid.edge_m();
+  std::int32_t close = kNoIndex;
   grid.AnyWithin(1, grid.cell(cell), [&](std::size_t other) {
     const std::int32_t vertex = thinned.vertex_of_cell[other];
-    if (vertex == kOpen || (thinned.vertices[vertex] - p).norm() >= closest_m) return false;
+    if (vertex == kNoIndex || (thinned.vertices[vertex] - p).norm() >= closest_m) return false;
     close = vertex;
     return true;
   });
@@ -22,15 +22,15 @@ std::int32_t CloseVertex(const ThinnedPoints& thinned, std::size_t cell, const E
 }  // namespace
 
 ThinnedPoints Thin(std::span<const Eigen::Vector3f> points, float spacing_m, const Work& work) {
-  PollEvery poll(work, 256);  // cells of some microseconds
+  PollEvery poll(work, ItemsPerPiece(2us));
   ThinnedPoints thinned{
       .grid = VoxelGrid::Build(points, spacing_m, work), .vertices = {}, .vertex_of_cell = {}};
-  thinned.vertex_of_cell.assign(thinned.grid.size(), kOpen);
+  thinned.vertex_of_cell.assign(thinned.grid.size(), kNoIndex);
   for (std::size_t i = 0; i < thinned.grid.size(); ++i) {
     poll();
     const Eigen::Vector3f centroid = thinned.grid.Centroid(i);
     std::int32_t vertex = CloseVertex(thinned, i, centroid);
-    if (vertex == kOpen) {
+    if (vertex == kNoIndex) {
       vertex = static_cast<std::int32_t>(thinned.vertices.size());
       thinned.vertices.push_back(centroid);
     }

@@ -10,8 +10,9 @@
 
 namespace cwm::perception {
 
-// No two vertices are nearer than kClosestVertices times the grid's edge.
-inline constexpr float kClosestVertices = 0.6F;  // a cell's centroid may lie close to its border
+// chosen: no two vertices are nearer than this times the grid's edge; a cell's centroid may lie
+// close to its border.
+inline constexpr float kMinVertexGap = 0.6F;
 
 struct ThinnedPoints {
   VoxelGrid grid;                            // over the points

@@ -7,10 +7,10 @@
 namespace cwm::perception {
 namespace {
 
-constexpr int kIterations = 20;      // chosen: seven shrink the gate, the rest converge
-constexpr double kGateShrink = 0.8;  // per iteration: from 30 mm to 7 mm in seven
-// Of the weight that all points together give to one direction. A direction that less than a
-// thousandth of them determine moves slowly: noise does not turn a can.
+constexpr int kAlignmentSteps = 20;  // chosen: seven shrink the gate, the rest converge
+constexpr double kGateShrink = 0.8;  // chosen: per step, from 30 mm to 7 mm in seven
+// chosen: of the weight that all points together give to one direction. A direction that less than
+// a thousandth of them determine moves slowly: noise does not turn a can.
 constexpr double kDamping = 0.001;
 
 using Vector6 = Eigen::Matrix<double, 6, 1>;
@@ -93,7 +93,7 @@ Pose Align(const std::vector<Eigen::Vector3f>& points_L, const ModelSurface& sur
   const Lever lever = LeverOf(points_L);
   Pose X_LO = X_LO_guess;
   double current_gate_m = std::max(gate_m, kAlignmentReach_m);
-  for (int i = 0; i < kIterations; ++i) {
+  for (int i = 0; i < kAlignmentSteps; ++i) {
     const Normals sums = Linearise(points_L, surface, X_LO, lever, current_gate_m);
     if (!(sums.weight > 0)) return X_LO;
     const Matrix6 damped = sums.information + kDamping * sums.weight * Matrix6::Identity();

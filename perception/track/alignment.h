@@ -8,7 +8,8 @@
 
 namespace cwm::perception {
 
-// Points farther away than this do not pull at the start; the model is built with this reach.
+// chosen: points farther away than this do not pull at the start; the model is built with this
+// reach. Guesses are rarely farther off.
 inline constexpr double kAlignmentReach_m = 0.03;
 
 // Mean distance of the points to the surface placed at X_LO, distances beyond the reach counted as

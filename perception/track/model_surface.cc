@@ -5,14 +5,15 @@
 
 #include "collision/geometry/tessellate.h"
 #include "collision/geometry/triangle.h"
+#include "perception/cloud/morton.h"
+#include "perception/cloud/tolerances.h"
 
 namespace cwm::perception {
 namespace {
 
-constexpr double kTessellation_m = 0.0005;  // finer than any sensor's noise
-// Cells per axis that one triangle may fill: larger ones are those of shapes, not of scanned
-// meshes.
-constexpr int kMostCells = 64;
+// chosen: cells that one triangle may fill; larger ones are those of shapes, not of scanned meshes.
+// Time alone depends on it.
+constexpr int kMaxCellsOfTriangle = 64;
 
 // Offers one sample for each full `area_m2` that has accumulated over the triangles.
 class Sampler {
@@ -68,7 +69,7 @@ std::vector<PlacedMesh> MeshesOf(const HybridModel& model) {
   for (const ShapePart& part : model.shapes) {
     const Mesh* mesh = std::get_if<Mesh>(&part.shape);
     meshes.push_back({.X_OS = part.X_OS,
-                      .mesh = Tessellate(part.shape, kTessellation_m),
+                      .mesh = Tessellate(part.shape, kBelowNoise_m),
                       .two_sided = mesh != nullptr && !mesh->watertight});
   }
   const auto add = [&](const Mesh& mesh) {
@@ -95,15 +96,15 @@ ModelSurface::ModelSurface(const HybridModel& model, double reach_m)
   }
 }
 
-std::int64_t ModelSurface::Key(const Eigen::Vector3i& cell) {
-  constexpr std::int64_t kMask = (1 << 21) - 1;
-  return (cell.x() & kMask) | (cell.y() & kMask) << 21 | (cell.z() & kMask) << 42;
+std::uint64_t ModelSurface::Key(const Eigen::Vector3i& cell) {
+  const Eigen::Matrix<std::uint32_t, 3, 1> at = cell.cast<std::uint32_t>();  // their lowest bits
+  return MortonKey(at.x(), at.y(), at.z());
 }
 
 Eigen::Vector3i ModelSurface::CellOf(const Vector3& p_O) const {
   // Meshes are a few metres large; what lies far outside shares cells, which costs time alone.
-  constexpr double kLimit = 1e6;
-  return (p_O / reach_m_).array().floor().max(-kLimit).min(kLimit).cast<int>();
+  const double farthest = 1 << (kMortonBitsPerAxis - 1);
+  return (p_O / reach_m_).array().floor().max(-farthest).min(farthest).cast<int>();
 }
 
 void ModelSurface::AddMesh(const TriangleMesh& mesh, const Pose& X_OM) {
@@ -118,7 +119,7 @@ void ModelSurface::AddTriangle(const MeshTriangle& triangle) {
   const Eigen::Vector3i low = CellOf(triangle.a.cwiseMin(triangle.b).cwiseMin(triangle.c));
   const Eigen::Vector3i high = CellOf(triangle.a.cwiseMax(triangle.b).cwiseMax(triangle.c));
   const auto count = (high - low + Eigen::Vector3i::Ones()).cast<double>().prod();
-  if (count > static_cast<double>(kMostCells)) {
+  if (count > static_cast<double>(kMaxCellsOfTriangle)) {
     large_.push_back(index);
     return;
   }

@@ -5,6 +5,7 @@
 #include <string>
 #include <utility>
 
+#include "perception/cloud/tolerances.h"
 #include "perception/track/alignment.h"
 #include "perception/track/object_evidence.h"
 #include "perception/track/ray_judgement.h"
@@ -14,9 +15,6 @@ namespace cwm::perception {
 namespace {
 
 using What = Association::What;
-
-// A known object that explains less of a detection is beside it, not in its place.
-constexpr double kSamePlaceShare = 0.25;
 
 struct Pair {
   int known = 0;     // into KnownEvidence
@@ -81,7 +79,7 @@ class ObjectMatcher {
 
   void ExplainByUsers() {
     for (int d = 0; d < DetectedCount(); ++d) {
-      if (evidence_.UserShare(d) >= kExplainedShare) TakeDetected(What::kExplained, d);
+      if (evidence_.UserShare(d) >= kNearlyAll) TakeDetected(What::kExplained, d);
     }
   }
 
@@ -103,7 +101,7 @@ class ObjectMatcher {
   void ExplainPieces() {
     for (int d = 0; d < DetectedCount(); ++d) {
       if (detected_taken_[d]) continue;
-      if (evidence_.StandingShare(d) >= kExplainedShare) TakeDetected(What::kExplained, d);
+      if (evidence_.StandingShare(d) >= kNearlyAll) TakeDetected(What::kExplained, d);
     }
   }
 
@@ -145,7 +143,8 @@ class ObjectMatcher {
     for (int k = 0; k < KnownCount(); ++k) {
       for (int d = 0; d < DetectedCount(); ++d) {
         const PlacedFit* fit = evidence_.FitInPlace(k, d);
-        if (fit == nullptr || fit->explained_share < kSamePlaceShare) continue;
+        // A known object that explains less is beside the detection, not in its place.
+        if (fit == nullptr || fit->explained_share < kSubstantialShare) continue;
         pairs.push_back({k, d, fit->Score()});
       }
     }

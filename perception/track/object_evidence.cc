@@ -5,23 +5,14 @@
 #include <memory>
 #include <utility>
 
+#include "perception/cloud/tolerances.h"
 #include "perception/track/ray_judgement.h"
 
 namespace cwm::perception {
 namespace {
 
-// Shares to about 5 percent.
-constexpr int kSampleCount = 400;
-// Points are thinned to 4 mm: a seen surface has one within twice that, beside the noise.
-constexpr double kPointDistance_m = 0.008;
-// The detection's own model is fitted to these very points; a known one may explain a tenth less.
-constexpr double kOwnAdvantage = 0.1;
-// What is asked of a known model where the detection's own explains no more, so that a detection
-// that nothing explains well cannot be anybody's. Chosen.
-constexpr double kFewestExplained = 0.25;
-// Completed parts may reach a little into seen free space.
-constexpr double kThroughShare = 0.25;
-constexpr double kSmallestReach_m = 0.01;
+// derived: a seen surface has a thinned point within twice their spacing, beside the noise.
+constexpr double kPointDistance_m = kThinnedTo_m * 2;
 
 const HybridModel& ModelOrEmpty(const std::shared_ptr<const HybridModel>& model) {
   static const HybridModel kEmpty;
@@ -40,7 +31,7 @@ Aabb Inflated(const Aabb& bounds, double by_m) {
 
 ObjectEvidence::ObjectEvidence(const std::vector<KnownObject>& known_objects,
                                const SceneInterpretation& scene, const ScanEvidence& scan)
-    : scan_(scan), reach_m_(kSmallestReach_m) {
+    : scan_(scan), reach_m_(kExplainedWithin_m) {
   for (const DetectedSupport& support : scene.supports) {
     const Aabb bounds = TightBounds(ModelOrEmpty(support.model), Pose::Identity());
     supports_.push_back(
@@ -63,7 +54,7 @@ void ObjectEvidence::AddDetected(const DetectedObject& object, int index) {
   const HybridModel& model = ModelOrEmpty(object.model);
   const Pose X_LO = scan_.InLevelFrame(object.X_WO);
   const std::vector<SurfaceSample> samples =
-      ModelSurface(model, kSmallestReach_m).Samples(kSampleCount);
+      ModelSurface(model, kExplainedWithin_m).Samples(kSurfaceSamples);
   std::vector<Eigen::Vector3f> points_L;
   for (const Eigen::Vector3f& p : object.points_L) {
     if (p.allFinite()) points_L.push_back(p);
@@ -101,7 +92,7 @@ void ObjectEvidence::AddKnown(const KnownObject& object, int index) {
                    .samples = {},
                    .sights = {}});
   KnownEvidence& added = known.back();
-  added.samples = added.surface.Samples(kSampleCount);
+  added.samples = added.surface.Samples(kSurfaceSamples);
   added.sights = SightsOf(added.samples, X_LO);
   const Aabb bounds_L = Inflated(TightBounds(model, X_LO), reach_m_);
   for (int d = 0; d < static_cast<int>(detected.size()); ++d) {
@@ -164,10 +155,16 @@ const PlacedFit* ObjectEvidence::FitInPlace(int k, int d) const {
 
 bool ObjectEvidence::IsAsGoodAsDetected(const PlacedFit& fit, int d) const {
   const DetectedEvidence& detection = detected[d];
-  const double as_own = std::max(detection.own_share - kOwnAdvantage,
-                                 std::min(detection.own_share, kFewestExplained));
-  return fit.explained_share > 0 && fit.explained_share >= std::min(kExplainedShare, as_own) &&
-         fit.through_share <= std::max(kThroughShare, detection.own_through_share + kOwnAdvantage);
+  // The detection's own model is fitted to these very points; a known one may explain a tenth less.
+  // But a detection that nothing explains well cannot be anybody's.
+  const double own_advantage = 1 - kNearlyAll;
+  const double as_own = std::max(detection.own_share - own_advantage,
+                                 std::min(detection.own_share, kSubstantialShare));
+  // Completed parts may reach a little into seen free space.
+  const double as_through =
+      std::max(kSubstantialShare, detection.own_through_share + own_advantage);
+  return fit.explained_share > 0 && fit.explained_share >= std::min(kNearlyAll, as_own) &&
+         fit.through_share <= as_through;
 }
 
 void ObjectEvidence::MarkUsers(const std::vector<KnownObject>& objects) {

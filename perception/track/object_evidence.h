@@ -12,9 +12,6 @@
 
 namespace cwm::perception {
 
-// A detection of which this share is explained by what is known already is nothing new.
-inline constexpr double kExplainedShare = 0.9;
-
 // A known object that the user does not own and that is no support.
 struct KnownEvidence {
   int index = 0;  // into the list of known objects

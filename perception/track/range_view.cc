@@ -39,10 +39,11 @@ class LineFit {
   double sum_pp_ = 0;
 };
 
-constexpr double kLargestPinholeError_px = 1;
-// Cells per edge of a face of the cube: 0.35 degrees at the most, 1.4 at the least.
-constexpr int kFinestCube = 256;
-constexpr int kCoarsestCube = 64;
+// chosen: cells per edge of a face of the cube, of 0.35 degrees where they are most and of 1.4
+// where they are fewest: clouds that are no image are seldom denser, and below, a cell holds half
+// an object.
+constexpr int kMaxCube = 256;
+constexpr int kMinCube = 64;
 
 Matrix3 Axes(const Vector3& x, const Vector3& y, const Vector3& z) {
   Matrix3 rotation;
@@ -85,8 +86,7 @@ std::optional<Pinhole> EstimatePinhole(const PointCloud& cloud) {
     columns.Add(p.x() / p.z(), static_cast<double>(column));
     rows.Add(p.y() / p.z(), static_cast<double>(row));
   }
-  constexpr double kLargest_px2 = kLargestPinholeError_px * kLargestPinholeError_px;
-  const bool fits = columns.MeanSquare_px2() < kLargest_px2 && rows.MeanSquare_px2() < kLargest_px2;
+  const bool fits = columns.MeanSquare_px2() < 1 && rows.MeanSquare_px2() < 1;  // to a pixel
   if (!fits) return std::nullopt;  // also when undefined
   return Pinhole{.focal_u_px = columns.Slope(),
                  .focal_v_px = rows.Slope(),
@@ -115,7 +115,7 @@ RangeView::RangeView(const PointCloud& cloud) {
 
 void RangeView::AddCube(std::size_t point_count) {
   const int cells = std::clamp(static_cast<int>(std::sqrt(static_cast<double>(point_count)) / 2),
-                               kCoarsestCube, kFinestCube);
+                               kMinCube, kMaxCube);
   const Vector3 x = Vector3::UnitX();
   const Vector3 y = Vector3::UnitY();
   const Vector3 z = Vector3::UnitZ();

@@ -18,6 +18,9 @@ enum class RayVerdict {
   kThrough   // the ray passed on: there is nothing at the point
 };
 
+// chosen: fewer samples that err each by itself say nothing of an object.
+inline constexpr int kMinInformed = 8;
+
 // How many points of some surface were seen how.
 struct SightCounts {
   int unknown = 0;

@@ -6,27 +6,24 @@
 #include <utility>
 #include <vector>
 
+#include "perception/cloud/tolerances.h"
 #include "perception/track/alignment.h"
 
 namespace cwm::perception {
 namespace {
 
-constexpr int kTurns = 12;   // guesses about the vertical, 30 degrees apart
-constexpr int kRefined = 3;  // of the guesses, the nearest ones
-constexpr int kAlignedPoints = 300;
-// Of the model's seen surface at the new place the detection must cover this much.
-constexpr double kFewestCovered = 0.5;
-// Turned guesses must score better than the known orientation by this much: noise does not spin a
-// can.
+// chosen: guesses about the vertical; 30 degrees apart, one is near enough for an alignment.
+constexpr int kTurns = 12;
+constexpr int kRefined = 3;  // chosen: of the guesses, the nearest ones; time grows with them
+// chosen: turned guesses must score better than the known orientation by this much: noise does not
+// spin a can.
 constexpr double kTurnMargin = 0.03;
-// Objects of other radii are other objects: five times the p95 of a fitted radius under Kinect
-// noise.
-constexpr double kRadiusTolerance_m = 0.008;
-// Sizes of bounds may differ by this factor: parts of one object are hidden now and then.
-constexpr double kSizeFactor = 2;
+// measured: objects of other radii are other objects; five times the p95 of a fitted radius under
+// Kinect noise.
+constexpr double kMaxRadiusDifference_m = 0.008;
 
 std::vector<Eigen::Vector3f> Subsample(const std::vector<Eigen::Vector3f>& points) {
-  const std::size_t step = std::max<std::size_t>(1, points.size() / kAlignedPoints);
+  const std::size_t step = std::max<std::size_t>(1, points.size() / kSurfaceSamples);
   std::vector<Eigen::Vector3f> some;
   for (std::size_t i = 0; i < points.size(); i += step) some.push_back(points[i]);
   return some;
@@ -51,10 +48,12 @@ std::optional<double> MainRadius_m(const HybridModel& model) {
 bool SizesAgree(const HybridModel& known, const HybridModel& detected) {
   const auto known_m = MainRadius_m(known);
   const auto detected_m = MainRadius_m(detected);
-  if (known_m && detected_m && std::abs(*known_m - *detected_m) > kRadiusTolerance_m) return false;
+  if (known_m && detected_m && std::abs(*known_m - *detected_m) > kMaxRadiusDifference_m)
+    return false;
   const double size_m = TightBounds(known, Pose::Identity()).diagonal().norm();
   const double other_m = TightBounds(detected, Pose::Identity()).diagonal().norm();
-  return size_m < kSizeFactor * other_m && other_m < kSizeFactor * size_m;
+  // Parts of one object are hidden now and then.
+  return std::min(size_m, other_m) > kLargerPart * std::max(size_m, other_m);
 }
 
 // The known orientation turned about the vertical, standing in the middle of the detection's
@@ -99,7 +98,8 @@ std::optional<Relocation> Relocate(const ObjectEvidence& evidence, int k, int d,
   for (int i = 0; i <= kRefined; ++i) {
     const Pose X_LO = Align(points_L, surface, ranked[i].second, gate_m);
     const PlacedFit fit = evidence.FitAt(k, X_LO, d);
-    if (!evidence.IsAsGoodAsDetected(fit, d) || fit.covered_share < kFewestCovered) continue;
+    // Of the model's seen surface at the new place the detection must cover the larger part.
+    if (!evidence.IsAsGoodAsDetected(fit, d) || fit.covered_share < kLargerPart) continue;
     if (!best || fit.Score() > best->fit.Score() + kTurnMargin) best = {X_LO, fit};
   }
   return best;

@@ -6,16 +6,15 @@
 #include <span>
 #include <utility>
 
+#include "perception/cloud/tolerances.h"
+
 namespace cwm::perception {
 namespace {
 
-constexpr double kSigmas = 3;
-// A model made of one scan and the points of another carry one warp each.
+// derived: a model made of one scan and the points of another carry one warp each.
 constexpr double kOfBoth = std::numbers::sqrt2;
-// A place is fitted to at least so many points: fewer make no object that could be told from others.
-constexpr double kLeastFitted = 100;
-constexpr float kPointCell_m = 0.012F;      // three times the distance of thinned points
-constexpr double kLargestIncidence = 0.26;  // cos 75 degrees: beyond, depths jump between pixels
+// derived: cells of some three by three thinned points.
+constexpr double kPointCell_m = kThinnedTo_m * 3;
 
 }  // namespace
 
@@ -53,13 +52,13 @@ Pose ScanEvidence::InWorld(Pose X_LO) const {
 double ScanEvidence::Gate_m(const Vector3& p_L) const {
   // Depth where the optical axis is z; the range is never smaller.
   const double range_m = p_L.norm();
-  return kSigmas * std::hypot(noise_.AxialSigma_m(range_m), kOfBoth * noise_.WarpSigma_m());
+  return kGate_sigma * std::hypot(noise_.AxialSigma_m(range_m), kOfBoth * noise_.WarpSigma_m());
 }
 
 double ScanEvidence::SmallestMove_m(const Vector3& p_L) const {
-  const double fit_sigma_m =
-      noise_.AxialSigma_m(p_L.norm()) / std::sqrt(kLeastFitted / kPointsPerIndependentSample);
-  return kSigmas * kOfBoth * std::max(fit_sigma_m, noise_.WarpSigma_m());
+  // Fewer samples make no object that could be told from others.
+  const double fit_sigma_m = noise_.AxialSigma_m(p_L.norm()) / std::sqrt(kMinInformed);
+  return kGate_sigma * kOfBoth * std::max(fit_sigma_m, noise_.WarpSigma_m());
 }
 
 double ScanEvidence::Tolerance_m(const Vector3& p_L) const {
@@ -76,14 +75,15 @@ DetectedPoints ScanEvidence::Index(std::vector<Eigen::Vector3f> points_L) const 
     indexed.bounds_L.extend(p_L);
   }
   if (indexed.points_L.empty()) return indexed;
-  indexed.grid = VoxelGrid::Build(indexed.points_L, kPointCell_m);
+  indexed.grid = VoxelGrid::Build(indexed.points_L, static_cast<float>(kPointCell_m));
   return indexed;
 }
 
 bool ScanEvidence::FacesSensor(const SurfaceSample& sample, const Pose& X_LO) const {
   const Vector3 to_sensor = -(X_LO * sample.p_O).normalized();
   const double cosine = to_sensor.dot(X_LO.linear() * sample.normal_O);
-  return (sample.two_sided ? std::abs(cosine) : cosine) > kLargestIncidence;
+  // What is seen more edge-on than normals err may face away; depths jump between its pixels.
+  return (sample.two_sided ? std::abs(cosine) : cosine) > kNormalMiss_sin;
 }
 
 RayVerdict ScanEvidence::Look(const Vector3& p_L) const {

@@ -13,6 +13,10 @@
 
 namespace cwm::perception {
 
+// chosen: a smaller share of a surface is what completed parts, ragged borders and neighbours that
+// touch make of it; a larger one is a matter of its own.
+inline constexpr double kSubstantialShare = 0.25;
+
 // Measured points of one detection, indexed by place. Finite.
 struct DetectedPoints {
   std::vector<Eigen::Vector3f> points_L;

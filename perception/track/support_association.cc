@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "perception/cloud/tolerances.h"
 #include "perception/track/alignment.h"
 #include "perception/track/ray_judgement.h"
 
@@ -13,16 +14,8 @@ namespace {
 
 using What = Association::What;
 
-constexpr double kSamplesAcross = 24;  // some hundred over a face: shares to a few percent
-// Of the smaller one's face: less is two tables that meet at a corner.
-constexpr double kSmallestOverlap = 0.3;
-constexpr double kExplainedShare = 0.8;
-// A support that is seen to be this much larger, and to hold all of the known one, replaces it.
-// The same view seen again differs by a few percent at the border.
-constexpr double kGrowth = 0.25;
-constexpr double kHeldShare = 0.8;
-// Rays through this much of what is visible of the face, more than through the detected one's own.
-constexpr double kShrinkage = 0.25;
+// derived: a face has as many samples as any surface.
+const double kSamplesAcross = std::sqrt(kSurfaceSamples);
 
 // The face of a support, sampled.
 struct Face {
@@ -84,8 +77,12 @@ struct Match {
 };
 
 What Judge(const Match& match, const ScanEvidence& scan) {
-  const bool grown = match.known_within >= kHeldShare && match.detected_within < 1 / (1 + kGrowth);
-  const double allowed = kShrinkage + SightsOf(*match.detected, scan).ThroughShare();
+  // A support that is seen to be so much larger, and to hold most of the known one, replaces it.
+  // The same view seen again differs by a few percent at the border.
+  const bool grown =
+      match.known_within >= kMainShare && match.detected_within < 1 / (1 + kSubstantialShare);
+  // Rays through so much of what is visible of the face, more than through the detected one's own.
+  const double allowed = kSubstantialShare + SightsOf(*match.detected, scan).ThroughShare();
   const bool shrunk = SightsOf(*match.known, scan).ThroughShare() > allowed;
   return grown || shrunk ? What::kReplace : What::kKeep;
 }
@@ -112,7 +109,8 @@ std::vector<Match> FindMatches(std::vector<Face>& known, std::vector<Face>& dete
   for (Face& a : known) {
     for (Face& b : detected) {
       const Match match{&a, &b, Within(a, b, scan), Within(b, a, scan)};
-      if (std::max(match.known_within, match.detected_within) >= kSmallestOverlap) {
+      // Less of the smaller one's face is two tables that meet at a corner.
+      if (std::max(match.known_within, match.detected_within) >= kSubstantialShare) {
         matches.push_back(match);
       }
     }
@@ -142,7 +140,7 @@ std::vector<Association> AssociateSupports(const std::vector<KnownObject>& known
   for (int i = 0; i < static_cast<int>(scene.supports.size()); ++i) {
     auto face = FaceOf(i, scan.InLevelFrame(scene.supports[i].X_WO), scene.supports[i].model.get());
     faces.push_back(face.value_or(Face{.index = i, .samples_L = {}}));
-    if (UserExplains(faces.back(), known, scan) < kExplainedShare) continue;
+    if (UserExplains(faces.back(), known, scan) < kMainShare) continue;
     faces.back().taken = true;
     result.push_back({.what = What::kExplained, .support = i});
   }
@@ -159,7 +157,7 @@ std::vector<Association> AssociateSupports(const std::vector<KnownObject>& known
     if (face.taken) continue;
     // A piece of a known support that was seen in two pieces this time makes nothing new.
     const bool is_piece = std::any_of(matches.begin(), matches.end(), [&](const Match& match) {
-      return match.detected == &face && match.detected_within >= kExplainedShare;
+      return match.detected == &face && match.detected_within >= kMainShare;
     });
     result.push_back({.what = is_piece ? What::kExplained : What::kAdd, .support = face.index});
   }

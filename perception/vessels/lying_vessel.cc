@@ -5,14 +5,11 @@
 #include <cmath>
 #include <variant>
 
+#include "perception/cloud/tolerances.h"
 #include "perception/vessels/shell_fit.h"
 
 namespace cwm::perception {
 namespace {
-
-constexpr std::size_t kMostFits = 4;  // the first are those of most points
-// Of the points within a wall, the rest are mixed pixels; of all points, the rest may be handles.
-constexpr double kLeastOfShell = 0.9;
 
 bool AreParallel(const Vector3& a, const Vector3& b) {
   return std::abs(a.dot(b)) > std::cos(kSameDirection_rad);
@@ -66,9 +63,10 @@ class LyingVesselSearch {
     AskAxis(Eigen::SelfAdjointEigenSolver<Matrix3>(moments).eigenvectors().col(0));
   }
 
+  // The rest may be handles.
   bool IsSettled() const {
     return best_ && static_cast<double>(best_->inliers) >=
-                        kLeastOfShell * static_cast<double>(c_.points.size());
+                        kNearlyAll * static_cast<double>(c_.points.size());
   }
 
   std::optional<RevolvedWall> Lying() const {
@@ -101,7 +99,7 @@ class LyingVesselSearch {
     for (std::size_t i = 0; i < c_.points.size(); ++i) {
       within += wall.StandsOut_m(c_.points.origin_L + c_.points.p[i]) <= c_.points.gate_m[i];
     }
-    return static_cast<double>(shell.inliers.size()) >= kLeastOfShell * static_cast<double>(within);
+    return static_cast<double>(shell.inliers.size()) >= kNearlyAll * static_cast<double>(within);
   }
 
   double CriterionOf(const Solid& shell) const {
@@ -126,7 +124,7 @@ class LyingVesselSearch {
 
 std::vector<Vector3> AxesOf(const Extraction& extraction) {
   std::vector<Vector3> axes;
-  for (std::size_t k = 0; k < std::min(kMostFits, extraction.fits.size()); ++k) {
+  for (std::size_t k = 0; k < std::min(kMaxTries, extraction.fits.size()); ++k) {
     if (const auto axis = AxisOf(extraction.fits[k].model)) axes.push_back(*axis);
   }
   return axes;

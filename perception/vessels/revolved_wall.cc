@@ -11,43 +11,39 @@
 
 #include "perception/cloud/quantile.h"
 #include "perception/cloud/sensor_noise.h"
+#include "perception/cloud/tolerances.h"
 #include "perception/fit/solid.h"
 #include "perception/search/model_points.h"
+#include "perception/search/shape_model.h"
 
 namespace cwm::perception {
 namespace {
 
-constexpr double kLeastSteepness = 0.35;   // horizontal part of a normal that has a direction
-constexpr std::size_t kMostAsked = 800;    // of those, for each of the axes that are tried
-constexpr std::size_t kMostSteep = 4000;   // are looked at, evenly spread: as of a search
-constexpr std::size_t kLeastSteep = 120;   // ten independent ones, twice as many as parameters
-constexpr double kMostRadius_m = 0.3;      // of vessels for a table, as in segmentation
-constexpr double kMostMiss_sin = 0.3;      // 17 degrees: three standard deviations of a normal
-constexpr double kLeastMiss_m = 0.006;     // of a normal's line from the axis: 4 sigma
-constexpr double kLeastCross = 0.17;       // of two directions that tell an axis: 10 degrees
-constexpr int kPairs = 96;                 // one of two good ones in ten is missed once in 400
-constexpr double kLeastStep_m = 0.006;     // of the profile: as high as noise is wide
-constexpr double kStep_sigma = 4;          // the same
-constexpr int kSectors = 24;               // of 15 degrees: what stands out fills two or three
-constexpr std::size_t kLeastInSector = 3;  // for a median
-constexpr std::size_t kLeastInStep = 6;    // of the profile: half an independent sample
-constexpr double kMostSlope = 2.7;         // of a wall's radius over its height: kLeastSteepness
-constexpr double kMostJump_m = 0.008;      // besides: from inside to outside, or noise
-constexpr std::size_t kVoters = 3;         // on either side: a handle's width and noise, 18 mm
-constexpr double kLeanSigma = 0.009;       // half a degree: vessels stand, and up is estimated
-constexpr double kFreeLeanSigma = kSameDirection_rad;  // of an axis that a part of the wall told
-constexpr int kMostTurns = 4;          // of the frame to the axis, which is linear about it
-constexpr double kTurned = 0.002;      // radians: a fifth of what the axis of a mug is known to
-constexpr double kLeastOnWall = 0.5;   // of the steep points
-constexpr double kLeastTurned = 0.25;  // of them, about an axis that is wrong by some degrees
-constexpr int kLeastSectors = 4;       // 60 degrees
-// What is seen of it through 180 degrees, so inside as well, needs no majority: two pans side by
-// side. All walls but an object's first must be: a bow alone is soon a bit of a wall.
-constexpr double kLeastOnRoundWall = 0.25;
-constexpr int kRoundSectors = 12;
-constexpr double kLeastRadius_m =
-    0.025;                     // an espresso cup; less is no vessel's but a handle's or a spout's
-constexpr int kMostWalls = 4;  // in one object
+// chosen: of the steep points, for each of the axes that are tried.
+constexpr std::size_t kMaxVoters = 800;
+// derived: ten independent steep points, twice as many as there are parameters.
+constexpr std::size_t kMinSteep = kOneSample * 10;
+// derived: one of two good ones in ten is missed once in 400.
+constexpr int kPairs = 96;
+// chosen: values of a sector, or sectors of a ring, for a median that one of them does not move.
+constexpr std::size_t kMinForMedian = 3;
+// derived: of a wall's radius over its height, where its normals rise as steeply as kSteep_sin.
+const double kMaxSlope = std::sqrt(1 - kSteep_sin * kSteep_sin) / kSteep_sin;
+// derived: of the radius besides: from inside to outside, and noise.
+const double kMaxJump_m = std::hypot(kWallThickness_m, kNoiseReach_m);
+// chosen: half a degree: vessels stand upright, and up is estimated.
+constexpr double kLeanSigma = 0.009;
+// derived: of an axis that a part of the wall told.
+constexpr double kFreeLeanSigma = kSameDirection_rad;
+// derived: radians: a fifth of what an axis is known to. The frame is turned to it until then.
+constexpr double kTurned = kLeanSigma / 5;
+// chosen: of the steep points, on a wall that is seen through 180 degrees, so inside as well: that
+// needs no majority, of two pans side by side. All walls but an object's first must be: a bow alone
+// is soon a bit of a wall. And of those about an axis that is wrong by some degrees.
+constexpr double kMinOnRoundWall = 0.25;
+constexpr int kRoundSectors = kSectors / 2;  // derived: 180 degrees
+// chosen: an espresso cup; less is no vessel's but a handle's or a spout's.
+constexpr double kMinRadius_m = 0.025;
 // Gates of the refinement, in terms of the last one: from what normals tell to what noise allows.
 constexpr std::array<double, 7> kGates = {4, 3, 2, 1.5, 1, 1, 1};
 
@@ -61,11 +57,11 @@ struct SteepPoint {
 std::vector<SteepPoint> SteepPoints(const OrientedPoints& points, const Matrix3& R_LW) {
   const Eigen::Matrix3f R_WL = R_LW.transpose().cast<float>();
   std::vector<SteepPoint> steep;
-  const std::size_t stride = (points.size() + kMostSteep - 1) / kMostSteep;
+  const std::size_t stride = (points.size() + kSearchPoints - 1) / kSearchPoints;
   for (std::size_t i = 0; i < points.size(); i += std::max<std::size_t>(stride, 1)) {
     const Vector2 n = (R_WL * points.normals[i]).head<2>().cast<double>();
     const double steepness = n.norm();
-    if (steepness < kLeastSteepness || !points.points[i].allFinite()) continue;
+    if (steepness < kSteep_sin || !points.points[i].allFinite()) continue;
     const Vector3 p = (R_WL * points.points[i]).cast<double>();
     steep.push_back(
         {p.head<2>(), n / steepness, p.z(), kDistanceGate_sigma * double{points.sigma_m[i]}});
@@ -76,7 +72,8 @@ std::vector<SteepPoint> SteepPoints(const OrientedPoints& points, const Matrix3&
 bool Agrees(const SteepPoint& point, const Vector2& axis) {
   const Vector2 to = point.place - axis;
   const double miss_m = std::abs(to.x() * point.direction.y() - to.y() * point.direction.x());
-  return miss_m <= std::max(kLeastMiss_m, kMostMiss_sin * to.norm()) && to.norm() <= kMostRadius_m;
+  return miss_m <= std::max(kNoiseReach_m, kNormalMiss_sin * to.norm()) &&
+         to.norm() <= kWidestVessel_m;
 }
 
 double ShareAgreeing(const std::vector<SteepPoint>& steep, const Vector2& axis) {
@@ -119,7 +116,7 @@ double Support(const std::vector<SteepPoint>& steep, const Vector2& axis) {
 // The axis that the lines of normals pass, from pairs of them; few of them are asked.
 std::optional<Vector2> AxisOfNormals(const std::vector<SteepPoint>& all) {
   std::vector<SteepPoint> steep;
-  for (std::size_t i = 0; i < all.size(); i += 1 + all.size() / kMostAsked) steep.push_back(all[i]);
+  for (std::size_t i = 0; i < all.size(); i += 1 + all.size() / kMaxVoters) steep.push_back(all[i]);
   std::mt19937_64 random(1);
   std::optional<Vector2> best;
   double most = 0;
@@ -127,11 +124,11 @@ std::optional<Vector2> AxisOfNormals(const std::vector<SteepPoint>& all) {
     const SteepPoint& a = steep[random() % steep.size()];
     const SteepPoint& b = steep[random() % steep.size()];
     const double cross = a.direction.x() * b.direction.y() - a.direction.y() * b.direction.x();
-    if (std::abs(cross) < kLeastCross) continue;
+    if (std::abs(cross) < kParallel_sin) continue;
     const Vector2 to = b.place - a.place;
     const double way_m = (to.x() * b.direction.y() - to.y() * b.direction.x()) / cross;
     const Vector2 axis = a.place + way_m * a.direction;
-    if ((axis - a.place).norm() > kMostRadius_m) continue;
+    if ((axis - a.place).norm() > kWidestVessel_m) continue;
     const double support = Support(steep, axis);
     if (support > most) most = support, best = axis;
   }
@@ -166,7 +163,7 @@ class WallFitter {
     }
     wall_.middle_z_m = 0.5 * (wall_.low_z_m + wall_.high_z_m);
     wall_.step_m =
-        std::max(kLeastStep_m, kStep_sigma / kDistanceGate_sigma * Median(std::move(gates)));
+        std::max(kNoiseReach_m, kNoiseReach_sigma / kDistanceGate_sigma * Median(std::move(gates)));
   }
 
   std::optional<RevolvedWall> Fit() {
@@ -177,7 +174,7 @@ class WallFitter {
     FormRings();
     if (!MostAgree()) return std::nullopt;
     MakeProfile();
-    if (Median(wall_.outer_radius_m) < kLeastRadius_m) return std::nullopt;
+    if (Median(wall_.outer_radius_m) < kMinRadius_m) return std::nullopt;
     return wall_;
   }
 
@@ -199,12 +196,12 @@ class WallFitter {
       rings_[2 * step + (IsOutside(p, axis) ? 0 : 1)].members.push_back(i);
     }
     for (Ring& ring : rings_) {
-      if (ring.members.size() < kLeastInStep) continue;
+      if (ring.members.size() < kMinInRing) continue;
       ring.radius_m = MedianRadius_m(ring);
     }
     DropStrays();
     for (const Ring& ring : rings_) {
-      if (ring.members.size() < kLeastInStep) continue;
+      if (ring.members.size() < kMinInRing) continue;
       for (std::size_t i : ring.members) on_ring_m_[i] = radius_m_[i] - ring.radius_m;
     }
   }
@@ -215,7 +212,7 @@ class WallFitter {
     const auto most = std::max_element(rings_.begin(), rings_.end(), [](auto& a, auto& b) {
       return a.members.size() < b.members.size();
     });
-    if (most->members.size() < kLeastInStep) return;
+    if (most->members.size() < kMinInRing) return;
     const auto start = static_cast<std::size_t>(most - rings_.begin()) / 2;
     const double radius_m = most->radius_m;
     double reference_m = radius_m;
@@ -232,8 +229,8 @@ class WallFitter {
     double kept_m = std::numeric_limits<double>::quiet_NaN();
     for (std::size_t side : {1, 0}) {  // the outside tells where both are seen
       Ring& ring = rings_[2 * step + side];
-      if (ring.members.size() < kLeastInStep) continue;
-      if (std::abs(ring.radius_m - reference_m) > kMostSlope * rise_m + kMostJump_m) {
+      if (ring.members.size() < kMinInRing) continue;
+      if (std::abs(ring.radius_m - reference_m) > kMaxSlope * rise_m + kMaxJump_m) {
         ring.members.clear();
       } else {
         kept_m = ring.radius_m;
@@ -253,9 +250,9 @@ class WallFitter {
       all.push_back(radius_m_[i]);
     }
     for (std::vector<double>& sector : sectors) {
-      if (sector.size() >= kLeastInSector) medians.push_back(Median(std::move(sector)));
+      if (sector.size() >= kMinForMedian) medians.push_back(Median(std::move(sector)));
     }
-    return medians.size() >= 3 ? Median(std::move(medians)) : Median(std::move(all));
+    return medians.size() >= kMinForMedian ? Median(std::move(medians)) : Median(std::move(all));
   }
 
   // One step of Gauss and Newton towards rings that are round, each of its own radius, with Tukey's
@@ -284,7 +281,7 @@ class WallFitter {
         mean += w * row;
         mean_m += w * on_ring_m_[i];
       }
-      if (rows.size() < kLeastInStep) continue;
+      if (rows.size() < kMinInRing) continue;
       mean /= weights;
       mean_m /= weights;
       for (std::size_t k = 0; k < rows.size(); ++k) {
@@ -317,18 +314,18 @@ class WallFitter {
       ++in_sector[SectorOf(steep_[i].place - wall_.AxisAt(steep_[i].z_m))];
     }
     const auto sectors = std::count_if(in_sector.begin(), in_sector.end(),
-                                       [](std::size_t n) { return n >= kLeastInStep; });
+                                       [](std::size_t n) { return n >= kMinInRing; });
     const double share = static_cast<double>(on) / static_cast<double>(steep_.size());
-    return on >= kLeastSteep && ((is_first_ && share >= kLeastOnWall && sectors >= kLeastSectors) ||
-                                 (share >= kLeastOnRoundWall && sectors >= kRoundSectors));
+    return on >= kMinSteep && ((is_first_ && 2 * on >= steep_.size() && sectors >= kMinSectors) ||
+                               (share >= kMinOnRoundWall && sectors >= kRoundSectors));
   }
 
   void MakeProfile() {
     std::vector<double> radius_m;
     for (std::size_t step = 0; step < StepCount(); ++step) {
       const Ring &outside = rings_[2 * step], &inside = rings_[2 * step + 1];
-      radius_m.push_back(outside.members.size() >= kLeastInStep ? outside.radius_m
-                         : inside.members.size() >= kLeastInStep
+      radius_m.push_back(outside.members.size() >= kMinInRing ? outside.radius_m
+                         : inside.members.size() >= kMinInRing
                              ? inside.radius_m + kWallThickness_m
                              : std::numeric_limits<double>::quiet_NaN());
     }
@@ -343,7 +340,7 @@ class WallFitter {
     // handle that points at the sensor.
     wall_.outer_radius_m = radius_m;
     for (std::size_t k = 1; k + 1 < radius_m.size(); ++k) {
-      const std::size_t reach = std::min({kVoters, k, radius_m.size() - 1 - k});
+      const std::size_t reach = std::min({kNearSteps, k, radius_m.size() - 1 - k});
       const auto middle = radius_m.begin() + static_cast<std::ptrdiff_t>(k);
       const auto side = static_cast<std::ptrdiff_t>(reach);
       wall_.outer_radius_m[k] = Median(std::vector<double>(middle - side, middle + side + 1));
@@ -379,7 +376,7 @@ double RevolvedWall::StandsOut_m(const Vector3& p_L) const {
 std::vector<RevolvedWall> FitRevolvedWalls(const OrientedPoints& points, const Work& work) {
   std::vector<SteepPoint> steep = SteepPoints(points, Matrix3::Identity());
   std::vector<RevolvedWall> walls;
-  for (int k = 0; k < kMostWalls && steep.size() >= kLeastSteep; ++k) {
+  for (std::size_t k = 0; k < kMaxTries && steep.size() >= kMinSteep; ++k) {
     work.Poll();
     const std::optional<Vector2> axis = AxisOfNormals(steep);
     if (!axis) break;
@@ -399,13 +396,13 @@ std::optional<RevolvedWall> FitRevolvedWall(const OrientedPoints& points, const 
   const bool is_free = freedom == AxisFreedom::kFree;
   std::optional<RevolvedWall> wall;
   Vector3 along = axis_L;
-  for (int k = 0; k < (is_free ? kMostTurns : 1); ++k) {
+  for (std::size_t k = 0; k < (is_free ? kMaxTries : 1); ++k) {
     work.Poll();
     const Matrix3 R_LW = BasisFromZ(along);
     std::vector<SteepPoint> steep = SteepPoints(points, R_LW);
-    if (steep.size() < kLeastSteep) return std::nullopt;
+    if (steep.size() < kMinSteep) return std::nullopt;
     const std::optional<Vector2> axis = AxisOfNormals(steep);
-    if (!axis || ShareAgreeing(steep, *axis) < kLeastTurned) return std::nullopt;
+    if (!axis || ShareAgreeing(steep, *axis) < kMinOnRoundWall) return std::nullopt;
     wall = WallFitter(std::move(steep), *axis, Order::kFirst, is_free ? kFreeLeanSigma : kLeanSigma)
                .Fit();
     if (!wall) return std::nullopt;

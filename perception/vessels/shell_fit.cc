@@ -9,37 +9,33 @@
 
 #include "collision/geometry/aabb.h"
 #include "perception/cloud/quantile.h"
+#include "perception/cloud/tolerances.h"
 #include "perception/solids/free_space.h"
 #include "perception/vessels/shell_profile.h"
 
 namespace cwm::perception {
 namespace {
 
-constexpr double kLeastSteepness = 0.35;  // as of RevolvedWall: of a normal that has a direction
-constexpr double kMostMiss_sin = 0.3;     // of a normal from the axis, likewise
-constexpr double kFloorUp = 0.5;          // of a floor's normal: what is steeper is wall
-constexpr int kSectors = 24;              // of 15 degrees
-constexpr double kLeastInRing = 6;        // measured points: half an independent sample
-// Of a wall that is seen from one side: two standard deviations below the thickest, kWallThickness_m.
-constexpr double kTypicalThickness_m = 0.004, kThicknessSpread_m = 0.001;
-constexpr int kLeastRingSectors = 4;  // a handle that points at the sensor fills two
-// Of the inside: five independent samples, through a quarter of a turn.
-constexpr double kLeastInside = 60;
-constexpr int kLeastInsideSectors = 6;
-// From the rim to the deepest place of it that is seen: what is less may be a lid's.
-constexpr double kLeastDepth_m = 0.012, kLeastDepth_sigma = 6;
-constexpr double kMostThickness_m = 0.02, kLeastThickness_m = 0.0015;
-constexpr double kReach_m = 0.025;  // across the wall at the height of a point, where it is slanted
-constexpr int kRimRings = 3;        // that the rim's radius is drawn from
-// Of the sensor's slow warp, in a radius: near and far sides err together, over 78 mm, and by half.
-constexpr double kRoundWarp = 0.5;
-constexpr int kLeastBoth = 2;              // rings that show both sides, for a thickness
-constexpr double kMostRise_m = 0.006;      // of the floor inwards: what rises more is held by it
-constexpr double kLeastOn = 0.6;           // of the points near it
-constexpr double kClearlyMore = 1.05;      // points than what it replaces
-constexpr std::size_t kRays = 300;         // a share of 5 % is known to 1.3 %
-constexpr double kMostCrossing = 0.05;     // of the rays: mixed pixels, and the noise of the rim
-constexpr double kMeshDeviation_m = 3e-4;  // a fifth of a Kinect's noise at 0.8 m
+// derived: a share of 5 % of so many rays is known to 1.3 %.
+constexpr std::size_t kRays = 300;
+
+// chosen: of the thickness of walls, as of cups, pans and jugs for a table.
+constexpr double kThicknessSpread_m = 0.001;
+// derived: of a wall that is seen from one side: two standard deviations below the thickest.
+constexpr double kTypicalThickness_m = kWallThickness_m - 2 * kThicknessSpread_m;
+// chosen: across the wall at the height of a point, where it is slanted: no wall is thicker.
+constexpr double kMaxAcross_m = 0.025;
+constexpr int kInsideSectors = kSectors / 4;  // derived: the inside is seen through a quarter turn
+// derived: from the rim to the deepest place inside that is seen, of which each is known to three
+// standard deviations, and twice the thickest wall: what is less may be a lid's.
+constexpr double kMinDepth_sigma = kDistanceGate_sigma * 2;
+constexpr double kMinDepth_m = kWallThickness_m * 2;
+// chosen: of the points near it; the rest may be of what it holds.
+constexpr double kMinOnShell = 0.6;
+// chosen: between the shell and its mesh: a fifth of a Kinect's noise at 0.8 m.
+constexpr double kMeshDeviation_m = 3e-4;
+// chosen: points than what it replaces, else that is simpler.
+constexpr double kClearlyMore = 1.05;
 
 // A point in the vessel's frame: z is its axis.
 struct Place {
@@ -71,7 +67,7 @@ std::vector<Place> PlacesIn(const Pose& X_MV, const ModelPoints& points) {
     place.away = away.dot(normal);
     place.up = n.z();
     const double beside = away.x() * normal.y() - away.y() * normal.x();
-    place.passes_axis = std::abs(beside) <= kMostMiss_sin * normal.norm();
+    place.passes_axis = std::abs(beside) <= kNormalMiss_sin * normal.norm();
     const double turn = std::atan2(level.y(), level.x()) / (2 * std::numbers::pi) + 0.5;
     place.sector = std::min<std::size_t>(static_cast<std::size_t>(turn * kSectors), kSectors - 1);
     place.gate_m = points.gate_m[i];
@@ -125,7 +121,7 @@ class ShellFitter {
     if (rings.empty()) return std::nullopt;
     const std::vector<Vector2> floor = Floor();
     const double lowest_m = floor.empty() ? LowestInside().z_m : floor.back().y();
-    if (rim_m - lowest_m < std::max(kLeastDepth_m, kLeastDepth_sigma * Sigma_m())) {
+    if (rim_m - lowest_m < std::max(kMinDepth_m, kMinDepth_sigma * Sigma_m())) {
       return std::nullopt;
     }
     ShellOutline outline{.rings = rings,
@@ -158,12 +154,13 @@ class ShellFitter {
   bool IsOf(Side side, const Place& place) const {
     const double within_m = Within_m(place);
     if (!place.passes_axis || within_m < -place.gate_m) return false;
-    if (side == Side::kOutside) return place.away > kLeastSteepness && within_m <= place.gate_m;
-    return place.away < -kLeastSteepness && within_m <= kReach_m + place.gate_m;
+    if (side == Side::kOutside) return place.away > kSteep_sin && within_m <= place.gate_m;
+    return place.away < -kSteep_sin && within_m <= kMaxAcross_m + place.gate_m;
   }
 
   bool Suffices(std::size_t count) const {
-    return static_cast<double>(count) * std::max(1.0, c_.points.weight) >= kLeastInRing;
+    return static_cast<double>(count) * std::max(1.0, c_.points.weight) >=
+           static_cast<double>(kMinInRing);
   }
 
   std::vector<std::optional<WallRing>> RingsOf(Side side) const {
@@ -175,7 +172,7 @@ class ShellFitter {
     }
     std::vector<std::optional<WallRing>> rings(steps_);
     for (std::size_t k = 0; k < steps_; ++k) {
-      if (!Suffices(around[k].count()) || around[k].sectors() < kLeastRingSectors) continue;
+      if (!Suffices(around[k].count()) || around[k].sectors() < kMinSectors) continue;
       rings[k] = WallRing{.z_m = MiddleOf(k),
                           .radius_m = around[k].Middle(),
                           .weight = static_cast<double>(around[k].count())};
@@ -193,8 +190,8 @@ class ShellFitter {
     }
     const auto sectors =
         std::count_if(in_sector.begin(), in_sector.end(), [](std::size_t n) { return n > 0; });
-    return static_cast<double>(count) * c_.points.weight >= kLeastInside &&
-           sectors >= kLeastInsideSectors;
+    return static_cast<double>(count) * c_.points.weight >= static_cast<double>(kFiveSamples) &&
+           sectors >= kInsideSectors;
   }
 
   double Sigma_m() const { return Median(c_.points.sigma_m); }
@@ -212,7 +209,7 @@ class ShellFitter {
     for (std::uint32_t i = 0; i < places_.size(); ++i) {
       const Place& place = places_[i];
       const double within_m = Within_m(place);
-      if (within_m < -place.gate_m || within_m > kReach_m) continue;
+      if (within_m < -place.gate_m || within_m > kMaxAcross_m) continue;
       on[place.away > 0 ? 0 : 1].push_back(i);
     }
     const std::vector<std::uint32_t>& most = on[0].size() > on[1].size() ? on[0] : on[1];
@@ -232,11 +229,11 @@ class ShellFitter {
     // The sides are seen apart, at the near rim and at the far one: the slow warp is between them.
     const double sigma_m = std::hypot(Sigma_m(), c_.noise.WarpSigma_m());
     const double prior = 1 / (kThicknessSpread_m * kThicknessSpread_m);
-    thickness_is_measured_ = across_m.size() >= kLeastBoth;
+    thickness_is_measured_ = across_m.size() >= 2;  // of one ring alone little is known
     const double measured = thickness_is_measured_ ? 1 / (sigma_m * sigma_m) : 0;
     thickness_sigma_m_ = 1 / std::sqrt(prior + measured);
     thickness_m_ = (prior * kTypicalThickness_m + measured * Median(across_m)) / (prior + measured);
-    thickness_m_ = std::clamp(thickness_m_, kLeastThickness_m, kMostThickness_m);
+    thickness_m_ = std::clamp(thickness_m_, kMinVesselWall_m, kMaxAcross_m);
   }
 
   double SlopeAt(const std::vector<std::optional<WallRing>>& rings, std::size_t k) const {
@@ -250,15 +247,16 @@ class ShellFitter {
   // Of the outside's radius near the rim, which the inside tells but for the thickness.
   double RimSigma_m() const {
     double outside = 0, inside = 0;
-    int rings = 0;
-    for (std::size_t k = steps_; k-- > 0 && rings < kRimRings;) {
+    std::size_t rings = 0;
+    for (std::size_t k = steps_; k-- > 0 && rings < kNearSteps;) {
       outside += outside_[k] ? outside_[k]->weight : 0;
       inside += inside_[k] ? inside_[k]->weight : 0;
       rings += outside_[k] || inside_[k];
     }
     const double noise_m = Sigma_m() / std::sqrt(c_.IndependentSamples(1) * (outside + inside));
     const double of_thickness_m = inside / (outside + inside) * thickness_sigma_m_;
-    return std::hypot(noise_m, kRoundWarp * c_.noise.WarpSigma_m(), of_thickness_m);
+    // Near and far sides warp together, over 78 mm, and by half.
+    return std::hypot(noise_m, c_.noise.WarpSigma_m() / 2, of_thickness_m);
   }
 
   // Of the outside, from both sides.
@@ -295,7 +293,7 @@ class ShellFitter {
     // Rays came down on the inside wherever it is seen: what is above its lowest ring is no floor.
     const double highest_m = lowest.z_m + wall_.step_m;
     for (const Place& place : places_) {
-      if (place.z_m > highest_m || place.up < kFloorUp || place.radial_m >= most_m ||
+      if (place.z_m > highest_m || place.up < kWallRise_sin || place.radial_m >= most_m ||
           Within_m(place) < thickness_m_)
         continue;
       around[static_cast<std::size_t>(place.radial_m / wall_.step_m)].Add(place.sector, place.z_m);
@@ -304,7 +302,8 @@ class ShellFitter {
     for (std::size_t k = count; k-- > 0;) {
       if (!Suffices(around[k].count())) continue;
       const double z_m = around[k].Middle();
-      if (!floor.empty() && z_m > floor.back().y() + kMostRise_m) break;
+      // What rises more than noise is held by the vessel.
+      if (!floor.empty() && z_m > floor.back().y() + kNoiseReach_m) break;
       floor.emplace_back((static_cast<double>(k) + 0.5) * wall_.step_m, z_m);
     }
     return floor;
@@ -323,19 +322,19 @@ class ShellFitter {
   // Of the rays to its own points and past them, more than mixed pixels account for. No wall is as
   // thick as what solids may hold of rays: whatever enters it is across.
   bool IsPassedThrough(const Solid& shell) const {
-    if (PassedShare(shell, c_.free) > kMostCrossing) return true;
+    if (PassedShare(shell, c_.free) > kMaxPassing) return true;
     if (!c_.options.from_viewpoint) return false;
     const double reach_m = TightBounds(shell.shape, Pose::Identity()).diagonal().norm();
     const std::size_t stride = std::max<std::size_t>(1, c_.points.size() / kRays);
     double own = 0, crossing = 0;
     for (std::size_t i = 0; i < c_.points.size(); i += stride) {
       const Vector3 to_sensor = (c_.points.viewpoint - c_.points.p[i]).normalized();
-      const double clear_m = std::max(kMostDepth_m, c_.points.gate_m[i]) + thickness_m_;
+      const double clear_m = std::max(kMaxDepth_m, c_.points.gate_m[i]) + thickness_m_;
       ++own;
       crossing +=
           Enters(shell, c_.points.p[i] + clear_m * to_sensor, c_.points.p[i] + reach_m * to_sensor);
     }
-    return crossing > kMostCrossing * own;
+    return crossing > kMaxPassing * own;
   }
 
   std::optional<Solid> Built(std::optional<ShellProfile> profile) const {
@@ -355,7 +354,7 @@ class ShellFitter {
     profile->shell.rim_radius_sigma_m = RimSigma_m();
     if (thickness_is_measured_) profile->shell.wall_thickness_sigma_m = thickness_sigma_m_;
     shell.vessel = std::make_shared<const VesselShell>(std::move(profile->shell));
-    if (static_cast<double>(shell.inliers.size()) < kLeastOn * static_cast<double>(near) ||
+    if (static_cast<double>(shell.inliers.size()) < kMinOnShell * static_cast<double>(near) ||
         shell.inliers.empty()) {
       return std::nullopt;
     }

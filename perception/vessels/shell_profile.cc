@@ -4,19 +4,20 @@
 #include <cmath>
 #include <limits>
 
+#include "perception/cloud/tolerances.h"
+#include "perception/fit/solid.h"
+#include "perception/vessels/revolved_wall.h"
+
 namespace cwm::perception {
 namespace {
 
-constexpr double kReach_steps = 2.5;        // two rings on either side: 30 mm of a wall
-constexpr double kMostProlonged_steps = 2;  // beyond the last ring as it runs there
-constexpr double kLeastFloor_m = 0.0015;
-constexpr double kLeastDepth_m = 0.006;
-constexpr double kLeastRadius_m = 0.002;
-constexpr double kLeastSlant = 0.2;  // of a bowl's inside; what is flatter is a floor
-constexpr double kStandingGap_m =
-    0.03;  // as of solids: what ends nearer to the ground stands on it
-// Of the profile's corners: what is left out is less than a third of a Kinect's noise at 0.8 m.
-constexpr double kSimplified_m = 0.0005;
+// chosen: rings on either side, 30 mm of a wall with the one between, that tell how it runs there;
+// and so far beyond the last one as it runs there.
+constexpr int kReach_steps = 2;
+// chosen: the inside of a vessel is deeper than its wall is thick.
+constexpr double kMinInside_m = kWallThickness_m;
+// chosen: of a bowl's inside, as a sine; what is flatter is a floor.
+constexpr double kMinSlant_sin = 0.2;
 
 // Douglas and Peucker: the corners that keep the line within the tolerance.
 void Simplify(const std::vector<Vector2>& line, std::size_t begin, std::size_t end,
@@ -41,7 +42,7 @@ void Simplify(const std::vector<Vector2>& line, std::size_t begin, std::size_t e
 
 std::vector<Vector2> Simplified(const std::vector<Vector2>& line) {
   std::vector<Vector2> out = {line.front()};
-  if (line.size() > 1) Simplify(line, 0, line.size() - 1, kSimplified_m, out);
+  if (line.size() > 1) Simplify(line, 0, line.size() - 1, kBelowNoise_m, out);
   return out;
 }
 
@@ -62,11 +63,11 @@ class ProfileMaker {
       foot_m_ = std::max(foot_m_, *o_.ground_z_m);
     }
     floor_m_ = o_.floor.empty() ? foot_m_ + o_.thickness_m
-                                : std::max(lowest_floor_m, foot_m_ + kLeastFloor_m);
+                                : std::max(lowest_floor_m, foot_m_ + kMinVesselWall_m);
   }
 
   std::optional<ShellProfile> Make() const {
-    if (!(o_.rim_z_m - floor_m_ > kLeastDepth_m)) return std::nullopt;
+    if (!(o_.rim_z_m - floor_m_ > kMinInside_m)) return std::nullopt;
     std::vector<Vector2> outer = Outer(), inner = Inner();
     const double middle_m = 0.5 * (foot_m_ + o_.rim_z_m);
     ShellProfile made{.shell = {}, .middle_z_m = middle_m};
@@ -96,8 +97,8 @@ class ProfileMaker {
                                     [&](const WallRing& ring) { return ring.z_m >= z_m; });
     if (above == rings.end()) {
       const WallRing& last = rings.back();
-      const double rise_m = std::min(z_m - last.z_m, kMostProlonged_steps * o_.step_m);
-      const double least_m = kLeastRadius_m + Level_m(o_.thickness_m, last.slope);
+      const double rise_m = std::min(z_m - last.z_m, kReach_steps * o_.step_m);
+      const double least_m = kThinnest_m + Level_m(o_.thickness_m, last.slope);
       return {.z_m = z_m,
               .radius_m = std::max(least_m, last.radius_m + rise_m * last.slope),
               .slope = last.slope};
@@ -125,12 +126,11 @@ class ProfileMaker {
   }
 
   std::vector<Vector2> Inner() const {
-    std::vector<WallRing> wall = WallFrom(std::min(WallsFoot_m(), o_.rim_z_m - kLeastDepth_m));
+    std::vector<WallRing> wall = WallFrom(std::min(WallsFoot_m(), o_.rim_z_m - kMinInside_m));
     std::vector<Vector2> inner;
     for (auto ring = wall.rbegin(); ring != wall.rend(); ++ring) {
       inner.emplace_back(
-          std::max(kLeastRadius_m, ring->radius_m - Level_m(o_.thickness_m, ring->slope)),
-          ring->z_m);
+          std::max(kThinnest_m, ring->radius_m - Level_m(o_.thickness_m, ring->slope)), ring->z_m);
     }
     for (const Vector2& place : o_.floor) {
       if (place.x() < inner.back().x())
@@ -152,7 +152,7 @@ class ProfileMaker {
       before = place;
       const double last_m = under.empty() ? lowest.radius_m : under.back().x();
       const double last_z_m = under.empty() ? lowest.z_m : under.back().y();
-      if (along.y() > -kLeastSlant || below.y() < floor_m_) break;
+      if (along.y() > -kMinSlant_sin || below.y() < floor_m_) break;
       if (below.y() > last_z_m || below.x() > last_m) continue;
       under.push_back(below);
     }
@@ -196,7 +196,7 @@ std::vector<WallRing> Smoothed(const std::vector<WallRing>& rings, double step_m
     double w = 0, z = 0, r = 0, zz = 0, zr = 0;
     for (const WallRing& near : rings) {
       const double at_m = near.z_m - ring.z_m;
-      if (std::abs(at_m) > kReach_steps * step_m) continue;
+      if (std::lround(std::abs(at_m) / step_m) > kReach_steps) continue;
       w += near.weight, z += near.weight * at_m, r += near.weight * near.radius_m;
       zz += near.weight * at_m * at_m, zr += near.weight * at_m * near.radius_m;
     }

@@ -8,6 +8,9 @@
 
 namespace cwm::perception {
 
+// chosen: the thinnest wall and floor of a vessel, of sheet metal with its lacquer.
+inline constexpr double kMinVesselWall_m = 0.0015;
+
 // A height at which the wall is seen.
 struct WallRing {
   double z_m = 0;

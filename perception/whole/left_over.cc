@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "perception/cloud/tolerances.h"
+
 namespace cwm::perception {
 
 std::vector<char> OnAny(const std::vector<Solid>& solids, const ModelPoints& points) {
@@ -19,16 +21,15 @@ std::vector<char> OnAny(const std::vector<Solid>& solids, const ModelPoints& poi
 }
 
 bool LeaveNoPiece(const std::vector<Solid>& solids, const FitContext& context) {
-  constexpr double kLeastExplained = 0.9;  // as of any one solid
   const std::vector<char> on = OnAny(solids, context.points);
   std::vector<std::uint32_t> rest;
   for (std::uint32_t i = 0; i < on.size(); ++i) {
     if (!on[i]) rest.push_back(i);
   }
   const auto all = static_cast<double>(on.size());
-  if (static_cast<double>(rest.size()) > (1 - kLeastExplained) * all) return false;
+  if (static_cast<double>(rest.size()) > (1 - kNearlyAll) * all) return false;
   const std::size_t piece = context.connectivity.LargestComponent(rest).size();
-  return static_cast<double>(piece) < kLeastPiece * all;
+  return static_cast<double>(piece) < kMinPiece * all;
 }
 
 }  // namespace cwm::perception

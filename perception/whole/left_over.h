@@ -7,13 +7,14 @@
 
 namespace cwm::perception {
 
-// Of the points: fewer that hang together are mixed pixels along edges, and no side of a cut.
-inline constexpr double kLeastPiece = 0.05;
+// chosen: of the points; fewer that hang together are mixed pixels along edges, and no side of a
+// cut.
+inline constexpr double kMinPiece = 0.05;
 
 // Per point: whether it lies on one of them, within its gate.
 std::vector<char> OnAny(const std::vector<Solid>& solids, const ModelPoints& points);
 
-// Whether they account for nine tenths of the points, and of the rest no kLeastPiece of all hangs
+// Whether they account for nine tenths of the points, and of the rest no kMinPiece of all hangs
 // together.
 bool LeaveNoPiece(const std::vector<Solid>& solids, const FitContext& context);
 

@@ -9,45 +9,43 @@
 
 #include "collision/geometry/aabb.h"
 #include "collision/geometry/signed_distance.h"
+#include "perception/cloud/oriented_points.h"
 #include "perception/cloud/parallel_for.h"
+#include "perception/cloud/tolerances.h"
 #include "perception/fit/model_selection.h"
 #include "perception/solids/free_space.h"
 #include "perception/solids/observed.h"
 #include "perception/solids/round_solid.h"
 #include "perception/whole/whole_fit.h"
+#include "perception/whole/whole_misfit.h"
 
 namespace cwm::perception {
 namespace {
 
-constexpr double kLeastExplained = 0.9;  // of the points; what is left of them is meshed
-// Of the value of a solid, that another one of its kind has that is preferred: faces that were taken
-// for the whole, and cans and cups whose lid and the rays beside them say more of their width than
-// their wall does. What differs by less is known better from its faces, and a ball is all wall. Chosen:
-// with 1, cans of the simulator are known still better, and tins on real scans worse.
-constexpr double kMuchBetter = 0.8, kBetterCylinder = 0.9, kBetterCone = 1;
-constexpr double kPositive = 3;  // evidence, as kDecisive is (Kass and Raftery 1995)
-// Twice the logarithm of how many things stand for each that lies on its side; chosen.
+// cited: evidence, as kDecisive is (Kass and Raftery 1995).
+constexpr double kPositive = 3;
+// chosen: twice the logarithm of how many things stand for each that lies on its side.
 constexpr double kLyingPrior = 4;
-constexpr double kTurned_rad = 0.1;  // farther from upright or level, an assembled solid leans
-// Of the rays beside and behind: mixed pixels, and silhouettes that are 2 mm off. Thin boxes hold
-// none of them deep, but are as wide as their outermost points.
-constexpr double kMostPassed = 0.2;
-// Of the whole surface: half of it faces away, and what hides seven tenths of the rest leaves 0.15;
-// two thirds of that, for the foot in the support's band and for rims at grazing incidence.
-constexpr double kLeastSeen = 0.1;
-// Of an upright cylinder that is seen from above little but its top is, which tells all but its
-// height; the ground tells that.
-constexpr double kLeastSeenUpright = 0.07;
-// Of the curvature that noise gives flat patches: a strip of a rod needs less than a patch that is
-// found by itself, as the criterion has compared the whole rod with boxes.
-constexpr double kLeastCurved_sigma = 2;
-// Of a solid's volume, sampled at so many places a side, that may lie deep in another: solids of
-// things that touch share less.
-constexpr double kMostShared = 0.25;
+// chosen: farther from upright or level, an assembled solid leans.
+constexpr double kTurned_rad = 0.1;
+// derived: of the whole surface, half of which faces away, and what hides seven tenths of the rest
+// leaves 0.15; two thirds of that, for the foot in the support's band and for rims at grazing
+// incidence.
+constexpr double kMinSeen = 0.1;
+// chosen: of an upright cylinder that is seen from above little but its top is, which tells all but
+// its height; the ground tells that.
+constexpr double kMinSeenUpright = 0.07;
+// derived: of the curvature that noise gives flat patches. A strip of a rod needs half of what a
+// patch that is found by itself does, as the criterion has compared the whole rod with boxes.
+constexpr double kMinCurved_sigma = kMinCurvature_sigma / 2;
+// chosen: of a solid's volume, what may lie deep in another; solids of things that touch share
+// less.
+constexpr double kMaxShared = 0.25;
+// chosen: places a side at which the volume is sampled, some hundred in a ball.
 constexpr int kPlacesPerSide = 6;
 
-// Boxes are held to the same as what is round: else a rod that leans or lies would be a box wherever
-// both fit it.
+// Boxes are held to the same as what is round: else a rod that leans or lies would be a box
+// wherever both fit it.
 double PriorOf(const WholeFit& fit) {
   switch (fit.kind) {
     case WholeKind::kLeaningCylinder:
@@ -119,7 +117,7 @@ int DegreesOfFreedom(const Shape& shape) {
 
 // Flatter cones are cylinders; whether a steeper slope is worth its parameter, the criterion tells.
 bool HasWorthySlope(const WholeFit& fit) {
-  return !IsConical(fit.kind) || std::abs(SlopeOf(fit.kind, fit.parameters)) > kLeastSlope;
+  return !IsConical(fit.kind) || std::abs(SlopeOf(fit.kind, fit.parameters)) > kMinSlope;
 }
 
 // The curved surface of a round solid; nothing of a box.
@@ -149,7 +147,7 @@ bool LooksCurved(const Solid& solid, const FitContext& c) {
   for (std::uint32_t i : solid.inliers) {
     if (std::abs(Distance_m(*model, c.points.p[i])) <= c.points.gate_m[i]) fit.inliers.push_back(i);
   }
-  return !fit.inliers.empty() && IsSignificantlyCurved(fit, c, kLeastCurved_sigma);
+  return !fit.inliers.empty() && IsSignificantlyCurved(fit, c, kMinCurved_sigma);
 }
 
 double SeenShare(const Solid& solid, const FitContext& c) {
@@ -160,14 +158,14 @@ double SeenShare(const Solid& solid, const FitContext& c) {
 }
 
 double LeastSeen(WholeKind kind) {
-  return kind == WholeKind::kUprightCylinder ? kLeastSeenUpright : kLeastSeen;
+  return kind == WholeKind::kUprightCylinder ? kMinSeenUpright : kMinSeen;
 }
 
 bool IsCredible(const WholeFit& fit, const FitContext& c) {
   const auto all = static_cast<double>(c.points.size());
-  return static_cast<double>(fit.solid.inliers.size()) >= kLeastExplained * all &&
-         HasWorthySlope(fit) && LooksCurved(fit.solid, c) && LooksFlat(fit.solid, c) &&
-         PassedShare(fit.solid, c.free) <= kMostPassed && !IsCrossed(fit.solid, c) &&
+  return static_cast<double>(fit.solid.inliers.size()) >= kNearlyAll * all && HasWorthySlope(fit) &&
+         LooksCurved(fit.solid, c) && LooksFlat(fit.solid, c) &&
+         PassedShare(fit.solid, c.free) <= kMaxPassedBeside && !IsCrossed(fit.solid, c) &&
          SeenShare(fit.solid, c) >= LeastSeen(fit.kind);
 }
 
@@ -182,9 +180,9 @@ struct Valued {
   double value = 0;  // with its kind's prior
 };
 
-// What a fit must do better than: clearly, unless the fit is the simpler one. Cones need no more than
-// the criterion asks for their slope: cups are as common as cans, and with a margin two cups were
-// taken for cans for each can that was taken for a cup.
+// What a fit must do better than: clearly, unless the fit is the simpler one. Cones need no more
+// than the criterion asks for their slope: cups are as common as cans, and with a margin two cups
+// were taken for cans for each can that was taken for a cup.
 struct Rival {
   double value = std::numeric_limits<double>::infinity();
   int parameters = 0;
@@ -195,12 +193,16 @@ struct Rival {
   }
 };
 
+// Of the value of a solid, that another one of its kind has that is preferred: faces that were
+// taken for the whole, and cans and cups whose lid and the rays beside them say more of their width
+// than their wall does. What differs by less is known better from its faces, and a ball is all
+// wall.
 double MostOfValue(const WholeFit& fit) {
   switch (KindOf(fit.solid.shape)) {
     case ShapeKind::kCone:
-      return kBetterCone;
+      return 1;
     case ShapeKind::kCylinder:
-      return kBetterCylinder;
+      return kBetter;
     default:
       return kMuchBetter;
   }
@@ -224,9 +226,9 @@ bool Overlap(const Solid& a, const Solid& b) {
     const Vector3 p = bounds.min() + share.cwiseProduct(bounds.sizes());
     if (SignedDistance_m(a.shape, p) > 0) continue;
     ++inside;
-    shared += SignedDistance_m(b.shape, X_BA * p) < -kMostDepth_m;
+    shared += SignedDistance_m(b.shape, X_BA * p) < -kMaxDepth_m;
   }
-  return shared > kMostShared * inside;
+  return shared > kMaxShared * inside;
 }
 
 // Which points lie on which of the solids, the nearest.
@@ -246,20 +248,20 @@ std::vector<std::vector<std::uint32_t>> PointsPerSolid(const std::vector<Solid>&
   return members;
 }
 
-// No ray passes where the plate has nothing, no part of it sinks that was cut off, and the criterion
-// prefers it.
+// No ray passes where the plate has nothing, no part of it sinks that was cut off, and the
+// criterion prefers it.
 bool IsCredibleDisc(const Solid& disc, const Solid& plate, const FitContext& c) {
-  constexpr double kSunk_m = 0.003;  // noise
-  if (PassedShare(disc, c.free) > kMostPassed) return false;
+  if (PassedShare(disc, c.free) > kMaxPassedBeside) return false;
   if (c.ground.known &&
-      LowestHeight_m(disc, c.ground) < LowestHeight_m(plate, c.ground) - kSunk_m) {
+      LowestHeight_m(disc, c.ground) < LowestHeight_m(plate, c.ground) - kGroundNoise_m) {
     return false;
   }
   return AccountOf({disc}, c).value <= AccountOf({plate}, c).value;
 }
 
-// What replaces a solid of all the context's points: the better one of all kinds, or, of a lone face
-// that is a disc, the disc, where only a box accounts for it better than with its outline's corners.
+// What replaces a solid of all the context's points: the better one of all kinds, or, of a lone
+// face that is a disc, the disc, where only a box accounts for it better than with its outline's
+// corners.
 std::optional<Solid> Replacement(const Solid& solid, const FitContext& c) {
   std::optional<Solid> disc = MakeDisc(solid, c);
   if (disc && !IsCredibleDisc(*disc, solid, c)) disc.reset();
@@ -294,12 +296,8 @@ void PreferOneSolidEach(const FitContext& c, std::vector<Solid>& solids) {
 }  // namespace
 
 bool LooksFlat(const Solid& solid, const FitContext& c) {
-  // Of the quadric through them, from the middle to a side: what is significant of a curved surface's
-  // sagitta (IsSignificant), and both ends of the slow warp.
-  constexpr double kLeastBend_m = 0.001, kLeastBend_sigma = 0.5, kMostBend_sigma = 4;
-  constexpr double kWarps = 2;
-  constexpr double kLeastInformation = 1e-6;  // of a term that the points do not tell, for each
-  constexpr int kTerms = 6;                   // 1, x, y, x^2, x y, y^2
+  // chosen: what is significant of a curved surface's sagitta, besides unevenness (IsSignificant).
+  constexpr double kMinBend_sigma = 0.5;
   const auto* box = std::get_if<Box>(&solid.shape);
   if (box == nullptr) return true;
   Eigen::Index thin = 0;
@@ -307,9 +305,10 @@ bool LooksFlat(const Solid& solid, const FitContext& c) {
   const Eigen::Index across = (thin + 1) % 3, along = (thin + 2) % 3;
   const Vector3 half = 0.5 * box->size_m;
   const Pose X_SM = solid.X_MS.inverse(Eigen::Isometry);
-  using Terms = Eigen::Matrix<double, kTerms, 1>;
-  Eigen::Matrix<double, kTerms, kTerms> square = Eigen::Matrix<double, kTerms, kTerms>::Zero();
-  Terms toward = Terms::Zero();
+  constexpr int kTerms = QuadricTerms::SizeAtCompileTime;
+  using Square = Eigen::Matrix<double, kTerms, kTerms>;
+  Square square = Square::Zero();
+  QuadricTerms toward = QuadricTerms::Zero();
   double sigma_m = 0;
   std::size_t count = 0;
   for (std::uint32_t i : solid.inliers) {
@@ -317,7 +316,7 @@ bool LooksFlat(const Solid& solid, const FitContext& c) {
     const Vector3 to_face = half - p.cwiseAbs();
     if (to_face[thin] > to_face[across] || to_face[thin] > to_face[along]) continue;
     const double x = p[across] / half[across], y = p[along] / half[along];
-    const Terms terms{1, x, y, x * x, x * y, y * y};
+    const QuadricTerms terms{1, x, y, x * x, x * y, y * y};
     square += terms * terms.transpose();
     toward += p[thin] * terms;
     sigma_m += c.points.sigma_m[i];
@@ -325,16 +324,17 @@ bool LooksFlat(const Solid& solid, const FitContext& c) {
   }
   if (count < kTerms) return true;
   sigma_m /= static_cast<double>(count);
-  square.diagonal().array() += kLeastInformation * static_cast<double>(count);
-  const Eigen::LDLT<Eigen::Matrix<double, kTerms, kTerms>> solver(square);
-  const Terms quadric = solver.solve(toward);
-  const Terms variance =
-      solver.solve(Eigen::Matrix<double, kTerms, kTerms>::Identity()).diagonal() *
+  square.diagonal().array() += kMinInformation * static_cast<double>(count);
+  const Eigen::LDLT<Square> solver(square);
+  const QuadricTerms quadric = solver.solve(toward);
+  const QuadricTerms variance =
+      solver.solve(Square::Identity()).diagonal() *
       (static_cast<double>(count) / std::max(1.0, c.IndependentSamples(count)));
   const auto is_bent = [&](Eigen::Index k) {
+    // How far the quadric through them bends from the middle to a side; warp moves both ends.
     const double bend_m = std::abs(quadric[k]);
-    return bend_m > kLeastBend_m + kLeastBend_sigma * sigma_m + kWarps * c.noise.WarpSigma_m() +
-                        kMostBend_sigma * sigma_m * std::sqrt(variance[k]);
+    return bend_m > double{kUnevenness_m} + kMinBend_sigma * sigma_m + 2 * c.noise.WarpSigma_m() +
+                        kMinCurvature_sigma * sigma_m * std::sqrt(variance[k]);
   };
   return !is_bent(3) && !is_bent(5);
 }

@@ -14,6 +14,7 @@
 
 #include "collision/geometry/polygon.h"
 #include "perception/cloud/parallel_for.h"
+#include "perception/cloud/tolerances.h"
 #include "perception/solids/free_space.h"
 #include "perception/whole/left_over.h"
 #include "perception/whole/one_solid.h"
@@ -22,34 +23,33 @@
 namespace cwm::perception {
 namespace {
 
+// chosen: of the value of several solids, and of one solid of all points, that parts may have: the slow
+// warp of sensors bends a face more than the criterion expects. With 0.8 and 0.6 more simulated
+// objects that touch stayed one; labelled Kinect scans are parted alike with both.
+constexpr double kMaxOfSeveral = 0.95, kMaxOfOne = 0.85;
+
 using Members = std::vector<std::uint32_t>;
 
-constexpr double kLeastExplained = 0.9;  // of the points, as of any one solid
-constexpr double kNoise = 0.01;          // of the points of a solid, beyond their gates
-constexpr double kMostPassed = 0.1;  // of the rays beside and behind, half of what a solid may have
-constexpr double kMostHulls = 1.05;  // of that of all: borders blur by a few pixels
-// Of the value of several solids, and of one solid of all points, that parts may have: the slow
-// warp of sensors bends a face more than the criterion expects. Chosen: with 0.8 and 0.6 more
-// simulated things that touch stayed one; the labelled Kinect scans are parted alike with both.
-constexpr double kMostOfSeveral = 0.95, kMostOfOne = 0.85;
-constexpr std::size_t kMostParts = 5;  // of an object; caps work
-constexpr int kMostFits = 10;          // of parts, likewise
-// Cuts that are looked at: 15 degrees and a sixteenth of the extent apart. What they miss of a part
-// goes to it once its solid is known.
-constexpr int kYaws = 12, kOffsets = 15;
-constexpr double kLeastPart = 150;        // measured points; smaller ones are left to be meshed
-constexpr std::size_t kHullPoints = 192;  // of a part: its outline is known to a few pixels
-constexpr std::size_t kMostCuts = 4;      // that are tried of a part, each with one beside it
-// Of the points, on another side: of another cut, and of the same but beside it.
-constexpr double kOtherCut = 0.1, kBesideCut = 0.05;
-// Of what the hull from above holds up to the top: things side by side leave gaps, or differ in height.
-constexpr double kMostLeft = 0.97;
+// chosen: of the points of a solid, what noise leaves beyond their gates.
+constexpr double kMaxBeyondGates = 0.01;
+// derived: caps work; each part is cut off once, and both sides of a cut are fitted.
+constexpr std::size_t kMaxFits = kMaxParts * 2;
+// chosen: cuts that are looked at, 15 degrees and a sixteenth of the extent apart. What they miss
+// of a part goes to it once its solid is known.
+constexpr int kCutYaws = 12, kCutOffsets = 15;
+// chosen: measured points; smaller parts are left to be meshed.
+constexpr double kMinPart = 150;
+// chosen: caps work; cuts that are tried of a part, each with one beside it.
+constexpr std::size_t kMaxCuts = 4;
+// chosen: of what the hull from above holds up to the top; things side by side leave gaps, or
+// differ in height.
+constexpr double kMaxLeft = 0.97;
 
 struct Cut {
   Vector2 normal = Vector2::UnitX();
   double offset_m = 0;
   double left = 1;  // what both sides hold, of what all hold
-  std::bitset<kHullPoints> side;
+  std::bitset<kUsedPoints> side;
 
   // The share of the points that are on another side of the other cut.
   double Apart(const Cut& other, std::size_t points) const {
@@ -99,22 +99,22 @@ class Plan {
 // Those that leave the least, each other than the ones before.
 std::vector<Candidate> CutsOf(const Members& part, const Plan& plan) {
   std::vector<Vector3> points;
-  for (std::uint32_t i : Thinned(part, kHullPoints)) points.push_back(plan.Above(i));
+  for (std::uint32_t i : Thinned(part, kUsedPoints)) points.push_back(plan.Above(i));
   const double all_m3 = Held_m3(points);
   const auto least = std::max<std::size_t>(
-      3, static_cast<std::size_t>(kLeastPiece * static_cast<double>(points.size())));
+      3, static_cast<std::size_t>(kMinPiece * static_cast<double>(points.size())));
   std::vector<Cut> cuts;
   if (!(all_m3 > 0)) return {};
-  for (int k = 0; k < kYaws; ++k) {
-    const double yaw_rad = k * std::numbers::pi / kYaws;
+  for (int k = 0; k < kCutYaws; ++k) {
+    const double yaw_rad = k * std::numbers::pi / kCutYaws;
     Cut cut{.normal = Vector2(std::cos(yaw_rad), std::sin(yaw_rad)), .side = {}};
     double low_m = std::numeric_limits<double>::infinity(), high_m = -low_m;
     const auto across_m = [&](const Vector3& p) { return cut.normal.dot(p.head<2>()); };
     for (const Vector3& p : points) {
       low_m = std::min(low_m, across_m(p)), high_m = std::max(high_m, across_m(p));
     }
-    for (int j = 1; j <= kOffsets; ++j) {
-      cut.offset_m = low_m + (high_m - low_m) * j / (kOffsets + 1);
+    for (int j = 1; j <= kCutOffsets; ++j) {
+      cut.offset_m = low_m + (high_m - low_m) * j / (kCutOffsets + 1);
       std::vector<Vector3> below, above;
       cut.side.reset();
       for (std::size_t i = 0; i < points.size(); ++i) {
@@ -124,19 +124,20 @@ std::vector<Candidate> CutsOf(const Members& part, const Plan& plan) {
       }
       if (std::min(below.size(), above.size()) < least) continue;
       cut.left = (Held_m3(below) + Held_m3(above)) / all_m3;
-      if (cut.left <= kMostLeft) cuts.push_back(cut);
+      if (cut.left <= kMaxLeft) cuts.push_back(cut);
     }
   }
   std::stable_sort(cuts.begin(), cuts.end(),
                    [](const Cut& a, const Cut& b) { return a.left < b.left; });
   std::vector<Candidate> best;
   for (const Cut& cut : cuts) {
+    // The same cut, or beside it by a piece, has nearly all points on the same sides.
     const auto known = std::ranges::find_if(best, [&](const Candidate& candidate) {
-      return candidate.cut.Apart(cut, points.size()) <= kOtherCut;
+      return candidate.cut.Apart(cut, points.size()) <= 1 - kNearlyAll;
     });
     if (known == best.end()) {
-      if (best.size() < kMostCuts) best.push_back({cut, {}});
-    } else if (!known->beside && known->cut.Apart(cut, points.size()) > kBesideCut) {
+      if (best.size() < kMaxCuts) best.push_back({cut, {}});
+    } else if (!known->beside && known->cut.Apart(cut, points.size()) > kMinPiece) {
       known->beside = cut;
     }
   }
@@ -148,9 +149,10 @@ struct Part {
   std::optional<WholeFit> fit;  // of most of them; the solid without inliers
 };
 
-// Cuts run beside the true border: what a solid claims beyond it is less its own fault while parts are
-// sought than in the end. Each ray stands for no more rays than before.
+// Cuts run beside the true border: what a solid claims beyond it is less its own fault while parts
+// are sought than in the end. Each ray stands for no more rays than before.
 FreeRays FewOf(const FreeRays& free) {
+  // chosen: rays through a part count for a quarter of what they count for in the end.
   constexpr std::size_t kOneIn = 4;
   FreeRays few{.rays = {}, .weight = free.weight};
   for (std::size_t k = 0; k < free.rays.size(); k += kOneIn) few.rays.push_back(free.rays[k]);
@@ -172,7 +174,7 @@ class Parting {
         break;
       }
       std::vector<Part> sides = SolidsBesideACut(open);
-      if (sides.empty() || parts.size() + sides.size() > kMostParts) {
+      if (sides.empty() || parts.size() + sides.size() > kMaxParts) {
         if (parts.size() > 1 && AreFew(open)) break;  // left to be meshed
         return std::nullopt;
       }
@@ -197,11 +199,11 @@ class Parting {
 
  private:
   bool IsWorthAPart(const Members& members) const {
-    return !AreFew(members) || static_cast<double>(members.size()) * c_.points.weight >= kLeastPart;
+    return !AreFew(members) || static_cast<double>(members.size()) * c_.points.weight >= kMinPart;
   }
   bool AreFew(const Members& members) const {
     return static_cast<double>(members.size()) <=
-           (1 - kLeastExplained) * static_cast<double>(c_.points.size());
+           (1 - kNearlyAll) * static_cast<double>(c_.points.size());
   }
 
   std::array<Part, 2> SidesOf(const Cut& cut, const Members& open) {
@@ -227,7 +229,7 @@ class Parting {
     };
     std::vector<Cut> beside;
     for (const Candidate& candidate : CutsOf(open, plan_)) {
-      if (fits_ >= kMostFits) break;
+      if (fits_ >= kMaxFits) break;
       std::array<Part, 2> sides = SidesOf(candidate.cut, open);
       if (sides[0].fit && sides[1].fit) {
         offer(std::move(sides));
@@ -245,7 +247,7 @@ class Parting {
     if (best.size() < 2) return best;
     // Two solids do: the cut that missed the true border by little may have been the better one.
     for (const Cut& cut : beside) {
-      if (fits_ >= kMostFits) break;
+      if (fits_ >= kMaxFits) break;
       std::array<Part, 2> sides = SidesOf(cut, open);
       if (sides[0].fit && sides[1].fit) offer(std::move(sides));
     }
@@ -296,7 +298,8 @@ class Parting {
     while (fit) {
       Members on;
       for (std::uint32_t i : fit->solid.inliers) on.push_back(members[i]);
-      if (static_cast<double>(on.size()) >= (1 - kNoise) * static_cast<double>(members.size())) {
+      if (static_cast<double>(on.size()) >=
+          (1 - kMaxBeyondGates) * static_cast<double>(members.size())) {
         fit->solid.inliers.clear();
         break;
       }
@@ -370,7 +373,7 @@ class Parting {
   const FitContext& c_;
   const Plan plan_;
   const FreeRays few_ = FewOf(c_.free);  // while parts are sought
-  std::atomic<int> fits_ = 0;
+  std::atomic<std::size_t> fits_ = 0;
 };
 
 // Those known solids that account for what the parts leave: a ball between two boxes.
@@ -380,25 +383,27 @@ std::vector<Solid> BesideParts(const std::vector<Solid>& known, const std::vecto
   std::vector<Solid> beside;
   for (const Solid& solid : known) {
     const auto free = std::ranges::count_if(solid.inliers, [&](std::uint32_t i) { return !on[i]; });
-    if (static_cast<double>(free) >= kLeastExplained * static_cast<double>(solid.inliers.size())) {
+    if (static_cast<double>(free) >= kNearlyAll * static_cast<double>(solid.inliers.size())) {
       beside.push_back(solid);
     }
   }
   return beside;
 }
 
-// But for mixed pixels, and without filling what rays were seen to pass.
+// But for mixed pixels, and without filling what rays were seen to pass: with half of those that a
+// solid may have that accounts for the points better.
 bool IsOneSolid(const std::vector<Solid>& solids, const FitContext& c) {
   return solids.size() == 1 && LeaveNoPiece(solids, c) &&
-         PassedShare(solids.front(), c.free) <= kMostPassed;
+         PassedShare(solids.front(), c.free) <= kMaxPassedBeside / 2;
 }
 
 bool AccountForAll(const std::vector<Solid>& solids, const FitContext& c) {
   return static_cast<double>(std::ranges::count(OnAny(solids, c.points), 1)) >=
-         kLeastExplained * static_cast<double>(c.points.size());
+         kNearlyAll * static_cast<double>(c.points.size());
 }
 
 // From above: what lies about the same axis or one on the other was not cut where things touch.
+// Their hulls share less than a piece: borders blur by a few pixels.
 bool AreSideBySide(const std::vector<Part>& parts, const Plan& plan) {
   std::vector<Vector2> all;
   double sum_m2 = 0;
@@ -408,16 +413,16 @@ bool AreSideBySide(const std::vector<Part>& parts, const Plan& plan) {
     all.insert(all.end(), own.begin(), own.end());
     sum_m2 += HullArea_m2(std::move(own));
   }
-  return sum_m2 <= kMostHulls * HullArea_m2(std::move(all));
+  return sum_m2 <= (1 + kMinPiece) * HullArea_m2(std::move(all));
 }
 
-// Below which so many parts are preferred to the solids as they are, and to one of all points. Fewer
-// solids win without a margin.
+// Below which so many parts are preferred to the solids as they are, and to one of all points.
+// Fewer solids win without a margin.
 double MostValue(const std::vector<Solid>& solids, std::size_t parts, const FitContext& c) {
   const Account assembled = AccountOf(AnyOverlap(solids) ? std::vector<Solid>() : solids, c);
-  const double apart = (parts < solids.size() ? 1 : kMostOfSeveral) * assembled.value;
+  const double apart = (parts < solids.size() ? 1 : kMaxOfSeveral) * assembled.value;
   const std::optional<WholeFit> whole = BetterSolid(c, {});
-  return whole ? std::min(apart, kMostOfOne * whole->value) : apart;
+  return whole ? std::min(apart, kMaxOfOne * whole->value) : apart;
 }
 
 }  // namespace

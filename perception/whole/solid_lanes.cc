@@ -35,8 +35,8 @@ struct BoxLanes {
   }
 };
 
-// A convex solid of revolution: the nearest of the sides of its profile, or, within all of them, the
-// plane that is least deep.
+// A convex solid of revolution: the nearest of the sides of its profile, or, within all of them,
+// the plane that is least deep.
 struct RevolvedLanes {
   template <class Solid>
   explicit RevolvedLanes(const Solid& solid) {

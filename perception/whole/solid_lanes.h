@@ -19,8 +19,9 @@ class PlaceLanes {
 
   std::size_t size() const { return size_; }
 
-  // To the surface of a ball, cylinder, cone or box; negative inside. SignedDistance_m of each place,
-  // but for rounding. X_SP is of the frame of the places, `distance_m` as long as they are many.
+  // To the surface of a ball, cylinder, cone or box; negative inside. SignedDistance_m of each
+  // place, but for rounding. X_SP is of the frame of the places, `distance_m` as long as they are
+  // many.
   void DistancesTo(const Shape& solid, const Pose& X_SP, std::span<double> distance_m) const;
 
  private:

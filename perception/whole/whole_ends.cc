@@ -7,10 +7,6 @@
 namespace cwm::perception {
 namespace {
 
-// Radii of what leans, beyond its points: with its end in view it may show little else. The wall of
-// what lies is in view from above wherever nothing hides it.
-constexpr double kMostBeyond = 3;
-
 // What no point shows, a box does not claim: the ends of its surface that nothing pulls at, hidden
 // ones, are where its points end. Its foot is on the ground or told by its faces.
 void EndAtPoints(const ModelPoints& points, const PointsOnGround& on_ground, WholeFit& fit) {
@@ -44,8 +40,9 @@ void EndAtPoints(const ModelPoints& points, const PointsOnGround& on_ground, Who
   if (fit.kind == WholeKind::kTiltedBox) fit.parameters(2) = at_G.z();
 }
 
-// Nothing pulls at an end that no point shows: what lies ends at its points, what leans where it would
-// reach farther beyond them than what hides behind an end is likely to. What leans starts on the ground.
+// Nothing pulls at an end that no point shows: what lies ends at its points, what leans where it
+// would reach farther beyond them than what hides behind an end is likely to: the wall of what lies
+// is in view from above wherever nothing hides it. What leans starts on the ground.
 void EndNearPoints(const ModelPoints& points, const PointsOnGround& on_ground,
                    const ModelerOptions& options, WholeFit& fit) {
   const bool leans = fit.kind == WholeKind::kLeaningCylinder;
@@ -53,7 +50,7 @@ void EndNearPoints(const ModelPoints& points, const PointsOnGround& on_ground,
   const Eigen::Index radius = leans ? 4 : 3, length = radius + 1;
   const Vector3 axis = fit.solid.X_MS.linear().col(2);
   const double half_m = 0.5 * fit.parameters(length), at_m = axis.dot(fit.solid.X_MS.translation());
-  const double most_m = leans ? kMostBeyond * fit.parameters(radius) : points.widest_gate_m;
+  const double most_m = leans ? kHiddenRadii * fit.parameters(radius) : points.widest_gate_m;
   const Interval shown = ExtentAlong(axis, points, fit.solid.inliers, Density::kFading);
   const double low_m = shown.low_m - at_m, high_m = shown.high_m - at_m;
   const bool low_ends = leans || low_m + half_m <= most_m, high_ends = half_m - high_m <= most_m;

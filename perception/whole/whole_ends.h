@@ -6,9 +6,9 @@
 
 namespace cwm::perception {
 
-// Moves the ends of a fit that nothing pulls at to where the points end: of boxes, of what lies, and of
-// what leans far beyond its points. Its inliers stay as they are. The second argument are the points used,
-// on the ground.
+// Moves the ends of a fit that nothing pulls at to where the points end: of boxes, of what lies,
+// and of what leans far beyond its points. Its inliers stay as they are. The second argument are
+// the points used, on the ground.
 void EndWhereShown(const ModelPoints& points, const PointsOnGround& on_ground,
                    const ModelerOptions& options, WholeFit& fit);
 

@@ -10,6 +10,8 @@
 #include "collision/geometry/aabb.h"
 #include "collision/geometry/coefficients.h"
 #include "collision/geometry/distance_to_shape.h"
+#include "perception/cloud/tolerances.h"
+#include "perception/fit/refine.h"
 #include "perception/whole/solid_lanes.h"
 #include "perception/whole/whole_ends.h"
 #include "perception/whole/whole_limits.h"
@@ -19,40 +21,43 @@
 namespace cwm::perception {
 namespace {
 
-// Neighbouring residuals are correlated: to tell kinds from each other, 240 points of 3 000
-// measured ones do. What is kept is fitted to more: 960 tell the axes of what lies better by a
-// tenth, 4 000 no better.
-constexpr std::size_t kUsedPoints = 240, kKeptPoints = 960;
-constexpr std::size_t kStartPoints = 80;  // to find the best start
-// Of the loss, in standard deviations: wide, so that far starts are drawn in, then as narrow as
-// mixed pixels ask for.
+// chosen: of the points, within their gates under way: a fit with fewer is given up.
+constexpr double kMinOnTheWay = 0.85;
+
+// derived: what is kept is fitted to four times as many, which halves the error of what errs by
+// itself. They tell the axes of what lies better by a tenth, 4 000 points no better.
+constexpr std::size_t kKeptPoints = kUsedPoints * 4;
+// chosen: to find the best start, which the rest only has to be near to.
+constexpr std::size_t kStartPoints = 80;
+// chosen: of the loss, in standard deviations; wide, so that far starts are drawn in, then as
+// narrow as mixed pixels ask for.
 constexpr std::array<double, 3> kScales_sigma = {10, 4, 2.5};
-// Of normal residuals in the narrowest loss: the variance that it leaves, in terms of the one that its
-// weights suggest (the mean weight is 0.80, the efficiency 0.86). Of residuals far wider than stated their
-// own weighted square takes its place.
+// derived: of normal residuals in the narrowest loss, the variance that it leaves, in terms of the
+// one that its weights suggest (the mean weight is 0.80, the efficiency 0.86). Of residuals far
+// wider than stated their own weighted square takes its place.
 constexpr double kVariance = 0.93;
-constexpr int kFirstIterations = 3;  // of every start
-constexpr int kIterations = 8;       // per scale, of the best
-constexpr double kHopeless = 3;      // times a rival's loss, at the best start
-// Of the points, within their gates, at the best start and after the widest scale: of 1 500 fits in
-// simulated scenes that ended with 0.9 of them, 1 in 500 had less at the start, none less then.
-constexpr double kLeastAtStart = 0.5, kLeastOnTheWay = 0.85;
-constexpr int kAttempts = 6;  // to find a damping that helps, also across the creases of a surface
-constexpr double kFirstDamping = 1e-3;
-constexpr double kConverged = 1e-3;         // relative decrease of the loss
-constexpr double kLeastInformation = 1e-9;  // of a parameter that no point tells
-constexpr double kStep = 1e-6;              // metres or radians, of numerical derivatives
-constexpr double kFarAway_sigma = 1e6;      // from no solid at all
-// One standard deviation: half of the cups have half angles below 6 degrees where nothing tells.
-constexpr double kSlopeSpread = 0.15;
+// chosen: steps of every start, which tell which is the best of them.
+constexpr int kStepsOfStart = 3;
+// chosen: steps at each scale, of the best start; they may end sooner (kSettled).
+constexpr int kStepsPerScale = 8;
+// chosen: times a rival's loss, at the best start.
+constexpr double kHopeless = 3;
+// chosen: attempts to find a damping that helps, also across the creases of a surface.
+constexpr int kMaxDampings = 6;
+// chosen: the relative decrease of the loss that is worth no more steps.
+constexpr double kSettled = 1e-3;
+// derived: from no solid at all, a number whose square is one still.
+constexpr double kFarAway_sigma = 1e6;
 // Past the round side of what lies, an outline is blurred by what is more each pixel's own than the
-// noise of a surface: chosen on 500 simulated scenes, where 1 makes mixed pixels count too much. Past
-// the flat lids of what stands, a real Kinect shows the background up to 5 pixels over the far rim:
-// there rays tell no more than points.
+// noise of a surface. Past the flat lids of what stands, a real Kinect shows the background up to 5
+// pixels over the far rim: there rays tell no more than points.
+// chosen: on 500 simulated scenes, where 1 makes mixed pixels count too much.
 constexpr double kRaysPerSampleLying = 2.4;
-constexpr double kWorthMoving = 2;  // of the criterion: rays that a fit without them runs across
-constexpr double kLeastSide = 0.1;  // of the points, below the lid: fewer are mixed pixels
-constexpr double kNear_m = 0.02;    // of rays to a fit: steps that rays cause are smaller
+// chosen: of the criterion, rays that a fit without them runs across.
+constexpr double kWorthMoving = 2;
+// chosen: of rays to a fit, half of what their places span (PlacedAround); steps that they cause
+// are smaller.
+constexpr double kNear_m = 0.02;
 
 PointsOnGround OnGround(const FitContext& c, std::size_t most = kUsedPoints) {
   PointsOnGround out;
@@ -124,8 +129,8 @@ Eigen::MatrixXd Jacobian(WholeKind kind, const WholeParameters& x, const Eigen::
   Eigen::MatrixXd jacobian(r.size(), x.size());
   for (Eigen::Index k = 0; k < x.size(); ++k) {
     WholeParameters moved = x;
-    moved(k) += kStep;
-    jacobian.col(k) = (Residuals(kind, moved, evidence) - r) / kStep;
+    moved(k) += kDerivativeStep;
+    jacobian.col(k) = (Residuals(kind, moved, evidence) - r) / kDerivativeStep;
   }
   return jacobian;
 }
@@ -157,7 +162,7 @@ class Descent {
     for (int k = 0; k < iterations; ++k) {
       context_.work.Poll();
       const double before = Loss(at);
-      if (!Step(at) || before - Loss(at) < kConverged * before) return;
+      if (!Step(at) || before - Loss(at) < kSettled * before) return;
     }
   }
 
@@ -171,10 +176,10 @@ class Descent {
     const Eigen::MatrixXd weighted = weights.asDiagonal() * jacobian;
     const Eigen::MatrixXd information = jacobian.transpose() * weighted;
     const Eigen::VectorXd slope = weighted.transpose() * at.residuals;
-    for (int attempt = 0; attempt < kAttempts; ++attempt, damping_ *= 10) {
+    for (int attempt = 0; attempt < kMaxDampings; ++attempt, damping_ *= 10) {
       Eigen::MatrixXd damped = information;
       damped.diagonal() *= 1 + damping_;
-      damped.diagonal().array() += kLeastInformation;
+      damped.diagonal().array() += kMinInformation;
       Minimum next{at.x - damped.ldlt().solve(slope), {}};
       if (!IsValid(kind_, next.x, context_.options)) continue;
       next.residuals = Residuals(kind_, next.x, evidence_);
@@ -215,11 +220,12 @@ std::optional<Minimum> BestStart(WholeKind kind, const std::vector<Solid>& known
   for (const WholeParameters& start : StartsOf(kind, known, evidence.points)) {
     if (!IsValid(kind, start, c.options)) continue;
     Minimum trial{start, Residuals(kind, start, evidence)};
-    Descent(kind, kScales_sigma.front(), evidence, c).Run(kFirstIterations, trial);
+    Descent(kind, kScales_sigma.front(), evidence, c).Run(kStepsOfStart, trial);
     const double loss = StartLoss(trial.residuals, evidence.points.p_G.size());
     if (loss < least) best = std::move(trial), least = loss;
   }
-  if (best && ShareWithinGates(best->residuals, evidence.points.p_G.size()) < kLeastAtStart) {
+  // Of 1 500 fits in simulated scenes that ended with 0.9 of the points, 1 in 500 began with fewer.
+  if (best && ShareWithinGates(best->residuals, evidence.points.p_G.size()) < kLargerPart) {
     return std::nullopt;
   }
   return best;
@@ -291,7 +297,7 @@ void AddRaysNear(const Solid& solid, WholeKind kind, const FitContext& c, Eviden
                         static_cast<double>(evidence.points.p_G.size()) / measured;
 }
 
-// Of what stands: whether hardly any point shows its side.
+// Of what stands: whether nearly all points show its lid, and hardly any its side.
 bool IsLidAlone(const WholeFit& fit, const ModelPoints& points) {
   double length_m = 0;
   if (const auto* cylinder = std::get_if<Cylinder>(&fit.solid.shape)) length_m = cylinder->length_m;
@@ -301,7 +307,8 @@ bool IsLidAlone(const WholeFit& fit, const ModelPoints& points) {
   const auto below = std::ranges::count_if(fit.solid.inliers, [&](std::uint32_t i) {
     return (X_SM * points.p[i]).z() < 0.5 * length_m - points.gate_m[i];
   });
-  return static_cast<double>(below) < kLeastSide * static_cast<double>(fit.solid.inliers.size());
+  return static_cast<double>(below) <
+         (1 - kNearlyAll) * static_cast<double>(fit.solid.inliers.size());
 }
 
 void PlaceSolid(const WholeParameters& x, const PointsOnGround& points, const FitContext& c,
@@ -319,8 +326,9 @@ std::optional<WholeFit> Converged(WholeKind kind, Minimum at, const Evidence& ev
                                   const FitContext& c) {
   at.residuals = Residuals(kind, at.x, evidence);
   for (double scale : kScales_sigma) {
-    Descent(kind, scale, evidence, c).Run(kIterations, at);
-    if (ShareWithinGates(at.residuals, evidence.points.p_G.size()) < kLeastOnTheWay) {
+    Descent(kind, scale, evidence, c).Run(kStepsPerScale, at);
+    // None of those fits had less than 0.85 after the widest scale.
+    if (ShareWithinGates(at.residuals, evidence.points.p_G.size()) < kMinOnTheWay) {
       return std::nullopt;
     }
   }
@@ -363,7 +371,7 @@ void FitToMore(const FitContext& context, WholeFit& fit) {
   AddRaysNear(fit.solid, fit.kind, context, evidence);
   TakeNoiseAcross(Place(fit.kind, fit.parameters), context.noise, evidence.points);
   Minimum at{fit.parameters, Residuals(fit.kind, fit.parameters, evidence)};
-  Descent(fit.kind, kScales_sigma.back(), evidence, context).Run(kIterations, at);
+  Descent(fit.kind, kScales_sigma.back(), evidence, context).Run(kStepsPerScale, at);
   WholeFit moved = fit;
   PlaceSolid(at.x, evidence.points, context, moved);
   if (!IsHeldBack(moved, context.options)) fit = std::move(moved);
@@ -378,7 +386,7 @@ Eigen::MatrixXd CovarianceOf(const WholeFit& fit, const FitContext& c) {
   const Eigen::MatrixXd jacobian = Jacobian(fit.kind, fit.parameters, r, evidence);
   Eigen::MatrixXd gradients = weight.asDiagonal() * jacobian;
   Eigen::MatrixXd information = jacobian.transpose() * gradients;
-  information.diagonal().array() += kLeastInformation;
+  information.diagonal().array() += kMinInformation;
   const Eigen::MatrixXd inverse = information.inverse();
   // The information is of the points used, as if they were independent.
   const PointsOnGround& points = evidence.points;
@@ -403,8 +411,8 @@ std::vector<double> CoefficientSigmas(const WholeFit& fit, const Eigen::MatrixXd
     const WholeSolid solid = Place(fit.kind, fit.parameters + step);
     std::vector<double> values = Coefficients(solid.shape, X_MG * solid.X_GS);
     if (std::holds_alternative<Cylinder>(solid.shape)) {
-      // Of a line any point will do: along it, where an end that nothing tells may be anywhere, it has
-      // no error.
+      // Of a line any point will do: along it, where an end that nothing tells may be anywhere, it
+      // has no error.
       Eigen::Map<Vector3> point(values.data());
       const Vector3 axis = X_MS.linear().col(2);
       point -= axis.dot(point - X_MS.translation()) * axis;
@@ -414,7 +422,7 @@ std::vector<double> CoefficientSigmas(const WholeFit& fit, const Eigen::MatrixXd
   std::vector<double> sigma = PropagatedSigmas(coefficients, covariance);
   // Up is known to kUpSigma_rad; the axis of a solid that stands or lies is no better known across
   // itself. Along itself a unit vector has no error.
-  constexpr std::size_t kAxis = 3;
+  constexpr std::size_t kAxis = Vector3::SizeAtCompileTime;  // after a point
   if (fit.kind != WholeKind::kBall && sigma.size() > kAxis + 3) {
     const std::vector<double> values = coefficients(Eigen::VectorXd::Zero(covariance.rows()));
     for (std::size_t k = kAxis; k < kAxis + 3; ++k) {

@@ -4,11 +4,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "perception/cloud/tolerances.h"
+
 namespace cwm::perception {
 namespace {
 
-constexpr double kLevel_sine = 0.5;      // of the elevation of an axis that may lie: 30 degrees
-constexpr double kUpright_cosine = 0.9;  // of the inclination of one that may stand: 26 degrees
+// chosen: of the inclination of an axis that may stand, 26 degrees.
+constexpr double kMayStand_cos = 0.9;
 
 Matrix3 AxisAt(double yaw_rad, double elevation_sine) {
   const double level = std::sqrt(std::max(0.0, 1 - elevation_sine * elevation_sine));
@@ -62,7 +64,7 @@ std::optional<Axial> AsAxial(const WholeSolid& solid) {
 }
 
 std::optional<WholeParameters> OfUpright(WholeKind kind, const Axial& a) {
-  if (a.axis.z() < kUpright_cosine) return std::nullopt;
+  if (a.axis.z() < kMayStand_cos) return std::nullopt;
   const double height_m = a.at.z() + 0.5 * a.length_m;
   if (kind == WholeKind::kUprightCylinder) {
     return WholeParameters(Eigen::Vector4d(a.at.x(), a.at.y(), height_m, a.radius_mid_m));
@@ -73,7 +75,7 @@ std::optional<WholeParameters> OfUpright(WholeKind kind, const Axial& a) {
 }
 
 std::optional<WholeParameters> OfLying(WholeKind kind, const Axial& a) {
-  if (std::abs(a.axis.z()) > kLevel_sine) return std::nullopt;
+  if (std::abs(a.axis.z()) > kWallRise_sin) return std::nullopt;
   WholeParameters x(kind == WholeKind::kLyingCone ? 6 : 5);
   x.head<5>() << a.at.x(), a.at.y(), std::atan2(a.axis.y(), a.axis.x()), a.radius_mid_m, a.length_m;
   if (kind == WholeKind::kLyingCone) x(5) = a.slope;

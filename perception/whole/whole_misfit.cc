@@ -5,21 +5,21 @@
 #include <cmath>
 
 #include "collision/geometry/signed_distance.h"
+#include "perception/cloud/tolerances.h"
 
 namespace cwm::perception {
 namespace {
 
-constexpr double kStep_m = 1e-6;  // of numerical derivatives
-// More slanted, the ray's lateral noise has no bound.
-constexpr double kLeastCosine = 0.2;
+// chosen: of a ray's incidence; at more slanted ones its lateral noise has no bound.
+constexpr double kMinIncidence_cos = 0.2;
 
 // The first terms of the series whose products sum up to exp(-d^2 / (2 l^2)), one row per point.
-constexpr int kWarpTerms = 6;
 Eigen::MatrixXd WarpTerms(const PointsOnGround& points) {
   Vector3 middle = Vector3::Zero();
   for (const Vector3& p : points.p_G) middle += p / static_cast<double>(points.p_G.size());
   const Matrix3 across = BasisFromZ((middle - points.viewpoint_G).normalized());
-  Eigen::MatrixXd terms(static_cast<Eigen::Index>(points.p_G.size()), kWarpTerms);
+  Eigen::MatrixXd terms(static_cast<Eigen::Index>(points.p_G.size()),
+                        Eigen::Index{QuadricTerms::SizeAtCompileTime});
   for (Eigen::Index i = 0; i < terms.rows(); ++i) {
     const Vector3 away = points.p_G[static_cast<std::size_t>(i)] - middle;
     const Vector2 x = (across.transpose() * away).head<2>() / kWarpCorrelation_m;
@@ -33,8 +33,9 @@ Eigen::MatrixXd WarpTerms(const PointsOnGround& points) {
 }  // namespace
 
 double PerRange(const Shape& shape, const Pose& X_SG, const Vector3& p, const Vector3& viewpoint) {
-  const Vector3 farther = p + kStep_m * (p - viewpoint).normalized();
-  return (SignedDistance_m(shape, X_SG * farther) - SignedDistance_m(shape, X_SG * p)) / kStep_m;
+  const Vector3 farther = p + kDerivativeStep * (p - viewpoint).normalized();
+  return (SignedDistance_m(shape, X_SG * farther) - SignedDistance_m(shape, X_SG * p)) /
+         kDerivativeStep;
 }
 
 Misfit MisfitOf(const WholeSolid& solid, const Eigen::VectorXd& residuals,
@@ -76,7 +77,7 @@ void TakeNoiseAcross(const WholeSolid& solid, const SensorNoise& noise, PointsOn
     const double per_range = PerRange(solid.shape, X_SG, p, points.viewpoint_G);
     const double cosine = std::min(1.0, std::abs(per_range));
     const double lateral_m = noise.LateralSigma_m((p - points.viewpoint_G).norm(),
-                                                  std::acos(std::max(cosine, kLeastCosine)));
+                                                  std::acos(std::max(cosine, kMinIncidence_cos)));
     points.sigma_m[i] =
         std::hypot(cosine * points.sigma_m[i], std::sqrt(1 - cosine * cosine) * lateral_m);
   }

@@ -9,6 +9,9 @@
 
 namespace cwm::perception {
 
+// Of a surface over two coordinates: 1, x, y, x^2, x y, y^2.
+using QuadricTerms = Eigen::Matrix<double, 6, 1>;
+
 // Of points against a surface: signed, in standard deviations, and by how much each changes with
 // the range, which is what the sensor's warp moves.
 struct Misfit {

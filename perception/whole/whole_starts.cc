@@ -11,25 +11,29 @@
 #include "collision/geometry/aabb.h"
 #include "collision/geometry/polygon.h"
 #include "perception/cloud/quantile.h"
+#include "perception/cloud/tolerances.h"
 #include "perception/solids/plane_solid.h"
 
 namespace cwm::perception {
 namespace {
 
-constexpr double kNearlyAll = 0.97;  // of the points; what noise throws beyond is left out
-constexpr double kBelowTop_sigma = 4;
-constexpr std::size_t kLeastWallPoints = 12;
-constexpr int kYaws = 4;                 // of what lies, 45 degrees apart
-constexpr double kEndOn = 3;             // radii, the length of what lies with its end in view
-constexpr double kStartTurn_rad = 0.25;  // of what leans, about its points' direction
-constexpr double kLeastLean = 0.1;       // sine of the elevation
-constexpr double kLeastRoundness = 0.6;  // of a face, its lesser extent of the other: an end's
-constexpr double kStartSlope = 0.12;     // 7 degrees, on either side: a cup's
+// chosen: of the points, on either side, what noise throws beyond the ends.
+constexpr double kBeyondEnds = 0.03;
+
+// chosen: of what leans, to either side of its points' direction, 14 degrees.
+constexpr double kStartTurn_rad = 0.25;
+// derived: the sine of the elevation of a start that leans, twice the limit: a step may take half
+// of it.
+constexpr double kStartLean = kMinLean * 2;
+// chosen: of a face that may be an end, its lesser extent, in terms of the other.
+constexpr double kMinRoundness = 0.6;
+// derived: the mean slope of cones, on either side.
+constexpr double kStartSlope = kSlopeSpread * std::numbers::sqrt2 * std::numbers::inv_sqrtpi;
 
 double TopOf_m(const PointsOnGround& points) {
   std::vector<double> heights;
   for (const Vector3& p : points.p_G) heights.push_back(p.z());
-  return Quantile(std::move(heights), kNearlyAll);
+  return Quantile(std::move(heights), 1 - kBeyondEnds);
 }
 
 struct Extent {
@@ -39,8 +43,8 @@ struct Extent {
 Extent ExtentOf(const PointsOnGround& points, const Vector3& direction) {
   std::vector<double> values;
   for (const Vector3& p : points.p_G) values.push_back(direction.dot(p));
-  const double low_m = Quantile(values, 1 - kNearlyAll);
-  const double high_m = Quantile(std::move(values), kNearlyAll);
+  const double low_m = Quantile(values, kBeyondEnds);
+  const double high_m = Quantile(std::move(values), 1 - kBeyondEnds);
   return {0.5 * (low_m + high_m), high_m - low_m};
 }
 
@@ -88,11 +92,11 @@ std::vector<WholeParameters> UprightStarts(const PointsOnGround& points) {
   starts.emplace_back(Eigen::Vector4d(x.mid_m, y.mid_m, top_m, 0.25 * (x.size_m + y.size_m)));
   std::vector<Vector3> wall;
   for (std::size_t i = 0; i < points.p_G.size(); ++i) {
-    if (points.p_G[i].z() < top_m - kBelowTop_sigma * points.sigma_m[i]) {
+    if (points.p_G[i].z() < top_m - kNoiseReach_sigma * points.sigma_m[i]) {
       wall.push_back(points.p_G[i]);
     }
   }
-  if (wall.size() < kLeastWallPoints) return starts;
+  if (wall.size() < kOneSample) return starts;
   if (const auto circle = RoundThrough<2>(wall)) {
     starts.emplace_back(
         Eigen::Vector4d(circle->center.x(), circle->center.y(), top_m, circle->radius_m));
@@ -112,14 +116,14 @@ double PrincipalYaw_rad(const PointsOnGround& points) {
   return std::atan2(d.y(), d.x());
 }
 
-// As high as the points, along their extent; one that shows little but its end reaches away from
-// the sensor.
+// As high as the points, along or across their extent or between both; one that shows little but
+// its end reaches away from the sensor.
 std::vector<WholeParameters> LyingStarts(const PointsOnGround& points) {
   const double radius_m = 0.5 * TopOf_m(points);
   const double principal_rad = PrincipalYaw_rad(points);
   std::vector<WholeParameters> starts;
-  for (int k = 0; k < kYaws; ++k) {
-    const double yaw_rad = principal_rad + k * std::numbers::pi / kYaws;
+  for (const Vector2& way : {Vector2(1, 0), Vector2(1, 1), Vector2(0, 1), Vector2(-1, 1)}) {
+    const double yaw_rad = principal_rad + std::atan2(way.y(), way.x());
     const Vector3 along(std::cos(yaw_rad), std::sin(yaw_rad), 0);
     const Vector3 across(-along.y(), along.x(), 0);
     const Extent length = ExtentOf(points, along);
@@ -127,11 +131,11 @@ std::vector<WholeParameters> LyingStarts(const PointsOnGround& points) {
     WholeParameters x(5);
     x << mid.x(), mid.y(), yaw_rad, radius_m, length.size_m;
     starts.push_back(x);
-    const double hidden_m = kEndOn * radius_m - length.size_m;
+    const double hidden_m = kHiddenRadii * radius_m - length.size_m;
     if (!(hidden_m > 0)) continue;
     const double away = along.dot(mid - points.viewpoint_G) > 0 ? 0.5 : -0.5;
     x.head<2>() += away * hidden_m * along.head<2>();
-    x(4) = kEndOn * radius_m;
+    x(4) = kHiddenRadii * radius_m;
     starts.push_back(std::move(x));
   }
   return starts;
@@ -153,7 +157,7 @@ std::vector<WholeParameters> LeaningStarts(const PointsOnGround& points) {
     const double elevation_rad = std::asin(std::min(1.0, axis.z())) + turn_rad;
     WholeParameters x(6);
     x << mean.x(), mean.y(), yaw_rad, elevation_rad, 0.5 * width.size_m,
-        TopOf_m(points) / std::max(0.1, std::sin(elevation_rad));
+        TopOf_m(points) / std::max(kStartLean, std::sin(elevation_rad));
     starts.push_back(std::move(x));
   }
   return starts;
@@ -169,9 +173,9 @@ std::vector<WholeParameters> LeaningBehind(const WholeSolid& known) {
     Vector3 axis = known.X_GS.linear().col(k);
     if (axis.z() < 0) axis = -axis;
     const double across_m = size_m((k + 1) % 3), other_m = size_m((k + 2) % 3);
-    if (std::min(across_m, other_m) < kLeastRoundness * std::max(across_m, other_m)) continue;
+    if (std::min(across_m, other_m) < kMinRoundness * std::max(across_m, other_m)) continue;
     const double elevation_rad = std::asin(std::min(1.0, axis.z()));
-    if (std::sin(elevation_rad) < kLeastLean) continue;
+    if (std::sin(elevation_rad) < kStartLean) continue;
     const double radius_m = 0.25 * (across_m + other_m);
     const Vector3 face = known.X_GS * bounds.center() + 0.5 * size_m(k) * axis;
     const double length_m = std::max(

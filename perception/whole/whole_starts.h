@@ -7,6 +7,10 @@
 
 namespace cwm::perception {
 
+// chosen: radii, how long what hides behind an end in view may be: of what is round and lies or
+// leans its end may be nearly all that is seen.
+inline constexpr double kHiddenRadii = 3;
+
 // Points of an object in the frame of the ground.
 struct PointsOnGround {
   Pose X_MG = Pose::Identity();

@@ -7,20 +7,21 @@
 #include <vector>
 
 #include "collision/geometry/coefficients.h"
+#include "perception/cloud/tolerances.h"
 #include "perception/solids/free_space.h"
 
 namespace cwm::perception {
 namespace {
 
-// Of the radius, what a focal length explains that is off by 0.025; chosen: 525 pixels, which drivers
-// assume of every Kinect, for 544 are off by more, but with 0.07 a tin that lies on edge becomes
-// smaller than its lid.
-constexpr double kMostNarrowed = 0.05;
-constexpr int kSteps = 5;  // of a hundredth of the radius each
-// Of the rays beside and behind: noise and mixed pixels let fewer run into an outline that is
-// right.
-constexpr double kNoticed = 0.02;
-constexpr double kCleared = 1.0 / 3, kWorthwhile = 2.0 / 3;  // of those, that still run into it
+// chosen: of the radius, what a focal length explains that is off by 0.025; 525 pixels, which
+// drivers assume of every Kinect, for 544 are off by more, but with 0.07 a tin that lies on edge
+// becomes smaller than its lid.
+constexpr double kMaxNarrowed = 0.05;
+// chosen: steps of a hundredth of the radius each.
+constexpr int kNarrowings = 5;
+// chosen: of the rays that run into a solid, what must be cleared at least; when no more than as
+// much is left, that is noise.
+constexpr double kMinCleared = 1.0 / 3;
 
 // Mean; 0 of what is not round about an axis.
 double RadiusOf(const Shape& shape) {
@@ -54,21 +55,22 @@ void Yield(const FitContext& c, Solid& solid) {
   const double radius_m = RadiusOf(solid.shape);
   if (!(radius_m > 0) || solid.vessel) return;
   const double at_first = PassedShare(solid, c.free);
-  if (at_first < kNoticed) return;
+  if (at_first < kMixedPixels) return;  // fewer run into an outline that is right
   const Vector3 axis = solid.X_MS.linear().col(2);
   Vector3 toward = c.points.viewpoint - solid.X_MS.translation();
   toward -= toward.dot(axis) * axis;
   if (!(toward.norm() > radius_m)) return;  // seen along its axis: no side of it faces the sensor
   toward.normalize();
-  double least = kWorthwhile * at_first;
+  const double worthwhile = (1 - kMinCleared) * at_first;
+  double least = worthwhile;
   Solid clearest;
-  for (int step = 1; step <= kSteps && least > kCleared * at_first; ++step) {
+  for (int step = 1; step <= kNarrowings && least > kMinCleared * at_first; ++step) {
     c.work.Poll();
-    Solid narrowed = Narrowed(solid, toward, step * kMostNarrowed / kSteps * radius_m);
+    Solid narrowed = Narrowed(solid, toward, step * kMaxNarrowed / kNarrowings * radius_m);
     const double now = PassedShare(narrowed, c.free);
     if (now < least) least = now, clearest = std::move(narrowed);
   }
-  if (!(least < kWorthwhile * at_first)) return;
+  if (!(least < worthwhile)) return;
   WidenSigmas(solid, clearest);
   solid = std::move(clearest);
 }

@@ -85,10 +85,10 @@ TEST_F(CutOff, AnEarThatABoxTookReturnsAndTheBoxStays) {
   // What lies within a finger's width of the box is left to it, of the ear as well.
   const bool second_is_box = At(1).points.back() == all - 1;
   const PointSet& mug = At(second_is_box ? 0 : 1).points;
-  EXPECT_GE(mug.size(), mug_points_ + kLeastHandlePoints);
+  EXPECT_GE(mug.size(), mug_points_ + kMinHandlePoints);
   EXPECT_LE(
       std::count_if(mug.begin(), mug.end(), [&](std::uint32_t i) { return i >= of_mug_and_ear; }),
-      static_cast<std::ptrdiff_t>(kLeastHandlePoints));
+      static_cast<std::ptrdiff_t>(kMinHandlePoints));
 }
 
 TEST_F(CutOff, APieceOfTheWallReturnsWithItsEar) {

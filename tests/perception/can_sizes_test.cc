@@ -3,8 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <variant>
 
@@ -79,12 +81,23 @@ TEST(CanSizes, AreToldByTheLidAndByTheRaysBesideTheCan) {
   EXPECT_LT(worst_m, kPixel_m);
 }
 
-// Three times as many points, which would tell three times as much if the views fitted each other.
+double MedianOfFive(const std::function<double(std::uint64_t seed)>& of) {
+  std::array<double, 5> values{};
+  for (std::size_t k = 0; k < values.size(); ++k) values[k] = of(k + 1);
+  std::ranges::sort(values);
+  return values[2];
+}
+
+// Three times as many points, which would tell three times as much if the views fitted each other. The
+// middle of five scans: how well views fit differs from scan to scan.
 TEST(CanSizes, AreKnownNoBetterThanViewsOfItAreRegistered) {
   const SimulatedScene scene = CanOnTable();
-  const double of_one_m = RadiusSigma_m(FoundIn(Scan(scene, FarAway(), {.seed = 1}).cloud));
-  const double of_three_m =
-      RadiusSigma_m(FoundIn(ScanFromSeveral(scene, FarAway(), 3, {.seed = 1}).cloud.cloud));
+  const double of_one_m = MedianOfFive([&](std::uint64_t seed) {
+    return RadiusSigma_m(FoundIn(Scan(scene, FarAway(), {.seed = seed}).cloud));
+  });
+  const double of_three_m = MedianOfFive([&](std::uint64_t seed) {
+    return RadiusSigma_m(FoundIn(ScanFromSeveral(scene, FarAway(), 3, {.seed = seed}).cloud.cloud));
+  });
   EXPECT_GT(of_one_m, 0.0003);
   EXPECT_LT(of_one_m, 0.003);
   EXPECT_GT(of_three_m, 0.0006);

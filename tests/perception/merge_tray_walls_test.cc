@@ -8,6 +8,7 @@
 #include <string>
 
 #include "collision/geometry/hybrid_model.h"
+#include "perception/cloud/tolerances.h"
 #include "perception/simulation/look_at.h"
 #include "perception/simulation/virtual_scanner.h"
 #include "tests/perception/table_scene.h"
@@ -15,7 +16,6 @@
 namespace cwm::perception {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kWall_m = 0.004;
 // Of two sides each: the 5 mm that a lone face is made thick, and as much for where a wall is seen to end.
 constexpr double kWithin_m = 0.02;

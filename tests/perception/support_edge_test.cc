@@ -20,8 +20,6 @@ PinholeCamera CameraFrom(double elevation_rad) {
   return camera;
 }
 
-constexpr double kDegree = std::numbers::pi / 180;
-
 // How many objects within a hand's breadth of the place stand on a support at z = 0.
 std::ptrdiff_t ObjectsAt(const Vector3& place, const SimulatedScene& scene,
                          const PinholeCamera& camera, std::uint64_t seed) {

@@ -8,23 +8,15 @@
 
 #include "perception/cloud/parallel_for.h"
 #include "perception/cloud/quantile.h"
+#include "perception/cloud/tolerances.h"
 #include "perception/handles/vessel_handles.h"
 #include "perception/hypotheses/point_sample.h"
 
 namespace cwm::perception {
 namespace {
 
-// What ends within this of the support stands on it, as a pen does: the band above a support that
-// is given to it, and a little of what noise leaves.
-constexpr double kStandingTolerance_sigma = 4;
-constexpr float kFootQuantile = 0.05f;  // quantile of heights: what stands has its foot there
-constexpr int kMaxRounds = 4;           // a handle in as many parts, each beyond the one before
-constexpr double kMaxShare = 0.5;       // of the vessel's points, that its handle may have
-// Of what a thing keeps beside the handle, on the vessel's wall: then it is a part of the vessel.
-constexpr double kMinOnWall = 0.8;
-
-// Points that may be looked at for handles of other things, in those of the scene: kitchens with their
-// walls ask for five, a thousand balls that touch for fifty.
+// measured: points that may be looked at for handles of other things, in those of the scene:
+// kitchens with their walls ask for five, a thousand balls that touch for fifty.
 constexpr std::size_t kMaxLooks = 10;
 
 Eigen::AlignedBox3f BoundsOf(const OrientedPoints& points, const PointSet& members) {
@@ -33,7 +25,8 @@ Eigen::AlignedBox3f BoundsOf(const OrientedPoints& points, const PointSet& membe
   return bounds;
 }
 
-// On the support that the vessel stands on, if it is known.
+// On the support that the vessel stands on, if it is known: what ends within the reach of its noise
+// does, as a pen that lies there.
 bool Stands(const SegmentedScene& measured, const PointSet& members, std::int32_t support) {
   if (support < 0) return false;
   const Pose X_SL =
@@ -44,7 +37,7 @@ bool Stands(const SegmentedScene& measured, const PointSet& members, std::int32_
     heights_m.push_back((X_SL * measured.points.points[i].cast<double>()).z());
     sigma_m = std::max(sigma_m, double{measured.points.sigma_m[i]});
   }
-  return Quantile(std::move(heights_m), kFootQuantile) <= kStandingTolerance_sigma * sigma_m;
+  return Quantile(std::move(heights_m), kFootQuantile) <= kNoiseReach_sigma * sigma_m;
 }
 
 // Points of one hypothesis that another one gets.
@@ -104,7 +97,7 @@ class Adoption {
       for (std::size_t from = 0; from < given_to_.size(); ++from) {
         work_.Poll();
         if (from == k || given_to_[from] != from || !IsLarge(from) ||
-            bounds_[from].exteriorDistance(bounds_[k]) > kMostHandleGap_m) {
+            bounds_[from].exteriorDistance(bounds_[k]) > kTouching_m) {
           continue;
         }
         if (!asked_[k]) Ask(k);
@@ -136,12 +129,12 @@ class Adoption {
     return {state_.points(), hypothesis.points, hypothesis.node_count};
   }
 
-  bool IsLarge(std::size_t k) const { return At(k).points.size() >= kLeastHandlePoints; }
+  bool IsLarge(std::size_t k) const { return At(k).points.size() >= kMinHandlePoints; }
 
   bool IsTouched(std::size_t k) const {
     for (std::size_t other = 0; other < given_to_.size(); ++other) {
       if (other != k && IsLarge(other) &&
-          bounds_[other].exteriorDistance(bounds_[k]) <= kMostHandleGap_m) {
+          bounds_[other].exteriorDistance(bounds_[k]) <= kTouching_m) {
         return true;
       }
     }
@@ -150,12 +143,12 @@ class Adoption {
 
   std::size_t VesselOf(std::size_t part) {
     const ObjectHypothesis& thing = At(part);
-    const double most = static_cast<double>(thing.points.size()) / kMaxShare;
+    const double most = static_cast<double>(thing.points.size()) / kLargerPart;
     for (std::size_t k = 0; k < given_to_.size(); ++k) {
       const ObjectHypothesis& vessel = At(k);
       if (k == part || given_to_[k] != k) continue;
       if (static_cast<double>(vessel.points.size()) < most) continue;
-      if (bounds_[part].exteriorDistance(bounds_[k]) > kMostHandleGap_m) continue;
+      if (bounds_[part].exteriorDistance(bounds_[k]) > kTouching_m) continue;
       if (IsHandleOf(thing, k)) return k;
     }
     return part;
@@ -190,7 +183,8 @@ class Adoption {
     for (const Vessel::Cluster& handle : handles) {
       for (std::uint32_t i : handle) rest[i] = 0;
     }
-    const bool is_of_vessel = vessels_[k]->ShareOnWalls(points, rest) >= kMinOnWall;
+    // What it keeps beside the handles is on the wall too.
+    const bool is_of_vessel = vessels_[k]->ShareOnWalls(points, rest) >= kMainShare;
     std::erase_if(handles, [&](const Vessel::Cluster& handle) {
       return !is_of_vessel && IsItsOwn(points, handle, from, *vessels_[k]);
     });
@@ -203,7 +197,7 @@ class Adoption {
     for (std::size_t i = 0; i < of_all.size(); ++i) {
       if (of_all[i] == 0) given.push_back(At(from).points[i]);
     }
-    const double most = kMaxShare * static_cast<double>(At(k).points.size());
+    const double most = kLargerPart * static_cast<double>(At(k).points.size());
     if (given.empty() || static_cast<double>(given.size()) > most || HasGivenPart(from) ||
         Stands(state_.measured(), given, At(k).resting.support)) {
       return;
@@ -247,7 +241,7 @@ class Adoption {
 FoundHandles FindCutOffHandles(const SceneState& state, const Work& work) {
   Adoption adoption(state, work);
   adoption.AskAhead();
-  for (int round = 0; round < kMaxRounds && adoption.Give();) ++round;
+  for (int round = 0; round < kMaxGiftRounds && adoption.Give();) ++round;
   adoption.GiveParts();
   return adoption.Found();
 }

@@ -10,8 +10,10 @@
 #include <vector>
 
 #include "perception/cloud/quantile.h"
+#include "perception/cloud/tolerances.h"
 #include "perception/handles/vessel_handles.h"
 #include "perception/hypotheses/point_sample.h"
+#include "perception/refinement/evidence.h"
 #include "perception/segmentation/surface_graph.h"
 
 namespace cwm::perception {
@@ -19,21 +21,11 @@ namespace {
 
 using Eigen::Vector3f;
 
-// Places below the lowest tenth of a thing, each at three heights, are asked: below simulated spouts
-// 0.67 and more of them are empty, below what stands behind a vessel or in its shadow 0.01 and less.
+// chosen: of a thing's points, the lowest, below which places are looked at.
 constexpr double kLowestShare = 0.1;
-constexpr double kMinEmpty = 0.5;
-constexpr std::size_t kMaxAsked = 64;
-constexpr double kFootQuantile = 0.05;  // of heights: below are mixed pixels
-constexpr double kMinOutside = 0.8;     // of its points: what lies in a vessel is no part of it
-constexpr double kRim_m = 0.02;    // what begins no lower rests on the rim, as lids and ladles do
-constexpr double kMaxShare = 0.5;  // of the vessel's points
-// From the wall, or from what is fixed to it, to the nearest of its points: as a spout reaches out whose
-// root something hides. Nothing floats.
-constexpr double kMaxGap_m = 0.06;
-constexpr std::size_t kMaxForGap = 500;
-// A spout in as many parts, each beyond the one before.
-constexpr int kMaxRounds = 4;
+// chosen: from the wall, or from what is fixed to it, to the nearest of its points: as a spout
+// reaches out whose root something hides. Nothing floats.
+constexpr double kMaxSpoutGap_m = 0.06;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 class Adoption {
@@ -86,15 +78,15 @@ class Adoption {
   // The nearest to it.
   std::size_t VesselOf(std::size_t part) {
     const ObjectHypothesis& thing = At(part);
-    if (!thing.plates.empty() || thing.points.size() < kLeastHandlePoints) return part;
+    if (!thing.plates.empty() || thing.points.size() < kMinHandlePoints) return part;
     std::size_t vessel = part;
-    double nearest_m = kMaxGap_m;
+    double nearest_m = kMaxSpoutGap_m;
     for (std::size_t k = 0; k < given_to_.size(); ++k) {
       const std::int32_t support = At(k).resting.support;
       if (k == part || given_to_[k] != k || support < 0) continue;
-      const auto most = kMaxShare * static_cast<double>(At(k).points.size());
+      const auto most = kLargerPart * static_cast<double>(At(k).points.size());
       if (static_cast<double>(thing.points.size()) > most || RestsOnAnother(part, k) ||
-          bounds_[part].exteriorDistance(bounds_[k]) > kMaxGap_m ||
+          bounds_[part].exteriorDistance(bounds_[k]) > kMaxSpoutGap_m ||
           !Hangs(thing, static_cast<std::size_t>(support))) {
         continue;
       }
@@ -111,7 +103,9 @@ class Adoption {
     return below && given_to_[state_.IndexOf(*below)] != vessel;
   }
 
-  // Whether one sees that nothing is below it.
+  // Whether one sees that nothing is below it, at three heights. measured: below simulated spouts
+  // 0.67 and more of the places are empty, below what stands behind a vessel or in its shadow 0.01
+  // and less.
   bool Hangs(const ObjectHypothesis& thing, std::size_t support) const {
     const Pose& X_LS = state_.measured().supports[support].plate.X_FS;
     const Pose X_SL = X_LS.inverse(Eigen::Isometry);
@@ -123,7 +117,7 @@ class Adoption {
     const std::size_t lowest =
         static_cast<std::size_t>(kLowestShare * double(heights_m.size())) + 1;
     std::size_t asked = 0, empty = 0;
-    for (std::size_t k = 0; k < lowest; k += lowest / kMaxAsked + 1, ++asked) {
+    for (std::size_t k = 0; k < lowest; k += lowest / kMaxAskedPoints + 1, ++asked) {
       const double height_m = heights_m[k].first;
       const std::uint32_t i = heights_m[k].second;
       empty +=
@@ -135,7 +129,7 @@ class Adoption {
                    Visibility::kSeenThrough;
           });
     }
-    return static_cast<double>(empty) >= kMinEmpty * static_cast<double>(asked);
+    return 2 * empty >= asked;
   }
 
   // To the outside of the wall, or to what is fixed to that; infinite where it is no such part.
@@ -147,14 +141,15 @@ class Adoption {
     const OrientedPoints points = SampleOf(part).Points();
     const std::vector<char> all(points.size(), 1);
     const Vessel::Cluster outside = vessels_[k]->StandOut(points, all);
-    if (static_cast<double>(outside.size()) < kMinOutside * static_cast<double>(points.size())) {
+    // What lies in a vessel is no part of it, nor what rests on the rim, as lids and ladles do.
+    if (static_cast<double>(outside.size()) < kMainShare * static_cast<double>(points.size())) {
       return kInfinity;
     }
     std::vector<float> heights_m;
     for (const Vector3f& p : points.points) heights_m.push_back(p.z());
     const double foot_m = Quantile(std::move(heights_m), kFootQuantile);
     const auto is_below_rim = [&](const RevolvedWall& wall) {
-      return foot_m < wall.high_z_m - kRim_m;
+      return foot_m < wall.high_z_m - kVesselRim_m;
     };
     if (!std::ranges::any_of(vessels_[k]->walls(), is_below_rim)) return kInfinity;
     return std::min(vessels_[k]->Gap_m(points, outside), Gap_m(part, k));
@@ -167,7 +162,7 @@ class Adoption {
 
   // Between the nearest two of both; of many every other one or fewer.
   double Gap_m(std::size_t part, std::size_t k) {
-    const Vector3f reach = Vector3f::Constant(float{kMaxGap_m});
+    const Vector3f reach = Vector3f::Constant(float{kMaxSpoutGap_m});
     const Eigen::AlignedBox3f around(bounds_[part].min() - reach, bounds_[part].max() + reach);
     std::vector<Vector3f> near;
     for (const Vector3f& p : PlacesOf(k)) {
@@ -175,8 +170,8 @@ class Adoption {
     }
     const std::vector<Vector3f>& places = PlacesOf(part);
     float nearest_m2 = std::numeric_limits<float>::infinity();
-    for (std::size_t i = 0; i < places.size(); i += 1 + places.size() / kMaxForGap) {
-      for (std::size_t j = 0; j < near.size(); j += 1 + near.size() / kMaxForGap) {
+    for (std::size_t i = 0; i < places.size(); i += 1 + places.size() / kMaxLookedAt) {
+      for (std::size_t j = 0; j < near.size(); j += 1 + near.size() / kMaxLookedAt) {
         nearest_m2 = std::min(nearest_m2, (places[i] - near[j]).squaredNorm());
       }
     }
@@ -197,7 +192,7 @@ class Adoption {
 std::vector<Gift> FindSpouts(const SceneState& state, const Work& work) {
   if (!state.sight()) return {};
   Adoption adoption(state, work);
-  for (int round = 0; round < kMaxRounds && adoption.Give();) ++round;
+  for (int round = 0; round < kMaxGiftRounds && adoption.Give();) ++round;
   return adoption.Gifts();
 }
 

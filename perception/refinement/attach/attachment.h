@@ -10,6 +10,12 @@
 
 namespace cwm::perception {
 
+// chosen: a handle or a spout comes in as many parts, each beyond the one before.
+inline constexpr int kMaxGiftRounds = 4;
+// chosen: quantile of heights where a thing has its foot: below are mixed pixels. Of
+// kMinHandlePoints the quantile kMixedPixels would be the lowest one.
+inline constexpr double kFootQuantile = 0.05;
+
 // Points of one hypothesis that become another one's; all of them, or a part.
 struct Gift {
   HypothesisId from, to;

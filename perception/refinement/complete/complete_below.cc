@@ -6,12 +6,10 @@
 
 #include "collision/geometry/aabb.h"
 #include "perception/hypotheses/complete_hidden.h"
+#include "perception/refinement/evidence.h"
 
 namespace cwm::perception {
 namespace {
-
-// derived: a solid that ends nearer to what it carries has its upper end seen; a crease takes as much.
-constexpr double kMinGap_m = 0.01;
 
 // The foot of what is carried, seen from there: z down.
 Pose FootFromAbove(const SceneState& state, const ObjectHypothesis& upper) {
@@ -33,7 +31,8 @@ ModelPtr CompleteBelow(const SceneState& state, const ObjectHypothesis& hypothes
     const Pose X_LFoot = FootFromAbove(state, *upper);
     std::vector<ShapePart>& shapes = completed->object.shapes;
     const Pose X_FootS = X_LFoot.inverse(Eigen::Isometry) * shapes.front().X_OS;
-    if (TightBounds(shapes.front().shape, X_FootS).min().z() < kMinGap_m) continue;
+    // The upper end of a solid that touches what it carries was seen.
+    if (TightBounds(shapes.front().shape, X_FootS).min().z() < kMaxContactGap_m) continue;
     CompleteHidden({Subset(state.points(), hypothesis.points), X_LFoot}, *state.sight(), shapes);
   }
   return completed;

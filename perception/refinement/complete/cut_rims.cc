@@ -8,25 +8,22 @@
 #include <utility>
 #include <vector>
 
+#include "perception/cloud/tolerances.h"
 #include "perception/fit/refine.h"
+#include "perception/fit/shape_fit.h"
 #include "perception/hypotheses/point_sample.h"
 #include "perception/search/model_points.h"
 #include "perception/solids/explain.h"
+#include "perception/vessels/revolved_wall.h"
 
 namespace cwm::perception {
 namespace {
 
-constexpr double kStep_m = 0.0005;  // of the cuts that are tried
-// Of the radius and of the length: what is rounder is no rim.
+// chosen: of the radius and of the length; what is rounder is no rim.
 constexpr double kMaxCut = 0.3;
-constexpr double kMinCut_m = 0.003;       // two sigma of a Kinect at 0.8 m
-constexpr double kLossScale_sigma = 2.5;  // of Geman and McClure's loss: 95 % efficient
-// Of evidence, twice what is decisive (Kass and Raftery 1995). Of 401 sharp ends in simulated scenes
-// none shows more than 2.4 for any cut, tins with rims of 6 mm and more show 20 to 200. Of 500 scenes
-// two have a cut where none is: of solids that are themselves wrong.
-constexpr double kDecisive = 10;
-constexpr std::size_t kMaxAtRim = 2000;       // that are looked at
-constexpr std::size_t kSpacingPoints = 4000;  // as the modeler's: cells of quality are as wide
+// cited: of Geman and McClure's loss (1987), which is then 95 % efficient.
+constexpr double kLossScale_sigma = 2.5;
+constexpr std::size_t kMaxAtRim = 2000;  // chosen: points that each cut is tried on
 
 // One end of a cylinder or cone. `sign`: +1 the upper end, z = half_length_m, -1 the lower.
 struct End {
@@ -87,7 +84,7 @@ class Rim {
     if (points_.empty()) return {};
     const double none = Loss(0);
     Cut best;
-    for (double length_m = kStep_m; length_m <= max_cut_m_; length_m += kStep_m) {
+    for (double length_m = kBelowNoise_m; length_m <= max_cut_m_; length_m += kBelowNoise_m) {
       const double gain = none - Loss(length_m);
       if (gain > best.gain) best = {length_m, gain};
     }
@@ -183,7 +180,10 @@ class Cutter {
     if (sign * (X_SL * points_.viewpoint).z() <= end->half_length_m) return;
     const Rim rim(points_, MembersOf(k), X_SL, *end);
     const Rim::Cut cut = rim.Best();
-    if (cut.length_m < kMinCut_m ||
+    // Of 401 sharp ends in simulated scenes none shows more evidence than 2.4 for any cut, tins
+    // with rims of 6 mm and more show 20 to 200. Of 500 scenes two have a cut where none is: of
+    // solids that are themselves wrong.
+    if (cut.length_m < kGroundNoise_m ||
         cut.gain * static_cast<double>(rim.count()) * per_point_ < kDecisive) {
       return;
     }
@@ -220,8 +220,9 @@ class Cutter {
     shapes().push_back(std::move(tip));
   }
 
+  // In cells as wide as the modeler's, which searches among as many points.
   void Measure() {
-    const double spacing_m = ThinForSearch(points_, kSpacingPoints, work_).spacing_m;
+    const double spacing_m = ThinForSearch(points_, kSearchPoints, work_).spacing_m;
     MeasureQuality(points_, part_of_point_, spacing_m, shapes(), work_);
   }
 

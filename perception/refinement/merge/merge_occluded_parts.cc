@@ -4,6 +4,7 @@
 #include <array>
 
 #include "collision/geometry/aabb.h"
+#include "perception/cloud/tolerances.h"
 #include "perception/refinement/evidence.h"
 #include "perception/refinement/merge/occlusion.h"
 #include "perception/search/model_points.h"
@@ -11,15 +12,9 @@
 namespace cwm::perception {
 namespace {
 
-// measured: of 317 scenes, real and simulated, none asked for more than three.
-constexpr int kMaxTrials = 6;
-constexpr std::size_t kSample = 64;          // points, to ask whether a solid reaches so far
-constexpr double kMinOnExtended = 0.6;       // of them
-constexpr double kMinExplained = 0.9;        // of the points of the whole, as of any one solid
-constexpr double kMaxLidThickness_m = 0.01;  // lone faces have 5 mm and what the noise adds
-
+// But for edges: true parts of occluded objects were that and more.
 bool IsNearlyOneSolid(const ObjectHypothesis& hypothesis) {
-  return IsOneSolid(hypothesis.model->object, kMinExplainedAlone);
+  return IsOneSolid(hypothesis.model->object, kMainShare);
 }
 
 // Whether `lid` is a lone face that rests on the other one: of what an occluder leaves of a cup, the lid
@@ -27,7 +22,7 @@ bool IsNearlyOneSolid(const ObjectHypothesis& hypothesis) {
 bool IsLidOn(const ObjectHypothesis& lid, const ObjectHypothesis& other) {
   if (lid.resting.on != other.id || !IsNearlyOneSolid(lid)) return false;
   const Aabb bounds_S = TightBounds(lid.model->shapes().front().shape, Pose::Identity());
-  return bounds_S.sizes().minCoeff() <= kMaxLidThickness_m;
+  return bounds_S.sizes().minCoeff() <= kMaxLoneThickness_m;
 }
 
 // Whether `one` is a solid that explains the other one if it goes on. Vessels have no end that does.
@@ -36,16 +31,16 @@ bool ExtendsTo(const SceneState& state, const ObjectHypothesis& one,
   if (!IsNearlyOneSolid(one)) return false;
   const ShapePart& solid = one.model->shapes().front();
   if (solid.vessel) return false;
-  const PointSet sample = Thinned(other.points, kSample);
+  const PointSet sample = Thinned(other.points, kMaxAskedPoints);
   const auto on = std::ranges::count_if(
       sample, [&](std::uint32_t i) { return IsOnExtended(solid, state.points(), i); });
-  return static_cast<double>(on) >= kMinOnExtended * static_cast<double>(sample.size());
+  return static_cast<double>(on) >= kLargerPart * static_cast<double>(sample.size());
 }
 
 bool MayBeOne(const SceneState& state, const ObjectHypothesis& a, const ObjectHypothesis& b) {
   if (a.model->is_given || b.model->is_given) return false;
   if (a.resting.support != b.resting.support) return false;
-  if (a.model->bounds_L.exteriorDistance(b.model->bounds_L) > kMaxOccludedGap_m) return false;
+  if (a.model->bounds_L.exteriorDistance(b.model->bounds_L) > kWidestHidden_m) return false;
   const bool suggests =
       ExtendsTo(state, a, b) || ExtendsTo(state, b, a) || IsLidOn(a, b) || IsLidOn(b, a);
   return suggests && LookBetween(state, a.points, b.points).IsHidden();
@@ -72,8 +67,7 @@ std::span<const std::string_view> MergeOccludedParts::After() const {
 }
 
 Allowance MergeOccludedParts::MaxWork() const {
-  return {.max_trials = kMaxTrials,
-          .note = "parts of it may stand apart: the cap of joins was reached"};
+  return {.note = "parts of it may stand apart: the cap of joins was reached"};
 }
 
 std::vector<Proposal> MergeOccludedParts::Propose(const SceneState& state,
@@ -94,7 +88,7 @@ std::vector<Proposal> MergeOccludedParts::Propose(const SceneState& state,
 
 bool MergeOccludedParts::Admits(const SceneState&, const Proposal&, std::size_t,
                                 const ObjectModel& found) const {
-  return IsOneSolid(found, kMinExplained);
+  return IsOneSolid(found);
 }
 
 double MergeOccludedParts::Gain(const ModelledProposal& modelled) const {

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "perception/cloud/quantile.h"
+#include "perception/cloud/tolerances.h"
 #include "perception/refinement/evidence.h"
 #include "perception/refinement/merge/tray.h"
 #include "perception/segmentation/plane_fit.h"
@@ -16,16 +17,9 @@
 namespace cwm::perception {
 namespace {
 
-// That are looked at in a mouth and in a side, lines and places on each.
-constexpr int kLines = 24, kPlaces = 12;
-// Of the places in the mouth that are not hidden: the rest is what lies in it, up to its rim. Of all.
-constexpr double kMinThroughMouth = 0.9, kMinOfMouth = 0.2;
-constexpr double kBesideWall_m = 0.025;  // rays to the edge of a wall's inside pass it so near
-constexpr double kMaxThroughSide = 0.5;  // of a side that nobody saw
-constexpr double kWall_m = 0.015;   // thickness of a wall and roundness of its rim: as of vessels
-constexpr double kMinOnTray = 0.8;  // of a thing's points: the rest are mixed pixels at rims
-constexpr double kMinWithin = 0.9;  // of what stands in it
-constexpr std::size_t kMinOnFloor = 36;  // three independent ones fix a plane
+// chosen: lines that are looked along in a mouth and in a side, and places on each: some 300, as
+// between two parts that something hides.
+constexpr int kTrayLines = 24, kTrayPlaces = 12;
 
 struct Found {
   Tray box;
@@ -82,6 +76,7 @@ class TrayFinder {
   struct Sight {
     int through = 0, on = 0, all = 0;
 
+    bool IsMostlyThrough() const { return 2 * through > all; }
     void Add(const Sight& other) {
       through += other.through;
       on += other.on;
@@ -89,14 +84,14 @@ class TrayFinder {
     }
   };
 
-  // At kPlaces of a line.
+  // At kTrayPlaces of a line.
   Sight LookAlong(const Vector3& begin_L, const Vector3& line_L) const {
     Sight sight;
-    for (int k = 0; k < kPlaces; ++k) {
-      const Vector3 place = begin_L + (k + 0.5) / kPlaces * line_L;
+    for (int k = 0; k < kTrayPlaces; ++k) {
+      const Vector3 place = begin_L + (k + 0.5) / kTrayPlaces * line_L;
       const double range_m = (place - state_.points().viewpoint).norm();
       const auto sigma_m = static_cast<float>(context_.options.noise.AxialSigma_m(range_m));
-      const Visibility seen = state_.sight()->Look(place.cast<float>(), kPlaneGate_sigma * sigma_m);
+      const Visibility seen = state_.sight()->Look(place.cast<float>(), kGate_sigma * sigma_m);
       ++sight.all;
       sight.through += seen == Visibility::kSeenThrough;
       sight.on += seen == Visibility::kOnSurface;
@@ -107,17 +102,18 @@ class TrayFinder {
   // Of a rectangle, along each of some lines that are parallel to its y.
   std::vector<Sight> LookAt(const Vector3& corner_L, const Vector3& x_L, const Vector3& y_L) const {
     std::vector<Sight> sights;
-    for (int k = 0; k < kLines; ++k) {
-      sights.push_back(LookAlong(corner_L + (k + 0.5) / kLines * x_L, y_L));
+    for (int k = 0; k < kTrayLines; ++k) {
+      sights.push_back(LookAlong(corner_L + (k + 0.5) / kTrayLines * x_L, y_L));
     }
     return sights;
   }
 
-  // Anything closed would be seen there, as high as the walls.
+  // Anything closed would be seen there, as high as the walls. Of the places that are not hidden,
+  // those that are not seen through are on what lies in it, up to its rim.
   bool IsMouthOpen(const Found& found) const {
     const Tray& box = found.box;
     const Vector2 size_m =
-        box.size_m - 2 * Vector2::Constant(kBesideWall_m).cwiseMin(0.25 * box.size_m);
+        box.size_m - 2 * Vector2::Constant(kEdgeLoss_m).cwiseMin(0.25 * box.size_m);
     const Vector3 corner(-0.5 * size_m.x(), -0.5 * size_m.y(), box.rim_m);
     const Matrix3 axes = found.X_LB.linear();
     Sight sight;
@@ -125,8 +121,8 @@ class TrayFinder {
          LookAt(found.X_LB * corner, size_m.x() * axes.col(0), size_m.y() * axes.col(1))) {
       sight.Add(line);
     }
-    return sight.through >= kMinThroughMouth * (sight.through + sight.on) &&
-           sight.through >= kMinOfMouth * sight.all;
+    return sight.through >= kNearlyAll * (sight.through + sight.on) &&
+           sight.through >= kMinInSight * sight.all;
   }
 
   // Along each of some upright lines.
@@ -134,7 +130,7 @@ class TrayFinder {
     const Tray& box = found.box;
     const auto axis = static_cast<Eigen::Index>(side / 2);
     const double length_m =
-        box.size_m(1 - axis) - 2 * std::min(kBesideWall_m, 0.25 * box.size_m(1 - axis));
+        box.size_m(1 - axis) - 2 * std::min(kEdgeLoss_m, 0.25 * box.size_m(1 - axis));
     Vector3 corner = Vector3::Zero();
     corner(axis) = (side % 2 == 0 ? 0.5 : -0.5) * box.size_m(axis);
     corner(1 - axis) = -0.5 * length_m;
@@ -146,13 +142,13 @@ class TrayFinder {
   // near, to its rim. A hole to hold it by is lower.
   bool HasGap(const Found& found, std::size_t side) const {
     return std::ranges::any_of(LookAtSide(found, side),
-                               [](const Sight& line) { return 2 * line.through > line.all; });
+                               [](const Sight& line) { return line.IsMostlyThrough(); });
   }
 
   bool IsSideOpen(const Found& found, std::size_t side) const {
     Sight sight;
     for (const Sight& line : LookAtSide(found, side)) sight.Add(line);
-    return sight.through > kMaxThroughSide * sight.all;
+    return sight.IsMostlyThrough();
   }
 
   bool AreWallsWhole(const Found& found) const {
@@ -170,8 +166,9 @@ class TrayFinder {
     const std::vector<Eigen::Vector3f>& points = hypothesis.model->thinned_L;
     const auto on = std::ranges::count_if(points, [&](const Eigen::Vector3f& p) {
       const Vector3 p_B = X_BL * p.cast<double>();
-      if (p_B.z() > found.box.rim_m + kWall_m) return false;
-      return found.box.ToSides_m(p_B) <= kWall_m || (found.box.IsOver(p_B) && p_B.z() <= floor_m);
+      if (p_B.z() > found.box.rim_m + kVesselWall_m) return false;
+      return found.box.ToSides_m(p_B) <= kVesselWall_m ||
+             (found.box.IsOver(p_B) && p_B.z() <= floor_m);
     });
     return static_cast<double>(on) / static_cast<double>(points.size());
   }
@@ -183,7 +180,7 @@ class TrayFinder {
       if (on >= 0 && on != static_cast<std::int32_t>(found.support)) continue;
       if (!hypothesis->plates.empty() || hypothesis->model->thinned_L.empty()) continue;
       if (hypothesis->model->is_given) continue;
-      if (ShareOnTray(found, *hypothesis) >= kMinOnTray) found.parts.push_back(hypothesis.get());
+      if (ShareOnTray(found, *hypothesis) >= kMainShare) found.parts.push_back(hypothesis.get());
     }
     return std::ranges::all_of(found.box.walls, [&](std::size_t wall) {
       return std::ranges::count(found.parts, owner_of_wall[wall]) > 0;
@@ -211,7 +208,7 @@ class TrayFinder {
     std::ranges::sort(whole.points);
     whole.node_count = whole.node_count * whole.points.size() / of_parts;
     std::vector<double> heights_m = HeightsOfFloor(found, whole.points);
-    const bool sees_floor = heights_m.size() >= kMinOnFloor;
+    const bool sees_floor = heights_m.size() >= kThreeSamples;
     const double floor_m = sees_floor ? Quantile(std::move(heights_m), 0.5) : 0;
     whole.given_shapes = ShapesOf(found, floor_m, sees_floor);
     for (const HypothesisPtr& other : state_.objects()) {
@@ -244,7 +241,7 @@ class TrayFinder {
     std::vector<double> heights_m;
     for (std::uint32_t i : points) {
       const Vector3 p_B = X_BL * state_.points().points[i].cast<double>();
-      if (!found.box.IsOver(p_B) || found.box.ToSides_m(p_B) <= kWall_m) continue;
+      if (!found.box.IsOver(p_B) || found.box.ToSides_m(p_B) <= kVesselWall_m) continue;
       if (p_B.z() <= double{state_.points().UsuallyOffPlane_m(i)}) heights_m.push_back(p_B.z());
     }
     return heights_m;
@@ -262,7 +259,7 @@ class TrayFinder {
       foot_m = std::min(foot_m, p_B.z());
     }
     return static_cast<double>(within) >=
-               kMinWithin * static_cast<double>(other.model->thinned_L.size()) &&
+               kNearlyAll * static_cast<double>(other.model->thinned_L.size()) &&
            foot_m <= floor_m + double{LargestJump_m(Sigma_m(other))};
   }
 
@@ -290,7 +287,7 @@ std::span<const std::string_view> MergeTrayWalls::After() const {
 
 Allowance MergeTrayWalls::MaxWork() const {
   // Walls are merged without a search for shapes: the work is that of a look at each point.
-  return {.max_trials = 32, .points_divisor = 1, .note = "it may be a part of a tray"};
+  return {.max_trials = kMaxTrials, .points_divisor = 1, .note = "it may be a part of a tray"};
 }
 
 std::vector<Proposal> MergeTrayWalls::Propose(const SceneState& state,

@@ -6,6 +6,7 @@
 #include <set>
 #include <utility>
 
+#include "perception/cloud/tolerances.h"
 #include "perception/hypotheses/point_sample.h"
 #include "perception/modeler/object_modeler.h"
 #include "perception/refinement/evidence.h"
@@ -14,19 +15,9 @@
 namespace cwm::perception {
 namespace {
 
-constexpr float kMaxVesselSize_m = 0.75f;     // diagonal of a large pan's bounds with its handle
-constexpr float kTouchingDistance_m = 0.03f;  // a wall, its rim's shadow, and noise on either side
-constexpr double kUpright_cos = 0.97;         // 14 degrees: stands
-constexpr double kMinExplained = 0.9;         // of an object's points, as of any one solid
-constexpr double kMinOnShell = 0.8;   // of the points of a part; the rest: noise at its edge
-constexpr std::size_t kMaxParts = 8;  // of the largest that touch
-// measured: of 45 real scans one asked for more, of clutter.
-constexpr int kMaxTrials = 6;
-
 bool IsSmall(const ObjectHypothesis& hypothesis) {
   const Eigen::AlignedBox3f& bounds = hypothesis.model->bounds_L;
-  return hypothesis.plates.empty() && !bounds.isEmpty() &&
-         bounds.diagonal().norm() <= kMaxVesselSize_m;
+  return hypothesis.plates.empty() && !bounds.isEmpty() && bounds.diagonal().norm() <= kMaxThing_m;
 }
 
 bool IsFlat(const HypothesisModel& model) {
@@ -36,7 +27,7 @@ bool IsFlat(const HypothesisModel& model) {
     return kind == ShapeKind::kBox || kind == ShapeKind::kPlate;
   });
   return static_cast<double>(flat) >=
-         kMinExplained * static_cast<double>(model.part_of_point().size());
+         kNearlyAll * static_cast<double>(model.part_of_point().size());
 }
 
 // One closed solid is no part of a lying vessel, nor is what is flat, nor a vessel that stands although
@@ -47,19 +38,19 @@ bool MayBeOfLyingVessel(const ObjectHypothesis& hypothesis) {
     return false;
   }
   const auto stands = [&](const ShapePart& part) {
-    return part.vessel && part.X_OS.linear()(2, 2) >= kUpright_cos;
+    return part.vessel && part.X_OS.linear()(2, 2) >= kAligned_cos;
   };
   if (std::ranges::any_of(model.shapes(), stands)) return false;
-  return !IsOneSolid(model.object, kMinExplained) || model.shapes().front().vessel;
+  return !IsOneSolid(model.object) || model.shapes().front().vessel;
 }
 
 bool Touch(const HypothesisModel& a, const HypothesisModel& b) {
-  if (a.bounds_L.exteriorDistance(b.bounds_L) > kTouchingDistance_m) return false;
+  if (a.bounds_L.exteriorDistance(b.bounds_L) > kTouching_m) return false;
   const auto near = [&](const Eigen::Vector3f& p, const Eigen::Vector3f& q) {
-    return (p - q).squaredNorm() <= kTouchingDistance_m * kTouchingDistance_m;
+    return (p - q).squaredNorm() <= kTouching_m * kTouching_m;
   };
   return std::ranges::any_of(a.thinned_L, [&](const Eigen::Vector3f& p) {
-    return b.bounds_L.exteriorDistance(p) <= kTouchingDistance_m &&
+    return b.bounds_L.exteriorDistance(p) <= kTouching_m &&
            std::ranges::any_of(b.thinned_L, [&](const Eigen::Vector3f& q) { return near(p, q); });
   });
 }
@@ -74,7 +65,7 @@ std::vector<HypothesisId> GroupAround(const SceneState& state, const ObjectHypot
   }
   std::ranges::stable_sort(touching, std::greater(),
                            [](const ObjectHypothesis* other) { return other->points.size(); });
-  if (touching.size() > kMaxParts) touching.resize(kMaxParts);
+  if (touching.size() > kMaxInGroup) touching.resize(kMaxInGroup);
   touching.push_back(&middle);
   std::ranges::sort(touching, {},
                     [&](const ObjectHypothesis* one) { return state.IndexOf(one->id); });
@@ -103,7 +94,7 @@ std::vector<Vector3> AxesOf(const SceneState& state, const Proposal& proposal) {
 }
 
 double ShareOn(const ShapePart& shell, const PointSet& points, const OrientedPoints& all) {
-  const PointSet some = Thinned(points, kMaxJudgedPoints);
+  const PointSet some = Thinned(points, kMaxLookedAt);
   const Pose X_SL = shell.X_OS.inverse(Eigen::Isometry);
   const auto on = std::ranges::count_if(some, [&](std::uint32_t i) {
     const Vector3 p = X_SL * all.points[i].cast<double>();
@@ -131,8 +122,7 @@ class MergeVesselWalls : public RefinementPass {
 }  // namespace
 
 Allowance MergeVesselWalls::MaxWork() const {
-  return {.max_trials = kMaxTrials,
-          .note = "parts of a vessel that lies may stand apart: the cap of joins was reached"};
+  return {.note = "parts of a vessel that lies may stand apart: the cap of joins was reached"};
 }
 
 std::vector<Proposal> MergeVesselWalls::Propose(const SceneState& state,
@@ -162,7 +152,7 @@ std::optional<Proposal> MergeVesselWalls::Examine(const SceneState& state, Propo
   std::vector<HypothesisId> parts;
   for (const Consumed& consumed : proposal.consumes) {
     const PointSet& of_part = state.Get(consumed.id).points;
-    if (ShareOn(*shell, of_part, state.points()) >= kMinOnShell) parts.push_back(consumed.id);
+    if (ShareOn(*shell, of_part, state.points()) >= kMainShare) parts.push_back(consumed.id);
   }
   if (parts.size() < 2) return std::nullopt;
   return MergeOf(state, parts);
@@ -173,7 +163,7 @@ bool MergeVesselWalls::Admits(const SceneState&, const Proposal&, std::size_t,
   const auto left = std::ranges::count(found.part_of_point, kUnexplained);
   return found.shapes.size() == 1 && found.shapes.front().vessel &&
          static_cast<double>(left) <=
-             (1 - kMinExplained) * static_cast<double>(found.part_of_point.size());
+             (1 - kNearlyAll) * static_cast<double>(found.part_of_point.size());
 }
 
 double MergeVesselWalls::Gain(const ModelledProposal& modelled) const {

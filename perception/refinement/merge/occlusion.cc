@@ -4,16 +4,13 @@
 #include <cmath>
 
 #include "perception/search/model_points.h"
+#include "perception/segmentation/sight_map.h"
 #include "perception/segmentation/surface_graph.h"
 #include "perception/solids/explain.h"
 #include "perception/solids/prolonged.h"
 
 namespace cwm::perception {
 namespace {
-
-constexpr std::size_t kLines = 48;
-constexpr std::size_t kLineStride = 19;  // prime to kLines: pairs each point with many of the other
-constexpr int kPlacesPerLine = 8;
 
 Vector3 InSolid(const ShapePart& solid, const OrientedPoints& all, std::uint32_t point) {
   return solid.X_OS.inverse(Eigen::Isometry) * all.points[point].cast<double>();
@@ -24,11 +21,11 @@ Vector3 InSolid(const ShapePart& solid, const OrientedPoints& all, std::uint32_t
 SightBetween LookBetween(const SceneState& state, const PointSet& a, const PointSet& b) {
   const OrientedPoints& all = state.points();
   int through = 0, hidden = 0, seen = 0;
-  for (std::size_t line = 0; line < kLines; ++line) {
-    const std::uint32_t i = a[line * a.size() / kLines];
-    const std::uint32_t j = b[line * kLineStride % kLines * b.size() / kLines];
-    for (int k = 1; k < kPlacesPerLine; ++k) {
-      const float t = static_cast<float>(k) / kPlacesPerLine;
+  for (std::size_t line = 0; line < kLinesOfSight; ++line) {
+    const std::uint32_t i = a[line * a.size() / kLinesOfSight];
+    const std::uint32_t j = b[line * kLineStride % kLinesOfSight * b.size() / kLinesOfSight];
+    for (int k = 1; k < kPlacesPerLineOfSight; ++k) {
+      const float t = static_cast<float>(k) / kPlacesPerLineOfSight;
       const Eigen::Vector3f place = (1 - t) * all.points[i] + t * all.points[j];
       const Visibility sight = state.sight()->Look(place, LargestJump_m(all.sigma_m[i]));
       ++seen;

@@ -5,27 +5,15 @@
 #include <limits>
 #include <utility>
 
+#include "perception/cloud/tolerances.h"
 #include "perception/fit/solid.h"
+#include "perception/refinement/evidence.h"
 #include "perception/solids/plane_solid.h"
 
 namespace cwm::perception {
 namespace {
 
-// Sheets up to here stand on no edge of theirs: a lone face is made 5 mm thick, and noise adds to that.
-constexpr double kThickestWall_m = 0.01;
-// Of the elevation of its normal, 30 degrees: sides of trays slope, and of a side of two centimetres noise
-// leaves not much more certain.
-constexpr double kUpright_sin = 0.5;
-constexpr double kShortestWall_m = 0.03;  // chosen: of the sides of a box that is worth opening
-constexpr double kLongestWall_m = 0.65;   // a moving box, a tray of a bakery
-constexpr double kSameRim_m = 0.02;       // as of the inside and outside of vessels
-constexpr double kCorner_m = 0.025;       // what mixed pixels and the normal gate take from edges
-constexpr double kOnePlane_m = 0.015;     // noise, warp, and how much a wall of cardboard bends
-// Of the shorter one's length, opposite the longer one; and of that, what things leave in sight.
-constexpr double kLeastOpposite = 0.8, kLeastInSight = 0.25;
-constexpr double kLeastDividing = 0.6;       // likewise of what divides it
-constexpr double kLeastBetween = 0.3;        // of the distance that a third side spans
-constexpr double kLeastThickness_m = 0.002;  // of cardboard: a box needs some volume
+constexpr double kMinWall_m = 0.03;  // chosen: of the sides of a box that is worth opening
 
 struct Span {
   double low = std::numeric_limits<double>::infinity(), high = -low;
@@ -55,8 +43,9 @@ struct Candidate {
 
 bool CarryOn(const LoneWall& a, const LoneWall& b) {
   return a.normal.dot(b.normal) >= std::cos(kSameDirection_rad) &&
-         std::abs(a.rim_m - b.rim_m) <= kSameRim_m &&
-         std::abs(SpanAlong(a, a.normal).middle() - SpanAlong(b, a.normal).middle()) <= kOnePlane_m;
+         std::abs(a.rim_m - b.rim_m) <= kVesselRim_m &&
+         std::abs(SpanAlong(a, a.normal).middle() - SpanAlong(b, a.normal).middle()) <=
+             kMaxOneFace_m;
 }
 
 // All walls, and of those that carry each other on the whole.
@@ -74,7 +63,7 @@ std::vector<Candidate> WithWholeWalls(const std::vector<LoneWall>& walls) {
     }
     const bool is_known =
         std::ranges::any_of(wholes, [&](const Candidate& other) { return other.of == whole.of; });
-    if (whole.of.size() < 2 || is_known || span.length() > kLongestWall_m) continue;
+    if (whole.of.size() < 2 || is_known || span.length() > kMaxThing_m) continue;
     const Vector2 foot = SpanAlong(walls[a], walls[a].normal).middle() * walls[a].normal;
     whole.wall.ends = {foot + span.low * along, foot + span.high * along};
     wholes.push_back(std::move(whole));
@@ -85,17 +74,17 @@ std::vector<Candidate> WithWholeWalls(const std::vector<LoneWall>& walls) {
 
 // Whether the two may be opposite sides, seen from where nobody sees two outsides at once.
 bool AreOpposite(const LoneWall& a, const LoneWall& b) {
-  if (!AreParallel(a.normal, b.normal) || std::abs(a.rim_m - b.rim_m) > kSameRim_m) return false;
+  if (!AreParallel(a.normal, b.normal) || std::abs(a.rim_m - b.rim_m) > kVesselRim_m) return false;
   const Vector2 along(-a.normal.y(), a.normal.x());
   const double from_m = SpanAlong(a, a.normal).middle(), to_m = SpanAlong(b, a.normal).middle();
   const double apart_m = std::abs(to_m - from_m);
-  if (apart_m < kShortestWall_m || apart_m > kLongestWall_m) return false;
+  if (apart_m < kMinWall_m || apart_m > kMaxThing_m) return false;
   if (a.normal.dot(b.normal) < 0 && to_m < from_m) return false;
   const Span of_a = SpanAlong(a, along), of_b = SpanAlong(b, along);
   const double common_m = std::min(of_a.high, of_b.high) - std::max(of_a.low, of_b.low);
   const double shorter_m = std::min(of_a.length(), of_b.length());
-  return common_m >= kLeastOpposite * shorter_m &&
-         shorter_m >= kLeastInSight * std::max(of_a.length(), of_b.length());
+  return common_m >= kMainShare * shorter_m &&
+         shorter_m >= kMinInSight * std::max(of_a.length(), of_b.length());
 }
 
 Tray BoxOf(const std::vector<Candidate>& walls, const Candidate& a, const Candidate& b,
@@ -124,13 +113,15 @@ Tray BoxOf(const std::vector<Candidate>& walls, const Candidate& a, const Candid
   for (std::size_t end = 0; end < 2; ++end) {
     const double end_m = end == 0 ? ends.high : ends.low;
     const Candidate* longest = nullptr;
-    double length_m = kLeastBetween * across.length();
+    double length_m = kMinInSight * across.length();
     for (const Candidate& candidate : walls) {
       const LoneWall& wall = candidate.wall;
-      if (!AreOrthogonal(wall.normal, x) || std::abs(wall.rim_m - box.rim_m) > kSameRim_m) continue;
+      if (!AreOrthogonal(wall.normal, x) || std::abs(wall.rim_m - box.rim_m) > kVesselRim_m)
+        continue;
       const Span between = SpanAlong(wall, x);
-      if (between.low < across.low - kCorner_m || between.high > across.high + kCorner_m) continue;
-      if (std::abs(SpanAlong(wall, y).middle() - end_m) > kCorner_m) continue;
+      if (between.low < across.low - kEdgeLoss_m || between.high > across.high + kEdgeLoss_m)
+        continue;
+      if (std::abs(SpanAlong(wall, y).middle() - end_m) > kEdgeLoss_m) continue;
       if (between.length() > length_m) longest = &candidate, length_m = between.length();
     }
     if (longest == nullptr) continue;
@@ -155,7 +146,7 @@ bool IsDivided(const Tray& box, const std::vector<Candidate>& walls) {
   const Pose X_BP = box.X_PB.inverse(Eigen::Isometry);
   return std::ranges::any_of(walls, [&](const Candidate& candidate) {
     const LoneWall& wall = candidate.wall;
-    if (std::abs(wall.rim_m - box.rim_m) > kSameRim_m) return false;
+    if (std::abs(wall.rim_m - box.rim_m) > kVesselRim_m) return false;
     const Vector2 normal = (X_BP.linear() * Vector3(wall.normal.x(), wall.normal.y(), 0)).head<2>();
     Span at[2];
     for (const Vector2& end : wall.ends) {
@@ -167,8 +158,8 @@ bool IsDivided(const Tray& box, const std::vector<Candidate>& walls) {
       const Vector2 half = 0.5 * box.size_m;
       const double common_m =
           std::min(at[1 - k].high, half(1 - k)) - std::max(at[1 - k].low, -half(1 - k));
-      return std::abs(at[k].middle()) < half(k) - kCorner_m &&
-             common_m >= kLeastDividing * box.size_m(1 - k);
+      return std::abs(at[k].middle()) < half(k) - kEdgeLoss_m &&
+             common_m >= kLargerPart * box.size_m(1 - k);
     }
     return false;
   });
@@ -225,19 +216,20 @@ std::optional<LoneWall> AsLoneWall(const ShapePart& part, const Pose& X_PO,
   double behind_m = 0;  // the middle of the shape, behind the face
   std::vector<Vector3> corners;
   if (const auto* box = std::get_if<Box>(&part.shape)) {
-    if (box->size_m.minCoeff(&thin) > kThickestWall_m) return std::nullopt;
+    if (box->size_m.minCoeff(&thin) > kMaxLoneThickness_m) return std::nullopt;
     behind_m = 0.5 * box->size_m(thin);
     for (int corner = 0; corner < 8; ++corner) {
       const Vector3 sign((corner & 1) ? 1 : -1, (corner & 2) ? 1 : -1, (corner & 4) ? 1 : -1);
       corners.push_back(X_PS * (0.5 * sign.cwiseProduct(box->size_m)));
     }
   } else if (const auto* plate = std::get_if<Plate>(&part.shape)) {
-    if (plate->thickness_m > kThickestWall_m) return std::nullopt;
+    if (plate->thickness_m > kMaxLoneThickness_m) return std::nullopt;
     for (const Vector2& p : plate->outline) corners.push_back(X_PS * Vector3(p.x(), p.y(), 0));
   }
   if (corners.empty()) return std::nullopt;
   Vector3 normal = X_PS.linear().col(thin);
-  if (std::abs(normal.z()) > kUpright_sin) return std::nullopt;
+  // Sides of trays slope, and of a side of two centimetres noise leaves not much more certain.
+  if (std::abs(normal.z()) > kWallRise_sin) return std::nullopt;
   if (normal.dot(sensor_P - X_PS.translation()) < 0) normal = -normal;
   LoneWall wall;
   wall.normal = normal.head<2>().normalized();
@@ -248,7 +240,7 @@ std::optional<LoneWall> AsLoneWall(const ShapePart& part, const Pose& X_PO,
     span.Extend(along.dot(corner.head<2>()));
     height.Extend(corner.z());
   }
-  if (span.length() < kShortestWall_m || span.length() > kLongestWall_m) return std::nullopt;
+  if (span.length() < kMinWall_m || span.length() > kMaxThing_m) return std::nullopt;
   wall.ends = {at_m * wall.normal + span.low * along, at_m * wall.normal + span.high * along};
   wall.rim_m = height.high;
   return wall;
@@ -276,7 +268,7 @@ std::vector<ShapePart> PartsOf(const Tray& box, const std::array<Made, 4>& sides
     parts.push_back(BoxBetween(box.X_PB, from, to, sides[k]));
   }
   if (floor == Made::kNot) return parts;
-  high.z() = std::max(floor_m, kLeastThickness_m);
+  high.z() = std::max(floor_m, kThinnest_m);
   parts.push_back(BoxBetween(box.X_PB, low, high, floor));
   return parts;
 }

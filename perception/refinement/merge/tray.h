@@ -13,6 +13,9 @@ namespace cwm::perception {
 
 // Frame P is that of what it stands on: z up, z = 0 its top.
 
+// chosen: of a wall or of a mouth, what things before it leave in sight.
+inline constexpr double kMinInSight = 0.25;
+
 // An upright face that no solid is known behind.
 struct LoneWall {
   Vector2 normal = Vector2::UnitX();  // unit, towards the sensor

@@ -8,6 +8,7 @@
 
 #include "perception/cloud/seen_width.h"
 #include "perception/cloud/slenderness.h"
+#include "perception/cloud/tolerances.h"
 #include "perception/handles/vessel_handles.h"
 #include "perception/refinement/evidence.h"
 #include "perception/search/model_points.h"
@@ -15,21 +16,16 @@
 namespace cwm::perception {
 namespace {
 
-constexpr int kMaxTrials = 8;
-constexpr std::size_t kPointsDivisor = 4;
-// Between things that touch, less than the roundness of a mug's wall hides.
-constexpr double kMaxGap_m = 0.03;
-constexpr double kMinNearer_m = 0.01;  // by so much the ends of a handle are nearer to its own wall
-
 // Products of a proposal.
-constexpr std::size_t kGiver = 0, kTaker = 1;
+enum : std::size_t { kGiver, kTaker };
 
 bool HasVessel(const HypothesisModel& model) {
   return std::ranges::any_of(model.shapes(),
                              [](const ShapePart& part) { return part.vessel != nullptr; });
 }
 
-// Whether both ends of a handle, together, are nearer to the taker than to the giver.
+// Whether both ends of a handle, together, are nearer to the taker than to the giver, by more than
+// a wall explains points within.
 bool IsHandleOf(const OrientedPoints& all, const PointSet& handle, const HypothesisModel& giver,
                 const HypothesisModel& taker) {
   if (handle.empty()) return false;
@@ -41,7 +37,7 @@ bool IsHandleOf(const OrientedPoints& all, const PointSet& handle, const Hypothe
   for (const Vector3& end : bar.ends) {
     nearer_m += DistanceToShapes_m(giver.shapes(), end) - DistanceToShapes_m(taker.shapes(), end);
   }
-  return nearer_m > kMinNearer_m;
+  return nearer_m > kExplainedWithin_m;
 }
 
 // Points of the giver that look like the taker's. Ascending.
@@ -103,9 +99,7 @@ std::span<const std::string_view> ReassignPoints::After() const {
 }
 
 Allowance ReassignPoints::MaxWork() const {
-  return {.max_trials = kMaxTrials,
-          .points_divisor = kPointsDivisor,
-          .note = "parts of it may belong to what touches it: the cap of trades was reached"};
+  return {.note = "parts of it may belong to what touches it: the cap of trades was reached"};
 }
 
 std::vector<Proposal> ReassignPoints::Propose(const SceneState& state,
@@ -115,10 +109,10 @@ std::vector<Proposal> ReassignPoints::Propose(const SceneState& state,
     for (const HypothesisPtr& taker : state.objects()) {
       if (giver->id == taker->id || taker->model->shapes().empty()) continue;
       if (giver->model->is_given || taker->model->is_given) continue;
-      if (giver->model->bounds_L.exteriorDistance(taker->model->bounds_L) > kMaxGap_m) continue;
+      if (giver->model->bounds_L.exteriorDistance(taker->model->bounds_L) > kTouching_m) continue;
       context.work.Poll();
       const PointSet given = PointsFor(state.points(), *giver, *taker);
-      if (given.size() < kLeastHandlePoints || given.size() == giver->points.size()) continue;
+      if (given.size() < kMinHandlePoints || given.size() == giver->points.size()) continue;
       const std::size_t nodes = NodesOf(*giver, given.size());
       proposals.push_back({.consumes = {{giver->id, kGiver}, {taker->id, kTaker}},
                            .products = {Without(*giver, given), With(*taker, given, nodes)}});

@@ -2,24 +2,22 @@
 
 #include <algorithm>
 
+#include "perception/cloud/tolerances.h"
 #include "perception/refinement/evidence.h"
 #include "perception/refinement/merge/occlusion.h"
 
 namespace cwm::perception {
 namespace {
 
-constexpr int kMaxTrials = 6;          // chosen: as of merges of occluded parts
-constexpr double kMinExplained = 0.9;  // of the owner's points, as of any one solid
-
 // Products of a proposal.
-constexpr std::size_t kOwner = 0, kTaker = 1;
+enum : std::size_t { kOwner, kTaker };
 
 // The owner stands on something; the taker stands there too or hangs in the air.
 bool MayOwn(const ObjectHypothesis& owner, const ObjectHypothesis& taker) {
   if (owner.model->is_given || taker.model->is_given) return false;
   return owner.IsObject() &&
          (!taker.IsObject() || taker.resting.support == owner.resting.support) &&
-         owner.model->bounds_L.exteriorDistance(taker.model->bounds_L) <= kMaxOccludedGap_m;
+         owner.model->bounds_L.exteriorDistance(taker.model->bounds_L) <= kWidestHidden_m;
 }
 
 // The points of those handles of the taker that lie on the one solid that the owner is, as it is or
@@ -27,7 +25,7 @@ bool MayOwn(const ObjectHypothesis& owner, const ObjectHypothesis& taker) {
 PointSet HandlesOn(const OrientedPoints& all, const ObjectHypothesis& taker,
                    const ObjectHypothesis& owner) {
   PointSet found;
-  if (!IsOneSolid(owner.model->object, kMinExplainedAlone)) return found;
+  if (!IsOneSolid(owner.model->object, kMainShare)) return found;
   const ShapePart& solid = owner.model->shapes().front();
   if (solid.vessel) return found;
   for (std::size_t h = 0; h < taker.model->handles().size(); ++h) {
@@ -35,7 +33,7 @@ PointSet HandlesOn(const OrientedPoints& all, const ObjectHypothesis& taker,
     const auto on = std::ranges::count_if(members, [&](std::uint32_t i) {
       return IsOnSolid(solid, all, i) || IsOnExtended(solid, all, i);
     });
-    if (static_cast<double>(on) < kMinExplainedAlone * static_cast<double>(members.size())) {
+    if (static_cast<double>(on) < kMainShare * static_cast<double>(members.size())) {
       continue;
     }
     found.insert(found.end(), members.begin(), members.end());
@@ -59,8 +57,7 @@ class ReturnHandles : public RefinementPass {
 }  // namespace
 
 Allowance ReturnHandles::MaxWork() const {
-  return {.max_trials = kMaxTrials,
-          .note = "a handle of it may belong to another object: the cap of returns was reached"};
+  return {.note = "a handle of it may belong to another object: the cap of returns was reached"};
 }
 
 std::vector<Proposal> ReturnHandles::Propose(const SceneState& state,
@@ -85,7 +82,7 @@ std::vector<Proposal> ReturnHandles::Propose(const SceneState& state,
 
 bool ReturnHandles::Admits(const SceneState&, const Proposal&, std::size_t product,
                            const ObjectModel& found) const {
-  return product == kTaker || IsOneSolid(found, kMinExplained);
+  return product == kTaker || IsOneSolid(found);
 }
 
 // The owner's solid accounts for what it got.
@@ -98,8 +95,7 @@ double ReturnHandles::Gain(const ModelledProposal& modelled) const {
     ++got;
     explained += modelled.products[kOwner]->part_of_point()[k] == 0;
   }
-  const bool accounts =
-      static_cast<double>(explained) >= kMinExplainedAlone * static_cast<double>(got);
+  const bool accounts = static_cast<double>(explained) >= kMainShare * static_cast<double>(got);
   return accounts ? static_cast<double>(explained) : 0;
 }
 

@@ -11,26 +11,16 @@
 
 #include "collision/geometry/aabb.h"
 #include "perception/cloud/quantile.h"
+#include "perception/cloud/tolerances.h"
 #include "perception/refinement/evidence.h"
+#include "perception/search/model_points.h"
 
 namespace cwm::perception {
 namespace {
 
-constexpr int kMaxTrials = 6;
-constexpr std::size_t kPointsDivisor = 4;
-constexpr std::size_t kMaxInGroup = 12;
-constexpr float kMaxApart_m = 0.01;     // of things that touch: what mixed pixels take from an edge
-constexpr double kMinExplained = 0.96;  // of its points, by one box: the rest are mixed pixels
-constexpr float kMinLevel_cos = 0.95f;  // 18 degrees: normals of strips are of their edges too
-constexpr float kMaxSide_cos = 0.5f;    // 30 degrees off the upright
-// Two faces of one height within noise and warp; flat things are thicker.
-constexpr double kSameLevel_sigma = 3;
-constexpr double kMinThickness_m = 0.015;
-constexpr std::size_t kMinLevel = 24;   // two independent ones, of the corner that a turn leaves
-constexpr double kFootQuantile = 0.02;  // quantile of heights: below are mixed pixels
-// A crease takes from the upper one's foot, or adds to it.
-constexpr double kMaxCreaseGap_m = 0.01;
-constexpr double kMinOverlap_m = 0.01;  // of the middle of one inside the one below
+// One solid explains all but the mixed pixels along its edges. What merely touches it would leave fewer
+// explained, and nearly all is not enough.
+bool IsPureSolid(const ObjectModel& model) { return IsOneSolid(model, 1 - kMaxPassing); }
 
 bool IsBoxOrFace(const ShapePart& part) {
   return !part.vessel &&
@@ -82,7 +72,7 @@ class Stacker {
         if (group.size() == kMaxInGroup) break;
         if (std::ranges::count(group, other.get()) > 0 || !IsOfBoxes(*other) ||
             other->resting.support != seed.resting.support ||
-            bounds.exteriorDistance(other->model->bounds_L) > kMaxApart_m) {
+            bounds.exteriorDistance(other->model->bounds_L) > kMaxContactGap_m) {
           continue;
         }
         group.push_back(other.get());
@@ -112,11 +102,11 @@ class Stacker {
   bool IsInOrder(const Group& group) const {
     return std::ranges::all_of(group, [&](const ObjectHypothesis* object) {
       const HypothesisModel& model = *object->model;
-      if (!IsOneSolid(model.object, kMinExplained)) return false;
+      if (!IsPureSolid(model.object)) return false;
       if (!model.handles().empty()) return false;
       const std::ptrdiff_t below = CountBelow(*object, group);
       if (object->resting.on) return below < 2;
-      return below == 0 && FootOfShape_m(*object) < kMinThickness_m && !RunsThrough(*object, group);
+      return below == 0 && FootOfShape_m(*object) < kMaxOneFace_m && !RunsThrough(*object, group);
     });
   }
 
@@ -125,13 +115,13 @@ class Stacker {
     return TightBounds(part.shape, X_SupportL(object) * part.X_OS).min().z();
   }
 
-  // Of those that end where it begins.
+  // Of those that end where it begins, but for what a crease takes from its foot or adds to it.
   std::ptrdiff_t CountBelow(const ObjectHypothesis& object, const Group& group) const {
-    const double foot_m = HeightQuantile_m(object, kFootQuantile);
-    if (foot_m < kMinThickness_m) return 0;
+    const double foot_m = HeightQuantile_m(object, kMixedPixels);
+    if (foot_m < kMaxOneFace_m) return 0;
     return std::ranges::count_if(group, [&](const ObjectHypothesis* other) {
       return other != &object &&
-             std::abs(HeightQuantile_m(*other, 1 - kFootQuantile) - foot_m) <= kMaxCreaseGap_m;
+             std::abs(HeightQuantile_m(*other, 1 - kMixedPixels) - foot_m) <= kMaxContactGap_m;
     });
   }
 
@@ -142,7 +132,7 @@ class Stacker {
     return std::ranges::any_of(group, [&](const ObjectHypothesis* other) {
       if (other == &object) return false;
       return std::ranges::any_of(other->model->shapes(), [&](const ShapePart& of_other) {
-        return SignedDistance_m(part, X_SL * of_other.X_OS.translation()) < -kMinOverlap_m;
+        return SignedDistance_m(part, X_SL * of_other.X_OS.translation()) < -kMaxContactGap_m;
       });
     });
   }
@@ -154,11 +144,11 @@ class Stacker {
     double sigma_m = 0;
     for (std::uint32_t i : points) {
       sigma_m = std::max(sigma_m, double{state_.points().sigma_m[i]});
-      if (state_.points().normals[i].dot(up) < kMinLevel_cos) continue;
+      if (!IsLevel(state_.points().normals[i], up)) continue;
       heights_m.push_back((X_SL * state_.points().points[i].cast<double>()).z());
     }
     std::ranges::sort(heights_m);
-    const double gate_m = kSameLevel_sigma * sigma_m;
+    const double gate_m = kDistanceGate_sigma * sigma_m;
     std::vector<double> levels;
     while (true) {
       std::size_t most = 0, at = 0;
@@ -166,12 +156,12 @@ class Stacker {
         while (end < heights_m.size() && heights_m[end] <= heights_m[first] + gate_m) ++end;
         if (end - first > most) most = end - first, at = first;
       }
-      if (most < kMinLevel) break;
+      if (most < kTwoSamples) break;
       const double level_m = heights_m[at + most / 2];
       std::erase_if(heights_m, [&](double height_m) {
-        return std::abs(height_m - level_m) < std::max(kMinThickness_m, gate_m);
+        return std::abs(height_m - level_m) < std::max(kMaxOneFace_m, gate_m);
       });
-      if (level_m > kMinThickness_m) levels.push_back(level_m);
+      if (level_m > kMaxOneFace_m) levels.push_back(level_m);
     }
     std::ranges::sort(levels);
     return levels;
@@ -185,8 +175,8 @@ class Stacker {
     for (std::uint32_t i : points) {
       const double height_m = (X_SL * state_.points().points[i].cast<double>()).z();
       // Where a face meets the side above it, or its own, normals are of both.
-      const bool is_side = state_.points().normals[i].dot(up) < kMaxSide_cos;
-      const double above_m = is_side ? 0 : kSameLevel_sigma * double{state_.points().sigma_m[i]};
+      const bool is_side = state_.points().normals[i].dot(up) < kWallRise_sin;
+      const double above_m = is_side ? 0 : kDistanceGate_sigma * double{state_.points().sigma_m[i]};
       const auto level = std::ranges::lower_bound(levels, height_m - above_m);
       layers[std::min(static_cast<std::size_t>(level - levels.begin()), levels.size() - 1)]
           .push_back(i);
@@ -203,7 +193,7 @@ class Stacker {
     if (levels.size() < 2) return std::nullopt;
     std::vector<PointSet> layers = LayersOf(all.points, levels, X_SL);
     if (std::ranges::any_of(layers,
-                            [](const PointSet& layer) { return layer.size() < kMinLevel; })) {
+                            [](const PointSet& layer) { return layer.size() < kTwoSamples; })) {
       return std::nullopt;
     }
     Proposal proposal;
@@ -233,12 +223,12 @@ Aabb BoundsOnSupport(const HypothesisModel& model, const Pose& X_SL) {
   return bounds;
 }
 
-// The middle of one over the other.
+// The middle of one well over the other.
 bool LiesOver(const HypothesisModel& upper, const HypothesisModel& lower, const Pose& X_SL) {
   const Aabb above = BoundsOnSupport(upper, X_SL), below = BoundsOnSupport(lower, X_SL);
   const auto holds = [](const Aabb& bounds, const Vector3& p) {
-    return ((p - bounds.min()).head<2>().array() > kMinOverlap_m).all() &&
-           ((bounds.max() - p).head<2>().array() > kMinOverlap_m).all();
+    return ((p - bounds.min()).head<2>().array() > kMaxContactGap_m).all() &&
+           ((bounds.max() - p).head<2>().array() > kMaxContactGap_m).all();
   };
   return holds(below, above.center()) || holds(above, below.center());
 }
@@ -265,9 +255,7 @@ std::span<const std::string_view> SplitStackedBoxes::After() const {
 }
 
 Allowance SplitStackedBoxes::MaxWork() const {
-  return {.max_trials = kMaxTrials,
-          .points_divisor = kPointsDivisor,
-          .note = "it may be a stack of boxes: the cap of stacks was reached"};
+  return {.note = "it may be a stack of boxes: the cap of stacks was reached"};
 }
 
 std::vector<Proposal> SplitStackedBoxes::Propose(const SceneState& state,
@@ -277,8 +265,7 @@ std::vector<Proposal> SplitStackedBoxes::Propose(const SceneState& state,
 
 bool SplitStackedBoxes::Admits(const SceneState&, const Proposal&, std::size_t,
                                const ObjectModel& found) const {
-  return IsOneSolid(found, kMinExplained) &&
-         std::holds_alternative<Box>(found.shapes.front().shape);
+  return IsPureSolid(found) && std::holds_alternative<Box>(found.shapes.front().shape);
 }
 
 double SplitStackedBoxes::Gain(const ModelledProposal& modelled) const {

@@ -9,6 +9,7 @@
 
 #include "collision/geometry/aabb.h"
 #include "perception/cloud/quantile.h"
+#include "perception/cloud/tolerances.h"
 #include "perception/refinement/evidence.h"
 #include "perception/refinement/split/wall_profile.h"
 #include "perception/search/model_points.h"
@@ -16,22 +17,11 @@
 namespace cwm::perception {
 namespace {
 
-constexpr int kMaxTrials = 8;
-constexpr std::size_t kPointsDivisor = 4;
-constexpr double kMinUpright_cos = 0.985;  // 10 degrees: the axis of what stands
-constexpr double kMinRound = 0.5;          // of the points, on upright solids of revolution
-constexpr double kMaxOffAxis_m = 0.015;    // between axes of one stack
 // chosen: the lowest tins and the slimmest cups that people stack; lids, knobs and necks are less.
 constexpr double kMinStorey_m = 0.022, kMinWidth_m = 0.036;
-constexpr double kStep_m = 0.003;  // of heights in the profile: two pixels at 0.8 m
-constexpr std::size_t kMinInStep = 6;
-constexpr float kMaxWall_sin = 0.5f;  // a wall's normal is no farther from level
-constexpr float kMinTop_sin = 0.9f;   // that of a top is no farther from upright
-constexpr double kTopTolerance_sigma = 3;
-constexpr double kWallTolerance_m = 0.0003;  // of the median of a step: quantisation
-constexpr double kMinExplained = 0.85;       // of a storey's points, by one solid
 
-// The upright axis of most of an object's points, in the frame of its ground: a place in the plan.
+// The upright axis of solids of revolution that have half of an object's points and more, in the
+// frame of its ground: a place in the plan.
 std::optional<Vector2> AxisOf(const HypothesisModel& model, const Pose& X_GroundL) {
   std::vector<std::size_t> points(model.shapes().size(), 0);
   for (const std::int32_t part : model.part_of_point()) {
@@ -48,53 +38,30 @@ std::optional<Vector2> AxisOf(const HypothesisModel& model, const Pose& X_Ground
     const bool is_round =
         std::holds_alternative<Cylinder>(part.shape) || std::holds_alternative<Cone>(part.shape);
     const Pose X_GroundS = X_GroundL * part.X_OS;
-    if (!is_round || std::abs(X_GroundS.linear()(2, 2)) < kMinUpright_cos) continue;
+    if (!is_round || std::abs(X_GroundS.linear()(2, 2)) < kAligned_cos) continue;
     axes.emplace_back(X_GroundS.translation().head<2>());
     round += points[k];
     if (points[k] > most) most = points[k], axis = axes.back();
   }
-  if (static_cast<double>(round) < kMinRound * static_cast<double>(model.part_of_point().size())) {
-    return std::nullopt;
-  }
+  if (2 * round < model.part_of_point().size()) return std::nullopt;
   const auto is_on_it = [&](const Vector2& other) {
-    return (other - *axis).norm() < kMaxOffAxis_m;
+    return (other - *axis).norm() < kMaxAxisOffset_m;
   };
   return std::ranges::all_of(axes, is_on_it) ? axis : std::nullopt;
 }
 
-// Medians of the distances of the wall's points to the axis, step by step of height.
+// Distances of the wall's points to the axis, by height.
 std::vector<ProfilePoint> ProfileOf(const SceneState& state, const ObjectHypothesis& object,
                                     const Pose& X_GroundL, const Vector2& axis) {
   const OrientedPoints& all = state.points();
   const Eigen::Vector3f up = X_GroundL.linear().row(2).transpose().cast<float>();
-  struct Step {
-    std::vector<double> radii_m;
-    double heights_m = 0, sigma_m = 0;
-  };
-  std::vector<Step> steps;
+  ProfileBuilder wall(double{all.points_per_sample});
   for (const std::uint32_t i : object.points) {
-    if (!(std::abs(all.normals[i].dot(up)) <= kMaxWall_sin)) continue;
+    if (!(std::abs(all.normals[i].dot(up)) <= kWallRise_sin)) continue;
     const Vector3 p = X_GroundL * all.points[i].cast<double>();
-    if (!(p.z() >= 0)) continue;
-    const auto at = static_cast<std::size_t>(p.z() / kStep_m);
-    if (at >= steps.size()) steps.resize(at + 1);
-    steps[at].radii_m.push_back((p.head<2>() - axis).norm());
-    steps[at].heights_m += p.z();
-    steps[at].sigma_m += double{all.sigma_m[i]};
+    if (p.z() >= 0) wall.Add(p.z(), (p.head<2>() - axis).norm(), double{all.sigma_m[i]});
   }
-  constexpr double kMedian = 1.253;  // of normal noise: sigma of a median over that of a mean
-  std::vector<ProfilePoint> profile;
-  for (Step& step : steps) {
-    const auto count = static_cast<double>(step.radii_m.size());
-    if (step.radii_m.size() < kMinInStep) continue;
-    const double independent = std::max(1.0, count / double{all.points_per_sample});
-    profile.push_back(
-        {.along_m = step.heights_m / count,
-         .offset_m = Quantile(std::move(step.radii_m), 0.5),
-         .sigma_m = std::hypot(kMedian * step.sigma_m / count / std::sqrt(independent),
-                               kWallTolerance_m)});
-  }
-  return profile;
+  return wall.Profile();
 }
 
 // Seams between storeys that could stand alone; what could not stays with the storey below.
@@ -127,8 +94,8 @@ std::vector<PointSet> StoreysOf(const SceneState& state, const ObjectHypothesis&
   std::vector<PointSet> storeys(seams.size() + 1);
   for (const std::uint32_t i : object.points) {
     const double height_m = (X_GroundL * all.points[i].cast<double>()).z();
-    const bool is_top = all.normals[i].dot(up) > kMinTop_sin;
-    const double above_m = is_top ? kTopTolerance_sigma * double{all.sigma_m[i]} : 0;
+    const bool is_top = IsLevel(all.normals[i], up);
+    const double above_m = is_top ? kDistanceGate_sigma * double{all.sigma_m[i]} : 0;
     const auto seam = std::ranges::lower_bound(seams, height_m - above_m);
     storeys[static_cast<std::size_t>(seam - seams.begin())].push_back(i);
   }
@@ -183,9 +150,7 @@ std::span<const std::string_view> SplitStackedRounds::After() const {
 }
 
 Allowance SplitStackedRounds::MaxWork() const {
-  return {.max_trials = kMaxTrials,
-          .points_divisor = kPointsDivisor,
-          .note = "it may be a stack of round objects: the cap of stacks was reached"};
+  return {.note = "it may be a stack of round objects: the cap of stacks was reached"};
 }
 
 std::vector<Proposal> SplitStackedRounds::Propose(const SceneState& state,
@@ -201,8 +166,7 @@ std::vector<Proposal> SplitStackedRounds::Propose(const SceneState& state,
 
 bool SplitStackedRounds::Admits(const SceneState&, const Proposal&, std::size_t,
                                 const ObjectModel& found) const {
-  return IsOneSolid(found, kMinExplained) &&
-         !std::holds_alternative<Box>(found.shapes.front().shape);
+  return IsOneSolid(found) && !std::holds_alternative<Box>(found.shapes.front().shape);
 }
 
 double SplitStackedRounds::Gain(const ModelledProposal& modelled) const {

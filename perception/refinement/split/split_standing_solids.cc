@@ -16,27 +16,22 @@
 namespace cwm::perception {
 namespace {
 
-constexpr int kMaxTrials = 32;         // chosen: more than one image holds
-constexpr double kMinExplained = 0.9;  // of a product's points, as of any one solid
-// From the ground to the lowest place: noise, and what a fit without a view of the foot is wrong by.
-constexpr double kMaxFootGap_m = 0.01;
-// From one to the top of what it rests on, which its own foot hides.
-constexpr double kMaxStackedGap_m = 0.02;
-// Of surfaces that carry each other on, bent as soft packages are, and warped as all things are seen.
+// derived: from one to the top of what it rests on, which its own foot hides: neither end was seen.
+constexpr double kMaxStackedGap_m = kMaxContactGap_m * 2;
+// chosen: of surfaces that carry each other on, bent as soft packages are, and warped as all things
+// are seen.
 constexpr double kMaxStep_m = 0.005;
-constexpr double kMaxOffAxis_m = 0.01;
-constexpr double kMinTurn_cos = 0.966;  // 15 degrees
 
 bool IsVessel(const ShapePart& part) { return part.vessel != nullptr; }
 
 // But for its handles, as those of vessels are.
 bool IsOneThing(const ObjectModel& found) {
-  if (IsOneSolid(found, kMinExplained)) return true;
+  if (IsOneSolid(found)) return true;
   const auto explained = std::ranges::count_if(
       found.part_of_point, [](std::int32_t part) { return part != kUnexplained; });
   return found.shapes.size() == 1 && IsVessel(found.shapes.front()) &&
          static_cast<double>(explained) >=
-             kMinExplained * static_cast<double>(found.part_of_point.size());
+             kNearlyAll * static_cast<double>(found.part_of_point.size());
 }
 
 bool IsPartOfOneRod(const Cylinder& a, const Pose& X_OA, const Cylinder& b, const Pose& X_OB) {
@@ -44,8 +39,8 @@ bool IsPartOfOneRod(const Cylinder& a, const Pose& X_OA, const Cylinder& b, cons
   const double turn_cos = axis_a.dot(axis_b);
   const Vector3 between = (axis_a + (turn_cos < 0 ? -1 : 1) * axis_b).normalized();
   const Vector3 across = X_OB.translation() - X_OA.translation();
-  return std::abs(a.radius_m - b.radius_m) < kMaxStep_m && std::abs(turn_cos) > kMinTurn_cos &&
-         across.cross(between).norm() < kMaxOffAxis_m;
+  return std::abs(a.radius_m - b.radius_m) < kMaxStep_m && std::abs(turn_cos) > kAligned_cos &&
+         across.cross(between).norm() < kMaxAxisOffset_m;
 }
 
 // Shells about one axis: the axis of each runs within the other.
@@ -61,7 +56,7 @@ bool IsPartOfOneBlock(const Box& a, const Pose& X_SupportA, const Box& b, const 
   };
   const Matrix3 turns = (X_SupportA.linear().transpose() * X_SupportB.linear()).cwiseAbs();
   return std::abs(top_m(a, X_SupportA) - top_m(b, X_SupportB)) < kMaxStep_m &&
-         turns.rowwise().maxCoeff().minCoeff() > kMinTurn_cos;
+         turns.rowwise().maxCoeff().minCoeff() > kAligned_cos;
 }
 
 // Things that the solids of an object are, where they stand on what it stands on or on each other.
@@ -77,7 +72,7 @@ struct Things {
 std::optional<std::size_t> Below(std::size_t solid, const std::vector<ShapePart>& shapes,
                                  const std::vector<Aabb>& bounds, const Pose& X_GroundL) {
   const double foot_m = bounds[solid].min().z();
-  if (std::abs(foot_m) <= kMaxFootGap_m) return solid;
+  if (std::abs(foot_m) <= kMaxContactGap_m) return solid;
   if (!std::holds_alternative<Box>(shapes[solid].shape)) return std::nullopt;
   Vector3 under = bounds[solid].center();
   for (std::size_t other = 0; other < shapes.size(); ++other) {
@@ -86,7 +81,7 @@ std::optional<std::size_t> Below(std::size_t solid, const std::vector<ShapePart>
         std::abs(foot_m - top_m) > kMaxStackedGap_m) {
       continue;
     }
-    under.z() = top_m - kMaxFootGap_m;
+    under.z() = top_m - kMaxContactGap_m;
     const Pose X_OtherSupport = (X_GroundL * shapes[other].X_OS).inverse(Eigen::Isometry);
     if (SignedDistance_m(shapes[other], X_OtherSupport * under) < 0) return other;
   }

@@ -13,23 +13,19 @@
 #include "collision/geometry/aabb.h"
 #include "perception/cloud/quantile.h"
 #include "perception/cloud/seen_width.h"
+#include "perception/cloud/tolerances.h"
 #include "perception/refinement/criterion.h"
 #include "perception/refinement/evidence.h"
 #include "perception/search/connectivity.h"
+#include "perception/search/model_points.h"
 
 namespace cwm::perception {
 namespace {
 
-constexpr int kMaxTrials = 12;             // chosen: more objects that touch than an image holds
-constexpr std::size_t kPointsDivisor = 2;  // chosen: the largest objects of a heap are asked
 constexpr double kMinSamples = 8;  // chosen: independent ones, of a part: fewer show no sizes
-constexpr double kCellSpacings = 3, kCellSigmas = 3;  // as of Connectivity
-constexpr double kEndQuantile = 0.02;                 // of heights: beyond are mixed pixels
-constexpr double kMinExplained = 0.85;                // of a part's points, by one solid
-constexpr double kMaxFootGap_m = 0.01;  // noise, and what a fit without a view of the foot errs by
 
 // Products of a proposal.
-constexpr std::size_t kPart = 0, kRest = 1;
+enum : std::size_t { kPart, kRest };
 
 // Heights over the object's ground, and the plan.
 class OverGround {
@@ -49,7 +45,7 @@ class OverGround {
     for (const std::uint32_t i : members) {
       most_m = std::max(most_m, double{points_.MostOffPlane_m(i)});
     }
-    return Height_m(members, 1 - kEndQuantile) > most_m;
+    return Height_m(members, 1 - kMixedPixels) > most_m;
   }
   // From above, the middle of the points lies within the bounds of the others.
   bool IsOver(const PointSet& members, const PointSet& others) const {
@@ -83,7 +79,8 @@ PointSet LargestUnexplained(const OrientedPoints& all, const ObjectHypothesis& o
     sigma_m = std::max(sigma_m, double{all.sigma_m[i]});
   }
   const double pitch_m = SeenPitch_m(places, all.viewpoint);
-  const double cell_m = std::max({kCellSpacings * pitch_m, kCellSigmas * sigma_m, 1e-3});
+  const double cell_m =
+      std::max({kSpacingsPerCell * pitch_m, kDistanceGate_sigma * sigma_m, double{kUnevenness_m}});
   std::vector<std::uint32_t> indices(off.size());
   std::iota(indices.begin(), indices.end(), 0U);
   const Connectivity connectivity(places, static_cast<float>(cell_m));
@@ -101,12 +98,12 @@ Proposal SplitOff(const SceneState& state, const ObjectHypothesis& object, Point
                .expects = Expectation::kOneObject};
   part.points = std::move(members);
   const bool is_in_plan = over.IsOver(part.points, rest.points);
-  const double part_top_m = over.Height_m(part.points, 1 - kEndQuantile);
-  const double part_foot_m = over.Height_m(part.points, kEndQuantile);
+  const double part_top_m = over.Height_m(part.points, 1 - kMixedPixels);
+  const double part_foot_m = over.Height_m(part.points, kMixedPixels);
   if (is_in_plan && part_top_m < over.Height_m(rest.points, 0.5)) {
     rest.on_product = kPart;
     // The upper one hides the part of the lower one's wall that it overhangs.
-    rest.resting.foot_height_m += std::max(part_top_m, over.Height_m(rest.points, kEndQuantile));
+    rest.resting.foot_height_m += std::max(part_top_m, over.Height_m(rest.points, kMixedPixels));
   } else if (is_in_plan && part_foot_m > over.Height_m(rest.points, 0.5)) {
     part.on_product = kRest;
     part.resting.foot_height_m += part_foot_m;
@@ -123,8 +120,9 @@ class SplitUnexplainedParts : public RefinementPass {
     return kAfter;
   }
   Allowance MaxWork() const override {
+    // Most parts are looked at and left: half of all points.
     return {.max_trials = kMaxTrials,
-            .points_divisor = kPointsDivisor,
+            .points_divisor = 2,
             .note = "parts of it may be objects of their own: the cap of parts was reached"};
   }
 
@@ -151,14 +149,14 @@ class SplitUnexplainedParts : public RefinementPass {
   bool Admits(const SceneState& state, const Proposal& proposal, std::size_t product,
               const ObjectModel& found) const override {
     if (product == kRest) return !found.shapes.empty();
-    if (!IsOneSolid(found, kMinExplained) || !IsClosed(found.shapes.front())) return false;
+    if (!IsOneSolid(found) || !IsClosed(found.shapes.front())) return false;
     const Pose X_GroundL =
         X_LGround(state.measured(), proposal.products[kPart].resting)->inverse(Eigen::Isometry);
     const ShapePart& solid = found.shapes.front();
     // A round part on top of something is its neck, its lid or its knob.
     if (proposal.products[kPart].on_product && !std::holds_alternative<Box>(solid.shape))
       return false;
-    return std::abs(TightBounds(solid.shape, X_GroundL * solid.X_OS).min().z()) <= kMaxFootGap_m;
+    return std::abs(TightBounds(solid.shape, X_GroundL * solid.X_OS).min().z()) <= kMaxContactGap_m;
   }
 
   double Gain(const ModelledProposal& modelled) const override { return CriterionGain(modelled); }

@@ -4,19 +4,22 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <numbers>
+
+#include "perception/cloud/quantile.h"
+#include "perception/cloud/tolerances.h"
+#include "perception/vessels/revolved_wall.h"
 
 namespace cwm::perception {
 namespace {
 
 // derived: a line has two parameters and a border; each costs ln(n) where n points are known.
 constexpr double kParametersOfPiece = 3;
-constexpr std::size_t kMinPoints = 2;  // of a piece
-// chosen: two sigma of a Kinect at 0.8 m; its warp is smooth and jumps nowhere.
-constexpr double kMinJump_m = 0.003;
-constexpr double kMinJump_sigma = 4;
+constexpr std::size_t kMinPointsOfPiece = 2;  // derived: of a line
 // chosen: 6 degrees; many cups open by more.
 constexpr double kMinKink = 0.1;
-constexpr double kMinKinked_m = 0.015;  // shorter walls show their slope too badly
+// chosen: what quantisation leaves of the median of one step.
+constexpr double kStepTolerance_m = 0.0003;
 
 // Weighted sums over the first points, for the line through any of them in a row.
 struct Sums {
@@ -67,23 +70,49 @@ ProfilePiece PieceOf(std::span<const ProfilePoint> points) {
           .slope_sigma = line.slope_sigma};
 }
 
+// By more than noise: warp is smooth and jumps nowhere.
 bool Jumps(const ProfilePiece& piece, const ProfilePiece& next) {
   const double jump_m = std::abs(next.begin_offset_m - piece.end_offset_m);
-  return jump_m > kMinJump_m && jump_m > kMinJump_sigma * std::hypot(piece.sigma_m, next.sigma_m);
+  return jump_m > kGroundNoise_m &&
+         jump_m > kNoiseReach_sigma * std::hypot(piece.sigma_m, next.sigma_m);
 }
 
 // Whether the wall turns outward: a crease that is concave.
 bool TurnsOutward(const ProfilePiece& piece, const ProfilePiece& next) {
   if (std::min(piece.length_m(), next.length_m()) < kMinKinked_m) return false;
   const double turn = next.slope - piece.slope;
-  return turn > kMinKink && turn > kMinJump_sigma * std::hypot(piece.slope_sigma, next.slope_sigma);
+  return turn > kMinKink &&
+         turn > kNoiseReach_sigma * std::hypot(piece.slope_sigma, next.slope_sigma);
 }
 
 }  // namespace
 
+void ProfileBuilder::Add(double along_m, double offset_m, double sigma_m) {
+  Step& step = steps_[std::lround(std::floor(along_m / kGroundNoise_m))];
+  step.offsets_m.push_back(offset_m);
+  step.along_m += along_m;
+  step.sigma_m += sigma_m;
+}
+
+std::vector<ProfilePoint> ProfileBuilder::Profile() const {
+  // The sigma of a median over that of a mean, of normal noise.
+  const double of_median = std::sqrt(std::numbers::pi / 2);
+  std::vector<ProfilePoint> profile;
+  for (const auto& [at, step] : steps_) {
+    if (step.offsets_m.size() < kMinInRing) continue;
+    const auto count = static_cast<double>(step.offsets_m.size());
+    const double samples = std::max(1.0, count / points_per_sample_);
+    const double sigma_m = of_median * step.sigma_m / count / std::sqrt(samples);
+    profile.push_back({.along_m = step.along_m / count,
+                       .offset_m = Quantile(step.offsets_m, 0.5),
+                       .sigma_m = std::hypot(sigma_m, kStepTolerance_m)});
+  }
+  return profile;
+}
+
 std::vector<ProfilePiece> StraightPieces(std::span<const ProfilePoint> profile) {
   const std::size_t count = profile.size();
-  if (count < kMinPoints) return {};
+  if (count < kMinPointsOfPiece) return {};
   std::vector<Sums> before(count + 1);
   for (std::size_t i = 0; i < count; ++i) {
     before[i + 1] = before[i];
@@ -94,8 +123,8 @@ std::vector<ProfilePiece> StraightPieces(std::span<const ProfilePoint> profile) 
   std::vector<double> cost(count + 1, std::numeric_limits<double>::infinity());
   std::vector<std::size_t> begin_of(count + 1, 0);
   cost[0] = 0;
-  for (std::size_t end = kMinPoints; end <= count; ++end) {
-    for (std::size_t begin = 0; begin + kMinPoints <= end; ++begin) {
+  for (std::size_t end = kMinPointsOfPiece; end <= count; ++end) {
+    for (std::size_t begin = 0; begin + kMinPointsOfPiece <= end; ++begin) {
       const Line line = LineThrough(before[end].Minus(before[begin]));
       const double total = cost[begin] + price + line.squares;
       if (total < cost[end]) cost[end] = total, begin_of[end] = begin;

@@ -2,14 +2,38 @@
 // along its axis.
 #pragma once
 
+#include <map>
 #include <span>
 #include <vector>
 
 namespace cwm::perception {
 
+// chosen: shorter walls show their slope too badly, and are no part by themselves.
+inline constexpr double kMinKinked_m = 0.015;
+
 // The wall at one place of the line: how far out it is, and one standard deviation of that.
 struct ProfilePoint {
   double along_m = 0, offset_m = 0, sigma_m = 0;
+};
+
+// The profile of points of a wall: medians in steps as fine as heights are known (kGroundNoise_m). Steps
+// of few points are left out.
+class ProfileBuilder {
+ public:
+  explicit ProfileBuilder(double points_per_sample) : points_per_sample_(points_per_sample) {}
+
+  void Add(double along_m, double offset_m, double sigma_m);
+  // Ascending.
+  std::vector<ProfilePoint> Profile() const;
+
+ private:
+  struct Step {
+    std::vector<double> offsets_m;
+    double along_m = 0, sigma_m = 0;  // sums
+  };
+
+  double points_per_sample_;
+  std::map<long, Step> steps_;
 };
 
 // Part of a profile that one straight line describes, from its first point to its last.

@@ -33,10 +33,10 @@ TEST(FindContradiction, SaysNothingAgainstASolidWhoseTopWasSeen) {
 
 TEST(FindContradiction, CountsRaysThatRunDeeperThanTheGateOnly) {
   // Points inside of the block: below its top by a tenth less and more than what is allowed.
-  const Contradiction shallow = FindContradiction(Block(0), SquareAt(-0.9 * kMostDepth_m));
+  const Contradiction shallow = FindContradiction(Block(0), SquareAt(-0.9 * kMaxDepth_m));
   EXPECT_GT(shallow.looked, 100u);
   EXPECT_EQ(shallow.rays, 0u);
-  const Contradiction deep = FindContradiction(Block(0), SquareAt(-1.1 * kMostDepth_m));
+  const Contradiction deep = FindContradiction(Block(0), SquareAt(-1.1 * kMaxDepth_m));
   EXPECT_GT(deep.looked, 100u);
   EXPECT_EQ(deep.rays, deep.looked);
 }
@@ -71,7 +71,7 @@ FreeRay Level(double height_m) {
 TEST(PassedDeep, CountsMeasuredRaysThatRunDeepBetweenTheirPlaces) {
   FreeRays free;
   free.weight = 7;
-  free.rays = {Level(0.02), Level(-0.5 * kMostDepth_m), Level(-1.5 * kMostDepth_m), Level(-0.05)};
+  free.rays = {Level(0.02), Level(-0.5 * kMaxDepth_m), Level(-1.5 * kMaxDepth_m), Level(-0.05)};
   Solid narrow = Block(0);
   narrow.shape = Box{.size_m = {0.1, 0.2, 0.1}};
   narrow.X_MS = MakeTranslation(0, 0, -0.05);
@@ -80,7 +80,7 @@ TEST(PassedDeep, CountsMeasuredRaysThatRunDeepBetweenTheirPlaces) {
 }
 
 TEST(FindContradiction, AllowsThreeSigmaWhereThatIsMore) {
-  constexpr double kDepth_m = 2 * kMostDepth_m;
+  constexpr double kDepth_m = 2 * kMaxDepth_m;
   ModelPoints points = SquareAt(-kDepth_m);
   points.gate_m.assign(points.size(), 1.1 * kDepth_m);
   const Contradiction allowed = FindContradiction(Block(0), points);

@@ -107,10 +107,10 @@ TYPED_TEST(ShapeModelLaws, MinimalSampleGivesTheSurfaceBack) {
   int found = 0;
   for (int trial = 0; trial < 200; ++trial) {
     const auto model = RandomModel<TypeParam>(draws);
-    std::vector<SamplePoint> sample;
-    for (int k = 0; k < TypeParam::kSampleSize; ++k) {
+    typename TypeParam::Sample sample;
+    for (SamplePoint& s : sample) {
       const Vector3 p = SurfacePointOf(model, draws);
-      sample.push_back({p, model.Normal(p)});
+      s = {p, model.Normal(p)};
     }
     const std::optional<TypeParam> again = TypeParam::FromSample(sample);
     if (!again) continue;  // an ill-conditioned sample

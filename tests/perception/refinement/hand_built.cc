@@ -19,7 +19,7 @@ const Vector3 kEye(-0.8, -0.3, 0.8);
 constexpr float kSigma_m = 0.0015f;
 constexpr float kPitch_rad = 0.002f;
 constexpr int kDrawsPerSolid = 3000;  // of which the sensor sees about a third
-// Enough points for a pass to spend on two objects: it may model one in eight of all anew.
+// Enough points for a pass to spend on two objects: it may model one in four of all anew.
 constexpr double kTableHalf_m = 0.5, kTableSpacing_m = 0.006;
 constexpr double kMinFacing = 0.1;  // cosine
 

@@ -129,43 +129,6 @@ TEST(SplitStackedBoxes, LeavesOneBoxAlone) {
   EXPECT_THAT(ProposalsOf(scene.StateWith({{box}}), "split.stacked_boxes"), IsEmpty());
 }
 
-// A can on a wider one.
-TEST(SplitStackedRounds, MakesTwoOfCansOnOneAxis) {
-  HandBuilt scene;
-  const Placed<> low = Standing(Cylinder{0.05, 0.06}, 0, 0);
-  const Placed<> high = Standing(Cylinder{0.035, 0.09}, 0, 0, 0.06);
-  scene.Add({low, high});
-  const RefinedScene refined = RunAlone(scene.StateWith({{low, high}}), "split.stacked_rounds");
-  ExpectSound(refined);
-  ASSERT_THAT(refined.state.objects(), SizeIs(2));
-  const auto upper = std::ranges::find_if(refined.state.objects(), [](const HypothesisPtr& one) {
-    return one->resting.on.has_value();
-  });
-  ASSERT_NE(upper, refined.state.objects().end());
-  EXPECT_NEAR((*upper)->resting.foot_height_m, 0.06, 0.004);
-}
-
-TEST(SplitStackedRounds, MakesTwoOfACupOnACan) {
-  HandBuilt scene;
-  const Placed<> low = Standing(Cylinder{0.035, 0.09}, 0, 0);
-  const Placed<> high = Standing(Cone{0.035, 0.055, 0.07}, 0, 0, 0.09);
-  scene.Add({low, high});
-  const RefinedScene refined = RunAlone(scene.StateWith({{low, high}}), "split.stacked_rounds");
-  ExpectSound(refined);
-  EXPECT_THAT(refined.state.objects(), SizeIs(2));
-}
-
-// What is too low or too slim to stand alone is a lid or a neck.
-TEST(SplitStackedRounds, LeavesLidsAndNecksToTheirBodies) {
-  for (const Cylinder& upper : {Cylinder{0.04, 0.012}, Cylinder{0.013, 0.06}}) {
-    HandBuilt scene;
-    const Placed<> body = Standing(Cylinder{0.035, 0.1}, 0, 0);
-    const Placed<> top = Standing(upper, 0, 0, 0.1);
-    scene.Add({body, top});
-    EXPECT_THAT(ProposalsOf(scene.StateWith({{body, top}}), "split.stacked_rounds"), IsEmpty());
-  }
-}
-
 // A model in which the second solid's points are the first's handle.
 SceneState WithHandle(const HandBuilt& scene, const Placed<>& host, const Placed<>& handle) {
   const SceneState state = scene.StateWith({{host, handle}});

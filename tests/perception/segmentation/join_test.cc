@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "perception/cloud/downsample.h"
+#include "perception/cloud/tolerances.h"
 #include "perception/segmentation/join_hidden.h"
 #include "perception/segmentation/join_pieces.h"
 #include "perception/segmentation/join_vessels.h"
@@ -20,7 +21,6 @@ constexpr double kStep_m = 0.004;  // between points, and so the edge of what ea
 constexpr float kCell_m = 1.25f * kStep_m;    // wider than a step, so that no cell stays empty
 constexpr float kPitch_rad = 1.5f * kStep_m;  // of directions: the nearest points are 0.8 m away
 constexpr float kSigma_m = 0.0015f;
-constexpr double kDegree = std::numbers::pi / 180;
 
 // Points by u and v in [0, 1], in steps of `kStep_m` along sides of these lengths.
 struct Patch {
@@ -76,7 +76,7 @@ Patch Disc(double radius_m, double z_m) {
 
 class Seen {
  public:
-  // The number of the piece. Joining looks at no more points than kMostSamples of each.
+  // The number of the piece. Joining looks at no more points than kMaxSamples of each.
   std::size_t Add(const Patch& patch) {
     PieceView piece;
     const int columns = static_cast<int>(patch.length_u_m / kStep_m);
@@ -90,7 +90,7 @@ class Seen {
       }
     }
     piece.node_count = piece.sample.size();
-    const std::size_t stride = (piece.sample.size() + kMostSamples - 1) / kMostSamples;
+    const std::size_t stride = (piece.sample.size() + kMaxSamples - 1) / kMaxSamples;
     std::vector<std::uint32_t> thinned;
     for (std::size_t k = 0; k < piece.sample.size(); k += stride) {
       thinned.push_back(piece.sample[k]);

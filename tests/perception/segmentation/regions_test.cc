@@ -82,7 +82,7 @@ class TableScene {
     for (int i = 0; i < count; ++i) {
       const int column = i % 5, row = i / 5 % 5, layer = i / 25;
       Put(kCorner + Vector3(0.1 * column, 0.1 * row, 0.4 + 0.1 * layer), Vector3::UnitZ(),
-          kNoPiece);
+          kNoIndex);
     }
     return *this;
   }
@@ -149,7 +149,7 @@ TEST(FormRegions, ABoxStandsWhereMostOfItIsOverTheTable) {
 }
 
 TEST(FormRegions, AFootprintOfOneLeafIsTooSmallAndOneOfTwoIsNot) {
-  // Inside one leaf of 1 cm of the table, and over two of them (kSmallestFootprint_m2).
+  // Inside one leaf of 1 cm of the table, and over two of them (kMinThing_m2).
   EXPECT_EQ(TableScene().AddBox({0.201, 0.201, 0.004}, {0.008, 0.008, 0.1}).SupportOfTheBox(), -1);
   EXPECT_EQ(TableScene().AddBox({0.201, 0.201, 0.004}, {0.008, 0.018, 0.1}).SupportOfTheBox(), 0);
 }

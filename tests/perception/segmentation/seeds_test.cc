@@ -42,7 +42,7 @@ Seeds SeedsOf(const MeasuredPoints& measured) {
   const std::vector<char> crease(graph.size(), 0);
   std::vector<std::int32_t> classes(graph.size(), 0);
   for (std::size_t i = 0; i < graph.size(); ++i) {
-    if (graph.IsAtStep(i)) classes[i] = ConnectedSets::kNone;
+    if (graph.IsAtStep(i)) classes[i] = kNoIndex;
   }
   const Seeds seeds = FindSeeds(graph, crease, classes, {.max_threads = 2});
   EXPECT_EQ(FindSeeds(graph, crease, classes, {}).of_node, seeds.of_node);  // on one thread
@@ -96,7 +96,7 @@ TEST(Seeds, OfAHandleThatNoisePartedIsOne) {
   EXPECT_EQ(seeds.count(), 1u);
   EXPECT_GE(SeedAt(seeds, measured, 30, 10), 0);
   EXPECT_EQ(SeedAt(seeds, measured, 30, 10), SeedAt(seeds, measured, 30, 80));
-  EXPECT_EQ(SeedAt(seeds, measured, 30, 45), Seeds::kNone);
+  EXPECT_EQ(SeedAt(seeds, measured, 30, 45), kNoIndex);
 }
 
 TEST(Seeds, OfNarrowThingsWithAStepBetweenAreTwo) {

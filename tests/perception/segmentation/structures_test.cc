@@ -78,7 +78,7 @@ TEST(FindStructures, AWallGoesOnBehindWhatHidesItsMiddle) {
   const auto right = static_cast<std::size_t>(scene.Add(kWall_m, 0.7, 0.9));
   scene.Add(kBehind_m, -4, 4);
   const Structures found = scene.Find();
-  ASSERT_NE(found.of_piece[left], kNoStructure);
+  ASSERT_NE(found.of_piece[left], kNoIndex);
   EXPECT_EQ(found.of_piece[right], found.of_piece[left]);
   EXPECT_NE(found.of_piece[static_cast<std::size_t>(pole)], found.of_piece[left]);
 }
@@ -89,8 +89,8 @@ TEST(FindStructures, AFrontInTheWallsPlaneThatOneSeesPastIsNoneOfIt) {
   const auto box = static_cast<std::size_t>(scene.Add(kWall_m, 0.8, 1));
   scene.Add(kBehind_m, -4, 4);
   const Structures found = scene.Find();
-  ASSERT_NE(found.of_piece[wall], kNoStructure);
-  EXPECT_EQ(found.of_piece[box], kNoStructure);
+  ASSERT_NE(found.of_piece[wall], kNoIndex);
+  EXPECT_EQ(found.of_piece[box], kNoIndex);
 }
 
 }  // namespace

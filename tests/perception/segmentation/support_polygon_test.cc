@@ -8,6 +8,7 @@
 #include <numeric>
 #include <random>
 
+#include "perception/segmentation/outline_tracing.h"
 #include "perception/segmentation/segment_scene.h"
 #include "perception/simulation/virtual_scanner.h"
 
@@ -97,7 +98,7 @@ TEST(SupportPolygon, OfAnLShapedCounterIsLShaped) {
   }
   EXPECT_GT(supports.Outside_m({0.05 + kBorderError_m, 0.2}), 0);
   EXPECT_LT(supports.Outside_m({0.05 - kBorderError_m, 0.2}), 0);
-  EXPECT_LE(supports.At(kTop_m)[0].shape.outline.size(), kMostOutlineCorners);
+  EXPECT_LE(supports.At(kTop_m)[0].shape.outline.size(), kMaxOutlineCorners);
 }
 
 TEST(SupportPolygon, OfAConvexTableIsConvex) {

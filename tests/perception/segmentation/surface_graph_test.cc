@@ -47,7 +47,8 @@ MeasuredPoints Blocks(int seed) {
 }
 
 bool IsFrontal(const OrientedPoints& nodes, std::size_t i) {
-  return std::abs(nodes.normals[i].dot(nodes.points[i])) >= kFrontal_cos * nodes.points[i].norm();
+  return std::abs(nodes.normals[i].dot(nodes.points[i])) >=
+         kSteepIncidence_cos * nodes.points[i].norm();
 }
 
 // What the header says of ForEachLinked, pixel by pixel.
@@ -133,10 +134,10 @@ TEST(ConnectedSets, HoldWhatCanBeReachedWithinAClassInTheOrderOfFirstNodes) {
     classes[i] = random() % 8 == 0 ? -1 : pixel % kWidth / 40 % 2;
   }
   const ConnectedSets sets = FindConnectedSets(graph, classes, {.max_threads = 2});
-  std::vector<std::int32_t> expected(graph.size(), ConnectedSets::kNone);
+  std::vector<std::int32_t> expected(graph.size(), kNoIndex);
   std::vector<std::uint32_t> first_nodes;
   for (std::uint32_t start = 0; start < graph.size(); ++start) {
-    if (classes[start] < 0 || expected[start] != ConnectedSets::kNone) continue;
+    if (classes[start] < 0 || expected[start] != kNoIndex) continue;
     const auto number = static_cast<std::int32_t>(first_nodes.size());
     first_nodes.push_back(start);
     std::vector<std::size_t> front{start};
@@ -145,7 +146,7 @@ TEST(ConnectedSets, HoldWhatCanBeReachedWithinAClassInTheOrderOfFirstNodes) {
       const std::size_t i = front.back();
       front.pop_back();
       graph.ForEachLinked(i, [&](std::size_t j) {
-        if (classes[j] != classes[i] || expected[j] != ConnectedSets::kNone) return;
+        if (classes[j] != classes[i] || expected[j] != kNoIndex) return;
         expected[j] = number;
         front.push_back(j);
       });

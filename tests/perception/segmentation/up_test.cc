@@ -9,6 +9,7 @@
 #include <random>
 #include <utility>
 
+#include "perception/cloud/tolerances.h"
 #include "perception/segmentation/segment_scene.h"
 #include "perception/simulation/look_at.h"
 #include "perception/simulation/virtual_scanner.h"
@@ -16,7 +17,6 @@
 namespace cwm::perception {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180;
 // The scanner's warp of 1.3 mm over 0.2 m tilts what is seen by less than half a degree; of a
 // patch of 0.4 m by less than one.
 constexpr double kUpError_rad = 1 * kDegree;

@@ -26,7 +26,7 @@ TEST(Thin, KeepsVerticesApart) {
   ASSERT_GT(thinned.vertices.size(), 100u);
   for (std::size_t i = 0; i < thinned.vertices.size(); ++i) {
     for (std::size_t j = 0; j < i; ++j) {
-      EXPECT_GE((thinned.vertices[i] - thinned.vertices[j]).norm(), kClosestVertices * kSpacing_m);
+      EXPECT_GE((thinned.vertices[i] - thinned.vertices[j]).norm(), kMinVertexGap * kSpacing_m);
     }
   }
 }
@@ -37,7 +37,7 @@ TEST(Thin, GivesEveryPointAVertexBesideIt) {
   ASSERT_EQ(thinned.vertex_of_cell.size(), thinned.grid.size());
   // The diagonal of the point's cell, in which the cell's centroid lies too, and where another
   // vertex was kept instead of that centroid, the distance to it.
-  const double farthest_m = (std::sqrt(3.0) + kClosestVertices) * kSpacing_m;
+  const double farthest_m = (std::sqrt(3.0) + kMinVertexGap) * kSpacing_m;
   for (std::size_t i = 0; i < points.size(); ++i) {
     const std::int32_t vertex = thinned.vertex_of_cell[thinned.grid.CellOfPoint(i)];
     ASSERT_GE(vertex, 0);

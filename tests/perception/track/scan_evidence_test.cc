@@ -42,9 +42,9 @@ TEST(ScanEvidence, ASmallestMoveIsTheLargerOfWarpAndWhatAFitLeavesOfTheNoise) {
     return EvidenceOf(noise).SmallestMove_m(kPlace_L);
   };
   EXPECT_DOUBLE_EQ(smallest({.model = SensorModel::kKinect}), 3 * std::sqrt(2) * kSlowWarp_m);
-  // 100 points are worth 8.3 independent ones.
+  // Of kMinInformed independent samples.
   const SensorNoise fine{.model = SensorModel::kConstant, .constant_sigma_m = 0.0003};
-  EXPECT_NEAR(smallest(fine), 3 * std::sqrt(2) * 0.0003 / std::sqrt(100.0 / 12), 1e-9);
+  EXPECT_NEAR(smallest(fine), 3 * std::sqrt(2) * 0.0003 / std::sqrt(kMinInformed), 1e-9);
   EXPECT_GT(smallest({.model = SensorModel::kTimeOfFlight}), 3 * std::sqrt(2) * kSlowWarp_m);
 }
 

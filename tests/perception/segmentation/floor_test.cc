@@ -1,0 +1,124 @@
+// One thing over or beside a table, which is seen from above its edge.
+#include "perception/segmentation/floor.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <vector>
+
+#include "perception/cloud/downsample.h"
+
+namespace cwm::perception {
+namespace {
+
+constexpr double kFloorStep_m = 0.005;
+constexpr float kFloorCell_m = 1.25f * kFloorStep_m;    // wider than a step: no cell stays empty
+constexpr float kFloorPitch_rad = 1.5f * kFloorStep_m;  // of directions: all is 0.8 m away or more
+constexpr double kFloorSide_m = 0.6;
+const Vector3 kFloorCorner(0.6, -0.3, -0.8);  // the table's, from the sensor
+
+// All places are measured from the table's corner.
+class OverAFloor {
+ public:
+  OverAFloor() { AddLevel({0, 0, 0}, kFloorSide_m, kFloorSide_m, kTable); }
+
+  // Upright and facing the sensor, from its lower corner.
+  OverAFloor& AddFront(const Vector3& corner_m, double width_m, double height_m) {
+    return AddUpright(corner_m, width_m, height_m, kThing);
+  }
+  // The front and the top of a box of 10 cm.
+  OverAFloor& AddBox(const Vector3& corner_m) {
+    AddLevel(corner_m + 0.1 * Vector3::UnitZ(), 0.1, 0.1, kThing);
+    return AddFront(corner_m, 0.1, 0.1);
+  }
+  // What hides the places behind it.
+  OverAFloor& AddScreen(const Vector3& corner_m, double width_m, double height_m) {
+    return AddUpright(corner_m, width_m, height_m, kScreen);
+  }
+
+  bool CarriesTheThing() const {
+    const VoxelGrid grid = VoxelGrid::Build(points_.points, kFloorCell_m);
+    const OrientedPoints nodes = Downsample(points_, grid);
+    const SurfaceGraph graph = SurfaceGraph::OfGrid(nodes, grid, {});
+    const CoarseCloud coarse = MakeCoarseCloud(nodes);
+    SupportPlane support;
+    support.plane = {Vector3::UnitZ(), kFloorCorner.z()};
+    for (std::uint32_t c = 0; c < coarse.cells.size(); ++c) {
+      if (std::abs(coarse.cells.points[c].z() - kFloorCorner.z()) < 0.001) {
+        support.cells.push_back(c);
+      }
+    }
+    Placed<Plate> plate;
+    plate.X_FS = MakeTranslation(kFloorCorner.x(), kFloorCorner.y(), kFloorCorner.z());
+    plate.shape.outline = {
+        {0, 0}, {kFloorSide_m, 0}, {kFloorSide_m, kFloorSide_m}, {0, kFloorSide_m}};
+    plate.shape.thickness_m = 0.02;
+    Floor::NodeList thing;
+    for (std::uint32_t i = 0; i < nodes.size(); ++i) {
+      if (label_[grid.PointsOf(i)[0]] == kThing) thing.push_back(i);
+    }
+    EXPECT_FALSE(thing.empty());
+    const SightMap sight(nodes, kFloorPitch_rad);
+    return Floor(graph, coarse, support, plate, sight).Carries(thing);
+  }
+
+ private:
+  enum Label { kTable, kThing, kScreen };
+
+  void AddLevel(const Vector3& corner_m, double depth_m, double width_m, Label label) {
+    for (double x = 0.5 * kFloorStep_m; x < depth_m; x += kFloorStep_m) {
+      for (double y = 0.5 * kFloorStep_m; y < width_m; y += kFloorStep_m) {
+        Put(corner_m + Vector3(x, y, 0), Vector3::UnitZ(), label);
+      }
+    }
+  }
+
+  OverAFloor& AddUpright(const Vector3& corner_m, double width_m, double height_m, Label label) {
+    for (double y = 0.5 * kFloorStep_m; y < width_m; y += kFloorStep_m) {
+      for (double z = 0.5 * kFloorStep_m; z < height_m; z += kFloorStep_m) {
+        Put(corner_m + Vector3(0, y, z), -Vector3::UnitX(), label);
+      }
+    }
+    return *this;
+  }
+
+  void Put(const Vector3& place_m, const Vector3& normal, Label label) {
+    points_.points.push_back((kFloorCorner + place_m).cast<float>());
+    points_.normals.push_back(normal.cast<float>());
+    points_.sigma_m.push_back(0.0015f);
+    points_.normal_sigma_rad.push_back(0.02f);
+    points_.cloud_index.push_back(static_cast<std::uint32_t>(label_.size()));
+    label_.push_back(label);
+  }
+
+  OrientedPoints points_;
+  std::vector<Label> label_;
+};
+
+TEST(Floor, CarriesABoxUnlessOneSeesBelowIt) {
+  EXPECT_TRUE(OverAFloor().AddBox({0.2, 0.25, 0.005}).CarriesTheThing());
+  EXPECT_FALSE(OverAFloor().AddBox({0.2, 0.25, 0.15}).CarriesTheThing());
+}
+
+// The screen is 15 cm before the box. Rays past its lower and its upper edge meet the box's front
+// at the table's height and 15 cm above.
+TEST(Floor, CarriesWhatNobodySeesBelow) {
+  EXPECT_TRUE(OverAFloor()
+                  .AddBox({0.2, 0.25, 0.15})
+                  .AddScreen({0.05, 0.2, 0.15}, 0.2, 0.12)
+                  .CarriesTheThing());
+}
+
+// Two cells of a footprint of 1 cm are a thing's: 2 cm^2.
+TEST(Floor, CarriesNothingWithoutAFootprint) {
+  EXPECT_FALSE(OverAFloor().AddFront({0.205, 0.3, 0}, 0.01, 0.1).CarriesTheThing());
+  EXPECT_TRUE(OverAFloor().AddFront({0.205, 0.3, 0}, 0.04, 0.1).CarriesTheThing());
+}
+
+TEST(Floor, CarriesNothingBelowItOrBesideIt) {
+  EXPECT_FALSE(OverAFloor().AddFront({-0.02, 0.2, -0.4}, 0.2, 0.35).CarriesTheThing());
+  EXPECT_FALSE(OverAFloor().AddBox({0.2, kFloorSide_m + 0.1, 0.005}).CarriesTheThing());
+}
+
+}  // namespace
+}  // namespace cwm::perception

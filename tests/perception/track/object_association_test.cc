@@ -1,0 +1,118 @@
+#include "perception/track/object_association.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <functional>
+#include <vector>
+
+#include "tests/perception/track/head_on.h"
+
+namespace cwm::perception {
+namespace {
+
+using ::testing::IsEmpty;
+using ::testing::SizeIs;
+using Outcome = Association::What;
+
+const Vector3 kPacket_m(0.2, 0.2, 0.1);
+
+HeadOnBox PacketAt(double x_m, double y_m) { return {{x_m, y_m, 1.35}, kPacket_m}; }
+
+// The only entry for a known object, or for an object of the scene; one of nothing where there is
+// none or several.
+Association OfKnown(const std::vector<Association>& all, int known) {
+  EXPECT_EQ(std::ranges::count(all, known, &Association::known), 1);
+  const auto found = std::ranges::find(all, known, &Association::known);
+  return found == all.end() ? Association{.known = -2} : *found;
+}
+Association OfObject(const std::vector<Association>& all, int object) {
+  EXPECT_EQ(std::ranges::count(all, object, &Association::object), 1);
+  const auto found = std::ranges::find(all, object, &Association::object);
+  return found == all.end() ? Association{.object = -2} : *found;
+}
+
+TEST(AssociateObjects, KeepsMovesAndAddsByPlaceAndNotByOrder) {
+  const std::vector<KnownObject> known = {KnownBox("left", PacketAt(-0.35, -0.2)),
+                                          KnownBox("right", PacketAt(0.35, -0.2))};
+  // The right one where it was, the left one elsewhere, and a smaller one.
+  const HeadOnScan scan(
+      {PacketAt(0.35, -0.2), {{0, 0.25, 1.3}, {0.06, 0.06, 0.1}}, PacketAt(-0.3, 0.25)});
+  const auto result = AssociateObjects(known, scan.Scene(), scan.evidence());
+  EXPECT_THAT(result, SizeIs(3));
+  const Association right = OfKnown(result, 1);
+  EXPECT_EQ(right.what, Outcome::kKeep);
+  EXPECT_EQ(right.object, 0);
+  EXPECT_TRUE(right.X_WO.matrix() == known[1].X_WO.matrix());  // not touched at all
+  const Association left = OfKnown(result, 0);
+  EXPECT_EQ(left.what, Outcome::kMove);
+  EXPECT_EQ(left.object, 2);
+  EXPECT_LT((left.X_WO.translation() - (kHeadOnSensor_W + Vector3(-0.3, 0.25, 1.35))).norm(),
+            0.001);
+  EXPECT_LT(RotationAngle_rad(left.X_WO.linear(), Matrix3::Identity()), 0.01);
+  EXPECT_EQ(OfObject(result, 1).what, Outcome::kAdd);
+  EXPECT_EQ(OfObject(result, 1).known, -1);
+}
+
+TEST(AssociateObjects, LetsRaysJudgeWhatIsNotDetected) {
+  const HeadOnBox board{{0.3, 0, 0.9}, {0.3, 0.4, 0.02}};
+  const std::vector<KnownObject> known = {
+      KnownBox("gone", PacketAt(-0.3, 0)), KnownBox("hidden", PacketAt(0.42, 0)),
+      KnownBox("out of view", PacketAt(2, 0)), KnownBox("the board", board)};
+  const HeadOnScan scan({board});
+  SceneInterpretation scene = scan.Scene();
+  scene.objects.clear();
+  const auto result = AssociateObjects(known, scene, scan.evidence());
+  EXPECT_THAT(result, SizeIs(4));
+  EXPECT_EQ(OfKnown(result, 0).what, Outcome::kRemove);
+  EXPECT_EQ(OfKnown(result, 1).what, Outcome::kOcclude);
+  EXPECT_EQ(OfKnown(result, 2).what, Outcome::kKeep);
+  EXPECT_EQ(OfKnown(result, 3).what, Outcome::kKeep);  // rays end on it
+  for (const Association& one : result) EXPECT_EQ(one.object, -1);
+  EXPECT_THAT(AssociateObjects({}, scene, scan.evidence()), IsEmpty());
+}
+
+TEST(AssociateObjects, ReplacesAModelThatExplainsSomeOfWhatStandsInItsPlace) {
+  const HeadOnScan scan({{{0, 0.15, 1.35}, {0.2, 0.5, 0.1}}});  // of which the known one is 40 %
+  const std::vector<KnownObject> known = {KnownBox("packet", PacketAt(0, 0))};
+  const auto result = AssociateObjects(known, scan.Scene(), scan.evidence());
+  ASSERT_THAT(result, SizeIs(1));
+  EXPECT_EQ(result[0].what, Outcome::kReplace);
+  EXPECT_EQ(result[0].known, 0);
+  EXPECT_EQ(result[0].object, 0);
+  EXPECT_TRUE(result[0].X_WO.matrix() == known[0].X_WO.matrix());
+}
+
+TEST(AssociateObjects, GivesADetectionToOneAloneAndMakesNothingOfWhatIsExplained) {
+  const HeadOnScan scan({PacketAt(0, 0)});
+  SceneInterpretation scene = scan.Scene();
+  // Ties go by name; the other one is there as well, for rays end on it.
+  std::vector<KnownObject> known = {KnownBox("b", PacketAt(0, 0)), KnownBox("a", PacketAt(0, 0))};
+  auto result = AssociateObjects(known, scene, scan.evidence());
+  EXPECT_THAT(result, SizeIs(2));
+  EXPECT_EQ(OfKnown(result, 1).object, 0);
+  EXPECT_EQ(OfKnown(result, 0).object, -1);
+  EXPECT_EQ(OfKnown(result, 0).what, Outcome::kKeep);
+  // Of two pieces the larger one stands for the object, though it comes last.
+  known.pop_back();
+  scene.objects.push_back(scene.objects[0]);
+  const auto is_left = [](const Eigen::Vector3f& p) { return p.x() < -0.05f; };  // a quarter
+  std::erase_if(scene.objects[0].points_L, std::not_fn(is_left));
+  std::erase_if(scene.objects[1].points_L, is_left);
+  result = AssociateObjects(known, scene, scan.evidence());
+  EXPECT_THAT(result, SizeIs(2));
+  EXPECT_EQ(OfKnown(result, 0).object, 1);
+  EXPECT_EQ(OfObject(result, 0).what, Outcome::kExplained);
+  EXPECT_EQ(OfObject(result, 0).known, -1);
+  // A user's object explains both, and is not spoken of.
+  known[0].owned_by_user = true;
+  result = AssociateObjects(known, scene, scan.evidence());
+  EXPECT_THAT(result, SizeIs(2));
+  EXPECT_EQ(OfObject(result, 0).what, Outcome::kExplained);
+  EXPECT_EQ(OfObject(result, 1).what, Outcome::kExplained);
+  for (const Association& one : result) EXPECT_EQ(one.known, -1);
+}
+
+}  // namespace
+}  // namespace cwm::perception
