@@ -66,20 +66,23 @@ std::optional<ShapeFit> BestSlope(const ConeModel& straight, const FitContext& c
     return c.options.search_cylinders ? std::optional(std::move(upright)) : std::nullopt;
   }
   constexpr int kSteps = static_cast<int>(kMaxCupSlope / kSlopeStep);
-  std::vector<std::size_t> counts;
+  std::vector<double> counts;  // of inliers, from the slope -kSteps steps to kSteps steps
   for (int k = -kSteps; k <= kSteps; ++k) {
-    counts.push_back(WithSlope(straight, k * kSlopeStep, c, behind).inliers.size());
+    counts.push_back(
+        static_cast<double>(WithSlope(straight, k * kSlopeStep, c, behind).inliers.size()));
   }
-  const double nearly =
-      kNearlyBest * static_cast<double>(*std::max_element(counts.begin(), counts.end()));
+  const double nearly = kNearlyBest * *std::max_element(counts.begin(), counts.end());
   if (c.options.search_cylinders && static_cast<double>(upright.inliers.size()) >= nearly) {
     return upright;
   }
   double sum = 0, good = 0;
-  for (int k = -kSteps; k <= kSteps; ++k) {
-    if (static_cast<double>(counts[static_cast<std::size_t>(k + kSteps)]) < nearly) continue;
-    sum += k * kSlopeStep;
-    ++good;
+  int step = -kSteps;
+  for (const double count : counts) {
+    if (count >= nearly) {
+      sum += step * kSlopeStep;
+      ++good;
+    }
+    ++step;
   }
   if (std::abs(sum / good) < kMinSlope) return std::nullopt;
   return WithSlope(straight, sum / good, c, behind);

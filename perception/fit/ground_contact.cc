@@ -30,7 +30,7 @@ Heights LowestHeights(const SphereModel& sphere, const Interval&, const Ground& 
 
 template <class Axial>
 Heights LowestHeights(const Axial& axial, const Interval& ends, const Ground& ground) {
-  const ConeModel wall = axial.AsCone();
+  const ConeModel& wall = axial.AsCone();
   const double along = wall.axis.dot(ground.up);
   const double across = std::sqrt(std::max(0.0, 1 - along * along));
   Heights heights(2);
