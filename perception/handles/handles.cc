@@ -23,13 +23,9 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// chosen: the least extent of all of a handle, bends included.
-constexpr double kMaxExtent_m = 0.045;
 // chosen: from a solid's surface. A handle begins nearer to it and reaches farther out, as no rough
 // wall does.
 constexpr double kRoot_m = 0.015;
-// chosen: of a solid's points, that a handle on it may have.
-constexpr double kMaxSolidShare = 0.3;
 
 // Whether nearly all of the points are within their noise of the ground, as what an object's foot
 // took of its support is: in the band above a support that is given to it, and a little of what
@@ -118,7 +114,7 @@ Placed<Box> PrincipalBox(const OrientedPoints& points, const std::vector<std::ui
 bool IsHandle(const OrientedPoints& points, const std::vector<std::uint32_t>& cluster,
               double spacing_m, const Placed<Box>& box, const Host& host) {
   if (host.nearest_m > kRoot_m || host.farthest_m < kRoot_m) return false;
-  if (box.shape.size_m.z() > kMaxExtent_m) return false;
+  if (box.shape.size_m.z() > kMaxReachOfBow_m) return false;
   std::vector<Eigen::Vector3f> positions;
   for (std::uint32_t i : cluster) positions.push_back(points.points[i]);
   const Slenderness bar = MeasureSlenderness(positions, points.viewpoint, spacing_m);
@@ -216,17 +212,24 @@ void DropSolidsOfHandles(const OrientedPoints& points, double spacing_m, const G
                                      [](auto& a, auto& b) { return a.size() < b.size(); });
   if (main == members.end()) return;
   const std::vector<ShapePart> host{solids[static_cast<std::size_t>(main - members.begin())]};
+  const Pose X_SL = host[0].X_OS.inverse(Eigen::Isometry);
+  const auto host_part = static_cast<std::int32_t>(main - members.begin());
   std::vector<char> drop(solids.size(), 0);
   for (std::size_t k = 0; k < solids.size(); ++k) {
     work.Poll();
     // An ear is as well a bit of a cylinder, but not of a ball.
-    const bool may_be =
-        members[k].size() >= kFiveSamples && !IsCoaxial(solids[k], host[0]) &&
-        !std::holds_alternative<Sphere>(solids[k].shape) &&
-        static_cast<double>(members[k].size()) < kMaxSolidShare * static_cast<double>(main->size());
+    const bool may_be = members[k].size() >= kFiveSamples && !IsCoaxial(solids[k], host[0]) &&
+                        !std::holds_alternative<Sphere>(solids[k].shape) &&
+                        2 * members[k].size() < main->size();
     drop[k] = may_be && !LiesOn(points, members[k], ground) &&
               IsHandle(points, members[k], spacing_m, PrincipalBox(points, members[k]),
                        NearestHost(points, members[k], host, work));
+    if (!drop[k]) continue;
+    // The dropped solid held points of the host's wall beside the handle.
+    for (const std::uint32_t i : members[k]) {
+      const double off_m = SignedDistance_m(host[0], X_SL * points.points[i].cast<double>());
+      if (std::abs(off_m) <= ExplainedWithin_m(points.sigma_m[i])) part_of_point[i] = host_part;
+    }
   }
   Drop(drop, solids, part_of_point);
 }
@@ -294,9 +297,8 @@ void FindHandles(const OrientedPoints& points, double spacing_m, const Ground& g
       continue;  // along it, it is longer
     if (LiesOn(points, cluster, ground)) continue;
     const Host host = NearestHost(points, cluster, model.shapes, work);
-    const auto of_host = static_cast<double>(of_solids[host.solid].size());
-    const bool is_small =
-        of_host == 0 || static_cast<double>(cluster.size()) <= kMaxSolidShare * of_host;
+    const std::size_t of_host = of_solids[host.solid].size();
+    const bool is_small = of_host == 0 || 2 * cluster.size() <= of_host;
     if (!is_small || std::holds_alternative<Plate>(model.shapes[host.solid].shape)) {
       continue;
     }

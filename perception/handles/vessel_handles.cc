@@ -23,8 +23,6 @@ using Eigen::Vector3f;
 // chosen: from the wall. An end within is an end at the wall, without its root; what reaches no
 // farther leaves no room for a finger and the handle's own thickness.
 constexpr double kWallRoot_m = 0.02;
-// chosen: a hand within a bow, and the bow: what reaches out farther is a bar, which is straight.
-constexpr double kMaxReachOfBow_m = 0.065;
 // chosen: across a straight bar, by BendOf_m.
 constexpr double kMaxBend_m = 0.0235;
 // chosen: of a bar, to the seen width: for a hand, 110 mm to 18 mm.

@@ -27,6 +27,8 @@ inline constexpr double kMinHandleLength_m = 0.02, kMaxHandleLength_m = 0.25;
 inline constexpr double kMinElongation = 2;
 // chosen: the mean width, and what SeenWidth_m has of strips 18 mm wide with ragged edges.
 inline constexpr double kMaxHandleWidth_m = 0.03;
+// chosen: a hand within a bow, and the bow: what reaches out farther is a bar, which is straight.
+inline constexpr double kMaxReachOfBow_m = 0.065;
 // chosen: across, where it is widest, as SeenWidth_m has it: a fat pan's, with noise at its edges.
 // A bow that returns to its wall is no spout, and neither is a long bar: both may be wider at one
 // place.

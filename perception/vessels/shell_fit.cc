@@ -116,14 +116,13 @@ class ShellFitter {
     inside_ = RingsOf(Side::kInside);
     if (!InsideIsSeen()) return std::nullopt;
     const double rim_m = RimHeight_m();
+    if (IsLidded(rim_m)) return std::nullopt;
     MeasureThickness();
     const std::vector<WallRing> rings = JoinedRings();
     if (rings.empty()) return std::nullopt;
     const std::vector<Vector2> floor = Floor();
     const double lowest_m = floor.empty() ? LowestInside().z_m : floor.back().y();
-    if (rim_m - lowest_m < std::max(kMinDepth_m, kMinDepth_sigma * Sigma_m())) {
-      return std::nullopt;
-    }
+    if (rim_m - lowest_m < MinDepth_m()) return std::nullopt;
     ShellOutline outline{.rings = rings,
                          .floor = floor,
                          .step_m = wall_.step_m,
@@ -195,6 +194,22 @@ class ShellFitter {
   }
 
   double Sigma_m() const { return Median(c_.points.sigma_m); }
+
+  double MinDepth_m() const { return std::max(kMinDepth_m, kMinDepth_sigma * Sigma_m()); }
+
+  // Most of what lies beside the wall on its inside is level with its rim. Normals of merged views
+  // point to one viewpoint, so that the far wall of a can seems to be seen from inside: its lid says
+  // otherwise.
+  bool IsLidded(double rim_m) const {
+    std::size_t beside = 0, level = 0;
+    for (const Place& place : places_) {
+      const double within_m = Within_m(place);
+      if (within_m <= kMaxAcross_m || within_m > 2 * kMaxAcross_m) continue;
+      ++beside;
+      level += std::abs(place.z_m - rim_m) < MinDepth_m();
+    }
+    return Suffices(level) && 2 * level > beside;
+  }
 
   WallRing LowestInside() const {
     const auto lowest = std::find_if(inside_.begin(), inside_.end(),

@@ -98,21 +98,27 @@ PointCloud FromBothSides(const SimulatedScene& scene) {
 }
 
 // What one of them saw lies behind what the other saw: as if from one place, rays would cross the
-// can.
-TEST(MergedViews, ShowACanFromBothSides) {
-  const Cylinder can{.radius_m = 0.06, .length_m = 0.18};
-  const SimulatedScene scene{{Table(), Thing("can", can, MakeTranslation(0, 0.1, 0.09))}};
-  InterpretOptions options;
-  options.X_WC = TableCamera().X_WC;
-  const auto found = InterpretScene(FromBothSides(scene), options);
-  ASSERT_TRUE(found.ok()) << found.status();
-  ASSERT_EQ(CountObjects(*found), 1) << Listed(*found);
-  ASSERT_EQ(found->objects.front().model->shapes.size(), 1u) << Listed(*found);
-  const ShapePart& part = found->objects.front().model->shapes.front();
-  const auto* cylinder = std::get_if<Cylinder>(&part.shape);
-  ASSERT_NE(cylinder, nullptr) << Listed(*found);
-  EXPECT_NEAR(cylinder->radius_m, can.radius_m, 0.002);
-  EXPECT_NEAR(cylinder->length_m, can.length_m, 0.004);
+// can, and its far wall would be seen from inside.
+TEST(MergedViews, ShowCansFromBothSides) {
+  for (const double radius_m : {0.05, 0.06, 0.07}) {
+    for (const double length_m : {0.18, 0.22}) {
+      const Cylinder can{.radius_m = radius_m, .length_m = length_m};
+      SCOPED_TRACE(testing::Message() << radius_m << " by " << length_m << " m");
+      const SimulatedScene scene{
+          {Table(), Thing("can", can, MakeTranslation(0, 0.1, 0.5 * length_m))}};
+      InterpretOptions options;
+      options.X_WC = TableCamera().X_WC;
+      const auto found = InterpretScene(FromBothSides(scene), options);
+      ASSERT_TRUE(found.ok()) << found.status();
+      ASSERT_EQ(CountObjects(*found), 1) << Listed(*found);
+      ASSERT_EQ(found->objects.front().model->shapes.size(), 1u) << Listed(*found);
+      const ShapePart& part = found->objects.front().model->shapes.front();
+      const auto* cylinder = std::get_if<Cylinder>(&part.shape);
+      ASSERT_NE(cylinder, nullptr) << Listed(*found);
+      EXPECT_NEAR(cylinder->radius_m, can.radius_m, 0.002);
+      EXPECT_NEAR(cylinder->length_m, can.length_m, 0.004);
+    }
+  }
 }
 
 TEST_P(AnySensor, FindsWhatStandsOnATable) {

@@ -245,22 +245,27 @@ void AddBow(const Pose& X_ObjectBow, double reach_m, double radius_m, SimulatedO
   }
 }
 
+// Whether or not its bow is fitted as a box or a bit of a cylinder first.
 TEST(ModelObject, MugHasAHandle) {
   SimulatedObject mug = OfOnePart(Cylinder{.radius_m = 0.04, .length_m = 0.1}, 0.05);
   AddBow(Pose(Eigen::Translation3d(0.04, 0, 0.05)), 0.03, 0.006, mug);
   // The handle to the side, where it is seen against the table.
   mug.X_WO.linear() = Eigen::AngleAxisd(0.5 * std::numbers::pi, Vector3::UnitZ()).matrix();
-  const ScannedObject scan = ScanOnTable(mug, 0.65, kElevation_rad, 6);
-  const ObjectModel model = Model(scan);
-  ASSERT_EQ(model.handles.size(), 1u);
-  const Handle& handle = model.handles[0];
-  ASSERT_LT(static_cast<std::size_t>(handle.shape_index), model.shapes.size());
-  EXPECT_TRUE(std::holds_alternative<Cylinder>(
-      model.shapes[static_cast<std::size_t>(handle.shape_index)].shape));
-  EXPECT_GT(std::abs(handle.axis_O.z()), 0.8);  // it stands upright
-  EXPECT_EQ(std::count(model.part_of_point.begin(), model.part_of_point.end(),
-                       static_cast<std::int32_t>(model.shapes.size())),
-            handle.point_count);
+  for (const double distance_m : {0.65, 0.8, 1.0}) {
+    for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+      SCOPED_TRACE(testing::Message() << "at " << distance_m << " m, seed " << seed);
+      const ObjectModel model = Model(ScanOnTable(mug, distance_m, kElevation_rad, seed));
+      ASSERT_EQ(model.handles.size(), 1u);
+      const Handle& handle = model.handles[0];
+      ASSERT_LT(static_cast<std::size_t>(handle.shape_index), model.shapes.size());
+      EXPECT_TRUE(std::holds_alternative<Cylinder>(
+          model.shapes[static_cast<std::size_t>(handle.shape_index)].shape));
+      EXPECT_GT(std::abs(handle.axis_O.z()), 0.8);  // it stands upright
+      EXPECT_EQ(std::count(model.part_of_point.begin(), model.part_of_point.end(),
+                           static_cast<std::int32_t>(model.shapes.size())),
+                handle.point_count);
+    }
+  }
 }
 
 // Handles stand out from the wall on either side, where they pull most at its width.
