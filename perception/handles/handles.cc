@@ -50,8 +50,7 @@ bool ProlongsHost(const OrientedPoints& points, const std::vector<std::uint32_t>
   std::size_t on = 0;
   for (std::uint32_t i : cluster) {
     const Vector3 p = X_SL * points.points[i].cast<double>();
-    on += ProlongedDistance_m(host.shape, p) <=
-          std::max(kBelongs_m, kDistanceGate_sigma * double{points.sigma_m[i]});
+    on += ProlongedDistance_m(host.shape, p) <= BelongsWithin_m(points.sigma_m[i]);
   }
   return 2 * on > cluster.size();
 }
@@ -228,7 +227,7 @@ void DropSolidsOfHandles(const OrientedPoints& points, double spacing_m, const G
     // The dropped solid held points of the host's wall beside the handle.
     for (const std::uint32_t i : members[k]) {
       const double off_m = SignedDistance_m(host[0], X_SL * points.points[i].cast<double>());
-      if (std::abs(off_m) <= ExplainedWithin_m(points.sigma_m[i])) part_of_point[i] = host_part;
+      if (std::abs(off_m) <= BelongsWithin_m(points.sigma_m[i])) part_of_point[i] = host_part;
     }
   }
   Drop(drop, solids, part_of_point);

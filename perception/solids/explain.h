@@ -1,6 +1,7 @@
 // Which measured point belongs to which solid, and how good the solids are.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <vector>
 
@@ -8,6 +9,7 @@
 #include "perception/cloud/tolerances.h"
 #include "perception/cloud/work.h"
 #include "perception/model/object_model.h"
+#include "perception/search/model_points.h"
 
 namespace cwm::perception {
 
@@ -17,6 +19,9 @@ namespace cwm::perception {
 // the solid only where they do not.
 // derived: noise spreads no farther.
 inline constexpr double kBelongs_m = kNoiseReach_m;
+inline double BelongsWithin_m(float sigma_m) {
+  return std::max(kBelongs_m, kDistanceGate_sigma * double{sigma_m});
+}
 
 // Per point the index of the solid whose surface is nearest and near enough, else kUnexplained.
 std::vector<std::int32_t> ExplainPoints(const OrientedPoints& points,

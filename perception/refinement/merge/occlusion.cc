@@ -43,7 +43,7 @@ bool IsOnSolid(const ShapePart& solid, const OrientedPoints& all, std::uint32_t 
 
 bool IsOnExtended(const ShapePart& solid, const OrientedPoints& all, std::uint32_t point) {
   return ProlongedDistance_m(solid.shape, InSolid(solid, all, point)) <=
-         std::max(kBelongs_m, kDistanceGate_sigma * double{all.sigma_m[point]});
+         BelongsWithin_m(all.sigma_m[point]);
 }
 
 }  // namespace cwm::perception

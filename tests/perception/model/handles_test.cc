@@ -133,6 +133,7 @@ std::vector<ShapePart> Dropped(const OrientedPoints& points, const ShapePart& sm
   OrientedPoints all;
   all.points.assign(kOfCup, Eigen::Vector3f(kRadius_m, 0, 0));
   all.points.insert(all.points.end(), points.points.begin(), points.points.end());
+  all.sigma_m.assign(all.points.size(), 0.0015f);
   parts.assign(all.points.size(), 1);
   std::fill_n(parts.begin(), kOfCup, 0);
   DropSolidsOfHandles(all, kSpacing_m, Ground(), solids, parts, kUnbounded);
@@ -147,6 +148,19 @@ TEST(DropSolidsOfHandles, FreesASmallCylinderOnTheSide) {
   EXPECT_EQ(Dropped(bar, ear, parts).size(), 1u);
   EXPECT_EQ(std::count(parts.begin(), parts.end(), kUnexplained),
             static_cast<std::ptrdiff_t>(bar.points.size()));
+}
+
+// A box that is fitted to a bow and to the wall beside it holds points of both.
+TEST(DropSolidsOfHandles, GivesTheHostItsWallBack) {
+  OrientedPoints bar = Bar(0.02, 0.016, 0.06);
+  constexpr std::ptrdiff_t kOfWall = 40;
+  bar.points.insert(bar.points.end(), kOfWall, Eigen::Vector3f(kRadius_m + 0.001f, 0, 0));
+  std::vector<std::int32_t> parts;
+  const ShapePart ear{.X_OS = MakeTranslation(0.06, 0, 0), .shape = Box{{0.04, 0.02, 0.06}}};
+  EXPECT_EQ(Dropped(bar, ear, parts).size(), 1u);
+  EXPECT_EQ(std::count(parts.end() - kOfWall, parts.end(), 0), kOfWall);
+  EXPECT_EQ(std::count(parts.begin(), parts.end(), kUnexplained),
+            static_cast<std::ptrdiff_t>(bar.points.size()) - kOfWall);
 }
 
 TEST(DropSolidsOfHandles, LeavesWhatStandsOnTheAxis) {
